@@ -1,0 +1,69 @@
+# One place for how a folder becomes a library, a test, a fuzz target or a benchmark.
+
+add_library(hueline_options INTERFACE)
+target_compile_features(hueline_options INTERFACE cxx_std_20)
+target_compile_options(hueline_options INTERFACE -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wno-sign-conversion -Werror -fno-math-errno
+                       # The same bytes on every machine of a kind: no contraction of a*b+c that depends on the compiler's mood.
+                       -ffp-contract=off)
+target_include_directories(hueline_options INTERFACE ${PROJECT_SOURCE_DIR})
+target_link_libraries(hueline_options INTERFACE Threads::Threads)
+# Libraries' own headers are not ours to warn about.
+target_include_directories(hueline_options SYSTEM INTERFACE ${EIGEN3_INCLUDE_DIR})
+
+set(HUELINE_SANITIZE "" CACHE STRING "address (with undefined), thread, or empty")
+if(HUELINE_SANITIZE STREQUAL "address")
+  target_compile_options(hueline_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(hueline_options INTERFACE -fsanitize=address,undefined)
+elseif(HUELINE_SANITIZE STREQUAL "thread")
+  target_compile_options(hueline_options INTERFACE -fsanitize=thread)
+  target_link_options(hueline_options INTERFACE -fsanitize=thread)
+endif()
+
+# hueline_module(core SOURCES a.cpp b.cpp DEPENDS hueline_core fmt::fmt): static library hueline_<name>.
+function(hueline_module name)
+  cmake_parse_arguments(M "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_library(hueline_${name} STATIC ${M_SOURCES})
+  target_link_libraries(hueline_${name} PUBLIC hueline_options ${M_DEPENDS})
+endfunction()
+
+# hueline_test(core_time SOURCES time_test.cpp DEPENDS hueline_core [LABELS x]): one GoogleTest program, one ctest entry a test.
+# HUELINE_DATA reaches the tests through tests/support/test_data.hpp.
+function(hueline_test name)
+  cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  add_executable(${name}_test ${T_SOURCES})
+  target_link_libraries(${name}_test PRIVATE ${T_DEPENDS} hueline_test_support GTest::gmock GTest::gtest_main)
+  if(NOT T_TIMEOUT)
+    set(T_TIMEOUT 300)
+  endif()
+  gtest_discover_tests(${name}_test TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 120
+                       PROPERTIES TIMEOUT ${T_TIMEOUT} LABELS "${T_LABELS}")
+endfunction()
+
+# hueline_fuzz(velodyne SOURCES velodyne_fuzz.cpp DEPENDS hueline_drivers CORPUS velodyne): LLVMFuzzerTestOneInput.
+# With HUELINE_FUZZ (clang) the target is a libFuzzer program; otherwise our own seeded mutator (tests/fuzz/driver.cpp) runs it
+# for a fixed number of inputs, so that every test run fuzzes. CORPUS: folders below HUELINE_DATA.
+function(hueline_fuzz name)
+  cmake_parse_arguments(F "" "" "SOURCES;DEPENDS;CORPUS" ${ARGN})
+  add_executable(${name}_fuzz ${F_SOURCES})
+  target_link_libraries(${name}_fuzz PRIVATE ${F_DEPENDS})
+  set(corpus "")
+  foreach(folder ${F_CORPUS})
+    list(APPEND corpus ${HUELINE_DATA}/${folder})
+  endforeach()
+  if(HUELINE_FUZZ)
+    target_link_options(${name}_fuzz PRIVATE -fsanitize=fuzzer)
+    target_compile_options(${name}_fuzz PRIVATE -fsanitize=fuzzer-no-link)
+    add_test(NAME fuzz.${name} COMMAND ${name}_fuzz -max_total_time=20 -print_final_stats=1 ${corpus})
+  else()
+    target_sources(${name}_fuzz PRIVATE ${PROJECT_SOURCE_DIR}/tests/fuzz/driver.cpp)
+    add_test(NAME fuzz.${name} COMMAND ${name}_fuzz --inputs 2000 ${corpus})
+  endif()
+  set_tests_properties(fuzz.${name} PROPERTIES TIMEOUT 300 LABELS fuzz)
+endfunction()
+
+# hueline_bench(storage SOURCES ... DEPENDS ...): Google Benchmark program, built but run by people (docs/performance.md).
+function(hueline_bench name)
+  cmake_parse_arguments(B "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name}_bench ${B_SOURCES})
+  target_link_libraries(${name}_bench PRIVATE ${B_DEPENDS} benchmark::benchmark_main)
+endfunction()

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <utility>
+
+namespace hueline {
+
+/// Bounded by number and by weight (bytes); thread-safe; many producers, many consumers. Every wait ends on stop or close.
+template <class T>
+class BoundedQueue {
+ public:
+  struct Limits {
+    std::size_t items;
+    std::size_t weight = static_cast<std::size_t>(-1);
+  };
+  explicit BoundedQueue(Limits limits) : limits_(limits) {}
+
+  /// False if full or closed; never waits. An item heavier than the limit is accepted when the queue is empty.
+  bool try_push(T item, std::size_t weight = 1) {
+    {
+      std::lock_guard lock(mutex_);
+      if (closed_ || !has_room(weight)) return false;
+      put(std::move(item), weight);
+    }
+    filled_.notify_one();
+    return true;
+  }
+
+  /// Waits for room. False if closed or stopped: the item was not taken.
+  bool push(T item, std::stop_token stop, std::size_t weight = 1) {
+    {
+      std::unique_lock lock(mutex_);
+      if (!emptied_.wait(lock, stop, [&] { return closed_ || has_room(weight); }) || closed_) return false;
+      put(std::move(item), weight);
+    }
+    filled_.notify_one();
+    return true;
+  }
+
+  /// Waits for an item. Empty once closed and drained, or when stopped.
+  std::optional<T> pop(std::stop_token stop = {}) {
+    std::optional<T> item;
+    {
+      std::unique_lock lock(mutex_);
+      if (!filled_.wait(lock, stop, [&] { return closed_ || !items_.empty(); }) || items_.empty()) return item;
+      item.emplace(std::move(items_.front().first));
+      weight_ -= items_.front().second;
+      items_.pop_front();
+    }
+    emptied_.notify_all();
+    return item;
+  }
+
+  /// No more pushes; what is inside can still be popped.
+  void close() {
+    {
+      std::lock_guard lock(mutex_);
+      closed_ = true;
+    }
+    filled_.notify_all();
+    emptied_.notify_all();
+  }
+
+  /// True if a try_push of this weight would succeed, for a decision made under the caller's own lock (single producer).
+  bool has_room_for(std::size_t weight) const {
+    std::lock_guard lock(mutex_);
+    return !closed_ && has_room(weight);
+  }
+  std::size_t size() const {
+    std::lock_guard lock(mutex_);
+    return items_.size();
+  }
+  std::size_t weight() const {
+    std::lock_guard lock(mutex_);
+    return weight_;
+  }
+
+ private:
+  bool has_room(std::size_t weight) const {
+    return items_.empty() || (items_.size() < limits_.items && weight_ + weight <= limits_.weight);
+  }
+  void put(T item, std::size_t weight) {
+    items_.emplace_back(std::move(item), weight);
+    weight_ += weight;
+  }
+
+  const Limits limits_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any filled_, emptied_;
+  std::deque<std::pair<T, std::size_t>> items_;
+  std::size_t weight_ = 0;
+  bool closed_ = false;
+};
+
+}  // namespace hueline

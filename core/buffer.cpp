@@ -1,0 +1,108 @@
+#include "core/buffer.hpp"
+
+#include <array>
+#include <bit>
+#include <mutex>
+#include <new>
+#include <vector>
+
+namespace hueline {
+
+struct PoolState {
+  explicit PoolState(std::size_t limit) : limit_bytes(limit) {}
+  ~PoolState();
+
+  const std::size_t limit_bytes;
+  mutable std::mutex mutex;
+  std::size_t in_use = 0;  // handed out now, by capacity
+  std::size_t idle = 0;    // waiting in `free`
+  std::array<std::vector<detail::BufferBlock*>, 64> free;
+};
+
+namespace {
+
+constexpr std::align_val_t kAlignment{64};
+constexpr std::size_t kSmallest = 256;
+
+detail::BufferBlock* allocate(std::size_t capacity) {
+  auto* block = new detail::BufferBlock;
+  block->data = static_cast<std::byte*>(::operator new(capacity, kAlignment));
+  block->capacity = capacity;
+  return block;
+}
+void destroy(detail::BufferBlock* block) {
+  ::operator delete(block->data, kAlignment);
+  delete block;
+}
+std::size_t size_class(std::size_t capacity) { return static_cast<std::size_t>(std::countr_zero(capacity)); }
+
+}  // namespace
+
+PoolState::~PoolState() {
+  for (auto& blocks : free)
+    for (auto* block : blocks) destroy(block);
+}
+
+void detail::release(BufferBlock* block) {
+  if (block->references.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
+  if (!block->pool) return destroy(block);
+  const std::shared_ptr<PoolState> pool = std::move(block->pool);
+  {
+    std::lock_guard lock(pool->mutex);
+    pool->in_use -= block->capacity;
+    if (pool->in_use + pool->idle + block->capacity <= pool->limit_bytes) {
+      pool->free[size_class(block->capacity)].push_back(block);
+      pool->idle += block->capacity;
+      return;
+    }
+  }
+  destroy(block);
+}
+
+Buffer Buffer::copy_of(std::span<const std::byte> bytes) {
+  auto* block = allocate(bytes.size() ? bytes.size() : 1);
+  block->size = bytes.size();
+  if (!bytes.empty()) std::memcpy(block->data, bytes.data(), bytes.size());
+  return Buffer(block);
+}
+
+BufferPool::BufferPool(std::size_t limit_bytes) : state_(std::make_shared<PoolState>(limit_bytes)) {}
+
+MutableBuffer BufferPool::acquire(std::size_t size) {
+  const std::size_t capacity = std::bit_ceil(size < kSmallest ? kSmallest : size);
+  detail::BufferBlock* block = nullptr;
+  std::vector<detail::BufferBlock*> evicted;  // freed outside the lock
+  {
+    std::lock_guard lock(state_->mutex);
+    if (state_->in_use + capacity > state_->limit_bytes) return {};
+    auto& reusable = state_->free[size_class(capacity)];
+    if (!reusable.empty()) {
+      block = reusable.back();
+      reusable.pop_back();
+      state_->idle -= capacity;
+    } else {
+      // Idle blocks of other sizes give way, so that the limit bounds the whole of the memory.
+      for (auto& blocks : state_->free)
+        while (!blocks.empty() && state_->in_use + state_->idle + capacity > state_->limit_bytes) {
+          state_->idle -= blocks.back()->capacity;
+          evicted.push_back(blocks.back());
+          blocks.pop_back();
+        }
+    }
+    state_->in_use += capacity;
+  }
+  for (auto* idle : evicted) destroy(idle);
+  if (!block) block = allocate(capacity);
+  block->references.store(1, std::memory_order_relaxed);
+  block->pool = state_;
+  block->size = size;
+  return MutableBuffer(block);
+}
+
+std::size_t BufferPool::bytes_in_use() const {
+  std::lock_guard lock(state_->mutex);
+  return state_->in_use;
+}
+std::size_t BufferPool::limit_bytes() const { return state_->limit_bytes; }
+
+}  // namespace hueline

@@ -1,0 +1,96 @@
+#include "core/calendar.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+
+namespace hueline {
+namespace {
+
+using std::chrono::seconds;
+
+/// Days from 1980-01-06 to a proleptic Gregorian date.
+std::int64_t days_since_gps_epoch(int year, int month, int day) {
+  using namespace std::chrono;
+  const sys_days date = std::chrono::year(year) / std::chrono::month(static_cast<unsigned>(month)) /
+                        std::chrono::day(static_cast<unsigned>(day));
+  constexpr sys_days epoch = std::chrono::year(1980) / January / 6;
+  return (date - epoch).count();
+}
+
+struct Leap {
+  int year, month;  // the offset holds from the first day of this month, 00:00 UTC
+  int offset_s;     // GPS - UTC
+};
+constexpr std::array<Leap, 18> kLeaps{{{1981, 7, 1},  {1982, 7, 2},  {1983, 7, 3},  {1985, 7, 4},  {1988, 1, 5},
+                                       {1990, 1, 6},  {1991, 1, 7},  {1992, 7, 8},  {1993, 7, 9},  {1994, 7, 10},
+                                       {1996, 1, 11}, {1997, 7, 12}, {1999, 1, 13}, {2006, 1, 14}, {2009, 1, 15},
+                                       {2012, 7, 16}, {2015, 7, 17}, {2017, 1, 18}}};
+
+/// UTC seconds since the GPS epoch, as if no leap second existed, at which entry i begins.
+std::int64_t begin_utc_s(const Leap& leap) { return days_since_gps_epoch(leap.year, leap.month, 1) * 86400; }
+
+}  // namespace
+
+GpsWeekTime to_gps_week(GpsTime t) {
+  const std::int64_t week_ns = kSecondsPerWeek * 1'000'000'000;
+  std::int64_t ns = count_ns(t);
+  std::int64_t week = ns / week_ns;
+  if (ns % week_ns < 0) --week;
+  return {static_cast<int>(week), nanoseconds(ns - week * week_ns)};
+}
+
+seconds utc_offset_from_table(GpsTime t) {
+  const auto gps_s = std::chrono::floor<seconds>(t.time_since_epoch()).count();
+  int offset = 0;
+  for (const Leap& leap : kLeaps)
+    if (gps_s >= begin_utc_s(leap) + leap.offset_s) offset = leap.offset_s;
+  return seconds(offset);
+}
+
+std::optional<GpsTime> from_utc(const UtcTime& utc, std::optional<seconds> utc_offset) {
+  using namespace std::chrono;
+  const year_month_day date{year(utc.year), month(static_cast<unsigned>(utc.month)),
+                            day(static_cast<unsigned>(utc.day))};
+  if (!date.ok() || utc.hour < 0 || utc.hour > 23 || utc.minute < 0 || utc.minute > 59 || utc.second < 0 ||
+      utc.second > 60 || utc.nanosecond < 0 || utc.nanosecond > 999'999'999 || utc.year < 1980 || utc.year > 2200)
+    return {};
+  const std::int64_t day_s = days_since_gps_epoch(utc.year, utc.month, utc.day) * 86400;
+  int offset = 0;
+  for (const Leap& leap : kLeaps)
+    if (day_s >= begin_utc_s(leap)) offset = leap.offset_s;
+  if (utc_offset) offset = static_cast<int>(utc_offset->count());
+  return GpsTime(seconds(day_s + utc.hour * 3600 + utc.minute * 60 + utc.second + offset) +
+                 nanoseconds(utc.nanosecond));
+}
+
+UtcTime to_utc(GpsTime t) {
+  using namespace std::chrono;
+  const seconds whole = floor<seconds>(t.time_since_epoch());
+  const auto fraction = t.time_since_epoch() - whole;
+  const auto offset = utc_offset_from_table(t);
+  // Inside a leap second the table has not stepped yet, and the calendar would already show the next day: second 60.
+  const bool in_leap = utc_offset_from_table(t + seconds(1)) > offset;
+  const seconds utc_s = whole - offset - seconds(in_leap ? 1 : 0);
+  constexpr sys_days epoch = std::chrono::year(1980) / January / 6;
+  const sys_days date = epoch + floor<days>(utc_s);
+  const year_month_day ymd(date);
+  const auto in_day = utc_s - floor<days>(utc_s);
+  UtcTime out;
+  out.year = static_cast<int>(ymd.year());
+  out.month = static_cast<int>(static_cast<unsigned>(ymd.month()));
+  out.day = static_cast<int>(static_cast<unsigned>(ymd.day()));
+  out.hour = static_cast<int>(in_day.count() / 3600);
+  out.minute = static_cast<int>(in_day.count() / 60 % 60);
+  out.second = static_cast<int>(in_day.count() % 60) + (in_leap ? 1 : 0);
+  out.nanosecond = static_cast<std::int32_t>(fraction.count());
+  return out;
+}
+
+std::string iso_utc(GpsTime t) {
+  const UtcTime u = to_utc(t);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:03}Z", u.year, u.month, u.day, u.hour, u.minute, u.second,
+                     u.nanosecond / 1'000'000);
+}
+
+}  // namespace hueline

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/measurements.hpp"
+#include "core/packet.hpp"
+
+namespace hueline {
+
+/// What a decoder did with the bytes it was given. Every byte is counted in exactly one of the three.
+struct DecodeCounts {
+  std::uint64_t decoded_bytes = 0;   ///< inside messages that became measurements
+  std::uint64_t ignored_bytes = 0;   ///< well-formed messages that we do not use
+  std::uint64_t malformed_bytes = 0; ///< skipped while looking for the next message, or failing their check
+  std::uint64_t malformed_messages = 0;
+  std::map<std::string, std::uint64_t> messages;  ///< by the maker's name for them, ignored ones included
+};
+
+/// Bytes in, values out: no socket, no clock, no thread. May keep state between packets (a message split over two packets, the
+/// previous azimuth). Reports trouble as Fault measurements; never throws on data.
+class Decoder {
+ public:
+  virtual ~Decoder() = default;
+  /// Appends to `out`. `packet.kind` is Wire.
+  virtual void decode(const Packet& packet, std::vector<Measurement>& out) = 0;
+  /// The source was reopened: forget half messages.
+  virtual void reset() = 0;
+  virtual const DecodeCounts& counts() const = 0;
+};
+
+}  // namespace hueline

@@ -1,0 +1,48 @@
+#include "core/fault.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstring>
+
+namespace hueline {
+
+const char* name(ErrorCode code) {
+  constexpr std::array names{"EndOfData", "TimedOut",  "Stopped", "Disconnected", "Unavailable", "Malformed",
+                             "Truncated", "Invalid", "Unsupported",  "Exhausted",   "Io"};
+  const auto i = static_cast<std::size_t>(code);
+  return i < names.size() ? names[i] : "?";
+}
+
+Error io_error(const std::string& attempted, int errno_value) {
+  return {ErrorCode::Io, fmt::format("{}: {}", attempted, std::strerror(errno_value))};
+}
+
+const char* name(FaultKind kind) {
+  constexpr std::array<const char*, kFaultKinds> names{
+      "Disconnected", "Reconnected",   "Silent",   "Overflow", "Malformed", "Lost",      "Late",
+      "ClockStep",    "LabelConflict", "Spurious", "Shed",     "DiskFull",  "WrongSize", "WrongDevice"};
+  const auto i = static_cast<std::size_t>(kind);
+  return i < names.size() ? names[i] : "?";
+}
+
+std::vector<std::byte> encode_fault(const Fault& fault) {
+  std::vector<std::byte> out(9 + fault.detail.size());
+  out[0] = static_cast<std::byte>(fault.kind);
+  for (int i = 0; i < 8; ++i) out[static_cast<std::size_t>(1 + i)] = static_cast<std::byte>(fault.count >> (8 * i));
+  if (!fault.detail.empty()) std::memcpy(out.data() + 9, fault.detail.data(), fault.detail.size());
+  return out;
+}
+
+Result<Fault> decode_fault(SensorId sensor, HostTime time, std::span<const std::byte> bytes) {
+  if (bytes.size() < 9) return Error{ErrorCode::Truncated, fmt::format("fault event of {} bytes; at least 9", bytes.size())};
+  const auto kind = static_cast<std::uint8_t>(bytes[0]);
+  if (kind >= kFaultKinds) return Error{ErrorCode::Unsupported, fmt::format("fault kind {} is not known", kind)};
+  Fault fault{sensor, static_cast<FaultKind>(kind), time, 0, {}};
+  for (int i = 0; i < 8; ++i)
+    fault.count |= static_cast<std::uint64_t>(bytes[static_cast<std::size_t>(1 + i)]) << (8 * i);
+  fault.detail.assign(reinterpret_cast<const char*>(bytes.data()) + 9, bytes.size() - 9);
+  return fault;
+}
+
+}  // namespace hueline

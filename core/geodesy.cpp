@@ -1,0 +1,47 @@
+#include "core/geodesy.hpp"
+
+#include <cmath>
+
+namespace hueline {
+namespace {
+constexpr double kA = 6378137.0;                  // semi-major axis, m
+constexpr double kF = 1.0 / 298.257223563;        // flattening
+constexpr double kB = kA * (1.0 - kF);            // semi-minor axis, m
+constexpr double kE2 = kF * (2.0 - kF);           // first eccentricity squared
+constexpr double kEp2 = kE2 / (1.0 - kE2);        // second eccentricity squared
+}  // namespace
+
+Point<Ecef> to_ecef(const Geodetic& g) {
+  const double s = std::sin(g.latitude), c = std::cos(g.latitude);
+  const double n = kA / std::sqrt(1.0 - kE2 * s * s);
+  return {{(n + g.ellipsoidal_height) * c * std::cos(g.longitude), (n + g.ellipsoidal_height) * c * std::sin(g.longitude),
+           (n * (1.0 - kE2) + g.ellipsoidal_height) * s}};
+}
+
+Geodetic to_geodetic(const Point<Ecef>& p) {
+  const double x = p.xyz.x(), y = p.xyz.y(), z = p.xyz.z();
+  const double rho = std::hypot(x, y);
+  double beta = std::atan2(z * kA, rho * kB);  // reduced latitude
+  double latitude = 0;
+  for (int i = 0; i < 2; ++i) {
+    const double sb = std::sin(beta), cb = std::cos(beta);
+    latitude = std::atan2(z + kEp2 * kB * sb * sb * sb, rho - kE2 * kA * cb * cb * cb);
+    beta = std::atan2((1.0 - kF) * std::sin(latitude), std::cos(latitude));
+  }
+  const double s = std::sin(latitude), c = std::cos(latitude);
+  // Stable at the poles too: the distance along the normal, from both components.
+  const double height = rho * c + z * s - kA * std::sqrt(1.0 - kE2 * s * s);
+  return {latitude, std::atan2(y, x), height};
+}
+
+Transform<Ecef, Enu> ecef_from_enu(const Geodetic& origin) {
+  const double sb = std::sin(origin.latitude), cb = std::cos(origin.latitude);
+  const double sl = std::sin(origin.longitude), cl = std::cos(origin.longitude);
+  Eigen::Matrix3d R;
+  R << -sl, -sb * cl, cb * cl,  //
+      cl, -sb * sl, cb * sl,    //
+      0, cb, sb;
+  return {Eigen::Quaterniond(R), to_ecef(origin).xyz};
+}
+
+}  // namespace hueline

@@ -1,0 +1,154 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/buffer.hpp"
+#include "core/fault.hpp"
+#include "core/frames.hpp"
+#include "core/geodesy.hpp"
+#include "core/time.hpp"
+
+/// What decoders make of bytes: SI, radians, our frames. `received` is the arrival (host); `time` the measurement, on the clock
+/// that its type names. Decoders are pure; sync/ turns host and device times into GpsTime.
+namespace hueline {
+
+enum class FixType : std::uint8_t { None, Single, Dgnss, RtkFloat, RtkFixed, Ppp };
+const char* name(FixType type);
+
+/// Rising edge of the pulse per second (the edge the receiver names as the second).
+struct PpsEdge {
+  SensorId sensor{};
+  HostTime edge{};             ///< kernel stamp of the edge
+  std::uint64_t sequence = 0;  ///< the source's own count; gaps are lost edges
+};
+
+/// A receiver's statement "the latest PPS edge was this GPS second" (NovAtel TIME, Velodyne position packet). It comes after
+/// the edge, 1-700 ms late, sometimes more than a second.
+struct TimeLabel {
+  SensorId sensor{};
+  HostTime received{};
+  GpsTime second{};                                 ///< whole second, already in GPS time
+  std::optional<std::chrono::seconds> utc_offset;   ///< GPS - UTC, if the receiver knows it
+  bool is_valid = false;                            ///< receiver claims a good time (NovAtel FINE..., GPRMC status A and PPS locked)
+};
+
+/// Any message that carries GPS time and arrives soon after: bounds the host clock's offset from one side (arrival >= event).
+struct TimedArrival {
+  SensorId sensor{};
+  HostTime received{};
+  GpsTime time{};
+};
+
+/// A device counter seen at an arrival: Velodyne's microseconds past the hour of each packet.
+enum class PpsStatus : std::uint8_t { NoPps = 0, Synchronising = 1, Locked = 2, Error = 3, Unknown = 255 };
+const char* name(PpsStatus status);
+struct LaserStatus {
+  SensorId sensor{};
+  HostTime received{};
+  DeviceTime<UtcHourCounter> time{};
+  PpsStatus pps = PpsStatus::Unknown;
+  bool has_nmea = false;
+  bool nmea_valid = false;  ///< GPRMC status 'A'
+};
+
+/// The POS's navigation solution at `time`: pose of Body against the local level at `position`.
+struct InsSolution {
+  SensorId sensor{};
+  HostTime received{};
+  GpsTime time{};
+  Geodetic position{};
+  Eigen::Vector3d velocity_enu = Eigen::Vector3d::Zero();  ///< m/s
+  Attitude attitude{};
+  bool is_good = false;    ///< solution good (NovAtel INS_SOLUTION_GOOD or better); else recorded and flagged, not trusted
+  std::uint32_t status = 0;  ///< the receiver's own number
+  /// One sigma, if the message has it: position east, north, up (m); velocity (m/s); roll, pitch, heading (rad).
+  std::optional<std::array<double, 9>> sigma;
+};
+/// One sigma of the running solution, from its own message (NovAtel INSSTDEV); order as InsSolution::sigma.
+struct InsUncertainty {
+  SensorId sensor{};
+  GpsTime time{};
+  std::array<double, 9> sigma{};
+};
+
+struct GnssFix {
+  SensorId sensor{};
+  HostTime received{};
+  GpsTime time{};
+  FixType type = FixType::None;
+  Geodetic position{};
+  std::array<double, 3> sigma_enu{};  ///< m
+  int satellites = 0;
+};
+
+struct ImuSample {
+  SensorId sensor{};
+  HostTime received{};
+  GpsTime time{};
+  Eigen::Vector3d specific_force_body = Eigen::Vector3d::Zero();  ///< m/s^2
+  Eigen::Vector3d angular_rate_body = Eigen::Vector3d::Zero();    ///< rad/s
+};
+
+/// An edge at the POS's event input, stamped by the receiver: strobe of an exposure.
+struct EventMark {
+  SensorId sensor{};
+  HostTime received{};
+  GpsTime time{};        ///< the input's active edge
+  int input = 1;         ///< 1..4 (MARK1TIME..MARK4TIME)
+  bool is_valid = false; ///< receiver's time status is fine
+  std::uint32_t pulse_count = 0;  ///< if the receiver counts its marks; 0: it does not
+};
+
+/// One laser return, 32 bytes. `p_scanner` in metres in the scanner's frame.
+struct LaserReturn {
+  float x = 0, y = 0, z = 0;
+  float range_m = 0;
+  float azimuth = 0;             ///< rad, [0, 2 pi), as the scanner counts it
+  std::int32_t time_offset_ns = 0;  ///< firing minus LaserBatch::time
+  std::uint16_t channel = 0;     ///< ring counted from the lowest elevation
+  std::uint8_t reflectivity = 0;
+  std::uint8_t return_number = 1;   ///< 1 = the only or strongest/first...
+  std::uint8_t return_count = 1;    ///< returns of this firing
+  std::uint8_t flags = 0;
+  std::uint16_t reserved = 0;
+};
+static_assert(sizeof(LaserReturn) == 32);
+
+/// The returns of one packet.
+struct LaserBatch {
+  SensorId sensor{};
+  HostTime received{};
+  std::uint64_t packet_sequence = 0;       ///< journal sequence of the packet
+  DeviceTime<UtcHourCounter> time{};       ///< the packet's own stamp: first firing
+  std::vector<LaserReturn> returns;
+};
+
+enum class PixelFormat : std::uint8_t { Mono8, BayerRG8, BayerBG8, BayerGR8, BayerGB8, Rgb8 };
+const char* name(PixelFormat format);
+
+/// One delivered image. Pixels stay in the packet's buffer.
+struct Image {
+  SensorId sensor{};
+  HostTime received{};                        ///< last byte here
+  std::uint64_t packet_sequence = 0;
+  std::uint64_t frame_id = 0;                 ///< the camera's own number; gaps are lost images, a fall is a restart
+  DeviceTime<CameraCounter> time{};           ///< the camera's stamp (which event: rig setting)
+  std::uint32_t width = 0, height = 0, stride = 0;
+  PixelFormat format = PixelFormat::BayerRG8;
+  bool is_complete = false;                   ///< no missing packet; incomplete images are recorded and not used for colour
+  std::uint32_t missing_packets = 0;
+  Buffer buffer;                              ///< the whole packet
+  std::size_t pixel_offset = 0;               ///< of the first pixel inside `buffer`
+
+  std::span<const std::byte> pixels() const { return buffer.bytes().subspan(pixel_offset); }
+};
+
+using Measurement = std::variant<PpsEdge, TimeLabel, TimedArrival, LaserStatus, InsSolution, InsUncertainty, GnssFix,
+                                 ImuSample, EventMark, LaserBatch, Image, Fault>;
+
+}  // namespace hueline

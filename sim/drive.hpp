@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+/// What the simulated world hands to the simulated devices, and the truth beside it. Plain numbers with units in the names: the
+/// simulator shares no geometry, no time types and no encoders with the program that it tests.
+namespace hueline::sim {
+
+/// GPS time, ns since 1980-01-06 (continuous).
+using GpsNs = std::int64_t;
+
+/// The POS's output at `gps_ns`, errors included (truth is in Truth).
+struct InsSample {
+  GpsNs gps_ns = 0;
+  double latitude_rad = 0, longitude_rad = 0, ellipsoidal_height_m = 0;
+  double velocity_east = 0, velocity_north = 0, velocity_up = 0;
+  double roll_rad = 0, pitch_rad = 0, heading_rad = 0;
+  std::array<double, 9> sigma{};  ///< E N U (m), velocity (m/s), roll pitch heading (rad): what the POS claims
+};
+
+/// One Velodyne data packet before encoding: 24 firing sequences of 16 lasers (VLP-16) or 12 of 32 (HDL-32E).
+struct LaserPacket {
+  GpsNs first_firing_gps_ns = 0;
+  std::array<std::uint16_t, 12> azimuth_centideg{};  ///< of each block
+  std::vector<std::uint16_t> distance_2mm;           ///< 12 x 32, laser order of the maker; 0: no return
+  std::vector<std::uint8_t> reflectivity;            ///< likewise
+};
+
+/// One exposure: the stacked raw image of all lenses as the camera delivers it.
+struct CameraExposure {
+  std::uint32_t number = 0;
+  GpsNs exposure_start_gps_ns = 0;   ///< the strobe's edge: what the event mark stamps
+  std::int64_t exposure_ns = 0;      ///< duration
+  std::uint32_t width = 0, height = 0;
+  std::string image_file;            ///< raw Bayer bytes, width x height, in the drive's cache folder
+};
+
+/// Truth of one laser return, in the order of the packets: index = (packet, block, laser).
+struct TrueReturn {
+  GpsNs fired_gps_ns = 0;
+  std::uint16_t channel = 0;         ///< ring from the lowest elevation
+  std::uint16_t surface = 0;         ///< id in the scene's list
+  double east = 0, north = 0, up = 0;  ///< true place of the hit, local level at the scene's origin
+  double beam_east = 0, beam_north = 0, beam_up = 0;  ///< true scanner place + true beam x the range that the wire can carry
+  std::uint8_t red = 0, green = 0, blue = 0;          ///< colour as a perfect camera at the scanner would see it (shaded)
+};
+
+/// Truth of one exposure: pose of the camera head at the middle of the exposure.
+struct TrueExposure {
+  std::uint32_t number = 0;
+  GpsNs exposure_mid_gps_ns = 0;
+  std::array<double, 9> R_enu_head{};  ///< row-major
+  std::array<double, 3> p_enu_head{};
+};
+
+/// A drive, rendered ahead. Deterministic in the scenario (seed included).
+struct Drive {
+  double origin_latitude_rad = 0, origin_longitude_rad = 0, origin_height_m = 0;  ///< of the scene's local level
+  GpsNs begin_gps_ns = 0, end_gps_ns = 0;
+  std::vector<InsSample> ins;
+  std::vector<LaserPacket> laser;
+  std::vector<CameraExposure> exposures;
+  std::vector<std::int64_t> pps_edge_error_ns;  ///< of each whole second from begin: stamp minus true second
+  std::string cache_dir;                        ///< where images and truth lie
+};
+
+}  // namespace hueline::sim
