@@ -1,0 +1,155 @@
+#include "config/section.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+namespace hueline::config {
+namespace {
+
+std::string shown(const YAML::Node& node) {
+  if (node.IsScalar()) return "'" + node.Scalar() + "'";
+  if (node.IsSequence()) return fmt::format("a list of {}", node.size());
+  if (node.IsMap()) return "a mapping";
+  return "nothing";
+}
+
+std::string number_text(double v) { return std::abs(v) >= 1e300 ? (v < 0 ? "-inf" : "inf") : fmt::format("{:g}", v); }
+
+}  // namespace
+
+Section Section::load_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw ConfigError(fmt::format("{}: cannot be read; give the path of a YAML file", path));
+  std::ostringstream text;
+  text << in.rdbuf();
+  return load_text(text.str(), path);
+}
+
+Section Section::load_text(const std::string& text, const std::string& name) {
+  YAML::Node root;
+  try {
+    root = YAML::Load(text);
+  } catch (const YAML::Exception& e) {
+    throw ConfigError(fmt::format("{}:{}: not YAML: {}", name, e.mark.line + 1, e.msg));
+  }
+  return Section(root, std::make_shared<const std::string>(name), "");
+}
+
+Section::Section(YAML::Node node, std::shared_ptr<const std::string> file, std::string path)
+    : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)) {
+  if (!node_.IsMap())
+    throw ConfigError(fmt::format("{}: {}: expected a mapping of keys, found {}", where(node_),
+                                  path_.empty() ? "the file" : "'" + path_ + "'", shown(node_)));
+  std::set<std::string> seen;
+  for (const auto& item : node_)
+    if (!seen.insert(item.first.Scalar()).second)
+      throw ConfigError(fmt::format("{}: key '{}' stands twice", where(item.first), item.first.Scalar()));
+}
+
+std::string Section::where(const YAML::Node& at) const { return fmt::format("{}:{}", *file_, at.Mark().line + 1); }
+
+bool Section::has(const std::string& key) const {
+  known_.insert(key);
+  return node_[key].IsDefined();
+}
+
+YAML::Node Section::require(const std::string& key) {
+  if (!has(key)) throw ConfigError(fmt::format("{}: key '{}{}{}' is missing", where(node_), path_, path_.empty() ? "" : ".", key));
+  return node_[key];
+}
+
+void Section::fail(const YAML::Node& at, const std::string& key, const std::string& allowed) const {
+  throw ConfigError(fmt::format("{}: key '{}{}{}': found {}, allowed: {}", where(at), path_, path_.empty() ? "" : ".", key,
+                                shown(at), allowed));
+}
+
+void Section::refuse(const std::string& key, const std::string& why) const {
+  const YAML::Node at = node_[key];
+  throw ConfigError(fmt::format("{}: key '{}{}{}': {}", where(at.IsDefined() ? at : node_), path_, path_.empty() ? "" : ".",
+                                key, why));
+}
+
+double Section::checked(const YAML::Node& node, const std::string& key, Range range) const {
+  double value = 0;
+  const std::string allowed = fmt::format("a number from {} to {}", number_text(range.min), number_text(range.max));
+  if (!node.IsScalar() || !YAML::convert<double>::decode(node, value)) fail(node, key, allowed);
+  if (!(value >= range.min && value <= range.max)) fail(node, key, allowed);
+  return value;
+}
+
+double Section::number(const std::string& key, Range range) { return checked(require(key), key, range); }
+double Section::number(const std::string& key, Range range, double otherwise) {
+  return has(key) ? number(key, range) : otherwise;
+}
+
+std::int64_t Section::integer(const std::string& key, Range range) {
+  const YAML::Node found = require(key);
+  std::int64_t value = 0;
+  const std::string allowed = fmt::format("a whole number from {:.0f} to {:.0f}", range.min, range.max);
+  if (!found.IsScalar() || !YAML::convert<std::int64_t>::decode(found, value)) fail(found, key, allowed);
+  if (static_cast<double>(value) < range.min || static_cast<double>(value) > range.max) fail(found, key, allowed);
+  return value;
+}
+std::int64_t Section::integer(const std::string& key, Range range, std::int64_t otherwise) {
+  return has(key) ? integer(key, range) : otherwise;
+}
+
+bool Section::boolean(const std::string& key, bool otherwise) {
+  if (!has(key)) return otherwise;
+  bool value = false;
+  if (!YAML::convert<bool>::decode(node_[key], value)) fail(node_[key], key, "true or false");
+  return value;
+}
+
+std::string Section::text(const std::string& key) {
+  const YAML::Node found = require(key);
+  if (!found.IsScalar() || found.Scalar().empty()) fail(found, key, "a text");
+  return found.Scalar();
+}
+std::string Section::text(const std::string& key, const std::string& otherwise) { return has(key) ? text(key) : otherwise; }
+
+std::vector<double> Section::numbers(const std::string& key, Range range) {
+  const YAML::Node found = require(key);
+  if (!found.IsSequence()) fail(found, key, "a list of numbers");
+  std::vector<double> out;
+  for (const auto& item : found) out.push_back(checked(item, key, range));
+  return out;
+}
+std::vector<double> Section::numbers(const std::string& key, std::size_t count, Range range) {
+  std::vector<double> out = numbers(key, range);
+  if (out.size() != count) fail(node_[key], key, fmt::format("a list of {} numbers", count));
+  return out;
+}
+Eigen::Vector3d Section::vector3(const std::string& key, Range range) {
+  const auto v = numbers(key, 3, range);
+  return {v[0], v[1], v[2]};
+}
+
+Section Section::section(const std::string& key) {
+  return Section(require(key), file_, path_.empty() ? key : path_ + "." + key);
+}
+
+std::vector<Section> Section::list(const std::string& key) {
+  const YAML::Node found = require(key);
+  if (!found.IsSequence()) fail(found, key, "a list");
+  std::vector<Section> out;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    out.push_back(Section(found[i], file_, fmt::format("{}{}{}[{}]", path_, path_.empty() ? "" : ".", key, i)));
+  return out;
+}
+
+void Section::finish() const {
+  for (const auto& item : node_) {
+    const std::string key = item.first.Scalar();
+    if (known_.contains(key)) continue;
+    std::string allowed;
+    for (const auto& k : known_) allowed += (allowed.empty() ? "" : ", ") + k;
+    throw ConfigError(fmt::format("{}: key '{}{}{}' is not known; known here: {}", where(item.first), path_,
+                                  path_.empty() ? "" : ".", key, allowed));
+  }
+}
+
+}  // namespace hueline::config

@@ -1,0 +1,65 @@
+#include "core/buffer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+#include <vector>
+
+namespace hueline {
+namespace {
+
+TEST(BufferPool, ReusesBlocksAndCountsWhatIsOut) {
+  BufferPool pool(1 << 20);
+  const std::byte* first = nullptr;
+  {
+    MutableBuffer a = pool.acquire(1000);
+    ASSERT_TRUE(a);
+    EXPECT_EQ(a.size(), 1000u);
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(a.data()) % 64, 0u);
+    EXPECT_EQ(pool.bytes_in_use(), 1024u);
+    first = a.data();
+    const Buffer shared = std::move(a).share();
+    const Buffer again = shared;
+    EXPECT_EQ(again.data(), first) << "sharing must not copy";
+  }
+  EXPECT_EQ(pool.bytes_in_use(), 0u);
+  EXPECT_EQ(pool.acquire(900).data(), first) << "a freed block of the class is used again";
+}
+
+TEST(BufferPool, RefusesBeyondItsLimitAndRecovers) {
+  BufferPool pool(4096);
+  MutableBuffer a = pool.acquire(2048), b = pool.acquire(2048);
+  ASSERT_TRUE(a && b);
+  EXPECT_FALSE(pool.acquire(1));
+  a = MutableBuffer();
+  EXPECT_TRUE(pool.acquire(300));
+}
+
+TEST(BufferPool, IdleBlocksOfOtherSizesGiveWay) {
+  BufferPool pool(4096);
+  { MutableBuffer small[4] = {pool.acquire(1024), pool.acquire(1024), pool.acquire(1024), pool.acquire(1024)}; }
+  EXPECT_TRUE(pool.acquire(4096));
+}
+
+TEST(Buffer, OutlivesItsPoolAndIsSharedByThreads) {
+  Buffer shared;
+  {
+    BufferPool pool(1 << 16);
+    MutableBuffer m = pool.acquire(256);
+    m.data()[0] = std::byte{42};
+    shared = std::move(m).share();
+  }
+  std::vector<std::jthread> readers;
+  for (int i = 0; i < 4; ++i)
+    readers.emplace_back([copy = shared] {
+      for (int k = 0; k < 1000; ++k) {
+        const Buffer mine = copy;
+        ASSERT_EQ(mine.bytes()[0], std::byte{42});
+      }
+    });
+}
+
+TEST(Buffer, CopyOfEmptyIsEmpty) { EXPECT_TRUE(Buffer::copy_of({}).empty()); }
+
+}  // namespace
+}  // namespace hueline

@@ -1,0 +1,42 @@
+#include "core/geodesy.hpp"
+
+#include <gtest/gtest.h>
+
+#include <GeographicLib/Geocentric.hpp>
+#include <GeographicLib/LocalCartesian.hpp>
+#include <random>
+
+namespace hueline {
+namespace {
+
+constexpr double kDeg = 3.14159265358979323846 / 180;
+// A coordinate of 6.4e6 m has a spacing of 0.9 nm in double: 5 nm is a few roundings.
+
+TEST(Geodesy, EqualsGeographicLib) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> lat(-90, 90), lon(-180, 180), h(-5000, 100000);
+  const auto& earth = GeographicLib::Geocentric::WGS84();
+  for (int i = 0; i < 5000; ++i) {
+    const double B = i == 0 ? 90 : i == 1 ? -90 : lat(random), L = lon(random), H = h(random);
+    double x, y, z;
+    earth.Forward(B, L, H, x, y, z);
+    const auto p = to_ecef({B * kDeg, L * kDeg, H});
+    ASSERT_LT((p.xyz - Eigen::Vector3d(x, y, z)).norm(), 5e-9);
+    const Geodetic back = to_geodetic(p);
+    ASSERT_NEAR(back.ellipsoidal_height, H, 5e-9);
+    ASSERT_LT((to_ecef(back).xyz - p.xyz).norm(), 5e-9) << B << " " << L << " " << H;
+  }
+}
+
+TEST(Geodesy, LocalLevelEqualsGeographicLib) {
+  const Geodetic origin{39.9 * kDeg, 116.3 * kDeg, 50};
+  const GeographicLib::LocalCartesian local(39.9, 116.3, 50);
+  const auto T_ecef_enu = ecef_from_enu(origin);
+  double x, y, z;
+  local.Forward(39.91, 116.28, 70, x, y, z);
+  const Point<Enu> p = T_ecef_enu.inverse() * to_ecef({39.91 * kDeg, 116.28 * kDeg, 70});
+  EXPECT_LT((p.xyz - Eigen::Vector3d(x, y, z)).norm(), 5e-9);
+}
+
+}  // namespace
+}  // namespace hueline
