@@ -1,0 +1,78 @@
+#include "apps/ingest.hpp"
+
+#include <fmt/format.h>
+
+namespace hueline::apps {
+
+Ingest::Ingest(std::vector<Sensor> sensors, PacketQueue& record, PacketQueue& pipeline, PacketQueue::Limits pipeline_limits)
+    : sensors_(std::move(sensors)),
+      record_(record),
+      pipeline_(pipeline),
+      soft_{pipeline_limits.items / 4 * 3, pipeline_limits.weight / 4 * 3},
+      counts_(sensors_.size()) {}
+
+bool Ingest::submit(Packet packet) {
+  std::lock_guard lock(mutex_);
+  const HostTime now = packet.received;
+  if (!refused_untold_.empty() && record_.has_room_for(1024)) tell_refused(now);
+  return place(std::move(packet));
+}
+
+bool Ingest::submit(const Fault& fault) {
+  Packet packet;
+  packet.sensor = fault.sensor;
+  packet.kind = PacketKind::Fault;
+  packet.received = fault.time;
+  packet.bytes = Buffer::copy_of(encode_fault(fault));
+  std::lock_guard lock(mutex_);
+  return place(std::move(packet));
+}
+
+void Ingest::tell_refused(HostTime now) {
+  const auto untold = std::exchange(refused_untold_, {});
+  for (const auto& [sensor, count] : untold) {
+    Packet packet;
+    packet.sensor = sensor;
+    packet.kind = PacketKind::Fault;
+    packet.received = now;
+    packet.bytes = Buffer::copy_of(encode_fault(
+        {sensor, FaultKind::Overflow, now, count, "recorder's queue was full: not recorded; the disk is too slow"}));
+    if (!place(std::move(packet))) {
+      refused_untold_[sensor] += count;  // still no room: told later, with what comes to it
+    }
+  }
+}
+
+bool Ingest::place(Packet packet) {
+  const SensorId sensor = packet.sensor < sensors_.size() ? packet.sensor : kSystemSensor;
+  Counts& counts = counts_[sensor];
+  const std::size_t weight = packet.bytes.size() + 64;
+  packet.sequence = next_sequence_++;
+  // Only Ingest fills the pipeline's queue, so what fits now still fits below.
+  packet.shed = !pipeline_.has_room_for(weight) ||
+                (packet.kind == PacketKind::Wire && sensors_[sensor].is_sheddable &&
+                 (pipeline_.size() >= soft_.items || pipeline_.weight() + weight > soft_.weight));
+  const auto shared = std::make_shared<const Packet>(std::move(packet));
+  if (!record_.try_push(shared, weight)) {
+    ++counts.refused;
+    if (shared->kind == PacketKind::Wire) ++refused_untold_[sensor];
+    return false;
+  }
+  ++counts.packets;
+  counts.bytes += shared->bytes.size();
+  if (shared->shed) ++counts.shed;
+  if (!shared->shed) pipeline_.try_push(shared, weight);
+  return true;
+}
+
+Ingest::Counts Ingest::counts(SensorId sensor) const {
+  std::lock_guard lock(mutex_);
+  return counts_.at(sensor);
+}
+
+std::uint64_t Ingest::next_sequence() const {
+  std::lock_guard lock(mutex_);
+  return next_sequence_;
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <map>
+#include <mutex>
+#include <vector>
+
+#include "core/bounded_queue.hpp"
+#include "core/packet.hpp"
+
+namespace hueline::apps {
+
+using PacketQueue = BoundedQueue<PacketPtr>;
+
+/// Where interleaving is decided, once: gives each packet its sequence, decides whether it is shed, and hands it to the recorder
+/// first and to the pipeline second. Thread-safe; never waits for either of them.
+///
+/// Rules, so that a replay of the record gives what the live run gave:
+/// - What the recorder's queue refuses is not given to the pipeline either. Its sequence stays a gap, counted, and told by a
+///   Fault{Overflow} as soon as there is room.
+/// - What the pipeline has no room for is recorded with `shed` set and not given to it; a replay leaves it out likewise. Packets
+///   of sheddable sensors (images, lasers) are shed from three quarters of the queue on, all others only when it is full.
+class Ingest {
+ public:
+  struct Sensor {
+    bool is_sheddable = false;
+  };
+  struct Counts {
+    std::uint64_t packets = 0, bytes = 0, shed = 0, refused = 0;
+  };
+
+  /// `sensors[id]`; index 0 is the system. Weights of the queues are bytes.
+  Ingest(std::vector<Sensor> sensors, PacketQueue& record, PacketQueue& pipeline, PacketQueue::Limits pipeline_limits);
+
+  /// False if the recorder's queue refused it (counted).
+  bool submit(Packet packet);
+  /// A fault noticed on this side of the record: becomes a packet like any other.
+  bool submit(const Fault& fault);
+
+  Counts counts(SensorId sensor) const;
+  std::uint64_t next_sequence() const;
+
+ private:
+  bool place(Packet packet);  // under mutex_
+  void tell_refused(HostTime now);
+
+  const std::vector<Sensor> sensors_;
+  PacketQueue& record_;
+  PacketQueue& pipeline_;
+  const PacketQueue::Limits soft_;
+  mutable std::mutex mutex_;
+  std::uint64_t next_sequence_ = 0;
+  std::vector<Counts> counts_;
+  std::map<SensorId, std::uint64_t> refused_untold_;
+};
+
+}  // namespace hueline::apps

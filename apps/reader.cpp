@@ -1,0 +1,97 @@
+#include "apps/reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+
+namespace hueline::apps {
+
+Reader::Reader(SensorId sensor, std::string name, std::unique_ptr<PacketSource> source, Config config, Ingest& ingest,
+               std::function<HostTime()> host_now)
+    : sensor_(sensor),
+      name_(std::move(name)),
+      source_(std::move(source)),
+      config_(config),
+      ingest_(ingest),
+      host_now_(std::move(host_now)) {}
+
+void Reader::fault(FaultKind kind, std::string detail) { ingest_.submit(Fault{sensor_, kind, host_now_(), 1, std::move(detail)}); }
+
+void Reader::run(std::stop_token stop) {
+  std::mutex mutex;
+  std::condition_variable_any wake;
+  auto back_off = config_.first_back_off;
+  bool had_opened = false, told_down = false;
+  while (!stop.stop_requested()) {
+    state_ = State::Connecting;
+    const Status opened = source_->open();
+    if (opened.ok()) {
+      if (told_down) fault(FaultKind::Reconnected, had_opened ? "open again" : "open");
+      told_down = false;
+      had_opened = true;
+      state_ = State::Running;
+      const HostTime since = host_now_();
+      const bool again = read_until_trouble(stop);
+      source_->close();
+      if (!again) break;
+      told_down = true;
+      // A device that stayed for a while earns a quick retry; one that fails at once is asked ever less often.
+      if (host_now_() - since > std::chrono::seconds(5)) back_off = config_.first_back_off;
+    } else {
+      const Error& error = opened.error();
+      if (error.code == ErrorCode::Invalid || error.code == ErrorCode::Unsupported) {
+        fault(FaultKind::WrongDevice, error.message);
+        break;
+      }
+      if (!told_down) fault(FaultKind::Disconnected, error.message);
+      told_down = true;
+    }
+    std::unique_lock lock(mutex);
+    wake.wait_for(lock, stop, back_off, [] { return false; });
+    back_off = std::min(back_off * 2, config_.longest_back_off);
+  }
+  state_ = State::Ended;
+}
+
+bool Reader::read_until_trouble(std::stop_token stop) {
+  HostTime heard = host_now_();
+  bool told_silent = false;
+  while (!stop.stop_requested()) {
+    Result<Packet> packet = source_->next(stop);
+    if (packet.ok()) {
+      heard = host_now_();
+      if (told_silent) {
+        fault(FaultKind::Reconnected, "speaks again");
+        told_silent = false;
+        state_ = State::Running;
+      }
+      packet->sensor = sensor_;
+      ingest_.submit(std::move(*packet));
+      continue;
+    }
+    const Error& error = packet.error();
+    switch (error.code) {
+      case ErrorCode::TimedOut:
+        if (!told_silent && host_now_() - heard > config_.silent_after) {
+          fault(FaultKind::Silent, fmt::format("connected, but nothing came for {:.1f} s", to_seconds(host_now_() - heard)));
+          told_silent = true;
+          state_ = State::Silent;
+        }
+        break;
+      case ErrorCode::Stopped: return false;
+      case ErrorCode::EndOfData: return false;
+      case ErrorCode::Malformed:
+      case ErrorCode::Truncated:
+        fault(FaultKind::Malformed, error.message);
+        // A broken recording ends here; a device is opened anew.
+        return error.code == ErrorCode::Malformed;
+      case ErrorCode::Exhausted: fault(FaultKind::Overflow, error.message); break;
+      default: fault(FaultKind::Disconnected, error.message); return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace hueline::apps

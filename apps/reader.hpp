@@ -1,0 +1,50 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+
+#include "apps/ingest.hpp"
+#include "core/packet.hpp"
+
+namespace hueline::apps {
+
+/// One device's thread: opens its source, hands on what comes, reports what does not, and opens again with back-off. Trouble of
+/// one device never touches another.
+class Reader {
+ public:
+  struct Config {
+    std::chrono::milliseconds first_back_off{250};   ///< doubled at each failure
+    std::chrono::milliseconds longest_back_off{5000};
+    std::chrono::milliseconds silent_after{3000};    ///< connected, but no packet for so long: Fault Silent, once a silence
+  };
+  enum class State : std::uint8_t { Connecting, Running, Silent, Ended };
+
+  /// `host_now` stamps faults; a test passes its own.
+  Reader(SensorId sensor, std::string name, std::unique_ptr<PacketSource> source, Config config, Ingest& ingest,
+         std::function<HostTime()> host_now);
+
+  /// Until stop, EndOfData, or an error that no retry mends (Invalid, Unsupported).
+  void run(std::stop_token stop);
+
+  State state() const { return state_.load(std::memory_order_relaxed); }
+  SensorId sensor() const { return sensor_; }
+  const std::string& sensor_name() const { return name_; }
+
+ private:
+  bool read_until_trouble(std::stop_token stop);  // false: over for good
+  void fault(FaultKind kind, std::string detail);
+
+  const SensorId sensor_;
+  const std::string name_;
+  const std::unique_ptr<PacketSource> source_;
+  const Config config_;
+  Ingest& ingest_;
+  const std::function<HostTime()> host_now_;
+  std::atomic<State> state_{State::Connecting};
+};
+
+}  // namespace hueline::apps
