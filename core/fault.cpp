@@ -21,7 +21,8 @@ Error io_error(const std::string& attempted, int errno_value) {
 const char* name(FaultKind kind) {
   constexpr std::array<const char*, kFaultKinds> names{
       "Disconnected", "Reconnected",   "Silent",   "Overflow", "Malformed", "Lost",      "Late",
-      "ClockStep",    "LabelConflict", "Spurious", "Shed",     "DiskFull",  "WrongSize", "WrongDevice"};
+      "ClockStep",    "LabelConflict", "Spurious", "Shed",     "DiskFull",  "WrongSize", "WrongDevice",
+      "NoTime"};
   const auto i = static_cast<std::size_t>(kind);
   return i < names.size() ? names[i] : "?";
 }

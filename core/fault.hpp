@@ -30,8 +30,9 @@ enum class FaultKind : std::uint8_t {
   DiskFull,       ///< or read-only, or failing: a write was refused
   WrongSize,      ///< an image whose size is not the rig's
   WrongDevice,    ///< something answers, but it is not the device that the rig names
+  NoTime,         ///< the clock it needs is not disciplined: stamped roughly with a grown sigma, or not at all; detail says which
 };
-constexpr int kFaultKinds = 14;
+constexpr int kFaultKinds = 15;
 const char* name(FaultKind kind);
 
 /// Something that was lost, refused or doubted. Travels in the journal like any packet.
