@@ -1,5 +1,6 @@
 #include "core/buffer.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <mutex>
@@ -45,6 +46,11 @@ PoolState::~PoolState() {
 
 void detail::release(BufferBlock* block) {
   if (block->references.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
+  if (block->parent) {
+    BufferBlock* const parent = block->parent;
+    delete block;
+    return release(parent);
+  }
   if (!block->pool) return destroy(block);
   const std::shared_ptr<PoolState> pool = std::move(block->pool);
   {
@@ -63,6 +69,17 @@ Buffer Buffer::copy_of(std::span<const std::byte> bytes) {
   auto* block = allocate(bytes.size() ? bytes.size() : 1);
   block->size = bytes.size();
   if (!bytes.empty()) std::memcpy(block->data, bytes.data(), bytes.size());
+  return Buffer(block);
+}
+
+Buffer Buffer::part(std::size_t offset, std::size_t size) const {
+  if (!block_) return {};
+  const std::size_t first = std::min(offset, block_->size);
+  auto* block = new detail::BufferBlock;
+  block->parent = block_->parent ? block_->parent : block_;
+  block->parent->references.fetch_add(1, std::memory_order_relaxed);
+  block->data = block_->data + first;
+  block->size = block->capacity = std::min(size, block_->size - first);
   return Buffer(block);
 }
 

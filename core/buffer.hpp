@@ -19,6 +19,7 @@ namespace detail {
 struct BufferBlock {
   std::atomic<std::uint32_t> references{1};
   std::shared_ptr<PoolState> pool;  // null: plain heap, freed on last release
+  BufferBlock* parent = nullptr;    // set: `data` lies inside this block, which is held until the last release
   std::size_t capacity = 0, size = 0;
   std::byte* data = nullptr;
 };
@@ -43,6 +44,9 @@ class Buffer {
 
   /// A heap copy of `bytes`, outside any pool: for tests, small events and files.
   static Buffer copy_of(std::span<const std::byte> bytes);
+
+  /// A part of this buffer without a copy; it keeps the whole memory alive. `offset` and `size` are clipped to the buffer.
+  Buffer part(std::size_t offset, std::size_t size) const;
 
   std::span<const std::byte> bytes() const {
     return block_ ? std::span<const std::byte>(block_->data, block_->size) : std::span<const std::byte>();

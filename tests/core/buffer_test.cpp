@@ -41,6 +41,26 @@ TEST(BufferPool, IdleBlocksOfOtherSizesGiveWay) {
   EXPECT_TRUE(pool.acquire(4096));
 }
 
+TEST(Buffer, PartSharesTheMemoryAndHoldsIt) {
+  BufferPool pool(1 << 16);
+  Buffer inner;
+  {
+    MutableBuffer m = pool.acquire(1000);
+    m.data()[300] = std::byte{7};
+    const Buffer whole = std::move(m).share();
+    const Buffer part = whole.part(200, 200);
+    EXPECT_EQ(part.data(), whole.data() + 200) << "a part must not copy";
+    inner = part.part(100, 5000);
+    EXPECT_EQ(inner.size(), 100u) << "clipped to the part it was taken from";
+    EXPECT_EQ(whole.part(2000, 1).size(), 0u);
+  }
+  EXPECT_EQ(inner.bytes()[0], std::byte{7});
+  EXPECT_EQ(pool.bytes_in_use(), 1024u) << "the part keeps the block out of the pool";
+  inner = Buffer();
+  EXPECT_EQ(pool.bytes_in_use(), 0u);
+  EXPECT_TRUE(Buffer().part(0, 1).empty());
+}
+
 TEST(Buffer, OutlivesItsPoolAndIsSharedByThreads) {
   Buffer shared;
   {
