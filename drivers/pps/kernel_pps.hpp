@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/packet.hpp"
+#include "drivers/pps/edge_placer.hpp"
+#include "drivers/pps/pps_packet.hpp"
+
+namespace hueline::drivers {
+
+/// PPS edges from /dev/ppsN (RFC 2783, linux/pps.h); contract at PpsSource.
+class KernelPps : public PacketSource {
+ public:
+  KernelPps(SensorId sensor, std::string path, PpsEdgeKind edge) : sensor_(sensor), path_(std::move(path)), edge_(edge) {}
+  ~KernelPps() override { close(); }
+  KernelPps(const KernelPps&) = delete;
+  KernelPps& operator=(const KernelPps&) = delete;
+
+  Status open() override;
+  Result<Packet> next(std::stop_token stop) override;
+  void close() override;
+
+ private:
+  /// What the kernel holds of the configured edge.
+  struct Seen {
+    std::uint32_t sequence = 0;
+    nanoseconds stamp{0};  ///< CLOCK_REALTIME
+  };
+  /// Waits for a new edge of either kind, or returns at once what there is if `wait` is zero.
+  Result<Seen> fetch(nanoseconds wait) const;
+  Status capture() const;
+  Result<Packet> deliver(const Seen& seen, const ClockReading& now);
+  Packet fault(const ClockReading& now, std::uint64_t count, std::string detail) const;
+  bool is_gone() const;
+
+  const SensorId sensor_;
+  const std::string path_;
+  const PpsEdgeKind edge_;
+  int fd_ = -1;
+  std::uint32_t last_sequence_ = 0;  // the kernel's, 32 bits
+  std::uint64_t sequence_ = 0;       // the same, not wrapping
+  ClockReading last_look_;           // when the device was known to hold last_sequence_ and nothing newer
+  std::optional<Packet> held_;       // the edge that follows a Fault
+};
+
+}  // namespace hueline::drivers

@@ -1,0 +1,43 @@
+#include "drivers/pps/pps_decoder.hpp"
+
+#include <fmt/format.h>
+
+namespace hueline::drivers {
+
+std::string PpsDecoder::Config::validate() const {
+  if (edge != PpsEdgeKind::Assert && edge != PpsEdgeKind::Clear) return "edge: assert or clear";
+  return {};
+}
+
+void PpsDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
+  const auto bytes = packet.bytes.bytes();
+  const auto decoded = decode_pps(bytes);
+  if (!decoded) {
+    counts_.malformed_bytes += bytes.size();
+    ++counts_.malformed_messages;
+    out.push_back(Fault{packet.sensor, FaultKind::Malformed, packet.received, 1, decoded.error().message});
+    return;
+  }
+  ++counts_.messages[name(decoded->edge)];
+  if (decoded->edge != config_.edge) {
+    counts_.ignored_bytes += bytes.size();
+    return;
+  }
+  const auto fault = [&](FaultKind kind, std::uint64_t count, std::string detail) {
+    out.push_back(Fault{packet.sensor, kind, packet.received, count, std::move(detail)});
+  };
+  const std::uint64_t sequence = decoded->sequence;
+  if (last_sequence_ && sequence == *last_sequence_) {
+    counts_.ignored_bytes += bytes.size();
+    return fault(FaultKind::Spurious, 1, fmt::format("PPS edge {} came twice", sequence));
+  }
+  if (last_sequence_ && sequence < *last_sequence_)
+    fault(FaultKind::Spurious, 1, fmt::format("PPS edge count fell from {} to {}", *last_sequence_, sequence));
+  else if (last_sequence_ && sequence - *last_sequence_ > 1)
+    fault(FaultKind::Lost, sequence - *last_sequence_ - 1, fmt::format("PPS edges lost between {} and {}", *last_sequence_, sequence));
+  last_sequence_ = sequence;
+  counts_.decoded_bytes += bytes.size();
+  out.push_back(PpsEdge{packet.sensor, decoded->time, sequence});
+}
+
+}  // namespace hueline::drivers

@@ -1,0 +1,84 @@
+#include "drivers/pps/socket_pps.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "drivers/pps/pps_packet.hpp"
+#include "drivers/transport/host_clock.hpp"
+
+namespace hueline::drivers {
+
+namespace {
+
+constexpr int kWaitMs = 100;
+constexpr nanoseconds kOldest = std::chrono::seconds(10), kNewest = std::chrono::milliseconds(1);
+
+}  // namespace
+
+Status SocketPps::open() {
+  close();
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path_.size() >= sizeof(address.sun_path)) return Error{ErrorCode::Invalid, fmt::format("socket path too long: {}", path_)};
+  std::memcpy(address.sun_path, path_.data(), path_.size());
+  fd_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (fd_ < 0) return io_error("socket for " + path_, errno);
+  if (::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    const int error = errno;
+    close();
+    return Error{ErrorCode::Unavailable, fmt::format("connect to PPS socket {}: {}", path_, std::strerror(error))};
+  }
+  return {};
+}
+
+Result<Packet> SocketPps::next(std::stop_token stop) {
+  if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped"};
+  if (!held_.bytes.empty()) return std::exchange(held_, {});
+  if (fd_ < 0) return Error{ErrorCode::Disconnected, fmt::format("PPS socket {} is not open", path_)};
+  pollfd readable{fd_, POLLIN, 0};
+  if (::poll(&readable, 1, kWaitMs) <= 0) return Error{ErrorCode::TimedOut, {}};
+  // One byte longer than an edge, so that a message that is too long is seen to be.
+  std::array<std::byte, kPpsPacketSize + 1> bytes;
+  const ssize_t size = ::recv(fd_, bytes.data(), bytes.size(), 0);
+  if (size < 0 && (errno == EAGAIN || errno == EINTR)) return Error{ErrorCode::TimedOut, {}};
+  if (size <= 0) {
+    const std::string why = size == 0 ? "peer hung up" : std::strerror(errno);
+    close();
+    return Error{ErrorCode::Disconnected, fmt::format("PPS socket {}: {}", path_, why)};
+  }
+  const std::span<const std::byte> message(bytes.data(), static_cast<std::size_t>(size));
+  const HostTime now = host_now();
+  Packet packet{sensor_, PacketKind::Wire, false, 0, now, Buffer::copy_of(message)};
+  const auto edge = decode_pps(message);
+  if (!edge) return packet;
+  packet.received = edge->time;
+  const bool is_plausible = edge->time >= now - kOldest && edge->time <= now + kNewest;
+  if (is_plausible || is_implausible_) {
+    is_implausible_ = !is_plausible;
+    return packet;
+  }
+  is_implausible_ = true;
+  const Fault fault{sensor_, FaultKind::ClockStep, now, 1,
+                    fmt::format("PPS socket {}: edge {} is stamped {:.3f} s away from now; the sender must use this machine's "
+                                "CLOCK_MONOTONIC_RAW",
+                                path_, edge->sequence,
+                                to_seconds(edge->time.time_since_epoch()) - to_seconds(now.time_since_epoch()))};
+  held_ = std::move(packet);
+  return Packet{sensor_, PacketKind::Fault, false, 0, now, Buffer::copy_of(encode_fault(fault))};
+}
+
+void SocketPps::close() {
+  if (fd_ >= 0) ::close(fd_);
+  fd_ = -1;
+  held_ = {};
+  is_implausible_ = false;
+}
+
+}  // namespace hueline::drivers

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+
+#include "core/packet.hpp"
+
+namespace hueline::drivers {
+
+/// PPS edges over a local SOCK_SEQPACKET socket; contract at PpsSource.
+class SocketPps : public PacketSource {
+ public:
+  SocketPps(SensorId sensor, std::string path) : sensor_(sensor), path_(std::move(path)) {}
+  ~SocketPps() override { close(); }
+  SocketPps(const SocketPps&) = delete;
+  SocketPps& operator=(const SocketPps&) = delete;
+
+  Status open() override;
+  Result<Packet> next(std::stop_token stop) override;
+  void close() override;
+
+ private:
+  const SensorId sensor_;
+  const std::string path_;
+  int fd_ = -1;
+  bool is_implausible_ = false;  // the run of implausible edges has been reported
+  Packet held_;                  // the edge that follows the Fault
+};
+
+}  // namespace hueline::drivers

@@ -1,0 +1,29 @@
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <span>
+
+#include "drivers/pps/pps_decoder.hpp"
+
+// One input is a run of messages of 24 bytes and a rest. Noise alone seldom begins with the magic, so every other message is given
+// it and a small edge number. Every byte is counted once, whatever comes.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace hueline;
+  drivers::PpsDecoder decoder({});
+  std::vector<Measurement> out;
+  for (std::size_t at = 0; at < size; at += drivers::kPpsPacketSize) {
+    std::array<std::uint8_t, drivers::kPpsPacketSize> message{};
+    const std::size_t length = std::min(message.size(), size - at);
+    std::copy_n(data + at, length, message.begin());
+    if (at / drivers::kPpsPacketSize % 2 == 0) {
+      const auto head = drivers::encode_pps({.sequence = message[9]});
+      std::copy_n(reinterpret_cast<const std::uint8_t*>(head.data()), 16, message.begin());
+      message[4] = message[5] % 4U;
+      message[5] = 0;
+    }
+    decoder.decode({.sensor = 1, .bytes = Buffer::copy_of(std::as_bytes(std::span(message).first(length)))}, out);
+  }
+  const auto& counts = decoder.counts();
+  if (counts.decoded_bytes + counts.ignored_bytes + counts.malformed_bytes != size) std::abort();
+  return 0;
+}
