@@ -1,0 +1,44 @@
+#include "apps/summary.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace hueline::apps {
+namespace {
+
+TEST(Summary, CountsPointsLossesAndGaps) {
+  Summary summary({"hueline", "pos", "laser"});
+  Packet packet;
+  packet.sensor = 2;
+  packet.bytes = Buffer::copy_of(std::vector<std::byte>(100));
+  for (const std::uint64_t sequence : {0u, 1u, 4u}) {
+    packet.sequence = sequence;
+    packet.shed = sequence == 4;
+    summary.on_packet(packet);
+  }
+  CloudBlock block;
+  block.points.resize(4);
+  block.points[0].state = ColourState::Direct;
+  block.points[1].state = ColourState::Neighbour;
+  block.points[2].state = ColourState::Outside;
+  summary.on_cloud(block);
+  summary.on_fault({2, FaultKind::Lost, {}, 7, "time gap of 9.3 ms"});
+  summary.on_fault({2, FaultKind::Lost, {}, 3, "time gap of 4.0 ms"});
+  summary.on_fault({2, FaultKind::NoClock, {}, 1, "x"});
+
+  const auto json = summary.json();
+  EXPECT_EQ(json["points"]["total"], 4);
+  EXPECT_EQ(json["points"]["coloured_share"], 0.5);
+  EXPECT_EQ(json["journal"]["sequence_gaps"], 2);
+  EXPECT_EQ(json["sensors"][2]["shed"], 1);
+  EXPECT_EQ(json["sensors"][2]["bytes"], 300);
+  EXPECT_EQ(json["sensors"][2]["faults"][0]["count"], 10);
+  EXPECT_EQ(json["sensors"][2]["faults"][0]["first"], "time gap of 9.3 ms");
+  EXPECT_EQ(summary.lost(FaultKind::Lost), 10u);
+  EXPECT_THAT(summary.text(), ::testing::HasSubstr("Lost x10"));
+}
+
+}  // namespace
+}  // namespace hueline::apps

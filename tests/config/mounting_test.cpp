@@ -1,0 +1,35 @@
+#include "config/mounting.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hueline::config {
+namespace {
+
+Mounting read(const std::string& text) { return read_mounting(Section::load_text(text, "rig.yaml")); }
+
+TEST(Mounting, ThreeFormsSayTheSame) {
+  // Scanner turned 90 deg to the left about z: its forward (y) looks along the body's -x.
+  const auto a = read("position_m: [1, 2, 3]\nrotation_deg: [0, 0, 90]\n");
+  const auto b = read("position_m: [1, 2, 3]\nrotation_matrix: [0, -1, 0, 1, 0, 0, 0, 0, 1]\n");
+  const auto c = read("position_m: [1, 2, 3]\nquaternion_wxyz: [0.70710678, 0, 0, 0.70710678]\n");
+  EXPECT_TRUE((a.rotation * Eigen::Vector3d::UnitY()).isApprox(-Eigen::Vector3d::UnitX(), 1e-12));
+  EXPECT_LT(a.rotation.angularDistance(b.rotation), 1e-9);
+  EXPECT_LT(a.rotation.angularDistance(c.rotation), 1e-7);
+  EXPECT_EQ(a.position_m, Eigen::Vector3d(1, 2, 3));
+}
+
+TEST(Mounting, AnglesTurnAboutFixedAxesXThenYThenZ) {
+  const auto m = read("position_m: [0, 0, 0]\nrotation_deg: [90, 0, 90]\n");
+  EXPECT_TRUE((m.rotation * Eigen::Vector3d::UnitY()).isApprox(Eigen::Vector3d::UnitZ(), 1e-12)) << "x first: y to z; z then leaves it";
+}
+
+TEST(Mounting, RefusesWhatIsNoRotation) {
+  EXPECT_THROW(read("position_m: [0, 0, 0]\nrotation_matrix: [1, 0, 0, 0, 1, 0, 0, 0, -1]\n"), ConfigError) << "a mirror";
+  EXPECT_THROW(read("position_m: [0, 0, 0]\nrotation_matrix: [1, 0, 0, 0, 1, 0, 0, 0.1, 1]\n"), ConfigError);
+  EXPECT_THROW(read("position_m: [0, 0, 0]\nquaternion_wxyz: [1, 1, 0, 0]\n"), ConfigError);
+  EXPECT_THROW(read("position_m: [0, 0, 0]\n"), ConfigError);
+  EXPECT_THROW(read("position_m: [0, 0, 0]\nrotation_deg: [0, 0, 0]\nquaternion_wxyz: [1, 0, 0, 0]\n"), ConfigError);
+}
+
+}  // namespace
+}  // namespace hueline::config
