@@ -27,8 +27,9 @@ const char* explanation(FaultKind kind) {
     case FaultKind::DiskFull: return "a write was refused";
     case FaultKind::WrongSize: return "image of another size than the rig's: recorded, not used";
     case FaultKind::WrongDevice: return "not the device that the rig names";
-    default: return "see the detail";
+    case FaultKind::NoTime: return "its clock is not disciplined: stamped roughly, or not at all";
   }
+  return "?";
 }
 
 double share(std::uint64_t part, std::uint64_t whole) { return whole ? static_cast<double>(part) / static_cast<double>(whole) : 0; }

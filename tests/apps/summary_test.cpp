@@ -26,7 +26,7 @@ TEST(Summary, CountsPointsLossesAndGaps) {
   summary.on_cloud(block);
   summary.on_fault({2, FaultKind::Lost, {}, 7, "time gap of 9.3 ms"});
   summary.on_fault({2, FaultKind::Lost, {}, 3, "time gap of 4.0 ms"});
-  summary.on_fault({2, FaultKind::NoClock, {}, 1, "x"});
+  summary.on_fault({2, FaultKind::NoTime, {}, 1, "x"});
 
   const auto json = summary.json();
   EXPECT_EQ(json["points"]["total"], 4);
