@@ -26,6 +26,9 @@ class Decoder {
   virtual ~Decoder() = default;
   /// Appends to `out`. `packet.kind` is Wire.
   virtual void decode(const Packet& packet, std::vector<Measurement>& out) = 0;
+  /// No more bytes will come (end of a recording, or the source was reopened): decides about bytes held back for a message that
+  /// never completed, and appends what stood whole behind them. After it every byte is in the counts.
+  virtual void flush(std::vector<Measurement>& out) { (void)out; }
   /// The source was reopened: forget half messages.
   virtual void reset() = 0;
   virtual const DecodeCounts& counts() const = 0;
