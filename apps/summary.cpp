@@ -28,6 +28,7 @@ const char* explanation(FaultKind kind) {
     case FaultKind::WrongSize: return "image of another size than the rig's: recorded, not used";
     case FaultKind::WrongDevice: return "not the device that the rig names";
     case FaultKind::NoTime: return "its clock is not disciplined: stamped roughly, or not at all";
+    case FaultKind::Refused: return "the device refused a command";
   }
   return "?";
 }
