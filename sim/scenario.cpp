@@ -1,0 +1,130 @@
+#include "sim/scenario.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <initializer_list>
+#include <utility>
+
+#include "sim/noise.hpp"
+
+namespace hueline::sim {
+namespace {
+
+/// Raise when the same scenario is to give other bytes than before: old cache folders are then left alone.
+constexpr int kRendererRevision = 1;
+
+std::string number(double x) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.17g", x);
+  return text;
+}
+
+/// Writes every key and value, in the order of visit().
+struct Text {
+  std::string out;
+  std::string path;
+
+  template <class T>
+  void put(const char* key, const T& text) {
+    out += path + key + "=" + text + "\n";
+  }
+  void operator()(const char* key, double x, double, double) { put(key, number(x)); }
+  void operator()(const char* key, int x, double, double) { put(key, std::to_string(x)); }
+  void operator()(const char* key, std::uint64_t x, double, double) { put(key, std::to_string(x)); }
+  void operator()(const char* key, bool x) { put(key, std::string(x ? "on" : "off")); }
+  template <class E>
+  void operator()(const char* key, E x, std::initializer_list<std::pair<const char*, E>> words) {
+    for (const auto& [word, value] : words)
+      if (value == x) put(key, std::string(word));
+  }
+  template <class C>
+  void operator()(const char* key, const std::vector<C>& list) {
+    for (std::size_t i = 0; i < list.size(); ++i) inside(key + std::string("[") + std::to_string(i) + "]", list[i]);
+  }
+  template <class C>
+  void operator()(const char* key, const C& section) {
+    inside(key, section);
+  }
+  template <class C>
+  void inside(const std::string& key, const C& section) {
+    const std::string before = path;
+    path += key + ".";
+    C::visit(section, *this);
+    path = before;
+  }
+};
+
+/// First key outside its range.
+struct Ranges {
+  std::string path, complaint;
+
+  void check(const char* key, double x, double min, double max) {
+    if (complaint.empty() && !(x >= min && x <= max))
+      complaint = path + key + " is " + number(x) + "; allowed are " + number(min) + " to " + number(max);
+  }
+  void operator()(const char* key, double x, double min, double max) { check(key, x, min, max); }
+  void operator()(const char* key, int x, double min, double max) { check(key, x, min, max); }
+  void operator()(const char* key, std::uint64_t x, double min, double max) { check(key, static_cast<double>(x), min, max); }
+  void operator()(const char*, bool) {}
+  template <class E>
+  void operator()(const char* key, E x, std::initializer_list<std::pair<const char*, E>> words) {
+    for (const auto& [word, value] : words)
+      if (value == x) return;
+    if (complaint.empty()) complaint = path + key + " is none of its words";
+  }
+  template <class C>
+  void operator()(const char* key, const std::vector<C>& list) {
+    for (std::size_t i = 0; i < list.size(); ++i) inside(key + std::string("[") + std::to_string(i) + "]", list[i]);
+  }
+  template <class C>
+  void operator()(const char* key, const C& section) {
+    inside(key, section);
+  }
+  template <class C>
+  void inside(const std::string& key, const C& section) {
+    const std::string before = path;
+    path += key + ".";
+    C::visit(section, *this);
+    path = before;
+  }
+};
+
+GpsNs from_seconds(double s) { return static_cast<GpsNs>(std::llround(s * 1e9)); }
+
+}  // namespace
+
+GpsNs Scenario::begin_gps_ns() const {
+  return (static_cast<GpsNs>(start_gps_week) * 604800 + start_time_of_week_s) * 1'000'000'000;
+}
+GpsNs Scenario::sensors_begin_gps_ns() const { return begin_gps_ns() + from_seconds(lead_in_s); }
+GpsNs Scenario::sensors_end_gps_ns() const { return sensors_begin_gps_ns() + from_seconds(duration_s); }
+GpsNs Scenario::end_gps_ns() const { return sensors_end_gps_ns() + 1'000'000'000; }
+
+std::string Scenario::validate() const {
+  Ranges ranges;
+  visit(*this, ranges);
+  if (!ranges.complaint.empty()) return ranges.complaint;
+  if (lead_in_s != std::floor(lead_in_s)) return "lead_in_s must be a whole number of seconds";
+  if (1000 % ins.rate_hz != 0) return "ins.rate_hz must divide 1000";
+  if (camera.lens_width % 2 != 0 || camera.lens_height % 2 != 0)
+    return "camera.lens_width and camera.lens_height must be even: a Bayer cell is 2 x 2";
+  if (camera.lenses.empty()) return "camera.lenses must name at least one lens";
+  if (camera.lenses.size() > static_cast<std::size_t>(camera.stack_columns * camera.stack_rows))
+    return "camera.stack_columns x camera.stack_rows must hold every lens";
+  if (camera.exposure_us * 1e-6 * camera.rate_hz >= 1) return "camera.exposure_us must be shorter than the time between exposures";
+  if (laser.min_range_m >= laser.max_range_m) return "laser.min_range_m must be below laser.max_range_m";
+  if (std::abs(drive.lane_offset_m) > street.road_width_m / 2 - 1) return "drive.lane_offset_m must keep the vehicle on the road";
+  return {};
+}
+
+std::string Scenario::fingerprint() const {
+  Text text;
+  visit(*this, text);
+  std::uint64_t hash = scrambled(kRendererRevision);
+  for (const char c : text.out) hash = scrambled(hash ^ static_cast<unsigned char>(c));
+  char out[17];
+  std::snprintf(out, sizeof out, "%016llx", static_cast<unsigned long long>(hash));
+  return out;
+}
+
+}  // namespace hueline::sim

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "sim/lens_optics.hpp"
+#include "sim/vec3.hpp"
+
+/// Sensors of a scenario: what they are and how they sit on the vehicle. See scenario.hpp for the walk over the keys.
+namespace hueline::sim {
+
+/// A sensor's frame in Body (x right, y forward, z up; origin at the IMU). R_body_sensor = Rz(rot_z) Ry(rot_y) Rx(rot_x).
+struct MountConfig {
+  double x_m = 0, y_m = 0, z_m = 0;
+  double rot_x_deg = 0, rot_y_deg = 0, rot_z_deg = 0;
+
+  template <class Self, class V>
+  static void visit(Self& c, V&& v) {
+    v("x_m", c.x_m, -20, 20);
+    v("y_m", c.y_m, -20, 20);
+    v("z_m", c.z_m, -20, 20);
+    v("rot_x_deg", c.rot_x_deg, -360, 360);
+    v("rot_y_deg", c.rot_y_deg, -360, 360);
+    v("rot_z_deg", c.rot_z_deg, -360, 360);
+  }
+  Pose T_body_sensor() const {
+    return {rotation_zyx(radians(rot_x_deg), radians(rot_y_deg), radians(rot_z_deg)), {x_m, y_m, z_m}};
+  }
+};
+
+enum class LaserModel { Vlp16, Hdl32e };
+
+/// Scanner frame: z along the spin axis, y forward (azimuth 0), x right; azimuth counts clockwise seen from above.
+struct LaserConfig {
+  LaserModel model = LaserModel::Vlp16;
+  /// 0: the rate nearest to 600 rpm at which each block turns a whole number of hundredths of a degree (VLP-16: 0.40 deg,
+  /// 602.816 rpm; HDL-32E: 0.17 deg, 614.873 rpm), so that the wire's azimuths are exact.
+  double rate_rpm = 0;
+  double motor_jitter_deg = 0.003;  ///< sigma of the reported azimuth of a block against the true one
+  double range_sigma_m = 0.012;
+  double dropout_probability = 0.002;
+  double min_range_m = 0.5, max_range_m = 100.0;
+  bool vertical_offsets = true;     ///< VLP-16: lasers start up to 11.2 mm above or below the optical centre, as its manual lists
+  MountConfig mount{.x_m = 0.02, .y_m = -1.28, .z_m = 1.62, .rot_x_deg = 28.0, .rot_y_deg = 0.6, .rot_z_deg = -0.9};
+
+  template <class Self, class V>
+  static void visit(Self& c, V&& v) {
+    v("model", c.model, {{"vlp16", LaserModel::Vlp16}, {"hdl32e", LaserModel::Hdl32e}});
+    v("rate_rpm", c.rate_rpm, 0, 1200);
+    v("motor_jitter_deg", c.motor_jitter_deg, 0, 1);
+    v("range_sigma_m", c.range_sigma_m, 0, 1);
+    v("dropout_probability", c.dropout_probability, 0, 1);
+    v("min_range_m", c.min_range_m, 0, 10);
+    v("max_range_m", c.max_range_m, 1, 130);
+    v("vertical_offsets", c.vertical_offsets);
+    v("mount", c.mount);
+  }
+};
+
+enum class ToneCurve { Linear, Srgb };
+
+/// All lenses expose at one moment; their raw images are stacked in one, row by row: lens i at column i % columns, row i / columns.
+struct CameraConfig {
+  double rate_hz = 2.0;
+  double first_exposure_s = 0.250137;  ///< strobe of exposure 0 after the sensors' start: on no round number, as in life
+  double exposure_us = 2000;
+  int blur_samples = 1;                ///< poses averaged over an exposure; 1: the middle alone, no motion blur
+  int lens_width = 612, lens_height = 512;
+  int stack_columns = 3, stack_rows = 2;
+  LensModel lens_model = LensModel::KannalaBrandt;
+  ToneCurve tone_curve = ToneCurve::Srgb;  ///< applied before the 8 bits, as cameras do in their 8-bit modes
+  double gain = 1.0;                       ///< 1: a white wall in the sun is just below saturation
+  double vignetting = 0.15;                ///< share of light lost at the lens image's far corner, growing with the angle squared
+  double full_well_electrons = 9000, read_noise_electrons = 8;
+  bool antialias = true;                   ///< four samples a pixel along outlines
+  MountConfig mount{.x_m = 0.03, .y_m = -0.35, .z_m = 1.85, .rot_x_deg = 0.4, .rot_y_deg = -0.7, .rot_z_deg = 90.8};
+  std::vector<LensConfig> lenses = ladybug5_lenses();
+
+  template <class Self, class V>
+  static void visit(Self& c, V&& v) {
+    v("rate_hz", c.rate_hz, 0.1, 60);
+    v("first_exposure_s", c.first_exposure_s, 0, 10);
+    v("exposure_us", c.exposure_us, 1, 100000);
+    v("blur_samples", c.blur_samples, 1, 32);
+    v("lens_width", c.lens_width, 16, 8192);
+    v("lens_height", c.lens_height, 16, 8192);
+    v("stack_columns", c.stack_columns, 1, 16);
+    v("stack_rows", c.stack_rows, 1, 16);
+    v("lens_model", c.lens_model, {{"kannala_brandt", LensModel::KannalaBrandt}, {"brown", LensModel::Brown}});
+    v("tone_curve", c.tone_curve, {{"linear", ToneCurve::Linear}, {"srgb", ToneCurve::Srgb}});
+    v("gain", c.gain, 0.01, 100);
+    v("vignetting", c.vignetting, 0, 0.9);
+    v("full_well_electrons", c.full_well_electrons, 100, 1e6);
+    v("read_noise_electrons", c.read_noise_electrons, 0, 1000);
+    v("antialias", c.antialias);
+    v("mount", c.mount);
+    v("lenses", c.lenses);
+  }
+};
+
+}  // namespace hueline::sim
