@@ -11,7 +11,8 @@ constexpr nanoseconds kSlack = std::chrono::microseconds(1);
 
 // By how much two readings may differ, or mislead about an edge between them, if nobody set the clock.
 nanoseconds tolerance(const ClockReading& before, const ClockReading& after) {
-  return before.offset.half_window + after.offset.half_window + kSlack + (after.at - before.at) / 1'000'000 * kLargestSlewPpm;
+  return before.offset.half_window + after.offset.half_window + kSlack +
+         (after.at - before.at) / 1'000'000 * kLargestSlewPpm;
 }
 
 // Slewing is even between the readings: the offset at the edge lies between theirs.

@@ -30,14 +30,16 @@ Status KernelPps::capture() const {
   int capabilities = 0;
   if (::ioctl(fd_, PPS_GETCAP, &capabilities) != 0) return io_error("PPS_GETCAP on " + path_, errno);
   if ((capabilities & edge) == 0)
-    return Error{ErrorCode::Unsupported, fmt::format("{} does not capture the {} edge; configure the other one", path_, name(edge_))};
+    return Error{ErrorCode::Unsupported,
+                 fmt::format("{} does not capture the {} edge; configure the other one", path_, name(edge_))};
   if ((capabilities & PPS_CANWAIT) == 0)
     return Error{ErrorCode::Unsupported, fmt::format("{} cannot wait for an edge", path_)};
   pps_kparams params{};
   if (::ioctl(fd_, PPS_GETPARAMS, &params) != 0) return io_error("PPS_GETPARAMS on " + path_, errno);
   const pps_ktime& shift = edge_ == PpsEdgeKind::Assert ? params.assert_off_tu : params.clear_off_tu;
   if ((params.mode & edge) != 0 && shift.sec == 0 && shift.nsec == 0) return {};
-  // Capture is added, not replaced (another program may read the other edge); a shift that somebody left behind is removed.
+  // Capture is added, not replaced (another program may read the other edge); a shift that somebody left behind is
+  // removed.
   params.api_version = PPS_API_VERS;
   params.mode |= edge | PPS_TSFMT_TSPEC;
   params.assert_off_tu = params.clear_off_tu = {};
@@ -56,7 +58,8 @@ Status KernelPps::open() {
   Status ready = capture();
   if (ready) {
     const auto seen = fetch(nanoseconds(0));
-    if (!seen) ready = seen.error();
+    if (!seen)
+      ready = seen.error();
     else {
       last_sequence_ = seen->sequence;
       sequence_ = seen->sequence;
@@ -78,20 +81,23 @@ Result<KernelPps::Seen> KernelPps::fetch(nanoseconds wait) const {
   }
   const bool is_assert = edge_ == PpsEdgeKind::Assert;
   const pps_ktime& time = is_assert ? data.info.assert_tu : data.info.clear_tu;
-  return Seen{is_assert ? data.info.assert_sequence : data.info.clear_sequence, nanoseconds(time.sec * 1'000'000'000 + time.nsec)};
+  return Seen{is_assert ? data.info.assert_sequence : data.info.clear_sequence,
+              nanoseconds(time.sec * 1'000'000'000 + time.nsec)};
 }
 
 Result<Packet> KernelPps::next(std::stop_token stop) {
   if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped"};
   if (held_) return *std::exchange(held_, std::nullopt);
   if (fd_ < 0) return Error{ErrorCode::Disconnected, fmt::format("{} is not open", path_)};
-  // PPS_FETCH waits for an edge after the call: one that came since the last call is seen only by asking without waiting, once
-  // before the wait and once after it. The reading is made before the look: an edge between them then belongs to the next.
+  // PPS_FETCH waits for an edge after the call: one that came since the last call is seen only by asking without
+  // waiting, once before the wait and once after it. The reading is made before the look: an edge between them then
+  // belongs to the next.
   ClockReading look = read_clocks();
   auto seen = fetch(nanoseconds(0));
   if (seen && seen->sequence == last_sequence_) {
     last_look_ = look;
-    if (auto waited = fetch(kWait); !waited && waited.error().code != ErrorCode::TimedOut) seen = waited.error();
+    if (auto waited = fetch(kWait); !waited && waited.error().code != ErrorCode::TimedOut)
+      seen = waited.error();
     else {
       look = read_clocks();
       seen = fetch(nanoseconds(0));
@@ -111,7 +117,9 @@ Result<Packet> KernelPps::deliver(const Seen& seen, const ClockReading& look) {
   const ClockReading before = std::exchange(last_look_, look);
   const auto step = step_between(before, now);
   if (!is_new) {
-    if (step) return fault(now, 1, fmt::format("CLOCK_REALTIME was set by {:+.6f} s; PPS edges do not follow it", to_seconds(*step)));
+    if (step)
+      return fault(now, 1,
+                   fmt::format("CLOCK_REALTIME was set by {:+.6f} s; PPS edges do not follow it", to_seconds(*step)));
     if (is_gone()) {
       close();
       return Error{ErrorCode::Disconnected, fmt::format("{} is gone", path_)};
@@ -124,13 +132,14 @@ Result<Packet> KernelPps::deliver(const Seen& seen, const ClockReading& look) {
   const auto edge = place_edge(seen.stamp, before, now);
   if (!edge)
     return fault(now, 1,
-                 fmt::format("{}: {} edge {} refused, CLOCK_REALTIME was set near it ({:+.6f} s)", path_, name(edge_), sequence_,
-                             to_seconds(step.value_or(nanoseconds(0)))));
+                 fmt::format("{}: {} edge {} refused, CLOCK_REALTIME was set near it ({:+.6f} s)", path_, name(edge_),
+                             sequence_, to_seconds(step.value_or(nanoseconds(0)))));
   const auto bytes = encode_pps({edge_, sequence_, *edge});
   Packet packet{sensor_, PacketKind::Wire, false, 0, *edge, Buffer::copy_of(bytes)};
   if (!step) return packet;
   held_ = std::move(packet);
-  return fault(now, 1, fmt::format("CLOCK_REALTIME was set by {:+.6f} s; PPS edges do not follow it", to_seconds(*step)));
+  return fault(now, 1,
+               fmt::format("CLOCK_REALTIME was set by {:+.6f} s; PPS edges do not follow it", to_seconds(*step)));
 }
 
 Packet KernelPps::fault(const ClockReading& now, std::uint64_t count, std::string detail) const {
@@ -140,7 +149,8 @@ Packet KernelPps::fault(const ClockReading& now, std::uint64_t count, std::strin
 
 // The open file outlives the device it belonged to and merely stays silent, so the node tells: absent, or another one.
 bool KernelPps::is_gone() const {
-  struct stat node {}, opened {};
+  struct stat node {
+  }, opened{};
   return ::stat(path_.c_str(), &node) != 0 || ::fstat(fd_, &opened) != 0 || node.st_dev != opened.st_dev ||
          node.st_ino != opened.st_ino;
 }

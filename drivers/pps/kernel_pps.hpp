@@ -12,7 +12,8 @@ namespace hueline::drivers {
 /// PPS edges from /dev/ppsN (RFC 2783, linux/pps.h); contract at PpsSource.
 class KernelPps : public PacketSource {
  public:
-  KernelPps(SensorId sensor, std::string path, PpsEdgeKind edge) : sensor_(sensor), path_(std::move(path)), edge_(edge) {}
+  KernelPps(SensorId sensor, std::string path, PpsEdgeKind edge)
+      : sensor_(sensor), path_(std::move(path)), edge_(edge) {}
   ~KernelPps() override { close(); }
   KernelPps(const KernelPps&) = delete;
   KernelPps& operator=(const KernelPps&) = delete;

@@ -34,7 +34,8 @@ void PpsDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   if (last_sequence_ && sequence < *last_sequence_)
     fault(FaultKind::Spurious, 1, fmt::format("PPS edge count fell from {} to {}", *last_sequence_, sequence));
   else if (last_sequence_ && sequence - *last_sequence_ > 1)
-    fault(FaultKind::Lost, sequence - *last_sequence_ - 1, fmt::format("PPS edges lost between {} and {}", *last_sequence_, sequence));
+    fault(FaultKind::Lost, sequence - *last_sequence_ - 1,
+          fmt::format("PPS edges lost between {} and {}", *last_sequence_, sequence));
   last_sequence_ = sequence;
   counts_.decoded_bytes += bytes.size();
   out.push_back(PpsEdge{packet.sensor, decoded->time, sequence});

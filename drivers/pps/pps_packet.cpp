@@ -30,9 +30,11 @@ std::array<std::byte, kPpsPacketSize> encode_pps(const PpsPacket& packet) {
 
 Result<PpsPacket> decode_pps(std::span<const std::byte> bytes) {
   if (bytes.size() != kPpsPacketSize)
-    return Error{ErrorCode::Malformed, fmt::format("PPS packet of {} bytes; {} are right", bytes.size(), kPpsPacketSize)};
+    return Error{ErrorCode::Malformed,
+                 fmt::format("PPS packet of {} bytes; {} are right", bytes.size(), kPpsPacketSize)};
   if (const auto magic = get(&bytes[0], 4); magic != kPpsMagic)
-    return Error{ErrorCode::Malformed, fmt::format("PPS packet begins with 0x{:08x}, not with 0x{:08x}", magic, kPpsMagic)};
+    return Error{ErrorCode::Malformed,
+                 fmt::format("PPS packet begins with 0x{:08x}, not with 0x{:08x}", magic, kPpsMagic)};
   const auto edge = get(&bytes[4], 4);
   if (edge != 1 && edge != 2)
     return Error{ErrorCode::Malformed, fmt::format("PPS packet with edge {}; 1 is assert, 2 is clear", edge)};

@@ -13,7 +13,8 @@
 ///   offset  size  little endian
 ///        0     4  magic 0x31535050, the characters "PPS1"
 ///        4     4  edge: 1 = assert, 2 = clear (RFC 2783)
-///        8     8  sequence: how many edges of this kind the source has seen, as the kernel counts them; gaps are lost edges
+///        8     8  sequence: how many edges of this kind the source has seen, as the kernel counts them; gaps are lost
+///        edges
 ///       16     8  HostTime of the edge, signed ns (CLOCK_MONOTONIC_RAW of the machine that reads it)
 namespace hueline::drivers {
 

@@ -8,18 +8,20 @@
 
 namespace hueline::drivers {
 
-/// PPS edges from the kernel (/dev/ppsN, RFC 2783) or from a local socket. Packet::bytes is the 24 bytes of pps_packet.hpp and
-/// Packet::received the edge itself. Every edge that comes over the socket is handed on; of the kernel only the configured one
-/// is asked for. Lost edges show in the sequence and are counted by PpsDecoder.
+/// PPS edges from the kernel (/dev/ppsN, RFC 2783) or from a local socket. Packet::bytes is the 24 bytes of
+/// pps_packet.hpp and Packet::received the edge itself. Every edge that comes over the socket is handed on; of the
+/// kernel only the configured one is asked for. Lost edges show in the sequence and are counted by PpsDecoder.
 ///
-/// Kernel: stamps are CLOCK_REALTIME, converted to HostTime at once. A step of CLOCK_REALTIME is reported as Fault ClockStep and
-/// does not move an edge: the offset between the clocks is known before and after the edge, and only one of the two puts the
-/// edge between two looks at the device. Where both do (a step shorter than the wait) the edge is refused, not guessed.
-/// A device node that vanishes is Disconnected. Needs CAP_SYS_TIME only if the device must be told to capture the edge.
+/// Kernel: stamps are CLOCK_REALTIME, converted to HostTime at once. A step of CLOCK_REALTIME is reported as Fault
+/// ClockStep and does not move an edge: the offset between the clocks is known before and after the edge, and only one
+/// of the two puts the edge between two looks at the device. Where both do (a step shorter than the wait) the edge is
+/// refused, not guessed. A device node that vanishes is Disconnected. Needs CAP_SYS_TIME only if the device must be
+/// told to capture the edge.
 ///
-/// Socket: SOCK_SEQPACKET of AF_UNIX, this side connects; one message an edge, HostTime of the same machine. A peer that hangs
-/// up is Disconnected. Messages that are not an edge are handed on with `received` = now (PpsDecoder says what is wrong). Edges
-/// stamped more than 10 s ago or in the future by more than 1 ms are handed on after a Fault ClockStep, said once a run of them.
+/// Socket: SOCK_SEQPACKET of AF_UNIX, this side connects; one message an edge, HostTime of the same machine. A peer
+/// that hangs up is Disconnected. Messages that are not an edge are handed on with `received` = now (PpsDecoder says
+/// what is wrong). Edges stamped more than 10 s ago or in the future by more than 1 ms are handed on after a Fault
+/// ClockStep, said once a run of them.
 ///
 /// Thread-bound. next() waits at most about 100 ms.
 class PpsSource : public PacketSource {

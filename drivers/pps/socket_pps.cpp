@@ -26,7 +26,8 @@ Status SocketPps::open() {
   close();
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  if (path_.size() >= sizeof(address.sun_path)) return Error{ErrorCode::Invalid, fmt::format("socket path too long: {}", path_)};
+  if (path_.size() >= sizeof(address.sun_path))
+    return Error{ErrorCode::Invalid, fmt::format("socket path too long: {}", path_)};
   std::memcpy(address.sun_path, path_.data(), path_.size());
   fd_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd_ < 0) return io_error("socket for " + path_, errno);
@@ -65,11 +66,12 @@ Result<Packet> SocketPps::next(std::stop_token stop) {
     return packet;
   }
   is_implausible_ = true;
-  const Fault fault{sensor_, FaultKind::ClockStep, now, 1,
-                    fmt::format("PPS socket {}: edge {} is stamped {:.3f} s away from now; the sender must use this machine's "
-                                "CLOCK_MONOTONIC_RAW",
-                                path_, edge->sequence,
-                                to_seconds(edge->time.time_since_epoch()) - to_seconds(now.time_since_epoch()))};
+  const Fault fault{
+      sensor_, FaultKind::ClockStep, now, 1,
+      fmt::format("PPS socket {}: edge {} is stamped {:.3f} s away from now; the sender must use this machine's "
+                  "CLOCK_MONOTONIC_RAW",
+                  path_, edge->sequence,
+                  to_seconds(edge->time.time_since_epoch()) - to_seconds(now.time_since_epoch()))};
   held_ = std::move(packet);
   return Packet{sensor_, PacketKind::Fault, false, 0, now, Buffer::copy_of(encode_fault(fault))};
 }

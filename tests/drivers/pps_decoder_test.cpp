@@ -21,8 +21,9 @@ std::vector<Measurement> decode(PpsDecoder& decoder, const Packet& packet) {
 }
 
 TEST(PpsPacket, LayoutIsAsWritten) {
-  const std::array<unsigned char, kPpsPacketSize> written{'P', 'P', 'S', '1', 2, 0, 0, 0, 0x08, 0x07, 0x06, 0x05, 0x04, 0x03,
-                                                          0x02, 0x01, 0xFE, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF};
+  const std::array<unsigned char, kPpsPacketSize> written{'P',  'P',  'S',  '1',  2,    0,    0,    0,
+                                                          0x08, 0x07, 0x06, 0x05, 0x04, 0x03, 0x02, 0x01,
+                                                          0xFE, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF};
   const PpsPacket value{PpsEdgeKind::Clear, 0x0102030405060708, host_time_ns(-2)};
   EXPECT_TRUE(std::ranges::equal(std::as_bytes(std::span(written)), encode_pps(value)));
   const auto decoded = decode_pps(std::as_bytes(std::span(written)));

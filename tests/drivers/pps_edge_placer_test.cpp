@@ -24,7 +24,8 @@ struct Wall {
 
 TEST(EdgePlacer, UndisturbedEdgeIsExact) {
   const Wall wall;
-  const auto placed = place_edge(wall.at(milliseconds(1050)), wall.read(milliseconds(1000)), wall.read(milliseconds(1100)));
+  const auto placed =
+      place_edge(wall.at(milliseconds(1050)), wall.read(milliseconds(1000)), wall.read(milliseconds(1100)));
   ASSERT_TRUE(placed);
   EXPECT_EQ(*placed, HostTime(milliseconds(1050)));
 }
@@ -46,13 +47,15 @@ TEST(EdgePlacer, AStepIsMeasuredWithItsSign) {
   EXPECT_EQ(*step, hours(1));
 }
 
-// The property that matters: whatever is set, whenever, a placed edge is right; a step longer than the wait never costs one.
+// The property that matters: whatever is set, whenever, a placed edge is right; a step longer than the wait never costs
+// one.
 TEST(EdgePlacer, AnyStepAtAnyMomentNeverMovesAnEdge) {
   std::mt19937_64 random(1);
   const nanoseconds begin = seconds(5), end = begin + milliseconds(100);
   int placed_edges = 0, refused_edges = 0;
   for (int i = 0; i < 20'000; ++i) {
-    const nanoseconds edge = begin + nanoseconds(random() % 100'000'000), set_at = begin + nanoseconds(random() % 100'000'000);
+    const nanoseconds edge = begin + nanoseconds(random() % 100'000'000),
+                      set_at = begin + nanoseconds(random() % 100'000'000);
     const double size = std::pow(10.0, -3.5 + static_cast<double>(random() % 1000) / 100);  // 0.3 ms ... 38 days
     const nanoseconds step = from_seconds((random() & 1) ? size : -size);
     const Wall old_wall, new_wall{kLead + step};
@@ -74,7 +77,8 @@ TEST(EdgePlacer, AnyStepAtAnyMomentNeverMovesAnEdge) {
 TEST(EdgePlacer, AnEdgeOutsideBothReadingsIsRefused) {
   const Wall wall, between{kLead + hours(2)};
   // Set forward and back between the readings: no difference left, and the stamp is two hours away.
-  EXPECT_FALSE(place_edge(between.at(milliseconds(1050)), wall.read(milliseconds(1000)), wall.read(milliseconds(1100))));
+  EXPECT_FALSE(
+      place_edge(between.at(milliseconds(1050)), wall.read(milliseconds(1000)), wall.read(milliseconds(1100))));
 }
 
 }  // namespace

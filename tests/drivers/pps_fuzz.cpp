@@ -5,8 +5,8 @@
 
 #include "drivers/pps/pps_decoder.hpp"
 
-// One input is a run of messages of 24 bytes and a rest. Noise alone seldom begins with the magic, so every other message is given
-// it and a small edge number. Every byte is counted once, whatever comes.
+// One input is a run of messages of 24 bytes and a rest. Noise alone seldom begins with the magic, so every other
+// message is given it and a small edge number. Every byte is counted once, whatever comes.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hueline;
   drivers::PpsDecoder decoder({});

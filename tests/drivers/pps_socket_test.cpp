@@ -35,7 +35,8 @@ class Sender {
     address.sun_family = AF_UNIX;
     std::strncpy(address.sun_path, path().c_str(), sizeof(address.sun_path) - 1);
     listener_ = ::socket(AF_UNIX, SOCK_SEQPACKET, 0);
-    EXPECT_EQ(::bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0) << std::strerror(errno);
+    EXPECT_EQ(::bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0)
+        << std::strerror(errno);
     EXPECT_EQ(::listen(listener_, 1), 0);
   }
   void stop_listening() {
@@ -151,7 +152,9 @@ TEST(PpsSocket, StopIsObeyed) {
 TEST(PpsConfig, SaysWhichKeyIsWrong) {
   EXPECT_EQ(PpsSource::Config{}.validate(), "");
   EXPECT_NE((PpsSource::Config{.path = "pps0"}).validate().find("path"), std::string::npos);
-  EXPECT_NE((PpsSource::Config{.interface = PpsSource::Interface::Socket, .path = std::string(200, '/')}).validate().find("107"),
+  EXPECT_NE((PpsSource::Config{.interface = PpsSource::Interface::Socket, .path = std::string(200, '/')})
+                .validate()
+                .find("107"),
             std::string::npos);
 }
 

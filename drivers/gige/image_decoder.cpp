@@ -1,0 +1,100 @@
+#include "drivers/gige/image_decoder.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace hueline::drivers {
+
+namespace {
+
+constexpr std::uint64_t kLargestShortId = 0xFFFF;
+
+Fault fault(const Packet& packet, FaultKind kind, std::uint64_t count, std::string detail) {
+  return {packet.sensor, kind, packet.received, count, std::move(detail)};
+}
+
+}  // namespace
+
+std::string ImageDecoder::Config::validate() const {
+  constexpr std::uint32_t kLargest = 65536;
+  if (width > kLargest) return fmt::format("width: {} is not within 0 to {} pixels", width, kLargest);
+  if (height > kLargest) return fmt::format("height: {} is not within 0 to {} pixels", height, kLargest);
+  return {};
+}
+
+void ImageDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
+  const auto bytes = packet.bytes.bytes();
+  const auto malformed = [&](std::string why) {
+    counts_.malformed_bytes += bytes.size();
+    ++counts_.malformed_messages;
+    out.push_back(fault(packet, FaultKind::Malformed, 1, std::move(why)));
+  };
+  const auto refuse = [&](FaultKind kind, std::string why) {
+    counts_.ignored_bytes += bytes.size();
+    out.push_back(fault(packet, kind, 1, std::move(why)));
+  };
+  const auto header = decode_image_header(bytes);
+  if (!header) return malformed(header.error().message);
+  if (header->status == ImageStatus::NoLeader) {
+    ++counts_.messages[name(header->status)];
+    counts_.ignored_bytes += bytes.size();
+    return;
+  }
+  if (bytes.size() - kImageHeaderSize < header->pixel_bytes())
+    return malformed(fmt::format("image {}: {} bytes of pixels; {} rows of {} bytes are {}", header->frame_id,
+                                 bytes.size() - kImageHeaderSize, header->height, header->stride,
+                                 header->pixel_bytes()));
+  ++counts_.messages[name(header->status)];
+  if (!follow(header->frame_id, packet, out)) {
+    counts_.ignored_bytes += bytes.size();
+    return;
+  }
+  const auto format = pixel_format_of(header->pfnc);
+  if (!format || (config_.pixel_format && *format != *config_.pixel_format))
+    return refuse(FaultKind::WrongDevice,
+                  fmt::format("image {} has pixel format {} (PFNC 0x{:08x}); the rig names {}", header->frame_id,
+                              format ? name(*format) : "unknown", header->pfnc,
+                              config_.pixel_format ? name(*config_.pixel_format) : "an 8-bit one"));
+  if ((config_.width && header->width != config_.width) || (config_.height && header->height != config_.height))
+    return refuse(FaultKind::WrongSize, fmt::format("image {} is {} x {}; the rig says {} x {}", header->frame_id,
+                                                    header->width, header->height, config_.width, config_.height));
+  counts_.decoded_bytes += bytes.size();
+  out.push_back(Image{.sensor = packet.sensor,
+                      .received = packet.received,
+                      .packet_sequence = packet.sequence,
+                      .frame_id = header->frame_id,
+                      .time = header->time,
+                      .width = header->width,
+                      .height = header->height,
+                      .stride = header->stride,
+                      .format = *format,
+                      .is_complete = header->status == ImageStatus::Complete,
+                      .missing_packets = header->missing_packets,
+                      .buffer = packet.bytes,
+                      .pixel_offset = kImageHeaderSize});
+}
+
+bool ImageDecoder::follow(std::uint64_t frame_id, const Packet& packet, std::vector<Measurement>& out) {
+  const auto last = std::exchange(last_frame_id_, frame_id);
+  if (!last || frame_id == *last + 1) return true;
+  if (frame_id == *last) {
+    out.push_back(fault(packet, FaultKind::Spurious, 1, fmt::format("image {} came twice", frame_id)));
+    return false;
+  }
+  std::uint64_t lost = 0;
+  if (frame_id > *last) {
+    lost = frame_id - *last - 1;
+  } else if (*last <= kLargestShortId && *last - frame_id > kLargestShortId / 2) {
+    // GigE Vision 1.x: 65535 is followed by 1; a device that does use 0 is not to be told off for it.
+    lost = kLargestShortId - *last + (frame_id ? frame_id - 1 : 0);
+  } else {
+    out.push_back(fault(packet, FaultKind::Spurious, 1,
+                        fmt::format("frame id fell from {} to {}: the camera restarted", *last, frame_id)));
+  }
+  if (lost)
+    out.push_back(fault(packet, FaultKind::Lost, lost, fmt::format("images lost between {} and {}", *last, frame_id)));
+  return true;
+}
+
+}  // namespace hueline::drivers
