@@ -45,6 +45,8 @@ enum Stream : std::uint64_t {
   kStreamPpsSpike,
   kStreamPixel = 64,
   kStreamScene = 128,
+  kStreamWireLatency = 256,  ///< .. + 6: what draws it
+  kStreamWireFault = 512,    ///< + number of the rule
 };
 
 }  // namespace hueline::sim

@@ -1,0 +1,277 @@
+#include "sim/wire/timeline.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <tuple>
+#include <utility>
+
+#include "sim/wire/novatel_encode.hpp"
+#include "sim/wire/seeded_random.hpp"
+#include "sim/wire/utc.hpp"
+
+namespace hueline::sim {
+namespace {
+
+/// What draws latencies, each from a sequence of its own: another rate of one device does not move the others.
+enum LatencyStream : std::uint64_t { kOfLaserData, kOfNmea, kOfIns, kOfSeconds, kOfMarks, kOfPps, kOfImages };
+
+/// One builder a drive.
+class Builder {
+ public:
+  Builder(const Drive& drive, const TimelineConfig& config) : drive_(drive), config_(config) {
+    timeline_.begin_gps_ns = drive.begin_gps_ns;
+    timeline_.duration_ns = drive.end_gps_ns - drive.begin_gps_ns;
+  }
+
+  Status add_laser();
+  Status add_laser_positions();
+  void add_pos();
+  void add_pps();
+  void add_camera();
+  Timeline take();
+
+ private:
+  std::int64_t drive_time(GpsNs gps_ns) const { return gps_ns - drive_.begin_gps_ns; }
+  GpsNs first_whole_second() const { return (drive_.begin_gps_ns + kNsPerSecond - 1) / kNsPerSecond * kNsPerSecond; }
+  SeededRandom random(std::uint64_t stream) const { return {config_.seed, kStreamWireLatency + stream}; }
+  static std::int64_t draw(SeededRandom& random, const Latency& latency) {
+    return random.between(latency.least_ns, latency.most_ns);
+  }
+  void add(std::int64_t at_ns, WireChannel channel, Bytes payload) {
+    WireEvent event;
+    event.at_ns = at_ns;
+    event.channel = channel;
+    event.payload = std::move(payload);
+    timeline_.events.push_back(std::move(event));
+  }
+  const InsSample* sample_at_or_before(GpsNs gps_ns) const;
+  InsSample interpolate(GpsNs gps_ns) const;
+  void add_ins_logs();
+  void add_second_logs();
+  void add_mark_logs();
+
+  const Drive& drive_;
+  const TimelineConfig& config_;
+  Timeline timeline_;
+};
+
+const InsSample* Builder::sample_at_or_before(GpsNs gps_ns) const {
+  const auto after = std::upper_bound(drive_.ins.begin(), drive_.ins.end(), gps_ns,
+                                      [](GpsNs t, const InsSample& s) { return t < s.gps_ns; });
+  if (drive_.ins.empty()) return nullptr;
+  return after == drive_.ins.begin() ? &drive_.ins.front() : &*(after - 1);
+}
+
+/// Straight lines between neighbours; outside the samples the nearest one.
+InsSample Builder::interpolate(GpsNs gps_ns) const {
+  const InsSample* a = sample_at_or_before(gps_ns);
+  if (a == nullptr) return {};
+  InsSample out = *a;
+  out.gps_ns = gps_ns;
+  if (a == &drive_.ins.back() || gps_ns <= a->gps_ns) return out;
+  const InsSample& b = a[1];
+  const double part = static_cast<double>(gps_ns - a->gps_ns) / static_cast<double>(b.gps_ns - a->gps_ns);
+  constexpr double InsSample::*kFields[] = {&InsSample::latitude_rad,   &InsSample::longitude_rad,
+                                            &InsSample::ellipsoidal_height_m, &InsSample::velocity_east,
+                                            &InsSample::velocity_north, &InsSample::velocity_up,
+                                            &InsSample::roll_rad,       &InsSample::pitch_rad};
+  for (const auto field : kFields) out.*field += part * (b.*field - a->*field);
+  out.heading_rad += part * std::remainder(b.heading_rad - a->heading_rad, 2 * std::numbers::pi);
+  return out;
+}
+
+Status Builder::add_laser() {
+  SeededRandom draws = random(kOfLaserData);
+  const std::int64_t span_ns = last_firing_offset_ns(config_.laser_model, config_.laser_return_mode);
+  for (const LaserPacket& packet : drive_.laser) {
+    Result<Bytes> bytes = encode_laser_data(packet, config_.laser_model, config_.laser_return_mode);
+    if (!bytes) return bytes.error();
+    add(drive_time(packet.first_firing_gps_ns) + span_ns + draw(draws, config_.laser_data), WireChannel::LaserData,
+        std::move(bytes).value());
+  }
+  return {};
+}
+
+Status Builder::add_laser_positions() {
+  if (drive_.laser.empty()) return {};
+  SeededRandom draws = random(kOfNmea);
+  GpsNs next_second = first_whole_second();
+  std::int64_t next_nmea_ns = drive_time(next_second) + draw(draws, config_.nmea);
+  std::string sentence;
+  for (std::int64_t at = 0; at < timeline_.duration_ns; at += config_.laser_position_period_ns) {
+    while (next_nmea_ns <= at) {
+      const InsSample sample = interpolate(next_second);
+      RmcReport report;
+      report.gps_ns = next_second;
+      report.latitude_rad = sample.latitude_rad;
+      report.longitude_rad = sample.longitude_rad;
+      report.speed_m_s = std::hypot(sample.velocity_east, sample.velocity_north);
+      report.course_rad = std::atan2(sample.velocity_east, sample.velocity_north);
+      sentence = encode_gprmc(report);
+      next_second += kNsPerSecond;
+      next_nmea_ns = drive_time(next_second) + draw(draws, config_.nmea);
+    }
+    Result<Bytes> bytes = encode_laser_position({drive_.begin_gps_ns + at, 2, sentence});
+    if (!bytes) return bytes.error();
+    add(at, WireChannel::LaserPosition, std::move(bytes).value());
+  }
+  return {};
+}
+
+void Builder::add_ins_logs() {
+  SeededRandom draws = random(kOfIns);
+  std::int64_t earliest = std::numeric_limits<std::int64_t>::min();
+  for (const InsSample& sample : drive_.ins) {
+    // One receiver, one port: a solution never overtakes the one before it.
+    const std::int64_t at = std::max(drive_time(sample.gps_ns) + draw(draws, config_.ins), earliest);
+    earliest = at;
+    const NovatelHeader header = novatel_header(sample.gps_ns);
+    const PvaFields pva = pva_fields(sample);
+    const StdevFields sigma = stdev_fields(sample);
+    add(at, WireChannel::Pos, encode_pva(NovatelId::Inspva, header, pva));
+    add(at, WireChannel::Pos, encode_pva(NovatelId::Inspvas, header, pva));
+    add(at, WireChannel::Pos, encode_pvax(header, pvax_fields(sample, config_.undulation_m)));
+    add(at, WireChannel::Pos, encode_stdev(NovatelId::Insstdev, header, sigma));
+    add(at, WireChannel::Pos, encode_stdev(NovatelId::Insstdevs, header, sigma));
+  }
+}
+
+void Builder::add_second_logs() {
+  SeededRandom draws = random(kOfSeconds);
+  for (GpsNs second = first_whole_second(); second < drive_.end_gps_ns; second += kNsPerSecond) {
+    const NovatelHeader header = novatel_header(second);
+    const std::int64_t bestpos_at = drive_time(second) + draw(draws, config_.bestpos);
+    const std::int64_t time_at = drive_time(second) + draw(draws, config_.time_message);
+    if (!drive_.ins.empty()) {
+      add(bestpos_at, WireChannel::Pos,
+          encode_bestpos(header, bestpos_fields(interpolate(second), config_.undulation_m)));
+    }
+    add(time_at, WireChannel::Pos, encode_time(header, time_fields(second)));
+  }
+}
+
+void Builder::add_mark_logs() {
+  SeededRandom draws = random(kOfMarks);
+  std::int64_t earliest = std::numeric_limits<std::int64_t>::min();
+  for (const CameraExposure& exposure : drive_.exposures) {
+    const GpsNs strobe = exposure.exposure_start_gps_ns;
+    const std::int64_t at = std::max(drive_time(strobe) + draw(draws, config_.mark), earliest);
+    earliest = at;
+    const NovatelHeader header = novatel_header(strobe);
+    add(at, WireChannel::Pos, encode_mark1_time(header, mark_time_fields(strobe)));
+    if (!drive_.ins.empty()) {
+      add(at, WireChannel::Pos, encode_pva(NovatelId::Mark1Pva, header, pva_fields(interpolate(strobe))));
+    }
+  }
+}
+
+void Builder::add_pos() {
+  add_ins_logs();
+  add_second_logs();
+  add_mark_logs();
+}
+
+void Builder::add_pps() {
+  SeededRandom draws = random(kOfPps);
+  std::uint64_t sequence = 0;
+  for (GpsNs second = first_whole_second(); second < drive_.end_gps_ns; second += kNsPerSecond) {
+    const std::int64_t error = sequence < drive_.pps_edge_error_ns.size()
+                                   ? drive_.pps_edge_error_ns[static_cast<std::size_t>(sequence)]
+                                   : 0;
+    WireEvent event;
+    event.channel = WireChannel::Pps;
+    event.edge_ns = drive_time(second) + error;
+    event.at_ns = event.edge_ns + draw(draws, config_.pps);
+    event.sequence = ++sequence;
+    timeline_.events.push_back(std::move(event));
+  }
+}
+
+void Builder::add_camera() {
+  SeededRandom draws = random(kOfImages);
+  std::uint64_t sequence = 0;
+  std::int64_t earliest = std::numeric_limits<std::int64_t>::min();
+  for (const CameraExposure& exposure : drive_.exposures) {
+    const std::int64_t end = drive_time(exposure.exposure_start_gps_ns) + exposure.exposure_ns;
+    const std::int64_t latched = end + config_.camera_latch_ns +
+                                 draws.between(-config_.camera_latch_spread_ns, config_.camera_latch_spread_ns);
+    WireEvent event;
+    event.channel = WireChannel::Camera;
+    event.at_ns = std::max(end + draw(draws, config_.image), earliest);
+    earliest = event.at_ns;
+    event.sequence = sequence++;
+    event.camera_counter_ns = config_.camera_counter_origin_ns + latched +
+                              std::llround(static_cast<double>(latched) * config_.camera_drift_ppb * 1e-9);
+    event.width = exposure.width;
+    event.height = exposure.height;
+    event.image_file = exposure.image_file;
+    timeline_.events.push_back(std::move(event));
+  }
+}
+
+Timeline Builder::take() {
+  std::stable_sort(timeline_.events.begin(), timeline_.events.end(), [](const WireEvent& a, const WireEvent& b) {
+    return std::tie(a.at_ns, a.channel) < std::tie(b.at_ns, b.channel);
+  });
+  return std::move(timeline_);
+}
+
+template <class Items, class Time>
+bool in_time_order(const Items& items, Time time) {
+  return std::is_sorted(items.begin(), items.end(), [&](const auto& a, const auto& b) { return time(a) < time(b); });
+}
+
+}  // namespace
+
+const char* name(WireChannel channel) {
+  switch (channel) {
+    case WireChannel::LaserData: return "LaserData";
+    case WireChannel::LaserPosition: return "LaserPosition";
+    case WireChannel::Pos: return "Pos";
+    case WireChannel::Pps: return "Pps";
+    case WireChannel::Camera: return "Camera";
+  }
+  return "?";
+}
+
+std::string TimelineConfig::validate() const {
+  const std::pair<const char*, Latency> latencies[] = {
+      {"laser_data", laser_data},     {"nmea", nmea}, {"ins", ins}, {"bestpos", bestpos},
+      {"time_message", time_message}, {"mark", mark}, {"pps", pps}, {"image", image}};
+  for (const auto& [key, latency] : latencies) {
+    if (latency.least_ns < 0 || latency.most_ns < latency.least_ns || latency.most_ns > 10 * kNsPerSecond) {
+      return fmt::format("{}: {} .. {} ns is not a span within 0 .. 10 s", key, latency.least_ns, latency.most_ns);
+    }
+  }
+  if (laser_position_period_ns < 1'000'000) {
+    return fmt::format("laser_position_period_ns: {} is below 1 ms", laser_position_period_ns);
+  }
+  if (camera_latch_spread_ns < 0) return fmt::format("camera_latch_spread_ns: {} is negative", camera_latch_spread_ns);
+  if (!(std::abs(camera_drift_ppb) <= 1e6)) {
+    return fmt::format("camera_drift_ppb: {} is not within +- 1000000", camera_drift_ppb);
+  }
+  return {};
+}
+
+Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config) {
+  if (std::string problem = config.validate(); !problem.empty()) return Error{ErrorCode::Invalid, std::move(problem)};
+  if (drive.end_gps_ns <= drive.begin_gps_ns) return Error{ErrorCode::Invalid, "a drive ends after it begins"};
+  if (!in_time_order(drive.ins, [](const InsSample& s) { return s.gps_ns; }) ||
+      !in_time_order(drive.laser, [](const LaserPacket& p) { return p.first_firing_gps_ns; }) ||
+      !in_time_order(drive.exposures, [](const CameraExposure& e) { return e.exposure_start_gps_ns; })) {
+    return Error{ErrorCode::Invalid, "a drive's samples, packets and exposures are in the order of time"};
+  }
+  Builder builder(drive, config);
+  if (Status added = builder.add_laser(); !added) return added.error();
+  if (Status added = builder.add_laser_positions(); !added) return added.error();
+  builder.add_pos();
+  builder.add_pps();
+  builder.add_camera();
+  return builder.take();
+}
+
+}  // namespace hueline::sim

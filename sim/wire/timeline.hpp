@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "sim/drive.hpp"
+#include "sim/wire/little_endian.hpp"
+#include "sim/wire/velodyne_encode.hpp"
+
+/// A drive as it reaches the wires of the vehicle: what, where and when. "Drive time" is ns after Drive::begin_gps_ns.
+namespace hueline::sim {
+
+enum class WireChannel : std::uint8_t { LaserData, LaserPosition, Pos, Pps, Camera };
+const char* name(WireChannel channel);
+
+/// One thing that a device sends at `at_ns`.
+struct WireEvent {
+  std::int64_t at_ns = 0;  ///< drive time at which its first byte leaves the device (Pps: at which the kernel would report it)
+  WireChannel channel = WireChannel::LaserData;
+  Bytes payload;           ///< LaserData, LaserPosition: the datagram; Pos: one log; Pps, Camera: empty
+
+  std::int64_t edge_ns = 0;        ///< Pps: drive time of the edge, its error included
+  std::uint64_t sequence = 0;      ///< Pps: the source's own count of edges; Camera: the camera's count of exposures, from 0
+  std::int64_t camera_counter_ns = 0;  ///< Camera: the counter latched for this image
+  std::uint32_t width = 0, height = 0;
+  std::string image_file;          ///< Camera: width x height bytes
+};
+
+/// Events in the order of `at_ns`; those of one moment in the order of WireChannel, then as they were made.
+struct Timeline {
+  GpsNs begin_gps_ns = 0;
+  std::int64_t duration_ns = 0;
+  std::vector<WireEvent> events;
+};
+
+/// A span from which each latency is drawn, evenly.
+struct Latency {
+  std::int64_t least_ns = 0, most_ns = 0;
+};
+
+struct TimelineConfig {
+  std::uint64_t seed = 1;
+  LaserModel laser_model = LaserModel::Vlp16;
+  LaserReturnMode laser_return_mode = LaserReturnMode::Strongest;
+
+  Latency laser_data{20'000, 60'000};               ///< after the packet's last firing
+  std::int64_t laser_position_period_ns = 100'000'000;  ///< between position datagrams
+  Latency nmea{200'000'000, 400'000'000};           ///< the scanner has the GPRMC this long after its second
+  Latency ins{3'000'000, 10'000'000};               ///< INSPVA(S), INSPVAX, INSSTDEV(S) after their instant
+  Latency bestpos{20'000'000, 60'000'000};          ///< after its second
+  Latency time_message{50'000'000, 150'000'000};    ///< TIME after its second
+  Latency mark{10'000'000, 30'000'000};             ///< MARK1TIME and MARK1PVA after the strobe
+  Latency pps{5'000, 40'000};                       ///< from an edge until a reader hears of it
+  Latency image{25'000'000, 35'000'000};            ///< from the exposure's end to the first packet
+
+  double undulation_m = 47.0;  ///< geoid above ellipsoid: INSPVAX and BESTPOS carry heights above the geoid
+
+  /// The camera's counter: latched at the exposure's end plus `camera_latch_ns`, evenly spread by +- `camera_latch_spread_ns`
+  /// (a Ladybug5+ in trigger mode: 45 us +- 8 us); runs `camera_drift_ppb` too fast from `camera_counter_origin_ns` on.
+  std::int64_t camera_latch_ns = 45'000;
+  std::int64_t camera_latch_spread_ns = 8'000;
+  double camera_drift_ppb = 12'000;
+  std::int64_t camera_counter_origin_ns = 1'000'000'000'000;
+
+  /// Empty if usable, else a sentence that names the key.
+  std::string validate() const;
+};
+
+/// All that the vehicle's devices send during `drive`. The same drive and config give the same bytes and times. Every log of
+/// novatel_logs() but RAWIMUSX is offered at the rate of Drive::ins (BESTPOS and TIME once a second); the receiver's emulator
+/// sends those it is asked for. Invalid: config, unordered or incomplete drive.
+Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config);
+
+}  // namespace hueline::sim
