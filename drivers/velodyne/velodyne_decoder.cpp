@@ -1,0 +1,205 @@
+#include "drivers/velodyne/velodyne_decoder.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "drivers/velodyne/velodyne_kernel.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+constexpr std::size_t kStampAt = 1200, kModeAt = 1204, kProductAt = 1205;
+constexpr std::size_t kBlockBytes = 100;
+constexpr unsigned kStrongest = 0x37, kLast = 0x38, kDual = 0x39;
+constexpr nanoseconds kHour = std::chrono::hours(1);
+
+/// Arrivals jitter by the network and by the reader's batches; beyond it a move of the stamp is the clock's, not a loss.
+constexpr nanoseconds kArrivalJitter = std::chrono::milliseconds(200);
+
+/// A label is given only while the latest edge is beyond doubt: not just after it (the counter turns a few microseconds
+/// off the edge), nor so late that the next may come before this packet arrives.
+constexpr std::uint32_t kLabelFrom_us = 5'000, kLabelTo_us = 900'000;
+constexpr std::int64_t kMaxLag_s = 2;
+
+/// The shorter way round the hour, in [-30 min, 30 min).
+nanoseconds within_half_hour(nanoseconds d) {
+  d %= kHour;
+  if (d >= kHour / 2) return d - kHour;
+  return d < -kHour / 2 ? d + kHour : d;
+}
+
+}  // namespace
+
+std::string VelodyneDecoder::Config::validate() const {
+  constexpr double two_pi = 6.283185307179587;
+  if (!(min_range_m >= 0 && min_range_m <= 131)) return "min_range_m must be within [0, 131] m";
+  if (!(max_range_m > min_range_m && max_range_m <= 200)) return "max_range_m must be within (min_range_m, 200] m";
+  if (!(azimuth_begin >= 0 && azimuth_begin < two_pi)) return "azimuth_begin must be within [0, 2 pi) rad";
+  if (!(azimuth_end >= 0 && azimuth_end <= two_pi)) return "azimuth_end must be within [0, 2 pi] rad";
+  if (azimuth_begin == azimuth_end) return "azimuth_begin and azimuth_end are the same: no azimuth would be kept";
+  return {};
+}
+
+VelodyneDecoder::VelodyneDecoder(SensorId sensor, const Config& config)
+    : sensor_(sensor),
+      config_(config),
+      table_(velodyne_table(config.model)),
+      kernel_(std::make_unique<VelodyneKernel>(config)),
+      malformed_(FaultKind::Malformed, sensor),
+      wrong_device_(FaultKind::WrongDevice, sensor),
+      conflict_(FaultKind::LabelConflict, sensor) {}
+
+VelodyneDecoder::~VelodyneDecoder() = default;
+
+void VelodyneDecoder::reset() {
+  previous_.reset();
+  last_label_.reset();
+}
+
+void VelodyneDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
+  for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &conflict_})
+    if (auto fault = limiter->flush(packet.received)) out.push_back(std::move(*fault));
+  if (packet.bytes.size() == kVelodyneDataBytes) return decode_data(packet, out);
+  if (packet.bytes.size() == kVelodynePositionBytes) return decode_position_packet(packet, out);
+  malformed(packet, packet.bytes.size(),
+            fmt::format("{}: datagram of {} bytes; data packets have {}, position packets {}", table_.name,
+                        packet.bytes.size(), kVelodyneDataBytes, kVelodynePositionBytes),
+            out);
+}
+
+void VelodyneDecoder::malformed(const Packet& packet, std::size_t bytes, const std::string& what,
+                                std::vector<Measurement>& out) {
+  counts_.malformed_bytes += bytes;
+  ++counts_.malformed_messages;
+  if (auto fault = malformed_.add(packet.received, 1, [&] { return what; })) out.push_back(std::move(*fault));
+}
+
+void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>& out) {
+  const std::span<const std::byte> bytes = packet.bytes.bytes();
+  const auto mode = static_cast<unsigned>(bytes[kModeAt]), product = static_cast<unsigned>(bytes[kProductAt]);
+  if (mode != kStrongest && mode != kLast && mode != kDual)
+    return malformed(packet, bytes.size(), fmt::format("{}: return mode 0x{:02X} is not known", table_.name, mode), out);
+  if (product != table_.product_id) {
+    ++counts_.messages["data of another model"];
+    counts_.ignored_bytes += bytes.size();
+    const auto detail = [&] {
+      return fmt::format("data packet of product 0x{:02X}; the rig names a {} (0x{:02X})", product, table_.name,
+                         table_.product_id);
+    };
+    if (auto fault = wrong_device_.add(packet.received, 1, detail)) out.push_back(std::move(*fault));
+    return;
+  }
+  std::uint32_t stamp_us = 0;
+  for (std::size_t i = 0; i < 4; ++i) stamp_us |= static_cast<std::uint32_t>(bytes[kStampAt + i]) << (8 * i);
+  nanoseconds first_firing = std::chrono::microseconds(stamp_us);
+  if (first_firing >= kHour)
+    return malformed(packet, bytes.size(), fmt::format("{}: counter {} us is beyond the hour", table_.name, stamp_us),
+                     out);
+
+  const bool is_dual = mode == kDual;
+  const nanoseconds duration = table_.block_period() * (is_dual ? kVelodyneBlocks / 2 : kVelodyneBlocks);
+  if (config_.stamp == PacketStamp::LastFiring) {
+    first_firing -= duration - table_.sequence_period + table_.firing_period * (table_.lasers - 1);
+    if (first_firing < nanoseconds(0)) first_firing += kHour;
+  }
+
+  LaserBatch batch;
+  batch.sensor = sensor_;
+  batch.received = packet.received;
+  batch.packet_sequence = packet.sequence;
+  batch.time = DeviceTime<UtcHourCounter>(first_firing);
+  const VelodyneBlocks blocks = kernel_->decode(bytes, is_dual, batch.returns);
+  const std::size_t bad_bytes = kBlockBytes * static_cast<std::size_t>(blocks.malformed + blocks.untimed);
+  if (blocks.malformed > 0)
+    malformed(packet, blocks.decoded ? bad_bytes : bytes.size(),
+              fmt::format("{}: {} of {} blocks have a wrong flag, azimuth or partner", table_.name, blocks.malformed,
+                          kVelodyneBlocks),
+              out);
+  else
+    counts_.malformed_bytes += bad_bytes;
+  if (blocks.decoded == 0) return;
+
+  check_gap(packet, first_firing, duration, out);
+  if (blocks.untimed > 0)
+    out.push_back(Fault{sensor_, FaultKind::Lost, packet.received, static_cast<std::uint64_t>(blocks.untimed),
+                        fmt::format("{}: the azimuth jumps inside a packet; the blocks behind have no known time",
+                                    table_.name)});
+  counts_.decoded_bytes += bytes.size() - bad_bytes;
+  ++counts_.messages[is_dual ? "data dual" : mode == kLast ? "data last" : "data strongest"];
+  out.push_back(std::move(batch));
+}
+
+void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration,
+                                std::vector<Measurement>& out) {
+  const std::optional<Previous> before = std::exchange(previous_, Previous{stamp, duration, packet.received});
+  if (!before) return;
+  const nanoseconds waited = packet.received - before->received;
+  const nanoseconds difference = within_half_hour(stamp - before->stamp - waited % kHour);
+  const nanoseconds moved = waited + difference;  // also across outages of hours
+  const auto fault = [&](FaultKind kind, std::uint64_t count, std::string detail) {
+    out.push_back(Fault{sensor_, kind, packet.received, count, std::move(detail)});
+  };
+  if (difference > kArrivalJitter || difference < -kArrivalJitter) {
+    fault(FaultKind::ClockStep, 1,
+          fmt::format("{}: its counter moved {:.6f} s against the arrivals", table_.name,
+                      to_seconds(difference)));
+  } else if (moved < nanoseconds(0)) {
+    fault(FaultKind::Late, 1, fmt::format("{}: a packet {:.6f} s older than the one before", table_.name,
+                                          -to_seconds(moved)));
+    previous_ = before;  // the newest stays the measure of the next gap
+  } else if (config_.detects_lost && moved > before->duration * 3 / 2) {
+    const double packets = to_seconds(moved) / to_seconds(before->duration);
+    fault(FaultKind::Lost, static_cast<std::uint64_t>(std::llround(packets) - 1),
+          fmt::format("{}: no data packets for {:.6f} s of its counter", table_.name, to_seconds(moved)));
+  }
+}
+
+void VelodyneDecoder::decode_position_packet(const Packet& packet, std::vector<Measurement>& out) {
+  const Result<VelodynePosition> position = decode_position(packet.bytes.bytes());
+  if (!position) return malformed(packet, packet.bytes.size(), position.error().message, out);
+  const Result<RmcSentence> rmc = position->nmea.empty() ? Result<RmcSentence>(Error{ErrorCode::Unsupported, {}})
+                                                         : decode_rmc(position->nmea);
+  LaserStatus status;
+  status.sensor = sensor_;
+  status.received = packet.received;
+  status.time = DeviceTime<UtcHourCounter>(std::chrono::microseconds(position->hour_us));
+  status.pps = position->pps;
+  status.has_nmea = !position->nmea.empty();
+  status.nmea_valid = rmc.ok() && rmc->is_active;
+  out.push_back(status);
+  if (rmc.ok()) {
+    label(packet, *position, *rmc, out);
+  } else if (rmc.error().code != ErrorCode::Unsupported) {
+    // The packet itself is sound: only its sentence is counted as malformed.
+    counts_.decoded_bytes += packet.bytes.size() - position->nmea.size();
+    return malformed(packet, position->nmea.size(), fmt::format("{}: {}", table_.name, rmc.error().message), out);
+  }
+  counts_.decoded_bytes += packet.bytes.size();
+  ++counts_.messages["position"];
+}
+
+void VelodyneDecoder::label(const Packet& packet, const VelodynePosition& position, const RmcSentence& rmc,
+                            std::vector<Measurement>& out) {
+  const std::uint32_t in_second_us = position.hour_us % 1'000'000;
+  if (in_second_us < kLabelFrom_us || in_second_us > kLabelTo_us) return;
+  const std::optional<PositionSecond> edge = second_of_latest_edge(rmc.utc, position.hour_us);
+  if (!edge) return;
+  const bool agrees = edge->lag >= 0 && edge->lag <= kMaxLag_s;
+  TimeLabel label;
+  label.sensor = sensor_;
+  label.received = packet.received;
+  label.second = edge->second;
+  label.is_valid = agrees && rmc.is_active && position.pps == PpsStatus::Locked;
+  if (last_label_ && last_label_->second == label.second && last_label_->is_valid == label.is_valid) return;
+  last_label_ = label;
+  if (!agrees) {
+    const auto detail = [&] {
+      return fmt::format("{}: its counter is {} s ahead of the RMC sentence that it echoes", table_.name, edge->lag);
+    };
+    if (auto fault = conflict_.add(packet.received, 1, detail)) out.push_back(std::move(*fault));
+  }
+  out.push_back(label);
+}
+
+}  // namespace hueline::drivers

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/decoder.hpp"
+#include "drivers/fault_limiter.hpp"
+#include "drivers/velodyne/velodyne_model.hpp"
+#include "drivers/velodyne/velodyne_position.hpp"
+
+namespace hueline::drivers {
+
+/// Which returns of a firing to keep, of a scanner in dual-return mode.
+enum class ReturnChoice : std::uint8_t {
+  All,        ///< both; a pair with the same range is one return
+  Strongest,  ///< the one with the higher reflectivity
+  Last,       ///< the one that the scanner reports as last
+};
+
+/// Which firing of a data packet its stamp names. VLP-16 User Manual 9.3.1: the first of the packet. The HDL-32E manual of 2011
+/// (appendix E) says the last; later firmware and other decoders hold it for the first. 0.54 ms apart: 1 cm at 70 km/h.
+enum class PacketStamp : std::uint8_t { FirstFiring, LastFiring };
+
+class VelodyneKernel;
+
+/// VLP-16 and HDL-32E: data packets -> LaserBatch (one each, also when no return is left), position packets -> LaserStatus and,
+/// once a second, TimeLabel. The two are told apart by their size, so one UDP source may carry both ports.
+///
+/// LaserBatch::time is the first firing of the packet in the scanner's microseconds past the UTC hour; a return's time and
+/// azimuth are those of its own firing: the azimuth between two blocks is interpolated, the last block is continued at
+/// the packet's own rate, so a lost packet changes nothing in its neighbours. Frame: Scanner (z up, y forward at azimuth 0,
+/// x right; azimuth clockwise seen from above). return_number counts by range: 1 is the nearer.
+///
+/// Faults: Malformed (wrong size, flag, mode, azimuth, counter; one a second at most), WrongDevice (factory byte of another
+/// model), Lost (packets by the stamps' gap; blocks behind an azimuth jump, whose time is not known), ClockStep (the stamp
+/// moved against the arrival), Late (an older packet after a newer), LabelConflict (counter and RMC disagree).
+/// Thread-bound. Source: VLP-16 User Manual 63-9243 chapter 9, HDL-32E User's Manual.
+class VelodyneDecoder final : public Decoder {
+ public:
+  struct Config {
+    VelodyneModel model = VelodyneModel::Vlp16;
+    ReturnChoice returns = ReturnChoice::All;
+    double min_range_m = 0.5;  ///< nearer returns are dropped: the housing, the vehicle's roof
+    double max_range_m = 130;
+    /// Azimuths kept, rad, clockwise from begin to end (through 0 if end < begin). [0, 2 pi): everything.
+    double azimuth_begin = 0;
+    double azimuth_end = 6.283185307179586;
+    PacketStamp stamp = PacketStamp::FirstFiring;
+    /// Lost packets are seen from gaps between stamps. False where the scanner itself is set to a part of the circle and is
+    /// silent over the rest.
+    bool detects_lost = true;
+
+    /// Empty if fine, else what is wrong with which key.
+    std::string validate() const;
+  };
+
+  VelodyneDecoder(SensorId sensor, const Config& config);
+  ~VelodyneDecoder() override;
+  VelodyneDecoder(const VelodyneDecoder&) = delete;
+  VelodyneDecoder& operator=(const VelodyneDecoder&) = delete;
+
+  void decode(const Packet& packet, std::vector<Measurement>& out) override;
+  void reset() override;
+  const DecodeCounts& counts() const override { return counts_; }
+
+ private:
+  void decode_data(const Packet& packet, std::vector<Measurement>& out);
+  void decode_position_packet(const Packet& packet, std::vector<Measurement>& out);
+  void label(const Packet& packet, const VelodynePosition& position, const RmcSentence& rmc, std::vector<Measurement>& out);
+  void check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration, std::vector<Measurement>& out);
+  void malformed(const Packet& packet, std::size_t bytes, const std::string& what, std::vector<Measurement>& out);
+
+  SensorId sensor_;
+  Config config_;
+  const VelodyneTable& table_;
+  std::unique_ptr<VelodyneKernel> kernel_;
+  DecodeCounts counts_;
+  FaultLimiter malformed_, wrong_device_, conflict_;
+
+  struct Previous {
+    nanoseconds stamp;
+    nanoseconds duration;
+    HostTime received;
+  };
+  std::optional<Previous> previous_;
+  std::optional<TimeLabel> last_label_;
+};
+
+}  // namespace hueline::drivers

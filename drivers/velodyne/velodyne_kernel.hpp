@@ -1,0 +1,69 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/measurements.hpp"
+#include "drivers/velodyne/velodyne_decoder.hpp"
+
+namespace hueline::drivers {
+
+/// What one data packet gave besides its returns.
+struct VelodyneBlocks {
+  int decoded = 0;    ///< blocks turned into returns
+  int malformed = 0;  ///< blocks with a wrong flag, azimuth or, in dual mode, partner
+  int untimed = 0;    ///< blocks behind a jump of the azimuth
+};
+
+/// The arithmetic of data packets: tables made once, then per packet only loads, multiplications and stores. Knows no faults, no
+/// packets, no time but the offsets in a packet. Thread-bound (it owns the scratch space).
+class VelodyneKernel {
+ public:
+  explicit VelodyneKernel(const VelodyneDecoder::Config& config);
+
+  /// `bytes`: 1206. Replaces `returns` by the packet's, in firing order.
+  VelodyneBlocks decode(std::span<const std::byte> bytes, bool is_dual, std::vector<LaserReturn>& returns);
+
+ private:
+  /// One azimuth of a packet: a block, or the two blocks of a pair.
+  struct Unit {
+    int azimuth = 0;  ///< 0.01 deg
+    bool is_valid = false;
+  };
+  struct Firing {
+    float sin_elevation, cos_elevation, vertical_offset;
+    float fraction;  ///< of the block's duration
+    std::int32_t offset_ns;
+    std::uint16_t ring;
+  };
+  struct Directions {
+    std::array<float, kVelodyneFiringsPerBlock> azimuth, x, y;
+    std::array<bool, kVelodyneFiringsPerBlock> is_inside;
+  };
+
+  int step(int from, int to) const;
+  bool is_plausible(int step) const;
+  void fill_directions(int azimuth, float step);
+  LaserReturn make(int firing, unsigned distance, unsigned reflectivity, std::int32_t block_ns) const;
+  void decode_single(const std::byte* block, std::int32_t block_ns);
+  void decode_pair(const std::byte* last, const std::byte* strongest, std::int32_t block_ns);
+  bool keeps(int firing, unsigned distance) const;
+
+  const VelodyneTable& table_;
+  ReturnChoice choice_;
+  unsigned nearest_, farthest_;  ///< range steps
+  float range_step_;
+  bool has_window_;
+  float window_begin_, window_width_;
+  int max_step_;
+  std::array<Firing, kVelodyneFiringsPerBlock> firing_;
+  std::vector<float> sin_, cos_;  ///< by 0.01 deg
+  Directions directions_;
+  std::array<LaserReturn, kVelodyneBlocks * kVelodyneFiringsPerBlock> scratch_;
+  std::size_t used_ = 0;
+};
+
+}  // namespace hueline::drivers
