@@ -1,0 +1,63 @@
+#include "drivers/transport/serial_source.hpp"
+
+// The kernel's own termios: <termios.h> of the C library cannot name an arbitrary baud rate, and the two cannot be mixed.
+#include <asm/ioctls.h>
+#include <asm/termbits.h>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/serial.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace hueline::drivers {
+
+std::string SerialSource::Config::validate() const {
+  if (device.empty()) return "device must be a path such as /dev/ttyUSB0";
+  if (baud < 300 || baud > 12000000) return "baud must be 300 .. 12000000";
+  return stream.validate();
+}
+
+SerialSource::SerialSource(Config config) : ByteStreamSource(config.stream), config_(std::move(config)) {}
+
+std::string SerialSource::name() const { return fmt::format("serial {} at {} baud", config_.device, config_.baud); }
+
+Result<int> SerialSource::connect() {
+  if (const std::string wrong = config_.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
+  const int fd = ::open(config_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) {
+    const char* hint = errno == EACCES ? " (is the user in the group dialout?)" : "";
+    return Error{ErrorCode::Unavailable, fmt::format("{}: {}{}", name(), std::strerror(errno), hint)};
+  }
+  const auto refuse = [&](ErrorCode code, const char* attempted) {
+    const int error = errno;
+    ::close(fd);
+    return Error{code, fmt::format("{}: {}: {}", name(), attempted, std::strerror(error))};
+  };
+  termios2 settings{};
+  if (::ioctl(fd, TCGETS2, &settings) < 0) return refuse(ErrorCode::Invalid, "not a serial port");
+  settings.c_iflag = IGNBRK;  // bytes as they are: no XON/XOFF, no CR/LF, no parity marks
+  settings.c_oflag = 0;
+  settings.c_lflag = 0;
+  settings.c_cflag = CS8 | CREAD | CLOCAL | BOTHER | (BOTHER << IBSHIFT);
+  settings.c_ispeed = settings.c_ospeed = static_cast<speed_t>(config_.baud);
+  settings.c_cc[VMIN] = 1;
+  settings.c_cc[VTIME] = 0;
+  if (::ioctl(fd, TCSETS2, &settings) < 0) return refuse(ErrorCode::Unavailable, "setting raw 8N1");
+  // Two readers would each get half of the bytes.
+  (void)::ioctl(fd, TIOCEXCL);
+  // What waited in the driver before this moment has no arrival time that could be told.
+  (void)::ioctl(fd, TCFLSH, TCIFLUSH);
+  // FTDI adapters hold bytes back for 16 ms otherwise; others do not know the flag.
+  serial_struct line{};
+  if (::ioctl(fd, TIOCGSERIAL, &line) == 0) {
+    line.flags |= ASYNC_LOW_LATENCY;
+    (void)::ioctl(fd, TIOCSSERIAL, &line);
+  }
+  return fd;
+}
+
+}  // namespace hueline::drivers

@@ -1,0 +1,85 @@
+#include "drivers/transport/tcp_source.hpp"
+
+#include <fmt/format.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+
+namespace hueline::drivers {
+namespace {
+
+/// 0, or the errno of what failed. Waits at most `timeout_ms`.
+int connect_within(int fd, const addrinfo& address, int timeout_ms) {
+  if (::connect(fd, address.ai_addr, address.ai_addrlen) == 0) return 0;
+  if (errno != EINPROGRESS) return errno;
+  pollfd ready{fd, POLLOUT, 0};
+  const int count = ::poll(&ready, 1, timeout_ms);
+  if (count < 0) return errno;
+  if (count == 0) return ETIMEDOUT;
+  int error = 0;
+  socklen_t size = sizeof(error);
+  if (::getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size) < 0) return errno;
+  return error;
+}
+
+void set_option(int fd, int level, int option, int value) {
+  // A kernel without the option loses a refinement, not the connection.
+  (void)::setsockopt(fd, level, option, &value, sizeof(value));
+}
+
+}  // namespace
+
+std::string TcpSource::Config::validate() const {
+  if (host.empty()) return "host must be an address or a name";
+  if (port < 1 || port > 65535) return "port must be 1 .. 65535";
+  if (connect_timeout.count() < 10 || connect_timeout.count() > 60000) return "connect_timeout must be 10 .. 60000 ms";
+  if (peer_timeout.count() < 3 || peer_timeout.count() > 3600) return "peer_timeout must be 3 .. 3600 s";
+  return stream.validate();
+}
+
+TcpSource::TcpSource(Config config) : ByteStreamSource(config.stream), config_(std::move(config)) {}
+
+std::string TcpSource::name() const { return fmt::format("tcp {}:{}", config_.host, config_.port); }
+
+Result<int> TcpSource::connect() {
+  if (const std::string wrong = config_.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
+  addrinfo hints{};
+  hints.ai_family = AF_UNSPEC;
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_NUMERICSERV;
+  addrinfo* list = nullptr;
+  if (const int error = ::getaddrinfo(config_.host.c_str(), std::to_string(config_.port).c_str(), &hints, &list); error != 0)
+    return Error{ErrorCode::Unavailable, fmt::format("{}: {}", name(), ::gai_strerror(error))};
+  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(list, &::freeaddrinfo);
+
+  int error = EADDRNOTAVAIL;
+  for (const addrinfo* address = list; address; address = address->ai_next) {
+    const int fd = ::socket(address->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    if (fd < 0) {
+      error = errno;
+      continue;
+    }
+    error = connect_within(fd, *address, static_cast<int>(config_.connect_timeout.count()));
+    if (error == 0) {
+      const int seconds = static_cast<int>(config_.peer_timeout.count());
+      set_option(fd, IPPROTO_TCP, TCP_NODELAY, 1);
+      set_option(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
+      set_option(fd, IPPROTO_TCP, TCP_KEEPIDLE, std::max(1, seconds / 3));
+      set_option(fd, IPPROTO_TCP, TCP_KEEPINTVL, std::max(1, seconds / 3));
+      set_option(fd, IPPROTO_TCP, TCP_KEEPCNT, 2);
+      return fd;
+    }
+    ::close(fd);
+  }
+  return Error{ErrorCode::Unavailable, fmt::format("{}: {}", name(), std::strerror(error))};
+}
+
+}  // namespace hueline::drivers
