@@ -1,0 +1,65 @@
+#include "drivers/novatel/message_table.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace hueline::drivers {
+namespace {
+
+using enum NovatelUse;
+
+// Sorted by id. Ids and lengths: OEM7 Commands and Logs Reference Manual and SPAN logs. MARKTIME (231) is the older name of
+// MARK1TIME (1130). MARK3PVA and MARK4PVA do not follow on MARK2PVA.
+constexpr std::array kMessages{
+    NovatelMessageInfo{37, "VERSION", Ignored, 0, false},
+    NovatelMessageInfo{42, "BESTPOS", BestPos, 72, true},
+    NovatelMessageInfo{93, "RXSTATUS", Ignored, 0, false},
+    NovatelMessageInfo{99, "BESTVEL", Ignored, 44, true},
+    NovatelMessageInfo{101, "TIME", Time, 44, true},
+    NovatelMessageInfo{231, "MARKTIME", MarkTime, 40, true, 1},
+    NovatelMessageInfo{268, "RAWIMU", RawImu, 40, true},
+    NovatelMessageInfo{325, "RAWIMUS", RawImu, 40, true},
+    NovatelMessageInfo{507, "INSPVA", InsPva, 88, true},
+    NovatelMessageInfo{508, "INSPVAS", InsPva, 88, true},
+    NovatelMessageInfo{616, "MARK2TIME", MarkTime, 40, true, 2},
+    NovatelMessageInfo{726, "BESTUTM", Ignored, 80, true},
+    NovatelMessageInfo{812, "CORRIMUDATA", CorrImuData, 60, true},
+    NovatelMessageInfo{813, "CORRIMUDATAS", CorrImuData, 60, true},
+    NovatelMessageInfo{1067, "MARK1PVA", MarkPva, 88, true, 1},
+    NovatelMessageInfo{1068, "MARK2PVA", MarkPva, 88, true, 2},
+    NovatelMessageInfo{1075, "MARK3TIME", MarkTime, 40, true, 3},
+    NovatelMessageInfo{1076, "MARK4TIME", MarkTime, 40, true, 4},
+    NovatelMessageInfo{1118, "MARK3PVA", MarkPva, 88, true, 3},
+    NovatelMessageInfo{1119, "MARK4PVA", MarkPva, 88, true, 4},
+    NovatelMessageInfo{1130, "MARK1TIME", MarkTime, 40, true, 1},
+    NovatelMessageInfo{1163, "PSRDOP2", Ignored, 0, true},
+    NovatelMessageInfo{1335, "HEADING2", Ignored, 48, true},
+    NovatelMessageInfo{1362, "IMURATECORRIMUS", ImuRateCorrImuS, 60, true},
+    NovatelMessageInfo{1429, "BESTGNSSPOS", Ignored, 72, true},
+    NovatelMessageInfo{1461, "RAWIMUX", RawImuX, 40, true},
+    NovatelMessageInfo{1462, "RAWIMUSX", RawImuX, 40, true},
+    NovatelMessageInfo{1465, "INSPVAX", InsPvaX, 126, true},
+    NovatelMessageInfo{1945, "INSCONFIG", InsConfig, 0, false},
+    NovatelMessageInfo{2051, "INSSTDEV", InsStdev, 52, true},
+    NovatelMessageInfo{2052, "INSSTDEVS", InsStdev, 52, true},
+    NovatelMessageInfo{2264, "CORRIMUS", CorrImuS, 60, true},
+};
+static_assert(std::is_sorted(kMessages.begin(), kMessages.end(), [](const auto& a, const auto& b) { return a.id < b.id; }));
+
+constexpr std::size_t kMayBeAppended = 64;
+
+}  // namespace
+
+const NovatelMessageInfo* find_novatel_message(std::uint16_t id) {
+  const auto found = std::lower_bound(kMessages.begin(), kMessages.end(), id,
+                                      [](const NovatelMessageInfo& info, std::uint16_t wanted) { return info.id < wanted; });
+  return found != kMessages.end() && found->id == id ? &*found : nullptr;
+}
+
+bool is_plausible_length(std::uint16_t id, std::size_t body_bytes) {
+  const NovatelMessageInfo* info = find_novatel_message(id);
+  if (!info || info->body_bytes == 0) return true;
+  return body_bytes >= info->body_bytes && body_bytes <= info->body_bytes + kMayBeAppended;
+}
+
+}  // namespace hueline::drivers
