@@ -1,0 +1,240 @@
+#include "fusion/colouring.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "fusion/worker_pool.hpp"
+#include "fusion/colouring_piece.hpp"
+
+namespace hueline::fusion {
+namespace {
+constexpr std::size_t kBatchesAtOnce = 256;  // bounds the scratch memory; 100 000 points of a 384-return packet
+}
+
+std::string Colouring::Config::validate() const {
+  if (std::string why = trajectory.validate(); !why.empty()) return "trajectory: " + why;
+  const auto check = [](const char* key, nanoseconds value, double low, double high) -> std::string {
+    const double s = to_seconds(value);
+    return s >= low && s <= high ? std::string() : fmt::format("{} is {} s; allowed: {} to {} s", key, s, low, high);
+  };
+  for (const std::string& why :
+       {check("pose_step", pose_step, 1e-5, 0.01), check("exposure_interval", exposure_interval, 0, 3600),
+        check("exposure_interval_at_start", exposure_interval_at_start, 0.01, 60), check("window_slack", window_slack, 0, 1),
+        check("together", together, 0, 1), check("max_lateness", max_lateness, 0, 60)}) {
+    if (!why.empty()) return why;
+  }
+  if (lost_image_neighbours < 0 || lost_image_neighbours > 16) {
+    return fmt::format("lost_image_neighbours is {}; allowed: 0 to 16 windows", lost_image_neighbours);
+  }
+  if (neighbours < 0 || neighbours > 16) return fmt::format("neighbours is {}; allowed: 0 to 16 exposures a side", neighbours);
+  if (max_pending_returns < 1000) return fmt::format("max_pending_returns is {}; allowed: 1000 or more", max_pending_returns);
+  const auto needed = static_cast<std::size_t>(2 * std::max(neighbours, lost_image_neighbours) + 2);
+  if (max_held_moments < needed) {
+    return fmt::format("max_held_moments is {}; allowed: {} or more with these neighbours", max_held_moments, needed);
+  }
+  if (threads < 1 || threads > 256) return fmt::format("threads is {}; allowed: 1 to 256", threads);
+  return {};
+}
+
+Colouring::Colouring(const Config& config, const RigGeometry& rig, Sink sink)
+    : config_(config),
+      rig_(rig),
+      sink_(std::move(sink)),
+      trajectory_(config.trajectory),
+      projector_(rig.head, config.method),
+      timeline_({config.exposure_interval, config.exposure_interval_at_start, config.window_slack, config.together},
+                projector_.cameras().size()),
+      pool_(std::make_unique<WorkerPool>(config.threads)) {
+  for (const LaserMount& laser : rig.lasers) lasers_[laser.sensor] = laser;
+}
+
+Colouring::~Colouring() = default;
+
+void Colouring::note(SensorId sensor, FaultKind kind, std::uint64_t count, const char* detail) {
+  const auto [it, is_new] = faults_.try_emplace({sensor, kind}, Fault{sensor, kind, HostTime{}, 0, detail});
+  it->second.count += count;
+}
+
+std::vector<Fault> Colouring::take_faults() {
+  std::vector<Fault> faults;
+  for (auto& [key, fault] : faults_) faults.push_back(std::move(fault));
+  faults_.clear();
+  return faults;
+}
+
+GpsTime Colouring::last_firing(const StampedLaserBatch& batch) const {
+  std::int32_t last = 0;
+  for (const LaserReturn& r : batch.returns) last = std::max(last, r.time_offset_ns);
+  return batch.time + nanoseconds(last);
+}
+
+nanoseconds Colouring::neighbour_reach() const {
+  const int windows = std::max(config_.neighbours, config_.lost_image_neighbours);
+  return timeline_.interval() * windows + timeline_.interval() / 2 + config_.window_slack;
+}
+
+void Colouring::add(StampedLaserBatch batch) {
+  counts_.returns += batch.returns.size();
+  if (!lasers_.contains(batch.sensor)) {
+    counts_.unknown_laser_returns += batch.returns.size();
+    note(batch.sensor, FaultKind::Spurious, 1, "laser batch of a sensor that the rig does not name; recorded, not fused");
+    return;
+  }
+  if (has_stream_time_ && batch.time < stream_time_ - config_.max_lateness) {
+    ++counts_.late_batches;
+    counts_.late_returns += batch.returns.size();
+    note(batch.sensor, FaultKind::Late, 1, "laser batch older than max_lateness; recorded, not fused");
+    return;
+  }
+  counts_.pending_returns += batch.returns.size();
+  pending_.push_back(std::move(batch));
+}
+
+void Colouring::add(const Exposure& exposure) {
+  ++counts_.exposures;
+  const auto& cameras = projector_.cameras();
+  const auto camera = static_cast<std::size_t>(std::find(cameras.begin(), cameras.end(), exposure.camera) - cameras.begin());
+  if (camera == cameras.size()) {
+    ++counts_.exposures_unknown_camera;
+    note(exposure.camera, FaultKind::Spurious, 1, "exposure of a camera that the rig does not name; recorded, not fused");
+    return;
+  }
+  if (exposure.timing == ExposureTiming::Unmatched) {
+    ++counts_.exposures_unmatched;
+    return;
+  }
+  if (!exposure.image.is_complete) {
+    ++counts_.exposures_incomplete;
+    return;
+  }
+  const RawView view = view_of(exposure.image);
+  const bool fits = view.data != nullptr && std::all_of(rig_.head.lenses.begin(), rig_.head.lenses.end(), [&](const LensMount& lens) {
+    return lens.camera != exposure.camera ||
+           (lens.x_offset + lens.intrinsics.width <= view.width && lens.y_offset + lens.intrinsics.height <= view.height);
+  });
+  if (!fits) {
+    ++counts_.exposures_wrong_size;
+    note(exposure.camera, FaultKind::WrongSize, 1, "image does not hold the lens images of the rig; recorded, not fused");
+    return;
+  }
+  if (has_stream_time_ && exposure.exposure_mid < stream_time_ - config_.max_lateness) {
+    ++counts_.exposures_late;
+    note(exposure.camera, FaultKind::Late, 1, "exposure older than max_lateness; recorded, not fused");
+    return;
+  }
+  ++counts_.exposures_used;
+  timeline_.add(exposure, camera, view);
+}
+
+bool Colouring::is_ready(const StampedLaserBatch& batch) const {
+  const GpsTime last = last_firing(batch);
+  const int windows = std::max(config_.neighbours, config_.lost_image_neighbours);
+  // The (windows + 1)-th whole moment after the batch lies beyond every neighbour that it may ask.
+  const Moment* beyond = timeline_.nth_whole_after(last, windows + 1);
+  if (beyond != nullptr && trajectory_.is_settled(beyond->time)) return true;
+  return has_stream_time_ && stream_time_ >= last + neighbour_reach() + config_.max_lateness;
+}
+
+void Colouring::advance(GpsTime stream_time) {
+  if (!has_stream_time_ || stream_time > stream_time_) stream_time_ = stream_time;
+  has_stream_time_ = true;
+  const std::size_t before = pending_.size();
+  colour_ready(false);
+  // Looking through all that waits at each call would cost more than the colouring.
+  if (pending_.size() != before || pending_.empty() || timeline_.size() > config_.max_held_moments) forget();
+}
+
+void Colouring::flush() {
+  colour_ready(true);
+  forget();
+}
+
+void Colouring::colour_ready(bool everything) {
+  std::vector<StampedLaserBatch> batches;
+  bool has_resolved = false;
+  while (!pending_.empty()) {
+    const bool is_forced = counts_.pending_returns > config_.max_pending_returns;
+    if (!everything && !is_ready(pending_.front())) {
+      if (!is_forced) break;
+      ++counts_.forced_batches;
+    }
+    if (!has_resolved) resolve_viewpoints(everything);
+    has_resolved = true;
+    counts_.pending_returns -= pending_.front().returns.size();
+    batches.push_back(std::move(pending_.front()));
+    pending_.pop_front();
+    if (batches.size() == kBatchesAtOnce) colour_batches(batches);
+  }
+  if (!batches.empty()) colour_batches(batches);
+}
+
+void Colouring::resolve_viewpoints(bool everything) {
+  for (std::size_t i = 0; i < timeline_.size(); ++i) {
+    Moment& moment = timeline_.at(static_cast<int>(i));
+    if (moment.is_pose_final) continue;
+    const bool is_final = everything || trajectory_.is_settled(moment.time) ||
+                          (has_stream_time_ && stream_time_ >= moment.time + config_.max_lateness);
+    if (!is_final) continue;
+    moment.is_pose_final = true;
+    const auto [pose, reason] = trajectory_.pose_at(moment.time);
+    if (!pose) {
+      ++counts_.moments_without_pose;
+      continue;
+    }
+    const Transform<CameraHead, Enu> T_head_enu = (pose->T_enu_body * rig_.head.T_body_head).inverse();
+    const Eigen::Matrix3d R = T_head_enu.rotation.toRotationMatrix();
+    Moment::Viewpoint viewpoint;
+    for (int k = 0; k < 9; ++k) viewpoint.R_head_enu[static_cast<std::size_t>(k)] = static_cast<float>(R(k / 3, k % 3));
+    viewpoint.centre_enu = T_head_enu.inverse().translation;
+    moment.viewpoint = viewpoint;
+  }
+}
+
+void Colouring::colour_batches(std::vector<StampedLaserBatch>& batches) {
+  if (config_.balance_neighbours && config_.neighbours > 0) {
+    for (const StampedLaserBatch& batch : batches) {
+      for (const GpsTime t : {batch.time, last_firing(batch)}) {
+        const int owner = timeline_.owner_of(t);
+        if (owner >= 0 && !timeline_.at(owner).gains) measure_gains(timeline_.at(owner), owner, batches);
+      }
+    }
+  }
+  if (pieces_.size() < batches.size()) pieces_.resize(batches.size());
+  pool_->run(batches.size(), [&](std::size_t i) {
+    georeference(batches[i], lasers_.at(batches[i].sensor), trajectory_, config_.pose_step, pieces_[i].placed);
+  });
+  CloudBlock block;
+  std::vector<std::size_t> first(batches.size());
+  std::size_t total = 0;
+  for (std::size_t i = 0; i < batches.size(); ++i) {
+    first[i] = total;
+    total += pieces_[i].placed.size();
+  }
+  block.points.resize(total);
+  pool_->run(batches.size(), [&](std::size_t i) { colour_piece(batches[i], pieces_[i], block.points.data() + first[i]); });
+  for (std::size_t i = 0; i < batches.size(); ++i) {
+    counts_.empty_returns += pieces_[i].placed.empty;
+    for (std::size_t k = 0; k < kNoPoseReasons; ++k) counts_.no_pose[k] += pieces_[i].placed.no_pose[k];
+    for (std::size_t k = 0; k < kColourStates; ++k) counts_.by_state[k] += pieces_[i].by_state[k];
+  }
+  counts_.points += total;
+  batches.clear();
+  if (total == 0) return;
+  block.origin = *trajectory_.origin();  // a point was placed, so there was a solution
+  sink_(std::move(block));
+}
+
+void Colouring::forget() {
+  while (timeline_.size() > config_.max_held_moments) {
+    timeline_.drop_oldest();
+    ++counts_.moments_crowded_out;
+  }
+  GpsTime oldest = stream_time_ - config_.max_lateness;
+  for (const StampedLaserBatch& batch : pending_) oldest = std::min(oldest, batch.time);
+  if (!has_stream_time_) return;
+  timeline_.forget_before(oldest - neighbour_reach());
+  trajectory_.forget_before(oldest - neighbour_reach());
+}
+
+}  // namespace hueline::fusion

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/measurements.hpp"
+
+/// Colour at a sub-pixel place of a raw image, without developing the rest of it. Bilinear on the lattice of each colour: red and
+/// blue on their squares of 2 px, green on its diagonal lattice of sqrt(2) px; exact for a colour that changes linearly.
+namespace hueline::fusion {
+
+/// 0..255 in each channel; Mono8 gives three equal ones.
+struct Rgb {
+  float red = 0, green = 0, blue = 0;
+};
+
+/// Pixels of an image in memory. Borrowed.
+struct RawView {
+  const std::uint8_t* data = nullptr;
+  std::size_t stride = 0;  ///< bytes a row
+  std::uint32_t width = 0, height = 0;
+  PixelFormat format = PixelFormat::Mono8;
+};
+/// Empty data if the image's buffer does not hold the pixels that its size promises.
+RawView view_of(const Image& image);
+
+/// The sampler reads pixels up to this far from the place asked for, px.
+constexpr int kSampleReach = 2;
+
+namespace detail {
+
+inline float at(const std::uint8_t* row, std::ptrdiff_t x) { return static_cast<float>(row[x]); }
+
+/// Bilinear on the square lattice of pixels with the parity (px, py), spacing 2.
+inline float sample_square(const RawView& image, int x, int y, float fx, float fy, int px, int py) {
+  const int odd_x = (x ^ px) & 1, odd_y = (y ^ py) & 1;
+  const float wx = 0.5f * (fx + static_cast<float>(odd_x)), wy = 0.5f * (fy + static_cast<float>(odd_y));
+  const std::uint8_t* upper = image.data + static_cast<std::size_t>(y - odd_y) * image.stride;
+  const std::uint8_t* lower = upper + 2 * image.stride;
+  const std::ptrdiff_t left = x - odd_x;
+  const float a = at(upper, left), b = at(upper, left + 2), c = at(lower, left), d = at(lower, left + 2);
+  const float top = a + wx * (b - a), bottom = c + wx * (d - c);
+  return top + wy * (bottom - top);
+}
+
+/// Bilinear on the diagonal lattice of pixels with (x + y) of one parity, spacing sqrt(2).
+inline float sample_diagonal(const RawView& image, int x, int y, float fx, float fy, int parity) {
+  const int sum = x + y - parity, difference = x - y - parity;
+  const float a = 0.5f * (fx + fy + static_cast<float>(sum & 1)), b = 0.5f * (fx - fy + static_cast<float>(difference & 1));
+  const int a_whole = a >= 1.0f ? 1 : 0;                     // a in [0, 1.5)
+  const int b_whole = b >= 1.0f ? 1 : (b < 0.0f ? -1 : 0);   // b in (-0.5, 1)
+  const int m = (sum >> 1) + a_whole, n = (difference >> 1) + b_whole;
+  const float wa = a - static_cast<float>(a_whole), wb = b - static_cast<float>(b_whole);
+  const std::ptrdiff_t left = m + n + parity;
+  const std::uint8_t* middle = image.data + static_cast<std::size_t>(m - n) * image.stride;
+  const float west = at(middle, left), south = at(middle + image.stride, left + 1);
+  const float north = at(middle - image.stride, left + 1), east = at(middle, left + 2);
+  const float near_row = west + wa * (south - west), far_row = north + wa * (east - north);
+  return near_row + wb * (far_row - near_row);
+}
+
+inline float sample_plain(const RawView& image, int x, int y, float fx, float fy, int step, int channel) {
+  const std::uint8_t* upper = image.data + static_cast<std::size_t>(y) * image.stride + x * step + channel;
+  const std::uint8_t* lower = upper + image.stride;
+  const float a = at(upper, 0), b = at(upper, step), c = at(lower, 0), d = at(lower, step);
+  const float top = a + fx * (b - a), bottom = c + fx * (d - c);
+  return top + fy * (bottom - top);
+}
+
+}  // namespace detail
+
+/// Colour at column x + fx, row y + fy; fx, fy in [0, 1). The place lies at least kSampleReach inside the image: the caller's check.
+inline Rgb sample(const RawView& image, int x, int y, float fx, float fy) {
+  using namespace detail;
+  int red_x = 0, red_y = 0;
+  switch (image.format) {
+    case PixelFormat::Mono8: {
+      const float grey = sample_plain(image, x, y, fx, fy, 1, 0);
+      return {grey, grey, grey};
+    }
+    case PixelFormat::Rgb8:
+      return {sample_plain(image, x, y, fx, fy, 3, 0), sample_plain(image, x, y, fx, fy, 3, 1),
+              sample_plain(image, x, y, fx, fy, 3, 2)};
+    case PixelFormat::BayerRG8: break;
+    case PixelFormat::BayerGR8: red_x = 1; break;
+    case PixelFormat::BayerGB8: red_y = 1; break;
+    case PixelFormat::BayerBG8: red_x = red_y = 1; break;
+  }
+  // Blue is opposite to red in the 2 x 2 cell; green is where neither is.
+  return {sample_square(image, x, y, fx, fy, red_x, red_y), sample_diagonal(image, x, y, fx, fy, 1 ^ red_x ^ red_y),
+          sample_square(image, x, y, fx, fy, 1 ^ red_x, 1 ^ red_y)};
+}
+
+}  // namespace hueline::fusion

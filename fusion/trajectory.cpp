@@ -1,0 +1,177 @@
+#include "fusion/trajectory.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace hueline::fusion {
+namespace {
+
+/// Rotation vector of a unit quaternion, of the shorter way round.
+Eigen::Vector3d log_of(const Eigen::Quaterniond& q) {
+  const double sign = q.w() < 0 ? -1.0 : 1.0;
+  const Eigen::Vector3d v = sign * q.vec();
+  const double sine = v.norm(), cosine = sign * q.w();
+  return sine < 1e-12 ? Eigen::Vector3d(2.0 * v) : Eigen::Vector3d(v * (2.0 * std::atan2(sine, cosine) / sine));
+}
+
+Eigen::Quaterniond exp_of(const Eigen::Vector3d& rotation) {
+  const double angle = rotation.norm();
+  if (angle < 1e-12) return {1.0, 0.5 * rotation.x(), 0.5 * rotation.y(), 0.5 * rotation.z()};
+  const double scale = std::sin(0.5 * angle) / angle;
+  return {std::cos(0.5 * angle), scale * rotation.x(), scale * rotation.y(), scale * rotation.z()};
+}
+
+double round_to(double value, double grid) { return std::round(value / grid) * grid; }
+
+bool is_finite(const InsSolution& s) {
+  return std::isfinite(s.position.latitude) && std::isfinite(s.position.longitude) &&
+         std::isfinite(s.position.ellipsoidal_height) && s.velocity_enu.allFinite() && std::isfinite(s.attitude.roll) &&
+         std::isfinite(s.attitude.pitch) && std::isfinite(s.attitude.heading);
+}
+
+/// The cubic is used only while the neighbouring interval is comparable: differences over a short interval say little about a long one.
+constexpr double kComparable = 4.0;
+
+}  // namespace
+
+const char* name(NoPose reason) {
+  switch (reason) {
+    case NoPose::None: return "None";
+    case NoPose::NoSolution: return "NoSolution";
+    case NoPose::BeforeFirst: return "BeforeFirst";
+    case NoPose::AfterLast: return "AfterLast";
+    case NoPose::Gap: return "Gap";
+  }
+  return "?";
+}
+
+std::string Trajectory::Config::validate() const {
+  if (max_gap < nanoseconds(1'000'000) || max_gap > nanoseconds(60'000'000'000)) {
+    return fmt::format("max_gap is {} s; allowed: 0.001 to 60 s", to_seconds(max_gap));
+  }
+  const auto outside = [](double v, double low, double high) { return !(v >= low && v <= high); };
+  if (outside(sigma_acceleration, 0, 100)) return fmt::format("sigma_acceleration is {}; allowed: 0 to 100 m/s^2", sigma_acceleration);
+  if (outside(sigma_angular_acceleration, 0, 100)) {
+    return fmt::format("sigma_angular_acceleration is {}; allowed: 0 to 100 rad/s^2", sigma_angular_acceleration);
+  }
+  if (outside(sigma_position_m, 0, 1000)) return fmt::format("sigma_position_m is {}; allowed: 0 to 1000 m", sigma_position_m);
+  if (outside(sigma_attitude, 0, 1)) return fmt::format("sigma_attitude is {}; allowed: 0 to 1 rad", sigma_attitude);
+  if (outside(origin_grid_deg, 1e-9, 1)) return fmt::format("origin_grid_deg is {}; allowed: 1e-9 to 1 deg", origin_grid_deg);
+  if (outside(origin_grid_m, 1e-3, 1000)) return fmt::format("origin_grid_m is {}; allowed: 0.001 to 1000 m", origin_grid_m);
+  if (max_solutions < 16) return fmt::format("max_solutions is {}; allowed: 16 or more", max_solutions);
+  return {};
+}
+
+void Trajectory::add(const InsSolution& solution) {
+  if (!is_finite(solution)) {
+    ++counts_.not_finite;
+    return;
+  }
+  if (!solution.is_good) {
+    ++counts_.not_good;
+    return;
+  }
+  if (!solutions_.empty() && solution.time <= solutions_.back().time) {
+    ++counts_.out_of_order;
+    return;
+  }
+  if (!origin_) {
+    const double grid = config_.origin_grid_deg * std::numbers::pi / 180.0;
+    origin_ = Geodetic{round_to(solution.position.latitude, grid), round_to(solution.position.longitude, grid),
+                       round_to(solution.position.ellipsoidal_height, config_.origin_grid_m)};
+    T_enu_ecef_ = ecef_from_enu(*origin_).inverse();
+  }
+  // Velocity and attitude are given against the local level at the vehicle; 10 km from the origin that is tilted by 1.6 mrad.
+  const Transform<Enu, Enu> T_enu_local = T_enu_ecef_ * ecef_from_enu(solution.position);
+  Solution s;
+  s.time = solution.time;
+  s.position = T_enu_local.translation;
+  s.velocity = T_enu_local.rotation * solution.velocity_enu;
+  s.q_enu_body = (T_enu_local.rotation * rotation_enu_body(solution.attitude)).normalized();
+  const auto& sigma = solution.sigma ? solution.sigma : uncertainty_;
+  if (sigma) {
+    s.sigma_position = {(*sigma)[0], (*sigma)[1], (*sigma)[2]};
+    s.sigma_attitude = {(*sigma)[6], (*sigma)[7], (*sigma)[8]};
+  } else {
+    s.sigma_position.setConstant(config_.sigma_position_m);
+    s.sigma_attitude.setConstant(config_.sigma_attitude);
+  }
+  solutions_.push_back(s);
+  ++counts_.used;
+  if (solutions_.size() > config_.max_solutions) {
+    solutions_.pop_front();
+    ++counts_.crowded_out;
+  }
+}
+
+Eigen::Quaterniond Trajectory::attitude_between(std::size_t after, double h, double s) const {
+  const Solution &a = solutions_[after - 1], &b = solutions_[after];
+  const Eigen::Quaterniond a_inverse = a.q_enu_body.conjugate();
+  const Eigen::Vector3d step = log_of(a_inverse * b.q_enu_body);
+  Eigen::Vector3d turned = s * step;
+  // Newton's form of the interpolation polynomial through the rotation vectors at times -u, 0, 1, 1 + w (in units of h), one term more
+  // for each neighbour that is there.
+  const bool has_left = after >= 2, has_right = after + 1 < solutions_.size();
+  const double u = has_left ? to_seconds(a.time - solutions_[after - 2].time) / h : 0.0;
+  const double w = has_right ? to_seconds(solutions_[after + 1].time - b.time) / h : 0.0;
+  const bool use_left = has_left && u < kComparable && u > 1.0 / kComparable;
+  const bool use_right = has_right && w < kComparable && w > 1.0 / kComparable;
+  Eigen::Vector3d bend = Eigen::Vector3d::Zero();
+  const double basis = s * (s - 1.0);
+  if (use_left) {
+    const Eigen::Vector3d left = log_of(a_inverse * solutions_[after - 2].q_enu_body);
+    bend = (left + u * step) / (u * (u + 1.0));
+    turned += basis * bend;
+  }
+  if (use_right) {
+    const double x = 1.0 + w;
+    const Eigen::Vector3d right = log_of(a_inverse * solutions_[after + 1].q_enu_body);
+    const Eigen::Vector3d rest = right - x * step - x * (x - 1.0) * bend;
+    turned += use_left ? Eigen::Vector3d(rest * (basis * (s + u) / (x * (x - 1.0) * (x + u))))
+                       : Eigen::Vector3d(rest * (basis / (x * (x - 1.0))));
+  }
+  return (a.q_enu_body * exp_of(turned)).normalized();
+}
+
+Trajectory::PoseOrReason Trajectory::pose_at(GpsTime time) const {
+  if (solutions_.empty()) return {std::nullopt, NoPose::NoSolution};
+  if (time < solutions_.front().time) return {std::nullopt, NoPose::BeforeFirst};
+  if (time > solutions_.back().time) return {std::nullopt, NoPose::AfterLast};
+  const auto after_it = std::upper_bound(solutions_.begin(), solutions_.end(), time,
+                                         [](GpsTime t, const Solution& s) { return t < s.time; });
+  auto after = static_cast<std::size_t>(after_it - solutions_.begin());
+  if (solutions_[after - 1].time == time) {
+    const Solution& exact = solutions_[after - 1];
+    return {Pose{{exact.q_enu_body, exact.position}, exact.velocity, exact.sigma_position, exact.sigma_attitude}, NoPose::None};
+  }
+  const Solution &a = solutions_[after - 1], &b = solutions_[after];
+  if (b.time - a.time > config_.max_gap) return {std::nullopt, NoPose::Gap};
+
+  const double h = to_seconds(b.time - a.time), s = to_seconds(time - a.time) / h;
+  const double s2 = s * s, s3 = s2 * s;
+  Pose pose;
+  // The nearer end's position is the large term: rounding stays relative to the step.
+  const Eigen::Vector3d step = b.position - a.position;
+  pose.T_enu_body.translation = a.position + (3.0 * s2 - 2.0 * s3) * step + h * (s - 2.0 * s2 + s3) * a.velocity +
+                                h * (s3 - s2) * b.velocity;
+  pose.velocity_enu = (6.0 * (s - s2) / h) * step + (1.0 - 4.0 * s + 3.0 * s2) * a.velocity + (3.0 * s2 - 2.0 * s) * b.velocity;
+  pose.T_enu_body.rotation = attitude_between(after, h, s);
+  const double bump = 0.5 * s * (1.0 - s) * h * h;  // what a constant unknown acceleration bends the path by
+  const auto grown = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to, double unknown) {
+    const Eigen::Array3d base = (1.0 - s) * from.array() + s * to.array();
+    return Eigen::Vector3d((base.square() + (unknown * bump) * (unknown * bump)).sqrt().matrix());
+  };
+  pose.sigma_position = grown(a.sigma_position, b.sigma_position, config_.sigma_acceleration);
+  pose.sigma_attitude = grown(a.sigma_attitude, b.sigma_attitude, config_.sigma_angular_acceleration);
+  return {pose, NoPose::None};
+}
+
+void Trajectory::forget_before(GpsTime time) {
+  // One solution at or before `time` and one neighbour more are still needed.
+  while (solutions_.size() > 3 && solutions_[2].time <= time) solutions_.pop_front();
+}
+
+}  // namespace hueline::fusion
