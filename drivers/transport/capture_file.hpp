@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "core/time.hpp"
+
+namespace hueline::drivers {
+
+/// One link-layer frame of a capture.
+struct CaptureFrame {
+  nanoseconds time{0};           ///< since 1970-01-01 UTC, as the capturing program stamped it; 0 if the file has none
+  std::uint32_t link_type = 0;   ///< LINKTYPE_ number: 1 Ethernet, 101 raw IP, 113 and 276 Linux cooked
+  std::uint32_t length = 0;      ///< on the wire; more than bytes.size() if the capture cut it off
+  std::uint64_t offset = 0;      ///< of its record in the file
+  std::span<const std::byte> bytes;  ///< valid until the next call
+};
+
+/// Reads classic pcap (either byte order, microseconds or nanoseconds) and pcapng (sections, interfaces, enhanced, simple and
+/// old packet blocks; other blocks are passed over). Everything whole is delivered before an error. Thread-bound.
+/// Source: draft-ietf-opsawg-pcap, draft-ietf-opsawg-pcapng.
+class CaptureFile {
+ public:
+  /// Errors: Io (with the path), Unsupported (neither format), Truncated (not even a header).
+  static Result<CaptureFile> open(const std::string& path);
+  /// Of any stream: `name` stands for it in messages.
+  static Result<CaptureFile> from_stream(std::FILE* stream, std::string name);
+
+  /// Errors: EndOfData after the last frame; Truncated or Malformed with the offset. An error repeats itself.
+  Result<CaptureFrame> next();
+
+ private:
+  struct Interface {
+    std::uint32_t link_type = 0;
+    std::uint64_t ticks_per_second = 1'000'000;
+    std::int64_t offset_s = 0;
+    std::uint32_t snap_length = 0;
+  };
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  enum class Fill { Whole, AtEnd, Cut };
+
+  CaptureFile(std::FILE* stream, std::string name) : file_(stream), name_(std::move(name)) {}
+  Status read_header();
+  Result<CaptureFrame> next_classic();
+  Result<CaptureFrame> next_block();
+  std::optional<Error> begin_section();
+  bool add_interface(std::span<const std::byte> body);
+  std::optional<CaptureFrame> packet_block(std::uint32_t type, std::span<const std::byte> body);
+  Fill fill(std::size_t size);
+  std::uint32_t u32(const std::byte* p) const;
+  std::uint16_t u16(const std::byte* p) const;
+  Error error(ErrorCode code, const std::string& what) const;
+
+  std::unique_ptr<std::FILE, Close> file_;
+  std::string name_;
+  bool is_blocks_ = false;  // pcapng
+  bool is_swapped_ = false;  // big-endian file
+  std::uint64_t classic_ticks_per_second_ = 0;
+  std::uint32_t classic_link_type_ = 0;
+  std::vector<Interface> interfaces_;
+  std::uint64_t offset_ = 0, record_ = 0;  // read position; start of the current record
+  std::vector<std::byte> buffer_;
+  std::optional<Error> ended_;
+};
+
+}  // namespace hueline::drivers

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/packet.hpp"
+#include "drivers/transport/capture_file.hpp"
+#include "drivers/transport/udp_extractor.hpp"
+
+namespace hueline::drivers {
+
+/// The UDP datagrams of a pcap or pcapng file, as fast as they are asked for. `received` is the capture's stamp: the clock of
+/// the computer that captured stands for HostTime, with its zero at 1970-01-01 UTC. Do not mix with live sources in one drive.
+///
+/// Everything whole is delivered; then Truncated or Malformed with the offset, once, then EndOfData. A Fault Malformed at
+/// the end counts frames that were cut off, broken or fragments that never became whole. Thread-bound.
+class PcapSource final : public PacketSource {
+ public:
+  struct Config {
+    std::string path;
+    std::vector<std::uint16_t> ports;  ///< destination ports; empty: all
+    std::string source_address;        ///< IPv4 or IPv6 of the device; empty: all
+
+    /// Empty if fine, else what is wrong with which key.
+    std::string validate() const;
+  };
+
+  PcapSource(SensorId sensor, Config config) : sensor_(sensor), config_(std::move(config)) {}
+
+  /// Begins at the file's first frame again.
+  Status open() override;
+  Result<Packet> next(std::stop_token stop) override;
+  void close() override { file_.reset(); }
+
+  const ExtractCounts& counts() const { return extractor_.counts(); }
+  /// Datagrams to other ports or from other devices: passed over.
+  std::uint64_t filtered() const { return filtered_; }
+
+ private:
+  bool is_wanted(const UdpDatagram& datagram) const;
+  Result<Packet> finish(Error why);
+
+  SensorId sensor_;
+  Config config_;
+  std::optional<IpAddress> source_;
+  std::optional<CaptureFile> file_;
+  UdpExtractor extractor_;
+  std::optional<Error> ended_;
+  HostTime last_{};
+  std::uint64_t filtered_ = 0;
+};
+
+}  // namespace hueline::drivers

@@ -1,0 +1,213 @@
+#include "drivers/transport/udp_extractor.hpp"
+
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace hueline::drivers {
+namespace {
+
+constexpr std::uint8_t kUdp = 17, kFragmentHeader = 44;
+constexpr std::size_t kMaxPartials = 64;
+constexpr std::size_t kMaxDatagram = 65535;
+
+std::uint16_t be16(const std::byte* p) {
+  return static_cast<std::uint16_t>(static_cast<unsigned>(p[0]) << 8 | static_cast<unsigned>(p[1]));
+}
+std::uint32_t be32(const std::byte* p) { return static_cast<std::uint32_t>(be16(p)) << 16 | be16(p + 2); }
+
+enum class Network : std::uint8_t { Ipv4, Ipv6, Other, UnknownLink };
+struct Layer3 {
+  Network network = Network::Other;
+  std::span<const std::byte> packet;
+};
+
+Layer3 by_ether_type(std::span<const std::byte> frame, std::size_t type_at) {
+  for (;;) {
+    if (frame.size() < type_at + 2) return {};
+    const std::uint16_t type = be16(frame.data() + type_at);
+    const auto rest = frame.subspan(type_at + 2);
+    if (type == 0x0800) return {Network::Ipv4, rest};
+    if (type == 0x86DD) return {Network::Ipv6, rest};
+    if (type != 0x8100 && type != 0x88A8 && type != 0x9100) return {};
+    type_at += 4;  // a VLAN tag: two bytes of its own, then the next type
+  }
+}
+
+Layer3 by_version(std::span<const std::byte> packet) {
+  if (packet.empty()) return {};
+  const unsigned version = static_cast<unsigned>(packet[0]) >> 4;
+  return {version == 4 ? Network::Ipv4 : version == 6 ? Network::Ipv6 : Network::Other, packet};
+}
+
+Layer3 network_layer(const CaptureFrame& frame) {
+  const auto bytes = frame.bytes;
+  switch (frame.link_type) {
+    case 1: return by_ether_type(bytes, 12);
+    case 0:
+    case 108: return bytes.size() < 4 ? Layer3{} : by_version(bytes.subspan(4));  // BSD loopback: family, then IP
+    case 12:
+    case 101:
+    case 228:
+    case 229: return by_version(bytes);
+    case 113: return by_ether_type(bytes, 14);  // Linux cooked
+    case 276: {                                 // Linux cooked 2: the type comes first, the header is 20 bytes
+      if (bytes.size() < 20) return {};
+      const std::uint16_t type = be16(bytes.data());
+      return {type == 0x0800 ? Network::Ipv4 : type == 0x86DD ? Network::Ipv6 : Network::Other, bytes.subspan(20)};
+    }
+    default: return {Network::UnknownLink, {}};
+  }
+}
+
+IpAddress mapped(const std::byte* p) {
+  IpAddress address{};
+  address[10] = address[11] = 0xFF;
+  std::memcpy(&address[12], p, 4);
+  return address;
+}
+
+}  // namespace
+
+std::optional<IpAddress> parse_ip_address(const std::string& text) {
+  std::array<std::byte, 4> v4{};
+  if (::inet_pton(AF_INET, text.c_str(), v4.data()) == 1) return mapped(v4.data());
+  IpAddress v6{};
+  if (::inet_pton(AF_INET6, text.c_str(), v6.data()) == 1) return v6;
+  return {};
+}
+
+std::optional<UdpDatagram> UdpExtractor::extract(const CaptureFrame& frame) {
+  const Layer3 layer = network_layer(frame);
+  const bool is_cut = frame.length > frame.bytes.size();
+  switch (layer.network) {
+    case Network::Ipv4: return ipv4(layer.packet, is_cut);
+    case Network::Ipv6: return ipv6(layer.packet, is_cut);
+    case Network::UnknownLink: ++counts_.unknown_link; return {};
+    case Network::Other: break;
+  }
+  ++counts_.not_udp;
+  return {};
+}
+
+std::optional<UdpDatagram> UdpExtractor::ipv4(std::span<const std::byte> packet, bool is_cut) {
+  const auto lost = [&](std::uint64_t& counter) {
+    ++counter;
+    return std::nullopt;
+  };
+  std::uint64_t& broken = is_cut ? counts_.cut_off : counts_.malformed;
+  if (packet.size() < 20) return lost(broken);
+  const std::size_t header = 4 * (static_cast<std::size_t>(packet[0]) & 0x0F), total = be16(packet.data() + 2);
+  if (static_cast<unsigned>(packet[0]) >> 4 != 4 || header < 20) return lost(counts_.malformed);
+  if (static_cast<std::uint8_t>(packet[9]) != kUdp) return lost(counts_.not_udp);
+  // Frames shorter than 60 bytes are padded on the wire: the total length says what belongs to the packet. 0: segmentation offload.
+  const std::size_t size = total == 0 ? packet.size() : total;
+  if (size < header) return lost(counts_.malformed);
+  if (size > packet.size()) return lost(broken);
+  const std::uint16_t flags = be16(packet.data() + 6);
+  const bool has_more = (flags & 0x2000) != 0;
+  const std::size_t offset = 8 * static_cast<std::size_t>(flags & 0x1FFF);
+  UdpDatagram datagram;
+  datagram.source = mapped(packet.data() + 12);
+  datagram.destination = mapped(packet.data() + 16);
+  const auto body = packet.subspan(header, size - header);
+  if (!has_more && offset == 0) return udp(body, is_cut, datagram);
+  const FragmentKey key{be32(packet.data() + 12), be32(packet.data() + 16), be16(packet.data() + 4)};
+  if (!join(key, offset, !has_more, body)) return {};
+  return udp(joined_, false, datagram);
+}
+
+bool UdpExtractor::join(const FragmentKey& key, std::size_t offset, bool is_last, std::span<const std::byte> piece) {
+  ++counts_.fragments;
+  if (piece.empty() || offset + piece.size() > kMaxDatagram) {
+    ++counts_.fragments_dropped;
+    return false;
+  }
+  Partial& partial = partials_[key];
+  if (partial.pieces.empty()) partial.age = ++age_;
+  if (is_last) partial.total = offset + piece.size();
+  if (!partial.pieces.emplace(offset, std::vector<std::byte>(piece.begin(), piece.end())).second)
+    ++counts_.fragments_dropped;  // sent twice
+
+  bool is_whole = partial.total != 0;
+  std::size_t end = 0;
+  for (const auto& [at, bytes] : partial.pieces) {
+    is_whole = is_whole && at == end;  // neither gap nor overlap
+    end = at + bytes.size();
+  }
+  if (is_whole && end == partial.total) {
+    joined_.clear();
+    for (const auto& [at, bytes] : partial.pieces) joined_.insert(joined_.end(), bytes.begin(), bytes.end());
+    partials_.erase(key);
+    return true;
+  }
+  if (partials_.size() > kMaxPartials) {
+    const auto oldest = std::min_element(partials_.begin(), partials_.end(), [](const auto& a, const auto& b) {
+      return a.second.age < b.second.age;
+    });
+    counts_.fragments_dropped += oldest->second.pieces.size();
+    partials_.erase(oldest);
+  }
+  return false;
+}
+
+void UdpExtractor::finish() {
+  for (const auto& [key, partial] : partials_) counts_.fragments_dropped += partial.pieces.size();
+  partials_.clear();
+}
+
+std::optional<UdpDatagram> UdpExtractor::ipv6(std::span<const std::byte> packet, bool is_cut) {
+  std::uint64_t& broken = is_cut ? counts_.cut_off : counts_.malformed;
+  if (packet.size() < 40) {
+    ++broken;
+    return {};
+  }
+  auto next = static_cast<std::uint8_t>(packet[6]);
+  UdpDatagram datagram;
+  std::memcpy(datagram.source.data(), packet.data() + 8, 16);
+  std::memcpy(datagram.destination.data(), packet.data() + 24, 16);
+  const std::size_t size = be16(packet.data() + 4);
+  auto body = packet.subspan(40);
+  if (size != 0) {  // 0: segmentation offload or a jumbogram
+    if (size > body.size()) {
+      ++broken;
+      return {};
+    }
+    body = body.first(size);
+  }
+  while (next == 0 || next == 43 || next == 60) {  // hop-by-hop, routing, destination options
+    const std::size_t length = body.size() < 2 ? 0 : 8 * (static_cast<std::size_t>(body[1]) + 1);
+    if (length == 0 || length > body.size()) {
+      ++broken;
+      return {};
+    }
+    next = static_cast<std::uint8_t>(body[0]);
+    body = body.subspan(length);
+  }
+  if (next == kFragmentHeader) {
+    ++counts_.fragments;
+    ++counts_.fragments_dropped;
+    return {};
+  }
+  if (next != kUdp) {
+    ++counts_.not_udp;
+    return {};
+  }
+  return udp(body, is_cut, datagram);
+}
+
+std::optional<UdpDatagram> UdpExtractor::udp(std::span<const std::byte> segment, bool is_cut, UdpDatagram datagram) {
+  const std::size_t length = segment.size() < 8 ? 0 : be16(segment.data() + 4);
+  if (length < 8 || length > segment.size()) {
+    ++(is_cut ? counts_.cut_off : counts_.malformed);
+    return {};
+  }
+  datagram.source_port = be16(segment.data());
+  datagram.destination_port = be16(segment.data() + 2);
+  datagram.payload = segment.subspan(8, length - 8);
+  ++counts_.datagrams;
+  return datagram;
+}
+
+}  // namespace hueline::drivers
