@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "core/result.hpp"
+#include "sim/devices/socket.hpp"
+
+namespace hueline::sim {
+
+/// A Velodyne's Ethernet side: data and position datagrams to one host, unasked. Thread-bound.
+class LaserSender {
+ public:
+  struct Config {
+    std::string host = "127.0.0.1";        ///< receiver; a broadcast address is allowed
+    std::string source;                    ///< address to send from; empty: the kernel's choice
+    std::uint16_t data_port = 2368;
+    std::uint16_t position_port = 8308;
+    std::string validate() const;
+  };
+
+  static Result<std::unique_ptr<LaserSender>> open(const Config& config);
+
+  /// False if the kernel refused the datagram.
+  bool send_data(std::span<const std::byte> datagram) { return send(datagram, data_address_); }
+  bool send_position(std::span<const std::byte> datagram) { return send(datagram, position_address_); }
+
+ private:
+  bool send(std::span<const std::byte> datagram, const sockaddr_in& to);
+  FileDescriptor socket_;
+  sockaddr_in data_address_{}, position_address_{};
+};
+
+}  // namespace hueline::sim

@@ -1,0 +1,118 @@
+#include "sim/devices/player.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <utility>
+
+namespace hueline::sim {
+namespace {
+
+constexpr std::int64_t kProgressNs = 500'000'000;
+constexpr std::int64_t kLateNs = 1'000'000;
+constexpr std::int64_t kDrainNs = 2'000'000'000;
+constexpr auto kPollInterval = std::chrono::milliseconds(10);
+
+void note(ChannelReport& channel, bool is_sent, std::int64_t lateness_ns) {
+  ++(is_sent ? channel.sent : channel.failed);
+  channel.latest_ns = std::max(channel.latest_ns, lateness_ns);
+  channel.mean_lateness_ns +=
+      (static_cast<double>(lateness_ns) - channel.mean_lateness_ns) / static_cast<double>(channel.sent + channel.failed);
+  if (lateness_ns > kLateNs) ++channel.later_than_1ms;
+}
+
+/// `open_device` of a device that the vehicle has.
+template <class Device>
+Status open_into(std::unique_ptr<Device>& device, const std::optional<typename Device::Config>& config) {
+  if (!config) return {};
+  Result<std::unique_ptr<Device>> opened = Device::open(*config);
+  if (!opened) return opened.error();
+  device = std::move(opened).value();
+  return {};
+}
+
+}  // namespace
+
+std::string Player::Config::validate() const {
+  if (!(speed >= 0.1 && speed <= 10)) return fmt::format("speed: {} is not within 0.1 .. 10", speed);
+  if (lead_ns < 0) return fmt::format("lead_ns: {} is negative", lead_ns);
+  for (const auto& [device, problem] : {std::pair("laser", laser ? laser->validate() : std::string()),
+                                        std::pair("pos", pos ? pos->validate() : std::string()),
+                                        std::pair("pps", pps ? pps->validate() : std::string())}) {
+    if (!problem.empty()) return fmt::format("{}.{}", device, problem);
+  }
+  return {};
+}
+
+Result<std::unique_ptr<Player>> Player::open(const Config& config) {
+  if (std::string problem = config.validate(); !problem.empty()) return Error{ErrorCode::Invalid, std::move(problem)};
+  auto player = std::make_unique<Player>(config);
+  if (Status opened = open_into(player->laser_, config.laser); !opened) return opened.error();
+  if (Status opened = open_into(player->pos_, config.pos); !opened) return opened.error();
+  if (Status opened = open_into(player->pps_, config.pps); !opened) return opened.error();
+  return player;
+}
+
+Status Player::wait_until_ready(std::int64_t timeout_ns, const std::stop_token& stop) {
+  const std::int64_t deadline = monotonic_raw_ns() + timeout_ns;
+  for (;;) {
+    std::string missing;
+    if (pos_ && pos_->listening_clients() == 0) missing += " nobody has asked the POS for logs;";
+    if (pps_ && pps_->clients() == 0) missing += " nobody listens for PPS edges;";
+    if (missing.empty()) return {};
+    if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped while waiting for the devices' clients"};
+    if (monotonic_raw_ns() > deadline) {
+      missing.pop_back();
+      return Error{ErrorCode::TimedOut, "the simulated vehicle waited in vain:" + missing};
+    }
+    std::this_thread::sleep_for(kPollInterval);
+  }
+}
+
+bool Player::send(const WireEvent& event, const DriveClock& clock) {
+  switch (event.channel) {
+    case WireChannel::LaserData: return laser_->send_data(event.payload);
+    case WireChannel::LaserPosition: return laser_->send_position(event.payload);
+    case WireChannel::Pos: pos_->publish(event.payload); return true;
+    case WireChannel::Pps: return pps_->publish(event.sequence, clock.host_ns(event.edge_ns)) == 0;
+    case WireChannel::Camera: return false;
+  }
+  return false;
+}
+
+PlayReport Player::run(const Timeline& timeline, const std::stop_token& stop,
+                       const std::function<void(const PlayProgress&)>& progress) {
+  host_begin_ns_ = monotonic_raw_ns() + config_.lead_ns;
+  const DriveClock clock(host_begin_ns_, config_.speed);
+  const std::array<bool, 5> has_device = {laser_ != nullptr, laser_ != nullptr, pos_ != nullptr, pps_ != nullptr, false};
+
+  PlayReport report;
+  report.is_complete = true;
+  std::uint64_t events = 0;
+  std::int64_t next_progress = 0;
+  for (const WireEvent& event : timeline.events) {
+    const auto channel = static_cast<std::size_t>(event.channel);
+    if (!has_device[channel]) continue;
+    if (!clock.sleep_until(event.at_ns, stop)) {
+      report.is_complete = false;
+      break;
+    }
+    const std::int64_t lateness = monotonic_raw_ns() - clock.host_ns(event.at_ns);
+    note(report.channels[channel], send(event, clock), lateness);
+    ++events;
+    if (progress && event.at_ns >= next_progress) {
+      progress({event.at_ns, timeline.duration_ns, events});
+      next_progress = event.at_ns + kProgressNs;
+    }
+  }
+  if (pos_) {
+    const std::int64_t deadline = monotonic_raw_ns() + kDrainNs;
+    while (!pos_->is_drained() && monotonic_raw_ns() < deadline) std::this_thread::sleep_for(kPollInterval);
+    report.pos = pos_->counts();
+  }
+  return report;
+}
+
+}  // namespace hueline::sim

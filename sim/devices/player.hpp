@@ -1,0 +1,80 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "core/result.hpp"
+#include "sim/devices/drive_clock.hpp"
+#include "sim/devices/laser_sender.hpp"
+#include "sim/devices/pos_server.hpp"
+#include "sim/devices/pps_server.hpp"
+#include "sim/wire/timeline.hpp"
+
+namespace hueline::sim {
+
+/// How one channel went.
+struct ChannelReport {
+  std::uint64_t sent = 0;             ///< left the device (Pos, Pps: was offered to the clients)
+  std::uint64_t failed = 0;           ///< the kernel refused it, or a client could not take it
+  std::int64_t latest_ns = 0;         ///< the longest that an event left after its time
+  double mean_lateness_ns = 0;
+  std::uint64_t later_than_1ms = 0;
+};
+
+struct PlayReport {
+  std::array<ChannelReport, 5> channels{};  ///< by WireChannel
+  PosServer::Counts pos;
+  bool is_complete = false;                 ///< false: stopped before the end
+  const ChannelReport& of(WireChannel channel) const { return channels[static_cast<std::size_t>(channel)]; }
+};
+
+struct PlayProgress {
+  std::int64_t drive_ns = 0, duration_ns = 0;
+  std::uint64_t events = 0;
+};
+
+/// The vehicle's devices on real sockets: opens them, waits for the program to connect, and plays timelines in real time.
+/// Thread-bound, except that run() ends when its stop token asks.
+class Player {
+ public:
+  struct Config {
+    std::optional<LaserSender::Config> laser = LaserSender::Config{};  ///< empty: the vehicle has no such device
+    std::optional<PosServer::Config> pos = PosServer::Config{};
+    std::optional<PpsServer::Config> pps = PpsServer::Config{};
+    double speed = 1.0;                            ///< 0.1 .. 10; clocks of the devices stay those of the drive
+    std::int64_t lead_ns = 200'000'000;            ///< from run() to drive time 0
+    std::string validate() const;
+  };
+
+  static Result<std::unique_ptr<Player>> open(const Config& config);
+  explicit Player(const Config& config) : config_(config) {}
+
+  /// Waits until somebody has asked the POS for logs and somebody listens for PPS edges (datagrams need nobody). TimedOut names
+  /// who is missing.
+  Status wait_until_ready(std::int64_t timeout_ns, const std::stop_token& stop);
+
+  /// Plays a timeline. `progress`, if given, is called about twice a second of drive time from this thread.
+  PlayReport run(const Timeline& timeline, const std::stop_token& stop,
+                 const std::function<void(const PlayProgress&)>& progress = {});
+
+  /// The port on which the POS listens; 0 without a POS.
+  std::uint16_t pos_port() const { return pos_ ? pos_->port() : std::uint16_t{0}; }
+  /// CLOCK_MONOTONIC_RAW of drive time 0 of the running or last timeline.
+  std::int64_t host_begin_ns() const { return host_begin_ns_; }
+
+ private:
+  bool send(const WireEvent& event, const DriveClock& clock);
+
+  const Config config_;
+  std::int64_t host_begin_ns_ = 0;
+  std::unique_ptr<LaserSender> laser_;
+  std::unique_ptr<PosServer> pos_;
+  std::unique_ptr<PpsServer> pps_;
+};
+
+}  // namespace hueline::sim
