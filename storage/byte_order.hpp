@@ -1,0 +1,77 @@
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+/// Little-endian values in and out of bytes: MCAP, protobuf's fixed types and LAS are little-endian, and so are the
+/// machines we build for (x86-64, ARM64).
+namespace hueline::storage {
+
+static_assert(std::endian::native == std::endian::little, "the file formats are written by memcpy");
+
+using Bytes = std::vector<std::byte>;
+using ByteView = std::span<const std::byte>;
+
+inline ByteView as_bytes(std::string_view text) { return std::as_bytes(std::span(text.data(), text.size())); }
+
+inline void append(Bytes& out, ByteView bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); }
+
+/// Appends a number as it lies in memory.
+template <class T>
+requires std::is_arithmetic_v<T>
+void append(Bytes& out, T value) {
+  const std::size_t at = out.size();
+  out.resize(at + sizeof value);
+  std::memcpy(out.data() + at, &value, sizeof value);
+}
+
+/// Overwrites a number inside `out`; `at + sizeof value` must be inside.
+template <class T>
+requires std::is_arithmetic_v<T>
+void put(std::span<std::byte> out, std::size_t at, T value) { std::memcpy(out.data() + at, &value, sizeof value); }
+
+/// Reads numbers one after the other; never past the end. After the first failed read ok() is false and everything
+/// reads 0.
+class ByteReader {
+ public:
+  explicit ByteReader(ByteView bytes) : bytes_(bytes) {}
+
+  template <class T>
+  requires std::is_arithmetic_v<T> T take() {
+    T value{};
+    const ByteView from = take_bytes(sizeof value);
+    if (from.size() == sizeof value) std::memcpy(&value, from.data(), sizeof value);
+    return value;
+  }
+  ByteView take_bytes(std::uint64_t size) {
+    if (!ok_ || size > bytes_.size() - at_) {
+      ok_ = false;
+      return {};
+    }
+    const ByteView taken = bytes_.subspan(at_, static_cast<std::size_t>(size));
+    at_ += static_cast<std::size_t>(size);
+    return taken;
+  }
+  /// A string with its u32 length before it.
+  std::string take_string() {
+    const ByteView text = take_bytes(take<std::uint32_t>());
+    return std::string(reinterpret_cast<const char*>(text.data()), text.size());
+  }
+
+  bool ok() const { return ok_; }
+  std::size_t position() const { return at_; }
+  std::size_t remaining() const { return bytes_.size() - at_; }
+
+ private:
+  ByteView bytes_;
+  std::size_t at_ = 0;
+  bool ok_ = true;
+};
+
+}  // namespace hueline::storage

@@ -1,0 +1,94 @@
+#include "storage/journal_writer.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "storage/descriptor_set.hpp"
+#include "storage/raw_packet.hpp"
+#include "storage_proto/hueline/RawPacket.pb.h"
+
+namespace hueline::storage {
+namespace {
+
+std::string check(const JournalHeader& header) {
+  if (header.sensors.empty()) return "a recording needs at least sensor 0, hueline itself";
+  if (header.sensors.size() > 0xFFFF) return "a recording holds at most 65535 sensors";
+  std::set<std::string> names;
+  for (const JournalSensor& sensor : header.sensors) {
+    if (sensor.name.empty()) return "a sensor has no name";
+    if (!names.insert(sensor.name).second) return "two sensors are named \"" + sensor.name + "\"";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string JournalWriter::Config::validate() const {
+  if (sync_interval < nanoseconds(0)) return "sync_interval must be 0 (only on close) or above";
+  McapWriter::Config mcap;
+  mcap.chunk_bytes = chunk_bytes;
+  mcap.chunk_time = chunk_time;
+  return mcap.validate();
+}
+
+Result<JournalWriter> JournalWriter::create(const std::filesystem::path& path, const JournalHeader& header,
+                                            const Config& config) {
+  std::string wrong = config.validate();
+  if (wrong.empty()) wrong = check(header);
+  if (!wrong.empty()) return Error{ErrorCode::Invalid, wrong};
+  McapWriter::Config mcap;
+  mcap.profile = kJournalProfile;
+  mcap.compression = config.compression;
+  mcap.chunk_bytes = config.chunk_bytes;
+  mcap.chunk_time = config.chunk_time;
+  mcap.if_exists = config.if_exists;
+  Result<McapWriter> writer = McapWriter::create(path, mcap);
+  if (!writer) return writer.error();
+
+  // All that describes the packets stands before the first of them: a killed recording has it too.
+  McapMetadata about{kJournalMetadata, header.about};
+  about.values["format"] = kJournalFormat;
+  if (Status done = writer->add_metadata(about); !done) return done.error();
+  for (const JournalFile& file : header.files)
+    if (Status done = writer->add_attachment({0, 0, file.name, file.media_type, file.text}); !done) return done.error();
+  const auto schema =
+      writer->add_schema({0, kRawPacketSchema, "protobuf", descriptor_set(*::hueline::RawPacket::descriptor())});
+  if (!schema) return schema.error();
+  for (std::size_t i = 0; i < header.sensors.size(); ++i) {
+    const JournalSensor& sensor = header.sensors[i];
+    const McapChannel channel{static_cast<std::uint16_t>(i),
+                              *schema,
+                              raw_topic(sensor.name),
+                              "protobuf",
+                              {{"sensor", std::to_string(i)}, {"name", sensor.name}, {"device", sensor.device}}};
+    if (Status done = writer->add_channel(channel); !done) return done.error();
+  }
+  if (Status done = writer->sync(); !done) return done.error();
+  return JournalWriter(std::move(*writer), header.sensors.size(), config);
+}
+
+Status JournalWriter::append(const Packet& packet) {
+  if (packet.sensor >= counts_.size())
+    return Error{ErrorCode::Invalid, "sensor " + std::to_string(packet.sensor) + " is not in the recording's header"};
+  Counts& counts = counts_[packet.sensor];
+  head_.clear();
+  append_raw_packet_head(head_, packet);
+  const auto log_time = static_cast<std::uint64_t>(std::max<std::int64_t>(0, count_ns(packet.received)));
+  const McapChunk::Message message{packet.sensor, static_cast<std::uint32_t>(packet.sequence), log_time, log_time};
+  if (Status written = writer_.write(message, head_, packet.bytes); !written) {
+    ++counts.refused;
+    return written;
+  }
+  ++counts.packets;
+  counts.payload_bytes += packet.bytes.size();
+  if (config_.sync_interval > nanoseconds(0)) {
+    if (!synced_once_) last_sync_ = packet.received, synced_once_ = true;
+    if (packet.received - last_sync_ >= config_.sync_interval) {
+      last_sync_ = packet.received;
+      return writer_.sync();
+    }
+  }
+  return {};
+}
+
+}  // namespace hueline::storage

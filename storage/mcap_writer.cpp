@@ -1,0 +1,261 @@
+#include "storage/mcap_writer.hpp"
+
+#include <algorithm>
+
+#include "storage/crc32.hpp"
+
+namespace hueline::storage {
+
+std::string McapWriter::Config::validate() const {
+  if (chunk_bytes < 1024 || chunk_bytes > (256u << 20)) return "chunk_bytes must be from 1024 to 268435456";
+  if (chunk_time <= nanoseconds(0)) return "chunk_time must be above 0";
+  return {};
+}
+
+Result<McapWriter> McapWriter::create(const std::filesystem::path& path, const Config& config) {
+  if (std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
+  Result<FileWriter> file = FileWriter::create(path, config.if_exists);
+  if (!file) return file.error();
+  McapWriter writer(std::move(*file), config);
+  Bytes start(kMcapMagic.begin(), kMcapMagic.end());
+  const std::size_t at = begin_record(start, McapOpcode::Header);
+  append_string(start, config.profile);
+  append_string(start, config.library);
+  end_record(start, at);
+  if (Status written = writer.put_record(start); !written) return written.error();
+  return writer;
+}
+
+McapWriter::~McapWriter() {
+  if (file_.is_open()) (void)close();
+}
+
+Status McapWriter::usable() const {
+  if (error_) return *error_;
+  if (!file_.is_open()) return Error{ErrorCode::Invalid, path().string() + " is closed: nothing more can be written"};
+  return {};
+}
+
+Status McapWriter::put_record(ByteView record) {
+  if (Status before = usable(); !before) return before;
+  const std::uint64_t whole = file_.size();
+  if (Status written = file_.write(record); !written) {
+    error_ = written.error();
+    (void)file_.cut_back(whole);
+    return written;
+  }
+  data_crc_ = crc32(data_crc_, record);
+  return {};
+}
+
+Result<std::uint16_t> McapWriter::add_schema(McapSchema schema) {
+  schema.id = static_cast<std::uint16_t>(schemas_.size() + 1);
+  Bytes record;
+  append_record(record, schema);
+  if (Status written = put_record(record); !written) return written.error();
+  const std::uint16_t id = schema.id;
+  schemas_.push_back(std::move(schema));
+  ++statistics_.schema_count;
+  return id;
+}
+
+Status McapWriter::add_channel(const McapChannel& channel) {
+  if (std::any_of(channels_.begin(), channels_.end(), [&](const auto& c) { return c.id == channel.id; }))
+    return Error{ErrorCode::Invalid,
+                 "channel " + std::to_string(channel.id) + " (" + channel.topic + ") exists already"};
+  Bytes record;
+  append_record(record, channel);
+  if (Status written = put_record(record); !written) return written;
+  channels_.push_back(channel);
+  ++statistics_.channel_count;
+  return {};
+}
+
+Status McapWriter::add_metadata(const McapMetadata& metadata) {
+  Bytes record;
+  append_record(record, metadata);
+  const std::uint64_t offset = file_.size();
+  if (Status written = put_record(record); !written) return written;
+  const std::size_t at = begin_record(metadata_indexes_, McapOpcode::MetadataIndex);
+  append(metadata_indexes_, offset);
+  append(metadata_indexes_, static_cast<std::uint64_t>(record.size()));
+  append_string(metadata_indexes_, metadata.name);
+  end_record(metadata_indexes_, at);
+  ++statistics_.metadata_count;
+  return {};
+}
+
+Status McapWriter::add_attachment(const McapAttachment& attachment) {
+  Bytes record;
+  append_record(record, attachment);
+  const std::uint64_t offset = file_.size();
+  if (Status written = put_record(record); !written) return written;
+  const std::size_t at = begin_record(attachment_indexes_, McapOpcode::AttachmentIndex);
+  append(attachment_indexes_, offset);
+  append(attachment_indexes_, static_cast<std::uint64_t>(record.size()));
+  append(attachment_indexes_, attachment.log_time);
+  append(attachment_indexes_, attachment.create_time);
+  append(attachment_indexes_, static_cast<std::uint64_t>(attachment.data.size()));
+  append_string(attachment_indexes_, attachment.name);
+  append_string(attachment_indexes_, attachment.media_type);
+  end_record(attachment_indexes_, at);
+  ++statistics_.attachment_count;
+  return {};
+}
+
+Status McapWriter::write(const McapChunk::Message& message, ByteView head, const Buffer& payload) {
+  if (Status before = usable(); !before) return before;
+  const std::uint64_t size = head.size() + payload.size();
+  const bool spans_too_much =
+      message.log_time > chunk_.first_log_time() &&
+      message.log_time - chunk_.first_log_time() >= static_cast<std::uint64_t>(config_.chunk_time.count());
+  // A large message gets a chunk of its own: a reader's part of it does not hold small neighbours in memory, or they
+  // it.
+  if (!chunk_.empty() && (size >= config_.chunk_bytes || spans_too_much))
+    if (Status written = write_chunk(); !written) return written;
+  chunk_.add(message, head, payload);
+  if (chunk_.size() < config_.chunk_bytes) return {};
+  Status written = write_chunk();
+  if (!written) --lost_messages_;  // this message was refused, not accepted and lost
+  return written;
+}
+
+Status McapWriter::write_chunk() {
+  if (chunk_.empty()) return {};
+  Bytes compressed;
+  if (config_.compression != Compression::None)
+    if (Status done = compress(config_.compression, chunk_.pieces(), compressed); !done)
+      return lose_chunk(done.error());
+  const std::uint64_t content = config_.compression == Compression::None ? chunk_.size() : compressed.size();
+
+  Bytes head;
+  const std::size_t at = begin_record(head, McapOpcode::Chunk);
+  append(head, chunk_.start_time());
+  append(head, chunk_.end_time());
+  append(head, chunk_.size());
+  append(head, chunk_.crc());
+  append_string(head, mcap_name(config_.compression));
+  append(head, content);
+  put<std::uint64_t>(head, at + 1, head.size() - kMcapRecordHead + content);
+
+  ChunkIndex index{
+      chunk_.start_time(), chunk_.end_time(), file_.size(), head.size() + content, 0, content, chunk_.size(), {}};
+  Bytes tail;  // message indexes
+  for (const auto& [channel, entries] : chunk_.index()) {
+    index.index_offsets[channel] = index.offset + index.length + tail.size();
+    const std::size_t begun = begin_record(tail, McapOpcode::MessageIndex);
+    append(tail, channel);
+    append(tail, static_cast<std::uint32_t>(entries.size() * 16));
+    for (const auto& [log_time, offset] : entries) append(tail, log_time), append(tail, offset);
+    end_record(tail, begun);
+  }
+  index.index_length = tail.size();
+
+  std::vector<ByteView> pieces{head};
+  if (config_.compression == Compression::None)
+    pieces.insert(pieces.end(), chunk_.pieces().begin(), chunk_.pieces().end());
+  else
+    pieces.push_back(compressed);
+  pieces.push_back(tail);
+  if (Status written = file_.write(pieces); !written) {
+    (void)file_.cut_back(index.offset);
+    return lose_chunk(written.error());
+  }
+  data_crc_ = crc32(data_crc_, head);
+  data_crc_ = config_.compression == Compression::None ? crc32_combine(data_crc_, chunk_.crc(), content)
+                                                       : crc32(data_crc_, compressed);
+  data_crc_ = crc32(data_crc_, tail);
+  if (statistics_.message_count == 0) statistics_.message_start_time = chunk_.start_time();
+  statistics_.message_start_time = std::min(statistics_.message_start_time, chunk_.start_time());
+  statistics_.message_end_time = std::max(statistics_.message_end_time, chunk_.end_time());
+  statistics_.message_count += chunk_.count();
+  for (const auto& [channel, entries] : chunk_.index()) statistics_.channel_message_counts[channel] += entries.size();
+  ++statistics_.chunk_count;
+  chunk_indexes_.push_back(std::move(index));
+  chunk_.clear();
+  return {};
+}
+
+Error McapWriter::lose_chunk(const Error& why) {
+  error_ = why;
+  lost_messages_ += chunk_.count();
+  chunk_.clear();
+  return why;
+}
+
+Status McapWriter::flush() {
+  if (Status before = usable(); !before) return before;
+  return write_chunk();
+}
+
+Status McapWriter::sync() {
+  if (Status flushed = flush(); !flushed) return flushed;
+  Status synced = file_.sync();
+  if (!synced) error_ = synced.error();
+  return synced;
+}
+
+Status McapWriter::write_end() {
+  Bytes out;
+  const std::size_t end = begin_record(out, McapOpcode::DataEnd);
+  append(out, data_crc_);
+  end_record(out, end);
+  const std::size_t summary_at = out.size();
+  const std::uint64_t base = file_.size();
+  Bytes offsets;
+  const auto group = [&](McapOpcode opcode, auto write_all) {
+    const std::size_t begun = out.size();
+    write_all();
+    if (out.size() == begun) return;
+    const std::size_t record = begin_record(offsets, McapOpcode::SummaryOffset);
+    append(offsets, static_cast<std::uint8_t>(opcode));
+    append(offsets, base + begun);
+    append(offsets, static_cast<std::uint64_t>(out.size() - begun));
+    end_record(offsets, record);
+  };
+  group(McapOpcode::Schema, [&] {
+    for (const auto& schema : schemas_) append_record(out, schema);
+  });
+  group(McapOpcode::Channel, [&] {
+    for (const auto& channel : channels_) append_record(out, channel);
+  });
+  group(McapOpcode::Statistics, [&] { append_record(out, statistics_); });
+  group(McapOpcode::ChunkIndex, [&] {
+    for (const auto& index : chunk_indexes_) {
+      const std::size_t begun = begin_record(out, McapOpcode::ChunkIndex);
+      append(out, index.start_time), append(out, index.end_time);
+      append(out, index.offset), append(out, index.length);
+      append_map(out, index.index_offsets);
+      append(out, index.index_length);
+      append_string(out, mcap_name(config_.compression));
+      append(out, index.compressed_size), append(out, index.uncompressed_size);
+      end_record(out, begun);
+    }
+  });
+  group(McapOpcode::AttachmentIndex, [&] { append(out, attachment_indexes_); });
+  group(McapOpcode::MetadataIndex, [&] { append(out, metadata_indexes_); });
+  const std::uint64_t offsets_at = base + out.size();
+  append(out, offsets);
+  const std::size_t footer = begin_record(out, McapOpcode::Footer);
+  append(out, static_cast<std::uint64_t>(base + summary_at));
+  append(out, offsets_at);
+  put<std::uint64_t>(out, footer + 1, 20);
+  append(out, crc32(0, ByteView(out).subspan(summary_at)));
+  append(out, ByteView(kMcapMagic));
+  if (Status written = file_.write(out); !written) {
+    (void)file_.cut_back(base);  // readers scan a file without an end
+    return written;
+  }
+  return {};
+}
+
+Status McapWriter::close() {
+  if (!file_.is_open()) return usable();
+  if (!error_) (void)write_chunk();  // remembered
+  if (Status ended = write_end(); !ended && !error_) error_ = ended.error();
+  if (Status closed = file_.close(); !closed && !error_) error_ = closed.error();
+  if (error_) return *error_;
+  return {};
+}
+
+}  // namespace hueline::storage
