@@ -1,0 +1,31 @@
+// Any file as a capture: no crash, an end, and never more bytes out than in.
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "drivers/transport/udp_extractor.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace hueline;
+  using namespace hueline::drivers;
+  if (size == 0) return 0;  // fmemopen takes no empty buffer
+  std::FILE* stream = ::fmemopen(const_cast<std::uint8_t*>(data), size, "rb");
+  if (!stream) return 0;
+  Result<CaptureFile> file = CaptureFile::from_stream(stream, "fuzz");
+  if (!file) return 0;
+  UdpExtractor extractor;
+  std::size_t captured = 0, delivered = 0, frames = 0;
+  unsigned sum = 0;
+  for (Result<CaptureFrame> frame = file->next(); frame.ok(); frame = file->next()) {
+    ++frames;
+    captured += frame->bytes.size();
+    if (const auto datagram = extractor.extract(*frame)) {
+      delivered += datagram->payload.size();
+      for (const std::byte byte : datagram->payload) sum += static_cast<unsigned>(byte);  // every byte is readable
+    }
+  }
+  extractor.finish();
+  const ExtractCounts& c = extractor.counts();
+  if (captured > size || delivered > captured || c.datagrams > frames) std::abort();
+  return sum == 0xFFFFFFFF ? 1 : 0;
+}
