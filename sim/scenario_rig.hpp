@@ -29,7 +29,7 @@ struct MountConfig {
   }
 };
 
-enum class LaserModel { Vlp16, Hdl32e };
+enum class LaserModel : std::uint8_t { Hdl32e = 0x21, Vlp16 = 0x22 };  ///< value: product byte of its data packets
 
 /// Scanner frame: z along the spin axis, y forward (azimuth 0), x right; azimuth counts clockwise seen from above.
 struct LaserConfig {

@@ -5,12 +5,12 @@
 
 #include "core/result.hpp"
 #include "sim/drive.hpp"
+#include "sim/scenario_rig.hpp"
 #include "sim/wire/little_endian.hpp"
 
 /// Velodyne VLP-16 and HDL-32E datagrams (user manuals 63-9243 rev. D and 63-9113 rev. J). Pure functions, reentrant.
 namespace hueline::sim {
 
-enum class LaserModel : std::uint8_t { Hdl32e = 0x21, Vlp16 = 0x22 };           ///< value: product byte 1205
 enum class LaserReturnMode : std::uint8_t { Strongest = 0x37, Last = 0x38, Dual = 0x39 };  ///< value: factory byte 1204
 
 constexpr std::size_t kLaserDataBytes = 1206;
