@@ -1,0 +1,123 @@
+#include "sync/clock_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hueline::sync {
+namespace {
+
+constexpr double kSecond = 1e9;
+bool in(double v, double low, double high) { return v >= low && v <= high; }  // false for NaN
+
+}  // namespace
+
+std::string ClockFilter::Config::validate() const {
+  if (!in(jitter_us, 0.01, 10000)) return "jitter_us must be 0.01 to 10000";
+  if (!in(jitter_floor_us, 0, 1000)) return "jitter_floor_us must be 0 to 1000";
+  if (!in(phase_walk_us, 0, 1000)) return "phase_walk_us must be 0 to 1000";
+  if (!in(frequency_walk_ppb, 0, 1e5)) return "frequency_walk_ppb must be 0 to 100000";
+  if (!in(frequency_walk_floor_ppb, 0, 1000)) return "frequency_walk_floor_ppb must be 0 to 1000";
+  if (!in(rate_limit_ppm, 1, 10000)) return "rate_limit_ppm must be 1 to 10000";
+  if (!in(gate_sigmas, 3, 20)) return "gate_sigmas must be 3 to 20";
+  if (!in(edge_bias_us, 0, 10000)) return "edge_bias_us must be 0 to 10000";
+  return {};
+}
+
+ClockFilter::ClockFilter(Config config)
+    : config_(config),
+      prior_{std::pow(config.jitter_us * 1e3, 2), std::pow(config.phase_walk_us * 1e3, 2),
+             std::pow(config.frequency_walk_ppb, 2)},
+      noise_(prior_) {}
+
+void ClockFilter::start(HostTime edge) {
+  history_.reset();
+  noise_ = prior_;
+  started_ = true;
+  origin_ = anchor_ = edge;
+  anchor_pulse_ns_ = 0;
+  phase_ns_ = 0;
+  rate_ = 0;
+  // The rate limit is taken as three sigma: 1 ppm is 1000 ns/s.
+  P_ << noise_.jitter_ns2, 0, 0, std::pow(config_.rate_limit_ppm * 1e3 / 3, 2);
+  recent_count_ = 0;
+  updates_ = 0;
+  history_.add(0, 0);
+}
+
+Eigen::Matrix2d ClockFilter::covariance_after(double dt_s) const {
+  const double t = std::abs(dt_s), p = noise_.phase_walk, f = noise_.frequency_walk;
+  Eigen::Matrix2d P;
+  P(0, 0) = P_(0, 0) + 2 * dt_s * P_(0, 1) + dt_s * dt_s * P_(1, 1) + p * t + f * t * t * t / 3;
+  P(0, 1) = P(1, 0) = P_(0, 1) + dt_s * P_(1, 1) + (dt_s < 0 ? -1 : 1) * f * t * t / 2;
+  P(1, 1) = P_(1, 1) + f * t;
+  return P;
+}
+
+double ClockFilter::jitter_variance() const {
+  double variance = noise_.jitter_ns2;
+  // A burst of jitter is believed within half the ring of recent innovations; the long estimate needs minutes.
+  if (recent_count_ >= 8) {
+    std::array<double, 16> sorted = recent_;
+    const auto end = sorted.begin() + std::min<int>(recent_count_, static_cast<int>(sorted.size()));
+    const auto middle = sorted.begin() + (end - sorted.begin()) / 2;
+    std::nth_element(sorted.begin(), middle, end);
+    const double scale = 1.4826 * *middle;
+    if (scale * scale > 4 * variance) variance = scale * scale;
+  }
+  return std::max(variance, std::pow(config_.jitter_floor_us * 1e3, 2));
+}
+
+ClockFilter::Innovation ClockFilter::examine(HostTime edge) const {
+  const double dt_s = to_seconds(edge - anchor_);
+  const std::int64_t predicted = pulse_ns_at(edge);
+  Innovation out;
+  out.pulse = static_cast<std::int64_t>(std::llround(static_cast<double>(predicted) / kSecond));
+  out.error_ns = static_cast<double>(out.pulse * 1'000'000'000 - predicted);
+  out.sigma_ns = std::sqrt(covariance_after(dt_s)(0, 0) + jitter_variance());
+  out.fits = std::abs(out.error_ns) <= std::min(config_.gate_sigmas * out.sigma_ns, 0.25e9);
+  return out;
+}
+
+void ClockFilter::remember(double error_ns) {
+  recent_[static_cast<std::size_t>(recent_count_) % recent_.size()] = std::abs(error_ns);
+  ++recent_count_;
+  if (recent_count_ >= 1 << 20) recent_count_ = static_cast<int>(recent_.size());
+}
+
+void ClockFilter::notice(const Innovation& innovation) {
+  if (std::abs(innovation.error_ns) < 100 * innovation.sigma_ns && std::abs(innovation.error_ns) < 5e6) remember(innovation.error_ns);
+}
+
+void ClockFilter::update(HostTime edge, const Innovation& innovation) {
+  const double dt_s = to_seconds(edge - anchor_);
+  const Eigen::Matrix2d P = covariance_after(dt_s);
+  const double R = jitter_variance(), S = P(0, 0) + R;
+  const Eigen::Vector2d gain = P.col(0) / S;
+  anchor_pulse_ns_ = innovation.pulse * 1'000'000'000;
+  phase_ns_ = -innovation.error_ns + gain(0) * innovation.error_ns;
+  rate_ += gain(1) * innovation.error_ns * 1e-9;
+  rate_ = std::clamp(rate_, -config_.rate_limit_ppm * 1e-6, config_.rate_limit_ppm * 1e-6);
+  anchor_ = edge;
+  Eigen::Matrix2d I_KH = Eigen::Matrix2d::Identity();
+  I_KH.col(0) -= gain;
+  P_ = I_KH * P * I_KH.transpose() + gain * gain.transpose() * R;  // Joseph form stays positive
+  remember(innovation.error_ns);
+  history_.add(innovation.pulse, static_cast<double>(innovation.pulse * 1'000'000'000 - (edge - origin_).count()));
+  if (++updates_ % 8 == 0) {
+    noise_ = history_.estimate(prior_);
+    noise_.jitter_ns2 = std::max(noise_.jitter_ns2, std::pow(config_.jitter_floor_us * 1e3, 2));
+    noise_.frequency_walk = std::max(noise_.frequency_walk, std::pow(config_.frequency_walk_floor_ppb, 2));
+  }
+}
+
+std::int64_t ClockFilter::pulse_ns_at(HostTime t) const {
+  const nanoseconds dt = t - anchor_;
+  return anchor_pulse_ns_ + dt.count() +
+         static_cast<std::int64_t>(std::llround(phase_ns_ + rate_ * static_cast<double>(dt.count())));
+}
+
+double ClockFilter::sigma_ns_at(HostTime t) const {
+  return std::sqrt(std::max(0.0, covariance_after(to_seconds(t - anchor_))(0, 0)) + std::pow(config_.edge_bias_us * 1e3, 2));
+}
+
+}  // namespace hueline::sync

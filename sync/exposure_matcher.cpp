@@ -1,0 +1,361 @@
+#include "sync/exposure_matcher.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hueline::sync {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr std::uint64_t kReorder = 8;      // frame numbers; a larger fall is a restart
+constexpr double kGateSigmas = 6;
+
+double ns(nanoseconds d) { return static_cast<double>(d.count()); }
+bool within(nanoseconds v, nanoseconds low, nanoseconds high) { return v >= low && v <= high; }
+
+}  // namespace
+
+std::string ExposureMatcher::Config::validate() const {
+  if (mark_input < 0 || mark_input > 8) return "mark_input must be 0 (none) to 8";
+  if (!within(strobe_delay, seconds(-1), seconds(1))) return "strobe_delay must be -1 s to 1 s";
+  if (!within(exposure, nanoseconds(0), seconds(1))) return "exposure must be 0 to 1 s";
+  if (mark_sigma <= nanoseconds(0)) return "mark_sigma must be positive";
+  if (counter_wraps < nanoseconds(0)) return "counter_wraps must not be negative";
+  if (latency_min < nanoseconds(0)) return "latency_min must not be negative";
+  if (latency_max <= latency_min || latency_max > seconds(5)) return "latency_max must be above latency_min and at most 5 s";
+  if (!within(mark_latency_max, milliseconds(1), seconds(5))) return "mark_latency_max must be 1 ms to 5 s";
+  if (!within(bounce, nanoseconds(0), milliseconds(100))) return "bounce must be 0 to 100 ms";
+  if (learn_images < 2 || learn_images > 64) return "learn_images must be 2 to 64";
+  if (!within(learn_tolerance, std::chrono::microseconds(1), milliseconds(50))) return "learn_tolerance must be 1 us to 50 ms";
+  if (relearn_after < 2 || relearn_after > 100) return "relearn_after must be 2 to 100";
+  if (pending_limit < 1 || pending_limit > 1000) return "pending_limit must be 1 to 1000";
+  if (mark_limit < 16 || mark_limit > 100'000) return "mark_limit must be 16 to 100000";
+  if (!within(patience, milliseconds(100), seconds(60))) return "patience must be 100 ms to 60 s";
+  if (std::string e = relation.validate(); !e.empty()) return "relation: " + e;
+  if (mark_input == 0 && !has_counter) return "has_counter must be true where mark_input is 0: nothing else tells the time";
+  return {};
+}
+
+ExposureMatcher::ExposureMatcher(Config config) : config_(config), relation_(config.relation), line_(ArrivalLine::Config{}) {}
+
+bool ExposureMatcher::accept(const Image& image, std::int64_t& counter) {
+  const std::int64_t raw = count_ns(image.time), wraps = config_.counter_wraps.count();
+  std::int64_t step = raw - last_raw_;
+  if (wraps > 0 && last_frame_) {
+    step %= wraps;
+    if (step < -wraps / 2) step += wraps;
+    if (step > wraps / 2) step -= wraps;
+  }
+  counter = last_frame_ ? last_counter_ + step : raw;
+  return !(last_frame_ && image.frame_id == *last_frame_ && (step == 0 || !config_.has_counter));
+}
+
+void ExposureMatcher::restart(const Image& image, const char* why, std::vector<Exposure>& out) {
+  ++counts_.restarts;
+  faults_.add(config_.camera, FaultKind::ClockStep, "restart", image.received,
+              fmt::format("{}: the camera restarted; its clock is learnt anew", why));
+  work(true, out);  // what is pending belongs to the old relation
+  relation_.reset();
+  line_.reset();
+  traces_.clear();
+  unexplained_frames_ = 0;
+  missed_in_a_row_ = 0;
+}
+
+void ExposureMatcher::add(Image image, const GpsStamp& arrival, std::vector<Exposure>& out) {
+  ++counts_.images;
+  received_ = std::max(received_, image.received);
+  std::int64_t counter = 0;
+  if (!accept(image, counter)) {
+    ++counts_.repeated_images;
+    faults_.add(config_.camera, FaultKind::Spurious, "repeat", image.received, "the same image was delivered again");
+    return;
+  }
+  bool older = false;
+  if (last_frame_) {
+    const std::int64_t step = counter - last_counter_;
+    const bool back = image.frame_id < *last_frame_;
+    if (back && *last_frame_ - image.frame_id <= kReorder && (!config_.has_counter || (step < 0 && step > -5'000'000'000))) older = true;
+    else if (back || (config_.has_counter && step < 0)) {
+      restart(image, back ? "frame number fell" : "counter fell", out);
+      counter = count_ns(image.time);
+    } else if (image.frame_id > *last_frame_ + 1) {
+      const std::uint64_t gap = image.frame_id - *last_frame_ - 1;
+      counts_.lost_images += gap;
+      unexplained_frames_ += gap;
+      faults_.add(config_.camera, FaultKind::Lost, "image", image.received, "frame numbers are missing: images were lost", gap);
+    }
+  }
+  Pending pending{std::move(image), arrival, counter};
+  if (older) {
+    // Delivered out of order: it still has its place if that has not been given out.
+    if (unexplained_frames_ > 0) --unexplained_frames_;
+    auto place = std::find_if(pending_.begin(), pending_.end(), [&](const Pending& p) { return p.image.frame_id > pending.image.frame_id; });
+    if (place == pending_.begin()) {
+      ++counts_.late_images;
+      faults_.add(config_.camera, FaultKind::Late, "image", pending.image.received, "image came after a later one had been given its time: not used");
+      return;
+    }
+    pending_.insert(place, std::move(pending));
+  } else {
+    last_frame_ = pending.image.frame_id;
+    last_raw_ = count_ns(pending.image.time);
+    last_counter_ = counter;
+    traces_.push_back({counter, arrival.time});
+    while (traces_.size() > 64) traces_.pop_front();
+    if (config_.mark_input == 0) line_.add(counter, count_ns(arrival.time));
+    pending_.push_back(std::move(pending));
+  }
+  now_ = std::max(now_, arrival.time);
+  work(false, out);
+}
+
+void ExposureMatcher::add(const EventMark& mark, std::vector<Exposure>& out) {
+  if (mark.input != config_.mark_input || config_.mark_input == 0) return;
+  ++counts_.marks;
+  received_ = std::max(received_, mark.received);
+  if (!mark.is_valid) {
+    faults_.add(mark.sensor, FaultKind::NoTime, "mark", mark.received, "event mark without a valid receiver time: not used");
+    return;
+  }
+  auto place = marks_.end();
+  while (place != marks_.begin() && std::prev(place)->time > mark.time) --place;
+  if (place != marks_.begin() && std::prev(place)->time == mark.time) {
+    ++counts_.bounced_marks;
+    faults_.add(mark.sensor, FaultKind::Spurious, "repeat", mark.received, "the same event mark came again");
+    return;
+  }
+  marks_.insert(place, {mark.time, mark.received, false});
+  work(false, out);
+}
+
+void ExposureMatcher::advance(GpsTime now, HostTime received, std::vector<Exposure>& out) {
+  now_ = std::max(now_, now);
+  received_ = std::max(received_, received);
+  if (!pending_.empty() || !marks_.empty()) work(false, out);
+}
+
+void ExposureMatcher::flush(std::vector<Exposure>& out) {
+  work(true, out);
+  now_ += config_.latency_max + config_.mark_latency_max + config_.patience;
+  expire_marks();
+  faults_.flush();
+}
+
+GpsTime ExposureMatcher::guess(const Pending& pending) const {
+  return pending.arrival.time - (config_.latency_min + config_.latency_max) / 2;
+}
+
+GpsTime ExposureMatcher::watermark(GpsTime now) const {
+  GpsTime earliest = now - config_.latency_max;
+  for (const Pending& p : pending_) earliest = std::min(earliest, p.arrival.time - config_.latency_max);
+  if (!pending_.empty() && relation_.is_known()) earliest = std::min(earliest, relation_.predict(pending_.front().counter).mark);
+  earliest += std::min(nanoseconds(0), config_.strobe_delay);
+  return last_out_ ? std::max(earliest, *last_out_) : earliest;
+}
+
+void ExposureMatcher::learn() {
+  // Each image votes once for every difference that its arrival allows; the true one collects a vote of every image on time.
+  struct Vote {
+    std::int64_t difference;
+    std::size_t trace;
+    GpsTime mark;
+  };
+  std::vector<Vote> votes;
+  for (std::size_t i = 0; i < traces_.size(); ++i)
+    for (const Mark& m : marks_)
+      if (within(traces_[i].arrival - m.time - config_.strobe_delay, config_.latency_min, config_.latency_max))
+        votes.push_back({count_ns(m.time) - traces_[i].counter, i, m.time});
+  if (votes.size() < static_cast<std::size_t>(config_.learn_images)) return;
+  std::sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) { return std::tie(a.difference, a.mark) < std::tie(b.difference, b.mark); });
+  const auto distinct = [&](std::size_t from, std::size_t to) {
+    std::vector<std::size_t> images;
+    for (std::size_t v = from; v < to; ++v) images.push_back(votes[v].trace);
+    std::sort(images.begin(), images.end());
+    return static_cast<int>(std::unique(images.begin(), images.end()) - images.begin());
+  };
+  // Groups are chains of near differences: neighbours of a true one differ by drift and jitter only.
+  int best = 0, rival = 0;
+  std::size_t best_from = 0, best_to = 0;
+  for (std::size_t from = 0; from < votes.size();) {
+    std::size_t to = from + 1;
+    while (to < votes.size() && votes[to].difference - votes[from].difference <= config_.learn_tolerance.count()) ++to;
+    const int n = distinct(from, to);
+    if (n > best) {
+      rival = best;
+      best = n;
+      best_from = from;
+      best_to = to;
+    } else {
+      rival = std::max(rival, n);
+    }
+    from = to;
+  }
+  if (best < config_.learn_images || 2 * rival > best) return;
+  std::vector<CameraRelation::Pair> pairs;
+  std::vector<bool> taken(traces_.size(), false);
+  std::sort(votes.begin() + static_cast<std::ptrdiff_t>(best_from), votes.begin() + static_cast<std::ptrdiff_t>(best_to),
+            [](const Vote& a, const Vote& b) { return a.mark < b.mark; });
+  for (std::size_t v = best_from; v < best_to; ++v) {
+    if (taken[votes[v].trace]) continue;  // of a bounced strobe the first edge counts
+    taken[votes[v].trace] = true;
+    pairs.push_back({traces_[votes[v].trace].counter, votes[v].mark});
+  }
+  relation_.start(pairs);
+  missed_in_a_row_ = 0;
+}
+
+void ExposureMatcher::work(bool final, std::vector<Exposure>& out) {
+  if (config_.mark_input != 0 && config_.has_counter && !relation_.is_known() && !pending_.empty()) learn();
+  while (!pending_.empty()) {
+    Pending& front = pending_.front();
+    const bool full = pending_.size() > config_.pending_limit;
+    bool done = false;
+    if (config_.mark_input == 0) {
+      const auto line = line_.at(front.counter);
+      const nanoseconds half = config_.exposure / 2;
+      const nanoseconds to_start = config_.stamp_event == StampEvent::ExposureStart ? nanoseconds(0)
+                                   : config_.stamp_event == StampEvent::ExposureMid ? half
+                                                                                    : config_.exposure;
+      // The fastest delivery took latency_min from exposure start; the true value may be anywhere up to latency_max.
+      const GpsTime stamped = gps_time_ns(front.counter + line->delay_ns) - config_.latency_min + to_start;
+      const double sigma = std::hypot(line->sigma_ns, ns(front.arrival.sigma), ns(config_.latency_max - config_.latency_min) / std::sqrt(12.0));
+      emit(front, stamped - to_start - config_.strobe_delay, sigma, ExposureTiming::CameraClock, out);
+      done = true;
+    } else if (relation_.is_known()) {
+      done = match_by_relation(front, final || full, out);
+    } else if (!config_.has_counter) {
+      done = match_by_arrival(front, final || full, out);
+    } else if (final || full || now_ - front.arrival.time > config_.patience) {
+      emit_unmatched(front, "no relation between the camera's counter and the event marks could be learnt; check the strobe wire, mark_input and the image latency", out);
+      done = true;
+    }
+    if (!done) break;
+    pending_.pop_front();
+  }
+  expire_marks();
+}
+
+bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vector<Exposure>& out) {
+  const CameraRelation::Prediction predicted = relation_.predict(pending.counter);
+  const nanoseconds gate(static_cast<std::int64_t>(std::min(kGateSigmas * predicted.sigma_ns, 2e7)));
+  std::vector<Mark*> near;
+  for (Mark& m : marks_)
+    if (!m.used && within(m.time - predicted.mark, -gate, gate)) near.push_back(&m);
+  if (!near.empty()) {
+    const nanoseconds spread = near.back()->time - near.front()->time;
+    if (near.size() > 1 && spread > config_.bounce) {
+      emit_unmatched(pending, fmt::format("{} event marks fit one image", near.size()), out);
+      for (Mark* m : near) m->used = true;
+      return true;
+    }
+    Mark& mark = *near.front();
+    if (mark.time > pending.arrival.time + pending.arrival.sigma * 5 + milliseconds(5)) {
+      emit_unmatched(pending, "the mark that fits is later than the image's arrival", out);
+      relation_.reset();
+      ++counts_.relearnt;
+      return true;
+    }
+    for (Mark* m : near) m->used = true;
+    note_bounce(near.size() - 1, pending.image.received);
+    relation_.add({pending.counter, mark.time});
+    missed_in_a_row_ = 0;
+    emit(pending, mark.time, std::hypot(ns(config_.mark_sigma), near.size() > 1 ? ns(spread) : 0.0), ExposureTiming::EventMark, out);
+    return true;
+  }
+  // Marks come in order: one after the gate proves that this one will not come.
+  const bool passed = !marks_.empty() && marks_.back().time > predicted.mark + gate;
+  if (!final && !passed && now_ < predicted.mark + gate + config_.mark_latency_max) return false;
+  ++counts_.lost_marks;
+  faults_.add(config_.camera, FaultKind::Lost, "mark", pending.image.received,
+              "no event mark where the camera's clock expects one: timed by the camera's clock");
+  emit(pending, predicted.mark, std::hypot(predicted.sigma_ns, ns(config_.mark_sigma)), ExposureTiming::CameraClock, out);
+  const bool others = std::any_of(marks_.begin(), marks_.end(), [&](const Mark& m) {
+    return !m.used && within(m.time - predicted.mark, -config_.latency_max, config_.latency_max);
+  });
+  missed_in_a_row_ = others ? missed_in_a_row_ + 1 : 0;
+  if (missed_in_a_row_ >= config_.relearn_after) {
+    ++counts_.relearnt;
+    faults_.add(config_.camera, FaultKind::ClockStep, "relation", pending.image.received, "event marks no longer fit the camera's clock: learnt anew");
+    relation_.reset();
+    traces_.clear();
+    missed_in_a_row_ = 0;
+  }
+  return true;
+}
+
+bool ExposureMatcher::match_by_arrival(Pending& pending, bool final, std::vector<Exposure>& out) {
+  const GpsTime latest = pending.arrival.time - config_.strobe_delay - config_.latency_min;
+  const bool complete = (!marks_.empty() && marks_.back().time > latest) || now_ >= latest + config_.mark_latency_max;
+  if (!complete && !final) return false;
+  std::vector<Mark*> possible;
+  for (Mark& m : marks_)
+    if (within(pending.arrival.time - m.time - config_.strobe_delay, config_.latency_min, config_.latency_max)) possible.push_back(&m);
+  const bool bounced = !possible.empty() && possible.back()->time - possible.front()->time <= config_.bounce;
+  if (possible.empty() || !bounced || possible.front()->used) {
+    emit_unmatched(pending, possible.empty() ? "no event mark within the image's latency" : "more than one event mark, or one already taken, within the image's latency", out);
+    return true;
+  }
+  for (Mark* m : possible) m->used = true;
+  note_bounce(possible.size() - 1, pending.image.received);
+  emit(pending, possible.front()->time, std::hypot(ns(config_.mark_sigma), ns(possible.back()->time - possible.front()->time)),
+       ExposureTiming::EventMark, out);
+  return true;
+}
+
+void ExposureMatcher::note_bounce(std::size_t extra, HostTime at) {
+  if (extra == 0) return;
+  counts_.bounced_marks += extra;
+  faults_.add(config_.camera, FaultKind::Spurious, "bounce", at, "the strobe gave more than one event mark for one image: the first was taken", extra);
+}
+
+void ExposureMatcher::emit(Pending& pending, GpsTime mark, double sigma_ns, ExposureTiming timing, std::vector<Exposure>& out) {
+  const GpsTime mid = mark + config_.strobe_delay + config_.exposure / 2;
+  if (last_out_ && mid <= *last_out_) {
+    emit_unmatched(pending, "its time is not after the image before it", out);
+    return;
+  }
+  ++(timing == ExposureTiming::EventMark ? counts_.by_mark : counts_.by_camera_clock);
+  last_out_ = mid;
+  SyncState state = SyncState::Locked;
+  if (timing == ExposureTiming::CameraClock) state = config_.mark_input == 0 ? SyncState::Acquiring : SyncState::Holdover;
+  out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma_ns))), state, timing, std::move(pending.image)});
+}
+
+void ExposureMatcher::emit_unmatched(Pending& pending, const std::string& why, std::vector<Exposure>& out) {
+  ++counts_.unmatched;
+  faults_.add(config_.camera, FaultKind::NoTime, "unmatched", pending.image.received, why + ": recorded, not used for colour");
+  // Only to have a place in the order; the sigma says what it is worth.
+  GpsTime mid = guess(pending);
+  if (last_out_) mid = std::max(mid, *last_out_ + nanoseconds(1));
+  last_out_ = mid;
+  const double sigma = std::hypot(ns(config_.latency_max - config_.latency_min), std::abs(ns(mid - guess(pending))));
+  out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))), SyncState::Unlocked,
+                 ExposureTiming::Unmatched, std::move(pending.image)});
+}
+
+void ExposureMatcher::expire_marks() {
+  // A mark may be needed by an image that is delivered at latency_max, or that waits for the relation.
+  GpsTime keep = now_ - config_.latency_max - config_.mark_latency_max - seconds(1);
+  if (!relation_.is_known()) keep -= config_.patience;
+  for (const Pending& p : pending_) keep = std::min(keep, guess(p) - config_.latency_max);
+  while (!marks_.empty() && (marks_.front().time < keep || marks_.size() > config_.mark_limit)) {
+    const Mark& mark = marks_.front();
+    if (!mark.used && (relation_.is_known() || !config_.has_counter || counts_.images > 0)) {
+      if (unexplained_frames_ > 0) {
+        --unexplained_frames_;
+        ++counts_.marks_of_lost_images;
+      } else {
+        ++counts_.spurious_marks;
+        faults_.add(config_.camera, FaultKind::Spurious, "mark", mark.received, "event mark to which no image belongs");
+      }
+    }
+    marks_.pop_front();
+  }
+}
+
+}  // namespace hueline::sync

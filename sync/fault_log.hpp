@@ -1,0 +1,55 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "core/fault.hpp"
+
+namespace hueline::sync {
+
+/// Says each trouble at once and then at most once every `interval`, with the count gathered since: a spurious edge a second is
+/// one line in ten seconds, and no unit is missing from the sum of the counts. Reentrant.
+class FaultLog {
+ public:
+  explicit FaultLog(nanoseconds interval = std::chrono::seconds(10)) : interval_(interval) {}
+
+  /// `topic` separates troubles of the same sensor and kind; `detail` of the newest is told.
+  void add(SensorId sensor, FaultKind kind, const char* topic, HostTime time, std::string detail, std::uint64_t count = 1) {
+    Entry& entry = entries_[{sensor, kind, topic}];
+    entry.count += count;
+    entry.detail = std::move(detail);
+    entry.time = time;
+    if (!entry.told || time - entry.told_at >= interval_) tell(sensor, kind, entry);
+  }
+  /// Everything not yet told, for the end of the stream.
+  void flush() {
+    for (auto& [key, entry] : entries_)
+      if (entry.count > 0) tell(std::get<0>(key), std::get<1>(key), entry);
+  }
+  /// Moves what was told to the end of `out`.
+  void drain(std::vector<Fault>& out) {
+    for (Fault& fault : ready_) out.push_back(std::move(fault));
+    ready_.clear();
+  }
+
+ private:
+  struct Entry {
+    std::uint64_t count = 0;
+    std::string detail;
+    HostTime time{}, told_at{};
+    bool told = false;
+  };
+  void tell(SensorId sensor, FaultKind kind, Entry& entry) {
+    ready_.push_back({sensor, kind, entry.time, entry.count, entry.detail});
+    entry.count = 0;
+    entry.told = true;
+    entry.told_at = entry.time;
+  }
+  nanoseconds interval_;
+  std::map<std::tuple<SensorId, FaultKind, std::string>, Entry> entries_;
+  std::vector<Fault> ready_;
+};
+
+}  // namespace hueline::sync

@@ -1,0 +1,277 @@
+#include "sync/host_clock_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/calendar.hpp"
+
+namespace hueline::sync {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+}  // namespace
+
+std::string HostClockModel::Config::validate() const {
+  if (std::string e = filter.validate(); !e.empty()) return "filter: " + e;
+  if (std::string e = label.validate(); !e.empty()) return "label: " + e;
+  if (std::string e = arrivals.validate(); !e.empty()) return "arrivals: " + e;
+  if (edge_delay < milliseconds(-1) || edge_delay > milliseconds(10)) return "edge_delay must be -1 ms to 10 ms";
+  if (acquire_edges < 3 || acquire_edges > 16) return "acquire_edges must be 3 to 16";
+  if (relock_edges < 1 || relock_edges > 60) return "relock_edges must be 1 to 60";
+  if (reacquire_edges < 4 || reacquire_edges > 16) return "reacquire_edges must be 4 to 16";
+  if (lock_sigma <= nanoseconds(0)) return "lock_sigma must be positive";
+  if (holdover_after < milliseconds(1100) || holdover_after > seconds(60)) return "holdover_after must be 1.1 s to 60 s";
+  if (holdover_limit <= lock_sigma || holdover_limit > milliseconds(50)) return "holdover_limit must be above lock_sigma and at most 50 ms";
+  if (relabel_after < seconds(1) || relabel_after > seconds(600)) return "relabel_after must be 1 s to 600 s";
+  if (pps_patience < seconds(1) || pps_patience > seconds(3600)) return "pps_patience must be 1 s to 3600 s";
+  if (arrival_latency < nanoseconds(0) || arrival_latency > seconds(1)) return "arrival_latency must be 0 to 1 s";
+  if (arrival_latency_sigma <= nanoseconds(0) || arrival_latency_sigma > seconds(1)) return "arrival_latency_sigma must be above 0 and at most 1 s";
+  return {};
+}
+
+HostClockModel::HostClockModel(Config config)
+    : config_(config),
+      filter_(config.filter),
+      finder_(config.acquire_edges, config.filter.rate_limit_ppm * 1e-6),
+      label_(config.label),
+      line_(config.arrivals) {}
+
+void HostClockModel::advance(HostTime now) {
+  if (!began_) {
+    began_ = true;
+    begin_ = usable_ = now_ = now;
+  }
+  now_ = std::max(now_, now);
+  // Judging is cheap but not free: ten times a second of stream time is as fast as anything changes.
+  if (now_ < next_judgement_) return;
+  next_judgement_ = now_ + milliseconds(100);
+  judge_label();
+  judge_state();
+}
+
+void HostClockModel::add(const PpsEdge& pps) {
+  if (pps.sensor != config_.pps || config_.pps == kSystemSensor) return;
+  ++counts_.edges;
+  if (last_sequence_ && pps.sequence > *last_sequence_ + 1) {
+    const std::uint64_t gap = pps.sequence - *last_sequence_ - 1;
+    faults_.add(pps.sensor, FaultKind::Lost, "edge", pps.edge, "edges that the PPS source counted and did not deliver", gap);
+  }
+  last_sequence_ = pps.sequence;
+  const HostTime edge = pps.edge - config_.edge_delay;
+  if (!filter_.is_started()) {
+    if (const auto edges = finder_.add(edge); !edges.empty()) start(edges);
+    else if (finder_.is_ambiguous())
+      faults_.add(pps.sensor, FaultKind::Spurious, "phase", pps.edge,
+                  "edges come at more than one phase of the second; is the input set to one pulse a second?");
+    advance(edge);
+    return;
+  }
+  const ClockFilter::Innovation innovation = filter_.examine(edge);
+  if (innovation.fits && innovation.pulse > last_pulse_) {
+    if (innovation.pulse > last_pulse_ + 1) {
+      const auto gap = static_cast<std::uint64_t>(innovation.pulse - last_pulse_ - 1);
+      counts_.missing += gap;
+      faults_.add(pps.sensor, FaultKind::Lost, "pulse", pps.edge, "no usable edge at these seconds", gap);
+    }
+    in_a_row_ = innovation.pulse == last_pulse_ + 1 ? in_a_row_ + 1 : 1;
+    last_pulse_ = innovation.pulse;
+    filter_.update(edge, innovation);
+    finder_.reset();
+    ++counts_.accepted;
+  } else {
+    const bool doubled = innovation.fits && innovation.pulse == last_pulse_;
+    ++(doubled ? counts_.doubled : counts_.refused);
+    filter_.notice(innovation);
+    faults_.add(pps.sensor, FaultKind::Spurious, doubled ? "doubled" : "edge", pps.edge,
+                doubled ? std::string("second edge for one pulse")
+                        : fmt::format("edge {:.1f} us off its second, expected within {:.1f} us", -innovation.error_ns * 1e-3,
+                                      config_.filter.gate_sigmas * innovation.sigma_ns * 1e-3));
+    if (const auto edges = finder_.add(edge); static_cast<int>(edges.size()) >= config_.reacquire_edges) {
+      restart(edge, fmt::format("the pulses come at a new phase, {:.6f} s from the old", -innovation.error_ns * 1e-9));
+      start(edges);
+    }
+  }
+  next_judgement_ = edge;
+  advance(edge);
+}
+
+void HostClockModel::start(const std::vector<HostTime>& edges) {
+  filter_.start(edges.front());
+  last_pulse_ = 0;
+  in_a_row_ = 1;
+  for (const HostTime edge : edges) {
+    const ClockFilter::Innovation innovation = filter_.examine(edge);
+    if (!innovation.fits || innovation.pulse <= last_pulse_) continue;
+    filter_.update(edge, innovation);
+    last_pulse_ = innovation.pulse;
+    ++in_a_row_;
+  }
+  counts_.accepted += static_cast<std::uint64_t>(in_a_row_);
+  finder_.reset();
+  label_.reset();
+  N_.reset();
+  contradicted_ = false;
+}
+
+void HostClockModel::restart(HostTime now, const std::string& why) {
+  ++counts_.restarts;
+  faults_.add(config_.pps, FaultKind::ClockStep, "restart", now, why + "; times start anew");
+  state_ = SyncState::Unlocked;
+  N_.reset();
+}
+
+void HostClockModel::add(const TimeLabel& label) {
+  ++counts_.labels;
+  if (!label.is_valid) {
+    ++counts_.invalid_labels;
+    advance(label.received);
+    return;
+  }
+  if (label.utc_offset) {
+    const seconds table = utc_offset_from_table(label.second);
+    // The table cannot know a leap second of its future; a receiver with less than the table has not read the almanac yet.
+    if (*label.utc_offset == table || *label.utc_offset == table + seconds(1)) {
+      reported_utc_offset_ = label.utc_offset;
+    } else {
+      faults_.add(label.sensor, FaultKind::LabelConflict, "utc", label.received,
+                  fmt::format("sensor {} says GPS - UTC = {} s; {} s is used", label.sensor, label.utc_offset->count(), table.count()));
+    }
+  }
+  compare_with_arrivals(label.sensor, label.second, label.received);
+  if (filter_.is_started()) label_.add(label.sensor, SecondLabel::Evidence::Label, label.second, label.received, filter_.pulse_ns_at(label.received));
+  advance(label.received);
+}
+
+void HostClockModel::add(const TimedArrival& arrival) {
+  ++counts_.arrivals;
+  if (filter_.is_started())
+    label_.add(arrival.sensor, SecondLabel::Evidence::Arrival, arrival.time, arrival.received, filter_.pulse_ns_at(arrival.received));
+  const SensorId trusted = config_.label.trusted;
+  if (!line_source_ || (trusted != kSystemSensor && arrival.sensor == trusted && *line_source_ != trusted)) {
+    line_source_ = arrival.sensor;
+    line_.reset();
+  }
+  if (arrival.sensor == *line_source_ && arrival.time >= config_.label.not_before) line_.add(count_ns(arrival.time), count_ns(arrival.received));
+  compare_with_arrivals(arrival.sensor, arrival.time, arrival.received);
+  advance(arrival.received);
+}
+
+void HostClockModel::compare_with_arrivals(SensorId sensor, GpsTime time, HostTime received) {
+  if (!fallback_ || sensor == *line_source_) return;
+  const std::int64_t difference = (time - stamp_from_arrivals(received)->time).count();
+  // Late is usual; from the future, or later than any message, is another clock.
+  if (difference <= 500'000'000 && difference >= -1'000'000'000ll * (config_.label.late_seconds + 1)) return;
+  disputed_until_ = received + config_.relabel_after;
+  faults_.add(sensor, FaultKind::LabelConflict, "arrival", received,
+              fmt::format("sensor {} differs from sensor {} by {}", sensor, *line_source_,
+                          describe_offset(std::llround(static_cast<double>(difference) * 1e-9))));
+}
+
+void HostClockModel::judge_label() {
+  if (!filter_.is_started()) return;
+  const SecondLabel::Decision decision = label_.decide(now_);
+  for (const SecondLabel::Conflict& conflict : decision.conflicts)
+    faults_.add(conflict.sensor, FaultKind::LabelConflict, "second", now_, conflict.detail);
+  if (!N_) {
+    N_ = decision.N;
+    return;
+  }
+  const bool contradicts = decision.N && *decision.N != *N_;
+  if (contradicts && !contradicted_) contradicted_since_ = now_;
+  if (contradicts)
+    faults_.add(config_.pps, FaultKind::LabelConflict, "relabel", now_,
+                fmt::format("the sources now say {} other than the label in use", describe_offset(*decision.N - *N_)));
+  // Silence neither confirms nor refutes.
+  if (decision.N) contradicted_ = contradicts;
+  if (contradicted_ && decision.N && now_ - contradicted_since_ >= config_.relabel_after) {
+    ++counts_.relabels;
+    faults_.add(config_.pps, FaultKind::ClockStep, "relabel", now_,
+                fmt::format("all times before this were off by {}; the label is changed", describe_offset(*decision.N - *N_)));
+    N_ = decision.N;
+    contradicted_ = false;
+  }
+}
+
+void HostClockModel::judge_state() {
+  if (filter_.is_started()) {
+    const nanoseconds age = now_ - filter_.last_edge();
+    const double sigma = filter_.sigma_ns_at(now_);
+    const bool fresh = age <= config_.holdover_after;
+    const bool was_locked = state_ == SyncState::Locked || state_ == SyncState::Holdover;
+    if (sigma > static_cast<double>(config_.holdover_limit.count()) && !fresh) {
+      faults_.add(config_.pps, FaultKind::NoTime, "holdover", now_,
+                  fmt::format("no pulse for {:.0f} s: holdover is given up", to_seconds(age)));
+      filter_ = ClockFilter(config_.filter);
+      finder_.reset();
+      label_.reset();
+      N_.reset();
+      state_ = SyncState::Unlocked;
+    } else if (!N_ || contradicted_) {
+      state_ = SyncState::Acquiring;
+    } else if (!fresh) {
+      if (was_locked && state_ != SyncState::Holdover) {
+        ++counts_.holdovers;
+        faults_.add(config_.pps, FaultKind::Silent, "holdover", now_, "no usable edge: the clock runs on its measured rate");
+      }
+      state_ = was_locked ? SyncState::Holdover : SyncState::Acquiring;
+    } else if (sigma <= static_cast<double>(config_.lock_sigma.count()) && in_a_row_ >= config_.relock_edges) {
+      state_ = SyncState::Locked;
+    } else {
+      // A single lost edge does not end Locked; after Holdover the edges have to prove themselves first.
+      if (!was_locked) state_ = SyncState::Acquiring;
+      if (state_ == SyncState::Locked && sigma > static_cast<double>(config_.lock_sigma.count())) state_ = SyncState::Holdover;
+    }
+    // Pulses that come but cannot be labelled are a conflict to be solved, not a reason for a poorer clock with the same label.
+    if (fresh || state_ == SyncState::Holdover) usable_ = now_;
+    if (state_ == SyncState::Locked || state_ == SyncState::Holdover) {
+      fallback_ = false;
+      return;
+    }
+  }
+  enter_fallback();
+}
+
+void HostClockModel::enter_fallback() {
+  const bool no_pulses = config_.pps == kSystemSensor || now_ - usable_ > config_.pps_patience;
+  const bool settled = line_source_ && line_.pairs() >= 20 && line_.span() >= seconds(5);
+  if (!(no_pulses && settled)) {
+    if (!filter_.is_started() && !fallback_) state_ = SyncState::Unlocked;
+    return;
+  }
+  if (!fallback_)
+    faults_.add(config_.pps, FaultKind::NoTime, "fallback", now_,
+                fmt::format("no usable pulse per second: times come from the arrival of sensor {}'s messages, good to milliseconds", *line_source_));
+  fallback_ = true;
+  state_ = SyncState::Acquiring;
+}
+
+std::optional<GpsStamp> HostClockModel::stamp_from_arrivals(HostTime t) const {
+  const auto event = line_.event_of(count_ns(t));
+  if (!event) return {};
+  const double sigma = std::hypot(line_.at(*event)->sigma_ns, static_cast<double>(config_.arrival_latency_sigma.count()));
+  return GpsStamp{gps_time_ns(*event) + config_.arrival_latency, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))),
+                  SyncState::Acquiring};
+}
+
+bool HostClockModel::can_stamp() const {
+  return state_ == SyncState::Locked || state_ == SyncState::Holdover || (state_ == SyncState::Acquiring && fallback_ && !(now_ < disputed_until_ && config_.label.trusted == kSystemSensor));
+}
+
+std::optional<GpsStamp> HostClockModel::stamp(HostTime t) const {
+  if (state_ == SyncState::Unlocked) return {};
+  if (fallback_) return stamp_from_arrivals(t);
+  if (!N_ || !filter_.is_started()) return {};
+  return GpsStamp{gps_time_ns(filter_.pulse_ns_at(t)) + seconds(*N_),
+                  nanoseconds(static_cast<std::int64_t>(std::ceil(filter_.sigma_ns_at(t)))), state_};
+}
+
+seconds HostClockModel::utc_offset(GpsTime t) const {
+  const seconds table = utc_offset_from_table(t);
+  return reported_utc_offset_ ? std::max(*reported_utc_offset_, table) : table;
+}
+
+}  // namespace hueline::sync

@@ -1,0 +1,171 @@
+#include "sync/laser_clock.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hueline::sync {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+constexpr std::int64_t kHourNs = 3'600'000'000'000;
+
+std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+nanoseconds sigma_of(double a, double b, double c = 0) { return nanoseconds(static_cast<std::int64_t>(std::ceil(std::hypot(a, b, c)))); }
+double ns(nanoseconds d) { return static_cast<double>(d.count()); }
+
+}  // namespace
+
+std::string LaserClock::Config::validate() const {
+  if (disciplined_sigma <= nanoseconds(0)) return "disciplined_sigma must be positive";
+  if (!(drift_ppm > 0 && drift_ppm <= 1000)) return "drift_ppm must be above 0 and at most 1000";
+  if (early < nanoseconds(0) || early > milliseconds(100)) return "early must be 0 to 100 ms";
+  if (latency_max < milliseconds(1) || latency_max > milliseconds(400)) return "latency_max must be 1 to 400 ms";
+  if (latency_min < nanoseconds(0) || latency_min > latency_max) return "latency_min must be 0 to latency_max";
+  if (latency_min_sigma <= nanoseconds(0)) return "latency_min_sigma must be positive";
+  if (status_timeout < seconds(1) || status_timeout > seconds(600)) return "status_timeout must be 1 to 600 s";
+  if (confirm < milliseconds(100) || confirm > seconds(10)) return "confirm must be 100 ms to 10 s";
+  if (pending_limit < 16 || pending_limit > 1'000'000) return "pending_limit must be 16 to 1000000";
+  return arrivals.validate();
+}
+
+void LaserClock::add(const LaserStatus& status) {
+  const bool was = status_ && status_->pps == PpsStatus::Locked;
+  if (status.pps == PpsStatus::Locked && !was) untrusted_ = false;  // it synchronised anew: judge it anew
+  status_ = status;
+}
+
+bool LaserClock::is_disciplined(HostTime at) const {
+  return status_ && status_->pps == PpsStatus::Locked && at - status_->received <= config_.status_timeout && !untrusted_;
+}
+
+std::int64_t LaserClock::unwrap(DeviceTime<UtcHourCounter> t) {
+  const std::int64_t counter = count_ns(t);
+  if (last_counter_) {
+    const std::int64_t step = counter - *last_counter_;
+    if (step < -kHourNs / 2) hours_ns_ += kHourNs;
+    else if (step > kHourNs / 2) hours_ns_ -= kHourNs;
+    else if (step < -100'000'000) line_.reset();  // set back by its PPS or restarted: another relation
+  }
+  last_counter_ = counter;
+  return hours_ns_ + counter;
+}
+
+void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vector<StampedLaserBatch>& out) {
+  const auto arrival = host.stamp(batch.received);
+  if (!arrival) return;  // the caller asks can_stamp() first
+  ++counts_.batches;
+  const seconds utc_offset = host.utc_offset(arrival->time);
+  const std::int64_t utc_ns = count_ns(arrival->time - utc_offset), counter = count_ns(batch.time);
+  // The hour in which the counter is nearest to the arrival.
+  const std::int64_t hour = floor_div(utc_ns - counter + kHourNs / 2, kHourNs);
+  const GpsTime nominal = gps_time_ns(hour * kHourNs + counter) + utc_offset;
+  const std::int64_t unwrapped = unwrap(batch.time);
+  line_.add(unwrapped, count_ns(arrival->time));
+  Seen seen{std::move(batch), *arrival, nominal, unwrapped};
+
+  if (!is_disciplined(seen.batch.received)) {
+    judge(out);
+    emit(std::move(seen), out);
+    return;
+  }
+  const nanoseconds slack = config_.early + 3 * arrival->sigma;
+  const bool fits = residual(seen) >= -slack && residual(seen) <= config_.latency_max;
+  if (fits) {
+    // What was held before came late, or was a passing error: emit() tells which.
+    for (Seen& held : pending_) emit(std::move(held), out);
+    pending_.clear();
+    emit(std::move(seen), out);
+    return;
+  }
+  ++counts_.held;
+  pending_.push_back(std::move(seen));
+  if (pending_.back().batch.received - pending_.front().batch.received >= config_.confirm || pending_.size() >= config_.pending_limit)
+    judge(out);
+}
+
+void LaserClock::judge(std::vector<StampedLaserBatch>& out) {
+  if (pending_.empty()) return;
+  nanoseconds smallest = residual(pending_.front()), sigma = pending_.front().arrival.sigma;
+  for (const Seen& seen : pending_) {
+    smallest = std::min(smallest, residual(seen));
+    sigma = std::max(sigma, seen.arrival.sigma);
+  }
+  const nanoseconds slack = config_.early + 3 * sigma;
+  const std::int64_t whole = floor_div((smallest + slack).count(), 1'000'000'000);
+  const nanoseconds rest = smallest - seconds(whole);
+  const Seen& last = pending_.back();
+  const bool long_enough = last.batch.received - pending_.front().batch.received >= config_.confirm;
+  if (rest <= config_.latency_max && long_enough && whole != 0) {
+    correction_ += seconds(whole);
+    faults_.add(config_.sensor, FaultKind::LabelConflict, "second", last.batch.received,
+                correction_ == seconds(0)
+                    ? std::string("the scanner's seconds are right again")
+                    : fmt::format("the scanner's seconds are {} behind the host's; corrected. Check its NMEA input",
+                                  describe_offset(correction_.count())));
+  } else if (rest > config_.latency_max && long_enough) {
+    untrusted_ = true;
+    faults_.add(config_.sensor, FaultKind::LabelConflict, "phase", last.batch.received,
+                fmt::format("the scanner claims PPS lock but is {:.3f} s from the host clock: stamped by arrival instead",
+                            to_seconds(smallest)));
+  }
+  for (Seen& held : pending_) emit(std::move(held), out);
+  pending_.clear();
+}
+
+void LaserClock::emit(Seen&& seen, std::vector<StampedLaserBatch>& out) {
+  const bool disciplined = is_disciplined(seen.batch.received);
+  const GpsTime time = seen.nominal + correction_;
+  const nanoseconds slack = config_.early + 3 * seen.arrival.sigma;
+  const bool from_future = seen.arrival.time - time < -slack;
+  const bool possible = !from_future && seen.arrival.time - time < seconds(30);
+  double sigma = ns(config_.disciplined_sigma);
+  SyncState state = seen.arrival.state == SyncState::Acquiring ? SyncState::Acquiring : SyncState::Locked;
+  if (disciplined && possible) {
+    last_disciplined_ = last_disciplined_ ? std::max(*last_disciplined_, time) : time;
+    ++counts_.disciplined;
+  } else {
+    const double own = last_disciplined_ ? ns(time - *last_disciplined_) * config_.drift_ppm * 1e-6 : 1e18;
+    // Its own crystal is the better clock until it has drifted as far as arrivals are uncertain.
+    if (untrusted_ || !possible || own < 0 || own > ns(config_.latency_min_sigma)) {
+      emit_by_arrival(std::move(seen), out);
+      return;
+    }
+    sigma = std::hypot(sigma, own);
+    state = SyncState::Holdover;
+    ++counts_.holdover;
+  }
+  if (correction_ != seconds(0)) ++counts_.corrected;
+  out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))), state,
+                 std::move(seen.batch.returns)});
+}
+
+void LaserClock::emit_by_arrival(Seen&& seen, std::vector<StampedLaserBatch>& out) {
+  ++counts_.by_arrival;
+  faults_.add(config_.sensor, FaultKind::NoTime, "arrival", seen.batch.received,
+              "the scanner's clock is not held by PPS: its packets are stamped by their arrival, good to a millisecond");
+  const auto line = line_.at(seen.counter);
+  const std::int64_t arrival_ns = line ? seen.counter + line->delay_ns : count_ns(seen.arrival.time);
+  const GpsTime time = std::min(gps_time_ns(arrival_ns), seen.arrival.time) - config_.latency_min;
+  const nanoseconds sigma = sigma_of(ns(config_.latency_min_sigma), line ? line->sigma_ns : ns(config_.latency_max), ns(seen.arrival.sigma));
+  out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time, sigma, SyncState::Acquiring, std::move(seen.batch.returns)});
+}
+
+void LaserClock::flush(std::vector<StampedLaserBatch>& out) {
+  judge(out);
+  faults_.flush();
+}
+
+std::optional<GpsTime> LaserClock::earliest_held() const {
+  if (pending_.empty()) return {};
+  GpsTime earliest = pending_.front().arrival.time;
+  for (const Seen& seen : pending_) {
+    const GpsTime time = seen.nominal + correction_;
+    if (seen.arrival.time - time < seconds(30)) earliest = std::min(earliest, time);
+  }
+  return earliest - config_.latency_max;
+}
+
+}  // namespace hueline::sync

@@ -1,0 +1,286 @@
+#include "sync/synchroniser.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hueline::sync {
+namespace {
+
+using std::chrono::seconds;
+
+HostTime received_of(const auto& m) { return m.received; }
+HostTime received_of(const PpsEdge& m) { return m.edge; }
+HostTime received_of(const InsUncertainty&) { return HostTime{}; }
+HostTime received_of(const Fault& m) { return m.time; }
+
+bool listed(const std::vector<SensorId>& list, SensorId sensor) {
+  return list.empty() || std::find(list.begin(), list.end(), sensor) != list.end();
+}
+
+}  // namespace
+
+std::string Synchroniser::Config::validate() const {
+  if (std::string e = clock.validate(); !e.empty()) return "clock: " + e;
+  std::vector<SensorId> ids;
+  for (const LaserClock::Config& l : lasers) {
+    if (std::string e = l.validate(); !e.empty()) return fmt::format("laser {}: {}", l.sensor, e);
+    ids.push_back(l.sensor);
+  }
+  for (const ExposureMatcher::Config& c : cameras) {
+    if (std::string e = c.validate(); !e.empty()) return fmt::format("camera {}: {}", c.camera, e);
+    ids.push_back(c.camera);
+  }
+  std::sort(ids.begin(), ids.end());
+  if (std::adjacent_find(ids.begin(), ids.end()) != ids.end()) return "lasers and cameras must have different sensors";
+  if (hold < seconds(1) || hold > seconds(600)) return "hold must be 1 to 600 s";
+  if (hold_items < 100 || hold_items > 10'000'000) return "hold_items must be 100 to 10000000";
+  if (hold_images < 1 || hold_images > 1000) return "hold_images must be 1 to 1000";
+  if (pos_latency_max < std::chrono::milliseconds(10) || pos_latency_max > seconds(60)) return "pos_latency_max must be 10 ms to 60 s";
+  if (pos_early < nanoseconds(0) || pos_early > seconds(1)) return "pos_early must be 0 to 1 s";
+  return {};
+}
+
+Synchroniser::Synchroniser(Config config) : config_(std::move(config)), clock_(config_.clock), exposures_(config_.cameras.size()) {
+  for (const auto& l : config_.lasers) lasers_.emplace_back(l);
+  for (const auto& c : config_.cameras) cameras_.emplace_back(c);
+}
+
+void Synchroniser::process(Measurement measurement, SyncOutput& out) {
+  ++counts_.measurements;
+  std::visit(
+      [&](auto& m) {
+        // Taking may move the measurement away; its arrival is needed after.
+        const HostTime received = received_of(m);
+        take(m, out);
+        settle(received, out);
+      },
+      measurement);
+}
+
+void Synchroniser::advance(HostTime received, SyncOutput& out) { settle(received, out); }
+
+void Synchroniser::arrived(SensorId sensor, HostTime received, GpsTime time) {
+  if (listed(config_.arrival_sources, sensor)) clock_.add(TimedArrival{sensor, received, time});
+}
+
+void Synchroniser::take(PpsEdge& m, SyncOutput&) {
+  if (m.sensor != config_.clock.pps) stranger(m.sensor, m.edge, "PPS edge");
+  else clock_.add(m);
+}
+void Synchroniser::take(TimeLabel& m, SyncOutput&) {
+  if (listed(config_.label_sources, m.sensor)) clock_.add(m);
+}
+void Synchroniser::take(TimedArrival& m, SyncOutput&) { arrived(m.sensor, m.received, m.time); }
+void Synchroniser::take(GnssFix& m, SyncOutput&) { arrived(m.sensor, m.received, m.time); }
+void Synchroniser::take(ImuSample& m, SyncOutput&) { arrived(m.sensor, m.received, m.time); }
+void Synchroniser::take(Fault&, SyncOutput&) {}  // already in the journal, and everybody there sees it
+
+void Synchroniser::take(InsUncertainty& m, SyncOutput&) {
+  for (InsUncertainty& known : uncertainties_)
+    if (known.sensor == m.sensor) {
+      known = m;
+      return;
+    }
+  uncertainties_.push_back(m);
+}
+
+void Synchroniser::take(InsSolution& m, SyncOutput& out) {
+  if (config_.pos != kSystemSensor && m.sensor != config_.pos) return stranger(m.sensor, m.received, "navigation solution");
+  arrived(m.sensor, m.received, m.time);
+  ++counts_.ins;
+  if (!m.sigma)
+    for (const InsUncertainty& known : uncertainties_)
+      if (known.sensor == m.sensor && m.time - known.time >= seconds(-2) && m.time - known.time <= seconds(5)) m.sigma = known.sigma;
+  if (clock_.can_stamp())
+    if (const auto arrival = clock_.stamp(m.received)) {
+      const nanoseconds late = arrival->time - m.time;
+      if (late > config_.pos_latency_max || late < -config_.pos_early - 5 * arrival->sigma) {
+        ++counts_.ins_refused;
+        m.is_good = false;
+        faults_.add(m.sensor, FaultKind::LabelConflict, "ins", m.received,
+                    fmt::format("navigation solution {} off its arrival: not trusted", describe_offset(std::llround(to_seconds(-late)))));
+      }
+    }
+  out.ins.push_back(std::move(m));
+}
+
+void Synchroniser::take(EventMark& m, SyncOutput&) {
+  if (config_.pos != kSystemSensor && m.sensor != config_.pos) return stranger(m.sensor, m.received, "event mark");
+  if (m.is_valid) arrived(m.sensor, m.received, m.time);
+  hold(std::move(m), m.received);
+}
+void Synchroniser::take(LaserStatus& m, SyncOutput&) {
+  if (!laser(m.sensor)) return stranger(m.sensor, m.received, "laser status");
+  hold(std::move(m), m.received);
+}
+void Synchroniser::take(LaserBatch& m, SyncOutput& out) {
+  if (!laser(m.sensor)) return stranger(m.sensor, m.received, "laser batch");
+  const HostTime received = m.received;
+  if (held_.empty() && clock_.can_stamp()) stamp(std::move(m), out);
+  else hold(std::move(m), received);
+}
+void Synchroniser::take(Image& m, SyncOutput&) {
+  if (!camera(m.sensor)) return stranger(m.sensor, m.received, "image");
+  const HostTime received = m.received;
+  hold(std::move(m), received);
+}
+
+LaserClock* Synchroniser::laser(SensorId sensor) {
+  for (std::size_t i = 0; i < lasers_.size(); ++i)
+    if (config_.lasers[i].sensor == sensor) return &lasers_[i];
+  return nullptr;
+}
+ExposureMatcher* Synchroniser::camera(SensorId sensor, std::size_t* index) {
+  for (std::size_t i = 0; i < cameras_.size(); ++i)
+    if (config_.cameras[i].camera == sensor) {
+      if (index) *index = i;
+      return &cameras_[i];
+    }
+  return nullptr;
+}
+void Synchroniser::stranger(SensorId sensor, HostTime received, const char* what) {
+  ++counts_.unknown_sensor;
+  faults_.add(sensor, FaultKind::NoTime, what, received, fmt::format("{} of a sensor that has no role in the rig's sync: not stamped", what));
+}
+
+void Synchroniser::hold(Held item, HostTime) {
+  // Everything goes through here, so that what was held earlier is stamped earlier; settle() empties it at once when it can.
+  held_images_ += std::holds_alternative<Image>(item) ? 1 : 0;
+  held_.push_back(std::move(item));
+}
+
+void Synchroniser::drop_oldest(FaultKind kind, const char* why) {
+  std::visit(
+      [&](const auto& item) {
+        faults_.add(item.sensor, kind, "held", newest_, why);
+      },
+      held_.front());
+  held_images_ -= std::holds_alternative<Image>(held_.front()) ? 1 : 0;
+  ++counts_.never_stamped;
+  held_.pop_front();
+}
+
+void Synchroniser::stamp(Held&& item, SyncOutput& out) {
+  ++counts_.released;
+  if (auto* batch = std::get_if<LaserBatch>(&item)) {
+    laser(batch->sensor)->process(std::move(*batch), clock_, out.laser);
+  } else if (auto* status = std::get_if<LaserStatus>(&item)) {
+    laser(status->sensor)->add(*status);
+  } else if (auto* mark = std::get_if<EventMark>(&item)) {
+    if (mark->is_valid) {
+      const auto arrival = clock_.stamp(mark->received);
+      const nanoseconds late = arrival ? arrival->time - mark->time : nanoseconds(0);
+      if (late > config_.pos_latency_max || (arrival && late < -config_.pos_early - 5 * arrival->sigma)) {
+        ++counts_.marks_refused;
+        faults_.add(mark->sensor, FaultKind::LabelConflict, "mark", mark->received,
+                    fmt::format("event mark {} off its arrival: not used", describe_offset(std::llround(to_seconds(-late)))));
+        return;
+      }
+    }
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      scratch_.clear();
+      cameras_[i].add(*mark, scratch_);
+      for (Exposure& e : scratch_) exposures_[i].push_back(std::move(e));
+    }
+  } else if (auto* image = std::get_if<Image>(&item)) {
+    std::size_t i = 0;
+    ExposureMatcher* matcher = camera(image->sensor, &i);
+    const auto arrival = clock_.stamp(image->received);
+    scratch_.clear();
+    if (arrival) matcher->add(std::move(*image), *arrival, scratch_);
+    for (Exposure& e : scratch_) exposures_[i].push_back(std::move(e));
+  }
+}
+
+void Synchroniser::settle(HostTime received, SyncOutput& out) {
+  newest_ = std::max(newest_, received);
+  clock_.advance(newest_);
+  const bool can_stamp = clock_.can_stamp();
+  if (clock_.state() != known_state_) {
+    const auto now = clock_.stamp(newest_);
+    out.state_changes.push_back({newest_, now ? std::optional(now->time) : std::nullopt, known_state_, clock_.state(), now ? now->sigma : nanoseconds(0)});
+    known_state_ = clock_.state();
+  }
+  if (can_stamp) {
+    while (!held_.empty()) {
+      Held item = std::move(held_.front());
+      held_images_ -= std::holds_alternative<Image>(item) ? 1 : 0;
+      held_.pop_front();
+      stamp(std::move(item), out);
+    }
+    if (const auto now = clock_.stamp(newest_)) {
+      stream_time_ = stream_time_ ? std::max(*stream_time_, now->time) : now->time;
+      for (std::size_t i = 0; i < cameras_.size(); ++i) {
+        scratch_.clear();
+        cameras_[i].advance(*stream_time_, newest_, scratch_);
+        for (Exposure& e : scratch_) exposures_[i].push_back(std::move(e));
+      }
+      merge_exposures(false, out);
+      GpsTime safe = *stream_time_;
+      for (std::size_t i = 0; i < lasers_.size(); ++i) {
+        safe = std::min(safe, *stream_time_ - config_.lasers[i].latency_max);
+        if (const auto earliest = lasers_[i].earliest_held()) safe = std::min(safe, *earliest);
+      }
+      for (const ExposureMatcher& c : cameras_) safe = std::min(safe, c.watermark(*stream_time_));
+      for (const auto& waiting : exposures_)
+        if (!waiting.empty()) safe = std::min(safe, waiting.front().exposure_mid);
+      watermark_ = watermark_ ? std::max(*watermark_, safe) : safe;
+    }
+  } else {
+    const auto too_old = [&] {
+      return std::visit([&](const auto& item) { return newest_ - item.received > config_.hold; }, held_.front());
+    };
+    while (!held_.empty() && (held_.size() > config_.hold_items || held_images_ > config_.hold_images || too_old()))
+      drop_oldest(FaultKind::NoTime, "the clock has not locked for as long as measurements can be held: recorded, but without a time");
+  }
+  for (LaserClock& l : lasers_) l.drain(out.faults);
+  for (ExposureMatcher& c : cameras_) c.drain(out.faults);
+  clock_.drain(out.faults);
+  faults_.drain(out.faults);
+}
+
+void Synchroniser::merge_exposures(bool final, SyncOutput& out) {
+  while (true) {
+    std::size_t first = exposures_.size();
+    for (std::size_t i = 0; i < exposures_.size(); ++i)
+      if (!exposures_[i].empty() && (first == exposures_.size() || exposures_[i].front().exposure_mid < exposures_[first].front().exposure_mid)) first = i;
+    if (first == exposures_.size()) return;
+    Exposure& next = exposures_[first].front();
+    if (!final)
+      for (std::size_t i = 0; i < cameras_.size(); ++i)
+        if (i != first && exposures_[i].empty() && cameras_[i].watermark(*stream_time_) <= next.exposure_mid) return;
+    if (last_exposure_ && next.exposure_mid < *last_exposure_) {
+      ++counts_.late_exposures;
+      faults_.add(next.camera, FaultKind::Late, "exposure", next.image.received, "image came after later exposures of other cameras were given out: not used");
+    } else {
+      last_exposure_ = next.exposure_mid;
+      next.index = next_exposure_++;
+      out.exposures.push_back(std::move(next));
+    }
+    exposures_[first].pop_front();
+  }
+}
+
+void Synchroniser::flush(SyncOutput& out) {
+  settle(newest_, out);
+  while (!held_.empty()) drop_oldest(FaultKind::NoTime, "the recording ended before the clock could be locked: recorded, but without a time");
+  for (LaserClock& l : lasers_) {
+    l.flush(out.laser);
+    l.drain(out.faults);
+  }
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
+    scratch_.clear();
+    cameras_[i].flush(scratch_);
+    for (Exposure& e : scratch_) exposures_[i].push_back(std::move(e));
+    cameras_[i].drain(out.faults);
+  }
+  merge_exposures(true, out);
+  clock_.flush();
+  clock_.drain(out.faults);
+  faults_.flush();
+  faults_.drain(out.faults);
+}
+
+}  // namespace hueline::sync
