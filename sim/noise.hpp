@@ -49,4 +49,11 @@ enum Stream : std::uint64_t {
   kStreamWireFault = 512,    ///< + number of the rule
 };
 
+/// A sequence of uniform draws, for building scenes; the order of drawing is part of the scene.
+struct Draw {
+  std::uint64_t seed, stream, index = 0;
+  double operator()(double lo, double hi) { return lo + (hi - lo) * uniform(seed, stream, index++); }
+  std::uint32_t below(std::uint32_t n) { return static_cast<std::uint32_t>(counter_bits(seed, stream, index++) % n); }
+};
+
 }  // namespace hueline::sim

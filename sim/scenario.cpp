@@ -117,11 +117,15 @@ std::string Scenario::validate() const {
   return {};
 }
 
+std::string Scenario::text() const {
+  Text writer;
+  visit(*this, writer);
+  return writer.out;
+}
+
 std::string Scenario::fingerprint() const {
-  Text text;
-  visit(*this, text);
   std::uint64_t hash = scrambled(kRendererRevision);
-  for (const char c : text.out) hash = scrambled(hash ^ static_cast<unsigned char>(c));
+  for (const char c : text()) hash = scrambled(hash ^ static_cast<unsigned char>(c));
   char out[17];
   std::snprintf(out, sizeof out, "%016llx", static_cast<unsigned long long>(hash));
   return out;

@@ -159,6 +159,8 @@ struct Scenario {
 
   /// Empty if the scenario can be driven; else a sentence that names the key and what is allowed.
   std::string validate() const;
+  /// A line "key=value" for every key.
+  std::string text() const;
   /// 16 hex digits over every key and the renderer's revision: the name of its folder in the cache.
   std::string fingerprint() const;
 };

@@ -71,7 +71,7 @@ struct CameraConfig {
   LensModel lens_model = LensModel::KannalaBrandt;
   ToneCurve tone_curve = ToneCurve::Srgb;  ///< applied before the 8 bits, as cameras do in their 8-bit modes
   double gain = 1.0;                       ///< 1: a white wall in the sun is just below saturation
-  double vignetting = 0.15;                ///< share of light lost at the lens image's far corner, growing with the angle squared
+  double vignetting = 0.15;                ///< share of light lost at the lens image's far corner, growing with 1 - cos of the angle
   double full_well_electrons = 9000, read_noise_electrons = 8;
   bool antialias = true;                   ///< four samples a pixel along outlines
   MountConfig mount{.x_m = 0.03, .y_m = -0.35, .z_m = 1.85, .rot_x_deg = 0.4, .rot_y_deg = -0.7, .rot_z_deg = 90.8};

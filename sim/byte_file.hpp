@@ -1,0 +1,110 @@
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <type_traits>
+
+#include "core/result.hpp"
+
+/// Little-endian numbers in a file, for the simulator's own files. The first failure is kept; later calls do nothing.
+namespace hueline::sim {
+
+static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
+
+class ByteWriter {
+ public:
+  explicit ByteWriter(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "wb")) {
+    if (!file_) errno_ = errno;
+  }
+  void bytes(const void* data, std::size_t size) {
+    if (!file_ || errno_ != 0 || size == 0) return;
+    if (std::fwrite(data, 1, size, file_.get()) != size) errno_ = errno != 0 ? errno : EIO;
+  }
+  template <class T>
+  void number(T x) {
+    static_assert(std::is_arithmetic_v<T>);
+    bytes(&x, sizeof x);
+  }
+  void text(const std::string& s) {
+    number(static_cast<std::uint32_t>(s.size()));
+    bytes(s.data(), s.size());
+  }
+  /// Flushes and closes; the only way to learn that everything is on its way to the disk.
+  Status close() {
+    if (file_ && std::fclose(file_.release()) != 0 && errno_ == 0) errno_ = errno;
+    if (errno_ != 0) return io_error("writing " + path_, errno_);
+    return {};
+  }
+
+ private:
+  struct Close {
+    void operator()(std::FILE* f) const { std::fclose(f); }
+  };
+  std::string path_;
+  std::unique_ptr<std::FILE, Close> file_;
+  int errno_ = 0;
+};
+
+class ByteReader {
+ public:
+  explicit ByteReader(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "rb")) {
+    if (!file_) {
+      status_ = io_error("opening " + path, errno);
+      return;
+    }
+    std::fseek(file_.get(), 0, SEEK_END);
+    left_ = static_cast<std::uint64_t>(std::max(0L, std::ftell(file_.get())));
+    std::rewind(file_.get());
+  }
+  bool bytes(void* data, std::size_t size) {
+    if (!status_.ok()) return false;
+    if (size > left_ || std::fread(data, 1, size, file_.get()) != size) {
+      fail("ends in the middle");
+      return false;
+    }
+    left_ -= size;
+    return true;
+  }
+  template <class T>
+  T number() {
+    T x{};
+    bytes(&x, sizeof x);
+    return x;
+  }
+  std::string text() {
+    const auto size = number<std::uint32_t>();
+    std::string s;
+    if (fits(size, 1)) {
+      s.resize(size);
+      bytes(s.data(), size);
+    }
+    return s;
+  }
+  /// True if `count` items of `size` bytes can still be in the file: asked before memory is reserved for them.
+  bool fits(std::uint64_t count, std::uint64_t size) {
+    if (status_.ok() && count > left_ / size) fail("says that it holds more than it does");
+    return status_.ok();
+  }
+  void fail(const std::string& what) {
+    if (status_.ok()) status_ = Error{ErrorCode::Malformed, path_ + " " + what};
+  }
+  const Status& status() const { return status_; }
+  std::uint64_t left() const { return left_; }
+
+ private:
+  struct Close {
+    void operator()(std::FILE* f) const { std::fclose(f); }
+  };
+  std::string path_;
+  std::unique_ptr<std::FILE, Close> file_;
+  std::uint64_t left_ = 0;
+  Status status_;
+};
+
+}  // namespace hueline::sim

@@ -1,0 +1,95 @@
+#include "sim/drive_file.hpp"
+
+#include <filesystem>
+
+#include "sim/byte_file.hpp"
+
+namespace hueline::sim {
+namespace {
+constexpr char kMagic[] = "HLDRIVE1";
+constexpr std::size_t kSlots = 12 * 32;
+}  // namespace
+
+Status write_drive(const Drive& d, const std::string& path) {
+  ByteWriter out(path);
+  out.bytes(kMagic, 8);
+  for (const double x : {d.origin_latitude_rad, d.origin_longitude_rad, d.origin_height_m}) out.number(x);
+  out.number(d.begin_gps_ns);
+  out.number(d.end_gps_ns);
+  out.number(static_cast<std::uint64_t>(d.ins.size()));
+  for (const InsSample& s : d.ins) {
+    out.number(s.gps_ns);
+    for (const double x : {s.latitude_rad, s.longitude_rad, s.ellipsoidal_height_m, s.velocity_east, s.velocity_north, s.velocity_up,
+                           s.roll_rad, s.pitch_rad, s.heading_rad})
+      out.number(x);
+    for (const double x : s.sigma) out.number(x);
+  }
+  out.number(static_cast<std::uint64_t>(d.laser.size()));
+  for (const LaserPacket& p : d.laser) {
+    out.number(p.first_firing_gps_ns);
+    out.bytes(p.azimuth_centideg.data(), 24);
+    out.bytes(p.distance_2mm.data(), 2 * kSlots);
+    out.bytes(p.reflectivity.data(), kSlots);
+  }
+  out.number(static_cast<std::uint64_t>(d.exposures.size()));
+  for (const CameraExposure& e : d.exposures) {
+    out.number(e.number);
+    out.number(e.exposure_start_gps_ns);
+    out.number(e.exposure_ns);
+    out.number(e.width);
+    out.number(e.height);
+    out.text(e.image_file);
+  }
+  out.number(static_cast<std::uint64_t>(d.pps_edge_error_ns.size()));
+  for (const auto e : d.pps_edge_error_ns) out.number(e);
+  return out.close();
+}
+
+Result<Drive> read_drive(const std::string& path) {
+  ByteReader in(path);
+  Drive d;
+  char magic[8] = {};
+  in.bytes(magic, 8);
+  if (in.status().ok() && std::memcmp(magic, kMagic, 8) != 0) in.fail("is not a drive of the simulator");
+  for (double* x : {&d.origin_latitude_rad, &d.origin_longitude_rad, &d.origin_height_m}) *x = in.number<double>();
+  d.begin_gps_ns = in.number<GpsNs>();
+  d.end_gps_ns = in.number<GpsNs>();
+  auto count = in.number<std::uint64_t>();
+  if (in.fits(count, 152)) d.ins.resize(count);
+  for (InsSample& s : d.ins) {
+    s.gps_ns = in.number<GpsNs>();
+    for (double* x : {&s.latitude_rad, &s.longitude_rad, &s.ellipsoidal_height_m, &s.velocity_east, &s.velocity_north, &s.velocity_up,
+                      &s.roll_rad, &s.pitch_rad, &s.heading_rad})
+      *x = in.number<double>();
+    for (double& x : s.sigma) x = in.number<double>();
+  }
+  count = in.number<std::uint64_t>();
+  if (in.fits(count, 32 + 3 * kSlots)) d.laser.resize(count);
+  for (LaserPacket& p : d.laser) {
+    p.first_firing_gps_ns = in.number<GpsNs>();
+    in.bytes(p.azimuth_centideg.data(), 24);
+    p.distance_2mm.resize(kSlots);
+    p.reflectivity.resize(kSlots);
+    in.bytes(p.distance_2mm.data(), 2 * kSlots);
+    in.bytes(p.reflectivity.data(), kSlots);
+  }
+  count = in.number<std::uint64_t>();
+  if (in.fits(count, 32)) d.exposures.resize(count);
+  for (CameraExposure& e : d.exposures) {
+    e.number = in.number<std::uint32_t>();
+    e.exposure_start_gps_ns = in.number<GpsNs>();
+    e.exposure_ns = in.number<std::int64_t>();
+    e.width = in.number<std::uint32_t>();
+    e.height = in.number<std::uint32_t>();
+    e.image_file = in.text();
+  }
+  count = in.number<std::uint64_t>();
+  if (in.fits(count, 8)) d.pps_edge_error_ns.resize(count);
+  for (auto& e : d.pps_edge_error_ns) e = in.number<std::int64_t>();
+  if (in.status().ok() && in.left() != 0) in.fail("goes on after its end");
+  if (!in.status().ok()) return in.status().error();
+  d.cache_dir = std::filesystem::path(path).parent_path().string();
+  return d;
+}
+
+}  // namespace hueline::sim

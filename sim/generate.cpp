@@ -1,0 +1,149 @@
+#include "sim/generate.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <thread>
+
+#include "sim/camera_model.hpp"
+#include "sim/drive_file.hpp"
+#include "sim/ins_model.hpp"
+#include "sim/laser_model.hpp"
+#include "sim/pps_model.hpp"
+#include "sim/truth_file.hpp"
+
+namespace hueline::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+Status save(const std::string& path, const void* data, std::size_t size) {
+  ByteWriter out(path);
+  out.bytes(data, size);
+  return out.close();
+}
+
+std::string image_name(std::size_t number) {
+  char name[32];
+  std::snprintf(name, sizeof name, "images/%06zu.raw", number);
+  return name;
+}
+
+/// Images one after the other (each in parallel by itself), so that at most one is in memory.
+Status render_images(const PanoramicCamera& camera, const RigTruth& rig, const fs::path& folder, Drive& drive, unsigned threads,
+                     const std::function<bool(double)>& go_on) {
+  for (std::size_t i = 0; i < camera.exposure_count(); ++i) {
+    if (!go_on(static_cast<double>(i) / static_cast<double>(camera.exposure_count())))
+      return Error{ErrorCode::Stopped, "stopped while rendering images; nothing is kept"};
+    const auto image = camera.expose(i, threads);
+    CameraExposure e;
+    e.number = static_cast<std::uint32_t>(i);
+    e.exposure_start_gps_ns = camera.exposure_start(i);
+    e.exposure_ns = camera.exposure_ns();
+    e.width = static_cast<std::uint32_t>(rig.image_width());
+    e.height = static_cast<std::uint32_t>(rig.image_height());
+    e.image_file = image_name(i);
+    if (Status s = save((folder / e.image_file).string(), image.data(), image.size()); !s.ok()) return s;
+    drive.exposures.push_back(std::move(e));
+  }
+  return {};
+}
+
+/// Packets in groups: fired in parallel, kept and written in order.
+Status fire_laser(const Scanner& scanner, TruthWriter& truth, Drive& drive, unsigned threads, const std::function<bool(double)>& go_on) {
+  constexpr std::size_t kGroup = 512;
+  std::vector<FiredPacket> group(kGroup);
+  for (std::size_t first = 0; first < scanner.packet_count(); first += kGroup) {
+    if (!go_on(static_cast<double>(first) / static_cast<double>(scanner.packet_count())))
+      return Error{ErrorCode::Stopped, "stopped while firing the laser; nothing is kept"};
+    const std::size_t count = std::min(kGroup, scanner.packet_count() - first);
+    std::atomic<std::size_t> next{0};
+    const auto work = [&] {
+      for (std::size_t i; (i = next.fetch_add(1)) < count;) group[i] = scanner.fire(first + i);
+    };
+    {
+      std::vector<std::jthread> others;
+      for (unsigned t = 1; t < threads; ++t) others.emplace_back(work);
+      work();
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      truth.packet(group[i].packet.first_firing_gps_ns, group[i].scanner_enu, group[i].returns);
+      drive.laser.push_back(std::move(group[i].packet));
+    }
+  }
+  return {};
+}
+
+Status make(const Scenario& scenario, const fs::path& folder, const Progress& progress, const GenerateOptions& options) {
+  const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+  auto last = std::chrono::steady_clock::time_point();
+  // Progress is for people: it is the only thing here that looks at a clock.
+  const auto report = [&](const char* stage) {
+    return [&, stage](double share) {
+      const auto now = std::chrono::steady_clock::now();
+      if (progress && now - last > std::chrono::milliseconds(100)) {
+        last = now;
+        progress(stage, share);
+      }
+      return !options.stop.stop_requested();
+    };
+  };
+  const Motion motion(scenario);
+  const World world(scenario, motion);
+  const PanoramicCamera camera(scenario, motion, world);
+  const Scanner scanner(scenario, motion, world);
+  const RigTruth rig = rig_truth(scenario);
+  const GeodeticPlace origin = scene_origin(scenario);
+
+  Drive drive;
+  drive.origin_latitude_rad = origin.latitude;
+  drive.origin_longitude_rad = origin.longitude;
+  drive.origin_height_m = origin.height;
+  drive.begin_gps_ns = scenario.begin_gps_ns();
+  drive.end_gps_ns = scenario.end_gps_ns();
+  drive.ins = simulate_ins(scenario, motion);
+  drive.pps_edge_error_ns = simulate_pps(scenario);
+
+  TruthHeader header{origin.latitude, origin.longitude, origin.height, scenario.text(), world.surfaces(), {}};
+  for (std::size_t i = 0; i < camera.exposure_count(); ++i) {
+    const Pose T = camera.T_enu_head(i);
+    header.exposures.push_back({static_cast<std::uint32_t>(i), camera.exposure_mid(i), T.R.m, {T.p.x, T.p.y, T.p.z}});
+  }
+  TruthWriter truth((folder / "truth.bin").string(), header);
+  if (Status s = render_images(camera, rig, folder, drive, threads, report("images")); !s.ok()) return s;
+  if (Status s = fire_laser(scanner, truth, drive, threads, report("laser")); !s.ok()) return s;
+  if (Status s = truth.close(); !s.ok()) return s;
+  if (Status s = write_drive(drive, (folder / "drive.bin").string()); !s.ok()) return s;
+  if (progress) progress("done", 1.0);
+  return save((folder / "scenario.txt").string(), header.scenario.data(), header.scenario.size());
+}
+
+}  // namespace
+
+Result<Drive> generate(const Scenario& scenario, const std::string& cache_dir, const Progress& progress, const GenerateOptions& options) {
+  if (const std::string complaint = scenario.validate(); !complaint.empty()) return Error{ErrorCode::Invalid, "scenario: " + complaint};
+  const fs::path folder = fs::path(cache_dir) / scenario.fingerprint();
+  const std::string file = (folder / "drive.bin").string();
+  std::error_code ec;
+  if (fs::exists(file, ec)) return read_drive(file);
+
+  const fs::path partial = folder.string() + ".partial-" + std::to_string(::getpid());
+  fs::remove_all(partial, ec);
+  fs::create_directories(partial / "images", ec);
+  if (ec) return Error{ErrorCode::Io, "making " + partial.string() + ": " + ec.message()};
+  if (Status made = make(scenario, partial, progress, options); !made.ok()) {
+    fs::remove_all(partial, ec);
+    return made.error();
+  }
+  fs::rename(partial, folder, ec);
+  // Somebody else may have finished the same drive first: theirs is as good.
+  if (ec && !fs::exists(file)) return Error{ErrorCode::Io, "renaming " + partial.string() + ": " + ec.message()};
+  return read_drive(file);
+}
+
+}  // namespace hueline::sim

@@ -1,0 +1,311 @@
+#include "sim/world.hpp"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/own_vehicle.hpp"
+#include "sim/texture.hpp"
+
+namespace hueline::sim {
+namespace {
+
+constexpr double kCarReach = 2.7;  // m around a point 0.7 m above the road
+constexpr double kShadowBias = 2e-3;
+
+RTCScene load(RTCDevice device, const Mesh& mesh) {
+  RTCScene scene = rtcNewScene(device);
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);  // no light between neighbouring quads
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
+  auto* vertices = static_cast<float*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, mesh.vertices().size()));
+  for (const auto& v : mesh.vertices())
+    for (const float x : v) *vertices++ = x;
+  auto* corners = static_cast<unsigned*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 16, mesh.faces().size()));
+  for (const auto& f : mesh.faces())
+    for (const auto c : f.corner) *corners++ = c;
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(scene);
+  return scene;
+}
+
+Vec3 wide(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
+struct World::Embree {
+  RTCDevice device = nullptr;
+  RTCScene still = nullptr, car = nullptr;
+  ~Embree() {
+    if (still) rtcReleaseScene(still);
+    if (car) rtcReleaseScene(car);
+    if (device) rtcReleaseDevice(device);
+  }
+};
+
+/// What shading needs of a hit, on top of Seen.
+struct World::Contact {
+  const Mesh::Face* face = nullptr;  ///< null: sky or own vehicle
+  float u = 0, v = 0;                ///< texture coordinates
+  Vec3 grad_u, grad_v;
+  bool in_sun = false;
+  int own_part = -1;
+};
+
+World::World(const Scenario& scenario, const Motion& motion)
+    : motion_(motion),
+      config_(scenario.street),
+      begin_(scenario.sensors_begin_gps_ns()),
+      scene_(build_street(scenario, motion.centre_line(), motion.length_m())),
+      embree_(std::make_unique<Embree>()) {
+  const double az = radians(config_.sun_azimuth_deg), el = radians(config_.sun_elevation_deg);
+  to_sun_ = {std::sin(az) * std::cos(el), std::cos(az) * std::cos(el), std::sin(el)};
+  embree_->device = rtcNewDevice("threads=1,set_affinity=0");  // one builder: the same tree every time
+  embree_->still = load(embree_->device, scene_.still);
+  if (!scene_.moving_car_surfaces.empty()) embree_->car = load(embree_->device, scene_.car);
+}
+
+World::~World() = default;
+
+Moment World::moment(GpsNs t) const {
+  Moment m;
+  m.gps_ns = t;
+  m.T_enu_body = motion_.T_enu_body(t);
+  m.T_body_enu = inverse(m.T_enu_body);
+  const CentreLine& line = motion_.centre_line();
+  const double seconds = static_cast<double>(t - begin_) * 1e-9;
+  for (std::size_t i = 0; i < scene_.moving_car_surfaces.size(); ++i) {
+    const double s = motion_.length_m() + 55 + 120.0 * static_cast<double>(i) - config_.moving_car_speed * seconds;
+    // Cars beyond the street's ends wait underground.
+    const bool on_street = s > -62 && s < motion_.length_m() + 80;
+    const double clipped = std::clamp(s, -62.0, motion_.length_m() + 80);
+    m.T_enu_car.push_back({R_enu_body(0, 0, line.heading(clipped) + kPi), line.place(clipped, -config_.road_width_m / 4, on_street ? 0.0 : -50.0)});
+    m.T_car_enu.push_back(inverse(m.T_enu_car.back()));
+  }
+  return m;
+}
+
+Moment World::moment(const Moment& base, GpsNs t, const Pose& T_enu_body) const {
+  Moment m = base;
+  m.gps_ns = t;
+  m.T_enu_body = T_enu_body;
+  m.T_body_enu = inverse(T_enu_body);
+  const double step = config_.moving_car_speed * static_cast<double>(t - base.gps_ns) * 1e-9;
+  for (std::size_t i = 0; i < m.T_enu_car.size(); ++i) {
+    m.T_enu_car[i].p = m.T_enu_car[i].p + step * (m.T_enu_car[i].R * Vec3{0, 1, 0});
+    m.T_car_enu[i] = inverse(m.T_enu_car[i]);
+  }
+  return m;
+}
+
+namespace {
+
+bool passes_car(const Pose& T_enu_car, Vec3 origin, Vec3 direction) {
+  const Vec3 from = origin - T_enu_car.p - Vec3{0, 0, 0.7};
+  const double ahead = dot(from, direction), off2 = dot(from, from);
+  return off2 < kCarReach * kCarReach || (ahead < 0 && off2 - ahead * ahead < kCarReach * kCarReach);
+}
+
+void set(RTCRay& ray, Vec3 o, Vec3 d, float near_m, float far_m) {
+  ray.org_x = static_cast<float>(o.x);
+  ray.org_y = static_cast<float>(o.y);
+  ray.org_z = static_cast<float>(o.z);
+  ray.dir_x = static_cast<float>(d.x);
+  ray.dir_y = static_cast<float>(d.y);
+  ray.dir_z = static_cast<float>(d.z);
+  ray.tnear = near_m;
+  ray.tfar = far_m;
+  ray.time = 0;
+  ray.mask = 0xFFFFFFFFu;
+  ray.id = 0;
+  ray.flags = 0;
+}
+
+}  // namespace
+
+void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> seen, std::span<Contact> contacts) const {
+  alignas(32) RTCRayHit8 packet{};
+  alignas(32) std::array<int, 8> valid{};
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    valid[i] = -1;
+    packet.ray.org_x[i] = static_cast<float>(rays[i].origin.x);
+    packet.ray.org_y[i] = static_cast<float>(rays[i].origin.y);
+    packet.ray.org_z[i] = static_cast<float>(rays[i].origin.z);
+    packet.ray.dir_x[i] = static_cast<float>(rays[i].direction.x);
+    packet.ray.dir_y[i] = static_cast<float>(rays[i].direction.y);
+    packet.ray.dir_z[i] = static_cast<float>(rays[i].direction.z);
+    packet.ray.tnear[i] = static_cast<float>(rays[i].near_m);
+    packet.ray.tfar[i] = static_cast<float>(rays[i].far_m);
+    packet.ray.mask[i] = 0xFFFFFFFFu;
+    packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+  }
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect8(valid.data(), embree_->still, &context, &packet);
+
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Ray& ray = rays[i];
+    Seen& s = seen[i];
+    Contact& c = contacts[i];
+    s = {};
+    c = {};
+    double limit = ray.far_m;
+    const auto take = [&](const Mesh& mesh, unsigned prim, float hu, float hv, double distance) {
+      const Mesh::Face& f = mesh.faces()[prim];
+      // Embree cuts a quad into (0, 1, 3) and (2, 3, 1); hu + hv tells which.
+      const auto& t = mesh.texture();
+      const bool first = hu + hv <= 1;
+      const auto &a = t[f.corner[first ? 0 : 2]], &b = t[f.corner[first ? 1 : 3]], &d = t[f.corner[first ? 3 : 1]];
+      const float p = first ? hu : 1 - hu, q = first ? hv : 1 - hv;
+      c.face = &f;
+      c.u = a[0] + p * (b[0] - a[0]) + q * (d[0] - a[0]);
+      c.v = a[1] + p * (b[1] - a[1]) + q * (d[1] - a[1]);
+      c.grad_u = wide(f.grad_u);
+      c.grad_v = wide(f.grad_v);
+      limit = distance;
+      s.is_hit = true;
+      s.distance_m = distance;
+      s.surface = f.tag.surface;
+      s.material = f.tag.material;
+      s.face = prim;
+      s.normal = wide(f.normal);
+    };
+    if (packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
+      take(scene_.still, packet.hit.primID[i], packet.hit.u[i], packet.hit.v[i], packet.ray.tfar[i]);
+    for (std::size_t k = 0; k < at.T_enu_car.size(); ++k) {
+      if (!passes_car(at.T_enu_car[k], ray.origin, ray.direction)) continue;
+      RTCRayHit single{};
+      set(single.ray, at.T_car_enu[k] * ray.origin, at.T_car_enu[k].R * ray.direction, static_cast<float>(ray.near_m), static_cast<float>(limit));
+      single.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+      RTCIntersectContext alone;
+      rtcInitIntersectContext(&alone);
+      rtcIntersect1(embree_->car, &alone, &single);
+      if (single.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
+      take(scene_.car, single.hit.primID, single.hit.u, single.hit.v, single.ray.tfar);
+      s.surface = scene_.moving_car_surfaces[k];
+      s.face += 0x40000000u;
+      const Mat3& R = at.T_enu_car[k].R;
+      s.normal = R * s.normal;
+      c.grad_u = R * c.grad_u;
+      c.grad_v = R * c.grad_v;
+    }
+    if (const auto own = own_vehicle_on_ray(at.T_body_enu * ray.origin, at.T_body_enu.R * ray.direction); own && own->distance_m < limit) {
+      s = {};
+      c = {};
+      s.is_hit = true;
+      s.distance_m = own->distance_m;
+      s.surface = 1;
+      s.material = Material::CarPaint;
+      s.face = 0x80000000u + static_cast<std::uint32_t>(own->part);
+      s.normal = at.T_enu_body.R * own->normal_body;
+      c.own_part = own->part;
+    }
+    if (s.is_hit && dot(s.normal, ray.direction) > 0) s.normal = -1.0 * s.normal;
+  }
+}
+
+void World::find_shadows(const Moment& at, std::span<const Ray> rays, std::span<const Seen> seen, std::span<Contact> contacts) const {
+  alignas(32) RTCRay8 packet{};
+  alignas(32) std::array<int, 8> valid{};
+  std::array<Vec3, kBatch> origin;
+  bool any = false;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (!seen[i].is_hit || (dot(seen[i].normal, to_sun_) <= 0 && seen[i].material != Material::Leaf)) continue;
+    any = true;
+    valid[i] = -1;
+    origin[i] = rays[i].origin + seen[i].distance_m * rays[i].direction + kShadowBias * seen[i].normal;
+    packet.org_x[i] = static_cast<float>(origin[i].x);
+    packet.org_y[i] = static_cast<float>(origin[i].y);
+    packet.org_z[i] = static_cast<float>(origin[i].z);
+    packet.dir_x[i] = static_cast<float>(to_sun_.x);
+    packet.dir_y[i] = static_cast<float>(to_sun_.y);
+    packet.dir_z[i] = static_cast<float>(to_sun_.z);
+    packet.tnear[i] = 0.004f;
+    packet.tfar[i] = 300.0f;
+    packet.mask[i] = 0xFFFFFFFFu;
+  }
+  if (!any) return;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcOccluded8(valid.data(), embree_->still, &context, &packet);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (valid[i] == 0 || packet.tfar[i] < 0) continue;
+    bool lit = true;
+    for (std::size_t k = 0; lit && k < at.T_enu_car.size(); ++k) {
+      if (!passes_car(at.T_enu_car[k], origin[i], to_sun_)) continue;
+      RTCRay single;
+      set(single, at.T_car_enu[k] * origin[i], at.T_car_enu[k].R * to_sun_, 0.004f, 100.0f);
+      RTCIntersectContext alone;
+      rtcInitIntersectContext(&alone);
+      rtcOccluded1(embree_->car, &alone, &single);
+      lit = !(single.tfar < 0);
+    }
+    if (lit) lit = !own_vehicle_on_ray(at.T_body_enu * origin[i], at.T_body_enu.R * to_sun_);
+    contacts[i].in_sun = lit;
+  }
+}
+
+void World::look(const Moment& at, std::span<const Ray> rays, float cone, std::span<Seen> seen) const {
+  std::array<Contact, kBatch> contacts;
+  trace(at, rays, seen, contacts);
+  find_shadows(at, rays, seen, contacts);
+  for (std::size_t i = 0; i < rays.size(); ++i) seen[i].colour = shade(rays[i], seen[i], contacts[i], cone);
+}
+
+Radiance World::sky(Vec3 d) const {
+  const auto up = static_cast<float>(std::max(0.0, d.z));
+  const float haze = std::exp(-5.0f * up);
+  Radiance c{0.22f + 0.50f * haze, 0.42f + 0.36f * haze, 0.80f + 0.05f * haze};
+  if (d.z > 0.03) {
+    const auto x = static_cast<float>(d.x / d.z), y = static_cast<float>(d.y / d.z);
+    float n = smooth_noise(x * 0.9f + 7, y * 0.9f, 0, 71) + 0.5f * smooth_noise(x * 2.1f, y * 2.1f, 0, 72) + 0.25f * smooth_noise(x * 4.7f, y * 4.7f, 0.3f, 73);
+    n = std::clamp(0.9f * n - 0.15f, 0.0f, 1.0f) * std::min(1.0f, 6.0f * up);
+    c = {c.r + (0.92f - c.r) * n, c.g + (0.92f - c.g) * n, c.b + (0.94f - c.b) * n};
+  }
+  const auto glow = static_cast<float>(std::max(0.0, dot(d, to_sun_)));
+  const float g8 = glow * glow * glow * glow * glow * glow * glow * glow, disc = glow > 0.99996f ? 4.0f : 0.0f;
+  const float halo = 0.25f * g8 * g8 * g8 + disc;
+  return {c.r + halo, c.g + 0.93f * halo, c.b + 0.8f * halo};
+}
+
+Radiance World::shade(const Ray& ray, Seen& s, const Contact& c, float cone) const {
+  if (!s.is_hit) return sky(ray.direction);
+  Albedo a;
+  if (c.own_part >= 0) {
+    a = c.own_part < 2 || c.own_part == 7 ? Albedo{.72f, .72f, .70f} : Albedo{.05f, .05f, .05f};
+  } else {
+    // The cone meets the surface in an ellipse: along a texture axis t it is stretched to sqrt(1 + (t.d)^2 / (n.d)^2).
+    const double slant = std::max(1e-3, std::abs(dot(s.normal, ray.direction)));
+    const auto width = [&](Vec3 grad) {
+      const double steep = length(grad), along = steep > 0 ? dot(grad, ray.direction) / steep : 0.0;
+      return static_cast<float>(cone * s.distance_m * steep * std::sqrt(1 + along * along / (slant * slant)));
+    };
+    a = albedo_at(scene_, {c.face->tag, c.u, c.v, width(c.grad_u), width(c.grad_v)});
+  }
+  s.reflectance = (a.r + a.g + a.b) / 3;
+  const bool leaf = s.material == Material::Leaf;
+  double facing = dot(s.normal, to_sun_);
+  // Leaves let light through and are lit from both sides.
+  if (leaf) facing = 0.35 + 0.5 * std::abs(facing);
+  const float sun = c.in_sun ? static_cast<float>(std::max(0.0, facing)) : 0.0f;
+  const auto up = static_cast<float>(0.5 + 0.5 * s.normal.z);
+  Radiance out{a.r * (sun * 1.02f + 0.25f * up + 0.13f * (1 - up)), a.g * (sun * 0.96f + 0.29f * up + 0.12f * (1 - up)),
+               a.b * (sun * 0.86f + 0.37f * up + 0.11f * (1 - up))};
+  if (s.material == Material::CarGlass || s.material == Material::CarPaint) {
+    const Vec3 mirrored = ray.direction - 2 * dot(ray.direction, s.normal) * s.normal;
+    const float share = s.material == Material::CarGlass ? 0.22f : 0.05f;
+    const Radiance m = mirrored.z > 0 ? sky(mirrored) : Radiance{0.15f, 0.15f, 0.15f};
+    out = {out.r + share * m.r, out.g + share * m.g, out.b + share * m.b};
+  }
+  return out;
+}
+
+}  // namespace hueline::sim

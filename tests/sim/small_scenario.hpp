@@ -1,0 +1,45 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+
+#include "sim/scenario.hpp"
+
+namespace hueline::sim {
+
+/// Not quite a second in motion, small images: a second to render under sanitizers.
+inline Scenario small_scenario() {
+  Scenario s;
+  s.duration_s = 0.8;
+  s.lead_in_s = 1;
+  s.drive.stand_s = 0;
+  s.drive.accelerate_s = 0.5;
+  s.drive.brake_s = 0.5;
+  s.drive.halt_s = 0;
+  s.street.leaves_per_tree = 150;
+  s.camera.lens_width = 76;
+  s.camera.lens_height = 64;
+  return s;
+}
+
+/// A folder of the test's own, gone with it.
+class TemporaryFolder {
+ public:
+  explicit TemporaryFolder(const std::string& name)
+      : path_(std::filesystem::temp_directory_path() / (name + "-" + std::to_string(::getpid()))) {
+    std::filesystem::remove_all(path_);
+    std::filesystem::create_directories(path_);
+  }
+  ~TemporaryFolder() {
+    std::error_code ec;
+    std::filesystem::remove_all(path_, ec);
+  }
+  std::string path() const { return path_.string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace hueline::sim
