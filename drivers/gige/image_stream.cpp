@@ -1,0 +1,208 @@
+#include "drivers/gige/image_stream.hpp"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+#include "drivers/transport/host_clock.hpp"
+
+namespace hueline::drivers {
+
+namespace {
+
+// Asked for; the kernel gives at most net.core.rmem_max.
+constexpr gint kLargeSocketBuffer = 64 << 20;
+
+void delete_memory(gpointer memory) { delete static_cast<MutableBuffer*>(memory); }
+
+MutableBuffer& memory_of(ArvBuffer* buffer) {
+  return *static_cast<MutableBuffer*>(const_cast<void*>(arv_buffer_get_user_data(buffer)));
+}
+
+std::size_t pool_bytes(const AravisSource::Config& config, std::size_t payload) {
+  return std::bit_ceil(kImageHeaderSize + payload) * (config.stream_buffers + config.images_in_flight);
+}
+
+ImageStatus status_of(ArvBuffer* buffer) {
+  // A fresh buffer has no payload type until its leader comes.
+  if (arv_buffer_get_payload_type(buffer) == ARV_BUFFER_PAYLOAD_TYPE_UNKNOWN) return ImageStatus::NoLeader;
+  switch (arv_buffer_get_status(buffer)) {
+    case ARV_BUFFER_STATUS_SUCCESS:
+      return ImageStatus::Complete;
+    case ARV_BUFFER_STATUS_MISSING_PACKETS:
+      return ImageStatus::MissingPackets;
+    case ARV_BUFFER_STATUS_TIMEOUT:
+      return ImageStatus::TimedOut;
+    default:
+      return ImageStatus::Broken;
+  }
+}
+
+void set_region(ImageHeader& header, gint x, gint y, gint width, gint height, ArvPixelFormat pfnc) {
+  header.offset_x = static_cast<std::uint32_t>(x);
+  header.offset_y = static_cast<std::uint32_t>(y);
+  header.width = static_cast<std::uint32_t>(width);
+  header.height = static_cast<std::uint32_t>(height);
+  header.pfnc = pfnc;
+  // PFNC: bits 16 to 23 of the code are the bits of a pixel.
+  header.stride = (header.width * (pfnc >> 16 & 0xFF) + 7) / 8;
+}
+
+}  // namespace
+
+ImageStream::ImageStream(const AravisSource::Config& config, std::size_t payload)
+    : config_(config), payload_(payload), pool_(pool_bytes(config, payload)) {}
+
+Result<std::unique_ptr<ImageStream>> ImageStream::start(ArvCamera* camera, const AravisSource::Config& config) {
+  GError* error = nullptr;
+  const guint payload = arv_camera_get_payload(camera, &error);
+  if (error) return take_error("read the image size", error);
+  gint x = 0, y = 0, width = 0, height = 0;
+  arv_camera_get_region(camera, &x, &y, &width, &height, &error);
+  if (error) return take_error("read the region", error);
+  std::unique_ptr<ImageStream> stream(new ImageStream(config, payload));
+  set_region(stream->expected_, x, y, width, height, pfnc_code(config.pixel_format));
+  stream->owned_stream_.reset(arv_camera_create_stream(camera, &ImageStream::on_event, stream.get(), &error));
+  if (error) return take_error("open the image stream", error);
+  if (!stream->owned_stream_) return Error{ErrorCode::Unavailable, "camera: no image stream"};
+  stream->is_gige_ = ARV_IS_GV_STREAM(stream->owned_stream_.get());
+  if (stream->is_gige_) {
+    const guint give_up_us = static_cast<guint>(config.give_up_after.count() * 1000);
+    // Of a fixed size, whatever the image's: a burst outlasts the receiving thread's turn on a busy machine.
+    const gint socket_buffer =
+        config.socket_buffer_bytes ? static_cast<gint>(config.socket_buffer_bytes) : kLargeSocketBuffer;
+    g_object_set(stream->owned_stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
+                 socket_buffer, "packet-resend",
+                 config.packet_resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
+                 "frame-retention", give_up_us, nullptr);
+  }
+  stream->stream_ = stream->owned_stream_.get();
+  if (!stream->top_up()) return Error{ErrorCode::Exhausted, "camera: no memory for images"};
+  arv_camera_start_acquisition(camera, &error);
+  if (error) return take_error("start the acquisition", error);
+  return stream;
+}
+
+ImageStream::~ImageStream() { stop(); }
+
+// Joins the receiving thread, whose last images come to on_event while it ends.
+void ImageStream::stop() { owned_stream_.reset(); }
+
+bool ImageStream::top_up() {
+  while (given_ < config_.stream_buffers) {
+    MutableBuffer memory = pool_.acquire(kImageHeaderSize + payload_);
+    if (!memory) return false;
+    std::byte* pixels = memory.data() + kImageHeaderSize;
+    auto* kept = new MutableBuffer(std::move(memory));
+    ++given_;
+    arv_stream_push_buffer(stream_, arv_buffer_new_full(payload_, pixels, kept, &delete_memory));
+  }
+  return true;
+}
+
+void ImageStream::on_event(void* self, ArvStreamCallbackType type, ArvBuffer*) {
+  auto& stream = *static_cast<ImageStream*>(self);
+  switch (type) {
+    case ARV_STREAM_CALLBACK_TYPE_INIT:
+      ::pthread_setname_np(::pthread_self(), "camera-receive");
+      if (stream.config_.realtime_priority > 0) arv_make_thread_realtime(stream.config_.realtime_priority);
+      break;
+    // Taken from the output queue here, not by the reader: Aravis queues a buffer before it tells, and the reader could
+    // free it while it is being told about.
+    case ARV_STREAM_CALLBACK_TYPE_BUFFER_DONE:
+      stream.take_finished();
+      break;
+    case ARV_STREAM_CALLBACK_TYPE_START_BUFFER:
+    case ARV_STREAM_CALLBACK_TYPE_EXIT:
+      break;
+  }
+}
+
+void ImageStream::take_finished() {
+  const HostTime now = host_now();
+  const std::uint64_t missing = is_gige_ ? info("n_missing_packets") : 0;
+  while (ArvBuffer* buffer = arv_stream_try_pop_buffer(stream_)) {
+    --given_;
+    std::lock_guard lock(mutex_);
+    finished_.push_back({GRef<ArvBuffer>(buffer), now, missing});
+  }
+  changed_.notify_one();
+}
+
+std::optional<ImageStream::Done> ImageStream::wait(std::chrono::milliseconds wait, std::stop_token stop) {
+  Finished done;
+  {
+    std::unique_lock lock(mutex_);
+    if (!changed_.wait_for(lock, stop, wait, [&] { return !finished_.empty() || is_interrupted_; }) ||
+        finished_.empty())
+      return std::nullopt;
+    done = std::move(finished_.front());
+    finished_.pop_front();
+  }
+  const std::uint64_t missing = done.missing_packets - std::exchange(missing_packets_, done.missing_packets);
+  const ImageHeader header = describe(done.buffer.get(), missing);
+  MutableBuffer memory = std::move(memory_of(done.buffer.get()));
+  done.buffer.reset();
+  encode_image_header(header, std::span<std::byte, kImageHeaderSize>(memory.data(), kImageHeaderSize));
+  const std::uint64_t pixels =
+      header.status == ImageStatus::NoLeader ? payload_ : std::min<std::uint64_t>(header.pixel_bytes(), payload_);
+  memory.resize(kImageHeaderSize + pixels);
+  return Done{done.at, header, std::move(memory).share()};
+}
+
+ImageHeader ImageStream::describe(ArvBuffer* buffer, std::uint64_t missing_packets) const {
+  const ImageStatus status = status_of(buffer);
+  if (status == ImageStatus::NoLeader)
+    return {.status = status, .missing_packets = static_cast<std::uint32_t>(missing_packets)};
+  // Aravis tells the region of whole images only; an incomplete one has the region that the camera was set to.
+  ImageHeader header = expected_;
+  header.status = status;
+  header.frame_id = arv_buffer_get_frame_id(buffer);
+  // Without a tick frequency Aravis puts the wall clock there, which is nobody's counter.
+  if (const guint64 stamp = arv_buffer_get_timestamp(buffer); stamp != arv_buffer_get_system_timestamp(buffer))
+    header.time = DeviceTime<CameraCounter>(nanoseconds(static_cast<std::int64_t>(stamp)));
+  if (status != ImageStatus::Complete) {
+    header.missing_packets = static_cast<std::uint32_t>(missing_packets);
+    return header;
+  }
+  const auto type = arv_buffer_get_payload_type(buffer);
+  if (arv_buffer_get_n_parts(buffer) != 1 ||
+      (type != ARV_BUFFER_PAYLOAD_TYPE_IMAGE && type != ARV_BUFFER_PAYLOAD_TYPE_EXTENDED_CHUNK_DATA)) {
+    header.status = ImageStatus::Broken;
+    return header;
+  }
+  gint x = 0, y = 0, width = 0, height = 0, x_padding = 0, y_padding = 0;
+  arv_buffer_get_image_region(buffer, &x, &y, &width, &height);
+  arv_buffer_get_image_padding(buffer, &x_padding, &y_padding);
+  set_region(header, x, y, width, height, arv_buffer_get_image_pixel_format(buffer));
+  header.stride += static_cast<std::uint32_t>(x_padding);
+  std::size_t received = 0;
+  if (!arv_buffer_get_image_data(buffer, &received) || received < header.pixel_bytes())
+    header.status = ImageStatus::Broken;
+  return header;
+}
+
+void ImageStream::interrupt() {
+  {
+    std::lock_guard lock(mutex_);
+    is_interrupted_ = true;
+  }
+  changed_.notify_all();
+}
+
+std::uint64_t ImageStream::info(const char* name) const { return arv_stream_get_info_uint64_by_name(stream_, name); }
+
+ImageStreamCounts ImageStream::counts() const {
+  const auto of_gige = [&](const char* name) { return is_gige_ ? info(name) : 0; };
+  return {.complete_images = info("n_completed_buffers"),
+          .incomplete_images = info("n_failures"),
+          .missed_images = of_gige("n_missing_frames"),
+          .underruns = info("n_underruns"),
+          .missing_packets = of_gige("n_missing_packets"),
+          .resent_packets = of_gige("n_resent_packets"),
+          .broken_packets = of_gige("n_error_packets") + of_gige("n_size_mismatch_errors")};
+}
+
+}  // namespace hueline::drivers
