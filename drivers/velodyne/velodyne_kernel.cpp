@@ -25,7 +25,8 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
       choice_(config.returns),
       // Step 0 is "no return", whatever the configuration says.
       nearest_(std::max(1u, static_cast<unsigned>(std::ceil(config.min_range_m / table_.range_step_m - 1e-6)))),
-      farthest_(static_cast<unsigned>(std::min(65535.0, std::floor(config.max_range_m / table_.range_step_m + 1e-6)))),
+      span_(static_cast<unsigned>(std::min(65535.0, std::floor(config.max_range_m / table_.range_step_m + 1e-6))) -
+            nearest_),
       range_step_(static_cast<float>(table_.range_step_m)),
       window_begin_(static_cast<float>(config.azimuth_begin)),
       max_step_(static_cast<int>(kMaxRevolutionsPerSecond * kCircle * to_seconds(table_.block_period()))),
@@ -39,20 +40,21 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
     sin_[static_cast<std::size_t>(i)] = static_cast<float>(std::sin(2 * kPi * i / kCircle));
     cos_[static_cast<std::size_t>(i)] = static_cast<float>(std::cos(2 * kPi * i / kCircle));
   }
-  for (int f = 0; f < kVelodyneFiringsPerBlock; ++f) {
-    const int laser = f % table_.lasers;
+  for (int firing = 0; firing < kVelodyneFiringsPerBlock; ++firing) {
+    const auto f = static_cast<std::size_t>(firing);
+    const int laser = firing % table_.lasers;
     const VelodyneLaser& l = table_.laser[static_cast<std::size_t>(laser)];
-    const auto offset = table_.sequence_period * (f / table_.lasers) + table_.firing_period * laser;
+    const auto offset = table_.sequence_period * (firing / table_.lasers) + table_.firing_period * laser;
     std::uint16_t ring = 0;
     for (int other = 0; other < table_.lasers; ++other)
       if (table_.laser[static_cast<std::size_t>(other)].elevation_deg < l.elevation_deg) ++ring;
     const double elevation = l.elevation_deg * kPi / 180;
-    firing_[static_cast<std::size_t>(f)] = {static_cast<float>(std::sin(elevation)),
-                                            static_cast<float>(std::cos(elevation)),
-                                            static_cast<float>(l.vertical_offset_mm * 1e-3),
-                                            static_cast<float>(to_seconds(offset) / to_seconds(table_.block_period())),
-                                            static_cast<std::int32_t>(offset.count()),
-                                            ring};
+    firings_.sin_elevation[f] = static_cast<float>(std::sin(elevation));
+    firings_.cos_elevation[f] = static_cast<float>(std::cos(elevation));
+    firings_.vertical_offset[f] = static_cast<float>(l.vertical_offset_mm * 1e-3);
+    firings_.fraction[f] = static_cast<float>(to_seconds(offset) / to_seconds(table_.block_period()));
+    firings_.offset_ns[f] = static_cast<std::int32_t>(offset.count());
+    firings_.channel[f] = ring;
   }
 }
 
@@ -102,7 +104,7 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
   }
   const float mean_step = number ? static_cast<float>(sum) / static_cast<float>(number) : 0.0f;
 
-  used_ = 0;
+  LaserReturn* out = scratch_.data();
   for (int u = 0; u < units; ++u) {
     const auto i = static_cast<std::size_t>(u);
     if (!unit[i].is_valid) continue;
@@ -113,12 +115,12 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
     fill_directions(unit[i].azimuth, has_step[i] ? static_cast<float>(steps[i]) : mean_step);
     const auto block_ns = static_cast<std::int32_t>(table_.block_period().count() * u);
     if (is_dual)
-      decode_pair(block(2 * u), block(2 * u + 1), block_ns);
+      out = decode_pair(block(2 * u), block(2 * u + 1), block_ns, out);
     else
-      decode_single(block(u), block_ns);
+      out = decode_single(block(u), block_ns, out);
     result.decoded += blocks_per_unit;
   }
-  returns.assign(scratch_.begin(), scratch_.begin() + static_cast<std::ptrdiff_t>(used_));
+  returns.assign(scratch_.data(), out);
   return result;
 }
 
@@ -126,64 +128,71 @@ void VelodyneKernel::fill_directions(int azimuth, float step) {
   const float sin_block = sin_[static_cast<std::size_t>(azimuth)], cos_block = cos_[static_cast<std::size_t>(azimuth)];
   const float block_rad = static_cast<float>(azimuth) * kRadPerCount;
   const float step_rad = step * kRadPerCount;  // at most 0.03 rad: the series below are exact to 4e-8
-  for (std::size_t f = 0; f < firing_.size(); ++f) {
-    const float turn = step_rad * firing_[f].fraction;
+  for (std::size_t f = 0; f < kVelodyneFiringsPerBlock; ++f) {
+    const float turn = step_rad * firings_.fraction[f];
     const float turn2 = turn * turn;
     const float sin_turn = turn - turn * turn2 / 6.0f;
     const float cos_turn = 1.0f - turn2 / 2.0f;
-    directions_.x[f] = firing_[f].cos_elevation * (sin_block * cos_turn + cos_block * sin_turn);
-    directions_.y[f] = firing_[f].cos_elevation * (cos_block * cos_turn - sin_block * sin_turn);
+    directions_.x[f] = firings_.cos_elevation[f] * (sin_block * cos_turn + cos_block * sin_turn);
+    directions_.y[f] = firings_.cos_elevation[f] * (cos_block * cos_turn - sin_block * sin_turn);
     const float sum = block_rad + turn;
     directions_.azimuth[f] = sum >= kTwoPi ? sum - kTwoPi : sum < 0.0f ? sum + kTwoPi : sum;
   }
   if (!has_window_) return;
-  for (std::size_t f = 0; f < firing_.size(); ++f) {
+  for (std::size_t f = 0; f < kVelodyneFiringsPerBlock; ++f) {
     const float past = directions_.azimuth[f] - window_begin_;
     directions_.is_inside[f] = (past < 0.0f ? past + kTwoPi : past) <= window_width_;
   }
 }
 
-bool VelodyneKernel::keeps(int firing, unsigned distance) const {
-  return distance >= nearest_ && distance <= farthest_ &&
-         (!has_window_ || directions_.is_inside[static_cast<std::size_t>(firing)]);
+inline bool VelodyneKernel::keeps(std::size_t firing, unsigned distance) const {
+  return (distance - nearest_ <= span_) & (!has_window_ | directions_.is_inside[firing]);
 }
 
-inline LaserReturn VelodyneKernel::make(int firing, unsigned distance, unsigned reflectivity,
-                                        std::int32_t block_ns) const {
-  const auto f = static_cast<std::size_t>(firing);
-  const Firing& constants = firing_[f];
+/// In place: a return made elsewhere and copied would be read back before its small stores have landed.
+inline void VelodyneKernel::write(LaserReturn& r, std::size_t firing, unsigned distance, unsigned reflectivity,
+                                  std::int32_t block_ns) const {
   const float range = static_cast<float>(distance) * range_step_;
-  LaserReturn r;
-  r.x = range * directions_.x[f];
-  r.y = range * directions_.y[f];
-  r.z = range * constants.sin_elevation + constants.vertical_offset;
+  const float x = range * directions_.x[firing], y = range * directions_.y[firing];
+  const float z = range * firings_.sin_elevation[firing] + firings_.vertical_offset[firing];
+  const float azimuth = directions_.azimuth[firing];
+  const std::int32_t offset_ns = block_ns + firings_.offset_ns[firing];
+  const std::uint16_t channel = firings_.channel[firing];
+  r.x = x;
+  r.y = y;
+  r.z = z;
   r.range_m = range;
-  r.azimuth = directions_.azimuth[f];
-  r.time_offset_ns = block_ns + constants.offset_ns;
-  r.channel = constants.ring;
+  r.azimuth = azimuth;
+  r.time_offset_ns = offset_ns;
+  r.channel = channel;
   r.reflectivity = static_cast<std::uint8_t>(reflectivity);
-  return r;
+  r.return_number = 1;
+  r.return_count = 1;
 }
 
-void VelodyneKernel::decode_single(const std::byte* block, std::int32_t block_ns) {
+LaserReturn* VelodyneKernel::decode_single(const std::byte* block, std::int32_t block_ns, LaserReturn* out) const {
   const std::byte* p = block + 4;
-  for (int f = 0; f < kVelodyneFiringsPerBlock; ++f, p += 3) {
+  for (std::size_t f = 0; f < kVelodyneFiringsPerBlock; ++f, p += 3) {
     const unsigned distance = u16(p);
-    if (keeps(f, distance)) scratch_[used_++] = make(f, distance, static_cast<unsigned>(p[2]), block_ns);
+    // Written in any case: whether a shot came back is as good as random, and a wrong guess costs more than the store.
+    write(*out, f, distance, static_cast<unsigned>(p[2]), block_ns);
+    out += keeps(f, distance);
   }
+  return out;
 }
 
-void VelodyneKernel::decode_pair(const std::byte* last, const std::byte* strongest, std::int32_t block_ns) {
+LaserReturn* VelodyneKernel::decode_pair(const std::byte* last, const std::byte* strongest, std::int32_t block_ns,
+                                         LaserReturn* out) const {
   const std::byte *a = last + 4, *b = strongest + 4;
-  for (int f = 0; f < kVelodyneFiringsPerBlock; ++f, a += 3, b += 3) {
+  for (std::size_t f = 0; f < kVelodyneFiringsPerBlock; ++f, a += 3, b += 3) {
     unsigned near = u16(a), far = u16(b);
     auto near_reflectivity = static_cast<unsigned>(a[2]), far_reflectivity = static_cast<unsigned>(b[2]);
     // One echo is reported in both blocks, or in one of them alone.
     if (near == far || near == 0 || far == 0) {
       const bool uses_a = near != 0;
       const unsigned distance = uses_a ? near : far;
-      if (keeps(f, distance))
-        scratch_[used_++] = make(f, distance, uses_a ? near_reflectivity : far_reflectivity, block_ns);
+      write(*out, f, distance, uses_a ? near_reflectivity : far_reflectivity, block_ns);
+      out += keeps(f, distance);
       continue;
     }
     // The even block holds the last, the odd one the strongest, or the second strongest if the strongest is the last.
@@ -198,14 +207,17 @@ void VelodyneKernel::decode_pair(const std::byte* last, const std::byte* stronge
                                                                      : last_is_far);
     const bool wants_far = choice_ == ReturnChoice::All || !wants_near;
     if (wants_near && keeps(f, near)) {
-      LaserReturn& r = scratch_[used_++] = make(f, near, near_reflectivity, block_ns);
-      r.return_count = 2;
+      write(*out, f, near, near_reflectivity, block_ns);
+      out->return_count = 2;
+      ++out;
     }
     if (wants_far && keeps(f, far)) {
-      LaserReturn& r = scratch_[used_++] = make(f, far, far_reflectivity, block_ns);
-      r.return_number = r.return_count = 2;
+      write(*out, f, far, far_reflectivity, block_ns);
+      out->return_number = out->return_count = 2;
+      ++out;
     }
   }
+  return out;
 }
 
 }  // namespace hueline::drivers

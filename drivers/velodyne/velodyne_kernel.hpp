@@ -33,12 +33,14 @@ class VelodyneKernel {
     int azimuth = 0;  ///< 0.01 deg
     bool is_valid = false;
   };
-  struct Firing {
-    float sin_elevation, cos_elevation, vertical_offset;
-    float fraction;  ///< of the block's duration
-    std::int32_t offset_ns;
-    std::uint16_t ring;
+  /// What never changes, by place in the block; one array a quantity, so that loops over them vectorise.
+  struct Firings {
+    std::array<float, kVelodyneFiringsPerBlock> sin_elevation, cos_elevation, vertical_offset;
+    std::array<float, kVelodyneFiringsPerBlock> fraction;  ///< of the block's duration
+    std::array<std::int32_t, kVelodyneFiringsPerBlock> offset_ns;
+    std::array<std::uint16_t, kVelodyneFiringsPerBlock> channel;
   };
+  /// What one azimuth gives, by place in the block.
   struct Directions {
     std::array<float, kVelodyneFiringsPerBlock> azimuth, x, y;
     std::array<bool, kVelodyneFiringsPerBlock> is_inside;
@@ -47,23 +49,23 @@ class VelodyneKernel {
   int step(int from, int to) const;
   bool is_plausible(int step) const;
   void fill_directions(int azimuth, float step);
-  LaserReturn make(int firing, unsigned distance, unsigned reflectivity, std::int32_t block_ns) const;
-  void decode_single(const std::byte* block, std::int32_t block_ns);
-  void decode_pair(const std::byte* last, const std::byte* strongest, std::int32_t block_ns);
-  bool keeps(int firing, unsigned distance) const;
+  void write(LaserReturn& r, std::size_t firing, unsigned distance, unsigned reflectivity, std::int32_t block_ns) const;
+  LaserReturn* decode_single(const std::byte* block, std::int32_t block_ns, LaserReturn* out) const;
+  LaserReturn* decode_pair(const std::byte* last, const std::byte* strongest, std::int32_t block_ns, LaserReturn* out) const;
+  bool keeps(std::size_t firing, unsigned distance) const;
 
   const VelodyneTable& table_;
   ReturnChoice choice_;
-  unsigned nearest_, farthest_;  ///< range steps
+  unsigned nearest_, span_;  ///< range steps: kept from nearest_ to nearest_ + span_
   float range_step_;
   bool has_window_;
   float window_begin_, window_width_;
   int max_step_;
-  std::array<Firing, kVelodyneFiringsPerBlock> firing_;
+  Firings firings_{};
   std::vector<float> sin_, cos_;  ///< by 0.01 deg
-  Directions directions_;
-  std::array<LaserReturn, kVelodyneBlocks * kVelodyneFiringsPerBlock> scratch_;
-  std::size_t used_ = 0;
+  Directions directions_{};
+  /// One more than a packet can hold: a return is written before it is known whether it is kept.
+  std::array<LaserReturn, kVelodyneBlocks * kVelodyneFiringsPerBlock + 1> scratch_;
 };
 
 }  // namespace hueline::drivers
