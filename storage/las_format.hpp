@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "core/calendar.hpp"
+#include "core/result.hpp"
+#include "storage/byte_order.hpp"
+
+/// The LAS file (ASPRS LAS 1.4 R15): public header, variable length records, point records.
+namespace hueline::storage {
+
+/// GPS time minus this is "adjusted standard GPS time".
+constexpr std::int64_t kAdjustedGpsSeconds = 1'000'000'000;
+constexpr std::size_t kLasHeaderSize14 = 375;
+constexpr std::size_t kLasVlrHead = 54;
+constexpr std::uint16_t kLasAdjustedTime = 1 << 0, kLasWkt = 1 << 4;  // global encoding
+
+/// A variable length record.
+struct LasVlr {
+  std::string user_id;
+  std::uint16_t record_id = 0;
+  std::string description;
+  std::string data;
+};
+
+/// The public header, in the units of the file.
+struct LasHeader {
+  int version_minor = 4;
+  std::uint16_t global_encoding = 0;
+  std::string system_identifier, generating_software;
+  int creation_year = 0, creation_day = 0;
+  std::uint32_t header_size = 0, point_offset = 0, vlr_count = 0;
+  std::uint8_t point_format = 0;
+  std::uint16_t point_size = 0;
+  std::array<double, 3> scale{1, 1, 1}, offset{}, minimum{}, maximum{};
+  std::uint64_t point_count = 0;
+  std::array<std::uint64_t, 15> points_by_return{};
+};
+
+/// The 375 bytes of version 1.4; the counts of the older versions are 0, as point formats 6 and above ask.
+Bytes encode_las_header(const LasHeader& header);
+/// Versions 1.0 to 1.4. Malformed: no LAS header. Unsupported: another version.
+Result<LasHeader> decode_las_header(ByteView bytes);
+
+void append_vlr(Bytes& out, const LasVlr& vlr);
+
+enum class LasType : std::uint8_t { U8 = 1, I8, U16, I16, U32, I32, U64, I64, F32, F64 };
+std::size_t size_of(LasType type);
+
+/// One field of the Extra Bytes record (LASF_Spec, 4).
+struct LasExtraField {
+  std::string name, description;
+  LasType type = LasType::U8;
+  std::size_t offset = 0;  ///< in the point record
+  bool has_scale = false;
+  double scale = 1, shift = 0;  ///< value = stored * scale + shift where has_scale
+};
+/// The record's data; offsets are not part of it.
+std::string encode_extra_fields(const std::vector<LasExtraField>& fields);
+/// Fields of types that we do not know (arrays, "undocumented bytes") only move the offset on.
+std::vector<LasExtraField> decode_extra_fields(ByteView data, std::size_t first_offset);
+
+/// Bytes of a point format (0 to 10) without extra bytes; 0 if there is no such format.
+std::size_t las_point_size(int format);
+
+/// Adjusted standard GPS time in s.
+double to_las_time(GpsTime time);
+GpsTime from_las_time(double adjusted_seconds);
+
+}  // namespace hueline::storage

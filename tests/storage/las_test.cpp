@@ -1,0 +1,275 @@
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "storage/las_reader.hpp"
+#include "storage/las_writer.hpp"
+#include "tests/storage/sample_cloud.hpp"
+#include "tests/storage/temporary_folder.hpp"
+
+namespace hueline::storage {
+namespace {
+
+using test::sample_cloud;
+using test::sample_origin;
+using test::TemporaryFolder;
+
+LasWriter::Config sample_config() {
+  LasWriter::Config config;
+  config.created = {2026, 3, 1, 12, 0, 0, 0};
+  return config;
+}
+
+void write_cloud(const std::filesystem::path& path, const std::vector<CloudBlock>& blocks,
+                 LasWriter::Config config = sample_config()) {
+  auto writer = LasWriter::create(path, sample_origin(), config);
+  ASSERT_TRUE(writer) << writer.error().message;
+  for (const CloudBlock& block : blocks) ASSERT_TRUE(writer->append(block));
+  ASSERT_TRUE(writer->close());
+}
+
+TEST(Las, GivesBackEveryPoint) {
+  const TemporaryFolder folder;
+  const CloudBlock cloud = sample_cloud(40'000);
+  write_cloud(folder / "cloud.las", {cloud});
+  auto reader = LasReader::open(folder / "cloud.las");
+  ASSERT_TRUE(reader) << reader.error().message;
+  EXPECT_EQ(reader->header().point_count, 40'000u);
+  EXPECT_EQ(reader->header().creation_day, 60);
+  EXPECT_EQ(reader->header().creation_year, 2026);
+  EXPECT_EQ(reader->header().points_by_return[0] + reader->header().points_by_return[1], 40'000u);
+  EXPECT_NE(reader->wkt().find("UTM zone 32N"), std::string::npos);
+  auto projection = Projection::create(sample_origin());
+  const auto field = [&](const char* name) {
+    const LasExtraField* f = reader->extra_field(name);
+    EXPECT_NE(f, nullptr) << name;
+    return f;
+  };
+  const auto *exposure = field("exposure"), *lens = field("lens"), *quality = field("quality"),
+             *state = field("colour_state"), *channel = field("channel"), *sigma = field("sigma"),
+             *u = field("image_u"), *v = field("image_v");
+  std::size_t i = 0;
+  std::array<double, 3> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  for (std::vector<LasPoint> points; reader->next(points, 999) && !points.empty();)
+    for (const LasPoint& p : points) {
+      const ColouredPoint& q = cloud.points[i++];
+      const Eigen::Vector3d exact = projection->project_exactly(q.east, q.north, q.up);
+      ASSERT_NEAR(p.x, exact.x(), 0.00051);
+      ASSERT_NEAR(p.y, exact.y(), 0.00051);
+      ASSERT_NEAR(p.z, exact.z(), 0.00051);
+      const double xyz[] = {p.x, p.y, p.z};
+      for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], xyz[k]), high[k] = std::max(high[k], xyz[k]);
+      ASSERT_NEAR(to_seconds(*reader->gps_time(p) - q.time), 0, 1e-7);
+      ASSERT_EQ(p.red, q.red * 257);
+      ASSERT_EQ(p.green, q.green * 257);
+      ASSERT_EQ(p.blue, q.blue * 257);
+      ASSERT_EQ(p.intensity, q.reflectivity * 257);
+      ASSERT_EQ(p.return_number, q.return_number);
+      ASSERT_EQ(p.return_count, q.return_count);
+      ASSERT_EQ(p.source, q.sensor);
+      ASSERT_EQ(LasReader::extra(p, *exposure), q.exposure);
+      ASSERT_EQ(LasReader::extra(p, *lens), q.lens);
+      ASSERT_EQ(LasReader::extra(p, *quality), q.quality);
+      ASSERT_EQ(LasReader::extra(p, *state), static_cast<int>(q.state));
+      ASSERT_EQ(LasReader::extra(p, *channel), q.channel);
+      ASSERT_EQ(LasReader::extra(p, *sigma), q.sigma_m);
+      ASSERT_EQ(LasReader::extra(p, *u), q.u);
+      ASSERT_EQ(LasReader::extra(p, *v), q.v);
+    }
+  EXPECT_EQ(i, cloud.points.size());
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(reader->header().minimum[k], low[k], 1e-9);
+    EXPECT_NEAR(reader->header().maximum[k], high[k], 1e-9);
+  }
+}
+
+TEST(Las, BytesDoNotDependOnTheBlocksOrTheHeaderUpdates) {
+  const TemporaryFolder folder;
+  write_cloud(folder / "a.las", {sample_cloud(5000)});
+  auto config = sample_config();
+  config.header_every = 100;
+  write_cloud(folder / "b.las", {sample_cloud(1000), sample_cloud(0), sample_cloud(3999, 1000), sample_cloud(1, 4999)},
+              config);
+  EXPECT_EQ(test::contents(folder / "a.las"), test::contents(folder / "b.las"));
+}
+
+TEST(Las, TimeIsAdjustedStandardGpsTime) {
+  // 2011-09-14T01:46:25 UTC is GPS second 1 000 000 000 (15 leap seconds then): adjusted time 0.
+  EXPECT_EQ(to_las_time(*from_utc({2011, 9, 14, 1, 46, 25, 0})), 0.0);
+  EXPECT_EQ(from_las_time(-0.25), gps_time_ns(999'999'999'750'000'000ll));
+}
+
+TEST(Las, CountsPointsThatHaveNoPlace) {
+  const TemporaryFolder folder;
+  CloudBlock cloud = sample_cloud(10);
+  cloud.points[3].east = NAN;
+  cloud.points[7].up = 1e7;
+  auto writer = LasWriter::create(folder / "cloud.las", sample_origin(), sample_config());
+  ASSERT_TRUE(writer->append(cloud));
+  ASSERT_TRUE(writer->close());
+  EXPECT_EQ(writer->counts().written, 8u);
+  EXPECT_EQ(writer->counts().refused, 2u);
+  EXPECT_EQ(writer->append({{}, {}}).error().code, ErrorCode::Invalid) << "another origin";
+}
+
+TEST(Las, AnEmptyCloudIsAFileToo) {
+  const TemporaryFolder folder;
+  write_cloud(folder / "cloud.las", {});
+  auto reader = LasReader::open(folder / "cloud.las");
+  ASSERT_TRUE(reader);
+  std::vector<LasPoint> points;
+  EXPECT_TRUE(reader->next(points));
+  EXPECT_TRUE(points.empty());
+}
+
+TEST(Las, AKilledWriterLeavesAFileThatReadsToItsLastHeader) {
+  const TemporaryFolder folder;
+  const auto path = folder / "cloud.las";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    auto config = sample_config();
+    config.header_every = 20'000;
+    auto writer = LasWriter::create(path, sample_origin(), config);
+    for (std::size_t i = 0; i < 9; ++i)
+      if (!writer->append(sample_cloud(5'000, i * 5'000))) ::_exit(1);
+    ::_exit(0);
+  }
+  int result = 0;
+  ::waitpid(child, &result, 0);
+  ASSERT_EQ(result, 0);
+  auto reader = LasReader::open(path);
+  ASSERT_TRUE(reader) << reader.error().message;
+  EXPECT_EQ(reader->header().point_count, 40'000u);
+  std::vector<LasPoint> points;
+  std::size_t read = 0;
+  while (reader->next(points) && !points.empty()) read += points.size();
+  EXPECT_EQ(read, 40'000u);
+}
+
+TEST(Las, WhatWasWrittenBeforeARefusedWriteReads) {
+  const TemporaryFolder folder;
+  const auto path = folder / "cloud.las";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{2'000'000, 2'000'000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    auto writer = LasWriter::create(path, sample_origin(), sample_config());
+    const Status appended = writer->append(sample_cloud(60'000));
+    if (appended || appended.error().code != ErrorCode::Io) ::_exit(1);
+    const Status closed = writer->close();
+    if (closed || closed.error().message != appended.error().message) ::_exit(2);
+    if (writer->counts().written == 0 || writer->counts().lost == 0) ::_exit(3);
+    if (writer->header().point_count != writer->counts().written) ::_exit(4);
+    ::_exit(0);
+  }
+  int result = 0;
+  ::waitpid(child, &result, 0);
+  ASSERT_EQ(result, 0);
+  auto reader = LasReader::open(path);
+  ASSERT_TRUE(reader) << reader.error().message;
+  EXPECT_EQ(std::filesystem::file_size(path),
+            reader->header().point_offset + reader->header().point_count * reader->header().point_size);
+  EXPECT_GT(reader->header().point_count, 10'000u);
+}
+
+TEST(LasWriter, SaysWhatIsWrong) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(LasWriter::create("/nonexistent/cloud.las", sample_origin(), sample_config()).error().code, ErrorCode::Io);
+  auto config = sample_config();
+  config.epsg = 4326;
+  EXPECT_EQ(LasWriter::create(folder / "cloud.las", sample_origin(), config).error().code, ErrorCode::Invalid);
+  EXPECT_FALSE(std::filesystem::exists(folder / "cloud.las"));
+  config = sample_config();
+  config.header_every = 0;
+  EXPECT_NE(config.validate().find("header_every"), std::string::npos);
+}
+
+TEST(LasReader, TellsACutFileAfterItsWholePoints) {
+  const TemporaryFolder folder;
+  const auto path = folder / "cloud.las";
+  write_cloud(path, {sample_cloud(100)});
+  const auto size = std::filesystem::file_size(path);
+  auto reader = LasReader::open(path);
+  const std::size_t point_size = reader->header().point_size;
+  for (std::size_t cut = 1; cut <= size; ++cut) {
+    std::filesystem::resize_file(path, size - cut);
+    auto cut_reader = LasReader::open(path);
+    if (!cut_reader) {
+      ASSERT_LT(size - cut, reader->header().point_offset) << cut_reader.error().message;
+      continue;
+    }
+    std::vector<LasPoint> points;
+    ASSERT_TRUE(cut_reader->next(points) || size - cut < reader->header().point_offset + point_size);
+    ASSERT_EQ(points.size(), (size - cut - reader->header().point_offset) / point_size);
+    const Status end = cut_reader->next(points);
+    ASSERT_FALSE(end);
+    ASSERT_EQ(end.error().code, ErrorCode::Truncated);
+  }
+}
+
+/// Files of other versions, by hand from the ASPRS tables.
+TEST(LasReader, ReadsOlderVersionsAndFormats) {
+  const TemporaryFolder folder;
+  for (int format = 0; format <= 5; ++format) {
+    Bytes file(227);
+    std::memcpy(file.data(), "LASF", 4);
+    const std::span<std::byte> f(file);
+    put<std::uint8_t>(f, 24, 1), put<std::uint8_t>(f, 25, 2);
+    put<std::uint16_t>(f, 94, 227);
+    put<std::uint32_t>(f, 96, 227);
+    put(f, 104, static_cast<std::uint8_t>(format));
+    const std::uint16_t sizes[] = {20, 28, 26, 34, 57, 63};
+    put(f, 105, sizes[format]);
+    put<std::uint32_t>(f, 107, 1), put<std::uint32_t>(f, 111, 1);
+    for (std::size_t k = 0; k < 3; ++k) put(f, 131 + 8 * k, 0.01), put(f, 155 + 8 * k, 1000.0 * static_cast<double>(k));
+    Bytes point(sizes[format]);
+    const std::span<std::byte> p(point);
+    put<std::int32_t>(p, 0, -150), put<std::int32_t>(p, 4, 200), put<std::int32_t>(p, 8, 1);
+    put<std::uint16_t>(p, 12, 777);
+    put<std::uint8_t>(p, 14, 2 | 3 << 3 | 1 << 6);
+    put<std::uint8_t>(p, 15, 0xA0 | 9);  // water, with flags
+    put<std::int8_t>(p, 16, -12);
+    put<std::uint16_t>(p, 18, 42);
+    const std::size_t time[] = {0, 20, 0, 20, 20, 20}, colour[] = {0, 0, 20, 28, 0, 28};
+    if (time[format]) put(p, time[format], 345678.5);
+    if (colour[format]) put<std::uint16_t>(p, colour[format] + 2, 0xABCD);
+    append(file, ByteView(point));
+    test::write_file(folder / "old.las", {reinterpret_cast<const char*>(file.data()), file.size()});
+    auto reader = LasReader::open(folder / "old.las");
+    ASSERT_TRUE(reader) << reader.error().message;
+    std::vector<LasPoint> points;
+    ASSERT_TRUE(reader->next(points));
+    ASSERT_EQ(points.size(), 1u);
+    EXPECT_EQ(points[0].x, -1.5);
+    EXPECT_EQ(points[0].y, 1002.0);
+    EXPECT_EQ(points[0].intensity, 777);
+    EXPECT_EQ(points[0].return_number, 2);
+    EXPECT_EQ(points[0].return_count, 3);
+    EXPECT_EQ(points[0].classification, 9);
+    EXPECT_EQ(points[0].scan_angle_deg, -12);
+    EXPECT_EQ(points[0].source, 42);
+    EXPECT_EQ(points[0].time.has_value(), time[format] != 0);
+    EXPECT_FALSE(reader->gps_time(points[0])) << "time of week has no week";
+    EXPECT_EQ(points[0].green, colour[format] ? 0xABCD : 0);
+  }
+}
+
+TEST(LasReader, RefusesWhatItCannotRead) {
+  const TemporaryFolder folder;
+  test::write_file(folder / "text.las", "~Version ---- a well log, which is another kind of LAS");
+  EXPECT_EQ(LasReader::open(folder / "text.las").error().code, ErrorCode::Malformed);
+  write_cloud(folder / "cloud.las", {sample_cloud(3)});
+  std::string bytes = test::contents(folder / "cloud.las");
+  bytes[104] = static_cast<char>(7 | 0x80);
+  test::write_file(folder / "laz.las", bytes);
+  const auto laz = LasReader::open(folder / "laz.las");
+  EXPECT_EQ(laz.error().code, ErrorCode::Unsupported);
+  EXPECT_NE(laz.error().message.find("LAZ"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hueline::storage

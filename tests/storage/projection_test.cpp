@@ -1,0 +1,126 @@
+#include "storage/projection.hpp"
+
+#include <gtest/gtest.h>
+#include <proj.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <random>
+
+namespace hueline::storage {
+namespace {
+
+constexpr double kRad = std::numbers::pi / 180;
+
+struct Place {
+  const char* name;
+  double latitude, longitude, height;
+  int epsg, expected_epsg;
+};
+const Place kPlaces[] = {
+    {"Munich", 48.137, 11.575, 560, 0, 32632},        {"Bergen", 60.39, 5.32, 40, 0, 32632},
+    {"Sydney", -33.86, 151.21, 30, 0, 32756},         {"Wuhan", 30.53, 114.36, 25, 4547, 4547},
+    {"Berlin", 52.52, 13.40, 35, 25833, 25833},       {"Paris Lambert", 48.85, 2.35, 35, 2154, 2154},
+    {"Zuerich Swiss", 47.37, 8.54, 450, 2056, 2056},  {"London OSGB", 51.5, -0.12, 20, 27700, 27700},
+    {"Quito", -0.18, -78.47, 2850, 0, 32717},         {"Web Mercator", 40.4, -3.7, 650, 3857, 3857},
+    {"Fiji at the edge", -17.0, 179.999, 5, 0, 32760}};
+
+TEST(Projection, IsWithinATenthOfAMillimetreOfProj) {
+  std::mt19937_64 random(7);
+  for (const Place& place : kPlaces) {
+    auto projection = Projection::create({place.latitude * kRad, place.longitude * kRad, place.height}, place.epsg);
+    ASSERT_TRUE(projection) << place.name << ": " << projection.error().message;
+    EXPECT_EQ(projection->epsg(), place.expected_epsg) << place.name;
+    double worst = 0;
+    for (const double reach : {50.0, 2'000.0, 40'000.0}) {
+      std::uniform_real_distribution<double> along(-reach, reach), up(-60, 250);
+      for (int i = 0; i < 300; ++i) {
+        const double e = along(random), n = along(random), u = up(random);
+        worst = std::max(worst, (projection->project(e, n, u) - projection->project_exactly(e, n, u)).norm());
+      }
+    }
+    EXPECT_LT(worst, 1e-4) << place.name;
+    std::printf("%-18s EPSG:%-6d worst %.2e m\n", place.name, projection->epsg(), worst);
+  }
+}
+
+TEST(Projection, FindsAKnownPoint) {
+  // The peg of UTM: on the central meridian of zone 32 (9 E) at the equator easting is 500 000 m, northing 0.
+  auto peg = Projection::create({0.0, 9 * kRad, 0}, 32632);
+  ASSERT_TRUE(peg) << peg.error().message;
+  EXPECT_LT((peg->project(0, 0, 0) - Eigen::Vector3d(500'000, 0, 0)).norm(), 1e-6);
+  // 1 km east there is 0.9996 km on the map (k0), up to the curvature over that distance; height is the ellipsoid's.
+  const Eigen::Vector3d p = peg->project(1000, 0, 0);
+  EXPECT_NEAR(p.x(), 500'999.6, 1e-3);
+  EXPECT_NEAR(p.z(), 1000.0 * 1000.0 / (2 * 6'378'137.0), 1e-4);
+}
+
+TEST(Projection, DoesNotDependOnWhatWasAskedBefore) {
+  const Geodetic origin{48 * kRad, 11 * kRad, 500};
+  auto once = Projection::create(origin), often = Projection::create(origin);
+  for (int i = 0; i < 100; ++i) (void)often->project(i * 97.0, i * -31.0, i % 7);
+  EXPECT_EQ(once->project(1234.5, -678.9, 10.1), often->project(1234.5, -678.9, 10.1));
+}
+
+TEST(Projection, IsContinuousWhereCubesMeet) {
+  auto projection = Projection::create({48 * kRad, 11 * kRad, 500});
+  for (const double edge : {-512.0, 0.0, 256.0, 5120.0}) {
+    const Eigen::Vector3d below = projection->project(edge - 1e-7, 10, 1),
+                          above = projection->project(edge + 1e-7, 10, 1);
+    EXPECT_LT((below - above).norm(), 1e-5) << edge;
+  }
+}
+
+TEST(Projection, RefusesAWrongCodeWithItsReason) {
+  const Geodetic munich{48.137 * kRad, 11.575 * kRad, 560};
+  const std::pair<int, const char*> wrong[] = {{99999, "not known"},
+                                               {4326, "not a projected CRS"},
+                                               {2263, "only metres"},
+                                               {32756, "the drive is at"},
+                                               {7405, "heights of its own"}};
+  for (const auto& [epsg, reason] : wrong) {
+    const auto projection = Projection::create(munich, epsg);
+    ASSERT_FALSE(projection) << epsg;
+    EXPECT_EQ(projection.error().code, ErrorCode::Invalid);
+    EXPECT_NE(projection.error().message.find(reason), std::string::npos) << projection.error().message;
+    EXPECT_NE(projection.error().message.find(std::to_string(epsg)), std::string::npos) << projection.error().message;
+  }
+  EXPECT_FALSE(Projection::create({NAN, 0, 0}));
+}
+
+TEST(Projection, GivesNoPlaceForNoNumber) {
+  auto projection = Projection::create({48 * kRad, 11 * kRad, 500});
+  for (const double bad : {double(NAN), double(INFINITY), 1e9})
+    EXPECT_FALSE(projection->project(bad, 0, 0).allFinite());
+}
+
+TEST(Projection, WritesWktThatProjReadsAsTheSameCrsWithEllipsoidalHeight) {
+  auto projection = Projection::create({48.137 * kRad, 11.575 * kRad, 560});
+  PJ* crs = proj_create(nullptr, projection->wkt().c_str());
+  ASSERT_NE(crs, nullptr) << projection->wkt();
+  // PROJ takes the pair as one CRS with three axes, or as a compound: either way positions must come out the same.
+  PJ* from = proj_create(nullptr, "EPSG:4979");
+  PJ* stated = proj_create_crs_to_crs_from_pj(nullptr, from, crs, nullptr, nullptr);
+  ASSERT_NE(stated, nullptr);
+  PJ* to_map = proj_normalize_for_visualization(nullptr, stated);
+  const PJ_COORD out = proj_trans(to_map, PJ_FWD, proj_coord(11.575, 48.137, 560, HUGE_VAL));
+  const Eigen::Vector3d ours = projection->project(0, 0, 0);
+  EXPECT_NEAR(out.xyz.x, ours.x(), 1e-4);
+  EXPECT_NEAR(out.xyz.y, ours.y(), 1e-4);
+  EXPECT_NEAR(out.xyz.z, ours.z(), 1e-4);
+  for (PJ* p : {crs, from, stated, to_map}) proj_destroy(p);
+}
+
+TEST(UtmEpsg, KnowsTheExceptions) {
+  const auto at = [](double lat, double lon) { return utm_epsg({lat * kRad, lon * kRad, 0}); };
+  EXPECT_EQ(at(51, 0.5), 32631);
+  EXPECT_EQ(at(-1, -179.9), 32701);
+  EXPECT_EQ(at(60, 4), 32632);
+  EXPECT_EQ(at(78, 15), 32633);
+  EXPECT_EQ(at(78, 8), 32631);
+  EXPECT_EQ(at(10, 180), 32601);
+}
+
+}  // namespace
+}  // namespace hueline::storage
