@@ -25,7 +25,9 @@ struct VelodyneBlock {
   unsigned flag = 0xEEFF;
 };
 
-inline Bytes velodyne_data(const std::array<VelodyneBlock, 12>& blocks, std::uint32_t stamp_us, unsigned mode,
+using VelodyneBlocksOfPacket = std::array<VelodyneBlock, 12>;
+
+inline Bytes velodyne_data(const VelodyneBlocksOfPacket& blocks, std::uint32_t stamp_us, unsigned mode,
                            unsigned product) {
   ByteWriter out(false);
   for (const VelodyneBlock& block : blocks) {
@@ -75,6 +77,26 @@ std::vector<T> only(const std::vector<Measurement>& measurements) {
   for (const Measurement& m : measurements)
     if (const T* value = std::get_if<T>(&m)) found.push_back(*value);
   return found;
+}
+
+/// Every shot of a packet at 10 m and reflectivity 100, azimuth rising by `step` a block (or pair).
+inline VelodyneBlocksOfPacket turning(unsigned first, unsigned step, bool is_dual = false) {
+  VelodyneBlocksOfPacket blocks;
+  for (unsigned b = 0; b < 12; ++b) {
+    blocks[b].azimuth = (first + step * (is_dual ? b / 2 : b)) % 36000;
+    blocks[b].shots.fill({5000, 100});
+  }
+  return blocks;
+}
+
+struct Decoded {
+  std::vector<LaserBatch> batches;
+  std::vector<Fault> faults;
+};
+inline Decoded decode(drivers::VelodyneDecoder& decoder, std::span<const std::byte> bytes, std::int64_t received_ns = 0) {
+  std::vector<Measurement> out;
+  decoder.decode(packet_of(bytes, received_ns), out);
+  return {only<LaserBatch>(out), only<Fault>(out)};
 }
 
 }  // namespace hueline::test

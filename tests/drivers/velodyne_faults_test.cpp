@@ -1,0 +1,122 @@
+// What a VelodyneDecoder says of packets that are lost, late, broken or somebody else's.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/drivers/velodyne_packets.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+using test::decode;
+using test::Decoded;
+using test::turning;
+using test::velodyne_data;
+using Blocks = test::VelodyneBlocksOfPacket;
+
+constexpr double kDeg = 3.14159265358979323846 / 180;
+
+TEST(VelodyneFaults, ALostPacketIsCountedAndLeavesItsNeighboursAlone) {
+  // The same packet decoded with and without the packets around it.
+  VelodyneDecoder alone(5, {}), gap(5, {});
+  const auto first = velodyne_data(turning(1000, 40), 10'000, 0x37, 0x22);
+  const auto fourth = velodyne_data(turning(1000 + 3 * 480, 40), 10'000 + 3 * 1327, 0x37, 0x22);
+  const Decoded expected = decode(alone, fourth, 4'000'000);
+  EXPECT_TRUE(decode(gap, first).faults.empty());
+  const Decoded found = decode(gap, fourth, 4'000'000);
+  ASSERT_EQ(found.faults.size(), 1u);
+  EXPECT_EQ(found.faults[0].kind, FaultKind::Lost);
+  EXPECT_EQ(found.faults[0].count, 2u);
+  ASSERT_EQ(found.batches.at(0).returns.size(), expected.batches.at(0).returns.size());
+  for (std::size_t i = 0; i < 384; ++i)
+    EXPECT_EQ(found.batches[0].returns[i].azimuth, expected.batches[0].returns[i].azimuth);
+}
+
+TEST(VelodyneFaults, GapsAreSeenThroughTheHourAndAcrossLongOutages) {
+  VelodyneDecoder decoder(5, {});
+  const auto at = [&](std::uint32_t stamp_us, double received_s) {
+    return decode(decoder, velodyne_data(turning(0, 40), stamp_us, 0x37, 0x22), std::llround(received_s * 1e9)).faults;
+  };
+  EXPECT_TRUE(at(3'599'999'500, 0).empty());
+  EXPECT_TRUE(at(827, 0.0013).empty());                  // the hour turned
+  const auto lost = at(2'000'827, 7202.0);               // two hours and two seconds
+  ASSERT_EQ(lost.size(), 1u);
+  EXPECT_EQ(lost[0].kind, FaultKind::Lost);
+  EXPECT_NEAR(static_cast<double>(lost[0].count), 7202.0 / 0.001327104, 3);
+  const auto stepped = at(1'800'000'000, 7202.1);        // half an hour in 0.1 s: the clock was set
+  ASSERT_EQ(stepped.size(), 1u);
+  EXPECT_EQ(stepped[0].kind, FaultKind::ClockStep);
+  EXPECT_TRUE(at(1'800'001'327, 7202.1013).empty());
+  const auto late = at(1'799'998'673, 7202.1014);
+  ASSERT_EQ(late.size(), 1u);
+  EXPECT_EQ(late[0].kind, FaultKind::Late);
+  EXPECT_TRUE(at(1'800'002'654, 7202.1027).empty());     // measured from the newest, not from the late one
+}
+
+TEST(VelodyneFaults, BrokenBlocksAreLeftOutAndCounted) {
+  Blocks blocks = turning(1000, 40);
+  blocks[4].flag = 0xDDFF;
+  blocks[7].azimuth = 36000;
+  VelodyneDecoder decoder(5, {});
+  const Decoded d = decode(decoder, velodyne_data(blocks, 0, 0x37, 0x22));
+  ASSERT_EQ(d.faults.size(), 1u);
+  EXPECT_EQ(d.faults[0].kind, FaultKind::Malformed);
+  ASSERT_EQ(d.batches.size(), 1u);
+  EXPECT_EQ(d.batches[0].returns.size(), 320u);
+  // The block before a broken one goes on at the packet's rate.
+  for (const LaserReturn& r : d.batches[0].returns)
+    EXPECT_NEAR(r.azimuth, (10 + 0.4 * r.time_offset_ns / 110592.0) * kDeg, 1e-6);
+  EXPECT_EQ(decoder.counts().malformed_bytes, 200u);
+  EXPECT_EQ(decoder.counts().decoded_bytes, 1006u);
+}
+
+TEST(VelodyneFaults, BlocksBehindAnAzimuthJumpHaveNoTimeAndAreLost) {
+  Blocks blocks = turning(1000, 40);
+  for (std::size_t b = 9; b < 12; ++b) blocks[b].azimuth += 9000;
+  VelodyneDecoder decoder(5, {});
+  const Decoded d = decode(decoder, velodyne_data(blocks, 0, 0x37, 0x22));
+  ASSERT_EQ(d.faults.size(), 1u);
+  EXPECT_EQ(d.faults[0].kind, FaultKind::Lost);
+  EXPECT_EQ(d.faults[0].count, 3u);
+  EXPECT_EQ(d.batches.at(0).returns.size(), 9u * 32);
+}
+
+TEST(VelodyneFaults, WrongBytesAreCountedAndSaidOnceASecond) {
+  VelodyneDecoder decoder(5, {});
+  std::vector<Fault> faults;
+  std::uint64_t bytes = 0;
+  const auto feed = [&](const test::Bytes& packet, std::int64_t received_ns) {
+    bytes += packet.size();
+    const Decoded d = decode(decoder, packet, received_ns);
+    EXPECT_TRUE(d.batches.empty());
+    faults.insert(faults.end(), d.faults.begin(), d.faults.end());
+  };
+  for (int i = 0; i < 100; ++i) feed(test::Bytes(1205), i);
+  feed({}, 100);
+  feed(velodyne_data(turning(0, 40), 0, 0x36, 0x22), 101);
+  feed(velodyne_data(turning(0, 40), 3'600'000'000u, 0x37, 0x22), 102);
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].kind, FaultKind::Malformed);
+  feed(test::Bytes(3), 1'000'000'001);
+  ASSERT_EQ(faults.size(), 2u);
+  EXPECT_EQ(faults[1].count, 102u);
+  const Decoded good = decode(decoder, velodyne_data(turning(0, 40), 0, 0x37, 0x22), 2'000'000'001);
+  faults.insert(faults.end(), good.faults.begin(), good.faults.end());
+  std::uint64_t said = 0;
+  for (const Fault& fault : faults) said += fault.count;
+  EXPECT_EQ(said, 104u);
+  EXPECT_EQ(decoder.counts().malformed_messages, 104u);
+  EXPECT_EQ(decoder.counts().malformed_bytes, bytes);
+}
+
+TEST(VelodyneFaults, AnotherModelIsNamed) {
+  VelodyneDecoder decoder(5, {});
+  const Decoded d = decode(decoder, velodyne_data(turning(0, 16), 0, 0x37, 0x21));
+  EXPECT_TRUE(d.batches.empty());
+  ASSERT_EQ(d.faults.size(), 1u);
+  EXPECT_EQ(d.faults[0].kind, FaultKind::WrongDevice);
+  EXPECT_EQ(decoder.counts().ignored_bytes, 1206u);
+}
+
+}  // namespace
+}  // namespace hueline::drivers
