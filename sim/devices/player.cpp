@@ -40,7 +40,8 @@ std::string Player::Config::validate() const {
   if (lead_ns < 0) return fmt::format("lead_ns: {} is negative", lead_ns);
   for (const auto& [device, problem] : {std::pair("laser", laser ? laser->validate() : std::string()),
                                         std::pair("pos", pos ? pos->validate() : std::string()),
-                                        std::pair("pps", pps ? pps->validate() : std::string())}) {
+                                        std::pair("pps", pps ? pps->validate() : std::string()),
+                                        std::pair("camera", camera ? camera->validate() : std::string())}) {
     if (!problem.empty()) return fmt::format("{}.{}", device, problem);
   }
   return {};
@@ -52,6 +53,7 @@ Result<std::unique_ptr<Player>> Player::open(const Config& config) {
   if (Status opened = open_into(player->laser_, config.laser); !opened) return opened.error();
   if (Status opened = open_into(player->pos_, config.pos); !opened) return opened.error();
   if (Status opened = open_into(player->pps_, config.pps); !opened) return opened.error();
+  if (Status opened = open_into(player->camera_, config.camera); !opened) return opened.error();
   return player;
 }
 
@@ -61,6 +63,7 @@ Status Player::wait_until_ready(std::int64_t timeout_ns, const std::stop_token& 
     std::string missing;
     if (pos_ && pos_->listening_clients() == 0) missing += " nobody has asked the POS for logs;";
     if (pps_ && pps_->clients() == 0) missing += " nobody listens for PPS edges;";
+    if (camera_ && !camera_->is_streaming()) missing += " nobody has started the camera's acquisition;";
     if (missing.empty()) return {};
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped while waiting for the devices' clients"};
     if (monotonic_raw_ns() > deadline) {
@@ -82,13 +85,42 @@ bool Player::send(const WireEvent& event, const DriveClock& clock) {
   return false;
 }
 
+/// In a thread of its own: an image takes the link for many milliseconds.
+void Player::play_images(const std::vector<const WireEvent*>& images, ImagePrefetch& files, const DriveClock& clock,
+                         const std::stop_token& stop, PlayReport& report) {
+  ChannelReport& channel = report.channels[static_cast<std::size_t>(WireChannel::Camera)];
+  for (const WireEvent* event : images) {
+    const std::optional<ImagePrefetch::Image> pixels = files.next(stop);
+    if (!pixels || !clock.sleep_until(event->at_ns, stop)) return;
+    const std::int64_t lateness = monotonic_raw_ns() - clock.host_ns(event->at_ns);
+    const Status sent = pixels->ok() ? camera_->send({event->sequence, event->camera_counter_ns, event->width,
+                                                      event->height, pixels->value()},
+                                                     stop)
+                                     : Status(pixels->error());
+    if (!sent.ok() && sent.error().code == ErrorCode::Stopped) return;
+    note(channel, sent.ok(), lateness);
+    if (!sent.ok() && report.first_camera_problem.empty()) report.first_camera_problem = sent.error().message;
+  }
+}
+
 PlayReport Player::run(const Timeline& timeline, const std::stop_token& stop,
                        const std::function<void(const PlayProgress&)>& progress) {
   host_begin_ns_ = monotonic_raw_ns() + config_.lead_ns;
   const DriveClock clock(host_begin_ns_, config_.speed);
+  // Images are played beside the others: not in the loop below.
   const std::array<bool, 5> has_device = {laser_ != nullptr, laser_ != nullptr, pos_ != nullptr, pps_ != nullptr, false};
 
-  PlayReport report;
+  PlayReport report, image_report;
+  std::vector<const WireEvent*> images;
+  std::vector<std::string> files;
+  for (const WireEvent& event : timeline.events) {
+    if (!camera_ || event.channel != WireChannel::Camera) continue;
+    images.push_back(&event);
+    files.push_back(event.image_file);
+  }
+  ImagePrefetch prefetch(std::move(files), config_.image_bytes_ahead);
+  std::jthread image_thread([&] { play_images(images, prefetch, clock, stop, image_report); });
+
   report.is_complete = true;
   std::uint64_t events = 0;
   std::int64_t next_progress = 0;
@@ -107,6 +139,11 @@ PlayReport Player::run(const Timeline& timeline, const std::stop_token& stop,
       next_progress = event.at_ns + kProgressNs;
     }
   }
+  image_thread.join();
+  report.channels[static_cast<std::size_t>(WireChannel::Camera)] = image_report.of(WireChannel::Camera);
+  report.first_camera_problem = image_report.first_camera_problem;
+  if (camera_) report.camera = camera_->counts();
+  if (stop.stop_requested()) report.is_complete = false;
   if (pos_) {
     const std::int64_t deadline = monotonic_raw_ns() + kDrainNs;
     while (!pos_->is_drained() && monotonic_raw_ns() < deadline) std::this_thread::sleep_for(kPollInterval);

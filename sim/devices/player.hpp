@@ -7,9 +7,12 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "core/result.hpp"
 #include "sim/devices/drive_clock.hpp"
+#include "sim/devices/gige_camera.hpp"
+#include "sim/devices/image_prefetch.hpp"
 #include "sim/devices/laser_sender.hpp"
 #include "sim/devices/pos_server.hpp"
 #include "sim/devices/pps_server.hpp"
@@ -20,7 +23,7 @@ namespace hueline::sim {
 /// How one channel went.
 struct ChannelReport {
   std::uint64_t sent = 0;             ///< left the device (Pos, Pps: was offered to the clients)
-  std::uint64_t failed = 0;           ///< the kernel refused it, or a client could not take it
+  std::uint64_t failed = 0;           ///< the kernel refused it, or a client could not take it; Camera: no acquisition, no file
   std::int64_t latest_ns = 0;         ///< the longest that an event left after its time
   double mean_lateness_ns = 0;
   std::uint64_t later_than_1ms = 0;
@@ -29,6 +32,8 @@ struct ChannelReport {
 struct PlayReport {
   std::array<ChannelReport, 5> channels{};  ///< by WireChannel
   PosServer::Counts pos;
+  GvspStream::Counts camera;
+  std::string first_camera_problem;         ///< why the first image failed; empty: none did
   bool is_complete = false;                 ///< false: stopped before the end
   const ChannelReport& of(WireChannel channel) const { return channels[static_cast<std::size_t>(channel)]; }
 };
@@ -46,6 +51,8 @@ class Player {
     std::optional<LaserSender::Config> laser = LaserSender::Config{};  ///< empty: the vehicle has no such device
     std::optional<PosServer::Config> pos = PosServer::Config{};
     std::optional<PpsServer::Config> pps = PpsServer::Config{};
+    std::optional<GigeCamera::Config> camera;      ///< absent unless its image size is given
+    std::size_t image_bytes_ahead = 256U << 20U;   ///< images read from disk before their time
     double speed = 1.0;                            ///< 0.1 .. 10; clocks of the devices stay those of the drive
     std::int64_t lead_ns = 200'000'000;            ///< from run() to drive time 0
     std::string validate() const;
@@ -54,7 +61,8 @@ class Player {
   static Result<std::unique_ptr<Player>> open(const Config& config);
   explicit Player(const Config& config) : config_(config) {}
 
-  /// Waits until somebody has asked the POS for logs and somebody listens for PPS edges (datagrams need nobody). TimedOut names
+  /// Waits until somebody has asked the POS for logs, somebody listens for PPS edges and somebody has started the
+  /// camera's acquisition (datagrams need nobody). TimedOut names
   /// who is missing.
   Status wait_until_ready(std::int64_t timeout_ns, const std::stop_token& stop);
 
@@ -69,12 +77,15 @@ class Player {
 
  private:
   bool send(const WireEvent& event, const DriveClock& clock);
+  void play_images(const std::vector<const WireEvent*>& images, ImagePrefetch& files, const DriveClock& clock,
+                   const std::stop_token& stop, PlayReport& report);
 
   const Config config_;
   std::int64_t host_begin_ns_ = 0;
   std::unique_ptr<LaserSender> laser_;
   std::unique_ptr<PosServer> pos_;
   std::unique_ptr<PpsServer> pps_;
+  std::unique_ptr<GigeCamera> camera_;
 };
 
 }  // namespace hueline::sim

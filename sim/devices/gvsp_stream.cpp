@@ -1,0 +1,191 @@
+#include "sim/devices/gvsp_stream.hpp"
+
+#include <fmt/format.h>
+#include <sys/socket.h>
+#include <time.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "sim/devices/drive_clock.hpp"
+
+namespace hueline::sim {
+namespace {
+
+constexpr std::int64_t kShortestPauseNs = 200'000;
+constexpr std::uint32_t kUdpOverheadBytes = 28;
+
+/// Sleeps until the link would have carried what was sent; short waits add up to one worth sleeping.
+bool pace(std::int64_t due_ns, const std::stop_token& stop) {
+  const std::int64_t ahead = due_ns - monotonic_raw_ns();
+  if (ahead < kShortestPauseNs) return !stop.stop_requested();
+  const timespec pause{ahead / 1'000'000'000, ahead % 1'000'000'000};
+  ::clock_nanosleep(CLOCK_MONOTONIC, 0, &pause, nullptr);
+  return !stop.stop_requested();
+}
+
+/// The client's region of the sensor: the image itself, or a cut.
+Result<std::shared_ptr<const Bytes>> region(const CameraImage& image, const StreamTarget& stream) {
+  if (!image.pixels || image.pixels->size() != std::size_t{image.width} * image.height) {
+    return Error{ErrorCode::Invalid,
+                 fmt::format("image {} does not hold {} x {} bytes", image.sequence, image.width, image.height)};
+  }
+  if (stream.width == image.width && stream.height == image.height && stream.offset_x == 0 && stream.offset_y == 0) {
+    return image.pixels;
+  }
+  if (stream.width == 0 || stream.height == 0 || stream.width > image.width || stream.height > image.height ||
+      stream.offset_x > image.width - stream.width || stream.offset_y > image.height - stream.height) {
+    return Error{ErrorCode::Invalid,
+                 fmt::format("the client's region {} x {} at ({}, {}) is not inside the image of {} x {}", stream.width,
+                             stream.height, stream.offset_x, stream.offset_y, image.width, image.height)};
+  }
+  auto cut = std::make_shared<Bytes>();
+  cut->reserve(std::size_t{stream.width} * stream.height);
+  for (std::uint32_t row = 0; row < stream.height; ++row) {
+    const auto from = std::span(*image.pixels)
+                          .subspan(std::size_t{stream.offset_y + row} * image.width + stream.offset_x, stream.width);
+    cut->insert(cut->end(), from.begin(), from.end());
+  }
+  return std::shared_ptr<const Bytes>(std::move(cut));
+}
+
+}  // namespace
+
+std::string GvspStream::Config::validate() const {
+  if (!(link_bytes_per_second >= 1e6)) return fmt::format("link_bytes_per_second: {} is below 1e6", link_bytes_per_second);
+  if (!(lost_packet_share >= 0 && lost_packet_share <= 1)) {
+    return fmt::format("lost_packet_share: {} is not within 0 .. 1", lost_packet_share);
+  }
+  return {};
+}
+
+void GvspStream::set_target(const StreamTarget& target) {
+  const int discover = target.may_fragment ? IP_PMTUDISC_DONT : IP_PMTUDISC_PROBE;
+  ::setsockopt(socket_.get(), IPPROTO_IP, IP_MTU_DISCOVER, &discover, sizeof(discover));
+  std::lock_guard lock(mutex_);
+  if (target.is_active && !target_.is_active) ++acquisitions_;
+  target_ = target;
+}
+
+bool GvspStream::is_active() const {
+  std::lock_guard lock(mutex_);
+  return target_.is_active;
+}
+
+GvspStream::Counts GvspStream::counts() const {
+  std::lock_guard lock(mutex_);
+  return counts_;
+}
+
+void GvspStream::send_test_packet() {
+  std::unique_lock lock(mutex_);
+  const StreamTarget stream = target_;
+  lock.unlock();
+  const Bytes packet(stream.packet_bytes - kUdpOverheadBytes);
+  ::sendto(socket_.get(), packet.data(), packet.size(), MSG_NOSIGNAL | MSG_DONTWAIT,
+           reinterpret_cast<const sockaddr*>(&stream.to), sizeof(stream.to));
+}
+
+void GvspStream::send_again(const GvcpResend& request) {
+  std::optional<SentImage> found;
+  {
+    std::lock_guard lock(mutex_);
+    for (const SentImage& kept : kept_) {
+      if (kept.image.block_id == request.block_id) found = kept;
+    }
+    if (!found) {
+      ++counts_.resends_refused;
+      found.emplace();
+      found->image.block_id = request.block_id;
+      found->to = target_.to;
+    }
+  }
+  const bool is_there = found->pixels != nullptr;
+  const std::uint32_t trailer = is_there ? gvsp_data_packets(found->image, found->packet_bytes) + 1 : request.first;
+  std::uint64_t sent = 0;
+  for (std::uint32_t id = request.first; id <= std::min(request.last, trailer); ++id) {
+    if (send_packet(*found, id, is_there ? GvspStatus::Resent : GvspStatus::Unavailable) && is_there) ++sent;
+  }
+  std::lock_guard lock(mutex_);
+  counts_.packets_resent += sent;
+}
+
+bool GvspStream::send_packet(const SentImage& sent, std::uint32_t packet_id, GvspStatus status) {
+  Bytes head;
+  std::span<const std::byte> data;
+  if (status == GvspStatus::Unavailable) {
+    head = encode_gvsp_data_header(sent.image.block_id, packet_id, status);
+  } else if (packet_id == 0) {
+    head = encode_gvsp_leader(sent.image, status);
+  } else if (packet_id > gvsp_data_packets(sent.image, sent.packet_bytes)) {
+    head = encode_gvsp_trailer(sent.image, packet_id, status);
+  } else {
+    const std::size_t size = sent.packet_bytes - kGvspOverheadBytes;
+    const std::size_t at = (packet_id - 1) * size;
+    head = encode_gvsp_data_header(sent.image.block_id, packet_id, status);
+    data = std::span(*sent.pixels).subspan(at, std::min(size, sent.pixels->size() - at));
+  }
+  std::array<iovec, 2> parts{{{head.data(), head.size()}, {const_cast<std::byte*>(data.data()), data.size()}}};
+  msghdr message{};
+  message.msg_name = const_cast<sockaddr_in*>(&sent.to);
+  message.msg_namelen = sizeof(sent.to);
+  message.msg_iov = parts.data();
+  message.msg_iovlen = data.empty() ? 1 : 2;
+  return ::sendmsg(socket_.get(), &message, MSG_NOSIGNAL) == static_cast<ssize_t>(head.size() + data.size());
+}
+
+Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  const StreamTarget stream = target_;
+  const std::uint64_t acquisition = acquisitions_;
+  lock.unlock();
+  if (!stream.is_active) return Error{ErrorCode::Unavailable, "nobody has started the camera's acquisition"};
+  Result<std::shared_ptr<const Bytes>> pixels = region(image, stream);
+  if (!pixels) return pixels.error();
+
+  // A camera numbers its images from 1 in each acquisition.
+  if (acquisition != numbered_acquisition_) {
+    numbered_acquisition_ = acquisition;
+    first_sequence_ = image.sequence;
+  }
+  SentImage sent;
+  sent.pixels = std::move(pixels).value();
+  sent.to = stream.to;
+  sent.packet_bytes = stream.packet_bytes;
+  sent.image.block_id = static_cast<std::uint16_t>((image.sequence - first_sequence_) % 65535 + 1);
+  sent.image.timestamp = static_cast<std::uint64_t>(image.counter_ns);
+  sent.image.pixel_format = stream.pixel_format;
+  sent.image.width = stream.width;
+  sent.image.height = stream.height;
+  sent.image.offset_x = stream.offset_x;
+  sent.image.offset_y = stream.offset_y;
+  sent.image.payload_bytes = sent.pixels->size();
+  lock.lock();
+  kept_.push_back(sent);
+  while (kept_.size() > config_.images_kept) kept_.pop_front();
+  lock.unlock();
+
+  const std::uint32_t trailer = gvsp_data_packets(sent.image, sent.packet_bytes) + 1;
+  const double ns_per_packet = sent.packet_bytes * 1e9 / config_.link_bytes_per_second + stream.packet_delay_ns;
+  const std::int64_t begin = monotonic_raw_ns();
+  Counts made;
+  bool is_stopped = false;
+  for (std::uint32_t id = 0; id <= trailer && !is_stopped; ++id) {
+    const bool is_data = id != 0 && id != trailer;
+    if (is_data && config_.lost_packet_share > 0 && losses_.uniform() < config_.lost_packet_share) {
+      ++made.packets_lost_on_purpose;
+    } else {
+      ++(send_packet(sent, id, GvspStatus::Success) ? made.packets_sent : made.packets_failed);
+    }
+    is_stopped = !pace(begin + static_cast<std::int64_t>(ns_per_packet * (id + 1)), stop);
+  }
+  lock.lock();
+  counts_.packets_sent += made.packets_sent;
+  counts_.packets_failed += made.packets_failed;
+  counts_.packets_lost_on_purpose += made.packets_lost_on_purpose;
+  if (is_stopped) return Error{ErrorCode::Stopped, "stopped in the middle of an image"};
+  return {};
+}
+
+}  // namespace hueline::sim

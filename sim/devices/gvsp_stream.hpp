@@ -1,0 +1,89 @@
+#pragma once
+
+#include <netinet/in.h>
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+
+#include "core/result.hpp"
+#include "sim/devices/gvcp_control.hpp"
+#include "sim/devices/gvsp_encode.hpp"
+#include "sim/devices/socket.hpp"
+#include "sim/wire/seeded_random.hpp"
+
+namespace hueline::sim {
+
+/// One image to deliver.
+struct CameraImage {
+  std::uint64_t sequence = 0;            ///< the camera's count of exposures; gaps become gaps in the frame ids
+  std::int64_t counter_ns = 0;           ///< GVSP timestamp
+  std::uint32_t width = 0, height = 0;
+  std::shared_ptr<const Bytes> pixels;   ///< width x height bytes
+};
+
+/// Where and what a client wants streamed, from the camera's registers.
+struct StreamTarget {
+  bool is_active = false;  ///< controlled, and the acquisition started
+  sockaddr_in to{};
+  std::uint32_t packet_bytes = 1400;  ///< with IP and UDP headers
+  std::uint32_t packet_delay_ns = 0;
+  bool may_fragment = true;
+  std::uint32_t pixel_format = 0, width = 0, height = 0, offset_x = 0, offset_y = 0;
+};
+
+/// The stream side of a GigE Vision camera: images as paced packets, kept a while to be sent again. Thread-safe, but for send(),
+/// which one thread calls.
+class GvspStream {
+ public:
+  struct Config {
+    double link_bytes_per_second = 110e6;  ///< pace of the stream: a gigabit link is full at 118e6
+    std::size_t images_kept = 4;           ///< for packets that are asked for again
+    double lost_packet_share = 0;          ///< of the data packets, not sent at first; 0 .. 1
+    std::uint64_t seed = 1;                ///< of the lost packets
+    std::string validate() const;
+  };
+  struct Counts {
+    std::uint64_t packets_sent = 0, packets_lost_on_purpose = 0, packets_resent = 0, resends_refused = 0;
+    std::uint64_t packets_failed = 0;  ///< refused by the kernel
+  };
+
+  GvspStream(const Config& config, FileDescriptor socket)
+      : config_(config), socket_(std::move(socket)), losses_(config.seed, kStreamWireFault) {}
+
+  void set_target(const StreamTarget& target);
+  bool is_active() const;
+  /// Sends one image, paced; returns when its trailer left. Unavailable: no client has started the acquisition. Invalid: the
+  /// client's region is not inside the image. Stopped.
+  Status send(const CameraImage& image, const std::stop_token& stop);
+  void send_again(const GvcpResend& request);
+  /// One packet of the size that the client tries out.
+  void send_test_packet();
+  Counts counts() const;
+
+ private:
+  struct SentImage {
+    GvspImage image;
+    std::shared_ptr<const Bytes> pixels;
+    sockaddr_in to{};
+    std::uint32_t packet_bytes = 0;
+  };
+  bool send_packet(const SentImage& image, std::uint32_t packet_id, GvspStatus status);
+
+  const Config config_;
+  const FileDescriptor socket_;
+
+  mutable std::mutex mutex_;
+  StreamTarget target_;            // by mutex_, as the three below
+  std::uint64_t acquisitions_ = 0;
+  std::deque<SentImage> kept_;
+  Counts counts_;
+
+  // By the thread that sends.
+  SeededRandom losses_;
+  std::uint64_t numbered_acquisition_ = 0, first_sequence_ = 0;
+};
+
+}  // namespace hueline::sim
