@@ -28,8 +28,8 @@ struct StreetConfig {
   int parked_cars = 9;
   int moving_cars = 2;
   double moving_car_speed = 9.0;  ///< m/s, oncoming
-  double sun_azimuth_deg = 215.0;  ///< clockwise from north
-  double sun_elevation_deg = 42.0;
+  double sun_azimuth_deg = 170.0;  ///< clockwise from north
+  double sun_elevation_deg = 54.0;
   bool furnished = true;           ///< false: ground and facades alone
 
   template <class Self, class V>
