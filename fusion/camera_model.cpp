@@ -151,7 +151,7 @@ std::optional<Vector<Lens>> CameraModel::unproject(const Eigen::Vector2d& pixel)
     if (step.norm() < kNewtonStep * (1.0 + xy.norm())) break;
   }
   // A target beyond the field of view ends outside it, or does not converge.
-  if ((distort_brown(xy).xy - target).norm() > 1e-10 || xy.norm() > limit * (1.0 + 1e-12)) return std::nullopt;
+  if ((distort_brown(xy).xy - target).norm() > 1e-10 * (1.0 + radius) || xy.norm() > limit * (1.0 + 1e-12)) return std::nullopt;
   return Vector<Lens>{Eigen::Vector3d(xy.x(), xy.y(), 1.0).normalized()};
 }
 

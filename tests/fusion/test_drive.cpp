@@ -1,0 +1,63 @@
+#include "test_drive.hpp"
+
+namespace hueline::test {
+using namespace fusion;
+
+Image ramp_image(double blue) {
+  return make_image(306, 6 * 256, PixelFormat::Rgb8, [blue](std::uint32_t x, std::uint32_t y, int c) {
+    return c == 0 ? 0.8 * x : c == 1 ? 0.9 * (y % 256) : blue;
+  });
+}
+
+Image flat_image(double red, double green, double blue) {
+  return make_image(306, 6 * 256, PixelFormat::BayerRG8, [=](std::uint32_t, std::uint32_t, int c) {
+    return c == 0 ? red : c == 1 ? green : blue;
+  });
+}
+
+double exposure_time(int index) { return kFirstExposure + kInterval * index; }
+
+Outcome run(const TestDrive& test) {
+  Outcome outcome;
+  Colouring colouring(test.config, test.rig, [&](CloudBlock&& block) {
+    outcome.origin = block.origin;
+    outcome.points.insert(outcome.points.end(), block.points.begin(), block.points.end());
+  });
+  const auto batches = scan(test.drive, test.rig.lasers[0], 0.2, test.until, test.packet_rate, test.per_batch, &outcome.truth_base);
+  std::size_t next_batch = 0;
+  int next_exposure = 0;
+  const int ticks = static_cast<int>((test.until + 0.3) * 200);
+  for (int i = 0; i <= ticks; ++i) {
+    const double t = i / 200.0;
+    if (test.has_solution(t)) colouring.add(test.drive.solution(t));
+    while (next_batch < batches.size() && batches[next_batch].time < at(t)) colouring.add(batches[next_batch++]);
+    const double mid = exposure_time(next_exposure);
+    if (mid + 0.08 < t) {
+      if (std::find(test.lost.begin(), test.lost.end(), next_exposure) == test.lost.end()) {
+        Exposure exposure = make_exposure(static_cast<std::uint32_t>(next_exposure), mid, test.image(next_exposure));
+        test.alter(exposure);
+        colouring.add(exposure);
+      }
+      ++next_exposure;
+    }
+    colouring.advance(at(t));
+  }
+  colouring.flush();
+  outcome.counts = colouring.counts();
+  outcome.faults = colouring.take_faults();
+  return outcome;
+}
+
+Vector3 in_head_at(const TestDrive& test, const Vector3& p_base, double t) {
+  const Vector3 p_body = test.drive.motion().R_base_body(t).transpose() * (p_base - test.drive.motion().position(t));
+  const auto& mount = test.rig.head.T_body_head;
+  return mount.rotation.toRotationMatrix().transpose() * (p_body - mount.translation);
+}
+
+bool true_pixel(const TestDrive& test, const Vector3& p_base, int exposure, int lens, Eigen::Vector2d& pixel, double onto_sphere) {
+  Vector3 p_head = in_head_at(test, p_base, exposure_time(exposure));
+  if (onto_sphere > 0) p_head *= onto_sphere / p_head.norm();
+  return project_truth(test.rig.head.lenses[static_cast<std::size_t>(lens)], p_head, pixel);
+}
+
+}  // namespace hueline::test

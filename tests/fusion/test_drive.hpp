@@ -1,0 +1,52 @@
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <vector>
+
+#include "drive.hpp"
+#include "fusion/colouring.hpp"
+
+/// Runs the whole stage on a small drive with known truth.
+namespace hueline::test {
+
+constexpr double kInterval = 0.25;
+constexpr double kFirstExposure = 0.1;
+
+/// Red grows to the right, green downwards inside each lens, blue names the exposure.
+Image ramp_image(double blue);
+/// One brightness everywhere.
+Image flat_image(double red, double green, double blue);
+
+struct TestDrive {
+  Drive drive{Motion{}};
+  fusion::RigGeometry rig = ladybug_rig(fusion::LensModel::KannalaBrandt);
+  fusion::Colouring::Config config;
+  double until = 2.0;
+  std::vector<int> lost;  ///< exposures never delivered
+  std::function<Image(int)> image = [](int i) { return ramp_image(10.0 * i); };
+  std::function<void(Exposure&)> alter = [](Exposure&) {};
+  std::function<bool(double)> has_solution = [](double) { return true; };
+  int per_batch = 64;
+  double packet_rate = 100;
+  double flush_at = 1e9;
+};
+
+struct Outcome {
+  std::vector<ColouredPoint> points;
+  Geodetic origin;
+  fusion::ColouringCounts counts;
+  std::vector<Fault> faults;
+  std::vector<Vector3> truth_base;  ///< in the order of the returns fed
+};
+
+/// Feeds everything in the order in which it would arrive: images 80 ms after their middle.
+Outcome run(const TestDrive& test);
+
+double exposure_time(int index);
+/// A point of the base level in the head's frame at an exposure, by the tests' own mathematics.
+Vector3 in_head_at(const TestDrive& test, const Vector3& p_base, double t);
+/// The pixel where the point must lie in an exposure and lens; `onto_sphere` > 0: moved along its ray to that radius first.
+bool true_pixel(const TestDrive& test, const Vector3& p_base, int exposure, int lens, Eigen::Vector2d& pixel, double onto_sphere = 0);
+
+}  // namespace hueline::test
