@@ -1,0 +1,67 @@
+#include "storage/png.hpp"
+
+#include <png.h>
+
+#include <cstring>
+
+#include "storage/file_reader.hpp"
+#include "storage/file_writer.hpp"
+
+namespace hueline::storage {
+namespace {
+
+constexpr std::uint64_t kMostPixels = 1u << 28;
+
+png_image fresh_image() {
+  png_image image;
+  std::memset(&image, 0, sizeof image);
+  image.version = PNG_IMAGE_VERSION;
+  return image;
+}
+
+}  // namespace
+
+Status write_png(const std::filesystem::path& path, const RgbImage& picture) {
+  if (picture.width <= 0 || picture.height <= 0)
+    return Error{ErrorCode::Invalid, path.string() + ": a picture without pixels"};
+  png_image image = fresh_image();
+  image.width = static_cast<png_uint_32>(picture.width);
+  image.height = static_cast<png_uint_32>(picture.height);
+  image.format = PNG_FORMAT_RGB;
+  png_alloc_size_t size = 0;
+  // Into memory first: a write error is then ours to tell.
+  if (!png_image_write_get_memory_size(image, size, 0, picture.pixels.data(), 0, nullptr))
+    return Error{ErrorCode::Invalid, path.string() + ": " + image.message};
+  Bytes bytes(size);
+  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, picture.pixels.data(), 0, nullptr))
+    return Error{ErrorCode::Invalid, path.string() + ": " + image.message};
+  Result<FileWriter> file = FileWriter::create(path, IfExists::Replace);
+  if (!file) return file.error();
+  if (Status written = file->write(ByteView(bytes).first(size)); !written) return written;
+  return file->close();
+}
+
+Result<RgbImage> read_png(const std::filesystem::path& path) {
+  Result<FileReader> file = FileReader::open(path);
+  if (!file) return file.error();
+  Bytes bytes(static_cast<std::size_t>(file->size()));
+  if (Status done = file->read(0, bytes); !done) return done.error();
+  png_image image = fresh_image();
+  const auto broken = [&] {
+    Error error{ErrorCode::Malformed, path.string() + ": " + image.message};
+    png_image_free(&image);
+    return error;
+  };
+  if (!png_image_begin_read_from_memory(&image, bytes.data(), bytes.size())) return broken();
+  if (std::uint64_t{image.width} * image.height > kMostPixels) {
+    png_image_free(&image);
+    return Error{ErrorCode::Unsupported, path.string() + ": a picture of more than 268 million pixels"};
+  }
+  image.format = PNG_FORMAT_RGB;
+  RgbImage picture(static_cast<int>(image.width), static_cast<int>(image.height), {});
+  const png_color black{0, 0, 0};
+  if (!png_image_finish_read(&image, &black, picture.pixels.data(), 0, nullptr)) return broken();
+  return picture;
+}
+
+}  // namespace hueline::storage

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace hueline::storage {
+
+using Rgb = std::array<std::uint8_t, 3>;
+
+/// 8-bit RGB, rows from the top.
+struct RgbImage {
+  int width = 0, height = 0;
+  std::vector<Rgb> pixels;
+
+  RgbImage() = default;
+  RgbImage(int w, int h, Rgb fill) : width(w), height(h), pixels(static_cast<std::size_t>(w) * h, fill) {}
+  Rgb& at(int x, int y) { return pixels[static_cast<std::size_t>(y) * width + x]; }
+  const Rgb& at(int x, int y) const { return pixels[static_cast<std::size_t>(y) * width + x]; }
+  bool contains(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < height; }
+};
+
+/// Replaces the file. Errors: Invalid (no pixels), Io. No time stamp inside: the same picture gives the same bytes.
+Status write_png(const std::filesystem::path& path, const RgbImage& image);
+/// Any PNG, converted to RGB; transparency goes to black. Errors: Io, Malformed.
+Result<RgbImage> read_png(const std::filesystem::path& path);
+
+}  // namespace hueline::storage

@@ -1,0 +1,144 @@
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "storage/cloud_picture.hpp"
+#include "storage/las_writer.hpp"
+#include "tests/storage/sample_cloud.hpp"
+#include "tests/storage/temporary_folder.hpp"
+
+namespace hueline::storage {
+namespace {
+
+using test::TemporaryFolder;
+
+/// A flat square of points in one colour, `step` m apart.
+void add_square(CloudBlock& block, Eigen::Vector3d corner, Eigen::Vector3d side_a, Eigen::Vector3d side_b, double step,
+                Rgb colour, ColourState state = ColourState::Direct) {
+  const auto count_a = static_cast<int>(side_a.norm() / step), count_b = static_cast<int>(side_b.norm() / step);
+  for (int a = 0; a <= count_a; ++a)
+    for (int b = 0; b <= count_b; ++b) {
+      const Eigen::Vector3d at = corner + side_a * a / count_a + side_b * b / count_b;
+      ColouredPoint p;
+      p.east = at.x(), p.north = at.y(), p.up = at.z();
+      p.red = colour[0], p.green = colour[1], p.blue = colour[2];
+      p.state = state;
+      block.points.push_back(p);
+    }
+}
+
+Eigen::Vector3d write_cloud(const std::filesystem::path& path, const CloudBlock& block) {
+  auto writer = LasWriter::create(path, block.origin, {});
+  EXPECT_TRUE(writer && writer->append(block) && writer->close());
+  return writer->projection().project_exactly(0, 0, 0);
+}
+
+const Rgb kRed{200, 20, 20}, kGreen{20, 180, 20}, kBlue{20, 20, 220}, kWhite{255, 255, 255};
+
+TEST(Png, GivesBackItsPixels) {
+  const TemporaryFolder folder;
+  RgbImage image(37, 11, {1, 2, 3});
+  for (int x = 0; x < image.width; ++x) image.at(x, 5) = {static_cast<std::uint8_t>(x * 7), 0, 255};
+  ASSERT_TRUE(write_png(folder / "a.png", image));
+  const auto back = read_png(folder / "a.png");
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_EQ(back->width, 37);
+  EXPECT_EQ(back->pixels, image.pixels);
+}
+
+TEST(Png, TellsWhatIsWrong) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(write_png("/nonexistent/a.png", RgbImage(1, 1, {})).error().code, ErrorCode::Io);
+  EXPECT_EQ(write_png("/dev/full", RgbImage(100, 100, {})).error().code, ErrorCode::Io);
+  EXPECT_EQ(write_png(folder / "a.png", {}).error().code, ErrorCode::Invalid);
+  EXPECT_EQ(read_png(folder / "absent.png").error().code, ErrorCode::Io);
+  test::write_file(folder / "broken.png", "\x89PNG and no more");
+  EXPECT_EQ(read_png(folder / "broken.png").error().code, ErrorCode::Malformed);
+}
+
+TEST(TopView, ShowsTheHighestPointWhereItIs) {
+  const TemporaryFolder folder;
+  CloudBlock block{test::sample_origin(), {}};
+  add_square(block, {-20, -10, 0}, {40, 0, 0}, {0, 20, 0}, 0.05, kBlue);  // ground
+  add_square(block, {10, 5, 4}, {5, 0, 0}, {0, 4, 0}, 0.05, kRed);        // a roof in the north-east
+  add_square(block, {-15, -8, 9}, {3, 0, 0}, {0, 3, 0}, 0.05, kGreen,
+             ColourState::NoExposure);  // higher, but uncoloured
+  block.points.push_back({});
+  block.points.back().east = 5000;  // one stray return must not shrink the rest
+  const Eigen::Vector3d origin = write_cloud(folder / "cloud.las", block);
+  TopViewConfig config;
+  config.longest_side_px = 800;
+  const auto view = picture_from_above(folder / "cloud.las", config);
+  ASSERT_TRUE(view) << view.error().message;
+  EXPECT_EQ(view->image.width, 800);
+  EXPECT_LT(view->cell_m, 0.1);
+  const auto at = [&](double east, double north) {
+    // Map scale and convergence move these points by centimetres only.
+    return view->image.at(static_cast<int>((origin.x() + east - view->west) / view->cell_m),
+                          static_cast<int>((view->north - origin.y() - north) / view->cell_m));
+  };
+  EXPECT_EQ(at(12, 7), kRed);
+  EXPECT_EQ(at(0, 0), kBlue);
+  EXPECT_EQ(at(-14, -7), kBlue) << "a coloured point goes before an uncoloured one above it";
+  EXPECT_EQ(at(-5, 3), kBlue);
+  // The scale bar is as long as it says.
+  int longest = 0;
+  for (int y = view->image.height - 60; y < view->image.height; ++y)
+    for (int x = 0, run = 0; x < view->image.width; ++x)
+      longest = std::max(longest, run = view->image.at(x, y) == kWhite ? run + 1 : 0);
+  EXPECT_NEAR(longest * view->cell_m, view->scale_bar_m, view->cell_m);
+  EXPECT_EQ(view->scale_bar_m, 10.0);
+}
+
+TEST(StreetView, HidesWhatIsBehindAndKeepsLeftAndRight) {
+  const TemporaryFolder folder;
+  CloudBlock block{test::sample_origin(), {}};
+  add_square(block, {-8, 10, -2}, {8, 0, 0}, {0, 0, 6}, 0.06, kGreen);  // wall 10 m ahead, left half
+  add_square(block, {-8, 14, -2}, {16, 0, 0}, {0, 0, 6}, 0.03, kRed);   // dense wall behind it, both halves
+  add_square(block, {-8, 1, -2}, {16, 0, 0}, {0, 13, 0}, 0.06, kBlue);  // ground
+  const Eigen::Vector3d origin = write_cloud(folder / "cloud.las", block);
+  StreetViewConfig config;
+  config.position = origin;
+  // The map's north is turned against the true one by the convergence of the meridians; so is the view.
+  auto projection = Projection::create(block.origin);
+  const Eigen::Vector3d ahead = projection->project_exactly(0, 100, 0) - origin;
+  config.heading = std::atan2(ahead.x(), ahead.y());
+  config.width = 640;
+  config.height = 480;
+  const auto view = picture_from_street(folder / "cloud.las", config);
+  ASSERT_TRUE(view) << view.error().message;
+  int see_through = 0, holes = 0;
+  for (int y = 200; y < 295; ++y)
+    for (int x = 100; x < 300; ++x) {
+      see_through += view->at(x, y) == kRed;
+      holes += view->at(x, y) != kGreen;
+    }
+  EXPECT_EQ(see_through, 0) << "the near wall must be solid";
+  EXPECT_EQ(holes, 0);
+  EXPECT_EQ(view->at(400, 240), kRed);
+  EXPECT_EQ(view->at(320, 400), kBlue);
+  EXPECT_NE(view->at(320, 20), kRed) << "sky";
+
+  config.heading += std::numbers::pi;  // turned round there is nothing
+  const auto back = picture_from_street(folder / "cloud.las", config);
+  ASSERT_TRUE(back);
+  EXPECT_NE(back->at(320, 240), kRed);
+  EXPECT_NE(back->at(320, 240), kGreen);
+}
+
+TEST(Pictures, TellWhatIsWrong) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(picture_from_above(folder / "absent.las").error().code, ErrorCode::Io);
+  write_cloud(folder / "empty.las", {test::sample_origin(), {}});
+  EXPECT_EQ(picture_from_above(folder / "empty.las").error().code, ErrorCode::Invalid);
+  TopViewConfig top;
+  top.longest_side_px = 1;
+  EXPECT_NE(top.validate().find("longest_side_px"), std::string::npos);
+  StreetViewConfig street;
+  street.horizontal_view = 3;
+  EXPECT_NE(street.validate().find("horizontal_view"), std::string::npos);
+  EXPECT_TRUE(StreetViewConfig().validate().empty());
+}
+
+}  // namespace
+}  // namespace hueline::storage
