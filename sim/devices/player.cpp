@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <thread>
 #include <utility>
 
@@ -116,7 +117,7 @@ PlayReport Player::run(const Timeline& timeline, const std::stop_token& stop,
   for (const WireEvent& event : timeline.events) {
     if (!camera_ || event.channel != WireChannel::Camera) continue;
     images.push_back(&event);
-    files.push_back(event.image_file);
+    files.push_back((std::filesystem::path(timeline.image_folder) / event.image_file).string());
   }
   ImagePrefetch prefetch(std::move(files), config_.image_bytes_ahead);
   std::jthread image_thread([&] { play_images(images, prefetch, clock, stop, image_report); });

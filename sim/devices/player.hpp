@@ -51,7 +51,7 @@ class Player {
     std::optional<LaserSender::Config> laser = LaserSender::Config{};  ///< empty: the vehicle has no such device
     std::optional<PosServer::Config> pos = PosServer::Config{};
     std::optional<PpsServer::Config> pps = PpsServer::Config{};
-    std::optional<GigeCamera::Config> camera;      ///< absent unless its image size is given
+    std::optional<GigeCamera::Config> camera = GigeCamera::Config{};  ///< its width and height have to be set
     std::size_t image_bytes_ahead = 256U << 20U;   ///< images read from disk before their time
     double speed = 1.0;                            ///< 0.1 .. 10; clocks of the devices stay those of the drive
     std::int64_t lead_ns = 200'000'000;            ///< from run() to drive time 0

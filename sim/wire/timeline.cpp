@@ -25,6 +25,7 @@ class Builder {
   Builder(const Drive& drive, const TimelineConfig& config) : drive_(drive), config_(config) {
     timeline_.begin_gps_ns = drive.begin_gps_ns;
     timeline_.duration_ns = drive.end_gps_ns - drive.begin_gps_ns;
+    timeline_.image_folder = drive.cache_dir;
   }
 
   Status add_laser();

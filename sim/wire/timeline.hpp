@@ -25,13 +25,14 @@ struct WireEvent {
   std::uint64_t sequence = 0;      ///< Pps: the source's own count of edges; Camera: the camera's count of exposures, from 0
   std::int64_t camera_counter_ns = 0;  ///< Camera: the counter latched for this image
   std::uint32_t width = 0, height = 0;
-  std::string image_file;          ///< Camera: width x height bytes
+  std::string image_file;          ///< Camera: width x height bytes; relative to Timeline::image_folder
 };
 
 /// Events in the order of `at_ns`; those of one moment in the order of WireChannel, then as they were made.
 struct Timeline {
   GpsNs begin_gps_ns = 0;
   std::int64_t duration_ns = 0;
+  std::string image_folder;  ///< Drive::cache_dir
   std::vector<WireEvent> events;
 };
 

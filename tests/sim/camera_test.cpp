@@ -106,13 +106,14 @@ class CameraTest : public testing::Test {
 
   Drive drive_with_images(int seconds, std::int64_t period_ns, std::uint32_t width, std::uint32_t height) {
     Drive drive;
+    drive.cache_dir = folder_.string();
     drive.begin_gps_ns = test::kBegin;
     drive.end_gps_ns = test::kBegin + seconds * 1'000'000'000LL;
     for (std::uint32_t i = 0; i * period_ns < drive.end_gps_ns - drive.begin_gps_ns; ++i) {
-      const auto file = folder_ / (std::to_string(i) + ".raw");
+      const std::string file = std::to_string(i) + ".raw";
       const Bytes pixels = picture(width, height, i);
-      std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(pixels.data()), ssize_t(pixels.size()));
-      drive.exposures.push_back({i, test::kBegin + i * period_ns, 2'000'000, width, height, file.string()});
+      std::ofstream(folder_ / file, std::ios::binary).write(reinterpret_cast<const char*>(pixels.data()), ssize_t(pixels.size()));
+      drive.exposures.push_back({i, test::kBegin + i * period_ns, 2'000'000, width, height, file});
     }
     return drive;
   }
@@ -121,7 +122,6 @@ class CameraTest : public testing::Test {
     config.laser.reset();
     config.pos.reset();
     config.pps.reset();
-    config.camera.emplace();
     config.camera->interface = address();
     config.camera->width = width;
     config.camera->height = height;
@@ -216,7 +216,7 @@ TEST_F(CameraTest, DeliversTheClientsRegionAndSaysWhatFailed) {
   arv_camera_set_region(client.camera(), 16, 32, 100, 50, nullptr);
   client.start();
   Timeline timeline = images_of(drive_with_images(1, 400'000'000, 320, 240));
-  std::filesystem::remove(timeline.events[1].image_file);
+  std::filesystem::remove(folder_ / timeline.events[1].image_file);
   const PlayReport report = player->run(timeline, {});
   const auto seen = client.take(2);
   ASSERT_EQ(seen.size(), 2U);

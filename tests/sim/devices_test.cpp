@@ -188,6 +188,7 @@ TEST(PpsServer, RefusesAPathThatIsNotASocketAndCleansUp) {
 
 TEST(Player, SaysWhoIsMissing) {
   Player::Config config;
+  config.camera.reset();
   config.pos->port = 0;
   config.pps->path = socket_path();
   auto player = Player::open(config).value();
@@ -201,6 +202,7 @@ TEST(Player, SaysWhoIsMissing) {
 TEST(Player, EverythingArrivesOnceInOrderAndAtItsTime) {
   const Timeline timeline = *build_timeline(test::short_drive(2), {});
   Player::Config config;
+  config.camera.reset();
   Peer laser(Peer::udp(config.laser->data_port)), position(Peer::udp(config.laser->position_port));
   config.pos->port = 0;
   config.pps->path = socket_path();
@@ -264,6 +266,7 @@ TEST(Player, EverythingArrivesOnceInOrderAndAtItsTime) {
 TEST(Player, StopsWhenAsked) {
   const Timeline timeline = *build_timeline(test::short_drive(5), {});
   Player::Config config;
+  config.camera.reset();
   config.pos.reset();
   config.pps.reset();
   config.speed = 2;
