@@ -1,0 +1,87 @@
+// Writes recordings and a cloud, and beside them as JSON what is in them, taken from the data that were written, not
+// from the files:
+//   write_storage_samples FOLDER
+#include <cstdio>
+#include <fstream>
+
+#include "storage/crc32.hpp"
+#include "storage/journal_writer.hpp"
+#include "storage/las_writer.hpp"
+#include "tests/storage/sample_cloud.hpp"
+#include "tests/storage/sample_packets.hpp"
+
+namespace {
+
+using namespace hueline;
+using namespace hueline::storage;
+
+bool failed(const Status& status) {
+  if (!status) std::fprintf(stderr, "%s\n", status.error().message.c_str());
+  return !status;
+}
+
+bool write_recordings(const std::filesystem::path& folder) {
+  const auto packets = test::sample_packets(500);
+  for (const Compression compression : {Compression::None, Compression::Lz4, Compression::Zstd}) {
+    JournalWriter::Config config;
+    config.compression = compression;
+    config.chunk_bytes = 128 * 1024;
+    config.if_exists = IfExists::Replace;
+    const std::string kind = compression == Compression::None ? "none" : mcap_name(compression);
+    auto writer = JournalWriter::create(folder / ("raw_" + kind + ".mcap"), test::sample_header(), config);
+    if (!writer) return !failed(writer.error());
+    for (const Packet& p : packets)
+      if (failed(writer->append(p))) return false;
+    if (failed(writer->close())) return false;
+  }
+  std::ofstream json(folder / "raw.json");
+  json << "[";
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    const Packet& p = packets[i];
+    json << (i ? ",\n" : "\n") << "{\"topic\":\"" << raw_topic(test::sample_header().sensors[p.sensor].name)
+         << "\",\"sequence\":\"" << p.sequence << "\",\"received_ns\":\"" << count_ns(p.received)
+         << "\",\"kind\":" << static_cast<int>(p.kind) << ",\"shed\":" << (p.shed ? "true" : "false")
+         << ",\"sensor\":" << p.sensor << ",\"size\":" << p.bytes.size() << ",\"crc\":" << crc32(0, p.bytes.bytes())
+         << "}";
+  }
+  json << "\n]\n";
+  return json.good();
+}
+
+bool write_cloud(const std::filesystem::path& folder) {
+  const CloudBlock cloud = test::sample_cloud(20'000);
+  LasWriter::Config config;
+  config.created = {2026, 3, 1, 12, 0, 0, 0};
+  auto writer = LasWriter::create(folder / "cloud.las", cloud.origin, config);
+  if (!writer) return !failed(writer.error());
+  if (failed(writer->append(cloud)) || failed(writer->close())) return false;
+  std::ofstream json(folder / "cloud.json");
+  json.precision(17);
+  json << "[";
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    const ColouredPoint& p = cloud.points[i];
+    const Eigen::Vector3d xyz = writer->projection().project_exactly(p.east, p.north, p.up);
+    json << (i ? ",\n" : "\n") << "{\"X\":" << xyz.x() << ",\"Y\":" << xyz.y() << ",\"Z\":" << xyz.z()
+         << ",\"GpsTime\":" << static_cast<double>(count_ns(p.time) - 1'000'000'000'000'000'000ll) * 1e-9
+         << ",\"Red\":" << p.red * 257 << ",\"Green\":" << p.green * 257 << ",\"Blue\":" << p.blue * 257
+         << ",\"Intensity\":" << p.reflectivity * 257 << ",\"ReturnNumber\":" << int{p.return_number}
+         << ",\"NumberOfReturns\":" << int{p.return_count} << ",\"PointSourceId\":" << p.sensor
+         << ",\"exposure\":" << p.exposure << ",\"channel\":" << p.channel << ",\"lens\":" << int{p.lens}
+         << ",\"quality\":" << int{p.quality} << ",\"colour_state\":" << static_cast<int>(p.state)
+         << ",\"sigma\":" << p.sigma_m << ",\"image_u\":" << p.u << ",\"image_v\":" << p.v << "}";
+  }
+  json << "\n]\n";
+  return json.good();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) return std::fprintf(stderr, "write_storage_samples FOLDER\n"), 2;
+  const std::filesystem::path folder = argv[1];
+  std::error_code error;
+  for (const char* kind : {"none", "lz4", "zstd"})
+    std::filesystem::remove(folder / ("raw_" + std::string(kind) + ".mcap"), error);
+  std::filesystem::create_directories(folder, error);
+  return write_recordings(folder) && write_cloud(folder) ? 0 : 1;
+}
