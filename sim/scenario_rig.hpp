@@ -42,7 +42,7 @@ struct LaserConfig {
   double dropout_probability = 0.002;
   double min_range_m = 0.5, max_range_m = 100.0;
   bool vertical_offsets = true;     ///< VLP-16: lasers start up to 11.2 mm above or below the optical centre, as its manual lists
-  MountConfig mount{.x_m = 0.02, .y_m = -1.28, .z_m = 1.62, .rot_x_deg = 28.0, .rot_y_deg = 0.6, .rot_z_deg = -0.9};
+  MountConfig mount{.x_m = 0.02, .y_m = -1.28, .z_m = 1.83, .rot_x_deg = 28.0, .rot_y_deg = 0.6, .rot_z_deg = -0.9};
 
   template <class Self, class V>
   static void visit(Self& c, V&& v) {
