@@ -73,8 +73,9 @@ bool Colouring::try_moment(const Moment& moment, const ColourGain* gain, Coloure
     point.u = sight.x;
     point.v = sight.y;
   }
-  const double away = std::abs(to_seconds(point.time - moment.time)), interval = to_seconds(timeline_.interval());
-  const float timely = static_cast<float>(1.0 / (1.0 + away / interval));
+  const auto away = static_cast<float>(std::abs((point.time - moment.time).count()));
+  const auto interval = static_cast<float>(timeline_.interval().count());
+  const float timely = interval / (interval + away);
   const float border = std::min(1.0f, sight.border_px / kFullBorder);
   const float stamped = trust(moment.state) * (moment.timing == ExposureTiming::EventMark ? 1.0f : 0.8f);
   point.quality = static_cast<std::uint8_t>(1.0f + 254.0f * timely * border * stamped);

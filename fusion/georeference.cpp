@@ -35,30 +35,35 @@ bool is_usable(const LaserReturn& r) {
   return r.range_m > 0 && std::isfinite(r.range_m) && std::isfinite(r.x) && std::isfinite(r.y) && std::isfinite(r.z);
 }
 
-void append(const LaserReturn& r, std::uint32_t index, const Placement& a, const Placement& b, double s, GeoreferencedBatch& out) {
+/// `place_index`: where in the arrays, which are long enough.
+void put(const LaserReturn& r, std::uint32_t index, const Placement& a, const Placement& b, double s, std::size_t place_index,
+         GeoreferencedBatch& out) {
   std::array<double, 3> place{};
   for (std::size_t row = 0; row < 3; ++row) {
     const std::size_t k = 4 * row;
     const auto element = [&](std::size_t i) { return a.rows[k + i] + s * (b.rows[k + i] - a.rows[k + i]); };
     place[row] = element(0) * r.x + element(1) * r.y + element(2) * r.z + element(3);
   }
-  out.east.push_back(place[0]);
-  out.north.push_back(place[1]);
-  out.up.push_back(place[2]);
+  out.east[place_index] = place[0];
+  out.north[place_index] = place[1];
+  out.up[place_index] = place[2];
   const double range = r.range_m;
-  out.sigma_m.push_back(static_cast<float>(std::sqrt(a.variance_position + range * range * a.variance_angle)));
-  out.source.push_back(index);
+  out.sigma_m[place_index] = static_cast<float>(std::sqrt(a.variance_position + range * range * a.variance_angle));
+  out.source[place_index] = index;
 }
 
 }  // namespace
 
 void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const Trajectory& trajectory, nanoseconds pose_step,
                   GeoreferencedBatch& out) {
-  out.east.clear();
-  out.north.clear();
-  out.up.clear();
-  out.sigma_m.clear();
-  out.source.clear();
+  const auto resize = [&out](std::size_t size) {
+    out.east.resize(size);
+    out.north.resize(size);
+    out.up.resize(size);
+    out.sigma_m.resize(size);
+    out.source.resize(size);
+  };
+  resize(batch.returns.size());
   out.no_pose.fill(0);
   out.empty = 0;
   if (batch.returns.empty()) return;
@@ -73,6 +78,7 @@ void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const
   for (std::int64_t i = 0; i <= segments; ++i) {
     nodes[static_cast<std::size_t>(i)] = placement_at(start + nanoseconds(span * i / segments), sigma_time_s, mount, trajectory);
   }
+  std::size_t placed = 0;
   for (std::uint32_t i = 0; i < batch.returns.size(); ++i) {
     const LaserReturn& r = batch.returns[i];
     if (!is_usable(r)) {
@@ -84,17 +90,18 @@ void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const
     const Placement &a = nodes[static_cast<std::size_t>(segment)], &b = nodes[static_cast<std::size_t>(segment) + 1];
     if (a.reason == NoPose::None && b.reason == NoPose::None) {
       const std::int64_t from = span * segment / segments, to = span * (segment + 1) / segments;
-      append(r, i, a, b, to > from ? static_cast<double>(offset - from) / static_cast<double>(to - from) : 0.0, out);
+      put(r, i, a, b, to > from ? static_cast<double>(offset - from) / static_cast<double>(to - from) : 0.0, placed++, out);
       continue;
     }
     // The path begins or ends inside this stretch: ask for this firing's own pose.
     const Placement own = placement_at(batch.time + nanoseconds(r.time_offset_ns), sigma_time_s, mount, trajectory);
     if (own.reason == NoPose::None) {
-      append(r, i, own, own, 0.0, out);
+      put(r, i, own, own, 0.0, placed++, out);
     } else {
       ++out.no_pose[static_cast<std::size_t>(own.reason)];
     }
   }
+  resize(placed);
 }
 
 }  // namespace hueline::fusion

@@ -1,0 +1,149 @@
+#include <benchmark/benchmark.h>
+
+#include <chrono>
+#include <ctime>
+#include <numbers>
+
+#include "drive.hpp"
+#include "fusion/colouring.hpp"
+
+/// Cost of a point in the whole stage (placing, choosing exposure and lens, projecting, sampling) against the cost of only reading the
+/// same pixels from the same images in the same order. Images of six lenses of 2448 x 2048, raw Bayer; a scanner of 32 rings.
+namespace hueline::fusion {
+namespace {
+using namespace hueline::test;
+using Clock = std::chrono::steady_clock;
+
+/// Seconds of processor time of all threads: comparable even where the machine has other work.
+double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+constexpr double kSeconds = 2.0, kInterval = 0.5, kPacketRate = 3000;
+constexpr int kFirings = 12, kRings = 32;  // 1.15 million returns a second
+
+struct Workload {
+  Drive drive{Motion{}};
+  RigGeometry rig;
+  std::vector<InsSolution> solutions;
+  std::vector<StampedLaserBatch> batches;
+  std::vector<Exposure> exposures;
+  std::size_t returns = 0;
+};
+
+const Workload& workload(LensModel model) {
+  static std::map<LensModel, Workload> made;
+  const auto [it, is_new] = made.try_emplace(model);
+  Workload& w = it->second;
+  if (!is_new) return w;
+  w.rig = ladybug_rig(model);
+  w.rig.lasers[0].T_body_scanner = {Eigen::Quaterniond::Identity(), {0, 0, 1.2}};
+  for (std::size_t i = 0; i < w.rig.head.lenses.size(); ++i) {
+    LensMount& lens = w.rig.head.lenses[i];
+    lens.intrinsics.width = 2448;
+    lens.intrinsics.height = 2048;
+    lens.intrinsics.focal_px *= 8;
+    lens.intrinsics.principal_point_px *= 8;
+    lens.y_offset = static_cast<std::uint32_t>(2048 * i);
+  }
+  for (int i = 0; i <= static_cast<int>(200 * (kSeconds + 2)); ++i) w.solutions.push_back(w.drive.solution(i / 200.0));
+  const auto pixel = [](std::uint32_t x, std::uint32_t y, int c) { return static_cast<double>((x * 7 + y * 13 + static_cast<unsigned>(c) * 50) & 127u) + 60; };
+  for (int i = 0; i < static_cast<int>((kSeconds + 1.5) / kInterval); ++i) {
+    w.exposures.push_back(make_exposure(static_cast<std::uint32_t>(i), kInterval * i, make_image(2448, 6 * 2048, PixelFormat::BayerRG8, pixel)));
+  }
+  int firing = 0;
+  for (double t = 0.5; t < 0.5 + kSeconds; t += 1 / kPacketRate) {
+    StampedLaserBatch batch;
+    batch.sensor = kLaser;
+    batch.time = at(t);
+    batch.state = SyncState::Locked;
+    for (int f = 0; f < kFirings; ++f, ++firing) {
+      const double azimuth = firing * 2 * std::numbers::pi / 1800;
+      for (int ring = 0; ring < kRings; ++ring) {
+        const double elevation = (-30 + 1.33 * ring) * std::numbers::pi / 180;
+        // A road 3.2 m below and walls 8 m to both sides.
+        const double to_road = elevation < 0 ? 3.2 / -std::sin(elevation) : 1e9;
+        const double to_wall = 8 / std::max(1e-3, std::abs(std::sin(azimuth)) * std::cos(elevation));
+        const double range = std::min({to_road, to_wall, 60.0});
+        LaserReturn r;
+        r.x = static_cast<float>(range * std::cos(elevation) * std::sin(azimuth));
+        r.y = static_cast<float>(range * std::cos(elevation) * std::cos(azimuth));
+        r.z = static_cast<float>(range * std::sin(elevation));
+        r.range_m = static_cast<float>(range);
+        r.time_offset_ns = static_cast<std::int32_t>(f * 1e9 / (kPacketRate * kFirings));
+        r.channel = static_cast<std::uint16_t>(ring);
+        batch.returns.push_back(r);
+      }
+    }
+    w.returns += batch.returns.size();
+    w.batches.push_back(std::move(batch));
+  }
+  return w;
+}
+
+/// Reads the pixels that a sample needs (12 of a 4 x 4 neighbourhood) at each point's place; ns a point.
+double gather_ns(const Workload& w, const std::vector<CloudBlock>& blocks) {
+  std::vector<const std::uint8_t*> places;
+  const std::size_t stride = 2448;
+  for (const CloudBlock& block : blocks) {
+    for (const ColouredPoint& p : block.points) {
+      if (p.exposure == kNoExposure) continue;
+      const RawView view = view_of(w.exposures[p.exposure].image);
+      places.push_back(view.data + (static_cast<std::size_t>(p.v) + w.rig.head.lenses[p.lens].y_offset) * stride + static_cast<std::size_t>(p.u));
+    }
+  }
+  double best = 1e9;
+  for (int repeat = 0; repeat < 5; ++repeat) {
+    const double start = cpu_seconds();
+    std::uint64_t sum = 0;
+    for (const std::uint8_t* p : places) {
+      sum += p[0] + p[1] + p[2] + p[stride] + p[stride + 1] + p[stride + 2] + p[-static_cast<std::ptrdiff_t>(stride)] +
+             p[-static_cast<std::ptrdiff_t>(stride) + 1] + p[2 * stride] + p[2 * stride + 1] + p[stride - 1] + p[-1];
+    }
+    benchmark::DoNotOptimize(sum);
+    best = std::min(best, (cpu_seconds() - start) * 1e9 / static_cast<double>(places.size()));
+  }
+  return best;
+}
+
+void colour_drive(benchmark::State& state, LensModel model, ColourMethod method) {
+  const Workload& w = workload(model);
+  Colouring::Config config;
+  config.method = method;
+  config.threads = static_cast<int>(state.range(0));
+  std::vector<CloudBlock> blocks;
+  std::uint64_t direct = 0;
+  double stage_ns = 0, wall = 0;
+  for (auto _ : state) {
+    blocks.clear();
+    std::vector<StampedLaserBatch> batches = w.batches;
+    Colouring colouring(config, w.rig, [&](CloudBlock&& block) { blocks.push_back(std::move(block)); });
+    for (const InsSolution& s : w.solutions) colouring.add(s);
+    for (const Exposure& e : w.exposures) colouring.add(e);
+    const auto start = Clock::now();
+    const double cpu_start = cpu_seconds();
+    for (StampedLaserBatch& batch : batches) colouring.add(std::move(batch));
+    colouring.flush();
+    wall = std::chrono::duration<double>(Clock::now() - start).count();
+    stage_ns = (cpu_seconds() - cpu_start) * 1e9 / static_cast<double>(w.returns);
+    state.SetIterationTime(wall);
+    direct = colouring.counts().by_state[0];
+  }
+  state.counters["points/s"] = static_cast<double>(w.returns) / wall;
+  state.counters["cpu_ns/point"] = stage_ns;
+  state.counters["direct"] = static_cast<double>(direct) / static_cast<double>(w.returns);
+  if (method == ColourMethod::Lens) {
+    const double gather = gather_ns(w, blocks);
+    state.counters["gather_ns"] = gather;
+    state.counters["ratio"] = stage_ns / gather;
+  }
+}
+
+BENCHMARK_CAPTURE(colour_drive, brown_lens, LensModel::Brown, ColourMethod::Lens)->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(colour_drive, kannala_brandt_lens, LensModel::KannalaBrandt, ColourMethod::Lens)->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(colour_drive, kannala_brandt_panorama, LensModel::KannalaBrandt, ColourMethod::Panorama)->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace hueline::fusion
