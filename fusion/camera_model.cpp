@@ -30,8 +30,8 @@ std::string CameraIntrinsics::validate() const {
     }
   }
   if (!all_finite(distortion)) return "distortion has a value that is not a number";
-  if (!(max_angle > 0.01 && max_angle <= std::numbers::pi)) {
-    return fmt::format("max_angle is {}; allowed: 0.01 to pi rad", max_angle);
+  if (!(max_angle > 0.01 && max_angle <= 2.5)) {
+    return fmt::format("max_angle is {}; allowed: 0.01 to 2.5 rad", max_angle);
   }
   return {};
 }
