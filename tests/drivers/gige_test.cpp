@@ -1,93 +1,12 @@
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <fstream>
-#include <map>
-#include <optional>
-
-#include "drivers/gige/aravis_source.hpp"
-#include "drivers/gige/image_decoder.hpp"
-#include "drivers/transport/host_clock.hpp"
-#include "tests/drivers/fake_camera.hpp"
-#include "tests/drivers/network_lab.hpp"
+#include "tests/drivers/gige_reader.hpp"
 
 // AravisSource against Aravis's own fake GigE Vision camera: real sockets, real protocol.
 namespace hueline::drivers {
 namespace {
 
-using std::chrono::milliseconds;
-using std::chrono::seconds;
 using test::FakeCamera;
-
-AravisSource::Config at_loopback() {
-  AravisSource::Config config;
-  config.address = config.interface = "127.0.0.1";
-  config.width = 320;
-  config.height = 240;
-  config.frame_rate_hz = 50;
-  return config;
-}
-
-// What came within `limit`, or until `enough` says so.
-struct Catch {
-  std::vector<Packet> packets;
-  std::vector<Image> images;
-  std::map<FaultKind, std::uint64_t> faults;  // units
-  std::optional<ErrorCode> ended;             // anything but TimedOut
-};
-template <class Enough>
-Catch read(AravisSource& source, nanoseconds limit, Enough&& enough, bool keep_packets = true) {
-  Catch caught;
-  ImageDecoder decoder({});
-  const HostTime end = host_now() + limit;
-  while (host_now() < end && !enough(caught)) {
-    auto packet = source.next({});
-    if (!packet) {
-      if (packet.error().code == ErrorCode::TimedOut) continue;
-      caught.ended = packet.error().code;
-      break;
-    }
-    if (packet->kind == PacketKind::Fault) {
-      const auto fault = decode_fault(packet->sensor, packet->received, packet->bytes.bytes());
-      EXPECT_TRUE(fault.ok());
-      caught.faults[fault->kind] += fault->count;
-      continue;
-    }
-    std::vector<Measurement> out;
-    decoder.decode(*packet, out);
-    for (auto& m : out) {
-      if (auto* image = std::get_if<Image>(&m)) {
-        if (!keep_packets) image->buffer = {};
-        caught.images.push_back(std::move(*image));
-      } else if (auto* fault = std::get_if<Fault>(&m)) {
-        caught.faults[fault->kind] += fault->count;
-      }
-    }
-    if (keep_packets) caught.packets.push_back(std::move(*packet));
-  }
-  return caught;
-}
-auto images(std::size_t count) {
-  return [count](const Catch& c) { return c.images.size() >= count; };
-}
-
-bool is_as_painted(const Image& image) {
-  const auto pixels = image.pixels();
-  for (std::size_t i = 0; i < pixels.size(); ++i)
-    if (static_cast<std::uint8_t>(pixels[i]) != FakeCamera::pixel(image.frame_id, i)) return false;
-  return pixels.size() == std::size_t{image.width} * image.height;
-}
-
-class Gige : public testing::Test {
- protected:
-  // Without a network of its own the test runs on the machine's loopback, where another camera may hold the port.
-  static void SetUpTestSuite() { has_own_network = test::enter_own_network(); }
-  void SetUp() override {
-    if (!has_own_network)
-      GTEST_LOG_(INFO) << "no privilege for a network of its own; on the machine's loopback instead";
-  }
-  static inline bool has_own_network = false;
-};
 
 TEST_F(Gige, ImagesArriveWholeInPlaceAndInOrder) {
   FakeCamera camera("127.0.0.1", "GV01");
@@ -236,89 +155,6 @@ TEST_F(Gige, KilledCameraIsDisconnectedAndItsSuccessorOpens) {
   const auto reopened = source.open();
   ASSERT_TRUE(reopened.ok()) << reopened.error().message;
   EXPECT_EQ(read(source, seconds(5), images(5)).images.size(), 5U);
-}
-
-// Mean size of the packets that came in, from this thread's network.
-double bytes_per_packet(const std::string& interface) {
-  std::ifstream file("/proc/thread-self/net/dev");
-  std::string word;
-  while (file >> word && word != interface + ":") continue;
-  double bytes = 0, packets = 0;
-  file >> bytes >> packets;
-  return bytes / packets;
-}
-
-// Two machines and a cable with jumbo frames between them.
-class GigeCable : public Gige {
- protected:
-  void SetUp() override {
-    if (!has_own_network) GTEST_SKIP() << "needs the privilege to make network namespaces";
-    machine_id_ = other_.id();
-    const std::string there = std::to_string(machine_id_);
-    const bool is_laid = machine_id_ &&
-                         test::run("ip link add v0 mtu 9000 type veth peer name v1 mtu 9000 netns " + there) &&
-                         test::run("ip addr add 10.9.0.1/24 dev v0") && test::run("ip link set v0 up");
-    if (!is_laid) GTEST_SKIP() << "this kernel or container makes no veth pair";
-    other_.run_there([&] {
-      ASSERT_TRUE(test::run("ip addr add 10.9.0.2/24 dev v1") && test::run("ip link set v1 up"));
-      camera_.emplace("10.9.0.2", "GV01");
-      ASSERT_TRUE(camera_->is_running());
-    });
-    config_ = at_loopback();
-    config_.address = "10.9.0.2";
-    config_.interface = "10.9.0.1";
-  }
-  void TearDown() override {
-    other_.run_there([&] { camera_.reset(); });
-  }
-  bool run_there(const std::string& command) {
-    bool is_done = false;
-    other_.run_there([&] { is_done = test::run(command); });
-    return is_done;
-  }
-  test::OtherMachine other_;
-  pid_t machine_id_ = 0;
-  std::optional<FakeCamera> camera_;
-  AravisSource::Config config_;
-};
-
-TEST_F(GigeCable, LargeImagesInJumboFramesThenLossThenUnplugged) {
-  config_.width = 2048;
-  config_.height = 2048;
-  config_.frame_rate_hz = 10;
-  config_.serial = "GV01";
-  config_.packet_size = 9000;
-  for (const bool packet_socket : {true, false}) {
-    config_.packet_socket = packet_socket;
-    AravisSource source(config_);
-    const auto opened = source.open();
-    ASSERT_TRUE(opened.ok()) << opened.error().message;
-    const Catch caught = read(source, seconds(8), images(10));
-    ASSERT_EQ(caught.images.size(), 10U) << packet_socket;
-    for (const Image& image : caught.images) EXPECT_TRUE(!image.is_complete || is_as_painted(image));
-    EXPECT_GE(source.counts().complete_images, 8U);
-  }
-  EXPECT_GT(bytes_per_packet("v0"), 7000) << "not in jumbo frames";
-
-  AravisSource source(config_);
-  ASSERT_TRUE(source.open().ok());
-  if (run_there("tc qdisc add dev v1 root netem loss 0.2%")) {
-    const Catch lossy = read(source, seconds(5), [](const Catch& c) { return c.faults.count(FaultKind::Lost) != 0; });
-    EXPECT_GT(lossy.faults.count(FaultKind::Lost), 0U);
-    EXPECT_GT(source.counts().incomplete_images, 0U);
-    EXPECT_TRUE(run_there("tc qdisc del dev v1 root"));
-  } else {
-    GTEST_LOG_(INFO) << "reported skip: this kernel has no netem; loss was tested by the camera itself";
-  }
-  ASSERT_TRUE(run_there("ip link set v1 down"));
-  EXPECT_EQ(read(
-                source, seconds(20), [](const Catch&) { return false; }, false)
-                .ended,
-            ErrorCode::Disconnected);
-  ASSERT_TRUE(run_there("ip link set v1 up"));
-  const auto reopened = source.open();
-  ASSERT_TRUE(reopened.ok()) << reopened.error().message;
-  EXPECT_EQ(read(source, seconds(8), images(3)).images.size(), 3U);
 }
 
 TEST(GigeConfig, SaysWhichKeyIsWrong) {
