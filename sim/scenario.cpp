@@ -11,7 +11,7 @@ namespace hueline::sim {
 namespace {
 
 /// Raise when the same scenario is to give other bytes than before: old cache folders are then left alone.
-constexpr int kRendererRevision = 1;
+constexpr int kRendererRevision = 2;
 
 std::string number(double x) {
   char text[40];
