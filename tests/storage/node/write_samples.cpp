@@ -9,6 +9,7 @@
 #include "storage/las_writer.hpp"
 #include "tests/storage/sample_cloud.hpp"
 #include "tests/storage/sample_packets.hpp"
+#include "tests/storage/sample_view.hpp"
 
 namespace {
 
@@ -83,5 +84,6 @@ int main(int argc, char** argv) {
   for (const char* kind : {"none", "lz4", "zstd"})
     std::filesystem::remove(folder / ("raw_" + std::string(kind) + ".mcap"), error);
   std::filesystem::create_directories(folder, error);
-  return write_recordings(folder) && write_cloud(folder) ? 0 : 1;
+  return write_recordings(folder) && write_cloud(folder) && !failed(test::write_sample_view(folder / "view.mcap")) ? 0
+                                                                                                                   : 1;
 }

@@ -1,0 +1,79 @@
+#pragma once
+
+#include "core/coloured_point.hpp"
+#include "core/measurements.hpp"
+#include "core/stamped.hpp"
+#include "storage/mcap_writer.hpp"
+
+namespace google::protobuf {
+class Message;
+}
+
+namespace hueline::storage {
+
+/// Writes what people look at as an MCAP file of Foxglove messages: `view.mcap` opens in Foxglove Studio and any other
+/// reader of these public schemas. Thread-bound. Reads no clock: the same calls give the same bytes. Time stamps are
+/// UTC, as Foxglove wants them.
+///
+/// | topic | message | frame |
+/// |---|---|---|
+/// | /cloud | foxglove.PointCloud: x y z (m), red green blue alpha, intensity, quality | enu |
+/// | /pose, /tf | foxglove.PoseInFrame, foxglove.FrameTransform: Body in Enu | enu, body |
+/// | /fix | foxglove.LocationFix: height above the ellipsoid | antenna |
+/// | /image/NAME | foxglove.CompressedImage: a reduced JPEG | NAME |
+/// | /log | foxglove.Log | |
+///
+/// The first failed write is remembered and returned by all later calls.
+class ViewWriter {
+ public:
+  struct Config {
+    std::uint32_t keep_every = 10;                                ///< 1 ... : every n-th point is shown
+    nanoseconds cloud_interval = std::chrono::milliseconds(500);  ///< points of this much time are one message
+    nanoseconds pose_interval = std::chrono::milliseconds(100);   ///< at most one pose in this time
+    nanoseconds image_interval = std::chrono::seconds(1);         ///< at most one image of a camera in this time
+    int image_longest_px = 2048;                                  ///< 16 ... 16384
+    int jpeg_quality = 85;                                        ///< 1 ... 100
+    Compression compression = Compression::Zstd;
+    IfExists if_exists = IfExists::Replace;
+    std::string validate() const;
+  };
+  enum class Level { Debug = 1, Info, Warning, Error };  ///< numbers of foxglove.Log.Level
+
+  /// `origin`: of the frame enu.
+  static Result<ViewWriter> create(const std::filesystem::path& path, const Geodetic& origin, const Config& config);
+  ViewWriter(ViewWriter&&) noexcept = default;
+  ViewWriter& operator=(ViewWriter&&) = delete;
+
+  Status append(const CloudBlock& block);
+  Status append(const InsSolution& solution);
+  Status append(const GnssFix& fix);
+  /// `camera`: the rig's name for it. Incomplete images are left out.
+  Status append(const Exposure& exposure, const std::string& camera);
+  Status append_log(GpsTime time, Level level, const std::string& who, const std::string& text);
+  Status close();
+
+  std::uint64_t bytes_written() const { return mcap_.bytes_written(); }
+  std::uint64_t messages_written() const { return mcap_.statistics().message_count; }
+
+ private:
+  enum Channel : std::uint16_t { kCloud = 1, kPose, kTransform, kFix, kLog, kFirstImage };
+  ViewWriter(McapWriter mcap, const Geodetic& origin, const Config& config);
+  Status add_channels();
+  Status write(std::uint16_t channel, GpsTime time, const google::protobuf::Message& message);
+  Status write_cloud();
+
+  McapWriter mcap_;
+  Geodetic origin_;
+  Transform<Enu, Ecef> T_enu_ecef_;
+  Config config_;
+  std::string points_;  // packed, waiting
+  GpsTime cloud_start_{};
+  std::uint64_t points_seen_ = 0;
+  std::optional<GpsTime> last_pose_;
+  std::uint16_t image_schema_ = 0;
+  std::map<std::string, std::pair<std::uint16_t, std::optional<GpsTime>>>
+      cameras_;  // channel and time of the last image
+  std::map<std::uint16_t, std::uint32_t> sequences_;
+};
+
+}  // namespace hueline::storage
