@@ -147,7 +147,10 @@ std::optional<Error> McapReader::read_record() {
   at_ += kMcapRecordHead + length;
   if (opcode == McapOpcode::DataEnd) {
     ByteReader content(record->bytes());
-    return finish(check_end(content.take<std::uint32_t>()));
+    Error error = check_end(content.take<std::uint32_t>());
+    // Damage found at the end is told once: "go on after Malformed" must come to an end.
+    end_ = error.code == ErrorCode::Malformed ? Error{ErrorCode::EndOfData, "end of " + file_.path().string()} : error;
+    return error;
   }
   data_crc_ = crc32(data_crc_, head);
   if (opcode == McapOpcode::Chunk) return load_chunk(*record, record_at, data_crc_);

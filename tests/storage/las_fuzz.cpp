@@ -1,0 +1,57 @@
+// Any bytes as a LAS file: no crash, no endless loop; and the same from a whole cloud with edits, which reaches
+// further.
+#include <cstdint>
+
+#include "storage/las_reader.hpp"
+#include "storage/las_writer.hpp"
+#include "tests/storage/fuzz_file.hpp"
+#include "tests/storage/sample_cloud.hpp"
+
+namespace {
+
+using namespace hueline;
+using namespace hueline::storage;
+
+std::string small_cloud() {
+  const test::MemoryFile file({});
+  auto writer = LasWriter::create(file.path(), test::sample_origin(), {});
+  if (!writer || !writer->append(test::sample_cloud(20)) || !writer->close()) std::abort();
+  return file.contents();
+}
+
+/// Where everyone can see it, so that the reading is not left out.
+double read_sum = 0;
+
+void read_all(const std::string& bytes) {
+  const test::MemoryFile file(bytes);
+  auto reader = LasReader::open(file.path());
+  if (!reader) return;
+  double sum = 0;
+  std::size_t read = 0;
+  std::vector<LasPoint> points;
+  while (reader->next(points, 1000) && !points.empty()) {
+    read += points.size();
+    for (const LasPoint& p : points) {
+      sum += p.x + p.time.value_or(0);
+      for (const LasExtraField& field : reader->extra_fields()) sum += LasReader::extra(p, field);
+      if (const auto time = reader->gps_time(p)) sum += static_cast<double>(count_ns(*time));
+    }
+  }
+  if (read * reader->header().point_size > bytes.size()) std::abort();  // more points than there are bytes
+  read_sum += sum + static_cast<double>(reader->wkt().size());
+}
+
+}  // namespace
+
+double fuzz_read_sum() { return read_sum; }
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const std::string whole = small_cloud();
+  std::string file = whole;
+  const std::size_t edits = size ? data[0] % 12u : 0;  // few, so that much of the file stays whole
+  for (std::size_t i = 1; i + 3 <= size && i < 1 + 3 * edits; i += 3)
+    file[(static_cast<std::size_t>(data[i]) << 8 | data[i + 1]) % file.size()] = static_cast<char>(data[i + 2]);
+  read_all(file);
+  read_all(std::string(reinterpret_cast<const char*>(data), size));
+  return 0;
+}

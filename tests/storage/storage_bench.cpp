@@ -1,0 +1,157 @@
+// Costs of recording and of writing the cloud, each against the plainest thing that moves the same bytes:
+//   storage_bench [--benchmark_filter=...]; HUELINE_BENCH_DIR: the folder to write in (default: the temporary folder).
+#include <benchmark/benchmark.h>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <stdexcept>
+
+#include "storage/journal_reader.hpp"
+#include "storage/journal_writer.hpp"
+#include "storage/las_writer.hpp"
+#include "tests/storage/sample_cloud.hpp"
+#include "tests/storage/sample_packets.hpp"
+
+namespace {
+
+using namespace hueline;
+using namespace hueline::storage;
+using Clock = std::chrono::steady_clock;
+
+std::filesystem::path folder() {
+  if (const char* named = std::getenv("HUELINE_BENCH_DIR")) return named;
+  return std::filesystem::temp_directory_path();
+}
+
+/// One second of a drive: 10 images of 30 MB, 1500 laser packets, 300 of the POS.
+std::vector<Packet> one_second() {
+  const Buffer image = test::pattern_buffer(30'000'000, 1), laser = test::pattern_buffer(1206, 2),
+               pos = test::pattern_buffer(120, 3);
+  std::vector<Packet> packets;
+  for (std::uint64_t i = 0; i < 1810; ++i) {
+    Packet p;
+    p.sequence = i;
+    p.received = host_time_ns(static_cast<std::int64_t>(i) * 552'486);
+    const bool is_image = i % 181 == 180;
+    p.sensor = is_image ? 2 : i % 6 == 5 ? 3 : 1;
+    p.bytes = is_image ? image : p.sensor == 3 ? pos : laser;
+    packets.push_back(p);
+  }
+  return packets;
+}
+
+double seconds(Clock::time_point from) { return std::chrono::duration<double>(Clock::now() - from).count(); }
+
+/// The plain way: the same bytes in the same number by write(2), ending with fdatasync.
+double plain_write(const std::filesystem::path& path, const std::vector<Packet>& packets) {
+  const auto start = Clock::now();
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  for (const Packet& p : packets)
+    for (std::size_t done = 0; done < p.bytes.size();) {
+      const ssize_t step = ::write(fd, p.bytes.data() + done, p.bytes.size() - done);
+      if (step <= 0) throw std::runtime_error("write");
+      done += static_cast<std::size_t>(step);
+    }
+  if (::fdatasync(fd) != 0) throw std::runtime_error("fdatasync");
+  ::close(fd);
+  return seconds(start);
+}
+
+double journal_write(const std::filesystem::path& path, const std::vector<Packet>& packets, Compression compression) {
+  JournalWriter::Config config;
+  config.if_exists = IfExists::Replace;
+  config.compression = compression;
+  config.sync_interval = nanoseconds(0);  // as the plain way: once, at the end
+  const auto start = Clock::now();
+  auto writer = JournalWriter::create(path, test::sample_header(), config);
+  for (const Packet& p : packets)
+    if (!writer->append(p)) throw std::runtime_error("append");
+  if (!writer->close()) throw std::runtime_error("close");
+  return seconds(start);
+}
+
+/// ratio: speed of the journal over that of plain writes, turn about in the same run.
+void journal_against_plain_write(benchmark::State& state) {
+  const auto packets = one_second();
+  const auto path = folder() / "hueline_bench.bin";
+  std::uint64_t bytes = 0;
+  for (const Packet& p : packets) bytes += p.bytes.size();
+  double plain = 0, journal = 0;
+  (void)plain_write(path, packets);
+  for (auto _ : state) {
+    plain += plain_write(path, packets);
+    const double took = journal_write(path, packets, Compression::None);
+    journal += took;
+    state.SetIterationTime(took);
+  }
+  std::filesystem::remove(path);
+  state.counters["ratio"] = plain / journal;
+  state.counters["plain_MB/s"] = static_cast<double>(bytes) * 1e-6 * static_cast<double>(state.iterations()) / plain;
+  state.counters["journal_MB/s"] =
+      static_cast<double>(bytes) * 1e-6 * static_cast<double>(state.iterations()) / journal;
+}
+BENCHMARK(journal_against_plain_write)->UseManualTime()->Iterations(8)->Unit(benchmark::kMillisecond);
+
+/// Small packets only: what a packet costs.
+void journal_small_packets(benchmark::State& state) {
+  std::vector<Packet> packets;
+  const Buffer laser = test::pattern_buffer(1206, 2);
+  for (std::uint64_t i = 0; i < 100'000; ++i) {
+    Packet p;
+    p.sequence = i;
+    p.sensor = 1;
+    p.received = host_time_ns(static_cast<std::int64_t>(i) * 10'000);
+    p.bytes = laser;
+    packets.push_back(p);
+  }
+  const auto path = folder() / "hueline_bench.bin";
+  for (auto _ : state) state.SetIterationTime(journal_write(path, packets, Compression::None));
+  std::filesystem::remove(path);
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(packets.size()));
+}
+BENCHMARK(journal_small_packets)->UseManualTime()->Iterations(5)->Unit(benchmark::kMillisecond);
+
+void journal_read(benchmark::State& state) {
+  const auto packets = one_second();
+  const auto path = folder() / "hueline_bench.bin";
+  (void)journal_write(path, packets, Compression::None);
+  for (auto _ : state) {
+    auto reader = JournalReader::open(path);
+    std::size_t read = 0;
+    while (auto packet = (*reader)->next({})) benchmark::DoNotOptimize(packet->bytes.data()), ++read;
+    if (read != packets.size()) throw std::runtime_error("lost packets");
+  }
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(std::filesystem::file_size(path)));
+  std::filesystem::remove(path);
+}
+BENCHMARK(journal_read)->Unit(benchmark::kMillisecond);
+
+/// per_copy: time of writing a cloud over that of copying its points in memory.
+void las_against_memory_copy(benchmark::State& state) {
+  const CloudBlock cloud = test::sample_cloud(2'000'000);
+  std::vector<ColouredPoint> copy(cloud.points.size());
+  const auto path = folder() / "hueline_bench.las";
+  double copying = 0, writing = 0;
+  for (auto _ : state) {
+    auto start = Clock::now();
+    std::memcpy(static_cast<void*>(copy.data()), cloud.points.data(), cloud.points.size() * sizeof(ColouredPoint));
+    benchmark::ClobberMemory();
+    copying += seconds(start);
+    start = Clock::now();
+    auto writer = LasWriter::create(path, cloud.origin, {});
+    if (!writer->append(cloud) || !writer->flush()) throw std::runtime_error("append");
+    const double took = seconds(start);
+    writing += took;
+    state.SetIterationTime(took);
+    (void)writer->close();
+  }
+  std::filesystem::remove(path);
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(cloud.points.size()));
+  state.counters["per_copy"] = writing / copying;
+}
+BENCHMARK(las_against_memory_copy)->UseManualTime()->Iterations(5)->Unit(benchmark::kMillisecond);
+
+}  // namespace
