@@ -28,9 +28,9 @@ Status JournalReader::read_header() {
   for (const auto& [id, channel] : mcap_->channels()) {
     const auto schema = mcap_->schemas().find(channel.schema_id);
     if (schema == mcap_->schemas().end() || schema->second.name != kRawPacketSchema) continue;
-    const auto value = [&](const char* key) {
-      const auto found = channel.metadata.find(key);
-      return found == channel.metadata.end() ? std::string() : found->second;
+    const auto value = [&facts = channel.metadata](const char* key) {
+      const auto found = facts.find(key);
+      return found == facts.end() ? std::string() : found->second;
     };
     if (header_.sensors.size() <= id) header_.sensors.resize(id + std::size_t{1});
     header_.sensors[id] = {value("name"), value("device")};
