@@ -133,18 +133,25 @@ Result<RgbImage> picture_from_street(const std::filesystem::path& las, const Str
   }
   const PointColour colour(*reader, brightest_colour < 256, brightest_intensity);
 
-  Canvas canvas{RgbImage(config.width, config.height, {}), {}};
-  for (int y = 0; y < config.height; ++y)
-    for (int x = 0; x < config.width; ++x) canvas.image.at(x, y) = sky(y, config.height);
+  // Drawn with a margin that is cut off again: at the picture's border, too, points lie all around.
+  const double closing = std::max(6.0, config.width / 120.0);
+  const int margin = static_cast<int>(std::ceil(closing));
+  const int width = config.width + 2 * margin, height = config.height + 2 * margin;
+  Canvas canvas{RgbImage(width, height, {}), {}};
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) canvas.image.at(x, y) = sky(y, height);
   canvas.depth.assign(canvas.image.pixels.size(), kEmpty);
 
   const double focal = config.width / 2.0 / std::tan(config.horizontal_view / 2);
   const double ch = std::cos(config.heading), sh = std::sin(config.heading);
   const double cp = std::cos(config.pitch), sp = std::sin(config.pitch);
   const Eigen::Vector3d forward(sh * cp, ch * cp, sp), right(ch, -sh, 0), down = forward.cross(right);
-  const double cx = (config.width - 1) / 2.0, cy = (config.height - 1) / 2.0;
+  const double cx = (width - 1) / 2.0, cy = (height - 1) / 2.0;
   reader->rewind();
-  while (reader->next(points) && !points.empty())
+  while (true) {
+    const Status read = reader->next(points);
+    if (!read && read.error().code != ErrorCode::Truncated) return read.error();
+    if (!read || points.empty()) break;  // of a cut cloud, what there is
     for (const LasPoint& p : points) {
       const Eigen::Vector3d d(p.x - config.position.x(), p.y - config.position.y(), p.z - config.position.z());
       const double depth = d.dot(forward);
@@ -152,12 +159,16 @@ Result<RgbImage> picture_from_street(const std::filesystem::path& las, const Str
       const double x = cx + focal * d.dot(right) / depth, y = cy + focal * d.dot(down) / depth;
       const double radius_m = std::max(config.splat_m, config.splat_share * depth);
       const double radius_px = std::min(focal * radius_m / depth, config.width / 20.0);
-      if (x < -radius_px || y < -radius_px || x > config.width + radius_px || y > config.height + radius_px) continue;
+      if (x < -radius_px || y < -radius_px || x > width + radius_px || y > height + radius_px) continue;
       draw_disc(canvas, x, y, radius_px, depth, radius_m, colour(p));
     }
+  }
   close_gaps(canvas, 3.5, 48);
-  close_gaps(canvas, std::max(6.0, config.width / 120.0), 96);
-  return std::move(canvas.image);
+  close_gaps(canvas, closing, 96);
+  RgbImage view(config.width, config.height, {});
+  for (int y = 0; y < view.height; ++y)
+    for (int x = 0; x < view.width; ++x) view.at(x, y) = canvas.image.at(x + margin, y + margin);
+  return view;
 }
 
 }  // namespace hueline::storage

@@ -156,7 +156,11 @@ Result<TopView> picture_from_above(const std::filesystem::path& las, const TopVi
   const PointColour colour(*reader, found->brightest_colour < 256, found->brightest_intensity);
   std::vector<Cell> cells(view.image.pixels.size());
   reader->rewind();
-  for (std::vector<LasPoint> points; reader->next(points) && !points.empty();)
+  std::vector<LasPoint> points;
+  while (true) {
+    const Status read = reader->next(points);
+    if (!read && read.error().code != ErrorCode::Truncated) return read.error();
+    if (!read || points.empty()) break;  // of a cut cloud, what there is
     for (const LasPoint& p : points) {
       const double column = std::floor((p.x - view.west) / view.cell_m),
                    row = std::floor((view.north - p.y) / view.cell_m);
@@ -169,6 +173,7 @@ Result<TopView> picture_from_above(const std::filesystem::path& las, const TopVi
       cells[i] = {z, coloured};
       view.image.pixels[i] = colour(p);
     }
+  }
   close_gaps(view.image, cells);
   draw_scale_bar(view);
   draw_north_arrow(view.image);
