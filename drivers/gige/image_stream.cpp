@@ -122,8 +122,9 @@ void ImageStream::on_event(void* self, ArvStreamCallbackType type, ArvBuffer*) {
 
 void ImageStream::take_finished() {
   const HostTime now = host_now();
+  ArvStream* stream = stream_;  // first: what start() wrote before it is then seen too
   const std::uint64_t missing = is_gige_ ? info("n_missing_packets") : 0;
-  while (ArvBuffer* buffer = arv_stream_try_pop_buffer(stream_)) {
+  while (ArvBuffer* buffer = arv_stream_try_pop_buffer(stream)) {
     --given_;
     std::lock_guard lock(mutex_);
     finished_.push_back({GRef<ArvBuffer>(buffer), now, missing});

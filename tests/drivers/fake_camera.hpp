@@ -42,8 +42,8 @@ class FakeCamera {
     for (std::size_t i = 0; i < size; ++i) pixels[i] = pixel(frame_id, i);
   }
 
-  ArvGvFakeCamera* camera_;
   std::atomic<std::uint32_t> exposure_us_{0}, gain_{0};
+  ArvGvFakeCamera* camera_;  // last: its thread may fill an image at once
 };
 
 }  // namespace hueline::test

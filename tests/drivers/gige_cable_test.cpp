@@ -40,6 +40,7 @@ class GigeCable : public Gige {
   }
   void TearDown() override {
     other_.run_there([&] { camera_.reset(); });
+    test::run("ip link del v0");
   }
   bool run_there(const std::string& command) {
     bool is_done = false;
