@@ -1,0 +1,16 @@
+#pragma once
+
+#include "sim/world.hpp"
+
+namespace hueline::sim {
+
+/// What shading needs of a hit, on top of Seen.
+struct World::Contact {
+  const Mesh::Face* face = nullptr;  ///< null: sky or own vehicle
+  float u = 0, v = 0;                ///< texture coordinates
+  Vec3 grad_u, grad_v;
+  bool in_sun = false;
+  int own_part = -1;
+};
+
+}  // namespace hueline::sim

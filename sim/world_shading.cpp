@@ -1,0 +1,57 @@
+#include <algorithm>
+#include <cmath>
+
+#include "sim/texture.hpp"
+#include "sim/world_contact.hpp"
+
+namespace hueline::sim {
+
+Radiance World::sky(Vec3 d) const {
+  const auto up = static_cast<float>(std::max(0.0, d.z));
+  const float haze = std::exp(-5.0f * up);
+  Radiance c{0.22f + 0.50f * haze, 0.42f + 0.36f * haze, 0.80f + 0.05f * haze};
+  if (d.z > 0.03) {
+    const auto x = static_cast<float>(d.x / d.z), y = static_cast<float>(d.y / d.z);
+    float n = smooth_noise(x * 0.9f + 7, y * 0.9f, 0, 71) + 0.5f * smooth_noise(x * 2.1f, y * 2.1f, 0, 72) + 0.25f * smooth_noise(x * 4.7f, y * 4.7f, 0.3f, 73);
+    n = std::clamp(0.9f * n - 0.15f, 0.0f, 1.0f) * std::min(1.0f, 6.0f * up);
+    c = {c.r + (0.92f - c.r) * n, c.g + (0.92f - c.g) * n, c.b + (0.94f - c.b) * n};
+  }
+  const auto glow = static_cast<float>(std::max(0.0, dot(d, to_sun_)));
+  const float g8 = glow * glow * glow * glow * glow * glow * glow * glow, disc = glow > 0.99996f ? 4.0f : 0.0f;
+  const float halo = 0.25f * g8 * g8 * g8 + disc;
+  return {c.r + halo, c.g + 0.93f * halo, c.b + 0.8f * halo};
+}
+
+Radiance World::shade(const Ray& ray, Seen& s, const Contact& c, float cone) const {
+  if (!s.is_hit) return sky(ray.direction);
+  Albedo a;
+  if (c.own_part >= 0) {
+    a = c.own_part < 2 || c.own_part == 7 ? Albedo{.72f, .72f, .70f} : Albedo{.05f, .05f, .05f};
+  } else {
+    // The cone meets the surface in an ellipse: along a texture axis t it is stretched to sqrt(1 + (t.d)^2 / (n.d)^2).
+    const double slant = std::max(1e-3, std::abs(dot(s.normal, ray.direction)));
+    const auto width = [&](Vec3 grad) {
+      const double steep = length(grad), along = steep > 0 ? dot(grad, ray.direction) / steep : 0.0;
+      return static_cast<float>(cone * s.distance_m * steep * std::sqrt(1 + along * along / (slant * slant)));
+    };
+    a = albedo_at(scene_, {c.face->tag, c.u, c.v, width(c.grad_u), width(c.grad_v)});
+  }
+  s.reflectance = (a.r + a.g + a.b) / 3;
+  const bool leaf = s.material == Material::Leaf;
+  double facing = dot(s.normal, to_sun_);
+  // Leaves let light through and are lit from both sides.
+  if (leaf) facing = 0.35 + 0.5 * std::abs(facing);
+  const float sun = c.in_sun ? static_cast<float>(std::max(0.0, facing)) : 0.0f;
+  const auto up = static_cast<float>(0.5 + 0.5 * s.normal.z);
+  Radiance out{a.r * (sun * 1.02f + 0.25f * up + 0.13f * (1 - up)), a.g * (sun * 0.96f + 0.29f * up + 0.12f * (1 - up)),
+               a.b * (sun * 0.86f + 0.37f * up + 0.11f * (1 - up))};
+  if (s.material == Material::CarGlass || s.material == Material::CarPaint) {
+    const Vec3 mirrored = ray.direction - 2 * dot(ray.direction, s.normal) * s.normal;
+    const float share = s.material == Material::CarGlass ? 0.22f : 0.05f;
+    const Radiance m = mirrored.z > 0 ? sky(mirrored) : Radiance{0.15f, 0.15f, 0.15f};
+    out = {out.r + share * m.r, out.g + share * m.g, out.b + share * m.b};
+  }
+  return out;
+}
+
+}  // namespace hueline::sim
