@@ -25,36 +25,33 @@ std::string ClockFilter::Config::validate() const {
 
 ClockFilter::ClockFilter(Config config)
     : config_(config),
-      prior_{std::pow(config.jitter_us * 1e3, 2), std::pow(config.phase_walk_us * 1e3, 2),
-             std::pow(config.frequency_walk_ppb, 2)},
-      noise_(prior_) {}
+      bank_({std::pow(config.jitter_us * 1e3, 2), std::pow(config.phase_walk_us * 1e3, 2), std::pow(config.frequency_walk_ppb, 2)},
+            {std::pow(config.jitter_floor_us * 1e3, 2), 0, std::pow(config.frequency_walk_floor_ppb, 2)}) {}
 
 void ClockFilter::start(HostTime edge) {
-  history_.reset();
-  noise_ = prior_;
+  // The rate limit is taken as three sigma: 1 ppm is 1000 ns/s.
+  bank_.start(std::pow(config_.rate_limit_ppm * 1e3 / 3, 2));
   started_ = true;
-  origin_ = anchor_ = edge;
+  anchor_ = edge;
   anchor_pulse_ns_ = 0;
   phase_ns_ = 0;
   rate_ = 0;
-  // The rate limit is taken as three sigma: 1 ppm is 1000 ns/s.
-  P_ << noise_.jitter_ns2, 0, 0, std::pow(config_.rate_limit_ppm * 1e3 / 3, 2);
   recent_count_ = 0;
-  updates_ = 0;
-  history_.add(0, 0);
 }
 
 Eigen::Matrix2d ClockFilter::covariance_after(double dt_s) const {
-  const double t = std::abs(dt_s), p = noise_.phase_walk, f = noise_.frequency_walk;
+  const Eigen::Matrix2d& P_now = bank_.covariance();
+  const Instability& noise = bank_.instability();
+  const double t = std::abs(dt_s), p = noise.phase_walk, f = noise.frequency_walk;
   Eigen::Matrix2d P;
-  P(0, 0) = P_(0, 0) + 2 * dt_s * P_(0, 1) + dt_s * dt_s * P_(1, 1) + p * t + f * t * t * t / 3;
-  P(0, 1) = P(1, 0) = P_(0, 1) + dt_s * P_(1, 1) + (dt_s < 0 ? -1 : 1) * f * t * t / 2;
-  P(1, 1) = P_(1, 1) + f * t;
+  P(0, 0) = P_now(0, 0) + 2 * dt_s * P_now(0, 1) + dt_s * dt_s * P_now(1, 1) + p * t + f * t * t * t / 3;
+  P(0, 1) = P(1, 0) = P_now(0, 1) + dt_s * P_now(1, 1) + (dt_s < 0 ? -1 : 1) * f * t * t / 2;
+  P(1, 1) = P_now(1, 1) + f * t;
   return P;
 }
 
 double ClockFilter::jitter_variance() const {
-  double variance = noise_.jitter_ns2;
+  double variance = bank_.instability().jitter_ns2;
   // A burst of jitter is believed within half the ring of recent innovations; the long estimate needs minutes.
   if (recent_count_ >= 8) {
     std::array<double, 16> sorted = recent_;
@@ -89,25 +86,17 @@ void ClockFilter::notice(const Innovation& innovation) {
 }
 
 void ClockFilter::update(HostTime edge, const Innovation& innovation) {
+  // The bank counts phase as pulse axis minus host time since the first edge: one frame for all its filters.
   const double dt_s = to_seconds(edge - anchor_);
-  const Eigen::Matrix2d P = covariance_after(dt_s);
-  const double R = jitter_variance(), S = P(0, 0) + R;
-  const Eigen::Vector2d gain = P.col(0) / S;
+  const double predicted_ns = bank_.state()(0) + bank_.state()(1) * dt_s;
+  const double widened = std::max(1.0, jitter_variance() / bank_.instability().jitter_ns2);
+  bank_.predict(dt_s);
+  bank_.update(predicted_ns + innovation.error_ns, widened);
+  phase_ns_ = -innovation.error_ns + bank_.state()(0) - predicted_ns;
   anchor_pulse_ns_ = innovation.pulse * 1'000'000'000;
-  phase_ns_ = -innovation.error_ns + gain(0) * innovation.error_ns;
-  rate_ += gain(1) * innovation.error_ns * 1e-9;
-  rate_ = std::clamp(rate_, -config_.rate_limit_ppm * 1e-6, config_.rate_limit_ppm * 1e-6);
+  rate_ = std::clamp(bank_.state()(1) * 1e-9, -config_.rate_limit_ppm * 1e-6, config_.rate_limit_ppm * 1e-6);
   anchor_ = edge;
-  Eigen::Matrix2d I_KH = Eigen::Matrix2d::Identity();
-  I_KH.col(0) -= gain;
-  P_ = I_KH * P * I_KH.transpose() + gain * gain.transpose() * R;  // Joseph form stays positive
   remember(innovation.error_ns);
-  history_.add(innovation.pulse, static_cast<double>(innovation.pulse * 1'000'000'000 - (edge - origin_).count()));
-  if (++updates_ % 8 == 0) {
-    noise_ = history_.estimate(prior_);
-    noise_.jitter_ns2 = std::max(noise_.jitter_ns2, std::pow(config_.jitter_floor_us * 1e3, 2));
-    noise_.frequency_walk = std::max(noise_.frequency_walk, std::pow(config_.frequency_walk_floor_ppb, 2));
-  }
 }
 
 std::int64_t ClockFilter::pulse_ns_at(HostTime t) const {

@@ -6,11 +6,11 @@
 #include <string>
 
 #include "core/time.hpp"
-#include "sync/clock_instability.hpp"
+#include "sync/clock_bank.hpp"
 
 namespace hueline::sync {
 
-/// Offset and rate of the host clock against the pulses: a two-state Kalman filter whose noise is measured, not set. The pulse axis
+/// Offset and rate of the host clock against the pulses: Kalman filters whose noise is measured, not set (ClockBank). The pulse axis
 /// is ns with a whole second at every pulse, its zero at the pulse it was started with; which GPS second that was is SecondLabel's
 /// matter. Reentrant.
 class ClockFilter {
@@ -49,7 +49,7 @@ class ClockFilter {
   /// Pulses (GPS seconds) per host second minus 1.
   double rate() const { return rate_; }
   HostTime last_edge() const { return anchor_; }
-  const Instability& instability() const { return noise_; }
+  const Instability& instability() const { return bank_.instability(); }
 
  private:
   Eigen::Matrix2d covariance_after(double dt_s) const;
@@ -57,17 +57,14 @@ class ClockFilter {
   void remember(double error_ns);
 
   Config config_;
-  ClockInstability history_;
-  Instability prior_, noise_;
+  ClockBank bank_;
   bool started_ = false;
-  HostTime anchor_{}, origin_{};
+  HostTime anchor_{};
   std::int64_t anchor_pulse_ns_ = 0;
   double phase_ns_ = 0;  // at anchor_: pulse axis = anchor_pulse_ns_ + phase_ns_
   double rate_ = 0;
-  Eigen::Matrix2d P_ = Eigen::Matrix2d::Zero();  // ns^2, ns^2/s, (ns/s)^2
   std::array<double, 16> recent_{};              // |innovation|, ns, the newest ones, refused ones included
   int recent_count_ = 0;
-  std::int64_t updates_ = 0;
 };
 
 }  // namespace hueline::sync

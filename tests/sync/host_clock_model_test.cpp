@@ -140,10 +140,12 @@ TEST_P(SigmaIsTrue, OverHours) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Noise, SigmaIsTrue,
-                         testing::Values(
+                         testing::Values(NoiseCase{"quiet", 1, {12, 0.02, 0.3, 0, 0, 900}, false},
+                                         NoiseCase{"ordinary", 5, {-30, 0.05, 2, 0, 0, 900}, false},
                                          NoiseCase{"usb_pps", 200, {12, 0.05, 2, 0, 0, 900}, false},
                                          NoiseCase{"wandering", 2, {12, 0.5, 10, 0, 0, 900}, false},
-                                         NoiseCase{"warming", 5, {12, 0.05, 1, 0.5, 1, 1200}, false}),
+                                         NoiseCase{"warming", 5, {12, 0.05, 1, 0.5, 1, 1200}, false},
+                                         NoiseCase{"dropouts", 5, {12, 0.05, 2, 0, 0, 900}, true}),
                          [](const auto& each) { return std::string(each.param.name); });
 
 }  // namespace
