@@ -176,6 +176,7 @@ void HostClockModel::judge_label() {
   const SecondLabel::Decision decision = label_.decide(now_);
   for (const SecondLabel::Conflict& conflict : decision.conflicts)
     faults_.add(conflict.sensor, FaultKind::LabelConflict, "second", now_, conflict.detail);
+  disputed_ = decision.disputed;
   if (!N_) {
     N_ = decision.N;
     return;
@@ -210,7 +211,7 @@ void HostClockModel::judge_state() {
       label_.reset();
       N_.reset();
       state_ = SyncState::Unlocked;
-    } else if (!N_ || contradicted_) {
+    } else if (!N_ || contradicted_ || disputed_) {
       state_ = SyncState::Acquiring;
     } else if (!fresh) {
       if (was_locked && state_ != SyncState::Holdover) {

@@ -99,7 +99,7 @@ class HostClockModel {
   bool began_ = false, fallback_ = false;
   HostTime begin_{}, usable_{}, contradicted_since_{}, disputed_until_{};
   std::optional<std::int64_t> N_;
-  bool contradicted_ = false;
+  bool contradicted_ = false, disputed_ = false;
   std::int64_t last_pulse_ = 0;
   int in_a_row_ = 0;
   std::optional<std::uint64_t> last_sequence_;

@@ -166,6 +166,7 @@ SecondLabel::Decision SecondLabel::decide(HostTime now) const {
     out.N = reference.N;
     out.from_arrivals = reference.decisive;
   }
+  out.disputed = !out.N;
   return out;
 }
 

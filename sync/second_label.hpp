@@ -53,6 +53,7 @@ class SecondLabel {
   struct Decision {
     std::optional<std::int64_t> N;
     bool from_arrivals = false;  ///< settled by latency, not by labels alone
+    bool disputed = false;       ///< sources differ and none is trusted: N is empty, and an N known before is in doubt
     std::vector<Conflict> conflicts;
   };
   Decision decide(HostTime now) const;

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "sync/host_clock_model.hpp"
+#include "tests/sync/simulated_time.hpp"
+
+namespace hueline::test {
+
+using sync::GpsStamp;
+using sync::HostClockModel;
+
+/// What a model said during a drive, against the truth.
+struct Course {
+  struct Sample {
+    GpsTime truth;
+    std::optional<GpsStamp> stamp;
+    SyncState state;
+    bool can_stamp;
+    double error_us() const { return static_cast<double>((stamp->time - truth).count()) * 1e-3; }
+    double normalised() const { return static_cast<double>((stamp->time - truth).count()) / static_cast<double>(stamp->sigma.count()); }
+  };
+  std::vector<Sample> samples;  // every 0.1 s, at instants between the edges
+  std::vector<Fault> faults;
+  HostClockModel model;
+
+  Course(Drive& drive, HostClockModel::Config config) : model(config) {
+    GpsTime next = drive.begin + ms(130);
+    for (auto& [received, m] : drive.stream.sorted()) {
+      while (next < drive.end && drive.clock.host(next) < received) {
+        model.advance(drive.clock.host(next));
+        samples.push_back({next, model.stamp(drive.clock.host(next)), model.state(), model.can_stamp()});
+        next += ms(100);
+      }
+      if (auto* edge = std::get_if<PpsEdge>(&m)) model.add(*edge);
+      if (auto* label = std::get_if<TimeLabel>(&m)) model.add(*label);
+      if (auto* solution = std::get_if<InsSolution>(&m)) model.add(TimedArrival{solution->sensor, solution->received, solution->time});
+      model.drain(faults);
+    }
+    model.flush();
+    model.drain(faults);
+  }
+  std::uint64_t count(FaultKind kind) const {
+    std::uint64_t n = 0;
+    for (const Fault& f : faults)
+      if (f.kind == kind) n += f.count;
+    return n;
+  }
+  std::string details(FaultKind kind) const {
+    std::string all;
+    for (const Fault& f : faults)
+      if (f.kind == kind) all += f.detail + "\n";
+    return all;
+  }
+  SyncState at(GpsTime t) const {
+    for (const Sample& s : samples)
+      if (s.truth >= t) return s.state;
+    return samples.back().state;
+  }
+  /// Whatever is offered for use must be the right second: the rule that has no exception.
+  void expect_never_wrong_by(nanoseconds limit) const {
+    for (const Sample& s : samples)
+      if (s.can_stamp && s.stamp) {
+        ASSERT_LT(std::abs((s.stamp->time - s.truth).count()), limit.count()) << to_seconds(s.truth - samples.front().truth) << " s in, state " << name(s.state);
+      }
+  }
+};
+
+inline HostClockModel::Config clock_config() {
+  HostClockModel::Config c;
+  c.pps = kPps;
+  c.label.trusted = kPos;
+  c.filter.edge_bias_us = 0;  // the simulated edges have no constant latency unless a test gives them one
+  return c;
+}
+
+}  // namespace hueline::test
