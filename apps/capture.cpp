@@ -1,0 +1,196 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+
+#include "apps/commands.hpp"
+#include "apps/devices.hpp"
+#include "apps/exit_code.hpp"
+#include "apps/live_run.hpp"
+#include "apps/outputs.hpp"
+#include "apps/pipeline.hpp"
+#include "apps/signals.hpp"
+#include "apps/version.hpp"
+#include "drivers/transport/host_clock.hpp"
+
+namespace hueline::apps {
+namespace {
+
+struct Options {
+  std::string rig;
+  std::string out;
+  int threads = 2;
+  double seconds = 0;          // 0: until stopped
+  double buffer_megabytes = 2048;
+  bool ends_when_silent = false;
+  bool quiet = false;
+};
+
+storage::JournalHeader journal_header(const config::Rig& rig) {
+  storage::JournalHeader header;
+  header.sensors.push_back({"hueline", "hueline"});
+  for (const auto& sensor : rig.sensors) header.sensors.push_back({sensor.name, sensor.driver()});
+  header.files.push_back({"rig.yaml", "application/yaml", rig.text});
+  header.about = {{"program_version", kVersion}, {"git_revision", kGitRevision}, {"rig", rig.name}};
+  return header;
+}
+
+std::vector<LiveRun::Source> make_sources(const config::Rig& rig, const BufferPool& pool) {
+  std::vector<LiveRun::Source> sources;
+  for (const auto& sensor : rig.sensors) {
+    Reader::Config reader;
+    reader.silent_after = std::chrono::milliseconds(static_cast<std::int64_t>(sensor.silent_after_s * 1000));
+    sources.push_back({sensor.id, sensor.name, make_source(sensor, pool), reader, sensor.is_sheddable()});
+  }
+  return sources;
+}
+
+const char* word(Reader::State state) {
+  switch (state) {
+    case Reader::State::Connecting: return "connecting";
+    case Reader::State::Running: return "running";
+    case Reader::State::Silent: return "SILENT";
+    case Reader::State::Ended: return "ended";
+  }
+  return "?";
+}
+
+/// One line of what runs, rewritten on a terminal, once in five seconds elsewhere.
+class Progress {
+ public:
+  explicit Progress(bool quiet) : quiet_(quiet), is_terminal_(isatty(STDERR_FILENO) != 0) {}
+  void show(double seconds, const LiveRun& run, std::uint64_t points) {
+    if (quiet_ || (!is_terminal_ && ++skipped_ % 5 != 1)) return;
+    std::string line = fmt::format("{:5.0f} s  {:8.1f} MB recorded  {:9} points", seconds, static_cast<double>(run.recorded_bytes()) / 1e6, points);
+    if (run.waiting_to_be_processed() > 1000) line += fmt::format("  {} packets waiting", run.waiting_to_be_processed());
+    for (const auto& reader : run.readers()) {
+      const auto counts = run.ingest().counts(reader->sensor());
+      line += fmt::format("  {}: {}", reader->sensor_name(), counts.packets);
+      if (reader->state() != Reader::State::Running) line += fmt::format(" ({})", word(reader->state()));
+      if (counts.shed) line += fmt::format(" [{} shed]", counts.shed);
+      if (counts.refused) line += fmt::format(" [{} LOST]", counts.refused);
+    }
+    std::fprintf(stderr, is_terminal_ ? "\r\033[K%s" : "%s\n", line.c_str());
+    shown_ = true;
+  }
+  void end() const {
+    if (shown_ && is_terminal_) std::fputc('\n', stderr);
+  }
+
+ private:
+  const bool quiet_, is_terminal_;
+  bool shown_ = false;
+  unsigned skipped_ = 0;
+};
+
+/// Ends a capture whose every device has gone: for emulated drives, which are over when the devices hang up.
+class Silence {
+ public:
+  bool lasts(const LiveRun& run) {
+    std::uint64_t packets = 0;
+    bool anybody = false;
+    for (const auto& reader : run.readers()) {
+      packets += run.ingest().counts(reader->sensor()).bytes;
+      anybody |= reader->state() == Reader::State::Running;
+    }
+    quiet_s_ = packets == packets_ || !anybody ? quiet_s_ + 1 : 0;
+    const bool heard = packets > 0;
+    packets_ = packets;
+    return heard && quiet_s_ >= 3;
+  }
+
+ private:
+  std::uint64_t packets_ = 0;
+  int quiet_s_ = 0;
+};
+
+int capture(const Options& options) {
+  StopSignals signals;  // before any thread
+  const config::Rig rig = config::load_rig(options.rig);
+  const std::filesystem::path dir = options.out;
+
+  auto outputs = Outputs::create(rig, dir);
+  if (!outputs.ok()) {
+    spdlog::error("{}", outputs.error().message);
+    return outputs.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
+  }
+  auto journal = storage::JournalWriter::create(dir / "drive.mcap", journal_header(rig));
+  if (!journal.ok()) {
+    spdlog::error("{}", journal.error().message);
+    return kOutputRefused;
+  }
+
+  Outputs& sink = **outputs;
+  Pipeline pipeline(rig, options.threads, sink);
+  std::atomic<std::uint64_t> points{0};
+  const BufferPool pool(static_cast<std::size_t>(options.buffer_megabytes * 1e6));
+  LiveRun::Config config;
+  config.record_queue.weight = static_cast<std::size_t>(options.buffer_megabytes * 0.5e6);
+  config.pipeline_queue.weight = static_cast<std::size_t>(options.buffer_megabytes * 0.25e6);
+  LiveRun run(make_sources(rig, pool), std::make_unique<storage::JournalWriter>(std::move(*journal)),
+              [&](const Packet& packet) {
+                sink.summary().on_packet(packet);
+                pipeline.process(packet);
+                points.store(sink.summary().points(), std::memory_order_relaxed);
+              },
+              config);
+  spdlog::info("capturing {} into {}; Ctrl-C ends with everything written", rig.name, dir.string());
+  run.start();
+
+  Progress progress(options.quiet);
+  Silence silence;
+  const HostTime begin = drivers::host_now();
+  while (!run.is_over()) {
+    if (signals.wait_for(std::chrono::seconds(1))) {
+      progress.end();
+      spdlog::info("stop asked for: finishing what has come");
+      break;
+    }
+    const double seconds = to_seconds(drivers::host_now() - begin);
+    progress.show(seconds, run, points.load(std::memory_order_relaxed));
+    // A tick keeps stream time going when every device is silent.
+    run.ingest().submit(Packet{kSystemSensor, PacketKind::Tick, false, 0, drivers::host_now(), {}});
+    if (options.seconds > 0 && seconds >= options.seconds) break;
+    if (options.ends_when_silent && silence.lasts(run)) break;
+  }
+  progress.end();
+  run.stop();
+  pipeline.flush();
+  pipeline.report(sink.summary());
+  for (const auto& sensor : rig.sensors) {
+    const auto counts = run.ingest().counts(sensor.id);
+    if (counts.shed) spdlog::warn("{}: {} packets recorded but not fused: the pipeline was too slow; a replay fuses the same points", sensor.name, counts.shed);
+    if (counts.refused) spdlog::error("{}: {} packets neither recorded nor fused: the disk was too slow", sensor.name, counts.refused);
+  }
+  const Status finished = sink.finish();
+  std::fputs(sink.summary().text().c_str(), stdout);
+  if (const Status recorded = run.recording(); !recorded.ok()) {
+    spdlog::error("recording ended early: {}; what was written before is whole", recorded.error().message);
+    return kOutputRefused;
+  }
+  if (!finished.ok()) {
+    spdlog::error("{}; the raw recording is whole: hueline replay {}", finished.error().message, (dir / "drive.mcap").string());
+    return kOutputRefused;
+  }
+  return run.ingest().next_sequence() == 0 || sink.summary().points() == 0 ? kNothingCame : kDone;
+}
+
+}  // namespace
+
+void add_capture(CLI::App& app, Chosen& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("capture", "record the sensors of a rig and colour while driving");
+  command->add_option("RIG", options->rig, "rig file (YAML): sensors, mounting, colouring")->required();
+  command->add_option("--out", options->out, "folder of the drive; made if it is not there; an existing drive is not overwritten")->required();
+  command->add_option("--threads", options->threads, "workers of the colouring; their number does not change the result")->check(CLI::Range(1, 64))->capture_default_str();
+  command->add_option("--seconds", options->seconds, "end by itself after so long; 0: run until Ctrl-C")->check(CLI::Range(0.0, 1e6))->capture_default_str();
+  command->add_option("--buffer", options->buffer_megabytes, "memory for what waits for the disk and for fusion, MB")->check(CLI::Range(16.0, 1e6))->capture_default_str();
+  command->add_flag("--until-silent", options->ends_when_silent, "end when every device has been silent or gone for 3 s (emulated drives)");
+  command->add_flag("--quiet", options->quiet, "no progress line");
+  command->footer("Faults (a pulled cable, a silent device, lost packets) are recorded and summed up at the end; the other devices go on.");
+  command->callback([options, &chosen] { chosen = [options] { return capture(*options); }; });
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,48 @@
+#include "apps/devices.hpp"
+
+#include "drivers/velodyne/velodyne_decoder.hpp"
+
+namespace hueline::apps {
+namespace {
+
+template <class... Ts>
+struct Overloaded : Ts... {
+  using Ts::operator()...;
+};
+template <class... Ts>
+Overloaded(Ts...) -> Overloaded<Ts...>;
+
+}  // namespace
+
+std::unique_ptr<PacketSource> make_source(const config::Sensor& sensor, const BufferPool& pool) {
+  using namespace drivers;
+  using Source = std::unique_ptr<PacketSource>;
+  const Overloaded transport{
+      [&](const UdpSource::Config& c) -> Source { return std::make_unique<UdpSource>(sensor.id, c, pool); },
+      [&](const PcapSource::Config& c) -> Source { return std::make_unique<PcapSource>(sensor.id, c); },
+      [&](const TcpSource::Config& c) -> Source { return std::make_unique<TcpSource>(c); },
+      [&](const SerialSource::Config& c) -> Source { return std::make_unique<SerialSource>(c); },
+      [&](const FileSource::Config& c) -> Source { return std::make_unique<FileSource>(c); },
+  };
+  return std::visit(Overloaded{
+                        [&](const config::VelodyneSensor& s) { return std::visit(transport, s.source); },
+                        [&](const config::NovatelSensor& s) { return std::visit(transport, s.source); },
+                        [&](const config::CameraSensor& s) -> Source { return std::make_unique<AravisSource>(s.source); },
+                        [&](const config::PpsSensor& s) -> Source { return std::make_unique<PpsSource>(s.source); },
+                    },
+                    sensor.device);
+}
+
+std::unique_ptr<Decoder> make_decoder(const config::Sensor& sensor) {
+  using namespace drivers;
+  using Made = std::unique_ptr<Decoder>;
+  return std::visit(Overloaded{
+                        [&](const config::VelodyneSensor& s) -> Made { return std::make_unique<VelodyneDecoder>(sensor.id, s.decoder); },
+                        [&](const config::NovatelSensor& s) -> Made { return std::make_unique<NovatelDecoder>(s.decoder); },
+                        [&](const config::CameraSensor& s) -> Made { return std::make_unique<ImageDecoder>(s.decoder); },
+                        [&](const config::PpsSensor& s) -> Made { return std::make_unique<PpsDecoder>(s.decoder); },
+                    },
+                    sensor.device);
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,16 @@
+#pragma once
+
+namespace hueline::apps {
+
+/// What the program's exit status means, the same for every command; `hueline --help` lists it.
+enum ExitCode : int {
+  kDone = 0,
+  kFailed = 1,           ///< something unforeseen; the message says what
+  kWrongUse = 2,         ///< command line or configuration file
+  kInputUnreadable = 3,  ///< an input could not be read, or only in part: what was whole has been used
+  kOutputRefused = 4,    ///< an output could not be written; what was written before is whole
+  kNothingCame = 5,      ///< no device answered, or no point could be made
+  kNotAsExpected = 6,    ///< verify: a figure is out of its bound
+};
+
+}  // namespace hueline::apps

@@ -1,0 +1,99 @@
+#include "apps/inspect.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <string_view>
+
+#include "apps/commands.hpp"
+#include "apps/exit_code.hpp"
+
+namespace hueline::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string first_bytes(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string head(64, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  return head;
+}
+
+bool ends_with(const std::string& path, std::string_view ending) {
+  return path.size() >= ending.size() && std::string_view(path).substr(path.size() - ending.size()) == ending;
+}
+
+/// JSON as indented lines for people: an object's short lists in one line, everything else a line each.
+void print(const Json& json, int depth, std::string& out) {
+  const std::string indent(static_cast<std::size_t>(2 * depth), ' ');
+  for (const auto& [key, value] : json.items()) {
+    if (value.is_object() && !value.empty()) {
+      out += fmt::format("{}{}\n", indent, key);
+      print(value, depth + 1, out);
+    } else if (value.is_array() && !value.empty() && value.front().is_object()) {
+      for (const auto& one : value) {
+        out += fmt::format("{}{}\n", indent, key);
+        print(one, depth + 1, out);
+      }
+    } else {
+      out += fmt::format("{}{:24} {}\n", indent, key, value.is_string() ? value.get<std::string>() : value.dump());
+    }
+  }
+}
+
+int inspect(const std::string& path, bool as_json) {
+  const Inspection inspection = inspect_file(path);
+  if (inspection.found) {
+    if (as_json) {
+      Json out = *inspection.found;
+      if (!inspection.trouble.ok()) out["error"] = inspection.trouble.error().message;
+      std::fputs((out.dump(2) + "\n").c_str(), stdout);
+    } else {
+      std::string text;
+      print(*inspection.found, 0, text);
+      std::fputs(text.c_str(), stdout);
+    }
+  }
+  if (inspection.trouble.ok()) return kDone;
+  spdlog::error("{}", inspection.trouble.error().message);
+  return kInputUnreadable;
+}
+
+}  // namespace
+
+Inspection inspect_file(const std::string& path) {
+  errno = 0;
+  if (!std::ifstream(path, std::ios::binary)) return {nullptr, io_error("open " + path, errno)};
+  const std::string head = first_bytes(path);
+  const auto begins = [&](std::string_view magic) { return std::string_view(head).substr(0, magic.size()) == magic; };
+  using namespace std::string_view_literals;
+  if (begins("\x89MCAP0\r\n"sv)) return inspect_mcap(path);
+  if (begins("LASF"sv)) return inspect_las(path);
+  for (const auto magic : {"\xa1\xb2\xc3\xd4"sv, "\xd4\xc3\xb2\xa1"sv, "\xa1\xb2\x3c\x4d"sv, "\x4d\x3c\xb2\xa1"sv, "\x0a\x0d\x0d\x0a"sv})
+    if (begins(magic)) return inspect_capture_file(path);
+  if (head.find("VERSION") != std::string::npos && (begins("# .PCD"sv) || ends_with(path, ".pcd"))) return inspect_pcd(path);
+  if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
+  // NovAtel logs have no signature of their own but their sync bytes, and may begin in the middle of a message.
+  if (head.find("\xAA\x44\x12"sv) != std::string::npos || head.find("\xAA\x44\x13"sv) != std::string::npos || ends_with(path, ".gps"))
+    return inspect_novatel(path);
+  return {nullptr, Error{ErrorCode::Unsupported, fmt::format("{}: none of the formats that are known: MCAP, LAS, pcap, pcapng, PCD, NovAtel OEM7 (.gps), YAML rig or scenario", path)}};
+}
+
+void add_inspect(CLI::App& app, Chosen& chosen) {
+  struct Options {
+    std::string path;
+    bool json = false;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("inspect", "say what is in a file: recordings, clouds, captures, receiver logs, rigs");
+  command->add_option("FILE", options->path, "any file of ours or of a device")->required();
+  command->add_flag("--json", options->json, "for programs");
+  command->callback([options, &chosen] { chosen = [options] { return inspect(options->path, options->json); }; });
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "core/result.hpp"
+
+namespace hueline::apps {
+
+/// What a look into a file found. `trouble` is set when the file could not be read whole; `found` holds what was whole.
+struct Inspection {
+  std::unique_ptr<nlohmann::ordered_json> found;
+  Status trouble;
+};
+
+/// Tells the format by the file's first bytes (a name decides only between formats without a signature) and reads it whole: our
+/// recordings and views (MCAP), clouds (LAS, PCD), captures (pcap, pcapng), NovAtel OEM7 byte streams, rigs and scenarios (YAML).
+Inspection inspect_file(const std::string& path);
+
+// One function a format; `path` exists and has that format's signature.
+Inspection inspect_mcap(const std::string& path);
+Inspection inspect_capture_file(const std::string& path);
+Inspection inspect_novatel(const std::string& path);
+Inspection inspect_las(const std::string& path);
+Inspection inspect_pcd(const std::string& path);
+Inspection inspect_yaml(const std::string& path);
+
+}  // namespace hueline::apps

@@ -1,0 +1,250 @@
+#include <array>
+#include <map>
+
+#include "apps/devices.hpp"
+#include "apps/inspect.hpp"
+#include "apps/recording.hpp"
+#include "core/calendar.hpp"
+#include "drivers/novatel/decoder.hpp"
+#include "drivers/transport/file_source.hpp"
+#include "drivers/transport/pcap_source.hpp"
+#include "drivers/velodyne/velodyne_decoder.hpp"
+#include "storage/mcap_reader.hpp"
+
+/// Formats that are streams of a device's bytes: read with the same decoders as a drive.
+namespace hueline::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What came out of a decoder, by kind, with the span of GPS time that the messages name.
+struct Tally {
+  std::map<std::string, std::uint64_t> measurements;
+  std::map<std::string, std::uint64_t> faults;
+  std::string last_fault;
+  std::uint64_t returns = 0;
+  bool has_time = false;
+  GpsTime first{}, last{};
+
+  void time(GpsTime t) {
+    if (!has_time) first = last = t;
+    has_time = true;
+    first = std::min(first, t);
+    last = std::max(last, t);
+  }
+  void take(const std::vector<Measurement>& measured) {
+    constexpr std::array names{"pps_edges",  "time_labels", "timed_arrivals", "laser_status", "ins_solutions", "ins_uncertainties",
+                               "gnss_fixes", "imu_samples", "event_marks",    "laser_batches", "images",       "faults"};
+    static_assert(names.size() == std::variant_size_v<Measurement>);
+    for (const auto& m : measured) {
+      ++measurements[names[m.index()]];
+      if (const auto* solution = std::get_if<InsSolution>(&m)) time(solution->time);
+      if (const auto* fix = std::get_if<GnssFix>(&m)) time(fix->time);
+      if (const auto* batch = std::get_if<LaserBatch>(&m)) returns += batch->returns.size();
+      if (const auto* fault = std::get_if<Fault>(&m)) {
+        faults[name(fault->kind)] += fault->count;
+        last_fault = fault->detail;
+      }
+    }
+  }
+  Json json(const DecodeCounts& counts) const {
+    Json out;
+    if (has_time) {
+      out["begin"] = iso_utc(first);
+      out["end"] = iso_utc(last);
+    }
+    out["decoded_bytes"] = counts.decoded_bytes;
+    out["ignored_bytes"] = counts.ignored_bytes;
+    out["malformed_bytes"] = counts.malformed_bytes;
+    out["malformed_messages"] = counts.malformed_messages;
+    out["messages"] = counts.messages;
+    if (returns) out["laser_returns"] = returns;
+    out["measurements"] = measurements;
+    if (!faults.empty()) {
+      out["faults"] = faults;
+      out["last_fault"] = last_fault;
+    }
+    return out;
+  }
+};
+
+struct Stream {
+  std::unique_ptr<Decoder> decoder;
+  Tally tally;
+  std::uint64_t packets = 0, bytes = 0, shed = 0;
+  void take(const Packet& packet) {
+    std::vector<Measurement> measured;
+    decoder->decode(packet, measured);
+    tally.take(measured);
+  }
+  void finish() {
+    std::vector<Measurement> measured;
+    decoder->flush(measured);
+    tally.take(measured);
+  }
+};
+
+Inspection inspect_view(const std::string& path) {
+  Inspection out;
+  auto reader = storage::McapReader::open(path);
+  if (!reader.ok()) return {nullptr, reader.error()};
+  std::map<std::uint16_t, std::uint64_t> messages, bytes;
+  for (;;) {
+    auto message = reader->next();
+    if (message.ok()) {
+      ++messages[message->channel];
+      bytes[message->channel] += message->data.size();
+      continue;
+    }
+    if (message.error().code == ErrorCode::EndOfData) break;
+    if (out.trouble.ok()) out.trouble = message.error();
+    if (message.error().code != ErrorCode::Malformed) break;
+  }
+  out.found = std::make_unique<Json>();
+  Json& json = *out.found;
+  json["format"] = "MCAP";
+  json["profile"] = reader->profile();
+  auto& topics = json["topics"] = Json::array();
+  for (const auto& [id, channel] : reader->channels())
+    topics.push_back({{"topic", channel.topic}, {"messages", messages[id]}, {"bytes", bytes[id]}});
+  return out;
+}
+
+}  // namespace
+
+Inspection inspect_mcap(const std::string& path) {
+  Result<Recording> recording = [&]() -> Result<Recording> {
+    try {
+      return Recording::open(path);
+    } catch (const config::ConfigError& e) {
+      // Recorded by another version: the rig inside is not today's. The packets can still be counted.
+      return Error{ErrorCode::Unsupported, e.what()};
+    }
+  }();
+  if (!recording.ok()) return inspect_view(path);
+
+  std::vector<Stream> streams(recording->rig.sensors.size() + 1);
+  for (const auto& sensor : recording->rig.sensors) streams[sensor.id].decoder = make_decoder(sensor);
+  std::uint64_t packets = 0, gaps = 0, expected = 0;
+  HostTime first{}, last{};
+  Inspection out;
+  out.trouble = recording->for_each([&](const Packet& packet) {
+    if (!packets++) first = packet.received;
+    last = packet.received;
+    if (packet.sequence > expected) gaps += packet.sequence - expected;
+    expected = packet.sequence + 1;
+    if (packet.sensor >= streams.size()) return true;
+    Stream& stream = streams[packet.sensor];
+    ++stream.packets;
+    stream.bytes += packet.bytes.size();
+    stream.shed += packet.shed;
+    if (packet.kind == PacketKind::Fault) {
+      if (auto fault = decode_fault(packet.sensor, packet.received, packet.bytes.bytes()); fault.ok())
+        stream.tally.take({Measurement(*fault)});
+    } else if (packet.kind == PacketKind::Wire && stream.decoder) {
+      stream.take(packet);
+    }
+    return true;
+  });
+  out.found = std::make_unique<Json>();
+  Json& json = *out.found;
+  json["format"] = "hueline recording";
+  json["about"] = recording->journal->header().about;
+  json["packets"] = packets;
+  json["duration_s"] = to_seconds(last - first);
+  json["sequence_gaps"] = gaps;
+  auto& sensors = json["sensors"] = Json::array();
+  for (std::size_t id = 0; id < streams.size(); ++id) {
+    Stream& stream = streams[id];
+    Json one = {{"name", recording->journal->header().sensors[id].name}, {"packets", stream.packets}, {"bytes", stream.bytes}, {"shed", stream.shed}};
+    if (stream.decoder) {
+      stream.finish();
+      one.update(stream.tally.json(stream.decoder->counts()));
+    }
+    sensors.push_back(one);
+  }
+  return out;
+}
+
+Inspection inspect_capture_file(const std::string& path) {
+  Inspection out;
+  drivers::PcapSource source(1, {.path = path, .ports = {}, .source_address = {}});
+  if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
+  // A scanner's datagrams are told by their size; the model by the data packets' factory byte, the last of them.
+  std::map<std::size_t, std::uint64_t> sizes;
+  Stream stream;
+  std::string model;
+  std::uint64_t packets = 0;
+  HostTime first{}, last{};
+  for (;;) {
+    Result<Packet> packet = source.next({});
+    if (!packet.ok()) {
+      if (packet.error().code == ErrorCode::EndOfData) break;
+      if (out.trouble.ok()) out.trouble = packet.error();
+      continue;
+    }
+    if (packet->kind == PacketKind::Fault) {
+      if (auto fault = decode_fault(1, packet->received, packet->bytes.bytes()); fault.ok()) stream.tally.take({Measurement(*fault)});
+      continue;
+    }
+    if (!packets++) first = packet->received;
+    last = packet->received;
+    const std::size_t size = packet->bytes.size();
+    ++sizes[size];
+    if (size == drivers::kVelodyneDataBytes && !stream.decoder) {
+      const auto product = static_cast<std::uint8_t>(packet->bytes.bytes()[size - 1]);
+      for (const auto candidate : {drivers::VelodyneModel::Vlp16, drivers::VelodyneModel::Hdl32e}) {
+        if (drivers::velodyne_table(candidate).product_id != product) continue;
+        model = drivers::velodyne_table(candidate).name;
+        drivers::VelodyneDecoder::Config config;
+        config.model = candidate;
+        stream.decoder = std::make_unique<drivers::VelodyneDecoder>(SensorId{1}, config);
+      }
+    }
+    if (stream.decoder && (size == drivers::kVelodyneDataBytes || size == drivers::kVelodynePositionBytes)) stream.take(*packet);
+  }
+  out.found = std::make_unique<Json>();
+  Json& json = *out.found;
+  json["format"] = "pcap";
+  json["datagrams"] = packets;
+  json["duration_s"] = to_seconds(last - first);
+  for (const auto& [size, count] : sizes) json["datagrams_by_size"][std::to_string(size)] = count;
+  if (stream.decoder) {
+    stream.finish();
+    json["device"] = "velodyne " + model;
+    json["decoded"] = stream.tally.json(stream.decoder->counts());
+  }
+  return out;
+}
+
+Inspection inspect_novatel(const std::string& path) {
+  Inspection out;
+  drivers::FileSource::Config config;
+  config.path = path;
+  drivers::FileSource source(config);
+  if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
+  Stream stream;
+  stream.decoder = std::make_unique<drivers::NovatelDecoder>(drivers::NovatelDecoder::Config{});
+  std::uint64_t bytes = 0;
+  for (;;) {
+    Result<Packet> packet = source.next({});
+    if (!packet.ok()) {
+      if (packet.error().code != ErrorCode::EndOfData) out.trouble = packet.error();
+      break;
+    }
+    bytes += packet->bytes.size();
+    stream.take(*packet);
+  }
+  stream.finish();
+  out.found = std::make_unique<Json>();
+  Json& json = *out.found;
+  json["format"] = "NovAtel OEM7 binary";
+  json["bytes"] = bytes;
+  json.update(stream.tally.json(stream.decoder->counts()));
+  const DecodeCounts& counts = stream.decoder->counts();
+  json["bytes_unaccounted"] = static_cast<std::int64_t>(bytes) -
+                              static_cast<std::int64_t>(counts.decoded_bytes + counts.ignored_bytes + counts.malformed_bytes);
+  return out;
+}
+
+}  // namespace hueline::apps

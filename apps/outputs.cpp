@@ -1,0 +1,100 @@
+#include "apps/outputs.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/calendar.hpp"
+#include "storage/las_writer.hpp"
+
+namespace hueline::apps {
+namespace {
+
+/// 0: the UTM zone of the drive.
+int epsg_of(const std::string& crs) { return crs == "utm" ? 0 : std::stoi(crs.substr(5)); }
+
+/// Whether a file could be written there, before hours of driving find out.
+Status probe(const std::filesystem::path& path) {
+  const int fd = open(path.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0644);
+  if (fd < 0) return io_error("write " + path.string(), errno);
+  close(fd);
+  return {};
+}
+
+}  // namespace
+
+struct Outputs::Files {
+  storage::LasWriter::Config las_config;
+  std::optional<storage::LasWriter> las;
+  bool las_failed = false;
+};
+
+Outputs::Outputs(const config::Rig& rig, std::filesystem::path dir)
+    : dir_(std::move(dir)), summary_(rig.sensor_names()), files_(std::make_unique<Files>()) {
+  files_->las_config.epsg = epsg_of(rig.crs);
+}
+
+Outputs::~Outputs() = default;
+
+Result<std::unique_ptr<Outputs>> Outputs::create(const config::Rig& rig, const std::filesystem::path& dir) {
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  if (error) return Error{ErrorCode::Io, fmt::format("make folder {}: {}", dir.string(), error.message())};
+  for (const char* file : {"cloud.las", "summary.json"})
+    if (Status done = probe(dir / file); !done.ok()) return done.error();
+  return std::unique_ptr<Outputs>(new Outputs(rig, dir));
+}
+
+void Outputs::keep(const char* file, Status done) {
+  if (done.ok()) return;
+  spdlog::error("{}: {}; the raw recording goes on", file, done.error().message);
+  if (first_error_.ok()) first_error_ = std::move(done);
+}
+
+void Outputs::on_cloud(const CloudBlock& block) {
+  summary_.on_cloud(block);
+  if (files_->las_failed || block.points.empty()) return;
+  if (!files_->las) {
+    // The date of the drive, not of the run: a replay must give the same bytes.
+    files_->las_config.created = to_utc(block.points.front().time);
+    auto las = storage::LasWriter::create(dir_ / "cloud.las", block.origin, files_->las_config);
+    if (!las.ok()) {
+      files_->las_failed = true;
+      keep("cloud.las", las.error());
+      return;
+    }
+    files_->las.emplace(std::move(*las));
+  }
+  if (Status done = files_->las->append(block); !done.ok()) {
+    files_->las_failed = true;
+    keep("cloud.las", done);
+  }
+}
+
+void Outputs::on_exposure(const Exposure& exposure) { summary_.on_exposure(exposure); }
+void Outputs::on_solution(const InsSolution& solution) { summary_.on_solution(solution); }
+void Outputs::on_fix(const GnssFix& fix) { summary_.on_fix(fix); }
+void Outputs::on_sync_state(GpsTime time, SensorId clock, SyncState state) { summary_.on_sync_state(time, clock, state); }
+void Outputs::on_fault(const Fault& fault) { summary_.on_fault(fault); }
+
+Status Outputs::finish() {
+  if (files_->las && !files_->las_failed) keep("cloud.las", files_->las->close());
+  if (files_->las) {
+    const auto& counts = files_->las->counts();
+    summary_.on_unfused("outside the map's projection", counts.refused);
+    summary_.on_unfused("refused by the disk", counts.lost);
+  }
+  errno = 0;
+  std::ofstream out(dir_ / "summary.json");
+  out << summary_.json().dump(2) << '\n';
+  out.close();
+  if (!out) keep("summary.json", io_error("write " + (dir_ / "summary.json").string(), errno));
+  return first_error_;
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "apps/products.hpp"
+#include "apps/summary.hpp"
+#include "config/rig.hpp"
+
+namespace hueline::apps {
+
+/// Everything that a drive's folder receives besides the raw recording: cloud.las, view.mcap, summary.json. The same class serves
+/// capture and replay. A write that fails is said once and ends that file; the others go on. Thread-bound (the pipeline's).
+class Outputs : public ProductSink {
+ public:
+  /// Creates the folder and the files. Errors: Io, Invalid (unknown CRS).
+  static Result<std::unique_ptr<Outputs>> create(const config::Rig& rig, const std::filesystem::path& dir);
+  ~Outputs() override;
+
+  void on_cloud(const CloudBlock& block) override;
+  void on_exposure(const Exposure& exposure) override;
+  void on_solution(const InsSolution& solution) override;
+  void on_fix(const GnssFix& fix) override;
+  void on_sync_state(GpsTime time, SensorId clock, SyncState state) override;
+  void on_fault(const Fault& fault) override;
+
+  /// Closes the files and writes summary.json. The first error of any file.
+  Status finish();
+
+  Summary& summary() { return summary_; }
+
+ private:
+  struct Files;
+  Outputs(const config::Rig& rig, std::filesystem::path dir);
+  void keep(const char* file, Status done);
+
+  const std::filesystem::path dir_;
+  Summary summary_;
+  std::unique_ptr<Files> files_;
+  Status first_error_;
+};
+
+}  // namespace hueline::apps

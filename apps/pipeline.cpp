@@ -1,0 +1,111 @@
+#include "apps/pipeline.hpp"
+
+#include "apps/devices.hpp"
+
+namespace hueline::apps {
+namespace {
+
+fusion::Colouring::Config with_threads(fusion::Colouring::Config config, int threads) {
+  config.threads = threads;
+  return config;
+}
+
+}  // namespace
+
+Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink)
+    : sink_(sink),
+      decoders_(rig.sensors.size() + 1),
+      clock_(rig.sync.clock.pps),
+      synchroniser_(rig.sync),
+      colouring_(with_threads(rig.colouring, threads), rig.geometry, [this](CloudBlock&& block) { sink_.on_cloud(block); }) {
+  for (const auto& sensor : rig.sensors) decoders_[sensor.id] = make_decoder(sensor);
+}
+
+Pipeline::~Pipeline() = default;
+
+void Pipeline::process(const Packet& packet) {
+  if (packet.shed) return;
+  measurements_.clear();
+  Decoder* decoder = packet.sensor < decoders_.size() ? decoders_[packet.sensor].get() : nullptr;
+  if (packet.kind == PacketKind::Fault) {
+    take_fault(packet, decoder);
+  } else if (packet.kind == PacketKind::Wire && decoder) {
+    decoder->decode(packet, measurements_);
+  }
+  newest_ = packet.received;
+  take_measurements();
+  synchroniser_.advance(packet.received, synchronised_);
+  take_synchronised();
+}
+
+void Pipeline::take_fault(const Packet& packet, Decoder* decoder) {
+  const Result<Fault> fault = decode_fault(packet.sensor, packet.received, packet.bytes.bytes());
+  if (!fault.ok()) {
+    sink_.on_fault({packet.sensor, FaultKind::Malformed, packet.received, 1, fault.error().message});
+    return;
+  }
+  // The stream will begin anew: what the decoder holds of the old one is decided first.
+  if (decoder && fault->kind == FaultKind::Disconnected) {
+    decoder->flush(measurements_);
+    decoder->reset();
+  }
+  measurements_.push_back(*fault);
+}
+
+void Pipeline::take_measurements() {
+  for (Measurement& measurement : measurements_) {
+    if (const auto* fix = std::get_if<GnssFix>(&measurement)) sink_.on_fix(*fix);
+    if (const auto* fault = std::get_if<Fault>(&measurement)) {
+      sink_.on_fault(*fault);
+      continue;
+    }
+    synchroniser_.process(std::move(measurement), synchronised_);
+  }
+}
+
+void Pipeline::take_synchronised() {
+  for (const auto& change : synchronised_.state_changes) sink_.on_sync_state(change.time.value_or(GpsTime{}), clock_, change.to);
+  for (const Fault& fault : synchronised_.faults) sink_.on_fault(fault);
+  for (const InsSolution& solution : synchronised_.ins) {
+    sink_.on_solution(solution);
+    colouring_.add(solution);
+  }
+  for (const Exposure& exposure : synchronised_.exposures) {
+    sink_.on_exposure(exposure);
+    colouring_.add(exposure);
+  }
+  for (StampedLaserBatch& batch : synchronised_.laser) colouring_.add(std::move(batch));
+  synchronised_.clear();
+  if (const auto time = synchroniser_.stream_time()) colouring_.advance(*time);
+  for (Fault& fault : colouring_.take_faults()) {
+    fault.time = newest_;
+    sink_.on_fault(fault);
+  }
+}
+
+void Pipeline::flush() {
+  measurements_.clear();
+  for (const auto& decoder : decoders_)
+    if (decoder) decoder->flush(measurements_);
+  take_measurements();
+  synchroniser_.flush(synchronised_);
+  take_synchronised();
+  colouring_.flush();
+  for (Fault& fault : colouring_.take_faults()) {
+    fault.time = newest_;
+    sink_.on_fault(fault);
+  }
+}
+
+void Pipeline::report(Summary& summary) const {
+  for (std::size_t id = 1; id < decoders_.size(); ++id)
+    if (decoders_[id]) summary.on_decoded(static_cast<SensorId>(id), decoders_[id]->counts());
+  const fusion::ColouringCounts& counts = colouring_.counts();
+  for (int i = 1; i < fusion::kNoPoseReasons; ++i)
+    summary.on_unfused(std::string("no pose: ") + fusion::name(static_cast<fusion::NoPose>(i)), counts.no_pose[static_cast<std::size_t>(i)]);
+  summary.on_unfused("came too late", counts.late_returns);
+  summary.on_unfused("without a range", counts.empty_returns);
+  summary.on_unfused("of a scanner that the rig does not have", counts.unknown_laser_returns);
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "apps/products.hpp"
+#include "apps/summary.hpp"
+#include "config/rig.hpp"
+#include "core/decoder.hpp"
+#include "core/packet.hpp"
+#include "fusion/colouring.hpp"
+#include "sync/synchroniser.hpp"
+
+namespace hueline::apps {
+
+/// decode -> sync -> fusion -> products, one packet at a time. The products are a function of the packets alone: it reads no clock,
+/// opens no file; colouring's workers do not show. Thread-bound.
+class Pipeline {
+ public:
+  /// `sink` must outlive it. `threads`: colouring's workers.
+  Pipeline(const config::Rig& rig, int threads, ProductSink& sink);
+  ~Pipeline();
+
+  /// Packets in journal order. Shed ones change nothing.
+  void process(const Packet& packet);
+  /// The journal is over: everything held back is decided now.
+  void flush();
+
+  /// Decoders' counts and what could not be placed, for the summary; after flush().
+  void report(Summary& summary) const;
+
+ private:
+  void take_fault(const Packet& packet, Decoder* decoder);
+  void take_measurements();
+  void take_synchronised();
+
+  ProductSink& sink_;
+  std::vector<std::unique_ptr<Decoder>> decoders_;  // by SensorId; null for the system
+  const SensorId clock_;
+  sync::Synchroniser synchroniser_;
+  fusion::Colouring colouring_;
+  std::vector<Measurement> measurements_;
+  sync::SyncOutput synchronised_;
+  HostTime newest_{};
+};
+
+}  // namespace hueline::apps

@@ -1,0 +1,48 @@
+#include "apps/recording.hpp"
+
+#include <fmt/format.h>
+
+namespace hueline::apps {
+
+Result<Recording> Recording::open(const std::string& path, const std::string& rig_file) {
+  auto journal = storage::JournalReader::open(path);
+  if (!journal.ok()) return journal.error();
+  const storage::JournalHeader& header = (*journal)->header();
+  Recording out;
+  if (!rig_file.empty()) {
+    out.rig = config::load_rig(rig_file);
+  } else {
+    const std::string* text = nullptr;
+    for (const auto& file : header.files)
+      if (file.name == "rig.yaml") text = &file.text;
+    if (!text) return Error{ErrorCode::Malformed, fmt::format("{}: holds no rig.yaml; give one with --rig", path)};
+    out.rig = config::parse_rig(*text, path + ":rig.yaml");
+  }
+  const auto names = out.rig.sensor_names();
+  bool same = names.size() == header.sensors.size();
+  for (std::size_t i = 0; same && i < names.size(); ++i) same = names[i] == header.sensors[i].name;
+  if (!same) {
+    std::string recorded;
+    for (const auto& sensor : header.sensors) recorded += " " + sensor.name;
+    return Error{ErrorCode::Invalid, fmt::format("{}: the rig's sensors are not those of the recording:{}", path, recorded)};
+  }
+  out.journal = std::move(*journal);
+  return out;
+}
+
+Status Recording::for_each(const std::function<bool(const Packet&)>& use) {
+  Status first;
+  for (;;) {
+    Result<Packet> packet = journal->next({});
+    if (packet.ok()) {
+      if (!use(*packet)) return first;
+      continue;
+    }
+    const Error& error = packet.error();
+    if (error.code == ErrorCode::EndOfData) return first;
+    if (first.ok()) first = error;
+    if (error.code != ErrorCode::Malformed) return first;
+  }
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "config/rig.hpp"
+#include "core/result.hpp"
+#include "storage/journal_reader.hpp"
+
+namespace hueline::apps {
+
+/// A recording with the rig that it is to be read with.
+struct Recording {
+  config::Rig rig;
+  std::unique_ptr<storage::JournalReader> journal;
+
+  /// `rig_file` empty: the rig inside the recording. Another rig must name the same sensors in the same order (Invalid).
+  static Result<Recording> open(const std::string& path, const std::string& rig_file = {});
+
+  /// Every packet in order, until `use` says false. Damaged chunks are passed over and told at the end. Ok at a whole end.
+  Status for_each(const std::function<bool(const Packet&)>& use);
+};
+
+}  // namespace hueline::apps

@@ -1,0 +1,76 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+
+#include "apps/commands.hpp"
+#include "apps/exit_code.hpp"
+#include "apps/outputs.hpp"
+#include "apps/pacer.hpp"
+#include "apps/pipeline.hpp"
+#include "apps/recording.hpp"
+#include "apps/signals.hpp"
+
+namespace hueline::apps {
+namespace {
+
+struct Options {
+  std::string recording, out, rig;
+  double speed = 0;
+  int threads = 2;
+};
+
+int replay(const Options& options) {
+  StopSignals signals;
+  auto recording = Recording::open(options.recording, options.rig);
+  if (!recording.ok()) {
+    spdlog::error("{}", recording.error().message);
+    return kInputUnreadable;
+  }
+  auto outputs = Outputs::create(recording->rig, options.out);
+  if (!outputs.ok()) {
+    spdlog::error("{}", outputs.error().message);
+    return outputs.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
+  }
+  Outputs& sink = **outputs;
+  Pipeline pipeline(recording->rig, options.threads, sink);
+  Pacer pacer(options.speed);
+  bool stopped = false;
+  const Status read = recording->for_each([&](const Packet& packet) {
+    while (!pacer.is_due(packet.received))
+      if (signals.wait_for(pacer.wait(packet.received))) return !(stopped = true);
+    sink.summary().on_packet(packet);
+    pipeline.process(packet);
+    if ((packet.sequence & 1023) == 0 && signals.wait_for(std::chrono::milliseconds(0))) stopped = true;
+    return !stopped;
+  });
+  pipeline.flush();
+  pipeline.report(sink.summary());
+  const Status finished = sink.finish();
+  std::fputs(sink.summary().text().c_str(), stdout);
+  if (stopped) spdlog::warn("stopped before the recording's end");
+  if (!finished.ok()) {
+    spdlog::error("{}", finished.error().message);
+    return kOutputRefused;
+  }
+  if (!read.ok()) {
+    spdlog::error("{}: everything whole before that was used", read.error().message);
+    return kInputUnreadable;
+  }
+  return sink.summary().points() ? kDone : kNothingCame;
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, Chosen& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("replay", "run a recording through the same decoders, clocks and colouring: the same bytes again");
+  command->add_option("RECORDING", options->recording, "drive.mcap; a recording that was cut by a crash is read as far as it is whole")->required();
+  command->add_option("--out", options->out, "folder for cloud.las, view.mcap, summary.json")->required();
+  command->add_option("--speed", options->speed, "1: as fast as it was driven; 0.5: half; 0: as fast as this computer can")->check(CLI::Range(0.0, 1000.0))->capture_default_str();
+  command->add_option("--threads", options->threads, "workers of the colouring; their number does not change the result")->check(CLI::Range(1, 64))->capture_default_str();
+  command->add_option("--rig", options->rig, "use this rig file instead of the recorded one: a better calibration, another method; its sensors must have the same names");
+  command->callback([options, &chosen] { chosen = [options] { return replay(*options); }; });
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,151 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "apps/commands.hpp"
+#include "apps/exit_code.hpp"
+#include "apps/signals.hpp"
+#include "apps/simulated_rig.hpp"
+#include "config/scenario.hpp"
+#include "sim/devices/player.hpp"
+#include "sim/generate.hpp"
+#include "sim/wire/timeline.hpp"
+
+namespace hueline::apps {
+namespace {
+
+struct Options {
+  std::string scenario, out;
+  std::string rig_file, method = "lens";
+  bool play = false;
+  double wait_s = 60;
+  SimulatedAddresses at;
+};
+
+/// A bar on a terminal, a line every tenth elsewhere.
+class Bar {
+ public:
+  void show(const std::string& stage, double share) {
+    const int tenth = static_cast<int>(share * 10);
+    if (is_terminal_)
+      std::fprintf(stderr, "\r\033[K%-28s [%-30s] %3.0f %%", stage.c_str(), std::string(static_cast<std::size_t>(share * 30), '#').c_str(), share * 100);
+    else if (stage != stage_ || tenth != tenth_)
+      std::fprintf(stderr, "%s %.0f %%\n", stage.c_str(), share * 100);
+    stage_ = stage;
+    tenth_ = tenth;
+  }
+  void end() const {
+    if (is_terminal_ && !stage_.empty()) std::fputc('\n', stderr);
+  }
+
+ private:
+  const bool is_terminal_ = isatty(STDERR_FILENO) != 0;
+  std::string stage_;
+  int tenth_ = -1;
+};
+
+sim::Player::Config player_config(const Options& options) {
+  sim::Player::Config config;
+  config.laser->host = options.at.address;
+  config.laser->data_port = static_cast<std::uint16_t>(options.at.data_port);
+  config.laser->position_port = static_cast<std::uint16_t>(options.at.position_port);
+  config.pos->address = options.at.address;
+  config.pos->port = static_cast<std::uint16_t>(options.at.pos_port);
+  config.pps->path = options.at.pps_socket;
+  config.camera->interface = options.at.address;
+  config.camera->serial = options.at.camera_serial;
+  return config;
+}
+
+int play(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario, StopSignals& signals, Bar& bar) {
+  sim::TimelineConfig timeline_config;
+  timeline_config.seed = scenario.seed;
+  timeline_config.laser_model = scenario.laser.model;
+  const auto timeline = sim::build_timeline(drive, timeline_config);
+  if (!timeline.ok()) {
+    spdlog::error("{}", timeline.error().message);
+    return kWrongUse;
+  }
+  std::error_code ignored;
+  std::filesystem::create_directories(std::filesystem::path(options.at.pps_socket).parent_path(), ignored);
+  auto player = sim::Player::open(player_config(options));
+  if (!player.ok()) {
+    spdlog::error("{}", player.error().message);
+    return kOutputRefused;
+  }
+  // The player has the main thread; signals are waited for beside it.
+  std::stop_source stop;
+  std::jthread watch([&](std::stop_token done) {
+    while (!done.stop_requested())
+      if (signals.wait_for(std::chrono::milliseconds(200))) stop.request_stop();
+  });
+  spdlog::info("devices are up: laser to {} udp {} and {}, POS at tcp {}, PPS at {}, camera {}; waiting for a capture", options.at.address,
+               options.at.data_port, options.at.position_port, (*player)->pos_port(), options.at.pps_socket, options.at.camera_serial);
+  if (const Status ready = (*player)->wait_until_ready(static_cast<std::int64_t>(options.wait_s * 1e9), stop.get_token()); !ready.ok()) {
+    if (ready.error().code == ErrorCode::Stopped) return kDone;
+    spdlog::error("{}", ready.error().message);
+    return kNothingCame;
+  }
+  const sim::PlayReport report = (*player)->run(*timeline, stop.get_token(), [&](const sim::PlayProgress& progress) {
+    bar.show("playing in real time", static_cast<double>(progress.drive_ns) / static_cast<double>(progress.duration_ns));
+  });
+  bar.end();
+  for (int i = 0; i < 5; ++i) {
+    const auto channel = static_cast<sim::WireChannel>(i);
+    const auto& sent = report.of(channel);
+    std::fprintf(stdout, "%-15s %8llu sent, %llu refused, late by %.3f ms on average, %.1f ms at most\n", sim::name(channel),
+                 static_cast<unsigned long long>(sent.sent), static_cast<unsigned long long>(sent.failed), sent.mean_lateness_ns / 1e6,
+                 static_cast<double>(sent.latest_ns) / 1e6);
+  }
+  return kDone;
+}
+
+int simulate(const Options& options) {
+  StopSignals signals;
+  const sim::Scenario scenario = config::load_scenario(options.scenario);
+  if (!options.rig_file.empty()) {
+    std::ofstream out(options.rig_file);
+    out << simulated_rig(scenario, options.at, options.method);
+    out.close();
+    if (!out) {
+      spdlog::error("{} could not be written", options.rig_file);
+      return kOutputRefused;
+    }
+  }
+  Bar bar;
+  auto drive = sim::generate(scenario, options.out, [&](const std::string& stage, double share) { bar.show(stage, share); });
+  bar.end();
+  if (!drive.ok()) {
+    spdlog::error("{}", drive.error().message);
+    return drive.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
+  }
+  std::fprintf(stdout, "drive and truth: %s\n", drive->cache_dir.c_str());
+  std::fflush(stdout);
+  return options.play ? play(options, *drive, scenario, signals, bar) : kDone;
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, Chosen& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("simulate", "render a drive with its truth, and play it on real sockets as the vehicle's devices");
+  command->add_option("SCENARIO", options->scenario, "scenario file (YAML)")->required();
+  command->add_option("--out", options->out, "folder for drives, one a scenario, named by its content; an existing one is used again")->required();
+  command->add_option("--write-rig", options->rig_file, "also write the rig file of the emulated vehicle, with its true calibration");
+  command->add_option("--method", options->method, "with --write-rig: lens or panorama")->check(CLI::IsMember({"lens", "panorama"}))->capture_default_str();
+  command->add_flag("--play", options->play, "be the devices: wait for a capture, then play in real time");
+  command->add_option("--wait", options->wait_s, "with --play: seconds to wait for the capture")->capture_default_str();
+  command->add_option("--address", options->at.address, "own address of the emulated devices, and where the laser sends to")->capture_default_str();
+  command->add_option("--pps-socket", options->at.pps_socket, "local socket of the PPS edges")->capture_default_str();
+  command->add_option("--data-port", options->at.data_port, "UDP port of laser data")->check(CLI::Range(1, 65535))->capture_default_str();
+  command->add_option("--position-port", options->at.position_port, "UDP port of laser position packets")->check(CLI::Range(1, 65535))->capture_default_str();
+  command->add_option("--pos-port", options->at.pos_port, "TCP port of the POS")->check(CLI::Range(0, 65535))->capture_default_str();
+  command->add_option("--camera", options->at.camera_serial, "serial number of the GigE camera")->capture_default_str();
+  command->callback([options, &chosen] { chosen = [options] { return simulate(*options); }; });
+}
+
+}  // namespace hueline::apps

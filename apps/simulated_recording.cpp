@@ -1,0 +1,86 @@
+#include "apps/simulated_recording.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+
+#include "drivers/gige/image_packet.hpp"
+#include "drivers/pps/pps_packet.hpp"
+
+namespace hueline::apps {
+namespace {
+
+/// By WireChannel.
+std::array<SensorId, 5> sensors_of_channels(const config::Rig& rig) {
+  std::array<SensorId, 5> out{};
+  const auto set = [&](sim::WireChannel channel, SensorId id) {
+    SensorId& place = out[static_cast<std::size_t>(channel)];
+    if (place == kSystemSensor) place = id;
+  };
+  for (const auto& sensor : rig.sensors) {
+    if (std::holds_alternative<config::VelodyneSensor>(sensor.device)) {
+      set(sim::WireChannel::LaserData, sensor.id);
+      set(sim::WireChannel::LaserPosition, sensor.id);
+    }
+    if (std::holds_alternative<config::NovatelSensor>(sensor.device)) set(sim::WireChannel::Pos, sensor.id);
+    if (std::holds_alternative<config::PpsSensor>(sensor.device)) set(sim::WireChannel::Pps, sensor.id);
+    if (std::holds_alternative<config::CameraSensor>(sensor.device)) set(sim::WireChannel::Camera, sensor.id);
+  }
+  return out;
+}
+
+/// The image as AravisSource hands it on: our header, then the pixels.
+Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event, BufferPool& pool) {
+  const std::size_t pixels = std::size_t{event.width} * event.height;
+  MutableBuffer buffer = pool.acquire(drivers::kImageHeaderSize + pixels);
+  if (!buffer) return Error{ErrorCode::Exhausted, "more images held than the pool has room for"};
+  drivers::ImageHeader header;
+  header.width = event.width;
+  header.height = event.height;
+  header.stride = event.width;
+  header.pfnc = drivers::pfnc_code(PixelFormat::BayerRG8);
+  header.frame_id = event.sequence + 1;
+  header.time = DeviceTime<CameraCounter>(nanoseconds(event.camera_counter_ns));
+  drivers::encode_image_header(header, std::span<std::byte, drivers::kImageHeaderSize>(buffer.data(), drivers::kImageHeaderSize));
+  const auto path = std::filesystem::path(drive.cache_dir) / event.image_file;
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return io_error("open " + path.string(), errno);
+  in.read(reinterpret_cast<char*>(buffer.data() + drivers::kImageHeaderSize), static_cast<std::streamsize>(pixels));
+  if (static_cast<std::size_t>(in.gcount()) != pixels)
+    return Error{ErrorCode::Truncated, fmt::format("{}: {} bytes, {} expected", path.string(), in.gcount(), pixels)};
+  return std::move(buffer).share();
+}
+
+}  // namespace
+
+Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& timeline, const config::Rig& rig,
+                                 const std::function<bool(const Packet&)>& use) {
+  const auto sensors = sensors_of_channels(rig);
+  BufferPool pool(std::size_t{1} << 31);
+  std::uint64_t sequence = 0;
+  for (const sim::WireEvent& event : timeline.events) {
+    Packet packet;
+    packet.sensor = sensors[static_cast<std::size_t>(event.channel)];
+    if (packet.sensor == kSystemSensor)
+      return Error{ErrorCode::Invalid, fmt::format("the rig has no sensor for the channel {}", sim::name(event.channel))};
+    packet.sequence = sequence++;
+    packet.received = kSimulatedHostBegin + nanoseconds(event.at_ns);
+    if (event.channel == sim::WireChannel::Pps) {
+      packet.received = kSimulatedHostBegin + nanoseconds(event.edge_ns);
+      packet.bytes = Buffer::copy_of(drivers::encode_pps({drivers::PpsEdgeKind::Assert, event.sequence, packet.received}));
+    } else if (event.channel == sim::WireChannel::Camera) {
+      Result<Buffer> bytes = image_bytes(drive, event, pool);
+      if (!bytes.ok()) return bytes.error();
+      packet.bytes = std::move(*bytes);
+    } else {
+      packet.bytes = Buffer::copy_of(std::as_bytes(std::span(event.payload)));
+    }
+    if (!use(packet)) return {};
+  }
+  return {};
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,108 @@
+#include "apps/simulated_rig.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "sim/rig_truth.hpp"
+
+namespace hueline::apps {
+namespace {
+
+std::string numbers(const double* values, std::size_t count) {
+  std::string out;
+  for (std::size_t i = 0; i < count; ++i) out += fmt::format("{}{}", i ? ", " : "", values[i]);
+  return "[" + out + "]";
+}
+
+std::string transform(const sim::Pose& T) {
+  const double p[3] = {T.p.x, T.p.y, T.p.z};
+  return fmt::format("{{position_m: {}, rotation_matrix: {}}}", numbers(p, 3), numbers(T.R.m.data(), 9));
+}
+
+/// Outlines of the marked pixels of a lens image: in bands of a few rows, the columns from the first to the last marked pixel of each
+/// run of bands. A little larger than the marks, never smaller.
+std::vector<std::string> mask_polygons(const std::vector<std::uint8_t>& mask, int width, int height) {
+  constexpr int kBand = 8, kMargin = 3;
+  struct Band {
+    int first_row, last_row, left, right;
+  };
+  std::vector<std::vector<Band>> runs;
+  bool open = false;
+  for (int top = 0; top < height; top += kBand) {
+    const int bottom = std::min(top + kBand, height) - 1;
+    int left = width, right = -1;
+    for (int row = top; row <= bottom; ++row)
+      for (int column = 0; column < width; ++column)
+        if (mask[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column)]) {
+          left = std::min(left, column);
+          right = std::max(right, column);
+        }
+    if (right < 0) {
+      open = false;
+      continue;
+    }
+    if (!open) runs.emplace_back();
+    open = true;
+    runs.back().push_back({top, bottom, left - kMargin, right + kMargin});
+  }
+  std::vector<std::string> out;
+  for (const auto& bands : runs) {
+    std::string corners;
+    const auto add = [&](double u, double v) { corners += fmt::format("{}{}, {}", corners.empty() ? "" : ", ", u, v); };
+    for (const Band& band : bands) {
+      add(band.left, band.first_row - (&band == &bands.front() ? kMargin : 0.5));
+      add(band.left, band.last_row + (&band == &bands.back() ? kMargin : 0.5));
+    }
+    for (auto band = bands.rbegin(); band != bands.rend(); ++band) {
+      add(band->right, band->last_row + (&*band == &bands.back() ? kMargin : 0.5));
+      add(band->right, band->first_row - (&*band == &bands.front() ? kMargin : 0.5));
+    }
+    out.push_back("[" + corners + "]");
+  }
+  return out;
+}
+
+std::string lens_yaml(const sim::RigTruth& rig, std::size_t i) {
+  const sim::TrueLens& lens = rig.lenses[i];
+  const bool fisheye = lens.model == sim::LensModel::KannalaBrandt;
+  std::string out = fmt::format(
+      "    - name: lens{}\n      camera: camera\n      offset_px: [{}, {}]\n      width: {}\n      height: {}\n      model: {}\n"
+      "      focal_px: [{}, {}]\n      principal_point_px: [{}, {}]\n      distortion: {}\n      max_angle_deg: {}\n      T_head_lens: {}\n",
+      i, rig.column_of(i), rig.row_of(i), lens.width, lens.height, fisheye ? "kannala_brandt" : "brown", lens.focal_x, lens.focal_y,
+      lens.centre_x, lens.centre_y, numbers(lens.distortion.data(), fisheye ? 4 : 5), sim::degrees(lens.theta_max),
+      transform(lens.T_head_lens));
+  const auto polygons = mask_polygons(rig.own_vehicle_mask(i), lens.width, lens.height);
+  if (!polygons.empty()) out += "      masks:  # the vehicle itself\n";
+  for (const auto& polygon : polygons) out += fmt::format("        - polygon_px: {}\n", polygon);
+  return out;
+}
+
+}  // namespace
+
+std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresses& at, const std::string& method) {
+  const sim::RigTruth rig = sim::rig_truth(scenario);
+  std::string out = fmt::format(
+      "# The emulated vehicle of a scenario: laser, six-lens head as one GigE camera, SPAN receiver and its PPS.\n"
+      "# Mounting and lenses are the simulator's own: a perfect calibration. Written by: hueline simulate SCENARIO --write-rig FILE\n"
+      "rig: street\n\nsensors:\n"
+      "  - name: pps\n    driver: pps\n    socket: {}\n\n"
+      "  - name: pos\n    driver: novatel\n    tcp: {{host: {}, port: {}}}\n    logs: {{ins_rate_hz: {}}}\n\n"
+      "  - name: laser\n    driver: velodyne\n    model: {}\n    udp: {{ports: [{}, {}], bind_address: {}}}\n    sigma_range_m: {}\n"
+      "    T_body_scanner: {}\n\n",
+      at.pps_socket, at.address, at.pos_port, scenario.ins.rate_hz, scenario.laser.model == sim::LaserModel::Vlp16 ? "VLP-16" : "HDL-32E",
+      at.data_port, at.position_port, at.address, scenario.laser.range_sigma_m, transform(rig.T_body_scanner));
+  out += fmt::format(
+      "  - name: camera\n    driver: genicam\n    address: {0}\n    interface: {0}\n    serial: {1}\n    pixel_format: BayerRG8\n    width: {2}\n"
+      "    height: {3}\n    exposure_us: {4}\n    event_input: 1\n    stamp_event: exposure_end\n    stamp_delay_us: 45\n    latency_max_ms: 250\n\n",
+      at.address, at.camera_serial, rig.image_width(), rig.image_height(), scenario.camera.exposure_us);
+  out += fmt::format(
+      "head:\n  T_body_head: {}\n  panorama: {{width: 8000, height: 4000, stitching_radius_m: 20}}\n  lenses:\n", transform(rig.T_body_head));
+  for (std::size_t i = 0; i < rig.lenses.size(); ++i) out += lens_yaml(rig, i);
+  out += fmt::format("\ncolouring:\n  method: {}\n  exposure_interval_s: {}\n\ncloud:\n  crs: utm\n", method, 1.0 / scenario.camera.rate_hz);
+  return out;
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "sim/scenario.hpp"
+
+namespace hueline::apps {
+
+/// Where the emulated devices are reached.
+struct SimulatedAddresses {
+  std::string address = "127.0.0.1";
+  std::string pps_socket = "/tmp/hueline-street/pps.sock";
+  int data_port = 2368, position_port = 8308, pos_port = 3001;
+  std::string camera_serial = "HUE-0001";
+};
+
+/// The rig file (YAML) of a scenario's vehicle as a perfect calibration would write it: true mounting and lenses, and masks where the
+/// vehicle sees itself. `method`: lens or panorama.
+std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresses& addresses, const std::string& method);
+
+}  // namespace hueline::apps

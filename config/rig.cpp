@@ -1,0 +1,92 @@
+#include "config/rig.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "config/rig_head.hpp"
+#include "config/rig_time.hpp"
+
+namespace hueline::config {
+namespace {
+
+fusion::Colouring::Config read_colouring(Section section) {
+  fusion::Colouring::Config out;
+  out.method = section.choice<fusion::ColourMethod>("method", {{"lens", fusion::ColourMethod::Lens}, {"panorama", fusion::ColourMethod::Panorama}});
+  out.exposure_interval = from_seconds(section.number("exposure_interval_s", {0, 60}, 0.0));
+  out.neighbours = static_cast<int>(section.integer("neighbours", {0, 32}, out.neighbours));
+  out.lost_image_neighbours = static_cast<int>(section.integer("lost_image_neighbours", {0, 32}, out.lost_image_neighbours));
+  out.balance_neighbours = section.boolean("balance_neighbours", out.balance_neighbours);
+  out.max_lateness = from_seconds(section.number("max_lateness_s", {0.01, 60}, to_seconds(out.max_lateness)));
+  out.trajectory.max_gap = from_seconds(section.number("max_pose_gap_s", {0.001, 10}, to_seconds(out.trajectory.max_gap)));
+  if (const std::string wrong = out.validate(); !wrong.empty()) section.refuse("method", wrong);
+  section.finish();
+  return out;
+}
+
+std::string read_crs(Section section) {
+  const std::string crs = section.text("crs", "utm");
+  const bool is_epsg = crs.rfind("EPSG:", 0) == 0 && crs.size() > 5 && crs.find_first_not_of("0123456789", 5) == std::string::npos;
+  if (crs != "utm" && !is_epsg) section.refuse("crs", fmt::format("found '{}', allowed: utm, or EPSG: and a number (EPSG:25832)", crs));
+  section.finish();
+  return crs;
+}
+
+Rig read(Section root, std::string text) {
+  Rig rig;
+  rig.text = std::move(text);
+  rig.name = root.text("rig");
+  rig.sensors = read_sensors(root, rig.geometry, rig.sync);
+  std::map<std::string, SensorId> cameras;
+  for (const Sensor& sensor : rig.sensors)
+    if (std::holds_alternative<CameraSensor>(sensor.device)) cameras[sensor.name] = sensor.id;
+  if (root.has("head")) {
+    if (cameras.empty()) root.refuse("head", "a head needs a sensor with driver genicam that delivers its images");
+    rig.geometry.head = read_head(root.section("head"), cameras);
+  } else if (!cameras.empty()) {
+    root.refuse("head", "is missing: where the camera's lenses sit");
+  }
+  if (const std::string wrong = rig.geometry.validate(); !wrong.empty()) root.refuse("head", wrong);
+  if (root.has("time")) read_time(root.section("time"), rig.sync);
+  if (const std::string wrong = rig.sync.validate(); !wrong.empty()) root.refuse("sensors", wrong);
+  rig.colouring = read_colouring(root.section("colouring"));
+  rig.crs = root.has("cloud") ? read_crs(root.section("cloud")) : "utm";
+  root.finish();
+  return rig;
+}
+
+}  // namespace
+
+const char* Sensor::driver() const {
+  struct Name {
+    const char* operator()(const VelodyneSensor&) const { return "velodyne"; }
+    const char* operator()(const NovatelSensor&) const { return "novatel"; }
+    const char* operator()(const CameraSensor&) const { return "genicam"; }
+    const char* operator()(const PpsSensor&) const { return "pps"; }
+  };
+  return std::visit(Name{}, device);
+}
+
+bool Sensor::is_sheddable() const {
+  return std::holds_alternative<VelodyneSensor>(device) || std::holds_alternative<CameraSensor>(device);
+}
+
+std::vector<std::string> Rig::sensor_names() const {
+  std::vector<std::string> names{"hueline"};
+  for (const Sensor& sensor : sensors) names.push_back(sensor.name);
+  return names;
+}
+
+Rig parse_rig(const std::string& text, const std::string& name) { return read(Section::load_text(text, name), text); }
+
+Rig load_rig(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw ConfigError(fmt::format("{}: cannot be read; give the path of a rig file (YAML)", path));
+  std::ostringstream text;
+  text << in.rdbuf();
+  return parse_rig(text.str(), path);
+}
+
+}  // namespace hueline::config

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "config/section.hpp"
+#include "drivers/gige/aravis_source.hpp"
+#include "drivers/gige/image_decoder.hpp"
+#include "drivers/novatel/decoder.hpp"
+#include "drivers/novatel/logs.hpp"
+#include "drivers/pps/pps_decoder.hpp"
+#include "drivers/pps/pps_source.hpp"
+#include "drivers/transport/file_source.hpp"
+#include "drivers/transport/pcap_source.hpp"
+#include "drivers/transport/serial_source.hpp"
+#include "drivers/transport/tcp_source.hpp"
+#include "drivers/transport/udp_source.hpp"
+#include "drivers/velodyne/velodyne_decoder.hpp"
+#include "fusion/colouring.hpp"
+#include "fusion/rig_geometry.hpp"
+#include "sync/synchroniser.hpp"
+
+/// A rig file: which sensors a vehicle has, how they are reached, where they sit, and what is made of them. docs/rig.md lists the keys.
+namespace hueline::config {
+
+struct VelodyneSensor {
+  std::variant<drivers::UdpSource::Config, drivers::PcapSource::Config> source;
+  drivers::VelodyneDecoder::Config decoder;
+};
+struct NovatelSensor {
+  std::variant<drivers::TcpSource::Config, drivers::SerialSource::Config, drivers::FileSource::Config> source;
+  drivers::NovatelDecoder::Config decoder;
+};
+struct CameraSensor {
+  drivers::AravisSource::Config source;
+  drivers::ImageDecoder::Config decoder;
+};
+struct PpsSensor {
+  drivers::PpsSource::Config source;
+  drivers::PpsDecoder::Config decoder;
+};
+
+struct Sensor {
+  SensorId id{};
+  std::string name;
+  double silent_after_s = 3.0;  ///< connected without a packet for so long is a Fault Silent
+  std::variant<VelodyneSensor, NovatelSensor, CameraSensor, PpsSensor> device;
+
+  /// "velodyne", "novatel", "genicam", "pps".
+  const char* driver() const;
+  /// Images and lasers may be left out of fusion when it cannot keep up; PPS and POS not before everything else is full.
+  bool is_sheddable() const;
+};
+
+struct Rig {
+  std::string name;
+  std::string text;               ///< the file as it was read: goes into the recording
+  std::vector<Sensor> sensors;    ///< id = place + 1
+  fusion::RigGeometry geometry;
+  sync::Synchroniser::Config sync;
+  fusion::Colouring::Config colouring;
+  std::string crs = "utm";        ///< "utm" (zone of the drive's origin) or "EPSG:n"
+
+  /// Names by SensorId; [0] is "hueline".
+  std::vector<std::string> sensor_names() const;
+};
+
+/// ConfigError names file, line, key, what was found and what is allowed.
+Rig load_rig(const std::string& path);
+Rig parse_rig(const std::string& text, const std::string& name);
+
+/// The `sensors` list alone. Part of parse_rig.
+std::vector<Sensor> read_sensors(Section& rig, fusion::RigGeometry& geometry, sync::Synchroniser::Config& sync);
+
+}  // namespace hueline::config

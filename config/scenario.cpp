@@ -1,0 +1,64 @@
+#include "config/scenario.hpp"
+
+#include <initializer_list>
+#include <type_traits>
+
+#include "config/section.hpp"
+
+namespace hueline::config {
+namespace {
+
+/// Walks a Config's own list of keys (its visit()) beside a YAML mapping.
+struct Reader {
+  Section& section;
+
+  void operator()(const char* key, bool& value) { value = section.boolean(key, value); }
+  template <class T>
+    requires std::is_arithmetic_v<T>
+  void operator()(const char* key, T& value, double min, double max) {
+    if constexpr (std::is_integral_v<T>)
+      value = static_cast<T>(section.integer(key, {min, max}, static_cast<std::int64_t>(value)));
+    else
+      value = section.number(key, {min, max}, value);
+  }
+  template <class T>
+  void operator()(const char* key, T& value, std::initializer_list<std::pair<const char*, T>> words) {
+    std::vector<std::pair<std::string, T>> allowed;
+    for (const auto& [word, meaning] : words) allowed.emplace_back(word, meaning);
+    value = section.choice<T>(key, allowed, value);
+  }
+  template <class T>
+  void operator()(const char* key, std::vector<T>& list) {
+    if (!section.has(key)) return;
+    list.clear();
+    for (Section& one : section.list(key)) {
+      T value{};
+      T::visit(value, Reader{one});
+      one.finish();
+      list.push_back(value);
+    }
+  }
+  template <class T>
+    requires std::is_class_v<T>
+  void operator()(const char* key, T& nested) {
+    if (!section.has(key)) return;
+    Section inside = section.section(key);
+    T::visit(nested, Reader{inside});
+    inside.finish();
+  }
+};
+
+sim::Scenario read(Section root, const std::string& name) {
+  sim::Scenario scenario;
+  sim::Scenario::visit(scenario, Reader{root});
+  root.finish();
+  if (const std::string wrong = scenario.validate(); !wrong.empty()) throw ConfigError(name + ": " + wrong);
+  return scenario;
+}
+
+}  // namespace
+
+sim::Scenario load_scenario(const std::string& path) { return read(Section::load_file(path), path); }
+sim::Scenario parse_scenario(const std::string& text, const std::string& name) { return read(Section::load_text(text, name), name); }
+
+}  // namespace hueline::config

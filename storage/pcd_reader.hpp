@@ -1,0 +1,27 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace hueline::storage {
+
+/// A point cloud file of the Point Cloud Library (PCD 0.6-0.7), ascii, binary or binary_compressed, all in memory. Values keep the
+/// file's own units; NaN means what it means there: no point.
+struct PcdCloud {
+  std::vector<std::string> fields;           ///< names; a field with COUNT n > 1 stands n times
+  std::vector<std::vector<double>> columns;  ///< columns[field][point]
+
+  std::size_t points() const { return columns.empty() ? 0 : columns.front().size(); }
+  /// The column of this name; empty if the file has none.
+  std::span<const double> column(const std::string& field) const;
+};
+
+/// Errors: Io (cannot be read), Malformed and Truncated with the line or byte where reading stopped.
+Result<PcdCloud> read_pcd(const std::string& path);
+/// The same from bytes; `name` stands for the file in messages.
+Result<PcdCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name);
+
+}  // namespace hueline::storage
