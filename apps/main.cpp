@@ -40,6 +40,7 @@ int main(int argc, char** argv) {
   apps::add_simulate(app, chosen);
   apps::add_verify(app, chosen);
   apps::add_inspect(app, chosen);
+  apps::add_picture(app, chosen);
   try {
     app.parse(argc, argv);
     return chosen();

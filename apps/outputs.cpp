@@ -11,6 +11,7 @@
 
 #include "core/calendar.hpp"
 #include "storage/las_writer.hpp"
+#include "storage/view_writer.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -32,11 +33,15 @@ struct Outputs::Files {
   storage::LasWriter::Config las_config;
   std::optional<storage::LasWriter> las;
   bool las_failed = false;
+  std::optional<storage::ViewWriter> view;  // from the first point on: its frame is the cloud's origin
+  bool view_failed = false;
+  std::vector<std::string> sensors;
 };
 
 Outputs::Outputs(const config::Rig& rig, std::filesystem::path dir)
     : dir_(std::move(dir)), summary_(rig.sensor_names()), files_(std::make_unique<Files>()) {
   files_->las_config.epsg = epsg_of(rig.crs);
+  files_->sensors = rig.sensor_names();
 }
 
 Outputs::~Outputs() = default;
@@ -45,7 +50,7 @@ Result<std::unique_ptr<Outputs>> Outputs::create(const config::Rig& rig, const s
   std::error_code error;
   std::filesystem::create_directories(dir, error);
   if (error) return Error{ErrorCode::Io, fmt::format("make folder {}: {}", dir.string(), error.message())};
-  for (const char* file : {"cloud.las", "summary.json"})
+  for (const char* file : {"cloud.las", "view.mcap", "summary.json"})
     if (Status done = probe(dir / file); !done.ok()) return done.error();
   return std::unique_ptr<Outputs>(new Outputs(rig, dir));
 }
@@ -56,8 +61,27 @@ void Outputs::keep(const char* file, Status done) {
   if (first_error_.ok()) first_error_ = std::move(done);
 }
 
+template <class Append>
+void Outputs::view(Append append) {
+  if (!files_->view || files_->view_failed) return;
+  if (Status done = append(*files_->view); !done.ok()) {
+    files_->view_failed = true;
+    keep("view.mcap", done);
+  }
+}
+
 void Outputs::on_cloud(const CloudBlock& block) {
   summary_.on_cloud(block);
+  if (!files_->view && !files_->view_failed && !block.points.empty()) {
+    auto created = storage::ViewWriter::create(dir_ / "view.mcap", block.origin, {});
+    if (created.ok()) {
+      files_->view.emplace(std::move(*created));
+    } else {
+      files_->view_failed = true;
+      keep("view.mcap", created.error());
+    }
+  }
+  view([&](auto& out) { return out.append(block); });
   if (files_->las_failed || block.points.empty()) return;
   if (!files_->las) {
     // The date of the drive, not of the run: a replay must give the same bytes.
@@ -76,14 +100,34 @@ void Outputs::on_cloud(const CloudBlock& block) {
   }
 }
 
-void Outputs::on_exposure(const Exposure& exposure) { summary_.on_exposure(exposure); }
-void Outputs::on_solution(const InsSolution& solution) { summary_.on_solution(solution); }
-void Outputs::on_fix(const GnssFix& fix) { summary_.on_fix(fix); }
-void Outputs::on_sync_state(GpsTime time, SensorId clock, SyncState state) { summary_.on_sync_state(time, clock, state); }
-void Outputs::on_fault(const Fault& fault) { summary_.on_fault(fault); }
+void Outputs::on_exposure(const Exposure& exposure) {
+  summary_.on_exposure(exposure);
+  view([&](auto& out) { return out.append(exposure, files_->sensors.at(exposure.camera)); });
+}
+void Outputs::on_solution(const InsSolution& solution) {
+  summary_.on_solution(solution);
+  newest_ = solution.time;
+  view([&](auto& out) { return out.append(solution); });
+}
+void Outputs::on_fix(const GnssFix& fix) {
+  summary_.on_fix(fix);
+  view([&](auto& out) { return out.append(fix); });
+}
+void Outputs::on_sync_state(GpsTime time, SensorId clock, SyncState state) {
+  summary_.on_sync_state(time, clock, state);
+  view([&](auto& out) { return out.append_log(time, storage::ViewWriter::Level::Info, files_->sensors.at(clock), name(state)); });
+}
+void Outputs::on_fault(const Fault& fault) {
+  summary_.on_fault(fault);
+  const std::string& who = files_->sensors.at(fault.sensor < files_->sensors.size() ? fault.sensor : kSystemSensor);
+  view([&](auto& out) {
+    return out.append_log(newest_, storage::ViewWriter::Level::Warning, who, fmt::format("{} x{}: {}", name(fault.kind), fault.count, fault.detail));
+  });
+}
 
 Status Outputs::finish() {
   if (files_->las && !files_->las_failed) keep("cloud.las", files_->las->close());
+  view([](auto& out) { return out.close(); });
   if (files_->las) {
     const auto& counts = files_->las->counts();
     summary_.on_unfused("outside the map's projection", counts.refused);

@@ -35,11 +35,14 @@ class Outputs : public ProductSink {
   struct Files;
   Outputs(const config::Rig& rig, std::filesystem::path dir);
   void keep(const char* file, Status done);
+  template <class Append>
+  void view(Append append);
 
   const std::filesystem::path dir_;
   Summary summary_;
   std::unique_ptr<Files> files_;
   Status first_error_;
+  GpsTime newest_{};  // of the POS: when a fault without GPS time is shown
 };
 
 }  // namespace hueline::apps

@@ -48,7 +48,7 @@ class Bar {
   int tenth_ = -1;
 };
 
-sim::Player::Config player_config(const Options& options) {
+sim::Player::Config player_config(const Options& options, const sim::Drive& drive) {
   sim::Player::Config config;
   config.laser->host = options.at.address;
   config.laser->data_port = static_cast<std::uint16_t>(options.at.data_port);
@@ -58,6 +58,12 @@ sim::Player::Config player_config(const Options& options) {
   config.pps->path = options.at.pps_socket;
   config.camera->interface = options.at.address;
   config.camera->serial = options.at.camera_serial;
+  if (drive.exposures.empty()) {
+    config.camera.reset();
+  } else {
+    config.camera->width = drive.exposures.front().width;
+    config.camera->height = drive.exposures.front().height;
+  }
   return config;
 }
 
@@ -72,7 +78,7 @@ int play(const Options& options, const sim::Drive& drive, const sim::Scenario& s
   }
   std::error_code ignored;
   std::filesystem::create_directories(std::filesystem::path(options.at.pps_socket).parent_path(), ignored);
-  auto player = sim::Player::open(player_config(options));
+  auto player = sim::Player::open(player_config(options, drive));
   if (!player.ok()) {
     spdlog::error("{}", player.error().message);
     return kOutputRefused;

@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# The whole program as a user runs it: emulated devices on real sockets, a capture, and replays to the same bytes for 1, 2 and 4
+# threads and for 0.5x, 1x and unlimited speed. Then what must be refused is refused.
+# usage: drive_test.sh HUELINE SOURCE_DIR
+set -euo pipefail
+hueline=$1 source=$2
+work=$(mktemp -d)
+trap 'kill $(jobs -p) 2>/dev/null || true; rm -rf "$work"' EXIT
+cd "$work"
+scenario=$source/tests/scenarios/short.yaml
+ports="--pps-socket $work/pps.sock --data-port 42368 --position-port 48308 --pos-port 43001 --address 127.0.0.2"
+fail() { echo "FAILED: $*"; exit 1; }
+
+$hueline simulate "$scenario" --out sim --write-rig rig.yaml $ports
+$hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 &
+devices=$!
+$hueline capture rig.yaml --out drive --until-silent --seconds 60 --quiet || { cat devices.txt; fail "capture"; }
+wait $devices || { cat devices.txt; fail "devices"; }
+$hueline replay drive/drive.mcap --out half --threads 2 --speed 0.5 >/dev/null & half=$!
+$hueline replay drive/drive.mcap --out real --threads 4 --speed 1 >/dev/null & real=$!
+for threads in 1 2 4; do $hueline replay drive/drive.mcap --out t$threads --threads $threads >/dev/null; done
+wait $half; wait $real
+for run in t1 t2 t4 half real; do
+  cmp drive/cloud.las $run/cloud.las || fail "$run/cloud.las is not the live run's"
+  cmp drive/view.mcap $run/view.mcap || fail "$run/view.mcap is not the live run's"
+done
+points=$($hueline inspect drive/cloud.las --json | sed -n 's/.*"points": \([0-9]*\).*/\1/p')
+[ "$points" -gt 100000 ] || fail "only $points points"
+$hueline verify drive/drive.mcap --scenario "$scenario" --sim sim --max-rms-px 1.0 || fail "reprojection"
+
+# Bad input: a clear error, the right status, and what was there stays.
+refused() { local want=$1; shift; local got=0; "$@" >said.txt 2>&1 || got=$?; [ $got = "$want" ] || { cat said.txt; fail "'$*' gave $got, not $want"; }; }
+sed 's/event_input/event_imput/' rig.yaml >typo.yaml
+refused 2 $hueline capture typo.yaml --out x
+grep -q "typo.yaml:[0-9]*: key 'sensors" said.txt || { cat said.txt; fail "the typo's place is not told"; }
+refused 4 $hueline capture rig.yaml --out drive            # an existing drive
+cmp drive/cloud.las t1/cloud.las || fail "a refused capture touched the drive"
+refused 4 $hueline replay drive/drive.mcap --out /proc/nowhere
+mkdir blocked; mkdir blocked/cloud.las
+refused 4 $hueline replay drive/drive.mcap --out blocked
+head -c 1500000 drive/drive.mcap >cut.mcap
+refused 3 $hueline replay cut.mcap --out cut
+[ -s cut/cloud.las ] || fail "a cut recording gave nothing"
+printf 'nonsense' >nonsense.bin
+refused 3 $hueline inspect nonsense.bin
+refused 3 $hueline replay missing.mcap --out y
+echo "live and five replays agree: $(sha256sum drive/cloud.las | cut -d' ' -f1)"
