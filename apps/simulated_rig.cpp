@@ -101,7 +101,7 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
   out += fmt::format(
       "head:\n  T_body_head: {}\n  panorama: {{width: 8000, height: 4000, stitching_radius_m: 20}}\n  lenses:\n", transform(rig.T_body_head));
   for (std::size_t i = 0; i < rig.lenses.size(); ++i) out += lens_yaml(rig, i);
-  out += fmt::format("\ncolouring:\n  method: {}\n  exposure_interval_s: {}\n\ncloud:\n  crs: utm\n", method, 1.0 / scenario.camera.rate_hz);
+  out += fmt::format("\ncolouring:\n  method: {}\n  exposure_interval_s: {}\n  max_lateness_s: 4  # the first images wait until their marks are known for sure\n\ncloud:\n  crs: utm\n", method, 1.0 / scenario.camera.rate_hz);
   return out;
 }
 
