@@ -13,6 +13,7 @@ using std::chrono::seconds;
 
 constexpr std::uint64_t kReorder = 8;      // frame numbers; a larger fall is a restart
 constexpr double kGateSigmas = 6;
+constexpr seconds kUnattributed{30};        // an unused mark without a later image is named after this
 
 double ns(nanoseconds d) { return static_cast<double>(d.count()); }
 bool within(nanoseconds v, nanoseconds low, nanoseconds high) { return v >= low && v <= high; }
@@ -141,7 +142,7 @@ void ExposureMatcher::advance(GpsTime now, HostTime received, std::vector<Exposu
 
 void ExposureMatcher::flush(std::vector<Exposure>& out) {
   work(true, out);
-  now_ += config_.latency_max + config_.mark_latency_max + config_.patience;
+  now_ += config_.latency_max + config_.mark_latency_max + config_.patience + kUnattributed + seconds(2);
   expire_marks();
   faults_.flush();
 }
@@ -185,6 +186,14 @@ void ExposureMatcher::learn() {
     std::size_t to = from + 1;
     while (to < votes.size() && votes[to].difference - votes[from].difference <= config_.learn_tolerance.count()) ++to;
     const int n = distinct(from, to);
+    // Late deliveries vote for the mark after their own; an image on time refutes them, because it would have come before it can.
+    const bool refuted = std::any_of(traces_.begin(), traces_.end(), [&](const Trace& t) {
+      return is_too_early(t.arrival, gps_time_ns(t.counter + votes[from].difference), config_.learn_tolerance);
+    });
+    if (refuted) {
+      from = to;
+      continue;
+    }
     if (n > best) {
       rival = best;
       best = n;
@@ -240,6 +249,17 @@ void ExposureMatcher::work(bool final, std::vector<Exposure>& out) {
   expire_marks();
 }
 
+void ExposureMatcher::forget() {
+  ++counts_.relearnt;
+  relation_.reset();
+  traces_.clear();
+  missed_in_a_row_ = 0;
+}
+
+bool ExposureMatcher::is_too_early(GpsTime arrival, GpsTime mark, nanoseconds sigma) const {
+  return arrival - mark - config_.strobe_delay < config_.latency_min - 3 * sigma;
+}
+
 bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vector<Exposure>& out) {
   const CameraRelation::Prediction predicted = relation_.predict(pending.counter);
   const nanoseconds gate(static_cast<std::int64_t>(std::min(kGateSigmas * predicted.sigma_ns, 2e7)));
@@ -254,10 +274,10 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
       return true;
     }
     Mark& mark = *near.front();
-    if (mark.time > pending.arrival.time + pending.arrival.sigma * 5 + milliseconds(5)) {
-      emit_unmatched(pending, "the mark that fits is later than the image's arrival", out);
-      relation_.reset();
-      ++counts_.relearnt;
+    if (is_too_early(pending.arrival.time, mark.time, pending.arrival.sigma)) {
+      // No image comes before it can: the relation is off by an interval.
+      emit_unmatched(pending, "it came sooner after the mark that fits than an image can: the relation was wrong", out);
+      forget();
       return true;
     }
     for (Mark* m : near) m->used = true;
@@ -279,11 +299,8 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
   });
   missed_in_a_row_ = others ? missed_in_a_row_ + 1 : 0;
   if (missed_in_a_row_ >= config_.relearn_after) {
-    ++counts_.relearnt;
     faults_.add(config_.camera, FaultKind::ClockStep, "relation", pending.image.received, "event marks no longer fit the camera's clock: learnt anew");
-    relation_.reset();
-    traces_.clear();
-    missed_in_a_row_ = 0;
+    forget();
   }
   return true;
 }
@@ -343,6 +360,8 @@ void ExposureMatcher::expire_marks() {
   GpsTime keep = now_ - config_.latency_max - config_.mark_latency_max - seconds(1);
   if (!relation_.is_known()) keep -= config_.patience;
   for (const Pending& p : pending_) keep = std::min(keep, guess(p) - config_.latency_max);
+  // Whether a mark belongs to a lost image is known only when the next image has come.
+  if (last_out_) keep = std::min(keep, std::max(*last_out_ - config_.strobe_delay - config_.exposure, now_ - kUnattributed));
   while (!marks_.empty() && (marks_.front().time < keep || marks_.size() > config_.mark_limit)) {
     const Mark& mark = marks_.front();
     if (!mark.used && (relation_.is_known() || !config_.has_counter || counts_.images > 0)) {

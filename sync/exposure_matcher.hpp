@@ -17,8 +17,9 @@ namespace hueline::sync {
 /// Gives each image of one camera the event mark of its own exposure.
 ///
 /// First by arrival: an image arrives latency_min to latency_max after its exposure, so a few marks are possible; when
-/// `learn_images` images agree on one difference (mark time - camera counter), and no rival difference has half as many, that is the
-/// camera's relation, and the images held meanwhile are matched by it. From then on an image takes the mark at the time that the
+/// `learn_images` images agree on one difference (mark time - camera counter), no rival difference has half as many, and no image came
+/// sooner than it allows, that is the camera's relation, and the images held meanwhile are matched by it. (A periodic camera whose
+/// first `learn_images` images are all delivered late by the same whole interval cannot be told from one on time.) From then on an image takes the mark at the time that the
 /// relation predicts, however late it is delivered. No mark there: CameraClock, with the relation's grown sigma. Two marks there:
 /// the first if they are one bounced strobe (`bounce`, sigma grown), else Unmatched with a fault. A camera whose counter or frame
 /// number falls back has restarted: its relation is learnt anew. A camera without a counter is matched by arrival alone, and only
@@ -46,7 +47,7 @@ class ExposureMatcher {
     nanoseconds latency_max{std::chrono::milliseconds(90)};    ///< the same; above latency_min, at most 5 s
     nanoseconds mark_latency_max{std::chrono::milliseconds(250)};  ///< mark to its message here; [1 ms, 5 s]
     nanoseconds bounce{std::chrono::milliseconds(1)};          ///< marks this close are one strobe; [0, 100 ms]
-    int learn_images = 5;                                      ///< [2, 64]
+    int learn_images = 10;                                     ///< [2, 64], below pending_limit or the first images stay unmatched
     nanoseconds learn_tolerance{std::chrono::milliseconds(2)}; ///< of the difference while learning; [1 us, 50 ms]
     int relearn_after = 6;                                     ///< images in a row without the predicted mark, though others came; [2, 100]
     std::size_t pending_limit = 16;                            ///< images held at most (they pin their buffers); [1, 1000]
@@ -95,6 +96,8 @@ class ExposureMatcher {
   bool accept(const Image& image, std::int64_t& counter);
   void restart(const Image& image, const char* why, std::vector<Exposure>& out);
   void learn();
+  void forget();
+  bool is_too_early(GpsTime arrival, GpsTime mark, nanoseconds sigma) const;
   void work(bool final, std::vector<Exposure>& out);
   bool match_by_relation(Pending& pending, bool final, std::vector<Exposure>& out);
   bool match_by_arrival(Pending& pending, bool final, std::vector<Exposure>& out);

@@ -119,8 +119,10 @@ void LaserClock::emit(Seen&& seen, std::vector<StampedLaserBatch>& out) {
   const bool disciplined = is_disciplined(seen.batch.received);
   const GpsTime time = seen.nominal + correction_;
   const nanoseconds slack = config_.early + 3 * seen.arrival.sigma;
-  const bool from_future = seen.arrival.time - time < -slack;
-  const bool possible = !from_future && seen.arrival.time - time < seconds(30);
+  const nanoseconds age = seen.arrival.time - time;
+  // A late packet continues the counter of those before it; one whose counter fell behind them is a passing error of the scanner.
+  const bool continues = last_time_ && time > *last_time_ - config_.latency_max;
+  const bool possible = age >= -slack && (age <= config_.latency_max || (continues && age < seconds(30)));
   double sigma = ns(config_.disciplined_sigma);
   SyncState state = seen.arrival.state == SyncState::Acquiring ? SyncState::Acquiring : SyncState::Locked;
   if (disciplined && possible) {
@@ -130,7 +132,10 @@ void LaserClock::emit(Seen&& seen, std::vector<StampedLaserBatch>& out) {
     const double own = last_disciplined_ ? ns(time - *last_disciplined_) * config_.drift_ppm * 1e-6 : 1e18;
     // Its own crystal is the better clock until it has drifted as far as arrivals are uncertain.
     if (untrusted_ || !possible || own < 0 || own > ns(config_.latency_min_sigma)) {
-      emit_by_arrival(std::move(seen), out);
+      if (disciplined && !possible)
+        faults_.add(config_.sensor, FaultKind::LabelConflict, "passing", seen.batch.received,
+                    "packets whose counter left the host's time and came back: stamped by arrival");
+      emit_by_arrival(std::move(seen), !disciplined || possible, out);
       return;
     }
     sigma = std::hypot(sigma, own);
@@ -138,18 +143,22 @@ void LaserClock::emit(Seen&& seen, std::vector<StampedLaserBatch>& out) {
     ++counts_.holdover;
   }
   if (correction_ != seconds(0)) ++counts_.corrected;
+  last_time_ = time;
   out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))), state,
                  std::move(seen.batch.returns)});
 }
 
-void LaserClock::emit_by_arrival(Seen&& seen, std::vector<StampedLaserBatch>& out) {
+void LaserClock::emit_by_arrival(Seen&& seen, bool by_line, std::vector<StampedLaserBatch>& out) {
   ++counts_.by_arrival;
   faults_.add(config_.sensor, FaultKind::NoTime, "arrival", seen.batch.received,
               "the scanner's clock is not held by PPS: its packets are stamped by their arrival, good to a millisecond");
-  const auto line = line_.at(seen.counter);
+  // Where the counter is in error, the single arrival is all there is; and if it was a late packet after all, by so much.
+  const nanoseconds age = seen.arrival.time - (seen.nominal + correction_);
+  const nanoseconds doubt = age > nanoseconds(0) && age < seconds(30) ? std::max(age, config_.latency_max) : config_.latency_max;
+  const auto line = by_line ? line_.at(seen.counter) : std::nullopt;
   const std::int64_t arrival_ns = line ? seen.counter + line->delay_ns : count_ns(seen.arrival.time);
   const GpsTime time = std::min(gps_time_ns(arrival_ns), seen.arrival.time) - config_.latency_min;
-  const nanoseconds sigma = sigma_of(ns(config_.latency_min_sigma), line ? line->sigma_ns : ns(config_.latency_max), ns(seen.arrival.sigma));
+  const nanoseconds sigma = sigma_of(ns(config_.latency_min_sigma), line ? line->sigma_ns : ns(doubt), ns(seen.arrival.sigma));
   out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time, sigma, SyncState::Acquiring, std::move(seen.batch.returns)});
 }
 

@@ -67,7 +67,7 @@ class LaserClock {
   std::int64_t unwrap(DeviceTime<UtcHourCounter> t);
   void judge(std::vector<StampedLaserBatch>& out);
   void emit(Seen&& seen, std::vector<StampedLaserBatch>& out);
-  void emit_by_arrival(Seen&& seen, std::vector<StampedLaserBatch>& out);
+  void emit_by_arrival(Seen&& seen, bool by_line, std::vector<StampedLaserBatch>& out);
 
   Config config_;
   ArrivalLine line_;
@@ -79,7 +79,7 @@ class LaserClock {
   std::deque<Seen> pending_;
   std::optional<std::int64_t> last_counter_;
   std::int64_t hours_ns_ = 0;
-  std::optional<GpsTime> last_disciplined_;
+  std::optional<GpsTime> last_disciplined_, last_time_;
 };
 
 }  // namespace hueline::sync

@@ -21,8 +21,9 @@ struct SimulatedLaser {
 
   void run(Drive& drive) {
     std::uint64_t sequence = std::uint64_t{sensor} * 100'000'000;
+    HostTime order{};  // one socket delivers in order
     for (GpsTime t = drive.begin + us(333); t < drive.end; t += from_seconds(1 / rate_hz)) {
-      const HostTime r = drive.clock.host(t + latency(drive.random, t));
+      const HostTime r = order = std::max(order, drive.clock.host(t + latency(drive.random, t)));
       LaserBatch m;
       m.sensor = sensor;
       m.received = r;

@@ -1,0 +1,291 @@
+#include "sync/exposure_matcher.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/sync/simulated_rig.hpp"
+
+namespace hueline::sync {
+namespace {
+
+using namespace hueline::test;
+using testing::HasSubstr;
+
+ExposureMatcher::Config matcher_config() {
+  ExposureMatcher::Config c;
+  c.camera = kCamera;
+  c.strobe_delay = us(20);
+  return c;
+}
+
+/// A camera against a perfect host clock: what matching alone does.
+struct CameraCourse {
+  std::vector<Exposure> out;
+  std::vector<Fault> faults;
+  ExposureMatcher matcher;
+  const SimulatedCamera& camera;
+
+  CameraCourse(Drive& drive, SimulatedCamera& simulated, ExposureMatcher::Config config = matcher_config()) : matcher(config), camera(simulated) {
+    EXPECT_EQ(config.validate(), "");
+    simulated.run(drive);
+    // The inverse of the host clock, by bisection: truth, not an estimate.
+    const auto gps = [&](HostTime h) {
+      GpsTime low = drive.begin - seconds(10), high = drive.begin + seconds(3600);
+      while (high - low > nanoseconds(1)) {
+        const GpsTime middle = low + (high - low) / 2;
+        (drive.clock.host(middle) < h ? low : high) = middle;
+      }
+      return high;
+    };
+    GpsTime last{};
+    for (auto& [received, m] : drive.stream.sorted()) {
+      const GpsTime now = gps(received);
+      if (auto* image = std::get_if<Image>(&m)) matcher.add(*image, {now, us(2), SyncState::Locked}, out);
+      if (auto* mark = std::get_if<EventMark>(&m)) matcher.add(*mark, out);
+      matcher.advance(now, received, out);
+      matcher.drain(faults);
+      last = now;
+    }
+    matcher.flush(out);
+    matcher.drain(faults);
+    check();
+  }
+  void check() const {
+    std::set<std::uint64_t> images;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const Exposure& e = out[i];
+      EXPECT_TRUE(images.insert(e.image.packet_sequence).second) << "an image came out twice";
+      if (i > 0) { EXPECT_GE(e.exposure_mid, out[i - 1].exposure_mid); }
+      const double error = std::abs(static_cast<double>((e.exposure_mid - camera.truth.at(e.image.packet_sequence)).count()));
+      // A wrong mark would be off by an interval, with a sigma of a microsecond: the one thing that must not happen.
+      EXPECT_LE(error, 5 * static_cast<double>(e.sigma.count())) << "exposure " << i << " " << name(e.timing);
+      if (e.timing == ExposureTiming::EventMark) { EXPECT_EQ(error, 0) << "exposure " << i; }
+    }
+    const auto& c = matcher.counts();
+    EXPECT_EQ(c.images, out.size() + c.repeated_images + c.late_images) << "an image was lost silently";
+    EXPECT_EQ(c.by_mark + c.by_camera_clock + c.unmatched, out.size());
+  }
+  std::uint64_t count(FaultKind kind) const {
+    std::uint64_t n = 0;
+    for (const Fault& f : faults)
+      if (f.kind == kind) n += f.count;
+    return n;
+  }
+  const ExposureMatcher::Counts& counts() const { return matcher.counts(); }
+};
+
+TEST(ExposureMatcher, GivenAllMarksAndImagesThenEachGetsItsOwn) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedCamera camera;
+  CameraCourse run(drive, camera);
+  EXPECT_EQ(run.counts().by_mark, camera.truth.size());
+  EXPECT_TRUE(run.faults.empty());
+}
+
+TEST(ExposureMatcher, GivenLostMarksThenTheCameraClockTellsWithGrownSigma) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedCamera camera;
+  camera.mark_lost = [](int i) { return i % 17 == 9 || (i > 200 && i < 260); };
+  CameraCourse run(drive, camera);
+  std::uint64_t lost = 0;
+  for (int i = 0; i < camera.exposures; ++i) lost += camera.mark_lost(i) ? 1 : 0;
+  EXPECT_EQ(run.counts().by_camera_clock, lost);
+  EXPECT_EQ(run.counts().lost_marks, lost);
+  EXPECT_EQ(run.count(FaultKind::Lost), lost);
+  for (const Exposure& e : run.out)
+    if (e.timing == ExposureTiming::CameraClock) {
+      EXPECT_GT(e.sigma, us(3));
+      EXPECT_LT(e.sigma, us(200));
+      EXPECT_EQ(e.state, SyncState::Holdover);
+    }
+}
+
+TEST(ExposureMatcher, GivenLostImagesThenTheirMarksAreNotGivenToOthers) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedCamera camera;
+  camera.image_lost = [](int i) { return i % 13 == 5 || (i > 100 && i < 120); };
+  CameraCourse run(drive, camera);
+  EXPECT_EQ(run.counts().by_mark, camera.truth.size());
+  EXPECT_EQ(run.counts().lost_images, static_cast<std::uint64_t>(camera.exposures) - camera.truth.size());
+  EXPECT_EQ(run.counts().marks_of_lost_images, run.counts().lost_images);
+  EXPECT_EQ(run.counts().spurious_marks, 0u);
+}
+
+TEST(ExposureMatcher, GivenSpuriousMarksThenTheyAreNamedAndNotUsed) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedCamera camera;
+  Random random(5);
+  for (GpsTime t = drive.begin + seconds(2); t < drive.end - seconds(3); t += ms(700)) camera.spurious.push_back(t + ms(random.uniform(0, 300)));
+  CameraCourse run(drive, camera);
+  EXPECT_EQ(run.counts().by_mark, camera.truth.size());
+  EXPECT_EQ(run.counts().spurious_marks, camera.spurious.size());
+  EXPECT_EQ(run.count(FaultKind::Spurious), camera.spurious.size());
+}
+
+TEST(ExposureMatcher, GivenBouncedMarksThenTheFirstEdgeCounts) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedCamera camera;
+  camera.mark_copies = [](int i) { return i % 5 == 2 ? 2 : 1; };
+  CameraCourse run(drive, camera);
+  EXPECT_EQ(run.counts().by_mark, camera.truth.size());
+  EXPECT_EQ(run.counts().bounced_marks + run.counts().spurious_marks, static_cast<std::uint64_t>((camera.exposures + 2) / 5));
+}
+
+TEST(ExposureMatcher, GivenLateImagesThenTheyGetTheMarkOfTheirExposureNotOfTheirArrival) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedCamera camera;
+  camera.extra_latency = [](int i) { return i % 40 > 35 ? ms(430) : ms(0); };
+  CameraCourse run(drive, camera);
+  EXPECT_EQ(run.counts().by_mark, camera.truth.size());
+  EXPECT_EQ(run.counts().unmatched, 0u);
+}
+
+TEST(ExposureMatcher, GivenLateImagesFromTheVeryStartThenNoneGetsAWrongMark) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Drive drive(some_begin(), seconds(20), {}, seed);
+    SimulatedCamera camera;
+    Random random(seed);
+    std::vector<double> extra;
+    for (int i = 0; i < 300; ++i) extra.push_back(i < 8 ? random.uniform(0, 220) : 0);
+    camera.extra_latency = [&](int i) { return ms(extra[static_cast<std::size_t>(i)]); };
+    CameraCourse run(drive, camera);
+    EXPECT_GT(run.counts().by_mark, camera.truth.size() / 2);
+  }
+}
+
+TEST(ExposureMatcher, GivenRepeatedImagesThenOnlyTheFirstCounts) {
+  Drive drive(some_begin(), seconds(30));
+  SimulatedCamera camera;
+  camera.image_copies = [](int i) { return i % 10 == 3 ? 2 : 1; };
+  CameraCourse run(drive, camera);
+  EXPECT_EQ(run.counts().by_mark, static_cast<std::uint64_t>(camera.exposures));
+  EXPECT_EQ(run.counts().repeated_images, camera.truth.size() - static_cast<std::uint64_t>(camera.exposures));
+  EXPECT_EQ(run.count(FaultKind::Spurious), run.counts().repeated_images);
+}
+
+TEST(ExposureMatcher, GivenACameraRestartThenItsNewNumbersAreLearnt) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedCamera camera;
+  camera.restart_at = 300;
+  CameraCourse run(drive, camera);
+  EXPECT_EQ(run.counts().restarts, 1u);
+  EXPECT_EQ(run.counts().by_mark, camera.truth.size());
+  EXPECT_EQ(run.count(FaultKind::ClockStep), 1u);
+}
+
+TEST(ExposureMatcher, GivenNoMarksAtAllThenEveryImageIsUnmatchedAndSaid) {
+  Drive drive(some_begin(), seconds(30));
+  SimulatedCamera camera;
+  camera.mark_lost = [](int) { return true; };
+  CameraCourse run(drive, camera);
+  EXPECT_EQ(run.counts().unmatched, camera.truth.size());
+  EXPECT_EQ(run.count(FaultKind::NoTime), camera.truth.size());
+}
+
+TEST(ExposureMatcher, GivenALatencyWiderThanTheIntervalOfAPeriodicCameraThenItDoesNotGuess) {
+  Drive drive(some_begin(), seconds(20));
+  SimulatedCamera camera;
+  ExposureMatcher::Config config = matcher_config();
+  config.latency_max = ms(320);
+  CameraCourse run(drive, camera, config);
+  EXPECT_EQ(run.counts().by_mark, 0u);
+  EXPECT_EQ(run.counts().unmatched, camera.truth.size());
+}
+
+TEST(ExposureMatcher, GivenALatencyWiderThanTheIntervalButIrregularTriggersThenTheRelationIsFound) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedCamera camera;
+  camera.interval_wobble = ms(40);
+  ExposureMatcher::Config config = matcher_config();
+  config.latency_max = ms(320);
+  CameraCourse run(drive, camera, config);
+  EXPECT_GT(run.counts().by_mark, camera.truth.size() * 95 / 100);
+}
+
+TEST(ExposureMatcher, GivenACameraWithoutCounterThenTheArrivalWindowDecides) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedCamera camera;
+  camera.mark_lost = [](int i) { return i % 17 == 9; };
+  camera.image_lost = [](int i) { return i % 13 == 5; };
+  ExposureMatcher::Config config = matcher_config();
+  config.has_counter = false;
+  CameraCourse run(drive, camera, config);
+  EXPECT_GT(run.counts().by_mark, camera.truth.size() * 9 / 10);
+  EXPECT_GT(run.counts().unmatched, 30u);
+}
+
+TEST(ExposureMatcher, GivenNoStrobeWireThenTheCameraClockIsTiedByItsFastestDeliveries) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedCamera camera;
+  ExposureMatcher::Config config = matcher_config();
+  config.mark_input = 0;
+  config.strobe_delay = nanoseconds(0);
+  config.latency_min = ms(25);
+  config.latency_max = ms(35);
+  config.stamp_event = ExposureMatcher::StampEvent::ExposureStart;
+  camera.strobe_delay = nanoseconds(0);
+  CameraCourse run(drive, camera, config);
+  EXPECT_EQ(run.counts().by_camera_clock, camera.truth.size());
+  for (const Exposure& e : run.out) { EXPECT_LT(e.sigma, ms(20)); }
+}
+
+TEST(ExposureMatcher, GivenACounterThatWrapsThenMatchingGoesOn) {
+  Drive drive(some_begin(), seconds(400));
+  SimulatedCamera camera;
+  camera.rate_hz = 4;
+  camera.stamp_jitter_us = 40;
+  camera.run(drive);
+  for (auto& item : drive.stream.sorted())
+    if (auto* image = std::get_if<Image>(&item.second)) {
+      const std::int64_t tick = count_ns(image->time) / 125'000 * 125'000;  // Ladybug5 on USB
+      image->time = DeviceTime<CameraCounter>(nanoseconds(tick % 128'000'000'000));
+    }
+  ExposureMatcher::Config config = matcher_config();
+  config.counter_wraps = seconds(128);
+  config.relation.clock_sigma = us(60);
+  SimulatedCamera silent;
+  silent.truth = camera.truth;
+  silent.exposures = camera.exposures;
+  // Everything has been said already; this camera adds nothing of its own.
+  drive.end = drive.begin;
+  CameraCourse run(drive, silent, config);
+  EXPECT_EQ(run.counts().by_mark, camera.truth.size());
+  EXPECT_EQ(run.counts().restarts, 0u);
+}
+
+class EverythingAtOnce : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(EverythingAtOnce, NoImageGetsAWrongMark) {
+  Drive drive(some_begin(), seconds(120), {}, GetParam());
+  Random random(GetParam() * 31);
+  std::vector<double> dice;
+  for (int i = 0; i < 5000; ++i) dice.push_back(random.uniform());
+  const auto roll = [&](int i, int salt) { return dice[static_cast<std::size_t>(i * 7 + salt) % dice.size()]; };
+  SimulatedCamera camera;
+  camera.mark_lost = [&](int i) { return roll(i, 1) < 0.05; };
+  camera.image_lost = [&](int i) { return roll(i, 2) < 0.05; };
+  camera.mark_copies = [&](int i) { return roll(i, 3) < 0.05 ? 2 : 1; };
+  camera.image_copies = [&](int i) { return roll(i, 4) < 0.02 ? 2 : 1; };
+  camera.extra_latency = [&](int i) { return roll(i, 5) < 0.05 ? ms(300 * roll(i, 6)) : ms(0); };
+  camera.restart_at = 500;
+  for (int i = 0; i < 60; ++i) camera.spurious.push_back(drive.begin + ms(random.uniform(2000, 117000)));
+  CameraCourse run(drive, camera);
+  EXPECT_GT(run.counts().by_mark, camera.truth.size() * 85 / 100);
+  EXPECT_LT(run.counts().unmatched, camera.truth.size() / 20);
+}
+INSTANTIATE_TEST_SUITE_P(ExposureMatcher, EverythingAtOnce, testing::Range<std::uint64_t>(1, 13));
+
+TEST(ExposureMatcher, GivenSettingsOutOfRangeThenTheSentenceNamesTheKey) {
+  ExposureMatcher::Config config = matcher_config();
+  config.latency_max = config.latency_min;
+  EXPECT_THAT(config.validate(), HasSubstr("latency_max"));
+  config = matcher_config();
+  config.mark_input = 0;
+  config.has_counter = false;
+  EXPECT_THAT(config.validate(), HasSubstr("has_counter"));
+}
+
+}  // namespace
+}  // namespace hueline::sync
