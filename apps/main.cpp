@@ -39,6 +39,7 @@ int main(int argc, char** argv) {
   apps::add_replay(app, chosen);
   apps::add_simulate(app, chosen);
   apps::add_verify(app, chosen);
+  apps::add_colour(app, chosen);
   apps::add_inspect(app, chosen);
   apps::add_picture(app, chosen);
   try {
