@@ -79,7 +79,8 @@ std::string RigGeometry::validate() const {
       return fmt::format("laser {}: sigma_range_m is {}; allowed: 0 to 10 m", laser.sensor, laser.sigma_range_m);
     }
   }
-  return head.validate();
+  // A rig without a camera places points and leaves them uncoloured.
+  return head.lenses.empty() ? std::string() : head.validate();
 }
 
 }  // namespace hueline::fusion
