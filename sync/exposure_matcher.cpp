@@ -12,7 +12,6 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr std::uint64_t kReorder = 8;      // frame numbers; a larger fall is a restart
-constexpr double kGateSigmas = 6;
 constexpr seconds kUnattributed{30};        // an unused mark without a later image is named after this
 
 double ns(nanoseconds d) { return static_cast<double>(d.count()); }
@@ -41,7 +40,9 @@ std::string ExposureMatcher::Config::validate() const {
   return {};
 }
 
-ExposureMatcher::ExposureMatcher(Config config) : config_(config), relation_(config.relation), line_(ArrivalLine::Config{}) {}
+ExposureMatcher::ExposureMatcher(Config config)
+    : config_(config), relation_(config.relation), learner_({config.latency_min + config.strobe_delay, config.latency_max + config.strobe_delay, config.learn_tolerance, config.learn_images}),
+      line_(ArrivalLine::Config{}) {}
 
 bool ExposureMatcher::accept(const Image& image, std::int64_t& counter) {
   const std::int64_t raw = count_ns(image.time), wraps = config_.counter_wraps.count();
@@ -62,7 +63,7 @@ void ExposureMatcher::restart(const Image& image, const char* why, std::vector<E
   work(true, out);  // what is pending belongs to the old relation
   relation_.reset();
   line_.reset();
-  traces_.clear();
+  learner_.reset();
   unexplained_frames_ = 0;
   missed_in_a_row_ = 0;
 }
@@ -106,8 +107,7 @@ void ExposureMatcher::add(Image image, const GpsStamp& arrival, std::vector<Expo
     last_frame_ = pending.image.frame_id;
     last_raw_ = count_ns(pending.image.time);
     last_counter_ = counter;
-    traces_.push_back({counter, arrival.time});
-    while (traces_.size() > 64) traces_.pop_front();
+    learner_.add(counter, arrival.time);
     if (config_.mark_input == 0) line_.add(counter, count_ns(arrival.time));
     pending_.push_back(std::move(pending));
   }
@@ -159,67 +159,12 @@ GpsTime ExposureMatcher::watermark(GpsTime now) const {
   return last_out_ ? std::max(earliest, *last_out_) : earliest;
 }
 
-void ExposureMatcher::learn() {
-  // Each image votes once for every difference that its arrival allows; the true one collects a vote of every image on time.
-  struct Vote {
-    std::int64_t difference;
-    std::size_t trace;
-    GpsTime mark;
-  };
-  std::vector<Vote> votes;
-  for (std::size_t i = 0; i < traces_.size(); ++i)
-    for (const Mark& m : marks_)
-      if (within(traces_[i].arrival - m.time - config_.strobe_delay, config_.latency_min, config_.latency_max))
-        votes.push_back({count_ns(m.time) - traces_[i].counter, i, m.time});
-  if (votes.size() < static_cast<std::size_t>(config_.learn_images)) return;
-  std::sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) { return std::tie(a.difference, a.mark) < std::tie(b.difference, b.mark); });
-  const auto distinct = [&](std::size_t from, std::size_t to) {
-    std::vector<std::size_t> images;
-    for (std::size_t v = from; v < to; ++v) images.push_back(votes[v].trace);
-    std::sort(images.begin(), images.end());
-    return static_cast<int>(std::unique(images.begin(), images.end()) - images.begin());
-  };
-  // Groups are chains of near differences: neighbours of a true one differ by drift and jitter only.
-  int best = 0, rival = 0;
-  std::size_t best_from = 0, best_to = 0;
-  for (std::size_t from = 0; from < votes.size();) {
-    std::size_t to = from + 1;
-    while (to < votes.size() && votes[to].difference - votes[from].difference <= config_.learn_tolerance.count()) ++to;
-    const int n = distinct(from, to);
-    // Late deliveries vote for the mark after their own; an image on time refutes them, because it would have come before it can.
-    const bool refuted = std::any_of(traces_.begin(), traces_.end(), [&](const Trace& t) {
-      return is_too_early(t.arrival, gps_time_ns(t.counter + votes[from].difference), config_.learn_tolerance);
-    });
-    if (refuted) {
-      from = to;
-      continue;
-    }
-    if (n > best) {
-      rival = best;
-      best = n;
-      best_from = from;
-      best_to = to;
-    } else {
-      rival = std::max(rival, n);
-    }
-    from = to;
-  }
-  if (best < config_.learn_images || 2 * rival > best) return;
-  std::vector<CameraRelation::Pair> pairs;
-  std::vector<bool> taken(traces_.size(), false);
-  std::sort(votes.begin() + static_cast<std::ptrdiff_t>(best_from), votes.begin() + static_cast<std::ptrdiff_t>(best_to),
-            [](const Vote& a, const Vote& b) { return a.mark < b.mark; });
-  for (std::size_t v = best_from; v < best_to; ++v) {
-    if (taken[votes[v].trace]) continue;  // of a bounced strobe the first edge counts
-    taken[votes[v].trace] = true;
-    pairs.push_back({traces_[votes[v].trace].counter, votes[v].mark});
-  }
-  relation_.start(pairs);
-  missed_in_a_row_ = 0;
-}
-
 void ExposureMatcher::work(bool final, std::vector<Exposure>& out) {
-  if (config_.mark_input != 0 && config_.has_counter && !relation_.is_known() && !pending_.empty()) learn();
+  if (config_.mark_input != 0 && config_.has_counter && !relation_.is_known() && !pending_.empty()) {
+    std::vector<GpsTime> marks;
+    for (const Mark& m : marks_) marks.push_back(m.time);
+    if (const auto pairs = learner_.learn(marks); !pairs.empty()) relation_.start(pairs);
+  }
   while (!pending_.empty()) {
     Pending& front = pending_.front();
     const bool full = pending_.size() > config_.pending_limit;
@@ -247,81 +192,6 @@ void ExposureMatcher::work(bool final, std::vector<Exposure>& out) {
     pending_.pop_front();
   }
   expire_marks();
-}
-
-void ExposureMatcher::forget() {
-  ++counts_.relearnt;
-  relation_.reset();
-  traces_.clear();
-  missed_in_a_row_ = 0;
-}
-
-bool ExposureMatcher::is_too_early(GpsTime arrival, GpsTime mark, nanoseconds sigma) const {
-  return arrival - mark - config_.strobe_delay < config_.latency_min - 3 * sigma;
-}
-
-bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vector<Exposure>& out) {
-  const CameraRelation::Prediction predicted = relation_.predict(pending.counter);
-  const nanoseconds gate(static_cast<std::int64_t>(std::min(kGateSigmas * predicted.sigma_ns, 2e7)));
-  std::vector<Mark*> near;
-  for (Mark& m : marks_)
-    if (!m.used && within(m.time - predicted.mark, -gate, gate)) near.push_back(&m);
-  if (!near.empty()) {
-    const nanoseconds spread = near.back()->time - near.front()->time;
-    if (near.size() > 1 && spread > config_.bounce) {
-      emit_unmatched(pending, fmt::format("{} event marks fit one image", near.size()), out);
-      for (Mark* m : near) m->used = true;
-      return true;
-    }
-    Mark& mark = *near.front();
-    if (is_too_early(pending.arrival.time, mark.time, pending.arrival.sigma)) {
-      // No image comes before it can: the relation is off by an interval.
-      emit_unmatched(pending, "it came sooner after the mark that fits than an image can: the relation was wrong", out);
-      forget();
-      return true;
-    }
-    for (Mark* m : near) m->used = true;
-    note_bounce(near.size() - 1, pending.image.received);
-    relation_.add({pending.counter, mark.time});
-    missed_in_a_row_ = 0;
-    emit(pending, mark.time, std::hypot(ns(config_.mark_sigma), near.size() > 1 ? ns(spread) : 0.0), ExposureTiming::EventMark, out);
-    return true;
-  }
-  // Marks come in order: one after the gate proves that this one will not come.
-  const bool passed = !marks_.empty() && marks_.back().time > predicted.mark + gate;
-  if (!final && !passed && now_ < predicted.mark + gate + config_.mark_latency_max) return false;
-  ++counts_.lost_marks;
-  faults_.add(config_.camera, FaultKind::Lost, "mark", pending.image.received,
-              "no event mark where the camera's clock expects one: timed by the camera's clock");
-  emit(pending, predicted.mark, std::hypot(predicted.sigma_ns, ns(config_.mark_sigma)), ExposureTiming::CameraClock, out);
-  const bool others = std::any_of(marks_.begin(), marks_.end(), [&](const Mark& m) {
-    return !m.used && within(m.time - predicted.mark, -config_.latency_max, config_.latency_max);
-  });
-  missed_in_a_row_ = others ? missed_in_a_row_ + 1 : 0;
-  if (missed_in_a_row_ >= config_.relearn_after) {
-    faults_.add(config_.camera, FaultKind::ClockStep, "relation", pending.image.received, "event marks no longer fit the camera's clock: learnt anew");
-    forget();
-  }
-  return true;
-}
-
-bool ExposureMatcher::match_by_arrival(Pending& pending, bool final, std::vector<Exposure>& out) {
-  const GpsTime latest = pending.arrival.time - config_.strobe_delay - config_.latency_min;
-  const bool complete = (!marks_.empty() && marks_.back().time > latest) || now_ >= latest + config_.mark_latency_max;
-  if (!complete && !final) return false;
-  std::vector<Mark*> possible;
-  for (Mark& m : marks_)
-    if (within(pending.arrival.time - m.time - config_.strobe_delay, config_.latency_min, config_.latency_max)) possible.push_back(&m);
-  const bool bounced = !possible.empty() && possible.back()->time - possible.front()->time <= config_.bounce;
-  if (possible.empty() || !bounced || possible.front()->used) {
-    emit_unmatched(pending, possible.empty() ? "no event mark within the image's latency" : "more than one event mark, or one already taken, within the image's latency", out);
-    return true;
-  }
-  for (Mark* m : possible) m->used = true;
-  note_bounce(possible.size() - 1, pending.image.received);
-  emit(pending, possible.front()->time, std::hypot(ns(config_.mark_sigma), ns(possible.back()->time - possible.front()->time)),
-       ExposureTiming::EventMark, out);
-  return true;
 }
 
 void ExposureMatcher::note_bounce(std::size_t extra, HostTime at) {

@@ -11,6 +11,7 @@
 #include "sync/camera_relation.hpp"
 #include "sync/fault_log.hpp"
 #include "sync/host_clock_model.hpp"
+#include "sync/relation_learner.hpp"
 
 namespace hueline::sync {
 
@@ -89,13 +90,8 @@ class ExposureMatcher {
     GpsStamp arrival;
     std::int64_t counter = 0;  // unwrapped
   };
-  struct Trace {
-    std::int64_t counter;
-    GpsTime arrival;
-  };
   bool accept(const Image& image, std::int64_t& counter);
   void restart(const Image& image, const char* why, std::vector<Exposure>& out);
-  void learn();
   void forget();
   bool is_too_early(GpsTime arrival, GpsTime mark, nanoseconds sigma) const;
   void work(bool final, std::vector<Exposure>& out);
@@ -109,12 +105,12 @@ class ExposureMatcher {
 
   Config config_;
   CameraRelation relation_;
+  RelationLearner learner_;
   ArrivalLine line_;
   FaultLog faults_;
   Counts counts_;
   std::deque<Mark> marks_;       // by time
   std::deque<Pending> pending_;  // by counter
-  std::deque<Trace> traces_;     // of images since the last restart, for learning
   std::optional<std::uint64_t> last_frame_;
   std::int64_t last_raw_ = 0, last_counter_ = 0;
   std::optional<GpsTime> last_out_;

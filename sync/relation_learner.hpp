@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "core/time.hpp"
+#include "sync/camera_relation.hpp"
+
+namespace hueline::sync {
+
+/// Finds the first relation of a camera's counter to event marks from arrivals: each image votes for the difference to every mark that
+/// its latency allows. Reentrant; bounded memory.
+class RelationLearner {
+ public:
+  struct Config {
+    nanoseconds latency_min, latency_max;  ///< mark to arrival
+    nanoseconds tolerance;                 ///< of one difference
+    int images;                            ///< that must agree
+  };
+  explicit RelationLearner(Config config) : config_(config) {}
+
+  void add(std::int64_t counter_ns, GpsTime arrival);
+  void reset() { images_.clear(); }
+
+  /// Pairs of the one difference that enough images agree on, that has no rival of half as many votes, and that no image refutes;
+  /// empty if there is none. `marks` by time.
+  std::vector<CameraRelation::Pair> learn(const std::vector<GpsTime>& marks) const;
+
+ private:
+  struct Seen {
+    std::int64_t counter;
+    GpsTime arrival;
+  };
+  bool is_refuted(std::int64_t difference) const;
+  Config config_;
+  std::deque<Seen> images_;  // newest 64
+};
+
+}  // namespace hueline::sync

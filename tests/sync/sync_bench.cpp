@@ -1,0 +1,60 @@
+#include <benchmark/benchmark.h>
+
+#include "sync/synchroniser.hpp"
+#include "tests/sync/simulated_rig.hpp"
+
+/// What stamping costs, a laser batch of 384 returns at a time, in a locked rig with one camera and one POS.
+namespace hueline::sync {
+namespace {
+
+using namespace hueline::test;
+
+void stamp(benchmark::State& state, PpsStatus pps) {
+  Drive drive(some_begin(), seconds(40));
+  drive.pps(gaussian(3));
+  drive.labels(kPos, late(30, 20));
+  drive.ins(100, late(4, 2));
+  SimulatedLaser laser;
+  laser.rate_hz = 754;
+  laser.pps = [=](GpsTime) { return pps; };
+  laser.run(drive);
+  SimulatedCamera camera;
+  camera.run(drive);
+  Synchroniser::Config config;
+  config.clock.pps = kPps;
+  config.clock.label.trusted = kPos;
+  config.pos = kPos;
+  config.lasers.resize(1);
+  config.lasers[0].sensor = kLaser;
+  config.cameras.resize(1);
+  config.cameras[0].camera = kCamera;
+  const auto& items = drive.stream.sorted();
+  std::int64_t batches = 0;
+  for (auto run : state) {
+    state.PauseTiming();
+    Synchroniser sync(config);
+    std::vector<Measurement> copies;
+    for (const auto& item : items) copies.push_back(item.second);
+    for (Measurement& m : copies)
+      if (auto* batch = std::get_if<LaserBatch>(&m)) batch->returns.resize(384);
+    SyncOutput out;
+    state.ResumeTiming();
+    for (Measurement& m : copies) {
+      sync.process(std::move(m), out);
+      batches += static_cast<std::int64_t>(out.laser.size());
+      out.clear();
+    }
+    sync.flush(out);
+    state.PauseTiming();
+    benchmark::DoNotOptimize(out);
+    copies.clear();
+    state.ResumeTiming();
+  }
+  state.counters["batches/s"] = benchmark::Counter(static_cast<double>(batches), benchmark::Counter::kIsRate);
+  state.counters["per_batch"] = benchmark::Counter(static_cast<double>(batches), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+BENCHMARK_CAPTURE(stamp, disciplined, PpsStatus::Locked)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stamp, by_arrival, PpsStatus::NoPps)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace hueline::sync
