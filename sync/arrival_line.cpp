@@ -7,7 +7,8 @@
 namespace hueline::sync {
 
 std::string ArrivalLine::Config::validate() const {
-  if (bucket < std::chrono::milliseconds(10) || bucket > std::chrono::seconds(60)) return "bucket must be 10 ms to 60 s";
+  if (bucket < std::chrono::milliseconds(10) || bucket > std::chrono::seconds(60))
+    return "bucket must be 10 ms to 60 s";
   if (buckets < 4 || buckets > 4096) return "buckets must be 4 to 4096";
   if (!(rate_limit > 0 && rate_limit <= 0.01)) return "rate_limit must be above 0 and at most 0.01";
   if (jump < std::chrono::milliseconds(1)) return "jump must be at least 1 ms";
@@ -22,7 +23,8 @@ void ArrivalLine::reset() {
 }
 
 nanoseconds ArrivalLine::span() const {
-  return window_.empty() ? nanoseconds(0) : nanoseconds(static_cast<std::int64_t>(window_.back().x - window_.front().x));
+  return window_.empty() ? nanoseconds(0)
+                         : nanoseconds(static_cast<std::int64_t>(window_.back().x - window_.front().x));
 }
 
 bool ArrivalLine::add(std::int64_t x_ns, std::int64_t y_ns) {
@@ -75,7 +77,8 @@ void ArrivalLine::fit() {
     scatter_ = above[above.size() / 2];
     return;
   }
-  // Lower hull by Andrew's monotone chain; its edge over the middle of the window is the line with the least sum of delays.
+  // Lower hull by Andrew's monotone chain; its edge over the middle of the window is the line with the least sum of
+  // delays.
   std::vector<const Bucket*> hull;
   for (const Bucket& b : window_) {
     while (hull.size() >= 2) {

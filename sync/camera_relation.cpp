@@ -30,7 +30,9 @@ void CameraRelation::fit() {
   const Pair& first = pairs_.front();
   // y: how much more GPS time than counter has passed since the first pair.
   const auto x = [&](const Pair& p) { return static_cast<double>(p.counter_ns - first.counter_ns); };
-  const auto y = [&](const Pair& p) { return static_cast<double>((p.mark - first.mark).count() - (p.counter_ns - first.counter_ns)); };
+  const auto y = [&](const Pair& p) {
+    return static_cast<double>((p.mark - first.mark).count() - (p.counter_ns - first.counter_ns));
+  };
   const double n = static_cast<double>(pairs_.size());
   mean_x_ = mean_y_ = 0;
   for (const Pair& p : pairs_) {
@@ -38,7 +40,8 @@ void CameraRelation::fit() {
     mean_y_ += y(p) / n;
   }
   const double floor = static_cast<double>(config_.clock_sigma.count());
-  // The crystal's tolerance enters as one more observation of the slope; two passes because its weight needs the scatter.
+  // The crystal's tolerance enters as one more observation of the slope; two passes because its weight needs the
+  // scatter.
   scatter_ = floor;
   double xx = 0, xy = 0;
   for (const Pair& p : pairs_) {

@@ -10,15 +10,15 @@
 
 namespace hueline::sync {
 
-/// Camera counter -> time of the event mark, a straight line through the newest matched pairs with its own measured scatter.
-/// Reentrant; bounded memory.
+/// Camera counter -> time of the event mark, a straight line through the newest matched pairs with its own measured
+/// scatter. Reentrant; bounded memory.
 class CameraRelation {
  public:
   struct Config {
-    std::size_t pairs = 32;                                     ///< newest pairs kept; [4, 1000]
-    nanoseconds clock_sigma{std::chrono::microseconds(5)};      ///< scatter is never believed smaller (resolution); > 0
-    double rate_sigma_ppm = 50;                                 ///< of the camera's crystal, one sigma, before it is measured; (0, 1000]
-    double wander_ppb = 50;                                     ///< change of that rate in a second; [0, 1e5]
+    std::size_t pairs = 32;                                 ///< newest pairs kept; [4, 1000]
+    nanoseconds clock_sigma{std::chrono::microseconds(5)};  ///< scatter is never believed smaller (resolution); > 0
+    double rate_sigma_ppm = 50;  ///< of the camera's crystal, one sigma, before it is measured; (0, 1000]
+    double wander_ppb = 50;      ///< change of that rate in a second; [0, 1e5]
     std::string validate() const;
   };
   explicit CameraRelation(Config config) : config_(config) {}
@@ -43,7 +43,8 @@ class CameraRelation {
   void fit();
   Config config_;
   std::deque<Pair> pairs_;
-  double mean_x_ = 0, mean_y_ = 0, slope_ = 0, scatter_ = 0, spread_ = 0;  // relative to the first pair: ns, ns, ratio, ns, ns^2
+  double mean_x_ = 0, mean_y_ = 0, slope_ = 0, scatter_ = 0,
+         spread_ = 0;  // relative to the first pair: ns, ns, ratio, ns, ns^2
 };
 
 }  // namespace hueline::sync

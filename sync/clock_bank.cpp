@@ -9,9 +9,9 @@ namespace {
 // Forgetting per reading: jitter is followed in ten minutes, the character of the wander in an hour and a half.
 constexpr double kScaleMemory = 1.0 - 1.0 / 600;
 constexpr double kLikelihoodMemory = 1.0 - 1.0 / 5400;
-constexpr int kReadingsForRate = 4;     // the first ones find the rate and say nothing of the noise
-constexpr double kPriorReadings = 4;    // weight of the prior jitter
-constexpr double kPriorDecades = 1.0;   // one sigma of the prior walks
+constexpr int kReadingsForRate = 4;    // the first ones find the rate and say nothing of the noise
+constexpr double kPriorReadings = 4;   // weight of the prior jitter
+constexpr double kPriorDecades = 1.0;  // one sigma of the prior walks
 double log_prior(double walk, double expected) {
   const double decades = std::log10(std::max(walk, 1e-12) / std::max(expected, 1e-12)) / kPriorDecades;
   return -0.5 * decades * decades;
@@ -22,7 +22,8 @@ double log_prior(double walk, double expected) {
 ClockBank::ClockBank(Instability prior, Instability floor) : prior_(prior), floor_(floor), noise_(prior) {
   for (double frequency = 1e-12; frequency < 2e-2; frequency *= 10)
     for (double phase = 1e-6; phase < 20; phase *= 10)
-      models_.push_back({phase, frequency, Eigen::Vector2d::Zero(), Eigen::Matrix2d::Zero(), 0, 0, 0, prior.jitter_ns2, 0});
+      models_.push_back(
+          {phase, frequency, Eigen::Vector2d::Zero(), Eigen::Matrix2d::Zero(), 0, 0, 0, prior.jitter_ns2, 0});
 }
 
 void ClockBank::start(double rate_variance) {
@@ -60,7 +61,8 @@ void ClockBank::update(double phase_ns, double widened) {
     const double square = innovation * innovation / S;
     m.sum_squares = kScaleMemory * m.sum_squares + square;
     m.readings = kScaleMemory * m.readings + 1;
-    m.scale = std::max((kPriorReadings * prior_.jitter_ns2 + m.sum_squares) / (kPriorReadings + m.readings), floor_.jitter_ns2);
+    m.scale = std::max((kPriorReadings * prior_.jitter_ns2 + m.sum_squares) / (kPriorReadings + m.readings),
+                       floor_.jitter_ns2);
     m.log_likelihood = kLikelihoodMemory * m.log_likelihood - 0.5 * (std::log(S * m.scale) + square / m.scale);
   }
   collapse();

@@ -13,11 +13,12 @@ struct Instability {
   double frequency_walk = 0;  ///< ns^2/s^3: random walk of the frequency, temperature included
 };
 
-/// Offset and rate of a clock whose Instability is not known. Kalman filters (offset, rate) run side by side, one for each ratio
-/// of the walks to the jitter on a logarithmic grid; the scale of each is estimated from its own innovations, and how well each
-/// predicted them is its weight (multiple-model estimation, with forgetting). The answer is their mixture, so the stated
-/// variance holds what is not known about the noise as well. Innovations tell apart what second differences at any one lag
-/// cannot: a frequency walk whose effect in a minute is far below the jitter. Deterministic; reentrant.
+/// Offset and rate of a clock whose Instability is not known. Kalman filters (offset, rate) run side by side, one for
+/// each ratio of the walks to the jitter on a logarithmic grid; the scale of each is estimated from its own
+/// innovations, and how well each predicted them is its weight (multiple-model estimation, with forgetting). The answer
+/// is their mixture, so the stated variance holds what is not known about the noise as well. Innovations tell apart
+/// what second differences at any one lag cannot: a frequency walk whose effect in a minute is far below the jitter.
+/// Deterministic; reentrant.
 class ClockBank {
  public:
   /// `prior`: weights before data; a decade off costs little. `floor`: smaller is never believed.
@@ -27,7 +28,8 @@ class ClockBank {
   void start(double rate_variance);
   /// Time passes without a reading.
   void predict(double dt_s);
-  /// A reading: `phase_ns` of the clock against the pulse, now. `widened`: jitter variance is this much larger than usual (a burst).
+  /// A reading: `phase_ns` of the clock against the pulse, now. `widened`: jitter variance is this much larger than
+  /// usual (a burst).
   void update(double phase_ns, double widened);
 
   /// Mixture now: phase (ns) and rate (ns/s), and their covariance.

@@ -25,7 +25,8 @@ std::string ClockFilter::Config::validate() const {
 
 ClockFilter::ClockFilter(Config config)
     : config_(config),
-      bank_({std::pow(config.jitter_us * 1e3, 2), std::pow(config.phase_walk_us * 1e3, 2), std::pow(config.frequency_walk_ppb, 2)},
+      bank_({std::pow(config.jitter_us * 1e3, 2), std::pow(config.phase_walk_us * 1e3, 2),
+             std::pow(config.frequency_walk_ppb, 2)},
             {std::pow(config.jitter_floor_us * 1e3, 2), 0, std::pow(config.frequency_walk_floor_ppb, 2)}) {}
 
 void ClockFilter::start(HostTime edge) {
@@ -82,7 +83,8 @@ void ClockFilter::remember(double error_ns) {
 }
 
 void ClockFilter::notice(const Innovation& innovation) {
-  if (std::abs(innovation.error_ns) < 100 * innovation.sigma_ns && std::abs(innovation.error_ns) < 5e6) remember(innovation.error_ns);
+  if (std::abs(innovation.error_ns) < 100 * innovation.sigma_ns && std::abs(innovation.error_ns) < 5e6)
+    remember(innovation.error_ns);
 }
 
 void ClockFilter::update(HostTime edge, const Innovation& innovation) {
@@ -106,7 +108,8 @@ std::int64_t ClockFilter::pulse_ns_at(HostTime t) const {
 }
 
 double ClockFilter::sigma_ns_at(HostTime t) const {
-  return std::sqrt(std::max(0.0, covariance_after(to_seconds(t - anchor_))(0, 0)) + std::pow(config_.edge_bias_us * 1e3, 2));
+  return std::sqrt(std::max(0.0, covariance_after(to_seconds(t - anchor_))(0, 0)) +
+                   std::pow(config_.edge_bias_us * 1e3, 2));
 }
 
 }  // namespace hueline::sync

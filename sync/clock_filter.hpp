@@ -10,20 +10,20 @@
 
 namespace hueline::sync {
 
-/// Offset and rate of the host clock against the pulses: Kalman filters whose noise is measured, not set (ClockBank). The pulse axis
-/// is ns with a whole second at every pulse, its zero at the pulse it was started with; which GPS second that was is SecondLabel's
-/// matter. Reentrant.
+/// Offset and rate of the host clock against the pulses: Kalman filters whose noise is measured, not set (ClockBank).
+/// The pulse axis is ns with a whole second at every pulse, its zero at the pulse it was started with; which GPS second
+/// that was is SecondLabel's matter. Reentrant.
 class ClockFilter {
  public:
   struct Config {
-    double jitter_us = 10;                ///< of one edge, until measured; [0.01, 10000]
-    double jitter_floor_us = 0.05;        ///< never believed to be better (resolution of the stamp); [0, 1000]
-    double phase_walk_us = 0.1;           ///< us per square root of a second, until measured; [0, 1000]
-    double frequency_walk_ppb = 5;        ///< ppb per square root of a second, until measured; [0, 1e5]
+    double jitter_us = 10;                   ///< of one edge, until measured; [0.01, 10000]
+    double jitter_floor_us = 0.05;           ///< never believed to be better (resolution of the stamp); [0, 1000]
+    double phase_walk_us = 0.1;              ///< us per square root of a second, until measured; [0, 1000]
+    double frequency_walk_ppb = 5;           ///< ppb per square root of a second, until measured; [0, 1e5]
     double frequency_walk_floor_ppb = 0.02;  ///< no oscillator is believed to be better; [0, 1000]
-    double rate_limit_ppm = 200;          ///< largest believable rate error of the host clock; [1, 10000]
-    double gate_sigmas = 5;               ///< an edge further off its prediction is refused; [3, 20]
-    double edge_bias_us = 0.5;            ///< one sigma of the constant, unknowable part of the interrupt latency; [0, 10000]
+    double rate_limit_ppm = 200;             ///< largest believable rate error of the host clock; [1, 10000]
+    double gate_sigmas = 5;                  ///< an edge further off its prediction is refused; [3, 20]
+    double edge_bias_us = 0.5;  ///< one sigma of the constant, unknowable part of the interrupt latency; [0, 10000]
     std::string validate() const;
   };
   explicit ClockFilter(Config config);
@@ -63,7 +63,7 @@ class ClockFilter {
   std::int64_t anchor_pulse_ns_ = 0;
   double phase_ns_ = 0;  // at anchor_: pulse axis = anchor_pulse_ns_ + phase_ns_
   double rate_ = 0;
-  std::array<double, 16> recent_{};              // |innovation|, ns, the newest ones, refused ones included
+  std::array<double, 16> recent_{};  // |innovation|, ns, the newest ones, refused ones included
   int recent_count_ = 0;
 };
 

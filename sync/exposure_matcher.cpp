@@ -11,8 +11,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr std::uint64_t kReorder = 8;      // frame numbers; a larger fall is a restart
-constexpr seconds kUnattributed{30};        // an unused mark without a later image is named after this
+constexpr std::uint64_t kReorder = 8;  // frame numbers; a larger fall is a restart
+constexpr seconds kUnattributed{30};   // an unused mark without a later image is named after this
 
 double ns(nanoseconds d) { return static_cast<double>(d.count()); }
 bool within(nanoseconds v, nanoseconds low, nanoseconds high) { return v >= low && v <= high; }
@@ -26,22 +26,28 @@ std::string ExposureMatcher::Config::validate() const {
   if (mark_sigma <= nanoseconds(0)) return "mark_sigma must be positive";
   if (counter_wraps < nanoseconds(0)) return "counter_wraps must not be negative";
   if (latency_min < nanoseconds(0)) return "latency_min must not be negative";
-  if (latency_max <= latency_min || latency_max > seconds(5)) return "latency_max must be above latency_min and at most 5 s";
+  if (latency_max <= latency_min || latency_max > seconds(5))
+    return "latency_max must be above latency_min and at most 5 s";
   if (!within(mark_latency_max, milliseconds(1), seconds(5))) return "mark_latency_max must be 1 ms to 5 s";
   if (!within(bounce, nanoseconds(0), milliseconds(100))) return "bounce must be 0 to 100 ms";
   if (learn_images < 2 || learn_images > 64) return "learn_images must be 2 to 64";
-  if (!within(learn_tolerance, std::chrono::microseconds(1), milliseconds(50))) return "learn_tolerance must be 1 us to 50 ms";
+  if (!within(learn_tolerance, std::chrono::microseconds(1), milliseconds(50)))
+    return "learn_tolerance must be 1 us to 50 ms";
   if (relearn_after < 2 || relearn_after > 100) return "relearn_after must be 2 to 100";
   if (pending_limit < 1 || pending_limit > 1000) return "pending_limit must be 1 to 1000";
   if (mark_limit < 16 || mark_limit > 100'000) return "mark_limit must be 16 to 100000";
   if (!within(patience, milliseconds(100), seconds(60))) return "patience must be 100 ms to 60 s";
   if (std::string e = relation.validate(); !e.empty()) return "relation: " + e;
-  if (mark_input == 0 && !has_counter) return "has_counter must be true where mark_input is 0: nothing else tells the time";
+  if (mark_input == 0 && !has_counter)
+    return "has_counter must be true where mark_input is 0: nothing else tells the time";
   return {};
 }
 
 ExposureMatcher::ExposureMatcher(Config config)
-    : config_(config), relation_(config.relation), learner_({config.latency_min + config.strobe_delay, config.latency_max + config.strobe_delay, config.learn_tolerance, config.learn_images}),
+    : config_(config),
+      relation_(config.relation),
+      learner_({config.latency_min + config.strobe_delay, config.latency_max + config.strobe_delay,
+                config.learn_tolerance, config.learn_images}),
       line_(ArrivalLine::Config{}) {}
 
 bool ExposureMatcher::accept(const Image& image, std::int64_t& counter) {
@@ -81,7 +87,9 @@ void ExposureMatcher::add(Image image, const GpsStamp& arrival, std::vector<Expo
   if (last_frame_) {
     const std::int64_t step = counter - last_counter_;
     const bool back = image.frame_id < *last_frame_;
-    if (back && *last_frame_ - image.frame_id <= kReorder && (!config_.has_counter || (step < 0 && step > -5'000'000'000))) older = true;
+    if (back && *last_frame_ - image.frame_id <= kReorder &&
+        (!config_.has_counter || (step < 0 && step > -5'000'000'000)))
+      older = true;
     else if (back || (config_.has_counter && step < 0)) {
       restart(image, back ? "frame number fell" : "counter fell", out);
       counter = count_ns(image.time);
@@ -89,17 +97,20 @@ void ExposureMatcher::add(Image image, const GpsStamp& arrival, std::vector<Expo
       const std::uint64_t gap = image.frame_id - *last_frame_ - 1;
       counts_.lost_images += gap;
       unexplained_frames_ += gap;
-      faults_.add(config_.camera, FaultKind::Lost, "image", image.received, "frame numbers are missing: images were lost", gap);
+      faults_.add(config_.camera, FaultKind::Lost, "image", image.received,
+                  "frame numbers are missing: images were lost", gap);
     }
   }
   Pending pending{std::move(image), arrival, counter};
   if (older) {
     // Delivered out of order: it still has its place if that has not been given out.
     if (unexplained_frames_ > 0) --unexplained_frames_;
-    auto place = std::find_if(pending_.begin(), pending_.end(), [&](const Pending& p) { return p.image.frame_id > pending.image.frame_id; });
+    auto place = std::find_if(pending_.begin(), pending_.end(),
+                              [&](const Pending& p) { return p.image.frame_id > pending.image.frame_id; });
     if (place == pending_.begin()) {
       ++counts_.late_images;
-      faults_.add(config_.camera, FaultKind::Late, "image", pending.image.received, "image came after a later one had been given its time: not used");
+      faults_.add(config_.camera, FaultKind::Late, "image", pending.image.received,
+                  "image came after a later one had been given its time: not used");
       return;
     }
     pending_.insert(place, std::move(pending));
@@ -120,7 +131,8 @@ void ExposureMatcher::add(const EventMark& mark, std::vector<Exposure>& out) {
   ++counts_.marks;
   received_ = std::max(received_, mark.received);
   if (!mark.is_valid) {
-    faults_.add(mark.sensor, FaultKind::NoTime, "mark", mark.received, "event mark without a valid receiver time: not used");
+    faults_.add(mark.sensor, FaultKind::NoTime, "mark", mark.received,
+                "event mark without a valid receiver time: not used");
     return;
   }
   auto place = marks_.end();
@@ -154,7 +166,8 @@ GpsTime ExposureMatcher::guess(const Pending& pending) const {
 GpsTime ExposureMatcher::watermark(GpsTime now) const {
   GpsTime earliest = now - config_.latency_max;
   for (const Pending& p : pending_) earliest = std::min(earliest, p.arrival.time - config_.latency_max);
-  if (!pending_.empty() && relation_.is_known()) earliest = std::min(earliest, relation_.predict(pending_.front().counter).mark);
+  if (!pending_.empty() && relation_.is_known())
+    earliest = std::min(earliest, relation_.predict(pending_.front().counter).mark);
   earliest += std::min(nanoseconds(0), config_.strobe_delay);
   return last_out_ ? std::max(earliest, *last_out_) : earliest;
 }
@@ -177,7 +190,8 @@ void ExposureMatcher::work(bool final, std::vector<Exposure>& out) {
                                                                                     : config_.exposure;
       // The fastest delivery took latency_min from exposure start; the true value may be anywhere up to latency_max.
       const GpsTime stamped = gps_time_ns(front.counter + line->delay_ns) - config_.latency_min + to_start;
-      const double sigma = std::hypot(line->sigma_ns, ns(front.arrival.sigma), ns(config_.latency_max - config_.latency_min) / std::sqrt(12.0));
+      const double sigma = std::hypot(line->sigma_ns, ns(front.arrival.sigma),
+                                      ns(config_.latency_max - config_.latency_min) / std::sqrt(12.0));
       emit(front, stamped - to_start - config_.strobe_delay, sigma, ExposureTiming::CameraClock, out);
       done = true;
     } else if (relation_.is_known()) {
@@ -185,7 +199,10 @@ void ExposureMatcher::work(bool final, std::vector<Exposure>& out) {
     } else if (!config_.has_counter) {
       done = match_by_arrival(front, final || full, out);
     } else if (final || full || now_ - front.arrival.time > config_.patience) {
-      emit_unmatched(front, "no relation between the camera's counter and the event marks could be learnt; check the strobe wire, mark_input and the image latency", out);
+      emit_unmatched(front,
+                     "no relation between the camera's counter and the event marks could be learnt; check the strobe "
+                     "wire, mark_input and the image latency",
+                     out);
       done = true;
     }
     if (!done) break;
@@ -197,10 +214,12 @@ void ExposureMatcher::work(bool final, std::vector<Exposure>& out) {
 void ExposureMatcher::note_bounce(std::size_t extra, HostTime at) {
   if (extra == 0) return;
   counts_.bounced_marks += extra;
-  faults_.add(config_.camera, FaultKind::Spurious, "bounce", at, "the strobe gave more than one event mark for one image: the first was taken", extra);
+  faults_.add(config_.camera, FaultKind::Spurious, "bounce", at,
+              "the strobe gave more than one event mark for one image: the first was taken", extra);
 }
 
-void ExposureMatcher::emit(Pending& pending, GpsTime mark, double sigma_ns, ExposureTiming timing, std::vector<Exposure>& out) {
+void ExposureMatcher::emit(Pending& pending, GpsTime mark, double sigma_ns, ExposureTiming timing,
+                           std::vector<Exposure>& out) {
   const GpsTime mid = mark + config_.strobe_delay + config_.exposure / 2;
   if (last_out_ && mid <= *last_out_) {
     emit_unmatched(pending, "its time is not after the image before it", out);
@@ -209,20 +228,23 @@ void ExposureMatcher::emit(Pending& pending, GpsTime mark, double sigma_ns, Expo
   ++(timing == ExposureTiming::EventMark ? counts_.by_mark : counts_.by_camera_clock);
   last_out_ = mid;
   SyncState state = SyncState::Locked;
-  if (timing == ExposureTiming::CameraClock) state = config_.mark_input == 0 ? SyncState::Acquiring : SyncState::Holdover;
-  out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma_ns))), state, timing, std::move(pending.image)});
+  if (timing == ExposureTiming::CameraClock)
+    state = config_.mark_input == 0 ? SyncState::Acquiring : SyncState::Holdover;
+  out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma_ns))), state,
+                 timing, std::move(pending.image)});
 }
 
 void ExposureMatcher::emit_unmatched(Pending& pending, const std::string& why, std::vector<Exposure>& out) {
   ++counts_.unmatched;
-  faults_.add(config_.camera, FaultKind::NoTime, "unmatched", pending.image.received, why + ": recorded, not used for colour");
+  faults_.add(config_.camera, FaultKind::NoTime, "unmatched", pending.image.received,
+              why + ": recorded, not used for colour");
   // Only to have a place in the order; the sigma says what it is worth.
   GpsTime mid = guess(pending);
   if (last_out_) mid = std::max(mid, *last_out_ + nanoseconds(1));
   last_out_ = mid;
   const double sigma = std::hypot(ns(config_.latency_max - config_.latency_min), std::abs(ns(mid - guess(pending))));
-  out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))), SyncState::Unlocked,
-                 ExposureTiming::Unmatched, std::move(pending.image)});
+  out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))),
+                 SyncState::Unlocked, ExposureTiming::Unmatched, std::move(pending.image)});
 }
 
 void ExposureMatcher::expire_marks() {
@@ -231,7 +253,8 @@ void ExposureMatcher::expire_marks() {
   if (!relation_.is_known()) keep -= config_.patience;
   for (const Pending& p : pending_) keep = std::min(keep, guess(p) - config_.latency_max);
   // Whether a mark belongs to a lost image is known only when the next image has come.
-  if (last_out_) keep = std::min(keep, std::max(*last_out_ - config_.strobe_delay - config_.exposure, now_ - kUnattributed));
+  if (last_out_)
+    keep = std::min(keep, std::max(*last_out_ - config_.strobe_delay - config_.exposure, now_ - kUnattributed));
   while (!marks_.empty() && (marks_.front().time < keep || marks_.size() > config_.mark_limit)) {
     const Mark& mark = marks_.front();
     if (!mark.used && (relation_.is_known() || !config_.has_counter || counts_.images > 0)) {

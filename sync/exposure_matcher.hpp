@@ -18,17 +18,19 @@ namespace hueline::sync {
 /// Gives each image of one camera the event mark of its own exposure.
 ///
 /// First by arrival: an image arrives latency_min to latency_max after its exposure, so a few marks are possible; when
-/// `learn_images` images agree on one difference (mark time - camera counter), no rival difference has half as many, and no image came
-/// sooner than it allows, that is the camera's relation, and the images held meanwhile are matched by it. (A periodic camera whose
-/// first `learn_images` images are all delivered late by the same whole interval cannot be told from one on time.) From then on an image takes the mark at the time that the
-/// relation predicts, however late it is delivered. No mark there: CameraClock, with the relation's grown sigma. Two marks there:
-/// the first if they are one bounced strobe (`bounce`, sigma grown), else Unmatched with a fault. A camera whose counter or frame
-/// number falls back has restarted: its relation is learnt anew. A camera without a counter is matched by arrival alone, and only
-/// where exactly one mark is possible; then latency_max must be less than the exposure interval plus latency_min.
+/// `learn_images` images agree on one difference (mark time - camera counter), no rival difference has half as many,
+/// and no image came sooner than it allows, that is the camera's relation, and the images held meanwhile are matched by
+/// it. (A periodic camera whose first `learn_images` images are all delivered late by the same whole interval cannot be
+/// told from one on time.) From then on an image takes the mark at the time that the relation predicts, however late it
+/// is delivered. No mark there: CameraClock, with the relation's grown sigma. Two marks there: the first if they are
+/// one bounced strobe (`bounce`, sigma grown), else Unmatched with a fault. A camera whose counter or frame number
+/// falls back has restarted: its relation is learnt anew. A camera without a counter is matched by arrival alone, and
+/// only where exactly one mark is possible; then latency_max must be less than the exposure interval plus latency_min.
 /// Without marks (mark_input 0) the camera's counter is tied to GPS by its fastest deliveries.
 ///
-/// exposure_mid = mark + strobe_delay + exposure / 2: the mark is the strobe's active edge, strobe_delay after it the exposure starts.
-/// Every image leaves as one Exposure or is named by a fault; times never go back. Reentrant; bounded memory.
+/// exposure_mid = mark + strobe_delay + exposure / 2: the mark is the strobe's active edge, strobe_delay after it the
+/// exposure starts. Every image leaves as one Exposure or is named by a fault; times never go back. Reentrant; bounded
+/// memory.
 class ExposureMatcher {
  public:
   /// The event that the camera's own stamp names. Used where there is no mark to tell.
@@ -36,24 +38,24 @@ class ExposureMatcher {
 
   struct Config {
     SensorId camera = kSystemSensor;
-    int mark_input = 1;                                        ///< the POS's event input; 0: none is wired; [0, 8]
-    nanoseconds strobe_delay{0};                               ///< mark to exposure start; [-1 s, 1 s]
-    nanoseconds exposure{std::chrono::milliseconds(2)};        ///< duration; [0, 1 s]
-    nanoseconds mark_sigma{std::chrono::microseconds(1)};      ///< receiver's stamp and strobe jitter; > 0
-    bool has_counter = true;                                   ///< Image::time means something
-    nanoseconds counter_wraps{0};                              ///< period of the counter (Ladybug5 on USB: 128 s); 0: never
+    int mark_input = 1;                                    ///< the POS's event input; 0: none is wired; [0, 8]
+    nanoseconds strobe_delay{0};                           ///< mark to exposure start; [-1 s, 1 s]
+    nanoseconds exposure{std::chrono::milliseconds(2)};    ///< duration; [0, 1 s]
+    nanoseconds mark_sigma{std::chrono::microseconds(1)};  ///< receiver's stamp and strobe jitter; > 0
+    bool has_counter = true;                               ///< Image::time means something
+    nanoseconds counter_wraps{0};                          ///< period of the counter (Ladybug5 on USB: 128 s); 0: never
     StampEvent stamp_event = StampEvent::ExposureStart;
-    nanoseconds stamp_delay{0};                                ///< event to stamp (Ladybug5+: exposure end + 45 us)
-    nanoseconds latency_min{std::chrono::milliseconds(5)};     ///< exposure start to complete image here; >= 0
-    nanoseconds latency_max{std::chrono::milliseconds(90)};    ///< the same; above latency_min, at most 5 s
+    nanoseconds stamp_delay{0};                                    ///< event to stamp (Ladybug5+: exposure end + 45 us)
+    nanoseconds latency_min{std::chrono::milliseconds(5)};         ///< exposure start to complete image here; >= 0
+    nanoseconds latency_max{std::chrono::milliseconds(90)};        ///< the same; above latency_min, at most 5 s
     nanoseconds mark_latency_max{std::chrono::milliseconds(250)};  ///< mark to its message here; [1 ms, 5 s]
-    nanoseconds bounce{std::chrono::milliseconds(1)};          ///< marks this close are one strobe; [0, 100 ms]
-    int learn_images = 10;                                     ///< [2, 64], below pending_limit or the first images stay unmatched
-    nanoseconds learn_tolerance{std::chrono::milliseconds(2)}; ///< of the difference while learning; [1 us, 50 ms]
-    int relearn_after = 6;                                     ///< images in a row without the predicted mark, though others came; [2, 100]
-    std::size_t pending_limit = 16;                            ///< images held at most (they pin their buffers); [1, 1000]
-    std::size_t mark_limit = 256;                              ///< marks held at most; [16, 1e5]
-    nanoseconds patience{std::chrono::seconds(5)};             ///< an image waits at most this long for a relation; [100 ms, 60 s]
+    nanoseconds bounce{std::chrono::milliseconds(1)};              ///< marks this close are one strobe; [0, 100 ms]
+    int learn_images = 10;  ///< [2, 64], below pending_limit or the first images stay unmatched
+    nanoseconds learn_tolerance{std::chrono::milliseconds(2)};  ///< of the difference while learning; [1 us, 50 ms]
+    int relearn_after = 6;           ///< images in a row without the predicted mark, though others came; [2, 100]
+    std::size_t pending_limit = 16;  ///< images held at most (they pin their buffers); [1, 1000]
+    std::size_t mark_limit = 256;    ///< marks held at most; [16, 1e5]
+    nanoseconds patience{std::chrono::seconds(5)};  ///< an image waits at most this long for a relation; [100 ms, 60 s]
     CameraRelation::Config relation{};
     std::string validate() const;
   };

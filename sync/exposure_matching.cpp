@@ -52,7 +52,8 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
     note_bounce(near.size() - 1, pending.image.received);
     relation_.add({pending.counter, mark.time});
     missed_in_a_row_ = 0;
-    emit(pending, mark.time, std::hypot(ns(config_.mark_sigma), near.size() > 1 ? ns(spread) : 0.0), ExposureTiming::EventMark, out);
+    emit(pending, mark.time, std::hypot(ns(config_.mark_sigma), near.size() > 1 ? ns(spread) : 0.0),
+         ExposureTiming::EventMark, out);
     return true;
   }
   // Marks come in order: one after the gate proves that this one will not come.
@@ -61,13 +62,15 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
   ++counts_.lost_marks;
   faults_.add(config_.camera, FaultKind::Lost, "mark", pending.image.received,
               "no event mark where the camera's clock expects one: timed by the camera's clock");
-  emit(pending, predicted.mark, std::hypot(predicted.sigma_ns, ns(config_.mark_sigma)), ExposureTiming::CameraClock, out);
+  emit(pending, predicted.mark, std::hypot(predicted.sigma_ns, ns(config_.mark_sigma)), ExposureTiming::CameraClock,
+       out);
   const bool others = std::any_of(marks_.begin(), marks_.end(), [&](const Mark& m) {
     return !m.used && within(m.time - predicted.mark, -config_.latency_max, config_.latency_max);
   });
   missed_in_a_row_ = others ? missed_in_a_row_ + 1 : 0;
   if (missed_in_a_row_ >= config_.relearn_after) {
-    faults_.add(config_.camera, FaultKind::ClockStep, "relation", pending.image.received, "event marks no longer fit the camera's clock: learnt anew");
+    faults_.add(config_.camera, FaultKind::ClockStep, "relation", pending.image.received,
+                "event marks no longer fit the camera's clock: learnt anew");
     forget();
   }
   return true;
@@ -79,15 +82,20 @@ bool ExposureMatcher::match_by_arrival(Pending& pending, bool final, std::vector
   if (!complete && !final) return false;
   std::vector<Mark*> possible;
   for (Mark& m : marks_)
-    if (within(pending.arrival.time - m.time - config_.strobe_delay, config_.latency_min, config_.latency_max)) possible.push_back(&m);
+    if (within(pending.arrival.time - m.time - config_.strobe_delay, config_.latency_min, config_.latency_max))
+      possible.push_back(&m);
   const bool bounced = !possible.empty() && possible.back()->time - possible.front()->time <= config_.bounce;
   if (possible.empty() || !bounced || possible.front()->used) {
-    emit_unmatched(pending, possible.empty() ? "no event mark within the image's latency" : "more than one event mark, or one already taken, within the image's latency", out);
+    emit_unmatched(pending,
+                   possible.empty() ? "no event mark within the image's latency"
+                                    : "more than one event mark, or one already taken, within the image's latency",
+                   out);
     return true;
   }
   for (Mark* m : possible) m->used = true;
   note_bounce(possible.size() - 1, pending.image.received);
-  emit(pending, possible.front()->time, std::hypot(ns(config_.mark_sigma), ns(possible.back()->time - possible.front()->time)),
+  emit(pending, possible.front()->time,
+       std::hypot(ns(config_.mark_sigma), ns(possible.back()->time - possible.front()->time)),
        ExposureTiming::EventMark, out);
   return true;
 }

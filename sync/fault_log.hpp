@@ -9,14 +9,15 @@
 
 namespace hueline::sync {
 
-/// Says each trouble at once and then at most once every `interval`, with the count gathered since: a spurious edge a second is
-/// one line in ten seconds, and no unit is missing from the sum of the counts. Reentrant.
+/// Says each trouble at once and then at most once every `interval`, with the count gathered since: a spurious edge a
+/// second is one line in ten seconds, and no unit is missing from the sum of the counts. Reentrant.
 class FaultLog {
  public:
   explicit FaultLog(nanoseconds interval = std::chrono::seconds(10)) : interval_(interval) {}
 
   /// `topic` separates troubles of the same sensor and kind; `detail` of the newest is told.
-  void add(SensorId sensor, FaultKind kind, const char* topic, HostTime time, std::string detail, std::uint64_t count = 1) {
+  void add(SensorId sensor, FaultKind kind, const char* topic, HostTime time, std::string detail,
+           std::uint64_t count = 1) {
     Entry& entry = entries_[{sensor, kind, topic}];
     entry.count += count;
     entry.detail = std::move(detail);

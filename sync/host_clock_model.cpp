@@ -24,12 +24,15 @@ std::string HostClockModel::Config::validate() const {
   if (relock_edges < 1 || relock_edges > 60) return "relock_edges must be 1 to 60";
   if (reacquire_edges < 4 || reacquire_edges > 16) return "reacquire_edges must be 4 to 16";
   if (lock_sigma <= nanoseconds(0)) return "lock_sigma must be positive";
-  if (holdover_after < milliseconds(1100) || holdover_after > seconds(60)) return "holdover_after must be 1.1 s to 60 s";
-  if (holdover_limit <= lock_sigma || holdover_limit > milliseconds(50)) return "holdover_limit must be above lock_sigma and at most 50 ms";
+  if (holdover_after < milliseconds(1100) || holdover_after > seconds(60))
+    return "holdover_after must be 1.1 s to 60 s";
+  if (holdover_limit <= lock_sigma || holdover_limit > milliseconds(50))
+    return "holdover_limit must be above lock_sigma and at most 50 ms";
   if (relabel_after < seconds(1) || relabel_after > seconds(600)) return "relabel_after must be 1 s to 600 s";
   if (pps_patience < seconds(1) || pps_patience > seconds(3600)) return "pps_patience must be 1 s to 3600 s";
   if (arrival_latency < nanoseconds(0) || arrival_latency > seconds(1)) return "arrival_latency must be 0 to 1 s";
-  if (arrival_latency_sigma <= nanoseconds(0) || arrival_latency_sigma > seconds(1)) return "arrival_latency_sigma must be above 0 and at most 1 s";
+  if (arrival_latency_sigma <= nanoseconds(0) || arrival_latency_sigma > seconds(1))
+    return "arrival_latency_sigma must be above 0 and at most 1 s";
   return {};
 }
 
@@ -58,12 +61,14 @@ void HostClockModel::add(const PpsEdge& pps) {
   ++counts_.edges;
   if (last_sequence_ && pps.sequence > *last_sequence_ + 1) {
     const std::uint64_t gap = pps.sequence - *last_sequence_ - 1;
-    faults_.add(pps.sensor, FaultKind::Lost, "edge", pps.edge, "edges that the PPS source counted and did not deliver", gap);
+    faults_.add(pps.sensor, FaultKind::Lost, "edge", pps.edge, "edges that the PPS source counted and did not deliver",
+                gap);
   }
   last_sequence_ = pps.sequence;
   const HostTime edge = pps.edge - config_.edge_delay;
   if (!filter_.is_started()) {
-    if (const auto edges = finder_.add(edge); !edges.empty()) start(edges);
+    if (const auto edges = finder_.add(edge); !edges.empty())
+      start(edges);
     else if (finder_.is_ambiguous())
       faults_.add(pps.sensor, FaultKind::Spurious, "phase", pps.edge,
                   "edges come at more than one phase of the second; is the input set to one pulse a second?");
@@ -86,10 +91,11 @@ void HostClockModel::add(const PpsEdge& pps) {
     const bool doubled = innovation.fits && innovation.pulse == last_pulse_;
     ++(doubled ? counts_.doubled : counts_.refused);
     filter_.notice(innovation);
-    faults_.add(pps.sensor, FaultKind::Spurious, doubled ? "doubled" : "edge", pps.edge,
-                doubled ? std::string("second edge for one pulse")
-                        : fmt::format("edge {:.1f} us off its second, expected within {:.1f} us", -innovation.error_ns * 1e-3,
-                                      config_.filter.gate_sigmas * innovation.sigma_ns * 1e-3));
+    faults_.add(
+        pps.sensor, FaultKind::Spurious, doubled ? "doubled" : "edge", pps.edge,
+        doubled ? std::string("second edge for one pulse")
+                : fmt::format("edge {:.1f} us off its second, expected within {:.1f} us", -innovation.error_ns * 1e-3,
+                              config_.filter.gate_sigmas * innovation.sigma_ns * 1e-3));
     if (const auto edges = finder_.add(edge); static_cast<int>(edges.size()) >= config_.reacquire_edges) {
       restart(edge, fmt::format("the pulses come at a new phase, {:.6f} s from the old", -innovation.error_ns * 1e-9));
       start(edges);
@@ -133,29 +139,35 @@ void HostClockModel::add(const TimeLabel& label) {
   }
   if (label.utc_offset) {
     const seconds table = utc_offset_from_table(label.second);
-    // The table cannot know a leap second of its future; a receiver with less than the table has not read the almanac yet.
+    // The table cannot know a leap second of its future; a receiver with less than the table has not read the almanac
+    // yet.
     if (*label.utc_offset == table || *label.utc_offset == table + seconds(1)) {
       reported_utc_offset_ = label.utc_offset;
     } else {
       faults_.add(label.sensor, FaultKind::LabelConflict, "utc", label.received,
-                  fmt::format("sensor {} says GPS - UTC = {} s; {} s is used", label.sensor, label.utc_offset->count(), table.count()));
+                  fmt::format("sensor {} says GPS - UTC = {} s; {} s is used", label.sensor, label.utc_offset->count(),
+                              table.count()));
     }
   }
   compare_with_arrivals(label.sensor, label.second, label.received);
-  if (filter_.is_started()) label_.add(label.sensor, SecondLabel::Evidence::Label, label.second, label.received, filter_.pulse_ns_at(label.received));
+  if (filter_.is_started())
+    label_.add(label.sensor, SecondLabel::Evidence::Label, label.second, label.received,
+               filter_.pulse_ns_at(label.received));
   advance(label.received);
 }
 
 void HostClockModel::add(const TimedArrival& arrival) {
   ++counts_.arrivals;
   if (filter_.is_started())
-    label_.add(arrival.sensor, SecondLabel::Evidence::Arrival, arrival.time, arrival.received, filter_.pulse_ns_at(arrival.received));
+    label_.add(arrival.sensor, SecondLabel::Evidence::Arrival, arrival.time, arrival.received,
+               filter_.pulse_ns_at(arrival.received));
   const SensorId trusted = config_.label.trusted;
   if (!line_source_ || (trusted != kSystemSensor && arrival.sensor == trusted && *line_source_ != trusted)) {
     line_source_ = arrival.sensor;
     line_.reset();
   }
-  if (arrival.sensor == *line_source_ && arrival.time >= config_.label.not_before) line_.add(count_ns(arrival.time), count_ns(arrival.received));
+  if (arrival.sensor == *line_source_ && arrival.time >= config_.label.not_before)
+    line_.add(count_ns(arrival.time), count_ns(arrival.received));
   compare_with_arrivals(arrival.sensor, arrival.time, arrival.received);
   advance(arrival.received);
 }
@@ -190,8 +202,9 @@ void HostClockModel::judge_label() {
   if (decision.N) contradicted_ = contradicts;
   if (contradicted_ && decision.N && now_ - contradicted_since_ >= config_.relabel_after) {
     ++counts_.relabels;
-    faults_.add(config_.pps, FaultKind::ClockStep, "relabel", now_,
-                fmt::format("all times before this were off by {}; the label is changed", describe_offset(*decision.N - *N_)));
+    faults_.add(
+        config_.pps, FaultKind::ClockStep, "relabel", now_,
+        fmt::format("all times before this were off by {}; the label is changed", describe_offset(*decision.N - *N_)));
     N_ = decision.N;
     contradicted_ = false;
   }
@@ -216,7 +229,8 @@ void HostClockModel::judge_state() {
     } else if (!fresh) {
       if (was_locked && state_ != SyncState::Holdover) {
         ++counts_.holdovers;
-        faults_.add(config_.pps, FaultKind::Silent, "holdover", now_, "no usable edge: the clock runs on its measured rate");
+        faults_.add(config_.pps, FaultKind::Silent, "holdover", now_,
+                    "no usable edge: the clock runs on its measured rate");
       }
       state_ = was_locked ? SyncState::Holdover : SyncState::Acquiring;
     } else if (sigma <= static_cast<double>(config_.lock_sigma.count()) && in_a_row_ >= config_.relock_edges) {
@@ -224,9 +238,11 @@ void HostClockModel::judge_state() {
     } else {
       // A single lost edge does not end Locked; after Holdover the edges have to prove themselves first.
       if (!was_locked) state_ = SyncState::Acquiring;
-      if (state_ == SyncState::Locked && sigma > static_cast<double>(config_.lock_sigma.count())) state_ = SyncState::Holdover;
+      if (state_ == SyncState::Locked && sigma > static_cast<double>(config_.lock_sigma.count()))
+        state_ = SyncState::Holdover;
     }
-    // Pulses that come but cannot be labelled are a conflict to be solved, not a reason for a poorer clock with the same label.
+    // Pulses that come but cannot be labelled are a conflict to be solved, not a reason for a poorer clock with the
+    // same label.
     if (fresh || state_ == SyncState::Holdover) usable_ = now_;
     if (state_ == SyncState::Locked || state_ == SyncState::Holdover) {
       fallback_ = false;
@@ -244,8 +260,11 @@ void HostClockModel::enter_fallback() {
     return;
   }
   if (!fallback_)
-    faults_.add(config_.pps, FaultKind::NoTime, "fallback", now_,
-                fmt::format("no usable pulse per second: times come from the arrival of sensor {}'s messages, good to milliseconds", *line_source_));
+    faults_.add(
+        config_.pps, FaultKind::NoTime, "fallback", now_,
+        fmt::format(
+            "no usable pulse per second: times come from the arrival of sensor {}'s messages, good to milliseconds",
+            *line_source_));
   fallback_ = true;
   state_ = SyncState::Acquiring;
 }
@@ -253,13 +272,16 @@ void HostClockModel::enter_fallback() {
 std::optional<GpsStamp> HostClockModel::stamp_from_arrivals(HostTime t) const {
   const auto event = line_.event_of(count_ns(t));
   if (!event) return {};
-  const double sigma = std::hypot(line_.at(*event)->sigma_ns, static_cast<double>(config_.arrival_latency_sigma.count()));
-  return GpsStamp{gps_time_ns(*event) + config_.arrival_latency, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))),
-                  SyncState::Acquiring};
+  const double sigma =
+      std::hypot(line_.at(*event)->sigma_ns, static_cast<double>(config_.arrival_latency_sigma.count()));
+  return GpsStamp{gps_time_ns(*event) + config_.arrival_latency,
+                  nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))), SyncState::Acquiring};
 }
 
 bool HostClockModel::can_stamp() const {
-  return state_ == SyncState::Locked || state_ == SyncState::Holdover || (state_ == SyncState::Acquiring && fallback_ && !(now_ < disputed_until_ && config_.label.trusted == kSystemSensor));
+  return state_ == SyncState::Locked || state_ == SyncState::Holdover ||
+         (state_ == SyncState::Acquiring && fallback_ &&
+          !(now_ < disputed_until_ && config_.label.trusted == kSystemSensor));
 }
 
 std::optional<GpsStamp> HostClockModel::stamp(HostTime t) const {

@@ -21,30 +21,33 @@ struct GpsStamp {
   SyncState state = SyncState::Unlocked;
 };
 
-/// Host clock -> GPS time, from the edges of the pulse per second (phase and rate: ClockFilter) and from messages that say which
-/// second they were (SecondLabel). Without pulses: from the smallest latency of timed messages, to milliseconds.
+/// Host clock -> GPS time, from the edges of the pulse per second (phase and rate: ClockFilter) and from messages that
+/// say which second they were (SecondLabel). Without pulses: from the smallest latency of timed messages, to
+/// milliseconds.
 ///
-/// States. Unlocked: no relation; nothing can be stamped. Acquiring: a relation exists but is not to be trusted (second not
-/// settled or in conflict, sigma too large, or no pulses and only message arrivals). Locked: pulses fit, their second is settled.
-/// Holdover: was locked, the pulses have stopped; sigma grows with the measured wander until `holdover_limit`.
-/// Reentrant, synchronous; the only clock is the time carried by what it is told.
+/// States. Unlocked: no relation; nothing can be stamped. Acquiring: a relation exists but is not to be trusted (second
+/// not settled or in conflict, sigma too large, or no pulses and only message arrivals). Locked: pulses fit, their
+/// second is settled. Holdover: was locked, the pulses have stopped; sigma grows with the measured wander until
+/// `holdover_limit`. Reentrant, synchronous; the only clock is the time carried by what it is told.
 class HostClockModel {
  public:
   struct Config {
-    SensorId pps = kSystemSensor;                  ///< the sensor whose edges count; 0: there is none
+    SensorId pps = kSystemSensor;  ///< the sensor whose edges count; 0: there is none
     ClockFilter::Config filter;
     SecondLabel::Config label;
-    nanoseconds edge_delay{0};                     ///< mean latency of the edge's stamp, subtracted; [-1 ms, 10 ms]
-    int acquire_edges = 5;                         ///< edges of one phase to start with; [3, 16]
-    int relock_edges = 3;                          ///< fitting edges in a row that end Holdover; [1, 60]
-    int reacquire_edges = 10;                      ///< edges of a new phase, none of the old: the clock stepped; [4, 16]
-    nanoseconds lock_sigma{std::chrono::microseconds(100)};  ///< Locked needs a smaller one; > 0
+    nanoseconds edge_delay{0};  ///< mean latency of the edge's stamp, subtracted; [-1 ms, 10 ms]
+    int acquire_edges = 5;      ///< edges of one phase to start with; [3, 16]
+    int relock_edges = 3;       ///< fitting edges in a row that end Holdover; [1, 60]
+    int reacquire_edges = 10;   ///< edges of a new phase, none of the old: the clock stepped; [4, 16]
+    nanoseconds lock_sigma{std::chrono::microseconds(100)};       ///< Locked needs a smaller one; > 0
     nanoseconds holdover_after{std::chrono::milliseconds(2500)};  ///< without a fitting edge; [1.1 s, 60 s]
-    nanoseconds holdover_limit{std::chrono::milliseconds(1)};     ///< sigma at which the relation is given up; > lock_sigma
-    std::chrono::seconds relabel_after{10};        ///< settled contradiction this long changes the label; [1, 600]
-    /// Without pulses (none configured, or none usable for `pps_patience`): GPS time is arrival less the smallest latency.
-    std::chrono::seconds pps_patience{30};         ///< [1, 3600]
-    nanoseconds arrival_latency{std::chrono::milliseconds(3)};        ///< expected smallest latency of a timed message; >= 0
+    nanoseconds holdover_limit{
+        std::chrono::milliseconds(1)};       ///< sigma at which the relation is given up; > lock_sigma
+    std::chrono::seconds relabel_after{10};  ///< settled contradiction this long changes the label; [1, 600]
+    /// Without pulses (none configured, or none usable for `pps_patience`): GPS time is arrival less the smallest
+    /// latency.
+    std::chrono::seconds pps_patience{30};                      ///< [1, 3600]
+    nanoseconds arrival_latency{std::chrono::milliseconds(3)};  ///< expected smallest latency of a timed message; >= 0
     nanoseconds arrival_latency_sigma{std::chrono::milliseconds(3)};  ///< and how well that is known; > 0
     ArrivalLine::Config arrivals;
     std::string validate() const;
@@ -61,7 +64,8 @@ class HostClockModel {
   SyncState state() const { return state_; }
   /// Empty while Unlocked, and while the second is not settled.
   std::optional<GpsStamp> stamp(HostTime t) const;
-  /// True if stamp() gives times to use: Locked, Holdover, or the settled relation from arrivals where pulses are missing.
+  /// True if stamp() gives times to use: Locked, Holdover, or the settled relation from arrivals where pulses are
+  /// missing.
   bool can_stamp() const;
   bool is_from_arrivals() const { return fallback_; }
   /// GPS - UTC: the receiver's, if it is possible by the table of leap seconds; else the table's.
@@ -70,7 +74,8 @@ class HostClockModel {
   const Instability& instability() const { return filter_.instability(); }
 
   struct Counts {
-    std::uint64_t edges = 0, accepted = 0, refused = 0, doubled = 0, missing = 0, labels = 0, invalid_labels = 0, arrivals = 0;
+    std::uint64_t edges = 0, accepted = 0, refused = 0, doubled = 0, missing = 0, labels = 0, invalid_labels = 0,
+                  arrivals = 0;
     std::uint64_t restarts = 0, relabels = 0, holdovers = 0;
   };
   const Counts& counts() const { return counts_; }

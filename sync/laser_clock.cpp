@@ -13,7 +13,9 @@ using std::chrono::seconds;
 constexpr std::int64_t kHourNs = 3'600'000'000'000;
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
-nanoseconds sigma_of(double a, double b, double c = 0) { return nanoseconds(static_cast<std::int64_t>(std::ceil(std::hypot(a, b, c)))); }
+nanoseconds sigma_of(double a, double b, double c = 0) {
+  return nanoseconds(static_cast<std::int64_t>(std::ceil(std::hypot(a, b, c))));
+}
 double ns(nanoseconds d) { return static_cast<double>(d.count()); }
 
 }  // namespace
@@ -38,16 +40,20 @@ void LaserClock::add(const LaserStatus& status) {
 }
 
 bool LaserClock::is_disciplined(HostTime at) const {
-  return status_ && status_->pps == PpsStatus::Locked && at - status_->received <= config_.status_timeout && !untrusted_;
+  return status_ && status_->pps == PpsStatus::Locked && at - status_->received <= config_.status_timeout &&
+         !untrusted_;
 }
 
 std::int64_t LaserClock::unwrap(DeviceTime<UtcHourCounter> t) {
   const std::int64_t counter = count_ns(t);
   if (last_counter_) {
     const std::int64_t step = counter - *last_counter_;
-    if (step < -kHourNs / 2) hours_ns_ += kHourNs;
-    else if (step > kHourNs / 2) hours_ns_ -= kHourNs;
-    else if (step < -100'000'000) line_.reset();  // set back by its PPS or restarted: another relation
+    if (step < -kHourNs / 2)
+      hours_ns_ += kHourNs;
+    else if (step > kHourNs / 2)
+      hours_ns_ -= kHourNs;
+    else if (step < -100'000'000)
+      line_.reset();  // set back by its PPS or restarted: another relation
   }
   last_counter_ = counter;
   return hours_ns_ + counter;
@@ -82,7 +88,8 @@ void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vect
   }
   ++counts_.held;
   pending_.push_back(std::move(seen));
-  if (pending_.back().batch.received - pending_.front().batch.received >= config_.confirm || pending_.size() >= config_.pending_limit)
+  if (pending_.back().batch.received - pending_.front().batch.received >= config_.confirm ||
+      pending_.size() >= config_.pending_limit)
     judge(out);
 }
 
@@ -107,9 +114,10 @@ void LaserClock::judge(std::vector<StampedLaserBatch>& out) {
                                   describe_offset(correction_.count())));
   } else if (rest > config_.latency_max && long_enough) {
     untrusted_ = true;
-    faults_.add(config_.sensor, FaultKind::LabelConflict, "phase", last.batch.received,
-                fmt::format("the scanner claims PPS lock but is {:.3f} s from the host clock: stamped by arrival instead",
-                            to_seconds(smallest)));
+    faults_.add(
+        config_.sensor, FaultKind::LabelConflict, "phase", last.batch.received,
+        fmt::format("the scanner claims PPS lock but is {:.3f} s from the host clock: stamped by arrival instead",
+                    to_seconds(smallest)));
   }
   for (Seen& held : pending_) emit(std::move(held), out);
   pending_.clear();
@@ -120,7 +128,8 @@ void LaserClock::emit(Seen&& seen, std::vector<StampedLaserBatch>& out) {
   const GpsTime time = seen.nominal + correction_;
   const nanoseconds slack = config_.early + 3 * seen.arrival.sigma;
   const nanoseconds age = seen.arrival.time - time;
-  // A late packet continues the counter of those before it; one whose counter fell behind them is a passing error of the scanner.
+  // A late packet continues the counter of those before it; one whose counter fell behind them is a passing error of
+  // the scanner.
   const bool continues = last_time_ && time > *last_time_ - config_.latency_max;
   const bool possible = age >= -slack && (age <= config_.latency_max || (continues && age < seconds(30)));
   double sigma = ns(config_.disciplined_sigma);
@@ -144,22 +153,27 @@ void LaserClock::emit(Seen&& seen, std::vector<StampedLaserBatch>& out) {
   }
   if (correction_ != seconds(0)) ++counts_.corrected;
   last_time_ = time;
-  out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))), state,
-                 std::move(seen.batch.returns)});
+  out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time,
+                 nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))), state, std::move(seen.batch.returns)});
 }
 
 void LaserClock::emit_by_arrival(Seen&& seen, bool by_line, std::vector<StampedLaserBatch>& out) {
   ++counts_.by_arrival;
-  faults_.add(config_.sensor, FaultKind::NoTime, "arrival", seen.batch.received,
-              "the scanner's clock is not held by PPS: its packets are stamped by their arrival, good to a millisecond");
-  // Where the counter is in error, the single arrival is all there is; and if it was a late packet after all, by so much.
+  faults_.add(
+      config_.sensor, FaultKind::NoTime, "arrival", seen.batch.received,
+      "the scanner's clock is not held by PPS: its packets are stamped by their arrival, good to a millisecond");
+  // Where the counter is in error, the single arrival is all there is; and if it was a late packet after all, by so
+  // much.
   const nanoseconds age = seen.arrival.time - (seen.nominal + correction_);
-  const nanoseconds doubt = age > nanoseconds(0) && age < seconds(30) ? std::max(age, config_.latency_max) : config_.latency_max;
+  const nanoseconds doubt =
+      age > nanoseconds(0) && age < seconds(30) ? std::max(age, config_.latency_max) : config_.latency_max;
   const auto line = by_line ? line_.at(seen.counter) : std::nullopt;
   const std::int64_t arrival_ns = line ? seen.counter + line->delay_ns : count_ns(seen.arrival.time);
   const GpsTime time = std::min(gps_time_ns(arrival_ns), seen.arrival.time) - config_.latency_min;
-  const nanoseconds sigma = sigma_of(ns(config_.latency_min_sigma), line ? line->sigma_ns : ns(doubt), ns(seen.arrival.sigma));
-  out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time, sigma, SyncState::Acquiring, std::move(seen.batch.returns)});
+  const nanoseconds sigma =
+      sigma_of(ns(config_.latency_min_sigma), line ? line->sigma_ns : ns(doubt), ns(seen.arrival.sigma));
+  out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time, sigma, SyncState::Acquiring,
+                 std::move(seen.batch.returns)});
 }
 
 void LaserClock::flush(std::vector<StampedLaserBatch>& out) {

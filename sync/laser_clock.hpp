@@ -15,25 +15,27 @@ namespace hueline::sync {
 
 /// A scanner's microseconds past the UTC hour -> GPS time of the first firing.
 ///
-/// The hour is the one that brings the counter nearest to the packet's arrival. A scanner whose PPS is locked is believed below
-/// the second; its second is checked: arrival minus stamp must lie within [-early, latency_max]. Batches that do not are held
-/// until `confirm` has passed; then a shift of exactly whole seconds is corrected (fault LabelConflict), and any other, a
-/// half second above all, makes the scanner untrusted (fault LabelConflict). Batches that merely came late keep their stamp.
-/// A scanner that lost its PPS runs on its own crystal (Holdover, sigma grows by `drift_ppm`); one that never had it, or for too
-/// long, is stamped through the smallest latency of its packets (Acquiring, sigma of milliseconds, fault NoTime). Reentrant.
+/// The hour is the one that brings the counter nearest to the packet's arrival. A scanner whose PPS is locked is
+/// believed below the second; its second is checked: arrival minus stamp must lie within [-early, latency_max]. Batches
+/// that do not are held until `confirm` has passed; then a shift of exactly whole seconds is corrected (fault
+/// LabelConflict), and any other, a half second above all, makes the scanner untrusted (fault LabelConflict). Batches
+/// that merely came late keep their stamp. A scanner that lost its PPS runs on its own crystal (Holdover, sigma grows
+/// by `drift_ppm`); one that never had it, or for too long, is stamped through the smallest latency of its packets
+/// (Acquiring, sigma of milliseconds, fault NoTime). Reentrant.
 class LaserClock {
  public:
   struct Config {
     SensorId sensor = kSystemSensor;
-    nanoseconds disciplined_sigma{std::chrono::microseconds(2)};   ///< of a scanner on PPS against GPS; > 0
-    double drift_ppm = 20;                                         ///< of its crystal, one sigma; (0, 1000]
-    nanoseconds early{std::chrono::milliseconds(5)};               ///< a packet may seem to come before its firing; [0, 100 ms]
-    nanoseconds latency_max{std::chrono::milliseconds(100)};       ///< first firing to arrival; [1 ms, 400 ms]
-    nanoseconds latency_min{std::chrono::microseconds(1500)};      ///< the same at its fastest (a packet spans 1.33 ms); >= 0
-    nanoseconds latency_min_sigma{std::chrono::microseconds(500)}; ///< how well that is known; > 0
-    std::chrono::seconds status_timeout{5};                        ///< without a position packet PPS counts as lost; [1, 600]
-    nanoseconds confirm{std::chrono::seconds(1)};                  ///< of disagreement before the stamp is judged; [100 ms, 10 s]
-    std::size_t pending_limit = 8192;                              ///< batches held meanwhile; [16, 1e6]
+    nanoseconds disciplined_sigma{std::chrono::microseconds(2)};  ///< of a scanner on PPS against GPS; > 0
+    double drift_ppm = 20;                                        ///< of its crystal, one sigma; (0, 1000]
+    nanoseconds early{std::chrono::milliseconds(5)};  ///< a packet may seem to come before its firing; [0, 100 ms]
+    nanoseconds latency_max{std::chrono::milliseconds(100)};  ///< first firing to arrival; [1 ms, 400 ms]
+    nanoseconds latency_min{
+        std::chrono::microseconds(1500)};  ///< the same at its fastest (a packet spans 1.33 ms); >= 0
+    nanoseconds latency_min_sigma{std::chrono::microseconds(500)};  ///< how well that is known; > 0
+    std::chrono::seconds status_timeout{5};        ///< without a position packet PPS counts as lost; [1, 600]
+    nanoseconds confirm{std::chrono::seconds(1)};  ///< of disagreement before the stamp is judged; [100 ms, 10 s]
+    std::size_t pending_limit = 8192;              ///< batches held meanwhile; [16, 1e6]
     ArrivalLine::Config arrivals{};
     std::string validate() const;
   };

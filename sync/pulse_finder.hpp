@@ -8,8 +8,9 @@
 
 namespace hueline::sync {
 
-/// Finds the second's phase among edges that may be spurious, doubled or half-second: edges that lie whole seconds apart belong
-/// together; a phase wins if it has `needed` edges and at least twice as many as any other. Bounded memory.
+/// Finds the second's phase among edges that may be spurious, doubled or half-second: edges that lie whole seconds
+/// apart belong together; a phase wins if it has `needed` edges and at least twice as many as any other. Bounded
+/// memory.
 class PulseFinder {
  public:
   /// `rate_limit`: largest rate error of the host clock, as a ratio.

@@ -27,9 +27,12 @@ std::vector<CameraRelation::Pair> RelationLearner::learn(const std::vector<GpsTi
   for (std::size_t i = 0; i < images_.size(); ++i)
     for (const GpsTime mark : marks) {
       const nanoseconds latency = images_[i].arrival - mark;
-      if (latency >= config_.latency_min && latency <= config_.latency_max) votes.push_back({count_ns(mark) - images_[i].counter, i, mark});
+      if (latency >= config_.latency_min && latency <= config_.latency_max)
+        votes.push_back({count_ns(mark) - images_[i].counter, i, mark});
     }
-  std::sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) { return std::tie(a.difference, a.mark) < std::tie(b.difference, b.mark); });
+  std::sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) {
+    return std::tie(a.difference, a.mark) < std::tie(b.difference, b.mark);
+  });
   const auto voters = [&](std::size_t from, std::size_t to) {
     std::vector<std::size_t> images;
     for (std::size_t v = from; v < to; ++v) images.push_back(votes[v].image);

@@ -9,8 +9,8 @@
 
 namespace hueline::sync {
 
-/// Finds the first relation of a camera's counter to event marks from arrivals: each image votes for the difference to every mark that
-/// its latency allows. Reentrant; bounded memory.
+/// Finds the first relation of a camera's counter to event marks from arrivals: each image votes for the difference to
+/// every mark that its latency allows. Reentrant; bounded memory.
 class RelationLearner {
  public:
   struct Config {
@@ -23,8 +23,8 @@ class RelationLearner {
   void add(std::int64_t counter_ns, GpsTime arrival);
   void reset() { images_.clear(); }
 
-  /// Pairs of the one difference that enough images agree on, that has no rival of half as many votes, and that no image refutes;
-  /// empty if there is none. `marks` by time.
+  /// Pairs of the one difference that enough images agree on, that has no rival of half as many votes, and that no
+  /// image refutes; empty if there is none. `marks` by time.
   std::vector<CameraRelation::Pair> learn(const std::vector<GpsTime>& marks) const;
 
  private:

@@ -21,14 +21,22 @@ std::string describe_offset(std::int64_t s) {
   const std::int64_t a = std::abs(s), rollover = 1024 * kSecondsPerWeek;
   const char* reason = "";
   // Plus or minus two: a conflict is measured with whole seconds of latency in it.
-  if (a == 0) reason = "agrees";
-  else if (a == 1) reason = "label off by one";
-  else if (a >= 17 && a <= 18) reason = "UTC taken for GPS time, or the reverse";
-  else if (a == 19) reason = "TAI taken for GPS time";
-  else if (a >= 36 && a <= 37) reason = "TAI taken for UTC";
-  else if (a > rollover - 100 && a < rollover + 100) reason = "week number rolled over at 1024";
-  else if (a % kSecondsPerWeek < 3) reason = "wrong week";
-  else if (a % 3600 < 3) reason = "whole hours: local time taken for UTC";
+  if (a == 0)
+    reason = "agrees";
+  else if (a == 1)
+    reason = "label off by one";
+  else if (a >= 17 && a <= 18)
+    reason = "UTC taken for GPS time, or the reverse";
+  else if (a == 19)
+    reason = "TAI taken for GPS time";
+  else if (a >= 36 && a <= 37)
+    reason = "TAI taken for UTC";
+  else if (a > rollover - 100 && a < rollover + 100)
+    reason = "week number rolled over at 1024";
+  else if (a % kSecondsPerWeek < 3)
+    reason = "wrong week";
+  else if (a % 3600 < 3)
+    reason = "whole hours: local time taken for UTC";
   return *reason ? fmt::format("{} s ({})", s, reason) : fmt::format("{} s", s);
 }
 
@@ -36,7 +44,8 @@ std::string SecondLabel::Config::validate() const {
   if (agreeing < 1 || agreeing > 1000) return "agreeing must be 1 to 1000";
   if (agreeing_alone < 1 || agreeing_alone > 1000) return "agreeing_alone must be 1 to 1000";
   if (window < std::chrono::seconds(10) || window > std::chrono::seconds(3600)) return "window must be 10 s to 3600 s";
-  if (early_tolerance < nanoseconds(0) || early_tolerance > std::chrono::milliseconds(100)) return "early_tolerance must be 0 to 100 ms";
+  if (early_tolerance < nanoseconds(0) || early_tolerance > std::chrono::milliseconds(100))
+    return "early_tolerance must be 0 to 100 ms";
   if (decisive_latency < std::chrono::milliseconds(1) || decisive_latency > std::chrono::milliseconds(900))
     return "decisive_latency must be 1 to 900 ms";
   if (late_seconds < 1 || late_seconds > 10) return "late_seconds must be 1 to 10";
@@ -48,7 +57,8 @@ void SecondLabel::add(SensorId sensor, Evidence kind, GpsTime time, HostTime rec
   const std::int64_t bound_ns = count_ns(time) - pulse_ns;
   const std::int64_t N = ceil_seconds(bound_ns - config_.early_tolerance.count());
   const std::int64_t latency = N * kNs - bound_ns;
-  auto source = std::find_if(sources_.begin(), sources_.end(), [&](const Source& s) { return s.sensor == sensor && s.kind == kind; });
+  auto source = std::find_if(sources_.begin(), sources_.end(),
+                             [&](const Source& s) { return s.sensor == sensor && s.kind == kind; });
   if (source == sources_.end()) {
     sources_.push_back({sensor, kind, received, {}});
     source = sources_.end() - 1;
@@ -67,9 +77,9 @@ void SecondLabel::add(SensorId sensor, Evidence kind, GpsTime time, HostTime rec
   auto found = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.N == N; });
   if (found == candidates.end()) {
     if (candidates.size() >= kCandidates)
-      candidates.erase(std::min_element(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-        return a.older + a.newer < b.older + b.newer;
-      }));
+      candidates.erase(std::min_element(
+          candidates.begin(), candidates.end(),
+          [](const Candidate& a, const Candidate& b) { return a.older + a.newer < b.older + b.newer; }));
     candidates.push_back({N, 0, 0, latency, received});
     found = candidates.end() - 1;
   }
@@ -93,7 +103,8 @@ const SecondLabel::Candidate* SecondLabel::settled(const Source& source, HostTim
 }
 
 std::string SecondLabel::explain(SensorId sensor, std::int64_t difference) const {
-  return fmt::format("sensor {} labels the seconds differently by {}; check its UTC and week settings", sensor, describe_offset(difference));
+  return fmt::format("sensor {} labels the seconds differently by {}; check its UTC and week settings", sensor,
+                     describe_offset(difference));
 }
 
 SecondLabel::Decision SecondLabel::decide(HostTime now) const {
@@ -104,12 +115,14 @@ SecondLabel::Decision SecondLabel::decide(HostTime now) const {
     if (!c) continue;
     if (gps_time_ns(0) + std::chrono::seconds(c->N) < config_.not_before) {
       // N counts from the first pulse, so N seconds after the epoch is when the chain began.
-      out.conflicts.push_back({source.sensor, 0,
-                               fmt::format("sensor {} says {}: before any possible drive; its week number has rolled over", source.sensor,
-                                           iso_utc(gps_time_ns(0) + std::chrono::seconds(c->N)))});
+      out.conflicts.push_back(
+          {source.sensor, 0,
+           fmt::format("sensor {} says {}: before any possible drive; its week number has rolled over", source.sensor,
+                       iso_utc(gps_time_ns(0) + std::chrono::seconds(c->N)))});
       continue;
     }
-    auto v = std::find_if(verdicts.begin(), verdicts.end(), [&](const Verdict& known) { return known.sensor == source.sensor; });
+    auto v = std::find_if(verdicts.begin(), verdicts.end(),
+                          [&](const Verdict& known) { return known.sensor == source.sensor; });
     if (v == verdicts.end()) {
       verdicts.push_back({source.sensor, {}, {}, false, 0});
       v = verdicts.end() - 1;
@@ -134,26 +147,30 @@ SecondLabel::Decision SecondLabel::decide(HostTime now) const {
     if (v.decisive) {
       const std::int64_t difference = v.labels ? *v.labels - *v.arrivals : 0;
       if (difference > 0 || difference < -config_.late_seconds) {
-        out.conflicts.push_back({v.sensor, difference,
-                                 fmt::format("sensor {}: its time labels and the arrival of its other messages differ by {}", v.sensor,
-                                             describe_offset(difference))});
+        out.conflicts.push_back(
+            {v.sensor, difference,
+             fmt::format("sensor {}: its time labels and the arrival of its other messages differ by {}", v.sensor,
+                         describe_offset(difference))});
         if (v.sensor != config_.trusted) continue;
       }
       opinions.push_back({v.sensor, *v.arrivals, true});
-    } else if (v.labels && config_.allow_labels_alone && v.label_support >= static_cast<std::uint64_t>(config_.agreeing_alone) &&
+    } else if (v.labels && config_.allow_labels_alone &&
+               v.label_support >= static_cast<std::uint64_t>(config_.agreeing_alone) &&
                (!v.arrivals || *v.arrivals <= *v.labels)) {
       opinions.push_back({v.sensor, *v.labels, false});
     }
   }
   if (opinions.empty()) return out;
 
-  const auto trusted = std::find_if(opinions.begin(), opinions.end(),
-                                    [&](const Opinion& o) { return config_.trusted != kSystemSensor && o.sensor == config_.trusted; });
+  const auto trusted = std::find_if(opinions.begin(), opinions.end(), [&](const Opinion& o) {
+    return config_.trusted != kSystemSensor && o.sensor == config_.trusted;
+  });
   // Without a trusted source the strongest opinion is the one the others are compared with.
   const Opinion& reference =
       trusted != opinions.end()
           ? *trusted
-          : *std::max_element(opinions.begin(), opinions.end(), [](const Opinion& a, const Opinion& b) { return a.decisive < b.decisive; });
+          : *std::max_element(opinions.begin(), opinions.end(),
+                              [](const Opinion& a, const Opinion& b) { return a.decisive < b.decisive; });
   bool unanimous = true;
   for (const Opinion& o : opinions) {
     const std::int64_t difference = o.N - reference.N;

@@ -37,12 +37,14 @@ std::string Synchroniser::Config::validate() const {
   if (hold < seconds(1) || hold > seconds(600)) return "hold must be 1 to 600 s";
   if (hold_items < 100 || hold_items > 10'000'000) return "hold_items must be 100 to 10000000";
   if (hold_images < 1 || hold_images > 1000) return "hold_images must be 1 to 1000";
-  if (pos_latency_max < std::chrono::milliseconds(10) || pos_latency_max > seconds(60)) return "pos_latency_max must be 10 ms to 60 s";
+  if (pos_latency_max < std::chrono::milliseconds(10) || pos_latency_max > seconds(60))
+    return "pos_latency_max must be 10 ms to 60 s";
   if (pos_early < nanoseconds(0) || pos_early > seconds(1)) return "pos_early must be 0 to 1 s";
   return {};
 }
 
-Synchroniser::Synchroniser(Config config) : config_(std::move(config)), clock_(config_.clock), exposures_(config_.cameras.size()) {
+Synchroniser::Synchroniser(Config config)
+    : config_(std::move(config)), clock_(config_.clock), exposures_(config_.cameras.size()) {
   for (const auto& l : config_.lasers) lasers_.emplace_back(l);
   for (const auto& c : config_.cameras) cameras_.emplace_back(c);
 }
@@ -66,8 +68,10 @@ void Synchroniser::arrived(SensorId sensor, HostTime received, GpsTime time) {
 }
 
 void Synchroniser::take(PpsEdge& m, SyncOutput&) {
-  if (m.sensor != config_.clock.pps) stranger(m.sensor, m.edge, "PPS edge");
-  else clock_.add(m);
+  if (m.sensor != config_.clock.pps)
+    stranger(m.sensor, m.edge, "PPS edge");
+  else
+    clock_.add(m);
 }
 void Synchroniser::take(TimeLabel& m, SyncOutput&) {
   if (listed(config_.label_sources, m.sensor)) clock_.add(m);
@@ -87,12 +91,14 @@ void Synchroniser::take(InsUncertainty& m, SyncOutput&) {
 }
 
 void Synchroniser::take(InsSolution& m, SyncOutput& out) {
-  if (config_.pos != kSystemSensor && m.sensor != config_.pos) return stranger(m.sensor, m.received, "navigation solution");
+  if (config_.pos != kSystemSensor && m.sensor != config_.pos)
+    return stranger(m.sensor, m.received, "navigation solution");
   arrived(m.sensor, m.received, m.time);
   ++counts_.ins;
   if (!m.sigma)
     for (const InsUncertainty& known : uncertainties_)
-      if (known.sensor == m.sensor && m.time - known.time >= seconds(-2) && m.time - known.time <= seconds(5)) m.sigma = known.sigma;
+      if (known.sensor == m.sensor && m.time - known.time >= seconds(-2) && m.time - known.time <= seconds(5))
+        m.sigma = known.sigma;
   if (clock_.can_stamp())
     if (const auto arrival = clock_.stamp(m.received)) {
       const nanoseconds late = arrival->time - m.time;
@@ -100,7 +106,8 @@ void Synchroniser::take(InsSolution& m, SyncOutput& out) {
         ++counts_.ins_refused;
         m.is_good = false;
         faults_.add(m.sensor, FaultKind::LabelConflict, "ins", m.received,
-                    fmt::format("navigation solution {} off its arrival: not trusted", describe_offset(std::llround(to_seconds(-late)))));
+                    fmt::format("navigation solution {} off its arrival: not trusted",
+                                describe_offset(std::llround(to_seconds(-late)))));
       }
     }
   out.ins.push_back(std::move(m));
@@ -109,22 +116,22 @@ void Synchroniser::take(InsSolution& m, SyncOutput& out) {
 void Synchroniser::take(EventMark& m, SyncOutput&) {
   if (config_.pos != kSystemSensor && m.sensor != config_.pos) return stranger(m.sensor, m.received, "event mark");
   if (m.is_valid) arrived(m.sensor, m.received, m.time);
-  hold(std::move(m), m.received);
+  hold(std::move(m));
 }
 void Synchroniser::take(LaserStatus& m, SyncOutput&) {
   if (!laser(m.sensor)) return stranger(m.sensor, m.received, "laser status");
-  hold(std::move(m), m.received);
+  hold(std::move(m));
 }
 void Synchroniser::take(LaserBatch& m, SyncOutput& out) {
   if (!laser(m.sensor)) return stranger(m.sensor, m.received, "laser batch");
-  const HostTime received = m.received;
-  if (held_.empty() && clock_.can_stamp()) stamp(std::move(m), out);
-  else hold(std::move(m), received);
+  if (held_.empty() && clock_.can_stamp())
+    stamp(std::move(m), out);
+  else
+    hold(std::move(m));
 }
 void Synchroniser::take(Image& m, SyncOutput&) {
   if (!camera(m.sensor)) return stranger(m.sensor, m.received, "image");
-  const HostTime received = m.received;
-  hold(std::move(m), received);
+  hold(std::move(m));
 }
 
 LaserClock* Synchroniser::laser(SensorId sensor) {
@@ -142,21 +149,19 @@ ExposureMatcher* Synchroniser::camera(SensorId sensor, std::size_t* index) {
 }
 void Synchroniser::stranger(SensorId sensor, HostTime received, const char* what) {
   ++counts_.unknown_sensor;
-  faults_.add(sensor, FaultKind::NoTime, what, received, fmt::format("{} of a sensor that has no role in the rig's sync: not stamped", what));
+  faults_.add(sensor, FaultKind::NoTime, what, received,
+              fmt::format("{} of a sensor that has no role in the rig's sync: not stamped", what));
 }
 
-void Synchroniser::hold(Held item, HostTime) {
-  // Everything goes through here, so that what was held earlier is stamped earlier; settle() empties it at once when it can.
+void Synchroniser::hold(Held item) {
+  // Everything goes through here, so that what was held earlier is stamped earlier; settle() empties it at once when it
+  // can.
   held_images_ += std::holds_alternative<Image>(item) ? 1 : 0;
   held_.push_back(std::move(item));
 }
 
 void Synchroniser::drop_oldest(FaultKind kind, const char* why) {
-  std::visit(
-      [&](const auto& item) {
-        faults_.add(item.sensor, kind, "held", newest_, why);
-      },
-      held_.front());
+  std::visit([&](const auto& item) { faults_.add(item.sensor, kind, "held", newest_, why); }, held_.front());
   held_images_ -= std::holds_alternative<Image>(held_.front()) ? 1 : 0;
   ++counts_.never_stamped;
   held_.pop_front();
@@ -174,8 +179,9 @@ void Synchroniser::stamp(Held&& item, SyncOutput& out) {
       const nanoseconds late = arrival ? arrival->time - mark->time : nanoseconds(0);
       if (late > config_.pos_latency_max || (arrival && late < -config_.pos_early - 5 * arrival->sigma)) {
         ++counts_.marks_refused;
-        faults_.add(mark->sensor, FaultKind::LabelConflict, "mark", mark->received,
-                    fmt::format("event mark {} off its arrival: not used", describe_offset(std::llround(to_seconds(-late)))));
+        faults_.add(
+            mark->sensor, FaultKind::LabelConflict, "mark", mark->received,
+            fmt::format("event mark {} off its arrival: not used", describe_offset(std::llround(to_seconds(-late)))));
         return;
       }
     }
@@ -200,7 +206,8 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
   const bool can_stamp = clock_.can_stamp();
   if (clock_.state() != known_state_) {
     const auto now = clock_.stamp(newest_);
-    out.state_changes.push_back({newest_, now ? std::optional(now->time) : std::nullopt, known_state_, clock_.state(), now ? now->sigma : nanoseconds(0)});
+    out.state_changes.push_back({newest_, now ? std::optional(now->time) : std::nullopt, known_state_, clock_.state(),
+                                 now ? now->sigma : nanoseconds(0)});
     known_state_ = clock_.state();
   }
   if (can_stamp) {
@@ -233,7 +240,8 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
       return std::visit([&](const auto& item) { return newest_ - item.received > config_.hold; }, held_.front());
     };
     while (!held_.empty() && (held_.size() > config_.hold_items || held_images_ > config_.hold_images || too_old()))
-      drop_oldest(FaultKind::NoTime, "the clock has not locked for as long as measurements can be held: recorded, but without a time");
+      drop_oldest(FaultKind::NoTime,
+                  "the clock has not locked for as long as measurements can be held: recorded, but without a time");
   }
   for (LaserClock& l : lasers_) l.drain(out.faults);
   for (ExposureMatcher& c : cameras_) c.drain(out.faults);
@@ -245,7 +253,9 @@ void Synchroniser::merge_exposures(bool final, SyncOutput& out) {
   while (true) {
     std::size_t first = exposures_.size();
     for (std::size_t i = 0; i < exposures_.size(); ++i)
-      if (!exposures_[i].empty() && (first == exposures_.size() || exposures_[i].front().exposure_mid < exposures_[first].front().exposure_mid)) first = i;
+      if (!exposures_[i].empty() &&
+          (first == exposures_.size() || exposures_[i].front().exposure_mid < exposures_[first].front().exposure_mid))
+        first = i;
     if (first == exposures_.size()) return;
     Exposure& next = exposures_[first].front();
     if (!final)
@@ -253,7 +263,8 @@ void Synchroniser::merge_exposures(bool final, SyncOutput& out) {
         if (i != first && exposures_[i].empty() && cameras_[i].watermark(*stream_time_) <= next.exposure_mid) return;
     if (last_exposure_ && next.exposure_mid < *last_exposure_) {
       ++counts_.late_exposures;
-      faults_.add(next.camera, FaultKind::Late, "exposure", next.image.received, "image came after later exposures of other cameras were given out: not used");
+      faults_.add(next.camera, FaultKind::Late, "exposure", next.image.received,
+                  "image came after later exposures of other cameras were given out: not used");
     } else {
       last_exposure_ = next.exposure_mid;
       next.index = next_exposure_++;
@@ -265,7 +276,9 @@ void Synchroniser::merge_exposures(bool final, SyncOutput& out) {
 
 void Synchroniser::flush(SyncOutput& out) {
   settle(newest_, out);
-  while (!held_.empty()) drop_oldest(FaultKind::NoTime, "the recording ended before the clock could be locked: recorded, but without a time");
+  while (!held_.empty())
+    drop_oldest(FaultKind::NoTime,
+                "the recording ended before the clock could be locked: recorded, but without a time");
   for (LaserClock& l : lasers_) {
     l.flush(out.laser);
     l.drain(out.faults);

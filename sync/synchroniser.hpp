@@ -18,17 +18,17 @@ namespace hueline::sync {
 
 /// The clock's state changed: for the log, the recording and the console.
 struct SyncStateChange {
-  HostTime at{};                 ///< `received` of the packet that showed it
-  std::optional<GpsTime> time;   ///< the same in GPS time, if there is a relation
+  HostTime at{};                ///< `received` of the packet that showed it
+  std::optional<GpsTime> time;  ///< the same in GPS time, if there is a relation
   SyncState from = SyncState::Unlocked, to = SyncState::Unlocked;
-  nanoseconds sigma{0};          ///< of the relation now; 0 if there is none
+  nanoseconds sigma{0};  ///< of the relation now; 0 if there is none
 };
 
 /// What one call of the stage gave. Appended to; the caller clears.
 struct SyncOutput {
-  std::vector<StampedLaserBatch> laser;      ///< by sensor in order of arrival
-  std::vector<Exposure> exposures;           ///< all cameras together, in time order, indexed without a gap
-  std::vector<InsSolution> ins;              ///< GPS time as the POS gave it, checked; sigma filled from InsUncertainty
+  std::vector<StampedLaserBatch> laser;  ///< by sensor in order of arrival
+  std::vector<Exposure> exposures;       ///< all cameras together, in time order, indexed without a gap
+  std::vector<InsSolution> ins;          ///< GPS time as the POS gave it, checked; sigma filled from InsUncertainty
   std::vector<SyncStateChange> state_changes;
   std::vector<Fault> faults;
   void clear() {
@@ -40,29 +40,31 @@ struct SyncOutput {
   }
 };
 
-/// The stage between decoders and fusion: measurements of a whole rig in the order of ingest -> the same in GPS time with sigma and
-/// state. What cannot be stamped yet is held, bounded, and stamped when the clock locks; what never can is counted and named by a
-/// NoTime or Overflow fault. No clock, no thread, no file: the same input gives the same output. Reentrant.
+/// The stage between decoders and fusion: measurements of a whole rig in the order of ingest -> the same in GPS time
+/// with sigma and state. What cannot be stamped yet is held, bounded, and stamped when the clock locks; what never can
+/// is counted and named by a NoTime or Overflow fault. No clock, no thread, no file: the same input gives the same
+/// output. Reentrant.
 class Synchroniser {
  public:
   struct Config {
-    HostClockModel::Config clock;                 ///< clock.pps: the PPS sensor; clock.label.trusted: normally the POS
-    std::vector<SensorId> label_sources;          ///< sensors whose TimeLabel counts; empty: all
-    std::vector<SensorId> arrival_sources;        ///< sensors whose timed messages bound the latency; empty: all
-    SensorId pos = kSystemSensor;                 ///< whose InsSolution and EventMark are used; 0: all
-    std::vector<LaserClock::Config> lasers;       ///< one for each scanner
-    std::vector<ExposureMatcher::Config> cameras; ///< one for each camera head
-    std::chrono::seconds hold{30};                ///< of stream time, held while nothing can be stamped; [1, 600]
-    std::size_t hold_items = 100'000;             ///< batches, marks and status together; [100, 1e7]
-    std::size_t hold_images = 16;                 ///< they pin their buffers; [1, 1000]
-    nanoseconds pos_latency_max{std::chrono::seconds(2)};         ///< a solution later or ...
-    nanoseconds pos_early{std::chrono::milliseconds(50)};         ///< ... earlier than this is labelled wrongly
+    HostClockModel::Config clock;                  ///< clock.pps: the PPS sensor; clock.label.trusted: normally the POS
+    std::vector<SensorId> label_sources;           ///< sensors whose TimeLabel counts; empty: all
+    std::vector<SensorId> arrival_sources;         ///< sensors whose timed messages bound the latency; empty: all
+    SensorId pos = kSystemSensor;                  ///< whose InsSolution and EventMark are used; 0: all
+    std::vector<LaserClock::Config> lasers;        ///< one for each scanner
+    std::vector<ExposureMatcher::Config> cameras;  ///< one for each camera head
+    std::chrono::seconds hold{30};                 ///< of stream time, held while nothing can be stamped; [1, 600]
+    std::size_t hold_items = 100'000;              ///< batches, marks and status together; [100, 1e7]
+    std::size_t hold_images = 16;                  ///< they pin their buffers; [1, 1000]
+    nanoseconds pos_latency_max{std::chrono::seconds(2)};  ///< a solution later or ...
+    nanoseconds pos_early{std::chrono::milliseconds(50)};  ///< ... earlier than this is labelled wrongly
     /// Empty if all is well, else a sentence naming the key and its range.
     std::string validate() const;
   };
   explicit Synchroniser(Config config);
 
-  /// One measurement, in order of ingest. Appends to `out`. Not for LaserBatch and Image alone: everything may release something held.
+  /// One measurement, in order of ingest. Appends to `out`. Not for LaserBatch and Image alone: everything may release
+  /// something held.
   void process(Measurement measurement, SyncOutput& out);
   /// A packet that decoded to nothing still tells that time passes (watchdog ticks).
   void advance(HostTime received, SyncOutput& out);
@@ -73,8 +75,8 @@ class Synchroniser {
   const HostClockModel& clock() const { return clock_; }
   /// GPS time of the newest packet's `received`; never falls. Empty until something could be stamped.
   std::optional<GpsTime> stream_time() const { return stream_time_; }
-  /// Laser batches and exposures still to come are not earlier than this, while deliveries keep to their latency limits. Never
-  /// falls; empty until something could be stamped.
+  /// Laser batches and exposures still to come are not earlier than this, while deliveries keep to their latency
+  /// limits. Never falls; empty until something could be stamped.
   std::optional<GpsTime> watermark() const { return watermark_; }
 
   struct Counts {
@@ -101,7 +103,7 @@ class Synchroniser {
   void take(Fault& m, SyncOutput& out);
 
   void arrived(SensorId sensor, HostTime received, GpsTime time);
-  void hold(Held item, HostTime received);
+  void hold(Held item);
   void drop_oldest(FaultKind kind, const char* why);
   void stamp(Held&& item, SyncOutput& out);
   LaserClock* laser(SensorId sensor);

@@ -20,7 +20,9 @@ struct Course {
     SyncState state;
     bool can_stamp;
     double error_us() const { return static_cast<double>((stamp->time - truth).count()) * 1e-3; }
-    double normalised() const { return static_cast<double>((stamp->time - truth).count()) / static_cast<double>(stamp->sigma.count()); }
+    double normalised() const {
+      return static_cast<double>((stamp->time - truth).count()) / static_cast<double>(stamp->sigma.count());
+    }
   };
   std::vector<Sample> samples;  // every 0.1 s, at instants between the edges
   std::vector<Fault> faults;
@@ -36,7 +38,8 @@ struct Course {
       }
       if (auto* edge = std::get_if<PpsEdge>(&m)) model.add(*edge);
       if (auto* label = std::get_if<TimeLabel>(&m)) model.add(*label);
-      if (auto* solution = std::get_if<InsSolution>(&m)) model.add(TimedArrival{solution->sensor, solution->received, solution->time});
+      if (auto* solution = std::get_if<InsSolution>(&m))
+        model.add(TimedArrival{solution->sensor, solution->received, solution->time});
       model.drain(faults);
     }
     model.flush();
@@ -63,7 +66,8 @@ struct Course {
   void expect_never_wrong_by(nanoseconds limit) const {
     for (const Sample& s : samples)
       if (s.can_stamp && s.stamp) {
-        ASSERT_LT(std::abs((s.stamp->time - s.truth).count()), limit.count()) << to_seconds(s.truth - samples.front().truth) << " s in, state " << name(s.state);
+        ASSERT_LT(std::abs((s.stamp->time - s.truth).count()), limit.count())
+            << to_seconds(s.truth - samples.front().truth) << " s in, state " << name(s.state);
       }
   }
 };

@@ -32,20 +32,23 @@ TEST_P(SigmaIsTrue, OverHours) {
   // After ten minutes everything has been measured.
   std::vector<double> normalised, holdover;
   for (const auto& s : run.samples)
-    if (s.truth > begin + seconds(600) && s.can_stamp) (s.state == SyncState::Holdover ? holdover : normalised).push_back(s.normalised());
+    if (s.truth > begin + seconds(600) && s.can_stamp)
+      (s.state == SyncState::Holdover ? holdover : normalised).push_back(s.normalised());
   const auto rms = [](const std::vector<double>& v) {
     double sum = 0;
     for (const double x : v) sum += x * x;
     return std::sqrt(sum / static_cast<double>(v.size()));
   };
   const auto inside = [](const std::vector<double>& v, double limit) {
-    return static_cast<double>(std::count_if(v.begin(), v.end(), [&](double x) { return std::abs(x) < limit; })) / static_cast<double>(v.size());
+    return static_cast<double>(std::count_if(v.begin(), v.end(), [&](double x) { return std::abs(x) < limit; })) /
+           static_cast<double>(v.size());
   };
   ASSERT_GT(normalised.size(), 80'000u);
   RecordProperty("rms", std::to_string(rms(normalised)));
-  std::printf("%s: locked rms %.2f, within 1/2/3 sigma %.3f %.3f %.4f; sigma %.2f us; holdover n %zu rms %.2f\n", c.name, rms(normalised),
-              inside(normalised, 1), inside(normalised, 2), inside(normalised, 3), static_cast<double>(run.samples.back().stamp->sigma.count()) * 1e-3,
-              holdover.size(), holdover.empty() ? 0 : rms(holdover));
+  std::printf("%s: locked rms %.2f, within 1/2/3 sigma %.3f %.3f %.4f; sigma %.2f us; holdover n %zu rms %.2f\n",
+              c.name, rms(normalised), inside(normalised, 1), inside(normalised, 2), inside(normalised, 3),
+              static_cast<double>(run.samples.back().stamp->sigma.count()) * 1e-3, holdover.size(),
+              holdover.empty() ? 0 : rms(holdover));
   EXPECT_GT(rms(normalised), 0.6);
   EXPECT_LT(rms(normalised), 1.25);
   EXPECT_GT(inside(normalised, 1), 0.58);

@@ -36,7 +36,6 @@ TEST(HostClockModel, GivenCleanPulsesWhenLabelledThenLocksWithinTenSecondsToMicr
   EXPECT_EQ(run.model.counts().refused, 0u);
 }
 
-
 TEST(HostClockModel, GivenPulsesLostForAMinuteThenHoldsOverWithTrueSigmaAndRelocksAfterThree) {
   Drive drive(some_begin(), seconds(1500), {12, 0.05, 2, 0, 0, 900});
   const GpsTime gone = drive.begin + seconds(1200), back = gone + seconds(60);
@@ -99,7 +98,8 @@ TEST(HostClockModel, GivenSpuriousEdgesThenTheyAreRefusedAndCounted) {
 TEST(HostClockModel, GivenEveryEdgeTwiceThenTheSecondIsRefused) {
   Drive drive(some_begin(), seconds(120));
   usual(drive, 1);
-  for (GpsTime t = Drive::ceil_second(drive.begin); t < drive.end; t += seconds(1)) drive.edge_at(drive.clock.host(t) + us(120), 0);
+  for (GpsTime t = Drive::ceil_second(drive.begin); t < drive.end; t += seconds(1))
+    drive.edge_at(drive.clock.host(t) + us(120), 0);
   Course run(drive, clock_config());
   EXPECT_EQ(run.model.state(), SyncState::Locked);
   EXPECT_GT(run.model.counts().refused + run.model.counts().doubled, 105u);
@@ -109,7 +109,8 @@ TEST(HostClockModel, GivenEveryEdgeTwiceThenTheSecondIsRefused) {
 TEST(HostClockModel, GivenHalfSecondEdgesBetweenWhenLockedThenTheyChangeNothing) {
   Drive drive(some_begin(), seconds(200));
   usual(drive);
-  for (GpsTime t = Drive::ceil_second(drive.begin + seconds(30)); t < drive.end; t += seconds(1)) drive.edge_at(drive.clock.host(t + ms(500)), 0);
+  for (GpsTime t = Drive::ceil_second(drive.begin + seconds(30)); t < drive.end; t += seconds(1))
+    drive.edge_at(drive.clock.host(t + ms(500)), 0);
   Course run(drive, clock_config());
   EXPECT_EQ(run.model.state(), SyncState::Locked);
   EXPECT_GE(run.model.counts().refused, 168u);

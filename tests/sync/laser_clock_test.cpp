@@ -19,10 +19,12 @@ struct LaserCourse {
   std::size_t offered = 0;
   const SimulatedLaser& laser;
 
-  LaserCourse(Drive& drive, SimulatedLaser& simulated, LaserClock::Config config = {}) : clock([&] {
+  LaserCourse(Drive& drive, SimulatedLaser& simulated, LaserClock::Config config = {})
+      : clock([&] {
           config.sensor = kLaser;
           return config;
-        }()), laser(simulated) {
+        }()),
+        laser(simulated) {
     drive.pps(gaussian(3));
     drive.labels(kPos, late(30, 20));
     drive.ins(20, late(4, 2));
@@ -35,7 +37,8 @@ struct LaserCourse {
       host.advance(received);
       if (auto* edge = std::get_if<PpsEdge>(&m)) host.add(*edge);
       if (auto* label = std::get_if<TimeLabel>(&m)) host.add(*label);
-      if (auto* solution = std::get_if<InsSolution>(&m)) host.add(TimedArrival{solution->sensor, solution->received, solution->time});
+      if (auto* solution = std::get_if<InsSolution>(&m))
+        host.add(TimedArrival{solution->sensor, solution->received, solution->time});
       if (auto* status = std::get_if<LaserStatus>(&m)) clock.add(*status);
       if (auto* batch = std::get_if<LaserBatch>(&m); batch && host.can_stamp()) {
         ++offered;
@@ -53,7 +56,8 @@ struct LaserCourse {
   }
   void expect_within_sigmas(double n) const {
     EXPECT_EQ(out.size(), offered) << "a batch was lost";
-    for (const auto& b : out) ASSERT_LE(std::abs(error(b).count()), n * static_cast<double>(b.sigma.count()) + 1000) << b.packet_sequence;
+    for (const auto& b : out)
+      ASSERT_LE(std::abs(error(b).count()), n * static_cast<double>(b.sigma.count()) + 1000) << b.packet_sequence;
   }
   std::string details(FaultKind kind) const {
     std::string all;

@@ -103,9 +103,11 @@ TEST_P(SecondSourceIsWrong, GivenNobodyTrustedThenItDoesNotLock) {
 }
 
 INSTANTIATE_TEST_SUITE_P(SecondLabel, SecondSourceIsWrong,
-                         testing::Values(WrongSource{"utc", -18, "UTC"}, WrongSource{"tai_for_utc", 37, "TAI"}, WrongSource{"tai", 19, "TAI"},
-                                         WrongSource{"off_by_one", 1, "off by one"}, WrongSource{"rollover", -1024 * kSecondsPerWeek, "rolled over"},
-                                         WrongSource{"wrong_week", kSecondsPerWeek, "wrong week"}, WrongSource{"local_time", 7200, "local time"}),
+                         testing::Values(WrongSource{"utc", -18, "UTC"}, WrongSource{"tai_for_utc", 37, "TAI"},
+                                         WrongSource{"tai", 19, "TAI"}, WrongSource{"off_by_one", 1, "off by one"},
+                                         WrongSource{"rollover", -1024 * kSecondsPerWeek, "rolled over"},
+                                         WrongSource{"wrong_week", kSecondsPerWeek, "wrong week"},
+                                         WrongSource{"local_time", 7200, "local time"}),
                          [](const auto& each) { return std::string(each.param.name); });
 
 TEST(SecondLabel, GivenTheOnlySourceRolledOverThenItNeverLocks) {
@@ -140,14 +142,16 @@ TEST(SecondLabel, GivenALeapSecondThenGpsTimeGoesOnAndTheOffsetStepsWithTheTable
 
 TEST(SecondLabel, GivenAReceiverWithoutAlmanacThenItsUtcOffsetIsRefused) {
   HostClockModel model(clock_config());
-  model.add(TimeLabel{kPos, host_time_ns(5), GpsTime(std::chrono::ceil<seconds>(some_begin().time_since_epoch())), seconds(16), true});
+  model.add(TimeLabel{kPos, host_time_ns(5), GpsTime(std::chrono::ceil<seconds>(some_begin().time_since_epoch())),
+                      seconds(16), true});
   std::vector<Fault> faults;
   model.drain(faults);
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_EQ(faults[0].kind, FaultKind::LabelConflict);
   EXPECT_EQ(model.utc_offset(some_begin()), seconds(18));
   // One more than the table is a leap second that the table does not know yet.
-  model.add(TimeLabel{kPos, host_time_ns(6), GpsTime(std::chrono::ceil<seconds>(some_begin().time_since_epoch())), seconds(19), true});
+  model.add(TimeLabel{kPos, host_time_ns(6), GpsTime(std::chrono::ceil<seconds>(some_begin().time_since_epoch())),
+                      seconds(19), true});
   EXPECT_EQ(model.utc_offset(some_begin()), seconds(19));
 }
 

@@ -56,9 +56,9 @@ struct SimulatedCamera {
   std::function<int(int)> mark_copies = [](int) { return 1; };
   std::function<int(int)> image_copies = [](int) { return 1; };
   std::function<nanoseconds(int)> extra_latency = [](int) { return nanoseconds(0); };
-  int restart_at = -1;                              ///< exposure from which frame numbers and clock begin anew
-  std::map<std::uint64_t, GpsTime> truth;           ///< exposure_mid by Image::packet_sequence
-  std::vector<GpsTime> spurious;                    ///< marks of nothing
+  int restart_at = -1;                     ///< exposure from which frame numbers and clock begin anew
+  std::map<std::uint64_t, GpsTime> truth;  ///< exposure_mid by Image::packet_sequence
+  std::vector<GpsTime> spurious;           ///< marks of nothing
   int exposures = 0;
 
   void run(Drive& drive) {
@@ -72,12 +72,14 @@ struct SimulatedCamera {
         frame = 0;
       }
       const HostTime mark_received = drive.clock.host(start + mark_latency(drive.random, start));
-      for (int c = 0; c < (mark_lost(i) ? 0 : mark_copies(i)); ++c) mark(drive, start - strobe_delay + us(150) * c, mark_received);
+      for (int c = 0; c < (mark_lost(i) ? 0 : mark_copies(i)); ++c)
+        mark(drive, start - strobe_delay + us(150) * c, mark_received);
       if (!image_lost(i)) {
         Image m;
         m.sensor = sensor;
         m.frame_id = frame;
-        const double counter = static_cast<double>((start - power_up).count()) * (1 + clock_ppm * 1e-6) + drive.random.gauss(stamp_jitter_us * 1e3);
+        const double counter = static_cast<double>((start - power_up).count()) * (1 + clock_ppm * 1e-6) +
+                               drive.random.gauss(stamp_jitter_us * 1e3);
         m.time = DeviceTime<CameraCounter>(nanoseconds(std::llround(counter)));
         m.is_complete = true;
         m.received = std::max(order, drive.clock.host(start + latency(drive.random, start) + extra_latency(i)));
@@ -89,7 +91,8 @@ struct SimulatedCamera {
         order = m.received;
       }
       ++frame;
-      start += from_seconds(1 / rate_hz) + nanoseconds(std::llround(drive.random.uniform(-1, 1) * static_cast<double>(interval_wobble.count())));
+      start += from_seconds(1 / rate_hz) +
+               nanoseconds(std::llround(drive.random.uniform(-1, 1) * static_cast<double>(interval_wobble.count())));
     }
     for (const GpsTime t : spurious) mark(drive, t, drive.clock.host(t + ms(10)));
   }

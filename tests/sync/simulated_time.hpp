@@ -10,8 +10,8 @@
 #include "core/calendar.hpp"
 #include "core/measurements.hpp"
 
-/// Truth for the tests of sync/: an oscillator that wanders, and devices that speak late. GPS time is the truth; the host's clock is
-/// made from it. Nothing here is shared with what is tested.
+/// Truth for the tests of sync/: an oscillator that wanders, and devices that speak late. GPS time is the truth; the
+/// host's clock is made from it. Nothing here is shared with what is tested.
 namespace hueline::test {
 
 using std::chrono::milliseconds;
@@ -24,7 +24,9 @@ class Random {
   explicit Random(std::uint64_t seed) : engine_(seed) {}
   double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
   double uniform(double a, double b) { return a + (b - a) * uniform(); }
-  double gauss(double sigma) { return sigma * std::sqrt(-2 * std::log(1 - uniform())) * std::cos(6.283185307179586 * uniform()); }
+  double gauss(double sigma) {
+    return sigma * std::sqrt(-2 * std::log(1 - uniform())) * std::cos(6.283185307179586 * uniform());
+  }
   double exponential(double mean) { return -mean * std::log(1 - uniform()); }
 
  private:
@@ -35,13 +37,14 @@ class Random {
 class Oscillator {
  public:
   struct Form {
-    double rate_ppm = 12;               // constant part
-    double phase_walk_us = 0.05;        // us per sqrt(s)
-    double frequency_walk_ppb = 1;      // ppb per sqrt(s)
-    double ramp_ppb_per_s = 0;          // steady warming
+    double rate_ppm = 12;                 // constant part
+    double phase_walk_us = 0.05;          // us per sqrt(s)
+    double frequency_walk_ppb = 1;        // ppb per sqrt(s)
+    double ramp_ppb_per_s = 0;            // steady warming
     double swing_ppm = 0, swing_s = 900;  // slow temperature cycle
   };
-  Oscillator(GpsTime begin, seconds life, Form form, std::uint64_t seed, HostTime host_begin = host_time_ns(77'123'456'789'012))
+  Oscillator(GpsTime begin, seconds life, Form form, std::uint64_t seed,
+             HostTime host_begin = host_time_ns(77'123'456'789'012))
       : begin_(begin), host_begin_(host_begin) {
     Random random(seed);
     double phase = 0, walk = 0;
@@ -110,7 +113,8 @@ class Drive {
   void edge_at(HostTime h, std::uint64_t sequence) { stream.add(h, PpsEdge{kPps, h, sequence}); }
 
   /// A label of each whole second, `delay` after it, saying the second plus `shift`.
-  void labels(SensorId sensor, Delay delay, Shift shift = [](GpsTime) { return nanoseconds(0); }, When lost = never) {
+  void labels(
+      SensorId sensor, Delay delay, Shift shift = [](GpsTime) { return nanoseconds(0); }, When lost = never) {
     for (GpsTime t = ceil_second(begin); t < end; t += seconds(1)) {
       if (lost(t)) continue;
       const HostTime r = clock.host(t + delay(random, t));
@@ -118,7 +122,8 @@ class Drive {
     }
   }
   /// Navigation solutions at `rate_hz`, `delay` after their instant.
-  void ins(double rate_hz, Delay delay, Shift shift = [](GpsTime) { return nanoseconds(0); }, SensorId sensor = kPos) {
+  void ins(
+      double rate_hz, Delay delay, Shift shift = [](GpsTime) { return nanoseconds(0); }, SensorId sensor = kPos) {
     const nanoseconds step = from_seconds(1 / rate_hz);
     for (GpsTime t = ceil_second(begin); t < end; t += step) {
       const HostTime r = clock.host(t + delay(random, t));

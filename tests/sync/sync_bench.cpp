@@ -51,7 +51,8 @@ void stamp(benchmark::State& state, PpsStatus pps) {
     state.ResumeTiming();
   }
   state.counters["batches/s"] = benchmark::Counter(static_cast<double>(batches), benchmark::Counter::kIsRate);
-  state.counters["per_batch"] = benchmark::Counter(static_cast<double>(batches), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["per_batch"] =
+      benchmark::Counter(static_cast<double>(batches), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 BENCHMARK_CAPTURE(stamp, disciplined, PpsStatus::Locked)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stamp, by_arrival, PpsStatus::NoPps)->Unit(benchmark::kMillisecond);

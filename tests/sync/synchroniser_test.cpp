@@ -3,59 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/sync/simulated_rig.hpp"
+#include "tests/sync/rig_course.hpp"
 
 namespace hueline::sync {
 namespace {
 
 using namespace hueline::test;
-
-Synchroniser::Config config() {
-  Synchroniser::Config c;
-  c.clock.pps = kPps;
-  c.clock.label.trusted = kPos;
-  c.pos = kPos;
-  c.lasers.resize(1);
-  c.lasers[0].sensor = kLaser;
-  c.cameras.resize(1);
-  c.cameras[0].camera = kCamera;
-  c.cameras[0].strobe_delay = us(20);
-  c.hold_images = 400;  // a test's images have no pixels
-  c.cameras[0].pending_limit = 400;
-  return c;
-}
-
-struct Outcome {
-  SyncOutput all;
-  Synchroniser sync;
-  /// `punctual`: images keep to latency_max, so that the watermark's promise holds.
-  Outcome(Drive& drive, const Synchroniser::Config& c, bool punctual = true) : sync(c) {
-    EXPECT_EQ(c.validate(), "");
-    std::optional<GpsTime> watermark;
-    for (auto& [received, m] : drive.stream.sorted()) {
-      const std::size_t lasers = all.laser.size(), exposures = all.exposures.size();
-      sync.process(m, all);
-      // The promise that fusion builds on.
-      if (watermark) {
-        for (std::size_t i = lasers; i < all.laser.size(); ++i) { EXPECT_GE(all.laser[i].time, *watermark); }
-        for (std::size_t i = exposures; punctual && i < all.exposures.size(); ++i) { EXPECT_GE(all.exposures[i].exposure_mid, *watermark); }
-      }
-      if (watermark) { EXPECT_GE(*sync.watermark(), *watermark); }
-      watermark = sync.watermark();
-    }
-    sync.flush(all);
-    for (std::size_t i = 0; i < all.exposures.size(); ++i) {
-      EXPECT_EQ(all.exposures[i].index, i);
-      if (i > 0) { EXPECT_LE(all.exposures[i - 1].exposure_mid, all.exposures[i].exposure_mid); }
-    }
-  }
-  std::uint64_t count(FaultKind kind) const {
-    std::uint64_t n = 0;
-    for (const Fault& f : all.faults)
-      if (f.kind == kind) n += f.count;
-    return n;
-  }
-};
 
 TEST(Synchroniser, GivenAWholeRigWhenItDrivesThenEverythingIsStampedToMicroseconds) {
   Drive drive(some_begin(), seconds(60));
@@ -66,7 +19,7 @@ TEST(Synchroniser, GivenAWholeRigWhenItDrivesThenEverythingIsStampedToMicrosecon
   laser.run(drive);
   SimulatedCamera camera;
   camera.run(drive);
-  Outcome outcome(drive, config());
+  Outcome outcome(drive, rig_config());
 
   ASSERT_EQ(outcome.all.laser.size(), laser.truth.size());
   for (const StampedLaserBatch& b : outcome.all.laser) {
@@ -87,7 +40,8 @@ TEST(Synchroniser, GivenAWholeRigWhenItDrivesThenEverythingIsStampedToMicrosecon
 /// Pulses, labels, solutions; the scanner and the camera as they are.
 void usual(Drive& drive, Drive::When pps_lost = Drive::never, Drive::When labels_lost = Drive::never) {
   drive.pps(gaussian(3), pps_lost);
-  drive.labels(kPos, late(30, 20), [](GpsTime) { return nanoseconds(0); }, labels_lost);
+  drive.labels(
+      kPos, late(30, 20), [](GpsTime) { return nanoseconds(0); }, labels_lost);
   drive.ins(50, late(4, 2));
 }
 void expect_true(const Outcome& outcome, const SimulatedLaser& laser, const SimulatedCamera& camera) {
@@ -101,13 +55,14 @@ TEST(Synchroniser, GivenLabelsThatComeLateWhenLockedThenWhatWasHeldIsStampedToo)
   Drive drive(some_begin(), seconds(60));
   const GpsTime begin = drive.begin;
   drive.pps(gaussian(3));
-  drive.labels(kPos, late(30, 20), [](GpsTime) { return nanoseconds(0); }, [=](GpsTime t) { return t < begin + seconds(15); });
+  drive.labels(
+      kPos, late(30, 20), [](GpsTime) { return nanoseconds(0); }, [=](GpsTime t) { return t < begin + seconds(15); });
   SimulatedLaser laser;
   laser.run(drive);
   SimulatedCamera camera;
   camera.mark_latency = late(2, 1);
   camera.run(drive);
-  Synchroniser::Config c = config();
+  Synchroniser::Config c = rig_config();
   c.arrival_sources = {99};  // labels alone
   Outcome outcome(drive, c);
   EXPECT_EQ(outcome.all.laser.size(), laser.truth.size());
@@ -126,7 +81,7 @@ TEST(Synchroniser, GivenAClockThatNeverLocksThenEveryMeasurementIsNamedOnce) {
   camera.run(drive);
   std::size_t statuses = 0;
   for (const auto& item : drive.stream.sorted()) statuses += std::holds_alternative<LaserStatus>(item.second) ? 1 : 0;
-  Outcome outcome(drive, config());
+  Outcome outcome(drive, rig_config());
   EXPECT_TRUE(outcome.all.laser.empty());
   EXPECT_TRUE(outcome.all.exposures.empty());
   EXPECT_EQ(outcome.count(FaultKind::NoTime), laser.truth.size() + camera.truth.size() + statuses);
@@ -142,7 +97,7 @@ TEST(Synchroniser, GivenPpsLostForAMinuteThenStampsStayTrueAndTheStateIsTold) {
   laser.run(drive);
   SimulatedCamera camera;
   camera.run(drive);
-  Outcome outcome(drive, config());
+  Outcome outcome(drive, rig_config());
   EXPECT_EQ(outcome.all.laser.size(), laser.truth.size());
   expect_true(outcome, laser, camera);
   std::vector<SyncState> told;
@@ -167,7 +122,7 @@ TEST(Synchroniser, GivenTwoScannersAndTwoCamerasThenExposuresAreOneOrderedRow) {
   second_camera.mark_lost = [](int i) { return i % 11 == 4; };
   camera.run(drive);
   second_camera.run(drive);
-  Synchroniser::Config c = config();
+  Synchroniser::Config c = rig_config();
   c.lasers.push_back(c.lasers[0]);
   c.lasers[1].sensor = kLaserB;
   c.cameras.push_back(c.cameras[0]);
@@ -189,7 +144,7 @@ TEST(Synchroniser, GivenSolutionsThatSlipByUtcThenTheyAreNotTrusted) {
   drive.labels(kPos, late(30, 20));
   const GpsTime from = drive.begin + seconds(30), to = from + seconds(2);
   drive.ins(50, late(4, 2), [=](GpsTime t) { return t > from && t < to ? seconds(-18) : seconds(0); });
-  Outcome outcome(drive, config());
+  Outcome outcome(drive, rig_config());
   std::uint64_t doubted = 0;
   for (const InsSolution& s : outcome.all.ins) doubted += s.is_good ? 0 : 1;
   EXPECT_NEAR(static_cast<double>(doubted), 100, 2);
@@ -198,7 +153,7 @@ TEST(Synchroniser, GivenSolutionsThatSlipByUtcThenTheyAreNotTrusted) {
 }
 
 TEST(Synchroniser, GivenTheUncertaintyMessageThenSolutionsCarryIt) {
-  Synchroniser sync(config());
+  Synchroniser sync(rig_config());
   SyncOutput out;
   sync.process(InsUncertainty{kPos, some_begin(), {1, 2, 3, 4, 5, 6, 7, 8, 9}}, out);
   InsSolution solution;
@@ -214,7 +169,7 @@ TEST(Synchroniser, GivenTheUncertaintyMessageThenSolutionsCarryIt) {
 }
 
 TEST(Synchroniser, GivenASensorWithoutARoleThenItIsSaid) {
-  Synchroniser sync(config());
+  Synchroniser sync(rig_config());
   SyncOutput out;
   LaserBatch batch;
   batch.sensor = 77;
@@ -228,7 +183,8 @@ TEST(Synchroniser, GivenASensorWithoutARoleThenItIsSaid) {
 TEST(Synchroniser, GivenAWeekRolloverAnHourTurnAndEveryKindOfTroubleThenNothingIsWrongWithoutSayingSo) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     // The GPS week ends 18 s before the UTC day: both turn in the middle.
-    Drive drive(from_gps_week(2300, seconds(kSecondsPerWeek - 60) + ms(250)), seconds(120), {-25, 0.1, 5, 0.2, 0, 900}, seed);
+    Drive drive(from_gps_week(2300, seconds(kSecondsPerWeek - 60) + ms(250)), seconds(120), {-25, 0.1, 5, 0.2, 0, 900},
+                seed);
     Random dice(seed);
     std::vector<double> roll;
     for (int i = 0; i < 4000; ++i) roll.push_back(dice.uniform());
@@ -249,11 +205,12 @@ TEST(Synchroniser, GivenAWeekRolloverAnHourTurnAndEveryKindOfTroubleThenNothingI
     camera.extra_latency = [&](int i) { return chance(i, 4) < 0.05 ? ms(250) : ms(0); };
     camera.restart_at = 500;
     camera.run(drive);
-    Outcome outcome(drive, config(), false);
+    Outcome outcome(drive, rig_config(), false);
     EXPECT_EQ(outcome.all.laser.size(), laser.truth.size());
     EXPECT_EQ(outcome.all.exposures.size(), camera.truth.size());
     expect_true(outcome, laser, camera);
-    EXPECT_GE(outcome.sync.state(), SyncState::Locked) << "or in holdover, if an edge was lost beside a bad one just now";
+    EXPECT_GE(outcome.sync.state(), SyncState::Locked)
+        << "or in holdover, if an edge was lost beside a bad one just now";
   }
 }
 
@@ -266,7 +223,7 @@ TEST(Synchroniser, GivenTheSameInputThenTheSameOutput) {
     SimulatedCamera camera;
     camera.mark_lost = [](int i) { return i % 6 == 1; };
     camera.run(drive);
-    return std::move(Outcome(drive, config()).all);
+    return std::move(Outcome(drive, rig_config()).all);
   };
   const SyncOutput a = once(), b = once();
   ASSERT_EQ(a.laser.size(), b.laser.size());
@@ -283,13 +240,13 @@ TEST(Synchroniser, GivenTheSameInputThenTheSameOutput) {
 }
 
 TEST(Synchroniser, GivenSettingsOutOfRangeThenTheSentenceNamesTheKey) {
-  Synchroniser::Config c = config();
+  Synchroniser::Config c = rig_config();
   c.hold = seconds(0);
   EXPECT_THAT(c.validate(), testing::HasSubstr("hold"));
-  c = config();
+  c = rig_config();
   c.cameras[0].exposure = seconds(9);
   EXPECT_THAT(c.validate(), testing::HasSubstr("camera 4: exposure"));
-  c = config();
+  c = rig_config();
   c.lasers.push_back(c.lasers[0]);
   EXPECT_THAT(c.validate(), testing::HasSubstr("different sensors"));
 }
