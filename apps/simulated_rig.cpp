@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
+
 #include <vector>
 
 #include "sim/rig_truth.hpp"
@@ -96,12 +96,13 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
       at.data_port, at.position_port, at.address, scenario.laser.range_sigma_m, transform(rig.T_body_scanner));
   out += fmt::format(
       "  - name: camera\n    driver: genicam\n    address: {0}\n    interface: {0}\n    serial: {1}\n    pixel_format: BayerRG8\n    width: {2}\n"
-      "    height: {3}\n    exposure_us: {4}\n    event_input: 1\n    stamp_event: exposure_end\n    stamp_delay_us: 45\n    latency_max_ms: 250\n\n",
-      at.address, at.camera_serial, rig.image_width(), rig.image_height(), scenario.camera.exposure_us);
+      "    height: {3}\n    exposure_us: {4}\n    event_input: 1\n    stamp_event: exposure_end\n    stamp_delay_us: 45\n    latency_max_ms: {5}\n\n",
+      at.address, at.camera_serial, rig.image_width(), rig.image_height(), scenario.camera.exposure_us,
+      std::min(250.0, 800.0 / scenario.camera.rate_hz));
   out += fmt::format(
       "head:\n  T_body_head: {}\n  panorama: {{width: 8000, height: 4000, stitching_radius_m: 20}}\n  lenses:\n", transform(rig.T_body_head));
   for (std::size_t i = 0; i < rig.lenses.size(); ++i) out += lens_yaml(rig, i);
-  out += fmt::format("\ncolouring:\n  method: {}\n  exposure_interval_s: {}\n  max_lateness_s: 4  # the first images wait until their marks are known for sure\n\ncloud:\n  crs: utm\n", method, 1.0 / scenario.camera.rate_hz);
+  out += fmt::format("\ncolouring:\n  method: {}\n  exposure_interval_s: {}\n  max_lateness_s: 7  # the first images wait until their marks are known for sure\n\ncloud:\n  crs: utm\n", method, 1.0 / scenario.camera.rate_hz);
   return out;
 }
 
