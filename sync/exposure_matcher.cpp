@@ -40,6 +40,8 @@ std::string ExposureMatcher::Config::validate() const {
   if (std::string e = relation.validate(); !e.empty()) return "relation: " + e;
   if (mark_input == 0 && !has_counter)
     return "has_counter must be true where mark_input is 0: nothing else tells the time";
+  if (counter_offset && (mark_input != 0 || counter_wraps != nanoseconds(0)))
+    return "counter_offset is for a camera whose own clock tells GPS time: mark_input and counter_wraps must be 0";
   return {};
 }
 
@@ -183,16 +185,7 @@ void ExposureMatcher::work(bool final, std::vector<Exposure>& out) {
     const bool full = pending_.size() > config_.pending_limit;
     bool done = false;
     if (config_.mark_input == 0) {
-      const auto line = line_.at(front.counter);
-      const nanoseconds half = config_.exposure / 2;
-      const nanoseconds to_start = config_.stamp_event == StampEvent::ExposureStart ? nanoseconds(0)
-                                   : config_.stamp_event == StampEvent::ExposureMid ? half
-                                                                                    : config_.exposure;
-      // The fastest delivery took latency_min from exposure start; the true value may be anywhere up to latency_max.
-      const GpsTime stamped = gps_time_ns(front.counter + line->delay_ns) - config_.latency_min + to_start;
-      const double sigma = std::hypot(line->sigma_ns, ns(front.arrival.sigma),
-                                      ns(config_.latency_max - config_.latency_min) / std::sqrt(12.0));
-      emit(front, stamped - to_start - config_.strobe_delay, sigma, ExposureTiming::CameraClock, out);
+      time_without_mark(front, out);
       done = true;
     } else if (relation_.is_known()) {
       done = match_by_relation(front, final || full, out);
@@ -229,7 +222,9 @@ void ExposureMatcher::emit(Pending& pending, GpsTime mark, double sigma_ns, Expo
   last_out_ = mid;
   SyncState state = SyncState::Locked;
   if (timing == ExposureTiming::CameraClock)
-    state = config_.mark_input == 0 ? SyncState::Acquiring : SyncState::Holdover;
+    state = config_.mark_input != 0  ? SyncState::Holdover
+            : config_.counter_offset ? SyncState::Locked
+                                     : SyncState::Acquiring;
   out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma_ns))), state,
                  timing, std::move(pending.image)});
 }

@@ -26,14 +26,15 @@ namespace hueline::sync {
 /// one bounced strobe (`bounce`, sigma grown), else Unmatched with a fault. A camera whose counter or frame number
 /// falls back has restarted: its relation is learnt anew. A camera without a counter is matched by arrival alone, and
 /// only where exactly one mark is possible; then latency_max must be less than the exposure interval plus latency_min.
-/// Without marks (mark_input 0) the camera's counter is tied to GPS by its fastest deliveries.
+/// Without marks (mark_input 0) the camera's counter is tied to GPS by its fastest deliveries, or is GPS time
+/// (counter_offset).
 ///
 /// exposure_mid = mark + strobe_delay + exposure / 2: the mark is the strobe's active edge, strobe_delay after it the
 /// exposure starts. Every image leaves as one Exposure or is named by a fault; times never go back. Reentrant; bounded
 /// memory.
 class ExposureMatcher {
  public:
-  /// The event that the camera's own stamp names. Used where there is no mark to tell.
+  /// The event that the camera's own stamp names.
   enum class StampEvent : std::uint8_t { ExposureStart, ExposureMid, ExposureEnd };
 
   struct Config {
@@ -44,8 +45,11 @@ class ExposureMatcher {
     nanoseconds mark_sigma{std::chrono::microseconds(1)};  ///< receiver's stamp and strobe jitter; > 0
     bool has_counter = true;                               ///< Image::time means something
     nanoseconds counter_wraps{0};                          ///< period of the counter (Ladybug5 on USB: 128 s); 0: never
-    StampEvent stamp_event = StampEvent::ExposureStart;
-    nanoseconds stamp_delay{0};                                    ///< event to stamp (Ladybug5+: exposure end + 45 us)
+    /// What added to the counter gives GPS time, for a camera disciplined by PPS or PTP (TAI since 1970: -315964819 s)
+    /// and without a strobe wire; checked against each arrival. Its sigma is relation.clock_sigma.
+    std::optional<nanoseconds> counter_offset;
+    StampEvent stamp_event = StampEvent::ExposureStart;  ///< with counter_offset; any other relation has learnt it
+    nanoseconds stamp_delay{0};  ///< event to stamp, with counter_offset (Ladybug5+: exposure end + 45 us)
     nanoseconds latency_min{std::chrono::milliseconds(5)};         ///< exposure start to complete image here; >= 0
     nanoseconds latency_max{std::chrono::milliseconds(90)};        ///< the same; above latency_min, at most 5 s
     nanoseconds mark_latency_max{std::chrono::milliseconds(250)};  ///< mark to its message here; [1 ms, 5 s]
@@ -99,6 +103,7 @@ class ExposureMatcher {
   void work(bool final, std::vector<Exposure>& out);
   bool match_by_relation(Pending& pending, bool final, std::vector<Exposure>& out);
   bool match_by_arrival(Pending& pending, bool final, std::vector<Exposure>& out);
+  void time_without_mark(Pending& pending, std::vector<Exposure>& out);
   void emit(Pending& pending, GpsTime mark, double sigma_ns, ExposureTiming timing, std::vector<Exposure>& out);
   void emit_unmatched(Pending& pending, const std::string& why, std::vector<Exposure>& out);
   void note_bounce(std::size_t extra, HostTime at);

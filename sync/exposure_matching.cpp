@@ -12,10 +12,39 @@ namespace {
 constexpr double kGateSigmas = 6;
 constexpr double kGateLimitNs = 2e7;  // however unsure the relation is: below any exposure interval
 
+constexpr nanoseconds kClockSlack = std::chrono::milliseconds(1);
+constexpr nanoseconds kLateDelivery = std::chrono::milliseconds(400);
+
 double ns(nanoseconds d) { return static_cast<double>(d.count()); }
 bool within(nanoseconds v, nanoseconds low, nanoseconds high) { return v >= low && v <= high; }
 
 }  // namespace
+
+void ExposureMatcher::time_without_mark(Pending& pending, std::vector<Exposure>& out) {
+  if (!config_.counter_offset) {
+    const auto line = line_.at(pending.counter);
+    // The fastest delivery took latency_min from exposure start; the true value may be anywhere up to latency_max.
+    const GpsTime start = gps_time_ns(pending.counter + line->delay_ns) - config_.latency_min;
+    const double sigma = std::hypot(line->sigma_ns, ns(pending.arrival.sigma),
+                                    ns(config_.latency_max - config_.latency_min) / std::sqrt(12.0));
+    emit(pending, start - config_.strobe_delay, sigma, ExposureTiming::CameraClock, out);
+    return;
+  }
+  const nanoseconds into_exposure = config_.stamp_event == StampEvent::ExposureStart ? nanoseconds(0)
+                                    : config_.stamp_event == StampEvent::ExposureMid ? config_.exposure / 2
+                                                                                     : config_.exposure;
+  const GpsTime start = gps_time_ns(pending.counter) + *config_.counter_offset - config_.stamp_delay - into_exposure;
+  const nanoseconds latency = pending.arrival.time - start, slack = 3 * pending.arrival.sigma + kClockSlack;
+  // A clock off by a second or more cannot pass for a late delivery.
+  if (!within(latency, config_.latency_min - slack, config_.latency_max + kLateDelivery)) {
+    faults_.add(config_.camera, FaultKind::LabelConflict, "clock", pending.image.received,
+                fmt::format("the camera's clock is {:.3f} s off the image's arrival: is counter_offset right?",
+                            to_seconds(latency - config_.latency_min)));
+    emit_unmatched(pending, "the camera's own clock contradicts the image's arrival", out);
+    return;
+  }
+  emit(pending, start - config_.strobe_delay, ns(config_.relation.clock_sigma), ExposureTiming::CameraClock, out);
+}
 
 void ExposureMatcher::forget() {
   ++counts_.relearnt;

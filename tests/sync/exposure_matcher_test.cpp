@@ -170,6 +170,47 @@ TEST(ExposureMatcher, GivenNoStrobeWireThenTheCameraClockIsTiedByItsFastestDeliv
   }
 }
 
+/// A camera on PTP: its counter is TAI since 1970 and names the end of exposure plus 45 us.
+struct DisciplinedCamera : SimulatedCamera {
+  DisciplinedCamera(Drive& drive, seconds wrong) {
+    strobe_delay = nanoseconds(0);
+    run(drive);
+    for (auto& item : drive.stream.sorted())
+      if (auto* image = std::get_if<Image>(&item.second)) {
+        const GpsTime end = truth.at(image->packet_sequence) + exposure / 2;
+        image->time = DeviceTime<CameraCounter>(end.time_since_epoch() + seconds(315'964'819) + wrong + us(45));
+      }
+    drive.end = drive.begin;  // CameraCourse adds nothing
+  }
+};
+ExposureMatcher::Config disciplined_config() {
+  ExposureMatcher::Config config = matcher_config();
+  config.mark_input = 0;
+  config.strobe_delay = nanoseconds(0);
+  config.counter_offset = seconds(-315'964'819);
+  config.stamp_event = ExposureMatcher::StampEvent::ExposureEnd;
+  config.stamp_delay = us(45);
+  config.relation.clock_sigma = us(8);
+  return config;
+}
+
+TEST(ExposureMatcher, GivenACameraOnPtpThenItsOwnClockTellsTheTime) {
+  Drive drive(some_begin(), seconds(30));
+  DisciplinedCamera camera(drive, seconds(0));
+  CameraCourse run(drive, camera, disciplined_config());
+  EXPECT_EQ(run.counts().by_camera_clock, camera.truth.size());
+  for (const Exposure& e : run.out) EXPECT_EQ(e.exposure_mid, camera.truth.at(e.image.packet_sequence));
+  EXPECT_TRUE(run.faults.empty());
+}
+
+TEST(ExposureMatcher, GivenAPtpClockInUtcThenItIsRefusedAndSaid) {
+  Drive drive(some_begin(), seconds(30));
+  DisciplinedCamera camera(drive, seconds(-37));
+  CameraCourse run(drive, camera, disciplined_config());
+  EXPECT_EQ(run.counts().unmatched, camera.truth.size());
+  EXPECT_EQ(run.count(FaultKind::LabelConflict), camera.truth.size());
+}
+
 TEST(ExposureMatcher, GivenACounterThatWrapsThenMatchingGoesOn) {
   Drive drive(some_begin(), seconds(400));
   SimulatedCamera camera;
