@@ -16,8 +16,8 @@ fusion::Colouring::Config read_colouring(Section section) {
   fusion::Colouring::Config out;
   out.method = section.choice<fusion::ColourMethod>("method", {{"lens", fusion::ColourMethod::Lens}, {"panorama", fusion::ColourMethod::Panorama}});
   out.exposure_interval = from_seconds(section.number("exposure_interval_s", {0, 60}, 0.0));
-  out.neighbours = static_cast<int>(section.integer("neighbours", {0, 32}, out.neighbours));
-  out.lost_image_neighbours = static_cast<int>(section.integer("lost_image_neighbours", {0, 32}, out.lost_image_neighbours));
+  out.neighbours = static_cast<int>(section.integer("neighbours", {0, 15}, out.neighbours));
+  out.lost_image_neighbours = static_cast<int>(section.integer("lost_image_neighbours", {0, 15}, out.lost_image_neighbours));
   out.balance_neighbours = section.boolean("balance_neighbours", out.balance_neighbours);
   out.max_lateness = from_seconds(section.number("max_lateness_s", {0.01, 60}, to_seconds(out.max_lateness)));
   out.trajectory.max_gap = from_seconds(section.number("max_pose_gap_s", {0.001, 10}, to_seconds(out.trajectory.max_gap)));
@@ -28,7 +28,7 @@ fusion::Colouring::Config read_colouring(Section section) {
 
 std::string read_crs(Section section) {
   const std::string crs = section.text("crs", "utm");
-  const bool is_epsg = crs.rfind("EPSG:", 0) == 0 && crs.size() > 5 && crs.find_first_not_of("0123456789", 5) == std::string::npos;
+  const bool is_epsg = crs.rfind("EPSG:", 0) == 0 && crs.size() > 5 && crs.size() <= 11 && crs.find_first_not_of("0123456789", 5) == std::string::npos;
   if (crs != "utm" && !is_epsg) section.refuse("crs", fmt::format("found '{}', allowed: utm, or EPSG: and a number (EPSG:25832)", crs));
   section.finish();
   return crs;

@@ -22,8 +22,8 @@ std::vector<fusion::Polygon> read_polygons(Section& section, const std::string& 
 
 fusion::PanoramaShape read_panorama(Section section) {
   fusion::PanoramaShape shape;
-  shape.width = static_cast<std::uint32_t>(section.integer("width", {8, 100000}));
-  shape.height = static_cast<std::uint32_t>(section.integer("height", {4, 50000}));
+  shape.width = static_cast<std::uint32_t>(section.integer("width", {16, 65535}));
+  shape.height = static_cast<std::uint32_t>(section.integer("height", {8, 65535}));
   shape.forward_column = section.number("forward_column", {-0.5, 100000}, (shape.width - 1) / 2.0);
   shape.is_clockwise = section.boolean("clockwise", true);
   shape.stitching_radius_m = section.number("stitching_radius_m", {0.5, 10000});
@@ -37,7 +37,8 @@ fusion::LensMount read_lens(Section section, const std::map<std::string, SensorI
   lens.name = section.text("name");
   std::vector<std::pair<std::string, SensorId>> words(cameras.begin(), cameras.end());
   lens.camera = section.choice<SensorId>("camera", words);
-  const auto offset = section.numbers("offset_px", 2, {0, 100000});
+  const auto offset = section.integers("offset_px", {0, 100000});
+  if (offset.size() != 2) section.refuse("offset_px", "allowed: two whole numbers, column and row");
   lens.x_offset = static_cast<std::uint32_t>(offset[0]);
   lens.y_offset = static_cast<std::uint32_t>(offset[1]);
   lens.T_head_lens = read_transform<CameraHead, Lens>(section, "T_head_lens");
@@ -53,8 +54,8 @@ fusion::CameraIntrinsics read_intrinsics(Section& section) {
   fusion::CameraIntrinsics out;
   out.model = section.choice<fusion::LensModel>(
       "model", {{"brown", fusion::LensModel::Brown}, {"kannala_brandt", fusion::LensModel::KannalaBrandt}});
-  out.width = static_cast<std::uint32_t>(section.integer("width", {1, 100000}));
-  out.height = static_cast<std::uint32_t>(section.integer("height", {1, 100000}));
+  out.width = static_cast<std::uint32_t>(section.integer("width", {8, 65535}));
+  out.height = static_cast<std::uint32_t>(section.integer("height", {8, 65535}));
   const auto focal = section.numbers("focal_px", 2, {1, 1e6});
   const auto principal = section.numbers("principal_point_px", 2, {-1e6, 1e6});
   out.focal_px = {focal[0], focal[1]};
@@ -64,7 +65,7 @@ fusion::CameraIntrinsics read_intrinsics(Section& section) {
   if (distortion.size() > most)
     section.refuse("distortion", most == 5 ? "allowed: at most 5 numbers, k1 k2 p1 p2 k3" : "allowed: at most 4 numbers, k1 k2 k3 k4");
   std::copy(distortion.begin(), distortion.end(), out.distortion.begin());
-  out.max_angle = section.number("max_angle_deg", {1, 180}, out.max_angle / kDeg) * kDeg;
+  out.max_angle = section.number("max_angle_deg", {1, 143}, out.max_angle / kDeg) * kDeg;
   if (const std::string wrong = out.validate(); !wrong.empty()) section.refuse("model", wrong);
   return out;
 }
@@ -72,7 +73,7 @@ fusion::CameraIntrinsics read_intrinsics(Section& section) {
 fusion::CameraHeadGeometry read_head(Section section, const std::map<std::string, SensorId>& cameras) {
   fusion::CameraHeadGeometry head;
   head.T_body_head = read_transform<Body, CameraHead>(section, "T_body_head");
-  head.nadir_half_angle = section.number("nadir_half_angle_deg", {0, 89}, 0.0) * kDeg;
+  head.nadir_half_angle = section.number("nadir_half_angle_deg", {0, 85}, 0.0) * kDeg;
   head.panorama = read_panorama(section.section("panorama"));
   head.panorama_masks = read_polygons(section, "panorama_masks");
   for (Section& lens : section.list("lenses")) head.lenses.push_back(read_lens(lens, cameras));

@@ -17,7 +17,7 @@ void require_valid(const Section& section, const std::string& key, const std::st
 drivers::UdpSource::Config read_udp(Section section) {
   drivers::UdpSource::Config out;
   out.ports.clear();
-  for (const double port : section.numbers("ports", {1, 65535})) out.ports.push_back(static_cast<std::uint16_t>(port));
+  for (const std::int64_t port : section.integers("ports", {1, 65535})) out.ports.push_back(static_cast<std::uint16_t>(port));
   out.bind_address = section.text("bind_address", out.bind_address);
   out.source_address = section.text("source_address", out.source_address);
   out.multicast_group = section.text("multicast_group", out.multicast_group);
@@ -32,7 +32,7 @@ drivers::PcapSource::Config read_pcap(Section section) {
   drivers::PcapSource::Config out;
   out.path = section.text("file");
   if (section.has("ports"))
-    for (const double port : section.numbers("ports", {1, 65535})) out.ports.push_back(static_cast<std::uint16_t>(port));
+    for (const std::int64_t port : section.integers("ports", {1, 65535})) out.ports.push_back(static_cast<std::uint16_t>(port));
   out.source_address = section.text("source_address", out.source_address);
   require_valid(section, "file", out.validate());
   section.finish();
@@ -53,8 +53,8 @@ VelodyneSensor read_velodyne(Section& section, SensorId id, fusion::RigGeometry&
                                                            {"strongest", drivers::ReturnChoice::Strongest},
                                                            {"last", drivers::ReturnChoice::Last}},
                                                           decoder.returns);
-  decoder.min_range_m = section.number("min_range_m", {0, 300}, decoder.min_range_m);
-  decoder.max_range_m = section.number("max_range_m", {0, 300}, decoder.max_range_m);
+  decoder.min_range_m = section.number("min_range_m", {0, 131}, decoder.min_range_m);
+  decoder.max_range_m = section.number("max_range_m", {0, 200}, decoder.max_range_m);
   decoder.azimuth_begin = section.number("azimuth_begin_deg", {0, 360}, decoder.azimuth_begin / kDeg) * kDeg;
   decoder.azimuth_end = section.number("azimuth_end_deg", {0, 360}, decoder.azimuth_end / kDeg) * kDeg;
   decoder.detects_lost = section.boolean("detects_lost", decoder.detects_lost);
@@ -77,9 +77,10 @@ std::string read_dialogue(Section section) {
   logs.position_rate_hz = section.number("position_rate_hz", {0, 100}, logs.position_rate_hz);
   if (section.has("mark_inputs")) {
     logs.mark_inputs.clear();
-    for (const double input : section.numbers("mark_inputs", {1, 4})) logs.mark_inputs.push_back(static_cast<int>(input));
+    for (const std::int64_t input : section.integers("mark_inputs", {1, 4})) logs.mark_inputs.push_back(static_cast<int>(input));
   }
   logs.raw_imu = section.boolean("raw_imu", logs.raw_imu);
+  if (section.has("commands")) logs.commands = section.texts("commands");
   const Result<std::string> dialogue = drivers::novatel_dialogue(logs);
   if (!dialogue.ok()) section.refuse("ins_rate_hz", dialogue.error().message);
   section.finish();
@@ -145,7 +146,7 @@ CameraSensor read_camera(Section& section, SensorId id) {
       source.trigger_activation);
   source.features = section.text("features", "");
   source.packet_size = static_cast<std::uint32_t>(section.integer("packet_size", {0, 65535}, 0));
-  source.packet_delay = from_seconds(section.number("packet_delay_us", {0, 1e6}, 0.0) * 1e-6);
+  source.packet_delay = from_seconds(section.number("packet_delay_us", {0, 10000}, 0.0) * 1e-6);
   source.packet_resend = section.boolean("packet_resend", source.packet_resend);
   source.packet_socket = section.boolean("packet_socket", source.packet_socket);
   source.realtime_priority = static_cast<int>(section.integer("realtime_priority", {0, 99}, 0));

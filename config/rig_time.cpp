@@ -34,6 +34,7 @@ void add_camera(Section& sensor, SensorId id, nanoseconds exposure, sync::Synchr
   camera.mark_sigma = microseconds_of(sensor.number("mark_sigma_us", {0.01, 1e4}, us(camera.mark_sigma)));
   camera.has_counter = sensor.boolean("has_counter", camera.has_counter);
   camera.counter_wraps = from_seconds(sensor.number("counter_wraps_s", {0, 1e6}, 0.0));
+  if (sensor.has("counter_offset_s")) camera.counter_offset = std::chrono::seconds(sensor.integer("counter_offset_s", {-2e9, 2e9}));
   camera.stamp_event = sensor.choice<sync::ExposureMatcher::StampEvent>("stamp_event",
                                                        {{"exposure_start", sync::ExposureMatcher::StampEvent::ExposureStart},
                                                         {"exposure_mid", sync::ExposureMatcher::StampEvent::ExposureMid},

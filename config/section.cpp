@@ -85,14 +85,14 @@ double Section::number(const std::string& key, Range range, double otherwise) {
   return has(key) ? number(key, range) : otherwise;
 }
 
-std::int64_t Section::integer(const std::string& key, Range range) {
-  const YAML::Node found = require(key);
+std::int64_t Section::checked_integer(const YAML::Node& node, const std::string& key, Range range) const {
   std::int64_t value = 0;
   const std::string allowed = fmt::format("a whole number from {:.0f} to {:.0f}", range.min, range.max);
-  if (!found.IsScalar() || !YAML::convert<std::int64_t>::decode(found, value)) fail(found, key, allowed);
-  if (static_cast<double>(value) < range.min || static_cast<double>(value) > range.max) fail(found, key, allowed);
+  if (!node.IsScalar() || !YAML::convert<std::int64_t>::decode(node, value)) fail(node, key, allowed);
+  if (static_cast<double>(value) < range.min || static_cast<double>(value) > range.max) fail(node, key, allowed);
   return value;
 }
+std::int64_t Section::integer(const std::string& key, Range range) { return checked_integer(require(key), key, range); }
 std::int64_t Section::integer(const std::string& key, Range range, std::int64_t otherwise) {
   return has(key) ? integer(key, range) : otherwise;
 }
@@ -121,6 +121,23 @@ std::vector<double> Section::numbers(const std::string& key, Range range) {
 std::vector<double> Section::numbers(const std::string& key, std::size_t count, Range range) {
   std::vector<double> out = numbers(key, range);
   if (out.size() != count) fail(node_[key], key, fmt::format("a list of {} numbers", count));
+  return out;
+}
+std::vector<std::int64_t> Section::integers(const std::string& key, Range range) {
+  const YAML::Node found = require(key);
+  if (!found.IsSequence()) fail(found, key, "a list of whole numbers");
+  std::vector<std::int64_t> out;
+  for (const auto& item : found) out.push_back(checked_integer(item, key, range));
+  return out;
+}
+std::vector<std::string> Section::texts(const std::string& key) {
+  const YAML::Node found = require(key);
+  if (!found.IsSequence()) fail(found, key, "a list of texts");
+  std::vector<std::string> out;
+  for (const auto& item : found) {
+    if (!item.IsScalar() || item.Scalar().empty()) fail(item, key, "a list of texts");
+    out.push_back(item.Scalar());
+  }
   return out;
 }
 Eigen::Vector3d Section::vector3(const std::string& key, Range range) {

@@ -42,6 +42,10 @@ class Section {
   std::vector<double> numbers(const std::string& key, std::size_t count, Range range);
   /// Any number of numbers.
   std::vector<double> numbers(const std::string& key, Range range);
+  /// Any number of whole numbers.
+  std::vector<std::int64_t> integers(const std::string& key, Range range);
+  /// Any number of texts.
+  std::vector<std::string> texts(const std::string& key);
   Eigen::Vector3d vector3(const std::string& key, Range range);
 
   /// One of a fixed set of words.
@@ -75,6 +79,7 @@ class Section {
   Section(YAML::Node node, std::shared_ptr<const std::string> file, std::string path);
   YAML::Node require(const std::string& key);
   double checked(const YAML::Node& node, const std::string& key, Range range) const;
+  std::int64_t checked_integer(const YAML::Node& node, const std::string& key, Range range) const;
   [[noreturn]] void fail(const YAML::Node& at, const std::string& key, const std::string& allowed) const;
   std::string where(const YAML::Node& at) const;
 

@@ -53,6 +53,9 @@ TEST(Section, RefusesUnknownMissingDoubleAndMistyped) {
   EXPECT_THAT(message_of([] { Section::load_text("a: 1\na: 2\n", "r"); }), HasSubstr("stands twice"));
   EXPECT_THAT(message_of([] { Section::load_text("a: [1, x]\n", "r").numbers("a", {0, 9}); }), HasSubstr("'x'"));
   EXPECT_THAT(message_of([] { Section::load_text("a: 1.5\n", "r").integer("a", {0, 9}); }), HasSubstr("whole number"));
+  EXPECT_THAT(message_of([] { Section::load_text("a: [1, 1.5]\n", "r").integers("a", {0, 9}); }), HasSubstr("whole number"));
+  EXPECT_THAT(message_of([] { Section::load_text("a: [1, 10]\n", "r").integers("a", {0, 9}); }), HasSubstr("from 0 to 9"));
+  EXPECT_THAT(message_of([] { Section::load_text("a: [x, [y]]\n", "r").texts("a"); }), HasSubstr("a list of texts"));
   EXPECT_THAT(message_of([] { Section::load_text("a: nan\n", "r").number("a", {0, 9}); }), HasSubstr("allowed"));
   EXPECT_THAT(message_of([] { Section::load_text("a: [1\n", "r"); }), HasSubstr("not YAML"));
   EXPECT_THAT(message_of([] { Section::load_text("- 1\n", "r"); }), HasSubstr("expected a mapping"));

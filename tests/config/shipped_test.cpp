@@ -37,5 +37,40 @@ TEST(Shipped, ATypoInARigIsRefusedWithItsLine) {
   }
 }
 
+std::string small_rig(const std::string& camera_lines, const std::string& end) {
+  return "rig: r\nsensors:\n  - {name: pos, driver: novatel, tcp: {host: h, port: 3001}, logs: {commands: [UNLOG COM1]}}\n"
+         "  - {name: camera, driver: genicam, serial: x, pixel_format: Mono8, width: 64, height: 64, exposure_us: 1000, " +
+         camera_lines +
+         "}\nhead:\n  T_body_head: {position_m: [0, 0, 0], rotation_deg: [0, 0, 0]}\n"
+         "  panorama: {width: 800, height: 400, stitching_radius_m: 20}\n  lenses:\n"
+         "    - {name: a, camera: camera, offset_px: [0, 0], width: 64, height: 64, model: brown, focal_px: [60, 60],\n"
+         "       principal_point_px: [31, 31], distortion: [], T_head_lens: {position_m: [0, 0, 0], rotation_deg: [0, 0, 0]}}\n" +
+         end;
+}
+
+TEST(Shipped, ACamerasOwnClockAndCommandsOfTheReceiverAreRead) {
+  const Rig rig = parse_rig(small_rig("event_input: 0, counter_offset_s: -315964819", "colouring: {method: lens}\n"), "r");
+  ASSERT_EQ(rig.sync.cameras.size(), 1u);
+  EXPECT_EQ(rig.sync.cameras[0].counter_offset, std::chrono::seconds(-315964819));
+  const auto& tcp = std::get<drivers::TcpSource::Config>(std::get<NovatelSensor>(rig.sensors[0].device).source);
+  EXPECT_NE(tcp.stream.dialogue.find("UNLOG COM1\r\n"), std::string::npos);
+  EXPECT_THROW(parse_rig(small_rig("event_input: 1, counter_offset_s: -315964819", "colouring: {method: lens}\n"), "r"), ConfigError)
+      << "a strobe and a disciplined clock exclude each other";
+}
+
+TEST(Shipped, ARangeIsRefusedAtItsOwnKey) {
+  const auto said = [](const std::string& end) {
+    try {
+      parse_rig(small_rig("event_input: 1", end), "r");
+    } catch (const ConfigError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(said("colouring: {method: lens, neighbours: 16}\n").find("'colouring.neighbours'"), std::string::npos);
+  EXPECT_EQ(said("colouring: {method: lens, neighbours: 15}\n"), "");
+  EXPECT_NE(said("colouring: {method: lens}\ncloud: {crs: 'EPSG:99999999999999'}\n").find("'cloud.crs'"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace hueline::config
