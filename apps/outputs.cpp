@@ -6,12 +6,12 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <deque>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/calendar.hpp"
 #include "storage/las_writer.hpp"
-#include "storage/view_writer.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -33,8 +33,14 @@ struct Outputs::Files {
   storage::LasWriter::Config las_config;
   std::optional<storage::LasWriter> las;
   bool las_failed = false;
-  std::optional<storage::ViewWriter> view;  // from the first point on: its frame is the cloud's origin
+  std::optional<storage::ViewWriter> view;  // from the first good solution on: its frame is the cloud's origin
   bool view_failed = false;
+  struct Line {
+    std::optional<GpsTime> time;
+    storage::ViewWriter::Level level;
+    std::string who, text;
+  };
+  std::deque<Line> early;  // log lines until there is a view and a time to show them at
   std::vector<std::string> sensors;
 };
 
@@ -70,17 +76,28 @@ void Outputs::view(Append append) {
   }
 }
 
+void Outputs::log(std::optional<GpsTime> time, storage::ViewWriter::Level level, const std::string& who, std::string text) {
+  constexpr std::size_t kEarly = 1000;  // the summary has the counts of all
+  if (!time) time = newest_;
+  if (files_->view && time) {
+    view([&](auto& out) { return out.append_log(*time, level, who, text); });
+  } else if (!files_->view_failed && files_->early.size() < kEarly) {
+    files_->early.push_back({time, level, who, std::move(text)});
+  }
+}
+
+void Outputs::on_origin(const Geodetic& origin) {
+  auto created = storage::ViewWriter::create(dir_ / "view.mcap", origin, {});
+  if (created.ok()) {
+    files_->view.emplace(std::move(*created));
+  } else {
+    files_->view_failed = true;
+    keep("view.mcap", created.error());
+  }
+}
+
 void Outputs::on_cloud(const CloudBlock& block) {
   summary_.on_cloud(block);
-  if (!files_->view && !files_->view_failed && !block.points.empty()) {
-    auto created = storage::ViewWriter::create(dir_ / "view.mcap", block.origin, {});
-    if (created.ok()) {
-      files_->view.emplace(std::move(*created));
-    } else {
-      files_->view_failed = true;
-      keep("view.mcap", created.error());
-    }
-  }
   view([&](auto& out) { return out.append(block); });
   if (files_->las_failed || block.points.empty()) return;
   if (!files_->las) {
@@ -107,22 +124,22 @@ void Outputs::on_exposure(const Exposure& exposure) {
 void Outputs::on_solution(const InsSolution& solution) {
   summary_.on_solution(solution);
   newest_ = solution.time;
+  if (files_->view)
+    for (auto early = std::exchange(files_->early, {}); auto& line : early) log(line.time, line.level, line.who, std::move(line.text));
   view([&](auto& out) { return out.append(solution); });
 }
 void Outputs::on_fix(const GnssFix& fix) {
   summary_.on_fix(fix);
   view([&](auto& out) { return out.append(fix); });
 }
-void Outputs::on_sync_state(GpsTime time, SensorId clock, SyncState state) {
+void Outputs::on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) {
   summary_.on_sync_state(time, clock, state);
-  view([&](auto& out) { return out.append_log(time, storage::ViewWriter::Level::Info, files_->sensors.at(clock), name(state)); });
+  log(time, storage::ViewWriter::Level::Info, files_->sensors.at(clock), name(state));
 }
 void Outputs::on_fault(const Fault& fault) {
   summary_.on_fault(fault);
   const std::string& who = files_->sensors.at(fault.sensor < files_->sensors.size() ? fault.sensor : kSystemSensor);
-  view([&](auto& out) {
-    return out.append_log(newest_, storage::ViewWriter::Level::Warning, who, fmt::format("{} x{}: {}", name(fault.kind), fault.count, fault.detail));
-  });
+  log({}, storage::ViewWriter::Level::Warning, who, fmt::format("{} x{}: {}", name(fault.kind), fault.count, fault.detail));
 }
 
 Status Outputs::finish() {

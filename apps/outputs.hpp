@@ -8,6 +8,7 @@
 #include "apps/products.hpp"
 #include "apps/summary.hpp"
 #include "config/rig.hpp"
+#include "storage/view_writer.hpp"
 
 namespace hueline::apps {
 
@@ -19,11 +20,12 @@ class Outputs : public ProductSink {
   static Result<std::unique_ptr<Outputs>> create(const config::Rig& rig, const std::filesystem::path& dir);
   ~Outputs() override;
 
+  void on_origin(const Geodetic& origin) override;
   void on_cloud(const CloudBlock& block) override;
   void on_exposure(const Exposure& exposure) override;
   void on_solution(const InsSolution& solution) override;
   void on_fix(const GnssFix& fix) override;
-  void on_sync_state(GpsTime time, SensorId clock, SyncState state) override;
+  void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) override;
   void on_fault(const Fault& fault) override;
 
   /// Closes the files and writes summary.json. The first error of any file.
@@ -35,6 +37,7 @@ class Outputs : public ProductSink {
   struct Files;
   Outputs(const config::Rig& rig, std::filesystem::path dir);
   void keep(const char* file, Status done);
+  void log(std::optional<GpsTime> time, storage::ViewWriter::Level level, const std::string& who, std::string text);
   template <class Append>
   void view(Append append);
 
@@ -42,7 +45,7 @@ class Outputs : public ProductSink {
   Summary summary_;
   std::unique_ptr<Files> files_;
   Status first_error_;
-  GpsTime newest_{};  // of the POS: when a fault without GPS time is shown
+  std::optional<GpsTime> newest_;  // of the POS: when a fault without GPS time is shown
 };
 
 }  // namespace hueline::apps

@@ -64,11 +64,15 @@ void Pipeline::take_measurements() {
 }
 
 void Pipeline::take_synchronised() {
-  for (const auto& change : synchronised_.state_changes) sink_.on_sync_state(change.time.value_or(GpsTime{}), clock_, change.to);
+  for (const auto& change : synchronised_.state_changes) sink_.on_sync_state(change.time, clock_, change.to);
   for (const Fault& fault : synchronised_.faults) sink_.on_fault(fault);
   for (const InsSolution& solution : synchronised_.ins) {
-    sink_.on_solution(solution);
     colouring_.add(solution);
+    if (!told_origin_ && colouring_.trajectory().origin()) {
+      sink_.on_origin(*colouring_.trajectory().origin());
+      told_origin_ = true;
+    }
+    sink_.on_solution(solution);
   }
   for (const Exposure& exposure : synchronised_.exposures) {
     sink_.on_exposure(exposure);

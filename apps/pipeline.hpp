@@ -43,6 +43,7 @@ class Pipeline {
   std::vector<Measurement> measurements_;
   sync::SyncOutput synchronised_;
   HostTime newest_{};
+  bool told_origin_ = false;
 };
 
 }  // namespace hueline::apps

@@ -99,7 +99,7 @@ void Summary::on_solution(const InsSolution& solution) {
   last_place_ = solution.position;
 }
 
-void Summary::on_sync_state(GpsTime time, SensorId clock, SyncState state) { changes_.push_back({time, clock, state}); }
+void Summary::on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) { changes_.push_back({time, clock, state}); }
 
 void Summary::on_fault(const Fault& fault) {
   Sensor& sensor = sensors_[fault.sensor < sensors_.size() ? fault.sensor : kSystemSensor];
@@ -146,7 +146,7 @@ nlohmann::ordered_json Summary::json() const {
   auto& clocks = out["clocks"] = nlohmann::ordered_json::array();
   for (const auto& change : changes_)
     clocks.push_back({{"clock", change.clock < sensors_.size() ? sensors_[change.clock].name : "?"},
-                      {"time", iso_utc(change.time)},
+                      {"time", change.time ? nlohmann::ordered_json(iso_utc(*change.time)) : nlohmann::ordered_json()},
                       {"state", name(change.state)}});
   auto& sensors = out["sensors"] = nlohmann::ordered_json::array();
   for (const auto& sensor : sensors_) {
@@ -184,7 +184,7 @@ std::string Summary::text() const {
                      exposures_, exposures_by_timing_[0], exposures_by_timing_[1], exposures_by_timing_[2], incomplete_images_,
                      exposure_sigma_.rms_us(), exposure_sigma_.largest_us);
   for (const auto& change : changes_)
-    out += fmt::format("clock      {} {} {}\n", iso_utc(change.time), change.clock < sensors_.size() ? sensors_[change.clock].name : "?",
+    out += fmt::format("clock      {:24} {} {}\n", change.time ? iso_utc(*change.time) : "without GPS time", change.clock < sensors_.size() ? sensors_[change.clock].name : "?",
                        name(change.state));
   for (const auto& sensor : sensors_) {
     if (!sensor.packets && sensor.faults.empty()) continue;

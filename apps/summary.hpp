@@ -22,11 +22,12 @@ class Summary : public ProductSink {
   void on_decoded(SensorId sensor, const DecodeCounts& counts);
   void on_unfused(const std::string& reason, std::uint64_t points);  ///< points that could not become part of the cloud
 
+  void on_origin(const Geodetic&) override {}
   void on_cloud(const CloudBlock& block) override;
   void on_exposure(const Exposure& exposure) override;
   void on_solution(const InsSolution& solution) override;
   void on_fix(const GnssFix&) override {}
-  void on_sync_state(GpsTime time, SensorId clock, SyncState state) override;
+  void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) override;
   void on_fault(const Fault& fault) override;
 
   std::uint64_t points() const { return points_; }
@@ -68,7 +69,7 @@ class Summary : public ProductSink {
   bool has_place_ = false;
   Geodetic last_place_{};
   struct Change {
-    GpsTime time;
+    std::optional<GpsTime> time;
     SensorId clock;
     SyncState state;
   };

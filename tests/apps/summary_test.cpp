@@ -28,7 +28,10 @@ TEST(Summary, CountsPointsLossesAndGaps) {
   summary.on_fault({2, FaultKind::Lost, {}, 3, "time gap of 4.0 ms"});
   summary.on_fault({2, FaultKind::NoTime, {}, 1, "x"});
 
+  summary.on_sync_state({}, 1, SyncState::Acquiring);
+
   const auto json = summary.json();
+  EXPECT_TRUE(json["clocks"][0]["time"].is_null()) << "there is no GPS time yet";
   EXPECT_EQ(json["points"]["total"], 4);
   EXPECT_EQ(json["points"]["coloured_share"], 0.5);
   EXPECT_EQ(json["journal"]["sequence_gaps"], 2);
