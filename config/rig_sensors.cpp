@@ -201,7 +201,7 @@ std::vector<Sensor> read_sensors(Section& rig, fusion::RigGeometry& geometry, sy
         break;
       case Driver::Novatel:
         sensor.device = read_novatel(section);
-        add_pos(sensor.id, sync);
+        add_pos(section, sensor.id, sync);
         break;
       case Driver::Genicam:
         sensor.device = read_camera(section, sensor.id);

@@ -17,7 +17,8 @@ void add_laser(SensorId id, sync::Synchroniser::Config& sync) {
   sync.lasers.push_back(laser);
 }
 
-void add_pos(SensorId id, sync::Synchroniser::Config& sync) {
+void add_pos(const Section& sensor, SensorId id, sync::Synchroniser::Config& sync) {
+  if (sync.pos != kSystemSensor) sensor.refuse("driver", "a rig has one POS; another one is named above");
   sync.pos = id;
   sync.clock.label.trusted = id;
   // A scanner's position packets repeat what this receiver told it: later, and by way of the scanner's own clock.

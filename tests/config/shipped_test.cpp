@@ -58,6 +58,14 @@ TEST(Shipped, ACamerasOwnClockAndCommandsOfTheReceiverAreRead) {
       << "a strobe and a disciplined clock exclude each other";
 }
 
+TEST(Shipped, ASecondPosIsRefused) {
+  const std::string pos = "  - {name: NAME, driver: novatel, tcp: {host: h, port: 3001}}\n";
+  const auto named = [&](const char* name) { return std::string(pos).replace(pos.find("NAME"), 4, name); };
+  const std::string begin = "rig: r\nsensors:\n", end = "colouring: {method: lens}\n";
+  EXPECT_NO_THROW(parse_rig(begin + named("a") + end, "r"));
+  EXPECT_THROW(parse_rig(begin + named("a") + named("b") + end, "r"), ConfigError);
+}
+
 TEST(Shipped, ARangeIsRefusedAtItsOwnKey) {
   const auto said = [](const std::string& end) {
     try {
