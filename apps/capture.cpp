@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <filesystem>
 
@@ -42,6 +43,7 @@ std::vector<LiveRun::Source> make_sources(const config::Rig& rig, const BufferPo
   for (const auto& sensor : rig.sensors) {
     Reader::Config reader;
     reader.silent_after = std::chrono::milliseconds(static_cast<std::int64_t>(sensor.silent_after_s * 1000));
+    reader.can_wait = sensor.arrivals() != config::Arrivals::Live;
     sources.push_back({sensor.id, sensor.name, make_source(sensor, pool), reader, sensor.is_sheddable()});
   }
   return sources;
@@ -137,6 +139,7 @@ int capture(const Options& options) {
               },
               config);
   spdlog::info("capturing {} into {}; Ctrl-C ends with everything written", rig.name, dir.string());
+  const bool is_live = std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const auto& sensor) { return sensor.arrivals() == config::Arrivals::Live; });
   run.start();
 
   Progress progress(options.quiet);
@@ -150,8 +153,8 @@ int capture(const Options& options) {
     }
     const double seconds = to_seconds(drivers::host_now() - begin);
     progress.show(seconds, run, points.load(std::memory_order_relaxed));
-    // A tick keeps stream time going when every device is silent.
-    run.ingest().submit(Packet{kSystemSensor, PacketKind::Tick, false, 0, drivers::host_now(), {}});
+    // A tick keeps stream time going when every device is silent. Recordings have a time of their own.
+    if (is_live) run.ingest().submit(Packet{kSystemSensor, PacketKind::Tick, false, 0, drivers::host_now(), {}});
     if (options.seconds > 0 && seconds >= options.seconds) break;
     if (options.ends_when_silent && silence.lasts(run)) break;
   }
@@ -174,7 +177,15 @@ int capture(const Options& options) {
     spdlog::error("{}; the raw recording is whole: hueline replay {}", finished.error().message, (dir / "drive.mcap").string());
     return kOutputRefused;
   }
-  return run.ingest().next_sequence() == 0 || sink.summary().points() == 0 ? kNothingCame : kDone;
+  if (sink.summary().wire_packets() == 0) {
+    spdlog::error("nothing came from any sensor: see the faults above; are the devices on, and are the rig's addresses theirs?");
+    return kNothingCame;
+  }
+  if (sink.summary().points() == 0) {
+    spdlog::warn("no point could be placed: the summary above says why; {} holds everything that came", (dir / "drive.mcap").string());
+    return kNothingCame;
+  }
+  return kDone;
 }
 
 }  // namespace

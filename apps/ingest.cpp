@@ -28,6 +28,11 @@ bool Ingest::submit(const Fault& fault) {
   return place(std::move(packet));
 }
 
+bool Ingest::wait_for_room(std::stop_token stop) {
+  // Not under mutex_: the others go on meanwhile.
+  return record_.wait_until_below(0.5, stop) && pipeline_.wait_until_below(0.5, stop);
+}
+
 void Ingest::tell_refused(HostTime now) {
   const auto untold = std::exchange(refused_untold_, {});
   for (const auto& [sensor, count] : untold) {

@@ -36,6 +36,10 @@ class Ingest {
   /// A fault noticed on this side of the record: becomes a packet like any other.
   bool submit(const Fault& fault);
 
+  /// For sources that can wait, before each packet: until recorder and pipeline have half of their queues free, so that nothing of
+  /// theirs is ever shed or refused. False if stopped or closed.
+  bool wait_for_room(std::stop_token stop);
+
   Counts counts(SensorId sensor) const;
   std::uint64_t next_sequence() const;
 

@@ -107,6 +107,7 @@ void Pipeline::report(Summary& summary) const {
   const fusion::ColouringCounts& counts = colouring_.counts();
   for (int i = 1; i < fusion::kNoPoseReasons; ++i)
     summary.on_unfused(std::string("no pose: ") + fusion::name(static_cast<fusion::NoPose>(i)), counts.no_pose[static_cast<std::size_t>(i)]);
+  summary.on_unfused("no clock to give them a time", synchroniser_.counts().returns_never_stamped);
   summary.on_unfused("came too late", counts.late_returns);
   summary.on_unfused("without a range", counts.empty_returns);
   summary.on_unfused("of a scanner that the rig does not have", counts.unknown_laser_returns);

@@ -68,6 +68,7 @@ bool Reader::read_until_trouble(std::stop_token stop) {
         state_ = State::Running;
       }
       packet->sensor = sensor_;
+      if (config_.can_wait && !ingest_.wait_for_room(stop)) return false;
       ingest_.submit(std::move(*packet));
       continue;
     }

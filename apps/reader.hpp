@@ -20,6 +20,7 @@ class Reader {
     std::chrono::milliseconds first_back_off{250};   ///< doubled at each failure
     std::chrono::milliseconds longest_back_off{5000};
     std::chrono::milliseconds silent_after{3000};    ///< connected, but no packet for so long: Fault Silent, once a silence
+    bool can_wait = false;  ///< a recording as source: reads no faster than its packets are recorded and processed
   };
   enum class State : std::uint8_t { Connecting, Running, Silent, Ended };
 

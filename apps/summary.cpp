@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/calendar.hpp"
+#include "drivers/novatel/messages.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -84,10 +85,13 @@ void Summary::on_exposure(const Exposure& exposure) {
 }
 
 void Summary::on_solution(const InsSolution& solution) {
-  if (!solutions_) first_ = solution.time;
+  first_ = solutions_ ? std::min(first_, solution.time) : solution.time;
+  last_ = solutions_ ? std::max(last_, solution.time) : solution.time;
   ++solutions_;
-  last_ = solution.time;
-  if (!solution.is_good) return;
+  if (!solution.is_good) {
+    ++solutions_by_status_[solution.status];
+    return;
+  }
   ++good_solutions_;
   // A distance every 100 solutions or so would hide nothing; every one adds the noise of the POS. 0.5 m steps are a fair path length.
   if (has_place_) {
@@ -114,6 +118,12 @@ std::uint64_t Summary::coloured_points() const {
   return by_state_[static_cast<std::size_t>(ColourState::Direct)] + by_state_[static_cast<std::size_t>(ColourState::Neighbour)];
 }
 
+std::uint64_t Summary::wire_packets() const {
+  std::uint64_t sum = 0;
+  for (const auto& sensor : sensors_) sum += sensor.packets;
+  return sum;
+}
+
 std::uint64_t Summary::lost(FaultKind kind) const {
   std::uint64_t sum = 0;
   for (const auto& sensor : sensors_)
@@ -131,6 +141,7 @@ nlohmann::ordered_json Summary::json() const {
                     {"path_m", path_m_},
                     {"solutions", solutions_},
                     {"good_solutions", good_solutions_}};
+  for (const auto& [status, count] : solutions_by_status_) out["drive"]["not_good"][drivers::ins_status_name(status)] = count;
   nlohmann::ordered_json states;
   for (int i = 0; i < kColourStates; ++i)
     if (by_state_[static_cast<std::size_t>(i)]) states[name(static_cast<ColourState>(i))] = by_state_[static_cast<std::size_t>(i)];
@@ -173,6 +184,8 @@ std::string Summary::text() const {
   if (solutions_)
     out += fmt::format("drive      {} to {} ({:.1f} s, {:.0f} m), {} of {} POS solutions good\n", iso_utc(first_), iso_utc(last_),
                        to_seconds(last_ - first_), path_m_, good_solutions_, solutions_);
+  for (const auto& [status, count] : solutions_by_status_)
+    out += fmt::format("           {} POS solutions not used; the receiver says: {}\n", count, drivers::ins_status_name(status));
   out += fmt::format("journal    {} packets, {:.1f} MB, {} gaps in the sequence\n", packets_, static_cast<double>(bytes_) / 1e6, gaps_);
   out += fmt::format("points     {}, {:.1f} % coloured", points_, 100 * share(coloured_points(), points_));
   for (int i = 0; i < kColourStates; ++i)

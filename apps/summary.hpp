@@ -31,6 +31,7 @@ class Summary : public ProductSink {
   void on_fault(const Fault& fault) override;
 
   std::uint64_t points() const { return points_; }
+  std::uint64_t wire_packets() const;  ///< of devices: without faults and ticks
   std::uint64_t coloured_points() const;
   std::uint64_t lost(FaultKind kind) const;
 
@@ -64,6 +65,7 @@ class Summary : public ProductSink {
   std::uint64_t exposures_ = 0, incomplete_images_ = 0;
   SigmaStatistics exposure_sigma_;
   std::uint64_t solutions_ = 0, good_solutions_ = 0;
+  std::map<std::uint32_t, std::uint64_t> solutions_by_status_;  // of those that are not good
   GpsTime first_{}, last_{};
   double path_m_ = 0;
   bool has_place_ = false;

@@ -73,6 +73,14 @@ bool Sensor::is_sheddable() const {
   return std::holds_alternative<VelodyneSensor>(device) || std::holds_alternative<CameraSensor>(device);
 }
 
+Arrivals Sensor::arrivals() const {
+  if (const auto* laser = std::get_if<VelodyneSensor>(&device); laser && std::holds_alternative<drivers::PcapSource::Config>(laser->source))
+    return Arrivals::Recorded;
+  if (const auto* pos = std::get_if<NovatelSensor>(&device); pos && std::holds_alternative<drivers::FileSource::Config>(pos->source))
+    return Arrivals::Unknown;
+  return Arrivals::Live;
+}
+
 std::vector<std::string> Rig::sensor_names() const {
   std::vector<std::string> names{"hueline"};
   for (const Sensor& sensor : sensors) names.push_back(sensor.name);

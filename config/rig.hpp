@@ -41,6 +41,13 @@ struct PpsSensor {
   drivers::PpsDecoder::Config decoder;
 };
 
+/// Which clock a sensor's `received` is of.
+enum class Arrivals : std::uint8_t {
+  Live,      ///< this computer's, as its packets come
+  Recorded,  ///< that of the computer that made the capture file
+  Unknown,   ///< none: a log of bytes
+};
+
 struct Sensor {
   SensorId id{};
   std::string name;
@@ -51,6 +58,7 @@ struct Sensor {
   const char* driver() const;
   /// Images and lasers may be left out of fusion when it cannot keep up; PPS and POS not before everything else is full.
   bool is_sheddable() const;
+  Arrivals arrivals() const;
 };
 
 struct Rig {

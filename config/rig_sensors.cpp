@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "config/mounting.hpp"
@@ -113,6 +115,7 @@ NovatelSensor read_novatel(Section& section) {
     inside.finish();
     out.source = tcp;
   }
+  out.decoder.accepts_alignment_complete = section.boolean("accept_alignment_complete", out.decoder.accepts_alignment_complete);
   require_valid(section, "driver", out.decoder.validate());
   return out;
 }
@@ -178,6 +181,31 @@ PpsSensor read_pps(Section& section, SensorId id) {
 
 enum class Driver { Velodyne, Novatel, Genicam, Pps };
 
+/// A pcap's stamps are of the clock of the computer that captured: beside them, what arrives now has no place.
+void require_one_time(const Section& rig, const std::vector<Sensor>& sensors) {
+  const Sensor *recorded = nullptr, *live = nullptr;
+  for (const Sensor& sensor : sensors) {
+    if (sensor.arrivals() == Arrivals::Recorded) recorded = &sensor;
+    if (sensor.arrivals() == Arrivals::Live) live = &sensor;
+  }
+  if (recorded && live)
+    rig.refuse("sensors", fmt::format("{} is read from a pcap file and {} from a device: they have no time in common; allowed: all from files, or all from devices",
+                                      recorded->name, live->name));
+}
+
+/// A receiver's log does not tell when its bytes arrived: the clocks have to be learnt from the others.
+void untie_from_log(const std::vector<Sensor>& sensors, sync::Synchroniser::Config& sync) {
+  std::vector<SensorId> others{kSystemSensor};  // nobody; an empty list would be everybody
+  bool has_log = false;
+  for (const Sensor& sensor : sensors) {
+    has_log |= sensor.arrivals() == Arrivals::Unknown;
+    if (sensor.arrivals() != Arrivals::Unknown) others.push_back(sensor.id);
+  }
+  if (!has_log) return;
+  sync.clock.label.trusted = kSystemSensor;
+  sync.label_sources = sync.arrival_sources = others;
+}
+
 }  // namespace
 
 std::vector<Sensor> read_sensors(Section& rig, fusion::RigGeometry& geometry, sync::Synchroniser::Config& sync) {
@@ -216,6 +244,8 @@ std::vector<Sensor> read_sensors(Section& rig, fusion::RigGeometry& geometry, sy
     out.push_back(std::move(sensor));
   }
   if (out.empty()) rig.refuse("sensors", "names no sensor");
+  require_one_time(rig, out);
+  untie_from_log(out, sync);
   return out;
 }
 

@@ -56,6 +56,15 @@ class BoundedQueue {
     return item;
   }
 
+  /// Waits until at most `share` of each limit is taken: for a producer that can wait, beside others that cannot. False if closed
+  /// or stopped.
+  bool wait_until_below(double share, std::stop_token stop) {
+    const auto part = [&](std::size_t limit) { return static_cast<std::size_t>(share * static_cast<double>(limit)); };
+    const Limits most{part(limits_.items), limits_.weight == static_cast<std::size_t>(-1) ? limits_.weight : part(limits_.weight)};
+    std::unique_lock lock(mutex_);
+    return emptied_.wait(lock, stop, [&] { return closed_ || items_.empty() || (items_.size() <= most.items && weight_ <= most.weight); }) && !closed_;
+  }
+
   /// No more pushes; what is inside can still be popped.
   void close() {
     {

@@ -40,10 +40,10 @@ constexpr double kComparable = 4.0;
 const char* name(NoPose reason) {
   switch (reason) {
     case NoPose::None: return "None";
-    case NoPose::NoSolution: return "NoSolution";
-    case NoPose::BeforeFirst: return "BeforeFirst";
-    case NoPose::AfterLast: return "AfterLast";
-    case NoPose::Gap: return "Gap";
+    case NoPose::NoSolution: return "the POS gave no good solution";
+    case NoPose::BeforeFirst: return "older than the first good POS solution kept";
+    case NoPose::AfterLast: return "newer than the last good POS solution";
+    case NoPose::Gap: return "in a gap between good POS solutions";
   }
   return "?";
 }

@@ -18,6 +18,7 @@ enum class NoPose : std::uint8_t {
   Gap,          ///< between two solutions farther apart than max_gap (lost messages, or a stretch that was not good)
 };
 constexpr int kNoPoseReasons = 5;
+/// For people.
 const char* name(NoPose reason);
 
 /// The vehicle at one instant, against the local level at the drive's origin.

@@ -164,6 +164,7 @@ void Synchroniser::drop_oldest(FaultKind kind, const char* why) {
   std::visit([&](const auto& item) { faults_.add(item.sensor, kind, "held", newest_, why); }, held_.front());
   held_images_ -= std::holds_alternative<Image>(held_.front()) ? 1 : 0;
   ++counts_.never_stamped;
+  if (const auto* batch = std::get_if<LaserBatch>(&held_.front())) counts_.returns_never_stamped += batch->returns.size();
   held_.pop_front();
 }
 

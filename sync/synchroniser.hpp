@@ -81,6 +81,7 @@ class Synchroniser {
 
   struct Counts {
     std::uint64_t measurements = 0, unknown_sensor = 0, held = 0, released = 0, never_stamped = 0;
+    std::uint64_t returns_never_stamped = 0;  ///< laser returns of those never stamped
     std::uint64_t ins = 0, ins_refused = 0, marks_refused = 0, late_exposures = 0;
   };
   const Counts& counts() const { return counts_; }

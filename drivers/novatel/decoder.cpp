@@ -30,7 +30,8 @@ std::string NovatelDecoder::Config::validate() const {
   return wrong.empty() ? imu.validate() : wrong;
 }
 
-NovatelDecoder::NovatelDecoder(const Config& config) : framer_(config.framer), imu_(config.imu) {}
+NovatelDecoder::NovatelDecoder(const Config& config)
+    : framer_(config.framer), imu_(config.imu), accepts_alignment_complete_(config.accepts_alignment_complete) {}
 
 void NovatelDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   sensor_ = packet.sensor;
@@ -85,6 +86,7 @@ bool NovatelDecoder::use(const NovatelMessage& message, const NovatelMessageInfo
     case NovatelUse::InsPvaX: {
       auto solution = info.use == NovatelUse::InsPva ? decode_inspva(body) : decode_inspvax(header, body);
       if (!solution) return false;
+      if (accepts_alignment_complete_ && solution->status == kInsAlignmentComplete) solution->is_good = true;
       if (time_status_ && !time_is_fine()) solution->is_good = false;
       ins_is_good_ = solution->is_good;
       imu_.learn_attitude(*solution);

@@ -29,6 +29,9 @@ class NovatelDecoder final : public Decoder, private NovatelFramer::Sink {
   struct Config {
     NovatelFramer::Config framer;
     NovatelImu::Config imu;
+    /// Takes INS_ALIGNMENT_COMPLETE for good as well: the filter navigates, but has not moved enough to keep its specification. For
+    /// trying a rig on a standing vehicle; the receiver's own sigmas say how good it is.
+    bool accepts_alignment_complete = false;
     /// Empty if fine, else which key is outside which range.
     std::string validate() const;
   };
@@ -60,6 +63,7 @@ class NovatelDecoder final : public Decoder, private NovatelFramer::Sink {
 
   NovatelFramer framer_;
   NovatelImu imu_;
+  const bool accepts_alignment_complete_;
   DecodeCounts counts_;
   std::unordered_map<std::uint32_t, std::uint64_t*> counters_;  // into counts_.messages
   std::optional<std::uint8_t> time_status_;                     // of the latest timely long header

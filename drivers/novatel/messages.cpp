@@ -1,5 +1,8 @@
 #include "drivers/novatel/messages.hpp"
 
+#include <fmt/format.h>
+
+#include <array>
 #include <cmath>
 
 #include "core/calendar.hpp"
@@ -57,6 +60,13 @@ std::optional<GpsTime> header_time(const NovatelHeader& header) {
 }
 
 bool is_good_ins_status(std::uint32_t status) { return status == 3 || status == 6; }
+std::string ins_status_name(std::uint32_t status) {
+  constexpr std::array<std::string_view, 13> names{"inactive", "aligning", "high variance", "good", "", "", "good, GNSS rejected",
+                                                   "alignment complete, not yet moved enough", "determining orientation",
+                                                   "waiting for a position", "waiting for an azimuth", "initialising biases", "motion detected"};
+  const std::string_view known = status < names.size() ? names[status] : "";
+  return known.empty() ? fmt::format("status {}", status) : std::string(known);
+}
 bool has_ins_attitude(std::uint32_t status) { return status == 2 || status == 3 || status == 6 || status == 7; }
 
 std::optional<InsSolution> decode_inspva(std::span<const std::byte> body) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "core/measurements.hpp"
 #include "drivers/novatel/wire.hpp"
@@ -19,9 +20,13 @@ namespace hueline::drivers {
 std::optional<GpsTime> novatel_time(std::uint32_t week, double seconds);
 std::optional<GpsTime> header_time(const NovatelHeader& header);
 
+constexpr std::uint32_t kInsAlignmentComplete = 7;
 /// Inertial solution status: 3 INS_SOLUTION_GOOD, and 6 INS_SOLUTION_FREE (filter in navigation mode and within its limits, doubtful
 /// GNSS rejected: the ordinary state between tall buildings). Not 2 (high variance), 7 (aligned, not yet within specification).
 bool is_good_ins_status(std::uint32_t status);
+/// The manual's words for it (OEM7 Commands and Logs Reference, "Inertial Solution Status"), for people; "status 5" for a number that
+/// it does not have.
+std::string ins_status_name(std::uint32_t status);
 /// The filter navigates: attitude means something.
 bool has_ins_attitude(std::uint32_t status);
 

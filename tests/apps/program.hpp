@@ -1,0 +1,86 @@
+#pragma once
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "../storage/temporary_folder.hpp"
+
+extern char** environ;
+
+namespace hueline::test {
+
+/// `hueline ARGUMENTS` as a user starts it, in a process of its own; output and errors go to one file. Killed with the object.
+class Program {
+ public:
+  Program(const std::vector<std::string>& arguments, std::filesystem::path output) : output_(std::move(output)) {
+    std::vector<std::string> words{HUELINE_PROGRAM};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+    if (posix_spawn(&pid_, HUELINE_PROGRAM, &actions, nullptr, argv.data(), environ) != 0) ADD_FAILURE() << "cannot start " << HUELINE_PROGRAM;
+    posix_spawn_file_actions_destroy(&actions);
+  }
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+  ~Program() {
+    if (pid_ <= 0) return;
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+
+  /// Its exit status; -1 if a signal ended it.
+  int wait() {
+    int status = -1;
+    waitpid(pid_, &status, 0);
+    pid_ = 0;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  /// True once it has ended; its status is then for wait().
+  bool has_ended() const {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == pid_;
+  }
+  std::string said() const { return contents(output_); }
+
+ private:
+  std::filesystem::path output_;
+  pid_t pid_ = 0;
+};
+
+/// Runs to the end.
+struct Ran {
+  int status;
+  std::string said;
+};
+inline Ran run(const std::vector<std::string>& arguments) {
+  TemporaryFolder dir;
+  Program program(arguments, dir / "said.txt");
+  const int status = program.wait();
+  return {status, program.said()};
+}
+
+inline nlohmann::json read_json(const std::filesystem::path& path) { return nlohmann::json::parse(contents(path)); }
+
+/// The entry of summary.json (or of `inspect --json`) for a sensor.
+inline nlohmann::json sensor_entry(const nlohmann::json& summary, const std::string& name) {
+  for (const auto& sensor : summary.at("sensors"))
+    if (sensor.at("name") == name) return sensor;
+  ADD_FAILURE() << "no sensor " << name;
+  return {};
+}
+
+}  // namespace hueline::test
