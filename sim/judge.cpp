@@ -61,7 +61,11 @@ Result<Judge> Judge::open(const Scenario& scenario, const std::string& truth_fil
     for (const TrueReturn& r : *packet) {
       if (r.channel >= judge.channels_.size()) judge.channels_.resize(r.channel + 1u);
       judge.channels_[r.channel].push_back(
-          {r.fired_gps_ns, {r.beam_east, r.beam_north, r.beam_up}, r.surface, {r.red, r.green, r.blue}});
+          {r.fired_gps_ns,
+           {r.beam_east, r.beam_north, r.beam_up},
+           {static_cast<float>(r.east - r.beam_east), static_cast<float>(r.north - r.beam_north), static_cast<float>(r.up - r.beam_up)},
+           r.surface,
+           {r.red, r.green, r.blue}});
       ++judge.true_returns_;
     }
   }
@@ -76,6 +80,19 @@ const Judge::Record* Judge::find(std::uint16_t channel, GpsNs fired) const {
   if (after != list.end()) best = &*after;
   if (after != list.begin() && (best == nullptr || fired - (after - 1)->fired < best->fired - fired)) best = &*(after - 1);
   return best != nullptr && std::abs(best->fired - fired) <= config_.match_ns ? best : nullptr;
+}
+
+std::optional<TrueReturn> Judge::true_return(std::uint16_t channel, GpsNs fired) const {
+  const Record* record = find(channel, fired);
+  if (record == nullptr) return std::nullopt;
+  TrueReturn r;
+  r.fired_gps_ns = record->fired;
+  r.channel = channel;
+  r.surface = record->surface;
+  r.beam_east = record->beam[0], r.beam_north = record->beam[1], r.beam_up = record->beam[2];
+  r.east = r.beam_east + record->hit[0], r.north = r.beam_north + record->hit[1], r.up = r.beam_up + record->hit[2];
+  r.red = record->colour[0], r.green = record->colour[1], r.blue = record->colour[2];
+  return r;
 }
 
 TruePixel Judge::panorama_pixel(Vec3 d) const {
@@ -105,6 +122,7 @@ std::optional<Verdict> Judge::judge(const Claim& claim) const {
 
   Verdict verdict;
   verdict.surface = record->surface;
+  verdict.distance_m = length(p_head);
   double angle = 0;
   if (claim.is_panorama_pixel) {
     verdict.expected = panorama_pixel(p_head);

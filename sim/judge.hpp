@@ -29,6 +29,7 @@ struct Verdict {
   double error_px = 0;          ///< angle between claimed and true pixel's rays, in pixels of the panorama (width / 2 pi a radian)
   double colour_difference = 0; ///< largest of the three channels against TrueReturn's colour, 0 .. 255
   double place_error_m = 0;     ///< against TrueReturn's beam; 0 without a claimed place
+  double distance_m = 0;        ///< of the true point from the head, at the exposure
   std::uint16_t surface = 0;
 };
 
@@ -61,11 +62,13 @@ class Judge {
     std::int64_t match_ns = 20'000;  ///< a claim farther from every firing of its channel is unmatched
     std::string validate() const;
   };
-  /// Reads the truth whole (40 bytes a return). Errors: Io, Malformed, Invalid.
+  /// Reads the truth whole (56 bytes a return). Errors: Io, Malformed, Invalid.
   static Result<Judge> open(const Scenario& scenario, const std::string& truth_file, const Config& config);
 
   /// Empty: no such firing, exposure or lens, or the true point is beyond the lens's field of view.
   std::optional<Verdict> judge(const Claim& claim) const;
+  /// Truth of the firing that a claim means, found as judge() finds it; empty without one.
+  std::optional<TrueReturn> true_return(std::uint16_t channel, GpsNs fired) const;
   /// Pixel of a direction in the head's frame on the panorama, and back (unit length).
   TruePixel panorama_pixel(Vec3 direction_head) const;
   Vec3 panorama_direction(TruePixel pixel) const;
@@ -81,11 +84,13 @@ class Judge {
   std::uint64_t unmatched() const { return unmatched_; }
   std::uint64_t true_returns() const { return true_returns_; }
   const std::vector<std::string>& surfaces() const { return header_.surfaces; }
+  const std::vector<TrueExposure>& exposures() const { return header_.exposures; }
 
  private:
   struct Record {
     GpsNs fired;
     std::array<double, 3> beam;  // local level at the scene's origin
+    std::array<float, 3> hit;    // from beam: range noise and the wire's step, a few centimetres
     std::uint16_t surface;
     std::array<std::uint8_t, 3> colour;
   };

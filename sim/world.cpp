@@ -64,6 +64,11 @@ World::World(const Scenario& scenario, const Motion& motion)
 
 World::~World() = default;
 
+bool World::is_moving(std::uint16_t surface) const {
+  const auto& moving = scene_.moving_car_surfaces;
+  return std::find(moving.begin(), moving.end(), surface) != moving.end();
+}
+
 Moment World::moment(GpsNs t) const {
   Moment m;
   m.gps_ns = t;

@@ -56,6 +56,8 @@ class World {
   void look(const Moment& at, std::span<const Ray> rays, float cone, std::span<Seen> seen) const;
 
   const std::vector<std::string>& surfaces() const { return scene_.surfaces; }
+  /// True for what moves by itself (other cars, people); false for the street and for the own vehicle.
+  bool is_moving(std::uint16_t surface) const;
 
  private:
   struct Embree;

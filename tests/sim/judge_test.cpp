@@ -147,6 +147,20 @@ TEST_F(JudgeTest, PanoramaByHand) {
   EXPECT_NEAR(angle_between(judge.panorama_direction({100, 1999.5}), judge.panorama_direction({102, 1999.5})), 2 * 2 * kPi / 8000, 1e-12);
 }
 
+TEST_F(JudgeTest, FindsTheTruthOfAFiring) {
+  const Judge judge = open();
+  for (const TrueReturn& r : returns(997)) {
+    const auto found = judge.true_return(r.channel, r.fired_gps_ns + 400);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->surface, r.surface);
+    EXPECT_EQ(found->green, r.green);
+    EXPECT_NEAR(found->east, r.east, 1e-6);
+    EXPECT_NEAR(found->up, r.up, 1e-6);
+    EXPECT_EQ(found->beam_north, r.beam_north);
+  }
+  EXPECT_FALSE(judge.true_return(40, returns(1)[0].fired_gps_ns));
+}
+
 TEST_F(JudgeTest, PlacesAreComparedInEcef) {
   Judge judge = open();
   const TrueReturn r = returns(1)[500];
