@@ -80,7 +80,7 @@ void Pipeline::take_synchronised() {
   }
   for (StampedLaserBatch& batch : synchronised_.laser) colouring_.add(std::move(batch));
   synchronised_.clear();
-  if (const auto time = synchroniser_.stream_time()) colouring_.advance(*time);
+  if (const auto watermark = synchroniser_.watermark()) colouring_.advance(*watermark);
   for (Fault& fault : colouring_.take_faults()) {
     fault.time = newest_;
     sink_.on_fault(fault);

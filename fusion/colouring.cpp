@@ -81,7 +81,7 @@ void Colouring::add(StampedLaserBatch batch) {
     note(batch.sensor, FaultKind::Spurious, 1, "laser batch of a sensor that the rig does not name; recorded, not fused");
     return;
   }
-  if (has_stream_time_ && batch.time < stream_time_ - config_.max_lateness) {
+  if (watermark_ && batch.time < *watermark_ - config_.max_lateness) {
     ++counts_.late_batches;
     counts_.late_returns += batch.returns.size();
     note(batch.sensor, FaultKind::Late, 1, "laser batch older than max_lateness; recorded, not fused");
@@ -118,7 +118,7 @@ void Colouring::add(const Exposure& exposure) {
     note(exposure.camera, FaultKind::WrongSize, 1, "image does not hold the lens images of the rig; recorded, not fused");
     return;
   }
-  if (has_stream_time_ && exposure.exposure_mid < stream_time_ - config_.max_lateness) {
+  if (watermark_ && exposure.exposure_mid < *watermark_ - config_.max_lateness) {
     ++counts_.exposures_late;
     note(exposure.camera, FaultKind::Late, 1, "exposure older than max_lateness; recorded, not fused");
     return;
@@ -133,12 +133,11 @@ bool Colouring::is_ready(const StampedLaserBatch& batch) const {
   // The (windows + 1)-th whole moment after the batch lies beyond every neighbour that it may ask.
   const Moment* beyond = timeline_.nth_whole_after(last, windows + 1);
   if (beyond != nullptr && trajectory_.is_settled(beyond->time)) return true;
-  return has_stream_time_ && stream_time_ >= last + neighbour_reach() + config_.max_lateness;
+  return watermark_ && *watermark_ >= last + neighbour_reach() + config_.max_lateness;
 }
 
-void Colouring::advance(GpsTime stream_time) {
-  if (!has_stream_time_ || stream_time > stream_time_) stream_time_ = stream_time;
-  has_stream_time_ = true;
+void Colouring::advance(GpsTime watermark) {
+  watermark_ = watermark_ ? std::max(*watermark_, watermark) : watermark;
   const std::size_t before = pending_.size();
   colour_ready(false);
   // Looking through all that waits at each call would cost more than the colouring.
@@ -174,7 +173,7 @@ void Colouring::resolve_viewpoints(bool everything) {
     Moment& moment = timeline_.at(static_cast<int>(i));
     if (moment.is_pose_final) continue;
     const bool is_final = everything || trajectory_.is_settled(moment.time) ||
-                          (has_stream_time_ && stream_time_ >= moment.time + config_.max_lateness);
+                          (watermark_ && *watermark_ >= moment.time + config_.max_lateness);
     if (!is_final) continue;
     moment.is_pose_final = true;
     const auto [pose, reason] = trajectory_.pose_at(moment.time);
@@ -230,9 +229,9 @@ void Colouring::forget() {
     timeline_.drop_oldest();
     ++counts_.moments_crowded_out;
   }
-  GpsTime oldest = stream_time_ - config_.max_lateness;
+  if (!watermark_) return;
+  GpsTime oldest = *watermark_ - config_.max_lateness;
   for (const StampedLaserBatch& batch : pending_) oldest = std::min(oldest, batch.time);
-  if (!has_stream_time_) return;
   timeline_.forget_before(oldest - neighbour_reach());
   trajectory_.forget_before(oldest - neighbour_reach());
 }

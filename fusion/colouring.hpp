@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,7 +57,7 @@ class Colouring {
     int lost_image_neighbours = 0;               ///< windows that a lost image may be bridged from; 0: its points stay uncoloured
     int neighbours = 4;                          ///< exposures on each side that may fill hole and masks
     bool balance_neighbours = true;              ///< bring filled points to the brightness of the exposure that owns them
-    nanoseconds max_lateness{1'000'000'000};     ///< how long after stream_time something may still come
+    nanoseconds max_lateness{1'000'000'000};     ///< how far behind the watermark a solution may come, or what broke its latency
     std::size_t max_pending_returns = 8'000'000; ///< waiting (32 bytes each); beyond, the oldest are coloured with what is there
     std::size_t max_held_moments = 32;           ///< images held for neighbours
     int threads = 1;                             ///< workers, the caller included
@@ -73,9 +74,9 @@ class Colouring {
   void add(const InsUncertainty& uncertainty) { trajectory_.add(uncertainty); }
   void add(StampedLaserBatch batch);
   void add(const Exposure& exposure);
-  /// `stream_time`: newest GPS time that sync has seen of anything. Colours what is ready: its poses and neighbours have come, or the
-  /// stream has passed them by max_lateness.
-  void advance(GpsTime stream_time);
+  /// `watermark`: sync's promise that laser batches and exposures still to come are not earlier. Colours what is ready: its poses and
+  /// neighbours have come, or the watermark has passed them by max_lateness.
+  void advance(GpsTime watermark);
   /// The end of the stream: colours all that waits with what is there.
   void flush();
 
@@ -109,8 +110,7 @@ class Colouring {
   std::deque<StampedLaserBatch> pending_;
   std::vector<Piece> pieces_;
   std::unique_ptr<WorkerPool> pool_;
-  GpsTime stream_time_{};
-  bool has_stream_time_ = false;
+  std::optional<GpsTime> watermark_;
   ColouringCounts counts_;
   std::map<std::pair<SensorId, FaultKind>, Fault> faults_;
 };
