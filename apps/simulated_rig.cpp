@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-
 #include <vector>
 
+#include "sim/mask_outline.hpp"
 #include "sim/rig_truth.hpp"
 
 namespace hueline::apps {
 namespace {
+
+// A mask reaches a little beyond the vehicle's pixels, never less: cut corners stay within the margin.
+constexpr int kMaskMargin_px = 3;
+constexpr double kMaskTolerance_px = 1.5;
 
 std::string numbers(const double* values, std::size_t count) {
   std::string out;
@@ -22,49 +26,6 @@ std::string transform(const sim::Pose& T) {
   return fmt::format("{{position_m: {}, rotation_matrix: {}}}", numbers(p, 3), numbers(T.R.m.data(), 9));
 }
 
-/// Outlines of the marked pixels of a lens image: in bands of a few rows, the columns from the first to the last marked pixel of each
-/// run of bands. A little larger than the marks, never smaller.
-std::vector<std::string> mask_polygons(const std::vector<std::uint8_t>& mask, int width, int height) {
-  constexpr int kBand = 8, kMargin = 3;
-  struct Band {
-    int first_row, last_row, left, right;
-  };
-  std::vector<std::vector<Band>> runs;
-  bool open = false;
-  for (int top = 0; top < height; top += kBand) {
-    const int bottom = std::min(top + kBand, height) - 1;
-    int left = width, right = -1;
-    for (int row = top; row <= bottom; ++row)
-      for (int column = 0; column < width; ++column)
-        if (mask[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column)]) {
-          left = std::min(left, column);
-          right = std::max(right, column);
-        }
-    if (right < 0) {
-      open = false;
-      continue;
-    }
-    if (!open) runs.emplace_back();
-    open = true;
-    runs.back().push_back({top, bottom, left - kMargin, right + kMargin});
-  }
-  std::vector<std::string> out;
-  for (const auto& bands : runs) {
-    std::string corners;
-    const auto add = [&](double u, double v) { corners += fmt::format("{}{}, {}", corners.empty() ? "" : ", ", u, v); };
-    for (const Band& band : bands) {
-      add(band.left, band.first_row - (&band == &bands.front() ? kMargin : 0.5));
-      add(band.left, band.last_row + (&band == &bands.back() ? kMargin : 0.5));
-    }
-    for (auto band = bands.rbegin(); band != bands.rend(); ++band) {
-      add(band->right, band->last_row + (&*band == &bands.back() ? kMargin : 0.5));
-      add(band->right, band->first_row - (&*band == &bands.front() ? kMargin : 0.5));
-    }
-    out.push_back("[" + corners + "]");
-  }
-  return out;
-}
-
 std::string lens_yaml(const sim::RigTruth& rig, std::size_t i) {
   const sim::TrueLens& lens = rig.lenses[i];
   const bool fisheye = lens.model == sim::LensModel::KannalaBrandt;
@@ -74,9 +35,13 @@ std::string lens_yaml(const sim::RigTruth& rig, std::size_t i) {
       i, rig.column_of(i), rig.row_of(i), lens.width, lens.height, fisheye ? "kannala_brandt" : "brown", lens.focal_x, lens.focal_y,
       lens.centre_x, lens.centre_y, numbers(lens.distortion.data(), fisheye ? 4 : 5), sim::degrees(lens.theta_max),
       transform(lens.T_head_lens));
-  const auto polygons = mask_polygons(rig.own_vehicle_mask(i), lens.width, lens.height);
-  if (!polygons.empty()) out += "      masks:  # the vehicle itself\n";
-  for (const auto& polygon : polygons) out += fmt::format("        - polygon_px: {}\n", polygon);
+  const auto outlines = sim::mask_outline(rig.own_vehicle_mask(i), lens.width, lens.height, kMaskMargin_px, kMaskTolerance_px);
+  if (!outlines.empty()) out += "      masks:  # the vehicle itself\n";
+  for (const auto& outline : outlines) {
+    std::vector<double> corners;
+    for (const sim::TruePixel& corner : outline) corners.insert(corners.end(), {corner.u, corner.v});
+    out += fmt::format("        - polygon_px: {}\n", numbers(corners.data(), corners.size()));
+  }
   return out;
 }
 
@@ -102,7 +67,7 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
   out += fmt::format(
       "head:\n  T_body_head: {}\n  panorama: {{width: 8000, height: 4000, stitching_radius_m: 20}}\n  lenses:\n", transform(rig.T_body_head));
   for (std::size_t i = 0; i < rig.lenses.size(); ++i) out += lens_yaml(rig, i);
-  out += fmt::format("\ncolouring:\n  method: {}\n  exposure_interval_s: {}\n  max_lateness_s: 7  # the first images wait until their marks are known for sure\n\ncloud:\n  crs: utm\n", method, 1.0 / scenario.camera.rate_hz);
+  out += fmt::format("\ncolouring:\n  method: {}\n  exposure_interval_s: {}\n\ncloud:\n  crs: utm\n", method, 1.0 / scenario.camera.rate_hz);
   return out;
 }
 
