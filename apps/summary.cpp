@@ -205,7 +205,8 @@ std::string Summary::text() const {
     if (sensor.shed) out += fmt::format(", {} shed (recorded, not fused)", sensor.shed);
     out += sensor.faults.empty() ? ", nothing lost\n" : "\n";
     for (const auto& [kind, line] : sensor.faults)
-      out += fmt::format("           {} x{} ({} events): {}. {}\n", name(kind), line.count, line.events, explanation(kind), line.last);
+      out += fmt::format("           {} x{}{}: {}. {}\n", name(kind), line.count,
+                         line.events == line.count ? "" : fmt::format(" ({} events)", line.events), explanation(kind), line.last);
   }
   return out;
 }

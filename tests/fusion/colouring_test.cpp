@@ -14,7 +14,8 @@ using namespace hueline::test;
 using std::numbers::pi;
 
 class BothModels : public testing::TestWithParam<LensModel> {};
-INSTANTIATE_TEST_SUITE_P(Lens, BothModels, testing::Values(LensModel::Brown, LensModel::KannalaBrandt));
+INSTANTIATE_TEST_SUITE_P(Lens, BothModels, testing::Values(LensModel::Brown, LensModel::KannalaBrandt),
+                         [](const auto& test) { return test.param == LensModel::Brown ? "Brown" : "KannalaBrandt"; });
 
 TEST_P(BothModels, PlacesAndProjectsWhereTheTruthIs) {
   TestDrive test;

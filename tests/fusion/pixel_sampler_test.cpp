@@ -22,7 +22,8 @@ double ramp(double x, double y, int channel) {
 class AllFormats : public testing::TestWithParam<PixelFormat> {};
 INSTANTIATE_TEST_SUITE_P(Format, AllFormats,
                          testing::Values(PixelFormat::Mono8, PixelFormat::BayerRG8, PixelFormat::BayerBG8, PixelFormat::BayerGR8,
-                                         PixelFormat::BayerGB8, PixelFormat::Rgb8));
+                                         PixelFormat::BayerGB8, PixelFormat::Rgb8),
+                         [](const auto& test) { return name(test.param); });
 
 TEST_P(AllFormats, ColourRampsAreExactAtEverySubPixel) {
   const bool is_mono = GetParam() == PixelFormat::Mono8;
