@@ -43,7 +43,7 @@ std::vector<LiveRun::Source> make_sources(const config::Rig& rig, const BufferPo
   for (const auto& sensor : rig.sensors) {
     Reader::Config reader;
     reader.silent_after = std::chrono::milliseconds(static_cast<std::int64_t>(sensor.silent_after_s * 1000));
-    reader.can_wait = sensor.arrivals() != config::Arrivals::Live;
+    reader.is_recording = sensor.arrivals() != config::Arrivals::Live;
     sources.push_back({sensor.id, sensor.name, make_source(sensor, pool), reader, sensor.is_sheddable()});
   }
   return sources;
@@ -165,18 +165,33 @@ int capture(const Options& options) {
   for (const auto& sensor : rig.sensors) {
     const auto counts = run.ingest().counts(sensor.id);
     if (counts.shed) spdlog::warn("{}: {} packets recorded but not fused: the pipeline was too slow; a replay fuses the same points", sensor.name, counts.shed);
-    if (counts.refused) spdlog::error("{}: {} packets neither recorded nor fused: the disk was too slow", sensor.name, counts.refused);
+    if (counts.refused && run.recording().ok()) spdlog::error("{}: {} packets neither recorded nor fused: the disk was too slow", sensor.name, counts.refused);
+  }
+  const Status recorded = run.recording();
+  std::string lost;
+  if (!recorded.ok()) {
+    const std::uint64_t missing = run.ingest().next_sequence() - run.packets_recorded();
+    lost = fmt::format("recording ended early: {}; drive.mcap holds the first {} packets, whole; the {} after them are lost", recorded.error().message,
+                       run.packets_recorded(), missing);
+    sink.summary().on_fault({kSystemSensor, FaultKind::DiskFull, drivers::host_now(), missing, lost});
   }
   const Status finished = sink.finish();
   std::fputs(sink.summary().text().c_str(), stdout);
-  if (const Status recorded = run.recording(); !recorded.ok()) {
-    spdlog::error("recording ended early: {}; what was written before is whole", recorded.error().message);
+  if (!recorded.ok()) {
+    spdlog::error("{}", lost);
     return kOutputRefused;
   }
   if (!finished.ok()) {
     spdlog::error("{}; the raw recording is whole: hueline replay {}", finished.error().message, (dir / "drive.mcap").string());
     return kOutputRefused;
   }
+  bool read_whole = true;
+  for (const auto& reader : run.readers()) {
+    if (reader->outcome().ok()) continue;
+    spdlog::error("{}: {}; everything whole before that is recorded and used", reader->sensor_name(), reader->outcome().error().message);
+    read_whole = false;
+  }
+  if (!read_whole) return kInputUnreadable;
   if (sink.summary().wire_packets() == 0) {
     spdlog::error("nothing came from any sensor: see the faults above; are the devices on, and are the rig's addresses theirs?");
     return kNothingCame;

@@ -135,8 +135,10 @@ Inspection inspect_mcap(const std::string& path) {
     expected = packet.sequence + 1;
     if (packet.sensor >= streams.size()) return true;
     Stream& stream = streams[packet.sensor];
-    ++stream.packets;
-    stream.bytes += packet.bytes.size();
+    if (packet.kind == PacketKind::Wire) {  // as in the summary
+      ++stream.packets;
+      stream.bytes += packet.bytes.size();
+    }
     stream.shed += packet.shed;
     if (packet.kind == PacketKind::Fault) {
       if (auto fault = decode_fault(packet.sensor, packet.received, packet.bytes.bytes()); fault.ok())

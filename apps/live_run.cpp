@@ -69,6 +69,7 @@ void LiveRun::record(std::stop_token) {
   }
   const Status closed = journal_->close();
   recorded_bytes_.store(journal_->bytes_written(), std::memory_order_relaxed);
+  packets_recorded_.store(journal_->packets_written(), std::memory_order_relaxed);
   std::lock_guard lock(mutex_);
   if (recording_.ok()) recording_ = closed;
 }

@@ -46,6 +46,8 @@ class LiveRun {
   const Ingest& ingest() const { return *ingest_; }
   Ingest& ingest() { return *ingest_; }
   std::uint64_t recorded_bytes() const { return recorded_bytes_.load(std::memory_order_relaxed); }
+  /// Packets in drive.mcap; after stop().
+  std::uint64_t packets_recorded() const { return packets_recorded_.load(std::memory_order_relaxed); }
   std::size_t waiting_to_be_processed() const { return pipeline_.size(); }
   const std::vector<std::unique_ptr<Reader>>& readers() const { return readers_; }
 
@@ -61,7 +63,7 @@ class LiveRun {
   const std::function<void(const Packet&)> process_;
   mutable std::mutex mutex_;
   Status recording_;
-  std::atomic<std::uint64_t> recorded_bytes_{0};
+  std::atomic<std::uint64_t> recorded_bytes_{0}, packets_recorded_{0};
   /// Nothing behind this sequence is processed: set when the recording fails, so that the cloud does not outgrow its record.
   std::atomic<std::uint64_t> recorded_up_to_{~std::uint64_t{0}};
   std::vector<std::jthread> reader_threads_;

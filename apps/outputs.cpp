@@ -145,11 +145,10 @@ void Outputs::on_fault(const Fault& fault) {
 Status Outputs::finish() {
   if (files_->las && !files_->las_failed) keep("cloud.las", files_->las->close());
   view([](auto& out) { return out.close(); });
-  if (files_->las) {
-    const auto& counts = files_->las->counts();
-    summary_.on_unfused("outside the map's projection", counts.refused);
-    summary_.on_unfused("refused by the disk", counts.lost);
-  }
+  const storage::LasWriter::Counts counts = files_->las ? files_->las->counts() : storage::LasWriter::Counts{};
+  summary_.on_unfused("outside the map's projection", counts.refused);
+  // From the first refused write on nothing more is offered to the file.
+  if (files_->las_failed) summary_.on_unfused("refused by the disk", summary_.points() - (counts.written + counts.refused));
   errno = 0;
   std::ofstream out(dir_ / "summary.json");
   out << summary_.json().dump(2) << '\n';

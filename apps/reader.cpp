@@ -43,8 +43,10 @@ void Reader::run(std::stop_token stop) {
       const Error& error = opened.error();
       if (error.code == ErrorCode::Invalid || error.code == ErrorCode::Unsupported) {
         fault(FaultKind::WrongDevice, error.message);
+        if (config_.is_recording) outcome_ = error;
         break;
       }
+      if (config_.is_recording && !take_error(error)) break;
       if (!told_down) fault(FaultKind::Disconnected, error.message);
       told_down = true;
     }
@@ -68,31 +70,32 @@ bool Reader::read_until_trouble(std::stop_token stop) {
         state_ = State::Running;
       }
       packet->sensor = sensor_;
-      if (config_.can_wait && !ingest_.wait_for_room(stop)) return false;
+      if (config_.is_recording && !ingest_.wait_for_room(stop)) return false;
       ingest_.submit(std::move(*packet));
       continue;
     }
     const Error& error = packet.error();
-    switch (error.code) {
-      case ErrorCode::TimedOut:
-        if (!told_silent && host_now_() - heard > config_.silent_after) {
-          fault(FaultKind::Silent, fmt::format("connected, but nothing came for {:.1f} s", to_seconds(host_now_() - heard)));
-          told_silent = true;
-          state_ = State::Silent;
-        }
-        break;
-      case ErrorCode::Stopped: return false;
-      case ErrorCode::EndOfData: return false;
-      case ErrorCode::Malformed:
-      case ErrorCode::Truncated:
-        fault(FaultKind::Malformed, error.message);
-        // A broken recording ends here; a device is opened anew.
-        return error.code == ErrorCode::Malformed;
-      case ErrorCode::Exhausted: fault(FaultKind::Overflow, error.message); break;
-      default: fault(FaultKind::Disconnected, error.message); return true;
+    if (error.code == ErrorCode::TimedOut) {
+      if (!told_silent && host_now_() - heard > config_.silent_after) {
+        fault(FaultKind::Silent, fmt::format("connected, but nothing came for {:.1f} s", to_seconds(host_now_() - heard)));
+        told_silent = true;
+        state_ = State::Silent;
+      }
+    } else if (error.code != ErrorCode::Exhausted) {
+      return take_error(error);
+    } else {
+      fault(FaultKind::Overflow, error.message);
     }
   }
   return false;
+}
+
+bool Reader::take_error(const Error& error) {
+  if (error.code == ErrorCode::Stopped || error.code == ErrorCode::EndOfData) return false;
+  const bool is_malformed = error.code == ErrorCode::Malformed || error.code == ErrorCode::Truncated;
+  fault(is_malformed ? FaultKind::Malformed : FaultKind::Disconnected, error.message);
+  if (config_.is_recording) outcome_ = error;
+  return !config_.is_recording && error.code != ErrorCode::Truncated;
 }
 
 }  // namespace hueline::apps

@@ -20,7 +20,9 @@ class Reader {
     std::chrono::milliseconds first_back_off{250};   ///< doubled at each failure
     std::chrono::milliseconds longest_back_off{5000};
     std::chrono::milliseconds silent_after{3000};    ///< connected, but no packet for so long: Fault Silent, once a silence
-    bool can_wait = false;  ///< a recording as source: reads no faster than its packets are recorded and processed
+    /// A file as source: read no faster than its packets are recorded and processed, and once: an error ends it, because opened
+    /// again it would begin anew.
+    bool is_recording = false;
   };
   enum class State : std::uint8_t { Connecting, Running, Silent, Ended };
 
@@ -28,15 +30,18 @@ class Reader {
   Reader(SensorId sensor, std::string name, std::unique_ptr<PacketSource> source, Config config, Ingest& ingest,
          std::function<HostTime()> host_now);
 
-  /// Until stop, EndOfData, or an error that no retry mends (Invalid, Unsupported).
+  /// Until stop, EndOfData, or an error that no retry mends (Invalid, Unsupported; any of a recording's).
   void run(std::stop_token stop);
 
+  /// The error that ended a recording before its end. After run().
+  const Status& outcome() const { return outcome_; }
   State state() const { return state_.load(std::memory_order_relaxed); }
   SensorId sensor() const { return sensor_; }
   const std::string& sensor_name() const { return name_; }
 
  private:
   bool read_until_trouble(std::stop_token stop);  // false: over for good
+  bool take_error(const Error& error);        // false: over for good
   void fault(FaultKind kind, std::string detail);
 
   const SensorId sensor_;
@@ -46,6 +51,7 @@ class Reader {
   Ingest& ingest_;
   const std::function<HostTime()> host_now_;
   std::atomic<State> state_{State::Connecting};
+  Status outcome_;
 };
 
 }  // namespace hueline::apps

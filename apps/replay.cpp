@@ -54,7 +54,7 @@ int replay(const Options& options) {
     return kOutputRefused;
   }
   if (!read.ok()) {
-    spdlog::error("{}: everything whole before that was used", read.error().message);
+    spdlog::error("{}: everything that is whole was used", read.error().message);
     return kInputUnreadable;
   }
   return sink.summary().points() ? kDone : kNothingCame;

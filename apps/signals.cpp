@@ -21,6 +21,8 @@ StopSignals::StopSignals() {
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   // A peer that goes away must be an error of write(), not the end of the program.
   std::signal(SIGPIPE, SIG_IGN);
+  // Likewise a file that has reached the limit of its size.
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 StopSignals::~StopSignals() {

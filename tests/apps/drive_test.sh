@@ -38,6 +38,20 @@ cmp drive/cloud.las t1/cloud.las || fail "a refused capture touched the drive"
 refused 4 $hueline replay drive/drive.mcap --out /proc/nowhere
 mkdir blocked; mkdir blocked/cloud.las
 refused 4 $hueline replay drive/drive.mcap --out blocked
+mkdir full; ln -s /dev/full full/cloud.las
+refused 4 $hueline replay drive/drive.mcap --out full
+grep -q "cloud.las.*No space left" said.txt || { cat said.txt; fail "the full disk is not told"; }
+grep -q "$points returns not placed: refused by the disk" said.txt || { cat said.txt; fail "the points that are in no file are not counted"; }
+(ulimit -f 1024; refused 4 $hueline replay drive/drive.mcap --out limit)
+kept=$($hueline inspect limit/cloud.las --json | sed -n 's/.*"points": \([0-9]*\).*/\1/p')
+[ "$kept" -gt 1000 ] || fail "of a cloud that hit the limit of its size $kept points are left"
+
+# A camera that sends another size than the rig says: told, not coloured, recorded.
+images=$(sed -n 's/^ *width: \([0-9]*\)$/\1/p' rig.yaml | head -1)
+sed "s/^    width: $images\$/    width: $((images + 16))/" rig.yaml >size.yaml
+$hueline replay drive/drive.mcap --rig size.yaml --out size >said.txt 2>&1 || { cat said.txt; fail "replay of images of another size"; }
+grep -q "points     $points, 0.0 % coloured" said.txt || { cat said.txt; fail "images of another size coloured points"; }
+grep -q "WrongSize.*is $images x [0-9]*; the rig says $((images + 16)) x" said.txt || { cat said.txt; fail "the size is not told"; }
 head -c 1500000 drive/drive.mcap >cut.mcap
 refused 3 $hueline replay cut.mcap --out cut
 [ -s cut/cloud.las ] || fail "a cut recording gave nothing"

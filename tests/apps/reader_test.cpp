@@ -40,14 +40,15 @@ class Script : public PacketSource {
   HostTime& now_;
 };
 
-std::vector<std::string> run(std::deque<bool> opens, std::deque<Script::Step> steps) {
+std::vector<std::string> run(std::deque<bool> opens, std::deque<Script::Step> steps, bool is_recording = false, bool is_good = true) {
   PacketQueue record({1000}), pipeline({1000});
   Ingest ingest({{}, {}}, record, pipeline, {1000});
   HostTime now{};
-  Reader reader(1, "pos", std::make_unique<Script>(std::move(opens), std::move(steps), now), {1ms, 2ms, 3000ms}, ingest,
+  Reader reader(1, "pos", std::make_unique<Script>(std::move(opens), std::move(steps), now), {1ms, 2ms, 3000ms, is_recording}, ingest,
                 [&now] { return now; });
   reader.run({});
   EXPECT_EQ(reader.state(), Reader::State::Ended);
+  EXPECT_EQ(reader.outcome().ok(), is_good);
   record.close();
   std::vector<std::string> said;
   while (auto packet = record.pop()) {
@@ -89,6 +90,14 @@ TEST(Reader, StopEndsABackOff) {
   thread.request_stop();
   thread.join();
   EXPECT_EQ(reader.state(), Reader::State::Ended);
+}
+
+// Opened again, a file would begin anew and its packets be recorded twice.
+TEST(Reader, ABrokenRecordingIsNotReadAgain) {
+  const std::vector<std::string> expected{"packet", "Malformed"};
+  EXPECT_EQ(run({}, {Packet{}, ErrorCode::Malformed, Packet{}}, true, false), expected);
+  EXPECT_EQ(run({false, true}, {Packet{}}, true, false), std::vector<std::string>{"Disconnected"});
+  EXPECT_EQ(run({}, {Packet{}}, true), std::vector<std::string>{"packet"});
 }
 
 }  // namespace
