@@ -12,8 +12,8 @@
 #include "apps/simulated_rig.hpp"
 #include "config/scenario.hpp"
 #include "sim/devices/player.hpp"
+#include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
-#include "sim/wire/timeline.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -68,10 +68,7 @@ sim::Player::Config player_config(const Options& options, const sim::Drive& driv
 }
 
 int play(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario, StopSignals& signals, Bar& bar) {
-  sim::TimelineConfig timeline_config;
-  timeline_config.seed = scenario.seed;
-  timeline_config.laser_model = scenario.laser.model;
-  const auto timeline = sim::build_timeline(drive, timeline_config);
+  const auto timeline = sim::scenario_timeline(scenario, drive);
   if (!timeline.ok()) {
     spdlog::error("{}", timeline.error().message);
     return kWrongUse;
@@ -96,7 +93,7 @@ int play(const Options& options, const sim::Drive& drive, const sim::Scenario& s
     spdlog::error("{}", ready.error().message);
     return kNothingCame;
   }
-  const sim::PlayReport report = (*player)->run(*timeline, stop.get_token(), [&](const sim::PlayProgress& progress) {
+  const sim::PlayReport report = (*player)->run(timeline->timeline, stop.get_token(), [&](const sim::PlayProgress& progress) {
     bar.show("playing in real time", static_cast<double>(progress.drive_ns) / static_cast<double>(progress.duration_ns));
   });
   bar.end();

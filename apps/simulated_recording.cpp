@@ -43,6 +43,8 @@ Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event,
   header.stride = event.width;
   header.pfnc = drivers::pfnc_code(PixelFormat::BayerRG8);
   header.frame_id = event.sequence + 1;
+  header.missing_packets = event.missing_packets;
+  if (event.missing_packets > 0) header.status = drivers::ImageStatus::TimedOut;
   header.time = DeviceTime<CameraCounter>(nanoseconds(event.camera_counter_ns));
   drivers::encode_image_header(header, std::span<std::byte, drivers::kImageHeaderSize>(buffer.data(), drivers::kImageHeaderSize));
   const auto path = std::filesystem::path(drive.cache_dir) / event.image_file;
@@ -61,12 +63,15 @@ Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& t
   const auto sensors = sensors_of_channels(rig);
   BufferPool pool(std::size_t{1} << 31);
   std::uint64_t sequence = 0;
+  const auto hand_over = [&](Packet&& packet) {
+    packet.sequence = sequence++;
+    return use(packet);
+  };
   for (const sim::WireEvent& event : timeline.events) {
     Packet packet;
     packet.sensor = sensors[static_cast<std::size_t>(event.channel)];
     if (packet.sensor == kSystemSensor)
       return Error{ErrorCode::Invalid, fmt::format("the rig has no sensor for the channel {}", sim::name(event.channel))};
-    packet.sequence = sequence++;
     packet.received = kSimulatedHostBegin + nanoseconds(event.at_ns);
     if (event.channel == sim::WireChannel::Pps) {
       packet.received = kSimulatedHostBegin + nanoseconds(event.edge_ns);
@@ -76,9 +81,16 @@ Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& t
       if (!bytes.ok()) return bytes.error();
       packet.bytes = std::move(*bytes);
     } else {
-      packet.bytes = Buffer::copy_of(std::as_bytes(std::span(event.payload)));
+      const std::span<const std::byte> payload(event.payload);
+      const std::size_t piece = event.piece_bytes > 0 ? event.piece_bytes : payload.size();
+      for (std::size_t at = piece; at < payload.size(); at += piece) {
+        Packet part = packet;
+        part.bytes = Buffer::copy_of(payload.subspan(at - piece, piece));
+        if (!hand_over(std::move(part))) return {};
+      }
+      packet.bytes = Buffer::copy_of(payload.subspan(payload.empty() ? 0 : (payload.size() - 1) / piece * piece));
     }
-    if (!use(packet)) return {};
+    if (!hand_over(std::move(packet))) return {};
   }
   return {};
 }

@@ -12,6 +12,7 @@
 #include "apps/simulated_recording.hpp"
 #include "apps/simulated_rig.hpp"
 #include "config/scenario.hpp"
+#include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
 #include "sim/judge.hpp"
 #include "sim/truth_file.hpp"
@@ -109,12 +110,9 @@ Status feed(const sim::Scenario& scenario, const sim::Drive& drive, Recording* r
     return true;
   };
   if (recording) return recording->for_each(use);
-  sim::TimelineConfig config;
-  config.seed = scenario.seed;
-  config.laser_model = scenario.laser.model;
-  const auto timeline = sim::build_timeline(drive, config);
+  const auto timeline = sim::scenario_timeline(scenario, drive);
   if (!timeline.ok()) return timeline.error();
-  return for_each_simulated_packet(drive, *timeline, rig, use);
+  return for_each_simulated_packet(drive, timeline->timeline, rig, use);
 }
 
 int verify(const Options& options) {

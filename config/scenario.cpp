@@ -48,9 +48,27 @@ struct Reader {
   }
 };
 
+sim::FaultLine read_fault(Section& section) {
+  std::vector<std::pair<std::string, sim::FaultType>> names;
+  for (const sim::FaultEntry& entry : sim::fault_registry()) names.emplace_back(entry.name, entry.type);
+  const sim::FaultEntry& entry = sim::entry_of(section.choice<sim::FaultType>("fault", names));
+  sim::FaultLine line = sim::FaultLine::usual(entry.type, section.number("at_s", {0, 1e6}), 1);
+  line.for_s = section.number("for_s", {1e-6, sim::kLongestFault_s}, line.for_s);
+  if (entry.unit)
+    line.strength = section.number("strength", {entry.least, entry.most}, line.strength);
+  else if (section.has("strength"))
+    section.refuse("strength", std::string(entry.name) + " has no strength");
+  std::vector<std::pair<std::string, sim::FaultTarget>> targets;
+  for (const sim::FaultTarget target : entry.targets) targets.emplace_back(sim::name(target), target);
+  line.target = section.choice<sim::FaultTarget>("target", targets, line.target);
+  section.finish();
+  return line;
+}
+
 sim::Scenario read(Section root, const std::string& name) {
   sim::Scenario scenario;
   sim::Scenario::visit(scenario, Reader{root});
+  for (Section& one : root.list_or_empty("faults")) scenario.faults.push_back(read_fault(one));
   root.finish();
   if (const std::string wrong = scenario.validate(); !wrong.empty()) throw ConfigError(name + ": " + wrong);
   return scenario;

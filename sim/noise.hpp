@@ -47,6 +47,7 @@ enum Stream : std::uint64_t {
   kStreamScene = 128,
   kStreamWireLatency = 256,  ///< .. + 6: what draws it
   kStreamWireFault = 512,    ///< + number of the rule
+  kStreamFaultLine = 4096,   ///< + number of the line in the scenario
 };
 
 /// A sequence of uniform draws, for building scenes; the order of drawing is part of the scene.

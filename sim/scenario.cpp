@@ -114,6 +114,8 @@ std::string Scenario::validate() const {
   if (camera.exposure_us * 1e-6 * camera.rate_hz >= 1) return "camera.exposure_us must be shorter than the time between exposures";
   if (laser.min_range_m >= laser.max_range_m) return "laser.min_range_m must be below laser.max_range_m";
   if (std::abs(drive.lane_offset_m) > street.road_width_m / 2 - 1) return "drive.lane_offset_m must keep the vehicle on the road";
+  for (std::size_t i = 0; i < faults.size(); ++i)
+    if (const std::string wrong = faults[i].validate(); !wrong.empty()) return "faults[" + std::to_string(i) + "]." + wrong;
   return {};
 }
 

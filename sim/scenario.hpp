@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/drive.hpp"
+#include "sim/faults/fault.hpp"
 #include "sim/scenario_rig.hpp"
 
 /// Everything that decides a simulated drive. Two equal scenarios give the same bytes. Each Config names its keys, units and
@@ -132,6 +133,9 @@ struct Scenario {
   PpsConfig pps;
   LaserConfig laser;
   CameraConfig camera;
+  /// Spoil what the devices send (faults/faulty_timeline.hpp), not what is rendered: not in visit(), text() and fingerprint(), so that
+  /// drives that differ in their faults alone share one folder.
+  std::vector<FaultLine> faults;
 
   template <class Self, class V>
   static void visit(Self& c, V&& v) {
@@ -159,9 +163,9 @@ struct Scenario {
 
   /// Empty if the scenario can be driven; else a sentence that names the key and what is allowed.
   std::string validate() const;
-  /// A line "key=value" for every key.
+  /// A line "key=value" for every key but the faults.
   std::string text() const;
-  /// 16 hex digits over every key and the renderer's revision: the name of its folder in the cache.
+  /// 16 hex digits over every key but the faults and the renderer's revision: the name of its folder in the cache.
   std::string fingerprint() const;
 };
 

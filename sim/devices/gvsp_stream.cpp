@@ -31,6 +31,7 @@ Result<std::shared_ptr<const Bytes>> region(const CameraImage& image, const Stre
     return Error{ErrorCode::Invalid,
                  fmt::format("image {} does not hold {} x {} bytes", image.sequence, image.width, image.height)};
   }
+  if (image.ignores_region) return image.pixels;
   if (stream.width == image.width && stream.height == image.height && stream.offset_x == 0 && stream.offset_y == 0) {
     return image.pixels;
   }
@@ -105,7 +106,8 @@ void GvspStream::send_again(const GvcpResend& request) {
   const std::uint32_t trailer = is_there ? gvsp_data_packets(found->image, found->packet_bytes) + 1 : request.first;
   std::uint64_t sent = 0;
   for (std::uint32_t id = request.first; id <= std::min(request.last, trailer); ++id) {
-    if (send_packet(*found, id, is_there ? GvspStatus::Resent : GvspStatus::Unavailable) && is_there) ++sent;
+    const bool has_packet = is_there && (id == 0 || id == trailer || id > found->missing_packets);
+    if (send_packet(*found, id, has_packet ? GvspStatus::Resent : GvspStatus::Unavailable) && has_packet) ++sent;
   }
   std::lock_guard lock(mutex_);
   counts_.packets_resent += sent;
@@ -153,11 +155,12 @@ Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
   sent.pixels = std::move(pixels).value();
   sent.to = stream.to;
   sent.packet_bytes = stream.packet_bytes;
+  sent.missing_packets = image.missing_packets;
   sent.image.block_id = static_cast<std::uint16_t>((image.sequence - first_sequence_) % 65535 + 1);
   sent.image.timestamp = static_cast<std::uint64_t>(image.counter_ns);
   sent.image.pixel_format = stream.pixel_format;
-  sent.image.width = stream.width;
-  sent.image.height = stream.height;
+  sent.image.width = image.ignores_region ? image.width : stream.width;
+  sent.image.height = image.ignores_region ? image.height : stream.height;
   sent.image.offset_x = stream.offset_x;
   sent.image.offset_y = stream.offset_y;
   sent.image.payload_bytes = sent.pixels->size();
@@ -173,7 +176,9 @@ Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
   bool is_stopped = false;
   for (std::uint32_t id = 0; id <= trailer && !is_stopped; ++id) {
     const bool is_data = id != 0 && id != trailer;
-    if (is_data && config_.lost_packet_share > 0 && losses_.uniform() < config_.lost_packet_share) {
+    if (is_data && id <= sent.missing_packets) {
+      ++made.packets_lost_on_purpose;
+    } else if (is_data && config_.lost_packet_share > 0 && losses_.uniform() < config_.lost_packet_share) {
       ++made.packets_lost_on_purpose;
     } else {
       ++(send_packet(sent, id, GvspStatus::Success) ? made.packets_sent : made.packets_failed);

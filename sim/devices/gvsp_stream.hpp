@@ -22,6 +22,8 @@ struct CameraImage {
   std::int64_t counter_ns = 0;           ///< GVSP timestamp
   std::uint32_t width = 0, height = 0;
   std::shared_ptr<const Bytes> pixels;   ///< width x height bytes
+  std::uint32_t missing_packets = 0;     ///< so many of its data packets are never sent, nor sent again
+  bool ignores_region = false;           ///< sent whole, whatever region the client has set
 };
 
 /// Where and what a client wants streamed, from the camera's registers.
@@ -69,6 +71,7 @@ class GvspStream {
     std::shared_ptr<const Bytes> pixels;
     sockaddr_in to{};
     std::uint32_t packet_bytes = 0;
+    std::uint32_t missing_packets = 0;  // the first data packets
   };
   bool send_packet(const SentImage& image, std::uint32_t packet_id, GvspStatus status);
 

@@ -79,11 +79,33 @@ bool Player::send(const WireEvent& event, const DriveClock& clock) {
   switch (event.channel) {
     case WireChannel::LaserData: return laser_->send_data(event.payload);
     case WireChannel::LaserPosition: return laser_->send_position(event.payload);
-    case WireChannel::Pos: pos_->publish(event.payload); return true;
+    case WireChannel::Pos: {
+      const std::span<const std::byte> log(event.payload);
+      const std::size_t piece = event.piece_bytes > 0 ? event.piece_bytes : log.size();
+      if (piece >= log.size()) {
+        pos_->publish(log, event.log);
+      } else {
+        for (std::size_t at = 0; at < log.size(); at += piece)
+          pos_->publish(log.subspan(at, std::min(piece, log.size() - at)), event.log);
+      }
+      return true;
+    }
     case WireChannel::Pps: return pps_->publish(event.sequence, clock.host_ns(event.edge_ns)) == 0;
     case WireChannel::Camera: return false;
   }
   return false;
+}
+
+Status Player::send_image(const WireEvent& event, std::shared_ptr<const Bytes> pixels, const std::stop_token& stop) {
+  CameraImage image{event.sequence, event.camera_counter_ns, event.width, event.height, std::move(pixels)};
+  image.missing_packets = event.missing_packets;
+  const std::size_t size = std::size_t{event.width} * event.height;
+  if (image.pixels->size() > size) {
+    // Not what its sensor gives: the camera has been set to fewer rows.
+    image.ignores_region = true;
+    image.pixels = std::make_shared<const Bytes>(image.pixels->begin(), image.pixels->begin() + static_cast<std::ptrdiff_t>(size));
+  }
+  return camera_->send(image, stop);
 }
 
 /// In a thread of its own: an image takes the link for many milliseconds.
@@ -94,10 +116,7 @@ void Player::play_images(const std::vector<const WireEvent*>& images, ImagePrefe
     const std::optional<ImagePrefetch::Image> pixels = files.next(stop);
     if (!pixels || !clock.sleep_until(event->at_ns, stop)) return;
     const std::int64_t lateness = monotonic_raw_ns() - clock.host_ns(event->at_ns);
-    const Status sent = pixels->ok() ? camera_->send({event->sequence, event->camera_counter_ns, event->width,
-                                                      event->height, pixels->value()},
-                                                     stop)
-                                     : Status(pixels->error());
+    const Status sent = pixels->ok() ? send_image(*event, pixels->value(), stop) : Status(pixels->error());
     if (!sent.ok() && sent.error().code == ErrorCode::Stopped) return;
     note(channel, sent.ok(), lateness);
     if (!sent.ok() && report.first_camera_problem.empty()) report.first_camera_problem = sent.error().message;

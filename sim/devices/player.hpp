@@ -77,6 +77,7 @@ class Player {
 
  private:
   bool send(const WireEvent& event, const DriveClock& clock);
+  Status send_image(const WireEvent& event, std::shared_ptr<const Bytes> pixels, const std::stop_token& stop);
   void play_images(const std::vector<const WireEvent*>& images, ImagePrefetch& files, const DriveClock& clock,
                    const std::stop_token& stop, PlayReport& report);
 

@@ -102,8 +102,7 @@ std::string PosSubscriptions::remove(const std::vector<std::string>& words) {
   return std::string(kOk);
 }
 
-bool PosSubscriptions::wants(std::span<const std::byte> log) {
-  const NovatelPeek peek = peek_novatel(log);
+bool PosSubscriptions::wants(const NovatelPeek& peek) {
   const auto wish = std::find_if(wishes_.begin(), wishes_.end(), [&](const Wish& w) { return w.id == peek.id; });
   if (wish == wishes_.end()) return false;
   if (wish->is_once) {

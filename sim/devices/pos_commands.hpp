@@ -2,10 +2,11 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "sim/wire/novatel_encode.hpp"
 
 namespace hueline::sim {
 
@@ -17,7 +18,7 @@ class PosSubscriptions {
   std::string execute(std::string_view line);
 
   /// True if this log is to be sent now. ONTIME thins: one log a period of GPS time. ONCE is used up.
-  bool wants(std::span<const std::byte> log);
+  bool wants(const NovatelPeek& peek);
 
   bool empty() const { return wishes_.empty(); }
 

@@ -45,12 +45,13 @@ PosServer::~PosServer() {
   wake(wake_);
 }
 
-void PosServer::publish(std::span<const std::byte> log) {
+void PosServer::publish(std::span<const std::byte> log, const NovatelPeek& what) {
   const std::span<const char> bytes(reinterpret_cast<const char*>(log.data()), log.size());
   std::lock_guard lock(mutex_);
   bool is_wanted = false;
   for (const auto& client : clients_) {
-    if (client->is_gone || !client->subscriptions.wants(log)) continue;
+    const bool wants = what.id == 0 ? !client->subscriptions.empty() : client->subscriptions.wants(what);
+    if (client->is_gone || !wants) continue;
     is_wanted = true;
     if (client->unsent.size() + bytes.size() > config_.client_buffer_bytes) {
       ++counts_.logs_dropped;

@@ -38,8 +38,10 @@ class PosServer {
   ~PosServer();
 
   std::uint16_t port() const { return bound_port(listener_); }
-  /// Hands a log to every client that asked for it; never waits.
-  void publish(std::span<const std::byte> log);
+  /// Hands a log to every client that asked for it; never waits. `what`: the log that the bytes were, whatever has become of them; id
+  /// 0 goes to everyone who asked for anything.
+  void publish(std::span<const std::byte> log, const NovatelPeek& what);
+  void publish(std::span<const std::byte> log) { publish(log, peek_novatel(log)); }
   /// Clients that have asked for at least one log.
   int listening_clients() const;
   Counts counts() const;

@@ -13,7 +13,7 @@ namespace {
 
 bool concerns(const FaultRule& rule, const WireEvent& event) {
   return event.channel == rule.channel && event.at_ns >= rule.begin_ns && event.at_ns < rule.end_ns &&
-         (rule.log_id == 0 || peek_novatel(event.payload).id == rule.log_id);
+         (rule.log_id == 0 || event.log.id == rule.log_id);
 }
 
 /// Changes distinct bytes, each to another value.
@@ -28,7 +28,9 @@ void corrupt(WireEvent& event, std::uint32_t count, SeededRandom& random) {
   }
 }
 
-std::size_t apply(std::vector<WireEvent>& events, const FaultRule& rule, SeededRandom& random) {
+}  // namespace
+
+std::size_t apply_rule(std::vector<WireEvent>& events, const FaultRule& rule, SeededRandom& random) {
   std::size_t hits = 0;
   std::uint64_t missed = 0;
   std::vector<WireEvent> out;
@@ -43,8 +45,11 @@ std::size_t apply(std::vector<WireEvent>& events, const FaultRule& rule, SeededR
     }
     ++hits;
     switch (rule.fault) {
-      case WireFault::Drop: break;
-      case WireFault::Miss: ++missed; break;
+      case WireFault::Drop:
+        break;
+      case WireFault::Miss:
+        ++missed;
+        break;
       case WireFault::Duplicate: {
         WireEvent copy = event;
         copy.at_ns += rule.delay_ns;
@@ -54,6 +59,12 @@ std::size_t apply(std::vector<WireEvent>& events, const FaultRule& rule, SeededR
       }
       case WireFault::Corrupt:
         corrupt(event, rule.corrupt_bytes, random);
+        out.push_back(std::move(event));
+        break;
+      case WireFault::Truncate:
+        if (event.payload.size() > 1)
+          event.payload.resize(
+              static_cast<std::size_t>(random.between(1, static_cast<std::int64_t>(event.payload.size()) - 1)));
         out.push_back(std::move(event));
         break;
       case WireFault::Delay:
@@ -67,16 +78,14 @@ std::size_t apply(std::vector<WireEvent>& events, const FaultRule& rule, SeededR
   return hits;
 }
 
-}  // namespace
-
 std::string FaultRule::validate() const {
   if (end_ns <= begin_ns) return fmt::format("end_ns: {} is not after begin_ns {}", end_ns, begin_ns);
   if (!(probability >= 0 && probability <= 1)) return fmt::format("probability: {} is not within 0 .. 1", probability);
   if (delay_ns < 0) return fmt::format("delay_ns: {} is negative", delay_ns);
   if (fault == WireFault::Delay && delay_ns == 0) return "delay_ns: a delay of 0 delays nothing";
   const bool has_payload = channel != WireChannel::Pps && channel != WireChannel::Camera;
-  if (fault == WireFault::Corrupt && !has_payload) {
-    return fmt::format("channel: {} has no payload to corrupt", name(channel));
+  if ((fault == WireFault::Corrupt || fault == WireFault::Truncate) && !has_payload) {
+    return fmt::format("channel: {} has no payload to damage", name(channel));
   }
   if (fault == WireFault::Corrupt && corrupt_bytes == 0) return "corrupt_bytes: at least 1";
   if (log_id != 0 && channel != WireChannel::Pos) return "log_id: only the channel Pos carries logs";
@@ -91,7 +100,7 @@ Result<std::vector<std::size_t>> apply_faults(Timeline& timeline, const std::vec
   std::vector<std::size_t> hits;
   for (std::size_t i = 0; i < rules.size(); ++i) {
     SeededRandom random(seed, kStreamWireFault + i);
-    hits.push_back(apply(timeline.events, rules[i], random));
+    hits.push_back(apply_rule(timeline.events, rules[i], random));
   }
   return hits;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "sim/wire/seeded_random.hpp"
 #include "sim/wire/timeline.hpp"
 
 /// What goes wrong between a device and the computer, put into a Timeline. Seeded: the same rules give the same damage.
@@ -16,6 +17,7 @@ enum class WireFault : std::uint8_t {
   Duplicate,  ///< sent twice, the copy `delay_ns` later
   Corrupt,    ///< `corrupt_bytes` bytes of the payload changed (datagrams and logs only)
   Delay,      ///< sent `delay_ns` later; what follows may overtake it
+  Truncate,   ///< the payload ends somewhere in its middle (datagrams and logs only)
 };
 
 /// Applies `fault` to the events of one channel that would have been sent in [begin_ns, end_ns) of drive time.
@@ -33,8 +35,12 @@ struct FaultRule {
   std::string validate() const;
 };
 
-/// Applies the rules one after the other, draws from `seed`, restores the order of time. Returns how many events each rule hit.
-/// Invalid: a rule's validate().
-Result<std::vector<std::size_t>> apply_faults(Timeline& timeline, const std::vector<FaultRule>& rules, std::uint64_t seed);
+/// Applies one valid rule and restores the order of time. Returns how many events it hit.
+std::size_t apply_rule(std::vector<WireEvent>& events, const FaultRule& rule, SeededRandom& random);
+
+/// Applies the rules one after the other, draws from `seed`, restores the order of time. Returns how many events each
+/// rule hit. Invalid: a rule's validate().
+Result<std::vector<std::size_t>> apply_faults(Timeline& timeline, const std::vector<FaultRule>& rules,
+                                              std::uint64_t seed);
 
 }  // namespace hueline::sim

@@ -22,7 +22,8 @@ enum LatencyStream : std::uint64_t { kOfLaserData, kOfNmea, kOfIns, kOfSeconds, 
 /// One builder a drive.
 class Builder {
  public:
-  Builder(const Drive& drive, const TimelineConfig& config) : drive_(drive), config_(config) {
+  Builder(const Drive& drive, const TimelineConfig& config, const DeviceErrors& errors)
+      : drive_(drive), config_(config), errors_(errors) {
     timeline_.begin_gps_ns = drive.begin_gps_ns;
     timeline_.duration_ns = drive.end_gps_ns - drive.begin_gps_ns;
     timeline_.image_folder = drive.cache_dir;
@@ -47,16 +48,24 @@ class Builder {
     event.at_ns = at_ns;
     event.channel = channel;
     event.payload = std::move(payload);
+    if (channel == WireChannel::Pos) event.log = peek_novatel(event.payload);
     timeline_.events.push_back(std::move(event));
   }
   const InsSample* sample_at_or_before(GpsNs gps_ns) const;
   InsSample interpolate(GpsNs gps_ns) const;
+  /// The header of a log about this instant, by the receiver's own clock.
+  NovatelHeader header_of(GpsNs gps_ns, std::int64_t error_ns) const {
+    NovatelHeader header = novatel_header(gps_ns + error_ns);
+    header.time_status = errors_.receiver_time_status(gps_ns);
+    return header;
+  }
   void add_ins_logs();
   void add_second_logs();
   void add_mark_logs();
 
   const Drive& drive_;
   const TimelineConfig& config_;
+  const DeviceErrors& errors_;
   Timeline timeline_;
 };
 
@@ -89,10 +98,16 @@ Status Builder::add_laser() {
   SeededRandom draws = random(kOfLaserData);
   const std::int64_t span_ns = last_firing_offset_ns(config_.laser_model, config_.laser_return_mode);
   for (const LaserPacket& packet : drive_.laser) {
-    Result<Bytes> bytes = encode_laser_data(packet, config_.laser_model, config_.laser_return_mode);
+    LaserPacket stamped;
+    const std::int64_t error = errors_.scanner_clock_ns(packet.first_firing_gps_ns);
+    if (error != 0) stamped = packet;
+    stamped.first_firing_gps_ns += error;
+    Result<Bytes> bytes =
+        encode_laser_data(error != 0 ? stamped : packet, config_.laser_model, config_.laser_return_mode);
     if (!bytes) return bytes.error();
     add(drive_time(packet.first_firing_gps_ns) + span_ns + draw(draws, config_.laser_data), WireChannel::LaserData,
         std::move(bytes).value());
+    timeline_.events.back().number = static_cast<std::uint32_t>(&packet - drive_.laser.data());
   }
   return {};
 }
@@ -101,22 +116,24 @@ Status Builder::add_laser_positions() {
   if (drive_.laser.empty()) return {};
   SeededRandom draws = random(kOfNmea);
   GpsNs next_second = first_whole_second();
-  std::int64_t next_nmea_ns = drive_time(next_second) + draw(draws, config_.nmea);
+  std::int64_t next_nmea_ns = drive_time(next_second) + draw(draws, config_.nmea) + errors_.nmea_delay_ns(next_second);
   std::string sentence;
   for (std::int64_t at = 0; at < timeline_.duration_ns; at += config_.laser_position_period_ns) {
     while (next_nmea_ns <= at) {
       const InsSample sample = interpolate(next_second);
       RmcReport report;
-      report.gps_ns = next_second;
+      report.gps_ns = next_second + (errors_.nmea_seconds(next_second) - errors_.leap_seconds(next_second)) * kNsPerSecond;
       report.latitude_rad = sample.latitude_rad;
       report.longitude_rad = sample.longitude_rad;
       report.speed_m_s = std::hypot(sample.velocity_east, sample.velocity_north);
       report.course_rad = std::atan2(sample.velocity_east, sample.velocity_north);
-      sentence = encode_gprmc(report);
+      if (errors_.has_nmea(next_second)) sentence = encode_gprmc(report);
       next_second += kNsPerSecond;
-      next_nmea_ns = drive_time(next_second) + draw(draws, config_.nmea);
+      next_nmea_ns = drive_time(next_second) + draw(draws, config_.nmea) + errors_.nmea_delay_ns(next_second);
     }
-    Result<Bytes> bytes = encode_laser_position({drive_.begin_gps_ns + at, 2, sentence});
+    const GpsNs sent = drive_.begin_gps_ns + at;
+    Result<Bytes> bytes =
+        encode_laser_position({sent + errors_.scanner_clock_ns(sent), errors_.scanner_pps_status(sent), sentence});
     if (!bytes) return bytes.error();
     add(at, WireChannel::LaserPosition, std::move(bytes).value());
   }
@@ -126,16 +143,21 @@ Status Builder::add_laser_positions() {
 void Builder::add_ins_logs() {
   SeededRandom draws = random(kOfIns);
   std::int64_t earliest = std::numeric_limits<std::int64_t>::min();
-  for (const InsSample& sample : drive_.ins) {
+  for (const InsSample& solved : drive_.ins) {
     // One receiver, one port: a solution never overtakes the one before it.
-    const std::int64_t at = std::max(drive_time(sample.gps_ns) + draw(draws, config_.ins), earliest);
+    const std::int64_t at = std::max(drive_time(solved.gps_ns) + draw(draws, config_.ins), earliest);
     earliest = at;
-    const NovatelHeader header = novatel_header(sample.gps_ns);
-    const PvaFields pva = pva_fields(sample);
+    InsSample sample = solved;
+    sample.gps_ns += errors_.receiver_clock_ns(solved.gps_ns) + errors_.ins_stamp_ns(solved.gps_ns);
+    const NovatelHeader header = header_of(solved.gps_ns, sample.gps_ns - solved.gps_ns);
+    PvaFields pva = pva_fields(sample);
+    pva.status = errors_.ins_status(solved.gps_ns);
+    PvaxFields pvax = pvax_fields(sample, config_.undulation_m);
+    pvax.status = pva.status;
     const StdevFields sigma = stdev_fields(sample);
     add(at, WireChannel::Pos, encode_pva(NovatelId::Inspva, header, pva));
     add(at, WireChannel::Pos, encode_pva(NovatelId::Inspvas, header, pva));
-    add(at, WireChannel::Pos, encode_pvax(header, pvax_fields(sample, config_.undulation_m)));
+    add(at, WireChannel::Pos, encode_pvax(header, pvax));
     add(at, WireChannel::Pos, encode_stdev(NovatelId::Insstdev, header, sigma));
     add(at, WireChannel::Pos, encode_stdev(NovatelId::Insstdevs, header, sigma));
   }
@@ -144,14 +166,18 @@ void Builder::add_ins_logs() {
 void Builder::add_second_logs() {
   SeededRandom draws = random(kOfSeconds);
   for (GpsNs second = first_whole_second(); second < drive_.end_gps_ns; second += kNsPerSecond) {
-    const NovatelHeader header = novatel_header(second);
+    const std::int64_t error = errors_.receiver_clock_ns(second);
     const std::int64_t bestpos_at = drive_time(second) + draw(draws, config_.bestpos);
     const std::int64_t time_at = drive_time(second) + draw(draws, config_.time_message);
     if (!drive_.ins.empty()) {
       add(bestpos_at, WireChannel::Pos,
-          encode_bestpos(header, bestpos_fields(interpolate(second), config_.undulation_m)));
+          encode_bestpos(header_of(second, error), bestpos_fields(interpolate(second), config_.undulation_m)));
     }
-    add(time_at, WireChannel::Pos, encode_time(header, time_fields(second)));
+    const std::int64_t label_error = error + errors_.time_label_ns(second);
+    const int leap = errors_.leap_seconds(second);
+    TimeFields fields = time_fields(second + label_error - leap * kNsPerSecond);
+    fields.utc_offset_s -= leap;
+    add(time_at, WireChannel::Pos, encode_time(header_of(second, label_error), fields));
   }
 }
 
@@ -162,10 +188,15 @@ void Builder::add_mark_logs() {
     const GpsNs strobe = exposure.exposure_start_gps_ns;
     const std::int64_t at = std::max(drive_time(strobe) + draw(draws, config_.mark), earliest);
     earliest = at;
-    const NovatelHeader header = novatel_header(strobe);
-    add(at, WireChannel::Pos, encode_mark1_time(header, mark_time_fields(strobe)));
+    const std::int64_t error = errors_.receiver_clock_ns(strobe);
+    const NovatelHeader header = header_of(strobe, error);
+    add(at, WireChannel::Pos, encode_mark1_time(header, mark_time_fields(strobe + error)));
     if (!drive_.ins.empty()) {
-      add(at, WireChannel::Pos, encode_pva(NovatelId::Mark1Pva, header, pva_fields(interpolate(strobe))));
+      PvaFields pva = pva_fields(interpolate(strobe));
+      const PvaFields stamped = pva_fields({.gps_ns = strobe + error});
+      pva.week = stamped.week;
+      pva.seconds = stamped.seconds;
+      add(at, WireChannel::Pos, encode_pva(NovatelId::Mark1Pva, header, pva));
     }
   }
 }
@@ -210,6 +241,7 @@ void Builder::add_camera() {
     event.width = exposure.width;
     event.height = exposure.height;
     event.image_file = exposure.image_file;
+    event.number = exposure.number;
     timeline_.events.push_back(std::move(event));
   }
 }
@@ -258,7 +290,7 @@ std::string TimelineConfig::validate() const {
   return {};
 }
 
-Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config) {
+Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config, const DeviceErrors& errors) {
   if (std::string problem = config.validate(); !problem.empty()) return Error{ErrorCode::Invalid, std::move(problem)};
   if (drive.end_gps_ns <= drive.begin_gps_ns) return Error{ErrorCode::Invalid, "a drive ends after it begins"};
   if (!in_time_order(drive.ins, [](const InsSample& s) { return s.gps_ns; }) ||
@@ -266,7 +298,7 @@ Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config
       !in_time_order(drive.exposures, [](const CameraExposure& e) { return e.exposure_start_gps_ns; })) {
     return Error{ErrorCode::Invalid, "a drive's samples, packets and exposures are in the order of time"};
   }
-  Builder builder(drive, config);
+  Builder builder(drive, config, errors);
   if (Status added = builder.add_laser(); !added) return added.error();
   if (Status added = builder.add_laser_positions(); !added) return added.error();
   builder.add_pos();

@@ -6,7 +6,9 @@
 
 #include "core/result.hpp"
 #include "sim/drive.hpp"
+#include "sim/wire/device_errors.hpp"
 #include "sim/wire/little_endian.hpp"
+#include "sim/wire/novatel_encode.hpp"
 #include "sim/wire/velodyne_encode.hpp"
 
 /// A drive as it reaches the wires of the vehicle: what, where and when. "Drive time" is ns after Drive::begin_gps_ns.
@@ -21,11 +23,16 @@ struct WireEvent {
   WireChannel channel = WireChannel::LaserData;
   Bytes payload;           ///< LaserData, LaserPosition: the datagram; Pos: one log; Pps, Camera: empty
 
+  NovatelPeek log;                 ///< Pos: what the payload was when it was made; id 0: bytes that belong to no log
+  std::uint32_t piece_bytes = 0;   ///< Pos: handed over in pieces of so many bytes; 0: whole
+
   std::int64_t edge_ns = 0;        ///< Pps: drive time of the edge, its error included
   std::uint64_t sequence = 0;      ///< Pps: the source's own count of edges; Camera: the camera's count of exposures, from 0
   std::int64_t camera_counter_ns = 0;  ///< Camera: the counter latched for this image
   std::uint32_t width = 0, height = 0;
   std::string image_file;          ///< Camera: width x height bytes; relative to Timeline::image_folder
+  std::uint32_t missing_packets = 0;   ///< Camera: so many of its packets never arrive
+  std::uint32_t number = 0;        ///< LaserData: of the packet in Drive::laser; Camera: of the exposure in Drive::exposures
 };
 
 /// Events in the order of `at_ns`; those of one moment in the order of WireChannel, then as they were made.
@@ -72,6 +79,6 @@ struct TimelineConfig {
 /// All that the vehicle's devices send during `drive`. The same drive and config give the same bytes and times. Every log of
 /// novatel_logs() but RAWIMUSX is offered at the rate of Drive::ins (BESTPOS and TIME once a second); the receiver's emulator
 /// sends those it is asked for. Invalid: config, unordered or incomplete drive.
-Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config);
+Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config, const DeviceErrors& errors = {});
 
 }  // namespace hueline::sim

@@ -117,6 +117,51 @@ TEST(ScenarioDocument, HasEveryKeyWithItsDefaultAndRange) {
   for (const std::string& row : rows) EXPECT_NE(text.find(row), std::string::npos) << row;
 }
 
+TEST(ScenarioDocument, HasEveryFaultAsTheRegistryHasIt) {
+  const std::string text = document("scenario.md");
+  for (const sim::FaultEntry& entry : sim::fault_registry()) {
+    std::string targets;
+    for (const sim::FaultTarget target : entry.targets) targets += (targets.empty() ? "" : ", ") + std::string(sim::name(target));
+    const std::string row =
+        entry.unit ? fmt::format("| `{}` | {} | {:.10g} | {:.10g} .. {:.10g} | {} | {} |", entry.name, targets, entry.usual, entry.least,
+                                 entry.most, entry.unit, entry.what)
+                   : fmt::format("| `{}` | {} |  |  |  | {} |", entry.name, targets, entry.what);
+    EXPECT_NE(text.find(row), std::string::npos) << row;
+  }
+  for (const char* key : {"fault", "at_s", "for_s", "strength", "target"})
+    EXPECT_NE(text.find(fmt::format("`faults[].{}`", key)), std::string::npos) << key;
+}
+
+TEST(Scenario, FaultsAreReadStrictly) {
+  const auto faults = [](const std::string& line) { return parse_scenario("seed: 2\nfaults:\n  - " + line, "s.yaml").faults.at(0); };
+  const sim::FaultLine line = faults("{fault: packet_loss, at_s: 3, for_s: 2.5, strength: 0.2, target: pos}");
+  EXPECT_EQ(line.type, sim::FaultType::PacketLoss);
+  EXPECT_EQ(line.begin_ns(), 3'000'000'000);
+  EXPECT_EQ(line.end_ns(), 5'500'000'000);
+  EXPECT_EQ(line.strength, 0.2);
+  EXPECT_EQ(line.target, sim::FaultTarget::Pos);
+  EXPECT_EQ(faults("{fault: pps_shift, at_s: 3}").strength, sim::entry_of(sim::FaultType::PpsShift).usual);
+  const auto complaint = [&](const std::string& text) {
+    try {
+      faults(text);
+    } catch (const ConfigError& e) {
+      return std::string(e.what());
+    }
+    return std::string("taken");
+  };
+  const std::string typo = complaint("{fault: paket_loss, at_s: 3}");
+  EXPECT_NE(typo.find("s.yaml:3: key 'faults[0].fault': found 'paket_loss', allowed: one of: packet_loss, burst_loss"), std::string::npos) << typo;
+  EXPECT_NE(complaint("{fault: packet_loss, at_s: 3, strength: 2}").find("a number from 0 to 1"), std::string::npos);
+  EXPECT_NE(complaint("{fault: packet_loss}").find("'faults[0].at_s' is missing"), std::string::npos);
+  EXPECT_NE(complaint("{fault: pps_loss, at_s: 1, target: camera}").find("one of: pps"), std::string::npos);
+  EXPECT_NE(complaint("{fault: outage, at_s: 1, strength: 1}").find("has no strength"), std::string::npos);
+  EXPECT_NE(complaint("{fault: outage, at_s: 1, until_s: 1}").find("is not known"), std::string::npos);
+}
+
+TEST(Scenario, FaultsDoNotChangeWhatIsRendered) {
+  EXPECT_EQ(parse_scenario("seed: 2", "s.yaml").fingerprint(), parse_scenario("seed: 2\nfaults: [{fault: outage, at_s: 1}]", "s.yaml").fingerprint());
+}
+
 TEST(ScenarioDocument, EveryExampleLoads) {
   const auto found = examples(document("scenario.md"));
   EXPECT_GE(found.size(), 1u);

@@ -138,14 +138,14 @@ TEST(PosSubscriptions, ObeysLogCommandsAsAReceiverDoes) {
     return encode_pva(NovatelId::Inspvas, novatel_header(ms * 1'000'000), PvaFields{});
   };
   int sent = 0;
-  for (std::int64_t ms = 35; ms < 2035; ms += 5) sent += s.wants(pva(ms)) ? 1 : 0;
+  for (std::int64_t ms = 35; ms < 2035; ms += 5) sent += s.wants(peek_novatel(pva(ms))) ? 1 : 0;
   EXPECT_EQ(sent, 20);  // 100, 200 ... 2000
-  EXPECT_TRUE(s.wants(encode_mark1_time(novatel_header(7'000'000), {})));
-  EXPECT_TRUE(s.wants(encode_bestpos(novatel_header(7'000'000), {})));
-  EXPECT_FALSE(s.wants(encode_bestpos(novatel_header(8'000'000), {})));
-  EXPECT_FALSE(s.wants(encode_pvax(novatel_header(0), {})));
+  EXPECT_TRUE(s.wants(peek_novatel(encode_mark1_time(novatel_header(7'000'000), {}))));
+  EXPECT_TRUE(s.wants(peek_novatel(encode_bestpos(novatel_header(7'000'000), {}))));
+  EXPECT_FALSE(s.wants(peek_novatel(encode_bestpos(novatel_header(8'000'000), {}))));
+  EXPECT_FALSE(s.wants(peek_novatel(encode_pvax(novatel_header(0), {}))));
   EXPECT_EQ(s.execute("UNLOG MARK1TIMEB"), kAnswer);
-  EXPECT_FALSE(s.wants(encode_mark1_time(novatel_header(7'000'000), {})));
+  EXPECT_FALSE(s.wants(peek_novatel(encode_mark1_time(novatel_header(7'000'000), {}))));
   EXPECT_EQ(s.execute("UNLOGALL TRUE"), kAnswer);
   EXPECT_TRUE(s.empty());
 }
