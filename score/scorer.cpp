@@ -1,0 +1,154 @@
+#include "score/scorer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "score/sight_figures.hpp"
+#include "sim/earth.hpp"
+#include "sim/ins_model.hpp"
+#include "sim/noise.hpp"
+
+namespace hueline::score {
+namespace {
+constexpr std::uint16_t kOwnVehicle = 1;
+
+sim::Pose head_of(const sim::TrueExposure& e) { return {{e.R_enu_head}, {e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]}}; }
+}  // namespace
+
+std::string Scorer::Config::validate() const {
+  return ray_returns >= 100 && ray_returns <= 10'000'000 ? "" : "ray_returns must be 100 to 10000000";
+}
+
+Scorer::Scorer(const sim::Scenario& scenario, sim::Judge judge, const Config& config)
+    : config_(config),
+      judge_(std::move(judge)),
+      begin_(scenario.begin_gps_ns()),
+      lab_(encoding_of(scenario)),
+      outlook_(std::make_unique<Outlook>(scenario, judge_.exposures())),
+      reprojection_(outlook_->rig()) {
+  const sim::GeodeticPlace origin = sim::scene_origin(scenario);
+  T_ecef_scene_ = {sim::R_ecef_enu(origin), sim::ecef_from_geodetic(origin)};
+  if (!judge_.exposures().empty()) view_.emplace(head_of(judge_.exposures()[judge_.exposures().size() / 2]));
+  one_in_ = std::max<std::uint64_t>(1, judge_.true_returns() / config_.ray_returns);
+}
+
+Result<Scorer> Scorer::open(const sim::Scenario& scenario, const std::string& cache_dir, const Config& config) {
+  if (const std::string complaint = config.validate(); !complaint.empty()) return Error{ErrorCode::Invalid, "score: " + complaint};
+  const std::string file = cache_dir + "/truth.bin";
+  auto judge = sim::Judge::open(scenario, file, {});
+  if (!judge.ok()) return judge.error();
+  Scorer scorer(scenario, std::move(*judge), config);
+  auto reader = sim::TruthReader::open(file);
+  if (!reader.ok()) return reader.error();
+  for (;;) {
+    auto packet = reader->next_packet();
+    if (!packet.ok()) {
+      if (packet.error().code == ErrorCode::EndOfData) return scorer;
+      return packet.error();
+    }
+    for (const sim::TrueReturn& r : *packet) {
+      if (r.surface == kOwnVehicle) continue;
+      ++scorer.world_returns_;
+      if (scorer.is_sampled(r)) scorer.sample_.push_back(r);
+    }
+  }
+}
+
+bool Scorer::is_sampled(const sim::TrueReturn& truth) const {
+  return sim::scrambled(key(truth) ^ sim::scrambled(config_.seed)) % one_in_ == 0;
+}
+
+void Scorer::add(const ExposureClaim& claim) {
+  if (claim.number >= judge_.exposures().size()) return;
+  const sim::TrueExposure& truth = judge_.exposures()[claim.number];
+  ExposureError error;
+  error.drive_s = static_cast<double>(truth.exposure_mid_gps_ns - begin_) * 1e-9;
+  error.error_us = static_cast<double>(claim.mid_gps_ns - truth.exposure_mid_gps_ns) * 1e-3;
+  error.sigma_us = claim.sigma_ns * 1e-3;
+  if (claim.T_ecef_head) {
+    const sim::Pose stated = inverse(T_ecef_scene_) * *claim.T_ecef_head, wanted = head_of(truth);
+    error.has_pose = true;
+    error.position_error_m = stated.p - wanted.p;
+    // Of the turn between the two: its sine is half the length of the antisymmetric part, exact for small angles.
+    const sim::Mat3 turn = stated.R * transposed(wanted.R);
+    const sim::Vec3 axis{turn.m[7] - turn.m[5], turn.m[2] - turn.m[6], turn.m[3] - turn.m[1]};
+    error.attitude_error_deg = sim::degrees(std::atan2(length(axis), turn.m[0] + turn.m[4] + turn.m[8] - 1));
+  }
+  exposures_.push_back(error);
+}
+
+void Scorer::add(const PointClaim& point) {
+  const sim::Claim& claim = point.claim;
+  const auto truth = judge_.true_return(claim.channel, claim.fired_gps_ns);
+  if (!truth) {
+    ++unmatched_;
+    return;
+  }
+  if (truth->surface == kOwnVehicle) {
+    ++own_;
+    return;
+  }
+  ++points_;
+  if (!point.is_coloured) return;
+  ++coloured_;
+  if (point.latency_ms)
+    latency_.add(*point.latency_ms);
+  else
+    ++at_the_end_;
+  if (claim.exposure >= judge_.exposures().size()) return;
+  if (const auto verdict = judge_.judge(claim)) {
+    const sim::Vec3 beam{truth->beam_east, truth->beam_north, truth->beam_up};
+    reprojection_.add(verdict->error_px, verdict->distance_m, claim.lens, inverse(head_of(judge_.exposures()[claim.exposure])) * beam);
+  }
+  const std::array<std::uint8_t, 3> given{claim.red, claim.green, claim.blue}, wanted{truth->red, truth->green, truth->blue};
+  const Lab given_lab = lab_(given), wanted_lab = lab_(wanted);
+  const double difference = ciede2000(given_lab, wanted_lab);
+  const sim::Vec3 place{truth->east, truth->north, truth->up};
+  colour_.add(claim.exposure, given_lab, wanted_lab, difference);
+  seams_.add(place, truth->surface, claim.exposure, claim.lens, given_lab, wanted_lab);
+  if (view_) view_->add(place, given, wanted, difference);
+  if (is_sampled(*truth)) given_[key(*truth)] = {claim.exposure, claim.lens, difference};
+}
+
+ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string, DeviceBytes>& devices, const std::function<void(double)>& progress) {
+  ScenarioScore score;
+  score.scenario = name;
+  std::sort(exposures_.begin(), exposures_.end(), [](const ExposureError& a, const ExposureError& b) { return a.drive_s < b.drive_s; });
+  add_time_figures(exposures_, judge_.exposures().size(), score);
+  reprojection_.report(score);
+  const auto share = [&](std::uint64_t part) {
+    return world_returns_ ? Figure{static_cast<double>(part) / static_cast<double>(world_returns_), {}} : Figure{{}, "the laser has no return"};
+  };
+  score.figures["placed_share"] = share(points_);
+  score.figures["coloured_share"] = share(coloured_);
+  colour_.report(score);
+  seams_.report(score);
+
+  SightFigures sights(*outlook_);
+  for (std::size_t i = 0; i < sample_.size(); ++i) {
+    if (i % 256 == 0) progress(static_cast<double>(i) / static_cast<double>(sample_.size()));
+    const auto given = given_.find(key(sample_[i]));
+    std::optional<SightFigures::Coloured> coloured;
+    if (given != given_.end()) coloured = SightFigures::Coloured{given->second.exposure, given->second.lens, given->second.difference};
+    sights.add(sample_[i], coloured);
+  }
+  progress(1);
+  sights.report(score);
+
+  const auto quantile = [&](double q) { return latency_.count() ? Figure{latency_.quantile(q), {}} : Figure{{}, "no point was coloured before the stream's end"}; };
+  score.figures["latency_p50_ms"] = quantile(0.5);
+  score.figures["latency_p99_ms"] = quantile(0.99);
+  Chart latency{"Latency from the last needed input", "ms of drive time", "% of points below", Chart::Kind::Lines, true, {}, {}};
+  latency.curves.push_back(distribution("", latency_));
+  score.charts.push_back(std::move(latency));
+  add_byte_figures(devices, score);
+  score.notes.insert(score.notes.begin(),
+                     fmt::format("{} true returns, {} of them on the own vehicle and left out; {} points given, {} coloured ({} of them at the stream's end, without a latency), {} without truth; rays for one return in {}",
+                                 judge_.true_returns(), judge_.true_returns() - world_returns_, points_ + own_, coloured_, at_the_end_, unmatched_, one_in_));
+  if (view_) score.pictures = view_->pictures();
+  return score;
+}
+
+}  // namespace hueline::score

@@ -1,0 +1,101 @@
+#include "score/sight_figures.hpp"
+
+#include <fmt/format.h>
+
+#include "score/colour_figures.hpp"
+
+namespace hueline::score {
+namespace {
+
+constexpr std::size_t kExposuresAsked = 9;
+
+sim::Vec3 place_of(const sim::TrueReturn& r) { return {r.east, r.north, r.up}; }
+
+}  // namespace
+
+bool SightFigures::is_visible(const sim::TrueReturn& truth, const std::vector<std::uint32_t>& exposures) const {
+  for (const std::uint32_t exposure : exposures)
+    for (std::size_t lens = 0; lens < outlook_.lens_count(); ++lens)
+      if (const auto sight = outlook_.sight(exposure, lens, place_of(truth)); sight && outlook_.look(*sight, place_of(truth)).met == Outlook::Met::Place) return true;
+  return false;
+}
+
+bool SightFigures::is_in_hole(const sim::TrueReturn& truth, std::uint32_t exposure) const {
+  constexpr std::uint16_t kOwnVehicle = 1;
+  for (std::size_t lens = 0; lens < outlook_.lens_count(); ++lens)
+    if (const auto sight = outlook_.sight(exposure, lens, place_of(truth))) {
+      const auto look = outlook_.look(*sight, place_of(truth));
+      if (look.met != Outlook::Met::Before || look.seen.surface != kOwnVehicle) return false;
+    }
+  return true;
+}
+
+void SightFigures::add(const sim::TrueReturn& truth, const std::optional<Coloured>& coloured) {
+  ++returns_;
+  const auto exposures = outlook_.nearest_exposures(truth.fired_gps_ns, kExposuresAsked);
+  if (exposures.empty()) return;
+  const bool is_hole = is_in_hole(truth, exposures.front());
+  if (is_hole) hole_coloured_.add(coloured.has_value());
+  if (is_visible(truth, exposures)) visible_coloured_.add(coloured.has_value());
+  if (outlook_.world().is_moving(truth.surface)) ++moving_seen_;
+  if (!coloured) return;
+  (is_hole ? hole_ : outside_hole_).add(coloured->difference);
+
+  const auto sight = outlook_.sight(coloured->exposure, coloured->lens, place_of(truth));
+  if (!sight) {  // half a pixel over the border, by the errors of time and pose
+    ++not_in_lens_;
+    return;
+  }
+  const auto look = outlook_.look(*sight, place_of(truth));
+  const bool is_wrong = look.met != Outlook::Met::Place;
+  const auto edges = outlook_.edges_around(*sight, place_of(truth));
+  wrong_.add(is_wrong);
+  wrong_occluded_.add(look.met == Outlook::Met::Before);
+  wrong_by_ring_[edges.outline].add(is_wrong);
+  if (is_wrong) wrong_colour_.add(coloured->difference);
+  (edges.any <= kEdgeRing ? edge_ : smooth_).add(coloured->difference);
+  const bool meets_moving = look.seen.is_hit && outlook_.world().is_moving(look.seen.surface);
+  if (meets_moving) ++moving_seen_;
+  contaminated_.add(is_wrong && (meets_moving || outlook_.world().is_moving(truth.surface)));
+}
+
+void SightFigures::report(ScenarioScore& score) const {
+  Figures& f = score.figures;
+  constexpr const char* kNone = "no sampled point is coloured";
+  f["visible_coloured_share"] = visible_coloured_.figure("no sampled return was seen by any lens");
+  f["wrong_surface_share"] = wrong_.figure(kNone);
+  Share at_edges;
+  for (std::size_t ring = 0; ring <= kEdgeRing; ++ring) {
+    at_edges.part += wrong_by_ring_[ring].part;
+    at_edges.whole += wrong_by_ring_[ring].whole;
+  }
+  f["wrong_surface_edge_share"] = at_edges.figure("no sampled coloured point is near an outline");
+  f["hole_coloured_share"] = hole_coloured_.figure("no sampled return lies in the hole");
+  f["moving_contaminated_share"] = moving_seen_ ? contaminated_.figure(kNone) : Figure{{}, "neither laser nor camera met anything that moves"};
+  const auto median = [](const sim::Spread& s, const char* none) { return s.count() ? Figure{s.quantile(0.5), {}} : Figure{{}, none}; };
+  const auto ratio = [](const Figure& a, const Figure& b) {
+    if (!a.value) return a;
+    if (!b.value || *b.value <= 0) return Figure{{}, b.value ? "the denominator is 0" : b.reason};
+    return Figure{*a.value / *b.value, {}};
+  };
+  f["colour_de00_edge_median"] = median(edge_, "no sampled coloured point is near an edge");
+  f["colour_de00_smooth_median"] = median(smooth_, "no sampled coloured point is away from edges");
+  f["edge_smooth_ratio"] = ratio(f["colour_de00_edge_median"], f["colour_de00_smooth_median"]);
+  f["hole_de00_ratio"] = ratio(median(hole_, "no sampled point in the hole is coloured"), median(outside_hole_, "no sampled point outside the hole is coloured"));
+  score.notes.push_back(fmt::format("rays: {} sampled returns, {} coloured; {} of a wrong surface ({} hidden, {} moved away), their median dE00 {:.1f}; {} in the hole; {} beyond the lens's border",
+                                    returns_, wrong_.whole, wrong_.part, wrong_occluded_.part, wrong_.part - wrong_occluded_.part, wrong_colour_.count() ? wrong_colour_.quantile(0.5) : 0.0,
+                                    hole_coloured_.whole, not_in_lens_));
+
+  Chart colours{"Colour error, by where the point is", "dE00", "% of points below", Chart::Kind::Lines, true, {}, {}};
+  colours.curves = {distribution("smooth", smooth_), distribution("near edges", edge_), distribution("hole", hole_), distribution("wrong surface", wrong_colour_)};
+  score.charts.push_back(std::move(colours));
+  Chart wrong{"From a wrong surface, by distance to an outline", "lens pixels", "% of points", Chart::Kind::Bars, false, {"< 1", "1-2", "2-4", "4-8", "> 8"}, {}};
+  Chart::Curve curve{"", {}, {}};
+  for (std::size_t ring = 0; ring < kRings; ++ring)
+    if (wrong_by_ring_[ring].whole)
+      curve.points.emplace_back(static_cast<double>(ring), 100.0 * static_cast<double>(wrong_by_ring_[ring].part) / static_cast<double>(wrong_by_ring_[ring].whole));
+  wrong.curves.push_back(std::move(curve));
+  score.charts.push_back(std::move(wrong));
+}
+
+}  // namespace hueline::score

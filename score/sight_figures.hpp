@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "score/figures.hpp"
+#include "score/outlook.hpp"
+
+namespace hueline::score {
+
+/// What rays into the world say of a sample of returns: who saw them, what lay between, where edges are. Thread-bound.
+class SightFigures {
+ public:
+  /// How a sampled return was coloured.
+  struct Coloured {
+    std::uint32_t exposure = 0;
+    std::uint8_t lens = 0;
+    double difference = 0;  ///< CIEDE2000 against truth
+  };
+  explicit SightFigures(const Outlook& outlook) : outlook_(outlook) {}
+
+  /// One sampled true return that is not on the own vehicle; `coloured` is empty if the program gave no colour.
+  void add(const sim::TrueReturn& truth, const std::optional<Coloured>& coloured);
+  /// visible_coloured_share, wrong_surface_*, colour_de00_edge/smooth_median, edge_smooth_ratio, hole_*, moving_contaminated_share.
+  void report(ScenarioScore& score) const;
+
+ private:
+  struct Share {
+    std::uint64_t part = 0, whole = 0;
+    void add(bool is_part) {
+      ++whole;
+      part += is_part ? 1 : 0;
+    }
+    Figure figure(const char* none) const {
+      return whole ? Figure{static_cast<double>(part) / static_cast<double>(whole), {}} : Figure{{}, none};
+    }
+  };
+  static constexpr std::size_t kRings = Outlook::kRadii_px.size() + 1;  // the last: no edge within the largest radius
+  static constexpr std::size_t kEdgeRing = 1;  // rings up to this one are "near an edge": two lens pixels
+
+  bool is_visible(const sim::TrueReturn& truth, const std::vector<std::uint32_t>& exposures) const;
+  bool is_in_hole(const sim::TrueReturn& truth, std::uint32_t exposure) const;
+
+  const Outlook& outlook_;
+  Share visible_coloured_, wrong_, wrong_occluded_, hole_coloured_, contaminated_;
+  std::array<Share, kRings> wrong_by_ring_;
+  sim::Spread edge_, smooth_, hole_, outside_hole_, wrong_colour_;
+  std::uint64_t moving_seen_ = 0, returns_ = 0, not_in_lens_ = 0;
+};
+
+}  // namespace hueline::score

@@ -1,0 +1,187 @@
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "score/byte_account.hpp"
+#include "score/comparison.hpp"
+#include "score/metric_table.hpp"
+#include "score/plot.hpp"
+#include "score/seam_figures.hpp"
+#include "score/sheet_file.hpp"
+#include "score/sheet_text.hpp"
+#include "score/time_figures.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace hueline::score {
+namespace {
+
+double value(const ScenarioScore& score, const char* metric) {
+  const auto found = score.figures.find(metric);
+  EXPECT_TRUE(found != score.figures.end() && found->second.value) << metric;
+  return found != score.figures.end() ? found->second.value.value_or(-1) : -1;
+}
+
+TEST(TimeFigures, ByHand) {
+  ScenarioScore score;
+  // Errors of 1, -3, 2 and 10 us; stated sigma 2 us: 1, 1.5, 1 and 5 sigma.
+  std::vector<ExposureError> errors{{0, 1, 2, true, {0.03, 0, 0.04}, 0.01}, {1, -3, 2, true, {0, 0, 0}, 0.02}, {2, 2, 2, false, {}, 0}, {3, 10, 2, false, {}, 0}};
+  add_time_figures(errors, 5, score);
+  EXPECT_NEAR(value(score, "exposure_time_rms_us"), std::sqrt((1 + 9 + 4 + 100) / 4.0), 1e-12);
+  EXPECT_EQ(value(score, "exposure_time_p99_us"), 10);
+  EXPECT_EQ(value(score, "exposure_time_coverage_1s"), 0.5);
+  EXPECT_EQ(value(score, "exposure_time_coverage_95"), 0.75);
+  EXPECT_EQ(value(score, "exposure_time_coverage_3s"), 0.75);
+  EXPECT_EQ(value(score, "exposures_stamped_share"), 0.8);
+  EXPECT_NEAR(value(score, "pose_position_rms_m"), 0.05 / std::sqrt(2), 1e-12);
+  EXPECT_NEAR(value(score, "pose_attitude_rms_deg"), std::sqrt(2.5e-4), 1e-12);
+}
+
+TEST(TimeFigures, WithoutASampleThereIsAReason) {
+  ScenarioScore score;
+  add_time_figures({}, 0, score);
+  for (const auto& [metric, figure] : score.figures) {
+    EXPECT_FALSE(figure.value) << metric;
+    EXPECT_EQ(figure.reason, "the camera made no exposure");
+  }
+}
+
+TEST(ByteAccount, EveryByteInOnePlace) {
+  DeviceBytes d;
+  d.sent_units = d.received_units = 10;
+  d.sent_bytes = d.received_bytes = 1000;
+  d.decoded = 700, d.ignored = 250, d.malformed = 50;
+  EXPECT_EQ(unexplained_bytes(d), 0u);
+  d.malformed = 47;
+  EXPECT_EQ(unexplained_bytes(d), 3u);
+  d.malformed = 55;
+  EXPECT_EQ(unexplained_bytes(d), 5u) << "counted twice is as bad as not at all";
+  d.malformed = 50;
+  d.sent_units = 13, d.sent_bytes = 1300;
+  EXPECT_EQ(unexplained_bytes(d), 300u) << "three packets vanished and nobody said so";
+  d.told_lost = 2;
+  EXPECT_EQ(unexplained_bytes(d), 100u);
+  d.told_lost = 3;
+  EXPECT_EQ(unexplained_bytes(d), 0u);
+}
+
+Sheet sheet_of(std::map<std::string, Figure> figures) {
+  ScenarioScore score;
+  score.scenario = "street";
+  score.figures = std::move(figures);
+  return {score};
+}
+Verdict verdict(const char* metric, Figure before, Figure now) {
+  const auto changes = compare(sheet_of({{metric, before}}), sheet_of({{metric, now}}));
+  EXPECT_EQ(changes.size(), 1u);
+  return changes[0].verdict;
+}
+
+TEST(Comparison, DirectionNoiseAndLostValues) {
+  EXPECT_EQ(verdict("colour_de00_median", {2.0, {}}, {2.04, {}}), Verdict::Same);
+  EXPECT_EQ(verdict("colour_de00_median", {2.0, {}}, {2.2, {}}), Verdict::Worse);
+  EXPECT_EQ(verdict("colour_de00_median", {2.0, {}}, {1.8, {}}), Verdict::Better);
+  EXPECT_EQ(verdict("coloured_share", {0.9, {}}, {0.89, {}}), Verdict::Worse);
+  EXPECT_EQ(verdict("coloured_share", {0.9, {}}, {0.95, {}}), Verdict::Better);
+  EXPECT_EQ(verdict("unexplained_bytes", {0.0, {}}, {1.0, {}}), Verdict::Worse);
+  // Too sure and too unsure are equally wrong.
+  EXPECT_EQ(verdict("exposure_time_coverage_95", {0.95, {}}, {0.85, {}}), Verdict::Worse);
+  EXPECT_EQ(verdict("exposure_time_coverage_95", {0.5, {}}, {1.0, {}}), Verdict::Better);
+  EXPECT_EQ(verdict("exposure_time_coverage_95", {0.97, {}}, {0.93, {}}), Verdict::Same);
+  EXPECT_EQ(verdict("realtime_factor", {9.0, {}}, {1.0, {}}), Verdict::Informative) << "the clock on the wall never decides";
+  EXPECT_EQ(verdict("hole_de00_ratio", {1.0, {}}, {{}, "gone"}), Verdict::Worse) << "a value that is none any more";
+  EXPECT_EQ(verdict("hole_de00_ratio", {{}, "none"}, {{}, "none"}), Verdict::Same);
+  EXPECT_EQ(verdict("hole_de00_ratio", {{}, "none"}, {3.0, {}}), Verdict::Informative);
+  EXPECT_EQ(verdict("not_a_metric_any_more", {1.0, {}}, {9.0, {}}), Verdict::Informative);
+}
+
+TEST(Comparison, ASmallerSheetMayBeHeldAgainstALargerOne) {
+  Sheet before = sheet_of({{"coloured_share", {0.9, {}}}});
+  before.push_back(before[0]);
+  before[1].scenario = "square";
+  const auto changes = compare(before, sheet_of({{"coloured_share", {0.9, {}}}, {"placed_share", {1.0, {}}}}));
+  ASSERT_EQ(changes.size(), 3u);
+  EXPECT_EQ(changes[0].verdict, Verdict::Same);
+  EXPECT_EQ(changes[1].verdict, Verdict::NotRun);
+  EXPECT_EQ(changes[2].verdict, Verdict::Informative);
+  EXPECT_EQ(changes[2].metric, "placed_share");
+  EXPECT_NE(terminal_changes(changes).find("1 of scenarios not run"), std::string::npos);
+}
+
+TEST(SheetFile, ComesBackAsItWasWritten) {
+  const auto path = std::filesystem::temp_directory_path() / ("hueline-score-" + std::to_string(::getpid()) + ".json");
+  Sheet sheet = sheet_of({{"coloured_share", {0.123456789, {}}}, {"hole_de00_ratio", {{}, "no hole"}}, {"unexplained_bytes", {0.0, {}}}});
+  std::ofstream(path) << score_json(sheet);
+  const auto back = read_score_json(path);
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  ASSERT_EQ(back->size(), 1u);
+  EXPECT_EQ((*back)[0].scenario, "street");
+  EXPECT_EQ((*back)[0].figures.size(), 3u);
+  EXPECT_EQ((*back)[0].figures.at("coloured_share").value, 0.1234568);
+  EXPECT_FALSE((*back)[0].figures.at("hole_de00_ratio").value);
+  EXPECT_NE(notes_json(sheet, {}).find("\"hole_de00_ratio\": \"no hole\""), std::string::npos);
+  for (const char* broken : {"", "[]", "{\"a\": 1}", "{\"a\": {\"b\": \"c\"}}", "{\"a\": {"}) {
+    std::ofstream(path) << broken;
+    const auto refused = read_score_json(path);
+    ASSERT_FALSE(refused.ok()) << broken;
+    EXPECT_EQ(refused.error().code, ErrorCode::Malformed);
+  }
+  std::filesystem::remove(path);
+  EXPECT_EQ(read_score_json(path).error().code, ErrorCode::Io);
+}
+
+TEST(SeamFigures, AStepOfLightnessIsFoundUnderTextureAndNoise) {
+  SeamFigures seams;
+  std::uint32_t draw = 1;
+  const auto noise = [&] {
+    draw = draw * 1664525u + 1013904223u;
+    return static_cast<double>(draw >> 8) / 16777216.0 - 0.5;
+  };
+  // A wall of 8 m x 2 m, textured; exposure 1 is 3 L* brighter than 0; lens 1 of exposure 0 is 1 L* darker than its lens 0.
+  for (int i = 0; i < 60000; ++i) {
+    const sim::Vec3 place{8 * (noise() + 0.5), 0.1, 2 * (noise() + 0.5)};
+    const Lab truth{50 + 20 * noise(), 10 * noise(), 5 * noise()};
+    const std::uint32_t exposure = i % 3 == 0 ? 1 : 0;
+    const std::uint8_t lens = i % 3 == 1 ? 1 : 0;
+    const Lab claimed = truth + Lab{4 * noise() + (exposure == 1 ? 3.0 : 0) - (lens == 1 ? 1.0 : 0), 4 * noise(), 4 * noise()};
+    seams.add(place, 7, exposure, lens, claimed, truth);
+  }
+  ScenarioScore score;
+  seams.report(score);
+  // At L* = 50 a dE00 is 1 L*.
+  EXPECT_NEAR(value(score, "exposure_seam_de00"), 3, 0.15);
+  EXPECT_NEAR(value(score, "lens_seam_de00"), 1, 0.1);
+  ScenarioScore none;
+  SeamFigures().report(none);
+  EXPECT_FALSE(none.figures.at("exposure_seam_de00").value);
+  EXPECT_FALSE(none.figures.at("lens_seam_de00").reason.empty());
+}
+
+TEST(MetricTable, NamesAreUniqueAndDocumented) {
+  std::ifstream in(test::source_dir() / "docs/score.md");
+  const std::string document{std::istreambuf_iterator<char>(in), {}};
+  std::set<std::string> names;
+  for (const Metric& metric : metrics()) {
+    EXPECT_TRUE(names.insert(metric.name).second) << metric.name;
+    EXPECT_NE(document.find('`' + std::string(metric.name) + '`'), std::string::npos) << metric.name << " is not in docs/score.md";
+    EXPECT_EQ(find_metric(metric.name), &metric);
+  }
+  // The names that other people's programs read.
+  for (const char* name :
+       {"exposure_time_rms_us", "exposure_time_p99_us", "exposure_time_coverage_95", "pose_position_rms_m", "pose_attitude_rms_deg", "reprojection_rms_px",
+        "reprojection_near_rms_px", "coloured_share", "visible_coloured_share", "wrong_surface_share", "colour_de00_median", "colour_de00_p95",
+        "colour_de00_over20_share", "edge_smooth_ratio", "exposure_seam_de00", "lens_seam_de00", "hole_coloured_share", "hole_de00_ratio",
+        "moving_contaminated_share", "unexplained_bytes", "latency_p99_ms", "realtime_factor", "points_per_second"})
+    EXPECT_TRUE(names.contains(name)) << name;
+}
+
+TEST(Plot, TextIsEscapedAndEmptyChartsSaySo) {
+  Chart chart{"<b> & \"c\"", "", "", Chart::Kind::Lines, true, {}, {}};
+  EXPECT_THAT(svg(chart), testing::AllOf(testing::HasSubstr("&lt;b&gt; &amp; &quot;c&quot;"), testing::HasSubstr("nothing to show")));
+  chart.curves.push_back({"", {{0.0, 1.0}, {10.0, 2.0}}, {}});
+  EXPECT_THAT(svg(chart), testing::Not(testing::AnyOf(testing::HasSubstr("nan"), testing::HasSubstr("inf")))) << "a zero on a logarithmic axis";
+  chart.curves[0].points = {{5, 5}};
+  EXPECT_THAT(svg(chart), testing::Not(testing::AnyOf(testing::HasSubstr("nan"), testing::HasSubstr("inf"))));
+}
+
+}  // namespace
+}  // namespace hueline::score

@@ -1,0 +1,172 @@
+#include "score/scorer.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../sim/small_scenario.hpp"
+#include "sim/earth.hpp"
+#include "sim/generate.hpp"
+#include "sim/ins_model.hpp"
+
+namespace hueline::score {
+namespace {
+
+using sim::TrueReturn;
+using sim::Vec3;
+
+/// One short furnished drive; claims are made from its truth and spoilt by known amounts.
+class ScorerTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new sim::TemporaryFolder("hueline-score");
+    scenario_ = new sim::Scenario(sim::small_scenario());
+    scenario_->noise = false;
+    scenario_->duration_s = 1.2;
+    auto drive = sim::generate(*scenario_, folder_->path());
+    ASSERT_TRUE(drive.ok()) << drive.error().message;
+    drive_ = new sim::Drive(std::move(*drive));
+    auto reader = sim::TruthReader::open(drive_->cache_dir + "/truth.bin");
+    ASSERT_TRUE(reader.ok());
+    exposures_ = reader->header().exposures;
+    for (;;) {
+      auto packet = reader->next_packet();
+      if (!packet.ok()) break;
+      returns_.insert(returns_.end(), packet->begin(), packet->end());
+    }
+    outlook_ = new Outlook(*scenario_, exposures_);
+  }
+  static void TearDownTestSuite() {
+    delete outlook_;
+    delete drive_;
+    delete scenario_;
+    delete folder_;
+  }
+  static Scorer open() {
+    auto scorer = Scorer::open(*scenario_, drive_->cache_dir, {.ray_returns = 4000, .seed = 1});
+    EXPECT_TRUE(scorer.ok());
+    return std::move(*scorer);
+  }
+  static Vec3 place(const TrueReturn& r) { return {r.east, r.north, r.up}; }
+  /// What a perfect program says of a return, from the lens `sight`.
+  static PointClaim perfect(const TrueReturn& r, const std::optional<Outlook::Sight>& sight) {
+    PointClaim out;
+    out.claim.fired_gps_ns = r.fired_gps_ns;
+    out.claim.channel = r.channel;
+    out.is_coloured = sight.has_value();
+    out.latency_ms = 1500;
+    if (!sight) return out;
+    out.claim.exposure = sight->exposure;
+    out.claim.lens = static_cast<std::uint8_t>(sight->lens);
+    out.claim.u = sight->pixel.u;
+    out.claim.v = sight->pixel.v;
+    out.claim.red = r.red, out.claim.green = r.green, out.claim.blue = r.blue;
+    return out;
+  }
+  /// A lens that has the return in its image; with `truly`, one that is not hidden by anything.
+  static std::optional<Outlook::Sight> sight_of(const TrueReturn& r, bool truly) {
+    for (const std::uint32_t e : outlook_->nearest_exposures(r.fired_gps_ns, 9))
+      for (std::size_t lens = 0; lens < outlook_->lens_count(); ++lens)
+        if (const auto sight = outlook_->sight(e, lens, place(r)); sight && (!truly || outlook_->look(*sight, place(r)).met == Outlook::Met::Place)) return sight;
+    return std::nullopt;
+  }
+  static void add_exposures(Scorer& scorer, double late_ns, Vec3 shift_enu) {
+    const sim::GeodeticPlace origin = sim::scene_origin(*scenario_);
+    const sim::Pose T_ecef_scene{sim::R_ecef_enu(origin), sim::ecef_from_geodetic(origin)};
+    for (const auto& e : exposures_) {
+      const sim::Pose T{{e.R_enu_head}, Vec3{e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]} + shift_enu};
+      const sim::Pose turned{sim::rotation_z(sim::radians(0.25)) * T.R, T.p};
+      scorer.add(ExposureClaim{e.number, e.exposure_mid_gps_ns + static_cast<sim::GpsNs>(late_ns), 3000, T_ecef_scene * turned});
+    }
+  }
+  static double value(const ScenarioScore& score, const char* metric) {
+    const Figure& figure = score.figures.at(metric);
+    EXPECT_TRUE(figure.value) << metric << ": " << figure.reason;
+    return figure.value.value_or(-1);
+  }
+  static inline sim::TemporaryFolder* folder_ = nullptr;
+  static inline sim::Scenario* scenario_ = nullptr;
+  static inline sim::Drive* drive_ = nullptr;
+  static inline Outlook* outlook_ = nullptr;
+  static inline std::vector<sim::TrueExposure> exposures_;
+  static inline std::vector<TrueReturn> returns_;
+};
+
+TEST_F(ScorerTest, WhatIsBeforeAndBehindAPlaceIsSeen) {
+  std::size_t asked = 0;
+  for (std::size_t i = 0; i < returns_.size(); i += 61) {
+    const TrueReturn& r = returns_[i];
+    const auto sight = sight_of(r, true);
+    if (!sight || sight->distance_m < 2) continue;
+    const auto& e = exposures_[sight->exposure];
+    const Vec3 head{e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]};
+    // A metre nearer there is air; a metre farther there is something in between.
+    for (const double metres : {-1.0, 1.0}) {
+      const Vec3 other = place(r) + metres * normalised(place(r) - head);
+      const auto moved = outlook_->sight(sight->exposure, sight->lens, other);
+      if (!moved) continue;
+      const auto met = outlook_->look(*moved, other).met;
+      // The lens is a few centimetres from the head's centre: along outlines its ray may miss.
+      asked += met == (metres < 0 ? Outlook::Met::Behind : Outlook::Met::Before) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(asked, 2 * returns_.size() / 61 * 6 / 10);
+}
+
+TEST_F(ScorerTest, PerfectClaimsHaveNoError) {
+  Scorer scorer = open();
+  add_exposures(scorer, 0, {});
+  for (const TrueReturn& r : returns_) scorer.add(perfect(r, sight_of(r, true)));
+  const auto score = scorer.finish("perfect", {}, [](double) {});
+  EXPECT_EQ(value(score, "placed_share"), 1);
+  EXPECT_EQ(value(score, "visible_coloured_share"), 1) << "what was visible was coloured";
+  EXPECT_GT(value(score, "coloured_share"), 0.8);
+  EXPECT_LT(value(score, "coloured_share"), 1) << "something is always hidden";
+  EXPECT_EQ(value(score, "wrong_surface_share"), 0);
+  EXPECT_LT(value(score, "colour_de00_p95"), 1e-6);
+  EXPECT_LT(value(score, "exposure_seam_de00"), 1e-5);
+  EXPECT_LT(value(score, "reprojection_rms_px"), 0.05) << "pixel of the hit against pixel of the wire's 2 mm";
+  EXPECT_EQ(value(score, "exposure_time_rms_us"), 0);
+  EXPECT_NEAR(value(score, "pose_attitude_rms_deg"), 0.25, 1e-9);
+  EXPECT_NEAR(value(score, "latency_p99_ms"), 1500, 15);
+  EXPECT_FALSE(score.figures.at("unexplained_bytes").value);
+  EXPECT_EQ(score.pictures.size(), 3u);
+}
+
+TEST_F(ScorerTest, KnownErrorsComeBackAsFigures) {
+  Scorer scorer = open();
+  add_exposures(scorer, 5000, {0.03, 0, -0.04});
+  std::uint64_t hidden = 0, coloured = 0;
+  for (const TrueReturn& r : returns_) {
+    const auto sight = sight_of(r, false);  // whatever has it in its image, hidden or not
+    PointClaim claim = perfect(r, sight);
+    // Every second point 12 steps too bright.
+    if (coloured % 2 == 0) claim.claim.red = claim.claim.green = claim.claim.blue = 255;
+    if (sight && r.surface != 1) {
+      ++coloured;
+      hidden += outlook_->look(*sight, place(r)).met != Outlook::Met::Place ? 1 : 0;
+    }
+    scorer.add(claim);
+  }
+  const auto score = scorer.finish("spoilt", {}, [](double) {});
+  const double share = static_cast<double>(hidden) / static_cast<double>(coloured);
+  EXPECT_GT(share, 0.01);
+  EXPECT_NEAR(value(score, "wrong_surface_share"), share, 0.015) << "the sample against all points";
+  EXPECT_NEAR(value(score, "exposure_time_rms_us"), 5, 1e-9);
+  EXPECT_EQ(value(score, "exposure_time_coverage_95"), 1) << "5 us at a sigma of 3 us is inside 1.96 sigma";
+  EXPECT_EQ(value(score, "exposure_time_coverage_1s"), 0);
+  EXPECT_NEAR(value(score, "pose_position_rms_m"), 0.05, 1e-6);
+  EXPECT_NEAR(value(score, "colour_de00_over20_share"), 0.5, 0.1) << "white against the street";
+}
+
+TEST_F(ScorerTest, WhatIsNotGivenIsMissed) {
+  Scorer scorer = open();
+  for (std::size_t i = 0; i < returns_.size(); ++i)
+    if (i % 4 != 0) scorer.add(perfect(returns_[i], sight_of(returns_[i], true)));
+  const auto score = scorer.finish("lost", {}, [](double) {});
+  EXPECT_NEAR(value(score, "placed_share"), 0.75, 0.01);
+  EXPECT_NEAR(value(score, "visible_coloured_share"), 0.75, 0.03);
+  EXPECT_FALSE(score.figures.at("exposure_time_rms_us").value);
+  EXPECT_EQ(score.figures.at("exposure_time_rms_us").reason, "no exposure was stamped");
+}
+
+}  // namespace
+}  // namespace hueline::score
