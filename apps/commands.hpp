@@ -12,6 +12,7 @@ using Chosen = std::function<int()>;
 
 void add_capture(CLI::App& app, Chosen& chosen);
 void add_replay(CLI::App& app, Chosen& chosen);
+void add_score(CLI::App& app, Chosen& chosen);
 void add_simulate(CLI::App& app, Chosen& chosen);
 void add_verify(CLI::App& app, Chosen& chosen);
 void add_colour(CLI::App& app, Chosen& chosen);

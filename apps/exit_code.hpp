@@ -10,7 +10,7 @@ enum ExitCode : int {
   kInputUnreadable = 3,  ///< an input could not be read, or only in part: what was whole has been used
   kOutputRefused = 4,    ///< an output could not be written; what was written before is whole
   kNothingCame = 5,      ///< no device answered, or no point could be made
-  kNotAsExpected = 6,    ///< verify: a figure is out of its bound
+  kNotAsExpected = 6,    ///< verify, score: a figure is out of its bound
 };
 
 }  // namespace hueline::apps

@@ -21,7 +21,7 @@ A first drive, without any hardware:
 A drive's folder holds drive.mcap (raw, everything as received), cloud.las (coloured), view.mcap (for Foxglove) and summary.json.
 
 Exit status: 0 done; 2 wrong command line or configuration; 3 an input could not be read whole; 4 an output could not be
-written; 5 nothing came; 6 verify found a figure out of its bound; 1 anything else.)";
+written; 5 nothing came; 6 verify or score found a figure out of its bound; 1 anything else.)";
 
 }  // namespace
 
@@ -39,6 +39,7 @@ int main(int argc, char** argv) {
   apps::add_replay(app, chosen);
   apps::add_simulate(app, chosen);
   apps::add_verify(app, chosen);
+  apps::add_score(app, chosen);
   apps::add_colour(app, chosen);
   apps::add_inspect(app, chosen);
   apps::add_picture(app, chosen);

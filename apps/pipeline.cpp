@@ -101,6 +101,10 @@ void Pipeline::flush() {
   }
 }
 
+const DecodeCounts* Pipeline::counts(SensorId sensor) const {
+  return sensor < decoders_.size() && decoders_[sensor] ? &decoders_[sensor]->counts() : nullptr;
+}
+
 void Pipeline::report(Summary& summary) const {
   for (std::size_t id = 1; id < decoders_.size(); ++id)
     if (decoders_[id]) summary.on_decoded(static_cast<SensorId>(id), decoders_[id]->counts());

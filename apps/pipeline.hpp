@@ -29,6 +29,8 @@ class Pipeline {
 
   /// Decoders' counts and what could not be placed, for the summary; after flush().
   void report(Summary& summary) const;
+  /// What a sensor's decoder made of its bytes; nullptr: no decoder.
+  const DecodeCounts* counts(SensorId sensor) const;
 
  private:
   void take_fault(const Packet& packet, Decoder* decoder);

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -8,6 +7,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/progress_bar.hpp"
 #include "apps/signals.hpp"
 #include "apps/simulated_rig.hpp"
 #include "config/scenario.hpp"
@@ -24,28 +24,6 @@ struct Options {
   bool play = false;
   double wait_s = 60;
   SimulatedAddresses at;
-};
-
-/// A bar on a terminal, a line every tenth elsewhere.
-class Bar {
- public:
-  void show(const std::string& stage, double share) {
-    const int tenth = static_cast<int>(share * 10);
-    if (is_terminal_)
-      std::fprintf(stderr, "\r\033[K%-28s [%-30s] %3.0f %%", stage.c_str(), std::string(static_cast<std::size_t>(share * 30), '#').c_str(), share * 100);
-    else if (stage != stage_ || tenth != tenth_)
-      std::fprintf(stderr, "%s %.0f %%\n", stage.c_str(), share * 100);
-    stage_ = stage;
-    tenth_ = tenth;
-  }
-  void end() const {
-    if (is_terminal_ && !stage_.empty()) std::fputc('\n', stderr);
-  }
-
- private:
-  const bool is_terminal_ = isatty(STDERR_FILENO) != 0;
-  std::string stage_;
-  int tenth_ = -1;
 };
 
 sim::Player::Config player_config(const Options& options, const sim::Drive& drive) {
@@ -67,7 +45,7 @@ sim::Player::Config player_config(const Options& options, const sim::Drive& driv
   return config;
 }
 
-int play(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario, StopSignals& signals, Bar& bar) {
+int play(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario, StopSignals& signals, ProgressBar& bar) {
   const auto timeline = sim::scenario_timeline(scenario, drive);
   if (!timeline.ok()) {
     spdlog::error("{}", timeline.error().message);
@@ -119,7 +97,7 @@ int simulate(const Options& options) {
       return kOutputRefused;
     }
   }
-  Bar bar;
+  ProgressBar bar;
   auto drive = sim::generate(scenario, options.out, [&](const std::string& stage, double share) { bar.show(stage, share); });
   bar.end();
   if (!drive.ok()) {

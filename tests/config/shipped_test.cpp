@@ -4,6 +4,7 @@
 
 #include "config/rig.hpp"
 #include "config/scenario.hpp"
+#include "config/sheet.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace hueline::config {
@@ -11,7 +12,8 @@ namespace {
 
 int load_all(const std::filesystem::path& folder, auto load) {
   int loaded = 0;
-  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+  for (const auto& file : std::filesystem::recursive_directory_iterator(folder)) {
+    if (file.is_directory()) continue;
     EXPECT_NO_THROW(load(file.path().string())) << file.path();
     ++loaded;
   }
@@ -21,6 +23,15 @@ int load_all(const std::filesystem::path& folder, auto load) {
 TEST(Shipped, EveryRigAndScenarioLoads) {
   EXPECT_GE(load_all(test::source_dir() / "config/rigs", load_rig), 1);
   EXPECT_GE(load_all(test::source_dir() / "config/scenarios", load_scenario), 3);
+}
+
+TEST(Shipped, EverySheetNamesScenariosThatLoad) {
+  const auto folder = test::source_dir() / "config/sheets";
+  EXPECT_GE(load_all(folder, [](const std::string& sheet) {
+              for (const auto& scenario : load_sheet(sheet)) load_scenario(scenario.string());
+            }),
+            2);
+  EXPECT_THROW(load_sheet("no_such_sheet"), ConfigError);
 }
 
 TEST(Shipped, ATypoInARigIsRefusedWithItsLine) {

@@ -1,0 +1,106 @@
+#include "apps/score_sink.hpp"
+
+#include <bit>
+
+#include "apps/simulated_recording.hpp"
+
+namespace hueline::apps {
+namespace {
+
+sim::Vec3 vec3(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// Never an exposure of any drive: the point's exposure could not be told.
+constexpr std::uint32_t kUnknownExposure = 0xFFFFFFFFu;
+
+}  // namespace
+
+ScoreSink::ScoreSink(score::Scorer& scorer, const config::Rig& rig, GpsTime drive_begin, std::map<std::uint64_t, std::uint32_t> image_numbers)
+    : scorer_(scorer),
+      is_panorama_(rig.colouring.method == fusion::ColourMethod::Panorama),
+      T_body_head_(rig.geometry.head.T_body_head),
+      drive_begin_(drive_begin),
+      image_numbers_(std::move(image_numbers)),
+      trajectory_(rig.colouring.trajectory) {}
+
+void ScoreSink::on_exposure(const Exposure& exposure) {
+  if (exposure.timing == ExposureTiming::Unmatched) return;
+  const auto number = image_numbers_.find(exposure.image.packet_sequence);
+  if (number == image_numbers_.end()) return;
+  stamped_.insert_or_assign(exposure.index, Stamped{number->second, exposure.exposure_mid, exposure.sigma, exposure.image.received});
+}
+
+void ScoreSink::on_fault(const Fault& fault) {
+  if (fault.kind == FaultKind::Lost) told_lost_[fault.sensor] += fault.count;
+}
+
+void ScoreSink::on_cloud(const CloudBlock& block) {
+  const auto began = std::chrono::steady_clock::now();
+  const auto T_ecef_enu = ecef_from_enu(block.origin);
+  for (const ColouredPoint& point : block.points) take(point, T_ecef_enu);
+  spent_ += std::chrono::steady_clock::now() - began;
+}
+
+void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu) {
+  ++points_;
+  mix(point);
+  score::PointClaim out;
+  sim::Claim& claim = out.claim;
+  claim.fired_gps_ns = count_ns(point.time);
+  claim.channel = point.channel;
+  out.is_coloured = point.exposure != kNoExposure;
+  if (out.is_coloured) {
+    const auto exposure = stamped_.find(point.exposure);
+    claim.exposure = exposure == stamped_.end() ? kUnknownExposure : exposure->second.number;
+    claim.lens = point.lens;
+    claim.is_panorama_pixel = is_panorama_;
+    claim.u = point.u;
+    claim.v = point.v;
+    claim.red = point.red;
+    claim.green = point.green;
+    claim.blue = point.blue;
+    claim.place_ecef = vec3((T_ecef_enu * Point<Enu>{{point.east, point.north, point.up}}).xyz);
+    if (now_) {
+      HostTime needed = kSimulatedHostBegin + (point.time - drive_begin_);
+      if (exposure != stamped_.end()) needed = std::max(needed, exposure->second.arrived);
+      out.latency_ms = to_seconds(*now_ - needed) * 1e3;
+    }
+  }
+  scorer_.add(out);
+}
+
+/// FNV-1a over 64-bit words, twice from different beginnings.
+void ScoreSink::mix(const ColouredPoint& p) {
+  const auto word = [this](std::uint64_t w) {
+    for (std::uint64_t& h : fingerprint_) {
+      h = (h ^ w) * 0x100000001B3ull;
+      h ^= h >> 29;
+    }
+  };
+  for (const double x : {p.east, p.north, p.up}) word(std::bit_cast<std::uint64_t>(x));
+  word(static_cast<std::uint64_t>(count_ns(p.time)));
+  word(std::uint64_t{std::bit_cast<std::uint32_t>(p.u)} << 32 | std::bit_cast<std::uint32_t>(p.v));
+  word(std::uint64_t{p.exposure} << 32 | std::bit_cast<std::uint32_t>(p.sigma_m));
+  word(std::uint64_t{p.red} | std::uint64_t{p.green} << 8 | std::uint64_t{p.blue} << 16 | std::uint64_t{static_cast<std::uint8_t>(p.state)} << 24 |
+       std::uint64_t{p.lens} << 32 | std::uint64_t{p.quality} << 40 | std::uint64_t{p.reflectivity} << 48);
+  word(std::uint64_t{p.return_number} | std::uint64_t{p.return_count} << 8 | std::uint64_t{p.channel} << 16 | std::uint64_t{p.sensor} << 32);
+}
+
+void ScoreSink::finish() {
+  for (const auto& [index, stamped] : stamped_) {
+    score::ExposureClaim claim;
+    claim.number = stamped.number;
+    claim.mid_gps_ns = count_ns(stamped.mid);
+    claim.sigma_ns = static_cast<double>(stamped.sigma.count());
+    if (const auto [pose, reason] = trajectory_.pose_at(stamped.mid); pose) {
+      const Transform<Ecef, CameraHead> T = ecef_from_enu(*trajectory_.origin()) * (pose->T_enu_body * T_body_head_);
+      const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = T.rotation.toRotationMatrix();
+      sim::Pose out;
+      std::copy(R.data(), R.data() + 9, out.R.m.begin());
+      out.p = vec3(T.translation);
+      claim.T_ecef_head = out;
+    }
+    scorer_.add(claim);
+  }
+}
+
+}  // namespace hueline::apps

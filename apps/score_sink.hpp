@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <map>
+#include <vector>
+
+#include "apps/products.hpp"
+#include "config/rig.hpp"
+#include "fusion/trajectory.hpp"
+#include "score/scorer.hpp"
+
+namespace hueline::apps {
+
+/// Hands everything that leaves the pipeline to a Scorer, in the simulator's terms. Thread-bound (the pipeline's).
+class ScoreSink : public NullSink {
+ public:
+  /// `image_numbers[packet sequence]`: number of the true exposure whose image the packet holds. `scorer` must outlive it.
+  ScoreSink(score::Scorer& scorer, const config::Rig& rig, GpsTime drive_begin, std::map<std::uint64_t, std::uint32_t> image_numbers);
+
+  /// The packet that is about to be processed came then; what comes out next, comes out on it. Empty: the stream is over.
+  void set_now(std::optional<HostTime> received) { now_ = received; }
+
+  void on_cloud(const CloudBlock& block) override;
+  void on_exposure(const Exposure& exposure) override;
+  void on_solution(const InsSolution& solution) override { trajectory_.add(solution); }
+  void on_fault(const Fault& fault) override;
+
+  /// After the pipeline's flush: gives the exposures with their poses.
+  void finish();
+
+  std::array<std::uint64_t, 2> fingerprint() const { return fingerprint_; }
+  std::uint64_t points() const { return points_; }
+  const std::map<SensorId, std::uint64_t>& told_lost() const { return told_lost_; }
+  /// Spent in here, to be taken off the pipeline's time.
+  std::chrono::nanoseconds spent() const { return spent_; }
+
+ private:
+  struct Stamped {
+    std::uint32_t number;
+    GpsTime mid;
+    nanoseconds sigma;
+    HostTime arrived;
+  };
+  void take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu);
+  void mix(const ColouredPoint& point);
+
+  score::Scorer& scorer_;
+  const bool is_panorama_;
+  const Transform<Body, CameraHead> T_body_head_;
+  const GpsTime drive_begin_;
+  const std::map<std::uint64_t, std::uint32_t> image_numbers_;
+  fusion::Trajectory trajectory_;
+  std::map<std::uint32_t, Stamped> stamped_;  // by Exposure::index
+  std::map<SensorId, std::uint64_t> told_lost_;
+  std::optional<HostTime> now_;
+  std::array<std::uint64_t, 2> fingerprint_{0xCBF29CE484222325ull, 0x9E3779B97F4A7C15ull};
+  std::uint64_t points_ = 0;
+  std::chrono::nanoseconds spent_{0};
+};
+
+}  // namespace hueline::apps
