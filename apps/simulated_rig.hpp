@@ -9,7 +9,7 @@ namespace hueline::apps {
 /// Where the emulated devices are reached.
 struct SimulatedAddresses {
   std::string address = "127.0.0.1";
-  std::string pps_socket = "/tmp/hueline-street/pps.sock";
+  std::string pps_socket = "out/pps.sock";
   int data_port = 2368, position_port = 8308, pos_port = 3001;
   std::string camera_serial = "HUE-0001";
 };
