@@ -84,10 +84,15 @@ void read_yaml(const std::string& path, Calibration& out) {
   root.finish();
 }
 
-/// The shot as a cloud of its own: x east, y north, z up of the scanner stand for a local level at an arbitrary named origin.
+/// LAS wants a place on Earth, and a shot has none. Where the equator meets Greenwich, World Mercator has scale 1 and no convergence: there
+/// the file's x, y, z are the scanner's own (z but for the Earth's curvature, 1 mm at 100 m).
+constexpr int kNowhere = 3395;
+constexpr const char* kNowhereNote = "x, y, z of cloud.las are the laser's own; its CRS (EPSG:3395 at 0 N 0 E) only stands for a place that is not known\n";
+
+/// The shot as a cloud of its own: x east, y north, z up of the scanner.
 CloudBlock cloud_of(const std::vector<Point<Scanner>>& points, const std::vector<fusion::ShotPoint>& shot) {
   CloudBlock block;
-  block.origin = {0.84, 0.2, 0};
+  block.origin = {0, 0, 0};
   for (std::size_t i = 0; i < points.size(); ++i) {
     ColouredPoint p;
     p.east = points[i].xyz.x();
@@ -147,7 +152,9 @@ int colour(const Options& options) {
   const auto las_path = std::filesystem::path(options.out) / "cloud.las";
   const auto png_path = std::filesystem::path(options.out) / "overlay.png";
   const CloudBlock block = cloud_of(points, shot);
-  auto las = storage::LasWriter::create(las_path, block.origin, {});
+  storage::LasWriter::Config in_laser_frame;
+  in_laser_frame.epsg = kNowhere;
+  auto las = storage::LasWriter::create(las_path, block.origin, in_laser_frame);
   Status done = las.ok() ? las->append(block) : Status(las.error());
   if (done.ok()) done = las->close();
   const fusion::RgbRaster raster = fusion::draw_points(shot, view, {});
@@ -164,6 +171,7 @@ int colour(const Options& options) {
                          coloured, hidden, points.size() - coloured - hidden, without_place, las_path.string(), png_path.string())
                  .c_str(),
              stdout);
+  std::fputs(kNowhereNote, stdout);
   return coloured ? kDone : kNothingCame;
 }
 
