@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <thread>
 
 namespace hueline {
@@ -70,6 +71,21 @@ TEST(BoundedQueue, ManyProducersLoseNothing) {
     queue.close();
   }
   EXPECT_EQ(sum, 3L * 500500);
+}
+
+TEST(BoundedQueue, AProducerThatCanWaitWaitsForAShareToBeFree) {
+  BoundedQueue<int> queue({10, 100});
+  std::stop_source stop;
+  for (int i = 0; i < 6; ++i) ASSERT_TRUE(queue.try_push(i, 10));
+  std::atomic<bool> is_free{false};
+  std::jthread waiting([&] { is_free = queue.wait_until_below(0.5, stop.get_token()); });
+  EXPECT_FALSE(is_free);
+  queue.pop();
+  waiting.join();
+  EXPECT_TRUE(is_free);
+  ASSERT_TRUE(queue.try_push(6, 1));
+  stop.request_stop();
+  EXPECT_FALSE(queue.wait_until_below(0.5, stop.get_token()));
 }
 
 }  // namespace
