@@ -50,4 +50,33 @@ void Mesh::cylinder(Vec3 foot, double r0, double r1, double height, int sides, Q
   }
 }
 
+void Mesh::rod(Vec3 a, Vec3 b, double radius, int sides, QuadTag tag) {
+  const Vec3 axis = normalised(b - a);
+  const Vec3 x = normalised(cross(std::abs(axis.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, axis)), y = cross(axis, x);
+  const double height = length(b - a);
+  const auto rim = [&](Vec3 from, int i) {
+    const double t = 2 * kPi * i / sides;
+    return from + radius * (std::cos(t) * x + std::sin(t) * y);
+  };
+  for (int i = 0; i < sides; ++i) {
+    const double u0 = 2 * kPi * radius * i / sides, u1 = 2 * kPi * radius * (i + 1) / sides;
+    quad({rim(a, i), rim(a, i + 1), rim(b, i + 1), rim(b, i)}, {{{u0, 0}, {u1, 0}, {u1, height}, {u0, height}}}, tag);
+  }
+}
+
+void Mesh::ellipsoid(Vec3 centre, Vec3 half, int rings, int sides, QuadTag tag) {
+  const auto at = [&](int i, int j) {
+    const double a = 2 * kPi * i / sides, t = kPi * j / rings;  // t from the lower pole
+    return centre + Vec3{half.x * std::sin(t) * std::cos(a), half.y * std::sin(t) * std::sin(a), -half.z * std::cos(t)};
+  };
+  const auto uv = [&](int i, int j) { return TexturePoint{2 * kPi * half.x * i / sides, kPi * half.z * j / rings}; };
+  for (int j = 0; j < rings; ++j)
+    for (int i = 0; i < sides; ++i) {
+      if (j == 0)  // a triangle at the pole: its first corner must not be the doubled one
+        quad({at(i + 1, 1), at(i, 1), at(i, 0), at(i + 1, 0)}, {{uv(i + 1, 1), uv(i, 1), uv(i, 0), uv(i + 1, 0)}}, tag);
+      else
+        quad({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)}, {{uv(i, j), uv(i + 1, j), uv(i + 1, j + 1), uv(i, j + 1)}}, tag);
+    }
+}
+
 }  // namespace hueline::sim

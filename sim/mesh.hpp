@@ -28,6 +28,19 @@ enum class Material : std::uint8_t {
   CarGlass,
   CarEnd,
   Tyre,
+  Plaza,       ///< large slabs in two colours
+  Cobble,
+  Soil,
+  Flower,      ///< style picks its colour
+  Marble,
+  Wood,
+  Lining,      ///< of a tunnel: tiles below, concrete above
+  LampGlass,   ///< shines by itself
+  Gravel,
+  Rock,
+  TargetWhite,
+  Cloth,
+  Skin,
 };
 
 /// What a quad is made of. `surface` indexes the scene's list of names; `style` picks a variant (building, car colour, leaf tint).
@@ -59,6 +72,11 @@ class Mesh {
   void box(const Pose& T, Vec3 lo, Vec3 hi, QuadTag tag);
   /// Upright prism of `sides` between two radii; capped on top. u around (m), v up (m).
   void cylinder(Vec3 foot, double radius_foot, double radius_top, double height, int sides, QuadTag tag);
+  /// Prism of `sides` from a to b, open at its ends. u around (m), v from a to b (m).
+  void rod(Vec3 a, Vec3 b, double radius, int sides, QuadTag tag);
+  /// Quads on the ellipsoid with these half axes along x, y, z: `rings` from pole to pole, `sides` around. u around (m), v up (m).
+  /// The quads' planes lie inside the ellipsoid by up to r (1 - cos(pi / sides)).
+  void ellipsoid(Vec3 centre, Vec3 half_axes, int rings, int sides, QuadTag tag);
 
   const std::vector<std::array<float, 3>>& vertices() const { return vertices_; }
   const std::vector<std::array<float, 2>>& texture() const { return texture_; }

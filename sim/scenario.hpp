@@ -8,6 +8,7 @@
 #include "sim/drive.hpp"
 #include "sim/faults/fault.hpp"
 #include "sim/scenario_rig.hpp"
+#include "sim/scenario_scene.hpp"
 
 /// Everything that decides a simulated drive. Two equal scenarios give the same bytes. Each Config names its keys, units and
 /// allowed ranges once, in visit(): validate(), the cache's fingerprint and the YAML loader all walk the same list.
@@ -31,6 +32,7 @@ struct StreetConfig {
   double moving_car_speed = 9.0;  ///< m/s, oncoming
   double sun_azimuth_deg = 170.0;  ///< clockwise from north
   double sun_elevation_deg = 54.0;
+  double sky_brightness = 1.0;     ///< times the clear sky's light, as seen: 3 saturates a camera that exposes for the street
   bool furnished = true;           ///< false: ground and facades alone
 
   template <class Self, class V>
@@ -50,6 +52,7 @@ struct StreetConfig {
     v("moving_car_speed", c.moving_car_speed, 0, 30);
     v("sun_azimuth_deg", c.sun_azimuth_deg, 0, 360);
     v("sun_elevation_deg", c.sun_elevation_deg, 5, 90);
+    v("sky_brightness", c.sky_brightness, 0.1, 20);
     v("furnished", c.furnished);
   }
 };
@@ -127,7 +130,12 @@ struct Scenario {
   int start_gps_week = 2381;
   int start_time_of_week_s = 302403;  ///< the default crosses a full UTC hour 15 s in: 18 leap seconds
   double origin_latitude_deg = 48.1372, origin_longitude_deg = 11.5755, origin_height_m = 565.0;  ///< of the road where s = 0
+  SceneKind scene = SceneKind::Street;
   StreetConfig street;
+  AlleyConfig alley;
+  TrafficConfig traffic;
+  TunnelConfig tunnel;
+  TargetsConfig targets;
   DriveConfig drive;
   InsConfig ins;
   PpsConfig pps;
@@ -148,7 +156,19 @@ struct Scenario {
     v("origin_latitude_deg", c.origin_latitude_deg, -89, 89);
     v("origin_longitude_deg", c.origin_longitude_deg, -180, 180);
     v("origin_height_m", c.origin_height_m, -500, 9000);
+    v("scene", c.scene,
+      {{"street", SceneKind::Street},
+       {"square", SceneKind::Square},
+       {"canyon", SceneKind::Canyon},
+       {"alley", SceneKind::Alley},
+       {"traffic", SceneKind::Traffic},
+       {"tunnel", SceneKind::Tunnel},
+       {"targets", SceneKind::Targets}});
     v("street", c.street);
+    v("alley", c.alley);
+    v("traffic", c.traffic);
+    v("tunnel", c.tunnel);
+    v("targets", c.targets);
     v("drive", c.drive);
     v("ins", c.ins);
     v("pps", c.pps);
@@ -163,9 +183,10 @@ struct Scenario {
 
   /// Empty if the scenario can be driven; else a sentence that names the key and what is allowed.
   std::string validate() const;
-  /// A line "key=value" for every key but the faults.
+  /// A line "key=value" for every key but the faults; keys younger than the format (see scenario.cpp) only where they differ from their
+  /// default.
   std::string text() const;
-  /// 16 hex digits over every key but the faults and the renderer's revision: the name of its folder in the cache.
+  /// 16 hex digits over text() and the renderer's revision: the name of its folder in the cache.
   std::string fingerprint() const;
 };
 

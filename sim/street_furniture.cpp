@@ -1,13 +1,11 @@
 #include <cmath>
 
-#include "sim/noise.hpp"
-#include "sim/street_scene.hpp"
+#include "sim/scene_parts.hpp"
 
 namespace hueline::sim {
-namespace {
 
 /// Trunk, a few boughs, and leaves as small quads in the shell of an ellipsoid, each turned its own way.
-void add_tree(StreetScene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32_t tint) {
+void add_tree(Scene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32_t tint) {
   const std::uint16_t trunk = add_surface(scene, "trunk " + std::to_string(tint)), crown = add_surface(scene, "crown " + std::to_string(tint));
   const double bole = draw(2.3, 3.0), rx = draw(1.4, 2.0), rz = draw(1.7, 2.4);
   scene.still.cylinder(foot, 0.16, 0.11, bole + 0.8, 10, {Material::Bark, trunk, tint});
@@ -26,7 +24,7 @@ void add_tree(StreetScene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32
   }
 }
 
-void add_lamp(StreetScene& scene, Vec3 foot, Vec3 towards_road, std::uint32_t number) {
+void add_lamp(Scene& scene, Vec3 foot, Vec3 towards_road, std::uint32_t number) {
   const std::uint16_t id = add_surface(scene, "lamp " + std::to_string(number));
   const QuadTag steel{Material::Steel, id, 0};
   scene.still.cylinder(foot, 0.10, 0.05, 7.2, 12, steel);
@@ -36,8 +34,10 @@ void add_lamp(StreetScene& scene, Vec3 foot, Vec3 towards_road, std::uint32_t nu
   scene.still.box(T, {1.1, -0.14, 0.05}, {1.8, 0.14, 0.16}, steel);
 }
 
+namespace {
+
 /// Pole with a round sign that faces oncoming traffic.
-void add_sign(StreetScene& scene, Vec3 foot, Vec3 facing, std::uint32_t paint) {
+void add_sign(Scene& scene, Vec3 foot, Vec3 facing, std::uint32_t paint) {
   const std::uint16_t id = add_surface(scene, "sign " + std::to_string(paint));
   scene.still.cylinder(foot, 0.035, 0.035, 2.9, 8, {Material::Steel, id, 0});
   const Vec3 right = cross(Vec3{0, 0, 1}, facing);
@@ -51,60 +51,7 @@ void add_sign(StreetScene& scene, Vec3 foot, Vec3 facing, std::uint32_t paint) {
 
 }  // namespace
 
-void add_car(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint) {
-  // Outline of the side, y forward and z up, from the rear bumper round over the roof; the cabin is narrower on top.
-  struct Rib {
-    double y, z, half_width;
-    Material material;  ///< of the piece up to the next rib
-  };
-  static constexpr std::array<Rib, 9> kRibs{{{-2.12, 0.32, 0.80, Material::CarEnd},
-                                             {-2.16, 0.86, 0.84, Material::CarPaint},
-                                             {-1.95, 0.98, 0.84, Material::CarGlass},
-                                             {-1.45, 1.42, 0.66, Material::CarPaint},
-                                             {0.10, 1.45, 0.66, Material::CarGlass},
-                                             {0.85, 0.98, 0.82, Material::CarPaint},
-                                             {1.95, 0.80, 0.80, Material::CarEnd},
-                                             {2.12, 0.62, 0.78, Material::CarEnd},
-                                             {2.10, 0.30, 0.76, Material::CarEnd}}};
-  for (std::size_t i = 0; i + 1 < kRibs.size(); ++i) {
-    const Rib &a = kRibs[i], &b = kRibs[i + 1];
-    const double step = std::hypot(b.y - a.y, b.z - a.z);
-    mesh.quad({T * Vec3{-a.half_width, a.y, a.z}, T * Vec3{a.half_width, a.y, a.z}, T * Vec3{b.half_width, b.y, b.z},
-               T * Vec3{-b.half_width, b.y, b.z}},
-              {{{-a.half_width, 0}, {a.half_width, 0}, {b.half_width, step}, {-b.half_width, step}}},
-              {a.material, surface, paint});
-  }
-  for (const double side : {-1.0, 1.0}) {
-    const auto wall = [&](std::array<std::array<double, 3>, 4> yzw, Material material) {
-      std::array<Vec3, 4> p;
-      std::array<TexturePoint, 4> t;
-      for (std::size_t i = 0; i < 4; ++i) {
-        const std::size_t k = side > 0 ? i : 3 - i;
-        p[k] = T * Vec3{side * yzw[i][2], yzw[i][0], yzw[i][1]};
-        t[k] = {yzw[i][0], yzw[i][1]};
-      }
-      mesh.quad(p, t, {material, surface, paint});
-    };
-    wall({{{-2.12, .32, .80}, {-0.2, .26, .84}, {-0.2, .92, .84}, {-2.16, .86, .84}}}, Material::CarPaint);
-    wall({{{-0.2, .26, .84}, {2.10, .30, .76}, {2.12, .62, .78}, {-0.2, .92, .84}}}, Material::CarPaint);
-    wall({{{-0.2, .92, .84}, {2.12, .62, .78}, {1.95, .80, .80}, {0.85, .98, .82}}}, Material::CarPaint);
-    wall({{{-2.16, .86, .84}, {0.85, .90, .83}, {0.85, .98, .82}, {-1.95, .98, .84}}}, Material::CarPaint);
-    wall({{{-1.95, .98, .84}, {0.85, .98, .82}, {0.10, 1.45, .66}, {-1.45, 1.42, .66}}}, Material::CarGlass);
-    for (const double y : {-1.35, 1.30}) {
-      const auto rim = [&](int i) {
-        return T * Vec3{side * 0.86, y + side * 0.31 * std::cos(i * kPi / 8), 0.31 + 0.31 * std::sin(i * kPi / 8)};
-      };
-      const auto uv = [&](int i) { return TexturePoint{std::cos(i * kPi / 8), std::sin(i * kPi / 8)}; };
-      for (int i = 0; i < 16; i += 2)
-        mesh.quad({rim(i), rim(i + 1), rim(i + 2), T * Vec3{side * 0.86, y, 0.31}}, {{uv(i), uv(i + 1), uv(i + 2), {0, 0}}},
-                  {Material::Tyre, surface, 0});
-    }
-  }
-}
-
-void add_furniture(StreetScene& scene, const Scenario& c, const CentreLine& line, double length) {
-  scene.paints = {{.55f, .02f, .02f}, {.02f, .08f, .38f}, {.75f, .75f, .73f}, {.05f, .05f, .055f}, {.70f, .50f, .03f},
-                  {.03f, .28f, .10f}, {.38f, .40f, .42f}, {.42f, .16f, .03f}, {.03f, .30f, .42f}};
+void add_furniture(Scene& scene, const Scenario& c, const CentreLine& line, double length) {
   const double half = c.street.road_width_m / 2, top = c.street.kerb_height_m;
   Draw draw{c.seed, kStreamScene + 8};
   std::uint32_t number = 0;
@@ -138,9 +85,18 @@ void add_furniture(StreetScene& scene, const Scenario& c, const CentreLine& line
     const std::uint16_t id = add_surface(scene, "parked car " + std::to_string(number++));
     add_car(scene.still, {R_enu_body(0, 0, h), line.place(s, side * (half + 1.15), top)}, id, static_cast<std::uint32_t>(i % 9));
   }
-  add_car(scene.car, {}, 0, 4);
-  for (int i = 0; i < c.street.moving_cars; ++i)
-    scene.moving_car_surfaces.push_back(add_surface(scene, "moving car " + std::to_string(i)));
+  if (c.scene == SceneKind::Traffic) return;
+  scene.shapes.emplace_back();
+  add_car(scene.shapes.back().mesh, {}, 0, 4);
+  for (int i = 0; i < c.street.moving_cars; ++i) {
+    Mover car;
+    car.surface = add_surface(scene, "moving car " + std::to_string(i));
+    car.s_m = length + 55 + 120.0 * static_cast<double>(i);
+    car.lateral_m = -c.street.road_width_m / 4;
+    car.speed = c.street.moving_car_speed;
+    car.to_s = length + 80;
+    scene.movers.push_back(car);
+  }
 }
 
 }  // namespace hueline::sim

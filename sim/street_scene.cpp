@@ -1,18 +1,11 @@
-#include "sim/street_scene.hpp"
-
 #include <algorithm>
 #include <cmath>
 
-#include "sim/noise.hpp"
+#include "sim/scene_parts.hpp"
 
 namespace hueline::sim {
-namespace {
-
-constexpr double kBehind = 66.0, kAhead = 86.0;  // m of street before the start and after the halt
-
-/// A ribbon along the centre line between two offsets, heights left and right; texture u = s, v = lateral offset.
-void ribbon(Mesh& mesh, const CentreLine& line, double from, double to, double left, double z_left, double right, double z_right,
-            QuadTag tag) {
+void add_ribbon(Mesh& mesh, const CentreLine& line, double from, double to, double left, double z_left, double right, double z_right,
+                QuadTag tag) {
   for (double s = from; s < to; s += 1.0) {
     const double e = std::min(s + 1.0, to);
     const double vl = z_left == z_right ? left : 0.0, vr = z_left == z_right ? right : std::hypot(right - left, z_right - z_left);
@@ -21,31 +14,40 @@ void ribbon(Mesh& mesh, const CentreLine& line, double from, double to, double l
   }
 }
 
-void add_ground(StreetScene& scene, const StreetConfig& c, const CentreLine& line, double length) {
-  const double from = -kBehind, to = length + kAhead, half = c.road_width_m / 2, kerb = 0.15, top = c.kerb_height_m;
+namespace {
+void plain(Scene& scene, const CentreLine& line, double length, QuadTag tag) {
+  const Vec3 middle = line.place(length / 2, 0, -0.08);
+  const double r = 500;
+  scene.still.rectangle({middle + Vec3{-r, -r, 0}, middle + Vec3{r, -r, 0}, middle + Vec3{r, r, 0}, middle + Vec3{-r, r, 0}}, tag);
+}
+}  // namespace
+
+void add_road(Scene& scene, const StreetConfig& c, const CentreLine& line, double length) {
+  const double from = -kStreetBehind, to = length + kStreetAhead, half = c.road_width_m / 2, kerb = 0.15, top = c.kerb_height_m;
   const double walk = half + kerb + c.pavement_width_m;
-  ribbon(scene.still, line, from, to, -half, 0, half, 0, {Material::Asphalt, add_surface(scene, "road"), 0});
+  add_ribbon(scene.still, line, from, to, -half, 0, half, 0, {Material::Asphalt, add_surface(scene, "road"), 0});
   const std::uint16_t kerbs = add_surface(scene, "kerb"), walks = add_surface(scene, "pavement"), grass = add_surface(scene, "grass");
   for (const double side : {-1.0, 1.0}) {
     // Left to right across the drive in both cases, so that the faces look up.
     const auto strip = [&](double near, double z_near, double far, double z_far, QuadTag tag) {
       if (side > 0)
-        ribbon(scene.still, line, from, to, near, z_near, far, z_far, tag);
+        add_ribbon(scene.still, line, from, to, near, z_near, far, z_far, tag);
       else
-        ribbon(scene.still, line, from, to, -far, z_far, -near, z_near, tag);
+        add_ribbon(scene.still, line, from, to, -far, z_far, -near, z_near, tag);
     };
     strip(half, 0, half + 0.015, top, {Material::Kerb, kerbs, 0});
     strip(half + 0.015, top, half + kerb, top, {Material::Kerb, kerbs, 0});
     strip(half + kerb, top, walk + 0.8, top, {Material::Pavement, walks, 0});
     strip(walk + 0.8, top, walk + 24, top, {Material::Grass, grass, 0});
   }
-  const Vec3 middle = line.place(length / 2, 0, -0.08);
-  const double r = 500;
-  scene.still.rectangle({middle + Vec3{-r, -r, 0}, middle + Vec3{r, -r, 0}, middle + Vec3{r, r, 0}, middle + Vec3{-r, r, 0}},
-                        {Material::Grass, grass, 0});
+  plain(scene, line, length, {Material::Grass, grass, 0});
 }
 
-FacadeStyle draw_style(Draw& draw, double width) {
+void add_plain(Scene& scene, const CentreLine& line, double length, Material material) {
+  plain(scene, line, length, {material, add_surface(scene, "plain"), 0});
+}
+
+FacadeStyle draw_facade(Draw& draw, double width, std::uint32_t least_storeys, std::uint32_t more_storeys) {
   static constexpr std::array<Albedo, 8> kWalls{{{.62f, .55f, .42f}, {.45f, .17f, .11f}, {.70f, .66f, .58f}, {.33f, .42f, .50f},
                                                  {.62f, .38f, .22f}, {.42f, .48f, .33f}, {.68f, .50f, .48f}, {.50f, .49f, .47f}}};
   static constexpr std::array<Albedo, 7> kSigns{{{.70f, .04f, .04f}, {.85f, .62f, .02f}, {.03f, .16f, .60f}, {.02f, .42f, .12f},
@@ -59,7 +61,7 @@ FacadeStyle draw_style(Draw& draw, double width) {
   f.door = kSigns[draw.below(7)];
   f.width_m = width;
   f.storey_m = draw(2.9, 3.4);
-  f.height_m = 4.0 + f.storey_m * (1 + draw.below(3)) + 0.8;
+  f.height_m = 4.0 + f.storey_m * (least_storeys - 1 + draw.below(more_storeys)) + 0.8;
   f.bay_m = width / std::floor(width / draw(2.1, 2.9));
   f.window_width_m = f.bay_m * draw(0.42, 0.6);
   f.window_height_m = draw(1.5, 1.9);
@@ -68,8 +70,7 @@ FacadeStyle draw_style(Draw& draw, double width) {
   return f;
 }
 
-/// Front between two ground points seen from the street with `a` on the left; walls go `depth` back.
-void add_building(StreetScene& scene, Vec3 a, Vec3 b, double base, double depth, const FacadeStyle& style, bool furnished) {
+void add_building(Scene& scene, Vec3 a, Vec3 b, double base, double depth, const FacadeStyle& style, bool furnished) {
   const auto index = static_cast<std::uint32_t>(scene.facades.size());
   scene.facades.push_back(style);
   const std::uint16_t front = add_surface(scene, "facade " + std::to_string(index));
@@ -101,51 +102,54 @@ void add_building(StreetScene& scene, Vec3 a, Vec3 b, double base, double depth,
   }
 }
 
-void add_row(StreetScene& scene, const Scenario& c, const CentreLine& line, double drive_length, double side) {
+void add_houses(Scene& scene, const Scenario& c, const CentreLine& line, double drive_length, const RowOfHouses& row) {
+  const double side = row.side;
   Draw draw{c.seed, kStreamScene + (side > 0 ? 1u : 0u)};
-  const double lateral = c.street.road_width_m / 2 + 0.15 + c.street.pavement_width_m;
   const std::uint16_t fence = add_surface(scene, side > 0 ? "garden wall right" : "garden wall left");
-  double s = -kBehind;
-  while (s < drive_length + kAhead) {
-    const double width = draw(9, 16), offset = side * (lateral + draw(0, 0.5));
+  double s = -kStreetBehind;
+  while (s < drive_length + kStreetAhead) {
+    const double width = draw(9, 16), offset = side * (row.lateral_m + draw(0, 0.5));
     // Whoever faces the right row has the drive's direction on the left hand.
     const double s0 = side > 0 ? s + width : s, s1 = side > 0 ? s : s + width;
     const Vec3 a = line.place(s0, offset), b = line.place(s1, offset);
     if (draw(0, 1) < 0.13 && c.street.furnished) {
-      const double top = c.street.kerb_height_m + 1.7;
+      const double top = row.base_m + 1.7;
       scene.still.rectangle({a, b, b + Vec3{0, 0, top}, a + Vec3{0, 0, top}}, {Material::Brick, fence, 0});
     } else {
-      FacadeStyle style = draw_style(draw, length(b - a));
-      add_building(scene, a, b, c.street.kerb_height_m, 11.0, style, c.street.furnished);
+      FacadeStyle style = draw_facade(draw, length(b - a), row.least_storeys, row.more_storeys);
+      add_building(scene, a, b, row.base_m, 11.0, style, c.street.furnished);
     }
     s += width + (draw(0, 1) < 0.2 ? 1.2 : 0.02);
   }
 }
 
-}  // namespace
-
-std::uint16_t add_surface(StreetScene& scene, const std::string& name) {
-  scene.surfaces.push_back(name);
-  return static_cast<std::uint16_t>(scene.surfaces.size() - 1);
+void add_end(Scene& scene, const Scenario& c, const CentreLine& line, Draw& draw, double s, double left, double right) {
+  const Vec3 a = line.place(s, left), b = line.place(s, right);
+  add_building(scene, a, b, 0, 11, draw_facade(draw, length(b - a), 2, 3), c.street.furnished);
 }
 
-StreetScene build_street(const Scenario& c, const CentreLine& line, double drive_length) {
-  StreetScene scene;
-  scene.surfaces = {"nothing", "own vehicle"};
-  scene.road_half_width_m = c.street.road_width_m / 2;
-  scene.zebra_at_m = c.street.zebra_at_m;
-  add_ground(scene, c.street, line, drive_length);
-  add_row(scene, c, line, drive_length, -1);
-  add_row(scene, c, line, drive_length, 1);
+Scene build_street(const Scenario& c, const CentreLine& line, double drive_length) {
+  Scene scene;
+  add_road(scene, c.street, line, drive_length);
+  const double lateral = c.street.road_width_m / 2 + 0.15 + c.street.pavement_width_m, kerb = c.street.kerb_height_m;
+  add_houses(scene, c, line, drive_length, {.side = -1, .lateral_m = lateral, .base_m = kerb});
+  add_houses(scene, c, line, drive_length, {.side = 1, .lateral_m = lateral, .base_m = kerb});
   // The street's ends are closed by a house across it.
   Draw draw{c.seed, kStreamScene + 2};
   const double across = c.street.road_width_m / 2 + c.street.pavement_width_m + 4;
-  const auto close = [&](double s, double left, double right) {
-    const Vec3 a = line.place(s, left), b = line.place(s, right);
-    add_building(scene, a, b, 0, 11, draw_style(draw, length(b - a)), c.street.furnished);
-  };
-  close(drive_length + kAhead - 1, -across, across);
-  close(-kBehind + 1, across, -across);
+  add_end(scene, c, line, draw, drive_length + kStreetAhead - 1, -across, across);
+  add_end(scene, c, line, draw, -kStreetBehind + 1, across, -across);
+  if (c.street.furnished) add_furniture(scene, c, line, drive_length);
+  return scene;
+}
+
+/// The street between tall houses, open at both ends, so that a low sun shines along it.
+Scene build_canyon(const Scenario& c, const CentreLine& line, double drive_length) {
+  Scene scene;
+  add_road(scene, c.street, line, drive_length);
+  const double lateral = c.street.road_width_m / 2 + 0.15 + c.street.pavement_width_m, kerb = c.street.kerb_height_m;
+  add_houses(scene, c, line, drive_length, {.side = -1, .lateral_m = lateral, .base_m = kerb, .least_storeys = 6, .more_storeys = 4});
+  add_houses(scene, c, line, drive_length, {.side = 1, .lateral_m = lateral, .base_m = kerb, .least_storeys = 5, .more_storeys = 5});
   if (c.street.furnished) add_furniture(scene, c, line, drive_length);
   return scene;
 }

@@ -17,17 +17,10 @@ float cell_value(std::int32_t x, std::int32_t y, std::uint32_t seed) {
   return static_cast<float>(cell_bits(x, y, seed) >> 8) * (2.0f / 16777216.0f) - 1.0f;
 }
 std::int32_t whole(float x) { return static_cast<std::int32_t>(std::floor(x)); }
-/// Tint of a tile, fading out as tiles become smaller than the footprint.
-float tile_tint(float u, float v, float du, float dv, float w, std::uint32_t seed) {
-  const float fade = std::clamp(1.6f - 1.2f * w / std::min(du, dv), 0.0f, 1.0f);
-  return fade > 0 ? fade * cell_value(whole(u / du), whole(v / dv), seed) : 0.0f;
-}
-
 Albedo scaled(Albedo a, float s) { return {a.r * s, a.g * s, a.b * s}; }
 Albedo mixed(Albedo a, Albedo b, float t) { return {a.r + (b.r - a.r) * t, a.g + (b.g - a.g) * t, a.b + (b.b - a.b) * t}; }
-Albedo grey(float g) { return {g, g, g}; }
 
-Albedo asphalt(const StreetScene& scene, const TextureSample& t) {
+Albedo asphalt(const Scene& scene, const TextureSample& t) {
   const float w = std::max(t.width_u, t.width_v);
   // u runs along the street, v across: stains are drawn out along the wheels' tracks.
   float g = 0.105f + 0.018f * smooth_noise(t.u / 5.0f, t.v / 1.1f, w / 1.1f, 11) + 0.014f * smooth_noise(t.u / 0.7f, t.v / 0.4f, w / 0.4f, 12) +
@@ -145,6 +138,11 @@ Albedo sign_face(const Albedo& paint, const TextureSample& t) {
 
 }  // namespace
 
+float tile_tint(float u, float v, float du, float dv, float w, std::uint32_t seed) {
+  const float fade = std::clamp(1.6f - 1.2f * w / std::min(du, dv), 0.0f, 1.0f);
+  return fade > 0 ? fade * cell_value(whole(u / du), whole(v / dv), seed) : 0.0f;
+}
+
 float covered(float x, float w, float a, float b) {
   w = std::max(w, 1e-4f);
   return std::clamp((std::min(b, x + w / 2) - std::max(a, x - w / 2)) / w, 0.0f, 1.0f);
@@ -172,7 +170,7 @@ float smooth_noise(float x, float y, float footprint, std::uint32_t seed) {
   return fade * (a + (b - a) * fx + (c - a) * fy + (a - b - c + d) * fx * fy);
 }
 
-Albedo albedo_at(const StreetScene& scene, const TextureSample& t) {
+Albedo albedo_at(const Scene& scene, const TextureSample& t) {
   const float w = std::max(t.width_u, t.width_v);
   switch (t.tag.material) {
     case Material::Asphalt: return asphalt(scene, t);
@@ -210,8 +208,8 @@ Albedo albedo_at(const StreetScene& scene, const TextureSample& t) {
       const float r = std::sqrt(t.u * t.u + t.v * t.v);
       return mixed({0.025f, 0.025f, 0.025f}, {0.40f, 0.41f, 0.42f}, covered(r, w, -0.62f, 0.62f));
     }
+    default: return scene_albedo_at(scene, t);
   }
-  return grey(0.5f);
 }
 
 }  // namespace hueline::sim

@@ -12,7 +12,6 @@
 namespace hueline::sim {
 namespace {
 
-constexpr double kCarReach = 2.7;  // m around a point 0.7 m above the road
 constexpr double kShadowBias = 2e-3;
 
 RTCScene load(RTCDevice device, const Mesh& mesh) {
@@ -41,10 +40,11 @@ Vec3 wide(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
 struct World::Embree {
   RTCDevice device = nullptr;
-  RTCScene still = nullptr, car = nullptr;
+  RTCScene still = nullptr;
+  std::vector<RTCScene> shapes;
   ~Embree() {
     if (still) rtcReleaseScene(still);
-    if (car) rtcReleaseScene(car);
+    for (RTCScene shape : shapes) rtcReleaseScene(shape);
     if (device) rtcReleaseDevice(device);
   }
 };
@@ -53,20 +53,20 @@ World::World(const Scenario& scenario, const Motion& motion)
     : motion_(motion),
       config_(scenario.street),
       begin_(scenario.sensors_begin_gps_ns()),
-      scene_(build_street(scenario, motion.centre_line(), motion.length_m())),
+      scene_(build_scene(scenario, motion.centre_line(), motion.length_m())),
       embree_(std::make_unique<Embree>()) {
   const double az = radians(config_.sun_azimuth_deg), el = radians(config_.sun_elevation_deg);
   to_sun_ = {std::sin(az) * std::cos(el), std::cos(az) * std::cos(el), std::sin(el)};
   embree_->device = rtcNewDevice("threads=1,set_affinity=0");  // one builder: the same tree every time
   embree_->still = load(embree_->device, scene_.still);
-  if (!scene_.moving_car_surfaces.empty()) embree_->car = load(embree_->device, scene_.car);
+  if (!scene_.movers.empty())
+    for (const MovingShape& shape : scene_.shapes) embree_->shapes.push_back(load(embree_->device, shape.mesh));
 }
 
 World::~World() = default;
 
 bool World::is_moving(std::uint16_t surface) const {
-  const auto& moving = scene_.moving_car_surfaces;
-  return std::find(moving.begin(), moving.end(), surface) != moving.end();
+  return std::any_of(scene_.movers.begin(), scene_.movers.end(), [&](const Mover& m) { return m.surface == surface; });
 }
 
 Moment World::moment(GpsNs t) const {
@@ -76,13 +76,15 @@ Moment World::moment(GpsNs t) const {
   m.T_body_enu = inverse(m.T_enu_body);
   const CentreLine& line = motion_.centre_line();
   const double seconds = static_cast<double>(t - begin_) * 1e-9;
-  for (std::size_t i = 0; i < scene_.moving_car_surfaces.size(); ++i) {
-    const double s = motion_.length_m() + 55 + 120.0 * static_cast<double>(i) - config_.moving_car_speed * seconds;
-    // Cars beyond the street's ends wait underground.
-    const bool on_street = s > -62 && s < motion_.length_m() + 80;
-    const double clipped = std::clamp(s, -62.0, motion_.length_m() + 80);
-    m.T_enu_car.push_back({R_enu_body(0, 0, line.heading(clipped) + kPi), line.place(clipped, -config_.road_width_m / 4, on_street ? 0.0 : -50.0)});
-    m.T_car_enu.push_back(inverse(m.T_enu_car.back()));
+  for (const Mover& mover : scene_.movers) {
+    const double s = mover.s_m + mover.along * mover.speed * seconds;
+    // Whatever is beyond its stretch waits underground.
+    const bool is_out = s > mover.from_s && s < mover.to_s;
+    const double clipped = std::clamp(s, line.from_m(), line.to_m());
+    const double turn = mover.across != 0 ? mover.across * kPi / 2 : (mover.along < 0 ? kPi : 0.0);
+    const double lateral = mover.lateral_m + mover.across * mover.speed * seconds;
+    m.T_enu_mover.push_back({R_enu_body(0, 0, line.heading(clipped) + turn), line.place(clipped, lateral, is_out ? 0.0 : -50.0)});
+    m.T_mover_enu.push_back(inverse(m.T_enu_mover.back()));
   }
   return m;
 }
@@ -92,20 +94,20 @@ Moment World::moment(const Moment& base, GpsNs t, const Pose& T_enu_body) const 
   m.gps_ns = t;
   m.T_enu_body = T_enu_body;
   m.T_body_enu = inverse(T_enu_body);
-  const double step = config_.moving_car_speed * static_cast<double>(t - base.gps_ns) * 1e-9;
-  for (std::size_t i = 0; i < m.T_enu_car.size(); ++i) {
-    m.T_enu_car[i].p = m.T_enu_car[i].p + step * (m.T_enu_car[i].R * Vec3{0, 1, 0});
-    m.T_car_enu[i] = inverse(m.T_enu_car[i]);
+  const double seconds = static_cast<double>(t - base.gps_ns) * 1e-9;
+  for (std::size_t i = 0; i < m.T_enu_mover.size(); ++i) {
+    m.T_enu_mover[i].p = m.T_enu_mover[i].p + scene_.movers[i].speed * seconds * (m.T_enu_mover[i].R * Vec3{0, 1, 0});
+    m.T_mover_enu[i] = inverse(m.T_enu_mover[i]);
   }
   return m;
 }
 
 namespace {
 
-bool passes_car(const Pose& T_enu_car, Vec3 origin, Vec3 direction) {
-  const Vec3 from = origin - T_enu_car.p - Vec3{0, 0, 0.7};
-  const double ahead = dot(from, direction), off2 = dot(from, from);
-  return off2 < kCarReach * kCarReach || (ahead < 0 && off2 - ahead * ahead < kCarReach * kCarReach);
+bool passes(const MovingShape& shape, const Pose& T_enu_mover, Vec3 origin, Vec3 direction) {
+  const Vec3 from = origin - T_enu_mover.p - Vec3{0, 0, shape.centre_up_m};
+  const double ahead = dot(from, direction), off2 = dot(from, from), reach2 = shape.reach_m * shape.reach_m;
+  return off2 < reach2 || (ahead < 0 && off2 - ahead * ahead < reach2);
 }
 
 void set(RTCRay& ray, Vec3 o, Vec3 d, float near_m, float far_m) {
@@ -175,19 +177,20 @@ void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> s
     };
     if (packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
       take(scene_.still, packet.hit.primID[i], packet.hit.u[i], packet.hit.v[i], packet.ray.tfar[i]);
-    for (std::size_t k = 0; k < at.T_enu_car.size(); ++k) {
-      if (!passes_car(at.T_enu_car[k], ray.origin, ray.direction)) continue;
+    for (std::size_t k = 0; k < at.T_enu_mover.size(); ++k) {
+      const std::size_t shape = scene_.movers[k].shape;
+      if (!passes(scene_.shapes[shape], at.T_enu_mover[k], ray.origin, ray.direction)) continue;
       RTCRayHit single{};
-      set(single.ray, at.T_car_enu[k] * ray.origin, at.T_car_enu[k].R * ray.direction, static_cast<float>(ray.near_m), static_cast<float>(limit));
+      set(single.ray, at.T_mover_enu[k] * ray.origin, at.T_mover_enu[k].R * ray.direction, static_cast<float>(ray.near_m), static_cast<float>(limit));
       single.hit.geomID = RTC_INVALID_GEOMETRY_ID;
       RTCIntersectContext alone;
       rtcInitIntersectContext(&alone);
-      rtcIntersect1(embree_->car, &alone, &single);
+      rtcIntersect1(embree_->shapes[shape], &alone, &single);
       if (single.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
-      take(scene_.car, single.hit.primID, single.hit.u, single.hit.v, single.ray.tfar);
-      s.surface = scene_.moving_car_surfaces[k];
+      take(scene_.shapes[shape].mesh, single.hit.primID, single.hit.u, single.hit.v, single.ray.tfar);
+      s.surface = scene_.movers[k].surface;
       s.face += 0x40000000u;
-      const Mat3& R = at.T_enu_car[k].R;
+      const Mat3& R = at.T_enu_mover[k].R;
       s.normal = R * s.normal;
       c.grad_u = R * c.grad_u;
       c.grad_v = R * c.grad_v;
@@ -235,13 +238,14 @@ void World::find_shadows(const Moment& at, std::span<const Ray> rays, std::span<
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (valid[i] == 0 || packet.tfar[i] < 0) continue;
     bool lit = true;
-    for (std::size_t k = 0; lit && k < at.T_enu_car.size(); ++k) {
-      if (!passes_car(at.T_enu_car[k], origin[i], to_sun_)) continue;
+    for (std::size_t k = 0; lit && k < at.T_enu_mover.size(); ++k) {
+      const std::size_t shape = scene_.movers[k].shape;
+      if (!passes(scene_.shapes[shape], at.T_enu_mover[k], origin[i], to_sun_)) continue;
       RTCRay single;
-      set(single, at.T_car_enu[k] * origin[i], at.T_car_enu[k].R * to_sun_, 0.004f, 100.0f);
+      set(single, at.T_mover_enu[k] * origin[i], at.T_mover_enu[k].R * to_sun_, 0.004f, 100.0f);
       RTCIntersectContext alone;
       rtcInitIntersectContext(&alone);
-      rtcOccluded1(embree_->car, &alone, &single);
+      rtcOccluded1(embree_->shapes[shape], &alone, &single);
       lit = !(single.tfar < 0);
     }
     if (lit) lit = !own_vehicle_on_ray(at.T_body_enu * origin[i], at.T_body_enu.R * to_sun_);

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "sim/street_scene.hpp"
+#include "sim/scene.hpp"
 #include "sim/vehicle.hpp"
 
 namespace hueline::sim {
@@ -31,10 +31,10 @@ struct Seen {
 struct Moment {
   GpsNs gps_ns = 0;
   Pose T_enu_body, T_body_enu;
-  std::vector<Pose> T_enu_car, T_car_enu;
+  std::vector<Pose> T_enu_mover, T_mover_enu;  ///< as in Scene::movers
 };
 
-/// The street under rays. Immutable after construction; every function is thread-safe and deterministic.
+/// The scene under rays. Immutable after construction; every function is thread-safe and deterministic.
 class World {
  public:
   World(const Scenario& scenario, const Motion& motion);
@@ -42,9 +42,9 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  /// Poses of the vehicle and the other cars at an instant.
+  /// Poses of the vehicle and of all that moves at an instant.
   Moment moment(GpsNs t) const;
-  /// The same for several firings within a packet: the other cars move on in a straight line from `base`.
+  /// The same for several firings within a packet: what moves goes on in a straight line from `base`.
   Moment moment(const Moment& base, GpsNs t, const Pose& T_enu_body) const;
 
   static constexpr std::size_t kBatch = 8;
@@ -56,7 +56,8 @@ class World {
   void look(const Moment& at, std::span<const Ray> rays, float cone, std::span<Seen> seen) const;
 
   const std::vector<std::string>& surfaces() const { return scene_.surfaces; }
-  /// True for what moves by itself (other cars, people); false for the street and for the own vehicle.
+  const std::vector<SphereTarget>& targets() const { return scene_.targets; }
+  /// True for what moves by itself (other cars, people); false for the scene and for the own vehicle.
   bool is_moving(std::uint16_t surface) const;
 
  private:
@@ -65,12 +66,16 @@ class World {
   void trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> seen, std::span<Contact> contacts) const;
   void find_shadows(const Moment& at, std::span<const Ray> rays, std::span<const Seen> seen, std::span<Contact> contacts) const;
   Radiance sky(Vec3 direction) const;
+  /// Share of the sky's light that reaches a place: 1 in the open.
+  float daylight(Vec3 place) const;
+  /// Light of the lamps on a white surface.
+  float lamplight(Vec3 place, Vec3 normal) const;
   Radiance shade(const Ray& ray, Seen& seen, const Contact& contact, float cone) const;
 
   const Motion& motion_;
   StreetConfig config_;
   GpsNs begin_;
-  StreetScene scene_;
+  Scene scene_;
   Vec3 to_sun_;
   std::unique_ptr<Embree> embree_;
 };

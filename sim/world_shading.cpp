@@ -19,7 +19,33 @@ Radiance World::sky(Vec3 d) const {
   const auto glow = static_cast<float>(std::max(0.0, dot(d, to_sun_)));
   const float g8 = glow * glow * glow * glow * glow * glow * glow * glow, disc = glow > 0.99996f ? 4.0f : 0.0f;
   const float halo = 0.25f * g8 * g8 * g8 + disc;
-  return {c.r + halo, c.g + 0.93f * halo, c.b + 0.8f * halo};
+  const auto bright = static_cast<float>(config_.sky_brightness);
+  return {bright * (c.r + halo), bright * (c.g + 0.93f * halo), bright * (c.b + 0.8f * halo)};
+}
+
+float World::daylight(Vec3 place) const {
+  const Enclosure& in = scene_.enclosure;
+  if (!in.is_there) return 1.0f;
+  const Vec3 from = place - in.from;
+  const double along = dot(from, in.along), inwards = std::min(along, in.length_m - along);
+  if (inwards <= 0 || std::abs(dot(from, in.right)) > in.half_width_m || from.z > in.height_m || from.z < -0.05) return 1.0f;
+  // The sky is seen through the nearer end alone: its share falls with the square of the distance.
+  const double reach = inwards / (0.8 * in.height_m);
+  return static_cast<float>(0.6 / (1 + reach * reach * 2));
+}
+
+float World::lamplight(Vec3 place, Vec3 normal) const {
+  float sum = 0;
+  for (const LightSource& lamp : scene_.lamps) {
+    const Vec3 to = lamp.place - place;
+    const double d2 = dot(to, to);
+    if (d2 > 400) continue;
+    const double d = std::sqrt(d2), down = to.z / d, facing = dot(to, normal) / d;
+    if (down > 0 && facing > 0) sum += lamp.power * static_cast<float>(down * facing / (0.25 + d2));
+    // What walls and road throw back reaches every side.
+    sum += 0.06f * lamp.power / static_cast<float>(1 + 0.1 * d2);
+  }
+  return sum;
 }
 
 Radiance World::shade(const Ray& ray, Seen& s, const Contact& c, float cone) const {
@@ -45,6 +71,15 @@ Radiance World::shade(const Ray& ray, Seen& s, const Contact& c, float cone) con
   const auto up = static_cast<float>(0.5 + 0.5 * s.normal.z);
   Radiance out{a.r * (sun * 1.02f + 0.25f * up + 0.13f * (1 - up)), a.g * (sun * 0.96f + 0.29f * up + 0.12f * (1 - up)),
                a.b * (sun * 0.86f + 0.37f * up + 0.11f * (1 - up))};
+  if (scene_.enclosure.is_there) {
+    const Vec3 place = ray.origin + s.distance_m * ray.direction;
+    if (const float share = daylight(place); share < 1) {
+      const float lamps = lamplight(place, s.normal);
+      out = {share * out.r + a.r * lamps, share * out.g + 0.88f * a.g * lamps, share * out.b + 0.70f * a.b * lamps};
+      if (s.material == Material::LampGlass) return {5.0f, 4.4f, 3.5f};
+      return out;
+    }
+  }
   if (s.material == Material::CarGlass || s.material == Material::CarPaint) {
     const Vec3 mirrored = ray.direction - 2 * dot(ray.direction, s.normal) * s.normal;
     const float share = s.material == Material::CarGlass ? 0.22f : 0.05f;

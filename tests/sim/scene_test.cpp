@@ -1,0 +1,220 @@
+// Each scene's promises, asked of the world by rays.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "sim/own_vehicle.hpp"
+#include "sim/world.hpp"
+#include "small_scenario.hpp"
+
+namespace hueline::sim {
+namespace {
+
+Scenario scenario_of(SceneKind kind) {
+  Scenario s = small_scenario();
+  s.scene = kind;
+  s.duration_s = 8;
+  s.drive.accelerate_s = 1;
+  s.drive.speed = 6;
+  s.street.curve_deg = 0;
+  s.drive.lane_offset_m = kind == SceneKind::Street || kind == SceneKind::Canyon || kind == SceneKind::Tunnel ? 1.75 : 0;
+  if (kind == SceneKind::Traffic) {
+    s.street.road_width_m = 14;
+    s.street.zebra_at_m = 60;
+    s.street.moving_cars = 4;
+    s.drive.lane_offset_m = 5.25;
+  }
+  if (kind == SceneKind::Targets) s.drive.stand_s = 8;
+  return s;
+}
+
+struct Made {
+  explicit Made(const Scenario& s) : scenario(s), motion(s), world(s, motion) {}
+  GpsNs at(double seconds) const { return scenario.sensors_begin_gps_ns() + static_cast<GpsNs>(seconds * 1e9); }
+  Seen look(double seconds, Vec3 from, Vec3 direction, double far_m = 300) const {
+    const Moment moment = world.moment(at(seconds));
+    const World::Ray ray{from, normalised(direction), 0.01, far_m};
+    Seen seen;
+    world.look(moment, std::span(&ray, 1), 0.001f, std::span(&seen, 1));
+    return seen;
+  }
+  Scenario scenario;
+  Motion motion;
+  World world;
+};
+
+class EveryScene : public testing::TestWithParam<SceneKind> {};
+
+TEST_P(EveryScene, IsValidAndLeavesTheVehicleRoom) {
+  const Scenario s = scenario_of(GetParam());
+  ASSERT_EQ(s.validate(), "");
+  const Made made(s);
+  std::size_t hits = 0;
+  for (double t = 0; t < 8; t += 0.25) {
+    const Pose T = made.motion.T_enu_body(made.at(t));
+    // Around the vehicle, from just outside its walls: nothing stands in it. The ground is 0.8 m below the body's origin.
+    for (int i = 0; i < 48; ++i) {
+      const double a = 2 * kPi * i / 48;
+      const Vec3 out{std::sin(a), std::cos(a), 0};
+      for (const double up : {0.2, 1.0}) {
+        // A ray comes in from 6 m and must reach the vehicle's hull if nothing is between; what it hits earlier stays outside.
+        const Vec3 origin = T * Vec3{0, 0, 2.6 + up};
+        const Seen seen = made.look(t, origin, T.R * out, 60);
+        if (!seen.is_hit) continue;
+        ++hits;
+        EXPECT_TRUE(seen.surface == 1 || seen.distance_m > 1.05) << "at " << t << " s, " << made.world.surfaces()[seen.surface];
+      }
+    }
+  }
+  EXPECT_GT(hits, 200u);
+}
+
+TEST_P(EveryScene, HasGroundBelowAndManySurfacesAround) {
+  const Made made(scenario_of(GetParam()));
+  const Pose T = made.motion.T_enu_body(made.at(4));
+  std::set<std::uint16_t> met;
+  for (int i = 0; i < 360; ++i)
+    for (double el = -60; el < 60; el += 3) {
+      const double a = radians(i), e = radians(el);
+      const Seen seen = made.look(4, T * Vec3{0, 0, 2.2}, Vec3{std::cos(e) * std::sin(a), std::cos(e) * std::cos(a), std::sin(e)});
+      if (seen.is_hit) {
+        met.insert(seen.surface);
+        EXPECT_LT(seen.surface, made.world.surfaces().size());
+        EXPECT_GT(seen.reflectance, 0.01f);
+        EXPECT_LT(seen.reflectance, 1.0f);
+      } else {
+        EXPECT_GT(el, -3.0) << "a hole in the ground at azimuth " << i;
+      }
+    }
+  EXPECT_GT(met.size(), 12u);
+  EXPECT_EQ(met.count(0), 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene,
+                         testing::Values(SceneKind::Street, SceneKind::Square, SceneKind::Canyon, SceneKind::Alley, SceneKind::Traffic,
+                                         SceneKind::Tunnel, SceneKind::Targets));
+
+TEST(Alley, WallsKeepTheirDistanceOnBothSides) {
+  Scenario s = scenario_of(SceneKind::Alley);
+  s.alley.near_m = 2;
+  s.alley.far_m = 5;
+  const Made made(s);
+  double least = 100, most = 0;
+  for (double t = 0; t < 8; t += 0.1) {
+    const Pose T = made.motion.T_enu_body(made.at(t));
+    for (const double side : {-1.0, 1.0}) {
+      const Seen seen = made.look(t, T * Vec3{side * 1.0, 0, 2.2}, T.R * Vec3{side, 0, 0});
+      ASSERT_TRUE(seen.is_hit);
+      least = std::min(least, seen.distance_m + 1.0);
+      most = std::max(most, seen.distance_m + 1.0);
+    }
+  }
+  EXPECT_GT(least, 2.0 - 0.35) << "sills and pipes stand out by a hand";
+  EXPECT_LT(least, 3.2);
+  EXPECT_GT(most, 3.6);
+  EXPECT_LT(most, 5.2);
+}
+
+TEST(Traffic, OthersMoveAndSaySo) {
+  const Made made(scenario_of(SceneKind::Traffic));
+  std::size_t moving = 0, seen_moving = 0;
+  for (std::size_t i = 0; i < made.world.surfaces().size(); ++i) {
+    const bool says = made.world.surfaces()[i].starts_with("moving");
+    EXPECT_EQ(made.world.is_moving(static_cast<std::uint16_t>(i)), says) << made.world.surfaces()[i];
+    moving += says;
+  }
+  EXPECT_EQ(moving, 2u * 4 + 3 + 14 + 4);
+  std::set<std::uint16_t> met;
+  for (double t = 0; t < 8; t += 0.5) {
+    const Pose T = made.motion.T_enu_body(made.at(t));
+    for (int i = 0; i < 720; ++i)
+      for (const double el : {-12.0, -6.0, -3.0}) {
+        const double a = radians(i * 0.5), e = radians(el);
+        const Seen seen = made.look(t, T * Vec3{0, 0, 2.2}, Vec3{std::cos(e) * std::sin(a), std::cos(e) * std::cos(a), std::sin(e)});
+        if (seen.is_hit && made.world.is_moving(seen.surface)) {
+          ++seen_moving;
+          met.insert(seen.surface);
+        }
+      }
+  }
+  EXPECT_GT(seen_moving, 200u);
+  const auto meets = [&](const std::string& kind) {
+    return std::any_of(met.begin(), met.end(), [&](std::uint16_t s) { return made.world.surfaces()[s].find(kind) != std::string::npos; });
+  };
+  EXPECT_TRUE(meets("oncoming"));
+  EXPECT_TRUE(meets("overtaking"));
+  EXPECT_TRUE(meets("pedestrian"));
+  EXPECT_TRUE(meets("crossing"));
+  // The same moment extrapolated over a packet's time agrees with the moment itself.
+  const Moment base = made.world.moment(made.at(3)), later = made.world.moment(made.at(3.001)), guessed = made.world.moment(base, made.at(3.001), later.T_enu_body);
+  for (std::size_t i = 0; i < later.T_enu_mover.size(); ++i) EXPECT_LT(length(later.T_enu_mover[i].p - guessed.T_enu_mover[i].p), 1e-6);
+}
+
+TEST(Targets, SpheresStandWhereTheTruthSays) {
+  const Made made(scenario_of(SceneKind::Targets));
+  ASSERT_EQ(made.world.targets().size(), 10u);
+  const Pose T = made.motion.T_enu_body(made.at(2));
+  std::size_t visible = 0;
+  for (const SphereTarget& target : made.world.targets()) {
+    const Vec3 eye = T * Vec3{0, 0, 2.4}, to = target.centre - eye;
+    EXPECT_TRUE(target.radius_m == 0.145 || target.radius_m == 0.0725);
+    EXPECT_EQ(made.world.surfaces()[target.surface].rfind("target", 0), 0u);
+    const Seen seen = made.look(2, eye, to);
+    if (seen.surface != target.surface) continue;  // another one, or the mast, is before it
+    ++visible;
+    EXPECT_NEAR(seen.distance_m, length(to) - target.radius_m, 2e-4);
+    // Off the middle: still the sphere, at its radius.
+    const Vec3 across = normalised(cross(to, Vec3{0, 0, 1}));
+    const Seen edge = made.look(2, eye, target.centre + 0.7 * target.radius_m * across - eye);
+    ASSERT_EQ(edge.surface, target.surface);
+    const Vec3 hit = eye + edge.distance_m * normalised(target.centre + 0.7 * target.radius_m * across - eye);
+    EXPECT_NEAR(length(hit - target.centre), target.radius_m, 3e-4);
+  }
+  EXPECT_GE(visible, 7u);
+}
+
+TEST(Tunnel, IsDarkInsideAndLitByLamps) {
+  Scenario s = scenario_of(SceneKind::Tunnel);
+  s.tunnel.from_m = 5;
+  s.tunnel.length_m = 60;
+  const Made made(s);
+  const auto road_light = [&](double along) {
+    const Vec3 above = made.motion.centre_line().place(along, -1.0, 1.5);
+    const Seen seen = made.look(0, above, {0, 0, -1});
+    EXPECT_TRUE(seen.is_hit);
+    return seen.colour.g / seen.reflectance;
+  };
+  const double outside = road_light(-10), inside = road_light(35);
+  EXPECT_GT(outside, 0.7);
+  EXPECT_LT(inside, 0.3 * outside);
+  EXPECT_GT(inside, 0.02);
+  const Seen up = made.look(0, made.motion.centre_line().place(35, 0, 2), {0, 0, 1});
+  ASSERT_TRUE(up.is_hit) << "a roof";
+  EXPECT_NEAR(up.distance_m, s.tunnel.height_m - 2, 0.01);
+}
+
+TEST(Scenarios, YoungKeysAtTheirDefaultsLeaveTheFingerprintAlone) {
+  Scenario s;
+  EXPECT_EQ(s.fingerprint(), "ecde5d6aa3e3a53e");
+  s.targets.large = 3;
+  EXPECT_NE(s.fingerprint(), "ecde5d6aa3e3a53e");
+  EXPECT_NE(s.text().find("targets.large=3"), std::string::npos);
+  EXPECT_EQ(s.text().find("targets.small"), std::string::npos);
+}
+
+TEST(Scenarios, WhatASceneCannotBeIsRefused) {
+  Scenario s = scenario_of(SceneKind::Tunnel);
+  s.street.curve_deg = 3;
+  EXPECT_NE(s.validate().find("curve_deg"), std::string::npos);
+  s = scenario_of(SceneKind::Traffic);
+  s.street.road_width_m = 8;
+  s.drive.lane_offset_m = 1;
+  EXPECT_NE(s.validate().find("road_width_m"), std::string::npos);
+  s = scenario_of(SceneKind::Alley);
+  s.alley.near_m = 6;
+  EXPECT_NE(s.validate().find("near_m"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hueline::sim
