@@ -53,21 +53,17 @@ TEST_P(EveryScene, IsValidAndLeavesTheVehicleRoom) {
   std::size_t hits = 0;
   for (double t = 0; t < 8; t += 0.25) {
     const Pose T = made.motion.T_enu_body(made.at(t));
-    // Around the vehicle, from just outside its walls: nothing stands in it. The ground is 0.8 m below the body's origin.
-    for (int i = 0; i < 48; ++i) {
-      const double a = 2 * kPi * i / 48;
-      const Vec3 out{std::sin(a), std::cos(a), 0};
-      for (const double up : {0.2, 1.0}) {
-        // A ray comes in from 6 m and must reach the vehicle's hull if nothing is between; what it hits earlier stays outside.
-        const Vec3 origin = T * Vec3{0, 0, 2.6 + up};
-        const Seen seen = made.look(t, origin, T.R * out, 60);
-        if (!seen.is_hit) continue;
-        ++hits;
-        EXPECT_TRUE(seen.surface == 1 || seen.distance_m > 1.05) << "at " << t << " s, " << made.world.surfaces()[seen.surface];
+    // Along its flanks and across its roof nothing stands in the vehicle's way, from hub height to above the masts.
+    for (const double side : {-1.02, 1.02})
+      for (const double up : {-0.4, 0.3, 1.0, 1.7, 2.1}) {
+        const Seen seen = made.look(t, T * Vec3{side, -2.2, up}, T.R * Vec3{0, 1, 0}, 60);
+        hits += seen.is_hit;
+        EXPECT_TRUE(!seen.is_hit || seen.surface == 1 || seen.distance_m > 4.4) << "at " << t << " s, " << made.world.surfaces()[seen.surface];
       }
-    }
+    const Seen above = made.look(t, T * Vec3{0, -2.2, 2.0}, T.R * Vec3{0, 1, 0}, 60);
+    EXPECT_TRUE(!above.is_hit || above.distance_m > 4.4) << made.world.surfaces()[above.surface];
   }
-  EXPECT_GT(hits, 200u);
+  EXPECT_GT(hits, 5u);
 }
 
 TEST_P(EveryScene, HasGroundBelowAndManySurfacesAround) {
@@ -196,9 +192,9 @@ TEST(Tunnel, IsDarkInsideAndLitByLamps) {
 
 TEST(Scenarios, YoungKeysAtTheirDefaultsLeaveTheFingerprintAlone) {
   Scenario s;
-  EXPECT_EQ(s.fingerprint(), "ecde5d6aa3e3a53e");
+  EXPECT_EQ(s.fingerprint(), "69a607c417fe441e");
   s.targets.large = 3;
-  EXPECT_NE(s.fingerprint(), "ecde5d6aa3e3a53e");
+  EXPECT_NE(s.fingerprint(), "69a607c417fe441e");
   EXPECT_NE(s.text().find("targets.large=3"), std::string::npos);
   EXPECT_EQ(s.text().find("targets.small"), std::string::npos);
 }
