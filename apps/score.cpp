@@ -48,7 +48,7 @@ std::string first_difference(const ScoredRun& a, const ScoredRun& b) {
 
 int run(const Options& options) {
   const auto began = std::chrono::steady_clock::now();
-  const auto files = config::load_sheet(options.sheet);
+  const config::Sheet plan = config::load_sheet(options.sheet);
   score::Sheet before;
   if (!options.against.empty()) {
     auto read = score::read_score_json(options.against);
@@ -59,7 +59,7 @@ int run(const Options& options) {
     before = std::move(*read);
   }
   std::vector<sim::Scenario> scenarios;  // all are read before the first is driven: a typing error shows at once
-  for (const auto& file : files) scenarios.push_back(config::load_scenario(file.string()));
+  for (const auto& file : plan.scenarios) scenarios.push_back(config::load_scenario(file.string()));
 
   const int threads = threads_of(options);
   const std::string cache = options.cache.empty() ? options.out + "/drives" : options.cache;
@@ -68,12 +68,12 @@ int run(const Options& options) {
   score::Sheet sheet;
   score::RunNotes notes;
   for (std::size_t i = 0; i < scenarios.size(); ++i) {
-    const std::string name = files[i].stem().string();
-    auto scored = score_scenario(scenarios[i], name, cache, threads, progress);
+    const std::string name = plan.scenarios[i].stem().string();
+    auto scored = score_scenario(scenarios[i], name, cache, plan.ray_returns, threads, progress);
     if (scored.ok() && i == 0) {
       // One scenario twice: the cloud and all figures must not know how many threads there were.
       const int other = threads == 1 ? 2 : 1;
-      const auto again = score_scenario(scenarios[i], name, cache, other, progress);
+      const auto again = score_scenario(scenarios[i], name, cache, plan.ray_returns, other, progress);
       if (!again.ok()) {
         scored = again.error();
       } else {

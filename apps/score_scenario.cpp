@@ -1,33 +1,61 @@
 #include "apps/score_scenario.hpp"
 
+#include <set>
+
 #include "apps/pipeline.hpp"
 #include "apps/score_sink.hpp"
 #include "apps/simulated_recording.hpp"
 #include "apps/simulated_rig.hpp"
+#include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
 
 namespace hueline::apps {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+using Devices = std::map<SensorId, score::DeviceBytes>;
 
-/// By packet sequence, which for_each_simulated_packet() counts along the timeline: number of the exposure whose file the image is.
-std::map<std::uint64_t, std::uint32_t> image_numbers(const sim::Drive& drive, const sim::Timeline& timeline) {
+/// Of each camera event in its order: the true exposure whose picture it is. Faults may send a picture again, under any number.
+std::vector<std::uint32_t> pictures(const sim::Drive& drive, const sim::Timeline& timeline) {
   std::map<std::string, std::uint32_t> number_of_file;
   for (const auto& exposure : drive.exposures) number_of_file[exposure.image_file] = exposure.number;
-  std::map<std::uint64_t, std::uint32_t> out;
-  for (std::size_t i = 0; i < timeline.events.size(); ++i)
-    if (timeline.events[i].channel == sim::WireChannel::Camera)
-      if (const auto found = number_of_file.find(timeline.events[i].image_file); found != number_of_file.end()) out[i] = found->second;
+  std::vector<std::uint32_t> out;
+  for (const auto& event : timeline.events)
+    if (event.channel == sim::WireChannel::Camera) out.push_back(number_of_file.at(event.image_file));
   return out;
 }
 
-std::map<std::string, score::DeviceBytes> account(const config::Rig& rig, const Pipeline& pipeline, const std::map<SensorId, score::DeviceBytes>& received,
+/// What arrives of a channel's units: packets of the laser and images by their number, so that a second copy is none; others counted.
+std::uint64_t arrived(const sim::Timeline& timeline, sim::WireChannel channel) {
+  std::set<std::uint32_t> numbers;
+  std::uint64_t count = 0;
+  for (const auto& event : timeline.events) {
+    if (event.channel != channel || (channel == sim::WireChannel::Pos && event.log.id == 0)) continue;
+    ++count;
+    numbers.insert(event.number);
+  }
+  return channel == sim::WireChannel::LaserData || channel == sim::WireChannel::Camera ? numbers.size() : count;
+}
+
+/// `sent`: the timeline before its faults.
+void count_units(const sim::Timeline& sent, const sim::Timeline& received, const config::Rig& rig, Devices& devices) {
+  const auto sensors = sensors_of_channels(rig);
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const auto channel = static_cast<sim::WireChannel>(i);
+    score::DeviceBytes& device = devices[sensors[i]];
+    const std::uint64_t there = arrived(sent, channel), here = arrived(received, channel);
+    device.sent_units += there;
+    device.missing_units += there > here ? there - here : 0;
+    for (const auto& event : sent.events)
+      if (event.channel == channel) device.sent_bytes += event.payload.size() + std::size_t{event.width} * event.height;
+  }
+}
+
+std::map<std::string, score::DeviceBytes> account(const config::Rig& rig, const Pipeline& pipeline, Devices devices,
                                                   const std::map<SensorId, std::uint64_t>& told_lost) {
   std::map<std::string, score::DeviceBytes> out;
   for (const auto& sensor : rig.sensors) {
-    score::DeviceBytes device;
-    if (const auto found = received.find(sensor.id); found != received.end()) device = found->second;
+    score::DeviceBytes& device = devices[sensor.id];
     if (const DecodeCounts* counts = pipeline.counts(sensor.id)) {
       device.decoded = counts->decoded_bytes;
       device.ignored = counts->ignored_bytes;
@@ -41,32 +69,33 @@ std::map<std::string, score::DeviceBytes> account(const config::Rig& rig, const 
 
 }  // namespace
 
-Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::string& name, const std::string& cache, int threads, const ScoreProgress& progress) {
+Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::string& name, const std::string& cache, std::size_t ray_returns, int threads,
+                                 const ScoreProgress& progress) {
   sim::GenerateOptions options;
   options.threads = static_cast<unsigned>(threads);
   const auto drive = sim::generate(scenario, cache, [&](const std::string& stage, double share) { progress(name + ": rendering " + stage, share); }, options);
   if (!drive.ok()) return drive.error();
-  sim::TimelineConfig timeline_config;
-  timeline_config.seed = scenario.seed;
-  timeline_config.laser_model = scenario.laser.model;
-  const auto timeline = sim::build_timeline(*drive, timeline_config);
-  if (!timeline.ok()) return timeline.error();
+  sim::Scenario faultless = scenario;
+  faultless.faults.clear();
+  const auto sent = sim::scenario_timeline(faultless, *drive), spoilt = sim::scenario_timeline(scenario, *drive);
+  if (!sent.ok() || !spoilt.ok()) return !sent.ok() ? sent.error() : spoilt.error();
+  const sim::Timeline& timeline = spoilt->timeline;
   const config::Rig rig = config::parse_rig(simulated_rig(scenario, {}, "lens"), "simulated rig");
-  auto scorer = score::Scorer::open(scenario, drive->cache_dir, {});
+  auto scorer = score::Scorer::open(scenario, drive->cache_dir, {.ray_returns = ray_returns, .seed = 1});
   if (!scorer.ok()) return scorer.error();
 
-  ScoreSink sink(*scorer, rig, gps_time_ns(drive->begin_gps_ns), image_numbers(*drive, *timeline));
+  ScoreSink sink(*scorer, rig, gps_time_ns(drive->begin_gps_ns));
   Pipeline pipeline(rig, threads, sink);
-  std::map<SensorId, score::DeviceBytes> bytes;
+  Devices devices;
+  count_units(sent->timeline, timeline, rig, devices);
+  const SensorId camera = sensors_of_channels(rig)[static_cast<std::size_t>(sim::WireChannel::Camera)];
+  const auto numbers = pictures(*drive, timeline);
+  std::size_t images = 0;
   Clock::duration inside{0};
-  const Status fed = for_each_simulated_packet(*drive, *timeline, rig, [&](const Packet& packet) {
-    if (packet.sequence % 512 == 0)
-      progress(name + ": colouring", static_cast<double>(packet.sequence) / static_cast<double>(timeline->events.size()));
-    score::DeviceBytes& device = bytes[packet.sensor];
-    ++device.sent_units;
-    ++device.received_units;
-    device.sent_bytes += packet.bytes.size();
-    device.received_bytes += packet.bytes.size();
+  const Status fed = for_each_simulated_packet(*drive, timeline, rig, [&](const Packet& packet) {
+    if (packet.sequence % 512 == 0) progress(name + ": colouring", std::min(1.0, static_cast<double>(packet.sequence) / static_cast<double>(timeline.events.size())));
+    devices[packet.sensor].received_bytes += packet.bytes.size();
+    if (packet.sensor == camera) sink.set_image(packet.sequence, numbers[images++]);
     sink.set_now(packet.received);
     const auto began = Clock::now();
     pipeline.process(packet);
@@ -81,7 +110,7 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   sink.finish();
 
   ScoredRun run;
-  run.score = scorer->finish(name, account(rig, pipeline, bytes, sink.told_lost()), [&](double share) { progress(name + ": casting rays", share); });
+  run.score = scorer->finish(name, account(rig, pipeline, devices, sink.told_lost()), [&](double share) { progress(name + ": casting rays", share); });
   run.cloud = sink.fingerprint();
   run.points = sink.points();
   const double seconds = std::chrono::duration<double>(inside).count();

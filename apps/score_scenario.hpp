@@ -23,6 +23,7 @@ using ScoreProgress = std::function<void(const std::string& stage, double share)
 
 /// `threads`: of the renderer and of the colouring; the figures do not depend on it. Errors: those of sim::generate, of the timeline
 /// and of score::Scorer.
-Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::string& name, const std::string& cache, int threads, const ScoreProgress& progress);
+Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::string& name, const std::string& cache, std::size_t ray_returns, int threads,
+                                 const ScoreProgress& progress);
 
 }  // namespace hueline::apps

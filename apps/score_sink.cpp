@@ -14,12 +14,12 @@ constexpr std::uint32_t kUnknownExposure = 0xFFFFFFFFu;
 
 }  // namespace
 
-ScoreSink::ScoreSink(score::Scorer& scorer, const config::Rig& rig, GpsTime drive_begin, std::map<std::uint64_t, std::uint32_t> image_numbers)
+ScoreSink::ScoreSink(score::Scorer& scorer, const config::Rig& rig, GpsTime drive_begin)
     : scorer_(scorer),
       is_panorama_(rig.colouring.method == fusion::ColourMethod::Panorama),
       T_body_head_(rig.geometry.head.T_body_head),
       drive_begin_(drive_begin),
-      image_numbers_(std::move(image_numbers)),
+      pos_(rig.sync.pos),
       trajectory_(rig.colouring.trajectory) {}
 
 void ScoreSink::on_exposure(const Exposure& exposure) {
@@ -30,7 +30,10 @@ void ScoreSink::on_exposure(const Exposure& exposure) {
 }
 
 void ScoreSink::on_fault(const Fault& fault) {
-  if (fault.kind == FaultKind::Lost) told_lost_[fault.sensor] += fault.count;
+  if (fault.kind != FaultKind::Lost) return;
+  // The camera's matcher misses a mark; what was lost is the POS's: MARK1TIME and MARK1PVA of it.
+  const bool is_mark = fault.sensor != pos_ && fault.detail.find("mark") != std::string::npos;
+  told_lost_[is_mark ? pos_ : fault.sensor] += fault.count * (is_mark ? 2 : 1);
 }
 
 void ScoreSink::on_cloud(const CloudBlock& block) {
@@ -47,6 +50,7 @@ void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_e
   sim::Claim& claim = out.claim;
   claim.fired_gps_ns = count_ns(point.time);
   claim.channel = point.channel;
+  claim.place_ecef = vec3((T_ecef_enu * Point<Enu>{{point.east, point.north, point.up}}).xyz);
   out.is_coloured = point.exposure != kNoExposure;
   if (out.is_coloured) {
     const auto exposure = stamped_.find(point.exposure);
@@ -58,7 +62,6 @@ void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_e
     claim.red = point.red;
     claim.green = point.green;
     claim.blue = point.blue;
-    claim.place_ecef = vec3((T_ecef_enu * Point<Enu>{{point.east, point.north, point.up}}).xyz);
     if (now_) {
       HostTime needed = kSimulatedHostBegin + (point.time - drive_begin_);
       if (exposure != stamped_.end()) needed = std::max(needed, exposure->second.arrived);

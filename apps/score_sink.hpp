@@ -15,8 +15,11 @@ namespace hueline::apps {
 /// Hands everything that leaves the pipeline to a Scorer, in the simulator's terms. Thread-bound (the pipeline's).
 class ScoreSink : public NullSink {
  public:
-  /// `image_numbers[packet sequence]`: number of the true exposure whose image the packet holds. `scorer` must outlive it.
-  ScoreSink(score::Scorer& scorer, const config::Rig& rig, GpsTime drive_begin, std::map<std::uint64_t, std::uint32_t> image_numbers);
+  /// `scorer` must outlive it.
+  ScoreSink(score::Scorer& scorer, const config::Rig& rig, GpsTime drive_begin);
+
+  /// The packet of that sequence holds the picture of that true exposure. Before the packet is processed.
+  void set_image(std::uint64_t packet_sequence, std::uint32_t number) { image_numbers_[packet_sequence] = number; }
 
   /// The packet that is about to be processed came then; what comes out next, comes out on it. Empty: the stream is over.
   void set_now(std::optional<HostTime> received) { now_ = received; }
@@ -49,7 +52,8 @@ class ScoreSink : public NullSink {
   const bool is_panorama_;
   const Transform<Body, CameraHead> T_body_head_;
   const GpsTime drive_begin_;
-  const std::map<std::uint64_t, std::uint32_t> image_numbers_;
+  std::map<std::uint64_t, std::uint32_t> image_numbers_;  // by packet sequence
+  const SensorId pos_;
   fusion::Trajectory trajectory_;
   std::map<std::uint32_t, Stamped> stamped_;  // by Exposure::index
   std::map<SensorId, std::uint64_t> told_lost_;

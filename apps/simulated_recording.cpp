@@ -11,9 +11,7 @@
 #include "drivers/pps/pps_packet.hpp"
 
 namespace hueline::apps {
-namespace {
 
-/// By WireChannel.
 std::array<SensorId, 5> sensors_of_channels(const config::Rig& rig) {
   std::array<SensorId, 5> out{};
   const auto set = [&](sim::WireChannel channel, SensorId id) {
@@ -31,6 +29,8 @@ std::array<SensorId, 5> sensors_of_channels(const config::Rig& rig) {
   }
   return out;
 }
+
+namespace {
 
 /// The image as AravisSource hands it on: our header, then the pixels.
 Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event, BufferPool& pool) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <string>
 
@@ -17,6 +18,9 @@ namespace hueline::apps {
 /// `use` gets each packet in order; false ends. Errors: Invalid (a channel without a sensor), Io (an image file).
 Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& timeline, const config::Rig& rig,
                                  const std::function<bool(const Packet&)>& use);
+
+/// By WireChannel: the rig's first sensor whose driver fits; kSystemSensor: none.
+std::array<SensorId, 5> sensors_of_channels(const config::Rig& rig);
 
 constexpr HostTime kSimulatedHostBegin = host_time_ns(1'000'000'000'000);
 

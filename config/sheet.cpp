@@ -6,18 +6,20 @@
 
 namespace hueline::config {
 
-std::vector<std::filesystem::path> load_sheet(const std::string& name) {
+Sheet load_sheet(const std::string& name) {
   const bool is_word = name.find_first_of("./") == std::string::npos;
   const std::filesystem::path file = is_word ? "config/sheets/" + name + ".yaml" : name;
   Section root = Section::load_file(file.string());
-  std::vector<std::filesystem::path> out;
+  Sheet out;
   std::set<std::string> names;
   for (const std::string& text : root.texts("scenarios")) {
-    out.push_back((file.parent_path() / text).lexically_normal());
-    if (!names.insert(out.back().stem().string()).second) root.refuse("scenarios", "two files named " + out.back().stem().string());
+    out.scenarios.push_back((file.parent_path() / text).lexically_normal());
+    const std::string stem = out.scenarios.back().stem().string();
+    if (!names.insert(stem).second) root.refuse("scenarios", "two files named " + stem);
   }
+  out.ray_returns = static_cast<std::size_t>(root.integer("ray_returns", {100, 1e7}, static_cast<std::int64_t>(out.ray_returns)));
   root.finish();
-  if (out.empty()) root.refuse("scenarios", "a sheet has at least one scenario");
+  if (out.scenarios.empty()) root.refuse("scenarios", "a sheet has at least one scenario");
   return out;
 }
 

@@ -1,14 +1,21 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 namespace hueline::config {
 
-/// Reads a sheet: `scenarios:`, a list of scenario files relative to the sheet's own folder. `name`: a file, or a word for
-/// config/sheets/WORD.yaml below the working folder. ConfigError names file, line and key; two files of one name are refused, as the
-/// score is by name.
-std::vector<std::filesystem::path> load_sheet(const std::string& name);
+/// What `hueline score` drives.
+struct Sheet {
+  std::vector<std::filesystem::path> scenarios;
+  std::size_t ray_returns = 40'000;  ///< score::Scorer::Config::ray_returns
+};
+
+/// Reads a sheet: `scenarios:`, a list of scenario files relative to the sheet's own folder, and `ray_returns:`. `name`: a file, or a
+/// word for config/sheets/WORD.yaml below the working folder. ConfigError names file, line and key; two files of one name are refused,
+/// as the score is by name.
+Sheet load_sheet(const std::string& name);
 
 }  // namespace hueline::config

@@ -10,8 +10,9 @@ namespace hueline::score {
 
 /// What became of one device's bytes.
 struct DeviceBytes {
-  std::uint64_t sent_units = 0, sent_bytes = 0;          ///< by the simulated device
-  std::uint64_t received_units = 0, received_bytes = 0;  ///< packets and bytes that the program was given
+  std::uint64_t sent_units = 0, sent_bytes = 0;  ///< by the simulated device: datagrams, logs, edges, images
+  std::uint64_t missing_units = 0;               ///< of these, never handed to the program
+  std::uint64_t received_bytes = 0;              ///< handed to the program
   std::uint64_t decoded = 0, ignored = 0, malformed = 0; ///< bytes, as its decoder counts them
   std::uint64_t told_lost = 0;                           ///< sum of the counts of its Lost faults, units
 };

@@ -24,6 +24,8 @@ constexpr std::array kMetrics = {
     Metric{"reprojection_p95_px", "px", "the same, 95th percentile", Better::Lower, 0, 0.005, 0.04, false},
     Metric{"reprojection_near_rms_px", "px", "the same, root mean square over points 2 to 5 m from the head", Better::Lower, 0, 0.01, 0.04, false},
     Metric{"reprojection_seam_rms_px", "px", "the same, over points that a second lens sees nearly as well (axes within 4 deg of equally near)", Better::Lower, 0, 0.01, 0.04, false},
+    Metric{"place_rms_m", "m", "place of a point against scanner place + true beam x range on the wire, 3D, over points that are not misplaced", Better::Lower, 0, 0.0005, 0.05, false},
+    Metric{"misplaced_share", "1", "points given without a true firing at their time, or more than 0.5 m from its place: stamped or posed wrongly", Better::Lower, 0, 0.0005, 0.05, false},
     Metric{"placed_share", "1", "points given out of all true returns", Better::Higher, 0, 0.001, 0, false},
     Metric{"coloured_share", "1", "coloured points of all true returns; the own vehicle left out, here and below", Better::Higher, 0, 0.002, 0, false},
     Metric{"visible_coloured_share", "1", "coloured of those sampled true returns that a lens truly saw in one of the nine exposures nearest in time", Better::Higher, 0, 0.003, 0, false},

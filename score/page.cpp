@@ -26,7 +26,7 @@ figcaption{color:var(--soft);font-size:12px;margin-top:3px}.charts{display:grid;
 svg{background:var(--field);border-radius:4px;width:100%}svg text{font:10.5px system-ui,sans-serif;fill:var(--soft)}svg .title{font-size:12px;font-weight:600;fill:var(--ink)}
 svg .grid{stroke:var(--line)}.scroll{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;width:100%}
 th,td{padding:3px 8px;border-bottom:1px solid var(--line);text-align:right;white-space:nowrap}th:first-child,td:first-child{text-align:left}th{font-weight:600}
-td.none{color:var(--soft)}details{margin-top:10px}summary{cursor:pointer;color:var(--soft)})";
+td.none{color:var(--soft)}.overview{margin-top:16px}.overview th{white-space:normal;font-weight:400;color:var(--soft);vertical-align:bottom;max-width:110px}a{color:inherit}details{margin-top:10px}summary{cursor:pointer;color:var(--soft)})";
 
 struct Fact {
   const char* metric;
@@ -45,14 +45,38 @@ constexpr std::array kFacts{Fact{"visible_coloured_share", "of what was seen is 
                             Fact{"latency_p99_ms", "s latency, 99 %", 1e-3, ""},
                             Fact{"unexplained_bytes", "bytes unexplained", 1, ""}};
 
+std::string shown(const ScenarioScore& score, const Fact& fact) {
+  const auto found = score.figures.find(fact.metric);
+  if (found == score.figures.end() || !found->second.value) return "-";
+  return fmt::format("{:.3g}{}{}", *found->second.value * fact.factor, *fact.unit ? " " : "", fact.unit);
+}
+
 std::string facts(const ScenarioScore& score) {
   std::string out = "<div class=\"facts\">";
-  for (const Fact& fact : kFacts) {
-    const auto found = score.figures.find(fact.metric);
-    const bool has = found != score.figures.end() && found->second.value;
-    out += fmt::format("<div><b>{}</b><span>{}</span></div>", has ? fmt::format("{:.3g}{}{}", *found->second.value * fact.factor, *fact.unit ? " " : "", fact.unit) : "-", fact.words);
-  }
+  for (const Fact& fact : kFacts) out += fmt::format("<div><b>{}</b><span>{}</span></div>", shown(score, fact), fact.words);
   return out + "</div>";
+}
+
+/// A row a scenario, so that one sees at once which of them is the odd one.
+std::string overview(const Sheet& sheet) {
+  std::string out = "<div class=\"scroll\"><table class=\"overview\"><tr><th></th>";
+  for (const Fact& fact : kFacts) out += fmt::format("<th>{}</th>", fact.words);
+  out += "</tr>";
+  for (const ScenarioScore& score : sheet) {
+    out += fmt::format("<tr><td><a href=\"#{0}\">{0}</a></td>", escaped(score.scenario));
+    for (const Fact& fact : kFacts) {
+      double largest = 0;
+      const auto value = [&](const ScenarioScore& one) {
+        const auto found = one.figures.find(fact.metric);
+        return found == one.figures.end() ? 0.0 : std::abs(found->second.value.value_or(0));
+      };
+      for (const ScenarioScore& one : sheet) largest = std::max(largest, value(one));
+      out += fmt::format("<td style=\"background:linear-gradient(to right,var(--bar) {0:.0f}%,transparent {0:.0f}%)\">{1}</td>", largest > 0 ? 100 * value(score) / largest : 0.0,
+                         shown(score, fact));
+    }
+    out += "</tr>";
+  }
+  return out + "</table></div>";
 }
 
 std::string scenario_part(const ScenarioScore& score, const std::vector<std::string>& pictures) {
@@ -118,6 +142,7 @@ std::string page(const Sheet& sheet, const std::vector<std::vector<std::string>>
   out += fmt::format("<p class=\"soft\">{} · {} · {} · {:.0f} s</p>", escaped(notes.command), escaped(notes.revision), escaped(notes.machine), notes.wall_s);
   out += fmt::format("<p class=\"{}\">{}</p>", notes.is_deterministic ? "good" : "bad", escaped(notes.determinism));
   if (!changes.empty()) out += changes_part(changes);
+  out += overview(sheet);
   for (std::size_t i = 0; i < sheet.size(); ++i) out += scenario_part(sheet[i], i < pictures.size() ? pictures[i] : std::vector<std::string>{});
   out += "<h2>All figures</h2><p class=\"soft\">Bars: share of the row's largest. What each metric counts stands in its tooltip and in docs/score.md.</p>" + table(sheet);
   return out + "</html>\n";

@@ -71,7 +71,7 @@ void draw_curve(const Chart& chart, const Chart::Curve& curve, const char* colou
       for (const auto& [px, py] : curve.points) {
         const double half = 0.36 * (x(1) - x(0));
         out += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"/>", x(px) - half, y(py), 2 * half, y(0) - y(py), colour);
-        out += text(x(px), y(py) - 3, "middle", fmt::format("{:.3g}", py));
+        out += text(x(px), y(py) - 3, "middle", fmt::format("{:.2g}", py));
       }
       break;
   }

@@ -13,6 +13,7 @@
 namespace hueline::score {
 namespace {
 constexpr std::uint16_t kOwnVehicle = 1;
+constexpr double kMisplaced_m = 0.5;  // far beyond any sigma of a POS that calls itself good
 
 sim::Pose head_of(const sim::TrueExposure& e) { return {{e.R_enu_head}, {e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]}}; }
 }  // namespace
@@ -91,6 +92,14 @@ void Scorer::add(const PointClaim& point) {
     return;
   }
   ++points_;
+  const sim::Vec3 beam{truth->beam_east, truth->beam_north, truth->beam_up};
+  if (claim.place_ecef) {
+    const double off = length(*claim.place_ecef - T_ecef_scene_ * beam);
+    if (off > kMisplaced_m)
+      ++misplaced_;
+    else
+      place_.add(off);
+  }
   if (!point.is_coloured) return;
   ++coloured_;
   if (point.latency_ms)
@@ -98,10 +107,8 @@ void Scorer::add(const PointClaim& point) {
   else
     ++at_the_end_;
   if (claim.exposure >= judge_.exposures().size()) return;
-  if (const auto verdict = judge_.judge(claim)) {
-    const sim::Vec3 beam{truth->beam_east, truth->beam_north, truth->beam_up};
+  if (const auto verdict = judge_.judge(claim))
     reprojection_.add(verdict->error_px, verdict->distance_m, claim.lens, inverse(head_of(judge_.exposures()[claim.exposure])) * beam);
-  }
   const std::array<std::uint8_t, 3> given{claim.red, claim.green, claim.blue}, wanted{truth->red, truth->green, truth->blue};
   const Lab given_lab = lab_(given), wanted_lab = lab_(wanted);
   const double difference = ciede2000(given_lab, wanted_lab);
@@ -121,6 +128,9 @@ ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string
   const auto share = [&](std::uint64_t part) {
     return world_returns_ ? Figure{static_cast<double>(part) / static_cast<double>(world_returns_), {}} : Figure{{}, "the laser has no return"};
   };
+  const std::uint64_t given = points_ + unmatched_;
+  score.figures["place_rms_m"] = place_.count() ? Figure{place_.rms(), {}} : Figure{{}, "no point was placed"};
+  score.figures["misplaced_share"] = given ? Figure{static_cast<double>(misplaced_ + unmatched_) / static_cast<double>(given), {}} : Figure{{}, "no point was given"};
   score.figures["placed_share"] = share(points_);
   score.figures["coloured_share"] = share(coloured_);
   colour_.report(score);
@@ -129,9 +139,9 @@ ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string
   SightFigures sights(*outlook_);
   for (std::size_t i = 0; i < sample_.size(); ++i) {
     if (i % 256 == 0) progress(static_cast<double>(i) / static_cast<double>(sample_.size()));
-    const auto given = given_.find(key(sample_[i]));
+    const auto found = given_.find(key(sample_[i]));
     std::optional<SightFigures::Coloured> coloured;
-    if (given != given_.end()) coloured = SightFigures::Coloured{given->second.exposure, given->second.lens, given->second.difference};
+    if (found != given_.end()) coloured = SightFigures::Coloured{found->second.exposure, found->second.lens, found->second.difference};
     sights.add(sample_[i], coloured);
   }
   progress(1);
@@ -140,7 +150,7 @@ ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string
   const auto quantile = [&](double q) { return latency_.count() ? Figure{latency_.quantile(q), {}} : Figure{{}, "no point was coloured before the stream's end"}; };
   score.figures["latency_p50_ms"] = quantile(0.5);
   score.figures["latency_p99_ms"] = quantile(0.99);
-  Chart latency{"Latency from the last needed input", "ms of drive time", "% of points below", Chart::Kind::Lines, true, {}, {}};
+  Chart latency{"Latency from the last needed input", "ms of drive time", "% of points below", Chart::Kind::Lines, false, {}, {}};
   latency.curves.push_back(distribution("", latency_));
   score.charts.push_back(std::move(latency));
   add_byte_figures(devices, score);

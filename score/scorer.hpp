@@ -17,7 +17,7 @@ namespace hueline::score {
 
 /// A point as the program gave it.
 struct PointClaim {
-  sim::Claim claim;                    ///< exposure: number of the true exposure; only its firing and channel count if not coloured
+  sim::Claim claim;                    ///< exposure: number of the true exposure. Not coloured: only firing, channel and place count
   bool is_coloured = false;
   std::optional<double> latency_ms;    ///< from the last needed input to the packet on which it came out; empty: came out at the end
 };
@@ -72,9 +72,9 @@ class Scorer {
   ColourFigures colour_;
   SeamFigures seams_;
   std::optional<RoundView> view_;
-  sim::Spread latency_;
+  sim::Spread latency_, place_;
   std::uint64_t world_returns_ = 0;  // true returns that are not on the own vehicle
-  std::uint64_t points_ = 0, own_ = 0, coloured_ = 0, unmatched_ = 0, at_the_end_ = 0;
+  std::uint64_t points_ = 0, own_ = 0, coloured_ = 0, unmatched_ = 0, misplaced_ = 0, at_the_end_ = 0;
 };
 
 }  // namespace hueline::score

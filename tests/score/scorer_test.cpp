@@ -53,6 +53,7 @@ class ScorerTest : public testing::Test {
     out.claim.channel = r.channel;
     out.is_coloured = sight.has_value();
     out.latency_ms = 1500;
+    out.claim.place_ecef = T_ecef_scene() * Vec3{r.beam_east, r.beam_north, r.beam_up};
     if (!sight) return out;
     out.claim.exposure = sight->exposure;
     out.claim.lens = static_cast<std::uint8_t>(sight->lens);
@@ -68,13 +69,15 @@ class ScorerTest : public testing::Test {
         if (const auto sight = outlook_->sight(e, lens, place(r)); sight && (!truly || outlook_->look(*sight, place(r)).met == Outlook::Met::Place)) return sight;
     return std::nullopt;
   }
-  static void add_exposures(Scorer& scorer, double late_ns, Vec3 shift_enu) {
+  static sim::Pose T_ecef_scene() {
     const sim::GeodeticPlace origin = sim::scene_origin(*scenario_);
-    const sim::Pose T_ecef_scene{sim::R_ecef_enu(origin), sim::ecef_from_geodetic(origin)};
+    return {sim::R_ecef_enu(origin), sim::ecef_from_geodetic(origin)};
+  }
+  static void add_exposures(Scorer& scorer, double late_ns, Vec3 shift_enu) {
     for (const auto& e : exposures_) {
       const sim::Pose T{{e.R_enu_head}, Vec3{e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]} + shift_enu};
       const sim::Pose turned{sim::rotation_z(sim::radians(0.25)) * T.R, T.p};
-      scorer.add(ExposureClaim{e.number, e.exposure_mid_gps_ns + static_cast<sim::GpsNs>(late_ns), 3000, T_ecef_scene * turned});
+      scorer.add(ExposureClaim{e.number, e.exposure_mid_gps_ns + static_cast<sim::GpsNs>(late_ns), 3000, T_ecef_scene() * turned});
     }
   }
   static double value(const ScenarioScore& score, const char* metric) {
@@ -117,6 +120,8 @@ TEST_F(ScorerTest, PerfectClaimsHaveNoError) {
   for (const TrueReturn& r : returns_) scorer.add(perfect(r, sight_of(r, true)));
   const auto score = scorer.finish("perfect", {}, [](double) {});
   EXPECT_EQ(value(score, "placed_share"), 1);
+  EXPECT_EQ(value(score, "misplaced_share"), 0);
+  EXPECT_LT(value(score, "place_rms_m"), 1e-5);
   EXPECT_EQ(value(score, "visible_coloured_share"), 1) << "what was visible was coloured";
   EXPECT_GT(value(score, "coloured_share"), 0.8);
   EXPECT_LT(value(score, "coloured_share"), 1) << "something is always hidden";
@@ -134,7 +139,7 @@ TEST_F(ScorerTest, PerfectClaimsHaveNoError) {
 TEST_F(ScorerTest, KnownErrorsComeBackAsFigures) {
   Scorer scorer = open();
   add_exposures(scorer, 5000, {0.03, 0, -0.04});
-  std::uint64_t hidden = 0, coloured = 0;
+  std::uint64_t hidden = 0, coloured = 0, number = 0;
   for (const TrueReturn& r : returns_) {
     const auto sight = sight_of(r, false);  // whatever has it in its image, hidden or not
     PointClaim claim = perfect(r, sight);
@@ -144,6 +149,12 @@ TEST_F(ScorerTest, KnownErrorsComeBackAsFigures) {
       ++coloured;
       hidden += outlook_->look(*sight, place(r)).met != Outlook::Met::Place ? 1 : 0;
     }
+    // One in ten points is put 2 m off, one in ten 3 cm; one in ten is stamped between two firings.
+    const Vec3 up = T_ecef_scene().R * Vec3{0, 0, 1};
+    ++number;
+    if (number % 10 == 0) claim.claim.place_ecef = *claim.claim.place_ecef + 2 * up;
+    if (number % 10 == 5) claim.claim.place_ecef = *claim.claim.place_ecef + 0.03 * up;
+    if (number % 10 == 7) claim.claim.fired_gps_ns += 27'000;
     scorer.add(claim);
   }
   const auto score = scorer.finish("spoilt", {}, [](double) {});
@@ -154,6 +165,8 @@ TEST_F(ScorerTest, KnownErrorsComeBackAsFigures) {
   EXPECT_EQ(value(score, "exposure_time_coverage_95"), 1) << "5 us at a sigma of 3 us is inside 1.96 sigma";
   EXPECT_EQ(value(score, "exposure_time_coverage_1s"), 0);
   EXPECT_NEAR(value(score, "pose_position_rms_m"), 0.05, 1e-6);
+  EXPECT_NEAR(value(score, "misplaced_share"), 0.2, 0.02);
+  EXPECT_NEAR(value(score, "place_rms_m"), 0.03 / std::sqrt(8), 0.002);
   EXPECT_NEAR(value(score, "colour_de00_over20_share"), 0.5, 0.1) << "white against the street";
 }
 
