@@ -4,6 +4,7 @@
 #include <fstream>
 #include <span>
 
+#include "score/sheet_text.hpp"
 #include "storage/image_view.hpp"
 
 namespace hueline::apps {
@@ -48,6 +49,7 @@ Status write_score(const std::filesystem::path& dir, const score::Sheet& sheet, 
   }
   if (Status s = write(dir / "score.json", score::score_json(sheet)); !s.ok()) return s;
   if (Status s = write(dir / "score_notes.json", score::notes_json(sheet, notes)); !s.ok()) return s;
+  if (Status s = write(dir / "score.md", score::markdown_table(sheet)); !s.ok()) return s;
   return write(dir / "score.html", score::page(sheet, pictures, notes, changes));
 }
 

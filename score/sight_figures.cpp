@@ -2,12 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+#include <utility>
+#include <vector>
+
 #include "score/colour_figures.hpp"
 
 namespace hueline::score {
 namespace {
 
 constexpr std::size_t kExposuresAsked = 9;
+
+/// "parked car 3" is a "parked car".
+std::string kind_of(std::string surface) {
+  while (!surface.empty() && (std::isdigit(static_cast<unsigned char>(surface.back())) || surface.back() == ' ')) surface.pop_back();
+  return surface;
+}
 
 sim::Vec3 place_of(const sim::TrueReturn& r) { return {r.east, r.north, r.up}; }
 
@@ -52,11 +63,27 @@ void SightFigures::add(const sim::TrueReturn& truth, const std::optional<Coloure
   wrong_.add(is_wrong);
   wrong_occluded_.add(look.met == Outlook::Met::Before);
   wrong_by_ring_[edges.outline].add(is_wrong);
+  wrong_by_kind_[kind_of(outlook_.world().surfaces()[truth.surface])].add(is_wrong);
   if (is_wrong) wrong_colour_.add(coloured->difference);
   (edges.any <= kEdgeRing ? edge_ : smooth_).add(coloured->difference);
   const bool meets_moving = look.seen.is_hit && outlook_.world().is_moving(look.seen.surface);
   if (meets_moving) ++moving_seen_;
   contaminated_.add(is_wrong && (meets_moving || outlook_.world().is_moving(truth.surface)));
+}
+
+Chart SightFigures::chart_by_kind() const {
+  constexpr std::size_t kKinds = 6, kLetters = 10;
+  std::vector<std::pair<std::string, Share>> kinds(wrong_by_kind_.begin(), wrong_by_kind_.end());
+  std::stable_sort(kinds.begin(), kinds.end(), [](const auto& a, const auto& b) { return a.second.part > b.second.part; });
+  if (kinds.size() > kKinds) kinds.resize(kKinds);
+  Chart chart{"From a wrong surface, by what the point is on", "most wrong points first", "% of points", Chart::Kind::Bars, false, {}, {}};
+  Chart::Curve curve{"", {}, {}};
+  for (const auto& [kind, share] : kinds) {
+    curve.points.emplace_back(static_cast<double>(chart.bar_names.size()), 100.0 * static_cast<double>(share.part) / static_cast<double>(share.whole));
+    chart.bar_names.push_back(kind.substr(0, kLetters));
+  }
+  chart.curves.push_back(std::move(curve));
+  return chart;
 }
 
 void SightFigures::report(ScenarioScore& score) const {
@@ -96,6 +123,7 @@ void SightFigures::report(ScenarioScore& score) const {
       curve.points.emplace_back(static_cast<double>(ring), 100.0 * static_cast<double>(wrong_by_ring_[ring].part) / static_cast<double>(wrong_by_ring_[ring].whole));
   wrong.curves.push_back(std::move(curve));
   score.charts.push_back(std::move(wrong));
+  score.charts.push_back(chart_by_kind());
 }
 
 }  // namespace hueline::score

@@ -2,7 +2,9 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <string>
 
 #include "score/figures.hpp"
 #include "score/outlook.hpp"
@@ -39,12 +41,14 @@ class SightFigures {
   static constexpr std::size_t kRings = Outlook::kRadii_px.size() + 1;  // the last: no edge within the largest radius
   static constexpr std::size_t kEdgeRing = 1;  // rings up to this one are "near an edge": two lens pixels
 
+  Chart chart_by_kind() const;
   bool is_visible(const sim::TrueReturn& truth, const std::vector<std::uint32_t>& exposures) const;
   bool is_in_hole(const sim::TrueReturn& truth, std::uint32_t exposure) const;
 
   const Outlook& outlook_;
   Share visible_coloured_, wrong_, wrong_occluded_, hole_coloured_, contaminated_;
   std::array<Share, kRings> wrong_by_ring_;
+  std::map<std::string, Share> wrong_by_kind_;  // of surface
   sim::Spread edge_, smooth_, hole_, outside_hole_, wrong_colour_;
   std::uint64_t moving_seen_ = 0, returns_ = 0, not_in_lens_ = 0;
 };
