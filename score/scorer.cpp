@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <thread>
 
 #include "score/sight_figures.hpp"
 #include "sim/earth.hpp"
@@ -19,7 +21,8 @@ sim::Pose head_of(const sim::TrueExposure& e) { return {{e.R_enu_head}, {e.p_enu
 }  // namespace
 
 std::string Scorer::Config::validate() const {
-  return ray_returns >= 100 && ray_returns <= 10'000'000 ? "" : "ray_returns must be 100 to 10000000";
+  if (ray_returns < 100 || ray_returns > 10'000'000) return "ray_returns must be 100 to 10000000";
+  return threads >= 1 && threads <= 256 ? "" : "threads must be 1 to 256";
 }
 
 Scorer::Scorer(const sim::Scenario& scenario, sim::Judge judge, const Config& config)
@@ -119,6 +122,28 @@ void Scorer::add(const PointClaim& point) {
   if (is_sampled(*truth)) given_[key(*truth)] = {claim.exposure, claim.lens, difference};
 }
 
+std::vector<Observation> Scorer::observe_sample(const std::function<void(double)>& progress) const {
+  std::vector<Observation> out(sample_.size());
+  std::atomic<std::size_t> next{0};
+  constexpr std::size_t kAtOnce = 128;
+  const auto work = [&](bool is_caller) {
+    for (std::size_t first; (first = next.fetch_add(kAtOnce)) < sample_.size();) {
+      if (is_caller) progress(static_cast<double>(first) / static_cast<double>(sample_.size()));
+      for (std::size_t i = first; i < std::min(first + kAtOnce, sample_.size()); ++i) {
+        const auto found = given_.find(key(sample_[i]));
+        out[i] = observe(*outlook_, sample_[i], found == given_.end() ? std::nullopt : std::optional(found->second));
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> others;
+    for (int i = 1; i < config_.threads; ++i) others.emplace_back(work, false);
+    work(true);
+  }
+  progress(1);
+  return out;
+}
+
 ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string, DeviceBytes>& devices, const std::function<void(double)>& progress) {
   ScenarioScore score;
   score.scenario = name;
@@ -136,15 +161,8 @@ ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string
   colour_.report(score);
   seams_.report(score);
 
-  SightFigures sights(*outlook_);
-  for (std::size_t i = 0; i < sample_.size(); ++i) {
-    if (i % 256 == 0) progress(static_cast<double>(i) / static_cast<double>(sample_.size()));
-    const auto found = given_.find(key(sample_[i]));
-    std::optional<SightFigures::Coloured> coloured;
-    if (found != given_.end()) coloured = SightFigures::Coloured{found->second.exposure, found->second.lens, found->second.difference};
-    sights.add(sample_[i], coloured);
-  }
-  progress(1);
+  SightFigures sights(outlook_->world().surfaces());
+  for (const Observation& observation : observe_sample(progress)) sights.add(observation);
   sights.report(score);
 
   const auto quantile = [&](double q) { return latency_.count() ? Figure{latency_.quantile(q), {}} : Figure{{}, "no point was coloured before the stream's end"}; };

@@ -7,7 +7,7 @@
 
 #include "score/byte_account.hpp"
 #include "score/colour_figures.hpp"
-#include "score/outlook.hpp"
+#include "score/observation.hpp"
 #include "score/reprojection_figures.hpp"
 #include "score/round_view.hpp"
 #include "score/seam_figures.hpp"
@@ -37,6 +37,7 @@ class Scorer {
   struct Config {
     std::size_t ray_returns = 40'000;  ///< true returns that rays are cast for, about: one in so many, picked by a hash of firing and channel
     std::uint64_t seed = 1;            ///< of that hash
+    int threads = 1;                   ///< that cast rays, the caller included; the figures do not depend on it
     std::string validate() const;
   };
   /// `cache_dir`: Drive::cache_dir. Errors: those of sim::Judge.
@@ -49,6 +50,7 @@ class Scorer {
 
  private:
   Scorer(const sim::Scenario& scenario, sim::Judge judge, const Config& config);
+  std::vector<Observation> observe_sample(const std::function<void(double)>& progress) const;
   bool is_sampled(const sim::TrueReturn& truth) const;
   static std::uint64_t key(const sim::TrueReturn& truth) { return static_cast<std::uint64_t>(truth.fired_gps_ns) * 64 + truth.channel; }
 
@@ -60,12 +62,7 @@ class Scorer {
   std::unique_ptr<Outlook> outlook_;
   std::uint64_t one_in_ = 1;
   std::vector<sim::TrueReturn> sample_;
-  struct Given {
-    std::uint32_t exposure;
-    std::uint8_t lens;
-    double difference;
-  };
-  std::unordered_map<std::uint64_t, Given> given_;  // of the sample, by key()
+  std::unordered_map<std::uint64_t, GivenColour> given_;  // of the sample, by key()
 
   std::vector<ExposureError> exposures_;
   ReprojectionFigures reprojection_;

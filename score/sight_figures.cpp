@@ -12,63 +12,35 @@
 namespace hueline::score {
 namespace {
 
-constexpr std::size_t kExposuresAsked = 9;
-
 /// "parked car 3" is a "parked car".
 std::string kind_of(std::string surface) {
   while (!surface.empty() && (std::isdigit(static_cast<unsigned char>(surface.back())) || surface.back() == ' ')) surface.pop_back();
   return surface;
 }
 
-sim::Vec3 place_of(const sim::TrueReturn& r) { return {r.east, r.north, r.up}; }
-
 }  // namespace
 
-bool SightFigures::is_visible(const sim::TrueReturn& truth, const std::vector<std::uint32_t>& exposures) const {
-  for (const std::uint32_t exposure : exposures)
-    for (std::size_t lens = 0; lens < outlook_.lens_count(); ++lens)
-      if (const auto sight = outlook_.sight(exposure, lens, place_of(truth)); sight && outlook_.look(*sight, place_of(truth)).met == Outlook::Met::Place) return true;
-  return false;
-}
-
-bool SightFigures::is_in_hole(const sim::TrueReturn& truth, std::uint32_t exposure) const {
-  constexpr std::uint16_t kOwnVehicle = 1;
-  for (std::size_t lens = 0; lens < outlook_.lens_count(); ++lens)
-    if (const auto sight = outlook_.sight(exposure, lens, place_of(truth))) {
-      const auto look = outlook_.look(*sight, place_of(truth));
-      if (look.met != Outlook::Met::Before || look.seen.surface != kOwnVehicle) return false;
-    }
-  return true;
-}
-
-void SightFigures::add(const sim::TrueReturn& truth, const std::optional<Coloured>& coloured) {
+void SightFigures::add(const Observation& o) {
   ++returns_;
-  const auto exposures = outlook_.nearest_exposures(truth.fired_gps_ns, kExposuresAsked);
-  if (exposures.empty()) return;
-  const bool is_hole = is_in_hole(truth, exposures.front());
-  if (is_hole) hole_coloured_.add(coloured.has_value());
-  if (is_visible(truth, exposures)) visible_coloured_.add(coloured.has_value());
-  if (outlook_.world().is_moving(truth.surface)) ++moving_seen_;
-  if (!coloured) return;
-  (is_hole ? hole_ : outside_hole_).add(coloured->difference);
-
-  const auto sight = outlook_.sight(coloured->exposure, coloured->lens, place_of(truth));
-  if (!sight) {  // half a pixel over the border, by the errors of time and pose
+  if (!o.has_exposure) return;
+  if (o.is_in_hole) hole_coloured_.add(o.given.has_value());
+  if (o.is_visible) visible_coloured_.add(o.given.has_value());
+  if (o.is_moving) ++moving_seen_;
+  if (!o.given) return;
+  (o.is_in_hole ? hole_ : outside_hole_).add(o.given->difference);
+  if (!o.is_in_lens) {  // half a pixel over the border, by the errors of time and pose
     ++not_in_lens_;
     return;
   }
-  const auto look = outlook_.look(*sight, place_of(truth));
-  const bool is_wrong = look.met != Outlook::Met::Place;
-  const auto edges = outlook_.edges_around(*sight, place_of(truth));
+  const bool is_wrong = o.met != Outlook::Met::Place;
   wrong_.add(is_wrong);
-  wrong_occluded_.add(look.met == Outlook::Met::Before);
-  wrong_by_ring_[edges.outline].add(is_wrong);
-  wrong_by_kind_[kind_of(outlook_.world().surfaces()[truth.surface])].add(is_wrong);
-  if (is_wrong) wrong_colour_.add(coloured->difference);
-  (edges.any <= kEdgeRing ? edge_ : smooth_).add(coloured->difference);
-  const bool meets_moving = look.seen.is_hit && outlook_.world().is_moving(look.seen.surface);
-  if (meets_moving) ++moving_seen_;
-  contaminated_.add(is_wrong && (meets_moving || outlook_.world().is_moving(truth.surface)));
+  wrong_occluded_.add(o.met == Outlook::Met::Before);
+  wrong_by_ring_[o.edges.outline].add(is_wrong);
+  wrong_by_kind_[kind_of(surfaces_[o.surface])].add(is_wrong);
+  if (is_wrong) wrong_colour_.add(o.given->difference);
+  (o.edges.any <= kEdgeRing ? edge_ : smooth_).add(o.given->difference);
+  if (o.meets_moving) ++moving_seen_;
+  contaminated_.add(is_wrong && (o.meets_moving || o.is_moving));
 }
 
 Chart SightFigures::chart_by_kind() const {

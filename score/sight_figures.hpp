@@ -3,27 +3,22 @@
 #include <array>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "score/figures.hpp"
-#include "score/outlook.hpp"
+#include "score/observation.hpp"
 
 namespace hueline::score {
 
-/// What rays into the world say of a sample of returns: who saw them, what lay between, where edges are. Thread-bound.
+/// Sums up what rays into the world say of a sample of returns: who saw them, what lay between, where edges are. Thread-bound.
 class SightFigures {
  public:
-  /// How a sampled return was coloured.
-  struct Coloured {
-    std::uint32_t exposure = 0;
-    std::uint8_t lens = 0;
-    double difference = 0;  ///< CIEDE2000 against truth
-  };
-  explicit SightFigures(const Outlook& outlook) : outlook_(outlook) {}
+  /// Names by surface; must outlive it.
+  explicit SightFigures(const std::vector<std::string>& surfaces) : surfaces_(surfaces) {}
 
-  /// One sampled true return that is not on the own vehicle; `coloured` is empty if the program gave no colour.
-  void add(const sim::TrueReturn& truth, const std::optional<Coloured>& coloured);
+  /// One sampled true return that is not on the own vehicle.
+  void add(const Observation& observation);
   /// visible_coloured_share, wrong_surface_*, colour_de00_edge/smooth_median, edge_smooth_ratio, hole_*, moving_contaminated_share.
   void report(ScenarioScore& score) const;
 
@@ -42,10 +37,8 @@ class SightFigures {
   static constexpr std::size_t kEdgeRing = 1;  // rings up to this one are "near an edge": two lens pixels
 
   Chart chart_by_kind() const;
-  bool is_visible(const sim::TrueReturn& truth, const std::vector<std::uint32_t>& exposures) const;
-  bool is_in_hole(const sim::TrueReturn& truth, std::uint32_t exposure) const;
 
-  const Outlook& outlook_;
+  const std::vector<std::string>& surfaces_;
   Share visible_coloured_, wrong_, wrong_occluded_, hole_coloured_, contaminated_;
   std::array<Share, kRings> wrong_by_ring_;
   std::map<std::string, Share> wrong_by_kind_;  // of surface

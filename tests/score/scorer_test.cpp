@@ -41,7 +41,7 @@ class ScorerTest : public testing::Test {
     delete folder_;
   }
   static Scorer open() {
-    auto scorer = Scorer::open(*scenario_, drive_->cache_dir, {.ray_returns = 4000, .seed = 1});
+    auto scorer = Scorer::open(*scenario_, drive_->cache_dir, {.ray_returns = 4000, .seed = 1, .threads = 2});
     EXPECT_TRUE(scorer.ok());
     return std::move(*scorer);
   }
