@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/rig_truth.hpp"
+#include "sim/shutter.hpp"
 #include "sim/tone.hpp"
 #include "sim/world.hpp"
 
@@ -16,9 +17,11 @@ class PanoramicCamera {
 
   std::size_t exposure_count() const { return exposures_; }
   /// The strobe's edge.
-  GpsNs exposure_start(std::size_t number) const;
-  GpsNs exposure_ns() const { return exposure_ns_; }
-  GpsNs exposure_mid(std::size_t number) const { return exposure_start(number) + exposure_ns_ / 2; }
+  GpsNs exposure_start(std::size_t number) const { return shutter_.start(number); }
+  GpsNs exposure_ns() const { return shutter_.exposure_ns(); }
+  GpsNs exposure_mid(std::size_t number) const { return shutter_.mid(number); }
+  /// What each lens multiplied its light with, beside CameraConfig::gain: the truth of automatic exposure.
+  const std::vector<float>& lens_gains(std::size_t number) const { return gains_[number]; }
   /// Pose of the head at the middle of an exposure.
   Pose T_enu_head(std::size_t number) const;
 
@@ -33,8 +36,13 @@ class PanoramicCamera {
     float dim = 0;                  ///< vignetting: light = 1 - dim (1 - cos theta)
   };
   struct Block;  // a few rows of one lens: what a thread takes at a time
-  void render(const Lens& lens, std::span<const Moment> moments, Block& block) const;
-  void smooth_outlines(const Lens& lens, std::span<const Moment> moments, Block& block) const;
+  /// Moments over which rows are exposed: of all rows, or of each row with a rolling shutter.
+  using Moments = std::vector<std::vector<Moment>>;
+  std::vector<Moment> moments(std::size_t number, double row) const;
+  void render(const Lens& lens, const Moments& moments, Block& block) const;
+  void smooth_outlines(const Lens& lens, const Moments& moments, Block& block) const;
+  void sample_outlines(const Lens& lens, const Moment& moment, const std::vector<std::size_t>& edges, float share,
+                       std::span<const std::array<float, 2>> offsets, Block& block) const;
   void develop(std::size_t number, std::size_t lens, const Block& block, std::vector<std::uint8_t>& image) const;
 
   Scenario scenario_;
@@ -43,8 +51,9 @@ class PanoramicCamera {
   RigTruth rig_;
   Tone tone_;
   std::vector<Lens> lenses_;
-  GpsNs period_ns_, exposure_ns_;
+  Shutter shutter_;
   std::size_t exposures_;
+  std::vector<std::vector<float>> gains_;  ///< by exposure and lens
 };
 
 }  // namespace hueline::sim

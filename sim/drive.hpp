@@ -47,6 +47,9 @@ struct TrueReturn {
   double east = 0, north = 0, up = 0;  ///< true place of the hit, local level at the scene's origin
   double beam_east = 0, beam_north = 0, beam_up = 0;  ///< true scanner place + true beam x the range that the wire can carry
   std::uint8_t red = 0, green = 0, blue = 0;          ///< colour as a perfect camera at the scanner would see it (shaded)
+  std::array<std::uint8_t, 3> albedo{};               ///< the surface's own colour, unshaded, sRGB-coded
+  std::array<float, 3> light{};                       ///< linear light that makes red, green, blue: 1 saturates at gain 1; 0 .. 4
+  bool is_moving = false;                             ///< the surface moves by itself
 };
 
 /// Truth of one exposure: pose of the camera head at the middle of the exposure.
@@ -55,6 +58,7 @@ struct TrueExposure {
   GpsNs exposure_mid_gps_ns = 0;
   std::array<double, 9> R_enu_head{};  ///< row-major
   std::array<double, 3> p_enu_head{};
+  std::vector<float> lens_gain;        ///< of each lens, beside the scenario's camera.gain
 };
 
 /// A drive, rendered ahead. Deterministic in the scenario (seed included).

@@ -6,13 +6,12 @@
 
 namespace hueline::sim {
 namespace {
-constexpr char kMagic[] = "HLDRIVE1";
 constexpr std::size_t kSlots = 12 * 32;
 }  // namespace
 
 Status write_drive(const Drive& d, const std::string& path) {
   ByteWriter out(path);
-  out.bytes(kMagic, 8);
+  out.bytes(kDriveMagic, 8);
   for (const double x : {d.origin_latitude_rad, d.origin_longitude_rad, d.origin_height_m}) out.number(x);
   out.number(d.begin_gps_ns);
   out.number(d.end_gps_ns);
@@ -50,7 +49,7 @@ Result<Drive> read_drive(const std::string& path) {
   Drive d;
   char magic[8] = {};
   in.bytes(magic, 8);
-  if (in.status().ok() && std::memcmp(magic, kMagic, 8) != 0) in.fail("is not a drive of the simulator");
+  if (in.status().ok() && std::memcmp(magic, kDriveMagic, 8) != 0) in.fail("is not a drive of the simulator");
   for (double* x : {&d.origin_latitude_rad, &d.origin_longitude_rad, &d.origin_height_m}) *x = in.number<double>();
   d.begin_gps_ns = in.number<GpsNs>();
   d.end_gps_ns = in.number<GpsNs>();

@@ -9,6 +9,8 @@
 /// u64 count before them. Private to the cache: a scenario's fingerprint covers the revision that wrote it.
 namespace hueline::sim {
 
+constexpr char kDriveMagic[] = "HLDRIVE1";
+
 Status write_drive(const Drive& drive, const std::string& path);
 /// cache_dir is set to the file's folder. Errors: Io, Malformed.
 Result<Drive> read_drive(const std::string& path);

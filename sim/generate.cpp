@@ -79,6 +79,16 @@ Status fire_laser(const Scanner& scanner, TruthWriter& truth, Drive& drive, unsi
   return {};
 }
 
+/// A folder whose files are of an older form holds the same drive, but cannot be read any more: it is made again.
+bool is_current(const fs::path& folder) {
+  const auto begins = [&](const char* file, const char* magic) {
+    ByteReader in((folder / file).string());
+    char first[8] = {};
+    return in.bytes(first, 8) && std::memcmp(first, magic, 8) == 0;
+  };
+  return begins("drive.bin", kDriveMagic) && begins("truth.bin", kTruthMagic);
+}
+
 Status make(const Scenario& scenario, const fs::path& folder, const Progress& progress, const GenerateOptions& options) {
   const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
   auto last = std::chrono::steady_clock::time_point();
@@ -109,10 +119,10 @@ Status make(const Scenario& scenario, const fs::path& folder, const Progress& pr
   drive.ins = simulate_ins(scenario, motion);
   drive.pps_edge_error_ns = simulate_pps(scenario);
 
-  TruthHeader header{origin.latitude, origin.longitude, origin.height, scenario.text(), world.surfaces(), {}};
+  TruthHeader header{origin.latitude, origin.longitude, origin.height, scenario.text(), world.surfaces(), world.targets(), {}};
   for (std::size_t i = 0; i < camera.exposure_count(); ++i) {
     const Pose T = camera.T_enu_head(i);
-    header.exposures.push_back({static_cast<std::uint32_t>(i), camera.exposure_mid(i), T.R.m, {T.p.x, T.p.y, T.p.z}});
+    header.exposures.push_back({static_cast<std::uint32_t>(i), camera.exposure_mid(i), T.R.m, {T.p.x, T.p.y, T.p.z}, camera.lens_gains(i)});
   }
   TruthWriter truth((folder / "truth.bin").string(), header);
   if (Status s = render_images(camera, rig, folder, drive, threads, report("images")); !s.ok()) return s;
@@ -130,7 +140,7 @@ Result<Drive> generate(const Scenario& scenario, const std::string& cache_dir, c
   const fs::path folder = fs::path(cache_dir) / scenario.fingerprint();
   const std::string file = (folder / "drive.bin").string();
   std::error_code ec;
-  if (fs::exists(file, ec)) return read_drive(file);
+  if (fs::exists(file, ec) && is_current(folder)) return read_drive(file);
 
   const fs::path partial = folder.string() + ".partial-" + std::to_string(::getpid());
   fs::remove_all(partial, ec);
@@ -140,6 +150,7 @@ Result<Drive> generate(const Scenario& scenario, const std::string& cache_dir, c
     fs::remove_all(partial, ec);
     return made.error();
   }
+  if (fs::exists(file, ec) && !is_current(folder)) fs::remove_all(folder, ec);
   fs::rename(partial, folder, ec);
   // Somebody else may have finished the same drive first: theirs is as good.
   if (ec && !fs::exists(file)) return Error{ErrorCode::Io, "renaming " + partial.string() + ": " + ec.message()};

@@ -39,7 +39,20 @@ std::string Judge::Config::validate() const {
 }
 
 Judge::Judge(const Scenario& scenario, const Config& config)
-    : config_(config), rig_(rig_truth(scenario)), by_lens_(rig_.lenses.size()) {}
+    : config_(config), rig_(rig_truth(scenario)), shutter_(scenario), by_lens_(rig_.lenses.size()) {
+  if (shutter_.is_rolling()) motion_.emplace(scenario);
+}
+
+Pose Judge::T_enu_head(const TrueExposure& exposure, std::size_t lens, Vec3 p_enu) const {
+  Pose T_enu_head{{exposure.R_enu_head}, {exposure.p_enu_head[0], exposure.p_enu_head[1], exposure.p_enu_head[2]}};
+  // The row tells the time and the time moves the row, by far less than a row each turn.
+  for (int i = 0; i < 3 && motion_; ++i) {
+    const auto pixel = rig_.lenses[lens].project(inverse(T_enu_head * rig_.lenses[lens].T_head_lens) * p_enu);
+    if (!pixel) break;
+    T_enu_head = motion_->T_enu_body(exposure.exposure_mid_gps_ns + shutter_.row_delay(pixel->v)) * rig_.T_body_head;
+  }
+  return T_enu_head;
+}
 
 Result<Judge> Judge::open(const Scenario& scenario, const std::string& truth_file, const Config& config) {
   if (const std::string complaint = config.validate(); !complaint.empty()) return Error{ErrorCode::Invalid, "judge: " + complaint};
@@ -65,7 +78,9 @@ Result<Judge> Judge::open(const Scenario& scenario, const std::string& truth_fil
            {r.beam_east, r.beam_north, r.beam_up},
            {static_cast<float>(r.east - r.beam_east), static_cast<float>(r.north - r.beam_north), static_cast<float>(r.up - r.beam_up)},
            r.surface,
-           {r.red, r.green, r.blue}});
+           {r.red, r.green, r.blue},
+           r.albedo,
+           r.is_moving});
       ++judge.true_returns_;
     }
   }
@@ -91,6 +106,8 @@ std::optional<TrueReturn> Judge::true_return(std::uint16_t channel, GpsNs fired)
   r.surface = record->surface;
   r.beam_east = record->beam[0], r.beam_north = record->beam[1], r.beam_up = record->beam[2];
   r.east = r.beam_east + record->hit[0], r.north = r.beam_north + record->hit[1], r.up = r.beam_up + record->hit[2];
+  r.albedo = record->albedo;
+  r.is_moving = record->is_moving;
   r.red = record->colour[0], r.green = record->colour[1], r.blue = record->colour[2];
   return r;
 }
@@ -116,9 +133,8 @@ std::optional<Verdict> Judge::judge(const Claim& claim) const {
   const Record* record = find(claim.channel, claim.fired_gps_ns);
   if (record == nullptr) return std::nullopt;
   const TrueExposure& exposure = header_.exposures[claim.exposure];
-  const Pose T_enu_head{{exposure.R_enu_head}, {exposure.p_enu_head[0], exposure.p_enu_head[1], exposure.p_enu_head[2]}};
   const Vec3 p_enu{record->beam[0], record->beam[1], record->beam[2]};
-  const Vec3 p_head = inverse(T_enu_head) * p_enu;
+  const Vec3 p_head = inverse(T_enu_head(exposure, claim.lens, p_enu)) * p_enu;
 
   Verdict verdict;
   verdict.surface = record->surface;

@@ -8,7 +8,9 @@
 
 #include "core/result.hpp"
 #include "sim/rig_truth.hpp"
+#include "sim/shutter.hpp"
 #include "sim/truth_file.hpp"
+#include "sim/vehicle.hpp"
 
 namespace hueline::sim {
 
@@ -67,7 +69,7 @@ class Judge {
 
   /// Empty: no such firing, exposure or lens, or the true point is beyond the lens's field of view.
   std::optional<Verdict> judge(const Claim& claim) const;
-  /// Truth of the firing that a claim means, found as judge() finds it; empty without one.
+  /// Truth of the firing that a claim means, found as judge() finds it; empty without one. Its light is left out.
   std::optional<TrueReturn> true_return(std::uint16_t channel, GpsNs fired) const;
   /// Pixel of a direction in the head's frame on the panorama, and back (unit length).
   TruePixel panorama_pixel(Vec3 direction_head) const;
@@ -92,13 +94,18 @@ class Judge {
     std::array<double, 3> beam;  // local level at the scene's origin
     std::array<float, 3> hit;    // from beam: range noise and the wire's step, a few centimetres
     std::uint16_t surface;
-    std::array<std::uint8_t, 3> colour;
+    std::array<std::uint8_t, 3> colour, albedo;
+    bool is_moving;
   };
   Judge(const Scenario& scenario, const Config& config);
+  /// Where the head was when the lens exposed the row on which the point falls; with a global shutter, at the exposure's middle.
+  Pose T_enu_head(const TrueExposure& exposure, std::size_t lens, Vec3 p_enu) const;
   const Record* find(std::uint16_t channel, GpsNs fired) const;
 
   Config config_;
   RigTruth rig_;
+  Shutter shutter_;
+  std::optional<Motion> motion_;  ///< with a rolling shutter
   TruthHeader header_;
   Vec3 origin_ecef_;
   Mat3 R_ecef_scene_;

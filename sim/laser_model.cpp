@@ -35,6 +35,7 @@ Scanner::Scanner(const Scenario& scenario, const Motion& motion, const World& wo
       rig_(rig_truth(scenario)),
       timing_(laser_timing(scenario.laser.model, scenario.laser.vertical_offsets)),
       tone_(scenario.camera.tone_curve, scenario.camera.gain),
+      unshaded_(ToneCurve::Srgb, 1),
       packets_(static_cast<std::size_t>((scenario.sensors_end_gps_ns() - scenario.sensors_begin_gps_ns()) / timing_.packet_period_ns())) {}
 
 double Scanner::azimuth_centideg(GpsNs t) const {
@@ -108,6 +109,10 @@ FiredPacket Scanner::fire(std::size_t index) const {
           truth.beam_east = beam.x, truth.beam_north = beam.y, truth.beam_up = beam.z;
           const auto colour = tone_.perfect(seen[i].colour);
           truth.red = colour[0], truth.green = colour[1], truth.blue = colour[2];
+          const Seen& at = seen[i];
+          truth.albedo = unshaded_.perfect({at.albedo.r, at.albedo.g, at.albedo.b});
+          truth.light = {at.colour.r, at.colour.g, at.colour.b};
+          truth.is_moving = world_.is_moving(at.surface);
           out.returns.push_back(truth);
         }
       }

@@ -33,7 +33,7 @@ class Scanner {
   const World& world_;
   RigTruth rig_;
   LaserTiming timing_;
-  Tone tone_;
+  Tone tone_, unshaded_;
   std::size_t packets_;
 };
 

@@ -18,7 +18,8 @@ constexpr int kRendererRevision = 2;
 
 /// Keys that came after the second revision. With its default such a key changes no byte of a drive, so it is left out of the text:
 /// scenarios that were rendered before it keep their fingerprint.
-constexpr std::array kYoungKeys{"scene=", "street.sky_brightness=", "alley.", "traffic.", "tunnel.", "targets."};
+constexpr std::array kYoungKeys{"scene=", "street.sky_brightness=", "alley.", "traffic.", "tunnel.", "targets.", "camera.shutter=",
+                                "camera.row_time_us=", "camera.auto_exposure"};
 
 bool is_young(std::string_view line) {
   return std::any_of(kYoungKeys.begin(), kYoungKeys.end(), [&](std::string_view key) { return line.starts_with(key); });
@@ -123,6 +124,9 @@ std::string Scenario::validate() const {
   if (camera.lenses.size() > static_cast<std::size_t>(camera.stack_columns * camera.stack_rows))
     return "camera.stack_columns x camera.stack_rows must hold every lens";
   if (camera.exposure_us * 1e-6 * camera.rate_hz >= 1) return "camera.exposure_us must be shorter than the time between exposures";
+  if (camera.shutter == ShutterKind::Rolling &&
+      (camera.exposure_us + camera.row_time_us * camera.lens_height) * 1e-6 * camera.rate_hz >= 1)
+    return "camera.row_time_us x camera.lens_height and camera.exposure_us must fit into the time between exposures";
   if (laser.min_range_m >= laser.max_range_m) return "laser.min_range_m must be below laser.max_range_m";
   if (alley.near_m > alley.far_m) return "alley.near_m must not be above alley.far_m";
   if (scene == SceneKind::Tunnel && street.curve_deg != 0) return "street.curve_deg must be 0 with scene tunnel: it is straight";

@@ -59,6 +59,7 @@ struct LaserConfig {
 };
 
 enum class ToneCurve { Linear, Srgb };
+enum class ShutterKind { Global, Rolling };
 
 /// All lenses expose at one moment; their raw images are stacked in one, row by row: lens i at column i % columns, row i / columns.
 struct CameraConfig {
@@ -74,6 +75,12 @@ struct CameraConfig {
   double vignetting = 0.15;                ///< share of light lost at the lens image's far corner, growing with 1 - cos of the angle
   double full_well_electrons = 9000, read_noise_electrons = 8;
   bool antialias = true;                   ///< four samples a pixel along outlines
+  ShutterKind shutter = ShutterKind::Global;
+  double row_time_us = 12.0;               ///< rolling: from one row of a lens image to the next; the strobe belongs to the middle row
+  bool auto_exposure = false;              ///< each lens adapts its own gain from image to image (exposure_control.hpp)
+  double auto_exposure_target = 0.22;      ///< mean of the delivered light, linear, 1 saturates
+  double auto_exposure_rate = 0.4;         ///< share of the logarithmic error mended by each image
+  double auto_exposure_limit = 8.0;        ///< largest and one over smallest factor on `gain`
   MountConfig mount{.x_m = 0.03, .y_m = -0.35, .z_m = 1.85, .rot_x_deg = 0.4, .rot_y_deg = -0.7, .rot_z_deg = 90.8};
   std::vector<LensConfig> lenses = ladybug5_lenses();
 
@@ -94,6 +101,12 @@ struct CameraConfig {
     v("full_well_electrons", c.full_well_electrons, 100, 1e6);
     v("read_noise_electrons", c.read_noise_electrons, 0, 1000);
     v("antialias", c.antialias);
+    v("shutter", c.shutter, {{"global", ShutterKind::Global}, {"rolling", ShutterKind::Rolling}});
+    v("row_time_us", c.row_time_us, 0.1, 1000);
+    v("auto_exposure", c.auto_exposure);
+    v("auto_exposure_target", c.auto_exposure_target, 0.01, 0.9);
+    v("auto_exposure_rate", c.auto_exposure_rate, 0.01, 1);
+    v("auto_exposure_limit", c.auto_exposure_limit, 1, 1000);
     v("mount", c.mount);
     v("lenses", c.lenses);
   }

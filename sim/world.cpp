@@ -57,6 +57,8 @@ World::World(const Scenario& scenario, const Motion& motion)
       embree_(std::make_unique<Embree>()) {
   const double az = radians(config_.sun_azimuth_deg), el = radians(config_.sun_elevation_deg);
   to_sun_ = {std::sin(az) * std::cos(el), std::cos(az) * std::cos(el), std::sin(el)};
+  is_moving_.resize(scene_.surfaces.size());
+  for (const Mover& mover : scene_.movers) is_moving_[mover.surface] = 1;
   embree_->device = rtcNewDevice("threads=1,set_affinity=0");  // one builder: the same tree every time
   embree_->still = load(embree_->device, scene_.still);
   if (!scene_.movers.empty())
@@ -66,7 +68,7 @@ World::World(const Scenario& scenario, const Motion& motion)
 World::~World() = default;
 
 bool World::is_moving(std::uint16_t surface) const {
-  return std::any_of(scene_.movers.begin(), scene_.movers.end(), [&](const Mover& m) { return m.surface == surface; });
+  return surface < is_moving_.size() && is_moving_[surface] != 0;
 }
 
 Moment World::moment(GpsNs t) const {

@@ -24,6 +24,7 @@ struct Seen {
   std::uint32_t face = 0;        ///< of its mesh: two rays with unequal faces straddle an outline or an edge
   Vec3 normal;
   float reflectance = 0;         ///< of the surface, grey, 0 .. 1
+  Albedo albedo;                 ///< the surface's own colour, unshaded
   Radiance colour;               ///< light towards the ray's origin: surface in sun or shadow, or sky
 };
 
@@ -77,6 +78,7 @@ class World {
   GpsNs begin_;
   Scene scene_;
   Vec3 to_sun_;
+  std::vector<std::uint8_t> is_moving_;  ///< by surface
   std::unique_ptr<Embree> embree_;
 };
 

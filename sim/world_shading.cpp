@@ -63,6 +63,7 @@ Radiance World::shade(const Ray& ray, Seen& s, const Contact& c, float cone) con
     a = albedo_at(scene_, {c.face->tag, c.u, c.v, width(c.grad_u), width(c.grad_v)});
   }
   s.reflectance = (a.r + a.g + a.b) / 3;
+  s.albedo = a;
   const bool leaf = s.material == Material::Leaf;
   double facing = dot(s.normal, to_sun_);
   // Leaves let light through and are lit from both sides.

@@ -1,0 +1,68 @@
+#include "sim/exposure_control.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hueline::sim {
+namespace {
+
+constexpr int kColumns = 16, kRows = 12;  // of the metering grid
+constexpr int kSettling = 40;             // images looked at before the first
+constexpr double kDarkest = 1e-4;
+
+/// Directions of the metered pixels in the lens frame.
+std::vector<Vec3> metered(const TrueLens& lens) {
+  std::vector<Vec3> out;
+  for (int j = 0; j < kRows; ++j)
+    for (int i = 0; i < kColumns; ++i)
+      if (const auto ray = lens.ray((i + 0.5) * lens.width / kColumns - 0.5, (j + 0.5) * lens.height / kRows - 0.5)) out.push_back(*ray);
+  return out;
+}
+
+std::vector<float> look(const World& world, const Moment& moment, const Pose& T_enu_lens, const std::vector<Vec3>& directions) {
+  std::vector<float> light;
+  std::array<World::Ray, World::kBatch> rays;
+  std::array<Seen, World::kBatch> seen;
+  for (std::size_t first = 0; first < directions.size(); first += World::kBatch) {
+    const std::size_t n = std::min(World::kBatch, directions.size() - first);
+    for (std::size_t i = 0; i < n; ++i) rays[i] = {T_enu_lens.p, T_enu_lens.R * directions[first + i]};
+    // Wide cones: a metered pixel stands for its part of the image.
+    world.look(moment, std::span(rays).first(n), 0.02f, std::span(seen).first(n));
+    for (std::size_t i = 0; i < n; ++i) light.push_back(0.25f * seen[i].colour.r + 0.5f * seen[i].colour.g + 0.25f * seen[i].colour.b);
+  }
+  return light;
+}
+
+double next_gain(const CameraConfig& c, const std::vector<float>& light, double gain) {
+  double mean = 0;
+  for (const float x : light) mean += std::min(1.0, c.gain * gain * static_cast<double>(x));
+  mean /= static_cast<double>(std::max<std::size_t>(1, light.size()));
+  const double wanted = gain * std::pow(c.auto_exposure_target / std::max(kDarkest, mean), c.auto_exposure_rate);
+  return std::clamp(wanted, 1 / c.auto_exposure_limit, c.auto_exposure_limit);
+}
+
+}  // namespace
+
+std::vector<std::vector<float>> lens_gains(const Scenario& scenario, const World& world, const Motion& motion, const RigTruth& rig,
+                                           std::size_t exposures) {
+  const CameraConfig& c = scenario.camera;
+  std::vector<std::vector<float>> gains(exposures, std::vector<float>(rig.lenses.size(), 1.0f));
+  if (!c.auto_exposure) return gains;
+  const Shutter shutter(scenario);
+  for (std::size_t index = 0; index < rig.lenses.size(); ++index) {
+    const TrueLens& lens = rig.lenses[index];
+    const auto directions = metered(lens);
+    double gain = 1;
+    for (std::size_t number = 0; number < exposures; ++number) {
+      const GpsNs t = shutter.mid(number);
+      const auto light = look(world, world.moment(t), motion.T_enu_body(t) * rig.T_body_head * lens.T_head_lens, directions);
+      if (number == 0)
+        for (int i = 0; i < kSettling; ++i) gain = next_gain(c, light, gain);
+      gains[number][index] = static_cast<float>(gain);
+      gain = next_gain(c, light, gain);
+    }
+  }
+  return gains;
+}
+
+}  // namespace hueline::sim
