@@ -7,6 +7,21 @@ namespace hueline::score {
 
 using sim::Vec3;
 
+namespace {
+
+double mean_gain(const std::vector<sim::TrueExposure>& exposures) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const sim::TrueExposure& e : exposures)
+    for (const float gain : e.lens_gain) {
+      sum += std::log(static_cast<double>(gain));
+      ++count;
+    }
+  return count ? std::exp(sum / static_cast<double>(count)) : 1.0;
+}
+
+}  // namespace
+
 LabOfRgb::Encoding encoding_of(const sim::Scenario& scenario) {
   return scenario.camera.tone_curve == sim::ToneCurve::Linear ? LabOfRgb::Encoding::Linear : LabOfRgb::Encoding::Srgb;
 }
@@ -15,7 +30,9 @@ Outlook::Outlook(const sim::Scenario& scenario, const std::vector<sim::TrueExpos
     : motion_(scenario),
       world_(scenario, motion_),
       rig_(sim::rig_truth(scenario)),
-      tone_(scenario.camera.tone_curve, scenario.camera.gain),
+      shutter_(scenario),
+      mean_lens_gain_(mean_gain(exposures)),
+      tone_(scenario.camera.tone_curve, scenario.camera.gain * mean_lens_gain_),
       lab_(encoding_of(scenario)) {
   for (const sim::TrueExposure& e : exposures)
     stations_.push_back({e.exposure_mid_gps_ns, world_.moment(e.exposure_mid_gps_ns), {{e.R_enu_head}, {e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]}}});
@@ -23,19 +40,28 @@ Outlook::Outlook(const sim::Scenario& scenario, const std::vector<sim::TrueExpos
 
 std::optional<Outlook::Sight> Outlook::sight(std::uint32_t exposure, std::size_t lens, Vec3 place) const {
   const sim::TrueLens& optics = rig_.lenses[lens];
-  const Vec3 p_lens = inverse(stations_[exposure].T_enu_head * optics.T_head_lens) * place;
-  const auto pixel = optics.project(p_lens);
+  sim::GpsNs time = stations_[exposure].mid;
+  sim::Pose T_enu_lens = stations_[exposure].T_enu_head * optics.T_head_lens;
+  auto pixel = optics.project(inverse(T_enu_lens) * place);
+  // The row tells the time and the time moves the row, by far less than a row each turn.
+  for (int turn = 0; turn < 3 && shutter_.is_rolling() && pixel; ++turn) {
+    time = stations_[exposure].mid + shutter_.row_delay(pixel->v);
+    T_enu_lens = motion_.T_enu_body(time) * rig_.T_body_head * optics.T_head_lens;
+    pixel = optics.project(inverse(T_enu_lens) * place);
+  }
   if (!pixel || !optics.contains(*pixel)) return std::nullopt;
-  return Sight{exposure, lens, *pixel, length(p_lens)};
+  return Sight{exposure, lens, *pixel, length(place - T_enu_lens.p), time, T_enu_lens.p};
+}
+
+sim::Moment Outlook::moment_of(const Sight& sight) const {
+  const Station& station = stations_[sight.exposure];
+  return sight.time == station.mid ? station.moment : world_.moment(sight.time);
 }
 
 Outlook::Look Outlook::look(const Sight& sight, Vec3 place) const {
-  const Station& station = stations_[sight.exposure];
-  const sim::TrueLens& optics = rig_.lenses[sight.lens];
-  const Vec3 eye = (station.T_enu_head * optics.T_head_lens).p;
-  const sim::World::Ray ray{eye, normalised(place - eye), 0.01, 1000};
+  const sim::World::Ray ray{sight.eye, normalised(place - sight.eye), 0.01, 1000};
   Look out;
-  world_.look(station.moment, {&ray, 1}, static_cast<float>(1 / optics.focal_x), {&out.seen, 1});
+  world_.look(moment_of(sight), {&ray, 1}, static_cast<float>(1 / rig_.lenses[sight.lens].focal_x), {&out.seen, 1});
   const double distance = out.seen.is_hit ? out.seen.distance_m : ray.far_m;
   out.met = distance < sight.distance_m - kTolerance_m ? Met::Before : (distance > sight.distance_m + kTolerance_m ? Met::Behind : Met::Place);
   return out;
@@ -55,9 +81,9 @@ std::vector<std::uint32_t> Outlook::nearest_exposures(sim::GpsNs t, std::size_t 
 Lab Outlook::lab_of(const sim::Seen& seen) const { return lab_(tone_.perfect(seen.colour)); }
 
 Outlook::Edges Outlook::edges_around(const Sight& sight, Vec3 place) const {
-  const Station& station = stations_[sight.exposure];
+  const sim::Moment moment = moment_of(sight);
   const sim::TrueLens& optics = rig_.lenses[sight.lens];
-  const Vec3 eye = (station.T_enu_head * optics.T_head_lens).p, ahead = normalised(place - eye);
+  const Vec3 eye = sight.eye, ahead = normalised(place - eye);
   // Two directions across the ray; which ones does not matter, they only span the circle.
   const Vec3 across = normalised(cross(ahead, std::abs(ahead.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0})), over = cross(ahead, across);
   const auto cone = static_cast<float>(1 / optics.focal_x);
@@ -65,7 +91,7 @@ Outlook::Edges Outlook::edges_around(const Sight& sight, Vec3 place) const {
   std::array<sim::World::Ray, sim::World::kBatch> rays;
   std::array<sim::Seen, sim::World::kBatch> seen;
   rays[0] = {eye, ahead, 0.01, 1000};
-  world_.look(station.moment, std::span(rays).first(1), cone, std::span(seen).first(1));
+  world_.look(moment, std::span(rays).first(1), cone, std::span(seen).first(1));
   const double distance = far(seen[0]);
   const Lab colour = lab_of(seen[0]);
 
@@ -76,7 +102,7 @@ Outlook::Edges Outlook::edges_around(const Sight& sight, Vec3 place) const {
       const double turn = 2 * sim::kPi * static_cast<double>(k) / static_cast<double>(rays.size());
       rays[k] = {eye, normalised(ahead + (radius * std::cos(turn)) * across + (radius * std::sin(turn)) * over), 0.01, 1000};
     }
-    world_.look(station.moment, rays, cone, seen);
+    world_.look(moment, rays, cone, seen);
     // A slanting plane is no outline: opposite rays are compared with twice the middle in inverse distance, which is linear on a plane.
     for (std::size_t k = 0; k < 4; ++k) {
       const double bend = std::abs(1 / far(seen[k]) + 1 / far(seen[k + 4]) - 2 / distance) * distance * distance;

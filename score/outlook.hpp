@@ -5,13 +5,14 @@
 
 #include "score/ciede2000.hpp"
 #include "sim/judge.hpp"
+#include "sim/shutter.hpp"
 #include "sim/tone.hpp"
 #include "sim/world.hpp"
 
 namespace hueline::score {
 
 /// What every lens of every exposure truly sees: the simulator's world under rays, from the true pose at the true middle of the
-/// exposure. Immutable; const functions are thread-safe.
+/// exposure, or of the row's exposure where the shutter rolls. Immutable; const functions are thread-safe.
 class Outlook {
  public:
   /// Something lies between a lens and a place if a ray meets it more than this before the place.
@@ -23,6 +24,8 @@ class Outlook {
     std::size_t lens = 0;
     sim::TruePixel pixel;
     double distance_m = 0;  ///< from the lens
+    sim::GpsNs time = 0;    ///< when that pixel was exposed
+    sim::Vec3 eye;          ///< where the lens was then
   };
   enum class Met { Place, Before, Behind };  ///< Before: something else hides it; Behind: nothing is there any more
   struct Look {
@@ -46,6 +49,11 @@ class Outlook {
   };
   Edges edges_around(const Sight& sight, sim::Vec3 place) const;
 
+  /// What a perfect camera makes of light at the drive's mean gain: no camera knows how bright the world is, so where lenses choose
+  /// their gain by themselves the truth is told at the geometric mean of what they chose.
+  const sim::Tone& tone() const { return tone_; }
+  double mean_lens_gain() const { return mean_lens_gain_; }
+
   const sim::World& world() const { return world_; }
   const sim::RigTruth& rig() const { return rig_; }
   std::size_t lens_count() const { return rig_.lenses.size(); }
@@ -57,10 +65,14 @@ class Outlook {
     sim::Pose T_enu_head;
   };
   Lab lab_of(const sim::Seen& seen) const;
+  /// The world at the moment of a sight.
+  sim::Moment moment_of(const Sight& sight) const;
 
   sim::Motion motion_;
   sim::World world_;
   sim::RigTruth rig_;
+  sim::Shutter shutter_;
+  double mean_lens_gain_;
   sim::Tone tone_;
   LabOfRgb lab_;
   std::vector<Station> stations_;

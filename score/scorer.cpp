@@ -112,7 +112,8 @@ void Scorer::add(const PointClaim& point) {
   if (claim.exposure >= judge_.exposures().size()) return;
   if (const auto verdict = judge_.judge(claim))
     reprojection_.add(verdict->error_px, verdict->distance_m, claim.lens, inverse(head_of(judge_.exposures()[claim.exposure])) * beam);
-  const std::array<std::uint8_t, 3> given{claim.red, claim.green, claim.blue}, wanted{truth->red, truth->green, truth->blue};
+  const std::array<std::uint8_t, 3> given{claim.red, claim.green, claim.blue};
+  const std::array<std::uint8_t, 3> wanted = outlook_->tone().perfect({truth->light[0], truth->light[1], truth->light[2]});
   const Lab given_lab = lab_(given), wanted_lab = lab_(wanted);
   const double difference = ciede2000(given_lab, wanted_lab);
   const sim::Vec3 place{truth->east, truth->north, truth->up};
@@ -173,8 +174,8 @@ ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string
   score.charts.push_back(std::move(latency));
   add_byte_figures(devices, score);
   score.notes.insert(score.notes.begin(),
-                     fmt::format("{} true returns, {} of them on the own vehicle and left out; {} points given, {} coloured ({} of them at the stream's end, without a latency), {} without truth; rays for one return in {}",
-                                 judge_.true_returns(), judge_.true_returns() - world_returns_, points_ + own_, coloured_, at_the_end_, unmatched_, one_in_));
+                     fmt::format("{} true returns, {} of them on the own vehicle and left out; {} points given, {} coloured ({} of them at the stream's end, without a latency), {} without truth; rays for one return in {}; true colours at {:.3f} of the nominal gain",
+                                 judge_.true_returns(), judge_.true_returns() - world_returns_, points_ + own_, coloured_, at_the_end_, unmatched_, one_in_, outlook_->mean_lens_gain()));
   if (view_) score.pictures = view_->pictures();
   return score;
 }

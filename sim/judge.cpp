@@ -80,7 +80,8 @@ Result<Judge> Judge::open(const Scenario& scenario, const std::string& truth_fil
            r.surface,
            {r.red, r.green, r.blue},
            r.albedo,
-           r.is_moving});
+           r.is_moving,
+           r.light});
       ++judge.true_returns_;
     }
   }
@@ -108,6 +109,7 @@ std::optional<TrueReturn> Judge::true_return(std::uint16_t channel, GpsNs fired)
   r.east = r.beam_east + record->hit[0], r.north = r.beam_north + record->hit[1], r.up = r.beam_up + record->hit[2];
   r.albedo = record->albedo;
   r.is_moving = record->is_moving;
+  r.light = record->light;
   r.red = record->colour[0], r.green = record->colour[1], r.blue = record->colour[2];
   return r;
 }

@@ -64,12 +64,12 @@ class Judge {
     std::int64_t match_ns = 20'000;  ///< a claim farther from every firing of its channel is unmatched
     std::string validate() const;
   };
-  /// Reads the truth whole (56 bytes a return). Errors: Io, Malformed, Invalid.
+  /// Reads the truth whole (72 bytes a return). Errors: Io, Malformed, Invalid.
   static Result<Judge> open(const Scenario& scenario, const std::string& truth_file, const Config& config);
 
   /// Empty: no such firing, exposure or lens, or the true point is beyond the lens's field of view.
   std::optional<Verdict> judge(const Claim& claim) const;
-  /// Truth of the firing that a claim means, found as judge() finds it; empty without one. Its light is left out.
+  /// Truth of the firing that a claim means, found as judge() finds it; empty without one.
   std::optional<TrueReturn> true_return(std::uint16_t channel, GpsNs fired) const;
   /// Pixel of a direction in the head's frame on the panorama, and back (unit length).
   TruePixel panorama_pixel(Vec3 direction_head) const;
@@ -96,6 +96,7 @@ class Judge {
     std::uint16_t surface;
     std::array<std::uint8_t, 3> colour, albedo;
     bool is_moving;
+    std::array<float, 3> light;
   };
   Judge(const Scenario& scenario, const Config& config);
   /// Where the head was when the lens exposed the row on which the point falls; with a global shutter, at the exposure's middle.
