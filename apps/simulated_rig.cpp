@@ -50,14 +50,14 @@ std::string lens_yaml(const sim::RigTruth& rig, std::size_t i) {
 std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresses& at, const std::string& method) {
   const sim::RigTruth rig = sim::rig_truth(scenario);
   std::string out = fmt::format(
-      "# The emulated vehicle of a scenario: laser, six-lens head as one GigE camera, SPAN receiver and its PPS.\n"
+      "# The emulated vehicle of a scenario: laser, {}-lens head as one GigE camera, SPAN receiver and its PPS.\n"
       "# Mounting and lenses are the simulator's own: a perfect calibration. Written by: hueline simulate SCENARIO --write-rig FILE\n"
       "rig: street\n\nsensors:\n"
       "  - name: pps\n    driver: pps\n    socket: {}\n\n"
       "  - name: pos\n    driver: novatel\n    tcp: {{host: {}, port: {}}}\n    logs: {{ins_rate_hz: {}}}\n\n"
       "  - name: laser\n    driver: velodyne\n    model: {}\n    udp: {{ports: [{}, {}], bind_address: {}}}\n    sigma_range_m: {}\n"
       "    T_body_scanner: {}\n\n",
-      at.pps_socket, at.address, at.pos_port, scenario.ins.rate_hz, scenario.laser.model == sim::LaserModel::Vlp16 ? "VLP-16" : "HDL-32E",
+      rig.lenses.size() == 6 ? "six" : std::to_string(rig.lenses.size()), at.pps_socket, at.address, at.pos_port, scenario.ins.rate_hz, scenario.laser.model == sim::LaserModel::Vlp16 ? "VLP-16" : "HDL-32E",
       at.data_port, at.position_port, at.address, scenario.laser.range_sigma_m, transform(rig.T_body_scanner));
   out += fmt::format(
       "  - name: camera\n    driver: genicam\n    address: {0}\n    interface: {0}\n    serial: {1}\n    pixel_format: BayerRG8\n    width: {2}\n"

@@ -20,6 +20,8 @@ struct InsSample {
   double velocity_east = 0, velocity_north = 0, velocity_up = 0;
   double roll_rad = 0, pitch_rad = 0, heading_rad = 0;
   std::array<double, 9> sigma{};  ///< E N U (m), velocity (m/s), roll pitch heading (rad): what the POS claims
+  std::uint8_t status = 3;          ///< as NovAtel counts: 3 good, 6 good without GNSS, 2 high variance
+  bool has_gnss = true;
 };
 
 /// One Velodyne data packet before encoding: 24 firing sequences of 16 lasers (VLP-16) or 12 of 32 (HDL-32E).

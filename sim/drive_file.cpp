@@ -22,6 +22,8 @@ Status write_drive(const Drive& d, const std::string& path) {
                            s.roll_rad, s.pitch_rad, s.heading_rad})
       out.number(x);
     for (const double x : s.sigma) out.number(x);
+    out.number(s.status);
+    out.number(static_cast<std::uint8_t>(s.has_gnss));
   }
   out.number(static_cast<std::uint64_t>(d.laser.size()));
   for (const LaserPacket& p : d.laser) {
@@ -54,13 +56,15 @@ Result<Drive> read_drive(const std::string& path) {
   d.begin_gps_ns = in.number<GpsNs>();
   d.end_gps_ns = in.number<GpsNs>();
   auto count = in.number<std::uint64_t>();
-  if (in.fits(count, 152)) d.ins.resize(count);
+  if (in.fits(count, 154)) d.ins.resize(count);
   for (InsSample& s : d.ins) {
     s.gps_ns = in.number<GpsNs>();
     for (double* x : {&s.latitude_rad, &s.longitude_rad, &s.ellipsoidal_height_m, &s.velocity_east, &s.velocity_north, &s.velocity_up,
                       &s.roll_rad, &s.pitch_rad, &s.heading_rad})
       *x = in.number<double>();
     for (double& x : s.sigma) x = in.number<double>();
+    s.status = in.number<std::uint8_t>();
+    s.has_gnss = in.number<std::uint8_t>() != 0;
   }
   count = in.number<std::uint64_t>();
   if (in.fits(count, 32 + 3 * kSlots)) d.laser.resize(count);

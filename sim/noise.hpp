@@ -46,6 +46,7 @@ enum Stream : std::uint64_t {
   kStreamPixel = 64,
   kStreamScene = 128,
   kStreamWireLatency = 256,  ///< .. + 6: what draws it
+  kStreamInsOutage = 320,    ///< .. + 5 biases, + 11 walks
   kStreamWireFault = 512,    ///< + number of the rule
   kStreamFaultLine = 4096,   ///< + number of the line in the scenario
 };

@@ -19,7 +19,9 @@ constexpr int kRendererRevision = 2;
 /// Keys that came after the second revision. With its default such a key changes no byte of a drive, so it is left out of the text:
 /// scenarios that were rendered before it keep their fingerprint.
 constexpr std::array kYoungKeys{"scene=", "street.sky_brightness=", "alley.", "traffic.", "tunnel.", "targets.", "camera.shutter=",
-                                "camera.row_time_us=", "camera.auto_exposure"};
+                                "camera.row_time_us=", "camera.auto_exposure", "ins.grade=",
+                                "ins.gyro_bias", "ins.angle_random", "ins.velocity_random", "ins.accelerometer", "ins.wheel_s=",
+                                "ins.high_variance_m="};
 
 bool is_young(std::string_view line) {
   return std::any_of(kYoungKeys.begin(), kYoungKeys.end(), [&](std::string_view key) { return line.starts_with(key); });

@@ -85,6 +85,20 @@ struct DriveConfig {
   }
 };
 
+/// Whose error budget the POS has.
+enum class InsGrade : std::uint8_t { Custom, PosLv220, PosLv420, SpanCpt };
+
+/// A time without satellites, s after the sensors' start.
+struct InsOutage {
+  double at_s = 0, for_s = 1;
+
+  template <class Self, class V>
+  static void visit(Self& c, V&& v) {
+    v("at_s", c.at_s, 0, 3600);
+    v("for_s", c.for_s, 0.01, 3600);
+  }
+};
+
 struct InsConfig {
   int rate_hz = 200;                    ///< a divisor of 1000
   double position_sigma_m = 0.01;       ///< first-order Gauss-Markov
@@ -94,6 +108,14 @@ struct InsConfig {
   double correlation_s = 90.0;
   double position_white_m = 0.0003;     ///< on each sample, on top
   double attitude_white_deg = 0.0004;
+  InsGrade grade = InsGrade::Custom;    ///< another one sets the sigmas above and the five below (ins_outage.cpp names its sources)
+  double gyro_bias_deg_h = 0.3;         ///< what the filter leaves of it; grows into the attitude of an outage
+  double angle_random_walk_deg_sqrt_h = 0.02;
+  double velocity_random_walk_sqrt_h = 0.02;  ///< m/s/sqrt(h)
+  double accelerometer_bias_ug = 60;    ///< what the filter leaves of it
+  double wheel_s = 0;                   ///< time within which a wheel sensor pulls velocity back in an outage; 0: none is there
+  double high_variance_m = 1.0;         ///< horizontal sigma from which the receiver says INS_HIGH_VARIANCE
+  std::vector<InsOutage> outages;
 
   template <class Self, class V>
   static void visit(Self& c, V&& v) {
@@ -105,6 +127,15 @@ struct InsConfig {
     v("correlation_s", c.correlation_s, 0.1, 10000);
     v("position_white_m", c.position_white_m, 0, 1);
     v("attitude_white_deg", c.attitude_white_deg, 0, 1);
+    v("grade", c.grade,
+      {{"custom", InsGrade::Custom}, {"pos_lv_220", InsGrade::PosLv220}, {"pos_lv_420", InsGrade::PosLv420}, {"span_cpt", InsGrade::SpanCpt}});
+    v("gyro_bias_deg_h", c.gyro_bias_deg_h, 0, 1000);
+    v("angle_random_walk_deg_sqrt_h", c.angle_random_walk_deg_sqrt_h, 0, 10);
+    v("velocity_random_walk_sqrt_h", c.velocity_random_walk_sqrt_h, 0, 10);
+    v("accelerometer_bias_ug", c.accelerometer_bias_ug, 0, 100000);
+    v("wheel_s", c.wheel_s, 0, 1000);
+    v("high_variance_m", c.high_variance_m, 0.01, 1000);
+    v("outages", c.outages);
   }
 };
 

@@ -107,6 +107,7 @@ PvaFields pva_fields(const InsSample& sample) {
   f.pitch_deg = sample.pitch_rad * kDegreesPerRadian;
   f.azimuth_deg = sample.heading_rad * kDegreesPerRadian;
   if (f.azimuth_deg < 0) f.azimuth_deg += 360.0;
+  f.status = sample.status;
   return f;
 }
 
@@ -160,6 +161,8 @@ PvaxFields pvax_fields(const InsSample& sample, double undulation_m) {
   f.pitch_deg = pva.pitch_deg;
   f.azimuth_deg = pva.azimuth_deg;
   f.sigma = stdev_fields(sample);
+  f.status = sample.status;
+  if (!sample.has_gnss) f.position_type = 53;  // INS_PSRSP: no carrier solution any more
   return f;
 }
 
@@ -183,6 +186,11 @@ BestposFields bestpos_fields(const InsSample& sample, double undulation_m) {
   const PvaxFields pvax = pvax_fields(sample, undulation_m);
   BestposFields f;
   f.position_type = 50;  // NARROW_INT
+  if (!sample.has_gnss) {
+    f.solution_status = 1;  // INSUFFICIENT_OBS
+    f.position_type = 53;
+    f.tracked = f.used = f.used_l1 = f.used_multi = 0;
+  }
   f.latitude_deg = pvax.latitude_deg;
   f.longitude_deg = pvax.longitude_deg;
   f.height_m = pvax.height_m;

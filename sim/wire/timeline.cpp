@@ -151,7 +151,7 @@ void Builder::add_ins_logs() {
     sample.gps_ns += errors_.receiver_clock_ns(solved.gps_ns) + errors_.ins_stamp_ns(solved.gps_ns);
     const NovatelHeader header = header_of(solved.gps_ns, sample.gps_ns - solved.gps_ns);
     PvaFields pva = pva_fields(sample);
-    pva.status = errors_.ins_status(solved.gps_ns);
+    if (const auto status = errors_.ins_status(solved.gps_ns); status != 3) pva.status = status;
     PvaxFields pvax = pvax_fields(sample, config_.undulation_m);
     pvax.status = pva.status;
     const StdevFields sigma = stdev_fields(sample);

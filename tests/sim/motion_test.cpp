@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "sim/earth.hpp"
 #include "sim/ins_model.hpp"
@@ -162,6 +163,63 @@ TEST(Ins, ErrorsHaveTheSizeThatTheScenarioAsksFor) {
   const auto n = static_cast<double>(noisy.size());
   EXPECT_NEAR(degrees(std::sqrt(heading / n)), 0.02, 0.002);
   EXPECT_NEAR(std::sqrt(height / n), 0.015, 0.0015);
+}
+
+/// Errors of place and heading at the end of an outage, over many drives; and what the POS claims.
+struct OutageEnd {
+  double place_rms = 0, heading_rms = 0, claimed_place = 0, claimed_heading = 0;
+  std::uint8_t before = 0, inside = 0, after = 0;
+};
+OutageEnd outage_end(InsGrade grade, double for_s, double speed) {
+  OutageEnd out;
+  constexpr int kDrives = 60;
+  for (int i = 0; i < kDrives; ++i) {
+    Scenario scenario;
+    scenario.seed = 100 + static_cast<std::uint64_t>(i);
+    scenario.duration_s = for_s + 60;
+    scenario.street.curve_deg = 0;
+    scenario.drive.speed = speed;
+    scenario.ins.rate_hz = 10;
+    scenario.ins.grade = grade;
+    scenario.ins.outages = {{10, for_s}};
+    Scenario usual = scenario;
+    usual.ins.outages.clear();
+    const Motion motion(scenario);
+    const auto with = simulate_ins(scenario, motion), without = simulate_ins(usual, motion);
+    const auto last = static_cast<std::size_t>((scenario.lead_in_s + 10 + for_s) * 10 - 1);
+    const double north = (with[last].latitude_rad - without[last].latitude_rad) * 6.37e6;
+    out.place_rms += north * north / kDrives;
+    out.heading_rms += std::pow(std::remainder(with[last].heading_rad - without[last].heading_rad, 2 * kPi), 2) / kDrives;
+    out.claimed_place = std::sqrt(std::pow(with[last].sigma[1], 2) - std::pow(without[last].sigma[1], 2));
+    out.claimed_heading = std::sqrt(std::pow(with[last].sigma[8], 2) - std::pow(without[last].sigma[8], 2));
+    out.before = with[100].status;
+    out.inside = with[last - 1].status;
+    out.after = with.back().status;
+    EXPECT_EQ(with[100].latitude_rad, without[100].latitude_rad);
+    EXPECT_NEAR(with.back().sigma[0], without.back().sigma[0], 1e-3) << "satellites bring it back";
+    EXPECT_FALSE(with[last].has_gnss);
+    EXPECT_TRUE(with.back().has_gnss);
+  }
+  out.place_rms = std::sqrt(out.place_rms);
+  out.heading_rms = std::sqrt(out.heading_rms);
+  return out;
+}
+
+TEST(Ins, DriftsInAnOutageAsItsGradeAndClaimsWhatIsTrue) {
+  for (const auto& [grade, least, most] : {std::tuple{InsGrade::PosLv220, 0.15, 0.9}, std::tuple{InsGrade::PosLv420, 0.05, 0.4}, std::tuple{InsGrade::SpanCpt, 0.8, 6.0}}) {
+    const OutageEnd minute = outage_end(grade, 60, 16), short_one = outage_end(grade, 10, 16);
+    EXPECT_GT(minute.place_rms, least);
+    EXPECT_LT(minute.place_rms, most);
+    EXPECT_GT(minute.place_rms, 3 * short_one.place_rms) << "errors grow faster than the time";
+    // Sixty drives tell a sigma to a tenth; the wheel's claim does not split along and across.
+    EXPECT_NEAR(minute.place_rms / minute.claimed_place, 1, 0.35);
+    EXPECT_NEAR(minute.heading_rms / minute.claimed_heading, 1, 0.3);
+    EXPECT_NEAR(short_one.place_rms / short_one.claimed_place, 1, 0.35);
+    EXPECT_EQ(minute.before, 3);
+    EXPECT_EQ(short_one.inside, 6);
+    EXPECT_EQ(minute.after, 3);
+  }
+  EXPECT_EQ(outage_end(InsGrade::SpanCpt, 120, 16).inside, 2) << "too wide to be called good";
 }
 
 TEST(Pps, JitterAndSpikes) {
