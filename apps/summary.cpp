@@ -30,6 +30,7 @@ const char* explanation(FaultKind kind) {
     case FaultKind::WrongDevice: return "not the device that the rig names";
     case FaultKind::NoTime: return "its clock is not disciplined: stamped roughly, or not at all";
     case FaultKind::Refused: return "the device refused a command";
+    case FaultKind::Implausible: return "contradicts the values before it: used with a grown sigma, or not at all";
   }
   return "?";
 }

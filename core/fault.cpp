@@ -22,7 +22,7 @@ const char* name(FaultKind kind) {
   constexpr std::array<const char*, kFaultKinds> names{
       "Disconnected", "Reconnected",   "Silent",   "Overflow", "Malformed", "Lost",      "Late",
       "ClockStep",    "LabelConflict", "Spurious", "Shed",     "DiskFull",  "WrongSize", "WrongDevice",
-      "NoTime",        "Refused"};
+      "NoTime",       "Refused",       "Implausible"};
   const auto i = static_cast<std::size_t>(kind);
   return i < names.size() ? names[i] : "?";
 }

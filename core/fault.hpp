@@ -32,8 +32,9 @@ enum class FaultKind : std::uint8_t {
   WrongDevice,    ///< something answers, but it is not the device that the rig names
   NoTime,         ///< the clock it needs is not disciplined: stamped roughly with a grown sigma, or not at all; detail says which
   Refused,        ///< the device answered a command of ours with an error; detail has its answer
+  Implausible,    ///< a value that its source doubts or those before it contradict; used with a grown sigma or not at all: detail says
 };
-constexpr int kFaultKinds = 16;
+constexpr int kFaultKinds = 17;
 const char* name(FaultKind kind);
 
 /// Something that was lost, refused or doubted. Travels in the journal like any packet.
