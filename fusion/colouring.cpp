@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 
 #include "fusion/worker_pool.hpp"
 #include "fusion/colouring_piece.hpp"
@@ -51,8 +52,18 @@ Colouring::Colouring(const Config& config, const RigGeometry& rig, Sink sink)
 
 Colouring::~Colouring() = default;
 
-void Colouring::note(SensorId sensor, FaultKind kind, std::uint64_t count, const char* detail) {
-  const auto [it, is_new] = faults_.try_emplace({sensor, kind}, Fault{sensor, kind, HostTime{}, 0, detail});
+void Colouring::add(const InsSolution& solution) {
+  const Trajectory::Counts before = trajectory_.counts();
+  trajectory_.add(solution);
+  const Trajectory::Counts& now = trajectory_.counts();
+  if (now.leaps > before.leaps)
+    note(solution.sensor, FaultKind::Implausible, 1,
+         fmt::format("the vehicle leapt by {:.3f} m and {:.3f} deg; points after it have a sigma as large, until it leaps back", trajectory_.leapt_m(),
+                     trajectory_.leapt_angle() * 180.0 / std::numbers::pi));
+}
+
+void Colouring::note(SensorId sensor, FaultKind kind, std::uint64_t count, std::string detail) {
+  const auto [it, is_new] = faults_.try_emplace({sensor, kind}, Fault{sensor, kind, HostTime{}, 0, std::move(detail)});
   it->second.count += count;
 }
 
@@ -187,7 +198,30 @@ void Colouring::resolve_viewpoints(bool everything) {
     for (int k = 0; k < 9; ++k) viewpoint.R_head_enu[static_cast<std::size_t>(k)] = static_cast<float>(R(k / 3, k % 3));
     viewpoint.centre_enu = T_head_enu.inverse().translation;
     moment.viewpoint = viewpoint;
+    drop_frozen(moment);
   }
+}
+
+void Colouring::drop_frozen(Moment& moment) {
+  constexpr double kMoved_m = 0.05, kTurned = 2e-3;  // a vehicle that stands in a scene that stands may well see the same twice
+  fresh_.resize(moment.pictures.size());
+  for (std::size_t camera = 0; camera < moment.pictures.size(); ++camera) {
+    if (moment.has_image[camera] == 0) continue;
+    std::optional<Fresh>& fresh = fresh_[camera];
+    if (!fresh || fresh->content != moment.pictures[camera].content) {
+      fresh = Fresh{moment.pictures[camera].content, *moment.viewpoint};
+      continue;
+    }
+    const double moved = (moment.viewpoint->centre_enu - fresh->viewpoint.centre_enu).norm();
+    double turned = 0;
+    for (std::size_t k = 0; k < 9; ++k)
+      turned = std::max(turned, std::abs(static_cast<double>(moment.viewpoint->R_head_enu[k] - fresh->viewpoint.R_head_enu[k])));
+    if (moved < kMoved_m && turned < kTurned) continue;
+    ++counts_.exposures_frozen;
+    note(projector_.cameras()[camera], FaultKind::Spurious, 1, "the same picture as before, though the vehicle has moved: the camera is frozen; not used");
+    moment.has_image[camera] = 0;
+  }
+  if (std::none_of(moment.has_image.begin(), moment.has_image.end(), [](std::uint8_t has) { return has != 0; })) moment.viewpoint.reset();
 }
 
 void Colouring::colour_batches(std::vector<StampedLaserBatch>& batches) {

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,7 @@ struct ColouringCounts {
   std::uint64_t exposures_used = 0;                          ///< entered the timeline
   std::uint64_t exposures_unmatched = 0, exposures_incomplete = 0, exposures_wrong_size = 0, exposures_late = 0;
   std::uint64_t exposures_unknown_camera = 0;
+  std::uint64_t exposures_frozen = 0;                        ///< the same picture as before, though the head has moved; never a colour
   std::uint64_t moments_without_pose = 0;                    ///< exposures whose instant has no pose; never a colour from them
   std::uint64_t moments_crowded_out = 0;                     ///< dropped early, because max_held_moments was reached
   std::uint64_t gain_pairs = 0, gain_pairs_unmeasured = 0;   ///< brightness of neighbour against owner; too few common points: 1
@@ -70,7 +72,7 @@ class Colouring {
   ~Colouring();
 
   /// Solutions in order of time.
-  void add(const InsSolution& solution) { trajectory_.add(solution); }
+  void add(const InsSolution& solution);
   void add(const InsUncertainty& uncertainty) { trajectory_.add(uncertainty); }
   void add(StampedLaserBatch batch);
   void add(const Exposure& exposure);
@@ -91,12 +93,13 @@ class Colouring {
   void colour_ready(bool everything);
   void colour_batches(std::vector<StampedLaserBatch>& batches);
   void resolve_viewpoints(bool everything);
+  void drop_frozen(Moment& moment);
   void measure_gains(Moment& owner, int owner_index, const std::vector<StampedLaserBatch>& batches);
   void colour_piece(const StampedLaserBatch& batch, Piece& piece, ColouredPoint* points) const;
   void colour_point(int owner, Piece& piece, ColouredPoint& point) const;
   bool try_moment(const Moment& moment, const ColourGain* gain, ColouredPoint& point) const;
   void forget();
-  void note(SensorId sensor, FaultKind kind, std::uint64_t count, const char* detail);
+  void note(SensorId sensor, FaultKind kind, std::uint64_t count, std::string detail);
   GpsTime last_firing(const StampedLaserBatch& batch) const;
   nanoseconds neighbour_reach() const;
 
@@ -111,6 +114,11 @@ class Colouring {
   std::vector<Piece> pieces_;
   std::unique_ptr<WorkerPool> pool_;
   std::optional<GpsTime> watermark_;
+  struct Fresh {
+    std::uint64_t content = 0;
+    Moment::Viewpoint viewpoint;
+  };
+  std::vector<std::optional<Fresh>> fresh_;  // of each camera: its last picture that was not the one before, and where
   ColouringCounts counts_;
   std::map<std::pair<SensorId, FaultKind>, Fault> faults_;
 };

@@ -38,7 +38,7 @@ void ExposureTimeline::add(const Exposure& exposure, std::size_t camera, const R
   const int near = cameras_ > 1 ? nearest(exposure.exposure_mid, rule_.together) : -1;
   if (near >= 0 && at(near).has_image[camera] == 0) {
     Moment& moment = at(near);
-    moment.pictures[camera] = {exposure.index, exposure.image, view};
+    moment.pictures[camera] = {exposure.index, exposure.image, view, content_of(view)};
     moment.has_image[camera] = 1;
     return;
   }
@@ -50,7 +50,7 @@ void ExposureTimeline::add(const Exposure& exposure, std::size_t camera, const R
   moment.timing = exposure.timing;
   moment.pictures.resize(cameras_);
   moment.has_image.assign(cameras_, 0);
-  moment.pictures[camera] = {exposure.index, exposure.image, view};
+  moment.pictures[camera] = {exposure.index, exposure.image, view, content_of(view)};
   moment.has_image[camera] = 1;
   measure_interval(moment.time);
   moments_.insert(moments_.begin() + static_cast<std::ptrdiff_t>(first_at_or_after(moment.time)), std::move(moment));

@@ -24,6 +24,7 @@ struct Moment {
     std::uint32_t exposure = 0;  ///< Exposure::index
     Image image;                 ///< keeps the pixels alive
     RawView view;
+    std::uint64_t content = 0;       ///< content_of(view)
   };
   /// Of the head at the exposures' middle.
   struct Viewpoint {

@@ -25,6 +25,9 @@ struct RawView {
 /// Empty data if the image's buffer does not hold the pixels that its size promises.
 RawView view_of(const Image& image);
 
+/// A number that two pictures share only if some ten thousand pixels all over them are the same: no two exposures of a real sensor are.
+std::uint64_t content_of(const RawView& view);
+
 /// The sampler reads pixels up to this far from the place asked for, px.
 constexpr int kSampleReach = 2;
 

@@ -59,6 +59,12 @@ std::string Trajectory::Config::validate() const {
   }
   if (outside(sigma_position_m, 0, 1000)) return fmt::format("sigma_position_m is {}; allowed: 0 to 1000 m", sigma_position_m);
   if (outside(sigma_attitude, 0, 1)) return fmt::format("sigma_attitude is {}; allowed: 0 to 1 rad", sigma_attitude);
+  if (outside(leap_acceleration, 0, 1000)) return fmt::format("leap_acceleration is {}; allowed: 0 to 1000 m/s^2", leap_acceleration);
+  if (outside(leap_angular_acceleration, 0, 1e4)) {
+    return fmt::format("leap_angular_acceleration is {}; allowed: 0 to 10000 rad/s^2", leap_angular_acceleration);
+  }
+  if (outside(leap_slack_m, 0, 1000)) return fmt::format("leap_slack_m is {}; allowed: 0 to 1000 m", leap_slack_m);
+  if (outside(leap_slack, 0, 4)) return fmt::format("leap_slack is {}; allowed: 0 to 4 rad", leap_slack);
   if (outside(origin_grid_deg, 1e-9, 1)) return fmt::format("origin_grid_deg is {}; allowed: 1e-9 to 1 deg", origin_grid_deg);
   if (outside(origin_grid_m, 1e-3, 1000)) return fmt::format("origin_grid_m is {}; allowed: 0.001 to 1000 m", origin_grid_m);
   if (max_solutions < 16) return fmt::format("max_solutions is {}; allowed: 16 or more", max_solutions);
@@ -99,12 +105,53 @@ void Trajectory::add(const InsSolution& solution) {
     s.sigma_position.setConstant(config_.sigma_position_m);
     s.sigma_attitude.setConstant(config_.sigma_attitude);
   }
+  s.own_sigma_position = s.sigma_position;
+  s.own_sigma_attitude = s.sigma_attitude;
+  judge_leap(s);
   solutions_.push_back(s);
   ++counts_.used;
   if (solutions_.size() > config_.max_solutions) {
     solutions_.pop_front();
     ++counts_.crowded_out;
   }
+}
+
+void Trajectory::judge_leap(Solution& now) {
+  if (solutions_.empty()) return;
+  const Solution& last = solutions_.back();
+  const double dt = to_seconds(now.time - last.time);
+  if (dt > to_seconds(config_.max_gap)) {
+    has_omega_ = false;  // nothing is placed in between, and much may have happened
+    return;
+  }
+  const Eigen::Vector3d off = now.position - last.position - 0.5 * dt * (last.velocity + now.velocity);
+  const Eigen::Vector3d turned = log_of(last.q_enu_body.conjugate() * now.q_enu_body);
+  const Eigen::Vector3d bent = has_omega_ ? Eigen::Vector3d(turned - dt * omega_body_) : Eigen::Vector3d::Zero();
+  const auto limit = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double slack, double acceleration) {
+    return 3.0 * std::hypot(a.norm(), b.norm()) + slack + 0.5 * acceleration * dt * dt;
+  };
+  const bool leaps = off.norm() > limit(last.own_sigma_position, now.own_sigma_position, config_.leap_slack_m, config_.leap_acceleration);
+  const bool spins = bent.norm() > limit(last.own_sigma_attitude, now.own_sigma_attitude, config_.leap_slack, config_.leap_angular_acceleration);
+  if (!spins) {
+    omega_body_ = turned / dt;
+    has_omega_ = true;
+  }
+  if (leaps || spins) {
+    ++counts_.leaps;
+    leapt_.position = leaps ? off : Eigen::Vector3d::Zero();
+    leapt_.attitude = spins ? Eigen::Vector3d(last.q_enu_body * bent) : Eigen::Vector3d::Zero();
+    const auto settle = [](Eigen::Vector3d& doubt, const Eigen::Vector3d& leap) {
+      if (leap.isZero()) return;
+      doubt += leap;
+      if (doubt.norm() < 0.2 * leap.norm()) doubt.setZero();  // it leapt back
+    };
+    settle(doubt_.position, leapt_.position);
+    settle(doubt_.attitude, leapt_.attitude);
+  }
+  // The leap's direction is known, but not each axis of what is wrong: all of them get it.
+  const auto grow = [](Eigen::Vector3d& sigma, double doubt) { sigma = (sigma.array().square() + doubt * doubt).sqrt().matrix(); };
+  grow(now.sigma_position, doubt_.position.norm());
+  grow(now.sigma_attitude, doubt_.attitude.norm());
 }
 
 Eigen::Quaterniond Trajectory::attitude_between(std::size_t after, double h, double s) const {

@@ -40,13 +40,18 @@ class Trajectory {
     double sigma_angular_acceleration = 0.5;  ///< rad/s^2, likewise
     double sigma_position_m = 0.05;         ///< each axis, where the receiver gives none
     double sigma_attitude = 5e-4;           ///< rad, each angle, where the receiver gives none
+    /// A solution this far from where the one before it leads (beyond three sigma of both) is a leap: 0.5 acceleration dt^2 + slack.
+    double leap_acceleration = 5.0;           ///< m/s^2
+    double leap_angular_acceleration = 20.0;  ///< rad/s^2
+    double leap_slack_m = 0.05;
+    double leap_slack = 2e-3;                 ///< rad
     double origin_grid_deg = 1e-3;          ///< the drive's origin is rounded to this in latitude and longitude
     double origin_grid_m = 10.0;            ///< and to this in height
     std::size_t max_solutions = 200'000;    ///< kept at most (16 minutes at 200 Hz); the oldest go first
     std::string validate() const;
   };
   struct Counts {
-    std::uint64_t used = 0, not_good = 0, out_of_order = 0, not_finite = 0, crowded_out = 0;
+    std::uint64_t used = 0, not_good = 0, out_of_order = 0, not_finite = 0, crowded_out = 0, leaps = 0;
   };
   struct PoseOrReason {
     std::optional<Pose> pose;
@@ -69,13 +74,22 @@ class Trajectory {
   /// Solutions that no pose at or after `time` needs are dropped.
   void forget_before(GpsTime time);
   const Counts& counts() const { return counts_; }
+  /// Of the last leap: m and rad. Which side of a leap is right nobody can tell: the sigma of what follows it contains the leap, until
+  /// another one leads back.
+  double leapt_m() const { return leapt_.position.norm(); }
+  double leapt_angle() const { return leapt_.attitude.norm(); }
 
  private:
   struct Solution {
     GpsTime time;
     Eigen::Quaterniond q_enu_body;
     Eigen::Vector3d position, velocity, sigma_position, sigma_attitude;
+    Eigen::Vector3d own_sigma_position, own_sigma_attitude;  // without the doubt of leaps
   };
+  struct Leap {
+    Eigen::Vector3d position = Eigen::Vector3d::Zero(), attitude = Eigen::Vector3d::Zero();  // Enu, m and rad
+  };
+  void judge_leap(Solution& solution);
   Eigen::Quaterniond attitude_between(std::size_t after, double h, double s) const;
 
   Config config_;
@@ -83,6 +97,9 @@ class Trajectory {
   Transform<Enu, Ecef> T_enu_ecef_;
   std::deque<Solution> solutions_;
   std::optional<std::array<double, 9>> uncertainty_;
+  Eigen::Vector3d omega_body_ = Eigen::Vector3d::Zero();  // rad/s, of the last interval without a leap
+  bool has_omega_ = false;
+  Leap leapt_, doubt_;  // the last leap; all that have not been taken back
   Counts counts_;
 };
 

@@ -91,6 +91,36 @@ TEST(Trajectory, SigmaGrowsTowardsTheMiddleOfAGap) {
   EXPECT_GT(trajectory.pose_at(at(0.505)).pose->sigma_attitude.z(), 0.05);
 }
 
+TEST(Trajectory, ALeapGrowsTheSigmaUntilItIsTakenBack) {
+  for (const double shake : {1.0, 3.0}) {
+    const Drive drive(Motion{.speed = 20, .turn_rate = 0.3, .shake = shake});
+    Trajectory trajectory({});
+    const auto add = [&](double from, double to, double up_m, double turned) {
+      for (int i = 0; from + i * 0.01 < to - 1e-9; ++i) {
+        InsSolution solution = drive.solution(from + i * 0.01);
+        solution.sigma = {0.01, 0.01, 0.01, 0.01, 0.01, 0.01, 1e-4, 1e-4, 3e-4};
+        solution.position.ellipsoidal_height += up_m;
+        solution.attitude.heading += turned;
+        trajectory.add(solution);
+      }
+    };
+    add(0, 5, 0, 0);
+    EXPECT_EQ(trajectory.counts().leaps, 0u);
+    add(5, 8, 1.5, 0.02);
+    EXPECT_EQ(trajectory.counts().leaps, 1u);
+    EXPECT_NEAR(trajectory.leapt_m(), 1.5, 0.01);
+    EXPECT_NEAR(trajectory.leapt_angle(), 0.02, 0.002);
+    add(8, 10, 0, 0);
+    EXPECT_EQ(trajectory.counts().leaps, 2u);
+    const auto sigma = [&](double t) { return trajectory.pose_at(at(t)).pose->sigma_position.z(); };
+    EXPECT_NEAR(sigma(4.5), 0.01, 1e-3);
+    EXPECT_NEAR(sigma(6.5), 1.5, 0.02);
+    EXPECT_NEAR(sigma(9.5), 0.01, 1e-3);
+    EXPECT_GT(trajectory.pose_at(at(6.5)).pose->sigma_attitude.z(), 0.018);
+    EXPECT_LT(trajectory.pose_at(at(9.5)).pose->sigma_attitude.z(), 1e-3);
+  }
+}
+
 TEST(Trajectory, SigmaFromItsOwnMessageOrFromTheConfig) {
   const Drive drive(Motion{});
   Trajectory trajectory{Trajectory::Config{.sigma_position_m = 0.5}};
