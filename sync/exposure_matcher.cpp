@@ -72,6 +72,9 @@ void ExposureMatcher::restart(const Image& image, const char* why, std::vector<E
   relation_.reset();
   line_.reset();
   learner_.reset();
+  latencies_.clear();
+  trusted_.reset();
+  doubt_ = nanoseconds(0);
   unexplained_frames_ = 0;
   missed_in_a_row_ = 0;
 }
@@ -178,7 +181,10 @@ void ExposureMatcher::work(bool final, std::vector<Exposure>& out) {
   if (config_.mark_input != 0 && config_.has_counter && !relation_.is_known() && !pending_.empty()) {
     std::vector<GpsTime> marks;
     for (const Mark& m : marks_) marks.push_back(m.time);
-    if (const auto pairs = learner_.learn(marks); !pairs.empty()) relation_.start(pairs);
+    if (const auto pairs = learner_.learn(marks); !pairs.empty()) {
+      relation_.start(pairs);
+      compare_with_trusted();
+    }
   }
   while (!pending_.empty()) {
     Pending& front = pending_.front();
@@ -220,7 +226,7 @@ void ExposureMatcher::emit(Pending& pending, GpsTime mark, double sigma_ns, Expo
   }
   ++(timing == ExposureTiming::EventMark ? counts_.by_mark : counts_.by_camera_clock);
   last_out_ = mid;
-  SyncState state = SyncState::Locked;
+  SyncState state = doubt_ > nanoseconds(0) ? SyncState::Acquiring : SyncState::Locked;
   if (timing == ExposureTiming::CameraClock)
     state = config_.mark_input != 0  ? SyncState::Holdover
             : config_.counter_offset ? SyncState::Locked

@@ -23,11 +23,13 @@ namespace hueline::sync {
 /// it. (A periodic camera whose first `learn_images` images are all delivered late by the same whole interval cannot be
 /// told from one on time.) From then on an image takes the mark at the time that the relation predicts, however late it
 /// is delivered. No mark there: CameraClock, with the relation's grown sigma. Two marks there: the first if they are
-/// one bounced strobe (`bounce`, sigma grown), else Unmatched with a fault. A camera whose counter or frame number
-/// falls back has restarted: its relation is learnt anew. A camera without a counter is matched by arrival alone, and
-/// only where exactly one mark is possible; then latency_max must be less than the exposure interval plus latency_min.
-/// Without marks (mark_input 0) the camera's counter is tied to GPS by its fastest deliveries, or is GPS time
-/// (counter_offset).
+/// one bounced strobe (`bounce`, sigma grown), else Unmatched with a fault. No mark there, but one beside it that the
+/// image's arrival allows: clock or mark is wrong, so Unmatched; after `relearn_after` of them the relation is learnt
+/// anew. If arrivals then show that the marks moved, or cannot tell, sigma contains the move until marks and clock fit
+/// as before. A camera whose counter or frame number falls back has restarted: its relation is learnt anew. A camera
+/// without a counter is matched by arrival alone, and only where exactly one mark is possible; then latency_max must be
+/// less than the exposure interval plus latency_min. Without marks (mark_input 0) the camera's counter is tied to GPS
+/// by its fastest deliveries, or is GPS time (counter_offset).
 ///
 /// exposure_mid = mark + strobe_delay + exposure / 2: the mark is the strobe's active edge, strobe_delay after it the
 /// exposure starts. Every image leaves as one Exposure or is named by a fault; times never go back. Reentrant; bounded
@@ -98,7 +100,9 @@ class ExposureMatcher {
   };
   bool accept(const Image& image, std::int64_t& counter);
   void restart(const Image& image, const char* why, std::vector<Exposure>& out);
-  void forget();
+  void forget(bool was_right);
+  bool has_rival(const Pending& pending, GpsTime predicted, nanoseconds gate) const;
+  void compare_with_trusted();
   bool is_too_early(GpsTime arrival, GpsTime mark, nanoseconds sigma) const;
   void work(bool final, std::vector<Exposure>& out);
   bool match_by_relation(Pending& pending, bool final, std::vector<Exposure>& out);
@@ -125,6 +129,10 @@ class ExposureMatcher {
   HostTime received_{};
   std::uint64_t unexplained_frames_ = 0;  // frame numbers missing whose marks have not been seen to go unused
   int missed_in_a_row_ = 0;
+  std::deque<nanoseconds> latencies_;      // mark to arrival of the last matched images
+  std::optional<CameraRelation> trusted_;  // that marks and clock left together; null: they did not
+  nanoseconds trusted_latency_{0};         // its fastest image
+  nanoseconds doubt_{0};                   // how far marks or clock have moved from it
 };
 
 }  // namespace hueline::sync

@@ -12,6 +12,9 @@ namespace {
 constexpr double kGateSigmas = 6;
 constexpr double kGateLimitNs = 2e7;  // however unsure the relation is: below any exposure interval
 
+constexpr nanoseconds kFitsAgain = std::chrono::microseconds(50);
+constexpr std::size_t kLatencies = 32;
+
 constexpr nanoseconds kClockSlack = std::chrono::milliseconds(1);
 constexpr nanoseconds kLateDelivery = std::chrono::milliseconds(400);
 
@@ -46,11 +49,64 @@ void ExposureMatcher::time_without_mark(Pending& pending, std::vector<Exposure>&
   emit(pending, start - config_.strobe_delay, ns(config_.relation.clock_sigma), ExposureTiming::CameraClock, out);
 }
 
-void ExposureMatcher::forget() {
+/// `was_right`: it fitted for long, and then no more.
+void ExposureMatcher::forget(bool was_right) {
   ++counts_.relearnt;
+  if (was_right && !trusted_ && !latencies_.empty()) {
+    trusted_ = relation_;
+    trusted_latency_ = *std::min_element(latencies_.begin(), latencies_.end());
+  }
+  if (!was_right) trusted_.reset();
+  latencies_.clear();
   relation_.reset();
   learner_.reset();
   missed_in_a_row_ = 0;
+}
+
+/// After the relation was learnt anew: did the camera's clock step, or did the marks move? Images keep their latency
+/// against true marks.
+void ExposureMatcher::compare_with_trusted() {
+  doubt_ = nanoseconds(0);
+  if (!trusted_ || pending_.empty()) return;
+  const std::int64_t counter = pending_.back().counter;
+  const CameraRelation::Prediction before = trusted_->predict(counter), now = relation_.predict(counter);
+  const nanoseconds moved = now.mark - before.mark;
+  if (std::abs(ns(moved)) <= kGateSigmas * std::hypot(before.sigma_ns, now.sigma_ns) + ns(kFitsAgain)) {
+    trusted_.reset();
+    return;
+  }
+  std::vector<nanoseconds> latencies;
+  for (const Pending& p : pending_) latencies.push_back(p.arrival.time - relation_.predict(p.counter).mark);
+  std::sort(latencies.begin(), latencies.end());
+  const double resolution =
+      2 * ns(latencies[latencies.size() / 2] - latencies.front()) / std::sqrt(static_cast<double>(latencies.size()));
+  const double changed = std::abs(ns(latencies.front() - trusted_latency_));
+  const bool can_tell = std::abs(ns(moved)) > 2 * resolution;
+  if (can_tell && changed < std::abs(ns(moved)) / 2) {
+    trusted_.reset();  // the clock stepped: the marks are what they were
+    return;
+  }
+  doubt_ = std::chrono::abs(moved);
+  faults_.add(
+      config_.camera, FaultKind::NoTime, "doubt", received_,
+      fmt::format("event marks and the camera's clock differ by {:.6f} s from before; {}: sigma grown",
+                  to_seconds(moved), can_tell ? "the marks have moved" : "which of them has moved cannot be told"));
+}
+
+/// A mark that nobody else expects, nearer to the prediction than half an interval, that the arrival allows.
+bool ExposureMatcher::has_rival(const Pending& pending, GpsTime predicted, nanoseconds gate) const {
+  const GpsTime last_mark =
+      last_out_ ? *last_out_ - config_.strobe_delay - config_.exposure / 2 : predicted - config_.latency_max;
+  const nanoseconds reach = std::max(nanoseconds(0), predicted - last_mark) / 2;
+  return std::any_of(marks_.begin(), marks_.end(), [&](const Mark& m) {
+    const bool is_near = !m.used && within(m.time - predicted, -reach, reach);
+    const nanoseconds latency = pending.arrival.time - m.time - config_.strobe_delay;
+    if (!is_near || !within(latency, config_.latency_min - 3 * pending.arrival.sigma, config_.latency_max))
+      return false;
+    return std::none_of(pending_.begin(), pending_.end(), [&](const Pending& other) {
+      return &other != &pending && within(m.time - relation_.predict(other.counter).mark, -gate, gate);
+    });
+  });
 }
 
 bool ExposureMatcher::is_too_early(GpsTime arrival, GpsTime mark, nanoseconds sigma) const {
@@ -74,25 +130,43 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
     if (is_too_early(pending.arrival.time, mark.time, pending.arrival.sigma)) {
       // No image comes before it can: the relation is off by an interval.
       emit_unmatched(pending, "it came sooner after the mark that fits than an image can: the relation was wrong", out);
-      forget();
+      forget(false);
       return true;
     }
     for (Mark* m : near) m->used = true;
     note_bounce(near.size() - 1, pending.image.received);
     relation_.add({pending.counter, mark.time});
     missed_in_a_row_ = 0;
-    emit(pending, mark.time, std::hypot(ns(config_.mark_sigma), near.size() > 1 ? ns(spread) : 0.0),
+    latencies_.push_back(pending.arrival.time - mark.time);
+    if (latencies_.size() > kLatencies) latencies_.pop_front();
+    emit(pending, mark.time, std::hypot(ns(config_.mark_sigma), near.size() > 1 ? ns(spread) : 0.0, ns(doubt_)),
          ExposureTiming::EventMark, out);
+    return true;
+  }
+  if (is_too_early(pending.arrival.time, predicted.mark, pending.arrival.sigma)) {
+    emit_unmatched(pending, "the camera's clock leads to a time at which the image had already arrived: it has stepped",
+                   out);
+    if (++missed_in_a_row_ >= config_.relearn_after) {
+      faults_.add(config_.camera, FaultKind::ClockStep, "relation", pending.image.received,
+                  "event marks no longer fit the camera's clock: learnt anew");
+      forget(true);
+    }
     return true;
   }
   // Marks come in order: one after the gate proves that this one will not come.
   const bool passed = !marks_.empty() && marks_.back().time > predicted.mark + gate;
   if (!final && !passed && now_ < predicted.mark + gate + config_.mark_latency_max) return false;
-  ++counts_.lost_marks;
-  faults_.add(config_.camera, FaultKind::Lost, "mark", pending.image.received,
-              "no event mark where the camera's clock expects one: timed by the camera's clock");
-  emit(pending, predicted.mark, std::hypot(predicted.sigma_ns, ns(config_.mark_sigma)), ExposureTiming::CameraClock,
-       out);
+  const bool has_rival_mark = has_rival(pending, predicted.mark, gate);
+  if (has_rival_mark) {
+    emit_unmatched(pending,
+                   "an event mark beside, not at, the time that the camera's clock expects: one of them is wrong", out);
+  } else {
+    ++counts_.lost_marks;
+    faults_.add(config_.camera, FaultKind::Lost, "mark", pending.image.received,
+                "no event mark where the camera's clock expects one: timed by the camera's clock");
+    emit(pending, predicted.mark, std::hypot(predicted.sigma_ns, ns(config_.mark_sigma), ns(doubt_)),
+         ExposureTiming::CameraClock, out);
+  }
   const bool others = std::any_of(marks_.begin(), marks_.end(), [&](const Mark& m) {
     return !m.used && within(m.time - predicted.mark, -config_.latency_max, config_.latency_max);
   });
@@ -100,7 +174,7 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
   if (missed_in_a_row_ >= config_.relearn_after) {
     faults_.add(config_.camera, FaultKind::ClockStep, "relation", pending.image.received,
                 "event marks no longer fit the camera's clock: learnt anew");
-    forget();
+    forget(true);
   }
   return true;
 }

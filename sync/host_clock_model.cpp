@@ -13,6 +13,11 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
+// A step of the host's clock, as messages show it: larger than any latency's habit, and the pulses' to some
+// milliseconds.
+constexpr std::size_t kRecentDelays = 20;
+constexpr double kLeastStep_s = 0.05, kStepFits_s = 0.02;
+
 }  // namespace
 
 std::string HostClockModel::Config::validate() const {
@@ -87,6 +92,8 @@ void HostClockModel::add(const PpsEdge& pps) {
     filter_.update(edge, innovation);
     finder_.reset();
     ++counts_.accepted;
+    if (recent_delays_s_.size() == kRecentDelays)
+      usual_delay_s_ = *std::min_element(recent_delays_s_.begin(), recent_delays_s_.end());
   } else {
     const bool doubled = innovation.fits && innovation.pulse == last_pulse_;
     ++(doubled ? counts_.doubled : counts_.refused);
@@ -96,6 +103,20 @@ void HostClockModel::add(const PpsEdge& pps) {
         doubled ? std::string("second edge for one pulse")
                 : fmt::format("edge {:.1f} us off its second, expected within {:.1f} us", -innovation.error_ns * 1e-3,
                               config_.filter.gate_sigmas * innovation.sigma_ns * 1e-3));
+    const double off_s = -innovation.error_ns * 1e-9;
+    // No late delivery makes all messages late by just what the pulses are off, and no fault of the pulses moves a
+    // message.
+    const double moved_s = arrivals_moved_s();
+    if (!doubled && std::abs(moved_s) > kLeastStep_s && std::abs(std::remainder(moved_s - off_s, 1.0)) < kStepFits_s) {
+      restart(edge,
+              fmt::format("pulses and messages moved together by {:.3f} s: the computer's clock stepped", moved_s));
+      recent_delays_s_.clear();
+      usual_delay_s_.reset();
+      line_.reset();
+      start({edge});
+      next_judgement_ = edge;
+      return advance(edge);
+    }
     if (const auto edges = finder_.add(edge); static_cast<int>(edges.size()) >= config_.reacquire_edges) {
       restart(edge, fmt::format("the pulses come at a new phase, {:.6f} s from the old", -innovation.error_ns * 1e-9));
       start(edges);
@@ -150,6 +171,15 @@ void HostClockModel::add(const TimeLabel& label) {
     }
   }
   compare_with_arrivals(label.sensor, label.second, label.received);
+  // One label alone changes nothing, but it is said at once.
+  if (state_ == SyncState::Locked && has_fresh_pulse())
+    if (const auto now = stamp(label.received)) {
+      const nanoseconds late = now->time - label.second;
+      if (late < -config_.label.early_tolerance || late > seconds(config_.label.late_seconds + 1))
+        faults_.add(label.sensor, FaultKind::LabelConflict, "label", label.received,
+                    fmt::format("sensor {} names a second that is {} from the clock in use", label.sensor,
+                                describe_offset(std::llround(-to_seconds(late)))));
+    }
   if (filter_.is_started())
     label_.add(label.sensor, SecondLabel::Evidence::Label, label.second, label.received,
                filter_.pulse_ns_at(label.received));
@@ -166,10 +196,24 @@ void HostClockModel::add(const TimedArrival& arrival) {
     line_source_ = arrival.sensor;
     line_.reset();
   }
+  if (arrival.sensor == *line_source_) watch_arrival(arrival);
   if (arrival.sensor == *line_source_ && arrival.time >= config_.label.not_before)
     line_.add(count_ns(arrival.time), count_ns(arrival.received));
   compare_with_arrivals(arrival.sensor, arrival.time, arrival.received);
   advance(arrival.received);
+}
+
+void HostClockModel::watch_arrival(const TimedArrival& arrival) {
+  if (!N_ || !filter_.is_started()) return;
+  recent_delays_s_.push_back(
+      to_seconds(gps_time_ns(filter_.pulse_ns_at(arrival.received)) + seconds(*N_) - arrival.time));
+  if (recent_delays_s_.size() > kRecentDelays) recent_delays_s_.pop_front();
+}
+
+/// How much later (earlier) than when the last edge fitted even the fastest of the newest messages are.
+double HostClockModel::arrivals_moved_s() const {
+  if (recent_delays_s_.size() < kRecentDelays || !usual_delay_s_) return 0;
+  return *std::min_element(recent_delays_s_.begin(), recent_delays_s_.end()) - *usual_delay_s_;
 }
 
 void HostClockModel::compare_with_arrivals(SensorId sensor, GpsTime time, HostTime received) {

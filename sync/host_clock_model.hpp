@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,7 +30,8 @@ struct GpsStamp {
 /// States. Unlocked: no relation; nothing can be stamped. Acquiring: a relation exists but is not to be trusted (second
 /// not settled or in conflict, sigma too large, or no pulses and only message arrivals). Locked: pulses fit, their
 /// second is settled. Holdover: was locked, the pulses have stopped; sigma grows with the measured wander until
-/// `holdover_limit`. Reentrant, synchronous; the only clock is the time carried by what it is told.
+/// `holdover_limit`. Edges and arrivals that move together by the same time: the host's clock stepped, and everything
+/// starts anew at once. Reentrant, synchronous; the only clock is the time carried by what it is told.
 class HostClockModel {
  public:
   struct Config {
@@ -68,6 +71,13 @@ class HostClockModel {
   /// missing.
   bool can_stamp() const;
   bool is_from_arrivals() const { return fallback_; }
+  /// A fitting edge of the last second holds the relation; else it is extrapolated.
+  bool has_fresh_pulse() const {
+    return filter_.is_started() && now_ - filter_.last_edge() <= std::chrono::milliseconds(1200);
+  }
+  /// True if the relation may be off by more than sigma: no fresh pulse, or messages that all come at another latency
+  /// than when the last edge fitted.
+  bool is_doubtful() const { return !has_fresh_pulse() || std::abs(arrivals_moved_s()) > 0.05; }
   /// GPS - UTC: the receiver's, if it is possible by the table of leap seconds; else the table's.
   std::chrono::seconds utc_offset(GpsTime t) const;
   double rate() const { return filter_.is_started() ? filter_.rate() : 0; }
@@ -86,6 +96,8 @@ class HostClockModel {
  private:
   void start(const std::vector<HostTime>& edges);
   void restart(HostTime now, const std::string& why);
+  void watch_arrival(const TimedArrival& arrival);
+  double arrivals_moved_s() const;
   void judge_label();
   void judge_state();
   void enter_fallback();
@@ -109,6 +121,8 @@ class HostClockModel {
   int in_a_row_ = 0;
   std::optional<std::uint64_t> last_sequence_;
   std::optional<SensorId> line_source_;
+  std::deque<double> recent_delays_s_;   // of the newest messages, by this clock
+  std::optional<double> usual_delay_s_;  // the least of them when the last edge fitted
   std::optional<std::chrono::seconds> reported_utc_offset_;
   HostTime next_judgement_{};
 };

@@ -71,6 +71,7 @@ void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vect
   const std::int64_t unwrapped = unwrap(batch.time);
   line_.add(unwrapped, count_ns(arrival->time));
   Seen seen{std::move(batch), *arrival, nominal, unwrapped};
+  host_doubtful_ = host.is_doubtful();
 
   if (!is_disciplined(seen.batch.received)) {
     judge(out);
@@ -150,6 +151,8 @@ void LaserClock::emit(Seen&& seen, std::vector<StampedLaserBatch>& out) {
     sigma = std::hypot(sigma, own);
     state = SyncState::Holdover;
     ++counts_.holdover;
+    faults_.add(config_.sensor, FaultKind::NoTime, "crystal", seen.batch.received,
+                "the scanner does not claim PPS: its packets are stamped by its own crystal, sigma grows");
   }
   if (correction_ != seconds(0)) ++counts_.corrected;
   last_time_ = time;
@@ -165,13 +168,16 @@ void LaserClock::emit_by_arrival(Seen&& seen, bool by_line, std::vector<StampedL
   // Where the counter is in error, the single arrival is all there is; and if it was a late packet after all, by so
   // much.
   const nanoseconds age = seen.arrival.time - (seen.nominal + correction_);
+  // Where the host's clock is in doubt as well, either may be the one that is off.
+  const nanoseconds disputed = untrusted_ && host_doubtful_ ? std::chrono::abs(age) : nanoseconds(0);
   const nanoseconds doubt =
       age > nanoseconds(0) && age < seconds(30) ? std::max(age, config_.latency_max) : config_.latency_max;
   const auto line = by_line ? line_.at(seen.counter) : std::nullopt;
   const std::int64_t arrival_ns = line ? seen.counter + line->delay_ns : count_ns(seen.arrival.time);
   const GpsTime time = std::min(gps_time_ns(arrival_ns), seen.arrival.time) - config_.latency_min;
   const nanoseconds sigma =
-      sigma_of(ns(config_.latency_min_sigma), line ? line->sigma_ns : ns(doubt), ns(seen.arrival.sigma));
+      sigma_of(ns(config_.latency_min_sigma),
+               line ? std::hypot(line->sigma_ns, ns(disputed)) : ns(std::max(doubt, disputed)), ns(seen.arrival.sigma));
   out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time, sigma, SyncState::Acquiring,
                  std::move(seen.batch.returns)});
 }

@@ -77,7 +77,8 @@ class LaserClock {
   Counts counts_;
   std::optional<LaserStatus> status_;
   std::chrono::seconds correction_{0};
-  bool untrusted_ = false;  // the phase was seen to be wrong
+  bool untrusted_ = false;      // the phase was seen to be wrong
+  bool host_doubtful_ = false;  // by the newest batch
   std::deque<Seen> pending_;
   std::optional<std::int64_t> last_counter_;
   std::int64_t hours_ns_ = 0;

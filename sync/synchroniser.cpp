@@ -10,6 +10,10 @@ namespace {
 
 using std::chrono::seconds;
 
+constexpr std::size_t kInsSteps = 15;
+
+double ns(nanoseconds d) { return static_cast<double>(d.count()); }
+
 HostTime received_of(const auto& m) { return m.received; }
 HostTime received_of(const PpsEdge& m) { return m.edge; }
 HostTime received_of(const InsUncertainty&) { return HostTime{}; }
@@ -110,7 +114,34 @@ void Synchroniser::take(InsSolution& m, SyncOutput& out) {
                                 describe_offset(std::llround(to_seconds(-late)))));
       }
     }
+  watch_solutions(m);
   out.ins.push_back(std::move(m));
+}
+
+/// Says where there is none, or none to be trusted: what was measured there cannot be placed.
+void Synchroniser::watch_solutions(const InsSolution& m) {
+  if (!m.is_good)
+    faults_.add(m.sensor, FaultKind::Implausible, "not good", m.received,
+                "navigation solutions that the receiver itself does not trust: recorded, not used");
+  const nanoseconds step = last_ins_ ? m.time - *last_ins_ : nanoseconds(0);
+  if (!last_ins_ || step > nanoseconds(0) || step < seconds(-1)) last_ins_ = m.time;
+  if (step <= nanoseconds(0)) return;
+  // Logs of two rates and stamps that alternate are usual: two missing in a row are not.
+  std::vector<nanoseconds> sorted(ins_steps_.begin(), ins_steps_.end());
+  if (sorted.size() == kInsSteps) {
+    std::nth_element(sorted.begin(), sorted.begin() + kInsSteps / 2, sorted.end());
+    const double steps = ns(step) / ns(sorted[kInsSteps / 2]);
+    if (steps > 2.5) {
+      const auto missing = static_cast<std::uint64_t>(std::llround(steps) - 1);
+      counts_.ins_missing += missing;
+      faults_.add(m.sensor, FaultKind::Lost, "ins", m.received,
+                  fmt::format("no navigation solution for {:.3f} s: what was measured there cannot be placed",
+                              to_seconds(step)),
+                  missing);
+    }
+  }
+  ins_steps_.push_back(step);
+  if (ins_steps_.size() > kInsSteps) ins_steps_.pop_front();
 }
 
 void Synchroniser::take(EventMark& m, SyncOutput&) {
@@ -164,7 +195,8 @@ void Synchroniser::drop_oldest(FaultKind kind, const char* why) {
   std::visit([&](const auto& item) { faults_.add(item.sensor, kind, "held", newest_, why); }, held_.front());
   held_images_ -= std::holds_alternative<Image>(held_.front()) ? 1 : 0;
   ++counts_.never_stamped;
-  if (const auto* batch = std::get_if<LaserBatch>(&held_.front())) counts_.returns_never_stamped += batch->returns.size();
+  if (const auto* batch = std::get_if<LaserBatch>(&held_.front()))
+    counts_.returns_never_stamped += batch->returns.size();
   held_.pop_front();
 }
 

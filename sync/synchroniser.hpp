@@ -82,7 +82,7 @@ class Synchroniser {
   struct Counts {
     std::uint64_t measurements = 0, unknown_sensor = 0, held = 0, released = 0, never_stamped = 0;
     std::uint64_t returns_never_stamped = 0;  ///< laser returns of those never stamped
-    std::uint64_t ins = 0, ins_refused = 0, marks_refused = 0, late_exposures = 0;
+    std::uint64_t ins = 0, ins_refused = 0, ins_missing = 0, marks_refused = 0, late_exposures = 0;
   };
   const Counts& counts() const { return counts_; }
   const std::vector<LaserClock>& lasers() const { return lasers_; }
@@ -109,6 +109,7 @@ class Synchroniser {
   void stamp(Held&& item, SyncOutput& out);
   LaserClock* laser(SensorId sensor);
   ExposureMatcher* camera(SensorId sensor, std::size_t* index = nullptr);
+  void watch_solutions(const InsSolution& m);
   void stranger(SensorId sensor, HostTime received, const char* what);
   /// Everything that follows from the passing of time, after each measurement.
   void settle(HostTime received, SyncOutput& out);
@@ -125,6 +126,8 @@ class Synchroniser {
   std::deque<Held> held_;
   std::size_t held_images_ = 0;
   std::vector<InsUncertainty> uncertainties_;  // newest of each sensor
+  std::optional<GpsTime> last_ins_;
+  std::deque<nanoseconds> ins_steps_;  // between the last solutions
   SyncState known_state_ = SyncState::Unlocked;
   std::optional<GpsTime> stream_time_, watermark_, last_exposure_;
   std::uint32_t next_exposure_ = 0;
