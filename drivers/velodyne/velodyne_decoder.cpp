@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "drivers/velodyne/velodyne_kernel.hpp"
@@ -16,6 +17,9 @@ constexpr nanoseconds kHour = std::chrono::hours(1);
 
 /// Arrivals jitter by the network and by the reader's batches; beyond it a move of the stamp is the clock's, not a loss.
 constexpr nanoseconds kArrivalJitter = std::chrono::milliseconds(200);
+
+/// The network's copy of a packet comes at once; an hour later the counter is the same again.
+constexpr nanoseconds kAgainWithin = std::chrono::seconds(1);
 
 /// A label is given only while the latest edge is beyond doubt: not just after it (the counter turns a few microseconds
 /// off the edge), nor so late that the next may come before this packet arrives.
@@ -48,7 +52,8 @@ VelodyneDecoder::VelodyneDecoder(SensorId sensor, const Config& config)
       kernel_(std::make_unique<VelodyneKernel>(config)),
       malformed_(FaultKind::Malformed, sensor),
       wrong_device_(FaultKind::WrongDevice, sensor),
-      conflict_(FaultKind::LabelConflict, sensor) {}
+      conflict_(FaultKind::LabelConflict, sensor),
+      again_(FaultKind::Spurious, sensor) {}
 
 VelodyneDecoder::~VelodyneDecoder() = default;
 
@@ -58,7 +63,7 @@ void VelodyneDecoder::reset() {
 }
 
 void VelodyneDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
-  for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &conflict_})
+  for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &conflict_, &again_})
     if (auto fault = limiter->flush(packet.received)) out.push_back(std::move(*fault));
   if (packet.bytes.size() == kVelodyneDataBytes) return decode_data(packet, out);
   if (packet.bytes.size() == kVelodynePositionBytes) return decode_position_packet(packet, out);
@@ -96,6 +101,16 @@ void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>
   if (first_firing >= kHour)
     return malformed(packet, bytes.size(), fmt::format("{}: counter {} us is beyond the hour", table_.name, stamp_us),
                      out);
+
+  if (previous_ && previous_->stamp == first_firing && packet.received - previous_->received < kAgainWithin &&
+      std::equal(bytes.begin(), bytes.end(), newest_bytes_.begin())) {
+    ++counts_.messages["data again"];
+    counts_.ignored_bytes += bytes.size();
+    if (auto fault = again_.add(packet.received, 1, [&] { return fmt::format("{}: the same packet came again", table_.name); }))
+      out.push_back(std::move(*fault));
+    return;
+  }
+  std::copy(bytes.begin(), bytes.end(), newest_bytes_.begin());
 
   const bool is_dual = mode == kDual;
   const nanoseconds duration = table_.block_period() * (is_dual ? kVelodyneBlocks / 2 : kVelodyneBlocks);

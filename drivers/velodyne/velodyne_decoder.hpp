@@ -79,13 +79,14 @@ class VelodyneDecoder final : public Decoder {
   const VelodyneTable& table_;
   std::unique_ptr<VelodyneKernel> kernel_;
   DecodeCounts counts_;
-  FaultLimiter malformed_, wrong_device_, conflict_;
+  FaultLimiter malformed_, wrong_device_, conflict_, again_;
 
   struct Previous {
     nanoseconds stamp;
     nanoseconds duration;
     HostTime received;
   };
+  std::array<std::byte, 1206> newest_bytes_{};  // of the last data packet, to know it again
   std::optional<Previous> previous_;
   std::optional<TimeLabel> last_label_;
 };
