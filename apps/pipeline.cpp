@@ -78,7 +78,10 @@ void Pipeline::take_synchronised() {
     sink_.on_exposure(exposure);
     colouring_.add(exposure);
   }
-  for (StampedLaserBatch& batch : synchronised_.laser) colouring_.add(std::move(batch));
+  for (StampedLaserBatch& batch : synchronised_.laser) {
+    sink_.on_laser(batch);
+    colouring_.add(std::move(batch));
+  }
   synchronised_.clear();
   if (const auto watermark = synchroniser_.watermark()) colouring_.advance(*watermark);
   for (Fault& fault : colouring_.take_faults()) {

@@ -17,6 +17,8 @@ class ProductSink {
   virtual void on_origin(const Geodetic& origin) = 0;
   virtual void on_cloud(const CloudBlock& block) = 0;
   virtual void on_exposure(const Exposure& exposure) = 0;
+  /// A batch with its time, before it is placed; who needs no more than points leaves it out.
+  virtual void on_laser(const StampedLaserBatch&) {}
   virtual void on_solution(const InsSolution& solution) = 0;
   virtual void on_fix(const GnssFix& fix) = 0;
   /// `time` is empty where the change left, or came before, any relation to GPS time.

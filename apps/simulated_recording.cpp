@@ -90,7 +90,19 @@ Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& t
       }
       packet.bytes = Buffer::copy_of(payload.subspan(payload.empty() ? 0 : (payload.size() - 1) / piece * piece));
     }
+    const SensorId sensor = packet.sensor;
+    const HostTime received = packet.received;
     if (!hand_over(std::move(packet))) return {};
+    if (event.missing_packets > 0) {
+      // As the camera's source says it.
+      Packet told;
+      told.sensor = sensor;
+      told.kind = PacketKind::Fault;
+      told.received = received;
+      told.bytes = Buffer::copy_of(encode_fault(
+          {sensor, FaultKind::Lost, received, 1, fmt::format("1 images incomplete: {} packets missing, 0 came when asked for again", event.missing_packets)}));
+      if (!hand_over(std::move(told))) return {};
+    }
   }
   return {};
 }

@@ -1,0 +1,142 @@
+// Every fault of the registry through decoders, sync and fusion: nothing given out is silently wrong, the fault is
+// told, what it does not touch stays, and no byte is left unexplained.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/apps/faulty_drive.hpp"
+
+namespace hueline::test {
+namespace {
+
+using sim::FaultLine;
+using sim::FaultOutcome;
+using sim::FaultTarget;
+using sim::FaultType;
+
+constexpr double kBegin = FaultyDrive::kFaultBegin, kEnd = FaultyDrive::kFaultEnd;
+
+/// Every fault on each of its devices.
+std::vector<FaultLine> all_lines() {
+  std::vector<FaultLine> out;
+  for (const sim::FaultEntry& entry : sim::fault_registry())
+    for (const FaultTarget target : entry.targets) {
+      out.push_back(FaultLine::usual(entry.type, kBegin, kEnd - kBegin));
+      out.back().target = target;
+      const bool is_rare = target == FaultTarget::Pps || target == FaultTarget::LaserStatus;
+      if (is_rare && entry.unit && entry.unit == std::string("share"))
+        out.back().strength = 1;  // of two edges, twenty datagrams
+    }
+  const auto add = [&](FaultType type, double strength, FaultTarget target) {
+    out.push_back(FaultLine::usual(type, kBegin, kEnd - kBegin));
+    out.back().strength = strength;
+    out.back().target = target;
+  };
+  // A clock that stepped needs five pulses to be found again: early, so that the drive shows it.
+  for (FaultLine& line : out)
+    if (line.type == FaultType::HostClockStep) line.at_s = FaultyDrive::kSensorsBegin + 1.6;
+  // The other direction of what has one, and other strengths that the field knows.
+  add(FaultType::InsLabel, -1, FaultTarget::Pos);
+  add(FaultType::UtcOffset, -18, FaultTarget::Pos);
+  add(FaultType::UtcOffset, -18, FaultTarget::LaserStatus);
+  add(FaultType::PpsLabel, -1, FaultTarget::Pos);
+  add(FaultType::PpsLabel, -1, FaultTarget::LaserStatus);
+  add(FaultType::LaserClockStep, 0.25, FaultTarget::Laser);
+  add(FaultType::LaserClockStep, 1, FaultTarget::Laser);
+  add(FaultType::CameraClockStep, -0.0333, FaultTarget::Camera);
+  add(FaultType::CameraClockStep, 30, FaultTarget::Camera);
+  add(FaultType::MarkShift, -300, FaultTarget::Pos);
+  add(FaultType::NmeaLate, 0.9, FaultTarget::LaserStatus);
+  add(FaultType::HostClockStep, 2.5, FaultTarget::Host);
+  out.back().at_s = FaultyDrive::kSensorsBegin + 1.6;
+  add(FaultType::LateDelivery, 300, FaultTarget::Pos);
+  add(FaultType::AttitudeJump, 0.5, FaultTarget::Pos);
+  add(FaultType::PpsShift, 100, FaultTarget::Pps);
+  return out;
+}
+
+std::string words(const FaultyOutcome& outcome) {
+  std::string out = "told:\n";
+  for (const std::string& fault : outcome.faults) out += "  " + fault + "\n";
+  for (const std::string& stamp : outcome.wrong_stamps) out += "  wrong: " + stamp + "\n";
+  return out;
+}
+
+double share(std::uint32_t part, std::uint32_t whole) { return whole ? static_cast<double>(part) / whole : 0.0; }
+
+class Faults : public testing::TestWithParam<FaultLine> {};
+INSTANTIATE_TEST_SUITE_P(Registry, Faults, testing::ValuesIn(all_lines()),
+                         [](const testing::TestParamInfo<FaultLine>& line) {
+                           return fmt::format("{}_{}_{}", sim::entry_of(line.param.type).name,
+                                              sim::name(line.param.target), line.index);
+                         });
+
+TEST_P(Faults, AreSurvivedAndTold) {
+  const FaultLine line = GetParam();
+  const sim::FaultEntry& entry = sim::entry_of(line.type);
+  const FaultyOutcome& clean = FaultyDrive::shared().clean();
+  const FaultyOutcome out = FaultyDrive::shared().run({line});
+  const auto before = out.sum(line.at_s - 1.3, line.at_s - 0.2),
+             clean_before = clean.sum(line.at_s - 1.3, line.at_s - 0.2);
+  const auto during = out.sum(kBegin, kEnd), clean_during = clean.sum(kBegin, kEnd);
+  const auto after = out.sum(kEnd + 1.5, FaultyDrive::kSensorsEnd - 0.2),
+             clean_after = clean.sum(kEnd + 1.5, FaultyDrive::kSensorsEnd - 0.2);
+  const auto all = out.sum(0, 1e9);
+
+  // Nothing that is given out is silently wrong.
+  EXPECT_EQ(out.strange_batches, 0u);
+  EXPECT_EQ(out.wrong_laser, 0u) << words(out);
+  EXPECT_EQ(out.wrong_exposures, 0u) << words(out);
+  EXPECT_LE(all.misplaced, all.judged / 1000) << "largest " << out.largest_place_error_m << " m\n" << words(out);
+  // Points just before a leap may still be coloured by the exposure just behind it; the leap itself is told.
+  EXPECT_LE(all.wrong_pixel, line.type == FaultType::PositionJump ? all.judged / 100 : all.judged / 1000) << words(out);
+
+  // It is told, or does not matter.
+  // Position datagrams repeat themselves: one more or less says nothing. And a second that is named a little too late
+  // is no contradiction.
+  const bool is_repeated = line.target == FaultTarget::LaserStatus && line.type <= FaultType::LateDelivery &&
+                           line.type != FaultType::Truncation;
+  const bool is_late_name = line.target == FaultTarget::Pos && line.type == FaultType::PpsLabel && line.strength < 0;
+  const bool is_late_nmea = line.type == FaultType::NmeaLate && line.strength < 1;
+  if (entry.outcome == FaultOutcome::Told && !is_repeated && !is_late_name && !is_late_nmea) {
+    std::uint64_t told = 0;
+    for (const FaultKind kind : entry.told) {
+      const auto found = out.told.find(kind), usual = clean.told.find(kind);
+      if (found != out.told.end())
+        told += found->second - (usual != clean.told.end() ? std::min(usual->second, found->second) : 0);
+    }
+    EXPECT_GT(told, 0u) << words(out);
+  } else {
+    EXPECT_EQ(out.laser.size(), clean.laser.size()) << words(out);
+    EXPECT_EQ(out.exposures.size(), clean.exposures.size()) << words(out);
+    EXPECT_GE(share(during.coloured, during.points), share(clean_during.coloured, clean_during.points) - 0.01)
+        << words(out);
+    EXPECT_GE(during.points, clean_during.points * 99 / 100) << words(out);
+  }
+
+  // What lies before is untouched, what lies behind is as good again.
+  EXPECT_GE(before.points, clean_before.points * 98 / 100);
+  EXPECT_GE(share(before.coloured, before.points), share(clean_before.coloured, clean_before.points) - 0.02)
+      << words(out);
+  EXPECT_GE(after.points, clean_after.points * 95 / 100) << words(out);
+  EXPECT_GE(share(after.coloured, after.points), share(clean_after.coloured, clean_after.points) - 0.05) << words(out);
+
+  for (const auto& [sensor, counts] : out.bytes) EXPECT_EQ(counts.first, counts.second) << sensor;
+}
+
+TEST(Faults, TheDriveWithoutThemIsWhole) {
+  const FaultyOutcome& clean = FaultyDrive::shared().clean();
+  const auto all = clean.sum(0, 1e9), middle = clean.sum(kBegin - 1.5, kEnd + 1.5);
+  EXPECT_TRUE(clean.faults.empty()) << words(clean);
+  EXPECT_EQ(clean.wrong_laser + clean.wrong_exposures + clean.unmatched_exposures, 0u) << words(clean);
+  EXPECT_EQ(clean.exposures.size(), clean.images);
+  EXPECT_GT(share(middle.coloured, middle.points), 0.9);
+  EXPECT_GT(share(middle.judged, middle.coloured), 0.9);
+  EXPECT_GT(middle.points, 10'000u);
+  EXPECT_EQ(all.misplaced + all.wrong_pixel, 0u) << clean.largest_place_error_m;
+}
+
+}  // namespace
+}  // namespace hueline::test

@@ -1,0 +1,231 @@
+#include "tests/apps/faulty_drive.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "apps/pipeline.hpp"
+#include "apps/simulated_recording.hpp"
+#include "apps/simulated_rig.hpp"
+#include "config/scenario.hpp"
+#include "core/geodesy.hpp"
+#include "sim/generate.hpp"
+
+namespace hueline::test {
+namespace {
+
+// Small images, few returns, but every packet, pulse and solution of a drive at full rate. The UTC hour turns in the
+// middle of the faults' time.
+constexpr const char* kScenario = R"(
+seed: 11
+duration_s: 8
+lead_in_s: 10
+start_time_of_week_s: 302404
+street: {furnished: false}
+drive: {stand_s: 0.4, accelerate_s: 1.6, brake_s: 1, halt_s: 0.2}
+ins: {rate_hz: 100}
+laser: {dropout_probability: 0.95}
+camera: {rate_hz: 10, lens_width: 64, lens_height: 54, antialias: false}
+)";
+
+constexpr double kSigmas = 5, kSlackUs = 20;
+constexpr double kPlaceSlack_m = 0.3;
+constexpr double kPixelLimit = 45;  // of 8000 columns: 2 degrees
+constexpr double kPixelsPerRadian = 8000 / 6.283185307179586;
+
+class Watcher : public apps::Summary {
+ public:
+  Watcher(std::vector<std::string> sensors, const sim::Drive& drive, const sim::Judge& judge,
+          std::map<std::uint64_t, const sim::WireEvent*> events, FaultyOutcome& out)
+      : Summary(std::move(sensors)), drive_(drive), judge_(judge), events_(std::move(events)), out_(out) {}
+
+  void on_laser(const StampedLaserBatch& batch) override {
+    ++out_.batches;
+    const sim::WireEvent* event = events_.at(batch.packet_sequence);
+    if (event->channel != sim::WireChannel::LaserData || event->number >= drive_.laser.size()) {
+      ++out_.strange_batches;
+      return;
+    }
+    const FaultyOutcome::Stamp stamp =
+        compare("packet", event->number, count_ns(batch.time), drive_.laser[event->number].first_firing_gps_ns,
+                batch.sigma, batch.state, out_.wrong_laser);
+    out_.laser[event->number] = stamp;
+  }
+
+  void on_exposure(const Exposure& exposure) override {
+    Summary::on_exposure(exposure);
+    if (exposure.timing == ExposureTiming::Unmatched) {
+      ++out_.unmatched_exposures;
+      return;
+    }
+    const sim::WireEvent* event = events_.at(exposure.image.packet_sequence);
+    const sim::CameraExposure& truth = drive_.exposures.at(event->number);
+    out_.exposures[event->number] = compare("exposure", event->number, count_ns(exposure.exposure_mid),
+                                            truth.exposure_start_gps_ns + truth.exposure_ns / 2, exposure.sigma,
+                                            exposure.state, out_.wrong_exposures);
+    // Its colours are those of the picture that it brings, whatever its number.
+    for (const sim::CameraExposure& e : drive_.exposures)
+      if (e.image_file == event->image_file) picture_of_[exposure.index] = e.number;
+  }
+
+  void on_cloud(const CloudBlock& block) override {
+    Summary::on_cloud(block);
+    const auto T_ecef_enu = ecef_from_enu(block.origin);
+    for (const ColouredPoint& point : block.points) {
+      const auto tenth =
+          static_cast<std::int64_t>(std::floor(static_cast<double>(count_ns(point.time) - drive_.begin_gps_ns) * 1e-8));
+      if (tenth < 0 || static_cast<std::size_t>(tenth) >= out_.tenths.size()) continue;
+      FaultyOutcome::Tenth& counts = out_.tenths[static_cast<std::size_t>(tenth)];
+      ++counts.points;
+      if (point.exposure == kNoExposure) continue;
+      ++counts.coloured;
+      const auto picture = picture_of_.find(point.exposure);
+      if (picture == picture_of_.end()) continue;
+      const Point<Ecef> place = T_ecef_enu * Point<Enu>{{point.east, point.north, point.up}};
+      sim::Claim claim;
+      claim.fired_gps_ns = count_ns(point.time);
+      claim.channel = point.channel;
+      claim.exposure = picture->second;
+      claim.lens = point.lens;
+      claim.u = point.u;
+      claim.v = point.v;
+      claim.place_ecef = sim::Vec3{place.xyz.x(), place.xyz.y(), place.xyz.z()};
+      const auto verdict = judge_.judge(claim);
+      if (!verdict) continue;
+      ++counts.judged;
+      out_.largest_place_error_m = std::max(out_.largest_place_error_m, verdict->place_error_m);
+      if (verdict->place_error_m > kSigmas * static_cast<double>(point.sigma_m) + kPlaceSlack_m) ++counts.misplaced;
+      // A place that is known to be uncertain makes the pixel so.
+      const double seen_under =
+          kSigmas * static_cast<double>(point.sigma_m) / std::max(0.5, verdict->distance_m) * kPixelsPerRadian;
+      if (verdict->error_px > kPixelLimit + seen_under) ++counts.wrong_pixel;
+    }
+  }
+
+  void on_fault(const Fault& fault) override {
+    Summary::on_fault(fault);
+    out_.told[fault.kind] += fault.count;
+    out_.faults.push_back(fmt::format("{:9.3f} s  {} x{} of sensor {}: {}",
+                                      static_cast<double>((fault.time - apps::kSimulatedHostBegin).count()) * 1e-9,
+                                      hueline::name(fault.kind), fault.count, fault.sensor, fault.detail));
+  }
+
+ private:
+  FaultyOutcome::Stamp compare(const char* what, std::uint32_t number, std::int64_t stamped, std::int64_t truth,
+                               nanoseconds sigma, SyncState state, std::uint64_t& wrong) {
+    FaultyOutcome::Stamp out{static_cast<double>(stamped - truth) * 1e-3, static_cast<double>(sigma.count()) * 1e-3,
+                             state == SyncState::Locked};
+    if (std::abs(out.error_us) > kSigmas * out.sigma_us + kSlackUs) {
+      ++wrong;
+      if (out_.wrong_stamps.size() < 12)
+        out_.wrong_stamps.push_back(fmt::format("{} {} at {:.4f} s is {:.1f} us off, sigma {:.1f} us, {}", what, number,
+                                                static_cast<double>(truth - drive_.begin_gps_ns) * 1e-9, out.error_us,
+                                                out.sigma_us, hueline::name(state)));
+    }
+    return out;
+  }
+
+  const sim::Drive& drive_;
+  const sim::Judge& judge_;
+  const std::map<std::uint64_t, const sim::WireEvent*> events_;
+  FaultyOutcome& out_;
+  std::map<std::uint32_t, std::uint32_t> picture_of_;
+};
+
+template <class T>
+T require(Result<T> result, const char* what) {
+  if (!result.ok()) throw std::runtime_error(std::string(what) + ": " + result.error().message);
+  return std::move(*result);
+}
+
+}  // namespace
+
+FaultyOutcome::Tenth FaultyOutcome::sum(double from_s, double to_s) const {
+  Tenth out;
+  for (std::size_t i = 0; i < tenths.size(); ++i) {
+    const double at = 0.1 * static_cast<double>(i) + 0.05;
+    if (at < from_s || at >= to_s) continue;
+    out.points += tenths[i].points;
+    out.coloured += tenths[i].coloured;
+    out.judged += tenths[i].judged;
+    out.misplaced += tenths[i].misplaced;
+    out.wrong_pixel += tenths[i].wrong_pixel;
+  }
+  return out;
+}
+
+FaultyDrive& FaultyDrive::shared() {
+  static FaultyDrive drive;
+  return drive;
+}
+
+FaultyDrive::FaultyDrive() {
+  scenario_ = config::parse_scenario(kScenario, "the faulty drive");
+  const std::string cache = (std::filesystem::temp_directory_path() / "hueline-faulty-drive").string();
+  drive_ = require(sim::generate(scenario_, cache), "rendering");
+  apps::SimulatedAddresses nowhere;
+  nowhere.pps_socket = "/nowhere/pps.sock";
+  rig_ = config::parse_rig(apps::simulated_rig(scenario_, nowhere, "lens"), "simulated rig");
+  sim::Judge::Config judge;
+  judge.match_ns = 3'000;  // a point that is given another time has no truth of its own
+  judge_ = std::make_unique<sim::Judge>(
+      require(sim::Judge::open(scenario_, drive_.cache_dir + "/truth.bin", judge), "truth"));
+}
+
+FaultyOutcome FaultyDrive::run(const std::vector<sim::FaultLine>& lines) const {
+  sim::TimelineConfig config;
+  config.seed = scenario_.seed;
+  config.laser_model = scenario_.laser.model;
+  sim::FaultyTimeline spoilt = require(sim::build_faulty_timeline(drive_, config, lines), "timeline");
+  // What the rig asks its receiver for: one kind of solution, not all that the simulator offers.
+  std::erase_if(spoilt.timeline.events, [](const sim::WireEvent& event) {
+    const auto id = static_cast<sim::NovatelId>(event.log.id);
+    return event.channel == sim::WireChannel::Pos &&
+           (id == sim::NovatelId::Inspvas || id == sim::NovatelId::Inspvax || id == sim::NovatelId::Insstdevs ||
+            id == sim::NovatelId::Mark1Pva);
+  });
+
+  FaultyOutcome out;
+  out.hits = spoilt.hits;
+  out.tenths.resize(static_cast<std::size_t>(kSensorsEnd * 10) + 20);
+  std::map<std::uint64_t, const sim::WireEvent*> events;
+  std::uint64_t sequence = 0;
+  for (const sim::WireEvent& event : spoilt.timeline.events) {
+    const std::size_t pieces =
+        event.piece_bytes > 0 ? (event.payload.size() + event.piece_bytes - 1) / event.piece_bytes : 1;
+    events[sequence] = &event;
+    sequence += std::max<std::size_t>(1, pieces) + (event.missing_packets > 0 ? 1 : 0);
+    out.images += event.channel == sim::WireChannel::Camera ? 1 : 0;
+  }
+  Watcher watcher(rig_.sensor_names(), drive_, *judge_, std::move(events), out);
+  apps::Pipeline pipeline(rig_, 1, watcher);
+  std::vector<std::uint64_t> received(rig_.sensors.size() + 1);
+  const Status done = apps::for_each_simulated_packet(drive_, spoilt.timeline, rig_, [&](const Packet& packet) {
+    if (packet.kind == PacketKind::Wire) received[packet.sensor] += packet.bytes.size();
+    watcher.on_packet(packet);
+    pipeline.process(packet);
+    return true;
+  });
+  if (!done.ok()) throw std::runtime_error(done.error().message);
+  pipeline.flush();
+  pipeline.report(watcher);
+  const auto report = watcher.json();
+  for (const auto& sensor : rig_.sensors) {
+    const auto& decoded = report.at("sensors").at(sensor.id).at("decoded");
+    out.bytes[sensor.name] = {received[sensor.id], decoded.at("decoded_bytes").get<std::uint64_t>() +
+                                                       decoded.at("ignored_bytes").get<std::uint64_t>() +
+                                                       decoded.at("malformed_bytes").get<std::uint64_t>()};
+  }
+  return out;
+}
+
+const FaultyOutcome& FaultyDrive::clean() {
+  if (!clean_) clean_ = std::make_unique<FaultyOutcome>(run({}));
+  return *clean_;
+}
+
+}  // namespace hueline::test

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/summary.hpp"
+#include "config/rig.hpp"
+#include "sim/faults/faulty_timeline.hpp"
+#include "sim/judge.hpp"
+
+/// A short simulated drive through the whole pipeline, spoilt by lines of a scenario, and everything that it gave held
+/// against the truth.
+namespace hueline::test {
+
+/// What came of one run.
+struct FaultyOutcome {
+  struct Stamp {
+    double error_us = 0, sigma_us = 0;  ///< against the truth
+    bool is_locked = false;
+  };
+  std::map<std::uint32_t, Stamp> laser;      ///< by number of the packet in the drive
+  std::map<std::uint32_t, Stamp> exposures;  ///< by number of the exposure; those that were given a time
+  std::uint64_t batches = 0, strange_batches = 0, unmatched_exposures = 0, images = 0;
+  std::vector<std::string> wrong_stamps;  ///< beyond 5 sigma and 20 us, in words
+  std::uint64_t wrong_laser = 0, wrong_exposures = 0;
+
+  std::map<FaultKind, std::uint64_t> told;  ///< counts by kind
+  std::vector<std::string> faults;          ///< in words
+
+  /// Of the points fired in a tenth of a second of drive time.
+  struct Tenth {
+    std::uint32_t points = 0, coloured = 0, judged = 0;
+    std::uint32_t misplaced = 0;    ///< farther than 5 sigma and 0.3 m from where they are
+    std::uint32_t wrong_pixel = 0;  ///< coloured by a pixel more than 2 degrees off
+  };
+  std::vector<Tenth> tenths;
+  Tenth sum(double from_s, double to_s) const;
+  double largest_place_error_m = 0;
+
+  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> bytes;  ///< of each sensor: received, explained
+  std::vector<std::size_t> hits;                                         ///< of each line
+};
+
+/// The drive is rendered once for all processes that use it.
+class FaultyDrive {
+ public:
+  /// Times of the drive, s after its beginning.
+  static constexpr double kSensorsBegin = 10, kFaultBegin = 13, kFaultEnd = 15, kSensorsEnd = 18;
+  static FaultyDrive& shared();
+  FaultyOutcome run(const std::vector<sim::FaultLine>& lines) const;
+  /// Without faults; run once a process.
+  const FaultyOutcome& clean();
+
+ private:
+  FaultyDrive();
+  config::Rig rig_;
+  sim::Scenario scenario_;
+  sim::Drive drive_;
+  std::unique_ptr<sim::Judge> judge_;
+  std::unique_ptr<FaultyOutcome> clean_;
+};
+
+}  // namespace hueline::test
