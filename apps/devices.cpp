@@ -1,5 +1,6 @@
 #include "apps/devices.hpp"
 
+#include "drivers/profile_scanner/profile_scanner_decoder.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
 
 namespace hueline::apps {
@@ -26,6 +27,7 @@ std::unique_ptr<PacketSource> make_source(const config::Sensor& sensor, const Bu
   };
   return std::visit(Overloaded{
                         [&](const config::VelodyneSensor& s) { return std::visit(transport, s.source); },
+                        [&](const config::ProfileScannerSensor& s) { return std::visit(transport, s.source); },
                         [&](const config::NovatelSensor& s) { return std::visit(transport, s.source); },
                         [&](const config::CameraSensor& s) -> Source { return std::make_unique<AravisSource>(s.source); },
                         [&](const config::PpsSensor& s) -> Source { return std::make_unique<PpsSource>(s.source); },
@@ -38,6 +40,7 @@ std::unique_ptr<Decoder> make_decoder(const config::Sensor& sensor) {
   using Made = std::unique_ptr<Decoder>;
   return std::visit(Overloaded{
                         [&](const config::VelodyneSensor& s) -> Made { return std::make_unique<VelodyneDecoder>(sensor.id, s.decoder); },
+                        [&](const config::ProfileScannerSensor& s) -> Made { return std::make_unique<ProfileScannerDecoder>(sensor.id, s.decoder); },
                         [&](const config::NovatelSensor& s) -> Made { return std::make_unique<NovatelDecoder>(s.decoder); },
                         [&](const config::CameraSensor& s) -> Made { return std::make_unique<ImageDecoder>(s.decoder); },
                         [&](const config::PpsSensor& s) -> Made { return std::make_unique<PpsDecoder>(s.decoder); },

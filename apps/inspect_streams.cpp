@@ -6,6 +6,7 @@
 #include "apps/recording.hpp"
 #include "core/calendar.hpp"
 #include "drivers/novatel/decoder.hpp"
+#include "drivers/profile_scanner/profile_scanner_decoder.hpp"
 #include "drivers/transport/file_source.hpp"
 #include "drivers/transport/pcap_source.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
@@ -158,7 +159,9 @@ Inspection inspect_mcap(const std::string& path) {
   auto& sensors = json["sensors"] = Json::array();
   for (std::size_t id = 0; id < streams.size(); ++id) {
     Stream& stream = streams[id];
-    Json one = {{"name", recording->journal->header().sensors[id].name}, {"packets", stream.packets}, {"bytes", stream.bytes}, {"shed", stream.shed}};
+    Json one = {{"name", recording->journal->header().sensors[id].name}};
+    if (id > 0) one["driver"] = recording->rig.sensors[id - 1].driver();
+    one.update({{"packets", stream.packets}, {"bytes", stream.bytes}, {"shed", stream.shed}});
     if (stream.decoder) {
       stream.finish();
       one.update(stream.tally.json(stream.decoder->counts()));
@@ -172,10 +175,11 @@ Inspection inspect_capture_file(const std::string& path) {
   Inspection out;
   drivers::PcapSource source(1, {.path = path, .ports = {}, .source_address = {}});
   if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
-  // A scanner's datagrams are told by their size; the model by the data packets' factory byte, the last of them.
+  // A Velodyne's datagrams are told by their size; the model by the data packets' factory byte, the last of them. A profile scanner's
+  // begin with their magic; the first of them says which scanner it is.
   std::map<std::size_t, std::uint64_t> sizes;
   Stream stream;
-  std::string model;
+  std::string device;
   std::uint64_t packets = 0;
   HostTime first{}, last{};
   for (;;) {
@@ -193,17 +197,26 @@ Inspection inspect_capture_file(const std::string& path) {
     last = packet->received;
     const std::size_t size = packet->bytes.size();
     ++sizes[size];
+    const bool is_profile = drivers::is_profile_datagram(packet->bytes.bytes());
+    if (is_profile && !stream.decoder) {
+      if (const auto header = drivers::decode_profile_header(packet->bytes.bytes()); header.ok()) {
+        device = "profile scanner " + std::to_string(header->scanner);
+        stream.decoder = std::make_unique<drivers::ProfileScannerDecoder>(SensorId{1}, drivers::ProfileScannerDecoder::Config{});
+      }
+    }
     if (size == drivers::kVelodyneDataBytes && !stream.decoder) {
       const auto product = static_cast<std::uint8_t>(packet->bytes.bytes()[size - 1]);
       for (const auto candidate : {drivers::VelodyneModel::Vlp16, drivers::VelodyneModel::Hdl32e}) {
         if (drivers::velodyne_table(candidate).product_id != product) continue;
-        model = drivers::velodyne_table(candidate).name;
+        device = std::string("velodyne ") + drivers::velodyne_table(candidate).name;
         drivers::VelodyneDecoder::Config config;
         config.model = candidate;
         stream.decoder = std::make_unique<drivers::VelodyneDecoder>(SensorId{1}, config);
       }
     }
-    if (stream.decoder && (size == drivers::kVelodyneDataBytes || size == drivers::kVelodynePositionBytes)) stream.take(*packet);
+    if (!stream.decoder) continue;
+    const bool is_velodyne = !is_profile && (size == drivers::kVelodyneDataBytes || size == drivers::kVelodynePositionBytes);
+    if (device.starts_with("velodyne") ? is_velodyne : is_profile) stream.take(*packet);
   }
   out.found = std::make_unique<Json>();
   Json& json = *out.found;
@@ -213,7 +226,7 @@ Inspection inspect_capture_file(const std::string& path) {
   for (const auto& [size, count] : sizes) json["datagrams_by_size"][std::to_string(size)] = count;
   if (stream.decoder) {
     stream.finish();
-    json["device"] = "velodyne " + model;
+    json["device"] = device;
     json["decoded"] = stream.tally.json(stream.decoder->counts());
   }
   return out;

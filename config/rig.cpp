@@ -65,16 +65,21 @@ const char* Sensor::driver() const {
     const char* operator()(const NovatelSensor&) const { return "novatel"; }
     const char* operator()(const CameraSensor&) const { return "genicam"; }
     const char* operator()(const PpsSensor&) const { return "pps"; }
+    const char* operator()(const ProfileScannerSensor&) const { return "profile_scanner"; }
   };
   return std::visit(Name{}, device);
 }
 
 bool Sensor::is_sheddable() const {
-  return std::holds_alternative<VelodyneSensor>(device) || std::holds_alternative<CameraSensor>(device);
+  return std::holds_alternative<VelodyneSensor>(device) || std::holds_alternative<ProfileScannerSensor>(device) ||
+         std::holds_alternative<CameraSensor>(device);
 }
 
 Arrivals Sensor::arrivals() const {
   if (const auto* laser = std::get_if<VelodyneSensor>(&device); laser && std::holds_alternative<drivers::PcapSource::Config>(laser->source))
+    return Arrivals::Recorded;
+  if (const auto* laser = std::get_if<ProfileScannerSensor>(&device);
+      laser && std::holds_alternative<drivers::PcapSource::Config>(laser->source))
     return Arrivals::Recorded;
   if (const auto* pos = std::get_if<NovatelSensor>(&device); pos && std::holds_alternative<drivers::FileSource::Config>(pos->source))
     return Arrivals::Unknown;

@@ -11,6 +11,7 @@
 #include "drivers/novatel/logs.hpp"
 #include "drivers/pps/pps_decoder.hpp"
 #include "drivers/pps/pps_source.hpp"
+#include "drivers/profile_scanner/profile_scanner_decoder.hpp"
 #include "drivers/transport/file_source.hpp"
 #include "drivers/transport/pcap_source.hpp"
 #include "drivers/transport/serial_source.hpp"
@@ -27,6 +28,10 @@ namespace hueline::config {
 struct VelodyneSensor {
   std::variant<drivers::UdpSource::Config, drivers::PcapSource::Config> source;
   drivers::VelodyneDecoder::Config decoder;
+};
+struct ProfileScannerSensor {
+  std::variant<drivers::UdpSource::Config, drivers::PcapSource::Config> source;
+  drivers::ProfileScannerDecoder::Config decoder;
 };
 struct NovatelSensor {
   std::variant<drivers::TcpSource::Config, drivers::SerialSource::Config, drivers::FileSource::Config> source;
@@ -52,9 +57,9 @@ struct Sensor {
   SensorId id{};
   std::string name;
   double silent_after_s = 3.0;  ///< connected without a packet for so long is a Fault Silent
-  std::variant<VelodyneSensor, NovatelSensor, CameraSensor, PpsSensor> device;
+  std::variant<VelodyneSensor, NovatelSensor, CameraSensor, PpsSensor, ProfileScannerSensor> device;
 
-  /// "velodyne", "novatel", "genicam", "pps".
+  /// "velodyne", "novatel", "genicam", "pps", "profile_scanner".
   const char* driver() const;
   /// Images and lasers may be left out of fusion when it cannot keep up; PPS and POS not before everything else is full.
   bool is_sheddable() const;

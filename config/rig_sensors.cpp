@@ -41,12 +41,22 @@ drivers::PcapSource::Config read_pcap(Section section) {
   return out;
 }
 
+std::variant<drivers::UdpSource::Config, drivers::PcapSource::Config> read_datagrams(Section& section) {
+  if (section.has("pcap")) return read_pcap(section.section("pcap"));
+  return read_udp(section.section("udp"));
+}
+
+void read_mount(Section& section, SensorId id, fusion::RigGeometry& geometry) {
+  fusion::LaserMount mount;
+  mount.sensor = id;
+  mount.T_body_scanner = read_transform<Body, Scanner>(section, "T_body_scanner");
+  mount.sigma_range_m = section.number("sigma_range_m", {0, 10}, mount.sigma_range_m);
+  geometry.lasers.push_back(mount);
+}
+
 VelodyneSensor read_velodyne(Section& section, SensorId id, fusion::RigGeometry& geometry) {
   VelodyneSensor out;
-  if (section.has("pcap"))
-    out.source = read_pcap(section.section("pcap"));
-  else
-    out.source = read_udp(section.section("udp"));
+  out.source = read_datagrams(section);
   auto& decoder = out.decoder;
   decoder.model = section.choice<drivers::VelodyneModel>(
       "model", {{"VLP-16", drivers::VelodyneModel::Vlp16}, {"HDL-32E", drivers::VelodyneModel::Hdl32e}});
@@ -61,11 +71,21 @@ VelodyneSensor read_velodyne(Section& section, SensorId id, fusion::RigGeometry&
   decoder.azimuth_end = section.number("azimuth_end_deg", {0, 360}, decoder.azimuth_end / kDeg) * kDeg;
   decoder.detects_lost = section.boolean("detects_lost", decoder.detects_lost);
   require_valid(section, "model", decoder.validate());
-  fusion::LaserMount mount;
-  mount.sensor = id;
-  mount.T_body_scanner = read_transform<Body, Scanner>(section, "T_body_scanner");
-  mount.sigma_range_m = section.number("sigma_range_m", {0, 10}, mount.sigma_range_m);
-  geometry.lasers.push_back(mount);
+  read_mount(section, id, geometry);
+  return out;
+}
+
+ProfileScannerSensor read_profile_scanner(Section& section, SensorId id, fusion::RigGeometry& geometry) {
+  ProfileScannerSensor out;
+  out.source = read_datagrams(section);
+  auto& decoder = out.decoder;
+  decoder.scanner_id = static_cast<int>(section.integer("scanner_id", {0, 65535}, decoder.scanner_id));
+  decoder.min_range_m = section.number("min_range_m", {0, 1000}, decoder.min_range_m);
+  decoder.max_range_m = section.number("max_range_m", {0, 10000}, decoder.max_range_m);
+  decoder.angle_begin = section.number("angle_begin_deg", {0, 360}, decoder.angle_begin / kDeg) * kDeg;
+  decoder.angle_end = section.number("angle_end_deg", {0, 360}, decoder.angle_end / kDeg) * kDeg;
+  require_valid(section, "min_range_m", decoder.validate());
+  read_mount(section, id, geometry);
   return out;
 }
 
@@ -179,7 +199,7 @@ PpsSensor read_pps(Section& section, SensorId id) {
   return out;
 }
 
-enum class Driver { Velodyne, Novatel, Genicam, Pps };
+enum class Driver { Velodyne, Novatel, Genicam, Pps, ProfileScanner };
 
 /// A pcap's stamps are of the clock of the computer that captured: beside them, what arrives now has no place.
 void require_one_time(const Section& rig, const std::vector<Sensor>& sensors) {
@@ -222,10 +242,15 @@ std::vector<Sensor> read_sensors(Section& rig, fusion::RigGeometry& geometry, sy
     switch (section.choice<Driver>("driver", {{"velodyne", Driver::Velodyne},
                                               {"novatel", Driver::Novatel},
                                               {"genicam", Driver::Genicam},
-                                              {"pps", Driver::Pps}})) {
+                                              {"pps", Driver::Pps},
+                                              {"profile_scanner", Driver::ProfileScanner}})) {
       case Driver::Velodyne:
         sensor.device = read_velodyne(section, sensor.id, geometry);
         add_laser(sensor.id, sync);
+        break;
+      case Driver::ProfileScanner:
+        sensor.device = read_profile_scanner(section, sensor.id, geometry);
+        add_profile_scanner(sensor.id, sync);
         break;
       case Driver::Novatel:
         sensor.device = read_novatel(section);

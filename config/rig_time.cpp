@@ -17,6 +17,15 @@ void add_laser(SensorId id, sync::Synchroniser::Config& sync) {
   sync.lasers.push_back(laser);
 }
 
+void add_profile_scanner(SensorId id, sync::Synchroniser::Config& sync) {
+  sync::LaserClock::Config laser;
+  laser.sensor = id;
+  // A datagram spans 0.05 to 1 ms, by the scanner's rate and its size; a fast one sends 18000 a second.
+  laser.latency_min = std::chrono::microseconds(500);
+  laser.pending_limit = 65536;
+  sync.lasers.push_back(laser);
+}
+
 void add_pos(const Section& sensor, SensorId id, sync::Synchroniser::Config& sync) {
   if (sync.pos != kSystemSensor) sensor.refuse("driver", "a rig has one POS; another one is named above");
   sync.pos = id;

@@ -8,6 +8,7 @@
 namespace hueline::config {
 
 void add_laser(SensorId id, sync::Synchroniser::Config& sync);
+void add_profile_scanner(SensorId id, sync::Synchroniser::Config& sync);
 void add_pos(const Section& sensor, SensorId id, sync::Synchroniser::Config& sync);
 /// Keys event_input, strobe_delay_us, mark_sigma_us, has_counter, counter_wraps_s, counter_offset_s, stamp_event, stamp_delay_us,
 /// latency_min_ms, latency_max_ms.

@@ -36,6 +36,13 @@ class FaultLimiter {
     return release(time);
   }
 
+  /// The end of the stream: what is held back, at the time of the last that was told.
+  std::optional<Fault> drain() {
+    if (held_ == 0) return {};
+    if (detail_.empty()) detail_ = "more of the same";
+    return release(*last_);
+  }
+
  private:
   // A clock that fell back must not silence the faults.
   bool is_over(HostTime time) const { return time - *last_ >= interval_ || time < *last_; }

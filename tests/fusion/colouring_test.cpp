@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <cstring>
+#include <map>
 #include <numbers>
 #include <numeric>
 
@@ -45,6 +46,30 @@ TEST_P(BothModels, PlacesAndProjectsWhereTheTruthIs) {
   RecordProperty("worst_place_m", std::to_string(worst_place));
   RecordProperty("worst_pixel", std::to_string(worst_pixel));
   std::printf("worst place %.2e m, worst pixel %.2e px, coloured %zu of %zu\n", worst_place, worst_pixel, coloured, out.points.size());
+}
+
+TEST(TwoScanners, EachGivesItsPointsByItsOwnMounting) {
+  TestDrive test;
+  LaserMount second = test.rig.lasers[0];
+  second.sensor = kLaser + 1;
+  second.T_body_scanner.translation += Eigen::Vector3d(-0.8, 0.3, 0.1);
+  second.T_body_scanner.rotation = Eigen::AngleAxisd(-pi / 2, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(pi / 4, Eigen::Vector3d::UnitZ());
+  test.rig.lasers.push_back(second);
+  const Outcome out = run(test);
+  ASSERT_EQ(out.points.size(), out.truth_base.size());
+  std::map<SensorId, std::size_t> points, coloured;
+  double worst = 0;
+  for (std::size_t i = 0; i < out.points.size(); ++i) {
+    const ColouredPoint& p = out.points[i];
+    ++points[p.sensor];
+    coloured[p.sensor] += p.state == ColourState::Direct || p.state == ColourState::Neighbour;
+    worst = std::max(worst, (test.drive.point_in(out.origin, out.truth_base[i]) - Vector3(p.east, p.north, p.up)).norm());
+  }
+  EXPECT_LT(worst, 1e-4);
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_EQ(points[kLaser], points[kLaser + 1]);
+  for (const auto& [sensor, count] : points) EXPECT_GT(coloured[sensor], count * 7 / 10) << sensor;
+  EXPECT_EQ(out.counts.unknown_laser_returns, 0u);
 }
 
 TEST(SphereMethod, PanoramaPixelAndRawPixelFollowThePaper) {

@@ -1,5 +1,8 @@
 #include "test_drive.hpp"
 
+#include <map>
+#include <utility>
+
 namespace hueline::test {
 using namespace fusion;
 
@@ -23,7 +26,21 @@ Outcome run(const TestDrive& test) {
     outcome.origin = block.origin;
     outcome.points.insert(outcome.points.end(), block.points.begin(), block.points.end());
   });
-  const auto batches = scan(test.drive, test.rig.lasers[0], 0.2, test.until, test.packet_rate, test.per_batch, &outcome.truth_base);
+  std::vector<StampedLaserBatch> batches;
+  std::map<std::pair<SensorId, std::uint64_t>, std::vector<Vector3>> truth;
+  for (const LaserMount& laser : test.rig.lasers) {
+    std::vector<Vector3> hits;
+    for (StampedLaserBatch& batch : scan(test.drive, laser, 0.2, test.until, test.packet_rate, test.per_batch, &hits)) {
+      const auto first = hits.begin() + static_cast<std::ptrdiff_t>(batch.packet_sequence) * test.per_batch;
+      truth[{batch.sensor, batch.packet_sequence}].assign(first, first + test.per_batch);
+      batches.push_back(std::move(batch));
+    }
+  }
+  std::stable_sort(batches.begin(), batches.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+  for (const StampedLaserBatch& batch : batches) {
+    const auto& hits = truth.at({batch.sensor, batch.packet_sequence});
+    outcome.truth_base.insert(outcome.truth_base.end(), hits.begin(), hits.end());
+  }
   std::size_t next_batch = 0;
   int next_exposure = 0;
   const int ticks = static_cast<int>((test.until + 0.3) * 200);

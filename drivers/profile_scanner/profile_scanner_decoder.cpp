@@ -1,0 +1,181 @@
+#include "drivers/profile_scanner/profile_scanner_decoder.hpp"
+
+#include <fmt/format.h>
+
+#include <numbers>
+
+#include "core/calendar.hpp"
+#include "drivers/profile_scanner/profile_scanner_kernel.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+using std::chrono::seconds;
+constexpr std::int64_t kUnixOfGpsEpoch = 315'964'800;
+/// A label is given only while the latest edge is beyond doubt: the next may be due before the datagram arrives.
+constexpr nanoseconds kLabelTo = std::chrono::milliseconds(900);
+
+GpsTime gps_of_unix(std::int64_t unix_s) {
+  const GpsTime without_leaps{seconds(unix_s - kUnixOfGpsEpoch)};
+  return without_leaps + utc_offset_from_table(without_leaps + utc_offset_from_table(without_leaps));
+}
+
+/// Past the running UTC hour. A scanner that was told no time counts within an hour of its own: sync judges it by its arrivals.
+DeviceTime<UtcHourCounter> within_hour(const ProfileHeader& header) {
+  std::int64_t second = header.second;
+  if (header.scale == ProfileTimeScale::Gps) {
+    second -= utc_offset_from_table(GpsTime(seconds(second))).count();
+    second = (second + 3600) % 3600;  // the first 18 s of 1980
+  }
+  return DeviceTime<UtcHourCounter>(seconds(second % 3600) + nanoseconds(header.nanosecond));
+}
+
+}  // namespace
+
+std::string ProfileScannerDecoder::Config::validate() const {
+  constexpr double turn = 2 * std::numbers::pi + 1e-9;
+  if (scanner_id < 0 || scanner_id > 65535) return "scanner_id must be within [0, 65535]";
+  if (!(min_range_m >= 0 && min_range_m <= 1000)) return "min_range_m must be within [0, 1000] m";
+  if (!(max_range_m > min_range_m && max_range_m <= 10'000)) return "max_range_m must be within (min_range_m, 10000] m";
+  if (!(angle_begin >= 0 && angle_begin < turn - 2e-9)) return "angle_begin must be within [0, 2 pi) rad";
+  if (!(angle_end >= 0 && angle_end <= turn)) return "angle_end must be within [0, 2 pi] rad";
+  if (angle_begin == angle_end) return "angle_begin and angle_end are the same: no angle would be kept";
+  return {};
+}
+
+ProfileScannerDecoder::ProfileScannerDecoder(SensorId sensor, const Config& config)
+    : sensor_(sensor),
+      config_(config),
+      kernel_(std::make_unique<ProfileScannerKernel>(config)),
+      malformed_(FaultKind::Malformed, sensor),
+      wrong_device_(FaultKind::WrongDevice, sensor),
+      lost_(FaultKind::Lost, sensor),
+      late_(FaultKind::Late, sensor),
+      twice_(FaultKind::Spurious, sensor) {
+  if (config.scanner_id != 0) scanner_ = static_cast<std::uint16_t>(config.scanner_id);
+}
+
+ProfileScannerDecoder::~ProfileScannerDecoder() = default;
+
+void ProfileScannerDecoder::reset() {
+  data_counter_.reset();
+  status_counter_.reset();
+  last_label_.reset();
+}
+
+void ProfileScannerDecoder::flush(std::vector<Measurement>& out) {
+  for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &lost_, &late_, &twice_})
+    if (auto fault = limiter->drain()) out.push_back(std::move(*fault));
+}
+
+void ProfileScannerDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
+  for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &lost_, &late_, &twice_})
+    if (auto fault = limiter->flush(packet.received)) out.push_back(std::move(*fault));
+  const Result<ProfileHeader> header = decode_profile_header(packet.bytes.bytes());
+  if (!header) return malformed(packet, header.error().message, out);
+  if (!is_ours(packet, *header, out)) return;
+  if (header->kind == ProfileKind::Data)
+    decode_data(packet, *header, out);
+  else
+    decode_status(packet, *header, out);
+}
+
+void ProfileScannerDecoder::malformed(const Packet& packet, const std::string& what, std::vector<Measurement>& out) {
+  counts_.malformed_bytes += packet.bytes.size();
+  ++counts_.malformed_messages;
+  if (auto fault = malformed_.add(packet.received, 1, [&] { return "profile scanner: " + what; })) out.push_back(std::move(*fault));
+}
+
+bool ProfileScannerDecoder::is_ours(const Packet& packet, const ProfileHeader& header, std::vector<Measurement>& out) {
+  if (!scanner_) scanner_ = header.scanner;
+  if (*scanner_ == header.scanner) return true;
+  ++counts_.messages["of another scanner"];
+  counts_.ignored_bytes += packet.bytes.size();
+  const auto detail = [&] { return fmt::format("datagram of scanner {}; this one is {}", header.scanner, *scanner_); };
+  if (auto fault = wrong_device_.add(packet.received, 1, detail)) out.push_back(std::move(*fault));
+  return false;
+}
+
+bool ProfileScannerDecoder::follow(const Packet& packet, const ProfileHeader& header, std::optional<std::uint32_t> line,
+                                   std::vector<Measurement>& out) {
+  const char* kind = line ? "data" : "status";
+  const auto seen = (line ? data_counter_ : status_counter_).add(header.counter);
+  const auto tell = [&](FaultLimiter& limiter, std::uint64_t count, auto&& detail) {
+    if (auto fault = limiter.add(packet.received, count, detail)) out.push_back(std::move(*fault));
+  };
+  using Verdict = CounterWatch::Verdict;
+  switch (seen.verdict) {
+    case Verdict::InOrder:
+      break;
+    case Verdict::Gap:
+      tell(lost_, seen.missing, [&] {
+        return fmt::format("scanner {}: {} {} datagrams missing before number {}{}", header.scanner, seen.missing, kind, header.counter,
+                           line ? fmt::format(", line {}", *line) : std::string());
+      });
+      break;
+    case Verdict::Late:
+      tell(late_, 1, [&] { return fmt::format("scanner {}: {} datagram {} came after newer ones, and had counted as lost", header.scanner, kind, header.counter); });
+      break;
+    case Verdict::Leap:
+      tell(lost_, 1, [&] {
+        return fmt::format("scanner {}: its count of {} datagrams leapt to {}: it restarted, and what it sent meanwhile is not known", header.scanner, kind,
+                           header.counter);
+      });
+      break;
+    case Verdict::Twice:
+      ++counts_.messages[line ? "data twice" : "status twice"];
+      counts_.ignored_bytes += packet.bytes.size();
+      tell(twice_, 1, [&] { return fmt::format("scanner {}: {} datagram {} came twice; used once", header.scanner, kind, header.counter); });
+      return false;
+  }
+  return true;
+}
+
+void ProfileScannerDecoder::decode_data(const Packet& packet, const ProfileHeader& header, std::vector<Measurement>& out) {
+  const Result<ProfileData> data = decode_profile_data(packet.bytes.bytes());
+  if (!data) return malformed(packet, data.error().message, out);
+  if (!follow(packet, header, data->line, out)) return;
+  LaserBatch batch;
+  batch.sensor = sensor_;
+  batch.received = packet.received;
+  batch.packet_sequence = packet.sequence;
+  batch.time = within_hour(header);
+  kernel_->decode(*data, batch.returns);
+  counts_.decoded_bytes += packet.bytes.size();
+  ++counts_.messages["data"];
+  out.push_back(std::move(batch));
+}
+
+void ProfileScannerDecoder::decode_status(const Packet& packet, const ProfileHeader& header, std::vector<Measurement>& out) {
+  const Result<ProfileStatus> status = decode_profile_status(packet.bytes.bytes());
+  if (!status) return malformed(packet, status.error().message, out);
+  if (!follow(packet, header, std::nullopt, out)) return;
+  counts_.decoded_bytes += packet.bytes.size();
+  ++counts_.messages["status"];
+  LaserStatus said;
+  said.sensor = sensor_;
+  said.received = packet.received;
+  said.time = within_hour(header);
+  said.pps = status->pps;
+  said.has_nmea = status->has_label;
+  said.nmea_valid = status->has_label && status->is_label_valid;
+  out.push_back(said);
+  label(packet, header, *status, out);
+}
+
+void ProfileScannerDecoder::label(const Packet& packet, const ProfileHeader& header, const ProfileStatus& status,
+                                  std::vector<Measurement>& out) {
+  if (!status.has_label || header.scale == ProfileTimeScale::None) return;
+  const nanoseconds since = seconds(std::int64_t{header.second} - std::int64_t{status.edge_second}) + nanoseconds(header.nanosecond);
+  if (since < nanoseconds(0) || since > kLabelTo) return;
+  TimeLabel label;
+  label.sensor = sensor_;
+  label.received = packet.received;
+  label.second = header.scale == ProfileTimeScale::Gps ? GpsTime(seconds(status.edge_second)) : gps_of_unix(status.edge_second);
+  label.is_valid = status.is_label_valid && status.pps == PpsStatus::Locked;
+  if (last_label_ && last_label_->second == label.second && last_label_->is_valid == label.is_valid) return;
+  last_label_ = label;
+  out.push_back(label);
+}
+
+}  // namespace hueline::drivers
