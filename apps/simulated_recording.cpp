@@ -19,7 +19,7 @@ std::array<SensorId, 5> sensors_of_channels(const config::Rig& rig) {
     if (place == kSystemSensor) place = id;
   };
   for (const auto& sensor : rig.sensors) {
-    if (std::holds_alternative<config::VelodyneSensor>(sensor.device)) {
+    if (std::holds_alternative<config::VelodyneSensor>(sensor.device) || std::holds_alternative<config::ProfileScannerSensor>(sensor.device)) {
       set(sim::WireChannel::LaserData, sensor.id);
       set(sim::WireChannel::LaserPosition, sensor.id);
     }

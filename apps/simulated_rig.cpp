@@ -26,6 +26,16 @@ std::string transform(const sim::Pose& T) {
   return fmt::format("{{position_m: {}, rotation_matrix: {}}}", numbers(p, 3), numbers(T.R.m.data(), 9));
 }
 
+std::string laser_yaml(const sim::Scenario& scenario, const SimulatedAddresses& at, const sim::RigTruth& rig) {
+  std::string out = "  - name: laser\n";
+  if (scenario.laser.model == sim::LaserModel::Profile)
+    out += fmt::format("    driver: profile_scanner\n    min_range_m: {}\n", std::min(0.5, scenario.laser.min_range_m));
+  else
+    out += fmt::format("    driver: velodyne\n    model: {}\n", scenario.laser.model == sim::LaserModel::Vlp16 ? "VLP-16" : "HDL-32E");
+  return out + fmt::format("    udp: {{ports: [{}, {}], bind_address: {}}}\n    sigma_range_m: {}\n    T_body_scanner: {}\n\n", at.data_port,
+                           at.position_port, at.address, scenario.laser.range_sigma_m, transform(rig.T_body_scanner));
+}
+
 std::string lens_yaml(const sim::RigTruth& rig, std::size_t i) {
   const sim::TrueLens& lens = rig.lenses[i];
   const bool fisheye = lens.model == sim::LensModel::KannalaBrandt;
@@ -55,10 +65,9 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
       "rig: street\n\nsensors:\n"
       "  - name: pps\n    driver: pps\n    socket: {}\n\n"
       "  - name: pos\n    driver: novatel\n    tcp: {{host: {}, port: {}}}\n    logs: {{ins_rate_hz: {}}}\n\n"
-      "  - name: laser\n    driver: velodyne\n    model: {}\n    udp: {{ports: [{}, {}], bind_address: {}}}\n    sigma_range_m: {}\n"
-      "    T_body_scanner: {}\n\n",
-      rig.lenses.size() == 6 ? "six" : std::to_string(rig.lenses.size()), at.pps_socket, at.address, at.pos_port, scenario.ins.rate_hz, scenario.laser.model == sim::LaserModel::Vlp16 ? "VLP-16" : "HDL-32E",
-      at.data_port, at.position_port, at.address, scenario.laser.range_sigma_m, transform(rig.T_body_scanner));
+      "{}",
+      rig.lenses.size() == 6 ? "six" : std::to_string(rig.lenses.size()), at.pps_socket, at.address, at.pos_port, scenario.ins.rate_hz,
+      laser_yaml(scenario, at, rig));
   out += fmt::format(
       "  - name: camera\n    driver: genicam\n    address: {0}\n    interface: {0}\n    serial: {1}\n    pixel_format: BayerRG8\n    width: {2}\n"
       "    height: {3}\n    exposure_us: {4}\n    event_input: 1\n    stamp_event: exposure_end\n    stamp_delay_us: 45\n    latency_max_ms: {5}\n\n",

@@ -32,6 +32,18 @@ struct LaserPacket {
   std::vector<std::uint8_t> reflectivity;            ///< likewise
 };
 
+/// One data datagram of a profile scanner before encoding.
+struct ProfilePacket {
+  GpsNs first_pulse_gps_ns = 0;  ///< emission
+  std::uint32_t line = 0;        ///< turn of the mirror, from 0
+  std::uint32_t angle = 0;       ///< of the mirror at the first pulse, as it is reported, 2^-32 turn
+  std::int32_t angle_step = 0;   ///< from pulse to pulse, 2^-32 turn
+  std::uint32_t period_ps = 0;   ///< from pulse to pulse
+  std::vector<std::uint8_t> counts;             ///< returns of each pulse
+  std::vector<std::uint32_t> range_100um;       ///< of each return
+  std::vector<std::uint16_t> reflectance_1e4;   ///< likewise, 10000 is white
+};
+
 /// One exposure: the stacked raw image of all lenses as the camera delivers it.
 struct CameraExposure {
   std::uint32_t number = 0;
@@ -69,6 +81,7 @@ struct Drive {
   GpsNs begin_gps_ns = 0, end_gps_ns = 0;
   std::vector<InsSample> ins;
   std::vector<LaserPacket> laser;
+  std::vector<ProfilePacket> profile;           ///< instead of `laser`, where the scanner is a profile scanner
   std::vector<CameraExposure> exposures;
   std::vector<std::int64_t> pps_edge_error_ns;  ///< of each whole second from begin: stamp minus true second
   std::string cache_dir;                        ///< where images and truth lie

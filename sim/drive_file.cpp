@@ -43,6 +43,17 @@ Status write_drive(const Drive& d, const std::string& path) {
   }
   out.number(static_cast<std::uint64_t>(d.pps_edge_error_ns.size()));
   for (const auto e : d.pps_edge_error_ns) out.number(e);
+  // Drives of other scanners end here, as they did before there were profile scanners.
+  if (!d.profile.empty()) out.number(static_cast<std::uint64_t>(d.profile.size()));
+  for (const ProfilePacket& p : d.profile) {
+    out.number(p.first_pulse_gps_ns);
+    for (const std::uint32_t x : {p.line, p.angle, static_cast<std::uint32_t>(p.angle_step), p.period_ps}) out.number(x);
+    out.number(static_cast<std::uint32_t>(p.counts.size()));
+    out.number(static_cast<std::uint32_t>(p.range_100um.size()));
+    out.bytes(p.counts.data(), p.counts.size());
+    out.bytes(p.range_100um.data(), 4 * p.range_100um.size());
+    out.bytes(p.reflectance_1e4.data(), 2 * p.reflectance_1e4.size());
+  }
   return out.close();
 }
 
@@ -89,6 +100,25 @@ Result<Drive> read_drive(const std::string& path) {
   count = in.number<std::uint64_t>();
   if (in.fits(count, 8)) d.pps_edge_error_ns.resize(count);
   for (auto& e : d.pps_edge_error_ns) e = in.number<std::int64_t>();
+  if (in.status().ok() && in.left() != 0) {
+    count = in.number<std::uint64_t>();
+    if (in.fits(count, 32)) d.profile.resize(count);
+    for (ProfilePacket& p : d.profile) {
+      p.first_pulse_gps_ns = in.number<GpsNs>();
+      p.line = in.number<std::uint32_t>();
+      p.angle = in.number<std::uint32_t>();
+      p.angle_step = in.number<std::int32_t>();
+      p.period_ps = in.number<std::uint32_t>();
+      const auto pulses = in.number<std::uint32_t>(), returns = in.number<std::uint32_t>();
+      if (!in.fits(pulses, 1) || !in.fits(returns, 6)) break;
+      p.counts.resize(pulses);
+      p.range_100um.resize(returns);
+      p.reflectance_1e4.resize(returns);
+      in.bytes(p.counts.data(), pulses);
+      in.bytes(p.range_100um.data(), std::size_t{4} * returns);
+      in.bytes(p.reflectance_1e4.data(), std::size_t{2} * returns);
+    }
+  }
   if (in.status().ok() && in.left() != 0) in.fail("goes on after its end");
   if (!in.status().ok()) return in.status().error();
   d.cache_dir = std::filesystem::path(path).parent_path().string();

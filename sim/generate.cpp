@@ -15,6 +15,7 @@
 #include "sim/ins_model.hpp"
 #include "sim/laser_model.hpp"
 #include "sim/pps_model.hpp"
+#include "sim/profile_scanner_model.hpp"
 #include "sim/truth_file.hpp"
 
 namespace hueline::sim {
@@ -54,10 +55,11 @@ Status render_images(const PanoramicCamera& camera, const RigTruth& rig, const f
   return {};
 }
 
-/// Packets in groups: fired in parallel, kept and written in order.
-Status fire_laser(const Scanner& scanner, TruthWriter& truth, Drive& drive, unsigned threads, const std::function<bool(double)>& go_on) {
+/// Packets in groups: fired in parallel, kept and written in order. `keep` takes each, one after the other.
+template <class AnyScanner, class Keep>
+Status fire_laser(const AnyScanner& scanner, unsigned threads, const std::function<bool(double)>& go_on, Keep keep) {
   constexpr std::size_t kGroup = 512;
-  std::vector<FiredPacket> group(kGroup);
+  std::vector<decltype(scanner.fire(0))> group(kGroup);
   for (std::size_t first = 0; first < scanner.packet_count(); first += kGroup) {
     if (!go_on(static_cast<double>(first) / static_cast<double>(scanner.packet_count())))
       return Error{ErrorCode::Stopped, "stopped while firing the laser; nothing is kept"};
@@ -71,10 +73,7 @@ Status fire_laser(const Scanner& scanner, TruthWriter& truth, Drive& drive, unsi
       for (unsigned t = 1; t < threads; ++t) others.emplace_back(work);
       work();
     }
-    for (std::size_t i = 0; i < count; ++i) {
-      truth.packet(group[i].packet.first_firing_gps_ns, group[i].scanner_enu, group[i].returns);
-      drive.laser.push_back(std::move(group[i].packet));
-    }
+    for (std::size_t i = 0; i < count; ++i) keep(std::move(group[i]));
   }
   return {};
 }
@@ -106,7 +105,6 @@ Status make(const Scenario& scenario, const fs::path& folder, const Progress& pr
   const Motion motion(scenario);
   const World world(scenario, motion);
   const PanoramicCamera camera(scenario, motion, world);
-  const Scanner scanner(scenario, motion, world);
   const RigTruth rig = rig_truth(scenario);
   const GeodeticPlace origin = scene_origin(scenario);
 
@@ -126,7 +124,18 @@ Status make(const Scenario& scenario, const fs::path& folder, const Progress& pr
   }
   TruthWriter truth((folder / "truth.bin").string(), header);
   if (Status s = render_images(camera, rig, folder, drive, threads, report("images")); !s.ok()) return s;
-  if (Status s = fire_laser(scanner, truth, drive, threads, report("laser")); !s.ok()) return s;
+  Status fired;
+  if (scenario.laser.model == LaserModel::Profile)
+    fired = fire_laser(ProfileScanner(scenario, motion, world), threads, report("laser"), [&](FiredProfile&& one) {
+      truth.packet(one.packet.first_pulse_gps_ns, one.scanner_enu, one.returns);
+      drive.profile.push_back(std::move(one.packet));
+    });
+  else
+    fired = fire_laser(Scanner(scenario, motion, world), threads, report("laser"), [&](FiredPacket&& one) {
+      truth.packet(one.packet.first_firing_gps_ns, one.scanner_enu, one.returns);
+      drive.laser.push_back(std::move(one.packet));
+    });
+  if (!fired.ok()) return fired;
   if (Status s = truth.close(); !s.ok()) return s;
   if (Status s = write_drive(drive, (folder / "drive.bin").string()); !s.ok()) return s;
   if (progress) progress("done", 1.0);

@@ -41,6 +41,9 @@ std::string Judge::Config::validate() const {
 Judge::Judge(const Scenario& scenario, const Config& config)
     : config_(config), rig_(rig_truth(scenario)), shutter_(scenario), by_lens_(rig_.lenses.size()) {
   if (shutter_.is_rolling()) motion_.emplace(scenario);
+  // One channel fires all of a profile scanner's pulses, microseconds apart: a claim is never judged by its neighbour's truth.
+  if (scenario.laser.model == LaserModel::Profile)
+    config_.match_ns = std::min(config_.match_ns, profile_timing(scenario.laser).pulse_period_ps * 2 / 5 / 1000);
 }
 
 Pose Judge::T_enu_head(const TrueExposure& exposure, std::size_t lens, Vec3 p_enu) const {

@@ -61,7 +61,8 @@ class Judge {
     double panorama_width = 8000, panorama_height = 4000;
     double forward_column = 3999.5;  ///< column of the head's +x direction
     bool is_clockwise = true;        ///< columns grow clockwise seen from above
-    std::int64_t match_ns = 20'000;  ///< a claim farther from every firing of its channel is unmatched
+    std::int64_t match_ns = 20'000;  ///< a claim farther from every firing of its channel is unmatched; of a profile scanner
+                                     ///< no more than 0.4 of the time between pulses
     std::string validate() const;
   };
   /// Reads the truth whole (72 bytes a return). Errors: Io, Malformed, Invalid.

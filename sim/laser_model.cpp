@@ -12,14 +12,6 @@ namespace {
 constexpr double kWireUnit = 0.002;  // m: distances on Velodyne's wire
 constexpr float kBeamSpread = 0.003f;  // rad: full width of the beam
 
-Pose between(const Pose& a, const Pose& b, double share) {
-  // Over 55 us the chord of the rotation differs from its arc by 1e-10 rad at most.
-  Pose out;
-  for (std::size_t i = 0; i < 9; ++i) out.R.m[i] = a.R.m[i] + share * (b.R.m[i] - a.R.m[i]);
-  out.p = a.p + share * (b.p - a.p);
-  return out;
-}
-
 std::uint8_t reflectivity_of(const Seen& seen) {
   // Matt targets fill 0..100, retroreflectors the rest.
   if (seen.material == Material::SignFace) return 220;
@@ -28,14 +20,38 @@ std::uint8_t reflectivity_of(const Seen& seen) {
 
 }  // namespace
 
+Pose between(const Pose& a, const Pose& b, double share) {
+  Pose out;
+  for (std::size_t i = 0; i < 9; ++i) out.R.m[i] = a.R.m[i] + share * (b.R.m[i] - a.R.m[i]);
+  out.p = a.p + share * (b.p - a.p);
+  return out;
+}
+
+ReturnTruth::ReturnTruth(const Scenario& scenario, const World& world)
+    : world_(world), tone_(scenario.camera.tone_curve, scenario.camera.gain), unshaded_(ToneCurve::Srgb, 1) {}
+
+TrueReturn ReturnTruth::of(const World::Ray& ray, const Seen& seen, double wire_range_m) const {
+  TrueReturn truth;
+  truth.surface = seen.surface;
+  const Vec3 hit = ray.origin + seen.distance_m * ray.direction;
+  const Vec3 beam = ray.origin + wire_range_m * ray.direction;
+  truth.east = hit.x, truth.north = hit.y, truth.up = hit.z;
+  truth.beam_east = beam.x, truth.beam_north = beam.y, truth.beam_up = beam.z;
+  const auto colour = tone_.perfect(seen.colour);
+  truth.red = colour[0], truth.green = colour[1], truth.blue = colour[2];
+  truth.albedo = unshaded_.perfect({seen.albedo.r, seen.albedo.g, seen.albedo.b});
+  truth.light = {seen.colour.r, seen.colour.g, seen.colour.b};
+  truth.is_moving = world_.is_moving(seen.surface);
+  return truth;
+}
+
 Scanner::Scanner(const Scenario& scenario, const Motion& motion, const World& world)
     : scenario_(scenario),
       motion_(motion),
       world_(world),
       rig_(rig_truth(scenario)),
       timing_(laser_timing(scenario.laser.model, scenario.laser.vertical_offsets)),
-      tone_(scenario.camera.tone_curve, scenario.camera.gain),
-      unshaded_(ToneCurve::Srgb, 1),
+      truth_(scenario, world),
       packets_(static_cast<std::size_t>((scenario.sensors_end_gps_ns() - scenario.sensors_begin_gps_ns()) / timing_.packet_period_ns())) {}
 
 double Scanner::azimuth_centideg(GpsNs t) const {
@@ -99,20 +115,9 @@ FiredPacket Scanner::fire(std::size_t index) const {
           const auto wire = static_cast<std::uint16_t>(std::llround(range / kWireUnit));
           out.packet.distance_2mm[slot] = wire;
           out.packet.reflectivity[slot] = reflectivity_of(seen[i]);
-          TrueReturn truth;
+          TrueReturn truth = truth_.of(rays[i], seen[i], wire * kWireUnit);
           truth.fired_gps_ns = sequence_start + static_cast<GpsNs>(first + i) * timing_.laser_period_ns;
           truth.channel = timing_.beams[first + i].channel;
-          truth.surface = seen[i].surface;
-          const Vec3 hit = rays[i].origin + seen[i].distance_m * rays[i].direction;
-          const Vec3 beam = rays[i].origin + (wire * kWireUnit) * rays[i].direction;
-          truth.east = hit.x, truth.north = hit.y, truth.up = hit.z;
-          truth.beam_east = beam.x, truth.beam_north = beam.y, truth.beam_up = beam.z;
-          const auto colour = tone_.perfect(seen[i].colour);
-          truth.red = colour[0], truth.green = colour[1], truth.blue = colour[2];
-          const Seen& at = seen[i];
-          truth.albedo = unshaded_.perfect({at.albedo.r, at.albedo.g, at.albedo.b});
-          truth.light = {at.colour.r, at.colour.g, at.colour.b};
-          truth.is_moving = world_.is_moving(at.surface);
           out.returns.push_back(truth);
         }
       }

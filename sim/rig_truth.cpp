@@ -54,4 +54,8 @@ LaserTiming laser_timing(LaserModel model, bool vertical_offsets) {
   return t;
 }
 
+ProfileTiming profile_timing(const LaserConfig& laser) {
+  return {std::llround(1e12 / laser.points_per_s), std::llround(4294967296.0 * laser.lines_per_s / laser.points_per_s)};
+}
+
 }  // namespace hueline::sim

@@ -42,6 +42,18 @@ struct LaserTiming {
   std::int64_t block_period_ns() const { return firing_period_ns * firings_per_block; }
   std::int64_t packet_period_ns() const { return 12 * block_period_ns(); }
 };
+/// Of a Velodyne.
 LaserTiming laser_timing(LaserModel model, bool vertical_offsets);
+
+/// When a profile scanner fires, and where its mirror is then: whole numbers of what its wire carries.
+struct ProfileTiming {
+  std::int64_t pulse_period_ps = 0;
+  std::int64_t angle_step = 0;  ///< 2^-32 turn from pulse to pulse
+  /// Of pulse `index` after the first of the drive, rounded.
+  std::int64_t pulse_ns(std::int64_t index) const { return (index * pulse_period_ps + 500) / 1000; }
+  /// Turns so far, in 2^-32: line above 2^32, angle below.
+  std::uint64_t turned(std::int64_t index) const { return static_cast<std::uint64_t>(index) * static_cast<std::uint64_t>(angle_step); }
+};
+ProfileTiming profile_timing(const LaserConfig& laser);
 
 }  // namespace hueline::sim

@@ -29,14 +29,18 @@ struct MountConfig {
   }
 };
 
-enum class LaserModel : std::uint8_t { Hdl32e = 0x21, Vlp16 = 0x22 };  ///< value: product byte of its data packets
+/// Value: product byte of a Velodyne's data packets; Profile: a single rotating mirror in the generic wire format.
+enum class LaserModel : std::uint8_t { Profile = 0, Hdl32e = 0x21, Vlp16 = 0x22 };
 
-/// Scanner frame: z along the spin axis, y forward (azimuth 0), x right; azimuth counts clockwise seen from above.
+/// Scanner frame: z along the spin axis, y forward (azimuth 0), x right; azimuth counts clockwise seen from above. Profile: z along
+/// the mirror's axis, y where its angle is 0; rot_x_deg -90 lays the axis along the driving direction, angle 0 down.
 struct LaserConfig {
   LaserModel model = LaserModel::Vlp16;
   /// 0: the rate nearest to 600 rpm at which each block turns a whole number of hundredths of a degree (VLP-16: 0.40 deg,
   /// 602.816 rpm; HDL-32E: 0.17 deg, 614.873 rpm), so that the wire's azimuths are exact.
   double rate_rpm = 0;
+  double lines_per_s = 200;         ///< Profile: turns of the mirror
+  double points_per_s = 200'000;    ///< Profile: pulses, evenly over the whole turn
   double motor_jitter_deg = 0.003;  ///< sigma of the reported azimuth of a block against the true one
   double range_sigma_m = 0.012;
   double dropout_probability = 0.002;
@@ -46,8 +50,10 @@ struct LaserConfig {
 
   template <class Self, class V>
   static void visit(Self& c, V&& v) {
-    v("model", c.model, {{"vlp16", LaserModel::Vlp16}, {"hdl32e", LaserModel::Hdl32e}});
+    v("model", c.model, {{"vlp16", LaserModel::Vlp16}, {"hdl32e", LaserModel::Hdl32e}, {"profile", LaserModel::Profile}});
     v("rate_rpm", c.rate_rpm, 0, 1200);
+    v("lines_per_s", c.lines_per_s, 1, 1000);
+    v("points_per_s", c.points_per_s, 10'000, 4e6);
     v("motor_jitter_deg", c.motor_jitter_deg, 0, 1);
     v("range_sigma_m", c.range_sigma_m, 0, 1);
     v("dropout_probability", c.dropout_probability, 0, 1);

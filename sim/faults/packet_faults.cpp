@@ -99,6 +99,8 @@ std::size_t count_beyond_hour(const FaultLine& line, std::vector<WireEvent>& eve
   for (WireEvent& event : events) {
     const bool is_data = event.channel == WireChannel::LaserData;
     if ((!is_data && event.channel != WireChannel::LaserPosition) || !line.covers(event.at_ns)) continue;
+    // A profile scanner has no counter that wraps with the hour.
+    if (event.payload.size() != (is_data ? kLaserDataBytes : kLaserPositionBytes)) continue;
     const std::size_t at = is_data ? kLaserCounterAt : kStatusCounterAt;
     std::uint32_t counter = 0;
     for (std::size_t i = 0; i < 4; ++i) counter |= std::to_integer<std::uint32_t>(event.payload[at + i]) << (8 * i);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "sim/wire/novatel_encode.hpp"
+#include "sim/wire/profile_encode.hpp"
 #include "sim/wire/seeded_random.hpp"
 #include "sim/wire/utc.hpp"
 
@@ -31,6 +32,8 @@ class Builder {
 
   Status add_laser();
   Status add_laser_positions();
+  Status add_profile();
+  void add_profile_status();
   void add_pos();
   void add_pps();
   void add_camera();
@@ -138,6 +141,33 @@ Status Builder::add_laser_positions() {
     add(at, WireChannel::LaserPosition, std::move(bytes).value());
   }
   return {};
+}
+
+Status Builder::add_profile() {
+  SeededRandom draws = random(kOfLaserData);
+  std::uint32_t counter = 0;
+  for (const ProfilePacket& packet : drive_.profile) {
+    ProfilePacket stamped = packet;
+    stamped.first_pulse_gps_ns += errors_.scanner_clock_ns(packet.first_pulse_gps_ns);
+    Result<Bytes> bytes = encode_profile_data(stamped, counter);
+    if (!bytes) return bytes.error();
+    const auto span_ns = static_cast<std::int64_t>(packet.counts.size()) * packet.period_ps / 1000;
+    add(drive_time(packet.first_pulse_gps_ns) + span_ns + draw(draws, config_.laser_data), WireChannel::LaserData, std::move(bytes).value());
+    timeline_.events.back().number = counter++;
+  }
+  return {};
+}
+
+void Builder::add_profile_status() {
+  if (drive_.profile.empty()) return;
+  std::uint32_t counter = 0;
+  for (std::int64_t at = 0; at < timeline_.duration_ns; at += config_.laser_position_period_ns) {
+    const GpsNs sent = drive_.begin_gps_ns + at;
+    // Without a sentence it counts on from the pulses that it still has.
+    const bool has_label = errors_.has_nmea(sent / kNsPerSecond * kNsPerSecond - kNsPerSecond);
+    add(at, WireChannel::LaserPosition,
+        encode_profile_status({sent + errors_.scanner_clock_ns(sent), counter++, errors_.scanner_pps_status(sent), has_label, has_label}));
+  }
 }
 
 void Builder::add_ins_logs() {
@@ -295,12 +325,15 @@ Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config
   if (drive.end_gps_ns <= drive.begin_gps_ns) return Error{ErrorCode::Invalid, "a drive ends after it begins"};
   if (!in_time_order(drive.ins, [](const InsSample& s) { return s.gps_ns; }) ||
       !in_time_order(drive.laser, [](const LaserPacket& p) { return p.first_firing_gps_ns; }) ||
+      !in_time_order(drive.profile, [](const ProfilePacket& p) { return p.first_pulse_gps_ns; }) ||
       !in_time_order(drive.exposures, [](const CameraExposure& e) { return e.exposure_start_gps_ns; })) {
     return Error{ErrorCode::Invalid, "a drive's samples, packets and exposures are in the order of time"};
   }
   Builder builder(drive, config, errors);
   if (Status added = builder.add_laser(); !added) return added.error();
   if (Status added = builder.add_laser_positions(); !added) return added.error();
+  if (Status added = builder.add_profile(); !added) return added.error();
+  builder.add_profile_status();
   builder.add_pos();
   builder.add_pps();
   builder.add_camera();

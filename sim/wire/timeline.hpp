@@ -32,7 +32,7 @@ struct WireEvent {
   std::uint32_t width = 0, height = 0;
   std::string image_file;          ///< Camera: width x height bytes; relative to Timeline::image_folder
   std::uint32_t missing_packets = 0;   ///< Camera: so many of its packets never arrive
-  std::uint32_t number = 0;        ///< LaserData: of the packet in Drive::laser; Camera: of the exposure in Drive::exposures
+  std::uint32_t number = 0;        ///< LaserData: of the packet in Drive::laser or ::profile; Camera: of the exposure in Drive::exposures
 };
 
 /// Events in the order of `at_ns`; those of one moment in the order of WireChannel, then as they were made.
@@ -50,7 +50,7 @@ struct Latency {
 
 struct TimelineConfig {
   std::uint64_t seed = 1;
-  LaserModel laser_model = LaserModel::Vlp16;
+  LaserModel laser_model = LaserModel::Vlp16;  ///< of Drive::laser
   LaserReturnMode laser_return_mode = LaserReturnMode::Strongest;
 
   Latency laser_data{20'000, 60'000};               ///< after the packet's last firing
