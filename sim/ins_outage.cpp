@@ -11,9 +11,9 @@ enum State : std::size_t { kBias, kAngle, kLean, kVelocity, kPlace, kPlaceByHead
 
 }  // namespace
 
-// POS LV 220 and 420: accuracies with real-time RTK as Applanix's POS LV specification sheet states them (position 0.035 m, roll and
-// pitch 0.020 deg, heading 0.050 and 0.020 deg); inertial figures are of the class, set so that with the wheel a minute without
-// satellites costs a few decimetres, as the sheet's outage row has it. SPAN-CPT: gyros' in-run bias 1 deg/h and 0.0667 deg/sqrt(h) from
+// pos_lv_220 and pos_lv_420: of the class of those systems with real-time RTK (position 0.035 m, roll and pitch 0.020 deg, heading
+// 0.050 and 0.020 deg), not checked against the maker's sheet; inertial figures are set so that with the wheel a minute without
+// satellites costs a few decimetres. SPAN-CPT: gyros' in-run bias 1 deg/h and 0.0667 deg/sqrt(h) from
 // NovAtel's SPAN-CPT manual OM-20000122, table 9; biases are what a filter leaves of them.
 InsConfig graded(const InsConfig& c) {
   InsConfig g = c;
