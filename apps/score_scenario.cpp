@@ -20,8 +20,12 @@ std::vector<std::uint32_t> pictures(const sim::Drive& drive, const sim::Timeline
   std::map<std::string, std::uint32_t> number_of_file;
   for (const auto& exposure : drive.exposures) number_of_file[exposure.image_file] = exposure.number;
   std::vector<std::uint32_t> out;
-  for (const auto& event : timeline.events)
-    if (event.channel == sim::WireChannel::Camera) out.push_back(number_of_file.at(event.image_file));
+  constexpr std::uint32_t kOfNoExposure = 0xFFFFFFFFu;
+  for (const auto& event : timeline.events) {
+    if (event.channel != sim::WireChannel::Camera) continue;
+    const auto found = number_of_file.find(event.image_file);
+    out.push_back(found == number_of_file.end() ? kOfNoExposure : found->second);
+  }
   return out;
 }
 
