@@ -79,17 +79,7 @@ bool Player::send(const WireEvent& event, const DriveClock& clock) {
   switch (event.channel) {
     case WireChannel::LaserData: return laser_->send_data(event.payload);
     case WireChannel::LaserPosition: return laser_->send_position(event.payload);
-    case WireChannel::Pos: {
-      const std::span<const std::byte> log(event.payload);
-      const std::size_t piece = event.piece_bytes > 0 ? event.piece_bytes : log.size();
-      if (piece >= log.size()) {
-        pos_->publish(log, event.log);
-      } else {
-        for (std::size_t at = 0; at < log.size(); at += piece)
-          pos_->publish(log.subspan(at, std::min(piece, log.size() - at)), event.log);
-      }
-      return true;
-    }
+    case WireChannel::Pos: pos_->publish(event.payload, event.log, event.piece_bytes); return true;
     case WireChannel::Pps: return pps_->publish(event.sequence, clock.host_ns(event.edge_ns)) == 0;
     case WireChannel::Camera: return false;
   }

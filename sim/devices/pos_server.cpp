@@ -45,7 +45,7 @@ PosServer::~PosServer() {
   wake(wake_);
 }
 
-void PosServer::publish(std::span<const std::byte> log, const NovatelPeek& what) {
+void PosServer::publish(std::span<const std::byte> log, const NovatelPeek& what, std::size_t piece_bytes) {
   const std::span<const char> bytes(reinterpret_cast<const char*>(log.data()), log.size());
   std::lock_guard lock(mutex_);
   bool is_wanted = false;
@@ -58,7 +58,8 @@ void PosServer::publish(std::span<const std::byte> log, const NovatelPeek& what)
       continue;
     }
     ++counts_.logs_sent;
-    send(*client, bytes);
+    const std::size_t piece = piece_bytes > 0 ? piece_bytes : bytes.size();
+    for (std::size_t at = 0; at < bytes.size(); at += piece) send(*client, bytes.subspan(at, std::min(piece, bytes.size() - at)));
   }
   if (!is_wanted) ++counts_.logs_unwanted;
 }

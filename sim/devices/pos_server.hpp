@@ -39,8 +39,8 @@ class PosServer {
 
   std::uint16_t port() const { return bound_port(listener_); }
   /// Hands a log to every client that asked for it; never waits. `what`: the log that the bytes were, whatever has become of them; id
-  /// 0 goes to everyone who asked for anything.
-  void publish(std::span<const std::byte> log, const NovatelPeek& what);
+  /// 0 goes to everyone who asked for anything. `piece_bytes`: sent in pieces of so many; 0: whole.
+  void publish(std::span<const std::byte> log, const NovatelPeek& what, std::size_t piece_bytes = 0);
   void publish(std::span<const std::byte> log) { publish(log, peek_novatel(log)); }
   /// Clients that have asked for at least one log.
   int listening_clients() const;
