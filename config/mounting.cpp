@@ -1,5 +1,7 @@
 #include "config/mounting.hpp"
 
+#include "config/calibration_record.hpp"
+
 namespace hueline::config {
 
 Mounting read_mounting(Section section) {
@@ -24,6 +26,7 @@ Mounting read_mounting(Section section) {
     if (std::abs(q.norm() - 1) > 1e-3) section.refuse("quaternion_wxyz", "its length is not 1 within 0.001");
     out.rotation = q.normalized();
   }
+  check_calibration_record(section);
   section.finish();
   return out;
 }

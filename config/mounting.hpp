@@ -11,6 +11,7 @@ namespace hueline::config {
 ///   rotation_deg: [a, b, c]        R = Rz(c) Ry(b) Rx(a): about the fixed axes x, then y, then z
 ///   rotation_matrix: [9 numbers]   rows, orthonormal within 1e-6
 ///   quaternion_wxyz: [w, x, y, z]  normalised on reading
+/// and, if it was calibrated, `calibration`: the record of that.
 struct Mounting {
   Eigen::Quaterniond rotation;
   Eigen::Vector3d position_m;

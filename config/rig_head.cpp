@@ -1,5 +1,6 @@
 #include "config/rig_head.hpp"
 
+#include "config/calibration_record.hpp"
 #include "config/mounting.hpp"
 
 namespace hueline::config {
@@ -67,6 +68,7 @@ fusion::CameraIntrinsics read_intrinsics(Section& section) {
   std::copy(distortion.begin(), distortion.end(), out.distortion.begin());
   out.max_angle = section.number("max_angle_deg", {1, 143}, out.max_angle / kDeg) * kDeg;
   if (const std::string wrong = out.validate(); !wrong.empty()) section.refuse("model", wrong);
+  check_calibration_record(section);
   return out;
 }
 

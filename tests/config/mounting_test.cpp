@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "config/calibration_record.hpp"
+
 namespace hueline::config {
 namespace {
 
@@ -29,6 +31,32 @@ TEST(Mounting, RefusesWhatIsNoRotation) {
   EXPECT_THROW(read("position_m: [0, 0, 0]\nquaternion_wxyz: [1, 1, 0, 0]\n"), ConfigError);
   EXPECT_THROW(read("position_m: [0, 0, 0]\n"), ConfigError);
   EXPECT_THROW(read("position_m: [0, 0, 0]\nrotation_deg: [0, 0, 0]\nquaternion_wxyz: [1, 0, 0, 0]\n"), ConfigError);
+}
+
+TEST(CalibrationRecord, IsReadBesideAMounting) {
+  CalibrationRecord record{"mount", "2026-11-21", {"20 points of \"targets.csv\""}, 0.8, "px", {"a_deg", "b_m"}, {0.01, 0.002}, {1e-4, 0, 4e-6}};
+  const std::string mounting = "position_m: [0, 0, 0]\nrotation_deg: [0, 0, 0]\n";
+  EXPECT_NO_THROW(read(mounting + record.yaml(0)));
+  Section root = Section::load_text(mounting + record.yaml(0), "rig.yaml");
+  const CalibrationRecord again = read_calibration_record(root.section("calibration"));
+  EXPECT_EQ(again.data, record.data);
+  EXPECT_EQ(again.covariance, record.covariance);
+  EXPECT_EQ(again.date, record.date);
+}
+
+TEST(CalibrationRecord, RefusesWhatDoesNotFitTogether) {
+  const std::string mounting = "position_m: [0, 0, 0]\nrotation_deg: [0, 0, 0]\n";
+  const CalibrationRecord good{"mount", "2026-11-21", {}, 0.8, "px", {"a_deg", "b_m"}, {0.01, 0.002}, {}};
+  ASSERT_NO_THROW(read(mounting + good.yaml(0)));
+  CalibrationRecord bad = good;
+  bad.sigma.pop_back();
+  EXPECT_THROW(read(mounting + bad.yaml(0)), ConfigError);
+  bad = good;
+  bad.covariance = {1, 2};
+  EXPECT_THROW(read(mounting + bad.yaml(0)), ConfigError);
+  bad = good;
+  bad.date = "yesterday";
+  EXPECT_THROW(read(mounting + bad.yaml(0)), ConfigError);
 }
 
 }  // namespace
