@@ -1,0 +1,132 @@
+#include "calibration/targets/sphere_fit.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <vector>
+
+namespace hueline::calibration {
+namespace {
+
+constexpr std::size_t kFewest = 4;
+
+Eigen::Vector3d mean_of(std::span<const Eigen::Vector3f> points_scanner) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto& p : points_scanner) sum += p.cast<double>();
+  return sum / static_cast<double>(points_scanner.size());
+}
+
+/// What the noise of one point makes of its distance to the surface.
+struct PointNoise {
+  double variance;  // of the distance
+  double bias;      // noise along the surface leaves it on the outside: second order
+};
+
+/// cos_incidence: of the beam against the surface's normal. The range's noise moves a point along the beam, the angles' across it.
+PointNoise noise_at(double cos_incidence, double range_m, double radius, const ScannerNoise& noise) {
+  const double along = noise.range_precision_m * noise.range_precision_m;
+  const double across = range_m * range_m * noise.angle_rad * noise.angle_rad;
+  const double c2 = cos_incidence * cos_incidence, s2 = 1 - c2;
+  return {c2 * along + s2 * across, (s2 * along + (1 + c2) * across) / (2 * radius)};
+}
+
+}  // namespace
+
+double ScannerNoise::common_range_sigma_m() const {
+  return std::sqrt(std::max(0.0, range_accuracy_m * range_accuracy_m - range_precision_m * range_precision_m));
+}
+
+std::string ScannerNoise::validate() const {
+  if (!(range_precision_m > 0 && range_precision_m <= 0.1)) return fmt::format("range_precision_m is {}; allowed: above 0, up to 0.1", range_precision_m);
+  if (!(range_accuracy_m >= range_precision_m && range_accuracy_m <= 0.1))
+    return fmt::format("range_accuracy_m is {}; allowed: from range_precision_m ({}) to 0.1", range_accuracy_m, range_precision_m);
+  if (!(angle_rad >= 0 && angle_rad <= 0.001)) return fmt::format("angle_rad is {}; allowed: 0 to 0.001", angle_rad);
+  return {};
+}
+
+std::optional<SphereFit> fit_linear(std::span<const Eigen::Vector3f> points_scanner) {
+  if (points_scanner.size() < kFewest) return {};
+  const auto n = static_cast<double>(points_scanner.size());
+  const Eigen::Vector3d mean = mean_of(points_scanner);
+  // About the mean the constant D separates, and three equations remain: M c = v / 2.
+  Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d v = Eigen::Vector3d::Zero();
+  double squares = 0;
+  for (const auto& p : points_scanner) {
+    const Eigen::Vector3d q = p.cast<double>() - mean;
+    M += q * q.transpose();
+    v += q * q.squaredNorm();
+    squares += q.squaredNorm();
+  }
+  const Eigen::LDLT<Eigen::Matrix3d> solver(M);
+  const double pivot = solver.vectorD().minCoeff();
+  if (!(pivot > 1e-9 * M.trace())) return {};
+  const Eigen::Vector3d centre = solver.solve(v) / 2;
+  SphereFit fit;
+  fit.radius = std::sqrt(squares / n + centre.squaredNorm());
+  fit.centre_scanner = mean + centre;
+  double away = 0;
+  for (const auto& p : points_scanner) away += std::abs((p.cast<double>() - fit.centre_scanner).norm() - fit.radius);
+  fit.roundness = 1 - away / n / fit.radius;
+  return fit;
+}
+
+Eigen::Vector3d start_of_centre(std::span<const Eigen::Vector3f> points_scanner, double radius) {
+  const Eigen::Vector3d mean = mean_of(points_scanner);
+  // Over a disc seen evenly the surface lies 2/3 of the radius before the centre.
+  return mean * (1 + radius * (2.0 / 3.0) / mean.norm());
+}
+
+std::optional<CentreFit> fit_known_radius(std::span<const Eigen::Vector3f> points_scanner, double radius, const Eigen::Vector3d& start_scanner,
+                                          const ScannerNoise& noise, double gate) {
+  if (points_scanner.size() < kFewest || !(start_scanner.norm() > radius)) return {};
+  Eigen::Vector3d centre = start_scanner;
+  const double widest = 0.6 * radius;
+  double loose = widest;  // the gate shrinks to the noise while the centre settles
+  CentreFit fit;
+  constexpr int kMostSteps = 60;
+  for (int step = 0; step < kMostSteps; ++step) {
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+    double away = 0;
+    fit.points = 0;
+    fit.chi_squared = 0;
+    for (const auto& point : points_scanner) {
+      const Eigen::Vector3d p = point.cast<double>(), from_centre = p - centre;
+      const double distance = from_centre.norm(), range = p.norm();
+      if (distance < 1e-6 || range < 1e-6) continue;
+      const Eigen::Vector3d normal = from_centre / distance;
+      const double cos_incidence = -normal.dot(p) / range;
+      if (cos_incidence < -0.2) continue;
+      const PointNoise at = noise_at(cos_incidence, range, radius, noise);
+      const double residual = distance - radius - at.bias;
+      if (std::abs(residual) > std::max(loose, gate * std::sqrt(at.variance))) continue;
+      ++fit.points;
+      information += normal * normal.transpose() / at.variance;
+      pull += normal * (residual / at.variance);
+      fit.chi_squared += residual * residual / at.variance;
+      away += std::abs(distance - radius);
+    }
+    if (fit.points < kFewest) return {};
+    // A few near-parallel normals hardly hold the centre sideways: damped by the radius until it has settled.
+    const double damping = loose > 0 ? 4 / (radius * radius) : 0;
+    const Eigen::LDLT<Eigen::Matrix3d> solver(information + damping * Eigen::Matrix3d::Identity());
+    if (!(solver.vectorD().minCoeff() > 1 / (radius * radius))) return {};
+    Eigen::Vector3d move = solver.solve(pull);
+    if (move.norm() > radius / 2) move *= radius / 2 / move.norm();
+    centre += move;
+    if ((centre - start_scanner).norm() > 3 * radius) return {};
+    fit.roundness = 1 - away / static_cast<double>(fit.points) / radius;
+    if (move.norm() < 1e-6 && loose == 0) {
+      fit.centre_scanner = centre;
+      fit.covariance = information.inverse();
+      return fit;
+    }
+    loose = loose > noise.range_precision_m ? loose / 2 : 0;
+  }
+  return {};
+}
+
+}  // namespace hueline::calibration
