@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
+#include <memory>
 
 #include "apps/commands.hpp"
 #include "apps/devices.hpp"
@@ -205,18 +206,18 @@ int capture(const Options& options) {
 
 }  // namespace
 
-void add_capture(CLI::App& app, Chosen& chosen) {
+void add_capture(Command& all) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("capture", "record the sensors of a rig and colour while driving");
-  command->add_option("RIG", options->rig, "rig file (YAML): sensors, mounting, colouring")->required();
-  command->add_option("--out", options->out, "folder of the drive; made if it is not there; an existing drive is not overwritten")->required();
-  command->add_option("--threads", options->threads, "workers of the colouring; their number does not change the result")->check(CLI::Range(1, 64))->capture_default_str();
-  command->add_option("--seconds", options->seconds, "end by itself after so long; 0: run until Ctrl-C")->check(CLI::Range(0.0, 1e6))->capture_default_str();
-  command->add_option("--buffer", options->buffer_megabytes, "memory for what waits for the disk and for fusion, MB")->check(CLI::Range(16.0, 1e6))->capture_default_str();
-  command->add_flag("--until-silent", options->ends_when_silent, "end when every device has been silent or gone for 3 s (emulated drives)");
-  command->add_flag("--quiet", options->quiet, "no progress line");
-  command->footer("Faults (a pulled cable, a silent device, lost packets) are recorded and summed up at the end; the other devices go on.");
-  command->callback([options, &chosen] { chosen = [options] { return capture(*options); }; });
+  Command command = all.command("capture", "record the sensors of a rig and colour while driving");
+  command.required("RIG", options->rig, "rig file (YAML): sensors, mounting, colouring");
+  command.required("--out", options->out, "folder of the drive; made if it is not there; an existing drive is not overwritten");
+  command.setting("--threads", options->threads, "workers of the colouring; their number does not change the result", {1, 64});
+  command.setting("--seconds", options->seconds, "end by itself after so long; 0: run until Ctrl-C", {0.0, 1e6});
+  command.setting("--buffer", options->buffer_megabytes, "memory for what waits for the disk and for fusion, MB", {16.0, 1e6});
+  command.flag("--until-silent", options->ends_when_silent, "end when every device has been silent or gone for 3 s (emulated drives)");
+  command.flag("--quiet", options->quiet, "no progress line");
+  command.footer("Faults (a pulled cable, a silent device, lost packets) are recorded and summed up at the end; the other devices go on.");
+  command.runs([options] { return capture(*options); });
 }
 
 }  // namespace hueline::apps

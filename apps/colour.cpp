@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -177,14 +178,14 @@ int colour(const Options& options) {
 
 }  // namespace
 
-void add_colour(CLI::App& app, Chosen& chosen) {
+void add_colour(Command& all) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("colour", "colour one laser cloud from one image of the same moment, and draw the points over the image");
-  command->add_option("IMAGE", options->image, "PNG")->required();
-  command->add_option("CLOUD", options->cloud, "PCD in the laser's frame")->required();
-  command->add_option("CALIBRATION", options->calibration, "lens and laser-to-camera transform: SensorsCalibration JSON files, or YAML with lens: and T_lens_scanner:")->required();
-  command->add_option("--out", options->out, "folder for cloud.las and overlay.png")->required();
-  command->callback([options, &chosen] { chosen = [options] { return colour(*options); }; });
+  Command command = all.command("colour", "colour one laser cloud from one image of the same moment, and draw the points over the image");
+  command.required("IMAGE", options->image, "PNG");
+  command.required("CLOUD", options->cloud, "PCD in the laser's frame");
+  command.required("CALIBRATION", options->calibration, "lens and laser-to-camera transform: SensorsCalibration JSON files, or YAML with lens: and T_lens_scanner:");
+  command.required("--out", options->out, "folder for cloud.las and overlay.png");
+  command.runs([options] { return colour(*options); });
 }
 
 }  // namespace hueline::apps

@@ -1,22 +1,17 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-#include <functional>
-#include <string>
+#include "apps/command_line.hpp"
 
-/// Each command of `hueline` in a file of its own: add_x() declares its words and help; what it runs comes back through `chosen`
-/// and gives the exit status (apps/exit_code.hpp).
+/// Each command of `hueline` in a file of its own: add_x() declares its words, its help and what it runs.
 namespace hueline::apps {
 
-using Chosen = std::function<int()>;
-
-void add_capture(CLI::App& app, Chosen& chosen);
-void add_replay(CLI::App& app, Chosen& chosen);
-void add_score(CLI::App& app, Chosen& chosen);
-void add_simulate(CLI::App& app, Chosen& chosen);
-void add_verify(CLI::App& app, Chosen& chosen);
-void add_colour(CLI::App& app, Chosen& chosen);
-void add_inspect(CLI::App& app, Chosen& chosen);
-void add_picture(CLI::App& app, Chosen& chosen);
+void add_capture(Command& all);
+void add_replay(Command& all);
+void add_score(Command& all);
+void add_simulate(Command& all);
+void add_verify(Command& all);
+void add_colour(Command& all);
+void add_inspect(Command& all);
+void add_picture(Command& all);
 
 }  // namespace hueline::apps

@@ -6,6 +6,7 @@
 #include <array>
 #include <cerrno>
 #include <fstream>
+#include <memory>
 #include <string_view>
 
 #include "apps/commands.hpp"
@@ -84,16 +85,16 @@ Inspection inspect_file(const std::string& path) {
   return {nullptr, Error{ErrorCode::Unsupported, fmt::format("{}: none of the formats that are known: MCAP, LAS, pcap, pcapng, PCD, NovAtel OEM7 (.gps), YAML rig or scenario", path)}};
 }
 
-void add_inspect(CLI::App& app, Chosen& chosen) {
+void add_inspect(Command& all) {
   struct Options {
     std::string path;
     bool json = false;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("inspect", "say what is in a file: recordings, clouds, captures, receiver logs, rigs");
-  command->add_option("FILE", options->path, "any file of ours or of a device")->required();
-  command->add_flag("--json", options->json, "for programs");
-  command->callback([options, &chosen] { chosen = [options] { return inspect(options->path, options->json); }; });
+  Command command = all.command("inspect", "say what is in a file: recordings, clouds, captures, receiver logs, rigs");
+  command.required("FILE", options->path, "any file of ours or of a device");
+  command.flag("--json", options->json, "for programs");
+  command.runs([options] { return inspect(options->path, options->json); });
 }
 
 }  // namespace hueline::apps

@@ -30,24 +30,18 @@ int main(int argc, char** argv) {
   // People read the terminal, programs read the files: log lines go to standard error.
   spdlog::set_default_logger(spdlog::stderr_color_mt("hueline"));
   spdlog::set_pattern("%H:%M:%S %^%l%$ %v");
-  CLI::App app{"hueline: records a mobile mapping vehicle's sensors and colours its laser points while it drives."};
-  app.footer(kFooter);
-  app.set_version_flag("--version", std::string("hueline ") + apps::kVersion + " (" + apps::kGitRevision + ")");
-  app.require_subcommand(1);
-  apps::Chosen chosen;
-  apps::add_capture(app, chosen);
-  apps::add_replay(app, chosen);
-  apps::add_simulate(app, chosen);
-  apps::add_verify(app, chosen);
-  apps::add_score(app, chosen);
-  apps::add_colour(app, chosen);
-  apps::add_inspect(app, chosen);
-  apps::add_picture(app, chosen);
   try {
-    app.parse(argc, argv);
-    return chosen();
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? apps::kDone : apps::kWrongUse;
+    return apps::run_command_line(argc, argv, "hueline: records a mobile mapping vehicle's sensors and colours its laser points while it drives.",
+                                  std::string("hueline ") + apps::kVersion + " (" + apps::kGitRevision + ")", kFooter, [](apps::Command& all) {
+                                    apps::add_capture(all);
+                                    apps::add_replay(all);
+                                    apps::add_simulate(all);
+                                    apps::add_verify(all);
+                                    apps::add_score(all);
+                                    apps::add_colour(all);
+                                    apps::add_inspect(all);
+                                    apps::add_picture(all);
+                                  });
   } catch (const config::ConfigError& e) {
     std::fprintf(stderr, "hueline: %s\n", e.what());
     return apps::kWrongUse;

@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cmath>
+#include <memory>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
@@ -73,16 +74,16 @@ int picture(const Options& options) {
 
 }  // namespace
 
-void add_picture(CLI::App& app, Chosen& chosen) {
+void add_picture(Command& all) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("picture", "draw a cloud (LAS) from above and from the street");
-  command->add_option("CLOUD", options->cloud, "cloud.las, or any LAS 1.0 to 1.4")->required();
-  command->add_option("--above", options->above, "PNG of the view from above");
-  command->add_option("--street", options->street, "PNG of a view along the street");
-  command->add_option("--at", options->at, "where the street view stands, as a share of the drive")->check(CLI::Range(0.0, 0.9))->capture_default_str();
-  command->add_option("--eye-height", options->eye_height_m, "m above the lowest point around")->capture_default_str();
-  command->add_option("--heading", options->heading_deg, "degrees clockwise from grid north; default: along the drive");
-  command->callback([options, &chosen] { chosen = [options] { return picture(*options); }; });
+  Command command = all.command("picture", "draw a cloud (LAS) from above and from the street");
+  command.required("CLOUD", options->cloud, "cloud.las, or any LAS 1.0 to 1.4");
+  command.option("--above", options->above, "PNG of the view from above");
+  command.option("--street", options->street, "PNG of a view along the street");
+  command.setting("--at", options->at, "where the street view stands, as a share of the drive", {0.0, 0.9});
+  command.setting("--eye-height", options->eye_height_m, "m above the lowest point around");
+  command.option("--heading", options->heading_deg, "degrees clockwise from grid north; default: along the drive");
+  command.runs([options] { return picture(*options); });
 }
 
 }  // namespace hueline::apps

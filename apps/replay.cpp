@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
+#include <memory>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
@@ -62,15 +63,15 @@ int replay(const Options& options) {
 
 }  // namespace
 
-void add_replay(CLI::App& app, Chosen& chosen) {
+void add_replay(Command& all) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("replay", "run a recording through the same decoders, clocks and colouring: the same bytes again");
-  command->add_option("RECORDING", options->recording, "drive.mcap; a recording that was cut by a crash is read as far as it is whole")->required();
-  command->add_option("--out", options->out, "folder for cloud.las, view.mcap, summary.json")->required();
-  command->add_option("--speed", options->speed, "1: as fast as it was driven; 0.5: half; 0: as fast as this computer can")->check(CLI::Range(0.0, 1000.0))->capture_default_str();
-  command->add_option("--threads", options->threads, "workers of the colouring; their number does not change the result")->check(CLI::Range(1, 64))->capture_default_str();
-  command->add_option("--rig", options->rig, "use this rig file instead of the recorded one: a better calibration, another method; its sensors must have the same names");
-  command->callback([options, &chosen] { chosen = [options] { return replay(*options); }; });
+  Command command = all.command("replay", "run a recording through the same decoders, clocks and colouring: the same bytes again");
+  command.required("RECORDING", options->recording, "drive.mcap; a recording that was cut by a crash is read as far as it is whole");
+  command.required("--out", options->out, "folder for cloud.las, view.mcap, summary.json");
+  command.setting("--speed", options->speed, "1: as fast as it was driven; 0.5: half; 0: as fast as this computer can", {0.0, 1000.0});
+  command.setting("--threads", options->threads, "workers of the colouring; their number does not change the result", {1, 64});
+  command.option("--rig", options->rig, "use this rig file instead of the recorded one: a better calibration, another method; its sensors must have the same names");
+  command.runs([options] { return replay(*options); });
 }
 
 }  // namespace hueline::apps

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <fstream>
+#include <memory>
 #include <thread>
 
 #include "apps/commands.hpp"
@@ -111,15 +112,15 @@ int run(const Options& options) {
 
 }  // namespace
 
-void add_score(CLI::App& app, Chosen& chosen) {
+void add_score(Command& all) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("score", "drive a sheet of simulated scenarios and hold everything against the truth: score.json, score.html");
-  command->add_option("--sheet", options->sheet, "quick, full (config/sheets/NAME.yaml), or the file of another sheet")->capture_default_str();
-  command->add_option("--out", options->out, "folder for score.json, score_notes.json and score.html")->required();
-  command->add_option("--cache", options->cache, "folder of rendered drives, found again by scenario (default: OUT/drives)");
-  command->add_option("--against", options->against, "score.json of another version: says what is better and worse beyond noise; exit status 6 if anything is worse");
-  command->add_option("--threads", options->threads, "of rendering and colouring; 0: as many as the machine has")->check(CLI::Range(0, 256))->capture_default_str();
-  command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+  Command command = all.command("score", "drive a sheet of simulated scenarios and hold everything against the truth: score.json, score.html");
+  command.setting("--sheet", options->sheet, "quick, full (config/sheets/NAME.yaml), or the file of another sheet");
+  command.required("--out", options->out, "folder for score.json, score_notes.json and score.html");
+  command.option("--cache", options->cache, "folder of rendered drives, found again by scenario (default: OUT/drives)");
+  command.option("--against", options->against, "score.json of another version: says what is better and worse beyond noise; exit status 6 if anything is worse");
+  command.setting("--threads", options->threads, "of rendering and colouring; 0: as many as the machine has", {0, 256});
+  command.runs([options] { return run(*options); });
 }
 
 }  // namespace hueline::apps

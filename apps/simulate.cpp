@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <thread>
 
 #include "apps/commands.hpp"
@@ -111,22 +112,22 @@ int simulate(const Options& options) {
 
 }  // namespace
 
-void add_simulate(CLI::App& app, Chosen& chosen) {
+void add_simulate(Command& all) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("simulate", "render a drive with its truth, and play it on real sockets as the vehicle's devices");
-  command->add_option("SCENARIO", options->scenario, "scenario file (YAML)")->required();
-  command->add_option("--out", options->out, "folder for drives, one a scenario, named by its content; an existing one is used again")->required();
-  command->add_option("--write-rig", options->rig_file, "also write the rig file of the emulated vehicle, with its true calibration");
-  command->add_option("--method", options->method, "with --write-rig: lens or panorama")->check(CLI::IsMember({"lens", "panorama"}))->capture_default_str();
-  command->add_flag("--play", options->play, "be the devices: wait for a capture, then play in real time");
-  command->add_option("--wait", options->wait_s, "with --play: seconds to wait for the capture")->capture_default_str();
-  command->add_option("--address", options->at.address, "own address of the emulated devices, and where the laser sends to")->capture_default_str();
-  command->add_option("--pps-socket", options->at.pps_socket, "local socket of the PPS edges")->capture_default_str();
-  command->add_option("--data-port", options->at.data_port, "UDP port of laser data")->check(CLI::Range(1, 65535))->capture_default_str();
-  command->add_option("--position-port", options->at.position_port, "UDP port of laser position packets")->check(CLI::Range(1, 65535))->capture_default_str();
-  command->add_option("--pos-port", options->at.pos_port, "TCP port of the POS")->check(CLI::Range(0, 65535))->capture_default_str();
-  command->add_option("--camera", options->at.camera_serial, "serial number of the GigE camera")->capture_default_str();
-  command->callback([options, &chosen] { chosen = [options] { return simulate(*options); }; });
+  Command command = all.command("simulate", "render a drive with its truth, and play it on real sockets as the vehicle's devices");
+  command.required("SCENARIO", options->scenario, "scenario file (YAML)");
+  command.required("--out", options->out, "folder for drives, one a scenario, named by its content; an existing one is used again");
+  command.option("--write-rig", options->rig_file, "also write the rig file of the emulated vehicle, with its true calibration");
+  command.setting("--method", options->method, "with --write-rig: lens or panorama", {"lens", "panorama"});
+  command.flag("--play", options->play, "be the devices: wait for a capture, then play in real time");
+  command.setting("--wait", options->wait_s, "with --play: seconds to wait for the capture");
+  command.setting("--address", options->at.address, "own address of the emulated devices, and where the laser sends to");
+  command.setting("--pps-socket", options->at.pps_socket, "local socket of the PPS edges");
+  command.setting("--data-port", options->at.data_port, "UDP port of laser data", {1, 65535});
+  command.setting("--position-port", options->at.position_port, "UDP port of laser position packets", {1, 65535});
+  command.setting("--pos-port", options->at.pos_port, "TCP port of the POS", {0, 65535});
+  command.setting("--camera", options->at.camera_serial, "serial number of the GigE camera");
+  command.runs([options] { return simulate(*options); });
 }
 
 }  // namespace hueline::apps

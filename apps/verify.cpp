@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.hpp"
@@ -172,17 +173,17 @@ int verify(const Options& options) {
 
 }  // namespace
 
-void add_verify(CLI::App& app, Chosen& chosen) {
+void add_verify(Command& all) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("verify", "hold coloured points against the simulator's truth: the reprojection error");
-  command->add_option("RECORDING", options->recording, "drive.mcap of a capture of the scenario; without one, the scenario's own bytes are used, unspoilt by real time");
-  command->add_option("--scenario", options->scenario, "the scenario that was driven (YAML)")->required();
-  command->add_option("--sim", options->cache, "folder of simulated drives (simulate --out)")->required();
-  command->add_option("--rig", options->rig, "another rig than the recorded one, or than the scenario's perfect calibration");
-  command->add_option("--method", options->method, "without RECORDING: lens or panorama")->check(CLI::IsMember({"lens", "panorama"}))->capture_default_str();
-  command->add_option("--max-rms-px", options->max_rms_px, "exit status 6 if the root mean square is larger");
-  command->add_flag("--json", options->json, "for programs");
-  command->callback([options, &chosen] { chosen = [options] { return verify(*options); }; });
+  Command command = all.command("verify", "hold coloured points against the simulator's truth: the reprojection error");
+  command.option("RECORDING", options->recording, "drive.mcap of a capture of the scenario; without one, the scenario's own bytes are used, unspoilt by real time");
+  command.required("--scenario", options->scenario, "the scenario that was driven (YAML)");
+  command.required("--sim", options->cache, "folder of simulated drives (simulate --out)");
+  command.option("--rig", options->rig, "another rig than the recorded one, or than the scenario's perfect calibration");
+  command.setting("--method", options->method, "without RECORDING: lens or panorama", {"lens", "panorama"});
+  command.option("--max-rms-px", options->max_rms_px, "exit status 6 if the root mean square is larger");
+  command.flag("--json", options->json, "for programs");
+  command.runs([options] { return verify(*options); });
 }
 
 }  // namespace hueline::apps
