@@ -1,0 +1,107 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <opencv2/aruco/charuco.hpp>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "calibration/lens/board.hpp"
+
+namespace hueline::calibration {
+namespace {
+
+const std::map<std::string, int>& dictionaries() {
+  static const std::map<std::string, int> names = {
+      {"DICT_4X4_50", cv::aruco::DICT_4X4_50},     {"DICT_4X4_100", cv::aruco::DICT_4X4_100},   {"DICT_4X4_250", cv::aruco::DICT_4X4_250},
+      {"DICT_4X4_1000", cv::aruco::DICT_4X4_1000}, {"DICT_5X5_50", cv::aruco::DICT_5X5_50},     {"DICT_5X5_100", cv::aruco::DICT_5X5_100},
+      {"DICT_5X5_250", cv::aruco::DICT_5X5_250},   {"DICT_5X5_1000", cv::aruco::DICT_5X5_1000}, {"DICT_6X6_50", cv::aruco::DICT_6X6_50},
+      {"DICT_6X6_100", cv::aruco::DICT_6X6_100},   {"DICT_6X6_250", cv::aruco::DICT_6X6_250},   {"DICT_6X6_1000", cv::aruco::DICT_6X6_1000},
+      {"DICT_ARUCO_ORIGINAL", cv::aruco::DICT_ARUCO_ORIGINAL}};
+  return names;
+}
+
+/// Half the edge of the window around a corner: not beyond a third of the way to its nearest neighbour, so that only its own edges are in it.
+int refine_window(const std::vector<cv::Point2f>& corners, int columns) {
+  double nearest = 1e9;
+  const auto across = static_cast<std::size_t>(columns);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (i % across + 1 < across && i + 1 < corners.size()) nearest = std::min(nearest, cv::norm(corners[i] - corners[i + 1]));
+    if (i + across < corners.size()) nearest = std::min(nearest, cv::norm(corners[i] - corners[i + across]));
+  }
+  return std::clamp(static_cast<int>(nearest / 3.0), 2, 11);
+}
+
+void refine(const cv::Mat& grey, std::vector<cv::Point2f>& corners, int columns) {
+  const int half = refine_window(corners, columns);
+  cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 100, 1e-4});
+}
+
+bool find_chessboard(const cv::Mat& grey, const Board& board, std::vector<cv::Point2f>& corners) {
+  const cv::Size size(board.columns, board.rows);
+  const int flags = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE;
+  if (cv::findChessboardCorners(grey, size, corners, flags)) {
+    refine(grey, corners, board.columns);
+    return true;
+  }
+  // The sector-based search sees boards without a light border and under strong distortion; it is slower and finds more false ones.
+  if (!cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE)) return false;
+  refine(grey, corners, board.columns);
+  return true;
+}
+
+}  // namespace
+
+Result<GreyImage> read_grey_image(const std::string& path) {
+  cv::Mat grey;
+  try {
+    grey = cv::imread(path, cv::IMREAD_GRAYSCALE);
+  } catch (const cv::Exception& e) {
+    return Error{ErrorCode::Malformed, path + ": " + e.what()};
+  }
+  if (grey.empty()) return Error{ErrorCode::Io, path + ": cannot be read as an image (JPEG, PNG, TIFF, BMP)"};
+  GreyImage out{grey.cols, grey.rows, {}};
+  out.pixels.reserve(grey.total());
+  for (int row = 0; row < grey.rows; ++row) out.pixels.insert(out.pixels.end(), grey.ptr(row), grey.ptr(row) + grey.cols);
+  return out;
+}
+
+Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& board) {
+  if (const std::string wrong = board.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
+  if (image.width < 16 || image.height < 16 || image.pixels.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
+    return Error{ErrorCode::Invalid, "the image is smaller than 16 x 16 px"};
+  const cv::Mat grey(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data()));
+  std::vector<SeenCorner> out;
+  try {
+    std::vector<cv::Point2f> corners;
+    if (board.kind == BoardKind::Charuco) {
+      const auto found = dictionaries().find(board.dictionary);
+      if (found == dictionaries().end()) return Error{ErrorCode::Invalid, "unknown marker dictionary " + board.dictionary};
+      const auto dictionary = cv::aruco::getPredefinedDictionary(found->second);
+      const auto charuco = cv::aruco::CharucoBoard::create(board.columns, board.rows, static_cast<float>(board.spacing_m),
+                                                           static_cast<float>(board.marker_m), dictionary);
+      std::vector<std::vector<cv::Point2f>> markers;
+      std::vector<int> marker_ids, ids;
+      cv::aruco::detectMarkers(grey, dictionary, markers, marker_ids);
+      if (!marker_ids.empty()) cv::aruco::interpolateCornersCharuco(markers, marker_ids, grey, charuco, corners, ids);
+      if (corners.size() < 6) return Error{ErrorCode::Unavailable, fmt::format("{} markers and {} corners found, 6 needed", marker_ids.size(), corners.size())};
+      for (std::size_t i = 0; i < corners.size(); ++i) out.push_back({static_cast<std::size_t>(ids[i]), {corners[i].x, corners[i].y}});
+      return out;
+    }
+    const bool seen = board.kind == BoardKind::Chessboard
+                          ? find_chessboard(grey, board, corners)
+                          : cv::findCirclesGrid(grey, {board.columns, board.rows}, corners, cv::CALIB_CB_ASYMMETRIC_GRID | cv::CALIB_CB_CLUSTERING) ||
+                                cv::findCirclesGrid(grey, {board.columns, board.rows}, corners, cv::CALIB_CB_ASYMMETRIC_GRID);
+    if (!seen || corners.size() != board.corner_count())
+      return Error{ErrorCode::Unavailable, fmt::format("the board of {} x {} is not seen whole", board.columns, board.rows)};
+    for (std::size_t i = 0; i < corners.size(); ++i) out.push_back({i, {corners[i].x, corners[i].y}});
+  } catch (const cv::Exception& e) {
+    return Error{ErrorCode::Unavailable, e.what()};
+  }
+  return out;
+}
+
+}  // namespace hueline::calibration

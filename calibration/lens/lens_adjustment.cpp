@@ -1,0 +1,193 @@
+#include "calibration/lens/lens_adjustment.hpp"
+
+#include <ceres/ceres.h>
+#include <ceres/rotation.h>
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace hueline::calibration {
+namespace {
+
+/// Seen minus projected pixel of one corner: parameters of the lens, pose of its board.
+struct CornerResidual {
+  LensModel model;
+  bool one_focal;
+  Eigen::Vector3d p_board;
+  Eigen::Vector2d pixel;
+
+  template <class T>
+  bool operator()(const T* lens, const T* pose, T* residual) const {
+    const T place[3] = {T(p_board.x()), T(p_board.y()), T(p_board.z())};
+    T p_lens[3];
+    ceres::AngleAxisRotatePoint(pose, place, p_lens);
+    for (int i = 0; i < 3; ++i) p_lens[i] += pose[3 + i];
+    T values[kLensParameters];
+    std::copy(lens, lens + kLensParameters, values);
+    if (one_focal) values[1] = values[0];
+    T projected[2];
+    if (!project_with(model, values, p_lens, projected)) return false;
+    residual[0] = pixel.x() - projected[0];
+    residual[1] = pixel.y() - projected[1];
+    return true;
+  }
+};
+using CornerCost = ceres::AutoDiffCostFunction<CornerResidual, 2, kLensParameters, 6>;
+
+ceres::CostFunction* corner_cost(const Board& board, const SeenCorner& corner, LensModel model, bool one_focal) {
+  return new CornerCost(new CornerResidual{model, one_focal, board.corner(corner.index), corner.pixel});
+}
+
+using Pose = std::array<double, 6>;
+Pose numbers_of(const BoardPose& p) {
+  return {p.rotation.x(), p.rotation.y(), p.rotation.z(), p.translation_m.x(), p.translation_m.y(), p.translation_m.z()};
+}
+BoardPose pose_of(const Pose& p) { return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}}; }
+
+std::vector<int> fixed_parameters(LensModel model, bool one_focal) {
+  std::vector<int> out;
+  if (one_focal) out.push_back(1);
+  if (model == LensModel::KannalaBrandt) out.push_back(kLensParameters - 1);
+  return out;
+}
+
+/// Inverse of the lens's part of the normal matrix, poses eliminated one by one (Schur). False: singular.
+bool lens_covariance(ceres::Problem& problem, double* lens, std::vector<Pose>& poses, const std::vector<int>& fixed, double sigma2,
+                     Eigen::Matrix<double, kLensParameters, kLensParameters>& out) {
+  constexpr int n = kLensParameters;
+  std::vector<int> free;
+  for (int i = 0; i < n; ++i)
+    if (std::find(fixed.begin(), fixed.end(), i) == fixed.end()) free.push_back(i);
+  Eigen::Matrix<double, n, n> normal = Eigen::Matrix<double, n, n>::Zero();
+  for (Pose& pose : poses) {
+    Eigen::Matrix<double, n, n> U = Eigen::Matrix<double, n, n>::Zero();
+    Eigen::Matrix<double, n, 6> W = Eigen::Matrix<double, n, 6>::Zero();
+    Eigen::Matrix<double, 6, 6> V = Eigen::Matrix<double, 6, 6>::Zero();
+    std::vector<ceres::ResidualBlockId> blocks;
+    problem.GetResidualBlocksForParameterBlock(pose.data(), &blocks);
+    for (const auto block : blocks) {
+      double residual[2];
+      Eigen::Matrix<double, 2, n, Eigen::RowMajor> A;
+      Eigen::Matrix<double, 2, 6, Eigen::RowMajor> B;
+      const double* parameters[2] = {lens, pose.data()};
+      double* jacobians[2] = {A.data(), B.data()};
+      if (!problem.GetCostFunctionForResidualBlock(block)->Evaluate(parameters, residual, jacobians)) return false;
+      U += A.transpose() * A;
+      W += A.transpose() * B;
+      V += B.transpose() * B;
+    }
+    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(V);
+    if (solver.info() != Eigen::Success) return false;
+    normal += U - W * solver.solve(W.transpose());
+  }
+  const auto m = static_cast<Eigen::Index>(free.size());
+  Eigen::MatrixXd reduced(m, m);
+  for (Eigen::Index i = 0; i < m; ++i)
+    for (Eigen::Index j = 0; j < m; ++j) reduced(i, j) = normal(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
+  // Scaled to a unit diagonal: focal lengths and k3 differ by ten powers of ten.
+  const Eigen::VectorXd scale = reduced.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd unit = scale.asDiagonal() * reduced * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
+  if (!(eigen.eigenvalues()[0] > 1e-13)) return false;
+  const Eigen::MatrixXd inverse =
+      scale.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
+  out.setZero();
+  for (Eigen::Index i = 0; i < m; ++i)
+    for (Eigen::Index j = 0; j < m; ++j) out(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]) = inverse(i, j) * sigma2;
+  return true;
+}
+
+}  // namespace
+
+Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> views, const LensValues& start,
+                                 const LensAdjustmentConfig& config) {
+  auto lens = start.parameters();
+  if (config.one_focal) lens[0] = lens[1] = 0.5 * (lens[0] + lens[1]);
+  const auto fixed = fixed_parameters(start.model, config.one_focal);
+  std::vector<Pose> poses;
+  int corners = 0;
+  for (const BoardView& view : views) {
+    const auto pose = board_pose(board, view, start);
+    if (!pose) return Error{ErrorCode::Invalid, view.name + ": the board's pose cannot be started"};
+    poses.push_back(numbers_of(*pose));
+    corners += static_cast<int>(view.corners.size());
+  }
+  AdjustedLens out;
+  out.observations = 2 * corners;
+  out.unknowns = kLensParameters - static_cast<int>(fixed.size()) + 6 * static_cast<int>(poses.size());
+  if (out.observations <= out.unknowns)
+    return Error{ErrorCode::Invalid, fmt::format("{} corners in {} views are too few for {} unknowns", corners, views.size(), out.unknowns)};
+
+  ceres::Problem::Options ownership;
+  ceres::Problem problem(ownership);
+  problem.AddParameterBlock(lens.data(), kLensParameters);
+  if (!fixed.empty()) problem.SetManifold(lens.data(), new ceres::SubsetManifold(kLensParameters, fixed));
+  problem.SetParameterLowerBound(lens.data(), 0, 1.0);
+  problem.SetParameterLowerBound(lens.data(), 1, 1.0);
+  for (std::size_t v = 0; v < views.size(); ++v)
+    for (const SeenCorner& corner : views[v].corners)
+      problem.AddResidualBlock(corner_cost(board, corner, start.model, config.one_focal),
+                               config.robust_px > 0 ? new ceres::CauchyLoss(config.robust_px) : nullptr, lens.data(), poses[v].data());
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_SCHUR;
+  options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (Pose& pose : poses) options.linear_solver_ordering->AddElementToGroup(pose.data(), 0);
+  options.linear_solver_ordering->AddElementToGroup(lens.data(), 1);
+  options.max_num_iterations = config.max_iterations;
+  // A robust fit only leads to a least squares one: it may stop early.
+  const bool is_first = config.robust_px > 0;
+  options.function_tolerance = is_first ? 1e-7 : 1e-12;
+  options.gradient_tolerance = 1e-14;
+  options.parameter_tolerance = is_first ? 1e-8 : 1e-11;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  if (!summary.IsSolutionUsable()) return Error{ErrorCode::Unavailable, "the adjustment does not converge: " + summary.message};
+
+  if (config.one_focal) lens[1] = lens[0];
+  out.lens = start;
+  out.lens.set_parameters(lens);
+  out.cost = summary.final_cost;
+  double sum = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    out.poses.push_back(pose_of(poses[v]));
+    out.residuals.emplace_back();
+    for (const SeenCorner& corner : views[v].corners) {
+      Eigen::Vector2d residual;
+      CornerResidual{start.model, false, board.corner(corner.index), corner.pixel}(lens.data(), poses[v].data(), residual.data());
+      out.residuals.back().push_back(residual);
+      sum += residual.squaredNorm();
+    }
+  }
+  out.rms_px = std::sqrt(sum / corners);
+  out.sigma_px = std::sqrt(sum / (out.observations - out.unknowns));
+  if (!lens_covariance(problem, lens.data(), poses, fixed, out.sigma_px * out.sigma_px, out.covariance))
+    return Error{ErrorCode::Unavailable, "the views do not determine the lens: tilt the board against the image, differently in each view"};
+  if (config.one_focal) {
+    out.covariance.row(1) = out.covariance.row(0);
+    out.covariance.col(1) = out.covariance.col(0);
+  }
+  return out;
+}
+
+std::optional<BoardPose> resect_board(const Board& board, const BoardView& view, const LensValues& lens) {
+  const auto start = board_pose(board, view, lens);
+  if (!start) return std::nullopt;
+  auto values = lens.parameters();
+  Pose pose = numbers_of(*start);
+  ceres::Problem problem;
+  for (const SeenCorner& corner : view.corners)
+    problem.AddResidualBlock(corner_cost(board, corner, lens.model, false), nullptr, values.data(), pose.data());
+  problem.SetParameterBlockConstant(values.data());
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.logging_type = ceres::SILENT;
+  options.num_threads = 1;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  if (!summary.IsSolutionUsable()) return std::nullopt;
+  return pose_of(pose);
+}
+
+}  // namespace hueline::calibration

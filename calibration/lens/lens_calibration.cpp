@@ -1,0 +1,235 @@
+#include "calibration/lens/lens_calibration.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace hueline::calibration {
+namespace {
+
+constexpr double kMedianOfRadius = 1.1774;  // of a plane normal distribution, in standard deviations of one coordinate
+constexpr double kRobust_px = 1.0;
+constexpr double kGoodFit_px = 0.5;
+constexpr int kRounds = 4;
+constexpr double kVagueFocal = 0.02;  // standard deviation over focal length from which views are said not to fix a lens
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double rms(const std::vector<Eigen::Vector2d>& residuals) {
+  double sum = 0;
+  for (const auto& r : residuals) sum += r.squaredNorm();
+  return residuals.empty() ? 0 : std::sqrt(sum / static_cast<double>(residuals.size()));
+}
+
+double median_radius(const AdjustedLens& adjusted) {
+  std::vector<double> radii;
+  for (const auto& residuals : adjusted.residuals)
+    for (const auto& r : residuals) radii.push_back(r.norm());
+  return median(std::move(radii));
+}
+
+/// The best adjustment from every start, with a loss that bad corners cannot bend. Views that no start can pose are named and left out.
+Result<AdjustedLens> first_adjustment(const Board& board, std::vector<BoardView>& views, std::vector<RejectedView>& rejected, LensModel model,
+                                      std::uint32_t width, std::uint32_t height, bool one_focal) {
+  std::vector<LensValues> starts;
+  if (model == LensModel::Brown)
+    if (const auto zhang = zhang_start(board, views, width, height)) starts.push_back(*zhang);
+  const auto swept = swept_starts(model, board, views, width, height);
+  starts.insert(starts.end(), swept.begin(), swept.end());
+  std::optional<AdjustedLens> best;
+  std::vector<bool> best_posed;
+  std::size_t most_views = 0;
+  std::string why = "no start";
+  for (const LensValues& start : starts) {
+    std::vector<bool> posed;
+    std::vector<BoardView> usable;
+    for (const BoardView& view : views) {
+      posed.push_back(board_pose(board, view, start).has_value());
+      if (posed.back()) usable.push_back(view);
+    }
+    if (usable.size() < 3 || usable.size() < most_views) continue;
+    auto adjusted = adjust_lens(board, usable, start, {.one_focal = one_focal, .robust_px = kRobust_px});
+    if (!adjusted.ok()) {
+      why = adjusted.error().message;
+      continue;
+    }
+    if (!best || usable.size() > most_views || adjusted->cost < best->cost) {
+      best = std::move(*adjusted);
+      best_posed = posed;
+      most_views = usable.size();
+    }
+    // As good as corners are: no other start can end elsewhere and better by more than noise.
+    if (most_views == views.size() && median_radius(*best) < kGoodFit_px) break;
+  }
+  if (!best) return Error{ErrorCode::Unavailable, why};
+  std::vector<BoardView> kept;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (best_posed[i])
+      kept.push_back(std::move(views[i]));
+    else
+      rejected.push_back({views[i].name, "its pose cannot be started"});
+  }
+  views = std::move(kept);
+  return std::move(*best);
+}
+
+/// Takes out views, then corners, that disagree with the rest; true if there were any.
+bool reject(LensCalibration& calibration, const LensCalibrationConfig& config) {
+  AdjustedLens& adjusted = calibration.adjusted;
+  std::vector<double> view_rms;
+  for (const auto& residuals : adjusted.residuals) view_rms.push_back(rms(residuals));
+  const double usual = median(view_rms), limit = config.corner_limit_sigma * median_radius(adjusted) / kMedianOfRadius;
+  bool any = false;
+  std::vector<BoardView> kept;
+  std::vector<BoardView>& views = calibration.views;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    if (view_rms[v] > config.view_limit * usual && usual > 0) {
+      // A view with a few bad corners stays without them; one that is bad throughout goes.
+      const auto bad = std::count_if(adjusted.residuals[v].begin(), adjusted.residuals[v].end(), [&](const auto& r) { return r.norm() > limit; });
+      if (4 * static_cast<std::size_t>(bad) > adjusted.residuals[v].size()) {
+        calibration.rejected_views.push_back(
+            {views[v].name, fmt::format("rms {:.3f} px, the views' median is {:.3f} px", view_rms[v], usual)});
+        any = true;
+        continue;
+      }
+    }
+    BoardView view{views[v].name, {}};
+    for (std::size_t c = 0; c < views[v].corners.size(); ++c) {
+      const double error = adjusted.residuals[v][c].norm();
+      if (error > limit && limit > 0) {
+        calibration.rejected_corners.push_back({view.name, views[v].corners[c].index, views[v].corners[c].pixel, error});
+        any = true;
+      } else {
+        view.corners.push_back(views[v].corners[c]);
+      }
+    }
+    if (view.corners.size() < 6) {
+      calibration.rejected_views.push_back({view.name, "fewer than 6 good corners"});
+      any = true;
+      continue;
+    }
+    kept.push_back(std::move(view));
+  }
+  views = std::move(kept);
+  return any;
+}
+
+Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> views, std::uint32_t width, std::uint32_t height, LensModel model,
+                                   const LensCalibrationConfig& config) {
+  LensCalibration out;
+  out.board = board;
+  auto first = first_adjustment(board, views, out.rejected_views, model, width, height, config.one_focal);
+  if (!first.ok()) return first.error();
+  out.views = std::move(views);
+  out.adjusted = std::move(*first);
+  for (int round = 0; round < kRounds; ++round) {
+    const bool any = reject(out, config);
+    if (out.views.size() < 3) return Error{ErrorCode::Unavailable, "fewer than three views agree with each other"};
+    if (round > 0 && !any) break;
+    auto again = adjust_lens(board, out.views, out.adjusted.lens, {.one_focal = config.one_focal});
+    if (!again.ok()) return again.error();
+    out.adjusted = std::move(*again);
+  }
+  for (int i = 0; i < 2; ++i) {
+    const double sigma = std::sqrt(out.adjusted.covariance(i, i));
+    if (!(sigma < kVagueFocal * out.adjusted.lens.focal_px[i]))
+      return Error{ErrorCode::Unavailable,
+                   fmt::format("the views leave the focal length open ({:.1f} px +- {:.1f}): tilt the board against the image, differently in each view",
+                               out.adjusted.lens.focal_px[i], sigma)};
+  }
+  return out;
+}
+
+/// Root mean square of what held-back views say of a lens that never saw them: each is posed by every other corner and judged by the rest.
+double predicted_rms(const LensCalibration& full, const LensCalibrationConfig& config) {
+  const int folds = std::min(config.folds, static_cast<int>(full.views.size()));
+  double sum = 0;
+  std::size_t count = 0;
+  for (int fold = 0; fold < folds; ++fold) {
+    std::vector<BoardView> rest, held;
+    for (std::size_t v = 0; v < full.views.size(); ++v)
+      (static_cast<int>(v) % folds == fold ? held : rest).push_back(full.views[v]);
+    if (rest.size() < 3) return 0;
+    const auto adjusted = adjust_lens(full.board, rest, full.adjusted.lens, {.one_focal = config.one_focal});
+    if (!adjusted.ok()) return 0;
+    for (const BoardView& view : held) {
+      for (std::size_t half = 0; half < 2; ++half) {
+        BoardView posing{view.name, {}}, judging{view.name, {}};
+        for (std::size_t c = 0; c < view.corners.size(); ++c) (c % 2 == half ? posing : judging).corners.push_back(view.corners[c]);
+        const auto pose = resect_board(full.board, posing, adjusted->lens);
+        if (!pose) return 0;
+        const double angle = pose->rotation.norm();
+        const Eigen::AngleAxisd turn(angle, angle > 0 ? Eigen::Vector3d(pose->rotation / angle) : Eigen::Vector3d::UnitX());
+        for (const SeenCorner& corner : judging.corners) {
+          const auto pixel = adjusted->lens.project(turn * full.board.corner(corner.index) + pose->translation_m);
+          if (!pixel) return 0;
+          sum += (*pixel - corner.pixel).squaredNorm();
+          ++count;
+        }
+      }
+    }
+  }
+  return count ? std::sqrt(sum / static_cast<double>(count)) : 0;
+}
+
+}  // namespace
+
+std::string LensCalibrationConfig::validate() const {
+  if (!(corner_limit_sigma >= 3)) return fmt::format("corner_limit_sigma is {}; allowed: 3 or more", corner_limit_sigma);
+  if (!(view_limit >= 1.5)) return fmt::format("view_limit is {}; allowed: 1.5 or more", view_limit);
+  if (folds < 2) return fmt::format("folds is {}; allowed: 2 or more", folds);
+  return {};
+}
+
+Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<BoardView>& views, std::uint32_t width, std::uint32_t height,
+                                       const LensCalibrationConfig& config) {
+  for (const std::string& wrong : {board.validate(), config.validate()})
+    if (!wrong.empty()) return Error{ErrorCode::Invalid, wrong};
+  if (width < 16 || height < 16) return Error{ErrorCode::Invalid, "the images are smaller than 16 x 16 px"};
+  if (views.size() < 3) return Error{ErrorCode::Invalid, fmt::format("{} views with the board; 3 are needed, 10 or more are better", views.size())};
+  for (const BoardView& view : views) {
+    if (view.corners.size() < 6) return Error{ErrorCode::Invalid, fmt::format("{}: {} corners, 6 are needed", view.name, view.corners.size())};
+    for (const SeenCorner& corner : view.corners)
+      if (corner.index >= board.corner_count() || !corner.pixel.allFinite())
+        return Error{ErrorCode::Invalid, fmt::format("{}: corner {} is none of the board's {}", view.name, corner.index, board.corner_count())};
+  }
+  std::optional<LensCalibration> best;
+  std::vector<ModelTrial> trials;
+  double best_rms = 0;
+  for (const LensModel model : {LensModel::Brown, LensModel::KannalaBrandt}) {
+    if (config.model && *config.model != model) continue;
+    auto one = with_model(board, views, width, height, model, config);
+    ModelTrial trial;
+    trial.model = model;
+    if (!one.ok()) {
+      trial.failure = one.error().message;
+    } else {
+      trial.rms_px = one->adjusted.rms_px;
+      trial.predicted_rms_px = predicted_rms(*one, config);
+      // A model that throws views out must not win by that.
+      const double judged = (trial.predicted_rms_px > 0 ? trial.predicted_rms_px : trial.rms_px) *
+                            static_cast<double>(views.size()) / static_cast<double>(one->views.size());
+      if (!best || judged < best_rms) {
+        best_rms = judged;
+        best = std::move(*one);
+      }
+    }
+    trials.push_back(trial);
+  }
+  if (!best) {
+    std::string why;
+    for (const ModelTrial& t : trials) why += fmt::format("{}{}: {}", why.empty() ? "" : "; ", name(t.model), t.failure);
+    return Error{ErrorCode::Unavailable, why};
+  }
+  best->trials = std::move(trials);
+  return std::move(*best);
+}
+
+}  // namespace hueline::calibration

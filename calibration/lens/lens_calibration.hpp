@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/lens/lens_adjustment.hpp"
+
+/// Views of a board in, a calibrated lens out: step 1 of papers/lens-registration.md, for plane and for fisheye lenses.
+namespace hueline::calibration {
+
+struct LensCalibrationConfig {
+  std::optional<LensModel> model;  ///< empty: the one that predicts views best that it was not fitted to
+  bool one_focal = false;          ///< square pixels
+  double corner_limit_sigma = 4.5;  ///< a corner farther off is left out; 1 of 25 000 good ones would be
+  double view_limit = 3.0;         ///< a view whose rms is so many times the median of the views' is left out
+  int folds = 5;                   ///< of the cross-validation
+  std::string validate() const;
+};
+
+struct RejectedCorner {
+  std::string view;
+  std::size_t index = 0;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  double error_px = 0;
+};
+struct RejectedView {
+  std::string view;
+  std::string why;
+};
+/// One model tried.
+struct ModelTrial {
+  LensModel model = LensModel::Brown;
+  double rms_px = 0;         ///< of the fit
+  double predicted_rms_px = 0;  ///< of views held back, posed by every other corner and judged by the rest; 0: too few views
+  std::string failure;       ///< why it could not be fitted; empty: it could
+};
+
+struct LensCalibration {
+  Board board;
+  std::vector<BoardView> views;  ///< those used, with the corners used
+  AdjustedLens adjusted;
+  std::vector<RejectedView> rejected_views;
+  std::vector<RejectedCorner> rejected_corners;
+  std::vector<ModelTrial> trials;
+};
+
+/// `width`, `height`: of the images. Errors: Invalid (fewer than three views, board or settings), Unavailable (with the reason).
+Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<BoardView>& views, std::uint32_t width, std::uint32_t height,
+                                       const LensCalibrationConfig& config);
+
+}  // namespace hueline::calibration

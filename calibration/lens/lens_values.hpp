@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <Eigen/Core>
+
+/// A lens as the adjustments see it. Pixel centres at whole numbers; lens frame: x right, y down, z along the optical axis
+/// (docs/conventions.md). The formulas are those of OpenCV's projectPoints and of its fisheye module, written here a second time: fusion's
+/// camera model is held against them in a test.
+namespace hueline::calibration {
+
+enum class LensModel : std::uint8_t {
+  Brown,          ///< plane model: k1 k2 p1 p2 k3 (Brown 1971; Zhang 2000)
+  KannalaBrandt,  ///< equidistant: k1..k4 in odd powers of the angle (Kannala and Brandt 2006)
+};
+/// As in a rig file: "brown", "kannala_brandt".
+const char* name(LensModel model);
+
+constexpr int kLensParameters = 9;  ///< focal x y, principal point x y, distortion (KannalaBrandt: the last is unused and 0)
+
+struct LensValues {
+  LensModel model = LensModel::Brown;
+  std::uint32_t width = 0, height = 0;  ///< px
+  Eigen::Vector2d focal_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d principal_point_px = Eigen::Vector2d::Zero();
+  std::array<double, 5> distortion{};
+
+  std::array<double, kLensParameters> parameters() const;
+  void set_parameters(const std::array<double, kLensParameters>& values);
+  /// The pixel of a point of the lens frame; empty behind a plane lens or at the lens itself. No limit to the field of view: a polynomial
+  /// may fold back far outside of where it was fitted.
+  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_lens) const;
+  /// Unit direction that falls on a pixel; empty where the distortion cannot be inverted.
+  std::optional<Eigen::Vector3d> direction(const Eigen::Vector2d& pixel) const;
+};
+
+/// Names with units, in the order of LensValues::parameters; as many as the model has (Brown 9, KannalaBrandt 8).
+std::array<std::string, kLensParameters> parameter_names(LensModel model);
+constexpr int parameter_count(LensModel model) { return model == LensModel::Brown ? 9 : 8; }
+
+/// LensValues::project for any scalar (Ceres' Jet). False: no pixel.
+template <class T>
+bool project_with(LensModel model, const T* values, const T* p_lens, T* pixel) {
+  using std::atan2;
+  using std::sqrt;
+  const T& x = p_lens[0];
+  const T& y = p_lens[1];
+  const T& z = p_lens[2];
+  const T* k = values + 4;
+  T dx, dy;
+  if (model == LensModel::Brown) {
+    if (!(z > 1e-9)) return false;
+    const T a = x / z, b = y / z, r2 = a * a + b * b;
+    const T radial = 1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+    dx = a * radial + 2.0 * k[2] * a * b + k[3] * (r2 + 2.0 * a * a);
+    dy = b * radial + k[2] * (r2 + 2.0 * b * b) + 2.0 * k[3] * a * b;
+  } else {
+    const T across2 = x * x + y * y;
+    if (!(across2 > 1e-24 * (z * z))) {
+      if (!(z > 0.0)) return false;
+      dx = x / z;
+      dy = y / z;
+    } else {
+      const T across = sqrt(across2), angle = atan2(across, z), a2 = angle * angle;
+      const T scale = angle * (1.0 + a2 * (k[0] + a2 * (k[1] + a2 * (k[2] + a2 * k[3])))) / across;
+      dx = x * scale;
+      dy = y * scale;
+    }
+  }
+  pixel[0] = values[0] * dx + values[2];
+  pixel[1] = values[1] * dy + values[3];
+  return true;
+}
+
+}  // namespace hueline::calibration
