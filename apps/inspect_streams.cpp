@@ -35,7 +35,8 @@ struct Tally {
   }
   void take(const std::vector<Measurement>& measured) {
     constexpr std::array names{"pps_edges",  "time_labels", "timed_arrivals", "laser_status", "ins_solutions", "ins_uncertainties",
-                               "gnss_fixes", "imu_samples", "event_marks",    "laser_batches", "images",       "faults"};
+                               "gnss_fixes", "imu_samples", "event_marks",    "laser_batches", "images",       "wheel_speeds",
+                               "faults"};
     static_assert(names.size() == std::variant_size_v<Measurement>);
     for (const auto& m : measured) {
       ++measurements[names[m.index()]];

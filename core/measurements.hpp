@@ -104,6 +104,18 @@ struct EventMark {
   std::uint32_t pulse_count = 0;  ///< if the receiver counts its marks; 0: it does not
 };
 
+/// What the vehicle's wheel encoder says in one message on its bus: a speed, or a distance counted in pulses, or both; the mean of
+/// the wheels that the message names.
+struct WheelSpeed {
+  SensorId sensor{};
+  HostTime received{};  ///< end of the message's frame on the bus, as the kernel stamped it
+  std::optional<DeviceTime<CanAdapterCounter>> adapter_time;  ///< the same event by the adapter's own counter, if it has one
+  std::optional<double> speed;       ///< m/s along the vehicle; below 0: backwards, where the encoder tells
+  double sigma = 0;                  ///< one sigma of `speed`, m/s
+  std::optional<double> distance_m;  ///< counted since the sensor's first message; wraps and restarts of the counters are undone
+  bool is_directional = false;       ///< the encoder tells backwards from forwards
+};
+
 /// One laser return, 32 bytes. `p_scanner` in metres in the scanner's frame.
 struct LaserReturn {
   float x = 0, y = 0, z = 0;
@@ -149,6 +161,6 @@ struct Image {
 };
 
 using Measurement = std::variant<PpsEdge, TimeLabel, TimedArrival, LaserStatus, InsSolution, InsUncertainty, GnssFix,
-                                 ImuSample, EventMark, LaserBatch, Image, Fault>;
+                                 ImuSample, EventMark, LaserBatch, Image, WheelSpeed, Fault>;
 
 }  // namespace hueline

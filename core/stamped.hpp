@@ -18,6 +18,14 @@ struct StampedLaserBatch {
   std::vector<LaserReturn> returns;
 };
 
+/// A wheel encoder's statement at the instant that it is about.
+struct StampedWheelSpeed {
+  GpsTime time{};        ///< end of the frame on the bus, less the age that the rig gives its values
+  nanoseconds sigma{0};  ///< of `time`
+  SyncState state = SyncState::Unlocked;
+  WheelSpeed wheel;
+};
+
 /// Why an exposure's time can or cannot be trusted.
 enum class ExposureTiming : std::uint8_t {
   EventMark,    ///< stamped by the POS at its strobe

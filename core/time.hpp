@@ -34,6 +34,8 @@ using DeviceTime = typename TimeBase<Device>::time_point;
 struct UtcHourCounter {};
 /// A camera's free-running counter, ns from its power-up or from whatever the camera latched it to.
 struct CameraCounter {};
+/// A CAN adapter's own free-running counter, ns from whatever its driver lets it begin.
+struct CanAdapterCounter {};
 
 /// A value with the instant of the physical event it belongs to and the one-sigma uncertainty of that instant.
 template <class T>

@@ -36,8 +36,12 @@ std::string Synchroniser::Config::validate() const {
     if (std::string e = c.validate(); !e.empty()) return fmt::format("camera {}: {}", c.camera, e);
     ids.push_back(c.camera);
   }
+  for (const WheelOdometer::Config& w : wheels) {
+    if (std::string e = w.validate(); !e.empty()) return fmt::format("wheel {}: {}", w.sensor, e);
+    ids.push_back(w.sensor);
+  }
   std::sort(ids.begin(), ids.end());
-  if (std::adjacent_find(ids.begin(), ids.end()) != ids.end()) return "lasers and cameras must have different sensors";
+  if (std::adjacent_find(ids.begin(), ids.end()) != ids.end()) return "lasers, cameras and wheels must have different sensors";
   if (hold < seconds(1) || hold > seconds(600)) return "hold must be 1 to 600 s";
   if (hold_items < 100 || hold_items > 10'000'000) return "hold_items must be 100 to 10000000";
   if (hold_images < 1 || hold_images > 1000) return "hold_images must be 1 to 1000";
@@ -51,6 +55,7 @@ Synchroniser::Synchroniser(Config config)
     : config_(std::move(config)), clock_(config_.clock), exposures_(config_.cameras.size()) {
   for (const auto& l : config_.lasers) lasers_.emplace_back(l);
   for (const auto& c : config_.cameras) cameras_.emplace_back(c);
+  for (const auto& w : config_.wheels) wheels_.emplace_back(w);
 }
 
 void Synchroniser::process(Measurement measurement, SyncOutput& out) {
@@ -115,6 +120,7 @@ void Synchroniser::take(InsSolution& m, SyncOutput& out) {
       }
     }
   watch_solutions(m);
+  for (WheelOdometer& w : wheels_) w.add(m);
   out.ins.push_back(std::move(m));
 }
 
@@ -165,6 +171,11 @@ void Synchroniser::take(Image& m, SyncOutput&) {
   hold(std::move(m));
 }
 
+void Synchroniser::take(WheelSpeed& m, SyncOutput&) {
+  if (!wheel(m.sensor)) return stranger(m.sensor, m.received, "wheel speed");
+  hold(std::move(m));
+}
+
 LaserClock* Synchroniser::laser(SensorId sensor) {
   for (std::size_t i = 0; i < lasers_.size(); ++i)
     if (config_.lasers[i].sensor == sensor) return &lasers_[i];
@@ -176,6 +187,11 @@ ExposureMatcher* Synchroniser::camera(SensorId sensor, std::size_t* index) {
       if (index) *index = i;
       return &cameras_[i];
     }
+  return nullptr;
+}
+WheelOdometer* Synchroniser::wheel(SensorId sensor) {
+  for (WheelOdometer& w : wheels_)
+    if (w.sensor() == sensor) return &w;
   return nullptr;
 }
 void Synchroniser::stranger(SensorId sensor, HostTime received, const char* what) {
@@ -223,6 +239,8 @@ void Synchroniser::stamp(Held&& item, SyncOutput& out) {
       cameras_[i].add(*mark, scratch_);
       for (Exposure& e : scratch_) exposures_[i].push_back(std::move(e));
     }
+  } else if (auto* speed = std::get_if<WheelSpeed>(&item)) {
+    wheel(speed->sensor)->add(std::move(*speed), clock_, out.wheels);
   } else if (auto* image = std::get_if<Image>(&item)) {
     std::size_t i = 0;
     ExposureMatcher* matcher = camera(image->sensor, &i);
@@ -278,6 +296,7 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
   }
   for (LaserClock& l : lasers_) l.drain(out.faults);
   for (ExposureMatcher& c : cameras_) c.drain(out.faults);
+  for (WheelOdometer& w : wheels_) w.drain(out.faults);
   clock_.drain(out.faults);
   faults_.drain(out.faults);
 }
@@ -323,6 +342,10 @@ void Synchroniser::flush(SyncOutput& out) {
     cameras_[i].drain(out.faults);
   }
   merge_exposures(true, out);
+  for (WheelOdometer& w : wheels_) {
+    w.flush();
+    w.drain(out.faults);
+  }
   clock_.flush();
   clock_.drain(out.faults);
   faults_.flush();

@@ -13,6 +13,7 @@
 #include "sync/fault_log.hpp"
 #include "sync/host_clock_model.hpp"
 #include "sync/laser_clock.hpp"
+#include "sync/wheel_odometer.hpp"
 
 namespace hueline::sync {
 
@@ -29,12 +30,14 @@ struct SyncOutput {
   std::vector<StampedLaserBatch> laser;  ///< by sensor in order of arrival
   std::vector<Exposure> exposures;       ///< all cameras together, in time order, indexed without a gap
   std::vector<InsSolution> ins;          ///< GPS time as the POS gave it, checked; sigma filled from InsUncertainty
+  std::vector<StampedWheelSpeed> wheels;  ///< by sensor in order of arrival
   std::vector<SyncStateChange> state_changes;
   std::vector<Fault> faults;
   void clear() {
     laser.clear();
     exposures.clear();
     ins.clear();
+    wheels.clear();
     state_changes.clear();
     faults.clear();
   }
@@ -53,6 +56,7 @@ class Synchroniser {
     SensorId pos = kSystemSensor;                  ///< whose InsSolution and EventMark are used; 0: all
     std::vector<LaserClock::Config> lasers;        ///< one for each scanner
     std::vector<ExposureMatcher::Config> cameras;  ///< one for each camera head
+    std::vector<WheelOdometer::Config> wheels;     ///< one for each wheel encoder
     std::chrono::seconds hold{30};                 ///< of stream time, held while nothing can be stamped; [1, 600]
     std::size_t hold_items = 100'000;              ///< batches, marks and status together; [100, 1e7]
     std::size_t hold_images = 16;                  ///< they pin their buffers; [1, 1000]
@@ -87,9 +91,10 @@ class Synchroniser {
   const Counts& counts() const { return counts_; }
   const std::vector<LaserClock>& lasers() const { return lasers_; }
   const std::vector<ExposureMatcher>& cameras() const { return cameras_; }
+  const std::vector<WheelOdometer>& wheels() const { return wheels_; }
 
  private:
-  using Held = std::variant<LaserStatus, LaserBatch, Image, EventMark>;
+  using Held = std::variant<LaserStatus, LaserBatch, Image, EventMark, WheelSpeed>;
   void take(PpsEdge& m, SyncOutput& out);
   void take(TimeLabel& m, SyncOutput& out);
   void take(TimedArrival& m, SyncOutput& out);
@@ -101,6 +106,7 @@ class Synchroniser {
   void take(EventMark& m, SyncOutput& out);
   void take(LaserBatch& m, SyncOutput& out);
   void take(Image& m, SyncOutput& out);
+  void take(WheelSpeed& m, SyncOutput& out);
   void take(Fault& m, SyncOutput& out);
 
   void arrived(SensorId sensor, HostTime received, GpsTime time);
@@ -109,6 +115,7 @@ class Synchroniser {
   void stamp(Held&& item, SyncOutput& out);
   LaserClock* laser(SensorId sensor);
   ExposureMatcher* camera(SensorId sensor, std::size_t* index = nullptr);
+  WheelOdometer* wheel(SensorId sensor);
   void watch_solutions(const InsSolution& m);
   void stranger(SensorId sensor, HostTime received, const char* what);
   /// Everything that follows from the passing of time, after each measurement.
@@ -119,6 +126,7 @@ class Synchroniser {
   HostClockModel clock_;
   std::vector<LaserClock> lasers_;
   std::vector<ExposureMatcher> cameras_;
+  std::vector<WheelOdometer> wheels_;
   std::vector<std::deque<Exposure>> exposures_;  // of each camera, waiting for the others
   std::vector<Exposure> scratch_;
   FaultLog faults_;
