@@ -1,0 +1,154 @@
+#include "drivers/can/can_log.hpp"
+
+#include <fmt/format.h>
+#include <linux/can/error.h>
+
+#include <charconv>
+#include <cmath>
+#include <vector>
+
+namespace hueline::drivers {
+namespace {
+
+using Entry = Result<std::optional<CanLogEntry>>;
+
+std::vector<std::string_view> words_of(std::string_view line) {
+  std::vector<std::string_view> out;
+  for (std::size_t at = 0; at < line.size();) {
+    const std::size_t begin = line.find_first_not_of(" \t\r", at);
+    if (begin == std::string_view::npos) break;
+    const std::size_t end = std::min(line.find_first_of(" \t\r", begin), line.size());
+    out.push_back(line.substr(begin, end - begin));
+    at = end;
+  }
+  return out;
+}
+
+template <class T>
+bool whole(std::string_view word, T& value, int base = 10) {
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value, base);
+  return error == std::errc() && end == word.data() + word.size();
+}
+
+/// "12.345678" seconds, exactly.
+bool seconds(std::string_view word, nanoseconds& out) {
+  const std::size_t dot = word.find('.');
+  std::int64_t s = 0, fraction = 0;
+  if (dot == std::string_view::npos || !whole(word.substr(0, dot), s) || s < 0 || s > 9'000'000'000) return false;
+  std::string digits(word.substr(dot + 1));
+  if (digits.empty() || digits.size() > 9) return false;
+  digits.resize(9, '0');
+  if (!whole(digits, fraction)) return false;
+  out = nanoseconds(s * 1'000'000'000 + fraction);
+  return true;
+}
+
+Error bad(std::string_view line, std::string_view what) {
+  return {ErrorCode::Malformed, fmt::format("{} in '{}'", what, line.substr(0, 80))};
+}
+
+bool take_id(std::string_view word, int base, CanFrame& frame) {
+  if (word.ends_with('x')) {
+    frame.is_extended = true;
+    word.remove_suffix(1);
+  }
+  return whole(word, frame.id, base) && frame.id <= (frame.is_extended ? 0x1FFFFFFFU : 0x7FFU);
+}
+
+/// (1436509052.249713) vcan0 044#2A366C2BBA, 044##1AABB (FD), 044#R
+Entry take_candump(std::string_view line) {
+  const auto words = words_of(line);
+  CanLogEntry out;
+  if (words.size() < 3 || !words[0].ends_with(')') || !seconds(words[0].substr(1, words[0].size() - 2), out.time)) return bad(line, "no time and frame");
+  const std::string_view text = words[2];
+  const std::size_t hash = text.find('#');
+  if (hash == std::string_view::npos || (hash != 3 && hash != 8)) return bad(line, "no id");
+  std::uint32_t id = 0;
+  if (!whole(text.substr(0, hash), id, 16)) return bad(line, "no id");
+  CanFrame& frame = out.frame;
+  // Error frames are written with the kernel's flag in an id of eight digits.
+  frame.is_error = hash == 8 && (id & 0x20000000) != 0;
+  frame.is_extended = hash == 8 && !frame.is_error;
+  frame.id = id & 0x1FFFFFFF;
+  if (hash == 3 && id > 0x7FF) return bad(line, "an id of more than 11 bits");
+  std::string_view data = text.substr(hash + 1);
+  if (data.starts_with('R')) {
+    frame.is_remote = true;
+    return Entry(out);
+  }
+  if (data.starts_with('#')) {
+    frame.is_fd = true;
+    data.remove_prefix(std::min<std::size_t>(2, data.size()));  // and its flags
+  }
+  if (const std::size_t raw_dlc = data.find('_'); raw_dlc != std::string_view::npos) data = data.substr(0, raw_dlc);
+  if (data.size() % 2 != 0 || data.size() / 2 > (frame.is_fd ? kCanDataMost : 8)) return bad(line, "too many or half bytes");
+  for (; !data.empty(); data.remove_prefix(2))
+    if (!whole(data.substr(0, 2), frame.data[frame.length++], 16)) return bad(line, "a byte that is none");
+  return Entry(out);
+}
+
+}  // namespace
+
+Entry CanLogParser::take(std::string_view line) {
+  const std::size_t begin = line.find_first_not_of(" \t\r");
+  if (begin == std::string_view::npos) return Entry(std::nullopt);
+  if (line[begin] == '(') return take_candump(line.substr(begin));
+  return take_asc(line.substr(begin));
+}
+
+Entry CanLogParser::take_asc(std::string_view line) {
+  const auto words = words_of(line);
+  if (words[0] == "base") {
+    for (std::size_t i = 1; i < words.size(); ++i) {
+      if (words[i] == "dec") is_hex_ = false;
+      if (words[i] == "relative") is_relative_ = true;
+    }
+    return Entry(std::nullopt);
+  }
+  CanLogEntry out;
+  if (!seconds(words[0], out.time)) return Entry(std::nullopt);  // "date", "//", "Begin Triggerblock", ...
+  if (is_relative_) out.time += last_;
+  last_ = out.time;
+  CanFrame& frame = out.frame;
+  const int base = is_hex_ ? 16 : 10;
+  const bool is_fd = words.size() > 1 && words[1] == "CANFD";
+  const std::size_t channel = is_fd ? 2 : 1;
+  if (words.size() < channel + 2 || !whole(words[channel], frame.bus)) return Entry(std::nullopt);  // "Start of measurement", statistics
+  for (std::size_t i = channel + 1; i < std::min(words.size(), channel + 3); ++i)
+    if (words[i] == "ErrorFrame") {
+      frame.is_error = true;
+      frame.id = CAN_ERR_PROT | CAN_ERR_BUSERROR;
+      frame.length = CAN_ERR_DLC;
+      return Entry(out);
+    }
+  if (is_fd) {
+    // time CANFD channel Rx|Tx id [name] brs esi dlc length data...
+    std::size_t at = channel + 1;
+    if (words.size() < at + 6 || !take_id(words[at + 1], base, frame)) return bad(line, "no FD frame");
+    at += 2;
+    if (words[at] != "0" && words[at] != "1") ++at;
+    unsigned length = 0;
+    if (words.size() < at + 4 || !whole(words[at + 3], length) || length > kCanDataMost || words.size() < at + 4 + length) return bad(line, "an FD frame without its data");
+    frame.is_fd = true;
+    for (unsigned i = 0; i < length; ++i)
+      if (!whole(words[at + 4 + i], frame.data[i], base)) return bad(line, "a byte that is none");
+    frame.length = static_cast<std::uint8_t>(length);
+    return Entry(out);
+  }
+  // time channel id Rx|Tx d|r length data...
+  if (words.size() < 5 || (words[3] != "Rx" && words[3] != "Tx" && words[3] != "TxRq")) return Entry(std::nullopt);
+  if (!take_id(words[2], base, frame)) return bad(line, "no id");
+  frame.is_local = words[3] != "Rx";
+  if (words[4] == "r") {
+    frame.is_remote = true;
+    return Entry(out);
+  }
+  unsigned length = 0;
+  if (words[4] != "d" || words.size() < 6 || !whole(words[5], length, 16) || length > 8 || words.size() < 6 + length) return bad(line, "a frame without its data");
+  for (unsigned i = 0; i < length; ++i)
+    if (!whole(words[6 + i], frame.data[i], base)) return bad(line, "a byte that is none");
+  frame.length = static_cast<std::uint8_t>(length);
+  return Entry(out);
+}
+
+}  // namespace hueline::drivers

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+/// Numbers inside CAN frames, as the field's DBC files describe them.
+namespace hueline::drivers {
+
+/// Little: Intel, `start_bit` is the least significant bit. Big: Motorola, `start_bit` is the most significant one. Either way bit
+/// 8 i + k is bit k (1 is the least significant) of byte i, as in DBC files.
+enum class BitOrder : std::uint8_t { Little, Big };
+
+struct CanSignal {
+  int start_bit = 0;
+  int bits = 8;  ///< [1, 64]
+  BitOrder order = BitOrder::Little;
+  bool is_signed = false;
+  double scale = 1, offset = 0;  ///< value = raw x scale + offset
+  /// Allowed values; both 0: all that the bits can hold (as DBC files say it).
+  double min = 0, max = 0;
+
+  /// Empty if fine, else what is wrong with which key. `data_bytes`: of the frame.
+  std::string validate(std::size_t data_bytes = 64) const;
+  /// Bytes of data that a frame must have at least to hold it.
+  std::size_t needed_bytes() const;
+  /// The bits as they stand; sign extended if signed. The frame holds them: needed_bytes().
+  std::int64_t raw(std::span<const std::uint8_t> data) const;
+  double value(std::span<const std::uint8_t> data) const;
+  /// False for what the sender marks as no value (all bits set is usual) or cannot mean.
+  bool allows(double value) const { return (min == 0 && max == 0) || (value >= min && value <= max); }
+};
+
+/// Check sums over all bytes of a frame but the one that holds it.
+enum class CanChecksum : std::uint8_t {
+  Xor,        ///< of all bytes
+  Crc8J1850,  ///< SAE J1850: polynomial 0x1D, begins with and is inverted by 0xFF
+  Crc8H2f,    ///< AUTOSAR CRC8H2F: polynomial 0x2F, likewise
+};
+std::uint8_t can_checksum(CanChecksum kind, std::span<const std::uint8_t> data, std::size_t without_byte);
+
+}  // namespace hueline::drivers

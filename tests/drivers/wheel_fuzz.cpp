@@ -1,0 +1,72 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <span>
+
+#include "drivers/can/can_log.hpp"
+#include "drivers/can/dbc.hpp"
+#include "drivers/wheel/wheel_decoder.hpp"
+
+// Packets of random lengths: as they are, or made into one of the two forms so that what lies behind their heads is reached; the
+// same bytes as text of a log and of a DBC file. Every byte is counted once, whatever comes.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace hueline;
+  drivers::WheelDecoder::Config config;
+  config.messages.resize(2);
+  config.messages[0].id = 1;
+  config.messages[0].speeds.resize(2);
+  config.messages[0].speeds[1].start_bit = 15;
+  config.messages[0].speeds[1].bits = 12;
+  config.messages[0].speeds[1].order = drivers::BitOrder::Big;
+  config.messages[0].speeds[1].is_signed = true;
+  config.messages[0].counter = drivers::CanSignal{};
+  config.messages[0].counter->start_bit = 32;
+  config.messages[0].counter->bits = 4;
+  config.messages[1].id = 2;
+  config.messages[1].pulses.push_back({drivers::CanSignal{}, 0.02});
+  drivers::WheelDecoder decoder(1, config);
+  std::vector<Measurement> out;
+  std::size_t given = 0;
+  std::int64_t time = 0;
+  for (std::size_t at = 0; at < size;) {
+    const std::size_t length = std::min<std::size_t>(1 + data[at] % 96, size - at);
+    std::vector<std::byte> bytes(length);
+    std::transform(data + at, data + at + length, bytes.begin(), [](std::uint8_t b) { return static_cast<std::byte>(b); });
+    if (length > 8 && data[at + 1] % 3 == 0) {
+      drivers::CanFrame frame;
+      frame.id = data[at + 2] % 4;
+      frame.is_error = data[at + 2] % 16 == 9;
+      frame.length = static_cast<std::uint8_t>(std::min<std::size_t>(8, length - 4));
+      std::copy_n(data + at + 4, frame.length, frame.data.begin());
+      bytes = drivers::encode_can_packet(frame);
+    } else if (length > 12 && data[at + 1] % 3 == 1) {
+      const std::array<int, 10> head{2, 0, data[at + 2], 0, 1 + data[at + 3] % 3, 0, 0, 0, 1 + data[at + 4] % 2, 6};
+      std::transform(head.begin(), head.end(), bytes.begin(), [](int b) { return static_cast<std::byte>(b); });
+    }
+    time += data[at] * 1'000'000LL;
+    given += bytes.size();
+    decoder.decode({.sensor = 1, .received = host_time_ns(time), .bytes = Buffer::copy_of(bytes)}, out);
+    at += length;
+  }
+  decoder.flush(out);
+  const auto& counts = decoder.counts();
+  if (counts.decoded_bytes + counts.ignored_bytes + counts.malformed_bytes != given) std::abort();
+  for (const Measurement& m : out)
+    if (const auto* wheel = std::get_if<WheelSpeed>(&m))
+      if ((wheel->speed && !(std::abs(*wheel->speed) <= config.max_speed)) || (wheel->distance_m && !std::isfinite(*wheel->distance_m))) std::abort();
+
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  drivers::CanLogParser log;
+  for (std::size_t at = 0; at < size;) {
+    const std::size_t end = std::min(text.find('\n', at), size);
+    const auto entry = log.take(text.substr(at, end - at));
+    if (entry.ok() && *entry && (*entry)->frame.length > drivers::kCanDataMost) std::abort();
+    at = end + 1;
+  }
+  if (const auto dbc = drivers::parse_dbc(text); dbc.ok())
+    for (const auto& message : *dbc)
+      for (const auto& signal : message.signals)
+        if (!signal.signal.validate().empty()) std::abort();
+  return 0;
+}
