@@ -143,7 +143,12 @@ struct LaserBatch {
 enum class PixelFormat : std::uint8_t { Mono8, BayerRG8, BayerBG8, BayerGR8, BayerGB8, Rgb8 };
 const char* name(PixelFormat format);
 
-/// One delivered image. Pixels stay in the packet's buffer.
+/// A rectangle of an image.
+struct PixelRegion {
+  std::uint32_t x = 0, y = 0, width = 0, height = 0;
+};
+
+/// One delivered image. Pixels stay in the packet's buffer, unless they had to be decoded.
 struct Image {
   SensorId sensor{};
   HostTime received{};                        ///< last byte here
@@ -154,8 +159,9 @@ struct Image {
   PixelFormat format = PixelFormat::BayerRG8;
   bool is_complete = false;                   ///< no missing packet; incomplete images are recorded and not used for colour
   std::uint32_t missing_packets = 0;
-  Buffer buffer;                              ///< the whole packet
+  Buffer buffer;                              ///< the whole packet, or what was decoded from it
   std::size_t pixel_offset = 0;               ///< of the first pixel inside `buffer`
+  std::vector<PixelRegion> lost;              ///< parts of a complete image that could not be decoded: no colour is there
 
   std::span<const std::byte> pixels() const { return buffer.bytes().subspan(pixel_offset); }
 };

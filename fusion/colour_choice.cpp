@@ -53,7 +53,7 @@ bool Colouring::try_moment(const Moment& moment, const ColourGain* gain, Coloure
   if (!moment.viewpoint) return false;
   const HeadPoint p = in_head(*moment.viewpoint, point.east, point.north, point.up);
   Sight sight;
-  if (!projector_.see(p.x, p.y, p.z, moment.has_image.data(), sight)) return false;
+  if (!projector_.see(p.x, p.y, p.z, moment.has_image.data(), moment.blind, sight)) return false;
   const FloatLens& lens = projector_.lenses()[sight.lens];
   const Moment::Picture& picture = moment.pictures[lens.camera];
   Rgb colour = sample_sight(lens, picture, sight);
@@ -160,7 +160,7 @@ void Colouring::measure_gains(Moment& owner, int owner_index, const std::vector<
         if (!moment.viewpoint) return std::nullopt;
         const HeadPoint h = in_head(*moment.viewpoint, p.x(), p.y(), p.z());
         Sight sight;
-        if (!projector_.see(h.x, h.y, h.z, moment.has_image.data(), sight)) return std::nullopt;
+        if (!projector_.see(h.x, h.y, h.z, moment.has_image.data(), moment.blind, sight)) return std::nullopt;
         depression = -h.z / std::sqrt(h.x * h.x + h.y * h.y + h.z * h.z);
         const FloatLens& lens = projector_.lenses()[sight.lens];
         const Rgb c = sample_sight(lens, moment.pictures[lens.camera], sight);

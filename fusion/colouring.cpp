@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <numbers>
 
 #include "fusion/worker_pool.hpp"
@@ -135,7 +136,9 @@ void Colouring::add(const Exposure& exposure) {
     return;
   }
   ++counts_.exposures_used;
-  timeline_.add(exposure, camera, view);
+  const std::uint32_t blind = projector_.blind_lenses(exposure.camera, exposure.image.lost);
+  counts_.lenses_lost += static_cast<std::uint64_t>(std::popcount(blind));
+  timeline_.add(exposure, camera, view, blind);
 }
 
 bool Colouring::is_ready(const StampedLaserBatch& batch) const {

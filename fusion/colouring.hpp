@@ -38,6 +38,7 @@ struct ColouringCounts {
   std::uint64_t exposures_used = 0;                          ///< entered the timeline
   std::uint64_t exposures_unmatched = 0, exposures_incomplete = 0, exposures_wrong_size = 0, exposures_late = 0;
   std::uint64_t exposures_unknown_camera = 0;
+  std::uint64_t lenses_lost = 0;                             ///< of used exposures: that lens's part could not be decoded; never a colour from it
   std::uint64_t exposures_frozen = 0;                        ///< the same picture as before, though the head has moved; never a colour
   std::uint64_t moments_without_pose = 0;                    ///< exposures whose instant has no pose; never a colour from them
   std::uint64_t moments_crowded_out = 0;                     ///< dropped early, because max_held_moments was reached

@@ -34,12 +34,13 @@ void ExposureTimeline::measure_interval(GpsTime newest) {
   if (!last_time_ || newest > *last_time_) last_time_ = newest;
 }
 
-void ExposureTimeline::add(const Exposure& exposure, std::size_t camera, const RawView& view) {
+void ExposureTimeline::add(const Exposure& exposure, std::size_t camera, const RawView& view, std::uint32_t blind) {
   const int near = cameras_ > 1 ? nearest(exposure.exposure_mid, rule_.together) : -1;
   if (near >= 0 && at(near).has_image[camera] == 0) {
     Moment& moment = at(near);
     moment.pictures[camera] = {exposure.index, exposure.image, view, content_of(view)};
     moment.has_image[camera] = 1;
+    moment.blind |= blind;
     return;
   }
   Moment moment;
@@ -52,6 +53,7 @@ void ExposureTimeline::add(const Exposure& exposure, std::size_t camera, const R
   moment.has_image.assign(cameras_, 0);
   moment.pictures[camera] = {exposure.index, exposure.image, view, content_of(view)};
   moment.has_image[camera] = 1;
+  moment.blind = blind;
   measure_interval(moment.time);
   moments_.insert(moments_.begin() + static_cast<std::ptrdiff_t>(first_at_or_after(moment.time)), std::move(moment));
 }

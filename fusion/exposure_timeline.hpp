@@ -39,6 +39,7 @@ struct Moment {
   ExposureTiming timing = ExposureTiming::Unmatched;
   std::vector<Picture> pictures;           ///< one a camera; empty view: that camera's image is missing
   std::vector<std::uint8_t> has_image;     ///< one a camera, 1 if there
+  std::uint32_t blind = 0;                 ///< bits of the lenses whose part of a picture was lost
   bool is_pose_final = false;
   std::optional<Viewpoint> viewpoint;
   std::optional<std::vector<ColourGain>> gains;  ///< of its neighbours, once measured
@@ -58,8 +59,8 @@ class ExposureTimeline {
   };
   ExposureTimeline(const Rule& rule, std::size_t cameras) : rule_(rule), cameras_(cameras) {}
 
-  /// `camera` is the camera's place in the rig's list. `view` has data.
-  void add(const Exposure& exposure, std::size_t camera, const RawView& view);
+  /// `camera` is the camera's place in the rig's list. `view` has data. `blind`: bits of its lenses that are lost.
+  void add(const Exposure& exposure, std::size_t camera, const RawView& view, std::uint32_t blind = 0);
   /// T as of now.
   nanoseconds interval() const { return interval_; }
   /// The moment S with t in [S - T/2, S + T/2); of two the nearer, of two equally near the earlier. -1: none.

@@ -71,6 +71,8 @@ FloatLens::FloatLens(const LensMount& mount) : mask(mount.masks, mount.intrinsic
   for (std::size_t i = 0; i < 5; ++i) distortion[i] = static_cast<float>(k.distortion[i]);
   x_offset = mount.x_offset;
   y_offset = mount.y_offset;
+  width = k.width;
+  height = k.height;
   if (!is_plane) {
     series = fit_series(k, cosine_limit, k.focal_px.maxCoeff());
     series_scale = static_cast<float>(2.0 / (1.0 - cosine_limit));
@@ -156,7 +158,7 @@ void HeadProjector::panorama_pixel(float x, float y, float z, float& u, float& v
   v = polar * (static_cast<float>(panorama_.height) / static_cast<float>(pi)) - 0.5f;
 }
 
-bool HeadProjector::see(float x, float y, float z, const std::uint8_t* has_image, Sight& sight) const {
+bool HeadProjector::see(float x, float y, float z, const std::uint8_t* has_image, std::uint32_t blind, Sight& sight) const {
   if (is_in_hole(x, y, z)) return false;
   if (method_ == ColourMethod::Panorama) {
     if (!panorama_mask_.is_empty()) {
@@ -172,7 +174,7 @@ bool HeadProjector::see(float x, float y, float z, const std::uint8_t* has_image
     z *= onto_sphere;
   }
   // Lenses by the angle between their axis and the point, the nearest first; at most three ever overlap.
-  std::uint32_t tried = 0;
+  std::uint32_t tried = blind;
   for (int attempt = 0; attempt < 3; ++attempt) {
     float best = -1e30f;
     const FloatLens* chosen = nullptr;
@@ -189,6 +191,19 @@ bool HeadProjector::see(float x, float y, float z, const std::uint8_t* has_image
     if (!chosen->mask.covers(static_cast<std::uint32_t>(sight.x + 0.5f), static_cast<std::uint32_t>(sight.y + 0.5f))) return true;
   }
   return false;
+}
+
+std::uint32_t HeadProjector::blind_lenses(SensorId camera, const std::vector<PixelRegion>& lost) const {
+  std::uint32_t blind = 0;
+  for (const FloatLens& lens : lenses_) {
+    if (cameras_[lens.camera] != camera) continue;
+    for (const PixelRegion& region : lost) {
+      const bool is_beside = region.x >= lens.x_offset + lens.width || lens.x_offset >= region.x + region.width ||
+                             region.y >= lens.y_offset + lens.height || lens.y_offset >= region.y + region.height;
+      if (!is_beside) blind |= 1u << lens.index;
+    }
+  }
+  return blind;
 }
 
 }  // namespace hueline::fusion

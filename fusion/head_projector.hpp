@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/measurements.hpp"
 #include "fusion/panorama.hpp"
 #include "fusion/pixel_mask.hpp"
 
@@ -40,7 +41,7 @@ struct FloatLens {
   float series_scale = 0, series_shift = 0;
   std::uint8_t index = 0;
   std::size_t camera = 0;             ///< index into HeadProjector::cameras()
-  std::uint32_t x_offset, y_offset;
+  std::uint32_t x_offset, y_offset, width, height;
   PixelMask mask;
   /// Largest difference of project() from CameraModel, px, over a grid of directions.
   double largest_error_px(const CameraModel& model) const;
@@ -53,8 +54,10 @@ class HeadProjector {
   HeadProjector(const CameraHeadGeometry& head, ColourMethod method);
 
   /// The lens that sees a point of the head's frame best, outside hole and masks. `has_image[camera]` is false for a camera whose
-  /// image is missing: its lenses see nothing. False: nobody sees it.
-  bool see(float x, float y, float z, const std::uint8_t* has_image, Sight& sight) const;
+  /// image is missing: its lenses see nothing; nor does a lens whose bit in `blind` is set. False: nobody sees it.
+  bool see(float x, float y, float z, const std::uint8_t* has_image, std::uint32_t blind, Sight& sight) const;
+  /// Bits of the lenses whose pixels lie in a lost part of this camera's image.
+  std::uint32_t blind_lenses(SensorId camera, const std::vector<PixelRegion>& lost) const;
   /// Panorama pixel of a point of the head's frame, float.
   void panorama_pixel(float x, float y, float z, float& u, float& v) const;
 

@@ -185,6 +185,34 @@ TEST(Windows, ExposuresThatCannotBeTrustedAreNeverUsed) {
   }
 }
 
+TEST(LostLens, CostsItsOwnPixelsAlone) {
+  TestDrive test;
+  const LensMount& lost = test.rig.head.lenses[1];
+  test.alter = [&](Exposure& e) {
+    if (e.index == 3) e.image.lost = {{lost.x_offset + 7, lost.y_offset + 9, 1, 1}};
+  };
+  const Outcome out = run(test), whole = run(TestDrive{});
+  expect_every_return_accounted_for(out);
+  EXPECT_EQ(out.counts.lenses_lost, 1u);
+  EXPECT_EQ(out.counts.exposures_used, whole.counts.exposures_used);
+  ASSERT_EQ(out.points.size(), whole.points.size());
+  std::size_t concerned = 0, by_another = 0, others = 0;
+  for (std::size_t i = 0; i < out.points.size(); ++i) {
+    const ColouredPoint &p = out.points[i], &w = whole.points[i];
+    if (w.exposure == 3 && w.lens == 1) {
+      ++concerned;
+      EXPECT_FALSE(p.exposure == 3 && p.lens == 1);
+      by_another += p.state == ColourState::Direct || p.state == ColourState::Neighbour;
+    } else if (w.state == ColourState::Direct) {
+      ++others;
+      EXPECT_TRUE(p.exposure == w.exposure && p.lens == w.lens && p.red == w.red && p.green == w.green && p.blue == w.blue);
+    }
+  }
+  EXPECT_GT(concerned, 100u);
+  EXPECT_GT(by_another, concerned / 2);
+  EXPECT_GT(others, 1000u);
+}
+
 TEST(Hole, IsFilledFromTheNearestExposureThatSeesThePoint) {
   TestDrive test;
   test.rig.head.nadir_half_angle = 0.9;

@@ -28,15 +28,15 @@ TEST(HeadProjector, TheNearestAxisWinsAndAMissingImageIsPassedOver) {
   const HeadProjector projector(head, ColourMethod::Lens);
   const std::uint8_t has_image[] = {1}, has_none[] = {0};
   Sight sight;
-  ASSERT_TRUE(projector.see(10, 0, 0, has_image, sight));
+  ASSERT_TRUE(projector.see(10, 0, 0, has_image, 0, sight));
   EXPECT_EQ(sight.lens, 0);
-  ASSERT_TRUE(projector.see(3, -9, 0, has_image, sight));  // 72 degrees to the right
+  ASSERT_TRUE(projector.see(3, -9, 0, has_image, 0, sight));  // 72 degrees to the right
   EXPECT_EQ(sight.lens, 1);
-  ASSERT_TRUE(projector.see(0.5f, 0, 10, has_image, sight));
+  ASSERT_TRUE(projector.see(0.5f, 0, 10, has_image, 0, sight));
   EXPECT_EQ(sight.lens, 5);
-  EXPECT_FALSE(projector.see(0.1f, 0, -10, has_image, sight));  // nobody looks down
-  EXPECT_FALSE(projector.see(10, 0, 0, has_none, sight));
-  EXPECT_FALSE(projector.see(0, 0, 0, has_image, sight));
+  EXPECT_FALSE(projector.see(0.1f, 0, -10, has_image, 0, sight));  // nobody looks down
+  EXPECT_FALSE(projector.see(10, 0, 0, has_none, 0, sight));
+  EXPECT_FALSE(projector.see(0, 0, 0, has_image, 0, sight));
 }
 
 }  // namespace
