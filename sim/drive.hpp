@@ -44,13 +44,13 @@ struct ProfilePacket {
   std::vector<std::uint16_t> reflectance_1e4;   ///< likewise, 10000 is white
 };
 
-/// One exposure: the stacked raw image of all lenses as the camera delivers it.
+/// One exposure: the stacked raw image of all lenses as the camera delivers it, or its JPEG planes.
 struct CameraExposure {
   std::uint32_t number = 0;
   GpsNs exposure_start_gps_ns = 0;   ///< the strobe's edge: what the event mark stamps
   std::int64_t exposure_ns = 0;      ///< duration
-  std::uint32_t width = 0, height = 0;
-  std::string image_file;            ///< raw Bayer bytes, width x height, in the drive's cache folder
+  std::uint32_t width = 0, height = 0;  ///< of the mosaic; of JPEG planes, bytes and rows of the camera's buffer
+  std::string image_file;            ///< width x height bytes, in the drive's cache folder
 };
 
 /// Truth of one laser return, in the order of the packets: index = (packet, block, laser).

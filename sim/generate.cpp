@@ -17,6 +17,8 @@
 #include "sim/pps_model.hpp"
 #include "sim/profile_scanner_model.hpp"
 #include "sim/truth_file.hpp"
+#include "sim/wire/jpeg_planes_encode.hpp"
+#include "sim/wire/utc.hpp"
 
 namespace hueline::sim {
 namespace {
@@ -35,9 +37,42 @@ std::string image_name(std::size_t number) {
   return name;
 }
 
+constexpr std::uint32_t kPayloadRow = 4096;
+constexpr std::int64_t kGpsEpochUnix_s = 315'964'800;
+
+/// As the head's own compression sends it.
+Result<Bytes> jpeg_planes(const Scenario& scenario, const RigTruth& rig, const CameraExposure& e, std::span<const std::uint8_t> mosaic) {
+  JpegPlanesImage image;
+  image.mosaic = mosaic;
+  image.width = static_cast<std::uint32_t>(rig.image_width());
+  image.height = static_cast<std::uint32_t>(rig.image_height());
+  image.lens_columns = static_cast<std::uint32_t>(scenario.camera.stack_columns);
+  image.lens_rows = static_cast<std::uint32_t>(scenario.camera.stack_rows);
+  image.lenses = rig.lenses.size();
+  image.unix_us = (e.exposure_start_gps_ns / 1000) + (kGpsEpochUnix_s - kGpsMinusUtcSeconds) * 1'000'000;
+  image.sequence = e.number;
+  image.exposure_us = static_cast<std::uint32_t>(scenario.camera.exposure_us);
+  image.quality = scenario.camera.jpeg_quality;
+  return encode_jpeg_planes(image);
+}
+
+/// A camera sends its compressed exposures in a buffer of one size: that of the largest, in whole rows of bytes.
+Status fill_up(const fs::path& folder, std::size_t largest, std::vector<CameraExposure>& exposures) {
+  for (CameraExposure& e : exposures) {
+    e.width = kPayloadRow;
+    e.height = static_cast<std::uint32_t>((largest + kPayloadRow - 1) / kPayloadRow);
+    std::error_code ec;
+    fs::resize_file(folder / e.image_file, std::uintmax_t{e.width} * e.height, ec);
+    if (ec) return Error{ErrorCode::Io, "filling up " + e.image_file + ": " + ec.message()};
+  }
+  return {};
+}
+
 /// Images one after the other (each in parallel by itself), so that at most one is in memory.
-Status render_images(const PanoramicCamera& camera, const RigTruth& rig, const fs::path& folder, Drive& drive, unsigned threads,
+Status render_images(const Scenario& scenario, const PanoramicCamera& camera, const RigTruth& rig, const fs::path& folder, Drive& drive, unsigned threads,
                      const std::function<bool(double)>& go_on) {
+  const bool is_coded = scenario.camera.payload == ImagePayload::JpegPlanes;
+  std::size_t largest = 0;
   for (std::size_t i = 0; i < camera.exposure_count(); ++i) {
     if (!go_on(static_cast<double>(i) / static_cast<double>(camera.exposure_count())))
       return Error{ErrorCode::Stopped, "stopped while rendering images; nothing is kept"};
@@ -49,10 +84,18 @@ Status render_images(const PanoramicCamera& camera, const RigTruth& rig, const f
     e.width = static_cast<std::uint32_t>(rig.image_width());
     e.height = static_cast<std::uint32_t>(rig.image_height());
     e.image_file = image_name(i);
-    if (Status s = save((folder / e.image_file).string(), image.data(), image.size()); !s.ok()) return s;
+    const std::string file = (folder / e.image_file).string();
+    if (is_coded) {
+      const Result<Bytes> coded = jpeg_planes(scenario, rig, e, image);
+      if (!coded.ok()) return coded.error();
+      largest = std::max(largest, coded->size());
+      if (Status s = save(file, coded->data(), coded->size()); !s.ok()) return s;
+    } else if (Status s = save(file, image.data(), image.size()); !s.ok()) {
+      return s;
+    }
     drive.exposures.push_back(std::move(e));
   }
-  return {};
+  return is_coded ? fill_up(folder, largest, drive.exposures) : Status();
 }
 
 /// Packets in groups: fired in parallel, kept and written in order. `keep` takes each, one after the other.
@@ -123,7 +166,7 @@ Status make(const Scenario& scenario, const fs::path& folder, const Progress& pr
     header.exposures.push_back({static_cast<std::uint32_t>(i), camera.exposure_mid(i), T.R.m, {T.p.x, T.p.y, T.p.z}, camera.lens_gains(i)});
   }
   TruthWriter truth((folder / "truth.bin").string(), header);
-  if (Status s = render_images(camera, rig, folder, drive, threads, report("images")); !s.ok()) return s;
+  if (Status s = render_images(scenario, camera, rig, folder, drive, threads, report("images")); !s.ok()) return s;
   Status fired;
   if (scenario.laser.model == LaserModel::Profile)
     fired = fire_laser(ProfileScanner(scenario, motion, world), threads, report("laser"), [&](FiredProfile&& one) {

@@ -19,7 +19,7 @@ struct GenerateOptions {
 };
 
 /// Renders a drive into cache_dir/<fingerprint>/, or finds it there from an earlier call. The folder holds drive.bin, truth.bin
-/// (sim/truth_file.hpp), scenario.txt and images/NNNNNN.raw (Bayer bytes, image_file is the path relative to the folder). It is
+/// (sim/truth_file.hpp), scenario.txt and images/NNNNNN.raw (Bayer bytes or JPEG planes, image_file is the path relative to the folder). It is
 /// made under another name and renamed when whole, so a folder of that name is never half a drive.
 /// Errors: Invalid (scenario), Io, Stopped.
 Result<Drive> generate(const Scenario& scenario, const std::string& cache_dir, const Progress& progress = {},

@@ -19,7 +19,7 @@ constexpr int kRendererRevision = 2;
 /// Keys that came after the second revision. With its default such a key changes no byte of a drive, so it is left out of the text:
 /// scenarios that were rendered before it keep their fingerprint.
 constexpr std::array kYoungKeys{"scene=", "street.sky_brightness=", "alley.", "traffic.", "tunnel.", "targets.", "camera.shutter=",
-                                "camera.row_time_us=", "camera.auto_exposure", "ins.grade=",
+                                "camera.row_time_us=", "camera.auto_exposure", "camera.payload=", "camera.jpeg_quality=", "ins.grade=",
                                 "ins.gyro_bias", "ins.angle_random", "ins.velocity_random", "ins.accelerometer", "ins.wheel_s=",
                                 "ins.high_variance_m=", "laser.lines_per_s=", "laser.points_per_s="};
 
@@ -125,6 +125,9 @@ std::string Scenario::validate() const {
   if (camera.lenses.empty()) return "camera.lenses must name at least one lens";
   if (camera.lenses.size() > static_cast<std::size_t>(camera.stack_columns * camera.stack_rows))
     return "camera.stack_columns x camera.stack_rows must hold every lens";
+  if (camera.payload == ImagePayload::JpegPlanes &&
+      (camera.lenses.size() > 6 || 6 % camera.stack_columns != 0 || camera.stack_columns * camera.stack_rows != 6))
+    return "camera.payload jpeg_planes is that of a head of six lenses: camera.stack_columns x camera.stack_rows must be 1 x 6, 2 x 3, 3 x 2 or 6 x 1";
   if (camera.exposure_us * 1e-6 * camera.rate_hz >= 1) return "camera.exposure_us must be shorter than the time between exposures";
   if (camera.shutter == ShutterKind::Rolling &&
       (camera.exposure_us + camera.row_time_us * camera.lens_height) * 1e-6 * camera.rate_hz >= 1)

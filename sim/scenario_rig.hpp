@@ -66,6 +66,8 @@ struct LaserConfig {
 
 enum class ToneCurve { Linear, Srgb };
 enum class ShutterKind { Global, Rolling };
+/// What the camera sends: the mosaic itself, or 24 JPEGs (wire/jpeg_planes_encode.hpp).
+enum class ImagePayload : std::uint8_t { Raw, JpegPlanes };
 
 /// All lenses expose at one moment; their raw images are stacked in one, row by row: lens i at column i % columns, row i / columns.
 struct CameraConfig {
@@ -87,6 +89,8 @@ struct CameraConfig {
   double auto_exposure_target = 0.22;      ///< mean of the delivered light, linear, 1 saturates
   double auto_exposure_rate = 0.4;         ///< share of the logarithmic error mended by each image
   double auto_exposure_limit = 8.0;        ///< largest and one over smallest factor on `gain`
+  ImagePayload payload = ImagePayload::Raw;
+  int jpeg_quality = 85;                   ///< jpeg_planes: of the 24 JPEGs
   MountConfig mount{.x_m = 0.03, .y_m = -0.35, .z_m = 1.85, .rot_x_deg = 0.4, .rot_y_deg = -0.7, .rot_z_deg = 90.8};
   std::vector<LensConfig> lenses = ladybug5_lenses();
 
@@ -113,6 +117,8 @@ struct CameraConfig {
     v("auto_exposure_target", c.auto_exposure_target, 0.01, 0.9);
     v("auto_exposure_rate", c.auto_exposure_rate, 0.01, 1);
     v("auto_exposure_limit", c.auto_exposure_limit, 1, 1000);
+    v("payload", c.payload, {{"raw", ImagePayload::Raw}, {"jpeg_planes", ImagePayload::JpegPlanes}});
+    v("jpeg_quality", c.jpeg_quality, 1, 100);
     v("mount", c.mount);
     v("lenses", c.lenses);
   }
