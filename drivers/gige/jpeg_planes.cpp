@@ -1,0 +1,58 @@
+#include "drivers/gige/jpeg_planes.hpp"
+
+#include <fmt/format.h>
+
+namespace hueline::drivers {
+namespace {
+
+constexpr std::size_t kSizeAt = 0x08, kMagicAt = 0x10, kVersionAt = 0x14, kTableAt = 0x340;
+constexpr std::uint32_t kMagic = 0xCAFEBABE, kVersion = 2;
+static_assert(kTableAt + kHeadLenses * kCellPlaces * 8 == kJpegPlanesHeaderSize);
+
+std::uint32_t get_be32(std::span<const std::byte> bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value = value << 8 | std::to_integer<std::uint32_t>(bytes[at + i]);
+  return value;
+}
+
+}  // namespace
+
+std::string JpegPlanesLayout::validate(std::uint32_t width, std::uint32_t height) const {
+  if (lens_columns == 0 || kHeadLenses % lens_columns != 0) return fmt::format("lens_columns: {} is none of 1, 2, 3, 6", lens_columns);
+  unsigned places = 0;
+  for (const std::uint8_t place : plane_places) places |= place < kCellPlaces ? 1u << place : 0u;
+  if (places != 0xF) return "plane_places: allowed are the places 0, 1, 2, 3 of the cell, each once";
+  if (width == 0 || width % (2 * lens_columns) != 0)
+    return fmt::format("width: {} pixels are not {} lens images of an even width", width, lens_columns);
+  if (height == 0 || height % (2 * lens_rows()) != 0)
+    return fmt::format("height: {} pixels are not {} lens images of an even height", height, lens_rows());
+  return {};
+}
+
+Result<JpegPlanes> read_jpeg_planes(std::span<const std::byte> bytes) {
+  if (bytes.size() < kJpegPlanesHeaderSize)
+    return Error{ErrorCode::Truncated, fmt::format("JPEG planes of {} bytes; the head alone has {}", bytes.size(), kJpegPlanesHeaderSize)};
+  if (const std::uint32_t magic = get_be32(bytes, kMagicAt); magic != kMagic)
+    return Error{ErrorCode::Malformed, fmt::format("JPEG planes with 0x{:08x} where 0x{:08x} belongs", magic, kMagic)};
+  if (const std::uint32_t version = get_be32(bytes, kVersionAt); version != kVersion)
+    return Error{ErrorCode::Unsupported, fmt::format("JPEG planes of version {}; version {} is read", version, kVersion)};
+  JpegPlanes out;
+  out.size = get_be32(bytes, kSizeAt);
+  for (std::size_t lens = 0; lens < kHeadLenses; ++lens)
+    for (std::size_t slot = 0; slot < kCellPlaces; ++slot) {
+      const std::size_t entry = kTableAt + 8 * (kCellPlaces * lens + slot);
+      const std::size_t offset = get_be32(bytes, entry), size = get_be32(bytes, entry + 4);
+      if (size == 0) {
+        out.why_empty[lens][slot] = "is not there";
+      } else if (offset < kJpegPlanesHeaderSize) {
+        out.why_empty[lens][slot] = fmt::format("begins at byte {}, inside the head", offset);
+      } else if (offset > bytes.size() || size > bytes.size() - offset) {
+        out.why_empty[lens][slot] = fmt::format("ends at byte {}; {} came", offset + size, bytes.size());
+      } else {
+        out.planes[lens][slot] = bytes.subspan(offset, size);
+      }
+    }
+  return out;
+}
+
+}  // namespace hueline::drivers
