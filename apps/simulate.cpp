@@ -27,7 +27,7 @@ struct Options {
   SimulatedAddresses at;
 };
 
-sim::Player::Config player_config(const Options& options, const sim::Drive& drive) {
+sim::Player::Config player_config(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario) {
   sim::Player::Config config;
   config.laser->host = options.at.address;
   config.laser->data_port = static_cast<std::uint16_t>(options.at.data_port);
@@ -42,6 +42,8 @@ sim::Player::Config player_config(const Options& options, const sim::Drive& driv
   } else {
     config.camera->width = drive.exposures.front().width;
     config.camera->height = drive.exposures.front().height;
+    // Compressed exposures are bytes to the transport.
+    if (scenario.camera.payload == sim::ImagePayload::JpegPlanes) config.camera->pixel_format = "Mono8";
   }
   return config;
 }
@@ -54,7 +56,7 @@ int play(const Options& options, const sim::Drive& drive, const sim::Scenario& s
   }
   std::error_code ignored;
   std::filesystem::create_directories(std::filesystem::path(options.at.pps_socket).parent_path(), ignored);
-  auto player = sim::Player::open(player_config(options, drive));
+  auto player = sim::Player::open(player_config(options, drive, scenario));
   if (!player.ok()) {
     spdlog::error("{}", player.error().message);
     return kOutputRefused;

@@ -33,7 +33,7 @@ std::array<SensorId, 5> sensors_of_channels(const config::Rig& rig) {
 namespace {
 
 /// The image as AravisSource hands it on: our header, then the pixels.
-Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event, BufferPool& pool) {
+Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event, PixelFormat format, BufferPool& pool) {
   const std::size_t pixels = std::size_t{event.width} * event.height;
   MutableBuffer buffer = pool.acquire(drivers::kImageHeaderSize + pixels);
   if (!buffer) return Error{ErrorCode::Exhausted, "more images held than the pool has room for"};
@@ -41,7 +41,7 @@ Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event,
   header.width = event.width;
   header.height = event.height;
   header.stride = event.width;
-  header.pfnc = drivers::pfnc_code(PixelFormat::BayerRG8);
+  header.pfnc = drivers::pfnc_code(format);
   header.frame_id = event.sequence + 1;
   header.missing_packets = event.missing_packets;
   if (event.missing_packets > 0) header.status = drivers::ImageStatus::TimedOut;
@@ -54,6 +54,13 @@ Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event,
   if (static_cast<std::size_t>(in.gcount()) != pixels)
     return Error{ErrorCode::Truncated, fmt::format("{}: {} bytes, {} expected", path.string(), in.gcount(), pixels)};
   return std::move(buffer).share();
+}
+
+/// What the camera is set to send.
+PixelFormat sent_format(const config::Rig& rig, SensorId id) {
+  for (const auto& sensor : rig.sensors)
+    if (const auto* camera = std::get_if<config::CameraSensor>(&sensor.device); camera && sensor.id == id) return camera->source.pixel_format;
+  return PixelFormat::BayerRG8;
 }
 
 }  // namespace
@@ -77,7 +84,7 @@ Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& t
       packet.received = kSimulatedHostBegin + nanoseconds(event.edge_ns);
       packet.bytes = Buffer::copy_of(drivers::encode_pps({drivers::PpsEdgeKind::Assert, event.sequence, packet.received}));
     } else if (event.channel == sim::WireChannel::Camera) {
-      Result<Buffer> bytes = image_bytes(drive, event, pool);
+      Result<Buffer> bytes = image_bytes(drive, event, sent_format(rig, packet.sensor), pool);
       if (!bytes.ok()) return bytes.error();
       packet.bytes = std::move(*bytes);
     } else {

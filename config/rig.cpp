@@ -34,6 +34,27 @@ std::string read_crs(Section section) {
   return crs;
 }
 
+/// Only the planes of lenses that the head has are worth decoding.
+void leave_out_unused_lenses(const fusion::CameraHeadGeometry& head, std::vector<Sensor>& sensors) {
+  for (Sensor& sensor : sensors) {
+    auto* camera = std::get_if<CameraSensor>(&sensor.device);
+    if (!camera || camera->decoder.payload != drivers::ImagePayload::JpegPlanes) continue;
+    auto& decoder = camera->decoder;
+    auto& planes = decoder.planes;
+    const std::uint32_t width = decoder.width / planes.lens_columns, height = decoder.height / planes.lens_rows();
+    planes.is_used.fill(false);
+    for (const fusion::LensMount& lens : head.lenses) {
+      if (lens.camera != sensor.id) continue;
+      for (std::uint32_t i = 0; i < planes.is_used.size(); ++i) {
+        const std::uint32_t x = i % planes.lens_columns * width, y = i / planes.lens_columns * height;
+        if (lens.x_offset < x + width && x < lens.x_offset + lens.intrinsics.width && lens.y_offset < y + height &&
+            y < lens.y_offset + lens.intrinsics.height)
+          planes.is_used[i] = true;
+      }
+    }
+  }
+}
+
 Rig read(Section root, std::string text) {
   Rig rig;
   rig.text = std::move(text);
@@ -45,6 +66,7 @@ Rig read(Section root, std::string text) {
   if (root.has("head")) {
     if (cameras.empty()) root.refuse("head", "a head needs a sensor with driver genicam that delivers its images");
     rig.geometry.head = read_head(root.section("head"), cameras);
+    leave_out_unused_lenses(rig.geometry.head, rig.sensors);
   } else if (!cameras.empty()) {
     root.refuse("head", "is missing: where the camera's lenses sit");
   }

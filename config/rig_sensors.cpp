@@ -175,10 +175,24 @@ CameraSensor read_camera(Section& section, SensorId id) {
   source.realtime_priority = static_cast<int>(section.integer("realtime_priority", {0, 99}, 0));
   source.stream_buffers = static_cast<std::size_t>(section.integer("stream_buffers", {2, 256}, static_cast<std::int64_t>(source.stream_buffers)));
   source.images_in_flight = static_cast<std::size_t>(section.integer("images_in_flight", {1, 4096}, static_cast<std::int64_t>(source.images_in_flight)));
-  require_valid(section, "driver", source.validate());
   out.decoder.width = source.width;
   out.decoder.height = source.height;
   out.decoder.pixel_format = source.pixel_format;
+  out.decoder.payload = section.choice<drivers::ImagePayload>(
+      "payload", {{"rows", drivers::ImagePayload::Rows}, {"jpeg_planes", drivers::ImagePayload::JpegPlanes}}, out.decoder.payload);
+  if (out.decoder.payload == drivers::ImagePayload::JpegPlanes) {
+    auto& planes = out.decoder.planes;
+    planes.lens_columns = static_cast<std::uint32_t>(section.integer("lens_columns", {1, 6}, planes.lens_columns));
+    if (section.has("plane_places")) {
+      const auto places = section.integers("plane_places", {0, 3});
+      if (places.size() != planes.plane_places.size()) section.refuse("plane_places", "allowed: four places, each once");
+      for (std::size_t i = 0; i < places.size(); ++i) planes.plane_places[i] = static_cast<std::uint8_t>(places[i]);
+    }
+    // Its buffer has a size of its own, and to the transport it holds bytes.
+    source.width = source.height = 0;
+    source.pixel_format = PixelFormat::Mono8;
+  }
+  require_valid(section, "driver", source.validate());
   require_valid(section, "width", out.decoder.validate());
   return out;
 }

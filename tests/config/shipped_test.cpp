@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "config/rig.hpp"
@@ -32,6 +33,34 @@ TEST(Shipped, EverySheetNamesScenariosThatLoad) {
             }),
             2);
   EXPECT_THROW(load_sheet("no_such_sheet"), ConfigError);
+}
+
+TEST(Shipped, JpegPlanesReachTheDecoderAndLeaveTheTransportItsBytes) {
+  const Rig rig = load_rig((test::source_dir() / "config/rigs/ladybug5_jpeg.yaml").string());
+  const CameraSensor* camera = nullptr;
+  for (const Sensor& sensor : rig.sensors)
+    if (const auto* found = std::get_if<CameraSensor>(&sensor.device)) camera = found;
+  ASSERT_NE(camera, nullptr);
+  EXPECT_EQ(camera->decoder.payload, drivers::ImagePayload::JpegPlanes);
+  EXPECT_EQ(camera->decoder.planes.lens_columns, 3u);
+  EXPECT_EQ(camera->decoder.pixel_format, PixelFormat::BayerRG8);
+  EXPECT_EQ(camera->decoder.width, 7344u);
+  EXPECT_EQ(camera->source.width, 0u);
+  EXPECT_EQ(camera->source.pixel_format, PixelFormat::Mono8);
+  EXPECT_EQ(std::count(camera->decoder.planes.is_used.begin(), camera->decoder.planes.is_used.end(), true), 6);
+
+  // Without the lens that looks up, its planes are nobody's.
+  std::string text = rig.text;
+  const std::size_t last = text.find("    - name: lens5"), end = text.find("\ncolouring:");
+  ASSERT_NE(last, std::string::npos);
+  ASSERT_NE(end, std::string::npos);
+  text.erase(last, end - last);
+  const Rig fewer = parse_rig(text, "fewer");
+  for (const Sensor& sensor : fewer.sensors)
+    if (const auto* found = std::get_if<CameraSensor>(&sensor.device)) {
+      EXPECT_FALSE(found->decoder.planes.is_used[5]);
+      EXPECT_TRUE(found->decoder.planes.is_used[0]);
+    }
 }
 
 TEST(Shipped, ATypoInARigIsRefusedWithItsLine) {
