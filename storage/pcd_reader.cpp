@@ -9,94 +9,10 @@
 #include <iterator>
 #include <string_view>
 
+#include "storage/pcd_header.hpp"
+
 namespace hueline::storage {
 namespace {
-
-enum class Encoding { Ascii, Binary, Compressed };
-
-struct Header {
-  std::vector<std::string> fields;
-  std::vector<std::size_t> sizes, counts;
-  std::vector<char> types;
-  std::size_t points = 0;
-  Encoding encoding = Encoding::Ascii;
-  std::size_t data_begin = 0;
-
-  std::size_t record_bytes() const {
-    std::size_t sum = 0;
-    for (std::size_t i = 0; i < sizes.size(); ++i) sum += sizes[i] * counts[i];
-    return sum;
-  }
-};
-
-std::vector<std::string_view> words_of(std::string_view line) {
-  std::vector<std::string_view> out;
-  std::size_t i = 0;
-  while (i < line.size()) {
-    while (i < line.size() && (line[i] == ' ' || line[i] == '\t' || line[i] == '\r')) ++i;
-    const std::size_t begin = i;
-    while (i < line.size() && line[i] != ' ' && line[i] != '\t' && line[i] != '\r') ++i;
-    if (i > begin) out.push_back(line.substr(begin, i - begin));
-  }
-  return out;
-}
-
-template <class T>
-bool parse(std::string_view word, T& out) {
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), out);
-  return error == std::errc() && end == word.data() + word.size();
-}
-
-bool is_known_type(char type, std::size_t size) {
-  if (type == 'F') return size == 4 || size == 8;
-  return (type == 'I' || type == 'U') && (size == 1 || size == 2 || size == 4 || size == 8);
-}
-
-Error malformed(const std::string& name, std::size_t line, const std::string& what) {
-  return {ErrorCode::Malformed, fmt::format("{}:{}: not a PCD header: {}", name, line, what)};
-}
-
-Result<Header> read_header(std::string_view text, const std::string& name) {
-  Header header;
-  std::size_t begin = 0, line_number = 0;
-  while (begin < text.size()) {
-    const std::size_t end = text.find('\n', begin);
-    if (end == std::string_view::npos) break;
-    const auto words = words_of(text.substr(begin, end - begin));
-    begin = end + 1;
-    ++line_number;
-    if (words.empty() || words[0].starts_with('#')) continue;
-    const std::string_view key = words[0];
-    for (std::size_t i = 1; i < words.size(); ++i) {
-      std::size_t number = 0;
-      if (key == "FIELDS") header.fields.emplace_back(words[i]);
-      if (key == "TYPE") header.types.push_back(words[i][0]);
-      if (key == "SIZE" || key == "COUNT" || key == "POINTS") {
-        if (!parse(words[i], number) || number > (key == "POINTS" ? 2'000'000'000u : 4096u))
-          return malformed(name, line_number, fmt::format("{} '{}'", key, words[i]));
-        if (key == "SIZE") header.sizes.push_back(number);
-        if (key == "COUNT") header.counts.push_back(number);
-        if (key == "POINTS") header.points = number;
-      }
-    }
-    if (key != "DATA") continue;
-    if (words.size() != 2) return malformed(name, line_number, "DATA without its encoding");
-    if (words[1] == "ascii") header.encoding = Encoding::Ascii;
-    else if (words[1] == "binary") header.encoding = Encoding::Binary;
-    else if (words[1] == "binary_compressed") header.encoding = Encoding::Compressed;
-    else return malformed(name, line_number, fmt::format("DATA '{}'; ascii, binary or binary_compressed", words[1]));
-    if (header.counts.empty()) header.counts.assign(header.fields.size(), 1);
-    const std::size_t n = header.fields.size();
-    if (n == 0 || header.sizes.size() != n || header.types.size() != n || header.counts.size() != n)
-      return malformed(name, line_number, "FIELDS, SIZE, TYPE and COUNT differ in length");
-    for (std::size_t i = 0; i < n; ++i)
-      if (!is_known_type(header.types[i], header.sizes[i]) || header.counts[i] == 0)
-        return malformed(name, line_number, fmt::format("field {}: type {} of {} bytes", header.fields[i], header.types[i], header.sizes[i]));
-    header.data_begin = begin;
-    return header;
-  }
-  return Error{ErrorCode::Truncated, fmt::format("{}: no DATA line: not a PCD file, or cut inside its header", name)};
-}
 
 template <class T>
 double load(const std::byte* at) {
@@ -138,26 +54,26 @@ bool expand_lzf(std::span<const std::byte> in, std::span<std::byte> out) {
 }
 
 /// Lays out one column a value of each field.
-void name_columns(const Header& header, PcdCloud& cloud) {
+void name_columns(const PcdHeader& header, PcdCloud& cloud) {
   for (std::size_t f = 0; f < header.fields.size(); ++f)
     for (std::size_t k = 0; k < header.counts[f]; ++k) cloud.fields.push_back(header.fields[f]);
   cloud.columns.resize(cloud.fields.size());
 }
 
-Result<PcdCloud> read_ascii(const Header& header, std::string_view text, const std::string& name) {
+Result<PcdCloud> read_ascii(const PcdHeader& header, std::string_view text, const std::string& name) {
   PcdCloud cloud;
   name_columns(header, cloud);
   std::size_t begin = header.data_begin, row = 0;
   while (row < header.points && begin < text.size()) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const auto words = words_of(text.substr(begin, end - begin));
+    const auto words = pcd_words(text.substr(begin, end - begin));
     begin = end + 1;
     if (words.empty()) continue;
     if (words.size() != cloud.columns.size())
       return Error{ErrorCode::Malformed, fmt::format("{}: point {}: {} values, the header names {}", name, row, words.size(), cloud.columns.size())};
     for (std::size_t c = 0; c < words.size(); ++c) {
       double value = 0;
-      if (!parse(words[c], value))
+      if (!parse_pcd_number(words[c], value))
         return Error{ErrorCode::Malformed, fmt::format("{}: point {}: '{}' is not a number", name, row, words[c])};
       cloud.columns[c].push_back(value);
     }
@@ -169,7 +85,7 @@ Result<PcdCloud> read_ascii(const Header& header, std::string_view text, const s
 }
 
 /// `stride` between values of one field, `begin` of each field: what differs between row-wise and column-wise data.
-void take(const Header& header, std::span<const std::byte> data, bool by_column, PcdCloud& cloud) {
+void take(const PcdHeader& header, std::span<const std::byte> data, bool by_column, PcdCloud& cloud) {
   name_columns(header, cloud);
   const std::size_t record = header.record_bytes();
   std::size_t column = 0, field_offset = 0;
@@ -186,11 +102,11 @@ void take(const Header& header, std::span<const std::byte> data, bool by_column,
   }
 }
 
-Result<PcdCloud> read_binary(const Header& header, std::span<const std::byte> bytes, const std::string& name) {
+Result<PcdCloud> read_binary(const PcdHeader& header, std::span<const std::byte> bytes, const std::string& name) {
   std::span<const std::byte> data = bytes.subspan(header.data_begin);
   const std::size_t wanted = header.points * header.record_bytes();
   std::vector<std::byte> expanded;
-  const bool compressed = header.encoding == Encoding::Compressed;
+  const bool compressed = header.encoding == PcdEncoding::Compressed;
   if (compressed) {
     if (data.size() < 8) return Error{ErrorCode::Truncated, fmt::format("{}: cut before the compressed sizes", name)};
     std::uint32_t packed = 0, unpacked = 0;
@@ -223,9 +139,9 @@ std::span<const double> PcdCloud::column(const std::string& field) const {
 
 Result<PcdCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const Result<Header> header = read_header(text, name);
+  const Result<PcdHeader> header = read_pcd_header(text, name);
   if (!header.ok()) return header.error();
-  return header->encoding == Encoding::Ascii ? read_ascii(*header, text, name) : read_binary(*header, bytes, name);
+  return header->encoding == PcdEncoding::Ascii ? read_ascii(*header, text, name) : read_binary(*header, bytes, name);
 }
 
 Result<PcdCloud> read_pcd(const std::string& path) {

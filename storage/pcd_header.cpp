@@ -1,0 +1,73 @@
+#include "storage/pcd_header.hpp"
+
+#include <fmt/format.h>
+
+namespace hueline::storage {
+namespace {
+
+bool is_known_type(char type, std::size_t size) {
+  if (type == 'F') return size == 4 || size == 8;
+  return (type == 'I' || type == 'U') && (size == 1 || size == 2 || size == 4 || size == 8);
+}
+
+Error malformed(const std::string& name, std::size_t line, const std::string& what) {
+  return {ErrorCode::Malformed, fmt::format("{}:{}: not a PCD header: {}", name, line, what)};
+}
+
+}  // namespace
+
+std::vector<std::string_view> pcd_words(std::string_view line) {
+  std::vector<std::string_view> out;
+  std::size_t i = 0;
+  while (i < line.size()) {
+    while (i < line.size() && (line[i] == ' ' || line[i] == '\t' || line[i] == '\r')) ++i;
+    const std::size_t begin = i;
+    while (i < line.size() && line[i] != ' ' && line[i] != '\t' && line[i] != '\r') ++i;
+    if (i > begin) out.push_back(line.substr(begin, i - begin));
+  }
+  return out;
+}
+
+Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name) {
+  PcdHeader header;
+  std::size_t begin = 0, line_number = 0;
+  while (begin < text.size()) {
+    const std::size_t end = text.find('\n', begin);
+    if (end == std::string_view::npos) break;
+    const auto words = pcd_words(text.substr(begin, end - begin));
+    begin = end + 1;
+    ++line_number;
+    if (words.empty() || words[0].starts_with('#')) continue;
+    const std::string_view key = words[0];
+    for (std::size_t i = 1; i < words.size(); ++i) {
+      std::size_t number = 0;
+      if (key == "FIELDS") header.fields.emplace_back(words[i]);
+      if (key == "TYPE") header.types.push_back(words[i][0]);
+      if (key == "SIZE" || key == "COUNT" || key == "POINTS") {
+        if (!parse_pcd_number(words[i], number) || number > (key == "POINTS" ? 2'000'000'000u : 4096u))
+          return malformed(name, line_number, fmt::format("{} '{}'", key, words[i]));
+        if (key == "SIZE") header.sizes.push_back(number);
+        if (key == "COUNT") header.counts.push_back(number);
+        if (key == "POINTS") header.points = number;
+      }
+    }
+    if (key != "DATA") continue;
+    if (words.size() != 2) return malformed(name, line_number, "DATA without its encoding");
+    if (words[1] == "ascii") header.encoding = PcdEncoding::Ascii;
+    else if (words[1] == "binary") header.encoding = PcdEncoding::Binary;
+    else if (words[1] == "binary_compressed") header.encoding = PcdEncoding::Compressed;
+    else return malformed(name, line_number, fmt::format("DATA '{}'; ascii, binary or binary_compressed", words[1]));
+    if (header.counts.empty()) header.counts.assign(header.fields.size(), 1);
+    const std::size_t n = header.fields.size();
+    if (n == 0 || header.sizes.size() != n || header.types.size() != n || header.counts.size() != n)
+      return malformed(name, line_number, "FIELDS, SIZE, TYPE and COUNT differ in length");
+    for (std::size_t i = 0; i < n; ++i)
+      if (!is_known_type(header.types[i], header.sizes[i]) || header.counts[i] == 0)
+        return malformed(name, line_number, fmt::format("field {}: type {} of {} bytes", header.fields[i], header.types[i], header.sizes[i]));
+    header.data_begin = begin;
+    return header;
+  }
+  return Error{ErrorCode::Truncated, fmt::format("{}: no DATA line: not a PCD file, or cut inside its header", name)};
+}
+
+}  // namespace hueline::storage
