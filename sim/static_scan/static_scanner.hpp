@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "sim/static_scan/site.hpp"
+
+namespace hueline::sim {
+
+/// A terrestrial laser scanner of the VZ-1000's class: one return a beam, range and angle noise.
+struct StaticScannerConfig {
+  double step_deg = 0.08;         ///< between beams, both ways, over the whole panorama
+  double lowest_deg = -45, highest_deg = 22;
+  /// Around each sphere and at as many other places the scan is repeated with this step, as operators do; 0: not.
+  double window_step_deg = 0.0135;
+  double window_half_deg = 0.5;
+  double range_precision_m = 0.005;
+  double angle_sigma_rad = 17.5e-6;
+  double reach_m = 600;
+};
+
+/// What truly hit a sphere, and how well that determines its centre.
+struct SphereTruth {
+  std::uint64_t hits = 0;
+  /// Fisher information of the centre from range and angle noise of the hits, site axes, row-major, 1/m^2.
+  std::array<double, 9> information{};
+};
+
+/// One station's scan, column by column; a column depends on nothing but its number.
+class StaticScan {
+ public:
+  StaticScan(const StaticSite& site, const StaticScannerConfig& config);
+  std::uint32_t columns() const { return column_count_; }
+  /// Appends the points of a column, x y z in the scanner's frame, m, and adds to `truth` (one entry a sphere). Thread-safe.
+  void cast(std::uint32_t column, std::vector<float>& xyz, std::vector<SphereTruth>& truth) const;
+
+ private:
+  struct Patch {
+    double azimuth, elevation, step;  // of the first beam
+    std::uint32_t columns, rows, first_column;
+  };
+  struct Hit {
+    double distance;
+    int sphere;
+  };
+  struct Column;
+  void prepare(double azimuth, Column& column) const;
+  Hit nearest(const Column& column, double cos_elevation, double sin_elevation, std::size_t& ground_at, std::uint64_t random) const;
+
+  const StaticSite& site_;
+  StaticScannerConfig config_;
+  std::vector<Patch> patches_;
+  std::uint32_t column_count_ = 0;
+};
+
+/// The whole scan as float32 x y z, the columns in order, cast on several threads; ends after `most_points`. Adds to `truth` and gives
+/// the number of points.
+Result<std::uint64_t> write_static_scan(const StaticScan& scan, const std::string& path, std::uint64_t most_points, unsigned threads, std::vector<SphereTruth>& truth);
+
+/// The step that gives about `points` points over the whole panorama of a site; windows not counted.
+double step_for_points(const StaticSite& site, const StaticScannerConfig& config, std::uint64_t points);
+
+}  // namespace hueline::sim
