@@ -11,6 +11,8 @@ namespace hueline::calibration {
 namespace {
 
 constexpr std::size_t kFewest = 4;
+// Normals steeper than this point into what the sphere stands on: within 26 degrees of straight down.
+constexpr double kMount = -0.9;
 
 Eigen::Vector3d mean_of(std::span<const Eigen::Vector3f> points_scanner) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -79,54 +81,86 @@ Eigen::Vector3d start_of_centre(std::span<const Eigen::Vector3f> points_scanner,
   return mean * (1 + radius * (2.0 / 3.0) / mean.norm());
 }
 
-std::optional<CentreFit> fit_known_radius(std::span<const Eigen::Vector3f> points_scanner, double radius, const Eigen::Vector3d& start_scanner,
-                                          const ScannerNoise& noise, double gate) {
-  if (points_scanner.size() < kFewest || !(start_scanner.norm() > radius)) return {};
-  Eigen::Vector3d centre = start_scanner;
-  const double widest = 0.6 * radius;
-  double loose = widest;  // the gate shrinks to the noise while the centre settles
-  CentreFit fit;
+namespace {
+
+/// One look at all points from a centre.
+struct Look {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+  std::size_t points = 0;
+  double chi_squared = 0, away = 0;
+};
+
+/// `loose`: how far from the surface points may lie at least.
+Look look_from(const Eigen::Vector3d& centre, std::span<const Eigen::Vector3f> points_scanner, double radius, const ScannerNoise& noise, double gate, double loose, bool without_mount) {
+  Look look;
+  for (const auto& point : points_scanner) {
+    const Eigen::Vector3d p = point.cast<double>(), from_centre = p - centre;
+    const double distance = from_centre.norm(), range = p.norm();
+    if (distance < 1e-6 || range < 1e-6) continue;
+    const Eigen::Vector3d normal = from_centre / distance;
+    const double cos_incidence = -normal.dot(p) / range;
+    if (cos_incidence < -0.2 || (without_mount && normal.z() < kMount)) continue;
+    const PointNoise at = noise_at(cos_incidence, range, radius, noise);
+    const double residual = distance - radius - at.bias;
+    if (std::abs(residual) > std::max(loose, gate * std::sqrt(at.variance))) continue;
+    ++look.points;
+    look.information += normal * normal.transpose() / at.variance;
+    look.pull += normal * (residual / at.variance);
+    look.chi_squared += residual * residual / at.variance;
+    look.away += std::abs(distance - radius);
+  }
+  return look;
+}
+
+/// Both fits: the gate shrinks to the noise while the centre settles. `prior` may be null.
+std::optional<CentreFit> settle(std::span<const Eigen::Vector3f> points_scanner, double radius, const Eigen::Vector3d& start, const ScannerNoise& noise, double gate, double loose,
+                                const CentrePrior* prior, bool without_mount) {
+  if (points_scanner.size() < kFewest || !(start.norm() > radius)) return {};
+  const Eigen::Matrix3d known = prior ? Eigen::Matrix3d(prior->covariance.inverse()) : Eigen::Matrix3d::Zero();
+  const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d centre = start;
   constexpr int kMostSteps = 60;
   for (int step = 0; step < kMostSteps; ++step) {
-    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d pull = Eigen::Vector3d::Zero();
-    double away = 0;
-    fit.points = 0;
-    fit.chi_squared = 0;
-    for (const auto& point : points_scanner) {
-      const Eigen::Vector3d p = point.cast<double>(), from_centre = p - centre;
-      const double distance = from_centre.norm(), range = p.norm();
-      if (distance < 1e-6 || range < 1e-6) continue;
-      const Eigen::Vector3d normal = from_centre / distance;
-      const double cos_incidence = -normal.dot(p) / range;
-      if (cos_incidence < -0.2) continue;
-      const PointNoise at = noise_at(cos_incidence, range, radius, noise);
-      const double residual = distance - radius - at.bias;
-      if (std::abs(residual) > std::max(loose, gate * std::sqrt(at.variance))) continue;
-      ++fit.points;
-      information += normal * normal.transpose() / at.variance;
-      pull += normal * (residual / at.variance);
-      fit.chi_squared += residual * residual / at.variance;
-      away += std::abs(distance - radius);
-    }
-    if (fit.points < kFewest) return {};
+    const Look look = look_from(centre, points_scanner, radius, noise, gate, loose, without_mount);
+    if (look.points < kFewest) return {};
+    const Eigen::Vector3d off = prior ? Eigen::Vector3d(prior->centre_scanner - centre) : Eigen::Vector3d::Zero();
     // A few near-parallel normals hardly hold the centre sideways: damped by the radius until it has settled.
     const double damping = loose > 0 ? 4 / (radius * radius) : 0;
-    const Eigen::LDLT<Eigen::Matrix3d> solver(information + damping * Eigen::Matrix3d::Identity());
+    const Eigen::LDLT<Eigen::Matrix3d> solver(look.information + known + damping * unit);
     if (!(solver.vectorD().minCoeff() > 1 / (radius * radius))) return {};
-    Eigen::Vector3d move = solver.solve(pull);
+    Eigen::Vector3d move = solver.solve(look.pull + known * off);
     if (move.norm() > radius / 2) move *= radius / 2 / move.norm();
-    centre += move;
-    if ((centre - start_scanner).norm() > 3 * radius) return {};
-    fit.roundness = 1 - away / static_cast<double>(fit.points) / radius;
     if (move.norm() < 1e-6 && loose == 0) {
-      fit.centre_scanner = centre;
-      fit.covariance = information.inverse();
+      const Eigen::LDLT<Eigen::Matrix3d> alone(look.information);
+      if (!(alone.vectorD().minCoeff() > 0.01 / (radius * radius))) return {};
+      CentreFit fit;
+      fit.points = look.points;
+      fit.centre_scanner = prior ? Eigen::Vector3d(centre + alone.solve(look.pull)) : centre;
+      fit.covariance = alone.solve(unit);
+      fit.chi_squared = look.chi_squared + off.dot(known * off);
+      fit.roundness = 1 - look.away / static_cast<double>(look.points) / radius;
       return fit;
     }
-    loose = loose > noise.range_precision_m ? loose / 2 : 0;
+    centre += move;
+    if ((centre - start).norm() > 3 * radius) return {};
+    loose = loose > noise.range_precision_m ? 0.75 * loose : 0;
   }
   return {};
+}
+
+}  // namespace
+
+std::optional<CentreFit> fit_known_radius(std::span<const Eigen::Vector3f> points_scanner, double radius, const Eigen::Vector3d& start_scanner,
+                                          const ScannerNoise& noise, double gate) {
+  const auto fit = settle(points_scanner, radius, start_scanner, noise, gate, 0.6 * radius, nullptr, true);
+  return fit ? fit : settle(points_scanner, radius, start_scanner, noise, gate, 0.6 * radius, nullptr, false);
+}
+
+std::optional<CentreFit> fit_known_radius_near(std::span<const Eigen::Vector3f> points_scanner, double radius, const CentrePrior& prior, const ScannerNoise& noise,
+                                               double gate) {
+  const auto fit = settle(points_scanner, radius, prior.centre_scanner, noise, gate, 0.5 * radius, &prior, true);
+  return fit ? fit : settle(points_scanner, radius, prior.centre_scanner, noise, gate, 0.5 * radius, &prior, false);
 }
 
 }  // namespace hueline::calibration

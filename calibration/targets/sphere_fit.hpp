@@ -46,10 +46,23 @@ struct CentreFit {
 };
 
 /// Maximum likelihood under `noise`: distances to the surface are weighted by what range and angle noise make of them where the beam
-/// meets the surface, less their second-order bias. Points farther than `gate` sigma from the surface, or on the far side, are left out
+/// meets the surface, less their second-order bias. Points farther than `gate` sigma from the surface, on the far side, or - where enough
+/// others are left - below, where the sphere's stand is, are left out
 /// and the rest fitted again until none changes. Empty with fewer than 4 points, or when they do not determine a centre near `start`.
 std::optional<CentreFit> fit_known_radius(std::span<const Eigen::Vector3f> points_scanner, double radius, const Eigen::Vector3d& start_scanner,
                                           const ScannerNoise& noise, double gate = 4.0);
+
+/// What is known of a centre before its points are looked at.
+struct CentrePrior {
+  Eigen::Vector3d centre_scanner = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+};
+
+/// The same where few points leave more than one centre possible: points are chosen and the surface is taken for flat about the centre that
+/// suits both them and `prior`. The centre returned is what the points alone say from there; chi_squared is of both at that
+/// centre, expectation: points.
+std::optional<CentreFit> fit_known_radius_near(std::span<const Eigen::Vector3f> points_scanner, double radius, const CentrePrior& prior, const ScannerNoise& noise,
+                                               double gate = 4.0);
 
 /// Where the centre is if the points are a fair sample of the visible disc: the start that needs no guess.
 Eigen::Vector3d start_of_centre(std::span<const Eigen::Vector3f> points_scanner, double radius);

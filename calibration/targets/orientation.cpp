@@ -1,0 +1,188 @@
+#include "calibration/targets/orientation.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+namespace hueline::calibration {
+namespace {
+
+using Matrix37 = Eigen::Matrix<double, 3, 7>;
+
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Eigen::Vector3d mean_of(std::span<const Eigen::Vector3d> points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto& p : points) sum += p;
+  return sum / static_cast<double>(points.size());
+}
+
+/// Sum of survey * scanner^T about the means.
+Eigen::Matrix3d correlation(std::span<const Eigen::Vector3d> scanner, std::span<const Eigen::Vector3d> survey) {
+  const Eigen::Vector3d a = mean_of(scanner), b = mean_of(survey);
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < scanner.size(); ++i) H += (survey[i] - b) * (scanner[i] - a).transpose();
+  return H;
+}
+
+/// How a scanner point's place in the survey frame moves with small rotation, translation and scale.
+Matrix37 derivative(const Orientation& orientation, const Eigen::Vector3d& p_scanner) {
+  Matrix37 A;
+  const Eigen::Vector3d turned = orientation.T_survey_scanner.rotation * p_scanner;
+  A.leftCols<3>() = -cross_matrix(orientation.scale * turned);
+  A.middleCols<3>(3) = Eigen::Matrix3d::Identity();
+  A.col(6) = turned;
+  return A;
+}
+
+}  // namespace
+
+std::optional<Eigen::Vector3d> rodrigues_parameters(const Eigen::Quaterniond& rotation) {
+  if (std::abs(rotation.w()) < 1e-4) return {};
+  return Eigen::Vector3d(rotation.vec() / rotation.w());
+}
+
+Eigen::Quaterniond rotation_from_rodrigues(const Eigen::Vector3d& abc) { return Eigen::Quaterniond(1, abc.x(), abc.y(), abc.z()).normalized(); }
+
+std::optional<Orientation> orient_closed_form(std::span<const Eigen::Vector3d> scanner, std::span<const Eigen::Vector3d> survey) {
+  if (scanner.size() < 3 || scanner.size() != survey.size()) return {};
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation(scanner, survey), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (!(svd.singularValues()[1] > 1e-12 * svd.singularValues()[0])) return {};
+  Eigen::Matrix3d proper = Eigen::Matrix3d::Identity();
+  proper(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  Orientation out;
+  out.T_survey_scanner.rotation = Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * proper * svd.matrixV().transpose())).normalized();
+  out.T_survey_scanner.translation = mean_of(survey) - out.T_survey_scanner.rotation * mean_of(scanner);
+  return out;
+}
+
+double mirrored_rms(std::span<const Eigen::Vector3d> scanner, std::span<const Eigen::Vector3d> survey) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation(scanner, survey), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Matrix3d improper = Eigen::Matrix3d::Identity();
+  improper(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? 1 : -1;
+  const Eigen::Matrix3d M = svd.matrixU() * improper * svd.matrixV().transpose();
+  const Eigen::Vector3d a = mean_of(scanner), b = mean_of(survey);
+  double sum = 0;
+  for (std::size_t i = 0; i < scanner.size(); ++i) sum += (survey[i] - b - M * (scanner[i] - a)).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(scanner.size()));
+}
+
+Eigen::Matrix3d AdjustedStation::covariance_of(const Eigen::Vector3d& p_scanner) const {
+  const Matrix37 A = derivative(orientation, p_scanner);
+  return A * covariance * A.transpose();
+}
+
+Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const SurveyedPoint> targets, std::span<const CentreObservation> observations,
+                          std::span<const std::optional<SurveyedPoint>> station_priors, bool estimate_scale) {
+  const auto size = static_cast<Eigen::Index>(start.size() * 7);
+  if (targets.empty() || start.empty()) return Error{ErrorCode::Invalid, "nothing to adjust"};
+  // Projected coordinates have seven digits before the point: away with them while there is arithmetic.
+  const Eigen::Vector3d origin = targets[0].position_survey;
+  Adjustment out;
+  out.stations.resize(start.size());
+  for (std::size_t s = 0; s < start.size(); ++s) {
+    out.stations[s].orientation = start[s];
+    out.stations[s].orientation.T_survey_scanner.translation -= origin;
+  }
+  for (const SurveyedPoint& target : targets) out.targets_survey.push_back(target.position_survey - origin);
+  std::vector<std::vector<std::size_t>> seen(targets.size());
+  for (std::size_t i = 0; i < observations.size(); ++i) seen[observations[i].target].push_back(i);
+
+  Eigen::MatrixXd N(size, size);
+  Eigen::VectorXd n(size);
+  for (out.steps = 1; out.steps <= 50; ++out.steps) {
+    N.setZero();
+    n.setZero();
+    out.chi_squared = 0;
+    for (std::size_t s = 0; s < start.size(); ++s) {
+      const auto at = static_cast<Eigen::Index>(7 * s);
+      if (!estimate_scale) N(at + 6, at + 6) = 1;
+      if (s >= station_priors.size() || !station_priors[s]) continue;
+      const double weight = 1 / (station_priors[s]->sigma_m * station_priors[s]->sigma_m);
+      const Eigen::Vector3d off = station_priors[s]->position_survey - origin - out.stations[s].orientation.T_survey_scanner.translation;
+      N.block<3, 3>(at + 3, at + 3) += weight * Eigen::Matrix3d::Identity();
+      n.segment<3>(at + 3) += weight * off;
+      out.chi_squared += weight * off.squaredNorm();
+    }
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+      if (seen[k].empty()) continue;
+      struct Part {
+        Eigen::Index at;
+        Matrix37 A;
+        Eigen::Matrix3d W;
+        Eigen::Vector3d predicted;
+      };
+      std::vector<Part> parts;
+      const double prior = 1 / (targets[k].sigma_m * targets[k].sigma_m);
+      Eigen::Matrix3d M = prior * Eigen::Matrix3d::Identity();
+      const Eigen::Vector3d surveyed = targets[k].position_survey - origin;
+      Eigen::Vector3d m = prior * surveyed;
+      for (const std::size_t i : seen[k]) {
+        const CentreObservation& seen_here = observations[i];
+        const Orientation& orientation = out.stations[seen_here.station].orientation;
+        const Eigen::Matrix3d R = orientation.scale * orientation.T_survey_scanner.rotation.toRotationMatrix();
+        Part part{static_cast<Eigen::Index>(7 * seen_here.station), derivative(orientation, seen_here.centre_scanner),
+                  (R * seen_here.covariance * R.transpose()).inverse(), orientation.survey_from_scanner(seen_here.centre_scanner)};
+        if (!estimate_scale) part.A.col(6).setZero();
+        M += part.W;
+        m += part.W * part.predicted;
+        parts.push_back(part);
+      }
+      // The target's own place is eliminated: what the stations say of it against each other and against the survey.
+      const Eigen::Matrix3d M_inverse = M.inverse();
+      const Eigen::Vector3d place = M_inverse * m;
+      out.targets_survey[k] = place;
+      out.chi_squared += prior * (place - surveyed).squaredNorm();
+      for (const Part& a : parts) {
+        const Eigen::Vector3d off = place - a.predicted;
+        out.chi_squared += off.dot(a.W * off);
+        n.segment<7>(a.at) += a.A.transpose() * (a.W * off);
+        N.block<7, 7>(a.at, a.at) += a.A.transpose() * a.W * a.A;
+        for (const Part& b : parts) N.block<7, 7>(a.at, b.at) -= a.A.transpose() * a.W * M_inverse * b.W * b.A;
+      }
+    }
+    // Rotations are of order 1, translations of order 100 m: scaled to a unit diagonal, so that the pivot tells what is not determined.
+    const Eigen::VectorXd unit = N.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::LDLT<Eigen::MatrixXd> solver(unit.asDiagonal() * N * unit.asDiagonal());
+    if (!(solver.vectorD().minCoeff() > 1e-10)) return Error{ErrorCode::Invalid, "the targets do not determine every station's orientation"};
+    const Eigen::VectorXd step = unit.asDiagonal() * solver.solve(unit.asDiagonal() * n);
+    for (std::size_t s = 0; s < start.size(); ++s) {
+      Orientation& orientation = out.stations[s].orientation;
+      const auto at = static_cast<Eigen::Index>(7 * s);
+      const Eigen::Vector3d half = step.segment<3>(at) / 2;
+      orientation.T_survey_scanner.rotation = (rotation_from_rodrigues(half) * orientation.T_survey_scanner.rotation).normalized();
+      orientation.T_survey_scanner.translation += step.segment<3>(at + 3);
+      if (estimate_scale) orientation.scale += step[at + 6];
+    }
+    if (step.cwiseAbs().maxCoeff() < 1e-9 || (out.steps > 8 && step.cwiseAbs().maxCoeff() < 1e-7)) {
+      const Eigen::MatrixXd Q = unit.asDiagonal() * solver.solve(Eigen::MatrixXd(unit.asDiagonal()));
+      for (std::size_t s = 0; s < start.size(); ++s) {
+        const auto at = static_cast<Eigen::Index>(7 * s);
+        out.stations[s].covariance = Q.block<7, 7>(at, at);
+        if (!estimate_scale) {
+          out.stations[s].covariance.row(6).setZero();
+          out.stations[s].covariance.col(6).setZero();
+        }
+      }
+      break;
+    }
+  }
+  if (out.steps > 50) return Error{ErrorCode::Invalid, "the adjustment does not converge: the targets found do not fit their surveyed places"};
+  out.freedom = static_cast<int>(3 * observations.size()) - static_cast<int>(start.size()) * (estimate_scale ? 7 : 6);
+  for (std::size_t s = 0; s < station_priors.size(); ++s) out.freedom += station_priors[s] ? 3 : 0;
+  for (AdjustedStation& station : out.stations) station.orientation.T_survey_scanner.translation += origin;
+  for (Eigen::Vector3d& place : out.targets_survey) place += origin;
+  for (const CentreObservation& one : observations)
+    out.residuals_survey.push_back(out.stations[one.station].orientation.survey_from_scanner(one.centre_scanner) - targets[one.target].position_survey);
+  return out;
+}
+
+}  // namespace hueline::calibration
