@@ -44,6 +44,13 @@ struct ProfilePacket {
   std::vector<std::uint16_t> reflectance_1e4;   ///< likewise, 10000 is white
 };
 
+/// What the control unit of the brakes tells of the wheels at the end of one of its cycles.
+struct WheelSample {
+  GpsNs gps_ns = 0;                        ///< end of the cycle
+  std::array<double, 4> speed{};           ///< m/s, mean over the cycle: front left, front right, rear left, rear right
+  std::array<std::uint32_t, 2> pulses{};   ///< of the rear left and right wheel since the drive's beginning
+};
+
 /// One exposure: the stacked raw image of all lenses as the camera delivers it, or its JPEG planes.
 struct CameraExposure {
   std::uint32_t number = 0;
@@ -82,6 +89,7 @@ struct Drive {
   std::vector<InsSample> ins;
   std::vector<LaserPacket> laser;
   std::vector<ProfilePacket> profile;           ///< instead of `laser`, where the scanner is a profile scanner
+  std::vector<WheelSample> wheel;
   std::vector<CameraExposure> exposures;
   std::vector<std::int64_t> pps_edge_error_ns;  ///< of each whole second from begin: stamp minus true second
   std::string cache_dir;                        ///< where images and truth lie

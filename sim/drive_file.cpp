@@ -43,8 +43,8 @@ Status write_drive(const Drive& d, const std::string& path) {
   }
   out.number(static_cast<std::uint64_t>(d.pps_edge_error_ns.size()));
   for (const auto e : d.pps_edge_error_ns) out.number(e);
-  // Drives of other scanners end here, as they did before there were profile scanners.
-  if (!d.profile.empty()) out.number(static_cast<std::uint64_t>(d.profile.size()));
+  // Drives of other scanners and without a wheel encoder end here, as they did before there were such.
+  if (!d.profile.empty() || !d.wheel.empty()) out.number(static_cast<std::uint64_t>(d.profile.size()));
   for (const ProfilePacket& p : d.profile) {
     out.number(p.first_pulse_gps_ns);
     for (const std::uint32_t x : {p.line, p.angle, static_cast<std::uint32_t>(p.angle_step), p.period_ps}) out.number(x);
@@ -53,6 +53,12 @@ Status write_drive(const Drive& d, const std::string& path) {
     out.bytes(p.counts.data(), p.counts.size());
     out.bytes(p.range_100um.data(), 4 * p.range_100um.size());
     out.bytes(p.reflectance_1e4.data(), 2 * p.reflectance_1e4.size());
+  }
+  if (!d.wheel.empty()) out.number(static_cast<std::uint64_t>(d.wheel.size()));
+  for (const WheelSample& s : d.wheel) {
+    out.number(s.gps_ns);
+    for (const double x : s.speed) out.number(x);
+    for (const std::uint32_t x : s.pulses) out.number(x);
   }
   return out.close();
 }
@@ -117,6 +123,15 @@ Result<Drive> read_drive(const std::string& path) {
       in.bytes(p.counts.data(), pulses);
       in.bytes(p.range_100um.data(), std::size_t{4} * returns);
       in.bytes(p.reflectance_1e4.data(), std::size_t{2} * returns);
+    }
+  }
+  if (in.status().ok() && in.left() != 0) {
+    count = in.number<std::uint64_t>();
+    if (in.fits(count, 48)) d.wheel.resize(count);
+    for (WheelSample& s : d.wheel) {
+      s.gps_ns = in.number<GpsNs>();
+      for (double& x : s.speed) x = in.number<double>();
+      for (std::uint32_t& x : s.pulses) x = in.number<std::uint32_t>();
     }
   }
   if (in.status().ok() && in.left() != 0) in.fail("goes on after its end");

@@ -17,6 +17,7 @@
 #include "sim/pps_model.hpp"
 #include "sim/profile_scanner_model.hpp"
 #include "sim/truth_file.hpp"
+#include "sim/wheel_model.hpp"
 #include "sim/wire/jpeg_planes_encode.hpp"
 #include "sim/wire/utc.hpp"
 
@@ -159,6 +160,7 @@ Status make(const Scenario& scenario, const fs::path& folder, const Progress& pr
   drive.end_gps_ns = scenario.end_gps_ns();
   drive.ins = simulate_ins(scenario, motion);
   drive.pps_edge_error_ns = simulate_pps(scenario);
+  drive.wheel = simulate_wheel(scenario, motion);
 
   TruthHeader header{origin.latitude, origin.longitude, origin.height, scenario.text(), world.surfaces(), world.targets(), {}};
   for (std::size_t i = 0; i < camera.exposure_count(); ++i) {

@@ -43,9 +43,10 @@ enum Stream : std::uint64_t {
   kStreamIns = 16,  ///< .. + 9 slow, + 18 white
   kStreamPps = 40,
   kStreamPpsSpike,
+  kStreamWheel,
   kStreamPixel = 64,
   kStreamScene = 128,
-  kStreamWireLatency = 256,  ///< .. + 6: what draws it
+  kStreamWireLatency = 256,  ///< .. + 7: what draws it
   kStreamInsOutage = 320,    ///< .. + 5 biases, + 11 walks
   kStreamWireFault = 512,    ///< + number of the rule
   kStreamFaultLine = 4096,   ///< + number of the line in the scenario

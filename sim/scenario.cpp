@@ -21,7 +21,7 @@ constexpr int kRendererRevision = 2;
 constexpr std::array kYoungKeys{"scene=", "street.sky_brightness=", "alley.", "traffic.", "tunnel.", "targets.", "camera.shutter=",
                                 "camera.row_time_us=", "camera.auto_exposure", "camera.payload=", "camera.jpeg_quality=", "ins.grade=",
                                 "ins.gyro_bias", "ins.angle_random", "ins.velocity_random", "ins.accelerometer", "ins.wheel_s=",
-                                "ins.high_variance_m=", "laser.lines_per_s=", "laser.points_per_s="};
+                                "ins.high_variance_m=", "laser.lines_per_s=", "laser.points_per_s=", "wheel."};
 
 bool is_young(std::string_view line) {
   return std::any_of(kYoungKeys.begin(), kYoungKeys.end(), [&](std::string_view key) { return line.starts_with(key); });

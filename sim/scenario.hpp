@@ -172,6 +172,7 @@ struct Scenario {
   PpsConfig pps;
   LaserConfig laser;
   CameraConfig camera;
+  WheelConfig wheel;
   /// Spoil what the devices send (faults/faulty_timeline.hpp), not what is rendered: not in visit(), text() and fingerprint(), so that
   /// drives that differ in their faults alone share one folder.
   std::vector<FaultLine> faults;
@@ -205,6 +206,7 @@ struct Scenario {
     v("pps", c.pps);
     v("laser", c.laser);
     v("camera", c.camera);
+    v("wheel", c.wheel);
   }
 
   GpsNs begin_gps_ns() const;       ///< first PPS edge and INS sample

@@ -64,6 +64,26 @@ struct LaserConfig {
   }
 };
 
+/// The vehicle's wheel encoder: its brakes' control unit, which tells speeds and pulses of the wheels on the CAN bus.
+struct WheelConfig {
+  double rate_hz = 0;            ///< of each of its two messages; 0: the vehicle has none
+  double circumference_m = 1.96;
+  double scale = 1.0;            ///< what it says of a way over the true way: tyres worn or other than the maker's
+  int pulses_per_turn = 96;
+  double track_m = 1.55;         ///< between the wheels of an axle
+  double speed_sigma = 0.01;     ///< m/s, white, of each wheel that turns
+
+  template <class Self, class V>
+  static void visit(Self& c, V&& v) {
+    v("rate_hz", c.rate_hz, 0, 200);
+    v("circumference_m", c.circumference_m, 0.5, 4);
+    v("scale", c.scale, 0.5, 2);
+    v("pulses_per_turn", c.pulses_per_turn, 1, 1000);
+    v("track_m", c.track_m, 0.5, 4);
+    v("speed_sigma", c.speed_sigma, 0, 1);
+  }
+};
+
 enum class ToneCurve { Linear, Srgb };
 enum class ShutterKind { Global, Rolling };
 /// What the camera sends: the mosaic itself, or 24 JPEGs (wire/jpeg_planes_encode.hpp).

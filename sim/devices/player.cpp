@@ -42,6 +42,7 @@ std::string Player::Config::validate() const {
   for (const auto& [device, problem] : {std::pair("laser", laser ? laser->validate() : std::string()),
                                         std::pair("pos", pos ? pos->validate() : std::string()),
                                         std::pair("pps", pps ? pps->validate() : std::string()),
+                                        std::pair("wheel", wheel ? wheel->validate() : std::string()),
                                         std::pair("camera", camera ? camera->validate() : std::string())}) {
     if (!problem.empty()) return fmt::format("{}.{}", device, problem);
   }
@@ -54,6 +55,7 @@ Result<std::unique_ptr<Player>> Player::open(const Config& config) {
   if (Status opened = open_into(player->laser_, config.laser); !opened) return opened.error();
   if (Status opened = open_into(player->pos_, config.pos); !opened) return opened.error();
   if (Status opened = open_into(player->pps_, config.pps); !opened) return opened.error();
+  if (Status opened = open_into(player->wheel_, config.wheel); !opened) return opened.error();
   if (Status opened = open_into(player->camera_, config.camera); !opened) return opened.error();
   return player;
 }
@@ -81,6 +83,7 @@ bool Player::send(const WireEvent& event, const DriveClock& clock) {
     case WireChannel::LaserPosition: return laser_->send_position(event.payload);
     case WireChannel::Pos: pos_->publish(event.payload, event.log, event.piece_bytes); return true;
     case WireChannel::Pps: return pps_->publish(event.sequence, clock.host_ns(event.edge_ns)) == 0;
+    case WireChannel::Wheel: return wheel_->send(event.payload);
     case WireChannel::Camera: return false;
   }
   return false;
@@ -118,7 +121,8 @@ PlayReport Player::run(const Timeline& timeline, const std::stop_token& stop,
   host_begin_ns_ = monotonic_raw_ns() + config_.lead_ns;
   const DriveClock clock(host_begin_ns_, config_.speed);
   // Images are played beside the others: not in the loop below.
-  const std::array<bool, 5> has_device = {laser_ != nullptr, laser_ != nullptr, pos_ != nullptr, pps_ != nullptr, false};
+  const std::array<bool, kWireChannels> has_device = {laser_ != nullptr, laser_ != nullptr, pos_ != nullptr,
+                                                      pps_ != nullptr,   false,             wheel_ != nullptr};
 
   PlayReport report, image_report;
   std::vector<const WireEvent*> images;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "sim/devices/can_sender.hpp"
 #include "sim/devices/drive_clock.hpp"
 #include "sim/devices/gige_camera.hpp"
 #include "sim/devices/image_prefetch.hpp"
@@ -30,7 +31,7 @@ struct ChannelReport {
 };
 
 struct PlayReport {
-  std::array<ChannelReport, 5> channels{};  ///< by WireChannel
+  std::array<ChannelReport, kWireChannels> channels{};  ///< by WireChannel
   PosServer::Counts pos;
   GvspStream::Counts camera;
   std::string first_camera_problem;         ///< why the first image failed; empty: none did
@@ -51,6 +52,7 @@ class Player {
     std::optional<LaserSender::Config> laser = LaserSender::Config{};  ///< empty: the vehicle has no such device
     std::optional<PosServer::Config> pos = PosServer::Config{};
     std::optional<PpsServer::Config> pps = PpsServer::Config{};
+    std::optional<CanSender::Config> wheel;                           ///< its CAN bus
     std::optional<GigeCamera::Config> camera = GigeCamera::Config{};  ///< its width and height have to be set
     std::size_t image_bytes_ahead = 256U << 20U;   ///< images read from disk before their time
     double speed = 1.0;                            ///< 0.1 .. 10; clocks of the devices stay those of the drive
@@ -86,6 +88,7 @@ class Player {
   std::unique_ptr<LaserSender> laser_;
   std::unique_ptr<PosServer> pos_;
   std::unique_ptr<PpsServer> pps_;
+  std::unique_ptr<CanSender> wheel_;
   std::unique_ptr<GigeCamera> camera_;
 };
 

@@ -76,6 +76,10 @@ enum class FaultType : std::uint8_t {
   PositionJump,
   GnssOutage,
   InsLabel,
+  // the wheel encoder and its bus
+  CanBusOff,
+  WheelStuck,
+  WheelSlip,
   // the computer's clock
   HostClockStep,
   HostClockDrift,
@@ -88,7 +92,8 @@ enum class FaultTarget : std::uint8_t {
   Pos,          ///< logs of the POS
   Pps,
   Camera,
-  Host,  ///< the capture computer
+  Wheel,  ///< frames of the CAN bus
+  Host,   ///< the capture computer
 };
 const char* name(FaultTarget target);
 

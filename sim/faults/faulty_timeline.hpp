@@ -16,7 +16,7 @@ struct FaultyTimeline {
   std::vector<std::size_t> hits;  ///< of each line: packets, images, edges or solutions that it touched
 };
 
-/// All that the devices send during `drive`, spoilt by `lines`: first the solutions, then the devices' clocks, then
+/// All that the devices send during `drive`, spoilt by `lines`: first the solutions and wheels, then the devices' clocks, then
 /// what each device delivers, then the way to the computer, at last the computer's clock; lines of one kind in their
 /// order. The same drive, config and lines give the same bytes and times; without lines they are those of
 /// build_timeline. Invalid: a line's validate(), config, drive.

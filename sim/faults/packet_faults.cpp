@@ -23,6 +23,8 @@ WireChannel channel_of(FaultTarget target) {
       return WireChannel::Pps;
     case FaultTarget::Camera:
       return WireChannel::Camera;
+    case FaultTarget::Wheel:
+      return WireChannel::Wheel;
     case FaultTarget::Laser:
     case FaultTarget::Host:
       break;

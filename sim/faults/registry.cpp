@@ -16,12 +16,12 @@ using T = FaultType;
 // the strength.
 // clang-format off
 constexpr FaultEntry kRegistry[] = {
-    {T::PacketLoss, "packet_loss", {Laser, LaserStatus, Pos}, "share", 0, 1, 0.1, "each packet is lost with probability S", Told, {K::Lost, K::Silent, K::Malformed}},
+    {T::PacketLoss, "packet_loss", {Laser, LaserStatus, Pos, Wheel}, "share", 0, 1, 0.1, "each packet is lost with probability S", Told, {K::Lost, K::Silent, K::Malformed}},
     {T::BurstLoss, "burst_loss", {Laser, LaserStatus, Pos}, "packets", 1, 10000, 20, "once a second S packets in a row are lost", Told, {K::Lost}},
-    {T::Outage, "outage", {Laser, LaserStatus, Pos, Pps, Camera}, nullptr, 0, 0, 0, "nothing arrives", Told, {K::Lost, K::Silent, K::NoTime}},
+    {T::Outage, "outage", {Laser, LaserStatus, Pos, Pps, Camera, Wheel}, nullptr, 0, 0, 0, "nothing arrives", Told, {K::Lost, K::Silent, K::NoTime}},
     {T::Stall, "stall", {Laser, LaserStatus, Pos, Camera}, nullptr, 0, 0, 0, "what is due arrives at the end, all at once", Told, {K::Late, K::ClockStep, K::LabelConflict, K::NoTime}},
     {T::Reorder, "reorder", {Laser, LaserStatus}, "ms", 0.01, 1000, 5, "each packet is late by 0 to S", Told, {K::Late, K::Lost, K::Spurious}},
-    {T::Duplicates, "duplicates", {Laser, LaserStatus, Pps}, "share", 0, 1, 0.1, "each packet comes twice with probability S", Told, {K::Spurious, K::Late}},
+    {T::Duplicates, "duplicates", {Laser, LaserStatus, Pps, Wheel}, "share", 0, 1, 0.1, "each packet comes twice with probability S", Told, {K::Spurious, K::Late}},
     {T::Corruption, "corruption", {Laser, LaserStatus, Pos}, "share", 0, 1, 0.1, "a byte of each packet is changed with probability S", Told, {K::Malformed, K::ClockStep, K::WrongDevice, K::Late}},
     {T::Truncation, "truncation", {Laser, LaserStatus, Pos}, "share", 0, 1, 0.1, "each packet is cut short with probability S", Told, {K::Malformed}},
     {T::LateDelivery, "late_delivery", {Laser, LaserStatus, Pos}, "ms", 0.01, 10000, 50, "every packet is late by S", Immune, {}},
@@ -77,6 +77,10 @@ constexpr FaultEntry kRegistry[] = {
     {T::GnssOutage, "gnss_outage", {Pos}, "m/s^2", 0.001, 10, 0.05, "the place drifts off by S t^2 / 2, and the stated sigma grows with it", Immune, {}},
     {T::InsLabel, "ins_label", {Pos}, "s", -3, 3, 1, "solutions are stamped off by S (whole)", Told, {K::LabelConflict, K::Implausible}},
 
+    {T::CanBusOff, "can_bus_off", {Wheel}, nullptr, 0, 0, 0, "the CAN controller is off the bus and is restarted at the end", Told, {K::Disconnected}},
+    {T::WheelStuck, "wheel_stuck", {Wheel}, nullptr, 0, 0, 0, "speeds and pulses stay as they are; the messages go on", Told, {K::Implausible}},
+    {T::WheelSlip, "wheel_slip", {Wheel}, "times", 0, 10, 1.5, "the wheels turn S times as fast as the vehicle goes", Told, {K::Implausible}},
+
     {T::HostClockStep, "host_clock_step", {Host}, "s", 0.001, 3600, 0.4, "the computer's clock leaps ahead by S and stays there", Told, {K::ClockStep}},
     {T::HostClockDrift, "host_clock_drift", {Host}, "ppm", -50, 50, 2, "the computer warms up: its clock's rate goes by S in all, evenly, and stays", Immune, {}},
 };
@@ -96,6 +100,8 @@ const char* name(FaultTarget target) {
       return "pps";
     case Camera:
       return "camera";
+    case Wheel:
+      return "wheel";
     case Host:
       return "host";
   }

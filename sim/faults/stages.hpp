@@ -17,6 +17,11 @@ namespace hueline::sim {
 bool concerns_solutions(FaultType type);
 std::size_t spoil_solutions(const FaultLine& line, Drive& drive);
 
+/// Wheels before they are encoded, and what the bus does with the frames.
+bool concerns_wheels(FaultType type);
+std::size_t spoil_wheels(const FaultLine& line, Drive& drive);
+std::size_t spoil_bus(const FaultLine& line, std::vector<WireEvent>& events);
+
 /// Wrong clocks of the devices, as lines of a scenario name them.
 class LineErrors : public DeviceErrors {
  public:

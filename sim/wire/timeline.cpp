@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "sim/wire/can_encode.hpp"
 #include "sim/wire/novatel_encode.hpp"
 #include "sim/wire/profile_encode.hpp"
 #include "sim/wire/seeded_random.hpp"
@@ -18,7 +19,7 @@ namespace hueline::sim {
 namespace {
 
 /// What draws latencies, each from a sequence of its own: another rate of one device does not move the others.
-enum LatencyStream : std::uint64_t { kOfLaserData, kOfNmea, kOfIns, kOfSeconds, kOfMarks, kOfPps, kOfImages };
+enum LatencyStream : std::uint64_t { kOfLaserData, kOfNmea, kOfIns, kOfSeconds, kOfMarks, kOfPps, kOfImages, kOfWheel };
 
 /// One builder a drive.
 class Builder {
@@ -37,6 +38,7 @@ class Builder {
   void add_pos();
   void add_pps();
   void add_camera();
+  void add_wheel();
   Timeline take();
 
  private:
@@ -276,6 +278,20 @@ void Builder::add_camera() {
   }
 }
 
+void Builder::add_wheel() {
+  constexpr std::int64_t kFrameNs = 260'000;  // 8 bytes at 500 kbit/s, stuffed bits and the gap included
+  SeededRandom draws = random(kOfWheel);
+  std::uint32_t counter = 0;
+  for (const WheelSample& sample : drive_.wheel) {
+    const std::int64_t at = drive_time(sample.gps_ns) + draw(draws, config_.wheel);
+    const auto number = static_cast<std::uint32_t>(&sample - drive_.wheel.data());
+    add(at, WireChannel::Wheel, encode_wheel_speeds(sample));
+    timeline_.events.back().number = number;
+    add(at + kFrameNs, WireChannel::Wheel, encode_wheel_pulses(sample, counter++));
+    timeline_.events.back().number = number;
+  }
+}
+
 Timeline Builder::take() {
   std::stable_sort(timeline_.events.begin(), timeline_.events.end(), [](const WireEvent& a, const WireEvent& b) {
     return std::tie(a.at_ns, a.channel) < std::tie(b.at_ns, b.channel);
@@ -297,6 +313,7 @@ const char* name(WireChannel channel) {
     case WireChannel::Pos: return "Pos";
     case WireChannel::Pps: return "Pps";
     case WireChannel::Camera: return "Camera";
+    case WireChannel::Wheel: return "Wheel";
   }
   return "?";
 }
@@ -304,7 +321,7 @@ const char* name(WireChannel channel) {
 std::string TimelineConfig::validate() const {
   const std::pair<const char*, Latency> latencies[] = {
       {"laser_data", laser_data},     {"nmea", nmea}, {"ins", ins}, {"bestpos", bestpos},
-      {"time_message", time_message}, {"mark", mark}, {"pps", pps}, {"image", image}};
+      {"time_message", time_message}, {"mark", mark}, {"pps", pps}, {"image", image}, {"wheel", wheel}};
   for (const auto& [key, latency] : latencies) {
     if (latency.least_ns < 0 || latency.most_ns < latency.least_ns || latency.most_ns > 10 * kNsPerSecond) {
       return fmt::format("{}: {} .. {} ns is not a span within 0 .. 10 s", key, latency.least_ns, latency.most_ns);
@@ -326,6 +343,7 @@ Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config
   if (!in_time_order(drive.ins, [](const InsSample& s) { return s.gps_ns; }) ||
       !in_time_order(drive.laser, [](const LaserPacket& p) { return p.first_firing_gps_ns; }) ||
       !in_time_order(drive.profile, [](const ProfilePacket& p) { return p.first_pulse_gps_ns; }) ||
+      !in_time_order(drive.wheel, [](const WheelSample& s) { return s.gps_ns; }) ||
       !in_time_order(drive.exposures, [](const CameraExposure& e) { return e.exposure_start_gps_ns; })) {
     return Error{ErrorCode::Invalid, "a drive's samples, packets and exposures are in the order of time"};
   }
@@ -337,6 +355,7 @@ Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config
   builder.add_pos();
   builder.add_pps();
   builder.add_camera();
+  builder.add_wheel();
   return builder.take();
 }
 

@@ -14,14 +14,16 @@
 /// A drive as it reaches the wires of the vehicle: what, where and when. "Drive time" is ns after Drive::begin_gps_ns.
 namespace hueline::sim {
 
-enum class WireChannel : std::uint8_t { LaserData, LaserPosition, Pos, Pps, Camera };
+enum class WireChannel : std::uint8_t { LaserData, LaserPosition, Pos, Pps, Camera, Wheel };
+constexpr std::size_t kWireChannels = 6;
 const char* name(WireChannel channel);
 
 /// One thing that a device sends at `at_ns`.
 struct WireEvent {
-  std::int64_t at_ns = 0;  ///< drive time at which its first byte leaves the device (Pps: at which the kernel would report it)
+  /// Drive time at which its first byte leaves the device (Pps: at which the kernel would report it; Wheel: of the frame's end).
+  std::int64_t at_ns = 0;
   WireChannel channel = WireChannel::LaserData;
-  Bytes payload;           ///< LaserData, LaserPosition: the datagram; Pos: one log; Pps, Camera: empty
+  Bytes payload;           ///< LaserData, LaserPosition: the datagram; Pos: one log; Wheel: a struct can_frame; Pps, Camera: empty
 
   NovatelPeek log;                 ///< Pos: what the payload was when it was made; id 0: bytes that belong to no log
   std::uint32_t piece_bytes = 0;   ///< Pos: handed over in pieces of so many bytes; 0: whole
@@ -32,7 +34,8 @@ struct WireEvent {
   std::uint32_t width = 0, height = 0;
   std::string image_file;          ///< Camera: width x height bytes; relative to Timeline::image_folder
   std::uint32_t missing_packets = 0;   ///< Camera: so many of its packets never arrive
-  std::uint32_t number = 0;        ///< LaserData: of the packet in Drive::laser or ::profile; Camera: of the exposure in Drive::exposures
+  /// LaserData: of the packet in Drive::laser or ::profile; Camera: of the exposure in Drive::exposures; Wheel: of the sample in ::wheel.
+  std::uint32_t number = 0;
 };
 
 /// Events in the order of `at_ns`; those of one moment in the order of WireChannel, then as they were made.
@@ -62,6 +65,7 @@ struct TimelineConfig {
   Latency mark{10'000'000, 30'000'000};             ///< MARK1TIME and MARK1PVA after the strobe
   Latency pps{5'000, 40'000};                       ///< from an edge until a reader hears of it
   Latency image{25'000'000, 35'000'000};            ///< from the exposure's end to the first packet
+  Latency wheel{300'000, 1'500'000};                ///< from the cycle's end to the end of its first frame on the bus
 
   double undulation_m = 47.0;  ///< geoid above ellipsoid: INSPVAX and BESTPOS carry heights above the geoid
 

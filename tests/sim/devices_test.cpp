@@ -250,7 +250,9 @@ TEST(Player, EverythingArrivesOnceInOrderAndAtItsTime) {
         EXPECT_EQ(load<std::int64_t>(message, 16), player->host_begin_ns() + e.edge_ns);
         break;
       }
-      case WireChannel::Camera: break;
+      case WireChannel::Camera:
+      case WireChannel::Wheel:
+        break;
     }
   }
   EXPECT_EQ(pos_listener.finish_stream(), expected_stream);

@@ -29,6 +29,7 @@ Drive drive() {
     d.laser.push_back({t, {}, std::vector<std::uint16_t>(384, 500), std::vector<std::uint8_t>(384, 9)});
   for (std::uint32_t i = 0; i < 58; ++i)
     d.exposures.push_back({i, kBegin + 50'000'137 + i * 100'000'000LL, 2'000'000, 8, 8, "images/" + std::to_string(i)});
+  for (std::uint32_t i = 0; i < 300; ++i) d.wheel.push_back({kBegin + i * 20'000'000LL, {3, 3, 3, 3}, {i * 4, i * 4}});
   d.pps_edge_error_ns.assign(7, 0);
   return d;
 }
@@ -130,6 +131,39 @@ TEST(FaultyTimeline, LosesTheShareThatTheLineSays) {
   EXPECT_EQ(count(with(line_of(FaultType::MarkLoss, 1, FaultTarget::Pos)), WireChannel::Pos, 1067), 38u);
   EXPECT_EQ(count(with(line_of(FaultType::PosGap, 0, FaultTarget::Pos)), WireChannel::Pos, 507), 601u - 200u);
   EXPECT_EQ(count(with(line_of(FaultType::PosGap, 0, FaultTarget::Pos)), WireChannel::Pos, 101), 6u);
+}
+
+/// Rear left pulses, by their place in the frame.
+std::vector<int> pulses(const Timeline& t) {
+  std::vector<int> out;
+  for (const WireEvent& e : t.events)
+    if (e.channel == WireChannel::Wheel && e.payload[0] == std::byte{0xA0})
+      out.push_back(std::to_integer<int>(e.payload[8]) << 8 | std::to_integer<int>(e.payload[9]));
+  return out;
+}
+
+TEST(FaultyTimeline, WheelsStandSpinAndGoOffTheBus) {
+  const auto clean = pulses(*build_timeline(drive(), {}));
+  ASSERT_EQ(clean.size(), 300u);
+  EXPECT_EQ(clean.back(), 4 * 299);
+  const auto stuck = pulses(with(FaultLine::usual(FaultType::WheelStuck, 2, 2)));
+  EXPECT_EQ(stuck[99], 4 * 99);
+  EXPECT_EQ(stuck[199], 4 * 99) << "standing";
+  EXPECT_EQ(stuck.back(), 4 * 199) << "and on from there";
+  const auto slip = pulses(with(line_of(FaultType::WheelSlip, 1.5, FaultTarget::Wheel)));
+  EXPECT_EQ(slip.back(), 4 * 299 + 2 * 100);
+
+  const Timeline off = with(FaultLine::usual(FaultType::CanBusOff, 2, 2));
+  std::vector<const WireEvent*> frames;
+  for (const WireEvent& e : off.events)
+    if (e.channel == WireChannel::Wheel) frames.push_back(&e);
+  EXPECT_EQ(frames.size(), 400u + 2u);
+  const auto told = std::find_if(frames.begin(), frames.end(), [](const WireEvent* e) { return e->payload[3] == std::byte{0x20}; });
+  ASSERT_NE(told, frames.end());
+  EXPECT_EQ((*told)->at_ns, 2'000'000'000);
+  EXPECT_EQ((*told)->payload[0], std::byte{0x40});
+  EXPECT_EQ((*std::next(told))->at_ns, 4'000'000'000);
+  EXPECT_EQ((*std::next(told))->payload[1], std::byte{0x01});
 }
 
 TEST(FaultyTimeline, PulsesAreCountedAsTheInputSeesThem) {

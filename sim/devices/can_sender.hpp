@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "core/result.hpp"
+#include "sim/devices/socket.hpp"
+
+namespace hueline::sim {
+
+/// The vehicle's CAN bus: on a CAN interface of this computer (vcan, vxcan), or, where its kernel has no CAN, as the datagrams of a
+/// CAN-to-Ethernet gateway (cannelloni). Thread-bound.
+class CanSender {
+ public:
+  struct Config {
+    std::string interface;            ///< CAN interface to send on; empty: datagrams to `host`
+    std::string host = "127.0.0.1";
+    std::uint16_t port = 20000;       ///< cannelloni's usual one
+    std::string validate() const;
+  };
+
+  static Result<std::unique_ptr<CanSender>> open(const Config& config);
+
+  /// A struct can_frame. False if the kernel refused it.
+  bool send(std::span<const std::byte> frame);
+
+ private:
+  FileDescriptor socket_;
+  sockaddr_in address_{};
+  bool is_gateway_ = true;
+  std::uint8_t sequence_ = 0;
+};
+
+}  // namespace hueline::sim
