@@ -2,6 +2,7 @@
 
 #include "drivers/profile_scanner/profile_scanner_decoder.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
+#include "drivers/wheel/wheel_decoder.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -20,6 +21,8 @@ std::unique_ptr<PacketSource> make_source(const config::Sensor& sensor, const Bu
   using Source = std::unique_ptr<PacketSource>;
   const Overloaded transport{
       [&](const UdpSource::Config& c) -> Source { return std::make_unique<UdpSource>(sensor.id, c, pool); },
+      [&](const CanSource::Config& c) -> Source { return std::make_unique<CanSource>(sensor.id, c, pool); },
+      [&](const CanLogSource::Config& c) -> Source { return std::make_unique<CanLogSource>(sensor.id, c); },
       [&](const PcapSource::Config& c) -> Source { return std::make_unique<PcapSource>(sensor.id, c); },
       [&](const TcpSource::Config& c) -> Source { return std::make_unique<TcpSource>(c); },
       [&](const SerialSource::Config& c) -> Source { return std::make_unique<SerialSource>(c); },
@@ -29,6 +32,7 @@ std::unique_ptr<PacketSource> make_source(const config::Sensor& sensor, const Bu
                         [&](const config::VelodyneSensor& s) { return std::visit(transport, s.source); },
                         [&](const config::ProfileScannerSensor& s) { return std::visit(transport, s.source); },
                         [&](const config::NovatelSensor& s) { return std::visit(transport, s.source); },
+                        [&](const config::WheelSensor& s) { return std::visit(transport, s.source); },
                         [&](const config::CameraSensor& s) -> Source { return std::make_unique<AravisSource>(s.source); },
                         [&](const config::PpsSensor& s) -> Source { return std::make_unique<PpsSource>(s.source); },
                     },
@@ -44,6 +48,7 @@ std::unique_ptr<Decoder> make_decoder(const config::Sensor& sensor) {
                         [&](const config::NovatelSensor& s) -> Made { return std::make_unique<NovatelDecoder>(s.decoder); },
                         [&](const config::CameraSensor& s) -> Made { return std::make_unique<ImageDecoder>(s.decoder); },
                         [&](const config::PpsSensor& s) -> Made { return std::make_unique<PpsDecoder>(s.decoder); },
+                        [&](const config::WheelSensor& s) -> Made { return std::make_unique<WheelDecoder>(sensor.id, s.decoder); },
                     },
                     sensor.device);
 }

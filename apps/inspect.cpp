@@ -79,10 +79,13 @@ Inspection inspect_file(const std::string& path) {
     if (begins(magic)) return inspect_capture_file(path);
   if (head.find("VERSION") != std::string::npos && (begins("# .PCD"sv) || ends_with(path, ".pcd"))) return inspect_pcd(path);
   if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
+  if (ends_with(path, ".dbc")) return inspect_dbc(path);
+  // A log of a CAN bus: ASC begins with its date, candump's lines with their time.
+  if (ends_with(path, ".asc") || begins("date "sv) || (begins("("sv) && head.find('#') != std::string::npos)) return inspect_can_log(path);
   // NovAtel logs have no signature of their own but their sync bytes, and may begin in the middle of a message.
   if (head.find("\xAA\x44\x12"sv) != std::string::npos || head.find("\xAA\x44\x13"sv) != std::string::npos || ends_with(path, ".gps"))
     return inspect_novatel(path);
-  return {nullptr, Error{ErrorCode::Unsupported, fmt::format("{}: none of the formats that are known: MCAP, LAS, pcap, pcapng, PCD, NovAtel OEM7 (.gps), YAML rig or scenario", path)}};
+  return {nullptr, Error{ErrorCode::Unsupported, fmt::format("{}: none of the formats that are known: MCAP, LAS, pcap, pcapng, PCD, NovAtel OEM7 (.gps), CAN logs (.asc, candump -L), DBC, YAML rig or scenario", path)}};
 }
 
 void add_inspect(Command& all) {
@@ -91,7 +94,7 @@ void add_inspect(Command& all) {
     bool json = false;
   };
   auto options = std::make_shared<Options>();
-  Command command = all.command("inspect", "say what is in a file: recordings, clouds, captures, receiver logs, rigs");
+  Command command = all.command("inspect", "say what is in a file: recordings, clouds, captures, receiver and bus logs, rigs");
   command.required("FILE", options->path, "any file of ours or of a device");
   command.flag("--json", options->json, "for programs");
   command.runs([options] { return inspect(options->path, options->json); });

@@ -15,13 +15,15 @@ struct Inspection {
 };
 
 /// Tells the format by the file's first bytes (a name decides only between formats without a signature) and reads it whole: our
-/// recordings and views (MCAP), clouds (LAS, PCD), captures (pcap, pcapng), NovAtel OEM7 byte streams, rigs and scenarios (YAML).
+/// recordings and views (MCAP), clouds (LAS, PCD), captures (pcap, pcapng), NovAtel OEM7 byte streams, logs of CAN buses (ASC, candump), DBC files, rigs and scenarios (YAML).
 Inspection inspect_file(const std::string& path);
 
 // One function a format; `path` exists and has that format's signature.
 Inspection inspect_mcap(const std::string& path);
 Inspection inspect_capture_file(const std::string& path);
 Inspection inspect_novatel(const std::string& path);
+Inspection inspect_can_log(const std::string& path);
+Inspection inspect_dbc(const std::string& path);
 Inspection inspect_las(const std::string& path);
 Inspection inspect_pcd(const std::string& path);
 Inspection inspect_yaml(const std::string& path);

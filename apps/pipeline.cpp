@@ -74,6 +74,7 @@ void Pipeline::take_synchronised() {
     }
     sink_.on_solution(solution);
   }
+  for (const StampedWheelSpeed& wheel : synchronised_.wheels) sink_.on_wheel(wheel);
   for (const Exposure& exposure : synchronised_.exposures) {
     sink_.on_exposure(exposure);
     colouring_.add(exposure);
@@ -111,6 +112,7 @@ const DecodeCounts* Pipeline::counts(SensorId sensor) const {
 void Pipeline::report(Summary& summary) const {
   for (std::size_t id = 1; id < decoders_.size(); ++id)
     if (decoders_[id]) summary.on_decoded(static_cast<SensorId>(id), decoders_[id]->counts());
+  for (const sync::WheelOdometer& wheel : synchroniser_.wheels()) summary.on_wheels(wheel.sensor(), wheel.speeds(), wheel.pulses());
   const fusion::ColouringCounts& counts = colouring_.counts();
   for (int i = 1; i < fusion::kNoPoseReasons; ++i)
     summary.on_unfused(std::string("no pose: ") + fusion::name(static_cast<fusion::NoPose>(i)), counts.no_pose[static_cast<std::size_t>(i)]);

@@ -20,6 +20,8 @@ class ProductSink {
   /// A batch with its time, before it is placed; who needs no more than points leaves it out.
   virtual void on_laser(const StampedLaserBatch&) {}
   virtual void on_solution(const InsSolution& solution) = 0;
+  /// What a wheel encoder said, with its time.
+  virtual void on_wheel(const StampedWheelSpeed&) {}
   virtual void on_fix(const GnssFix& fix) = 0;
   /// `time` is empty where the change left, or came before, any relation to GPS time.
   virtual void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) = 0;

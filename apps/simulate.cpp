@@ -35,6 +35,12 @@ sim::Player::Config player_config(const Options& options, const sim::Drive& driv
   config.pos->address = options.at.address;
   config.pos->port = static_cast<std::uint16_t>(options.at.pos_port);
   config.pps->path = options.at.pps_socket;
+  if (!drive.wheel.empty()) {
+    config.wheel.emplace();
+    config.wheel->interface = options.at.can_interface;
+    config.wheel->host = options.at.address;
+    config.wheel->port = static_cast<std::uint16_t>(options.at.can_port);
+  }
   config.camera->interface = options.at.address;
   config.camera->serial = options.at.camera_serial;
   if (drive.exposures.empty()) {
@@ -78,9 +84,10 @@ int play(const Options& options, const sim::Drive& drive, const sim::Scenario& s
     bar.show("playing in real time", static_cast<double>(progress.drive_ns) / static_cast<double>(progress.duration_ns));
   });
   bar.end();
-  for (int i = 0; i < 5; ++i) {
+  for (std::size_t i = 0; i < sim::kWireChannels; ++i) {
     const auto channel = static_cast<sim::WireChannel>(i);
     const auto& sent = report.of(channel);
+    if (channel == sim::WireChannel::Wheel && drive.wheel.empty()) continue;
     std::fprintf(stdout, "%-15s %8llu sent, %llu refused, late by %.3f ms on average, %.1f ms at most\n", sim::name(channel),
                  static_cast<unsigned long long>(sent.sent), static_cast<unsigned long long>(sent.failed), sent.mean_lateness_ns / 1e6,
                  static_cast<double>(sent.latest_ns) / 1e6);
@@ -128,6 +135,8 @@ void add_simulate(Command& all) {
   command.setting("--data-port", options->at.data_port, "UDP port of laser data", {1, 65535});
   command.setting("--position-port", options->at.position_port, "UDP port of laser position packets", {1, 65535});
   command.setting("--pos-port", options->at.pos_port, "TCP port of the POS", {0, 65535});
+  command.setting("--can-port", options->at.can_port, "UDP port of the CAN bus, as a gateway's datagrams", {1, 65535});
+  command.option("--can-interface", options->at.can_interface, "CAN interface to be the bus on, instead of datagrams");
   command.setting("--camera", options->at.camera_serial, "serial number of the GigE camera");
   command.runs([options] { return simulate(*options); });
 }

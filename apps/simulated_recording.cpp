@@ -2,18 +2,21 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
 
+#include "drivers/can/can_frame.hpp"
 #include "drivers/gige/image_packet.hpp"
 #include "drivers/pps/pps_packet.hpp"
+#include "sim/wire/can_encode.hpp"
 
 namespace hueline::apps {
 
-std::array<SensorId, 5> sensors_of_channels(const config::Rig& rig) {
-  std::array<SensorId, 5> out{};
+std::array<SensorId, sim::kWireChannels> sensors_of_channels(const config::Rig& rig) {
+  std::array<SensorId, sim::kWireChannels> out{};
   const auto set = [&](sim::WireChannel channel, SensorId id) {
     SensorId& place = out[static_cast<std::size_t>(channel)];
     if (place == kSystemSensor) place = id;
@@ -26,6 +29,7 @@ std::array<SensorId, 5> sensors_of_channels(const config::Rig& rig) {
     if (std::holds_alternative<config::NovatelSensor>(sensor.device)) set(sim::WireChannel::Pos, sensor.id);
     if (std::holds_alternative<config::PpsSensor>(sensor.device)) set(sim::WireChannel::Pps, sensor.id);
     if (std::holds_alternative<config::CameraSensor>(sensor.device)) set(sim::WireChannel::Camera, sensor.id);
+    if (std::holds_alternative<config::WheelSensor>(sensor.device)) set(sim::WireChannel::Wheel, sensor.id);
   }
   return out;
 }
@@ -63,6 +67,15 @@ PixelFormat sent_format(const config::Rig& rig, SensorId id) {
   return PixelFormat::BayerRG8;
 }
 
+/// A frame as CanSource hands it on, or as the gateway's datagram.
+Buffer can_bytes(const config::Sensor& sensor, const sim::Bytes& frame, std::uint8_t datagram) {
+  const auto* wheel = std::get_if<config::WheelSensor>(&sensor.device);
+  if (wheel && std::holds_alternative<drivers::UdpSource::Config>(wheel->source)) return Buffer::copy_of(sim::encode_cannelloni(frame, datagram));
+  std::vector<std::byte> packet = drivers::encode_can_packet({});
+  std::copy(frame.begin(), frame.end(), packet.begin() + drivers::kCanHeaderSize);
+  return Buffer::copy_of(packet);
+}
+
 }  // namespace
 
 Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& timeline, const config::Rig& rig,
@@ -70,6 +83,7 @@ Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& t
   const auto sensors = sensors_of_channels(rig);
   BufferPool pool(std::size_t{1} << 31);
   std::uint64_t sequence = 0;
+  std::uint8_t can_datagrams = 0;
   const auto hand_over = [&](Packet&& packet) {
     packet.sequence = sequence++;
     return use(packet);
@@ -87,6 +101,8 @@ Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& t
       Result<Buffer> bytes = image_bytes(drive, event, sent_format(rig, packet.sensor), pool);
       if (!bytes.ok()) return bytes.error();
       packet.bytes = std::move(*bytes);
+    } else if (event.channel == sim::WireChannel::Wheel) {
+      packet.bytes = can_bytes(rig.sensors[packet.sensor - 1u], event.payload, can_datagrams++);
     } else {
       const std::span<const std::byte> payload(event.payload);
       const std::size_t piece = event.piece_bytes > 0 ? event.piece_bytes : payload.size();

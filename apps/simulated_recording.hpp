@@ -20,7 +20,7 @@ Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& t
                                  const std::function<bool(const Packet&)>& use);
 
 /// By WireChannel: the rig's first sensor whose driver fits; kSystemSensor: none.
-std::array<SensorId, 5> sensors_of_channels(const config::Rig& rig);
+std::array<SensorId, sim::kWireChannels> sensors_of_channels(const config::Rig& rig);
 
 constexpr HostTime kSimulatedHostBegin = host_time_ns(1'000'000'000'000);
 

@@ -36,6 +36,24 @@ std::string laser_yaml(const sim::Scenario& scenario, const SimulatedAddresses& 
                            at.position_port, at.address, scenario.laser.range_sigma_m, transform(rig.T_body_scanner));
 }
 
+/// The rear wheels: they do not steer.
+std::string wheel_yaml(const sim::Scenario& scenario, const SimulatedAddresses& at) {
+  if (scenario.wheel.rate_hz <= 0) return {};
+  const std::string bus = at.can_interface.empty() ? fmt::format("cannelloni: {{ports: [{}], bind_address: {}}}", at.can_port, at.address)
+                                                   : fmt::format("can: {{interface: {}}}", at.can_interface);
+  const double per_pulse = scenario.wheel.circumference_m / scenario.wheel.pulses_per_turn;
+  return fmt::format(
+      "  - name: wheel\n    driver: wheel\n    {}\n    age_ms: {}\n    messages:\n"
+      "      - id: 178  # ESP_19\n        speeds:\n"
+      "          - {{unit: km/h, dbc: 'SG_ ESP_HL_Radgeschw_02 : 0|16@1+ (0.0075,0) [0|491.49] \"Unit_KiloMeterPerHour\" X'}}\n"
+      "          - {{unit: km/h, dbc: 'SG_ ESP_HR_Radgeschw_02 : 16|16@1+ (0.0075,0) [0|491.49] \"Unit_KiloMeterPerHour\" X'}}\n"
+      "      - id: 416\n        pulses:\n"
+      "          - {{metres_per_pulse: {}, start_bit: 7, bits: 16, byte_order: big}}\n"
+      "          - {{metres_per_pulse: {}, start_bit: 23, bits: 16, byte_order: big}}\n"
+      "        counter: {{start_bit: 32, bits: 4}}\n        checksum: {{kind: crc8_j1850, byte: 7}}\n\n",
+      bus, std::min(1000.0, 500 / scenario.wheel.rate_hz), per_pulse, per_pulse);
+}
+
 std::string lens_yaml(const sim::RigTruth& rig, std::size_t i) {
   const sim::TrueLens& lens = rig.lenses[i];
   const bool fisheye = lens.model == sim::LensModel::KannalaBrandt;
@@ -76,6 +94,7 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
       scenario.camera.payload == sim::ImagePayload::JpegPlanes
           ? fmt::format("    payload: jpeg_planes\n    lens_columns: {}\n", scenario.camera.stack_columns)
           : "");
+  out += wheel_yaml(scenario, at);
   out += fmt::format(
       "head:\n  T_body_head: {}\n  panorama: {{width: 8000, height: 4000, stitching_radius_m: 20}}\n  lenses:\n", transform(rig.T_body_head));
   for (std::size_t i = 0; i < rig.lenses.size(); ++i) out += lens_yaml(rig, i);

@@ -69,6 +69,10 @@ void Summary::on_decoded(SensorId sensor, const DecodeCounts& counts) {
   if (sensor < sensors_.size()) sensors_[sensor].decoded = counts;
 }
 
+void Summary::on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses) {
+  if (sensor < sensors_.size()) wheels_.push_back({sensor, speeds, pulses});
+}
+
 void Summary::on_unfused(const std::string& reason, std::uint64_t points) {
   if (points) unfused_[reason] += points;
 }
@@ -155,6 +159,19 @@ nlohmann::ordered_json Summary::json() const {
                       {"incomplete_images", incomplete_images_},
                       {"time_sigma_rms_us", exposure_sigma_.rms_us()},
                       {"time_sigma_largest_us", exposure_sigma_.largest_us}};
+  for (const Wheels& wheels : wheels_) {
+    nlohmann::ordered_json one = {{"sensor", sensors_[wheels.sensor].name}};
+    for (const auto& [kind, way] : {std::pair("speeds", wheels.speeds), std::pair("pulses", wheels.pulses)}) {
+      if (way.messages == 0) continue;
+      one[kind] = {{"messages", way.messages},
+                   {"distance_m", way.wheels_m},
+                   {"compared_s", way.compared_s},
+                   {"compared_distance_m", way.compared_wheels_m},
+                   {"compared_pos_distance_m", way.compared_pos_m},
+                   {"disagreeing_s", way.disagreeing_s}};
+    }
+    out["wheels"].push_back(one);
+  }
   auto& clocks = out["clocks"] = nlohmann::ordered_json::array();
   for (const auto& change : changes_)
     clocks.push_back({{"clock", change.clock < sensors_.size() ? sensors_[change.clock].name : "?"},
@@ -197,6 +214,11 @@ std::string Summary::text() const {
   out += fmt::format("exposures  {}: {} by event mark, {} by the camera's clock, {} unmatched; {} images incomplete; time sigma {:.2f} us rms, {:.2f} us largest\n",
                      exposures_, exposures_by_timing_[0], exposures_by_timing_[1], exposures_by_timing_[2], incomplete_images_,
                      exposure_sigma_.rms_us(), exposure_sigma_.largest_us);
+  for (const Wheels& wheels : wheels_)
+    for (const auto& [kind, way] : {std::pair("speeds", wheels.speeds), std::pair("pulses", wheels.pulses)})
+      if (way.messages > 0)
+        out += fmt::format("wheels     {} {} of {}: {:.1f} m; where both are known {:.1f} m, by the POS {:.1f} m; they disagree for {:.1f} of {:.1f} s\n", way.messages, kind,
+                           sensors_[wheels.sensor].name, way.wheels_m, way.compared_wheels_m, way.compared_pos_m, way.disagreeing_s, way.compared_s);
   for (const auto& change : changes_)
     out += fmt::format("clock      {:24} {} {}\n", change.time ? iso_utc(*change.time) : "without GPS time", change.clock < sensors_.size() ? sensors_[change.clock].name : "?",
                        name(change.state));

@@ -8,6 +8,7 @@
 
 #include "apps/products.hpp"
 #include "core/decoder.hpp"
+#include "sync/wheel_odometer.hpp"
 
 namespace hueline::apps {
 
@@ -20,6 +21,7 @@ class Summary : public ProductSink {
 
   void on_packet(const Packet& packet);  ///< every packet of the journal, shed ones too
   void on_decoded(SensorId sensor, const DecodeCounts& counts);
+  void on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses);
   void on_unfused(const std::string& reason, std::uint64_t points);  ///< points that could not become part of the cloud
 
   void on_origin(const Geodetic&) override {}
@@ -50,6 +52,10 @@ class Summary : public ProductSink {
     DecodeCounts decoded;
     std::map<FaultKind, FaultLine> faults;
   };
+  struct Wheels {
+    SensorId sensor;
+    sync::WheelOdometer::Way speeds, pulses;
+  };
   struct SigmaStatistics {
     std::uint64_t count = 0;
     double sum_square_us = 0, largest_us = 0;
@@ -58,6 +64,7 @@ class Summary : public ProductSink {
   };
 
   std::vector<Sensor> sensors_;
+  std::vector<Wheels> wheels_;
   std::uint64_t points_ = 0, packets_ = 0, bytes_ = 0, gaps_ = 0, next_sequence_ = 0;
   std::array<std::uint64_t, kColourStates> by_state_{};
   std::map<std::string, std::uint64_t> unfused_;

@@ -88,6 +88,7 @@ const char* Sensor::driver() const {
     const char* operator()(const CameraSensor&) const { return "genicam"; }
     const char* operator()(const PpsSensor&) const { return "pps"; }
     const char* operator()(const ProfileScannerSensor&) const { return "profile_scanner"; }
+    const char* operator()(const WheelSensor&) const { return "wheel"; }
   };
   return std::visit(Name{}, device);
 }
@@ -102,6 +103,8 @@ Arrivals Sensor::arrivals() const {
     return Arrivals::Recorded;
   if (const auto* laser = std::get_if<ProfileScannerSensor>(&device);
       laser && std::holds_alternative<drivers::PcapSource::Config>(laser->source))
+    return Arrivals::Recorded;
+  if (const auto* wheel = std::get_if<WheelSensor>(&device); wheel && std::holds_alternative<drivers::CanLogSource::Config>(wheel->source))
     return Arrivals::Recorded;
   if (const auto* pos = std::get_if<NovatelSensor>(&device); pos && std::holds_alternative<drivers::FileSource::Config>(pos->source))
     return Arrivals::Unknown;

@@ -12,12 +12,15 @@
 #include "drivers/pps/pps_decoder.hpp"
 #include "drivers/pps/pps_source.hpp"
 #include "drivers/profile_scanner/profile_scanner_decoder.hpp"
+#include "drivers/transport/can_log_source.hpp"
+#include "drivers/transport/can_source.hpp"
 #include "drivers/transport/file_source.hpp"
 #include "drivers/transport/pcap_source.hpp"
 #include "drivers/transport/serial_source.hpp"
 #include "drivers/transport/tcp_source.hpp"
 #include "drivers/transport/udp_source.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
+#include "drivers/wheel/wheel_decoder.hpp"
 #include "fusion/colouring.hpp"
 #include "fusion/rig_geometry.hpp"
 #include "sync/synchroniser.hpp"
@@ -46,6 +49,12 @@ struct PpsSensor {
   drivers::PpsDecoder::Config decoder;
 };
 
+struct WheelSensor {
+  /// UDP: datagrams of a CAN-to-Ethernet gateway (cannelloni).
+  std::variant<drivers::CanSource::Config, drivers::UdpSource::Config, drivers::CanLogSource::Config> source;
+  drivers::WheelDecoder::Config decoder;
+};
+
 /// Which clock a sensor's `received` is of.
 enum class Arrivals : std::uint8_t {
   Live,      ///< this computer's, as its packets come
@@ -57,9 +66,9 @@ struct Sensor {
   SensorId id{};
   std::string name;
   double silent_after_s = 3.0;  ///< connected without a packet for so long is a Fault Silent
-  std::variant<VelodyneSensor, NovatelSensor, CameraSensor, PpsSensor, ProfileScannerSensor> device;
+  std::variant<VelodyneSensor, NovatelSensor, CameraSensor, PpsSensor, ProfileScannerSensor, WheelSensor> device;
 
-  /// "velodyne", "novatel", "genicam", "pps", "profile_scanner".
+  /// "velodyne", "novatel", "genicam", "pps", "profile_scanner", "wheel".
   const char* driver() const;
   /// Images and lasers may be left out of fusion when it cannot keep up; PPS and POS not before everything else is full.
   bool is_sheddable() const;

@@ -5,6 +5,8 @@
 #include "config/mounting.hpp"
 #include "config/rig.hpp"
 #include "config/rig_time.hpp"
+#include "config/rig_transport.hpp"
+#include "config/rig_wheel.hpp"
 
 namespace hueline::config {
 namespace {
@@ -14,20 +16,6 @@ constexpr double kDeg = 3.14159265358979323846 / 180;
 /// A driver's own check of several keys together, told at the sensor.
 void require_valid(const Section& section, const std::string& key, const std::string& wrong) {
   if (!wrong.empty()) section.refuse(key, wrong);
-}
-
-drivers::UdpSource::Config read_udp(Section section) {
-  drivers::UdpSource::Config out;
-  out.ports.clear();
-  for (const std::int64_t port : section.integers("ports", {1, 65535})) out.ports.push_back(static_cast<std::uint16_t>(port));
-  out.bind_address = section.text("bind_address", out.bind_address);
-  out.source_address = section.text("source_address", out.source_address);
-  out.multicast_group = section.text("multicast_group", out.multicast_group);
-  out.multicast_interface = section.text("multicast_interface", out.multicast_interface);
-  out.receive_buffer_bytes = static_cast<int>(section.integer("receive_buffer_bytes", {4096, 1 << 30}, out.receive_buffer_bytes));
-  require_valid(section, "ports", out.validate());
-  section.finish();
-  return out;
 }
 
 drivers::PcapSource::Config read_pcap(Section section) {
@@ -213,7 +201,7 @@ PpsSensor read_pps(Section& section, SensorId id) {
   return out;
 }
 
-enum class Driver { Velodyne, Novatel, Genicam, Pps, ProfileScanner };
+enum class Driver { Velodyne, Novatel, Genicam, Pps, ProfileScanner, Wheel };
 
 /// A pcap's stamps are of the clock of the computer that captured: beside them, what arrives now has no place.
 void require_one_time(const Section& rig, const std::vector<Sensor>& sensors) {
@@ -242,6 +230,20 @@ void untie_from_log(const std::vector<Sensor>& sensors, sync::Synchroniser::Conf
 
 }  // namespace
 
+drivers::UdpSource::Config read_udp(Section section) {
+  drivers::UdpSource::Config out;
+  out.ports.clear();
+  for (const std::int64_t port : section.integers("ports", {1, 65535})) out.ports.push_back(static_cast<std::uint16_t>(port));
+  out.bind_address = section.text("bind_address", out.bind_address);
+  out.source_address = section.text("source_address", out.source_address);
+  out.multicast_group = section.text("multicast_group", out.multicast_group);
+  out.multicast_interface = section.text("multicast_interface", out.multicast_interface);
+  out.receive_buffer_bytes = static_cast<int>(section.integer("receive_buffer_bytes", {4096, 1 << 30}, out.receive_buffer_bytes));
+  require_valid(section, "ports", out.validate());
+  section.finish();
+  return out;
+}
+
 std::vector<Sensor> read_sensors(Section& rig, fusion::RigGeometry& geometry, sync::Synchroniser::Config& sync) {
   std::vector<Sensor> out;
   for (Section& section : rig.list("sensors")) {
@@ -257,7 +259,8 @@ std::vector<Sensor> read_sensors(Section& rig, fusion::RigGeometry& geometry, sy
                                               {"novatel", Driver::Novatel},
                                               {"genicam", Driver::Genicam},
                                               {"pps", Driver::Pps},
-                                              {"profile_scanner", Driver::ProfileScanner}})) {
+                                              {"profile_scanner", Driver::ProfileScanner},
+                                              {"wheel", Driver::Wheel}})) {
       case Driver::Velodyne:
         sensor.device = read_velodyne(section, sensor.id, geometry);
         add_laser(sensor.id, sync);
@@ -277,6 +280,10 @@ std::vector<Sensor> read_sensors(Section& rig, fusion::RigGeometry& geometry, sy
       case Driver::Pps:
         sensor.device = read_pps(section, sensor.id);
         add_pps(section, sensor.id, sync);
+        break;
+      case Driver::Wheel:
+        sensor.device = read_wheel(section);
+        add_wheel(section, sensor.id, sync);
         break;
     }
     section.finish();

@@ -63,6 +63,15 @@ void add_pps(Section& sensor, SensorId id, sync::Synchroniser::Config& sync) {
   sync.clock.edge_delay = microseconds_of(sensor.number("edge_delay_us", {-1000, 10000}, 0.0));
 }
 
+void add_wheel(Section& sensor, SensorId id, sync::Synchroniser::Config& sync) {
+  sync::WheelOdometer::Config wheel;
+  wheel.sensor = id;
+  wheel.stamp_delay = microseconds_of(sensor.number("stamp_delay_us", {-1000, 1e6}, us(wheel.stamp_delay)));
+  wheel.stamp_sigma = microseconds_of(sensor.number("stamp_sigma_us", {0.01, 1e6}, us(wheel.stamp_sigma)));
+  wheel.age = from_seconds(sensor.number("age_ms", {0, 1000}, ms(wheel.age)) * 1e-3);
+  sync.wheels.push_back(wheel);
+}
+
 void read_time(Section section, sync::Synchroniser::Config& sync) {
   sync.hold = std::chrono::seconds(section.integer("hold_s", {1, 600}, sync.hold.count()));
   sync.hold_images = static_cast<std::size_t>(section.integer("hold_images", {1, 1000}, static_cast<std::int64_t>(sync.hold_images)));

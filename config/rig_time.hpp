@@ -15,6 +15,8 @@ void add_pos(const Section& sensor, SensorId id, sync::Synchroniser::Config& syn
 void add_camera(Section& sensor, SensorId id, nanoseconds exposure, sync::Synchroniser::Config& sync);
 /// Key edge_delay_us.
 void add_pps(Section& sensor, SensorId id, sync::Synchroniser::Config& sync);
+/// Keys stamp_delay_us, stamp_sigma_us, age_ms.
+void add_wheel(Section& sensor, SensorId id, sync::Synchroniser::Config& sync);
 /// The rig's `time` section: what belongs to no single sensor.
 void read_time(Section section, sync::Synchroniser::Config& sync);
 

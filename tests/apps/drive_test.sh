@@ -8,7 +8,7 @@ work=$(mktemp -d)
 trap 'kill $(jobs -p) 2>/dev/null || true; rm -rf "$work"' EXIT
 cd "$work"
 scenario=$source/tests/scenarios/short.yaml
-ports="--pps-socket $work/pps.sock --data-port 42368 --position-port 48308 --pos-port 43001 --address 127.0.0.2"
+ports="--pps-socket $work/pps.sock --data-port 42368 --position-port 48308 --pos-port 43001 --can-port 40000 --address 127.0.0.2"
 fail() { echo "FAILED: $*"; exit 1; }
 
 $hueline simulate "$scenario" --out sim --write-rig rig.yaml $ports
@@ -27,6 +27,9 @@ done
 points=$($hueline inspect drive/cloud.las --json | sed -n 's/.*"points": \([0-9]*\).*/\1/p')
 [ "$points" -gt 100000 ] || fail "only $points points"
 $hueline verify drive/drive.mcap --scenario "$scenario" --sim sim --max-rms-px 1.0 || fail "reprojection"
+# The wheel encoder came over its own socket, and its way is the POS's.
+[ "$(grep -c '"disagreeing_s": 0.0' drive/summary.json)" = 2 ] || { grep -A20 '"wheels"' drive/summary.json; fail "the wheels' way is not the POS's"; }
+$hueline inspect drive/drive.mcap --json | grep -q '"wheel_speeds": [3-9][0-9][0-9]' || fail "too few words of the wheels"
 
 # Bad input: a clear error, the right status, and what was there stays.
 refused() { local want=$1; shift; local got=0; "$@" >said.txt 2>&1 || got=$?; [ $got = "$want" ] || { cat said.txt; fail "'$*' gave $got, not $want"; }; }

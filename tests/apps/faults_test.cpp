@@ -132,6 +132,8 @@ TEST(Faults, TheDriveWithoutThemIsWhole) {
   EXPECT_TRUE(clean.faults.empty()) << words(clean);
   EXPECT_EQ(clean.wrong_laser + clean.wrong_exposures + clean.unmatched_exposures, 0u) << words(clean);
   EXPECT_EQ(clean.exposures.size(), clean.images);
+  EXPECT_EQ(clean.wheels, 2 * (19 * 50 + 1u));  // two messages, 50 times a second
+  EXPECT_LT(clean.largest_wheel_error_us, 100);
   EXPECT_GT(share(middle.coloured, middle.points), 0.9);
   EXPECT_GT(share(middle.judged, middle.coloured), 0.9);
   EXPECT_GT(middle.points, 10'000u);

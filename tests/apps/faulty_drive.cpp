@@ -30,6 +30,7 @@ drive: {stand_s: 0.4, accelerate_s: 1.6, brake_s: 1, halt_s: 0.2}
 ins: {rate_hz: 100}
 laser: {dropout_probability: 0.95}
 camera: {rate_hz: 10, lens_width: 64, lens_height: 54, antialias: false}
+wheel: {rate_hz: 50}
 )";
 
 constexpr double kSigmas = 5, kSlackUs = 20;
@@ -54,6 +55,14 @@ class Watcher : public apps::Summary {
         compare("packet", event->number, count_ns(batch.time), drive_.laser[event->number].first_firing_gps_ns,
                 batch.sigma, batch.state, out_.wrong_laser);
     out_.laser[event->number] = stamp;
+  }
+
+  void on_wheel(const StampedWheelSpeed& wheel) override {
+    // In the middle of the control unit's cycle of 20 ms, by the end of the frame.
+    const double error_us = static_cast<double>(count_ns(wheel.time) + 10'000'000 - drive_.begin_gps_ns -
+                                                (wheel.wheel.received - apps::kSimulatedHostBegin).count()) * 1e-3;
+    ++out_.wheels;
+    out_.largest_wheel_error_us = std::max(out_.largest_wheel_error_us, std::abs(error_us));
   }
 
   void on_exposure(const Exposure& exposure) override {

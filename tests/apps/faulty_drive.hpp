@@ -24,6 +24,8 @@ struct FaultyOutcome {
   };
   std::map<std::uint32_t, Stamp> laser;      ///< by number of the packet in the drive
   std::map<std::uint32_t, Stamp> exposures;  ///< by number of the exposure; those that were given a time
+  std::uint64_t wheels = 0;            ///< words of the wheel encoder
+  double largest_wheel_error_us = 0;   ///< of their times; means nothing where the host's clock is at fault
   std::uint64_t batches = 0, strange_batches = 0, unmatched_exposures = 0, images = 0;
   std::vector<std::string> wrong_stamps;  ///< beyond 5 sigma and 20 us, in words
   std::uint64_t wrong_laser = 0, wrong_exposures = 0;
