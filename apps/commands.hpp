@@ -5,6 +5,7 @@
 /// Each command of `hueline` in a file of its own: add_x() declares its words, its help and what it runs.
 namespace hueline::apps {
 
+void add_calibrate(Command& all);
 void add_capture(Command& all);
 void add_replay(Command& all);
 void add_score(Command& all);

@@ -41,6 +41,7 @@ int main(int argc, char** argv) {
                                     apps::add_colour(all);
                                     apps::add_inspect(all);
                                     apps::add_picture(all);
+                                    apps::add_calibrate(all);
                                   });
   } catch (const config::ConfigError& e) {
     std::fprintf(stderr, "hueline: %s\n", e.what());
