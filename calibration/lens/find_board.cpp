@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/lens/board.hpp"
+#include "calibration/lens/find_board.hpp"
 
 namespace hueline::calibration {
 namespace {
@@ -35,21 +35,21 @@ int refine_window(const std::vector<cv::Point2f>& corners, int columns) {
   return std::clamp(static_cast<int>(nearest / 3.0), 2, 11);
 }
 
-void refine(const cv::Mat& grey, std::vector<cv::Point2f>& corners, int columns) {
-  const int half = refine_window(corners, columns);
+void refine(const cv::Mat& grey, std::vector<cv::Point2f>& corners, int columns, int half) {
+  if (half <= 0) half = refine_window(corners, columns);
   cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 100, 1e-4});
 }
 
-bool find_chessboard(const cv::Mat& grey, const Board& board, std::vector<cv::Point2f>& corners) {
+bool find_chessboard(const cv::Mat& grey, const Board& board, int refine_half_px, std::vector<cv::Point2f>& corners) {
   const cv::Size size(board.columns, board.rows);
   const int flags = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE;
   if (cv::findChessboardCorners(grey, size, corners, flags)) {
-    refine(grey, corners, board.columns);
+    refine(grey, corners, board.columns, refine_half_px);
     return true;
   }
   // The sector-based search sees boards without a light border and under strong distortion; it is slower and finds more false ones.
   if (!cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE)) return false;
-  refine(grey, corners, board.columns);
+  refine(grey, corners, board.columns, refine_half_px);
   return true;
 }
 
@@ -69,7 +69,9 @@ Result<GreyImage> read_grey_image(const std::string& path) {
   return out;
 }
 
-Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& board) {
+Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& board) { return find_board(image, board, 0); }
+
+Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& board, int refine_half_px) {
   if (const std::string wrong = board.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
   if (image.width < 16 || image.height < 16 || image.pixels.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
     return Error{ErrorCode::Invalid, "the image is smaller than 16 x 16 px"};
@@ -92,7 +94,7 @@ Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& 
       return out;
     }
     const bool seen = board.kind == BoardKind::Chessboard
-                          ? find_chessboard(grey, board, corners)
+                          ? find_chessboard(grey, board, refine_half_px, corners)
                           : cv::findCirclesGrid(grey, {board.columns, board.rows}, corners, cv::CALIB_CB_ASYMMETRIC_GRID | cv::CALIB_CB_CLUSTERING) ||
                                 cv::findCirclesGrid(grey, {board.columns, board.rows}, corners, cv::CALIB_CB_ASYMMETRIC_GRID);
     if (!seen || corners.size() != board.corner_count())

@@ -17,6 +17,15 @@ fusion::CameraIntrinsics plane_lens() {
   return lens;
 }
 
+fusion::CameraIntrinsics large_plane_lens() {
+  fusion::CameraIntrinsics lens = plane_lens();
+  lens.width *= 2;
+  lens.height *= 2;
+  lens.focal_px *= 2;
+  lens.principal_point_px = 2 * lens.principal_point_px + Eigen::Vector2d(0.5, 0.5);
+  return lens;
+}
+
 fusion::CameraIntrinsics fisheye_lens() {
   fusion::CameraIntrinsics lens;
   lens.model = fusion::LensModel::KannalaBrandt;

@@ -22,6 +22,8 @@ std::vector<BoardView> simulate_boards(const fusion::CameraIntrinsics& lens, con
 
 /// 1224 x 1024, 60 degrees wide, some barrel distortion.
 fusion::CameraIntrinsics plane_lens();
+/// The same lens on a sensor with pixels of half the width: 2448 x 2048.
+fusion::CameraIntrinsics large_plane_lens();
 /// 1224 x 1024, equidistant, 2 x 75 degrees: a Ladybug-like lens.
 fusion::CameraIntrinsics fisheye_lens();
 

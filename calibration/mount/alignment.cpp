@@ -1,0 +1,192 @@
+#include "calibration/mount/alignment.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "calibration/mount/alignment_score.hpp"
+
+namespace hueline::calibration {
+namespace {
+
+constexpr double kDeg = std::numbers::pi / 180;
+constexpr std::size_t kFewestOutlines = 200;
+constexpr float kFinestBlur_px = 1.0F, kWideBlur_px = 2.5F;
+constexpr std::size_t kShotsWhenWide = 48;
+constexpr double kFinestStep = 0.004 * kDeg;
+constexpr double kFinestTime_s = 2e-4;
+
+/// One place that the search stands at.
+struct Place {
+  HeadCorrection at = HeadCorrection::Zero();
+  double score = -1e300;
+};
+
+/// Widths of steps and bounds of a climb: turns in rad, time in s.
+struct Steps {
+  double turn, time, last_turn, last_time, bound_turn, bound_time;
+};
+
+/// Pattern search (Hooke and Jeeves 1961): each axis up and down, then once more along what helped; the steps halve where nothing helps.
+Place climb(const AlignmentScore& score, const HeadCorrection& from, Steps steps) {
+  Place best{from, score.score(from)};
+  const auto try_at = [&](HeadCorrection there) {
+    for (int i = 0; i < 3; ++i) there[i] = std::clamp(there[i], -steps.bound_turn, steps.bound_turn);
+    there[3] = std::clamp(there[3], -steps.bound_time, steps.bound_time);
+    const double value = score.score(there);
+    if (!(value > best.score)) return false;
+    best = {there, value};
+    return true;
+  };
+  const int axes = steps.bound_time > 0 ? 4 : 3;
+  while (steps.turn >= steps.last_turn || (steps.bound_time > 0 && steps.time >= steps.last_time)) {
+    const HeadCorrection before = best.at;
+    bool helped = false;
+    for (int axis = 0; axis < axes; ++axis) {
+      const double by = axis < 3 ? steps.turn : steps.time;
+      for (const double way : {by, -by}) {
+        HeadCorrection there = best.at;
+        there[axis] += way;
+        if (!try_at(there)) continue;
+        helped = true;
+        break;
+      }
+    }
+    if (helped) {
+      try_at(best.at + (best.at - before));
+    } else {
+      steps.turn /= 2;
+      steps.time /= 2;
+    }
+  }
+  return best;
+}
+
+/// The best places of a grid over the whole search, none beside a better one.
+std::vector<Place> scan(const AlignmentScore& score, double bound) {
+  constexpr int kHalf = 3;
+  constexpr std::size_t kKept = 8;
+  std::vector<Place> all, out;
+  for (int x = -kHalf; x <= kHalf; ++x)
+    for (int y = -kHalf; y <= kHalf; ++y)
+      for (int z = -kHalf; z <= kHalf; ++z) {
+        const HeadCorrection there(bound * x / kHalf, bound * y / kHalf, bound * z / kHalf, 0);
+        all.push_back({there, score.score(there)});
+      }
+  std::stable_sort(all.begin(), all.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
+  for (const Place& place : all) {
+    const bool is_beside = std::any_of(out.begin(), out.end(), [&](const Place& better) { return (better.at - place.at).cwiseAbs().maxCoeff() < 1.5 * bound / kHalf; });
+    if (!is_beside) out.push_back(place);
+    if (out.size() == kKept) break;
+  }
+  return out;
+}
+
+/// Blurs from as wide as the search to the finest, px.
+std::vector<float> blurs(double focal_px, double search_deg) {
+  std::vector<float> out;
+  for (auto blur = static_cast<float>(focal_px * search_deg * kDeg / 4); blur > kFinestBlur_px; blur /= 2) out.push_back(blur);
+  out.push_back(kFinestBlur_px);
+  return out;
+}
+
+struct Found {
+  HeadCorrection correction = HeadCorrection::Zero();
+  double score_start = 0, score = 0;
+  std::size_t outlines = 0, samples = 0;
+};
+
+Found search(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots, const std::vector<std::size_t>& which,
+             const Transform<Body, CameraHead>& start, const AlignmentConfig& config, const HeadCorrection* from) {
+  Found out;
+  const double focal = lenses[shots[which[0]].lens].values.focal_px.mean();
+  const double bound = config.search_deg * kDeg;
+  auto widths = blurs(focal, config.search_deg);
+  // A part of the shots, begun where all of them ended, needs the finest steps alone.
+  if (from) widths.erase(widths.begin(), widths.end() - std::min<std::ptrdiff_t>(2, static_cast<std::ptrdiff_t>(widths.size())));
+  std::vector<Place> places{{from ? *from : HeadCorrection::Zero(), 0}};
+  for (std::size_t level = 0; level < widths.size(); ++level) {
+    const std::size_t stride = widths[level] > 8 ? 8 : widths[level] > 3 ? 4 : 2;
+    // Wide blurs need few pictures: every n-th shot of many.
+    std::vector<std::size_t> some;
+    std::size_t apart = widths[level] > kWideBlur_px ? std::max<std::size_t>(1, which.size() / kShotsWhenWide) : 1;
+    while (apart > 1 && (apart % 2 == 0 || apart % 3 == 0 || apart % 5 == 0)) ++apart;  // no lens of five, six or eight is passed over
+    for (std::size_t i = 0; i < which.size(); i += apart) some.push_back(which[i]);
+    const AlignmentScore score(lenses, shots, some, start, config, widths[level], stride);
+    out.outlines = score.outlines();
+    out.samples = score.samples();
+    if (!from && level == 0) places = scan(score, bound);
+    const double step = widths[level] / focal;
+    const bool is_last = level + 1 == widths.size();
+    for (Place& place : places)
+      place = climb(score, place.at, {step, config.search_time_s / 4, is_last ? kFinestStep : step / 4, is_last ? kFinestTime_s : config.search_time_s / 16, bound,
+                                      config.search_time_s});
+    // Several hills of a wide blur become one of a narrow one: the lower ones go, and those that met.
+    std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
+    std::vector<Place> kept;
+    for (const Place& place : places) {
+      const bool has_met = std::any_of(kept.begin(), kept.end(), [&](const Place& other) { return (other.at - place.at).head<3>().norm() < step; });
+      if (!has_met && kept.size() < std::max<std::size_t>(2, places.size() * 2 / 3)) kept.push_back(place);
+    }
+    places = std::move(kept);
+    if (is_last) {
+      out.score_start = score.score(HeadCorrection::Zero());
+      out.score = places[0].score;
+    }
+  }
+  out.correction = places[0].at;
+  return out;
+}
+
+}  // namespace
+
+std::string AlignmentConfig::validate() const {
+  if (!(search_deg > 0 && search_deg <= 15)) return fmt::format("search_deg is {}; allowed: above 0, to 15 deg", search_deg);
+  if (!(search_time_s >= 0 && search_time_s <= 1)) return fmt::format("search_time_s is {}; allowed: 0 to 1 s", search_time_s);
+  if (!use_outlines && !use_intensity) return "outlines and intensity are both switched off";
+  if (groups > 64) return fmt::format("groups is {}; allowed: to 64", groups);
+  return {};
+}
+
+Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots, const Transform<Body, CameraHead>& start,
+                             const AlignmentConfig& config) {
+  if (const std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
+  if (shots.empty()) return Error{ErrorCode::Unavailable, "no image with laser points around its moment"};
+  for (const AlignmentShot& shot : shots)
+    if (shot.lens >= lenses.size() || shot.image.width < 32 || shot.image.height < 32) return Error{ErrorCode::Invalid, "a shot names no lens, or its image is too small"};
+  std::vector<std::size_t> all(shots.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+  const Found found = search(lenses, shots, all, start, config, nullptr);
+  if (config.use_outlines && found.outlines < kFewestOutlines)
+    return Error{ErrorCode::Unavailable, fmt::format("{} outlines of near things in the images; {} are needed: drive past posts, trees and corners", found.outlines, kFewestOutlines)};
+  const double bound = config.search_deg * kDeg * 0.999;
+  if (found.correction.head<3>().cwiseAbs().maxCoeff() >= bound || (config.search_time_s > 0 && std::abs(found.correction[3]) >= 0.999 * config.search_time_s))
+    return Error{ErrorCode::Unavailable, fmt::format("the best place lies at the edge of the search ({:.2f}, {:.2f}, {:.2f} deg): the start is farther off, or nothing fits",
+                                                     found.correction[0] / kDeg, found.correction[1] / kDeg, found.correction[2] / kDeg)};
+  Alignment out;
+  out.T_body_head = corrected(start, found.correction);
+  out.time_offset_s = found.correction[3];
+  out.score_start = found.score_start;
+  out.score = found.score;
+  out.samples = found.outlines + found.samples;
+  out.shots = shots.size();
+  const std::size_t groups = std::min(static_cast<std::size_t>(std::max(0, config.groups)), shots.size());
+  if (groups >= 2) {
+    std::vector<HeadCorrection> parts;
+    for (std::size_t g = 0; g < groups; ++g) {
+      // Neighbouring shots see the same things: each group is a stretch of its own.
+      const std::vector<std::size_t> part(all.begin() + static_cast<std::ptrdiff_t>(g * all.size() / groups),
+                                          all.begin() + static_cast<std::ptrdiff_t>((g + 1) * all.size() / groups));
+      parts.push_back(search(lenses, shots, part, start, config, &found.correction).correction);
+    }
+    HeadCorrection mean = HeadCorrection::Zero(), spread = HeadCorrection::Zero();
+    for (const auto& p : parts) mean += p / static_cast<double>(groups);
+    for (const auto& p : parts) spread += (p - mean).cwiseAbs2();
+    out.sigma = (spread / static_cast<double>(groups - 1) / static_cast<double>(groups)).cwiseSqrt();
+  }
+  return out;
+}
+
+}  // namespace hueline::calibration
