@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "apps/commands.hpp"
@@ -12,6 +13,7 @@
 #include "apps/signals.hpp"
 #include "apps/simulated_rig.hpp"
 #include "config/scenario.hpp"
+#include "config/section.hpp"
 #include "sim/devices/player.hpp"
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
@@ -21,7 +23,10 @@ namespace {
 
 struct Options {
   std::string scenario, out;
+  std::string beside;
   std::string rig_file, method = "lens";
+  double camera_link_mb_s = 0;
+  int camera_packet = 9000;
   bool play = false;
   double wait_s = 60;
   SimulatedAddresses at;
@@ -50,12 +55,41 @@ sim::Player::Config player_config(const Options& options, const sim::Drive& driv
     config.camera->height = drive.exposures.front().height;
     // Compressed exposures are bytes to the transport.
     if (scenario.camera.payload == sim::ImagePayload::JpegPlanes) config.camera->pixel_format = "Mono8";
+    config.camera->max_packet_bytes = static_cast<std::uint32_t>(options.camera_packet);
+    // A gigabit link, or one of ten where the images would not fit.
+    const double bytes_per_second = scenario.camera.rate_hz * config.camera->width * config.camera->height;
+    config.camera->stream.link_bytes_per_second =
+        options.camera_link_mb_s > 0 ? options.camera_link_mb_s * 1e6 : (bytes_per_second < 90e6 ? 110e6 : 1180e6);
+  }
+  if (!options.beside.empty()) {
+    config.second_laser = config.laser;
+    config.second_laser->data_port = static_cast<std::uint16_t>(options.at.data_port + 1);
+    config.second_laser->position_port = static_cast<std::uint16_t>(options.at.position_port + 1);
   }
   return config;
 }
 
-int play(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario, StopSignals& signals, ProgressBar& bar) {
-  const auto timeline = sim::scenario_timeline(scenario, drive);
+/// The scanner of `beside` on the vehicle of `scenario`: everything but laser and camera has to be the same.
+void require_same_drive(const sim::Scenario& scenario, const sim::Scenario& beside) {
+  const auto without_sensors = [](sim::Scenario s) {
+    s.laser = {};
+    s.camera = {};
+    return s.text();
+  };
+  if (without_sensors(scenario) != without_sensors(beside))
+    throw config::ConfigError("--beside: the two scenarios may differ in laser and camera only: it is one vehicle on one drive");
+}
+
+int play(const Options& options, const sim::Drive& drive, const sim::Drive* beside_drive, const sim::Scenario& scenario, StopSignals& signals,
+         ProgressBar& bar) {
+  auto timeline = sim::scenario_timeline(scenario, drive);
+  if (timeline.ok() && beside_drive != nullptr) {
+    auto second = sim::scenario_timeline(config::load_scenario(options.beside), *beside_drive, 1);
+    if (second.ok())
+      sim::add_laser_of(timeline->timeline, std::move(second->timeline));
+    else
+      timeline = second.error();
+  }
   if (!timeline.ok()) {
     spdlog::error("{}", timeline.error().message);
     return kWrongUse;
@@ -92,15 +126,23 @@ int play(const Options& options, const sim::Drive& drive, const sim::Scenario& s
                  static_cast<unsigned long long>(sent.sent), static_cast<unsigned long long>(sent.failed), sent.mean_lateness_ns / 1e6,
                  static_cast<double>(sent.latest_ns) / 1e6);
   }
+  std::fprintf(stdout, "%-15s %8llu sent, %llu refused, %llu sent again, %llu asked for again and gone\n", "camera packets",
+               static_cast<unsigned long long>(report.camera.packets_sent), static_cast<unsigned long long>(report.camera.packets_failed),
+               static_cast<unsigned long long>(report.camera.packets_resent), static_cast<unsigned long long>(report.camera.resends_refused));
   return kDone;
 }
 
 int simulate(const Options& options) {
   StopSignals signals;
   const sim::Scenario scenario = config::load_scenario(options.scenario);
+  std::optional<sim::Scenario> beside;
+  if (!options.beside.empty()) {
+    beside = config::load_scenario(options.beside);
+    require_same_drive(scenario, *beside);
+  }
   if (!options.rig_file.empty()) {
     std::ofstream out(options.rig_file);
-    out << simulated_rig(scenario, options.at, options.method);
+    out << simulated_rig(scenario, options.at, options.method, beside ? &*beside : nullptr);
     out.close();
     if (!out) {
       spdlog::error("{} could not be written", options.rig_file);
@@ -108,15 +150,26 @@ int simulate(const Options& options) {
     }
   }
   ProgressBar bar;
-  auto drive = sim::generate(scenario, options.out, [&](const std::string& stage, double share) { bar.show(stage, share); });
-  bar.end();
-  if (!drive.ok()) {
-    spdlog::error("{}", drive.error().message);
-    return drive.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
+  const auto made = [&](const sim::Scenario& one) {
+    auto drive = sim::generate(one, options.out, [&](const std::string& stage, double share) { bar.show(stage, share); });
+    bar.end();
+    if (drive.ok()) {
+      std::fprintf(stdout, "drive and truth: %s\n", drive->cache_dir.c_str());
+      std::fflush(stdout);
+    } else {
+      spdlog::error("{}", drive.error().message);
+    }
+    return drive;
+  };
+  const auto status_of = [](const Error& error) { return error.code == ErrorCode::Invalid ? kWrongUse : kOutputRefused; };
+  const auto drive = made(scenario);
+  if (!drive.ok()) return status_of(drive.error());
+  std::optional<Result<sim::Drive>> second;
+  if (beside) {
+    second = made(*beside);
+    if (!second->ok()) return status_of(second->error());
   }
-  std::fprintf(stdout, "drive and truth: %s\n", drive->cache_dir.c_str());
-  std::fflush(stdout);
-  return options.play ? play(options, *drive, scenario, signals, bar) : kDone;
+  return options.play ? play(options, *drive, second ? &**second : nullptr, scenario, signals, bar) : kDone;
 }
 
 }  // namespace
@@ -128,6 +181,7 @@ void add_simulate(Command& all) {
   command.required("--out", options->out, "folder for drives, one a scenario, named by its content; an existing one is used again");
   command.option("--write-rig", options->rig_file, "also write the rig file of the emulated vehicle, with its true calibration");
   command.setting("--method", options->method, "with --write-rig: lens or panorama", {"lens", "panorama"});
+  command.option("--beside", options->beside, "another scenario of the same drive, whose laser is the vehicle's second scanner, on the next ports");
   command.flag("--play", options->play, "be the devices: wait for a capture, then play in real time");
   command.setting("--wait", options->wait_s, "with --play: seconds to wait for the capture");
   command.setting("--address", options->at.address, "own address of the emulated devices, and where the laser sends to");
@@ -138,6 +192,8 @@ void add_simulate(Command& all) {
   command.setting("--can-port", options->at.can_port, "UDP port of the CAN bus, as a gateway's datagrams", {1, 65535});
   command.option("--can-interface", options->at.can_interface, "CAN interface to be the bus on, instead of datagrams");
   command.setting("--camera", options->at.camera_serial, "serial number of the GigE camera");
+  command.setting("--camera-link", options->camera_link_mb_s, "pace of the camera's packets, MB/s; 0: a gigabit link, or ten gigabit if the images need it", {0.0, 1e5});
+  command.setting("--camera-packet", options->camera_packet, "the camera's largest packet, bytes with IP and UDP headers", {576, 65000});
   command.runs([options] { return simulate(*options); });
 }
 

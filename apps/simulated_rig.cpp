@@ -26,14 +26,15 @@ std::string transform(const sim::Pose& T) {
   return fmt::format("{{position_m: {}, rotation_matrix: {}}}", numbers(p, 3), numbers(T.R.m.data(), 9));
 }
 
-std::string laser_yaml(const sim::Scenario& scenario, const SimulatedAddresses& at, const sim::RigTruth& rig) {
-  std::string out = "  - name: laser\n";
+/// `number`: of the vehicle's scanners, from 0.
+std::string laser_yaml(const sim::Scenario& scenario, const SimulatedAddresses& at, const sim::RigTruth& rig, int number) {
+  std::string out = number == 0 ? "  - name: laser\n" : fmt::format("  - name: laser{}\n", number + 1);
   if (scenario.laser.model == sim::LaserModel::Profile)
-    out += fmt::format("    driver: profile_scanner\n    min_range_m: {}\n", std::min(0.5, scenario.laser.min_range_m));
+    out += fmt::format("    driver: profile_scanner\n    scanner_id: {}\n    min_range_m: {}\n", number + 1, std::min(0.5, scenario.laser.min_range_m));
   else
     out += fmt::format("    driver: velodyne\n    model: {}\n", scenario.laser.model == sim::LaserModel::Vlp16 ? "VLP-16" : "HDL-32E");
-  return out + fmt::format("    udp: {{ports: [{}, {}], bind_address: {}}}\n    sigma_range_m: {}\n    T_body_scanner: {}\n\n", at.data_port,
-                           at.position_port, at.address, scenario.laser.range_sigma_m, transform(rig.T_body_scanner));
+  return out + fmt::format("    udp: {{ports: [{}, {}], bind_address: {}}}\n    sigma_range_m: {}\n    T_body_scanner: {}\n\n",
+                           at.data_port + number, at.position_port + number, at.address, scenario.laser.range_sigma_m, transform(rig.T_body_scanner));
 }
 
 /// The rear wheels: they do not steer.
@@ -75,7 +76,7 @@ std::string lens_yaml(const sim::RigTruth& rig, std::size_t i) {
 
 }  // namespace
 
-std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresses& at, const std::string& method) {
+std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresses& at, const std::string& method, const sim::Scenario* beside) {
   const sim::RigTruth rig = sim::rig_truth(scenario);
   std::string out = fmt::format(
       "# The emulated vehicle of a scenario: laser, {}-lens head as one GigE camera, SPAN receiver and its PPS.\n"
@@ -85,15 +86,19 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
       "  - name: pos\n    driver: novatel\n    tcp: {{host: {}, port: {}}}\n    logs: {{ins_rate_hz: {}}}\n\n"
       "{}",
       rig.lenses.size() == 6 ? "six" : std::to_string(rig.lenses.size()), at.pps_socket, at.address, at.pos_port, scenario.ins.rate_hz,
-      laser_yaml(scenario, at, rig));
+      laser_yaml(scenario, at, rig, 0) + (beside != nullptr ? laser_yaml(*beside, at, sim::rig_truth(*beside), 1) : ""));
+  // More than a gigabit: its bursts outrun the socket's buffer unless the thread that receives them runs at once.
+  const bool is_fast = scenario.camera.payload == sim::ImagePayload::Raw &&
+                       scenario.camera.rate_hz * rig.image_width() * rig.image_height() > 110e6;
   out += fmt::format(
       "  - name: camera\n    driver: genicam\n    address: {0}\n    interface: {0}\n    serial: {1}\n    pixel_format: BayerRG8\n{6}    width: {2}\n"
-      "    height: {3}\n    exposure_us: {4}\n    event_input: 1\n    stamp_event: exposure_end\n    stamp_delay_us: 45\n    latency_max_ms: {5}\n\n",
+      "    height: {3}\n    exposure_us: {4}\n    event_input: 1\n    stamp_event: exposure_end\n    stamp_delay_us: 45\n    latency_max_ms: {5}\n{7}\n",
       at.address, at.camera_serial, rig.image_width(), rig.image_height(), scenario.camera.exposure_us,
       std::min(250.0, 800.0 / scenario.camera.rate_hz),
       scenario.camera.payload == sim::ImagePayload::JpegPlanes
           ? fmt::format("    payload: jpeg_planes\n    lens_columns: {}\n", scenario.camera.stack_columns)
-          : "");
+          : "",
+      is_fast ? "    realtime_priority: 20\n" : "");
   out += wheel_yaml(scenario, at);
   out += fmt::format(
       "head:\n  T_body_head: {}\n  panorama: {{width: 8000, height: 4000, stitching_radius_m: 20}}\n  lenses:\n", transform(rig.T_body_head));

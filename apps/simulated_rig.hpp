@@ -17,7 +17,9 @@ struct SimulatedAddresses {
 };
 
 /// The rig file (YAML) of a scenario's vehicle as a perfect calibration would write it: true mounting and lenses, and masks where the
-/// vehicle sees itself. `method`: lens or panorama.
-std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresses& addresses, const std::string& method);
+/// vehicle sees itself. `method`: lens or panorama. `beside`: a scenario of the same vehicle whose laser is a second scanner, on the
+/// ports after the first one's.
+std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresses& addresses, const std::string& method,
+                          const sim::Scenario* beside = nullptr);
 
 }  // namespace hueline::apps

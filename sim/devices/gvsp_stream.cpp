@@ -26,8 +26,8 @@ bool pace(std::int64_t due_ns, const std::stop_token& stop) {
 }
 
 /// The client's region of the sensor: the image itself, or a cut.
-Result<std::shared_ptr<const Bytes>> region(const CameraImage& image, const StreamTarget& stream) {
-  if (!image.pixels || image.pixels->size() != std::size_t{image.width} * image.height) {
+Result<Buffer> region(const CameraImage& image, const StreamTarget& stream) {
+  if (image.pixels.size() != std::size_t{image.width} * image.height) {
     return Error{ErrorCode::Invalid,
                  fmt::format("image {} does not hold {} x {} bytes", image.sequence, image.width, image.height)};
   }
@@ -41,17 +41,71 @@ Result<std::shared_ptr<const Bytes>> region(const CameraImage& image, const Stre
                  fmt::format("the client's region {} x {} at ({}, {}) is not inside the image of {} x {}", stream.width,
                              stream.height, stream.offset_x, stream.offset_y, image.width, image.height)};
   }
-  auto cut = std::make_shared<Bytes>();
-  cut->reserve(std::size_t{stream.width} * stream.height);
+  Bytes cut;
+  cut.reserve(std::size_t{stream.width} * stream.height);
   for (std::uint32_t row = 0; row < stream.height; ++row) {
-    const auto from = std::span(*image.pixels)
-                          .subspan(std::size_t{stream.offset_y + row} * image.width + stream.offset_x, stream.width);
-    cut->insert(cut->end(), from.begin(), from.end());
+    const auto from = image.pixels.bytes().subspan(std::size_t{stream.offset_y + row} * image.width + stream.offset_x, stream.width);
+    cut.insert(cut.end(), from.begin(), from.end());
   }
-  return std::shared_ptr<const Bytes>(std::move(cut));
+  return Buffer::copy_of(cut);
 }
 
 }  // namespace
+
+/// A system call costs as much as carrying a packet of 9000 bytes: packets that are due together leave together.
+class GvspStream::Batch {
+ public:
+  static constexpr std::size_t kMost = 32;
+
+  void add(const SentImage& sent, std::uint32_t packet_id, GvspStatus status) {
+    Slot& slot = slots_[count_];
+    std::span<const std::byte> data;
+    if (status == GvspStatus::Unavailable) {
+      slot.head = encode_gvsp_data_header(sent.image.block_id, packet_id, status);
+    } else if (packet_id == 0) {
+      slot.head = encode_gvsp_leader(sent.image, status);
+    } else if (packet_id > gvsp_data_packets(sent.image, sent.packet_bytes)) {
+      slot.head = encode_gvsp_trailer(sent.image, packet_id, status);
+    } else {
+      const std::size_t size = sent.packet_bytes - kGvspOverheadBytes;
+      const std::size_t at = (packet_id - 1) * size;
+      slot.head = encode_gvsp_data_header(sent.image.block_id, packet_id, status);
+      data = sent.pixels.bytes().subspan(at, std::min(size, sent.pixels.size() - at));
+    }
+    slot.parts = {{{slot.head.data(), slot.head.size()}, {const_cast<std::byte*>(data.data()), data.size()}}};
+    slot.to = sent.to;
+    msghdr& message = messages_[count_++].msg_hdr;
+    message = {};
+    message.msg_name = &slot.to;
+    message.msg_namelen = sizeof(slot.to);
+    message.msg_iov = slot.parts.data();
+    message.msg_iovlen = data.empty() ? 1 : 2;
+  }
+  bool is_full() const { return count_ == kMost; }
+  std::size_t size() const { return count_; }
+
+  /// Sends and forgets them; how many the kernel took. One that it refuses does not hold up the others.
+  std::uint64_t send(int socket) {
+    std::uint64_t taken = 0;
+    for (std::size_t at = 0; at < count_;) {
+      const int n = ::sendmmsg(socket, messages_.data() + at, static_cast<unsigned>(count_ - at), MSG_NOSIGNAL);
+      if (n > 0) taken += static_cast<std::uint64_t>(n);
+      at += n > 0 ? static_cast<std::size_t>(n) : 1;
+    }
+    count_ = 0;
+    return taken;
+  }
+
+ private:
+  struct Slot {
+    Bytes head;
+    std::array<iovec, 2> parts{};
+    sockaddr_in to{};
+  };
+  std::array<Slot, kMost> slots_;
+  std::array<mmsghdr, kMost> messages_{};
+  std::size_t count_ = 0;
+};
 
 std::string GvspStream::Config::validate() const {
   if (!(link_bytes_per_second >= 1e6)) return fmt::format("link_bytes_per_second: {} is below 1e6", link_bytes_per_second);
@@ -102,39 +156,22 @@ void GvspStream::send_again(const GvcpResend& request) {
       found->to = target_.to;
     }
   }
-  const bool is_there = found->pixels != nullptr;
+  const bool is_there = found->has_pixels;
   const std::uint32_t trailer = is_there ? gvsp_data_packets(found->image, found->packet_bytes) + 1 : request.first;
   std::uint64_t sent = 0;
+  Batch batch, refusals;
+  const auto flush = [&] {
+    sent += batch.send(socket_.get());
+    refusals.send(socket_.get());
+  };
   for (std::uint32_t id = request.first; id <= std::min(request.last, trailer); ++id) {
     const bool has_packet = is_there && (id == 0 || id == trailer || id > found->missing_packets);
-    if (send_packet(*found, id, has_packet ? GvspStatus::Resent : GvspStatus::Unavailable) && has_packet) ++sent;
+    (has_packet ? batch : refusals).add(*found, id, has_packet ? GvspStatus::Resent : GvspStatus::Unavailable);
+    if (batch.is_full() || refusals.is_full()) flush();
   }
+  flush();
   std::lock_guard lock(mutex_);
   counts_.packets_resent += sent;
-}
-
-bool GvspStream::send_packet(const SentImage& sent, std::uint32_t packet_id, GvspStatus status) {
-  Bytes head;
-  std::span<const std::byte> data;
-  if (status == GvspStatus::Unavailable) {
-    head = encode_gvsp_data_header(sent.image.block_id, packet_id, status);
-  } else if (packet_id == 0) {
-    head = encode_gvsp_leader(sent.image, status);
-  } else if (packet_id > gvsp_data_packets(sent.image, sent.packet_bytes)) {
-    head = encode_gvsp_trailer(sent.image, packet_id, status);
-  } else {
-    const std::size_t size = sent.packet_bytes - kGvspOverheadBytes;
-    const std::size_t at = (packet_id - 1) * size;
-    head = encode_gvsp_data_header(sent.image.block_id, packet_id, status);
-    data = std::span(*sent.pixels).subspan(at, std::min(size, sent.pixels->size() - at));
-  }
-  std::array<iovec, 2> parts{{{head.data(), head.size()}, {const_cast<std::byte*>(data.data()), data.size()}}};
-  msghdr message{};
-  message.msg_name = const_cast<sockaddr_in*>(&sent.to);
-  message.msg_namelen = sizeof(sent.to);
-  message.msg_iov = parts.data();
-  message.msg_iovlen = data.empty() ? 1 : 2;
-  return ::sendmsg(socket_.get(), &message, MSG_NOSIGNAL) == static_cast<ssize_t>(head.size() + data.size());
 }
 
 Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
@@ -143,7 +180,7 @@ Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
   const std::uint64_t acquisition = acquisitions_;
   lock.unlock();
   if (!stream.is_active) return Error{ErrorCode::Unavailable, "nobody has started the camera's acquisition"};
-  Result<std::shared_ptr<const Bytes>> pixels = region(image, stream);
+  Result<Buffer> pixels = region(image, stream);
   if (!pixels) return pixels.error();
 
   // A camera numbers its images from 1 in each acquisition.
@@ -153,6 +190,7 @@ Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
   }
   SentImage sent;
   sent.pixels = std::move(pixels).value();
+  sent.has_pixels = true;
   sent.to = stream.to;
   sent.packet_bytes = stream.packet_bytes;
   sent.missing_packets = image.missing_packets;
@@ -163,7 +201,7 @@ Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
   sent.image.height = image.ignores_region ? image.height : stream.height;
   sent.image.offset_x = stream.offset_x;
   sent.image.offset_y = stream.offset_y;
-  sent.image.payload_bytes = sent.pixels->size();
+  sent.image.payload_bytes = sent.pixels.size();
   lock.lock();
   kept_.push_back(sent);
   while (kept_.size() > config_.images_kept) kept_.pop_front();
@@ -172,17 +210,23 @@ Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
   const std::uint32_t trailer = gvsp_data_packets(sent.image, sent.packet_bytes) + 1;
   const double ns_per_packet = sent.packet_bytes * 1e9 / config_.link_bytes_per_second + stream.packet_delay_ns;
   const std::int64_t begin = monotonic_raw_ns();
+  // As many as the link carries while a sleep would be too short to be worth it.
+  const auto burst = std::clamp<std::size_t>(static_cast<std::size_t>(kShortestPauseNs / ns_per_packet), 1, Batch::kMost);
+  Batch batch;
   Counts made;
   bool is_stopped = false;
   for (std::uint32_t id = 0; id <= trailer && !is_stopped; ++id) {
     const bool is_data = id != 0 && id != trailer;
-    if (is_data && id <= sent.missing_packets) {
+    const bool is_lost = is_data && (id <= sent.missing_packets ||
+                                     (config_.lost_packet_share > 0 && losses_.uniform() < config_.lost_packet_share));
+    if (is_lost)
       ++made.packets_lost_on_purpose;
-    } else if (is_data && config_.lost_packet_share > 0 && losses_.uniform() < config_.lost_packet_share) {
-      ++made.packets_lost_on_purpose;
-    } else {
-      ++(send_packet(sent, id, GvspStatus::Success) ? made.packets_sent : made.packets_failed);
-    }
+    else
+      batch.add(sent, id, GvspStatus::Success);
+    if (batch.size() < burst && id != trailer) continue;
+    const std::uint64_t offered = batch.size(), taken = batch.send(socket_.get());
+    made.packets_sent += taken;
+    made.packets_failed += offered - taken;
     is_stopped = !pace(begin + static_cast<std::int64_t>(ns_per_packet * (id + 1)), stop);
   }
   lock.lock();

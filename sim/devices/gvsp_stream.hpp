@@ -4,10 +4,10 @@
 
 #include <cstdint>
 #include <deque>
-#include <memory>
 #include <mutex>
 #include <stop_token>
 
+#include "core/buffer.hpp"
 #include "core/result.hpp"
 #include "sim/devices/gvcp_control.hpp"
 #include "sim/devices/gvsp_encode.hpp"
@@ -21,7 +21,7 @@ struct CameraImage {
   std::uint64_t sequence = 0;            ///< the camera's count of exposures; gaps become gaps in the frame ids
   std::int64_t counter_ns = 0;           ///< GVSP timestamp
   std::uint32_t width = 0, height = 0;
-  std::shared_ptr<const Bytes> pixels;   ///< width x height bytes
+  Buffer pixels;                         ///< width x height bytes
   std::uint32_t missing_packets = 0;     ///< so many of its data packets are never sent, nor sent again
   bool ignores_region = false;           ///< sent whole, whatever region the client has set
 };
@@ -68,12 +68,13 @@ class GvspStream {
  private:
   struct SentImage {
     GvspImage image;
-    std::shared_ptr<const Bytes> pixels;
+    Buffer pixels;
+    bool has_pixels = false;
     sockaddr_in to{};
     std::uint32_t packet_bytes = 0;
     std::uint32_t missing_packets = 0;  // the first data packets
   };
-  bool send_packet(const SentImage& image, std::uint32_t packet_id, GvspStatus status);
+  class Batch;  // packets that leave in one system call
 
   const Config config_;
   const FileDescriptor socket_;

@@ -5,36 +5,38 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <limits>
 
 #include "sim/devices/socket.hpp"
 
 namespace hueline::sim {
 namespace {
 
-ImagePrefetch::Image read_file(const std::string& path) {
+ImagePrefetch::Image read_file(const std::string& path, BufferPool& pool) {
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   struct stat info {};
   if (!file || ::fstat(file.get(), &info) != 0) return io_error("read the image " + path, errno);
-  auto bytes = std::make_shared<Bytes>(static_cast<std::size_t>(info.st_size));
+  MutableBuffer bytes = pool.acquire(static_cast<std::size_t>(info.st_size));
+  if (!bytes) return Error{ErrorCode::Exhausted, "no memory for the image " + path};
   std::size_t have = 0;
-  while (have < bytes->size()) {
-    const ssize_t n = ::read(file.get(), bytes->data() + have, bytes->size() - have);
+  while (have < bytes.size()) {
+    const ssize_t n = ::read(file.get(), bytes.data() + have, bytes.size() - have);
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return io_error("read the image " + path, errno);
     if (n == 0) break;
     have += static_cast<std::size_t>(n);
   }
-  bytes->resize(have);
-  return std::shared_ptr<const Bytes>(std::move(bytes));
+  bytes.resize(have);
+  return std::move(bytes).share();
 }
 
 }  // namespace
 
 ImagePrefetch::ImagePrefetch(std::vector<std::string> files, std::size_t bytes_ahead)
-    : queue_({256, bytes_ahead}), thread_([this, files = std::move(files)](const std::stop_token& stop) {
+    : pool_(std::numeric_limits<std::size_t>::max()), queue_({256, bytes_ahead}), thread_([this, files = std::move(files)](const std::stop_token& stop) {
         for (const std::string& file : files) {
-          Image image = read_file(file);
-          const std::size_t weight = image.ok() ? (*image)->size() + 1 : 1;
+          Image image = read_file(file, pool_);
+          const std::size_t weight = image.ok() ? image->size() + 1 : 1;
           if (!queue_.push(std::move(image), stop, weight)) return;
         }
         queue_.close();

@@ -40,6 +40,7 @@ std::string Player::Config::validate() const {
   if (!(speed >= 0.1 && speed <= 10)) return fmt::format("speed: {} is not within 0.1 .. 10", speed);
   if (lead_ns < 0) return fmt::format("lead_ns: {} is negative", lead_ns);
   for (const auto& [device, problem] : {std::pair("laser", laser ? laser->validate() : std::string()),
+                                        std::pair("second_laser", second_laser ? second_laser->validate() : std::string()),
                                         std::pair("pos", pos ? pos->validate() : std::string()),
                                         std::pair("pps", pps ? pps->validate() : std::string()),
                                         std::pair("wheel", wheel ? wheel->validate() : std::string()),
@@ -53,6 +54,7 @@ Result<std::unique_ptr<Player>> Player::open(const Config& config) {
   if (std::string problem = config.validate(); !problem.empty()) return Error{ErrorCode::Invalid, std::move(problem)};
   auto player = std::make_unique<Player>(config);
   if (Status opened = open_into(player->laser_, config.laser); !opened) return opened.error();
+  if (Status opened = open_into(player->second_laser_, config.second_laser); !opened) return opened.error();
   if (Status opened = open_into(player->pos_, config.pos); !opened) return opened.error();
   if (Status opened = open_into(player->pps_, config.pps); !opened) return opened.error();
   if (Status opened = open_into(player->wheel_, config.wheel); !opened) return opened.error();
@@ -78,9 +80,10 @@ Status Player::wait_until_ready(std::int64_t timeout_ns, const std::stop_token& 
 }
 
 bool Player::send(const WireEvent& event, const DriveClock& clock) {
+  LaserSender* laser = event.laser == 0 ? laser_.get() : second_laser_.get();
   switch (event.channel) {
-    case WireChannel::LaserData: return laser_->send_data(event.payload);
-    case WireChannel::LaserPosition: return laser_->send_position(event.payload);
+    case WireChannel::LaserData: return laser != nullptr && laser->send_data(event.payload);
+    case WireChannel::LaserPosition: return laser != nullptr && laser->send_position(event.payload);
     case WireChannel::Pos: pos_->publish(event.payload, event.log, event.piece_bytes); return true;
     case WireChannel::Pps: return pps_->publish(event.sequence, clock.host_ns(event.edge_ns)) == 0;
     case WireChannel::Wheel: return wheel_->send(event.payload);
@@ -89,14 +92,14 @@ bool Player::send(const WireEvent& event, const DriveClock& clock) {
   return false;
 }
 
-Status Player::send_image(const WireEvent& event, std::shared_ptr<const Bytes> pixels, const std::stop_token& stop) {
+Status Player::send_image(const WireEvent& event, Buffer pixels, const std::stop_token& stop) {
   CameraImage image{event.sequence, event.camera_counter_ns, event.width, event.height, std::move(pixels)};
   image.missing_packets = event.missing_packets;
   const std::size_t size = std::size_t{event.width} * event.height;
-  if (image.pixels->size() > size) {
+  if (image.pixels.size() > size) {
     // Not what its sensor gives: the camera has been set to fewer rows.
     image.ignores_region = true;
-    image.pixels = std::make_shared<const Bytes>(image.pixels->begin(), image.pixels->begin() + static_cast<std::ptrdiff_t>(size));
+    image.pixels = image.pixels.part(0, size);
   }
   return camera_->send(image, stop);
 }

@@ -50,6 +50,7 @@ class Player {
  public:
   struct Config {
     std::optional<LaserSender::Config> laser = LaserSender::Config{};  ///< empty: the vehicle has no such device
+    std::optional<LaserSender::Config> second_laser;                   ///< sends events of WireEvent::laser 1
     std::optional<PosServer::Config> pos = PosServer::Config{};
     std::optional<PpsServer::Config> pps = PpsServer::Config{};
     std::optional<CanSender::Config> wheel;                           ///< its CAN bus
@@ -79,13 +80,13 @@ class Player {
 
  private:
   bool send(const WireEvent& event, const DriveClock& clock);
-  Status send_image(const WireEvent& event, std::shared_ptr<const Bytes> pixels, const std::stop_token& stop);
+  Status send_image(const WireEvent& event, Buffer pixels, const std::stop_token& stop);
   void play_images(const std::vector<const WireEvent*>& images, ImagePrefetch& files, const DriveClock& clock,
                    const std::stop_token& stop, PlayReport& report);
 
   const Config config_;
   std::int64_t host_begin_ns_ = 0;
-  std::unique_ptr<LaserSender> laser_;
+  std::unique_ptr<LaserSender> laser_, second_laser_;
   std::unique_ptr<PosServer> pos_;
   std::unique_ptr<PpsServer> pps_;
   std::unique_ptr<CanSender> wheel_;

@@ -46,10 +46,11 @@ Result<FaultyTimeline> build_faulty_timeline(const Drive& drive, const TimelineC
   return out;
 }
 
-Result<FaultyTimeline> scenario_timeline(const Scenario& scenario, const Drive& drive) {
+Result<FaultyTimeline> scenario_timeline(const Scenario& scenario, const Drive& drive, std::uint8_t laser) {
   TimelineConfig config;
   config.seed = scenario.seed;
   config.laser_model = scenario.laser.model;
+  config.laser = laser;
   return build_faulty_timeline(drive, config, scenario.faults);
 }
 

@@ -23,7 +23,7 @@ struct FaultyTimeline {
 Result<FaultyTimeline> build_faulty_timeline(const Drive& drive, const TimelineConfig& config,
                                              const std::vector<FaultLine>& lines);
 
-/// The same for a drive that `scenario` generated, with its seed, its laser and its faults.
-Result<FaultyTimeline> scenario_timeline(const Scenario& scenario, const Drive& drive);
+/// The same for a drive that `scenario` generated, with its seed, its laser and its faults. `laser`: which of the vehicle's scanners that is.
+Result<FaultyTimeline> scenario_timeline(const Scenario& scenario, const Drive& drive, std::uint8_t laser = 0);
 
 }  // namespace hueline::sim

@@ -15,11 +15,11 @@ constexpr std::int64_t kUnixOfGpsEpoch_s = 315'964'800;
 
 std::int64_t unix_ns(GpsNs t) { return t + (kUnixOfGpsEpoch_s - kGpsMinusUtcSeconds) * kNsPerSecond; }
 
-void put_head(LittleEndianWriter& out, std::uint8_t kind, std::uint32_t counter, std::size_t length, GpsNs time) {
+void put_head(LittleEndianWriter& out, std::uint8_t kind, std::uint32_t counter, std::size_t length, GpsNs time, std::uint16_t scanner) {
   out.put_text("PRF1");
   out.put(std::uint8_t{1});
   out.put(kind);
-  out.put(kSimulatedProfileScanner);
+  out.put(scanner);
   out.put(counter);
   out.put(static_cast<std::uint16_t>(length));
   out.put(kUnixScale);
@@ -30,14 +30,14 @@ void put_head(LittleEndianWriter& out, std::uint8_t kind, std::uint32_t counter,
 
 }  // namespace
 
-Result<Bytes> encode_profile_data(const ProfilePacket& p, std::uint32_t counter) {
+Result<Bytes> encode_profile_data(const ProfilePacket& p, std::uint32_t counter, std::uint16_t scanner) {
   const std::size_t returns = p.range_100um.size(), length = kDataHeadBytes + p.counts.size() + 6 * returns;
   const auto counted = std::accumulate(p.counts.begin(), p.counts.end(), std::size_t{0});
   if (counted != returns || p.reflectance_1e4.size() != returns || length > kMostBytes)
     return Error{ErrorCode::Invalid, fmt::format("a profile datagram of {} pulses with {} returns, but {} ranges and {} reflectances", p.counts.size(),
                                                  counted, returns, p.reflectance_1e4.size())};
   LittleEndianWriter out(length);
-  put_head(out, kData, counter, length, p.first_pulse_gps_ns);
+  put_head(out, kData, counter, length, p.first_pulse_gps_ns, scanner);
   out.put(p.line);
   out.put(p.angle);
   out.put(p.angle_step);
@@ -54,7 +54,7 @@ Result<Bytes> encode_profile_data(const ProfilePacket& p, std::uint32_t counter)
 
 Bytes encode_profile_status(const ProfileStatusReport& report) {
   LittleEndianWriter out(kStatusBytes);
-  put_head(out, kStatus, report.counter, kStatusBytes, report.sent_gps_ns);
+  put_head(out, kStatus, report.counter, kStatusBytes, report.sent_gps_ns, report.scanner);
   out.put(report.pps_status);
   out.put(static_cast<std::uint8_t>((report.has_label ? 1 : 0) | (report.is_label_valid ? 2 : 0)));
   out.put_zeros(2);

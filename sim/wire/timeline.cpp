@@ -53,6 +53,7 @@ class Builder {
     event.at_ns = at_ns;
     event.channel = channel;
     event.payload = std::move(payload);
+    event.laser = config_.laser;
     if (channel == WireChannel::Pos) event.log = peek_novatel(event.payload);
     timeline_.events.push_back(std::move(event));
   }
@@ -64,6 +65,7 @@ class Builder {
     header.time_status = errors_.receiver_time_status(gps_ns);
     return header;
   }
+  std::uint16_t profile_scanner() const { return static_cast<std::uint16_t>(kSimulatedProfileScanner + config_.laser); }
   void add_ins_logs();
   void add_second_logs();
   void add_mark_logs();
@@ -151,7 +153,7 @@ Status Builder::add_profile() {
   for (const ProfilePacket& packet : drive_.profile) {
     ProfilePacket stamped = packet;
     stamped.first_pulse_gps_ns += errors_.scanner_clock_ns(packet.first_pulse_gps_ns);
-    Result<Bytes> bytes = encode_profile_data(stamped, counter);
+    Result<Bytes> bytes = encode_profile_data(stamped, counter, profile_scanner());
     if (!bytes) return bytes.error();
     const auto span_ns = static_cast<std::int64_t>(packet.counts.size()) * packet.period_ps / 1000;
     add(drive_time(packet.first_pulse_gps_ns) + span_ns + draw(draws, config_.laser_data), WireChannel::LaserData, std::move(bytes).value());
@@ -168,7 +170,7 @@ void Builder::add_profile_status() {
     // Without a sentence it counts on from the pulses that it still has.
     const bool has_label = errors_.has_nmea(sent / kNsPerSecond * kNsPerSecond - kNsPerSecond);
     add(at, WireChannel::LaserPosition,
-        encode_profile_status({sent + errors_.scanner_clock_ns(sent), counter++, errors_.scanner_pps_status(sent), has_label, has_label}));
+        encode_profile_status({sent + errors_.scanner_clock_ns(sent), counter++, errors_.scanner_pps_status(sent), has_label, has_label, profile_scanner()}));
   }
 }
 
@@ -292,10 +294,13 @@ void Builder::add_wheel() {
   }
 }
 
+void sort(std::vector<WireEvent>& events) {
+  std::stable_sort(events.begin(), events.end(),
+                   [](const WireEvent& a, const WireEvent& b) { return std::tie(a.at_ns, a.channel) < std::tie(b.at_ns, b.channel); });
+}
+
 Timeline Builder::take() {
-  std::stable_sort(timeline_.events.begin(), timeline_.events.end(), [](const WireEvent& a, const WireEvent& b) {
-    return std::tie(a.at_ns, a.channel) < std::tie(b.at_ns, b.channel);
-  });
+  sort(timeline_.events);
   return std::move(timeline_);
 }
 
@@ -357,6 +362,12 @@ Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config
   builder.add_camera();
   builder.add_wheel();
   return builder.take();
+}
+
+void add_laser_of(Timeline& timeline, Timeline other) {
+  for (WireEvent& event : other.events)
+    if (event.channel == WireChannel::LaserData || event.channel == WireChannel::LaserPosition) timeline.events.push_back(std::move(event));
+  sort(timeline.events);
 }
 
 }  // namespace hueline::sim

@@ -34,6 +34,7 @@ struct WireEvent {
   std::uint32_t width = 0, height = 0;
   std::string image_file;          ///< Camera: width x height bytes; relative to Timeline::image_folder
   std::uint32_t missing_packets = 0;   ///< Camera: so many of its packets never arrive
+  std::uint8_t laser = 0;          ///< LaserData, LaserPosition: which of the vehicle's scanners
   /// LaserData: of the packet in Drive::laser or ::profile; Camera: of the exposure in Drive::exposures; Wheel: of the sample in ::wheel.
   std::uint32_t number = 0;
 };
@@ -55,6 +56,7 @@ struct TimelineConfig {
   std::uint64_t seed = 1;
   LaserModel laser_model = LaserModel::Vlp16;  ///< of Drive::laser
   LaserReturnMode laser_return_mode = LaserReturnMode::Strongest;
+  std::uint8_t laser = 0;                      ///< WireEvent::laser; a profile scanner gives its datagrams the number laser + 1
 
   Latency laser_data{20'000, 60'000};               ///< after the packet's last firing
   std::int64_t laser_position_period_ns = 100'000'000;  ///< between position datagrams
@@ -84,5 +86,8 @@ struct TimelineConfig {
 /// novatel_logs() but RAWIMUSX is offered at the rate of Drive::ins (BESTPOS and TIME once a second); the receiver's emulator
 /// sends those it is asked for. Invalid: config, unordered or incomplete drive.
 Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config, const DeviceErrors& errors = {});
+
+/// Adds what the scanner of another timeline of the same drive sends; its other events are not taken.
+void add_laser_of(Timeline& timeline, Timeline other);
 
 }  // namespace hueline::sim

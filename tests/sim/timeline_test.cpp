@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "sim/wire/faults.hpp"
 #include "sim/wire/novatel_encode.hpp"
+#include "sim/wire/utc.hpp"
 #include "tests/sim/recorded.hpp"
 #include "tests/sim/short_drive.hpp"
 
@@ -108,6 +110,47 @@ TEST(Timeline, PositionPacketsCarryTheLastSecondThatCouldHaveArrived) {
     EXPECT_EQ(load<std::uint32_t>(e.payload, 198), (3'598'250'000LL + e.at_ns / 1000) % 3'600'000'000LL);
   }
   EXPECT_GE(with_hour, 7);
+}
+
+TEST(Timeline, ASecondScannerComesBesideTheFirst) {
+  Drive drive;
+  drive.begin_gps_ns = 1'400'000'000LL * kNsPerSecond;
+  drive.end_gps_ns = drive.begin_gps_ns + kNsPerSecond;
+  for (int i = 0; i < 20; ++i) {
+    ProfilePacket packet;
+    packet.first_pulse_gps_ns = drive.begin_gps_ns + i * 50'000'000LL;
+    packet.period_ps = 1'000'000;
+    packet.counts = {1, 0};
+    packet.range_100um = {50'000};
+    packet.reflectance_1e4 = {4000};
+    drive.profile.push_back(packet);
+  }
+  const Result<Timeline> alone = build_timeline(drive, {});
+  TimelineConfig config;
+  config.seed = 2;
+  config.laser = 1;
+  Result<Timeline> second = build_timeline(drive, config);
+  ASSERT_TRUE(alone.ok() && second.ok());
+  Timeline both = *alone;
+  add_laser_of(both, std::move(*second));
+
+  std::array<std::size_t, 2> datagrams{};
+  std::size_t others = 0, others_alone = 0;
+  for (const WireEvent& event : both.events) {
+    if (event.channel != WireChannel::LaserData && event.channel != WireChannel::LaserPosition) {
+      ++others;
+      continue;
+    }
+    ASSERT_LT(event.laser, 2);
+    ++datagrams[event.laser];
+    // The scanner's number, u16 at 6: a receiver tells them apart even on one port.
+    EXPECT_EQ(std::to_integer<int>(event.payload[6]), event.laser + 1);
+  }
+  for (const WireEvent& event : alone->events) others_alone += event.channel != WireChannel::LaserData && event.channel != WireChannel::LaserPosition;
+  EXPECT_EQ(datagrams[0], 30u);  // 20 of data, 10 of status
+  EXPECT_EQ(datagrams[1], 30u);
+  EXPECT_EQ(others, others_alone);
+  EXPECT_TRUE(std::is_sorted(both.events.begin(), both.events.end(), [](const auto& a, const auto& b) { return a.at_ns < b.at_ns; }));
 }
 
 TEST(Timeline, RefusesUnusableInput) {
