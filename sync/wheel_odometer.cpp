@@ -12,8 +12,8 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr nanoseconds kPosGap = milliseconds(500);
-constexpr double kStanding = 0.05;            // m/s: the POS's own noise is no way
-constexpr std::size_t kPosPoints = 20'000;    // 100 s at 200 Hz
+constexpr double kStanding = 0.05;          // m/s: the POS's own noise is no way
+constexpr std::size_t kPosPoints = 20'000;  // 100 s at 200 Hz
 constexpr std::size_t kWindows = 64;
 
 }  // namespace
@@ -142,7 +142,8 @@ std::optional<double> WheelOdometer::pos_way(const Point& from, const Point& to)
   std::optional<Point> ends[2];
   const GpsTime times[2] = {from.time, to.time};
   for (int i = 0; i < 2; ++i) {
-    const auto after = std::lower_bound(pos_.begin(), pos_.end(), times[i], [](const Point& p, GpsTime t) { return p.time < t; });
+    const auto after =
+        std::lower_bound(pos_.begin(), pos_.end(), times[i], [](const Point& p, GpsTime t) { return p.time < t; });
     if (after == pos_.end() || (after == pos_.begin() && after->time != times[i])) return {};
     if (after->time == times[i]) {
       ends[i] = *after;
@@ -167,10 +168,12 @@ void WheelOdometer::compare(Track& track, bool is_end) {
       way.compared_wheels_m += wheels;
       way.compared_pos_m += *pos;
       way.compared_s += window_s;
-      if (std::abs(wheels - *pos) > config_.tolerance_m + config_.tolerance_share * std::max(std::abs(wheels), std::abs(*pos))) {
+      if (std::abs(wheels - *pos) >
+          config_.tolerance_m + config_.tolerance_share * std::max(std::abs(wheels), std::abs(*pos))) {
         way.disagreeing_s += window_s;
         faults_.add(config_.sensor, FaultKind::Implausible, track.name, newest_,
-                    fmt::format("by its {} the vehicle went {:.2f} m in {:.2f} s, by the POS {:.2f} m: stuck or slipping wheel, wrong scale, or a wrong POS",
+                    fmt::format("by its {} the vehicle went {:.2f} m in {:.2f} s, by the POS {:.2f} m: stuck or "
+                                "slipping wheel, wrong scale, or a wrong POS",
                                 track.name, wheels, window_s, *pos));
       }
     }
@@ -181,7 +184,8 @@ void WheelOdometer::compare(Track& track, bool is_end) {
 void WheelOdometer::flush() {
   for (Track* track : {&speeds_, &pulses_}) {
     // The last window is shorter.
-    if (track->begin && track->last && track->last->time - track->begin->time > milliseconds(100)) track->windows.emplace_back(*track->begin, *track->last);
+    if (track->begin && track->last && track->last->time - track->begin->time > milliseconds(100))
+      track->windows.emplace_back(*track->begin, *track->last);
     compare(*track, true);
   }
   faults_.flush();

@@ -16,16 +16,18 @@ namespace hueline::sync {
 
 /// One wheel encoder: its messages in GPS time, and the way that it counts held against that of the POS.
 ///
-/// The event that a stamp names is the end of the message's frame on the bus, less `age`. The kernel stamps it on the host's clock,
-/// late by interrupt and adapter; an adapter with a counter of its own stamps it to a microsecond on that: then the relation of the
-/// counter to the host's clock is learnt from the earliest arrivals, and the messages' jitter is gone. Reentrant.
+/// The event that a stamp names is the end of the message's frame on the bus, less `age`. The kernel stamps it on the
+/// host's clock, late by interrupt and adapter; an adapter with a counter of its own stamps it to a microsecond on
+/// that: then the relation of the counter to the host's clock is learnt from the earliest arrivals, and the messages'
+/// jitter is gone. Reentrant.
 class WheelOdometer {
  public:
   struct Config {
     SensorId sensor = kSystemSensor;
-    nanoseconds stamp_delay{0};  ///< mean time from the end of the frame to the kernel's stamp, subtracted; [-1 ms, 1 s]
+    nanoseconds stamp_delay{
+        0};  ///< mean time from the end of the frame to the kernel's stamp, subtracted; [-1 ms, 1 s]
     nanoseconds stamp_sigma{std::chrono::microseconds(500)};  ///< of the stamp; (0, 1 s]
-    nanoseconds age{0};          ///< of a value when its frame ends: half of what it is the mean of; [0, 1 s]
+    nanoseconds age{0};  ///< of a value when its frame ends: half of what it is the mean of; [0, 1 s]
     nanoseconds silence{std::chrono::milliseconds(500)};  ///< longer without a message is told; [10 ms, 60 s]
     nanoseconds window{std::chrono::seconds(2)};          ///< over which ways are compared; [0.5 s, 60 s]
     double tolerance_m = 0.5;       ///< ways of a window may differ by so much and ...; [0.01, 100]
@@ -45,9 +47,9 @@ class WheelOdometer {
 
   /// Of speeds integrated, or of pulses counted.
   struct Way {
-    double wheels_m = 0;          ///< all
+    double wheels_m = 0;                                               ///< all
     double compared_wheels_m = 0, compared_pos_m = 0, compared_s = 0;  ///< where the POS was good as well
-    double disagreeing_s = 0;     ///< of the compared
+    double disagreeing_s = 0;                                          ///< of the compared
     std::uint64_t messages = 0;
   };
   const Way& speeds() const { return speeds_.way; }
@@ -62,7 +64,7 @@ class WheelOdometer {
   };
   struct Track {
     const char* name;
-    std::optional<Point> last, begin;  // of the running window
+    std::optional<Point> last, begin;             // of the running window
     std::deque<std::pair<Point, Point>> windows;  // waiting for the POS
     Way way;
   };

@@ -19,7 +19,8 @@ constexpr std::size_t kCannelloniHeader = 5;
 template <class T>
 T little(std::span<const std::byte> bytes, std::size_t at) {
   T value = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i) value = static_cast<T>(value | static_cast<T>(std::to_integer<T>(bytes[at + i]) << (8 * i)));
+  for (std::size_t i = 0; i < sizeof(T); ++i)
+    value = static_cast<T>(value | static_cast<T>(std::to_integer<T>(bytes[at + i]) << (8 * i)));
   return value;
 }
 std::uint32_t big32(std::span<const std::byte> bytes, std::size_t at) {
@@ -47,7 +48,8 @@ void take_data(CanFrame& frame, std::span<const std::byte> data) {
 Error malformed(std::string what) { return {ErrorCode::Malformed, std::move(what)}; }
 
 Status decode_kernel_frame(std::span<const std::byte> bytes, CanPacket& out) {
-  if (bytes.size() < kCanHeaderSize) return malformed(fmt::format("a CAN packet of {} bytes: its head alone has {}", bytes.size(), kCanHeaderSize));
+  if (bytes.size() < kCanHeaderSize)
+    return malformed(fmt::format("a CAN packet of {} bytes: its head alone has {}", bytes.size(), kCanHeaderSize));
   CanFrame frame;
   const auto flags = std::to_integer<std::uint8_t>(bytes[4]);
   frame.is_fd = (flags & kFlagFd) != 0;
@@ -70,13 +72,17 @@ Status decode_kernel_frame(std::span<const std::byte> bytes, CanPacket& out) {
 Status decode_datagram(std::span<const std::byte> bytes, CanPacket& out) {
   const auto at_byte = [&](std::size_t at) { return std::to_integer<std::uint8_t>(bytes[at]); };
   if (bytes.size() < kCannelloniHeader || at_byte(0) != kCannelloniVersion || at_byte(1) != kCannelloniData)
-    return malformed(fmt::format("{} bytes that are neither a CAN packet nor a cannelloni datagram of version 2", bytes.size()));
+    return malformed(
+        fmt::format("{} bytes that are neither a CAN packet nor a cannelloni datagram of version 2", bytes.size()));
   out.datagram_sequence = at_byte(2);
   out.header_bytes = kCannelloniHeader;
   const std::size_t count = static_cast<std::size_t>(at_byte(3)) << 8 | at_byte(4);
   std::size_t at = kCannelloniHeader;
   for (std::size_t i = 0; i < count; ++i) {
-    const auto cut = [&] { return malformed(fmt::format("a cannelloni datagram of {} bytes ends inside frame {} of {}", bytes.size(), i + 1, count)); };
+    const auto cut = [&] {
+      return malformed(
+          fmt::format("a cannelloni datagram of {} bytes ends inside frame {} of {}", bytes.size(), i + 1, count));
+    };
     const std::size_t begin = at;
     if (bytes.size() < at + 5) return cut();
     CanFrame frame;
@@ -94,7 +100,9 @@ Status decode_datagram(std::span<const std::byte> bytes, CanPacket& out) {
     frame.packet_bytes = at - begin;
     out.frames.push_back(frame);
   }
-  if (at != bytes.size()) return malformed(fmt::format("a cannelloni datagram of {} bytes goes on behind its {} frames", bytes.size(), count));
+  if (at != bytes.size())
+    return malformed(
+        fmt::format("a cannelloni datagram of {} bytes goes on behind its {} frames", bytes.size(), count));
   return {};
 }
 
@@ -110,9 +118,11 @@ std::vector<std::byte> encode_can_packet(const CanFrame& frame) {
   put_little(out, 0, kCanMagic);
   out[4] = static_cast<std::byte>((frame.is_fd ? kFlagFd : 0) | (frame.is_local ? kFlagLocal : 0));
   out[5] = static_cast<std::byte>(frame.bus);
-  put_little(out, 8, frame.adapter_time ? static_cast<std::uint64_t>(frame.adapter_time->time_since_epoch().count()) : 0);
-  put_little(out, kCanHeaderSize,
-             frame.id | (frame.is_extended ? kExtended : 0) | (frame.is_remote ? kRemote : 0) | (frame.is_error ? kError : 0));
+  put_little(out, 8,
+             frame.adapter_time ? static_cast<std::uint64_t>(frame.adapter_time->time_since_epoch().count()) : 0);
+  put_little(
+      out, kCanHeaderSize,
+      frame.id | (frame.is_extended ? kExtended : 0) | (frame.is_remote ? kRemote : 0) | (frame.is_error ? kError : 0));
   const std::size_t length = std::min<std::size_t>(frame.length, frame.is_fd ? kCanDataMost : kClassicData);
   out[kCanHeaderSize + 4] = static_cast<std::byte>(length);
   for (std::size_t i = 0; i < length; ++i) out[kCanHeaderSize + 8 + i] = static_cast<std::byte>(frame.data[i]);

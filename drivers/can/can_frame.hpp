@@ -11,8 +11,9 @@
 #include "core/result.hpp"
 #include "core/time.hpp"
 
-/// Frames of a CAN bus, and the two forms in which they come as packets: as the kernel gives them (CanSource, CanLogSource), and
-/// several in a datagram of a CAN-to-Ethernet gateway (cannelloni, version 2, by UdpSource). docs/formats.md, "CAN".
+/// Frames of a CAN bus, and the two forms in which they come as packets: as the kernel gives them (CanSource,
+/// CanLogSource), and several in a datagram of a CAN-to-Ethernet gateway (cannelloni, version 2, by UdpSource).
+/// docs/formats.md, "CAN".
 namespace hueline::drivers {
 
 constexpr std::uint32_t kCanMagic = 0x314E4143;  ///< "CAN1"
@@ -26,8 +27,8 @@ struct CanFrame {
   bool is_remote = false;  ///< asks for data, has none
   bool is_error = false;   ///< made by the controller, was never on the bus
   bool is_fd = false;
-  bool is_local = false;   ///< sent by a program of this computer
-  std::uint8_t bus = 0;    ///< channel of a log with several; else 0
+  bool is_local = false;  ///< sent by a program of this computer
+  std::uint8_t bus = 0;   ///< channel of a log with several; else 0
   std::uint8_t length = 0;
   std::array<std::uint8_t, kCanDataMost> data{};
   /// The adapter's own stamp of the end of the frame, if it has one.

@@ -59,7 +59,8 @@ bool take_id(std::string_view word, int base, CanFrame& frame) {
 Entry take_candump(std::string_view line) {
   const auto words = words_of(line);
   CanLogEntry out;
-  if (words.size() < 3 || !words[0].ends_with(')') || !seconds(words[0].substr(1, words[0].size() - 2), out.time)) return bad(line, "no time and frame");
+  if (words.size() < 3 || !words[0].ends_with(')') || !seconds(words[0].substr(1, words[0].size() - 2), out.time))
+    return bad(line, "no time and frame");
   const std::string_view text = words[2];
   const std::size_t hash = text.find('#');
   if (hash == std::string_view::npos || (hash != 3 && hash != 8)) return bad(line, "no id");
@@ -81,7 +82,8 @@ Entry take_candump(std::string_view line) {
     data.remove_prefix(std::min<std::size_t>(2, data.size()));  // and its flags
   }
   if (const std::size_t raw_dlc = data.find('_'); raw_dlc != std::string_view::npos) data = data.substr(0, raw_dlc);
-  if (data.size() % 2 != 0 || data.size() / 2 > (frame.is_fd ? kCanDataMost : 8)) return bad(line, "too many or half bytes");
+  if (data.size() % 2 != 0 || data.size() / 2 > (frame.is_fd ? kCanDataMost : 8))
+    return bad(line, "too many or half bytes");
   for (; !data.empty(); data.remove_prefix(2))
     if (!whole(data.substr(0, 2), frame.data[frame.length++], 16)) return bad(line, "a byte that is none");
   return Entry(out);
@@ -113,7 +115,8 @@ Entry CanLogParser::take_asc(std::string_view line) {
   const int base = is_hex_ ? 16 : 10;
   const bool is_fd = words.size() > 1 && words[1] == "CANFD";
   const std::size_t channel = is_fd ? 2 : 1;
-  if (words.size() < channel + 2 || !whole(words[channel], frame.bus)) return Entry(std::nullopt);  // "Start of measurement", statistics
+  if (words.size() < channel + 2 || !whole(words[channel], frame.bus))
+    return Entry(std::nullopt);  // "Start of measurement", statistics
   for (std::size_t i = channel + 1; i < std::min(words.size(), channel + 3); ++i)
     if (words[i] == "ErrorFrame") {
       frame.is_error = true;
@@ -128,7 +131,9 @@ Entry CanLogParser::take_asc(std::string_view line) {
     at += 2;
     if (words[at] != "0" && words[at] != "1") ++at;
     unsigned length = 0;
-    if (words.size() < at + 4 || !whole(words[at + 3], length) || length > kCanDataMost || words.size() < at + 4 + length) return bad(line, "an FD frame without its data");
+    if (words.size() < at + 4 || !whole(words[at + 3], length) || length > kCanDataMost ||
+        words.size() < at + 4 + length)
+      return bad(line, "an FD frame without its data");
     frame.is_fd = true;
     for (unsigned i = 0; i < length; ++i)
       if (!whole(words[at + 4 + i], frame.data[i], base)) return bad(line, "a byte that is none");
@@ -144,7 +149,8 @@ Entry CanLogParser::take_asc(std::string_view line) {
     return Entry(out);
   }
   unsigned length = 0;
-  if (words[4] != "d" || words.size() < 6 || !whole(words[5], length, 16) || length > 8 || words.size() < 6 + length) return bad(line, "a frame without its data");
+  if (words[4] != "d" || words.size() < 6 || !whole(words[5], length, 16) || length > 8 || words.size() < 6 + length)
+    return bad(line, "a frame without its data");
   for (unsigned i = 0; i < length; ++i)
     if (!whole(words[6 + i], frame.data[i], base)) return bad(line, "a byte that is none");
   frame.length = static_cast<std::uint8_t>(length);

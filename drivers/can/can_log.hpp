@@ -15,8 +15,8 @@ struct CanLogEntry {
   CanFrame frame;
 };
 
-/// Text logs of CAN buses, line by line: Vector's ASC (classic, FD and error frames; ids and data by the file's base) and what
-/// `candump -L` writes. Facts of ASC from its published description and from logs. Reentrant.
+/// Text logs of CAN buses, line by line: Vector's ASC (classic, FD and error frames; ids and data by the file's base)
+/// and what `candump -L` writes. Facts of ASC from its published description and from logs. Reentrant.
 class CanLogParser {
  public:
   /// Of the next line: a frame; nothing (head, comment, an event that is no frame); or Malformed.

@@ -60,11 +60,20 @@ double CanSignal::value(std::span<const std::uint8_t> data) const {
   return number * scale + offset;
 }
 
+CounterRange counter_range(const CanSignal& counter) {
+  if (counter.max > counter.min)
+    return {std::llround(counter.min), std::llround(counter.max) - std::llround(counter.min) + 1};
+  return {0, std::int64_t{1} << counter.bits};
+}
+
 std::uint8_t can_checksum(CanChecksum kind, std::span<const std::uint8_t> data, std::size_t without_byte) {
   switch (kind) {
-    case CanChecksum::Crc8J1850: return crc8(0x1D, data, without_byte);
-    case CanChecksum::Crc8H2f: return crc8(0x2F, data, without_byte);
-    case CanChecksum::Xor: break;
+    case CanChecksum::Crc8J1850:
+      return crc8(0x1D, data, without_byte);
+    case CanChecksum::Crc8H2f:
+      return crc8(0x2F, data, without_byte);
+    case CanChecksum::Xor:
+      break;
   }
   std::uint8_t sum = 0;
   for (std::size_t i = 0; i < data.size(); ++i)

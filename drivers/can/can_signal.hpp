@@ -7,8 +7,8 @@
 /// Numbers inside CAN frames, as the field's DBC files describe them.
 namespace hueline::drivers {
 
-/// Little: Intel, `start_bit` is the least significant bit. Big: Motorola, `start_bit` is the most significant one. Either way bit
-/// 8 i + k is bit k (1 is the least significant) of byte i, as in DBC files.
+/// Little: Intel, `start_bit` is the least significant bit. Big: Motorola, `start_bit` is the most significant one.
+/// Either way bit 8 i + k is bit k (1 is the least significant) of byte i, as in DBC files.
 enum class BitOrder : std::uint8_t { Little, Big };
 
 struct CanSignal {
@@ -30,6 +30,16 @@ struct CanSignal {
   /// False for what the sender marks as no value (all bits set is usual) or cannot mean.
   bool allows(double value) const { return (min == 0 && max == 0) || (value >= min && value <= max); }
 };
+
+/// The values that a counter takes, one after the other, before it begins anew.
+struct CounterRange {
+  std::int64_t least = 0, count = 0;
+  bool has(std::int64_t value) const { return value >= least && value < least + count; }
+  /// From `a` on to `b`, in [0, count).
+  std::int64_t steps(std::int64_t a, std::int64_t b) const { return ((b - a) % count + count) % count; }
+};
+/// Its min to its max, where it has such; else all that its bits (at most 62) can hold.
+CounterRange counter_range(const CanSignal& counter);
 
 /// Check sums over all bytes of a frame but the one that holds it.
 enum class CanChecksum : std::uint8_t {

@@ -41,7 +41,10 @@ struct Scanner {
 };
 
 Error bad(std::string_view part) {
-  return {ErrorCode::Malformed, fmt::format("{} is missing or wrong; a signal is like: SG_ NAME : 0|16@1+ (0.01,0) [0|655.35] \"unit\" RECEIVER", part)};
+  return {
+      ErrorCode::Malformed,
+      fmt::format("{} is missing or wrong; a signal is like: SG_ NAME : 0|16@1+ (0.01,0) [0|655.35] \"unit\" RECEIVER",
+                  part)};
 }
 
 }  // namespace
@@ -67,8 +70,10 @@ Result<DbcSignal> parse_dbc_signal(std::string_view line) {
     out.signal.is_signed = true;
   else if (!in.take("+"))
     return bad("the sign (+ or -)");
-  if (!in.take("(") || !in.number(out.signal.scale) || !in.take(",") || !in.number(out.signal.offset) || !in.take(")")) return bad("(scale,offset)");
-  if (!in.take("[") || !in.number(out.signal.min) || !in.take("|") || !in.number(out.signal.max) || !in.take("]")) return bad("[min|max]");
+  if (!in.take("(") || !in.number(out.signal.scale) || !in.take(",") || !in.number(out.signal.offset) || !in.take(")"))
+    return bad("(scale,offset)");
+  if (!in.take("[") || !in.number(out.signal.min) || !in.take("|") || !in.number(out.signal.max) || !in.take("]"))
+    return bad("[min|max]");
   // Makers' files have such: a range that is empty is none.
   if (out.signal.min > out.signal.max) out.signal.min = out.signal.max = 0;
   if (in.take("\"")) {
@@ -76,7 +81,8 @@ Result<DbcSignal> parse_dbc_signal(std::string_view line) {
     if (end == std::string_view::npos) return bad("the end of \"unit\"");
     out.unit = in.rest.substr(0, end);
   }
-  if (const std::string wrong = out.signal.validate(); !wrong.empty()) return Error{ErrorCode::Malformed, out.name + ": " + wrong};
+  if (const std::string wrong = out.signal.validate(); !wrong.empty())
+    return Error{ErrorCode::Malformed, out.name + ": " + wrong};
   return out;
 }
 
@@ -97,7 +103,8 @@ Result<std::vector<DbcMessage>> parse_dbc(std::string_view text) {
       message.is_extended = (id & 0x80000000) != 0;
       message.id = id & 0x1FFFFFFF;
       message.name = in.word(":");
-      if (!in.take(":") || !in.number(message.length)) return Error{ErrorCode::Malformed, fmt::format("line {}: BO_ {} without a length", number, id)};
+      if (!in.take(":") || !in.number(message.length))
+        return Error{ErrorCode::Malformed, fmt::format("line {}: BO_ {} without a length", number, id)};
       out.push_back(std::move(message));
     } else if (in.take("SG_ ")) {
       Result<DbcSignal> signal = parse_dbc_signal(line);

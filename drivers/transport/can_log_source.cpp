@@ -51,7 +51,8 @@ Result<Packet> CanLogSource::next(std::stop_token stop) {
   if (const std::uint64_t count = std::exchange(malformed_, 0); count > 0) {
     packet.kind = PacketKind::Fault;
     packet.received = last_;
-    packet.bytes = Buffer::copy_of(encode_fault({sensor_, FaultKind::Malformed, last_, count, config_.path + ": " + first_malformed_}));
+    packet.bytes = Buffer::copy_of(
+        encode_fault({sensor_, FaultKind::Malformed, last_, count, config_.path + ": " + first_malformed_}));
     return packet;
   }
   return Error{ErrorCode::EndOfData, config_.path + ": end of log"};

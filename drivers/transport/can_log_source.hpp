@@ -9,9 +9,10 @@
 
 namespace hueline::drivers {
 
-/// The frames of a log of a CAN bus (drivers/can/can_log.hpp), as fast as they are asked for, in the packets that CanSource makes.
-/// `received` is the log's stamp: the clock of the computer that logged stands for HostTime. Do not mix with live sources in one
-/// drive. Lines that break their format are counted, and told once at the end: Fault Malformed. Thread-bound.
+/// The frames of a log of a CAN bus (drivers/can/can_log.hpp), as fast as they are asked for, in the packets that
+/// CanSource makes. `received` is the log's stamp: the clock of the computer that logged stands for HostTime. Do not
+/// mix with live sources in one drive. Lines that break their format are counted, and told once at the end: Fault
+/// Malformed. Thread-bound.
 class CanLogSource final : public PacketSource {
  public:
   struct Config {

@@ -47,13 +47,16 @@ struct CanSource::Slot {
 };
 
 std::string CanSource::Config::validate() const {
-  if (interface.empty() || interface.size() >= IFNAMSIZ) return fmt::format("interface must have 1 to {} characters", IFNAMSIZ - 1);
-  if (receive_buffer_bytes < 4096 || receive_buffer_bytes > 1 << 30) return "receive_buffer_bytes must be within [4096, 2^30]";
+  if (interface.empty() || interface.size() >= IFNAMSIZ)
+    return fmt::format("interface must have 1 to {} characters", IFNAMSIZ - 1);
+  if (receive_buffer_bytes < 4096 || receive_buffer_bytes > 1 << 30)
+    return "receive_buffer_bytes must be within [4096, 2^30]";
   if (batch < 1 || batch > 1024) return "batch must be within [1, 1024]";
   return {};
 }
 
-CanSource::CanSource(SensorId sensor, Config config, BufferPool pool) : sensor_(sensor), config_(std::move(config)), pool_(std::move(pool)) {}
+CanSource::CanSource(SensorId sensor, Config config, BufferPool pool)
+    : sensor_(sensor), config_(std::move(config)), pool_(std::move(pool)) {}
 
 CanSource::~CanSource() { close(); }
 
@@ -74,16 +77,20 @@ Status CanSource::open() {
   if (fd_ < 0) {
     const int why = errno;
     Error error = io_error("open a CAN socket", why);
-    if (why == EAFNOSUPPORT || why == EPROTONOSUPPORT) error = {ErrorCode::Unavailable, "this kernel has no CAN: modprobe can_raw"};
+    if (why == EAFNOSUPPORT || why == EPROTONOSUPPORT)
+      error = {ErrorCode::Unavailable, "this kernel has no CAN: modprobe can_raw"};
     return refuse(std::move(error));
   }
   ifreq request{};
   config_.interface.copy(request.ifr_name, IFNAMSIZ - 1);
   if (::ioctl(fd_, SIOCGIFINDEX, &request) != 0)
-    return refuse({ErrorCode::Unavailable, fmt::format("there is no network interface {}: is the adapter plugged in?", config_.interface)});
+    return refuse({ErrorCode::Unavailable,
+                   fmt::format("there is no network interface {}: is the adapter plugged in?", config_.interface)});
   const int index = request.ifr_ifindex;
   if (::ioctl(fd_, SIOCGIFFLAGS, &request) == 0 && (request.ifr_flags & IFF_UP) == 0)
-    return refuse({ErrorCode::Unavailable, fmt::format("{0} is down: ip link set {0} up type can bitrate 500000 restart-ms 100", config_.interface)});
+    return refuse(
+        {ErrorCode::Unavailable,
+         fmt::format("{0} is down: ip link set {0} up type can bitrate 500000 restart-ms 100", config_.interface)});
 
   const int on = 1;
   const can_err_mask_t errors = CAN_ERR_MASK;
@@ -92,9 +99,12 @@ Status CanSource::open() {
   if (!set_option(fd_, SOL_SOCKET, SO_RCVBUFFORCE, config_.receive_buffer_bytes) &&
       !set_option(fd_, SOL_SOCKET, SO_RCVBUF, config_.receive_buffer_bytes))
     return refuse(io_error("set the receive buffer of " + config_.interface, errno));
-  const int stamps = SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE | SOF_TIMESTAMPING_RX_HARDWARE | SOF_TIMESTAMPING_RAW_HARDWARE;
-  if (!set_option(fd_, SOL_SOCKET, SO_TIMESTAMPING, stamps)) return refuse(io_error("ask for stamps on " + config_.interface, errno));
-  if (!set_option(fd_, SOL_SOCKET, SO_RXQ_OVFL, on)) return refuse(io_error("ask for the drop counter of " + config_.interface, errno));
+  const int stamps = SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE | SOF_TIMESTAMPING_RX_HARDWARE |
+                     SOF_TIMESTAMPING_RAW_HARDWARE;
+  if (!set_option(fd_, SOL_SOCKET, SO_TIMESTAMPING, stamps))
+    return refuse(io_error("ask for stamps on " + config_.interface, errno));
+  if (!set_option(fd_, SOL_SOCKET, SO_RXQ_OVFL, on))
+    return refuse(io_error("ask for the drop counter of " + config_.interface, errno));
   sockaddr_can address{};
   address.can_family = AF_CAN;
   address.can_ifindex = index;
@@ -183,7 +193,8 @@ void CanSource::deliver(Slot& slot, std::size_t size, const ClockOffset& offset)
   if (slot.kernel_drops && *slot.kernel_drops != kernel_drops_) {
     const std::uint32_t lost = *slot.kernel_drops - kernel_drops_;  // wraps as the kernel's counter does
     kernel_drops_ = *slot.kernel_drops;
-    push_overflow(received, lost, "the socket's buffer was full before this frame: raise receive_buffer_bytes or net.core.rmem_max");
+    push_overflow(received, lost,
+                  "the socket's buffer was full before this frame: raise receive_buffer_bytes or net.core.rmem_max");
   }
   CanFrame head;  // all but the frame itself, which stays as the kernel gave it
   head.is_fd = size == kCanFdFrameSize;
@@ -192,7 +203,9 @@ void CanSource::deliver(Slot& slot, std::size_t size, const ClockOffset& offset)
   const std::vector<std::byte> bytes = encode_can_packet(head);
   const std::size_t frame = head.is_fd ? kCanFdFrameSize : kCanFrameSize;
   MutableBuffer buffer = pool_.acquire(bytes.size());
-  if (!buffer) return push_overflow(received, 1, fmt::format("a frame came while the pool of {} bytes was full", pool_.limit_bytes()));
+  if (!buffer)
+    return push_overflow(received, 1,
+                         fmt::format("a frame came while the pool of {} bytes was full", pool_.limit_bytes()));
   std::copy(bytes.begin(), bytes.end(), buffer.data());
   std::memcpy(buffer.data() + kCanHeaderSize, &slot.frame, frame);
   Packet packet;

@@ -11,15 +11,15 @@
 
 namespace hueline::drivers {
 
-/// All frames of one CAN interface (SocketCAN: can0, vcan0, an slcan adapter), CAN FD where the interface carries it, error frames
-/// included: a packet a frame, in the form of drivers/can/can_frame.hpp. `received` is the kernel's stamp of the end of the frame,
-/// taken in the adapter's interrupt (adapters on USB: when their message came), converted to HostTime; the adapter's own stamp, where
-/// it makes one, is in the packet. Listens only; the interface is set up by others (`ip link set can0 up type can bitrate 500000
-/// restart-ms 100`).
+/// All frames of one CAN interface (SocketCAN: can0, vcan0, an slcan adapter), CAN FD where the interface carries it,
+/// error frames included: a packet a frame, in the form of drivers/can/can_frame.hpp. `received` is the kernel's stamp
+/// of the end of the frame, taken in the adapter's interrupt (adapters on USB: when their message came), converted to
+/// HostTime; the adapter's own stamp, where it makes one, is in the packet. Listens only; the interface is set up by
+/// others (`ip link set can0 up type can bitrate 500000 restart-ms 100`).
 ///
-/// Disconnected: the interface was set down or went away; open() is Unavailable until it is back. Bus-off leaves the interface up: it
-/// comes as an error frame, and so does the restart. Fault packets: Overflow (the socket's buffer or the pool was full).
-/// Thread-bound.
+/// Disconnected: the interface was set down or went away; open() is Unavailable until it is back. Bus-off leaves the
+/// interface up: it comes as an error frame, and so does the restart. Fault packets: Overflow (the socket's buffer or
+/// the pool was full). Thread-bound.
 class CanSource final : public PacketSource {
  public:
   struct Config {

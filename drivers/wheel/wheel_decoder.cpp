@@ -9,27 +9,14 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr int kRefusedInARow = 10;        // then it is the older value that was wrong
-constexpr double kSpeedStep = 0.5;        // m/s: quantisation and noise beside the acceleration
-constexpr double kLongestStep_s = 1.0;    // older speeds say nothing about the next one
+constexpr int kRefusedInARow = 10;      // then it is the older value that was wrong
+constexpr double kSpeedStep = 0.5;      // m/s: quantisation and noise beside the acceleration
+constexpr double kLongestStep_s = 1.0;  // older speeds say nothing about the next one
 
 template <class Detail>
 void tell(FaultLimiter& limiter, HostTime time, std::uint64_t count, std::vector<Measurement>& out, Detail&& detail) {
   if (auto fault = limiter.add(time, count, std::forward<Detail>(detail))) out.push_back(std::move(*fault));
 }
-
-/// What a counter counts to before it begins anew: as many values as it has.
-struct Circle {
-  std::int64_t least, range;
-  bool has(std::int64_t count) const { return count >= least && count < least + range; }
-};
-Circle circle_of(const CanSignal& counter) {
-  if (counter.max > counter.min) return {std::llround(counter.min), std::llround(counter.max) - std::llround(counter.min) + 1};
-  return {0, std::int64_t{1} << counter.bits};
-}
-
-/// b - a of counters that wrap, in [0, range).
-std::int64_t step(std::int64_t a, std::int64_t b, std::int64_t range) { return ((b - a) % range + range) % range; }
 
 std::size_t needed_bytes(const WheelDecoder::Message& message) {
   std::size_t needed = message.checksum ? message.checksum->byte + 1 : 0;
@@ -45,38 +32,6 @@ std::string id_text(const WheelDecoder::Message& message) {
 
 }  // namespace
 
-std::string WheelDecoder::Config::validate() const {
-  if (messages.empty()) return "messages must name at least one message";
-  int counting = 0;
-  for (const Message& message : messages) {
-    if (message.id > (message.is_extended ? 0x1FFFFFFFU : 0x7FFU)) return fmt::format("id: {} does not fit into {} bits", message.id, message.is_extended ? 29 : 11);
-    for (const Message& other : messages)
-      if (&other != &message && other.id == message.id && other.is_extended == message.is_extended) return fmt::format("id: {} is named twice", message.id);
-    if (message.speeds.empty() && message.pulses.empty()) return fmt::format("id: message {} has neither a speed nor pulses", message.id);
-    counting += message.pulses.empty() ? 0 : 1;
-    for (const CanSignal& signal : message.speeds)
-      if (std::string wrong = signal.validate(); !wrong.empty()) return wrong;
-    for (const Pulses& pulses : message.pulses) {
-      if (std::string wrong = pulses.signal.validate(); !wrong.empty()) return wrong;
-      if (pulses.signal.bits > 32) return "bits: pulses have at most 32";
-      if (!(pulses.metres_per_pulse > 0 && pulses.metres_per_pulse <= 10)) return "metres_per_pulse must be above 0 and at most 10";
-      if (pulses.signal.is_signed || pulses.signal.min != 0) return "signed, min: pulses count up from 0";
-      if (circle_of(pulses.signal).range < 3) return "max: pulses count to 2 at least";
-    }
-    if (message.counter) {
-      if (std::string wrong = message.counter->validate(); !wrong.empty()) return wrong;
-      if (message.counter->bits > 32 || message.counter->is_signed) return "bits: a rolling counter has at most 32, and no sign";
-      if (circle_of(*message.counter).range < 3) return "bits: a rolling counter has three values at least";
-    }
-    if (message.checksum && message.checksum->byte > 63) return "byte must be within 0 .. 63";
-  }
-  if (counting > 1) return "messages: pulses are counted from one message alone";
-  if (!(sigma_speed > 0 && sigma_speed <= 10)) return "sigma_speed must be above 0 and at most 10";
-  if (!(max_speed > 0 && max_speed <= 200)) return "max_speed must be above 0 and at most 200";
-  if (!(max_acceleration > 0 && max_acceleration <= 1000)) return "max_acceleration must be above 0 and at most 1000";
-  return {};
-}
-
 WheelDecoder::WheelDecoder(SensorId sensor, Config config)
     : sensor_(sensor),
       config_(std::move(config)),
@@ -91,7 +46,8 @@ WheelDecoder::WheelDecoder(SensorId sensor, Config config)
 }
 
 void WheelDecoder::reset() {
-  for (State& state : states_) state = {.counter = {}, .pulses = {}, .pulses_at = {}, .speed = {}, .distance_m = state.distance_m};
+  for (State& state : states_)
+    state = {.counter = {}, .pulses = {}, .pulses_at = {}, .speed = {}, .distance_m = state.distance_m};
   datagram_.reset();
 }
 
@@ -125,7 +81,9 @@ void WheelDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
         counts_.decoded_bytes += frame.packet_bytes;
         header = &counts_.decoded_bytes;
         break;
-      case Use::Ignored: counts_.ignored_bytes += frame.packet_bytes; break;
+      case Use::Ignored:
+        counts_.ignored_bytes += frame.packet_bytes;
+        break;
       case Use::Malformed:
         counts_.malformed_bytes += frame.packet_bytes;
         ++counts_.malformed_messages;
@@ -137,13 +95,15 @@ void WheelDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
 
 /// False for a datagram that came before.
 bool WheelDecoder::takes_datagram(std::uint8_t sequence, HostTime received, std::vector<Measurement>& out) {
-  const std::int64_t ahead = datagram_ ? step(*datagram_, sequence, 256) : 1;
+  const std::int64_t ahead = datagram_ ? CounterRange{0, 256}.steps(*datagram_, sequence) : 1;
   if (ahead == 0 || ahead > 192) {
-    tell(repeated_, received, 1, out, [&] { return fmt::format("the gateway's datagram {} came again or late: not used", sequence); });
+    tell(repeated_, received, 1, out,
+         [&] { return fmt::format("the gateway's datagram {} came again or late: not used", sequence); });
     return false;
   }
   if (ahead > 1)
-    tell(lost_, received, static_cast<std::uint64_t>(ahead - 1), out, [&] { return fmt::format("{} datagrams of the gateway are missing", ahead - 1); });
+    tell(lost_, received, static_cast<std::uint64_t>(ahead - 1), out,
+         [&] { return fmt::format("{} datagrams of the gateway are missing", ahead - 1); });
   datagram_ = sequence;
   return true;
 }
@@ -165,14 +125,18 @@ WheelDecoder::Use WheelDecoder::take(const CanFrame& frame, HostTime received, s
   State& state = states_[static_cast<std::size_t>(known - config_.messages.begin())];
   const std::size_t needed = needed_bytes(message);
   if (frame.length < needed) {
-    tell(malformed_, received, 1, out, [&] { return fmt::format("message {} has {} bytes, its signals need {}", id_text(message), frame.length, needed); });
+    tell(malformed_, received, 1, out, [&] {
+      return fmt::format("message {} has {} bytes, its signals need {}", id_text(message), frame.length, needed);
+    });
     return Use::Malformed;
   }
   if (message.checksum) {
     const std::uint8_t expected = can_checksum(message.checksum->kind, frame.bytes(), message.checksum->byte);
     if (frame.data[message.checksum->byte] != expected) {
-      tell(malformed_, received, 1, out,
-           [&] { return fmt::format("message {} has check sum {:02X}, {:02X} expected", id_text(message), frame.data[message.checksum->byte], expected); });
+      tell(malformed_, received, 1, out, [&] {
+        return fmt::format("message {} has check sum {:02X}, {:02X} expected", id_text(message),
+                           frame.data[message.checksum->byte], expected);
+      });
       return Use::Malformed;
     }
   }
@@ -197,35 +161,41 @@ void WheelDecoder::take_error(const CanFrame& frame, HostTime received, std::vec
       if (is_off != is_off_) out.push_back(Fault{sensor_, trouble.kind, received, 1, std::move(trouble.detail)});
       is_off_ = is_off;
     } else {
-      tell(trouble.kind == FaultKind::Lost ? lost_ : broken_, received, 1, out, [&] { return std::move(trouble.detail); });
+      tell(trouble.kind == FaultKind::Lost ? lost_ : broken_, received, 1, out,
+           [&] { return std::move(trouble.detail); });
     }
   }
 }
 
 /// False for a message whose counter stands: the same once more, or a sender that hangs.
-bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& frame, HostTime received, std::vector<Measurement>& out) {
+bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& frame, HostTime received,
+                          std::vector<Measurement>& out) {
   if (!message.counter) return true;
   const std::int64_t count = message.counter->raw(frame.bytes());
-  const Circle circle = circle_of(*message.counter);
-  if (!circle.has(count)) {
-    tell(implausible_, received, 1, out, [&] { return fmt::format("message {} has counter {}, which it never counts to: not used", id_text(message), count); });
+  const CounterRange range = counter_range(*message.counter);
+  if (!range.has(count)) {
+    tell(implausible_, received, 1, out, [&] {
+      return fmt::format("message {} has counter {}, which it never counts to: not used", id_text(message), count);
+    });
     return false;
   }
-  const std::int64_t ahead = state.counter ? step(*state.counter, count, circle.range) : 1;
+  const std::int64_t ahead = state.counter ? range.steps(*state.counter, count) : 1;
   if (ahead == 0) {
-    tell(repeated_, received, 1, out, [&] { return fmt::format("message {} came again with counter {}: not used", id_text(message), count); });
+    tell(repeated_, received, 1, out,
+         [&] { return fmt::format("message {} came again with counter {}: not used", id_text(message), count); });
     return false;
   }
   if (ahead > 1)
     tell(lost_, received, static_cast<std::uint64_t>(ahead - 1), out, [&] {
-      return fmt::format("message {} jumped from counter {} to {}: so many are missing, or a whole turn of it more", id_text(message), *state.counter, count);
+      return fmt::format("message {} jumped from counter {} to {}: so many are missing, or a whole turn of it more",
+                         id_text(message), *state.counter, count);
     });
   state.counter = count;
   return true;
 }
 
-std::optional<double> WheelDecoder::read_speed(const Message& message, State& state, const CanFrame& frame, HostTime received,
-                                               std::vector<Measurement>& out) {
+std::optional<double> WheelDecoder::read_speed(const Message& message, State& state, const CanFrame& frame,
+                                               HostTime received, std::vector<Measurement>& out) {
   if (message.speeds.empty()) return {};
   double sum = 0;
   int count = 0;
@@ -236,7 +206,9 @@ std::optional<double> WheelDecoder::read_speed(const Message& message, State& st
       ++count;
       continue;
     }
-    tell(implausible_, received, 1, out, [&] { return fmt::format("message {} says {:.2f} m/s: no speed of this vehicle, not used", id_text(message), value); });
+    tell(implausible_, received, 1, out, [&] {
+      return fmt::format("message {} says {:.2f} m/s: no speed of this vehicle, not used", id_text(message), value);
+    });
   }
   if (count == 0) return {};
   const double speed = sum / count;
@@ -245,7 +217,8 @@ std::optional<double> WheelDecoder::read_speed(const Message& message, State& st
       std::abs(speed - *state.speed) > config_.max_acceleration * dt + kSpeedStep) {
     ++state.refused;
     tell(implausible_, received, 1, out, [&] {
-      return fmt::format("message {} leaps from {:.2f} to {:.2f} m/s within {:.3f} s: not used", id_text(message), *state.speed, speed, dt);
+      return fmt::format("message {} leaps from {:.2f} to {:.2f} m/s within {:.3f} s: not used", id_text(message),
+                         *state.speed, speed, dt);
     });
     return {};
   }
@@ -255,14 +228,17 @@ std::optional<double> WheelDecoder::read_speed(const Message& message, State& st
   return speed;
 }
 
-std::optional<double> WheelDecoder::read_distance(const Message& message, State& state, const CanFrame& frame, HostTime received,
-                                                  std::vector<Measurement>& out) {
+std::optional<double> WheelDecoder::read_distance(const Message& message, State& state, const CanFrame& frame,
+                                                  HostTime received, std::vector<Measurement>& out) {
   if (message.pulses.empty()) return {};
   std::vector<std::int64_t> counts;
   for (const Pulses& pulses : message.pulses) {
     counts.push_back(pulses.signal.raw(frame.bytes()));
-    if (circle_of(pulses.signal).has(counts.back())) continue;
-    tell(implausible_, received, 1, out, [&] { return fmt::format("message {} has {} pulses, which it never counts to: not used", id_text(message), counts.back()); });
+    if (counter_range(pulses.signal).has(counts.back())) continue;
+    tell(implausible_, received, 1, out, [&] {
+      return fmt::format("message {} has {} pulses, which it never counts to: not used", id_text(message),
+                         counts.back());
+    });
     return state.distance_m;
   }
   const std::vector<std::int64_t> before = std::exchange(state.pulses, counts);
@@ -272,22 +248,27 @@ std::optional<double> WheelDecoder::read_distance(const Message& message, State&
   const double most = config_.max_speed * std::max(0.0, to_seconds(received - *last));
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const Pulses& pulses = message.pulses[i];
-    const std::int64_t range = circle_of(pulses.signal).range;
-    if (most > static_cast<double>(range) / 2 * pulses.metres_per_pulse) {
+    const CounterRange range = counter_range(pulses.signal);
+    if (most > static_cast<double>(range.count) / 2 * pulses.metres_per_pulse) {
       tell(lost_, received, 1, out, [&] {
-        return fmt::format("no message {} for {:.2f} s: its pulses may have wrapped, that distance is unknown", id_text(message), to_seconds(received - *last));
+        return fmt::format("no message {} for {:.2f} s: its pulses may have wrapped, that distance is unknown",
+                           id_text(message), to_seconds(received - *last));
       });
       return state.distance_m;
     }
-    std::int64_t ahead = step(before[i], counts[i], range);
-    if (ahead > range / 2) ahead -= range;  // rolled back
+    std::int64_t ahead = range.steps(before[i], counts[i]);
+    if (ahead > range.count / 2) ahead -= range.count;  // rolled back
     sum += static_cast<double>(ahead) * pulses.metres_per_pulse;
   }
   const double moved = sum / static_cast<double>(counts.size());
   // Messages may have waited on the way and come at once: only what is far beyond that is a wrong count.
-  const double usual = static_cast<double>(circle_of(message.pulses.front().signal).range) / 4 * message.pulses.front().metres_per_pulse;
+  const double usual = static_cast<double>(counter_range(message.pulses.front().signal).count) / 4 *
+                       message.pulses.front().metres_per_pulse;
   if (std::abs(moved) > std::max(most, usual)) {
-    tell(implausible_, received, 1, out, [&] { return fmt::format("message {} counts {:.2f} m within {:.3f} s: not used", id_text(message), moved, to_seconds(received - *last)); });
+    tell(implausible_, received, 1, out, [&] {
+      return fmt::format("message {} counts {:.2f} m within {:.3f} s: not used", id_text(message), moved,
+                         to_seconds(received - *last));
+    });
     return state.distance_m;
   }
   state.distance_m += moved;

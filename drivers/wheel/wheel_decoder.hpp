@@ -13,17 +13,19 @@
 
 namespace hueline::drivers {
 
-/// A vehicle's wheel encoder on its CAN bus: speeds and pulse counts that its messages carry, as the rig describes them. Each
-/// message with one of them becomes one WheelSpeed: the mean of its wheels.
+/// A vehicle's wheel encoder on its CAN bus: speeds and pulse counts that its messages carry, as the rig describes
+/// them. Each message with one of them becomes one WheelSpeed: the mean of its wheels.
 ///
-/// Faults: Disconnected, Reconnected (bus-off, restart: from error frames), Lost (gap in a message's rolling counter, in the
-/// gateway's count of datagrams, or pulses that may have wrapped meanwhile), Spurious (a message that came again: its counter
-/// stands), Malformed (too short, check sum, frames broken on the bus), Implausible (outside the signal's range, or faster than
-/// the vehicle can be or become). What is doubted by one of the last three gives no measurement.
+/// Faults: Disconnected, Reconnected (bus-off, restart: from error frames), Lost (gap in a message's rolling counter,
+/// in the gateway's count of datagrams, or pulses that may have wrapped meanwhile), Spurious (a message that came
+/// again: its counter stands), Malformed (too short, check sum, frames broken on the bus), Implausible (outside the
+/// signal's range, or faster than the vehicle can be or become). What is doubted by one of the last three gives no
+/// measurement.
 class WheelDecoder final : public Decoder {
  public:
   struct Pulses {
-    CanSignal signal;             ///< counts and begins anew at 0 behind its max, or where its bits end; scale and offset are not used
+    CanSignal
+        signal;  ///< counts and begins anew at 0 behind its max, or where its bits end; scale and offset are not used
     double metres_per_pulse = 0;  ///< (0, 10]
   };
   struct Checksum {
@@ -32,9 +34,9 @@ class WheelDecoder final : public Decoder {
   };
   struct Message {
     std::uint32_t id = 0;
-    bool is_extended = false;         ///< 29 bits
-    std::vector<CanSignal> speeds;    ///< m/s
-    std::vector<Pulses> pulses;       ///< in one message of a sensor
+    bool is_extended = false;       ///< 29 bits
+    std::vector<CanSignal> speeds;  ///< m/s
+    std::vector<Pulses> pulses;     ///< in one message of a sensor
     /// Rises by one from message to message; begins anew at its min behind its max, or at 0 where its bits end.
     std::optional<CanSignal> counter;
     std::optional<Checksum> checksum;
@@ -69,9 +71,12 @@ class WheelDecoder final : public Decoder {
 
   Use take(const CanFrame& frame, HostTime received, std::vector<Measurement>& out);
   void take_error(const CanFrame& frame, HostTime received, std::vector<Measurement>& out);
-  bool is_new(const Message& message, State& state, const CanFrame& frame, HostTime received, std::vector<Measurement>& out);
-  std::optional<double> read_speed(const Message& message, State& state, const CanFrame& frame, HostTime received, std::vector<Measurement>& out);
-  std::optional<double> read_distance(const Message& message, State& state, const CanFrame& frame, HostTime received, std::vector<Measurement>& out);
+  bool is_new(const Message& message, State& state, const CanFrame& frame, HostTime received,
+              std::vector<Measurement>& out);
+  std::optional<double> read_speed(const Message& message, State& state, const CanFrame& frame, HostTime received,
+                                   std::vector<Measurement>& out);
+  std::optional<double> read_distance(const Message& message, State& state, const CanFrame& frame, HostTime received,
+                                      std::vector<Measurement>& out);
   bool takes_datagram(std::uint8_t sequence, HostTime received, std::vector<Measurement>& out);
 
   const SensorId sensor_;

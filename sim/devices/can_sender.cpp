@@ -14,7 +14,8 @@
 namespace hueline::sim {
 
 std::string CanSender::Config::validate() const {
-  if (interface.size() >= IFNAMSIZ) return fmt::format("interface: '{}' has more than {} characters", interface, IFNAMSIZ - 1);
+  if (interface.size() >= IFNAMSIZ)
+    return fmt::format("interface: '{}' has more than {} characters", interface, IFNAMSIZ - 1);
   if (interface.empty() && !ipv4_address(host, 0)) return fmt::format("host: '{}' is not an IPv4 address", host);
   if (interface.empty() && port == 0) return "port: 1 .. 65535";
   return {};
@@ -44,8 +45,9 @@ Result<std::unique_ptr<CanSender>> CanSender::open(const Config& config) {
 bool CanSender::send(std::span<const std::byte> frame) {
   if (!is_gateway_) return ::write(socket_.get(), frame.data(), frame.size()) == static_cast<ssize_t>(frame.size());
   const Bytes datagram = encode_cannelloni(frame, sequence_++);
-  return ::sendto(socket_.get(), datagram.data(), datagram.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address_), sizeof(address_)) ==
-         static_cast<ssize_t>(datagram.size());
+  return ::sendto(socket_.get(), datagram.data(), datagram.size(), MSG_NOSIGNAL,
+                  reinterpret_cast<const sockaddr*>(&address_),
+                  sizeof(address_)) == static_cast<ssize_t>(datagram.size());
 }
 
 }  // namespace hueline::sim

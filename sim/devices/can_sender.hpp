@@ -10,14 +10,14 @@
 
 namespace hueline::sim {
 
-/// The vehicle's CAN bus: on a CAN interface of this computer (vcan, vxcan), or, where its kernel has no CAN, as the datagrams of a
-/// CAN-to-Ethernet gateway (cannelloni). Thread-bound.
+/// The vehicle's CAN bus: on a CAN interface of this computer (vcan, vxcan), or, where its kernel has no CAN, as the
+/// datagrams of a CAN-to-Ethernet gateway (cannelloni). Thread-bound.
 class CanSender {
  public:
   struct Config {
-    std::string interface;            ///< CAN interface to send on; empty: datagrams to `host`
+    std::string interface;  ///< CAN interface to send on; empty: datagrams to `host`
     std::string host = "127.0.0.1";
-    std::uint16_t port = 20000;       ///< cannelloni's usual one
+    std::uint16_t port = 20000;  ///< cannelloni's usual one
     std::string validate() const;
   };
 

@@ -25,13 +25,15 @@ std::size_t spoil_wheels(const FaultLine& line, Drive& drive) {
         sample.speed[wheel] = line.type == FaultType::WheelSlip ? factor * truth.speed[wheel] : stuck[wheel];
       if (before)
         for (std::size_t side = 0; side < 2; ++side)
-          added[side] += (factor - 1) * (static_cast<double>(truth.pulses[side]) - static_cast<double>(before->pulses[side]));
+          added[side] +=
+              (factor - 1) * (static_cast<double>(truth.pulses[side]) - static_cast<double>(before->pulses[side]));
     } else {
       stuck = truth.speed;
     }
     // The sensors count on from what they counted.
     for (std::size_t side = 0; side < 2; ++side)
-      sample.pulses[side] = static_cast<std::uint32_t>(std::max(0.0, std::round(static_cast<double>(truth.pulses[side]) + added[side])));
+      sample.pulses[side] =
+          static_cast<std::uint32_t>(std::max(0.0, std::round(static_cast<double>(truth.pulses[side]) + added[side])));
     kept = truth;
     before = &kept;
   }
@@ -40,7 +42,8 @@ std::size_t spoil_wheels(const FaultLine& line, Drive& drive) {
 
 std::size_t spoil_bus(const FaultLine& line, std::vector<WireEvent>& events) {
   if (line.type != FaultType::CanBusOff) return 0;
-  const std::size_t hits = std::erase_if(events, [&](const WireEvent& e) { return e.channel == WireChannel::Wheel && line.covers(e.at_ns); });
+  const std::size_t hits = std::erase_if(
+      events, [&](const WireEvent& e) { return e.channel == WireChannel::Wheel && line.covers(e.at_ns); });
   for (const bool is_end : {false, true}) {
     WireEvent event;
     event.channel = WireChannel::Wheel;

@@ -54,17 +54,19 @@ TEST(CanPacket, HoldsTheKernelsOwnFrame) {
 TEST(CanPacket, BrokenOnesAreRefused) {
   CanPacket out;
   auto bytes = encode_can_packet(can_frame(1, {1}));
-  for (std::size_t size = 0; size < bytes.size(); ++size) EXPECT_FALSE(decode_can_packet(std::span(bytes).first(size), out).ok()) << size;
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    EXPECT_FALSE(decode_can_packet(std::span(bytes).first(size), out).ok()) << size;
   bytes[kCanHeaderSize + 4] = std::byte{9};  // data bytes of a classic frame
   EXPECT_FALSE(decode_can_packet(bytes, out).ok());
 }
 
 // By hand from the gateway's description of its format.
-const std::vector<std::byte> kDatagram = bytes_of({2, 0, 7, 0, 4,                                     // version, data, number, 4 frames
-                                                   0, 0, 0, 0xB2, 2, 0xAA, 0xBB,                      // 0B2, two bytes
-                                                   0x98, 0xFE, 0xBF, 0x0B, 1, 5,                      // 29 bits
-                                                   0, 0, 1, 0x23, 0x80 | 12, 1, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12,  // FD, flags
-                                                   0x40, 0, 3, 0x21, 4});                             // remote: a length, no data
+const std::vector<std::byte> kDatagram =
+    bytes_of({2,    0,    7,    0,    4,                      // version, data, number, 4 frames
+              0,    0,    0,    0xB2, 2,         0xAA, 0xBB,  // 0B2, two bytes
+              0x98, 0xFE, 0xBF, 0x0B, 1,         5,           // 29 bits
+              0,    0,    1,    0x23, 0x80 | 12, 1,    1,    2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12,  // FD, flags
+              0x40, 0,    3,    0x21, 4});  // remote: a length, no data
 
 TEST(CanPacket, ADatagramOfAGatewayHoldsSeveral) {
   CanPacket out;
@@ -102,10 +104,12 @@ TEST(CanErrors, AreSaidInWords) {
   EXPECT_EQ(said[0].kind, FaultKind::Disconnected);
   EXPECT_NE(said[0].detail.find("bus-off"), std::string::npos);
   EXPECT_EQ(explain_can_error(can_error(CAN_ERR_RESTARTED)).at(0).kind, FaultKind::Reconnected);
-  EXPECT_EQ(explain_can_error(can_error(CAN_ERR_CRTL, {0, CAN_ERR_CRTL_RX_OVERFLOW, 0, 0, 0, 0, 0, 0})).at(0).kind, FaultKind::Lost);
+  EXPECT_EQ(explain_can_error(can_error(CAN_ERR_CRTL, {0, CAN_ERR_CRTL_RX_OVERFLOW, 0, 0, 0, 0, 0, 0})).at(0).kind,
+            FaultKind::Lost);
   said = explain_can_error(can_error(CAN_ERR_CRTL, {0, CAN_ERR_CRTL_TX_PASSIVE, 0, 0, 0, 0, 130, 12}));
   EXPECT_EQ(said.at(0).kind, FaultKind::Malformed);
-  EXPECT_NE(said[0].detail.find("error passive; its error counters: 130 sending, 12 receiving"), std::string::npos) << said[0].detail;
+  EXPECT_NE(said[0].detail.find("error passive; its error counters: 130 sending, 12 receiving"), std::string::npos)
+      << said[0].detail;
   said = explain_can_error(can_error(CAN_ERR_PROT | CAN_ERR_BUSERROR, {0, 0, CAN_ERR_PROT_STUFF, 0, 0, 0, 0, 0}));
   EXPECT_NE(said.at(0).detail.find("(stuffing)"), std::string::npos) << said[0].detail;
   EXPECT_TRUE(explain_can_error(can_error(CAN_ERR_CRTL, {0, CAN_ERR_CRTL_ACTIVE, 0, 0, 0, 0, 0, 0})).empty());
@@ -127,7 +131,8 @@ TEST(CanLog, ARealRecordingIsReadWhole) {
   const auto packets = test::read_can_log(data_file.string(), faults);
   EXPECT_TRUE(faults.empty());
   // As `awk '{print $3}' | sort | uniq -c` counts them.
-  EXPECT_EQ(names(packets), (std::map<std::string, int>{{"010", 79}, {"011", 265}, {"012", 159}, {"064", 795}, {"065", 79}, {"066", 80}}));
+  EXPECT_EQ(names(packets), (std::map<std::string, int>{
+                                {"010", 79}, {"011", 265}, {"012", 159}, {"064", 795}, {"065", 79}, {"066", 80}}));
   EXPECT_EQ(packets.front().received, HostTime(nanoseconds(19'968'000)));
   EXPECT_EQ(packets.back().received, HostTime(nanoseconds(7'960'498'000)));
   EXPECT_TRUE(test::read_can_log(data_file.string(), faults, 2).empty()) << "another channel";
@@ -154,7 +159,9 @@ TEST(CanLog, OtherBasesFdAndCandump) {
   EXPECT_EQ((*asc.take("0.25 1 100 Tx d 0"))->time, nanoseconds(1'750'000'000));
   EXPECT_FALSE(asc.take("0.25 1 100 Rx d 3 1 2").ok());
   CanLogParser fd;
-  entry = fd.take("   30.300981 CANFD   3 Tx      50005x 1 0 5 5  b0 6b 20 b1 87 140000 73 200050 7a60 46500250 460a0250 20011736 20010205");
+  entry = fd.take(
+      "   30.300981 CANFD   3 Tx      50005x 1 0 5 5  b0 6b 20 b1 87 140000 73 200050 7a60 46500250 460a0250 20011736 "
+      "20010205");
   ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
   EXPECT_EQ((*entry)->frame.id, 0x50005u);
   EXPECT_EQ((*entry)->frame.length, 5);
@@ -166,7 +173,9 @@ TEST(CanLog, OtherBasesFdAndCandump) {
   EXPECT_TRUE((*fd.take("(1.0) can0 12345678##1AABB"))->frame.is_fd);
   EXPECT_TRUE((*fd.take("(1.0) can0 20000044#0004000000000000"))->frame.is_error);
   EXPECT_TRUE((*fd.take("(1.0) can0 321#R4"))->frame.is_remote);
-  for (const char* broken : {"(1.0) can0 321#A", "(1.0) can0 FFF#AA", "(x) can0 321#AA", "(1.0) can0 321#AABBCCDDEEFF001122"}) EXPECT_FALSE(fd.take(broken).ok()) << broken;
+  for (const char* broken :
+       {"(1.0) can0 321#A", "(1.0) can0 FFF#AA", "(x) can0 321#AA", "(1.0) can0 321#AABBCCDDEEFF001122"})
+    EXPECT_FALSE(fd.take(broken).ok()) << broken;
 }
 
 TEST(CanLog, BrokenLinesAreCountedAtTheEnd) {

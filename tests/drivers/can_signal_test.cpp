@@ -27,10 +27,10 @@ TEST(CanSignal, BitsAreFoundWhereTheFieldCountsThem) {
   };
   EXPECT_EQ(raw(0, 16, BitOrder::Little), 0x3412);
   EXPECT_EQ(raw(7, 16, BitOrder::Big), 0x1234);
-  EXPECT_EQ(raw(4, 8, BitOrder::Little), 0x41);    // upper half of byte 0, lower half of byte 1
-  EXPECT_EQ(raw(3, 8, BitOrder::Big), 0x23);       // lower half of byte 0, upper half of byte 1
-  EXPECT_EQ(raw(47, 16, BitOrder::Big), 0xBCDE);   // as Tesla's ESP_vehicleSpeed lies
-  EXPECT_EQ(raw(62, 4, BitOrder::Big), 0xE);       // as its ESP_BCounter: bits 6 to 3 of 0xF0
+  EXPECT_EQ(raw(4, 8, BitOrder::Little), 0x41);   // upper half of byte 0, lower half of byte 1
+  EXPECT_EQ(raw(3, 8, BitOrder::Big), 0x23);      // lower half of byte 0, upper half of byte 1
+  EXPECT_EQ(raw(47, 16, BitOrder::Big), 0xBCDE);  // as Tesla's ESP_vehicleSpeed lies
+  EXPECT_EQ(raw(62, 4, BitOrder::Big), 0xE);      // as its ESP_BCounter: bits 6 to 3 of 0xF0
   EXPECT_EQ(raw(56, 8, BitOrder::Little, true), -16);
   EXPECT_EQ(static_cast<std::uint64_t>(raw(0, 64, BitOrder::Little)), 0xF0DEBC9A78563412u);
   EXPECT_EQ(static_cast<std::uint64_t>(raw(7, 64, BitOrder::Big)), 0x123456789ABCDEF0u);
@@ -61,7 +61,8 @@ TEST(CanSignal, AnyPlaceAndLength) {
     signal.start_bit = static_cast<int>(random() % 64);
     signal.bits = 1 + static_cast<int>(random() % 64);
     signal.order = random() & 1 ? BitOrder::Little : BitOrder::Big;
-    const int wire = signal.order == BitOrder::Big ? signal.start_bit / 8 * 8 + 7 - signal.start_bit % 8 : signal.start_bit;
+    const int wire =
+        signal.order == BitOrder::Big ? signal.start_bit / 8 * 8 + 7 - signal.start_bit % 8 : signal.start_bit;
     ASSERT_EQ(signal.validate(8).empty(), wire + signal.bits <= 64) << signal.start_bit << ' ' << signal.bits;
     if (!signal.validate(8).empty()) continue;
     ++fitting;
@@ -100,7 +101,8 @@ TEST(Dbc, MakersFilesAreReadWhole) {
   for (const auto* file : {&vw, &gm})
     for (const DbcMessage& message : *file)
       for (const DbcSignal& signal : message.signals)
-        EXPECT_EQ(signal.signal.validate(static_cast<std::size_t>(message.length)), "") << message.name << ' ' << signal.name;
+        EXPECT_EQ(signal.signal.validate(static_cast<std::size_t>(message.length)), "")
+            << message.name << ' ' << signal.name;
 
   const auto esp = std::find_if(vw.begin(), vw.end(), [](const auto& m) { return m.name == "ESP_19"; });
   ASSERT_NE(esp, vw.end());
@@ -121,8 +123,10 @@ TEST(Dbc, ABrokenSignalIsRefusedWithItsReason) {
   EXPECT_TRUE(parse_dbc_signal(" SG_ a : 7|8@0- (1,-40) [0|0] \"\" X").ok());
   EXPECT_EQ(parse_dbc_signal("SG_ a M : 7|8@0+ (1e-3,-4.0E1) [-1|1] \"\" X")->signal.scale, 1e-3);
   EXPECT_TRUE(parse_dbc_signal("SG_ a m3 : 7|8@0+ (1,0) [0|0] \"\" X")->is_multiplexed);
-  for (const char* broken : {"", "SG_", "SG_ a 7|8@0+ (1,0) [0|0] \"\"", "SG_ a : 7@0+ (1,0) [0|0] \"\"", "SG_ a : 7|8@2+ (1,0) [0|0] \"\"", "SG_ a : 7|8@0 (1,0) [0|0] \"\"",
-                             "SG_ a : 7|8@0+ (x,0) [0|0] \"\"", "SG_ a : 7|8@0+ (1,0) [0] \"\"", "SG_ a : 7|65@0+ (1,0) [0|0] \"\"", "SG_ a : 7|8@0+ (0,0) [0|0] \"\"", "SG_ a : 7|8@0+ (1,0) [0|0] \"x"})
+  for (const char* broken :
+       {"", "SG_", "SG_ a 7|8@0+ (1,0) [0|0] \"\"", "SG_ a : 7@0+ (1,0) [0|0] \"\"", "SG_ a : 7|8@2+ (1,0) [0|0] \"\"",
+        "SG_ a : 7|8@0 (1,0) [0|0] \"\"", "SG_ a : 7|8@0+ (x,0) [0|0] \"\"", "SG_ a : 7|8@0+ (1,0) [0] \"\"",
+        "SG_ a : 7|65@0+ (1,0) [0|0] \"\"", "SG_ a : 7|8@0+ (0,0) [0|0] \"\"", "SG_ a : 7|8@0+ (1,0) [0|0] \"x"})
     EXPECT_FALSE(parse_dbc_signal(broken).ok()) << broken;
   EXPECT_NE(parse_dbc("\n SG_ a : 7|8@0+ (1,0) [0|0] \"\" X\n").error().message.find("line 2"), std::string::npos);
 }

@@ -23,7 +23,8 @@ CanSignal signal(int start, int bits, double scale = 1) {
   return out;
 }
 
-/// 0B2: two speeds of 0.01 m/s, a counter of 4 bits in byte 4, a check sum in byte 5. 1A0: two counts of pulses of 2 cm.
+/// 0B2: two speeds of 0.01 m/s, a counter of 4 bits in byte 4, a check sum in byte 5. 1A0: two counts of pulses of 2
+/// cm.
 WheelDecoder::Config config() {
   WheelDecoder::Config out;
   WheelDecoder::Message speeds;
@@ -119,9 +120,9 @@ TEST(WheelDecoder, WhatIsNoSpeedIsNotUsed) {
   WheelDecoder::Config c = config();
   for (CanSignal& s : c.messages[0].speeds) s.max = 60;
   Decoded d(c);
-  d.take(speeds(1000, 0xFFFF, 0), 1.00);   // one wheel has no value: the other speaks
+  d.take(speeds(1000, 0xFFFF, 0), 1.00);  // one wheel has no value: the other speaks
   d.take(speeds(0xFFFF, 0xFFFF, 1), 1.02);
-  d.take(speeds(3000, 3000, 2), 1.04);     // 10 to 30 m/s in 0.04 s
+  d.take(speeds(3000, 3000, 2), 1.04);  // 10 to 30 m/s in 0.04 s
   d.take(speeds(1010, 1010, 3), 1.06);
   d.end();
   ASSERT_EQ(d.wheels.size(), 2u);
@@ -214,7 +215,8 @@ TEST(WheelDecoder, DatagramsOfAGatewayAreCounted) {
 
 TEST(WheelDecoder, SignalsOfARealLogAreThoseOfAnotherReader) {
   HUELINE_REQUIRE_DATA("can/issue_1256.asc");
-  // Bytes 0 and 1 of 011 as if 0.001 m/s; bits 3 to 7 of 064 count its messages. The figures are those of a few lines of Python.
+  // Bytes 0 and 1 of 011 as if 0.001 m/s; bits 3 to 7 of 064 count its messages. The figures are those of a few lines
+  // of Python.
   WheelDecoder::Config first, second;
   first.messages.resize(1);
   first.messages[0].id = 0x11;

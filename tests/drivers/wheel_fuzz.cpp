@@ -8,8 +8,8 @@
 #include "drivers/can/dbc.hpp"
 #include "drivers/wheel/wheel_decoder.hpp"
 
-// Packets of random lengths: as they are, or made into one of the two forms so that what lies behind their heads is reached; the
-// same bytes as text of a log and of a DBC file. Every byte is counted once, whatever comes.
+// Packets of random lengths: as they are, or made into one of the two forms so that what lies behind their heads is
+// reached; the same bytes as text of a log and of a DBC file. Every byte is counted once, whatever comes.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hueline;
   drivers::WheelDecoder::Config config;
@@ -32,7 +32,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (std::size_t at = 0; at < size;) {
     const std::size_t length = std::min<std::size_t>(1 + data[at] % 96, size - at);
     std::vector<std::byte> bytes(length);
-    std::transform(data + at, data + at + length, bytes.begin(), [](std::uint8_t b) { return static_cast<std::byte>(b); });
+    std::transform(data + at, data + at + length, bytes.begin(),
+                   [](std::uint8_t b) { return static_cast<std::byte>(b); });
     if (length > 8 && data[at + 1] % 3 == 0) {
       drivers::CanFrame frame;
       frame.id = data[at + 2] % 4;
@@ -54,7 +55,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (counts.decoded_bytes + counts.ignored_bytes + counts.malformed_bytes != given) std::abort();
   for (const Measurement& m : out)
     if (const auto* wheel = std::get_if<WheelSpeed>(&m))
-      if ((wheel->speed && !(std::abs(*wheel->speed) <= config.max_speed)) || (wheel->distance_m && !std::isfinite(*wheel->distance_m))) std::abort();
+      if ((wheel->speed && !(std::abs(*wheel->speed) <= config.max_speed)) ||
+          (wheel->distance_m && !std::isfinite(*wheel->distance_m)))
+        std::abort();
 
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   drivers::CanLogParser log;

@@ -1,4 +1,5 @@
-// The wheel encoder: its way against the motion's own velocity, its frames against their description, its bus on a socket.
+// The wheel encoder: its way against the motion's own velocity, its frames against their description, its bus on a
+// socket.
 #include "sim/wheel_model.hpp"
 
 #include <arpa/inet.h>
@@ -49,7 +50,8 @@ TEST(WheelModel, CountsTheWayThatTheVelocityGoes) {
   EXPECT_NEAR((left + right) / 2, way, 0.03);
   EXPECT_NEAR(left - right, turned * s.wheel.track_m, 0.05) << "the bend goes to the right: the left wheel is outside";
   for (const WheelSample& sample : samples)
-    for (std::size_t side = 0; side < 2; ++side) EXPECT_GE(sample.speed[side], sample.speed[2 + side] - 1e-12) << "front wheels go the wider bend";
+    for (std::size_t side = 0; side < 2; ++side)
+      EXPECT_GE(sample.speed[side], sample.speed[2 + side] - 1e-12) << "front wheels go the wider bend";
 }
 
 TEST(WheelModel, ScaleNoiseAndAbsence) {
@@ -82,7 +84,7 @@ TEST(CanEncode, FramesAreAsDescribed) {
   ASSERT_EQ(speeds.size(), kCanFrameBytes);
   EXPECT_EQ(speeds[0], std::byte{178});
   EXPECT_EQ(speeds[4], std::byte{8});
-  EXPECT_EQ(std::to_integer<int>(speeds[8]) | std::to_integer<int>(speeds[9]) << 8, 6667);  // rear left, 50 km/h
+  EXPECT_EQ(std::to_integer<int>(speeds[8]) | std::to_integer<int>(speeds[9]) << 8, 6667);   // rear left, 50 km/h
   EXPECT_EQ(speeds[10], std::byte{1});                                                       // rear right
   EXPECT_EQ(std::to_integer<int>(speeds[12]) | std::to_integer<int>(speeds[13]) << 8, 480);  // front left, 3.6 km/h
   const Bytes pulses = encode_wheel_pulses(sample, 0x2B);

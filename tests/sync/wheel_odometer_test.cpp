@@ -1,4 +1,5 @@
-// Wheel messages of a vehicle whose way is known, through the whole stage: their times, and their way held against the POS's.
+// Wheel messages of a vehicle whose way is known, through the whole stage: their times, and their way held against the
+// POS's.
 #include "sync/wheel_odometer.hpp"
 
 #include <gmock/gmock.h>
@@ -20,10 +21,10 @@ double true_way(double s) { return s < 5 ? 0 : s < 13 ? (s - 5) * (s - 5) / 2 : 
 
 struct WheelCourse {
   WheelOdometer::Config config;
-  std::function<double(double)> says = true_speed;            // at s after the beginning
+  std::function<double(double)> says = true_speed;  // at s after the beginning
   std::function<bool(double)> is_lost = [](double) { return false; };
-  bool counts = false;        // pulses as well
-  double adapter_ppm = 0;     // of its own counter; 0: it has none
+  bool counts = false;                         // pulses as well
+  double adapter_ppm = 0;                      // of its own counter; 0: it has none
   double latency_ms = 0.05, jitter_ms = 0.05;  // of the kernel's stamp
   bool pos_is_good = true;
 
@@ -56,7 +57,8 @@ struct WheelCourse {
       m.speed = says(s);
       m.sigma = 0.05;
       if (counts) m.distance_m = true_way(s);
-      if (adapter_ppm != 0) m.adapter_time = DeviceTime<CanAdapterCounter>(from_seconds(7 + s * (1 + adapter_ppm * 1e-6)));
+      if (adapter_ppm != 0)
+        m.adapter_time = DeviceTime<CanAdapterCounter>(from_seconds(7 + s * (1 + adapter_ppm * 1e-6)));
       truth.push_back(t);
       drive.stream.add(m.received, m);
     }
@@ -96,7 +98,8 @@ TEST(WheelOdometer, StampsNameTheEndOfTheFrame) {
   ASSERT_EQ(course.out.size(), course.truth.size()) << "what came before the lock is stamped as well";
   double squares = 0;
   for (std::size_t i = 0; i < course.out.size(); ++i) {
-    const double normalised = static_cast<double>((course.out[i].time - course.truth[i]).count()) / static_cast<double>(course.out[i].sigma.count());
+    const double normalised = static_cast<double>((course.out[i].time - course.truth[i]).count()) /
+                              static_cast<double>(course.out[i].sigma.count());
     ASSERT_LT(std::abs(normalised), 12) << i;  // an exponential's tail
     squares += normalised * normalised;
   }
