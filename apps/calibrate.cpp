@@ -26,6 +26,8 @@ Status write_text(const std::filesystem::path& path, const std::string& text) {
 void add_calibrate(Command& all) {
   Command calibrate = all.command("calibrate", "find what others take for given: lenses, mountings, where static scans stood");
   calibrate.needs_command();
+  add_calibrate_lens(calibrate);
+  add_calibrate_mount(calibrate);
   add_calibrate_targets(calibrate);
   add_calibrate_example(calibrate);
 }

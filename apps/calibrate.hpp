@@ -9,6 +9,8 @@
 /// Parts of `hueline calibrate`, each tool in a file of its own.
 namespace hueline::apps {
 
+void add_calibrate_lens(Command& calibrate);
+void add_calibrate_mount(Command& calibrate);
 void add_calibrate_targets(Command& calibrate);
 void add_calibrate_example(Command& calibrate);
 

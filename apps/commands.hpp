@@ -8,6 +8,7 @@ namespace hueline::apps {
 void add_calibrate(Command& all);
 void add_capture(Command& all);
 void add_replay(Command& all);
+void add_rig(Command& all);
 void add_score(Command& all);
 void add_simulate(Command& all);
 void add_verify(Command& all);

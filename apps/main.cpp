@@ -39,9 +39,10 @@ int main(int argc, char** argv) {
                                     apps::add_verify(all);
                                     apps::add_score(all);
                                     apps::add_colour(all);
+                                    apps::add_calibrate(all);
+                                    apps::add_rig(all);
                                     apps::add_inspect(all);
                                     apps::add_picture(all);
-                                    apps::add_calibrate(all);
                                   });
   } catch (const config::ConfigError& e) {
     std::fprintf(stderr, "hueline: %s\n", e.what());

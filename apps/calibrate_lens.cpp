@@ -1,0 +1,158 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "apps/calibrate.hpp"
+#include "apps/exit_code.hpp"
+#include "calibration/lens/lens_report.hpp"
+#include "calibration/lens/opencv_reference.hpp"
+#include "config/section.hpp"
+
+namespace hueline::apps {
+namespace {
+
+using namespace calibration;
+
+struct Options {
+  std::vector<std::string> images;
+  std::string board = "chessboard", size, model = "auto", out, dictionary = "DICT_4X4_50";
+  double spacing_m = 0.03, marker_m = 0.02;
+  bool one_focal = false;
+  std::string date;
+};
+
+Board board_of(const Options& options) {
+  Board board;
+  board.kind = options.board == "chessboard" ? BoardKind::Chessboard : options.board == "circles" ? BoardKind::AsymmetricCircles : BoardKind::Charuco;
+  int read = 0;
+  if (std::sscanf(options.size.c_str(), "%dx%d%n", &board.columns, &board.rows, &read) != 2 || static_cast<std::size_t>(read) != options.size.size())
+    throw config::ConfigError(fmt::format("--size is '{}'; allowed: columns x rows, 9x6", options.size));
+  board.spacing_m = options.spacing_m;
+  board.marker_m = options.marker_m;
+  board.dictionary = options.dictionary;
+  if (const std::string wrong = board.validate(); !wrong.empty()) throw config::ConfigError(wrong);
+  return board;
+}
+
+/// Files as named; of a folder, its images in order of their names.
+std::vector<std::filesystem::path> images_of(const std::vector<std::string>& named) {
+  std::vector<std::filesystem::path> out;
+  for (const std::string& one : named) {
+    if (!std::filesystem::exists(one)) throw config::ConfigError(one + ": is not there");
+    if (!std::filesystem::is_directory(one)) {
+      out.emplace_back(one);
+      continue;
+    }
+    std::vector<std::filesystem::path> inside;
+    for (const auto& entry : std::filesystem::directory_iterator(one)) {
+      std::string kind = entry.path().extension().string();
+      std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+      if (kind == ".jpg" || kind == ".jpeg" || kind == ".png" || kind == ".tif" || kind == ".tiff" || kind == ".bmp") inside.push_back(entry.path());
+    }
+    std::sort(inside.begin(), inside.end());
+    out.insert(out.end(), inside.begin(), inside.end());
+  }
+  return out;
+}
+
+std::string reference_text(const OpencvLens& reference) {
+  if (!reference.failure.empty()) return "OpenCV makes nothing of the same corners: " + reference.failure;
+  std::string out = fmt::format("OpenCV on the same corners: focal {:.3f} {:.3f}, principal point {:.3f} {:.3f}, distortion", reference.lens.focal_px.x(),
+                                reference.lens.focal_px.y(), reference.lens.principal_point_px.x(), reference.lens.principal_point_px.y());
+  for (const double k : reference.lens.distortion) out += fmt::format(" {:.5f}", k);
+  return out + fmt::format(", rms {:.4f} px", reference.rms_px);
+}
+
+void print(const LensCalibration& found, const LensReportContext& context) {
+  const AdjustedLens& adjusted = found.adjusted;
+  std::string out = fmt::format("{}\n{}  rms {:.4f} px over {} corners in {} views, sigma of a coordinate {:.4f} px\n", context.data, name(adjusted.lens.model),
+                                adjusted.rms_px, adjusted.observations / 2, found.views.size(), adjusted.sigma_px);
+  const auto names = parameter_names(adjusted.lens.model);
+  const auto values = adjusted.lens.parameters();
+  for (int i = 0; i < parameter_count(adjusted.lens.model); ++i)
+    out += fmt::format("  {:16}{:14.6f} +- {:.6f}\n", names[static_cast<std::size_t>(i)], values[static_cast<std::size_t>(i)], std::sqrt(adjusted.covariance(i, i)));
+  for (const ModelTrial& trial : found.trials)
+    out += trial.failure.empty() ? fmt::format("  {:16}rms {:.4f} px, of views held back {:.4f} px\n", name(trial.model), trial.rms_px, trial.predicted_rms_px)
+                                 : fmt::format("  {:16}{}\n", name(trial.model), trial.failure);
+  out += context.reference + "\n";
+  for (const auto& text : context.unseen) out += "left out: " + text + "\n";
+  for (const auto& view : found.rejected_views) out += fmt::format("left out: {}: {}\n", view.view, view.why);
+  for (const auto& corner : found.rejected_corners)
+    out += fmt::format("left out: {}: corner {} is {:.2f} px off\n", corner.view, corner.index, corner.error_px);
+  std::fputs(out.c_str(), stdout);
+}
+
+int run(const Options& options) {
+  const Board board = board_of(options);
+  const auto images = images_of(options.images);
+  LensReportContext context;
+  context.date = options.date.empty() ? today() : options.date;
+  std::vector<BoardView> views;
+  std::uint32_t width = 0, height = 0;
+  for (const auto& path : images) {
+    const auto image = read_grey_image(path.string());
+    if (!image.ok()) {
+      context.unseen.push_back(image.error().message);
+      continue;
+    }
+    const auto w = static_cast<std::uint32_t>(image->width), h = static_cast<std::uint32_t>(image->height);
+    if (width == 0) width = w, height = h;
+    if (w != width || h != height) {
+      context.unseen.push_back(fmt::format("{}: {} x {} px, the first image has {} x {}", path.string(), w, h, width, height));
+      continue;
+    }
+    auto corners = find_board(*image, board);
+    if (corners.ok())
+      views.push_back({path.filename().string(), std::move(*corners)});
+    else
+      context.unseen.push_back(path.filename().string() + ": " + corners.error().message);
+  }
+  LensCalibrationConfig config;
+  if (options.model != "auto") config.model = options.model == "brown" ? LensModel::Brown : LensModel::KannalaBrandt;
+  config.one_focal = options.one_focal;
+  const auto found = calibrate_lens(board, views, width, height, config);
+  if (!found.ok()) {
+    for (const auto& text : context.unseen) spdlog::warn("left out: {}", text);
+    spdlog::error("{}", found.error().message);
+    return kInputUnreadable;
+  }
+  context.data = fmt::format("{} of {} images, {} {} of {} m", found->views.size(), images.size(), options.board, options.size, options.spacing_m);
+  context.reference = reference_text(calibrate_with_opencv(*found, options.one_focal));
+  print(*found, context);
+  if (options.out.empty()) return kDone;
+  const std::filesystem::path out = options.out;
+  std::error_code refused;
+  std::filesystem::create_directories(out, refused);
+  for (const auto& [file, text] : {std::pair{"lens.yaml", "lens:\n" + lens_fragment(*found, context, 2)}, std::pair{"lens.json", lens_json(*found, context)},
+                                   std::pair{"lens.html", lens_html(*found, context)}}) {
+    if (const Status written = write_text(out / file, text); !written.ok()) {
+      spdlog::error("{}", written.error().message);
+      return kOutputRefused;
+    }
+    std::fputs(((out / file).string() + "\n").c_str(), stdout);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_calibrate_lens(Command& calibrate) {
+  auto options = std::make_shared<Options>();
+  Command command = calibrate.command("lens", "images of a board -> focal lengths, principal point, distortion of a lens, with their sigma");
+  command.required("IMAGES", options->images, "images of the board, or folders of them");
+  command.setting("--board", options->board, "what is seen", {"chessboard", "circles", "charuco"});
+  command.option("--size", options->size, "columns x rows: inner corners of a chessboard (9x6), circles of an asymmetric grid (4x11), squares of a ChArUco board");
+  command.setting("--spacing-m", options->spacing_m, "edge of a square; circles: distance of two rows", {.least = 0.001, .most = 10});
+  command.setting("--marker-m", options->marker_m, "charuco: edge of a marker", {.least = 0.001, .most = 10});
+  command.setting("--dictionary", options->dictionary, "charuco: OpenCV's name of the markers");
+  command.setting("--model", options->model, "auto takes the one that predicts views best that it was not fitted to", {"auto", "brown", "kannala_brandt"});
+  command.flag("--one-focal", options->one_focal, "square pixels: one focal length for both axes");
+  command.option("--date", options->date, "of the result, YYYY-MM-DD; left out: today");
+  command.option("--out", options->out, "folder for lens.yaml (for the rig file, or hueline colour), lens.json and lens.html");
+  command.runs([options] { return run(*options); });
+}
+
+}  // namespace hueline::apps

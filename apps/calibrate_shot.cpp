@@ -1,0 +1,94 @@
+#include "apps/calibrate_shot.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "apps/calibrate.hpp"
+#include "apps/exit_code.hpp"
+#include "calibration/mount/alignment.hpp"
+#include "calibration/mount/mount_report.hpp"
+#include "config/mounting.hpp"
+#include "config/rig_head.hpp"
+#include "storage/pcd_reader.hpp"
+
+namespace hueline::apps {
+
+using namespace calibration;
+
+LensValues lens_values(const fusion::CameraIntrinsics& lens) {
+  LensValues out;
+  out.model = lens.model == fusion::LensModel::Brown ? LensModel::Brown : LensModel::KannalaBrandt;
+  out.width = lens.width;
+  out.height = lens.height;
+  out.focal_px = lens.focal_px;
+  out.principal_point_px = lens.principal_point_px;
+  out.distortion = lens.distortion;
+  return out;
+}
+
+int calibrate_shot(const ShotFiles& files) {
+  config::Section lens_file = config::Section::load_file(files.lens);
+  config::Section lens_section = lens_file.section("lens");
+  const fusion::CameraIntrinsics intrinsics = config::read_intrinsics(lens_section);
+  config::Section start_file = config::Section::load_file(files.start);
+  const auto T_lens_scanner = config::read_transform<Lens, Scanner>(start_file, "T_lens_scanner");
+  const auto image = read_grey_image(files.image);
+  const auto cloud = storage::read_pcd(files.cloud);
+  if (!image.ok() || !cloud.ok()) {
+    spdlog::error("{}", !image.ok() ? image.error().message : cloud.error().message);
+    return kInputUnreadable;
+  }
+  const auto x = cloud->column("x"), y = cloud->column("y"), z = cloud->column("z"), intensity = cloud->column("intensity");
+  if (x.empty() || y.empty() || z.empty() || intensity.empty()) {
+    spdlog::error("{}: has no fields x, y, z, intensity", files.cloud);
+    return kInputUnreadable;
+  }
+  std::vector<Eigen::Vector3f> points;
+  std::vector<float> strengths;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector3f p(static_cast<float>(x[i]), static_cast<float>(y[i]), static_cast<float>(z[i]));
+    if (!p.allFinite()) continue;
+    points.push_back(p);
+    strengths.push_back(static_cast<float>(intensity[i]));
+  }
+  // One moment: scanner and vehicle are the same, lens and head are.
+  AlignmentLens lens;
+  lens.values = lens_values(intrinsics);
+  lens.max_angle = intrinsics.max_angle;
+  AlignmentShot shot;
+  shot.image = *image;
+  shot.samples = laser_samples(points, strengths);
+  const Transform<Scanner, Lens> T_scanner_lens = T_lens_scanner.inverse();
+  AlignmentConfig config;
+  config.search_deg = files.search_deg;
+  config.groups = 0;
+  const auto found = align_head({lens}, {shot}, {T_scanner_lens.rotation, T_scanner_lens.translation}, config);
+  if (!found.ok()) {
+    spdlog::error("{}", found.error().message);
+    return kInputUnreadable;
+  }
+  const Transform<Lens, Scanner> T{found->T_body_head.rotation.conjugate(), -(found->T_body_head.rotation.conjugate() * found->T_body_head.translation)};
+  std::fputs(fmt::format("{} points; score {:.4f} at the start, {:.4f} found; turned by {:.3f} deg against the start\n", found->samples, found->score_start,
+                         found->score, T.rotation.angularDistance(T_lens_scanner.rotation) * 57.29577951)
+                 .c_str(),
+             stdout);
+  if (files.out.empty()) return kDone;
+  std::filesystem::create_directories(files.out);
+  CalibrationRecord record;
+  record.method = "mount";
+  record.date = files.date;
+  record.data = {std::filesystem::path(files.image).filename().string(), std::filesystem::path(files.cloud).filename().string(), "outlines and intensity of one moment, no targets"};
+  record.residual_unit = "px";
+  const auto path = std::filesystem::path(files.out) / "T_lens_scanner.yaml";
+  if (const Status written = write_text(path, mounting_yaml("T_lens_scanner", T.rotation, T.translation, record, 0)); !written.ok()) {
+    spdlog::error("{}", written.error().message);
+    return kOutputRefused;
+  }
+  std::fputs((path.string() + "\n").c_str(), stdout);
+  return kDone;
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,29 @@
+#include <spdlog/spdlog.h>
+
+#include "apps/calibrate.hpp"
+#include "apps/commands.hpp"
+#include "apps/exit_code.hpp"
+#include "config/rig_picture.hpp"
+
+namespace hueline::apps {
+
+void add_rig(Command& all) {
+  struct Options {
+    std::string rig, out;
+  };
+  auto options = std::make_shared<Options>();
+  Command rig = all.command("rig", "look at a rig file");
+  rig.needs_command();
+  Command show = rig.command("show", "draw the rig: sensors, axes, lever arms");
+  show.required("RIG", options->rig, "rig file (YAML)");
+  show.required("--out", options->out, "picture to write (SVG)");
+  show.runs([options] {
+    if (const Status written = write_text(options->out, config::rig_svg(config::load_rig(options->rig))); !written.ok()) {
+      spdlog::error("{}", written.error().message);
+      return kOutputRefused;
+    }
+    return kDone;
+  });
+}
+
+}  // namespace hueline::apps
