@@ -92,13 +92,13 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
                        scenario.camera.rate_hz * rig.image_width() * rig.image_height() > 110e6;
   out += fmt::format(
       "  - name: camera\n    driver: genicam\n    address: {0}\n    interface: {0}\n    serial: {1}\n    pixel_format: BayerRG8\n{6}    width: {2}\n"
-      "    height: {3}\n    exposure_us: {4}\n    event_input: 1\n    stamp_event: exposure_end\n    stamp_delay_us: 45\n    latency_max_ms: {5}\n{7}\n",
+      "    height: {3}\n    exposure_us: {4}\n    event_input: 1\n    mark_sigma_us: {8}\n    stamp_event: exposure_end\n    stamp_delay_us: 45\n    latency_max_ms: {5}\n{7}\n",
       at.address, at.camera_serial, rig.image_width(), rig.image_height(), scenario.camera.exposure_us,
       std::min(250.0, 800.0 / scenario.camera.rate_hz),
       scenario.camera.payload == sim::ImagePayload::JpegPlanes
           ? fmt::format("    payload: jpeg_planes\n    lens_columns: {}\n", scenario.camera.stack_columns)
           : "",
-      is_fast ? "    realtime_priority: 20\n" : "");
+      is_fast ? "    realtime_priority: 20\n" : "", scenario.noise ? std::max(0.1, scenario.camera.strobe_jitter_us) : 0.1);
   out += wheel_yaml(scenario, at);
   out += fmt::format(
       "head:\n  T_body_head: {}\n  panorama: {{width: 8000, height: 4000, stitching_radius_m: 20}}\n  lenses:\n", transform(rig.T_body_head));

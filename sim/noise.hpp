@@ -43,6 +43,7 @@ enum Stream : std::uint64_t {
   kStreamIns = 16,  ///< .. + 9 slow, + 18 white
   kStreamPps = 40,
   kStreamPpsSpike,
+  kStreamStrobe,
   kStreamWheel,
   kStreamPixel = 64,
   kStreamScene = 128,

@@ -94,6 +94,7 @@ struct CameraConfig {
   double rate_hz = 2.0;
   double first_exposure_s = 0.250137;  ///< strobe of exposure 0 after the sensors' start: on no round number, as in life
   double exposure_us = 2000;
+  double strobe_jitter_us = 0.5;       ///< sigma: what the POS stamps against the exposure's true start
   int blur_samples = 1;                ///< poses averaged over an exposure; 1: the middle alone, no motion blur
   int lens_width = 612, lens_height = 512;
   int stack_columns = 3, stack_rows = 2;
@@ -119,6 +120,7 @@ struct CameraConfig {
     v("rate_hz", c.rate_hz, 0.1, 60);
     v("first_exposure_s", c.first_exposure_s, 0, 10);
     v("exposure_us", c.exposure_us, 1, 100000);
+    v("strobe_jitter_us", c.strobe_jitter_us, 0, 1000);
     v("blur_samples", c.blur_samples, 1, 32);
     v("lens_width", c.lens_width, 16, 8192);
     v("lens_height", c.lens_height, 16, 8192);

@@ -51,6 +51,7 @@ Result<FaultyTimeline> scenario_timeline(const Scenario& scenario, const Drive& 
   config.seed = scenario.seed;
   config.laser_model = scenario.laser.model;
   config.laser = laser;
+  config.strobe_jitter_ns = scenario.noise ? scenario.camera.strobe_jitter_us * 1e3 : 0;
   return build_faulty_timeline(drive, config, scenario.faults);
 }
 

@@ -219,7 +219,8 @@ void Builder::add_mark_logs() {
   SeededRandom draws = random(kOfMarks);
   std::int64_t earliest = std::numeric_limits<std::int64_t>::min();
   for (const CameraExposure& exposure : drive_.exposures) {
-    const GpsNs strobe = exposure.exposure_start_gps_ns;
+    const double jitter = config_.strobe_jitter_ns * gaussian(config_.seed, kStreamStrobe, exposure.number);
+    const GpsNs strobe = exposure.exposure_start_gps_ns + std::llround(jitter);
     const std::int64_t at = std::max(drive_time(strobe) + draw(draws, config_.mark), earliest);
     earliest = at;
     const std::int64_t error = errors_.receiver_clock_ns(strobe);
@@ -334,6 +335,9 @@ std::string TimelineConfig::validate() const {
   }
   if (laser_position_period_ns < 1'000'000) {
     return fmt::format("laser_position_period_ns: {} is below 1 ms", laser_position_period_ns);
+  }
+  if (!(strobe_jitter_ns >= 0 && strobe_jitter_ns <= 1e6)) {
+    return fmt::format("strobe_jitter_ns: {} is not within 0 .. 1000000", strobe_jitter_ns);
   }
   if (camera_latch_spread_ns < 0) return fmt::format("camera_latch_spread_ns: {} is negative", camera_latch_spread_ns);
   if (!(std::abs(camera_drift_ppb) <= 1e6)) {

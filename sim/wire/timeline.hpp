@@ -71,6 +71,8 @@ struct TimelineConfig {
 
   double undulation_m = 47.0;  ///< geoid above ellipsoid: INSPVAX and BESTPOS carry heights above the geoid
 
+  double strobe_jitter_ns = 0;  ///< sigma of the receiver's stamp of a strobe against the exposure's true start
+
   /// The camera's counter: latched at the exposure's end plus `camera_latch_ns`, evenly spread by +- `camera_latch_spread_ns`
   /// (a Ladybug5+ in trigger mode: 45 us +- 8 us); runs `camera_drift_ppb` too fast from `camera_counter_origin_ns` on.
   std::int64_t camera_latch_ns = 45'000;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstring>
 #include <map>
 
 #include "sim/wire/faults.hpp"
@@ -51,6 +53,37 @@ TEST(Timeline, IsOrderedCompleteAndRepeatable) {
   TimelineConfig other;
   other.seed = 2;
   EXPECT_FALSE(std::equal(timeline->events.begin(), timeline->events.end(), build_timeline(drive, other)->events.begin(), same));
+}
+
+/// Root mean square of MARK1TIME against the true strobes, us.
+double mark_error_us(const Drive& drive, const TimelineConfig& config) {
+  const Timeline timeline = *build_timeline(drive, config);
+  const auto marks = of(timeline, WireChannel::Pos, 1130);
+  double sum = 0;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    double seconds = 0;  // of the week: behind the header of 28 bytes and the week
+    std::memcpy(&seconds, marks[i].payload.data() + 32, sizeof seconds);
+    const GpsNs in_week = drive.exposures[i].exposure_start_gps_ns % (604'800 * std::int64_t{1'000'000'000});
+    sum += std::pow(seconds * 1e6 - static_cast<double>(in_week) * 1e-3, 2);
+  }
+  return std::sqrt(sum / static_cast<double>(marks.size()));
+}
+
+TEST(Timeline, MarksErrByTheStrobesJitterAndNotWithoutIt) {
+  Drive drive = short_drive(3);
+  const CameraExposure one = drive.exposures.front();
+  drive.exposures.clear();
+  for (std::uint32_t i = 0; i < 200; ++i) {
+    drive.exposures.push_back(one);
+    drive.exposures.back().number = i;
+    drive.exposures.back().exposure_start_gps_ns += 10'000'000 * std::int64_t{i};
+  }
+  TimelineConfig config;
+  EXPECT_LT(mark_error_us(drive, config), 0.001);
+  config.strobe_jitter_ns = 700;
+  EXPECT_NEAR(mark_error_us(drive, config), 0.7, 0.15);
+  config.strobe_jitter_ns = -1;
+  EXPECT_THAT(build_timeline(drive, config).error().message, testing::HasSubstr("strobe_jitter_ns"));
 }
 
 TEST(Timeline, NothingLeavesADeviceBeforeItHappened) {
