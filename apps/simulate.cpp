@@ -15,8 +15,10 @@
 #include "config/scenario.hpp"
 #include "config/section.hpp"
 #include "sim/devices/player.hpp"
+#include "sim/faults/clock_truth.hpp"
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
+#include "sim/sight_file.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -27,6 +29,7 @@ struct Options {
   std::string rig_file, method = "lens";
   double camera_link_mb_s = 0;
   int camera_packet = 9000;
+  std::string clocks_file, sights_file;
   bool play = false;
   double wait_s = 60;
   SimulatedAddresses at;
@@ -80,8 +83,8 @@ void require_same_drive(const sim::Scenario& scenario, const sim::Scenario& besi
     throw config::ConfigError("--beside: the two scenarios may differ in laser and camera only: it is one vehicle on one drive");
 }
 
-int play(const Options& options, const sim::Drive& drive, const sim::Drive* beside_drive, const sim::Scenario& scenario, StopSignals& signals,
-         ProgressBar& bar) {
+int play(const Options& options, const sim::Drive& drive, const sim::Drive* beside_drive, const sim::Scenario& scenario,
+         const std::stop_token& stop, ProgressBar& bar) {
   auto timeline = sim::scenario_timeline(scenario, drive);
   if (timeline.ok() && beside_drive != nullptr) {
     auto second = sim::scenario_timeline(config::load_scenario(options.beside), *beside_drive, 1);
@@ -101,20 +104,14 @@ int play(const Options& options, const sim::Drive& drive, const sim::Drive* besi
     spdlog::error("{}", player.error().message);
     return kOutputRefused;
   }
-  // The player has the main thread; signals are waited for beside it.
-  std::stop_source stop;
-  std::jthread watch([&](std::stop_token done) {
-    while (!done.stop_requested())
-      if (signals.wait_for(std::chrono::milliseconds(200))) stop.request_stop();
-  });
   spdlog::info("devices are up: laser to {} udp {} and {}, POS at tcp {}, PPS at {}, camera {}; waiting for a capture", options.at.address,
                options.at.data_port, options.at.position_port, (*player)->pos_port(), options.at.pps_socket, options.at.camera_serial);
-  if (const Status ready = (*player)->wait_until_ready(static_cast<std::int64_t>(options.wait_s * 1e9), stop.get_token()); !ready.ok()) {
+  if (const Status ready = (*player)->wait_until_ready(static_cast<std::int64_t>(options.wait_s * 1e9), stop); !ready.ok()) {
     if (ready.error().code == ErrorCode::Stopped) return kDone;
     spdlog::error("{}", ready.error().message);
     return kNothingCame;
   }
-  const sim::PlayReport report = (*player)->run(timeline->timeline, stop.get_token(), [&](const sim::PlayProgress& progress) {
+  const sim::PlayReport report = (*player)->run(timeline->timeline, stop, [&](const sim::PlayProgress& progress) {
     bar.show("playing in real time", static_cast<double>(progress.drive_ns) / static_cast<double>(progress.duration_ns));
   });
   bar.end();
@@ -132,8 +129,28 @@ int play(const Options& options, const sim::Drive& drive, const sim::Drive* besi
   return kDone;
 }
 
+/// The truth that not every user needs, as asked for.
+Status write_truth(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario, const sim::GenerateOptions& generation, ProgressBar& bar) {
+  if (!options.clocks_file.empty()) {
+    const auto timeline = sim::scenario_timeline(scenario, drive);
+    if (!timeline.ok()) return timeline.error();
+    if (const Status written = sim::write_clocks(options.clocks_file, sim::true_clocks(timeline->timeline, scenario.faults)); !written.ok()) return written;
+  }
+  if (options.sights_file.empty()) return {};
+  const Status written = sim::write_sights(scenario, drive, options.sights_file, [&](const std::string& stage, double share) { bar.show(stage, share); },
+                                           generation);
+  bar.end();
+  return written;
+}
+
 int simulate(const Options& options) {
   StopSignals signals;
+  // The work has the main thread; signals are waited for beside it.
+  std::stop_source stop;
+  const std::jthread watch([&](std::stop_token done) {
+    while (!done.stop_requested())
+      if (signals.wait_for(std::chrono::milliseconds(200))) stop.request_stop();
+  });
   const sim::Scenario scenario = config::load_scenario(options.scenario);
   std::optional<sim::Scenario> beside;
   if (!options.beside.empty()) {
@@ -150,8 +167,10 @@ int simulate(const Options& options) {
     }
   }
   ProgressBar bar;
+  sim::GenerateOptions generation;
+  generation.stop = stop.get_token();
   const auto made = [&](const sim::Scenario& one) {
-    auto drive = sim::generate(one, options.out, [&](const std::string& stage, double share) { bar.show(stage, share); });
+    auto drive = sim::generate(one, options.out, [&](const std::string& stage, double share) { bar.show(stage, share); }, generation);
     bar.end();
     if (drive.ok()) {
       std::fprintf(stdout, "drive and truth: %s\n", drive->cache_dir.c_str());
@@ -161,7 +180,9 @@ int simulate(const Options& options) {
     }
     return drive;
   };
-  const auto status_of = [](const Error& error) { return error.code == ErrorCode::Invalid ? kWrongUse : kOutputRefused; };
+  const auto status_of = [](const Error& error) {
+    return error.code == ErrorCode::Invalid ? kWrongUse : error.code == ErrorCode::Stopped ? kFailed : kOutputRefused;
+  };
   const auto drive = made(scenario);
   if (!drive.ok()) return status_of(drive.error());
   std::optional<Result<sim::Drive>> second;
@@ -169,7 +190,11 @@ int simulate(const Options& options) {
     second = made(*beside);
     if (!second->ok()) return status_of(second->error());
   }
-  return options.play ? play(options, *drive, second ? &**second : nullptr, scenario, signals, bar) : kDone;
+  if (const Status written = write_truth(options, *drive, scenario, generation, bar); !written.ok()) {
+    spdlog::error("{}", written.error().message);
+    return status_of(written.error());
+  }
+  return options.play ? play(options, *drive, second ? &**second : nullptr, scenario, stop.get_token(), bar) : kDone;
 }
 
 }  // namespace
@@ -182,6 +207,8 @@ void add_simulate(Command& all) {
   command.option("--write-rig", options->rig_file, "also write the rig file of the emulated vehicle, with its true calibration");
   command.setting("--method", options->method, "with --write-rig: lens or panorama", {"lens", "panorama"});
   command.option("--beside", options->beside, "another scenario of the same drive, whose laser is the vehicle's second scanner, on the next ports");
+  command.option("--clocks", options->clocks_file, "also write what every clock was truly off, with the scenario's faults (CSV)");
+  command.option("--sights", options->sights_file, "also write which exposures truly saw each laser return (docs/formats.md); takes about as long as rendering");
   command.flag("--play", options->play, "be the devices: wait for a capture, then play in real time");
   command.setting("--wait", options->wait_s, "with --play: seconds to wait for the capture");
   command.setting("--address", options->at.address, "own address of the emulated devices, and where the laser sends to");

@@ -186,19 +186,20 @@ std::size_t spoil_packets(const FaultLine& line, std::vector<WireEvent>& events,
   return hits;
 }
 
+std::int64_t host_clock_error_ns(const FaultLine& line, std::int64_t t) {
+  if (t < line.begin_ns()) return 0;
+  if (line.type == FaultType::HostClockStep) return std::llround(line.strength * 1e9);
+  if (line.type != FaultType::HostClockDrift) return 0;
+  const double span_ns = line.for_s * 1e9;
+  const double since = static_cast<double>(t - line.begin_ns()), ramp = std::min(since, span_ns);
+  return std::llround(line.strength * 1e-6 * (ramp * ramp / (2 * span_ns) + std::max(0.0, since - span_ns)));
+}
+
 std::size_t spoil_host_clock(const FaultLine& line, std::vector<WireEvent>& events) {
   if (line.type != FaultType::HostClockStep && line.type != FaultType::HostClockDrift) return 0;
-  const double span_ns = line.for_s * 1e9;
-  const auto moved = [&](std::int64_t t) {
-    if (t < line.begin_ns()) return std::int64_t{0};
-    if (line.type == FaultType::HostClockStep) return static_cast<std::int64_t>(std::llround(line.strength * 1e9));
-    const double since = static_cast<double>(t - line.begin_ns()), ramp = std::min(since, span_ns);
-    return static_cast<std::int64_t>(
-        std::llround(line.strength * 1e-6 * (ramp * ramp / (2 * span_ns) + std::max(0.0, since - span_ns))));
-  };
   for (WireEvent& event : events) {
-    event.at_ns += moved(event.at_ns);
-    if (event.channel == WireChannel::Pps) event.edge_ns += moved(event.edge_ns);
+    event.at_ns += host_clock_error_ns(line, event.at_ns);
+    if (event.channel == WireChannel::Pps) event.edge_ns += host_clock_error_ns(line, event.edge_ns);
   }
   return 1;
 }

@@ -58,6 +58,8 @@ std::size_t spoil_images(const FaultLine& line, std::vector<WireEvent>& events, 
 std::size_t spoil_packets(const FaultLine& line, std::vector<WireEvent>& events, SeededRandom random);
 /// The computer's clock: moves arrivals and edges alike.
 std::size_t spoil_host_clock(const FaultLine& line, std::vector<WireEvent>& events);
+/// What that line adds to the computer's clock when it would show drive time `t`, ns.
+std::int64_t host_clock_error_ns(const FaultLine& line, std::int64_t t);
 
 /// Back into the order of time, those of one moment as they were.
 void sort_by_time(std::vector<WireEvent>& events);

@@ -271,6 +271,7 @@ void Builder::add_camera() {
     event.at_ns = std::max(end + draw(draws, config_.image), earliest);
     earliest = event.at_ns;
     event.sequence = sequence++;
+    event.latched_ns = latched;
     event.camera_counter_ns = config_.camera_counter_origin_ns + latched +
                               std::llround(static_cast<double>(latched) * config_.camera_drift_ppb * 1e-9);
     event.width = exposure.width;

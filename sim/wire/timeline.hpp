@@ -31,6 +31,7 @@ struct WireEvent {
   std::int64_t edge_ns = 0;        ///< Pps: drive time of the edge, its error included
   std::uint64_t sequence = 0;      ///< Pps: the source's own count of edges; Camera: the camera's count of exposures, from 0
   std::int64_t camera_counter_ns = 0;  ///< Camera: the counter latched for this image
+  std::int64_t latched_ns = 0;     ///< Camera: drive time at which it was truly latched
   std::uint32_t width = 0, height = 0;
   std::string image_file;          ///< Camera: width x height bytes; relative to Timeline::image_folder
   std::uint32_t missing_packets = 0;   ///< Camera: so many of its packets never arrive

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "sim/faults/clock_truth.hpp"
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/wire/utc.hpp"
 
@@ -65,6 +66,70 @@ TEST(FaultRegistry, NamesEachFaultOnceInTheOrderOfItsType) {
   }
   EXPECT_GE(names.size(), 40u);
   EXPECT_EQ(find_fault("no_such_fault"), nullptr);
+}
+
+/// What `clock` was off at the sample nearest to `seconds` of the drive.
+ClockSample at(const std::vector<ClockSample>& samples, VehicleClock clock, double seconds) {
+  ClockSample best;
+  double nearest = 1e9;
+  for (const ClockSample& s : samples) {
+    const double off = std::abs(static_cast<double>(s.gps_ns - kBegin) * 1e-9 - seconds);
+    if (s.clock != clock || off >= nearest) continue;
+    nearest = off;
+    best = s;
+  }
+  EXPECT_LT(nearest, 0.11) << name(clock);
+  return best;
+}
+
+TEST(ClockTruth, ClocksWithoutFaultsAreRightAndTheCamerasDriftsAsConfigured) {
+  const TimelineConfig config;
+  const auto built = build_faulty_timeline(drive(), config, {});
+  ASSERT_TRUE(built.ok());
+  const auto samples = true_clocks(built->timeline, {});
+  std::size_t of_camera = 0;
+  for (const ClockSample& s : samples) {
+    if (s.clock != VehicleClock::Camera) {
+      EXPECT_EQ(s.offset_ns, 0) << name(s.clock);
+      EXPECT_EQ(s.rate_ppb, 0) << name(s.clock);
+      continue;
+    }
+    ++of_camera;
+    EXPECT_NEAR(s.rate_ppb, config.camera_drift_ppb, 15);  // offsets are whole ns, 0.1 s apart
+    EXPECT_NEAR(static_cast<double>(s.offset_ns - config.camera_counter_origin_ns), config.camera_drift_ppb * 1e-9 * static_cast<double>(s.gps_ns - kBegin), 1);
+  }
+  EXPECT_EQ(of_camera, 58u);
+}
+
+TEST(ClockTruth, StepsAndDriftsOfFaultsAreInIt) {
+  std::vector<FaultLine> lines;
+  const auto add = [&](FaultType type, double at_s, double for_s, double strength) -> FaultLine& {
+    lines.push_back(FaultLine::usual(type, at_s, for_s));
+    lines.back().strength = strength;
+    return lines.back();
+  };
+  add(FaultType::CameraClockStep, 2, 1, 0.25);
+  add(FaultType::LaserClockStep, 3, 1, 0.5);
+  add(FaultType::HostClockStep, 4, 1, 1.5);
+  const auto built = build_faulty_timeline(drive(), {}, lines);
+  ASSERT_TRUE(built.ok()) << built.error().message;
+  const auto samples = true_clocks(built->timeline, lines);
+  const auto before = at(samples, VehicleClock::Camera, 1.5).offset_ns, after = at(samples, VehicleClock::Camera, 5).offset_ns;
+  EXPECT_NEAR(static_cast<double>(after - before), 0.25e9, 12e-6 * 3.6e9);
+  EXPECT_EQ(at(samples, VehicleClock::Scanner, 2.9).offset_ns, 0);
+  EXPECT_EQ(at(samples, VehicleClock::Scanner, 3.5).offset_ns, 500'000'000);
+  EXPECT_EQ(at(samples, VehicleClock::Host, 3.9).offset_ns, 0);
+  EXPECT_EQ(at(samples, VehicleClock::Host, 5.5).offset_ns, 1'500'000'000);
+  EXPECT_EQ(at(samples, VehicleClock::Receiver, 5.5).offset_ns, 0);
+
+  lines.clear();
+  add(FaultType::HostClockDrift, 1, 2, 40);  // ramps up to 40 us/s within two seconds, and stays
+  const auto drifting = build_faulty_timeline(drive(), {}, lines);
+  ASSERT_TRUE(drifting.ok());
+  const auto host = true_clocks(drifting->timeline, lines);
+  EXPECT_NEAR(at(host, VehicleClock::Host, 2.0).rate_ppb, 20'000, 1'100);  // half way up; a rate is of the 0.1 s before
+  EXPECT_NEAR(at(host, VehicleClock::Host, 5.0).rate_ppb, 40'000, 15);
+  EXPECT_NEAR(static_cast<double>(at(host, VehicleClock::Host, 5.0).offset_ns), 40e3 + 80e3, 10);
 }
 
 /// Every fault on each of its devices.

@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <map>
 
 #include "sim/camera_model.hpp"
 #include "sim/generate.hpp"
+#include "sim/sight_file.hpp"
 #include "sim/truth_file.hpp"
 #include "small_scenario.hpp"
 
@@ -102,6 +104,64 @@ TEST_F(VisibilityTest, ImagesShowWhatIsVisibleAndSomethingElseWhereItIsNot) {
   EXPECT_LT(median(off[Sight::Visible]), 0.06);
   EXPECT_GT(median(off[Sight::Occluded]), 0.2);
   EXPECT_GT(median(off[Sight::OwnVehicle]), 0.4);
+}
+
+TEST_F(VisibilityTest, SightsOfEveryReturnAreThoseOfTheWorldForAnyNumberOfThreads) {
+  Scenario scenario = busy_scenario();
+  scenario.duration_s = 0.5;
+  scenario.noise = true;  // so that most returns drop out: every sight costs rays
+  scenario.laser.dropout_probability = 0.9;
+  scenario.camera.lens_width = 76;
+  scenario.camera.lens_height = 64;
+  scenario.camera.rate_hz = 20;
+  const auto drive = generate(scenario, folder_->path());
+  ASSERT_TRUE(drive.ok()) << drive.error().message;
+  const auto written = [&](unsigned threads) {
+    const std::string path = folder_->path() + "/sights" + std::to_string(threads);
+    GenerateOptions options;
+    options.threads = threads;
+    const Status done = write_sights(scenario, *drive, path, {}, options);
+    EXPECT_TRUE(done.ok()) << done.error().message;
+    std::ifstream in(path, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const std::string bytes = written(1);
+  EXPECT_EQ(bytes, written(3));
+  ASSERT_EQ(bytes.substr(0, 8), "HLSIGHT1");
+  std::size_t at = 8;
+  const auto number = [&](auto x) {
+    std::memcpy(&x, bytes.data() + at, sizeof x);
+    at += sizeof x;
+    return x;
+  };
+  const auto exposures = number(std::uint32_t{}), asked = number(std::uint32_t{});
+  ASSERT_EQ(exposures, drive->exposures.size());
+  ASSERT_EQ(asked, std::min<std::size_t>(9, exposures));
+
+  const Motion motion(scenario);
+  const World world(scenario, motion);
+  const Visibility visibility(scenario, motion, world);
+  auto truth = TruthReader::open(drive->cache_dir + "/truth.bin");
+  ASSERT_TRUE(truth.ok());
+  std::size_t n = 0, seen_somewhere = 0, unseen = 0;
+  for (auto packet = truth->next_packet(); packet.ok(); packet = truth->next_packet()) {
+    const auto first = number(std::uint32_t{}), count = number(std::uint32_t{});
+    ASSERT_EQ(count, packet->size());
+    ASSERT_LE(first + asked, exposures);
+    for (const TrueReturn& point : *packet) {
+      const auto mask = number(std::uint16_t{});
+      if (n++ % 3 != 0) continue;
+      for (std::uint32_t k = 0; k < asked; ++k) {
+        bool seen = false;
+        for (std::size_t lens = 0; lens < rig_truth(scenario).lenses.size(); ++lens) seen |= visibility.is_visible(point, lens, first + k);
+        ASSERT_EQ((mask >> k & 1) != 0, seen);
+      }
+      (mask != 0 ? seen_somewhere : unseen) += 1;
+    }
+  }
+  EXPECT_EQ(at, bytes.size());
+  EXPECT_GT(seen_somewhere, 1000u);
+  EXPECT_GT(unseen, 20u);
 }
 
 TEST_F(VisibilityTest, TruthTellsMovingSurfacesAndUnshadedColours) {
