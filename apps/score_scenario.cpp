@@ -55,6 +55,15 @@ void count_units(const sim::Timeline& sent, const sim::Timeline& received, const
   }
 }
 
+/// Images that the camera never made were not lost on the way.
+void forgive_unmade_images(const sim::Scenario& scenario, const std::vector<std::size_t>& hits, score::DeviceBytes& camera) {
+  for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
+    const sim::FaultType type = scenario.faults[i].type;
+    if (type != sim::FaultType::ImageMissed && type != sim::FaultType::CameraDisconnect) continue;
+    camera.missing_units -= std::min<std::uint64_t>(camera.missing_units, hits[i]);
+  }
+}
+
 std::map<std::string, score::DeviceBytes> account(const config::Rig& rig, const Pipeline& pipeline, Devices devices,
                                                   const std::map<SensorId, std::uint64_t>& told_lost) {
   std::map<std::string, score::DeviceBytes> out;
@@ -79,8 +88,9 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   options.threads = static_cast<unsigned>(threads);
   const auto drive = sim::generate(scenario, cache, [&](const std::string& stage, double share) { progress(name + ": rendering " + stage, share); }, options);
   if (!drive.ok()) return drive.error();
+  // What the devices sent: a solution that the POS does not give out was never sent.
   sim::Scenario faultless = scenario;
-  faultless.faults.clear();
+  std::erase_if(faultless.faults, [](const sim::FaultLine& line) { return line.type != sim::FaultType::PosGap; });
   const auto sent = sim::scenario_timeline(faultless, *drive), spoilt = sim::scenario_timeline(scenario, *drive);
   if (!sent.ok() || !spoilt.ok()) return !sent.ok() ? sent.error() : spoilt.error();
   const sim::Timeline& timeline = spoilt->timeline;
@@ -93,6 +103,7 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   Devices devices;
   count_units(sent->timeline, timeline, rig, devices);
   const SensorId camera = sensors_of_channels(rig)[static_cast<std::size_t>(sim::WireChannel::Camera)];
+  forgive_unmade_images(scenario, spoilt->hits, devices[camera]);
   const auto numbers = pictures(*drive, timeline);
   std::size_t images = 0;
   Clock::duration inside{0};
