@@ -35,7 +35,7 @@ class ImageDecoder : public Decoder {
     /// Absent: any that we read. With JPEG planes, of the mosaic that they make: one of the Bayer formats.
     std::optional<PixelFormat> pixel_format{};
     ImagePayload payload = ImagePayload::Rows;
-    JpegPlanesLayout planes;  ///< with ImagePayload::JpegPlanes; width and height are then those of the mosaic
+    JpegPlanesLayout planes{};  ///< with ImagePayload::JpegPlanes; width and height are then those of the mosaic
     /// Empty when fine, else a sentence that names the key.
     std::string validate() const;
   };
