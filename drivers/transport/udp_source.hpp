@@ -16,7 +16,8 @@ namespace hueline::drivers {
 
 /// Datagrams of one device over IPv4 UDP, on one or several ports (Velodyne: 2368 data, 8308 position; the decoder tells them
 /// apart by size). `received` is the kernel's stamp of the datagram's arrival (SO_TIMESTAMPNS), converted to HostTime; packets of
-/// one read are in the order of their stamps.
+/// one read are in the order of their stamps. The kernel begins to stamp a moment after the first socket of the computer asks for it; datagrams before
+/// have the time at which they were read.
 ///
 /// Fault packets: Overflow (the kernel's socket buffer or the pool was full; the kernel tells of a drop on the next datagram that
 /// it delivers), WrongDevice (from another address than the rig's; one a second at most, counted, not delivered),
