@@ -19,7 +19,8 @@ constexpr int kRendererRevision = 2;
 /// Keys that came after the second revision. With its default such a key changes no byte of a drive, so it is left out of the text:
 /// scenarios that were rendered before it keep their fingerprint.
 constexpr std::array kYoungKeys{"scene=", "street.sky_brightness=", "alley.", "traffic.", "tunnel.", "targets.", "camera.shutter=",
-                                "camera.row_time_us=", "camera.auto_exposure", "camera.payload=", "camera.jpeg_quality=", "ins.grade=",
+                                "camera.row_time_us=", "camera.strobe_jitter_us=", "camera.auto_exposure", "camera.payload=",
+                                "camera.jpeg_quality=", "ins.grade=",
                                 "ins.gyro_bias", "ins.angle_random", "ins.velocity_random", "ins.accelerometer", "ins.wheel_s=",
                                 "ins.high_variance_m=", "laser.lines_per_s=", "laser.points_per_s=", "wheel."};
 
