@@ -1,8 +1,5 @@
 #include "storage/file_writer.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -37,36 +34,14 @@ std::string advice(int errno_value) {
 
 }  // namespace
 
-Result<FileWriter> FileWriter::create(const std::filesystem::path& path, IfExists if_exists) {
-  const int flags = O_WRONLY | O_CREAT | O_CLOEXEC | (if_exists == IfExists::Refuse ? O_EXCL : O_TRUNC);
-  int fd = -1;
-  do fd = ::open(path.c_str(), flags, 0644);
-  while (fd < 0 && errno == EINTR);
-  if (fd < 0) {
-    const int why = errno;
-    Error error = io_error("create " + path.string(), why);
-    error.message += advice(why);
+Result<FileWriter> FileWriter::create(const std::filesystem::path& path, IfExists if_exists, Disk& disk) {
+  std::unique_ptr<DiskFile> file;
+  if (const int result = disk.create(path, if_exists, file); result != 0) {
+    Error error = io_error("create " + path.string(), -result);
+    error.message += advice(-result);
     return error;
   }
-  return FileWriter(path, fd);
-}
-
-FileWriter::FileWriter(FileWriter&& other) noexcept
-    : path_(std::move(other.path_)),
-      fd_(std::exchange(other.fd_, -1)),
-      size_(other.size_),
-      error_(std::move(other.error_)) {}
-
-FileWriter& FileWriter::operator=(FileWriter&& other) noexcept {
-  std::swap(path_, other.path_);
-  std::swap(fd_, other.fd_);
-  std::swap(size_, other.size_);
-  std::swap(error_, other.error_);
-  return *this;
-}
-
-FileWriter::~FileWriter() {
-  if (fd_ >= 0) ::close(fd_);
+  return FileWriter(path, std::move(file));
 }
 
 Status FileWriter::fail(const char* what, int errno_value) {
@@ -78,7 +53,7 @@ Status FileWriter::fail(const char* what, int errno_value) {
 
 Status FileWriter::failed_already() const {
   if (error_) return *error_;
-  if (fd_ < 0) return Error{ErrorCode::Invalid, path_.string() + " is closed: nothing more can be written"};
+  if (!file_) return Error{ErrorCode::Invalid, path_.string() + " is closed: nothing more can be written"};
   return {};
 }
 
@@ -93,11 +68,9 @@ Status FileWriter::write(std::span<const ByteView> pieces) {
       if (pieces[i].size() > skip)
         vectors[count++] = {const_cast<std::byte*>(pieces[i].data()) + skip, pieces[i].size() - skip};
     if (count == 0) break;
-    const ssize_t written = ::writev(fd_, vectors.data(), static_cast<int>(count));
-    if (written < 0) {
-      if (errno == EINTR) continue;
-      return fail("write", errno);
-    }
+    const std::int64_t written = file_->append(std::span(vectors).first(count));
+    if (written == -EINTR) continue;
+    if (written < 0) return fail("write", static_cast<int>(-written));
     if (written == 0) return fail("write", EIO);  // not promised by POSIX for count > 0: do not spin on it
     written_in_all += static_cast<std::uint64_t>(written);
     for (std::size_t left = static_cast<std::size_t>(written); left > 0;) {
@@ -114,11 +87,9 @@ Status FileWriter::write(std::span<const ByteView> pieces) {
 Status FileWriter::overwrite(std::uint64_t offset, ByteView bytes) {
   if (Status before = failed_already(); !before) return before;
   while (!bytes.empty()) {
-    const ssize_t written = ::pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (written < 0) {
-      if (errno == EINTR) continue;
-      return fail("write", errno);
-    }
+    const std::int64_t written = file_->overwrite(offset, bytes);
+    if (written == -EINTR) continue;
+    if (written < 0) return fail("write", static_cast<int>(-written));
     if (written == 0) return fail("write", EIO);
     bytes = bytes.subspan(static_cast<std::size_t>(written));
     offset += static_cast<std::uint64_t>(written);
@@ -128,27 +99,28 @@ Status FileWriter::overwrite(std::uint64_t offset, ByteView bytes) {
 
 Status FileWriter::sync() {
   if (Status before = failed_already(); !before) return before;
-  // EINVAL, EROFS: not a thing that can be synced (a pipe, a device).
-  if (::fdatasync(fd_) != 0 && errno != EINVAL && errno != EROFS) return fail("sync", errno);
+  // EINVAL: not a thing that can be synced (a pipe, a device). EROFS is an error: a file system that was made read-only
+  // after a fault of its medium says so here.
+  if (const int result = file_->sync(); result != 0 && result != -EINVAL) return fail("sync", -result);
   return {};
 }
 
 Status FileWriter::cut_back(std::uint64_t size) {
-  if (fd_ < 0) return failed_already();
+  if (!file_) return failed_already();
   int result = 0;
-  do result = ::ftruncate(fd_, static_cast<off_t>(size));
-  while (result != 0 && errno == EINTR);
-  if (result != 0 || ::lseek(fd_, static_cast<off_t>(size), SEEK_SET) < 0) return fail("cut back", errno);
+  do result = file_->truncate(size);
+  while (result == -EINTR);
+  if (result != 0) return fail("cut back", -result);
   size_ = size;
   error_.reset();
   return {};
 }
 
 Status FileWriter::close() {
-  if (fd_ < 0) return failed_already();
+  if (!file_) return failed_already();
   (void)sync();  // remembered
-  // Linux frees the descriptor even when close() reports an error: never call it twice.
-  if (::close(std::exchange(fd_, -1)) != 0 && errno != EINTR) (void)fail("close", errno);
+  if (const int result = file_->close(); result != 0) (void)fail("close", -result);
+  file_.reset();
   if (error_) return *error_;
   return {};
 }

@@ -1,28 +1,27 @@
 #pragma once
 
-#include <sys/uio.h>
-
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 
 #include "core/result.hpp"
 #include "storage/byte_order.hpp"
+#include "storage/disk.hpp"
 
 namespace hueline::storage {
-
-enum class IfExists { Refuse, Replace };
 
 /// A file of which every write, sync and close is checked. The first error is remembered with its errno and repeated by
 /// every later call: nothing is written behind a hole. Thread-bound. Move-only.
 class FileWriter {
  public:
-  static Result<FileWriter> create(const std::filesystem::path& path, IfExists if_exists);
-  FileWriter(FileWriter&& other) noexcept;
-  FileWriter& operator=(FileWriter&& other) noexcept;
+  /// `disk` must outlive the file.
+  static Result<FileWriter> create(const std::filesystem::path& path, IfExists if_exists, Disk& disk = Disk::kernel());
+  FileWriter(FileWriter&&) noexcept = default;
+  FileWriter& operator=(FileWriter&&) noexcept = default;
   /// Closes without a report; call close() to know.
-  ~FileWriter();
+  ~FileWriter() = default;
 
   /// Appends all of it; goes on after short writes and interrupts.
   Status write(ByteView bytes) { return write(std::span<const ByteView>(&bytes, 1)); }
@@ -41,15 +40,16 @@ class FileWriter {
   /// Bytes appended, the whole calls only.
   std::uint64_t size() const { return size_; }
   const std::filesystem::path& path() const { return path_; }
-  bool is_open() const { return fd_ >= 0; }
+  bool is_open() const { return file_ != nullptr; }
 
  private:
-  FileWriter(std::filesystem::path path, int fd) : path_(std::move(path)), fd_(fd) {}
+  FileWriter(std::filesystem::path path, std::unique_ptr<DiskFile> file)
+      : path_(std::move(path)), file_(std::move(file)) {}
   Status fail(const char* what, int errno_value);
   Status failed_already() const;
 
   std::filesystem::path path_;
-  int fd_ = -1;
+  std::unique_ptr<DiskFile> file_;  // null: closed
   std::uint64_t size_ = 0;
   std::optional<Error> error_;
 };

@@ -32,7 +32,7 @@ std::string JournalWriter::Config::validate() const {
 }
 
 Result<JournalWriter> JournalWriter::create(const std::filesystem::path& path, const JournalHeader& header,
-                                            const Config& config) {
+                                            const Config& config, Disk& disk) {
   std::string wrong = config.validate();
   if (wrong.empty()) wrong = check(header);
   if (!wrong.empty()) return Error{ErrorCode::Invalid, wrong};
@@ -42,7 +42,7 @@ Result<JournalWriter> JournalWriter::create(const std::filesystem::path& path, c
   mcap.chunk_bytes = config.chunk_bytes;
   mcap.chunk_time = config.chunk_time;
   mcap.if_exists = config.if_exists;
-  Result<McapWriter> writer = McapWriter::create(path, mcap);
+  Result<McapWriter> writer = McapWriter::create(path, mcap, disk);
   if (!writer) return writer.error();
 
   // All that describes the packets stands before the first of them: a killed recording has it too.

@@ -30,8 +30,9 @@ class JournalWriter {
     std::uint64_t refused = 0;        ///< append() returned an Error before it took the packet
   };
 
+  /// `disk` must outlive the writer.
   static Result<JournalWriter> create(const std::filesystem::path& path, const JournalHeader& header,
-                                      const Config& config);
+                                      const Config& config, Disk& disk = Disk::kernel());
   static Result<JournalWriter> create(const std::filesystem::path& path, const JournalHeader& header) {
     return create(path, header, Config());
   }
@@ -48,6 +49,9 @@ class JournalWriter {
   std::uint64_t bytes_written() const { return writer_.bytes_written(); }
   /// Packets in the file; those still waiting for their chunk are not counted yet.
   std::uint64_t packets_written() const { return writer_.statistics().message_count; }
+  /// Packets that are on the medium for certain: those of the last sync. After close() all written ones, unless the disk
+  /// failed.
+  std::uint64_t packets_on_medium() const { return writer_.messages_on_medium(); }
   /// Accepted, but lost with a chunk that could not be written.
   std::uint64_t packets_lost() const { return writer_.lost_messages(); }
   const std::vector<Counts>& counts() const { return counts_; }  ///< by SensorId

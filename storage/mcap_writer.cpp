@@ -12,9 +12,9 @@ std::string McapWriter::Config::validate() const {
   return {};
 }
 
-Result<McapWriter> McapWriter::create(const std::filesystem::path& path, const Config& config) {
+Result<McapWriter> McapWriter::create(const std::filesystem::path& path, const Config& config, Disk& disk) {
   if (std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
-  Result<FileWriter> file = FileWriter::create(path, config.if_exists);
+  Result<FileWriter> file = FileWriter::create(path, config.if_exists, disk);
   if (!file) return file.error();
   McapWriter writer(std::move(*file), config);
   Bytes start(kMcapMagic.begin(), kMcapMagic.end());
@@ -190,9 +190,16 @@ Status McapWriter::flush() {
 
 Status McapWriter::sync() {
   if (Status flushed = flush(); !flushed) return flushed;
-  Status synced = file_.sync();
-  if (!synced) error_ = synced.error();
-  return synced;
+  return synced(file_.sync());
+}
+
+Status McapWriter::synced(Status result) {
+  if (!result) {
+    sync_failed_ = true;
+    if (!error_) error_ = result.error();
+  }
+  if (!sync_failed_) on_medium_ = statistics_.message_count;
+  return result;
 }
 
 Status McapWriter::write_end() {
@@ -253,7 +260,7 @@ Status McapWriter::close() {
   if (!file_.is_open()) return usable();
   if (!error_) (void)write_chunk();  // remembered
   if (Status ended = write_end(); !ended && !error_) error_ = ended.error();
-  if (Status closed = file_.close(); !closed && !error_) error_ = closed.error();
+  (void)synced(file_.close());  // remembered
   if (error_) return *error_;
   return {};
 }

@@ -29,7 +29,8 @@ class McapWriter {
     std::string validate() const;
   };
 
-  static Result<McapWriter> create(const std::filesystem::path& path, const Config& config);
+  /// `disk` must outlive the writer.
+  static Result<McapWriter> create(const std::filesystem::path& path, const Config& config, Disk& disk = Disk::kernel());
   McapWriter(McapWriter&&) noexcept = default;
   McapWriter& operator=(McapWriter&&) = delete;
   /// Closes if close() was not called; then nobody hears of an error.
@@ -56,6 +57,8 @@ class McapWriter {
   std::uint64_t bytes_waiting() const { return chunk_.size(); }
   /// Messages accepted by write() that did not reach the file because its chunk could not be written.
   std::uint64_t lost_messages() const { return lost_messages_; }
+  /// Messages that are on the medium: in the file at its last sync, unless a sync failed before.
+  std::uint64_t messages_on_medium() const { return on_medium_; }
   const std::filesystem::path& path() const { return file_.path(); }
 
  private:
@@ -66,6 +69,7 @@ class McapWriter {
   McapWriter(FileWriter file, const Config& config) : config_(config), file_(std::move(file)) {}
   Status put_record(ByteView record);
   Status write_chunk();
+  Status synced(Status result);
   Error lose_chunk(const Error& why);
   Status write_end();
   Status usable() const;
@@ -79,7 +83,8 @@ class McapWriter {
   std::vector<McapChannel> channels_;
   std::vector<ChunkIndex> chunk_indexes_;
   Bytes attachment_indexes_, metadata_indexes_;  // encoded
-  std::uint64_t lost_messages_ = 0;
+  std::uint64_t lost_messages_ = 0, on_medium_ = 0;
+  bool sync_failed_ = false;  // a later sync may succeed and mean nothing
   std::optional<Error> error_;
 };
 

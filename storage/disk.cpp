@@ -1,0 +1,70 @@
+#include "storage/disk.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+namespace hueline::storage {
+namespace {
+
+class KernelFile final : public DiskFile {
+ public:
+  explicit KernelFile(int fd) : fd_(fd) {}
+  ~KernelFile() override {
+    if (fd_ >= 0) ::close(fd_);
+  }
+
+  std::int64_t append(std::span<const iovec> pieces) override {
+    return answer(::writev(fd_, pieces.data(), static_cast<int>(pieces.size())));
+  }
+  std::int64_t overwrite(std::uint64_t offset, std::span<const std::byte> bytes) override {
+    return answer(::pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(offset)));
+  }
+  int sync() override { return ::fdatasync(fd_) == 0 ? 0 : -errno; }
+  int truncate(std::uint64_t size) override {
+    if (::ftruncate(fd_, static_cast<off_t>(size)) != 0) return -errno;
+    return ::lseek(fd_, static_cast<off_t>(size), SEEK_SET) < 0 ? -errno : 0;
+  }
+  int close() override {
+    // Linux frees the descriptor even when close() reports an error: never call it twice.
+    return ::close(std::exchange(fd_, -1)) == 0 || errno == EINTR ? 0 : -errno;
+  }
+
+ private:
+  static std::int64_t answer(ssize_t result) { return result < 0 ? -errno : result; }
+  int fd_;
+};
+
+/// The folder's entry to the medium: fdatasync of the file does not promise it (fsync(2)).
+int sync_folder(const std::filesystem::path& path) {
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return 0;  // writable, but not readable for us: there is no way to ask
+  const int result = ::fsync(fd) == 0 || errno == EINVAL ? 0 : -errno;  // EINVAL: no folder of a medium
+  ::close(fd);
+  return result;
+}
+
+class KernelDisk final : public Disk {
+ public:
+  int create(const std::filesystem::path& path, IfExists if_exists, std::unique_ptr<DiskFile>& file) override {
+    const int flags = O_WRONLY | O_CREAT | O_CLOEXEC | (if_exists == IfExists::Refuse ? O_EXCL : O_TRUNC);
+    int fd = -1;
+    do fd = ::open(path.c_str(), flags, 0644);
+    while (fd < 0 && errno == EINTR);
+    if (fd < 0) return -errno;
+    file = std::make_unique<KernelFile>(fd);
+    return sync_folder(path);
+  }
+};
+
+}  // namespace
+
+Disk& Disk::kernel() {
+  static KernelDisk disk;
+  return disk;
+}
+
+}  // namespace hueline::storage

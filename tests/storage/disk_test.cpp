@@ -1,0 +1,143 @@
+// A disk that answers as disks do when they fail: what the recorder then says of its recording is true.
+#include <gtest/gtest.h>
+
+#include <cerrno>
+
+#include "storage/journal_reader.hpp"
+#include "storage/journal_writer.hpp"
+#include "tests/storage/sample_packets.hpp"
+#include "tests/storage/temporary_folder.hpp"
+
+namespace hueline::storage {
+namespace {
+
+using test::sample_header;
+using test::sample_packets;
+using test::TemporaryFolder;
+
+/// The kernel's disk, but the call of that number (from 1) of a kind has another answer; after it all is well again.
+struct Answers {
+  int append_number = 0, append_answer = 0;
+  int sync_number = 0, sync_answer = 0;
+  std::uint64_t most_bytes = ~std::uint64_t{0};  ///< that one append takes
+  int appends = 0, syncs = 0;
+};
+
+class AnsweringFile final : public DiskFile {
+ public:
+  AnsweringFile(std::unique_ptr<DiskFile> real, Answers& answers) : real_(std::move(real)), answers_(answers) {}
+  std::int64_t append(std::span<const iovec> pieces) override {
+    if (++answers_.appends == answers_.append_number) return answers_.append_answer;
+    if (pieces.front().iov_len <= answers_.most_bytes) return real_->append(pieces.first(1));
+    const iovec part{pieces.front().iov_base, static_cast<std::size_t>(answers_.most_bytes)};
+    return real_->append(std::span(&part, 1));
+  }
+  std::int64_t overwrite(std::uint64_t offset, std::span<const std::byte> bytes) override { return real_->overwrite(offset, bytes); }
+  int sync() override { return ++answers_.syncs == answers_.sync_number ? answers_.sync_answer : real_->sync(); }
+  int truncate(std::uint64_t size) override { return real_->truncate(size); }
+  int close() override { return real_->close(); }
+
+ private:
+  std::unique_ptr<DiskFile> real_;
+  Answers& answers_;
+};
+
+class AnsweringDisk final : public Disk {
+ public:
+  explicit AnsweringDisk(Answers& answers) : answers_(answers) {}
+  int create(const std::filesystem::path& path, IfExists if_exists, std::unique_ptr<DiskFile>& file) override {
+    std::unique_ptr<DiskFile> real;
+    const int answer = Disk::kernel().create(path, if_exists, real);
+    if (answer == 0) file = std::make_unique<AnsweringFile>(std::move(real), answers_);
+    return answer;
+  }
+
+ private:
+  Answers& answers_;
+};
+
+/// Packets one millisecond apart; everything is synced at the first and every 100 ms.
+std::vector<Packet> packets_of_time() {
+  auto packets = sample_packets(400);
+  for (std::size_t i = 0; i < packets.size(); ++i) packets[i].received = host_time_ns(1'000'000'000 + static_cast<std::int64_t>(i) * 1'000'000);
+  return packets;
+}
+JournalWriter::Config synced_often() {
+  JournalWriter::Config config;
+  config.sync_interval = std::chrono::milliseconds(100);
+  return config;
+}
+
+std::uint64_t packets_in(const std::filesystem::path& path) {
+  auto reader = JournalReader::open(path);
+  if (!reader) return 0;
+  std::uint64_t count = 0;
+  while ((*reader)->next({})) ++count;
+  return count;
+}
+
+TEST(FailingDisk, ASyncThatFailsOnceLeavesOnlyWhatWasSyncedBefore) {
+  for (const int answer : {-EIO, -EROFS, -ENOSPC}) {
+    const TemporaryFolder folder;
+    Answers answers;
+    answers.sync_number = 4;  // one when it is made, two good ones on the way
+    answers.sync_answer = answer;
+    AnsweringDisk disk(answers);
+    const auto packets = packets_of_time();
+    auto writer = JournalWriter::create(folder / "drive.mcap", sample_header(), synced_often(), disk);
+    ASSERT_TRUE(writer) << writer.error().message;
+    std::size_t taken = 0;
+    while (taken < packets.size() && writer->append(packets[taken])) ++taken;
+    EXPECT_EQ(taken, 300u) << "the sync at 300 ms is the one that fails";
+    EXPECT_FALSE(writer->close()) << "although the kernel says of no later sync that anything is wrong";
+    EXPECT_GT(answers.syncs, 3);
+    EXPECT_EQ(writer->packets_on_medium(), 201u);
+    EXPECT_GE(writer->packets_written(), 301u);
+  }
+}
+
+TEST(FailingDisk, AFullDiskKeepsWhatIsWholeOnTheMedium) {
+  const TemporaryFolder folder;
+  const auto packets = packets_of_time();
+  int in_all = 0;
+  for (const bool is_full : {false, true}) {
+    Answers answers;
+    answers.append_number = is_full ? in_all / 2 : 0;
+    answers.append_answer = -ENOSPC;
+    AnsweringDisk disk(answers);
+    JournalWriter::Config config = synced_often();
+    config.if_exists = IfExists::Replace;
+    auto writer = JournalWriter::create(folder / "drive.mcap", sample_header(), config, disk);
+    ASSERT_TRUE(writer);
+    for (const Packet& packet : packets)
+      if (!writer->append(packet)) break;
+    const Status closed = writer->close();
+    in_all = answers.appends;
+    if (!is_full) continue;
+    ASSERT_FALSE(closed);
+    EXPECT_NE(closed.error().message.find("the disk is full"), std::string::npos) << closed.error().message;
+    EXPECT_GT(writer->packets_on_medium(), 0u);
+    EXPECT_LT(writer->packets_on_medium(), packets.size());
+    EXPECT_EQ(writer->packets_on_medium(), writer->packets_written());
+    EXPECT_EQ(writer->packets_on_medium(), packets_in(folder / "drive.mcap"));
+  }
+}
+
+TEST(FailingDisk, ShortWritesAndInterruptsAreNoFailure) {
+  const TemporaryFolder folder;
+  Answers answers;
+  answers.most_bytes = 1000;
+  answers.append_number = 7;
+  answers.append_answer = -EINTR;
+  AnsweringDisk disk(answers);
+  const auto packets = packets_of_time();
+  auto writer = JournalWriter::create(folder / "drive.mcap", sample_header(), synced_often(), disk);
+  ASSERT_TRUE(writer);
+  for (const Packet& packet : packets) ASSERT_TRUE(writer->append(packet));
+  ASSERT_TRUE(writer->close());
+  EXPECT_EQ(writer->packets_on_medium(), packets.size());
+  EXPECT_EQ(packets_in(folder / "drive.mcap"), packets.size());
+}
+
+}  // namespace
+}  // namespace hueline::storage
