@@ -49,6 +49,7 @@ enum Stream : std::uint64_t {
   kStreamScene = 128,
   kStreamWireLatency = 256,  ///< .. + 7: what draws it
   kStreamInsOutage = 320,    ///< .. + 5 biases, + 11 walks
+  kStreamDisk = 384,         ///< which pages survive
   kStreamWireFault = 512,    ///< + number of the rule
   kStreamFaultLine = 4096,   ///< + number of the line in the scenario
 };

@@ -83,6 +83,12 @@ enum class FaultType : std::uint8_t {
   // the computer's clock
   HostClockStep,
   HostClockDrift,
+  // the computer's disk, and the program that records (FaultyDisk)
+  DiskSlow,
+  DiskFull,
+  DiskReadOnly,
+  ProcessKill,
+  PowerCut,
 };
 
 /// The device that a line concerns: a channel of the wire.
@@ -101,6 +107,7 @@ const char* name(FaultTarget target);
 enum class FaultOutcome : std::uint8_t {
   Told,    ///< one of `told` is reported
   Immune,  ///< nothing but the fault's own packets changes: times, poses and colours are those of the drive without it
+  Cut,     ///< the program is gone: the recording holds what it promises, and who reads it is told that it was cut
 };
 
 /// One row of the registry.

@@ -83,6 +83,12 @@ constexpr FaultEntry kRegistry[] = {
 
     {T::HostClockStep, "host_clock_step", {Host}, "s", 0.001, 3600, 0.4, "the computer's clock leaps ahead by S and stays there", Told, {K::ClockStep}},
     {T::HostClockDrift, "host_clock_drift", {Host}, "ppm", -50, 50, 2, "the computer warms up: its clock's rate goes by S in all, evenly, and stays", Immune, {}},
+
+    {T::DiskSlow, "disk_slow", {Host}, "MB/s", 0, 10000, 1, "the disk takes no more than S; 0: it hangs", Told, {K::Overflow}},
+    {T::DiskFull, "disk_full", {Host}, "MB", 0, 1e6, 1, "the disk has room for S more", Told, {K::DiskFull}},
+    {T::DiskReadOnly, "disk_read_only", {Host}, nullptr, 0, 0, 0, "the medium fails and the kernel allows no more writing; what was not synced is lost; no end", Told, {K::DiskFull}},
+    {T::ProcessKill, "process_kill", {Host}, nullptr, 0, 0, 0, "the program is killed; the computer runs on", Cut, {}},
+    {T::PowerCut, "power_cut", {Host}, nullptr, 0, 0, 0, "the computer loses its power; what was not synced is lost in part, pages torn", Cut, {}},
 };
 // clang-format on
 

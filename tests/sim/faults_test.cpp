@@ -6,6 +6,7 @@
 #include <set>
 
 #include "sim/faults/clock_truth.hpp"
+#include "sim/faults/faulty_disk.hpp"
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/wire/utc.hpp"
 
@@ -132,11 +133,12 @@ TEST(ClockTruth, StepsAndDriftsOfFaultsAreInIt) {
   EXPECT_NEAR(static_cast<double>(at(host, VehicleClock::Host, 5.0).offset_ns), 40e3 + 80e3, 10);
 }
 
-/// Every fault on each of its devices.
+/// Every fault of what the devices send, on each of them.
 std::vector<FaultLine> all_lines() {
   std::vector<FaultLine> out;
   for (const FaultEntry& entry : fault_registry())
     for (const FaultTarget target : entry.targets) {
+      if (FaultyDisk::concerns(entry.type)) continue;
       out.push_back(FaultLine::usual(entry.type, 2, 2));
       out.back().target = target;
       if (target == FaultTarget::Pps && entry.unit && entry.unit == std::string("share"))
@@ -169,6 +171,15 @@ TEST_P(EachFault, ChangesTheTimelineOnlyFromItsBeginningAndTheSameWayTwice) {
   if (line.type == FaultType::HourWrapLate) return;  // no hour turns in this drive
   EXPECT_GT(spoilt->hits.at(0), 0u);
   EXPECT_FALSE(same(clean, spoilt->timeline));
+}
+
+TEST(FaultyTimeline, FaultsOfTheDiskAreNoneOfTheDevices) {
+  const Drive d = drive();
+  const Timeline clean = *build_timeline(d, {});
+  for (const FaultEntry& entry : fault_registry())
+    if (FaultyDisk::concerns(entry.type)) {
+      EXPECT_TRUE(same(build_faulty_timeline(d, {}, {FaultLine::usual(entry.type, 2, 2)})->timeline, clean)) << entry.name;
+    }
 }
 
 TEST(FaultyTimeline, WithoutLinesIsTheTimeline) {
