@@ -13,8 +13,8 @@
 #include "apps/live_run.hpp"
 #include "apps/outputs.hpp"
 #include "apps/pipeline.hpp"
+#include "apps/recording.hpp"
 #include "apps/signals.hpp"
-#include "apps/version.hpp"
 #include "drivers/transport/host_clock.hpp"
 
 namespace hueline::apps {
@@ -29,15 +29,6 @@ struct Options {
   bool ends_when_silent = false;
   bool quiet = false;
 };
-
-storage::JournalHeader journal_header(const config::Rig& rig) {
-  storage::JournalHeader header;
-  header.sensors.push_back({"hueline", "hueline"});
-  for (const auto& sensor : rig.sensors) header.sensors.push_back({sensor.name, sensor.driver()});
-  header.files.push_back({"rig.yaml", "application/yaml", rig.text});
-  header.about = {{"program_version", kVersion}, {"git_revision", kGitRevision}, {"rig", rig.name}};
-  return header;
-}
 
 std::vector<LiveRun::Source> make_sources(const config::Rig& rig, const BufferPool& pool) {
   std::vector<LiveRun::Source> sources;
@@ -171,7 +162,7 @@ int capture(const Options& options) {
   const Status recorded = run.recording();
   std::string lost;
   if (!recorded.ok()) {
-    const std::uint64_t missing = run.ingest().next_sequence() - run.packets_recorded();
+    const std::uint64_t missing = run.packets_lost_at_the_end();
     lost = fmt::format("recording ended early: {}; drive.mcap holds the first {} packets, whole; the {} after them are lost", recorded.error().message,
                        run.packets_recorded(), missing);
     sink.summary().on_fault({kSystemSensor, FaultKind::DiskFull, drivers::host_now(), missing, lost});

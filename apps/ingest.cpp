@@ -2,7 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace hueline::apps {
+namespace {
+
+constexpr std::size_t kRoomToTell = 1024;  // of a fault, with its words
+
+}  // namespace
 
 Ingest::Ingest(std::vector<Sensor> sensors, PacketQueue& record, PacketQueue& pipeline, PacketQueue::Limits pipeline_limits)
     : sensors_(std::move(sensors)),
@@ -13,8 +20,8 @@ Ingest::Ingest(std::vector<Sensor> sensors, PacketQueue& record, PacketQueue& pi
 
 bool Ingest::submit(Packet packet) {
   std::lock_guard lock(mutex_);
-  const HostTime now = packet.received;
-  if (!refused_untold_.empty() && record_.has_room_for(1024)) tell_refused(now);
+  newest_ = std::max(newest_, packet.received);
+  if (!refused_untold_.empty() && record_.has_room_for(kRoomToTell)) tell_refused(packet.received);
   return place(std::move(packet));
 }
 
@@ -31,6 +38,17 @@ bool Ingest::submit(const Fault& fault) {
 bool Ingest::wait_for_room(std::stop_token stop) {
   // Not under mutex_: the others go on meanwhile.
   return record_.wait_until_below(0.5, stop) && pipeline_.wait_until_below(0.5, stop);
+}
+
+bool Ingest::tell_the_rest(std::stop_token stop) {
+  while (true) {
+    {
+      std::lock_guard lock(mutex_);
+      if (!refused_untold_.empty() && record_.has_room_for(kRoomToTell)) tell_refused(newest_);
+      if (refused_untold_.empty()) return true;
+    }
+    if (!record_.wait_until_below(0.5, stop)) return false;
+  }
 }
 
 void Ingest::tell_refused(HostTime now) {

@@ -40,6 +40,10 @@ class Ingest {
   /// theirs is ever shed or refused. False if stopped or closed.
   bool wait_for_room(std::stop_token stop);
 
+  /// No more packets come: waits for the recorder to have room and tells what was refused and is not told yet. False if stopped or
+  /// closed before.
+  bool tell_the_rest(std::stop_token stop);
+
   Counts counts(SensorId sensor) const;
   std::uint64_t next_sequence() const;
 
@@ -55,6 +59,7 @@ class Ingest {
   std::uint64_t next_sequence_ = 0;
   std::vector<Counts> counts_;
   std::map<SensorId, std::uint64_t> refused_untold_;
+  HostTime newest_{};  // arrival
 };
 
 }  // namespace hueline::apps

@@ -10,7 +10,7 @@ LiveRun::LiveRun(std::vector<Source> sources, std::unique_ptr<storage::JournalWr
     : config_(config),
       record_(config.record_queue),
       pipeline_(config.pipeline_queue),
-      journal_(std::move(journal)),
+      recorder_(std::move(journal), config.flush_period),
       process_(std::move(process)) {
   std::vector<Ingest::Sensor> sensors(1);
   for (const auto& source : sources) {
@@ -46,16 +46,10 @@ Status LiveRun::recording() const {
 
 void LiveRun::record(std::stop_token) {
   name_this_thread("recorder");
-  auto flushed = std::chrono::steady_clock::now();
   while (auto packet = record_.pop()) {
     const std::uint64_t sequence = (*packet)->sequence;
-    Status done = journal_->append(**packet);
-    const auto now = std::chrono::steady_clock::now();
-    if (done.ok() && now - flushed >= config_.flush_period) {
-      done = journal_->flush();
-      flushed = now;
-    }
-    recorded_bytes_.store(journal_->bytes_written(), std::memory_order_relaxed);
+    const Status done = recorder_.take(**packet, std::chrono::steady_clock::now().time_since_epoch());
+    recorded_bytes_.store(recorder_.bytes_written(), std::memory_order_relaxed);
     if (done.ok()) continue;
     recorded_up_to_ = sequence;
     {
@@ -67,9 +61,8 @@ void LiveRun::record(std::stop_token) {
     }
     break;
   }
-  const Status closed = journal_->close();
-  recorded_bytes_.store(journal_->bytes_written(), std::memory_order_relaxed);
-  packets_recorded_.store(journal_->packets_written(), std::memory_order_relaxed);
+  const Status closed = recorder_.close();
+  recorded_bytes_.store(recorder_.bytes_written(), std::memory_order_relaxed);
   std::lock_guard lock(mutex_);
   if (recording_.ok()) recording_ = closed;
 }
@@ -85,6 +78,7 @@ void LiveRun::stop() {
   stopped_ = true;
   for (auto& thread : reader_threads_) thread.request_stop();
   for (auto& thread : reader_threads_) thread.join();
+  ingest_->tell_the_rest({});
   record_.close();
   pipeline_.close();
   if (recorder_thread_.joinable()) recorder_thread_.join();

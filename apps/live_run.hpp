@@ -10,7 +10,7 @@
 
 #include "apps/ingest.hpp"
 #include "apps/reader.hpp"
-#include "storage/journal_writer.hpp"
+#include "apps/recorder.hpp"
 
 namespace hueline::apps {
 
@@ -46,8 +46,10 @@ class LiveRun {
   const Ingest& ingest() const { return *ingest_; }
   Ingest& ingest() { return *ingest_; }
   std::uint64_t recorded_bytes() const { return recorded_bytes_.load(std::memory_order_relaxed); }
-  /// Packets in drive.mcap; after stop().
-  std::uint64_t packets_recorded() const { return packets_recorded_.load(std::memory_order_relaxed); }
+  /// Packets that are in drive.mcap for certain; after stop().
+  std::uint64_t packets_recorded() const { return recorder_.packets_recorded(); }
+  /// Packets that came after the last of them and are lost, if the recording failed; after stop().
+  std::uint64_t packets_lost_at_the_end() const { return ingest_->next_sequence() - recorder_.end_sequence(); }
   std::size_t waiting_to_be_processed() const { return pipeline_.size(); }
   const std::vector<std::unique_ptr<Reader>>& readers() const { return readers_; }
 
@@ -59,11 +61,11 @@ class LiveRun {
   PacketQueue record_, pipeline_;
   std::unique_ptr<Ingest> ingest_;
   std::vector<std::unique_ptr<Reader>> readers_;
-  std::unique_ptr<storage::JournalWriter> journal_;
+  Recorder recorder_;
   const std::function<void(const Packet&)> process_;
   mutable std::mutex mutex_;
   Status recording_;
-  std::atomic<std::uint64_t> recorded_bytes_{0}, packets_recorded_{0};
+  std::atomic<std::uint64_t> recorded_bytes_{0};
   /// Nothing behind this sequence is processed: set when the recording fails, so that the cloud does not outgrow its record.
   std::atomic<std::uint64_t> recorded_up_to_{~std::uint64_t{0}};
   std::vector<std::jthread> reader_threads_;

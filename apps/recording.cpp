@@ -2,7 +2,18 @@
 
 #include <fmt/format.h>
 
+#include "apps/version.hpp"
+
 namespace hueline::apps {
+
+storage::JournalHeader journal_header(const config::Rig& rig) {
+  storage::JournalHeader header;
+  header.sensors.push_back({"hueline", "hueline"});
+  for (const auto& sensor : rig.sensors) header.sensors.push_back({sensor.name, sensor.driver()});
+  header.files.push_back({"rig.yaml", "application/yaml", rig.text});
+  header.about = {{"program_version", kVersion}, {"git_revision", kGitRevision}, {"rig", rig.name}};
+  return header;
+}
 
 Result<Recording> Recording::open(const std::string& path, const std::string& rig_file) {
   auto journal = storage::JournalReader::open(path);

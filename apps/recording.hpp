@@ -10,6 +10,9 @@
 
 namespace hueline::apps {
 
+/// What a recording with that rig says about itself before its first packet.
+storage::JournalHeader journal_header(const config::Rig& rig);
+
 /// A recording with the rig that it is to be read with.
 struct Recording {
   config::Rig rig;

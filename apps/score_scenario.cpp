@@ -1,8 +1,14 @@
 #include "apps/score_scenario.hpp"
 
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
 #include <set>
 
 #include "apps/pipeline.hpp"
+#include "apps/recording.hpp"
+#include "apps/score_recording.hpp"
 #include "apps/score_sink.hpp"
 #include "apps/simulated_recording.hpp"
 #include "apps/simulated_rig.hpp"
@@ -80,6 +86,43 @@ std::map<std::string, score::DeviceBytes> account(const config::Rig& rig, const 
   return out;
 }
 
+/// A folder of its own for a recording that nobody keeps.
+class ScratchFolder {
+ public:
+  explicit ScratchFolder(const std::string& parent) : path_((std::filesystem::path(parent) / "recorded.XXXXXX").string()) {
+    if (::mkdtemp(path_.data()) == nullptr) path_.clear();
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  ~ScratchFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+  std::filesystem::path path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// A drive as it was recorded on a computer with the scenario's faults.
+struct Recorded {
+  SimulatedCapture capture;
+  RecoveredRecording recovered;
+  Recording recording;
+};
+
+Result<Recorded> record(const sim::Scenario& scenario, const sim::Drive& drive, const sim::Timeline& timeline, const config::Rig& rig, int threads,
+                        const std::filesystem::path& file) {
+  sim::FaultyDisk disk(scenario.faults, scenario.seed);
+  auto capture = capture_on_faulty_disk(drive, timeline, rig, disk, file);
+  if (!capture.ok()) return capture.error();
+  auto recovered = judge_recording(*capture, file, drive, timeline, rig, threads);
+  if (!recovered.ok()) return recovered.error();
+  auto recording = Recording::open(file.string());
+  if (!recording.ok()) return recording.error();
+  return Recorded{std::move(*capture), std::move(*recovered), std::move(*recording)};
+}
+
 }  // namespace
 
 Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::string& name, const std::string& cache, std::size_t ray_returns, int threads,
@@ -105,18 +148,39 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   const SensorId camera = sensors_of_channels(rig)[static_cast<std::size_t>(sim::WireChannel::Camera)];
   forgive_unmade_images(scenario, spoilt->hits, devices[camera]);
   const auto numbers = pictures(*drive, timeline);
-  std::size_t images = 0;
   Clock::duration inside{0};
-  const Status fed = for_each_simulated_packet(*drive, timeline, rig, [&](const Packet& packet) {
+  const auto use = [&](const Packet& packet) {
     if (packet.sequence % 512 == 0) progress(name + ": colouring", std::min(1.0, static_cast<double>(packet.sequence) / static_cast<double>(timeline.events.size())));
-    devices[packet.sensor].received_bytes += packet.bytes.size();
-    if (packet.sensor == camera) sink.set_image(packet.sequence, numbers[images++]);
+    devices[packet.sensor].received_bytes += packet.kind == PacketKind::Wire ? packet.bytes.size() : 0;
     sink.set_now(packet.received);
     const auto began = Clock::now();
     pipeline.process(packet);
     inside += Clock::now() - began;
     return true;
-  });
+  };
+  auto set_image = [&, images = std::size_t{0}](SensorId sensor, std::uint64_t sequence) mutable {
+    if (sensor == camera) sink.set_image(sequence, numbers[images++]);
+  };
+  const auto is_of_disk = [](const sim::FaultLine& line) { return sim::FaultyDisk::concerns(line.type); };
+  std::optional<RecoveredRecording> recovered;
+  Status fed;
+  if (std::any_of(scenario.faults.begin(), scenario.faults.end(), is_of_disk)) {
+    progress(name + ": recording", 0);
+    const ScratchFolder folder(cache);
+    if (folder.path().empty()) return io_error("make a folder in " + cache, errno);
+    auto recorded = record(scenario, *drive, timeline, rig, threads, folder.path() / "drive.mcap");
+    if (!recorded.ok()) return recorded.error();
+    for (const auto& packet : recorded->capture.packets)
+      if (packet.kind == PacketKind::Wire) set_image(packet.sensor, packet.sequence);
+    recovered = std::move(recorded->recovered);
+    // How the recording ends is among its figures.
+    if (const Status read = recorded->recording.for_each(use); !read.ok() && read.error().code == ErrorCode::Io) fed = read;
+  } else {
+    fed = for_each_simulated_packet(*drive, timeline, rig, [&](const Packet& packet) {
+      if (packet.kind == PacketKind::Wire) set_image(packet.sensor, packet.sequence);
+      return use(packet);
+    });
+  }
   if (!fed.ok()) return fed.error();
   sink.set_now({});
   const auto began = Clock::now();
@@ -125,12 +189,17 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   sink.finish();
 
   ScoredRun run;
+  run.cloud = sink.cloud();
+  std::optional<score::RecordingFacts> facts;
+  if (recovered) {
+    facts = recovered->facts;
+    facts->is_same_cloud = recovered->cloud == run.cloud;
+  }
   run.score = scorer->finish(name, account(rig, pipeline, devices, sink.told_lost()), [&](double share) { progress(name + ": casting rays", share); });
-  run.cloud = sink.fingerprint();
-  run.points = sink.points();
+  score::add_recording_figures(facts, run.score);
   const double seconds = std::chrono::duration<double>(inside).count();
   run.score.figures["realtime_factor"] = {scenario.duration_s / seconds, {}};
-  run.score.figures["points_per_second"] = {static_cast<double>(run.points) / seconds, {}};
+  run.score.figures["points_per_second"] = {static_cast<double>(run.cloud.points()) / seconds, {}};
   return run;
 }
 

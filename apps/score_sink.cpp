@@ -1,7 +1,5 @@
 #include "apps/score_sink.hpp"
 
-#include <bit>
-
 #include "apps/simulated_recording.hpp"
 
 namespace hueline::apps {
@@ -44,8 +42,7 @@ void ScoreSink::on_cloud(const CloudBlock& block) {
 }
 
 void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu) {
-  ++points_;
-  mix(point);
+  cloud_.add(point);
   score::PointClaim out;
   sim::Claim& claim = out.claim;
   claim.fired_gps_ns = count_ns(point.time);
@@ -69,23 +66,6 @@ void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_e
     }
   }
   scorer_.add(out);
-}
-
-/// FNV-1a over 64-bit words, twice from different beginnings.
-void ScoreSink::mix(const ColouredPoint& p) {
-  const auto word = [this](std::uint64_t w) {
-    for (std::uint64_t& h : fingerprint_) {
-      h = (h ^ w) * 0x100000001B3ull;
-      h ^= h >> 29;
-    }
-  };
-  for (const double x : {p.east, p.north, p.up}) word(std::bit_cast<std::uint64_t>(x));
-  word(static_cast<std::uint64_t>(count_ns(p.time)));
-  word(std::uint64_t{std::bit_cast<std::uint32_t>(p.u)} << 32 | std::bit_cast<std::uint32_t>(p.v));
-  word(std::uint64_t{p.exposure} << 32 | std::bit_cast<std::uint32_t>(p.sigma_m));
-  word(std::uint64_t{p.red} | std::uint64_t{p.green} << 8 | std::uint64_t{p.blue} << 16 | std::uint64_t{static_cast<std::uint8_t>(p.state)} << 24 |
-       std::uint64_t{p.lens} << 32 | std::uint64_t{p.quality} << 40 | std::uint64_t{p.reflectivity} << 48);
-  word(std::uint64_t{p.return_number} | std::uint64_t{p.return_count} << 8 | std::uint64_t{p.channel} << 16 | std::uint64_t{p.sensor} << 32);
 }
 
 void ScoreSink::finish() {

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <map>
 #include <vector>
 
+#include "apps/cloud_print.hpp"
 #include "apps/products.hpp"
 #include "config/rig.hpp"
 #include "fusion/trajectory.hpp"
@@ -32,8 +32,7 @@ class ScoreSink : public NullSink {
   /// After the pipeline's flush: gives the exposures with their poses.
   void finish();
 
-  std::array<std::uint64_t, 2> fingerprint() const { return fingerprint_; }
-  std::uint64_t points() const { return points_; }
+  const CloudPrint& cloud() const { return cloud_; }
   const std::map<SensorId, std::uint64_t>& told_lost() const { return told_lost_; }
   /// Spent in here, to be taken off the pipeline's time.
   std::chrono::nanoseconds spent() const { return spent_; }
@@ -46,7 +45,6 @@ class ScoreSink : public NullSink {
     HostTime arrived;
   };
   void take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu);
-  void mix(const ColouredPoint& point);
 
   score::Scorer& scorer_;
   const bool is_panorama_;
@@ -58,8 +56,7 @@ class ScoreSink : public NullSink {
   std::map<std::uint32_t, Stamped> stamped_;  // by Exposure::index
   std::map<SensorId, std::uint64_t> told_lost_;
   std::optional<HostTime> now_;
-  std::array<std::uint64_t, 2> fingerprint_{0xCBF29CE484222325ull, 0x9E3779B97F4A7C15ull};
-  std::uint64_t points_ = 0;
+  CloudPrint cloud_;
   std::chrono::nanoseconds spent_{0};
 };
 

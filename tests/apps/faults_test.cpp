@@ -18,11 +18,12 @@ using sim::FaultType;
 
 constexpr double kBegin = FaultyDrive::kFaultBegin, kEnd = FaultyDrive::kFaultEnd;
 
-/// Every fault on each of its devices.
+/// Every fault of what the devices send, on each of them; those of the computer's disk: recording_faults_test.cpp.
 std::vector<FaultLine> all_lines() {
   std::vector<FaultLine> out;
   for (const sim::FaultEntry& entry : sim::fault_registry())
     for (const FaultTarget target : entry.targets) {
+      if (sim::FaultyDisk::concerns(entry.type)) continue;
       out.push_back(FaultLine::usual(entry.type, kBegin, kEnd - kBegin));
       out.back().target = target;
       const bool is_rare = target == FaultTarget::Pps || target == FaultTarget::LaserStatus;

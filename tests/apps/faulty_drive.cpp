@@ -9,11 +9,13 @@
 #include <stdexcept>
 
 #include "apps/pipeline.hpp"
+#include "apps/recording.hpp"
 #include "apps/simulated_recording.hpp"
 #include "apps/simulated_rig.hpp"
 #include "config/scenario.hpp"
 #include "core/geodesy.hpp"
 #include "sim/generate.hpp"
+#include "tests/storage/temporary_folder.hpp"
 
 namespace hueline::test {
 namespace {
@@ -33,6 +35,7 @@ camera: {rate_hz: 10, lens_width: 64, lens_height: 54, antialias: false}
 wheel: {rate_hz: 50}
 )";
 
+constexpr std::size_t kQueueBytes = 2'000'000;  // two seconds of this drive
 constexpr double kSigmas = 5, kSlackUs = 20;
 constexpr double kPlaceSlack_m = 0.3;
 constexpr double kPixelLimit = 45;  // of 8000 columns: 2 degrees
@@ -185,7 +188,7 @@ FaultyDrive::FaultyDrive() {
       require(sim::Judge::open(scenario_, drive_.cache_dir + "/truth.bin", judge), "truth"));
 }
 
-FaultyOutcome FaultyDrive::run(const std::vector<sim::FaultLine>& lines) const {
+sim::FaultyTimeline FaultyDrive::timeline(const std::vector<sim::FaultLine>& lines) const {
   sim::TimelineConfig config;
   config.seed = scenario_.seed;
   config.laser_model = scenario_.laser.model;
@@ -197,7 +200,44 @@ FaultyOutcome FaultyDrive::run(const std::vector<sim::FaultLine>& lines) const {
            (id == sim::NovatelId::Inspvas || id == sim::NovatelId::Inspvax || id == sim::NovatelId::Insstdevs ||
             id == sim::NovatelId::Mark1Pva);
   });
+  return spoilt;
+}
 
+RecordedOutcome FaultyDrive::record(const std::vector<sim::FaultLine>& lines, const std::function<void(const std::filesystem::path&)>& before_reading) const {
+  const sim::FaultyTimeline spoilt = timeline(lines);
+  const TemporaryFolder folder;
+  const auto file = folder / "drive.mcap";
+  sim::FaultyDisk disk(lines, scenario_.seed);
+  RecordedOutcome out;
+  out.capture = require(apps::capture_on_faulty_disk(drive_, spoilt.timeline, rig_, disk, file, kQueueBytes), "capture");
+  if (before_reading) before_reading(file);
+  apps::RecoveredRecording recovered = require(apps::judge_recording(out.capture, file, drive_, spoilt.timeline, rig_, 1), "reading back");
+  out.facts = recovered.facts;
+  // The replay, as `hueline replay` runs it.
+  apps::Recording recording = require(apps::Recording::open(file.string()), "opening");
+  apps::CloudPrint cloud;
+  class Printing : public apps::NullSink {
+   public:
+    explicit Printing(apps::CloudPrint& print) : print_(print) {}
+    void on_cloud(const CloudBlock& block) override {
+      for (const ColouredPoint& point : block.points) print_.add(point);
+    }
+
+   private:
+    apps::CloudPrint& print_;
+  } sink(cloud);
+  apps::Pipeline pipeline(recording.rig, 2, sink);
+  (void)recording.for_each([&](const Packet& packet) {
+    pipeline.process(packet);
+    return true;
+  });
+  pipeline.flush();
+  out.facts.is_same_cloud = cloud == recovered.cloud && cloud.points() > 0;
+  return out;
+}
+
+FaultyOutcome FaultyDrive::run(const std::vector<sim::FaultLine>& lines) const {
+  const sim::FaultyTimeline spoilt = timeline(lines);
   FaultyOutcome out;
   out.hits = spoilt.hits;
   out.tenths.resize(static_cast<std::size_t>(kSensorsEnd * 10) + 20);

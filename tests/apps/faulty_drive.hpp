@@ -2,11 +2,14 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "apps/score_recording.hpp"
 #include "apps/summary.hpp"
 #include "config/rig.hpp"
 #include "sim/faults/faulty_timeline.hpp"
@@ -47,6 +50,12 @@ struct FaultyOutcome {
   std::vector<std::size_t> hits;                                         ///< of each line
 };
 
+/// What came of a run on a computer whose disk or program failed.
+struct RecordedOutcome {
+  apps::SimulatedCapture capture;
+  score::RecordingFacts facts;
+};
+
 /// The drive is rendered once for all processes that use it.
 class FaultyDrive {
  public:
@@ -54,11 +63,14 @@ class FaultyDrive {
   static constexpr double kSensorsBegin = 10, kFaultBegin = 13, kFaultEnd = 15, kSensorsEnd = 18;
   static FaultyDrive& shared();
   FaultyOutcome run(const std::vector<sim::FaultLine>& lines) const;
+  /// The same drive, captured onto a disk with these faults and read back. `before_reading` may do to the file what no disk does.
+  RecordedOutcome record(const std::vector<sim::FaultLine>& lines, const std::function<void(const std::filesystem::path&)>& before_reading = {}) const;
   /// Without faults; run once a process.
   const FaultyOutcome& clean();
 
  private:
   FaultyDrive();
+  sim::FaultyTimeline timeline(const std::vector<sim::FaultLine>& lines) const;
   config::Rig rig_;
   sim::Scenario scenario_;
   sim::Drive drive_;

@@ -1,0 +1,24 @@
+#include "apps/recorder.hpp"
+
+namespace hueline::apps {
+
+Status Recorder::take(const Packet& packet, std::chrono::nanoseconds now) {
+  if (!std::exchange(has_begun_, true)) flushed_ = now;
+  if (packet.sequence > next_sequence_) gaps_.push_back({taken_, packet.sequence - next_sequence_});
+  next_sequence_ = packet.sequence + 1;
+  ++taken_;
+  if (Status done = journal_->append(packet); !done) return done;
+  if (now - flushed_ < flush_period_) return {};
+  flushed_ = now;
+  return journal_->flush();
+}
+
+std::uint64_t Recorder::end_sequence() const {
+  const std::uint64_t recorded = packets_recorded();
+  std::uint64_t end = recorded;
+  for (const Gap& gap : gaps_)
+    if (gap.packets_before < recorded) end += gap.size;
+  return end;
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "storage/journal_writer.hpp"
+
+namespace hueline::apps {
+
+/// What the recorder's thread does with each packet that it takes from its queue. Reads no clock. Thread-bound.
+class Recorder {
+ public:
+  /// What lies in memory goes to the kernel this often, by the recorder's own clock, however its packets are stamped.
+  Recorder(std::unique_ptr<storage::JournalWriter> journal, std::chrono::milliseconds flush_period) : journal_(std::move(journal)), flush_period_(flush_period) {}
+
+  /// `now`: of any clock that does not step. The first error ends the recording: nothing is to be taken afterwards.
+  Status take(const Packet& packet, std::chrono::nanoseconds now);
+  /// Everything to the medium, with summary and indexes.
+  Status close() { return journal_->close(); }
+
+  std::uint64_t bytes_written() const { return journal_->bytes_written(); }
+  /// Packets that are in the file for certain; after close().
+  std::uint64_t packets_recorded() const { return journal_->packets_on_medium(); }
+  /// Of the first packet that is not, if it came: all below are recorded, or were refused by the recorder's queue.
+  std::uint64_t end_sequence() const;
+
+ private:
+  struct Gap {
+    std::uint64_t packets_before, size;
+  };
+  std::unique_ptr<storage::JournalWriter> journal_;
+  const std::chrono::milliseconds flush_period_;
+  std::chrono::nanoseconds flushed_{};
+  bool has_begun_ = false;
+  std::uint64_t taken_ = 0, next_sequence_ = 0;
+  std::vector<Gap> gaps_;  // in the sequences
+};
+
+}  // namespace hueline::apps
