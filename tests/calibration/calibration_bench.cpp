@@ -18,10 +18,7 @@ void lens_trials(benchmark::State& state) {
   const bool is_fisheye = state.range(0) != 0;
   const fusion::CameraIntrinsics lens = is_fisheye ? test::fisheye_lens() : test::plane_lens();
   constexpr int kRuns = 200;
-  test::SimulatedBoards what;
-  what.board = {BoardKind::Chessboard, 14, 10, 0.04, 0, ""};
-  what.views = 40;
-  what.noise_px = 0.08;
+  test::SimulatedBoards what = test::good_views();
   for (auto _ : state) {
     int within_px = 0, within_sigma = 0, values_within_sigma = 0, failed = 0;
     double noise2 = 0, square = 0, sigma2 = 0;
@@ -55,6 +52,35 @@ void lens_trials(benchmark::State& state) {
     state.counters["error_rms_px"] = std::sqrt(square / kRuns);
     state.counters["stated_sigma_px"] = std::sqrt(sigma2 / kRuns);
     state.counters["corner_sigma_px"] = std::sqrt(noise2 / kRuns);
+  }
+}
+/// What boards are worth: standard deviations stated for views taken in different ways, 0.1 px of noise.
+void lens_views(benchmark::State& state) {
+  test::SimulatedBoards what = test::good_views();
+  const int way = static_cast<int>(state.range(0));
+  what.views = way == 4 ? 20 : way == 5 ? 60 : 40;
+  if (way == 0 || way == 1) what.nearest = 0.8, what.farthest = 2;  // a quarter of the image
+  if (way == 0 || way == 2) what.least_tilt_deg = 0, what.tilt_deg = 20;
+  const fusion::CameraIntrinsics lens = state.range(1) != 0 ? test::fisheye_lens() : test::plane_lens();
+  constexpr int kRuns = 5;
+  for (auto _ : state) {
+    double focal2 = 0, centre2 = 0, box = 0;
+    for (std::uint32_t run = 0; run < kRuns; ++run) {
+      what.seed = 1 + run;
+      const auto views = test::simulate_boards(lens, what);
+      for (const auto& view : views) {
+        Eigen::Vector2d least = view.corners[0].pixel, most = least;
+        for (const auto& corner : view.corners) least = least.cwiseMin(corner.pixel), most = most.cwiseMax(corner.pixel);
+        box += (most - least).prod() / (lens.width * lens.height) / static_cast<double>(views.size() * kRuns);
+      }
+      const auto found = adjust_lens(what.board, views, test::lens_values(lens), {});
+      if (!found.ok()) return state.SkipWithError(found.error().message.c_str());
+      focal2 += (found->covariance(0, 0) + found->covariance(1, 1)) / (2 * kRuns);
+      centre2 += (found->covariance(2, 2) + found->covariance(3, 3)) / (2 * kRuns);
+    }
+    state.counters["focal_px"] = std::sqrt(focal2);
+    state.counters["centre_px"] = std::sqrt(centre2);
+    state.counters["box_share"] = box;
   }
 }
 /// 200 resections from 20 points (lens 0: 1224 px wide, 1: fisheye, 2: 2448 px wide): errors beside the standard deviations stated, and the share inside three of them.
@@ -98,6 +124,7 @@ void measured_objects(benchmark::State& state) {
 }
 BENCHMARK(measured_objects)->Arg(13)->Arg(1000)->Iterations(1)->Unit(benchmark::kSecond);
 BENCHMARK(resection_trials)->ArgName("lens")->Arg(0)->Arg(1)->Arg(2)->Iterations(1)->Unit(benchmark::kSecond);
+BENCHMARK(lens_views)->ArgNames({"way", "fisheye"})->ArgsProduct({{0, 1, 2, 3, 4, 5}, {0, 1}})->Iterations(1)->Unit(benchmark::kSecond);
 BENCHMARK(lens_trials)->ArgName("fisheye")->Arg(0)->Arg(1)->Iterations(1)->Unit(benchmark::kSecond);
 
 }  // namespace

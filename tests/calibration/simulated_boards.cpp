@@ -1,6 +1,7 @@
 #include "tests/calibration/simulated_boards.hpp"
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <numbers>
 #include <random>
 
@@ -38,6 +39,17 @@ fusion::CameraIntrinsics fisheye_lens() {
   return lens;
 }
 
+SimulatedBoards good_views() {
+  SimulatedBoards out;
+  out.board = {BoardKind::Chessboard, 14, 10, 0.04, 0, ""};
+  out.views = 40;
+  out.least_tilt_deg = 30;
+  out.tilt_deg = 50;
+  out.nearest = 0.7;
+  out.farthest = 1.3;
+  return out;
+}
+
 std::vector<BoardView> simulate_boards(const fusion::CameraIntrinsics& lens, const SimulatedBoards& what) {
   const fusion::CameraModel camera(lens);
   std::mt19937 random(what.seed);
@@ -50,12 +62,13 @@ std::vector<BoardView> simulate_boards(const fusion::CameraIntrinsics& lens, con
     const Eigen::Vector2d aim((uniform(random) + 1) / 2 * lens.width, (uniform(random) + 1) / 2 * lens.height);
     const auto axis = camera.unproject(aim);
     if (!axis) continue;
-    // The board faces the lens from where it is, tilted; so near that it fills a good part of the image.
-    const double distance = size * (1.4 + 0.6 * uniform(random)) * std::min(1.0, lens.focal_px.x() / lens.width);
+    // The board faces the lens from where it is, tilted.
+    const double share = (uniform(random) + 1) / 2;
+    const double distance = size * (what.nearest + (what.farthest - what.nearest) * share) * std::min(1.0, lens.focal_px.x() / lens.width);
     const Eigen::Quaterniond facing = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis->xyz);
-    const double tilt = what.tilt_deg * std::numbers::pi / 180;
-    const Eigen::Quaterniond R = facing * Eigen::AngleAxisd(tilt * uniform(random), Eigen::Vector3d::UnitX()) *
-                                 Eigen::AngleAxisd(tilt * uniform(random), Eigen::Vector3d::UnitY()) *
+    const double about = std::numbers::pi * uniform(random), tilt_share = (uniform(random) + 1) / 2;
+    const double tilt = (what.least_tilt_deg + (what.tilt_deg - what.least_tilt_deg) * tilt_share) * std::numbers::pi / 180;
+    const Eigen::Quaterniond R = facing * Eigen::AngleAxisd(tilt, Eigen::Vector3d(std::cos(about), std::sin(about), 0)) *
                                  Eigen::AngleAxisd(std::numbers::pi * uniform(random), Eigen::Vector3d::UnitZ());
     BoardView view{"view " + std::to_string(out.size() + 1), {}};
     for (std::size_t i = 0; i < what.board.corner_count(); ++i) {

@@ -13,9 +13,14 @@ struct SimulatedBoards {
   Board board{BoardKind::Chessboard, 9, 7, 0.05, 0, ""};
   int views = 20;
   double noise_px = 0.1;     ///< standard deviation of each pixel coordinate
-  double tilt_deg = 40;      ///< largest, about any axis in the board
+  double least_tilt_deg = 0, tilt_deg = 40;  ///< of the board against the lens's view of it, about any axis in the board
+  /// Distances, in those at which the board's diagonal is as long as the image is wide.
+  double nearest = 0.8, farthest = 2.0;
   std::uint32_t seed = 1;
 };
+
+/// A surveyor's views for a lens that shall be known to a tenth of a pixel: steep boards that fill half of the image (docs/calibration.md).
+SimulatedBoards good_views();
 
 /// Views all over the image; each corner inside the image and the field of view.
 std::vector<BoardView> simulate_boards(const fusion::CameraIntrinsics& lens, const SimulatedBoards& what);
