@@ -137,7 +137,7 @@ void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>
 
   check_gap(packet, first_firing, duration, out);
   if (blocks.untimed > 0)
-    out.push_back(Fault{sensor_, FaultKind::Lost, packet.received, static_cast<std::uint64_t>(blocks.untimed),
+    out.push_back(Fault{sensor_, FaultKind::NoTime, packet.received, static_cast<std::uint64_t>(blocks.untimed),
                         fmt::format("{}: the azimuth jumps inside a packet; the blocks behind have no known time",
                                     table_.name)});
   counts_.decoded_bytes += bytes.size() - bad_bytes;

@@ -47,7 +47,7 @@ WheelDecoder::WheelDecoder(SensorId sensor, Config config)
 
 void WheelDecoder::reset() {
   for (State& state : states_)
-    state = {.counter = {}, .pulses = {}, .pulses_at = {}, .speed = {}, .distance_m = state.distance_m};
+    state = {.counter = {}, .cycle = {}, .pulses = {}, .pulses_at = {}, .speed = {}, .distance_m = state.distance_m};
   datagram_.reset();
 }
 
@@ -170,7 +170,14 @@ void WheelDecoder::take_error(const CanFrame& frame, HostTime received, std::vec
 /// False for a message whose counter stands: the same once more, or a sender that hangs.
 bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& frame, HostTime received,
                           std::vector<Measurement>& out) {
-  if (!message.counter) return true;
+  const std::int64_t by_cycle = state.cycle.take(received);
+  if (!message.counter) {
+    if (by_cycle > 0)
+      tell(lost_, received, static_cast<std::uint64_t>(by_cycle), out, [&] {
+        return fmt::format("{} messages {} are missing, by their cycle: it has no counter", by_cycle, id_text(message));
+      });
+    return true;
+  }
   const std::int64_t count = message.counter->raw(frame.bytes());
   const CounterRange range = counter_range(*message.counter);
   if (!range.has(count)) {
@@ -179,7 +186,10 @@ bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& 
     });
     return false;
   }
-  const std::int64_t ahead = state.counter ? range.steps(*state.counter, count) : 1;
+  const std::int64_t steps = state.counter ? range.steps(*state.counter, count) : 1;
+  // The counter says how many, but for whole turns; the cycle says about how many.
+  const double turns = static_cast<double>(by_cycle + 1 - steps) / static_cast<double>(range.count);
+  const std::int64_t ahead = steps + std::max<std::int64_t>(0, std::llround(turns)) * range.count;
   if (ahead == 0) {
     tell(repeated_, received, 1, out,
          [&] { return fmt::format("message {} came again with counter {}: not used", id_text(message), count); });
@@ -187,8 +197,9 @@ bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& 
   }
   if (ahead > 1)
     tell(lost_, received, static_cast<std::uint64_t>(ahead - 1), out, [&] {
-      return fmt::format("message {} jumped from counter {} to {}: so many are missing, or a whole turn of it more",
-                         id_text(message), *state.counter, count);
+      return fmt::format("message {} went from counter {} to {}{}: {} are missing", id_text(message),
+                         state.counter.value_or(count), count,
+                         ahead > steps ? " and round, by its cycle" : "", ahead - 1);
     });
   state.counter = count;
   return true;
@@ -250,7 +261,7 @@ std::optional<double> WheelDecoder::read_distance(const Message& message, State&
     const Pulses& pulses = message.pulses[i];
     const CounterRange range = counter_range(pulses.signal);
     if (most > static_cast<double>(range.count) / 2 * pulses.metres_per_pulse) {
-      tell(lost_, received, 1, out, [&] {
+      tell(implausible_, received, 1, out, [&] {
         return fmt::format("no message {} for {:.2f} s: its pulses may have wrapped, that distance is unknown",
                            id_text(message), to_seconds(received - *last));
       });

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/decoder.hpp"
+#include "drivers/can/can_cycle.hpp"
 #include "drivers/can/can_errors.hpp"
 #include "drivers/can/can_frame.hpp"
 #include "drivers/can/can_signal.hpp"
@@ -16,10 +17,10 @@ namespace hueline::drivers {
 /// A vehicle's wheel encoder on its CAN bus: speeds and pulse counts that its messages carry, as the rig describes
 /// them. Each message with one of them becomes one WheelSpeed: the mean of its wheels.
 ///
-/// Faults: Disconnected, Reconnected (bus-off, restart: from error frames), Lost (gap in a message's rolling counter,
-/// in the gateway's count of datagrams, or pulses that may have wrapped meanwhile), Spurious (a message that came
+/// Faults: Disconnected, Reconnected (bus-off, restart: from error frames), Lost (gap in a message's rolling counter or,
+/// without one, in its cycle; in the gateway's count of datagrams), Spurious (a message that came
 /// again: its counter stands), Malformed (too short, check sum, frames broken on the bus), Implausible (outside the
-/// signal's range, or faster than the vehicle can be or become). What is doubted by one of the last three gives no
+/// signal's range, faster than the vehicle can be or become, or pulses that may have wrapped meanwhile). What is doubted by one of the last three gives no
 /// measurement.
 class WheelDecoder final : public Decoder {
  public:
@@ -60,6 +61,7 @@ class WheelDecoder final : public Decoder {
  private:
   struct State {  // of one message
     std::optional<std::int64_t> counter;
+    CanCycle cycle;
     std::vector<std::int64_t> pulses;
     std::optional<HostTime> pulses_at;
     std::optional<double> speed;

@@ -173,7 +173,8 @@ TEST(WheelDecoder, PulsesWrapAndRollBack) {
   EXPECT_NEAR(turn(77), 51 * 0.4 - 0.1, 1e-9);
   EXPECT_NEAR(turn(5), 51 * 0.4, 1e-9);
   d.end();
-  EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 1}}));
+  EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 50}, {FaultKind::Implausible, 1}}))
+      << "messages by their cycle, and the distance";
 }
 
 TEST(WheelDecoder, BusOffIsToldOnceAndItsEndToo) {
@@ -191,6 +192,57 @@ TEST(WheelDecoder, BusOffIsToldOnceAndItsEndToo) {
   for (int i = 0; i < 100; ++i) d.take(can_error(CAN_ERR_PROT | CAN_ERR_BUSERROR), 6 + 0.001 * i);  // a storm
   d.end();
   EXPECT_EQ(d.faults[FaultKind::Malformed], 100u);
+}
+
+/// The same on a slow vehicle: its pulses do not wrap within 0.1 s.
+WheelDecoder::Config slow() {
+  WheelDecoder::Config out = config();
+  out.max_speed = 20;
+  return out;
+}
+
+/// 20 ms apart with the jitter of an interrupt; one is lost here, one there, and two seconds of both to a bus-off.
+TEST(WheelDecoder, LossesAreCountedByTheCycleWhereNoCounterCan) {
+  Decoded d(slow());
+  std::uint64_t lost = 0, sent = 0;
+  for (int i = 0; i < 600; ++i) {
+    const double at_s = 1 + 0.02 * i + 0.0004 * (i % 7);
+    const bool is_off = i >= 300 && i < 400, is_lost = i > 30 && i % 37 == 0;
+    if (i == 300) d.take(can_error(CAN_ERR_BUSOFF), at_s);
+    if (i == 399) d.take(can_error(CAN_ERR_RESTARTED), at_s);
+    for (const bool is_pulses : {false, true}) {
+      ++sent;
+      if (is_off || is_lost) {
+        ++lost;
+        continue;
+      }
+      d.take(is_pulses ? can_frame(0x1A0, {i & 255, i & 255}) : speeds(100, 100, i), at_s + 0.001 * is_pulses);
+    }
+  }
+  d.end();
+  EXPECT_EQ(d.wheels.size(), sent - lost);
+  EXPECT_EQ(d.faults[FaultKind::Lost], lost);
+  EXPECT_EQ(d.faults[FaultKind::Implausible], 1u) << "pulses may have wrapped meanwhile";
+}
+
+TEST(WheelDecoder, AMessageWithoutACycleIsNotMissed) {
+  Decoded d(slow());
+  std::uint64_t random = 1;
+  double at_s = 1;
+  for (int i = 0; i < 300; ++i) {
+    random = random * 6364136223846793005u + 1442695040888963407u;
+    d.take(can_frame(0x1A0, {i & 255, i & 255}), at_s += 0.002 + 0.06 * static_cast<double>(random >> 40) / (1 << 24));
+  }
+  d.end();
+  EXPECT_TRUE(d.faults.empty()) << d.last_fault;
+}
+
+TEST(WheelDecoder, ACycleThatBecomesAnotherIsLearned) {
+  Decoded d(slow());
+  for (int i = 0; i < 100; ++i) d.take(can_frame(0x1A0, {0, 0}), 1 + 0.02 * i);
+  for (int i = 0; i < 100; ++i) d.take(can_frame(0x1A0, {0, 0}), 3 + 0.04 * i);
+  d.end();
+  EXPECT_LE(d.faults[FaultKind::Lost], 64u);
 }
 
 TEST(WheelDecoder, DatagramsOfAGatewayAreCounted) {

@@ -1,0 +1,45 @@
+#include "drivers/can/can_cycle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace hueline::drivers {
+namespace {
+
+constexpr std::size_t kFewest = 16;
+constexpr double kNearPeriod = 0.25;   // of it: the deviation of an interval that belongs to the cycle
+constexpr double kMostlyNear = 0.75;   // of the intervals, in a cycle
+constexpr double kMostCounted = 1e12;  // messages: clocks may say anything
+constexpr double kShortestGap = 1.6;   // periods: a message that waited on the way is none
+
+}  // namespace
+
+std::optional<double> CanCycle::period_s() const {
+  const std::size_t known = std::min(count_, intervals_ns_.size());
+  if (known < kFewest) return {};
+  auto sorted = intervals_ns_;
+  const auto end = sorted.begin() + static_cast<std::ptrdiff_t>(known), middle = sorted.begin() + static_cast<std::ptrdiff_t>(known / 2);
+  std::nth_element(sorted.begin(), middle, end);
+  const auto median = static_cast<double>(*middle);
+  double sum = 0, near = 0;
+  for (auto interval = sorted.begin(); interval != end; ++interval) {
+    if (std::abs(static_cast<double>(*interval) - median) > kNearPeriod * median) continue;
+    sum += static_cast<double>(*interval);
+    ++near;
+  }
+  if (median <= 0 || near < kMostlyNear * static_cast<double>(known)) return {};
+  return sum / near * 1e-9;  // the mean: what one message waits longer, the next one waits less
+}
+
+std::int64_t CanCycle::take(HostTime received) {
+  const std::optional<HostTime> before = std::exchange(last_, received);
+  if (!before) return 0;
+  const auto interval = received - *before;
+  const std::optional<double> period = period_s();
+  intervals_ns_[count_++ % intervals_ns_.size()] = interval.count();
+  if (!period || to_seconds(interval) < kShortestGap * *period) return 0;
+  return std::llround(std::min(kMostCounted, to_seconds(interval) / *period)) - 1;
+}
+
+}  // namespace hueline::drivers
