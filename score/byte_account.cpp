@@ -15,14 +15,16 @@ std::uint64_t unexplained_bytes(const DeviceBytes& d) {
 }
 
 void add_byte_figures(const std::map<std::string, DeviceBytes>& devices, ScenarioScore& score) {
-  std::uint64_t sum = 0;
+  std::uint64_t sum = 0, overtold = 0;
   for (const auto& [name, d] : devices) {
     const std::uint64_t unexplained = unexplained_bytes(d);
     sum += unexplained;
+    overtold += d.told_lost > d.missing_units ? d.told_lost - d.missing_units : 0;
     score.notes.push_back(fmt::format("{}: {} units sent, {} of them never came, {} told lost; {} bytes came: decoded {}, ignored by name {}, malformed {}; unexplained {}",
                                       name, d.sent_units, d.missing_units, d.told_lost, d.received_bytes, d.decoded, d.ignored, d.malformed, unexplained));
   }
   score.figures["unexplained_bytes"] = devices.empty() ? Figure{{}, "no device sent anything"} : Figure{static_cast<double>(sum), {}};
+  score.figures["overtold_units"] = devices.empty() ? Figure{{}, "no device sent anything"} : Figure{static_cast<double>(overtold), {}};
 }
 
 }  // namespace hueline::score

@@ -21,7 +21,7 @@ struct DeviceBytes {
 /// and those of units that were sent, did not come, and were not told lost. A unit's bytes are the device's mean.
 std::uint64_t unexplained_bytes(const DeviceBytes& device);
 
-/// unexplained_bytes and a note a device.
+/// unexplained_bytes, overtold_units and a note a device.
 void add_byte_figures(const std::map<std::string, DeviceBytes>& devices, ScenarioScore& score);
 
 }  // namespace hueline::score

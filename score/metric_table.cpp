@@ -44,6 +44,7 @@ constexpr std::array kMetrics = {
     Metric{"hole_de00_ratio", "1", "their median CIEDE2000 over that of the sampled points outside the hole", Better::Lower, 0, 0.1, 0.05, false},
     Metric{"moving_contaminated_share", "1", "sampled coloured points of a wrong surface where the point or what the lens met moves by itself", Better::Lower, 0, 0.0008, 0.05, false},
     Metric{"unexplained_bytes", "bytes", "sent by the devices but neither decoded, ignored by name, malformed by name nor told lost", Better::Lower, 0, 0, 0, false},
+    Metric{"overtold_units", "units", "told lost, but not missing: one loss told twice, or none", Better::Lower, 0, 0, 0, false},
     Metric{"recorded_share", "1", "packets read back from the recording after a fault of the computer, of those that came while the program ran", Better::Higher, 0, 0.002, 0, false},
     Metric{"recovered_share", "1", "the same, of the packets that the recording promises to hold", Better::Higher, 0, 0, 0, false},
     Metric{"recording_end_lost_s", "s", "from the last packet read back until the program ended", Better::Lower, 0, 0.1, 0.05, false},

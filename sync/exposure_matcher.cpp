@@ -100,10 +100,8 @@ void ExposureMatcher::add(Image image, const GpsStamp& arrival, std::vector<Expo
       counter = count_ns(image.time);
     } else if (image.frame_id > *last_frame_ + 1) {
       const std::uint64_t gap = image.frame_id - *last_frame_ - 1;
-      counts_.lost_images += gap;
+      counts_.lost_images += gap;  // told by the decoder
       unexplained_frames_ += gap;
-      faults_.add(config_.camera, FaultKind::Lost, "image", image.received,
-                  "frame numbers are missing: images were lost", gap);
     }
   }
   Pending pending{std::move(image), arrival, counter};

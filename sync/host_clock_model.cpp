@@ -64,11 +64,8 @@ void HostClockModel::advance(HostTime now) {
 void HostClockModel::add(const PpsEdge& pps) {
   if (pps.sensor != config_.pps || config_.pps == kSystemSensor) return;
   ++counts_.edges;
-  if (last_sequence_ && pps.sequence > *last_sequence_ + 1) {
-    const std::uint64_t gap = pps.sequence - *last_sequence_ - 1;
-    faults_.add(pps.sensor, FaultKind::Lost, "edge", pps.edge, "edges that the PPS source counted and did not deliver",
-                gap);
-  }
+  // The decoder tells of edges that the source counted and did not deliver.
+  if (last_sequence_ && pps.sequence > *last_sequence_) told_missing_ += pps.sequence - *last_sequence_ - 1;
   last_sequence_ = pps.sequence;
   const HostTime edge = pps.edge - config_.edge_delay;
   if (!filter_.is_started()) {
@@ -85,10 +82,13 @@ void HostClockModel::add(const PpsEdge& pps) {
     if (innovation.pulse > last_pulse_ + 1) {
       const auto gap = static_cast<std::uint64_t>(innovation.pulse - last_pulse_ - 1);
       counts_.missing += gap;
-      faults_.add(pps.sensor, FaultKind::Lost, "pulse", pps.edge, "no usable edge at these seconds", gap);
+      if (gap > told_missing_)
+        faults_.add(pps.sensor, FaultKind::Lost, "pulse", pps.edge, "no usable edge at these seconds",
+                    gap - told_missing_);
     }
     in_a_row_ = innovation.pulse == last_pulse_ + 1 ? in_a_row_ + 1 : 1;
     last_pulse_ = innovation.pulse;
+    told_missing_ = 0;
     filter_.update(edge, innovation);
     finder_.reset();
     ++counts_.accepted;

@@ -120,6 +120,7 @@ class HostClockModel {
   std::int64_t last_pulse_ = 0;
   int in_a_row_ = 0;
   std::optional<std::uint64_t> last_sequence_;
+  std::uint64_t told_missing_ = 0;  // edges since the last good one
   std::optional<SensorId> line_source_;
   std::deque<double> recent_delays_s_;   // of the newest messages, by this clock
   std::optional<double> usual_delay_s_;  // the least of them when the last edge fitted

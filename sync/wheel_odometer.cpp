@@ -56,7 +56,7 @@ void WheelOdometer::add(WheelSpeed wheel, const HostClockModel& clock, std::vect
   if (!stamped) return;
   is_directional_ |= wheel.is_directional;
   if (last_message_ && stamped->time - *last_message_ > config_.silence)
-    faults_.add(config_.sensor, FaultKind::Lost, "silence", wheel.received,
+    faults_.add(config_.sensor, FaultKind::Silent, "silence", wheel.received,
                 fmt::format("no word of the wheels for {:.2f} s", to_seconds(stamped->time - *last_message_)));
   last_message_ = last_message_ ? std::max(*last_message_, stamped->time) : stamped->time;
   if (wheel.speed) {

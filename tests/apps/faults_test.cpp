@@ -127,6 +127,30 @@ TEST_P(Faults, AreSurvivedAndTold) {
   for (const auto& [sensor, counts] : out.bytes) EXPECT_EQ(counts.first, counts.second) << sensor;
 }
 
+/// What is lost on the way is told lost: as many units, once.
+TEST(Faults, LossesAreToldWithTheirNumber) {
+  const auto told_lost = [](FaultType type, FaultTarget target) {
+    FaultLine line = FaultLine::usual(type, kBegin, kEnd - kBegin);
+    line.target = target;
+    const FaultyOutcome out = FaultyDrive::shared().run({line});
+    const auto lost = out.told.find(FaultKind::Lost);
+    return std::pair(lost == out.told.end() ? 0 : lost->second, out.hits.at(0));
+  };
+  for (const auto& [type, target] : {std::pair(FaultType::PacketLoss, FaultTarget::Laser),
+                                     std::pair(FaultType::BurstLoss, FaultTarget::Laser),
+                                     std::pair(FaultType::Outage, FaultTarget::Laser),
+                                     std::pair(FaultType::ImageLoss, FaultTarget::Camera),
+                                     std::pair(FaultType::PacketLoss, FaultTarget::Wheel),
+                                     std::pair(FaultType::Outage, FaultTarget::Wheel),
+                                     std::pair(FaultType::Outage, FaultTarget::Pps)}) {
+    const auto [told, lost] = told_lost(type, target);
+    EXPECT_GT(lost, 0u) << sim::entry_of(type).name << " " << sim::name(target);
+    EXPECT_EQ(told, lost) << sim::entry_of(type).name << " " << sim::name(target);
+  }
+  const auto [told, hits] = told_lost(FaultType::CanBusOff, FaultTarget::Wheel);
+  EXPECT_EQ(told + 1, hits) << "frames, and the bus itself";
+}
+
 TEST(Faults, TheDriveWithoutThemIsWhole) {
   const FaultyOutcome& clean = FaultyDrive::shared().clean();
   const auto all = clean.sum(0, 1e9), middle = clean.sum(kBegin - 1.5, kEnd + 1.5);

@@ -70,13 +70,13 @@ TEST(VelodyneFaults, BrokenBlocksAreLeftOutAndCounted) {
   EXPECT_EQ(decoder.counts().decoded_bytes, 1006u);
 }
 
-TEST(VelodyneFaults, BlocksBehindAnAzimuthJumpHaveNoTimeAndAreLost) {
+TEST(VelodyneFaults, BlocksBehindAnAzimuthJumpHaveNoTime) {
   Blocks blocks = turning(1000, 40);
   for (std::size_t b = 9; b < 12; ++b) blocks[b].azimuth += 9000;
   VelodyneDecoder decoder(5, {});
   const Decoded d = decode(decoder, velodyne_data(blocks, 0, 0x37, 0x22));
   ASSERT_EQ(d.faults.size(), 1u);
-  EXPECT_EQ(d.faults[0].kind, FaultKind::Lost);
+  EXPECT_EQ(d.faults[0].kind, FaultKind::NoTime);
   EXPECT_EQ(d.faults[0].count, 3u);
   EXPECT_EQ(d.batches.at(0).returns.size(), 9u * 32);
 }

@@ -62,6 +62,15 @@ TEST(ByteAccount, EveryByteInOnePlace) {
   EXPECT_EQ(unexplained_bytes(d), 100u);
   d.told_lost = 3;
   EXPECT_EQ(unexplained_bytes(d), 0u);
+  const auto overtold = [](const DeviceBytes& device) {
+    ScenarioScore score;
+    add_byte_figures({{"laser", device}, {"pos", {}}}, score);
+    return score.figures.at("overtold_units").value;
+  };
+  EXPECT_EQ(overtold(d), 0);
+  d.told_lost = 5;
+  EXPECT_EQ(unexplained_bytes(d), 0u);
+  EXPECT_EQ(overtold(d), 2) << "who says five where three are missing has told of one twice";
 }
 
 Sheet sheet_of(std::map<std::string, Figure> figures) {

@@ -181,7 +181,7 @@ TEST(WheelOdometer, SilenceIsTold) {
   course.is_lost = [](double s) { return s > 30 && s < 33; };
   course.counts = true;
   course.run();
-  EXPECT_EQ(course.count(FaultKind::Lost), 1u) << course.details();
+  EXPECT_EQ(course.count(FaultKind::Silent), 1u) << course.details();
   EXPECT_EQ(course.count(FaultKind::Implausible), 0u) << course.details();
   EXPECT_NEAR(course.odometer->pulses().wheels_m, true_way(59.983), 0.2) << "pulses go on counting";
   EXPECT_NEAR(course.odometer->speeds().wheels_m, true_way(59.983) - 24, 0.5);
