@@ -41,6 +41,7 @@ std::uint64_t arrived(const sim::Timeline& timeline, sim::WireChannel channel) {
   std::uint64_t count = 0;
   for (const auto& event : timeline.events) {
     if (event.channel != channel || (channel == sim::WireChannel::Pos && event.log.id == 0)) continue;
+    if (event.number == sim::kNoUnit) continue;
     ++count;
     numbers.insert(event.number);
   }

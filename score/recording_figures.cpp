@@ -11,6 +11,7 @@ void add_recording_figures(const std::optional<RecordingFacts>& facts, ScenarioS
     return;
   }
   const RecordingFacts& f = *facts;
+  score.figures["overtold_units"] = {{}, "what the recording lost is told inside it, and shows as gaps in the devices' counts too"};
   const auto share = [](std::uint64_t part, std::uint64_t whole, const char* reason) {
     return whole > 0 ? Figure{static_cast<double>(part) / static_cast<double>(whole), {}} : Figure{{}, reason};
   };

@@ -89,7 +89,7 @@ std::size_t add_foreign(const FaultLine& line, WireChannel channel, std::vector<
     event.at_ns = random.between(line.begin_ns(), line.end_ns() - 1);
     event.payload = random_bytes(
         is_noise ? kNoiseBytes : static_cast<std::size_t>(random.between(kLeastDatagram, kMostDatagram)), random);
-    event.number = UINT32_MAX;
+    event.number = kNoUnit;
     events.push_back(std::move(event));
   }
   return is_noise ? count * kNoiseBytes : count;

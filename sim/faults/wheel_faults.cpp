@@ -49,7 +49,7 @@ std::size_t spoil_bus(const FaultLine& line, std::vector<WireEvent>& events) {
     event.channel = WireChannel::Wheel;
     event.at_ns = is_end ? line.end_ns() : line.begin_ns();
     event.payload = is_end ? encode_bus_restarted() : encode_bus_off();
-    event.number = UINT32_MAX;
+    event.number = kNoUnit;
     events.push_back(std::move(event));
   }
   sort_by_time(events);

@@ -18,6 +18,8 @@ enum class WireChannel : std::uint8_t { LaserData, LaserPosition, Pos, Pps, Came
 constexpr std::size_t kWireChannels = 6;
 const char* name(WireChannel channel);
 
+constexpr std::uint32_t kNoUnit = UINT32_MAX;  ///< WireEvent::number of what is none of the device's units: foreign packets, words of the bus
+
 /// One thing that a device sends at `at_ns`.
 struct WireEvent {
   /// Drive time at which its first byte leaves the device (Pps: at which the kernel would report it; Wheel: of the frame's end).
