@@ -1,5 +1,6 @@
 #include "config/scenario.hpp"
 
+#include <filesystem>
 #include <initializer_list>
 #include <type_traits>
 
@@ -65,9 +66,19 @@ sim::FaultLine read_fault(Section& section) {
   return line;
 }
 
+/// `image` is relative to the scenario's file.
+std::shared_ptr<const sim::Surroundings> read_surroundings(Section section, const std::string& name) {
+  const auto image = std::filesystem::path(name).parent_path() / section.text("image");
+  const auto loaded = sim::Surroundings::load(image, section.number("centre_azimuth_deg", {0, 360}, 0));
+  if (!loaded.ok()) section.refuse("image", loaded.error().message);
+  section.finish();
+  return *loaded;
+}
+
 sim::Scenario read(Section root, const std::string& name) {
   sim::Scenario scenario;
   sim::Scenario::visit(scenario, Reader{root});
+  if (root.has("surroundings")) scenario.surroundings = read_surroundings(root.section("surroundings"), name);
   for (Section& one : root.list_or_empty("faults")) scenario.faults.push_back(read_fault(one));
   root.finish();
   if (const std::string wrong = scenario.validate(); !wrong.empty()) throw ConfigError(name + ": " + wrong);

@@ -151,6 +151,7 @@ std::string Scenario::text() const {
   std::string out;
   for (const std::string& line : writer.lines)
     if (!is_young(line) || std::find(usual.lines.begin(), usual.lines.end(), line) == usual.lines.end()) out += line;
+  if (surroundings) out += "surroundings=" + surroundings->identity() + "\n";
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "sim/faults/fault.hpp"
 #include "sim/scenario_rig.hpp"
 #include "sim/scenario_scene.hpp"
+#include "sim/surroundings.hpp"
 
 /// Everything that decides a simulated drive. Two equal scenarios give the same bytes. Each Config names its keys, units and
 /// allowed ranges once, in visit(): validate(), the cache's fingerprint and the YAML loader all walk the same list.
@@ -173,6 +175,8 @@ struct Scenario {
   LaserConfig laser;
   CameraConfig camera;
   WheelConfig wheel;
+  /// Null: the painted sky. Not in visit(): its identity is in text().
+  std::shared_ptr<const Surroundings> surroundings;
   /// Spoil what the devices send (faults/faulty_timeline.hpp), not what is rendered: not in visit(), text() and fingerprint(), so that
   /// drives that differ in their faults alone share one folder.
   std::vector<FaultLine> faults;

@@ -54,6 +54,7 @@ World::World(const Scenario& scenario, const Motion& motion)
       config_(scenario.street),
       begin_(scenario.sensors_begin_gps_ns()),
       scene_(build_scene(scenario, motion.centre_line(), motion.length_m())),
+      surroundings_(scenario.surroundings),
       embree_(std::make_unique<Embree>()) {
   const double az = radians(config_.sun_azimuth_deg), el = radians(config_.sun_elevation_deg);
   to_sun_ = {std::sin(az) * std::cos(el), std::cos(az) * std::cos(el), std::sin(el)};

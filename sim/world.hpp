@@ -5,15 +5,12 @@
 #include <span>
 #include <vector>
 
+#include "sim/radiance.hpp"
 #include "sim/scene.hpp"
+#include "sim/surroundings.hpp"
 #include "sim/vehicle.hpp"
 
 namespace hueline::sim {
-
-/// Linear light, 1 = a white matt surface facing the sun.
-struct Radiance {
-  float r = 0, g = 0, b = 0;
-};
 
 /// What a ray met. Places in the scene's local level, m.
 struct Seen {
@@ -66,7 +63,7 @@ class World {
   struct Contact;
   void trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> seen, std::span<Contact> contacts) const;
   void find_shadows(const Moment& at, std::span<const Ray> rays, std::span<const Seen> seen, std::span<Contact> contacts) const;
-  Radiance sky(Vec3 direction) const;
+  Radiance sky(Vec3 direction, float cone) const;
   /// Share of the sky's light that reaches a place: 1 in the open.
   float daylight(Vec3 place) const;
   /// Light of the lamps on a white surface.
@@ -78,6 +75,7 @@ class World {
   GpsNs begin_;
   Scene scene_;
   Vec3 to_sun_;
+  std::shared_ptr<const Surroundings> surroundings_;  ///< null: the painted sky
   std::vector<std::uint8_t> is_moving_;  ///< by surface
   std::unique_ptr<Embree> embree_;
 };

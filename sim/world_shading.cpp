@@ -6,7 +6,12 @@
 
 namespace hueline::sim {
 
-Radiance World::sky(Vec3 d) const {
+Radiance World::sky(Vec3 d, float cone) const {
+  const auto bright = static_cast<float>(config_.sky_brightness);
+  if (surroundings_) {
+    const Radiance c = surroundings_->at(d, cone);
+    return {bright * c.r, bright * c.g, bright * c.b};
+  }
   const auto up = static_cast<float>(std::max(0.0, d.z));
   const float haze = std::exp(-5.0f * up);
   Radiance c{0.22f + 0.50f * haze, 0.42f + 0.36f * haze, 0.80f + 0.05f * haze};
@@ -19,7 +24,6 @@ Radiance World::sky(Vec3 d) const {
   const auto glow = static_cast<float>(std::max(0.0, dot(d, to_sun_)));
   const float g8 = glow * glow * glow * glow * glow * glow * glow * glow, disc = glow > 0.99996f ? 4.0f : 0.0f;
   const float halo = 0.25f * g8 * g8 * g8 + disc;
-  const auto bright = static_cast<float>(config_.sky_brightness);
   return {bright * (c.r + halo), bright * (c.g + 0.93f * halo), bright * (c.b + 0.8f * halo)};
 }
 
@@ -49,7 +53,7 @@ float World::lamplight(Vec3 place, Vec3 normal) const {
 }
 
 Radiance World::shade(const Ray& ray, Seen& s, const Contact& c, float cone) const {
-  if (!s.is_hit) return sky(ray.direction);
+  if (!s.is_hit) return sky(ray.direction, cone);
   Albedo a;
   if (c.own_part >= 0) {
     a = c.own_part < 2 || c.own_part == 7 ? Albedo{.72f, .72f, .70f} : Albedo{.05f, .05f, .05f};
@@ -84,7 +88,7 @@ Radiance World::shade(const Ray& ray, Seen& s, const Contact& c, float cone) con
   if (s.material == Material::CarGlass || s.material == Material::CarPaint) {
     const Vec3 mirrored = ray.direction - 2 * dot(ray.direction, s.normal) * s.normal;
     const float share = s.material == Material::CarGlass ? 0.22f : 0.05f;
-    const Radiance m = mirrored.z > 0 ? sky(mirrored) : Radiance{0.15f, 0.15f, 0.15f};
+    const Radiance m = mirrored.z > 0 ? sky(mirrored, cone) : Radiance{0.15f, 0.15f, 0.15f};
     out = {out.r + share * m.r, out.g + share * m.g, out.b + share * m.b};
   }
   return out;

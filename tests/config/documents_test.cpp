@@ -117,6 +117,29 @@ TEST(ScenarioDocument, HasEveryKeyWithItsDefaultAndRange) {
   for (const std::string& row : rows) EXPECT_NE(text.find(row), std::string::npos) << row;
 }
 
+TEST(ScenarioDocument, HasTheKeysOfSurroundings) {
+  const std::string text = document("scenario.md");
+  for (const char* key : {"image", "centre_azimuth_deg"})
+    EXPECT_NE(text.find(fmt::format("`surroundings.{}`", key)), std::string::npos) << key;
+}
+
+TEST(Scenario, SurroundingsThatCannotBeReadAreRefusedWithTheirPlace) {
+  const auto complaint = [](const std::string& text) {
+    try {
+      (void)parse_scenario(text, "folder/s.yaml");
+    } catch (const ConfigError& e) {
+      return std::string(e.what());
+    }
+    return std::string("taken");
+  };
+  const std::string missing = complaint("seed: 2\nsurroundings: {image: none.jpg}");
+  EXPECT_NE(missing.find("s.yaml:2"), std::string::npos) << missing;
+  EXPECT_NE(missing.find("surroundings.image"), std::string::npos) << missing;
+  EXPECT_NE(missing.find("folder/none.jpg"), std::string::npos) << missing << ": relative to the scenario's file";
+  EXPECT_NE(complaint("surroundings: {centre_azimuth_deg: 3}").find("image"), std::string::npos);
+  EXPECT_NE(complaint("surroundings: {image: none.jpg, turned: 3}"), "taken");
+}
+
 TEST(ScenarioDocument, HasEveryFaultAsTheRegistryHasIt) {
   const std::string text = document("scenario.md");
   for (const sim::FaultEntry& entry : sim::fault_registry()) {
