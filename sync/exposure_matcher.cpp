@@ -175,15 +175,21 @@ GpsTime ExposureMatcher::watermark(GpsTime now) const {
   return last_out_ ? std::max(earliest, *last_out_) : earliest;
 }
 
+void ExposureMatcher::learn(bool final) {
+  if (config_.mark_input == 0 || !config_.has_counter || relation_.is_known() || pending_.empty()) return;
+  std::vector<GpsTime> marks;
+  for (const Mark& m : marks_) marks.push_back(m.time);
+  auto pairs = learner_.learn(marks);
+  // A slow camera or a short drive: better than to give the first images up.
+  if (pairs.empty() && (final || now_ - pending_.front().arrival.time > config_.patience))
+    pairs = learner_.learn_from_few(marks);
+  if (pairs.empty()) return;
+  relation_.start(pairs);
+  compare_with_trusted();
+}
+
 void ExposureMatcher::work(bool final, std::vector<Exposure>& out) {
-  if (config_.mark_input != 0 && config_.has_counter && !relation_.is_known() && !pending_.empty()) {
-    std::vector<GpsTime> marks;
-    for (const Mark& m : marks_) marks.push_back(m.time);
-    if (const auto pairs = learner_.learn(marks); !pairs.empty()) {
-      relation_.start(pairs);
-      compare_with_trusted();
-    }
-  }
+  learn(final);
   while (!pending_.empty()) {
     Pending& front = pending_.front();
     const bool full = pending_.size() > config_.pending_limit;

@@ -20,7 +20,8 @@ namespace hueline::sync {
 /// First by arrival: an image arrives latency_min to latency_max after its exposure, so a few marks are possible; when
 /// `learn_images` images agree on one difference (mark time - camera counter), no rival difference has half as many,
 /// and no image came sooner than it allows, that is the camera's relation, and the images held meanwhile are matched by
-/// it. (A periodic camera whose first `learn_images` images are all delivered late by the same whole interval cannot be
+/// it. An image whose patience ends before, or with the drive, does not wait for more of them if nothing can be mistaken:
+/// three that agree, none with two marks, are enough. (A periodic camera whose first `learn_images` images are all delivered late by the same whole interval cannot be
 /// told from one on time.) From then on an image takes the mark at the time that the relation predicts, however late it
 /// is delivered. No mark there: CameraClock, with the relation's grown sigma. Two marks there: the first if they are
 /// one bounced strobe (`bounce`, sigma grown), else Unmatched with a fault. No mark there, but one beside it that the
@@ -104,6 +105,7 @@ class ExposureMatcher {
   bool has_rival(const Pending& pending, GpsTime predicted, nanoseconds gate) const;
   void compare_with_trusted();
   bool is_too_early(GpsTime arrival, GpsTime mark, nanoseconds sigma) const;
+  void learn(bool final);
   void work(bool final, std::vector<Exposure>& out);
   bool match_by_relation(Pending& pending, bool final, std::vector<Exposure>& out);
   bool match_by_arrival(Pending& pending, bool final, std::vector<Exposure>& out);

@@ -17,12 +17,8 @@ bool RelationLearner::is_refuted(std::int64_t difference) const {
   });
 }
 
-std::vector<CameraRelation::Pair> RelationLearner::learn(const std::vector<GpsTime>& marks) const {
-  struct Vote {
-    std::int64_t difference;
-    std::size_t image;
-    GpsTime mark;
-  };
+/// By difference, then by mark.
+std::vector<RelationLearner::Vote> RelationLearner::votes(const std::vector<GpsTime>& marks) const {
   std::vector<Vote> votes;
   for (std::size_t i = 0; i < images_.size(); ++i)
     for (const GpsTime mark : marks) {
@@ -33,6 +29,28 @@ std::vector<CameraRelation::Pair> RelationLearner::learn(const std::vector<GpsTi
   std::sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) {
     return std::tie(a.difference, a.mark) < std::tie(b.difference, b.mark);
   });
+  return votes;
+}
+
+std::vector<CameraRelation::Pair> RelationLearner::learn_from_few(const std::vector<GpsTime>& marks) const {
+  constexpr std::size_t kFew = 3;
+  const auto votes = this->votes(marks);
+  if (votes.size() < kFew || votes.back().difference - votes.front().difference > config_.tolerance.count() ||
+      is_refuted(votes.front().difference))
+    return {};
+  std::vector<CameraRelation::Pair> pairs;
+  std::vector<bool> has_voted(images_.size(), false);
+  for (const Vote& vote : votes) {
+    if (has_voted[vote.image]) return {};
+    has_voted[vote.image] = true;
+    pairs.push_back({images_[vote.image].counter, vote.mark});
+  }
+  std::sort(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) { return a.mark < b.mark; });
+  return pairs;
+}
+
+std::vector<CameraRelation::Pair> RelationLearner::learn(const std::vector<GpsTime>& marks) const {
+  const auto votes = this->votes(marks);
   const auto voters = [&](std::size_t from, std::size_t to) {
     std::vector<std::size_t> images;
     for (std::size_t v = from; v < to; ++v) images.push_back(votes[v].image);

@@ -26,12 +26,21 @@ class RelationLearner {
   /// Pairs of the one difference that enough images agree on, that has no rival of half as many votes, and that no
   /// image refutes; empty if there is none. `marks` by time.
   std::vector<CameraRelation::Pair> learn(const std::vector<GpsTime>& marks) const;
+  /// The same from three images or more where nothing can be mistaken: no image has two marks that its latency allows, and
+  /// all that have one agree. For when there is no time, or there are no images, to wait for.
+  std::vector<CameraRelation::Pair> learn_from_few(const std::vector<GpsTime>& marks) const;
 
  private:
   struct Seen {
     std::int64_t counter;
     GpsTime arrival;
   };
+  struct Vote {
+    std::int64_t difference;
+    std::size_t image;
+    GpsTime mark;
+  };
+  std::vector<Vote> votes(const std::vector<GpsTime>& marks) const;
   bool is_refuted(std::int64_t difference) const;
   Config config_;
   std::deque<Seen> images_;  // newest 64

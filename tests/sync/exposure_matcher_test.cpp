@@ -19,6 +19,29 @@ TEST(ExposureMatcher, GivenAllMarksAndImagesThenEachGetsItsOwn) {
   EXPECT_TRUE(run.faults.empty());
 }
 
+TEST(ExposureMatcher, GivenAShortDriveOfASlowCameraThenItsFewImagesGetTheirMarks) {
+  Drive drive(some_begin(), seconds(9));
+  SimulatedCamera camera;
+  camera.rate_hz = 1;
+  CameraCourse run(drive, camera);
+  EXPECT_EQ(camera.truth.size(), 8u);
+  EXPECT_EQ(run.counts().by_mark, camera.truth.size());
+  EXPECT_TRUE(run.faults.empty());
+}
+
+TEST(ExposureMatcher, GivenFewImagesThatTwoMarksMayBelongToThenNoneIsGuessed) {
+  Drive drive(some_begin(), seconds(2));
+  SimulatedCamera camera;
+  camera.rate_hz = 7;
+  ExposureMatcher::Config config = matcher_config();
+  config.latency_max = ms(250);  // more than the interval
+  CameraCourse run(drive, camera, config);
+  EXPECT_GE(camera.truth.size(), 5u);
+  EXPECT_LT(camera.truth.size(), 10u);
+  EXPECT_EQ(run.counts().by_mark, 0u);
+  EXPECT_EQ(run.counts().unmatched, camera.truth.size());
+}
+
 TEST(ExposureMatcher, GivenLostMarksThenTheCameraClockTellsWithGrownSigma) {
   Drive drive(some_begin(), seconds(60));
   SimulatedCamera camera;
