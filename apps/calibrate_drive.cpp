@@ -3,15 +3,16 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
 
 #include "apps/calibrate.hpp"
-#include "apps/calibrate_shot.hpp"
 #include "apps/drive_shots.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/pipeline.hpp"
+#include "apps/progress_bar.hpp"
 #include "apps/recording.hpp"
 #include "apps/simulated_recording.hpp"
 #include "apps/simulated_rig.hpp"
@@ -29,20 +30,33 @@ constexpr double kDeg = 57.29577951308232;
 /// A drive and the rig that it is read with.
 struct Source {
   config::Rig rig;
-  std::optional<Transform<Body, CameraHead>> truth;  ///< of the simulator
+  std::optional<config::Rig> truth;  ///< of the simulator
   std::optional<Recording> recording;
   std::optional<sim::Scenario> scenario;
   std::optional<sim::Drive> drive;
 
-  Status feed(const std::function<bool(const Packet&)>& use) {
-    if (recording) return recording->for_each(use);
+  Status feed(ProgressBar& bar, const std::function<void(const Packet&)>& use) {
+    if (recording) {
+      std::optional<HostTime> first;
+      return recording->for_each([&](const Packet& packet) {
+        if (!first) first = packet.received;
+        bar.show(fmt::format("reading, minute {}", 1 + static_cast<int>(to_seconds(packet.received - *first) / 60)), 0);
+        use(packet);
+        return true;
+      });
+    }
     const auto timeline = sim::scenario_timeline(*scenario, *drive);
     if (!timeline.ok()) return timeline.error();
-    return for_each_simulated_packet(*drive, timeline->timeline, rig, use);
+    const double events = static_cast<double>(timeline->timeline.events.size());
+    return for_each_simulated_packet(*drive, timeline->timeline, rig, [&](const Packet& packet) {
+      if (packet.sequence % 512 == 0) bar.show("reading", std::min(1.0, static_cast<double>(packet.sequence) / events));
+      use(packet);
+      return true;
+    });
   }
 };
 
-Result<Source> open(const DriveFiles& files) {
+Result<Source> open(const DriveFiles& files, ProgressBar& bar) {
   Source out;
   if (!files.recording.empty()) {
     auto recording = Recording::open(files.recording, files.rig);
@@ -52,80 +66,108 @@ Result<Source> open(const DriveFiles& files) {
     return out;
   }
   out.scenario = config::load_scenario(files.scenario);
-  auto drive = sim::generate(*out.scenario, files.cache);
+  auto drive = sim::generate(*out.scenario, files.cache, [&](const std::string& stage, double share) { bar.show("rendering " + stage, share); });
   if (!drive.ok()) return drive.error();
   out.drive = std::move(*drive);
-  const config::Rig perfect = config::parse_rig(simulated_rig(*out.scenario, {}, "lens"), "simulated rig");
-  out.truth = perfect.geometry.head.T_body_head;
-  out.rig = files.rig.empty() ? perfect : config::load_rig(files.rig);
-  if (files.off_deg > 0) {
-    // About an axis that is none of the head's.
-    const Eigen::AngleAxisd off(files.off_deg / kDeg, Eigen::Vector3d(1, -2, 1.5).normalized());
-    out.rig.geometry.head.T_body_head.rotation = (out.rig.geometry.head.T_body_head.rotation * off).normalized();
-  }
+  out.truth = config::parse_rig(simulated_rig(*out.scenario, {}, "lens"), "simulated rig");
+  out.rig = files.rig.empty() ? *out.truth : config::load_rig(files.rig);
+  for (auto& camera : out.rig.sync.cameras) camera.strobe_delay += from_seconds(files.off_ms * 1e-3);
   return out;
 }
 
-std::vector<AlignmentLens> lenses_of(const config::Rig& rig) {
-  std::vector<AlignmentLens> out;
-  for (const auto& lens : rig.geometry.head.lenses) out.push_back({lens_values(lens.intrinsics), lens.T_head_lens, lens.intrinsics.max_angle});
-  return out;
+/// The head put off about axis `number` of `count` that are spread over the sphere (Fibonacci's lattice); a single one is none of the head's.
+Transform<Body, CameraHead> put_off(Transform<Body, CameraHead> head, double off_deg, int number, int count) {
+  if (!(off_deg > 0)) return head;
+  Eigen::Vector3d axis(1, -2, 1.5);
+  if (count > 1) {
+    const double z = 1 - (2 * number + 1.0) / count, around = number * 2.399963229728653;
+    axis = {std::sqrt(1 - z * z) * std::cos(around), std::sqrt(1 - z * z) * std::sin(around), z};
+  }
+  head.rotation = (head.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(off_deg / kDeg, axis.normalized()))).normalized();
+  return head;
+}
+
+std::string said_of(const Alignment& found, const Transform<Body, CameraHead>& start, const Source& source) {
+  const Eigen::Vector4d sigma = found.covariance.diagonal().cwiseSqrt();
+  std::string said = found.patches > 0
+                         ? fmt::format("adjusted in {} patches by {:.3f} deg and {:.2f} ms after a search of score {:.3f}, {:.3f} at the start\n", found.patches,
+                                       found.moved.head<3>().norm() * kDeg, found.moved[3] * 1e3, found.score, found.score_start)
+                         : fmt::format("not adjusted: {}; searched in {} samples, score {:.3f}, {:.3f} at the start\n", found.not_adjusted, found.samples, found.score, found.score_start);
+  said += fmt::format("turned by {:.3f} deg against the start, +- {:.4f} {:.4f} {:.4f} deg about the head's axes; images later than said by {:.2f} +- {:.2f} ms\n",
+                      found.T_body_head.rotation.angularDistance(start.rotation) * kDeg, sigma[0] * kDeg, sigma[1] * kDeg, sigma[2] * kDeg, found.time_offset_s * 1e3, sigma[3] * 1e3);
+  if (!source.truth) return said;
+  const Eigen::AngleAxisd off(source.truth->geometry.head.T_body_head.rotation.conjugate() * found.T_body_head.rotation);
+  const Eigen::Vector3d turn = off.axis() * std::remainder(off.angle(), 2 * 3.14159265358979323846) * kDeg;
+  const double true_ms = to_seconds(source.truth->sync.cameras[0].strobe_delay - source.rig.sync.cameras[0].strobe_delay) * 1e3;
+  return said + fmt::format("against the simulator's truth: {:.4f} deg ({:.4f} {:.4f} {:.4f}), {:.2f} ms\n", turn.norm(), turn.x(), turn.y(), turn.z(), found.time_offset_s * 1e3 - true_ms);
+}
+
+Status write_fragment(const DriveFiles& files, const Alignment& found, std::size_t images) {
+  CalibrationRecord record;
+  record.method = "mount";
+  record.date = files.date;
+  record.data = {files.recording.empty() ? files.scenario : files.recording, fmt::format("{} lens images, no targets", images),
+                 fmt::format("images later than said by {:.2f} ms: add to strobe_delay_us", found.time_offset_s * 1e3)};
+  record.residual_unit = "px";
+  record.parameters = {"turn_head_x_deg", "turn_head_y_deg", "turn_head_z_deg", "time_offset_ms"};
+  const Eigen::Vector4d unit(kDeg, kDeg, kDeg, 1e3);
+  const Eigen::Matrix4d covariance = unit.asDiagonal() * found.covariance * unit.asDiagonal();
+  for (int i = 0; i < 4; ++i) {
+    record.sigma.push_back(std::sqrt(covariance(i, i)));
+    for (int j = i; j < 4; ++j) record.covariance.push_back(covariance(i, j));
+  }
+  std::filesystem::create_directories(files.out);
+  const auto path = std::filesystem::path(files.out) / "T_body_head.yaml";
+  if (Status written = write_text(path, mounting_yaml("T_body_head", found.T_body_head.rotation, found.T_body_head.translation, record, 0)); !written.ok()) return written;
+  std::fputs((path.string() + "\n").c_str(), stdout);
+  return {};
 }
 
 }  // namespace
 
 int calibrate_drive(const DriveFiles& files) {
-  auto source = open(files);
+  ProgressBar bar;
+  auto source = open(files, bar);
   if (!source.ok()) {
+    bar.end();
     spdlog::error("{}", source.error().message);
     return kInputUnreadable;
   }
-  const Transform<Body, CameraHead> start = source->rig.geometry.head.T_body_head;
   DriveShots::Config wanted;
   wanted.every = files.every;
   DriveShots gathered(source->rig, wanted);
   Status fed;
   {
-    Pipeline pipeline(source->rig, 2, gathered);
-    fed = source->feed([&](const Packet& packet) {
-      pipeline.process(packet);
-      return true;
-    });
+    config::Rig uncoloured = source->rig;
+    uncoloured.geometry.lasers.clear();  // only times and poses are wanted: no point is coloured
+    Pipeline pipeline(uncoloured, 1, gathered);
+    fed = source->feed(bar, [&](const Packet& packet) { pipeline.process(packet); });
     pipeline.flush();
   }
+  bar.end();
   if (!fed.ok()) spdlog::warn("{}", fed.error().message);
   const auto shots = gathered.shots();
+  std::fputs(fmt::format("{} exposures, {} lens images\n", gathered.exposures(), shots.size()).c_str(), stdout);
   AlignmentConfig config;
   config.search_deg = files.search_deg;
   config.search_time_s = files.search_time_ms * 1e-3;
-  const auto found = align_head(lenses_of(source->rig), shots, start, config);
-  if (!found.ok()) {
-    spdlog::error("{}", found.error().message);
-    return kInputUnreadable;
+  config.progress = [&](const std::string& stage, double share) { bar.show(stage, share); };
+  for (int number = 0; number < files.starts; ++number) {
+    const auto start = put_off(source->rig.geometry.head.T_body_head, files.off_deg, number, files.starts);
+    const auto found = align_head(gathered.lenses(), shots, start, config);
+    bar.end();
+    if (!found.ok()) {
+      spdlog::error("{}", found.error().message);
+      return kInputUnreadable;
+    }
+    std::fputs(said_of(*found, start, *source).c_str(), stdout);
+    std::fflush(stdout);
+    if (files.out.empty() || number > 0) continue;
+    if (const Status written = write_fragment(files, *found, shots.size()); !written.ok()) {
+      spdlog::error("{}", written.error().message);
+      return kOutputRefused;
+    }
   }
-  const Eigen::Vector4d& sigma = found->sigma;
-  std::string said = fmt::format("{} exposures, {} lens images, {} samples; score {:.4f} at the start, {:.4f} found\n", gathered.exposures(), shots.size(), found->samples,
-                                 found->score_start, found->score);
-  said += fmt::format("turned by {:.3f} deg against the start, +- {:.3f} {:.3f} {:.3f} deg about the head's axes; images later than said by {:.2f} +- {:.2f} ms\n",
-                      found->T_body_head.rotation.angularDistance(start.rotation) * kDeg, sigma[0] * kDeg, sigma[1] * kDeg, sigma[2] * kDeg, found->time_offset_s * 1e3, sigma[3] * 1e3);
-  if (source->truth) said += fmt::format("against the simulator's truth: {:.4f} deg\n", found->T_body_head.rotation.angularDistance(source->truth->rotation) * kDeg);
-  std::fputs(said.c_str(), stdout);
-  if (files.out.empty()) return kDone;
-  CalibrationRecord record;
-  record.method = "mount";
-  record.date = files.date;
-  record.data = {files.recording.empty() ? files.scenario : files.recording, fmt::format("{} lens images, no targets", shots.size()),
-                 fmt::format("images later than said by {:.2f} ms: add to strobe_delay_us", found->time_offset_s * 1e3)};
-  record.residual_unit = "px";
-  record.parameters = {"turn_head_x_deg", "turn_head_y_deg", "turn_head_z_deg", "time_offset_ms"};
-  record.sigma = {sigma[0] * kDeg, sigma[1] * kDeg, sigma[2] * kDeg, sigma[3] * 1e3};
-  std::filesystem::create_directories(files.out);
-  const auto path = std::filesystem::path(files.out) / "T_body_head.yaml";
-  if (const Status written = write_text(path, mounting_yaml("T_body_head", found->T_body_head.rotation, found->T_body_head.translation, record, 0)); !written.ok()) {
-    spdlog::error("{}", written.error().message);
-    return kOutputRefused;
-  }
-  std::fputs((path.string() + "\n").c_str(), stdout);
   return kDone;
 }
 

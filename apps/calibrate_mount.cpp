@@ -28,8 +28,8 @@ struct Options {
   std::string points, rig, lens_file, scanner, out, date;
   std::string image, cloud, start;
   std::string recording, scenario, cache;
-  int every = 4;
-  double search_time_ms = 50, off_deg = 0;
+  int every = 4, starts = 1;
+  double search_time_ms = 50, off_deg = 0, off_ms = 0;
   double sigma_px = 1, sigma_point_m = 0.01, search_deg = 3, far_deg = 30, far_m = 1;
 };
 
@@ -161,6 +161,8 @@ void add_calibrate_mount(Command& calibrate) {
   command.option("--scenario", options->scenario, "a simulated drive instead of a recording; the truth is said beside the result");
   command.option("--sim", options->cache, "with --scenario: folder of simulated drives");
   command.setting("--off-deg", options->off_deg, "with --scenario: how far the start is turned away from the rig", {.least = 0, .most = 15});
+  command.setting("--off-ms", options->off_ms, "with --scenario: how much later than they were made the rig says its images were", {.least = -500, .most = 500});
+  command.setting("--starts", options->starts, "with --scenario: so many directions of --off-deg, one after the other", {.least = 1, .most = 100});
   command.setting("--search-time-ms", options->search_time_ms, "how far off the images' times may be; 0: they are true", {.least = 0, .most = 1000});
   command.setting("--every", options->every, "of a drive, every so many exposures", {.least = 1, .most = 1000});
   command.option("--date", options->date, "of the result, YYYY-MM-DD; left out: today");
@@ -176,7 +178,7 @@ void add_calibrate_mount(Command& calibrate) {
       if (!options->scenario.empty() && options->cache.empty()) throw config::ConfigError("give --sim with --scenario");
       const std::string date = options->date.empty() ? today() : options->date;
       return calibrate_drive({options->recording, options->scenario, options->cache, options->rig, options->out, date, options->search_deg, options->search_time_ms,
-                              options->off_deg, options->every});
+                              options->off_deg, options->off_ms, options->starts, options->every});
     }
     if (options->points.empty()) throw config::ConfigError("give --points, --image and --cloud, or --recording");
     if (options->rig.empty() == options->lens_file.empty()) throw config::ConfigError("give one of --rig and --lens");

@@ -60,11 +60,12 @@ int calibrate_shot(const ShotFiles& files) {
   lens.max_angle = intrinsics.max_angle;
   AlignmentShot shot;
   shot.image = *image;
-  shot.samples = laser_samples(points, strengths);
+  shot.samples = std::make_shared<const std::vector<LaserSample>>(laser_samples(points, strengths));
   const Transform<Scanner, Lens> T_scanner_lens = T_lens_scanner.inverse();
   AlignmentConfig config;
   config.search_deg = files.search_deg;
   config.groups = 0;
+  config.use_relation = false;  // one image has too few patches for it
   const auto found = align_head({lens}, {shot}, {T_scanner_lens.rotation, T_scanner_lens.translation}, config);
   if (!found.ok()) {
     spdlog::error("{}", found.error().message);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <deque>
+#include <map>
 #include <vector>
 
 #include "apps/products.hpp"
@@ -10,14 +12,16 @@
 namespace hueline::apps {
 
 /// Gathers what aligning image and laser needs from a drive: some exposures, the laser around each, and the way of the vehicle between.
-/// Feed a Pipeline with it as sink, then take the shots.
+/// Feed a Pipeline with it as sink, then take the shots. What it holds does not grow with the drive.
 class DriveShots : public NullSink {
  public:
   struct Config {
-    int every = 4;                     ///< every so many exposures
-    nanoseconds reach{110'000'000};    ///< laser returns this far from an exposure; a revolution or two
-    std::size_t most_exposures = 60;
-    double least_speed = 0.0;          ///< m/s; slower exposures are left out (they see the same again)
+    int every = 4;                       ///< every so many exposures of a camera
+    nanoseconds reach{550'000'000};      ///< laser returns this far from an exposure: five revolutions each side
+    std::size_t most_exposures = 80;     ///< beyond, every other one is given up and `every` doubled: they stay spread over the drive
+    std::size_t most_samples = 160'000;  ///< of an exposure; beyond, they are thinned out, outlines last
+    std::uint32_t most_width = 1300;     ///< px; wider images are shrunk by a whole factor
+    double least_speed = 0.0;            ///< m/s; slower exposures are left out (they see the same again)
   };
   DriveShots(const config::Rig& rig, const Config& config);
 
@@ -25,19 +29,34 @@ class DriveShots : public NullSink {
   void on_exposure(const Exposure& exposure) override;
   void on_solution(const InsSolution& solution) override { trajectory_.add(solution); }
 
-  /// After the pipeline's flush.
-  std::vector<calibration::AlignmentShot> shots() const;
-  std::size_t exposures() const { return exposures_.size(); }
+  /// The end of the drive: what waits is decided. Then the shots, in order of time.
+  std::vector<calibration::AlignmentShot> shots();
+  /// After shots().
+  std::size_t exposures() const { return kept_count_; }
+  /// The head's lenses as the shots' images have them.
+  std::vector<calibration::AlignmentLens> lenses() const;
 
  private:
+  struct Waiting {
+    SensorId camera{};
+    GpsTime mid{};
+    std::vector<std::pair<std::size_t, calibration::GreyImage>> images;  // lens and its image
+  };
+  std::uint32_t shrink(const fusion::LensMount& lens) const;
   calibration::GreyImage lens_image(const Exposure& exposure, const fusion::LensMount& lens) const;
+  std::vector<calibration::LaserSample> samples_around(GpsTime mid, const Transform<Body, Enu>& T_body_enu) const;
+  void decide(const Waiting& exposure);
+  void thin();
 
   const config::Rig& rig_;
   Config config_;
+  int every_;
   fusion::Trajectory trajectory_;
-  std::vector<Exposure> exposures_;
-  std::vector<StampedLaserBatch> batches_;
-  std::size_t seen_ = 0;
+  std::deque<StampedLaserBatch> batches_;
+  std::deque<Waiting> waiting_;
+  std::map<SensorId, std::size_t> seen_;  // exposures of each camera
+  std::vector<std::vector<calibration::AlignmentShot>> kept_;  // of each exposure
+  std::size_t kept_count_ = 0;
 };
 
 }  // namespace hueline::apps

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "calibration/mount/alignment_score.hpp"
+#include "calibration/mount/head_adjustment.hpp"
 
 namespace hueline::calibration {
 namespace {
@@ -15,8 +16,10 @@ constexpr double kDeg = std::numbers::pi / 180;
 constexpr std::size_t kFewestOutlines = 200;
 constexpr float kFinestBlur_px = 1.0F, kWideBlur_px = 2.5F;
 constexpr std::size_t kShotsWhenWide = 48;
+constexpr std::size_t kWidestSamples = 5'000, kWideSamples = 15'000, kFineSamples = 1'000'000;
 constexpr double kFinestStep = 0.004 * kDeg;
 constexpr double kFinestTime_s = 2e-4;
+constexpr std::size_t kMostGroups = 4;  // that are searched on their own
 
 /// One place that the search stands at.
 struct Place {
@@ -84,6 +87,14 @@ std::vector<Place> scan(const AlignmentScore& score, double bound) {
   return out;
 }
 
+/// Turn that leads from one attitude to another, about the axes of the frame that is turned.
+Eigen::Vector3d turn_between(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to) {
+  Eigen::Quaterniond by = from.conjugate() * to;
+  if (by.w() < 0) by.coeffs() *= -1;
+  const Eigen::AngleAxisd turn(by);
+  return turn.angle() * turn.axis();
+}
+
 /// Blurs from as wide as the search to the finest, px.
 std::vector<float> blurs(double focal_px, double search_deg) {
   std::vector<float> out;
@@ -108,21 +119,23 @@ Found search(const std::vector<AlignmentLens>& lenses, const std::vector<Alignme
   if (from) widths.erase(widths.begin(), widths.end() - std::min<std::ptrdiff_t>(2, static_cast<std::ptrdiff_t>(widths.size())));
   std::vector<Place> places{{from ? *from : HeadCorrection::Zero(), 0}};
   for (std::size_t level = 0; level < widths.size(); ++level) {
-    const std::size_t stride = widths[level] > 8 ? 8 : widths[level] > 3 ? 4 : 2;
+    const bool is_last = level + 1 == widths.size(), is_fine = is_last && !config.use_relation;
+    const std::size_t most_samples = is_fine ? kFineSamples : is_last || level > 0 ? kWideSamples : kWidestSamples;
     // Wide blurs need few pictures: every n-th shot of many.
     std::vector<std::size_t> some;
-    std::size_t apart = widths[level] > kWideBlur_px ? std::max<std::size_t>(1, which.size() / kShotsWhenWide) : 1;
+    std::size_t apart = widths[level] > kWideBlur_px || config.use_relation ? std::max<std::size_t>(1, which.size() / kShotsWhenWide) : 1;
     while (apart > 1 && (apart % 2 == 0 || apart % 3 == 0 || apart % 5 == 0)) ++apart;  // no lens of five, six or eight is passed over
     for (std::size_t i = 0; i < which.size(); i += apart) some.push_back(which[i]);
-    const AlignmentScore score(lenses, shots, some, start, config, widths[level], stride);
+    const AlignmentScore score(lenses, shots, some, start, config, widths[level], most_samples);
     out.outlines = score.outlines();
     out.samples = score.samples();
     if (!from && level == 0) places = scan(score, bound);
     const double step = widths[level] / focal;
-    const bool is_last = level + 1 == widths.size();
-    for (Place& place : places)
-      place = climb(score, place.at, {step, config.search_time_s / 4, is_last ? kFinestStep : step / 4, is_last ? kFinestTime_s : config.search_time_s / 16, bound,
-                                      config.search_time_s});
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (config.progress) config.progress(fmt::format("searching, blur {:.1f} px", widths[level]), static_cast<double>(i) / static_cast<double>(places.size()));
+      places[i] = climb(score, places[i].at, {step, config.search_time_s / 4, is_fine ? kFinestStep : step / 4, is_fine ? kFinestTime_s : config.search_time_s / 16, bound,
+                                              config.search_time_s});
+    }
     // Several hills of a wide blur become one of a narrow one: the lower ones go, and those that met.
     std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
     std::vector<Place> kept;
@@ -155,10 +168,10 @@ Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std
   if (const std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
   if (shots.empty()) return Error{ErrorCode::Unavailable, "no image with laser points around its moment"};
   for (const AlignmentShot& shot : shots)
-    if (shot.lens >= lenses.size() || shot.image.width < 32 || shot.image.height < 32) return Error{ErrorCode::Invalid, "a shot names no lens, or its image is too small"};
+    if (shot.lens >= lenses.size() || shot.image.width < 32 || shot.image.height < 32 || !shot.samples) return Error{ErrorCode::Invalid, "a shot names no lens, its image is too small, or it has no samples"};
   std::vector<std::size_t> all(shots.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
-  const Found found = search(lenses, shots, all, start, config, nullptr);
+  Found found = search(lenses, shots, all, start, config, nullptr);
   if (config.use_outlines && found.outlines < kFewestOutlines)
     return Error{ErrorCode::Unavailable, fmt::format("{} outlines of near things in the images; {} are needed: drive past posts, trees and corners", found.outlines, kFewestOutlines)};
   const double bound = config.search_deg * kDeg * 0.999;
@@ -172,19 +185,39 @@ Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std
   out.score = found.score;
   out.samples = found.outlines + found.samples;
   out.shots = shots.size();
-  const std::size_t groups = std::min(static_cast<std::size_t>(std::max(0, config.groups)), shots.size());
+  AlignmentConfig fine = config;
+  if (config.use_relation) {
+    const auto adjusted = adjust_head(lenses, shots, out.T_body_head, out.time_offset_s, config.search_time_s > 0, config);
+    if (adjusted.ok()) {
+      out.moved << turn_between(out.T_body_head.rotation, adjusted->T_body_head.rotation), adjusted->time_offset_s - out.time_offset_s;
+      out.T_body_head = adjusted->T_body_head;
+      out.time_offset_s = adjusted->time_offset_s;
+      out.covariance = adjusted->covariance;
+      out.patches = adjusted->patches;
+      return out;
+    }
+    out.not_adjusted = adjusted.error().message;
+    // The search has saved itself its last steps.
+    fine.use_relation = false;
+    found = search(lenses, shots, all, start, fine, &found.correction);
+    out.T_body_head = corrected(start, found.correction);
+    out.time_offset_s = found.correction[3];
+    out.score_start = found.score_start;
+    out.score = found.score;
+    out.samples = found.outlines + found.samples;
+  }
+  const std::size_t groups = std::min({static_cast<std::size_t>(std::max(0, config.groups)), kMostGroups, shots.size()});
   if (groups >= 2) {
     std::vector<HeadCorrection> parts;
     for (std::size_t g = 0; g < groups; ++g) {
       // Neighbouring shots see the same things: each group is a stretch of its own.
       const std::vector<std::size_t> part(all.begin() + static_cast<std::ptrdiff_t>(g * all.size() / groups),
                                           all.begin() + static_cast<std::ptrdiff_t>((g + 1) * all.size() / groups));
-      parts.push_back(search(lenses, shots, part, start, config, &found.correction).correction);
+      parts.push_back(search(lenses, shots, part, start, fine, &found.correction).correction);
     }
-    HeadCorrection mean = HeadCorrection::Zero(), spread = HeadCorrection::Zero();
+    HeadCorrection mean = HeadCorrection::Zero();
     for (const auto& p : parts) mean += p / static_cast<double>(groups);
-    for (const auto& p : parts) spread += (p - mean).cwiseAbs2();
-    out.sigma = (spread / static_cast<double>(groups - 1) / static_cast<double>(groups)).cwiseSqrt();
+    for (const auto& p : parts) out.covariance += (p - mean) * (p - mean).transpose() / static_cast<double>(groups * (groups - 1));
   }
   return out;
 }

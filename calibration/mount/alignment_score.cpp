@@ -9,65 +9,12 @@ namespace {
 
 constexpr int kBins = 24;
 constexpr float kOutline = 0.25F;  // fainter ones are not looked at
-
-/// Projection of a lens in float, for millions of points: project_with without its checks.
-struct FastLens {
-  LensModel model;
-  float fx, fy, cx, cy, cosine;
-  float k[5];
-  Eigen::Matrix3f R_lens_body;
-  Eigen::Vector3f t_lens_body;
-
-  bool project(const Eigen::Vector3f& p_body, float& u, float& v) const {
-    const Eigen::Vector3f p = R_lens_body * p_body + t_lens_body;
-    const float r2 = p.x() * p.x() + p.y() * p.y(), length = std::sqrt(r2 + p.z() * p.z());
-    if (!(p.z() > cosine * length) || !(length > 0.3F)) return false;
-    if (model == LensModel::Brown) {
-      const float a = p.x() / p.z(), b = p.y() / p.z(), s = a * a + b * b;
-      const float radial = 1 + s * (k[0] + s * (k[1] + s * k[4]));
-      u = fx * (a * radial + 2 * k[2] * a * b + k[3] * (s + 2 * a * a)) + cx;
-      v = fy * (b * radial + k[2] * (s + 2 * b * b) + 2 * k[3] * a * b) + cy;
-      return true;
-    }
-    const float across = std::sqrt(r2), angle = std::atan2(across, p.z()), a2 = angle * angle;
-    const float scale = across > 1e-9F ? angle * (1 + a2 * (k[0] + a2 * (k[1] + a2 * (k[2] + a2 * k[3])))) / across : 1.0F;
-    u = fx * p.x() * scale + cx;
-    v = fy * p.y() * scale + cy;
-    return true;
-  }
-};
-
-FastLens fast(const AlignmentLens& lens, const Transform<CameraHead, Body>& T_head_body, const AlignmentShot& shot, double time_offset_s) {
-  // The image was made later than said: by then the vehicle has gone on, and what stands still lies farther back in Body.
-  const Eigen::Vector3d turn = shot.turn_rate_body * time_offset_s;
-  const double angle = turn.norm();
-  const Eigen::Quaterniond gone = angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(-angle, turn / angle)) : Eigen::Quaterniond::Identity();
-  const Transform<Body, Body> later{gone, -(gone * (shot.velocity_body * time_offset_s))};
-  const Transform<Lens, Body> T = lens.T_head_lens.inverse() * T_head_body * later;
-  FastLens out;
-  out.model = lens.values.model;
-  out.fx = static_cast<float>(lens.values.focal_px.x());
-  out.fy = static_cast<float>(lens.values.focal_px.y());
-  out.cx = static_cast<float>(lens.values.principal_point_px.x());
-  out.cy = static_cast<float>(lens.values.principal_point_px.y());
-  out.cosine = static_cast<float>(std::cos(std::min(lens.max_angle, lens.values.model == LensModel::Brown ? 1.4 : 3.0)));
-  for (std::size_t i = 0; i < 5; ++i) out.k[i] = static_cast<float>(lens.values.distortion[i]);
-  out.R_lens_body = T.rotation.toRotationMatrix().cast<float>();
-  out.t_lens_body = T.translation.cast<float>();
-  return out;
-}
+constexpr float kNear_s = 0.11F;   // what the lens hides of what the scanner saw farther away would be taken for seen
 
 }  // namespace
 
-Transform<Body, CameraHead> corrected(const Transform<Body, CameraHead>& start, const HeadCorrection& correction) {
-  const Eigen::Vector3d turn = correction.head<3>();
-  const double angle = turn.norm();
-  if (!(angle > 0)) return start;
-  return {(start.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle))).normalized(), start.translation};
-}
-
 AlignmentScore::AlignmentScore(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots, const std::vector<std::size_t>& which,
-                               const Transform<Body, CameraHead>& start, const AlignmentConfig& config, float blur_px, std::size_t stride)
+                               const Transform<Body, CameraHead>& start, const AlignmentConfig& config, float blur_px, std::size_t most_samples)
     : lenses_(lenses), start_(start), config_(config) {
   for (const std::size_t index : which) {
     const AlignmentShot& shot = shots[index];
@@ -80,21 +27,33 @@ AlignmentScore::AlignmentScore(const std::vector<AlignmentLens>& lenses, const s
     }
     if (config.use_intensity) one.grey = grey_picture(shot.image, blur_px);
     // Only what may come into this lens's image is kept.
-    const FastLens lens = fast(lenses[shot.lens], start.inverse(), shot, 0);
+    const FastLens lens = fast_lens(lenses[shot.lens], start.inverse(), shot, 0);
     const float margin = static_cast<float>(config.search_deg * 1.8 * 0.01745) * lens.fx + 4 * blur_px;
-    std::size_t skip = 0;
-    for (const LaserSample& sample : shot.samples) {
+    for (const LaserSample& sample : *shot.samples) {
+      if (std::abs(sample.apart_s) > kNear_s) continue;
       float u, v;
       if (!lens.project(sample.p_body, u, v) || u < -margin || v < -margin || u > static_cast<float>(shot.image.width) + margin ||
           v > static_cast<float>(shot.image.height) + margin)
         continue;
       if (config.use_outlines && sample.outline >= kOutline) one.outlines.push_back(sample);
-      if (config.use_intensity && skip++ % stride == 0) one.others.push_back(sample);
+      if (config.use_intensity) one.others.push_back(sample);
     }
     outlines_ += one.outlines.size();
     samples_ += one.others.size();
     prepared_.push_back(std::move(one));
   }
+  const auto thin = [&](std::vector<LaserSample> Prepared::*what, std::size_t& count) {
+    const std::size_t stride = (count + most_samples - 1) / std::max<std::size_t>(1, most_samples);
+    if (stride < 2) return;
+    count = 0;
+    std::size_t skip = 0;
+    for (Prepared& one : prepared_) {
+      std::erase_if(one.*what, [&](const LaserSample&) { return skip++ % stride != 0; });
+      count += (one.*what).size();
+    }
+  };
+  thin(&Prepared::outlines, outlines_);
+  thin(&Prepared::others, samples_);
 }
 
 double AlignmentScore::score(const HeadCorrection& correction) const {
@@ -103,7 +62,7 @@ double AlignmentScore::score(const HeadCorrection& correction) const {
   std::array<double, kBins * kBins> joint{};
   double count = 0;
   for (const Prepared& one : prepared_) {
-    const FastLens lens = fast(lenses_[one.shot->lens], T_head_body, *one.shot, correction[3]);
+    const FastLens lens = fast_lens(lenses_[one.shot->lens], T_head_body, *one.shot, correction[3]);
     float u, v;
     for (const LaserSample& sample : one.outlines) {
       if (!lens.project(sample.p_body, u, v)) continue;

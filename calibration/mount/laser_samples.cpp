@@ -15,21 +15,28 @@ constexpr float kJumpShare = 0.08F;                          // ... by this and 
 
 }  // namespace
 
-std::vector<LaserSample> laser_samples(const std::vector<Eigen::Vector3f>& p_scanner, const std::vector<float>& intensity, double same_ring_deg) {
-  const double same_ring = same_ring_deg * std::numbers::pi / 180;
-  const int rows_reach = static_cast<int>(same_ring / kCell) + 1;
-  const std::size_t n = p_scanner.size();
-  std::vector<LaserSample> out(n);
-  // Ranks instead of intensities: scanners scale them as they like.
+std::vector<float> ranks(const std::vector<float>& intensity) {
+  const std::size_t n = intensity.size();
+  std::vector<float> out(n);
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return intensity[a] < intensity[b]; });
   for (std::size_t i = 0; i < n;) {
     std::size_t j = i;
     while (j < n && intensity[order[j]] == intensity[order[i]]) ++j;
-    for (std::size_t k = i; k < j; ++k) out[order[k]].intensity = static_cast<float>(i + j) / static_cast<float>(2 * n);
+    for (std::size_t k = i; k < j; ++k) out[order[k]] = static_cast<float>(i + j) / static_cast<float>(2 * n);
     i = j;
   }
+  return out;
+}
+
+std::vector<LaserSample> laser_samples(const std::vector<Eigen::Vector3f>& p_scanner, const std::vector<float>& intensity, double same_ring_deg) {
+  const double same_ring = same_ring_deg * std::numbers::pi / 180;
+  const int rows_reach = static_cast<int>(same_ring / kCell) + 1;
+  const std::size_t n = p_scanner.size();
+  std::vector<LaserSample> out(n);
+  const std::vector<float> ranked = ranks(intensity);
+  for (std::size_t i = 0; i < n; ++i) out[i].intensity = ranked[i];
   // A grid of directions, each cell with its returns.
   const int across = static_cast<int>(2 * std::numbers::pi / kCell) + 1, down = static_cast<int>(std::numbers::pi / kCell) + 1;
   struct Direction {

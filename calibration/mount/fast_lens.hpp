@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+
+#include "calibration/mount/alignment.hpp"
+
+namespace hueline::calibration {
+
+/// Turn of the head about its own axes, rad, and time offset of the images, s: what is looked for.
+using HeadCorrection = Eigen::Vector4d;
+
+/// T_body_head with a correction: p_head = exp(-turn) T_head_body p_body, so that the head is turned by `turn` about its own axes.
+Transform<Body, CameraHead> corrected(const Transform<Body, CameraHead>& start, const HeadCorrection& correction);
+
+/// Projection of a lens in float, for millions of points: project_with without its checks. Pixels of the lens image.
+struct FastLens {
+  LensModel model;
+  float fx, fy, cx, cy, cosine;
+  float k[5];
+  Eigen::Matrix3f R_lens_body;
+  Eigen::Vector3f t_lens_body;
+
+  bool project(const Eigen::Vector3f& p_body, float& u, float& v) const { return project_lens(R_lens_body * p_body + t_lens_body, u, v); }
+  bool project_lens(const Eigen::Vector3f& p, float& u, float& v) const {
+    const float r2 = p.x() * p.x() + p.y() * p.y(), length = std::sqrt(r2 + p.z() * p.z());
+    if (!(p.z() > cosine * length) || !(length > 0.3F)) return false;
+    if (model == LensModel::Brown) {
+      const float a = p.x() / p.z(), b = p.y() / p.z(), s = a * a + b * b;
+      const float radial = 1 + s * (k[0] + s * (k[1] + s * k[4]));
+      u = fx * (a * radial + 2 * k[2] * a * b + k[3] * (s + 2 * a * a)) + cx;
+      v = fy * (b * radial + k[2] * (s + 2 * b * b) + 2 * k[3] * a * b) + cy;
+      return true;
+    }
+    const float across = std::sqrt(r2), angle = std::atan2(across, p.z()), a2 = angle * angle;
+    const float scale = across > 1e-9F ? angle * (1 + a2 * (k[0] + a2 * (k[1] + a2 * (k[2] + a2 * k[3])))) / across : 1.0F;
+    u = fx * p.x() * scale + cx;
+    v = fy * p.y() * scale + cy;
+    return true;
+  }
+};
+
+/// A lens at one exposure, were the head at `T_head_body` and the image made `time_offset_s` later than said.
+FastLens fast_lens(const AlignmentLens& lens, const Transform<CameraHead, Body>& T_head_body, const AlignmentShot& shot, double time_offset_s);
+
+}  // namespace hueline::calibration

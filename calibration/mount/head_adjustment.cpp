@@ -1,0 +1,107 @@
+#include "calibration/mount/head_adjustment.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "calibration/mount/intensity_relation.hpp"
+
+namespace hueline::calibration {
+namespace {
+
+constexpr double kDeg = std::numbers::pi / 180;
+constexpr double kFarthest = 1.5 * kDeg;          // from the start
+constexpr double kBegin = 0.5 * kDeg;             // expected error of the start: the first blur is as wide
+constexpr double kDoneTurn = 0.0005 * kDeg, kDoneTime_s = 2e-5;
+constexpr double kFinest_px = 0.02;               // what all images have in common is not known better: measured on simulated drives (0.01 to 0.03)
+constexpr std::size_t kStrideWhenBlurred = 3;
+constexpr int kMostSteps = 12;                    // at one blur
+constexpr std::size_t kFewestPatches = 100;         // those of one real image (27) lead a quarter of a degree astray
+constexpr double kWeakestTurn = 0.5 * kDeg;       // least certain turn that is taken for fixed at all
+
+/// How much parts of the shots pull against each other where their sum is at rest: the gradients' covariance.
+Eigen::Matrix4d pull_of(const std::vector<HeadNormals>& shots, const std::vector<std::size_t>& part, std::size_t parts) {
+  std::vector<Eigen::Vector4d> pulls(parts, Eigen::Vector4d::Zero());
+  Eigen::Vector4d mean = Eigen::Vector4d::Zero();
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    pulls[part[i]] += shots[i].gradient;
+    mean += shots[i].gradient / static_cast<double>(parts);
+  }
+  Eigen::Matrix4d out = Eigen::Matrix4d::Zero();
+  if (parts < 2) return out;
+  for (const Eigen::Vector4d& pull : pulls) out += (pull - mean) * (pull - mean).transpose();
+  return out * static_cast<double>(parts) / static_cast<double>(parts - 1);
+}
+
+}  // namespace
+
+Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots, const Transform<Body, CameraHead>& start,
+                                   double time_offset_s, bool time_is_free, const AlignmentConfig& config) {
+  const IntensityRelation relation(lenses, shots, start, kFarthest / kDeg);
+  HeadAdjustment out;
+  out.T_body_head = start;
+  out.time_offset_s = time_offset_s;
+  std::vector<float> blurs;
+  const double focal = lenses[shots[0].lens].values.focal_px.mean();
+  for (auto blur = static_cast<float>(2 * focal * kBegin); blur > 1; blur /= 2) blurs.push_back(blur);
+  blurs.push_back(1.0F);
+  const Eigen::Index free = time_is_free ? 4 : 3;
+  std::vector<HeadNormals> of_shots(shots.size());
+  HeadNormals sum;
+  for (std::size_t level = 0; level < blurs.size(); ++level) {
+    const bool is_last = level + 1 == blurs.size();
+    for (int step = 0;; ++step) {
+      sum = {};
+      for (std::size_t i = 0; i < shots.size(); ++i) {
+        if (config.progress) config.progress(fmt::format("adjusting, blur {:.1f} px, step {}", blurs[level], step + 1), static_cast<double>(i) / static_cast<double>(shots.size()));
+        of_shots[i] = relation.normals(i, out.T_body_head, out.time_offset_s, blurs[level], is_last ? 1 : kStrideWhenBlurred);
+        sum += of_shots[i];
+      }
+      if (sum.patches < kFewestPatches)
+        return Error{ErrorCode::Unavailable, fmt::format("laser intensity follows the grey levels in {} patches of the images; {} are needed", sum.patches, kFewestPatches)};
+      const Eigen::MatrixXd information = sum.information.topLeftCorner(free, free);
+      const Eigen::LDLT<Eigen::MatrixXd> factors(information);
+      const Eigen::MatrixXd inverse = factors.solve(Eigen::MatrixXd::Identity(free, free));
+      if (!(factors.isPositive() && inverse.allFinite() && inverse.topLeftCorner(3, 3).trace() < kWeakestTurn * kWeakestTurn))
+        return Error{ErrorCode::Unavailable, "the patches in which laser intensity follows the grey levels do not fix the head's turn"};
+      HeadCorrection by = HeadCorrection::Zero();
+      by.head(free) = -factors.solve(sum.gradient.head(free));
+      // Linear only as far as the blur reaches.
+      const double reach = static_cast<double>(blurs[level]) / focal;
+      if (by.head<3>().norm() > reach) by *= reach / by.head<3>().norm();
+      out.T_body_head = corrected(out.T_body_head, by);
+      out.time_offset_s += by[3];
+      ++out.steps;
+      if (!(start.rotation.angularDistance(out.T_body_head.rotation) < kFarthest))
+        return Error{ErrorCode::Unavailable, fmt::format("the adjustment of grey levels to intensities leads farther than {:.1f} deg from where the search ended", kFarthest / kDeg)};
+      const double enough = is_last ? 1 : 10;
+      if (by.head<3>().norm() < enough * kDoneTurn && std::abs(by[3]) < enough * kDoneTime_s) break;
+      if (step + 1 == kMostSteps) {
+        if (is_last && by.head<3>().norm() > 20 * kDoneTurn) return Error{ErrorCode::Unavailable, "the adjustment of grey levels to intensities does not come to an end"};
+        break;
+      }
+    }
+  }
+  out.patches = sum.patches;
+  out.samples = sum.samples;
+  const std::size_t groups = std::min(static_cast<std::size_t>(std::max(0, config.groups)), shots.size());
+  if (groups < 2) return out;
+  // Neighbouring shots see the same things: their errors are one. What is independent are stretches of the drive; and lenses, each of which
+  // has its own error of calibration in all of its images.
+  std::vector<std::size_t> stretches, of_lens;
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    stretches.push_back(i * groups / shots.size());
+    of_lens.push_back(shots[i].lens);
+  }
+  const Eigen::MatrixXd inverse = Eigen::LDLT<Eigen::MatrixXd>(Eigen::MatrixXd(sum.information.topLeftCorner(free, free))).solve(Eigen::MatrixXd::Identity(free, free));
+  const Eigen::Matrix4d pulls = pull_of(of_shots, stretches, groups) + pull_of(of_shots, of_lens, lenses.size());
+  out.covariance.topLeftCorner(free, free) = inverse * pulls.topLeftCorner(free, free) * inverse;
+  out.covariance.topLeftCorner<3, 3>().diagonal().array() += std::pow(kFinest_px / focal, 2);
+  return out;
+}
+
+}  // namespace hueline::calibration

@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# hueline calibrate mount from a drive of six seconds, the head 2 deg and its images' times 20 ms off. A pixel is a degree here: the bounds
+# are three times what it finds, not what two minutes of larger images give (docs/calibration.md).
+# usage: calibrate_drive_test.sh HUELINE SOURCE_DIR
+set -euo pipefail
+hueline=$1 source=$2
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+fail() { echo "FAILED: $*"; cat said.txt; exit 1; }
+
+"$hueline" calibrate mount --scenario "$source/tests/scenarios/mount.yaml" --sim sims --off-deg 2 --off-ms 20 --every 3 --out found --date 2025-01-02 >said.txt 2>told.txt ||
+  { cat told.txt; fail "gave $?"; }
+cat said.txt
+grep -q '^searching' told.txt && grep -q '^adjusting' told.txt || fail "says nothing while it works"
+awk '/^against/ { turn = $5; time = $(NF - 1) < 0 ? -$(NF - 1) : $(NF - 1); seen = 1; exit !(turn <= 0.1 && time <= 0.6) } END { if (!seen) exit 1 }' said.txt || fail "too far from the truth"
+# The stated sigma is neither forgotten nor so large that anything meets it.
+awk '/deg about the head/ { for (i = 9; i <= 11; ++i) if (!($i > 0.0005 && $i < 0.06)) exit 1; seen = 1 } END { if (!seen) exit 1 }' said.txt || fail "the sigma is no sigma"
+for word in T_body_head: 2025-01-02 turn_head_x_deg time_offset_ms covariance; do grep -q "$word" found/T_body_head.yaml || fail "T_body_head.yaml has no $word"; done
+echo "the head and its images' times are found from a drive"
