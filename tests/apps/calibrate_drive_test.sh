@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# hueline calibrate mount from a drive of six seconds, the head 2 deg and its images' times 20 ms off. A pixel is a degree here: the bounds
-# are three times what it finds, not what two minutes of larger images give (docs/calibration.md).
+# hueline calibrate mount from a drive of six seconds, the head 2 deg and its images' times 20 ms off. A pixel is a third of a degree here: the
+# bounds are three times and more what it finds, not what two minutes of larger images give (docs/calibration.md).
 # usage: calibrate_drive_test.sh HUELINE SOURCE_DIR
 set -euo pipefail
 hueline=$1 source=$2
