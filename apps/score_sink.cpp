@@ -1,5 +1,7 @@
 #include "apps/score_sink.hpp"
 
+#include <set>
+
 #include "apps/simulated_recording.hpp"
 
 namespace hueline::apps {
@@ -69,7 +71,10 @@ void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_e
 }
 
 void ScoreSink::finish() {
+  std::set<std::uint32_t> numbers;
   for (const auto& [index, stamped] : stamped_) {
+    // A camera that hangs sends a picture again, as another exposure's: that one's time is right, its picture is never used.
+    if (!numbers.insert(stamped.number).second) continue;
     score::ExposureClaim claim;
     claim.number = stamped.number;
     claim.mid_gps_ns = count_ns(stamped.mid);
