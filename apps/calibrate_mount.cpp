@@ -30,7 +30,7 @@ struct Options {
   std::string recording, scenario, cache;
   int every = 4, starts = 1;
   double search_time_ms = 50, off_deg = 0, off_ms = 0;
-  double sigma_px = 1, sigma_point_m = 0.01, search_deg = 3, far_deg = 30, far_m = 1;
+  double sigma_px = 1, sigma_point_m = 0.01, search_deg = 3, far_deg = 30, far_m = 0.5;
 };
 
 /// What is known of one lens before its resection.
@@ -76,6 +76,16 @@ std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transf
   const double turn = found.rotation.angularDistance(nominal.rotation) * kDeg, shift = (found.translation - nominal.translation).norm();
   if (turn > options.far_deg)
     return fmt::format("the lens would be turned {:.0f} deg against the rig: the points' axes are not the scanner's (x right, y forward, z up)", turn);
+  // Rays do not change with the unit of the points, the centre does: it tells, while it is well known.
+  constexpr double kPerMetre[] = {3.28084, 39.3701, 100, 1000};  // feet, inches, centimetres, millimetres
+  constexpr const char* kUnit[] = {"feet", "inches", "centimetres", "millimetres"};
+  for (std::size_t i = 0; i < std::size(kPerMetre); ++i)
+    for (const double scale : {kPerMetre[i], 1 / kPerMetre[i]}) {
+      const double left = (found.translation / scale - nominal.translation).norm();
+      if (shift < 0.1 || left > 0.2 * shift) continue;
+      return fmt::format("the lens would sit {:.2f} m from where the rig has it, and {:.2f} m with points {} far away: wrong units, {} {} metres", shift, left,
+                         scale > 1 ? fmt::format("1/{:.4g} as", scale) : fmt::format("{:.4g} times as", 1 / scale), kUnit[i], scale > 1 ? "taken for" : "converted twice to");
+    }
   if (shift > options.far_m) return fmt::format("the lens would sit {:.2f} m from where the rig has it: wrong units, or points of another place", shift);
   return {};
 }
@@ -96,7 +106,8 @@ int resect_lenses(const Options& options) {
   for (const LensCorrespondences& seen : *read) {
     const auto lens = std::find_if(known.lenses.begin(), known.lenses.end(), [&](const KnownLens& one) { return one.name == seen.lens || (seen.lens.empty() && known.lenses.size() == 1); });
     if (lens == known.lenses.end()) {
-      spdlog::error("{}: the rig has no lens '{}'", options.points, seen.lens);
+      spdlog::error("{}: {} '{}'", options.points,
+                    options.rig.empty() ? "without a rig all points must be of one lens; leave the column lens out, or give --rig: there are some of lens" : "the rig has no lens", seen.lens);
       status = kInputUnreadable;
       continue;
     }
