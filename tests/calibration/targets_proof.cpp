@@ -16,24 +16,50 @@
 namespace hueline::calibration {
 namespace {
 
-/// Squared differences in plane and height, and what the bound expects of them.
+/// One difference: the covariance of its own target's centre, and how the station's pose moves it.
+struct Difference {
+  Eigen::Vector3d off;
+  Eigen::Matrix3d own;
+  Eigen::Matrix<double, 3, 6> lever;
+};
+
+/// Squared differences in plane and height, what the bound expects of them, and how far chance alone takes them from it.
 struct Differences {
-  double plane = 0, height = 0, plane_bound = 0, height_bound = 0, normalised = 0;
+  struct Sum {
+    double square = 0, expected = 0, variance = 0;  // m^2, m^2, m^4
+    /// Root mean square over its bound, and that ratio's own standard deviation if the bound is met exactly.
+    double ratio() const { return expected > 0 ? std::sqrt(square / expected) : 0; }
+    double chance() const { return expected > 0 ? std::sqrt(variance) / (2 * expected) : 0; }
+  };
+  Sum plane, space, height;
   std::size_t count = 0;
 
-  void add(const Eigen::Vector3d& off, const Eigen::Matrix3d& bound) {
-    plane += off.head<2>().squaredNorm();
-    height += off.z() * off.z();
-    plane_bound += bound(0, 0) + bound(1, 1);
-    height_bound += bound(2, 2);
-    normalised += off.dot(bound.inverse() * off);
-    ++count;
+  /// All differences of a station together: they share its pose, of covariance Q. `pose_sign`: -1 where the pose was fitted to them.
+  void add(const std::vector<Difference>& all, const Eigen::Matrix<double, 6, 6>& Q, double pose_sign) {
+    for (std::size_t i = 0; i < all.size(); ++i)
+      for (std::size_t j = 0; j < all.size(); ++j) {
+        Eigen::Matrix3d c = pose_sign * all[i].lever * Q * all[j].lever.transpose();
+        if (i == j) c += all[i].own;
+        // A sum of squares of normal values with covariance C has the variance 2 tr(C C).
+        plane.variance += 2 * c.topLeftCorner<2, 2>().squaredNorm();
+        space.variance += 2 * c.squaredNorm();
+        height.variance += 2 * c(2, 2) * c(2, 2);
+        if (i != j) continue;
+        plane.expected += c(0, 0) + c(1, 1);
+        space.expected += c.trace();
+        height.expected += c(2, 2);
+        plane.square += all[i].off.head<2>().squaredNorm();
+        space.square += all[i].off.squaredNorm();
+        height.square += all[i].off.z() * all[i].off.z();
+        ++count;
+      }
   }
   std::string row(const char* what) const {
-    const auto rms = [&](double sum) { return 1000 * std::sqrt(sum / static_cast<double>(std::max<std::size_t>(count, 1))); };
-    return fmt::format("{:<52} {:>4}  plane {:5.2f} (bound {:5.2f}, {:4.2f} x)  space {:5.2f} ({:5.2f}, {:4.2f} x)  height {:5.2f} ({:5.2f}, {:4.2f} x) mm\n", what, count, rms(plane),
-                       rms(plane_bound), std::sqrt(plane / plane_bound), rms(plane + height), rms(plane_bound + height_bound),
-                       std::sqrt((plane + height) / (plane_bound + height_bound)), rms(height), rms(height_bound), std::sqrt(height / height_bound));
+    const auto part = [&](const char* name, const Sum& sum) {
+      const auto rms = [&](double square) { return 1000 * std::sqrt(square / static_cast<double>(std::max<std::size_t>(count, 1))); };
+      return fmt::format("  {} {:5.2f} (bound {:5.2f}: {:4.2f} x, chance {:4.2f})", name, rms(sum.square), rms(sum.expected), sum.ratio(), sum.chance());
+    };
+    return fmt::format("{:<52} {:>4}{}{}{} mm\n", what, count, part("plane", plane), part("space", space), part("height", height));
   }
 };
 
@@ -81,6 +107,7 @@ void judge(const SimulatedStation& station, const Result<StationResult>& result,
     std::printf("%s refused: %s\n", site.name.c_str(), result.error().message.c_str());
   }
   const Eigen::Vector3d place = eigen(site.place_survey);
+  std::vector<Difference> used, checks_survey, checks_truth;
   for (std::size_t i = 0; i < site.spheres.size(); ++i) {
     const sim::StaticSphere& sphere = site.spheres[i];
     if (sphere.kind == sim::SphereKind::Decoy) continue;
@@ -109,18 +136,26 @@ void judge(const SimulatedStation& station, const Result<StationResult>& result,
       continue;
     }
     tally.found += is_hit;
-    const auto A = lever(eigen(sphere.centre));
-    const Eigen::Matrix3d pose = A * Q * A.transpose();
     if (!is_hit) continue;
+    const auto A = lever(eigen(sphere.centre));
     const Eigen::Matrix3d centre = centre_bound(station, i);
+    const Eigen::Matrix3d surveyed = centre + survey * Eigen::Matrix3d::Identity();
     if (outcome.state == TargetState::Used) {
-      tally.used.add(outcome.residual_survey, centre + survey * Eigen::Matrix3d::Identity() - pose);
+      used.push_back({outcome.residual_survey, surveyed, A});
     } else {
-      tally.checks_survey.add(outcome.residual_survey, centre + survey * Eigen::Matrix3d::Identity() + pose);
-      const Eigen::Vector3d off = result->adjusted.orientation.survey_from_scanner(outcome.centre_scanner) - (place + eigen(sphere.centre));
-      tally.checks_truth.add(off, centre + pose);
+      checks_survey.push_back({outcome.residual_survey, surveyed, A});
+      checks_truth.push_back({result->adjusted.orientation.survey_from_scanner(outcome.centre_scanner) - (place + eigen(sphere.centre)), centre, A});
+    }
+    if (verbose) {
+      const Difference& last = outcome.state == TargetState::Used ? used.back() : checks_truth.back();
+      const Eigen::Matrix3d c = last.own + (outcome.state == TargetState::Used ? -1 : 1) * (A * Q * A.transpose());
+      std::printf("%s %-8s off %6.1f %6.1f %6.1f mm, in its bound's sigma %5.2f %5.2f %5.2f, together %.1f (3 expected)\n", site.name.c_str(), sphere.name.c_str(), 1e3 * last.off.x(),
+                  1e3 * last.off.y(), 1e3 * last.off.z(), last.off.x() / std::sqrt(c(0, 0)), last.off.y() / std::sqrt(c(1, 1)), last.off.z() / std::sqrt(c(2, 2)), last.off.dot(c.inverse() * last.off));
     }
   }
+  tally.used.add(used, Q, -1);
+  tally.checks_survey.add(checks_survey, Q, 1);
+  tally.checks_truth.add(checks_truth, Q, 1);
 }
 
 void report(const char* method, const Tally& t) {
