@@ -14,6 +14,7 @@ void add_simulate(Command& all);
 void add_verify(Command& all);
 void add_colour(Command& all);
 void add_inspect(Command& all);
+void add_measure(Command& all);
 void add_picture(Command& all);
 
 }  // namespace hueline::apps

@@ -40,6 +40,7 @@ int main(int argc, char** argv) {
                                     apps::add_score(all);
                                     apps::add_colour(all);
                                     apps::add_calibrate(all);
+                                    apps::add_measure(all);
                                     apps::add_rig(all);
                                     apps::add_inspect(all);
                                     apps::add_picture(all);

@@ -16,9 +16,6 @@
 namespace hueline::apps {
 namespace {
 
-/// 0: the UTM zone of the drive.
-int epsg_of(const std::string& crs) { return crs == "utm" ? 0 : std::stoi(crs.substr(5)); }
-
 /// Whether a file could be written there, before hours of driving find out.
 Status probe(const std::filesystem::path& path) {
   const int fd = open(path.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0644);
@@ -46,7 +43,7 @@ struct Outputs::Files {
 
 Outputs::Outputs(const config::Rig& rig, std::filesystem::path dir)
     : dir_(std::move(dir)), summary_(rig.sensor_names()), files_(std::make_unique<Files>()) {
-  files_->las_config.epsg = epsg_of(rig.crs);
+  files_->las_config.epsg = rig.epsg();
   files_->sensors = rig.sensor_names();
 }
 

@@ -84,6 +84,8 @@ struct Rig {
   fusion::Colouring::Config colouring;
   std::string crs = "utm";        ///< "utm" (zone of the drive's origin) or "EPSG:n"
 
+  /// Code of `crs`; 0: the UTM zone of the drive.
+  int epsg() const { return crs == "utm" ? 0 : std::stoi(crs.substr(5)); }
   /// Names by SensorId; [0] is "hueline".
   std::vector<std::string> sensor_names() const;
 };
