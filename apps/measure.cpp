@@ -23,7 +23,7 @@ constexpr double kDeg = std::numbers::pi / 180;
 
 struct Options {
   std::string recording, scenario, cache, rig, picks, out;
-  double around_s = 10, sigma_px = 0.5, sigma_turn_deg = 0.02;
+  double around_s = 2, sigma_px = 0.5, sigma_turn_deg = 0.02;
 };
 
 std::string table(const std::vector<PickOutcome>& outcomes, const Geodetic& origin, storage::Projection& projection) {

@@ -28,7 +28,7 @@ struct PickOutcome {
 class ObjectMeasuring : public NullSink {
  public:
   struct Config {
-    nanoseconds around{10'000'000'000};  ///< points fired so long before or after the exposure are used
+    nanoseconds around{2'000'000'000};   ///< points fired so long before or after the exposure are used
     double pick_sigma_px = 0.5;          ///< of the picked pixel, each coordinate
     double turn_sigma_deg = 0.02;        ///< of a lens against the scanner: its calibration record says it
     fusion::ObjectMeasurementConfig surface;
