@@ -73,14 +73,13 @@ void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vect
   Seen seen{std::move(batch), *arrival, nominal, unwrapped};
   host_doubtful_ = host.is_doubtful();
 
+  if (untrusted_) judge_anew(seen);
   if (!is_disciplined(seen.batch.received)) {
     judge(out);
     emit(std::move(seen), out);
     return;
   }
-  const nanoseconds slack = config_.early + 3 * arrival->sigma;
-  const bool fits = residual(seen) >= -slack && residual(seen) <= config_.latency_max;
-  if (fits) {
+  if (fits(seen)) {
     // What was held before came late, or was a passing error: emit() tells which.
     for (Seen& held : pending_) emit(std::move(held), out);
     pending_.clear();
@@ -92,6 +91,25 @@ void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vect
   if (pending_.back().batch.received - pending_.front().batch.received >= config_.confirm ||
       pending_.size() >= config_.pending_limit)
     judge(out);
+}
+
+bool LaserClock::fits(const Seen& seen) const {
+  const nanoseconds slack = config_.early + 3 * seen.arrival.sigma;
+  return residual(seen) >= -slack && residual(seen) <= config_.latency_max;
+}
+
+/// A scanner whose phase was wrong is believed again once it has claimed PPS and agreed with the host long enough.
+void LaserClock::judge_anew(const Seen& seen) {
+  if (!status_ || status_->pps != PpsStatus::Locked || !fits(seen)) {
+    fits_since_.reset();
+    return;
+  }
+  if (!fits_since_) fits_since_ = seen.batch.received;
+  if (seen.batch.received - *fits_since_ < 2 * config_.confirm) return;
+  fits_since_.reset();
+  untrusted_ = false;
+  faults_.add(config_.sensor, FaultKind::LabelConflict, "phase", seen.batch.received,
+              "the scanner agrees with the host clock again: stamped by its PPS");
 }
 
 void LaserClock::judge(std::vector<StampedLaserBatch>& out) {

@@ -18,7 +18,8 @@ namespace hueline::sync {
 /// The hour is the one that brings the counter nearest to the packet's arrival. A scanner whose PPS is locked is
 /// believed below the second; its second is checked: arrival minus stamp must lie within [-early, latency_max]. Batches
 /// that do not are held until `confirm` has passed; then a shift of exactly whole seconds is corrected (fault
-/// LabelConflict), and any other, a half second above all, makes the scanner untrusted (fault LabelConflict). Batches
+/// LabelConflict), and any other, a half second above all, makes the scanner untrusted (fault LabelConflict) until it has agreed with the
+/// host for twice as long. Batches
 /// that merely came late keep their stamp. A scanner that lost its PPS runs on its own crystal (Holdover, sigma grows
 /// by `drift_ppm`); one that never had it, or for too long, is stamped through the smallest latency of its packets
 /// (Acquiring, sigma of milliseconds, fault NoTime). Reentrant.
@@ -66,6 +67,8 @@ class LaserClock {
   };
   nanoseconds residual(const Seen& seen) const { return seen.arrival.time - (seen.nominal + correction_); }
   bool is_disciplined(HostTime at) const;
+  bool fits(const Seen& seen) const;
+  void judge_anew(const Seen& seen);
   std::int64_t unwrap(DeviceTime<UtcHourCounter> t);
   void judge(std::vector<StampedLaserBatch>& out);
   void emit(Seen&& seen, std::vector<StampedLaserBatch>& out);
@@ -78,6 +81,7 @@ class LaserClock {
   std::optional<LaserStatus> status_;
   std::chrono::seconds correction_{0};
   bool untrusted_ = false;      // the phase was seen to be wrong
+  std::optional<HostTime> fits_since_;  // while untrusted
   bool host_doubtful_ = false;  // by the newest batch
   std::deque<Seen> pending_;
   std::optional<std::int64_t> last_counter_;

@@ -148,6 +148,22 @@ TEST(LaserClock, GivenHalfASecondWrongThenItIsNotCorrectedButStampedByArrivalAnd
   EXPECT_EQ(run.clock.correction(), seconds(0));
 }
 
+TEST(LaserClock, GivenHalfASecondWrongForAWhileThenItIsBelievedAgainAfterwards) {
+  Drive drive(some_begin(), seconds(40));
+  SimulatedLaser laser;
+  const GpsTime wrong = some_begin() + seconds(15), right = some_begin() + seconds(20);
+  laser.clock_error = [&](GpsTime t) { return t >= wrong && t < right ? ms(500) : ms(0); };
+  LaserCourse run(drive, laser);
+  run.expect_within_sigmas(5);
+  for (const auto& b : run.out) {
+    const bool is_settled = b.time < wrong - ms(100) || b.time > right + ms(2300);
+    if (is_settled && b.time > some_begin() + seconds(8)) {
+      ASSERT_EQ(b.state, SyncState::Locked) << to_seconds(b.time - some_begin());
+    }
+  }
+  EXPECT_THAT(run.details(FaultKind::LabelConflict), HasSubstr("agrees with the host clock again"));
+}
+
 TEST(LaserClock, GivenAScannerThatNeverHadPpsThenArrivalTellsAndSigmaIsTrue) {
   Drive drive(some_begin(), seconds(120));
   SimulatedLaser laser;
