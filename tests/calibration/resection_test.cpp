@@ -72,6 +72,27 @@ TEST(Resection, IsAsGoodAsItSays) {
   EXPECT_LT(std::sqrt(centre2), 0.005);
 }
 
+/// All three axes together, and the centre in space.
+TEST(Resection, PointsTakenAsAdvisedFixTheMount) {
+  const auto lens = test::large_plane_lens();
+  double turn2 = 0, centre2 = 0;
+  Eigen::Vector3d axes2 = Eigen::Vector3d::Zero();
+  constexpr int kRuns = 100;
+  for (std::uint32_t seed = 1; seed <= kRuns; ++seed) {
+    const auto shot = simulate_points(lens, test::good_points(seed));
+    const auto found = resect(lens_values(lens), shot.points, {.sigma_px = 1, .sigma_point_m = 0.005});
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    const auto error = test::pose_error(found->T_scanner_lens, shot.T_scanner_lens);
+    turn2 += error.head<3>().squaredNorm() / kRuns;
+    centre2 += error.tail<3>().squaredNorm() / kRuns;
+    axes2 += error.head<3>().cwiseAbs2() / kRuns;
+  }
+  std::printf("  turn %.4f deg rms, the worst axis %.4f; centre %.2f mm rms in space\n", std::sqrt(turn2) * 57.2958, std::sqrt(axes2.maxCoeff()) * 57.2958,
+              std::sqrt(centre2) * 1e3);
+  EXPECT_LT(std::sqrt(turn2) * 57.2958, 0.02);
+  EXPECT_LT(std::sqrt(centre2), 0.005);
+}
+
 TEST(Resection, EqualsOpencvOnTheSamePoints) {
   const auto lens = test::plane_lens();
   for (std::uint32_t seed = 1; seed < 5; ++seed) {

@@ -27,9 +27,13 @@ Shot simulate_points(const fusion::CameraIntrinsics& lens, const SimulatedPoints
   out.T_scanner_lens.translation = 0.3 * Eigen::Vector3d(normal(random), normal(random), normal(random));
   while (static_cast<int>(out.points.size()) < what.count) {
     const Eigen::Vector2d pixel(uniform(random) * (lens.width - 1), uniform(random) * (lens.height - 1));
+    const Eigen::Vector2d from_middle(2 * pixel.x() / (lens.width - 1) - 1, 2 * pixel.y() / (lens.height - 1) - 1);
+    if (from_middle.lpNorm<Eigen::Infinity>() < what.innermost) continue;
     const auto ray = camera.unproject(pixel);
     if (!ray) continue;
-    const double distance = what.nearest_m * std::pow(what.farthest_m / what.nearest_m, uniform(random));
+    const bool is_near = static_cast<int>(out.points.size()) < what.near;
+    const double from = what.near < 0 || is_near ? what.nearest_m : what.farthest_m / 2, to = is_near ? 2 * what.nearest_m : what.farthest_m;
+    const double distance = from * std::pow(to / from, uniform(random));
     Correspondence point;
     point.name = std::to_string(out.points.size() + 1);
     point.p_scanner = (out.T_scanner_lens * Point<Lens>{distance * ray->xyz}).xyz + what.noise_m * Eigen::Vector3d(normal(random), normal(random), normal(random));

@@ -13,8 +13,15 @@ struct SimulatedPoints {
   int count = 20;
   double noise_px = 1, noise_m = 0.005;  ///< standard deviation of each coordinate
   double nearest_m = 2, farthest_m = 60;  ///< near ones fix the centre, far ones the turn
+  /// Instead of all distances alike: so many between nearest_m and twice that, the others from half of farthest_m on.
+  int near = -1;
+  double innermost = 0;  ///< share of the image's half width and half height within which no point lies
   std::uint32_t seed = 1;
 };
+/// Twenty as calibration.md advises: eight near, the others far, all along the image's borders.
+inline SimulatedPoints good_points(std::uint32_t seed) {
+  return {.count = 20, .noise_px = 1, .noise_m = 0.005, .nearest_m = 2, .farthest_m = 100, .near = 8, .innermost = 0.85, .seed = seed};
+}
 struct Shot {
   Transform<Scanner, Lens> T_scanner_lens;
   std::vector<Correspondence> points;
