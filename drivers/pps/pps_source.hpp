@@ -15,7 +15,8 @@ namespace hueline::drivers {
 /// Kernel: stamps are CLOCK_REALTIME, converted to HostTime at once. A step of CLOCK_REALTIME is reported as Fault
 /// ClockStep and does not move an edge: the offset between the clocks is known before and after the edge, and only one
 /// of the two puts the edge between two looks at the device. Where both do (a step shorter than the wait) the edge is
-/// refused, not guessed. A device node that vanishes is Disconnected. Needs CAP_SYS_TIME only if the device must be
+/// refused, not guessed. Set twice within one wait, the clock may leave an edge wrong by as much as the shorter wait
+/// hides: at most 100 ms. A device node that vanishes is Disconnected. Needs CAP_SYS_TIME only if the device must be
 /// told to capture the edge.
 ///
 /// Socket: SOCK_SEQPACKET of AF_UNIX, this side connects; one message an edge, HostTime of the same machine. A peer
