@@ -6,74 +6,21 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <optional>
 
 #include "apps/calibrate.hpp"
 #include "apps/drive_shots.hpp"
+#include "apps/drive_source.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/pipeline.hpp"
 #include "apps/progress_bar.hpp"
-#include "apps/recording.hpp"
-#include "apps/simulated_recording.hpp"
 #include "apps/simulated_rig.hpp"
 #include "calibration/mount/mount_report.hpp"
-#include "config/scenario.hpp"
-#include "sim/faults/faulty_timeline.hpp"
-#include "sim/generate.hpp"
 
 namespace hueline::apps {
 namespace {
 
 using namespace calibration;
 constexpr double kDeg = 57.29577951308232;
-
-/// A drive and the rig that it is read with.
-struct Source {
-  config::Rig rig;
-  std::optional<config::Rig> truth;  ///< of the simulator
-  std::optional<Recording> recording;
-  std::optional<sim::Scenario> scenario;
-  std::optional<sim::Drive> drive;
-
-  Status feed(ProgressBar& bar, const std::function<void(const Packet&)>& use) {
-    if (recording) {
-      std::optional<HostTime> first;
-      return recording->for_each([&](const Packet& packet) {
-        if (!first) first = packet.received;
-        bar.show(fmt::format("reading, minute {}", 1 + static_cast<int>(to_seconds(packet.received - *first) / 60)), 0);
-        use(packet);
-        return true;
-      });
-    }
-    const auto timeline = sim::scenario_timeline(*scenario, *drive);
-    if (!timeline.ok()) return timeline.error();
-    const double events = static_cast<double>(timeline->timeline.events.size());
-    return for_each_simulated_packet(*drive, timeline->timeline, rig, [&](const Packet& packet) {
-      if (packet.sequence % 512 == 0) bar.show("reading", std::min(1.0, static_cast<double>(packet.sequence) / events));
-      use(packet);
-      return true;
-    });
-  }
-};
-
-Result<Source> open(const DriveFiles& files, ProgressBar& bar) {
-  Source out;
-  if (!files.recording.empty()) {
-    auto recording = Recording::open(files.recording, files.rig);
-    if (!recording.ok()) return recording.error();
-    out.rig = recording->rig;
-    out.recording = std::move(*recording);
-    return out;
-  }
-  out.scenario = config::load_scenario(files.scenario);
-  auto drive = sim::generate(*out.scenario, files.cache, [&](const std::string& stage, double share) { bar.show("rendering " + stage, share); });
-  if (!drive.ok()) return drive.error();
-  out.drive = std::move(*drive);
-  out.truth = config::parse_rig(simulated_rig(*out.scenario, {}, "lens"), "simulated rig");
-  out.rig = files.rig.empty() ? *out.truth : config::load_rig(files.rig);
-  for (auto& camera : out.rig.sync.cameras) camera.strobe_delay += from_seconds(files.off_ms * 1e-3);
-  return out;
-}
 
 /// The head put off about axis `number` of `count` that are spread over the sphere (Fibonacci's lattice); a single one is none of the head's.
 Transform<Body, CameraHead> put_off(Transform<Body, CameraHead> head, double off_deg, int number, int count) {
@@ -87,7 +34,7 @@ Transform<Body, CameraHead> put_off(Transform<Body, CameraHead> head, double off
   return head;
 }
 
-std::string said_of(const Alignment& found, const Transform<Body, CameraHead>& start, const Source& source) {
+std::string said_of(const Alignment& found, const Transform<Body, CameraHead>& start, const DriveSource& source) {
   const Eigen::Vector4d sigma = found.covariance.diagonal().cwiseSqrt();
   std::string said = found.patches > 0
                          ? fmt::format("adjusted in {} patches by {:.3f} deg and {:.2f} ms after a search of score {:.3f}, {:.3f} at the start\n", found.patches,
@@ -95,10 +42,11 @@ std::string said_of(const Alignment& found, const Transform<Body, CameraHead>& s
                          : fmt::format("not adjusted: {}; searched in {} samples, score {:.3f}, {:.3f} at the start\n", found.not_adjusted, found.samples, found.score, found.score_start);
   said += fmt::format("turned by {:.3f} deg against the start, +- {:.4f} {:.4f} {:.4f} deg about the head's axes; images later than said by {:.2f} +- {:.2f} ms\n",
                       found.T_body_head.rotation.angularDistance(start.rotation) * kDeg, sigma[0] * kDeg, sigma[1] * kDeg, sigma[2] * kDeg, found.time_offset_s * 1e3, sigma[3] * 1e3);
-  if (!source.truth) return said;
-  const Eigen::AngleAxisd off(source.truth->geometry.head.T_body_head.rotation.conjugate() * found.T_body_head.rotation);
+  if (!source.scenario) return said;
+  const config::Rig truth = config::parse_rig(simulated_rig(*source.scenario, {}, "lens"), "simulated rig");
+  const Eigen::AngleAxisd off(truth.geometry.head.T_body_head.rotation.conjugate() * found.T_body_head.rotation);
   const Eigen::Vector3d turn = off.axis() * std::remainder(off.angle(), 2 * 3.14159265358979323846) * kDeg;
-  const double true_ms = to_seconds(source.truth->sync.cameras[0].strobe_delay - source.rig.sync.cameras[0].strobe_delay) * 1e3;
+  const double true_ms = to_seconds(truth.sync.cameras[0].strobe_delay - source.rig.sync.cameras[0].strobe_delay) * 1e3;
   return said + fmt::format("against the simulator's truth: {:.4f} deg ({:.4f} {:.4f} {:.4f}), {:.2f} ms\n", turn.norm(), turn.x(), turn.y(), turn.z(), found.time_offset_s * 1e3 - true_ms);
 }
 
@@ -127,12 +75,14 @@ Status write_fragment(const DriveFiles& files, const Alignment& found, std::size
 
 int calibrate_drive(const DriveFiles& files) {
   ProgressBar bar;
-  auto source = open(files, bar);
+  auto source = DriveSource::open(files.recording, files.scenario, files.cache, files.rig, bar);
   if (!source.ok()) {
     bar.end();
     spdlog::error("{}", source.error().message);
     return kInputUnreadable;
   }
+  if (source->scenario)
+    for (auto& camera : source->rig.sync.cameras) camera.strobe_delay += from_seconds(files.off_ms * 1e-3);
   DriveShots::Config wanted;
   wanted.every = files.every;
   DriveShots gathered(source->rig, wanted);
@@ -141,7 +91,10 @@ int calibrate_drive(const DriveFiles& files) {
     config::Rig uncoloured = source->rig;
     uncoloured.geometry.lasers.clear();  // only times and poses are wanted: no point is coloured
     Pipeline pipeline(uncoloured, 1, gathered);
-    fed = source->feed(bar, [&](const Packet& packet) { pipeline.process(packet); });
+    fed = source->feed(bar, [&](const Packet& packet) {
+      pipeline.process(packet);
+      return true;
+    });
     pipeline.flush();
   }
   bar.end();

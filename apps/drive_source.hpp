@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/progress_bar.hpp"
 #include "apps/recording.hpp"
 #include "config/rig.hpp"
 #include "sim/drive.hpp"
@@ -19,11 +20,12 @@ struct DriveSource {
   std::optional<sim::Drive> drive;        ///< of the scenario
 
   /// `recording` or `scenario` names a file, the other is empty. `rig_file` empty: the recording's own, or a perfect calibration of the
-  /// scenario's vehicle. `cache`: folder of simulated drives. Errors: those of Recording::open and sim::generate; throws ConfigError.
-  static Result<DriveSource> open(const std::string& recording, const std::string& scenario, const std::string& cache, const std::string& rig_file);
+  /// scenario's vehicle. `cache`: folder of simulated drives, which is rendered if it is not there: `bar` shows how far.
+  /// Errors: those of Recording::open and sim::generate; throws ConfigError.
+  static Result<DriveSource> open(const std::string& recording, const std::string& scenario, const std::string& cache, const std::string& rig_file, ProgressBar& bar);
 
-  /// Every packet in order, until `use` says false.
-  Status feed(const std::function<bool(const Packet&)>& use);
+  /// Every packet in order, until `use` says false. `bar` shows the minute of a recording, the share of a simulated drive.
+  Status feed(ProgressBar& bar, const std::function<bool(const Packet&)>& use);
 };
 
 }  // namespace hueline::apps

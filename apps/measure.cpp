@@ -65,7 +65,9 @@ int measure(const Options& options) {
     spdlog::error("{}", picks.error().message);
     return kInputUnreadable;
   }
-  auto source = DriveSource::open(options.recording, options.scenario, options.cache, options.rig);
+  ProgressBar bar;
+  auto source = DriveSource::open(options.recording, options.scenario, options.cache, options.rig, bar);
+  bar.end();
   if (!source.ok()) {
     spdlog::error("{}", source.error().message);
     return kInputUnreadable;
@@ -80,12 +82,13 @@ int measure(const Options& options) {
   Status fed;
   {
     Pipeline pipeline(source->rig, 2, measuring);
-    fed = source->feed([&](const Packet& packet) {
+    fed = source->feed(bar, [&](const Packet& packet) {
       pipeline.process(packet);
       return true;
     });
     pipeline.flush();
   }
+  bar.end();
   if (!fed.ok()) spdlog::warn("{}", fed.error().message);
   const auto outcomes = measuring.finish();
   if (!measuring.origin()) {
