@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "sim/noise.hpp"
+#include "sim/vehicle.hpp"
 
 namespace hueline::sim {
 namespace {
@@ -138,6 +139,7 @@ std::string Scenario::validate() const {
   if (scene == SceneKind::Tunnel && street.curve_deg != 0) return "street.curve_deg must be 0 with scene tunnel: it is straight";
   if (scene == SceneKind::Traffic && street.road_width_m < 11) return "street.road_width_m must be at least 11 with scene traffic: two lanes each way";
   if (std::abs(drive.lane_offset_m) > street.road_width_m / 2 - 1) return "drive.lane_offset_m must keep the vehicle on the road";
+  if (const std::string wrong = check_turns(*this); !wrong.empty()) return wrong;
   for (std::size_t i = 0; i < faults.size(); ++i)
     if (const std::string wrong = faults[i].validate(); !wrong.empty()) return "faults[" + std::to_string(i) + "]." + wrong;
   return {};

@@ -60,6 +60,18 @@ struct StreetConfig {
 };
 
 /// Stand, speed up, hold, brake, stand. Body origin: the IMU's centre of navigation.
+/// A U-turn around a place of the centre line, to the other side of the road; the vehicle comes to a halt before and after it.
+struct TurnConfig {
+  double at_m = 40;  ///< of its centre, along the centre line
+  double for_s = 10;
+
+  template <class Self, class V>
+  static void visit(Self& c, V&& v) {
+    v("at_m", c.at_m, -40, 10000);
+    v("for_s", c.for_s, 4, 60);
+  }
+};
+
 struct DriveConfig {
   double heading_deg = 37.0;  ///< of the street's first stretch, clockwise from north
   double lane_offset_m = 1.75;
@@ -70,6 +82,7 @@ struct DriveConfig {
   double halt_s = 1.0;        ///< at the end
   double imu_height_m = 0.8;  ///< of the body origin above the road
   double roll_amplitude_deg = 0.35, pitch_amplitude_deg = 0.25, heave_amplitude_m = 0.012;  ///< suspension, fades in with the speed
+  std::vector<TurnConfig> turns;  ///< in the order in which they come; between them the road is driven there and back
 
   template <class Self, class V>
   static void visit(Self& c, V&& v) {
@@ -84,6 +97,7 @@ struct DriveConfig {
     v("roll_amplitude_deg", c.roll_amplitude_deg, 0, 5);
     v("pitch_amplitude_deg", c.pitch_amplitude_deg, 0, 5);
     v("heave_amplitude_m", c.heave_amplitude_m, 0, 0.1);
+    v("turns", c.turns);
   }
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "sim/earth.hpp"
@@ -43,23 +44,46 @@ class Motion {
 
   TrueState state(GpsNs t) const;
   Pose T_enu_body(GpsNs t) const { return state(t).T_enu_body; }
-  /// Metres along the centre line; 0 before the start.
+  /// Metres along the centre line; 0 before the start. Falls on a way back.
   double along(GpsNs t) const;
+  /// Way over ground since the start of a point `lateral_m` to the right of the body's origin, m.
+  double way(GpsNs t, double lateral_m) const;
+  /// Heading without a wrap: what the vehicle turned since the start is the difference, rad.
+  double turned_heading(GpsNs t) const;
+  /// The largest along().
   double length_m() const { return length_; }
   const CentreLine& centre_line() const { return line_; }
 
  private:
-  struct Profile {
-    double s = 0, v = 0, a = 0;
+  /// A stretch along the road from halt to halt, and the turn after it.
+  struct Leg {
+    double start_s = 0, from_m = 0, cruise_s = 0;
+    double direction = 1;       ///< along the centre line, or against it
+    double turned = 0;          ///< heading, by all turns before it
+    double turn_s = 0;          ///< 0: no turn follows
+    double end_s(const DriveConfig& drive) const { return start_s + drive.accelerate_s + cruise_s + drive.brake_s; }
   };
-  Profile profile(double seconds) const;
+  struct Place {
+    double s = 0, lateral = 0;  ///< on the road
+    double v = 0, a = 0;        ///< without a bend's share; over ground in a turn
+    double turn = 0;            ///< angle of the turn that is under way
+    const Leg* leg = nullptr;
+  };
+  static std::vector<Leg> legs(const Scenario& scenario);
+  static double longest(const DriveConfig& drive, const std::vector<Leg>& legs);
+  Place place(GpsNs t) const;
+  double heading(const Place& place) const;
 
   DriveConfig drive_;
   GpsNs start_;
-  double cruise_s_, length_;
+  std::vector<Leg> legs_;
+  double length_;
   CentreLine line_;
   std::array<double, 9> phase_{};
 };
+
+/// What of `drive.turns` cannot be driven, as a sentence that names the key; empty when all can.
+std::string check_turns(const Scenario& scenario);
 
 /// R_enu_body from roll, pitch, heading, element by element as the transpose of the printed matrix of the sphere method's step 2.
 Mat3 R_enu_body(double roll, double pitch, double heading);

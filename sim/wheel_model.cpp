@@ -15,24 +15,16 @@ std::vector<WheelSample> simulate_wheel(const Scenario& c, const Motion& motion)
   std::vector<WheelSample> out;
   if (c.wheel.rate_hz <= 0) return out;
   const double cycle_s = 1 / c.wheel.rate_hz;
-  const double heading0 = motion.centre_line().heading(0);
-  // A wheel's way: that of the centre line, less what it is farther inside the bend (exact: lateral offset times turned
-  // angle).
-  const auto way = [&](GpsNs t, double lateral_m) {
-    const double s = motion.along(t);
-    return s - (c.drive.lane_offset_m + lateral_m) * (motion.centre_line().heading(s) - heading0);
-  };
   const auto count = static_cast<std::uint64_t>(
       std::floor(static_cast<double>(c.end_gps_ns() - c.begin_gps_ns()) * 1e-9 * c.wheel.rate_hz));
   for (std::uint64_t i = 0; i <= count; ++i) {
     WheelSample sample;
     sample.gps_ns = c.begin_gps_ns() + std::llround(static_cast<double>(i) * cycle_s * 1e9);
     const GpsNs before = sample.gps_ns - std::llround(cycle_s * 1e9);
-    const double turned =
-        motion.centre_line().heading(motion.along(sample.gps_ns)) - motion.centre_line().heading(motion.along(before));
+    const double turned = motion.turned_heading(sample.gps_ns) - motion.turned_heading(before);
     for (std::size_t wheel = 0; wheel < 4; ++wheel) {
       const double lateral = (wheel % 2 == 0 ? -0.5 : 0.5) * c.wheel.track_m;
-      double metres = way(sample.gps_ns, lateral) - way(before, lateral);
+      double metres = motion.way(sample.gps_ns, lateral) - motion.way(before, lateral);
       if (wheel < 2) metres = std::hypot(metres, turned * kWheelbase_m);  // the front ones follow a wider bend
       double speed = c.wheel.scale * metres / cycle_s;
       // The sensor's teeth give nothing while the wheel stands.
@@ -41,7 +33,7 @@ std::vector<WheelSample> simulate_wheel(const Scenario& c, const Motion& motion)
     }
     for (std::size_t side = 0; side < 2; ++side) {
       const double turns =
-          c.wheel.scale * way(sample.gps_ns, (side == 0 ? -0.5 : 0.5) * c.wheel.track_m) / c.wheel.circumference_m;
+          c.wheel.scale * motion.way(sample.gps_ns, (side == 0 ? -0.5 : 0.5) * c.wheel.track_m) / c.wheel.circumference_m;
       sample.pulses[side] =
           static_cast<std::uint32_t>(std::max(0.0, std::floor(turns * c.wheel.pulses_per_turn + 0.37)));
     }

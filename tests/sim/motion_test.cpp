@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -127,6 +128,72 @@ TEST(Motion, VelocityIsTheDerivativeOfPlaceAndNothingJumps) {
   EXPECT_NEAR(start.T_enu_body.p.z, 0.8, 1e-12);
   EXPECT_NEAR(degrees(motion.state(scenario.end_gps_ns()).heading), 37 + 14, 1e-9);
   EXPECT_NEAR(motion.along(scenario.end_gps_ns()), 8.0 * (32 - 2 - 9 + 4.5), 1e-9);
+}
+
+Scenario there_and_back() {
+  Scenario s;
+  s.duration_s = 90;
+  s.street.road_width_m = 14;
+  s.street.curve_deg = 30;
+  s.street.curve_start_m = 40;
+  s.street.curve_length_m = 40;
+  s.drive.lane_offset_m = 5.5;
+  s.drive.turns = {{.at_m = 120, .for_s = 10}, {.at_m = 20, .for_s = 12}};
+  return s;
+}
+
+TEST(Motion, TurnsAreDrivenThereAndBackAndNothingJumps) {
+  for (const double lane : {5.5, -4.0}) {
+    Scenario scenario = there_and_back();
+    scenario.drive.lane_offset_m = lane;
+    ASSERT_EQ(scenario.validate(), "");
+    const Motion motion(scenario);
+    constexpr GpsNs h = 1'000'000;
+    Vec3 last_acceleration;
+    double turned = motion.turned_heading(scenario.begin_gps_ns()), way = 0, wheel = 0, nearest = 1e9, farthest = 0;
+    for (GpsNs t = scenario.begin_gps_ns() + h; t < scenario.end_gps_ns(); t += h) {
+      const Vec3 a = motion.state(t - h).T_enu_body.p, b = motion.state(t).T_enu_body.p, c = motion.state(t + h).T_enu_body.p;
+      const TrueState state = motion.state(t);
+      EXPECT_LT(length(500.0 * (c - a) - state.velocity_enu), 1e-4);
+      const Vec3 acceleration = 1e6 * (c - 2.0 * b + a);
+      if (t > scenario.begin_gps_ns() + h) { EXPECT_LT(length(acceleration - last_acceleration), 0.05) << t; }
+      EXPECT_LT(length(acceleration), 4.0) << "a car can do it";
+      last_acceleration = acceleration;
+      const double speed = std::hypot(state.velocity_enu.x, state.velocity_enu.y), heading = motion.turned_heading(t);
+      // Forward, and the nose where the way goes.
+      if (speed > 0.01) { EXPECT_LT(std::hypot(state.velocity_enu.x / speed - std::sin(heading), state.velocity_enu.y / speed - std::cos(heading)), 1e-9); }
+      way += 1e-3 * speed;
+      wheel += 1e-3 * speed - 0.7 * (heading - turned);
+      turned = heading;
+      nearest = std::min(nearest, motion.along(t));
+      farthest = std::max(farthest, motion.along(t));
+    }
+    EXPECT_NEAR(motion.way(scenario.end_gps_ns(), 0), way, 0.01);
+    EXPECT_NEAR(motion.way(scenario.end_gps_ns(), 0.7), wheel, 0.01) << "a wheel 0.7 m to the right";
+    EXPECT_NEAR(farthest, 120 + std::abs(lane), 1e-3);
+    EXPECT_EQ(motion.length_m(), 120 + std::abs(lane));
+    EXPECT_NEAR(nearest, 0, 1e-9);
+    EXPECT_NEAR(turned - motion.turned_heading(scenario.begin_gps_ns()), radians(30) - std::copysign(2 * kPi, lane), 0.5) << "on the way out again";
+    // Halfway on the first way back: the other side of the road, against the line.
+    const Vec3 back = motion.state(scenario.sensors_begin_gps_ns() + 38'000'000'000).T_enu_body.p;
+    const double s = motion.along(scenario.sensors_begin_gps_ns() + 38'000'000'000);
+    const Vec3 expected = motion.centre_line().place(s, -lane);
+    EXPECT_LT(std::hypot(back.x - expected.x, back.y - expected.y), 1e-9);
+  }
+}
+
+TEST(Motion, TurnsThatCannotBeDrivenAreRefused) {
+  const auto said = [](auto change) {
+    Scenario s = there_and_back();
+    change(s);
+    return s.validate();
+  };
+  EXPECT_THAT(said([](Scenario& s) { s.drive.lane_offset_m = 1.75; }), testing::HasSubstr("drive.lane_offset_m is the radius"));
+  EXPECT_THAT(said([](Scenario& s) { s.drive.turns[0].at_m = 30; }), testing::HasSubstr("drive.turns[0].at_m must lie 36 m or more beyond the start"));
+  EXPECT_THAT(said([](Scenario& s) { s.drive.turns[1].at_m = 100; }), testing::HasSubstr("drive.turns[1].at_m must lie 36 m or more before the last turn"));
+  EXPECT_THAT(said([](Scenario& s) { s.drive.turns[0].at_m = 84; }), testing::HasSubstr("on a straight"));
+  EXPECT_THAT(said([](Scenario& s) { s.duration_s = 60; }), testing::HasSubstr("duration_s is too short for drive.turns: at least"));
+  EXPECT_THAT(said([](Scenario& s) { s.drive.turns.pop_back(); }), testing::HasSubstr("duration_s is too long for drive.turns"));
 }
 
 TEST(Ins, WithoutNoiseIsTheTruthInTheVehiclesOwnLevel) {
