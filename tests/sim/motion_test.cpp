@@ -157,7 +157,7 @@ TEST(Motion, TurnsAreDrivenThereAndBackAndNothingJumps) {
       EXPECT_LT(length(500.0 * (c - a) - state.velocity_enu), 1e-4);
       const Vec3 acceleration = 1e6 * (c - 2.0 * b + a);
       if (t > scenario.begin_gps_ns() + h) { EXPECT_LT(length(acceleration - last_acceleration), 0.05) << t; }
-      EXPECT_LT(length(acceleration), 4.0) << "a car can do it";
+      EXPECT_LT(length(acceleration), 4.6) << "that of braking";
       last_acceleration = acceleration;
       const double speed = std::hypot(state.velocity_enu.x, state.velocity_enu.y), heading = motion.turned_heading(t);
       // Forward, and the nose where the way goes.
