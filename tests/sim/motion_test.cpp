@@ -132,7 +132,7 @@ TEST(Motion, VelocityIsTheDerivativeOfPlaceAndNothingJumps) {
 
 Scenario there_and_back() {
   Scenario s;
-  s.duration_s = 90;
+  s.duration_s = 75;
   s.street.road_width_m = 14;
   s.street.curve_deg = 30;
   s.street.curve_start_m = 40;
@@ -192,7 +192,7 @@ TEST(Motion, TurnsThatCannotBeDrivenAreRefused) {
   EXPECT_THAT(said([](Scenario& s) { s.drive.turns[0].at_m = 30; }), testing::HasSubstr("drive.turns[0].at_m must lie 36 m or more beyond the start"));
   EXPECT_THAT(said([](Scenario& s) { s.drive.turns[1].at_m = 100; }), testing::HasSubstr("drive.turns[1].at_m must lie 36 m or more before the last turn"));
   EXPECT_THAT(said([](Scenario& s) { s.drive.turns[0].at_m = 84; }), testing::HasSubstr("on a straight"));
-  EXPECT_THAT(said([](Scenario& s) { s.duration_s = 60; }), testing::HasSubstr("duration_s is too short for drive.turns: at least"));
+  EXPECT_THAT(said([](Scenario& s) { s.duration_s = 50; }), testing::HasSubstr("duration_s is too short for drive.turns: at least"));
   EXPECT_THAT(said([](Scenario& s) { s.drive.turns.pop_back(); }), testing::HasSubstr("duration_s is too long for drive.turns"));
 }
 
