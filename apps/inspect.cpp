@@ -1,6 +1,7 @@
 #include "apps/inspect.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <array>
 #include <cerrno>
@@ -10,7 +11,6 @@
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
-#include "apps/log.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -61,7 +61,7 @@ int inspect(const std::string& path, bool as_json) {
     }
   }
   if (inspection.trouble.ok()) return kDone;
-  log_error(inspection.trouble.error().message);
+  spdlog::error("{}", inspection.trouble.error().message);
   return kInputUnreadable;
 }
 

@@ -1,7 +1,8 @@
+#include <spdlog/spdlog.h>
+
 #include "apps/calibrate.hpp"
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
-#include "apps/log.hpp"
 #include "config/rig_picture.hpp"
 
 namespace hueline::apps {
@@ -18,7 +19,7 @@ void add_rig(Command& all) {
   show.required("--out", options->out, "picture to write (SVG)");
   show.runs([options] {
     if (const Status written = write_text(options->out, config::rig_svg(config::load_rig(options->rig))); !written.ok()) {
-      log_error(written.error().message);
+      spdlog::error("{}", written.error().message);
       return kOutputRefused;
     }
     return kDone;
