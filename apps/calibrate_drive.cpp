@@ -1,7 +1,6 @@
 #include "apps/calibrate_drive.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include "apps/drive_shots.hpp"
 #include "apps/drive_source.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "apps/pipeline.hpp"
 #include "apps/progress_bar.hpp"
 #include "apps/simulated_rig.hpp"
@@ -78,7 +78,7 @@ int calibrate_drive(const DriveFiles& files) {
   auto source = DriveSource::open(files.recording, files.scenario, files.cache, files.rig, bar);
   if (!source.ok()) {
     bar.end();
-    spdlog::error("{}", source.error().message);
+    log_error(source.error().message);
     return kInputUnreadable;
   }
   if (source->scenario)
@@ -98,7 +98,7 @@ int calibrate_drive(const DriveFiles& files) {
     pipeline.flush();
   }
   bar.end();
-  if (!fed.ok()) spdlog::warn("{}", fed.error().message);
+  if (!fed.ok()) log_warning(fed.error().message);
   const auto shots = gathered.shots();
   std::fputs(fmt::format("{} exposures, {} lens images\n", gathered.exposures(), shots.size()).c_str(), stdout);
   AlignmentConfig config;
@@ -110,14 +110,14 @@ int calibrate_drive(const DriveFiles& files) {
     const auto found = align_head(gathered.lenses(), shots, start, config);
     bar.end();
     if (!found.ok()) {
-      spdlog::error("{}", found.error().message);
+      log_error(found.error().message);
       return kInputUnreadable;
     }
     std::fputs(said_of(*found, start, *source).c_str(), stdout);
     std::fflush(stdout);
     if (files.out.empty() || number > 0) continue;
     if (const Status written = write_fragment(files, *found, shots.size()); !written.ok()) {
-      spdlog::error("{}", written.error().message);
+      log_error(written.error().message);
       return kOutputRefused;
     }
   }

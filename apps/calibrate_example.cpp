@@ -1,11 +1,11 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <cmath>
 #include <filesystem>
 
 #include "apps/calibrate.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "sim/static_scan/static_scanner.hpp"
 
 namespace hueline::apps {
@@ -41,7 +41,7 @@ int example(const Options& options) {
     const std::uint64_t most = scanner.window_step_deg > 0 ? ~0ull : wanted;
     const auto written = sim::write_static_scan(scan, (fs::path(options.out) / file).string(), most, static_cast<unsigned>(options.threads), hits);
     if (!written.ok()) {
-      spdlog::error("{}", written.error().message);
+      log_error(written.error().message);
       return kOutputRefused;
     }
     const auto& s = site.surveyed_place;
@@ -57,7 +57,7 @@ int example(const Options& options) {
   }
   for (const auto& [name, text] : {std::pair{"stations.csv", stations}, {"targets.csv", targets}, {"truth.csv", truth}})
     if (Status done = write_text(fs::path(options.out) / name, text); !done.ok()) {
-      spdlog::error("{}", done.error().message);
+      log_error(done.error().message);
       return kOutputRefused;
     }
   return kDone;

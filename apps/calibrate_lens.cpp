@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +6,7 @@
 
 #include "apps/calibrate.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "calibration/lens/lens_report.hpp"
 #include "calibration/lens/opencv_reference.hpp"
 #include "config/section.hpp"
@@ -115,8 +115,8 @@ int run(const Options& options) {
   config.one_focal = options.one_focal;
   const auto found = calibrate_lens(board, views, width, height, config);
   if (!found.ok()) {
-    for (const auto& text : context.unseen) spdlog::warn("left out: {}", text);
-    spdlog::error("{}", found.error().message);
+    for (const auto& text : context.unseen) log_warning("left out: {}", text);
+    log_error(found.error().message);
     return kInputUnreadable;
   }
   context.data = fmt::format("{} of {} images, {} {} of {} m", found->views.size(), images.size(), options.board, options.size, options.spacing_m);
@@ -129,7 +129,7 @@ int run(const Options& options) {
   for (const auto& [file, text] : {std::pair{"lens.yaml", "lens:\n" + lens_fragment(*found, context, 2)}, std::pair{"lens.json", lens_json(*found, context)},
                                    std::pair{"lens.html", lens_html(*found, context)}}) {
     if (const Status written = write_text(out / file, text); !written.ok()) {
-      spdlog::error("{}", written.error().message);
+      log_error(written.error().message);
       return kOutputRefused;
     }
     std::fputs(((out / file).string() + "\n").c_str(), stdout);

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "apps/calibrate_drive.hpp"
 #include "apps/calibrate_shot.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "calibration/mount/correspondence_file.hpp"
 #include "calibration/mount/mount_report.hpp"
 #include "config/mounting.hpp"
@@ -97,7 +97,7 @@ int resect_lenses(const Options& options) {
   if (!in) throw config::ConfigError(options.points + ": cannot be read");
   const auto read = parse_correspondences(text.str(), options.points);
   if (!read.ok()) {
-    spdlog::error("{}", read.error().message);
+    log_error(read.error().message);
     return kInputUnreadable;
   }
   const KnownRig known = known_of(options);
@@ -106,7 +106,7 @@ int resect_lenses(const Options& options) {
   for (const LensCorrespondences& seen : *read) {
     const auto lens = std::find_if(known.lenses.begin(), known.lenses.end(), [&](const KnownLens& one) { return one.name == seen.lens || (seen.lens.empty() && known.lenses.size() == 1); });
     if (lens == known.lenses.end()) {
-      spdlog::error("{}: {} '{}'", options.points,
+      log_error("{}: {} '{}'", options.points,
                     options.rig.empty() ? "without a rig all points must be of one lens; leave the column lens out, or give --rig: there are some of lens" : "the rig has no lens", seen.lens);
       status = kInputUnreadable;
       continue;
@@ -114,7 +114,7 @@ int resect_lenses(const Options& options) {
     const auto found = resect(lens_values(lens->intrinsics), seen.points, {.sigma_px = options.sigma_px, .sigma_point_m = options.sigma_point_m});
     const std::string wrong = !found.ok() ? found.error().message : lens->nominal ? far_from_nominal(found->T_scanner_lens, *lens->nominal, options) : "";
     if (!wrong.empty()) {
-      spdlog::error("lens '{}': {}", seen.lens, wrong);
+      log_error("lens '{}': {}", seen.lens, wrong);
       status = kInputUnreadable;
       continue;
     }
@@ -143,7 +143,7 @@ int resect_lenses(const Options& options) {
     }
     for (const auto& [file, what] : {std::pair{stem + ".yaml", fragment}, std::pair{stem + ".json", resection_json(seen.lens, seen.points, *found)}}) {
       if (const Status written = write_text(std::filesystem::path(options.out) / file, what); !written.ok()) {
-        spdlog::error("{}", written.error().message);
+        log_error(written.error().message);
         return kOutputRefused;
       }
     }

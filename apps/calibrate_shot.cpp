@@ -1,13 +1,13 @@
 #include "apps/calibrate_shot.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <cmath>
 #include <filesystem>
 
 #include "apps/calibrate.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "calibration/mount/alignment.hpp"
 #include "calibration/mount/mount_report.hpp"
 #include "config/mounting.hpp"
@@ -38,12 +38,12 @@ int calibrate_shot(const ShotFiles& files) {
   const auto image = read_grey_image(files.image);
   const auto cloud = storage::read_pcd(files.cloud);
   if (!image.ok() || !cloud.ok()) {
-    spdlog::error("{}", !image.ok() ? image.error().message : cloud.error().message);
+    log_error(!image.ok() ? image.error().message : cloud.error().message);
     return kInputUnreadable;
   }
   const auto x = cloud->column("x"), y = cloud->column("y"), z = cloud->column("z"), intensity = cloud->column("intensity");
   if (x.empty() || y.empty() || z.empty() || intensity.empty()) {
-    spdlog::error("{}: has no fields x, y, z, intensity", files.cloud);
+    log_error("{}: has no fields x, y, z, intensity", files.cloud);
     return kInputUnreadable;
   }
   std::vector<Eigen::Vector3f> points;
@@ -68,7 +68,7 @@ int calibrate_shot(const ShotFiles& files) {
   config.use_relation = false;  // one image has too few patches for it
   const auto found = align_head({lens}, {shot}, {T_scanner_lens.rotation, T_scanner_lens.translation}, config);
   if (!found.ok()) {
-    spdlog::error("{}", found.error().message);
+    log_error(found.error().message);
     return kInputUnreadable;
   }
   const Transform<Lens, Scanner> T{found->T_body_head.rotation.conjugate(), -(found->T_body_head.rotation.conjugate() * found->T_body_head.translation)};
@@ -85,7 +85,7 @@ int calibrate_shot(const ShotFiles& files) {
   record.residual_unit = "px";
   const auto path = std::filesystem::path(files.out) / "T_lens_scanner.yaml";
   if (const Status written = write_text(path, mounting_yaml("T_lens_scanner", T.rotation, T.translation, record, 0)); !written.ok()) {
-    spdlog::error("{}", written.error().message);
+    log_error(written.error().message);
     return kOutputRefused;
   }
   std::fputs((path.string() + "\n").c_str(), stdout);

@@ -1,7 +1,6 @@
 #include "apps/calibrate_targets.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <chrono>
 #include <cmath>
@@ -11,6 +10,7 @@
 
 #include "apps/calibrate.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "apps/version.hpp"
 #include "calibration/targets/targets_report.hpp"
 #include "config/section.hpp"
@@ -136,7 +136,7 @@ int calibrate_targets(const Options& options) {
     });
     if (!result->ok()) {
       const Error& error = result->error();
-      spdlog::error("{}", error.message);
+      log_error(error.message);
       notes.refused.push_back(error.message);
       status = error.code == ErrorCode::Invalid || error.code == ErrorCode::Exhausted ? kNothingCame : kInputUnreadable;
       continue;
@@ -182,7 +182,7 @@ int calibrate_targets(const Options& options) {
     if (done.ok()) fmt::print("; {:.2f} s\n", writing);
   }
   if (!done.ok()) {
-    spdlog::error("{}", done.error().message);
+    log_error(done.error().message);
     return kOutputRefused;
   }
   return status;

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include "apps/devices.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/live_run.hpp"
+#include "apps/log.hpp"
 #include "apps/outputs.hpp"
 #include "apps/pipeline.hpp"
 #include "apps/recording.hpp"
@@ -107,12 +107,12 @@ int capture(const Options& options) {
 
   auto outputs = Outputs::create(rig, dir);
   if (!outputs.ok()) {
-    spdlog::error("{}", outputs.error().message);
+    log_error(outputs.error().message);
     return outputs.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
   }
   auto journal = storage::JournalWriter::create(dir / "drive.mcap", journal_header(rig));
   if (!journal.ok()) {
-    spdlog::error("{}", journal.error().message);
+    log_error(journal.error().message);
     return kOutputRefused;
   }
 
@@ -130,7 +130,7 @@ int capture(const Options& options) {
                 points.store(sink.summary().points(), std::memory_order_relaxed);
               },
               config);
-  spdlog::info("capturing {} into {}; Ctrl-C ends with everything written", rig.name, dir.string());
+  log_info("capturing {} into {}; Ctrl-C ends with everything written", rig.name, dir.string());
   const bool is_live = std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const auto& sensor) { return sensor.arrivals() == config::Arrivals::Live; });
   run.start();
 
@@ -140,7 +140,7 @@ int capture(const Options& options) {
   while (!run.is_over()) {
     if (signals.wait_for(std::chrono::seconds(1))) {
       progress.end();
-      spdlog::info("stop asked for: finishing what has come");
+      log_info("stop asked for: finishing what has come");
       break;
     }
     const double seconds = to_seconds(drivers::host_now() - begin);
@@ -156,8 +156,8 @@ int capture(const Options& options) {
   pipeline.report(sink.summary());
   for (const auto& sensor : rig.sensors) {
     const auto counts = run.ingest().counts(sensor.id);
-    if (counts.shed) spdlog::warn("{}: {} packets recorded but not fused: the pipeline was too slow; a replay fuses the same points", sensor.name, counts.shed);
-    if (counts.refused && run.recording().ok()) spdlog::error("{}: {} packets neither recorded nor fused: the disk was too slow", sensor.name, counts.refused);
+    if (counts.shed) log_warning("{}: {} packets recorded but not fused: the pipeline was too slow; a replay fuses the same points", sensor.name, counts.shed);
+    if (counts.refused && run.recording().ok()) log_error("{}: {} packets neither recorded nor fused: the disk was too slow", sensor.name, counts.refused);
   }
   const Status recorded = run.recording();
   std::string lost;
@@ -170,26 +170,26 @@ int capture(const Options& options) {
   const Status finished = sink.finish();
   std::fputs(sink.summary().text().c_str(), stdout);
   if (!recorded.ok()) {
-    spdlog::error("{}", lost);
+    log_error(lost);
     return kOutputRefused;
   }
   if (!finished.ok()) {
-    spdlog::error("{}; the raw recording is whole: hueline replay {}", finished.error().message, (dir / "drive.mcap").string());
+    log_error("{}; the raw recording is whole: hueline replay {}", finished.error().message, (dir / "drive.mcap").string());
     return kOutputRefused;
   }
   bool read_whole = true;
   for (const auto& reader : run.readers()) {
     if (reader->outcome().ok()) continue;
-    spdlog::error("{}: {}; everything whole before that is recorded and used", reader->sensor_name(), reader->outcome().error().message);
+    log_error("{}: {}; everything whole before that is recorded and used", reader->sensor_name(), reader->outcome().error().message);
     read_whole = false;
   }
   if (!read_whole) return kInputUnreadable;
   if (sink.summary().wire_packets() == 0) {
-    spdlog::error("nothing came from any sensor: see the faults above; are the devices on, and are the rig's addresses theirs?");
+    log_error("nothing came from any sensor: see the faults above; are the devices on, and are the rig's addresses theirs?");
     return kNothingCame;
   }
   if (sink.summary().points() == 0) {
-    spdlog::warn("no point could be placed: the summary above says why; {} holds everything that came", (dir / "drive.mcap").string());
+    log_warning("no point could be placed: the summary above says why; {} holds everything that came", (dir / "drive.mcap").string());
     return kNothingCame;
   }
   return kDone;

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <cmath>
 #include <filesystem>
@@ -10,6 +9,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "config/mounting.hpp"
 #include "config/rig_head.hpp"
 #include "core/calendar.hpp"
@@ -126,12 +126,12 @@ int colour(const Options& options) {
   const auto image = storage::read_png(options.image);
   const auto cloud = storage::read_pcd(options.cloud);
   if (!image.ok() || !cloud.ok()) {
-    spdlog::error("{}", !image.ok() ? image.error().message : cloud.error().message);
+    log_error(!image.ok() ? image.error().message : cloud.error().message);
     return kInputUnreadable;
   }
   const auto x = cloud->column("x"), y = cloud->column("y"), z = cloud->column("z");
   if (x.empty() || y.empty() || z.empty()) {
-    spdlog::error("{}: has no fields x, y, z", options.cloud);
+    log_error("{}: has no fields x, y, z", options.cloud);
     return kInputUnreadable;
   }
   std::vector<Point<Scanner>> points;
@@ -163,7 +163,7 @@ int colour(const Options& options) {
   for (std::size_t i = 0; i < drawn.pixels.size(); ++i) drawn.pixels[i] = {raster.pixels[3 * i], raster.pixels[3 * i + 1], raster.pixels[3 * i + 2]};
   if (done.ok()) done = storage::write_png(png_path, drawn);
   if (!done.ok()) {
-    spdlog::error("{}", done.error().message);
+    log_error(done.error().message);
     return kOutputRefused;
   }
   std::size_t coloured = 0, hidden = 0;

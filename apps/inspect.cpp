@@ -1,7 +1,6 @@
 #include "apps/inspect.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <array>
 #include <cerrno>
@@ -11,6 +10,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -61,7 +61,7 @@ int inspect(const std::string& path, bool as_json) {
     }
   }
   if (inspection.trouble.ok()) return kDone;
-  spdlog::error("{}", inspection.trouble.error().message);
+  log_error(inspection.trouble.error().message);
   return kInputUnreadable;
 }
 

@@ -1,11 +1,9 @@
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
-
 #include <cstdio>
 #include <exception>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "apps/version.hpp"
 #include "config/section.hpp"
 
@@ -28,8 +26,7 @@ written; 5 nothing came; 6 verify or score found a figure out of its bound; 1 an
 int main(int argc, char** argv) {
   using namespace hueline;
   // People read the terminal, programs read the files: log lines go to standard error.
-  spdlog::set_default_logger(spdlog::stderr_color_mt("hueline"));
-  spdlog::set_pattern("%H:%M:%S %^%l%$ %v");
+  apps::set_up_log();
   try {
     return apps::run_command_line(argc, argv, "hueline: records a mobile mapping vehicle's sensors and colours its laser points while it drives.",
                                   std::string("hueline ") + apps::kVersion + " (" + apps::kGitRevision + ")", kFooter, [](apps::Command& all) {

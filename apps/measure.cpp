@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <cmath>
 #include <fstream>
@@ -10,6 +9,7 @@
 #include "apps/commands.hpp"
 #include "apps/drive_source.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "apps/object_measuring.hpp"
 #include "apps/pipeline.hpp"
 #include "config/section.hpp"
@@ -62,14 +62,14 @@ int measure(const Options& options) {
   if (!in) throw config::ConfigError(options.picks + ": cannot be read");
   const auto picks = parse_object_picks(text.str(), options.picks);
   if (!picks.ok()) {
-    spdlog::error("{}", picks.error().message);
+    log_error(picks.error().message);
     return kInputUnreadable;
   }
   ProgressBar bar;
   auto source = DriveSource::open(options.recording, options.scenario, options.cache, options.rig, bar);
   bar.end();
   if (!source.ok()) {
-    spdlog::error("{}", source.error().message);
+    log_error(source.error().message);
     return kInputUnreadable;
   }
   if (source->rig.geometry.head.lenses.empty()) throw config::ConfigError("the rig has no camera head: there is no image to pick in");
@@ -89,10 +89,10 @@ int measure(const Options& options) {
     pipeline.flush();
   }
   bar.end();
-  if (!fed.ok()) spdlog::warn("{}", fed.error().message);
+  if (!fed.ok()) log_warning(fed.error().message);
   const auto outcomes = measuring.finish();
   if (!measuring.origin()) {
-    spdlog::error("no point of the drive could be placed");
+    log_error("no point of the drive could be placed");
     return kNothingCame;
   }
   auto projection = storage::Projection::create(*measuring.origin(), source->rig.epsg());
@@ -101,7 +101,7 @@ int measure(const Options& options) {
   if (options.out.empty()) {
     std::fputs(result.c_str(), stdout);
   } else if (const Status written = write_text(options.out, result); !written.ok()) {
-    spdlog::error("{}", written.error().message);
+    log_error(written.error().message);
     return kOutputRefused;
   }
   std::size_t measured = 0;

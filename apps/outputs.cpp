@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -10,6 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "apps/log.hpp"
 #include "core/calendar.hpp"
 #include "storage/las_writer.hpp"
 
@@ -60,7 +60,7 @@ Result<std::unique_ptr<Outputs>> Outputs::create(const config::Rig& rig, const s
 
 void Outputs::keep(const char* file, Status done) {
   if (done.ok()) return;
-  spdlog::error("{}: {}; the raw recording goes on", file, done.error().message);
+  log_error("{}: {}; the raw recording goes on", file, done.error().message);
   if (first_error_.ok()) first_error_ = std::move(done);
 }
 

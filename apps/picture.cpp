@@ -1,11 +1,11 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <cmath>
 #include <memory>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "storage/cloud_picture.hpp"
 #include "storage/las_reader.hpp"
 
@@ -54,7 +54,7 @@ int picture(const Options& options) {
     auto view = storage::picture_from_above(options.cloud);
     Status done = view.ok() ? storage::write_png(options.above, view->image) : Status(view.error());
     if (!done.ok()) {
-      spdlog::error("{}", done.error().message);
+      log_error(done.error().message);
       return view.ok() ? kOutputRefused : kInputUnreadable;
     }
     std::fputs(fmt::format("{}: {:.3f} m a pixel, upper left at {:.1f} E {:.1f} N\n", options.above, view->cell_m, view->west, view->north).c_str(), stdout);
@@ -64,7 +64,7 @@ int picture(const Options& options) {
     Result<storage::RgbImage> view = at.ok() ? storage::picture_from_street(options.cloud, *at) : Result<storage::RgbImage>(at.error());
     Status done = view.ok() ? storage::write_png(options.street, *view) : Status(view.error());
     if (!done.ok()) {
-      spdlog::error("{}", done.error().message);
+      log_error(done.error().message);
       return view.ok() ? kOutputRefused : kInputUnreadable;
     }
     std::fputs((options.street + "\n").c_str(), stdout);

@@ -1,11 +1,11 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <filesystem>
 #include <memory>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "apps/outputs.hpp"
 #include "apps/pacer.hpp"
 #include "apps/pipeline.hpp"
@@ -25,12 +25,12 @@ int replay(const Options& options) {
   StopSignals signals;
   auto recording = Recording::open(options.recording, options.rig);
   if (!recording.ok()) {
-    spdlog::error("{}", recording.error().message);
+    log_error(recording.error().message);
     return kInputUnreadable;
   }
   auto outputs = Outputs::create(recording->rig, options.out);
   if (!outputs.ok()) {
-    spdlog::error("{}", outputs.error().message);
+    log_error(outputs.error().message);
     return outputs.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
   }
   Outputs& sink = **outputs;
@@ -49,13 +49,13 @@ int replay(const Options& options) {
   pipeline.report(sink.summary());
   const Status finished = sink.finish();
   std::fputs(sink.summary().text().c_str(), stdout);
-  if (stopped) spdlog::warn("stopped before the recording's end");
+  if (stopped) log_warning("stopped before the recording's end");
   if (!finished.ok()) {
-    spdlog::error("{}", finished.error().message);
+    log_error(finished.error().message);
     return kOutputRefused;
   }
   if (!read.ok()) {
-    spdlog::error("{}: everything that is whole was used", read.error().message);
+    log_error("{}: everything that is whole was used", read.error().message);
     return kInputUnreadable;
   }
   return sink.summary().points() ? kDone : kNothingCame;

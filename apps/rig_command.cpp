@@ -1,8 +1,7 @@
-#include <spdlog/spdlog.h>
-
 #include "apps/calibrate.hpp"
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "config/rig_picture.hpp"
 
 namespace hueline::apps {
@@ -19,7 +18,7 @@ void add_rig(Command& all) {
   show.required("--out", options->out, "picture to write (SVG)");
   show.runs([options] {
     if (const Status written = write_text(options->out, config::rig_svg(config::load_rig(options->rig))); !written.ok()) {
-      spdlog::error("{}", written.error().message);
+      log_error(written.error().message);
       return kOutputRefused;
     }
     return kDone;

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <chrono>
 #include <fstream>
@@ -8,6 +7,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "apps/progress_bar.hpp"
 #include "apps/score_output.hpp"
 #include "apps/score_scenario.hpp"
@@ -54,7 +54,7 @@ int run(const Options& options) {
   if (!options.against.empty()) {
     auto read = score::read_score_json(options.against);
     if (!read.ok()) {
-      spdlog::error("{}", read.error().message);
+      log_error(read.error().message);
       return kInputUnreadable;
     }
     before = std::move(*read);
@@ -88,7 +88,7 @@ int run(const Options& options) {
     }
     if (!scored.ok()) {
       bar.end();
-      spdlog::error("{}: {}", name, scored.error().message);
+      log_error("{}: {}", name, scored.error().message);
       return kInputUnreadable;
     }
     sheet.push_back(std::move(scored->score));
@@ -102,7 +102,7 @@ int run(const Options& options) {
   std::fputs((score::terminal_table(sheet) + "\n" + notes.determinism + "\n").c_str(), stdout);
   if (!changes.empty()) std::fputs(("\nagainst " + options.against + "\n" + score::terminal_changes(changes)).c_str(), stdout);
   if (const Status written = write_score(options.out, sheet, notes, changes); !written.ok()) {
-    spdlog::error("{}", written.error().message);
+    log_error(written.error().message);
     return kOutputRefused;
   }
   std::fputs(fmt::format("\n{} s; look at {}/score.html\n", static_cast<int>(notes.wall_s), options.out).c_str(), stdout);

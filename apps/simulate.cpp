@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <filesystem>
 #include <fstream>
@@ -9,6 +8,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "apps/progress_bar.hpp"
 #include "apps/signals.hpp"
 #include "apps/simulated_rig.hpp"
@@ -94,21 +94,21 @@ int play(const Options& options, const sim::Drive& drive, const sim::Drive* besi
       timeline = second.error();
   }
   if (!timeline.ok()) {
-    spdlog::error("{}", timeline.error().message);
+    log_error(timeline.error().message);
     return kWrongUse;
   }
   std::error_code ignored;
   std::filesystem::create_directories(std::filesystem::path(options.at.pps_socket).parent_path(), ignored);
   auto player = sim::Player::open(player_config(options, drive, scenario));
   if (!player.ok()) {
-    spdlog::error("{}", player.error().message);
+    log_error(player.error().message);
     return kOutputRefused;
   }
-  spdlog::info("devices are up: laser to {} udp {} and {}, POS at tcp {}, PPS at {}, camera {}; waiting for a capture", options.at.address,
+  log_info("devices are up: laser to {} udp {} and {}, POS at tcp {}, PPS at {}, camera {}; waiting for a capture", options.at.address,
                options.at.data_port, options.at.position_port, (*player)->pos_port(), options.at.pps_socket, options.at.camera_serial);
   if (const Status ready = (*player)->wait_until_ready(static_cast<std::int64_t>(options.wait_s * 1e9), stop); !ready.ok()) {
     if (ready.error().code == ErrorCode::Stopped) return kDone;
-    spdlog::error("{}", ready.error().message);
+    log_error(ready.error().message);
     return kNothingCame;
   }
   const sim::PlayReport report = (*player)->run(timeline->timeline, stop, [&](const sim::PlayProgress& progress) {
@@ -162,7 +162,7 @@ int simulate(const Options& options) {
     out << simulated_rig(scenario, options.at, options.method, beside ? &*beside : nullptr);
     out.close();
     if (!out) {
-      spdlog::error("{} could not be written", options.rig_file);
+      log_error("{} could not be written", options.rig_file);
       return kOutputRefused;
     }
   }
@@ -176,7 +176,7 @@ int simulate(const Options& options) {
       std::fprintf(stdout, "drive and truth: %s\n", drive->cache_dir.c_str());
       std::fflush(stdout);
     } else {
-      spdlog::error("{}", drive.error().message);
+      log_error(drive.error().message);
     }
     return drive;
   };
@@ -191,7 +191,7 @@ int simulate(const Options& options) {
     if (!second->ok()) return status_of(second->error());
   }
   if (const Status written = write_truth(options, *drive, scenario, generation, bar); !written.ok()) {
-    spdlog::error("{}", written.error().message);
+    log_error(written.error().message);
     return status_of(written.error());
   }
   return options.play ? play(options, *drive, second ? &**second : nullptr, scenario, stop.get_token(), bar) : kDone;

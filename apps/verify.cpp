@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <cmath>
 #include <map>
@@ -8,6 +7,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
 #include "apps/pipeline.hpp"
 #include "apps/recording.hpp"
 #include "apps/simulated_recording.hpp"
@@ -120,7 +120,7 @@ int verify(const Options& options) {
   const sim::Scenario scenario = config::load_scenario(options.scenario);
   const auto drive = sim::generate(scenario, options.cache);
   if (!drive.ok()) {
-    spdlog::error("{}", drive.error().message);
+    log_error(drive.error().message);
     return kInputUnreadable;
   }
   Recording recorded;
@@ -128,7 +128,7 @@ int verify(const Options& options) {
   if (has_recording) {
     auto opened = Recording::open(options.recording, options.rig);
     if (!opened.ok()) {
-      spdlog::error("{}", opened.error().message);
+      log_error(opened.error().message);
       return kInputUnreadable;
     }
     recorded = std::move(*opened);
@@ -139,7 +139,7 @@ int verify(const Options& options) {
   auto truth = sim::TruthReader::open(truth_file);
   auto judge = sim::Judge::open(scenario, truth_file, {});
   if (!truth.ok() || !judge.ok()) {
-    spdlog::error("{}", !truth.ok() ? truth.error().message : judge.error().message);
+    log_error(!truth.ok() ? truth.error().message : judge.error().message);
     return kInputUnreadable;
   }
   Judging sink(*judge, truth->header().exposures, recorded.rig.colouring.method == fusion::ColourMethod::Panorama);
@@ -164,7 +164,7 @@ int verify(const Options& options) {
                stdout);
   }
   if (!fed.ok()) {
-    spdlog::error("{}", fed.error().message);
+    log_error(fed.error().message);
     return kInputUnreadable;
   }
   if (json["judged"].get<std::uint64_t>() == 0) return kNothingCame;
