@@ -57,14 +57,20 @@ VelodyneDecoder::VelodyneDecoder(SensorId sensor, const Config& config)
 
 VelodyneDecoder::~VelodyneDecoder() = default;
 
+void VelodyneDecoder::flush(std::vector<Measurement>& out) {
+  while (const auto lost = gaps_.drain()) tell_lost(*lost, previous_->received, out);
+}
+
 void VelodyneDecoder::reset() {
   previous_.reset();
+  gaps_ = GapTrial();
   last_label_.reset();
 }
 
 void VelodyneDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &conflict_, &again_})
     if (auto fault = limiter->flush(packet.received)) out.push_back(std::move(*fault));
+  while (const auto lost = gaps_.settled(packet.received)) tell_lost(*lost, packet.received, out);
   if (packet.bytes.size() == kVelodyneDataBytes) return decode_data(packet, out);
   if (packet.bytes.size() == kVelodynePositionBytes) return decode_position_packet(packet, out);
   malformed(packet, packet.bytes.size(),
@@ -77,6 +83,8 @@ void VelodyneDecoder::malformed(const Packet& packet, std::size_t bytes, const s
                                 std::vector<Measurement>& out) {
   counts_.malformed_bytes += bytes;
   ++counts_.malformed_messages;
+  const bool begins_well = packet.bytes.size() >= 2 && packet.bytes.bytes()[0] == std::byte{0xFF} && packet.bytes.bytes()[1] == std::byte{0xEE};
+  broken_ += begins_well || packet.bytes.size() == kVelodyneDataBytes ? 1 : 0;
   if (auto fault = malformed_.add(packet.received, 1, [&] { return what; })) out.push_back(std::move(*fault));
 }
 
@@ -147,27 +155,34 @@ void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>
 
 void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration,
                                 std::vector<Measurement>& out) {
-  const std::optional<Previous> before = std::exchange(previous_, Previous{stamp, duration, packet.received});
+  const std::optional<Previous> before = std::exchange(previous_, Previous{stamp, duration, packet.received, nanoseconds(0)});
   if (!before) return;
+  const std::uint64_t broken = std::exchange(broken_, 0);
   const nanoseconds waited = packet.received - before->received;
   const nanoseconds difference = within_half_hour(stamp - before->stamp - waited % kHour);
   const nanoseconds moved = waited + difference;  // also across outages of hours
-  const auto fault = [&](FaultKind kind, std::uint64_t count, std::string detail) {
-    out.push_back(Fault{sensor_, kind, packet.received, count, std::move(detail)});
+  const auto fault = [&](FaultKind kind, std::string detail) {
+    out.push_back(Fault{sensor_, kind, packet.received, 1, std::move(detail)});
   };
+  previous_->travelled = before->travelled + moved;
   if (difference > kArrivalJitter || difference < -kArrivalJitter) {
-    fault(FaultKind::ClockStep, 1,
+    fault(FaultKind::ClockStep,
           fmt::format("{}: its counter moved {:.6f} s against the arrivals", table_.name,
                       to_seconds(difference)));
   } else if (moved < nanoseconds(0)) {
-    fault(FaultKind::Late, 1, fmt::format("{}: a packet {:.6f} s older than the one before", table_.name,
-                                          -to_seconds(moved)));
+    fault(FaultKind::Late, fmt::format("{}: a packet {:.6f} s older than the one before", table_.name, -to_seconds(moved)));
+    gaps_.fill(previous_->travelled.count());
     previous_ = before;  // the newest stays the measure of the next gap
+    broken_ = broken;
   } else if (config_.detects_lost && moved > before->duration * 3 / 2) {
-    const double packets = to_seconds(moved) / to_seconds(before->duration);
-    fault(FaultKind::Lost, static_cast<std::uint64_t>(std::llround(packets) - 1),
-          fmt::format("{}: no data packets for {:.6f} s of its counter", table_.name, to_seconds(moved)));
+    const auto missing = static_cast<std::uint64_t>(std::llround(to_seconds(moved) / to_seconds(before->duration)) - 1);
+    gaps_.open(before->travelled.count(), previous_->travelled.count(), missing - std::min(missing, broken), packet.received);
   }
+}
+
+void VelodyneDecoder::tell_lost(const GapTrial::Lost& lost, HostTime time, std::vector<Measurement>& out) const {
+  out.push_back(Fault{sensor_, FaultKind::Lost, time, lost.missing,
+                      fmt::format("{}: no data packets for {:.6f} s of its counter", table_.name, to_seconds(nanoseconds(lost.width)))});
 }
 
 void VelodyneDecoder::decode_position_packet(const Packet& packet, std::vector<Measurement>& out) {

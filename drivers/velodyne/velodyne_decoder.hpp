@@ -9,6 +9,7 @@
 
 #include "core/decoder.hpp"
 #include "drivers/fault_limiter.hpp"
+#include "drivers/gap_trial.hpp"
 #include "drivers/velodyne/velodyne_model.hpp"
 #include "drivers/velodyne/velodyne_position.hpp"
 
@@ -36,8 +37,8 @@ class VelodyneKernel;
 /// x right; azimuth clockwise seen from above). return_number counts by range: 1 is the nearer.
 ///
 /// Faults: Malformed (wrong size, flag, mode, azimuth, counter; one a second at most), WrongDevice (factory byte of another
-/// model), Lost (packets by the stamps' gap; blocks behind an azimuth jump, whose time is not known), ClockStep (the stamp
-/// moved against the arrival), Late (an older packet after a newer), LabelConflict (counter and RMC disagree).
+/// model), Lost (packets by the stamps' gap, 0.1 s after it: one that was overtaken fills it), NoTime (blocks behind an azimuth jump),
+/// ClockStep (the stamp moved against the arrival), Late (an older packet after a newer), LabelConflict (counter and RMC disagree).
 /// Thread-bound. Source: VLP-16 User Manual 63-9243 chapter 9, HDL-32E User's Manual.
 class VelodyneDecoder final : public Decoder {
  public:
@@ -64,6 +65,7 @@ class VelodyneDecoder final : public Decoder {
   VelodyneDecoder& operator=(const VelodyneDecoder&) = delete;
 
   void decode(const Packet& packet, std::vector<Measurement>& out) override;
+  void flush(std::vector<Measurement>& out) override;
   void reset() override;
   const DecodeCounts& counts() const override { return counts_; }
 
@@ -72,6 +74,7 @@ class VelodyneDecoder final : public Decoder {
   void decode_position_packet(const Packet& packet, std::vector<Measurement>& out);
   void label(const Packet& packet, const VelodynePosition& position, const RmcSentence& rmc, std::vector<Measurement>& out);
   void check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration, std::vector<Measurement>& out);
+  void tell_lost(const GapTrial::Lost& lost, HostTime time, std::vector<Measurement>& out) const;
   void malformed(const Packet& packet, std::size_t bytes, const std::string& what, std::vector<Measurement>& out);
 
   SensorId sensor_;
@@ -85,9 +88,12 @@ class VelodyneDecoder final : public Decoder {
     nanoseconds stamp;
     nanoseconds duration;
     HostTime received;
+    nanoseconds travelled;  ///< of the counter, since the first packet
   };
   std::array<std::byte, 1206> newest_bytes_{};  // of the last data packet, to know it again
   std::optional<Previous> previous_;
+  GapTrial gaps_;  // by Previous::travelled, ns
+  std::uint64_t broken_ = 0;  // data packets since the last good one: they came, so they are not lost
   std::optional<TimeLabel> last_label_;
 };
 
