@@ -19,7 +19,7 @@ const char* explanation(FaultKind kind) {
     case FaultKind::Silent: return "connected but said nothing";
     case FaultKind::Overflow: return "a bounded queue, pool or kernel buffer was full";
     case FaultKind::Malformed: return "bytes that break their format, recorded as received";
-    case FaultKind::Lost: return "gap in the device's own count: never reached this computer";
+    case FaultKind::Lost: return "gap in the device's own count or period: never reached this computer";
     case FaultKind::Late: return "came after its place in the stream had passed: recorded, not fused";
     case FaultKind::ClockStep: return "a clock jumped";
     case FaultKind::LabelConflict: return "sources disagree about the second";

@@ -21,7 +21,7 @@ enum class FaultKind : std::uint8_t {
   Silent,         ///< connected, but nothing came for longer than the sensor's limit
   Overflow,       ///< a bounded queue, pool or kernel buffer was full; `count` packets lost
   Malformed,      ///< bytes that break their format; `count` bytes or packets
-  Lost,           ///< the device's own counter shows a gap; `count` units
+  Lost,           ///< a gap in the device's own count, or in the period of what it sends regularly; `count` units
   Late,           ///< came after its place in the stream had passed; recorded, not fused
   ClockStep,      ///< a clock jumped
   LabelConflict,  ///< two sources disagree about which second a PPS edge is

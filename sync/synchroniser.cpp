@@ -138,12 +138,11 @@ void Synchroniser::watch_solutions(const InsSolution& m) {
     std::nth_element(sorted.begin(), sorted.begin() + kInsSteps / 2, sorted.end());
     const double steps = ns(step) / ns(sorted[kInsSteps / 2]);
     if (steps > 2.5) {
-      const auto missing = static_cast<std::uint64_t>(std::llround(steps) - 1);
-      counts_.ins_missing += missing;
-      faults_.add(m.sensor, FaultKind::Lost, "ins", m.received,
+      counts_.ins_missing += static_cast<std::uint64_t>(std::llround(steps) - 1);
+      // Whether they were lost on the way or never made, its decoder knows.
+      faults_.add(m.sensor, FaultKind::Silent, "ins", m.received,
                   fmt::format("no navigation solution for {:.3f} s: what was measured there cannot be placed",
-                              to_seconds(step)),
-                  missing);
+                              to_seconds(step)));
     }
   }
   ins_steps_.push_back(step);

@@ -43,6 +43,8 @@ void NovatelDecoder::decode(const Packet& packet, std::vector<Measurement>& out)
 void NovatelDecoder::flush(std::vector<Measurement>& out) {
   out_ = &out;
   framer_.flush(*this);
+  losses_.finish();
+  if (auto lost = losses_.told(sensor_, newest_, true)) out.push_back(std::move(*lost));
   out_ = nullptr;
 }
 
@@ -52,6 +54,7 @@ void NovatelDecoder::reset() {
   framer_.discard(*this);
   out_ = nullptr;
   imu_.forget();
+  losses_.forget();
   time_status_.reset();
   ins_is_good_ = false;
 }
@@ -70,11 +73,22 @@ void NovatelDecoder::on_message(const NovatelMessage& message) {
             fmt::format("command {} refused: {}", header.id, trimmed({reinterpret_cast<const char*>(text.data()), text.size()})));
     }
   } else if (info && header.antenna == 0) {
-    if (info->is_timely && header.time_status) time_status_ = header.time_status;
+    if (info->is_timely() && header.time_status) time_status_ = header.time_status;
     used = use(message, *info);
-    if (info->is_timely) note_arrival(message);
+    if (info->is_timely()) note_arrival(message);
   }
+  if (!header.is_response) watch_losses(message, info);
   (used ? counts_.decoded_bytes : counts_.ignored_bytes) += message.wire_bytes;
+}
+
+void NovatelDecoder::watch_losses(const NovatelMessage& message, const NovatelMessageInfo* info) {
+  newest_ = message.received;
+  const auto time = header_time(message.header);
+  if (time_status_ && !time_is_fine())
+    losses_.forget();
+  else if (time)
+    losses_.take(message, info, *time);
+  if (auto lost = losses_.told(sensor_, newest_)) out_->push_back(std::move(*lost));
 }
 
 bool NovatelDecoder::use(const NovatelMessage& message, const NovatelMessageInfo& info) {
@@ -174,6 +188,7 @@ void NovatelDecoder::on_text(std::string_view text, HostTime received) {
 void NovatelDecoder::on_skipped(std::uint64_t bytes, std::uint64_t messages, std::uint16_t first_id, HostTime received) {
   counts_.malformed_bytes += bytes;
   counts_.malformed_messages += messages;
+  losses_.skipped(bytes, messages);
   std::string detail = fmt::format("{} bytes skipped", bytes);
   if (messages > 0) {
     NovatelHeader header;

@@ -7,6 +7,7 @@
 #include "core/decoder.hpp"
 #include "drivers/novatel/framer.hpp"
 #include "drivers/novatel/imu.hpp"
+#include "drivers/novatel/log_losses.hpp"
 #include "drivers/novatel/message_table.hpp"
 
 namespace hueline::drivers {
@@ -19,6 +20,7 @@ namespace hueline::drivers {
 ///   RAWIMU(S)(X), CORRIMUDATA(S), CORRIMUS, IMURATECORRIMUS -> ImuSample
 ///   any message whose header names a moment just past, good time status -> also TimedArrival
 ///   answers `<ERROR...` -> Fault Refused; bytes passed over -> Fault Malformed with their number
+///   logs that never came, by their period (LogLosses) -> Fault Lost with their number
 ///
 /// Other messages are counted by name and ignored. A short header has no time status: it inherits that of the latest long one.
 /// `received` is the arrival of the packet that brought a message's last byte, also when broken bytes before it delayed its
@@ -55,6 +57,7 @@ class NovatelDecoder final : public Decoder, private NovatelFramer::Sink {
   bool use_mark(std::optional<EventMark> mark, HostTime received);
   void use_time(const NovatelMessage& message, bool& used);
   void note_arrival(const NovatelMessage& message);
+  void watch_losses(const NovatelMessage& message, const NovatelMessageInfo* info);
   void count(const NovatelHeader& header, const NovatelMessageInfo* info);
   void fault(FaultKind kind, HostTime time, std::uint64_t count, std::string detail);
   bool time_is_fine() const { return time_status_ && is_fine(*time_status_); }
@@ -63,6 +66,7 @@ class NovatelDecoder final : public Decoder, private NovatelFramer::Sink {
 
   NovatelFramer framer_;
   NovatelImu imu_;
+  LogLosses losses_;
   const bool accepts_alignment_complete_;
   DecodeCounts counts_;
   std::unordered_map<std::uint32_t, std::uint64_t*> counters_;  // into counts_.messages
@@ -71,6 +75,7 @@ class NovatelDecoder final : public Decoder, private NovatelFramer::Sink {
   bool ins_is_good_ = false;
   std::array<std::array<std::optional<GpsTime>, 8>, 5> seen_marks_{};  // the latest of each input: ring
   std::array<std::size_t, 5> next_seen_{};
+  HostTime newest_{};  // arrival of the latest message
   SensorId sensor_ = kSystemSensor;
   std::vector<Measurement>* out_ = nullptr;  // of the running call
 };

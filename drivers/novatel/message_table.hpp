@@ -11,13 +11,22 @@ enum class NovatelUse : std::uint8_t {
   ImuRateCorrImuS, InsConfig,
 };
 
+/// What the time in a message's header names.
+enum class NovatelStamp : std::uint8_t {
+  Any,      ///< whatever polled and ONCHANGED logs tell of
+  Moment,   ///< a moment just past: marks, logs given when something is new
+  Regular,  ///< that too, of a log asked for ONTIME or made with each sample of the inertial unit: it steps by its period
+};
+
 struct NovatelMessageInfo {
   std::uint16_t id;
   const char* name;
   NovatelUse use;
   std::uint8_t body_bytes;   ///< as in the OEM7 manual; newer firmware may append fields. 0: varies
-  bool is_timely;            ///< its header names a moment just past (synchronous logs, marks); polled and ONCHANGED logs do not
+  NovatelStamp stamp;
   std::uint8_t input = 0;    ///< event input 1..4 of marks
+
+  bool is_timely() const { return stamp != NovatelStamp::Any; }
 };
 
 /// Null for an id we have no name for.

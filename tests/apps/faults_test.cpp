@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "tests/apps/faulty_drive.hpp"
 
@@ -127,28 +128,49 @@ TEST_P(Faults, AreSurvivedAndTold) {
   for (const auto& [sensor, counts] : out.bytes) EXPECT_EQ(counts.first, counts.second) << sensor;
 }
 
+FaultyOutcome outcome_of(FaultType type, FaultTarget target, std::optional<double> strength = {}) {
+  FaultLine line = FaultLine::usual(type, kBegin, kEnd - kBegin);
+  line.target = target;
+  line.strength = strength.value_or(line.strength);
+  return FaultyDrive::shared().run({line});
+}
+
 /// What is lost on the way is told lost: as many units, once.
 TEST(Faults, LossesAreToldWithTheirNumber) {
-  const auto told_lost = [](FaultType type, FaultTarget target) {
-    FaultLine line = FaultLine::usual(type, kBegin, kEnd - kBegin);
-    line.target = target;
-    const FaultyOutcome out = FaultyDrive::shared().run({line});
-    const auto lost = out.told.find(FaultKind::Lost);
-    return std::pair(lost == out.told.end() ? 0 : lost->second, out.hits.at(0));
-  };
   for (const auto& [type, target] : {std::pair(FaultType::PacketLoss, FaultTarget::Laser),
                                      std::pair(FaultType::BurstLoss, FaultTarget::Laser),
                                      std::pair(FaultType::Outage, FaultTarget::Laser),
+                                     std::pair(FaultType::PacketLoss, FaultTarget::Pos),
+                                     std::pair(FaultType::BurstLoss, FaultTarget::Pos),
+                                     std::pair(FaultType::Outage, FaultTarget::Pos),
                                      std::pair(FaultType::ImageLoss, FaultTarget::Camera),
                                      std::pair(FaultType::PacketLoss, FaultTarget::Wheel),
                                      std::pair(FaultType::Outage, FaultTarget::Wheel),
                                      std::pair(FaultType::Outage, FaultTarget::Pps)}) {
-    const auto [told, lost] = told_lost(type, target);
-    EXPECT_GT(lost, 0u) << sim::entry_of(type).name << " " << sim::name(target);
-    EXPECT_EQ(told, lost) << sim::entry_of(type).name << " " << sim::name(target);
+    FaultyOutcome out = outcome_of(type, target);
+    EXPECT_GT(out.missing, 0u) << sim::entry_of(type).name << " " << sim::name(target);
+    EXPECT_EQ(out.told[FaultKind::Lost], out.missing) << sim::entry_of(type).name << " " << sim::name(target) << ", " << words(out);
   }
-  const auto [told, hits] = told_lost(FaultType::CanBusOff, FaultTarget::Wheel);
-  EXPECT_EQ(told + 1, hits) << "frames, and the bus itself";
+  FaultyOutcome bus = outcome_of(FaultType::CanBusOff, FaultTarget::Wheel);
+  EXPECT_EQ(bus.told[FaultKind::Lost] + 1, bus.hits.at(0)) << "frames, and the bus itself";
+}
+
+/// What comes late, broken, or under another time is not lost, nor is what was never sent.
+TEST(Faults, NothingElseIsToldLost) {
+  using enum FaultType;
+  for (const auto& [type, strength] : std::vector<std::pair<FaultType, std::optional<double>>>{
+           {Stall, {}}, {LateDelivery, {}}, {Fragments, {}}, {Corruption, {}}, {Truncation, {}}, {LineNoise, {}}, {PosGap, {}},
+           {InsLabel, {}}, {InsLabel, -1}, {PpsLabel, {}}, {PpsLabel, -1}, {UtcOffset, {}}, {UtcOffset, -18}, {WeekRollover, {}},
+           {ReceiverTimeLost, {}}, {LabelLate, {}}}) {
+    FaultyOutcome out = outcome_of(type, FaultTarget::Pos, strength);
+    EXPECT_GT(out.hits.at(0), 0u) << sim::entry_of(type).name;
+    EXPECT_EQ(out.told_lost[FaultyDrive::shared().pos()], 0u) << sim::entry_of(type).name << ", " << words(out);
+  }
+  for (const FaultType type : {Reorder, Duplicates, Truncation, ForeignPackets}) {
+    FaultyOutcome out = outcome_of(type, FaultTarget::Laser);
+    EXPECT_GT(out.hits.at(0), 0u) << sim::entry_of(type).name;
+    EXPECT_EQ(out.told[FaultKind::Lost], 0u) << sim::entry_of(type).name << ", " << words(out);
+  }
 }
 
 TEST(Faults, TheDriveWithoutThemIsWhole) {

@@ -121,6 +121,7 @@ class Watcher : public apps::Summary {
   void on_fault(const Fault& fault) override {
     Summary::on_fault(fault);
     out_.told[fault.kind] += fault.count;
+    if (fault.kind == FaultKind::Lost) out_.told_lost[fault.sensor] += fault.count;
     out_.faults.push_back(fmt::format("{:9.3f} s  {} x{} of sensor {}: {}",
                                       static_cast<double>((fault.time - apps::kSimulatedHostBegin).count()) * 1e-9,
                                       hueline::name(fault.kind), fault.count, fault.sensor, fault.detail));
@@ -240,6 +241,8 @@ FaultyOutcome FaultyDrive::run(const std::vector<sim::FaultLine>& lines) const {
   const sim::FaultyTimeline spoilt = timeline(lines);
   FaultyOutcome out;
   out.hits = spoilt.hits;
+  const std::size_t sent = timeline({}).timeline.events.size();
+  out.missing = sent - std::min(sent, spoilt.timeline.events.size());
   out.tenths.resize(static_cast<std::size_t>(kSensorsEnd * 10) + 20);
   std::map<std::uint64_t, const sim::WireEvent*> events;
   std::uint64_t sequence = 0;

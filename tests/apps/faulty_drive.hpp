@@ -33,7 +33,9 @@ struct FaultyOutcome {
   std::vector<std::string> wrong_stamps;  ///< beyond 5 sigma and 20 us, in words
   std::uint64_t wrong_laser = 0, wrong_exposures = 0;
 
-  std::map<FaultKind, std::uint64_t> told;  ///< counts by kind
+  std::map<FaultKind, std::uint64_t> told;     ///< counts by kind
+  std::map<SensorId, std::uint64_t> told_lost;  ///< by sensor
+  std::uint64_t missing = 0;                   ///< datagrams, logs, images, edges, frames that were sent and did not come
   std::vector<std::string> faults;          ///< in words
 
   /// Of the points fired in a tenth of a second of drive time.
@@ -65,6 +67,7 @@ class FaultyDrive {
   FaultyOutcome run(const std::vector<sim::FaultLine>& lines) const;
   /// The same drive, captured onto a disk with these faults and read back. `before_reading` may do to the file what no disk does.
   RecordedOutcome record(const std::vector<sim::FaultLine>& lines, const std::function<void(const std::filesystem::path&)>& before_reading = {}) const;
+  SensorId pos() const { return rig_.sync.pos; }
   /// Without faults; run once a process.
   const FaultyOutcome& clean();
 
