@@ -11,6 +11,7 @@ namespace hueline::apps {
 
 void add_calibrate_lens(Command& calibrate);
 void add_calibrate_mount(Command& calibrate);
+void add_calibrate_boresight(Command& calibrate);
 void add_calibrate_targets(Command& calibrate);
 void add_calibrate_example(Command& calibrate);
 

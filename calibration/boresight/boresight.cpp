@@ -26,6 +26,7 @@ struct Level {
 constexpr Level kLevels[] = {{3, 0.4, 2500, 60}, {3, 0.2, 2500, 60}, {2, 0.1, 2500, 60}, {1.5, 0.06, 2500, 60}};
 constexpr Level kFinest{1, 0.03, 1'000'000, 1'000'000};
 constexpr int kStepsOfLevel = 2, kMostFinest = 10;
+constexpr int kSearches = 5;               // among the finest; then the same planes until nothing moves: at their gates a few come and go for ever
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -51,7 +52,8 @@ class Estimation {
   Result<Boresight> run();
 
  private:
-  Status round(const Level& level, bool is_finest);
+  Status search(const Level& level);
+  Status round(const Level& level, bool is_finest, bool searches);
   Vector6d information_before(std::size_t scanner, bool with_held) const;
   void step(const Level& level, bool is_finest);
   Eigen::MatrixXd covariance() const;
@@ -71,7 +73,7 @@ class Estimation {
   Boresight out_;
 };
 
-Status Estimation::round(const Level& level, bool is_finest) {
+Status Estimation::search(const Level& level) {
   std::vector<Eigen::Vector3d> points;
   points.reserve(drive_.returns.size());
   for (const BoresightReturn& one : drive_.returns) points.push_back(placed(one, state_));
@@ -83,7 +85,6 @@ Status Estimation::round(const Level& level, bool is_finest) {
   wanted.most_returns = std::min(level.returns, config_.most_of_patch);
   PatchesFound found = find_patches(drive_, points, wanted);
   patches_ = std::move(found.patches);
-  ++out_.rounds;
   if (found.seen_twice == 0)
     return Error{ErrorCode::Unavailable, fmt::format("one pass only: of {} places with enough returns none was seen in two passes; drive the same street again in the other direction",
                                                      found.seen_once)};
@@ -91,6 +92,14 @@ Status Estimation::round(const Level& level, bool is_finest) {
     return Error{ErrorCode::Unavailable, fmt::format("{} flat places were seen in two passes, {} are needed: the passes hardly overlap, or there is little but leaves and grass; drive along "
                                                      "buildings, both ways, less than 30 m away",
                                                      patches_.size(), config_.fewest_patches)};
+  return {};
+}
+
+/// Planes, and steps towards them.
+Status Estimation::round(const Level& level, bool is_finest, bool searches) {
+  ++out_.rounds;
+  if (searches)
+    if (Status done = search(level); !done.ok()) return done;
   moved_ = Eigen::VectorXd::Zero(mounts_);
   for (int i = 0; i < kStepsOfLevel; ++i) {
     step(level, is_finest);
@@ -215,12 +224,12 @@ Result<Boresight> Estimation::run() {
   constexpr double kRounds = std::size(kLevels) + kMostFinest;
   for (const Level& level : kLevels) {
     tell(out_.rounds / kRounds);
-    if (Status done = round(level, false); !done.ok()) return done.error();
+    if (Status done = round(level, false, true); !done.ok()) return done.error();
   }
   bool is_judged = false;
   for (int i = 0; i < kMostFinest && !out_.is_settled; ++i) {
     tell(out_.rounds / kRounds);
-    if (Status done = round(kFinest, true); !done.ok()) return done.error();
+    if (Status done = round(kFinest, true, i < kSearches); !done.ok()) return done.error();
     const Eigen::MatrixXd C = covariance();
     out_.is_settled = is_judged;
     for (Eigen::Index at = 0; at < mounts_; ++at) out_.is_settled &= std::abs(moved_[at]) < 0.1 * std::sqrt(C(at, at));

@@ -53,7 +53,7 @@ struct Boresight {
 /// approach to bore-sight self-calibration in airborne laser scanning", ISPRS Journal 61 (2006) 47-59, equations (2) to (4); here by distances
 /// with the planes eliminated, with lever arms, and with the POS's slow errors as unknowns (WayCorrection), without which the stated covariance
 /// would be that of the laser's noise. Shares are the diagonal of the averaging kernel (Rodgers, Inverse Methods for Atmospheric Sounding, 2000,
-/// section 2.4). From wide voxels and gates to narrow ones; patches are looked for anew in every round. The start may be a degree and a decimetre
+/// section 2.4). From wide voxels and gates to narrow ones, patches looked for anew with each better mounting. The start may be a degree and a decimetre
 /// off.
 /// Errors: Unavailable, with what is missing and how to drive: no returns, one pass only, too few patches, planes that leave a turn free, an end
 /// too far from the start.

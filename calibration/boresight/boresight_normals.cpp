@@ -113,6 +113,7 @@ class PatchNormals {
       C += look.weight * plane * plane.transpose();
       h += look.weight * e * plane;
       out.squares += e * e;
+      out.weight += look.weight;
       ++out.returns;
       ++out.of_scanner[look.scanner];
     }
@@ -195,6 +196,11 @@ BoresightNormals boresight_normals(const BoresightDrive& drive, const std::vecto
     for (const Look& look : part.looks()) out.off[look.scanner].push_back(std::abs(look.off) / look.sigma);
     if (part.is_seen_twice()) part.add_to(out);
   }
+  if (weights.gate_m > 0) return out;
+  const double lowered = 1 / (1 + out.weight * weights.systematic_m * weights.systematic_m);
+  out.information *= lowered;
+  out.gradient *= lowered;
+  out.without_pos *= lowered;
   return out;
 }
 

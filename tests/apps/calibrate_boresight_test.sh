@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# hueline calibrate boresight from half a minute there and back, the scanner a degree and 5 cm off; and drives that do not tell it.
+# usage: calibrate_boresight_test.sh HUELINE SOURCE_DIR
+set -euo pipefail
+hueline=$1 scenario=$2/tests/scenarios/boresight.yaml
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+fail() { echo "FAILED: $*"; cat said.txt; exit 1; }
+ends() { local want=$1; shift; local got=0; "$@" >said.txt 2>&1 || got=$?; [ $got = "$want" ] || fail "'$*' gave $got, not $want"; }
+says() { grep -qE -- "$1" said.txt || fail "not told: $1"; }
+boresight() { "$hueline" calibrate boresight "$@"; }
+
+ends 0 boresight --scenario "$scenario" --sim sims --off-deg 1 --off-m 0.05 --lever-sigma-m 0.05 --out found --date 2025-01-02
+grep -vE '%$' said.txt
+# Four sigma of a POS that errs by 0.02 deg in heading, and a centimetre.
+sed -nE "s/^against.*truth: ([0-9.]+) deg.*lever arm ([0-9.]+) mm in plane.*/\\1 \\2/p" said.txt | awk '{ exit !($1 <= 0.08 && $2 <= 10) } END { if (NR != 1) exit 1 }' || fail "too far from the truth"
+awk '/^against/ { for (i = NF - 5; i <= NF; ++i) if ($i > 4) exit 1 }' said.txt || fail "farther from the truth than four of its sigmas"
+# The stated sigma is neither forgotten nor so large that anything meets it.
+awk '/^  turn about/ { for (i = 1; i <= NF; ++i) if ($i == "+-") { ++seen; if (!($(i + 1) > 0.001 && $(i + 1) < 0.04)) exit 1; break } } END { if (seen != 3) exit 1 }' said.txt || fail "the sigma is no sigma"
+says "lever arm z \(up\).*NOT determined, stays as measured"
+
+# What comes out is read in place of what was measured.
+for word in "method: boresight" 2025-01-02 turn_body_x_deg position_z_m covariance "position_z_m is not determined"; do
+  grep -q -- "$word" found/T_body_scanner.yaml || fail "T_body_scanner.yaml has no $word"
+done
+grep -q '"share_from_data"' found/boresight.json || fail "boresight.json has no shares"
+"$hueline" simulate "$scenario" --out sims --write-rig true.yaml >/dev/null 2>&1
+sed 's/^/    /' found/T_body_scanner.yaml >deep.yaml
+sed -e '/^    T_body_scanner:/{r deep.yaml' -e 'd}' true.yaml >rig.yaml
+ends 0 "$hueline" rig show rig.yaml --out rig.svg
+ends 0 boresight --scenario "$scenario" --sim sims --rig rig.yaml
+awk '/turned by/ { exit !($4 < 0.003) }' said.txt || fail "what was found is not found again"
+
+# One pass; a tape that was read wrong; axes that are others; no scanner; wrong words.
+sed -e 's/, turns: .*}/}/' -e 's/duration_s: 30/duration_s: 10/' "$scenario" >once.yaml
+ends 3 boresight --scenario once.yaml --sim sims
+says "one pass only: .* drive the same street again in the other direction"
+ends 0 boresight --scenario "$scenario" --sim sims --off-m 0.2
+says "more than three times the 0.02 m that --lever-sigma-m gives"
+ends 3 boresight --scenario "$scenario" --sim sims --off-deg 10
+says "measure it again"
+sed -e '/^  - name: laser/,/^  - name: camera/{/^  - name: camera/!d}' true.yaml >blind.yaml
+ends 2 boresight --scenario "$scenario" --sim sims --rig blind.yaml
+says "the rig has no laser scanner"
+ends 3 boresight --recording absent.mcap
+says "absent.mcap"
+ends 2 boresight --scenario "$scenario"
+says "give --sim with --scenario"
+ends 2 boresight --recording absent.mcap --off-deg 1
+says "for a --scenario, whose truth is known"
+echo "the scanner's mounting is found from a drive there and back"
