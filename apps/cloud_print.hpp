@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "core/coloured_point.hpp"
+#include "apps/products.hpp"
 
 namespace hueline::apps {
 
@@ -18,6 +18,18 @@ class CloudPrint {
  private:
   std::array<std::uint64_t, 2> value_{0xCBF29CE484222325ull, 0x9E3779B97F4A7C15ull};
   std::uint64_t points_ = 0;
+};
+
+/// Adds each point that comes out of a pipeline. Thread-bound.
+class CloudPrintSink final : public NullSink {
+ public:
+  explicit CloudPrintSink(CloudPrint& print) : print_(print) {}
+  void on_cloud(const CloudBlock& block) override {
+    for (const ColouredPoint& point : block.points) print_.add(point);
+  }
+
+ private:
+  CloudPrint& print_;
 };
 
 }  // namespace hueline::apps

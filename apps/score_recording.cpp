@@ -12,17 +12,6 @@
 namespace hueline::apps {
 namespace {
 
-class PrintSink : public NullSink {
- public:
-  explicit PrintSink(CloudPrint& print) : print_(print) {}
-  void on_cloud(const CloudBlock& block) override {
-    for (const ColouredPoint& point : block.points) print_.add(point);
-  }
-
- private:
-  CloudPrint& print_;
-};
-
 bool same(const Packet& a, const Packet& b) {
   const auto x = a.bytes.bytes(), y = b.bytes.bytes();
   return a.sensor == b.sensor && a.kind == b.kind && a.shed == b.shed && a.sequence == b.sequence && a.received == b.received &&
@@ -83,7 +72,7 @@ Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, cons
   if (!reader.ok()) return reader.error();
   RecoveredRecording out;
   score::RecordingFacts& facts = out.facts;
-  PrintSink sink(out.cloud);
+  CloudPrintSink sink(out.cloud);
   Pipeline pipeline(rig, threads, sink);
   Found found(**reader);
   std::map<SensorId, Losses> inside, behind;  // before and after the last packet of the file

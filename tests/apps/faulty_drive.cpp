@@ -217,16 +217,7 @@ RecordedOutcome FaultyDrive::record(const std::vector<sim::FaultLine>& lines, co
   // The replay, as `hueline replay` runs it.
   apps::Recording recording = require(apps::Recording::open(file.string()), "opening");
   apps::CloudPrint cloud;
-  class Printing : public apps::NullSink {
-   public:
-    explicit Printing(apps::CloudPrint& print) : print_(print) {}
-    void on_cloud(const CloudBlock& block) override {
-      for (const ColouredPoint& point : block.points) print_.add(point);
-    }
-
-   private:
-    apps::CloudPrint& print_;
-  } sink(cloud);
+  apps::CloudPrintSink sink(cloud);
   apps::Pipeline pipeline(recording.rig, 2, sink);
   (void)recording.for_each([&](const Packet& packet) {
     pipeline.process(packet);
