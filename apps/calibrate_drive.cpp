@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 
 #include "apps/calibrate.hpp"
 #include "apps/drive_shots.hpp"
@@ -20,7 +21,7 @@ namespace hueline::apps {
 namespace {
 
 using namespace calibration;
-constexpr double kDeg = 57.29577951308232;
+constexpr double kDeg = 180 / std::numbers::pi;
 
 /// The head put off about axis `number` of `count` that are spread over the sphere (Fibonacci's lattice); a single one is none of the head's.
 Transform<Body, CameraHead> put_off(Transform<Body, CameraHead> head, double off_deg, int number, int count) {
@@ -45,7 +46,7 @@ std::string said_of(const Alignment& found, const Transform<Body, CameraHead>& s
   if (!source.scenario) return said;
   const config::Rig truth = config::parse_rig(simulated_rig(*source.scenario, {}, "lens"), "simulated rig");
   const Eigen::AngleAxisd off(truth.geometry.head.T_body_head.rotation.conjugate() * found.T_body_head.rotation);
-  const Eigen::Vector3d turn = off.axis() * std::remainder(off.angle(), 2 * 3.14159265358979323846) * kDeg;
+  const Eigen::Vector3d turn = off.axis() * std::remainder(off.angle(), 2 * std::numbers::pi) * kDeg;
   const double true_ms = to_seconds(truth.sync.cameras[0].strobe_delay - source.rig.sync.cameras[0].strobe_delay) * 1e3;
   return said + fmt::format("against the simulator's truth: {:.4f} deg ({:.4f} {:.4f} {:.4f}), {:.2f} ms\n", turn.norm(), turn.x(), turn.y(), turn.z(), found.time_offset_s * 1e3 - true_ms);
 }

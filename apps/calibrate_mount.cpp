@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <optional>
 #include <sstream>
 
@@ -22,7 +23,7 @@ namespace hueline::apps {
 namespace {
 
 using namespace calibration;
-constexpr double kDeg = 57.29577951308232;
+constexpr double kDeg = 180 / std::numbers::pi;
 
 struct Options {
   std::string points, rig, lens_file, scanner, out, date;

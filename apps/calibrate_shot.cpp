@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 
 #include "apps/calibrate.hpp"
 #include "apps/exit_code.hpp"
@@ -73,7 +74,7 @@ int calibrate_shot(const ShotFiles& files) {
   }
   const Transform<Lens, Scanner> T{found->T_body_head.rotation.conjugate(), -(found->T_body_head.rotation.conjugate() * found->T_body_head.translation)};
   std::fputs(fmt::format("{} points; score {:.4f} at the start, {:.4f} found; turned by {:.3f} deg against the start\n", found->samples, found->score_start,
-                         found->score, T.rotation.angularDistance(T_lens_scanner.rotation) * 57.29577951)
+                         found->score, T.rotation.angularDistance(T_lens_scanner.rotation) * 180 / std::numbers::pi)
                  .c_str(),
              stdout);
   if (files.out.empty()) return kDone;

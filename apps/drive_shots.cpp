@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "apps/calibrate_shot.hpp"
 
@@ -163,7 +164,7 @@ void DriveShots::decide(const Waiting& exposure) {
   const auto samples = std::make_shared<const std::vector<LaserSample>>(samples_around(exposure.mid, T_body_enu));
   if (samples->size() < kFewestSamples) return;
   const Eigen::AngleAxisd turn(before.pose->T_enu_body.rotation.conjugate() * after.pose->T_enu_body.rotation);
-  const double angle = std::remainder(turn.angle(), 2 * 3.14159265358979323846);
+  const double angle = std::remainder(turn.angle(), 2 * std::numbers::pi);
   std::vector<AlignmentShot> shots;
   for (const auto& [lens, image] : exposure.images) {
     AlignmentShot shot;

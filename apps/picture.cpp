@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <numbers>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
@@ -45,7 +46,7 @@ Result<storage::StreetViewConfig> viewpoint(const Options& options) {
   const Eigen::Vector3d from = sums[0] / counts[0], to = sums[1] / counts[1];
   storage::StreetViewConfig view;
   view.position = {from.x(), from.y(), ground + options.eye_height_m};
-  view.heading = options.heading_deg >= 0 ? options.heading_deg * 3.14159265358979323846 / 180 : std::atan2(to.x() - from.x(), to.y() - from.y());
+  view.heading = options.heading_deg >= 0 ? options.heading_deg * std::numbers::pi / 180 : std::atan2(to.x() - from.x(), to.y() - from.y());
   return view;
 }
 

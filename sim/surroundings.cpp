@@ -1,7 +1,6 @@
 #include "sim/surroundings.hpp"
 
 #include <fmt/format.h>
-#include <turbojpeg.h>
 
 #include <algorithm>
 #include <array>
@@ -10,12 +9,10 @@
 #include <iterator>
 #include <numbers>
 
+#include "sim/jpeg_handle.hpp"
+
 namespace hueline::sim {
 namespace {
-
-struct Destroy {
-  void operator()(void* handle) const { tjDestroy(handle); }
-};
 
 constexpr int kMostColumns = 32768;
 constexpr std::size_t kNarrowest = 16;  // of the levels
@@ -44,7 +41,7 @@ Result<std::shared_ptr<const Surroundings>> Surroundings::load(const std::filesy
   std::ifstream in(file, std::ios::binary);
   if (!in) return Error{ErrorCode::Io, fmt::format("{} cannot be read", file.string())};
   const std::vector<unsigned char> jpeg{std::istreambuf_iterator<char>(in), {}};
-  const std::unique_ptr<void, Destroy> decoder(tjInitDecompress());
+  const JpegHandle decoder(tjInitDecompress());
   if (!decoder) return Error{ErrorCode::Exhausted, "no memory for a JPEG decoder"};
   int width = 0, height = 0, subsampling = 0, space = 0;
   if (tjDecompressHeader3(decoder.get(), jpeg.data(), jpeg.size(), &width, &height, &subsampling, &space) != 0)

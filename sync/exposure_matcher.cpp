@@ -179,10 +179,8 @@ void ExposureMatcher::learn(bool final) {
   if (config_.mark_input == 0 || !config_.has_counter || relation_.is_known() || pending_.empty()) return;
   std::vector<GpsTime> marks;
   for (const Mark& m : marks_) marks.push_back(m.time);
-  auto pairs = learner_.learn(marks);
-  // A slow camera or a short drive: better than to give the first images up.
-  if (pairs.empty() && (final || now_ - pending_.front().arrival.time > config_.patience))
-    pairs = learner_.learn_from_few(marks);
+  // A slow camera or a short drive: few are better than to give the first images up.
+  const auto pairs = learner_.learn(marks, final || now_ - pending_.front().arrival.time > config_.patience);
   if (pairs.empty()) return;
   relation_.start(pairs);
   compare_with_trusted();

@@ -32,9 +32,14 @@ std::vector<RelationLearner::Vote> RelationLearner::votes(const std::vector<GpsT
   return votes;
 }
 
-std::vector<CameraRelation::Pair> RelationLearner::learn_from_few(const std::vector<GpsTime>& marks) const {
-  constexpr std::size_t kFew = 3;
+std::vector<CameraRelation::Pair> RelationLearner::learn(const std::vector<GpsTime>& marks, bool few_suffice) const {
   const auto votes = this->votes(marks);
+  auto pairs = pairs_of_many(votes);
+  return pairs.empty() && few_suffice ? pairs_of_few(votes) : pairs;
+}
+
+std::vector<CameraRelation::Pair> RelationLearner::pairs_of_few(const std::vector<Vote>& votes) const {
+  constexpr std::size_t kFew = 3;
   if (votes.size() < kFew || votes.back().difference - votes.front().difference > config_.tolerance.count() ||
       is_refuted(votes.front().difference))
     return {};
@@ -49,8 +54,7 @@ std::vector<CameraRelation::Pair> RelationLearner::learn_from_few(const std::vec
   return pairs;
 }
 
-std::vector<CameraRelation::Pair> RelationLearner::learn(const std::vector<GpsTime>& marks) const {
-  const auto votes = this->votes(marks);
+std::vector<CameraRelation::Pair> RelationLearner::pairs_of_many(const std::vector<Vote>& votes) const {
   const auto voters = [&](std::size_t from, std::size_t to) {
     std::vector<std::size_t> images;
     for (std::size_t v = from; v < to; ++v) images.push_back(votes[v].image);

@@ -25,10 +25,9 @@ class RelationLearner {
 
   /// Pairs of the one difference that enough images agree on, that has no rival of half as many votes, and that no
   /// image refutes; empty if there is none. `marks` by time.
-  std::vector<CameraRelation::Pair> learn(const std::vector<GpsTime>& marks) const;
-  /// The same from three images or more where nothing can be mistaken: no image has two marks that its latency allows, and
-  /// all that have one agree. For when there is no time, or there are no images, to wait for.
-  std::vector<CameraRelation::Pair> learn_from_few(const std::vector<GpsTime>& marks) const;
+  /// `few_suffice`, for when there is no time, or there are no images, to wait for: three images or more will do where nothing can be
+  /// mistaken, no image has two marks that its latency allows, and all that have one agree.
+  std::vector<CameraRelation::Pair> learn(const std::vector<GpsTime>& marks, bool few_suffice) const;
 
  private:
   struct Seen {
@@ -41,6 +40,8 @@ class RelationLearner {
     GpsTime mark;
   };
   std::vector<Vote> votes(const std::vector<GpsTime>& marks) const;
+  std::vector<CameraRelation::Pair> pairs_of_many(const std::vector<Vote>& votes) const;
+  std::vector<CameraRelation::Pair> pairs_of_few(const std::vector<Vote>& votes) const;
   bool is_refuted(std::int64_t difference) const;
   Config config_;
   std::deque<Seen> images_;  // newest 64

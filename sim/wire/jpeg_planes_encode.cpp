@@ -1,9 +1,9 @@
 #include "sim/wire/jpeg_planes_encode.hpp"
 
-#include <turbojpeg.h>
-
 #include <memory>
 #include <string>
+
+#include "sim/jpeg_handle.hpp"
 
 
 namespace hueline::sim {
@@ -15,10 +15,6 @@ void set_be32(Bytes& out, std::size_t at, std::uint64_t value) {
   for (std::size_t i = 0; i < 4; ++i) out[at + i] = static_cast<std::byte>(value >> (24 - 8 * i) & 0xff);
 }
 
-struct Destroy {
-  void operator()(void* handle) const { tjDestroy(handle); }
-};
-
 }  // namespace
 
 Result<Bytes> encode_jpeg_planes(const JpegPlanesImage& image) {
@@ -27,7 +23,7 @@ Result<Bytes> encode_jpeg_planes(const JpegPlanesImage& image) {
   if (lens_width < 2 || lens_height < 2 || lens_width % 2 || lens_height % 2 || image.lenses > kMostLenses ||
       image.lenses > std::size_t{image.lens_columns} * image.lens_rows || image.mosaic.size() != std::size_t{image.width} * image.height)
     return Error{ErrorCode::Invalid, "JPEG planes are made of up to six lens images of even sides"};
-  const std::unique_ptr<void, Destroy> encoder(tjInitCompress());
+  const JpegHandle encoder(tjInitCompress());
   if (!encoder) return Error{ErrorCode::Exhausted, "no memory for a JPEG encoder"};
 
   Bytes out(kHead, std::byte{0});

@@ -9,9 +9,8 @@ work=$(mktemp -d)
 trap 'mountpoint -q "$work/disk" && umount "$work/disk"; rm -rf "$work"' EXIT
 cd "$work"
 scans=$data/velodyne/vlp16_scans.pcap
-fail() { echo "FAILED: $*"; [ ! -e said.txt ] || cat said.txt; exit 1; }
+source "$(dirname "$(realpath "$0")")/program.sh"
 ends() { local want=$1; shift; local got=0; timeout 60 "$@" >said.txt 2>&1 || got=$?; [ $got = "$want" ] || fail "'$*' gave $got, not $want"; }
-says() { grep -qE -- "$1" said.txt || fail "not told: $1"; }
 # Packets of a sensor in a recording, a damaged one too.
 packets() { { "$hueline" inspect "$1" --json 2>/dev/null || true; } | sed -n "/\"name\": \"$2\"/,/}/s/.*\"packets\": \([0-9]*\).*/\1/p" | head -1; }
 laser_rig() {

@@ -3,12 +3,10 @@
 # usage: calibrate_bad_input_test.sh HUELINE MEASURING_PROOF
 set -euo pipefail
 hueline=$1 proof=$2
+source "$(dirname "$(realpath "$0")")/program.sh"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
-fail() { echo "FAILED: $*"; [ ! -e said.txt ] || cat said.txt; exit 1; }
-ends() { local want=$1; shift; local got=0; "$@" >said.txt 2>&1 || got=$?; [ $got = "$want" ] || fail "'$*' gave $got, not $want"; }
-says() { grep -qE -- "$1" said.txt || fail "not told: $1"; }
 mount() { "$hueline" calibrate mount --points "$1" --rig "${2:-in/true.yaml}" --sigma-point-m 0.005; }
 change() { awk -F, -v OFS=, "NR > 1 {$1} 1" one.csv >"$2"; }
 

@@ -3,12 +3,10 @@
 # usage: calibrate_targets_test.sh HUELINE
 set -euo pipefail
 hueline=$1
+source "$(dirname "$(realpath "$0")")/program.sh"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
-fail() { echo "FAILED: $*"; [ ! -e said.txt ] || cat said.txt; exit 1; }
-ends() { local want=$1; shift; local got=0; "$@" >said.txt 2>&1 || got=$?; [ $got = "$want" ] || fail "'$*' gave $got, not $want"; }
-says() { grep -qE -- "$1" said.txt || fail "not told: $1"; }
 orient() { "$hueline" calibrate targets --stations "$1" --targets "$2" --out "${3:-out}" --date 2026-03-01 "${@:4}"; }
 
 ends 0 "$hueline" calibrate targets-example --out in --stations 2 --points 50000 --seed 3

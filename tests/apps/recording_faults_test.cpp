@@ -79,23 +79,17 @@ TEST(RecordingFaults, ADiskMadeReadOnlyHoldsAtLeastWhatTheProgramSays) {
   EXPECT_LE(out.facts.end_lost_s, 2.6) << "2 s since the last sync, and until a write is refused";
 }
 
-TEST(RecordingFaults, AKilledProgramLosesHalfASecondAtMost) {
-  for (const double at_s : {11.003, 14.77, 17.999}) {
-    const RecordedOutcome out = FaultyDrive::shared().record({line_of(FaultType::ProcessKill, at_s)});
+/// However the program ends, at any of these times.
+void expect_end_lost(FaultType type, Death death, double most_s, std::initializer_list<double> times_s) {
+  for (const double at_s : times_s) {
+    const RecordedOutcome out = FaultyDrive::shared().record({line_of(type, at_s)});
     expect_honest(out);
-    EXPECT_EQ(out.capture.death, Death::ProcessKill);
-    EXPECT_LE(out.facts.end_lost_s, 0.51) << at_s;
+    EXPECT_EQ(out.capture.death, death);
+    EXPECT_LE(out.facts.end_lost_s, most_s) << at_s;
   }
 }
-
-TEST(RecordingFaults, APowerCutLosesTwoSecondsAtMost) {
-  for (const double at_s : {12.1, 13.95, 17.2}) {
-    const RecordedOutcome out = FaultyDrive::shared().record({line_of(FaultType::PowerCut, at_s)});
-    expect_honest(out);
-    EXPECT_EQ(out.capture.death, Death::PowerCut);
-    EXPECT_LE(out.facts.end_lost_s, 2.01) << at_s;
-  }
-}
+TEST(RecordingFaults, AKilledProgramLosesHalfASecondAtMost) { expect_end_lost(FaultType::ProcessKill, Death::ProcessKill, 0.51, {11.003, 14.77, 17.999}); }
+TEST(RecordingFaults, APowerCutLosesTwoSecondsAtMost) { expect_end_lost(FaultType::PowerCut, Death::PowerCut, 2.01, {12.1, 13.95, 17.2}); }
 
 TEST(RecordingFaults, APowerCutWhileTheDiskHangsLosesWhatWaitedToo) {
   const RecordedOutcome out = FaultyDrive::shared().record({line_of(FaultType::DiskSlow, 13, 60, 0), line_of(FaultType::PowerCut, 16)});

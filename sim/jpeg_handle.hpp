@@ -1,0 +1,15 @@
+#pragma once
+
+#include <turbojpeg.h>
+
+#include <memory>
+
+namespace hueline::sim {
+
+struct DestroyJpegHandle {
+  void operator()(void* handle) const { tjDestroy(handle); }
+};
+/// Of tjInitCompress() or tjInitDecompress(); null: no memory for it.
+using JpegHandle = std::unique_ptr<void, DestroyJpegHandle>;
+
+}  // namespace hueline::sim
