@@ -25,10 +25,10 @@ head -c 4 out/S02.las | grep -q LASF || fail "no LAS written"
 
 sed '1s/up_m/height/' in/targets.csv >column.csv
 ends 2 orient in/stations.csv column.csv
-says "column.csv:1: unknown column 'height'"
+says "column.csv:1: column 'height' is unknown"
 cut -d, -f1-3 in/targets.csv >missing.csv
 ends 2 orient in/stations.csv missing.csv
-says "the column 'up_m' is missing"
+says "column 'up_m' is missing"
 sed '1s/east_m/east_ft/' in/targets.csv >feet.csv
 ends 2 orient in/stations.csv feet.csv
 says "'east_ft' is not in metres"

@@ -175,9 +175,9 @@ TEST(CorrespondenceFile, ReadsAndRefuses) {
   EXPECT_THAT(refusal_of("u_px,v_px,x_mm,y_mm,z_mm\n1,2,3,4,5\n"), testing::HasSubstr("metres"));
   EXPECT_THAT(refusal_of("u_px,v_px,x_m,y_m,z_m\n1,2,3400,4100,5\n"), testing::HasSubstr("millimetres"));
   EXPECT_THAT(refusal_of("u_px,v_px,x_m,y_m,z_m\n1,2,three,4,5\n"), testing::HasSubstr("points.csv:2: x_m is 'three'"));
-  EXPECT_THAT(refusal_of("u_px,v_px,x_m,y_m,z_m\n1,2,3,4\n"), testing::HasSubstr("4 cells"));
-  EXPECT_THAT(refusal_of(""), testing::HasSubstr("no header"));
-  EXPECT_THAT(refusal_of("u_px,v_px,x_m,y_m,z_m\n"), testing::HasSubstr("no points"));
+  EXPECT_THAT(refusal_of("u_px,v_px,x_m,y_m,z_m\n1,2,3,4\n"), testing::HasSubstr("points.csv:2: 4 values, the first line names 5 columns"));
+  EXPECT_THAT(refusal_of(""), testing::HasSubstr("no line that names the columns"));
+  EXPECT_THAT(refusal_of("u_px,v_px,x_m,y_m,z_m\n"), testing::HasSubstr("holds no rows"));
   EXPECT_THAT(refusal_of("u_px,v_px,x_m,y_m,z_m\n1,2,0,0,0\n"), testing::HasSubstr("never filled in"));
 }
 
