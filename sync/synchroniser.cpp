@@ -10,10 +10,6 @@ namespace {
 
 using std::chrono::seconds;
 
-constexpr std::size_t kInsSteps = 15;
-
-double ns(nanoseconds d) { return static_cast<double>(d.count()); }
-
 HostTime received_of(const auto& m) { return m.received; }
 HostTime received_of(const PpsEdge& m) { return m.edge; }
 HostTime received_of(const InsUncertainty&) { return HostTime{}; }
@@ -119,34 +115,9 @@ void Synchroniser::take(InsSolution& m, SyncOutput& out) {
                                 describe_offset(std::llround(to_seconds(-late)))));
       }
     }
-  watch_solutions(m);
+  counts_.ins_missing += solutions_.add(m, faults_);
   for (WheelOdometer& w : wheels_) w.add(m);
   out.ins.push_back(std::move(m));
-}
-
-/// Says where there is none, or none to be trusted: what was measured there cannot be placed.
-void Synchroniser::watch_solutions(const InsSolution& m) {
-  if (!m.is_good)
-    faults_.add(m.sensor, FaultKind::Implausible, "not good", m.received,
-                "navigation solutions that the receiver itself does not trust: recorded, not used");
-  const nanoseconds step = last_ins_ ? m.time - *last_ins_ : nanoseconds(0);
-  if (!last_ins_ || step > nanoseconds(0) || step < seconds(-1)) last_ins_ = m.time;
-  if (step <= nanoseconds(0)) return;
-  // Logs of two rates and stamps that alternate are usual: two missing in a row are not.
-  std::vector<nanoseconds> sorted(ins_steps_.begin(), ins_steps_.end());
-  if (sorted.size() == kInsSteps) {
-    std::nth_element(sorted.begin(), sorted.begin() + kInsSteps / 2, sorted.end());
-    const double steps = ns(step) / ns(sorted[kInsSteps / 2]);
-    if (steps > 2.5) {
-      counts_.ins_missing += static_cast<std::uint64_t>(std::llround(steps) - 1);
-      // Whether they were lost on the way or never made, its decoder knows.
-      faults_.add(m.sensor, FaultKind::Silent, "ins", m.received,
-                  fmt::format("no navigation solution for {:.3f} s: what was measured there cannot be placed",
-                              to_seconds(step)));
-    }
-  }
-  ins_steps_.push_back(step);
-  if (ins_steps_.size() > kInsSteps) ins_steps_.pop_front();
 }
 
 void Synchroniser::take(EventMark& m, SyncOutput&) {
@@ -234,9 +205,8 @@ void Synchroniser::stamp(Held&& item, SyncOutput& out) {
       }
     }
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
-      scratch_.clear();
       cameras_[i].add(*mark, scratch_);
-      for (Exposure& e : scratch_) exposures_[i].push_back(std::move(e));
+      exposures_.add(i, scratch_);
     }
   } else if (auto* speed = std::get_if<WheelSpeed>(&item)) {
     wheel(speed->sensor)->add(std::move(*speed), clock_, out.wheels);
@@ -244,9 +214,8 @@ void Synchroniser::stamp(Held&& item, SyncOutput& out) {
     std::size_t i = 0;
     ExposureMatcher* matcher = camera(image->sensor, &i);
     const auto arrival = clock_.stamp(image->received);
-    scratch_.clear();
     if (arrival) matcher->add(std::move(*image), *arrival, scratch_);
-    for (Exposure& e : scratch_) exposures_[i].push_back(std::move(e));
+    exposures_.add(i, scratch_);
   }
 }
 
@@ -270,19 +239,17 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
     if (const auto now = clock_.stamp(newest_)) {
       stream_time_ = stream_time_ ? std::max(*stream_time_, now->time) : now->time;
       for (std::size_t i = 0; i < cameras_.size(); ++i) {
-        scratch_.clear();
         cameras_[i].advance(*stream_time_, newest_, scratch_);
-        for (Exposure& e : scratch_) exposures_[i].push_back(std::move(e));
+        exposures_.add(i, scratch_);
       }
-      merge_exposures(false, out);
+      exposures_.merge(cameras_, stream_time_, out.exposures, faults_);
       GpsTime safe = *stream_time_;
       for (std::size_t i = 0; i < lasers_.size(); ++i) {
         safe = std::min(safe, *stream_time_ - config_.lasers[i].latency_max);
         if (const auto earliest = lasers_[i].earliest_held()) safe = std::min(safe, *earliest);
       }
       for (const ExposureMatcher& c : cameras_) safe = std::min(safe, c.watermark(*stream_time_));
-      for (const auto& waiting : exposures_)
-        if (!waiting.empty()) safe = std::min(safe, waiting.front().exposure_mid);
+      safe = exposures_.earliest(safe);
       watermark_ = watermark_ ? std::max(*watermark_, safe) : safe;
     }
   } else {
@@ -300,31 +267,6 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
   faults_.drain(out.faults);
 }
 
-void Synchroniser::merge_exposures(bool final, SyncOutput& out) {
-  while (true) {
-    std::size_t first = exposures_.size();
-    for (std::size_t i = 0; i < exposures_.size(); ++i)
-      if (!exposures_[i].empty() &&
-          (first == exposures_.size() || exposures_[i].front().exposure_mid < exposures_[first].front().exposure_mid))
-        first = i;
-    if (first == exposures_.size()) return;
-    Exposure& next = exposures_[first].front();
-    if (!final)
-      for (std::size_t i = 0; i < cameras_.size(); ++i)
-        if (i != first && exposures_[i].empty() && cameras_[i].watermark(*stream_time_) <= next.exposure_mid) return;
-    if (last_exposure_ && next.exposure_mid < *last_exposure_) {
-      ++counts_.late_exposures;
-      faults_.add(next.camera, FaultKind::Late, "exposure", next.image.received,
-                  "image came after later exposures of other cameras were given out: not used");
-    } else {
-      last_exposure_ = next.exposure_mid;
-      next.index = next_exposure_++;
-      out.exposures.push_back(std::move(next));
-    }
-    exposures_[first].pop_front();
-  }
-}
-
 void Synchroniser::flush(SyncOutput& out) {
   settle(newest_, out);
   while (!held_.empty())
@@ -335,12 +277,11 @@ void Synchroniser::flush(SyncOutput& out) {
     l.drain(out.faults);
   }
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
-    scratch_.clear();
     cameras_[i].flush(scratch_);
-    for (Exposure& e : scratch_) exposures_[i].push_back(std::move(e));
+    exposures_.add(i, scratch_);
     cameras_[i].drain(out.faults);
   }
-  merge_exposures(true, out);
+  exposures_.merge(cameras_, {}, out.exposures, faults_);
   for (WheelOdometer& w : wheels_) {
     w.flush();
     w.drain(out.faults);

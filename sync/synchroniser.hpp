@@ -10,9 +10,11 @@
 #include "core/measurements.hpp"
 #include "core/stamped.hpp"
 #include "sync/exposure_matcher.hpp"
+#include "sync/exposure_merger.hpp"
 #include "sync/fault_log.hpp"
 #include "sync/host_clock_model.hpp"
 #include "sync/laser_clock.hpp"
+#include "sync/solution_watch.hpp"
 #include "sync/wheel_odometer.hpp"
 
 namespace hueline::sync {
@@ -86,7 +88,7 @@ class Synchroniser {
   struct Counts {
     std::uint64_t measurements = 0, unknown_sensor = 0, held = 0, released = 0, never_stamped = 0;
     std::uint64_t returns_never_stamped = 0;  ///< laser returns of those never stamped
-    std::uint64_t ins = 0, ins_refused = 0, ins_missing = 0, marks_refused = 0, late_exposures = 0;
+    std::uint64_t ins = 0, ins_refused = 0, ins_missing = 0, marks_refused = 0;
   };
   const Counts& counts() const { return counts_; }
   const std::vector<LaserClock>& lasers() const { return lasers_; }
@@ -116,29 +118,25 @@ class Synchroniser {
   LaserClock* laser(SensorId sensor);
   ExposureMatcher* camera(SensorId sensor, std::size_t* index = nullptr);
   WheelOdometer* wheel(SensorId sensor);
-  void watch_solutions(const InsSolution& m);
   void stranger(SensorId sensor, HostTime received, const char* what);
   /// Everything that follows from the passing of time, after each measurement.
   void settle(HostTime received, SyncOutput& out);
-  void merge_exposures(bool final, SyncOutput& out);
 
   Config config_;
   HostClockModel clock_;
   std::vector<LaserClock> lasers_;
   std::vector<ExposureMatcher> cameras_;
   std::vector<WheelOdometer> wheels_;
-  std::vector<std::deque<Exposure>> exposures_;  // of each camera, waiting for the others
-  std::vector<Exposure> scratch_;
+  ExposureMerger exposures_;
+  std::vector<Exposure> scratch_;  // of the running call
   FaultLog faults_;
   Counts counts_;
   std::deque<Held> held_;
   std::size_t held_images_ = 0;
   std::vector<InsUncertainty> uncertainties_;  // newest of each sensor
-  std::optional<GpsTime> last_ins_;
-  std::deque<nanoseconds> ins_steps_;  // between the last solutions
+  SolutionWatch solutions_;
   SyncState known_state_ = SyncState::Unlocked;
-  std::optional<GpsTime> stream_time_, watermark_, last_exposure_;
-  std::uint32_t next_exposure_ = 0;
+  std::optional<GpsTime> stream_time_, watermark_;
   HostTime newest_{};
 };
 
