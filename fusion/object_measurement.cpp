@@ -2,232 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
-#include <optional>
 #include <vector>
+
+#include "fusion/surface_cut.hpp"
 
 namespace hueline::fusion {
 namespace {
 
-constexpr std::size_t kMostNear = 1000;  // points looked at; denser scanners give nearer ones
-constexpr std::size_t kAround = 24;     // nearest points of a thing that have to stand around the ray: of so many in the open, all on one side is 3e-6
-constexpr std::size_t kFewest = 6;      // points that make a thing
-constexpr double kMostThrough_m = 0.2;  // a beam went through a thing if its points stand around it within this ...
-constexpr double kThroughMargin_m = 0.04;  // ... and at least so far: noise puts points beside a post
 constexpr double kThroughShare = 0.25;  // so many beams through a thing, for each of its own points, and it was not there when they passed
-constexpr double kMostAround_m = 0.25;  // across the ray: what stands around it must be no farther
-
-/// A point beside the ray: right and up across it, ahead along it, m.
-struct Near {
-  Eigen::Vector2d across;
-  double ahead;
-  std::size_t index;
-  int thing = -1;
-};
-
-/// Two directions across the ray.
-std::pair<Eigen::Vector3d, Eigen::Vector3d> across_of(const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d right = direction.unitOrthogonal();
-  return {right, direction.cross(right)};
-}
-
-/// Points within reach, nearest to the ray first.
-std::vector<Near> near_points(const PickedRay& ray, std::span<const SurfacePoint> points, const ObjectMeasurementConfig& config) {
-  const auto [right, up] = across_of(ray.direction_enu);
-  std::vector<Near> out;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d to = points[i].p_enu - ray.from_enu;
-    const double ahead = to.dot(ray.direction_enu);
-    const Eigen::Vector2d across(to.dot(right), to.dot(up));
-    if (ahead > 0 && across.norm() <= std::min(config.reach_m, config.reach * ahead)) out.push_back({across, ahead, i});
-  }
-  std::sort(out.begin(), out.end(), [](const Near& a, const Near& b) { return std::pair(a.across.norm(), a.index) < std::pair(b.across.norm(), b.index); });
-  if (out.size() > kMostNear) out.resize(kMostNear);
-  return out;
-}
-
-/// Numbers the things: points linked by steps of at most `link_m`. Returns how many there are.
-int link(std::vector<Near>& near, double link_m) {
-  int things = 0;
-  std::vector<std::size_t> open;
-  for (std::size_t first = 0; first < near.size(); ++first) {
-    if (near[first].thing >= 0) continue;
-    near[first].thing = things;
-    open.assign(1, first);
-    while (!open.empty()) {
-      const Near here = near[open.back()];
-      open.pop_back();
-      for (std::size_t i = 0; i < near.size(); ++i) {
-        if (near[i].thing >= 0) continue;
-        const double ahead = near[i].ahead - here.ahead;
-        if ((near[i].across - here.across).squaredNorm() + ahead * ahead > link_m * link_m) continue;
-        near[i].thing = things;
-        open.push_back(i);
-      }
-    }
-    ++things;
-  }
-  return things;
-}
-
-/// True if a circle of that radius around the origin lies within the points' hull: with 0, if they leave no half of the plane free.
-bool stand_around(const std::vector<Eigen::Vector2d>& points, double radius_m) {
-  constexpr int kDirections = 16;
-  for (int k = 0; k < kDirections; ++k) {
-    const double turn = 2 * std::numbers::pi * k / kDirections;
-    const Eigen::Vector2d direction(std::cos(turn), std::sin(turn));
-    if (std::none_of(points.begin(), points.end(), [&](const Eigen::Vector2d& p) { return p.dot(direction) > radius_m; })) return false;
-  }
-  return true;
-}
-
-/// Beams that went through each thing on their way to something at least `behind_m` farther: it was not there then, or has gaps.
-std::vector<int> beams_through(const std::vector<Near>& near, std::span<const SurfacePoint> points, int things, double behind_m) {
-  std::vector<int> through(static_cast<std::size_t>(things), 0);
-  std::vector<std::vector<Eigen::Vector2d>> around(static_cast<std::size_t>(things));
-  for (const Near& target : near) {
-    const SurfacePoint& hit = points[target.index];
-    const double range = (hit.p_enu - hit.from_enu).norm();
-    if (!(range > 0)) continue;
-    const Eigen::Vector3d beam = (hit.p_enu - hit.from_enu) / range;
-    const auto [right, up] = across_of(beam);
-    for (auto& some : around) some.clear();
-    for (const Near& other : near) {
-      if (other.thing == target.thing) continue;
-      const Eigen::Vector3d to = points[other.index].p_enu - hit.from_enu;
-      const double ahead = to.dot(beam);
-      if (ahead <= 0 || ahead > range - behind_m) continue;
-      const Eigen::Vector2d across(to.dot(right), to.dot(up));
-      if (across.squaredNorm() < kMostThrough_m * kMostThrough_m) around[static_cast<std::size_t>(other.thing)].push_back(across);
-    }
-    for (std::size_t thing = 0; thing < around.size(); ++thing)
-      if (around[thing].size() >= kFewest && stand_around(around[thing], kThroughMargin_m)) ++through[thing];
-  }
-  return through;
-}
-
-/// Where a thing's surface is cut by a line beside the ray.
-struct Cut {
-  int thing = -1;
-  double ahead = 0;                  ///< m along the ray
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< right, up, ahead; towards the lens
-  double scatter_m = 0, sigma_m = 0; ///< of the points about the surface, along its normal; of `ahead`
-  double gap_m = 0;                  ///< from the ray to the nearest point of the thing
-  double roughness_m = 0;            ///< the same of all of its points around the ray
-  double width_m = 0;                ///< rms of the points across the ray, where they are narrower
-  double off_m = 0;                  ///< from where it is cut to the nearest of its points
-  std::vector<std::size_t> points;   ///< of the surface
-};
-
-/// The nearest `count` of a thing's points, then twice as many, and so on while they lie within kMostAround: a scanner's points stand in lines,
-/// and the nearest ones may all be of one line. `use` says true when there are enough.
-template <class Use>
-bool growing(const std::vector<Near>& near, std::span<const std::size_t> points, const Eigen::Vector2d& at, std::size_t count, const Use& use) {
-  for (std::size_t n = std::min(count, points.size());; n = std::min(2 * n, points.size())) {
-    if (use(points.first(n))) return true;
-    if (n == points.size() || (near[points[n]].across - at).norm() > kMostAround_m) return false;
-  }
-}
-
-/// A surface through the points: their distance along the ray as a plane over where they stand across it, for the noise of ranges is along the
-/// ray. Points that stand in a line (a thin post, a single line of the scanner) say nothing of the surface's slope across the line: none.
-Cut cut_surface(const std::vector<Near>& near, std::span<const std::size_t> points, const Eigen::Vector2d& at, double narrow_m) {
-  const double count = static_cast<double>(points.size());
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  double mean_ahead = 0;
-  for (const std::size_t i : points) mean += near[i].across / count, mean_ahead += near[i].ahead / count;
-  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d mixed = Eigen::Vector2d::Zero();
-  for (const std::size_t i : points) {
-    const Eigen::Vector2d off = near[i].across - mean;
-    spread += off * off.transpose();
-    mixed += off * (near[i].ahead - mean_ahead);
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(spread);
-  Cut cut;
-  cut.width_m = std::sqrt(std::max(0.0, solver.eigenvalues()[0]) / count);
-  const Eigen::Vector2d off = at - mean;
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();
-  double leverage = 1 / count, unknown = 0;
-  int unknowns = 1;
-  for (int k = 0; k < 2; ++k) {
-    const Eigen::Vector2d axis = solver.eigenvectors().col(k);
-    const double sum = solver.eigenvalues()[k];
-    if (std::sqrt(std::max(0.0, sum) / count) < narrow_m) {
-      unknown += std::pow(off.dot(axis), 2);
-      continue;
-    }
-    slope += axis * (mixed.dot(axis) / sum);
-    leverage += std::pow(off.dot(axis), 2) / sum;
-    ++unknowns;
-  }
-  double square = 0;
-  for (const std::size_t i : points) square += std::pow(near[i].ahead - mean_ahead - slope.dot(near[i].across - mean), 2);
-  const double noise = std::sqrt(square / std::max(1.0, count - unknowns));
-  cut.ahead = mean_ahead + slope.dot(off);
-  cut.normal = Eigen::Vector3d(slope.x(), slope.y(), -1).normalized();
-  cut.scatter_m = noise * std::abs(cut.normal.z());
-  cut.sigma_m = std::sqrt(noise * noise * leverage + unknown);  // a slope that nobody knows: 45 degrees
-  cut.off_m = 1e9;
-  for (const std::size_t i : points) cut.off_m = std::min(cut.off_m, std::hypot((near[i].across - at).norm(), near[i].ahead - cut.ahead));
-  cut.points.assign(points.begin(), points.end());
-  return cut;
-}
-
-/// The nearest thing that covers the line at `at`.
-std::optional<Cut> first_cut(const std::vector<Near>& near, const std::vector<std::uint8_t>& is_through, const Eigen::Vector2d& at, const ObjectMeasurementConfig& config) {
-  std::vector<std::size_t> order(near.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return (near[a].across - at).squaredNorm() < (near[b].across - at).squaredNorm(); });
-  std::vector<std::vector<std::size_t>> nearest(is_through.size());
-  for (const std::size_t i : order) nearest[static_cast<std::size_t>(near[i].thing)].push_back(i);
-  const int things = static_cast<int>(is_through.size());
-  const auto fewest = static_cast<std::size_t>(config.surface_points);
-  int best = -1;
-  double best_ahead = 0;
-  for (int thing = 0; thing < things; ++thing) {
-    const auto& points = nearest[static_cast<std::size_t>(thing)];
-    if (points.size() < kFewest) continue;
-    if (is_through[static_cast<std::size_t>(thing)]) continue;
-    if (!growing(near, points, at, kAround, [&](std::span<const std::size_t> some) {
-          std::vector<Eigen::Vector2d> around;
-          for (const std::size_t i : some) around.push_back(near[i].across - at);
-          return stand_around(around, 0);
-        }))
-      continue;
-    const std::size_t first = std::min(fewest, points.size());
-    double ahead = 0;
-    for (std::size_t i = 0; i < first; ++i) ahead += near[points[i]].ahead / static_cast<double>(first);
-    if (best >= 0 && best_ahead <= ahead) continue;
-    best = thing;
-    best_ahead = ahead;
-  }
-  if (best < 0) return std::nullopt;
-  const auto& points = nearest[static_cast<std::size_t>(best)];
-  Cut cut;
-  growing(near, points, at, fewest, [&](std::span<const std::size_t> some) {
-    cut = cut_surface(near, some, at, config.narrow_m);
-    return cut.width_m >= config.narrow_m;
-  });
-  // More points of a post only make it longer: the nearest tell its place best.
-  if (cut.width_m < config.narrow_m) cut = cut_surface(near, std::span(points).first(std::min(fewest, points.size())), at, config.narrow_m);
-  cut.thing = best;
-  cut.gap_m = (near[points[0]].across - at).norm();
-  double square = 0, count = 0;
-  for (const std::size_t i : points) {
-    const Eigen::Vector2d off = near[i].across - at;
-    if (off.norm() > kMostAround_m) break;
-    const double beyond = (near[i].ahead - cut.ahead) * cut.normal.z() + off.dot(cut.normal.head<2>());
-    square += beyond * beyond;
-    ++count;
-  }
-  cut.roughness_m = std::sqrt(square / std::max(1.0, count));
-  return cut;
-}
 
 Error cannot(const std::string& why) { return {ErrorCode::Unavailable, why}; }
 
@@ -250,12 +35,12 @@ std::string ObjectMeasurementConfig::validate() const {
 }
 
 Result<MeasuredObject> measure_object(const PickedRay& ray, std::span<const SurfacePoint> points, const ObjectMeasurementConfig& config) {
-  std::vector<Near> near = near_points(ray, points, config);
+  std::vector<NearPoint> near = near_points(ray, points, config);
   if (near.empty()) return cannot("the laser saw nothing there");
-  const auto through = beams_through(near, points, link(near, config.link_m), config.link_m);
+  const auto through = beams_through(near, points, link_things(near, config.link_m), config.link_m);
   // What most beams went through hides nothing; what a few went through may.
   std::vector<double> own(through.size(), 0);
-  for (const Near& one : near) ++own[static_cast<std::size_t>(one.thing)];
+  for (const NearPoint& one : near) ++own[static_cast<std::size_t>(one.thing)];
   std::vector<std::uint8_t> is_through;
   for (std::size_t thing = 0; thing < through.size(); ++thing) is_through.push_back(through[thing] >= std::max<double>(config.seen_through, kThroughShare * own[thing]));
   const auto cut = first_cut(near, is_through, Eigen::Vector2d::Zero(), config);
