@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -42,6 +43,10 @@ struct Outcome {
 
 /// Feeds everything in the order in which it would arrive: images 80 ms after their middle.
 Outcome run(const TestDrive& test);
+
+std::uint64_t count_state(const Outcome& out, ColourState state);
+/// Whatever becomes of returns and exposures is counted, once.
+void expect_every_return_accounted_for(const Outcome& out);
 
 double exposure_time(int index);
 /// A point of the base level in the head's frame at an exposure, by the tests' own mathematics.
