@@ -15,17 +15,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 constexpr double kDeg = std::numbers::pi / 180;
 
-/// Found less true: turns about Body's axes, then the lever arm; of all scanners.
-Eigen::VectorXd error_of(const Boresight& found, const SimulatedPasses& passes) {
-  Eigen::VectorXd out(static_cast<Eigen::Index>(6 * found.scanners.size()));
-  for (std::size_t s = 0; s < found.scanners.size(); ++s) {
-    const Eigen::AngleAxisd off(found.scanners[s].T_body_scanner.rotation * passes.truth[s].rotation.conjugate());
-    out.segment<3>(static_cast<Eigen::Index>(6 * s)) = off.axis() * std::remainder(off.angle(), 2 * std::numbers::pi);
-    out.segment<3>(static_cast<Eigen::Index>(6 * s + 3)) = found.scanners[s].T_body_scanner.translation - passes.truth[s].translation;
-  }
-  return out;
-}
-
 /// Forty metres there and back, few rays: seconds with all checks of a debug build.
 PassesSetting small() {
   PassesSetting out;
@@ -52,7 +41,7 @@ TEST(Boresight, FindsRotationAndHorizontalLeverArmFromADegreeAndADecimetreOff) {
   ASSERT_TRUE(found.ok()) << found.error().message;
   EXPECT_TRUE(found->is_settled);
   const ScannerBoresight& laser = found->scanners[0];
-  const Eigen::VectorXd error = error_of(*found, passes);
+  const Eigen::VectorXd error = boresight_error(*found, passes);
   for (std::size_t i = 0; i < 6; ++i) EXPECT_LT(std::abs(error[static_cast<Eigen::Index>(i)]), 3.5 * laser.sigma[i]) << i;
   for (std::size_t i = 0; i < 3; ++i) EXPECT_LT(laser.sigma[i], 0.03 * kDeg) << i;
   for (std::size_t i = 3; i < 5; ++i) EXPECT_LT(laser.sigma[i], 0.01) << i;
@@ -70,7 +59,7 @@ TEST(Boresight, ErrorsAreWhatTheStatedCovarianceSays) {
     const auto passes = simulate_passes(setting);
     const auto found = find_boresight(passes.drive, coarse());
     ASSERT_TRUE(found.ok()) << found.error().message;
-    const Eigen::VectorXd error = error_of(*found, passes);
+    const Eigen::VectorXd error = boresight_error(*found, passes);
     squares += error.dot(found->covariance.llt().solve(error));
     for (Eigen::Index i = 0; i < 6; ++i, ++values) beyond_three += std::abs(error[i]) > 3 * std::sqrt(found->covariance(i, i));
   }
@@ -87,7 +76,7 @@ TEST(Boresight, MovingThingsAndLeavesDoNotBendIt) {
   const auto passes = simulate_passes(setting);
   const auto found = find_boresight(passes.drive, coarse());
   ASSERT_TRUE(found.ok()) << found.error().message;
-  const Eigen::VectorXd error = error_of(*found, passes);
+  const Eigen::VectorXd error = boresight_error(*found, passes);
   for (Eigen::Index i = 0; i < 6; ++i) EXPECT_LT(std::abs(error[i]), 3.5 * std::sqrt(found->covariance(i, i))) << i;
 }
 
@@ -110,7 +99,7 @@ TEST(Boresight, TwoScannersShareTheirPlanes) {
   const auto passes = simulate_passes(setting);
   const auto found = find_boresight(passes.drive, coarse());
   ASSERT_TRUE(found.ok()) << found.error().message;
-  const Eigen::VectorXd error = error_of(*found, passes);
+  const Eigen::VectorXd error = boresight_error(*found, passes);
   for (Eigen::Index i = 0; i < 12; ++i) EXPECT_LT(std::abs(error[i]), 3.5 * std::sqrt(found->covariance(i, i))) << i;
   // Both turn with the same POS: against each other they are known far better than against the body.
   const double apart = std::sqrt(found->covariance(2, 2) + found->covariance(8, 8) - 2 * found->covariance(2, 8));
@@ -164,7 +153,7 @@ TEST(ReturnStore, IsBoundedAndStillFindsIt) {
   EXPECT_GT(passes.drive.returns.size(), 8'000U);
   const auto found = find_boresight(passes.drive, coarse());
   ASSERT_TRUE(found.ok()) << found.error().message;
-  EXPECT_LT(error_of(*found, passes).head<3>().norm(), 0.08 * kDeg);
+  EXPECT_LT(boresight_error(*found, passes).head<3>().norm(), 0.08 * kDeg);
 }
 
 TEST(Passes, BeginAfterAGapOrATurn) {

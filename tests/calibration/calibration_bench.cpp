@@ -1,12 +1,16 @@
 // Proofs that take long: many runs against known truth. Counters are the result; times are beside the point.
 //   calibration_bench --benchmark_filter=lens_trials
 #include <benchmark/benchmark.h>
+#include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <string>
 
 #include "calibration/lens/lens_calibration.hpp"
 #include "tests/calibration/measured_objects.hpp"
 #include "tests/calibration/simulated_boards.hpp"
+#include "tests/calibration/simulated_passes.hpp"
 #include "tests/calibration/simulated_points.hpp"
 
 namespace hueline::calibration {
@@ -115,6 +119,43 @@ void resection_trials(benchmark::State& state) {
     state.counters["within_3sigma_%"] = 100.0 * within / (6 * runs);
   }
 }
+/// A scanner's mounting by a hundred made-up drives there and back; argument: metres of street.
+void boresight_trials(benchmark::State& state) {
+  constexpr int kRuns = 100;
+  for (auto _ : state) {
+    std::array<double, 6> squares{};
+    std::array<int, 3> within{};
+    double turn2 = 0, lever2 = 0, together = 0;
+    int found_ones = 0;
+    for (std::uint32_t run = 0; run < kRuns; ++run) {
+      test::PassesSetting setting;
+      setting.seed = 7000 + run;
+      setting.length_m = static_cast<double>(state.range(0));
+      const auto passes = test::simulate_passes(setting);
+      const auto found = find_boresight(passes.drive, {});
+      if (!found.ok()) continue;
+      ++found_ones;
+      const Eigen::VectorXd error = test::boresight_error(*found, passes);
+      turn2 += error.head<3>().squaredNorm();
+      lever2 += error.segment<2>(3).squaredNorm();
+      together += error.dot(found->covariance.llt().solve(error));
+      for (std::size_t i = 0; i < 6; ++i) {
+        const double over = std::abs(error[static_cast<Eigen::Index>(i)]) / found->scanners[0].sigma[i];
+        squares[i] += over * over;
+        for (std::size_t k = 0; k < 3; ++k) within[k] += over <= static_cast<double>(k + 1);
+      }
+    }
+    state.counters["found"] = found_ones;
+    state.counters["turn_deg_rms"] = std::sqrt(turn2 / found_ones) * 57.29577951;
+    state.counters["lever_plane_mm_rms"] = std::sqrt(lever2 / found_ones) * 1e3;
+    state.counters["nees_of_6"] = together / found_ones;
+    constexpr const char* kNames[] = {"turn_x", "turn_y", "turn_z", "lever_x", "lever_y", "lever_z"};
+    for (std::size_t i = 0; i < 6; ++i) state.counters[std::string(kNames[i]) + "_over_sigma_rms"] = std::sqrt(squares[i] / found_ones);
+    for (std::size_t k = 0; k < 3; ++k) state.counters[fmt::format("within_{}sigma_%", k + 1)] = 100.0 * within[k] / (6.0 * found_ones);
+  }
+}
+BENCHMARK(boresight_trials)->ArgName("metres")->Arg(120)->Arg(400)->Iterations(1)->Unit(benchmark::kSecond);
+
 /// Objects measured through the calibrated chain, with 20 views of the board.
 void measured_objects(benchmark::State& state) {
   for (auto _ : state) {

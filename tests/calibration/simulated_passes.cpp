@@ -108,4 +108,14 @@ SimulatedPasses simulate_passes(const PassesSetting& setting, const ReturnStore:
   return out;
 }
 
+Eigen::VectorXd boresight_error(const Boresight& found, const SimulatedPasses& passes) {
+  Eigen::VectorXd out(static_cast<Eigen::Index>(6 * found.scanners.size()));
+  for (std::size_t s = 0; s < found.scanners.size(); ++s) {
+    const Eigen::AngleAxisd off(found.scanners[s].T_body_scanner.rotation * passes.truth[s].rotation.conjugate());
+    out.segment<3>(static_cast<Eigen::Index>(6 * s)) = off.axis() * std::remainder(off.angle(), 2 * kPi);
+    out.segment<3>(static_cast<Eigen::Index>(6 * s + 3)) = found.scanners[s].T_body_scanner.translation - passes.truth[s].translation;
+  }
+  return out;
+}
+
 }  // namespace hueline::calibration::test

@@ -4,6 +4,7 @@
 #include <random>
 #include <vector>
 
+#include "calibration/boresight/boresight.hpp"
 #include "calibration/boresight/return_store.hpp"
 
 namespace hueline::calibration::test {
@@ -33,5 +34,8 @@ struct SimulatedPasses {
 
 /// `store`: what of the returns is kept.
 SimulatedPasses simulate_passes(const PassesSetting& setting, const ReturnStore::Config& store = {});
+
+/// Found less true: turns about Body's axes (rad), then the lever arm (m); of all scanners.
+Eigen::VectorXd boresight_error(const Boresight& found, const SimulatedPasses& passes);
 
 }  // namespace hueline::calibration::test
