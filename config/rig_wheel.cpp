@@ -56,10 +56,11 @@ drivers::WheelDecoder::Message read_message(Section& section) {
   }
   if (section.has("checksum")) {
     Section checksum = section.section("checksum");
-    out.checksum.emplace();
-    out.checksum->kind = checksum.choice<drivers::CanChecksum>(
+    drivers::WheelDecoder::Checksum expected;
+    expected.kind = checksum.choice<drivers::CanChecksum>(
         "kind", {{"xor", drivers::CanChecksum::Xor}, {"crc8_j1850", drivers::CanChecksum::Crc8J1850}, {"crc8_h2f", drivers::CanChecksum::Crc8H2f}});
-    out.checksum->byte = static_cast<std::size_t>(checksum.integer("byte", {0, 63}));
+    expected.byte = static_cast<std::size_t>(checksum.integer("byte", {0, 63}));
+    out.checksum = expected;
     checksum.finish();
   }
   section.finish();

@@ -55,6 +55,7 @@ enum Stream : std::uint64_t {
 };
 
 /// A sequence of uniform draws, for building scenes; the order of drawing is part of the scene.
+/// One after the other: never two of them among the arguments of one call, for compilers differ in which comes first.
 struct Draw {
   std::uint64_t seed, stream, index = 0;
   double operator()(double lo, double hi) { return lo + (hi - lo) * uniform(seed, stream, index++); }

@@ -34,9 +34,11 @@ void add_flower_bed(Scene& scene, const Pose& T, double half_x, double half_y, D
     for (double px = -x + 0.12; px < x; px += 0.2) {
       const double qx = px + draw(-0.04, 0.04), qy = -y + 0.12 + row * 0.24 + draw(-0.04, 0.04), height = draw(0.14, 0.28);
       for (int petal = 0; petal < 3; ++petal) {
-        const Mat3 R = T.R * rotation_zyx(draw(-0.7, 0.7), draw(-0.7, 0.7), draw(0, 2 * kPi));
+        const double about_z = draw(0, 2 * kPi), about_y = draw(-0.7, 0.7), about_x = draw(-0.7, 0.7);
+        const Mat3 R = T.R * rotation_zyx(about_x, about_y, about_z);
         const double size = petal < 2 ? 0.075 : 0.10;
-        const Vec3 c = at(qx + draw(-0.03, 0.03), qy + draw(-0.03, 0.03), 0.40 + (petal < 2 ? height : 0.5 * height));
+        const double off_y = draw(-0.03, 0.03), off_x = draw(-0.03, 0.03);
+        const Vec3 c = at(qx + off_x, qy + off_y, 0.40 + (petal < 2 ? height : 0.5 * height));
         const Vec3 u = size * (R * Vec3{1, 0, 0}), v = size * (R * Vec3{0, 1, 0});
         mesh.quad({c - u, c - v, c + u, c + v}, {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}},
                   petal < 2 ? QuadTag{Material::Flower, flowers, static_cast<std::uint32_t>(row / 2 + static_cast<int>(number)) % 6}

@@ -16,7 +16,8 @@ void add_tree(Scene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32_t tin
     // Lumps: the shell is pushed in and out so that the outline is not an egg.
     const double lump = 1 + 0.16 * std::sin(5 * a + 3 * z + tint) * ring;
     const Vec3 p = centre + Vec3{r * lump * rx * ring * std::cos(a), r * lump * rx * ring * std::sin(a), r * rz * z};
-    const Mat3 R = rotation_zyx(draw(0, kPi), draw(0, kPi), draw(0, kPi));
+    const double about_z = draw(0, kPi), about_y = draw(0, kPi), about_x = draw(0, kPi);
+    const Mat3 R = rotation_zyx(about_x, about_y, about_z);
     const double size = draw(0.09, 0.17);
     const Vec3 u = size * (R * Vec3{1, 0, 0}), v = size * (R * Vec3{0, 0.7, 0});
     scene.still.quad({p - u, p - v, p + u, p + v}, {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}},

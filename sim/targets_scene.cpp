@@ -85,8 +85,10 @@ void add_decoy(Scene& scene, Vec3 foot, int kind, Draw& draw, std::uint16_t id) 
       mesh.ellipsoid(foot + Vec3{0, 0, 1.0}, {0.145, 0.145, 0.145}, 24, 36, {Material::TargetWhite, id, 0});
       break;
     case 4: mesh.cylinder(foot, 0.29, 0.29, 0.88, 32, {Material::CarPaint, id, draw.below(9)}); break;
-    default:
-      mesh.ellipsoid(foot + Vec3{0, 0, draw(0.05, 0.25)}, {draw(0.3, 0.8), draw(0.3, 0.7), draw(0.25, 0.6)}, 9, 14, {Material::Rock, id, 1});
+    default: {
+      const Vec3 half_axes{draw(0.3, 0.8), draw(0.3, 0.7), draw(0.25, 0.6)};
+      mesh.ellipsoid(foot + Vec3{0, 0, draw(0.05, 0.25)}, half_axes, 9, 14, {Material::Rock, id, 1});
+    }
   }
 }
 

@@ -82,7 +82,8 @@ Scene build_tunnel(const Scenario& c, const CentreLine& line, double length) {
   for (double s = begin + 6; s < end; s += c.street.tree_spacing_m)
     for (const double side : {-1.0, 1.0}) {
       if (s > from - 5 && s < to + 5) continue;
-      add_tree(scene, line.place(s + draw(-1, 1), side * (road + 4 + draw(0, 3))), c.street.leaves_per_tree, draw, number);
+      const double beside = draw(0, 3), along = draw(-1, 1);
+      add_tree(scene, line.place(s + along, side * (road + 4 + beside)), c.street.leaves_per_tree, draw, number);
       add_lamp(scene, line.place(s + 6, side * (road + 0.8)), normalised(line.place(s + 6, 0) - line.place(s + 6, side)), number++);
     }
   return scene;

@@ -9,7 +9,7 @@
 namespace hueline::sim {
 namespace {
 
-constexpr std::size_t kHeadBytes = 24, kDataHeadBytes = 44, kStatusBytes = 32, kMostBytes = 65'507;
+constexpr std::size_t kDataHeadBytes = 44, kStatusBytes = 32, kMostBytes = 65'507;
 constexpr std::uint8_t kData = 1, kStatus = 2, kUnixScale = 1;
 constexpr std::int64_t kUnixOfGpsEpoch_s = 315'964'800;
 
