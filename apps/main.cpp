@@ -6,6 +6,7 @@
 #include "apps/log.hpp"
 #include "apps/version.hpp"
 #include "config/section.hpp"
+#include "core/standard_streams.hpp"
 
 namespace {
 
@@ -21,12 +22,8 @@ A drive's folder holds drive.mcap (raw, everything as received), cloud.las (colo
 Exit status: 0 done; 2 wrong command line or configuration; 3 an input could not be read whole; 4 an output could not be
 written; 5 nothing came; 6 verify or score found a figure out of its bound; 1 anything else.)";
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   using namespace hueline;
-  // People read the terminal, programs read the files: log lines go to standard error.
-  apps::set_up_log();
   try {
     return apps::run_command_line(argc, argv, "hueline: records a mobile mapping vehicle's sensors and colours its laser points while it drives.",
                                   std::string("hueline ") + apps::kVersion + " (" + apps::kGitRevision + ")", kFooter, [](apps::Command& all) {
@@ -49,4 +46,17 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "hueline: %s\n", e.what());
     return apps::kFailed;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  hueline::open_standard_streams();
+  // People read the terminal, programs read the files: log lines go to standard error.
+  hueline::apps::set_up_log();
+  const int status = run(argc, argv);
+  const hueline::Status written = hueline::flush_standard_output();
+  if (written.ok()) return status;
+  hueline::apps::log_error(written.error().message);
+  return status == hueline::apps::kDone ? hueline::apps::kOutputRefused : status;
 }

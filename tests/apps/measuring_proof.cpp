@@ -16,6 +16,7 @@
 #include "apps/simulated_rig.hpp"
 #include "config/rig.hpp"
 #include "config/scenario.hpp"
+#include "core/standard_streams.hpp"
 #include "fusion/panorama.hpp"
 #include "sim/earth.hpp"
 #include "sim/generate.hpp"
@@ -285,4 +286,7 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace hueline::apps::test
 
-int main(int argc, char** argv) { return hueline::apps::test::run(argc, argv); }
+int main(int argc, char** argv) {
+  hueline::open_standard_streams();
+  return hueline::apps::test::run(argc, argv);
+}

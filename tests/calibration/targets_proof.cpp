@@ -11,6 +11,7 @@
 #include <string>
 
 #include "apps/calibrate_targets.hpp"
+#include "core/standard_streams.hpp"
 #include "tests/calibration/simulated_scan.hpp"
 
 namespace hueline::calibration {
@@ -294,4 +295,7 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace hueline::calibration
 
-int main(int argc, char** argv) { return hueline::calibration::run(argc, argv); }
+int main(int argc, char** argv) {
+  hueline::open_standard_streams();
+  return hueline::calibration::run(argc, argv);
+}

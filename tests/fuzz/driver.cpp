@@ -19,6 +19,8 @@
 
 #include <unistd.h>
 
+#include "core/standard_streams.hpp"
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 extern "C" void __sanitizer_set_death_callback(void (*callback)()) __attribute__((weak));
 
@@ -216,6 +218,7 @@ void run(const Bytes& input) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  hueline::open_standard_streams();
   const Options options = parse({argv, static_cast<std::size_t>(argc)});
   const std::vector<Bytes> seeds = load_corpus(options);
   if (&__sanitizer_set_death_callback != nullptr) __sanitizer_set_death_callback(report_death);

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "core/standard_streams.hpp"
 #include "storage/crc32.hpp"
 #include "storage/journal_writer.hpp"
 #include "storage/las_writer.hpp"
@@ -78,6 +79,7 @@ bool write_cloud(const std::filesystem::path& folder) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  open_standard_streams();
   if (argc != 2) return std::fprintf(stderr, "write_storage_samples FOLDER\n"), 2;
   const std::filesystem::path folder = argv[1];
   std::error_code error;
