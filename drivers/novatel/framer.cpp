@@ -1,8 +1,8 @@
 #include "drivers/novatel/framer.hpp"
 
 #include <algorithm>
+#include <utility>
 
-#include "drivers/novatel/crc32.hpp"
 #include "drivers/novatel/message_table.hpp"
 
 namespace hueline::drivers {
@@ -33,30 +33,34 @@ void NovatelFramer::feed(std::span<const std::byte> bytes, HostTime received, Si
   if (bytes.empty()) return;
   fed_ += bytes.size();
   arrivals_.push_back({fed_, received});
-  if (held_.empty()) {
+  if (held_.size() == decided_) {
     const std::size_t done = scan(bytes, false, sink);
     held_.assign(bytes.begin() + static_cast<std::ptrdiff_t>(done), bytes.end());
-  } else {
-    held_.insert(held_.end(), bytes.begin(), bytes.end());
-    const std::size_t done = scan(held_, false, sink);
-    held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(done));
+    decided_ = 0;
+    return;
   }
-  // The piece with the last decided byte stays: skipped bytes not reported yet may end in it.
-  const auto keep = std::find_if(arrivals_.begin(), arrivals_.end() - 1, [&](const Arrival& a) { return a.end >= position_; });
-  arrivals_.erase(arrivals_.begin(), keep);
+  held_.insert(held_.end(), bytes.begin(), bytes.end());
+  decided_ += scan(std::span(held_).subspan(decided_), false, sink);
+  // Only now and then, so that moving the rest costs little a byte.
+  if (decided_ > held_.size() / 2) {
+    held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(decided_));
+    decided_ = 0;
+  }
 }
 
 void NovatelFramer::flush(Sink& sink) {
-  scan(held_, true, sink);
+  scan(std::span(held_).subspan(decided_), true, sink);
   held_.clear();
+  decided_ = 0;
   report_skipped(sink);
   place_ = Place::Boundary;
 }
 
 void NovatelFramer::discard(Sink& sink) {
-  skipped_ += held_.size();
-  position_ += held_.size();
+  skipped_ += held_.size() - decided_;
+  position_ += held_.size() - decided_;
   held_.clear();
+  decided_ = text_seen_ = 0;
   report_skipped(sink);
   place_ = Place::Boundary;
 }
@@ -74,7 +78,7 @@ std::size_t NovatelFramer::scan(std::span<const std::byte> data, bool is_final, 
         report_skipped(sink);
         at += message.wire_bytes;
         position_ += message.wire_bytes;
-        message.received = received_at(position_ - 1);
+        message.received = received_of_last();
         sink.on_message(message);
         place_ = Place::Boundary;
         continue;
@@ -82,15 +86,18 @@ std::size_t NovatelFramer::scan(std::span<const std::byte> data, bool is_final, 
       if (verdict == Verdict::Broken && broken_++ == 0) first_broken_id_ = message.header.id;
     } else if (may_start_text(rest[0])) {
       const std::size_t most = std::min(rest.size(), kLongestLine);
-      std::size_t length = 0;
+      std::size_t length = std::exchange(text_seen_, 0);
       while (length < most && is_text(rest[length]) && rest[length] != std::byte{'\n'}) ++length;
       const bool has_line_end = length < most && rest[length] == std::byte{'\n'};
-      if (length == rest.size() && length < kLongestLine && !is_final) return at;
+      if (length == rest.size() && length < kLongestLine && !is_final) {
+        text_seen_ = length;
+        return at;
+      }
       if (has_line_end) ++length;
       report_skipped(sink);
       at += length;
       position_ += length;
-      sink.on_text({reinterpret_cast<const char*>(rest.data()), length}, received_at(position_ - 1));
+      sink.on_text({reinterpret_cast<const char*>(rest.data()), length}, received_of_last());
       place_ = Place::Text;
       continue;
     }
@@ -100,7 +107,7 @@ std::size_t NovatelFramer::scan(std::span<const std::byte> data, bool is_final, 
   return at;
 }
 
-NovatelFramer::Verdict NovatelFramer::judge(std::span<const std::byte> data, NovatelMessage& message) const {
+NovatelFramer::Verdict NovatelFramer::judge(std::span<const std::byte> data, NovatelMessage& message) {
   if (data.size() < 2) return Verdict::NeedMore;
   if (data[1] != kSync2) return Verdict::Noise;
   if (data.size() < 3) return Verdict::NeedMore;
@@ -127,7 +134,7 @@ NovatelFramer::Verdict NovatelFramer::judge(std::span<const std::byte> data, Nov
     return Verdict::Broken;
   if (data.size() < message.wire_bytes) return Verdict::NeedMore;
   const std::size_t checked = header_bytes + body_bytes;
-  if (novatel_crc32(data.first(checked)) != field<std::uint32_t>(data, checked)) return Verdict::Broken;
+  if (checksums_.of(data.first(checked), position_) != field<std::uint32_t>(data, checked)) return Verdict::Broken;
 
   if (header.is_short) {
     header.week = field<std::uint16_t>(data, 6);
@@ -163,14 +170,15 @@ void NovatelFramer::skip(std::byte byte, Sink& sink) {
 
 void NovatelFramer::report_skipped(Sink& sink) {
   if (skipped_ == 0) return;
-  sink.on_skipped(skipped_, broken_, first_broken_id_, received_at(position_ - 1));
+  sink.on_skipped(skipped_, broken_, first_broken_id_, received_of_last());
   skipped_ = broken_ = 0;
 }
 
-HostTime NovatelFramer::received_at(std::uint64_t position) const {
-  for (const Arrival& arrival : arrivals_)
-    if (position < arrival.end) return arrival.received;
-  return arrivals_.empty() ? HostTime{} : arrivals_.back().received;
+/// Of the last byte that was decided.
+HostTime NovatelFramer::received_of_last() {
+  // Bytes are decided in their order: nobody asks for earlier ones again.
+  while (arrivals_.size() > 1 && arrivals_.front().end < position_) arrivals_.pop_front();
+  return arrivals_.empty() ? HostTime{} : arrivals_.front().received;
 }
 
 }  // namespace hueline::drivers

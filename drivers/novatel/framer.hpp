@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "drivers/novatel/overlapping_crc.hpp"
 #include "drivers/novatel/wire.hpp"
 
 namespace hueline::drivers {
@@ -18,6 +20,8 @@ namespace hueline::drivers {
 /// begins inside the broken one's claimed length is found. Bytes passed over are reported, never dropped silently. Text counts as
 /// text only where it can stand: directly behind a message or other text, or from the beginning of a line; printable bytes
 /// elsewhere are part of what was broken.
+///
+/// The work is proportional to the bytes fed, whatever they are and wherever they were cut: lengths that nest are hashed once.
 class NovatelFramer {
  public:
   struct Config {
@@ -48,7 +52,9 @@ class NovatelFramer {
   /// The stream was cut: what is held back belongs to nothing.
   void discard(Sink& sink);
   /// Fed, but not in any call of the sink yet.
-  std::uint64_t held_bytes() const { return held_.size() + skipped_; }
+  std::uint64_t held_bytes() const { return held_.size() - decided_ + skipped_; }
+  /// Work done: bytes hashed for check sums, at most two for each byte fed.
+  std::uint64_t bytes_hashed() const { return checksums_.bytes_hashed(); }
 
  private:
   enum class Place : std::uint8_t { Boundary, Text, Lost };
@@ -59,15 +65,18 @@ class NovatelFramer {
   };
 
   std::size_t scan(std::span<const std::byte> data, bool is_final, Sink& sink);
-  Verdict judge(std::span<const std::byte> data, NovatelMessage& message) const;
+  Verdict judge(std::span<const std::byte> data, NovatelMessage& message);
   bool may_start_text(std::byte byte) const;
   void skip(std::byte byte, Sink& sink);
   void report_skipped(Sink& sink);
-  HostTime received_at(std::uint64_t position) const;
+  HostTime received_of_last();
 
   Config config_;
   std::vector<std::byte> held_;
-  std::vector<Arrival> arrivals_;
+  std::size_t decided_ = 0;    // bytes at the front of held_ that are done with
+  std::size_t text_seen_ = 0;  // bytes of the next undecided line that are known to be text
+  std::deque<Arrival> arrivals_;
+  OverlappingCrc checksums_;
   std::uint64_t position_ = 0;  // of the next undecided byte in the stream
   std::uint64_t fed_ = 0;
   Place place_ = Place::Boundary;

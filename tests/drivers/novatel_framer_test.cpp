@@ -8,6 +8,7 @@
 #include "core/calendar.hpp"
 #include "drivers/novatel/decoder.hpp"
 #include "drivers/novatel/logs.hpp"
+#include "drivers/novatel/overlapping_crc.hpp"
 #include "tests/drivers/novatel_encoder.hpp"
 
 namespace hueline::drivers {
@@ -192,6 +193,71 @@ RC_GTEST_PROP(NovatelFramer, AnyBytesAreAccountedForWhereverTheyAreCut, (const s
   for (std::size_t i = 0; i < whole.measurements.size(); ++i)
     RC_ASSERT(test::described(whole.measurements[i]) == test::described(pieces.measurements[i]));
   RC_ASSERT(all_of<InsSolution>(whole.measurements).size() == 2u);
+}
+
+/// Headers every ten bytes, each of which claims the next 32 kB, then an intact message: only the last byte of a claim refutes it.
+Bytes nested_lengths(std::size_t size) {
+  const Bytes header = test::long_message(4000, 2300, 0, Bytes(32000));
+  Bytes stream;
+  while (stream.size() < size) stream.insert(stream.end(), header.begin(), header.begin() + 10);
+  const Bytes good = numbered(7);
+  stream.insert(stream.end(), good.begin(), good.end());
+  return stream;
+}
+
+struct Found : NovatelFramer::Sink {
+  void on_message(const NovatelMessage& message) override { messages.push_back(message.header.id); }
+  void on_text(std::string_view text, HostTime) override { text_bytes += text.size(); }
+  void on_skipped(std::uint64_t bytes, std::uint64_t began, std::uint16_t, HostTime) override { skipped += bytes, broken += began; }
+  std::vector<std::uint16_t> messages;
+  std::uint64_t text_bytes = 0, skipped = 0, broken = 0;
+};
+
+TEST(NovatelFramer, LengthsThatNestAreHashedOnce) {
+  const Bytes stream = nested_lengths(200'000);
+  for (const std::size_t piece : {std::size_t{1}, std::size_t{1460}, stream.size()}) {
+    NovatelFramer framer({});
+    Found found;
+    for (std::size_t at = 0; at < stream.size(); at += piece)
+      framer.feed(std::span(stream).subspan(at, std::min(piece, stream.size() - at)), {}, found);
+    EXPECT_LE(framer.bytes_hashed(), 2 * stream.size()) << "pieces of " << piece;
+    framer.flush(found);
+    EXPECT_EQ(found.messages, std::vector<std::uint16_t>{508}) << "pieces of " << piece;
+    EXPECT_EQ(found.skipped, 200'000u);
+    EXPECT_EQ(found.broken, 20'000u);
+  }
+}
+
+TEST(NovatelFramer, MessagesAmongLengthsThatNestAreFoundWhereverTheyStand) {
+  std::mt19937 random(5);
+  Bytes stream;
+  std::vector<GpsTime> sent;
+  for (int k = 0; k < 60; ++k) {
+    for (auto n = random() % 50; n > 0; --n) {
+      const Bytes header = test::long_message(4000 + random() % 4, 2300, 0, Bytes(random() % 3000));
+      stream.insert(stream.end(), header.begin(), header.begin() + 10);
+    }
+    const Bytes message = numbered(k);
+    stream.insert(stream.end(), message.begin(), message.end());
+    sent.push_back(time_of(k));
+  }
+  for (const std::size_t longest : {std::size_t{3}, std::size_t{400}, stream.size()}) {
+    std::vector<GpsTime> times;
+    for (const InsSolution& s : all_of<InsSolution>(decode_pieces(stream, random, longest).measurements)) times.push_back(s.time);
+    EXPECT_EQ(times, sent);
+  }
+}
+
+RC_GTEST_PROP(OverlappingCrc, IsThatOfEachRange, (const std::vector<std::uint8_t>& noise, std::uint32_t seed)) {
+  Bytes bytes(1 + seed % 5000);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::byte>(noise.empty() ? i : noise[i % noise.size()] + i / 7);
+  std::mt19937 random(seed);
+  OverlappingCrc crc;
+  for (std::size_t begin = 0; begin < bytes.size(); begin += random() % 300) {
+    const auto range = std::span<const std::byte>(bytes).subspan(begin, random() % (bytes.size() - begin + 1));
+    RC_ASSERT(crc.of(range, begin) == test::bitwise_crc(range));
+  }
+  RC_ASSERT(crc.bytes_hashed() <= 2 * bytes.size());
 }
 
 TEST(NovatelLogs, Dialogue) {
