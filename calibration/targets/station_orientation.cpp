@@ -234,15 +234,42 @@ class StationAdjuster {
     return {};
   }
 
-  /// A fit is no proof: targets near a line leave the turn about it open.
+  /// A fit is no proof: targets near a line leave the turn about it open. What the turn's sigma moves at the targets themselves says so for
+  /// a field of any size: well spread targets leave there about what one of their centres has, whatever angle that is.
   Status certain() {
     const Eigen::Matrix3d turn = out_.adjusted.covariance.topLeftCorner<3, 3>();
-    const double sigma = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turn).eigenvalues().maxCoeff()) * kDegrees;
-    if ((out_.spread < config_.least_spread && !prior_) || sigma > config_.most_rotation_sigma_deg)
-      return refused(fmt::format("the {} targets found stand too near one line (width {:.1f} % of the length): the turn about it is known to {:.4f} degrees only; allowed: {:.1f} %, {} "
-                                 "degrees. Set one target well aside from the others",
-                                 used().size(), out_.spread * 100, sigma, config_.least_spread * 100, config_.most_rotation_sigma_deg));
+    const double sigma = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turn).eigenvalues().maxCoeff());
+    const auto [lever, centre_sigma] = field();
+    const bool is_on_a_line = out_.spread < config_.least_spread && !prior_;
+    const bool is_vague = sigma * kDegrees > config_.most_rotation_sigma_deg && sigma * lever > config_.most_turn_over_centre * centre_sigma;
+    if (is_on_a_line || is_vague)
+      return refused(fmt::format("the {} targets found stand too near one line (width {:.1f} % of the length): the turn about it is known to {:.4f} degrees only, which is {:.0f} mm at "
+                                 "the outermost of them, whose centres are known to {:.1f} mm; allowed: a width of {:.1f} %, and {} degrees or {} times a centre's sigma. Set one target "
+                                 "well aside from the others",
+                                 used().size(), out_.spread * 100, sigma * kDegrees, sigma * lever * 1000, centre_sigma * 1000, config_.least_spread * 100, config_.most_rotation_sigma_deg,
+                                 config_.most_turn_over_centre));
     return {};
+  }
+
+  struct Field {
+    double lever_m = 0;         ///< from the middle of what the orientation rests on to its outermost
+    double centre_sigma_m = 0;  ///< of a centre in the survey, in its worst direction, the survey's own included; root mean square
+  };
+  Field field() {
+    std::vector<Eigen::Vector3d> places;
+    double squares = 0;
+    for (const TargetOutcome* outcome : used()) {
+      const SurveyedTarget& target = targets_[outcome->target];
+      places.push_back(target.position.xyz);
+      squares += Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(outcome->covariance_scanner).eigenvalues().maxCoeff() + target.sigma_m * target.sigma_m;
+    }
+    const double sigma = std::sqrt(squares / static_cast<double>(places.size()));
+    if (prior_) places.push_back(prior_->position_survey);
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const auto& p : places) middle += p / static_cast<double>(places.size());
+    double lever = 0;
+    for (const auto& p : places) lever = std::max(lever, (p - middle).norm());
+    return {lever, sigma};
   }
 
   const SurveyedStation& station_;
@@ -286,6 +313,7 @@ std::string TargetsConfig::validate() const {
   if (!(most_tilt_deg > 0 && most_tilt_deg <= 180)) return fmt::format("most_tilt_deg is {}; allowed: above 0, up to 180", most_tilt_deg);
   if (!(least_spread >= 0 && least_spread < 1)) return fmt::format("least_spread is {}; allowed: 0 to 1", least_spread);
   if (!(most_rotation_sigma_deg > 0)) return fmt::format("most_rotation_sigma_deg is {}; allowed: above 0", most_rotation_sigma_deg);
+  if (!(most_turn_over_centre >= 1)) return fmt::format("most_turn_over_centre is {}; allowed: 1 or more", most_turn_over_centre);
   if (!(gate_sigma >= 2 && gate_sigma <= 10)) return fmt::format("gate_sigma is {}; allowed: 2 to 10", gate_sigma);
   if (threads < 1 || threads > 256) return fmt::format("threads is {}; allowed: 1 to 256", threads);
   return {};

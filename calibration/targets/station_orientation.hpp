@@ -23,7 +23,10 @@ struct TargetsConfig {
   double station_doubt_m = 0.05;     ///< how wrong a station's surveyed place may be where it has no sigma
   double most_tilt_deg = 45;         ///< of the scanner's z axis
   double least_spread = 0.05;        ///< width over length of the targets' places: below, they lie on a line
-  double most_rotation_sigma_deg = 0.05;  ///< an orientation less certain than this is refused
+  /// An orientation is refused if its turn is less certain than this, and moves the outermost target by more than so many sigmas of a centre:
+  /// over 100 m 0.05 degrees are much, over 3 m they are less than what the scanner's range leaves open.
+  double most_rotation_sigma_deg = 0.05;
+  double most_turn_over_centre = 3;
   double gate_sigma = 4.5;           ///< of a target against where the others put it
   unsigned threads = 2;
   std::size_t most_ring_points = 30'000'000;

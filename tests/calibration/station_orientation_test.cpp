@@ -1,8 +1,11 @@
 #include "calibration/targets/station_orientation.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "tests/calibration/simulated_scan.hpp"
 
@@ -130,6 +133,55 @@ TEST(StationOrientation, RefusesTargetsOnALine) {
   const Eigen::Vector3d a = targets[0].position.xyz, b = targets[1].position.xyz;
   for (std::size_t i = 2; i < targets.size(); ++i) targets[i].position.xyz = a + (b - a) * (0.3 * static_cast<double>(i));
   expect_refused(orient(station, targets), "one line");
+}
+
+/// A scanner and a few spheres in a room. The scanner's axes are the survey's turned by 30 degrees about up.
+struct Room {
+  std::vector<SurveyedTarget> targets;
+  SurveyedStation station{"room", {{100, 200, 10}}, {}, {}};
+  Eigen::Matrix3d R_survey_scanner = Eigen::AngleAxisd(M_PI / 6, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  std::vector<float> xyz;
+
+  explicit Room(std::span<const Eigen::Vector3d> from_station) {
+    constexpr double kRadius_m = 0.0725, kStep = 0.004;  // rad
+    std::mt19937 random(5);
+    std::normal_distribution<double> noise(0, 0.003);
+    for (const Eigen::Vector3d& place : from_station) {
+      targets.push_back({fmt::format("T{}", targets.size() + 1), {station.position.xyz + place}, 0.001, kRadius_m, false, {}});
+      const Eigen::Vector3d centre = R_survey_scanner.transpose() * place, sight = centre.normalized();
+      const Eigen::Vector3d across = sight.unitOrthogonal(), down = sight.cross(across);
+      const double half = kRadius_m / centre.norm();
+      for (double a = -half; a < half; a += kStep)
+        for (double b = -half; b < half; b += kStep) {
+          const Eigen::Vector3d ray = (sight + a * across + b * down).normalized();
+          const double along = ray.dot(centre), under = along * along - centre.squaredNorm() + kRadius_m * kRadius_m;
+          if (under <= 0) continue;
+          const Eigen::Vector3d hit = ray * (along - std::sqrt(under) + noise(random));
+          for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(hit[axis]));
+        }
+    }
+  }
+  Result<StationResult> orient() const { return orient_station(MemoryScan(xyz), std::span(&station, 1), 0, targets, {}); }
+};
+
+TEST(StationOrientation, AFieldOfThreeMetresIsEnough) {
+  const Eigen::Vector3d places[] = {{-1.5, 4.0, 0.3}, {1.5, 4.2, -0.2}, {0.0, 4.5, 1.2}, {0.2, 3.4, -1.0}};
+  const Room room(places);
+  const auto found = room.orient();
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  EXPECT_TRUE(std::ranges::all_of(found->targets, [](const auto& t) { return t.state == TargetState::Used; }));
+  const auto& T = found->adjusted.orientation.T_survey_scanner;
+  const double sigma = std::sqrt(found->adjusted.covariance.topLeftCorner<3, 3>().diagonal().maxCoeff());
+  EXPECT_GT(sigma * 180 / M_PI, 0.05) << "centres known to 6 mm in range, 1.5 m from their middle: that is what the case is about";
+  EXPECT_LT(Eigen::AngleAxisd(T.rotation.toRotationMatrix().transpose() * room.R_survey_scanner).angle(), 3 * sigma);
+  EXPECT_LT((T.translation - room.station.position.xyz).norm(), 0.01);
+}
+
+TEST(StationOrientation, ANarrowFieldSaysWhatItLeavesOpen) {
+  // 3 m long and a tenth as wide.
+  const Eigen::Vector3d places[] = {{-1.5, 4.0, 0.0}, {1.5, 4.0, 0.05}, {0.0, 4.0, 0.4}};
+  expect_refused(Room(places).orient(), "too near one line");
+  expect_refused(Room(places).orient(), "whose centres are known to");
 }
 
 /// Target places around two stations, seen without noise or with it.
