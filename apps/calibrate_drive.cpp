@@ -57,7 +57,6 @@ Status write_fragment(const DriveFiles& files, const Alignment& found, std::size
   record.date = files.date;
   record.data = {files.recording.empty() ? files.scenario : files.recording, fmt::format("{} lens images, no targets", images),
                  fmt::format("images later than said by {:.2f} ms: add to strobe_delay_us", found.time_offset_s * 1e3)};
-  record.residual_unit = "px";
   record.parameters = {"turn_head_x_deg", "turn_head_y_deg", "turn_head_z_deg", "time_offset_ms"};
   const Eigen::Vector4d unit(kDeg, kDeg, kDeg, 1e3);
   const Eigen::Matrix4d covariance = unit.asDiagonal() * found.covariance * unit.asDiagonal();

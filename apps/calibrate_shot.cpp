@@ -83,7 +83,6 @@ int calibrate_shot(const ShotFiles& files) {
   record.method = "mount";
   record.date = files.date;
   record.data = {std::filesystem::path(files.image).filename().string(), std::filesystem::path(files.cloud).filename().string(), "outlines and intensity of one moment, no targets"};
-  record.residual_unit = "px";
   const auto path = std::filesystem::path(files.out) / "T_lens_scanner.yaml";
   if (const Status written = write_text(path, mounting_yaml("T_lens_scanner", T.rotation, T.translation, record, 0)); !written.ok()) {
     log_error(written.error().message);

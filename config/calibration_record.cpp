@@ -8,8 +8,8 @@ CalibrationRecord read_calibration_record(Section section) {
   out.method = section.text("method");
   out.date = section.text("date");
   out.data = section.texts("data");
-  out.residual_rms = section.number("residual_rms", {0, kHuge});
-  out.residual_unit = section.text("residual_unit");
+  if (section.has("residual_rms")) out.residual_rms = section.number("residual_rms", {0, kHuge});
+  if (section.has("residual_unit")) out.residual_unit = section.text("residual_unit");
   out.parameters = section.texts("parameters");
   out.sigma = section.numbers("sigma", {0, kHuge});
   if (section.has("covariance")) out.covariance = section.numbers("covariance", {-kHuge, kHuge});

@@ -41,7 +41,8 @@ bool is_date(const std::string& text) {
 std::string CalibrationRecord::validate() const {
   if (method.empty()) return "method is empty; allowed: the name of the tool";
   if (!is_date(date)) return fmt::format("date is '{}'; allowed: YYYY-MM-DD", date);
-  if (!(residual_rms >= 0 && std::isfinite(residual_rms))) return fmt::format("residual_rms is {}; allowed: 0 or more", residual_rms);
+  if (residual_rms && !(*residual_rms >= 0 && std::isfinite(*residual_rms))) return fmt::format("residual_rms is {}; allowed: 0 or more", *residual_rms);
+  if (residual_rms.has_value() == residual_unit.empty()) return "residual_rms and residual_unit go together; allowed: both or none";
   const std::size_t n = parameters.size();
   if (sigma.size() != n) return fmt::format("sigma has {} numbers; allowed: one for each of the {} parameters", sigma.size(), n);
   for (const double s : sigma)
@@ -58,8 +59,7 @@ std::string CalibrationRecord::yaml(int indent) const {
   out += deep + "method: " + method + "\n";
   out += deep + "date: \"" + date + "\"\n";
   out += deep + "data: " + list(data, quoted) + "\n";
-  out += deep + "residual_rms: " + number(residual_rms) + "\n";
-  out += deep + "residual_unit: " + residual_unit + "\n";
+  if (residual_rms) out += deep + "residual_rms: " + number(*residual_rms) + "\n" + deep + "residual_unit: " + residual_unit + "\n";
   out += deep + "parameters: " + list(parameters, plain) + "\n";
   out += deep + "sigma: " + list(sigma, number) + "\n";
   if (!covariance.empty()) out += deep + "covariance: " + list(covariance, number) + "\n";

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,8 +12,8 @@ struct CalibrationRecord {
   std::string method;              ///< "lens", "mount", ...: which tool
   std::string date;                ///< of the calibration, YYYY-MM-DD
   std::vector<std::string> data;   ///< what it was made of: files, recordings, counts
-  double residual_rms = 0;         ///< root mean square of what the adjustment left, in `residual_unit`
-  std::string residual_unit;       ///< "px", "m", ...
+  std::optional<double> residual_rms;  ///< root mean square of what the adjustment left, in `residual_unit`; empty: the method has no such figure
+  std::string residual_unit;           ///< "px", "m", ...; empty without `residual_rms`
   std::vector<std::string> parameters;  ///< names with units, in the order of `sigma`: "focal_x_px", "rotation_x_deg"
   std::vector<double> sigma;            ///< one standard deviation of each
   std::vector<double> covariance;       ///< upper triangle by rows, n (n + 1) / 2 numbers; empty: none

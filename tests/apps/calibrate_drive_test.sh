@@ -17,4 +17,5 @@ awk '/^against/ { turn = $5; time = $(NF - 1) < 0 ? -$(NF - 1) : $(NF - 1); seen
 # The stated sigma is neither forgotten nor so large that anything meets it.
 awk '/deg about the head/ { for (i = 9; i <= 11; ++i) if (!($i > 0.0005 && $i < 0.06)) exit 1; seen = 1 } END { if (!seen) exit 1 }' said.txt || fail "the sigma is no sigma"
 for word in T_body_head: 2025-01-02 turn_head_x_deg time_offset_ms covariance; do grep -q "$word" found/T_body_head.yaml || fail "T_body_head.yaml has no $word"; done
+! grep -q residual found/T_body_head.yaml || fail "an alignment has no residual to write: $(grep residual found/T_body_head.yaml)"
 echo "the head and its images' times are found from a drive"

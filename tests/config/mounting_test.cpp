@@ -44,6 +44,16 @@ TEST(CalibrationRecord, IsReadBesideAMounting) {
   EXPECT_EQ(again.date, record.date);
 }
 
+TEST(CalibrationRecord, AResidualThatNobodyMeasuredIsNotWritten) {
+  CalibrationRecord record{"mount", "2026-11-21", {"one image, one cloud"}, {}, "", {}, {}, {}};
+  EXPECT_EQ(record.yaml(0).find("residual"), std::string::npos) << record.yaml(0);
+  const std::string mounting = "position_m: [0, 0, 0]\nrotation_deg: [0, 0, 0]\n";
+  Section root = Section::load_text(mounting + record.yaml(0), "rig.yaml");
+  EXPECT_FALSE(read_calibration_record(root.section("calibration")).residual_rms);
+  record.residual_rms = 0.5;
+  EXPECT_THROW(read(mounting + record.yaml(0)), ConfigError) << "of what unit?";
+}
+
 TEST(CalibrationRecord, RefusesWhatDoesNotFitTogether) {
   const std::string mounting = "position_m: [0, 0, 0]\nrotation_deg: [0, 0, 0]\n";
   const CalibrationRecord good{"mount", "2026-11-21", {}, 0.8, "px", {"a_deg", "b_m"}, {0.01, 0.002}, {}};
