@@ -13,6 +13,7 @@
 #include "apps/calibrate_shot.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "apps/shot_calibration.hpp"
 #include "calibration/mount/correspondence_file.hpp"
 #include "calibration/mount/mount_report.hpp"
 #include "config/mounting.hpp"
@@ -27,7 +28,7 @@ constexpr double kDeg = 180 / std::numbers::pi;
 
 struct Options {
   std::string points, rig, lens_file, scanner, out, date;
-  std::string image, cloud, start;
+  std::string image, cloud, start, image_size = "refuse";
   std::string recording, scenario, cache;
   int every = 4, starts = 1;
   double search_time_ms = 50, off_deg = 0, off_ms = 0;
@@ -167,7 +168,8 @@ void add_calibrate_mount(Command& calibrate) {
   command.setting("--far-m", options->far_m, "farther away than this from the rig's place is refused", {.least = 0.001, .most = 1000});
   command.option("--image", options->image, "without targets: an image ...");
   command.option("--cloud", options->cloud, "... and the laser's cloud of the same moment (PCD with x, y, z, intensity)");
-  command.option("--start", options->start, "YAML with T_lens_scanner, at most --search-deg off");
+  command.option("--start", options->start, "where the laser is, at most --search-deg off: YAML with T_lens_scanner:, or another file that hueline colour reads");
+  command.setting("--image-size", options->image_size, std::string("without targets: ") + kImageSizeHelp, kImageSizeWords);
   command.setting("--search-deg", options->search_deg, "how far off the start may be", {.least = 0.1, .most = 15});
   command.option("--recording", options->recording, "without targets: a drive (drive.mcap); the result is T_body_head and the images' time offset");
   command.option("--scenario", options->scenario, "a simulated drive instead of a recording; the truth is said beside the result");
@@ -184,7 +186,7 @@ void add_calibrate_mount(Command& calibrate) {
       if (options->image.empty() || options->cloud.empty() || options->start.empty() || options->lens_file.empty())
         throw config::ConfigError("without targets: give --image, --cloud, --lens and --start");
       const std::string date = options->date.empty() ? today() : options->date;
-      return calibrate_shot({options->image, options->cloud, options->lens_file, options->start, options->out, date, options->search_deg});
+      return calibrate_shot({options->image, options->cloud, options->lens_file, options->start, options->out, date, options->image_size, options->search_deg});
     }
     if (!options->recording.empty() || !options->scenario.empty()) {
       if (!options->scenario.empty() && options->cache.empty()) throw config::ConfigError("give --sim with --scenario");

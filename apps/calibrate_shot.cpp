@@ -9,10 +9,10 @@
 #include "apps/calibrate.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "apps/shot_calibration.hpp"
 #include "calibration/mount/alignment.hpp"
 #include "calibration/mount/mount_report.hpp"
-#include "config/mounting.hpp"
-#include "config/rig_head.hpp"
+#include "config/section.hpp"
 #include "storage/pcd_reader.hpp"
 
 namespace hueline::apps {
@@ -31,11 +31,10 @@ LensValues lens_values(const fusion::CameraIntrinsics& lens) {
 }
 
 int calibrate_shot(const ShotFiles& files) {
-  config::Section lens_file = config::Section::load_file(files.lens);
-  config::Section lens_section = lens_file.section("lens");
-  const fusion::CameraIntrinsics intrinsics = config::read_intrinsics(lens_section);
-  config::Section start_file = config::Section::load_file(files.start);
-  const auto T_lens_scanner = config::read_transform<Lens, Scanner>(start_file, "T_lens_scanner");
+  const ShotCalibration known = read_shot_calibration({files.lens}), start = read_shot_calibration({files.start});
+  if (!known.intrinsics) throw config::ConfigError(files.lens + ": holds no lens (our lens:, cam_K, K or P2)");
+  if (!start.T_lens_scanner) throw config::ConfigError(files.start + ": does not say where the laser is (our T_lens_scanner:, sensor_calib, T or Tr)");
+  const auto T_lens_scanner = *start.T_lens_scanner;
   const auto image = read_grey_image(files.image);
   const auto cloud = storage::read_pcd(files.cloud);
   if (!image.ok() || !cloud.ok()) {
@@ -55,6 +54,8 @@ int calibrate_shot(const ShotFiles& files) {
     points.push_back(p);
     strengths.push_back(static_cast<float>(intensity[i]));
   }
+  const fusion::CameraIntrinsics intrinsics =
+      fit_to_image(*known.intrinsics, known.lens_file, image->width, image->height, files.image, other_size(files.image_size));
   // One moment: scanner and vehicle are the same, lens and head are.
   AlignmentLens lens;
   lens.values = lens_values(intrinsics);

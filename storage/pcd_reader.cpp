@@ -56,7 +56,10 @@ bool expand_lzf(std::span<const std::byte> in, std::span<std::byte> out) {
 /// Lays out one column a value of each field.
 void name_columns(const PcdHeader& header, PcdCloud& cloud) {
   for (std::size_t f = 0; f < header.fields.size(); ++f)
-    for (std::size_t k = 0; k < header.counts[f]; ++k) cloud.fields.push_back(header.fields[f]);
+    for (std::size_t k = 0; k < header.counts[f]; ++k) {
+      cloud.fields.push_back(header.fields[f]);
+      cloud.types.push_back({header.types[f], header.sizes[f]});
+    }
   cloud.columns.resize(cloud.fields.size());
 }
 

@@ -8,10 +8,17 @@
 
 namespace hueline::storage {
 
+/// How a field's values are stored: 'I', 'U' or 'F' and their bytes.
+struct PcdType {
+  char kind = 'F';
+  std::size_t size = 4;
+};
+
 /// A point cloud file of the Point Cloud Library (PCD 0.6-0.7), ascii, binary or binary_compressed, all in memory. Values keep the
 /// file's own units; NaN means what it means there: no point.
 struct PcdCloud {
   std::vector<std::string> fields;           ///< names; a field with COUNT n > 1 stands n times
+  std::vector<PcdType> types;                ///< of each column
   std::vector<std::vector<double>> columns;  ///< columns[field][point]
 
   std::size_t points() const { return columns.empty() ? 0 : columns.front().size(); }

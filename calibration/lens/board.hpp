@@ -46,7 +46,7 @@ struct GreyImage {
   std::vector<std::uint8_t> pixels;
 };
 
-/// JPEG, PNG, TIFF, BMP. Errors: Io, Malformed.
+/// JPEG, PNG, TIFF, BMP, with the rows and columns as stored (a turn in EXIF is not made). Errors: Io, Malformed.
 Result<GreyImage> read_grey_image(const std::string& path);
 
 /// The board's corners, refined by the grey levels around each (the Harris matrix's saddle point condition: cv::cornerSubPix; circles:

@@ -58,7 +58,8 @@ bool find_chessboard(const cv::Mat& grey, const Board& board, int refine_half_px
 Result<GreyImage> read_grey_image(const std::string& path) {
   cv::Mat grey;
   try {
-    grey = cv::imread(path, cv::IMREAD_GRAYSCALE);
+    // As stored: a lens belongs to the rows and columns of its sensor, however the camera was held.
+    grey = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& e) {
     return Error{ErrorCode::Malformed, path + ": " + e.what()};
   }

@@ -154,7 +154,7 @@ TEST(Colour, ARealShotCoincidesWithItsImage) {
   const auto cloud = read_cloud(folder / "0.pcd");
   ASSERT_EQ(cloud.size(), 78238u);
   const auto shoot = [&](const std::string& name, const std::string& mount) {
-    const Ran ran = run({"colour", data_file, folder / "0.pcd", lens, mount, "--out", dir / name});
+    const Ran ran = run({"colour", data_file, folder / "0.pcd", lens, mount, "--image-size", "same-pixels", "--out", dir / name});
     EXPECT_EQ(ran.status, 0) << ran.said;
     return Coloured(dir / name, cloud);
   };
@@ -163,7 +163,7 @@ TEST(Colour, ARealShotCoincidesWithItsImage) {
   // Every point of the cloud, in its order; the colour is the image's at the point's pixel.
   const auto image = storage::read_png(data_file);
   ASSERT_EQ(given.colours.size(), cloud.size());
-  for (std::size_t i = 0; i < cloud.size(); ++i) ASSERT_LT((given.places[i] - cloud[i].xyz).norm(), 0.001 + 8e-8 * cloud[i].range * cloud[i].range);
+  for (std::size_t i = 0; i < cloud.size(); ++i) ASSERT_LT((given.places[i] - cloud[i].xyz).norm(), 1e-6);
   const auto coloured = static_cast<std::size_t>(std::count(given.is_coloured.begin(), given.is_coloured.end(), true));
   EXPECT_GT(coloured, 8500u);   // of some 9900 that the lens sees
   EXPECT_LT(coloured, 9925u);   // some of which stand behind others

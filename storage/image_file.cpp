@@ -1,0 +1,56 @@
+#include "storage/image_file.hpp"
+
+#include <turbojpeg.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+
+#include "storage/byte_order.hpp"
+#include "storage/file_reader.hpp"
+
+namespace hueline::storage {
+namespace {
+
+constexpr std::uint64_t kMostPixels = 1u << 28;
+constexpr std::uint64_t kMostBytes = 1u << 30;
+
+Result<RgbImage> read_jpeg(const std::filesystem::path& path, const FileReader& file) {
+  if (file.size() > kMostBytes) return Error{ErrorCode::Unsupported, path.string() + ": a JPEG of more than 1 GiB"};
+  Bytes bytes(static_cast<std::size_t>(file.size()));
+  if (Status done = file.read(0, bytes); !done) return done.error();
+  struct Destroy {
+    void operator()(void* handle) const { tjDestroy(handle); }
+  };
+  const std::unique_ptr<void, Destroy> handle(tjInitDecompress());
+  if (!handle) return Error{ErrorCode::Exhausted, "no memory for a JPEG decoder"};
+  const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+  const auto broken = [&] {
+    const std::string what = tjGetErrorStr2(handle.get());
+    const bool is_cut = what.find("Premature end") != std::string::npos;
+    return Error{is_cut ? ErrorCode::Truncated : ErrorCode::Malformed, path.string() + ": " + what};
+  };
+  int width = 0, height = 0, subsampling = 0, colours = 0;
+  if (tjDecompressHeader3(handle.get(), data, bytes.size(), &width, &height, &subsampling, &colours) != 0) return broken();
+  if (std::uint64_t(width) * std::uint64_t(height) > kMostPixels) return Error{ErrorCode::Unsupported, path.string() + ": a picture of more than 268 million pixels"};
+  RgbImage image(width, height, {});
+  if (tjDecompress2(handle.get(), data, bytes.size(), image.pixels.data()->data(), width, 0, height, TJPF_RGB, TJFLAG_ACCURATEDCT) != 0) return broken();
+  return image;
+}
+
+}  // namespace
+
+Result<RgbImage> read_image(const std::filesystem::path& path) {
+  Result<FileReader> file = FileReader::open(path);
+  if (!file) return file.error();
+  std::array<std::byte, 8> first{};
+  if (Status done = file->read(0, std::span(first).first(static_cast<std::size_t>(std::min<std::uint64_t>(8, file->size())))); !done) return done.error();
+  constexpr std::array<unsigned char, 8> kPng = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+  constexpr std::array<unsigned char, 3> kJpeg = {0xFF, 0xD8, 0xFF};
+  const auto begins = [&](const auto& signature) { return std::equal(signature.begin(), signature.end(), first.begin(), [](unsigned char a, std::byte b) { return std::byte{a} == b; }); };
+  if (begins(kPng)) return read_png(path);
+  if (begins(kJpeg)) return read_jpeg(path, *file);
+  return Error{ErrorCode::Unsupported, path.string() + ": is neither a PNG nor a JPEG by its first bytes"};
+}
+
+}  // namespace hueline::storage
