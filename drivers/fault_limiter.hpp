@@ -21,25 +21,20 @@ class FaultLimiter {
   template <class Detail>
   std::optional<Fault> add(HostTime time, std::uint64_t count, Detail&& detail) {
     held_ += count;
-    if (last_ && !is_over(time)) {
-      detail_ = {};
-      return {};
-    }
+    if (last_ && !is_over(time)) return {};
     detail_ = std::forward<Detail>(detail)();
     return release(time);
   }
 
-  /// What is held back, once the interval is over. Call on each good packet.
+  /// What is held back, once the interval is over, with the detail of the latest that was told. Call on each good packet.
   std::optional<Fault> flush(HostTime time) {
     if (held_ == 0 || !is_over(time)) return {};
-    if (detail_.empty()) detail_ = "more of the same";
     return release(time);
   }
 
-  /// The end of the stream: what is held back, at the time of the last that was told.
+  /// The end of the stream: what is held back, with the time and the detail of the latest that was told.
   std::optional<Fault> drain() {
     if (held_ == 0) return {};
-    if (detail_.empty()) detail_ = "more of the same";
     return release(*last_);
   }
 
@@ -48,7 +43,7 @@ class FaultLimiter {
   bool is_over(HostTime time) const { return time - *last_ >= interval_ || time < *last_; }
   Fault release(HostTime time) {
     last_ = time;
-    return Fault{sensor_, kind_, time, std::exchange(held_, 0), std::exchange(detail_, {})};
+    return Fault{sensor_, kind_, time, std::exchange(held_, 0), detail_};
   }
 
   FaultKind kind_;
@@ -56,7 +51,7 @@ class FaultLimiter {
   nanoseconds interval_;
   std::optional<HostTime> last_;
   std::uint64_t held_ = 0;
-  std::string detail_;
+  std::string detail_;  // of the latest that was told: what is held back is the same trouble
 };
 
 }  // namespace hueline::drivers
