@@ -26,6 +26,14 @@ constexpr nanoseconds kAgainWithin = std::chrono::seconds(1);
 constexpr std::uint32_t kLabelFrom_us = 5'000, kLabelTo_us = 900'000;
 constexpr std::int64_t kMaxLag_s = 2;
 
+constexpr int kCircle = 36000;  // 0.01 deg
+
+/// Blocks so far inside what was silent until now mean that the field of view was set anew; nearer to its edge they are the motor's.
+constexpr int kSilentEdge = 100;
+
+/// The mirror's rate is known from one packet to a hundredth, and the motor's varies: what may be missing beside a silent part.
+constexpr double kSilentUncertainty = 0.02;
+
 /// The shorter way round the hour, in [-30 min, 30 min).
 nanoseconds within_half_hour(nanoseconds d) {
   d %= kHour;
@@ -53,22 +61,26 @@ VelodyneDecoder::VelodyneDecoder(SensorId sensor, const Config& config)
       malformed_(FaultKind::Malformed, sensor),
       wrong_device_(FaultKind::WrongDevice, sensor),
       conflict_(FaultKind::LabelConflict, sensor),
-      again_(FaultKind::Spurious, sensor) {}
+      again_(FaultKind::Spurious, sensor),
+      no_time_(FaultKind::NoTime, sensor) {}
 
 VelodyneDecoder::~VelodyneDecoder() = default;
 
 void VelodyneDecoder::flush(std::vector<Measurement>& out) {
+  for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &conflict_, &again_, &no_time_})
+    if (auto fault = limiter->drain()) out.push_back(std::move(*fault));
   while (const auto lost = gaps_.drain()) tell_lost(*lost, previous_->received, out);
 }
 
 void VelodyneDecoder::reset() {
   previous_.reset();
+  silent_part_.reset();
   gaps_ = GapTrial();
   last_label_.reset();
 }
 
 void VelodyneDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
-  for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &conflict_, &again_})
+  for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &conflict_, &again_, &no_time_})
     if (auto fault = limiter->flush(packet.received)) out.push_back(std::move(*fault));
   while (const auto lost = gaps_.settled(packet.received)) tell_lost(*lost, packet.received, out);
   if (packet.bytes.size() == kVelodyneDataBytes) return decode_data(packet, out);
@@ -143,20 +155,46 @@ void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>
     counts_.malformed_bytes += bad_bytes;
   if (blocks.decoded == 0) return;
 
-  check_gap(packet, first_firing, duration, out);
-  if (blocks.untimed > 0)
-    out.push_back(Fault{sensor_, FaultKind::NoTime, packet.received, static_cast<std::uint64_t>(blocks.untimed),
-                        fmt::format("{}: the azimuth jumps inside a packet; the blocks behind have no known time",
-                                    table_.name)});
+  check_gap(packet, first_firing, duration, blocks, out);
+  if (blocks.untimed > 0) {
+    const auto detail = [&] {
+      return fmt::format("{}: the azimuth jumps from {:.2f} to {:.2f} deg inside a packet; the blocks behind have no known time",
+                         table_.name, blocks.last_azimuth / 100.0, blocks.jump_azimuth / 100.0);
+    };
+    if (auto fault = no_time_.add(packet.received, static_cast<std::uint64_t>(blocks.untimed), detail)) out.push_back(std::move(*fault));
+  }
   counts_.decoded_bytes += bytes.size() - bad_bytes;
   ++counts_.messages[is_dual ? "data dual" : mode == kLast ? "data last" : "data strongest"];
   out.push_back(std::move(batch));
 }
 
-void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration,
+void VelodyneDecoder::learn_silent_part(const VelodyneBlocks& blocks) {
+  if (silent_part_)
+    for (const int azimuth : {blocks.first_azimuth, blocks.last_azimuth}) {
+      const int inside = (azimuth - silent_part_->begin + kCircle) % kCircle;
+      if (inside > kSilentEdge && inside < silent_part_->width - kSilentEdge) silent_part_.reset();
+      if (!silent_part_) break;
+    }
+  if (blocks.untimed == 0) return;
+  silent_part_ = SilentPart{blocks.last_azimuth, (blocks.jump_azimuth - blocks.last_azimuth + kCircle) % kCircle};
+}
+
+/// Of the time since the packet `from`, so much passed while the mirror turned through the silent part.
+nanoseconds VelodyneDecoder::silent_time(const Previous& from, nanoseconds moved) const {
+  if (!silent_part_ || !(from.turn_rate > 0)) return nanoseconds(0);
+  // A packet that begins just behind the silent part has passed it already.
+  const int until = (silent_part_->begin + kSilentEdge - from.azimuth + kCircle) % kCircle;
+  const double turned = from.turn_rate * to_seconds(moved);
+  if (turned < until) return nanoseconds(0);
+  const double passes = 1 + std::floor((turned - until) / kCircle);
+  return std::min(moved, from_seconds(passes * silent_part_->width / from.turn_rate));
+}
+
+void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration, const VelodyneBlocks& blocks,
                                 std::vector<Measurement>& out) {
-  const std::optional<Previous> before = std::exchange(previous_, Previous{stamp, duration, packet.received, nanoseconds(0)});
-  if (!before) return;
+  const std::optional<Previous> before = std::exchange(
+      previous_, Previous{stamp, duration, packet.received, nanoseconds(0), blocks.first_azimuth, blocks.turn_rate});
+  if (!before) return learn_silent_part(blocks);
   const std::uint64_t broken = std::exchange(broken_, 0);
   const nanoseconds waited = packet.received - before->received;
   const nanoseconds difference = within_half_hour(stamp - before->stamp - waited % kHour);
@@ -175,9 +213,14 @@ void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanosec
     previous_ = before;  // the newest stays the measure of the next gap
     broken_ = broken;
   } else if (config_.detects_lost && moved > before->duration * 3 / 2) {
-    const auto missing = static_cast<std::uint64_t>(std::llround(to_seconds(moved) / to_seconds(before->duration)) - 1);
-    gaps_.open(before->travelled.count(), previous_->travelled.count(), missing - std::min(missing, broken), packet.received);
+    const nanoseconds silent = silent_time(*before, moved);
+    const nanoseconds sending = moved - silent;
+    if (to_seconds(sending) > 1.5 * to_seconds(before->duration) + kSilentUncertainty * to_seconds(silent)) {
+      const auto missing = static_cast<std::uint64_t>(std::llround(to_seconds(sending) / to_seconds(before->duration)) - 1);
+      gaps_.open(before->travelled.count(), previous_->travelled.count(), missing - std::min(missing, broken), packet.received);
+    }
   }
+  learn_silent_part(blocks);
 }
 
 void VelodyneDecoder::tell_lost(const GapTrial::Lost& lost, HostTime time, std::vector<Measurement>& out) const {

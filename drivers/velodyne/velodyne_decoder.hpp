@@ -27,6 +27,7 @@ enum class ReturnChoice : std::uint8_t {
 enum class PacketStamp : std::uint8_t { FirstFiring, LastFiring };
 
 class VelodyneKernel;
+struct VelodyneBlocks;
 
 /// VLP-16 and HDL-32E: data packets -> LaserBatch (one each, also when no return is left), position packets -> LaserStatus and,
 /// once a second, TimeLabel. The two are told apart by their size, so one UDP source may carry both ports.
@@ -37,8 +38,12 @@ class VelodyneKernel;
 /// x right; azimuth clockwise seen from above). return_number counts by range: 1 is the nearer.
 ///
 /// Faults: Malformed (wrong size, flag, mode, azimuth, counter; one a second at most), WrongDevice (factory byte of another
-/// model), Lost (packets by the stamps' gap, 0.1 s after it: one that was overtaken fills it), NoTime (blocks behind an azimuth jump),
-/// ClockStep (the stamp moved against the arrival), Late (an older packet after a newer), LabelConflict (counter and RMC disagree).
+/// model), Lost (packets by the stamps' gap, 0.1 s after it: one that was overtaken fills it), NoTime (blocks behind an azimuth jump;
+/// one a second at most), ClockStep (the stamp moved against the arrival), Late (an older packet after a newer), LabelConflict
+/// (counter and RMC disagree).
+///
+/// A scanner that is set to a field of view sends nothing over the rest of the circle. The first packet that goes on behind it, so
+/// that its azimuth jumps, tells which part that is; from then on the time of turning through it is not taken for lost packets.
 /// Thread-bound. Source: VLP-16 User Manual 63-9243 chapter 9, HDL-32E User's Manual.
 class VelodyneDecoder final : public Decoder {
  public:
@@ -51,8 +56,7 @@ class VelodyneDecoder final : public Decoder {
     double azimuth_begin = 0;
     double azimuth_end = 6.283185307179586;
     PacketStamp stamp = PacketStamp::FirstFiring;
-    /// Lost packets are seen from gaps between stamps. False where the scanner itself is set to a part of the circle and is
-    /// silent over the rest.
+    /// Lost packets are seen from gaps between stamps. False where the scanner itself leaves out packets.
     bool detects_lost = true;
 
     /// Empty if fine, else what is wrong with which key.
@@ -73,7 +77,9 @@ class VelodyneDecoder final : public Decoder {
   void decode_data(const Packet& packet, std::vector<Measurement>& out);
   void decode_position_packet(const Packet& packet, std::vector<Measurement>& out);
   void label(const Packet& packet, const VelodynePosition& position, const RmcSentence& rmc, std::vector<Measurement>& out);
-  void check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration, std::vector<Measurement>& out);
+  void check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration, const VelodyneBlocks& blocks,
+                 std::vector<Measurement>& out);
+  void learn_silent_part(const VelodyneBlocks& blocks);
   void tell_lost(const GapTrial::Lost& lost, HostTime time, std::vector<Measurement>& out) const;
   void malformed(const Packet& packet, std::size_t bytes, const std::string& what, std::vector<Measurement>& out);
 
@@ -82,14 +88,23 @@ class VelodyneDecoder final : public Decoder {
   const VelodyneTable& table_;
   std::unique_ptr<VelodyneKernel> kernel_;
   DecodeCounts counts_;
-  FaultLimiter malformed_, wrong_device_, conflict_, again_;
+  FaultLimiter malformed_, wrong_device_, conflict_, again_, no_time_;
 
   struct Previous {
     nanoseconds stamp;
     nanoseconds duration;
     HostTime received;
     nanoseconds travelled;  ///< of the counter, since the first packet
+    int azimuth;            ///< of the first block, 0.01 deg
+    double turn_rate;       ///< 0.01 deg a second
   };
+  /// The part of the circle over which the scanner itself sends nothing, 0.01 deg.
+  struct SilentPart {
+    int begin, width;
+  };
+  nanoseconds silent_time(const Previous& from, nanoseconds moved) const;
+
+  std::optional<SilentPart> silent_part_;
   std::array<std::byte, 1206> newest_bytes_{};  // of the last data packet, to know it again
   std::optional<Previous> previous_;
   GapTrial gaps_;  // by Previous::travelled, ns

@@ -90,19 +90,27 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
   std::array<int, kVelodyneBlocks> steps{};
   std::array<bool, kVelodyneBlocks> has_step{};
   int sum = 0, number = 0, timed_units = units;
+  int sum_behind = 0, number_behind = 0;
   for (int u = 0; u + 1 < units; ++u) {
     const auto i = static_cast<std::size_t>(u);
     if (!unit[i].is_valid || !unit[i + 1].is_valid) continue;
     steps[i] = step(unit[i].azimuth, unit[i + 1].azimuth);
-    if (!is_plausible(steps[i])) {
+    if (timed_units < units) {
+      if (!is_plausible(steps[i])) continue;
+      sum_behind += steps[i];
+      ++number_behind;
+    } else if (!is_plausible(steps[i])) {
       timed_units = u + 1;
-      break;
+      result.jump_azimuth = unit[i + 1].azimuth;
+    } else {
+      has_step[i] = true;
+      sum += steps[i];
+      ++number;
     }
-    has_step[i] = true;
-    sum += steps[i];
-    ++number;
   }
   const float mean_step = number ? static_cast<float>(sum) / static_cast<float>(number) : 0.0f;
+  if (number + number_behind > 0)
+    result.turn_rate = static_cast<double>(sum + sum_behind) / (number + number_behind) / to_seconds(table_.block_period());
 
   LaserReturn* out = scratch_.data();
   for (int u = 0; u < units; ++u) {
@@ -118,6 +126,8 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
       out = decode_pair(block(2 * u), block(2 * u + 1), block_ns, out);
     else
       out = decode_single(block(u), block_ns, out);
+    if (result.decoded == 0) result.first_azimuth = unit[i].azimuth;
+    result.last_azimuth = unit[i].azimuth;
     result.decoded += blocks_per_unit;
   }
   returns.assign(scratch_.data(), out);

@@ -16,6 +16,9 @@ struct VelodyneBlocks {
   int decoded = 0;    ///< blocks turned into returns
   int malformed = 0;  ///< blocks with a wrong flag, azimuth or, in dual mode, partner
   int untimed = 0;    ///< blocks behind a jump of the azimuth
+  int first_azimuth = 0, last_azimuth = 0;  ///< of the blocks with a time, 0.01 deg
+  int jump_azimuth = 0;                     ///< of the first block behind the jump, if there is one
+  double turn_rate = 0;                     ///< of the mirror, 0.01 deg a second; 0: not known
 };
 
 /// The arithmetic of data packets: tables made once, then per packet only loads, multiplications and stores. Knows no faults, no

@@ -145,6 +145,103 @@ TEST(VelodyneFaults, WrongBytesAreCountedAndSaidOnceASecond) {
   EXPECT_EQ(decoder.counts().malformed_bytes, bytes);
 }
 
+/// What is held back within the second is told when the stream ends, with the reason.
+TEST(VelodyneFaults, WhatIsHeldBackIsToldAtTheEnd) {
+  VelodyneDecoder decoder(5, {});
+  std::map<FaultKind, std::uint64_t> told;
+  for (int i = 0; i < 100; ++i) {
+    for (const Fault& fault : decode(decoder, velodyne_data(turning(0, 16), 0, 0x37, 0x21), i).faults) told[fault.kind] += fault.count;
+    for (const Fault& fault : decode(decoder, test::Bytes(1080), i).faults) told[fault.kind] += fault.count;
+  }
+  EXPECT_EQ(told[FaultKind::WrongDevice], 1u);
+  for (const Fault& fault : at_the_end(decoder)) {
+    told[fault.kind] += fault.count;
+    EXPECT_NE(fault.detail.find(fault.kind == FaultKind::WrongDevice ? "0x21" : "1080 bytes"), std::string::npos) << fault.detail;
+  }
+  EXPECT_EQ(told[FaultKind::WrongDevice], 100u);
+  EXPECT_EQ(told[FaultKind::Malformed], 100u);
+  EXPECT_TRUE(at_the_end(decoder).empty()) << "once";
+}
+
+/// The stream of a VLP-16 that is set to a field of view: blocks from `begin_deg` to `end_deg`, twelve to a packet without regard to
+/// the silence between revolutions. The packet's stamp is its first block's.
+class FieldOfView {
+ public:
+  FieldOfView(double begin_deg, double end_deg) : begin_(begin_deg), end_(end_deg) {}
+
+  /// The next packet's bytes; the time of its arrival goes on with it.
+  test::Bytes next() {
+    Blocks blocks = turning(0, 0);
+    double stamp_us = 0;
+    for (std::size_t b = 0; b < 12; ++b) {
+      while (!is_inside()) turn();
+      if (b == 0) stamp_us = time_us_;
+      blocks[b].azimuth = static_cast<unsigned>(std::lround(azimuth_ * 100)) % 36000;
+      turn();
+    }
+    received_ns = std::llround(time_us_ * 1e3);
+    return velodyne_data(blocks, static_cast<std::uint32_t>(std::llround(stamp_us)), 0x37, 0x22);
+  }
+  void set(double begin_deg, double end_deg) { begin_ = begin_deg, end_ = end_deg; }
+  std::int64_t received_ns = 0;
+
+ private:
+  bool is_inside() const { return begin_ < end_ ? azimuth_ >= begin_ && azimuth_ < end_ : azimuth_ >= begin_ || azimuth_ < end_; }
+  void turn() {
+    azimuth_ = std::fmod(azimuth_ + 0.2 + 0.001 * std::sin(time_us_ * 1e-5), 360);  // the motor is not even
+    time_us_ += 110.592;
+  }
+  double begin_, end_, azimuth_ = 350, time_us_ = 0;
+};
+
+TEST(VelodyneFaults, APartOfTheCircleThatIsNotSentIsNotLost) {
+  VelodyneDecoder decoder(5, {});
+  FieldOfView scanner(320, 40);
+  std::map<FaultKind, std::uint64_t> told;
+  const auto feed = [&](int packets) {
+    for (int i = 0; i < packets; ++i) {
+      const test::Bytes bytes = scanner.next();
+      for (const Fault& fault : decode(decoder, bytes, scanner.received_ns).faults) told[fault.kind] += fault.count;
+    }
+  };
+  feed(2000);  // sixty revolutions; the silence begins anywhere in a packet, also between two
+  EXPECT_EQ(told[FaultKind::Lost], 0u);
+  EXPECT_GT(told[FaultKind::NoTime], 100u);
+
+  for (int i = 0; i < 10; ++i) scanner.next();  // within a field of view, or beside the silence
+  feed(100);
+  for (int i = 0; i < 400; ++i) scanner.next();  // many revolutions
+  feed(100);
+  EXPECT_NEAR(static_cast<double>(told[FaultKind::Lost]), 410, 30);
+
+  told.clear();
+  scanner.set(300, 60);  // set anew while it runs
+  feed(1000);
+  scanner.set(0, 360);
+  feed(1000);
+  EXPECT_LE(told[FaultKind::Lost], 250u) << "one revolution's silence at most";
+}
+
+TEST(VelodyneFaults, BlocksWithoutTimeAreSaidOnceASecond) {
+  VelodyneDecoder decoder(5, {});
+  FieldOfView scanner(320, 40);
+  std::uint64_t events = 0, blocks = 0, jumped = 0;
+  const auto take = [&](const std::vector<Fault>& faults) {
+    for (const Fault& fault : faults)
+      if (fault.kind == FaultKind::NoTime) ++events, blocks += fault.count;
+  };
+  for (int i = 0; i < 340; ++i) {
+    const test::Bytes bytes = scanner.next();
+    const Decoded d = decode(decoder, bytes, scanner.received_ns);
+    take(d.faults);
+    jumped += 12 - d.batches.at(0).returns.size() / 32;
+  }
+  take(at_the_end(decoder));
+  EXPECT_GT(scanner.received_ns, 1'500'000'000);
+  EXPECT_LE(events, 2u + static_cast<std::uint64_t>(scanner.received_ns / 1'000'000'000));
+  EXPECT_EQ(blocks, jumped);
+}
+
 TEST(VelodyneFaults, AnotherModelIsNamed) {
   VelodyneDecoder decoder(5, {});
   const Decoded d = decode(decoder, velodyne_data(turning(0, 16), 0, 0x37, 0x21));
