@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 
@@ -15,6 +16,7 @@
 #include "apps/pipeline.hpp"
 #include "apps/recording.hpp"
 #include "apps/signals.hpp"
+#include "core/standard_streams.hpp"
 #include "drivers/transport/host_clock.hpp"
 
 namespace hueline::apps {
@@ -110,7 +112,8 @@ int capture(const Options& options) {
     log_error(outputs.error().message);
     return outputs.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
   }
-  auto journal = storage::JournalWriter::create(dir / "drive.mcap", journal_header(rig));
+  const std::filesystem::path recording = dir / "drive.mcap";
+  auto journal = storage::JournalWriter::create(recording, journal_header(rig));
   if (!journal.ok()) {
     log_error(journal.error().message);
     return kOutputRefused;
@@ -130,17 +133,24 @@ int capture(const Options& options) {
                 points.store(sink.summary().points(), std::memory_order_relaxed);
               },
               config);
-  log_info("capturing {} into {}; Ctrl-C ends with everything written", rig.name, dir.string());
+  const StopSignals::Duty duty(
+      signals, [&] { return run.is_recording_closed(); },
+      [&] {
+        return run.is_recording_closed() && run.recording().ok()
+                   ? fmt::format("ended at once: {0} is whole; cloud.las, view.mcap and summary.json are not: hueline replay {0}", recording.string())
+                   : fmt::format("ended at once: the disk did not take the end of {0}; hueline inspect {0} says how far it is whole", recording.string());
+      });
+  log_info("capturing {} into {}; Ctrl-C ends with everything written, a second one at once", rig.name, dir.string());
   const bool is_live = std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const auto& sensor) { return sensor.arrivals() == config::Arrivals::Live; });
   run.start();
 
   Progress progress(options.quiet);
   Silence silence;
   const HostTime begin = drivers::host_now();
-  while (!run.is_over()) {
-    if (signals.wait_for(std::chrono::seconds(1))) {
+  while (!run.wait_until_over(std::chrono::seconds(1), signals.asked())) {
+    if (signals.asked().stop_requested()) {
       progress.end();
-      log_info("stop asked for: finishing what has come");
+      log_info("stop asked for: finishing what has come; a second Ctrl-C ends at once");
       break;
     }
     const double seconds = to_seconds(drivers::host_now() - begin);
@@ -151,13 +161,15 @@ int capture(const Options& options) {
     if (options.ends_when_silent && silence.lasts(run)) break;
   }
   progress.end();
-  run.stop();
-  pipeline.flush();
+  run.stop(signals.at_once());
+  const bool is_cut = run.are_products_cut() || signals.at_once().stop_requested();
+  if (!is_cut) pipeline.flush();
   pipeline.report(sink.summary());
   for (const auto& sensor : rig.sensors) {
     const auto counts = run.ingest().counts(sensor.id);
     if (counts.shed) log_warning("{}: {} packets recorded but not fused: the pipeline was too slow; a replay fuses the same points", sensor.name, counts.shed);
-    if (counts.refused && run.recording().ok()) log_error("{}: {} packets neither recorded nor fused: the disk was too slow", sensor.name, counts.refused);
+    if (counts.refused && run.recording().ok())
+      log_error("{}: {} packets neither recorded nor fused: {}", sensor.name, counts.refused, is_cut ? "the disk was too slow, or they came while it ended at once" : "the disk was too slow");
   }
   const Status recorded = run.recording();
   std::string lost;
@@ -167,6 +179,7 @@ int capture(const Options& options) {
                        run.packets_recorded(), missing);
     sink.summary().on_fault({kSystemSensor, FaultKind::DiskFull, drivers::host_now(), missing, lost});
   }
+  if (is_cut) sink.summary().on_early_end("ended at once: a replay of drive.mcap makes cloud, view and summary whole");
   const Status finished = sink.finish();
   std::fputs(sink.summary().text().c_str(), stdout);
   if (!recorded.ok()) {
@@ -174,8 +187,18 @@ int capture(const Options& options) {
     return kOutputRefused;
   }
   if (!finished.ok()) {
-    log_error("{}; the raw recording is whole: hueline replay {}", finished.error().message, (dir / "drive.mcap").string());
+    log_error("{}; the raw recording is whole: hueline replay {}", finished.error().message, recording.string());
     return kOutputRefused;
+  }
+  if (is_cut) {
+    log_warning("ended at once: {0} is whole{1}; cloud.las, view.mcap and summary.json end early: hueline replay {0}", recording.string(),
+                run.packets_left_behind() ? fmt::format(" but for {} packets that waited for the disk", run.packets_left_behind()) : "");
+    // Nobody waits for a reader that its device's library holds, or for its return from there.
+    if (run.is_a_reader_stuck()) {
+      (void)flush_standard_output();
+      std::_Exit(kStopped);
+    }
+    return kStopped;
   }
   bool read_whole = true;
   for (const auto& reader : run.readers()) {
@@ -189,7 +212,7 @@ int capture(const Options& options) {
     return kNothingCame;
   }
   if (sink.summary().points() == 0) {
-    log_warning("no point could be placed: the summary above says why; {} holds everything that came", (dir / "drive.mcap").string());
+    log_warning("no point could be placed: the summary above says why; {} holds everything that came", recording.string());
     return kNothingCame;
   }
   return kDone;

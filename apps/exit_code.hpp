@@ -11,6 +11,7 @@ enum ExitCode : int {
   kOutputRefused = 4,    ///< an output could not be written; what was written before is whole
   kNothingCame = 5,      ///< no device answered, or no point could be made
   kNotAsExpected = 6,    ///< verify, score: a figure is out of its bound
+  kStopped = 7,          ///< stopped before it was done: what it made ends early
 };
 
 }  // namespace hueline::apps

@@ -20,7 +20,9 @@ A first drive, without any hardware:
 A drive's folder holds drive.mcap (raw, everything as received), cloud.las (coloured), view.mcap (for Foxglove) and summary.json.
 
 Exit status: 0 done; 2 wrong command line or configuration; 3 an input could not be read whole; 4 an output could not be
-written; 5 nothing came; 6 verify or score found a figure out of its bound; 1 anything else.)";
+written; 5 nothing came; 6 verify or score found a figure out of its bound; 7 stopped before it was done; 1 anything else.
+
+Ctrl-C ends capture, replay and simulate with what has come; a second one ends them at once.)";
 
 int run(int argc, char** argv) {
   using namespace hueline;

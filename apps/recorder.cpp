@@ -7,10 +7,16 @@ Status Recorder::take(const Packet& packet, std::chrono::nanoseconds now) {
   if (packet.sequence > next_sequence_) gaps_.push_back({taken_, packet.sequence - next_sequence_});
   next_sequence_ = packet.sequence + 1;
   ++taken_;
+  is_resting_ = false;
   if (Status done = journal_->append(packet); !done) return done;
   if (now - flushed_ < flush_period_) return {};
   flushed_ = now;
   return journal_->flush();
+}
+
+Status Recorder::pause() {
+  if (std::exchange(is_resting_, true)) return {};
+  return journal_->sync();
 }
 
 std::uint64_t Recorder::end_sequence() const {

@@ -17,6 +17,8 @@ class Recorder {
 
   /// `now`: of any clock that does not step. The first error ends the recording: nothing is to be taken afterwards.
   Status take(const Packet& packet, std::chrono::nanoseconds now);
+  /// No packet came for a while: what was taken goes to the medium. Errors as of take().
+  Status pause();
   /// Everything to the medium, with summary and indexes.
   Status close() { return journal_->close(); }
 
@@ -33,7 +35,7 @@ class Recorder {
   std::unique_ptr<storage::JournalWriter> journal_;
   const std::chrono::milliseconds flush_period_;
   std::chrono::nanoseconds flushed_{};
-  bool has_begun_ = false;
+  bool has_begun_ = false, is_resting_ = false;
   std::uint64_t taken_ = 0, next_sequence_ = 0;
   std::vector<Gap> gaps_;  // in the sequences
 };

@@ -38,18 +38,18 @@ int replay(const Options& options) {
   Pacer pacer(options.speed);
   bool stopped = false;
   const Status read = recording->for_each([&](const Packet& packet) {
-    while (!pacer.is_due(packet.received))
-      if (signals.wait_for(pacer.wait(packet.received))) return !(stopped = true);
+    while (!stopped && !pacer.is_due(packet.received)) stopped = signals.wait_for(pacer.wait(packet.received));
+    stopped = stopped || signals.asked().stop_requested();
+    if (stopped) return false;
     sink.summary().on_packet(packet);
     pipeline.process(packet);
-    if ((packet.sequence & 1023) == 0 && signals.wait_for(std::chrono::milliseconds(0))) stopped = true;
-    return !stopped;
+    return true;
   });
   pipeline.flush();
   pipeline.report(sink.summary());
+  if (stopped) sink.summary().on_early_end("stopped before the recording's end");
   const Status finished = sink.finish();
   std::fputs(sink.summary().text().c_str(), stdout);
-  if (stopped) log_warning("stopped before the recording's end");
   if (!finished.ok()) {
     log_error(finished.error().message);
     return kOutputRefused;
@@ -57,6 +57,10 @@ int replay(const Options& options) {
   if (!read.ok()) {
     log_error("{}: everything that is whole was used", read.error().message);
     return kInputUnreadable;
+  }
+  if (stopped) {
+    log_warning("stopped before the recording's end: cloud, view and summary end early");
+    return kStopped;
   }
   return sink.summary().points() ? kDone : kNothingCame;
 }

@@ -1,17 +1,39 @@
 #include "apps/signals.hpp"
 
+#include <pthread.h>
+#include <unistd.h>
+
 #include <csignal>
 #include <ctime>
+#include <optional>
+
+#include "apps/exit_code.hpp"
+#include "apps/log.hpp"
+#include "apps/thread_name.hpp"
 
 namespace hueline::apps {
 namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds kSameAsk{500}, kToEndByItself{1000}, kForItsDuty{5000}, kLook{20};
 
 sigset_t stop_set() {
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
+  // A blocked signal is delivered to who waits for it even if it is ignored: nohup's wish must be looked up.
+  struct sigaction hang_up {};
+  if (sigaction(SIGHUP, nullptr, &hang_up) != 0 || hang_up.sa_handler != SIG_IGN) sigaddset(&set, SIGHUP);
   return set;
+}
+
+/// True if a signal came within `time`; without `time` it waits for one.
+bool comes(const std::optional<std::chrono::milliseconds>& time) {
+  const sigset_t set = stop_set();
+  if (!time) return sigwaitinfo(&set, nullptr) > 0;
+  const timespec limit{time->count() / 1000, static_cast<long>(time->count() % 1000) * 1'000'000};
+  return sigtimedwait(&set, nullptr, &limit) > 0;
 }
 
 }  // namespace
@@ -23,17 +45,72 @@ StopSignals::StopSignals() {
   std::signal(SIGPIPE, SIG_IGN);
   // Likewise a file that has reached the limit of its size.
   std::signal(SIGXFSZ, SIG_IGN);
+  watcher_ = std::jthread([this](const std::stop_token& over) { watch(over); });
 }
 
 StopSignals::~StopSignals() {
-  const sigset_t set = stop_set();
-  pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
+  watcher_.request_stop();
+  pthread_kill(watcher_.native_handle(), SIGTERM);
 }
 
-bool StopSignals::wait_for(std::chrono::milliseconds time) {
-  const sigset_t set = stop_set();
-  const timespec limit{time.count() / 1000, static_cast<long>(time.count() % 1000) * 1'000'000};
-  return sigtimedwait(&set, nullptr, &limit) > 0;
+bool StopSignals::wait_for(std::chrono::milliseconds time) const {
+  std::mutex mutex;
+  std::condition_variable_any wake;
+  std::unique_lock lock(mutex);
+  wake.wait_for(lock, asked_.get_token(), time, [] { return false; });
+  return asked_.stop_requested();
+}
+
+void StopSignals::watch(const std::stop_token& over) {
+  name_this_thread("signals");
+  std::optional<Clock::time_point> asked;
+  // Whether the signal that came now asks for more than the last one did.
+  const auto is_new_ask = [&asked] {
+    const auto now = Clock::now();
+    if (asked && now - *asked < kSameAsk) return false;
+    asked = now;
+    return true;
+  };
+  const auto wait_for_ask = [&] {
+    while (!over.stop_requested())
+      if (comes({}) && !over.stop_requested() && is_new_ask()) return true;
+    return false;
+  };
+  if (!wait_for_ask()) return;
+  asked_.request_stop();
+  if (!wait_for_ask()) return;
+  at_once_.request_stop();
+  const auto begin = Clock::now();
+  while (!over.stop_requested()) {
+    if (comes(kLook) && is_new_ask()) break;
+    const auto passed = Clock::now() - begin;
+    if (passed > kForItsDuty || (passed > kToEndByItself && has_done_its_duty())) break;
+  }
+  if (!over.stop_requested()) leave();
+}
+
+bool StopSignals::has_done_its_duty() {
+  std::lock_guard lock(mutex_);
+  return duty_ == nullptr || duty_->is_done_();
+}
+
+void StopSignals::leave() {
+  // Whoever holds the terminal or the log may hold it for ever: then the alarm ends the program.
+  alarm(2);
+  std::lock_guard lock(mutex_);
+  log_warning(duty_ != nullptr ? duty_->last_words_() : "ended at once: what was being written is not whole");
+  _exit(kStopped);
+}
+
+StopSignals::Duty::Duty(StopSignals& signals, std::function<bool()> is_done, std::function<std::string()> last_words)
+    : signals_(signals), is_done_(std::move(is_done)), last_words_(std::move(last_words)) {
+  std::lock_guard lock(signals_.mutex_);
+  signals_.duty_ = this;
+}
+
+StopSignals::Duty::~Duty() {
+  std::lock_guard lock(signals_.mutex_);
+  signals_.duty_ = nullptr;
 }
 
 }  // namespace hueline::apps

@@ -145,12 +145,6 @@ Status write_truth(const Options& options, const sim::Drive& drive, const sim::S
 
 int simulate(const Options& options) {
   StopSignals signals;
-  // The work has the main thread; signals are waited for beside it.
-  std::stop_source stop;
-  const std::jthread watch([&](std::stop_token done) {
-    while (!done.stop_requested())
-      if (signals.wait_for(std::chrono::milliseconds(200))) stop.request_stop();
-  });
   const sim::Scenario scenario = config::load_scenario(options.scenario);
   std::optional<sim::Scenario> beside;
   if (!options.beside.empty()) {
@@ -168,7 +162,7 @@ int simulate(const Options& options) {
   }
   ProgressBar bar;
   sim::GenerateOptions generation;
-  generation.stop = stop.get_token();
+  generation.stop = signals.asked();
   const auto made = [&](const sim::Scenario& one) {
     auto drive = sim::generate(one, options.out, [&](const std::string& stage, double share) { bar.show(stage, share); }, generation);
     bar.end();
@@ -181,7 +175,7 @@ int simulate(const Options& options) {
     return drive;
   };
   const auto status_of = [](const Error& error) {
-    return error.code == ErrorCode::Invalid ? kWrongUse : error.code == ErrorCode::Stopped ? kFailed : kOutputRefused;
+    return error.code == ErrorCode::Invalid ? kWrongUse : error.code == ErrorCode::Stopped ? kStopped : kOutputRefused;
   };
   const auto drive = made(scenario);
   if (!drive.ok()) return status_of(drive.error());
@@ -194,7 +188,7 @@ int simulate(const Options& options) {
     log_error(written.error().message);
     return status_of(written.error());
   }
-  return options.play ? play(options, *drive, second ? &**second : nullptr, scenario, stop.get_token(), bar) : kDone;
+  return options.play ? play(options, *drive, second ? &**second : nullptr, scenario, signals.asked(), bar) : kDone;
 }
 
 }  // namespace

@@ -139,6 +139,7 @@ std::uint64_t Summary::lost(FaultKind kind) const {
 nlohmann::ordered_json Summary::json() const {
   nlohmann::ordered_json out;
   out["journal"] = {{"packets", packets_}, {"bytes", bytes_}, {"sequence_gaps", gaps_}};
+  if (!ends_early_.empty()) out["ends_early"] = ends_early_;
   if (solutions_)
     out["drive"] = {{"begin", iso_utc(first_)},
                     {"end", iso_utc(last_)},
@@ -199,6 +200,7 @@ nlohmann::ordered_json Summary::json() const {
 
 std::string Summary::text() const {
   std::string out;
+  if (!ends_early_.empty()) out += fmt::format("ends early {}\n", ends_early_);
   if (solutions_)
     out += fmt::format("drive      {} to {} ({:.1f} s, {:.0f} m), {} of {} POS solutions good\n", iso_utc(first_), iso_utc(last_),
                        to_seconds(last_ - first_), path_m_, good_solutions_, solutions_);

@@ -22,6 +22,8 @@ class Summary : public ProductSink {
   void on_packet(const Packet& packet);  ///< every packet of the journal, shed ones too
   void on_decoded(SensorId sensor, const DecodeCounts& counts);
   void on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses);
+  /// The products end before the record does; a replay makes them whole. `why`: a sentence.
+  void on_early_end(const std::string& why) { ends_early_ = why; }
   void on_unfused(const std::string& reason, std::uint64_t points);  ///< points that could not become part of the cloud
 
   void on_origin(const Geodetic&) override {}
@@ -68,6 +70,7 @@ class Summary : public ProductSink {
   std::uint64_t points_ = 0, packets_ = 0, bytes_ = 0, gaps_ = 0, next_sequence_ = 0;
   std::array<std::uint64_t, kColourStates> by_state_{};
   std::map<std::string, std::uint64_t> unfused_;
+  std::string ends_early_;  // empty: they do not
   std::array<std::uint64_t, 3> exposures_by_timing_{};
   std::uint64_t exposures_ = 0, incomplete_images_ = 0;
   SigmaStatistics exposure_sigma_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -44,16 +45,21 @@ class BoundedQueue {
 
   /// Waits for an item. Empty once closed and drained, or when stopped.
   std::optional<T> pop(std::stop_token stop = {}) {
-    std::optional<T> item;
-    {
-      std::unique_lock lock(mutex_);
-      if (!filled_.wait(lock, stop, [&] { return closed_ || !items_.empty(); }) || items_.empty()) return item;
-      item.emplace(std::move(items_.front().first));
-      weight_ -= items_.front().second;
-      items_.pop_front();
-    }
-    emptied_.notify_all();
-    return item;
+    std::unique_lock lock(mutex_);
+    filled_.wait(lock, stop, [&] { return closed_ || !items_.empty(); });
+    return take(std::move(lock));
+  }
+  /// Waits for an item, at most so long. Empty likewise, or when none came.
+  template <class Rep, class Period>
+  std::optional<T> pop_within(std::chrono::duration<Rep, Period> time) {
+    std::unique_lock lock(mutex_);
+    filled_.wait_for(lock, time, [&] { return closed_ || !items_.empty(); });
+    return take(std::move(lock));
+  }
+  /// Nothing is inside and nothing will come.
+  bool is_drained() const {
+    std::lock_guard lock(mutex_);
+    return closed_ && items_.empty();
   }
 
   /// Waits until at most `share` of each limit is taken: for a producer that can wait, beside others that cannot. False if closed
@@ -92,6 +98,16 @@ class BoundedQueue {
  private:
   bool has_room(std::size_t weight) const {
     return items_.empty() || (items_.size() < limits_.items && weight_ + weight <= limits_.weight);
+  }
+  std::optional<T> take(std::unique_lock<std::mutex> lock) {
+    std::optional<T> item;
+    if (items_.empty()) return item;
+    item.emplace(std::move(items_.front().first));
+    weight_ -= items_.front().second;
+    items_.pop_front();
+    lock.unlock();
+    emptied_.notify_all();
+    return item;
   }
   void put(T item, std::size_t weight) {
     items_.emplace_back(std::move(item), weight);

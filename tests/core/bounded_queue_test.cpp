@@ -88,5 +88,17 @@ TEST(BoundedQueue, AProducerThatCanWaitWaitsForAShareToBeFree) {
   EXPECT_FALSE(queue.wait_until_below(0.5, stop.get_token()));
 }
 
+TEST(BoundedQueue, AConsumerWaitsNoLongerThanItSays) {
+  BoundedQueue<int> queue({4});
+  EXPECT_EQ(queue.pop_within(std::chrono::milliseconds(1)), std::nullopt);
+  EXPECT_FALSE(queue.is_drained()) << "something may still come";
+  EXPECT_TRUE(queue.try_push(7));
+  queue.close();
+  EXPECT_FALSE(queue.is_drained());
+  EXPECT_EQ(queue.pop_within(std::chrono::hours(1)), 7);
+  EXPECT_TRUE(queue.is_drained());
+  EXPECT_EQ(queue.pop_within(std::chrono::hours(1)), std::nullopt) << "nothing will come: no wait";
+}
+
 }  // namespace
 }  // namespace hueline

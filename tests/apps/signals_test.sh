@@ -1,0 +1,103 @@
+#!/usr/bin/env bash
+# SIGINT, SIGTERM and SIGHUP, once and twice, at random moments of a capture's start, drive and end, with devices that answer and devices
+# that do not: the capture ends as docs/operating.md says, its recording is whole, and a replay gives what the live run gave.
+# usage: signals_test.sh HUELINE SOURCE_DIR [ROUNDS [SEED]]
+set -euo pipefail
+# A network of its own, where that is allowed: other tests use the same ports.
+if [ -z "${OWN_NETWORK-}" ] && unshare -rn ip link set lo up 2>/dev/null; then OWN_NETWORK=1 exec unshare -rn "$0" "$@"; fi
+[ -z "${OWN_NETWORK-}" ] || ip link set lo up
+hueline=$1 source=$2 rounds=${3:-8}
+seed=${4:-1}
+work=$(mktemp -d)
+devices= capture=
+end() { for one in $devices $capture; do kill -CONT "$one" 2>/dev/null || true; kill -KILL "$one" 2>/dev/null || true; done; rm -rf "$work"; }
+trap end EXIT
+cd "$work"
+fail() { echo "FAILED in round $round (seed $seed): $*"; tail -n 5 capture.txt devices.txt inspected.txt replayed.txt 2>/dev/null; exit 1; }
+round=0
+scenario=$source/tests/scenarios/short.yaml
+ports="--pps-socket $work/pps.sock --data-port 42370 --position-port 48310 --pos-port 43003 --can-port 40002 --address 127.0.0.2"
+$hueline simulate "$scenario" --out sim --write-rig rig.yaml $ports >devices.txt
+# from .. to milliseconds, in seconds
+between() { local ms=$(($1 + (RANDOM * 32768 + RANDOM) % ($2 - $1))); printf '%d.%03d' $((ms / 1000)) $((ms % 1000)); }
+one_of() { local all=($@); echo "${all[RANDOM % ${#all[@]}]}"; }
+little() { od -An -tu"$3" -j"$2" -N"$3" "$1" | tr -d ' '; }
+# The points of a cloud that ends early are the first of the whole one's.
+is_prefix() {
+  [ -s "$1" ] || return 0
+  local at count size; at=$(little "$1" 96 4); size=$(little "$1" 105 2); count=$(little "$1" 247 8)
+  [ "$count" -gt 0 ] || return 0
+  [ "$(little "$2" 247 8)" -ge "$count" ] && cmp -n $((count * size)) "$1" "$2" "$at" "$at"
+}
+
+# A window that is closed: SIGHUP, and a terminal that answers every call with EIO. Under nohup it ends nothing.
+script -qec "$hueline capture rig.yaml --out window" /dev/null </dev/null >/dev/null 2>&1 & terminal=$!
+nohup "$hueline" capture rig.yaml --out deaf --seconds 3 >deaf.txt 2>&1 & deaf=$!
+for i in $(seq 100); do if [ -s window/drive.mcap ] && [ -s deaf/drive.mcap ]; then break; fi; sleep 0.1; done
+sleep 0.5
+kill -KILL $terminal; kill -HUP $deaf
+wait $terminal 2>/dev/null || true
+for i in $(seq 300); do if [ -s window/summary.json ]; then break; fi; sleep 0.1; done
+$hueline inspect window/drive.mcap >inspected.txt 2>&1 || fail "a closed terminal cuts the recording"
+[ -s window/summary.json ] || fail "a closed terminal leaves no summary"
+got=0; wait $deaf || got=$?
+[ $got = 5 ] || fail "SIGHUP under nohup gave $got"
+grep -q "stop asked for" deaf.txt && fail "nohup does not keep SIGHUP away"
+
+longest=0 whole=0 cut=0 unborn=0
+for round in $(seq "$rounds"); do
+  RANDOM=$((seed * 1000 + round))
+  rm -rf drive again
+  first=$(one_of INT TERM HUP) second=$(one_of INT TERM HUP none none)
+  case $((RANDOM % 4)) in
+    0) moment=$(between 0 200) ;;     # it starts
+    1 | 2) moment=$(between 200 2500) ;;
+    3) moment=$(between 2500 9000) ;; # it colours, or the drive is over
+  esac
+  are_silent=$(one_of yes no no)
+  gap=$(one_of "$(between 0 400)" "$(between 510 700)" "$(between 510 1500)")
+  $hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 & devices=$!
+  # A shell without a terminal starts what is in its background deaf to SIGINT.
+  env --default-signal=INT "$hueline" capture rig.yaml --out drive >capture.txt 2>&1 & capture=$!
+  sleep "$moment"
+  if [ $are_silent = yes ]; then kill -STOP $devices 2>/dev/null || true; sleep 0.1; fi
+  kill -$first $capture
+  asked=$(date +%s%N)
+  if [ $second != none ]; then
+    sleep "$gap"
+    if kill -$second $capture 2>/dev/null; then asked=$(date +%s%N); fi
+  fi
+  got=0; wait $capture 2>/dev/null || got=$?
+  took=$((($(date +%s%N) - asked) / 1000000))
+  kill -CONT $devices 2>/dev/null || true; kill -KILL $devices 2>/dev/null || true; wait $devices 2>/dev/null || true
+  devices= capture=
+  what="$first $second at $moment s, $gap s, devices silent: $are_silent: status $got after $took ms"
+  if [ ! -e drive/drive.mcap ]; then
+    # Killed, as any program is, before it had begun anything.
+    case $got in 129 | 130 | 143) ;; *) fail "$what, and no recording" ;; esac
+    unborn=$((unborn + 1))
+    continue
+  fi
+  case $got in
+    0 | 5) ;;
+    7) [ $second != none ] || fail "$what: cut short without a second signal"
+       [ "$took" -le $longest ] || longest=$took
+       grep -q "ended at once" capture.txt || fail "$what: not told" ;;
+    *) fail "$what" ;;
+  esac
+  # A disk that takes seconds for its last sync is told; what it has is still read.
+  if ! $hueline inspect drive/drive.mcap >inspected.txt 2>&1; then grep -q "the disk did not take the end" capture.txt || fail "$what: the recording is not whole"; fi
+  replayed=0; $hueline replay drive/drive.mcap --out again >replayed.txt 2>&1 || replayed=$?
+  case $replayed in 0 | 3 | 5) ;; *) fail "$what: its replay gave $replayed" ;; esac
+  is_prefix drive/cloud.las again/cloud.las || fail "$what: the cloud is not the replay's"
+  if [ $got != 7 ]; then
+    [ $got = $replayed ] || fail "$what: its replay gave $replayed"
+    for product in cloud.las view.mcap summary.json; do cmp drive/$product again/$product || fail "$what: $product is not the replay's"; done
+    whole=$((whole + 1))
+  else
+    [ ! -s drive/summary.json ] || grep -q '"ends_early"' drive/summary.json || fail "$what: the summary does not say that it ends early"
+    cut=$((cut + 1))
+  fi
+  [ -z "${VERBOSE-}" ] || echo "$round: $what"
+done
+echo "$rounds rounds, seed $seed: $whole ended whole, $cut at once (the slowest $longest ms after it was asked), $unborn had not begun"
