@@ -81,7 +81,7 @@ Inspection inspect_file(const std::string& path) {
   if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
   if (ends_with(path, ".dbc")) return inspect_dbc(path);
   // A log of a CAN bus: ASC begins with its date, candump's lines with their time.
-  if (ends_with(path, ".asc") || begins("date "sv) || (begins("("sv) && head.find('#') != std::string::npos)) return inspect_can_log(path);
+  if (ends_with(path, ".asc") || begins("date "sv) || ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos)) return inspect_can_log(path);
   // NovAtel logs have no signature of their own but their sync bytes, and may begin in the middle of a message.
   if (head.find("\xAA\x44\x12"sv) != std::string::npos || head.find("\xAA\x44\x13"sv) != std::string::npos || ends_with(path, ".gps"))
     return inspect_novatel(path);

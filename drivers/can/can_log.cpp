@@ -5,6 +5,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <span>
 #include <vector>
 
 namespace hueline::drivers {
@@ -55,23 +56,53 @@ bool take_id(std::string_view word, int base, CanFrame& frame) {
   return whole(word, frame.id, base) && frame.id <= (frame.is_extended ? 0x1FFFFFFFU : 0x7FFU);
 }
 
+/// Error frames have the kernel's flag in an id of eight digits.
+bool take_candump_id(std::string_view word, CanFrame& frame) {
+  std::uint32_t id = 0;
+  if ((word.size() != 3 && word.size() != 8) || !whole(word, id, 16) || (word.size() == 3 && id > 0x7FF)) return false;
+  frame.is_error = word.size() == 8 && (id & 0x20000000) != 0;
+  frame.is_extended = word.size() == 8 && !frame.is_error;
+  frame.id = id & 0x1FFFFFFF;
+  return true;
+}
+
+/// (1436509052.249713)  vcan0  RX - -  044   [5]  2A 36 6C 2B BA: for people, [05] is FD. The three columns are those of -x.
+Entry take_candump_columns(std::string_view line, std::span<const std::string_view> words, CanLogEntry out) {
+  std::size_t at = 0;
+  if (words.size() > 3 && (words[0] == "RX" || words[0] == "TX")) {
+    out.frame.is_local = words[0] == "TX";
+    at = 3;
+  }
+  CanFrame& frame = out.frame;
+  if (words.size() < at + 2 || !take_candump_id(words[at], frame)) return bad(line, "no id");
+  std::string_view length = words[at + 1];
+  unsigned count = 0;
+  if (!length.starts_with('[') || !length.ends_with(']') || !whole(length.substr(1, length.size() - 2), count))
+    return bad(line, "no [length]");
+  frame.is_fd = length.size() == 4;
+  const auto data = words.subspan(at + 2);
+  if (!data.empty() && data[0] == "remote") {
+    frame.is_remote = true;
+    return Entry(out);
+  }
+  if (count > (frame.is_fd ? kCanDataMost : 8) || data.size() < count) return bad(line, "a frame without its data");
+  for (unsigned i = 0; i < count; ++i)
+    if (data[i].size() != 2 || !whole(data[i], frame.data[i], 16)) return bad(line, "a byte that is none");
+  frame.length = static_cast<std::uint8_t>(count);
+  return Entry(out);
+}
+
 /// (1436509052.249713) vcan0 044#2A366C2BBA, 044##1AABB (FD), 044#R
 Entry take_candump(std::string_view line) {
   const auto words = words_of(line);
   CanLogEntry out;
   if (words.size() < 3 || !words[0].ends_with(')') || !seconds(words[0].substr(1, words[0].size() - 2), out.time))
     return bad(line, "no time and frame");
+  if (words[2].find('#') == std::string_view::npos) return take_candump_columns(line, std::span(words).subspan(2), out);
   const std::string_view text = words[2];
   const std::size_t hash = text.find('#');
-  if (hash == std::string_view::npos || (hash != 3 && hash != 8)) return bad(line, "no id");
-  std::uint32_t id = 0;
-  if (!whole(text.substr(0, hash), id, 16)) return bad(line, "no id");
   CanFrame& frame = out.frame;
-  // Error frames are written with the kernel's flag in an id of eight digits.
-  frame.is_error = hash == 8 && (id & 0x20000000) != 0;
-  frame.is_extended = hash == 8 && !frame.is_error;
-  frame.id = id & 0x1FFFFFFF;
-  if (hash == 3 && id > 0x7FF) return bad(line, "an id of more than 11 bits");
+  if (!take_candump_id(text.substr(0, hash), frame)) return bad(line, "no id");
   std::string_view data = text.substr(hash + 1);
   if (data.starts_with('R')) {
     frame.is_remote = true;
@@ -149,8 +180,12 @@ Entry CanLogParser::take_asc(std::string_view line) {
     return Entry(out);
   }
   unsigned length = 0;
-  if (words[4] != "d" || words.size() < 6 || !whole(words[5], length, 16) || length > 8 || words.size() < 6 + length)
-    return bad(line, "a frame without its data");
+  if (words[4] != "d" || words.size() < 6 || !whole(words[5], length, 16)) return bad(line, "a frame without its data");
+  // The code of a classic frame's length may be 9 .. 15, which means 8 bytes. Some programs write FD frames in this form.
+  frame.is_fd = length > 8 && length <= kCanDataMost && words.size() >= 6 + length && words[6 + 8].size() <= 3 &&
+                words[6 + 8].find_first_not_of("0123456789ABCDEFabcdef") == std::string_view::npos;
+  if (!frame.is_fd && length > 8 && length <= 15) length = 8;
+  if (length > (frame.is_fd ? kCanDataMost : 8) || words.size() < 6 + length) return bad(line, "a frame without its data");
   for (unsigned i = 0; i < length; ++i)
     if (!whole(words[6 + i], frame.data[i], base)) return bad(line, "a byte that is none");
   frame.length = static_cast<std::uint8_t>(length);

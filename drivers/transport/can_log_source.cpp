@@ -6,9 +6,31 @@
 #include <utility>
 
 namespace hueline::drivers {
+namespace {
+
+/// An FD frame of 64 bytes takes some 300 characters. A file that has no lines is no log, whatever its size.
+constexpr std::size_t kLongestLine = 4096;
+
+enum class Line : std::uint8_t { Read, TooLong, None };
+
+/// The next line, without its end; of one that is too long only the beginning, the rest is passed over.
+Line read_line(std::istream& in, std::string& line) {
+  line.clear();
+  bool is_whole = true;
+  for (int c = in.get(); c != std::istream::traits_type::eof(); c = in.get()) {
+    if (c == '\n') return is_whole ? Line::Read : Line::TooLong;
+    if (line.size() < kLongestLine)
+      line += static_cast<char>(c);
+    else
+      is_whole = false;
+  }
+  return line.empty() ? Line::None : is_whole ? Line::Read : Line::TooLong;
+}
+
+}  // namespace
 
 std::string CanLogSource::Config::validate() const {
-  if (path.empty()) return "path must name a log of a CAN bus (.asc, or what candump -L writes)";
+  if (path.empty()) return "path must name a log of a CAN bus (.asc, or what candump -L or candump -t a writes)";
   if (channel < 0 || channel > 255) return "channel must be within 0 .. 255";
   return {};
 }
@@ -34,10 +56,12 @@ Result<Packet> CanLogSource::next(std::stop_token stop) {
   Packet packet;
   packet.sensor = sensor_;
   std::string line;
-  while (std::getline(*file_, line)) {
+  for (Line kind = read_line(*file_, line); kind != Line::None; kind = read_line(*file_, line)) {
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stop was asked for"};
     ++line_;
-    const Result<std::optional<CanLogEntry>> entry = parser_.take(line);
+    const Result<std::optional<CanLogEntry>> entry =
+        kind == Line::TooLong ? Error{ErrorCode::Malformed, fmt::format("a line of more than {} characters", kLongestLine)}
+                              : parser_.take(line);
     if (!entry.ok()) {
       if (malformed_++ == 0) first_malformed_ = fmt::format("line {}: {}", line_, entry.error().message);
       continue;

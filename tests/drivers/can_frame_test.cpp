@@ -178,14 +178,54 @@ TEST(CanLog, OtherBasesFdAndCandump) {
     EXPECT_FALSE(fd.take(broken).ok()) << broken;
 }
 
+/// A length code of 9 .. 15 in a classic frame is 8 bytes; FD frames may stand in the classic form.
+TEST(CanLog, LengthCodesBeyondEight) {
+  CanLogParser asc;
+  auto entry = asc.take("  13.258671 1  3FF             Tx   d D 55 AA 01 02 03 04 05 06  Length = 232016 BitCount = 119 ID = 1023");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->frame.length, 8);
+  EXPECT_FALSE((*entry)->frame.is_fd);
+  EXPECT_EQ((*entry)->frame.data[7], 6);
+  std::string fd = " 0.000000 1  123x            Rx   d 40";
+  for (int i = 0; i < 64; ++i) fd += " 2" + std::to_string(i % 10);
+  entry = asc.take(fd);
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->frame.length, 64);
+  EXPECT_TRUE((*entry)->frame.is_fd);
+  EXPECT_FALSE(asc.take(" 0.000000 1  123  Rx   d 40 00 01 02 03 04 05 06 07").ok());
+  EXPECT_FALSE(asc.take(" 0.000000 1  123  Rx   d D 00 01 02").ok());
+}
+
+/// What `candump -t a` writes for people, with and without the columns of -x.
+TEST(CanLog, CandumpForPeople) {
+  CanLogParser log;
+  auto entry = log.take(" (1436509052.249713)  can0  123   [8]  11 22 33 44 55 66 77 88");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->time, nanoseconds(1'436'509'052'249'713'000));
+  EXPECT_EQ((*entry)->frame.id, 0x123u);
+  EXPECT_EQ((*entry)->frame.length, 8);
+  EXPECT_EQ((*entry)->frame.data[7], 0x88);
+  entry = log.take(" (1.5)  can0  TX B -  18FEF100  [12]  11 22 33 44 55 66 77 88 99 AA BB CC");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_TRUE((*entry)->frame.is_extended && (*entry)->frame.is_fd && (*entry)->frame.is_local);
+  EXPECT_EQ((*entry)->frame.length, 12);
+  EXPECT_TRUE((*log.take(" (1.5)  can0  321   [4]  remote request"))->frame.is_remote);
+  EXPECT_TRUE((*log.take(" (1.5)  can0  20000004   [8]  00 04 00 00 00 00 00 00   ERRORFRAME"))->frame.is_error);
+  EXPECT_EQ((*log.take(" (1.5)  can0  321   [0]"))->frame.length, 0);
+  for (const char* broken : {" (1.5)  can0  321", " (1.5)  can0  321   [8]  00", " (1.5)  can0  321   [9]  00 00 00 00 00 00 00 00 00",
+                             " (1.5)  can0  32   [1]  00", " (1.5)  can0  321   [1  00", " (1.5)  can0  321   [1]  0"})
+    EXPECT_FALSE(log.take(broken).ok()) << broken;
+}
+
 TEST(CanLog, BrokenLinesAreCountedAtTheEnd) {
   const auto path = std::filesystem::temp_directory_path() / ("hueline_can_log_" + std::to_string(::getpid()));
-  std::ofstream(path) << "(1.0) can0 321#AA\n(2.0) can0 321#A\n(3.0) can0 32#AA\n(4.0) can0 321#BB\n";
+  std::ofstream(path) << "(1.0) can0 321#AA\n(2.0) can0 321#A\n(3.0) can0 32#AA\n(4.0) can0 321#BB\n(5.0) can0 321#CC "
+                      << std::string(100'000, 'x') << "\n(6.0) can0 321#DD";
   std::vector<Fault> faults;
-  EXPECT_EQ(test::read_can_log(path.string(), faults).size(), 2u);
+  EXPECT_EQ(test::read_can_log(path.string(), faults).size(), 3u);
   std::filesystem::remove(path);
   ASSERT_EQ(faults.size(), 1u);
-  EXPECT_EQ(faults[0].count, 2u);
+  EXPECT_EQ(faults[0].count, 3u) << "also the line that is no line";
   EXPECT_NE(faults[0].detail.find("line 2"), std::string::npos) << faults[0].detail;
   CanLogSource missing(1, {"/no/such/file.asc", 0});
   EXPECT_FALSE(missing.open().ok());
