@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 
 #include "apps/calibrate.hpp"
 #include "apps/exit_code.hpp"
@@ -15,6 +16,8 @@ namespace hueline::apps {
 namespace {
 
 using namespace calibration;
+
+constexpr double kUsualSigma_px = 1.0;  // of a coordinate; more is no lens's doing
 
 struct Options {
   std::vector<std::string> images;
@@ -74,9 +77,7 @@ void print(const LensCalibration& found, const LensReportContext& context) {
   const auto values = adjusted.lens.parameters();
   for (int i = 0; i < parameter_count(adjusted.lens.model); ++i)
     out += fmt::format("  {:16}{:14.6f} +- {:.6f}\n", names[static_cast<std::size_t>(i)], values[static_cast<std::size_t>(i)], std::sqrt(adjusted.covariance(i, i)));
-  for (const ModelTrial& trial : found.trials)
-    out += trial.failure.empty() ? fmt::format("  {:16}rms {:.4f} px, of views held back {:.4f} px\n", name(trial.model), trial.rms_px, trial.predicted_rms_px)
-                                 : fmt::format("  {:16}{}\n", name(trial.model), trial.failure);
+  for (const ModelTrial& trial : found.trials) out += fmt::format("  {:16}{}\n", name(trial.model), trial.words());
   out += context.reference + "\n";
   for (const auto& text : context.unseen) out += "left out: " + text + "\n";
   for (const auto& view : found.rejected_views) out += fmt::format("left out: {}: {}\n", view.view, view.why);
@@ -90,25 +91,30 @@ int run(const Options& options) {
   const auto images = images_of(options.images);
   LensReportContext context;
   context.date = options.date.empty() ? today() : options.date;
-  std::vector<BoardView> views;
-  std::uint32_t width = 0, height = 0;
+  // A lens has one size of image: the one in which the board is seen most often (not the first image's, which may be a picture of the setup).
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<BoardView>> by_size;
   for (const auto& path : images) {
     const auto image = read_grey_image(path.string());
     if (!image.ok()) {
       context.unseen.push_back(image.error().message);
       continue;
     }
-    const auto w = static_cast<std::uint32_t>(image->width), h = static_cast<std::uint32_t>(image->height);
-    if (width == 0) width = w, height = h;
-    if (w != width || h != height) {
-      context.unseen.push_back(fmt::format("{}: {} x {} px, the first image has {} x {}", path.string(), w, h, width, height));
-      continue;
-    }
     auto corners = find_board(*image, board);
     if (corners.ok())
-      views.push_back({path.filename().string(), std::move(*corners)});
+      by_size[{static_cast<std::uint32_t>(image->width), static_cast<std::uint32_t>(image->height)}].push_back({path.filename().string(), std::move(*corners)});
     else
       context.unseen.push_back(path.filename().string() + ": " + corners.error().message);
+  }
+  const auto most = std::ranges::max_element(by_size, {}, [](const auto& one) { return one.second.size(); });
+  const auto [width, height] = most == by_size.end() ? std::pair(0u, 0u) : most->first;
+  for (const auto& [size, seen] : by_size)
+    if (size != std::pair(width, height))
+      for (const BoardView& view : seen) context.unseen.push_back(fmt::format("{}: {} x {} px, most views have {} x {}", view.name, size.first, size.second, width, height));
+  const std::vector<BoardView> views = most == by_size.end() ? std::vector<BoardView>{} : most->second;
+  if (views.empty()) {
+    for (const auto& text : context.unseen) log_warning("left out: {}", text);
+    log_error("none of {} images shows the board: is --size right ({})?", images.size(), board.kind == BoardKind::Chessboard ? "inner corners, not squares" : "as the board's maker counts it");
+    return kInputUnreadable;
   }
   LensCalibrationConfig config;
   if (options.model != "auto") config.model = options.model == "brown" ? LensModel::Brown : LensModel::KannalaBrandt;
@@ -122,6 +128,9 @@ int run(const Options& options) {
   context.data = fmt::format("{} of {} images, {} {} of {} m", found->views.size(), images.size(), options.board, options.size, options.spacing_m);
   context.reference = reference_text(calibrate_with_opencv(*found, options.one_focal));
   print(*found, context);
+  if (found->adjusted.sigma_px > kUsualSigma_px)
+    log_warning("the corners lie {:.1f} px (one sigma) off the best lens, where good images leave 0.1 to 0.5: is --size that of the whole board, the board plane, are the images sharp?",
+                found->adjusted.sigma_px);
   if (options.out.empty()) return kDone;
   const std::filesystem::path out = options.out;
   std::error_code refused;

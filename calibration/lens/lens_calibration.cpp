@@ -121,6 +121,15 @@ bool reject(LensCalibration& calibration, const LensCalibrationConfig& config) {
   return any;
 }
 
+/// Names and takes out views that the lens found so far cannot pose: they would end the adjustment of all the others.
+void drop_unposable(LensCalibration& calibration) {
+  std::erase_if(calibration.views, [&](const BoardView& view) {
+    if (board_pose(calibration.board, view, calibration.adjusted.lens)) return false;
+    calibration.rejected_views.push_back({view.name, "the lens that fits the others cannot pose it"});
+    return true;
+  });
+}
+
 Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> views, std::uint32_t width, std::uint32_t height, LensModel model,
                                    const LensCalibrationConfig& config) {
   LensCalibration out;
@@ -131,6 +140,7 @@ Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> vi
   out.adjusted = std::move(*first);
   for (int round = 0; round < kRounds; ++round) {
     const bool any = reject(out, config);
+    drop_unposable(out);
     if (out.views.size() < 3) return Error{ErrorCode::Unavailable, "fewer than three views agree with each other"};
     if (round > 0 && !any) break;
     auto again = adjust_lens(board, out.views, out.adjusted.lens, {.one_focal = config.one_focal});
@@ -147,8 +157,29 @@ Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> vi
   return out;
 }
 
-/// Root mean square of what held-back views say of a lens that never saw them: each is posed by every other corner and judged by the rest.
-double predicted_rms(const LensCalibration& full, const LensCalibrationConfig& config) {
+/// Why a view that a lens was not fitted to speaks against it; empty: it was judged, and is part of `sum` and `count`.
+std::string judge_held(const Board& board, const BoardView& view, const LensValues& lens, double& sum, std::size_t& count) {
+  for (std::size_t half = 0; half < 2; ++half) {
+    BoardView posing{view.name, {}}, judging{view.name, {}};
+    for (std::size_t c = 0; c < view.corners.size(); ++c) (c % 2 == half ? posing : judging).corners.push_back(view.corners[c]);
+    const auto pose = resect_board(board, posing, lens);
+    if (!pose) return "the board cannot be posed";
+    const double angle = pose->rotation.norm();
+    const Eigen::AngleAxisd turn(angle, angle > 0 ? Eigen::Vector3d(pose->rotation / angle) : Eigen::Vector3d::UnitX());
+    for (const SeenCorner& corner : judging.corners) {
+      const auto pixel = lens.project(turn * board.corner(corner.index) + pose->translation_m);
+      if (!pixel) return fmt::format("corner {} has no pixel", corner.index);
+      sum += (*pixel - corner.pixel).squaredNorm();
+      ++count;
+    }
+  }
+  return {};
+}
+
+/// What held-back views say of a lens that never saw them: each is posed by every other corner and judged by the rest. Views with too few
+/// corners to be halved are not judged.
+void predict(const LensCalibration& full, const LensCalibrationConfig& config, ModelTrial& trial) {
+  constexpr std::size_t kFewestToHalve = 8;  // a homography needs four
   const int folds = std::min(config.folds, static_cast<int>(full.views.size()));
   double sum = 0;
   std::size_t count = 0;
@@ -156,30 +187,38 @@ double predicted_rms(const LensCalibration& full, const LensCalibrationConfig& c
     std::vector<BoardView> rest, held;
     for (std::size_t v = 0; v < full.views.size(); ++v)
       (static_cast<int>(v) % folds == fold ? held : rest).push_back(full.views[v]);
-    if (rest.size() < 3) return 0;
+    if (rest.size() < 3) return;  // too few to hold any back
     const auto adjusted = adjust_lens(full.board, rest, full.adjusted.lens, {.one_focal = config.one_focal});
-    if (!adjusted.ok()) return 0;
     for (const BoardView& view : held) {
-      for (std::size_t half = 0; half < 2; ++half) {
-        BoardView posing{view.name, {}}, judging{view.name, {}};
-        for (std::size_t c = 0; c < view.corners.size(); ++c) (c % 2 == half ? posing : judging).corners.push_back(view.corners[c]);
-        const auto pose = resect_board(full.board, posing, adjusted->lens);
-        if (!pose) return 0;
-        const double angle = pose->rotation.norm();
-        const Eigen::AngleAxisd turn(angle, angle > 0 ? Eigen::Vector3d(pose->rotation / angle) : Eigen::Vector3d::UnitX());
-        for (const SeenCorner& corner : judging.corners) {
-          const auto pixel = adjusted->lens.project(turn * full.board.corner(corner.index) + pose->translation_m);
-          if (!pixel) return 0;
-          sum += (*pixel - corner.pixel).squaredNorm();
-          ++count;
-        }
-      }
+      if (view.corners.size() < kFewestToHalve) continue;
+      const std::string why = adjusted.ok() ? judge_held(full.board, view, adjusted->lens, sum, count) : "the others alone give no lens: " + adjusted.error().message;
+      if (!why.empty()) trial.unpredicted.push_back({view.name, why});
     }
   }
-  return count ? std::sqrt(sum / static_cast<double>(count)) : 0;
+  if (trial.unpredicted.empty() && count > 0) trial.predicted_rms_px = std::sqrt(sum / static_cast<double>(count));
 }
 
 }  // namespace
+
+std::string ModelTrial::words() const {
+  if (!failure.empty()) return failure;
+  std::string out = fmt::format("rms {:.4f} px", rms_px);
+  if (predicted_rms_px) return out + fmt::format(", of views held back {:.4f} px", *predicted_rms_px);
+  if (unpredicted.empty()) return out + "; too few views to hold any back";
+  out += fmt::format(", fails on {} of the views held back", unpredicted.size());
+  constexpr std::size_t kNamed = 3;
+  std::vector<std::string> reasons;
+  for (const RejectedView& one : unpredicted)
+    if (std::ranges::find(reasons, one.why) == reasons.end()) reasons.push_back(one.why);
+  for (std::size_t r = 0; r < reasons.size(); ++r) {
+    std::string names;
+    std::size_t count = 0;
+    for (const RejectedView& one : unpredicted)
+      if (one.why == reasons[r] && ++count <= kNamed) names += (count > 1 ? ", " : "") + one.view;
+    out += fmt::format("{} {}{}: {}", r ? ";" : ":", names, count > kNamed ? fmt::format(" and {} more", count - kNamed) : "", reasons[r]);
+  }
+  return out;
+}
 
 std::string LensCalibrationConfig::validate() const {
   if (!(corner_limit_sigma >= 3)) return fmt::format("corner_limit_sigma is {}; allowed: 3 or more", corner_limit_sigma);
@@ -203,6 +242,7 @@ Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<Boa
   std::optional<LensCalibration> best;
   std::vector<ModelTrial> trials;
   double best_rms = 0;
+  bool best_is_predicted = false;
   for (const LensModel model : {LensModel::Brown, LensModel::KannalaBrandt}) {
     if (config.model && *config.model != model) continue;
     auto one = with_model(board, views, width, height, model, config);
@@ -212,12 +252,15 @@ Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<Boa
       trial.failure = one.error().message;
     } else {
       trial.rms_px = one->adjusted.rms_px;
-      trial.predicted_rms_px = predicted_rms(*one, config);
+      predict(*one, config, trial);
       // A model that throws views out must not win by that.
-      const double judged = (trial.predicted_rms_px > 0 ? trial.predicted_rms_px : trial.rms_px) *
-                            static_cast<double>(views.size()) / static_cast<double>(one->views.size());
-      if (!best || judged < best_rms) {
+      const double judged = trial.predicted_rms_px.value_or(trial.rms_px) * static_cast<double>(views.size()) / static_cast<double>(one->views.size());
+      const bool is_candidate = trial.unpredicted.empty() || config.model;
+      // What was measured on views held back outranks a fit, which is smaller by itself.
+      const bool outranks = !best || trial.predicted_rms_px.has_value() > best_is_predicted || (trial.predicted_rms_px.has_value() == best_is_predicted && judged < best_rms);
+      if (is_candidate && outranks) {
         best_rms = judged;
+        best_is_predicted = trial.predicted_rms_px.has_value();
         best = std::move(*one);
       }
     }
@@ -225,7 +268,8 @@ Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<Boa
   }
   if (!best) {
     std::string why;
-    for (const ModelTrial& t : trials) why += fmt::format("{}{}: {}", why.empty() ? "" : "; ", name(t.model), t.failure);
+    for (const ModelTrial& t : trials) why += fmt::format("{}{}: {}", why.empty() ? "" : "; ", name(t.model), t.words());
+    if (std::ranges::any_of(trials, [](const ModelTrial& t) { return !t.unpredicted.empty(); })) why += ". Leave those views out, or choose a --model";
     return Error{ErrorCode::Unavailable, why};
   }
   best->trials = std::move(trials);

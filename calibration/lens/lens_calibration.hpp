@@ -31,9 +31,15 @@ struct RejectedView {
 /// One model tried.
 struct ModelTrial {
   LensModel model = LensModel::Brown;
-  double rms_px = 0;         ///< of the fit
-  double predicted_rms_px = 0;  ///< of views held back, posed by every other corner and judged by the rest; 0: too few views
-  std::string failure;       ///< why it could not be fitted; empty: it could
+  double rms_px = 0;  ///< of the fit
+  /// Of views held back, posed by every other corner and judged by the rest. Empty: not measured, because the views are too few to hold any
+  /// back, or because of `unpredicted`.
+  std::optional<double> predicted_rms_px;
+  std::vector<RejectedView> unpredicted;  ///< held-back views that the lens fitted to the others cannot pose or project: it fails there
+  std::string failure;                    ///< why it could not be fitted; empty: it could
+
+  /// In words: what was measured, or why not. One line.
+  std::string words() const;
 };
 
 struct LensCalibration {
@@ -45,7 +51,8 @@ struct LensCalibration {
   std::vector<ModelTrial> trials;
 };
 
-/// `width`, `height`: of the images. Errors: Invalid (fewer than three views, board or settings), Unavailable (with the reason).
+/// `width`, `height`: of the images. A model that cannot pose views it was not fitted to is not chosen; asked for by name, it is fitted and its
+/// trial says so. Errors: Invalid (fewer than three views, board or settings), Unavailable (with the reason: no model fits, or none predicts).
 Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<BoardView>& views, std::uint32_t width, std::uint32_t height,
                                        const LensCalibrationConfig& config);
 

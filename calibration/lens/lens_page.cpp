@@ -135,8 +135,8 @@ std::string lens_html(const LensCalibration& calibration, const LensReportContex
                        std::sqrt(std::max(0.0, adjusted.covariance(i, i))));
   out += "</table><h2>Models</h2><table><tr><th></th><th>rms, px</th><th>rms of views held back, px</th></tr>";
   for (const ModelTrial& trial : calibration.trials)
-    out += trial.failure.empty() ? fmt::format("<tr><td>{}</td><td>{:.3f}</td><td>{:.3f}</td></tr>", name(trial.model), trial.rms_px, trial.predicted_rms_px)
-                                 : fmt::format("<tr><td>{}</td><td colspan=2>{}</td></tr>", name(trial.model), escaped(trial.failure));
+    out += trial.predicted_rms_px ? fmt::format("<tr><td>{}</td><td>{:.3f}</td><td>{:.3f}</td></tr>", name(trial.model), trial.rms_px, *trial.predicted_rms_px)
+                                  : fmt::format("<tr><td>{}</td><td colspan=2>{}</td></tr>", name(trial.model), escaped(trial.words()));
   out += "</table>";
   if (!context.reference.empty()) out += "<p>" + escaped(context.reference) + "</p>";
   return out + coverage(calibration) + residual_field(calibration) + views_table(calibration) + left_out(calibration, context) + "</html>\n";

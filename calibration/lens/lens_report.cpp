@@ -89,7 +89,8 @@ std::string lens_json(const LensCalibration& calibration, const LensReportContex
     Json one{{"model", name(trial.model)}};
     if (trial.failure.empty()) {
       one["rms_px"] = trial.rms_px;
-      one["predicted_rms_px"] = trial.predicted_rms_px;
+      if (trial.predicted_rms_px) one["predicted_rms_px"] = *trial.predicted_rms_px;
+      for (const auto& view : trial.unpredicted) one["unpredicted"].push_back({{"image", view.view}, {"why", view.why}});
     } else {
       one["failure"] = trial.failure;
     }

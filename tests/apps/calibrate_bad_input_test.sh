@@ -62,6 +62,11 @@ lens() { "$hueline" calibrate lens "$@" --spacing-m 0.04; }
 boards=in/boards/lens0
 ends 3 lens $boards/01.png $boards/02.png --size 14x10
 says "2 views with the board; 3 are needed"
+# A picture of one pixel comes first: the lens has the size of the views, not of the first image.
+echo iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNgAAAAAgABSK+kcQAAAABJRU5ErkJggg== | base64 -d >other.png
+ends 0 lens other.png $boards --size 14x10 --model kannala_brandt
+says "3 of 4 images"
+says "left out: other.png"
 ends 3 lens $boards --size 15x11
 says "01.png: the board of 15 x 11 is not seen whole"
 ends 3 lens one.csv --size 14x10

@@ -81,6 +81,44 @@ TEST(LensCalibration, ChoosesTheModelThatPredictsBetter) {
   }
 }
 
+/// Few noisy views of a fisheye: a plane lens bends far enough to fit them, and cannot pose a view that it has not seen.
+TEST(LensCalibration, AModelThatCannotPoseHeldBackViewsIsNotChosen) {
+  const auto lens = fisheye_lens();
+  test::SimulatedBoards what;
+  what.views = 5;
+  what.seed = 21;
+  what.nearest = 0.5;
+  what.noise_px = 1;
+  const auto views = simulate_boards(lens, what);
+  const auto found = calibrate_lens(what.board, views, lens.width, lens.height, {});
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  EXPECT_EQ(found->adjusted.lens.model, LensModel::KannalaBrandt);
+  ASSERT_EQ(found->trials.size(), 2u);
+  const ModelTrial &brown = found->trials[0], &fisheye = found->trials[1];
+  EXPECT_FALSE(brown.predicted_rms_px) << "what was not measured is no number";
+  ASSERT_EQ(brown.unpredicted.size(), 1u);
+  EXPECT_EQ(brown.unpredicted[0].view, "view 4");
+  EXPECT_THAT(brown.words(), testing::HasSubstr("fails on 1 of the views held back: view 4: the board cannot be posed"));
+  ASSERT_TRUE(fisheye.predicted_rms_px);
+  EXPECT_LT(brown.rms_px, *fisheye.predicted_rms_px) << "its fit looks better than what the other predicts: that is what the case is about";
+
+  // By name it is fitted, and its trial says what it is worth.
+  const auto asked = calibrate_lens(what.board, views, lens.width, lens.height, {.model = LensModel::Brown});
+  ASSERT_TRUE(asked.ok()) << asked.error().message;
+  EXPECT_EQ(asked->trials[0].unpredicted.size(), 1u);
+}
+
+TEST(LensCalibration, ThreeViewsAreTooFewToHoldAnyBack) {
+  const auto lens = plane_lens();
+  const auto found = calibrate_lens(test::SimulatedBoards{}.board, simulate_boards(lens, {.views = 3}), lens.width, lens.height, {});
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  for (const ModelTrial& trial : found->trials) {
+    if (!trial.failure.empty()) continue;
+    EXPECT_FALSE(trial.predicted_rms_px);
+    EXPECT_THAT(trial.words(), testing::HasSubstr("too few views to hold any back"));
+  }
+}
+
 /// The full proof, 200 runs, is lens_trials in calibration_bench.
 TEST(LensCalibration, MeetsTheTruthWithinItsOwnSigma) {
   for (const auto& lens : {plane_lens(), fisheye_lens()}) {
