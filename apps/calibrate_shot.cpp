@@ -30,6 +30,25 @@ LensValues lens_values(const fusion::CameraIntrinsics& lens) {
   return out;
 }
 
+namespace {
+
+constexpr double kMostAway_deg = 1.5;  // of a half from the whole
+
+/// Samples of every other sector of the scanner's azimuth: a part of the scene that stands for itself.
+AlignmentShot half_of(const AlignmentShot& shot, int which) {
+  constexpr double kSector_deg = 8;
+  auto part = std::make_shared<std::vector<LaserSample>>();
+  for (const LaserSample& sample : *shot.samples) {
+    const double azimuth_deg = std::atan2(sample.p_body.y(), sample.p_body.x()) * 180 / std::numbers::pi + 360;
+    if (static_cast<int>(azimuth_deg / kSector_deg) % 2 == which) part->push_back(sample);
+  }
+  AlignmentShot out = shot;
+  out.samples = std::move(part);
+  return out;
+}
+
+}  // namespace
+
 int calibrate_shot(const ShotFiles& files) {
   const ShotCalibration known = read_shot_calibration({files.lens}), start = read_shot_calibration({files.start});
   if (!known.intrinsics) throw config::ConfigError(files.lens + ": holds no lens (our lens:, cam_K, K or P2)");
@@ -78,6 +97,21 @@ int calibrate_shot(const ShotFiles& files) {
                          found->score, T.rotation.angularDistance(T_lens_scanner.rotation) * 180 / std::numbers::pi)
                  .c_str(),
              stdout);
+  // One shot has no stretches whose disagreement says how sure it is: two halves of the scene, each searched from the same start, take their place.
+  bool is_doubtful = false;
+  std::string halves;
+  for (const int half : {0, 1}) {
+    const auto part = align_head({lens}, {half_of(shot, half)}, {T_scanner_lens.rotation, T_scanner_lens.translation}, config);
+    const double away_deg = part.ok() ? part->T_body_head.rotation.angularDistance(found->T_body_head.rotation) * 180 / std::numbers::pi : 0;
+    is_doubtful |= !part.ok() || away_deg > kMostAway_deg;
+    halves += (half ? "; the other: " : "half of the scene alone: ") + (part.ok() ? fmt::format("{:.2f} deg away", away_deg) : part.error().message);
+  }
+  std::fputs((halves + "\n").c_str(), stdout);
+  if (is_doubtful) {
+    log_error("this image and cloud do not fix the pose: a half of the scene leads elsewhere (more than {} deg, or nowhere). Take a shot with posts and edges all over the image, or give --points or --recording",
+              kMostAway_deg);
+    return kNothingCame;
+  }
   if (files.out.empty()) return kDone;
   std::filesystem::create_directories(files.out);
   CalibrationRecord record;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "../support/test_data.hpp"
 #include "program.hpp"
 #include "storage/image_view.hpp"
 #include "storage/las_reader.hpp"
@@ -161,6 +162,16 @@ TEST_F(Shot, ATurnInExifIsNotMade) {
   // calibrate reads it the same way: of the lens's size (and finds that five points align nothing).
   const Ran aligned = run({"calibrate", "mount", "--image", dir / "turned.jpg", "--cloud", dir / "cloud.pcd", "--lens", dir / "lens.yaml", "--start", dir / "mounting.yaml"});
   EXPECT_EQ(aligned.said.find("--image-size"), std::string::npos) << aligned.said;
+}
+
+/// A real shot whose best place lies 3 deg beside its published pose: one half of the scene finds that place too, the other does not.
+TEST_F(Shot, APairThatDoesNotFixItsPoseGivesNone) {
+  HUELINE_REQUIRE_DATA("lidar_camera/second/0.pcd");
+  const auto folder = data_file.parent_path();
+  const Ran ran = run({"calibrate", "mount", "--image", folder / "0.jpg", "--cloud", data_file, "--lens", folder / "calib.txt", "--start", folder / "calib.txt", "--out", dir / "out"});
+  EXPECT_EQ(ran.status, 5) << ran.said;
+  EXPECT_NE(ran.said.find("do not fix the pose"), std::string::npos) << ran.said;
+  EXPECT_FALSE(std::filesystem::exists(dir / "out" / "T_lens_scanner.yaml"));
 }
 
 TEST_F(Shot, ColourReadsWhatOthersPublish) {
