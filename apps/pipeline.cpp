@@ -15,7 +15,6 @@ fusion::Colouring::Config with_threads(fusion::Colouring::Config config, int thr
 Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink)
     : sink_(sink),
       decoders_(rig.sensors.size() + 1),
-      clock_(rig.sync.clock.pps),
       synchroniser_(rig.sync),
       colouring_(with_threads(rig.colouring, threads), rig.geometry, [this](CloudBlock&& block) { sink_.on_cloud(block); }) {
   for (const auto& sensor : rig.sensors) decoders_[sensor.id] = make_decoder(sensor);
@@ -64,7 +63,7 @@ void Pipeline::take_measurements() {
 }
 
 void Pipeline::take_synchronised() {
-  for (const auto& change : synchronised_.state_changes) sink_.on_sync_state(change.time, clock_, change.to);
+  for (const auto& change : synchronised_.state_changes) sink_.on_sync_state(change.time, change.clock, change.to);
   for (const Fault& fault : synchronised_.faults) sink_.on_fault(fault);
   for (const InsSolution& solution : synchronised_.ins) {
     colouring_.add(solution);
@@ -117,6 +116,12 @@ void Pipeline::report(Summary& summary) const {
   for (int i = 1; i < fusion::kNoPoseReasons; ++i)
     summary.on_unfused(std::string("no pose: ") + fusion::name(static_cast<fusion::NoPose>(i)), counts.no_pose[static_cast<std::size_t>(i)]);
   summary.on_unfused("no clock to give them a time", synchroniser_.counts().returns_never_stamped);
+  for (const sync::SelfTimedLaser& own : synchroniser_.self_timed_lasers()) {
+    summary.on_unfused("no time: read from a file, and the scanner does not say that its PPS is locked", own.counts().never_locked);
+    summary.on_unfused("no time: read from a file, and the scanner lost its PPS", own.counts().lost_pulse);
+    summary.on_unfused("no time: read from a file, and no valid message of its receiver named the scanner's hour", own.counts().no_hour);
+    summary.on_unfused("no time: the scanner's counter leapt", own.counts().astray);
+  }
   summary.on_unfused("came too late", counts.late_returns);
   summary.on_unfused("without a range", counts.empty_returns);
   summary.on_unfused("of a scanner that the rig does not have", counts.unknown_laser_returns);

@@ -39,7 +39,6 @@ class Pipeline {
 
   ProductSink& sink_;
   std::vector<std::unique_ptr<Decoder>> decoders_;  // by SensorId; null for the system
-  const SensorId clock_;
   sync::Synchroniser synchroniser_;
   fusion::Colouring colouring_;
   std::vector<Measurement> measurements_;

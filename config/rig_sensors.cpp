@@ -215,11 +215,14 @@ void require_one_time(const Section& rig, const std::vector<Sensor>& sensors) {
                                       recorded->name, live->name));
 }
 
-/// A receiver's log does not tell when its bytes arrived: the clocks have to be learnt from the others.
+/// A receiver's log does not tell when its bytes arrived: the clocks have to be learnt from the others. Where all are files there is
+/// nothing to learn, and each device's own clock has to do.
 void untie_from_log(const std::vector<Sensor>& sensors, sync::Synchroniser::Config& sync) {
   std::vector<SensorId> others{kSystemSensor};  // nobody; an empty list would be everybody
   bool has_log = false;
+  sync.self_timed = true;
   for (const Sensor& sensor : sensors) {
+    sync.self_timed &= sensor.arrivals() != Arrivals::Live;
     has_log |= sensor.arrivals() == Arrivals::Unknown;
     if (sensor.arrivals() != Arrivals::Unknown) others.push_back(sensor.id);
   }

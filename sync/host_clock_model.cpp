@@ -158,18 +158,7 @@ void HostClockModel::add(const TimeLabel& label) {
     advance(label.received);
     return;
   }
-  if (label.utc_offset) {
-    const seconds table = utc_offset_from_table(label.second);
-    // The table cannot know a leap second of its future; a receiver with less than the table has not read the almanac
-    // yet.
-    if (*label.utc_offset == table || *label.utc_offset == table + seconds(1)) {
-      reported_utc_offset_ = label.utc_offset;
-    } else {
-      faults_.add(label.sensor, FaultKind::LabelConflict, "utc", label.received,
-                  fmt::format("sensor {} says GPS - UTC = {} s; {} s is used", label.sensor, label.utc_offset->count(),
-                              table.count()));
-    }
-  }
+  add_utc_offset(label);
   compare_with_arrivals(label.sensor, label.second, label.received);
   // One label alone changes nothing, but it is said at once.
   if (state_ == SyncState::Locked && has_fresh_pulse())
@@ -184,6 +173,18 @@ void HostClockModel::add(const TimeLabel& label) {
     label_.add(label.sensor, SecondLabel::Evidence::Label, label.second, label.received,
                filter_.pulse_ns_at(label.received));
   advance(label.received);
+}
+
+void HostClockModel::add_utc_offset(const TimeLabel& label) {
+  if (!label.utc_offset) return;
+  const seconds table = utc_offset_from_table(label.second);
+  // The table cannot know a leap second of its future; a receiver with less than the table has not read the almanac yet.
+  if (*label.utc_offset == table || *label.utc_offset == table + seconds(1)) {
+    reported_utc_offset_ = label.utc_offset;
+    return;
+  }
+  faults_.add(label.sensor, FaultKind::LabelConflict, "utc", label.received,
+              fmt::format("sensor {} says GPS - UTC = {} s; {} s is used", label.sensor, label.utc_offset->count(), table.count()));
 }
 
 void HostClockModel::add(const TimedArrival& arrival) {

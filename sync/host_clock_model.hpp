@@ -59,6 +59,8 @@ class HostClockModel {
 
   void add(const PpsEdge& edge);
   void add(const TimeLabel& label);
+  /// What `label` says of leap seconds alone; the other add() does this too.
+  void add_utc_offset(const TimeLabel& label);
   /// Any message that names the GPS time of something past and came at `received`.
   void add(const TimedArrival& arrival);
   /// Stream time passes; called with every packet's `received`. Never goes back.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sync/hour_label.hpp"
+
 namespace hueline::sync {
 namespace {
 
@@ -63,11 +65,7 @@ void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vect
   const auto arrival = host.stamp(batch.received);
   if (!arrival) return;  // the caller asks can_stamp() first
   ++counts_.batches;
-  const seconds utc_offset = host.utc_offset(arrival->time);
-  const std::int64_t utc_ns = count_ns(arrival->time - utc_offset), counter = count_ns(batch.time);
-  // The hour in which the counter is nearest to the arrival.
-  const std::int64_t hour = floor_div(utc_ns - counter + kHourNs / 2, kHourNs);
-  const GpsTime nominal = gps_time_ns(hour * kHourNs + counter) + utc_offset;
+  const GpsTime nominal = instant_of(batch.time, arrival->time, host.utc_offset(arrival->time));
   const std::int64_t unwrapped = unwrap(batch.time);
   line_.add(unwrapped, count_ns(arrival->time));
   Seen seen{std::move(batch), *arrival, nominal, unwrapped};

@@ -15,6 +15,8 @@ HostTime received_of(const PpsEdge& m) { return m.edge; }
 HostTime received_of(const InsUncertainty&) { return HostTime{}; }
 HostTime received_of(const Fault& m) { return m.time; }
 
+constexpr seconds kFarBehind{60};  // of files that are read in the order of their times
+
 bool listed(const std::vector<SensorId>& list, SensorId sensor) {
   return list.empty() || std::find(list.begin(), list.end(), sensor) != list.end();
 }
@@ -49,7 +51,21 @@ std::string Synchroniser::Config::validate() const {
 
 Synchroniser::Synchroniser(Config config)
     : config_(std::move(config)), clock_(config_.clock), exposures_(config_.cameras.size()) {
-  for (const auto& l : config_.lasers) lasers_.emplace_back(l);
+  for (const auto& l : config_.lasers) {
+    lasers_.emplace_back(l);
+    if (!config_.self_timed) continue;
+    SelfTimedLaser::Config own;
+    own.sensor = l.sensor;
+    own.disciplined_sigma = l.disciplined_sigma;
+    own.drift_ppm = l.drift_ppm;
+    own.holdover_limit = config_.clock.holdover_limit;
+    own.status_timeout = l.status_timeout;
+    own.agreeing = config_.clock.label.agreeing;
+    own.not_before = config_.clock.label.not_before;
+    own.hold = config_.hold;
+    self_timed_.emplace_back(own);
+    self_timed_states_.push_back(SyncState::Unlocked);
+  }
   for (const auto& c : config_.cameras) cameras_.emplace_back(c);
   for (const auto& w : config_.wheels) wheels_.emplace_back(w);
 }
@@ -69,7 +85,7 @@ void Synchroniser::process(Measurement measurement, SyncOutput& out) {
 void Synchroniser::advance(HostTime received, SyncOutput& out) { settle(received, out); }
 
 void Synchroniser::arrived(SensorId sensor, HostTime received, GpsTime time) {
-  if (listed(config_.arrival_sources, sensor)) clock_.add(TimedArrival{sensor, received, time});
+  if (!config_.self_timed && listed(config_.arrival_sources, sensor)) clock_.add(TimedArrival{sensor, received, time});
 }
 
 void Synchroniser::take(PpsEdge& m, SyncOutput&) {
@@ -78,7 +94,12 @@ void Synchroniser::take(PpsEdge& m, SyncOutput&) {
   else
     clock_.add(m);
 }
-void Synchroniser::take(TimeLabel& m, SyncOutput&) {
+void Synchroniser::take(TimeLabel& m, SyncOutput& out) {
+  if (config_.self_timed) {
+    clock_.add_utc_offset(m);  // a POS knows of leap seconds that the table cannot
+    if (SelfTimedLaser* own = self_timed(m.sensor)) own->add(m, clock_, out.laser);
+    return;
+  }
   if (listed(config_.label_sources, m.sensor)) clock_.add(m);
 }
 void Synchroniser::take(TimedArrival& m, SyncOutput&) { arrived(m.sensor, m.received, m.time); }
@@ -115,6 +136,7 @@ void Synchroniser::take(InsSolution& m, SyncOutput& out) {
                                 describe_offset(std::llround(to_seconds(-late)))));
       }
     }
+  newest_solution_ = newest_solution_ ? std::max(*newest_solution_, m.time) : m.time;
   counts_.ins_missing += solutions_.add(m, faults_);
   for (WheelOdometer& w : wheels_) w.add(m);
   out.ins.push_back(std::move(m));
@@ -123,14 +145,17 @@ void Synchroniser::take(InsSolution& m, SyncOutput& out) {
 void Synchroniser::take(EventMark& m, SyncOutput&) {
   if (config_.pos != kSystemSensor && m.sensor != config_.pos) return stranger(m.sensor, m.received, "event mark");
   if (m.is_valid) arrived(m.sensor, m.received, m.time);
+  if (config_.self_timed) return;  // a camera is no file, so nobody asks for it
   hold(std::move(m));
 }
-void Synchroniser::take(LaserStatus& m, SyncOutput&) {
+void Synchroniser::take(LaserStatus& m, SyncOutput& out) {
   if (!laser(m.sensor)) return stranger(m.sensor, m.received, "laser status");
+  if (SelfTimedLaser* own = self_timed(m.sensor)) return own->add(m, clock_, out.laser);
   hold(std::move(m));
 }
 void Synchroniser::take(LaserBatch& m, SyncOutput& out) {
   if (!laser(m.sensor)) return stranger(m.sensor, m.received, "laser batch");
+  if (SelfTimedLaser* own = self_timed(m.sensor)) return own->process(std::move(m), clock_, out.laser);
   if (held_.empty() && clock_.can_stamp())
     stamp(std::move(m), out);
   else
@@ -143,12 +168,22 @@ void Synchroniser::take(Image& m, SyncOutput&) {
 
 void Synchroniser::take(WheelSpeed& m, SyncOutput&) {
   if (!wheel(m.sensor)) return stranger(m.sensor, m.received, "wheel speed");
+  if (config_.self_timed) {
+    ++counts_.never_stamped;
+    return faults_.add(m.sensor, FaultKind::NoTime, "file", m.received,
+                       "read from a file: the bus has no time in common with the other files; recorded, without a time");
+  }
   hold(std::move(m));
 }
 
 LaserClock* Synchroniser::laser(SensorId sensor) {
   for (std::size_t i = 0; i < lasers_.size(); ++i)
     if (config_.lasers[i].sensor == sensor) return &lasers_[i];
+  return nullptr;
+}
+SelfTimedLaser* Synchroniser::self_timed(SensorId sensor) {
+  for (SelfTimedLaser& own : self_timed_)
+    if (own.sensor() == sensor) return &own;
   return nullptr;
 }
 ExposureMatcher* Synchroniser::camera(SensorId sensor, std::size_t* index) {
@@ -221,11 +256,12 @@ void Synchroniser::stamp(Held&& item, SyncOutput& out) {
 
 void Synchroniser::settle(HostTime received, SyncOutput& out) {
   newest_ = std::max(newest_, received);
+  if (config_.self_timed) return settle_self_timed(out);
   clock_.advance(newest_);
   const bool can_stamp = clock_.can_stamp();
   if (clock_.state() != known_state_) {
     const auto now = clock_.stamp(newest_);
-    out.state_changes.push_back({newest_, now ? std::optional(now->time) : std::nullopt, known_state_, clock_.state(),
+    out.state_changes.push_back({config_.clock.pps, newest_, now ? std::optional(now->time) : std::nullopt, known_state_, clock_.state(),
                                  now ? now->sigma : nanoseconds(0)});
     known_state_ = clock_.state();
   }
@@ -267,7 +303,34 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
   faults_.drain(out.faults);
 }
 
+/// The stream's time is that of the slowest of its devices: nothing of the others can still come from before it.
+void Synchroniser::settle_self_timed(SyncOutput& out) {
+  std::optional<GpsTime> slowest = newest_solution_;
+  bool is_waiting = false;
+  for (std::size_t i = 0; i < self_timed_.size(); ++i) {
+    SelfTimedLaser& own = self_timed_[i];
+    own.advance(newest_, clock_, out.laser);
+    own.drain(out.faults);
+    if (own.state() != self_timed_states_[i]) {
+      out.state_changes.push_back({own.sensor(), newest_, own.newest(), self_timed_states_[i], own.state(), nanoseconds(0)});
+      self_timed_states_[i] = own.state();
+    }
+    is_waiting |= own.is_waiting();
+    if (!own.newest()) continue;
+    const GpsTime safe = *own.newest() - config_.lasers[i].latency_max;
+    slowest = slowest ? std::min(*slowest, safe) : safe;
+    stream_time_ = stream_time_ ? std::max(*stream_time_, *own.newest()) : *own.newest();
+  }
+  if (!is_waiting && slowest && stream_time_) watermark_ = watermark_ ? std::max(*watermark_, *slowest) : *slowest;
+  // A file that is over says no more: the files are read side by side, so what is far behind the POS does not come.
+  if (watermark_ && newest_solution_) watermark_ = std::max(*watermark_, *newest_solution_ - kFarBehind);
+  for (WheelOdometer& w : wheels_) w.drain(out.faults);
+  clock_.drain(out.faults);
+  faults_.drain(out.faults);
+}
+
 void Synchroniser::flush(SyncOutput& out) {
+  for (SelfTimedLaser& own : self_timed_) own.flush(clock_, out.laser);
   settle(newest_, out);
   while (!held_.empty())
     drop_oldest(FaultKind::NoTime,

@@ -14,6 +14,7 @@
 #include "sync/fault_log.hpp"
 #include "sync/host_clock_model.hpp"
 #include "sync/laser_clock.hpp"
+#include "sync/self_timed_laser.hpp"
 #include "sync/solution_watch.hpp"
 #include "sync/wheel_odometer.hpp"
 
@@ -21,6 +22,7 @@ namespace hueline::sync {
 
 /// The clock's state changed: for the log, the recording and the console.
 struct SyncStateChange {
+  SensorId clock = kSystemSensor;  ///< the sensor whose clock it is; that of the host: its PPS
   HostTime at{};                ///< `received` of the packet that showed it
   std::optional<GpsTime> time;  ///< the same in GPS time, if there is a relation
   SyncState from = SyncState::Unlocked, to = SyncState::Unlocked;
@@ -49,12 +51,16 @@ struct SyncOutput {
 /// with sigma and state. What cannot be stamped yet is held, bounded, and stamped when the clock locks; what never can
 /// is counted and named by a NoTime or Overflow fault. No clock, no thread, no file: the same input gives the same
 /// output. Reentrant.
+///
+/// With `self_timed` there is no clock of the computer to learn: the measurements were read from files, whose arrivals have nothing in
+/// common. Each scanner is stamped by its own clock (SelfTimedLaser), and the stream's time is what its devices say.
 class Synchroniser {
  public:
   struct Config {
     HostClockModel::Config clock;                  ///< clock.pps: the PPS sensor; clock.label.trusted: normally the POS
     std::vector<SensorId> label_sources;           ///< sensors whose TimeLabel counts; empty: all
     std::vector<SensorId> arrival_sources;         ///< sensors whose timed messages bound the latency; empty: all
+    bool self_timed = false;                       ///< every sensor is read from a file
     SensorId pos = kSystemSensor;                  ///< whose InsSolution and EventMark are used; 0: all
     std::vector<LaserClock::Config> lasers;        ///< one for each scanner
     std::vector<ExposureMatcher::Config> cameras;  ///< one for each camera head
@@ -92,6 +98,7 @@ class Synchroniser {
   };
   const Counts& counts() const { return counts_; }
   const std::vector<LaserClock>& lasers() const { return lasers_; }
+  const std::vector<SelfTimedLaser>& self_timed_lasers() const { return self_timed_; }
   const std::vector<ExposureMatcher>& cameras() const { return cameras_; }
   const std::vector<WheelOdometer>& wheels() const { return wheels_; }
 
@@ -116,15 +123,19 @@ class Synchroniser {
   void drop_oldest(FaultKind kind, const char* why);
   void stamp(Held&& item, SyncOutput& out);
   LaserClock* laser(SensorId sensor);
+  SelfTimedLaser* self_timed(SensorId sensor);
   ExposureMatcher* camera(SensorId sensor, std::size_t* index = nullptr);
   WheelOdometer* wheel(SensorId sensor);
   void stranger(SensorId sensor, HostTime received, const char* what);
   /// Everything that follows from the passing of time, after each measurement.
   void settle(HostTime received, SyncOutput& out);
+  void settle_self_timed(SyncOutput& out);
 
   Config config_;
   HostClockModel clock_;
   std::vector<LaserClock> lasers_;
+  std::vector<SelfTimedLaser> self_timed_;      // instead of them, with Config::self_timed
+  std::vector<SyncState> self_timed_states_;  // as told
   std::vector<ExposureMatcher> cameras_;
   std::vector<WheelOdometer> wheels_;
   ExposureMerger exposures_;
@@ -137,6 +148,7 @@ class Synchroniser {
   SolutionWatch solutions_;
   SyncState known_state_ = SyncState::Unlocked;
   std::optional<GpsTime> stream_time_, watermark_;
+  std::optional<GpsTime> newest_solution_;
   HostTime newest_{};
 };
 
