@@ -3,6 +3,7 @@
 
 #include "apps/devices.hpp"
 #include "apps/inspect.hpp"
+#include "apps/pacer.hpp"
 #include "apps/recording.hpp"
 #include "core/calendar.hpp"
 #include "drivers/novatel/decoder.hpp"
@@ -128,11 +129,12 @@ Inspection inspect_mcap(const std::string& path) {
   std::vector<Stream> streams(recording->rig.sensors.size() + 1);
   for (const auto& sensor : recording->rig.sensors) streams[sensor.id].decoder = make_decoder(sensor);
   std::uint64_t packets = 0, gaps = 0, expected = 0;
-  HostTime first{}, last{};
+  DrivenTime driven(std::chrono::hours(1));
+  nanoseconds duration{0};
   Inspection out;
   out.trouble = recording->for_each([&](const Packet& packet) {
-    if (!packets++) first = packet.received;
-    last = packet.received;
+    ++packets;
+    duration = driven.of(packet);
     if (packet.sequence > expected) gaps += packet.sequence - expected;
     expected = packet.sequence + 1;
     if (packet.sensor >= streams.size()) return true;
@@ -155,7 +157,7 @@ Inspection inspect_mcap(const std::string& path) {
   json["format"] = "hueline recording";
   json["about"] = recording->journal->header().about;
   json["packets"] = packets;
-  json["duration_s"] = to_seconds(last - first);
+  json["duration_s"] = to_seconds(duration);
   json["sequence_gaps"] = gaps;
   auto& sensors = json["sensors"] = Json::array();
   for (std::size_t id = 0; id < streams.size(); ++id) {

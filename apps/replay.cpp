@@ -38,7 +38,8 @@ int replay(const Options& options) {
   Pacer pacer(options.speed);
   bool stopped = false;
   const Status read = recording->for_each([&](const Packet& packet) {
-    while (!stopped && !pacer.is_due(packet.received)) stopped = signals.wait_for(pacer.wait(packet.received));
+    pacer.take(packet);
+    while (!stopped && !pacer.is_due()) stopped = signals.wait_for(pacer.wait());
     stopped = stopped || signals.asked().stop_requested();
     if (stopped) return false;
     sink.summary().on_packet(packet);
