@@ -10,6 +10,7 @@
 #include "apps/commands.hpp"
 #include "apps/devices.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/file_merge.hpp"
 #include "apps/live_run.hpp"
 #include "apps/log.hpp"
 #include "apps/outputs.hpp"
@@ -39,6 +40,16 @@ std::vector<LiveRun::Source> make_sources(const config::Rig& rig, const BufferPo
     reader.silent_after = std::chrono::milliseconds(static_cast<std::int64_t>(sensor.silent_after_s * 1000));
     reader.is_recording = sensor.arrivals() != config::Arrivals::Live;
     sources.push_back({sensor.id, sensor.name, make_source(sensor, pool), reader, sensor.is_sheddable()});
+  }
+  if (!rig.sync.self_timed) return sources;
+  std::vector<FileMerge::Input> files;
+  for (std::size_t i = 0; i < sources.size(); ++i)
+    files.push_back({std::move(sources[i].source), make_decoder(rig.sensors[i]), rig.sensors[i].arrivals() == config::Arrivals::Recorded});
+  const auto merge = std::make_shared<FileMerge>(std::move(files), FileMerge::Config{.agreeing_labels = rig.sync.clock.label.agreeing});
+  auto merged = FileMerge::sources(merge);
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    sources[i].source = std::move(merged[i]);
+    sources[i].now = [merge] { return merge->position(); };
   }
   return sources;
 }

@@ -20,7 +20,7 @@ LiveRun::LiveRun(std::vector<Source> sources, std::unique_ptr<storage::JournalWr
   ingest_ = std::make_unique<Ingest>(std::move(sensors), record_, pipeline_, config.pipeline_queue);
   for (auto& source : sources)
     readers_.push_back(std::make_unique<Reader>(source.sensor, source.name, std::move(source.source), source.reader, *ingest_,
-                                                drivers::host_now));
+                                                source.now ? source.now : drivers::host_now));
 }
 
 LiveRun::~LiveRun() { stop(); }

@@ -29,6 +29,7 @@ class LiveRun {
     std::unique_ptr<PacketSource> source;
     Reader::Config reader;
     bool is_sheddable;
+    std::function<HostTime()> now = {};  ///< stamps the reader's faults; empty: this computer's clock
   };
 
   /// `process` is called for each packet on the pipeline thread, in ingest order.

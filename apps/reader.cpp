@@ -54,6 +54,7 @@ void Reader::run(std::stop_token stop) {
     wake.wait_for(lock, stop, back_off, [] { return false; });
     back_off = std::min(back_off * 2, config_.longest_back_off);
   }
+  source_->close();  // also if it was never open: others may wait for it
   state_ = State::Ended;
 }
 
@@ -76,7 +77,8 @@ bool Reader::read_until_trouble(std::stop_token stop) {
     }
     const Error& error = packet.error();
     if (error.code == ErrorCode::TimedOut) {
-      if (!told_silent && host_now_() - heard > config_.silent_after) {
+      // A file waits for others, not for a device.
+      if (!config_.is_recording && !told_silent && host_now_() - heard > config_.silent_after) {
         fault(FaultKind::Silent, fmt::format("connected, but nothing came for {:.1f} s", to_seconds(host_now_() - heard)));
         told_silent = true;
         state_ = State::Silent;
