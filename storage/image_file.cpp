@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <string_view>
 
 #include "storage/byte_order.hpp"
 #include "storage/file_reader.hpp"
@@ -32,9 +33,15 @@ Result<RgbImage> read_jpeg(const std::filesystem::path& path, const FileReader& 
   };
   int width = 0, height = 0, subsampling = 0, colours = 0;
   if (tjDecompressHeader3(handle.get(), data, bytes.size(), &width, &height, &subsampling, &colours) != 0) return broken();
+  if (width <= 0 || height <= 0)  // tables alone are a JPEG too
+    return Error{ErrorCode::Malformed, path.string() + ": a JPEG without pixels"};
   if (std::uint64_t(width) * std::uint64_t(height) > kMostPixels) return Error{ErrorCode::Unsupported, path.string() + ": a picture of more than 268 million pixels"};
   RgbImage image(width, height, {});
-  if (tjDecompress2(handle.get(), data, bytes.size(), image.pixels.data()->data(), width, 0, height, TJPF_RGB, TJFLAG_ACCURATEDCT) != 0) return broken();
+  if (tjDecompress2(handle.get(), data, bytes.size(), image.pixels.data()->data(), width, 0, height, TJPF_RGB, TJFLAG_ACCURATEDCT) != 0) {
+    // Bytes between two markers harm nothing, and some cameras write them; any other warning is of pixels that are wrong.
+    const bool is_harmless = tjGetErrorCode(handle.get()) == TJERR_WARNING && std::string_view(tjGetErrorStr2(handle.get())).find("extraneous bytes") != std::string_view::npos;
+    if (!is_harmless) return broken();
+  }
   return image;
 }
 

@@ -141,6 +141,10 @@ TEST_F(Shot, ColourReadsPngAndJpegByTheirContent) {
   }
   write_file(dir / "cut.jpg", bytes.substr(0, bytes.size() / 2));
   EXPECT_EQ(colour("cut.jpg").status, 3);
+  write_file(dir / "empty.jpg", "\xFF\xD8\xFF\xD9");
+  const Ran empty = colour("empty.jpg");
+  EXPECT_EQ(empty.status, 3) << empty.said;
+  EXPECT_NE(empty.said.find("a JPEG without pixels"), std::string::npos) << empty.said;
   write_file(dir / "none.jpg", "GIF89a nothing");
   const Ran none = colour("none.jpg");
   EXPECT_EQ(none.status, 3);
