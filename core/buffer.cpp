@@ -31,6 +31,13 @@ detail::BufferBlock* allocate(std::size_t capacity) {
   block->capacity = capacity;
   return block;
 }
+detail::BufferBlock* lend(std::shared_ptr<BufferLender> lender, std::byte* data, std::size_t size) {
+  auto* block = new detail::BufferBlock;
+  block->lender = std::move(lender);
+  block->data = data;
+  block->capacity = block->size = size;
+  return block;
+}
 void destroy(detail::BufferBlock* block) {
   ::operator delete(block->data, kAlignment);
   delete block;
@@ -51,6 +58,11 @@ void detail::release(BufferBlock* block) {
     delete block;
     return release(parent);
   }
+  if (block->lender) {
+    block->lender->give_back(block->data);
+    delete block;
+    return;
+  }
   if (!block->pool) return destroy(block);
   const std::shared_ptr<PoolState> pool = std::move(block->pool);
   {
@@ -70,6 +82,15 @@ Buffer Buffer::copy_of(std::span<const std::byte> bytes) {
   block->size = bytes.size();
   if (!bytes.empty()) std::memcpy(block->data, bytes.data(), bytes.size());
   return Buffer(block);
+}
+
+Buffer Buffer::lent(std::shared_ptr<BufferLender> lender, std::span<const std::byte> bytes) {
+  // Nobody writes through a Buffer.
+  return Buffer(lend(std::move(lender), const_cast<std::byte*>(bytes.data()), bytes.size()));
+}
+
+MutableBuffer MutableBuffer::lent(std::shared_ptr<BufferLender> lender, std::span<std::byte> memory) {
+  return MutableBuffer(lend(std::move(lender), memory.data(), memory.size()));
 }
 
 Buffer Buffer::part(std::size_t offset, std::size_t size) const {

@@ -15,10 +15,19 @@ namespace hueline {
 class BufferPool;
 struct PoolState;
 
+/// Owner of memory that buffers lie in and that it wants back: shared memory, a library's own buffers.
+class BufferLender {
+ public:
+  virtual ~BufferLender() = default;
+  /// Nobody reads the buffer at `data` any more. Called once for each lent buffer, by whichever thread held it last.
+  virtual void give_back(const std::byte* data) noexcept = 0;
+};
+
 namespace detail {
 struct BufferBlock {
   std::atomic<std::uint32_t> references{1};
-  std::shared_ptr<PoolState> pool;  // null: plain heap, freed on last release
+  std::shared_ptr<PoolState> pool;       // null: plain heap, freed on last release
+  std::shared_ptr<BufferLender> lender;  // set: gets `data` back on last release
   BufferBlock* parent = nullptr;    // set: `data` lies inside this block, which is held until the last release
   std::size_t capacity = 0, size = 0;
   std::byte* data = nullptr;
@@ -44,6 +53,9 @@ class Buffer {
 
   /// A heap copy of `bytes`, outside any pool: for tests, small events and files.
   static Buffer copy_of(std::span<const std::byte> bytes);
+
+  /// `bytes` as they are, without a copy; `lender` lives at least as long as the buffer and gets them back after the last reference.
+  static Buffer lent(std::shared_ptr<BufferLender> lender, std::span<const std::byte> bytes);
 
   /// A part of this buffer without a copy; it keeps the whole memory alive. `offset` and `size` are clipped to the buffer.
   Buffer part(std::size_t offset, std::size_t size) const;
@@ -73,6 +85,9 @@ class MutableBuffer {
   ~MutableBuffer() {
     if (block_) detail::release(block_);
   }
+
+  /// `memory` without a copy, with size() == memory.size(); as Buffer::lent().
+  static MutableBuffer lent(std::shared_ptr<BufferLender> lender, std::span<std::byte> memory);
 
   explicit operator bool() const { return block_ != nullptr; }
   std::byte* data() { return block_->data; }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <memory>
 #include <thread>
 #include <vector>
 
@@ -77,6 +79,38 @@ TEST(Buffer, OutlivesItsPoolAndIsSharedByThreads) {
         ASSERT_EQ(mine.bytes()[0], std::byte{42});
       }
     });
+}
+
+struct Lender : BufferLender {
+  explicit Lender(int& returned) : returned_(returned) {}
+  void give_back(const std::byte* data) noexcept override { returned_ += data == memory.data(); }
+  std::array<std::byte, 64> memory{};
+  int& returned_;
+};
+
+TEST(Buffer, LentMemoryIsReadInPlaceAndGivenBackOnceByWhoeverHeldItLast) {
+  int returned = 0;
+  Buffer part;
+  {
+    auto lender = std::make_shared<Lender>(returned);
+    const std::byte* const memory = lender->memory.data();
+    MutableBuffer written = MutableBuffer::lent(lender, lender->memory);
+    ASSERT_EQ(written.data(), memory);
+    written.data()[40] = std::byte{9};
+    written.resize(50);
+    const Buffer whole = std::move(written).share();
+    EXPECT_EQ(whole.size(), 50u);
+    EXPECT_EQ(whole.data(), memory);
+    part = whole.part(40, 10);
+    const Buffer again = Buffer::lent(lender, lender->memory);
+    EXPECT_EQ(again.data(), memory);
+  }
+  EXPECT_EQ(returned, 1) << "the second loan is over, the part of the first is not";
+  std::jthread([last = std::move(part)]() mutable {
+    EXPECT_EQ(last.bytes()[0], std::byte{9}) << "the lender went before the buffer";
+    last = {};
+  }).join();
+  EXPECT_EQ(returned, 2);
 }
 
 TEST(Buffer, CopyOfEmptyIsEmpty) { EXPECT_TRUE(Buffer::copy_of({}).empty()); }
