@@ -41,6 +41,7 @@ void Reader::run(std::stop_token stop) {
       if (host_now_() - since > std::chrono::seconds(5)) back_off = config_.first_back_off;
     } else {
       const Error& error = opened.error();
+      if (error.code == ErrorCode::TimedOut) continue;
       if (error.code == ErrorCode::Invalid || error.code == ErrorCode::Unsupported) {
         fault(FaultKind::WrongDevice, error.message);
         if (config_.is_recording) outcome_ = error;
@@ -54,7 +55,7 @@ void Reader::run(std::stop_token stop) {
     wake.wait_for(lock, stop, back_off, [] { return false; });
     back_off = std::min(back_off * 2, config_.longest_back_off);
   }
-  source_->close();  // also if it was never open: others may wait for it
+  source_->close();  // also one that is still opening, or was never open: others may wait for it
   state_ = State::Ended;
 }
 

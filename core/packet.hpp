@@ -36,7 +36,8 @@ using PacketPtr = std::shared_ptr<const Packet>;
 class PacketSource {
  public:
   virtual ~PacketSource() = default;
-  /// Connects, configures, starts. Called again after Disconnected. Errors: Unavailable, Invalid, Io.
+  /// Connects, configures, starts. Called again after Disconnected. Errors: Unavailable, Invalid, Io. TimedOut: it is on the way, and needs
+  /// longer than about 100 ms; the caller looks whether it shall stop, and calls again.
   virtual Status open() = 0;
   /// The next packet; `sensor`, `kind`, `received` and `bytes` are set. Waits at most about 100 ms, then TimedOut.
   /// Disconnected: the caller backs off and opens again. EndOfData: a recording is over. A Fault packet is returned for what

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <deque>
+#include <limits>
 #include <thread>
 #include <variant>
 
@@ -90,6 +91,45 @@ TEST(Reader, StopEndsABackOff) {
   thread.request_stop();
   thread.join();
   EXPECT_EQ(reader.state(), Reader::State::Ended);
+}
+
+/// Connects for as long as it is asked to, in steps.
+class Slow : public PacketSource {
+ public:
+  Slow(int steps, int& closed) : steps_(steps), closed_(closed) {}
+  Status open() override {
+    if (steps_-- > 0) return Error{ErrorCode::TimedOut, {}};
+    return {};
+  }
+  Result<Packet> next(std::stop_token) override { return Error{ErrorCode::EndOfData, "end"}; }
+  void close() override { ++closed_; }
+
+ private:
+  int steps_;
+  int& closed_;
+};
+
+TEST(Reader, ADeviceThatIsStillConnectingIsAskedOnAtOnceAndInSilence) {
+  PacketQueue record({1000}), pipeline({1000});
+  Ingest ingest({{}, {}}, record, pipeline, {1000});
+  int closed = 0;
+  Reader reader(1, "camera", std::make_unique<Slow>(1000, closed), {1h, 1h, 3000ms}, ingest, [] { return HostTime{}; });
+  reader.run({});
+  record.close();
+  EXPECT_FALSE(record.pop().has_value()) << "a fault was told";
+  EXPECT_GE(closed, 1);
+}
+
+TEST(Reader, AStopEndsAConnectionThatIsOnItsWay) {
+  PacketQueue record({1000}), pipeline({1000});
+  Ingest ingest({{}, {}}, record, pipeline, {1000});
+  int closed = 0;
+  Reader reader(1, "camera", std::make_unique<Slow>(std::numeric_limits<int>::max(), closed), {1h, 1h, 3000ms}, ingest, [] { return HostTime{}; });
+  std::jthread thread([&](std::stop_token stop) { reader.run(stop); });
+  std::this_thread::sleep_for(20ms);
+  thread.request_stop();
+  thread.join();
+  EXPECT_EQ(closed, 1);
 }
 
 // Opened again, a file would begin anew and its packets be recorded twice.
