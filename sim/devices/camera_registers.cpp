@@ -1,102 +1,42 @@
 #include "sim/devices/camera_registers.hpp"
 
-#include <arv.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
+#include <algorithm>
 #include <array>
-#include <cerrno>
-#include <filesystem>
+#include <cstring>
 #include <functional>
 #include <optional>
 
 #include "sim/devices/big_endian.hpp"
+#include "sim/devices/camera_description.hpp"
 
 namespace hueline::sim {
 namespace {
 
-struct Unref {
-  void operator()(ArvFakeCamera* camera) const { g_object_unref(camera); }
-};
-using CameraPtr = std::unique_ptr<ArvFakeCamera, Unref>;
+namespace reg = camera_register;
 
 // Bootstrap registers that are only filled in.
-constexpr std::uint32_t kMacHigh = 0x008, kMacLow = 0x00C, kCurrentIp = 0x024, kGvcpCapability = 0x934;
+constexpr std::uint32_t kSpecification = 0x000, kDeviceMode = 0x004, kMacHigh = 0x008, kMacLow = 0x00C, kCurrentIp = 0x024;
+constexpr std::uint32_t kDescriptionUrl = 0x200, kInterfaces = 0x600, kStreams = 0x904, kGvcpCapability = 0x934, kTickFrequencyLow = 0x940;
+constexpr std::uint32_t kVersion1_2 = 0x0001'0002, kBigEndianUtf8 = 0x8000'0001, kNanoseconds = 1'000'000'000;
 constexpr std::uint32_t kCanWriteMemory = 1U << 1U, kCanResendPackets = 1U << 2U;
 constexpr std::size_t kSerialBytes = 16;
+constexpr std::uint32_t kRegisterBytes = 0x11000;  // behind them: the description
+constexpr std::uint32_t kHeartbeatMs = 3000, kFirstPacketBytes = 1400;
 
 std::optional<std::uint32_t> pixel_format_number(const std::string& name) {
-  constexpr std::array<std::pair<const char*, std::uint32_t>, 5> kFormats{{{"BayerRG8", ARV_PIXEL_FORMAT_BAYER_RG_8},
-                                                                           {"BayerBG8", ARV_PIXEL_FORMAT_BAYER_BG_8},
-                                                                           {"BayerGR8", ARV_PIXEL_FORMAT_BAYER_GR_8},
-                                                                           {"BayerGB8", ARV_PIXEL_FORMAT_BAYER_GB_8},
-                                                                           {"Mono8", ARV_PIXEL_FORMAT_MONO_8}}};
+  constexpr std::array<std::pair<const char*, std::uint32_t>, 5> kFormats{
+      {{"BayerRG8", reg::kBayerRG8}, {"BayerBG8", reg::kBayerBG8}, {"BayerGR8", reg::kBayerGR8}, {"BayerGB8", reg::kBayerGB8}, {"Mono8", reg::kMono8}}};
   for (const auto& [format, number] : kFormats) {
     if (name == format) return number;
   }
   return {};
 }
 
-/// Aravis's own description of its fake camera plus the stream packet size with its test command (GenICam SFNC names).
-std::string description(std::uint32_t max_packet_bytes) {
-  const CameraPtr plain(arv_fake_camera_new("plain"));
-  std::size_t size = 0;
-  const char* text = arv_fake_camera_get_genicam_xml(plain.get(), &size);
-  std::string xml = text != nullptr ? std::string(text, size) : std::string();
-  const std::size_t end = xml.rfind("</RegisterDescription>");
-  if (end == std::string::npos) return {};
-  const auto bits = [](const char* name, int msb, int lsb) {
-    return fmt::format(
-        "<MaskedIntReg Name=\"{}\" NameSpace=\"Custom\"><Address>0xd04</Address><Length>4</Length><AccessMode>RW</AccessMode>"
-        "<pPort>Device</pPort><Cachable>NoCache</Cachable><LSB>{}</LSB><MSB>{}</MSB><Sign>Unsigned</Sign>"
-        "<Endianess>BigEndian</Endianess></MaskedIntReg>",
-        name, lsb, msb);
-  };
-  // Bits are counted from the most significant one in big-endian registers.
-  return xml.insert(end, fmt::format("<Integer Name=\"GevSCPSPacketSize\" NameSpace=\"Standard\">"
-                                     "<pValue>StreamPacketSizeBits</pValue><Min>576</Min><Max>{}</Max><Inc>4</Inc></Integer>"
-                                     "{}"
-                                     "<Command Name=\"GevSCPSFireTestPacket\" NameSpace=\"Standard\">"
-                                     "<pValue>StreamFireTestBit</pValue><CommandValue>1</CommandValue></Command>"
-                                     "{}",
-                                     max_packet_bytes, bits("StreamPacketSizeBits", 16, 31), bits("StreamFireTestBit", 0, 0)));
-}
-
-/// A file that lives while Aravis reads it.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::string& text) {
-    path_ = (std::filesystem::temp_directory_path() / "hueline-camera-XXXXXX").string();
-    const int fd = ::mkstemp(path_.data());
-    if (fd < 0) {
-      errno_ = errno;
-      return;
-    }
-    is_written_ = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-    errno_ = is_written_ ? 0 : errno;
-    ::close(fd);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  ~TemporaryFile() { ::unlink(path_.c_str()); }
-  const std::string& path() const { return path_; }
-  bool is_written() const { return is_written_; }
-  int error_number() const { return errno_; }
-
- private:
-  std::string path_;
-  bool is_written_ = false;
-  int errno_ = 0;
-};
+void put_text(std::vector<std::byte>& memory, std::uint32_t at, std::string_view text) { std::memcpy(memory.data() + at, text.data(), text.size()); }
 
 }  // namespace
-
-struct CameraRegisters::Camera {
-  CameraPtr camera;
-  std::size_t memory_bytes = 0;  // registers and description
-};
-
-CameraRegisters::CameraRegisters() : camera_(std::make_unique<Camera>()) {}
-CameraRegisters::~CameraRegisters() = default;
 
 std::string CameraRegisters::Config::validate() const {
   if (serial.empty() || serial.size() >= kSerialBytes) return fmt::format("serial: '{}' must have 1 .. 15 characters", serial);
@@ -114,22 +54,33 @@ std::string CameraRegisters::Config::validate() const {
 
 Result<std::unique_ptr<CameraRegisters>> CameraRegisters::create(const Config& config) {
   if (std::string problem = config.validate(); !problem.empty()) return Error{ErrorCode::Invalid, std::move(problem)};
-  const std::string xml = description(config.max_packet_bytes);
-  if (xml.empty()) return Error{ErrorCode::Unsupported, "Aravis has no description of its fake camera"};
-  const TemporaryFile file(xml);
-  if (!file.is_written()) return io_error("write the camera's description to " + file.path(), file.error_number());
+  const std::string xml = camera_description(config.max_packet_bytes);
+  std::vector<std::byte> memory(kRegisterBytes + xml.size());
+  put_text(memory, kRegisterBytes, xml);
+  put_text(memory, reg::kMaker, kCameraMaker);
+  put_text(memory, reg::kModel, kCameraModel);
+  put_text(memory, reg::kVersion, "1");
+  put_text(memory, reg::kMakerInformation, "a simulated vehicle's camera");
+  put_text(memory, reg::kSerial, config.serial);
+  put_text(memory, kDescriptionUrl, fmt::format("Local:hueline-camera.xml;{:x};{:x}", kRegisterBytes, xml.size()));
 
-  auto registers = std::make_unique<CameraRegisters>();
-  registers->camera_->camera.reset(arv_fake_camera_new_full(config.serial.c_str(), file.path().c_str()));
-  std::size_t xml_bytes = 0;
-  (void)arv_fake_camera_get_genicam_xml(registers->camera_->camera.get(), &xml_bytes);
-  registers->camera_->memory_bytes = ARV_FAKE_CAMERA_MEMORY_SIZE + xml_bytes;
-
-  registers->set(ARV_FAKE_CAMERA_REGISTER_SENSOR_WIDTH, config.width);
-  registers->set(ARV_FAKE_CAMERA_REGISTER_SENSOR_HEIGHT, config.height);
-  registers->set(camera_register::kWidth, config.width);
-  registers->set(camera_register::kHeight, config.height);
-  registers->set(camera_register::kPixelFormat, *pixel_format_number(config.pixel_format));
+  std::unique_ptr<CameraRegisters> registers(new CameraRegisters(std::move(memory)));
+  registers->set(kSpecification, kVersion1_2);
+  registers->set(kDeviceMode, kBigEndianUtf8);
+  registers->set(kInterfaces, 1);
+  registers->set(kStreams, 1);
+  registers->set(kTickFrequencyLow, kNanoseconds);
+  registers->set(reg::kHeartbeatTimeoutMs, kHeartbeatMs);
+  registers->set(reg::kStreamPacketSize, kFirstPacketBytes);
+  registers->set(reg::kSensorWidth, config.width);
+  registers->set(reg::kSensorHeight, config.height);
+  registers->set(reg::kWidth, config.width);
+  registers->set(reg::kHeight, config.height);
+  registers->set(reg::kPixelFormat, *pixel_format_number(config.pixel_format));
+  registers->set(reg::kAcquisitionMode, 1);
+  registers->set(reg::kFramePeriodUs, 100'000);
+  registers->set(reg::kExposureUs, 10'000);
+  registers->set(reg::kGainAuto, 1);
   registers->set(kGvcpCapability, kCanWriteMemory | kCanResendPackets);
   registers->set(kCurrentIp, config.ipv4);
   // A locally administered MAC address; discovery tells cameras apart by it.
@@ -138,21 +89,22 @@ Result<std::unique_ptr<CameraRegisters>> CameraRegisters::create(const Config& c
   return registers;
 }
 
-bool CameraRegisters::read(std::uint32_t address, std::span<std::byte> out) {
-  if (out.empty() || address >= camera_->memory_bytes) return false;
+bool CameraRegisters::read(std::uint32_t address, std::span<std::byte> out) const {
+  if (out.empty() || address >= memory_.size()) return false;
   // Clients read the description in whole words; beyond its end there are zeros.
-  return arv_fake_camera_read_memory(camera_->camera.get(), address, static_cast<guint32>(out.size()), out.data()) != FALSE;
+  const std::size_t there = std::min(out.size(), memory_.size() - address);
+  std::memcpy(out.data(), memory_.data() + address, there);
+  std::fill(out.begin() + static_cast<std::ptrdiff_t>(there), out.end(), std::byte{0});
+  return true;
 }
 
 bool CameraRegisters::write(std::uint32_t address, std::span<const std::byte> bytes) {
-  if (bytes.empty() || address >= ARV_FAKE_CAMERA_MEMORY_SIZE || bytes.size() > ARV_FAKE_CAMERA_MEMORY_SIZE - address) {
-    return false;
-  }
-  return arv_fake_camera_write_memory(camera_->camera.get(), address, static_cast<guint32>(bytes.size()), bytes.data()) !=
-         FALSE;
+  if (bytes.empty() || address >= kRegisterBytes || bytes.size() > kRegisterBytes - address) return false;
+  std::memcpy(memory_.data() + address, bytes.data(), bytes.size());
+  return true;
 }
 
-std::uint32_t CameraRegisters::get(std::uint32_t address) {
+std::uint32_t CameraRegisters::get(std::uint32_t address) const {
   std::array<std::byte, 4> word{};
   return read(address, word) ? get_be32(word, 0) : 0;
 }

@@ -5,25 +5,34 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/result.hpp"
 
 namespace hueline::sim {
 
-/// Register addresses that the emulator acts upon: GigE Vision bootstrap registers and those of Aravis's fake camera.
+constexpr const char* kCameraMaker = "hueline";
+constexpr const char* kCameraModel = "Emulated";
+
+/// Register addresses: GigE Vision's bootstrap registers, and the features' own where the description names them.
 namespace camera_register {
-constexpr std::uint32_t kWidth = 0x100, kHeight = 0x104, kAcquisition = 0x124, kPixelFormat = 0x128;
-constexpr std::uint32_t kOffsetX = 0x130, kOffsetY = 0x134;
+constexpr std::uint32_t kMaker = 0x048, kModel = 0x068, kVersion = 0x088, kMakerInformation = 0x0A8, kSerial = 0x0D8;
+constexpr std::uint32_t kWidth = 0x10000, kHeight = 0x10004, kOffsetX = 0x10008, kOffsetY = 0x1000C, kSensorWidth = 0x10010, kSensorHeight = 0x10014;
+constexpr std::uint32_t kPixelFormat = 0x10018, kAcquisition = 0x1001C, kAcquisitionMode = 0x10020, kFramePeriodUs = 0x10024;
+constexpr std::uint32_t kTriggerMode = 0x10028, kTriggerSource = 0x1002C, kTriggerActivation = 0x10030;
+constexpr std::uint32_t kExposureUs = 0x10034, kGain = 0x10038, kGainAuto = 0x1003C;
 constexpr std::uint32_t kHeartbeatTimeoutMs = 0x938, kPrivilege = 0xA00;
 constexpr std::uint32_t kStreamPort = 0xD00, kStreamPacketSize = 0xD04, kStreamPacketDelay = 0xD08, kStreamAddress = 0xD18;
+// What kPixelFormat holds: the numbers of the Pixel Format Naming Convention.
+constexpr std::uint32_t kMono8 = 0x01080001, kBayerGR8 = 0x01080008, kBayerRG8 = 0x01080009, kBayerGB8 = 0x0108000A, kBayerBG8 = 0x0108000B;
 }  // namespace camera_register
 
-/// The registers and the GenICam description of a GigE Vision camera: Aravis's fake camera class (ArvFakeCamera) with the size of
-/// our images, and with the standard features by which a client finds the largest packet. Thread-bound.
+/// The memory of a GigE Vision camera: its registers and its GenICam description (camera_description.hpp). Thread-bound.
 class CameraRegisters {
  public:
   struct Config {
-    std::string serial = "HL01";             ///< 1 .. 15 characters; the device is "Aravis-Fake-<serial>"
+    std::string serial = "HL01";             ///< 1 .. 15 characters; the device is "hueline-Emulated-<serial>"
     std::uint32_t width = 0, height = 0;     ///< of the sensor and of the initial region, pixels
     std::string pixel_format = "BayerRG8";   ///< BayerRG8, BayerBG8, BayerGR8, BayerGB8 or Mono8
     std::uint32_t max_packet_bytes = 9000;   ///< with IP and UDP headers
@@ -31,21 +40,19 @@ class CameraRegisters {
     std::string validate() const;
   };
 
-  /// Invalid: config. Io: the description could not be handed to Aravis (it reads a file).
+  /// Invalid: config.
   static Result<std::unique_ptr<CameraRegisters>> create(const Config& config);
-  CameraRegisters();
-  ~CameraRegisters();
 
   /// False, and nothing done, if the range is not in the camera's memory (registers, then the description, read only).
-  bool read(std::uint32_t address, std::span<std::byte> out);
+  bool read(std::uint32_t address, std::span<std::byte> out) const;
   bool write(std::uint32_t address, std::span<const std::byte> bytes);
   /// 0 if there is no such register.
-  std::uint32_t get(std::uint32_t address);
+  std::uint32_t get(std::uint32_t address) const;
   void set(std::uint32_t address, std::uint32_t value);
 
  private:
-  struct Camera;
-  std::unique_ptr<Camera> camera_;
+  explicit CameraRegisters(std::vector<std::byte> memory) : memory_(std::move(memory)) {}
+  std::vector<std::byte> memory_;  // registers, then the description
 };
 
 }  // namespace hueline::sim

@@ -13,9 +13,9 @@
 
 namespace hueline::sim {
 
-/// A GigE Vision camera behind a network interface. Its registers and description are Aravis's fake camera; the stream is sent
-/// here, because ArvGvFakeCamera sends each image as one burst (lost where the receiver's buffer is smaller than the image), at
-/// moments of its own clock, and cannot send a packet again.
+/// A GigE Vision camera behind a network interface: control, stream and description of its own, so that no library that a client uses meets itself.
+/// Its stream is paced (a burst is lost where the receiver's buffer is smaller than the image), at the vehicle's moments, and packets can be
+/// asked for again.
 ///
 /// It delivers the images it is given, one frame id each, whatever TriggerMode the client chose: the vehicle triggers it. A
 /// client sees the discovery, registers, heartbeat, packet size test and resend of a real camera.

@@ -264,7 +264,7 @@ TEST(GvcpControl, OneControllerWithAHeartbeat) {
   config.height = 48;
   GvcpControl control(CameraRegisters::create(config).value());
   const Bytes take = bytes({0x42, 1, 0, 0x82, 0, 8, 0, 7, 0, 0, 0x0A, 0, 0, 0, 0, 2});
-  const Bytes start = bytes({0x42, 1, 0, 0x82, 0, 8, 0, 8, 0, 0, 1, 0x24, 0, 0, 0, 1});
+  const Bytes start = bytes({0x42, 1, 0, 0x82, 0, 8, 0, 8, 0, 1, 0, 0x1C, 0, 0, 0, 1});
   EXPECT_EQ(control.handle(start, host(1), 0).answer, bytes({0x80, 0x06, 0, 0x83, 0, 4, 0, 8, 0, 0, 0, 0}));
   EXPECT_EQ(control.handle(take, host(1), 0).answer, bytes({0, 0, 0, 0x83, 0, 4, 0, 7, 0, 0, 0, 1}));
   EXPECT_EQ(control.handle(take, host(2), 0).answer, bytes({0x80, 0x06, 0, 0x83, 0, 4, 0, 7, 0, 0, 0, 0}));
