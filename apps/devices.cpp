@@ -1,5 +1,7 @@
 #include "apps/devices.hpp"
 
+#include "drivers/guest/config_text.hpp"
+#include "drivers/guest/guest_source.hpp"
 #include "drivers/profile_scanner/profile_scanner_decoder.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
 #include "drivers/wheel/wheel_decoder.hpp"
@@ -13,6 +15,16 @@ struct Overloaded : Ts... {
 };
 template <class... Ts>
 Overloaded(Ts...) -> Overloaded<Ts...>;
+
+/// Aravis is a guest: it may crash, and nobody else notices.
+std::unique_ptr<PacketSource> make_guest(const config::Sensor& sensor, const config::CameraSensor& camera) {
+  drivers::GuestSource::Config guest;
+  guest.sensor = sensor.id;
+  guest.driver = sensor.driver();
+  guest.text = drivers::write_config(camera.source);
+  guest.slots = camera.source.stream_buffers + camera.source.images_in_flight;
+  return std::make_unique<drivers::GuestSource>(std::move(guest));
+}
 
 }  // namespace
 
@@ -33,7 +45,7 @@ std::unique_ptr<PacketSource> make_source(const config::Sensor& sensor, const Bu
                         [&](const config::ProfileScannerSensor& s) { return std::visit(transport, s.source); },
                         [&](const config::NovatelSensor& s) { return std::visit(transport, s.source); },
                         [&](const config::WheelSensor& s) { return std::visit(transport, s.source); },
-                        [&](const config::CameraSensor& s) -> Source { return std::make_unique<AravisSource>(s.source); },
+                        [&](const config::CameraSensor& s) -> Source { return make_guest(sensor, s); },
                         [&](const config::PpsSensor& s) -> Source { return std::make_unique<PpsSource>(s.source); },
                     },
                     sensor.device);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "config/section.hpp"
-#include "drivers/gige/aravis_source.hpp"
+#include "drivers/gige/genicam_config.hpp"
 #include "drivers/gige/image_decoder.hpp"
 #include "drivers/novatel/decoder.hpp"
 #include "drivers/novatel/logs.hpp"
@@ -41,7 +41,7 @@ struct NovatelSensor {
   drivers::NovatelDecoder::Config decoder;
 };
 struct CameraSensor {
-  drivers::AravisSource::Config source;
+  drivers::GenicamConfig source;
   drivers::ImageDecoder::Config decoder;
 };
 struct PpsSensor {

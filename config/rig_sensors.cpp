@@ -136,10 +136,9 @@ PixelFormat read_pixel_format(Section& section) {
   return section.choice<PixelFormat>("pixel_format", words);
 }
 
-CameraSensor read_camera(Section& section, SensorId id) {
+CameraSensor read_camera(Section& section) {
   CameraSensor out;
   auto& source = out.source;
-  source.sensor = id;
   source.address = section.text("address", "");
   source.interface = section.text("interface", "");
   source.id = section.text("id", "");
@@ -277,7 +276,7 @@ std::vector<Sensor> read_sensors(Section& rig, fusion::RigGeometry& geometry, sy
         add_pos(section, sensor.id, sync);
         break;
       case Driver::Genicam:
-        sensor.device = read_camera(section, sensor.id);
+        sensor.device = read_camera(section);
         add_camera(section, sensor.id, *std::get<CameraSensor>(sensor.device).source.exposure, sync);
         break;
       case Driver::Pps:

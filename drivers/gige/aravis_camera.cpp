@@ -1,10 +1,16 @@
 #include "drivers/gige/aravis_camera.hpp"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 
+#include <cerrno>
+#include <cstring>
 #include <mutex>
 
 #include "drivers/gige/image_packet.hpp"
+#include "drivers/transport/file_descriptor.hpp"
 
 namespace hueline::drivers {
 
@@ -26,28 +32,46 @@ class Steps {
   Status status_;
 };
 
-Result<GRef<ArvCamera>> connect_at(const std::string& interface, const std::string& address) {
+using OnControl = std::function<void(ArvDevice&)>;
+
+/// Aravis 0.8.26 crashes when it cannot bind its socket to this address.
+Status check_own_address(const std::string& interface) {
+  sockaddr_in own{};
+  own.sin_family = AF_INET;
+  const FileDescriptor socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  if (::inet_pton(AF_INET, interface.c_str(), &own.sin_addr) == 1 && socket &&
+      ::bind(socket.get(), reinterpret_cast<const sockaddr*>(&own), sizeof(own)) == 0)
+    return {};
+  return Error{ErrorCode::Unavailable, fmt::format("interface: this computer has no address {} now ({}); set it to the computer's own address in "
+                                                   "the camera's network, which `ip address` shows, or give the interface this one",
+                                                   interface, std::strerror(errno))};
+}
+
+Result<GRef<ArvCamera>> connect_at(const std::string& interface, const std::string& address, const OnControl& on_control) {
   const GRef<GInetAddress> own(g_inet_address_new_from_string(interface.c_str()));
   const GRef<GInetAddress> peer(g_inet_address_new_from_string(address.c_str()));
   if (!own || !peer)
     return Error{ErrorCode::Invalid, fmt::format("'{}' or '{}' is not an IPv4 address", interface, address)};
+  if (const Status has_address = check_own_address(interface); !has_address) return has_address.error();
   GError* error = nullptr;
   const GRef<ArvDevice> device(arv_gv_device_new(own.get(), peer.get(), &error));
   if (error) return take_error(fmt::format("connect to camera {} by {}", address, interface), error);
+  if (on_control) on_control(*device);
   GRef<ArvCamera> camera(arv_camera_new_with_device(device.get(), &error));
   if (error) return take_error(fmt::format("read the description of camera {}", address), error);
   return camera;
 }
 
-Result<GRef<ArvCamera>> connect_by_name(const std::string& id) {
+Result<GRef<ArvCamera>> connect_by_name(const std::string& id, const OnControl& on_control) {
   GError* error = nullptr;
   GRef<ArvCamera> camera(arv_camera_new(id.c_str(), &error));
   if (error) return take_error(fmt::format("connect to camera {}", id), error);
   if (!camera) return Error{ErrorCode::Unavailable, fmt::format("no camera {}", id)};
+  if (on_control) on_control(*arv_camera_get_device(camera.get()));
   return camera;
 }
 
-Result<GRef<ArvCamera>> connect_by_serial(const std::string& serial) {
+Result<GRef<ArvCamera>> connect_by_serial(const std::string& serial, const OnControl& on_control) {
   std::string id;
   {
     // Aravis has one list of devices a process; two cameras that search at a time would shuffle each other's.
@@ -58,7 +82,7 @@ Result<GRef<ArvCamera>> connect_by_serial(const std::string& serial) {
       if (const char* found = arv_get_device_serial_nbr(i); found && serial == found) id = arv_get_device_id(i);
   }
   if (id.empty()) return Error{ErrorCode::Unavailable, fmt::format("no camera with serial number {}", serial)};
-  return connect_by_name(id);
+  return connect_by_name(id, on_control);
 }
 
 bool is_loopback(ArvGvDevice* device) {
@@ -159,11 +183,11 @@ Error take_error(std::string_view attempted, GError* error) {
   return made;
 }
 
-Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config) {
-  auto camera = !config.address.empty() && !config.interface.empty() ? connect_at(config.interface, config.address)
-                : !config.address.empty()                            ? connect_by_name(config.address)
-                : !config.id.empty()                                 ? connect_by_name(config.id)
-                                                                     : connect_by_serial(config.serial);
+Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config, const OnControl& on_control) {
+  auto camera = !config.address.empty() && !config.interface.empty() ? connect_at(config.interface, config.address, on_control)
+                : !config.address.empty()                            ? connect_by_name(config.address, on_control)
+                : !config.id.empty()                                 ? connect_by_name(config.id, on_control)
+                                                                     : connect_by_serial(config.serial, on_control);
   if (!camera) return camera;
   if (!config.serial.empty()) {
     GError* error = nullptr;
@@ -177,6 +201,12 @@ Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config) {
       !arv_gv_device_is_controller(ARV_GV_DEVICE(arv_camera_get_device(camera->get()))))
     return Error{ErrorCode::Unavailable, "camera: another program controls it"};
   return camera;
+}
+
+sockaddr_in ipv4_of(GSocketAddress* address) {
+  sockaddr_in out{};
+  if (!address || !g_socket_address_to_native(address, &out, sizeof(out), nullptr) || out.sin_family != AF_INET) return {};
+  return out;
 }
 
 Status configure_camera(ArvCamera* camera, const AravisSource::Config& config) {

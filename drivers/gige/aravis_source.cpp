@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <bit>
 #include <deque>
+#include <optional>
 
 #include "drivers/gige/aravis_camera.hpp"
 #include "drivers/gige/image_stream.hpp"
@@ -25,10 +27,22 @@ ImageStreamCounts operator+(const ImageStreamCounts& a, const ImageStreamCounts&
           .broken_packets = a.broken_packets + b.broken_packets};
 }
 
-bool is_ipv4(const std::string& text) {
-  const GRef<GInetAddress> address(g_inet_address_new_from_string(text.c_str()));
-  return address && g_inet_address_get_family(address.get()) == G_SOCKET_FAMILY_IPV4;
-}
+/// Packets in a pool of this process.
+class PooledMemory final : public PacketMemory {
+ public:
+  explicit PooledMemory(std::size_t packets) : packets_(packets) {}
+  Status prepare(std::size_t packet_bytes) override {
+    pool_.emplace(std::bit_ceil(packet_bytes) * packets_);
+    return {};
+  }
+  MutableBuffer acquire(std::size_t bytes) override { return pool_->acquire(bytes); }
+  std::size_t bytes_in_use() const override { return pool_->bytes_in_use(); }
+  std::size_t limit_bytes() const override { return pool_->limit_bytes(); }
+
+ private:
+  const std::size_t packets_;
+  std::optional<BufferPool> pool_;
+};
 
 void on_control_lost(ArvDevice*, gpointer stream) { static_cast<ImageStream*>(stream)->interrupt(); }
 
@@ -51,46 +65,20 @@ struct AravisSource::Open {
   }
 };
 
-AravisSource::AravisSource(Config config) : config_(std::move(config)) {}
+AravisSource::AravisSource(Config config, SensorId sensor, AravisSurroundings surroundings)
+    : config_(std::move(config)),
+      sensor_(sensor),
+      surroundings_(std::move(surroundings)),
+      memory_(surroundings_.memory ? surroundings_.memory
+                                   : std::make_shared<PooledMemory>(config_.stream_buffers + config_.images_in_flight)) {}
 AravisSource::~AravisSource() { close(); }
-
-std::string AravisSource::Config::validate() const {
-  constexpr std::uint32_t kLargestSide = 65536;
-  if (address.empty() && id.empty() && serial.empty()) return "address, id, serial: one of them must name the camera";
-  if (!interface.empty() && (address.empty() || !is_ipv4(address) || !is_ipv4(interface)))
-    return fmt::format("interface: '{}' and address: '{}' must both be IPv4 addresses", interface, address);
-  if ((width == 0) != (height == 0)) return "width, height: both or neither";
-  if (width > kLargestSide || height > kLargestSide)
-    return fmt::format("width, height: {} x {} is not within 0 to {} pixels", width, height, kLargestSide);
-  if (width == 0 && (offset_x || offset_y)) return "offset_x, offset_y: only together with width and height";
-  if (exposure && (*exposure < std::chrono::microseconds(1) || *exposure > std::chrono::seconds(10)))
-    return fmt::format("exposure: {} ns is not within 1 us to 10 s", exposure->count());
-  if (frame_rate_hz < 0 || frame_rate_hz > 10'000)
-    return fmt::format("frame_rate_hz: {} is not within 0 to 10000 Hz", frame_rate_hz);
-  if (frame_rate_hz > 0 && !trigger_source.empty()) return "frame_rate_hz, trigger_source: not both";
-  if (packet_size != 0 && (packet_size < 576 || packet_size > 16'000))
-    return fmt::format("packet_size: {} is not 0 or within 576 to 16000 bytes", packet_size);
-  if (packet_delay < nanoseconds(0) || packet_delay > std::chrono::milliseconds(10))
-    return fmt::format("packet_delay: {} ns is not within 0 to 10 ms", packet_delay.count());
-  if (give_up_after < std::chrono::milliseconds(10) || give_up_after > std::chrono::seconds(10))
-    return fmt::format("give_up_after: {} ms is not within 10 ms to 10 s", give_up_after.count());
-  if (socket_buffer_bytes > 1u << 30)
-    return fmt::format("socket_buffer_bytes: {} is not within 0 to {}", socket_buffer_bytes, 1u << 30);
-  if (realtime_priority < 0 || realtime_priority > 99)
-    return fmt::format("realtime_priority: {} is not within 0 to 99", realtime_priority);
-  if (stream_buffers < 2 || stream_buffers > 1000)
-    return fmt::format("stream_buffers: {} is not within 2 to 1000", stream_buffers);
-  if (images_in_flight < 1 || images_in_flight > 10'000)
-    return fmt::format("images_in_flight: {} is not within 1 to 10000", images_in_flight);
-  return {};
-}
 
 Status AravisSource::open() {
   close();
-  auto camera = connect_camera(config_);
+  auto camera = connect_camera(config_, surroundings_.on_control);
   if (!camera) return camera.error();
   if (const Status configured = configure_camera(camera->get(), config_); !configured) return configured;
-  auto stream = ImageStream::start(camera->get(), config_);
+  auto stream = ImageStream::start(camera->get(), config_, *memory_);
   if (!stream) return stream.error();
   open_ = std::make_unique<Open>();
   open_->camera = std::move(*camera);
@@ -113,7 +101,7 @@ Result<Packet> AravisSource::next(std::stop_token stop) {
     auto image = stream.wait(kWait, stop);
     const bool is_last = !image && stream.is_interrupted();
     look_for_losses(host_now(), is_last);
-    if (image) return Packet{config_.sensor, PacketKind::Wire, false, 0, image->received, std::move(image->packet)};
+    if (image) return Packet{sensor_, PacketKind::Wire, false, 0, image->received, std::move(image->packet)};
   }
   if (!open_->faults.empty()) {
     Packet fault = std::move(open_->faults.front());
@@ -131,18 +119,17 @@ void AravisSource::look_for_losses(HostTime now, bool is_last) {
   const ImageStreamCounts seen = open_->stream->counts(), told = std::exchange(open_->told, seen);
   const auto fault = [&](FaultKind kind, std::uint64_t count, std::string detail) {
     if (count == 0) return;
-    const Fault made{config_.sensor, kind, now, count, std::move(detail)};
-    open_->faults.push_back({config_.sensor, PacketKind::Fault, false, 0, now, Buffer::copy_of(encode_fault(made))});
+    const Fault made{sensor_, kind, now, count, std::move(detail)};
+    open_->faults.push_back({sensor_, PacketKind::Fault, false, 0, now, Buffer::copy_of(encode_fault(made))});
   };
   const std::uint64_t incomplete = seen.incomplete_images - told.incomplete_images;
   fault(FaultKind::Lost, incomplete,
         fmt::format("{} images incomplete: {} packets missing, {} came when asked for again", incomplete,
                     seen.missing_packets - told.missing_packets, seen.resent_packets - told.resent_packets));
-  const BufferPool& pool = open_->stream->pool();
   fault(FaultKind::Overflow, seen.underruns - told.underruns,
         fmt::format("packets of images found no free buffer: {} of {} MB are held, so recorder or pipeline is behind "
                     "(images_in_flight)",
-                    pool.bytes_in_use() >> 20, pool.limit_bytes() >> 20));
+                    memory_->bytes_in_use() >> 20, memory_->limit_bytes() >> 20));
   fault(FaultKind::Malformed, seen.broken_packets - told.broken_packets,
         "packets in error, or images larger than the camera announced");
 }

@@ -1,11 +1,14 @@
 #include "drivers/gige/image_stream.hpp"
 
+#include <fmt/format.h>
 #include <pthread.h>
+#include <sys/socket.h>
 
 #include <algorithm>
-#include <bit>
+#include <thread>
 #include <utility>
 
+#include "drivers/gige/gvsp_filter.hpp"
 #include "drivers/transport/host_clock.hpp"
 
 namespace hueline::drivers {
@@ -19,10 +22,6 @@ void delete_memory(gpointer memory) { delete static_cast<MutableBuffer*>(memory)
 
 MutableBuffer& memory_of(ArvBuffer* buffer) {
   return *static_cast<MutableBuffer*>(const_cast<void*>(arv_buffer_get_user_data(buffer)));
-}
-
-std::size_t pool_bytes(const AravisSource::Config& config, std::size_t payload) {
-  return std::bit_ceil(kImageHeaderSize + payload) * (config.stream_buffers + config.images_in_flight);
 }
 
 ImageStatus status_of(ArvBuffer* buffer) {
@@ -50,19 +49,54 @@ void set_region(ImageHeader& header, gint x, gint y, gint width, gint height, Ar
   header.stride = (header.width * (pfnc >> 16 & 0xFF) + 7) / 8;
 }
 
+/// Has the kernel keep from Aravis what is no packet of an image of `payload` bytes. To be called while the stream has no buffers: until then it
+/// looks at packets and forgets them.
+Status guard(ArvCamera* camera, ArvStream* stream, std::size_t payload) {
+  auto* const device = ARV_GV_DEVICE(arv_camera_get_device(camera));
+  GError* error = nullptr;
+  GvspStreamShape shape;
+  shape.camera = ipv4_of(arv_gv_device_get_device_address(device)).sin_addr;
+  shape.own = ipv4_of(arv_gv_device_get_interface_address(device)).sin_addr;
+  shape.own_port = arv_gv_stream_get_port(ARV_GV_STREAM(stream));
+  shape.payload_bytes = payload;
+  shape.packet_bytes = arv_gv_device_get_packet_size(device, &error);
+  if (error) return take_error("read the packet size", error);
+  if (shape.packet_bytes < 100 || shape.packet_bytes > 65'535)
+    return Error{ErrorCode::Invalid, fmt::format("packet_size: the camera's packets have {} bytes", shape.packet_bytes)};
+
+  const auto sockets = own_sockets(AF_INET, SOCK_DGRAM);
+  const auto udp = std::ranges::find_if(sockets, [&](int fd) { return ntohs(bound_address(fd).sin_port) == shape.own_port; });
+  if (udp == sockets.end()) return Error{ErrorCode::Io, "camera: the stream has no socket that could be guarded"};
+  // The thread begins anew behind the filter, and what came before it is thrown away.
+  arv_stream_stop_thread(stream, FALSE);
+  if (const Status attached = attach_filter(*udp, gvsp_filter_of_udp_socket(shape)); !attached) return attached;
+  for (char byte = 0; ::recv(*udp, &byte, 1, MSG_DONTWAIT | MSG_TRUNC) >= 0;) continue;
+  arv_stream_start_thread(stream);
+  for (const int fd : own_sockets(AF_PACKET, SOCK_RAW)) {
+    if (const Status attached = attach_filter(fd, gvsp_filter_of_packet_socket(shape)); !attached) return attached;
+    // The UDP socket would fill with a second copy that nobody reads.
+    if (const Status attached = attach_filter(*udp, filter_of_nothing()); !attached) return attached;
+    // Its ring hands over what it has within 5 ms.
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  }
+  return {};
+}
+
 }  // namespace
 
-ImageStream::ImageStream(const AravisSource::Config& config, std::size_t payload)
-    : config_(config), payload_(payload), pool_(pool_bytes(config, payload)) {}
+ImageStream::ImageStream(const AravisSource::Config& config, PacketMemory& memory, std::size_t payload)
+    : config_(config), payload_(payload), memory_(memory) {}
 
-Result<std::unique_ptr<ImageStream>> ImageStream::start(ArvCamera* camera, const AravisSource::Config& config) {
+Result<std::unique_ptr<ImageStream>> ImageStream::start(ArvCamera* camera, const AravisSource::Config& config,
+                                                        PacketMemory& memory) {
   GError* error = nullptr;
   const guint payload = arv_camera_get_payload(camera, &error);
   if (error) return take_error("read the image size", error);
   gint x = 0, y = 0, width = 0, height = 0;
   arv_camera_get_region(camera, &x, &y, &width, &height, &error);
   if (error) return take_error("read the region", error);
-  std::unique_ptr<ImageStream> stream(new ImageStream(config, payload));
+  if (const Status prepared = memory.prepare(kImageHeaderSize + payload); !prepared) return prepared.error();
+  std::unique_ptr<ImageStream> stream(new ImageStream(config, memory, payload));
   set_region(stream->expected_, x, y, width, height, pfnc_code(config.pixel_format));
   stream->owned_stream_.reset(arv_camera_create_stream(camera, &ImageStream::on_event, stream.get(), &error));
   if (error) return take_error("open the image stream", error);
@@ -78,6 +112,8 @@ Result<std::unique_ptr<ImageStream>> ImageStream::start(ArvCamera* camera, const
                  config.packet_resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
                  "frame-retention", give_up_us, nullptr);
   }
+  if (stream->is_gige_)
+    if (const Status guarded = guard(camera, stream->owned_stream_.get(), payload); !guarded) return guarded.error();
   stream->stream_ = stream->owned_stream_.get();
   if (!stream->top_up()) return Error{ErrorCode::Exhausted, "camera: no memory for images"};
   arv_camera_start_acquisition(camera, &error);
@@ -92,7 +128,7 @@ void ImageStream::stop() { owned_stream_.reset(); }
 
 bool ImageStream::top_up() {
   while (given_ < config_.stream_buffers) {
-    MutableBuffer memory = pool_.acquire(kImageHeaderSize + payload_);
+    MutableBuffer memory = memory_.acquire(kImageHeaderSize + payload_);
     if (!memory) return false;
     std::byte* pixels = memory.data() + kImageHeaderSize;
     auto* kept = new MutableBuffer(std::move(memory));

@@ -14,7 +14,7 @@
 
 namespace hueline::drivers {
 
-/// A camera's images in pooled buffers: header room, then the pixels that Aravis writes. The receiving thread is
+/// A camera's images in the memory that they are given: header room, then the pixels that Aravis writes. The receiving thread is
 /// Aravis's; it only stamps and queues. Everything else belongs to the reader's thread.
 class ImageStream {
  public:
@@ -23,9 +23,10 @@ class ImageStream {
     ImageHeader header;
     Buffer packet;
   };
-  static Result<std::unique_ptr<ImageStream>> start(ArvCamera* camera, const AravisSource::Config& config);
+  static Result<std::unique_ptr<ImageStream>> start(ArvCamera* camera, const AravisSource::Config& config,
+                                                     PacketMemory& memory);
   ~ImageStream();
-  /// Ends the stream; nothing but destruction, interrupt() and pool() may follow.
+  /// Ends the stream; nothing but destruction and interrupt() may follow.
   void stop();
   ImageStream(const ImageStream&) = delete;
   ImageStream& operator=(const ImageStream&) = delete;
@@ -39,7 +40,6 @@ class ImageStream {
   bool is_interrupted() const { return is_interrupted_; }
 
   ImageStreamCounts counts() const;
-  const BufferPool& pool() const { return pool_; }
 
  private:
   struct Finished {
@@ -47,7 +47,7 @@ class ImageStream {
     HostTime at{};
     std::uint64_t missing_packets = 0;  // of the stream so far
   };
-  ImageStream(const AravisSource::Config& config, std::size_t payload);
+  ImageStream(const AravisSource::Config& config, PacketMemory& memory, std::size_t payload);
   static void on_event(void* self, ArvStreamCallbackType type, ArvBuffer* buffer);
   void take_finished();
   std::uint64_t info(const char* name) const;
@@ -56,7 +56,7 @@ class ImageStream {
   const AravisSource::Config& config_;
   const std::size_t payload_;
   ImageHeader expected_;  // the region that the camera was set to
-  BufferPool pool_;
+  PacketMemory& memory_;
   GRef<ArvStream> owned_stream_;
   std::atomic<ArvStream*> stream_{nullptr};  // for the receiving thread
   std::atomic<std::size_t> given_{0};        // buffers that the stream holds

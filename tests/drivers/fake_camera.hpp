@@ -24,6 +24,12 @@ class FakeCamera {
   void lose(double ratio) { g_object_set(camera_, "gvsp-lost-ratio", ratio, nullptr); }
   std::uint32_t exposure_us() const { return exposure_us_; }
   std::uint32_t gain() const { return gain_; }
+  /// Where the client wants its images: anybody on the network may read that from a camera.
+  std::uint16_t stream_port() const {
+    guint32 port = 0;
+    arv_fake_camera_read_register(arv_gv_fake_camera_get_fake_camera(camera_), 0xD00, &port);
+    return static_cast<std::uint16_t>(port);
+  }
 
   static std::uint8_t pixel(std::uint64_t frame_id, std::size_t at) {
     return static_cast<std::uint8_t>(frame_id * 31 + at * 7 + (at >> 8) + (at >> 16));

@@ -92,8 +92,8 @@ TEST_F(GigeCable, PacketsLostOnTheWayAreCounted) {
 
 TEST_F(GigeCable, PulledCableIsDisconnectedAndAPluggedOneOpens) {
   config_.serial = "GV01";
-  AravisSource source(config_);
-  const auto opened = source.open();
+  GuestSource source(guest_of(config_));
+  const auto opened = open(source);
   ASSERT_TRUE(opened.ok()) << opened.error().message;
   EXPECT_EQ(read(source, seconds(5), images(3)).images.size(), 3U);
   ASSERT_TRUE(run_there("ip link set v1 down"));
@@ -102,7 +102,7 @@ TEST_F(GigeCable, PulledCableIsDisconnectedAndAPluggedOneOpens) {
                 .ended,
             ErrorCode::Disconnected);
   ASSERT_TRUE(run_there("ip link set v1 up"));
-  const auto reopened = source.open();
+  const auto reopened = open(source);
   ASSERT_TRUE(reopened.ok()) << reopened.error().message;
   EXPECT_EQ(read(source, seconds(5), images(3)).images.size(), 3U);
 }

@@ -9,6 +9,8 @@
 
 #include "drivers/gige/aravis_source.hpp"
 #include "drivers/gige/image_decoder.hpp"
+#include "drivers/guest/config_text.hpp"
+#include "drivers/guest/guest_source.hpp"
 #include "drivers/transport/host_clock.hpp"
 #include "tests/drivers/fake_camera.hpp"
 #include "tests/drivers/network_lab.hpp"
@@ -28,6 +30,20 @@ inline AravisSource::Config at_loopback() {
   return config;
 }
 
+/// The same camera through a process of its own.
+inline GuestSource::Config guest_of(const AravisSource::Config& camera) {
+  GuestSource::Config config;
+  config.driver = "genicam";
+  config.text = write_config(camera);
+  config.slots = camera.stream_buffers + camera.images_in_flight;
+  return config;
+}
+/// open() until it says something else than TimedOut.
+inline Status open(PacketSource& source) {
+  for (;;)
+    if (Status opened = source.open(); opened.ok() || opened.error().code != ErrorCode::TimedOut) return opened;
+}
+
 // What came within `limit`, or until `enough` says so.
 struct Catch {
   std::vector<Packet> packets;
@@ -36,7 +52,7 @@ struct Catch {
   std::optional<ErrorCode> ended;             // anything but TimedOut
 };
 template <class Enough>
-Catch read(AravisSource& source, nanoseconds limit, Enough&& enough, bool keep_packets = true) {
+Catch read(PacketSource& source, nanoseconds limit, Enough&& enough, bool keep_packets = true) {
   Catch caught;
   ImageDecoder decoder({});
   const HostTime end = host_now() + limit;

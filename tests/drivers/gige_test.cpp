@@ -87,8 +87,8 @@ TEST_F(Gige, AnotherCameraOrAnImpossibleSettingIsRefused) {
 
 TEST_F(Gige, AbsentCameraIsUnavailable) {
   if (!has_own_network) GTEST_SKIP() << "another camera may be on the machine's loopback";
-  AravisSource source(at_loopback());
-  const auto opened = source.open();
+  GuestSource source(guest_of(at_loopback()));
+  const auto opened = open(source);
   ASSERT_FALSE(opened.ok());
   EXPECT_EQ(opened.error().code, ErrorCode::Unavailable) << opened.error().message;
 }
@@ -152,8 +152,8 @@ TEST_F(Gige, HeldImagesExhaustThePoolAndThatIsSaid) {
 
 TEST_F(Gige, KilledCameraIsDisconnectedAndItsSuccessorOpens) {
   auto camera = std::make_optional<FakeCamera>("127.0.0.1", "GV01");
-  AravisSource source(at_loopback());
-  ASSERT_TRUE(source.open().ok());
+  GuestSource source(guest_of(at_loopback()));
+  ASSERT_TRUE(open(source).ok());
   EXPECT_EQ(read(source, seconds(5), images(5)).images.size(), 5U);
   camera.reset();
   const HostTime killed = host_now();
@@ -163,7 +163,7 @@ TEST_F(Gige, KilledCameraIsDisconnectedAndItsSuccessorOpens) {
   EXPECT_LT(host_now() - killed, seconds(12));
   GTEST_LOG_(INFO) << "disconnected after " << to_seconds(host_now() - killed) << " s";
   camera.emplace("127.0.0.1", "GV01");
-  const auto reopened = source.open();
+  const auto reopened = open(source);
   ASSERT_TRUE(reopened.ok()) << reopened.error().message;
   EXPECT_EQ(read(source, seconds(5), images(5)).images.size(), 5U);
 }

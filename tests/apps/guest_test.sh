@@ -1,0 +1,73 @@
+#!/usr/bin/env bash
+# The camera's library dies, hangs and cannot reach its camera while a drive is captured: nothing else notices, and a replay gives the same
+# bytes. In a network of its own, in which an interface's address can come later.
+# usage: guest_test.sh HUELINE SOURCE_DIR
+set -euo pipefail
+if [ "${3-}" != inside ]; then
+  unshare --net true 2>/dev/null || { echo "skipped: needs the privilege to make network namespaces"; exit 77; }
+  exec unshare --net -- "$0" "$1" "$2" inside
+fi
+hueline=$1 source=$2
+ip link set lo up
+work=$(mktemp -d)
+trap 'kill $(jobs -p) 2>/dev/null || true; rm -rf "$work"' EXIT
+cd "$work"
+. "$source/tests/apps/program.sh"
+scenario=$source/tests/scenarios/short.yaml
+ports="--pps-socket $work/pps.sock"
+$hueline simulate "$scenario" --out sim --write-rig rig.yaml $ports >/dev/null
+
+guest_of() { pgrep -P "$1" -x hueline-guest || true; }
+# wait_for WHAT COMMAND...: until the command gives something, at most a minute
+wait_for() { local what=$1; shift; for _ in $(seq 600); do [ -z "$("$@")" ] || return 0; sleep 0.1; done; fail "in vain: $what"; }
+another_guest() { local now; now=$(guest_of "$1"); [ "$now" = "$2" ] || echo "$now"; }
+same_when_replayed() {
+  $hueline replay "$1/drive.mcap" --out "$1-again" >/dev/null
+  cmp "$1/cloud.las" "$1-again/cloud.las" && cmp "$1/view.mcap" "$1-again/view.mcap" || fail "a replay of $1 gives other bytes"
+}
+
+# A guest that is killed, one that hangs.
+$hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 &
+$hueline capture rig.yaml --out drive --until-silent --seconds 60 --quiet >said.txt 2>&1 &
+capture=$!
+wait_for "the camera's guest" guest_of $capture
+sleep 2  # the drive is under way
+for signal in KILL STOP; do
+  guest=$(guest_of $capture)
+  [ -n "$guest" ] || fail "no guest to send $signal to"
+  kill -$signal $guest
+  wait_for "a guest after $signal" another_guest $capture $guest
+done
+wait $capture || fail "the capture with broken guests gave $?"
+says 'Disconnected.*x2|Disconnected x[2-9]'
+grep -q "ended by signal 9" drive/summary.json || { cat drive/summary.json; fail "the killed guest is not told"; }
+grep -q "so it hangs" drive/summary.json || { cat drive/summary.json; fail "the hanging guest is not told"; }
+[ "$($hueline inspect drive/cloud.las --json | sed -n 's/.*"points": \([0-9]*\).*/\1/p')" -gt 100000 ] || fail "too few points"
+same_when_replayed drive
+
+# An own address that this computer has not; then it has.
+sed 's/^    interface: .*/    interface: 10.77.79.109/' rig.yaml >later.yaml
+$hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 &
+$hueline capture later.yaml --out later --until-silent --seconds 60 --quiet >said.txt 2>&1 &
+capture=$!
+wait_for "a recording" ls later/drive.mcap 2>/dev/null
+sleep 1
+kill -0 $capture || fail "the capture ended for an address that this computer has not"
+ip address add 10.77.79.109/32 dev lo
+wait $capture || fail "the capture with a late address gave $?"
+grep -q "interface: this computer has no address 10.77.79.109" later/summary.json || { cat later/summary.json; fail "the missing address is not told"; }
+grep -q '"kind": "Reconnected"' later/summary.json || { cat later/summary.json; fail "the camera did not come"; }
+same_when_replayed later
+
+# Ctrl-C while the camera is being asked, which takes its library seconds.
+ip address add 10.77.79.110/32 dev lo
+sed 's/^    address: 127.0.0.1/    address: 10.77.79.110/; s/^    interface: .*/    interface: 10.77.79.110/' rig.yaml >absent.yaml
+$hueline capture absent.yaml --out absent --seconds 60 --quiet >said.txt 2>&1 &
+capture=$!
+wait_for "a guest that asks for its camera" guest_of $capture
+guest=$(guest_of $capture)
+kill -INT $capture
+status=0; wait $capture || status=$?
+[ $status = 5 ] || fail "Ctrl-C while connecting gave $status"
+kill -0 $guest 2>/dev/null && fail "the guest outlived the capture"
+echo "guests killed, hung and unreachable: the drives are whole, replays agree"
