@@ -10,7 +10,7 @@ LiveRun::LiveRun(std::vector<Source> sources, std::unique_ptr<storage::JournalWr
     : config_(config),
       record_(config.record_queue),
       pipeline_(config.pipeline_queue),
-      recorder_(std::move(journal), config.flush_period),
+      recorder_(std::move(journal)),
       process_(std::move(process)) {
   std::vector<Ingest::Sensor> sensors(1);
   for (const auto& source : sources) {
@@ -66,7 +66,7 @@ Status LiveRun::record_until_the_end() {
   constexpr std::chrono::milliseconds kInAHurry{500};
   std::optional<std::chrono::steady_clock::time_point> hurries_since;
   while (!record_.is_drained()) {
-    const auto packet = record_.pop_within(config_.flush_period);
+    const auto packet = record_.pop_within(config_.pause_after);
     const auto now = std::chrono::steady_clock::now();
     if (packet && hurries_) {
       if (!hurries_since) hurries_since = now;

@@ -21,7 +21,7 @@ class LiveRun {
   struct Config {
     PacketQueue::Limits record_queue{200'000, std::size_t{1} << 30};   ///< seconds of a stalled disk
     PacketQueue::Limits pipeline_queue{100'000, std::size_t{1} << 29};
-    std::chrono::milliseconds flush_period{1000};  ///< recorded data older than this have been given to the disk
+    std::chrono::milliseconds pause_after{500};  ///< when no packet comes for so long, what has come goes to the disk
   };
   struct Source {
     SensorId sensor;

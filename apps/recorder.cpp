@@ -3,15 +3,11 @@
 namespace hueline::apps {
 
 Status Recorder::take(const Packet& packet, std::chrono::nanoseconds now) {
-  if (!std::exchange(has_begun_, true)) flushed_ = now;
   if (packet.sequence > next_sequence_) gaps_.push_back({taken_, packet.sequence - next_sequence_});
   next_sequence_ = packet.sequence + 1;
   ++taken_;
   is_resting_ = false;
-  if (Status done = journal_->append(packet); !done) return done;
-  if (now - flushed_ < flush_period_) return {};
-  flushed_ = now;
-  return journal_->flush();
+  return journal_->append(packet, now);
 }
 
 Status Recorder::pause() {

@@ -12,10 +12,10 @@ namespace hueline::apps {
 /// What the recorder's thread does with each packet that it takes from its queue. Reads no clock. Thread-bound.
 class Recorder {
  public:
-  /// What lies in memory goes to the kernel this often, by the recorder's own clock, however its packets are stamped.
-  Recorder(std::unique_ptr<storage::JournalWriter> journal, std::chrono::milliseconds flush_period) : journal_(std::move(journal)), flush_period_(flush_period) {}
+  explicit Recorder(std::unique_ptr<storage::JournalWriter> journal) : journal_(std::move(journal)) {}
 
-  /// `now`: of any clock that does not step. The first error ends the recording: nothing is to be taken afterwards.
+  /// `now`: of any clock that does not step; what lies in memory goes to the kernel and to the medium by it, however the packets are
+  /// stamped. The first error ends the recording: nothing is to be taken afterwards.
   Status take(const Packet& packet, std::chrono::nanoseconds now);
   /// No packet came for a while: what was taken goes to the medium. Errors as of take().
   Status pause();
@@ -33,9 +33,7 @@ class Recorder {
     std::uint64_t packets_before, size;
   };
   std::unique_ptr<storage::JournalWriter> journal_;
-  const std::chrono::milliseconds flush_period_;
-  std::chrono::nanoseconds flushed_{};
-  bool has_begun_ = false, is_resting_ = false;
+  bool is_resting_ = false;
   std::uint64_t taken_ = 0, next_sequence_ = 0;
   std::vector<Gap> gaps_;  // in the sequences
 };

@@ -24,7 +24,7 @@ class Steps {
         record_({LiveRun::Config().record_queue.items, queue_bytes}),
         pipeline_({LiveRun::Config().pipeline_queue.items}),
         ingest_(std::vector<Ingest::Sensor>(rig.sensors.size() + 1), record_, pipeline_, {LiveRun::Config().pipeline_queue.items}),
-        recorder_(std::move(journal), LiveRun::Config().flush_period) {}
+        recorder_(std::move(journal)) {}
 
   /// Lets the recorder work until then. False if the program is dead or its recording failed.
   bool run_until(std::int64_t now_ns) {
@@ -42,6 +42,7 @@ class Steps {
 
   void submit(const Packet& packet, SimulatedCapture& out) {
     const bool is_accepted = ingest_.submit(packet);
+    if (packet.kind == PacketKind::Fault) return keep_told(~std::uint64_t{0}, out);  // when and how Ingest tells it
     const std::uint64_t sequence = ingest_.next_sequence() - 1;
     out.packets.push_back({sequence, packet.sensor, packet.kind, static_cast<std::uint32_t>(packet.bytes.size()), is_accepted});
     newest_ = std::max(newest_, packet.received);
@@ -136,6 +137,7 @@ Status for_each_accepted_packet(const SimulatedCapture& capture, const sim::Driv
   };
   bool goes_on = true;
   const Status fed = for_each_simulated_packet(drive, timeline, rig, [&](const Packet& packet) {
+    if (packet.kind == PacketKind::Fault) return true;  // among those that were told
     if (number == capture.packets.size()) return false;
     const SimulatedCapture::Submitted submitted = capture.packets[number++];
     goes_on = give_told(submitted.sequence);

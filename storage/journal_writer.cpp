@@ -40,7 +40,7 @@ Result<JournalWriter> JournalWriter::create(const std::filesystem::path& path, c
   mcap.profile = kJournalProfile;
   mcap.compression = config.compression;
   mcap.chunk_bytes = config.chunk_bytes;
-  mcap.chunk_time = config.chunk_time;
+  mcap.chunk_time = nanoseconds::max();  // append() ends chunks by another clock than the messages'
   mcap.if_exists = config.if_exists;
   Result<McapWriter> writer = McapWriter::create(path, mcap, disk);
   if (!writer) return writer.error();
@@ -67,10 +67,18 @@ Result<JournalWriter> JournalWriter::create(const std::filesystem::path& path, c
   return JournalWriter(std::move(*writer), header.sensors.size(), config);
 }
 
-Status JournalWriter::append(const Packet& packet) {
+Status JournalWriter::append(const Packet& packet, nanoseconds now) {
   if (packet.sensor >= counts_.size())
     return Error{ErrorCode::Invalid, "sensor " + std::to_string(packet.sensor) + " is not in the recording's header"};
   Counts& counts = counts_[packet.sensor];
+  if (writer_.bytes_waiting() == 0) chunk_begun_ = now;
+  if (now - *chunk_begun_ >= config_.chunk_time) {
+    if (Status flushed = writer_.flush(); !flushed) {
+      ++counts.refused;
+      return flushed;
+    }
+    chunk_begun_ = now;
+  }
   head_.clear();
   append_raw_packet_head(head_, packet);
   const auto log_time = static_cast<std::uint64_t>(std::max<std::int64_t>(0, count_ns(packet.received)));
@@ -81,14 +89,11 @@ Status JournalWriter::append(const Packet& packet) {
   }
   ++counts.packets;
   counts.payload_bytes += packet.bytes.size();
-  if (config_.sync_interval > nanoseconds(0)) {
-    if (!synced_once_) last_sync_ = packet.received, synced_once_ = true;
-    if (packet.received - last_sync_ >= config_.sync_interval) {
-      last_sync_ = packet.received;
-      return writer_.sync();
-    }
-  }
-  return {};
+  if (config_.sync_interval == nanoseconds(0)) return {};
+  if (!last_sync_) last_sync_ = now;
+  if (now - *last_sync_ < config_.sync_interval) return {};
+  last_sync_ = now;
+  return writer_.sync();
 }
 
 }  // namespace hueline::storage

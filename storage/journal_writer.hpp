@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "core/packet.hpp"
 #include "storage/journal_header.hpp"
 #include "storage/mcap_writer.hpp"
@@ -16,9 +18,10 @@ class JournalWriter {
   struct Config {
     Compression compression = Compression::None;              ///< images do not compress at the speed they come
     std::uint64_t chunk_bytes = 4u << 20;                     ///< see McapWriter::Config
-    nanoseconds chunk_time = std::chrono::milliseconds(500);  ///< a killed program loses at most this much
-    /// Data is forced to the medium this often, by the packets' time; 0: only by sync() and close(). A power cut loses
-    /// at most this.
+    /// Data is handed to the kernel this often: a killed program loses at most this much. By the clock that append() is
+    /// told, as sync_interval: the packets' stamps come from devices, and promises to users do not hang on those.
+    nanoseconds chunk_time = std::chrono::milliseconds(500);
+    /// Data is forced to the medium this often; 0: only by sync() and close(). A power cut loses at most this.
     nanoseconds sync_interval = std::chrono::seconds(2);
     IfExists if_exists = IfExists::Refuse;
     std::string validate() const;
@@ -37,8 +40,9 @@ class JournalWriter {
     return create(path, header, Config());
   }
 
-  /// Invalid if the sensor is not in the header; Io if the file could not be written (now or earlier).
-  Status append(const Packet& packet);
+  /// `now`: of any clock that does not step. Invalid if the sensor is not in the header; Io if the file could not be
+  /// written (now or earlier).
+  Status append(const Packet& packet, nanoseconds now);
   /// Everything so far to the kernel: call it when packets pause.
   Status flush() { return writer_.flush(); }
   /// Everything so far to the medium.
@@ -64,8 +68,7 @@ class JournalWriter {
   McapWriter writer_;
   Config config_;
   std::vector<Counts> counts_;
-  HostTime last_sync_{};
-  bool synced_once_ = false;
+  std::optional<nanoseconds> chunk_begun_, last_sync_;  // by the clock of append()
   Bytes head_;
 };
 

@@ -84,7 +84,7 @@ TEST(LiveRun, FlushesWhatItHasWhileADeviceIsSlowToLeave) {
     sources.push_back({1, "quiet", std::make_unique<Quiet>(3), {}, false});
     sources.push_back({2, "stuck", std::make_unique<Stuck>(let_go), {}, false});
     LiveRun::Config config;
-    config.flush_period = 20ms;
+    config.pause_after = 20ms;
     LiveRun run(std::move(sources), journal_at(dir / "drive.mcap"), [](const Packet&) {}, config);
     run.start();
     ASSERT_TRUE(comes_true([&] { return run.ingest().counts(1).packets == 3; }));

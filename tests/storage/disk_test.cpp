@@ -14,6 +14,7 @@ namespace {
 using test::sample_header;
 using test::sample_packets;
 using test::TemporaryFolder;
+using test::time_of;
 
 /// The kernel's disk, but the call of that number (from 1) of a kind has another answer; after it all is well again.
 struct Answers {
@@ -87,12 +88,36 @@ TEST(FailingDisk, ASyncThatFailsOnceLeavesOnlyWhatWasSyncedBefore) {
     auto writer = JournalWriter::create(folder / "drive.mcap", sample_header(), synced_often(), disk);
     ASSERT_TRUE(writer) << writer.error().message;
     std::size_t taken = 0;
-    while (taken < packets.size() && writer->append(packets[taken])) ++taken;
+    while (taken < packets.size() && writer->append(packets[taken], time_of(packets[taken]))) ++taken;
     EXPECT_EQ(taken, 300u) << "the sync at 300 ms is the one that fails";
     EXPECT_FALSE(writer->close()) << "although the kernel says of no later sync that anything is wrong";
     EXPECT_GT(answers.syncs, 3);
     EXPECT_EQ(writer->packets_on_medium(), 201u);
     EXPECT_GE(writer->packets_written(), 301u);
+  }
+}
+
+/// Whatever devices stamp: a day ahead and back again, or all the same.
+TEST(FailingDisk, SyncsGoByTheRecordersClockAndNotByStamps) {
+  int tame = 0;
+  for (const bool is_wild : {false, true}) {
+    const TemporaryFolder folder;
+    Answers answers;
+    AnsweringDisk disk(answers);
+    auto packets = packets_of_time();
+    auto writer = JournalWriter::create(folder / "drive.mcap", sample_header(), synced_often(), disk);
+    ASSERT_TRUE(writer);
+    const int before = answers.syncs, appended = answers.appends;
+    for (std::size_t i = 0; i < packets.size(); ++i) {
+      const nanoseconds now = time_of(packets[i]);
+      packets[i].received = is_wild && i % 2 ? host_time_ns(std::numeric_limits<std::int64_t>::max()) : host_time_ns(0);
+      ASSERT_TRUE(writer->append(packets[i], now));
+    }
+    EXPECT_EQ(answers.syncs - before, 3) << "at 100, 200 and 300 ms";
+    if (!is_wild) tame = answers.appends - appended;
+    EXPECT_LE(answers.appends - appended, tame + 10) << "as many chunks";
+    EXPECT_EQ(writer->packets_on_medium(), 301u);
+    EXPECT_TRUE(writer->close());
   }
 }
 
@@ -110,7 +135,7 @@ TEST(FailingDisk, AFullDiskKeepsWhatIsWholeOnTheMedium) {
     auto writer = JournalWriter::create(folder / "drive.mcap", sample_header(), config, disk);
     ASSERT_TRUE(writer);
     for (const Packet& packet : packets)
-      if (!writer->append(packet)) break;
+      if (!writer->append(packet, time_of(packet))) break;
     const Status closed = writer->close();
     in_all = answers.appends;
     if (!is_full) continue;
@@ -133,7 +158,7 @@ TEST(FailingDisk, ShortWritesAndInterruptsAreNoFailure) {
   const auto packets = packets_of_time();
   auto writer = JournalWriter::create(folder / "drive.mcap", sample_header(), synced_often(), disk);
   ASSERT_TRUE(writer);
-  for (const Packet& packet : packets) ASSERT_TRUE(writer->append(packet));
+  for (const Packet& packet : packets) ASSERT_TRUE(writer->append(packet, time_of(packet)));
   ASSERT_TRUE(writer->close());
   EXPECT_EQ(writer->packets_on_medium(), packets.size());
   EXPECT_EQ(packets_in(folder / "drive.mcap"), packets.size());

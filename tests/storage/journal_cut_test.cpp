@@ -16,6 +16,7 @@ using test::same;
 using test::sample_header;
 using test::sample_packets;
 using test::TemporaryFolder;
+using test::time_of;
 using test::write_file;
 
 struct Recording {
@@ -35,7 +36,7 @@ Recording make_recording(const std::filesystem::path& path) {
   EXPECT_TRUE(writer);
   std::uint64_t before = writer->bytes_written();
   for (std::size_t i = 0; i < r.packets.size(); ++i) {
-    EXPECT_TRUE(writer->append(r.packets[i]));
+    EXPECT_TRUE(writer->append(r.packets[i], time_of(r.packets[i])));
     if (i % 3 != 2) continue;
     EXPECT_TRUE(writer->flush());
     const std::string so_far = contents(path);
@@ -148,7 +149,7 @@ TEST(CutJournal, ReadsWhatAKilledWriterLeft) {
     config.chunk_bytes = 32 * 1024;
     auto writer = JournalWriter::create(path, sample_header(), config);
     for (const Packet& p : packets)
-      if (!writer->append(p)) ::_exit(1);
+      if (!writer->append(p, time_of(p))) ::_exit(1);
     ::_exit(writer->flush() ? 0 : 1);  // without close(), as SIGKILL leaves it
   }
   int result = 0;

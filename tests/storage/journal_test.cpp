@@ -14,11 +14,12 @@ using test::same;
 using test::sample_header;
 using test::sample_packets;
 using test::TemporaryFolder;
+using test::time_of;
 
 void record(const std::filesystem::path& path, const std::vector<Packet>& packets, JournalWriter::Config config = {}) {
   auto writer = JournalWriter::create(path, sample_header(), config);
   ASSERT_TRUE(writer) << writer.error().message;
-  for (const Packet& p : packets) ASSERT_TRUE(writer->append(p));
+  for (const Packet& p : packets) ASSERT_TRUE(writer->append(p, time_of(p)));
   const Status closed = writer->close();
   ASSERT_TRUE(closed) << closed.error().message;
   EXPECT_EQ(writer->packets_written(), packets.size());
@@ -70,9 +71,9 @@ TEST(JournalWriter, RefusesAnUnknownSensorAndCountsTheRest) {
   auto writer = JournalWriter::create(folder / "drive.mcap", sample_header());
   ASSERT_TRUE(writer);
   auto packets = sample_packets(14);
-  for (const Packet& p : packets) ASSERT_TRUE(writer->append(p));
+  for (const Packet& p : packets) ASSERT_TRUE(writer->append(p, time_of(p)));
   packets[0].sensor = 4;
-  EXPECT_EQ(writer->append(packets[0]).error().code, ErrorCode::Invalid);
+  EXPECT_EQ(writer->append(packets[0], {}).error().code, ErrorCode::Invalid);
   ASSERT_TRUE(writer->close());
   EXPECT_EQ(writer->counts()[0].packets, 2u);
   EXPECT_EQ(writer->packets_written(), 14u);

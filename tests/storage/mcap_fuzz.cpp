@@ -52,7 +52,7 @@ std::string small_recording(Compression compression) {
   config.if_exists = IfExists::Replace;
   auto writer = JournalWriter::create(file.path(), test::sample_header(), config);
   for (const Packet& p : test::sample_packets(30, 5000))
-    if (!writer || !writer->append(p)) std::abort();
+    if (!writer || !writer->append(p, test::time_of(p))) std::abort();
   if (!writer->close()) std::abort();
   return file.contents();
 }

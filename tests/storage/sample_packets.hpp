@@ -47,6 +47,9 @@ inline std::vector<Packet> sample_packets(int count, std::size_t image_bytes = 2
   return packets;
 }
 
+/// For JournalWriter: a recorder whose clock goes with the packets.
+inline nanoseconds time_of(const Packet& packet) { return packet.received.time_since_epoch(); }
+
 inline bool same(const Packet& a, const Packet& b) {
   return a.sensor == b.sensor && a.kind == b.kind && a.shed == b.shed && a.sequence == b.sequence &&
          a.received == b.received && a.bytes.size() == b.bytes.size() &&

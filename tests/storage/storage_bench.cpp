@@ -68,7 +68,7 @@ double journal_write(const std::filesystem::path& path, const std::vector<Packet
   const auto start = Clock::now();
   auto writer = JournalWriter::create(path, test::sample_header(), config);
   for (const Packet& p : packets)
-    if (!writer->append(p)) throw std::runtime_error("append");
+    if (!writer->append(p, test::time_of(p))) throw std::runtime_error("append");
   if (!writer->close()) throw std::runtime_error("close");
   return seconds(start);
 }

@@ -44,7 +44,7 @@ int fill_up(const std::filesystem::path& path, const std::vector<Packet>& packet
   std::uint64_t refused = 0;
   std::string first;
   for (const Packet& p : packets)
-    if (const Status appended = writer->append(p); !appended) {
+    if (const Status appended = writer->append(p, test::time_of(p)); !appended) {
       ++refused;
       if (appended.error().code != ErrorCode::Io) return 2;
       if (first.empty()) first = appended.error().message;

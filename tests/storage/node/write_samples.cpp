@@ -33,7 +33,7 @@ bool write_recordings(const std::filesystem::path& folder) {
     auto writer = JournalWriter::create(folder / ("raw_" + kind + ".mcap"), test::sample_header(), config);
     if (!writer) return !failed(writer.error());
     for (const Packet& p : packets)
-      if (failed(writer->append(p))) return false;
+      if (failed(writer->append(p, test::time_of(p)))) return false;
     if (failed(writer->close())) return false;
   }
   std::ofstream json(folder / "raw.json");
