@@ -1,5 +1,7 @@
 #include "apps/pipeline.hpp"
 
+#include <algorithm>
+
 #include "apps/devices.hpp"
 
 namespace hueline::apps {
@@ -25,37 +27,47 @@ Pipeline::~Pipeline() = default;
 void Pipeline::process(const Packet& packet) {
   if (packet.shed) return;
   measurements_.clear();
+  newest_ = std::max(newest_, packet.received);
   Decoder* decoder = packet.sensor < decoders_.size() ? decoders_[packet.sensor].get() : nullptr;
   if (packet.kind == PacketKind::Fault) {
     take_fault(packet, decoder);
   } else if (packet.kind == PacketKind::Wire && decoder) {
     decoder->decode(packet, measurements_);
   }
-  newest_ = packet.received;
   take_measurements();
   synchroniser_.advance(packet.received, synchronised_);
   take_synchronised();
+  faults_.advance(newest_);
+  tell_held();
 }
 
 void Pipeline::take_fault(const Packet& packet, Decoder* decoder) {
   const Result<Fault> fault = decode_fault(packet.sensor, packet.received, packet.bytes.bytes());
   if (!fault.ok()) {
-    sink_.on_fault({packet.sensor, FaultKind::Malformed, packet.received, 1, fault.error().message});
-    return;
+    return tell({packet.sensor, FaultKind::Malformed, packet.received, 1, fault.error().message});
   }
   // The stream will begin anew: what the decoder holds of the old one is decided first.
   if (decoder && fault->kind == FaultKind::Disconnected) {
     decoder->flush(measurements_);
     decoder->reset();
   }
-  measurements_.push_back(*fault);
+  sink_.on_fault(*fault);
+}
+
+void Pipeline::tell(Fault fault) {
+  faults_.add(std::move(fault), newest_);
+  tell_held();
+}
+
+void Pipeline::tell_held() {
+  for (const Fault& fault : faults_.take()) sink_.on_fault(fault);
 }
 
 void Pipeline::take_measurements() {
   for (Measurement& measurement : measurements_) {
     if (const auto* fix = std::get_if<GnssFix>(&measurement)) sink_.on_fix(*fix);
-    if (const auto* fault = std::get_if<Fault>(&measurement)) {
-      sink_.on_fault(*fault);
+    if (auto* fault = std::get_if<Fault>(&measurement)) {
+      tell(std::move(*fault));
       continue;
     }
     synchroniser_.process(std::move(measurement), synchronised_);
@@ -64,7 +76,7 @@ void Pipeline::take_measurements() {
 
 void Pipeline::take_synchronised() {
   for (const auto& change : synchronised_.state_changes) sink_.on_sync_state(change.time, change.clock, change.to);
-  for (const Fault& fault : synchronised_.faults) sink_.on_fault(fault);
+  for (Fault& fault : synchronised_.faults) tell(std::move(fault));
   for (const InsSolution& solution : synchronised_.ins) {
     colouring_.add(solution);
     if (!told_origin_ && colouring_.trajectory().origin()) {
@@ -86,7 +98,7 @@ void Pipeline::take_synchronised() {
   if (const auto watermark = synchroniser_.watermark()) colouring_.advance(*watermark);
   for (Fault& fault : colouring_.take_faults()) {
     fault.time = newest_;
-    sink_.on_fault(fault);
+    tell(std::move(fault));
   }
 }
 
@@ -100,8 +112,10 @@ void Pipeline::flush() {
   colouring_.flush();
   for (Fault& fault : colouring_.take_faults()) {
     fault.time = newest_;
-    sink_.on_fault(fault);
+    tell(std::move(fault));
   }
+  faults_.flush();
+  tell_held();
 }
 
 const DecodeCounts* Pipeline::counts(SensorId sensor) const {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "apps/fault_rate.hpp"
 #include "apps/products.hpp"
 #include "apps/summary.hpp"
 #include "config/rig.hpp"
@@ -36,6 +37,8 @@ class Pipeline {
   void take_fault(const Packet& packet, Decoder* decoder);
   void take_measurements();
   void take_synchronised();
+  void tell(Fault fault);
+  void tell_held();
 
   ProductSink& sink_;
   std::vector<std::unique_ptr<Decoder>> decoders_;  // by SensorId; null for the system
@@ -44,6 +47,7 @@ class Pipeline {
   std::vector<Measurement> measurements_;
   sync::SyncOutput synchronised_;
   HostTime newest_{};
+  FaultRate faults_;  // of those that are made here; those of the journal were held to the rate when they entered
   bool told_origin_ = false;
 };
 

@@ -72,7 +72,11 @@ bool Reader::read_until_trouble(std::stop_token stop) {
         state_ = State::Running;
       }
       packet->sensor = sensor_;
-      if (config_.is_recording && !ingest_.wait_for_room(stop)) return false;
+      if (!config_.is_recording) {
+        ingest_.submit(std::move(*packet), heard);
+        continue;
+      }
+      if (!ingest_.wait_for_room(stop)) return false;
       ingest_.submit(std::move(*packet));
       continue;
     }

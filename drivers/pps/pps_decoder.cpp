@@ -2,7 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace hueline::drivers {
+namespace {
+
+constexpr double kReceivedAsStamped_s = 1e-3;  // far above the rounding of the difference, far below what is judged
+
+}  // namespace
 
 std::string PpsDecoder::Config::validate() const {
   if (edge != PpsEdgeKind::Assert && edge != PpsEdgeKind::Clear) return "edge: assert or clear";
@@ -37,6 +44,13 @@ void PpsDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
     fault(FaultKind::Lost, sequence - *last_sequence_ - 1,
           fmt::format("PPS edges lost between {} and {}", *last_sequence_, sequence));
   last_sequence_ = sequence;
+  // Its packet was taken as received when it arrived, because the edge's own stamp cannot be: when it was nobody knows.
+  const double off_s = to_seconds(decoded->time.time_since_epoch()) - to_seconds(packet.received.time_since_epoch());
+  if (std::abs(off_s) > kReceivedAsStamped_s) {
+    counts_.ignored_bytes += bytes.size();
+    return fault(FaultKind::Spurious, 1,
+                 fmt::format("PPS edge {} is stamped {:+.3f} s off its arrival: not used", sequence, off_s));
+  }
   counts_.decoded_bytes += bytes.size();
   out.push_back(PpsEdge{packet.sensor, decoded->time, sequence});
 }

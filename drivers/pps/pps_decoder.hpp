@@ -11,8 +11,8 @@ namespace hueline::drivers {
 /// PPS packets -> PpsEdge. Pure; one decoder a sensor; not thread-safe.
 /// Only the configured edge becomes a measurement, the other one is counted as ignored. The gap between two sequence
 /// numbers is Fault Lost with the number of edges; a repeated edge is Fault Spurious and dropped; a sequence that falls
-/// is Fault Spurious (the source restarted without a reopen) and the edge is used. Wrong size, magic or edge: Fault
-/// Malformed.
+/// is Fault Spurious (the source restarted without a reopen) and the edge is used; an edge whose packet was not
+/// received when it says is Fault Spurious and not used. Wrong size, magic or edge: Fault Malformed.
 class PpsDecoder : public Decoder {
  public:
   struct Config {

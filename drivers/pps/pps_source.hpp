@@ -21,8 +21,7 @@ namespace hueline::drivers {
 ///
 /// Socket: SOCK_SEQPACKET of AF_UNIX, this side connects; one message an edge, HostTime of the same machine. A peer
 /// that hangs up is Disconnected. Messages that are not an edge are handed on with `received` = now (PpsDecoder says
-/// what is wrong). Edges stamped more than 10 s ago or in the future by more than 1 ms are handed on after a Fault
-/// ClockStep, said once a run of them.
+/// what is wrong). Stamps that cannot be are judged where all packets enter.
 ///
 /// Thread-bound. next() waits at most about 100 ms.
 class PpsSource : public PacketSource {

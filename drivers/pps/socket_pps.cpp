@@ -18,7 +18,6 @@ namespace hueline::drivers {
 namespace {
 
 constexpr int kWaitMs = 100;
-constexpr nanoseconds kOldest = std::chrono::seconds(10), kNewest = std::chrono::milliseconds(1);
 
 }  // namespace
 
@@ -41,7 +40,6 @@ Status SocketPps::open() {
 
 Result<Packet> SocketPps::next(std::stop_token stop) {
   if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped"};
-  if (!held_.bytes.empty()) return std::exchange(held_, {});
   if (fd_ < 0) return Error{ErrorCode::Disconnected, fmt::format("PPS socket {} is not open", path_)};
   pollfd readable{fd_, POLLIN, 0};
   if (::poll(&readable, 1, kWaitMs) <= 0) return Error{ErrorCode::TimedOut, {}};
@@ -55,32 +53,14 @@ Result<Packet> SocketPps::next(std::stop_token stop) {
     return Error{ErrorCode::Disconnected, fmt::format("PPS socket {}: {}", path_, why)};
   }
   const std::span<const std::byte> message(bytes.data(), static_cast<std::size_t>(size));
-  const HostTime now = host_now();
-  Packet packet{sensor_, PacketKind::Wire, false, 0, now, Buffer::copy_of(message)};
-  const auto edge = decode_pps(message);
-  if (!edge) return packet;
-  packet.received = edge->time;
-  const bool is_plausible = edge->time >= now - kOldest && edge->time <= now + kNewest;
-  if (is_plausible || is_implausible_) {
-    is_implausible_ = !is_plausible;
-    return packet;
-  }
-  is_implausible_ = true;
-  const Fault fault{
-      sensor_, FaultKind::ClockStep, now, 1,
-      fmt::format("PPS socket {}: edge {} is stamped {:.3f} s away from now; the sender must use this machine's "
-                  "CLOCK_MONOTONIC_RAW",
-                  path_, edge->sequence,
-                  to_seconds(edge->time.time_since_epoch()) - to_seconds(now.time_since_epoch()))};
-  held_ = std::move(packet);
-  return Packet{sensor_, PacketKind::Fault, false, 0, now, Buffer::copy_of(encode_fault(fault))};
+  Packet packet{sensor_, PacketKind::Wire, false, 0, host_now(), Buffer::copy_of(message)};
+  if (const auto edge = decode_pps(message)) packet.received = edge->time;
+  return packet;
 }
 
 void SocketPps::close() {
   if (fd_ >= 0) ::close(fd_);
   fd_ = -1;
-  held_ = {};
-  is_implausible_ = false;
 }
 
 }  // namespace hueline::drivers

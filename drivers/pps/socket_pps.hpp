@@ -22,8 +22,6 @@ class SocketPps : public PacketSource {
   const SensorId sensor_;
   const std::string path_;
   int fd_ = -1;
-  bool is_implausible_ = false;  // the run of implausible edges has been reported
-  Packet held_;                  // the edge that follows the Fault
 };
 
 }  // namespace hueline::drivers

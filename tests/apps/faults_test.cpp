@@ -7,6 +7,8 @@
 #include <cmath>
 #include <optional>
 
+#include "apps/ingest.hpp"
+#include "drivers/pps/pps_packet.hpp"
 #include "tests/apps/faulty_drive.hpp"
 
 namespace hueline::test {
@@ -171,6 +173,57 @@ TEST(Faults, NothingElseIsToldLost) {
     EXPECT_GT(out.hits.at(0), 0u) << sim::entry_of(type).name;
     EXPECT_EQ(out.told[FaultKind::Lost], 0u) << sim::entry_of(type).name << ", " << words(out);
   }
+}
+
+/// A PPS source that gives, besides its edges, five times a second ones that it stamps so far off now: they enter as live packets do.
+void expect_unharmed_by_edges_off(std::vector<nanoseconds> offs) {
+  FaultyDrive& drive = FaultyDrive::shared();
+  const FaultyOutcome& clean = drive.clean();
+  apps::PacketQueue record({100'000}), pipeline({100'000});
+  apps::Ingest ingest(std::vector<apps::Ingest::Sensor>(drive.sensors()), record, pipeline, {100'000});
+  std::map<std::uint64_t, std::uint64_t> sequences;  // in the drive, by Ingest's
+  HostTime now{}, lied{};
+  std::uint64_t edge = 0, lies = 0;
+  const auto submit = [&](Packet packet, const auto& process) {
+    const std::uint64_t sequence = packet.sequence;
+    now = std::max(now, packet.received);
+    ingest.submit(std::move(packet), now);
+    sequences[ingest.next_sequence() - 1] = sequence;
+    while (record.size() > 0) record.pop();
+    while (pipeline.size() > 0) {
+      Packet entered = **pipeline.pop();
+      const auto known = sequences.find(entered.sequence);
+      entered.sequence = known != sequences.end() ? known->second : 0;
+      process(entered);
+    }
+  };
+  const FaultyOutcome out = drive.run({}, [&](const Packet& packet, const auto& process) {
+    Packet own = packet;
+    if (packet.sensor == drive.pps())
+      own.bytes = Buffer::copy_of(drivers::encode_pps({drivers::PpsEdgeKind::Assert, ++edge, packet.received}));
+    submit(own, process);
+    if (now - lied < std::chrono::milliseconds(200)) return;
+    lied = now;
+    for (const nanoseconds off : offs) {
+      const HostTime stamp = now + off;
+      Packet lie{drive.pps(), PacketKind::Wire, false, 0, now, Buffer::copy_of(drivers::encode_pps({drivers::PpsEdgeKind::Assert, ++edge, stamp}))};
+      const HostTime arrived = now;
+      lie.received = stamp;
+      ingest.submit(std::move(lie), arrived);
+      ++lies;
+    }
+  });
+  EXPECT_GE(out.sum(0, 1e9).points, clean.sum(0, 1e9).points * 99 / 100) << words(out);
+  EXPECT_GE(out.sum(0, 1e9).coloured, clean.sum(0, 1e9).coloured * 99 / 100) << words(out);
+  EXPECT_EQ(out.wrong_laser + out.wrong_exposures, 0u) << words(out);
+  EXPECT_GT(lies, 50u);
+  const auto told = [&](FaultKind kind) { return out.told.contains(kind) ? out.told.at(kind) : 0; };
+  EXPECT_GE(told(FaultKind::Spurious), lies - offs.size()) << "but for the last ones, which nothing takes in behind";
+  EXPECT_GT(told(FaultKind::ClockStep), lies / 2);
+}
+TEST(Faults, EdgesStampedInTheFutureDoNotRuinTheDrive) { expect_unharmed_by_edges_off({std::chrono::seconds(1000), std::chrono::milliseconds(20)}); }
+TEST(Faults, EdgesStampedOutOfAllTimeDoNotRuinTheDrive) {
+  expect_unharmed_by_edges_off({std::chrono::seconds(-900), std::chrono::hours(2'000'000), std::chrono::hours(-2'000'000)});
 }
 
 TEST(Faults, TheDriveWithoutThemIsWhole) {

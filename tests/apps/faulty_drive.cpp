@@ -228,7 +228,7 @@ RecordedOutcome FaultyDrive::record(const std::vector<sim::FaultLine>& lines, co
   return out;
 }
 
-FaultyOutcome FaultyDrive::run(const std::vector<sim::FaultLine>& lines) const {
+FaultyOutcome FaultyDrive::run(const std::vector<sim::FaultLine>& lines, const Enter& enter) const {
   const sim::FaultyTimeline spoilt = timeline(lines);
   FaultyOutcome out;
   out.hits = spoilt.hits;
@@ -247,10 +247,16 @@ FaultyOutcome FaultyDrive::run(const std::vector<sim::FaultLine>& lines) const {
   Watcher watcher(rig_.sensor_names(), drive_, *judge_, std::move(events), out);
   apps::Pipeline pipeline(rig_, 1, watcher);
   std::vector<std::uint64_t> received(rig_.sensors.size() + 1);
-  const Status done = apps::for_each_simulated_packet(drive_, spoilt.timeline, rig_, [&](const Packet& packet) {
-    if (packet.kind == PacketKind::Wire) received[packet.sensor] += packet.bytes.size();
+  const auto process = [&](const Packet& packet) {
     watcher.on_packet(packet);
     pipeline.process(packet);
+  };
+  const Status done = apps::for_each_simulated_packet(drive_, spoilt.timeline, rig_, [&](const Packet& packet) {
+    if (packet.kind == PacketKind::Wire) received[packet.sensor] += packet.bytes.size();
+    if (enter)
+      enter(packet, process);
+    else
+      process(packet);
     return true;
   });
   if (!done.ok()) throw std::runtime_error(done.error().message);

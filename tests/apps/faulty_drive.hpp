@@ -64,10 +64,14 @@ class FaultyDrive {
   /// Times of the drive, s after its beginning.
   static constexpr double kSensorsBegin = 10, kFaultBegin = 13, kFaultEnd = 15, kSensorsEnd = 18;
   static FaultyDrive& shared();
-  FaultyOutcome run(const std::vector<sim::FaultLine>& lines) const;
+  /// `enter` is given each packet and what processes it; without it packets are processed as they come.
+  using Enter = std::function<void(const Packet&, const std::function<void(const Packet&)>& process)>;
+  FaultyOutcome run(const std::vector<sim::FaultLine>& lines, const Enter& enter = {}) const;
   /// The same drive, captured onto a disk with these faults and read back. `before_reading` may do to the file what no disk does.
   RecordedOutcome record(const std::vector<sim::FaultLine>& lines, const std::function<void(const std::filesystem::path&)>& before_reading = {}) const;
   SensorId pos() const { return rig_.sync.pos; }
+  SensorId pps() const { return rig_.sync.clock.pps; }
+  std::size_t sensors() const { return rig_.sensors.size() + 1; }  // hueline itself included
   /// Without faults; run once a process.
   const FaultyOutcome& clean();
 

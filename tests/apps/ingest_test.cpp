@@ -74,5 +74,81 @@ TEST(Ingest, WhatTheRecorderRefusesIsNotFusedAndIsTold) {
   EXPECT_EQ(recorded[1]->sequence, 5u) << "the refused two leave the gap 3, 4";
 }
 
+Fault fault_in(const Packet& packet) {
+  EXPECT_EQ(packet.kind, PacketKind::Fault);
+  return *decode_fault(packet.sensor, packet.received, packet.bytes.bytes());
+}
+
+TEST(Ingest, AStampThatCannotBeIsTheArrivalAndIsTold) {
+  using std::chrono::hours;
+  Bench bench({1000}, {1000});
+  const HostTime now = host_time_ns(5'000'000'000'000);
+  const auto submit = [&](HostTime received) {
+    Packet packet = packet_of(kPos, 24);
+    packet.received = received;
+    bench.ingest.submit(std::move(packet), now);
+  };
+  submit(now - std::chrono::milliseconds(3));
+  submit(now + hours(400'000));
+  submit(host_time_ns(INT64_MIN));
+  submit(now + std::chrono::microseconds(300));
+  bench.ingest.tell_the_rest({});
+  const auto recorded = drain(bench.record);
+  ASSERT_EQ(recorded.size(), 6u);
+  EXPECT_EQ(recorded[0]->received, now - std::chrono::milliseconds(3));
+  EXPECT_EQ(fault_in(*recorded[1]).kind, FaultKind::ClockStep);
+  EXPECT_EQ(recorded[2]->received, now);
+  EXPECT_EQ(recorded[3]->received, now);
+  EXPECT_EQ(recorded[4]->received, now + std::chrono::microseconds(300));
+  EXPECT_EQ(fault_in(*recorded[5]).count, 1u) << "of the same trouble: told with the end";
+  EXPECT_LE(recorded[5]->received, now);
+}
+
+TEST(Ingest, AFloodOfFaultsIsRecordedAtThePromisedRateAndNoUnitOfItIsLost) {
+  Bench bench({100'000}, {100'000});
+  std::uint64_t wires = 0;
+  for (int i = 0; i < 40'000; ++i) {  // 8 s
+    const HostTime now = host_time_ns(1'000'000'000 + i * 200'000ll);
+    const Fault fault{kLaser, FaultKind::Malformed, now, 2, "a datagram was cut off"};
+    Packet packet{kLaser, PacketKind::Fault, false, 0, now, Buffer::copy_of(encode_fault(fault))};
+    if (i % 2)
+      bench.ingest.submit(std::move(packet), now);  // of a source
+    else
+      bench.ingest.submit(fault);  // of a reader
+    if (i % 10 == 0) bench.ingest.submit(packet_of(kPos), now), ++wires;
+  }
+  bench.ingest.tell_the_rest({});
+  std::uint64_t faults = 0, count = 0;
+  for (const auto& packet : drain(bench.record)) {
+    if (packet->kind != PacketKind::Fault) continue;
+    ++faults;
+    count += fault_in(*packet).count;
+  }
+  EXPECT_LE(faults, 10u);
+  EXPECT_EQ(count, 80'000u);
+}
+
+TEST(Ingest, AFaultThatTheRecorderRefusedIsToldLater) {
+  Bench bench({2}, {100});
+  bench.ingest.submit(packet_of(kPos));
+  bench.ingest.submit(packet_of(kPos));
+  bench.ingest.submit(Fault{kLaser, FaultKind::Overflow, host_time_ns(1), 7, "pool full"});
+  bench.record.pop();
+  bench.record.pop();
+  EXPECT_TRUE(bench.ingest.tell_the_rest({}));
+  const auto recorded = drain(bench.record);
+  ASSERT_EQ(recorded.size(), 1u);
+  EXPECT_EQ(fault_in(*recorded[0]).count, 7u);
+}
+
+TEST(Ingest, WhatADecoderActsOnIsNotHeldBack) {
+  Bench bench({100}, {100});
+  for (int i = 0; i < 5; ++i) {
+    bench.ingest.submit(Fault{kPos, FaultKind::Disconnected, host_time_ns(i), 1, "hung up"});
+    bench.ingest.submit(Fault{kPos, FaultKind::Reconnected, host_time_ns(i), 1, "open again"});
+  }
+  EXPECT_EQ(bench.record.size(), 10u);
+}
+
 }  // namespace
 }  // namespace hueline::apps

@@ -116,28 +116,6 @@ TEST(PpsSocket, WhatIsNoEdgeIsHandedOnUntouched) {
   EXPECT_LT(host_now() - packet->received, milliseconds(1000));
 }
 
-TEST(PpsSocket, ForeignClockIsSaidOnceARun) {
-  Sender sender;
-  auto source = source_at(sender.path());
-  ASSERT_TRUE(source.open().ok());
-  sender.accept();
-  sender.send(1, host_now() + hours(400'000));
-  sender.send(2, host_now() + hours(400'000));
-  sender.send(3, host_now());
-  sender.send(4, host_time_ns(std::numeric_limits<std::int64_t>::min()));
-  std::string kinds;
-  for (int i = 0; i < 6; ++i) {
-    const auto packet = source.next({});
-    ASSERT_TRUE(packet.ok());
-    kinds += packet->kind == PacketKind::Fault ? 'F' : 'e';
-    if (packet->kind != PacketKind::Fault) continue;
-    const auto fault = decode_fault(4, packet->received, packet->bytes.bytes());
-    ASSERT_TRUE(fault.ok());
-    EXPECT_EQ(fault->kind, FaultKind::ClockStep);
-  }
-  EXPECT_EQ(kinds, "FeeeFe");
-}
-
 TEST(PpsSocket, StopIsObeyed) {
   Sender sender;
   auto source = source_at(sender.path());
