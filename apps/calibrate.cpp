@@ -1,8 +1,6 @@
 #include "apps/calibrate.hpp"
 
-#include <cerrno>
 #include <chrono>
-#include <fstream>
 
 #include <fmt/format.h>
 
@@ -13,14 +11,6 @@ namespace hueline::apps {
 std::string today() {
   const std::chrono::year_month_day date{std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now())};
   return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(date.year()), static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
-}
-
-Status write_text(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  out << text;
-  out.close();
-  if (!out) return io_error("write " + path.string(), errno);
-  return {};
 }
 
 void add_calibrate(Command& all) {

@@ -14,6 +14,7 @@
 #include "calibration/boresight/boresight_report.hpp"
 #include "calibration/mount/mount_report.hpp"
 #include "config/section.hpp"
+#include "core/output_file.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -87,7 +88,8 @@ void warn_of_lever_arms(const Boresight& found, double sigma_m) {
 }
 
 Status write_results(const Options& options, const Boresight& found, const std::string& date) {
-  std::filesystem::create_directories(options.out);
+  const auto folder = OutputFolder::open(options.out);
+  if (!folder.ok()) return folder.error();
   const std::string data = options.recording.empty() ? options.scenario : options.recording;
   std::vector<std::pair<std::string, std::string>> files{{"boresight.json", boresight_json(found)}};
   for (std::size_t s = 0; s < found.scanners.size(); ++s) {
@@ -97,7 +99,7 @@ Status write_results(const Options& options, const Boresight& found, const std::
   }
   for (const auto& [name, text] : files) {
     const auto path = std::filesystem::path(options.out) / name;
-    if (Status written = write_text(path, text); !written.ok()) return written;
+    if (Status written = write_output(path, text); !written.ok()) return written;
     std::fputs((path.string() + "\n").c_str(), stdout);
   }
   return {};
@@ -173,6 +175,7 @@ void add_calibrate_boresight(Command& calibrate_command) {
   command.option("--out", options->out, "folder for T_body_scanner.yaml, which takes the place of the rig's, and boresight.json");
   command.footer("Drive a street of buildings both ways, a minute each, with a U-turn; slowly. What the drive does not\n"
                  "determine (most often the lever arm's height) stays as measured, and is said. docs/calibration.md");
+  command.reads(options->recording).reads(options->scenario).reads(options->rig).writes_into(options->out);
   command.runs([options] { return calibrate(*options); });
 }
 

@@ -16,6 +16,7 @@
 #include "apps/progress_bar.hpp"
 #include "apps/simulated_rig.hpp"
 #include "calibration/mount/mount_report.hpp"
+#include "core/output_file.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -64,9 +65,10 @@ Status write_fragment(const DriveFiles& files, const Alignment& found, std::size
     record.sigma.push_back(std::sqrt(covariance(i, i)));
     for (int j = i; j < 4; ++j) record.covariance.push_back(covariance(i, j));
   }
-  std::filesystem::create_directories(files.out);
+  const auto folder = OutputFolder::open(files.out);
+  if (!folder.ok()) return folder.error();
   const auto path = std::filesystem::path(files.out) / "T_body_head.yaml";
-  if (Status written = write_text(path, mounting_yaml("T_body_head", found.T_body_head.rotation, found.T_body_head.translation, record, 0)); !written.ok()) return written;
+  if (Status written = write_output(path, mounting_yaml("T_body_head", found.T_body_head.rotation, found.T_body_head.translation, record, 0)); !written.ok()) return written;
   std::fputs((path.string() + "\n").c_str(), stdout);
   return {};
 }

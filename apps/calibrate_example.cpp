@@ -6,6 +6,7 @@
 #include "apps/calibrate.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "core/output_file.hpp"
 #include "sim/static_scan/static_scanner.hpp"
 
 namespace hueline::apps {
@@ -20,7 +21,11 @@ struct Options {
 };
 
 int example(const Options& options) {
-  fs::create_directories(options.out);
+  const auto folder = OutputFolder::open(options.out);
+  if (!folder.ok()) {
+    log_error(folder.error().message);
+    return kOutputRefused;
+  }
   std::string stations = "name,east_m,north_m,up_m,scan\n", targets = "name,east_m,north_m,up_m,sigma_m,radius_m,role,stations\n",
               truth = "station,name,kind,true_east_m,true_north_m,true_up_m,hits\n";
   for (int i = 0; i < options.stations; ++i) {
@@ -56,7 +61,7 @@ int example(const Options& options) {
     fmt::print("{}: {} points, step {:.4f} deg\n", file, *written, scanner.step_deg);
   }
   for (const auto& [name, text] : {std::pair{"stations.csv", stations}, {"targets.csv", targets}, {"truth.csv", truth}})
-    if (Status done = write_text(fs::path(options.out) / name, text); !done.ok()) {
+    if (Status done = write_output(fs::path(options.out) / name, text); !done.ok()) {
       log_error(done.error().message);
       return kOutputRefused;
     }
@@ -74,6 +79,7 @@ void add_calibrate_example(Command& calibrate) {
   command.setting("--accuracy", o->accuracy_mm, "of the scanner's ranges, mm; its precision is 5 mm", {5, 100});
   command.setting("--seed", o->seed, "of ground, places and noise", {0, 1e9});
   command.setting("--threads", o->threads, "that cast beams", {1, 256});
+  command.writes_into(o->out);
   command.runs([o] { return example(*o); });
 }
 

@@ -11,6 +11,7 @@
 #include "calibration/lens/lens_report.hpp"
 #include "calibration/lens/opencv_reference.hpp"
 #include "config/section.hpp"
+#include "core/output_file.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -133,11 +134,14 @@ int run(const Options& options) {
                 found->adjusted.sigma_px);
   if (options.out.empty()) return kDone;
   const std::filesystem::path out = options.out;
-  std::error_code refused;
-  std::filesystem::create_directories(out, refused);
+  const auto folder = OutputFolder::open(out);
+  if (!folder.ok()) {
+    log_error(folder.error().message);
+    return kOutputRefused;
+  }
   for (const auto& [file, text] : {std::pair{"lens.yaml", "lens:\n" + lens_fragment(*found, context, 2)}, std::pair{"lens.json", lens_json(*found, context)},
                                    std::pair{"lens.html", lens_html(*found, context)}}) {
-    if (const Status written = write_text(out / file, text); !written.ok()) {
+    if (const Status written = write_output(out / file, text); !written.ok()) {
       log_error(written.error().message);
       return kOutputRefused;
     }
@@ -161,6 +165,7 @@ void add_calibrate_lens(Command& calibrate) {
   command.flag("--one-focal", options->one_focal, "square pixels: one focal length for both axes");
   command.option("--date", options->date, "of the result, YYYY-MM-DD; left out: today");
   command.option("--out", options->out, "folder for lens.yaml (for the rig file, or hueline colour), lens.json and lens.html");
+  command.reads(options->images).writes_into(options->out);
   command.runs([options] { return run(*options); });
 }
 

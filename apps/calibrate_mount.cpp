@@ -19,6 +19,7 @@
 #include "config/mounting.hpp"
 #include "config/rig.hpp"
 #include "config/rig_head.hpp"
+#include "core/output_file.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -130,7 +131,11 @@ int resect_lenses(const Options& options) {
       if (!found->is_used[i]) said += fmt::format("  left out: point {}, {:.1f} px off\n", seen.points[i].name, found->residuals[i].norm());
     std::fputs(said.c_str(), stdout);
     if (options.out.empty()) continue;
-    std::filesystem::create_directories(options.out);
+    const auto folder = OutputFolder::open(options.out);
+    if (!folder.ok()) {
+      log_error(folder.error().message);
+      return kOutputRefused;
+    }
     const std::string stem = seen.lens.empty() ? "lens" : seen.lens;
     // The chain: R_LG, T_LG of the paper are the rig's; what capture reads is the lens in its head.
     std::string fragment;
@@ -144,7 +149,7 @@ int resect_lenses(const Options& options) {
       fragment = mounting_yaml("T_lens_scanner", back.rotation, back.translation, plain, 0);
     }
     for (const auto& [file, what] : {std::pair{stem + ".yaml", fragment}, std::pair{stem + ".json", resection_json(seen.lens, seen.points, *found)}}) {
-      if (const Status written = write_text(std::filesystem::path(options.out) / file, what); !written.ok()) {
+      if (const Status written = write_output(std::filesystem::path(options.out) / file, what); !written.ok()) {
         log_error(written.error().message);
         return kOutputRefused;
       }
@@ -181,6 +186,8 @@ void add_calibrate_mount(Command& calibrate) {
   command.setting("--every", options->every, "of a drive, every so many exposures", {.least = 1, .most = 1000});
   command.option("--date", options->date, "of the result, YYYY-MM-DD; left out: today");
   command.option("--out", options->out, "folder for a rig fragment and a JSON report a lens");
+  command.reads(options->points).reads(options->rig).reads(options->lens_file).reads(options->image).reads(options->cloud).reads(options->start);
+  command.reads(options->recording).reads(options->scenario).writes_into(options->out);
   command.runs([options] {
     if (!options->image.empty() || !options->cloud.empty()) {
       if (options->image.empty() || options->cloud.empty() || options->start.empty() || options->lens_file.empty())

@@ -13,6 +13,7 @@
 #include "calibration/mount/alignment.hpp"
 #include "calibration/mount/mount_report.hpp"
 #include "config/section.hpp"
+#include "core/output_file.hpp"
 #include "storage/pcd_reader.hpp"
 
 namespace hueline::apps {
@@ -113,13 +114,17 @@ int calibrate_shot(const ShotFiles& files) {
     return kNothingCame;
   }
   if (files.out.empty()) return kDone;
-  std::filesystem::create_directories(files.out);
+  const auto folder = OutputFolder::open(files.out);
+  if (!folder.ok()) {
+    log_error(folder.error().message);
+    return kOutputRefused;
+  }
   CalibrationRecord record;
   record.method = "mount";
   record.date = files.date;
   record.data = {std::filesystem::path(files.image).filename().string(), std::filesystem::path(files.cloud).filename().string(), "outlines and intensity of one moment, no targets"};
   const auto path = std::filesystem::path(files.out) / "T_lens_scanner.yaml";
-  if (const Status written = write_text(path, mounting_yaml("T_lens_scanner", T.rotation, T.translation, record, 0)); !written.ok()) {
+  if (const Status written = write_output(path, mounting_yaml("T_lens_scanner", T.rotation, T.translation, record, 0)); !written.ok()) {
     log_error(written.error().message);
     return kOutputRefused;
   }

@@ -14,6 +14,7 @@
 #include "apps/version.hpp"
 #include "calibration/targets/targets_report.hpp"
 #include "config/section.hpp"
+#include "core/output_file.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -75,7 +76,7 @@ double time_of_reading(const std::string& path) {
   double fastest = 1e9;
   for (int i = 0; i < 3; ++i)
     fastest = std::min(fastest, seconds_of([&] {
-      const auto file = storage::FileReader::open(path);
+      const auto file = InputFile::open(path);
       if (!file.ok()) return;
       std::vector<std::byte> block(1 << 20);
       for (std::uint64_t at = 0; at < file->size(); at += block.size())
@@ -155,11 +156,15 @@ int calibrate_targets(const Options& options) {
   if (results.size() > 1 && config.method == CentreMethod::KnownRadius)
     if (Status done = adjust_together(results, *stations, *targets, config); !done.ok()) throw config::ConfigError(done.error().message);
 
-  fs::create_directories(options.out);
+  const auto folder = OutputFolder::open(options.out);
+  if (!folder.ok()) {
+    log_error(folder.error().message);
+    return kOutputRefused;
+  }
   const fs::path out(options.out);
-  Status done = write_text(out / "targets.json", targets_json(results, *stations, *targets, config, notes));
-  if (done.ok()) done = write_text(out / "targets.html", targets_page(results, *stations, *targets, config, notes));
-  if (done.ok()) done = write_text(out / "orientation.yaml", targets_yaml(results, *stations, *targets, notes));
+  Status done = write_output(out / "targets.json", targets_json(results, *stations, *targets, config, notes));
+  if (done.ok()) done = write_output(out / "targets.html", targets_page(results, *stations, *targets, config, notes));
+  if (done.ok()) done = write_output(out / "orientation.yaml", targets_yaml(results, *stations, *targets, notes));
   fmt::print("{}\n{}\n{}\n", (out / "targets.json").string(), (out / "targets.html").string(), (out / "orientation.yaml").string());
   for (std::size_t i = 0; i < results.size() && done.ok() && options.write != "none"; ++i) {
     const bool is_las = options.write == "las";
@@ -212,6 +217,7 @@ void add_calibrate_targets(Command& calibrate) {
   command.option("--date", o->date, "of the calibration, YYYY-MM-DD; today if not given");
   command.flag("--scale", o->scale, "estimate the scale as well");
   command.flag("--time-reading", o->time_reading, "say how long reading each file alone takes");
+  command.reads(o->targets).reads(o->stations).writes_into(o->out);
   command.runs([o] { return calibrate_targets(*o); });
 }
 

@@ -242,6 +242,7 @@ void add_capture(Command& all) {
   command.flag("--until-silent", options->ends_when_silent, "end when every device has been silent or gone for 3 s (emulated drives)");
   command.flag("--quiet", options->quiet, "no progress line");
   command.footer("Faults (a pulled cable, a silent device, lost packets) are recorded and summed up at the end; the other devices go on.");
+  command.reads(options->rig).writes_into(options->out);
   command.runs([options] { return capture(*options); });
 }
 

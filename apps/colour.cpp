@@ -10,6 +10,7 @@
 #include "apps/log.hpp"
 #include "apps/shot_calibration.hpp"
 #include "config/section.hpp"
+#include "core/output_file.hpp"
 #include "fusion/single_shot.hpp"
 #include "storage/image_file.hpp"
 #include "storage/pcd_reader.hpp"
@@ -69,7 +70,11 @@ int colour(const Options& options) {
     hidden += shot[i].is_in_image && shot[i].is_hidden;
   }
 
-  std::filesystem::create_directories(options.out);
+  const auto folder = OutputFolder::open(options.out);
+  if (!folder.ok()) {
+    log_error(folder.error().message);
+    return kOutputRefused;
+  }
   const auto las_path = std::filesystem::path(options.out) / "cloud.las";
   const auto png_path = std::filesystem::path(options.out) / "overlay.png";
   const auto written = storage::write_shot_cloud(las_path, *cloud, colours);
@@ -101,6 +106,7 @@ void add_colour(Command& all) {
   command.required("CALIBRATION", options->calibration, "lens and place of the laser: YAML with lens: and T_lens_scanner:, SensorsCalibration's .json, or a .txt of K, D, T or of KITTI (docs/colour.md)");
   command.setting("--image-size", options->image_size, kImageSizeHelp, kImageSizeWords);
   command.required("--out", options->out, "folder for cloud.las and overlay.png");
+  command.reads(options->image).reads(options->cloud).reads(options->calibration).writes_into(options->out);
   command.runs([options] { return colour(*options); });
 }
 

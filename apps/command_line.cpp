@@ -1,8 +1,16 @@
 #include "apps/command_line.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <cctype>
 
 #include "apps/exit_code.hpp"
+#include "apps/log.hpp"
+#include "apps/recording.hpp"
+#include "core/input_file.hpp"
+#include "core/nearest_word.hpp"
+#include "core/output_file.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -15,7 +23,97 @@ CLI::Option* number(CLI::App& app, const std::string& word, Number& value, const
   return option;
 }
 
+std::vector<std::string> names_of(const std::vector<const CLI::App*>& commands) {
+  std::vector<std::string> out;
+  for (const CLI::App* command : commands) out.push_back(command->get_name());
+  return out;
+}
+
+/// What is wrong with the first word that no command or option has; empty if there is none. CLI11 tells what is missing first, and a
+/// typing error is both.
+std::string unknown_word(const CLI::App& all, int argc, char** argv) {
+  const CLI::App* app = &all;
+  std::string path = "hueline";
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--") break;
+    if (word.size() > 1 && word[0] == '-' && (word[1] == '-' || std::isalpha(static_cast<unsigned char>(word[1])) != 0)) {
+      const std::string name = word.substr(0, word.find('='));
+      const CLI::Option* option = app->get_option_no_throw(name);
+      if (option == nullptr) {
+        std::vector<std::string> known;
+        for (const CLI::Option* one : app->get_options())
+          for (const std::string& long_name : one->get_lnames()) known.push_back("--" + long_name);
+        return fmt::format("{}: unknown option {}{}", path, name, did_you_mean(name, known));
+      }
+      if (name == word && option->get_items_expected_min() > 0) ++i;  // its value
+      continue;
+    }
+    const auto commands = app->get_subcommands(nullptr);
+    if (commands.empty()) continue;
+    const auto names = names_of(commands);
+    const auto found = std::find(names.begin(), names.end(), word);
+    if (found == names.end()) return fmt::format("{}: unknown command {}{}", path, word, did_you_mean(word, names));
+    app = commands[static_cast<std::size_t>(found - names.begin())];
+    path += " " + word;
+  }
+  return {};
+}
+
+/// What CLI11 found wrong, with the command that it is about and where to read more.
+std::string complaint(const CLI::App* app, const CLI::Error& error) {
+  std::string path = "hueline";
+  for (auto chosen = app->get_subcommands(); !chosen.empty(); chosen = chosen.front()->get_subcommands()) {
+    app = chosen.front();
+    path += " " + app->get_name();
+  }
+  const auto commands = app->get_subcommands(nullptr);
+  const bool lacks_command = !commands.empty() && error.get_name() == "RequiredError";
+  return fmt::format("{}: {}\n{} --help says what may be given\n", path,
+                     lacks_command ? fmt::format("give a command: {}", fmt::join(names_of(commands), ", ")) : std::string(error.what()), path);
+}
+
 }  // namespace
+
+Command& Command::reads(const std::string& value) {
+  files_.inputs.push_back(&value);
+  return *this;
+}
+
+Command& Command::reads(const std::vector<std::string>& values) {
+  files_.input_lists.push_back(&values);
+  return *this;
+}
+
+Command& Command::writes(const std::string& value) {
+  files_.outputs.push_back(&value);
+  return *this;
+}
+
+Command& Command::writes_into(const std::string& value) {
+  files_.output_folders.push_back(&value);
+  return *this;
+}
+
+int Command::run(const Files& files, const std::function<int()>& work) {
+  std::vector<InputFile> inputs;  // held until the work is done
+  const auto hold = [&](const std::string& path) {
+    if (auto file = InputFile::open(drive_file(path)); file.ok()) inputs.push_back(std::move(*file));
+  };
+  for (const std::string* path : files.inputs) hold(*path);
+  for (const auto* list : files.input_lists)
+    for (const std::string& path : *list) hold(path);
+  const auto refused = [](const std::string& path, Status (*check)(const std::filesystem::path&)) {
+    const Status done = path.empty() ? Status() : check(path);
+    if (!done.ok()) log_error(done.error().message);
+    return !done.ok();
+  };
+  for (const std::string* path : files.outputs)
+    if (refused(*path, check_output)) return kOutputRefused;
+  for (const std::string* path : files.output_folders)
+    if (refused(*path, check_output_folder)) return kOutputRefused;
+  return work();
+}
 
 Command Command::command(const std::string& name, const std::string& help) { return Command(*app_->add_subcommand(name, help), *chosen_); }
 
@@ -78,7 +176,7 @@ Command& Command::footer(const std::string& text) {
 }
 
 void Command::runs(std::function<int()> work) {
-  app_->callback([chosen = chosen_, work = std::move(work)] { *chosen = work; });
+  app_->callback([chosen = chosen_, files = files_, work = std::move(work)] { *chosen = [files, work] { return run(files, work); }; });
 }
 
 int run_command_line(int argc, char** argv, const std::string& about, const std::string& version, const std::string& footer,
@@ -90,6 +188,11 @@ int run_command_line(int argc, char** argv, const std::string& about, const std:
   Command all(app, chosen);
   all.needs_command();
   add_commands(all);
+  app.failure_message(complaint);
+  if (const std::string unknown = unknown_word(app, argc, argv); !unknown.empty()) {
+    std::fprintf(stderr, "%s\n%s --help says what may be given\n", unknown.c_str(), unknown.substr(0, unknown.find(':')).c_str());
+    return kWrongUse;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

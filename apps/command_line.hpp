@@ -43,16 +43,32 @@ class Command {
   Command& flag(const std::string& word, bool& value, const std::string& help);
   Command& footer(const std::string& text);
 
-  /// What it does once the words are read; gives the exit status (apps/exit_code.hpp).
+  /// What the value names is a file that this command reads (or a drive's folder, for its drive.mcap): it is held open, so that nothing of
+  /// the command writes over it. A value that names none is left to the command to complain about.
+  Command& reads(const std::string& value);
+  Command& reads(const std::vector<std::string>& values);
+  /// What the value names is a file, or a folder of files, that this command writes. If that cannot be, the program ends with exit status
+  /// 4 before the work begins and not behind it. An empty value is none.
+  Command& writes(const std::string& value);
+  Command& writes_into(const std::string& value);
+
+  /// What it does once the words are read; gives the exit status (apps/exit_code.hpp). Behind everything else.
   void runs(std::function<int()> work);
 
  private:
+  struct Files {
+    std::vector<const std::string*> inputs, outputs, output_folders;
+    std::vector<const std::vector<std::string>*> input_lists;
+  };
+  static int run(const Files& files, const std::function<int()>& work);
+
   CLI::App* app_;
   std::function<int()>* chosen_;  // set when this command is the one that was given
+  Files files_;
 };
 
-/// The whole program: reads the words, runs the chosen command and gives its exit status; 2 when the words are wrong. What the command
-/// throws goes through.
+/// The whole program: reads the words, runs the chosen command and gives its exit status; 2 when the words are wrong, with the word that
+/// was probably meant. What the command throws goes through.
 int run_command_line(int argc, char** argv, const std::string& about, const std::string& version, const std::string& footer,
                      const std::function<void(Command&)>& add_commands);
 

@@ -14,6 +14,7 @@
 #include "apps/pipeline.hpp"
 #include "config/section.hpp"
 #include "core/geodesy.hpp"
+#include "core/output_file.hpp"
 #include "storage/projection.hpp"
 
 namespace hueline::apps {
@@ -100,7 +101,7 @@ int measure(const Options& options) {
   const std::string result = table(outcomes, *measuring.origin(), *projection);
   if (options.out.empty()) {
     std::fputs(result.c_str(), stdout);
-  } else if (const Status written = write_text(options.out, result); !written.ok()) {
+  } else if (const Status written = write_output(options.out, result); !written.ok()) {
     log_error(written.error().message);
     return kOutputRefused;
   }
@@ -124,6 +125,7 @@ void add_measure(Command& all) {
   command.setting("--sigma-px", options->sigma_px, "standard deviation of a picked coordinate", {.least = 0.001, .most = 100});
   command.setting("--sigma-turn-deg", options->sigma_turn_deg, "standard deviation of a lens's turn against the scanner, from its calibration record", {.least = 0, .most = 10});
   command.option("--out", options->out, "CSV to write; left out: it is printed");
+  command.reads(options->recording).reads(options->scenario).reads(options->rig).reads(options->picks).writes(options->out);
   command.runs([options] { return measure(*options); });
 }
 

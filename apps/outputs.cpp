@@ -1,12 +1,8 @@
 #include "apps/outputs.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <deque>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "apps/log.hpp"
@@ -14,17 +10,6 @@
 #include "storage/las_writer.hpp"
 
 namespace hueline::apps {
-namespace {
-
-/// Whether a file could be written there, before hours of driving find out.
-Status probe(const std::filesystem::path& path) {
-  const int fd = open(path.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0644);
-  if (fd < 0) return io_error("write " + path.string(), errno);
-  close(fd);
-  return {};
-}
-
-}  // namespace
 
 struct Outputs::Files {
   storage::LasWriter::Config las_config;
@@ -41,8 +26,8 @@ struct Outputs::Files {
   std::vector<std::string> sensors;
 };
 
-Outputs::Outputs(const config::Rig& rig, std::filesystem::path dir)
-    : dir_(std::move(dir)), summary_(rig.sensor_names()), files_(std::make_unique<Files>()) {
+Outputs::Outputs(const config::Rig& rig, OutputFolder folder)
+    : folder_(std::move(folder)), dir_(folder_.path()), summary_(rig.sensor_names()), files_(std::make_unique<Files>()) {
   files_->las_config.epsg = rig.epsg();
   files_->sensors = rig.sensor_names();
 }
@@ -50,12 +35,11 @@ Outputs::Outputs(const config::Rig& rig, std::filesystem::path dir)
 Outputs::~Outputs() = default;
 
 Result<std::unique_ptr<Outputs>> Outputs::create(const config::Rig& rig, const std::filesystem::path& dir) {
-  std::error_code error;
-  std::filesystem::create_directories(dir, error);
-  if (error) return Error{ErrorCode::Io, fmt::format("make folder {}: {}", dir.string(), error.message())};
+  auto folder = OutputFolder::open(dir);
+  if (!folder.ok()) return folder.error();
   for (const char* file : {"cloud.las", "view.mcap", "summary.json"})
-    if (Status done = probe(dir / file); !done.ok()) return done.error();
-  return std::unique_ptr<Outputs>(new Outputs(rig, dir));
+    if (Status done = check_output(dir / file); !done.ok()) return done.error();
+  return std::unique_ptr<Outputs>(new Outputs(rig, std::move(*folder)));
 }
 
 void Outputs::keep(const char* file, Status done) {
@@ -146,11 +130,10 @@ Status Outputs::finish() {
   summary_.on_unfused("outside the map's projection", counts.refused);
   // From the first refused write on nothing more is offered to the file.
   if (files_->las_failed) summary_.on_unfused("refused by the disk", summary_.points() - (counts.written + counts.refused));
-  errno = 0;
-  std::ofstream out(dir_ / "summary.json");
-  out << summary_.json().dump(2) << '\n';
-  out.close();
-  if (!out) keep("summary.json", io_error("write " + (dir_ / "summary.json").string(), errno));
+  // What this run has nothing for must not be what an earlier one left there.
+  if (!files_->las && !files_->las_failed) keep("cloud.las", write_output(dir_ / "cloud.las", {}));
+  if (!files_->view && !files_->view_failed) keep("view.mcap", write_output(dir_ / "view.mcap", {}));
+  keep("summary.json", write_output(dir_ / "summary.json", summary_.json().dump(2) + "\n"));
   return first_error_;
 }
 

@@ -8,6 +8,7 @@
 #include "apps/products.hpp"
 #include "apps/summary.hpp"
 #include "config/rig.hpp"
+#include "core/output_file.hpp"
 #include "storage/view_writer.hpp"
 
 namespace hueline::apps {
@@ -16,7 +17,8 @@ namespace hueline::apps {
 /// capture and replay. A write that fails is said once and ends that file; the others go on. Thread-bound (the pipeline's).
 class Outputs : public ProductSink {
  public:
-  /// Creates the folder and the files. Errors: Io, Invalid (unknown CRS).
+  /// Makes the folder, holds it for itself and makes sure that the files could be written: before hours of driving find out. Errors: Io;
+  /// Unavailable if another capture or replay writes there.
   static Result<std::unique_ptr<Outputs>> create(const config::Rig& rig, const std::filesystem::path& dir);
   ~Outputs() override;
 
@@ -35,12 +37,13 @@ class Outputs : public ProductSink {
 
  private:
   struct Files;
-  Outputs(const config::Rig& rig, std::filesystem::path dir);
+  Outputs(const config::Rig& rig, OutputFolder folder);
   void keep(const char* file, Status done);
   void log(std::optional<GpsTime> time, storage::ViewWriter::Level level, const std::string& who, std::string text);
   template <class Append>
   void view(Append append);
 
+  const OutputFolder folder_;
   const std::filesystem::path dir_;
   Summary summary_;
   std::unique_ptr<Files> files_;

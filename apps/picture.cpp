@@ -84,6 +84,7 @@ void add_picture(Command& all) {
   command.setting("--at", options->at, "where the street view stands, as a share of the drive", {0.0, 0.9});
   command.setting("--eye-height", options->eye_height_m, "m above the lowest point around");
   command.option("--heading", options->heading_deg, "degrees clockwise from grid north; default: along the drive");
+  command.reads(options->cloud).writes(options->above).writes(options->street);
   command.runs([options] { return picture(*options); });
 }
 

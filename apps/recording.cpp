@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "apps/version.hpp"
 
 namespace hueline::apps {
@@ -15,7 +17,16 @@ storage::JournalHeader journal_header(const config::Rig& rig) {
   return header;
 }
 
-Result<Recording> Recording::open(const std::string& path, const std::string& rig_file) {
+std::string drive_file(const std::string& path, const char* name) {
+  std::error_code ignored;
+  const std::filesystem::path inside = std::filesystem::path(path) / name;
+  return std::filesystem::is_directory(path, ignored) && std::filesystem::exists(inside, ignored) ? inside.string() : path;
+}
+
+Result<Recording> Recording::open(const std::string& named, const std::string& rig_file) {
+  const std::string path = drive_file(named);
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return Error{ErrorCode::Io, path + " is a folder without drive.mcap in it: give a recording, or a drive's folder"};
   auto journal = storage::JournalReader::open(path);
   if (!journal.ok()) return journal.error();
   const storage::JournalHeader& header = (*journal)->header();

@@ -76,6 +76,7 @@ void add_replay(Command& all) {
   command.setting("--speed", options->speed, "1: as fast as it was driven; 0.5: half; 0: as fast as this computer can", {0.0, 1000.0});
   command.setting("--threads", options->threads, "workers of the colouring; their number does not change the result", {1, 64});
   command.option("--rig", options->rig, "use this rig file instead of the recorded one: a better calibration, another method; its sensors must have the same names");
+  command.reads(options->recording).reads(options->rig).writes_into(options->out);
   command.runs([options] { return replay(*options); });
 }
 

@@ -3,6 +3,7 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "config/rig_picture.hpp"
+#include "core/output_file.hpp"
 
 namespace hueline::apps {
 
@@ -16,8 +17,9 @@ void add_rig(Command& all) {
   Command show = rig.command("show", "draw the rig: sensors, axes, lever arms");
   show.required("RIG", options->rig, "rig file (YAML)");
   show.required("--out", options->out, "picture to write (SVG)");
+  show.reads(options->rig).writes(options->out);
   show.runs([options] {
-    if (const Status written = write_text(options->out, config::rig_svg(config::load_rig(options->rig))); !written.ok()) {
+    if (const Status written = write_output(options->out, config::rig_svg(config::load_rig(options->rig))); !written.ok()) {
       log_error(written.error().message);
       return kOutputRefused;
     }

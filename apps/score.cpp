@@ -120,6 +120,7 @@ void add_score(Command& all) {
   command.option("--cache", options->cache, "folder of rendered drives, found again by scenario (default: OUT/drives)");
   command.option("--against", options->against, "score.json of another version: says what is better and worse beyond noise; exit status 6 if anything is worse");
   command.setting("--threads", options->threads, "of rendering and colouring; 0: as many as the machine has", {0, 256});
+  command.reads(options->sheet).reads(options->against).writes_into(options->out);
   command.runs([options] { return run(*options); });
 }
 

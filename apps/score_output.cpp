@@ -1,9 +1,8 @@
 #include "apps/score_output.hpp"
 
-#include <cerrno>
-#include <fstream>
 #include <span>
 
+#include "core/output_file.hpp"
 #include "score/sheet_text.hpp"
 #include "storage/image_view.hpp"
 
@@ -29,28 +28,20 @@ std::string data_uri(const score::Picture& picture) {
   return jpeg.ok() ? "data:image/jpeg;base64," + base64(std::as_bytes(std::span(*jpeg))) : std::string();
 }
 
-Status write(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream out(path, std::ios::binary);
-  out << text;
-  out.close();
-  return out ? Status() : Status(io_error("write " + path.string(), errno));
-}
-
 }  // namespace
 
 Status write_score(const std::filesystem::path& dir, const score::Sheet& sheet, const score::RunNotes& notes, const std::vector<score::Change>& changes) {
-  std::error_code ec;
-  std::filesystem::create_directories(dir, ec);
-  if (ec) return Error{ErrorCode::Io, "making " + dir.string() + ": " + ec.message()};
+  const auto folder = OutputFolder::open(dir);
+  if (!folder.ok()) return folder.error();
   std::vector<std::vector<std::string>> pictures;
   for (const auto& one : sheet) {
     pictures.emplace_back();
     for (const auto& picture : one.pictures) pictures.back().push_back(data_uri(picture));
   }
-  if (Status s = write(dir / "score.json", score::score_json(sheet)); !s.ok()) return s;
-  if (Status s = write(dir / "score_notes.json", score::notes_json(sheet, notes)); !s.ok()) return s;
-  if (Status s = write(dir / "score.md", score::markdown_table(sheet)); !s.ok()) return s;
-  return write(dir / "score.html", score::page(sheet, pictures, notes, changes));
+  if (Status s = write_output(dir / "score.json", score::score_json(sheet)); !s.ok()) return s;
+  if (Status s = write_output(dir / "score_notes.json", score::notes_json(sheet, notes)); !s.ok()) return s;
+  if (Status s = write_output(dir / "score.md", score::markdown_table(sheet)); !s.ok()) return s;
+  return write_output(dir / "score.html", score::page(sheet, pictures, notes, changes));
 }
 
 }  // namespace hueline::apps

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -14,6 +13,7 @@
 #include "apps/simulated_rig.hpp"
 #include "config/scenario.hpp"
 #include "config/section.hpp"
+#include "core/output_file.hpp"
 #include "sim/devices/player.hpp"
 #include "sim/faults/clock_truth.hpp"
 #include "sim/faults/faulty_timeline.hpp"
@@ -152,11 +152,8 @@ int simulate(const Options& options) {
     require_same_drive(scenario, *beside);
   }
   if (!options.rig_file.empty()) {
-    std::ofstream out(options.rig_file);
-    out << simulated_rig(scenario, options.at, options.method, beside ? &*beside : nullptr);
-    out.close();
-    if (!out) {
-      log_error("{} could not be written", options.rig_file);
+    if (const Status written = write_output(options.rig_file, simulated_rig(scenario, options.at, options.method, beside ? &*beside : nullptr)); !written.ok()) {
+      log_error(written.error().message);
       return kOutputRefused;
     }
   }
@@ -215,6 +212,7 @@ void add_simulate(Command& all) {
   command.setting("--camera", options->at.camera_serial, "serial number of the GigE camera");
   command.setting("--camera-link", options->camera_link_mb_s, "pace of the camera's packets, MB/s; 0: a gigabit link, or ten gigabit if the images need it", {0.0, 1e5});
   command.setting("--camera-packet", options->camera_packet, "the camera's largest packet, bytes with IP and UDP headers", {576, 65000});
+  command.reads(options->scenario).reads(options->beside).writes(options->rig_file).writes(options->clocks_file).writes(options->sights_file);
   command.runs([options] { return simulate(*options); });
 }
 

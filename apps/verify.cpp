@@ -183,6 +183,7 @@ void add_verify(Command& all) {
   command.setting("--method", options->method, "without RECORDING: lens or panorama", {"lens", "panorama"});
   command.option("--max-rms-px", options->max_rms_px, "exit status 6 if the root mean square is larger");
   command.flag("--json", options->json, "for programs");
+  command.reads(options->scenario).reads(options->recording).reads(options->rig);
   command.runs([options] { return verify(*options); });
 }
 

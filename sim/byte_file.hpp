@@ -1,5 +1,7 @@
 #pragma once
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <bit>
 #include <cerrno>
@@ -10,6 +12,7 @@
 #include <string>
 #include <type_traits>
 
+#include "core/output_file.hpp"
 #include "core/result.hpp"
 
 /// Little-endian numbers in a file, for the simulator's own files. The first failure is kept; later calls do nothing.
@@ -19,8 +22,14 @@ static_assert(std::endian::native == std::endian::little, "numbers are written a
 
 class ByteWriter {
  public:
-  explicit ByteWriter(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "wb")) {
-    if (!file_) errno_ = errno;
+  explicit ByteWriter(const std::string& path) : path_(path) {
+    int fd = -1;
+    errno_ = -open_output(path, IfExists::Replace, fd);
+    if (errno_ != 0) return;
+    file_.reset(::fdopen(fd, "wb"));
+    if (file_) return;
+    errno_ = errno;
+    ::close(fd);
   }
   void bytes(const void* data, std::size_t size) {
     if (!file_ || errno_ != 0 || size == 0) return;
@@ -38,7 +47,7 @@ class ByteWriter {
   /// Flushes and closes; the only way to learn that everything is on its way to the disk.
   Status close() {
     if (file_ && std::fclose(file_.release()) != 0 && errno_ == 0) errno_ = errno;
-    if (errno_ != 0) return io_error("writing " + path_, errno_);
+    if (errno_ != 0) return output_error("write " + path_, errno_);
     return {};
   }
 

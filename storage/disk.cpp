@@ -50,11 +50,8 @@ int sync_folder(const std::filesystem::path& path) {
 class KernelDisk final : public Disk {
  public:
   int create(const std::filesystem::path& path, IfExists if_exists, std::unique_ptr<DiskFile>& file) override {
-    const int flags = O_WRONLY | O_CREAT | O_CLOEXEC | (if_exists == IfExists::Refuse ? O_EXCL : O_TRUNC);
     int fd = -1;
-    do fd = ::open(path.c_str(), flags, 0644);
-    while (fd < 0 && errno == EINTR);
-    if (fd < 0) return -errno;
+    if (const int result = open_output(path, if_exists, fd); result != 0) return result;
     file = std::make_unique<KernelFile>(fd);
     return sync_folder(path);
   }

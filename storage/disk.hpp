@@ -7,11 +7,13 @@
 #include <memory>
 #include <span>
 
+#include "core/output_file.hpp"
+
 /// What a FileWriter asks of the operating system, so that another disk can stand in its place: one that is full, read-only,
 /// or loses its power. Answers are the kernel's: what was done, or minus errno. Nothing here retries or remembers.
 namespace hueline::storage {
 
-enum class IfExists { Refuse, Replace };
+using hueline::IfExists;
 
 /// A file that was opened to be written. Thread-bound. Its end closes it without an answer.
 class DiskFile {
@@ -34,7 +36,7 @@ class DiskFile {
 class Disk {
  public:
   virtual ~Disk() = default;
-  /// 0 and the file, or -errno. A file that was made is in its folder for good: a power cut does not lose its name.
+  /// 0 and the file, or -errno (those of open_output). A file that was made is in its folder for good: a power cut does not lose its name.
   virtual int create(const std::filesystem::path& path, IfExists if_exists, std::unique_ptr<DiskFile>& file) = 0;
 
   /// The operating system's own.

@@ -10,43 +10,16 @@ namespace {
 
 constexpr std::size_t kPiecesACall = 1024;  // Linux's IOV_MAX
 
-std::string advice(int errno_value) {
-  switch (errno_value) {
-    case ENOSPC:
-    case EDQUOT:
-      return "; the disk is full: make room or record elsewhere";
-    case EFBIG:
-      return "; the file may not grow further here (limit of the process or the file system)";
-    case EROFS:
-      return "; the file system is read-only";
-    case EACCES:
-      return "; check the folder's permissions";
-    case ENOENT:
-      return "; the folder does not exist";
-    case EEXIST:
-      return "; recordings are never overwritten: choose another name or move it away";
-    case EIO:
-      return "; the medium fails: replace it and check its cable";
-    default:
-      return "";
-  }
-}
-
 }  // namespace
 
 Result<FileWriter> FileWriter::create(const std::filesystem::path& path, IfExists if_exists, Disk& disk) {
   std::unique_ptr<DiskFile> file;
-  if (const int result = disk.create(path, if_exists, file); result != 0) {
-    Error error = io_error("create " + path.string(), -result);
-    error.message += advice(-result);
-    return error;
-  }
+  if (const int result = disk.create(path, if_exists, file); result != 0) return output_error("create " + path.string(), -result);
   return FileWriter(path, std::move(file));
 }
 
 Status FileWriter::fail(const char* what, int errno_value) {
-  Error error = io_error(std::string(what) + " " + path_.string() + " at byte " + std::to_string(size_), errno_value);
-  error.message += advice(errno_value);
+  const Error error = output_error(std::string(what) + " " + path_.string() + " at byte " + std::to_string(size_), errno_value);
   if (!error_) error_ = error;
   return *error_;
 }

@@ -7,8 +7,8 @@
 #include <memory>
 #include <string_view>
 
+#include "core/input_file.hpp"
 #include "storage/byte_order.hpp"
-#include "storage/file_reader.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint64_t kMostPixels = 1u << 28;
 constexpr std::uint64_t kMostBytes = 1u << 30;
 
-Result<RgbImage> read_jpeg(const std::filesystem::path& path, const FileReader& file) {
+Result<RgbImage> read_jpeg(const std::filesystem::path& path, const InputFile& file) {
   if (file.size() > kMostBytes) return Error{ErrorCode::Unsupported, path.string() + ": a JPEG of more than 1 GiB"};
   Bytes bytes(static_cast<std::size_t>(file.size()));
   if (Status done = file.read(0, bytes); !done) return done.error();
@@ -48,7 +48,7 @@ Result<RgbImage> read_jpeg(const std::filesystem::path& path, const FileReader& 
 }  // namespace
 
 Result<RgbImage> read_image(const std::filesystem::path& path) {
-  Result<FileReader> file = FileReader::open(path);
+  Result<InputFile> file = InputFile::open(path);
   if (!file) return file.error();
   std::array<std::byte, 8> first{};
   if (Status done = file->read(0, std::span(first).first(static_cast<std::size_t>(std::min<std::uint64_t>(8, file->size())))); !done) return done.error();

@@ -23,7 +23,7 @@ constexpr Layout kLayouts[] = {{0, 0}, {20, 0}, {0, 20}, {20, 28}, {20, 0}, {20,
 }  // namespace
 
 Result<LasReader> LasReader::open(const std::filesystem::path& path) {
-  Result<FileReader> file = FileReader::open(path);
+  Result<InputFile> file = InputFile::open(path);
   if (!file) return file.error();
   LasReader reader(std::move(*file));
   if (Status read = reader.read_records(); !read) {

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "storage/file_reader.hpp"
+#include "core/input_file.hpp"
 #include "storage/las_format.hpp"
 
 namespace hueline::storage {
@@ -46,11 +46,11 @@ class LasReader {
   void rewind() { read_ = 0; }
 
  private:
-  explicit LasReader(FileReader file) : file_(std::move(file)) {}
+  explicit LasReader(InputFile file) : file_(std::move(file)) {}
   Status read_records();
   void decode(ByteView record, LasPoint& point) const;
 
-  FileReader file_;
+  InputFile file_;
   LasHeader header_;
   std::vector<LasVlr> vlrs_;
   std::vector<LasExtraField> extra_;

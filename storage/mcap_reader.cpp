@@ -14,7 +14,7 @@ constexpr std::size_t kFileTail = kMcapRecordHead + kFooterContent + kMcapMagic.
 
 }  // namespace
 
-McapReader::McapReader(FileReader file) : file_(std::move(file)), pool_(std::numeric_limits<std::size_t>::max() / 2) {}
+McapReader::McapReader(InputFile file) : file_(std::move(file)), pool_(std::numeric_limits<std::size_t>::max() / 2) {}
 
 Error McapReader::truncated(std::uint64_t at, const std::string& inside) const {
   return {ErrorCode::Truncated, file_.path().string() + " ends at byte " + std::to_string(file_.size()) + " " + inside +
@@ -34,7 +34,7 @@ Result<Buffer> McapReader::read(std::uint64_t offset, std::uint64_t size) {
 }
 
 Result<McapReader> McapReader::open(const std::filesystem::path& path) {
-  Result<FileReader> file = FileReader::open(path);
+  Result<InputFile> file = InputFile::open(path);
   if (!file) return file.error();
   McapReader reader(std::move(*file));
   std::byte magic[kMcapMagic.size()];

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/buffer.hpp"
-#include "storage/file_reader.hpp"
+#include "core/input_file.hpp"
 #include "storage/mcap_format.hpp"
 
 namespace hueline::storage {
@@ -50,7 +50,7 @@ class McapReader {
   std::uint64_t messages_read() const { return messages_read_; }
 
  private:
-  explicit McapReader(FileReader file);
+  explicit McapReader(InputFile file);
   Result<Buffer> read(std::uint64_t offset, std::uint64_t size);
   std::optional<Error> read_record();
   std::optional<Error> load_chunk(const Buffer& record, std::uint64_t record_at, std::uint32_t& data_crc);
@@ -60,7 +60,7 @@ class McapReader {
   Error truncated(std::uint64_t at, const std::string& inside) const;
   Error damaged(std::uint64_t at, const std::string& what) const;
 
-  FileReader file_;
+  InputFile file_;
   BufferPool pool_;
   std::uint64_t at_ = 0;
   Buffer chunk_;  // messages of the current chunk, uncompressed

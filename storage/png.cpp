@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "storage/file_reader.hpp"
+#include "core/input_file.hpp"
 #include "storage/file_writer.hpp"
 
 namespace hueline::storage {
@@ -42,7 +42,7 @@ Status write_png(const std::filesystem::path& path, const RgbImage& picture) {
 }
 
 Result<RgbImage> read_png(const std::filesystem::path& path) {
-  Result<FileReader> file = FileReader::open(path);
+  Result<InputFile> file = InputFile::open(path);
   if (!file) return file.error();
   Bytes bytes(static_cast<std::size_t>(file->size()));
   if (Status done = file->read(0, bytes); !done) return done.error();

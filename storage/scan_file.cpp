@@ -66,7 +66,7 @@ bool is_comment(std::string_view line) {
 }  // namespace
 
 Result<ScanFile> ScanFile::open(const std::filesystem::path& path, std::optional<ScanFormat> format) {
-  auto file = FileReader::open(path);
+  auto file = InputFile::open(path);
   if (!file.ok()) return file.error();
   auto layout = read_scan_layout(*file, format);
   if (!layout.ok()) return layout.error();

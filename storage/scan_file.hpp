@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "storage/file_reader.hpp"
+#include "core/input_file.hpp"
 
 namespace hueline::storage {
 
@@ -51,11 +51,11 @@ class ScanFile {
   Result<std::span<const float>> block(std::size_t index, std::vector<std::byte>& scratch) const;
 
  private:
-  ScanFile(FileReader file, ScanLayout layout) : file_(std::move(file)), layout_(std::move(layout)) {}
+  ScanFile(InputFile file, ScanLayout layout) : file_(std::move(file)), layout_(std::move(layout)) {}
   Result<std::span<const float>> records(std::size_t index, std::vector<std::byte>& scratch) const;
   Result<std::span<const float>> lines(std::size_t index, std::vector<std::byte>& scratch) const;
 
-  FileReader file_;
+  InputFile file_;
   ScanLayout layout_;
   std::vector<float> whole_;  // of a compressed PCD
   std::uint64_t block_size_ = 0;  // points, or bytes of text
@@ -63,6 +63,6 @@ class ScanFile {
 };
 
 /// The layout that a file's first bytes describe. `file` for its name and size.
-Result<ScanLayout> read_scan_layout(const FileReader& file, std::optional<ScanFormat> format);
+Result<ScanLayout> read_scan_layout(const InputFile& file, std::optional<ScanFormat> format);
 
 }  // namespace hueline::storage

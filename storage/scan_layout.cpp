@@ -13,10 +13,10 @@ namespace {
 
 constexpr std::size_t kMostHeader = 64 * 1024;
 
-Error unsupported(const FileReader& file, const std::string& what) { return {ErrorCode::Unsupported, file.path().string() + ": " + what}; }
-Error malformed(const FileReader& file, const std::string& what) { return {ErrorCode::Malformed, file.path().string() + ": " + what}; }
+Error unsupported(const InputFile& file, const std::string& what) { return {ErrorCode::Unsupported, file.path().string() + ": " + what}; }
+Error malformed(const InputFile& file, const std::string& what) { return {ErrorCode::Malformed, file.path().string() + ": " + what}; }
 
-Result<ScanLayout> las_layout(const FileReader& file, ByteView head) {
+Result<ScanLayout> las_layout(const InputFile& file, ByteView head) {
   const auto header = decode_las_header(head.first(std::min(head.size(), kLasHeaderSize14)));
   if (!header.ok()) return malformed(file, header.error().message);
   if (header->point_format & 0x80) return unsupported(file, "the points are compressed (LAZ): unpack them first");
@@ -42,7 +42,7 @@ std::size_t ply_size(std::string_view type) {
   return 0;
 }
 
-Result<ScanLayout> ply_layout(const FileReader& file, std::string_view text) {
+Result<ScanLayout> ply_layout(const InputFile& file, std::string_view text) {
   ScanLayout layout;
   layout.format = ScanFormat::Ply;
   std::string encoding, number;
@@ -98,7 +98,7 @@ Result<ScanLayout> ply_layout(const FileReader& file, std::string_view text) {
   return malformed(file, "PLY whose header has no end_header");
 }
 
-Result<ScanLayout> pcd_layout(const FileReader& file, std::string_view text) {
+Result<ScanLayout> pcd_layout(const InputFile& file, std::string_view text) {
   const auto header = read_pcd_header(text, file.path().string());
   if (!header.ok()) return header.error();
   ScanLayout layout;
@@ -146,7 +146,7 @@ std::optional<ScanFormat> scan_format(const std::string& wanted) {
   return {};
 }
 
-Result<ScanLayout> read_scan_layout(const FileReader& file, std::optional<ScanFormat> format) {
+Result<ScanLayout> read_scan_layout(const InputFile& file, std::optional<ScanFormat> format) {
   std::vector<std::byte> head(static_cast<std::size_t>(std::min<std::uint64_t>(file.size(), kMostHeader)));
   if (Status done = file.read(0, head); !done.ok()) return done.error();
   const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());

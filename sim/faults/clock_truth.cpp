@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
 
+#include "core/output_file.hpp"
 #include "sim/faults/stages.hpp"
 
 namespace hueline::sim {
@@ -67,13 +66,9 @@ std::vector<ClockSample> true_clocks(const Timeline& timeline, const std::vector
 }
 
 Status write_clocks(const std::string& path, const std::vector<ClockSample>& samples) {
-  errno = 0;
-  std::ofstream out(path);
-  out << "clock,gps_ns,offset_ns,rate_ppb\n";
-  for (const ClockSample& s : samples) out << fmt::format("{},{},{},{:.3f}\n", name(s.clock), s.gps_ns, s.offset_ns, s.rate_ppb);
-  out.close();
-  if (!out) return io_error("writing " + path, errno);
-  return {};
+  std::string text = "clock,gps_ns,offset_ns,rate_ppb\n";
+  for (const ClockSample& s : samples) text += fmt::format("{},{},{},{:.3f}\n", name(s.clock), s.gps_ns, s.offset_ns, s.rate_ppb);
+  return write_output(path, text);
 }
 
 }  // namespace hueline::sim

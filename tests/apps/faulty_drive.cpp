@@ -15,7 +15,7 @@
 #include "config/scenario.hpp"
 #include "core/geodesy.hpp"
 #include "sim/generate.hpp"
-#include "tests/storage/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hueline::test {
 namespace {

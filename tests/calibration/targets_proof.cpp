@@ -202,7 +202,7 @@ int time_on_disk(const std::string& folder, std::uint64_t points, std::uint64_t 
   for (int round = 0; round < 3; ++round) {
     begin = std::chrono::steady_clock::now();
     {
-      const auto file = storage::FileReader::open(path);
+      const auto file = InputFile::open(path);
       std::vector<std::byte> block(1 << 20);
       for (std::uint64_t at = 0; file.ok() && at < file->size(); at += block.size())
         if (!file->read(at, std::span(block).first(static_cast<std::size_t>(std::min<std::uint64_t>(block.size(), file->size() - at)))).ok()) return 1;

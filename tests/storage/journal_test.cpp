@@ -5,7 +5,7 @@
 #include "storage/raw_packet.hpp"
 #include "storage_proto/hueline/RawPacket.pb.h"
 #include "tests/storage/sample_packets.hpp"
-#include "tests/storage/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hueline::storage {
 namespace {

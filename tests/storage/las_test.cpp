@@ -8,7 +8,7 @@
 #include "storage/las_reader.hpp"
 #include "storage/las_writer.hpp"
 #include "tests/storage/sample_cloud.hpp"
-#include "tests/storage/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hueline::storage {
 namespace {

@@ -3,7 +3,7 @@
 #include "storage/mcap_reader.hpp"
 #include "storage/mcap_writer.hpp"
 #include "tests/storage/sample_packets.hpp"
-#include "tests/storage/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hueline::storage {
 namespace {

@@ -13,7 +13,7 @@
 #include "storage_proto/foxglove/Log.pb.h"
 #include "storage_proto/foxglove/PointCloud.pb.h"
 #include "tests/storage/sample_view.hpp"
-#include "tests/storage/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hueline::storage {
 namespace {

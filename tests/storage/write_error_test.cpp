@@ -12,7 +12,7 @@
 #include "storage/journal_reader.hpp"
 #include "storage/journal_writer.hpp"
 #include "tests/storage/sample_packets.hpp"
-#include "tests/storage/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hueline::storage {
 namespace {

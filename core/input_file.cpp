@@ -1,0 +1,107 @@
+#include "core/input_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <map>
+#include <mutex>
+#include <utility>
+
+namespace hueline {
+namespace {
+
+/// How many times each file is open to be read. A file's identity is the kernel's, one for the whole program: so is this.
+struct OpenInputs {
+  std::mutex mutex;
+  std::map<std::pair<dev_t, ino_t>, int> count;
+};
+OpenInputs& open_inputs() {
+  static OpenInputs inputs;
+  return inputs;
+}
+
+const char* kind_of(mode_t mode) { return S_ISFIFO(mode) ? "a pipe" : S_ISSOCK(mode) ? "a socket" : "a device"; }
+
+}  // namespace
+
+bool is_open_input(const struct stat& facts) {
+  OpenInputs& inputs = open_inputs();
+  const std::lock_guard lock(inputs.mutex);
+  return inputs.count.contains({facts.st_dev, facts.st_ino});
+}
+
+Result<InputFile> InputFile::open(const std::filesystem::path& path) {
+  int fd = -1;
+  // Without O_NONBLOCK a pipe would be waited for that nobody writes to.
+  do fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  while (fd < 0 && errno == EINTR);
+  if (fd < 0) return io_error("open " + path.string(), errno);
+  struct stat facts {};
+  const int why = ::fstat(fd, &facts) != 0 ? errno : S_ISDIR(facts.st_mode) ? EISDIR : 0;
+  if (why != 0 || !S_ISREG(facts.st_mode)) {
+    ::close(fd);
+    if (why != 0) return io_error("open " + path.string(), why);
+    return Error{ErrorCode::Invalid, fmt::format("{} is {}, not a file: copy what it gives into a file first", path.string(), kind_of(facts.st_mode))};
+  }
+  (void)::posix_fadvise(fd, 0, 0, POSIX_FADV_SEQUENTIAL);
+  return InputFile(path, fd, facts);
+}
+
+InputFile::InputFile(std::filesystem::path path, int fd, const struct stat& facts)
+    : path_(std::move(path)), fd_(fd), size_(static_cast<std::uint64_t>(facts.st_size)), device_(facts.st_dev), inode_(facts.st_ino) {
+  OpenInputs& inputs = open_inputs();
+  const std::lock_guard lock(inputs.mutex);
+  ++inputs.count[{device_, inode_}];
+}
+
+InputFile::InputFile(InputFile&& other) noexcept
+    : path_(std::move(other.path_)), fd_(std::exchange(other.fd_, -1)), size_(other.size_), device_(other.device_), inode_(other.inode_) {}
+
+InputFile& InputFile::operator=(InputFile&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(fd_, other.fd_);
+  std::swap(size_, other.size_);
+  std::swap(device_, other.device_);
+  std::swap(inode_, other.inode_);
+  return *this;
+}
+
+InputFile::~InputFile() {
+  if (fd_ < 0) return;
+  {
+    OpenInputs& inputs = open_inputs();
+    const std::lock_guard lock(inputs.mutex);
+    const auto found = inputs.count.find({device_, inode_});
+    if (--found->second == 0) inputs.count.erase(found);
+  }
+  ::close(fd_);
+}
+
+Status InputFile::read(std::uint64_t offset, std::span<std::byte> out) const {
+  while (!out.empty()) {
+    const ssize_t got = ::pread(fd_, out.data(), out.size(), static_cast<off_t>(offset));
+    if (got < 0) {
+      if (errno == EINTR) continue;
+      return io_error("read " + path_.string() + " at byte " + std::to_string(offset), errno);
+    }
+    if (got == 0) return Error{ErrorCode::Truncated, path_.string() + " ends at byte " + std::to_string(offset)};
+    out = out.subspan(static_cast<std::size_t>(got));
+    offset += static_cast<std::uint64_t>(got);
+  }
+  return {};
+}
+
+Result<std::string> read_input(const std::filesystem::path& path, std::uint64_t most_bytes, const std::string& what) {
+  const Result<InputFile> file = InputFile::open(path);
+  if (!file.ok()) return file.error();
+  if (file->size() > most_bytes)
+    return Error{ErrorCode::Unsupported, fmt::format("{} has {:.1f} MB; {} of more than {:g} MB is not read", path.string(), static_cast<double>(file->size()) / 1e6, what,
+                                                     static_cast<double>(most_bytes) / 1e6)};
+  std::string text(static_cast<std::size_t>(file->size()), '\0');
+  if (Status done = file->read(0, std::as_writable_bytes(std::span(text))); !done.ok()) return done.error();
+  return text;
+}
+
+}  // namespace hueline

@@ -1,0 +1,93 @@
+#!/usr/bin/env bash
+# What a command reads, or another one is writing, is never written over; links are not followed; and it is told before the work.
+# usage: outputs_refused_test.sh HUELINE
+set -euo pipefail
+hueline=$1
+work=$(mktemp -d)
+capturing=
+trap '[ -z "$capturing" ] || kill -9 $capturing 2>/dev/null || true; rm -rf "$work"' EXIT
+cd "$work"
+source "$(dirname "$(realpath "$0")")/program.sh"
+# refused SENTENCE INPUT... -- COMMAND...: exit status 4, the sentence, and the inputs as they were.
+refused() {
+  local sentence=$1 inputs=(); shift
+  while [ "$1" != -- ]; do inputs+=("$1"); shift; done; shift
+  local before; before=$(sha256sum "${inputs[@]}")
+  ends 4 timeout 60 "$@"
+  says "$sentence"
+  [ "$(sha256sum "${inputs[@]}")" = "$before" ] || fail "'$*' changed what it reads"
+}
+own='refused, this command reads that file'
+link='refused, it is a symbolic link'
+busy='refused, another capture, replay or the like is writing into that folder'
+
+# A drive of a file that says nothing: raw, whole, without points.
+head -c 20000 /dev/zero >nothing.gps
+printf 'rig: log\nsensors:\n  - {name: pos, driver: novatel, file: nothing.gps}\ncolouring: {method: lens}\n' >rig.yaml
+ends 5 "$hueline" capture rig.yaml --out drive --quiet
+printf 'exposure,u_px,v_px\n1,10,10\n' >picks.csv
+printf 'name,east_m,north_m,up_m,scan\nS,0,0,0,S.las\n' >stations.csv
+printf 'name,east_m,north_m,up_m\nA,1,0,0\n' >targets.csv
+cp "$(dirname "$(realpath "$0")")/../../config/scenarios/square.yaml" scenario.yaml
+
+refused "$own" drive/drive.mcap -- "$hueline" measure drive/drive.mcap --picks picks.csv --out drive/drive.mcap
+refused "$own" drive/drive.mcap -- "$hueline" measure drive --picks picks.csv --out drive/../drive/drive.mcap
+refused "$own" picks.csv -- "$hueline" measure drive --picks picks.csv --out picks.csv
+cp rig.yaml rig.svg
+refused "$own" rig.svg -- "$hueline" rig show rig.svg --out rig.svg
+cp drive/drive.mcap cloud.png
+refused "$own" cloud.png -- "$hueline" picture cloud.png --above cloud.png
+refused "$own" cloud.png -- "$hueline" picture cloud.png --street cloud.png
+for option in --write-rig --clocks --sights; do refused "$own" scenario.yaml -- "$hueline" simulate scenario.yaml --out sim $option scenario.yaml; done
+[ ! -e sim ] || fail "a drive was rendered before the output was refused"
+
+# Names that a folder's files have: links of both kinds to the recording itself, and to something else.
+mkdir again
+for name in cloud.las view.mcap summary.json; do
+  ln drive/drive.mcap again/$name
+  refused "$own" drive/drive.mcap -- "$hueline" replay drive --out again
+  ln -sf ../drive/drive.mcap again/$name
+  refused "$link" drive/drive.mcap -- "$hueline" replay drive --out again
+  ln -sf ../nowhere again/$name
+  refused "$link" drive/drive.mcap -- "$hueline" replay drive --out again
+  [ ! -e nowhere ] || fail "a link was followed"
+  rm again/$name
+done
+cp drive/drive.mcap backup.mcap
+before=$(sha256sum <backup.mcap)
+ln backup.mcap again/cloud.las  # not the recording that is read
+echo "of another drive" >again/view.mcap
+ends 5 "$hueline" replay drive --out again
+[ "$(sha256sum <backup.mcap)" = "$before" ] || fail "a file was written over through its second name"
+[ ! -s again/view.mcap ] && [ ! -s again/cloud.las ] || fail "a replay left an earlier one's results"
+# Replaying beside the recording itself is what people do.
+ends 5 "$hueline" replay drive/drive.mcap --out drive
+
+# A capture that runs; its folder is its own as long as it lives, however it ends.
+printf 'rig: live\nsensors:\n  - name: laser\n    driver: velodyne\n    model: VLP-16\n    udp: {ports: [29368], bind_address: 127.0.0.1}\n' >live.yaml
+printf '    T_body_scanner: {position_m: [0, 0, 1], rotation_deg: [0, 0, 0]}\ncolouring: {method: lens}\n' >>live.yaml
+"$hueline" capture live.yaml --out live --quiet >capture.txt 2>&1 &
+capturing=$!
+for i in $(seq 300); do [ ! -s live/drive.mcap ] || break; kill -0 $capturing 2>/dev/null || { cat capture.txt; fail "the capture did not start"; }; sleep 0.1; done
+for other in "replay drive --out live" "capture rig.yaml --out live --quiet" "calibrate targets-example --out live --points 10000"; do
+  refused "$busy" live/drive.mcap -- "$hueline" $other
+done
+refused "$busy" live/drive.mcap -- "$hueline" rig show rig.yaml --out live/rig.svg
+kill -0 $capturing || fail "the capture ended"
+kill -9 $capturing; wait $capturing 2>/dev/null || true
+capturing=
+ends 5 "$hueline" replay drive --out live
+
+# Told before the work, not after it: a folder that is not there, a folder in a file's place, no rights.
+ends 4 "$hueline" measure drive --picks picks.csv --out absent/table.csv
+says "write absent/table.csv: No such file or directory; the folder does not exist"
+ends 4 "$hueline" measure drive --picks picks.csv --out again
+says "write again: Is a directory"
+ends 4 "$hueline" replay drive --out rig.yaml
+says "make folder rig.yaml: Not a directory"
+if [ "$(id -u)" != 0 ]; then
+  mkdir closed; chmod 500 closed
+  ends 4 "$hueline" replay drive --out closed/again
+  says "Permission denied"
+fi
+echo "nothing that is read or written elsewhere was written over"
