@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "../storage/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 /// What is in a capture, read a second time and by other means than the drivers do: for comparison.
 namespace hueline::test {

@@ -6,8 +6,9 @@
 #include <semaphore>
 #include <thread>
 
-#include "../storage/temporary_folder.hpp"
+#include "drivers/transport/host_clock.hpp"
 #include "storage/journal_reader.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -16,7 +17,7 @@ using namespace std::chrono_literals;
 using test::TemporaryFolder;
 
 Packet packet_of(SensorId sensor, std::size_t bytes = 100) {
-  return {sensor, PacketKind::Wire, false, 0, host_time_ns(1'000'000'000), Buffer::copy_of(std::vector<std::byte>(bytes))};
+  return {sensor, PacketKind::Wire, false, 0, drivers::host_now(), Buffer::copy_of(std::vector<std::byte>(bytes))};
 }
 
 /// Sends some packets, then is silent until it is stopped.

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "../storage/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 extern char** environ;
 
