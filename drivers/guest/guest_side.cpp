@@ -60,11 +60,13 @@ Status GuestMemory::prepare(std::size_t packet_bytes) {
   if (!changed_.wait_for(lock, kMemoryWithin, [this] { return has_begun_; }))
     return Error{ErrorCode::Unavailable, "the host gives no memory"};
   if (slot_bytes_ < packet_bytes) return Error{ErrorCode::Invalid, "the host's slots are too small"};
-  return limit_memory(kMemoryToStream);
+  return {};
 }
 
 Status GuestMemory::map(const Memory& memory, int fd) {
-  auto mapping = Mapping::map(fd, memory.slot_bytes * memory.slots, true);
+  const std::uint64_t bytes = memory.slot_bytes * memory.slots;
+  if (const Status limited = limit_memory(bytes + kMemoryToStream); !limited) return limited;
+  auto mapping = Mapping::map(fd, bytes, true);
   if (!mapping) return mapping.error();
   std::lock_guard lock(mutex_);
   mapping_ = std::move(mapping).value();

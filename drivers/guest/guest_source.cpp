@@ -60,7 +60,7 @@ Status GuestSource::start() {
   will_.reset();
   is_handed_over_ = false;
   was_heard_ = false;
-  heard_ = host_now();
+  started_ = heard_ = host_now();
   message_.resize(kMostMessageBytes);
   if (const Status sent = send(guest::Config{config_.driver, config_.text}); !sent) return broken(sent.error().message);
   return {};
@@ -120,11 +120,13 @@ Result<std::optional<GuestSource::Event>> GuestSource::handle(ToHost& message) {
           },
           [](Running&) -> Outcome { return Nothing(Running{}); },
           [this](Done& done) -> Outcome {
+            if (!is_possible(done.received)) return broken("it stamped a packet with a time at which it cannot have come");
             Buffer bytes = is_handed_over_ ? memory_->lend(done.slot, done.bytes) : Buffer();
             if (bytes.empty()) return broken(fmt::format("it gave {} bytes in slot {}, which is not so", done.bytes, done.slot));
             return Nothing(Packet{config_.sensor, PacketKind::Wire, false, 0, done.received, std::move(bytes)});
           },
           [this](Loss& loss) -> Outcome {
+            if (!is_possible(loss.fault.time)) return broken("it stamped a loss with a time at which it cannot have been seen");
             if (heard_ - losses_since_ > std::chrono::seconds(1)) {
               losses_since_ = heard_;
               losses_ = 0;
@@ -146,6 +148,9 @@ Result<std::optional<GuestSource::Event>> GuestSource::handle(ToHost& message) {
       },
       message);
 }
+
+// The clock is the same in both processes: a stamp lies between the guest's start and now.
+bool GuestSource::is_possible(HostTime stamp) const { return stamp >= started_ && stamp <= host_now(); }
 
 Status GuestSource::give_memory(std::uint64_t packet_bytes) {
   if (is_handed_over_) return Error{ErrorCode::Malformed, "it asked twice for memory"};

@@ -53,6 +53,7 @@ class GuestSource final : public PacketSource {
   /// The next thing that concerns the caller. TimedOut after 100 ms. Any other error: the guest is gone.
   Result<Event> wait_for_event();
   Result<std::optional<Event>> handle(guest::ToHost& message);
+  bool is_possible(HostTime stamp) const;
   Status give_memory(std::uint64_t packet_bytes);
   Status send(const guest::ToGuest& message, int descriptor = -1);
   void give_back_returned();
@@ -68,7 +69,7 @@ class GuestSource final : public PacketSource {
   std::optional<guest::LastWill> will_;
   bool is_handed_over_ = false;  // the memory is this guest's
   bool was_heard_ = false;
-  HostTime heard_{}, losses_since_{};
+  HostTime started_{}, heard_{}, losses_since_{};
   int losses_ = 0;  // since then
   std::vector<std::byte> message_;
 };

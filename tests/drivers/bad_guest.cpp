@@ -55,7 +55,7 @@ class Library final : public PacketSource {
     if (mode_ == "dies in open") std::abort();
     if (mode_ == "refuses") return Error{ErrorCode::Invalid, "no such setting: \x1b[31m\xff\xfe\n"};
     if (mode_ == "tells its rights") return Error{ErrorCode::Unavailable, rights()};
-    return memory_->prepare(kPacketBytes);
+    return memory_->prepare(mode_ == "has large packets" ? 64u << 20 : kPacketBytes);  // 48 of them: 3 GB, of which pages come as they are used
   }
   Result<Packet> next(std::stop_token) override {
     if (number_ == kGoodPackets) misbehave();
@@ -86,6 +86,9 @@ class Library final : public PacketSource {
     if (mode_ == "gives a slot twice") say(guest::Done{0, 100, host_now()}), say(guest::Done{0, 100, host_now()}), hang();
     if (mode_ == "gives no slot") say(guest::Done{4'000'000'000U, 100, host_now()}), hang();
     if (mode_ == "gives too much") say(guest::Done{1, std::uint64_t{1} << 40, host_now()}), hang();
+    if (mode_ == "stamps the future") say(guest::Done{1, 100, host_now() + 1h}), hang();
+    if (mode_ == "stamps the past") say(guest::Done{1, 100, HostTime{}}), hang();
+    if (mode_ == "stamps a loss anyhow") say(guest::Loss{{1, FaultKind::Lost, HostTime(nanoseconds(-1)), 1, ""}}), hang();
     if (mode_ == "gives nothing") say(guest::Done{1, 0, host_now()}), hang();
     if (mode_ == "wants memory again") say(guest::NeedMemory{kPacketBytes}), hang();
     if (mode_ == "says nothing known") say(std::vector<std::byte>(50'000, std::byte{0xAB})), hang();

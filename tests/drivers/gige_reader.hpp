@@ -36,6 +36,7 @@ inline GuestSource::Config guest_of(const AravisSource::Config& camera) {
   config.driver = "genicam";
   config.text = write_config(camera);
   config.slots = camera.stream_buffers + camera.images_in_flight;
+  config.hung_after = std::chrono::milliseconds(5000);  // a busy machine is no hanging library
   return config;
 }
 /// open() until it says something else than TimedOut.

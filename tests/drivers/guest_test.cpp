@@ -32,6 +32,7 @@ GuestSource::Config bad_guest(const std::string& mode) {
   config.text = mode;
   config.slots = 8;
   config.started_within = std::chrono::milliseconds(30'000);  // under a sanitizer, on a busy machine
+  config.hung_after = std::chrono::milliseconds(3000);
   return config;
 }
 
@@ -102,6 +103,15 @@ TEST(Guest, SlotsGoRoundForAsLongAsTheDeviceSends) {
   EXPECT_TRUE(is_full_of(listen(source, 200).packets.back(), 200));
 }
 
+TEST(Guest, PacketsMayNeedMoreMemoryThanTheLimitOfItsLibrary) {
+  auto config = bad_guest("has large packets");
+  config.slots = 48;
+  GuestSource source(config);
+  const Status opened = open(source);
+  ASSERT_TRUE(opened.ok()) << opened.error().message;
+  EXPECT_EQ(listen(source, 1).packets.size(), 1U);
+}
+
 TEST(Guest, WhatIsReadIsNotWrittenByASuccessor) {
   std::vector<Packet> held;
   {
@@ -127,7 +137,8 @@ class GuestMisdeed : public testing::TestWithParam<Misdeed> {};
 
 TEST_P(GuestMisdeed, IsAFaultOfItsDeviceAndANewGuestIsStarted) {
   GuestSource source(bad_guest(GetParam().mode));
-  for (int life = 0; life < 2; ++life) {
+  const bool takes_seconds = GetParam().told == std::string("hangs");
+  for (int life = takes_seconds ? 1 : 0; life < 2; ++life) {
     ASSERT_TRUE(open(source).ok());
     const pid_t pid = source.guest_pid();
     const Heard heard = listen(source, 1000);
@@ -153,6 +164,9 @@ const std::vector<Misdeed> kMisdeeds{
     {"gives no slot", "slot 4000000000"},
     {"gives too much", "slot 1"},
     {"gives nothing", "slot 1"},
+    {"stamps the future", "stamped a packet"},
+    {"stamps the past", "stamped a packet"},
+    {"stamps a loss anyhow", "stamped a loss"},
     {"wants memory again", "twice for memory"},
     {"says nothing known", "not known"},
     {"says half", "wrong size"},
