@@ -100,19 +100,22 @@ std::optional<UdpDatagram> UdpExtractor::ipv4(std::span<const std::byte> packet,
   if (packet.size() < 20) return lost(broken);
   const std::size_t header = 4 * (static_cast<std::size_t>(packet[0]) & 0x0F), total = be16(packet.data() + 2);
   if (static_cast<unsigned>(packet[0]) >> 4 != 4 || header < 20) return lost(counts_.malformed);
+  if (header > packet.size()) return lost(broken);
   if (static_cast<std::uint8_t>(packet[9]) != kUdp) return lost(counts_.not_udp);
-  // Frames shorter than 60 bytes are padded on the wire: the total length says what belongs to the packet. 0: segmentation offload.
-  const std::size_t size = total == 0 ? packet.size() : total;
-  if (size < header) return lost(counts_.malformed);
-  if (size > packet.size()) return lost(broken);
   const std::uint16_t flags = be16(packet.data() + 6);
   const bool has_more = (flags & 0x2000) != 0;
   const std::size_t offset = 8 * static_cast<std::size_t>(flags & 0x1FFF);
   UdpDatagram datagram;
   datagram.source = mapped(packet.data() + 12);
   datagram.destination = mapped(packet.data() + 16);
+  // UDP's own length decides, where it fits what was captured: VeloView writes 1234 into the IP header of datagrams of any size. What it
+  // leaves over is padding: frames shorter than 60 bytes are padded on the wire.
+  if (!has_more && offset == 0) return udp(packet.subspan(header), is_cut, datagram);
+  // 0: segmentation offload.
+  const std::size_t size = total == 0 ? packet.size() : total;
+  if (size < header) return lost(counts_.malformed);
+  if (size > packet.size()) return lost(broken);
   const auto body = packet.subspan(header, size - header);
-  if (!has_more && offset == 0) return udp(body, is_cut, datagram);
   const FragmentKey key{be32(packet.data() + 12), be32(packet.data() + 16), be16(packet.data() + 4)};
   if (!join(key, offset, !has_more, body)) return {};
   return udp(joined_, false, datagram);
@@ -167,15 +170,7 @@ std::optional<UdpDatagram> UdpExtractor::ipv6(std::span<const std::byte> packet,
   UdpDatagram datagram;
   std::memcpy(datagram.source.data(), packet.data() + 8, 16);
   std::memcpy(datagram.destination.data(), packet.data() + 24, 16);
-  const std::size_t size = be16(packet.data() + 4);
   auto body = packet.subspan(40);
-  if (size != 0) {  // 0: segmentation offload or a jumbogram
-    if (size > body.size()) {
-      ++broken;
-      return {};
-    }
-    body = body.first(size);
-  }
   while (next == 0 || next == 43 || next == 60) {  // hop-by-hop, routing, destination options
     const std::size_t length = body.size() < 2 ? 0 : 8 * (static_cast<std::size_t>(body[1]) + 1);
     if (length == 0 || length > body.size()) {

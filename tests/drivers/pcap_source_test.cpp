@@ -148,6 +148,29 @@ TEST(PcapSource, FiltersByPortAndDeviceAndPassesOverWhatIsNotUdp) {
   EXPECT_EQ(read_bytes(file.bytes(), config).ends.at(0).code, ErrorCode::Invalid);
 }
 
+/// VeloView writes the length of a data packet into every IP header.
+TEST(PcapSource, AWrongIpLengthIsNoReasonWhereUdpsOwnFits) {
+  for (const unsigned length : {0u, 21u, 33u, 1234u, 65535u}) {
+    Bytes v4 = test::ipv4_packet(test::udp_segment("position", 8308)), v6 = test::ipv6_packet(test::udp_segment("position", 8308));
+    v4[2] = v6[4] = static_cast<std::byte>(length >> 8);
+    v4[3] = v6[5] = static_cast<std::byte>(length & 0xFF);
+    PcapWriter file;
+    file.frame(kTime, test::ethernet_frame(v4)).frame(kTime, test::ethernet_frame(v6, 0x86DD));
+    const Read read = read_bytes(file.bytes());
+    EXPECT_THAT(read.payloads, ElementsAre("position", "position")) << length;
+    EXPECT_TRUE(read.faults.empty()) << length;
+  }
+}
+
+TEST(PcapSource, ARealCaptureOfVeloViewLosesNoPositionPacket) {
+  HUELINE_REQUIRE_DATA("velodyne/vlp16_product_21.pcap");
+  PcapSource source(kSensor, {data_file.string(), {}, {}});
+  const Read read = read_all(source);
+  EXPECT_EQ(read.payloads.size(), 100u);
+  EXPECT_EQ(std::count_if(read.payloads.begin(), read.payloads.end(), [](const std::string& p) { return p.size() == 512; }), 16);
+  EXPECT_TRUE(read.faults.empty());
+}
+
 TEST(PcapSource, FramesCutOffByTheCaptureAreCountedNotDelivered) {
   PcapWriter file;
   file.frame(kTime, plain("shortened"), 45).frame(kTime, plain("whole"));
