@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "drivers/novatel/ascii.hpp"
 #include "drivers/novatel/messages.hpp"
 
 namespace hueline::drivers {
@@ -179,6 +180,20 @@ void NovatelDecoder::note_arrival(const NovatelMessage& message) {
 }
 
 void NovatelDecoder::on_text(std::string_view text, HostTime received) {
+  // A prompt may stand before an ASCII log on the same line.
+  const std::string_view line = text.substr(std::min(text.find_first_of("#%"), text.size()));
+  if (is_novatel_ascii(line)) {
+    const Result<NovatelAsciiLog> log = decode_novatel_ascii(trimmed(line));
+    if (log.ok() && !log->body.empty()) return on_message({log->header, log->body, text.size(), received});
+    if (!log.ok() && log.error().code == ErrorCode::Malformed) {
+      const NovatelMessageInfo* info = find_novatel_ascii(novatel_ascii_name(line));
+      return on_skipped(text.size(), 1, info ? info->id : std::uint16_t{0}, received);
+    }
+    // One that is not used, or longer than a line is read: its name says what came.
+    counts_.ignored_bytes += text.size();
+    ++counts_.messages[std::string(novatel_ascii_name(line)) + (log.ok() && log->header.antenna == 1 ? "_1" : "")];
+    return;
+  }
   counts_.ignored_bytes += text.size();
   ++counts_.messages["text"];
   if (text.find("<ERROR") != std::string_view::npos)

@@ -141,7 +141,8 @@ NovatelFramer::Verdict NovatelFramer::judge(std::span<const std::byte> data, Nov
     header.milliseconds = field<std::uint32_t>(data, 8);
   } else {
     header.is_response = is_response;
-    header.antenna = field<std::uint8_t>(data, 6) & 0x1F;
+    // OEM7 has 0 and 1; older receivers, whose antenna is one, leave other numbers in what was reserved.
+    header.antenna = (field<std::uint8_t>(data, 6) & 0x1F) == 1 ? 1 : 0;
     header.time_status = field<std::uint8_t>(data, 13);
     header.week = field<std::uint16_t>(data, 14);
     header.milliseconds = field<std::uint32_t>(data, 16);

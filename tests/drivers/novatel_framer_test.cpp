@@ -132,7 +132,8 @@ TEST(NovatelFramer, TextBetweenMessagesIsNotDamage) {
   const Outcome out = decode_whole(test::joined(
       {test::text_bytes("\r\n<OK\r\n[COM1]"), numbered(1),
        test::text_bytes("\r\n<BESTPOS COM1 0 90.5 FINESTEERING 2300 1.000 02000020\r\n<     SOL_COMPUTED SINGLE 48.0\r\n[COM1]"), numbered(2),
-       test::text_bytes("#BESTPOSA,COM1,0;x*12345678\r\n$GPGGA,1*00\r\n"), numbered(3)}));
+       test::text_bytes("%RAWIMUSXA,2209,491674.014;04,41,2209,491674.013699,ea59fe00,329308016,-2706935,4508389,196192,417138,-1000837*038422a7\r\n"
+                        "$GPGGA,1*00\r\n"), numbered(3)}));
   EXPECT_EQ(out.counts.malformed_bytes, 0u);
   EXPECT_EQ(out.counts.decoded_bytes, 3u * 104u);
   EXPECT_TRUE(all_of<Fault>(out.measurements).empty());

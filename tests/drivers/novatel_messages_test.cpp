@@ -4,6 +4,8 @@
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <span>
 
 #include "core/calendar.hpp"
 #include "drivers/novatel/crc32.hpp"
@@ -42,6 +44,63 @@ TEST(NovatelCrc, ManualExamples) {
 RC_GTEST_PROP(NovatelCrc, EqualsTheBitwiseDefinition, (const std::vector<std::uint8_t>& values)) {
   const auto bytes = std::as_bytes(std::span(values));
   RC_ASSERT(novatel_crc32(bytes) == test::bitwise_crc(bytes));
+}
+
+/// An ASCII log with its check sum.
+std::string ascii_log(char begin, const std::string& inside) {
+  const std::uint32_t crc = test::bitwise_crc(std::as_bytes(std::span(inside)));
+  char sum[16];
+  std::snprintf(sum, sizeof sum, "*%08x\r\n", crc);
+  return begin + inside + sum;
+}
+
+TEST(NovatelAscii, GivesWhatTheSameLogsGiveInBinary) {
+  const std::string text = "[COM1]" + ascii_log('%', "INSPVASA,2300,100000.010;2300,100000.010000000,48.5,9.25,401.25,1.5,-2.5,0.125,1.0,-2.0,270.5,INS_SOLUTION_GOOD") +
+                           ascii_log('#', "TIMEA,COM1,0,86.5,FINESTEERING,2300,100001.000,02000020,9924,32768;VALID,1.6e-10,9.6e-10,-18.00000000000,2024,2,5,3,46,23000,VALID") +
+                           ascii_log('#', "BESTPOSA,COM1,0,83.5,FINESTEERING,2300,100001.000,02000040,cdba,32768;SOL_COMPUTED,INS_RTKFIXED,48.5,9.25,400.0,"
+                                          "47.5,WGS84,0.02,0.01,0.03,\"AAAA\",1.0,0.0,24,22,22,20,00,06,00,33");
+  const auto ascii = decoded(test::text_bytes(text));
+  test::Pva pva{2300, 100000.01, 48.5, 9.25, 401.25, 1.5, -2.5, 0.125, 1.0, -2.0, 270.5, 3};
+  const auto solutions = all_of<InsSolution>(ascii), binary = all_of<InsSolution>(decoded(test::inspvas(pva)));
+  ASSERT_EQ(solutions.size(), 1u);
+  EXPECT_EQ(test::described(solutions[0]), test::described(binary.at(0)));
+  const auto labels = all_of<TimeLabel>(ascii);
+  ASSERT_EQ(labels.size(), 1u);
+  EXPECT_EQ(labels[0].second, from_gps_week(2300, seconds(100001)));
+  EXPECT_EQ(labels[0].utc_offset, seconds(18));
+  const auto fixes = all_of<GnssFix>(ascii);
+  ASSERT_EQ(fixes.size(), 1u);
+  EXPECT_EQ(fixes[0].type, FixType::RtkFixed);
+  EXPECT_EQ(fixes[0].satellites, 22);
+  EXPECT_NEAR(fixes[0].position.ellipsoidal_height, 447.5, 1e-9);
+  EXPECT_FLOAT_EQ(static_cast<float>(fixes[0].sigma_enu[0]), 0.01f);
+}
+
+TEST(NovatelAscii, NamesWhatItDoesNotUseAndRefusesWhatIsBroken) {
+  const std::string good = ascii_log('%', "INSPVASA,2300,100000.010;2300,100000.010000000,48.5,9.25,401.25,1.5,-2.5,0.125,1.0,-2.0,270.5,INS_SOLUTION_GOOD");
+  std::string broken = good;
+  broken[40] = broken[40] == '1' ? '2' : '1';
+  const std::string unused = ascii_log('%', "RAWIMUSXA,2209,491674.014;04,41,2209,491674.013699,ea59fe00,1,2,3,4,5,6");
+  const std::string second = ascii_log('#', "BESTPOSA_1,COM1,0,83.5,FINESTEERING,2300,100001.000,02000040,cdba,32768;SOL_COMPUTED,SINGLE,48.5,9.25,400.0,"
+                                            "47.5,WGS84,0.02,0.01,0.03,\"AAAA\",1.0,0.0,24,22,22,20,00,06,00,33");
+  NovatelDecoder decoder({});
+  std::vector<Measurement> out;
+  decoder.decode(test::packet_of(test::text_bytes(good + broken + unused + second + "$GPGGA,1*00\r\n")), out);
+  decoder.flush(out);
+  EXPECT_EQ(all_of<InsSolution>(out).size(), 1u);
+  EXPECT_TRUE(all_of<GnssFix>(out).empty());
+  EXPECT_EQ(decoder.counts().malformed_bytes, broken.size());
+  EXPECT_EQ(decoder.counts().messages.at("RAWIMUSX"), 1u);
+  EXPECT_EQ(decoder.counts().messages.at("BESTPOS_1"), 1u);
+  EXPECT_EQ(decoder.counts().messages.at("text"), 1u);
+}
+
+/// Receivers before OEM7 have one antenna and leave other numbers where OEM7 says which it is.
+TEST(NovatelMessages, TheReservedBitsOfOlderReceiversAreNoOtherAntenna) {
+  Put body;
+  body.u32(0).u32(56).f64(48.5).f64(9.25).f64(400).f32(47.5).u32(61).f32(0.02).f32(0.01).f32(0.03).text("AAAA").f32(1).f32(0).u32(0).u32(0);
+  EXPECT_EQ(all_of<GnssFix>(decoded(test::long_message(42, 1540, 5000, body.bytes, 180, 2))).size(), 1u);
+  EXPECT_EQ(all_of<GnssFix>(decoded(test::long_message(42, 1540, 5000, body.bytes, 180, 1))).size(), 0u);
 }
 
 TEST(NovatelMessages, Mark1TimeByHand) {
