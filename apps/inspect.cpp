@@ -11,6 +11,7 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "core/printable.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -29,6 +30,9 @@ bool ends_with(const std::string& path, std::string_view ending) {
   return path.size() >= ending.size() && std::string_view(path).substr(path.size() - ending.size()) == ending;
 }
 
+/// Files hold names in any code: what is no UTF-8 is shown as U+FFFD.
+std::string written(const Json& json, int indent = -1) { return json.dump(indent, ' ', false, Json::error_handler_t::replace); }
+
 /// JSON as indented lines for people: an object's short lists in one line, everything else a line each.
 void print(const Json& json, int depth, std::string& out) {
   const std::string indent(static_cast<std::size_t>(2 * depth), ' ');
@@ -42,7 +46,7 @@ void print(const Json& json, int depth, std::string& out) {
         print(one, depth + 1, out);
       }
     } else {
-      out += fmt::format("{}{:24} {}\n", indent, key, value.is_string() ? value.get<std::string>() : value.dump());
+      out += fmt::format("{}{:24} {}\n", indent, printable(key), printable(value.is_string() ? value.get<std::string>() : written(value)));
     }
   }
 }
@@ -53,7 +57,7 @@ int inspect(const std::string& path, bool as_json) {
     if (as_json) {
       Json out = *inspection.found;
       if (!inspection.trouble.ok()) out["error"] = inspection.trouble.error().message;
-      std::fputs((out.dump(2) + "\n").c_str(), stdout);
+      std::fputs((written(out, 2) + "\n").c_str(), stdout);
     } else {
       std::string text;
       print(*inspection.found, 0, text);

@@ -6,6 +6,7 @@
 #include "apps/pacer.hpp"
 #include "apps/recording.hpp"
 #include "core/calendar.hpp"
+#include "core/printable.hpp"
 #include "drivers/novatel/decoder.hpp"
 #include "drivers/profile_scanner/profile_scanner_decoder.hpp"
 #include "drivers/transport/file_source.hpp"
@@ -46,7 +47,7 @@ struct Tally {
       if (const auto* batch = std::get_if<LaserBatch>(&m)) returns += batch->returns.size();
       if (const auto* fault = std::get_if<Fault>(&m)) {
         faults[name(fault->kind)] += fault->count;
-        last_fault = fault->detail;
+        last_fault = printable(fault->detail);
       }
     }
   }

@@ -3,11 +3,13 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "core/printable.hpp"
+
 namespace hueline::apps {
 
-void log_info(std::string_view line) { spdlog::info("{}", line); }
-void log_warning(std::string_view line) { spdlog::warn("{}", line); }
-void log_error(std::string_view line) { spdlog::error("{}", line); }
+void log_info(std::string_view line) { spdlog::info("{}", printable(line, LineEnds::Keep)); }
+void log_warning(std::string_view line) { spdlog::warn("{}", printable(line, LineEnds::Keep)); }
+void log_error(std::string_view line) { spdlog::error("{}", printable(line, LineEnds::Keep)); }
 
 void set_up_log() {
   spdlog::set_default_logger(spdlog::stderr_color_mt("hueline"));

@@ -6,6 +6,7 @@
 #include "apps/log.hpp"
 #include "apps/version.hpp"
 #include "config/section.hpp"
+#include "core/printable.hpp"
 #include "core/standard_streams.hpp"
 
 namespace {
@@ -42,10 +43,10 @@ int run(int argc, char** argv) {
                                     apps::add_picture(all);
                                   });
   } catch (const config::ConfigError& e) {
-    std::fprintf(stderr, "hueline: %s\n", e.what());
+    std::fprintf(stderr, "hueline: %s\n", printable(e.what(), LineEnds::Keep).c_str());
     return apps::kWrongUse;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "hueline: %s\n", e.what());
+    std::fprintf(stderr, "hueline: %s\n", printable(e.what(), LineEnds::Keep).c_str());
     return apps::kFailed;
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "apps/devices.hpp"
+#include "core/printable.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -55,6 +56,7 @@ void Pipeline::take_fault(const Packet& packet, Decoder* decoder) {
 }
 
 void Pipeline::tell(Fault fault) {
+  fault.detail = printable(fault.detail);  // it may quote a device
   faults_.add(std::move(fault), newest_);
   tell_held();
 }

@@ -5,6 +5,8 @@
 #include <array>
 #include <cstring>
 
+#include "core/printable.hpp"
+
 namespace hueline {
 
 const char* name(ErrorCode code) {
@@ -27,11 +29,13 @@ const char* name(FaultKind kind) {
   return i < names.size() ? names[i] : "?";
 }
 
+// The detail may quote a device, and a recording of an older program may hold such a quotation as it was: it is made printable both ways.
 std::vector<std::byte> encode_fault(const Fault& fault) {
-  std::vector<std::byte> out(9 + fault.detail.size());
+  const std::string detail = printable(fault.detail);
+  std::vector<std::byte> out(9 + detail.size());
   out[0] = static_cast<std::byte>(fault.kind);
   for (int i = 0; i < 8; ++i) out[static_cast<std::size_t>(1 + i)] = static_cast<std::byte>(fault.count >> (8 * i));
-  if (!fault.detail.empty()) std::memcpy(out.data() + 9, fault.detail.data(), fault.detail.size());
+  if (!detail.empty()) std::memcpy(out.data() + 9, detail.data(), detail.size());
   return out;
 }
 
@@ -42,7 +46,7 @@ Result<Fault> decode_fault(SensorId sensor, HostTime time, std::span<const std::
   Fault fault{sensor, static_cast<FaultKind>(kind), time, 0, {}};
   for (int i = 0; i < 8; ++i)
     fault.count |= static_cast<std::uint64_t>(bytes[static_cast<std::size_t>(1 + i)]) << (8 * i);
-  fault.detail.assign(reinterpret_cast<const char*>(bytes.data()) + 9, bytes.size() - 9);
+  fault.detail = printable({reinterpret_cast<const char*>(bytes.data()) + 9, bytes.size() - 9});
   return fault;
 }
 
