@@ -64,21 +64,29 @@ const char* word(Reader::State state) {
   return "?";
 }
 
-/// One line of what runs, rewritten on a terminal, once in five seconds elsewhere.
+/// One line of what runs: rewritten each second on a terminal; elsewhere, where every line stays, each minute and whenever a device's
+/// state changes or something is lost for the first time.
 class Progress {
  public:
   explicit Progress(bool quiet) : quiet_(quiet), is_terminal_(isatty(STDERR_FILENO) != 0) {}
   void show(double seconds, const LiveRun& run, std::uint64_t points) {
-    if (quiet_ || (!is_terminal_ && ++skipped_ % 5 != 1)) return;
+    if (quiet_) return;
     std::string line = fmt::format("{:5.0f} s  {:8.1f} MB recorded  {:9} points", seconds, static_cast<double>(run.recorded_bytes()) / 1e6, points);
+    std::string states;
     if (run.waiting_to_be_processed() > 1000) line += fmt::format("  {} packets waiting", run.waiting_to_be_processed());
     for (const auto& reader : run.readers()) {
       const auto counts = run.ingest().counts(reader->sensor());
+      const auto state = reader->state();
       line += fmt::format("  {}: {}", reader->sensor_name(), counts.packets);
-      if (reader->state() != Reader::State::Running) line += fmt::format(" ({})", word(reader->state()));
+      if (state != Reader::State::Running) line += fmt::format(" ({})", word(state));
       if (counts.shed) line += fmt::format(" [{} shed]", counts.shed);
       if (counts.refused) line += fmt::format(" [{} LOST]", counts.refused);
+      states += fmt::format("{}{}{} ", word(state), counts.shed > 0, counts.refused > 0);
     }
+    constexpr double kEvery_s = 60;
+    if (!is_terminal_ && states == states_ && seconds - shown_s_ < kEvery_s) return;
+    states_ = states;
+    shown_s_ = seconds;
     std::fprintf(stderr, is_terminal_ ? "\r\033[K%s" : "%s\n", line.c_str());
     shown_ = true;
   }
@@ -89,7 +97,8 @@ class Progress {
  private:
   const bool quiet_, is_terminal_;
   bool shown_ = false;
-  unsigned skipped_ = 0;
+  std::string states_;
+  double shown_s_ = 0;
 };
 
 /// Ends a capture whose every device has gone: for emulated drives, which are over when the devices hang up.
@@ -131,6 +140,8 @@ int capture(const Options& options) {
   }
 
   Outputs& sink = **outputs;
+  DiskReserve reserve(recording, storage::Disk::kernel());
+  sink.keep(reserve);
   Pipeline pipeline(rig, options.threads, sink);
   std::atomic<std::uint64_t> points{0};
   const BufferPool pool(static_cast<std::size_t>(options.buffer_megabytes * 1e6));
@@ -156,6 +167,7 @@ int capture(const Options& options) {
   run.start();
 
   Progress progress(options.quiet);
+  Status told_place;
   Silence silence;
   const HostTime begin = drivers::host_now();
   while (!run.wait_until_over(std::chrono::seconds(1), signals.asked())) {
@@ -164,7 +176,13 @@ int capture(const Options& options) {
       log_info("stop asked for: finishing what has come; a second Ctrl-C ends at once");
       break;
     }
+    if (told_place.ok() && !run.place().ok()) {
+      progress.end();
+      told_place = run.place();
+      log_error(told_place.error().message);
+    }
     const double seconds = to_seconds(drivers::host_now() - begin);
+    reserve.note(run.recorded_bytes(), seconds);
     progress.show(seconds, run, points.load(std::memory_order_relaxed));
     // A tick keeps stream time going when every device is silent. Recordings have a time of their own.
     if (is_live) run.ingest().submit(Packet{kSystemSensor, PacketKind::Tick, false, 0, drivers::host_now(), {}});
@@ -190,11 +208,17 @@ int capture(const Options& options) {
                        run.packets_recorded(), missing);
     sink.summary().on_fault({kSystemSensor, FaultKind::DiskFull, drivers::host_now(), missing, lost});
   }
+  const Status place = run.place();
+  if (told_place.ok() && !place.ok()) sink.summary().on_fault({kSystemSensor, FaultKind::DiskFull, drivers::host_now(), run.packets_recorded(), place.error().message});
   if (is_cut) sink.summary().on_early_end("ended at once: a replay of drive.mcap makes cloud, view and summary whole");
   const Status finished = sink.finish();
   std::fputs(sink.summary().text().c_str(), stdout);
   if (!recorded.ok()) {
     log_error(lost);
+    return kOutputRefused;
+  }
+  if (!place.ok()) {
+    log_error("{} is not the recording of this drive: it was deleted, moved or replaced meanwhile; what was deleted is lost", recording.string());
     return kOutputRefused;
   }
   if (!finished.ok()) {

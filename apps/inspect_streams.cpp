@@ -169,6 +169,8 @@ Inspection inspect_mcap(const std::string& path) {
     if (stream.decoder) {
       stream.finish();
       one.update(stream.tally.json(stream.decoder->counts()));
+    } else if (!stream.tally.faults.empty()) {  // of hueline itself
+      one.update({{"faults", stream.tally.faults}, {"last_fault", stream.tally.last_fault}});
     }
     sensors.push_back(one);
   }

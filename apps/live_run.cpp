@@ -58,8 +58,24 @@ void LiveRun::record() {
   recorded_bytes_.store(recorder_.bytes_written(), std::memory_order_relaxed);
   recording_closed_ = true;
   std::lock_guard lock(mutex_);
+  if (place_.ok()) place_ = recorder_.place();
   if (recording_.ok()) recording_ = done.ok() ? closed : done;
   changed_.notify_all();
+}
+
+/// Once: into the recording too, for whoever saves it.
+void LiveRun::tell_place() {
+  if (recorder_.place().ok() || !place().ok()) return;
+  {
+    std::lock_guard lock(mutex_);
+    place_ = recorder_.place();
+  }
+  ingest_->submit(Fault{kSystemSensor, FaultKind::DiskFull, drivers::host_now(), recorder_.packets_taken(), recorder_.place().error().message});
+}
+
+Status LiveRun::place() const {
+  std::lock_guard lock(mutex_);
+  return place_;
 }
 
 Status LiveRun::record_until_the_end() {
@@ -79,7 +95,10 @@ Status LiveRun::record_until_the_end() {
     }
     const Status done = packet ? recorder_.take(**packet, now.time_since_epoch()) : recorder_.pause();
     recorded_bytes_.store(recorder_.bytes_written(), std::memory_order_relaxed);
-    if (done.ok()) continue;
+    if (done.ok()) {
+      tell_place();
+      continue;
+    }
     if (packet) recorded_up_to_ = (*packet)->sequence;
     {
       std::lock_guard lock(mutex_);

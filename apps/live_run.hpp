@@ -60,6 +60,8 @@ class LiveRun {
 
   /// The first refusal of the recording; ok while all is well. Thread-safe.
   Status recording() const;
+  /// Why drive.mcap is no longer where it was made, though it is still written (Recorder::place). Thread-safe.
+  Status place() const;
   const Ingest& ingest() const { return *ingest_; }
   Ingest& ingest() { return *ingest_; }
   std::uint64_t recorded_bytes() const { return recorded_bytes_.load(std::memory_order_relaxed); }
@@ -72,6 +74,7 @@ class LiveRun {
 
  private:
   void record();
+  void tell_place();
   Status record_until_the_end();
   void process_all();
   void hurry();
@@ -84,7 +87,7 @@ class LiveRun {
   const std::function<void(const Packet&)> process_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;  // readers_left_, recording_
-  Status recording_;
+  Status recording_, place_;
   std::atomic<std::uint64_t> recorded_bytes_{0};
   /// Nothing behind this sequence is processed: set when the recording fails, so that the cloud does not outgrow its record.
   std::atomic<std::uint64_t> recorded_up_to_{~std::uint64_t{0}};

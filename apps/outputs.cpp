@@ -48,9 +48,19 @@ void Outputs::keep(const char* file, Status done) {
   if (first_error_.ok()) first_error_ = std::move(done);
 }
 
+/// False from where the disk's last space begins: what follows is left to a replay, so that what was written is the beginning of it.
+bool Outputs::has_room() {
+  if (is_reserved_ || reserve_ == nullptr) return !is_reserved_;
+  const Status room = reserve_->check(dir_ / "cloud.las");
+  if (room.ok()) return true;
+  is_reserved_ = true;
+  keep("cloud.las, view.mcap", Error{ErrorCode::Exhausted, room.error().message + ": they end here, a replay makes them whole"});
+  return false;
+}
+
 template <class Append>
 void Outputs::view(Append append) {
-  if (!files_->view || files_->view_failed) return;
+  if (!files_->view || files_->view_failed || !has_room()) return;
   if (Status done = append(*files_->view); !done.ok()) {
     files_->view_failed = true;
     keep("view.mcap", done);
@@ -79,6 +89,7 @@ void Outputs::on_origin(const Geodetic& origin) {
 
 void Outputs::on_cloud(const CloudBlock& block) {
   summary_.on_cloud(block);
+  if (!has_room()) return;
   view([&](auto& out) { return out.append(block); });
   if (files_->las_failed || block.points.empty()) return;
   if (!files_->las) {
@@ -125,15 +136,22 @@ void Outputs::on_fault(const Fault& fault) {
 
 Status Outputs::finish() {
   if (files_->las && !files_->las_failed) keep("cloud.las", files_->las->close());
+  const bool ended_early = std::exchange(is_reserved_, false);
+  reserve_ = nullptr;  // the ends are small
   view([](auto& out) { return out.close(); });
   const storage::LasWriter::Counts counts = files_->las ? files_->las->counts() : storage::LasWriter::Counts{};
   summary_.on_unfused("outside the map's projection", counts.refused);
   // From the first refused write on nothing more is offered to the file.
-  if (files_->las_failed) summary_.on_unfused("refused by the disk", summary_.points() - (counts.written + counts.refused));
+  if (ended_early) {
+    summary_.on_early_end("the disk's last space was kept for the recording: a replay makes cloud and view whole");
+    summary_.on_unfused("left out to keep the disk's last space for the recording", summary_.points() - (counts.written + counts.refused));
+  } else if (files_->las_failed) {
+    summary_.on_unfused("refused by the disk", summary_.points() - (counts.written + counts.refused));
+  }
   // What this run has nothing for must not be what an earlier one left there.
   if (!files_->las && !files_->las_failed) keep("cloud.las", write_output(dir_ / "cloud.las", {}));
   if (!files_->view && !files_->view_failed) keep("view.mcap", write_output(dir_ / "view.mcap", {}));
-  keep("summary.json", write_output(dir_ / "summary.json", summary_.json().dump(2) + "\n"));
+  keep("summary.json", write_output(dir_ / "summary.json", summary_.json().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n"));
   return first_error_;
 }
 

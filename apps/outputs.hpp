@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/disk_reserve.hpp"
 #include "apps/products.hpp"
 #include "apps/summary.hpp"
 #include "config/rig.hpp"
@@ -30,6 +31,9 @@ class Outputs : public ProductSink {
   void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) override;
   void on_fault(const Fault& fault) override;
 
+  /// While a recording goes on beside them: cloud and view end where the disk's last space begins. `reserve` must outlive this.
+  void keep(const DiskReserve& reserve) { reserve_ = &reserve; }
+
   /// Closes the files and writes summary.json. The first error of any file.
   Status finish();
 
@@ -39,6 +43,7 @@ class Outputs : public ProductSink {
   struct Files;
   Outputs(const config::Rig& rig, OutputFolder folder);
   void keep(const char* file, Status done);
+  bool has_room();
   void log(std::optional<GpsTime> time, storage::ViewWriter::Level level, const std::string& who, std::string text);
   template <class Append>
   void view(Append append);
@@ -48,6 +53,8 @@ class Outputs : public ProductSink {
   Summary summary_;
   std::unique_ptr<Files> files_;
   Status first_error_;
+  const DiskReserve* reserve_ = nullptr;
+  bool is_reserved_ = false;  // the disk's last space was reached
   std::optional<GpsTime> newest_;  // of the POS: when a fault without GPS time is shown
 };
 

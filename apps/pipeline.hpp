@@ -35,8 +35,6 @@ class Pipeline {
 
  private:
   void take_fault(const Packet& packet, Decoder* decoder);
-  /// To the sink. A detail may quote a device: it is made printable.
-  void tell(Fault fault);
   void take_measurements();
   void take_synchronised();
   void tell(Fault fault);

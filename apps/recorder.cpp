@@ -7,12 +7,30 @@ Status Recorder::take(const Packet& packet, std::chrono::nanoseconds now) {
   next_sequence_ = packet.sequence + 1;
   ++taken_;
   is_resting_ = false;
-  return journal_->append(packet, now);
+  if (Status done = journal_->append(packet, now); !done) return done;
+  if (looked_ && now - *looked_ < kLookEvery) return {};
+  looked_ = now;
+  return look();
 }
 
 Status Recorder::pause() {
   if (std::exchange(is_resting_, true)) return {};
-  return journal_->sync();
+  if (Status done = journal_->sync(); !done) return done;
+  return look();
+}
+
+/// Where the file is. An error only if it is no use to go on.
+Status Recorder::look() {
+  const Status place = journal_->check_place();
+  if (place.ok() || place.error().code != ErrorCode::Unavailable) return place;
+  if (place_.ok()) place_ = place;
+  return {};
+}
+
+Status Recorder::close() {
+  const Status looked = look();
+  const Status closed = journal_->close();
+  return looked.ok() ? closed : looked;
 }
 
 std::uint64_t Recorder::end_sequence() const {

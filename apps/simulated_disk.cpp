@@ -42,6 +42,8 @@ class SimulatedFile final : public storage::DiskFile {
     const int answer = model_.truncate(size);
     return answer != 0 ? answer : real_->truncate(size);
   }
+  int check_place() override { return real_->check_place(); }
+  int descriptor() const override { return real_->descriptor(); }
   int close() override { return real_->close(); }
 
  private:

@@ -25,7 +25,7 @@ const char* explanation(FaultKind kind) {
     case FaultKind::LabelConflict: return "sources disagree about the second";
     case FaultKind::Spurious: return "belongs to nothing: recorded, not used";
     case FaultKind::Shed: return "recorded, not fused: the pipeline was too slow";
-    case FaultKind::DiskFull: return "a write was refused";
+    case FaultKind::DiskFull: return "a write was refused, or the recording was taken away";
     case FaultKind::WrongSize: return "image of another size than the rig's: recorded, not used";
     case FaultKind::WrongDevice: return "not the device that the rig names";
     case FaultKind::NoTime: return "its clock is not disciplined: stamped roughly, or not at all";

@@ -1,6 +1,8 @@
 #include "storage/disk.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,7 +13,7 @@ namespace {
 
 class KernelFile final : public DiskFile {
  public:
-  explicit KernelFile(int fd) : fd_(fd) {}
+  KernelFile(int fd, std::filesystem::path path) : fd_(fd), path_(std::move(path)) {}
   ~KernelFile() override {
     if (fd_ >= 0) ::close(fd_);
   }
@@ -27,6 +29,16 @@ class KernelFile final : public DiskFile {
     if (::ftruncate(fd_, static_cast<off_t>(size)) != 0) return -errno;
     return ::lseek(fd_, static_cast<off_t>(size), SEEK_SET) < 0 ? -errno : 0;
   }
+  int check_place() override {
+    struct stat own {}, there {};
+    if (::fstat(fd_, &own) != 0) return -errno;
+    if (!S_ISREG(own.st_mode)) return 0;
+    if (own.st_nlink == 0) return -ENOENT;
+    if (::stat(path_.c_str(), &there) != 0) return errno == ENOENT || errno == ENOTDIR ? -ESTALE : 0;
+    if (own.st_dev != there.st_dev || own.st_ino != there.st_ino) return -ESTALE;
+    return own.st_size < ::lseek(fd_, 0, SEEK_CUR) ? -ENODATA : 0;
+  }
+  int descriptor() const override { return fd_; }
   int close() override {
     // Linux frees the descriptor even when close() reports an error: never call it twice.
     return ::close(std::exchange(fd_, -1)) == 0 || errno == EINTR ? 0 : -errno;
@@ -35,6 +47,7 @@ class KernelFile final : public DiskFile {
  private:
   static std::int64_t answer(ssize_t result) { return result < 0 ? -errno : result; }
   int fd_;
+  const std::filesystem::path path_;
 };
 
 /// The folder's entry to the medium: fdatasync of the file does not promise it (fsync(2)).
@@ -52,8 +65,13 @@ class KernelDisk final : public Disk {
   int create(const std::filesystem::path& path, IfExists if_exists, std::unique_ptr<DiskFile>& file) override {
     int fd = -1;
     if (const int result = open_output(path, if_exists, fd); result != 0) return result;
-    file = std::make_unique<KernelFile>(fd);
+    file = std::make_unique<KernelFile>(fd, path);
     return sync_folder(path);
+  }
+  std::int64_t free_bytes(const std::filesystem::path& file) override {
+    struct statvfs about {};
+    if (::statvfs(file.c_str(), &about) != 0) return INT64_MAX;
+    return static_cast<std::int64_t>(about.f_bavail) * static_cast<std::int64_t>(about.f_frsize);
   }
 };
 

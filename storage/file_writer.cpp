@@ -1,8 +1,11 @@
 #include "storage/file_writer.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <string>
 #include <utility>
 
 namespace hueline::storage {
@@ -76,6 +79,21 @@ Status FileWriter::sync() {
   // after a fault of its medium says so here.
   if (const int result = file_->sync(); result != 0 && result != -EINVAL) return fail("sync", -result);
   return {};
+}
+
+Status FileWriter::check_place() {
+  if (Status before = failed_already(); !before) return before;
+  const int result = file_->check_place();
+  if (result == 0) return {};
+  if (result == -ENODATA) {
+    error_ = Error{ErrorCode::Truncated, path_.string() + " was cut by another program while it was being written: what follows the cut cannot be read"};
+    return *error_;
+  }
+  const char* what = result == -ENOENT ? " was deleted" : result == -ESTALE ? " was moved or replaced" : "'s place cannot be told";
+  std::string message = path_.string() + what + " while it is being written";
+  if (file_->descriptor() >= 0)
+    message += "; as long as this program runs, save it: cp /proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(file_->descriptor()) + " SAVED.mcap";
+  return Error{ErrorCode::Unavailable, message};
 }
 
 Status FileWriter::cut_back(std::uint64_t size) {

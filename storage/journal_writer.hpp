@@ -47,6 +47,8 @@ class JournalWriter {
   Status flush() { return writer_.flush(); }
   /// Everything so far to the medium.
   Status sync() { return writer_.sync(); }
+  /// Whether the file is still there, whole, under its path: as FileWriter::check_place().
+  Status check_place() { return writer_.check_place(); }
   /// Everything to the medium, with summary and indexes.
   Status close() { return writer_.close(); }
 

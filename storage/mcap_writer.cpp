@@ -122,6 +122,8 @@ Status McapWriter::write(const McapChunk::Message& message, ByteView head, const
 
 Status McapWriter::write_chunk() {
   if (chunk_.empty()) return {};
+  // Once more is appended to a file that somebody has cut, its length no longer shows it.
+  if (Status place = check_place(); !place && place.error().code == ErrorCode::Truncated) return lose_chunk(place.error());
   Bytes compressed;
   if (config_.compression != Compression::None)
     if (Status done = compress(config_.compression, chunk_.pieces(), compressed); !done)
@@ -193,6 +195,17 @@ Status McapWriter::sync() {
   return synced(file_.sync());
 }
 
+Status McapWriter::check_place() {
+  if (Status before = usable(); !before) return before;
+  Status result = file_.check_place();
+  if (!result && result.error().code == ErrorCode::Truncated) {
+    error_ = result.error();
+    sync_failed_ = true;
+    on_medium_ = 0;
+  }
+  return result;
+}
+
 Status McapWriter::synced(Status result) {
   if (!result) {
     sync_failed_ = true;
@@ -259,7 +272,10 @@ Status McapWriter::write_end() {
 Status McapWriter::close() {
   if (!file_.is_open()) return usable();
   if (!error_) (void)write_chunk();  // remembered
-  if (Status ended = write_end(); !ended && !error_) error_ = ended.error();
+  // Behind a cut that somebody else made an end would stand where no reader comes.
+  const bool was_cut = error_ && error_->code == ErrorCode::Truncated;
+  if (!was_cut)
+    if (Status ended = write_end(); !ended && !error_) error_ = ended.error();
   (void)synced(file_.close());  // remembered
   if (error_) return *error_;
   return {};

@@ -49,6 +49,8 @@ class McapWriter {
   Status flush();
   /// flush() and to the medium.
   Status sync();
+  /// As FileWriter::check_place(). A file that was cut ends here: nothing of it is certain any more.
+  Status check_place();
   /// Writes what waits, the summary and the footer; syncs. Later calls return Invalid.
   Status close();
 

@@ -4,9 +4,11 @@
 #include <stdlib.h>
 
 #include <algorithm>
+#include <fstream>
 #include <map>
 
 #include "core/calendar.hpp"
+#include "storage/las_reader.hpp"
 #include "storage/mcap_reader.hpp"
 
 namespace hueline::apps {
@@ -63,6 +65,66 @@ TEST(Outputs, TheViewBeginsWithTheFirstPoseAndKnowsWhatWasSaidBefore) {
   EXPECT_EQ(messages["/pose"], 5);
   EXPECT_EQ(messages["/log"], 2);
   EXPECT_GT(earliest, 1'600'000'000'000'000'000u) << "something was shown in 1980";
+}
+
+/// A disk on which so much is left.
+class DiskWith final : public storage::Disk {
+ public:
+  int create(const std::filesystem::path&, storage::IfExists, std::unique_ptr<storage::DiskFile>&) override { return -1; }
+  std::int64_t free_bytes(const std::filesystem::path&) override { return left; }
+  std::int64_t left = INT64_MAX;
+};
+
+TEST(DiskReserve, FitsTheRecordingsRateAndItsFileSystemOnly) {
+  Folder folder;
+  DiskWith disk;
+  const auto recording = folder.path / "drive.mcap", product = folder.path / "cloud.las";
+  for (const auto& file : {recording, product}) std::ofstream(file).put('x');
+  DiskReserve reserve(recording, disk);
+  EXPECT_EQ(reserve.bytes(), DiskReserve::kLeastBytes);
+  reserve.note(6'000'000, 0.5);
+  EXPECT_EQ(reserve.bytes(), DiskReserve::kLeastBytes + 30'000'000) << "a burst at the beginning is no rate";
+  reserve.note(36'000'000'000, 3600);
+  EXPECT_EQ(reserve.bytes(), DiskReserve::kLeastBytes + 3'000'000'000);
+  disk.left = 3'064'000'000;
+  EXPECT_TRUE(reserve.check(product).ok());
+  --disk.left;
+  EXPECT_FALSE(reserve.check(product).ok());
+  EXPECT_TRUE(reserve.check("/proc/self/status").ok()) << "another file system's space is not the recording's";
+}
+
+TEST(Outputs, TheCloudLeavesTheDisksLastSpaceToTheRecording) {
+  Folder folder;
+  DiskWith disk;
+  std::ofstream(folder.path / "drive.mcap").put('x');
+  DiskReserve reserve(folder.path / "drive.mcap", disk);
+  auto outputs = Outputs::create(rig(), folder.path);
+  ASSERT_TRUE(outputs.ok());
+  Outputs& out = **outputs;
+  out.keep(reserve);
+  out.on_origin(solution(100).position);
+  const auto block = [&](double at_s) {
+    CloudBlock cloud;
+    cloud.origin = solution(100).position;
+    cloud.points.resize(100);
+    for (auto& point : cloud.points) point.time = solution(at_s).time;
+    return cloud;
+  };
+  out.on_cloud(block(101));
+  disk.left = 1000;
+  out.on_cloud(block(102));
+  disk.left = INT64_MAX;
+  out.on_cloud(block(103));  // there is room again, but a gap would be no beginning
+  const Status finished = out.finish();
+  ASSERT_FALSE(finished.ok());
+  EXPECT_NE(finished.error().message.find("a replay makes them whole"), std::string::npos) << finished.error().message;
+  auto cloud = storage::LasReader::open(folder.path / "cloud.las");
+  ASSERT_TRUE(cloud.ok());
+  EXPECT_EQ((*cloud).header().point_count, 100u);
+  EXPECT_EQ(out.summary().points(), 300u);
+  const std::string said = out.summary().text();
+  EXPECT_NE(said.find("200 returns not placed: left out to keep the disk's last space for the recording"), std::string::npos) << said;
+  EXPECT_NE(said.find("ends early"), std::string::npos) << said;
 }
 
 }  // namespace

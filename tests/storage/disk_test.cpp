@@ -164,5 +164,58 @@ TEST(FailingDisk, ShortWritesAndInterruptsAreNoFailure) {
   EXPECT_EQ(packets_in(folder / "drive.mcap"), packets.size());
 }
 
+TEST(PlaceOfAFile, IsToldWhenSomebodyElseTakesItAway) {
+  TemporaryFolder dir;
+  const auto path = dir / "drive.mcap";
+  const auto begun = [&] {
+    std::filesystem::remove(path);
+    auto writer = JournalWriter::create(path, sample_header());
+    EXPECT_TRUE(writer.ok());
+    for (const Packet& packet : sample_packets(50)) EXPECT_TRUE(writer->append(packet, packet.received.time_since_epoch()).ok());
+    EXPECT_TRUE(writer->flush().ok());
+    EXPECT_TRUE(writer->check_place().ok());
+    return std::move(*writer);
+  };
+  {
+    JournalWriter deleted = begun();
+    std::filesystem::remove(path);
+    const Status place = deleted.check_place();
+    ASSERT_FALSE(place.ok());
+    EXPECT_EQ(place.error().code, ErrorCode::Unavailable);
+    EXPECT_NE(place.error().message.find("was deleted"), std::string::npos) << place.error().message;
+    // What the message says to do does save it.
+    const std::size_t from = place.error().message.find("/proc/");
+    ASSERT_NE(from, std::string::npos);
+    const std::string reached = place.error().message.substr(from, place.error().message.find(' ', from) - from);
+    for (const Packet& packet : sample_packets(50)) EXPECT_TRUE(deleted.append(packet, packet.received.time_since_epoch()).ok()) << "it goes on";
+    EXPECT_TRUE(deleted.flush().ok());
+    std::filesystem::copy_file(reached, dir / "saved.mcap");
+    EXPECT_EQ(packets_in(dir / "saved.mcap"), 100u);
+  }
+  {
+    JournalWriter moved = begun();
+    std::filesystem::rename(path, dir / "moved.mcap");
+    EXPECT_EQ(moved.check_place().error().code, ErrorCode::Unavailable);
+    std::filesystem::copy_file(dir / "saved.mcap", path);
+    const Status place = moved.check_place();
+    ASSERT_FALSE(place.ok());
+    EXPECT_NE(place.error().message.find("moved or replaced"), std::string::npos) << place.error().message;
+    EXPECT_TRUE(moved.close().ok());
+    EXPECT_EQ(packets_in(dir / "moved.mcap"), 50u);
+  }
+  {
+    JournalWriter cut = begun();
+    EXPECT_TRUE(cut.sync().ok());
+    std::filesystem::resize_file(path, 1000);
+    const Status place = cut.check_place();
+    ASSERT_FALSE(place.ok());
+    EXPECT_EQ(place.error().code, ErrorCode::Truncated);
+    EXPECT_EQ(cut.packets_on_medium(), 0u) << "nothing is certain any more";
+    EXPECT_FALSE(cut.append(sample_packets(1).front(), nanoseconds(0)).ok());
+    EXPECT_FALSE(cut.close().ok());
+    EXPECT_EQ(std::filesystem::file_size(path), 1000u) << "no end behind a hole";
+  }
+}
+
 }  // namespace
 }  // namespace hueline::storage
