@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# All devices of a vehicle restarted at once, again and again, without a word, while a capture runs with other programs beside it: the
+# capture goes on, every device is found again and its absence told, the recording is whole, and a replay gives the same bytes.
+# usage: restart_torture.sh HUELINE SOURCE_DIR [RESTARTS [SEED [BUSY_PROGRAMS [cameras]]]]
+# With "cameras" the head's camera is among the devices. The test suite runs a few restarts; 200 take about ten minutes.
+set -euo pipefail
+hueline=$1 source=$2 restarts=${3:-3} RANDOM=${4:-1} busy=${5:-2} cameras=${6:-}
+work=$(mktemp -d)
+trap 'kill -KILL $(jobs -p) 2>/dev/null || true; rm -rf "$work"' EXIT
+cd "$work"
+ports="--pps-socket $work/pps.sock --data-port 42568 --position-port 48508 --pos-port 43201 --can-port 40200 --address 127.0.0.9"
+fail() { echo "FAILED: $*"; tail -n 40 devices.txt said.txt 2>/dev/null; exit 1; }
+
+cp "$source/tests/scenarios/short.yaml" scenario.yaml
+[ "$cameras" = cameras ] || sed -i 's/rate_hz: 4, lens_width/rate_hz: 0.1, first_exposure_s: 10, lens_width/' scenario.yaml  # never
+$hueline simulate scenario.yaml --out sim --write-rig whole.yaml $ports >devices.txt 2>&1 || fail "rendering"
+cp whole.yaml rig.yaml
+[ "$cameras" = cameras ] || awk '/^  - name: /{is_left_out = /camera$/} /^[a-z]/{is_left_out = /^head:/} !is_left_out' whole.yaml >rig.yaml
+
+$hueline capture rig.yaml --out drive --quiet >said.txt 2>&1 & capture=$!
+for ((i = 0; i < busy; ++i)); do (while :; do :; done) & done
+goes_on() { kill -0 $capture 2>/dev/null || { wait $capture && status=0 || status=$?; fail "the capture ended by itself ($status) $*"; }; }
+recorded() { stat -c %s drive/drive.mcap 2>/dev/null || echo 0; }
+for ((i = 1; i <= restarts; ++i)); do
+  before=$(recorded)
+  $hueline simulate scenario.yaml --out sim --play --wait 60 $ports >devices.txt 2>&1 & devices=$!
+  # Not before something of theirs is recorded, so that each restart is one; however busy the computer is.
+  for ((tenths = 0; $(recorded) <= before + 20000; ++tenths)); do
+    goes_on "before restart $i"
+    kill -0 $devices 2>/dev/null || break
+    [ $tenths -lt 900 ] || fail "nothing came of the devices at start $i"
+    sleep 0.1
+  done
+  sleep $((RANDOM % 5)).$((RANDOM % 10))
+  kill -KILL $devices 2>/dev/null || true
+  wait $devices 2>/dev/null || true
+  goes_on "at restart $i"
+done
+# Then they stay, to the end of their drive.
+$hueline simulate scenario.yaml --out sim --play --wait 60 $ports >devices.txt 2>&1 || fail "devices at the end"
+goes_on "at the end"
+kill -INT $capture
+status=0; wait $capture || status=$?
+[ $status = 0 ] || [ $status = 5 ] || fail "the capture ended with $status"  # 5: a clock that starts anew so often may place nothing
+
+# told SENSOR KIND: the number of its faults
+told() { awk -v sensor="$1" -v kind="$2" '/^[^ ]/{is_it = $1 == sensor} is_it && $1 == kind {sub("x", "", $2); sub(":", "", $2); n += $2} END{print n + 0}' said.txt; }
+for sensor in pps pos $([ "$cameras" != cameras ] || echo camera); do
+  gone=$(told $sensor Disconnected) back=$(told $sensor Reconnected)
+  [ "$gone" -ge "$restarts" ] || fail "$sensor went at $restarts restarts, $gone are told"
+  [ "$back" -ge "$restarts" ] || fail "$sensor came back at $restarts restarts, $back are told"
+done
+$hueline inspect drive/drive.mcap >inspected.txt 2>&1 || { cat inspected.txt; fail "the recording is not whole"; }
+$hueline replay drive/drive.mcap --out again >/dev/null 2>replayed.txt || [ $? = $status ] || { cat replayed.txt; fail "the replay ended otherwise than the capture"; }
+cmp drive/cloud.las again/cloud.las || fail "the replay's points are not the live run's"
+cmp drive/view.mcap again/view.mcap || fail "the replay's view is not the live run's"
+echo "$restarts restarts of all devices: $(told pos Disconnected) told of the POS, $(recorded) bytes recorded, the replay is the same"
