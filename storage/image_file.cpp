@@ -13,7 +13,6 @@
 namespace hueline::storage {
 namespace {
 
-constexpr std::uint64_t kMostPixels = 1u << 28;
 constexpr std::uint64_t kMostBytes = 1u << 30;
 
 Result<RgbImage> read_jpeg(const std::filesystem::path& path, const InputFile& file) {
@@ -35,7 +34,7 @@ Result<RgbImage> read_jpeg(const std::filesystem::path& path, const InputFile& f
   if (tjDecompressHeader3(handle.get(), data, bytes.size(), &width, &height, &subsampling, &colours) != 0) return broken();
   if (width <= 0 || height <= 0)  // tables alone are a JPEG too
     return Error{ErrorCode::Malformed, path.string() + ": a JPEG without pixels"};
-  if (std::uint64_t(width) * std::uint64_t(height) > kMostPixels) return Error{ErrorCode::Unsupported, path.string() + ": a picture of more than 268 million pixels"};
+  if (std::uint64_t(width) * std::uint64_t(height) > kMostPixels) return too_many_pixels(path, static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height));
   RgbImage image(width, height, {});
   if (tjDecompress2(handle.get(), data, bytes.size(), image.pixels.data()->data(), width, 0, height, TJPF_RGB, TJFLAG_ACCURATEDCT) != 0) {
     // Bytes between two markers harm nothing, and some cameras write them; any other warning is of pixels that are wrong.

@@ -19,7 +19,7 @@ struct McapMessage {
 };
 
 /// Reads an MCAP file from front to back, finished or not: the summary is not needed, only checked. Chunks none, lz4,
-/// zstd. Thread-bound. Move-only.
+/// zstd; uncompressed at most 512 MiB each, and in all 8 GiB or 64 times the file's size, whichever is more. Thread-bound. Move-only.
 ///
 /// Each chunk's CRC is checked before any of it is handed on. At the end the CRC of the data section, the summary's CRC
 /// and the number of messages are checked as well.
@@ -67,6 +67,7 @@ class McapReader {
   std::size_t chunk_at_ = 0;
   std::uint64_t chunk_file_at_ = 0;
   std::uint32_t data_crc_ = 0;
+  std::uint64_t unpacked_ = 0;  // bytes of all compressed chunks so far
   bool damage_reported_ = false;
   std::optional<Error> end_, pending_;  // pending_: met while opening, told by the first next()
   std::map<std::uint16_t, McapSchema> schemas_;

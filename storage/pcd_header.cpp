@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace hueline::storage {
 namespace {
 
@@ -30,7 +32,10 @@ std::vector<std::string_view> pcd_words(std::string_view line) {
 
 Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name) {
   PcdHeader header;
-  std::size_t begin = 0, line_number = 0;
+  std::size_t begin = 0, line_number = 0, width = 0, height = 1;
+  bool has_points = false;
+  const bool is_longer = text.size() > kMostPcdHeader;
+  text = text.substr(0, kMostPcdHeader);
   while (begin < text.size()) {
     const std::size_t end = text.find('\n', begin);
     if (end == std::string_view::npos) break;
@@ -41,11 +46,15 @@ Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name
     const std::string_view key = words[0];
     for (std::size_t i = 1; i < words.size(); ++i) {
       std::size_t number = 0;
-      if (key == "FIELDS") header.fields.emplace_back(words[i]);
+      if (key == "FIELDS" || key == "COLUMNS") header.fields.emplace_back(words[i]);
       if (key == "TYPE") header.types.push_back(words[i][0]);
-      if (key == "SIZE" || key == "COUNT" || key == "POINTS") {
-        if (!parse_pcd_number(words[i], number) || number > (key == "POINTS" ? 2'000'000'000u : 4096u))
-          return malformed(name, line_number, fmt::format("{} '{}'", key, words[i]));
+      if (key == "SIZE" || key == "COUNT" || key == "POINTS" || key == "WIDTH" || key == "HEIGHT") {
+        const std::size_t most = key == "SIZE" || key == "COUNT" ? kMostPcdColumns : 2'000'000'000u;
+        if (!parse_pcd_number(words[i], number) || number > most)
+          return malformed(name, line_number, fmt::format("{} '{}'; allowed: a whole number from 0 to {}", key, words[i], most));
+        if (key == "WIDTH") width = number;
+        if (key == "HEIGHT") height = number;
+        has_points |= key == "POINTS";
         if (key == "SIZE") header.sizes.push_back(number);
         if (key == "COUNT") header.counts.push_back(number);
         if (key == "POINTS") header.points = number;
@@ -60,13 +69,22 @@ Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name
     if (header.counts.empty()) header.counts.assign(header.fields.size(), 1);
     const std::size_t n = header.fields.size();
     if (n == 0 || header.sizes.size() != n || header.types.size() != n || header.counts.size() != n)
-      return malformed(name, line_number, "FIELDS, SIZE, TYPE and COUNT differ in length");
-    for (std::size_t i = 0; i < n; ++i)
-      if (!is_known_type(header.types[i], header.sizes[i]) || header.counts[i] == 0)
-        return malformed(name, line_number, fmt::format("field {}: type {} of {} bytes", header.fields[i], header.types[i], header.sizes[i]));
+      return malformed(name, line_number, fmt::format("FIELDS names {} fields, SIZE has {}, TYPE {} and COUNT {}", n, header.sizes.size(), header.types.size(), header.counts.size()));
+    std::size_t columns = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      // Nothing is read of what is padding, or of no values: whatever they say they are.
+      const bool is_read = header.counts[i] > 0 && !header.is_padding(i);
+      if (is_read && !is_known_type(header.types[i], header.sizes[i]))
+        return malformed(name, line_number, fmt::format("field {}: type {} of {} bytes; known: I and U of 1, 2, 4, 8, F of 4, 8", header.fields[i], header.types[i], header.sizes[i]));
+      columns += header.counts[i];
+    }
+    if (columns > kMostPcdColumns)
+      return Error{ErrorCode::Unsupported, fmt::format("{}: {} columns; clouds of at most {} are read", name, columns, kMostPcdColumns)};
+    if (!has_points) header.points = std::min<std::size_t>(width * height, 2'000'000'000u);
     header.data_begin = begin;
     return header;
   }
+  if (is_longer) return Error{ErrorCode::Unsupported, fmt::format("{}: no DATA line within its first {} kB: not a PCD file, or one with too many columns", name, kMostPcdHeader / 1024)};
   return Error{ErrorCode::Truncated, fmt::format("{}: no DATA line: not a PCD file, or cut inside its header", name)};
 }
 

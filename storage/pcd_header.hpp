@@ -11,16 +11,22 @@
 /// The text at the begin of a PCD file.
 namespace hueline::storage {
 
+/// A header ends within these; what PCL writes takes hundreds of bytes.
+constexpr std::size_t kMostPcdHeader = 64 * 1024;
+constexpr std::size_t kMostPcdColumns = 4096;
+
 enum class PcdEncoding { Ascii, Binary, Compressed };
 
 struct PcdHeader {
   std::vector<std::string> fields;
-  std::vector<std::size_t> sizes, counts;  ///< of each field: bytes of a value, values of a point
+  std::vector<std::size_t> sizes, counts;  ///< of each field: bytes of a value, values of a point; a field of no values is not stored
   std::vector<char> types;                 ///< I, U, F
   std::size_t points = 0;
   PcdEncoding encoding = PcdEncoding::Ascii;
   std::size_t data_begin = 0;  ///< byte behind the DATA line
 
+  /// The space between fields of a C++ structure: PCL writes it as fields of this name.
+  bool is_padding(std::size_t field) const { return fields[field] == "_"; }
   std::size_t record_bytes() const {
     std::size_t sum = 0;
     for (std::size_t i = 0; i < sizes.size(); ++i) sum += sizes[i] * counts[i];
@@ -28,7 +34,8 @@ struct PcdHeader {
   }
 };
 
-/// `text` may go on behind the header. Malformed with the line, Truncated without a DATA line; `name` stands for the file in messages.
+/// `text` may go on behind the header. Malformed with the line, Truncated without a DATA line, Unsupported with more columns or a longer
+/// header than the limits above; `name` stands for the file in messages.
 Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name);
 
 /// The words of a line, parted by blanks and tabs.

@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <fstream>
-#include <iterator>
+#include <limits>
 #include <string_view>
 
+#include "core/input_file.hpp"
 #include "storage/pcd_header.hpp"
 
 namespace hueline::storage {
@@ -53,10 +52,13 @@ bool expand_lzf(std::span<const std::byte> in, std::span<std::byte> out) {
   return o == out.size();
 }
 
+constexpr std::uint64_t kMostBytes = 4'000'000'000;  // of a file that is read whole in memory
+constexpr std::size_t kMostValues = 500'000'000;       // 4 GB as numbers
+
 /// Lays out one column a value of each field.
 void name_columns(const PcdHeader& header, PcdCloud& cloud) {
   for (std::size_t f = 0; f < header.fields.size(); ++f)
-    for (std::size_t k = 0; k < header.counts[f]; ++k) {
+    for (std::size_t k = 0; k < header.counts[f] && !header.is_padding(f); ++k) {
       cloud.fields.push_back(header.fields[f]);
       cloud.types.push_back({header.types[f], header.sizes[f]});
     }
@@ -66,19 +68,25 @@ void name_columns(const PcdHeader& header, PcdCloud& cloud) {
 Result<PcdCloud> read_ascii(const PcdHeader& header, std::string_view text, const std::string& name) {
   PcdCloud cloud;
   name_columns(header, cloud);
+  // Where each word of a line goes; nowhere, if it is padding.
+  constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> column_of;
+  for (std::size_t f = 0, next = 0; f < header.fields.size(); ++f)
+    for (std::size_t k = 0; k < header.counts[f]; ++k) column_of.push_back(header.is_padding(f) ? kNowhere : next++);
   std::size_t begin = header.data_begin, row = 0;
   while (row < header.points && begin < text.size()) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     const auto words = pcd_words(text.substr(begin, end - begin));
     begin = end + 1;
     if (words.empty()) continue;
-    if (words.size() != cloud.columns.size())
-      return Error{ErrorCode::Malformed, fmt::format("{}: point {}: {} values, the header names {}", name, row, words.size(), cloud.columns.size())};
+    if (words.size() != column_of.size())
+      return Error{ErrorCode::Malformed, fmt::format("{}: point {}: {} values, the header names {}", name, row, words.size(), column_of.size())};
     for (std::size_t c = 0; c < words.size(); ++c) {
+      if (column_of[c] == kNowhere) continue;
       double value = 0;
       if (!parse_pcd_number(words[c], value))
         return Error{ErrorCode::Malformed, fmt::format("{}: point {}: '{}' is not a number", name, row, words[c])};
-      cloud.columns[c].push_back(value);
+      cloud.columns[column_of[c]].push_back(value);
     }
     ++row;
   }
@@ -95,7 +103,7 @@ void take(const PcdHeader& header, std::span<const std::byte> data, bool by_colu
   for (std::size_t f = 0; f < header.fields.size(); ++f) {
     const std::size_t size = header.sizes[f], width = size * header.counts[f];
     const std::size_t begin = by_column ? field_offset * header.points : field_offset;
-    for (std::size_t k = 0; k < header.counts[f]; ++k, ++column) {
+    for (std::size_t k = 0; k < header.counts[f] && !header.is_padding(f); ++k, ++column) {
       auto& out = cloud.columns[column];
       out.resize(header.points);
       for (std::size_t p = 0; p < header.points; ++p)
@@ -144,14 +152,17 @@ Result<PcdCloud> decode_pcd(std::span<const std::byte> bytes, const std::string&
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const Result<PcdHeader> header = read_pcd_header(text, name);
   if (!header.ok()) return header.error();
+  std::size_t columns = 0;
+  for (std::size_t f = 0; f < header->fields.size(); ++f) columns += header->is_padding(f) ? 0 : header->counts[f];
+  if (columns > 0 && header->points > kMostValues / columns)
+    return Error{ErrorCode::Unsupported, fmt::format("{}: {} points of {} values; whole in memory at most {} values are read", name, header->points, columns, kMostValues)};
   return header->encoding == PcdEncoding::Ascii ? read_ascii(*header, text, name) : read_binary(*header, bytes, name);
 }
 
 Result<PcdCloud> read_pcd(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return io_error("open " + path, errno);
-  const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
-  return decode_pcd(std::as_bytes(std::span(bytes)), path);
+  const Result<std::string> bytes = read_input(path, kMostBytes, "a PCD that has to be whole in memory,");
+  if (!bytes.ok()) return bytes.error();
+  return decode_pcd(std::as_bytes(std::span(*bytes)), path);
 }
 
 }  // namespace hueline::storage

@@ -10,7 +10,7 @@
 namespace hueline::storage {
 namespace {
 
-constexpr std::uint64_t kMostPixels = 1u << 28;
+constexpr std::uint64_t kMostBytes = 1u << 30;
 
 png_image fresh_image() {
   png_image image;
@@ -20,6 +20,10 @@ png_image fresh_image() {
 }
 
 }  // namespace
+
+Error too_many_pixels(const std::filesystem::path& path, std::uint64_t width, std::uint64_t height) {
+  return {ErrorCode::Unsupported, path.string() + ": " + std::to_string(width) + " x " + std::to_string(height) + " pixels; pictures of at most 134 million (16384 x 8192) are read"};
+}
 
 Status write_png(const std::filesystem::path& path, const RgbImage& picture) {
   if (picture.width <= 0 || picture.height <= 0)
@@ -44,6 +48,7 @@ Status write_png(const std::filesystem::path& path, const RgbImage& picture) {
 Result<RgbImage> read_png(const std::filesystem::path& path) {
   Result<InputFile> file = InputFile::open(path);
   if (!file) return file.error();
+  if (file->size() > kMostBytes) return Error{ErrorCode::Unsupported, path.string() + ": a PNG of more than 1 GiB"};
   Bytes bytes(static_cast<std::size_t>(file->size()));
   if (Status done = file->read(0, bytes); !done) return done.error();
   png_image image = fresh_image();
@@ -55,7 +60,7 @@ Result<RgbImage> read_png(const std::filesystem::path& path) {
   if (!png_image_begin_read_from_memory(&image, bytes.data(), bytes.size())) return broken();
   if (std::uint64_t{image.width} * image.height > kMostPixels) {
     png_image_free(&image);
-    return Error{ErrorCode::Unsupported, path.string() + ": a picture of more than 268 million pixels"};
+    return too_many_pixels(path, image.width, image.height);
   }
   image.format = PNG_FORMAT_RGB;
   RgbImage picture(static_cast<int>(image.width), static_cast<int>(image.height), {});

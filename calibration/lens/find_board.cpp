@@ -8,8 +8,10 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string_view>
 
 #include "calibration/lens/find_board.hpp"
+#include "core/input_file.hpp"
 
 namespace hueline::calibration {
 namespace {
@@ -53,17 +55,48 @@ bool find_chessboard(const cv::Mat& grey, const Board& board, int refine_half_px
   return true;
 }
 
+constexpr std::uint64_t kMostImageBytes = 1'000'000'000;
+constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 27;  // 16384 x 8192: a large panorama
+
+/// Width x height as a PNG's or JPEG's head states them, before memory and minutes are spent on it; 0 of other formats.
+std::uint64_t stated_pixels(std::string_view bytes) {
+  const auto number = [&](std::size_t at, std::size_t width) {
+    std::uint64_t value = 0;
+    for (std::size_t i = at; i < at + width; ++i) value = value << 8 | static_cast<unsigned char>(bytes[i]);
+    return value;
+  };
+  if (bytes.starts_with("\x89PNG") && bytes.size() >= 24) return number(16, 4) * number(20, 4);
+  if (!bytes.starts_with("\xFF\xD8")) return 0;
+  for (std::size_t at = 2; at + 9 <= bytes.size();) {
+    if (bytes[at] != '\xFF') return 0;
+    const auto marker = static_cast<unsigned char>(bytes[at + 1]);
+    // A frame's head: C0 to CF but for the tables C4 and CC and the reserved C8.
+    if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC) return number(at + 5, 2) * number(at + 7, 2);
+    at += marker == 0xFF ? 1 : 2 + number(at + 2, 2);
+  }
+  return 0;
+}
+
 }  // namespace
 
 Result<GreyImage> read_grey_image(const std::string& path) {
+  const Result<std::string> bytes = read_input(path, kMostImageBytes, "an image");
+  if (!bytes.ok()) return bytes.error();
+  const auto too_large = [&](std::uint64_t pixels) {
+    return Error{ErrorCode::Unsupported, fmt::format("{}: an image of {:.0f} million pixels; at most {:.0f} million are read", path, static_cast<double>(pixels) / 1e6,
+                                                     static_cast<double>(kMostPixels) / 1e6)};
+  };
+  if (const std::uint64_t pixels = stated_pixels(*bytes); pixels > kMostPixels) return too_large(pixels);
   cv::Mat grey;
   try {
+    const cv::Mat encoded(1, static_cast<int>(bytes->size()), CV_8UC1, const_cast<char*>(bytes->data()));
     // As stored: a lens belongs to the rows and columns of its sensor, however the camera was held.
-    grey = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+    if (!bytes->empty()) grey = cv::imdecode(encoded, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& e) {
     return Error{ErrorCode::Malformed, path + ": " + e.what()};
   }
   if (grey.empty()) return Error{ErrorCode::Io, path + ": cannot be read as an image (JPEG, PNG, TIFF, BMP)"};
+  if (grey.total() > kMostPixels) return too_large(grey.total());
   GreyImage out{grey.cols, grey.rows, {}};
   out.pixels.reserve(grey.total());
   for (int row = 0; row < grey.rows; ++row) out.pixels.insert(out.pixels.end(), grey.ptr(row), grey.ptr(row) + grey.cols);

@@ -56,6 +56,35 @@ TEST(McapWriter, CountsWhatItWrites) {
   EXPECT_EQ(reader->attachments().at(0).data, "a: 1\n");
 }
 
+/// A chunk that says how much it unpacks to, and holds nothing that could.
+std::string hollow_chunk(std::uint64_t unpacked) {
+  const auto number = [](auto value) { return std::string(reinterpret_cast<const char*>(&value), sizeof value); };
+  const std::string content = number(std::uint64_t{0}) + number(std::uint64_t{0}) + number(unpacked) + number(std::uint32_t{0}) + number(std::uint32_t{4}) + "zstd" +
+                              number(std::uint64_t{4}) + "none";
+  return "\x06" + number(std::uint64_t{content.size()}) + content;
+}
+
+TEST(McapReader, UnpacksNoMoreThanItsLimitsAndNamesThem) {
+  const TemporaryFolder folder;
+  constexpr std::uint64_t kMiB = 1 << 20;
+  std::string bytes("\x89MCAP0\r\n", 8);
+  bytes += hollow_chunk(513 * kMiB);
+  for (int i = 0; i < 30; ++i) bytes += hollow_chunk(500 * kMiB);
+  test::write_file(folder / "bombs.mcap", bytes);
+  auto reader = McapReader::open(folder / "bombs.mcap");
+  ASSERT_TRUE(reader);
+  const auto first = reader->next();
+  EXPECT_EQ(first.error().code, ErrorCode::Malformed);
+  EXPECT_NE(first.error().message.find("at most 536870912 are read"), std::string::npos) << first.error().message;
+  int skipped = 0;
+  auto next = reader->next();
+  for (; next.error().code == ErrorCode::Malformed; next = reader->next()) ++skipped;
+  EXPECT_EQ(skipped, 16) << "as many chunks as fit into 8 GiB";
+  EXPECT_EQ(next.error().code, ErrorCode::Unsupported);
+  EXPECT_NE(next.error().message.find("unpack to more than 8 GiB"), std::string::npos) << next.error().message;
+  EXPECT_EQ(reader->next().error().code, ErrorCode::Unsupported) << "it is told again";
+}
+
 TEST(McapWriter, GivesALargeMessageAChunkOfItsOwn) {
   const TemporaryFolder folder;
   McapWriter::Config config;
