@@ -7,6 +7,8 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "apps/recording.hpp"
+#include "config/section.hpp"
 #include "storage/cloud_picture.hpp"
 #include "storage/las_reader.hpp"
 
@@ -23,7 +25,7 @@ struct Options {
 Result<storage::StreetViewConfig> viewpoint(const Options& options) {
   auto reader = storage::LasReader::open(options.cloud);
   if (!reader.ok()) return reader.error();
-  const std::uint64_t total = reader->header().point_count;
+  const std::uint64_t total = reader->available();
   const auto first = static_cast<std::uint64_t>(options.at * static_cast<double>(total));
   const std::uint64_t span = total / 20 + 1;
   Eigen::Vector3d sums[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
@@ -31,8 +33,9 @@ Result<storage::StreetViewConfig> viewpoint(const Options& options) {
   std::uint64_t index = 0;
   std::vector<storage::LasPoint> batch;
   for (;;) {
-    if (Status read = reader->next(batch); !read.ok()) return read.error();
-    if (batch.empty()) break;
+    const Status read = reader->next(batch);
+    if (!read.ok() && read.error().code != ErrorCode::Truncated) return read.error();
+    if (batch.empty()) break;  // of a cut cloud, what there is
     for (const auto& point : batch) {
       const std::uint64_t i = index++;
       if (i < first || i >= first + 2 * span) continue;
@@ -50,27 +53,41 @@ Result<storage::StreetViewConfig> viewpoint(const Options& options) {
   return view;
 }
 
-int picture(const Options& options) {
+/// Writes a picture and says what else there is to say of it; the worse of `status` and its own outcome.
+int finish(const std::string& path, const storage::RgbImage& image, const std::string& said, const Status& read, int status) {
+  if (const Status written = storage::write_png(path, image); !written.ok()) {
+    log_error(written.error().message);
+    return kOutputRefused;
+  }
+  std::fputs((path + said + "\n").c_str(), stdout);
+  if (read.ok()) return status;
+  log_error("{}; {} shows what there is", read.error().message, path);
+  return kInputUnreadable;
+}
+
+int picture(Options options) {
+  if (options.above.empty() && options.street.empty()) throw config::ConfigError("picture: give --above PNG, --street PNG or both");
+  for (const std::string& path : {options.above, options.street})
+    if (!path.empty() && !path.ends_with(".png")) throw config::ConfigError(path + ": a picture is written as PNG; give a name that ends in .png");
+  options.cloud = drive_file(options.cloud, "cloud.las");
+  int status = kDone;
   if (!options.above.empty()) {
-    auto view = storage::picture_from_above(options.cloud);
-    Status done = view.ok() ? storage::write_png(options.above, view->image) : Status(view.error());
-    if (!done.ok()) {
-      log_error(done.error().message);
-      return view.ok() ? kOutputRefused : kInputUnreadable;
+    const auto view = storage::picture_from_above(options.cloud);
+    if (!view.ok()) {
+      log_error(view.error().message);
+      return kInputUnreadable;
     }
-    std::fputs(fmt::format("{}: {:.3f} m a pixel, upper left at {:.1f} E {:.1f} N\n", options.above, view->cell_m, view->west, view->north).c_str(), stdout);
+    status = finish(options.above, view->image, fmt::format(": {:.3f} m a pixel, upper left at {:.1f} E {:.1f} N", view->cell_m, view->west, view->north), view->read, status);
+    if (status == kOutputRefused) return status;
   }
-  if (!options.street.empty()) {
-    auto at = viewpoint(options);
-    Result<storage::RgbImage> view = at.ok() ? storage::picture_from_street(options.cloud, *at) : Result<storage::RgbImage>(at.error());
-    Status done = view.ok() ? storage::write_png(options.street, *view) : Status(view.error());
-    if (!done.ok()) {
-      log_error(done.error().message);
-      return view.ok() ? kOutputRefused : kInputUnreadable;
-    }
-    std::fputs((options.street + "\n").c_str(), stdout);
+  if (options.street.empty()) return status;
+  const auto at = viewpoint(options);
+  const Result<storage::StreetView> view = at.ok() ? storage::picture_from_street(options.cloud, *at) : Result<storage::StreetView>(at.error());
+  if (!view.ok()) {
+    log_error(view.error().message);
+    return kInputUnreadable;
   }
-  return kDone;
+  return finish(options.street, view->image, {}, view->read, status);
 }
 
 }  // namespace
@@ -78,7 +95,7 @@ int picture(const Options& options) {
 void add_picture(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command("picture", "draw a cloud (LAS) from above and from the street");
-  command.required("CLOUD", options->cloud, "cloud.las, or any LAS 1.0 to 1.4");
+  command.required("CLOUD", options->cloud, "cloud.las, any LAS 1.0 to 1.4, or a drive's folder");
   command.option("--above", options->above, "PNG of the view from above");
   command.option("--street", options->street, "PNG of a view along the street");
   command.setting("--at", options->at, "where the street view stands, as a share of the drive", {0.0, 0.9});

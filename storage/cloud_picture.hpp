@@ -21,6 +21,7 @@ struct TopView {
   double west = 0, north = 0;  ///< CRS coordinates of the upper left corner of pixel (0, 0), m
   double cell_m = 0;           ///< side of a pixel
   double scale_bar_m = 0;      ///< length of the drawn scale bar
+  Status read;                 ///< Truncated: the cloud was cut, and the picture shows what there is of it
 };
 /// Seen from above, grid north up: the highest coloured point in each cell, gaps of a cell or two closed; with north
 /// arrow and scale bar. Reads the file twice. Errors: those of LasReader; Invalid if there is no point.
@@ -38,8 +39,12 @@ struct StreetViewConfig {
       0.0025;  ///< of the distance, 0 ... 0.1: the disc's least radius, as points lie wider apart farther away
   std::string validate() const;
 };
+struct StreetView {
+  RgbImage image;
+  Status read;  ///< as of TopView
+};
 /// Perspective view with hidden points removed: each point is a disc whose size falls with distance; what shines
 /// through between points of a near surface is closed. Errors: those of LasReader.
-Result<RgbImage> picture_from_street(const std::filesystem::path& las, const StreetViewConfig& config);
+Result<StreetView> picture_from_street(const std::filesystem::path& las, const StreetViewConfig& config);
 
 }  // namespace hueline::storage

@@ -27,6 +27,8 @@ class LasReader {
   static Result<LasReader> open(const std::filesystem::path& path);
 
   const LasHeader& header() const { return header_; }
+  /// Points that the file really has: fewer than the header counts if it was cut.
+  std::uint64_t available() const { return available_; }
   const std::vector<LasVlr>& records() const { return vlrs_; }
   const std::vector<LasExtraField>& extra_fields() const { return extra_; }
   /// The field of that name, or null.

@@ -119,7 +119,7 @@ std::string StreetViewConfig::validate() const {
   return {};
 }
 
-Result<RgbImage> picture_from_street(const std::filesystem::path& las, const StreetViewConfig& config) {
+Result<StreetView> picture_from_street(const std::filesystem::path& las, const StreetViewConfig& config) {
   if (std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
   Result<LasReader> reader = LasReader::open(las);
   if (!reader) return reader.error();
@@ -148,9 +148,11 @@ Result<RgbImage> picture_from_street(const std::filesystem::path& las, const Str
   const Eigen::Vector3d forward(sh * cp, ch * cp, sp), right(ch, -sh, 0), down = forward.cross(right);
   const double cx = (width - 1) / 2.0, cy = (height - 1) / 2.0;
   reader->rewind();
+  Status cut;
   while (true) {
     const Status read = reader->next(points);
     if (!read && read.error().code != ErrorCode::Truncated) return read.error();
+    if (!read) cut = read;
     if (!read || points.empty()) break;  // of a cut cloud, what there is
     for (const LasPoint& p : points) {
       const Eigen::Vector3d d(p.x - config.position.x(), p.y - config.position.y(), p.z - config.position.z());
@@ -165,9 +167,9 @@ Result<RgbImage> picture_from_street(const std::filesystem::path& las, const Str
   }
   close_gaps(canvas, 3.5, 48);
   close_gaps(canvas, closing, 96);
-  RgbImage view(config.width, config.height, {});
-  for (int y = 0; y < view.height; ++y)
-    for (int x = 0; x < view.width; ++x) view.at(x, y) = canvas.image.at(x + margin, y + margin);
+  StreetView view{RgbImage(config.width, config.height, {}), cut};
+  for (int y = 0; y < config.height; ++y)
+    for (int x = 0; x < config.width; ++x) view.image.at(x, y) = canvas.image.at(x + margin, y + margin);
   return view;
 }
 

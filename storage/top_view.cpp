@@ -160,6 +160,7 @@ Result<TopView> picture_from_above(const std::filesystem::path& las, const TopVi
   while (true) {
     const Status read = reader->next(points);
     if (!read && read.error().code != ErrorCode::Truncated) return read.error();
+    if (!read) view.read = read;
     if (!read || points.empty()) break;  // of a cut cloud, what there is
     for (const LasPoint& p : points) {
       const double column = std::floor((p.x - view.west) / view.cell_m),

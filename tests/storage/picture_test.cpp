@@ -110,20 +110,38 @@ TEST(StreetView, HidesWhatIsBehindAndKeepsLeftAndRight) {
   int see_through = 0, holes = 0;
   for (int y = 200; y < 295; ++y)
     for (int x = 100; x < 300; ++x) {
-      see_through += view->at(x, y) == kRed;
-      holes += view->at(x, y) != kGreen;
+      see_through += view->image.at(x, y) == kRed;
+      holes += view->image.at(x, y) != kGreen;
     }
   EXPECT_EQ(see_through, 0) << "the near wall must be solid";
   EXPECT_EQ(holes, 0);
-  EXPECT_EQ(view->at(400, 240), kRed);
-  EXPECT_EQ(view->at(320, 400), kBlue);
-  EXPECT_NE(view->at(320, 20), kRed) << "sky";
+  EXPECT_EQ(view->image.at(400, 240), kRed);
+  EXPECT_EQ(view->image.at(320, 400), kBlue);
+  EXPECT_NE(view->image.at(320, 20), kRed) << "sky";
 
   config.heading += std::numbers::pi;  // turned round there is nothing
   const auto back = picture_from_street(folder / "cloud.las", config);
   ASSERT_TRUE(back);
-  EXPECT_NE(back->at(320, 240), kRed);
-  EXPECT_NE(back->at(320, 240), kGreen);
+  EXPECT_NE(back->image.at(320, 240), kRed);
+  EXPECT_NE(back->image.at(320, 240), kGreen);
+}
+
+TEST(Pictures, SayThatTheirCloudWasCut) {
+  const TemporaryFolder folder;
+  CloudBlock block{test::sample_origin(), {}};
+  add_square(block, {-8, 10, -2}, {8, 0, 0}, {0, 0, 6}, 0.06, kGreen);
+  const auto file = folder / "cloud.las";
+  StreetViewConfig street;
+  street.position = write_cloud(file, block);
+  EXPECT_TRUE(picture_from_above(file)->read.ok());
+  EXPECT_TRUE(picture_from_street(file, street)->read.ok());
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) - 100);
+  const auto above = picture_from_above(file);
+  ASSERT_TRUE(above.ok());
+  EXPECT_EQ(above->read.error().code, ErrorCode::Truncated);
+  const auto along = picture_from_street(file, street);
+  ASSERT_TRUE(along.ok());
+  EXPECT_EQ(along->read.error().code, ErrorCode::Truncated);
 }
 
 TEST(Pictures, TellWhatIsWrong) {
