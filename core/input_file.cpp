@@ -43,7 +43,7 @@ Result<InputFile> InputFile::open(const std::filesystem::path& path) {
   if (why != 0 || !S_ISREG(facts.st_mode)) {
     ::close(fd);
     if (why != 0) return io_error("open " + path.string(), why);
-    return Error{ErrorCode::Invalid, fmt::format("{} is {}, not a file: copy what it gives into a file first", path.string(), kind_of(facts.st_mode))};
+    return Error{ErrorCode::Unsupported, fmt::format("{} is {}, not a file: copy what it gives into a file first", path.string(), kind_of(facts.st_mode))};
   }
   (void)::posix_fadvise(fd, 0, 0, POSIX_FADV_SEQUENTIAL);
   return InputFile(path, fd, facts);
@@ -91,6 +91,15 @@ Status InputFile::read(std::uint64_t offset, std::span<std::byte> out) const {
     offset += static_cast<std::uint64_t>(got);
   }
   return {};
+}
+
+Result<std::FILE*> InputFile::stream() const {
+  const int fd = ::fcntl(fd_, F_DUPFD_CLOEXEC, 0);
+  std::FILE* file = fd < 0 ? nullptr : ::fdopen(fd, "rb");
+  if (file != nullptr) return file;
+  const int why = errno;
+  if (fd >= 0) ::close(fd);
+  return io_error("open " + path_.string(), why);
 }
 
 Result<std::string> read_input(const std::filesystem::path& path, std::uint64_t most_bytes, const std::string& what) {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -16,7 +17,7 @@ namespace hueline {
 /// nothing in this program writes over it: open_output() (core/output_file.hpp) refuses the same file, by whatever name. Move-only.
 class InputFile {
  public:
-  /// Errors: Io (absent, a folder, no rights), Invalid (a pipe, socket or device: nobody knows where that ends). Never waits.
+  /// Errors: Io (absent, a folder, no rights), Unsupported (a pipe, socket or device: nobody knows where that ends). Never waits.
   static Result<InputFile> open(const std::filesystem::path& path);
   InputFile(InputFile&& other) noexcept;
   InputFile& operator=(InputFile&& other) noexcept;
@@ -24,6 +25,8 @@ class InputFile {
 
   /// Fills `out` from `offset`; Truncated if the file ends before, Io if the system refuses. Const and reentrant.
   Status read(std::uint64_t offset, std::span<std::byte> out) const;
+  /// The same file for who reads from front to back; closed by the caller, and no longer protected than this lives. Io.
+  Result<std::FILE*> stream() const;
   /// Bytes in the file when it was opened.
   std::uint64_t size() const { return size_; }
   const std::filesystem::path& path() const { return path_; }

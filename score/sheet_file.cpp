@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/input_file.hpp"
 #include "score/metric_table.hpp"
 
 namespace hueline::score {
@@ -57,9 +56,9 @@ std::string notes_json(const Sheet& sheet, const RunNotes& notes) {
 }
 
 Result<Sheet> read_score_json(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  if (!in) return io_error("open " + path.string(), errno);
-  const auto json = nlohmann::ordered_json::parse(in, nullptr, false);
+  const auto text = read_input(path, 100'000'000, "a score");
+  if (!text.ok()) return text.error();
+  const auto json = nlohmann::ordered_json::parse(*text, nullptr, false);
   const auto malformed = [&](const std::string& what) { return Error{ErrorCode::Malformed, path.string() + ": " + what}; };
   if (!json.is_object()) return malformed("not {scenario: {metric: value}}");
   Sheet sheet;

@@ -5,16 +5,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <numbers>
 
+#include "core/input_file.hpp"
 #include "sim/jpeg_handle.hpp"
 
 namespace hueline::sim {
 namespace {
 
 constexpr int kMostColumns = 32768;
+constexpr std::uint64_t kMostBytes = 500'000'000;
 constexpr std::size_t kNarrowest = 16;  // of the levels
 
 std::uint64_t hash_of(const std::vector<unsigned char>& bytes) {
@@ -38,9 +39,9 @@ float linear(std::uint8_t srgb) {
 }  // namespace
 
 Result<std::shared_ptr<const Surroundings>> Surroundings::load(const std::filesystem::path& file, double centre_azimuth_deg) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return Error{ErrorCode::Io, fmt::format("{} cannot be read", file.string())};
-  const std::vector<unsigned char> jpeg{std::istreambuf_iterator<char>(in), {}};
+  const auto bytes = read_input(file, kMostBytes, "a photograph");
+  if (!bytes.ok()) return Error{bytes.error().code, fmt::format("{} cannot be read: {}", file.string(), bytes.error().message)};
+  const std::vector<unsigned char> jpeg(bytes->begin(), bytes->end());
   const JpegHandle decoder(tjInitDecompress());
   if (!decoder) return Error{ErrorCode::Exhausted, "no memory for a JPEG decoder"};
   int width = 0, height = 0, subsampling = 0, space = 0;

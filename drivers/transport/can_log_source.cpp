@@ -38,6 +38,9 @@ std::string CanLogSource::Config::validate() const {
 Status CanLogSource::open() {
   close();
   if (const std::string wrong = config_.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
+  auto input = InputFile::open(config_.path);
+  if (!input.ok()) return input.error();
+  input_ = std::move(*input);
   file_.emplace(config_.path, std::ios::binary);
   if (!*file_) {
     const int why = errno;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "core/input_file.hpp"
 #include "core/packet.hpp"
 #include "drivers/can/can_log.hpp"
 
@@ -27,11 +28,15 @@ class CanLogSource final : public PacketSource {
 
   Status open() override;
   Result<Packet> next(std::stop_token stop) override;
-  void close() override { file_.reset(); }
+  void close() override {
+    file_.reset();
+    input_.reset();
+  }
 
  private:
   const SensorId sensor_;
   const Config config_;
+  std::optional<InputFile> input_;  // what is read: not to be written over meanwhile
   std::optional<std::ifstream> file_;
   CanLogParser parser_;
   std::uint64_t line_ = 0, malformed_ = 0;

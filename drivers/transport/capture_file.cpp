@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <utility>
 
 namespace hueline::drivers {
@@ -34,9 +33,13 @@ nanoseconds to_ns(std::uint64_t ticks, std::uint64_t per_second, std::int64_t of
 }  // namespace
 
 Result<CaptureFile> CaptureFile::open(const std::string& path) {
-  std::FILE* stream = std::fopen(path.c_str(), "rb");
-  if (!stream) return io_error("open capture " + path, errno);
-  return from_stream(stream, path);
+  auto input = InputFile::open(path);
+  if (!input.ok()) return input.error();
+  const auto stream = input->stream();
+  if (!stream.ok()) return stream.error();
+  auto file = from_stream(*stream, path);
+  if (file.ok()) file->input_ = std::move(*input);
+  return file;
 }
 
 Result<CaptureFile> CaptureFile::from_stream(std::FILE* stream, std::string name) {

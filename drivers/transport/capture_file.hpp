@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/input_file.hpp"
 #include "core/result.hpp"
 #include "core/time.hpp"
 
@@ -28,7 +29,7 @@ struct CaptureFrame {
 /// Source: draft-ietf-opsawg-pcap, draft-ietf-opsawg-pcapng.
 class CaptureFile {
  public:
-  /// Errors: Io (with the path), Unsupported (neither format), Truncated (not even a header).
+  /// Errors: those of InputFile; Unsupported (neither format), Truncated (not even a header).
   static Result<CaptureFile> open(const std::string& path);
   /// Of any stream: `name` stands for it in messages.
   static Result<CaptureFile> from_stream(std::FILE* stream, std::string name);
@@ -60,6 +61,7 @@ class CaptureFile {
   std::uint16_t u16(const std::byte* p) const;
   Error error(ErrorCode code, const std::string& what) const;
 
+  std::optional<InputFile> input_;  // what is read: not to be written over meanwhile
   std::unique_ptr<std::FILE, Close> file_;
   std::string name_;
   bool is_blocks_ = false;  // pcapng

@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstring>
+#include <algorithm>
 #include <vector>
 
 namespace hueline::drivers {
@@ -17,8 +16,10 @@ std::string FileSource::Config::validate() const {
 
 Status FileSource::open() {
   if (const std::string wrong = config_.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
-  file_.reset(std::fopen(config_.path.c_str(), "rb"));
-  if (!file_) return Error{ErrorCode::Unavailable, fmt::format("{}: {}", config_.path, std::strerror(errno))};
+  auto file = InputFile::open(config_.path);
+  if (!file.ok()) return Error{ErrorCode::Unavailable, file.error().message};
+  file_ = std::move(*file);
+  offset_ = 0;
   received_ = config_.first_received;
   return {};
 }
@@ -26,15 +27,14 @@ Status FileSource::open() {
 Result<Packet> FileSource::next(std::stop_token stop) {
   if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped"};
   if (!file_) return Error{ErrorCode::Disconnected, fmt::format("{}: not open", config_.path)};
-  std::vector<std::byte> chunk(config_.chunk_bytes);
-  const std::size_t size = std::fread(chunk.data(), 1, chunk.size(), file_.get());
-  if (size == 0) {
-    if (std::ferror(file_.get())) return io_error(fmt::format("reading {}", config_.path), errno);
-    return Error{ErrorCode::EndOfData, fmt::format("{}: end of file", config_.path)};
-  }
+  const std::uint64_t left = file_->size() - offset_;
+  if (left == 0) return Error{ErrorCode::EndOfData, fmt::format("{}: end of file", config_.path)};
+  std::vector<std::byte> chunk(static_cast<std::size_t>(std::min<std::uint64_t>(config_.chunk_bytes, left)));
+  if (Status done = file_->read(offset_, chunk); !done.ok()) return done.error();
+  offset_ += chunk.size();
   Packet packet;
   packet.received = received_;
-  packet.bytes = Buffer::copy_of(std::span(chunk).first(size));
+  packet.bytes = Buffer::copy_of(chunk);
   received_ += config_.interval;
   return packet;
 }

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <chrono>
-#include <cstdio>
-#include <memory>
+#include <optional>
 #include <string>
 
+#include "core/input_file.hpp"
 #include "core/packet.hpp"
 
 namespace hueline::drivers {
@@ -29,11 +29,9 @@ class FileSource final : public PacketSource {
   void close() override { file_.reset(); }
 
  private:
-  struct Closer {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
   Config config_;
-  std::unique_ptr<std::FILE, Closer> file_;
+  std::optional<InputFile> file_;
+  std::uint64_t offset_ = 0;
   HostTime received_{};
 };
 
