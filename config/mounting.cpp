@@ -8,13 +8,12 @@ Mounting read_mounting(Section section) {
   constexpr double kDeg = 3.14159265358979323846 / 180;
   Mounting out;
   out.position_m = section.vector3("position_m", {-100, 100});
-  const int given = section.has("rotation_deg") + section.has("rotation_matrix") + section.has("quaternion_wxyz");
-  if (given != 1) section.refuse("rotation_deg", "give exactly one of rotation_deg, rotation_matrix, quaternion_wxyz");
-  if (section.has("rotation_deg")) {
+  const std::string given = section.one_of({"rotation_deg", "rotation_matrix", "quaternion_wxyz"});
+  if (given == "rotation_deg") {
     const Eigen::Vector3d a = section.vector3("rotation_deg", {-360, 360}) * kDeg;
     out.rotation = Eigen::AngleAxisd(a.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(a.y(), Eigen::Vector3d::UnitY()) *
                    Eigen::AngleAxisd(a.x(), Eigen::Vector3d::UnitX());
-  } else if (section.has("rotation_matrix")) {
+  } else if (given == "rotation_matrix") {
     const auto v = section.numbers("rotation_matrix", 9, {-1.000001, 1.000001});
     const Eigen::Matrix3d R = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(v.data());
     if (!(R * R.transpose()).isApprox(Eigen::Matrix3d::Identity(), 1e-6) || R.determinant() < 0)

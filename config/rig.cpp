@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <map>
-#include <sstream>
 
 #include "config/rig_head.hpp"
 #include "config/rig_time.hpp"
+#include "config/shipped.hpp"
 
 namespace hueline::config {
 namespace {
@@ -120,11 +119,8 @@ std::vector<std::string> Rig::sensor_names() const {
 Rig parse_rig(const std::string& text, const std::string& name) { return read(Section::load_text(text, name), text); }
 
 Rig load_rig(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw ConfigError(fmt::format("{}: cannot be read; give the path of a rig file (YAML)", path));
-  std::ostringstream text;
-  text << in.rdbuf();
-  return parse_rig(text.str(), path);
+  const std::string named = configuration_named(path, "rigs");
+  return parse_rig(read_configuration(named), named);
 }
 
 }  // namespace hueline::config

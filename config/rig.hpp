@@ -90,7 +90,7 @@ struct Rig {
   std::vector<std::string> sensor_names() const;
 };
 
-/// ConfigError names file, line, key, what was found and what is allowed.
+/// ConfigError names file, line, key, what was found and what is allowed. `path`: a file, or a word (config/shipped.hpp).
 Rig load_rig(const std::string& path);
 Rig parse_rig(const std::string& text, const std::string& name);
 

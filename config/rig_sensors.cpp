@@ -30,7 +30,7 @@ drivers::PcapSource::Config read_pcap(Section section) {
 }
 
 std::variant<drivers::UdpSource::Config, drivers::PcapSource::Config> read_datagrams(Section& section) {
-  if (section.has("pcap")) return read_pcap(section.section("pcap"));
+  if (section.one_of({"udp", "pcap"}) == "pcap") return read_pcap(section.section("pcap"));
   return read_udp(section.section("udp"));
 }
 
@@ -100,11 +100,12 @@ std::string read_dialogue(Section section) {
 NovatelSensor read_novatel(Section& section) {
   NovatelSensor out;
   const std::string dialogue = section.has("logs") ? read_dialogue(section.section("logs")) : std::string();
-  if (section.has("file")) {
+  const std::string from = section.one_of({"tcp", "serial", "file"});
+  if (from == "file") {
     drivers::FileSource::Config file;
     file.path = section.text("file");
     out.source = file;
-  } else if (section.has("serial")) {
+  } else if (from == "serial") {
     Section inside = section.section("serial");
     drivers::SerialSource::Config serial;
     serial.device = inside.text("device");
@@ -187,7 +188,7 @@ CameraSensor read_camera(Section& section) {
 PpsSensor read_pps(Section& section, SensorId id) {
   PpsSensor out;
   out.source.sensor = id;
-  if (section.has("socket")) {
+  if (section.one_of({"device", "socket"}) == "socket") {
     out.source.interface = drivers::PpsSource::Interface::Socket;
     out.source.path = section.text("socket");
   } else {

@@ -71,14 +71,15 @@ drivers::WheelDecoder::Message read_message(Section& section) {
 
 WheelSensor read_wheel(Section& section) {
   WheelSensor out;
-  if (section.has("can_log")) {
+  const std::string from = section.one_of({"can", "cannelloni", "can_log"});
+  if (from == "can_log") {
     Section inside = section.section("can_log");
     drivers::CanLogSource::Config log;
     log.path = inside.text("file");
     log.channel = static_cast<int>(inside.integer("channel", {0, 255}, log.channel));
     inside.finish();
     out.source = log;
-  } else if (section.has("cannelloni")) {
+  } else if (from == "cannelloni") {
     out.source = read_udp(section.section("cannelloni"));
   } else {
     Section inside = section.section("can");

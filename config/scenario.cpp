@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "config/section.hpp"
+#include "config/shipped.hpp"
 
 namespace hueline::config {
 namespace {
@@ -87,7 +88,10 @@ sim::Scenario read(Section root, const std::string& name) {
 
 }  // namespace
 
-sim::Scenario load_scenario(const std::string& path) { return read(Section::load_file(path), path); }
+sim::Scenario load_scenario(const std::string& path) {
+  const std::string named = configuration_named(path, "scenarios");
+  return read(Section::load_file(named), named);
+}
 sim::Scenario parse_scenario(const std::string& text, const std::string& name) { return read(Section::load_text(text, name), name); }
 
 }  // namespace hueline::config

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
-#include <sstream>
+
+#include "config/shipped.hpp"
+#include "core/input_file.hpp"
+#include "core/nearest_word.hpp"
 
 namespace hueline::config {
 namespace {
@@ -16,16 +18,23 @@ std::string shown(const YAML::Node& node) {
   return "nothing";
 }
 
+constexpr std::uint64_t kMostConfiguration = 1'000'000;  // bytes; what people write has thousands
+
 std::string number_text(double v) { return std::abs(v) >= 1e300 ? (v < 0 ? "-inf" : "inf") : fmt::format("{:g}", v); }
 
 }  // namespace
 
+std::string read_configuration(const std::string& path) {
+  if (path.starts_with(kShipped))
+    for (const ShippedFile& file : shipped_files())
+      if (file.path == std::string_view(path).substr(kShipped.size())) return std::string(file.text);
+  auto text = read_input(path, kMostConfiguration, "a configuration");
+  if (!text.ok()) throw ConfigError(fmt::format("{}: cannot be read: {}; give the path of a YAML file", path, text.error().message));
+  return std::move(*text);
+}
+
 Section Section::load_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw ConfigError(fmt::format("{}: cannot be read; give the path of a YAML file", path));
-  std::ostringstream text;
-  text << in.rdbuf();
-  return load_text(text.str(), path);
+  return load_text(read_configuration(path), path);
 }
 
 Section Section::load_text(const std::string& text, const std::string& name) {
@@ -57,13 +66,34 @@ bool Section::has(const std::string& key) const {
 }
 
 YAML::Node Section::require(const std::string& key) {
-  if (!has(key)) throw ConfigError(fmt::format("{}: key '{}{}{}' is missing", where(node_), path_, path_.empty() ? "" : ".", key));
-  return node_[key];
+  if (has(key)) return node_[key];
+  // What stands there instead: a key that nobody asked for and that looks like it, or else all that there is.
+  std::vector<std::string> others, all;
+  for (const auto& item : node_) {
+    all.push_back(item.first.Scalar());
+    if (!known_.contains(all.back())) others.push_back(all.back());
+  }
+  const std::string meant = nearest_word(key, others);
+  throw ConfigError(fmt::format("{}: key '{}{}{}' is missing{}", where(node_), path_, path_.empty() ? "" : ".", key,
+                                !meant.empty() ? fmt::format("; is '{}' meant for it?", meant) : fmt::format("; here are: {}", fmt::join(all, ", "))));
 }
 
 void Section::fail(const YAML::Node& at, const std::string& key, const std::string& allowed) const {
   throw ConfigError(fmt::format("{}: key '{}{}{}': found {}, allowed: {}", where(at), path_, path_.empty() ? "" : ".", key,
                                 shown(at), allowed));
+}
+
+std::string Section::one_of(const std::vector<std::string>& keys, const std::string& otherwise) {
+  std::vector<std::string> given;
+  for (const std::string& key : keys)
+    if (has(key)) given.push_back(key);
+  if (given.size() == 1) return given.front();
+  if (given.empty() && !otherwise.empty()) return otherwise;
+  std::vector<std::string> unknown;
+  for (const auto& item : node_)
+    if (!known_.contains(item.first.Scalar())) unknown.push_back(item.first.Scalar());
+  throw ConfigError(fmt::format("{}: {}: give exactly one of {}; {}", where(node_), path_.empty() ? "the file" : "'" + path_ + "'", fmt::join(keys, ", "),
+                                !given.empty() ? fmt::format("here are {}", fmt::join(given, " and ")) : fmt::format("here are: {}", fmt::join(unknown, ", "))));
 }
 
 void Section::refuse(const std::string& key, const std::string& why) const {
@@ -164,8 +194,9 @@ void Section::finish() const {
     if (known_.contains(key)) continue;
     std::string allowed;
     for (const auto& k : known_) allowed += (allowed.empty() ? "" : ", ") + k;
-    throw ConfigError(fmt::format("{}: key '{}{}{}' is not known; known here: {}", where(item.first), path_,
-                                  path_.empty() ? "" : ".", key, allowed));
+    const std::string meant = nearest_word(key, {known_.begin(), known_.end()});
+    throw ConfigError(fmt::format("{}: key '{}{}{}' is not known{}; known here: {}", where(item.first), path_, path_.empty() ? "" : ".", key,
+                                  meant.empty() ? "" : fmt::format(" (did you mean {}?)", meant), allowed));
   }
 }
 

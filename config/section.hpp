@@ -17,6 +17,9 @@ class ConfigError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The text of a configuration: at most 1 MB. ConfigError says why it cannot be read.
+std::string read_configuration(const std::string& path);
+
 /// Closed interval of allowed numbers, in the unit that the key names.
 struct Range {
   double min, max;
@@ -63,6 +66,9 @@ class Section {
   T choice(const std::string& key, const std::vector<std::pair<std::string, T>>& words, T otherwise) {
     return has(key) ? choice(key, words) : otherwise;
   }
+
+  /// The one of `keys` that is there: they exclude each other. None of them is `otherwise`, or an error if that is empty.
+  std::string one_of(const std::vector<std::string>& keys, const std::string& otherwise = {});
 
   Section section(const std::string& key);
   std::vector<Section> list(const std::string& key);

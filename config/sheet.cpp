@@ -3,12 +3,12 @@
 #include <set>
 
 #include "config/section.hpp"
+#include "config/shipped.hpp"
 
 namespace hueline::config {
 
 Sheet load_sheet(const std::string& name) {
-  const bool is_word = name.find_first_of("./") == std::string::npos;
-  const std::filesystem::path file = is_word ? "config/sheets/" + name + ".yaml" : name;
+  const std::filesystem::path file = configuration_named(name, "sheets");
   Section root = Section::load_file(file.string());
   Sheet out;
   std::set<std::string> names;

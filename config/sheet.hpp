@@ -14,7 +14,7 @@ struct Sheet {
 };
 
 /// Reads a sheet: `scenarios:`, a list of scenario files relative to the sheet's own folder, and `ray_returns:`. `name`: a file, or a
-/// word for config/sheets/WORD.yaml below the working folder. ConfigError names file, line and key; two files of one name are refused,
+/// word (config/shipped.hpp). ConfigError names file, line and key; two files of one name are refused,
 /// as the score is by name.
 Sheet load_sheet(const std::string& name);
 

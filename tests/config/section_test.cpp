@@ -41,6 +41,25 @@ TEST(Section, NamesFileLineKeyAndRangeWhenOutOfRange) {
   EXPECT_THAT(said, HasSubstr("from 1 to 65535"));
 }
 
+TEST(Section, SaysWhichKeyWasProbablyMeant) {
+  EXPECT_THAT(message_of([] { Section::load_text("position_mm: [1, 2, 3]\n", "r").vector3("position_m", {-9, 9}); }),
+              HasSubstr("'position_m' is missing; is 'position_mm' meant for it?"));
+  EXPECT_THAT(message_of([] { Section::load_text("port: COM3\nbaud: 9600\n", "r").text("device"); }), HasSubstr("'device' is missing; here are: port, baud"));
+  EXPECT_THAT(message_of([] {
+                Section s = Section::load_text("prot: 2\n", "r");
+                s.has("port");
+                s.finish();
+              }),
+              HasSubstr("'prot' is not known (did you mean port?); known here: port"));
+}
+
+TEST(Section, TakesOneOfKeysThatExcludeEachOther) {
+  EXPECT_EQ(Section::load_text("b: 1\nc: 2\n", "r").one_of({"a", "b"}), "b");
+  EXPECT_EQ(Section::load_text("c: 2\n", "r").one_of({"a", "b"}, "a"), "a");
+  EXPECT_THAT(message_of([] { Section::load_text("port: COM3\n", "r").one_of({"tcp", "serial"}); }), HasSubstr("give exactly one of tcp, serial; here are: port"));
+  EXPECT_THAT(message_of([] { Section::load_text("tcp: 1\nserial: 2\n", "r").one_of({"tcp", "serial"}); }), HasSubstr("here are tcp and serial"));
+}
+
 TEST(Section, RefusesUnknownMissingDoubleAndMistyped) {
   EXPECT_THAT(message_of([] {
                 Section s = Section::load_text("a: 1\nprot: 2\n", "r");
@@ -60,6 +79,7 @@ TEST(Section, RefusesUnknownMissingDoubleAndMistyped) {
   EXPECT_THAT(message_of([] { Section::load_text("a: [1\n", "r"); }), HasSubstr("not YAML"));
   EXPECT_THAT(message_of([] { Section::load_text("- 1\n", "r"); }), HasSubstr("expected a mapping"));
   EXPECT_THAT(message_of([] { Section::load_file("/nowhere/rig.yaml"); }), HasSubstr("cannot be read"));
+  EXPECT_THAT(message_of([] { Section::load_file("/dev/zero"); }), HasSubstr("is a device, not a file"));
   EXPECT_THAT(message_of([] {
                 Section::load_text("m: VLP-61\n", "r").choice<int>("m", {{"VLP-16", 1}, {"HDL-32E", 2}});
               }),

@@ -5,7 +5,10 @@
 
 #include "config/rig.hpp"
 #include "config/scenario.hpp"
+#include "config/section.hpp"
 #include "config/sheet.hpp"
+#include "config/shipped.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace hueline::config {
@@ -33,6 +36,42 @@ TEST(Shipped, EverySheetNamesScenariosThatLoad) {
             }),
             2);
   EXPECT_THROW(load_sheet("no_such_sheet"), ConfigError);
+}
+
+TEST(Shipped, ComesWithTheProgramAsItStandsInTheFolder) {
+  std::size_t files = 0;
+  for (const char* kind : {"rigs", "scenarios", "sheets"})
+    for (const auto& file : std::filesystem::recursive_directory_iterator(test::source_dir() / "config" / kind)) files += file.path().extension() == ".yaml";
+  EXPECT_EQ(shipped_files().size(), files);
+  for (const ShippedFile& file : shipped_files())
+    EXPECT_EQ(read_configuration(std::string(kShipped) + std::string(file.path)), read_configuration((test::source_dir() / "config" / file.path).string())) << file.path;
+}
+
+TEST(Shipped, IsFoundByItsNameFromAnyFolder) {
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path("/");
+  const Sheet sheet = load_sheet("quick");
+  EXPECT_GE(sheet.scenarios.size(), 5u);
+  for (const auto& scenario : sheet.scenarios) EXPECT_NO_THROW(load_scenario(scenario.string())) << scenario;
+  EXPECT_NO_THROW(load_scenario("street"));
+  EXPECT_NO_THROW(load_rig("street"));
+  std::filesystem::current_path(before);
+}
+
+TEST(Shipped, GivesWayToAUsersFile) {
+  const test::TemporaryFolder folder;
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  test::write_file(folder / "quick", "scenarios: [mine.yaml]\n");
+  EXPECT_EQ(load_sheet("quick").scenarios.at(0), "mine.yaml");
+  EXPECT_EQ(load_sheet("./quick").scenarios.at(0), "mine.yaml");
+  std::filesystem::current_path(before);
+  try {
+    load_sheet("qick");
+    ADD_FAILURE() << "a sheet that nobody has was loaded";
+  } catch (const ConfigError& e) {
+    EXPECT_NE(std::string(e.what()).find("did you mean quick?"), std::string::npos) << e.what();
+  }
 }
 
 TEST(Shipped, JpegPlanesReachTheDecoderAndLeaveTheTransportItsBytes) {
