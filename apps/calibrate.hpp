@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "apps/command_line.hpp"
@@ -12,6 +13,9 @@ void add_calibrate_mount(Command& calibrate);
 void add_calibrate_boresight(Command& calibrate);
 void add_calibrate_targets(Command& calibrate);
 void add_calibrate_example(Command& calibrate);
+
+/// Of tables that people make by hand or export: points, picks, targets, stations.
+constexpr std::uint64_t kMostTable = 50'000'000;  // bytes
 
 /// Today, as the computer knows it: YYYY-MM-DD. Results are dated by the one who makes them; the estimations read no clock.
 std::string today();

@@ -114,7 +114,7 @@ int calibrate(const Options& options) {
   bar.end();
   if (!source.ok()) {
     log_error(source.error().message);
-    return kInputUnreadable;
+    return opening_status(source.error());
   }
   if (source->rig.geometry.lasers.empty()) throw config::ConfigError("the rig has no laser scanner: there is nothing to calibrate");
   BoresightConfig config;

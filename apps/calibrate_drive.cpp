@@ -81,7 +81,7 @@ int calibrate_drive(const DriveFiles& files) {
   if (!source.ok()) {
     bar.end();
     log_error(source.error().message);
-    return kInputUnreadable;
+    return opening_status(source.error());
   }
   if (source->scenario)
     for (auto& camera : source->rig.sync.cameras) camera.strobe_delay += from_seconds(files.off_ms * 1e-3);

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <numbers>
 #include <optional>
-#include <sstream>
 
 #include "apps/calibrate.hpp"
 #include "apps/calibrate_drive.hpp"
@@ -19,6 +17,7 @@
 #include "config/mounting.hpp"
 #include "config/rig.hpp"
 #include "config/rig_head.hpp"
+#include "core/input_file.hpp"
 #include "core/output_file.hpp"
 
 namespace hueline::apps {
@@ -94,11 +93,9 @@ std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transf
 }
 
 int resect_lenses(const Options& options) {
-  std::ifstream in(options.points, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) throw config::ConfigError(options.points + ": cannot be read");
-  const auto read = parse_correspondences(text.str(), options.points);
+  const auto text = read_input(options.points, kMostTable, "a table");
+  if (!text.ok()) throw config::ConfigError(text.error().message);
+  const auto read = parse_correspondences(*text, options.points);
   if (!read.ok()) {
     log_error(read.error().message);
     return kInputUnreadable;

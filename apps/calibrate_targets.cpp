@@ -4,8 +4,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 
 #include "apps/calibrate.hpp"
@@ -14,6 +12,7 @@
 #include "apps/version.hpp"
 #include "calibration/targets/targets_report.hpp"
 #include "config/section.hpp"
+#include "core/input_file.hpp"
 #include "core/output_file.hpp"
 
 namespace hueline::apps {
@@ -34,12 +33,6 @@ double seconds_of(const std::function<void()>& work) {
   const auto begin = std::chrono::steady_clock::now();
   work();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
-Result<std::string> text_of(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return Error{ErrorCode::Io, path + ": cannot be opened"};
-  return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
 TargetsConfig config_of(const Options& options) {
@@ -98,7 +91,7 @@ int calibrate_targets(const Options& options) {
   notes.date = options.date.empty() ? today() : options.date;
   notes.program = fmt::format("hueline {} ({})", kVersion, kGitRevision);
   const UtcTime date = utc_of(notes.date);
-  const auto targets_text = text_of(options.targets), stations_text = text_of(options.stations);
+  const auto targets_text = read_input(options.targets, kMostTable, "a table"), stations_text = read_input(options.stations, kMostTable, "a table");
   for (const auto* text : {&targets_text, &stations_text})
     if (!text->ok()) throw config::ConfigError(text->error().message);
   const auto targets = parse_targets(*targets_text, options.targets, {options.survey_sigma_mm / 1000, options.radius_m});

@@ -258,7 +258,7 @@ int capture(const Options& options) {
 void add_capture(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command("capture", "record the sensors of a rig and colour while driving");
-  command.required("RIG", options->rig, "rig file (YAML): sensors, mounting, colouring");
+  command.required("RIG", options->rig, "rig file (YAML): sensors, mounting, colouring; or the name of one that comes with the program (street, ladybug5, ...)");
   command.required("--out", options->out, "folder of the drive; made if it is not there; an existing drive is not overwritten");
   command.setting("--threads", options->threads, "workers of the colouring; their number does not change the result", {1, 64});
   command.setting("--seconds", options->seconds, "end by itself after so long; 0: run until Ctrl-C", {0.0, 1e6});

@@ -2,15 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <array>
-#include <cerrno>
-#include <fstream>
+#include <algorithm>
+#include <filesystem>
 #include <memory>
+#include <span>
 #include <string_view>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "apps/recording.hpp"
+#include "core/input_file.hpp"
 #include "core/printable.hpp"
 
 namespace hueline::apps {
@@ -18,11 +20,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string first_bytes(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::string head(64, '\0');
-  in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(in.gcount()));
+Result<std::string> first_bytes(const InputFile& file) {
+  std::string head(static_cast<std::size_t>(std::min<std::uint64_t>(64, file.size())), '\0');
+  if (Status done = file.read(0, std::as_writable_bytes(std::span(head))); !done.ok()) return done.error();
   return head;
 }
 
@@ -66,15 +66,22 @@ int inspect(const std::string& path, bool as_json) {
   }
   if (inspection.trouble.ok()) return kDone;
   log_error(inspection.trouble.error().message);
-  return kInputUnreadable;
+  return inspection.trouble.error().code == ErrorCode::Invalid ? kWrongUse : kInputUnreadable;
 }
 
 }  // namespace
 
-Inspection inspect_file(const std::string& path) {
-  errno = 0;
-  if (!std::ifstream(path, std::ios::binary)) return {nullptr, io_error("open " + path, errno)};
-  const std::string head = first_bytes(path);
+Inspection inspect_file(const std::string& named) {
+  const std::string path = drive_file(named);
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    return {nullptr, Error{ErrorCode::Io, path + " is a folder without drive.mcap in it: give a file, or a drive's folder"}};
+  const auto file = InputFile::open(path);
+  if (!file.ok()) return {nullptr, file.error()};
+  if (file->size() == 0) return {nullptr, Error{ErrorCode::Truncated, path + " is empty"}};
+  const Result<std::string> first = first_bytes(*file);
+  if (!first.ok()) return {nullptr, first.error()};
+  const std::string& head = *first;
   const auto begins = [&](std::string_view magic) { return std::string_view(head).substr(0, magic.size()) == magic; };
   using namespace std::string_view_literals;
   if (begins("\x89MCAP0\r\n"sv)) return inspect_mcap(path);
@@ -99,7 +106,7 @@ void add_inspect(Command& all) {
   };
   auto options = std::make_shared<Options>();
   Command command = all.command("inspect", "say what is in a file: recordings, clouds, captures, receiver and bus logs, rigs");
-  command.required("FILE", options->path, "any file of ours or of a device");
+  command.required("FILE", options->path, "any file of ours or of a device, or a drive's folder");
   command.flag("--json", options->json, "for programs");
   command.runs([options] { return inspect(options->path, options->json); });
 }

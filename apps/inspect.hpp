@@ -8,14 +8,16 @@
 
 namespace hueline::apps {
 
-/// What a look into a file found. `trouble` is set when the file could not be read whole; `found` holds what was whole.
+/// What a look into a file found. `trouble` is set when the file could not be read whole (Invalid: it is a wrong configuration); `found`
+/// holds what was whole.
 struct Inspection {
   std::unique_ptr<nlohmann::ordered_json> found;
   Status trouble;
 };
 
 /// Tells the format by the file's first bytes (a name decides only between formats without a signature) and reads it whole: our
-/// recordings and views (MCAP), clouds (LAS, PCD), captures (pcap, pcapng), NovAtel OEM7 byte streams, logs of CAN buses (ASC, candump), DBC files, rigs and scenarios (YAML).
+/// recordings and views (MCAP), clouds (LAS, PCD), captures (pcap, pcapng), NovAtel OEM7 byte streams, logs of CAN buses (ASC, candump), DBC files, rigs, scenarios, sheets
+/// and calibrations (YAML). A drive's folder stands for its recording.
 Inspection inspect_file(const std::string& path);
 
 // One function a format; `path` exists and has that format's signature.

@@ -1,10 +1,9 @@
 #include <fmt/format.h>
 
-#include <fstream>
 #include <map>
-#include <sstream>
 
 #include "apps/inspect.hpp"
+#include "core/input_file.hpp"
 #include "drivers/can/can_errors.hpp"
 #include "drivers/can/dbc.hpp"
 #include "drivers/transport/can_log_source.hpp"
@@ -76,10 +75,9 @@ Inspection inspect_can_log(const std::string& path) {
 }
 
 Inspection inspect_dbc(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  const auto parsed = drivers::parse_dbc(text.str());
+  const auto text = read_input(path, 50'000'000, "a DBC");
+  if (!text.ok()) return {nullptr, text.error()};
+  const auto parsed = drivers::parse_dbc(*text);
   if (!parsed.ok()) return {nullptr, parsed.error()};
   Inspection out;
   out.found = std::make_unique<Json>();

@@ -4,10 +4,14 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 
 #include "apps/inspect.hpp"
+#include "config/mounting.hpp"
 #include "config/rig.hpp"
+#include "config/rig_head.hpp"
 #include "config/scenario.hpp"
+#include "config/sheet.hpp"
 #include "core/calendar.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/pcd_reader.hpp"
@@ -97,32 +101,69 @@ Inspection inspect_pcd(const std::string& path) {
   return out;
 }
 
-Inspection inspect_yaml(const std::string& path) {
-  Inspection out;
-  std::string as_rig;
-  try {
-    const config::Rig rig = config::load_rig(path);
-    out.found = std::make_unique<Json>();
-    Json& json = *out.found;
-    json["format"] = "rig";
-    json["rig"] = rig.name;
-    for (const auto& sensor : rig.sensors) json["sensors"][sensor.name] = sensor.driver();
-    json["lenses"] = rig.geometry.head.lenses.size();
-    json["crs"] = rig.crs;
-    return out;
-  } catch (const config::ConfigError& e) {
-    as_rig = e.what();
+namespace {
+
+std::unique_ptr<Json> rig_facts(const std::string& path) {
+  const config::Rig rig = config::load_rig(path);
+  auto found = std::make_unique<Json>();
+  Json& json = *found;
+  json["format"] = "rig";
+  json["rig"] = rig.name;
+  for (const auto& sensor : rig.sensors) json["sensors"][sensor.name] = sensor.driver();
+  json["lenses"] = rig.geometry.head.lenses.size();
+  json["crs"] = rig.crs;
+  return found;
+}
+
+std::unique_ptr<Json> scenario_facts(const std::string& path) {
+  const sim::Scenario scenario = config::load_scenario(path);
+  return std::make_unique<Json>(Json{{"format", "scenario"}, {"duration_s", scenario.duration_s}, {"seed", scenario.seed}, {"fingerprint", scenario.fingerprint()}});
+}
+
+std::unique_ptr<Json> sheet_facts(const std::string& path) {
+  const config::Sheet sheet = config::load_sheet(path);
+  auto found = std::make_unique<Json>(Json{{"format", "score sheet"}, {"ray_returns", sheet.ray_returns}});
+  for (const auto& scenario : sheet.scenarios) (*found)["scenarios"].push_back(scenario.string());
+  return found;
+}
+
+/// What `calibrate` writes for the rig: a lens, or where something sits.
+std::unique_ptr<Json> calibration_facts(config::Section root, const std::vector<std::string>& mountings) {
+  auto found = std::make_unique<Json>(Json{{"format", "calibration"}});
+  if (root.has("lens")) {
+    config::Section section = root.section("lens");
+    const fusion::CameraIntrinsics lens = config::read_intrinsics(section);
+    section.finish();
+    (*found)["lens"] = {{"model", lens.model == fusion::LensModel::Brown ? "brown" : "kannala_brandt"},
+                        {"width", lens.width},
+                        {"height", lens.height},
+                        {"focal_px", {lens.focal_px.x(), lens.focal_px.y()}},
+                        {"principal_point_px", {lens.principal_point_px.x(), lens.principal_point_px.y()}}};
   }
+  for (const std::string& key : mountings) {
+    if (!root.has(key)) continue;
+    const config::Mounting mounting = config::read_mounting(root.section(key));
+    const Eigen::AngleAxisd turn(mounting.rotation);
+    (*found)[key] = {{"position_m", {mounting.position_m.x(), mounting.position_m.y(), mounting.position_m.z()}}, {"turn_deg", turn.angle() * 180 / std::numbers::pi}};
+  }
+  root.finish();
+  return found;
+}
+
+}  // namespace
+
+Inspection inspect_yaml(const std::string& path) {
+  const std::vector<std::string> mountings = {"T_body_scanner", "T_body_head", "T_head_lens", "T_lens_scanner"};
   try {
-    const sim::Scenario scenario = config::load_scenario(path);
-    out.found = std::make_unique<Json>();
-    (*out.found)["format"] = "scenario";
-    (*out.found)["duration_s"] = scenario.duration_s;
-    (*out.found)["seed"] = scenario.seed;
-    (*out.found)["fingerprint"] = scenario.fingerprint();
-    return out;
+    const config::Section root = config::Section::load_file(path);
+    const auto has_any = [&](const std::vector<std::string>& keys) { return std::ranges::any_of(keys, [&](const auto& key) { return root.has(key); }); };
+    // What the author meant it to be: by the keys that stand in no other kind.
+    if (has_any({"rig", "sensors", "colouring", "head"})) return {rig_facts(path), {}};
+    if (has_any({"scenarios", "ray_returns"})) return {sheet_facts(path), {}};
+    if (has_any({"lens"}) || has_any(mountings)) return {calibration_facts(root, mountings), {}};
+    return {scenario_facts(path), {}};
   } catch (const config::ConfigError& e) {
-    return {nullptr, Error{ErrorCode::Malformed, fmt::format("as a rig: {}\nas a scenario: {}", as_rig, e.what())}};
+    return {nullptr, Error{ErrorCode::Invalid, e.what()}};
   }
 }
 

@@ -1,5 +1,8 @@
+#include <fmt/format.h>
+
 #include <array>
 #include <map>
+#include <set>
 
 #include "apps/devices.hpp"
 #include "apps/inspect.hpp"
@@ -117,15 +120,14 @@ Inspection inspect_view(const std::string& path) {
 }  // namespace
 
 Inspection inspect_mcap(const std::string& path) {
-  Result<Recording> recording = [&]() -> Result<Recording> {
-    try {
-      return Recording::open(path);
-    } catch (const config::ConfigError& e) {
-      // Recorded by another version: the rig inside is not today's. The packets can still be counted.
-      return Error{ErrorCode::Unsupported, e.what()};
-    }
-  }();
-  if (!recording.ok()) return inspect_view(path);
+  Result<Recording> recording = Recording::open(path);
+  // Recorded by another version, its rig is not today's; or no recording of ours. What it holds can still be counted.
+  if (!recording.ok()) {
+    Inspection view = inspect_view(path);
+    const bool is_ours = view.found && view.found->value("profile", "") == storage::kJournalProfile;
+    if (is_ours && view.trouble.ok()) view.trouble = recording.error();
+    return view;
+  }
 
   std::vector<Stream> streams(recording->rig.sensors.size() + 1);
   for (const auto& sensor : recording->rig.sensors) streams[sensor.id].decoder = make_decoder(sensor);
@@ -177,6 +179,22 @@ Inspection inspect_mcap(const std::string& path) {
   return out;
 }
 
+namespace {
+
+/// Why nothing of a capture was decoded.
+std::string why_undecoded(std::uint64_t datagrams, const std::set<std::uint8_t>& products) {
+  if (datagrams == 0) return "holds no UDP datagram: devices are read from UDP alone";
+  if (products.empty()) return "none of its datagrams is one of a Velodyne or a profile scanner: they are counted, not decoded";
+  std::string named;
+  for (const std::uint8_t product : products) named += fmt::format("{}0x{:02X}", named.empty() ? "" : ", ", product);
+  std::string known;
+  for (const auto model : {drivers::VelodyneModel::Vlp16, drivers::VelodyneModel::Hdl32e})
+    known += fmt::format("{}0x{:02X} ({})", known.empty() ? "" : ", ", drivers::velodyne_table(model).product_id, drivers::velodyne_table(model).name);
+  return fmt::format("a Velodyne of product {}; known: {}: it is counted, not decoded", named, known);
+}
+
+}  // namespace
+
 Inspection inspect_capture_file(const std::string& path) {
   Inspection out;
   drivers::PcapSource source(1, {.path = path, .ports = {}, .source_address = {}});
@@ -186,6 +204,7 @@ Inspection inspect_capture_file(const std::string& path) {
   std::map<std::size_t, std::uint64_t> sizes;
   Stream stream;
   std::string device;
+  std::set<std::uint8_t> unknown_products;  // of datagrams that have a Velodyne's size
   std::uint64_t packets = 0;
   HostTime first{}, last{};
   for (;;) {
@@ -219,6 +238,7 @@ Inspection inspect_capture_file(const std::string& path) {
         config.model = candidate;
         stream.decoder = std::make_unique<drivers::VelodyneDecoder>(SensorId{1}, config);
       }
+      if (!stream.decoder) unknown_products.insert(product);
     }
     if (!stream.decoder) continue;
     const bool is_velodyne = !is_profile && (size == drivers::kVelodyneDataBytes || size == drivers::kVelodynePositionBytes);
@@ -234,6 +254,8 @@ Inspection inspect_capture_file(const std::string& path) {
     stream.finish();
     json["device"] = device;
     json["decoded"] = stream.tally.json(stream.decoder->counts());
+  } else if (out.trouble.ok()) {
+    out.trouble = Error{ErrorCode::Unsupported, path + ": " + why_undecoded(packets, unknown_products)};
   }
   return out;
 }

@@ -1,9 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 #include <numbers>
-#include <sstream>
 
 #include "apps/calibrate.hpp"
 #include "apps/commands.hpp"
@@ -14,6 +12,7 @@
 #include "apps/pipeline.hpp"
 #include "config/section.hpp"
 #include "core/geodesy.hpp"
+#include "core/input_file.hpp"
 #include "core/output_file.hpp"
 #include "storage/projection.hpp"
 
@@ -57,11 +56,9 @@ std::string table(const std::vector<PickOutcome>& outcomes, const Geodetic& orig
 int measure(const Options& options) {
   if (options.recording.empty() == options.scenario.empty()) throw config::ConfigError("give a recording (drive.mcap), or --scenario with --sim");
   if (!options.scenario.empty() && options.cache.empty()) throw config::ConfigError("give --sim with --scenario");
-  std::ifstream in(options.picks, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) throw config::ConfigError(options.picks + ": cannot be read");
-  const auto picks = parse_object_picks(text.str(), options.picks);
+  const auto text = read_input(options.picks, kMostTable, "a table");
+  if (!text.ok()) throw config::ConfigError(text.error().message);
+  const auto picks = parse_object_picks(*text, options.picks);
   if (!picks.ok()) {
     log_error(picks.error().message);
     return kInputUnreadable;
@@ -71,7 +68,7 @@ int measure(const Options& options) {
   bar.end();
   if (!source.ok()) {
     log_error(source.error().message);
-    return kInputUnreadable;
+    return opening_status(source.error());
   }
   if (source->rig.geometry.head.lenses.empty()) throw config::ConfigError("the rig has no camera head: there is no image to pick in");
   ObjectMeasuring::Config config;

@@ -4,7 +4,9 @@
 
 #include <filesystem>
 
+#include "apps/exit_code.hpp"
 #include "apps/version.hpp"
+#include "config/section.hpp"
 
 namespace hueline::apps {
 
@@ -23,6 +25,8 @@ std::string drive_file(const std::string& path, const char* name) {
   return std::filesystem::is_directory(path, ignored) && std::filesystem::exists(inside, ignored) ? inside.string() : path;
 }
 
+int opening_status(const Error& error) { return error.code == ErrorCode::Invalid ? kWrongUse : kInputUnreadable; }
+
 Result<Recording> Recording::open(const std::string& named, const std::string& rig_file) {
   const std::string path = drive_file(named);
   std::error_code ignored;
@@ -38,7 +42,11 @@ Result<Recording> Recording::open(const std::string& named, const std::string& r
     for (const auto& file : header.files)
       if (file.name == "rig.yaml") text = &file.text;
     if (!text) return Error{ErrorCode::Malformed, fmt::format("{}: holds no rig.yaml; give one with --rig", path)};
-    out.rig = config::parse_rig(*text, path + ":rig.yaml");
+    try {
+      out.rig = config::parse_rig(*text, path + ":rig.yaml");
+    } catch (const config::ConfigError& e) {
+      return Error{ErrorCode::Unsupported, fmt::format("{}; the recording is of another version: give a rig with --rig", e.what())};
+    }
   }
   const auto names = out.rig.sensor_names();
   bool same = names.size() == header.sensors.size();

@@ -26,7 +26,7 @@ int replay(const Options& options) {
   auto recording = Recording::open(options.recording, options.rig);
   if (!recording.ok()) {
     log_error(recording.error().message);
-    return kInputUnreadable;
+    return opening_status(recording.error());
   }
   auto outputs = Outputs::create(recording->rig, options.out);
   if (!outputs.ok()) {

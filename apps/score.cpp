@@ -115,7 +115,7 @@ int run(const Options& options) {
 void add_score(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command("score", "drive a sheet of simulated scenarios and hold everything against the truth: score.json, score.html");
-  command.setting("--sheet", options->sheet, "quick, full (config/sheets/NAME.yaml), or the file of another sheet");
+  command.setting("--sheet", options->sheet, "quick or full, which come with the program, or the file of another sheet");
   command.required("--out", options->out, "folder for score.json, score_notes.json and score.html");
   command.option("--cache", options->cache, "folder of rendered drives, found again by scenario (default: OUT/drives)");
   command.option("--against", options->against, "score.json of another version: says what is better and worse beyond noise; exit status 6 if anything is worse");

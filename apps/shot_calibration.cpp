@@ -7,13 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "config/mounting.hpp"
 #include "config/rig_head.hpp"
+#include "config/section.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -47,9 +47,8 @@ std::vector<double> flat(const nlohmann::json& matrix) {
 }
 
 void read_json(const std::string& path, ShotCalibration& out) {
-  std::ifstream in(path);
   try {
-    const auto root = nlohmann::json::parse(in);
+    const auto root = nlohmann::json::parse(config::read_configuration(path));
     for (const auto& [name, sensor] : root.items()) {
       const auto& param = sensor.at("param");
       if (param.contains("cam_K")) {
@@ -76,7 +75,7 @@ void read_json(const std::string& path, ShotCalibration& out) {
 /// "NAME: number number ...", a line each.
 std::map<std::string, std::vector<double>> named_numbers(const std::string& path) {
   std::map<std::string, std::vector<double>> out;
-  std::ifstream in(path);
+  std::istringstream in(config::read_configuration(path));
   int number = 0;
   for (std::string line; std::getline(in, line);) {
     ++number;

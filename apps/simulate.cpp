@@ -193,7 +193,7 @@ int simulate(const Options& options) {
 void add_simulate(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command("simulate", "render a drive with its truth, and play it on real sockets as the vehicle's devices");
-  command.required("SCENARIO", options->scenario, "scenario file (YAML)");
+  command.required("SCENARIO", options->scenario, "scenario file (YAML), or the name of one that comes with the program (street, square, ...)");
   command.required("--out", options->out, "folder for drives, one a scenario, named by its content; an existing one is used again");
   command.option("--write-rig", options->rig_file, "also write the rig file of the emulated vehicle, with its true calibration");
   command.setting("--method", options->method, "with --write-rig: lens or panorama", {"lens", "panorama"});

@@ -129,7 +129,7 @@ int verify(const Options& options) {
     auto opened = Recording::open(options.recording, options.rig);
     if (!opened.ok()) {
       log_error(opened.error().message);
-      return kInputUnreadable;
+      return opening_status(opened.error());
     }
     recorded = std::move(*opened);
   } else {

@@ -1,0 +1,96 @@
+#!/usr/bin/env bash
+# What a new user does wrong, and files that are not what they should be: told in a sentence, with the exit status that
+# docs/operating.md lists, and soon. Started from a folder of its own, as an installed program is.
+# usage: command_line_test.sh HUELINE SOURCE
+set -euo pipefail
+hueline=$1 source=$2
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+source "$source/tests/apps/program.sh"
+told() { local want=$1 sentence=$2; shift 2; ends "$want" timeout 60 "$hueline" "$@"; says "$sentence"; }
+never_says() { ! grep -qE -- "$1" said.txt || fail "told: $1"; }
+
+# Typing errors are told as that, not by what is missing because of them.
+told 2 "hueline: unknown command captur; did you mean capture\?" captur rig.yaml --out d
+told 2 "hueline capture: unknown option --thread; did you mean --threads\?" capture rig.yaml --thread 2
+told 2 "hueline calibrate: unknown command lense; did you mean lens\?" calibrate lense
+told 2 "hueline measure: unknown option --pick; did you mean --picks\?" measure --pick=a.csv
+told 2 "hueline score: unknown option -q" score -q
+told 2 "hueline: give a command: calibrate, capture, .*replay" </dev/null
+told 2 "hueline rig: give a command: show" rig
+told 2 "hueline replay: RECORDING is required" replay --out d
+told 2 "hueline capture --help says what may be given" capture
+told 2 "threads.*1 (-|to) 64" replay x --out d --threads 0
+told 2 "picture: give --above PNG, --street PNG or both" picture cloud.las
+told 2 "a.jpg: a picture is written as PNG" picture cloud.las --above a.jpg
+for command in "" capture replay simulate verify score colour "calibrate lens" "calibrate mount" "calibrate boresight" "calibrate targets" "calibrate targets-example" measure "rig show" \
+               inspect picture; do
+  ends 0 "$hueline" $command --help
+  [ "$(wc -l <said.txt)" -gt 5 ] || fail "no help for '$command'"
+done
+
+# Rigs: 2, with the key that is wrong and nothing about scenarios.
+rig() { printf 'rig: t\nsensors:\n  - {name: pos, driver: novatel, %s}\ncolouring: {method: lens}\n' "$1"; }
+rig 'port: COM3' >port.yaml
+told 2 "port.yaml:3: 'sensors\[0\]': give exactly one of tcp, serial, file; here are: port" inspect port.yaml
+never_says scenario
+told 2 "'sensors\[0\]': give exactly one of tcp, serial, file" capture port.yaml --out d
+rig 'serial: {port: COM3, baud: 115200}' >serial.yaml
+told 2 "key 'sensors\[0\].serial.device' is missing; here are: port, baud" inspect serial.yaml
+sed 's/position_m:/position_mm:/' "$source/config/rigs/street.yaml" >mm.yaml
+told 2 "position_m' is missing; is 'position_mm' meant for it\?" inspect mm.yaml
+rig 'fiel: a.gps' >typo.yaml
+told 2 "give exactly one of tcp, serial, file; here are: fiel" inspect typo.yaml
+printf 'duraton_s: 5\n' >scenario.yaml
+told 2 "key 'duraton_s' is not known \(did you mean duration_s\?\)" inspect scenario.yaml
+printf 'rig: [\n' >broken.yaml
+told 2 "broken.yaml:[0-9]*: not YAML" inspect broken.yaml
+told 2 "rig show.*|svg" rig show "$source/config/rigs/street.yaml" --out x.png
+[ ! -e x.png ] || fail "SVG was written as x.png"
+told 2 "absent.yaml: cannot be read: open absent.yaml: No such file" capture absent.yaml --out d
+told 2 "Is a directory" capture . --out d
+[ ! -e d ] || fail "a refused rig made a folder"
+
+# What comes with the program is found from anywhere; a path always wins.
+told 2 "qick: no such file is here, and none of the sheets .*did you mean quick\?; those are: full, quick" score --sheet qick --out o
+told 0 "rig" inspect "$source/config/rigs/street.yaml"
+told 0 "score sheet" inspect "$source/config/sheets/quick.yaml"
+told 0 "duration_s" inspect "$source/config/scenarios/street.yaml"
+told 0 "" rig show street --out street.svg
+head -c 20000 /dev/zero >nothing.gps
+
+# Recordings by their drive's folder, and files that are none.
+rig 'file: nothing.gps' >file.yaml
+ends 5 "$hueline" capture file.yaml --out drive --quiet
+told 0 "hueline recording" inspect drive
+told 5 "" replay drive --out again
+told 2 "sensors are not those of the recording" replay drive --out d --rig street
+printf 'exposure,u_px,v_px\n1,10,10\n' >picks.csv
+told 2 "the rig has no camera head" measure drive --picks picks.csv
+mkdir empty
+told 3 "empty is a folder without drive.mcap in it" inspect empty
+told 3 "empty is a folder without drive.mcap in it" replay empty --out d
+: >zero.mcap
+told 3 "zero.mcap is empty" inspect zero.mcap
+head -c 3000 drive/drive.mcap >cut.mcap
+told 3 "cut.mcap ends at byte 3000" inspect cut.mcap
+printf 'no format at all\n' >words.txt
+told 3 "words.txt: none of the formats that are known" inspect words.txt
+told 3 "No such file" inspect absent.las
+told 3 "No such file" picture absent.las --above a.png
+mkfifo pipe.pcd pipe.gps
+told 3 "pipe.pcd is a pipe, not a file" inspect pipe.pcd
+told 3 "is a device, not a file" inspect /dev/zero
+rig 'file: pipe.gps' >pipe.yaml
+told 3 "pipe.gps is a pipe, not a file" capture pipe.yaml --out piped --quiet
+
+# Files that would take memory and minutes: refused by a limit that is told.
+{ printf 'a: ['; head -c 20000000 /dev/zero | tr '\0' 1; printf ']\n'; } >large.yaml
+told 2 "large.yaml has 20.0 MB; a configuration of more than 1 MB is not read" inspect large.yaml
+told 2 "a configuration of more than 1 MB is not read" capture large.yaml --out d
+{ printf '# .PCD v0.7\nVERSION 0.7\nFIELDS'; head -c 16000000 /dev/zero | sed 's/\x00\x00/ x/g'; printf '\n'; } >wide.pcd
+told 3 "wide.pcd: no DATA line within its first 64 kB" inspect wide.pcd
+printf '\x89PNG\r\n\x1a\n\x00\x00\x00\x0dIHDR\x00\x00\x4e\x20\x00\x00\x4e\x20\x08\x02\x00\x00\x00\x9c\x5b\x17\x2f' >large.png
+told 3 "an image of 400 million pixels; at most 134 million are read" calibrate lens large.png --size 9x6
+echo "every mistake is told"
