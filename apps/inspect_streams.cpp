@@ -2,6 +2,7 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "apps/devices.hpp"
@@ -15,6 +16,7 @@
 #include "drivers/transport/file_source.hpp"
 #include "drivers/transport/pcap_source.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
+#include "drivers/velodyne/velodyne_timing.hpp"
 #include "storage/mcap_reader.hpp"
 
 /// Formats that are streams of a device's bytes: read with the same decoders as a drive.
@@ -186,11 +188,28 @@ std::string why_undecoded(std::uint64_t datagrams, const std::set<std::uint8_t>&
   if (datagrams == 0) return "holds no UDP datagram: devices are read from UDP alone";
   if (products.empty()) return "none of its datagrams is one of a Velodyne or a profile scanner: they are counted, not decoded";
   std::string named;
-  for (const std::uint8_t product : products) named += fmt::format("{}0x{:02X}", named.empty() ? "" : ", ", product);
+  for (const std::uint8_t product : products) named += fmt::format("{}{}", named.empty() ? "" : ", ", drivers::velodyne_product_name(product));
   std::string known;
   for (const auto model : {drivers::VelodyneModel::Vlp16, drivers::VelodyneModel::Hdl32e})
     known += fmt::format("{}0x{:02X} ({})", known.empty() ? "" : ", ", drivers::velodyne_table(model).product_id, drivers::velodyne_table(model).name);
   return fmt::format("a Velodyne of product {}; known: {}: it is counted, not decoded", named, known);
+}
+
+/// The model of a Velodyne by its first packets' timing, where the factory byte leaves it open.
+std::optional<drivers::VelodyneModel> timed_model(const std::string& path) {
+  drivers::PcapSource source(1, {.path = path, .ports = {}, .source_address = {}});
+  if (!source.open().ok()) return {};
+  drivers::VelodyneTiming timing;
+  for (int packets = 0; packets < 10'000; ++packets) {
+    const Result<Packet> packet = source.next({});
+    if (!packet.ok()) return {};
+    const auto bytes = packet->bytes.bytes();
+    if (packet->kind != PacketKind::Wire || bytes.size() != drivers::kVelodyneDataBytes) continue;
+    if (!drivers::is_told_by_timing(static_cast<std::uint8_t>(bytes.back()))) return {};
+    timing.add(bytes);
+    if (const auto model = timing.model(3)) return model;
+  }
+  return {};
 }
 
 }  // namespace
@@ -231,9 +250,12 @@ Inspection inspect_capture_file(const std::string& path) {
     }
     if (size == drivers::kVelodyneDataBytes && !stream.decoder) {
       const auto product = static_cast<std::uint8_t>(packet->bytes.bytes()[size - 1]);
+      const auto timed = timed_model(path);
       for (const auto candidate : {drivers::VelodyneModel::Vlp16, drivers::VelodyneModel::Hdl32e}) {
-        if (drivers::velodyne_table(candidate).product_id != product) continue;
+        const bool has_its_byte = drivers::velodyne_table(candidate).product_id == product;
+        if (timed ? candidate != *timed : !has_its_byte) continue;
         device = std::string("velodyne ") + drivers::velodyne_table(candidate).name;
+        if (!has_its_byte) device += ", by its timing (factory byte of " + drivers::velodyne_product_name(product) + ")";
         drivers::VelodyneDecoder::Config config;
         config.model = candidate;
         stream.decoder = std::make_unique<drivers::VelodyneDecoder>(SensorId{1}, config);
@@ -254,8 +276,12 @@ Inspection inspect_capture_file(const std::string& path) {
     stream.finish();
     json["device"] = device;
     json["decoded"] = stream.tally.json(stream.decoder->counts());
-  } else if (out.trouble.ok()) {
-    out.trouble = Error{ErrorCode::Unsupported, path + ": " + why_undecoded(packets, unknown_products)};
+  } else {
+    if (!stream.tally.faults.empty()) {
+      json["faults"] = stream.tally.faults;
+      json["last_fault"] = stream.tally.last_fault;
+    }
+    if (out.trouble.ok()) out.trouble = Error{ErrorCode::Unsupported, path + ": " + why_undecoded(packets, unknown_products)};
   }
   return out;
 }

@@ -140,13 +140,13 @@ Status Outputs::finish() {
   reserve_ = nullptr;  // the ends are small
   view([](auto& out) { return out.close(); });
   const storage::LasWriter::Counts counts = files_->las ? files_->las->counts() : storage::LasWriter::Counts{};
-  summary_.on_unfused("outside the map's projection", counts.refused);
+  summary_.on_unwritten("outside the map's projection", counts.refused);
   // From the first refused write on nothing more is offered to the file.
   if (ended_early) {
     summary_.on_early_end("the disk's last space was kept for the recording: a replay makes cloud and view whole");
-    summary_.on_unfused("left out to keep the disk's last space for the recording", summary_.points() - (counts.written + counts.refused));
+    summary_.on_unwritten("left out to keep the disk's last space for the recording", summary_.points() - (counts.written + counts.refused));
   } else if (files_->las_failed) {
-    summary_.on_unfused("refused by the disk", summary_.points() - (counts.written + counts.refused));
+    summary_.on_unwritten("refused by the disk", summary_.points() - (counts.written + counts.refused));
   }
   // What this run has nothing for must not be what an earlier one left there.
   if (!files_->las && !files_->las_failed) keep("cloud.las", write_output(dir_ / "cloud.las", {}));

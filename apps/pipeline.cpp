@@ -1,6 +1,6 @@
 #include "apps/pipeline.hpp"
 
-#include <algorithm>
+#include <fmt/format.h>
 
 #include "apps/devices.hpp"
 #include "core/printable.hpp"
@@ -17,6 +17,7 @@ fusion::Colouring::Config with_threads(fusion::Colouring::Config config, int thr
 
 Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink)
     : sink_(sink),
+      pos_(rig.sync.pos),
       decoders_(rig.sensors.size() + 1),
       synchroniser_(rig.sync),
       colouring_(with_threads(rig.colouring, threads), rig.geometry, [this](CloudBlock&& block) { sink_.on_cloud(block); }) {
@@ -124,14 +125,37 @@ const DecodeCounts* Pipeline::counts(SensorId sensor) const {
   return sensor < decoders_.size() && decoders_[sensor] ? &decoders_[sensor]->counts() : nullptr;
 }
 
+const char* Pipeline::why_no_solution() const {
+  if (pos_ == kSystemSensor) return "the rig has no POS";
+  const DecodeCounts& got = *counts(pos_);
+  if (got.decoded_bytes + got.ignored_bytes + got.malformed_bytes == 0) return "the POS sent nothing";
+  if (synchroniser_.counts().ins == 0) return "the POS sent no navigation solution";
+  return fusion::name(fusion::NoPose::NoSolution);
+}
+
+/// What came instead of good solutions. Their states are in the summary already.
+void Pipeline::note_pos(Summary& summary) const {
+  if (pos_ == kSystemSensor || synchroniser_.counts().ins > 0) return;
+  std::string came;
+  for (const auto& [message, count] : counts(pos_)->messages) came += fmt::format("{}{} {}", came.empty() ? "" : ", ", count, message);
+  if (!came.empty())
+    summary.on_note(fmt::format("the POS sent {}; a navigation solution is INSPVA, INSPVAS or INSPVAX (a suffix _1: of the secondary antenna, not used)", came));
+}
+
 void Pipeline::report(Summary& summary) const {
   for (std::size_t id = 1; id < decoders_.size(); ++id)
     if (decoders_[id]) summary.on_decoded(static_cast<SensorId>(id), decoders_[id]->counts());
   for (const sync::WheelOdometer& wheel : synchroniser_.wheels()) summary.on_wheels(wheel.sensor(), wheel.speeds(), wheel.pulses());
   const fusion::ColouringCounts& counts = colouring_.counts();
-  for (int i = 1; i < fusion::kNoPoseReasons; ++i)
-    summary.on_unfused(std::string("no pose: ") + fusion::name(static_cast<fusion::NoPose>(i)), counts.no_pose[static_cast<std::size_t>(i)]);
-  summary.on_unfused("no clock to give them a time", synchroniser_.counts().returns_never_stamped);
+  for (int i = 1; i < fusion::kNoPoseReasons; ++i) {
+    const auto reason = static_cast<fusion::NoPose>(i);
+    const std::uint64_t returns = counts.no_pose[static_cast<std::size_t>(i)];
+    summary.on_unfused(fmt::format("no pose: {}", reason == fusion::NoPose::NoSolution ? why_no_solution() : fusion::name(reason)), returns);
+    if (reason == fusion::NoPose::NoSolution && returns > 0) note_pos(summary);
+  }
+  summary.on_returns(synchroniser_.counts().returns);
+  for (const auto& [reason, returns] : synchroniser_.counts().untimed) summary.on_unfused(reason, returns);
+  for (const sync::LaserClock& laser : synchroniser_.lasers()) summary.on_unfused("no time: the clock was lost", laser.counts().returns_without_clock);
   for (const sync::SelfTimedLaser& own : synchroniser_.self_timed_lasers()) {
     summary.on_unfused("no time: read from a file, and the scanner does not say that its PPS is locked", own.counts().never_locked);
     summary.on_unfused("no time: read from a file, and the scanner lost its PPS", own.counts().lost_pulse);

@@ -39,8 +39,11 @@ class Pipeline {
   void take_synchronised();
   void tell(Fault fault);
   void tell_held();
+  const char* why_no_solution() const;
+  void note_pos(Summary& summary) const;
 
   ProductSink& sink_;
+  const SensorId pos_;
   std::vector<std::unique_ptr<Decoder>> decoders_;  // by SensorId; null for the system
   sync::Synchroniser synchroniser_;
   fusion::Colouring colouring_;

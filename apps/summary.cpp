@@ -77,6 +77,10 @@ void Summary::on_unfused(const std::string& reason, std::uint64_t points) {
   if (points) unfused_[reason] += points;
 }
 
+void Summary::on_unwritten(const std::string& reason, std::uint64_t points) {
+  if (points) unwritten_[reason] += points;
+}
+
 void Summary::on_cloud(const CloudBlock& block) {
   points_ += block.points.size();
   for (const auto& point : block.points) ++by_state_[static_cast<std::size_t>(point.state)];
@@ -93,8 +97,12 @@ void Summary::on_solution(const InsSolution& solution) {
   first_ = solutions_ ? std::min(first_, solution.time) : solution.time;
   last_ = solutions_ ? std::max(last_, solution.time) : solution.time;
   ++solutions_;
+  const nanoseconds since = last_solution_ ? solution.time - *last_solution_ : nanoseconds(0);
+  last_solution_ = solution.time;
   if (!solution.is_good) {
-    ++solutions_by_status_[solution.status];
+    NotGood& state = solutions_by_status_[solution.status];
+    ++state.solutions;
+    if (since > nanoseconds(0) && since <= std::chrono::seconds(2)) state.lasted += since;
     return;
   }
   ++good_solutions_;
@@ -147,12 +155,17 @@ nlohmann::ordered_json Summary::json() const {
                     {"path_m", path_m_},
                     {"solutions", solutions_},
                     {"good_solutions", good_solutions_}};
-  for (const auto& [status, count] : solutions_by_status_) out["drive"]["not_good"][drivers::ins_status_name(status)] = count;
+  for (const auto& [status, state] : solutions_by_status_) {
+    out["drive"]["not_good"][drivers::ins_status_name(status)] = state.solutions;
+    out["drive"]["not_good_s"][drivers::ins_status_name(status)] = to_seconds(state.lasted);
+  }
   nlohmann::ordered_json states;
   for (int i = 0; i < kColourStates; ++i)
     if (by_state_[static_cast<std::size_t>(i)]) states[name(static_cast<ColourState>(i))] = by_state_[static_cast<std::size_t>(i)];
-  out["points"] = {{"total", points_}, {"coloured", coloured_points()}, {"coloured_share", share(coloured_points(), points_)}, {"by_state", states}};
+  out["points"] = {{"returns", returns_}, {"total", points_}, {"coloured", coloured_points()}, {"coloured_share", share(coloured_points(), points_)}, {"by_state", states}};
   out["points"]["not_placed"] = unfused_;
+  out["points"]["not_written"] = unwritten_;
+  out["points"]["notes"] = notes_;
   nlohmann::ordered_json timing;
   for (int i = 0; i < 3; ++i) timing[name(static_cast<ExposureTiming>(i))] = exposures_by_timing_[static_cast<std::size_t>(i)];
   out["exposures"] = {{"total", exposures_},
@@ -204,8 +217,9 @@ std::string Summary::text() const {
   if (solutions_)
     out += fmt::format("drive      {} to {} ({:.1f} s, {:.0f} m), {} of {} POS solutions good\n", iso_utc(first_), iso_utc(last_),
                        to_seconds(last_ - first_), path_m_, good_solutions_, solutions_);
-  for (const auto& [status, count] : solutions_by_status_)
-    out += fmt::format("           {} POS solutions not used; the receiver says: {}\n", count, drivers::ins_status_name(status));
+  for (const auto& [status, state] : solutions_by_status_)
+    out += fmt::format("           {} POS solutions not used, {:.1f} s; the receiver says: {}\n", state.solutions, to_seconds(state.lasted),
+                       drivers::ins_status_name(status));
   out += fmt::format("journal    {} packets, {:.1f} MB, {} gaps in the sequence\n", packets_, static_cast<double>(bytes_) / 1e6, gaps_);
   out += fmt::format("points     {}, {:.1f} % coloured", points_, 100 * share(coloured_points(), points_));
   for (int i = 0; i < kColourStates; ++i)
@@ -213,6 +227,8 @@ std::string Summary::text() const {
       out += fmt::format("; {} {}", name(static_cast<ColourState>(i)), by_state_[static_cast<std::size_t>(i)]);
   out += '\n';
   for (const auto& [reason, points] : unfused_) out += fmt::format("           {} returns not placed: {}\n", points, reason);
+  for (const auto& [reason, points] : unwritten_) out += fmt::format("           {} points not written: {}\n", points, reason);
+  for (const std::string& note : notes_) out += fmt::format("           {}\n", note);
   out += fmt::format("exposures  {}: {} by event mark, {} by the camera's clock, {} unmatched; {} images incomplete; time sigma {:.2f} us rms, {:.2f} us largest\n",
                      exposures_, exposures_by_timing_[0], exposures_by_timing_[1], exposures_by_timing_[2], incomplete_images_,
                      exposure_sigma_.rms_us(), exposure_sigma_.largest_us);
@@ -225,10 +241,15 @@ std::string Summary::text() const {
     out += fmt::format("clock      {:24} {} {}\n", change.time ? iso_utc(*change.time) : "without GPS time", change.clock < sensors_.size() ? sensors_[change.clock].name : "?",
                        name(change.state));
   for (const auto& sensor : sensors_) {
-    if (!sensor.packets && sensor.faults.empty()) continue;
-    out += fmt::format("{:10} {} packets, {:.1f} MB", sensor.name, sensor.packets, static_cast<double>(sensor.bytes) / 1e6);
-    if (sensor.shed) out += fmt::format(", {} shed (recorded, not fused)", sensor.shed);
-    out += sensor.faults.empty() ? ", nothing lost\n" : "\n";
+    const bool is_system = &sensor == &sensors_.front();
+    if (is_system && !sensor.packets && sensor.faults.empty()) continue;
+    if (!is_system && !sensor.packets) {
+      out += fmt::format("{:10} no packet came\n", sensor.name);
+    } else {
+      out += fmt::format("{:10} {} packets, {:.1f} MB", sensor.name, sensor.packets, static_cast<double>(sensor.bytes) / 1e6);
+      if (sensor.shed) out += fmt::format(", {} shed (recorded, not fused)", sensor.shed);
+      out += sensor.faults.empty() ? ", nothing lost\n" : "\n";
+    }
     for (const auto& [kind, line] : sensor.faults)
       out += fmt::format("           {} x{}{}: {}. {}\n", name(kind), line.count,
                          line.events == line.count ? "" : fmt::format(" ({} events)", line.events), explanation(kind), line.last);

@@ -3,6 +3,7 @@
 #include <array>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,10 @@ class Summary : public ProductSink {
   void on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses);
   /// The products end before the record does; a replay makes them whole. `why`: a sentence.
   void on_early_end(const std::string& why) { ends_early_ = why; }
-  void on_unfused(const std::string& reason, std::uint64_t points);  ///< points that could not become part of the cloud
+  void on_returns(std::uint64_t returns) { returns_ += returns; }        ///< that were decoded, of all scanners
+  void on_unfused(const std::string& reason, std::uint64_t points);  ///< returns that did not become points
+  void on_unwritten(const std::string& reason, std::uint64_t points);  ///< points that cloud.las does not hold
+  void on_note(std::string sentence) { notes_.push_back(std::move(sentence)); }  ///< why returns were not placed, in particular
 
   void on_origin(const Geodetic&) override {}
   void on_cloud(const CloudBlock& block) override;
@@ -69,13 +73,20 @@ class Summary : public ProductSink {
   std::vector<Wheels> wheels_;
   std::uint64_t points_ = 0, packets_ = 0, bytes_ = 0, gaps_ = 0, next_sequence_ = 0;
   std::array<std::uint64_t, kColourStates> by_state_{};
-  std::map<std::string, std::uint64_t> unfused_;
+  std::uint64_t returns_ = 0;
+  std::map<std::string, std::uint64_t> unfused_, unwritten_;
+  std::vector<std::string> notes_;
   std::string ends_early_;  // empty: they do not
   std::array<std::uint64_t, 3> exposures_by_timing_{};
   std::uint64_t exposures_ = 0, incomplete_images_ = 0;
   SigmaStatistics exposure_sigma_;
   std::uint64_t solutions_ = 0, good_solutions_ = 0;
-  std::map<std::uint32_t, std::uint64_t> solutions_by_status_;  // of those that are not good
+  struct NotGood {
+    std::uint64_t solutions = 0;
+    nanoseconds lasted{0};
+  };
+  std::map<std::uint32_t, NotGood> solutions_by_status_;
+  std::optional<GpsTime> last_solution_;
   GpsTime first_{}, last_{};
   double path_m_ = 0;
   bool has_place_ = false;

@@ -243,6 +243,21 @@ bool HostClockModel::can_stamp() const {
           !(now_ < disputed_until_ && config_.label.trusted == kSystemSensor));
 }
 
+const char* HostClockModel::why_not() const {
+  if (can_stamp()) return "";
+  if (fallback_ || disputed_) return "the sources disagree about the second";
+  if (config_.pps == kSystemSensor)
+    return counts_.arrivals == 0 ? "no message with a good GPS time came, and the rig has no pulse per second"
+                                 : "messages with a good GPS time came for too short to learn the clock";
+  if (filter_.is_started()) {
+    if (N_) return "the pulses came for too short to learn the clock";
+    return counts_.labels == counts_.invalid_labels && counts_.arrivals == 0 ? "pulses came, but no message with a good GPS time"
+                                                                             : "the second of the pulses was not settled";
+  }
+  if (counts_.edges > 0) return "the pulses that came were not usable";
+  return counts_.arrivals == 0 ? "neither a pulse nor a message with a good GPS time came" : "no pulse came, and messages with a good GPS time for too short to do without";
+}
+
 std::optional<GpsStamp> HostClockModel::stamp(HostTime t) const {
   if (state_ == SyncState::Unlocked) return {};
   if (fallback_) return stamp_from_arrivals(t);

@@ -72,6 +72,8 @@ class HostClockModel {
   /// True if stamp() gives times to use: Locked, Holdover, or the settled relation from arrivals where pulses are
   /// missing.
   bool can_stamp() const;
+  /// Why can_stamp() is false: a clause for people. One of a few texts; empty if it is true.
+  const char* why_not() const;
   bool is_from_arrivals() const { return fallback_; }
   /// A fitting edge of the last second holds the relation; else it is extrapolated.
   bool has_fresh_pulse() const {

@@ -63,7 +63,10 @@ std::int64_t LaserClock::unwrap(DeviceTime<UtcHourCounter> t) {
 
 void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vector<StampedLaserBatch>& out) {
   const auto arrival = host.stamp(batch.received);
-  if (!arrival) return;  // the caller asks can_stamp() first
+  if (!arrival) {  // the caller asks can_stamp() first
+    counts_.returns_without_clock += batch.returns.size();
+    return;
+  }
   ++counts_.batches;
   const GpsTime nominal = instant_of(batch.time, arrival->time, host.utc_offset(arrival->time));
   const std::int64_t unwrapped = unwrap(batch.time);

@@ -55,6 +55,7 @@ class LaserClock {
 
   struct Counts {
     std::uint64_t batches = 0, disciplined = 0, corrected = 0, holdover = 0, by_arrival = 0, held = 0;
+    std::uint64_t returns_without_clock = 0;  ///< the computer's clock had no relation to GPS
   };
   const Counts& counts() const { return counts_; }
 

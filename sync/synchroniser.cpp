@@ -154,7 +154,11 @@ void Synchroniser::take(LaserStatus& m, SyncOutput& out) {
   hold(std::move(m));
 }
 void Synchroniser::take(LaserBatch& m, SyncOutput& out) {
-  if (!laser(m.sensor)) return stranger(m.sensor, m.received, "laser batch");
+  counts_.returns += m.returns.size();
+  if (!laser(m.sensor)) {
+    counts_.untimed["of a scanner that the rig does not have"] += m.returns.size();
+    return stranger(m.sensor, m.received, "laser batch");
+  }
   if (SelfTimedLaser* own = self_timed(m.sensor)) return own->process(std::move(m), clock_, out.laser);
   if (held_.empty() && clock_.can_stamp())
     stamp(std::move(m), out);
@@ -216,8 +220,8 @@ void Synchroniser::drop_oldest(FaultKind kind, const char* why) {
   std::visit([&](const auto& item) { faults_.add(item.sensor, kind, "held", newest_, why); }, held_.front());
   held_images_ -= std::holds_alternative<Image>(held_.front()) ? 1 : 0;
   ++counts_.never_stamped;
-  if (const auto* batch = std::get_if<LaserBatch>(&held_.front()))
-    counts_.returns_never_stamped += batch->returns.size();
+  if (const auto* batch = std::get_if<LaserBatch>(&held_.front()); batch && !batch->returns.empty())
+    counts_.untimed[fmt::format("no time: {}", clock_.why_not())] += batch->returns.size();
   held_.pop_front();
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -93,7 +94,8 @@ class Synchroniser {
 
   struct Counts {
     std::uint64_t measurements = 0, unknown_sensor = 0, held = 0, released = 0, never_stamped = 0;
-    std::uint64_t returns_never_stamped = 0;  ///< laser returns of those never stamped
+    std::uint64_t returns = 0;                      ///< laser returns that came in
+    std::map<std::string, std::uint64_t> untimed;  ///< those that never got a time, by reason
     std::uint64_t ins = 0, ins_refused = 0, ins_missing = 0, marks_refused = 0;
   };
   const Counts& counts() const { return counts_; }

@@ -1,10 +1,23 @@
 #include "drivers/transport/pcap_source.hpp"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 namespace hueline::drivers {
+namespace {
+
+constexpr std::size_t kMostOthers = 16;
+
+std::string to_text(const IpAddress& address) {
+  const bool is_v4 = address[10] == 0xFF && address[11] == 0xFF && std::all_of(address.begin(), address.begin() + 10, [](std::uint8_t b) { return b == 0; });
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  return ::inet_ntop(is_v4 ? AF_INET : AF_INET6, address.data() + (is_v4 ? 12 : 0), text.data(), text.size()) ? text.data() : "?";
+}
+
+}  // namespace
 
 std::string PcapSource::Config::validate() const {
   if (path.empty()) return "path must name a pcap or pcapng file";
@@ -23,7 +36,10 @@ Status PcapSource::open() {
   extractor_ = {};
   ended_.reset();
   last_ = {};
-  filtered_ = 0;
+  filtered_ = delivered_ = 0;
+  other_ports_.clear();
+  other_sources_.clear();
+  last_words_.clear();
   return {};
 }
 
@@ -35,6 +51,11 @@ bool PcapSource::is_wanted(const UdpDatagram& datagram) const {
 
 Result<Packet> PcapSource::next(std::stop_token stop) {
   const Error over{ErrorCode::EndOfData, config_.path + ": end of capture"};
+  if (!last_words_.empty()) {
+    Packet packet = std::move(last_words_.front());
+    last_words_.pop_front();
+    return packet;
+  }
   if (ended_) return std::exchange(*ended_, over);
   if (!file_) return Error{ErrorCode::Disconnected, "capture " + config_.path + " is not open"};
   for (;;) {
@@ -47,12 +68,15 @@ Result<Packet> PcapSource::next(std::stop_token stop) {
     if (!datagram) continue;
     if (!is_wanted(*datagram)) {
       ++filtered_;
+      if (other_ports_.size() < kMostOthers) ++other_ports_[datagram->destination_port];
+      if (other_sources_.size() < kMostOthers) ++other_sources_[datagram->source];
       continue;
     }
     Packet packet;
     packet.sensor = sensor_;
     packet.received = last_;
     packet.bytes = Buffer::copy_of(datagram->payload);
+    ++delivered_;
     return packet;
   }
 }
@@ -61,22 +85,38 @@ Result<Packet> PcapSource::next(std::stop_token stop) {
 Result<Packet> PcapSource::finish(Error why) {
   extractor_.finish();
   const ExtractCounts& c = extractor_.counts();
-  const std::uint64_t lost = c.cut_off + c.malformed + c.fragments_dropped + c.unknown_link;
-  if (lost == 0) {
-    ended_ = Error{ErrorCode::EndOfData, config_.path + ": end of capture"};
-    return why;
-  }
+  if (const std::uint64_t lost = c.cut_off + c.malformed + c.fragments_dropped + c.unknown_link; lost > 0)
+    say(FaultKind::Malformed, lost,
+        fmt::format("{}: frames not delivered: {} cut off by the capture, {} with broken headers, {} fragments of datagrams that are not whole, {} of "
+                    "a link type that is not read{}",
+                    config_.path, c.cut_off, c.malformed, c.fragments_dropped, c.unknown_link,
+                    c.unknown_link > 0 ? fmt::format(" ({})", c.unknown_link_type) : std::string()));
+  if (delivered_ == 0) say(FaultKind::WrongDevice, std::max<std::uint64_t>(1, filtered_ + c.not_udp), config_.path + ": " + others());
   ended_ = std::move(why);
-  Fault fault{sensor_, FaultKind::Malformed, last_, lost,
-              fmt::format("{}: frames not delivered: {} cut off by the capture, {} with broken headers, {} fragments of "
-                          "datagrams that are not whole, {} of a link type that is not read",
-                          config_.path, c.cut_off, c.malformed, c.fragments_dropped, c.unknown_link)};
+  return next({});
+}
+
+/// What a capture without a datagram of the device holds.
+std::string PcapSource::others() const {
+  const ExtractCounts& c = extractor_.counts();
+  if (filtered_ > 0) {
+    std::string ports, sources;
+    for (const auto& [port, count] : other_ports_) ports += fmt::format("{}{} ({})", ports.empty() ? "" : ", ", port, count);
+    for (const auto& [source, count] : other_sources_) sources += fmt::format("{}{} ({})", sources.empty() ? "" : ", ", to_text(source), count);
+    return fmt::format("no datagram of the rig's ports and address; there are datagrams to the ports {}, from {}", ports, sources);
+  }
+  if (c.tcp > 0) return fmt::format("no UDP datagram; {} frames are of TCP connections, which are not read", c.tcp);
+  if (c.not_udp > 0) return fmt::format("no UDP datagram; {} frames are of other protocols", c.not_udp);
+  return "no UDP datagram";
+}
+
+void PcapSource::say(FaultKind kind, std::uint64_t count, std::string detail) {
   Packet packet;
   packet.sensor = sensor_;
   packet.kind = PacketKind::Fault;
   packet.received = last_;
-  packet.bytes = Buffer::copy_of(encode_fault(fault));
-  return packet;
+  packet.bytes = Buffer::copy_of(encode_fault({sensor_, kind, last_, count, std::move(detail)}));
+  last_words_.push_back(std::move(packet));
 }
 
 }  // namespace hueline::drivers

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,8 +16,9 @@ namespace hueline::drivers {
 /// The UDP datagrams of a pcap or pcapng file, as fast as they are asked for. `received` is the capture's stamp: the clock of
 /// the computer that captured stands for HostTime, with its zero at 1970-01-01 UTC. Do not mix with live sources in one drive.
 ///
-/// Everything whole is delivered; then Truncated or Malformed with the offset, once, then EndOfData. A Fault Malformed at
-/// the end counts frames that were cut off, broken or fragments that never became whole. Thread-bound.
+/// Everything whole is delivered; then Truncated or Malformed with the offset, once, then EndOfData. Before that a Fault Malformed
+/// counts frames that were cut off, broken or fragments that never became whole, and a Fault WrongDevice says what the capture holds
+/// instead, if it holds no datagram of the device. Thread-bound.
 class PcapSource final : public PacketSource {
  public:
   struct Config {
@@ -49,7 +52,13 @@ class PcapSource final : public PacketSource {
   UdpExtractor extractor_;
   std::optional<Error> ended_;
   HostTime last_{};
-  std::uint64_t filtered_ = 0;
+  void say(FaultKind kind, std::uint64_t count, std::string detail);
+  std::string others() const;
+
+  std::uint64_t filtered_ = 0, delivered_ = 0;
+  std::map<std::uint16_t, std::uint64_t> other_ports_;  // of what was passed over, bounded
+  std::map<IpAddress, std::uint64_t> other_sources_;
+  std::deque<Packet> last_words_;
 };
 
 }  // namespace hueline::drivers

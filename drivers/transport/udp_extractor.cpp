@@ -8,7 +8,7 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr std::uint8_t kUdp = 17, kFragmentHeader = 44;
+constexpr std::uint8_t kTcp = 6, kUdp = 17, kFragmentHeader = 44;
 constexpr std::size_t kMaxPartials = 64;
 constexpr std::size_t kMaxDatagram = 65535;
 
@@ -84,7 +84,10 @@ std::optional<UdpDatagram> UdpExtractor::extract(const CaptureFrame& frame) {
   switch (layer.network) {
     case Network::Ipv4: return ipv4(layer.packet, is_cut);
     case Network::Ipv6: return ipv6(layer.packet, is_cut);
-    case Network::UnknownLink: ++counts_.unknown_link; return {};
+    case Network::UnknownLink:
+      ++counts_.unknown_link;
+      counts_.unknown_link_type = frame.link_type;
+      return {};
     case Network::Other: break;
   }
   ++counts_.not_udp;
@@ -101,15 +104,17 @@ std::optional<UdpDatagram> UdpExtractor::ipv4(std::span<const std::byte> packet,
   const std::size_t header = 4 * (static_cast<std::size_t>(packet[0]) & 0x0F), total = be16(packet.data() + 2);
   if (static_cast<unsigned>(packet[0]) >> 4 != 4 || header < 20) return lost(counts_.malformed);
   if (header > packet.size()) return lost(broken);
-  if (static_cast<std::uint8_t>(packet[9]) != kUdp) return lost(counts_.not_udp);
+  if (const auto protocol = static_cast<std::uint8_t>(packet[9]); protocol != kUdp) {
+    counts_.tcp += protocol == kTcp ? 1 : 0;
+    return lost(counts_.not_udp);
+  }
   const std::uint16_t flags = be16(packet.data() + 6);
   const bool has_more = (flags & 0x2000) != 0;
   const std::size_t offset = 8 * static_cast<std::size_t>(flags & 0x1FFF);
   UdpDatagram datagram;
   datagram.source = mapped(packet.data() + 12);
   datagram.destination = mapped(packet.data() + 16);
-  // UDP's own length decides, where it fits what was captured: VeloView writes 1234 into the IP header of datagrams of any size. What it
-  // leaves over is padding: frames shorter than 60 bytes are padded on the wire.
+  // What UDP's own length leaves over is padding: frames shorter than 60 bytes are padded on the wire.
   if (!has_more && offset == 0) return udp(packet.subspan(header), is_cut, datagram);
   // 0: segmentation offload.
   const std::size_t size = total == 0 ? packet.size() : total;
@@ -186,6 +191,7 @@ std::optional<UdpDatagram> UdpExtractor::ipv6(std::span<const std::byte> packet,
     return {};
   }
   if (next != kUdp) {
+    counts_.tcp += next == kTcp ? 1 : 0;
     ++counts_.not_udp;
     return {};
   }

@@ -12,6 +12,9 @@ namespace {
 
 constexpr std::size_t kStampAt = 1200, kModeAt = 1204, kProductAt = 1205;
 constexpr std::size_t kBlockBytes = 100;
+/// Pairs of packets whose timing is believed: instead of the factory byte, and against a byte that agrees with the rig.
+constexpr int kPairsFor = 3, kPairsAgainst = 20;
+constexpr std::size_t kMostHeld = 16;
 constexpr unsigned kStrongest = 0x37, kLast = 0x38, kDual = 0x39;
 constexpr nanoseconds kHour = std::chrono::hours(1);
 
@@ -67,6 +70,7 @@ VelodyneDecoder::VelodyneDecoder(SensorId sensor, const Config& config)
 VelodyneDecoder::~VelodyneDecoder() = default;
 
 void VelodyneDecoder::flush(std::vector<Measurement>& out) {
+  if (!held_.empty()) judge_held(timing_.model(1) == config_.model, out);
   for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &conflict_, &again_, &no_time_})
     if (auto fault = limiter->drain()) out.push_back(std::move(*fault));
   while (const auto lost = gaps_.drain()) tell_lost(*lost, previous_->received, out);
@@ -74,6 +78,9 @@ void VelodyneDecoder::flush(std::vector<Measurement>& out) {
 
 void VelodyneDecoder::reset() {
   previous_.reset();
+  timing_ = {};
+  held_.clear();
+  is_other_byte_ours_.reset();
   silent_part_.reset();
   gaps_ = GapTrial();
   last_label_.reset();
@@ -102,19 +109,57 @@ void VelodyneDecoder::malformed(const Packet& packet, std::size_t bytes, const s
 
 void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>& out) {
   const std::span<const std::byte> bytes = packet.bytes.bytes();
-  const auto mode = static_cast<unsigned>(bytes[kModeAt]), product = static_cast<unsigned>(bytes[kProductAt]);
+  const auto mode = static_cast<unsigned>(bytes[kModeAt]);
   if (mode != kStrongest && mode != kLast && mode != kDual)
     return malformed(packet, bytes.size(), fmt::format("{}: return mode 0x{:02X} is not known", table_.name, mode), out);
-  if (product != table_.product_id) {
-    ++counts_.messages["data of another model"];
-    counts_.ignored_bytes += bytes.size();
-    const auto detail = [&] {
-      return fmt::format("data packet of product 0x{:02X}; the rig names a {} (0x{:02X})", product, table_.name,
-                         table_.product_id);
-    };
-    if (auto fault = wrong_device_.add(packet.received, 1, detail)) out.push_back(std::move(*fault));
-    return;
+  timing_.add(bytes);
+  if (is_ours(packet, out)) use_data(packet, out);
+}
+
+/// Whether to decode it now; else it has been refused, or held.
+bool VelodyneDecoder::is_ours(const Packet& packet, std::vector<Measurement>& out) {
+  const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kProductAt]);
+  if (product == table_.product_id) {
+    const auto model = timing_.model(kPairsAgainst);
+    if (!model || *model == config_.model) return true;
+    wrong_device(packet, out);
+    return false;
   }
+  if (!is_told_by_timing(product) || (is_other_byte_ours_ && !*is_other_byte_ours_)) {
+    wrong_device(packet, out);
+    return false;
+  }
+  if (is_other_byte_ours_) {
+    ++counts_.messages[fmt::format("product {} taken for {} by its timing", velodyne_product_name(product), table_.name)];
+    return true;
+  }
+  held_.push_back(packet);
+  if (const auto model = timing_.model(kPairsFor); model || held_.size() >= kMostHeld) judge_held(model == config_.model, out);
+  return false;
+}
+
+void VelodyneDecoder::judge_held(bool are_ours, std::vector<Measurement>& out) {
+  is_other_byte_ours_ = are_ours;
+  for (const Packet& packet : std::exchange(held_, {}))
+    if (is_ours(packet, out)) use_data(packet, out);
+}
+
+void VelodyneDecoder::wrong_device(const Packet& packet, std::vector<Measurement>& out) {
+  ++counts_.messages["data of another model"];
+  counts_.ignored_bytes += packet.bytes.size();
+  const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kProductAt]);
+  const auto detail = [&] {
+    const auto model = timing_.model(kPairsFor);
+    return fmt::format("data packet of product 0x{:02X} ({}){}; the rig names a {} (0x{:02X}): the key model", product, velodyne_product_name(product),
+                       model && *model != config_.model ? fmt::format(", timed as a {}'s", velodyne_table(*model).name) : std::string(), table_.name,
+                       table_.product_id);
+  };
+  if (auto fault = wrong_device_.add(packet.received, 1, detail)) out.push_back(std::move(*fault));
+}
+
+void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& out) {
+  const std::span<const std::byte> bytes = packet.bytes.bytes();
+  const auto mode = static_cast<unsigned>(bytes[kModeAt]);
   std::uint32_t stamp_us = 0;
   for (std::size_t i = 0; i < 4; ++i) stamp_us |= static_cast<std::uint32_t>(bytes[kStampAt + i]) << (8 * i);
   nanoseconds first_firing = std::chrono::microseconds(stamp_us);

@@ -12,6 +12,7 @@
 #include "drivers/gap_trial.hpp"
 #include "drivers/velodyne/velodyne_model.hpp"
 #include "drivers/velodyne/velodyne_position.hpp"
+#include "drivers/velodyne/velodyne_timing.hpp"
 
 namespace hueline::drivers {
 
@@ -36,6 +37,9 @@ struct VelodyneBlocks;
 /// azimuth are those of its own firing: the azimuth between two blocks is interpolated, the last block is continued at
 /// the packet's own rate, so a lost packet changes nothing in its neighbours. Frame: Scanner (z up, y forward at azimuth 0,
 /// x right; azimuth clockwise seen from above). return_number counts by range: 1 is the nearer.
+///
+/// The model is what Config says, and the packets' timing has to agree (VelodyneTiming): a factory byte of another model is passed over
+/// where it does. The first packets with such a byte are held until that is known, sixteen at most.
 ///
 /// Faults: Malformed (wrong size, flag, mode, azimuth, counter; one a second at most), WrongDevice (factory byte of another
 /// model), Lost (packets by the stamps' gap, 0.1 s after it: one that was overtaken fills it), NoTime (blocks behind an azimuth jump;
@@ -75,6 +79,10 @@ class VelodyneDecoder final : public Decoder {
 
  private:
   void decode_data(const Packet& packet, std::vector<Measurement>& out);
+  bool is_ours(const Packet& packet, std::vector<Measurement>& out);
+  void judge_held(bool are_ours, std::vector<Measurement>& out);
+  void wrong_device(const Packet& packet, std::vector<Measurement>& out);
+  void use_data(const Packet& packet, std::vector<Measurement>& out);
   void decode_position_packet(const Packet& packet, std::vector<Measurement>& out);
   void label(const Packet& packet, const VelodynePosition& position, const RmcSentence& rmc, std::vector<Measurement>& out);
   void check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration, const VelodyneBlocks& blocks,
@@ -104,6 +112,9 @@ class VelodyneDecoder final : public Decoder {
   };
   nanoseconds silent_time(const Previous& from, nanoseconds moved) const;
 
+  VelodyneTiming timing_;
+  std::vector<Packet> held_;           // with a factory byte of another model, until the timing has spoken
+  std::optional<bool> is_other_byte_ours_;
   std::optional<SilentPart> silent_part_;
   std::array<std::byte, 1206> newest_bytes_{};  // of the last data packet, to know it again
   std::optional<Previous> previous_;

@@ -44,7 +44,7 @@ refused 4 $hueline replay drive/drive.mcap --out blocked
 mkdir full; ln -s /dev/full full/cloud.las
 refused 4 $hueline replay drive/drive.mcap --out full
 grep -q "cloud.las.*No space left" said.txt || { cat said.txt; fail "the full disk is not told"; }
-grep -q "$points returns not placed: refused by the disk" said.txt || { cat said.txt; fail "the points that are in no file are not counted"; }
+grep -q "$points points not written: refused by the disk" said.txt || { cat said.txt; fail "the points that are in no file are not counted"; }
 (ulimit -f 1024; refused 4 $hueline replay drive/drive.mcap --out limit)
 kept=$($hueline inspect limit/cloud.las --json | sed -n 's/.*"points": \([0-9]*\).*/\1/p')
 [ "$kept" -gt 1000 ] || fail "of a cloud that hit the limit of its size $kept points are left"

@@ -263,6 +263,11 @@ FaultyOutcome FaultyDrive::run(const std::vector<sim::FaultLine>& lines, const E
   pipeline.flush();
   pipeline.report(watcher);
   const auto report = watcher.json();
+  // Whatever was spoilt: each return is a point, or is counted with its reason.
+  std::uint64_t told_returns = report.at("points").at("total").get<std::uint64_t>();
+  for (const auto& [reason, count] : report.at("points").at("not_placed").items()) told_returns += count.get<std::uint64_t>();
+  if (told_returns != report.at("points").at("returns").get<std::uint64_t>())
+    throw std::runtime_error("returns without a word: " + report.at("points").dump());
   for (const auto& sensor : rig_.sensors) {
     const auto& decoded = report.at("sensors").at(sensor.id).at("decoded");
     out.bytes[sensor.name] = {received[sensor.id], decoded.at("decoded_bytes").get<std::uint64_t>() +

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 
 #include "../drivers/novatel_encoder.hpp"
 #include "../sim/short_drive.hpp"
@@ -105,6 +106,22 @@ void capture_live(const sim::Drive& drive, const sim::Timeline& timeline, const 
   ASSERT_TRUE((*outputs)->finish().ok());
 }
 
+/// A rig whose points cannot be placed: the summary says why, and every return is counted once.
+nlohmann::json refused(const std::string& log, std::string& said, const std::string& ports = "") {
+  TemporaryFolder dir;
+  write_file(dir / "drive.gps", log);
+  write_file(dir / "rig.yaml", "rig: files\nsensors:\n  - {name: pos, driver: novatel, file: " + (dir / "drive.gps").string() +
+                                   "}\n  - name: laser\n    driver: velodyne\n    model: VLP-16\n    pcap: {file: " +
+                                   (data_dir() / "velodyne/vlp16_gps.pcap").string() + ports + "}\n    " + kMount + "\ncolouring: {method: lens}\n");
+  const Ran capture = run({"capture", dir / "rig.yaml", "--out", dir / "drive", "--quiet"});
+  EXPECT_EQ(capture.status, 5) << capture.said;
+  said = capture.said;
+  const auto summary = read_json(dir / "drive" / "summary.json");
+  EXPECT_EQ(not_placed(summary), summary.at("points").at("returns").get<std::uint64_t>());
+  return summary;
+}
+std::string text_of(const Bytes& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+
 TEST(FileRig, PlacesWhatTheLiveRigPlaces) {
   TemporaryFolder dir;
   const sim::Drive drive = drive_of_files();
@@ -200,6 +217,57 @@ TEST(FileRig, ReadsALongLogNoFartherThanTheCaptureNeeds) {
   const Ran capture = run({"capture", dir / "rig.yaml", "--out", dir / "drive", "--quiet"});
   EXPECT_EQ(capture.status, 0) << capture.said;
   EXPECT_EQ(read_json(dir / "drive" / "summary.json").at("points").at("total"), 73486) << capture.said;
+}
+
+/// The sender's log in ASCII: the same poses.
+std::string in_ascii(GpsTime begin, seconds length) {
+  std::string log = "\r\n<OK\r\n[COM1]";
+  for (int i = 0; i <= 100 * length.count(); ++i) {
+    const auto time = to_gps_week(begin + std::chrono::milliseconds(10 * i));
+    const std::string inside = fmt::format("INSPVASA,{0},{1:.3f};{0},{1:.9f},{2:.11f},-2.40000000000,0.0000,10.0000,0.0000,0.0000,0.0,0.0,0.0,INS_SOLUTION_GOOD",
+                                           time.week, to_seconds(time.time_of_week), 36.8 + 9e-7 * i);
+    log += fmt::format("%{}*{:08x}\r\n", inside, bitwise_crc(std::as_bytes(std::span(inside))));
+  }
+  return log;
+}
+
+TEST(FileRig, PlacesByAnAsciiLog) {
+  HUELINE_REQUIRE_DATA("velodyne/vlp16_gps.pcap");
+  TemporaryFolder dir;
+  write_file(dir / "drive.gps", in_ascii(*from_utc({2016, 1, 21, 8, 18, 0, 0}), seconds(5)));
+  write_file(dir / "rig.yaml", rig_of_gps_capture(dir / "drive.gps"));
+  const Ran capture = run({"capture", dir / "rig.yaml", "--out", dir / "drive", "--quiet"});
+  EXPECT_EQ(capture.status, 0) << capture.said;
+  EXPECT_EQ(read_json(dir / "drive" / "summary.json").at("points").at("total"), 73486) << capture.said;
+}
+
+TEST(FileRig, SaysWhyNothingIsPlaced) {
+  HUELINE_REQUIRE_DATA("velodyne/vlp16_gps.pcap");
+  const GpsTime begin = *from_utc({2016, 1, 21, 8, 18, 0, 0});
+  std::string said;
+  const auto reason = [](const nlohmann::json& summary) { return summary.at("points").at("not_placed").dump(); };
+
+  EXPECT_THAT(reason(refused("", said)), HasSubstr("the POS sent nothing"));
+  EXPECT_THAT(said, HasSubstr("pos        no packet came"));
+
+  const auto week = to_gps_week(begin);
+  Put position;
+  position.u32(0).u32(56).f64(36.8).f64(-2.4).f64(10).f32(50).u32(61).f32(1).f32(1).f32(1).text("AAAA").f32(0).f32(0).u32(0).u32(0);
+  const auto bestpos = long_message(42, static_cast<unsigned>(week.week), static_cast<std::uint32_t>(week.time_of_week.count() / 1'000'000), position.bytes);
+  EXPECT_THAT(reason(refused(text_of(bestpos), said)), HasSubstr("the POS sent no navigation solution"));
+  EXPECT_THAT(said, HasSubstr("the POS sent 1 BESTPOS"));
+
+  const auto aligning = refused(solutions(begin, seconds(5), 1), said);
+  EXPECT_THAT(reason(aligning), HasSubstr("the POS gave no good solution"));
+  EXPECT_NEAR(aligning.at("drive").at("not_good_s").at("aligning").get<double>(), 5.0, 0.02);
+  EXPECT_THAT(said, HasSubstr("501 POS solutions not used, 5.0 s; the receiver says: aligning"));
+
+  EXPECT_THAT(reason(refused(solutions(begin + std::chrono::hours(1), seconds(5)), said)), HasSubstr("older than the first good POS solution"));
+
+  // A wrong port: nothing is decoded, and the ports of the capture are said.
+  refused(solutions(begin, seconds(5)), said, ", ports: [2400]");
+  EXPECT_THAT(said, HasSubstr("laser      no packet came"));
+  EXPECT_THAT(said, HasSubstr("there are datagrams to the ports 2368 (293), 8308 (57)"));
 }
 
 }  // namespace

@@ -123,7 +123,7 @@ TEST(Outputs, TheCloudLeavesTheDisksLastSpaceToTheRecording) {
   EXPECT_EQ((*cloud).header().point_count, 100u);
   EXPECT_EQ(out.summary().points(), 300u);
   const std::string said = out.summary().text();
-  EXPECT_NE(said.find("200 returns not placed: left out to keep the disk's last space for the recording"), std::string::npos) << said;
+  EXPECT_NE(said.find("200 points not written: left out to keep the disk's last space for the recording"), std::string::npos) << said;
   EXPECT_NE(said.find("ends early"), std::string::npos) << said;
 }
 

@@ -43,5 +43,22 @@ TEST(Summary, CountsPointsLossesAndGaps) {
   EXPECT_THAT(summary.text(), ::testing::HasSubstr("Lost x10"));
 }
 
+TEST(Summary, SaysASensorWithoutPacketsAndHowLongTheReceiverSaidWhat) {
+  Summary summary({"hueline", "pos", "laser"});
+  for (int i = 0; i <= 100; ++i) {
+    InsSolution solution;
+    solution.time = gps_time_ns(1'400'000'000'000'000'000 + std::int64_t{100'000'000} * i);
+    solution.status = i < 40 ? 1 : 7;
+    summary.on_solution(solution);
+  }
+  summary.on_returns(10);
+  summary.on_unfused("no pose: x", 10);
+  const std::string text = summary.text();
+  EXPECT_THAT(text, ::testing::HasSubstr("laser      no packet came"));
+  EXPECT_THAT(text, ::testing::HasSubstr("40 POS solutions not used, 3.9 s; the receiver says: aligning"));
+  EXPECT_THAT(text, ::testing::HasSubstr("61 POS solutions not used, 6.1 s; the receiver says: alignment complete"));
+  EXPECT_EQ(summary.json()["points"]["returns"], 10);
+}
+
 }  // namespace
 }  // namespace hueline::apps

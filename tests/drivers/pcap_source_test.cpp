@@ -171,6 +171,30 @@ TEST(PcapSource, ARealCaptureOfVeloViewLosesNoPositionPacket) {
   EXPECT_TRUE(read.faults.empty());
 }
 
+TEST(PcapSource, ACaptureWithoutTheDeviceSaysWhatItHolds) {
+  PcapSource::Config config;
+  config.ports = {2400};
+  PcapWriter file;
+  file.frame(kTime, plain("data", 2368)).frame(kTime, plain("data", 2368)).frame(kTime, plain("position", 8308));
+  Read read = read_bytes(file.bytes(), config);
+  ASSERT_EQ(read.faults.size(), 1u);
+  EXPECT_EQ(read.faults[0].kind, FaultKind::WrongDevice);
+  EXPECT_EQ(read.faults[0].count, 3u);
+  EXPECT_THAT(read.faults[0].detail, HasSubstr("ports 2368 (2), 8308 (1), from 192.168.1.201 (3)"));
+
+  PcapWriter tcp;
+  tcp.frame(kTime, test::ethernet_frame(test::ipv4_packet(Bytes(20), 1, 0, false, 6)));
+  read = read_bytes(tcp.bytes());
+  ASSERT_EQ(read.faults.size(), 1u);
+  EXPECT_THAT(read.faults[0].detail, HasSubstr("1 frames are of TCP connections"));
+
+  PcapWriter wifi(105);
+  wifi.frame(kTime, plain("data", 2368));
+  read = read_bytes(wifi.bytes());
+  ASSERT_EQ(read.faults.size(), 2u);
+  EXPECT_THAT(read.faults[0].detail, HasSubstr("1 of a link type that is not read (105)"));
+}
+
 TEST(PcapSource, FramesCutOffByTheCaptureAreCountedNotDelivered) {
   PcapWriter file;
   file.frame(kTime, plain("shortened"), 45).frame(kTime, plain("whole"));

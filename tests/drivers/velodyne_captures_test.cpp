@@ -200,6 +200,23 @@ TEST(VelodyneCaptures, DualReturnPacketsFollowEachOtherAsTheTimingTableSays) {
   EXPECT_LT(largest_deg, 0.05);
 }
 
+/// As VeloView saves it: position packets with a wrong IP length, and the factory byte of an HDL-32E.
+TEST(VelodyneCaptures, AVlp16OfOldFirmwareIsDecodedWhole) {
+  HUELINE_REQUIRE_DATA("velodyne/vlp16_product_21.pcap");
+  const auto packets = test::capture_packets(data_file.string());
+  ASSERT_EQ(packets.size(), 100u);
+  VelodyneDecoder decoder(5, {});
+  std::vector<Measurement> out;
+  for (const Packet& packet : packets) decoder.decode(packet, out);
+  decoder.flush(out);
+  EXPECT_EQ(test::only<LaserBatch>(out).size(), 84u);
+  EXPECT_EQ(test::only<LaserStatus>(out).size(), 16u);
+  std::size_t returns = 0;
+  for (const LaserBatch& batch : test::only<LaserBatch>(out)) returns += batch.returns.size();
+  EXPECT_EQ(returns, 19579u);
+  EXPECT_TRUE(test::only<Fault>(out).empty());
+}
+
 TEST(VelodyneCaptures, AVlp16WithGpsIsLockedAndNamesItsSecond) {
   HUELINE_REQUIRE_DATA("velodyne/vlp16_gps.pcap");
   VelodyneDecoder decoder(5, {});

@@ -244,11 +244,55 @@ TEST(VelodyneFaults, BlocksWithoutTimeAreSaidOnceASecond) {
 
 TEST(VelodyneFaults, AnotherModelIsNamed) {
   VelodyneDecoder decoder(5, {});
-  const Decoded d = decode(decoder, velodyne_data(turning(0, 16), 0, 0x37, 0x21));
-  EXPECT_TRUE(d.batches.empty());
-  ASSERT_EQ(d.faults.size(), 1u);
-  EXPECT_EQ(d.faults[0].kind, FaultKind::WrongDevice);
-  EXPECT_EQ(decoder.counts().ignored_bytes, 1206u);
+  for (std::uint32_t i = 0; i < 30; ++i)
+    EXPECT_TRUE(decode(decoder, velodyne_data(turning(16 * i, 16), 553 * i, 0x37, 0x21), 553'000 * i).batches.empty()) << i;
+  std::vector<Fault> faults = at_the_end(decoder);
+  ASSERT_FALSE(faults.empty());
+  EXPECT_EQ(faults[0].kind, FaultKind::WrongDevice);
+  EXPECT_NE(faults[0].detail.find("timed as a HDL-32E's"), std::string::npos) << faults[0].detail;
+  EXPECT_EQ(decoder.counts().ignored_bytes, 30 * 1206u);
+}
+
+/// VLP-16s of old firmware bear the HDL-32E's byte; nothing of theirs is lost, the first packets included.
+TEST(VelodyneFaults, TheTimingOutranksTheFactoryByte) {
+  for (const bool is_dual : {false, true}) {
+    VelodyneDecoder decoder(5, {});
+    std::vector<Measurement> out;
+    for (std::uint32_t i = 0; i < 50; ++i) {
+      const std::uint32_t stamp = (is_dual ? 6636 : 13271) * i / 10;
+      decoder.decode(test::packet_of(velodyne_data(turning(40 * i, 40, is_dual), stamp, is_dual ? 0x39 : 0x37, 0x21), std::int64_t{1000} * stamp), out);
+    }
+    decoder.flush(out);
+    const auto batches = test::only<LaserBatch>(out);
+    ASSERT_EQ(batches.size(), 50u) << is_dual;
+    for (std::size_t i = 1; i < batches.size(); ++i) EXPECT_GT(batches[i].time, batches[i - 1].time);
+    EXPECT_TRUE(test::only<Fault>(out).empty());
+    EXPECT_EQ(decoder.counts().decoded_bytes, 50 * 1206u);
+  }
+}
+
+/// And a rig that believes the byte is told so.
+TEST(VelodyneFaults, ARigThatNamesTheByteOfAnotherTimingIsTold) {
+  VelodyneDecoder::Config config;
+  config.model = VelodyneModel::Hdl32e;
+  VelodyneDecoder decoder(5, config);
+  std::size_t batches = 0;
+  for (std::uint32_t i = 0; i < 100; ++i)
+    batches += decode(decoder, velodyne_data(turning(16 * i, 16), 1327 * i, 0x37, 0x21), std::int64_t{1'327'000} * i).batches.size();
+  EXPECT_LE(batches, 21u);
+  std::string said;
+  for (const Fault& fault : at_the_end(decoder)) said += fault.detail;
+  EXPECT_NE(said.find("timed as a VLP-16's"), std::string::npos) << said;
+}
+
+/// A Puck Hi-Res is timed as a VLP-16, but its lasers look elsewhere.
+TEST(VelodyneFaults, AModelOfTheSameTimingIsNotTakenForAnother) {
+  VelodyneDecoder decoder(5, {});
+  for (std::uint32_t i = 0; i < 30; ++i)
+    EXPECT_TRUE(decode(decoder, velodyne_data(turning(40 * i, 40), 1327 * i, 0x37, 0x24), std::int64_t{1'327'000} * i).batches.empty());
+  const auto faults = at_the_end(decoder);
+  ASSERT_FALSE(faults.empty());
+  EXPECT_NE(faults[0].detail.find("Puck Hi-Res"), std::string::npos);
 }
 
 }  // namespace

@@ -1,0 +1,58 @@
+#include "drivers/velodyne/velodyne_timing.hpp"
+
+#include <fmt/format.h>
+
+namespace hueline::drivers {
+namespace {
+
+constexpr std::size_t kStampAt = 1200, kModeAt = 1204;
+constexpr std::byte kDual{0x39};
+constexpr int kMostVotes = 1'000'000;
+
+}  // namespace
+
+std::string velodyne_product_name(std::uint8_t product) {
+  switch (product) {
+    case 0x21: return "HDL-32E";
+    case 0x22: return "VLP-16";
+    case 0x23: return "Puck LITE";
+    case 0x24: return "Puck Hi-Res";
+    case 0x28: return "VLP-32C";
+    case 0x31: return "Velarray";
+    case 0xA1: return "VLS-128";
+    default: return fmt::format("0x{:02X}", product);
+  }
+}
+
+bool is_told_by_timing(std::uint8_t product) {
+  constexpr std::uint8_t kPuckLite = 0x23;  // a VLP-16 of less weight
+  return product == velodyne_table(VelodyneModel::Vlp16).product_id || product == velodyne_table(VelodyneModel::Hdl32e).product_id ||
+         product == kPuckLite || velodyne_product_name(product).starts_with("0x");
+}
+
+void VelodyneTiming::add(std::span<const std::byte> bytes) {
+  if (bytes.size() != kVelodyneDataBytes) return;
+  std::uint32_t stamp_us = 0;
+  for (std::size_t i = 0; i < 4; ++i) stamp_us |= static_cast<std::uint32_t>(bytes[kStampAt + i]) << (8 * i);
+  const std::chrono::nanoseconds stamp = std::chrono::microseconds(stamp_us);
+  if (last_) {
+    const auto step = stamp - *last_;
+    for (const VelodyneModel model : {VelodyneModel::Vlp16, VelodyneModel::Hdl32e}) {
+      const auto duration = velodyne_table(model).block_period() * (bytes[kModeAt] == kDual ? kVelodyneBlocks / 2 : kVelodyneBlocks);
+      int& votes = votes_[static_cast<std::size_t>(model)];
+      // Stamps are whole microseconds.
+      if (std::chrono::abs(step - duration) <= duration / 100 && votes < kMostVotes) ++votes;
+    }
+  }
+  last_ = stamp;
+}
+
+std::optional<VelodyneModel> VelodyneTiming::model(int least) const {
+  for (const VelodyneModel model : {VelodyneModel::Vlp16, VelodyneModel::Hdl32e}) {
+    const auto m = static_cast<std::size_t>(model);
+    if (votes_[m] >= least && votes_[1 - m] * 10 <= votes_[m]) return model;
+  }
+  return {};
+}
+
+}  // namespace hueline::drivers
