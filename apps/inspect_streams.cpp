@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <optional>
@@ -195,9 +196,9 @@ std::string why_undecoded(std::uint64_t datagrams, const std::set<std::uint8_t>&
   return fmt::format("a Velodyne of product {}; known: {}: it is counted, not decoded", named, known);
 }
 
-/// The model of a Velodyne by its first packets' timing, where the factory byte leaves it open.
-std::optional<drivers::VelodyneModel> timed_model(const std::string& path) {
-  drivers::PcapSource source(1, {.path = path, .ports = {}, .source_address = {}});
+/// The model of the Velodyne at this address by its first packets' timing, where the factory byte leaves it open.
+std::optional<drivers::VelodyneModel> timed_model(const std::string& path, const std::string& address) {
+  drivers::PcapSource source(1, {.path = path, .ports = {}, .source_address = address});
   if (!source.open().ok()) return {};
   drivers::VelodyneTiming timing;
   for (int packets = 0; packets < 10'000; ++packets) {
@@ -212,18 +213,59 @@ std::optional<drivers::VelodyneModel> timed_model(const std::string& path) {
   return {};
 }
 
+/// A device that is heard in a capture, by its address.
+struct HeardDevice {
+  std::string name;  // empty: not known
+  Stream stream;
+  std::set<std::uint8_t> unknown_products;  // of datagrams that have a Velodyne's size
+
+  /// A Velodyne's datagrams are told by their size; the model by the data packets' factory byte, the last of them, or by their timing. A
+  /// profile scanner's begin with their magic; the first of them says which scanner it is.
+  void take(const Packet& packet, const std::string& path, const drivers::IpAddress& address) {
+    const std::size_t size = packet.bytes.size();
+    const bool is_profile = drivers::is_profile_datagram(packet.bytes.bytes());
+    if (is_profile && !stream.decoder) {
+      if (const auto header = drivers::decode_profile_header(packet.bytes.bytes()); header.ok()) {
+        name = "profile scanner " + std::to_string(header->scanner);
+        stream.decoder = std::make_unique<drivers::ProfileScannerDecoder>(SensorId{1}, drivers::ProfileScannerDecoder::Config{});
+      }
+    }
+    if (size == drivers::kVelodyneDataBytes && !stream.decoder) take_first_data(packet, path, address);
+    if (!stream.decoder) return;
+    const bool is_velodyne = !is_profile && (size == drivers::kVelodyneDataBytes || size == drivers::kVelodynePositionBytes);
+    if (name.starts_with("velodyne") ? is_velodyne : is_profile) stream.take(packet);
+  }
+
+ private:
+  void take_first_data(const Packet& packet, const std::string& path, const drivers::IpAddress& address) {
+    const auto product = static_cast<std::uint8_t>(packet.bytes.bytes().back());
+    if (unknown_products.contains(product)) return;
+    const auto timed = timed_model(path, drivers::to_text(address));
+    for (const auto candidate : {drivers::VelodyneModel::Vlp16, drivers::VelodyneModel::Hdl32e}) {
+      const bool has_its_byte = drivers::velodyne_table(candidate).product_id == product;
+      if (timed ? candidate != *timed : !has_its_byte) continue;
+      name = std::string("velodyne ") + drivers::velodyne_table(candidate).name;
+      if (!has_its_byte) name += ", by its timing (factory byte of " + drivers::velodyne_product_name(product) + ")";
+      drivers::VelodyneDecoder::Config config;
+      config.model = candidate;
+      stream.decoder = std::make_unique<drivers::VelodyneDecoder>(SensorId{1}, config);
+    }
+    if (!stream.decoder) unknown_products.insert(product);
+  }
+};
+
+/// A capture of a vehicle has a handful; one of a whole network is not for us.
+constexpr std::size_t kMostSenders = 64;
+
 }  // namespace
 
 Inspection inspect_capture_file(const std::string& path) {
   Inspection out;
   drivers::PcapSource source(1, {.path = path, .ports = {}, .source_address = {}});
   if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
-  // A Velodyne's datagrams are told by their size; the model by the data packets' factory byte, the last of them. A profile scanner's
-  // begin with their magic; the first of them says which scanner it is.
   std::map<std::size_t, std::uint64_t> sizes;
-  Stream stream;
-  std::string device;
-  std::set<std::uint8_t> unknown_products;  // of datagrams that have a Velodyne's size
+  std::map<drivers::IpAddress, HeardDevice> senders;
+  Tally untaken;  // faults of the file itself
   std::uint64_t packets = 0;
   HostTime first{}, last{};
   for (;;) {
@@ -234,37 +276,18 @@ Inspection inspect_capture_file(const std::string& path) {
       continue;
     }
     if (packet->kind == PacketKind::Fault) {
-      if (auto fault = decode_fault(1, packet->received, packet->bytes.bytes()); fault.ok()) stream.tally.take({Measurement(*fault)});
+      const auto fault = decode_fault(1, packet->received, packet->bytes.bytes());
+      if (!fault.ok()) continue;
+      untaken.take({Measurement(*fault)});
+      // Several devices are listed below. Frames that could not be delivered are a file that was read in part or not at all.
+      if ((fault->kind == FaultKind::Malformed || packets == 0) && out.trouble.ok()) out.trouble = Error{ErrorCode::Malformed, fault->detail};
       continue;
     }
     if (!packets++) first = packet->received;
     last = packet->received;
-    const std::size_t size = packet->bytes.size();
-    ++sizes[size];
-    const bool is_profile = drivers::is_profile_datagram(packet->bytes.bytes());
-    if (is_profile && !stream.decoder) {
-      if (const auto header = drivers::decode_profile_header(packet->bytes.bytes()); header.ok()) {
-        device = "profile scanner " + std::to_string(header->scanner);
-        stream.decoder = std::make_unique<drivers::ProfileScannerDecoder>(SensorId{1}, drivers::ProfileScannerDecoder::Config{});
-      }
-    }
-    if (size == drivers::kVelodyneDataBytes && !stream.decoder) {
-      const auto product = static_cast<std::uint8_t>(packet->bytes.bytes()[size - 1]);
-      const auto timed = timed_model(path);
-      for (const auto candidate : {drivers::VelodyneModel::Vlp16, drivers::VelodyneModel::Hdl32e}) {
-        const bool has_its_byte = drivers::velodyne_table(candidate).product_id == product;
-        if (timed ? candidate != *timed : !has_its_byte) continue;
-        device = std::string("velodyne ") + drivers::velodyne_table(candidate).name;
-        if (!has_its_byte) device += ", by its timing (factory byte of " + drivers::velodyne_product_name(product) + ")";
-        drivers::VelodyneDecoder::Config config;
-        config.model = candidate;
-        stream.decoder = std::make_unique<drivers::VelodyneDecoder>(SensorId{1}, config);
-      }
-      if (!stream.decoder) unknown_products.insert(product);
-    }
-    if (!stream.decoder) continue;
-    const bool is_velodyne = !is_profile && (size == drivers::kVelodyneDataBytes || size == drivers::kVelodynePositionBytes);
-    if (device.starts_with("velodyne") ? is_velodyne : is_profile) stream.take(*packet);
+    ++sizes[packet->bytes.size()];
+    const drivers::IpAddress address = source.sender();
+    if (senders.contains(address) || senders.size() < kMostSenders) senders[address].take(*packet, path, address);
   }
   out.found = std::make_unique<Json>();
   Json& json = *out.found;
@@ -272,17 +295,22 @@ Inspection inspect_capture_file(const std::string& path) {
   json["datagrams"] = packets;
   json["duration_s"] = to_seconds(last - first);
   for (const auto& [size, count] : sizes) json["datagrams_by_size"][std::to_string(size)] = count;
-  if (stream.decoder) {
-    stream.finish();
-    json["device"] = device;
-    json["decoded"] = stream.tally.json(stream.decoder->counts());
-  } else {
-    if (!stream.tally.faults.empty()) {
-      json["faults"] = stream.tally.faults;
-      json["last_fault"] = stream.tally.last_fault;
-    }
-    if (out.trouble.ok()) out.trouble = Error{ErrorCode::Unsupported, path + ": " + why_undecoded(packets, unknown_products)};
+  const auto known = std::count_if(senders.begin(), senders.end(), [](const auto& sender) { return sender.second.stream.decoder != nullptr; });
+  std::set<std::uint8_t> unknown_products;
+  for (auto& [address, device] : senders) {
+    unknown_products.merge(device.unknown_products);
+    if (!device.stream.decoder) continue;
+    device.stream.finish();
+    Json& one = known == 1 ? json : json["devices"].emplace_back();
+    one["device"] = device.name;
+    one["source_address"] = drivers::to_text(address);
+    one["decoded"] = device.stream.tally.json(device.stream.decoder->counts());
   }
+  if (!untaken.faults.empty()) {
+    json["faults"] = untaken.faults;
+    json["last_fault"] = untaken.last_fault;
+  }
+  if (known == 0 && out.trouble.ok()) out.trouble = Error{ErrorCode::Unsupported, path + ": " + why_undecoded(packets, unknown_products)};
   return out;
 }
 

@@ -1,21 +1,16 @@
 #include "drivers/transport/pcap_source.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 namespace hueline::drivers {
 namespace {
 
 constexpr std::size_t kMostOthers = 16;
 
-std::string to_text(const IpAddress& address) {
-  const bool is_v4 = address[10] == 0xFF && address[11] == 0xFF && std::all_of(address.begin(), address.begin() + 10, [](std::uint8_t b) { return b == 0; });
-  std::array<char, INET6_ADDRSTRLEN> text{};
-  return ::inet_ntop(is_v4 ? AF_INET : AF_INET6, address.data() + (is_v4 ? 12 : 0), text.data(), text.size()) ? text.data() : "?";
-}
+/// A device that is silent for so long may have got another address.
+constexpr nanoseconds kReplacedAfter = std::chrono::seconds(3);
 
 }  // namespace
 
@@ -35,11 +30,13 @@ Status PcapSource::open() {
   file_.emplace(std::move(file).value());
   extractor_ = {};
   ended_.reset();
+  first_sender_.reset();
+  mixed_ = FaultLimiter(FaultKind::WrongDevice, sensor_);
+  waiting_.clear();
   last_ = {};
   filtered_ = delivered_ = 0;
   other_ports_.clear();
   other_sources_.clear();
-  last_words_.clear();
   return {};
 }
 
@@ -49,19 +46,46 @@ bool PcapSource::is_wanted(const UdpDatagram& datagram) const {
          std::find(config_.ports.begin(), config_.ports.end(), datagram.destination_port) != config_.ports.end();
 }
 
-Result<Packet> PcapSource::next(std::stop_token stop) {
-  const Error over{ErrorCode::EndOfData, config_.path + ": end of capture"};
-  if (!last_words_.empty()) {
-    Packet packet = std::move(last_words_.front());
-    last_words_.pop_front();
-    return packet;
+/// Two scanners send to the same port unless somebody sets them otherwise: taken for one, they make one wrong cloud.
+void PcapSource::watch_sender(const UdpDatagram& datagram) {
+  sender_ = datagram.source;
+  if (!first_sender_ || last_ - first_heard_ > kReplacedAfter) first_sender_ = sender_;
+  if (source_ || sender_ == *first_sender_) {
+    first_heard_ = last_;
+    if (const auto fault = mixed_.flush(last_)) tell(*fault);
+    return;
   }
-  if (ended_) return std::exchange(*ended_, over);
-  if (!file_) return Error{ErrorCode::Disconnected, "capture " + config_.path + " is not open"};
+  const auto detail = [&] {
+    return fmt::format("{}: datagrams of {} and of {} are taken for one device's: name its source_address, or its ports", config_.path,
+                       to_text(*first_sender_), to_text(sender_));
+  };
+  if (const auto fault = mixed_.add(last_, 1, detail)) tell(*fault);
+}
+
+void PcapSource::tell(const Fault& fault) {
+  Packet packet;
+  packet.sensor = sensor_;
+  packet.kind = PacketKind::Fault;
+  packet.received = fault.time;
+  packet.bytes = Buffer::copy_of(encode_fault(fault));
+  waiting_.push_back(std::move(packet));
+}
+
+Result<Packet> PcapSource::next(std::stop_token stop) {
   for (;;) {
+    if (!waiting_.empty()) {
+      Packet packet = std::move(waiting_.front());
+      waiting_.pop_front();
+      return packet;
+    }
+    if (ended_) return std::exchange(*ended_, Error{ErrorCode::EndOfData, config_.path + ": end of capture"});
+    if (!file_) return Error{ErrorCode::Disconnected, "capture " + config_.path + " is not open"};
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stop was asked for"};
     Result<CaptureFrame> frame = file_->next();
-    if (!frame) return finish(frame.error());
+    if (!frame) {
+      finish(frame.error());
+      continue;
+    }
     const HostTime time(frame->time);
     if (count_ns(time) != 0) last_ = time;  // pcapng's simple blocks have no time: that of the frame before
     const std::optional<UdpDatagram> datagram = extractor_.extract(*frame);
@@ -72,28 +96,31 @@ Result<Packet> PcapSource::next(std::stop_token stop) {
       if (other_sources_.size() < kMostOthers) ++other_sources_[datagram->source];
       continue;
     }
+    watch_sender(*datagram);
     Packet packet;
     packet.sensor = sensor_;
     packet.received = last_;
     packet.bytes = Buffer::copy_of(datagram->payload);
     ++delivered_;
-    return packet;
+    if (waiting_.empty()) return packet;
+    waiting_.push_back(std::move(packet));
   }
 }
 
 /// What could not be delivered is said once, before the end.
-Result<Packet> PcapSource::finish(Error why) {
+void PcapSource::finish(Error why) {
+  ended_ = std::move(why);
+  if (const auto fault = mixed_.drain()) tell(*fault);
   extractor_.finish();
   const ExtractCounts& c = extractor_.counts();
   if (const std::uint64_t lost = c.cut_off + c.malformed + c.fragments_dropped + c.unknown_link; lost > 0)
-    say(FaultKind::Malformed, lost,
-        fmt::format("{}: frames not delivered: {} cut off by the capture, {} with broken headers, {} fragments of datagrams that are not whole, {} of "
-                    "a link type that is not read{}",
-                    config_.path, c.cut_off, c.malformed, c.fragments_dropped, c.unknown_link,
-                    c.unknown_link > 0 ? fmt::format(" ({})", c.unknown_link_type) : std::string()));
-  if (delivered_ == 0) say(FaultKind::WrongDevice, std::max<std::uint64_t>(1, filtered_ + c.not_udp), config_.path + ": " + others());
-  ended_ = std::move(why);
-  return next({});
+    tell({sensor_, FaultKind::Malformed, last_, lost,
+          fmt::format("{}: frames not delivered: {} cut off by the capture, {} with broken headers, {} fragments of datagrams that are not whole, {} of "
+                      "a link type that is not read{}",
+                      config_.path, c.cut_off, c.malformed, c.fragments_dropped, c.unknown_link,
+                      c.unknown_link > 0 ? fmt::format(" ({})", c.unknown_link_type) : std::string())});
+  if (delivered_ == 0)
+    tell({sensor_, FaultKind::WrongDevice, last_, std::max<std::uint64_t>(1, filtered_ + c.not_udp), config_.path + ": " + others()});
 }
 
 /// What a capture without a datagram of the device holds.
@@ -108,15 +135,6 @@ std::string PcapSource::others() const {
   if (c.tcp > 0) return fmt::format("no UDP datagram; {} frames are of TCP connections, which are not read", c.tcp);
   if (c.not_udp > 0) return fmt::format("no UDP datagram; {} frames are of other protocols", c.not_udp);
   return "no UDP datagram";
-}
-
-void PcapSource::say(FaultKind kind, std::uint64_t count, std::string detail) {
-  Packet packet;
-  packet.sensor = sensor_;
-  packet.kind = PacketKind::Fault;
-  packet.received = last_;
-  packet.bytes = Buffer::copy_of(encode_fault({sensor_, kind, last_, count, std::move(detail)}));
-  last_words_.push_back(std::move(packet));
 }
 
 }  // namespace hueline::drivers

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/packet.hpp"
+#include "drivers/fault_limiter.hpp"
 #include "drivers/transport/capture_file.hpp"
 #include "drivers/transport/udp_extractor.hpp"
 
@@ -18,7 +19,8 @@ namespace hueline::drivers {
 ///
 /// Everything whole is delivered; then Truncated or Malformed with the offset, once, then EndOfData. Before that a Fault Malformed
 /// counts frames that were cut off, broken or fragments that never became whole, and a Fault WrongDevice says what the capture holds
-/// instead, if it holds no datagram of the device. Thread-bound.
+/// instead, if it holds no datagram of the device. Without a `source_address` datagrams of several devices are delivered as they
+/// come, and a Fault WrongDevice counts those that are not the first one's. Thread-bound.
 class PcapSource final : public PacketSource {
  public:
   struct Config {
@@ -30,20 +32,26 @@ class PcapSource final : public PacketSource {
     std::string validate() const;
   };
 
-  PcapSource(SensorId sensor, Config config) : sensor_(sensor), config_(std::move(config)) {}
+  PcapSource(SensorId sensor, Config config)
+      : sensor_(sensor), config_(std::move(config)), mixed_(FaultKind::WrongDevice, sensor) {}
 
   /// Begins at the file's first frame again.
   Status open() override;
   Result<Packet> next(std::stop_token stop) override;
   void close() override { file_.reset(); }
 
+  /// Who sent the datagram that next() gave last.
+  const IpAddress& sender() const { return sender_; }
   const ExtractCounts& counts() const { return extractor_.counts(); }
   /// Datagrams to other ports or from other devices: passed over.
   std::uint64_t filtered() const { return filtered_; }
 
  private:
   bool is_wanted(const UdpDatagram& datagram) const;
-  Result<Packet> finish(Error why);
+  void watch_sender(const UdpDatagram& datagram);
+  void tell(const Fault& fault);
+  void finish(Error why);
+  std::string others() const;
 
   SensorId sensor_;
   Config config_;
@@ -51,14 +59,15 @@ class PcapSource final : public PacketSource {
   std::optional<CaptureFile> file_;
   UdpExtractor extractor_;
   std::optional<Error> ended_;
+  std::optional<IpAddress> first_sender_;
+  IpAddress sender_{};
+  HostTime first_heard_{};  // when the first sender spoke last
+  FaultLimiter mixed_;
+  std::deque<Packet> waiting_;  // faults, and the datagram behind them
   HostTime last_{};
-  void say(FaultKind kind, std::uint64_t count, std::string detail);
-  std::string others() const;
-
   std::uint64_t filtered_ = 0, delivered_ = 0;
   std::map<std::uint16_t, std::uint64_t> other_ports_;  // of what was passed over, bounded
   std::map<IpAddress, std::uint64_t> other_sources_;
-  std::deque<Packet> last_words_;
 };
 
 }  // namespace hueline::drivers

@@ -78,6 +78,15 @@ std::optional<IpAddress> parse_ip_address(const std::string& text) {
   return {};
 }
 
+std::string to_text(const IpAddress& address) {
+  constexpr std::array<std::byte, 4> none{};
+  const IpAddress any_v4 = mapped(none.data());
+  const bool is_v4 = std::equal(address.begin(), address.begin() + 12, any_v4.begin());
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  ::inet_ntop(is_v4 ? AF_INET : AF_INET6, is_v4 ? &address[12] : &address[0], text.data(), text.size());
+  return text.data();
+}
+
 std::optional<UdpDatagram> UdpExtractor::extract(const CaptureFrame& frame) {
   const Layer3 layer = network_layer(frame);
   const bool is_cut = frame.length > frame.bytes.size();

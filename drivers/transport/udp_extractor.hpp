@@ -18,6 +18,8 @@ namespace hueline::drivers {
 using IpAddress = std::array<std::uint8_t, 16>;
 /// Empty if the text is neither.
 std::optional<IpAddress> parse_ip_address(const std::string& text);
+/// As people write it: 192.168.1.201, or fd00::c9.
+std::string to_text(const IpAddress& address);
 
 struct UdpDatagram {
   IpAddress source{}, destination{};

@@ -16,6 +16,9 @@
 namespace hueline::drivers {
 namespace {
 
+/// A device that is silent for so long may have got another address.
+constexpr nanoseconds kReplacedAfter = std::chrono::seconds(3);
+
 constexpr int kWait_ms = 100;
 
 std::optional<in_addr_t> parse_address(const std::string& text) {
@@ -67,7 +70,11 @@ std::string UdpSource::Config::validate() const {
 }
 
 UdpSource::UdpSource(SensorId sensor, Config config, BufferPool pool)
-    : sensor_(sensor), config_(std::move(config)), pool_(std::move(pool)), foreign_(FaultKind::WrongDevice, sensor) {}
+    : sensor_(sensor),
+      config_(std::move(config)),
+      pool_(std::move(pool)),
+      foreign_(FaultKind::WrongDevice, sensor),
+      mixed_(FaultKind::WrongDevice, sensor) {}
 
 UdpSource::~UdpSource() { close(); }
 
@@ -81,6 +88,7 @@ Status UdpSource::open() {
   close();
   if (const std::string wrong = config_.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
   source_ = config_.source_address.empty() ? INADDR_ANY : *parse_address(config_.source_address);
+  first_sender_.reset();
   datagrams_.resize(static_cast<std::size_t>(config_.batch));
   for (const std::uint16_t port : config_.ports)
     if (Status opened = open_socket(port); !opened) {
@@ -242,6 +250,18 @@ void UdpSource::deliver(Socket& socket, Datagram& d, const ClockOffset& offset) 
     return;
   }
   if (auto fault = foreign_.flush(received)) push_fault(received, fault->kind, fault->count, fault->detail);
+  // Two scanners send to the same port unless somebody sets them otherwise: taken for one, they make one wrong cloud.
+  if (!first_sender_ || received - first_heard_ > kReplacedAfter) first_sender_ = d.from.sin_addr.s_addr;
+  if (d.from.sin_addr.s_addr != *first_sender_) {
+    const auto detail = [&] {
+      return fmt::format("datagrams of {} and of {} are taken for one device's: name its source_address", to_text(*first_sender_),
+                         to_text(d.from.sin_addr.s_addr));
+    };
+    if (auto fault = mixed_.add(received, 1, detail)) push_fault(received, fault->kind, fault->count, fault->detail);
+  } else {
+    first_heard_ = received;
+    if (auto fault = mixed_.flush(received)) push_fault(received, fault->kind, fault->count, fault->detail);
+  }
   if (!d.buffer)
     return push_fault(received, FaultKind::Overflow, 1,
                       fmt::format("a datagram of {} bytes came while the pool of {} bytes was full", d.length,

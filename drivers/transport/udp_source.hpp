@@ -28,7 +28,7 @@ class UdpSource final : public PacketSource {
   struct Config {
     std::vector<std::uint16_t> ports{2368, 8308};
     std::string bind_address = "0.0.0.0";  ///< the interface's own address, or 0.0.0.0 for all
-    std::string source_address;            ///< only from this device; empty: from anybody
+    std::string source_address;            ///< only from this device; empty: from anybody, and a second one is told
     std::string multicast_group;           ///< joined if not empty
     std::string multicast_interface;       ///< address of the interface to join on; empty: the kernel's choice
     /// Asked of the kernel for each port: 4 MiB hold 2 s of a VLP-16. More than net.core.rmem_max needs CAP_NET_ADMIN; what
@@ -74,7 +74,9 @@ class UdpSource final : public PacketSource {
   std::vector<Socket> sockets_;
   std::vector<Datagram> datagrams_;  ///< one a slot of the batch; buffers that were not used stay for the next read
   std::deque<Packet> pending_;
-  FaultLimiter foreign_;
+  FaultLimiter foreign_, mixed_;
+  std::optional<std::uint32_t> first_sender_;  // network byte order
+  HostTime first_heard_{};                     // when it spoke last
   in_addr_t source_ = INADDR_ANY;
 };
 

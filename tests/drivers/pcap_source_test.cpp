@@ -154,11 +154,12 @@ TEST(PcapSource, AWrongIpLengthIsNoReasonWhereUdpsOwnFits) {
     Bytes v4 = test::ipv4_packet(test::udp_segment("position", 8308)), v6 = test::ipv6_packet(test::udp_segment("position", 8308));
     v4[2] = v6[4] = static_cast<std::byte>(length >> 8);
     v4[3] = v6[5] = static_cast<std::byte>(length & 0xFF);
-    PcapWriter file;
-    file.frame(kTime, test::ethernet_frame(v4)).frame(kTime, test::ethernet_frame(v6, 0x86DD));
-    const Read read = read_bytes(file.bytes());
-    EXPECT_THAT(read.payloads, ElementsAre("position", "position")) << length;
-    EXPECT_TRUE(read.faults.empty()) << length;
+    for (const Bytes& frame : {test::ethernet_frame(v4), test::ethernet_frame(v6, 0x86DD)}) {
+      PcapWriter file;
+      const Read read = read_bytes(file.frame(kTime, frame).bytes());
+      EXPECT_THAT(read.payloads, ElementsAre("position")) << length;
+      EXPECT_TRUE(read.faults.empty()) << length;
+    }
   }
 }
 
@@ -193,6 +194,38 @@ TEST(PcapSource, ACaptureWithoutTheDeviceSaysWhatItHolds) {
   read = read_bytes(wifi.bytes());
   ASSERT_EQ(read.faults.size(), 2u);
   EXPECT_THAT(read.faults[0].detail, HasSubstr("1 of a link type that is not read (105)"));
+}
+
+/// Two scanners of one kind on one port, both delivered, since nothing says which one is meant: it must be told.
+TEST(PcapSource, ASecondDeviceIsTold) {
+  const auto from = [](std::uint8_t last_number, const std::string& payload) {
+    Bytes frame = plain(payload, 2368);
+    frame[29] = static_cast<std::byte>(last_number);  // of the IPv4 source
+    return frame;
+  };
+  PcapWriter file;
+  for (int i = 0; i < 5; ++i) file.frame(kTime + i, from(201, "a")).frame(kTime + i, from(202, "b"));
+  const Read mixed = read_bytes(file.bytes());
+  EXPECT_EQ(mixed.payloads.size(), 10u);
+  std::uint64_t count = 0;
+  for (const Fault& fault : mixed.faults) {
+    EXPECT_EQ(fault.kind, FaultKind::WrongDevice);
+    EXPECT_NE(fault.detail.find("192.168.1.201 and of 192.168.1.202"), std::string::npos) << fault.detail;
+    count += fault.count;
+  }
+  EXPECT_EQ(count, 5u);
+  PcapSource::Config config;
+  config.source_address = "192.168.1.202";
+  const Read one = read_bytes(file.bytes(), config);
+  EXPECT_EQ(one.payloads.size(), 5u);
+  EXPECT_TRUE(one.faults.empty());
+
+  PcapWriter replaced;  // unplugged, and back with another address
+  for (const int i : {0, 1, 2}) replaced.frame(kTime + i * 1'000'000'000ll, from(201, "a"));
+  for (const int i : {6, 7, 8}) replaced.frame(kTime + i * 1'000'000'000ll, from(202, "a"));
+  EXPECT_TRUE(read_bytes(replaced.bytes()).faults.empty());
+  EXPECT_EQ(to_text(*parse_ip_address("192.168.1.201")), "192.168.1.201");
+  EXPECT_EQ(to_text(*parse_ip_address("fd00::c9")), "fd00::c9");
 }
 
 TEST(PcapSource, FramesCutOffByTheCaptureAreCountedNotDelivered) {

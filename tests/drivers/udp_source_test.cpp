@@ -187,6 +187,23 @@ TEST(UdpSource, AnotherDeviceIsNotDeliveredButCounted) {
   EXPECT_EQ(received.count(FaultKind::WrongDevice) + later.count(FaultKind::WrongDevice), 30u);
 }
 
+/// Without a source_address both are delivered, and it is told.
+TEST(UdpSource, ASecondDeviceIsTold) {
+  UdpSource source(kSensor, loopback(), BufferPool(1 << 20));
+  ASSERT_TRUE(source.open().ok());
+  const Sender first("127.0.0.3"), second("127.0.0.9");
+  const std::uint16_t port = source.bound_ports()[0];
+  first.send(port, "a");
+  EXPECT_TRUE(drain(source).faults.empty());
+  second.send(port, "b");
+  second.send(port, "b");
+  const Received received = drain(source);
+  EXPECT_EQ(received.wire.size(), 2u);
+  ASSERT_EQ(received.faults.size(), 1u);
+  EXPECT_EQ(received.faults[0].kind, FaultKind::WrongDevice);
+  EXPECT_NE(received.faults[0].detail.find("127.0.0.3 and of 127.0.0.9"), std::string::npos) << received.faults[0].detail;
+}
+
 TEST(UdpSource, ADatagramTooLongIsFlaggedBeforeItsStump) {
   UdpSource::Config config = loopback();
   config.max_datagram_bytes = 100;
