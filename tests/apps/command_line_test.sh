@@ -17,7 +17,7 @@ told 2 "hueline capture: unknown option --thread; did you mean --threads\?" capt
 told 2 "hueline calibrate: unknown command lense; did you mean lens\?" calibrate lense
 told 2 "hueline measure: unknown option --pick; did you mean --picks\?" measure --pick=a.csv
 told 2 "hueline score: unknown option -q" score -q
-told 2 "hueline: give a command: calibrate, capture, .*replay" </dev/null
+told 2 "hueline: give a command: capture, replay, .*calibrate"
 told 2 "hueline rig: give a command: show" rig
 told 2 "hueline replay: RECORDING is required" replay --out d
 told 2 "hueline capture --help says what may be given" capture
@@ -57,14 +57,14 @@ told 2 "qick: no such file is here, and none of the sheets .*did you mean quick\
 told 0 "rig" inspect "$source/config/rigs/street.yaml"
 told 0 "score sheet" inspect "$source/config/sheets/quick.yaml"
 told 0 "duration_s" inspect "$source/config/scenarios/street.yaml"
-told 0 "" rig show street --out street.svg
+ends 0 "$hueline" rig show street --out street.svg
 head -c 20000 /dev/zero >nothing.gps
 
 # Recordings by their drive's folder, and files that are none.
 rig 'file: nothing.gps' >file.yaml
 ends 5 "$hueline" capture file.yaml --out drive --quiet
 told 0 "hueline recording" inspect drive
-told 5 "" replay drive --out again
+ends 5 "$hueline" replay drive --out again
 told 2 "sensors are not those of the recording" replay drive --out d --rig street
 printf 'exposure,u_px,v_px\n1,10,10\n' >picks.csv
 told 2 "the rig has no camera head" measure drive --picks picks.csv
