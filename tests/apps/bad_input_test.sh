@@ -35,6 +35,23 @@ ends 3 "$hueline" capture broken.yaml --out broken --quiet
 says "broken.pcap: record claims 4294967295 bytes at byte $((24 + 1264 * 100))"
 [ "$(packets broken/drive.mcap laser)" = 100 ] || fail "a broken capture was not read up to its break, once"
 
+# Two scanners of one kind in one capture are two devices; a rig that takes them for one is told so.
+frames=$((1264 * 40))
+{ head -c $((24 + frames)) "$scans"; head -c $((24 + frames)) "$scans" | tail -c $frames; } >twins.pcap
+for i in $(seq 40 79); do put twins.pcap $((24 + 1264 * i + 16 + 29)) '\x07'; done  # the last number of the sender's address
+ends 0 "$hueline" inspect twins.pcap
+[ "$(grep -c "^ *device  *velodyne VLP-16" said.txt)" = 2 ] || fail "two scanners were not told apart"
+[ "$(grep -c "data dual  *40$" said.txt)" = 2 ] || fail "not every scanner has its packets"
+laser_rig twins.pcap >twins.yaml
+ends 5 "$hueline" capture twins.yaml --out twins --quiet
+says "WrongDevice x40"
+
+# Frames of which the capture kept only the beginning.
+{ head -c 24 "$scans"; head -c $((24 + 16 + 96)) "$scans" | tail -c $((16 + 96)); } >short.pcap
+put short.pcap $((24 + 8)) '\x60\x00\x00\x00'
+ends 3 "$hueline" inspect short.pcap
+says "1 cut off by the capture"
+
 laser_rig absent.pcap >absent.yaml
 ends 3 "$hueline" capture absent.yaml --out absent --quiet
 says "error laser: open absent.pcap: No such file"
