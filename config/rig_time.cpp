@@ -74,6 +74,7 @@ void add_wheel(Section& sensor, SensorId id, sync::Synchroniser::Config& sync) {
 
 void read_time(Section section, sync::Synchroniser::Config& sync) {
   sync.hold = std::chrono::seconds(section.integer("hold_s", {1, 600}, sync.hold.count()));
+  sync.hold_bytes = static_cast<std::size_t>(section.integer("hold_mb", {1, 1'000'000}, static_cast<std::int64_t>(sync.hold_bytes / 1'000'000))) * 1'000'000;
   sync.hold_images = static_cast<std::size_t>(section.integer("hold_images", {1, 1000}, static_cast<std::int64_t>(sync.hold_images)));
   sync.clock.label.agreeing = static_cast<int>(section.integer("agreeing_labels", {1, 1000}, sync.clock.label.agreeing));
   if (section.has("not_before_year")) {

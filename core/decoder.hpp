@@ -16,7 +16,15 @@ struct DecodeCounts {
   std::uint64_t ignored_bytes = 0;   ///< well-formed messages that we do not use
   std::uint64_t malformed_bytes = 0; ///< skipped while looking for the next message, or failing their check
   std::uint64_t malformed_messages = 0;
-  std::map<std::string, std::uint64_t> messages;  ///< by the maker's name for them, ignored ones included
+  std::map<std::string, std::uint64_t> messages;  ///< by the maker's name for them, ignored ones included; change it by of()
+
+  /// The count of a name. No device has more than kMostNames kinds of messages: what comes under further ones, noise that passes for
+  /// whole or an attack, is counted together, under "others".
+  std::uint64_t& of(const std::string& name) {
+    if (const auto known = messages.find(name); known != messages.end()) return known->second;
+    return messages[messages.size() < kMostNames ? name : "others"];
+  }
+  static constexpr std::size_t kMostNames = 1000;
 };
 
 /// Bytes in, values out: no socket, no clock, no thread. May keep state between packets (a message split over two packets, the

@@ -99,6 +99,7 @@ void Colouring::add(StampedLaserBatch batch) {
     note(batch.sensor, FaultKind::Late, 1, "laser batch older than max_lateness; recorded, not fused");
     return;
   }
+  if (batch.returns.empty()) return;  // nothing to colour, and nothing that would count against max_pending_returns
   counts_.pending_returns += batch.returns.size();
   pending_.push_back(std::move(batch));
 }

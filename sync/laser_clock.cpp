@@ -84,13 +84,15 @@ void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vect
     // What was held before came late, or was a passing error: emit() tells which.
     for (Seen& held : pending_) emit(std::move(held), out);
     pending_.clear();
+    pending_returns_ = 0;
     emit(std::move(seen), out);
     return;
   }
   ++counts_.held;
+  pending_returns_ += seen.batch.returns.size();
   pending_.push_back(std::move(seen));
   if (pending_.back().batch.received - pending_.front().batch.received >= config_.confirm ||
-      pending_.size() >= config_.pending_limit)
+      pending_.size() >= config_.pending_limit || pending_returns_ >= config_.pending_returns)
     judge(out);
 }
 
@@ -141,6 +143,7 @@ void LaserClock::judge(std::vector<StampedLaserBatch>& out) {
   }
   for (Seen& held : pending_) emit(std::move(held), out);
   pending_.clear();
+  pending_returns_ = 0;
 }
 
 void LaserClock::emit(Seen&& seen, std::vector<StampedLaserBatch>& out) {

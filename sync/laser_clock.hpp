@@ -37,6 +37,7 @@ class LaserClock {
     std::chrono::seconds status_timeout{5};        ///< without a position packet PPS counts as lost; [1, 600]
     nanoseconds confirm{std::chrono::seconds(1)};  ///< of disagreement before the stamp is judged; [100 ms, 10 s]
     std::size_t pending_limit = 8192;              ///< batches held meanwhile; [16, 1e6]
+    std::size_t pending_returns = 4'000'000;       ///< of them, 32 bytes each; [1e4, 1e9]
     ArrivalLine::Config arrivals{};
     std::string validate() const;
   };
@@ -85,6 +86,7 @@ class LaserClock {
   std::optional<HostTime> fits_since_;  // while untrusted
   bool host_doubtful_ = false;  // by the newest batch
   std::deque<Seen> pending_;
+  std::size_t pending_returns_ = 0;
   std::optional<std::int64_t> last_counter_;
   std::int64_t hours_ns_ = 0;
   std::optional<GpsTime> last_disciplined_, last_time_;

@@ -16,6 +16,12 @@ HostTime received_of(const InsUncertainty&) { return HostTime{}; }
 HostTime received_of(const Fault& m) { return m.time; }
 
 constexpr seconds kFarBehind{60};  // of files that are read in the order of their times
+/// What holding it costs. By the number of its returns, not by what their vector happens to have reserved: a replay decides alike.
+template <class Item>
+std::size_t bytes_of(const Item& item) {
+  if (const auto* batch = std::get_if<LaserBatch>(&item)) return sizeof(Item) + batch->returns.size() * sizeof(LaserReturn);
+  return sizeof(Item);
+}
 
 bool listed(const std::vector<SensorId>& list, SensorId sensor) {
   return list.empty() || std::find(list.begin(), list.end(), sensor) != list.end();
@@ -42,6 +48,7 @@ std::string Synchroniser::Config::validate() const {
   if (std::adjacent_find(ids.begin(), ids.end()) != ids.end()) return "lasers, cameras and wheels must have different sensors";
   if (hold < seconds(1) || hold > seconds(600)) return "hold must be 1 to 600 s";
   if (hold_items < 100 || hold_items > 10'000'000) return "hold_items must be 100 to 10000000";
+  if (hold_bytes < 1'000'000 || hold_bytes > 1'000'000'000'000) return "hold_bytes must be 1e6 to 1e12";
   if (hold_images < 1 || hold_images > 1000) return "hold_images must be 1 to 1000";
   if (pos_latency_max < std::chrono::milliseconds(10) || pos_latency_max > seconds(60))
     return "pos_latency_max must be 10 ms to 60 s";
@@ -213,16 +220,25 @@ void Synchroniser::hold(Held item) {
   // Everything goes through here, so that what was held earlier is stamped earlier; settle() empties it at once when it
   // can.
   held_images_ += std::holds_alternative<Image>(item) ? 1 : 0;
+  held_bytes_ += bytes_of(item);
+  if (auto* batch = std::get_if<LaserBatch>(&item)) batch->returns.shrink_to_fit();
   held_.push_back(std::move(item));
 }
 
-void Synchroniser::drop_oldest(FaultKind kind, const char* why) {
-  std::visit([&](const auto& item) { faults_.add(item.sensor, kind, "held", newest_, why); }, held_.front());
-  held_images_ -= std::holds_alternative<Image>(held_.front()) ? 1 : 0;
-  ++counts_.never_stamped;
-  if (const auto* batch = std::get_if<LaserBatch>(&held_.front()); batch && !batch->returns.empty())
-    counts_.untimed[fmt::format("no time: {}", clock_.why_not())] += batch->returns.size();
+Synchroniser::Held Synchroniser::release_oldest() {
+  Held item = std::move(held_.front());
   held_.pop_front();
+  held_images_ -= std::holds_alternative<Image>(item) ? 1 : 0;
+  held_bytes_ -= bytes_of(item);
+  return item;
+}
+
+void Synchroniser::drop_oldest(FaultKind kind, const char* why) {
+  const Held item = release_oldest();
+  std::visit([&](const auto& one) { faults_.add(one.sensor, kind, why, newest_, why); }, item);
+  ++counts_.never_stamped;
+  if (const auto* batch = std::get_if<LaserBatch>(&item); batch && !batch->returns.empty())
+    counts_.untimed[fmt::format("no time: {}", clock_.why_not())] += batch->returns.size();
 }
 
 void Synchroniser::stamp(Held&& item, SyncOutput& out) {
@@ -271,10 +287,7 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
   }
   if (can_stamp) {
     while (!held_.empty()) {
-      Held item = std::move(held_.front());
-      held_images_ -= std::holds_alternative<Image>(item) ? 1 : 0;
-      held_.pop_front();
-      stamp(std::move(item), out);
+      stamp(release_oldest(), out);
     }
     if (const auto now = clock_.stamp(newest_)) {
       stream_time_ = stream_time_ ? std::max(*stream_time_, now->time) : now->time;
@@ -296,9 +309,12 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
     const auto too_old = [&] {
       return std::visit([&](const auto& item) { return newest_ - item.received > config_.hold; }, held_.front());
     };
-    while (!held_.empty() && (held_.size() > config_.hold_items || held_images_ > config_.hold_images || too_old()))
+    while (!held_.empty() && too_old())
       drop_oldest(FaultKind::NoTime,
                   "the clock has not locked for as long as measurements can be held: recorded, but without a time");
+    while (held_.size() > config_.hold_items || held_images_ > config_.hold_images || held_bytes_ > config_.hold_bytes)
+      drop_oldest(FaultKind::NoTime,
+                  "the clock has not locked, and more came than can be held (hold_mb, hold_images): recorded, but without a time");
   }
   for (LaserClock& l : lasers_) l.drain(out.faults);
   for (ExposureMatcher& c : cameras_) c.drain(out.faults);

@@ -68,6 +68,8 @@ class Synchroniser {
     std::vector<WheelOdometer::Config> wheels;     ///< one for each wheel encoder
     std::chrono::seconds hold{30};                 ///< of stream time, held while nothing can be stamped; [1, 600]
     std::size_t hold_items = 100'000;              ///< batches, marks and status together; [100, 1e7]
+    /// Memory of them, images' pixels left out (those lie in the recorder's pool): 16 M returns; [1e6, 1e12]
+    std::size_t hold_bytes = 512'000'000;
     std::size_t hold_images = 16;                  ///< they pin their buffers; [1, 1000]
     nanoseconds pos_latency_max{std::chrono::seconds(2)};  ///< a solution later or ...
     nanoseconds pos_early{std::chrono::milliseconds(50)};  ///< ... earlier than this is labelled wrongly
@@ -122,6 +124,7 @@ class Synchroniser {
 
   void arrived(SensorId sensor, HostTime received, GpsTime time);
   void hold(Held item);
+  Held release_oldest();
   void drop_oldest(FaultKind kind, const char* why);
   void stamp(Held&& item, SyncOutput& out);
   LaserClock* laser(SensorId sensor);
@@ -145,7 +148,7 @@ class Synchroniser {
   FaultLog faults_;
   Counts counts_;
   std::deque<Held> held_;
-  std::size_t held_images_ = 0;
+  std::size_t held_images_ = 0, held_bytes_ = 0;
   std::vector<InsUncertainty> uncertainties_;  // newest of each sensor
   SolutionWatch solutions_;
   SyncState known_state_ = SyncState::Unlocked;

@@ -216,9 +216,13 @@ void NovatelDecoder::on_skipped(std::uint64_t bytes, std::uint64_t messages, std
 
 void NovatelDecoder::count(const NovatelHeader& header, const NovatelMessageInfo* info) {
   const std::uint32_t key = header.is_response ? 0xFFFFFFFFu : (std::uint32_t{header.antenna} << 16 | header.id);
-  auto [entry, is_new] = counters_.try_emplace(key, nullptr);
-  if (is_new) entry->second = &counts_.messages[message_name(header, info)];
-  ++*entry->second;
+  if (const auto known = counters_.find(key); known != counters_.end()) {
+    ++*known->second;
+    return;
+  }
+  std::uint64_t& messages = counts_.of(message_name(header, info));
+  if (counters_.size() < DecodeCounts::kMostNames) counters_[key] = &messages;
+  ++messages;
 }
 
 void NovatelDecoder::fault(FaultKind kind, HostTime time, std::uint64_t number, std::string detail) {

@@ -144,16 +144,17 @@ bool UdpExtractor::join(const FragmentKey& key, std::size_t offset, bool is_last
   Partial& partial = partials_[key];
   if (partial.pieces.empty()) partial.age = ++age_;
   if (is_last) partial.total = offset + piece.size();
-  if (!partial.pieces.emplace(offset, std::vector<std::byte>(piece.begin(), piece.end())).second)
+  const auto next = partial.pieces.lower_bound(offset);
+  const bool overlaps = (next != partial.pieces.end() && next->first < offset + piece.size()) ||
+                        (next != partial.pieces.begin() && std::prev(next)->first + std::prev(next)->second.size() > offset);
+  if (overlaps) {
     ++counts_.fragments_dropped;  // sent twice
-
-  bool is_whole = partial.total != 0;
-  std::size_t end = 0;
-  for (const auto& [at, bytes] : partial.pieces) {
-    is_whole = is_whole && at == end;  // neither gap nor overlap
-    end = at + bytes.size();
+  } else {
+    partial.pieces.emplace_hint(next, offset, std::vector<std::byte>(piece.begin(), piece.end()));
+    partial.bytes += piece.size();
   }
-  if (is_whole && end == partial.total) {
+  const auto last = partial.pieces.rbegin();
+  if (partial.total != 0 && partial.bytes == partial.total && last->first + last->second.size() == partial.total) {
     joined_.clear();
     for (const auto& [at, bytes] : partial.pieces) joined_.insert(joined_.end(), bytes.begin(), bytes.end());
     partials_.erase(key);

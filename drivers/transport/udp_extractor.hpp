@@ -53,9 +53,10 @@ class UdpExtractor {
   const ExtractCounts& counts() const { return counts_; }
 
  private:
-  /// Fragments of one IPv4 datagram, by offset.
+  /// Fragments of one IPv4 datagram, by offset. None overlaps another, so they are no more than a datagram has.
   struct Partial {
     std::map<std::size_t, std::vector<std::byte>> pieces;
+    std::size_t bytes = 0;  ///< in all of them
     std::size_t total = 0;  ///< 0 until the last fragment came
     std::uint64_t age = 0;
   };

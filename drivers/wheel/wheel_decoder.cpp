@@ -75,7 +75,7 @@ void WheelDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   }
   std::uint64_t* header = &counts_.ignored_bytes;
   for (const CanFrame& frame : parsed.frames) {
-    ++counts_.messages[frame.is_error ? "error" : name(frame)];
+    ++counts_.of(frame.is_error ? "error" : name(frame));
     switch (take(frame, received, out)) {
       case Use::Decoded:
         counts_.decoded_bytes += frame.packet_bytes;

@@ -196,6 +196,18 @@ RC_GTEST_PROP(NovatelFramer, AnyBytesAreAccountedForWhereverTheyAreCut, (const s
   RC_ASSERT(all_of<InsSolution>(whole.measurements).size() == 2u);
 }
 
+TEST(NovatelDecoder, NamesOfMessagesAreBounded) {
+  Bytes stream;
+  for (unsigned id = 3000; id < 6000; ++id) {
+    const Bytes message = test::long_message(id, 2300, 0, Bytes(4));
+    stream.insert(stream.end(), message.begin(), message.end());
+  }
+  const Outcome out = decode_whole(stream);
+  EXPECT_EQ(out.counts.messages.size(), DecodeCounts::kMostNames + 1);
+  EXPECT_EQ(out.counts.messages.at("others"), 3000 - DecodeCounts::kMostNames);
+  EXPECT_EQ(out.counts.ignored_bytes, stream.size());
+}
+
 /// Headers every ten bytes, each of which claims the next 32 kB, then an intact message: only the last byte of a claim refutes it.
 Bytes nested_lengths(std::size_t size) {
   const Bytes header = test::long_message(4000, 2300, 0, Bytes(32000));

@@ -131,6 +131,20 @@ TEST(PcapSource, JoinsFragmentsInAnyOrder) {
   EXPECT_EQ(lost.faults[0].count, 2u);
 }
 
+TEST(PcapSource, FragmentsThatOverlapAreNotKept) {
+  const Bytes segment = test::udp_segment(std::string(3000, 'f'), 2368);
+  const std::span<const std::byte> whole(segment);
+  PcapWriter file;
+  file.frame(kTime, test::ethernet_frame(test::ipv4_packet(whole.first(1480), 9, 0, true)));
+  for (std::uint16_t offset = 8; offset < 1480; offset += 8)
+    file.frame(kTime, test::ethernet_frame(test::ipv4_packet(whole.first(1480), 9, offset, true)));
+  file.frame(kTime, test::ethernet_frame(test::ipv4_packet(whole.subspan(1480), 9, 1480, false)));
+  const Read read = read_bytes(file.bytes());
+  EXPECT_THAT(read.payloads, ElementsAre(std::string(3000, 'f')));
+  ASSERT_EQ(read.faults.size(), 1u);
+  EXPECT_EQ(read.faults[0].count, 184u);
+}
+
 TEST(PcapSource, FiltersByPortAndDeviceAndPassesOverWhatIsNotUdp) {
   PcapWriter file;
   file.frame(kTime, plain("data", 2368)).frame(kTime, plain("position", 8308)).frame(kTime, plain("other", 53));

@@ -88,6 +88,33 @@ TEST(Synchroniser, GivenAClockThatNeverLocksThenEveryMeasurementIsNamedOnce) {
   EXPECT_FALSE(outcome.sync.stream_time());
 }
 
+TEST(Synchroniser, GivenAFloodWithoutAClockThenWhatIsHeldIsBoundedAndTheRestIsNamed) {
+  Synchroniser::Config c = rig_config();
+  c.hold_bytes = 1'000'000;
+  Synchroniser sync(c);
+  SyncOutput out;
+  constexpr std::size_t kBatches = 1000, kReturns = 384;
+  for (std::size_t i = 0; i < kBatches; ++i) {
+    LaserBatch batch;
+    batch.sensor = kLaser;
+    batch.received = host_time_ns(1'000'000'000 + static_cast<std::int64_t>(i) * 1000);
+    batch.returns.reserve(2 * kReturns);
+    batch.returns.resize(kReturns);
+    sync.process(std::move(batch), out);
+  }
+  const std::uint64_t held = kBatches - sync.counts().never_stamped;
+  EXPECT_LE(held * kReturns * sizeof(LaserReturn), c.hold_bytes);
+  EXPECT_GE(held * kReturns * sizeof(LaserReturn), c.hold_bytes * 9 / 10) << "and the room is used";
+  sync.flush(out);
+  std::uint64_t untimed = 0;
+  for (const auto& [reason, returns] : sync.counts().untimed) untimed += returns;
+  EXPECT_EQ(untimed, kBatches * kReturns);
+  std::uint64_t told = 0;
+  for (const Fault& fault : out.faults) told += fault.kind == FaultKind::NoTime ? fault.count : 0;
+  EXPECT_EQ(told, kBatches);
+  EXPECT_LE(out.faults.size(), 4u);
+}
+
 TEST(Synchroniser, GivenPpsLostForAMinuteThenStampsStayTrueAndTheStateIsTold) {
   Drive drive(some_begin(), seconds(240));
   const GpsTime gone = drive.begin + seconds(120), back = gone + seconds(60);
