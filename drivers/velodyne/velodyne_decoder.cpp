@@ -79,7 +79,7 @@ void VelodyneDecoder::flush(std::vector<Measurement>& out) {
 void VelodyneDecoder::reset() {
   previous_.reset();
   timing_ = {};
-  held_.clear();
+  for (const Packet& packet : std::exchange(held_, {})) counts_.ignored_bytes += packet.bytes.size();
   is_other_byte_ours_.reset();
   silent_part_.reset();
   gaps_ = GapTrial();

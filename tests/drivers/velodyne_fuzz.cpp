@@ -37,6 +37,7 @@ void run(VelodyneModel model, std::span<const std::byte> input) {
   // As if the bytes were many packets: the state between packets meets any two neighbours.
   for (const std::size_t size : {kVelodyneDataBytes, kVelodynePositionBytes})
     for (std::size_t at = 0; at + size <= input.size() && at < 8 * size; at += size) feed(input.subspan(at, size));
+  decoder.flush(out);  // what is held until the timing has spoken is in the counts from here on
   for (const Measurement& m : out)
     if (const auto* batch = std::get_if<LaserBatch>(&m)) {
       require(batch->time.time_since_epoch() < std::chrono::hours(1));
