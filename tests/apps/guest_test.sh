@@ -20,7 +20,8 @@ $hueline simulate "$scenario" --out sim --write-rig rig.yaml $ports >/dev/null
 guest_of() { pgrep -P "$1" -x hueline-guest || true; }
 # wait_for WHAT COMMAND...: until the command gives something, at most a minute
 wait_for() { local what=$1; shift; for _ in $(seq 600); do [ -z "$("$@")" ] || return 0; sleep 0.1; done; fail "in vain: $what"; }
-another_guest() { local now; now=$(guest_of "$1"); [ "$now" = "$2" ] || echo "$now"; }
+# What stands so often in the recording, which is flushed once a second while it is made.
+told() { [ "$(grep -aoF "$1" drive/drive.mcap | wc -l)" -lt "$2" ] || echo yes; }
 same_when_replayed() {
   $hueline replay "$1/drive.mcap" --out "$1-again" >/dev/null
   cmp "$1/cloud.las" "$1-again/cloud.las" && cmp "$1/view.mcap" "$1-again/view.mcap" || fail "a replay of $1 gives other bytes"
@@ -32,11 +33,13 @@ $hueline capture rig.yaml --out drive --until-silent --seconds 60 --quiet >said.
 capture=$!
 wait_for "the camera's guest" guest_of $capture
 sleep 2  # the drive is under way
+comebacks=0
 for signal in KILL STOP; do
   guest=$(guest_of $capture)
   [ -n "$guest" ] || fail "no guest to send $signal to"
   kill -$signal $guest
-  wait_for "a guest after $signal" another_guest $capture $guest
+  # Not before it has its camera again: what breaks while it is still being opened is the same trouble, told once.
+  wait_for "the camera after $signal" told "open again" $((comebacks += 1))
 done
 wait $capture || fail "the capture with broken guests gave $?"
 says 'Disconnected.*x2|Disconnected x[2-9]'
