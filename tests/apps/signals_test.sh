@@ -3,6 +3,8 @@
 # that do not: the capture ends as docs/operating.md says, its recording is whole, and a replay gives what the live run gave.
 # usage: signals_test.sh HUELINE SOURCE_DIR [ROUNDS [SEED]]
 set -euo pipefail
+# Whoever runs this may be deaf to some of them (nohup, a shell's background), and that is inherited.
+if [ -z "${HEARS_SIGNALS-}" ]; then HEARS_SIGNALS=1 exec env --default-signal=HUP,INT,TERM "$0" "$@"; fi
 # A network of its own, where that is allowed: other tests use the same ports.
 if [ -z "${OWN_NETWORK-}" ] && unshare -rn ip link set lo up 2>/dev/null; then OWN_NETWORK=1 exec unshare -rn "$0" "$@"; fi
 [ -z "${OWN_NETWORK-}" ] || ip link set lo up
