@@ -26,8 +26,12 @@ void LogLosses::take(const NovatelMessage& message, const NovatelMessageInfo* in
     if (const auto gap = log.cycle.take(time, message.received)) {
       const std::uint64_t broken = came_broken(log, gap->missing);
       log.cycle.excuse(broken);
-      if (broken == 0 && was_held_back(log, *gap)) held_back_ = gap;
+      if (broken == 0 && was_held_back(log, *gap))
+        held_back_ = gap;
+      else
+        log.since_loss = 0;
     }
+    log.since_loss = std::min(log.since_loss + 1, kWhole);
     log.newest = place_;
     settle(log);
   }
@@ -53,9 +57,10 @@ std::uint64_t LogLosses::came_broken(const Log& log, std::uint64_t missing) {
   return broken;
 }
 
-/// Many in a row, while other messages came in both halves of the gap: no line loses so choosily.
+/// Many in a row, while other messages came in both halves of the gap: no line that was whole before loses so choosily. One that loses half
+/// of everything does, by chance.
 bool LogLosses::was_held_back(const Log& log, const LogCycle::Gap& gap) const {
-  if (gap.missing < kManyInARow || !is_of_filter(*log.info)) return false;
+  if (gap.missing < kManyInARow || !is_of_filter(*log.info) || log.since_loss < kWhole) return false;
   const GpsTime middle = gap.before + (gap.after - gap.before) / 2;
   bool early = false, late = false;
   for (const Seen& seen : seen_) {

@@ -19,7 +19,7 @@ namespace hueline::drivers {
 ///
 /// Not lost is what came broken: bytes passed over between two logs account for as many of the missing ones as they may have been.
 /// Nor what the receiver did not give out: the inertial filter's logs, when many of them are missing in a row while others came all
-/// along. Marks are told by the images that miss them. Thread-bound.
+/// along, and the line lost none of them lately. Marks are told by the images that miss them. Thread-bound.
 class LogLosses {
  public:
   /// A message whose check sum held, in stream order. `info`: of its id, null if it has no name.
@@ -34,12 +34,14 @@ class LogLosses {
   std::optional<Fault> told(SensorId sensor, HostTime now, bool is_end = false);
 
  private:
+  static constexpr std::uint64_t kWhole = 32;  ///< logs without a loss: the line is whole
   struct Log {
     const NovatelMessageInfo* info = nullptr;
     std::uint8_t antenna = 0;
     LogCycle cycle;
     std::uint64_t newest = 0;  ///< its place in the stream
     std::size_t wire_bytes = 0;
+    std::uint64_t since_loss = kWhole;  ///< logs since the line lost one, as far as it matters
   };
   struct Damage {
     std::uint64_t place = 0, bytes = 0, messages = 0;  ///< not accounted for by a missing log
