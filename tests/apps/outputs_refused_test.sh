@@ -69,10 +69,12 @@ printf '    T_body_scanner: {position_m: [0, 0, 1], rotation_deg: [0, 0, 0]}\nco
 "$hueline" capture live.yaml --out live --quiet >capture.txt 2>&1 &
 capturing=$!
 for i in $(seq 300); do [ ! -s live/drive.mcap ] || break; kill -0 $capturing 2>/dev/null || { cat capture.txt; fail "the capture did not start"; }; sleep 0.1; done
+cp live/drive.mcap begun.mcap  # it grows: what it began with must stay
 for other in "replay drive --out live" "capture rig.yaml --out live --quiet" "calibrate targets-example --out live --points 10000"; do
-  refused "$busy" live/drive.mcap -- "$hueline" $other
+  refused "$busy" rig.yaml -- "$hueline" $other
 done
-refused "$busy" live/drive.mcap -- "$hueline" rig show rig.yaml --out live/rig.svg
+refused "$busy" rig.yaml -- "$hueline" rig show rig.yaml --out live/rig.svg
+cmp -n "$(stat -c %s begun.mcap)" begun.mcap live/drive.mcap || fail "the running capture's recording was written over"
 kill -0 $capturing || fail "the capture ended"
 kill -9 $capturing; wait $capturing 2>/dev/null || true
 capturing=

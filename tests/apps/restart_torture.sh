@@ -20,14 +20,17 @@ cp whole.yaml rig.yaml
 $hueline capture rig.yaml --out drive --quiet >said.txt 2>&1 & capture=$!
 for ((i = 0; i < busy; ++i)); do (while :; do :; done) & done
 goes_on() { kill -0 $capture 2>/dev/null || { wait $capture && status=0 || status=$?; fail "the capture ended by itself ($status) $*"; }; }
+# The capture asks again with back-off: a device that it had not found again yet cannot be missed by it.
+found() { ss -Hxn | grep -q "ESTAB.* $work/pps.sock " && ss -Htn state established 'sport = :43201' | grep -q .; }
 recorded() { stat -c %s drive/drive.mcap 2>/dev/null || echo 0; }
 for ((i = 1; i <= restarts; ++i)); do
   before=$(recorded)
   $hueline simulate scenario.yaml --out sim --play --wait 60 $ports >devices.txt 2>&1 & devices=$!
   # Not before something of theirs is recorded, so that each restart is one; however busy the computer is.
-  for ((tenths = 0; $(recorded) <= before + 20000; ++tenths)); do
+  for ((tenths = 0; ; ++tenths)); do
+    if [ "$(recorded)" -gt $((before + 20000)) ] && found; then break; fi
     goes_on "before restart $i"
-    kill -0 $devices 2>/dev/null || break
+    kill -0 $devices 2>/dev/null || fail "the devices ended before the capture had found all of them at start $i"
     [ $tenths -lt 900 ] || fail "nothing came of the devices at start $i"
     sleep 0.1
   done

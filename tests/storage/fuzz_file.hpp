@@ -5,9 +5,33 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 
 namespace hueline::test {
+
+/// A file for writers, removed with it. Not in memory: its path there is a link, through which nothing is written.
+class WrittenFile {
+ public:
+  WrittenFile() {
+    const int fd = ::mkstemp(path_.data());
+    if (fd < 0) std::abort();
+    ::close(fd);
+  }
+  WrittenFile(const WrittenFile&) = delete;
+  WrittenFile& operator=(const WrittenFile&) = delete;
+  ~WrittenFile() { ::unlink(path_.c_str()); }
+
+  std::filesystem::path path() const { return path_; }
+  std::string contents() const {
+    std::ifstream in(path_, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+ private:
+  std::string path_ = (std::filesystem::temp_directory_path() / "hueline-fuzz-XXXXXX").string();
+};
 
 /// A file in memory with a path, for readers that open files.
 class MemoryFile {
@@ -25,11 +49,6 @@ class MemoryFile {
   ~MemoryFile() { ::close(fd_); }
 
   std::filesystem::path path() const { return "/proc/self/fd/" + std::to_string(fd_); }
-  std::string contents() const {
-    std::string bytes(std::filesystem::file_size(path()), '\0');
-    if (::pread(fd_, bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) std::abort();
-    return bytes;
-  }
 
  private:
   int fd_;

@@ -13,7 +13,7 @@ using namespace hueline;
 using namespace hueline::storage;
 
 std::string small_cloud() {
-  const test::MemoryFile file({});
+  const test::WrittenFile file;
   auto writer = LasWriter::create(file.path(), test::sample_origin(), {});
   if (!writer || !writer->append(test::sample_cloud(20)) || !writer->close()) std::abort();
   return file.contents();

@@ -45,7 +45,7 @@ void mend_chunk_crcs(std::string& file) {
 }
 
 std::string small_recording(Compression compression) {
-  const test::MemoryFile file({});
+  const test::WrittenFile file;
   JournalWriter::Config config;
   config.compression = compression;
   config.chunk_bytes = 8192;
