@@ -48,11 +48,17 @@ status=0; wait $capture || status=$?
 
 # told SENSOR KIND: the number of its faults
 told() { awk -v sensor="$1" -v kind="$2" '/^[^ ]/{is_it = $1 == sensor} is_it && $1 == kind {sub("x", "", $2); sub(":", "", $2); n += $2} END{print n + 0}' said.txt; }
-for sensor in pps pos $([ "$cameras" != cameras ] || echo camera); do
+for sensor in pps pos; do
   gone=$(told $sensor Disconnected) back=$(told $sensor Reconnected)
   [ "$gone" -ge "$restarts" ] || fail "$sensor went at $restarts restarts, $gone are told"
   [ "$back" -ge "$restarts" ] || fail "$sensor came back at $restarts restarts, $back are told"
 done
+# A camera that vanishes is missed after seconds only, and may not have been found again before the next restart: what was found went again.
+if [ "$cameras" = cameras ]; then
+  gone=$(told camera Disconnected) back=$(told camera Reconnected)
+  [ "$gone" -ge "$back" ] || fail "the camera came back $back times, and went $gone times"
+  [ $((back * 2)) -ge "$restarts" ] || fail "the camera came back at $back of $restarts restarts"
+fi
 $hueline inspect drive/drive.mcap >inspected.txt 2>&1 || { cat inspected.txt; fail "the recording is not whole"; }
 $hueline replay drive/drive.mcap --out again >/dev/null 2>replayed.txt || [ $? = $status ] || { cat replayed.txt; fail "the replay ended otherwise than the capture"; }
 cmp drive/cloud.las again/cloud.las || fail "the replay's points are not the live run's"
