@@ -8,7 +8,7 @@
 #include "apps/drive_source.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/pipeline.hpp"
+#include "runtime/pipeline.hpp"
 #include "apps/progress_bar.hpp"
 #include "apps/simulated_rig.hpp"
 #include "calibration/boresight/boresight_report.hpp"
@@ -48,7 +48,7 @@ BoresightDrive gather(DriveSource& source, const config::Rig& rig, const Options
   DriveReturns returns(rig, wanted);
   config::Rig uncoloured = rig;
   uncoloured.geometry.lasers.clear();  // only times and poses are wanted: no point is coloured
-  Pipeline pipeline(uncoloured, 1, returns);
+  runtime::Pipeline pipeline(uncoloured, 1, returns);
   fed = source.feed(bar, [&](const Packet& packet) {
     pipeline.process(packet);
     return true;

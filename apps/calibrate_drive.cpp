@@ -12,7 +12,7 @@
 #include "apps/drive_source.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/pipeline.hpp"
+#include "runtime/pipeline.hpp"
 #include "apps/progress_bar.hpp"
 #include "apps/simulated_rig.hpp"
 #include "calibration/mount/mount_report.hpp"
@@ -92,7 +92,7 @@ int calibrate_drive(const DriveFiles& files) {
   {
     config::Rig uncoloured = source->rig;
     uncoloured.geometry.lasers.clear();  // only times and poses are wanted: no point is coloured
-    Pipeline pipeline(uncoloured, 1, gathered);
+    runtime::Pipeline pipeline(uncoloured, 1, gathered);
     fed = source->feed(bar, [&](const Packet& packet) {
       pipeline.process(packet);
       return true;

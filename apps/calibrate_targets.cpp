@@ -9,7 +9,7 @@
 #include "apps/calibrate.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/version.hpp"
+#include "runtime/version.hpp"
 #include "calibration/targets/targets_report.hpp"
 #include "config/section.hpp"
 #include "core/input_file.hpp"
@@ -89,7 +89,7 @@ int calibrate_targets(const Options& options) {
   const TargetsConfig config = config_of(options);
   TargetsRunNotes notes;
   notes.date = options.date.empty() ? today() : options.date;
-  notes.program = fmt::format("hueline {} ({})", kVersion, kGitRevision);
+  notes.program = fmt::format("hueline {} ({})", runtime::kVersion, runtime::kGitRevision);
   const UtcTime date = utc_of(notes.date);
   const auto targets_text = read_input(options.targets, kMostTable, "a table"), stations_text = read_input(options.stations, kMostTable, "a table");
   for (const auto* text : {&targets_text, &stations_text})

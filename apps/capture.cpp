@@ -8,14 +8,14 @@
 #include <memory>
 
 #include "apps/commands.hpp"
-#include "apps/devices.hpp"
+#include "runtime/devices.hpp"
 #include "apps/exit_code.hpp"
-#include "apps/file_merge.hpp"
-#include "apps/live_run.hpp"
+#include "runtime/file_merge.hpp"
+#include "runtime/live_run.hpp"
 #include "apps/log.hpp"
-#include "apps/outputs.hpp"
-#include "apps/pipeline.hpp"
-#include "apps/recording.hpp"
+#include "runtime/outputs.hpp"
+#include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
 #include "apps/signals.hpp"
 #include "core/standard_streams.hpp"
 #include "drivers/transport/host_clock.hpp"
@@ -33,20 +33,20 @@ struct Options {
   bool quiet = false;
 };
 
-std::vector<LiveRun::Source> make_sources(const config::Rig& rig, const BufferPool& pool) {
-  std::vector<LiveRun::Source> sources;
+std::vector<runtime::LiveRun::Source> make_sources(const config::Rig& rig, const BufferPool& pool) {
+  std::vector<runtime::LiveRun::Source> sources;
   for (const auto& sensor : rig.sensors) {
-    Reader::Config reader;
+    runtime::Reader::Config reader;
     reader.silent_after = std::chrono::milliseconds(static_cast<std::int64_t>(sensor.silent_after_s * 1000));
     reader.is_recording = sensor.arrivals() != config::Arrivals::Live;
-    sources.push_back({sensor.id, sensor.name, make_source(sensor, pool), reader, sensor.is_sheddable()});
+    sources.push_back({sensor.id, sensor.name, runtime::make_source(sensor, pool), reader, sensor.is_sheddable()});
   }
   if (!rig.sync.self_timed) return sources;
-  std::vector<FileMerge::Input> files;
+  std::vector<runtime::FileMerge::Input> files;
   for (std::size_t i = 0; i < sources.size(); ++i)
-    files.push_back({std::move(sources[i].source), make_decoder(rig.sensors[i]), rig.sensors[i].arrivals() == config::Arrivals::Recorded});
-  const auto merge = std::make_shared<FileMerge>(std::move(files), FileMerge::Config{.agreeing_labels = rig.sync.clock.label.agreeing});
-  auto merged = FileMerge::sources(merge);
+    files.push_back({std::move(sources[i].source), runtime::make_decoder(rig.sensors[i]), rig.sensors[i].arrivals() == config::Arrivals::Recorded});
+  const auto merge = std::make_shared<runtime::FileMerge>(std::move(files), runtime::FileMerge::Config{.agreeing_labels = rig.sync.clock.label.agreeing});
+  auto merged = runtime::FileMerge::sources(merge);
   for (std::size_t i = 0; i < sources.size(); ++i) {
     sources[i].source = std::move(merged[i]);
     sources[i].now = [merge] { return merge->position(); };
@@ -54,12 +54,12 @@ std::vector<LiveRun::Source> make_sources(const config::Rig& rig, const BufferPo
   return sources;
 }
 
-const char* word(Reader::State state) {
+const char* word(runtime::Reader::State state) {
   switch (state) {
-    case Reader::State::Connecting: return "connecting";
-    case Reader::State::Running: return "running";
-    case Reader::State::Silent: return "SILENT";
-    case Reader::State::Ended: return "ended";
+    case runtime::Reader::State::Connecting: return "connecting";
+    case runtime::Reader::State::Running: return "running";
+    case runtime::Reader::State::Silent: return "SILENT";
+    case runtime::Reader::State::Ended: return "ended";
   }
   return "?";
 }
@@ -69,7 +69,7 @@ const char* word(Reader::State state) {
 class Progress {
  public:
   explicit Progress(bool quiet) : quiet_(quiet), is_terminal_(isatty(STDERR_FILENO) != 0) {}
-  void show(double seconds, const LiveRun& run, std::uint64_t points) {
+  void show(double seconds, const runtime::LiveRun& run, std::uint64_t points) {
     if (quiet_) return;
     std::string line = fmt::format("{:5.0f} s  {:8.1f} MB recorded  {:9} points", seconds, static_cast<double>(run.recorded_bytes()) / 1e6, points);
     std::string states;
@@ -78,7 +78,7 @@ class Progress {
       const auto counts = run.ingest().counts(reader->sensor());
       const auto state = reader->state();
       line += fmt::format("  {}: {}", reader->sensor_name(), counts.packets);
-      if (state != Reader::State::Running) line += fmt::format(" ({})", word(state));
+      if (state != runtime::Reader::State::Running) line += fmt::format(" ({})", word(state));
       if (counts.shed) line += fmt::format(" [{} shed]", counts.shed);
       if (counts.refused) line += fmt::format(" [{} LOST]", counts.refused);
       states += fmt::format("{}{}{} ", word(state), counts.shed > 0, counts.refused > 0);
@@ -104,12 +104,12 @@ class Progress {
 /// Ends a capture whose every device has gone: for emulated drives, which are over when the devices hang up.
 class Silence {
  public:
-  bool lasts(const LiveRun& run) {
+  bool lasts(const runtime::LiveRun& run) {
     std::uint64_t packets = 0;
     bool anybody = false;
     for (const auto& reader : run.readers()) {
       packets += run.ingest().counts(reader->sensor()).bytes;
-      anybody |= reader->state() == Reader::State::Running;
+      anybody |= reader->state() == runtime::Reader::State::Running;
     }
     quiet_s_ = packets == packets_ || !anybody ? quiet_s_ + 1 : 0;
     const bool heard = packets > 0;
@@ -127,28 +127,28 @@ int capture(const Options& options) {
   const config::Rig rig = config::load_rig(options.rig);
   const std::filesystem::path dir = options.out;
 
-  auto outputs = Outputs::create(rig, dir);
+  auto outputs = runtime::Outputs::create(rig, dir, [](const std::string& trouble) { log_error("{}", trouble); });
   if (!outputs.ok()) {
     log_error(outputs.error().message);
     return outputs.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
   }
   const std::filesystem::path recording = dir / "drive.mcap";
-  auto journal = storage::JournalWriter::create(recording, journal_header(rig));
+  auto journal = storage::JournalWriter::create(recording, runtime::journal_header(rig));
   if (!journal.ok()) {
     log_error(journal.error().message);
     return kOutputRefused;
   }
 
-  Outputs& sink = **outputs;
-  DiskReserve reserve(recording, storage::Disk::kernel());
+  runtime::Outputs& sink = **outputs;
+  runtime::DiskReserve reserve(recording, storage::Disk::kernel());
   sink.keep(reserve);
-  Pipeline pipeline(rig, options.threads, sink);
+  runtime::Pipeline pipeline(rig, options.threads, sink);
   std::atomic<std::uint64_t> points{0};
   const BufferPool pool(static_cast<std::size_t>(options.buffer_megabytes * 1e6));
-  LiveRun::Config config;
+  runtime::LiveRun::Config config;
   config.record_queue.weight = static_cast<std::size_t>(options.buffer_megabytes * 0.5e6);
   config.pipeline_queue.weight = static_cast<std::size_t>(options.buffer_megabytes * 0.25e6);
-  LiveRun run(make_sources(rig, pool), std::make_unique<storage::JournalWriter>(std::move(*journal)),
+  runtime::LiveRun run(make_sources(rig, pool), std::make_unique<storage::JournalWriter>(std::move(*journal)),
               [&](const Packet& packet) {
                 sink.summary().on_packet(packet);
                 pipeline.process(packet);

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "apps/products.hpp"
+#include "runtime/products.hpp"
 
 namespace hueline::apps {
 
@@ -21,7 +21,7 @@ class CloudPrint {
 };
 
 /// Adds each point that comes out of a pipeline. Thread-bound.
-class CloudPrintSink final : public NullSink {
+class CloudPrintSink final : public runtime::NullSink {
  public:
   explicit CloudPrintSink(CloudPrint& print) : print_(print) {}
   void on_cloud(const CloudBlock& block) override {

@@ -7,7 +7,7 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/recording.hpp"
+#include "runtime/recording.hpp"
 #include "core/input_file.hpp"
 #include "core/nearest_word.hpp"
 #include "core/output_file.hpp"
@@ -98,7 +98,7 @@ Command& Command::writes_into(const std::string& value) {
 int Command::run(const Files& files, const std::function<int()>& work) {
   std::vector<InputFile> inputs;  // held until the work is done
   const auto hold = [&](const std::string& path) {
-    if (auto file = InputFile::open(drive_file(path)); file.ok()) inputs.push_back(std::move(*file));
+    if (auto file = InputFile::open(runtime::drive_file(path)); file.ok()) inputs.push_back(std::move(*file));
   };
   for (const std::string* path : files.inputs) hold(*path);
   for (const auto* list : files.input_lists)

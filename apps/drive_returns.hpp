@@ -4,7 +4,7 @@
 #include <map>
 #include <optional>
 
-#include "apps/products.hpp"
+#include "runtime/products.hpp"
 #include "calibration/boresight/return_store.hpp"
 #include "config/rig.hpp"
 #include "fusion/trajectory.hpp"
@@ -13,7 +13,7 @@ namespace hueline::apps {
 
 /// Gathers what a boresight is found from: the laser's returns with the POS's poses at their firing. Feed a Pipeline with it as sink, then take
 /// the drive. What it holds does not grow with the drive beyond its store's limit. Thread-bound (the pipeline's).
-class DriveReturns : public NullSink {
+class DriveReturns : public runtime::NullSink {
  public:
   struct Counts {
     std::uint64_t placed = 0, no_pose = 0, badly_timed = 0;  ///< returns

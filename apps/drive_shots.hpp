@@ -4,7 +4,7 @@
 #include <map>
 #include <vector>
 
-#include "apps/products.hpp"
+#include "runtime/products.hpp"
 #include "calibration/mount/alignment.hpp"
 #include "config/rig.hpp"
 #include "fusion/trajectory.hpp"
@@ -13,7 +13,7 @@ namespace hueline::apps {
 
 /// Gathers what aligning image and laser needs from a drive: some exposures, the laser around each, and the way of the vehicle between.
 /// Feed a Pipeline with it as sink, then take the shots. What it holds does not grow with the drive.
-class DriveShots : public NullSink {
+class DriveShots : public runtime::NullSink {
  public:
   struct Config {
     int every = 4;                       ///< every so many exposures of a camera

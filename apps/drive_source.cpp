@@ -16,7 +16,7 @@ Result<DriveSource> DriveSource::open(const std::string& recording, const std::s
                                       ProgressBar& bar) {
   DriveSource out;
   if (!recording.empty()) {
-    auto opened = Recording::open(recording, rig_file);
+    auto opened = runtime::Recording::open(recording, rig_file);
     if (!opened.ok()) return opened.error();
     out.rig = opened->rig;
     out.recording = std::move(*opened);

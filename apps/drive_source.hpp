@@ -5,7 +5,7 @@
 #include <string>
 
 #include "apps/progress_bar.hpp"
-#include "apps/recording.hpp"
+#include "runtime/recording.hpp"
 #include "config/rig.hpp"
 #include "sim/drive.hpp"
 #include "sim/scenario.hpp"
@@ -15,7 +15,7 @@ namespace hueline::apps {
 /// A drive to be read: a recording, or a simulated one without sockets; and the rig that it is read with.
 struct DriveSource {
   config::Rig rig;
-  std::optional<Recording> recording;
+  std::optional<runtime::Recording> recording;
   std::optional<sim::Scenario> scenario;  ///< one of both
   std::optional<sim::Drive> drive;        ///< of the scenario
 

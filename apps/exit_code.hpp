@@ -1,5 +1,7 @@
 #pragma once
 
+#include "core/result.hpp"
+
 namespace hueline::apps {
 
 /// What the program's exit status means, the same for every command; `hueline --help` lists it.
@@ -13,5 +15,8 @@ enum ExitCode : int {
   kNotAsExpected = 6,    ///< verify, score: a figure is out of its bound
   kStopped = 7,          ///< stopped before it was done: what it made ends early
 };
+
+/// The exit status of a command that could not open its recording: the rig that was given is wrong, or the recording is.
+inline int opening_status(const Error& error) { return error.code == ErrorCode::Invalid ? kWrongUse : kInputUnreadable; }
 
 }  // namespace hueline::apps

@@ -11,7 +11,7 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/recording.hpp"
+#include "runtime/recording.hpp"
 #include "core/input_file.hpp"
 #include "core/printable.hpp"
 
@@ -72,7 +72,7 @@ int inspect(const std::string& path, bool as_json) {
 }  // namespace
 
 Inspection inspect_file(const std::string& named) {
-  const std::string path = drive_file(named);
+  const std::string path = runtime::drive_file(named);
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
     return {nullptr, Error{ErrorCode::Io, path + " is a folder without drive.mcap in it: give a file, or a drive's folder"}};

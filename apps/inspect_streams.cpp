@@ -6,10 +6,10 @@
 #include <optional>
 #include <set>
 
-#include "apps/devices.hpp"
+#include "runtime/devices.hpp"
 #include "apps/inspect.hpp"
-#include "apps/pacer.hpp"
-#include "apps/recording.hpp"
+#include "runtime/pacer.hpp"
+#include "runtime/recording.hpp"
 #include "core/calendar.hpp"
 #include "core/printable.hpp"
 #include "drivers/novatel/decoder.hpp"
@@ -123,7 +123,7 @@ Inspection inspect_view(const std::string& path) {
 }  // namespace
 
 Inspection inspect_mcap(const std::string& path) {
-  Result<Recording> recording = Recording::open(path);
+  Result<runtime::Recording> recording = runtime::Recording::open(path);
   // Recorded by another version, its rig is not today's; or no recording of ours. What it holds can still be counted.
   if (!recording.ok()) {
     Inspection view = inspect_view(path);
@@ -133,9 +133,9 @@ Inspection inspect_mcap(const std::string& path) {
   }
 
   std::vector<Stream> streams(recording->rig.sensors.size() + 1);
-  for (const auto& sensor : recording->rig.sensors) streams[sensor.id].decoder = make_decoder(sensor);
+  for (const auto& sensor : recording->rig.sensors) streams[sensor.id].decoder = runtime::make_decoder(sensor);
   std::uint64_t packets = 0, gaps = 0, expected = 0;
-  DrivenTime driven(std::chrono::hours(1));
+  runtime::DrivenTime driven(std::chrono::hours(1));
   nanoseconds duration{0};
   Inspection out;
   out.trouble = recording->for_each([&](const Packet& packet) {

@@ -4,7 +4,7 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/version.hpp"
+#include "runtime/version.hpp"
 #include "config/section.hpp"
 #include "core/printable.hpp"
 #include "core/standard_streams.hpp"
@@ -29,7 +29,7 @@ int run(int argc, char** argv) {
   using namespace hueline;
   try {
     return apps::run_command_line(argc, argv, "hueline: records a mobile mapping vehicle's sensors and colours its laser points while it drives.",
-                                  std::string("hueline ") + apps::kVersion + " (" + apps::kGitRevision + ")", kFooter, [](apps::Command& all) {
+                                  std::string("hueline ") + runtime::kVersion + " (" + runtime::kGitRevision + ")", kFooter, [](apps::Command& all) {
                                     apps::add_capture(all);
                                     apps::add_replay(all);
                                     apps::add_simulate(all);

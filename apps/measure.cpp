@@ -9,7 +9,7 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/object_measuring.hpp"
-#include "apps/pipeline.hpp"
+#include "runtime/pipeline.hpp"
 #include "config/section.hpp"
 #include "core/geodesy.hpp"
 #include "core/input_file.hpp"
@@ -79,7 +79,7 @@ int measure(const Options& options) {
   ObjectMeasuring measuring(source->rig, *picks, config);
   Status fed;
   {
-    Pipeline pipeline(source->rig, 2, measuring);
+    runtime::Pipeline pipeline(source->rig, 2, measuring);
     fed = source->feed(bar, [&](const Packet& packet) {
       pipeline.process(packet);
       return true;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/object_picks.hpp"
-#include "apps/products.hpp"
+#include "runtime/products.hpp"
 #include "config/rig.hpp"
 #include "fusion/object_measurement.hpp"
 #include "fusion/panorama.hpp"
@@ -25,7 +25,7 @@ struct PickOutcome {
 
 /// Measures picked objects by the points that leave the pipeline: a ProductSink. A point is held for as long as an exposure that may look at
 /// it can still come, so memory does not grow with the drive. Thread-bound (the pipeline's).
-class ObjectMeasuring : public NullSink {
+class ObjectMeasuring : public runtime::NullSink {
  public:
   struct Config {
     nanoseconds around{2'000'000'000};   ///< points fired so long before or after the exposure are used

@@ -7,7 +7,7 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/recording.hpp"
+#include "runtime/recording.hpp"
 #include "config/section.hpp"
 #include "storage/cloud_picture.hpp"
 #include "storage/las_reader.hpp"
@@ -69,7 +69,7 @@ int picture(Options options) {
   if (options.above.empty() && options.street.empty()) throw config::ConfigError("picture: give --above PNG, --street PNG or both");
   for (const std::string& path : {options.above, options.street})
     if (!path.empty() && !path.ends_with(".png")) throw config::ConfigError(path + ": a picture is written as PNG; give a name that ends in .png");
-  options.cloud = drive_file(options.cloud, "cloud.las");
+  options.cloud = runtime::drive_file(options.cloud, "cloud.las");
   int status = kDone;
   if (!options.above.empty()) {
     const auto view = storage::picture_from_above(options.cloud);

@@ -6,10 +6,10 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/outputs.hpp"
-#include "apps/pacer.hpp"
-#include "apps/pipeline.hpp"
-#include "apps/recording.hpp"
+#include "runtime/outputs.hpp"
+#include "runtime/pacer.hpp"
+#include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
 #include "apps/signals.hpp"
 
 namespace hueline::apps {
@@ -23,19 +23,19 @@ struct Options {
 
 int replay(const Options& options) {
   StopSignals signals;
-  auto recording = Recording::open(options.recording, options.rig);
+  auto recording = runtime::Recording::open(options.recording, options.rig);
   if (!recording.ok()) {
     log_error(recording.error().message);
     return opening_status(recording.error());
   }
-  auto outputs = Outputs::create(recording->rig, options.out);
+  auto outputs = runtime::Outputs::create(recording->rig, options.out, [](const std::string& trouble) { log_error("{}", trouble); });
   if (!outputs.ok()) {
     log_error(outputs.error().message);
     return outputs.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
   }
-  Outputs& sink = **outputs;
-  Pipeline pipeline(recording->rig, options.threads, sink);
-  Pacer pacer(options.speed);
+  runtime::Outputs& sink = **outputs;
+  runtime::Pipeline pipeline(recording->rig, options.threads, sink);
+  runtime::Pacer pacer(options.speed);
   bool stopped = false;
   const Status read = recording->for_each([&](const Packet& packet) {
     pacer.take(packet);

@@ -11,7 +11,7 @@
 #include "apps/progress_bar.hpp"
 #include "apps/score_output.hpp"
 #include "apps/score_scenario.hpp"
-#include "apps/version.hpp"
+#include "runtime/version.hpp"
 #include "config/scenario.hpp"
 #include "config/sheet.hpp"
 #include "score/metric_table.hpp"
@@ -96,7 +96,7 @@ int run(const Options& options) {
   bar.end();
   const auto changes = options.against.empty() ? std::vector<score::Change>() : score::compare(before, sheet);
   notes.command = fmt::format("hueline score --sheet {}", options.sheet);
-  notes.revision = fmt::format("hueline {} ({})", kVersion, kGitRevision);
+  notes.revision = fmt::format("hueline {} ({})", runtime::kVersion, runtime::kGitRevision);
   notes.machine = machine();
   notes.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   std::fputs((score::terminal_table(sheet) + "\n" + notes.determinism + "\n").c_str(), stdout);

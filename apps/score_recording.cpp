@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "apps/pipeline.hpp"
+#include "runtime/pipeline.hpp"
 #include "apps/simulated_recording.hpp"
 #include "storage/journal_reader.hpp"
 
@@ -73,7 +73,7 @@ Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, cons
   RecoveredRecording out;
   score::RecordingFacts& facts = out.facts;
   CloudPrintSink sink(out.cloud);
-  Pipeline pipeline(rig, threads, sink);
+  runtime::Pipeline pipeline(rig, threads, sink);
   Found found(**reader);
   std::map<SensorId, Losses> inside, behind;  // before and after the last packet of the file
   std::vector<std::pair<SensorId, std::size_t>> missing;  // since the latest packet of the file

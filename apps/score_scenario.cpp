@@ -6,8 +6,8 @@
 #include <optional>
 #include <set>
 
-#include "apps/pipeline.hpp"
-#include "apps/recording.hpp"
+#include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
 #include "apps/score_recording.hpp"
 #include "apps/score_sink.hpp"
 #include "apps/simulated_recording.hpp"
@@ -71,7 +71,7 @@ void forgive_unmade_images(const sim::Scenario& scenario, const std::vector<std:
   }
 }
 
-std::map<std::string, score::DeviceBytes> account(const config::Rig& rig, const Pipeline& pipeline, Devices devices,
+std::map<std::string, score::DeviceBytes> account(const config::Rig& rig, const runtime::Pipeline& pipeline, Devices devices,
                                                   const std::map<SensorId, std::uint64_t>& told_lost) {
   std::map<std::string, score::DeviceBytes> out;
   for (const auto& sensor : rig.sensors) {
@@ -109,7 +109,7 @@ class ScratchFolder {
 struct Recorded {
   SimulatedCapture capture;
   RecoveredRecording recovered;
-  Recording recording;
+  runtime::Recording recording;
 };
 
 Result<Recorded> record(const sim::Scenario& scenario, const sim::Drive& drive, const sim::Timeline& timeline, const config::Rig& rig, int threads,
@@ -119,7 +119,7 @@ Result<Recorded> record(const sim::Scenario& scenario, const sim::Drive& drive, 
   if (!capture.ok()) return capture.error();
   auto recovered = judge_recording(*capture, file, drive, timeline, rig, threads);
   if (!recovered.ok()) return recovered.error();
-  auto recording = Recording::open(file.string());
+  auto recording = runtime::Recording::open(file.string());
   if (!recording.ok()) return recording.error();
   return Recorded{std::move(*capture), std::move(*recovered), std::move(*recording)};
 }
@@ -143,7 +143,7 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   if (!scorer.ok()) return scorer.error();
 
   ScoreSink sink(*scorer, rig, gps_time_ns(drive->begin_gps_ns));
-  Pipeline pipeline(rig, threads, sink);
+  runtime::Pipeline pipeline(rig, threads, sink);
   Devices devices;
   count_units(sent->timeline, timeline, rig, devices);
   const SensorId camera = sensors_of_channels(rig)[static_cast<std::size_t>(sim::WireChannel::Camera)];

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "apps/cloud_print.hpp"
-#include "apps/products.hpp"
+#include "runtime/products.hpp"
 #include "config/rig.hpp"
 #include "fusion/trajectory.hpp"
 #include "score/scorer.hpp"
@@ -13,7 +13,7 @@
 namespace hueline::apps {
 
 /// Hands everything that leaves the pipeline to a Scorer, in the simulator's terms. Thread-bound (the pipeline's).
-class ScoreSink : public NullSink {
+class ScoreSink : public runtime::NullSink {
  public:
   /// `scorer` must outlive it.
   ScoreSink(score::Scorer& scorer, const config::Rig& rig, GpsTime drive_begin);

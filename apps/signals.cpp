@@ -9,7 +9,7 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/thread_name.hpp"
+#include "runtime/thread_name.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -62,7 +62,7 @@ bool StopSignals::wait_for(std::chrono::milliseconds time) const {
 }
 
 void StopSignals::watch(const std::stop_token& over) {
-  name_this_thread("signals");
+  runtime::name_this_thread("signals");
   std::optional<Clock::time_point> asked;
   // Whether the signal that came now asks for more than the last one did.
   const auto is_new_ask = [&asked] {

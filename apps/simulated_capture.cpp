@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "apps/ingest.hpp"
-#include "apps/live_run.hpp"
-#include "apps/recorder.hpp"
-#include "apps/recording.hpp"
+#include "runtime/ingest.hpp"
+#include "runtime/live_run.hpp"
+#include "runtime/recorder.hpp"
+#include "runtime/recording.hpp"
 #include "apps/simulated_disk.hpp"
 #include "apps/simulated_recording.hpp"
 
@@ -21,9 +21,9 @@ class Steps {
  public:
   Steps(const config::Rig& rig, sim::FaultyDisk& disk, std::unique_ptr<storage::JournalWriter> journal, std::size_t queue_bytes)
       : disk_(disk),
-        record_({LiveRun::Config().record_queue.items, queue_bytes}),
-        pipeline_({LiveRun::Config().pipeline_queue.items}),
-        ingest_(std::vector<Ingest::Sensor>(rig.sensors.size() + 1), record_, pipeline_, {LiveRun::Config().pipeline_queue.items}),
+        record_({runtime::LiveRun::Config().record_queue.items, queue_bytes}),
+        pipeline_({runtime::LiveRun::Config().pipeline_queue.items}),
+        ingest_(std::vector<runtime::Ingest::Sensor>(rig.sensors.size() + 1), record_, pipeline_, {runtime::LiveRun::Config().pipeline_queue.items}),
         recorder_(std::move(journal)) {}
 
   /// Lets the recorder work until then. False if the program is dead or its recording failed.
@@ -42,7 +42,7 @@ class Steps {
 
   void submit(const Packet& packet, SimulatedCapture& out) {
     const bool is_accepted = ingest_.submit(packet);
-    if (packet.kind == PacketKind::Fault) return keep_told(~std::uint64_t{0}, out);  // when and how Ingest tells it
+    if (packet.kind == PacketKind::Fault) return keep_told(~std::uint64_t{0}, out);  // when and how runtime::Ingest tells it
     const std::uint64_t sequence = ingest_.next_sequence() - 1;
     out.packets.push_back({sequence, packet.sensor, packet.kind, static_cast<std::uint32_t>(packet.bytes.size()), is_accepted});
     newest_ = std::max(newest_, packet.received);
@@ -86,9 +86,9 @@ class Steps {
   }
 
   sim::FaultyDisk& disk_;
-  PacketQueue record_, pipeline_;
-  Ingest ingest_;
-  Recorder recorder_;
+  runtime::PacketQueue record_, pipeline_;
+  runtime::Ingest ingest_;
+  runtime::Recorder recorder_;
   Status failed_;
   std::int64_t free_at_ns_ = INT64_MIN;
   HostTime newest_ = kSimulatedHostBegin, newest_taken_ = kSimulatedHostBegin;
@@ -103,7 +103,7 @@ Result<SimulatedCapture> capture_on_faulty_disk(const sim::Drive& drive, const s
   disk.set_now(0);
   storage::JournalWriter::Config config;
   config.if_exists = storage::IfExists::Replace;
-  auto journal = storage::JournalWriter::create(file, journal_header(rig), config, simulated);
+  auto journal = storage::JournalWriter::create(file, runtime::journal_header(rig), config, simulated);
   if (!journal.ok()) return journal.error();
   SimulatedCapture out;
   {

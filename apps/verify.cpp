@@ -8,8 +8,8 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/pipeline.hpp"
-#include "apps/recording.hpp"
+#include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
 #include "apps/simulated_recording.hpp"
 #include "apps/simulated_rig.hpp"
 #include "config/scenario.hpp"
@@ -28,7 +28,7 @@ struct Options {
 };
 
 /// Holds every coloured point and exposure against the truth.
-class Judging : public NullSink {
+class Judging : public runtime::NullSink {
  public:
   Judging(sim::Judge& judge, const std::vector<sim::TrueExposure>& exposures, bool is_panorama)
       : judge_(judge), true_exposures_(exposures), is_panorama_(is_panorama) {}
@@ -104,8 +104,8 @@ class Judging : public NullSink {
 };
 
 /// Feeds the pipeline from a recording, or from the scenario itself.
-Status feed(const sim::Scenario& scenario, const sim::Drive& drive, Recording* recording, const config::Rig& rig,
-            Pipeline& pipeline) {
+Status feed(const sim::Scenario& scenario, const sim::Drive& drive, runtime::Recording* recording, const config::Rig& rig,
+            runtime::Pipeline& pipeline) {
   const auto use = [&](const Packet& packet) {
     pipeline.process(packet);
     return true;
@@ -123,10 +123,10 @@ int verify(const Options& options) {
     log_error(drive.error().message);
     return kInputUnreadable;
   }
-  Recording recorded;
+  runtime::Recording recorded;
   const bool has_recording = !options.recording.empty();
   if (has_recording) {
-    auto opened = Recording::open(options.recording, options.rig);
+    auto opened = runtime::Recording::open(options.recording, options.rig);
     if (!opened.ok()) {
       log_error(opened.error().message);
       return opening_status(opened.error());
@@ -143,7 +143,7 @@ int verify(const Options& options) {
     return kInputUnreadable;
   }
   Judging sink(*judge, truth->header().exposures, recorded.rig.colouring.method == fusion::ColourMethod::Panorama);
-  Pipeline pipeline(recorded.rig, 2, sink);
+  runtime::Pipeline pipeline(recorded.rig, 2, sink);
   const Status fed = feed(scenario, *drive, has_recording ? &recorded : nullptr, recorded.rig, pipeline);
   pipeline.flush();
   const auto json = sink.json();

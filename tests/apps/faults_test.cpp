@@ -7,7 +7,7 @@
 #include <cmath>
 #include <optional>
 
-#include "apps/ingest.hpp"
+#include "runtime/ingest.hpp"
 #include "drivers/pps/pps_packet.hpp"
 #include "tests/apps/faulty_drive.hpp"
 
@@ -179,8 +179,8 @@ TEST(Faults, NothingElseIsToldLost) {
 void expect_unharmed_by_edges_off(std::vector<nanoseconds> offs) {
   FaultyDrive& drive = FaultyDrive::shared();
   const FaultyOutcome& clean = drive.clean();
-  apps::PacketQueue record({100'000}), pipeline({100'000});
-  apps::Ingest ingest(std::vector<apps::Ingest::Sensor>(drive.sensors()), record, pipeline, {100'000});
+  runtime::PacketQueue record({100'000}), pipeline({100'000});
+  runtime::Ingest ingest(std::vector<runtime::Ingest::Sensor>(drive.sensors()), record, pipeline, {100'000});
   std::map<std::uint64_t, std::uint64_t> sequences;  // in the drive, by Ingest's
   HostTime now{}, lied{};
   std::uint64_t edge = 0, lies = 0;

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "apps/pipeline.hpp"
-#include "apps/recording.hpp"
+#include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
 #include "apps/simulated_recording.hpp"
 #include "apps/simulated_rig.hpp"
 #include "config/scenario.hpp"
@@ -41,11 +41,11 @@ constexpr double kPlaceSlack_m = 0.3;
 constexpr double kPixelLimit = 45;  // of 8000 columns: 2 degrees
 constexpr double kPixelsPerRadian = 8000 / 6.283185307179586;
 
-class Watcher : public apps::Summary {
+class Watcher : public runtime::Summary {
  public:
   Watcher(std::vector<std::string> sensors, const sim::Drive& drive, const sim::Judge& judge,
           std::map<std::uint64_t, const sim::WireEvent*> events, FaultyOutcome& out)
-      : Summary(std::move(sensors)), drive_(drive), judge_(judge), events_(std::move(events)), out_(out) {}
+      : runtime::Summary(std::move(sensors)), drive_(drive), judge_(judge), events_(std::move(events)), out_(out) {}
 
   void on_laser(const StampedLaserBatch& batch) override {
     ++out_.batches;
@@ -69,7 +69,7 @@ class Watcher : public apps::Summary {
   }
 
   void on_exposure(const Exposure& exposure) override {
-    Summary::on_exposure(exposure);
+    runtime::Summary::on_exposure(exposure);
     if (exposure.timing == ExposureTiming::Unmatched) {
       ++out_.unmatched_exposures;
       return;
@@ -85,7 +85,7 @@ class Watcher : public apps::Summary {
   }
 
   void on_cloud(const CloudBlock& block) override {
-    Summary::on_cloud(block);
+    runtime::Summary::on_cloud(block);
     const auto T_ecef_enu = ecef_from_enu(block.origin);
     for (const ColouredPoint& point : block.points) {
       const auto tenth =
@@ -119,7 +119,7 @@ class Watcher : public apps::Summary {
   }
 
   void on_fault(const Fault& fault) override {
-    Summary::on_fault(fault);
+    runtime::Summary::on_fault(fault);
     out_.told[fault.kind] += fault.count;
     if (fault.kind == FaultKind::Lost) out_.told_lost[fault.sensor] += fault.count;
     out_.faults.push_back(fmt::format("{:9.3f} s  {} x{} of sensor {}: {}",
@@ -215,10 +215,10 @@ RecordedOutcome FaultyDrive::record(const std::vector<sim::FaultLine>& lines, co
   apps::RecoveredRecording recovered = require(apps::judge_recording(out.capture, file, drive_, spoilt.timeline, rig_, 1), "reading back");
   out.facts = recovered.facts;
   // The replay, as `hueline replay` runs it.
-  apps::Recording recording = require(apps::Recording::open(file.string()), "opening");
+  runtime::Recording recording = require(runtime::Recording::open(file.string()), "opening");
   apps::CloudPrint cloud;
   apps::CloudPrintSink sink(cloud);
-  apps::Pipeline pipeline(recording.rig, 2, sink);
+  runtime::Pipeline pipeline(recording.rig, 2, sink);
   (void)recording.for_each([&](const Packet& packet) {
     pipeline.process(packet);
     return true;
@@ -245,7 +245,7 @@ FaultyOutcome FaultyDrive::run(const std::vector<sim::FaultLine>& lines, const E
     out.images += event.channel == sim::WireChannel::Camera ? 1 : 0;
   }
   Watcher watcher(rig_.sensor_names(), drive_, *judge_, std::move(events), out);
-  apps::Pipeline pipeline(rig_, 1, watcher);
+  runtime::Pipeline pipeline(rig_, 1, watcher);
   std::vector<std::uint64_t> received(rig_.sensors.size() + 1);
   const auto process = [&](const Packet& packet) {
     watcher.on_packet(packet);

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "apps/score_recording.hpp"
-#include "apps/summary.hpp"
+#include "runtime/summary.hpp"
 #include "config/rig.hpp"
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/judge.hpp"

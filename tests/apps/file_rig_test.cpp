@@ -11,8 +11,8 @@
 #include "../sim/short_drive.hpp"
 #include "../support/pcap_writer.hpp"
 #include "../support/test_data.hpp"
-#include "apps/outputs.hpp"
-#include "apps/pipeline.hpp"
+#include "runtime/outputs.hpp"
+#include "runtime/pipeline.hpp"
 #include "apps/simulated_recording.hpp"
 #include "core/calendar.hpp"
 #include "program.hpp"
@@ -94,9 +94,9 @@ void capture_live(const sim::Drive& drive, const sim::Timeline& timeline, const 
                                                         "  - name: laser\n    driver: velodyne\n    model: VLP-16\n    udp: {ports: [2368, 8308]}\n    ") +
                                                 kMount + "\ncolouring: {method: lens}\n",
                                             "live");
-  auto outputs = Outputs::create(rig, dir);
+  auto outputs = runtime::Outputs::create(rig, dir, [](const std::string& trouble) { ADD_FAILURE() << trouble; });
   ASSERT_TRUE(outputs.ok());
-  Pipeline pipeline(rig, 2, **outputs);
+  runtime::Pipeline pipeline(rig, 2, **outputs);
   ASSERT_TRUE(for_each_simulated_packet(drive, timeline, rig, [&](const Packet& packet) {
                 pipeline.process(packet);
                 return true;

@@ -1,0 +1,134 @@
+#include "runtime/ingest.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace hueline::runtime {
+namespace {
+
+constexpr std::size_t kRoomToTell = 1024;  // of a fault, with its words
+
+Packet packet_of(const Fault& fault) {
+  return {fault.sensor, PacketKind::Fault, false, 0, fault.time, Buffer::copy_of(encode_fault(fault))};
+}
+
+/// Not held back: a decoder begins anew with them, and they are as rare as a reader's back-off and its patience make them.
+bool is_state(FaultKind kind) {
+  return kind == FaultKind::Disconnected || kind == FaultKind::Reconnected || kind == FaultKind::Silent;
+}
+
+}  // namespace
+
+Ingest::Ingest(std::vector<Sensor> sensors, PacketQueue& record, PacketQueue& pipeline, PacketQueue::Limits pipeline_limits)
+    : sensors_(std::move(sensors)),
+      record_(record),
+      pipeline_(pipeline),
+      soft_{pipeline_limits.items / 4 * 3, pipeline_limits.weight / 4 * 3},
+      counts_(sensors_.size()) {}
+
+bool Ingest::submit(Packet packet, HostTime arrived) {
+  std::lock_guard lock(mutex_);
+  newest_ = std::max(newest_, arrived);
+  if (packet.received > arrived + kMostAhead || packet.received < arrived - kMostBehind) {
+    const double off_s = to_seconds(packet.received.time_since_epoch()) - to_seconds(arrived.time_since_epoch());
+    faults_.add({packet.sensor, FaultKind::ClockStep, arrived, 1,
+                 fmt::format("stamped {:+.3f} s off its arrival: recorded as received when it arrived; a PPS sender must stamp with this computer's "
+                             "CLOCK_MONOTONIC_RAW; was CLOCK_REALTIME set?",
+                             off_s)},
+                newest_);
+    packet.received = arrived;
+  }
+  return take(std::move(packet));
+}
+
+bool Ingest::submit(Packet packet) {
+  std::lock_guard lock(mutex_);
+  newest_ = std::max(newest_, packet.received);
+  return take(std::move(packet));
+}
+
+bool Ingest::submit(const Fault& fault) { return submit(packet_of(fault)); }
+
+bool Ingest::take(Packet packet) {
+  if (packet.kind == PacketKind::Fault) {
+    Result<Fault> fault = decode_fault(packet.sensor, packet.received, packet.bytes.bytes());
+    if (fault.ok() && !is_state(fault->kind)) {
+      faults_.add(std::move(*fault), newest_);
+      tell_faults();
+      return true;
+    }
+  }
+  faults_.advance(newest_);
+  tell_faults();
+  if (!refused_untold_.empty() && record_.has_room_for(kRoomToTell)) tell_refused(packet.received);
+  return place(std::move(packet));
+}
+
+void Ingest::tell_faults() {
+  for (Fault& fault : faults_.take())
+    if (!place(packet_of(fault))) faults_.take_back(std::move(fault));  // told later, with what comes to it
+}
+
+bool Ingest::wait_for_room(std::stop_token stop) {
+  // Not under mutex_: the others go on meanwhile.
+  return record_.wait_until_below(0.5, stop) && pipeline_.wait_until_below(0.5, stop);
+}
+
+bool Ingest::tell_the_rest(std::stop_token stop) {
+  while (true) {
+    {
+      std::lock_guard lock(mutex_);
+      if (!refused_untold_.empty() && record_.has_room_for(kRoomToTell)) tell_refused(newest_);
+      faults_.flush();
+      auto untold = faults_.take();
+      std::erase_if(untold, [&](const Fault& fault) { return place(packet_of(fault)); });
+      if (refused_untold_.empty() && untold.empty()) return true;
+      for (Fault& fault : untold) faults_.take_back(std::move(fault));
+    }
+    if (!record_.wait_until_below(0.5, stop)) return false;
+  }
+}
+
+void Ingest::tell_refused(HostTime now) {
+  const auto untold = std::exchange(refused_untold_, {});
+  for (const auto& [sensor, count] : untold) {
+    if (!place(packet_of({sensor, FaultKind::Overflow, now, count, "recorder's queue was full: not recorded; the disk is too slow"}))) {
+      refused_untold_[sensor] += count;  // still no room: told later, with what comes to it
+    }
+  }
+}
+
+bool Ingest::place(Packet packet) {
+  const SensorId sensor = packet.sensor < sensors_.size() ? packet.sensor : kSystemSensor;
+  Counts& counts = counts_[sensor];
+  const std::size_t weight = packet.bytes.size() + 64;
+  packet.sequence = next_sequence_++;
+  // Only Ingest fills the pipeline's queue, so what fits now still fits below.
+  packet.shed = !pipeline_.has_room_for(weight) ||
+                (packet.kind == PacketKind::Wire && sensors_[sensor].is_sheddable &&
+                 (pipeline_.size() >= soft_.items || pipeline_.weight() + weight > soft_.weight));
+  const auto shared = std::make_shared<const Packet>(std::move(packet));
+  if (!record_.try_push(shared, weight)) {
+    ++counts.refused;
+    if (shared->kind == PacketKind::Wire) ++refused_untold_[sensor];
+    return false;
+  }
+  ++counts.packets;
+  counts.bytes += shared->bytes.size();
+  if (shared->shed) ++counts.shed;
+  if (!shared->shed) pipeline_.try_push(shared, weight);
+  return true;
+}
+
+Ingest::Counts Ingest::counts(SensorId sensor) const {
+  std::lock_guard lock(mutex_);
+  return counts_.at(sensor);
+}
+
+std::uint64_t Ingest::next_sequence() const {
+  std::lock_guard lock(mutex_);
+  return next_sequence_;
+}
+
+}  // namespace hueline::runtime

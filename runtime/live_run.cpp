@@ -1,0 +1,149 @@
+#include "runtime/live_run.hpp"
+
+#include "runtime/thread_name.hpp"
+#include "drivers/transport/host_clock.hpp"
+
+namespace hueline::runtime {
+
+LiveRun::LiveRun(std::vector<Source> sources, std::unique_ptr<storage::JournalWriter> journal,
+                 std::function<void(const Packet&)> process, Config config)
+    : config_(config),
+      record_(config.record_queue),
+      pipeline_(config.pipeline_queue),
+      recorder_(std::move(journal)),
+      process_(std::move(process)) {
+  std::vector<Ingest::Sensor> sensors(1);
+  for (const auto& source : sources) {
+    if (sensors.size() <= source.sensor) sensors.resize(source.sensor + 1u);
+    sensors[source.sensor].is_sheddable = source.is_sheddable;
+  }
+  ingest_ = std::make_unique<Ingest>(std::move(sensors), record_, pipeline_, config.pipeline_queue);
+  for (auto& source : sources)
+    readers_.push_back(std::make_unique<Reader>(source.sensor, source.name, std::move(source.source), source.reader, *ingest_,
+                                                source.now ? source.now : drivers::host_now));
+}
+
+LiveRun::~LiveRun() { stop(); }
+
+void LiveRun::start() {
+  recorder_thread_ = std::jthread([this] { record(); });
+  pipeline_thread_ = std::jthread([this] { process_all(); });
+  readers_left_ = readers_.size();
+  for (const auto& reader : readers_)
+    reader_threads_.emplace_back([this, reader = reader.get()](std::stop_token stop) {
+      name_this_thread("read " + reader->sensor_name());
+      reader->run(stop);
+      std::lock_guard lock(mutex_);
+      --readers_left_;
+      changed_.notify_all();
+    });
+}
+
+bool LiveRun::is_over() const { return readers_left_ == 0 || !recording().ok(); }
+
+bool LiveRun::wait_until_over(std::chrono::milliseconds time, const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, stop, time, [this] { return readers_left_ == 0 || !recording_.ok(); });
+}
+
+Status LiveRun::recording() const {
+  std::lock_guard lock(mutex_);
+  return recording_;
+}
+
+void LiveRun::record() {
+  name_this_thread("recorder");
+  const Status done = record_until_the_end();
+  const Status closed = recorder_.close();
+  recorded_bytes_.store(recorder_.bytes_written(), std::memory_order_relaxed);
+  recording_closed_ = true;
+  std::lock_guard lock(mutex_);
+  if (place_.ok()) place_ = recorder_.place();
+  if (recording_.ok()) recording_ = done.ok() ? closed : done;
+  changed_.notify_all();
+}
+
+/// Once: into the recording too, for whoever saves it.
+void LiveRun::tell_place() {
+  if (recorder_.place().ok() || !place().ok()) return;
+  {
+    std::lock_guard lock(mutex_);
+    place_ = recorder_.place();
+  }
+  ingest_->submit(Fault{kSystemSensor, FaultKind::DiskFull, drivers::host_now(), recorder_.packets_taken(), recorder_.place().error().message});
+}
+
+Status LiveRun::place() const {
+  std::lock_guard lock(mutex_);
+  return place_;
+}
+
+Status LiveRun::record_until_the_end() {
+  constexpr std::chrono::milliseconds kInAHurry{500};
+  std::optional<std::chrono::steady_clock::time_point> hurries_since;
+  while (!record_.is_drained()) {
+    const auto packet = record_.pop_within(config_.pause_after);
+    const auto now = std::chrono::steady_clock::now();
+    if (packet && hurries_) {
+      if (!hurries_since) hurries_since = now;
+      if (now - *hurries_since > kInAHurry) {
+        recorded_up_to_ = (*packet)->sequence;
+        do ++left_behind_;
+        while (record_.pop());
+        break;
+      }
+    }
+    const Status done = packet ? recorder_.take(**packet, now.time_since_epoch()) : recorder_.pause();
+    recorded_bytes_.store(recorder_.bytes_written(), std::memory_order_relaxed);
+    if (done.ok()) {
+      tell_place();
+      continue;
+    }
+    if (packet) recorded_up_to_ = (*packet)->sequence;
+    {
+      std::lock_guard lock(mutex_);
+      recording_ = done;
+      changed_.notify_all();
+    }
+    record_.close();  // readers see their packets refused and counted; main ends the capture
+    while (record_.pop()) {
+    }
+    return done;
+  }
+  return {};
+}
+
+void LiveRun::process_all() {
+  name_this_thread("pipeline");
+  while (auto packet = pipeline_.pop()) {
+    if (hurries_) {
+      products_cut_ = true;
+      break;
+    }
+    if ((*packet)->sequence < recorded_up_to_.load(std::memory_order_relaxed)) process_(**packet);
+  }
+}
+
+void LiveRun::hurry() {
+  hurries_ = true;
+  record_.close();
+  pipeline_.close();
+}
+
+void LiveRun::stop(const std::stop_token& at_once) {
+  if (stopped_) return;
+  stopped_ = true;
+  const std::stop_callback hurry_then(at_once, [this] { hurry(); });
+  for (auto& thread : reader_threads_) thread.request_stop();
+  {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, at_once, [this] { return readers_left_ == 0; });
+  }
+  ingest_->tell_the_rest(at_once);
+  record_.close();
+  pipeline_.close();
+  if (recorder_thread_.joinable()) recorder_thread_.join();
+  if (pipeline_thread_.joinable()) pipeline_thread_.join();
+}
+
+}  // namespace hueline::runtime

@@ -1,0 +1,157 @@
+#include "runtime/outputs.hpp"
+
+#include <fmt/format.h>
+
+#include <deque>
+#include <nlohmann/json.hpp>
+
+#include "core/calendar.hpp"
+#include "storage/las_writer.hpp"
+
+namespace hueline::runtime {
+
+struct Outputs::Files {
+  storage::LasWriter::Config las_config;
+  std::optional<storage::LasWriter> las;
+  bool las_failed = false;
+  std::optional<storage::ViewWriter> view;  // from the first good solution on: its frame is the cloud's origin
+  bool view_failed = false;
+  struct Line {
+    std::optional<GpsTime> time;
+    storage::ViewWriter::Level level;
+    std::string who, text;
+  };
+  std::deque<Line> early;  // log lines until there is a view and a time to show them at
+  std::vector<std::string> sensors;
+};
+
+Outputs::Outputs(const config::Rig& rig, OutputFolder folder, Tell tell)
+    : folder_(std::move(folder)), dir_(folder_.path()), tell_(std::move(tell)), summary_(rig.sensor_names()), files_(std::make_unique<Files>()) {
+  files_->las_config.epsg = rig.epsg();
+  files_->sensors = rig.sensor_names();
+}
+
+Outputs::~Outputs() = default;
+
+Result<std::unique_ptr<Outputs>> Outputs::create(const config::Rig& rig, const std::filesystem::path& dir, Tell tell) {
+  auto folder = OutputFolder::open(dir);
+  if (!folder.ok()) return folder.error();
+  for (const char* file : {"cloud.las", "view.mcap", "summary.json"})
+    if (Status done = check_output(dir / file); !done.ok()) return done.error();
+  return std::unique_ptr<Outputs>(new Outputs(rig, std::move(*folder), std::move(tell)));
+}
+
+void Outputs::keep(const char* file, Status done) {
+  if (done.ok()) return;
+  tell_(fmt::format("{}: {}; the raw recording goes on", file, done.error().message));
+  if (first_error_.ok()) first_error_ = std::move(done);
+}
+
+/// False from where the disk's last space begins: what follows is left to a replay, so that what was written is the beginning of it.
+bool Outputs::has_room() {
+  if (is_reserved_ || reserve_ == nullptr) return !is_reserved_;
+  const Status room = reserve_->check(dir_ / "cloud.las");
+  if (room.ok()) return true;
+  is_reserved_ = true;
+  keep("cloud.las, view.mcap", Error{ErrorCode::Exhausted, room.error().message + ": they end here, a replay makes them whole"});
+  return false;
+}
+
+template <class Append>
+void Outputs::view(Append append) {
+  if (!files_->view || files_->view_failed || !has_room()) return;
+  if (Status done = append(*files_->view); !done.ok()) {
+    files_->view_failed = true;
+    keep("view.mcap", done);
+  }
+}
+
+void Outputs::log(std::optional<GpsTime> time, storage::ViewWriter::Level level, const std::string& who, std::string text) {
+  constexpr std::size_t kEarly = 1000;  // the summary has the counts of all
+  if (!time) time = newest_;
+  if (files_->view && time) {
+    view([&](auto& out) { return out.append_log(*time, level, who, text); });
+  } else if (!files_->view_failed && files_->early.size() < kEarly) {
+    files_->early.push_back({time, level, who, std::move(text)});
+  }
+}
+
+void Outputs::on_origin(const Geodetic& origin) {
+  auto created = storage::ViewWriter::create(dir_ / "view.mcap", origin, {});
+  if (created.ok()) {
+    files_->view.emplace(std::move(*created));
+  } else {
+    files_->view_failed = true;
+    keep("view.mcap", created.error());
+  }
+}
+
+void Outputs::on_cloud(const CloudBlock& block) {
+  summary_.on_cloud(block);
+  if (!has_room()) return;
+  view([&](auto& out) { return out.append(block); });
+  if (files_->las_failed || block.points.empty()) return;
+  if (!files_->las) {
+    // The date of the drive, not of the run: a replay must give the same bytes.
+    files_->las_config.created = to_utc(block.points.front().time);
+    auto las = storage::LasWriter::create(dir_ / "cloud.las", block.origin, files_->las_config);
+    if (!las.ok()) {
+      files_->las_failed = true;
+      keep("cloud.las", las.error());
+      return;
+    }
+    files_->las.emplace(std::move(*las));
+  }
+  if (Status done = files_->las->append(block); !done.ok()) {
+    files_->las_failed = true;
+    keep("cloud.las", done);
+  }
+}
+
+void Outputs::on_exposure(const Exposure& exposure) {
+  summary_.on_exposure(exposure);
+  view([&](auto& out) { return out.append(exposure, files_->sensors.at(exposure.camera)); });
+}
+void Outputs::on_solution(const InsSolution& solution) {
+  summary_.on_solution(solution);
+  newest_ = solution.time;
+  if (files_->view)
+    for (auto early = std::exchange(files_->early, {}); auto& line : early) log(line.time, line.level, line.who, std::move(line.text));
+  view([&](auto& out) { return out.append(solution); });
+}
+void Outputs::on_fix(const GnssFix& fix) {
+  summary_.on_fix(fix);
+  view([&](auto& out) { return out.append(fix); });
+}
+void Outputs::on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) {
+  summary_.on_sync_state(time, clock, state);
+  log(time, storage::ViewWriter::Level::Info, files_->sensors.at(clock), name(state));
+}
+void Outputs::on_fault(const Fault& fault) {
+  summary_.on_fault(fault);
+  const std::string& who = files_->sensors.at(fault.sensor < files_->sensors.size() ? fault.sensor : kSystemSensor);
+  log({}, storage::ViewWriter::Level::Warning, who, fmt::format("{} x{}: {}", name(fault.kind), fault.count, fault.detail));
+}
+
+Status Outputs::finish() {
+  if (files_->las && !files_->las_failed) keep("cloud.las", files_->las->close());
+  const bool ended_early = std::exchange(is_reserved_, false);
+  reserve_ = nullptr;  // the ends are small
+  view([](auto& out) { return out.close(); });
+  const storage::LasWriter::Counts counts = files_->las ? files_->las->counts() : storage::LasWriter::Counts{};
+  summary_.on_unwritten("outside the map's projection", counts.refused);
+  // From the first refused write on nothing more is offered to the file.
+  if (ended_early) {
+    summary_.on_early_end("the disk's last space was kept for the recording: a replay makes cloud and view whole");
+    summary_.on_unwritten("left out to keep the disk's last space for the recording", summary_.points() - (counts.written + counts.refused));
+  } else if (files_->las_failed) {
+    summary_.on_unwritten("refused by the disk", summary_.points() - (counts.written + counts.refused));
+  }
+  // What this run has nothing for must not be what an earlier one left there.
+  if (!files_->las && !files_->las_failed) keep("cloud.las", write_output(dir_ / "cloud.las", {}));
+  if (!files_->view && !files_->view_failed) keep("view.mcap", write_output(dir_ / "view.mcap", {}));
+  keep("summary.json", write_output(dir_ / "summary.json", summary_.json().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n"));
+  return first_error_;
+}
+
+}  // namespace hueline::runtime

@@ -1,0 +1,170 @@
+#include "runtime/pipeline.hpp"
+
+#include <fmt/format.h>
+
+#include "runtime/devices.hpp"
+#include "core/printable.hpp"
+
+namespace hueline::runtime {
+namespace {
+
+fusion::Colouring::Config with_threads(fusion::Colouring::Config config, int threads) {
+  config.threads = threads;
+  return config;
+}
+
+}  // namespace
+
+Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink)
+    : sink_(sink),
+      pos_(rig.sync.pos),
+      decoders_(rig.sensors.size() + 1),
+      synchroniser_(rig.sync),
+      colouring_(with_threads(rig.colouring, threads), rig.geometry, [this](CloudBlock&& block) { sink_.on_cloud(block); }) {
+  for (const auto& sensor : rig.sensors) decoders_[sensor.id] = make_decoder(sensor);
+}
+
+Pipeline::~Pipeline() = default;
+
+void Pipeline::process(const Packet& packet) {
+  if (packet.shed) return;
+  measurements_.clear();
+  newest_ = std::max(newest_, packet.received);
+  Decoder* decoder = packet.sensor < decoders_.size() ? decoders_[packet.sensor].get() : nullptr;
+  if (packet.kind == PacketKind::Fault) {
+    take_fault(packet, decoder);
+  } else if (packet.kind == PacketKind::Wire && decoder) {
+    decoder->decode(packet, measurements_);
+  }
+  take_measurements();
+  synchroniser_.advance(packet.received, synchronised_);
+  take_synchronised();
+  faults_.advance(newest_);
+  tell_held();
+}
+
+void Pipeline::take_fault(const Packet& packet, Decoder* decoder) {
+  const Result<Fault> fault = decode_fault(packet.sensor, packet.received, packet.bytes.bytes());
+  if (!fault.ok()) {
+    return tell({packet.sensor, FaultKind::Malformed, packet.received, 1, fault.error().message});
+  }
+  // The stream will begin anew: what the decoder holds of the old one is decided first.
+  if (decoder && fault->kind == FaultKind::Disconnected) {
+    decoder->flush(measurements_);
+    decoder->reset();
+  }
+  sink_.on_fault(*fault);
+}
+
+void Pipeline::tell(Fault fault) {
+  fault.detail = printable(fault.detail);  // it may quote a device
+  faults_.add(std::move(fault), newest_);
+  tell_held();
+}
+
+void Pipeline::tell_held() {
+  for (const Fault& fault : faults_.take()) sink_.on_fault(fault);
+}
+
+void Pipeline::take_measurements() {
+  for (Measurement& measurement : measurements_) {
+    if (const auto* fix = std::get_if<GnssFix>(&measurement)) sink_.on_fix(*fix);
+    if (auto* fault = std::get_if<Fault>(&measurement)) {
+      tell(std::move(*fault));
+      continue;
+    }
+    synchroniser_.process(std::move(measurement), synchronised_);
+  }
+}
+
+void Pipeline::take_synchronised() {
+  for (const auto& change : synchronised_.state_changes) sink_.on_sync_state(change.time, change.clock, change.to);
+  for (Fault& fault : synchronised_.faults) tell(std::move(fault));
+  for (const InsSolution& solution : synchronised_.ins) {
+    colouring_.add(solution);
+    if (!told_origin_ && colouring_.trajectory().origin()) {
+      sink_.on_origin(*colouring_.trajectory().origin());
+      told_origin_ = true;
+    }
+    sink_.on_solution(solution);
+  }
+  for (const StampedWheelSpeed& wheel : synchronised_.wheels) sink_.on_wheel(wheel);
+  for (const Exposure& exposure : synchronised_.exposures) {
+    sink_.on_exposure(exposure);
+    colouring_.add(exposure);
+  }
+  for (StampedLaserBatch& batch : synchronised_.laser) {
+    sink_.on_laser(batch);
+    colouring_.add(std::move(batch));
+  }
+  synchronised_.clear();
+  if (const auto watermark = synchroniser_.watermark()) colouring_.advance(*watermark);
+  for (Fault& fault : colouring_.take_faults()) {
+    fault.time = newest_;
+    tell(std::move(fault));
+  }
+}
+
+void Pipeline::flush() {
+  measurements_.clear();
+  for (const auto& decoder : decoders_)
+    if (decoder) decoder->flush(measurements_);
+  take_measurements();
+  synchroniser_.flush(synchronised_);
+  take_synchronised();
+  colouring_.flush();
+  for (Fault& fault : colouring_.take_faults()) {
+    fault.time = newest_;
+    tell(std::move(fault));
+  }
+  faults_.flush();
+  tell_held();
+}
+
+const DecodeCounts* Pipeline::counts(SensorId sensor) const {
+  return sensor < decoders_.size() && decoders_[sensor] ? &decoders_[sensor]->counts() : nullptr;
+}
+
+const char* Pipeline::why_no_solution() const {
+  if (pos_ == kSystemSensor) return "the rig has no POS";
+  const DecodeCounts& got = *counts(pos_);
+  if (got.decoded_bytes + got.ignored_bytes + got.malformed_bytes == 0) return "the POS sent nothing";
+  if (synchroniser_.counts().ins == 0) return "the POS sent no navigation solution";
+  return fusion::name(fusion::NoPose::NoSolution);
+}
+
+/// What came instead of good solutions. Their states are in the summary already.
+void Pipeline::note_pos(Summary& summary) const {
+  if (pos_ == kSystemSensor || synchroniser_.counts().ins > 0) return;
+  std::string came;
+  for (const auto& [message, count] : counts(pos_)->messages) came += fmt::format("{}{} {}", came.empty() ? "" : ", ", count, message);
+  if (!came.empty())
+    summary.on_note(fmt::format("the POS sent {}; a navigation solution is INSPVA, INSPVAS or INSPVAX (a suffix _1: of the secondary antenna, not used)", came));
+}
+
+void Pipeline::report(Summary& summary) const {
+  for (std::size_t id = 1; id < decoders_.size(); ++id)
+    if (decoders_[id]) summary.on_decoded(static_cast<SensorId>(id), decoders_[id]->counts());
+  for (const sync::WheelOdometer& wheel : synchroniser_.wheels()) summary.on_wheels(wheel.sensor(), wheel.speeds(), wheel.pulses());
+  const fusion::ColouringCounts& counts = colouring_.counts();
+  for (int i = 1; i < fusion::kNoPoseReasons; ++i) {
+    const auto reason = static_cast<fusion::NoPose>(i);
+    const std::uint64_t returns = counts.no_pose[static_cast<std::size_t>(i)];
+    summary.on_unfused(fmt::format("no pose: {}", reason == fusion::NoPose::NoSolution ? why_no_solution() : fusion::name(reason)), returns);
+    if (reason == fusion::NoPose::NoSolution && returns > 0) note_pos(summary);
+  }
+  summary.on_returns(synchroniser_.counts().returns);
+  for (const auto& [reason, returns] : synchroniser_.counts().untimed) summary.on_unfused(reason, returns);
+  for (const sync::LaserClock& laser : synchroniser_.lasers()) summary.on_unfused("no time: the clock was lost", laser.counts().returns_without_clock);
+  for (const sync::SelfTimedLaser& own : synchroniser_.self_timed_lasers()) {
+    summary.on_unfused("no time: read from a file, and the scanner does not say that its PPS is locked", own.counts().never_locked);
+    summary.on_unfused("no time: read from a file, and the scanner lost its PPS", own.counts().lost_pulse);
+    summary.on_unfused("no time: read from a file, and no valid message of its receiver named the scanner's hour", own.counts().no_hour);
+    summary.on_unfused("no time: the scanner's counter leapt", own.counts().astray);
+  }
+  summary.on_unfused("came too late", counts.late_returns);
+  summary.on_unfused("without a range", counts.empty_returns);
+  summary.on_unfused("of a scanner that the rig does not have", counts.unknown_laser_returns);
+}
+
+}  // namespace hueline::runtime

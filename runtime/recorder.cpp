@@ -1,0 +1,44 @@
+#include "runtime/recorder.hpp"
+
+namespace hueline::runtime {
+
+Status Recorder::take(const Packet& packet, std::chrono::nanoseconds now) {
+  if (packet.sequence > next_sequence_) gaps_.push_back({taken_, packet.sequence - next_sequence_});
+  next_sequence_ = packet.sequence + 1;
+  ++taken_;
+  is_resting_ = false;
+  if (Status done = journal_->append(packet, now); !done) return done;
+  if (looked_ && now - *looked_ < kLookEvery) return {};
+  looked_ = now;
+  return look();
+}
+
+Status Recorder::pause() {
+  if (std::exchange(is_resting_, true)) return {};
+  if (Status done = journal_->sync(); !done) return done;
+  return look();
+}
+
+/// Where the file is. An error only if it is no use to go on.
+Status Recorder::look() {
+  const Status place = journal_->check_place();
+  if (place.ok() || place.error().code != ErrorCode::Unavailable) return place;
+  if (place_.ok()) place_ = place;
+  return {};
+}
+
+Status Recorder::close() {
+  const Status looked = look();
+  const Status closed = journal_->close();
+  return looked.ok() ? closed : looked;
+}
+
+std::uint64_t Recorder::end_sequence() const {
+  const std::uint64_t recorded = packets_recorded();
+  std::uint64_t end = recorded;
+  for (const Gap& gap : gaps_)
+    if (gap.packets_before < recorded) end += gap.size;
+  return end;
+}
+
+}  // namespace hueline::runtime

@@ -1,0 +1,75 @@
+#include "runtime/recording.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "runtime/version.hpp"
+#include "config/section.hpp"
+
+namespace hueline::runtime {
+
+storage::JournalHeader journal_header(const config::Rig& rig) {
+  storage::JournalHeader header;
+  header.sensors.push_back({"hueline", "hueline"});
+  for (const auto& sensor : rig.sensors) header.sensors.push_back({sensor.name, sensor.driver()});
+  header.files.push_back({"rig.yaml", "application/yaml", rig.text});
+  header.about = {{"program_version", kVersion}, {"git_revision", kGitRevision}, {"rig", rig.name}};
+  return header;
+}
+
+std::string drive_file(const std::string& path, const char* name) {
+  std::error_code ignored;
+  const std::filesystem::path inside = std::filesystem::path(path) / name;
+  return std::filesystem::is_directory(path, ignored) && std::filesystem::exists(inside, ignored) ? inside.string() : path;
+}
+
+Result<Recording> Recording::open(const std::string& named, const std::string& rig_file) {
+  const std::string path = drive_file(named);
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return Error{ErrorCode::Io, path + " is a folder without drive.mcap in it: give a recording, or a drive's folder"};
+  auto journal = storage::JournalReader::open(path);
+  if (!journal.ok()) return journal.error();
+  const storage::JournalHeader& header = (*journal)->header();
+  Recording out;
+  if (!rig_file.empty()) {
+    out.rig = config::load_rig(rig_file);
+  } else {
+    const std::string* text = nullptr;
+    for (const auto& file : header.files)
+      if (file.name == "rig.yaml") text = &file.text;
+    if (!text) return Error{ErrorCode::Malformed, fmt::format("{}: holds no rig.yaml; give one with --rig", path)};
+    try {
+      out.rig = config::parse_rig(*text, path + ":rig.yaml");
+    } catch (const config::ConfigError& e) {
+      return Error{ErrorCode::Unsupported, fmt::format("{}; the recording is of another version: give a rig with --rig", e.what())};
+    }
+  }
+  const auto names = out.rig.sensor_names();
+  bool same = names.size() == header.sensors.size();
+  for (std::size_t i = 0; same && i < names.size(); ++i) same = names[i] == header.sensors[i].name;
+  if (!same) {
+    std::string recorded;
+    for (const auto& sensor : header.sensors) recorded += " " + sensor.name;
+    return Error{ErrorCode::Invalid, fmt::format("{}: the rig's sensors are not those of the recording:{}", path, recorded)};
+  }
+  out.journal = std::move(*journal);
+  return out;
+}
+
+Status Recording::for_each(const std::function<bool(const Packet&)>& use) {
+  Status first;
+  for (;;) {
+    Result<Packet> packet = journal->next({});
+    if (packet.ok()) {
+      if (!use(*packet)) return first;
+      continue;
+    }
+    const Error& error = packet.error();
+    if (error.code == ErrorCode::EndOfData) return first;
+    if (first.ok()) first = error;
+    if (error.code != ErrorCode::Malformed) return first;
+  }
+}
+
+}  // namespace hueline::runtime

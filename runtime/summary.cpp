@@ -1,0 +1,260 @@
+#include "runtime/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/calendar.hpp"
+#include "drivers/novatel/messages.hpp"
+
+namespace hueline::runtime {
+namespace {
+
+/// What each kind means for whoever reads the summary.
+const char* explanation(FaultKind kind) {
+  switch (kind) {
+    case FaultKind::Disconnected: return "device or peer gone; asked again with back-off";
+    case FaultKind::Reconnected: return "came back";
+    case FaultKind::Silent: return "connected but said nothing";
+    case FaultKind::Overflow: return "a bounded queue, pool or kernel buffer was full";
+    case FaultKind::Malformed: return "bytes that break their format, recorded as received";
+    case FaultKind::Lost: return "gap in the device's own count or period: never reached this computer";
+    case FaultKind::Late: return "came after its place in the stream had passed: recorded, not fused";
+    case FaultKind::ClockStep: return "a clock jumped";
+    case FaultKind::LabelConflict: return "sources disagree about the second";
+    case FaultKind::Spurious: return "belongs to nothing: recorded, not used";
+    case FaultKind::Shed: return "recorded, not fused: the pipeline was too slow";
+    case FaultKind::DiskFull: return "a write was refused, or the recording was taken away";
+    case FaultKind::WrongSize: return "image of another size than the rig's: recorded, not used";
+    case FaultKind::WrongDevice: return "not the device that the rig names";
+    case FaultKind::NoTime: return "its clock is not disciplined: stamped roughly, or not at all";
+    case FaultKind::Refused: return "the device refused a command";
+    case FaultKind::Implausible: return "contradicts the values before it: used with a grown sigma, or not at all";
+  }
+  return "?";
+}
+
+double share(std::uint64_t part, std::uint64_t whole) { return whole ? static_cast<double>(part) / static_cast<double>(whole) : 0; }
+
+}  // namespace
+
+void Summary::SigmaStatistics::add(nanoseconds sigma) {
+  const double us = to_seconds(sigma) * 1e6;
+  ++count;
+  sum_square_us += us * us;
+  largest_us = std::max(largest_us, us);
+}
+double Summary::SigmaStatistics::rms_us() const { return count ? std::sqrt(sum_square_us / static_cast<double>(count)) : 0; }
+
+Summary::Summary(std::vector<std::string> sensors) {
+  for (auto& name : sensors) sensors_.push_back({.name = std::move(name), .packets = 0, .bytes = 0, .shed = 0, .decoded = {}, .faults = {}});
+}
+
+void Summary::on_packet(const Packet& packet) {
+  ++packets_;
+  bytes_ += packet.bytes.size();
+  if (packet.sequence > next_sequence_) gaps_ += packet.sequence - next_sequence_;
+  next_sequence_ = packet.sequence + 1;
+  if (packet.sensor >= sensors_.size()) return;
+  Sensor& sensor = sensors_[packet.sensor];
+  if (packet.kind == PacketKind::Wire) {
+    ++sensor.packets;
+    sensor.bytes += packet.bytes.size();
+  }
+  if (packet.shed) ++sensor.shed;
+}
+
+void Summary::on_decoded(SensorId sensor, const DecodeCounts& counts) {
+  if (sensor < sensors_.size()) sensors_[sensor].decoded = counts;
+}
+
+void Summary::on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses) {
+  if (sensor < sensors_.size()) wheels_.push_back({sensor, speeds, pulses});
+}
+
+void Summary::on_unfused(const std::string& reason, std::uint64_t points) {
+  if (points) unfused_[reason] += points;
+}
+
+void Summary::on_unwritten(const std::string& reason, std::uint64_t points) {
+  if (points) unwritten_[reason] += points;
+}
+
+void Summary::on_cloud(const CloudBlock& block) {
+  points_ += block.points.size();
+  for (const auto& point : block.points) ++by_state_[static_cast<std::size_t>(point.state)];
+}
+
+void Summary::on_exposure(const Exposure& exposure) {
+  ++exposures_;
+  ++exposures_by_timing_[static_cast<std::size_t>(exposure.timing)];
+  if (!exposure.image.is_complete) ++incomplete_images_;
+  if (exposure.timing != ExposureTiming::Unmatched) exposure_sigma_.add(exposure.sigma);
+}
+
+void Summary::on_solution(const InsSolution& solution) {
+  first_ = solutions_ ? std::min(first_, solution.time) : solution.time;
+  last_ = solutions_ ? std::max(last_, solution.time) : solution.time;
+  ++solutions_;
+  const nanoseconds since = last_solution_ ? solution.time - *last_solution_ : nanoseconds(0);
+  last_solution_ = solution.time;
+  if (!solution.is_good) {
+    NotGood& state = solutions_by_status_[solution.status];
+    ++state.solutions;
+    if (since > nanoseconds(0) && since <= std::chrono::seconds(2)) state.lasted += since;
+    return;
+  }
+  ++good_solutions_;
+  // A distance every 100 solutions or so would hide nothing; every one adds the noise of the POS. 0.5 m steps are a fair path length.
+  if (has_place_) {
+    const double step = (to_ecef(solution.position).xyz - to_ecef(last_place_).xyz).norm();
+    if (step < 0.5) return;
+    path_m_ += step;
+  }
+  has_place_ = true;
+  last_place_ = solution.position;
+}
+
+void Summary::on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) { changes_.push_back({time, clock, state}); }
+
+void Summary::on_fault(const Fault& fault) {
+  Sensor& sensor = sensors_[fault.sensor < sensors_.size() ? fault.sensor : kSystemSensor];
+  FaultLine& line = sensor.faults[fault.kind];
+  if (!line.events) line.first = fault.detail;
+  line.last = fault.detail;
+  ++line.events;
+  line.count += fault.count;
+}
+
+std::uint64_t Summary::coloured_points() const {
+  return by_state_[static_cast<std::size_t>(ColourState::Direct)] + by_state_[static_cast<std::size_t>(ColourState::Neighbour)];
+}
+
+std::uint64_t Summary::wire_packets() const {
+  std::uint64_t sum = 0;
+  for (const auto& sensor : sensors_) sum += sensor.packets;
+  return sum;
+}
+
+std::uint64_t Summary::lost(FaultKind kind) const {
+  std::uint64_t sum = 0;
+  for (const auto& sensor : sensors_)
+    if (const auto it = sensor.faults.find(kind); it != sensor.faults.end()) sum += it->second.count;
+  return sum;
+}
+
+nlohmann::ordered_json Summary::json() const {
+  nlohmann::ordered_json out;
+  out["journal"] = {{"packets", packets_}, {"bytes", bytes_}, {"sequence_gaps", gaps_}};
+  if (!ends_early_.empty()) out["ends_early"] = ends_early_;
+  if (solutions_)
+    out["drive"] = {{"begin", iso_utc(first_)},
+                    {"end", iso_utc(last_)},
+                    {"duration_s", to_seconds(last_ - first_)},
+                    {"path_m", path_m_},
+                    {"solutions", solutions_},
+                    {"good_solutions", good_solutions_}};
+  for (const auto& [status, state] : solutions_by_status_) {
+    out["drive"]["not_good"][drivers::ins_status_name(status)] = state.solutions;
+    out["drive"]["not_good_s"][drivers::ins_status_name(status)] = to_seconds(state.lasted);
+  }
+  nlohmann::ordered_json states;
+  for (int i = 0; i < kColourStates; ++i)
+    if (by_state_[static_cast<std::size_t>(i)]) states[name(static_cast<ColourState>(i))] = by_state_[static_cast<std::size_t>(i)];
+  out["points"] = {{"returns", returns_}, {"total", points_}, {"coloured", coloured_points()}, {"coloured_share", share(coloured_points(), points_)}, {"by_state", states}};
+  out["points"]["not_placed"] = unfused_;
+  out["points"]["not_written"] = unwritten_;
+  out["points"]["notes"] = notes_;
+  nlohmann::ordered_json timing;
+  for (int i = 0; i < 3; ++i) timing[name(static_cast<ExposureTiming>(i))] = exposures_by_timing_[static_cast<std::size_t>(i)];
+  out["exposures"] = {{"total", exposures_},
+                      {"by_timing", timing},
+                      {"incomplete_images", incomplete_images_},
+                      {"time_sigma_rms_us", exposure_sigma_.rms_us()},
+                      {"time_sigma_largest_us", exposure_sigma_.largest_us}};
+  for (const Wheels& wheels : wheels_) {
+    nlohmann::ordered_json one = {{"sensor", sensors_[wheels.sensor].name}};
+    for (const auto& [kind, way] : {std::pair("speeds", wheels.speeds), std::pair("pulses", wheels.pulses)}) {
+      if (way.messages == 0) continue;
+      one[kind] = {{"messages", way.messages},
+                   {"distance_m", way.wheels_m},
+                   {"compared_s", way.compared_s},
+                   {"compared_distance_m", way.compared_wheels_m},
+                   {"compared_pos_distance_m", way.compared_pos_m},
+                   {"disagreeing_s", way.disagreeing_s}};
+    }
+    out["wheels"].push_back(one);
+  }
+  auto& clocks = out["clocks"] = nlohmann::ordered_json::array();
+  for (const auto& change : changes_)
+    clocks.push_back({{"clock", change.clock < sensors_.size() ? sensors_[change.clock].name : "?"},
+                      {"time", change.time ? nlohmann::ordered_json(iso_utc(*change.time)) : nlohmann::ordered_json()},
+                      {"state", name(change.state)}});
+  auto& sensors = out["sensors"] = nlohmann::ordered_json::array();
+  for (const auto& sensor : sensors_) {
+    nlohmann::ordered_json one = {{"name", sensor.name}, {"packets", sensor.packets}, {"bytes", sensor.bytes}, {"shed", sensor.shed}};
+    one["decoded"] = {{"decoded_bytes", sensor.decoded.decoded_bytes},
+                      {"ignored_bytes", sensor.decoded.ignored_bytes},
+                      {"malformed_bytes", sensor.decoded.malformed_bytes},
+                      {"messages", sensor.decoded.messages}};
+    auto& faults = one["faults"] = nlohmann::ordered_json::array();
+    for (const auto& [kind, line] : sensor.faults)
+      faults.push_back({{"kind", name(kind)},
+                        {"events", line.events},
+                        {"count", line.count},
+                        {"meaning", explanation(kind)},
+                        {"first", line.first},
+                        {"last", line.last}});
+    sensors.push_back(one);
+  }
+  return out;
+}
+
+std::string Summary::text() const {
+  std::string out;
+  if (!ends_early_.empty()) out += fmt::format("ends early {}\n", ends_early_);
+  if (solutions_)
+    out += fmt::format("drive      {} to {} ({:.1f} s, {:.0f} m), {} of {} POS solutions good\n", iso_utc(first_), iso_utc(last_),
+                       to_seconds(last_ - first_), path_m_, good_solutions_, solutions_);
+  for (const auto& [status, state] : solutions_by_status_)
+    out += fmt::format("           {} POS solutions not used, {:.1f} s; the receiver says: {}\n", state.solutions, to_seconds(state.lasted),
+                       drivers::ins_status_name(status));
+  out += fmt::format("journal    {} packets, {:.1f} MB, {} gaps in the sequence\n", packets_, static_cast<double>(bytes_) / 1e6, gaps_);
+  out += fmt::format("points     {}, {:.1f} % coloured", points_, 100 * share(coloured_points(), points_));
+  for (int i = 0; i < kColourStates; ++i)
+    if (by_state_[static_cast<std::size_t>(i)])
+      out += fmt::format("; {} {}", name(static_cast<ColourState>(i)), by_state_[static_cast<std::size_t>(i)]);
+  out += '\n';
+  for (const auto& [reason, points] : unfused_) out += fmt::format("           {} returns not placed: {}\n", points, reason);
+  for (const auto& [reason, points] : unwritten_) out += fmt::format("           {} points not written: {}\n", points, reason);
+  for (const std::string& note : notes_) out += fmt::format("           {}\n", note);
+  out += fmt::format("exposures  {}: {} by event mark, {} by the camera's clock, {} unmatched; {} images incomplete; time sigma {:.2f} us rms, {:.2f} us largest\n",
+                     exposures_, exposures_by_timing_[0], exposures_by_timing_[1], exposures_by_timing_[2], incomplete_images_,
+                     exposure_sigma_.rms_us(), exposure_sigma_.largest_us);
+  for (const Wheels& wheels : wheels_)
+    for (const auto& [kind, way] : {std::pair("speeds", wheels.speeds), std::pair("pulses", wheels.pulses)})
+      if (way.messages > 0)
+        out += fmt::format("wheels     {} {} of {}: {:.1f} m; where both are known {:.1f} m, by the POS {:.1f} m; they disagree for {:.1f} of {:.1f} s\n", way.messages, kind,
+                           sensors_[wheels.sensor].name, way.wheels_m, way.compared_wheels_m, way.compared_pos_m, way.disagreeing_s, way.compared_s);
+  for (const auto& change : changes_)
+    out += fmt::format("clock      {:24} {} {}\n", change.time ? iso_utc(*change.time) : "without GPS time", change.clock < sensors_.size() ? sensors_[change.clock].name : "?",
+                       name(change.state));
+  for (const auto& sensor : sensors_) {
+    const bool is_system = &sensor == &sensors_.front();
+    if (is_system && !sensor.packets && sensor.faults.empty()) continue;
+    if (!is_system && !sensor.packets) {
+      out += fmt::format("{:10} no packet came\n", sensor.name);
+    } else {
+      out += fmt::format("{:10} {} packets, {:.1f} MB", sensor.name, sensor.packets, static_cast<double>(sensor.bytes) / 1e6);
+      if (sensor.shed) out += fmt::format(", {} shed (recorded, not fused)", sensor.shed);
+      out += sensor.faults.empty() ? ", nothing lost\n" : "\n";
+    }
+    for (const auto& [kind, line] : sensor.faults)
+      out += fmt::format("           {} x{}{}: {}. {}\n", name(kind), line.count,
+                         line.events == line.count ? "" : fmt::format(" ({} events)", line.events), explanation(kind), line.last);
+  }
+  return out;
+}
+
+}  // namespace hueline::runtime

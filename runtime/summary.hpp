@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/products.hpp"
+#include "core/decoder.hpp"
+#include "sync/wheel_odometer.hpp"
+
+namespace hueline::runtime {
+
+/// Counts what a drive gave and what it lost, and says it as JSON and in words. Everything in it follows from the journal, so
+/// live and replay agree. Thread-bound (the pipeline's thread).
+class Summary : public ProductSink {
+ public:
+  /// `sensors[id]` = name; index 0 is hueline itself.
+  explicit Summary(std::vector<std::string> sensors);
+
+  void on_packet(const Packet& packet);  ///< every packet of the journal, shed ones too
+  void on_decoded(SensorId sensor, const DecodeCounts& counts);
+  void on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses);
+  /// The products end before the record does; a replay makes them whole. `why`: a sentence.
+  void on_early_end(const std::string& why) { ends_early_ = why; }
+  void on_returns(std::uint64_t returns) { returns_ += returns; }        ///< that were decoded, of all scanners
+  void on_unfused(const std::string& reason, std::uint64_t points);  ///< returns that did not become points
+  void on_unwritten(const std::string& reason, std::uint64_t points);  ///< points that cloud.las does not hold
+  void on_note(std::string sentence) { notes_.push_back(std::move(sentence)); }  ///< why returns were not placed, in particular
+
+  void on_origin(const Geodetic&) override {}
+  void on_cloud(const CloudBlock& block) override;
+  void on_exposure(const Exposure& exposure) override;
+  void on_solution(const InsSolution& solution) override;
+  void on_fix(const GnssFix&) override {}
+  void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) override;
+  void on_fault(const Fault& fault) override;
+
+  std::uint64_t points() const { return points_; }
+  std::uint64_t wire_packets() const;  ///< of devices: without faults and ticks
+  std::uint64_t coloured_points() const;
+  std::uint64_t lost(FaultKind kind) const;
+
+  nlohmann::ordered_json json() const;
+  /// A page for the terminal.
+  std::string text() const;
+
+ private:
+  struct FaultLine {
+    std::uint64_t events = 0, count = 0;
+    std::string first, last;  // details
+  };
+  struct Sensor {
+    std::string name;
+    std::uint64_t packets = 0, bytes = 0, shed = 0;
+    DecodeCounts decoded;
+    std::map<FaultKind, FaultLine> faults;
+  };
+  struct Wheels {
+    SensorId sensor;
+    sync::WheelOdometer::Way speeds, pulses;
+  };
+  struct SigmaStatistics {
+    std::uint64_t count = 0;
+    double sum_square_us = 0, largest_us = 0;
+    void add(nanoseconds sigma);
+    double rms_us() const;
+  };
+
+  std::vector<Sensor> sensors_;
+  std::vector<Wheels> wheels_;
+  std::uint64_t points_ = 0, packets_ = 0, bytes_ = 0, gaps_ = 0, next_sequence_ = 0;
+  std::array<std::uint64_t, kColourStates> by_state_{};
+  std::uint64_t returns_ = 0;
+  std::map<std::string, std::uint64_t> unfused_, unwritten_;
+  std::vector<std::string> notes_;
+  std::string ends_early_;  // empty: they do not
+  std::array<std::uint64_t, 3> exposures_by_timing_{};
+  std::uint64_t exposures_ = 0, incomplete_images_ = 0;
+  SigmaStatistics exposure_sigma_;
+  std::uint64_t solutions_ = 0, good_solutions_ = 0;
+  struct NotGood {
+    std::uint64_t solutions = 0;
+    nanoseconds lasted{0};
+  };
+  std::map<std::uint32_t, NotGood> solutions_by_status_;
+  std::optional<GpsTime> last_solution_;
+  GpsTime first_{}, last_{};
+  double path_m_ = 0;
+  bool has_place_ = false;
+  Geodetic last_place_{};
+  struct Change {
+    std::optional<GpsTime> time;
+    SensorId clock;
+    SyncState state;
+  };
+  std::vector<Change> changes_;
+};
+
+}  // namespace hueline::runtime

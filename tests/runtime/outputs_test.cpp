@@ -1,0 +1,134 @@
+#include "runtime/outputs.hpp"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+
+#include "core/calendar.hpp"
+#include "storage/las_reader.hpp"
+#include "storage/mcap_reader.hpp"
+
+namespace hueline::runtime {
+namespace {
+
+/// A drive's folder that goes with the test.
+struct Folder {
+  std::filesystem::path path;
+  Folder() {
+    char name[] = "/tmp/hueline_outputs_XXXXXX";
+    path = mkdtemp(name);
+  }
+  ~Folder() { std::filesystem::remove_all(path); }
+};
+
+config::Rig rig() {
+  return config::parse_rig(
+      "rig: r\nsensors:\n  - {name: pps, driver: pps, device: /dev/pps0}\n"
+      "  - {name: pos, driver: novatel, tcp: {host: h, port: 3001}, logs: {}}\ncolouring: {method: lens}\n",
+      "rig");
+}
+
+InsSolution solution(double seconds) {
+  InsSolution s;
+  s.sensor = 2;
+  s.time = from_gps_week(2400, from_seconds(seconds));
+  s.position = {0.84, 0.2, 570};
+  s.is_good = true;
+  return s;
+}
+
+TEST(Outputs, TheViewBeginsWithTheFirstPoseAndKnowsWhatWasSaidBefore) {
+  Folder folder;
+  auto outputs = Outputs::create(rig(), folder.path, [](const std::string& trouble) { FAIL() << trouble; });
+  ASSERT_TRUE(outputs.ok());
+  Outputs& out = **outputs;
+  out.on_fault({2, FaultKind::Disconnected, {}, 1, "no route"});
+  out.on_sync_state({}, 1, SyncState::Acquiring);
+  out.on_origin(solution(100).position);
+  for (int i = 0; i < 5; ++i) out.on_solution(solution(100 + i));
+  // No point was ever coloured.
+  ASSERT_TRUE(out.finish().ok());
+
+  auto reader = storage::McapReader::open(folder.path / "view.mcap");
+  ASSERT_TRUE(reader.ok());
+  std::map<std::string, int> messages;
+  std::uint64_t earliest = ~std::uint64_t{0};
+  for (;;) {
+    auto message = reader->next();
+    if (!message.ok()) break;
+    ++messages[reader->channels().at(message->channel).topic];
+    earliest = std::min(earliest, message->log_time);
+  }
+  EXPECT_EQ(messages["/pose"], 5);
+  EXPECT_EQ(messages["/log"], 2);
+  EXPECT_GT(earliest, 1'600'000'000'000'000'000u) << "something was shown in 1980";
+}
+
+/// A disk on which so much is left.
+class DiskWith final : public storage::Disk {
+ public:
+  int create(const std::filesystem::path&, storage::IfExists, std::unique_ptr<storage::DiskFile>&) override { return -1; }
+  std::int64_t free_bytes(const std::filesystem::path&) override { return left; }
+  std::int64_t left = INT64_MAX;
+};
+
+TEST(DiskReserve, FitsTheRecordingsRateAndItsFileSystemOnly) {
+  Folder folder;
+  DiskWith disk;
+  const auto recording = folder.path / "drive.mcap", product = folder.path / "cloud.las";
+  for (const auto& file : {recording, product}) std::ofstream(file).put('x');
+  DiskReserve reserve(recording, disk);
+  EXPECT_EQ(reserve.bytes(), DiskReserve::kLeastBytes);
+  reserve.note(6'000'000, 0.5);
+  EXPECT_EQ(reserve.bytes(), DiskReserve::kLeastBytes + 30'000'000) << "a burst at the beginning is no rate";
+  reserve.note(36'000'000'000, 3600);
+  EXPECT_EQ(reserve.bytes(), DiskReserve::kLeastBytes + 3'000'000'000);
+  disk.left = 3'064'000'000;
+  EXPECT_TRUE(reserve.check(product).ok());
+  --disk.left;
+  EXPECT_FALSE(reserve.check(product).ok());
+  EXPECT_TRUE(reserve.check("/proc/self/status").ok()) << "another file system's space is not the recording's";
+}
+
+TEST(Outputs, TheCloudLeavesTheDisksLastSpaceToTheRecording) {
+  Folder folder;
+  DiskWith disk;
+  std::ofstream(folder.path / "drive.mcap").put('x');
+  DiskReserve reserve(folder.path / "drive.mcap", disk);
+  std::vector<std::string> told;
+  auto outputs = Outputs::create(rig(), folder.path, [&](const std::string& trouble) { told.push_back(trouble); });
+  ASSERT_TRUE(outputs.ok());
+  Outputs& out = **outputs;
+  out.keep(reserve);
+  out.on_origin(solution(100).position);
+  const auto block = [&](double at_s) {
+    CloudBlock cloud;
+    cloud.origin = solution(100).position;
+    cloud.points.resize(100);
+    for (auto& point : cloud.points) point.time = solution(at_s).time;
+    return cloud;
+  };
+  out.on_cloud(block(101));
+  disk.left = 1000;
+  out.on_cloud(block(102));
+  disk.left = INT64_MAX;
+  out.on_cloud(block(103));  // there is room again, but a gap would be no beginning
+  ASSERT_EQ(told.size(), 1u) << "once, when it happens";
+  EXPECT_NE(told[0].find("the raw recording goes on"), std::string::npos) << told[0];
+  const Status finished = out.finish();
+  ASSERT_FALSE(finished.ok());
+  EXPECT_NE(finished.error().message.find("a replay makes them whole"), std::string::npos) << finished.error().message;
+  auto cloud = storage::LasReader::open(folder.path / "cloud.las");
+  ASSERT_TRUE(cloud.ok());
+  EXPECT_EQ((*cloud).header().point_count, 100u);
+  EXPECT_EQ(out.summary().points(), 300u);
+  const std::string said = out.summary().text();
+  EXPECT_NE(said.find("200 points not written: left out to keep the disk's last space for the recording"), std::string::npos) << said;
+  EXPECT_NE(said.find("ends early"), std::string::npos) << said;
+}
+
+}  // namespace
+}  // namespace hueline::runtime
