@@ -1,6 +1,8 @@
 #include "apps/cloud_print.hpp"
 
-#include <bit>
+#include <cstring>
+
+#include "core/point_fields.hpp"
 
 namespace hueline::apps {
 
@@ -13,13 +15,19 @@ void CloudPrint::add(const ColouredPoint& p) {
       h ^= h >> 29;
     }
   };
-  for (const double x : {p.east, p.north, p.up}) word(std::bit_cast<std::uint64_t>(x));
-  word(static_cast<std::uint64_t>(count_ns(p.time)));
-  word(std::uint64_t{std::bit_cast<std::uint32_t>(p.u)} << 32 | std::bit_cast<std::uint32_t>(p.v));
-  word(std::uint64_t{p.exposure} << 32 | std::bit_cast<std::uint32_t>(p.sigma_m));
-  word(std::uint64_t{p.red} | std::uint64_t{p.green} << 8 | std::uint64_t{p.blue} << 16 | std::uint64_t{static_cast<std::uint8_t>(p.state)} << 24 |
-       std::uint64_t{p.lens} << 32 | std::uint64_t{p.quality} << 40 | std::uint64_t{p.reflectivity} << 48);
-  word(std::uint64_t{p.return_number} | std::uint64_t{p.return_count} << 8 | std::uint64_t{p.channel} << 16 | std::uint64_t{p.sensor} << 32);
+  constexpr std::size_t kBytes = [] {
+    std::size_t bytes = 0;
+    for_each_field<kPointFields>([&](auto field) { bytes += sizeof(typename decltype(field)::Number); });
+    return bytes;
+  }();
+  std::array<std::uint64_t, (kBytes + 7) / 8> words{};
+  auto* at = reinterpret_cast<std::byte*>(words.data());
+  for_each_field<kPointFields>([&](auto field) {
+    const auto number = field.number(p);
+    std::memcpy(at, &number, sizeof number);
+    at += sizeof number;
+  });
+  for (const std::uint64_t w : words) word(w);
 }
 
 }  // namespace hueline::apps

@@ -13,6 +13,7 @@
 #include "config/scenario.hpp"
 #include "config/sheet.hpp"
 #include "core/calendar.hpp"
+#include "storage/las_fields.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/pcd_reader.hpp"
 
@@ -43,7 +44,7 @@ Inspection inspect_las(const std::string& path) {
   bool has_time = false;
   GpsTime first{}, last{};
   std::map<std::uint64_t, std::uint64_t> states;
-  const auto* state = reader->extra_field("colour_state");
+  const auto* state = reader->extra_field(storage::las_extra_name<&ColouredPoint::state>());
   std::vector<storage::LasPoint> batch;
   for (;;) {
     if (Status read = reader->next(batch); !read.ok()) {

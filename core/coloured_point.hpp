@@ -23,7 +23,7 @@ const char* name(ColourState state);
 constexpr std::uint32_t kNoExposure = 0xFFFFFFFFu;
 constexpr std::uint8_t kNoLens = 0xFF;
 
-/// A georeferenced, coloured return. Position in Enu at the cloud's origin (double, m).
+/// A georeferenced, coloured return. Position in Enu at the cloud's origin (double, m). Each member has its entry in core/point_fields.hpp.
 struct ColouredPoint {
   double east = 0, north = 0, up = 0;
   GpsTime time{};                          ///< firing
@@ -39,6 +39,7 @@ struct ColouredPoint {
   std::uint16_t channel = 0;
   SensorId sensor{};
   float sigma_m = 0;                       ///< one-sigma position uncertainty from pose, time and range
+  bool operator==(const ColouredPoint&) const = default;
 };
 
 /// Points in the order of their firing batches; all blocks of a drive share `origin`.

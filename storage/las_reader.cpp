@@ -84,7 +84,7 @@ Status LasReader::read_records() {
   return {};
 }
 
-const LasExtraField* LasReader::extra_field(const std::string& name) const {
+const LasExtraField* LasReader::extra_field(std::string_view name) const {
   const auto found = std::find_if(extra_.begin(), extra_.end(), [&](const auto& f) { return f.name == name; });
   return found == extra_.end() ? nullptr : &*found;
 }

@@ -32,7 +32,7 @@ class LasReader {
   const std::vector<LasVlr>& records() const { return vlrs_; }
   const std::vector<LasExtraField>& extra_fields() const { return extra_; }
   /// The field of that name, or null.
-  const LasExtraField* extra_field(const std::string& name) const;
+  const LasExtraField* extra_field(std::string_view name) const;
   /// OGC WKT of the CRS; empty if the file has none.
   std::string wkt() const;
   bool has_colour() const;

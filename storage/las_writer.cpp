@@ -9,21 +9,8 @@ namespace {
 
 constexpr double kStep = 0.001;       // m
 constexpr double kOffsetStep = 1000;  // offsets are whole kilometres: short numbers in the header
-constexpr std::size_t kFormat = 7;
+constexpr int kFormat = 7;
 
-/// In the order in which encode() writes them.
-std::vector<LasExtraField> extra_fields() {
-  return {{"exposure", "exposure that gave the colour", LasType::U32},
-          {"channel", "laser channel", LasType::U16},
-          {"lens", "lens that was sampled", LasType::U8},
-          {"quality", "0 uncoloured ... 255 best", LasType::U8},
-          {"colour_state", "0 own 1 neighbour 2.. uncoloured", LasType::U8},
-          {"sigma", "1-sigma position uncertainty, m", LasType::F32},
-          {"image_u", "column that was sampled, px", LasType::F32},
-          {"image_v", "row that was sampled, px", LasType::F32}};
-}
-constexpr std::size_t kExtra = 4 + 2 + 1 + 1 + 1 + 4 + 4 + 4;
-constexpr std::size_t kRecord = 36 + kExtra;
 constexpr std::size_t kBuffered = 16384;  // points a write
 
 int day_of_year(const UtcTime& utc) {
@@ -44,7 +31,7 @@ std::string LasWriter::Config::validate() const {
 }
 
 LasWriter::LasWriter(FileWriter file, Projection projection, const Config& config)
-    : file_(std::move(file)), projection_(std::move(projection)), config_(config), buffer_(kBuffered * kRecord) {
+    : file_(std::move(file)), projection_(std::move(projection)), config_(config) {
   tally_.lowest.fill(std::numeric_limits<std::int32_t>::max());
   tally_.highest.fill(std::numeric_limits<std::int32_t>::min());
   in_file_ = tally_;
@@ -55,21 +42,21 @@ LasWriter::~LasWriter() {
   if (file_.is_open()) (void)close();
 }
 
-Result<LasWriter> LasWriter::create(const std::filesystem::path& path, const Geodetic& origin, const Config& config) {
+Result<LasWriter> LasWriter::create(const std::filesystem::path& path, const Geodetic& origin, const Config& config, const std::vector<LasExtraField>& extra) {
   if (std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
   Result<Projection> projection = Projection::create(origin, config.epsg);
   if (!projection) return projection.error();
   Result<FileWriter> file = FileWriter::create(path, config.if_exists);
   if (!file) return file.error();
   LasWriter writer(std::move(*file), std::move(*projection), config);
-  if (Status started = writer.start(); !started) return started.error();
+  if (Status started = writer.start(extra); !started) return started.error();
   return writer;
 }
 
-Status LasWriter::start() {
+Status LasWriter::start(const std::vector<LasExtraField>& extra) {
   Bytes records;
   append_vlr(records, {"LASF_Projection", 2112, "OGC WKT", projection_.wkt() + '\0'});
-  append_vlr(records, {"LASF_Spec", 4, "Extra bytes", encode_extra_fields(extra_fields())});
+  append_vlr(records, {"LASF_Spec", 4, "Extra bytes", encode_extra_fields(extra)});
   header_.global_encoding = kLasAdjustedTime | kLasWkt;
   header_.system_identifier = config_.system_identifier;
   header_.generating_software = config_.generating_software;
@@ -79,7 +66,10 @@ Status LasWriter::start() {
   header_.vlr_count = 2;
   header_.point_offset = static_cast<std::uint32_t>(kLasHeaderSize14 + records.size());
   header_.point_format = kFormat;
-  header_.point_size = kRecord;
+  std::size_t size = las_point_size(kFormat);
+  for (const LasExtraField& field : extra) size += size_of(field.type);
+  header_.point_size = static_cast<std::uint16_t>(size);
+  buffer_.resize(kBuffered * size);
   header_.scale.fill(kStep);
   const Eigen::Vector3d origin = projection_.project(0, 0, 0);
   for (std::size_t k = 0; k < 2; ++k)
@@ -89,14 +79,15 @@ Status LasWriter::start() {
   return file_.write(pieces);
 }
 
-void LasWriter::encode(const ColouredPoint& p) {
+/// Takes the point into the buffer and the tally; where its extra bytes begin, or null for a point that is refused.
+std::byte* LasWriter::encode(const ColouredPoint& p) {
   const Eigen::Vector3d xyz = projection_.project(p.east, p.north, p.up);
   std::array<std::int32_t, 3> steps;
   for (std::size_t k = 0; k < 3; ++k) {
     const double s = std::floor((xyz[static_cast<Eigen::Index>(k)] - header_.offset[k]) / kStep + 0.5);
     if (!(std::abs(s) < 2147483647.0)) {
       ++counts_.refused;
-      return;
+      return nullptr;
     }
     steps[k] = static_cast<std::int32_t>(s);
   }
@@ -109,7 +100,7 @@ void LasWriter::encode(const ColouredPoint& p) {
   ++tally_.points;
   ++tally_.by_return[static_cast<std::size_t>(number - 1)];
   std::byte* at = buffer_.data() + used_;
-  used_ += kRecord;
+  used_ += header_.point_size;
   const auto add = [&at](auto value) {
     std::memcpy(at, &value, sizeof value);
     at += sizeof value;
@@ -125,23 +116,21 @@ void LasWriter::encode(const ColouredPoint& p) {
   add(p.sensor);         // point source
   add(to_las_time(p.time));
   add(wide(p.red)), add(wide(p.green)), add(wide(p.blue));
-  add(p.exposure);
-  add(p.channel);
-  add(p.lens), add(p.quality), add(static_cast<std::uint8_t>(p.state));
-  add(p.sigma_m), add(p.u), add(p.v);
   ++counts_.written;
+  return at;
 }
 
-Status LasWriter::append(const CloudBlock& block) {
+Status LasWriter::check(const Geodetic& origin, std::size_t extra_size) const {
   if (error_) return *error_;
-  const Geodetic &a = block.origin, &b = projection_.origin();
+  const Geodetic &a = origin, &b = projection_.origin();
   if (a.latitude != b.latitude || a.longitude != b.longitude || a.ellipsoidal_height != b.ellipsoidal_height)
     return Error{ErrorCode::Invalid, "a block of points has another origin than the cloud " + path().string()};
-  for (const ColouredPoint& point : block.points) {
-    encode(point);
-    if (used_ < buffer_.size()) continue;
-    if (Status written = write_points(); !written) return written;
-  }
+  if (las_point_size(kFormat) + extra_size != header_.point_size)
+    return Error{ErrorCode::Invalid, "a block of points has other fields than the cloud " + path().string()};
+  return {};
+}
+
+Status LasWriter::keep_header() {
   if (counts_.written < next_header_) return {};
   next_header_ = counts_.written + config_.header_every;
   return flush();
@@ -186,5 +175,7 @@ Status LasWriter::close() {
   const Status closed = file_.close();
   return flushed ? closed : flushed;
 }
+
+template Status LasWriter::append<kPointFields>(const Geodetic& origin, std::span<const ColouredPoint> points);
 
 }  // namespace hueline::storage

@@ -2,16 +2,15 @@
 
 #include <memory>
 
-#include "core/coloured_point.hpp"
 #include "storage/file_writer.hpp"
-#include "storage/las_format.hpp"
+#include "storage/las_fields.hpp"
 #include "storage/projection.hpp"
 
 namespace hueline::storage {
 
 /// Writes the coloured cloud: LAS 1.4, point format 7, adjusted standard GPS time, steps of 1 mm, CRS as OGC WKT, 8-bit
-/// colours times 257, and per point as extra bytes: exposure, channel, lens, quality, colour_state, sigma and the pixel
-/// (image_u, image_v). Thread-bound. Reads no clock: the same blocks give the same bytes.
+/// colours times 257, and extra bytes as the list of the point's fields says (core/point_fields.hpp). Thread-bound. Reads no clock: the same
+/// blocks give the same bytes.
 ///
 /// The header is brought up to date every `header_every` points and by flush(): a killed program leaves a file that
 /// reads up to there. The first failed write is remembered and returned by all later calls; the file then ends with its
@@ -34,15 +33,21 @@ class LasWriter {
     std::uint64_t lost = 0;     ///< taken, but the file refused them
   };
 
-  /// Blocks must have this origin. Errors: Invalid (setting, EPSG), Io.
-  static Result<LasWriter> create(const std::filesystem::path& path, const Geodetic& origin, const Config& config);
+  /// Points must have this origin and the fields of the list. Errors: Invalid (setting, EPSG), Io.
+  template <const auto& Fields = kPointFields>
+  static Result<LasWriter> create(const std::filesystem::path& path, const Geodetic& origin, const Config& config) {
+    return create(path, origin, config, las_extra_fields<Fields>());
+  }
   LasWriter(LasWriter&&) noexcept = default;
   LasWriter& operator=(LasWriter&&) = delete;
   /// Closes if close() was not called; then nobody hears of an error.
   ~LasWriter();
 
   /// Invalid if the block has another origin; Io.
-  Status append(const CloudBlock& block);
+  Status append(const CloudBlock& block) { return append<kPointFields>(block.origin, std::span(block.points)); }
+  /// Points with more fields than ColouredPoint, from which their type is derived. Invalid if the file was created for another list.
+  template <const auto& Fields, class Point>
+  Status append(const Geodetic& origin, std::span<const Point> points);
   /// All points so far to the kernel, and the header that counts them.
   Status flush();
   /// flush(), to the medium, and the end.
@@ -54,11 +59,14 @@ class LasWriter {
   const std::filesystem::path& path() const { return file_.path(); }
 
  private:
+  static Result<LasWriter> create(const std::filesystem::path& path, const Geodetic& origin, const Config& config, const std::vector<LasExtraField>& extra);
   LasWriter(FileWriter file, Projection projection, const Config& config);
-  Status start();
+  Status start(const std::vector<LasExtraField>& extra);
+  Status check(const Geodetic& origin, std::size_t extra_size) const;
   Status write_points();
   Status write_header();
-  void encode(const ColouredPoint& point);
+  Status keep_header();
+  std::byte* encode(const ColouredPoint& point);
 
   FileWriter file_;
   Projection projection_;
@@ -77,5 +85,17 @@ class LasWriter {
   std::size_t used_ = 0;
   std::uint64_t next_header_ = 0;
 };
+
+template <const auto& Fields, class Point>
+Status LasWriter::append(const Geodetic& origin, std::span<const Point> points) {
+  if (Status fits = check(origin, las_extra_size<Fields>()); !fits) return fits;
+  for (const Point& point : points) {
+    if (std::byte* extra = encode(point)) put_las_extra<Fields>(point, extra);
+    if (used_ < buffer_.size()) continue;
+    if (Status written = write_points(); !written) return written;
+  }
+  return keep_header();
+}
+extern template Status LasWriter::append<kPointFields>(const Geodetic& origin, std::span<const ColouredPoint> points);
 
 }  // namespace hueline::storage

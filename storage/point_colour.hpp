@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "storage/las_fields.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/png.hpp"
 
@@ -12,7 +13,7 @@ class PointColour {
  public:
   /// `eight_bit`: the file holds 8-bit values in its 16-bit colours (common, though the format asks for scaled values).
   PointColour(const LasReader& reader, bool eight_bit, std::uint16_t brightest_intensity)
-      : state_(reader.extra_field("colour_state")),
+      : state_(reader.extra_field(las_extra_name<&ColouredPoint::state>())),
         colours_(reader.has_colour()),
         shift_(eight_bit ? 0 : 8),
         brightest_(brightest_intensity ? brightest_intensity : 1) {}

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "storage/file_writer.hpp"
-#include "storage/las_format.hpp"
+#include "storage/las_fields.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -19,13 +19,14 @@ constexpr double kMostSteps = 2147483647.0;
 constexpr std::size_t kMostFields = 300;    // 192 bytes each in a record of at most 65535
 constexpr std::size_t kBuffered = 1 << 20;  // bytes a write
 constexpr int kFormat = 7;
+const std::string kImageU(las_extra_name<&ColouredPoint::u>()), kImageV(las_extra_name<&ColouredPoint::v>()), kState(las_extra_name<&ColouredPoint::state>());
 
 /// Names that readers of LAS have for something else.
 bool is_taken(const std::string& name) {
   static const std::set<std::string> names = {"x", "y", "z", "intensity", "return_number", "number_of_returns", "classification", "user_data", "point_source_id",
                                               "scan_angle", "scan_angle_rank", "scan_direction_flag", "edge_of_flight_line", "scanner_channel", "synthetic",
-                                              "key_point", "withheld", "overlap", "gps_time", "gpstime", "red", "green", "blue", "nir", "infrared", "image_u",
-                                              "image_v", "colour_state"};
+                                              "key_point", "withheld", "overlap", "gps_time", "gpstime", "red", "green", "blue", "nir", "infrared",
+                                              kImageU, kImageV, kState};
   std::string small = name;
   std::transform(small.begin(), small.end(), small.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return names.contains(small);
@@ -107,7 +108,7 @@ Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const
 
   std::vector<LasExtraField> described;
   std::vector<Kept> kept;
-  std::set<std::string> used = {"image_u", "image_v", "colour_state"};
+  std::set<std::string> used = {kImageU, kImageV, kState};
   for (std::size_t f = 0; f < cloud.fields.size(); ++f) {
     const std::string& field = cloud.fields[f];
     if (field == "x" || field == "y" || field == "z" || field == "_") continue;
@@ -118,9 +119,9 @@ Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const
     kept.push_back({cloud.columns[f], described.back().type});
   }
   if (described.size() > kMostFields) return Error{ErrorCode::Invalid, fmt::format("{}: the cloud has {} fields; LAS can keep {}", path.string(), described.size(), kMostFields)};
-  described.push_back({"image_u", "column that was sampled, px", LasType::F32});
-  described.push_back({"image_v", "row that was sampled, px", LasType::F32});
-  described.push_back({"colour_state", "0 coloured 3 uncoloured", LasType::U8});
+  described.push_back({kImageU, "column that was sampled, px", LasType::F32});
+  described.push_back({kImageV, "row that was sampled, px", LasType::F32});
+  described.push_back({kState, "0 coloured 3 uncoloured", LasType::U8});
 
   ShotCloudNotes notes;
   notes.intensity_field = first_of(cloud, {"intensity", "reflectivity"});

@@ -5,11 +5,11 @@
 #include "core/calendar.hpp"
 #include "storage/descriptor_set.hpp"
 #include "storage/image_view.hpp"
+#include "storage/view_fields.hpp"
 #include "storage_proto/foxglove/CompressedImage.pb.h"
 #include "storage_proto/foxglove/FrameTransform.pb.h"
 #include "storage_proto/foxglove/LocationFix.pb.h"
 #include "storage_proto/foxglove/Log.pb.h"
-#include "storage_proto/foxglove/PointCloud.pb.h"
 #include "storage_proto/foxglove/PoseInFrame.pb.h"
 
 namespace hueline::storage {
@@ -17,8 +17,7 @@ namespace {
 
 constexpr const char* kEnu = "enu";
 constexpr const char* kBody = "body";
-constexpr std::size_t kStride = 3 * 4 + 4 + 2;  // x y z, colour, intensity, quality
-constexpr std::size_t kMostPoints = 500'000;    // in one message
+constexpr std::size_t kMostBytes = 9'000'000;  // of points in one message
 
 /// ns since 1970-01-01 UTC; POSIX counts no leap seconds.
 std::int64_t unix_ns(GpsTime time) {
@@ -35,10 +34,6 @@ void stamp(Message& message, GpsTime time) {
 void set(foxglove::Vector3& out, const Eigen::Vector3d& v) { out.set_x(v.x()), out.set_y(v.y()), out.set_z(v.z()); }
 void set(foxglove::Quaternion& out, const Eigen::Quaterniond& q) {
   out.set_x(q.x()), out.set_y(q.y()), out.set_z(q.z()), out.set_w(q.w());
-}
-template <class T>
-void pack(std::string& out, T value) {
-  out.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
 }  // namespace
@@ -104,36 +99,22 @@ Status ViewWriter::append(const CloudBlock& block) {
   for (const ColouredPoint& p : block.points) {
     if (points_seen_++ % config_.keep_every != 0) continue;
     // A block of an older time (another scanner's) does not close the message: only going on does.
-    if (!points_.empty() &&
-        (p.time - cloud_start_ >= config_.cloud_interval || points_.size() >= kMostPoints * kStride))
+    if (!points_.empty() && (p.time - cloud_start_ >= config_.cloud_interval || points_.size() >= kMostBytes))
       if (Status written = write_cloud(); !written) return written;
     if (points_.empty()) cloud_start_ = p.time;
-    for (const double v : {p.east, p.north, p.up}) pack(points_, static_cast<float>(v));
-    for (const std::uint8_t v : {p.red, p.green, p.blue, std::uint8_t{255}, p.reflectivity, p.quality})
-      pack(points_, v);
+    pack_view<kPointFields>(p, points_);
   }
   return {};
 }
 
 Status ViewWriter::write_cloud() {
   if (points_.empty()) return {};
-  using Field = foxglove::PackedElementField;
   foxglove::PointCloud cloud;
   stamp(cloud, cloud_start_);
   cloud.set_frame_id(kEnu);
   cloud.mutable_pose()->mutable_position();
   cloud.mutable_pose()->mutable_orientation()->set_w(1);
-  cloud.set_point_stride(kStride);
-  std::uint32_t offset = 0;
-  const auto field = [&](const char* name, Field::NumericType type, std::uint32_t size) {
-    Field& f = *cloud.add_fields();
-    f.set_name(name);
-    f.set_offset(offset);
-    f.set_type(type);
-    offset += size;
-  };
-  for (const char* name : {"x", "y", "z"}) field(name, Field::FLOAT32, 4);
-  for (const char* name : {"red", "green", "blue", "alpha", "intensity", "quality"}) field(name, Field::UINT8, 1);
+  describe_view<kPointFields>(cloud);
   cloud.set_data(std::move(points_));
   points_.clear();
   return write(kCloud, cloud_start_, cloud);

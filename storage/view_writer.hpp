@@ -17,7 +17,7 @@ namespace hueline::storage {
 ///
 /// | topic | message | frame |
 /// |---|---|---|
-/// | /cloud | foxglove.PointCloud: x y z (m), red green blue alpha, intensity, quality | enu |
+/// | /cloud | foxglove.PointCloud: the fields of core/point_fields.hpp that have a name there | enu |
 /// | /pose, /tf | foxglove.PoseInFrame, foxglove.FrameTransform: Body in Enu | enu, body |
 /// | /fix | foxglove.LocationFix: height above the ellipsoid | antenna |
 /// | /image/NAME | foxglove.CompressedImage: a reduced JPEG | NAME |

@@ -7,6 +7,7 @@
 
 #include "storage/las_reader.hpp"
 #include "storage/las_writer.hpp"
+#include "tests/storage/las_points.hpp"
 #include "tests/storage/sample_cloud.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -43,14 +44,6 @@ TEST(Las, GivesBackEveryPoint) {
   EXPECT_EQ(reader->header().points_by_return[0] + reader->header().points_by_return[1], 40'000u);
   EXPECT_NE(reader->wkt().find("UTM zone 32N"), std::string::npos);
   auto projection = Projection::create(sample_origin());
-  const auto field = [&](const char* name) {
-    const LasExtraField* f = reader->extra_field(name);
-    EXPECT_NE(f, nullptr) << name;
-    return f;
-  };
-  const auto *exposure = field("exposure"), *lens = field("lens"), *quality = field("quality"),
-             *state = field("colour_state"), *channel = field("channel"), *sigma = field("sigma"),
-             *u = field("image_u"), *v = field("image_v");
   std::size_t i = 0;
   std::array<double, 3> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
   for (std::vector<LasPoint> points; reader->next(points, 999) && !points.empty();)
@@ -63,26 +56,65 @@ TEST(Las, GivesBackEveryPoint) {
       const double xyz[] = {p.x, p.y, p.z};
       for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], xyz[k]), high[k] = std::max(high[k], xyz[k]);
       ASSERT_NEAR(to_seconds(*reader->gps_time(p) - q.time), 0, 1e-7);
-      ASSERT_EQ(p.red, q.red * 257);
-      ASSERT_EQ(p.green, q.green * 257);
-      ASSERT_EQ(p.blue, q.blue * 257);
-      ASSERT_EQ(p.intensity, q.reflectivity * 257);
-      ASSERT_EQ(p.return_number, q.return_number);
-      ASSERT_EQ(p.return_count, q.return_count);
-      ASSERT_EQ(p.source, q.sensor);
-      ASSERT_EQ(LasReader::extra(p, *exposure), q.exposure);
-      ASSERT_EQ(LasReader::extra(p, *lens), q.lens);
-      ASSERT_EQ(LasReader::extra(p, *quality), q.quality);
-      ASSERT_EQ(LasReader::extra(p, *state), static_cast<int>(q.state));
-      ASSERT_EQ(LasReader::extra(p, *channel), q.channel);
-      ASSERT_EQ(LasReader::extra(p, *sigma), q.sigma_m);
-      ASSERT_EQ(LasReader::extra(p, *u), q.u);
-      ASSERT_EQ(LasReader::extra(p, *v), q.v);
+      for (const int colour : {p.red, p.green, p.blue, p.intensity}) ASSERT_EQ(colour % 257, 0);
+      ColouredPoint back;
+      back.east = q.east, back.north = q.north, back.up = q.up, back.time = q.time;
+      back.red = static_cast<std::uint8_t>(p.red / 257), back.green = static_cast<std::uint8_t>(p.green / 257), back.blue = static_cast<std::uint8_t>(p.blue / 257);
+      back.reflectivity = static_cast<std::uint8_t>(p.intensity / 257);
+      back.return_number = p.return_number, back.return_count = p.return_count;
+      back.sensor = p.source;
+      test::read_extra<kPointFields>(*reader, p, back);
+      ASSERT_TRUE(back == q) << i;
     }
   EXPECT_EQ(i, cloud.points.size());
   for (std::size_t k = 0; k < 3; ++k) {
     EXPECT_NEAR(reader->header().minimum[k], low[k], 1e-9);
     EXPECT_NEAR(reader->header().maximum[k], high[k], 1e-9);
+  }
+}
+
+TEST(Las, TheSampleCloudHasEveryField) {
+  const CloudBlock cloud = sample_cloud(100);
+  for_each_field<kPointFields>([&](auto field) {
+    const auto differs = [&](const ColouredPoint& p) { return field.number(p) != field.number(cloud.points.front()); };
+    EXPECT_TRUE(std::any_of(cloud.points.begin(), cloud.points.end(), differs)) << field.entry.name << " is the same in all points: a writer that forgets it is not seen";
+  });
+}
+
+/// A field that ColouredPoint does not have: how many exposures see the point, and how well its time is known.
+struct SeenPoint : ColouredPoint {
+  std::uint8_t views = 0;
+  std::uint16_t time_sigma = 0;
+};
+constexpr auto kSeenFields = std::tuple_cat(kPointFields, std::tuple{
+    PointField{&SeenPoint::views, "views", "", "How many exposures see it.", las_extra("views", "exposures that see it"), "views"},
+    PointField{&SeenPoint::time_sigma, "time sigma", "s", "One sigma of its time.", las_extra("time_sigma", "1-sigma of the time, s", 1e-7)},
+});
+
+TEST(Las, AMadeUpFieldIsOneEntryOfTheList) {
+  const TemporaryFolder folder;
+  std::vector<SeenPoint> points;
+  for (const ColouredPoint& p : sample_cloud(3000).points) points.push_back({p, static_cast<std::uint8_t>(points.size() % 9), static_cast<std::uint16_t>(20 * points.size())});
+  {
+    auto writer = LasWriter::create<kSeenFields>(folder / "cloud.las", sample_origin(), sample_config());
+    ASSERT_TRUE(writer) << writer.error().message;
+    ASSERT_TRUE(writer->append<kSeenFields>(sample_origin(), std::span<const SeenPoint>(points)));
+    EXPECT_EQ(writer->append(sample_cloud(1)).error().code, ErrorCode::Invalid) << "a point without the file's fields";
+  }
+  auto reader = LasReader::open(folder / "cloud.las");
+  ASSERT_TRUE(reader) << reader.error().message;
+  ASSERT_NE(reader->extra_field("time_sigma"), nullptr);
+  EXPECT_EQ(reader->extra_field("time_sigma")->description, "1-sigma of the time, s");
+  std::vector<LasPoint> records;
+  ASSERT_TRUE(reader->next(records));
+  ASSERT_EQ(records.size(), points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_NEAR(LasReader::extra(records[i], *reader->extra_field("time_sigma")), 2e-6 * static_cast<double>(i), 1e-12);
+    SeenPoint back;
+    test::read_extra<kSeenFields>(*reader, records[i], back);
+    ASSERT_EQ(back.views, points[i].views);
+    ASSERT_EQ(back.time_sigma, points[i].time_sigma);
+    ASSERT_EQ(back.v, points[i].v) << "beside the fields that every point has";
   }
 }
 

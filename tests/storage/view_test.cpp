@@ -7,11 +7,11 @@
 
 #include "storage/image_view.hpp"
 #include "storage/mcap_reader.hpp"
+#include "storage/view_fields.hpp"
 #include "storage_proto/foxglove/CompressedImage.pb.h"
 #include "storage_proto/foxglove/FrameTransform.pb.h"
 #include "storage_proto/foxglove/LocationFix.pb.h"
 #include "storage_proto/foxglove/Log.pb.h"
-#include "storage_proto/foxglove/PointCloud.pb.h"
 #include "tests/storage/sample_view.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -56,6 +56,31 @@ TEST(ViewWriter, ShowsEveryNthPoint) {
     }
   }
   EXPECT_EQ(points, 10'000u);
+}
+
+/// A field that ColouredPoint does not have.
+struct SeenPoint : ColouredPoint {
+  std::uint16_t views = 0;
+};
+constexpr auto kSeenFields =
+    std::tuple_cat(kPointFields, std::tuple{PointField{&SeenPoint::views, "views", "", "How many exposures see it.", las_extra("views", ""), "views"}});
+
+TEST(ViewFields, AMadeUpFieldIsOneEntryOfTheList) {
+  foxglove::PointCloud before, after;
+  describe_view<kPointFields>(before);
+  describe_view<kSeenFields>(after);
+  ASSERT_EQ(after.fields_size(), before.fields_size() + 1);
+  EXPECT_EQ(after.point_stride(), before.point_stride() + 2);
+  const auto& field = after.fields(before.fields_size());
+  EXPECT_EQ(field.name(), "views");
+  EXPECT_EQ(field.type(), foxglove::PackedElementField::UINT16);
+  SeenPoint point{test::sample_cloud(1).points[0], 515};
+  std::string bytes;
+  pack_view<kSeenFields>(point, bytes);
+  ASSERT_EQ(bytes.size(), after.point_stride());
+  std::uint16_t views;
+  std::memcpy(&views, bytes.data() + field.offset(), sizeof views);
+  EXPECT_EQ(views, 515);
 }
 
 TEST(ViewWriter, PutsTheVehicleWhereItIs) {

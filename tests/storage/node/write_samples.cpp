@@ -67,10 +67,11 @@ bool write_cloud(const std::filesystem::path& folder) {
          << ",\"GpsTime\":" << static_cast<double>(count_ns(p.time) - 1'000'000'000'000'000'000ll) * 1e-9
          << ",\"Red\":" << p.red * 257 << ",\"Green\":" << p.green * 257 << ",\"Blue\":" << p.blue * 257
          << ",\"Intensity\":" << p.reflectivity * 257 << ",\"ReturnNumber\":" << int{p.return_number}
-         << ",\"NumberOfReturns\":" << int{p.return_count} << ",\"PointSourceId\":" << p.sensor
-         << ",\"exposure\":" << p.exposure << ",\"channel\":" << p.channel << ",\"lens\":" << int{p.lens}
-         << ",\"quality\":" << int{p.quality} << ",\"colour_state\":" << static_cast<int>(p.state)
-         << ",\"sigma\":" << p.sigma_m << ",\"image_u\":" << p.u << ",\"image_v\":" << p.v << "}";
+         << ",\"NumberOfReturns\":" << int{p.return_count} << ",\"PointSourceId\":" << p.sensor;
+    for_each_field<kPointFields>([&](auto field) {
+      if (field.entry.las.is_extra) json << ",\"" << field.entry.las.name << "\":" << +field.number(p);
+    });
+    json << "}";
   }
   json << "\n]\n";
   return json.good();
