@@ -85,6 +85,25 @@ told 3 "is a device, not a file" inspect /dev/zero
 rig 'file: pipe.gps' >pipe.yaml
 told 3 "pipe.gps is a pipe, not a file" capture pipe.yaml --out piped --quiet
 
+# A scanner of a kind that is not known: told with its factory byte, and no success.
+octal() { printf '%b' "$1"; }
+{ octal '\0324\0303\0262\0241\02\0\04\0'; head -c 8 /dev/zero; octal '\0\0\01\0\01\0\0\0'  # pcap, Ethernet
+  for second in 1 2 3; do
+    octal "\\0$second\\0\\0\\0\\0\\0\\0\\0\\0340\\04\\0\\0\\0340\\04\\0\\0"  # 1248 bytes
+    head -c 12 /dev/zero; octal '\010\0\0105\0\04\0322\0\01\0\0\0100\021\0\0\0300\0250\01\0311\0300\0250\01\0106'  # IPv4
+    octal '\011\0100\011\0100\04\0276\0\0'; head -c 1204 /dev/zero; octal '\067\0231'  # UDP to 2368; strongest return, product 0x99
+  done; } >unknown.pcap
+told 3 "unknown.pcap: a Velodyne of product 0x99; known: 0x22 \(VLP-16\), 0x21 \(HDL-32E\): it is counted, not decoded" inspect unknown.pcap
+says '^datagrams +3'
+
+# How far it is: a line that stays is written when something changes and each minute; on a terminal one line, each second.
+printf 'rig: nobody\nsensors:\n  - {name: pps, driver: pps, socket: pps.sock}\ncolouring: {method: lens}\n' >nobody.yaml
+ends 5 "$hueline" capture nobody.yaml --out lines --seconds 4
+[ "$(grep -c 'MB recorded' said.txt)" = 1 ] || fail "nothing changed in 4 s, and that was told $(grep -c 'MB recorded' said.txt) times"
+script -qec "$hueline capture nobody.yaml --out rewritten --seconds 4" /dev/null </dev/null >said.txt 2>&1 || true
+[ "$(tr '\r' '\n' <said.txt | grep -c 'MB recorded')" -ge 3 ] || fail "the line of a terminal stands still"
+[ "$(grep -c 'MB recorded' said.txt)" -le 2 ] || fail "the line of a terminal is not rewritten"
+
 # Files that would take memory and minutes: refused by a limit that is told.
 { printf 'a: ['; head -c 20000000 /dev/zero | tr '\0' 1; printf ']\n'; } >large.yaml
 told 2 "large.yaml has 20.0 MB; a configuration of more than 1 MB is not read" inspect large.yaml

@@ -11,8 +11,8 @@ if [ -z "${OWN_NETWORK-}" ] && unshare -rn ip link set lo up 2>/dev/null; then O
 hueline=$1 source=$2 rounds=${3:-8}
 seed=${4:-1}
 work=$(mktemp -d)
-devices= capture=
-end() { for one in $devices $capture; do kill -CONT "$one" 2>/dev/null || true; kill -KILL "$one" 2>/dev/null || true; done; rm -rf "$work"; }
+devices= capture= hog=
+end() { for one in $devices $capture $hog; do kill -CONT "$one" 2>/dev/null || true; kill -KILL "$one" 2>/dev/null || true; done; rm -rf "$work"; }
 trap end EXIT
 cd "$work"
 fail() { echo "FAILED in round $round (seed $seed): $*"; tail -n 5 capture.txt devices.txt inspected.txt replayed.txt 2>/dev/null; exit 1; }
@@ -57,11 +57,18 @@ for round in $(seq "$rounds"); do
     3) moment=$(between 2500 9000) ;; # it colours, or the drive is over
   esac
   are_silent=$(one_of yes no no)
+  # A computer that has not enough for it: its end takes long enough for a second signal to come before it.
+  is_starved=$(one_of yes no)
   gap=$(one_of "$(between 0 400)" "$(between 510 700)" "$(between 510 1500)")
   $hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 & devices=$!
   # A shell without a terminal starts what is in its background deaf to SIGINT.
   env --default-signal=INT "$hueline" capture rig.yaml --out drive >capture.txt 2>&1 & capture=$!
   sleep "$moment"
+  if [ $is_starved = yes ]; then
+    taskset -c 0 sh -c 'while :; do :; done' & hog=$!
+    taskset -ap -c 0 $capture >/dev/null 2>&1 || true  # every thread; one that ends meanwhile is no fault
+    renice -n 15 -p $(ls /proc/$capture/task 2>/dev/null) >/dev/null 2>&1 || true
+  fi
   if [ $are_silent = yes ]; then kill -STOP $devices 2>/dev/null || true; sleep 0.1; fi
   kill -$first $capture
   asked=$(date +%s%N)
@@ -71,9 +78,10 @@ for round in $(seq "$rounds"); do
   fi
   got=0; wait $capture 2>/dev/null || got=$?
   took=$((($(date +%s%N) - asked) / 1000000))
-  kill -CONT $devices 2>/dev/null || true; kill -KILL $devices 2>/dev/null || true; wait $devices 2>/dev/null || true
-  devices= capture=
-  what="$first $second at $moment s, $gap s, devices silent: $are_silent: status $got after $took ms"
+  kill -CONT $devices 2>/dev/null || true
+  for one in $devices $hog; do kill -KILL $one 2>/dev/null || true; wait $one 2>/dev/null || true; done
+  devices= capture= hog=
+  what="$first $second at $moment s, $gap s, devices silent: $are_silent, starved: $is_starved: status $got after $took ms"
   if [ ! -e drive/drive.mcap ]; then
     # Killed, as any program is, before it had begun anything.
     case $got in 129 | 130 | 143) ;; *) fail "$what, and no recording" ;; esac
