@@ -1,20 +1,41 @@
 #pragma once
 
+#include <array>
+
 #include "apps/command_line.hpp"
 
-/// Each command of `hueline` in a file of its own: add_x() declares its words, its help and what it runs.
+/// Each command in a file of its own: add_x() declares its words, its help and what it runs.
 namespace hueline::apps {
 
-void add_calibrate(Command& all);
+/// What a vehicle needs: `hueline`.
 void add_capture(Command& all);
 void add_replay(Command& all);
 void add_rig(Command& all);
-void add_score(Command& all);
-void add_simulate(Command& all);
-void add_verify(Command& all);
 void add_colour(Command& all);
 void add_inspect(Command& all);
-void add_measure(Command& all);
 void add_picture(Command& all);
+
+/// What needs the simulator or an adjustment, and brings Embree, Ceres and OpenCV with it: `hueline-office`.
+void add_simulate(Command& all);
+void add_verify(Command& all);
+void add_score(Command& all);
+void add_calibrate(Command& all);
+void add_measure(Command& all);
+/// `inspect` of a simulator's scenario, to which `hueline inspect` hands it.
+void add_inspect_scenario(Command& all);
+
+/// A command's word and its line of help.
+struct CommandName {
+  const char* word;
+  const char* help;
+};
+inline constexpr CommandName kSimulate{"simulate", "render a drive with its truth, and play it on real sockets as the vehicle's devices"};
+inline constexpr CommandName kVerify{"verify", "hold coloured points against the simulator's truth: the reprojection error"};
+inline constexpr CommandName kScore{"score", "drive a sheet of simulated scenarios and hold everything against the truth: score.json, score.html"};
+inline constexpr CommandName kCalibrate{"calibrate", "find what others take for given: lenses, mountings, where static scans stood"};
+inline constexpr CommandName kMeasure{"measure", "coordinates of objects that were picked in panorama or lens images, by the laser points there"};
+inline constexpr CommandName kInspect{"inspect", "say what is in a file: recordings, clouds, captures, receiver and bus logs, rigs"};
+/// Those that `hueline` hands over.
+inline constexpr std::array kOfficeCommands{kSimulate, kVerify, kScore, kCalibrate, kMeasure};
 
 }  // namespace hueline::apps

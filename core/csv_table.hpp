@@ -13,6 +13,9 @@
 
 namespace hueline {
 
+/// The longest table that a command reads, bytes: people make them by hand or export them.
+constexpr std::uint64_t kMostTable = 50'000'000;
+
 /// A table as people hand it over: a line that names the columns in any order, then a row a line. Commas or semicolons between values,
 /// whichever the first line has; blanks around values, empty lines, lines that begin with #, a byte order mark and CR LF do not matter.
 /// Quotes are not read. Immutable.

@@ -10,8 +10,8 @@
 
 #include "runtime/pipeline.hpp"
 #include "runtime/recording.hpp"
-#include "apps/simulated_recording.hpp"
-#include "apps/simulated_rig.hpp"
+#include "apps/simulate/simulated_recording.hpp"
+#include "apps/simulate/simulated_rig.hpp"
 #include "config/scenario.hpp"
 #include "core/geodesy.hpp"
 #include "sim/generate.hpp"

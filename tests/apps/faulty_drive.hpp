@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/score_recording.hpp"
+#include "apps/score/score_recording.hpp"
 #include "runtime/summary.hpp"
 #include "config/rig.hpp"
 #include "sim/faults/faulty_timeline.hpp"

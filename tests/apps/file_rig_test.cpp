@@ -13,7 +13,7 @@
 #include "../support/test_data.hpp"
 #include "runtime/outputs.hpp"
 #include "runtime/pipeline.hpp"
-#include "apps/simulated_recording.hpp"
+#include "apps/simulate/simulated_recording.hpp"
 #include "core/calendar.hpp"
 #include "program.hpp"
 #include "sim/wire/timeline.hpp"

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "apps/simulated_rig.hpp"
+#include "apps/simulate/simulated_rig.hpp"
 #include "sim/noise.hpp"
 #include "storage/png.hpp"
 

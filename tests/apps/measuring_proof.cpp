@@ -13,7 +13,7 @@
 #include <map>
 #include <sstream>
 
-#include "apps/simulated_rig.hpp"
+#include "apps/simulate/simulated_rig.hpp"
 #include "config/rig.hpp"
 #include "config/scenario.hpp"
 #include "core/standard_streams.hpp"

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <string>
 
-#include "apps/calibrate_targets.hpp"
+#include "apps/calibrate/calibrate_targets.hpp"
 #include "core/standard_streams.hpp"
 #include "tests/calibration/simulated_scan.hpp"
 

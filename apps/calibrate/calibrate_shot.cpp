@@ -1,0 +1,135 @@
+#include "apps/calibrate/calibrate_shot.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "apps/calibrate/calibrate.hpp"
+#include "apps/exit_code.hpp"
+#include "apps/log.hpp"
+#include "apps/colour/shot_calibration.hpp"
+#include "calibration/mount/alignment.hpp"
+#include "calibration/mount/mount_report.hpp"
+#include "config/section.hpp"
+#include "core/output_file.hpp"
+#include "storage/pcd_reader.hpp"
+
+namespace hueline::apps {
+
+using namespace calibration;
+
+LensValues lens_values(const fusion::CameraIntrinsics& lens) {
+  LensValues out;
+  out.model = lens.model == fusion::LensModel::Brown ? LensModel::Brown : LensModel::KannalaBrandt;
+  out.width = lens.width;
+  out.height = lens.height;
+  out.focal_px = lens.focal_px;
+  out.principal_point_px = lens.principal_point_px;
+  out.distortion = lens.distortion;
+  return out;
+}
+
+namespace {
+
+constexpr double kMostAway_deg = 1.5;  // of a half from the whole
+
+/// Samples of every other sector of the scanner's azimuth: a part of the scene that stands for itself.
+AlignmentShot half_of(const AlignmentShot& shot, int which) {
+  constexpr double kSector_deg = 8;
+  auto part = std::make_shared<std::vector<LaserSample>>();
+  for (const LaserSample& sample : *shot.samples) {
+    const double azimuth_deg = std::atan2(sample.p_body.y(), sample.p_body.x()) * 180 / std::numbers::pi + 360;
+    if (static_cast<int>(azimuth_deg / kSector_deg) % 2 == which) part->push_back(sample);
+  }
+  AlignmentShot out = shot;
+  out.samples = std::move(part);
+  return out;
+}
+
+}  // namespace
+
+int calibrate_shot(const ShotFiles& files) {
+  const ShotCalibration known = read_shot_calibration({files.lens}), start = read_shot_calibration({files.start});
+  if (!known.intrinsics) throw config::ConfigError(files.lens + ": holds no lens (our lens:, cam_K, K or P2)");
+  if (!start.T_lens_scanner) throw config::ConfigError(files.start + ": does not say where the laser is (our T_lens_scanner:, sensor_calib, T or Tr)");
+  const auto T_lens_scanner = *start.T_lens_scanner;
+  const auto image = read_grey_image(files.image);
+  const auto cloud = storage::read_pcd(files.cloud);
+  if (!image.ok() || !cloud.ok()) {
+    log_error(!image.ok() ? image.error().message : cloud.error().message);
+    return kInputUnreadable;
+  }
+  const auto x = cloud->column("x"), y = cloud->column("y"), z = cloud->column("z"), intensity = cloud->column("intensity");
+  if (x.empty() || y.empty() || z.empty() || intensity.empty()) {
+    log_error("{}: has no fields x, y, z, intensity", files.cloud);
+    return kInputUnreadable;
+  }
+  std::vector<Eigen::Vector3f> points;
+  std::vector<float> strengths;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector3f p(static_cast<float>(x[i]), static_cast<float>(y[i]), static_cast<float>(z[i]));
+    if (!p.allFinite()) continue;
+    points.push_back(p);
+    strengths.push_back(static_cast<float>(intensity[i]));
+  }
+  const fusion::CameraIntrinsics intrinsics =
+      fit_to_image(*known.intrinsics, known.lens_file, image->width, image->height, files.image, other_size(files.image_size));
+  // One moment: scanner and vehicle are the same, lens and head are.
+  AlignmentLens lens;
+  lens.values = lens_values(intrinsics);
+  lens.max_angle = intrinsics.max_angle;
+  AlignmentShot shot;
+  shot.image = *image;
+  shot.samples = std::make_shared<const std::vector<LaserSample>>(laser_samples(points, strengths));
+  const Transform<Scanner, Lens> T_scanner_lens = T_lens_scanner.inverse();
+  AlignmentConfig config;
+  config.search_deg = files.search_deg;
+  config.groups = 0;
+  config.use_relation = false;  // one image has too few patches for it
+  const auto found = align_head({lens}, {shot}, {T_scanner_lens.rotation, T_scanner_lens.translation}, config);
+  if (!found.ok()) {
+    log_error(found.error().message);
+    return kInputUnreadable;
+  }
+  const Transform<Lens, Scanner> T{found->T_body_head.rotation.conjugate(), -(found->T_body_head.rotation.conjugate() * found->T_body_head.translation)};
+  std::fputs(fmt::format("{} points; score {:.4f} at the start, {:.4f} found; turned by {:.3f} deg against the start\n", found->samples, found->score_start,
+                         found->score, T.rotation.angularDistance(T_lens_scanner.rotation) * 180 / std::numbers::pi)
+                 .c_str(),
+             stdout);
+  // One shot has no stretches whose disagreement says how sure it is: two halves of the scene, each searched from the same start, take their place.
+  bool is_doubtful = false;
+  std::string halves;
+  for (const int half : {0, 1}) {
+    const auto part = align_head({lens}, {half_of(shot, half)}, {T_scanner_lens.rotation, T_scanner_lens.translation}, config);
+    const double away_deg = part.ok() ? part->T_body_head.rotation.angularDistance(found->T_body_head.rotation) * 180 / std::numbers::pi : 0;
+    is_doubtful |= !part.ok() || away_deg > kMostAway_deg;
+    halves += (half ? "; the other: " : "half of the scene alone: ") + (part.ok() ? fmt::format("{:.2f} deg away", away_deg) : part.error().message);
+  }
+  std::fputs((halves + "\n").c_str(), stdout);
+  if (is_doubtful) {
+    log_error("this image and cloud do not fix the pose: a half of the scene leads elsewhere (more than {} deg, or nowhere). Take a shot with posts and edges all over the image, or give --points or --recording",
+              kMostAway_deg);
+    return kNothingCame;
+  }
+  if (files.out.empty()) return kDone;
+  const auto folder = OutputFolder::open(files.out);
+  if (!folder.ok()) {
+    log_error(folder.error().message);
+    return kOutputRefused;
+  }
+  CalibrationRecord record;
+  record.method = "mount";
+  record.date = files.date;
+  record.data = {std::filesystem::path(files.image).filename().string(), std::filesystem::path(files.cloud).filename().string(), "outlines and intensity of one moment, no targets"};
+  const auto path = std::filesystem::path(files.out) / "T_lens_scanner.yaml";
+  if (const Status written = write_output(path, mounting_yaml("T_lens_scanner", T.rotation, T.translation, record, 0)); !written.ok()) {
+    log_error(written.error().message);
+    return kOutputRefused;
+  }
+  std::fputs((path.string() + "\n").c_str(), stdout);
+  return kDone;
+}
+
+}  // namespace hueline::apps

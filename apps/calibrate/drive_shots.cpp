@@ -1,0 +1,203 @@
+#include "apps/calibrate/drive_shots.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "apps/calibrate/calibrate_shot.hpp"
+
+namespace hueline::apps {
+
+using namespace calibration;
+
+namespace {
+
+constexpr double kRing_deg = 0.6;  // a Velodyne's rings lie 1.3 and 2 degrees apart
+constexpr nanoseconds kPart{110'000'000};         // one revolution, so that nothing is held against itself
+constexpr nanoseconds kStep{10'000'000};
+constexpr nanoseconds kLatestExposure{8'000'000'000};  // after the laser of its moment: while sync learns a camera's relation
+constexpr std::size_t kFewestSamples = 100;
+
+/// The mean of each `cell` x `cell` pixels.
+GreyImage shrunk(const GreyImage& image, int cell) {
+  if (cell == 1) return image;
+  GreyImage out;
+  out.width = image.width / cell;
+  out.height = image.height / cell;
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x) {
+      int sum = 0;
+      for (int j = 0; j < cell; ++j)
+        for (int i = 0; i < cell; ++i) sum += image.pixels[static_cast<std::size_t>((y * cell + j) * image.width + x * cell + i)];
+      out.pixels.push_back(static_cast<std::uint8_t>((sum + cell * cell / 2) / (cell * cell)));
+    }
+  return out;
+}
+
+}  // namespace
+
+DriveShots::DriveShots(const config::Rig& rig, const Config& config) : rig_(rig), config_(config), every_(std::max(1, config.every)), trajectory_(rig.colouring.trajectory) {}
+
+void DriveShots::on_laser(const StampedLaserBatch& batch) {
+  // Two scanners' packets may overtake each other.
+  auto after = batches_.end();
+  while (after != batches_.begin() && std::prev(after)->time > batch.time) --after;
+  batches_.insert(after, batch);
+  const GpsTime now = batch.time;
+  while (!batches_.empty() && batches_.front().time < now - kLatestExposure - config_.reach) batches_.pop_front();
+  while (!waiting_.empty() && waiting_.front().mid + config_.reach + kPart < now && trajectory_.is_settled(waiting_.front().mid + config_.reach)) {
+    decide(waiting_.front());
+    waiting_.pop_front();
+  }
+}
+
+void DriveShots::on_exposure(const Exposure& exposure) {
+  if (exposure.timing == ExposureTiming::Unmatched || !exposure.image.is_complete) return;
+  if (seen_[exposure.camera]++ % static_cast<std::size_t>(every_) != 0) return;
+  Waiting waiting{exposure.camera, exposure.exposure_mid, {}};
+  for (std::size_t i = 0; i < rig_.geometry.head.lenses.size(); ++i) {
+    const auto& lens = rig_.geometry.head.lenses[i];
+    if (lens.camera != exposure.camera) continue;
+    GreyImage image = lens_image(exposure, lens);
+    if (!image.pixels.empty()) waiting.images.emplace_back(i, std::move(image));
+  }
+  waiting_.push_back(std::move(waiting));
+}
+
+std::uint32_t DriveShots::shrink(const fusion::LensMount& lens) const { return (lens.intrinsics.width - 1) / config_.most_width + 1; }
+
+std::vector<AlignmentLens> DriveShots::lenses() const {
+  std::vector<AlignmentLens> out;
+  for (const auto& lens : rig_.geometry.head.lenses) {
+    const double by = shrink(lens);
+    LensValues values = lens_values(lens.intrinsics);
+    values.width /= shrink(lens);
+    values.height /= shrink(lens);
+    values.focal_px /= by;
+    values.principal_point_px = ((values.principal_point_px.array() + 0.5) / by - 0.5).matrix();
+    out.push_back({values, lens.T_head_lens, lens.intrinsics.max_angle});
+  }
+  return out;
+}
+
+GreyImage DriveShots::lens_image(const Exposure& exposure, const fusion::LensMount& lens) const {
+  const Image& image = exposure.image;
+  GreyImage out;
+  const auto w = static_cast<std::size_t>(lens.intrinsics.width), h = static_cast<std::size_t>(lens.intrinsics.height);
+  if (lens.x_offset + w > image.width || lens.y_offset + h > image.height) return out;
+  out.width = static_cast<int>(w);
+  out.height = static_cast<int>(h);
+  out.pixels.resize(w * h);
+  const auto* pixels = reinterpret_cast<const std::uint8_t*>(image.pixels().data());
+  const auto at = [&](std::size_t x, std::size_t y) -> int { return pixels[(lens.y_offset + y) * image.stride + lens.x_offset + x]; };
+  for (std::size_t y = 0; y < h; ++y)
+    for (std::size_t x = 0; x < w; ++x) {
+      int value;
+      if (image.format == PixelFormat::Rgb8) {
+        const std::uint8_t* p = pixels + (lens.y_offset + y) * image.stride + 3 * (lens.x_offset + x);
+        value = (p[0] + 2 * p[1] + p[2]) / 4;
+      } else if (image.format == PixelFormat::Mono8) {
+        value = at(x, y);
+      } else {
+        // Weights 1 2 1 in both directions take (R + 2 G + B) / 4 out of a Bayer mosaic wherever they stand.
+        const std::size_t l = x ? x - 1 : 1, r = x + 1 < w ? x + 1 : w - 2, u = y ? y - 1 : 1, d = y + 1 < h ? y + 1 : h - 2;
+        value = (at(l, u) + at(r, u) + at(l, d) + at(r, d) + 2 * (at(x, u) + at(x, d) + at(l, y) + at(r, y)) + 4 * at(x, y)) / 16;
+      }
+      out.pixels[y * w + x] = static_cast<std::uint8_t>(value);
+    }
+  return shrunk(out, static_cast<int>(shrink(lens)));
+}
+
+std::vector<LaserSample> DriveShots::samples_around(GpsTime mid, const Transform<Body, Enu>& T_body_enu) const {
+  std::vector<LaserSample> out;
+  std::vector<float> raw;
+  for (const auto& mount : rig_.geometry.lasers) {
+    for (GpsTime from = mid - config_.reach; from < mid + config_.reach; from += kPart) {
+      std::vector<Eigen::Vector3f> points, bodies;
+      std::vector<float> intensity, apart;
+      auto batch = std::lower_bound(batches_.begin(), batches_.end(), from, [](const StampedLaserBatch& one, GpsTime time) { return one.time < time; });
+      for (; batch != batches_.end() && batch->time < from + kPart; ++batch) {
+        if (batch->sensor != mount.sensor) continue;
+        const auto pose = trajectory_.pose_at(batch->time);
+        if (!pose.pose) continue;
+        // A packet lasts a millisecond: its middle return's motion is the velocity's.
+        const auto T = T_body_enu * pose.pose->T_enu_body * mount.T_body_scanner;
+        const Eigen::Vector3d drift = T_body_enu.rotation * pose.pose->velocity_enu;
+        for (const LaserReturn& r : batch->returns) {
+          points.emplace_back(r.x, r.y, r.z);
+          intensity.push_back(static_cast<float>(r.reflectivity));
+          apart.push_back(static_cast<float>(to_seconds(batch->time - mid)));
+          bodies.push_back(((T * Point<Scanner>{{r.x, r.y, r.z}}).xyz + drift * (r.time_offset_ns * 1e-9)).cast<float>());
+        }
+      }
+      auto part = laser_samples(points, intensity, kRing_deg);
+      for (std::size_t i = 0; i < part.size(); ++i) {
+        part[i].p_body = bodies[i];
+        part[i].apart_s = apart[i];
+      }
+      out.insert(out.end(), part.begin(), part.end());
+      raw.insert(raw.end(), intensity.begin(), intensity.end());
+    }
+  }
+  // Ranks of each revolution alone would not be the same from one to the next.
+  const std::vector<float> ranked = ranks(raw);
+  for (std::size_t i = 0; i < out.size(); ++i) out[i].intensity = ranked[i];
+  const std::size_t outlines = static_cast<std::size_t>(std::count_if(out.begin(), out.end(), [](const LaserSample& s) { return s.outline > 0; }));
+  if (out.size() > config_.most_samples) {
+    const double share = static_cast<double>(config_.most_samples - std::min(outlines, config_.most_samples)) / static_cast<double>(out.size() - outlines);
+    double due = 0;
+    std::erase_if(out, [&](const LaserSample& s) {
+      if (s.outline > 0) return false;
+      due += share;
+      if (due < 1) return true;
+      due -= 1;
+      return false;
+    });
+  }
+  return out;
+}
+
+void DriveShots::decide(const Waiting& exposure) {
+  const auto here = trajectory_.pose_at(exposure.mid), before = trajectory_.pose_at(exposure.mid - kStep), after = trajectory_.pose_at(exposure.mid + kStep);
+  if (!here.pose || !before.pose || !after.pose || here.pose->velocity_enu.norm() < config_.least_speed) return;
+  const auto T_body_enu = here.pose->T_enu_body.inverse();
+  const auto samples = std::make_shared<const std::vector<LaserSample>>(samples_around(exposure.mid, T_body_enu));
+  if (samples->size() < kFewestSamples) return;
+  const Eigen::AngleAxisd turn(before.pose->T_enu_body.rotation.conjugate() * after.pose->T_enu_body.rotation);
+  const double angle = std::remainder(turn.angle(), 2 * std::numbers::pi);
+  std::vector<AlignmentShot> shots;
+  for (const auto& [lens, image] : exposure.images) {
+    AlignmentShot shot;
+    shot.lens = lens;
+    shot.image = image;
+    shot.samples = samples;
+    shot.velocity_body = T_body_enu.rotation * here.pose->velocity_enu;
+    shot.turn_rate_body = turn.axis() * (angle / (2 * to_seconds(kStep)));
+    shots.push_back(std::move(shot));
+  }
+  kept_.push_back(std::move(shots));
+  if (kept_.size() > config_.most_exposures) thin();
+}
+
+void DriveShots::thin() {
+  // Of several cameras in turn, pairs of whole turns: no camera is given up.
+  const std::size_t cameras = std::max<std::size_t>(1, seen_.size());
+  std::vector<std::vector<AlignmentShot>> left;
+  for (std::size_t i = 0; i < kept_.size(); ++i)
+    if (i / cameras % 2 == 0) left.push_back(std::move(kept_[i]));
+  kept_ = std::move(left);
+  every_ *= 2;
+}
+
+std::vector<AlignmentShot> DriveShots::shots() {
+  for (const Waiting& exposure : waiting_) decide(exposure);
+  waiting_.clear();
+  std::vector<AlignmentShot> out;
+  for (auto& shots : kept_)
+    for (AlignmentShot& shot : shots) out.push_back(std::move(shot));
+  kept_count_ = kept_.size();
+  kept_.clear();
+  return out;
+}
+
+}  // namespace hueline::apps

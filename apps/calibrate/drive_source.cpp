@@ -1,0 +1,51 @@
+#include "apps/calibrate/drive_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/simulate/simulated_recording.hpp"
+#include "apps/simulate/simulated_rig.hpp"
+#include "config/scenario.hpp"
+#include "sim/faults/faulty_timeline.hpp"
+#include "sim/generate.hpp"
+
+namespace hueline::apps {
+
+Result<DriveSource> DriveSource::open(const std::string& recording, const std::string& scenario, const std::string& cache, const std::string& rig_file,
+                                      ProgressBar& bar) {
+  DriveSource out;
+  if (!recording.empty()) {
+    auto opened = runtime::Recording::open(recording, rig_file);
+    if (!opened.ok()) return opened.error();
+    out.rig = opened->rig;
+    out.recording = std::move(*opened);
+    return out;
+  }
+  out.scenario = config::load_scenario(scenario);
+  auto drive = sim::generate(*out.scenario, cache, [&](const std::string& stage, double share) { bar.show("rendering " + stage, share); });
+  if (!drive.ok()) return drive.error();
+  out.drive = std::move(*drive);
+  out.rig = rig_file.empty() ? config::parse_rig(simulated_rig(*out.scenario, {}, "lens"), "simulated rig") : config::load_rig(rig_file);
+  return out;
+}
+
+Status DriveSource::feed(ProgressBar& bar, const std::function<bool(const Packet&)>& use) {
+  if (recording) {
+    std::optional<HostTime> first;
+    return recording->for_each([&](const Packet& packet) {
+      if (!first) first = packet.received;
+      bar.show(fmt::format("reading, minute {}", 1 + static_cast<int>(to_seconds(packet.received - *first) / 60)), 0);
+      return use(packet);
+    });
+  }
+  const auto timeline = sim::scenario_timeline(*scenario, *drive);
+  if (!timeline.ok()) return timeline.error();
+  const double events = static_cast<double>(timeline->timeline.events.size());
+  return for_each_simulated_packet(*drive, timeline->timeline, rig, [&](const Packet& packet) {
+    if (packet.sequence % 512 == 0) bar.show("reading", std::min(1.0, static_cast<double>(packet.sequence) / events));
+    return use(packet);
+  });
+}
+
+}  // namespace hueline::apps

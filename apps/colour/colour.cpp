@@ -1,0 +1,113 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "apps/commands.hpp"
+#include "apps/exit_code.hpp"
+#include "apps/log.hpp"
+#include "apps/colour/shot_calibration.hpp"
+#include "config/section.hpp"
+#include "core/output_file.hpp"
+#include "fusion/single_shot.hpp"
+#include "storage/image_file.hpp"
+#include "storage/pcd_reader.hpp"
+#include "storage/shot_cloud.hpp"
+
+namespace hueline::apps {
+namespace {
+
+struct Options {
+  std::string image, cloud, out, image_size = "refuse";
+  std::vector<std::string> calibration;
+};
+
+/// What a user has to know to read the file.
+std::string notes_text(const storage::ShotCloudNotes& notes) {
+  std::string out = fmt::format("x, y, z of cloud.las are the cloud's own, in steps of {:g} m; it has no CRS\n", notes.step_m);
+  if (notes.offset_m != std::array<double, 3>{}) out += fmt::format("its offset is {:.0f} {:.0f} {:.0f} m\n", notes.offset_m[0], notes.offset_m[1], notes.offset_m[2]);
+  out += notes.intensity_field.empty() ? std::string("the cloud has no field intensity\n")
+                                       : fmt::format("its intensity is the cloud's {} times {:g}\n", notes.intensity_field, notes.intensity_scale);
+  if (!notes.time_field.empty()) out += fmt::format("its GPS time is the cloud's {} as it stands: unit and epoch are those of the cloud\n", notes.time_field);
+  return out;
+}
+
+int colour(const Options& options) {
+  const ShotCalibration calibration = read_shot_calibration(options.calibration);
+  if (!calibration.intrinsics) throw config::ConfigError("no calibration file holds a lens (cam_K, K, P2, or our lens:)");
+  if (!calibration.T_lens_scanner) throw config::ConfigError("no calibration file says where the laser is (sensor_calib, T, Tr, or our T_lens_scanner:)");
+  const auto image = storage::read_image(options.image);
+  const auto cloud = storage::read_pcd(options.cloud);
+  if (!image.ok() || !cloud.ok()) {
+    log_error(!image.ok() ? image.error().message : cloud.error().message);
+    return kInputUnreadable;
+  }
+  const auto x = cloud->column("x"), y = cloud->column("y"), z = cloud->column("z");
+  if (x.empty() || y.empty() || z.empty()) {
+    log_error("{}: has no fields x, y, z", options.cloud);
+    return kInputUnreadable;
+  }
+  std::vector<Point<Scanner>> points;
+  std::vector<storage::ShotColour> colours;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i]) || !std::isfinite(z[i])) continue;
+    points.push_back({{x[i], y[i], z[i]}});
+    colours.push_back({.row = i});
+  }
+  const fusion::CameraIntrinsics lens =
+      fit_to_image(*calibration.intrinsics, calibration.lens_file, image->width, image->height, options.image, other_size(options.image_size));
+  const fusion::RawView view{reinterpret_cast<const std::uint8_t*>(image->pixels.data()), std::size_t{3} * lens.width, lens.width, lens.height, PixelFormat::Rgb8};
+  const auto shot = fusion::colour_single_shot(points, *calibration.T_lens_scanner, fusion::CameraModel(lens), view, {});
+  std::size_t coloured = 0, hidden = 0;
+  for (std::size_t i = 0; i < shot.size(); ++i) {
+    storage::ShotColour& out = colours[i];
+    out.state = shot[i].state;
+    if (shot[i].is_in_image) out.u = shot[i].u, out.v = shot[i].v;
+    if (shot[i].state == ColourState::Direct) out.red = shot[i].red, out.green = shot[i].green, out.blue = shot[i].blue;
+    coloured += shot[i].state == ColourState::Direct;
+    hidden += shot[i].is_in_image && shot[i].is_hidden;
+  }
+
+  const auto folder = OutputFolder::open(options.out);
+  if (!folder.ok()) {
+    log_error(folder.error().message);
+    return kOutputRefused;
+  }
+  const auto las_path = std::filesystem::path(options.out) / "cloud.las";
+  const auto png_path = std::filesystem::path(options.out) / "overlay.png";
+  const auto written = storage::write_shot_cloud(las_path, *cloud, colours);
+  Status done = written.ok() ? Status() : Status(written.error());
+  const fusion::RgbRaster raster = fusion::draw_points(shot, view, {});
+  storage::RgbImage drawn(static_cast<int>(raster.width), static_cast<int>(raster.height), {});
+  for (std::size_t i = 0; i < drawn.pixels.size(); ++i) drawn.pixels[i] = {raster.pixels[3 * i], raster.pixels[3 * i + 1], raster.pixels[3 * i + 2]};
+  if (done.ok()) done = storage::write_png(png_path, drawn);
+  if (!done.ok()) {
+    log_error(done.error().message);
+    return kOutputRefused;
+  }
+  std::fputs(fmt::format("{} points, {} coloured, {} hidden behind nearer ones, {} outside the image, {} without a place left out\n{}\n{}\n", x.size(), coloured, hidden,
+                         points.size() - coloured - hidden, x.size() - points.size(), las_path.string(), png_path.string())
+                 .c_str(),
+             stdout);
+  std::fputs(notes_text(*written).c_str(), stdout);
+  if (coloured == 0) log_error("no point lies in the image: is the calibration that of this image and this laser, with T from laser to lens?");
+  return coloured ? kDone : kNothingCame;
+}
+
+}  // namespace
+
+void add_colour(Command& all) {
+  auto options = std::make_shared<Options>();
+  Command command = all.command("colour", "colour one laser cloud from one image of the same moment, and draw the points over the image");
+  command.required("IMAGE", options->image, "PNG or JPEG");
+  command.required("CLOUD", options->cloud, "PCD in the laser's frame");
+  command.required("CALIBRATION", options->calibration, "lens and place of the laser: YAML with lens: and T_lens_scanner:, SensorsCalibration's .json, or a .txt of K, D, T or of KITTI (docs/colour.md)");
+  command.setting("--image-size", options->image_size, kImageSizeHelp, kImageSizeWords);
+  command.required("--out", options->out, "folder for cloud.las and overlay.png");
+  command.reads(options->image).reads(options->cloud).reads(options->calibration).writes_into(options->out);
+  command.runs([options] { return colour(*options); });
+}
+
+}  // namespace hueline::apps

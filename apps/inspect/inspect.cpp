@@ -1,0 +1,122 @@
+#include "apps/inspect/inspect.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "apps/commands.hpp"
+#include "apps/exit_code.hpp"
+#include "apps/log.hpp"
+#include "apps/office_program.hpp"
+#include "runtime/recording.hpp"
+#include "core/input_file.hpp"
+#include "core/printable.hpp"
+
+namespace hueline::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Result<std::string> first_bytes(const InputFile& file) {
+  std::string head(static_cast<std::size_t>(std::min<std::uint64_t>(64, file.size())), '\0');
+  if (Status done = file.read(0, std::as_writable_bytes(std::span(head))); !done.ok()) return done.error();
+  return head;
+}
+
+bool ends_with(const std::string& path, std::string_view ending) {
+  return path.size() >= ending.size() && std::string_view(path).substr(path.size() - ending.size()) == ending;
+}
+
+/// Files hold names in any code: what is no UTF-8 is shown as U+FFFD.
+std::string written(const Json& json, int indent = -1) { return json.dump(indent, ' ', false, Json::error_handler_t::replace); }
+
+/// JSON as indented lines for people: an object's short lists in one line, everything else a line each.
+void print(const Json& json, int depth, std::string& out) {
+  const std::string indent(static_cast<std::size_t>(2 * depth), ' ');
+  for (const auto& [key, value] : json.items()) {
+    if (value.is_object() && !value.empty()) {
+      out += fmt::format("{}{}\n", indent, key);
+      print(value, depth + 1, out);
+    } else if (value.is_array() && !value.empty() && value.front().is_object()) {
+      for (const auto& one : value) {
+        out += fmt::format("{}{}\n", indent, key);
+        print(one, depth + 1, out);
+      }
+    } else {
+      out += fmt::format("{}{:24} {}\n", indent, printable(key), printable(value.is_string() ? value.get<std::string>() : written(value)));
+    }
+  }
+}
+
+}  // namespace
+
+int show(const Inspection& inspection, bool as_json) {
+  if (inspection.found) {
+    if (as_json) {
+      Json out = *inspection.found;
+      if (!inspection.trouble.ok()) out["error"] = inspection.trouble.error().message;
+      std::fputs((written(out, 2) + "\n").c_str(), stdout);
+    } else {
+      std::string text;
+      print(*inspection.found, 0, text);
+      std::fputs(text.c_str(), stdout);
+    }
+  }
+  if (inspection.trouble.ok()) return kDone;
+  log_error(inspection.trouble.error().message);
+  return inspection.trouble.error().code == ErrorCode::Invalid ? kWrongUse : kInputUnreadable;
+}
+
+Inspection inspect_file(const std::string& named) {
+  const std::string path = runtime::drive_file(named);
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    return {nullptr, Error{ErrorCode::Io, path + " is a folder without drive.mcap in it: give a file, or a drive's folder"}};
+  const auto file = InputFile::open(path);
+  if (!file.ok()) return {nullptr, file.error()};
+  if (file->size() == 0) return {nullptr, Error{ErrorCode::Truncated, path + " is empty"}};
+  const Result<std::string> first = first_bytes(*file);
+  if (!first.ok()) return {nullptr, first.error()};
+  const std::string& head = *first;
+  const auto begins = [&](std::string_view magic) { return std::string_view(head).substr(0, magic.size()) == magic; };
+  using namespace std::string_view_literals;
+  if (begins("\x89MCAP0\r\n"sv)) return inspect_mcap(path);
+  if (begins("LASF"sv)) return inspect_las(path);
+  for (const auto magic : {"\xa1\xb2\xc3\xd4"sv, "\xd4\xc3\xb2\xa1"sv, "\xa1\xb2\x3c\x4d"sv, "\x4d\x3c\xb2\xa1"sv, "\x0a\x0d\x0d\x0a"sv})
+    if (begins(magic)) return inspect_capture_file(path);
+  if (head.find("VERSION") != std::string::npos && (begins("# .PCD"sv) || ends_with(path, ".pcd"))) return inspect_pcd(path);
+  if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
+  if (ends_with(path, ".dbc")) return inspect_dbc(path);
+  // A log of a CAN bus: ASC begins with its date, candump's lines with their time.
+  if (ends_with(path, ".asc") || begins("date "sv) || ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos)) return inspect_can_log(path);
+  // NovAtel logs have no signature of their own but their sync bytes, and may begin in the middle of a message.
+  if (head.find("\xAA\x44\x12"sv) != std::string::npos || head.find("\xAA\x44\x13"sv) != std::string::npos || ends_with(path, ".gps"))
+    return inspect_novatel(path);
+  return {nullptr, Error{ErrorCode::Unsupported, fmt::format("{}: none of the formats that are known: MCAP, LAS, pcap, pcapng, PCD, NovAtel OEM7 (.gps), CAN logs (.asc, candump -L), DBC, YAML rig or scenario", path)}};
+}
+
+void add_inspect(Command& all) {
+  struct Options {
+    std::string path;
+    bool json = false;
+  };
+  auto options = std::make_shared<Options>();
+  Command command = all.command(kInspect.word, kInspect.help);
+  command.required("FILE", options->path, "any file of ours or of a device, or a drive's folder");
+  command.flag("--json", options->json, "for programs");
+  command.runs([options] {
+    const Inspection inspection = inspect_file(options->path);
+    if (!inspection.may_be_scenario) return show(inspection, options->json);
+    std::string hueline = "hueline", word = kInspect.word, json = "--json";
+    std::vector<char*> words = {hueline.data(), word.data(), options->path.data()};
+    if (options->json) words.push_back(json.data());
+    words.push_back(nullptr);
+    return run_office_program(words.data());
+  });
+}
+
+}  // namespace hueline::apps

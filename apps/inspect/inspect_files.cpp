@@ -1,0 +1,165 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "apps/inspect/inspect.hpp"
+#include "config/mounting.hpp"
+#include "config/rig.hpp"
+#include "config/rig_head.hpp"
+#include "config/sheet.hpp"
+#include "core/calendar.hpp"
+#include "storage/las_fields.hpp"
+#include "storage/las_reader.hpp"
+#include "storage/pcd_reader.hpp"
+
+/// Formats that are whole files: clouds and configurations.
+namespace hueline::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Extent {
+  double min = std::numeric_limits<double>::infinity(), max = -std::numeric_limits<double>::infinity();
+  void add(double v) {
+    if (std::isnan(v)) return;
+    min = std::min(min, v);
+    max = std::max(max, v);
+  }
+  Json json() const { return min <= max ? Json::array({min, max}) : Json(); }
+};
+
+}  // namespace
+
+Inspection inspect_las(const std::string& path) {
+  auto reader = storage::LasReader::open(path);
+  if (!reader.ok()) return {nullptr, reader.error()};
+  Inspection out;
+  Extent x, y, z;
+  std::uint64_t points = 0, coloured = 0;
+  bool has_time = false;
+  GpsTime first{}, last{};
+  std::map<std::uint64_t, std::uint64_t> states;
+  const auto* state = reader->extra_field(storage::las_extra_name<&ColouredPoint::state>());
+  std::vector<storage::LasPoint> batch;
+  for (;;) {
+    if (Status read = reader->next(batch); !read.ok()) {
+      out.trouble = read;
+      break;
+    }
+    if (batch.empty()) break;
+    for (const auto& point : batch) {
+      ++points;
+      coloured += point.red || point.green || point.blue;
+      x.add(point.x);
+      y.add(point.y);
+      z.add(point.z);
+      if (state) ++states[static_cast<std::uint64_t>(storage::LasReader::extra(point, *state))];
+      if (const auto time = reader->gps_time(point)) {
+        first = has_time ? std::min(first, *time) : *time;
+        last = has_time ? std::max(last, *time) : *time;
+        has_time = true;
+      }
+    }
+  }
+  out.found = std::make_unique<Json>();
+  Json& json = *out.found;
+  json["format"] = "LAS";
+  json["points"] = points;
+  if (reader->has_colour()) json["points_with_colour"] = coloured;
+  json["x"] = x.json();
+  json["y"] = y.json();
+  json["z"] = z.json();
+  if (has_time) {
+    json["begin"] = iso_utc(first);
+    json["end"] = iso_utc(last);
+  }
+  for (const auto& [value, count] : states) json["colour_state"][name(static_cast<ColourState>(value))] = count;
+  std::vector<std::string> fields;
+  for (const auto& field : reader->extra_fields()) fields.push_back(field.name);
+  json["extra_fields"] = fields;
+  json["crs"] = reader->wkt();
+  return out;
+}
+
+Inspection inspect_pcd(const std::string& path) {
+  auto cloud = storage::read_pcd(path);
+  if (!cloud.ok()) return {nullptr, cloud.error()};
+  Inspection out;
+  out.found = std::make_unique<Json>();
+  Json& json = *out.found;
+  json["format"] = "PCD";
+  json["points"] = cloud->points();
+  for (std::size_t i = 0; i < cloud->fields.size(); ++i) {
+    Extent extent;
+    for (const double value : cloud->columns[i]) extent.add(value);
+    json["fields"][cloud->fields[i]] = extent.json();
+  }
+  return out;
+}
+
+namespace {
+
+std::unique_ptr<Json> rig_facts(const std::string& path) {
+  const config::Rig rig = config::load_rig(path);
+  auto found = std::make_unique<Json>();
+  Json& json = *found;
+  json["format"] = "rig";
+  json["rig"] = rig.name;
+  for (const auto& sensor : rig.sensors) json["sensors"][sensor.name] = sensor.driver();
+  json["lenses"] = rig.geometry.head.lenses.size();
+  json["crs"] = rig.crs;
+  return found;
+}
+
+std::unique_ptr<Json> sheet_facts(const std::string& path) {
+  const config::Sheet sheet = config::load_sheet(path);
+  auto found = std::make_unique<Json>(Json{{"format", "score sheet"}, {"ray_returns", sheet.ray_returns}});
+  for (const auto& scenario : sheet.scenarios) (*found)["scenarios"].push_back(scenario.string());
+  return found;
+}
+
+/// What `calibrate` writes for the rig: a lens, or where something sits.
+std::unique_ptr<Json> calibration_facts(config::Section root, const std::vector<std::string>& mountings) {
+  auto found = std::make_unique<Json>(Json{{"format", "calibration"}});
+  if (root.has("lens")) {
+    config::Section section = root.section("lens");
+    const fusion::CameraIntrinsics lens = config::read_intrinsics(section);
+    section.finish();
+    (*found)["lens"] = {{"model", lens.model == fusion::LensModel::Brown ? "brown" : "kannala_brandt"},
+                        {"width", lens.width},
+                        {"height", lens.height},
+                        {"focal_px", {lens.focal_px.x(), lens.focal_px.y()}},
+                        {"principal_point_px", {lens.principal_point_px.x(), lens.principal_point_px.y()}}};
+  }
+  for (const std::string& key : mountings) {
+    if (!root.has(key)) continue;
+    const config::Mounting mounting = config::read_mounting(root.section(key));
+    const Eigen::AngleAxisd turn(mounting.rotation);
+    (*found)[key] = {{"position_m", {mounting.position_m.x(), mounting.position_m.y(), mounting.position_m.z()}}, {"turn_deg", turn.angle() * 180 / std::numbers::pi}};
+  }
+  root.finish();
+  return found;
+}
+
+}  // namespace
+
+Inspection inspect_yaml(const std::string& path) {
+  const std::vector<std::string> mountings = {"T_body_scanner", "T_body_head", "T_head_lens", "T_lens_scanner"};
+  try {
+    const config::Section root = config::Section::load_file(path);
+    const auto has_any = [&](const std::vector<std::string>& keys) { return std::ranges::any_of(keys, [&](const auto& key) { return root.has(key); }); };
+    // What the author meant it to be: by the keys that stand in no other kind.
+    if (has_any({"rig", "sensors", "colouring", "head"})) return {rig_facts(path), {}};
+    if (has_any({"scenarios", "ray_returns"})) return {sheet_facts(path), {}};
+    if (has_any({"lens"}) || has_any(mountings)) return {calibration_facts(root, mountings), {}};
+    return {nullptr, {}, true};
+  } catch (const config::ConfigError& e) {
+    return {nullptr, Error{ErrorCode::Invalid, e.what()}};
+  }
+}
+
+}  // namespace hueline::apps

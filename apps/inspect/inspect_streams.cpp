@@ -1,0 +1,347 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "runtime/devices.hpp"
+#include "apps/inspect/inspect.hpp"
+#include "runtime/pacer.hpp"
+#include "runtime/recording.hpp"
+#include "core/calendar.hpp"
+#include "core/printable.hpp"
+#include "drivers/novatel/decoder.hpp"
+#include "drivers/profile_scanner/profile_scanner_decoder.hpp"
+#include "drivers/transport/file_source.hpp"
+#include "drivers/transport/pcap_source.hpp"
+#include "drivers/velodyne/velodyne_decoder.hpp"
+#include "drivers/velodyne/velodyne_timing.hpp"
+#include "storage/mcap_reader.hpp"
+
+/// Formats that are streams of a device's bytes: read with the same decoders as a drive.
+namespace hueline::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What came out of a decoder, by kind, with the span of GPS time that the messages name.
+struct Tally {
+  std::map<std::string, std::uint64_t> measurements;
+  std::map<std::string, std::uint64_t> faults;
+  std::string last_fault;
+  std::uint64_t returns = 0;
+  bool has_time = false;
+  GpsTime first{}, last{};
+
+  void time(GpsTime t) {
+    if (!has_time) first = last = t;
+    has_time = true;
+    first = std::min(first, t);
+    last = std::max(last, t);
+  }
+  void take(const std::vector<Measurement>& measured) {
+    constexpr std::array names{"pps_edges",  "time_labels", "timed_arrivals", "laser_status", "ins_solutions", "ins_uncertainties",
+                               "gnss_fixes", "imu_samples", "event_marks",    "laser_batches", "images",       "wheel_speeds",
+                               "faults"};
+    static_assert(names.size() == std::variant_size_v<Measurement>);
+    for (const auto& m : measured) {
+      ++measurements[names[m.index()]];
+      if (const auto* solution = std::get_if<InsSolution>(&m)) time(solution->time);
+      if (const auto* fix = std::get_if<GnssFix>(&m)) time(fix->time);
+      if (const auto* batch = std::get_if<LaserBatch>(&m)) returns += batch->returns.size();
+      if (const auto* fault = std::get_if<Fault>(&m)) {
+        faults[name(fault->kind)] += fault->count;
+        last_fault = printable(fault->detail);
+      }
+    }
+  }
+  Json json(const DecodeCounts& counts) const {
+    Json out;
+    if (has_time) {
+      out["begin"] = iso_utc(first);
+      out["end"] = iso_utc(last);
+    }
+    out["decoded_bytes"] = counts.decoded_bytes;
+    out["ignored_bytes"] = counts.ignored_bytes;
+    out["malformed_bytes"] = counts.malformed_bytes;
+    out["malformed_messages"] = counts.malformed_messages;
+    out["messages"] = counts.messages;
+    if (returns) out["laser_returns"] = returns;
+    out["measurements"] = measurements;
+    if (!faults.empty()) {
+      out["faults"] = faults;
+      out["last_fault"] = last_fault;
+    }
+    return out;
+  }
+};
+
+struct Stream {
+  std::unique_ptr<Decoder> decoder;
+  Tally tally;
+  std::uint64_t packets = 0, bytes = 0, shed = 0;
+  void take(const Packet& packet) {
+    std::vector<Measurement> measured;
+    decoder->decode(packet, measured);
+    tally.take(measured);
+  }
+  void finish() {
+    std::vector<Measurement> measured;
+    decoder->flush(measured);
+    tally.take(measured);
+  }
+};
+
+Inspection inspect_view(const std::string& path) {
+  Inspection out;
+  auto reader = storage::McapReader::open(path);
+  if (!reader.ok()) return {nullptr, reader.error()};
+  std::map<std::uint16_t, std::uint64_t> messages, bytes;
+  for (;;) {
+    auto message = reader->next();
+    if (message.ok()) {
+      ++messages[message->channel];
+      bytes[message->channel] += message->data.size();
+      continue;
+    }
+    if (message.error().code == ErrorCode::EndOfData) break;
+    if (out.trouble.ok()) out.trouble = message.error();
+    if (message.error().code != ErrorCode::Malformed) break;
+  }
+  out.found = std::make_unique<Json>();
+  Json& json = *out.found;
+  json["format"] = "MCAP";
+  json["profile"] = reader->profile();
+  auto& topics = json["topics"] = Json::array();
+  for (const auto& [id, channel] : reader->channels())
+    topics.push_back({{"topic", channel.topic}, {"messages", messages[id]}, {"bytes", bytes[id]}});
+  return out;
+}
+
+}  // namespace
+
+Inspection inspect_mcap(const std::string& path) {
+  Result<runtime::Recording> recording = runtime::Recording::open(path);
+  // Recorded by another version, its rig is not today's; or no recording of ours. What it holds can still be counted.
+  if (!recording.ok()) {
+    Inspection view = inspect_view(path);
+    const bool is_ours = view.found && view.found->value("profile", "") == storage::kJournalProfile;
+    if (is_ours && view.trouble.ok()) view.trouble = recording.error();
+    return view;
+  }
+
+  std::vector<Stream> streams(recording->rig.sensors.size() + 1);
+  for (const auto& sensor : recording->rig.sensors) streams[sensor.id].decoder = runtime::make_decoder(sensor);
+  std::uint64_t packets = 0, gaps = 0, expected = 0;
+  runtime::DrivenTime driven(std::chrono::hours(1));
+  nanoseconds duration{0};
+  Inspection out;
+  out.trouble = recording->for_each([&](const Packet& packet) {
+    ++packets;
+    duration = driven.of(packet);
+    if (packet.sequence > expected) gaps += packet.sequence - expected;
+    expected = packet.sequence + 1;
+    if (packet.sensor >= streams.size()) return true;
+    Stream& stream = streams[packet.sensor];
+    if (packet.kind == PacketKind::Wire) {  // as in the summary
+      ++stream.packets;
+      stream.bytes += packet.bytes.size();
+    }
+    stream.shed += packet.shed;
+    if (packet.kind == PacketKind::Fault) {
+      if (auto fault = decode_fault(packet.sensor, packet.received, packet.bytes.bytes()); fault.ok())
+        stream.tally.take({Measurement(*fault)});
+    } else if (packet.kind == PacketKind::Wire && stream.decoder) {
+      stream.take(packet);
+    }
+    return true;
+  });
+  out.found = std::make_unique<Json>();
+  Json& json = *out.found;
+  json["format"] = "hueline recording";
+  json["about"] = recording->journal->header().about;
+  json["packets"] = packets;
+  json["duration_s"] = to_seconds(duration);
+  json["sequence_gaps"] = gaps;
+  auto& sensors = json["sensors"] = Json::array();
+  for (std::size_t id = 0; id < streams.size(); ++id) {
+    Stream& stream = streams[id];
+    Json one = {{"name", recording->journal->header().sensors[id].name}};
+    if (id > 0) one["driver"] = recording->rig.sensors[id - 1].driver();
+    one.update({{"packets", stream.packets}, {"bytes", stream.bytes}, {"shed", stream.shed}});
+    if (stream.decoder) {
+      stream.finish();
+      one.update(stream.tally.json(stream.decoder->counts()));
+    } else if (!stream.tally.faults.empty()) {  // of hueline itself
+      one.update({{"faults", stream.tally.faults}, {"last_fault", stream.tally.last_fault}});
+    }
+    sensors.push_back(one);
+  }
+  return out;
+}
+
+namespace {
+
+/// Why nothing of a capture was decoded.
+std::string why_undecoded(std::uint64_t datagrams, const std::set<std::uint8_t>& products) {
+  if (datagrams == 0) return "holds no UDP datagram: devices are read from UDP alone";
+  if (products.empty()) return "none of its datagrams is one of a Velodyne or a profile scanner: they are counted, not decoded";
+  std::string named;
+  for (const std::uint8_t product : products) named += fmt::format("{}{}", named.empty() ? "" : ", ", drivers::velodyne_product_name(product));
+  std::string known;
+  for (const auto model : {drivers::VelodyneModel::Vlp16, drivers::VelodyneModel::Hdl32e})
+    known += fmt::format("{}0x{:02X} ({})", known.empty() ? "" : ", ", drivers::velodyne_table(model).product_id, drivers::velodyne_table(model).name);
+  return fmt::format("a Velodyne of product {}; known: {}: it is counted, not decoded", named, known);
+}
+
+/// The model of the Velodyne at this address by its first packets' timing, where the factory byte leaves it open.
+std::optional<drivers::VelodyneModel> timed_model(const std::string& path, const std::string& address) {
+  drivers::PcapSource source(1, {.path = path, .ports = {}, .source_address = address});
+  if (!source.open().ok()) return {};
+  drivers::VelodyneTiming timing;
+  for (int packets = 0; packets < 10'000; ++packets) {
+    const Result<Packet> packet = source.next({});
+    if (!packet.ok()) return {};
+    const auto bytes = packet->bytes.bytes();
+    if (packet->kind != PacketKind::Wire || bytes.size() != drivers::kVelodyneDataBytes) continue;
+    if (!drivers::is_told_by_timing(static_cast<std::uint8_t>(bytes.back()))) return {};
+    timing.add(bytes);
+    if (const auto model = timing.model(3)) return model;
+  }
+  return {};
+}
+
+/// A device that is heard in a capture, by its address.
+struct HeardDevice {
+  std::string name;  // empty: not known
+  Stream stream;
+  std::set<std::uint8_t> unknown_products;  // of datagrams that have a Velodyne's size
+
+  /// A Velodyne's datagrams are told by their size; the model by the data packets' factory byte, the last of them, or by their timing. A
+  /// profile scanner's begin with their magic; the first of them says which scanner it is.
+  void take(const Packet& packet, const std::string& path, const drivers::IpAddress& address) {
+    const std::size_t size = packet.bytes.size();
+    const bool is_profile = drivers::is_profile_datagram(packet.bytes.bytes());
+    if (is_profile && !stream.decoder) {
+      if (const auto header = drivers::decode_profile_header(packet.bytes.bytes()); header.ok()) {
+        name = "profile scanner " + std::to_string(header->scanner);
+        stream.decoder = std::make_unique<drivers::ProfileScannerDecoder>(SensorId{1}, drivers::ProfileScannerDecoder::Config{});
+      }
+    }
+    if (size == drivers::kVelodyneDataBytes && !stream.decoder) take_first_data(packet, path, address);
+    if (!stream.decoder) return;
+    const bool is_velodyne = !is_profile && (size == drivers::kVelodyneDataBytes || size == drivers::kVelodynePositionBytes);
+    if (name.starts_with("velodyne") ? is_velodyne : is_profile) stream.take(packet);
+  }
+
+ private:
+  void take_first_data(const Packet& packet, const std::string& path, const drivers::IpAddress& address) {
+    const auto product = static_cast<std::uint8_t>(packet.bytes.bytes().back());
+    if (unknown_products.contains(product)) return;
+    const auto timed = timed_model(path, drivers::to_text(address));
+    for (const auto candidate : {drivers::VelodyneModel::Vlp16, drivers::VelodyneModel::Hdl32e}) {
+      const bool has_its_byte = drivers::velodyne_table(candidate).product_id == product;
+      if (timed ? candidate != *timed : !has_its_byte) continue;
+      name = std::string("velodyne ") + drivers::velodyne_table(candidate).name;
+      if (!has_its_byte) name += ", by its timing (factory byte of " + drivers::velodyne_product_name(product) + ")";
+      drivers::VelodyneDecoder::Config config;
+      config.model = candidate;
+      stream.decoder = std::make_unique<drivers::VelodyneDecoder>(SensorId{1}, config);
+    }
+    if (!stream.decoder) unknown_products.insert(product);
+  }
+};
+
+/// A capture of a vehicle has a handful; one of a whole network is not for us.
+constexpr std::size_t kMostSenders = 64;
+
+}  // namespace
+
+Inspection inspect_capture_file(const std::string& path) {
+  Inspection out;
+  drivers::PcapSource source(1, {.path = path, .ports = {}, .source_address = {}});
+  if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
+  std::map<std::size_t, std::uint64_t> sizes;
+  std::map<drivers::IpAddress, HeardDevice> senders;
+  Tally untaken;  // faults of the file itself
+  std::uint64_t packets = 0;
+  HostTime first{}, last{};
+  for (;;) {
+    Result<Packet> packet = source.next({});
+    if (!packet.ok()) {
+      if (packet.error().code == ErrorCode::EndOfData) break;
+      if (out.trouble.ok()) out.trouble = packet.error();
+      continue;
+    }
+    if (packet->kind == PacketKind::Fault) {
+      const auto fault = decode_fault(1, packet->received, packet->bytes.bytes());
+      if (!fault.ok()) continue;
+      untaken.take({Measurement(*fault)});
+      // Several devices are listed below. Frames that could not be delivered are a file that was read in part or not at all.
+      if ((fault->kind == FaultKind::Malformed || packets == 0) && out.trouble.ok()) out.trouble = Error{ErrorCode::Malformed, fault->detail};
+      continue;
+    }
+    if (!packets++) first = packet->received;
+    last = packet->received;
+    ++sizes[packet->bytes.size()];
+    const drivers::IpAddress address = source.sender();
+    if (senders.contains(address) || senders.size() < kMostSenders) senders[address].take(*packet, path, address);
+  }
+  out.found = std::make_unique<Json>();
+  Json& json = *out.found;
+  json["format"] = "pcap";
+  json["datagrams"] = packets;
+  json["duration_s"] = to_seconds(last - first);
+  for (const auto& [size, count] : sizes) json["datagrams_by_size"][std::to_string(size)] = count;
+  const auto known = std::count_if(senders.begin(), senders.end(), [](const auto& sender) { return sender.second.stream.decoder != nullptr; });
+  std::set<std::uint8_t> unknown_products;
+  for (auto& [address, device] : senders) {
+    unknown_products.merge(device.unknown_products);
+    if (!device.stream.decoder) continue;
+    device.stream.finish();
+    Json& one = known == 1 ? json : json["devices"].emplace_back();
+    one["device"] = device.name;
+    one["source_address"] = drivers::to_text(address);
+    one["decoded"] = device.stream.tally.json(device.stream.decoder->counts());
+  }
+  if (!untaken.faults.empty()) {
+    json["faults"] = untaken.faults;
+    json["last_fault"] = untaken.last_fault;
+  }
+  if (known == 0 && out.trouble.ok()) out.trouble = Error{ErrorCode::Unsupported, path + ": " + why_undecoded(packets, unknown_products)};
+  return out;
+}
+
+Inspection inspect_novatel(const std::string& path) {
+  Inspection out;
+  drivers::FileSource::Config config;
+  config.path = path;
+  drivers::FileSource source(config);
+  if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
+  Stream stream;
+  stream.decoder = std::make_unique<drivers::NovatelDecoder>(drivers::NovatelDecoder::Config{});
+  std::uint64_t bytes = 0;
+  for (;;) {
+    Result<Packet> packet = source.next({});
+    if (!packet.ok()) {
+      if (packet.error().code != ErrorCode::EndOfData) out.trouble = packet.error();
+      break;
+    }
+    bytes += packet->bytes.size();
+    stream.take(*packet);
+  }
+  stream.finish();
+  out.found = std::make_unique<Json>();
+  Json& json = *out.found;
+  json["format"] = "NovAtel OEM7 binary";
+  json["bytes"] = bytes;
+  json.update(stream.tally.json(stream.decoder->counts()));
+  const DecodeCounts& counts = stream.decoder->counts();
+  json["bytes_unaccounted"] = static_cast<std::int64_t>(bytes) -
+                              static_cast<std::int64_t>(counts.decoded_bytes + counts.ignored_bytes + counts.malformed_bytes);
+  return out;
+}
+
+}  // namespace hueline::apps

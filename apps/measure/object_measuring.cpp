@@ -1,0 +1,162 @@
+#include "apps/measure/object_measuring.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace hueline::apps {
+namespace {
+
+constexpr double kDeg = std::numbers::pi / 180;
+/// How much later than a point the exposure may come out that looks at it, beside Config::around: exposures wait for their marks.
+constexpr nanoseconds kExposureLate{5'000'000'000};
+
+}  // namespace
+
+std::string ObjectMeasuring::Config::validate() const {
+  if (around < nanoseconds(10'000'000) || around > nanoseconds(600'000'000'000)) return fmt::format("around is {} s; allowed: 0.01 to 600 s", to_seconds(around));
+  if (!(pick_sigma_px > 0 && pick_sigma_px <= 100)) return fmt::format("pick_sigma_px is {}; allowed: above 0 to 100 px", pick_sigma_px);
+  if (!(turn_sigma_deg >= 0 && turn_sigma_deg <= 10)) return fmt::format("turn_sigma_deg is {}; allowed: 0 to 10 deg", turn_sigma_deg);
+  return surface.validate();
+}
+
+ObjectMeasuring::ObjectMeasuring(const config::Rig& rig, const std::vector<ObjectPick>& picks, const Config& config)
+    : rig_(rig), config_(config), panorama_(rig.geometry.head), trajectory_(rig.colouring.trajectory) {
+  for (const ObjectPick& pick : picks) {
+    Looking looking;
+    looking.outcome.pick = pick;
+    aim(looking);
+    shots_[pick.exposure].looking.push_back(looking_.size());
+    looking_.push_back(std::move(looking));
+  }
+}
+
+/// From the pixel to a lens and a direction in it.
+void ObjectMeasuring::aim(Looking& looking) const {
+  const ObjectPick& pick = looking.outcome.pick;
+  const auto& head = rig_.geometry.head;
+  fusion::LensPixel at{0, pick.pixel};
+  double pixel_rad = std::numbers::pi / head.panorama.height;
+  if (pick.lens.empty()) {
+    const auto& shape = head.panorama;
+    if (!(pick.pixel.x() >= -0.5 && pick.pixel.x() < shape.width - 0.5 && pick.pixel.y() >= -0.5 && pick.pixel.y() < shape.height - 0.5)) {
+      looking.why_not = fmt::format("the pixel lies outside the panorama of {} x {}", shape.width, shape.height);
+      return;
+    }
+    const auto found = panorama_.lens_pixel(pick.pixel);
+    if (!found) {
+      looking.why_not = "no lens sees that part of the panorama";
+      return;
+    }
+    at = *found;
+  } else {
+    const auto lens = std::find_if(head.lenses.begin(), head.lenses.end(), [&](const auto& one) { return one.name == pick.lens; });
+    if (lens == head.lenses.end()) {
+      looking.why_not = fmt::format("the rig has no lens '{}'", pick.lens);
+      return;
+    }
+    at.lens = static_cast<int>(lens - head.lenses.begin());
+  }
+  const auto& lens = head.lenses[static_cast<std::size_t>(at.lens)];
+  looking.lens = at.lens;
+  looking.outcome.lens = lens.name;
+  looking.outcome.lens_pixel = at.pixel;
+  const fusion::CameraModel model(lens.intrinsics);
+  const auto direction = model.unproject(at.pixel);
+  if (!direction || !model.in_image(at.pixel)) {
+    looking.why_not = fmt::format("the pixel lies outside the image or the field of view of lens '{}'", lens.name);
+    return;
+  }
+  looking.direction_lens = direction->xyz;
+  if (!pick.lens.empty()) {
+    const auto beside = model.unproject(at.pixel + Eigen::Vector2d(at.pixel.x() < lens.intrinsics.width / 2.0 ? 1 : -1, 0));
+    pixel_rad = beside ? std::acos(std::min(1.0, beside->xyz.dot(direction->xyz))) : 1 / lens.intrinsics.focal_px.x();
+  }
+  looking.ray.sigma = std::hypot(config_.pick_sigma_px * pixel_rad, config_.turn_sigma_deg * kDeg);
+}
+
+void ObjectMeasuring::on_exposure(const Exposure& exposure) {
+  const auto shot = shots_.find(exposure.index);
+  if (shot == shots_.end()) return;
+  Exposure kept = exposure;
+  kept.image = {};  // its buffer goes back
+  shot->second.exposure = std::move(kept);
+}
+
+/// With the head's pose: where its picks look, and what has been seen there so far.
+void ObjectMeasuring::open(Shot& shot) {
+  shot.is_open = true;
+  const Exposure& exposure = *shot.exposure;
+  const auto pose = trajectory_.pose_at(exposure.exposure_mid);
+  for (const std::size_t i : shot.looking) {
+    Looking& looking = looking_[i];
+    looking.outcome.exposed = exposure.exposure_mid;
+    if (!looking.why_not.empty()) continue;
+    const auto& lens = rig_.geometry.head.lenses[static_cast<std::size_t>(looking.lens)];
+    if (exposure.timing == ExposureTiming::Unmatched) {
+      looking.why_not = "nothing tells when that exposure was";
+    } else if (!pose.pose) {
+      looking.why_not = fmt::format("no pose for the exposure: {}", fusion::name(pose.reason));
+    } else if (lens.camera != exposure.camera) {
+      looking.why_not = fmt::format("exposure {} is of another camera than lens '{}'", exposure.index, lens.name);
+    } else {
+      const Transform<Enu, Lens> T_enu_lens = pose.pose->T_enu_body * rig_.geometry.head.T_body_head * lens.T_head_lens;
+      looking.ray.from_enu = T_enu_lens.translation;
+      looking.ray.direction_enu = T_enu_lens.rotation * looking.direction_lens;
+    }
+  }
+  for (const Held& point : held_) look(shot, point);
+}
+
+void ObjectMeasuring::look(const Shot& shot, const Held& point) {
+  const nanoseconds after = point.time - shot.exposure->exposure_mid;
+  if (after > config_.around || after < -config_.around) return;
+  for (const std::size_t i : shot.looking) {
+    Looking& looking = looking_[i];
+    if (!looking.why_not.empty()) continue;
+    const Eigen::Vector3d to = point.p_enu - looking.ray.from_enu;
+    const double ahead = to.dot(looking.ray.direction_enu), reach = std::min(config_.surface.reach_m, config_.surface.reach * ahead);
+    if (ahead <= 0 || to.squaredNorm() - ahead * ahead > reach * reach) continue;
+    looking.points.push_back({point.p_enu, point.from_enu, point.sigma_m, static_cast<float>(to_seconds(after))});
+  }
+}
+
+void ObjectMeasuring::on_cloud(const CloudBlock& block) {
+  origin_ = block.origin;
+  for (auto& [index, shot] : shots_)
+    if (!shot.is_open && shot.exposure && trajectory_.is_settled(shot.exposure->exposure_mid)) open(shot);
+  // A scanner moves by millimetres from return to return: its place is asked for once in a while.
+  constexpr nanoseconds kStep{1'000'000};
+  std::map<SensorId, std::pair<GpsTime, Eigen::Vector3d>> scanners;
+  for (const ColouredPoint& point : block.points) {
+    auto [scanner, is_new] = scanners.try_emplace(point.sensor);
+    if (is_new || point.time - scanner->second.first > kStep || scanner->second.first - point.time > kStep) {
+      const auto mount = std::find_if(rig_.geometry.lasers.begin(), rig_.geometry.lasers.end(), [&](const auto& one) { return one.sensor == point.sensor; });
+      const auto pose = trajectory_.pose_at(point.time);
+      if (mount == rig_.geometry.lasers.end() || !pose.pose) continue;  // neither can be: the point was placed with both
+      scanner->second = {point.time, (pose.pose->T_enu_body * mount->T_body_scanner).translation};
+    }
+    held_.push_back({point.time, {point.east, point.north, point.up}, scanner->second.second, point.sigma_m});
+    for (const auto& [index, shot] : shots_)
+      if (shot.is_open) look(shot, held_.back());
+  }
+  if (held_.empty()) return;
+  const GpsTime oldest = held_.back().time - config_.around - kExposureLate;
+  while (held_.front().time < oldest) held_.pop_front();
+}
+
+std::vector<PickOutcome> ObjectMeasuring::finish() {
+  std::vector<PickOutcome> out;
+  for (auto& [index, shot] : shots_)
+    if (!shot.is_open && shot.exposure) open(shot);
+  for (Looking& looking : looking_) {
+    if (looking.why_not.empty() && !looking.outcome.exposed) looking.why_not = fmt::format("the drive has no exposure {}", looking.outcome.pick.exposure);
+    looking.outcome.object = looking.why_not.empty() ? fusion::measure_object(looking.ray, looking.points, config_.surface) : Error{ErrorCode::Unavailable, looking.why_not};
+    out.push_back(std::move(looking.outcome));
+  }
+  return out;
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,15 @@
+#include "apps/commands.hpp"
+#include "apps/program.hpp"
+
+/// `hueline-office`: the commands that need the simulator or an adjustment. `hueline` starts it with the words that it was given.
+int main(int argc, char** argv) {
+  using namespace hueline::apps;
+  return run_program(argc, argv, [](Command& all) {
+    add_simulate(all);
+    add_verify(all);
+    add_score(all);
+    add_calibrate(all);
+    add_measure(all);
+    add_inspect_scenario(all);
+  });
+}

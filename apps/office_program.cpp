@@ -1,0 +1,25 @@
+#include "apps/office_program.hpp"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include "apps/exit_code.hpp"
+#include "core/standard_streams.hpp"
+
+namespace hueline::apps {
+
+int run_office_program(char** argv) {
+  open_standard_streams();
+  std::error_code unread;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", unread);
+  const std::string program = (self.parent_path() / "hueline-office").string();
+  execv(program.c_str(), argv);
+  std::fprintf(stderr, "hueline: '%s' is a command of %s, which cannot be started: %s; install it beside this program\n", argv[1], program.c_str(), std::strerror(errno));
+  return kFailed;
+}
+
+}  // namespace hueline::apps

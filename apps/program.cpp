@@ -1,0 +1,56 @@
+#include "apps/program.hpp"
+
+#include <cstdio>
+#include <exception>
+
+#include "apps/exit_code.hpp"
+#include "apps/log.hpp"
+#include "config/section.hpp"
+#include "core/printable.hpp"
+#include "core/standard_streams.hpp"
+#include "runtime/version.hpp"
+
+namespace hueline::apps {
+namespace {
+
+constexpr const char* kFooter = R"(
+A first drive, without any hardware:
+  hueline simulate config/scenarios/street.yaml --out out/sim --play &   emulated devices on real sockets
+  hueline capture config/rigs/street.yaml --out out/drive                records and colours until they end or Ctrl-C
+  hueline replay out/drive/drive.mcap --out out/again                    the same bytes again
+  hueline inspect out/drive/drive.mcap                                   what is in it
+
+A drive's folder holds drive.mcap (raw, everything as received), cloud.las (coloured), view.mcap (for Foxglove) and summary.json.
+
+Exit status: 0 done; 2 wrong command line or configuration; 3 an input could not be read whole; 4 an output could not be
+written; 5 nothing came; 6 verify or score found a figure out of its bound; 7 stopped before it was done; 1 anything else.
+
+Ctrl-C ends capture, replay and simulate with what has come; a second one ends them at once.)";
+
+int run(int argc, char** argv, const std::function<void(Command&)>& add_commands) {
+  try {
+    return run_command_line(argc, argv, "hueline: records a mobile mapping vehicle's sensors and colours its laser points while it drives.",
+                            std::string("hueline ") + runtime::kVersion + " (" + runtime::kGitRevision + ")", kFooter, add_commands);
+  } catch (const config::ConfigError& e) {
+    std::fprintf(stderr, "hueline: %s\n", printable(e.what(), LineEnds::Keep).c_str());
+    return kWrongUse;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "hueline: %s\n", printable(e.what(), LineEnds::Keep).c_str());
+    return kFailed;
+  }
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv, const std::function<void(Command&)>& add_commands) {
+  open_standard_streams();
+  // People read the terminal, programs read the files: log lines go to standard error.
+  set_up_log();
+  const int status = run(argc, argv, add_commands);
+  const Status written = flush_standard_output();
+  if (written.ok()) return status;
+  log_error(written.error().message);
+  return status == kDone ? kOutputRefused : status;
+}
+
+}  // namespace hueline::apps

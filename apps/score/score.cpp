@@ -1,0 +1,127 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#include "apps/commands.hpp"
+#include "apps/exit_code.hpp"
+#include "apps/log.hpp"
+#include "apps/progress_bar.hpp"
+#include "apps/score/score_output.hpp"
+#include "apps/score/score_scenario.hpp"
+#include "runtime/version.hpp"
+#include "config/scenario.hpp"
+#include "config/sheet.hpp"
+#include "score/metric_table.hpp"
+#include "score/sheet_text.hpp"
+
+namespace hueline::apps {
+namespace {
+
+struct Options {
+  std::string sheet = "quick", out, cache, against;
+  int threads = 0;
+};
+
+int threads_of(const Options& options) {
+  return options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+/// The processor's name and how many of its threads; figures of the clock on the wall mean nothing without it.
+std::string machine() {
+  std::ifstream cpus("/proc/cpuinfo");
+  for (std::string line; std::getline(cpus, line);)
+    if (line.starts_with("model name")) return fmt::format("{} x {}", std::thread::hardware_concurrency(), line.substr(std::min(line.size(), line.find(':') + 2)));
+  return fmt::format("{} threads", std::thread::hardware_concurrency());
+}
+
+/// Names a metric that differs between two runs of one scenario, or is empty.
+std::string first_difference(const ScoredRun& a, const ScoredRun& b) {
+  if (a.cloud != b.cloud) return "the cloud";
+  for (const score::Metric& metric : score::metrics()) {
+    if (metric.is_wall_clock) continue;
+    if (a.score.figures.at(metric.name).value != b.score.figures.at(metric.name).value) return metric.name;
+  }
+  return {};
+}
+
+int run(const Options& options) {
+  const auto began = std::chrono::steady_clock::now();
+  const config::Sheet plan = config::load_sheet(options.sheet);
+  score::Sheet before;
+  if (!options.against.empty()) {
+    auto read = score::read_score_json(options.against);
+    if (!read.ok()) {
+      log_error(read.error().message);
+      return kInputUnreadable;
+    }
+    before = std::move(*read);
+  }
+  std::vector<sim::Scenario> scenarios;  // all are read before the first is driven: a typing error shows at once
+  for (const auto& file : plan.scenarios) scenarios.push_back(config::load_scenario(file.string()));
+
+  const int threads = threads_of(options);
+  const std::string cache = options.cache.empty() ? options.out + "/drives" : options.cache;
+  ProgressBar bar;
+  const ScoreProgress progress = [&](const std::string& stage, double share) { bar.show(stage, share); };
+  score::Sheet sheet;
+  score::RunNotes notes;
+  for (std::size_t i = 0; i < scenarios.size(); ++i) {
+    const std::string name = plan.scenarios[i].stem().string();
+    auto scored = score_scenario(scenarios[i], name, cache, plan.ray_returns, threads, progress);
+    if (scored.ok() && i == 0) {
+      // One scenario twice: the cloud and all figures must not know how many threads there were.
+      const int other = threads == 1 ? 2 : 1;
+      const auto again = score_scenario(scenarios[i], name, cache, plan.ray_returns, other, progress);
+      if (!again.ok()) {
+        scored = again.error();
+      } else {
+        const std::string difference = first_difference(*scored, *again);
+        notes.is_deterministic = difference.empty();
+        notes.determinism = notes.is_deterministic
+                                ? fmt::format("deterministic: {} with {} and {} threads gave the same {} points ({:016x}{:016x}) and the same figures", name, threads, other,
+                                              scored->cloud.points(), scored->cloud.value()[0], scored->cloud.value()[1])
+                                : fmt::format("NOT deterministic: {} of {} differs between {} and {} threads", difference, name, threads, other);
+      }
+    }
+    if (!scored.ok()) {
+      bar.end();
+      log_error("{}: {}", name, scored.error().message);
+      return kInputUnreadable;
+    }
+    sheet.push_back(std::move(scored->score));
+  }
+  bar.end();
+  const auto changes = options.against.empty() ? std::vector<score::Change>() : score::compare(before, sheet);
+  notes.command = fmt::format("hueline score --sheet {}", options.sheet);
+  notes.revision = fmt::format("hueline {} ({})", runtime::kVersion, runtime::kGitRevision);
+  notes.machine = machine();
+  notes.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  std::fputs((score::terminal_table(sheet) + "\n" + notes.determinism + "\n").c_str(), stdout);
+  if (!changes.empty()) std::fputs(("\nagainst " + options.against + "\n" + score::terminal_changes(changes)).c_str(), stdout);
+  if (const Status written = write_score(options.out, sheet, notes, changes); !written.ok()) {
+    log_error(written.error().message);
+    return kOutputRefused;
+  }
+  std::fputs(fmt::format("\n{} s; look at {}/score.html\n", static_cast<int>(notes.wall_s), options.out).c_str(), stdout);
+  const bool is_worse = std::any_of(changes.begin(), changes.end(), [](const score::Change& c) { return c.verdict == score::Verdict::Worse; });
+  return is_worse || !notes.is_deterministic ? kNotAsExpected : kDone;
+}
+
+}  // namespace
+
+void add_score(Command& all) {
+  auto options = std::make_shared<Options>();
+  Command command = all.command(kScore.word, kScore.help);
+  command.setting("--sheet", options->sheet, "quick or full, which come with the program, or the file of another sheet");
+  command.required("--out", options->out, "folder for score.json, score_notes.json and score.html");
+  command.option("--cache", options->cache, "folder of rendered drives, found again by scenario (default: OUT/drives)");
+  command.option("--against", options->against, "score.json of another version: says what is better and worse beyond noise; exit status 6 if anything is worse");
+  command.setting("--threads", options->threads, "of rendering and colouring; 0: as many as the machine has", {0, 256});
+  command.reads(options->sheet).reads(options->against).writes_into(options->out);
+  command.runs([options] { return run(*options); });
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,47 @@
+#include "apps/score/score_output.hpp"
+
+#include <span>
+
+#include "core/output_file.hpp"
+#include "score/sheet_text.hpp"
+#include "storage/image_view.hpp"
+
+namespace hueline::apps {
+namespace {
+
+std::string base64(std::span<const std::byte> bytes) {
+  constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < left ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 4; ++k) out += k <= left ? kDigits[word >> (18 - 6 * k) & 63] : '=';
+  }
+  return out;
+}
+
+std::string data_uri(const score::Picture& picture) {
+  storage::RgbImage image(picture.width, picture.height, {});
+  image.pixels = picture.pixels;
+  const auto jpeg = storage::encode_jpeg(image, 88);
+  return jpeg.ok() ? "data:image/jpeg;base64," + base64(std::as_bytes(std::span(*jpeg))) : std::string();
+}
+
+}  // namespace
+
+Status write_score(const std::filesystem::path& dir, const score::Sheet& sheet, const score::RunNotes& notes, const std::vector<score::Change>& changes) {
+  const auto folder = OutputFolder::open(dir);
+  if (!folder.ok()) return folder.error();
+  std::vector<std::vector<std::string>> pictures;
+  for (const auto& one : sheet) {
+    pictures.emplace_back();
+    for (const auto& picture : one.pictures) pictures.back().push_back(data_uri(picture));
+  }
+  if (Status s = write_output(dir / "score.json", score::score_json(sheet)); !s.ok()) return s;
+  if (Status s = write_output(dir / "score_notes.json", score::notes_json(sheet, notes)); !s.ok()) return s;
+  if (Status s = write_output(dir / "score.md", score::markdown_table(sheet)); !s.ok()) return s;
+  return write_output(dir / "score.html", score::page(sheet, pictures, notes, changes));
+}
+
+}  // namespace hueline::apps

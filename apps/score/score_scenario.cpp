@@ -1,0 +1,207 @@
+#include "apps/score/score_scenario.hpp"
+
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <set>
+
+#include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
+#include "apps/score/score_recording.hpp"
+#include "apps/score/score_sink.hpp"
+#include "apps/simulate/simulated_recording.hpp"
+#include "apps/simulate/simulated_rig.hpp"
+#include "sim/faults/faulty_timeline.hpp"
+#include "sim/generate.hpp"
+
+namespace hueline::apps {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Devices = std::map<SensorId, score::DeviceBytes>;
+
+/// Of each camera event in its order: the true exposure whose picture it is. Faults may send a picture again, under any number.
+std::vector<std::uint32_t> pictures(const sim::Drive& drive, const sim::Timeline& timeline) {
+  std::map<std::string, std::uint32_t> number_of_file;
+  for (const auto& exposure : drive.exposures) number_of_file[exposure.image_file] = exposure.number;
+  std::vector<std::uint32_t> out;
+  constexpr std::uint32_t kOfNoExposure = 0xFFFFFFFFu;
+  for (const auto& event : timeline.events) {
+    if (event.channel != sim::WireChannel::Camera) continue;
+    const auto found = number_of_file.find(event.image_file);
+    out.push_back(found == number_of_file.end() ? kOfNoExposure : found->second);
+  }
+  return out;
+}
+
+/// What arrives of a channel's units: packets of the laser and images by their number, so that a second copy is none; others counted.
+std::uint64_t arrived(const sim::Timeline& timeline, sim::WireChannel channel) {
+  std::set<std::uint32_t> numbers;
+  std::uint64_t count = 0;
+  for (const auto& event : timeline.events) {
+    if (event.channel != channel || (channel == sim::WireChannel::Pos && event.log.id == 0)) continue;
+    if (event.number == sim::kNoUnit) continue;
+    ++count;
+    numbers.insert(event.number);
+  }
+  return channel == sim::WireChannel::LaserData || channel == sim::WireChannel::Camera ? numbers.size() : count;
+}
+
+/// `sent`: the timeline before its faults.
+void count_units(const sim::Timeline& sent, const sim::Timeline& received, const config::Rig& rig, Devices& devices) {
+  const auto sensors = sensors_of_channels(rig);
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const auto channel = static_cast<sim::WireChannel>(i);
+    score::DeviceBytes& device = devices[sensors[i]];
+    const std::uint64_t there = arrived(sent, channel), here = arrived(received, channel);
+    device.sent_units += there;
+    device.missing_units += there > here ? there - here : 0;
+    for (const auto& event : sent.events)
+      if (event.channel == channel) device.sent_bytes += event.payload.size() + std::size_t{event.width} * event.height;
+  }
+}
+
+/// Images that the camera never made were not lost on the way.
+void forgive_unmade_images(const sim::Scenario& scenario, const std::vector<std::size_t>& hits, score::DeviceBytes& camera) {
+  for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
+    const sim::FaultType type = scenario.faults[i].type;
+    if (type != sim::FaultType::ImageMissed && type != sim::FaultType::CameraDisconnect) continue;
+    camera.missing_units -= std::min<std::uint64_t>(camera.missing_units, hits[i]);
+  }
+}
+
+std::map<std::string, score::DeviceBytes> account(const config::Rig& rig, const runtime::Pipeline& pipeline, Devices devices,
+                                                  const std::map<SensorId, std::uint64_t>& told_lost) {
+  std::map<std::string, score::DeviceBytes> out;
+  for (const auto& sensor : rig.sensors) {
+    score::DeviceBytes& device = devices[sensor.id];
+    if (const DecodeCounts* counts = pipeline.counts(sensor.id)) {
+      device.decoded = counts->decoded_bytes;
+      device.ignored = counts->ignored_bytes;
+      device.malformed = counts->malformed_bytes;
+    }
+    if (const auto found = told_lost.find(sensor.id); found != told_lost.end()) device.told_lost = found->second;
+    out[sensor.name] = device;
+  }
+  return out;
+}
+
+/// A folder of its own for a recording that nobody keeps.
+class ScratchFolder {
+ public:
+  explicit ScratchFolder(const std::string& parent) : path_((std::filesystem::path(parent) / "recorded.XXXXXX").string()) {
+    if (::mkdtemp(path_.data()) == nullptr) path_.clear();
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  ~ScratchFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+  std::filesystem::path path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// A drive as it was recorded on a computer with the scenario's faults.
+struct Recorded {
+  SimulatedCapture capture;
+  RecoveredRecording recovered;
+  runtime::Recording recording;
+};
+
+Result<Recorded> record(const sim::Scenario& scenario, const sim::Drive& drive, const sim::Timeline& timeline, const config::Rig& rig, int threads,
+                        const std::filesystem::path& file) {
+  sim::FaultyDisk disk(scenario.faults, scenario.seed);
+  auto capture = capture_on_faulty_disk(drive, timeline, rig, disk, file);
+  if (!capture.ok()) return capture.error();
+  auto recovered = judge_recording(*capture, file, drive, timeline, rig, threads);
+  if (!recovered.ok()) return recovered.error();
+  auto recording = runtime::Recording::open(file.string());
+  if (!recording.ok()) return recording.error();
+  return Recorded{std::move(*capture), std::move(*recovered), std::move(*recording)};
+}
+
+}  // namespace
+
+Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::string& name, const std::string& cache, std::size_t ray_returns, int threads,
+                                 const ScoreProgress& progress) {
+  sim::GenerateOptions options;
+  options.threads = static_cast<unsigned>(threads);
+  const auto drive = sim::generate(scenario, cache, [&](const std::string& stage, double share) { progress(name + ": rendering " + stage, share); }, options);
+  if (!drive.ok()) return drive.error();
+  // What the devices sent: a solution that the POS does not give out was never sent.
+  sim::Scenario faultless = scenario;
+  std::erase_if(faultless.faults, [](const sim::FaultLine& line) { return line.type != sim::FaultType::PosGap; });
+  const auto sent = sim::scenario_timeline(faultless, *drive), spoilt = sim::scenario_timeline(scenario, *drive);
+  if (!sent.ok() || !spoilt.ok()) return !sent.ok() ? sent.error() : spoilt.error();
+  const sim::Timeline& timeline = spoilt->timeline;
+  const config::Rig rig = config::parse_rig(simulated_rig(scenario, {}, "lens"), "simulated rig");
+  auto scorer = score::Scorer::open(scenario, drive->cache_dir, {.ray_returns = ray_returns, .seed = 1, .threads = threads});
+  if (!scorer.ok()) return scorer.error();
+
+  ScoreSink sink(*scorer, rig, gps_time_ns(drive->begin_gps_ns));
+  runtime::Pipeline pipeline(rig, threads, sink);
+  Devices devices;
+  count_units(sent->timeline, timeline, rig, devices);
+  const SensorId camera = sensors_of_channels(rig)[static_cast<std::size_t>(sim::WireChannel::Camera)];
+  forgive_unmade_images(scenario, spoilt->hits, devices[camera]);
+  const auto numbers = pictures(*drive, timeline);
+  Clock::duration inside{0};
+  const auto use = [&](const Packet& packet) {
+    if (packet.sequence % 512 == 0) progress(name + ": colouring", std::min(1.0, static_cast<double>(packet.sequence) / static_cast<double>(timeline.events.size())));
+    devices[packet.sensor].received_bytes += packet.kind == PacketKind::Wire ? packet.bytes.size() : 0;
+    sink.set_now(packet.received);
+    const auto began = Clock::now();
+    pipeline.process(packet);
+    inside += Clock::now() - began;
+    return true;
+  };
+  auto set_image = [&, images = std::size_t{0}](SensorId sensor, std::uint64_t sequence) mutable {
+    if (sensor == camera) sink.set_image(sequence, numbers[images++]);
+  };
+  const auto is_of_disk = [](const sim::FaultLine& line) { return sim::FaultyDisk::concerns(line.type); };
+  std::optional<RecoveredRecording> recovered;
+  Status fed;
+  if (std::any_of(scenario.faults.begin(), scenario.faults.end(), is_of_disk)) {
+    progress(name + ": recording", 0);
+    const ScratchFolder folder(cache);
+    if (folder.path().empty()) return io_error("make a folder in " + cache, errno);
+    auto recorded = record(scenario, *drive, timeline, rig, threads, folder.path() / "drive.mcap");
+    if (!recorded.ok()) return recorded.error();
+    for (const auto& packet : recorded->capture.packets)
+      if (packet.kind == PacketKind::Wire) set_image(packet.sensor, packet.sequence);
+    recovered = std::move(recorded->recovered);
+    // How the recording ends is among its figures.
+    if (const Status read = recorded->recording.for_each(use); !read.ok() && read.error().code == ErrorCode::Io) fed = read;
+  } else {
+    fed = for_each_simulated_packet(*drive, timeline, rig, [&](const Packet& packet) {
+      if (packet.kind == PacketKind::Wire) set_image(packet.sensor, packet.sequence);
+      return use(packet);
+    });
+  }
+  if (!fed.ok()) return fed.error();
+  sink.set_now({});
+  const auto began = Clock::now();
+  pipeline.flush();
+  inside += Clock::now() - began - sink.spent();
+  sink.finish();
+
+  ScoredRun run;
+  run.cloud = sink.cloud();
+  std::optional<score::RecordingFacts> facts;
+  if (recovered) {
+    facts = recovered->facts;
+    facts->is_same_cloud = recovered->cloud == run.cloud;
+  }
+  run.score = scorer->finish(name, account(rig, pipeline, devices, sink.told_lost()), [&](double share) { progress(name + ": casting rays", share); });
+  score::add_recording_figures(facts, run.score);
+  const double seconds = std::chrono::duration<double>(inside).count();
+  run.score.figures["realtime_factor"] = {scenario.duration_s / seconds, {}};
+  run.score.figures["points_per_second"] = {static_cast<double>(run.cloud.points()) / seconds, {}};
+  return run;
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,94 @@
+#include "apps/score/score_sink.hpp"
+
+#include <set>
+
+#include "apps/simulate/simulated_recording.hpp"
+
+namespace hueline::apps {
+namespace {
+
+sim::Vec3 vec3(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// Never an exposure of any drive: the point's exposure could not be told.
+constexpr std::uint32_t kUnknownExposure = 0xFFFFFFFFu;
+
+}  // namespace
+
+ScoreSink::ScoreSink(score::Scorer& scorer, const config::Rig& rig, GpsTime drive_begin)
+    : scorer_(scorer),
+      is_panorama_(rig.colouring.method == fusion::ColourMethod::Panorama),
+      T_body_head_(rig.geometry.head.T_body_head),
+      drive_begin_(drive_begin),
+      pos_(rig.sync.pos),
+      trajectory_(rig.colouring.trajectory) {}
+
+void ScoreSink::on_exposure(const Exposure& exposure) {
+  if (exposure.timing == ExposureTiming::Unmatched) return;
+  const auto number = image_numbers_.find(exposure.image.packet_sequence);
+  if (number == image_numbers_.end()) return;
+  stamped_.insert_or_assign(exposure.index, Stamped{number->second, exposure.exposure_mid, exposure.sigma, exposure.image.received});
+}
+
+void ScoreSink::on_fault(const Fault& fault) {
+  if (fault.kind != FaultKind::Lost) return;
+  // The camera's matcher misses a mark; what was lost is the POS's: MARK1TIME and MARK1PVA of it.
+  const bool is_mark = fault.sensor != pos_ && fault.detail.find("mark") != std::string::npos;
+  told_lost_[is_mark ? pos_ : fault.sensor] += fault.count * (is_mark ? 2 : 1);
+}
+
+void ScoreSink::on_cloud(const CloudBlock& block) {
+  const auto began = std::chrono::steady_clock::now();
+  const auto T_ecef_enu = ecef_from_enu(block.origin);
+  for (const ColouredPoint& point : block.points) take(point, T_ecef_enu);
+  spent_ += std::chrono::steady_clock::now() - began;
+}
+
+void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu) {
+  cloud_.add(point);
+  score::PointClaim out;
+  sim::Claim& claim = out.claim;
+  claim.fired_gps_ns = count_ns(point.time);
+  claim.channel = point.channel;
+  claim.place_ecef = vec3((T_ecef_enu * Point<Enu>{{point.east, point.north, point.up}}).xyz);
+  out.is_coloured = point.exposure != kNoExposure;
+  if (out.is_coloured) {
+    const auto exposure = stamped_.find(point.exposure);
+    claim.exposure = exposure == stamped_.end() ? kUnknownExposure : exposure->second.number;
+    claim.lens = point.lens;
+    claim.is_panorama_pixel = is_panorama_;
+    claim.u = point.u;
+    claim.v = point.v;
+    claim.red = point.red;
+    claim.green = point.green;
+    claim.blue = point.blue;
+    if (now_) {
+      HostTime needed = kSimulatedHostBegin + (point.time - drive_begin_);
+      if (exposure != stamped_.end()) needed = std::max(needed, exposure->second.arrived);
+      out.latency_ms = to_seconds(*now_ - needed) * 1e3;
+    }
+  }
+  scorer_.add(out);
+}
+
+void ScoreSink::finish() {
+  std::set<std::uint32_t> numbers;
+  for (const auto& [index, stamped] : stamped_) {
+    // A camera that hangs sends a picture again, as another exposure's: that one's time is right, its picture is never used.
+    if (!numbers.insert(stamped.number).second) continue;
+    score::ExposureClaim claim;
+    claim.number = stamped.number;
+    claim.mid_gps_ns = count_ns(stamped.mid);
+    claim.sigma_ns = static_cast<double>(stamped.sigma.count());
+    if (const auto [pose, reason] = trajectory_.pose_at(stamped.mid); pose) {
+      const Transform<Ecef, CameraHead> T = ecef_from_enu(*trajectory_.origin()) * (pose->T_enu_body * T_body_head_);
+      const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = T.rotation.toRotationMatrix();
+      sim::Pose out;
+      std::copy(R.data(), R.data() + 9, out.R.m.begin());
+      out.p = vec3(T.translation);
+      claim.T_ecef_head = out;
+    }
+    scorer_.add(claim);
+  }
+}
+
+}  // namespace hueline::apps

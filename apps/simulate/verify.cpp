@@ -1,0 +1,190 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands.hpp"
+#include "apps/exit_code.hpp"
+#include "apps/log.hpp"
+#include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
+#include "apps/simulate/simulated_recording.hpp"
+#include "apps/simulate/simulated_rig.hpp"
+#include "config/scenario.hpp"
+#include "sim/faults/faulty_timeline.hpp"
+#include "sim/generate.hpp"
+#include "sim/judge.hpp"
+#include "sim/truth_file.hpp"
+
+namespace hueline::apps {
+namespace {
+
+struct Options {
+  std::string scenario, cache, recording, rig, method = "lens";
+  double max_rms_px = 0;
+  bool json = false;
+};
+
+/// Holds every coloured point and exposure against the truth.
+class Judging : public runtime::NullSink {
+ public:
+  Judging(sim::Judge& judge, const std::vector<sim::TrueExposure>& exposures, bool is_panorama)
+      : judge_(judge), true_exposures_(exposures), is_panorama_(is_panorama) {}
+
+  void on_exposure(const Exposure& exposure) override {
+    if (exposure.timing == ExposureTiming::Unmatched) return;
+    // The nearest true exposure is the one meant: they lie a hundred milliseconds or more apart, stamps err by microseconds.
+    const sim::TrueExposure* nearest = nullptr;
+    for (const auto& truth : true_exposures_)
+      if (!nearest || distance(truth, exposure) < distance(*nearest, exposure)) nearest = &truth;
+    if (!nearest) return;
+    number_of_[exposure.index] = nearest->number;
+    exposure_error_us_.add(static_cast<double>(distance(*nearest, exposure)) * 1e-3);
+  }
+
+  void on_cloud(const CloudBlock& block) override {
+    const auto T_ecef_enu = ecef_from_enu(block.origin);
+    for (const auto& point : block.points) {
+      ++points_;
+      if (point.exposure == kNoExposure) continue;
+      ++coloured_;
+      const auto number = number_of_.find(point.exposure);
+      if (number == number_of_.end()) continue;
+      const Point<Ecef> place = T_ecef_enu * Point<Enu>{{point.east, point.north, point.up}};
+      sim::Claim claim;
+      claim.fired_gps_ns = count_ns(point.time);
+      claim.channel = point.channel;
+      claim.exposure = number->second;
+      claim.lens = point.lens;
+      claim.is_panorama_pixel = is_panorama_;
+      claim.u = point.u;
+      claim.v = point.v;
+      claim.red = point.red;
+      claim.green = point.green;
+      claim.blue = point.blue;
+      claim.place_ecef = sim::Vec3{place.xyz.x(), place.xyz.y(), place.xyz.z()};
+      judge_.add(claim);
+    }
+  }
+
+  nlohmann::ordered_json json() const {
+    const auto spread = [](const sim::Spread& s) {
+      return nlohmann::ordered_json{{"rms", s.rms()}, {"median", s.quantile(0.5)}, {"p95", s.quantile(0.95)}, {"max", s.max()}};
+    };
+    const auto& all = judge_.all();
+    nlohmann::ordered_json out;
+    out["points"] = points_;
+    out["coloured"] = coloured_;
+    out["judged"] = all.error_px.count();
+    out["unmatched"] = judge_.unmatched();
+    out["true_returns"] = judge_.true_returns();
+    out["reprojection_px"] = spread(all.error_px);
+    for (std::size_t i = 0; i < judge_.by_lens().size(); ++i)
+      if (judge_.by_lens()[i].error_px.count()) out["reprojection_px_by_lens"][std::to_string(i)] = judge_.by_lens()[i].error_px.rms();
+    out["place_error_m"] = spread(all.place_error_m);
+    out["colour_difference"] = spread(all.colour_difference);
+    out["exposure_time_error_us"] = {{"rms", exposure_error_us_.rms()}, {"max", exposure_error_us_.max()}, {"exposures", exposure_error_us_.count()}};
+    return out;
+  }
+  double rms_px() const { return judge_.all().error_px.count() ? judge_.all().error_px.rms() : std::nan(""); }
+
+ private:
+  static std::int64_t distance(const sim::TrueExposure& truth, const Exposure& exposure) {
+    return std::abs(truth.exposure_mid_gps_ns - count_ns(exposure.exposure_mid));
+  }
+
+  sim::Judge& judge_;
+  const std::vector<sim::TrueExposure>& true_exposures_;
+  const bool is_panorama_;
+  std::map<std::uint32_t, std::uint32_t> number_of_;
+  sim::Spread exposure_error_us_;
+  std::uint64_t points_ = 0, coloured_ = 0;
+};
+
+/// Feeds the pipeline from a recording, or from the scenario itself.
+Status feed(const sim::Scenario& scenario, const sim::Drive& drive, runtime::Recording* recording, const config::Rig& rig,
+            runtime::Pipeline& pipeline) {
+  const auto use = [&](const Packet& packet) {
+    pipeline.process(packet);
+    return true;
+  };
+  if (recording) return recording->for_each(use);
+  const auto timeline = sim::scenario_timeline(scenario, drive);
+  if (!timeline.ok()) return timeline.error();
+  return for_each_simulated_packet(drive, timeline->timeline, rig, use);
+}
+
+int verify(const Options& options) {
+  const sim::Scenario scenario = config::load_scenario(options.scenario);
+  const auto drive = sim::generate(scenario, options.cache);
+  if (!drive.ok()) {
+    log_error(drive.error().message);
+    return kInputUnreadable;
+  }
+  runtime::Recording recorded;
+  const bool has_recording = !options.recording.empty();
+  if (has_recording) {
+    auto opened = runtime::Recording::open(options.recording, options.rig);
+    if (!opened.ok()) {
+      log_error(opened.error().message);
+      return opening_status(opened.error());
+    }
+    recorded = std::move(*opened);
+  } else {
+    recorded.rig = options.rig.empty() ? config::parse_rig(simulated_rig(scenario, {}, options.method), "simulated rig") : config::load_rig(options.rig);
+  }
+  const std::string truth_file = drive->cache_dir + "/truth.bin";
+  auto truth = sim::TruthReader::open(truth_file);
+  auto judge = sim::Judge::open(scenario, truth_file, {});
+  if (!truth.ok() || !judge.ok()) {
+    log_error(!truth.ok() ? truth.error().message : judge.error().message);
+    return kInputUnreadable;
+  }
+  Judging sink(*judge, truth->header().exposures, recorded.rig.colouring.method == fusion::ColourMethod::Panorama);
+  runtime::Pipeline pipeline(recorded.rig, 2, sink);
+  const Status fed = feed(scenario, *drive, has_recording ? &recorded : nullptr, recorded.rig, pipeline);
+  pipeline.flush();
+  const auto json = sink.json();
+  if (options.json) {
+    std::fputs((json.dump(2) + "\n").c_str(), stdout);
+  } else {
+    std::fputs(fmt::format("{:9} points, {} coloured, {} judged, {} without truth\n"
+                           "reprojection  {:.4f} px rms of an 8000 x 4000 panorama ({:.4f} median, {:.4f} p95, {:.3f} largest)\n"
+                           "place         {:.2f} mm rms\n"
+                           "exposure time {:.2f} us rms, {:.2f} us largest, of {} exposures\n",
+                           json["points"].get<std::uint64_t>(), json["coloured"].get<std::uint64_t>(), json["judged"].get<std::uint64_t>(),
+                           json["unmatched"].get<std::uint64_t>(), json["reprojection_px"]["rms"].get<double>(),
+                           json["reprojection_px"]["median"].get<double>(), json["reprojection_px"]["p95"].get<double>(),
+                           json["reprojection_px"]["max"].get<double>(), json["place_error_m"]["rms"].get<double>() * 1e3,
+                           json["exposure_time_error_us"]["rms"].get<double>(), json["exposure_time_error_us"]["max"].get<double>(),
+                           json["exposure_time_error_us"]["exposures"].get<std::uint64_t>())
+                   .c_str(),
+               stdout);
+  }
+  if (!fed.ok()) {
+    log_error(fed.error().message);
+    return kInputUnreadable;
+  }
+  if (json["judged"].get<std::uint64_t>() == 0) return kNothingCame;
+  return options.max_rms_px > 0 && !(sink.rms_px() <= options.max_rms_px) ? kNotAsExpected : kDone;
+}
+
+}  // namespace
+
+void add_verify(Command& all) {
+  auto options = std::make_shared<Options>();
+  Command command = all.command(kVerify.word, kVerify.help);
+  command.option("RECORDING", options->recording, "drive.mcap of a capture of the scenario; without one, the scenario's own bytes are used, unspoilt by real time");
+  command.required("--scenario", options->scenario, "the scenario that was driven (YAML)");
+  command.required("--sim", options->cache, "folder of simulated drives (simulate --out)");
+  command.option("--rig", options->rig, "another rig than the recorded one, or than the scenario's perfect calibration");
+  command.setting("--method", options->method, "without RECORDING: lens or panorama", {"lens", "panorama"});
+  command.option("--max-rms-px", options->max_rms_px, "exit status 6 if the root mean square is larger");
+  command.flag("--json", options->json, "for programs");
+  command.reads(options->scenario).reads(options->recording).reads(options->rig);
+  command.runs([options] { return verify(*options); });
+}
+
+}  // namespace hueline::apps
