@@ -8,8 +8,8 @@ namespace hueline::drivers {
 class TcpSource final : public ByteStreamSource {
  public:
   struct Config {
-    std::string host = "192.168.1.10";  ///< address; a name is looked up with the system's resolver, which may block
-    int port = 3001;                    ///< 3001..3007 are a NovAtel receiver's ICOM ports
+    std::string host;  ///< address; a name is looked up with the system's resolver, which may block
+    int port = 0;      ///< 1 .. 65535
     std::chrono::milliseconds connect_timeout{2000};
     std::chrono::seconds peer_timeout{10};  ///< unanswered keep-alives for so long: Disconnected
     ByteStreamSource::Config stream;

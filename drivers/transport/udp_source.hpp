@@ -14,10 +14,10 @@
 
 namespace hueline::drivers {
 
-/// Datagrams of one device over IPv4 UDP, on one or several ports (Velodyne: 2368 data, 8308 position; the decoder tells them
-/// apart by size). `received` is the kernel's stamp of the datagram's arrival (SO_TIMESTAMPNS), converted to HostTime; packets of
-/// one read are in the order of their stamps. The kernel begins to stamp a moment after the first socket of the computer asks for it; datagrams before
-/// have the time at which they were read.
+/// Datagrams of one device over IPv4 UDP, on one or several ports; the decoder tells them apart by their content. `received` is the
+/// kernel's stamp of the datagram's arrival (SO_TIMESTAMPNS), converted to HostTime; packets of one read are in the order of their stamps.
+/// The kernel begins to stamp a moment after the first socket of the computer asks for it; datagrams before have the time at which they
+/// were read.
 ///
 /// Fault packets: Overflow (the kernel's socket buffer or the pool was full; the kernel tells of a drop on the next datagram that
 /// it delivers), WrongDevice (from another address than the rig's; one a second at most, counted, not delivered),
@@ -26,12 +26,12 @@ namespace hueline::drivers {
 class UdpSource final : public PacketSource {
  public:
   struct Config {
-    std::vector<std::uint16_t> ports{2368, 8308};
+    std::vector<std::uint16_t> ports;      ///< one or more
     std::string bind_address = "0.0.0.0";  ///< the interface's own address, or 0.0.0.0 for all
     std::string source_address;            ///< only from this device; empty: from anybody, and a second one is told
     std::string multicast_group;           ///< joined if not empty
     std::string multicast_interface;       ///< address of the interface to join on; empty: the kernel's choice
-    /// Asked of the kernel for each port: 4 MiB hold 2 s of a VLP-16. More than net.core.rmem_max needs CAP_NET_ADMIN; what
+    /// Asked of the kernel for each port: 4 MiB hold 2 s of 750 datagrams of 1.2 kB a second. More than net.core.rmem_max needs CAP_NET_ADMIN; what
     /// was granted: receive_buffer_bytes().
     int receive_buffer_bytes = 4 << 20;
     std::size_t max_datagram_bytes = 2048;
