@@ -22,6 +22,7 @@ struct Leap {
   int year, month;  // the offset holds from the first day of this month, 00:00 UTC
   int offset_s;     // GPS - UTC
 };
+constexpr seconds kUnixOfGpsEpoch{315'964'800};
 constexpr std::array<Leap, 18> kLeaps{{{1981, 7, 1},  {1982, 7, 2},  {1983, 7, 3},  {1985, 7, 4},  {1988, 1, 5},
                                        {1990, 1, 6},  {1991, 1, 7},  {1992, 7, 8},  {1993, 7, 9},  {1994, 7, 10},
                                        {1996, 1, 11}, {1997, 7, 12}, {1999, 1, 13}, {2006, 1, 14}, {2009, 1, 15},
@@ -85,6 +86,17 @@ UtcTime to_utc(GpsTime t) {
   out.second = static_cast<int>(in_day.count() % 60) + (in_leap ? 1 : 0);
   out.nanosecond = static_cast<std::int32_t>(fraction.count());
   return out;
+}
+
+GpsTime from_unix(UnixTime t, std::optional<seconds> utc_offset) {
+  const GpsTime without_leaps{t.time_since_epoch() - kUnixOfGpsEpoch};
+  if (utc_offset) return without_leaps + *utc_offset;
+  // One second more: the first second behind a leap second is not the leap second itself.
+  return without_leaps + utc_offset_from_table(without_leaps + utc_offset_from_table(without_leaps) + seconds(1));
+}
+
+UnixTime to_unix(GpsTime t, std::optional<seconds> utc_offset) {
+  return UnixTime(t.time_since_epoch() + kUnixOfGpsEpoch - utc_offset.value_or(utc_offset_from_table(t)));
 }
 
 std::string iso_utc(GpsTime t) {

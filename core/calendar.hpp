@@ -36,6 +36,10 @@ std::chrono::seconds utc_offset_from_table(GpsTime t);
 std::optional<GpsTime> from_utc(const UtcTime& utc, std::optional<std::chrono::seconds> utc_offset = {});
 UtcTime to_utc(GpsTime t);
 
+/// Unix time <-> GPS time, likewise. A leap second has the Unix time of the second behind it.
+GpsTime from_unix(UnixTime t, std::optional<std::chrono::seconds> utc_offset = {});
+UnixTime to_unix(GpsTime t, std::optional<std::chrono::seconds> utc_offset = {});
+
 /// ISO 8601 in UTC with milliseconds, for people: "2026-03-01T12:34:56.789Z".
 std::string iso_utc(GpsTime t);
 

@@ -17,17 +17,6 @@ const char* name(FixType type) {
   return "?";
 }
 
-const char* name(PpsStatus status) {
-  switch (status) {
-    case PpsStatus::NoPps: return "NoPps";
-    case PpsStatus::Synchronising: return "Synchronising";
-    case PpsStatus::Locked: return "Locked";
-    case PpsStatus::Error: return "Error";
-    case PpsStatus::Unknown: return "Unknown";
-  }
-  return "?";
-}
-
 const char* name(PixelFormat format) {
   switch (format) {
     case PixelFormat::Mono8: return "Mono8";

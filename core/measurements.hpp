@@ -11,6 +11,7 @@
 #include "core/fault.hpp"
 #include "core/frames.hpp"
 #include "core/geodesy.hpp"
+#include "core/laser_time.hpp"
 #include "core/time.hpp"
 
 /// What decoders make of bytes: SI, radians, our frames. `received` is the arrival (host); `time` the measurement, on the clock
@@ -27,14 +28,14 @@ struct PpsEdge {
   std::uint64_t sequence = 0;  ///< the source's own count; gaps are lost edges
 };
 
-/// A receiver's statement "the latest PPS edge was this GPS second" (NovAtel TIME, Velodyne position packet). It comes after
-/// the edge, 1-700 ms late, sometimes more than a second.
+/// A device's statement "the latest whole second was this GPS second" (a receiver's time message, a scanner's status). It comes after
+/// the second, 1-700 ms late, sometimes more than a second.
 struct TimeLabel {
   SensorId sensor{};
   HostTime received{};
   GpsTime second{};                                 ///< whole second, already in GPS time
   std::optional<std::chrono::seconds> utc_offset;   ///< GPS - UTC, if the receiver knows it
-  bool is_valid = false;                            ///< receiver claims a good time (NovAtel FINE..., GPRMC status A and PPS locked)
+  bool is_valid = false;                            ///< the device holds its time for good: its clock is fine, its fix is valid
 };
 
 /// Any message that carries GPS time and arrives soon after: bounds the host clock's offset from one side (arrival >= event).
@@ -44,16 +45,15 @@ struct TimedArrival {
   GpsTime time{};
 };
 
-/// A device counter seen at an arrival: Velodyne's microseconds past the hour of each packet.
-enum class PpsStatus : std::uint8_t { NoPps = 0, Synchronising = 1, Locked = 2, Error = 3, Unknown = 255 };
-const char* name(PpsStatus status);
+/// What a laser scanner says of its own clock. Which second it is, the scanner says by a TimeLabel.
 struct LaserStatus {
   SensorId sensor{};
   HostTime received{};
-  DeviceTime<UtcHourCounter> time{};
-  PpsStatus pps = PpsStatus::Unknown;
-  bool has_nmea = false;
-  bool nmea_valid = false;  ///< GPRMC status 'A'
+  std::optional<LaserTime> time;  ///< its clock when it sent this, if it says so
+  /// Unlocked: free-running, no reference at the scanner's input or a broken one. Acquiring: it is being set to its reference (a pulse per
+  /// second, PTP). Locked: held by it. Holdover: held until a moment ago.
+  SyncState clock = SyncState::Unlocked;
+  std::string words;  ///< the same in the device's own terms, for people: "PPS locked, GPRMC valid"
 };
 
 /// The POS's navigation solution at `time`: pose of Body against the local level at `position`.
@@ -136,7 +136,7 @@ struct LaserBatch {
   SensorId sensor{};
   HostTime received{};
   std::uint64_t packet_sequence = 0;       ///< journal sequence of the packet
-  DeviceTime<UtcHourCounter> time{};       ///< the packet's own stamp: first firing
+  LaserTime time{};                        ///< the packet's own stamp: first firing
   std::vector<LaserReturn> returns;
 };
 

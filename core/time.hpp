@@ -26,12 +26,13 @@ using HostTime = TimeBase<struct HostTag>::time_point;
 /// GPS time: continuous, ns since 1980-01-06T00:00:00 UTC, no leap seconds. The only base after sync/.
 using GpsTime = TimeBase<struct GpsTag>::time_point;
 
+/// Unix time: ns since 1970-01-01T00:00:00 UTC, leap seconds not counted. Only for what devices say and files hold (core/calendar.hpp).
+using UnixTime = TimeBase<struct UnixTag>::time_point;
+
 /// A device's own counter, one type a counter.
 template <class Device>
 using DeviceTime = typename TimeBase<Device>::time_point;
 
-/// Counts from the start of the running UTC hour and wraps there (Velodyne).
-struct UtcHourCounter {};
 /// A camera's free-running counter, ns from its power-up or from whatever the camera latched it to.
 struct CameraCounter {};
 /// A CAN adapter's own free-running counter, ns from whatever its driver lets it begin.

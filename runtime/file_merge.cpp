@@ -10,22 +10,20 @@ namespace {
 
 using std::chrono::seconds;
 
-constexpr seconds kUnixToGps{315'964'800};
 constexpr nanoseconds kSameCourse = seconds(1);   // between a device's time and its capture's stamps
+constexpr nanoseconds kFarOff = std::chrono::hours(1);  // between a scanner's stamp and the labels around it
 constexpr int kNewCourse = 100;                   // packets in a row that are off it by the same make a new one
 constexpr nanoseconds kLongestStep = seconds(10);  // believed of stamps alone
 
-HostTime as_received(GpsTime time) {
-  return HostTime(time.time_since_epoch() + kUnixToGps - utc_offset_from_table(time));
-}
+HostTime as_received(GpsTime time) { return HostTime(to_unix(time).time_since_epoch()); }
 
 }  // namespace
 
 struct FileMerge::File {
-  File(Input from, int agreeing_labels) : input(std::move(from)), hour(agreeing_labels) {}
+  File(Input from, int agreeing_labels) : input(std::move(from)), labels(agreeing_labels) {}
 
   Input input;
-  sync::HourLabel hour;
+  sync::LabelledTime labels;
   std::deque<Ahead> ahead;
   std::size_t ahead_bytes = 0;
   bool is_open = false, is_closed = false;
@@ -146,9 +144,12 @@ void FileMerge::read(File& file, std::stop_token stop) {
     std::vector<Measurement> measured;
     file.input.decoder->decode(ahead.packet, measured);
     for (const Measurement& m : measured) {
-      if (const auto* batch = std::get_if<LaserBatch>(&m)) ahead.counter = batch->time;
-      if (const auto* status = std::get_if<LaserStatus>(&m); status && status->pps == PpsStatus::Locked) ahead.counter = status->time;
-      if (const auto* label = std::get_if<TimeLabel>(&m); label && label->is_valid) file.hour.add(label->second, label->received);
+      if (const auto* batch = std::get_if<LaserBatch>(&m)) {
+        ahead.stamp = batch->time;
+        if (const auto* counter = std::get_if<LaserCounter>(&batch->time)) file.labels.set_period(counter->period);
+      }
+      if (const auto* status = std::get_if<LaserStatus>(&m); status && status->clock == SyncState::Locked) ahead.stamp = status->time;
+      if (const auto* label = std::get_if<TimeLabel>(&m); label && label->is_valid) file.labels.add(label->second, label->received);
       // What the receiver itself holds for fine.
       if (const auto* arrival = std::get_if<TimedArrival>(&m)) ahead.time = ahead.time ? std::max(*ahead.time, arrival->time) : arrival->time;
     }
@@ -159,18 +160,21 @@ void FileMerge::read(File& file, std::stop_token stop) {
 
 /// A scanner's packets need a label to have a time, and it comes once a second; a receiver's log may begin before its time is fine.
 void FileMerge::look_ahead(File& file, std::stop_token stop) {
-  const auto has_time = [&] { return file.input.has_stamps ? file.hour.is_settled() : !file.ahead.empty() && file.ahead.back().time.has_value(); };
+  const auto has_time = [&] { return file.input.has_stamps ? file.labels.is_settled() : !file.ahead.empty() && file.ahead.back().time.has_value(); };
   while (!file.ended && !stop.stop_requested() && file.ahead.size() < config_.ahead_packets && file.ahead_bytes < config_.ahead_bytes &&
          (file.ahead.empty() || !has_time()))
     read(file, stop);
-  file.hour.settle();
+  file.labels.settle();
 }
 
 std::optional<HostTime> FileMerge::own_time(const File& file, const Ahead& ahead) const {
   if (ahead.time) return as_received(*ahead.time);
-  if (!ahead.counter || !file.hour.is_settled()) return {};
-  const GpsTime near = *file.hour.near(ahead.packet.received);
-  return as_received(sync::instant_of(*ahead.counter, near, utc_offset_from_table(near)));
+  if (!ahead.stamp || !file.labels.is_settled()) return {};
+  const GpsTime near = *file.labels.near(ahead.packet.received);
+  const auto instant = sync::instant_of(*ahead.stamp, near, utc_offset_from_table(near));
+  // A damaged packet may name any time at all.
+  if (!instant || std::chrono::abs(*instant - near) > kFarOff) return {};
+  return as_received(*instant);
 }
 
 /// All files stand at their first packet: where their times begin.

@@ -10,7 +10,7 @@
 
 #include "core/decoder.hpp"
 #include "core/packet.hpp"
-#include "sync/hour_label.hpp"
+#include "sync/labelled_time.hpp"
 
 namespace hueline::runtime {
 
@@ -19,7 +19,7 @@ namespace hueline::runtime {
 /// on threads, so that two readings of the same files make the same journal.
 ///
 /// A packet's `received` becomes its device's own time, in ns since 1970-01-01 UTC: the newest time that a piece of a receiver's log
-/// names, a scanner's counter with the hour that the scanner's receiver labelled. What names no time follows the packet before it, by
+/// names, a scanner's stamp, near the time that the scanner's labels name. What names no time follows the packet before it, by
 /// the capture's stamps. Where no file names a time the captures' stamps stay as they are. `received` never falls.
 ///
 /// The sources take turns: each packet has to be handed on, by asking for the next one, before another source gives its own.
@@ -30,7 +30,7 @@ class FileMerge {
     std::unique_ptr<Decoder> decoder;  ///< of the sensor, for its times alone
     bool has_stamps = false;           ///< the file says when its packets came
   };
-  /// How far a file is looked into for the labels that name its hour.
+  /// How far a file is looked into for the labels that name its time.
   struct Config {
     int agreeing_labels = 3;
     std::size_t ahead_packets = 16384;
@@ -51,8 +51,8 @@ class FileMerge {
   class Source;
   struct Ahead {
     Packet packet;
-    std::optional<DeviceTime<UtcHourCounter>> counter;
-    std::optional<GpsTime> time;
+    std::optional<LaserTime> stamp;  ///< a scanner's
+    std::optional<GpsTime> time;     ///< a receiver's
   };
   struct File;
 

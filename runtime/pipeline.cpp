@@ -158,8 +158,8 @@ void Pipeline::report(Summary& summary) const {
   for (const sync::LaserClock& laser : synchroniser_.lasers()) summary.on_unfused("no time: the clock was lost", laser.counts().returns_without_clock);
   for (const sync::SelfTimedLaser& own : synchroniser_.self_timed_lasers()) {
     summary.on_unfused("no time: read from a file, and the scanner does not say that its PPS is locked", own.counts().never_locked);
-    summary.on_unfused("no time: read from a file, and the scanner lost its PPS", own.counts().lost_pulse);
-    summary.on_unfused("no time: read from a file, and no valid message of its receiver named the scanner's hour", own.counts().no_hour);
+    summary.on_unfused("no time: read from a file, and the scanner lost its PPS", own.counts().lost_lock);
+    summary.on_unfused("no time: read from a file, and no valid message of its receiver named the scanner's hour", own.counts().no_label);
     summary.on_unfused("no time: the scanner's counter leapt", own.counts().astray);
   }
   summary.on_unfused("came too late", counts.late_returns);

@@ -19,15 +19,9 @@ constexpr const char* kEnu = "enu";
 constexpr const char* kBody = "body";
 constexpr std::size_t kMostBytes = 9'000'000;  // of points in one message
 
-/// ns since 1970-01-01 UTC; POSIX counts no leap seconds.
-std::int64_t unix_ns(GpsTime time) {
-  constexpr std::int64_t kGpsEpoch = 315'964'800;
-  return count_ns(time) + (kGpsEpoch - utc_offset_from_table(time).count()) * 1'000'000'000;
-}
-
 template <class Message>
 void stamp(Message& message, GpsTime time) {
-  const std::int64_t ns = unix_ns(time);
+  const std::int64_t ns = count_ns(to_unix(time));
   message.mutable_timestamp()->set_seconds(ns / 1'000'000'000);
   message.mutable_timestamp()->set_nanos(static_cast<std::int32_t>(ns % 1'000'000'000));
 }
@@ -91,7 +85,7 @@ Status ViewWriter::add_channels() {
 
 Status ViewWriter::write(std::uint16_t channel, GpsTime time, const google::protobuf::Message& message) {
   const std::string bytes = message.SerializeAsString();
-  const auto log_time = static_cast<std::uint64_t>(unix_ns(time));
+  const auto log_time = static_cast<std::uint64_t>(count_ns(to_unix(time)));
   return mcap_.write({channel, sequences_[channel]++, log_time, log_time}, as_bytes(bytes));
 }
 

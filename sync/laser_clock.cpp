@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sync/hour_label.hpp"
+#include "sync/labelled_time.hpp"
 
 namespace hueline::sync {
 namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-constexpr std::int64_t kHourNs = 3'600'000'000'000;
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 nanoseconds sigma_of(double a, double b, double c = 0) {
@@ -23,42 +22,46 @@ double ns(nanoseconds d) { return static_cast<double>(d.count()); }
 }  // namespace
 
 std::string LaserClock::Config::validate() const {
-  if (disciplined_sigma <= nanoseconds(0)) return "disciplined_sigma must be positive";
-  if (!(drift_ppm > 0 && drift_ppm <= 1000)) return "drift_ppm must be above 0 and at most 1000";
+  if (std::string e = discipline.validate(); !e.empty()) return e;
   if (early < nanoseconds(0) || early > milliseconds(100)) return "early must be 0 to 100 ms";
   if (latency_max < milliseconds(1) || latency_max > milliseconds(400)) return "latency_max must be 1 to 400 ms";
   if (latency_min < nanoseconds(0) || latency_min > latency_max) return "latency_min must be 0 to latency_max";
   if (latency_min_sigma <= nanoseconds(0)) return "latency_min_sigma must be positive";
-  if (status_timeout < seconds(1) || status_timeout > seconds(600)) return "status_timeout must be 1 to 600 s";
   if (confirm < milliseconds(100) || confirm > seconds(10)) return "confirm must be 100 ms to 10 s";
   if (pending_limit < 16 || pending_limit > 1'000'000) return "pending_limit must be 16 to 1000000";
   return arrivals.validate();
 }
 
 void LaserClock::add(const LaserStatus& status) {
-  const bool was = status_ && status_->pps == PpsStatus::Locked;
-  if (status.pps == PpsStatus::Locked && !was) untrusted_ = false;  // it synchronised anew: judge it anew
-  status_ = status;
+  if (status.clock == SyncState::Locked && !discipline_.claims_lock()) untrusted_ = false;  // it synchronised anew: judge it anew
+  discipline_.add(status);
 }
 
-bool LaserClock::is_disciplined(HostTime at) const {
-  return status_ && status_->pps == PpsStatus::Locked && at - status_->received <= config_.status_timeout &&
-         !untrusted_;
-}
+bool LaserClock::is_disciplined(HostTime at) const { return discipline_.is_locked(at) && !untrusted_; }
 
-std::int64_t LaserClock::unwrap(DeviceTime<UtcHourCounter> t) {
-  const std::int64_t counter = count_ns(t);
-  if (last_counter_) {
-    const std::int64_t step = counter - *last_counter_;
-    if (step < -kHourNs / 2)
-      hours_ns_ += kHourNs;
-    else if (step > kHourNs / 2)
-      hours_ns_ -= kHourNs;
+/// The stamp as a count that goes on where a counter begins anew: what the arrivals are compared with.
+std::int64_t LaserClock::unwrap(const LaserTime& time) {
+  const auto value_ns = [](const LaserTime& stamp) {
+    if (const auto* counter = std::get_if<LaserCounter>(&stamp)) return counter->value.count();
+    if (const auto* gps = std::get_if<GpsTime>(&stamp)) return count_ns(*gps);
+    return count_ns(std::get<UnixTime>(stamp));
+  };
+  const auto* counter = std::get_if<LaserCounter>(&time);
+  const bool goes_on = last_stamp_ && last_stamp_->index() == time.index() && (!counter || counter->is_same_clock(std::get<LaserCounter>(*last_stamp_)));
+  if (goes_on) {
+    const std::int64_t step = value_ns(time) - value_ns(*last_stamp_);
+    if (counter && step < -counter->period.count() / 2)
+      periods_ns_ += counter->period.count();
+    else if (counter && step > counter->period.count() / 2)
+      periods_ns_ -= counter->period.count();
     else if (step < -100'000'000)
-      line_.reset();  // set back by its PPS or restarted: another relation
+      line_.reset();  // set back by its reference or restarted: another relation
+  } else {
+    line_.reset();
+    periods_ns_ = 0;
   }
-  last_counter_ = counter;
-  return hours_ns_ + counter;
+  last_stamp_ = time;
+  return periods_ns_ + value_ns(time);
 }
 
 void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vector<StampedLaserBatch>& out) {
@@ -68,8 +71,9 @@ void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vect
     return;
   }
   ++counts_.batches;
-  const GpsTime nominal = instant_of(batch.time, arrival->time, host.utc_offset(arrival->time));
   const std::int64_t unwrapped = unwrap(batch.time);
+  // A counter of its own origin is right to the second, if it is locked: judge() finds the seconds.
+  const GpsTime nominal = instant_of(batch.time, arrival->time, host.utc_offset(arrival->time)).value_or(gps_time_ns(unwrapped));
   line_.add(unwrapped, count_ns(arrival->time));
   Seen seen{std::move(batch), *arrival, nominal, unwrapped};
   host_doubtful_ = host.is_doubtful();
@@ -103,7 +107,7 @@ bool LaserClock::fits(const Seen& seen) const {
 
 /// A scanner whose phase was wrong is believed again once it has claimed PPS and agreed with the host long enough.
 void LaserClock::judge_anew(const Seen& seen) {
-  if (!status_ || status_->pps != PpsStatus::Locked || !fits(seen)) {
+  if (!discipline_.claims_lock() || !fits(seen)) {
     fits_since_.reset();
     return;
   }
@@ -155,31 +159,26 @@ void LaserClock::emit(Seen&& seen, std::vector<StampedLaserBatch>& out) {
   // the scanner.
   const bool continues = last_time_ && time > *last_time_ - config_.latency_max;
   const bool possible = age >= -slack && (age <= config_.latency_max || (continues && age < seconds(30)));
-  double sigma = ns(config_.disciplined_sigma);
-  SyncState state = seen.arrival.state == SyncState::Acquiring ? SyncState::Acquiring : SyncState::Locked;
-  if (disciplined && possible) {
-    last_disciplined_ = last_disciplined_ ? std::max(*last_disciplined_, time) : time;
+  // Its own crystal is the better clock until it has drifted as far as arrivals are uncertain.
+  auto trust = untrusted_ || !possible ? std::nullopt : discipline_.trust(time, disciplined, config_.latency_min_sigma);
+  if (!trust) {
+    if (disciplined && !possible)
+      faults_.add(config_.sensor, FaultKind::LabelConflict, "passing", seen.batch.received,
+                  "packets whose counter left the host's time and came back: stamped by arrival");
+    emit_by_arrival(std::move(seen), !disciplined || possible, out);
+    return;
+  }
+  if (trust->state == SyncState::Locked) {
     ++counts_.disciplined;
+    if (seen.arrival.state == SyncState::Acquiring) trust->state = SyncState::Acquiring;
   } else {
-    const double own = last_disciplined_ ? ns(time - *last_disciplined_) * config_.drift_ppm * 1e-6 : 1e18;
-    // Its own crystal is the better clock until it has drifted as far as arrivals are uncertain.
-    if (untrusted_ || !possible || own < 0 || own > ns(config_.latency_min_sigma)) {
-      if (disciplined && !possible)
-        faults_.add(config_.sensor, FaultKind::LabelConflict, "passing", seen.batch.received,
-                    "packets whose counter left the host's time and came back: stamped by arrival");
-      emit_by_arrival(std::move(seen), !disciplined || possible, out);
-      return;
-    }
-    sigma = std::hypot(sigma, own);
-    state = SyncState::Holdover;
     ++counts_.holdover;
     faults_.add(config_.sensor, FaultKind::NoTime, "crystal", seen.batch.received,
                 "the scanner does not claim PPS: its packets are stamped by its own crystal, sigma grows");
   }
   if (correction_ != seconds(0)) ++counts_.corrected;
   last_time_ = time;
-  out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time,
-                 nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))), state, std::move(seen.batch.returns)});
+  out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time, trust->sigma, trust->state, std::move(seen.batch.returns)});
 }
 
 void LaserClock::emit_by_arrival(Seen&& seen, bool by_line, std::vector<StampedLaserBatch>& out) {

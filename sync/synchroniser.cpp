@@ -63,10 +63,8 @@ Synchroniser::Synchroniser(Config config)
     if (!config_.self_timed) continue;
     SelfTimedLaser::Config own;
     own.sensor = l.sensor;
-    own.disciplined_sigma = l.disciplined_sigma;
-    own.drift_ppm = l.drift_ppm;
+    own.discipline = l.discipline;
     own.holdover_limit = config_.clock.holdover_limit;
-    own.status_timeout = l.status_timeout;
     own.agreeing = config_.clock.label.agreeing;
     own.not_before = config_.clock.label.not_before;
     own.hold = config_.hold;

@@ -11,23 +11,16 @@ namespace hueline::drivers {
 namespace {
 
 using std::chrono::seconds;
-constexpr std::int64_t kUnixOfGpsEpoch = 315'964'800;
 /// A label is given only while the latest edge is beyond doubt: the next may be due before the datagram arrives.
 constexpr nanoseconds kLabelTo = std::chrono::milliseconds(900);
 
-GpsTime gps_of_unix(std::int64_t unix_s) {
-  const GpsTime without_leaps{seconds(unix_s - kUnixOfGpsEpoch)};
-  return without_leaps + utc_offset_from_table(without_leaps + utc_offset_from_table(without_leaps));
-}
+constexpr nanoseconds kCounterPeriod = seconds(std::int64_t{1} << 32U);
 
-/// Past the running UTC hour. A scanner that was told no time counts within an hour of its own: sync judges it by its arrivals.
-DeviceTime<UtcHourCounter> within_hour(const ProfileHeader& header) {
-  std::int64_t second = header.second;
-  if (header.scale == ProfileTimeScale::Gps) {
-    second -= utc_offset_from_table(GpsTime(seconds(second))).count();
-    second = (second + 3600) % 3600;  // the first 18 s of 1980
-  }
-  return DeviceTime<UtcHourCounter>(seconds(second % 3600) + nanoseconds(header.nanosecond));
+LaserTime time_of(const ProfileHeader& header) {
+  const nanoseconds since = seconds(header.second) + nanoseconds(header.nanosecond);
+  if (header.scale == ProfileTimeScale::Gps) return GpsTime(since);
+  if (header.scale == ProfileTimeScale::Utc) return UnixTime(since);
+  return LaserCounter{CounterOrigin::Own, kCounterPeriod, since};
 }
 
 }  // namespace
@@ -139,7 +132,7 @@ void ProfileScannerDecoder::decode_data(const Packet& packet, const ProfileHeade
   batch.sensor = sensor_;
   batch.received = packet.received;
   batch.packet_sequence = packet.sequence;
-  batch.time = within_hour(header);
+  batch.time = time_of(header);
   kernel_->decode(*data, batch.returns);
   counts_.decoded_bytes += packet.bytes.size();
   ++counts_.messages["data"];
@@ -155,11 +148,10 @@ void ProfileScannerDecoder::decode_status(const Packet& packet, const ProfileHea
   LaserStatus said;
   said.sensor = sensor_;
   said.received = packet.received;
-  said.time = within_hour(header);
-  said.pps = status->pps;
-  said.has_nmea = status->has_label;
-  said.nmea_valid = status->has_label && status->is_label_valid;
-  out.push_back(said);
+  said.time = time_of(header);
+  said.clock = status->pps.clock;
+  said.words = status->pps.words + (!status->has_label ? ", seconds not named" : status->is_label_valid ? ", seconds named" : ", seconds named without a fix");
+  out.push_back(std::move(said));
   label(packet, header, *status, out);
 }
 
@@ -171,8 +163,8 @@ void ProfileScannerDecoder::label(const Packet& packet, const ProfileHeader& hea
   TimeLabel label;
   label.sensor = sensor_;
   label.received = packet.received;
-  label.second = header.scale == ProfileTimeScale::Gps ? GpsTime(seconds(status.edge_second)) : gps_of_unix(status.edge_second);
-  label.is_valid = status.is_label_valid && status.pps == PpsStatus::Locked;
+  label.second = header.scale == ProfileTimeScale::Gps ? GpsTime(seconds(status.edge_second)) : from_unix(UnixTime(seconds(status.edge_second)));
+  label.is_valid = status.is_label_valid && status.pps.clock == SyncState::Locked;
   if (last_label_ && last_label_->second == label.second && last_label_->is_valid == label.is_valid) return;
   last_label_ = label;
   out.push_back(label);

@@ -18,8 +18,8 @@ class ProfileScannerKernel;
 /// A profile scanner of the RIEGL VUX/VMX class in the generic wire format (docs/formats.md): data datagrams -> LaserBatch (one
 /// each, also when no return is left), status datagrams -> LaserStatus and, once a second, TimeLabel.
 ///
-/// LaserBatch::time is the emission of the datagram's first pulse, brought into the UTC hour; a return's time is that of its own
-/// pulse. Frame: Scanner (z along the mirror's axis; angle 0 along y, growing clockwise seen from +z, so towards x). All lines lie
+/// LaserBatch::time is the emission of the datagram's first pulse on the scale that the datagram names; a return's time is that of its
+/// own pulse. Frame: Scanner (z along the mirror's axis; angle 0 along y, growing clockwise seen from +z, so towards x). All lines lie
 /// in its plane z = 0: channel is 0. return_number counts by range, 1 is the nearest; return_count is that of the pulse also where
 /// a range limit dropped some.
 ///

@@ -79,8 +79,8 @@ Result<ProfileData> decode_profile_data(std::span<const std::byte> d) {
 Result<ProfileStatus> decode_profile_status(std::span<const std::byte> d) {
   if (d.size() != kProfileStatusBytes) return malformed(fmt::format("status of {} bytes; {} expected", d.size(), kProfileStatusBytes));
   ProfileStatus out;
-  const auto pps = load<std::uint8_t>(d, 24), flags = load<std::uint8_t>(d, 25);
-  out.pps = pps <= 3 ? static_cast<PpsStatus>(pps) : PpsStatus::Unknown;
+  const auto flags = load<std::uint8_t>(d, 25);
+  out.pps = pulse_status(load<std::uint8_t>(d, 24));
   out.has_label = (flags & 1U) != 0;
   out.is_label_valid = (flags & 2U) != 0;
   out.edge_second = load<std::uint32_t>(d, 28);

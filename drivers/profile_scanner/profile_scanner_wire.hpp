@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <span>
 
-#include "core/measurements.hpp"
 #include "core/result.hpp"
+#include "drivers/pulse_status.hpp"
 
 /// The generic wire format of profile scanners (docs/formats.md, "Profile scanner"): its datagrams cut into fields and checked.
 /// Reentrant.
@@ -45,7 +45,7 @@ struct ProfileData {
 };
 
 struct ProfileStatus {
-  PpsStatus pps = PpsStatus::Unknown;
+  PulseStatus pps;
   bool has_label = false;       ///< a receiver's message named the seconds
   bool is_label_valid = false;  ///< and the receiver trusted its fix
   std::uint32_t edge_second = 0;  ///< the latest PPS edge, as the scanner names it

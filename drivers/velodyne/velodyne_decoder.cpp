@@ -37,6 +37,9 @@ constexpr int kSilentEdge = 100;
 /// The mirror's rate is known from one packet to a hundredth, and the motor's varies: what may be missing beside a silent part.
 constexpr double kSilentUncertainty = 0.02;
 
+/// The scanner counts within the UTC hour.
+LaserCounter within_hour(nanoseconds value) { return {CounterOrigin::Utc, kHour, value}; }
+
 /// The shorter way round the hour, in [-30 min, 30 min).
 nanoseconds within_half_hour(nanoseconds d) {
   d %= kHour;
@@ -188,7 +191,7 @@ void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& o
   batch.sensor = sensor_;
   batch.received = packet.received;
   batch.packet_sequence = packet.sequence;
-  batch.time = DeviceTime<UtcHourCounter>(first_firing);
+  batch.time = within_hour(first_firing);
   const VelodyneBlocks blocks = kernel_->decode(bytes, is_dual, batch.returns);
   const std::size_t bad_bytes = kBlockBytes * static_cast<std::size_t>(blocks.malformed + blocks.untimed);
   if (blocks.malformed > 0)
@@ -281,11 +284,12 @@ void VelodyneDecoder::decode_position_packet(const Packet& packet, std::vector<M
   LaserStatus status;
   status.sensor = sensor_;
   status.received = packet.received;
-  status.time = DeviceTime<UtcHourCounter>(std::chrono::microseconds(position->hour_us));
-  status.pps = position->pps;
-  status.has_nmea = !position->nmea.empty();
-  status.nmea_valid = rmc.ok() && rmc->is_active;
-  out.push_back(status);
+  status.time = within_hour(std::chrono::microseconds(position->hour_us));
+  status.clock = position->pps.clock;
+  status.words = position->pps.words + (position->nmea.empty()        ? ", no NMEA sentence"
+                                        : rmc.ok() && rmc->is_active ? ", RMC valid"
+                                                                     : ", RMC not valid");
+  out.push_back(std::move(status));
   if (rmc.ok()) {
     label(packet, *position, *rmc, out);
   } else if (rmc.error().code != ErrorCode::Unsupported) {
@@ -308,7 +312,7 @@ void VelodyneDecoder::label(const Packet& packet, const VelodynePosition& positi
   label.sensor = sensor_;
   label.received = packet.received;
   label.second = edge->second;
-  label.is_valid = agrees && rmc.is_active && position.pps == PpsStatus::Locked;
+  label.is_valid = agrees && rmc.is_active && position.pps.clock == SyncState::Locked;
   if (last_label_ && last_label_->second == label.second && last_label_->is_valid == label.is_valid) return;
   last_label_ = label;
   if (!agrees) {

@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "core/calendar.hpp"
-#include "core/measurements.hpp"
 #include "core/result.hpp"
+#include "drivers/pulse_status.hpp"
 
 namespace hueline::drivers {
 
@@ -25,7 +25,7 @@ Result<RmcSentence> decode_rmc(std::string_view text);
 /// A position packet (512 bytes, port 8308): VLP-16 User Manual, section 9.3.3.
 struct VelodynePosition {
   std::uint32_t hour_us = 0;  ///< microseconds past the UTC hour when the packet was assembled
-  PpsStatus pps = PpsStatus::Unknown;
+  PulseStatus pps;
   std::string_view nmea;      ///< the receiver's sentence as echoed, up to its line end; points into the packet; may be empty
 };
 

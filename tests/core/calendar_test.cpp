@@ -46,6 +46,14 @@ TEST(Calendar, RefusesWhatIsNoDate) {
   EXPECT_FALSE(from_utc({1979, 1, 1, 0, 0, 0, 0}));
 }
 
+TEST(Calendar, UnixTimeAndBack) {
+  EXPECT_EQ(from_unix(UnixTime(seconds(1'700'000'000))), *from_utc({2023, 11, 14, 22, 13, 20, 0}));
+  EXPECT_EQ(to_unix(*from_utc({2016, 12, 31, 23, 59, 59, 500})), UnixTime(seconds(1'483'228'799) + nanoseconds(500)));
+  EXPECT_EQ(to_unix(*from_utc({2016, 12, 31, 23, 59, 60, 0})), to_unix(*from_utc({2017, 1, 1, 0, 0, 0, 0})));
+  EXPECT_EQ(from_unix(UnixTime(seconds(1'483'228'800))), *from_utc({2017, 1, 1, 0, 0, 0, 0}));
+  EXPECT_EQ(from_unix(UnixTime(seconds(1'700'000'000)), seconds(19)) - from_unix(UnixTime(seconds(1'700'000'000))), seconds(1));
+}
+
 TEST(Calendar, ReceiversOffsetOutranksTheTable) {
   EXPECT_EQ(*from_utc({2030, 1, 1, 0, 0, 0, 0}, seconds(19)) - *from_utc({2030, 1, 1, 0, 0, 0, 0}), seconds(1));
 }

@@ -6,7 +6,7 @@
 #include <concepts>
 #include <random>
 
-#include "core/time.hpp"
+#include "core/laser_time.hpp"
 
 namespace hueline {
 namespace {
@@ -21,6 +21,10 @@ concept Subtracts = requires(A a, B b) { a - b; };
 static_assert(Subtracts<GpsTime, GpsTime>);
 static_assert(!Subtracts<GpsTime, HostTime>, "instants of two clocks must not mix");
 static_assert(!std::convertible_to<HostTime, GpsTime>);
+static_assert(!Subtracts<UnixTime, GpsTime> && !std::convertible_to<UnixTime, GpsTime>);
+static_assert(!Subtracts<LaserCounter, LaserCounter> && !Subtracts<LaserCounter, GpsTime>, "what a counter says is no instant");
+static_assert(!std::convertible_to<LaserTime, GpsTime> && !std::constructible_from<GpsTime, LaserTime>);
+static_assert(!std::convertible_to<HostTime, LaserTime> && !std::convertible_to<nanoseconds, LaserTime>);
 
 constexpr double kDeg = 3.14159265358979323846 / 180;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/calendar.hpp"
 #include "tests/drivers/profile_scanner_packets.hpp"
 
 namespace hueline::drivers {
@@ -92,7 +93,7 @@ TEST(ProfileScanner, ALongDatagramTurnsThroughZeroWithoutLosingTheAngle) {
   EXPECT_NEAR(decoded.all<LaserBatch>()[1].returns[1000].x, 100 * std::sin((0xFFFF0000u - 858'993'000u) * (kTurn / 4294967296.0)), 1e-4);
 }
 
-TEST(ProfileScanner, SecondsOfEitherScaleFallIntoTheUtcHour) {
+TEST(ProfileScanner, EachScaleOfSecondsIsHandedOnAsItIs) {
   // 2026-01-01T00:59:59.25 UTC is GPS second 1451264417 and Unix second 1767229199.
   ProfileDatagram gps = four_pulses(), utc = four_pulses(), none = four_pulses();
   gps.second = 1'451'264'417;
@@ -107,9 +108,9 @@ TEST(ProfileScanner, SecondsOfEitherScaleFallIntoTheUtcHour) {
   for (ProfileDatagram* d : {&gps, &utc, &none}) decoded.feed(*d);
   const auto batches = decoded.all<LaserBatch>();
   ASSERT_EQ(batches.size(), 3u);
-  EXPECT_EQ(count_ns(batches[0].time), 3599'250'000'001);
-  EXPECT_EQ(batches[1].time, batches[0].time);
-  EXPECT_EQ(count_ns(batches[2].time), 12'250'000'001);
+  EXPECT_EQ(batches[0].time, LaserTime(gps_time_ns(1'451'264'417'250'000'001)));
+  EXPECT_EQ(from_unix(std::get<UnixTime>(batches[1].time)), std::get<GpsTime>(batches[0].time));
+  EXPECT_EQ(batches[2].time, LaserTime(LaserCounter{CounterOrigin::Own, seconds(4'294'967'296), nanoseconds(25'212'250'000'001)}));
 }
 
 TEST(ProfileScanner, StatusTellsOfPpsAndNamesTheEdgeOncePerSecond) {
@@ -122,8 +123,8 @@ TEST(ProfileScanner, StatusTellsOfPpsAndNamesTheEdgeOncePerSecond) {
     decoded.feed(d);
   }
   EXPECT_EQ(decoded.all<LaserStatus>().size(), 10u);
-  EXPECT_EQ(decoded.all<LaserStatus>()[0].pps, PpsStatus::Locked);
-  EXPECT_TRUE(decoded.all<LaserStatus>()[0].nmea_valid);
+  EXPECT_EQ(decoded.all<LaserStatus>()[0].clock, SyncState::Locked);
+  EXPECT_EQ(decoded.all<LaserStatus>()[0].words, "PPS locked, seconds named");
   auto labels = decoded.all<TimeLabel>();
   ASSERT_EQ(labels.size(), 1u);
   EXPECT_EQ(labels[0].second, GpsTime(seconds(1'451'264'417)));

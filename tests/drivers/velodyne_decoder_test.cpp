@@ -29,7 +29,7 @@ TEST(VelodyneDecoder, Vlp16SingleTakesTimeAzimuthAndPlaceOfEachFiring) {
   const Decoded d = decode(decoder, velodyne_data(turning(9000, 40), 123'456'789, 0x37, 0x22));
   EXPECT_TRUE(d.faults.empty());
   ASSERT_EQ(d.batches.size(), 1u);
-  EXPECT_EQ(count_ns(d.batches[0].time), 123'456'789'000);
+  EXPECT_EQ(d.batches[0].time, LaserTime(LaserCounter{CounterOrigin::Utc, std::chrono::hours(1), nanoseconds(123'456'789'000)}));
   const auto& returns = d.batches[0].returns;
   ASSERT_EQ(returns.size(), 384u);
   // Manual 63-9243, table 9-1, written out again: elevation (deg) and vertical offset (mm) of laser 0...15.
@@ -77,10 +77,10 @@ TEST(VelodyneDecoder, AStampOfTheLastFiringIsTakenBackToTheFirst) {
   VelodyneDecoder decoder(5, config);
   // HDL-32E manual, appendix E: -542.592 us for the first firing; the hour turns.
   Decoded d = decode(decoder, velodyne_data(turning(0, 16), 1'000, 0x37, 0x21));
-  EXPECT_EQ(count_ns(d.batches.at(0).time), 1'000'000 - 542'592);
+  EXPECT_EQ(test::counter(d.batches.at(0).time).count(), 1'000'000 - 542'592);
   decoder.reset();
   d = decode(decoder, velodyne_data(turning(0, 16), 100, 0x37, 0x21));
-  EXPECT_EQ(count_ns(d.batches.at(0).time), 3'600'000'000'000 + 100'000 - 542'592);
+  EXPECT_EQ(test::counter(d.batches.at(0).time).count(), 3'600'000'000'000 + 100'000 - 542'592);
 }
 
 TEST(VelodyneDecoder, TheAzimuthIsInterpolatedThroughNorth) {

@@ -40,7 +40,7 @@ void run(VelodyneModel model, std::span<const std::byte> input) {
   decoder.flush(out);  // what is held until the timing has spoken is in the counts from here on
   for (const Measurement& m : out)
     if (const auto* batch = std::get_if<LaserBatch>(&m)) {
-      require(batch->time.time_since_epoch() < std::chrono::hours(1));
+      require(std::get<LaserCounter>(batch->time).value < std::chrono::hours(1));
       for (const LaserReturn& r : batch->returns) check(r);
     }
   const DecodeCounts& c = decoder.counts();

@@ -79,6 +79,9 @@ std::vector<T> only(const std::vector<Measurement>& measurements) {
   return found;
 }
 
+/// The scanner's counter at its stamp; throws where it is none.
+inline nanoseconds counter(const LaserTime& stamp) { return std::get<LaserCounter>(stamp).value; }
+
 /// Every shot of a packet at 10 m and reflectivity 100, azimuth rising by `step` a block (or pair).
 inline VelodyneBlocksOfPacket turning(unsigned first, unsigned step, bool is_dual = false) {
   VelodyneBlocksOfPacket blocks;

@@ -114,13 +114,12 @@ TEST(VelodynePosition, ACounterThatDisagreesWithTheSentenceIsAConflict) {
 TEST(VelodynePosition, StatusTellsCounterLockAndSentence) {
   VelodyneDecoder decoder(5, {});
   auto status = only<LaserStatus>(decode(decoder, 42, 1, "")).at(0);
-  EXPECT_EQ(count_ns(status.time), 42'000);
-  EXPECT_EQ(status.pps, PpsStatus::Synchronising);
-  EXPECT_FALSE(status.has_nmea);
+  EXPECT_EQ(test::counter(*status.time), nanoseconds(42'000));
+  EXPECT_EQ(status.clock, SyncState::Acquiring);
+  EXPECT_EQ(status.words, "synchronising to PPS, no NMEA sentence");
   status = only<LaserStatus>(decode(decoder, 42, 9, rmc("081802.00", "210116"))).at(0);
-  EXPECT_EQ(status.pps, PpsStatus::Unknown);
-  EXPECT_TRUE(status.has_nmea);
-  EXPECT_TRUE(status.nmea_valid);
+  EXPECT_EQ(status.clock, SyncState::Unlocked);
+  EXPECT_EQ(status.words, "PPS status 9, RMC valid");
   // A broken sentence: the status stands, the sentence is counted.
   std::string broken = rmc("081802.00", "210116");
   broken[10] = '?';

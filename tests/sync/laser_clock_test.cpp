@@ -88,6 +88,61 @@ TEST(LaserClock, GivenTheHourTurnWithPacketsLateThenEachKeepsItsOwnHour) {
   run.expect_all_within(us(1));
 }
 
+TEST(LaserClock, GivenAnyKindOfStampWhenACounterBeginsAnewThenTimeGoesOn) {
+  for (const StampKind& kind : stamp_kinds()) {
+    SCOPED_TRACE(kind.name);
+    Drive drive(kind.begins_anew - seconds(30) + ms(250), seconds(60));
+    SimulatedLaser laser;
+    laser.stamp = kind.stamp;
+    laser.latency = [](Random& r, GpsTime) { return ms(1.45 + (r.uniform() < 0.3 ? 60 : 0)); };
+    LaserCourse run(drive, laser);
+    run.expect_all_within(us(1));
+    EXPECT_GT(run.out.back().time, kind.begins_anew + seconds(20));
+    EXPECT_THAT(run.faults, testing::IsEmpty());
+  }
+}
+
+TEST(LaserClock, GivenAnyKindOfStampOffByWholeSecondsThenItIsCorrected) {
+  for (const StampKind& kind : stamp_kinds()) {
+    SCOPED_TRACE(kind.name);
+    Drive drive(kind.begins_anew - seconds(20) + ms(250), seconds(40));
+    SimulatedLaser laser;
+    laser.stamp = kind.stamp;
+    laser.clock_error = [](GpsTime) { return seconds(-18); };
+    LaserCourse run(drive, laser);
+    run.expect_all_within(us(1));
+    EXPECT_EQ(run.clock.correction(), seconds(18));
+  }
+}
+
+TEST(LaserClock, GivenAFreeCounterOf32BitsThatNobodyToldTheTimeWhenItBeginsAnewThenArrivalsGoOnTelling) {
+  Drive drive(some_begin(), seconds(90));
+  SimulatedLaser laser;
+  laser.stamp = counts(k32Bits_us, CounterOrigin::Own);
+  laser.clock = [](GpsTime) { return SyncState::Unlocked; };
+  const GpsTime wrap = some_begin() + seconds(50) + ms(123);  // 22 ppm fast
+  laser.clock_error = [=](GpsTime t) { return of_unix(400'000 * k32Bits_us) - wrap + nanoseconds(static_cast<std::int64_t>(to_seconds(t - wrap) * 22e3)); };
+  LaserCourse run(drive, laser);
+  run.expect_within_sigmas(3);
+  for (const auto& b : run.out) {
+    ASSERT_EQ(b.state, SyncState::Acquiring);
+    ASSERT_LT(b.sigma, ms(3)) << to_seconds(b.time - wrap);
+  }
+  EXPECT_THAT(run.details(FaultKind::LabelConflict), testing::IsEmpty());
+}
+
+TEST(LaserClock, GivenPulsesButNoLabelThenTheCounterIsRightAndItsSecondsAreFound) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedLaser laser;
+  laser.stamp = counts(k32Bits_us, CounterOrigin::Own);
+  // Powered up a whole number of seconds before it begins anew, which is no whole number of seconds later.
+  const GpsTime power_up = Drive::ceil_second(some_begin() + seconds(30)) - seconds(4294);
+  laser.clock_error = [=](GpsTime) { return of_unix(400'000 * k32Bits_us) - power_up; };
+  LaserCourse run(drive, laser);
+  run.expect_all_within(us(2));
+  for (const auto& b : run.out) ASSERT_EQ(b.state, SyncState::Locked);
+}
+
 class WholeSeconds : public testing::TestWithParam<int> {};
 
 TEST_P(WholeSeconds, GivenAScannerOffByWholeSecondsFromTheStartThenItIsCorrectedAndSaid) {
@@ -167,7 +222,7 @@ TEST(LaserClock, GivenHalfASecondWrongForAWhileThenItIsBelievedAgainAfterwards) 
 TEST(LaserClock, GivenAScannerThatNeverHadPpsThenArrivalTellsAndSigmaIsTrue) {
   Drive drive(some_begin(), seconds(120));
   SimulatedLaser laser;
-  laser.pps = [](GpsTime) { return PpsStatus::NoPps; };
+  laser.clock = [](GpsTime) { return SyncState::Unlocked; };
   laser.clock_error = [](GpsTime t) {  // powered up at some time, 35 ppm fast
     return seconds(1234) + ms(777) + nanoseconds(static_cast<std::int64_t>(to_seconds(t - some_begin()) * 35e3));
   };
@@ -184,7 +239,7 @@ TEST(LaserClock, GivenPpsLostInTheScannerThenItHoldsOverThenGoesByArrival) {
   Drive drive(some_begin(), seconds(150));
   const GpsTime lost = some_begin() + seconds(30);
   SimulatedLaser laser;
-  laser.pps = [=](GpsTime t) { return t > lost ? PpsStatus::NoPps : PpsStatus::Locked; };
+  laser.clock = [=](GpsTime t) { return t > lost ? SyncState::Unlocked : SyncState::Locked; };
   laser.clock_error = [=](GpsTime t) {  // 15 ppm from when it is alone
     return nanoseconds(t > lost ? static_cast<std::int64_t>(to_seconds(t - lost) * 15e3) : 0);
   };
@@ -211,7 +266,7 @@ TEST(LaserClock, GivenAStalledNetworkThenLatePacketsKeepTheirTime) {
 TEST(LaserClock, GivenSettingsOutOfRangeThenTheSentenceNamesTheKey) {
   LaserClock::Config config;
   EXPECT_EQ(config.validate(), "");
-  config.drift_ppm = -1;
+  config.discipline.drift_ppm = -1;
   EXPECT_THAT(config.validate(), HasSubstr("drift_ppm"));
 }
 

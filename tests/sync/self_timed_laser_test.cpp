@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/sync/simulated_time.hpp"
+#include "tests/sync/simulated_rig.hpp"
 
 namespace hueline::sync {
 namespace {
@@ -11,38 +11,37 @@ namespace {
 using namespace hueline::test;
 using testing::HasSubstr;
 
-constexpr std::int64_t kHour_ns = 3'600'000'000'000;
-
-/// A scanner read from a file: ten packets and a position packet a second, by a clock that is its own.
+/// A scanner read from a file: ten packets and a status a second, by a clock that is its own.
 struct Course {
   HostClockModel leaps{HostClockModel::Config{}};
   SelfTimedLaser clock;
   std::vector<StampedLaserBatch> out;
   std::vector<Fault> faults;
   std::vector<GpsTime> truth;
-  GpsTime now = *from_utc({2024, 5, 6, 13, 59, 50, 0});
+  GpsTime now;
   const HostTime first = host_time_ns(123'000'000'000);  // some recorder's clock
   const GpsTime begin = now;
-  PpsStatus pps = PpsStatus::Locked;
+  SyncState says = SyncState::Locked;
+  Stamping stamp = counts(std::chrono::hours(1));
   bool labels = true;
-  nanoseconds label_error{0}, counter_error{0};
+  nanoseconds label_error{0}, stamp_error{0};
 
-  explicit Course(SelfTimedLaser::Config config = {}) : clock([&] {
-    config.sensor = kLaser;
-    return config;
-  }()) {}
+  explicit Course(SelfTimedLaser::Config config = {}, GpsTime from = *from_utc({2024, 5, 6, 13, 59, 50, 0}))
+      : clock([&] {
+          config.sensor = kLaser;
+          return config;
+        }()),
+        now(from) {}
   HostTime received() const { return first + (now - begin); }
-  DeviceTime<UtcHourCounter> counter() const {
-    return DeviceTime<UtcHourCounter>(nanoseconds(count_ns(now - seconds(18) + counter_error) % kHour_ns));
-  }
+  LaserTime stamped() const { return stamp(count_ns(now - seconds(18) + stamp_error) + 315'964'800'000'000'000); }
   void drive(int length_s) {
     for (int i = 0; i < 10 * length_s; ++i, now += ms(100)) {
       if (i % 10 == 2) {
-        clock.add(LaserStatus{kLaser, received(), counter(), pps, labels, labels}, leaps, out);
+        clock.add(LaserStatus{kLaser, received(), stamped(), says, "as simulated"}, leaps, out);
         const GpsTime second(std::chrono::floor<seconds>(now.time_since_epoch()));
-        if (labels) clock.add(TimeLabel{kLaser, received(), second + label_error, {}, pps == PpsStatus::Locked}, leaps, out);
+        if (labels) clock.add(TimeLabel{kLaser, received(), second + label_error, {}, says == SyncState::Locked}, leaps, out);
       }
-      LaserBatch batch{kLaser, received(), truth.size(), counter(), std::vector<LaserReturn>(7)};
+      LaserBatch batch{kLaser, received(), truth.size(), stamped(), std::vector<LaserReturn>(7)};
       truth.push_back(now);
       clock.process(std::move(batch), leaps, out);
       clock.advance(received(), leaps, out);
@@ -54,7 +53,7 @@ struct Course {
   }
   std::uint64_t untimed() const {
     const auto& c = clock.counts();
-    return c.never_locked + c.lost_pulse + c.no_hour + c.astray;
+    return c.never_locked + c.lost_lock + c.no_label + c.astray;
   }
   void expect_accounted() const { EXPECT_EQ(7 * out.size() + untimed(), 7 * truth.size()); }
   void expect_true() const {
@@ -73,6 +72,41 @@ TEST(SelfTimedLaser, GivenPpsAndLabelsThenItsOwnCounterIsGpsTimeFromTheFirstPack
     EXPECT_EQ(b.sigma, us(2));
   }
   EXPECT_TRUE(run.faults.empty());
+}
+
+TEST(SelfTimedLaser, GivenAnyKindOfStampWhenACounterBeginsAnewThenItIsGpsTime) {
+  for (const StampKind& kind : stamp_kinds()) {
+    SCOPED_TRACE(kind.name);
+    Course run({}, kind.begins_anew - us(10'000'000));
+    run.stamp = kind.stamp;
+    run.drive(30);
+    run.end();
+    EXPECT_EQ(run.out.size(), run.truth.size());
+    run.expect_true();
+    EXPECT_TRUE(run.faults.empty());
+  }
+}
+
+TEST(SelfTimedLaser, GivenACounterThatNobodyToldTheTimeThenNothingIsPlaced) {
+  Course run;
+  run.stamp = counts(k32Bits_us, CounterOrigin::Own);
+  run.drive(10);
+  run.end();
+  EXPECT_TRUE(run.out.empty());
+  EXPECT_EQ(run.clock.counts().no_label, 7 * run.truth.size());
+}
+
+TEST(SelfTimedLaser, GivenAShortPeriodThenALabelOfAnotherOneIsNotFollowed) {
+  Course run;
+  run.stamp = counts(std::chrono::minutes(10));
+  run.drive(10);
+  run.label_error = std::chrono::minutes(20);
+  run.drive(2);
+  run.label_error = nanoseconds(0);
+  run.drive(5);
+  run.end();
+  EXPECT_EQ(run.out.size(), run.truth.size());
+  run.expect_true();
 }
 
 TEST(SelfTimedLaser, GivenASingleLabelThenTheEndOfTheFileSettlesIt) {
@@ -101,7 +135,7 @@ TEST(SelfTimedLaser, GivenALabelOfAnotherHourThenThoseAroundItAreBelieved) {
 
 TEST(SelfTimedLaser, GivenAScannerWithoutPpsThenNothingIsPlacedAndTheReasonSaid) {
   Course run;
-  run.pps = PpsStatus::NoPps;
+  run.says = SyncState::Unlocked;
   run.drive(60);
   run.end();
   EXPECT_TRUE(run.out.empty());
@@ -116,13 +150,13 @@ TEST(SelfTimedLaser, GivenPpsWithoutAnyLabelThenTheReasonIsTheHour) {
   run.drive(60);
   run.end();
   EXPECT_TRUE(run.out.empty());
-  EXPECT_EQ(run.clock.counts().no_hour, 7 * run.truth.size());
+  EXPECT_EQ(run.clock.counts().no_label, 7 * run.truth.size());
 }
 
 TEST(SelfTimedLaser, GivenPpsThatIsLostThenItsCrystalHoldsWithGrowingSigmaUntilItIsNoGood) {
   Course run;
   run.drive(10);
-  run.pps = PpsStatus::Synchronising;
+  run.says = SyncState::Acquiring;
   run.drive(100);
   run.end();
   run.expect_accounted();
@@ -130,8 +164,8 @@ TEST(SelfTimedLaser, GivenPpsThatIsLostThenItsCrystalHoldsWithGrowingSigmaUntilI
   EXPECT_EQ(run.out.back().state, SyncState::Holdover);
   EXPECT_NEAR(to_seconds(run.out.back().time - run.begin), 60, 2);  // 1 ms at 20 ppm
   EXPECT_NEAR(to_seconds(run.out.back().sigma), 1e-3, 5e-5);
-  EXPECT_GT(run.clock.counts().lost_pulse, 0u);
-  run.pps = PpsStatus::Locked;
+  EXPECT_GT(run.clock.counts().lost_lock, 0u);
+  run.says = SyncState::Locked;
   run.drive(5);
   EXPECT_EQ(run.out.back().state, SyncState::Locked);
 }
@@ -139,9 +173,9 @@ TEST(SelfTimedLaser, GivenPpsThatIsLostThenItsCrystalHoldsWithGrowingSigmaUntilI
 TEST(SelfTimedLaser, GivenACounterThatLeapsForAPacketThenItIsNotUsed) {
   Course run;
   run.drive(10);
-  run.counter_error = std::chrono::minutes(20);
+  run.stamp_error = std::chrono::minutes(20);
   run.drive(1);
-  run.counter_error = nanoseconds(0);
+  run.stamp_error = nanoseconds(0);
   run.drive(5);
   run.end();
   run.expect_accounted();

@@ -4,6 +4,31 @@
 
 namespace hueline::test {
 
+constexpr nanoseconds kUnixOfGpsEpoch = seconds(315'964'800);
+
+GpsTime of_unix(nanoseconds since_1970) { return GpsTime(since_1970 - kUnixOfGpsEpoch + seconds(18)); }
+
+Stamping counts(nanoseconds period, CounterOrigin origin) {
+  return [=](std::int64_t utc_ns) { return LaserCounter{origin, period, nanoseconds(utc_ns / 1000 * 1000 % period.count())}; };
+}
+
+std::vector<StampKind> stamp_kinds() {
+  constexpr nanoseconds kHour = std::chrono::hours(1), kDay = std::chrono::hours(24), kWeek = std::chrono::hours(7 * 24);
+  const auto next = [](nanoseconds period) {
+    constexpr nanoseconds kIn2024 = seconds(1'715'000'000);
+    return of_unix((kIn2024 / period + 1) * period);
+  };
+  const auto gps = [](std::int64_t utc_ns) { return gps_time_ns(utc_ns) - kUnixOfGpsEpoch + seconds(18); };
+  const GpsTime week = from_gps_week(2313, seconds(0));
+  return {{"hour", counts(kHour), next(kHour)},
+          {"day", counts(kDay), next(kDay)},
+          {"32 bits of us", counts(k32Bits_us), next(k32Bits_us)},
+          {"ten minutes", counts(std::chrono::minutes(10)), next(std::chrono::minutes(10))},
+          {"GPS week", [=](std::int64_t utc_ns) { return LaserCounter{CounterOrigin::Gps, kWeek, gps(utc_ns).time_since_epoch() % kWeek}; }, week},
+          {"absolute GPS time", gps, week},
+          {"absolute UTC", [](std::int64_t utc_ns) { return UnixTime(nanoseconds(utc_ns)); }, next(kDay)}};
+}
+
 void SimulatedLaser::run(Drive& drive) {
   std::uint64_t sequence = std::uint64_t{sensor} * 100'000'000;
   HostTime order{};  // one socket delivers in order
@@ -13,15 +38,14 @@ void SimulatedLaser::run(Drive& drive) {
     m.sensor = sensor;
     m.received = r;
     m.packet_sequence = ++sequence;
-    const std::int64_t utc = count_ns(t + clock_error(t) - leap);
-    m.time = DeviceTime<UtcHourCounter>(nanoseconds(utc % kHour / 1000 * 1000));
+    m.time = stamp(count_ns(t + clock_error(t) - leap) + kUnixOfGpsEpoch.count());
     m.returns.resize(1);
     truth[sequence] = t;
     drive.stream.add(r, m);
   }
   for (GpsTime t = drive.begin - ms(5); t < drive.end; t += ms(200)) {
     const HostTime r = drive.clock.host(t + ms(1));
-    drive.stream.add(r, LaserStatus{sensor, r, {}, pps(t), true, true});
+    drive.stream.add(r, LaserStatus{sensor, r, {}, clock(t), "as simulated"});
   }
 }
 

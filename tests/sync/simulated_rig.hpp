@@ -7,16 +7,31 @@
 /// Scanners, cameras and strobes for a Drive, with their truth and their faults.
 namespace hueline::test {
 
-constexpr std::int64_t kHour = 3'600'000'000'000;
+/// A scanner's stamp at an instant of UTC, ns since 1970, leap seconds not counted: what a device says whose clock shows it.
+using Stamping = std::function<LaserTime(std::int64_t utc_ns)>;
+/// Microseconds of a counter that begins anew after each period since 1970.
+Stamping counts(nanoseconds period, CounterOrigin origin = CounterOrigin::Utc);
+constexpr nanoseconds k32Bits_us{(std::int64_t{1} << 32U) * 1000};
+/// While 18 leap seconds hold.
+GpsTime of_unix(nanoseconds since_1970);
 
-/// A scanner: `rate_hz` packets, each stamped with microseconds past the UTC hour of its first firing.
+/// Each kind of stamp that a scanner may have, with an instant at which a counter of that kind begins anew.
+struct StampKind {
+  const char* name;
+  Stamping stamp;
+  GpsTime begins_anew;
+};
+std::vector<StampKind> stamp_kinds();
+
+/// A scanner: `rate_hz` packets, each stamped with its first firing.
 struct SimulatedLaser {
   SensorId sensor = kLaser;
   double rate_hz = 50;
   seconds leap{18};
   Drive::Shift clock_error = [](GpsTime) { return nanoseconds(0); };  ///< added to the true time before it is counted
   Drive::Delay latency = [](Random& r, GpsTime) { return ms(1.45 + r.exponential(0.15)); };
-  std::function<PpsStatus(GpsTime)> pps = [](GpsTime) { return PpsStatus::Locked; };
+  Stamping stamp = counts(std::chrono::hours(1));
+  std::function<SyncState(GpsTime)> clock = [](GpsTime) { return SyncState::Locked; };  ///< as it says
   std::map<std::uint64_t, GpsTime> truth;  ///< by packet sequence
 
   void run(Drive& drive);

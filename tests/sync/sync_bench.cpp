@@ -9,14 +9,14 @@ namespace {
 
 using namespace hueline::test;
 
-void stamp(benchmark::State& state, PpsStatus pps) {
+void stamp(benchmark::State& state, SyncState clock) {
   Drive drive(some_begin(), seconds(40));
   drive.pps(gaussian(3));
   drive.labels(kPos, late(30, 20));
   drive.ins(100, late(4, 2));
   SimulatedLaser laser;
   laser.rate_hz = 754;
-  laser.pps = [=](GpsTime) { return pps; };
+  laser.clock = [=](GpsTime) { return clock; };
   laser.run(drive);
   SimulatedCamera camera;
   camera.run(drive);
@@ -54,8 +54,8 @@ void stamp(benchmark::State& state, PpsStatus pps) {
   state.counters["per_batch"] =
       benchmark::Counter(static_cast<double>(batches), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
-BENCHMARK_CAPTURE(stamp, disciplined, PpsStatus::Locked)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(stamp, by_arrival, PpsStatus::NoPps)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stamp, disciplined, SyncState::Locked)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stamp, by_arrival, SyncState::Unlocked)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace hueline::sync

@@ -120,7 +120,7 @@ TEST(Synchroniser, GivenPpsLostForAMinuteThenStampsStayTrueAndTheStateIsTold) {
   const GpsTime gone = drive.begin + seconds(120), back = gone + seconds(60);
   usual(drive, [=](GpsTime t) { return t > gone && t < back; });
   SimulatedLaser laser;
-  laser.pps = [=](GpsTime t) { return t > gone && t < back ? PpsStatus::NoPps : PpsStatus::Locked; };
+  laser.clock = [=](GpsTime t) { return t > gone && t < back ? SyncState::Unlocked : SyncState::Locked; };
   laser.run(drive);
   SimulatedCamera camera;
   camera.run(drive);
