@@ -29,6 +29,7 @@ using Json = nlohmann::ordered_json;
 /// What came out of a decoder, by kind, with the span of GPS time that the messages name.
 struct Tally {
   std::map<std::string, std::uint64_t> measurements;
+  std::map<std::string, std::uint64_t> scanner_clock;  // what a scanner said of it, in its own words
   std::map<std::string, std::uint64_t> faults;
   std::string last_fault;
   std::uint64_t returns = 0;
@@ -51,6 +52,7 @@ struct Tally {
       if (const auto* solution = std::get_if<InsSolution>(&m)) time(solution->time);
       if (const auto* fix = std::get_if<GnssFix>(&m)) time(fix->time);
       if (const auto* batch = std::get_if<LaserBatch>(&m)) returns += batch->returns.size();
+      if (const auto* status = std::get_if<LaserStatus>(&m)) ++scanner_clock[status->words];
       if (const auto* fault = std::get_if<Fault>(&m)) {
         faults[name(fault->kind)] += fault->count;
         last_fault = printable(fault->detail);
@@ -69,6 +71,7 @@ struct Tally {
     out["malformed_messages"] = counts.malformed_messages;
     out["messages"] = counts.messages;
     if (returns) out["laser_returns"] = returns;
+    if (!scanner_clock.empty()) out["scanner_clock"] = scanner_clock;
     out["measurements"] = measurements;
     if (!faults.empty()) {
       out["faults"] = faults;

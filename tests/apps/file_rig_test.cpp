@@ -155,7 +155,10 @@ TEST(FileRig, PlacesWhatTheLiveRigPlaces) {
 
   // What the recording says of itself, and at a pace.
   const Ran inspected = run({"inspect", "--json", dir / "drive" / "drive.mcap"});
-  EXPECT_NEAR(nlohmann::json::parse(inspected.said).at("duration_s").get<double>(), kDrive_s, 0.5) << inspected.said;
+  const auto found = nlohmann::json::parse(inspected.said);
+  EXPECT_NEAR(found.at("duration_s").get<double>(), kDrive_s, 0.5) << inspected.said;
+  EXPECT_THAT(inspected.said, HasSubstr("\"scanner_clock\""));
+  EXPECT_THAT(inspected.said, HasSubstr("PPS locked, RMC valid"));
   const Ran replay = run({"replay", dir / "drive" / "drive.mcap", "--out", dir / "again", "--speed", "20"});
   EXPECT_EQ(replay.status, 0) << replay.said;
   for (const char* file : {"cloud.las", "view.mcap", "summary.json"})
