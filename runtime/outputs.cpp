@@ -86,8 +86,8 @@ void Outputs::on_origin(const Geodetic& origin) {
   }
 }
 
-void Outputs::on_cloud(const CloudBlock& block) {
-  summary_.on_cloud(block);
+void Outputs::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) {
+  summary_.on_cloud(block, trajectory);
   if (!has_room()) return;
   view([&](auto& out) { return out.append(block); });
   if (files_->las_failed || block.points.empty()) return;
@@ -120,7 +120,6 @@ void Outputs::on_solution(const InsSolution& solution) {
   view([&](auto& out) { return out.append(solution); });
 }
 void Outputs::on_fix(const GnssFix& fix) {
-  summary_.on_fix(fix);
   view([&](auto& out) { return out.append(fix); });
 }
 void Outputs::on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) {

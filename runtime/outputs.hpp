@@ -28,7 +28,7 @@ class Outputs : public ProductSink {
   ~Outputs() override;
 
   void on_origin(const Geodetic& origin) override;
-  void on_cloud(const CloudBlock& block) override;
+  void on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) override;
   void on_exposure(const Exposure& exposure) override;
   void on_solution(const InsSolution& solution) override;
   void on_fix(const GnssFix& fix) override;

@@ -8,6 +8,16 @@
 namespace hueline::runtime {
 namespace {
 
+constexpr nanoseconds kSettledAround{10'000'000};  // ProductSink's promise
+constexpr std::size_t kMostUnsettled = 10'000;     // without a watermark nothing else bounds them
+
+GpsTime end_of(const Exposure& exposure) { return exposure.exposure_mid; }
+GpsTime end_of(const StampedLaserBatch& batch) {
+  std::int32_t last = 0;
+  for (const LaserReturn& one : batch.returns) last = std::max(last, one.time_offset_ns);
+  return batch.time + nanoseconds(last);
+}
+
 fusion::Colouring::Config with_threads(fusion::Colouring::Config config, int threads) {
   config.threads = threads;
   return config;
@@ -20,7 +30,8 @@ Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink)
       pos_(rig.sync.pos),
       decoders_(rig.sensors.size() + 1),
       synchroniser_(rig.sync),
-      colouring_(with_threads(rig.colouring, threads), rig.geometry, [this](CloudBlock&& block) { sink_.on_cloud(block); }) {
+      max_lateness_(rig.colouring.max_lateness),
+      colouring_(with_threads(rig.colouring, threads), rig.geometry, [this](CloudBlock&& block) { sink_.on_cloud(block, colouring_.trajectory()); }) {
   for (const auto& sensor : rig.sensors) decoders_[sensor.id] = make_decoder(sensor);
 }
 
@@ -92,17 +103,35 @@ void Pipeline::take_synchronised() {
   for (const Exposure& exposure : synchronised_.exposures) {
     sink_.on_exposure(exposure);
     colouring_.add(exposure);
+    unsettled_exposures_.push_back(exposure);
+    unsettled_exposures_.back().image = {};  // its buffer is not held here
   }
   for (StampedLaserBatch& batch : synchronised_.laser) {
     sink_.on_laser(batch);
+    if (sink_.wants_settled_laser()) unsettled_batches_.push_back(batch);
     colouring_.add(std::move(batch));
   }
   synchronised_.clear();
+  give_settled(false);
   if (const auto watermark = synchroniser_.watermark()) colouring_.advance(*watermark);
   for (Fault& fault : colouring_.take_faults()) {
     fault.time = newest_;
     tell(std::move(fault));
   }
+}
+
+/// Before colouring forgets: its trajectory keeps what max_lateness asks for.
+void Pipeline::give_settled(bool everything) {
+  const fusion::Trajectory& trajectory = colouring_.trajectory();
+  const auto watermark = synchroniser_.watermark();
+  const auto is_settled = [&](const auto& waiting) {
+    const GpsTime end = end_of(waiting.front()) + kSettledAround;
+    return everything || waiting.size() > kMostUnsettled || trajectory.is_settled(end) || (watermark && *watermark >= end + max_lateness_);
+  };
+  for (; !unsettled_exposures_.empty() && is_settled(unsettled_exposures_); unsettled_exposures_.pop_front())
+    sink_.on_settled_exposure(unsettled_exposures_.front(), trajectory);
+  for (; !unsettled_batches_.empty() && is_settled(unsettled_batches_); unsettled_batches_.pop_front())
+    sink_.on_settled_laser(unsettled_batches_.front(), trajectory);
 }
 
 void Pipeline::flush() {
@@ -112,6 +141,7 @@ void Pipeline::flush() {
   take_measurements();
   synchroniser_.flush(synchronised_);
   take_synchronised();
+  give_settled(true);
   colouring_.flush();
   for (Fault& fault : colouring_.take_faults()) {
     fault.time = newest_;

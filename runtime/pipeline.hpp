@@ -1,6 +1,6 @@
 #pragma once
 
-#include <map>
+#include <deque>
 #include <memory>
 #include <vector>
 
@@ -37,6 +37,7 @@ class Pipeline {
   void take_fault(const Packet& packet, Decoder* decoder);
   void take_measurements();
   void take_synchronised();
+  void give_settled(bool everything);
   void tell(Fault fault);
   void tell_held();
   const char* why_no_solution() const;
@@ -46,7 +47,10 @@ class Pipeline {
   const SensorId pos_;
   std::vector<std::unique_ptr<Decoder>> decoders_;  // by SensorId; null for the system
   sync::Synchroniser synchroniser_;
+  const nanoseconds max_lateness_;
   fusion::Colouring colouring_;
+  std::deque<Exposure> unsettled_exposures_;         // without their images
+  std::deque<StampedLaserBatch> unsettled_batches_;  // for a sink that wants them
   std::vector<Measurement> measurements_;
   sync::SyncOutput synchronised_;
   HostTime newest_{};

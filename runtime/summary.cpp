@@ -81,7 +81,7 @@ void Summary::on_unwritten(const std::string& reason, std::uint64_t points) {
   if (points) unwritten_[reason] += points;
 }
 
-void Summary::on_cloud(const CloudBlock& block) {
+void Summary::on_cloud(const CloudBlock& block, const fusion::Trajectory&) {
   points_ += block.points.size();
   for (const auto& point : block.points) ++by_state_[static_cast<std::size_t>(point.state)];
 }

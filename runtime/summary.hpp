@@ -30,11 +30,9 @@ class Summary : public ProductSink {
   void on_unwritten(const std::string& reason, std::uint64_t points);  ///< points that cloud.las does not hold
   void on_note(std::string sentence) { notes_.push_back(std::move(sentence)); }  ///< why returns were not placed, in particular
 
-  void on_origin(const Geodetic&) override {}
-  void on_cloud(const CloudBlock& block) override;
+  void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override;
   void on_exposure(const Exposure& exposure) override;
   void on_solution(const InsSolution& solution) override;
-  void on_fix(const GnssFix&) override {}
   void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) override;
   void on_fault(const Fault& fault) override;
 

@@ -11,8 +11,6 @@ namespace {
 
 constexpr nanoseconds kPoseStep{2'000'000};      // between poses, which are joined by straight lines: 0.5 urad at 1 rad/s^2
 constexpr nanoseconds kWorstStamp{500'000};      // 4 mm of way at 8 m/s
-constexpr nanoseconds kLongestWait{2'000'000'000};
-constexpr nanoseconds kForget{5'000'000'000};
 
 std::vector<BoresightScanner> scanners_of(const config::Rig& rig) {
   std::vector<BoresightScanner> out;
@@ -28,35 +26,19 @@ nanoseconds span_of(const StampedLaserBatch& batch) {
 
 }  // namespace
 
-DriveReturns::DriveReturns(const config::Rig& rig, const ReturnStore::Config& config) : trajectory_(rig.colouring.trajectory), store_(scanners_of(rig), config) {
+DriveReturns::DriveReturns(const config::Rig& rig, const ReturnStore::Config& config) : store_(scanners_of(rig), config) {
   for (std::size_t i = 0; i < rig.geometry.lasers.size(); ++i) scanners_[rig.geometry.lasers[i].sensor] = i;
 }
 
-void DriveReturns::on_solution(const InsSolution& solution) {
-  trajectory_.add(solution);
-  ++counts_.solutions;
-}
-
-void DriveReturns::on_laser(const StampedLaserBatch& batch) {
+void DriveReturns::on_settled_laser(const StampedLaserBatch& batch, const fusion::Trajectory& trajectory) {
   if (!scanners_.contains(batch.sensor)) return;
-  waiting_.push_back(batch);
-  while (!waiting_.empty()) {
-    const StampedLaserBatch& first = waiting_.front();
-    if (!trajectory_.is_settled(first.time + span_of(first) + kPoseStep) && first.time + kLongestWait > batch.time) return;
-    place(first);
-    trajectory_.forget_before(first.time - kForget);
-    waiting_.pop_front();
-  }
-}
-
-void DriveReturns::place(const StampedLaserBatch& batch) {
   if (batch.sigma > kWorstStamp) {
     counts_.badly_timed += batch.returns.size();
     return;
   }
   const std::size_t scanner = scanners_.at(batch.sensor);
   std::vector<std::optional<fusion::Pose>> poses;  // at the batch's time and every step after it
-  for (nanoseconds after{0}; after <= span_of(batch) + kPoseStep; after += kPoseStep) poses.push_back(trajectory_.pose_at(batch.time + after).pose);
+  for (nanoseconds after{0}; after <= span_of(batch) + kPoseStep; after += kPoseStep) poses.push_back(trajectory.pose_at(batch.time + after).pose);
   for (const LaserReturn& one : batch.returns) {
     const nanoseconds offset{std::max(0, one.time_offset_ns)};
     const auto step = static_cast<std::size_t>(offset / kPoseStep);
@@ -70,12 +52,6 @@ void DriveReturns::place(const StampedLaserBatch& batch) {
     store_.add(scanner, {one.x, one.y, one.z}, batch.time + offset, T_enu_body, {0, a.sigma_position, a.sigma_attitude});
     ++counts_.placed;
   }
-}
-
-BoresightDrive DriveReturns::take() {
-  for (const StampedLaserBatch& batch : waiting_) place(batch);
-  waiting_.clear();
-  return store_.take();
 }
 
 }  // namespace hueline::apps

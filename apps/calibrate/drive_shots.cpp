@@ -36,16 +36,18 @@ GreyImage shrunk(const GreyImage& image, int cell) {
 
 }  // namespace
 
-DriveShots::DriveShots(const config::Rig& rig, const Config& config) : rig_(rig), config_(config), every_(std::max(1, config.every)), trajectory_(rig.colouring.trajectory) {}
+DriveShots::DriveShots(const config::Rig& rig, const Config& config) : rig_(rig), config_(config), every_(std::max(1, config.every)) {}
 
-void DriveShots::on_laser(const StampedLaserBatch& batch) {
-  // Two scanners' packets may overtake each other.
-  auto after = batches_.end();
-  while (after != batches_.begin() && std::prev(after)->time > batch.time) --after;
-  batches_.insert(after, batch);
+void DriveShots::on_settled_laser(const StampedLaserBatch& batch, const fusion::Trajectory& trajectory) {
   const GpsTime now = batch.time;
-  while (!batches_.empty() && batches_.front().time < now - kLatestExposure - config_.reach) batches_.pop_front();
-  while (!waiting_.empty() && waiting_.front().mid + config_.reach + kPart < now && trajectory_.is_settled(waiting_.front().mid + config_.reach)) {
+  if (const auto [pose, reason] = trajectory.pose_at(now); pose) {
+    // Two scanners' packets may overtake each other.
+    auto after = batches_.end();
+    while (after != batches_.begin() && std::prev(after)->batch.time > now) --after;
+    batches_.insert(after, {batch, *pose});
+  }
+  while (!batches_.empty() && batches_.front().batch.time < now - kLatestExposure - config_.reach) batches_.pop_front();
+  while (!waiting_.empty() && waiting_.front().is_settled && waiting_.front().mid + config_.reach + kPart < now) {
     decide(waiting_.front());
     waiting_.pop_front();
   }
@@ -54,7 +56,9 @@ void DriveShots::on_laser(const StampedLaserBatch& batch) {
 void DriveShots::on_exposure(const Exposure& exposure) {
   if (exposure.timing == ExposureTiming::Unmatched || !exposure.image.is_complete) return;
   if (seen_[exposure.camera]++ % static_cast<std::size_t>(every_) != 0) return;
-  Waiting waiting{exposure.camera, exposure.exposure_mid, {}};
+  Waiting waiting;
+  waiting.exposure = exposure.index;
+  waiting.mid = exposure.exposure_mid;
   for (std::size_t i = 0; i < rig_.geometry.head.lenses.size(); ++i) {
     const auto& lens = rig_.geometry.head.lenses[i];
     if (lens.camera != exposure.camera) continue;
@@ -62,6 +66,15 @@ void DriveShots::on_exposure(const Exposure& exposure) {
     if (!image.pixels.empty()) waiting.images.emplace_back(i, std::move(image));
   }
   waiting_.push_back(std::move(waiting));
+}
+
+void DriveShots::on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) {
+  const auto waiting = std::find_if(waiting_.begin(), waiting_.end(), [&](const Waiting& one) { return one.exposure == exposure.index; });
+  if (waiting == waiting_.end()) return;
+  waiting->is_settled = true;
+  waiting->here = trajectory.pose_at(waiting->mid).pose;
+  waiting->before = trajectory.pose_at(waiting->mid - kStep).pose;
+  waiting->after = trajectory.pose_at(waiting->mid + kStep).pose;
 }
 
 std::uint32_t DriveShots::shrink(const fusion::LensMount& lens) const { return (lens.intrinsics.width - 1) / config_.most_width + 1; }
@@ -115,18 +128,17 @@ std::vector<LaserSample> DriveShots::samples_around(GpsTime mid, const Transform
     for (GpsTime from = mid - config_.reach; from < mid + config_.reach; from += kPart) {
       std::vector<Eigen::Vector3f> points, bodies;
       std::vector<float> intensity, apart;
-      auto batch = std::lower_bound(batches_.begin(), batches_.end(), from, [](const StampedLaserBatch& one, GpsTime time) { return one.time < time; });
-      for (; batch != batches_.end() && batch->time < from + kPart; ++batch) {
-        if (batch->sensor != mount.sensor) continue;
-        const auto pose = trajectory_.pose_at(batch->time);
-        if (!pose.pose) continue;
+      auto placed = std::lower_bound(batches_.begin(), batches_.end(), from, [](const Placed& one, GpsTime time) { return one.batch.time < time; });
+      for (; placed != batches_.end() && placed->batch.time < from + kPart; ++placed) {
+        const auto& [batch, pose] = *placed;
+        if (batch.sensor != mount.sensor) continue;
         // A packet lasts a millisecond: its middle return's motion is the velocity's.
-        const auto T = T_body_enu * pose.pose->T_enu_body * mount.T_body_scanner;
-        const Eigen::Vector3d drift = T_body_enu.rotation * pose.pose->velocity_enu;
-        for (const LaserReturn& r : batch->returns) {
+        const auto T = T_body_enu * pose.T_enu_body * mount.T_body_scanner;
+        const Eigen::Vector3d drift = T_body_enu.rotation * pose.velocity_enu;
+        for (const LaserReturn& r : batch.returns) {
           points.emplace_back(r.x, r.y, r.z);
           intensity.push_back(static_cast<float>(r.reflectivity));
-          apart.push_back(static_cast<float>(to_seconds(batch->time - mid)));
+          apart.push_back(static_cast<float>(to_seconds(batch.time - mid)));
           bodies.push_back(((T * Point<Scanner>{{r.x, r.y, r.z}}).xyz + drift * (r.time_offset_ns * 1e-9)).cast<float>());
         }
       }
@@ -158,12 +170,12 @@ std::vector<LaserSample> DriveShots::samples_around(GpsTime mid, const Transform
 }
 
 void DriveShots::decide(const Waiting& exposure) {
-  const auto here = trajectory_.pose_at(exposure.mid), before = trajectory_.pose_at(exposure.mid - kStep), after = trajectory_.pose_at(exposure.mid + kStep);
-  if (!here.pose || !before.pose || !after.pose || here.pose->velocity_enu.norm() < config_.least_speed) return;
-  const auto T_body_enu = here.pose->T_enu_body.inverse();
+  const auto& [here, before, after] = std::tie(exposure.here, exposure.before, exposure.after);
+  if (!here || !before || !after || here->velocity_enu.norm() < config_.least_speed) return;
+  const auto T_body_enu = here->T_enu_body.inverse();
   const auto samples = std::make_shared<const std::vector<LaserSample>>(samples_around(exposure.mid, T_body_enu));
   if (samples->size() < kFewestSamples) return;
-  const Eigen::AngleAxisd turn(before.pose->T_enu_body.rotation.conjugate() * after.pose->T_enu_body.rotation);
+  const Eigen::AngleAxisd turn(before->T_enu_body.rotation.conjugate() * after->T_enu_body.rotation);
   const double angle = std::remainder(turn.angle(), 2 * std::numbers::pi);
   std::vector<AlignmentShot> shots;
   for (const auto& [lens, image] : exposure.images) {
@@ -171,7 +183,7 @@ void DriveShots::decide(const Waiting& exposure) {
     shot.lens = lens;
     shot.image = image;
     shot.samples = samples;
-    shot.velocity_body = T_body_enu.rotation * here.pose->velocity_enu;
+    shot.velocity_body = T_body_enu.rotation * here->velocity_enu;
     shot.turn_rate_body = turn.axis() * (angle / (2 * to_seconds(kStep)));
     shots.push_back(std::move(shot));
   }

@@ -2,18 +2,18 @@
 
 #include <deque>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "runtime/products.hpp"
 #include "calibration/mount/alignment.hpp"
 #include "config/rig.hpp"
-#include "fusion/trajectory.hpp"
 
 namespace hueline::apps {
 
 /// Gathers what aligning image and laser needs from a drive: some exposures, the laser around each, and the way of the vehicle between.
 /// Feed a Pipeline with it as sink, then take the shots. What it holds does not grow with the drive.
-class DriveShots : public runtime::NullSink {
+class DriveShots : public runtime::ProductSink {
  public:
   struct Config {
     int every = 4;                       ///< every so many exposures of a camera
@@ -25,9 +25,10 @@ class DriveShots : public runtime::NullSink {
   };
   DriveShots(const config::Rig& rig, const Config& config);
 
-  void on_laser(const StampedLaserBatch& batch) override;
+  void on_settled_laser(const StampedLaserBatch& batch, const fusion::Trajectory& trajectory) override;
+  bool wants_settled_laser() const override { return true; }
   void on_exposure(const Exposure& exposure) override;
-  void on_solution(const InsSolution& solution) override { trajectory_.add(solution); }
+  void on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) override;
 
   /// The end of the drive: what waits is decided. Then the shots, in order of time.
   std::vector<calibration::AlignmentShot> shots();
@@ -38,9 +39,15 @@ class DriveShots : public runtime::NullSink {
 
  private:
   struct Waiting {
-    SensorId camera{};
+    std::uint32_t exposure = 0;
     GpsTime mid{};
     std::vector<std::pair<std::size_t, calibration::GreyImage>> images;  // lens and its image
+    bool is_settled = false;
+    std::optional<fusion::Pose> here, before, after;  // at `mid`, and a little off
+  };
+  struct Placed {
+    StampedLaserBatch batch;
+    fusion::Pose pose;  // at its time
   };
   std::uint32_t shrink(const fusion::LensMount& lens) const;
   calibration::GreyImage lens_image(const Exposure& exposure, const fusion::LensMount& lens) const;
@@ -51,8 +58,7 @@ class DriveShots : public runtime::NullSink {
   const config::Rig& rig_;
   Config config_;
   int every_;
-  fusion::Trajectory trajectory_;
-  std::deque<StampedLaserBatch> batches_;
+  std::deque<Placed> batches_;
   std::deque<Waiting> waiting_;
   std::map<SensorId, std::size_t> seen_;  // exposures of each camera
   std::vector<std::vector<calibration::AlignmentShot>> kept_;  // of each exposure

@@ -23,7 +23,7 @@ std::string ObjectMeasuring::Config::validate() const {
 }
 
 ObjectMeasuring::ObjectMeasuring(const config::Rig& rig, const std::vector<ObjectPick>& picks, const Config& config)
-    : rig_(rig), config_(config), panorama_(rig.geometry.head), trajectory_(rig.colouring.trajectory) {
+    : rig_(rig), config_(config), panorama_(rig.geometry.head) {
   for (const ObjectPick& pick : picks) {
     Looking looking;
     looking.outcome.pick = pick;
@@ -77,19 +77,13 @@ void ObjectMeasuring::aim(Looking& looking) const {
   looking.ray.sigma = std::hypot(config_.pick_sigma_px * pixel_rad, config_.turn_sigma_deg * kDeg);
 }
 
-void ObjectMeasuring::on_exposure(const Exposure& exposure) {
-  const auto shot = shots_.find(exposure.index);
-  if (shot == shots_.end()) return;
-  Exposure kept = exposure;
-  kept.image = {};  // its buffer goes back
-  shot->second.exposure = std::move(kept);
-}
-
 /// With the head's pose: where its picks look, and what has been seen there so far.
-void ObjectMeasuring::open(Shot& shot) {
-  shot.is_open = true;
-  const Exposure& exposure = *shot.exposure;
-  const auto pose = trajectory_.pose_at(exposure.exposure_mid);
+void ObjectMeasuring::on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) {
+  const auto found = shots_.find(exposure.index);
+  if (found == shots_.end() || found->second.exposed) return;
+  Shot& shot = found->second;
+  shot.exposed = exposure.exposure_mid;
+  const auto pose = trajectory.pose_at(exposure.exposure_mid);
   for (const std::size_t i : shot.looking) {
     Looking& looking = looking_[i];
     looking.outcome.exposed = exposure.exposure_mid;
@@ -111,7 +105,7 @@ void ObjectMeasuring::open(Shot& shot) {
 }
 
 void ObjectMeasuring::look(const Shot& shot, const Held& point) {
-  const nanoseconds after = point.time - shot.exposure->exposure_mid;
+  const nanoseconds after = point.time - *shot.exposed;
   if (after > config_.around || after < -config_.around) return;
   for (const std::size_t i : shot.looking) {
     Looking& looking = looking_[i];
@@ -123,10 +117,8 @@ void ObjectMeasuring::look(const Shot& shot, const Held& point) {
   }
 }
 
-void ObjectMeasuring::on_cloud(const CloudBlock& block) {
+void ObjectMeasuring::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) {
   origin_ = block.origin;
-  for (auto& [index, shot] : shots_)
-    if (!shot.is_open && shot.exposure && trajectory_.is_settled(shot.exposure->exposure_mid)) open(shot);
   // A scanner moves by millimetres from return to return: its place is asked for once in a while.
   constexpr nanoseconds kStep{1'000'000};
   std::map<SensorId, std::pair<GpsTime, Eigen::Vector3d>> scanners;
@@ -134,13 +126,13 @@ void ObjectMeasuring::on_cloud(const CloudBlock& block) {
     auto [scanner, is_new] = scanners.try_emplace(point.sensor);
     if (is_new || point.time - scanner->second.first > kStep || scanner->second.first - point.time > kStep) {
       const auto mount = std::find_if(rig_.geometry.lasers.begin(), rig_.geometry.lasers.end(), [&](const auto& one) { return one.sensor == point.sensor; });
-      const auto pose = trajectory_.pose_at(point.time);
+      const auto pose = trajectory.pose_at(point.time);
       if (mount == rig_.geometry.lasers.end() || !pose.pose) continue;  // neither can be: the point was placed with both
       scanner->second = {point.time, (pose.pose->T_enu_body * mount->T_body_scanner).translation};
     }
     held_.push_back({point.time, {point.east, point.north, point.up}, scanner->second.second, point.sigma_m});
     for (const auto& [index, shot] : shots_)
-      if (shot.is_open) look(shot, held_.back());
+      if (shot.exposed) look(shot, held_.back());
   }
   if (held_.empty()) return;
   const GpsTime oldest = held_.back().time - config_.around - kExposureLate;
@@ -149,8 +141,6 @@ void ObjectMeasuring::on_cloud(const CloudBlock& block) {
 
 std::vector<PickOutcome> ObjectMeasuring::finish() {
   std::vector<PickOutcome> out;
-  for (auto& [index, shot] : shots_)
-    if (!shot.is_open && shot.exposure) open(shot);
   for (Looking& looking : looking_) {
     if (looking.why_not.empty() && !looking.outcome.exposed) looking.why_not = fmt::format("the drive has no exposure {}", looking.outcome.pick.exposure);
     looking.outcome.object = looking.why_not.empty() ? fusion::measure_object(looking.ray, looking.points, config_.surface) : Error{ErrorCode::Unavailable, looking.why_not};

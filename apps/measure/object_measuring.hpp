@@ -10,7 +10,6 @@
 #include "config/rig.hpp"
 #include "fusion/object_measurement.hpp"
 #include "fusion/panorama.hpp"
-#include "fusion/trajectory.hpp"
 
 namespace hueline::apps {
 
@@ -25,7 +24,7 @@ struct PickOutcome {
 
 /// Measures picked objects by the points that leave the pipeline: a ProductSink. A point is held for as long as an exposure that may look at
 /// it can still come, so memory does not grow with the drive. Thread-bound (the pipeline's).
-class ObjectMeasuring : public runtime::NullSink {
+class ObjectMeasuring : public runtime::ProductSink {
  public:
   struct Config {
     nanoseconds around{2'000'000'000};   ///< points fired so long before or after the exposure are used
@@ -38,9 +37,8 @@ class ObjectMeasuring : public runtime::NullSink {
   ObjectMeasuring(const config::Rig& rig, const std::vector<ObjectPick>& picks, const Config& config);
 
   void on_origin(const Geodetic& origin) override { origin_ = origin; }
-  void on_cloud(const CloudBlock& block) override;
-  void on_exposure(const Exposure& exposure) override;
-  void on_solution(const InsSolution& solution) override { trajectory_.add(solution); }
+  void on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) override;
+  void on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) override;
 
   /// After the pipeline's flush: every pick in its order.
   std::vector<PickOutcome> finish();
@@ -58,8 +56,7 @@ class ObjectMeasuring : public runtime::NullSink {
   };
   /// All picks of one exposure.
   struct Shot {
-    std::optional<Exposure> exposure;    ///< without its image
-    bool is_open = false;                ///< its pose is known
+    std::optional<GpsTime> exposed;      ///< once its pose is settled
     std::vector<std::size_t> looking;    ///< into looking_
   };
   struct Held {
@@ -68,13 +65,11 @@ class ObjectMeasuring : public runtime::NullSink {
     float sigma_m;
   };
   void aim(Looking& looking) const;
-  void open(Shot& shot);
   void look(const Shot& shot, const Held& point);
 
   const config::Rig& rig_;
   Config config_;
   fusion::StitchedPanorama panorama_;
-  fusion::Trajectory trajectory_;
   std::vector<Looking> looking_;
   std::map<std::uint32_t, Shot> shots_;  // by exposure
   std::deque<Held> held_;

@@ -21,10 +21,10 @@ class CloudPrint {
 };
 
 /// Adds each point that comes out of a pipeline. Thread-bound.
-class CloudPrintSink final : public runtime::NullSink {
+class CloudPrintSink final : public runtime::ProductSink {
  public:
   explicit CloudPrintSink(CloudPrint& print) : print_(print) {}
-  void on_cloud(const CloudBlock& block) override {
+  void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override {
     for (const ColouredPoint& point : block.points) print_.add(point);
   }
 

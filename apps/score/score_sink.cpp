@@ -19,14 +19,24 @@ ScoreSink::ScoreSink(score::Scorer& scorer, const config::Rig& rig, GpsTime driv
       is_panorama_(rig.colouring.method == fusion::ColourMethod::Panorama),
       T_body_head_(rig.geometry.head.T_body_head),
       drive_begin_(drive_begin),
-      pos_(rig.sync.pos),
-      trajectory_(rig.colouring.trajectory) {}
+      pos_(rig.sync.pos) {}
 
 void ScoreSink::on_exposure(const Exposure& exposure) {
   if (exposure.timing == ExposureTiming::Unmatched) return;
   const auto number = image_numbers_.find(exposure.image.packet_sequence);
   if (number == image_numbers_.end()) return;
   stamped_.insert_or_assign(exposure.index, Stamped{number->second, exposure.exposure_mid, exposure.sigma, exposure.image.received});
+}
+
+void ScoreSink::on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) {
+  const auto stamped = stamped_.find(exposure.index);
+  const auto [pose, reason] = trajectory.pose_at(exposure.exposure_mid);
+  if (stamped == stamped_.end() || !pose) return;
+  const Transform<Ecef, CameraHead> T = ecef_from_enu(*trajectory.origin()) * (pose->T_enu_body * T_body_head_);
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = T.rotation.toRotationMatrix();
+  sim::Pose& out = stamped->second.T_ecef_head.emplace();
+  std::copy(R.data(), R.data() + 9, out.R.m.begin());
+  out.p = vec3(T.translation);
 }
 
 void ScoreSink::on_fault(const Fault& fault) {
@@ -36,7 +46,7 @@ void ScoreSink::on_fault(const Fault& fault) {
   told_lost_[is_mark ? pos_ : fault.sensor] += fault.count * (is_mark ? 2 : 1);
 }
 
-void ScoreSink::on_cloud(const CloudBlock& block) {
+void ScoreSink::on_cloud(const CloudBlock& block, const fusion::Trajectory&) {
   const auto began = std::chrono::steady_clock::now();
   const auto T_ecef_enu = ecef_from_enu(block.origin);
   for (const ColouredPoint& point : block.points) take(point, T_ecef_enu);
@@ -79,14 +89,7 @@ void ScoreSink::finish() {
     claim.number = stamped.number;
     claim.mid_gps_ns = count_ns(stamped.mid);
     claim.sigma_ns = static_cast<double>(stamped.sigma.count());
-    if (const auto [pose, reason] = trajectory_.pose_at(stamped.mid); pose) {
-      const Transform<Ecef, CameraHead> T = ecef_from_enu(*trajectory_.origin()) * (pose->T_enu_body * T_body_head_);
-      const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = T.rotation.toRotationMatrix();
-      sim::Pose out;
-      std::copy(R.data(), R.data() + 9, out.R.m.begin());
-      out.p = vec3(T.translation);
-      claim.T_ecef_head = out;
-    }
+    claim.T_ecef_head = stamped.T_ecef_head;
     scorer_.add(claim);
   }
 }

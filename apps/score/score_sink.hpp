@@ -7,13 +7,12 @@
 #include "apps/score/cloud_print.hpp"
 #include "runtime/products.hpp"
 #include "config/rig.hpp"
-#include "fusion/trajectory.hpp"
 #include "score/scorer.hpp"
 
 namespace hueline::apps {
 
 /// Hands everything that leaves the pipeline to a Scorer, in the simulator's terms. Thread-bound (the pipeline's).
-class ScoreSink : public runtime::NullSink {
+class ScoreSink : public runtime::ProductSink {
  public:
   /// `scorer` must outlive it.
   ScoreSink(score::Scorer& scorer, const config::Rig& rig, GpsTime drive_begin);
@@ -24,9 +23,9 @@ class ScoreSink : public runtime::NullSink {
   /// The packet that is about to be processed came then; what comes out next, comes out on it. Empty: the stream is over.
   void set_now(std::optional<HostTime> received) { now_ = received; }
 
-  void on_cloud(const CloudBlock& block) override;
+  void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override;
   void on_exposure(const Exposure& exposure) override;
-  void on_solution(const InsSolution& solution) override { trajectory_.add(solution); }
+  void on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) override;
   void on_fault(const Fault& fault) override;
 
   /// After the pipeline's flush: gives the exposures with their poses.
@@ -43,6 +42,7 @@ class ScoreSink : public runtime::NullSink {
     GpsTime mid;
     nanoseconds sigma;
     HostTime arrived;
+    std::optional<sim::Pose> T_ecef_head{};  // once settled, if there is one
   };
   void take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu);
 
@@ -52,7 +52,6 @@ class ScoreSink : public runtime::NullSink {
   const GpsTime drive_begin_;
   std::map<std::uint64_t, std::uint32_t> image_numbers_;  // by packet sequence
   const SensorId pos_;
-  fusion::Trajectory trajectory_;
   std::map<std::uint32_t, Stamped> stamped_;  // by Exposure::index
   std::map<SensorId, std::uint64_t> told_lost_;
   std::optional<HostTime> now_;

@@ -28,7 +28,7 @@ struct Options {
 };
 
 /// Holds every coloured point and exposure against the truth.
-class Judging : public runtime::NullSink {
+class Judging : public runtime::ProductSink {
  public:
   Judging(sim::Judge& judge, const std::vector<sim::TrueExposure>& exposures, bool is_panorama)
       : judge_(judge), true_exposures_(exposures), is_panorama_(is_panorama) {}
@@ -44,7 +44,7 @@ class Judging : public runtime::NullSink {
     exposure_error_us_.add(static_cast<double>(distance(*nearest, exposure)) * 1e-3);
   }
 
-  void on_cloud(const CloudBlock& block) override {
+  void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override {
     const auto T_ecef_enu = ecef_from_enu(block.origin);
     for (const auto& point : block.points) {
       ++points_;

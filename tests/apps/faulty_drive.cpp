@@ -84,8 +84,8 @@ class Watcher : public runtime::Summary {
       if (e.image_file == event->image_file) picture_of_[exposure.index] = e.number;
   }
 
-  void on_cloud(const CloudBlock& block) override {
-    runtime::Summary::on_cloud(block);
+  void on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) override {
+    runtime::Summary::on_cloud(block, trajectory);
     const auto T_ecef_enu = ecef_from_enu(block.origin);
     for (const ColouredPoint& point : block.points) {
       const auto tenth =

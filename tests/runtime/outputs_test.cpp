@@ -111,11 +111,12 @@ TEST(Outputs, TheCloudLeavesTheDisksLastSpaceToTheRecording) {
     for (auto& point : cloud.points) point.time = solution(at_s).time;
     return cloud;
   };
-  out.on_cloud(block(101));
+  const fusion::Trajectory path({});
+  out.on_cloud(block(101), path);
   disk.left = 1000;
-  out.on_cloud(block(102));
+  out.on_cloud(block(102), path);
   disk.left = INT64_MAX;
-  out.on_cloud(block(103));  // there is room again, but a gap would be no beginning
+  out.on_cloud(block(103), path);  // there is room again, but a gap would be no beginning
   ASSERT_EQ(told.size(), 1u) << "once, when it happens";
   EXPECT_NE(told[0].find("the raw recording goes on"), std::string::npos) << told[0];
   const Status finished = out.finish();

@@ -23,7 +23,7 @@ TEST(Summary, CountsPointsLossesAndGaps) {
   block.points[0].state = ColourState::Direct;
   block.points[1].state = ColourState::Neighbour;
   block.points[2].state = ColourState::Outside;
-  summary.on_cloud(block);
+  summary.on_cloud(block, fusion::Trajectory({}));
   summary.on_fault({2, FaultKind::Lost, {}, 7, "time gap of 9.3 ms"});
   summary.on_fault({2, FaultKind::Lost, {}, 3, "time gap of 4.0 ms"});
   summary.on_fault({2, FaultKind::NoTime, {}, 1, "x"});
