@@ -6,7 +6,7 @@ target_compile_options(hueline_options INTERFACE -Wall -Wextra -Wpedantic -Wconv
                        # The same bytes on every machine of a kind: no contraction of a*b+c that depends on the compiler's mood.
                        -ffp-contract=off)
 target_include_directories(hueline_options INTERFACE ${PROJECT_SOURCE_DIR})
-target_link_libraries(hueline_options INTERFACE Threads::Threads)
+target_link_libraries(hueline_options INTERFACE Threads::Threads fmt::fmt)
 # Libraries' own headers are not ours to warn about.
 target_include_directories(hueline_options SYSTEM INTERFACE ${EIGEN3_INCLUDE_DIR})
 
@@ -19,11 +19,36 @@ elseif(HUELINE_SANITIZE STREQUAL "thread")
   target_link_options(hueline_options INTERFACE -fsanitize=thread)
 endif()
 
+# Parsing the standard library, Eigen and fmt is half of what a small file costs under sanitizers. They are parsed once there: a file that
+# forgets to include one of them still compiles, so the release build does without.
+option(HUELINE_PRECOMPILE "parse the libraries' headers once" OFF)
+if(HUELINE_PRECOMPILE)
+  file(WRITE ${CMAKE_BINARY_DIR}/precompiled.cpp "")
+  set(headers <algorithm> <array> <atomic> <chrono> <cmath> <cstdint> <cstring> <deque> <filesystem> <fstream> <functional> <limits> <map> <memory> <mutex>
+              <numbers> <optional> <random> <set> <span> <string> <string_view> <thread> <tuple> <utility> <variant> <vector>
+              <fmt/format.h> <Eigen/Core> <Eigen/Geometry>)
+  add_library(hueline_precompiled OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
+  target_link_libraries(hueline_precompiled PRIVATE hueline_options)
+  target_precompile_headers(hueline_precompiled PRIVATE ${headers})
+  if(HUELINE_TESTS)
+    find_package(GTest REQUIRED)
+    add_library(hueline_precompiled_test OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
+    target_link_libraries(hueline_precompiled_test PRIVATE hueline_options GTest::gmock)
+    target_precompile_headers(hueline_precompiled_test PRIVATE ${headers} <gmock/gmock.h> <gtest/gtest.h>)
+  endif()
+endif()
+function(hueline_precompile target precompiled)
+  if(HUELINE_PRECOMPILE)
+    target_precompile_headers(${target} REUSE_FROM ${precompiled})
+  endif()
+endfunction()
+
 # hueline_module(core SOURCES a.cpp b.cpp DEPENDS hueline_core fmt::fmt): static library hueline_<name>.
 function(hueline_module name)
   cmake_parse_arguments(M "" "" "SOURCES;DEPENDS" ${ARGN})
   add_library(hueline_${name} STATIC ${M_SOURCES})
   target_link_libraries(hueline_${name} PUBLIC hueline_options ${M_DEPENDS})
+  hueline_precompile(hueline_${name} hueline_precompiled)
 endfunction()
 
 # hueline_test(core_time SOURCES time_test.cpp DEPENDS hueline_core [LABELS x]): one GoogleTest program, one ctest entry a test.
@@ -32,6 +57,7 @@ function(hueline_test name)
   cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
   add_executable(${name}_test ${T_SOURCES})
   target_link_libraries(${name}_test PRIVATE ${T_DEPENDS} hueline_test_support GTest::gmock GTest::gtest_main)
+  hueline_precompile(${name}_test hueline_precompiled_test)
   if(NOT T_TIMEOUT)
     set(T_TIMEOUT 300)
   endif()
