@@ -28,7 +28,8 @@ struct DecodeCounts {
 };
 
 /// Bytes in, values out: no socket, no clock, no thread. May keep state between packets (a message split over two packets, the
-/// previous azimuth). Reports trouble as Fault measurements; never throws on data.
+/// previous azimuth). Reports each trouble as a Fault measurement when it
+/// sees it: who takes the measurements bounds their rate. Never throws on data.
 class Decoder {
  public:
   virtual ~Decoder() = default;

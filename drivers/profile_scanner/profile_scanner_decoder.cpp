@@ -37,14 +37,7 @@ std::string ProfileScannerDecoder::Config::validate() const {
 }
 
 ProfileScannerDecoder::ProfileScannerDecoder(SensorId sensor, const Config& config)
-    : sensor_(sensor),
-      config_(config),
-      kernel_(std::make_unique<ProfileScannerKernel>(config)),
-      malformed_(FaultKind::Malformed, sensor),
-      wrong_device_(FaultKind::WrongDevice, sensor),
-      lost_(FaultKind::Lost, sensor),
-      late_(FaultKind::Late, sensor),
-      twice_(FaultKind::Spurious, sensor) {
+    : sensor_(sensor), config_(config), kernel_(std::make_unique<ProfileScannerKernel>(config)) {
   if (config.scanner_id != 0) scanner_ = static_cast<std::uint16_t>(config.scanner_id);
 }
 
@@ -56,14 +49,7 @@ void ProfileScannerDecoder::reset() {
   last_label_.reset();
 }
 
-void ProfileScannerDecoder::flush(std::vector<Measurement>& out) {
-  for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &lost_, &late_, &twice_})
-    if (auto fault = limiter->drain()) out.push_back(std::move(*fault));
-}
-
 void ProfileScannerDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
-  for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &lost_, &late_, &twice_})
-    if (auto fault = limiter->flush(packet.received)) out.push_back(std::move(*fault));
   const Result<ProfileHeader> header = decode_profile_header(packet.bytes.bytes());
   if (!header) return malformed(packet, header.error().message, out);
   if (!is_ours(packet, *header, out)) return;
@@ -76,7 +62,7 @@ void ProfileScannerDecoder::decode(const Packet& packet, std::vector<Measurement
 void ProfileScannerDecoder::malformed(const Packet& packet, const std::string& what, std::vector<Measurement>& out) {
   counts_.malformed_bytes += packet.bytes.size();
   ++counts_.malformed_messages;
-  if (auto fault = malformed_.add(packet.received, 1, [&] { return "profile scanner: " + what; })) out.push_back(std::move(*fault));
+  out.push_back(Fault{sensor_, FaultKind::Malformed, packet.received, 1, "profile scanner: " + what});
 }
 
 bool ProfileScannerDecoder::is_ours(const Packet& packet, const ProfileHeader& header, std::vector<Measurement>& out) {
@@ -84,41 +70,43 @@ bool ProfileScannerDecoder::is_ours(const Packet& packet, const ProfileHeader& h
   if (*scanner_ == header.scanner) return true;
   ++counts_.messages["of another scanner"];
   counts_.ignored_bytes += packet.bytes.size();
-  const auto detail = [&] { return fmt::format("datagram of scanner {}; this one is {}", header.scanner, *scanner_); };
-  if (auto fault = wrong_device_.add(packet.received, 1, detail)) out.push_back(std::move(*fault));
+  out.push_back(Fault{sensor_, FaultKind::WrongDevice, packet.received, 1,
+                      fmt::format("datagram of scanner {}; this one is {}", header.scanner, *scanner_)});
   return false;
 }
 
 bool ProfileScannerDecoder::follow(const Packet& packet, const ProfileHeader& header, std::optional<std::uint32_t> line,
                                    std::vector<Measurement>& out) {
-  const char* kind = line ? "data" : "status";
+  const char* what = line ? "data" : "status";
   const auto seen = (line ? data_counter_ : status_counter_).add(header.counter);
-  const auto tell = [&](FaultLimiter& limiter, std::uint64_t count, auto&& detail) {
-    if (auto fault = limiter.add(packet.received, count, detail)) out.push_back(std::move(*fault));
+  const auto tell = [&](FaultKind kind, std::uint64_t count, std::string detail) {
+    out.push_back(Fault{sensor_, kind, packet.received, count, std::move(detail)});
   };
   using Verdict = CounterWatch::Verdict;
   switch (seen.verdict) {
     case Verdict::InOrder:
       break;
     case Verdict::Gap:
-      tell(lost_, seen.missing, [&] {
-        return fmt::format("scanner {}: {} {} datagrams missing before number {}{}", header.scanner, seen.missing, kind, header.counter,
-                           line ? fmt::format(", line {}", *line) : std::string());
-      });
+      tell(FaultKind::Lost, seen.missing,
+           fmt::format("scanner {}: {} {} datagrams missing before number {}{}", header.scanner, seen.missing, what,
+                       header.counter, line ? fmt::format(", line {}", *line) : std::string()));
       break;
     case Verdict::Late:
-      tell(late_, 1, [&] { return fmt::format("scanner {}: {} datagram {} came after newer ones, and had counted as lost", header.scanner, kind, header.counter); });
+      tell(FaultKind::Late, 1,
+           fmt::format("scanner {}: {} datagram {} came after newer ones, and had counted as lost", header.scanner,
+                       what, header.counter));
       break;
     case Verdict::Leap:
-      tell(lost_, 1, [&] {
-        return fmt::format("scanner {}: its count of {} datagrams leapt to {}: it restarted, and what it sent meanwhile is not known", header.scanner, kind,
-                           header.counter);
-      });
+      tell(FaultKind::Lost, 1,
+           fmt::format("scanner {}: its count of {} datagrams leapt to {}: it restarted, and what it sent meanwhile is "
+                       "not known",
+                       header.scanner, what, header.counter));
       break;
     case Verdict::Twice:
       ++counts_.messages[line ? "data twice" : "status twice"];
       counts_.ignored_bytes += packet.bytes.size();
-      tell(twice_, 1, [&] { return fmt::format("scanner {}: {} datagram {} came twice; used once", header.scanner, kind, header.counter); });
+      tell(FaultKind::Spurious, 1,
+           fmt::format("scanner {}: {} datagram {} came twice; used once", header.scanner, what, header.counter));
       return false;
   }
   return true;

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/decoder.hpp"
-#include "drivers/fault_limiter.hpp"
 #include "drivers/profile_scanner/counter_watch.hpp"
 #include "drivers/profile_scanner/profile_scanner_wire.hpp"
 
@@ -46,7 +45,6 @@ class ProfileScannerDecoder final : public Decoder {
   ProfileScannerDecoder& operator=(const ProfileScannerDecoder&) = delete;
 
   void decode(const Packet& packet, std::vector<Measurement>& out) override;
-  void flush(std::vector<Measurement>& out) override;
   void reset() override;
   const DecodeCounts& counts() const override { return counts_; }
 
@@ -63,7 +61,6 @@ class ProfileScannerDecoder final : public Decoder {
   Config config_;
   std::unique_ptr<ProfileScannerKernel> kernel_;
   DecodeCounts counts_;
-  FaultLimiter malformed_, wrong_device_, lost_, late_, twice_;
   CounterWatch data_counter_, status_counter_;
   std::optional<std::uint16_t> scanner_;
   std::optional<TimeLabel> last_label_;

@@ -31,7 +31,6 @@ Status PcapSource::open() {
   extractor_ = {};
   ended_.reset();
   first_sender_.reset();
-  mixed_ = FaultLimiter(FaultKind::WrongDevice, sensor_);
   waiting_.clear();
   last_ = {};
   filtered_ = delivered_ = 0;
@@ -52,14 +51,11 @@ void PcapSource::watch_sender(const UdpDatagram& datagram) {
   if (!first_sender_ || last_ - first_heard_ > kReplacedAfter) first_sender_ = sender_;
   if (source_ || sender_ == *first_sender_) {
     first_heard_ = last_;
-    if (const auto fault = mixed_.flush(last_)) tell(*fault);
     return;
   }
-  const auto detail = [&] {
-    return fmt::format("{}: datagrams of {} and of {} are taken for one device's: name its source_address, or its ports", config_.path,
-                       to_text(*first_sender_), to_text(sender_));
-  };
-  if (const auto fault = mixed_.add(last_, 1, detail)) tell(*fault);
+  tell({sensor_, FaultKind::WrongDevice, last_, 1,
+        fmt::format("{}: datagrams of {} and of {} are taken for one device's: name its source_address, or its ports", config_.path,
+                    to_text(*first_sender_), to_text(sender_))});
 }
 
 void PcapSource::tell(const Fault& fault) {
@@ -110,7 +106,6 @@ Result<Packet> PcapSource::next(std::stop_token stop) {
 /// What could not be delivered is said once, before the end.
 void PcapSource::finish(Error why) {
   ended_ = std::move(why);
-  if (const auto fault = mixed_.drain()) tell(*fault);
   extractor_.finish();
   const ExtractCounts& c = extractor_.counts();
   if (const std::uint64_t lost = c.cut_off + c.malformed + c.fragments_dropped + c.unknown_link; lost > 0)

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/packet.hpp"
-#include "drivers/fault_limiter.hpp"
 #include "drivers/transport/capture_file.hpp"
 #include "drivers/transport/udp_extractor.hpp"
 
@@ -33,7 +32,7 @@ class PcapSource final : public PacketSource {
   };
 
   PcapSource(SensorId sensor, Config config)
-      : sensor_(sensor), config_(std::move(config)), mixed_(FaultKind::WrongDevice, sensor) {}
+      : sensor_(sensor), config_(std::move(config)) {}
 
   /// Begins at the file's first frame again.
   Status open() override;
@@ -62,7 +61,6 @@ class PcapSource final : public PacketSource {
   std::optional<IpAddress> first_sender_;
   IpAddress sender_{};
   HostTime first_heard_{};  // when the first sender spoke last
-  FaultLimiter mixed_;
   std::deque<Packet> waiting_;  // faults, and the datagram behind them
   HostTime last_{};
   std::uint64_t filtered_ = 0, delivered_ = 0;

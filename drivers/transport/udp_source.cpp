@@ -72,9 +72,7 @@ std::string UdpSource::Config::validate() const {
 UdpSource::UdpSource(SensorId sensor, Config config, BufferPool pool)
     : sensor_(sensor),
       config_(std::move(config)),
-      pool_(std::move(pool)),
-      foreign_(FaultKind::WrongDevice, sensor),
-      mixed_(FaultKind::WrongDevice, sensor) {}
+      pool_(std::move(pool)) {}
 
 UdpSource::~UdpSource() { close(); }
 
@@ -230,7 +228,14 @@ Status UdpSource::read(Socket& socket) {
     }
     deliver(socket, d, offset);
   }
+  // One text for those of one reading: a flood of them must not cost as much as the device's own.
+  if (strangers_.count > 0) push_fault(strangers_.time, strangers_.kind, std::exchange(strangers_.count, 0), std::move(strangers_.detail));
   return {};
+}
+
+template <class Detail>
+void UdpSource::note_stranger(HostTime received, Detail&& detail) {
+  if (strangers_.count++ == 0) strangers_ = {sensor_, FaultKind::WrongDevice, received, 1, detail()};
 }
 
 void UdpSource::deliver(Socket& socket, Datagram& d, const ClockOffset& offset) {
@@ -242,25 +247,20 @@ void UdpSource::deliver(Socket& socket, Datagram& d, const ClockOffset& offset) 
                "the socket's buffer was full before this datagram: raise receive_buffer_bytes or net.core.rmem_max");
   }
   if (source_ != INADDR_ANY && d.from.sin_addr.s_addr != source_) {
-    const auto detail = [&] {
+    return note_stranger(received, [&] {
       return fmt::format("datagram of {} bytes from {}:{}; the rig's device is {}", d.length,
                          to_text(d.from.sin_addr.s_addr), ntohs(d.from.sin_port), config_.source_address);
-    };
-    if (auto fault = foreign_.add(received, 1, detail)) push_fault(received, fault->kind, fault->count, fault->detail);
-    return;
+    });
   }
-  if (auto fault = foreign_.flush(received)) push_fault(received, fault->kind, fault->count, fault->detail);
   // Two scanners send to the same port unless somebody sets them otherwise: taken for one, they make one wrong cloud.
   if (!first_sender_ || received - first_heard_ > kReplacedAfter) first_sender_ = d.from.sin_addr.s_addr;
   if (d.from.sin_addr.s_addr != *first_sender_) {
-    const auto detail = [&] {
+    note_stranger(received, [&] {
       return fmt::format("datagrams of {} and of {} are taken for one device's: name its source_address", to_text(*first_sender_),
                          to_text(d.from.sin_addr.s_addr));
-    };
-    if (auto fault = mixed_.add(received, 1, detail)) push_fault(received, fault->kind, fault->count, fault->detail);
+    });
   } else {
     first_heard_ = received;
-    if (auto fault = mixed_.flush(received)) push_fault(received, fault->kind, fault->count, fault->detail);
   }
   if (!d.buffer)
     return push_fault(received, FaultKind::Overflow, 1,

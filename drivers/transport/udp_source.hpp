@@ -9,7 +9,7 @@
 
 #include "core/buffer.hpp"
 #include "core/packet.hpp"
-#include "drivers/fault_limiter.hpp"
+#include "core/fault.hpp"
 #include "drivers/transport/host_clock.hpp"
 
 namespace hueline::drivers {
@@ -65,6 +65,8 @@ class UdpSource final : public PacketSource {
   Status open_socket(std::uint16_t port);
   Status read(Socket& socket);
   void deliver(Socket& socket, Datagram& datagram, const ClockOffset& offset);
+  template <class Detail>
+  void note_stranger(HostTime received, Detail&& detail);
   void push_fault(HostTime time, FaultKind kind, std::uint64_t count, std::string detail);
   void push(Packet packet);
 
@@ -74,7 +76,7 @@ class UdpSource final : public PacketSource {
   std::vector<Socket> sockets_;
   std::vector<Datagram> datagrams_;  ///< one a slot of the batch; buffers that were not used stay for the next read
   std::deque<Packet> pending_;
-  FaultLimiter foreign_, mixed_;
+  Fault strangers_{.count = 0, .detail = {}};  // datagrams of other senders, of the reading under way
   std::optional<std::uint32_t> first_sender_;  // network byte order
   HostTime first_heard_{};                     // when it spoke last
   in_addr_t source_ = INADDR_ANY;

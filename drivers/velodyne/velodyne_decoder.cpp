@@ -63,19 +63,12 @@ VelodyneDecoder::VelodyneDecoder(SensorId sensor, const Config& config)
     : sensor_(sensor),
       config_(config),
       table_(velodyne_table(config.model)),
-      kernel_(std::make_unique<VelodyneKernel>(config)),
-      malformed_(FaultKind::Malformed, sensor),
-      wrong_device_(FaultKind::WrongDevice, sensor),
-      conflict_(FaultKind::LabelConflict, sensor),
-      again_(FaultKind::Spurious, sensor),
-      no_time_(FaultKind::NoTime, sensor) {}
+      kernel_(std::make_unique<VelodyneKernel>(config)) {}
 
 VelodyneDecoder::~VelodyneDecoder() = default;
 
 void VelodyneDecoder::flush(std::vector<Measurement>& out) {
   if (!held_.empty()) judge_held(timing_.model(1) == config_.model, out);
-  for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &conflict_, &again_, &no_time_})
-    if (auto fault = limiter->drain()) out.push_back(std::move(*fault));
   while (const auto lost = gaps_.drain()) tell_lost(*lost, previous_->received, out);
 }
 
@@ -90,8 +83,6 @@ void VelodyneDecoder::reset() {
 }
 
 void VelodyneDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
-  for (FaultLimiter* limiter : {&malformed_, &wrong_device_, &conflict_, &again_, &no_time_})
-    if (auto fault = limiter->flush(packet.received)) out.push_back(std::move(*fault));
   while (const auto lost = gaps_.settled(packet.received)) tell_lost(*lost, packet.received, out);
   if (packet.bytes.size() == kVelodyneDataBytes) return decode_data(packet, out);
   if (packet.bytes.size() == kVelodynePositionBytes) return decode_position_packet(packet, out);
@@ -107,7 +98,7 @@ void VelodyneDecoder::malformed(const Packet& packet, std::size_t bytes, const s
   ++counts_.malformed_messages;
   const bool begins_well = packet.bytes.size() >= 2 && packet.bytes.bytes()[0] == std::byte{0xFF} && packet.bytes.bytes()[1] == std::byte{0xEE};
   broken_ += begins_well || packet.bytes.size() == kVelodyneDataBytes ? 1 : 0;
-  if (auto fault = malformed_.add(packet.received, 1, [&] { return what; })) out.push_back(std::move(*fault));
+  out.push_back(Fault{sensor_, FaultKind::Malformed, packet.received, 1, what});
 }
 
 void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>& out) {
@@ -151,13 +142,11 @@ void VelodyneDecoder::wrong_device(const Packet& packet, std::vector<Measurement
   ++counts_.messages["data of another model"];
   counts_.ignored_bytes += packet.bytes.size();
   const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kProductAt]);
-  const auto detail = [&] {
-    const auto model = timing_.model(kPairsFor);
-    return fmt::format("data packet of product 0x{:02X} ({}){}; the rig names a {} (0x{:02X}): the key model", product, velodyne_product_name(product),
-                       model && *model != config_.model ? fmt::format(", timed as a {}'s", velodyne_table(*model).name) : std::string(), table_.name,
-                       table_.product_id);
-  };
-  if (auto fault = wrong_device_.add(packet.received, 1, detail)) out.push_back(std::move(*fault));
+  const auto model = timing_.model(kPairsFor);
+  out.push_back(Fault{sensor_, FaultKind::WrongDevice, packet.received, 1,
+                      fmt::format("data packet of product 0x{:02X} ({}){}; the rig names a {} (0x{:02X}): the key model", product, velodyne_product_name(product),
+                                  model && *model != config_.model ? fmt::format(", timed as a {}'s", velodyne_table(*model).name) : std::string(), table_.name,
+                                  table_.product_id)});
 }
 
 void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& out) {
@@ -174,8 +163,7 @@ void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& o
       std::equal(bytes.begin(), bytes.end(), newest_bytes_.begin())) {
     ++counts_.messages["data again"];
     counts_.ignored_bytes += bytes.size();
-    if (auto fault = again_.add(packet.received, 1, [&] { return fmt::format("{}: the same packet came again", table_.name); }))
-      out.push_back(std::move(*fault));
+    out.push_back(Fault{sensor_, FaultKind::Spurious, packet.received, 1, fmt::format("{}: the same packet came again", table_.name)});
     return;
   }
   std::copy(bytes.begin(), bytes.end(), newest_bytes_.begin());
@@ -205,11 +193,9 @@ void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& o
 
   check_gap(packet, first_firing, duration, blocks, out);
   if (blocks.untimed > 0) {
-    const auto detail = [&] {
-      return fmt::format("{}: the azimuth jumps from {:.2f} to {:.2f} deg inside a packet; the blocks behind have no known time",
-                         table_.name, blocks.last_azimuth / 100.0, blocks.jump_azimuth / 100.0);
-    };
-    if (auto fault = no_time_.add(packet.received, static_cast<std::uint64_t>(blocks.untimed), detail)) out.push_back(std::move(*fault));
+    out.push_back(Fault{sensor_, FaultKind::NoTime, packet.received, static_cast<std::uint64_t>(blocks.untimed),
+                        fmt::format("{}: the azimuth jumps from {:.2f} to {:.2f} deg inside a packet; the blocks behind have no known time",
+                                    table_.name, blocks.last_azimuth / 100.0, blocks.jump_azimuth / 100.0)});
   }
   counts_.decoded_bytes += bytes.size() - bad_bytes;
   ++counts_.messages[is_dual ? "data dual" : mode == kLast ? "data last" : "data strongest"];
@@ -316,10 +302,8 @@ void VelodyneDecoder::label(const Packet& packet, const VelodynePosition& positi
   if (last_label_ && last_label_->second == label.second && last_label_->is_valid == label.is_valid) return;
   last_label_ = label;
   if (!agrees) {
-    const auto detail = [&] {
-      return fmt::format("{}: its counter is {} s ahead of the RMC sentence that it echoes", table_.name, edge->lag);
-    };
-    if (auto fault = conflict_.add(packet.received, 1, detail)) out.push_back(std::move(*fault));
+    out.push_back(Fault{sensor_, FaultKind::LabelConflict, packet.received, 1,
+                        fmt::format("{}: its counter is {} s ahead of the RMC sentence that it echoes", table_.name, edge->lag)});
   }
   out.push_back(label);
 }

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/decoder.hpp"
-#include "drivers/fault_limiter.hpp"
 #include "drivers/gap_trial.hpp"
 #include "drivers/velodyne/velodyne_model.hpp"
 #include "drivers/velodyne/velodyne_position.hpp"
@@ -41,9 +40,9 @@ struct VelodyneBlocks;
 /// The model is what Config says, and the packets' timing has to agree (VelodyneTiming): a factory byte of another model is passed over
 /// where it does. The first packets with such a byte are held until that is known, sixteen at most.
 ///
-/// Faults: Malformed (wrong size, flag, mode, azimuth, counter; one a second at most), WrongDevice (factory byte of another
-/// model), Lost (packets by the stamps' gap, 0.1 s after it: one that was overtaken fills it), NoTime (blocks behind an azimuth jump;
-/// one a second at most), ClockStep (the stamp moved against the arrival), Late (an older packet after a newer), LabelConflict
+/// Faults: Malformed (wrong size, flag, mode, azimuth, counter), WrongDevice (factory byte of another
+/// model), Lost (packets by the stamps' gap, 0.1 s after it: one that was overtaken fills it), NoTime (blocks behind an azimuth jump),
+/// ClockStep (the stamp moved against the arrival), Late (an older packet after a newer), LabelConflict
 /// (counter and RMC disagree).
 ///
 /// A scanner that is set to a field of view sends nothing over the rest of the circle. The first packet that goes on behind it, so
@@ -96,7 +95,6 @@ class VelodyneDecoder final : public Decoder {
   const VelodyneTable& table_;
   std::unique_ptr<VelodyneKernel> kernel_;
   DecodeCounts counts_;
-  FaultLimiter malformed_, wrong_device_, conflict_, again_, no_time_;
 
   struct Previous {
     nanoseconds stamp;

@@ -13,11 +13,6 @@ constexpr int kRefusedInARow = 10;      // then it is the older value that was w
 constexpr double kSpeedStep = 0.5;      // m/s: quantisation and noise beside the acceleration
 constexpr double kLongestStep_s = 1.0;  // older speeds say nothing about the next one
 
-template <class Detail>
-void tell(FaultLimiter& limiter, HostTime time, std::uint64_t count, std::vector<Measurement>& out, Detail&& detail) {
-  if (auto fault = limiter.add(time, count, std::forward<Detail>(detail))) out.push_back(std::move(*fault));
-}
-
 std::size_t needed_bytes(const WheelDecoder::Message& message) {
   std::size_t needed = message.checksum ? message.checksum->byte + 1 : 0;
   for (const CanSignal& signal : message.speeds) needed = std::max(needed, signal.needed_bytes());
@@ -33,14 +28,7 @@ std::string id_text(const WheelDecoder::Message& message) {
 }  // namespace
 
 WheelDecoder::WheelDecoder(SensorId sensor, Config config)
-    : sensor_(sensor),
-      config_(std::move(config)),
-      states_(config_.messages.size()),
-      malformed_(FaultKind::Malformed, sensor),
-      broken_(FaultKind::Malformed, sensor),
-      lost_(FaultKind::Lost, sensor),
-      repeated_(FaultKind::Spurious, sensor),
-      implausible_(FaultKind::Implausible, sensor) {
+    : sensor_(sensor), config_(std::move(config)), states_(config_.messages.size()) {
   for (const Message& message : config_.messages)
     for (const CanSignal& signal : message.speeds) is_directional_ |= signal.is_signed || signal.offset < 0;
 }
@@ -51,15 +39,13 @@ void WheelDecoder::reset() {
   datagram_.reset();
 }
 
-void WheelDecoder::flush(std::vector<Measurement>& out) {
-  for (FaultLimiter* limiter : {&malformed_, &broken_, &lost_, &repeated_, &implausible_})
-    if (auto fault = limiter->drain()) out.push_back(std::move(*fault));
+void WheelDecoder::tell(FaultKind kind, HostTime time, std::uint64_t count, std::vector<Measurement>& out,
+                        std::string detail) const {
+  out.push_back(Fault{sensor_, kind, time, count, std::move(detail)});
 }
 
 void WheelDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   const HostTime received = packet.received;
-  for (FaultLimiter* limiter : {&malformed_, &broken_, &lost_, &repeated_, &implausible_})
-    if (auto fault = limiter->flush(received)) out.push_back(std::move(*fault));
   CanPacket parsed;
   const Status whole = decode_can_packet(packet.bytes.bytes(), parsed);
   std::size_t rest = packet.bytes.size() - parsed.header_bytes;
@@ -67,7 +53,7 @@ void WheelDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   if (!whole.ok()) {
     counts_.malformed_bytes += rest;
     ++counts_.malformed_messages;
-    tell(malformed_, received, 1, out, [&] { return whole.error().message; });
+    tell(FaultKind::Malformed, received, 1, out, whole.error().message);
   }
   if (parsed.datagram_sequence && !takes_datagram(*parsed.datagram_sequence, received, out)) {
     counts_.ignored_bytes += packet.bytes.size() - rest;
@@ -97,13 +83,13 @@ void WheelDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
 bool WheelDecoder::takes_datagram(std::uint8_t sequence, HostTime received, std::vector<Measurement>& out) {
   const std::int64_t ahead = datagram_ ? CounterRange{0, 256}.steps(*datagram_, sequence) : 1;
   if (ahead == 0 || ahead > 192) {
-    tell(repeated_, received, 1, out,
-         [&] { return fmt::format("the gateway's datagram {} came again or late: not used", sequence); });
+    tell(FaultKind::Spurious, received, 1, out,
+         fmt::format("the gateway's datagram {} came again or late: not used", sequence));
     return false;
   }
   if (ahead > 1)
-    tell(lost_, received, static_cast<std::uint64_t>(ahead - 1), out,
-         [&] { return fmt::format("{} datagrams of the gateway are missing", ahead - 1); });
+    tell(FaultKind::Lost, received, static_cast<std::uint64_t>(ahead - 1), out,
+         fmt::format("{} datagrams of the gateway are missing", ahead - 1));
   datagram_ = sequence;
   return true;
 }
@@ -115,7 +101,7 @@ WheelDecoder::Use WheelDecoder::take(const CanFrame& frame, HostTime received, s
   }
   if (is_off_) {
     is_off_ = false;
-    out.push_back(Fault{sensor_, FaultKind::Reconnected, received, 1, "frames come again after bus-off"});
+    tell(FaultKind::Reconnected, received, 1, out, "frames come again after bus-off");
   }
   const auto known = std::find_if(config_.messages.begin(), config_.messages.end(), [&](const Message& message) {
     return message.id == frame.id && message.is_extended == frame.is_extended;
@@ -125,18 +111,16 @@ WheelDecoder::Use WheelDecoder::take(const CanFrame& frame, HostTime received, s
   State& state = states_[static_cast<std::size_t>(known - config_.messages.begin())];
   const std::size_t needed = needed_bytes(message);
   if (frame.length < needed) {
-    tell(malformed_, received, 1, out, [&] {
-      return fmt::format("message {} has {} bytes, its signals need {}", id_text(message), frame.length, needed);
-    });
+    tell(FaultKind::Malformed, received, 1, out,
+         fmt::format("message {} has {} bytes, its signals need {}", id_text(message), frame.length, needed));
     return Use::Malformed;
   }
   if (message.checksum) {
     const std::uint8_t expected = can_checksum(message.checksum->kind, frame.bytes(), message.checksum->byte);
     if (frame.data[message.checksum->byte] != expected) {
-      tell(malformed_, received, 1, out, [&] {
-        return fmt::format("message {} has check sum {:02X}, {:02X} expected", id_text(message),
-                           frame.data[message.checksum->byte], expected);
-      });
+      tell(FaultKind::Malformed, received, 1, out,
+           fmt::format("message {} has check sum {:02X}, {:02X} expected", id_text(message),
+                       frame.data[message.checksum->byte], expected));
       return Use::Malformed;
     }
   }
@@ -158,11 +142,10 @@ void WheelDecoder::take_error(const CanFrame& frame, HostTime received, std::vec
   for (CanTrouble& trouble : explain_can_error(frame)) {
     if (trouble.kind == FaultKind::Disconnected || trouble.kind == FaultKind::Reconnected) {
       const bool is_off = trouble.kind == FaultKind::Disconnected;
-      if (is_off != is_off_) out.push_back(Fault{sensor_, trouble.kind, received, 1, std::move(trouble.detail)});
+      if (is_off != is_off_) tell(trouble.kind, received, 1, out, std::move(trouble.detail));
       is_off_ = is_off;
     } else {
-      tell(trouble.kind == FaultKind::Lost ? lost_ : broken_, received, 1, out,
-           [&] { return std::move(trouble.detail); });
+      tell(trouble.kind, received, 1, out, std::move(trouble.detail));
     }
   }
 }
@@ -173,17 +156,15 @@ bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& 
   const std::int64_t by_cycle = state.cycle.take(received);
   if (!message.counter) {
     if (by_cycle > 0)
-      tell(lost_, received, static_cast<std::uint64_t>(by_cycle), out, [&] {
-        return fmt::format("{} messages {} are missing, by their cycle: it has no counter", by_cycle, id_text(message));
-      });
+      tell(FaultKind::Lost, received, static_cast<std::uint64_t>(by_cycle), out,
+           fmt::format("{} messages {} are missing, by their cycle: it has no counter", by_cycle, id_text(message)));
     return true;
   }
   const std::int64_t count = message.counter->raw(frame.bytes());
   const CounterRange range = counter_range(*message.counter);
   if (!range.has(count)) {
-    tell(implausible_, received, 1, out, [&] {
-      return fmt::format("message {} has counter {}, which it never counts to: not used", id_text(message), count);
-    });
+    tell(FaultKind::Implausible, received, 1, out,
+         fmt::format("message {} has counter {}, which it never counts to: not used", id_text(message), count));
     return false;
   }
   const std::int64_t steps = state.counter ? range.steps(*state.counter, count) : 1;
@@ -191,16 +172,14 @@ bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& 
   const double turns = static_cast<double>(by_cycle + 1 - steps) / static_cast<double>(range.count);
   const std::int64_t ahead = steps + std::max<std::int64_t>(0, std::llround(turns)) * range.count;
   if (ahead == 0) {
-    tell(repeated_, received, 1, out,
-         [&] { return fmt::format("message {} came again with counter {}: not used", id_text(message), count); });
+    tell(FaultKind::Spurious, received, 1, out,
+         fmt::format("message {} came again with counter {}: not used", id_text(message), count));
     return false;
   }
   if (ahead > 1)
-    tell(lost_, received, static_cast<std::uint64_t>(ahead - 1), out, [&] {
-      return fmt::format("message {} went from counter {} to {}{}: {} are missing", id_text(message),
-                         state.counter.value_or(count), count,
-                         ahead > steps ? " and round, by its cycle" : "", ahead - 1);
-    });
+    tell(FaultKind::Lost, received, static_cast<std::uint64_t>(ahead - 1), out,
+         fmt::format("message {} went from counter {} to {}{}: {} are missing", id_text(message),
+                     state.counter.value_or(count), count, ahead > steps ? " and round, by its cycle" : "", ahead - 1));
   state.counter = count;
   return true;
 }
@@ -217,9 +196,8 @@ std::optional<double> WheelDecoder::read_speed(const Message& message, State& st
       ++count;
       continue;
     }
-    tell(implausible_, received, 1, out, [&] {
-      return fmt::format("message {} says {:.2f} m/s: no speed of this vehicle, not used", id_text(message), value);
-    });
+    tell(FaultKind::Implausible, received, 1, out,
+         fmt::format("message {} says {:.2f} m/s: no speed of this vehicle, not used", id_text(message), value));
   }
   if (count == 0) return {};
   const double speed = sum / count;
@@ -227,10 +205,9 @@ std::optional<double> WheelDecoder::read_speed(const Message& message, State& st
   if (state.speed && dt >= 0 && dt <= kLongestStep_s && state.refused < kRefusedInARow &&
       std::abs(speed - *state.speed) > config_.max_acceleration * dt + kSpeedStep) {
     ++state.refused;
-    tell(implausible_, received, 1, out, [&] {
-      return fmt::format("message {} leaps from {:.2f} to {:.2f} m/s within {:.3f} s: not used", id_text(message),
-                         *state.speed, speed, dt);
-    });
+    tell(FaultKind::Implausible, received, 1, out,
+         fmt::format("message {} leaps from {:.2f} to {:.2f} m/s within {:.3f} s: not used", id_text(message),
+                     *state.speed, speed, dt));
     return {};
   }
   state.refused = 0;
@@ -246,10 +223,8 @@ std::optional<double> WheelDecoder::read_distance(const Message& message, State&
   for (const Pulses& pulses : message.pulses) {
     counts.push_back(pulses.signal.raw(frame.bytes()));
     if (counter_range(pulses.signal).has(counts.back())) continue;
-    tell(implausible_, received, 1, out, [&] {
-      return fmt::format("message {} has {} pulses, which it never counts to: not used", id_text(message),
-                         counts.back());
-    });
+    tell(FaultKind::Implausible, received, 1, out,
+         fmt::format("message {} has {} pulses, which it never counts to: not used", id_text(message), counts.back()));
     return state.distance_m;
   }
   const std::vector<std::int64_t> before = std::exchange(state.pulses, counts);
@@ -261,10 +236,9 @@ std::optional<double> WheelDecoder::read_distance(const Message& message, State&
     const Pulses& pulses = message.pulses[i];
     const CounterRange range = counter_range(pulses.signal);
     if (most > static_cast<double>(range.count) / 2 * pulses.metres_per_pulse) {
-      tell(implausible_, received, 1, out, [&] {
-        return fmt::format("no message {} for {:.2f} s: its pulses may have wrapped, that distance is unknown",
-                           id_text(message), to_seconds(received - *last));
-      });
+      tell(FaultKind::Implausible, received, 1, out,
+           fmt::format("no message {} for {:.2f} s: its pulses may have wrapped, that distance is unknown",
+                       id_text(message), to_seconds(received - *last)));
       return state.distance_m;
     }
     std::int64_t ahead = range.steps(before[i], counts[i]);
@@ -276,10 +250,9 @@ std::optional<double> WheelDecoder::read_distance(const Message& message, State&
   const double usual = static_cast<double>(counter_range(message.pulses.front().signal).count) / 4 *
                        message.pulses.front().metres_per_pulse;
   if (std::abs(moved) > std::max(most, usual)) {
-    tell(implausible_, received, 1, out, [&] {
-      return fmt::format("message {} counts {:.2f} m within {:.3f} s: not used", id_text(message), moved,
-                         to_seconds(received - *last));
-    });
+    tell(FaultKind::Implausible, received, 1, out,
+         fmt::format("message {} counts {:.2f} m within {:.3f} s: not used", id_text(message), moved,
+                     to_seconds(received - *last)));
     return state.distance_m;
   }
   state.distance_m += moved;

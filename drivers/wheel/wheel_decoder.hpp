@@ -10,7 +10,6 @@
 #include "drivers/can/can_errors.hpp"
 #include "drivers/can/can_frame.hpp"
 #include "drivers/can/can_signal.hpp"
-#include "drivers/fault_limiter.hpp"
 
 namespace hueline::drivers {
 
@@ -54,7 +53,6 @@ class WheelDecoder final : public Decoder {
   WheelDecoder(SensorId sensor, Config config);
 
   void decode(const Packet& packet, std::vector<Measurement>& out) override;
-  void flush(std::vector<Measurement>& out) override;
   void reset() override;
   const DecodeCounts& counts() const override { return counts_; }
 
@@ -79,6 +77,7 @@ class WheelDecoder final : public Decoder {
                                    std::vector<Measurement>& out);
   std::optional<double> read_distance(const Message& message, State& state, const CanFrame& frame, HostTime received,
                                       std::vector<Measurement>& out);
+  void tell(FaultKind kind, HostTime time, std::uint64_t count, std::vector<Measurement>& out, std::string detail) const;
   bool takes_datagram(std::uint8_t sequence, HostTime received, std::vector<Measurement>& out);
 
   const SensorId sensor_;
@@ -88,7 +87,6 @@ class WheelDecoder final : public Decoder {
   bool is_off_ = false;  // bus-off
   std::optional<std::uint8_t> datagram_;
   DecodeCounts counts_;
-  FaultLimiter malformed_, broken_, lost_, repeated_, implausible_;
 };
 
 }  // namespace hueline::drivers

@@ -178,20 +178,6 @@ TEST(ProfileScanner, WhatIsMissingLateOrDoubleIsToldOnce) {
   EXPECT_TRUE(decoded.is_every_byte_counted());
 }
 
-TEST(ProfileScanner, LossesOfOneSecondAreOneFaultAndNoneIsForgottenAtTheEnd) {
-  ProfileDecoded decoded;
-  ProfileDatagram d = four_pulses();
-  for (std::uint32_t i = 0; i < 100; ++i) {
-    d.counter = 2 * i;
-    decoded.feed(d, 1'000'000 * std::int64_t{i});
-  }
-  decoded.decoder.flush(decoded.out);
-  std::uint64_t lost = 0;
-  for (const Fault& f : decoded.all<Fault>()) lost += f.count;
-  EXPECT_EQ(lost, 99u);
-  EXPECT_EQ(decoded.all<Fault>().size(), 2u);
-}
-
 TEST(ProfileScanner, EachBrokenFieldIsNamed) {
   const auto said = [](ProfileDatagram d, std::size_t cut = 0) {
     ProfileDecoded decoded;

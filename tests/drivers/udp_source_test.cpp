@@ -177,14 +177,12 @@ TEST(UdpSource, AnotherDeviceIsNotDeliveredButCounted) {
   Received received = drain(source);
   ASSERT_EQ(received.wire.size(), 1u);
   EXPECT_EQ(text(received.wire[0]), "ours");
-  // One fault at once, the others held back for a second.
-  ASSERT_EQ(received.faults.size(), 1u);
+  // Those of one reading together.
+  ASSERT_GE(received.faults.size(), 1u);
+  EXPECT_LT(received.faults.size(), 30u);
   EXPECT_EQ(received.faults[0].kind, FaultKind::WrongDevice);
   EXPECT_NE(received.faults[0].detail.find("127.0.0.9"), std::string::npos) << received.faults[0].detail;
-  ::usleep(1'050'000);
-  right.send(port, "ours");
-  const Received later = drain(source);
-  EXPECT_EQ(received.count(FaultKind::WrongDevice) + later.count(FaultKind::WrongDevice), 30u);
+  EXPECT_EQ(received.count(FaultKind::WrongDevice), 30u);
 }
 
 /// Without a source_address both are delivered, and it is told.
@@ -199,8 +197,7 @@ TEST(UdpSource, ASecondDeviceIsTold) {
   second.send(port, "b");
   const Received received = drain(source);
   EXPECT_EQ(received.wire.size(), 2u);
-  ASSERT_EQ(received.faults.size(), 1u);
-  EXPECT_EQ(received.faults[0].kind, FaultKind::WrongDevice);
+  ASSERT_EQ(received.count(FaultKind::WrongDevice), 2u);
   EXPECT_NE(received.faults[0].detail.find("127.0.0.3 and of 127.0.0.9"), std::string::npos) << received.faults[0].detail;
 }
 

@@ -117,7 +117,7 @@ TEST(VelodyneFaults, BlocksBehindAnAzimuthJumpHaveNoTime) {
   EXPECT_EQ(d.batches.at(0).returns.size(), 9u * 32);
 }
 
-TEST(VelodyneFaults, WrongBytesAreCountedAndSaidOnceASecond) {
+TEST(VelodyneFaults, WrongBytesAreCountedAndSaid) {
   VelodyneDecoder decoder(5, {});
   std::vector<Fault> faults;
   std::uint64_t bytes = 0;
@@ -131,36 +131,15 @@ TEST(VelodyneFaults, WrongBytesAreCountedAndSaidOnceASecond) {
   feed({}, 100);
   feed(velodyne_data(turning(0, 40), 0, 0x36, 0x22), 101);
   feed(velodyne_data(turning(0, 40), 3'600'000'000u, 0x37, 0x22), 102);
-  ASSERT_EQ(faults.size(), 1u);
-  EXPECT_EQ(faults[0].kind, FaultKind::Malformed);
   feed(test::Bytes(3), 1'000'000'001);
-  ASSERT_EQ(faults.size(), 2u);
-  EXPECT_EQ(faults[1].count, 102u);
-  const Decoded good = decode(decoder, velodyne_data(turning(0, 40), 0, 0x37, 0x22), 2'000'000'001);
-  faults.insert(faults.end(), good.faults.begin(), good.faults.end());
   std::uint64_t said = 0;
-  for (const Fault& fault : faults) said += fault.count;
+  for (const Fault& fault : faults) {
+    EXPECT_EQ(fault.kind, FaultKind::Malformed);
+    said += fault.count;
+  }
   EXPECT_EQ(said, 104u);
   EXPECT_EQ(decoder.counts().malformed_messages, 104u);
   EXPECT_EQ(decoder.counts().malformed_bytes, bytes);
-}
-
-/// What is held back within the second is told when the stream ends, with the reason.
-TEST(VelodyneFaults, WhatIsHeldBackIsToldAtTheEnd) {
-  VelodyneDecoder decoder(5, {});
-  std::map<FaultKind, std::uint64_t> told;
-  for (int i = 0; i < 100; ++i) {
-    for (const Fault& fault : decode(decoder, velodyne_data(turning(0, 16), 0, 0x37, 0x21), i).faults) told[fault.kind] += fault.count;
-    for (const Fault& fault : decode(decoder, test::Bytes(1080), i).faults) told[fault.kind] += fault.count;
-  }
-  EXPECT_EQ(told[FaultKind::WrongDevice], 1u);
-  for (const Fault& fault : at_the_end(decoder)) {
-    told[fault.kind] += fault.count;
-    EXPECT_NE(fault.detail.find(fault.kind == FaultKind::WrongDevice ? "0x21" : "1080 bytes"), std::string::npos) << fault.detail;
-  }
-  EXPECT_EQ(told[FaultKind::WrongDevice], 100u);
-  EXPECT_EQ(told[FaultKind::Malformed], 100u);
-  EXPECT_TRUE(at_the_end(decoder).empty()) << "once";
 }
 
 /// The stream of a VLP-16 that is set to a field of view: blocks from `begin_deg` to `end_deg`, twelve to a packet without regard to
@@ -222,32 +201,30 @@ TEST(VelodyneFaults, APartOfTheCircleThatIsNotSentIsNotLost) {
   EXPECT_LE(told[FaultKind::Lost], 250u) << "one revolution's silence at most";
 }
 
-TEST(VelodyneFaults, BlocksWithoutTimeAreSaidOnceASecond) {
+TEST(VelodyneFaults, BlocksWithoutTimeAreSaid) {
   VelodyneDecoder decoder(5, {});
   FieldOfView scanner(320, 40);
-  std::uint64_t events = 0, blocks = 0, jumped = 0;
-  const auto take = [&](const std::vector<Fault>& faults) {
-    for (const Fault& fault : faults)
-      if (fault.kind == FaultKind::NoTime) ++events, blocks += fault.count;
-  };
+  std::uint64_t blocks = 0, jumped = 0;
   for (int i = 0; i < 340; ++i) {
     const test::Bytes bytes = scanner.next();
     const Decoded d = decode(decoder, bytes, scanner.received_ns);
-    take(d.faults);
+    for (const Fault& fault : d.faults)
+      if (fault.kind == FaultKind::NoTime) blocks += fault.count;
     jumped += 12 - d.batches.at(0).returns.size() / 32;
   }
-  take(at_the_end(decoder));
-  EXPECT_GT(scanner.received_ns, 1'500'000'000);
-  EXPECT_LE(events, 2u + static_cast<std::uint64_t>(scanner.received_ns / 1'000'000'000));
+  EXPECT_GT(blocks, 0u);
   EXPECT_EQ(blocks, jumped);
 }
 
 TEST(VelodyneFaults, AnotherModelIsNamed) {
   VelodyneDecoder decoder(5, {});
-  for (std::uint32_t i = 0; i < 30; ++i)
-    EXPECT_TRUE(decode(decoder, velodyne_data(turning(16 * i, 16), 553 * i, 0x37, 0x21), 553'000 * i).batches.empty()) << i;
-  std::vector<Fault> faults = at_the_end(decoder);
-  ASSERT_FALSE(faults.empty());
+  std::vector<Fault> faults;
+  for (std::uint32_t i = 0; i < 30; ++i) {
+    const Decoded d = decode(decoder, velodyne_data(turning(16 * i, 16), 553 * i, 0x37, 0x21), 553'000 * i);
+    EXPECT_TRUE(d.batches.empty()) << i;
+    faults.insert(faults.end(), d.faults.begin(), d.faults.end());
+  }
+  ASSERT_EQ(faults.size(), 30u);
   EXPECT_EQ(faults[0].kind, FaultKind::WrongDevice);
   EXPECT_NE(faults[0].detail.find("timed as a HDL-32E's"), std::string::npos) << faults[0].detail;
   EXPECT_EQ(decoder.counts().ignored_bytes, 30 * 1206u);
@@ -277,22 +254,25 @@ TEST(VelodyneFaults, ARigThatNamesTheByteOfAnotherTimingIsTold) {
   config.model = VelodyneModel::Hdl32e;
   VelodyneDecoder decoder(5, config);
   std::size_t batches = 0;
-  for (std::uint32_t i = 0; i < 100; ++i)
-    batches += decode(decoder, velodyne_data(turning(16 * i, 16), 1327 * i, 0x37, 0x21), std::int64_t{1'327'000} * i).batches.size();
-  EXPECT_LE(batches, 21u);
   std::string said;
-  for (const Fault& fault : at_the_end(decoder)) said += fault.detail;
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    const Decoded d = decode(decoder, velodyne_data(turning(16 * i, 16), 1327 * i, 0x37, 0x21), std::int64_t{1'327'000} * i);
+    batches += d.batches.size();
+    for (const Fault& fault : d.faults) said += fault.detail;
+  }
+  EXPECT_LE(batches, 21u);
   EXPECT_NE(said.find("timed as a VLP-16's"), std::string::npos) << said;
 }
 
 /// A Puck Hi-Res is timed as a VLP-16, but its lasers look elsewhere.
 TEST(VelodyneFaults, AModelOfTheSameTimingIsNotTakenForAnother) {
   VelodyneDecoder decoder(5, {});
-  for (std::uint32_t i = 0; i < 30; ++i)
-    EXPECT_TRUE(decode(decoder, velodyne_data(turning(40 * i, 40), 1327 * i, 0x37, 0x24), std::int64_t{1'327'000} * i).batches.empty());
-  const auto faults = at_the_end(decoder);
-  ASSERT_FALSE(faults.empty());
-  EXPECT_NE(faults[0].detail.find("Puck Hi-Res"), std::string::npos);
+  for (std::uint32_t i = 0; i < 30; ++i) {
+    const Decoded d = decode(decoder, velodyne_data(turning(40 * i, 40), 1327 * i, 0x37, 0x24), std::int64_t{1'327'000} * i);
+    EXPECT_TRUE(d.batches.empty());
+    ASSERT_EQ(d.faults.size(), 1u);
+    EXPECT_NE(d.faults[0].detail.find("Puck Hi-Res"), std::string::npos);
+  }
 }
 
 }  // namespace
