@@ -2,12 +2,11 @@
 
 #include <set>
 
+#include "apps/simulate/point_claim.hpp"
 #include "apps/simulate/simulated_recording.hpp"
 
 namespace hueline::apps {
 namespace {
-
-sim::Vec3 vec3(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 /// Never an exposure of any drive: the point's exposure could not be told.
 constexpr std::uint32_t kUnknownExposure = 0xFFFFFFFFu;
@@ -55,27 +54,14 @@ void ScoreSink::on_cloud(const CloudBlock& block, const fusion::Trajectory&) {
 
 void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu) {
   cloud_.add(point);
+  const auto exposure = stamped_.find(point.exposure);
   score::PointClaim out;
-  sim::Claim& claim = out.claim;
-  claim.fired_gps_ns = count_ns(point.time);
-  claim.channel = point.channel;
-  claim.place_ecef = vec3((T_ecef_enu * Point<Enu>{{point.east, point.north, point.up}}).xyz);
+  out.claim = claim_of(point, T_ecef_enu, exposure == stamped_.end() ? kUnknownExposure : exposure->second.number, is_panorama_);
   out.is_coloured = point.exposure != kNoExposure;
-  if (out.is_coloured) {
-    const auto exposure = stamped_.find(point.exposure);
-    claim.exposure = exposure == stamped_.end() ? kUnknownExposure : exposure->second.number;
-    claim.lens = point.lens;
-    claim.is_panorama_pixel = is_panorama_;
-    claim.u = point.u;
-    claim.v = point.v;
-    claim.red = point.red;
-    claim.green = point.green;
-    claim.blue = point.blue;
-    if (now_) {
-      HostTime needed = kSimulatedHostBegin + (point.time - drive_begin_);
-      if (exposure != stamped_.end()) needed = std::max(needed, exposure->second.arrived);
-      out.latency_ms = to_seconds(*now_ - needed) * 1e3;
-    }
+  if (out.is_coloured && now_) {
+    HostTime needed = kSimulatedHostBegin + (point.time - drive_begin_);
+    if (exposure != stamped_.end()) needed = std::max(needed, exposure->second.arrived);
+    out.latency_ms = to_seconds(*now_ - needed) * 1e3;
   }
   scorer_.add(out);
 }

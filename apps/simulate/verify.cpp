@@ -10,13 +10,13 @@
 #include "apps/log.hpp"
 #include "runtime/pipeline.hpp"
 #include "runtime/recording.hpp"
+#include "apps/simulate/point_claim.hpp"
 #include "apps/simulate/simulated_recording.hpp"
 #include "apps/simulate/simulated_rig.hpp"
 #include "config/scenario.hpp"
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
 #include "sim/judge.hpp"
-#include "sim/truth_file.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -30,14 +30,13 @@ struct Options {
 /// Holds every coloured point and exposure against the truth.
 class Judging : public runtime::ProductSink {
  public:
-  Judging(sim::Judge& judge, const std::vector<sim::TrueExposure>& exposures, bool is_panorama)
-      : judge_(judge), true_exposures_(exposures), is_panorama_(is_panorama) {}
+  Judging(sim::Judge& judge, bool is_panorama) : judge_(judge), is_panorama_(is_panorama) {}
 
   void on_exposure(const Exposure& exposure) override {
     if (exposure.timing == ExposureTiming::Unmatched) return;
     // The nearest true exposure is the one meant: they lie a hundred milliseconds or more apart, stamps err by microseconds.
     const sim::TrueExposure* nearest = nullptr;
-    for (const auto& truth : true_exposures_)
+    for (const auto& truth : judge_.exposures())
       if (!nearest || distance(truth, exposure) < distance(*nearest, exposure)) nearest = &truth;
     if (!nearest) return;
     number_of_[exposure.index] = nearest->number;
@@ -52,20 +51,7 @@ class Judging : public runtime::ProductSink {
       ++coloured_;
       const auto number = number_of_.find(point.exposure);
       if (number == number_of_.end()) continue;
-      const Point<Ecef> place = T_ecef_enu * Point<Enu>{{point.east, point.north, point.up}};
-      sim::Claim claim;
-      claim.fired_gps_ns = count_ns(point.time);
-      claim.channel = point.channel;
-      claim.exposure = number->second;
-      claim.lens = point.lens;
-      claim.is_panorama_pixel = is_panorama_;
-      claim.u = point.u;
-      claim.v = point.v;
-      claim.red = point.red;
-      claim.green = point.green;
-      claim.blue = point.blue;
-      claim.place_ecef = sim::Vec3{place.xyz.x(), place.xyz.y(), place.xyz.z()};
-      judge_.add(claim);
+      judge_.add(claim_of(point, T_ecef_enu, number->second, is_panorama_));
     }
   }
 
@@ -96,7 +82,6 @@ class Judging : public runtime::ProductSink {
   }
 
   sim::Judge& judge_;
-  const std::vector<sim::TrueExposure>& true_exposures_;
   const bool is_panorama_;
   std::map<std::uint32_t, std::uint32_t> number_of_;
   sim::Spread exposure_error_us_;
@@ -135,14 +120,12 @@ int verify(const Options& options) {
   } else {
     recorded.rig = options.rig.empty() ? config::parse_rig(simulated_rig(scenario, {}, options.method), "simulated rig") : config::load_rig(options.rig);
   }
-  const std::string truth_file = drive->cache_dir + "/truth.bin";
-  auto truth = sim::TruthReader::open(truth_file);
-  auto judge = sim::Judge::open(scenario, truth_file, {});
-  if (!truth.ok() || !judge.ok()) {
-    log_error(!truth.ok() ? truth.error().message : judge.error().message);
+  auto judge = sim::Judge::open(scenario, drive->cache_dir + "/truth.bin", {});
+  if (!judge.ok()) {
+    log_error(judge.error().message);
     return kInputUnreadable;
   }
-  Judging sink(*judge, truth->header().exposures, recorded.rig.colouring.method == fusion::ColourMethod::Panorama);
+  Judging sink(*judge, recorded.rig.colouring.method == fusion::ColourMethod::Panorama);
   runtime::Pipeline pipeline(recorded.rig, 2, sink);
   const Status fed = feed(scenario, *drive, has_recording ? &recorded : nullptr, recorded.rig, pipeline);
   pipeline.flush();

@@ -10,6 +10,7 @@
 
 #include "runtime/pipeline.hpp"
 #include "runtime/recording.hpp"
+#include "apps/simulate/point_claim.hpp"
 #include "apps/simulate/simulated_recording.hpp"
 #include "apps/simulate/simulated_rig.hpp"
 #include "config/scenario.hpp"
@@ -97,16 +98,7 @@ class Watcher : public runtime::Summary {
       ++counts.coloured;
       const auto picture = picture_of_.find(point.exposure);
       if (picture == picture_of_.end()) continue;
-      const Point<Ecef> place = T_ecef_enu * Point<Enu>{{point.east, point.north, point.up}};
-      sim::Claim claim;
-      claim.fired_gps_ns = count_ns(point.time);
-      claim.channel = point.channel;
-      claim.exposure = picture->second;
-      claim.lens = point.lens;
-      claim.u = point.u;
-      claim.v = point.v;
-      claim.place_ecef = sim::Vec3{place.xyz.x(), place.xyz.y(), place.xyz.z()};
-      const auto verdict = judge_.judge(claim);
+      const auto verdict = judge_.judge(apps::claim_of(point, T_ecef_enu, picture->second, false));
       if (!verdict) continue;
       ++counts.judged;
       out_.largest_place_error_m = std::max(out_.largest_place_error_m, verdict->place_error_m);
