@@ -77,7 +77,7 @@ struct Attitude {
   double roll = 0, pitch = 0, heading = 0;
 };
 
-/// R_enu_body: heading about -z, then pitch about +x, then roll about +y. The transpose of papers' step 2 (IMU from ENU).
+/// R_enu_body: heading about -z, then pitch about +x, then roll about +y. Docs/methods equation 2.
 inline Eigen::Quaterniond rotation_enu_body(const Attitude& a) {
   return Eigen::AngleAxisd(-a.heading, Eigen::Vector3d::UnitZ()) *
          Eigen::AngleAxisd(a.pitch, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(a.roll, Eigen::Vector3d::UnitY());

@@ -14,7 +14,7 @@ Point<Ecef> to_ecef(const Geodetic& g);
 /// Bowring's method with one refinement; below 1e-9 m from -5 km to +100 km of height.
 Geodetic to_geodetic(const Point<Ecef>& p);
 
-/// Local level at `origin`: columns of the rotation are east, north, up (papers/sphere-fusion, step 1, in column form).
+/// Local level at `origin`: columns of the rotation are east, north, up (docs/methods equation 1).
 Transform<Ecef, Enu> ecef_from_enu(const Geodetic& origin);
 
 }  // namespace hueline

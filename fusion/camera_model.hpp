@@ -12,8 +12,8 @@
 namespace hueline::fusion {
 
 enum class LensModel : std::uint8_t {
-  Brown,          ///< plane model, k1 k2 p1 p2 k3 (papers/lens-registration; order and formulas of OpenCV's projectPoints)
-  KannalaBrandt,  ///< equidistant with k1..k4 in odd powers of the angle (formulas of OpenCV's fisheye)
+  Brown,          ///< plane model, k1 k2 p1 p2 k3 (docs/methods equations 11, 13; order and formulas of OpenCV's projectPoints)
+  KannalaBrandt,  ///< equidistant with k1..k4 in odd powers of the angle (docs/methods equations 12, 13; formulas of OpenCV's fisheye)
 };
 
 /// One lens image: size, model and its values. Calibration gives them.

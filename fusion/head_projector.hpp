@@ -13,8 +13,8 @@
 namespace hueline::fusion {
 
 enum class ColourMethod : std::uint8_t {
-  Lens,      ///< project into the lens that sees the point best, with its distortion (papers/lens-registration)
-  Panorama,  ///< project onto the panoramic sphere, then to the lens pixel a stitcher put there (papers/sphere-fusion)
+  Lens,      ///< project into the lens that sees the point best, with its distortion (docs/methods equations 11 to 16)
+  Panorama,  ///< project onto the panoramic sphere, then to the lens pixel a stitcher put there (docs/methods equations 4 to 6)
 };
 
 /// Where a point is seen.

@@ -6,7 +6,7 @@
 
 #include "core/result.hpp"
 
-/// Objects measured in images (papers/lens-registration, step 4): the ray of a pixel meets the surface that the laser's points show there.
+/// Objects measured in images (docs/methods equation 18): the ray of a pixel meets the surface that the laser's points show there.
 namespace hueline::fusion {
 
 /// Where a picked pixel looks, in the drive's local level.

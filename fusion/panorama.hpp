@@ -6,7 +6,7 @@
 
 #include "fusion/rig_geometry.hpp"
 
-/// The panoramic sphere (papers/sphere-fusion, step 4, corrected): direction from the head's centre <-> panorama pixel <-> the lens
+/// The panoramic sphere (docs/methods equations 4 to 6): direction from the head's centre <-> panorama pixel <-> the lens
 /// pixel that a stitcher would have put there. Everything immutable and thread-safe.
 namespace hueline::fusion {
 

@@ -32,7 +32,7 @@ struct LensMount {
 
 /// The panorama that the sphere method speaks of. Pixel centres at whole numbers.
 struct PanoramaShape {
-  std::uint32_t width = 8000, height = 4000;    ///< px; the sphere's radius in the paper's sense is width / (2 pi) px
+  std::uint32_t width = 8000, height = 4000;    ///< px; the sphere of docs/methods equation 4 has the radius width / (2 pi) px
   double forward_column = 3999.5;               ///< column of the head's +x direction; (width - 1) / 2 is the middle
   bool is_clockwise = true;                     ///< columns grow clockwise seen from above, as when one looks around from inside
   double stitching_radius_m = 20.0;             ///< radius of the sphere on which the stitcher joined the lens images
@@ -45,7 +45,7 @@ struct CameraHeadGeometry {
   std::vector<LensMount> lenses;
   PanoramaShape panorama;
   std::vector<Polygon> panorama_masks;          ///< in panorama pixels (the vehicle's rectangle at the bottom); sphere method only
-  /// rad, half-angle of the cap around the head's -z that no exposure is asked for (the paper's hole, R_H = r sin of it); 0: none.
+  /// rad, half-angle of the cap around the head's -z that no exposure is asked for (docs/methods equation 9); 0: none.
   double nadir_half_angle = 0.0;
   std::string validate() const;
 };

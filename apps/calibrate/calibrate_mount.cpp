@@ -135,7 +135,7 @@ int resect_lenses(const Options& options) {
       return kOutputRefused;
     }
     const std::string stem = seen.lens.empty() ? "lens" : seen.lens;
-    // The chain: R_LG, T_LG of the paper are the rig's; what capture reads is the lens in its head.
+    // The chain: docs/methods equations 15 and 16; scanner -> body is the rig's; what capture reads is the lens in its head.
     std::string fragment;
     if (known.T_body_scanner) {
       const Transform<CameraHead, Scanner> T_head_scanner = known.T_body_head->inverse() * *known.T_body_scanner;

@@ -6,7 +6,7 @@
 
 #include "calibration/lens/lens_adjustment.hpp"
 
-/// Views of a board in, a calibrated lens out: step 1 of papers/lens-registration.md, for plane and for fisheye lenses.
+/// Views of a board in, a calibrated lens out: docs/methods/lens_registration.md, section 1, for plane and for fisheye lenses.
 namespace hueline::calibration {
 
 struct LensCalibrationConfig {

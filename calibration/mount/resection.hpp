@@ -9,7 +9,7 @@
 #include "core/frames.hpp"
 #include "core/result.hpp"
 
-/// Step 2 of papers/lens-registration.md: rotation and projection centre of a lens in the scanner's frame by space resection. No guess of
+/// Docs/methods equation 14: rotation and projection centre of a lens in the scanner's frame by space resection. No guess of
 /// either is needed. Pure functions.
 namespace hueline::calibration {
 
@@ -29,7 +29,7 @@ struct ResectionConfig {
 };
 
 struct Resection {
-  Transform<Scanner, Lens> T_scanner_lens;  ///< its translation is the projection centre, C_PL of the paper
+  Transform<Scanner, Lens> T_scanner_lens;  ///< its translation is the projection centre, c_scanner of docs/methods equation 14
   /// Turn about the lens's own axes (rad), then centre along the scanner's axes (m); scaled by the residuals.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   std::vector<Eigen::Vector2d> residuals;  ///< seen minus projected, px, of all points in their order

@@ -7,7 +7,7 @@
 #include "calibration/targets/ring_filter.hpp"
 #include "calibration/targets/sphere_fit.hpp"
 
-/// Steps 3 to 5 of sphere-target orientation: spheres of the right size in one ring.
+/// Spheres of the right size in one ring: docs/methods/sphere_targets.md, steps 2 to 4.
 namespace hueline::calibration {
 
 struct DetectionConfig {
@@ -31,7 +31,7 @@ struct DetectionCounts {
   std::size_t points = 0;      ///< in the ring
   std::size_t cells = 0;       ///< with at least 4 points
   std::size_t right_size = 0;  ///< linear fits whose radius is within 2 sigma of the target's
-  std::size_t round = 0;       ///< of those, the round ones: the paper's trusted candidates
+  std::size_t round = 0;       ///< of those, the round ones: docs/methods equation 21
   std::size_t candidates = 0;  ///< without duplicates
 };
 

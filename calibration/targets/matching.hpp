@@ -9,7 +9,7 @@
 #include "calibration/targets/detection.hpp"
 #include "calibration/targets/orientation.hpp"
 
-/// Step 6 of sphere-target orientation: which candidates are the targets, by mutual distances.
+/// Which candidates are the targets, by mutual distances: docs/methods/sphere_targets.md, step 5.
 namespace hueline::calibration {
 
 /// What is known of a target before the scan is oriented.
@@ -49,7 +49,7 @@ struct MatchResult {
 /// brings to the survey with the scanner upright and at its station. At least three.
 MatchResult match_by_distances(std::span<const TargetToMatch> targets, const MatchingConfig& config);
 
-/// As published: a candidate is false if less than half of the surveyed distances from its target meet a candidate at theirs. Of those left
+/// As published (docs/methods equation 22): a candidate is false if less than half of the surveyed distances from its target meet a candidate at theirs. Of those left
 /// of one target the roundest.
 std::vector<std::optional<std::size_t>> match_by_share(std::span<const TargetToMatch> targets, const MatchingConfig& config);
 

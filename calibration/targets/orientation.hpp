@@ -9,7 +9,7 @@
 #include "core/frames.hpp"
 #include "core/result.hpp"
 
-/// Step 8 of sphere-target orientation: rotation (Rodrigues / Cayley), translation and, if asked, scale.
+/// Rotation (Rodrigues / Cayley), translation and, if asked, scale: docs/methods equations 24 to 27.
 namespace hueline::calibration {
 
 /// p_survey = scale * R * p_scanner + t.

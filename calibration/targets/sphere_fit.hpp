@@ -27,11 +27,11 @@ struct ScannerNoise {
 struct SphereFit {
   Eigen::Vector3d centre_scanner = Eigen::Vector3d::Zero();
   double radius = 0;
-  /// 1 - mean |distance to the surface| / radius. 1: perfectly round.
+  /// 1 - mean |distance to the surface| / radius (docs/methods equation 21). 1: perfectly round.
   double roundness = 0;
 };
 
-/// x^2 + y^2 + z^2 + A x + B y + C z + D = 0 by linear least squares, about the points' mean; no start values. Empty if there are fewer
+/// x^2 + y^2 + z^2 + A x + B y + C z + D = 0 by linear least squares, about the points' mean (docs/methods equation 20); no start values. Empty if there are fewer
 /// than 4 points or they lie in a plane. With few noisy points on one side the radius is biased: see fit_known_radius.
 std::optional<SphereFit> fit_linear(std::span<const Eigen::Vector3f> points_scanner);
 
