@@ -100,7 +100,8 @@ void Summary::on_solution(const InsSolution& solution) {
   const nanoseconds since = last_solution_ ? solution.time - *last_solution_ : nanoseconds(0);
   last_solution_ = solution.time;
   if (!solution.is_good) {
-    NotGood& state = solutions_by_status_[solution.status];
+    const bool is_told = solutions_by_status_.contains(solution.status) || solutions_by_status_.size() < kMostStatuses;
+    NotGood& state = is_told ? solutions_by_status_[solution.status] : other_statuses_;
     ++state.solutions;
     if (since > nanoseconds(0) && since <= std::chrono::seconds(2)) state.lasted += since;
     return;
@@ -116,7 +117,10 @@ void Summary::on_solution(const InsSolution& solution) {
   last_place_ = solution.position;
 }
 
-void Summary::on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) { changes_.push_back({time, clock, state}); }
+void Summary::on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) {
+  ++change_count_;
+  if (changes_.size() < kMostChanges) changes_.push_back({time, clock, state});
+}
 
 void Summary::on_fault(const Fault& fault) {
   Sensor& sensor = sensors_[fault.sensor < sensors_.size() ? fault.sensor : kSystemSensor];
@@ -159,6 +163,10 @@ nlohmann::ordered_json Summary::json() const {
     out["drive"]["not_good"][drivers::ins_status_name(status)] = state.solutions;
     out["drive"]["not_good_s"][drivers::ins_status_name(status)] = to_seconds(state.lasted);
   }
+  if (other_statuses_.solutions) {
+    out["drive"]["not_good"]["other"] = other_statuses_.solutions;
+    out["drive"]["not_good_s"]["other"] = to_seconds(other_statuses_.lasted);
+  }
   nlohmann::ordered_json states;
   for (int i = 0; i < kColourStates; ++i)
     if (by_state_[static_cast<std::size_t>(i)]) states[name(static_cast<ColourState>(i))] = by_state_[static_cast<std::size_t>(i)];
@@ -191,6 +199,7 @@ nlohmann::ordered_json Summary::json() const {
     clocks.push_back({{"clock", change.clock < sensors_.size() ? sensors_[change.clock].name : "?"},
                       {"time", change.time ? nlohmann::ordered_json(iso_utc(*change.time)) : nlohmann::ordered_json()},
                       {"state", name(change.state)}});
+  if (change_count_ > changes_.size()) out["clock_changes_not_listed"] = change_count_ - changes_.size();
   auto& sensors = out["sensors"] = nlohmann::ordered_json::array();
   for (const auto& sensor : sensors_) {
     nlohmann::ordered_json one = {{"name", sensor.name}, {"packets", sensor.packets}, {"bytes", sensor.bytes}, {"shed", sensor.shed}};
@@ -220,6 +229,8 @@ std::string Summary::text() const {
   for (const auto& [status, state] : solutions_by_status_)
     out += fmt::format("           {} POS solutions not used, {:.1f} s; the receiver says: {}\n", state.solutions, to_seconds(state.lasted),
                        drivers::ins_status_name(status));
+  if (other_statuses_.solutions)
+    out += fmt::format("           {} POS solutions not used, {:.1f} s; the receiver says something else each time\n", other_statuses_.solutions, to_seconds(other_statuses_.lasted));
   out += fmt::format("journal    {} packets, {:.1f} MB, {} gaps in the sequence\n", packets_, static_cast<double>(bytes_) / 1e6, gaps_);
   out += fmt::format("points     {}, {:.1f} % coloured", points_, 100 * share(coloured_points(), points_));
   for (int i = 0; i < kColourStates; ++i)
@@ -240,6 +251,7 @@ std::string Summary::text() const {
   for (const auto& change : changes_)
     out += fmt::format("clock      {:24} {} {}\n", change.time ? iso_utc(*change.time) : "without GPS time", change.clock < sensors_.size() ? sensors_[change.clock].name : "?",
                        name(change.state));
+  if (change_count_ > changes_.size()) out += fmt::format("           {} later changes of clocks are not listed\n", change_count_ - changes_.size());
   for (const auto& sensor : sensors_) {
     const bool is_system = &sensor == &sensors_.front();
     if (is_system && !sensor.packets && sensor.faults.empty()) continue;

@@ -83,7 +83,9 @@ class Summary : public ProductSink {
     std::uint64_t solutions = 0;
     nanoseconds lasted{0};
   };
+  static constexpr std::size_t kMostStatuses = 64;  // a receiver has some twenty
   std::map<std::uint32_t, NotGood> solutions_by_status_;
+  NotGood other_statuses_;
   std::optional<GpsTime> last_solution_;
   GpsTime first_{}, last_{};
   double path_m_ = 0;
@@ -94,7 +96,9 @@ class Summary : public ProductSink {
     SensorId clock;
     SyncState state;
   };
+  static constexpr std::size_t kMostChanges = 10'000;  // of hours with an antenna under trees; a source that lies makes as many as it likes
   std::vector<Change> changes_;
+  std::uint64_t change_count_ = 0;
 };
 
 }  // namespace hueline::runtime

@@ -16,6 +16,7 @@ constexpr std::uint16_t kOptionResolution = 9, kOptionOffset = 14;
 /// libpcap's own limit of a frame is 256 KiB; a larger number is a broken length, not a frame.
 constexpr std::uint32_t kMaxFrame = 1 << 20;
 constexpr std::uint32_t kMaxBlock = 16 << 20;
+constexpr std::size_t kMostInterfaces = 4096;  // of one section; a computer has a handful
 
 std::uint32_t swapped(std::uint32_t v) { return __builtin_bswap32(v); }
 
@@ -161,6 +162,7 @@ Result<CaptureFrame> CaptureFile::next_block() {
       return error(ErrorCode::Malformed, "block's two lengths differ");
     const std::span<const std::byte> body(buffer_.data() + 8, length - 12);
     if (type == kInterfaceBlock) {
+      if (interfaces_.size() >= kMostInterfaces) return error(ErrorCode::Exhausted, fmt::format("section with more than {} interfaces", kMostInterfaces));
       if (!add_interface(body)) return error(ErrorCode::Malformed, "interface block is broken");
     } else if (type == kEnhancedBlock || type == kSimpleBlock || type == kOldPacketBlock) {
       std::optional<CaptureFrame> frame = packet_block(type, body);

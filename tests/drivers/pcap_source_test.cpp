@@ -330,6 +330,15 @@ TEST(PcapSource, ReadsPcapngWithSectionsInterfacesAndTheirClocks) {
   }
 }
 
+TEST(PcapSource, ASectionOfInterfacesWithoutEndIsRefused) {
+  ByteWriter file(false);
+  file.raw(block(false, 0x0A0D0D0A, ByteWriter(false).u32(0x1A2B3C4D).u16(1).u16(0).u64(~0ull).bytes()));
+  for (int i = 0; i < 4097; ++i) file.raw(block(false, 1, ByteWriter(false).u16(1).u16(0).u32(0).bytes()));
+  const Read read = read_bytes(file.bytes());
+  EXPECT_EQ(read.ends.at(0).code, ErrorCode::Exhausted);
+  EXPECT_THAT(read.ends[0].message, HasSubstr("more than 4096 interfaces"));
+}
+
 TEST(PcapSource, RealCapturesGiveTheirDatagrams) {
   const std::map<std::string, std::map<std::size_t, std::size_t>> sizes{
       {"hdl32e.pcap", {{1206, 500}}}, {"vlp16_gps.pcap", {{1206, 293}, {512, 57}}}, {"vlp16_scans.pcap", {{1206, 603}}}};

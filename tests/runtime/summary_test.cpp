@@ -43,6 +43,25 @@ TEST(Summary, CountsPointsLossesAndGaps) {
   EXPECT_THAT(summary.text(), ::testing::HasSubstr("Lost x10"));
 }
 
+TEST(Summary, HoldsNoMoreThanItSaysHoweverASourceLies) {
+  Summary summary({"hueline", "pos"});
+  for (std::uint32_t i = 0; i < 20'000; ++i) {
+    InsSolution solution;
+    solution.status = 1000 + i;
+    solution.time = gps_time_ns(1'400'000'000'000'000'000 + std::int64_t{10'000'000} * i);
+    summary.on_solution(solution);
+    summary.on_sync_state(solution.time, 1, i % 2 ? SyncState::Locked : SyncState::Holdover);
+  }
+  const auto json = summary.json();
+  EXPECT_EQ(json["clocks"].size(), 10'000u);
+  EXPECT_EQ(json["clock_changes_not_listed"], 10'000);
+  std::uint64_t told = 0;
+  for (const auto& [status, solutions] : json["drive"]["not_good"].items()) told += solutions.get<std::uint64_t>();
+  EXPECT_EQ(told, 20'000u);
+  EXPECT_LE(json["drive"]["not_good"].size(), 65u);
+  EXPECT_THAT(summary.text(), ::testing::HasSubstr("10000 later changes of clocks are not listed"));
+}
+
 TEST(Summary, SaysASensorWithoutPacketsAndHowLongTheReceiverSaidWhat) {
   Summary summary({"hueline", "pos", "laser"});
   for (int i = 0; i <= 100; ++i) {
