@@ -87,9 +87,12 @@ function(hueline_fuzz name)
   set_tests_properties(fuzz.${name} PROPERTIES TIMEOUT 300 LABELS fuzz)
 endfunction()
 
-# hueline_bench(storage SOURCES ... DEPENDS ...): Google Benchmark program, built but run by people (docs/performance.md).
+# hueline_bench(storage SOURCES ... DEPENDS ...): Google Benchmark program for people (docs/performance.md). Each test run does every benchmark
+# once, briefly: one that does not do what it measures fails.
 function(hueline_bench name)
   cmake_parse_arguments(B "" "" "SOURCES;DEPENDS" ${ARGN})
   add_executable(${name}_bench ${B_SOURCES})
-  target_link_libraries(${name}_bench PRIVATE ${B_DEPENDS} benchmark::benchmark_main)
+  target_link_libraries(${name}_bench PRIVATE ${B_DEPENDS} hueline_bench_main)
+  add_test(NAME bench.${name} COMMAND ${name}_bench --benchmark_min_time=0.000001)
+  set_tests_properties(bench.${name} PROPERTIES ENVIRONMENT HUELINE_BENCH_BRIEF=1 SKIP_RETURN_CODE 77 TIMEOUT 300 LABELS bench)
 endfunction()

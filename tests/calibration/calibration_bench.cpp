@@ -1,6 +1,5 @@
 // Proofs that take long: many runs against known truth. Counters are the result; times are beside the point.
 //   calibration_bench --benchmark_filter=lens_trials
-#include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
 #include <array>
@@ -12,6 +11,7 @@
 #include "tests/calibration/simulated_boards.hpp"
 #include "tests/calibration/simulated_passes.hpp"
 #include "tests/calibration/simulated_points.hpp"
+#include "tests/support/bench.hpp"
 
 namespace hueline::calibration {
 namespace {
@@ -21,12 +21,12 @@ namespace {
 void lens_trials(benchmark::State& state) {
   const bool is_fisheye = state.range(0) != 0;
   const fusion::CameraIntrinsics lens = is_fisheye ? test::fisheye_lens() : test::plane_lens();
-  constexpr int kRuns = 200;
+  const int kRuns = hueline::test::sized(200, 1);
   test::SimulatedBoards what = test::good_views();
   for (auto _ : state) {
     int within_px = 0, within_sigma = 0, values_within_sigma = 0, failed = 0;
     double noise2 = 0, square = 0, sigma2 = 0;
-    for (std::uint32_t run = 0; run < kRuns; ++run) {
+    for (std::uint32_t run = 0; run < static_cast<std::uint32_t>(kRuns); ++run) {
       what.seed = 1000 + run;
       const auto found = calibrate_lens(what.board, test::simulate_boards(lens, what), lens.width, lens.height,
                                         {.model = is_fisheye ? LensModel::KannalaBrandt : LensModel::Brown});
@@ -49,6 +49,7 @@ void lens_trials(benchmark::State& state) {
       within_sigma += honest;
       noise2 += found->adjusted.sigma_px * found->adjusted.sigma_px;
     }
+    hueline::test::expect(state, failed == 0 && values_within_sigma > 3 * kRuns, "lenses are calibrated, to what they state");
     state.counters["failed"] = failed;
     state.counters["all4_within_0.3px_%"] = 100.0 * within_px / kRuns;
     state.counters["all4_within_3sigma_%"] = 100.0 * within_sigma / kRuns;
@@ -66,10 +67,10 @@ void lens_views(benchmark::State& state) {
   if (way == 0 || way == 1) what.nearest = 0.8, what.farthest = 2;  // a quarter of the image
   if (way == 0 || way == 2) what.least_tilt_deg = 0, what.tilt_deg = 20;
   const fusion::CameraIntrinsics lens = state.range(1) != 0 ? test::fisheye_lens() : test::plane_lens();
-  constexpr int kRuns = 5;
+  const int kRuns = hueline::test::sized(5, 1);
   for (auto _ : state) {
     double focal2 = 0, centre2 = 0, box = 0;
-    for (std::uint32_t run = 0; run < kRuns; ++run) {
+    for (std::uint32_t run = 0; run < static_cast<std::uint32_t>(kRuns); ++run) {
       what.seed = 1 + run;
       const auto views = test::simulate_boards(lens, what);
       for (const auto& view : views) {
@@ -82,6 +83,7 @@ void lens_views(benchmark::State& state) {
       focal2 += (found->covariance(0, 0) + found->covariance(1, 1)) / (2 * kRuns);
       centre2 += (found->covariance(2, 2) + found->covariance(3, 3)) / (2 * kRuns);
     }
+    hueline::test::expect(state, focal2 > 0 && box > 0, "lenses are adjusted");
     state.counters["focal_px"] = std::sqrt(focal2);
     state.counters["centre_px"] = std::sqrt(centre2);
     state.counters["box_share"] = box;
@@ -90,11 +92,11 @@ void lens_views(benchmark::State& state) {
 /// 200 resections from 20 points (lens 0: 1224 px wide, 1: fisheye, 2: 2448 px wide): errors beside the standard deviations stated, and the share inside three of them.
 void resection_trials(benchmark::State& state) {
   const fusion::CameraIntrinsics lens = state.range(0) == 0 ? test::plane_lens() : state.range(0) == 1 ? test::fisheye_lens() : test::large_plane_lens();
-  constexpr int kRuns = 200;
+  const int kRuns = hueline::test::sized(200, 1);
   for (auto _ : state) {
     double turn2 = 0, centre2 = 0, turn_sigma2 = 0, centre_sigma2 = 0;
     int failed = 0, within = 0;
-    for (std::uint32_t run = 0; run < kRuns; ++run) {
+    for (std::uint32_t run = 0; run < static_cast<std::uint32_t>(kRuns); ++run) {
       test::SimulatedPoints what = {.count = 20, .noise_px = 1, .noise_m = 0.005, .seed = 5000 + run};
       if (state.range(0) == 3) what = test::good_points(5000 + run);
       const auto shot = test::simulate_points(lens, what);
@@ -111,6 +113,7 @@ void resection_trials(benchmark::State& state) {
       for (int i = 0; i < 6; ++i) within += std::abs(error[i]) <= 3 * std::sqrt(found->covariance(i, i));
     }
     const double runs = kRuns - failed, deg = 57.29577951;
+    hueline::test::expect(state, failed == 0 && within > 5 * kRuns, "images are posed, to what they state");
     state.counters["failed"] = failed;
     state.counters["turn_deg_rms"] = std::sqrt(turn2 / runs) * deg;
     state.counters["turn_deg_stated"] = std::sqrt(turn_sigma2 / runs) * deg;
@@ -121,13 +124,13 @@ void resection_trials(benchmark::State& state) {
 }
 /// A scanner's mounting by a hundred made-up drives there and back; argument: metres of street.
 void boresight_trials(benchmark::State& state) {
-  constexpr int kRuns = 100;
+  const int kRuns = hueline::test::sized(100, 1);
   for (auto _ : state) {
     std::array<double, 6> squares{};
     std::array<int, 3> within{};
     double turn2 = 0, lever2 = 0, together = 0;
     int found_ones = 0;
-    for (std::uint32_t run = 0; run < kRuns; ++run) {
+    for (std::uint32_t run = 0; run < static_cast<std::uint32_t>(kRuns); ++run) {
       test::PassesSetting setting;
       setting.seed = 7000 + run;
       setting.length_m = static_cast<double>(state.range(0));
@@ -145,6 +148,7 @@ void boresight_trials(benchmark::State& state) {
         for (std::size_t k = 0; k < 3; ++k) within[k] += over <= static_cast<double>(k + 1);
       }
     }
+    hueline::test::expect(state, found_ones == kRuns && within[2] > 5 * kRuns, "mountings are found, to what they state");
     state.counters["found"] = found_ones;
     state.counters["turn_deg_rms"] = std::sqrt(turn2 / found_ones) * 57.29577951;
     state.counters["lever_plane_mm_rms"] = std::sqrt(lever2 / found_ones) * 1e3;
@@ -154,12 +158,17 @@ void boresight_trials(benchmark::State& state) {
     for (std::size_t k = 0; k < 3; ++k) state.counters[fmt::format("within_{}sigma_%", k + 1)] = 100.0 * within[k] / (6.0 * found_ones);
   }
 }
-BENCHMARK(boresight_trials)->ArgName("metres")->Arg(120)->Arg(400)->Iterations(1)->Unit(benchmark::kSecond);
+void metres(benchmark::internal::Benchmark* b) {
+  b->ArgName("metres")->Arg(120);
+  if (!hueline::test::is_brief()) b->Arg(400);
+}
+BENCHMARK(boresight_trials)->Apply(metres)->Iterations(1)->Unit(benchmark::kSecond);
 
 /// Objects measured through the calibrated chain, with 20 views of the board.
 void measured_objects(benchmark::State& state) {
   for (auto _ : state) {
     const auto measured = test::measure_objects(static_cast<int>(state.range(0)), 20, {}, 5);
+    hueline::test::expect(state, measured.points == state.range(0) && measured.plane_rms_m < 0.1, "every object is measured, to centimetres");
     state.counters["points"] = measured.points;
     state.counters["plane_rms_m"] = measured.plane_rms_m;
     state.counters["height_rms_m"] = measured.height_rms_m;
@@ -167,7 +176,11 @@ void measured_objects(benchmark::State& state) {
 }
 BENCHMARK(measured_objects)->Arg(13)->Arg(1000)->Iterations(1)->Unit(benchmark::kSecond);
 BENCHMARK(resection_trials)->ArgName("lens")->DenseRange(0, 3)->Iterations(1)->Unit(benchmark::kSecond);
-BENCHMARK(lens_views)->ArgNames({"way", "fisheye"})->ArgsProduct({{0, 1, 2, 3, 4, 5}, {0, 1}})->Iterations(1)->Unit(benchmark::kSecond);
+void ways(benchmark::internal::Benchmark* b) {
+  using Ways = std::vector<std::int64_t>;
+  b->ArgNames({"way", "fisheye"})->ArgsProduct({hueline::test::sized(Ways{0, 1, 2, 3, 4, 5}, Ways{4}), {0, 1}});
+}
+BENCHMARK(lens_views)->Apply(ways)->Iterations(1)->Unit(benchmark::kSecond);
 BENCHMARK(lens_trials)->ArgName("fisheye")->Arg(0)->Arg(1)->Iterations(1)->Unit(benchmark::kSecond);
 
 }  // namespace

@@ -1,9 +1,12 @@
 // Decoding against the least that any decoder has to do: one CRC-32 pass over the same bytes.
-#include <benchmark/benchmark.h>
 #include <libdeflate.h>
+
+#include <algorithm>
+#include <utility>
 
 #include "drivers/novatel/decoder.hpp"
 #include "tests/drivers/novatel_encoder.hpp"
+#include "tests/support/bench.hpp"
 
 namespace {
 
@@ -21,9 +24,20 @@ test::Bytes one_second() {
   return all;
 }
 
+template <class Kind>
+std::ptrdiff_t count(const std::vector<Measurement>& all) {
+  return std::count_if(all.begin(), all.end(), [](const Measurement& m) { return std::holds_alternative<Kind>(m); });
+}
+
 void crc_only(benchmark::State& state) {
   const test::Bytes bytes = one_second();
-  for (auto _ : state) benchmark::DoNotOptimize(libdeflate_crc32(0, bytes.data(), bytes.size()));
+  std::uint32_t crc = 0;
+  for (auto _ : state) {
+    crc = libdeflate_crc32(0, bytes.data(), bytes.size());
+    benchmark::DoNotOptimize(std::as_const(crc));  // Google Benchmark 1.7 may change what it may write to
+  }
+  const std::size_t half = bytes.size() / 2;
+  test::expect(state, crc == libdeflate_crc32(libdeflate_crc32(0, bytes.data(), half), bytes.data() + half, bytes.size() - half), "all bytes are summed");
   state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations()) * static_cast<std::int64_t>(bytes.size()));
 }
 
@@ -40,6 +54,10 @@ void decode(benchmark::State& state) {
     for (const Packet& packet : packets) decoder.decode(packet, out);
     benchmark::DoNotOptimize(out.data());
   }
+  test::expect(state,
+               count<InsSolution>(out) == 200 && count<EventMark>(out) == 1 &&
+                   decoder.counts().decoded_bytes == static_cast<std::uint64_t>(state.iterations()) * bytes.size(),
+               "every message is decoded");
   state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations()) * static_cast<std::int64_t>(bytes.size()));
 }
 
@@ -55,6 +73,10 @@ void decode_noise(benchmark::State& state) {
     out.clear();
     decoder.decode(packet, out);
   }
+  const DecodeCounts& counts = decoder.counts();
+  const auto fed = static_cast<std::uint64_t>(state.iterations()) * bytes.size();
+  // What may begin a message is held back for the next bytes.
+  test::expect(state, counts.decoded_bytes == 0 && counts.malformed_bytes + counts.ignored_bytes > fed - bytes.size() / 2, "the noise is passed over");
   state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations()) * static_cast<std::int64_t>(bytes.size()));
 }
 
@@ -74,6 +96,7 @@ void frame_nested_lengths(benchmark::State& state) {
     for (std::size_t at = 0; at < bytes.size(); at += 1460, fed += 1460) framer.feed(std::span(bytes).subspan(at, 1460), {}, sink);
   state.SetBytesProcessed(static_cast<std::int64_t>(fed));
   state.counters["hashed_per_byte"] = static_cast<double>(framer.bytes_hashed()) / static_cast<double>(fed);
+  test::expect(state, framer.bytes_hashed() > fed / 2 && framer.bytes_hashed() <= 2 * fed, "each byte is hashed once, or twice at most");
 }
 
 BENCHMARK(crc_only);

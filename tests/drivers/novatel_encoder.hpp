@@ -32,7 +32,7 @@ class Put {
     static_assert(std::is_trivially_copyable_v<T>);
     std::byte raw[sizeof(T)];
     std::memcpy(raw, &value, sizeof(T));
-    bytes.insert(bytes.end(), raw, raw + sizeof(T));
+    for (const std::byte b : raw) bytes.push_back(b);  // one by one: GCC 12 takes a range for an overflow
     return *this;
   }
   Put& u8(unsigned v) { return (*this)(static_cast<std::uint8_t>(v)); }

@@ -1,7 +1,6 @@
 // Decoding against the floor: copying the same returns, packet by packet, into vectors of their own.
-#include <benchmark/benchmark.h>
-
 #include "tests/drivers/velodyne_packets.hpp"
+#include "tests/support/bench.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace {
@@ -31,33 +30,41 @@ Capture load(const char* file, VelodyneModel model) {
 
 void decode(benchmark::State& state, const char* file, VelodyneModel model) {
   const Capture capture = load(file, model);
-  if (capture.packets.empty()) return state.SkipWithError("recording not present");
+  if (capture.packets.empty()) return state.SkipWithError(test::kNoRecording);
   VelodyneDecoder::Config config;
   config.model = model;
   VelodyneDecoder decoder(1, config);
   std::vector<Measurement> out;
+  std::int64_t returns = 0;
   for (auto _ : state) {
     decoder.reset();
     for (const Packet& packet : capture.packets) {
       out.clear();
       decoder.decode(packet, out);
+      for (const Measurement& m : out)
+        if (const auto* batch = std::get_if<LaserBatch>(&m)) returns += static_cast<std::int64_t>(batch->returns.size());
       benchmark::DoNotOptimize(out.data());
     }
   }
-  state.SetItemsProcessed(state.iterations() * capture.returns);
+  test::expect(state, capture.batches.size() == capture.packets.size() && returns == state.iterations() * capture.returns && returns > 0,
+               "every packet's returns are decoded");
+  state.SetItemsProcessed(returns);
 }
 
 void copy(benchmark::State& state, const char* file, VelodyneModel model) {
   const Capture capture = load(file, model);
-  if (capture.packets.empty()) return state.SkipWithError("recording not present");
+  if (capture.packets.empty()) return state.SkipWithError(test::kNoRecording);
   std::vector<Measurement> out;
+  std::int64_t returns = 0;
   for (auto _ : state)
     for (const LaserBatch& batch : capture.batches) {
       out.clear();
       out.emplace_back(batch);
+      returns += static_cast<std::int64_t>(std::get<LaserBatch>(out[0]).returns.size());
       benchmark::DoNotOptimize(out.data());
     }
-  state.SetItemsProcessed(state.iterations() * capture.returns);
+  test::expect(state, returns == state.iterations() * capture.returns && returns > 0, "every return is copied");
+  state.SetItemsProcessed(returns);
 }
 
 BENCHMARK_CAPTURE(decode, vlp16_dual, "vlp16_scans.pcap", VelodyneModel::Vlp16);

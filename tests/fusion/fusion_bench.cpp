@@ -1,11 +1,10 @@
-#include <benchmark/benchmark.h>
-
 #include <chrono>
 #include <ctime>
 #include <numbers>
 
 #include "drive.hpp"
 #include "fusion/colouring.hpp"
+#include "tests/support/bench.hpp"
 
 /// Cost of a point in the whole stage (placing, choosing exposure and lens, projecting, sampling) against the cost of only reading the
 /// same pixels from the same images in the same order. Images of six lenses of 2448 x 2048, raw Bayer; a scanner of 32 rings.
@@ -21,7 +20,10 @@ double cpu_seconds() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-constexpr double kSeconds = 2.0, kInterval = 0.5, kPacketRate = 3000;
+const double kSeconds = sized(2.0, 0.5), kPacketRate = sized(3000, 300);
+constexpr double kInterval = 0.5;
+const std::uint32_t kScale = sized(8u, 1u);  // of the rig's small lenses
+const std::uint32_t kWidth = 306 * kScale, kHeight = 256 * kScale;
 constexpr int kFirings = 12, kRings = 32;  // 1.15 million returns a second
 
 struct Workload {
@@ -42,16 +44,17 @@ const Workload& workload(LensModel model) {
   w.rig.lasers[0].T_body_scanner = {Eigen::Quaterniond::Identity(), {0, 0, 1.2}};
   for (std::size_t i = 0; i < w.rig.head.lenses.size(); ++i) {
     LensMount& lens = w.rig.head.lenses[i];
-    lens.intrinsics.width = 2448;
-    lens.intrinsics.height = 2048;
-    lens.intrinsics.focal_px *= 8;
-    lens.intrinsics.principal_point_px *= 8;
-    lens.y_offset = static_cast<std::uint32_t>(2048 * i);
+    lens.intrinsics.width = static_cast<int>(kWidth);
+    lens.intrinsics.height = static_cast<int>(kHeight);
+    lens.intrinsics.focal_px *= kScale;
+    lens.intrinsics.principal_point_px *= kScale;
+    lens.y_offset = kHeight * static_cast<std::uint32_t>(i);
   }
   for (int i = 0; i <= static_cast<int>(200 * (kSeconds + 2)); ++i) w.solutions.push_back(w.drive.solution(i / 200.0));
-  const auto pixel = [](std::uint32_t x, std::uint32_t y, int c) { return static_cast<double>((x * 7 + y * 13 + static_cast<unsigned>(c) * 50) & 127u) + 60; };
-  for (int i = 0; i < static_cast<int>((kSeconds + 1.5) / kInterval); ++i) {
-    w.exposures.push_back(make_exposure(static_cast<std::uint32_t>(i), kInterval * i, make_image(2448, 6 * 2048, PixelFormat::BayerRG8, pixel)));
+  for (unsigned i = 0; i < static_cast<unsigned>((kSeconds + 1.5) / kInterval); ++i) {
+    // Each is another picture: a camera that shows the same one from two places is frozen.
+    const auto pixel = [i](std::uint32_t x, std::uint32_t y, int c) { return static_cast<double>((x * 7 + y * 13 + static_cast<unsigned>(c) * 50 + i * 29) & 127u) + 60; };
+    w.exposures.push_back(make_exposure(i, kInterval * i, make_image(kWidth, 6 * kHeight, PixelFormat::BayerRG8, pixel)));
   }
   int firing = 0;
   for (double t = 0.5; t < 0.5 + kSeconds; t += 1 / kPacketRate) {
@@ -86,7 +89,7 @@ const Workload& workload(LensModel model) {
 /// Reads the pixels that a sample needs (12 of a 4 x 4 neighbourhood) at each point's place; ns a point.
 double gather_ns(const Workload& w, const std::vector<CloudBlock>& blocks) {
   std::vector<const std::uint8_t*> places;
-  const std::size_t stride = 2448;
+  const std::size_t stride = kWidth;
   for (const CloudBlock& block : blocks) {
     for (const ColouredPoint& p : block.points) {
       if (p.exposure == kNoExposure) continue;
@@ -114,7 +117,7 @@ void colour_drive(benchmark::State& state, LensModel model, ColourMethod method)
   config.method = method;
   config.threads = static_cast<int>(state.range(0));
   std::vector<CloudBlock> blocks;
-  std::uint64_t direct = 0;
+  std::uint64_t direct = 0, frozen = 0, points = 0;
   double stage_ns = 0, wall = 0;
   for (auto _ : state) {
     blocks.clear();
@@ -129,8 +132,11 @@ void colour_drive(benchmark::State& state, LensModel model, ColourMethod method)
     wall = std::chrono::duration<double>(Clock::now() - start).count();
     stage_ns = (cpu_seconds() - cpu_start) * 1e9 / static_cast<double>(w.returns);
     state.SetIterationTime(wall);
-    direct = colouring.counts().by_state[0];
+    direct = colouring.counts().by_state[static_cast<std::size_t>(ColourState::Direct)];
+    frozen = colouring.counts().exposures_frozen;
   }
+  for (const CloudBlock& block : blocks) points += block.points.size();
+  expect(state, frozen == 0 && points == w.returns && direct > w.returns / 10 * 9, "nine points in ten are coloured from their own exposure");
   state.counters["points/s"] = static_cast<double>(w.returns) / wall;
   state.counters["cpu_ns/point"] = stage_ns;
   state.counters["direct"] = static_cast<double>(direct) / static_cast<double>(w.returns);

@@ -1,12 +1,12 @@
 // Costs of recording and of writing the cloud, each against the plainest thing that moves the same bytes:
 //   storage_bench [--benchmark_filter=...]; HUELINE_BENCH_DIR: the folder to write in (default: the temporary folder).
-#include <benchmark/benchmark.h>
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
 
 #include "storage/journal_reader.hpp"
@@ -14,6 +14,7 @@
 #include "storage/las_writer.hpp"
 #include "tests/storage/sample_cloud.hpp"
 #include "tests/storage/sample_packets.hpp"
+#include "tests/support/bench.hpp"
 
 namespace {
 
@@ -21,14 +22,14 @@ using namespace hueline;
 using namespace hueline::storage;
 using Clock = std::chrono::steady_clock;
 
-std::filesystem::path folder() {
-  if (const char* named = std::getenv("HUELINE_BENCH_DIR")) return named;
-  return std::filesystem::temp_directory_path();
+std::filesystem::path file(const char* suffix) {
+  const char* named = std::getenv("HUELINE_BENCH_DIR");
+  return (named ? named : std::filesystem::temp_directory_path()) / ("hueline_bench_" + std::to_string(::getpid()) + suffix);
 }
 
-/// One second of a drive: 10 images of 30 MB, 1500 laser packets, 300 of the POS.
+/// One second of a drive: 10 images of 30 MB (brief: 1 MB), 1500 laser packets, 300 of the POS.
 std::vector<Packet> one_second() {
-  const Buffer image = test::pattern_buffer(30'000'000, 1), laser = test::pattern_buffer(1206, 2),
+  const Buffer image = test::pattern_buffer(test::sized<std::size_t>(30'000'000, 1'000'000), 1), laser = test::pattern_buffer(1206, 2),
                pos = test::pattern_buffer(120, 3);
   std::vector<Packet> packets;
   for (std::uint64_t i = 0; i < 1810; ++i) {
@@ -67,39 +68,54 @@ double journal_write(const std::filesystem::path& path, const std::vector<Packet
   config.sync_interval = nanoseconds(0);  // as the plain way: once, at the end
   const auto start = Clock::now();
   auto writer = JournalWriter::create(path, test::sample_header(), config);
+  if (!writer) throw std::runtime_error(writer.error().message);
   for (const Packet& p : packets)
     if (!writer->append(p, test::time_of(p))) throw std::runtime_error("append");
   if (!writer->close()) throw std::runtime_error("close");
   return seconds(start);
 }
 
+/// Fails the benchmark unless the journal gives back each of them.
+void expect_written(benchmark::State& state, const std::filesystem::path& path, const std::vector<Packet>& packets) {
+  auto reader = JournalReader::open(path);
+  std::size_t same = 0;
+  if (reader)
+    while (auto packet = (*reader)->next({})) {
+      if (same == packets.size() || packet->sequence != packets[same].sequence || !std::ranges::equal(packet->bytes.bytes(), packets[same].bytes.bytes())) break;
+      ++same;
+    }
+  test::expect(state, same == packets.size(), "the journal gives back every packet");
+}
+
 /// ratio: speed of the journal over that of plain writes, turn about in the same run.
 void journal_against_plain_write(benchmark::State& state) {
   const auto packets = one_second();
-  const auto path = folder() / "hueline_bench.bin";
+  const auto path = file(".bin");
   std::uint64_t bytes = 0;
   for (const Packet& p : packets) bytes += p.bytes.size();
   double plain = 0, journal = 0;
   (void)plain_write(path, packets);
+  test::expect(state, std::filesystem::file_size(path) == bytes, "the plain way writes the same bytes");
   for (auto _ : state) {
     plain += plain_write(path, packets);
     const double took = journal_write(path, packets, Compression::None);
     journal += took;
     state.SetIterationTime(took);
   }
+  expect_written(state, path, packets);
   std::filesystem::remove(path);
   state.counters["ratio"] = plain / journal;
   state.counters["plain_MB/s"] = static_cast<double>(bytes) * 1e-6 * static_cast<double>(state.iterations()) / plain;
   state.counters["journal_MB/s"] =
       static_cast<double>(bytes) * 1e-6 * static_cast<double>(state.iterations()) / journal;
 }
-BENCHMARK(journal_against_plain_write)->UseManualTime()->Iterations(8)->Unit(benchmark::kMillisecond);
+BENCHMARK(journal_against_plain_write)->UseManualTime()->Iterations(test::sized(8, 1))->Unit(benchmark::kMillisecond);
 
 /// Small packets only: what a packet costs.
 void journal_small_packets(benchmark::State& state) {
   std::vector<Packet> packets;
   const Buffer laser = test::pattern_buffer(1206, 2);
-  for (std::uint64_t i = 0; i < 100'000; ++i) {
+  for (std::uint64_t i = 0; i < test::sized(100'000u, 1000u); ++i) {
     Packet p;
     p.sequence = i;
     p.sensor = 1;
@@ -107,16 +123,17 @@ void journal_small_packets(benchmark::State& state) {
     p.bytes = laser;
     packets.push_back(p);
   }
-  const auto path = folder() / "hueline_bench.bin";
+  const auto path = file(".bin");
   for (auto _ : state) state.SetIterationTime(journal_write(path, packets, Compression::None));
+  expect_written(state, path, packets);
   std::filesystem::remove(path);
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(packets.size()));
 }
-BENCHMARK(journal_small_packets)->UseManualTime()->Iterations(5)->Unit(benchmark::kMillisecond);
+BENCHMARK(journal_small_packets)->UseManualTime()->Iterations(test::sized(5, 1))->Unit(benchmark::kMillisecond);
 
 void journal_read(benchmark::State& state) {
   const auto packets = one_second();
-  const auto path = folder() / "hueline_bench.bin";
+  const auto path = file(".bin");
   (void)journal_write(path, packets, Compression::None);
   for (auto _ : state) {
     auto reader = JournalReader::open(path);
@@ -131,9 +148,9 @@ BENCHMARK(journal_read)->Unit(benchmark::kMillisecond);
 
 /// per_copy: time of writing a cloud over that of copying its points in memory.
 void las_against_memory_copy(benchmark::State& state) {
-  const CloudBlock cloud = test::sample_cloud(2'000'000);
+  const CloudBlock cloud = test::sample_cloud(test::sized(2'000'000, 20'000));
   std::vector<ColouredPoint> copy(cloud.points.size());
-  const auto path = folder() / "hueline_bench.las";
+  const auto path = file(".las");
   double copying = 0, writing = 0;
   for (auto _ : state) {
     auto start = Clock::now();
@@ -142,16 +159,21 @@ void las_against_memory_copy(benchmark::State& state) {
     copying += seconds(start);
     start = Clock::now();
     auto writer = LasWriter::create(path, cloud.origin, {});
+    if (!writer) throw std::runtime_error(writer.error().message);
     if (!writer->append(cloud) || !writer->flush()) throw std::runtime_error("append");
     const double took = seconds(start);
     writing += took;
     state.SetIterationTime(took);
-    (void)writer->close();
+    if (!writer->close()) throw std::runtime_error("close");
   }
+  // Number of points in the header of LAS 1.4.
+  std::uint64_t points = 0;
+  std::ifstream(path, std::ios::binary).seekg(247).read(reinterpret_cast<char*>(&points), sizeof points);
+  test::expect(state, points == cloud.points.size() && std::filesystem::file_size(path) > 30 * points, "every point is written");
   std::filesystem::remove(path);
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(cloud.points.size()));
   state.counters["per_copy"] = writing / copying;
 }
-BENCHMARK(las_against_memory_copy)->UseManualTime()->Iterations(5)->Unit(benchmark::kMillisecond);
+BENCHMARK(las_against_memory_copy)->UseManualTime()->Iterations(test::sized(5, 1))->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -1,6 +1,5 @@
-#include <benchmark/benchmark.h>
-
 #include "sync/synchroniser.hpp"
+#include "tests/support/bench.hpp"
 #include "tests/sync/simulated_rig.hpp"
 
 /// What stamping costs, a laser batch of 384 returns at a time, in a locked rig with one camera and one POS.
@@ -10,7 +9,7 @@ namespace {
 using namespace hueline::test;
 
 void stamp(benchmark::State& state, SyncState clock) {
-  Drive drive(some_begin(), seconds(40));
+  Drive drive(some_begin(), seconds(sized(40, 10)));
   drive.pps(gaussian(3));
   drive.labels(kPos, late(30, 20));
   drive.ins(100, late(4, 2));
@@ -28,8 +27,9 @@ void stamp(benchmark::State& state, SyncState clock) {
   config.lasers[0].sensor = kLaser;
   config.cameras.resize(1);
   config.cameras[0].camera = kCamera;
+  config.hold_images = 400;  // of the seconds before the clock locks; these images have no pixels
   const auto& items = drive.stream.sorted();
-  std::int64_t batches = 0;
+  std::int64_t batches = 0, as_meant = 0;
   for (auto run : state) {
     state.PauseTiming();
     Synchroniser sync(config);
@@ -45,11 +45,16 @@ void stamp(benchmark::State& state, SyncState clock) {
       out.clear();
     }
     sync.flush(out);
+    batches += static_cast<std::int64_t>(out.laser.size());
     state.PauseTiming();
+    const auto& counts = sync.lasers()[0].counts();
+    as_meant += static_cast<std::int64_t>(clock == SyncState::Locked ? counts.disciplined : counts.by_arrival);
     benchmark::DoNotOptimize(out);
     copies.clear();
     state.ResumeTiming();
   }
+  expect(state, batches == state.iterations() * static_cast<std::int64_t>(laser.truth.size()) && as_meant > batches * 9 / 10,
+         "every batch is stamped, and in the way that is measured");
   state.counters["batches/s"] = benchmark::Counter(static_cast<double>(batches), benchmark::Counter::kIsRate);
   state.counters["per_batch"] =
       benchmark::Counter(static_cast<double>(batches), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
