@@ -38,18 +38,30 @@ bool is_date(const std::string& text) {
 
 }  // namespace
 
-std::string CalibrationRecord::validate() const {
-  if (method.empty()) return "method is empty; allowed: the name of the tool";
-  if (!is_date(date)) return fmt::format("date is '{}'; allowed: YYYY-MM-DD", date);
-  if (residual_rms && !(*residual_rms >= 0 && std::isfinite(*residual_rms))) return fmt::format("residual_rms is {}; allowed: 0 or more", *residual_rms);
-  if (residual_rms.has_value() == residual_unit.empty()) return "residual_rms and residual_unit go together; allowed: both or none";
+void CalibrationRecord::visit(Keys& keys) {
+  static const TextForm day{"YYYY-MM-DD, in quotes", is_date, R"(^\d{4}-\d{2}-\d{2}$)"};
+  constexpr double kHuge = 1e12;
+  keys.text(required("method", "", "The tool that found the value."), method);
+  keys.text(required("date", "", "The day of the calibration."), date, day);
+  keys.texts(required("data", "", "What the calibration was made of."), data);
+  keys.number({"residual_rms", "", "The root mean square of what the adjustment left. A method without such a figure (an alignment without targets) writes none.", "none"},
+              residual_rms, {0, kHuge});
+  keys.text({"residual_unit", "", "The unit of `residual_rms`, which it goes with: px, m.", "none"}, residual_unit);
+  keys.texts(required("parameters", "", "The names of the parameters, with their units."), parameters);
+  keys.numbers(required("sigma", "", "One standard deviation of each parameter."), sigma, {0, kHuge});
+  keys.numbers({"covariance", "", "The upper triangle of the covariance matrix by rows: n (n + 1) / 2 numbers for n parameters.", "none"}, covariance, {-kHuge, kHuge});
+}
+
+KeyError CalibrationRecord::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (residual_rms.has_value() == residual_unit.empty())
+    return residual_rms ? KeyError{"residual_unit", "is missing beside residual_rms; allowed: both or none"}
+                        : KeyError{"residual_unit", "stands without residual_rms; allowed: both or none"};
   const std::size_t n = parameters.size();
-  if (sigma.size() != n) return fmt::format("sigma has {} numbers; allowed: one for each of the {} parameters", sigma.size(), n);
-  for (const double s : sigma)
-    if (!(s >= 0 && std::isfinite(s))) return fmt::format("sigma has {}; allowed: 0 or more", s);
+  if (sigma.size() != n) return not_allowed("sigma", fmt::format("a list of {}", sigma.size()), fmt::format("one number for each of the {} parameters", n));
   if (!covariance.empty() && covariance.size() != n * (n + 1) / 2)
-    return fmt::format("covariance has {} numbers; allowed: {} (the upper triangle of {} parameters by rows) or none", covariance.size(),
-                       n * (n + 1) / 2, n);
+    return not_allowed("covariance", fmt::format("a list of {}", covariance.size()),
+                       fmt::format("{} numbers (the upper triangle of {} parameters by rows) or none", n * (n + 1) / 2, n));
   return {};
 }
 

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "core/keys.hpp"
+
 namespace hueline {
 
 /// Where a calibrated value comes from: stands beside it in the rig file and, with the rig, in every recording. Written by the
@@ -18,8 +20,8 @@ struct CalibrationRecord {
   std::vector<double> sigma;            ///< one standard deviation of each
   std::vector<double> covariance;       ///< upper triangle by rows, n (n + 1) / 2 numbers; empty: none
 
-  /// Empty when fine, else a sentence that names the key and what is allowed.
-  std::string validate() const;
+  void visit(Keys& keys);
+  KeyError validate() const;
   /// The mapping's lines as YAML, each after `indent` blanks: "calibration:" and what is in it.
   std::string yaml(int indent) const;
 };
