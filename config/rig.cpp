@@ -2,113 +2,223 @@
 
 #include <fmt/format.h>
 
-#include <map>
+#include <algorithm>
+#include <deque>
 
-#include "config/rig_head.hpp"
-#include "config/rig_time.hpp"
+#include "config/key_reader.hpp"
 #include "config/shipped.hpp"
 
 namespace hueline::config {
 namespace {
 
-fusion::Colouring::Config read_colouring(Section section) {
-  fusion::Colouring::Config out;
-  out.method = section.choice<fusion::ColourMethod>("method", {{"lens", fusion::ColourMethod::Lens}, {"panorama", fusion::ColourMethod::Panorama}});
-  out.exposure_interval = from_seconds(section.number("exposure_interval_s", {0, 60}, 0.0));
-  out.neighbours = static_cast<int>(section.integer("neighbours", {0, 15}, out.neighbours));
-  out.lost_image_neighbours = static_cast<int>(section.integer("lost_image_neighbours", {0, 15}, out.lost_image_neighbours));
-  out.balance_neighbours = section.boolean("balance_neighbours", out.balance_neighbours);
-  out.max_lateness = from_seconds(section.number("max_lateness_s", {0.01, 60}, to_seconds(out.max_lateness)));
-  out.trajectory.max_gap = from_seconds(section.number("max_pose_gap_s", {0.001, 10}, to_seconds(out.trajectory.max_gap)));
-  if (const std::string wrong = out.validate(); !wrong.empty()) section.refuse("method", wrong);
-  section.finish();
-  return out;
-}
+using drivers::Arrivals;
+using drivers::Role;
 
-std::string read_crs(Section section) {
-  const std::string crs = section.text("crs", "utm");
-  const bool is_epsg = crs.rfind("EPSG:", 0) == 0 && crs.size() > 5 && crs.size() <= 11 && crs.find_first_not_of("0123456789", 5) == std::string::npos;
-  if (crs != "utm" && !is_epsg) section.refuse("crs", fmt::format("found '{}', allowed: utm, or EPSG: and a number (EPSG:25832)", crs));
-  section.finish();
-  return crs;
+bool is_sensor_name(const std::string& text) {
+  return text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos && text != "hueline";
 }
+bool is_crs(const std::string& text) {
+  return text == "utm" || (text.starts_with("EPSG:") && text.size() > 5 && text.size() <= 11 && text.find_first_not_of("0123456789", 5) == std::string::npos);
+}
+const TextForm kSensorName{"small letters, digits and _, but not hueline", is_sensor_name, "^[a-z0-9_]+$"};
+const TextForm kCrs{"utm, or EPSG: and a number (EPSG:25832)", is_crs, "^(utm|EPSG:[0-9]{1,6})$"};
 
-/// Only the planes of lenses that the head has are worth decoding.
-void leave_out_unused_lenses(const fusion::CameraHeadGeometry& head, std::vector<Sensor>& sensors) {
-  for (Sensor& sensor : sensors) {
-    auto* camera = std::get_if<CameraSensor>(&sensor.device);
-    if (!camera || camera->decoder.payload != drivers::ImagePayload::JpegPlanes) continue;
-    auto& decoder = camera->decoder;
-    auto& planes = decoder.planes;
-    const std::uint32_t width = decoder.width / planes.lens_columns, height = decoder.height / planes.lens_rows();
-    planes.is_used.fill(false);
-    for (const fusion::LensMount& lens : head.lenses) {
-      if (lens.camera != sensor.id) continue;
-      for (std::uint32_t i = 0; i < planes.is_used.size(); ++i) {
-        const std::uint32_t x = i % planes.lens_columns * width, y = i / planes.lens_columns * height;
-        if (lens.x_offset < x + width && x < lens.x_offset + lens.intrinsics.width && lens.y_offset < y + height &&
-            y < lens.y_offset + lens.intrinsics.height)
-          planes.is_used[i] = true;
-      }
+/// One of a rig's sensors: what every sensor has, what its device has, and what its role means for clocks and points.
+struct SensorKeys {
+  drivers::DeviceTypes types;
+  Sensor sensor{};
+  std::shared_ptr<drivers::Device> device{};
+  fusion::LaserMount mount{};
+  sync::ExposureMatcher::Config exposures{};
+  sync::HostClockModel::Config clock{};
+  sync::WheelOdometer::Config wheel{};
+
+  void visit(Keys& keys) {
+    keys.text(required("name", "", "The sensor's name in recordings, logs and topics. No other sensor has it."), sensor.name, kSensorName);
+    keys.number({"silent_after_s", "s", "A sensor that is connected without a packet for so long is fault Silent."}, sensor.silent_after_s, {0.2, 3600});
+    KeyKinds drivers;
+    drivers.has_tables = true;
+    for (const drivers::DeviceType* type : types) drivers.words.emplace_back(type->word);
+    drivers.make = [this](std::size_t word) {
+      sensor.type = types[word];
+      device = types[word]->make();
+      return KeyGroup{[this](Keys& inside) { visit_device(inside); }, [this] { return check_device(); }};
+    };
+    keys.kinds(required("driver", "", "What kind of device it is. It decides which further keys the sensor has."), drivers);
+  }
+  KeyError validate() const { return {}; }
+
+ private:
+  void visit_device(Keys& keys) {
+    device->visit(keys);
+    switch (sensor.type->role) {
+      case Role::Laser: return mount.visit(keys);
+      case Role::Camera: return exposures.visit(keys);
+      case Role::Pps: return clock.visit(keys);
+      case Role::Odometer: return wheel.visit(keys);
+      case Role::Pos: return;
     }
   }
-}
-
-Rig read(Section root, std::string text) {
-  Rig rig;
-  rig.text = std::move(text);
-  rig.name = root.text("rig");
-  rig.sensors = read_sensors(root, rig.geometry, rig.sync);
-  std::map<std::string, SensorId> cameras;
-  for (const Sensor& sensor : rig.sensors)
-    if (std::holds_alternative<CameraSensor>(sensor.device)) cameras[sensor.name] = sensor.id;
-  if (root.has("head")) {
-    if (cameras.empty()) root.refuse("head", "a head needs a sensor with driver genicam that delivers its images");
-    rig.geometry.head = read_head(root.section("head"), cameras);
-    leave_out_unused_lenses(rig.geometry.head, rig.sensors);
-  } else if (!cameras.empty()) {
-    root.refuse("head", "is missing: where the camera's lenses sit");
+  KeyError check_device() const {
+    if (KeyError wrong = device->validate(); !wrong.empty()) return wrong;
+    switch (sensor.type->role) {
+      case Role::Laser: return mount.validate();
+      case Role::Camera: return exposures.validate();
+      case Role::Pps: return clock.validate();
+      case Role::Odometer: return wheel.validate();
+      case Role::Pos: return {};
+    }
+    return {};
   }
-  if (const std::string wrong = rig.geometry.validate(); !wrong.empty()) root.refuse("head", wrong);
-  if (root.has("time")) read_time(root.section("time"), rig.sync);
-  if (const std::string wrong = rig.sync.validate(); !wrong.empty()) root.refuse("sensors", wrong);
-  rig.colouring = read_colouring(root.section("colouring"));
-  rig.crs = root.has("cloud") ? read_crs(root.section("cloud")) : "utm";
-  root.finish();
-  return rig;
-}
+};
+
+struct CloudKeys {
+  std::string crs = "utm";
+
+  void visit(Keys& keys) {
+    keys.text({"crs", "", "The map of `cloud.las`: the UTM zone of the drive's origin, or a projected coordinate reference system in metres."}, crs, kCrs);
+  }
+};
+
+/// A rig file, and the Rig that it becomes.
+struct RigKeys {
+  drivers::DeviceTypes types;
+  std::deque<SensorKeys> sensors{};
+  std::optional<fusion::CameraHeadGeometry> head{};
+  CloudKeys cloud{};
+  Rig rig{};
+
+  void visit(Keys& keys) {
+    keys.text(required("rig", "", "The rig's name, for people."), rig.name);
+    keys.list(required("sensors", "", "The devices. Their order gives each its number: 1, 2, ..."),
+              KeyList{sensors.size(), [this] { sensors.clear(); }, [this](std::size_t i) { return group_of(sensors[i]); },
+                      [this] { return group_of(sensors.emplace_back(SensorKeys{types})); }},
+              {1, 250});
+    keys.section({"head", "", "The camera head: where its lenses sit. Required with a camera, refused without.", "none"}, head);
+    keys.section(required("colouring", "", "How points get their colour."), rig.colouring);
+    keys.section({"cloud", "", "The map of `cloud.las`."}, cloud);
+    keys.section({"time", "", "The patience of the clocks."}, rig.sync);
+  }
+
+  /// The checks over several sensors, on the way to the Rig.
+  KeyError complete() {
+    rig.crs = cloud.crs;
+    for (std::size_t i = 0; i < sensors.size(); ++i) {
+      SensorKeys& one = sensors[i];
+      one.sensor.id = static_cast<SensorId>(i + 1);
+      one.sensor.device = one.device;
+      for (std::size_t j = 0; j < i; ++j)
+        if (sensors[j].sensor.name == one.sensor.name)
+          return {fmt::format("sensors[{}].name", i), fmt::format("is '{}', as that of another sensor; allowed: each name once", one.sensor.name)};
+      if (KeyError wrong = take_role(one); !wrong.empty()) return wrong.inside(fmt::format("sensors[{}]", i));
+      rig.sensors.push_back(one.sensor);
+    }
+    for (const auto& check : {&RigKeys::require_one_time, &RigKeys::place_head})
+      if (KeyError wrong = (this->*check)(); !wrong.empty()) return wrong;
+    untie_from_log();
+    if (const std::string wrong = rig.geometry.validate(); !wrong.empty()) return {"", wrong};
+    return {"", rig.sync.validate()};
+  }
+
+ private:
+  /// What a sensor means for the clocks and the points.
+  KeyError take_role(SensorKeys& one) {
+    const SensorId id = one.sensor.id;
+    sync::Synchroniser::Config& sync = rig.sync;
+    switch (one.sensor.type->role) {
+      case Role::Laser: {
+        one.mount.sensor = id;
+        rig.geometry.lasers.push_back(one.mount);
+        sync::LaserClock::Config& laser = sync.lasers.emplace_back();
+        laser.sensor = id;
+        laser.latency_min = one.sensor.type->laser.latency_min;
+        laser.pending_limit = one.sensor.type->laser.pending_limit;
+        return {};
+      }
+      case Role::Camera:
+        one.exposures.camera = id;
+        one.exposures.exposure = dynamic_cast<const drivers::CameraDevice&>(*one.device).exposure();
+        sync.cameras.push_back(one.exposures);
+        return one.exposures.validate();
+      case Role::Pos:
+        if (sync.pos != kSystemSensor) return {"driver", "is that of a second POS; allowed: one POS a rig"};
+        sync.pos = id;
+        sync.clock.label.trusted = id;
+        // A scanner's position packets repeat what this receiver told it: later, and by way of the scanner's own clock.
+        sync.label_sources.push_back(id);
+        sync.arrival_sources.push_back(id);
+        return {};
+      case Role::Pps:
+        if (sync.clock.pps != kSystemSensor) return {"driver", "is that of a second PPS; allowed: one PPS a rig"};
+        sync.clock.pps = id;
+        sync.clock.edge_delay = one.clock.edge_delay;
+        return {};
+      case Role::Odometer:
+        one.wheel.sensor = id;
+        sync.wheels.push_back(one.wheel);
+        return {};
+    }
+    return {};
+  }
+
+  /// A pcap's stamps are of the clock of the computer that captured: beside them, what arrives now has no place.
+  KeyError require_one_time() {
+    const Sensor *recorded = nullptr, *live = nullptr;
+    for (const Sensor& sensor : rig.sensors) {
+      if (sensor.device->arrivals() == Arrivals::Recorded) recorded = &sensor;
+      if (sensor.device->arrivals() == Arrivals::Live) live = &sensor;
+    }
+    if (!recorded || !live) return {};
+    return {"sensors", fmt::format("have no time in common: {} is read from a capture file and {} from a device; allowed: all from files, or all from devices",
+                                   recorded->name, live->name)};
+  }
+
+  KeyError place_head() {
+    const bool has_camera = std::ranges::any_of(rig.sensors, [](const Sensor& sensor) { return sensor.type->role == Role::Camera; });
+    if (head && !has_camera) return {"head", "needs a sensor that is a camera and delivers its images"};
+    if (!head && has_camera) return {"head", "is missing: where the camera's lenses sit"};
+    if (!head) return {};
+    for (std::size_t i = 0; i < head->lenses.size(); ++i) {
+      fusion::LensMount& lens = head->lenses[i];
+      std::string cameras;
+      for (const Sensor& sensor : rig.sensors) {
+        if (sensor.type->role != Role::Camera) continue;
+        if (sensor.name == lens.camera_name) lens.camera = sensor.id;
+        cameras += (cameras.empty() ? "" : ", ") + sensor.name;
+      }
+      if (lens.camera == kSystemSensor) return not_allowed(fmt::format("head.lenses[{}].camera", i), "'" + lens.camera_name + "'", "one of: " + cameras);
+    }
+    // Only what lies in lenses that the head has is worth decoding.
+    for (const SensorKeys& one : sensors) {
+      if (one.sensor.type->role != Role::Camera) continue;
+      std::vector<PixelRegion> regions;
+      for (const fusion::LensMount& lens : head->lenses)
+        if (lens.camera == one.sensor.id) regions.push_back({lens.x_offset, lens.y_offset, lens.intrinsics.width, lens.intrinsics.height});
+      dynamic_cast<drivers::CameraDevice&>(*one.device).use_only(regions);
+    }
+    rig.geometry.head = std::move(*head);
+    return {};
+  }
+
+  /// A receiver's log does not tell when its bytes arrived: the clocks have to be learnt from the others. Where all are files there is
+  /// nothing to learn, and each device's own clock has to do.
+  void untie_from_log() {
+    std::vector<SensorId> others{kSystemSensor};  // nobody; an empty list would be everybody
+    bool has_log = false;
+    rig.sync.self_timed = true;
+    for (const Sensor& sensor : rig.sensors) {
+      const Arrivals arrivals = sensor.device->arrivals();
+      rig.sync.self_timed &= arrivals != Arrivals::Live;
+      has_log |= arrivals == Arrivals::Unknown;
+      if (arrivals != Arrivals::Unknown) others.push_back(sensor.id);
+    }
+    if (!has_log) return;
+    rig.sync.clock.label.trusted = kSystemSensor;
+    rig.sync.label_sources = rig.sync.arrival_sources = others;
+  }
+};
 
 }  // namespace
-
-const char* Sensor::driver() const {
-  struct Name {
-    const char* operator()(const VelodyneSensor&) const { return "velodyne"; }
-    const char* operator()(const NovatelSensor&) const { return "novatel"; }
-    const char* operator()(const CameraSensor&) const { return "genicam"; }
-    const char* operator()(const PpsSensor&) const { return "pps"; }
-    const char* operator()(const ProfileScannerSensor&) const { return "profile_scanner"; }
-    const char* operator()(const WheelSensor&) const { return "wheel"; }
-  };
-  return std::visit(Name{}, device);
-}
-
-bool Sensor::is_sheddable() const {
-  return std::holds_alternative<VelodyneSensor>(device) || std::holds_alternative<ProfileScannerSensor>(device) ||
-         std::holds_alternative<CameraSensor>(device);
-}
-
-Arrivals Sensor::arrivals() const {
-  if (const auto* laser = std::get_if<VelodyneSensor>(&device); laser && std::holds_alternative<drivers::PcapSource::Config>(laser->source))
-    return Arrivals::Recorded;
-  if (const auto* laser = std::get_if<ProfileScannerSensor>(&device);
-      laser && std::holds_alternative<drivers::PcapSource::Config>(laser->source))
-    return Arrivals::Recorded;
-  if (const auto* wheel = std::get_if<WheelSensor>(&device); wheel && std::holds_alternative<drivers::CanLogSource::Config>(wheel->source))
-    return Arrivals::Recorded;
-  if (const auto* pos = std::get_if<NovatelSensor>(&device); pos && std::holds_alternative<drivers::FileSource::Config>(pos->source))
-    return Arrivals::Unknown;
-  return Arrivals::Live;
-}
 
 std::vector<std::string> Rig::sensor_names() const {
   std::vector<std::string> names{"hueline"};
@@ -116,11 +226,24 @@ std::vector<std::string> Rig::sensor_names() const {
   return names;
 }
 
-Rig parse_rig(const std::string& text, const std::string& name) { return read(Section::load_text(text, name), text); }
+Rig parse_rig(const std::string& text, const std::string& name, drivers::DeviceTypes types) {
+  Section root = Section::load_text(text, name);
+  RigKeys keys{types};
+  read_keys(root, {[&](Keys& reader) { keys.visit(reader); }, [&] {
+                     root.finish();
+                     return keys.complete();
+                   }});
+  keys.rig.text = text;
+  return std::move(keys.rig);
+}
 
-Rig load_rig(const std::string& path) {
+Rig load_rig(const std::string& path, drivers::DeviceTypes types) {
   const std::string named = configuration_named(path, "rigs");
-  return parse_rig(read_configuration(named), named);
+  return parse_rig(read_configuration(named), named, types);
+}
+
+void visit_rig_keys(Keys& keys, drivers::DeviceTypes types) {
+  RigKeys{types}.visit(keys);
 }
 
 }  // namespace hueline::config

@@ -20,7 +20,19 @@ std::string shown(const YAML::Node& node) {
 
 constexpr std::uint64_t kMostConfiguration = 1'000'000;  // bytes; what people write has thousands
 
-std::string number_text(double v) { return std::abs(v) >= 1e300 ? (v < 0 ? "-inf" : "inf") : fmt::format("{:g}", v); }
+/// The node that a path such as "lenses[1].width" leads to, or the last one on the way that is there.
+YAML::Node node_at(YAML::Node at, std::string_view path) {
+  while (!path.empty()) {
+    const std::size_t end = std::min(path.find_first_of(".[", path.starts_with('[') ? 1 : 0), path.size());
+    const std::string step(path.substr(0, end));
+    const YAML::Node next = step.starts_with('[') ? at[std::stoul(step.substr(1))] : at[step];
+    if (!next.IsDefined()) break;
+    at.reset(next);
+    path.remove_prefix(end);
+    if (path.starts_with('.')) path.remove_prefix(1);
+  }
+  return at;
+}
 
 }  // namespace
 
@@ -79,7 +91,7 @@ YAML::Node Section::require(const std::string& key) {
 }
 
 void Section::fail(const YAML::Node& at, const std::string& key, const std::string& allowed) const {
-  throw ConfigError(fmt::format("{}: key '{}{}{}': found {}, allowed: {}", where(at), path_, path_.empty() ? "" : ".", key,
+  throw ConfigError(fmt::format("{}: key '{}{}{}' is {}; allowed: {}", where(at), path_, path_.empty() ? "" : ".", key,
                                 shown(at), allowed));
 }
 
@@ -97,32 +109,27 @@ std::string Section::one_of(const std::vector<std::string>& keys, const std::str
 }
 
 void Section::refuse(const std::string& key, const std::string& why) const {
-  const YAML::Node at = node_[key];
-  throw ConfigError(fmt::format("{}: key '{}{}{}': {}", where(at.IsDefined() ? at : node_), path_, path_.empty() ? "" : ".",
-                                key, why));
+  throw ConfigError(key.empty() ? fmt::format("{}: {}{}{}", where(node_), path_, path_.empty() ? "" : ": ", why)
+                                : fmt::format("{}: key '{}{}{}' {}", where(node_at(node_, key)), path_, path_.empty() ? "" : ".", key, why));
 }
 
-double Section::checked(const YAML::Node& node, const std::string& key, Range range) const {
+double Section::checked(const YAML::Node& node, const std::string& key, Range range, std::string_view unit, bool is_whole) const {
   double value = 0;
-  const std::string allowed = fmt::format("a number from {} to {}", number_text(range.min), number_text(range.max));
-  if (!node.IsScalar() || !YAML::convert<double>::decode(node, value)) fail(node, key, allowed);
-  if (!(value >= range.min && value <= range.max)) fail(node, key, allowed);
+  std::int64_t whole = 0;
+  const bool is_number = node.IsScalar() && (is_whole ? YAML::convert<std::int64_t>::decode(node, whole) : YAML::convert<double>::decode(node, value));
+  if (is_whole) value = static_cast<double>(whole);
+  if (!is_number || !range.has(value)) fail(node, key, range.allowed(unit, is_whole));
   return value;
 }
 
-double Section::number(const std::string& key, Range range) { return checked(require(key), key, range); }
+double Section::number(const std::string& key, Range range, std::string_view unit) { return checked(require(key), key, range, unit, false); }
 double Section::number(const std::string& key, Range range, double otherwise) {
   return has(key) ? number(key, range) : otherwise;
 }
 
-std::int64_t Section::checked_integer(const YAML::Node& node, const std::string& key, Range range) const {
-  std::int64_t value = 0;
-  const std::string allowed = fmt::format("a whole number from {:.0f} to {:.0f}", range.min, range.max);
-  if (!node.IsScalar() || !YAML::convert<std::int64_t>::decode(node, value)) fail(node, key, allowed);
-  if (static_cast<double>(value) < range.min || static_cast<double>(value) > range.max) fail(node, key, allowed);
-  return value;
+std::int64_t Section::integer(const std::string& key, Range range, std::string_view unit) {
+  return static_cast<std::int64_t>(checked(require(key), key, range, unit, true));
 }
-std::int64_t Section::integer(const std::string& key, Range range) { return checked_integer(require(key), key, range); }
 std::int64_t Section::integer(const std::string& key, Range range, std::int64_t otherwise) {
   return has(key) ? integer(key, range) : otherwise;
 }
@@ -134,45 +141,33 @@ bool Section::boolean(const std::string& key, bool otherwise) {
   return value;
 }
 
-std::string Section::text(const std::string& key) {
+std::string Section::text(const std::string& key, const TextForm& form) {
   const YAML::Node found = require(key);
-  if (!found.IsScalar() || found.Scalar().empty()) fail(found, key, "a text");
+  if (!found.IsScalar() || found.Scalar().empty() || (form.fits && !form.fits(found.Scalar()))) fail(found, key, form.allowed);
   return found.Scalar();
 }
 std::string Section::text(const std::string& key, const std::string& otherwise) { return has(key) ? text(key) : otherwise; }
 
-std::vector<double> Section::numbers(const std::string& key, Range range) {
+std::vector<double> Section::numbers(const std::string& key, Range range, std::string_view unit, Count count, bool is_whole) {
   const YAML::Node found = require(key);
-  if (!found.IsSequence()) fail(found, key, "a list of numbers");
+  const char* numbers = is_whole ? "whole numbers" : "numbers";
+  if (!found.IsSequence()) fail(found, key, fmt::format("a list of {}", numbers));
+  if (count.min == count.max && found.size() != count.min) fail(found, key, fmt::format("a list of {} {}", count.min, numbers));
+  if (found.size() < count.min) fail(found, key, fmt::format("a list of at least {} {}", count.min, numbers));
+  if (found.size() > count.max) fail(found, key, fmt::format("a list of at most {} {}", count.max, numbers));
   std::vector<double> out;
-  for (const auto& item : found) out.push_back(checked(item, key, range));
+  for (const auto& item : found) out.push_back(checked(item, key, range, unit, is_whole));
   return out;
 }
-std::vector<double> Section::numbers(const std::string& key, std::size_t count, Range range) {
-  std::vector<double> out = numbers(key, range);
-  if (out.size() != count) fail(node_[key], key, fmt::format("a list of {} numbers", count));
-  return out;
-}
-std::vector<std::int64_t> Section::integers(const std::string& key, Range range) {
-  const YAML::Node found = require(key);
-  if (!found.IsSequence()) fail(found, key, "a list of whole numbers");
-  std::vector<std::int64_t> out;
-  for (const auto& item : found) out.push_back(checked_integer(item, key, range));
-  return out;
-}
-std::vector<std::string> Section::texts(const std::string& key) {
+std::vector<std::string> Section::texts(const std::string& key, const TextForm& form) {
   const YAML::Node found = require(key);
   if (!found.IsSequence()) fail(found, key, "a list of texts");
   std::vector<std::string> out;
   for (const auto& item : found) {
-    if (!item.IsScalar() || item.Scalar().empty()) fail(item, key, "a list of texts");
+    if (!item.IsScalar() || item.Scalar().empty() || (form.fits && !form.fits(item.Scalar()))) fail(item, key, fmt::format("a list, each of its items {}", form.allowed));
     out.push_back(item.Scalar());
   }
   return out;
-}
-Eigen::Vector3d Section::vector3(const std::string& key, Range range) {
-  const auto v = numbers(key, 3, range);
-  return {v[0], v[1], v[2]};
 }
 
 Section Section::section(const std::string& key) {

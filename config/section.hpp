@@ -2,13 +2,14 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <Eigen/Core>
 #include <memory>
 #include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "core/keys.hpp"
 
 namespace hueline::config {
 
@@ -20,11 +21,6 @@ class ConfigError : public std::runtime_error {
 /// The text of a configuration: at most 1 MB. ConfigError says why it cannot be read.
 std::string read_configuration(const std::string& path);
 
-/// Closed interval of allowed numbers, in the unit that the key names.
-struct Range {
-  double min, max;
-};
-
 /// One mapping of a YAML file, read strictly: a key that is missing, of the wrong type or out of range is an error where it
 /// stands; so is, on finish(), every key that nobody asked for. Duplicate keys are errors too. Thread-bound.
 class Section {
@@ -34,22 +30,16 @@ class Section {
   static Section load_text(const std::string& text, const std::string& name);
 
   bool has(const std::string& key) const;
-  double number(const std::string& key, Range range);
+  double number(const std::string& key, Range range, std::string_view unit = {});
   double number(const std::string& key, Range range, double otherwise);
-  std::int64_t integer(const std::string& key, Range range);
+  std::int64_t integer(const std::string& key, Range range, std::string_view unit = {});
   std::int64_t integer(const std::string& key, Range range, std::int64_t otherwise);
   bool boolean(const std::string& key, bool otherwise);
-  std::string text(const std::string& key);
+  std::string text(const std::string& key, const TextForm& form = kAnyText);
   std::string text(const std::string& key, const std::string& otherwise);
-  /// As many numbers as `count`, each inside `range`.
-  std::vector<double> numbers(const std::string& key, std::size_t count, Range range);
-  /// Any number of numbers.
-  std::vector<double> numbers(const std::string& key, Range range);
-  /// Any number of whole numbers.
-  std::vector<std::int64_t> integers(const std::string& key, Range range);
+  std::vector<double> numbers(const std::string& key, Range range, std::string_view unit = {}, Count count = {}, bool is_whole = false);
   /// Any number of texts.
-  std::vector<std::string> texts(const std::string& key);
-  Eigen::Vector3d vector3(const std::string& key, Range range);
+  std::vector<std::string> texts(const std::string& key, const TextForm& form = kAnyText);
 
   /// One of a fixed set of words.
   template <class T>
@@ -76,7 +66,8 @@ class Section {
 
   /// Every key of this mapping has been asked for; otherwise ConfigError naming the first unknown one and those known here.
   void finish() const;
-  /// For checks over several keys: an error at `key`.
+  /// For checks over several keys: an error at `key`, which may lie in a mapping of this one ("lenses[1].width"). `why` is the rest of a
+  /// sentence whose subject is the key.
   [[noreturn]] void refuse(const std::string& key, const std::string& why) const;
   /// Path of this mapping inside the file, "sensors[2].transport".
   const std::string& path() const { return path_; }
@@ -84,8 +75,7 @@ class Section {
  private:
   Section(YAML::Node node, std::shared_ptr<const std::string> file, std::string path);
   YAML::Node require(const std::string& key);
-  double checked(const YAML::Node& node, const std::string& key, Range range) const;
-  std::int64_t checked_integer(const YAML::Node& node, const std::string& key, Range range) const;
+  double checked(const YAML::Node& node, const std::string& key, Range range, std::string_view unit, bool is_whole) const;
   [[noreturn]] void fail(const YAML::Node& at, const std::string& key, const std::string& allowed) const;
   std::string where(const YAML::Node& at) const;
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/calibration_record.hpp"
+
 namespace hueline::fusion {
 namespace {
 constexpr double kPlaneLimit = 1.5533;  // rad, 89 degrees: the plane model's image point runs away towards 90
@@ -13,26 +15,29 @@ constexpr double kInvertibleShare = 0.999;  // of the invertible range: the slop
 constexpr int kNewtonSteps = 60;
 constexpr double kNewtonStep = 1e-13;
 
-bool all_finite(const std::array<double, 5>& values) {
-  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
-}
 }  // namespace
 
-std::string CameraIntrinsics::validate() const {
-  if (width < 8 || width > 65535) return fmt::format("width is {}; allowed: 8 to 65535 px", width);
-  if (height < 8 || height > 65535) return fmt::format("height is {}; allowed: 8 to 65535 px", height);
-  for (int i = 0; i < 2; ++i) {
-    if (!(focal_px[i] > 1.0 && focal_px[i] < 1e6)) {
-      return fmt::format("focal_px is {}; allowed: 1 to 1000000 px", focal_px[i]);
-    }
-    if (!(std::abs(principal_point_px[i]) < 1e6)) {
-      return fmt::format("principal_point_px is {}; allowed: -1000000 to 1000000 px", principal_point_px[i]);
-    }
+void CameraIntrinsics::visit(Keys& keys) {
+  keys.choice(required("model", "", "The lens model: the formulas of OpenCV's projectPoints, or of its fisheye."), model,
+              {{"brown", LensModel::Brown}, {"kannala_brandt", LensModel::KannalaBrandt}});
+  keys.whole(required("width", "px", "The width of the lens image."), width, {8, 65535});
+  keys.whole(required("height", "px", "The height of the lens image."), height, {8, 65535});
+  keys.numbers(required("focal_px", "px", "The focal lengths along columns and rows."), focal_px, {1, 1e6});
+  keys.numbers(required("principal_point_px", "px", "The principal point; the centre of the first pixel is (0, 0)."), principal_point_px, {-1e6, 1e6});
+  std::vector<double> given(distortion.begin(), distortion.end());
+  if (keys.numbers(required("distortion", "", "brown: at most 5 numbers, k1 k2 p1 p2 k3; kannala_brandt: at most 4 numbers, k1 k2 k3 k4. Missing ones are 0."), given,
+                   {-1000, 1000}, {0, 5})) {
+    distortion.fill(0);
+    std::copy(given.begin(), given.end(), distortion.begin());
   }
-  if (!all_finite(distortion)) return "distortion has a value that is not a number";
-  if (!(max_angle > 0.01 && max_angle <= 2.5)) {
-    return fmt::format("max_angle is {}; allowed: 0.01 to 2.5 rad", max_angle);
-  }
+  keys.angle({"max_angle_deg", "deg", "Nothing farther from the axis is projected. It is lowered to where the model can be inverted."}, max_angle, {1, 143});
+  std::optional<CalibrationRecord> record;
+  keys.section({"calibration", "", "How `model` to `distortion` were found: a [record](#calibration-records).", "none"}, record);
+}
+
+KeyError CameraIntrinsics::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (model == LensModel::KannalaBrandt && distortion[4] != 0) return {"distortion", "has 5 numbers; allowed with kannala_brandt: at most 4, k1 k2 k3 k4"};
   return {};
 }
 

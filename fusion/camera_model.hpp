@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/frames.hpp"
+#include "core/keys.hpp"
 
 /// Lens models with distortion. Pixel centres lie at whole numbers: (0, 0) is the centre of the first pixel, so the image covers
 /// [-0.5, width - 0.5) x [-0.5, height - 0.5). Angles in rad from the optical axis.
@@ -26,8 +27,8 @@ struct CameraIntrinsics {
   /// rad; nothing farther from the axis is projected. Lowered to the range in which the model can be inverted.
   double max_angle = 1.9;
 
-  /// Empty when fine, else a sentence that names the key and its allowed range.
-  std::string validate() const;
+  void visit(Keys& keys);
+  KeyError validate() const;
 };
 
 /// Direction or point of a lens <-> pixel, in double. Immutable, thread-safe. What lies behind the lens, beyond `max_angle()` or

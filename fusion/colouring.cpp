@@ -14,28 +14,35 @@ namespace {
 constexpr std::size_t kBatchesAtOnce = 256;  // bounds the scratch memory; 100 000 points of a 384-return packet
 }
 
-std::string Colouring::Config::validate() const {
-  if (std::string why = trajectory.validate(); !why.empty()) return "trajectory: " + why;
-  const auto check = [](const char* key, nanoseconds value, double low, double high) -> std::string {
+void Colouring::Config::visit(Keys& keys) {
+  keys.choice(required("method", "", "Whether a point gets the pixel of the lens itself, or that of the lens by way of the panoramic sphere."), method,
+              {{"lens", ColourMethod::Lens}, {"panorama", ColourMethod::Panorama}});
+  keys.duration({"exposure_interval_s", "s", "The time between exposures. An exposure owns the points around it.", "0: measured"}, exposure_interval, {0, 60});
+  // More on each side than Config::max_held_moments has room for would never be there.
+  keys.whole({"neighbours", "exposures", "How many exposures on each side may fill hole and masks."}, neighbours, {0, 15});
+  keys.whole({"lost_image_neighbours", "exposures", "From how far a lost image may be bridged. 0: its points stay uncoloured."}, lost_image_neighbours, {0, 15});
+  keys.flag({"balance_neighbours", "", "Whether filled points are brought to the brightness of the exposure that owns them."}, balance_neighbours);
+  keys.duration({"max_lateness_s", "s",
+                 "How far behind the other data a solution of the POS may come. Points wait so long for their poses; later data are recorded, not fused."},
+                max_lateness, {0.01, 60});
+  trajectory.visit(keys);
+}
+
+KeyError Colouring::Config::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (KeyError wrong = trajectory.validate(); !wrong.empty()) return wrong;
+  const auto check = [](const char* key, nanoseconds value, double low, double high) -> KeyError {
     const double s = to_seconds(value);
-    return s >= low && s <= high ? std::string() : fmt::format("{} is {} s; allowed: {} to {} s", key, s, low, high);
+    return s >= low && s <= high ? KeyError() : not_allowed(key, number_text(s), fmt::format("{} to {} s", low, high));
   };
-  for (const std::string& why :
-       {check("pose_step", pose_step, 1e-5, 0.01), check("exposure_interval", exposure_interval, 0, 3600),
-        check("exposure_interval_at_start", exposure_interval_at_start, 0.01, 60), check("window_slack", window_slack, 0, 1),
-        check("together", together, 0, 1), check("max_lateness", max_lateness, 0, 60)}) {
-    if (!why.empty()) return why;
-  }
-  if (lost_image_neighbours < 0 || lost_image_neighbours > 16) {
-    return fmt::format("lost_image_neighbours is {}; allowed: 0 to 16 windows", lost_image_neighbours);
-  }
-  if (neighbours < 0 || neighbours > 16) return fmt::format("neighbours is {}; allowed: 0 to 16 exposures a side", neighbours);
-  if (max_pending_returns < 1000) return fmt::format("max_pending_returns is {}; allowed: 1000 or more", max_pending_returns);
+  for (const KeyError& wrong : {check("pose_step", pose_step, 1e-5, 0.01), check("exposure_interval_at_start", exposure_interval_at_start, 0.01, 60),
+                                check("window_slack", window_slack, 0, 1), check("together", together, 0, 1)})
+    if (!wrong.empty()) return wrong;
+  if (max_pending_returns < 1000) return not_allowed("max_pending_returns", std::to_string(max_pending_returns), "1000 or more");
   const auto needed = static_cast<std::size_t>(2 * std::max(neighbours, lost_image_neighbours) + 2);
-  if (max_held_moments < needed) {
-    return fmt::format("max_held_moments is {}; allowed: {} or more with these neighbours", max_held_moments, needed);
-  }
-  if (threads < 1 || threads > 256) return fmt::format("threads is {}; allowed: 1 to 256", threads);
+  if (max_held_moments < needed)
+    return not_allowed("max_held_moments", std::to_string(max_held_moments), fmt::format("{} or more with these neighbours", needed));
+  if (threads < 1 || threads > 256) return not_allowed("threads", std::to_string(threads), "1 to 256");
   return {};
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/coloured_point.hpp"
+#include "core/keys.hpp"
 #include "core/stamped.hpp"
 #include "fusion/exposure_timeline.hpp"
 #include "fusion/georeference.hpp"
@@ -64,7 +65,8 @@ class Colouring {
     std::size_t max_pending_returns = 8'000'000; ///< waiting (32 bytes each); beyond, the oldest are coloured with what is there
     std::size_t max_held_moments = 32;           ///< images held for neighbours
     int threads = 1;                             ///< workers, the caller included
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
   using Sink = std::function<void(CloudBlock&&)>;
 

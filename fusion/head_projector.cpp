@@ -152,7 +152,7 @@ bool HeadProjector::is_in_hole(float x, float y, float z) const {
 void HeadProjector::panorama_pixel(float x, float y, float z, float& u, float& v) const {
   const float width = static_cast<float>(panorama_.width);
   const float azimuth = std::atan2(y, x), polar = std::atan2(std::sqrt(x * x + y * y), z);
-  u = static_cast<float>(panorama_.forward_column) + (panorama_.is_clockwise ? -azimuth : azimuth) * (width / static_cast<float>(2.0 * pi));
+  u = static_cast<float>(panorama_.forward()) + (panorama_.is_clockwise ? -azimuth : azimuth) * (width / static_cast<float>(2.0 * pi));
   if (u < -0.5f) u += width;
   if (u >= width - 0.5f) u -= width;
   v = polar * (static_cast<float>(panorama_.height) / static_cast<float>(pi)) - 0.5f;

@@ -15,14 +15,14 @@ std::optional<Eigen::Vector2d> Panorama::pixel_of(const Vector<CameraHead>& dire
   const double azimuth = std::atan2(d.y(), d.x());  // anticlockwise from forward, seen from above
   const double polar = std::atan2(std::hypot(d.x(), d.y()), d.z());
   const double width = shape_.width;
-  double u = shape_.forward_column + (shape_.is_clockwise ? -azimuth : azimuth) * width / (2.0 * pi);
+  double u = shape_.forward() + (shape_.is_clockwise ? -azimuth : azimuth) * width / (2.0 * pi);
   u -= width * std::floor((u + 0.5) / width);
   if (u >= width - 0.5) u -= width;  // rounding of a tiny negative number
   return Eigen::Vector2d(u, polar * shape_.height / pi - 0.5);
 }
 
 Vector<CameraHead> Panorama::direction_of(const Eigen::Vector2d& pixel) const {
-  const double turned = (pixel.x() - shape_.forward_column) * 2.0 * pi / shape_.width;
+  const double turned = (pixel.x() - shape_.forward()) * 2.0 * pi / shape_.width;
   const double azimuth = shape_.is_clockwise ? -turned : turned;
   const double polar = std::clamp((pixel.y() + 0.5) * pi / shape_.height, 0.0, pi);
   return {{std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar)}};

@@ -48,26 +48,28 @@ const char* name(NoPose reason) {
   return "?";
 }
 
-std::string Trajectory::Config::validate() const {
-  if (max_gap < nanoseconds(1'000'000) || max_gap > nanoseconds(60'000'000'000)) {
-    return fmt::format("max_gap is {} s; allowed: 0.001 to 60 s", to_seconds(max_gap));
-  }
+void Trajectory::Config::visit(Keys& keys) {
+  keys.duration({"max_pose_gap_s", "s", "There is no pose between solutions that are farther apart."}, max_gap, {0.001, 10});
+}
+
+KeyError Trajectory::Config::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
   const auto outside = [](double v, double low, double high) { return !(v >= low && v <= high); };
-  if (outside(sigma_acceleration, 0, 100)) return fmt::format("sigma_acceleration is {}; allowed: 0 to 100 m/s^2", sigma_acceleration);
+  if (outside(sigma_acceleration, 0, 100)) return not_allowed("sigma_acceleration", number_text(sigma_acceleration), "0 to 100 m/s^2");
   if (outside(sigma_angular_acceleration, 0, 100)) {
-    return fmt::format("sigma_angular_acceleration is {}; allowed: 0 to 100 rad/s^2", sigma_angular_acceleration);
+    return not_allowed("sigma_angular_acceleration", number_text(sigma_angular_acceleration), "0 to 100 rad/s^2");
   }
-  if (outside(sigma_position_m, 0, 1000)) return fmt::format("sigma_position_m is {}; allowed: 0 to 1000 m", sigma_position_m);
-  if (outside(sigma_attitude, 0, 1)) return fmt::format("sigma_attitude is {}; allowed: 0 to 1 rad", sigma_attitude);
-  if (outside(leap_acceleration, 0, 1000)) return fmt::format("leap_acceleration is {}; allowed: 0 to 1000 m/s^2", leap_acceleration);
+  if (outside(sigma_position_m, 0, 1000)) return not_allowed("sigma_position_m", number_text(sigma_position_m), "0 to 1000 m");
+  if (outside(sigma_attitude, 0, 1)) return not_allowed("sigma_attitude", number_text(sigma_attitude), "0 to 1 rad");
+  if (outside(leap_acceleration, 0, 1000)) return not_allowed("leap_acceleration", number_text(leap_acceleration), "0 to 1000 m/s^2");
   if (outside(leap_angular_acceleration, 0, 1e4)) {
-    return fmt::format("leap_angular_acceleration is {}; allowed: 0 to 10000 rad/s^2", leap_angular_acceleration);
+    return not_allowed("leap_angular_acceleration", number_text(leap_angular_acceleration), "0 to 10000 rad/s^2");
   }
-  if (outside(leap_slack_m, 0, 1000)) return fmt::format("leap_slack_m is {}; allowed: 0 to 1000 m", leap_slack_m);
-  if (outside(leap_slack, 0, 4)) return fmt::format("leap_slack is {}; allowed: 0 to 4 rad", leap_slack);
-  if (outside(origin_grid_deg, 1e-9, 1)) return fmt::format("origin_grid_deg is {}; allowed: 1e-9 to 1 deg", origin_grid_deg);
-  if (outside(origin_grid_m, 1e-3, 1000)) return fmt::format("origin_grid_m is {}; allowed: 0.001 to 1000 m", origin_grid_m);
-  if (max_solutions < 16) return fmt::format("max_solutions is {}; allowed: 16 or more", max_solutions);
+  if (outside(leap_slack_m, 0, 1000)) return not_allowed("leap_slack_m", number_text(leap_slack_m), "0 to 1000 m");
+  if (outside(leap_slack, 0, 4)) return not_allowed("leap_slack", number_text(leap_slack), "0 to 4 rad");
+  if (outside(origin_grid_deg, 1e-9, 1)) return not_allowed("origin_grid_deg", number_text(origin_grid_deg), "1e-9 to 1 deg");
+  if (outside(origin_grid_m, 1e-3, 1000)) return not_allowed("origin_grid_m", number_text(origin_grid_m), "0.001 to 1000 m");
+  if (max_solutions < 16) return not_allowed("max_solutions", std::to_string(max_solutions), "16 or more");
   return {};
 }
 

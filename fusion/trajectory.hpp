@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/keys.hpp"
 #include "core/measurements.hpp"
 
 namespace hueline::fusion {
@@ -48,7 +49,8 @@ class Trajectory {
     double origin_grid_deg = 1e-3;          ///< the drive's origin is rounded to this in latitude and longitude
     double origin_grid_m = 10.0;            ///< and to this in height
     std::size_t max_solutions = 200'000;    ///< kept at most (16 minutes at 200 Hz); the oldest go first
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
   struct Counts {
     std::uint64_t used = 0, not_good = 0, out_of_order = 0, not_finite = 0, crowded_out = 0, leaps = 0;

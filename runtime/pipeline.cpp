@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "runtime/devices.hpp"
 #include "core/printable.hpp"
 
 namespace hueline::runtime {
@@ -32,7 +31,7 @@ Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink)
       synchroniser_(rig.sync),
       max_lateness_(rig.colouring.max_lateness),
       colouring_(with_threads(rig.colouring, threads), rig.geometry, [this](CloudBlock&& block) { sink_.on_cloud(block, colouring_.trajectory()); }) {
-  for (const auto& sensor : rig.sensors) decoders_[sensor.id] = make_decoder(sensor);
+  for (const auto& sensor : rig.sensors) decoders_[sensor.id] = sensor.device->make_decoder(sensor.id);
 }
 
 Pipeline::~Pipeline() = default;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/keys.hpp"
 #include "core/stamped.hpp"
 #include "sync/arrival_line.hpp"
 #include "sync/camera_relation.hpp"
@@ -64,7 +65,8 @@ class ExposureMatcher {
     std::size_t mark_limit = 256;    ///< marks held at most; [16, 1e5]
     nanoseconds patience{std::chrono::seconds(5)};  ///< an image waits at most this long for a relation; [100 ms, 60 s]
     CameraRelation::Config relation{};
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
   explicit ExposureMatcher(Config config);
 

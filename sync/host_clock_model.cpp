@@ -20,24 +20,28 @@ constexpr double kLeastStep_s = 0.05, kStepFits_s = 0.02;
 
 }  // namespace
 
-std::string HostClockModel::Config::validate() const {
-  if (std::string e = filter.validate(); !e.empty()) return "filter: " + e;
-  if (std::string e = label.validate(); !e.empty()) return "label: " + e;
-  if (std::string e = arrivals.validate(); !e.empty()) return "arrivals: " + e;
-  if (edge_delay < milliseconds(-1) || edge_delay > milliseconds(10)) return "edge_delay must be -1 ms to 10 ms";
-  if (acquire_edges < 3 || acquire_edges > 16) return "acquire_edges must be 3 to 16";
-  if (relock_edges < 1 || relock_edges > 60) return "relock_edges must be 1 to 60";
-  if (reacquire_edges < 4 || reacquire_edges > 16) return "reacquire_edges must be 4 to 16";
-  if (lock_sigma <= nanoseconds(0)) return "lock_sigma must be positive";
+void HostClockModel::Config::visit(Keys& keys) {
+  keys.duration({"edge_delay_us", "us", "The mean time from the pulse's edge to its time stamp. It is subtracted."}, edge_delay, {-1000, 10'000});
+}
+
+KeyError HostClockModel::Config::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (std::string e = filter.validate(); !e.empty()) return {"", "filter: " + e};
+  if (std::string e = label.validate(); !e.empty()) return {"", "label: " + e};
+  if (std::string e = arrivals.validate(); !e.empty()) return {"", "arrivals: " + e};
+  if (acquire_edges < 3 || acquire_edges > 16) return {"acquire_edges", "must be 3 to 16"};
+  if (relock_edges < 1 || relock_edges > 60) return {"relock_edges", "must be 1 to 60"};
+  if (reacquire_edges < 4 || reacquire_edges > 16) return {"reacquire_edges", "must be 4 to 16"};
+  if (lock_sigma <= nanoseconds(0)) return {"lock_sigma", "must be positive"};
   if (holdover_after < milliseconds(1100) || holdover_after > seconds(60))
-    return "holdover_after must be 1.1 s to 60 s";
+    return {"holdover_after", "must be 1.1 s to 60 s"};
   if (holdover_limit <= lock_sigma || holdover_limit > milliseconds(50))
-    return "holdover_limit must be above lock_sigma and at most 50 ms";
-  if (relabel_after < seconds(1) || relabel_after > seconds(600)) return "relabel_after must be 1 s to 600 s";
-  if (pps_patience < seconds(1) || pps_patience > seconds(3600)) return "pps_patience must be 1 s to 3600 s";
-  if (arrival_latency < nanoseconds(0) || arrival_latency > seconds(1)) return "arrival_latency must be 0 to 1 s";
+    return {"holdover_limit", "must be above lock_sigma and at most 50 ms"};
+  if (relabel_after < seconds(1) || relabel_after > seconds(600)) return {"relabel_after", "must be 1 s to 600 s"};
+  if (pps_patience < seconds(1) || pps_patience > seconds(3600)) return {"pps_patience", "must be 1 s to 3600 s"};
+  if (arrival_latency < nanoseconds(0) || arrival_latency > seconds(1)) return {"arrival_latency", "must be 0 to 1 s"};
   if (arrival_latency_sigma <= nanoseconds(0) || arrival_latency_sigma > seconds(1))
-    return "arrival_latency_sigma must be above 0 and at most 1 s";
+    return {"arrival_latency_sigma", "must be above 0 and at most 1 s"};
   return {};
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/keys.hpp"
 #include "core/measurements.hpp"
 #include "sync/arrival_line.hpp"
 #include "sync/clock_filter.hpp"
@@ -53,7 +54,8 @@ class HostClockModel {
     nanoseconds arrival_latency{std::chrono::milliseconds(3)};  ///< expected smallest latency of a timed message; >= 0
     nanoseconds arrival_latency_sigma{std::chrono::milliseconds(3)};  ///< and how well that is known; > 0
     ArrivalLine::Config arrivals;
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
   explicit HostClockModel(Config config);
 

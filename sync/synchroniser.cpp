@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/calendar.hpp"
+
 namespace hueline::sync {
 namespace {
 
@@ -29,30 +31,40 @@ bool listed(const std::vector<SensorId>& list, SensorId sensor) {
 
 }  // namespace
 
-std::string Synchroniser::Config::validate() const {
-  if (std::string e = clock.validate(); !e.empty()) return "clock: " + e;
+void Synchroniser::Config::visit(Keys& keys) {
+  keys.duration({"hold_s", "s", "How long data wait for the first lock of the clocks."}, hold, {1, 600});
+  std::size_t megabytes = hold_bytes / 1'000'000;
+  if (keys.whole({"hold_mb", "MB", "The memory of laser returns that wait so, 32 bytes each. What is beyond it is recorded, without a time."}, megabytes, {1, 1'000'000}))
+    hold_bytes = megabytes * 1'000'000;
+  keys.whole({"hold_images", "images", "How many images wait so. More are recorded, not fused."}, hold_images, {1, 1000});
+  keys.whole({"agreeing_labels", "messages", "How many messages have to agree on which second a pulse is."}, clock.label.agreeing, {1, 1000});
+  int year = to_utc(clock.label.not_before).year;
+  if (keys.whole({"not_before_year", "year", "An earlier date is taken for a GPS week rollover."}, year, {1980, 2100}))
+    clock.label.not_before = *from_utc({year, 1, 7, 0, 0, 0, 0});
+}
+
+KeyError Synchroniser::Config::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (KeyError e = clock.validate(); !e.empty()) return e.inside("clock");
   std::vector<SensorId> ids;
   for (const LaserClock::Config& l : lasers) {
-    if (std::string e = l.validate(); !e.empty()) return fmt::format("laser {}: {}", l.sensor, e);
+    if (std::string e = l.validate(); !e.empty()) return {"", fmt::format("laser {}: {}", l.sensor, e)};
     ids.push_back(l.sensor);
   }
   for (const ExposureMatcher::Config& c : cameras) {
-    if (std::string e = c.validate(); !e.empty()) return fmt::format("camera {}: {}", c.camera, e);
+    if (std::string e = c.validate(); !e.empty()) return {"", fmt::format("camera {}: {}", c.camera, e)};
     ids.push_back(c.camera);
   }
   for (const WheelOdometer::Config& w : wheels) {
-    if (std::string e = w.validate(); !e.empty()) return fmt::format("wheel {}: {}", w.sensor, e);
+    if (std::string e = w.validate(); !e.empty()) return {"", fmt::format("wheel {}: {}", w.sensor, e)};
     ids.push_back(w.sensor);
   }
   std::sort(ids.begin(), ids.end());
-  if (std::adjacent_find(ids.begin(), ids.end()) != ids.end()) return "lasers, cameras and wheels must have different sensors";
-  if (hold < seconds(1) || hold > seconds(600)) return "hold must be 1 to 600 s";
-  if (hold_items < 100 || hold_items > 10'000'000) return "hold_items must be 100 to 10000000";
-  if (hold_bytes < 1'000'000 || hold_bytes > 1'000'000'000'000) return "hold_bytes must be 1e6 to 1e12";
-  if (hold_images < 1 || hold_images > 1000) return "hold_images must be 1 to 1000";
+  if (std::adjacent_find(ids.begin(), ids.end()) != ids.end()) return {"", "lasers, cameras and wheels must have different sensors"};
+  if (hold_items < 100 || hold_items > 10'000'000) return {"hold_items", "must be 100 to 10000000"};
   if (pos_latency_max < std::chrono::milliseconds(10) || pos_latency_max > seconds(60))
-    return "pos_latency_max must be 10 ms to 60 s";
-  if (pos_early < nanoseconds(0) || pos_early > seconds(1)) return "pos_early must be 0 to 1 s";
+    return {"pos_latency_max", "must be 10 ms to 60 s"};
+  if (pos_early < nanoseconds(0) || pos_early > seconds(1)) return {"pos_early", "must be 0 to 1 s"};
   return {};
 }
 

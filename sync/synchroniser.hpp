@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/keys.hpp"
 #include "core/measurements.hpp"
 #include "core/stamped.hpp"
 #include "sync/exposure_matcher.hpp"
@@ -73,8 +74,8 @@ class Synchroniser {
     std::size_t hold_images = 16;                  ///< they pin their buffers; [1, 1000]
     nanoseconds pos_latency_max{std::chrono::seconds(2)};  ///< a solution later or ...
     nanoseconds pos_early{std::chrono::milliseconds(50)};  ///< ... earlier than this is labelled wrongly
-    /// Empty if all is well, else a sentence naming the key and its range.
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
   explicit Synchroniser(Config config);
 

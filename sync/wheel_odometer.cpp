@@ -18,15 +18,21 @@ constexpr std::size_t kWindows = 64;
 
 }  // namespace
 
-std::string WheelOdometer::Config::validate() const {
-  if (stamp_delay < milliseconds(-1) || stamp_delay > seconds(1)) return "stamp_delay must be -1 ms to 1 s";
-  if (stamp_sigma <= nanoseconds(0) || stamp_sigma > seconds(1)) return "stamp_sigma must be above 0 and at most 1 s";
-  if (age < nanoseconds(0) || age > seconds(1)) return "age must be 0 to 1 s";
-  if (silence < milliseconds(10) || silence > seconds(60)) return "silence must be 10 ms to 60 s";
-  if (window < milliseconds(500) || window > seconds(60)) return "window must be 0.5 s to 60 s";
-  if (!(tolerance_m >= 0.01 && tolerance_m <= 100)) return "tolerance_m must be 0.01 to 100";
-  if (!(tolerance_share >= 0 && tolerance_share <= 1)) return "tolerance_share must be 0 to 1";
-  return adapter.validate();
+void WheelOdometer::Config::visit(Keys& keys) {
+  keys.duration({"stamp_delay_us", "us", "The mean time from the end of a frame on the bus to its time stamp. It is subtracted."}, stamp_delay, {-1000, 1e6});
+  keys.duration({"stamp_sigma_us", "us",
+                 "One standard deviation of the time stamp. An adapter on USB is asked every millisecond; one on PCI or SPI is better."},
+                stamp_sigma, {0.01, 1e6});
+  keys.duration({"age_ms", "ms", "The age of a value when its frame ends: half of the time that it is the mean of."}, age, {0, 1000});
+}
+
+KeyError WheelOdometer::Config::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (silence < milliseconds(10) || silence > seconds(60)) return {"silence", "must be 10 ms to 60 s"};
+  if (window < milliseconds(500) || window > seconds(60)) return {"window", "must be 0.5 s to 60 s"};
+  if (!(tolerance_m >= 0.01 && tolerance_m <= 100)) return {"tolerance_m", "must be 0.01 to 100"};
+  if (!(tolerance_share >= 0 && tolerance_share <= 1)) return {"tolerance_share", "must be 0 to 1"};
+  return {"", adapter.validate()};
 }
 
 WheelOdometer::WheelOdometer(Config config) : config_(config), line_(config.adapter) {}

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/keys.hpp"
 #include "core/measurements.hpp"
 #include "core/stamped.hpp"
 #include "sync/arrival_line.hpp"
@@ -33,7 +34,8 @@ class WheelOdometer {
     double tolerance_m = 0.5;       ///< ways of a window may differ by so much and ...; [0.01, 100]
     double tolerance_share = 0.05;  ///< ... by this share of the longer one; [0, 1]
     ArrivalLine::Config adapter;
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
   explicit WheelOdometer(Config config);
 

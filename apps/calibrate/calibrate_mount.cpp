@@ -14,9 +14,8 @@
 #include "apps/colour/shot_calibration.hpp"
 #include "calibration/mount/correspondence_file.hpp"
 #include "calibration/mount/mount_report.hpp"
-#include "config/mounting.hpp"
+#include "config/key_reader.hpp"
 #include "config/rig.hpp"
-#include "config/rig_head.hpp"
 #include "core/csv_table.hpp"
 #include "core/input_file.hpp"
 #include "core/output_file.hpp"
@@ -54,8 +53,7 @@ KnownRig known_of(const Options& options) {
   KnownRig out;
   if (!options.lens_file.empty()) {
     config::Section root = config::Section::load_file(options.lens_file);
-    config::Section lens = root.section("lens");
-    out.lenses.push_back({"", config::read_intrinsics(lens), {}});
+    out.lenses.push_back({"", config::read_config<fusion::CameraIntrinsics>(root.section("lens")), {}});
     return out;
   }
   const config::Rig rig = config::load_rig(options.rig);

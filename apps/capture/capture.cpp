@@ -8,7 +8,6 @@
 #include <memory>
 
 #include "apps/commands.hpp"
-#include "runtime/devices.hpp"
 #include "apps/exit_code.hpp"
 #include "runtime/file_merge.hpp"
 #include "runtime/live_run.hpp"
@@ -38,13 +37,13 @@ std::vector<runtime::LiveRun::Source> make_sources(const config::Rig& rig, const
   for (const auto& sensor : rig.sensors) {
     runtime::Reader::Config reader;
     reader.silent_after = std::chrono::milliseconds(static_cast<std::int64_t>(sensor.silent_after_s * 1000));
-    reader.is_recording = sensor.arrivals() != config::Arrivals::Live;
-    sources.push_back({sensor.id, sensor.name, runtime::make_source(sensor, pool), reader, sensor.is_sheddable()});
+    reader.is_recording = sensor.device->arrivals() != drivers::Arrivals::Live;
+    sources.push_back({sensor.id, sensor.name, sensor.device->make_source(sensor.id, pool), reader, sensor.type->is_sheddable});
   }
   if (!rig.sync.self_timed) return sources;
   std::vector<runtime::FileMerge::Input> files;
   for (std::size_t i = 0; i < sources.size(); ++i)
-    files.push_back({std::move(sources[i].source), runtime::make_decoder(rig.sensors[i]), rig.sensors[i].arrivals() == config::Arrivals::Recorded});
+    files.push_back({std::move(sources[i].source), rig.sensors[i].device->make_decoder(rig.sensors[i].id), rig.sensors[i].device->arrivals() == drivers::Arrivals::Recorded});
   const auto merge = std::make_shared<runtime::FileMerge>(std::move(files), runtime::FileMerge::Config{.agreeing_labels = rig.sync.clock.label.agreeing});
   auto merged = runtime::FileMerge::sources(merge);
   for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -163,7 +162,7 @@ int capture(const Options& options) {
                    : fmt::format("ended at once: the disk did not take the end of {0}; hueline inspect {0} says how far it is whole", recording.string());
       });
   log_info("capturing {} into {}; Ctrl-C ends with everything written, a second one at once", rig.name, dir.string());
-  const bool is_live = std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const auto& sensor) { return sensor.arrivals() == config::Arrivals::Live; });
+  const bool is_live = std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const auto& sensor) { return sensor.device->arrivals() == drivers::Arrivals::Live; });
   run.start();
 
   Progress progress(options.quiet);

@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "config/mounting.hpp"
-#include "config/rig_head.hpp"
+#include "config/key_reader.hpp"
+#include "core/mounting.hpp"
 #include "config/section.hpp"
 
 namespace hueline::apps {
@@ -130,12 +130,10 @@ void read_text(const std::string& path, ShotCalibration& out) {
 void read_yaml(const std::string& path, ShotCalibration& out) {
   config::Section root = config::Section::load_file(path);
   if (root.has("lens")) {
-    config::Section lens = root.section("lens");
-    out.intrinsics = config::read_intrinsics(lens);
+    out.intrinsics = config::read_config<fusion::CameraIntrinsics>(root.section("lens"));
     out.lens_file = path;
-    lens.finish();
   }
-  if (root.has("T_lens_scanner")) out.T_lens_scanner = config::read_transform<Lens, Scanner>(root, "T_lens_scanner");
+  if (root.has("T_lens_scanner")) out.T_lens_scanner = config::read_config<Mounting>(root.section("T_lens_scanner")).transform<Lens, Scanner>();
   root.finish();
 }
 

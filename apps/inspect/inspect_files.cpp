@@ -7,11 +7,11 @@
 #include <numbers>
 
 #include "apps/inspect/inspect.hpp"
-#include "config/mounting.hpp"
+#include "config/key_reader.hpp"
 #include "config/rig.hpp"
-#include "config/rig_head.hpp"
 #include "config/sheet.hpp"
 #include "core/calendar.hpp"
+#include "core/mounting.hpp"
 #include "storage/las_fields.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/pcd_reader.hpp"
@@ -126,9 +126,7 @@ std::unique_ptr<Json> sheet_facts(const std::string& path) {
 std::unique_ptr<Json> calibration_facts(config::Section root, const std::vector<std::string>& mountings) {
   auto found = std::make_unique<Json>(Json{{"format", "calibration"}});
   if (root.has("lens")) {
-    config::Section section = root.section("lens");
-    const fusion::CameraIntrinsics lens = config::read_intrinsics(section);
-    section.finish();
+    const auto lens = config::read_config<fusion::CameraIntrinsics>(root.section("lens"));
     (*found)["lens"] = {{"model", lens.model == fusion::LensModel::Brown ? "brown" : "kannala_brandt"},
                         {"width", lens.width},
                         {"height", lens.height},
@@ -137,8 +135,8 @@ std::unique_ptr<Json> calibration_facts(config::Section root, const std::vector<
   }
   for (const std::string& key : mountings) {
     if (!root.has(key)) continue;
-    const config::Mounting mounting = config::read_mounting(root.section(key));
-    const Eigen::AngleAxisd turn(mounting.rotation);
+    const auto mounting = config::read_config<Mounting>(root.section(key));
+    const Eigen::AngleAxisd turn(mounting.rotation());
     (*found)[key] = {{"position_m", {mounting.position_m.x(), mounting.position_m.y(), mounting.position_m.z()}}, {"turn_deg", turn.angle() * 180 / std::numbers::pi}};
   }
   root.finish();

@@ -6,7 +6,6 @@
 #include <optional>
 #include <set>
 
-#include "runtime/devices.hpp"
 #include "apps/inspect/inspect.hpp"
 #include "runtime/pacer.hpp"
 #include "runtime/recording.hpp"
@@ -136,7 +135,7 @@ Inspection inspect_mcap(const std::string& path) {
   }
 
   std::vector<Stream> streams(recording->rig.sensors.size() + 1);
-  for (const auto& sensor : recording->rig.sensors) streams[sensor.id].decoder = runtime::make_decoder(sensor);
+  for (const auto& sensor : recording->rig.sensors) streams[sensor.id].decoder = sensor.device->make_decoder(sensor.id);
   std::uint64_t packets = 0, gaps = 0, expected = 0;
   runtime::DrivenTime driven(std::chrono::hours(1));
   nanoseconds duration{0};

@@ -22,14 +22,16 @@ std::array<SensorId, sim::kWireChannels> sensors_of_channels(const config::Rig& 
     if (place == kSystemSensor) place = id;
   };
   for (const auto& sensor : rig.sensors) {
-    if (std::holds_alternative<config::VelodyneSensor>(sensor.device) || std::holds_alternative<config::ProfileScannerSensor>(sensor.device)) {
-      set(sim::WireChannel::LaserData, sensor.id);
-      set(sim::WireChannel::LaserPosition, sensor.id);
+    switch (sensor.type->role) {
+      case drivers::Role::Laser:
+        set(sim::WireChannel::LaserData, sensor.id);
+        set(sim::WireChannel::LaserPosition, sensor.id);
+        break;
+      case drivers::Role::Pos: set(sim::WireChannel::Pos, sensor.id); break;
+      case drivers::Role::Pps: set(sim::WireChannel::Pps, sensor.id); break;
+      case drivers::Role::Camera: set(sim::WireChannel::Camera, sensor.id); break;
+      case drivers::Role::Odometer: set(sim::WireChannel::Wheel, sensor.id); break;
     }
-    if (std::holds_alternative<config::NovatelSensor>(sensor.device)) set(sim::WireChannel::Pos, sensor.id);
-    if (std::holds_alternative<config::PpsSensor>(sensor.device)) set(sim::WireChannel::Pps, sensor.id);
-    if (std::holds_alternative<config::CameraSensor>(sensor.device)) set(sim::WireChannel::Camera, sensor.id);
-    if (std::holds_alternative<config::WheelSensor>(sensor.device)) set(sim::WireChannel::Wheel, sensor.id);
   }
   return out;
 }
@@ -63,14 +65,14 @@ Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event,
 /// What the camera is set to send.
 PixelFormat sent_format(const config::Rig& rig, SensorId id) {
   for (const auto& sensor : rig.sensors)
-    if (const auto* camera = std::get_if<config::CameraSensor>(&sensor.device); camera && sensor.id == id) return camera->source.pixel_format;
+    if (const auto* camera = dynamic_cast<const drivers::CameraDevice*>(sensor.device.get()); camera && sensor.id == id) return camera->sent_format();
   return PixelFormat::BayerRG8;
 }
 
 /// A frame as CanSource hands it on, or as the gateway's datagram.
 Buffer can_bytes(const config::Sensor& sensor, const sim::Bytes& frame, std::uint8_t datagram) {
-  const auto* wheel = std::get_if<config::WheelSensor>(&sensor.device);
-  if (wheel && std::holds_alternative<drivers::UdpSource::Config>(wheel->source)) return Buffer::copy_of(sim::encode_cannelloni(frame, datagram));
+  const auto* odometer = dynamic_cast<const drivers::OdometerDevice*>(sensor.device.get());
+  if (odometer && odometer->is_by_gateway()) return Buffer::copy_of(sim::encode_cannelloni(frame, datagram));
   std::vector<std::byte> packet = drivers::encode_can_packet({});
   std::copy(frame.begin(), frame.end(), packet.begin() + drivers::kCanHeaderSize);
   return Buffer::copy_of(packet);

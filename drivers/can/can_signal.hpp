@@ -2,7 +2,8 @@
 
 #include <cstdint>
 #include <span>
-#include <string>
+
+#include "core/keys.hpp"
 
 /// Numbers inside CAN frames, as the field's DBC files describe them.
 namespace hueline::drivers {
@@ -20,8 +21,9 @@ struct CanSignal {
   /// Allowed values; both 0: all that the bits can hold (as DBC files say it).
   double min = 0, max = 0;
 
-  /// Empty if fine, else what is wrong with which key. `data_bytes`: of the frame.
-  std::string validate(std::size_t data_bytes = 64) const;
+  void visit(Keys& keys);
+  /// `data_bytes`: of the frame.
+  KeyError validate(std::size_t data_bytes = 64) const;
   /// Bytes of data that a frame must have at least to hold it.
   std::size_t needed_bytes() const;
   /// The bits as they stand; sign extended if signed. The frame holds them: needed_bytes().

@@ -13,34 +13,42 @@ bool is_ipv4(const std::string& text) {
 
 }  // namespace
 
-std::string GenicamConfig::validate() const {
-  constexpr std::uint32_t kLargestSide = 65536;
-  if (address.empty() && id.empty() && serial.empty()) return "address, id, serial: one of them must name the camera";
-  if (!interface.empty() && (address.empty() || !is_ipv4(address) || !is_ipv4(interface)))
-    return fmt::format("interface: '{}' and address: '{}' must both be IPv4 addresses", interface, address);
-  if ((width == 0) != (height == 0)) return "width, height: both or neither";
-  if (width > kLargestSide || height > kLargestSide)
-    return fmt::format("width, height: {} x {} is not within 0 to {} pixels", width, height, kLargestSide);
-  if (width == 0 && (offset_x || offset_y)) return "offset_x, offset_y: only together with width and height";
-  if (exposure && (*exposure < std::chrono::microseconds(1) || *exposure > std::chrono::seconds(10)))
-    return fmt::format("exposure: {} ns is not within 1 us to 10 s", exposure->count());
-  if (frame_rate_hz < 0 || frame_rate_hz > 10'000)
-    return fmt::format("frame_rate_hz: {} is not within 0 to 10000 Hz", frame_rate_hz);
-  if (frame_rate_hz > 0 && !trigger_source.empty()) return "frame_rate_hz, trigger_source: not both";
-  if (packet_size != 0 && (packet_size < 576 || packet_size > 16'000))
-    return fmt::format("packet_size: {} is not 0 or within 576 to 16000 bytes", packet_size);
-  if (packet_delay < nanoseconds(0) || packet_delay > std::chrono::milliseconds(10))
-    return fmt::format("packet_delay: {} ns is not within 0 to 10 ms", packet_delay.count());
+void GenicamConfig::visit(Keys& keys) {
+  keys.text({"address", "", "The IPv4 address of a GigE camera. At least one of `address`, `id` and `serial` names the camera.", "none"}, address);
+  keys.text({"interface", "", "The computer's own address towards the camera; it needs `address`.", "by route"}, interface, kIpv4Address);
+  keys.text({"id", "", "The camera's name as `arv-tool-0.8` lists it.", "none"}, id);
+  keys.text({"serial", "", "The camera's serial number. It is checked in any case.", "none"}, serial);
+  keys.duration(required("exposure_us", "us", "The exposure; automatic exposure is turned off. Half of it is added to the strobe's time."), exposure, {1, 1e6});
+  keys.number({"gain", "camera's unit", "The gain; automatic gain is turned off.", "camera's own"}, gain, {-100, 100});
+  keys.number({"frame_rate_hz", "Hz", "The rate of a camera that runs freely. Not with `trigger_source`.", "0: camera's own"}, frame_rate_hz, {0, 1000});
+  keys.text({"trigger_source", "", "The camera's input that starts an exposure, such as Line0.", "the camera runs freely"}, trigger_source);
+  keys.choice({"trigger_activation", "", "The edge at that input that starts an exposure."}, trigger_activation,
+              {{"rising", TriggerActivation::RisingEdge}, {"falling", TriggerActivation::FallingEdge}});
+  keys.text({"features", "", "Any GenICam features as `Name=Value Name=Value`. They are set last.", "none"}, features);
+  keys.whole({"packet_size", "bytes", "The size of a packet with its IP and UDP headers: 0, or at least 576.", "0: the largest that gets through"}, packet_size, {0, 16'000});
+  keys.duration({"packet_delay_us", "us", "The time between packets, for where a switch or the host loses bursts."}, packet_delay, {0, 10'000});
+  keys.flag({"packet_resend", "", "Whether missing packets are asked for again."}, packet_resend);
+  keys.flag({"packet_socket", "", "Whether the UDP stack is bypassed where that is permitted (CAP_NET_RAW). Never on loopback."}, packet_socket);
+  keys.whole({"realtime_priority", "", "The priority of the receiving thread. It needs CAP_SYS_NICE; without it the thread is normal.", "0: normal"}, realtime_priority, {0, 99});
+  // Both together fit into the memory of a guest (guest::kMostSlots).
+  keys.whole({"stream_buffers", "images", "How many images the transport may be filling."}, stream_buffers, {2, 1000});
+  keys.whole({"images_in_flight", "images", "How many images recorder and pipeline may hold."}, images_in_flight, {1, 10'000});
+}
+
+KeyError GenicamConfig::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  constexpr std::uint32_t kLargestSide = 65535;
+  if (address.empty() && id.empty() && serial.empty()) return {"serial", "is missing, and so are address and id; allowed: at least one of them, to name the camera"};
+  if (!interface.empty() && !is_ipv4(address)) return {"interface", fmt::format("needs an address; address is '{}'; allowed: an IPv4 address", address)};
+  if ((width == 0) != (height == 0)) return {"width", "and height go together; allowed: both or neither"};
+  if (width > kLargestSide) return not_allowed("width", std::to_string(width), "0 to 65535 px");
+  if (height > kLargestSide) return not_allowed("height", std::to_string(height), "0 to 65535 px");
+  if (width == 0 && (offset_x || offset_y)) return {"offset_x", "and offset_y need width and height"};
+  if (frame_rate_hz > 0 && !trigger_source.empty()) return {"trigger_source", "and frame_rate_hz exclude each other; allowed: one of them"};
+  if (packet_size != 0 && packet_size < 576) return not_allowed("packet_size", std::to_string(packet_size), "0, or 576 to 16000 bytes");
   if (give_up_after < std::chrono::milliseconds(10) || give_up_after > std::chrono::seconds(10))
-    return fmt::format("give_up_after: {} ms is not within 10 ms to 10 s", give_up_after.count());
-  if (socket_buffer_bytes > 1u << 30)
-    return fmt::format("socket_buffer_bytes: {} is not within 0 to {}", socket_buffer_bytes, 1u << 30);
-  if (realtime_priority < 0 || realtime_priority > 99)
-    return fmt::format("realtime_priority: {} is not within 0 to 99", realtime_priority);
-  if (stream_buffers < 2 || stream_buffers > 1000)
-    return fmt::format("stream_buffers: {} is not within 2 to 1000", stream_buffers);
-  if (images_in_flight < 1 || images_in_flight > 10'000)
-    return fmt::format("images_in_flight: {} is not within 1 to 10000", images_in_flight);
+    return not_allowed("give_up_after", std::to_string(give_up_after.count()), "10 to 10000 ms");
+  if (socket_buffer_bytes > 1u << 30) return not_allowed("socket_buffer_bytes", std::to_string(socket_buffer_bytes), "0 to 1073741824");
   return {};
 }
 

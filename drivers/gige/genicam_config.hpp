@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "core/keys.hpp"
 #include "core/measurements.hpp"
 #include "core/time.hpp"
 
@@ -46,10 +47,11 @@ struct GenicamConfig {
   std::size_t stream_buffers = 8;     ///< images that the transport may be filling or hold ready
   std::size_t images_in_flight = 32;  ///< further images that recorder and pipeline may hold at a time
 
-  /// Empty when fine, else a sentence that names the key and its range.
-  std::string validate() const;
+  /// The keys of a rig but `width`, `height` and `pixel_format`: they are those of the images, which need not be those of what is sent.
+  void visit(Keys& keys);
+  KeyError validate() const;
 
-  /// Every member with its name, once: what writes and reads this (drivers/guest/config_text.hpp) goes by this list.
+  /// Every member with its name, for the guest: what writes and reads this (drivers/guest/config_text.hpp) goes by this list.
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& each) {
     each("address", self.address);

@@ -32,13 +32,13 @@ Image image_of(const ImageHeader& header, const Packet& packet) {
 
 }  // namespace
 
-std::string ImageDecoder::Config::validate() const {
+KeyError ImageDecoder::Config::validate() const {
   constexpr std::uint32_t kLargest = 65536;
-  if (width > kLargest) return fmt::format("width: {} is not within 0 to {} pixels", width, kLargest);
-  if (height > kLargest) return fmt::format("height: {} is not within 0 to {} pixels", height, kLargest);
+  if (width > kLargest) return not_allowed("width", std::to_string(width), "0 to 65536 px");
+  if (height > kLargest) return not_allowed("height", std::to_string(height), "0 to 65536 px");
   if (payload == ImagePayload::Rows) return {};
   if (!pixel_format || *pixel_format == PixelFormat::Mono8 || *pixel_format == PixelFormat::Rgb8)
-    return "pixel_format: JPEG planes are those of a Bayer mosaic: BayerRG8, BayerBG8, BayerGR8 or BayerGB8";
+    return not_allowed("pixel_format", pixel_format ? name(*pixel_format) : "any", "a Bayer mosaic's, for JPEG planes: BayerRG8, BayerBG8, BayerGR8 or BayerGB8");
   return planes.validate(width, height);
 }
 

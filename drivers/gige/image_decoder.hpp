@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/decoder.hpp"
+#include "core/keys.hpp"
 #include "drivers/gige/bayer_jpeg.hpp"
 #include "drivers/gige/image_packet.hpp"
 #include "drivers/gige/jpeg_planes.hpp"
@@ -36,8 +37,7 @@ class ImageDecoder : public Decoder {
     std::optional<PixelFormat> pixel_format{};
     ImagePayload payload = ImagePayload::Rows;
     JpegPlanesLayout planes{};  ///< with ImagePayload::JpegPlanes; width and height are then those of the mosaic
-    /// Empty when fine, else a sentence that names the key.
-    std::string validate() const;
+    KeyError validate() const;
   };
   explicit ImageDecoder(Config config);
 

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "core/keys.hpp"
 #include "core/result.hpp"
 
 /// One exposure of a head of six lenses as JPEG planes: each lens image is taken apart into the four places of its Bayer cell, and each
@@ -44,8 +45,9 @@ struct JpegPlanesLayout {
   std::array<bool, kHeadLenses> is_used{true, true, true, true, true, true};
 
   std::uint32_t lens_rows() const { return static_cast<std::uint32_t>(kHeadLenses) / lens_columns; }
-  /// Empty when fine for a picture of this size, else a sentence that names the key.
-  std::string validate(std::uint32_t width, std::uint32_t height) const;
+  void visit(Keys& keys);
+  /// For a picture of this size.
+  KeyError validate(std::uint32_t width, std::uint32_t height) const;
 };
 
 /// Truncated: fewer bytes than the head has. Malformed: magic. Unsupported: another version. A plane outside the bytes is not an error

@@ -26,9 +26,17 @@ std::string_view trimmed(std::string_view text) {
 
 }  // namespace
 
-std::string NovatelDecoder::Config::validate() const {
+
+void NovatelDecoder::Config::visit(Keys& keys) {
+  keys.flag({"accept_alignment_complete", "",
+             "Whether points are placed also while the receiver says \"alignment complete\": it navigates, but has not moved enough to keep its specification. This is for "
+             "trying a rig on a standing vehicle."},
+            accepts_alignment_complete);
+}
+
+KeyError NovatelDecoder::Config::validate() const {
   const std::string wrong = framer.validate();
-  return wrong.empty() ? imu.validate() : wrong;
+  return {"", wrong.empty() ? imu.validate() : wrong};
 }
 
 NovatelDecoder::NovatelDecoder(const Config& config)

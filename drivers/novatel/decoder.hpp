@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "core/decoder.hpp"
+#include "core/keys.hpp"
 #include "drivers/novatel/framer.hpp"
 #include "drivers/novatel/imu.hpp"
 #include "drivers/novatel/log_losses.hpp"
@@ -34,8 +35,8 @@ class NovatelDecoder final : public Decoder, private NovatelFramer::Sink {
     /// Takes INS_ALIGNMENT_COMPLETE for good as well: the filter navigates, but has not moved enough to keep its specification. For
     /// trying a rig on a standing vehicle; the receiver's own sigmas say how good it is.
     bool accepts_alignment_complete = false;
-    /// Empty if fine, else which key is outside which range.
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
 
   explicit NovatelDecoder(const Config& config);

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/keys.hpp"
 #include "core/result.hpp"
 
 namespace hueline::drivers {
@@ -20,8 +21,8 @@ struct NovatelLogs {
     bool raw_imu = false;           ///< RAWIMUSXB ONNEW
     /// Sent before the LOG commands as they are: EVENTINCONTROL, SETINSTRANSLATION ...
     std::vector<std::string> commands;
-    /// Empty if fine, else which key is outside which range.
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
 };
 

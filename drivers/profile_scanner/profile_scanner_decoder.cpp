@@ -25,14 +25,19 @@ LaserTime time_of(const ProfileHeader& header) {
 
 }  // namespace
 
-std::string ProfileScannerDecoder::Config::validate() const {
-  constexpr double turn = 2 * std::numbers::pi + 1e-9;
-  if (scanner_id < 0 || scanner_id > 65535) return "scanner_id must be within [0, 65535]";
-  if (!(min_range_m >= 0 && min_range_m <= 1000)) return "min_range_m must be within [0, 1000] m";
-  if (!(max_range_m > min_range_m && max_range_m <= 10'000)) return "max_range_m must be within (min_range_m, 10000] m";
-  if (!(angle_begin >= 0 && angle_begin < turn - 2e-9)) return "angle_begin must be within [0, 2 pi) rad";
-  if (!(angle_end >= 0 && angle_end <= turn)) return "angle_end must be within [0, 2 pi] rad";
-  if (angle_begin == angle_end) return "angle_begin and angle_end are the same: no angle would be kept";
+void ProfileScannerDecoder::Config::visit(Keys& keys) {
+  keys.whole({"scanner_id", "", "The scanner's number, as its datagrams name it. Datagrams of other scanners on its ports are fault WrongDevice.", "0: the first that speaks"},
+             scanner_id, {0, 65535});
+  keys.number({"min_range_m", "m", "Nearer returns are dropped."}, min_range_m, {0, 1000});
+  keys.number({"max_range_m", "m", "Farther returns are dropped. It is above `min_range_m`."}, max_range_m, {0, 10'000});
+  keys.angle({"angle_begin_deg", "deg", "Mirror angles are kept from here ..."}, angle_begin, {0, 360, Ends::MinOnly});
+  keys.angle({"angle_end_deg", "deg", "... to here, through 0 if it is smaller than `angle_begin_deg`."}, angle_end, {0, 360});
+}
+
+KeyError ProfileScannerDecoder::Config::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (max_range_m <= min_range_m) return not_allowed("max_range_m", number_text(max_range_m), "more than min_range_m");
+  if (angle_begin == angle_end) return {"angle_end_deg", "is equal to angle_begin_deg, so no angle would be kept; allowed: another one"};
   return {};
 }
 

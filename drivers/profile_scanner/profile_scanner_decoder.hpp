@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/decoder.hpp"
+#include "core/keys.hpp"
 #include "drivers/profile_scanner/counter_watch.hpp"
 #include "drivers/profile_scanner/profile_scanner_wire.hpp"
 
@@ -35,8 +36,8 @@ class ProfileScannerDecoder final : public Decoder {
     double angle_begin = 0;
     double angle_end = 6.283185307179586;
 
-    /// Empty if fine, else what is wrong with which key.
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
 
   ProfileScannerDecoder(SensorId sensor, const Config& config);

@@ -29,10 +29,14 @@ Line read_line(std::istream& in, std::string& line) {
 
 }  // namespace
 
-std::string CanLogSource::Config::validate() const {
-  if (path.empty()) return "path must name a log of a CAN bus (.asc, or what candump -L or candump -t a writes)";
-  if (channel < 0 || channel > 255) return "channel must be within 0 .. 255";
-  return {};
+void CanLogSource::Config::visit(Keys& keys) {
+  keys.text(required("file", "", "A log of the bus: Vector's ASC, or what `candump -L` or `candump -t a` writes."), path);
+  keys.whole({"channel", "", "Of an ASC file, the channel to read.", "0: all"}, channel, {0, 255});
+}
+
+KeyError CanLogSource::Config::validate() const {
+  if (path.empty()) return not_allowed("file", "empty", "a log of a CAN bus");
+  return check_keys(*this);
 }
 
 Status CanLogSource::open() {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/input_file.hpp"
+#include "core/keys.hpp"
 #include "core/packet.hpp"
 #include "drivers/can/can_log.hpp"
 
@@ -20,8 +21,8 @@ class CanLogSource final : public PacketSource {
     std::string path;
     int channel = 0;  ///< ASC: only this one; 0: all
 
-    /// Empty if fine, else what is wrong with which key.
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
 
   CanLogSource(SensorId sensor, Config config) : sensor_(sensor), config_(std::move(config)) {}

@@ -46,12 +46,16 @@ struct CanSource::Slot {
   std::optional<std::uint32_t> kernel_drops;
 };
 
-std::string CanSource::Config::validate() const {
-  if (interface.empty() || interface.size() >= IFNAMSIZ)
-    return fmt::format("interface must have 1 to {} characters", IFNAMSIZ - 1);
-  if (receive_buffer_bytes < 4096 || receive_buffer_bytes > 1 << 30)
-    return "receive_buffer_bytes must be within [4096, 2^30]";
-  if (batch < 1 || batch > 1024) return "batch must be within [1, 1024]";
+void CanSource::Config::visit(Keys& keys) {
+  static const TextForm name{"1 to 15 characters", [](const std::string& text) { return text.size() < IFNAMSIZ; }, "^.{1,15}$"};
+  keys.text(required("interface", "", "The CAN interface, such as can0 or vcan0."), interface, name);
+  keys.whole({"receive_buffer_bytes", "bytes", "The size of the kernel's receive buffer."}, receive_buffer_bytes, {4096, 1 << 30});
+}
+
+KeyError CanSource::Config::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (interface.empty()) return not_allowed("interface", "empty", "1 to 15 characters");
+  if (batch < 1 || batch > 1024) return not_allowed("batch", std::to_string(batch), "1 to 1024");
   return {};
 }
 

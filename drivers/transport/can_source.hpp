@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/buffer.hpp"
+#include "core/keys.hpp"
 #include "core/packet.hpp"
 #include "drivers/transport/host_clock.hpp"
 
@@ -28,8 +29,8 @@ class CanSource final : public PacketSource {
     int receive_buffer_bytes = 2 << 20;
     int batch = 64;  ///< frames taken by one system call
 
-    /// Empty if fine, else what is wrong with which key.
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
 
   CanSource(SensorId sensor, Config config, BufferPool pool);

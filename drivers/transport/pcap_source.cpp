@@ -14,11 +14,16 @@ constexpr nanoseconds kReplacedAfter = std::chrono::seconds(3);
 
 }  // namespace
 
-std::string PcapSource::Config::validate() const {
-  if (path.empty()) return "path must name a pcap or pcapng file";
-  if (!source_address.empty() && !parse_ip_address(source_address))
-    return fmt::format("source_address '{}' is neither an IPv4 nor an IPv6 address", source_address);
-  return {};
+void PcapSource::Config::visit(Keys& keys) {
+  static const TextForm address{"an IPv4 or IPv6 address", [](const std::string& text) { return parse_ip_address(text).has_value(); }};
+  keys.text(required("file", "", "A pcap or pcapng file. It is read as fast as it can be recorded, and is refused beside sensors that are devices."), path);
+  keys.wholes({"ports", "", "The destination ports of the datagrams to read.", "all"}, ports, {1, 65535});
+  keys.text({"source_address", "", "The address of the device whose datagrams are read.", "all"}, source_address, address);
+}
+
+KeyError PcapSource::Config::validate() const {
+  if (path.empty()) return not_allowed("file", "empty", "a pcap or pcapng file");
+  return check_keys(*this);
 }
 
 Status PcapSource::open() {

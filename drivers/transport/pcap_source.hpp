@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/keys.hpp"
 #include "core/packet.hpp"
 #include "drivers/transport/capture_file.hpp"
 #include "drivers/transport/udp_extractor.hpp"
@@ -27,8 +28,8 @@ class PcapSource final : public PacketSource {
     std::vector<std::uint16_t> ports;  ///< destination ports; empty: all
     std::string source_address;        ///< IPv4 or IPv6 of the device; empty: all
 
-    /// Empty if fine, else what is wrong with which key.
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
 
   PcapSource(SensorId sensor, Config config)

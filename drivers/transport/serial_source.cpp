@@ -15,10 +15,17 @@
 
 namespace hueline::drivers {
 
-std::string SerialSource::Config::validate() const {
-  if (device.empty()) return "device must be a path such as /dev/ttyUSB0";
-  if (baud < 300 || baud > 12000000) return "baud must be 300 .. 12000000";
-  return stream.validate();
+void SerialSource::Config::visit(Keys& keys) {
+  keys.text(required("device", "", "The path of the serial port, best a name of /dev/serial/by-id: such a name does not change."), device);
+  // The fastest adapters (FTDI's of the Hi-Speed class) make 12 Mbaud.
+  keys.whole(required("baud", "1/s", "The port's speed, with 8 data bits, no parity, one stop bit and no flow control."), baud,
+             {300, 12'000'000});
+}
+
+KeyError SerialSource::Config::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (device.empty()) return not_allowed("device", "empty", "a path such as /dev/ttyUSB0");
+  return {"", stream.validate()};
 }
 
 SerialSource::SerialSource(Config config) : ByteStreamSource(config.stream), config_(std::move(config)) {}

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/keys.hpp"
 #include "drivers/transport/byte_stream_source.hpp"
 
 namespace hueline::drivers {
@@ -12,8 +13,8 @@ class SerialSource final : public ByteStreamSource {
     std::string device = "/dev/ttyUSB0";
     int baud = 115200;  ///< any number the hardware can make, 460800 and 921600 included
     ByteStreamSource::Config stream;
-    /// Empty if fine, else which key is outside which range.
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
   explicit SerialSource(Config config);
 

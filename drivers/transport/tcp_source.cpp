@@ -37,12 +37,18 @@ void set_option(int fd, int level, int option, int value) {
 
 }  // namespace
 
-std::string TcpSource::Config::validate() const {
-  if (host.empty()) return "host must be an address or a name";
-  if (port < 1 || port > 65535) return "port must be 1 .. 65535";
-  if (connect_timeout.count() < 10 || connect_timeout.count() > 60000) return "connect_timeout must be 10 .. 60000 ms";
-  if (peer_timeout.count() < 3 || peer_timeout.count() > 3600) return "peer_timeout must be 3 .. 3600 s";
-  return stream.validate();
+void TcpSource::Config::visit(Keys& keys) {
+  keys.text(required("host", "", "The device's address or name."), host);
+  keys.whole(required("port", "", "The device's TCP port."), port, {1, 65535});
+}
+
+KeyError TcpSource::Config::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (host.empty()) return not_allowed("host", "empty", "an address or a name");
+  if (connect_timeout.count() < 10 || connect_timeout.count() > 60000)
+    return not_allowed("connect_timeout", std::to_string(connect_timeout.count()), "10 to 60000 ms");
+  if (peer_timeout.count() < 3 || peer_timeout.count() > 3600) return not_allowed("peer_timeout", std::to_string(peer_timeout.count()), "3 to 3600 s");
+  return {"", stream.validate()};
 }
 
 TcpSource::TcpSource(Config config) : ByteStreamSource(config.stream), config_(std::move(config)) {}

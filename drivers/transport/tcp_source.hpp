@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/keys.hpp"
 #include "drivers/transport/byte_stream_source.hpp"
 
 namespace hueline::drivers {
@@ -13,8 +14,8 @@ class TcpSource final : public ByteStreamSource {
     std::chrono::milliseconds connect_timeout{2000};
     std::chrono::seconds peer_timeout{10};  ///< unanswered keep-alives for so long: Disconnected
     ByteStreamSource::Config stream;
-    /// Empty if fine, else which key is outside which range.
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
   explicit TcpSource(Config config);
 

@@ -53,19 +53,31 @@ struct UdpSource::Datagram {
   std::optional<std::uint32_t> kernel_drops;
 };
 
-std::string UdpSource::Config::validate() const {
-  if (ports.empty()) return "ports must name at least one UDP port";
-  if (!parse_address(bind_address)) return fmt::format("bind_address '{}' is not an IPv4 address", bind_address);
-  for (const auto& [key, value] : {std::pair{"source_address", &source_address},
-                                   {"multicast_group", &multicast_group},
-                                   {"multicast_interface", &multicast_interface}})
-    if (!value->empty() && !parse_address(*value)) return fmt::format("{} '{}' is not an IPv4 address", key, *value);
+void UdpSource::Config::visit(Keys& keys) {
+  keys.wholes(required("ports", "", "The UDP ports of the device. What comes on several ports is told apart by the decoder."),
+              ports, {1, 65535}, {1});
+  keys.text({"bind_address", "", "The computer's own address on the interface that the device is connected to. 0.0.0.0 listens on all interfaces."}, bind_address,
+            kIpv4Address);
+  keys.text({"source_address", "",
+             "The device's address. Datagrams from other addresses are fault WrongDevice. Without it, all that comes is taken for one device's, and a second "
+             "sender is told as that fault too.",
+             "any"},
+            source_address, kIpv4Address);
+  keys.text({"multicast_group", "", "The multicast group to join, within 224.0.0.0 to 239.255.255.255.", "none"}, multicast_group, kIpv4Address);
+  keys.text({"multicast_interface", "", "The computer's own address on the interface that joins the group.", "the kernel's choice"}, multicast_interface, kIpv4Address);
+  keys.whole({"receive_buffer_bytes", "bytes", "The size of the kernel's receive buffer of each port. A size above net.core.rmem_max needs CAP_NET_ADMIN."},
+             receive_buffer_bytes, {4096, 1 << 30});
+}
+
+KeyError UdpSource::Config::validate() const {
+  Config in_files = *this;
+  for (std::uint16_t& port : in_files.ports) port = std::max<std::uint16_t>(port, 1);  // 0, any free one, is for programs that ask bound_ports()
+  if (KeyError wrong = check_keys(in_files); !wrong.empty()) return wrong;
+  if (bind_address.empty()) return not_allowed("bind_address", "empty", kIpv4Address.allowed);
   if (!multicast_group.empty() && !IN_MULTICAST(ntohl(*parse_address(multicast_group))))
-    return fmt::format("multicast_group '{}' must be within 224.0.0.0 to 239.255.255.255", multicast_group);
-  if (receive_buffer_bytes < 4096 || receive_buffer_bytes > 1 << 30)
-    return "receive_buffer_bytes must be within [4096, 2^30]";
-  if (max_datagram_bytes < 64 || max_datagram_bytes > 65536) return "max_datagram_bytes must be within [64, 65536]";
-  if (batch < 1 || batch > 1024) return "batch must be within [1, 1024]";
+    return not_allowed("multicast_group", multicast_group, "224.0.0.0 to 239.255.255.255");
+  if (max_datagram_bytes < 64 || max_datagram_bytes > 65536) return not_allowed("max_datagram_bytes", std::to_string(max_datagram_bytes), "64 to 65536");
+  if (batch < 1 || batch > 1024) return not_allowed("batch", std::to_string(batch), "1 to 1024");
   return {};
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/buffer.hpp"
+#include "core/keys.hpp"
 #include "core/packet.hpp"
 #include "core/fault.hpp"
 #include "drivers/transport/host_clock.hpp"
@@ -37,8 +38,8 @@ class UdpSource final : public PacketSource {
     std::size_t max_datagram_bytes = 2048;
     int batch = 64;  ///< datagrams taken by one system call
 
-    /// Empty if fine, else what is wrong with which key.
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
 
   UdpSource(SensorId sensor, Config config, BufferPool pool);

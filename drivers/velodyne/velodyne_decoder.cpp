@@ -49,13 +49,27 @@ nanoseconds within_half_hour(nanoseconds d) {
 
 }  // namespace
 
-std::string VelodyneDecoder::Config::validate() const {
-  constexpr double two_pi = 6.283185307179587;
-  if (!(min_range_m >= 0 && min_range_m <= 131)) return "min_range_m must be within [0, 131] m";
-  if (!(max_range_m > min_range_m && max_range_m <= 200)) return "max_range_m must be within (min_range_m, 200] m";
-  if (!(azimuth_begin >= 0 && azimuth_begin < two_pi)) return "azimuth_begin must be within [0, 2 pi) rad";
-  if (!(azimuth_end >= 0 && azimuth_end <= two_pi)) return "azimuth_end must be within [0, 2 pi] rad";
-  if (azimuth_begin == azimuth_end) return "azimuth_begin and azimuth_end are the same: no azimuth would be kept";
+void VelodyneDecoder::Config::visit(Keys& keys) {
+  keys.choice(required("model", "",
+                       "The scanner's model. The timing of its packets has to agree (1.327 ms and 0.553 ms between data packets; half of it in dual-return mode), else "
+                       "fault WrongDevice. The factory byte need not agree: old VLP-16s bear the HDL-32E's. A Puck LITE is a VLP-16."),
+              model, {{"VLP-16", VelodyneModel::Vlp16}, {"HDL-32E", VelodyneModel::Hdl32e}});
+  keys.choice({"returns", "", "Which returns of a firing are kept, of a scanner in dual-return mode."}, returns,
+              {{"all", ReturnChoice::All}, {"strongest", ReturnChoice::Strongest}, {"last", ReturnChoice::Last}});
+  keys.number({"min_range_m", "m", "Nearer returns are dropped."}, min_range_m, {0, 131});
+  keys.number({"max_range_m", "m", "Farther returns are dropped. It is above `min_range_m`."}, max_range_m, {0, 200});
+  keys.angle({"azimuth_begin_deg", "deg", "Azimuths are kept clockwise from here ..."}, azimuth_begin, {0, 360, Ends::MinOnly});
+  keys.angle({"azimuth_end_deg", "deg", "... to here, through 0 if it is smaller than `azimuth_begin_deg`."}, azimuth_end, {0, 360});
+  keys.flag({"detects_lost", "",
+             "Whether gaps between time stamps are told as lost packets. The part of the circle that the scanner itself is set not to send is known by the jump of "
+             "its azimuth. Say false if the scanner leaves out packets otherwise."},
+            detects_lost);
+}
+
+KeyError VelodyneDecoder::Config::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (max_range_m <= min_range_m) return not_allowed("max_range_m", number_text(max_range_m), "more than min_range_m");
+  if (azimuth_begin == azimuth_end) return {"azimuth_end_deg", "is equal to azimuth_begin_deg, so no azimuth would be kept; allowed: another one"};
   return {};
 }
 

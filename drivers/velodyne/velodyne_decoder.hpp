@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/decoder.hpp"
+#include "core/keys.hpp"
 #include "drivers/gap_trial.hpp"
 #include "drivers/velodyne/velodyne_model.hpp"
 #include "drivers/velodyne/velodyne_position.hpp"
@@ -62,8 +63,8 @@ class VelodyneDecoder final : public Decoder {
     /// Lost packets are seen from gaps between stamps. False where the scanner itself leaves out packets.
     bool detects_lost = true;
 
-    /// Empty if fine, else what is wrong with which key.
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
 
   VelodyneDecoder(SensorId sensor, const Config& config);

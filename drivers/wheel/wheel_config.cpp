@@ -1,43 +1,152 @@
 #include <fmt/format.h>
 
+#include "drivers/can/dbc.hpp"
 #include "drivers/wheel/wheel_decoder.hpp"
 
 namespace hueline::drivers {
+namespace {
 
-std::string WheelDecoder::Config::validate() const {
-  if (messages.empty()) return "messages must name at least one message";
-  int counting = 0;
-  for (const Message& message : messages) {
-    if (message.id > (message.is_extended ? 0x1FFFFFFFU : 0x7FFU))
-      return fmt::format("id: {} does not fit into {} bits", message.id, message.is_extended ? 29 : 11);
-    for (const Message& other : messages)
-      if (&other != &message && other.id == message.id && other.is_extended == message.is_extended)
-        return fmt::format("id: {} is named twice", message.id);
-    if (message.speeds.empty() && message.pulses.empty())
-      return fmt::format("id: message {} has neither a speed nor pulses", message.id);
-    counting += message.pulses.empty() ? 0 : 1;
-    for (const CanSignal& signal : message.speeds)
-      if (std::string wrong = signal.validate(); !wrong.empty()) return wrong;
-    for (const Pulses& pulses : message.pulses) {
-      if (std::string wrong = pulses.signal.validate(); !wrong.empty()) return wrong;
-      if (pulses.signal.bits > 32) return "bits: pulses have at most 32";
-      if (!(pulses.metres_per_pulse > 0 && pulses.metres_per_pulse <= 10))
-        return "metres_per_pulse must be above 0 and at most 10";
-      if (pulses.signal.is_signed || pulses.signal.min != 0) return "signed, min: pulses count up from 0";
-      if (counter_range(pulses.signal).count < 3) return "max: pulses count to 2 at least";
+/// A signal as files describe it: a line of a DBC file, or the same key by key.
+struct SignalKeys {
+  std::string dbc;
+  CanSignal signal{.bits = 0};  // none is allowed: a file has to say it
+
+  void visit(Keys& keys) {
+    keys.one_of({"dbc", "start_bit"});
+    if (keys.text({"dbc", "", "A line of a DBC file, such as `SG_ NAME : 0\\|16@1+ (0.0075,0) [0\\|491.49] \"unit\" X`, instead of all keys below.", "none"}, dbc)) {
+      if (const auto parsed = parse_dbc_signal(dbc); parsed.ok()) signal = parsed->signal;
+      return;
     }
-    if (message.counter) {
-      if (std::string wrong = message.counter->validate(); !wrong.empty()) return wrong;
-      if (message.counter->bits > 32 || message.counter->is_signed)
-        return "bits: a rolling counter has at most 32, and no sign";
-      if (counter_range(*message.counter).count < 3) return "bits: a rolling counter has three values at least";
-    }
-    if (message.checksum && message.checksum->byte > 63) return "byte must be within 0 .. 63";
+    signal.visit(keys);
   }
-  if (counting > 1) return "messages: pulses are counted from one message alone";
-  if (!(sigma_speed > 0 && sigma_speed <= 10)) return "sigma_speed must be above 0 and at most 10";
-  if (!(max_speed > 0 && max_speed <= 200)) return "max_speed must be above 0 and at most 200";
-  if (!(max_acceleration > 0 && max_acceleration <= 1000)) return "max_acceleration must be above 0 and at most 1000";
+  KeyError validate() const {
+    if (dbc.empty()) return signal.validate();
+    const auto parsed = parse_dbc_signal(dbc);
+    if (!parsed.ok()) return {"dbc", "cannot be read: " + parsed.error().message};
+    if (parsed->is_multiplexed) return {"dbc", "is a multiplexed signal, which is not in every frame of its message; allowed: one that is"};
+    const KeyError wrong = signal.validate();
+    return {wrong.empty() ? "" : "dbc", wrong.empty() ? "" : "says that " + wrong.text()};
+  }
+};
+
+struct SpeedKeys : SignalKeys {
+  double metres_per_second = 1;
+
+  void visit(Keys& keys) {
+    keys.choice(required("unit", "", "The unit of the speed behind its scale and offset."), metres_per_second, {{"m/s", 1.0}, {"km/h", 1 / 3.6}, {"mph", 0.44704}});
+    SignalKeys::visit(keys);
+  }
+  CanSignal speed() const {
+    CanSignal out = signal;
+    for (double* value : {&out.scale, &out.offset, &out.min, &out.max}) *value *= metres_per_second;
+    return out;
+  }
+};
+
+constexpr Range kMetresPerPulse{1e-6, 10};
+
+struct PulseKeys : SignalKeys {
+  double metres_per_pulse = 0;
+
+  void visit(Keys& keys) {
+    keys.number(required("metres_per_pulse", "m", "The circumference of the tyre over the pulses of a turn."), metres_per_pulse, kMetresPerPulse);
+    SignalKeys::visit(keys);
+  }
+};
+
+KeyError check_pulses(const WheelDecoder::Pulses& pulses) {
+  if (KeyError wrong = pulses.signal.validate(); !wrong.empty()) return wrong;
+  if (pulses.signal.bits > 32) return not_allowed("bits", std::to_string(pulses.signal.bits), "at most 32 for pulses");
+  if (!kMetresPerPulse.has(pulses.metres_per_pulse))
+    return not_allowed("metres_per_pulse", number_text(pulses.metres_per_pulse), kMetresPerPulse.allowed("m", false));
+  if (pulses.signal.is_signed) return {"signed", "is true; allowed for pulses: false, for they count up from 0"};
+  if (pulses.signal.min != 0) return not_allowed("min", number_text(pulses.signal.min), "0 for pulses, which count up from there");
+  if (counter_range(pulses.signal).count < 3) return not_allowed("max", number_text(pulses.signal.max), "2 or more for pulses");
+  return {};
+}
+
+KeyError check_counter(const CanSignal& counter) {
+  if (KeyError wrong = counter.validate(); !wrong.empty()) return wrong;
+  if (counter.bits > 32) return not_allowed("bits", std::to_string(counter.bits), "at most 32 for a rolling counter");
+  if (counter.is_signed) return {"signed", "is true; allowed for a rolling counter: false"};
+  if (counter_range(counter).count < 3) return not_allowed("bits", std::to_string(counter.bits), "enough for the three values that a rolling counter has at least");
+  return {};
+}
+
+struct MessageKeys {
+  WheelDecoder::Message message;
+
+  void visit(Keys& keys) {
+    keys.flag({"extended", "", "Whether `id` has 29 bits."}, message.is_extended);
+    keys.whole(required("id", "", "The message's id: 0 to 2047, or 29 bits."), message.id, {0, 0x1FFFFFFF});
+    std::vector<SpeedKeys> speeds;
+    if (keys.list({"speeds", "", "Signals of wheels whose mean is the speed, each with its `unit`.", "none"}, speeds))
+      for (const SpeedKeys& one : speeds) message.speeds.push_back(one.speed());
+    std::vector<PulseKeys> pulses;
+    if (keys.list({"pulses", "",
+                   "Signals that count the pulses of wheels and begin anew at 0 behind their `max`, or where their bits end, each with its `metres_per_pulse`. They are "
+                   "in one message of a sensor.",
+                   "none"},
+                  pulses))
+      for (const PulseKeys& one : pulses) message.pulses.push_back({one.signal, one.metres_per_pulse});
+    std::optional<SignalKeys> counter;
+    if (keys.section({"counter", "",
+                      "A signal that rises by one from message to message, from its `min` to its `max` or to where its bits end. Gaps are fault Lost, repeats are fault "
+                      "Spurious.",
+                      "none"},
+                     counter))
+      message.counter = counter->signal;
+    keys.section({"checksum", "", "The check sum over all bytes but the one that holds it. A wrong one is fault Malformed.", "none"}, message.checksum);
+  }
+  KeyError validate() const { return message.validate(); }
+};
+
+}  // namespace
+
+void WheelDecoder::Checksum::visit(Keys& keys) {
+  keys.choice(required("kind", "", "How the check sum is made."), kind,
+              {{"xor", CanChecksum::Xor}, {"crc8_j1850", CanChecksum::Crc8J1850}, {"crc8_h2f", CanChecksum::Crc8H2f}});
+  keys.whole(required("byte", "", "The place of the byte that holds it."), byte, {0, 63});
+}
+
+KeyError WheelDecoder::Message::validate() const {
+  if (id > (is_extended ? 0x1FFFFFFFU : 0x7FFU)) return not_allowed("id", std::to_string(id), is_extended ? "29 bits" : "0 to 2047 where extended is false");
+  if (speeds.empty() && pulses.empty()) return {"id", fmt::format("{} has neither speeds nor pulses; allowed: at least one of them", id)};
+  for (std::size_t i = 0; i < speeds.size(); ++i)
+    if (KeyError wrong = speeds[i].validate(); !wrong.empty()) return wrong.inside(fmt::format("speeds[{}]", i));
+  for (std::size_t i = 0; i < pulses.size(); ++i)
+    if (KeyError wrong = check_pulses(pulses[i]); !wrong.empty()) return wrong.inside(fmt::format("pulses[{}]", i));
+  if (counter)
+    if (KeyError wrong = check_counter(*counter); !wrong.empty()) return wrong.inside("counter");
+  if (checksum)
+    if (KeyError wrong = check_keys(*checksum); !wrong.empty()) return wrong.inside("checksum");
+  return {};
+}
+
+void WheelDecoder::Config::visit(Keys& keys) {
+  std::vector<MessageKeys> described;
+  if (keys.list(required("messages", "", "The messages that tell of the wheels."), described)) {
+    messages.clear();
+    for (MessageKeys& one : described) messages.push_back(std::move(one.message));
+  }
+  keys.number({"sigma_speed", "m/s", "One standard deviation of a speed."}, sigma_speed, {1e-4, 10});
+  keys.number({"max_speed", "m/s", "A faster speed is fault Implausible."}, max_speed, {0.1, 200});
+  keys.number({"max_acceleration", "m/s^2", "A larger change of the speed is fault Implausible."}, max_acceleration, {0.1, 1000});
+}
+
+KeyError WheelDecoder::Config::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (messages.empty()) return not_allowed("messages", "an empty list", "one message or more");
+  std::size_t counting = 0;
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    const Message& message = messages[i];
+    const std::string place = fmt::format("messages[{}]", i);
+    if (KeyError wrong = message.validate(); !wrong.empty()) return wrong.inside(place);
+    for (std::size_t j = 0; j < i; ++j)
+      if (messages[j].id == message.id && messages[j].is_extended == message.is_extended)
+        return KeyError{"id", fmt::format("is {}, as in a message above; allowed: each id once", message.id)}.inside(place);
+    if (!message.pulses.empty() && counting++ > 0) return KeyError{"pulses", "are in a message above already; allowed: pulses of one message alone"}.inside(place);
+  }
   return {};
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/decoder.hpp"
+#include "core/keys.hpp"
 #include "drivers/can/can_cycle.hpp"
 #include "drivers/can/can_errors.hpp"
 #include "drivers/can/can_frame.hpp"
@@ -31,6 +32,7 @@ class WheelDecoder final : public Decoder {
   struct Checksum {
     CanChecksum kind = CanChecksum::Xor;
     std::size_t byte = 0;  ///< that holds it
+    void visit(Keys& keys);
   };
   struct Message {
     std::uint32_t id = 0;
@@ -40,14 +42,15 @@ class WheelDecoder final : public Decoder {
     /// Rises by one from message to message; begins anew at its min behind its max, or at 0 where its bits end.
     std::optional<CanSignal> counter;
     std::optional<Checksum> checksum;
+    KeyError validate() const;
   };
   struct Config {
     std::vector<Message> messages;
     double sigma_speed = 0.05;     ///< m/s, (0, 10]
     double max_speed = 70;         ///< m/s, (0, 200]: faster is no vehicle
     double max_acceleration = 15;  ///< m/s^2, (0, 1000]: braking and pulling away, not slipping
-    /// Empty if fine, else what is wrong with which key.
-    std::string validate() const;
+    void visit(Keys& keys);
+    KeyError validate() const;
   };
 
   WheelDecoder(SensorId sensor, Config config);

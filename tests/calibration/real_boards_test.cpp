@@ -9,7 +9,7 @@
 #include "calibration/lens/lens_calibration.hpp"
 #include "calibration/lens/lens_report.hpp"
 #include "calibration/lens/opencv_reference.hpp"
-#include "config/rig_head.hpp"
+#include "config/key_reader.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace hueline::calibration {
@@ -116,9 +116,7 @@ TEST(RealBoards, TheFragmentIsReadByTheRig) {
   ASSERT_TRUE(found.ok()) << found.error().message;
   const LensReportContext context{"2026-11-21", "5 images", {}, ""};
   config::Section root = config::Section::load_text("lens:\n" + lens_fragment(*found, context, 2), "lens.yaml");
-  config::Section lens = root.section("lens");
-  const fusion::CameraIntrinsics read = config::read_intrinsics(lens);
-  lens.finish();
+  const auto read = config::read_config<fusion::CameraIntrinsics>(root.section("lens"));
   EXPECT_LT((read.focal_px - found->adjusted.lens.focal_px).norm(), 1e-6);
   EXPECT_EQ(read.width, 640u);
   EXPECT_NE(lens_html(*found, context).find("</svg>"), std::string::npos);

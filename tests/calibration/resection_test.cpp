@@ -9,7 +9,8 @@
 
 #include "calibration/mount/correspondence_file.hpp"
 #include "calibration/mount/mount_report.hpp"
-#include "config/mounting.hpp"
+#include "config/key_reader.hpp"
+#include "core/mounting.hpp"
 #include "tests/calibration/measured_objects.hpp"
 #include "tests/calibration/simulated_points.hpp"
 
@@ -198,8 +199,8 @@ TEST(MountReport, TheFragmentIsReadByTheRig) {
   const auto record = mount_record(found->covariance, Eigen::Matrix3d::Identity(), "2026-11-21", {"12 points"}, found->rms_px);
   config::Section root = config::Section::load_text(
       mounting_yaml("T_head_lens", found->T_scanner_lens.rotation, found->T_scanner_lens.translation, record, 0), "mount.yaml");
-  const config::Mounting again = config::read_mounting(root.section("T_head_lens"));
-  EXPECT_LT(again.rotation.angularDistance(found->T_scanner_lens.rotation), 1e-8);
+  const auto again = config::read_config<Mounting>(root.section("T_head_lens"));
+  EXPECT_LT(again.rotation().angularDistance(found->T_scanner_lens.rotation), 1e-8);
   EXPECT_LT((again.position_m - found->T_scanner_lens.translation).norm(), 1e-6);
 }
 

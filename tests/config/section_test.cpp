@@ -24,7 +24,7 @@ TEST(Section, ReadsWhatIsThere) {
   EXPECT_DOUBLE_EQ(s.number("rate", {0, 1}), 0.5);
   EXPECT_EQ(s.text("name"), "front");
   EXPECT_TRUE(s.boolean("on", false));
-  EXPECT_EQ(s.vector3("at", {-10, 10}), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(s.numbers("at", {-10, 10}, "m", {3, 3}), (std::vector<double>{1, 2, 3}));
   Section sub = s.section("sub");
   EXPECT_EQ(sub.integer("a", {0, 9}), 1);
   sub.finish();
@@ -42,7 +42,7 @@ TEST(Section, NamesFileLineKeyAndRangeWhenOutOfRange) {
 }
 
 TEST(Section, SaysWhichKeyWasProbablyMeant) {
-  EXPECT_THAT(message_of([] { Section::load_text("position_mm: [1, 2, 3]\n", "r").vector3("position_m", {-9, 9}); }),
+  EXPECT_THAT(message_of([] { Section::load_text("position_mm: [1, 2, 3]\n", "r").numbers("position_m", {-9, 9}); }),
               HasSubstr("'position_m' is missing; is 'position_mm' meant for it?"));
   EXPECT_THAT(message_of([] { Section::load_text("port: COM3\nbaud: 9600\n", "r").text("device"); }), HasSubstr("'device' is missing; here are: port, baud"));
   EXPECT_THAT(message_of([] {
@@ -72,9 +72,11 @@ TEST(Section, RefusesUnknownMissingDoubleAndMistyped) {
   EXPECT_THAT(message_of([] { Section::load_text("a: 1\na: 2\n", "r"); }), HasSubstr("stands twice"));
   EXPECT_THAT(message_of([] { Section::load_text("a: [1, x]\n", "r").numbers("a", {0, 9}); }), HasSubstr("'x'"));
   EXPECT_THAT(message_of([] { Section::load_text("a: 1.5\n", "r").integer("a", {0, 9}); }), HasSubstr("whole number"));
-  EXPECT_THAT(message_of([] { Section::load_text("a: [1, 1.5]\n", "r").integers("a", {0, 9}); }), HasSubstr("whole number"));
-  EXPECT_THAT(message_of([] { Section::load_text("a: [1, 10]\n", "r").integers("a", {0, 9}); }), HasSubstr("from 0 to 9"));
-  EXPECT_THAT(message_of([] { Section::load_text("a: [x, [y]]\n", "r").texts("a"); }), HasSubstr("a list of texts"));
+  EXPECT_THAT(message_of([] { Section::load_text("a: [1, 1.5]\n", "r").numbers("a", {0, 9}, "", {}, true); }), HasSubstr("whole number"));
+  EXPECT_THAT(message_of([] { Section::load_text("a: [1, 10]\n", "r").numbers("a", {0, 9}, "", {}, true); }), HasSubstr("from 0 to 9"));
+  EXPECT_THAT(message_of([] { Section::load_text("a: [1, 2]\n", "r").numbers("a", {0, 9}, "m", {3, 3}); }), HasSubstr("'a' is a list of 2; allowed: a list of 3 numbers"));
+  EXPECT_THAT(message_of([] { Section::load_text("a: 360\n", "r").number("a", {0, 360, Ends::MinOnly}, "deg"); }), HasSubstr("'a' is '360'; allowed: a number from 0 to below 360 deg"));
+  EXPECT_THAT(message_of([] { Section::load_text("a: [x, [y]]\n", "r").texts("a"); }), HasSubstr("'a' is a list of 1; allowed: a list, each of its items a text"));
   EXPECT_THAT(message_of([] { Section::load_text("a: nan\n", "r").number("a", {0, 9}); }), HasSubstr("allowed"));
   EXPECT_THAT(message_of([] { Section::load_text("a: [1\n", "r"); }), HasSubstr("not YAML"));
   EXPECT_THAT(message_of([] { Section::load_text("- 1\n", "r"); }), HasSubstr("expected a mapping"));

@@ -8,6 +8,8 @@
 #include "config/section.hpp"
 #include "config/sheet.hpp"
 #include "config/shipped.hpp"
+#include "drivers/gige/genicam_device.hpp"
+#include "drivers/novatel/novatel_device.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -25,7 +27,7 @@ int load_all(const std::filesystem::path& folder, auto load) {
 }
 
 TEST(Shipped, EveryRigAndScenarioLoads) {
-  EXPECT_GE(load_all(test::source_dir() / "config/rigs", load_rig), 1);
+  EXPECT_GE(load_all(test::source_dir() / "config/rigs", [](const std::string& path) { load_rig(path); }), 1);
   EXPECT_GE(load_all(test::source_dir() / "config/scenarios", load_scenario), 3);
 }
 
@@ -76,17 +78,22 @@ TEST(Shipped, GivesWayToAUsersFile) {
 
 TEST(Shipped, JpegPlanesReachTheDecoderAndLeaveTheTransportItsBytes) {
   const Rig rig = load_rig((test::source_dir() / "config/rigs/ladybug5_jpeg.yaml").string());
-  const CameraSensor* camera = nullptr;
-  for (const Sensor& sensor : rig.sensors)
-    if (const auto* found = std::get_if<CameraSensor>(&sensor.device)) camera = found;
+  const auto camera_of = [](const Rig& given) {
+    for (const Sensor& sensor : given.sensors)
+      if (const auto* found = dynamic_cast<const drivers::GenicamDevice*>(sensor.device.get())) return found;
+    return static_cast<const drivers::GenicamDevice*>(nullptr);
+  };
+  const drivers::GenicamDevice* camera = camera_of(rig);
   ASSERT_NE(camera, nullptr);
-  EXPECT_EQ(camera->decoder.payload, drivers::ImagePayload::JpegPlanes);
-  EXPECT_EQ(camera->decoder.planes.lens_columns, 3u);
-  EXPECT_EQ(camera->decoder.pixel_format, PixelFormat::BayerRG8);
-  EXPECT_EQ(camera->decoder.width, 7344u);
-  EXPECT_EQ(camera->source.width, 0u);
-  EXPECT_EQ(camera->source.pixel_format, PixelFormat::Mono8);
-  EXPECT_EQ(std::count(camera->decoder.planes.is_used.begin(), camera->decoder.planes.is_used.end(), true), 6);
+  const auto decoder = camera->decoder();
+  EXPECT_EQ(decoder.payload, drivers::ImagePayload::JpegPlanes);
+  EXPECT_EQ(decoder.planes.lens_columns, 3u);
+  EXPECT_EQ(decoder.pixel_format, PixelFormat::BayerRG8);
+  EXPECT_EQ(decoder.width, 7344u);
+  EXPECT_EQ(camera->source().width, 0u);
+  EXPECT_EQ(camera->source().pixel_format, PixelFormat::Mono8);
+  EXPECT_EQ(camera->sent_format(), PixelFormat::Mono8);
+  EXPECT_EQ(std::count(decoder.planes.is_used.begin(), decoder.planes.is_used.end(), true), 6);
 
   // Without the lens that looks up, its planes are nobody's.
   std::string text = rig.text;
@@ -95,11 +102,9 @@ TEST(Shipped, JpegPlanesReachTheDecoderAndLeaveTheTransportItsBytes) {
   ASSERT_NE(end, std::string::npos);
   text.erase(last, end - last);
   const Rig fewer = parse_rig(text, "fewer");
-  for (const Sensor& sensor : fewer.sensors)
-    if (const auto* found = std::get_if<CameraSensor>(&sensor.device)) {
-      EXPECT_FALSE(found->decoder.planes.is_used[5]);
-      EXPECT_TRUE(found->decoder.planes.is_used[0]);
-    }
+  ASSERT_NE(camera_of(fewer), nullptr);
+  EXPECT_FALSE(camera_of(fewer)->decoder().planes.is_used[5]);
+  EXPECT_TRUE(camera_of(fewer)->decoder().planes.is_used[0]);
 }
 
 TEST(Shipped, ATypoInARigIsRefusedWithItsLine) {
@@ -131,8 +136,7 @@ TEST(Shipped, ACamerasOwnClockAndCommandsOfTheReceiverAreRead) {
   const Rig rig = parse_rig(small_rig("event_input: 0, counter_offset_s: -315964819", "colouring: {method: lens}\n"), "r");
   ASSERT_EQ(rig.sync.cameras.size(), 1u);
   EXPECT_EQ(rig.sync.cameras[0].counter_offset, std::chrono::seconds(-315964819));
-  const auto& tcp = std::get<drivers::TcpSource::Config>(std::get<NovatelSensor>(rig.sensors[0].device).source);
-  EXPECT_NE(tcp.stream.dialogue.find("UNLOG COM1\r\n"), std::string::npos);
+  EXPECT_NE(dynamic_cast<const drivers::NovatelDevice&>(*rig.sensors[0].device).dialogue().find("UNLOG COM1\r\n"), std::string::npos);
   EXPECT_THROW(parse_rig(small_rig("event_input: 1, counter_offset_s: -315964819", "colouring: {method: lens}\n"), "r"), ConfigError)
       << "a strobe and a disciplined clock exclude each other";
 }

@@ -207,11 +207,11 @@ TEST(TcpSource, PeerThatDoesNotReadTheDialogueDoesNotBlockForever) {
 
 TEST(TcpSource, ConfigNamesTheWrongKey) {
   auto config = tcp(0);
-  EXPECT_NE(config.validate().find("port"), std::string::npos);
+  EXPECT_NE(config.validate().text().find("port"), std::string::npos);
   EXPECT_EQ(TcpSource(config).open().error().code, ErrorCode::Invalid);
   config = tcp(1);
   config.stream.chunk_bytes = 1;
-  EXPECT_NE(config.validate().find("chunk_bytes"), std::string::npos);
+  EXPECT_NE(config.validate().text().find("chunk_bytes"), std::string::npos);
 }
 
 /// The device's end of a pseudo-terminal.
@@ -263,7 +263,7 @@ TEST(SerialSource, WhatIsNoSerialPort) {
   config.device = "/dev/nothing_of_this_name";
   EXPECT_EQ(SerialSource(config).open().error().code, ErrorCode::Unavailable);
   config.baud = 1;
-  EXPECT_NE(config.validate().find("baud"), std::string::npos);
+  EXPECT_NE(config.validate().text().find("baud"), std::string::npos);
 }
 
 TEST(FileSource, ReadsTheFileInPiecesWithCountedTimes) {

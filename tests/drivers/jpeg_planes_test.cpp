@@ -238,7 +238,7 @@ TEST_F(JpegPlanesTest, SettingsThatCannotBeAreRefused) {
   EXPECT_EQ(config_.validate(), "");
   auto c = config_;
   c.planes.lens_columns = 4;
-  EXPECT_THAT(c.validate(), testing::StartsWith("lens_columns: 4"));
+  EXPECT_THAT(c.validate(), testing::StartsWith("lens_columns is 4"));
   c = config_;
   c.planes.plane_places = {0, 1, 1, 2};
   EXPECT_THAT(c.validate(), testing::StartsWith("plane_places"));

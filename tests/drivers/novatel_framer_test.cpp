@@ -289,13 +289,13 @@ TEST(NovatelLogs, Dialogue) {
 TEST(NovatelLogs, ConfigNamesTheWrongKey) {
   NovatelLogs::Config config;
   config.ins_rate_hz = 30;
-  EXPECT_NE(config.validate().find("ins_rate_hz"), std::string::npos);
+  EXPECT_NE(config.validate().text().find("ins_rate_hz"), std::string::npos);
   config = {};
   config.mark_inputs = {1, 1};
-  EXPECT_NE(config.validate().find("mark_inputs"), std::string::npos);
+  EXPECT_NE(config.validate().text().find("mark_inputs"), std::string::npos);
   config = {};
   config.commands = {"SAVECONFIG\r\nFRESET"};
-  EXPECT_NE(config.validate().find("commands"), std::string::npos);
+  EXPECT_NE(config.validate().text().find("commands"), std::string::npos);
   EXPECT_EQ(novatel_dialogue(config).error().code, ErrorCode::Invalid);
   config = {};
   config.ins_extended_rate_hz = 0.2;

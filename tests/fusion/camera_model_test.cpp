@@ -129,13 +129,13 @@ TEST(CameraModel, RefusesNonsense) {
   CameraIntrinsics k = brown();
   EXPECT_EQ(k.validate(), "");
   k.focal_px.x() = -3;
-  EXPECT_NE(k.validate().find("focal_px"), std::string::npos);
+  EXPECT_NE(k.validate().text().find("focal_px"), std::string::npos);
   k = brown();
   k.distortion[1] = std::nan("");
-  EXPECT_NE(k.validate().find("distortion"), std::string::npos);
+  EXPECT_NE(k.validate().text().find("distortion"), std::string::npos);
   k = brown();
   k.width = 0;
-  EXPECT_NE(k.validate().find("width"), std::string::npos);
+  EXPECT_NE(k.validate().text().find("width"), std::string::npos);
 }
 
 }  // namespace

@@ -210,11 +210,11 @@ TEST(Config, RefusesNonsenseByName) {
   EXPECT_THAT(config.validate(), testing::HasSubstr("max_held_moments"));
   config = {};
   config.trajectory.max_gap = nanoseconds(0);
-  EXPECT_THAT(config.validate(), testing::HasSubstr("max_gap"));
+  EXPECT_THAT(config.validate(), testing::HasSubstr("max_pose_gap_s"));
   RigGeometry rig = ladybug_rig(LensModel::Brown);
   EXPECT_EQ(rig.validate(), "");
   rig.head.lenses[2].T_head_lens.rotation.coeffs() *= 1.1;
-  EXPECT_THAT(rig.validate(), testing::HasSubstr("lens 2"));
+  EXPECT_THAT(rig.validate(), testing::HasSubstr("lenses[2]"));
   rig = ladybug_rig(LensModel::Brown);
   rig.head.panorama.stitching_radius_m = 0;
   EXPECT_THAT(rig.validate(), testing::HasSubstr("stitching_radius_m"));

@@ -1,0 +1,78 @@
+#include "drivers/gige/genicam_device.hpp"
+
+#include <algorithm>
+
+#include "drivers/guest/config_text.hpp"
+#include "drivers/guest/guest_source.hpp"
+
+namespace hueline::drivers {
+
+void GenicamDevice::visit(Keys& keys) {
+  keys.whole(required("width", "px", "The width of the delivered image. An image of another size is fault WrongSize."), width_, {1, 65535});
+  keys.whole(required("height", "px", "The height of the delivered image."), height_, {1, 65535});
+  keys.choice(required("pixel_format", "", "The pixel format of the delivered image."), pixel_format_,
+              {{name(PixelFormat::Mono8), PixelFormat::Mono8},
+               {name(PixelFormat::BayerRG8), PixelFormat::BayerRG8},
+               {name(PixelFormat::BayerBG8), PixelFormat::BayerBG8},
+               {name(PixelFormat::BayerGR8), PixelFormat::BayerGR8},
+               {name(PixelFormat::BayerGB8), PixelFormat::BayerGB8},
+               {name(PixelFormat::Rgb8), PixelFormat::Rgb8}});
+  keys.kinds({"payload", "",
+              "What the camera sends. `jpeg_planes`: six lenses as 24 grey JPEGs, one a place of the Bayer cell ([formats](formats.md#jpeg-planes)). The camera then keeps "
+              "its own region and sends bytes as Mono8; `width`, `height` and `pixel_format` are those of the mosaic that the planes make."},
+             {.words = {"rows", "jpeg_planes"}, .chosen = static_cast<std::size_t>(payload_), .make = [this](std::size_t word) {
+                payload_ = static_cast<ImagePayload>(word);
+                return KeyGroup{[this](Keys& inside) {
+                                  if (payload_ == ImagePayload::JpegPlanes) planes_.visit(inside);
+                                },
+                                [] { return KeyError(); }};
+              }});
+  camera_.visit(keys);
+}
+
+KeyError GenicamDevice::validate() const {
+  if (KeyError wrong = source().validate(); !wrong.empty()) return wrong;
+  return decoder().validate();
+}
+
+/// Aravis is a guest: it may crash, and nobody else notices.
+std::unique_ptr<PacketSource> GenicamDevice::make_source(SensorId sensor, const BufferPool&) const {
+  GuestSource::Config guest;
+  guest.sensor = sensor;
+  guest.driver = kGenicam.word;
+  guest.text = write_config(source());
+  guest.slots = camera_.stream_buffers + camera_.images_in_flight;
+  return std::make_unique<GuestSource>(std::move(guest));
+}
+
+std::unique_ptr<Decoder> GenicamDevice::make_decoder(SensorId) const { return std::make_unique<ImageDecoder>(decoder()); }
+
+void GenicamDevice::use_only(const std::vector<PixelRegion>& regions) {
+  const std::uint32_t width = width_ / planes_.lens_columns, height = height_ / planes_.lens_rows();
+  for (std::uint32_t i = 0; i < planes_.is_used.size(); ++i) {
+    const std::uint32_t x = i % planes_.lens_columns * width, y = i / planes_.lens_columns * height;
+    planes_.is_used[i] = std::any_of(regions.begin(), regions.end(), [&](const PixelRegion& region) {
+      return region.x < x + width && x < region.x + region.width && region.y < y + height && y < region.y + region.height;
+    });
+  }
+}
+
+GenicamConfig GenicamDevice::source() const {
+  GenicamConfig out = camera_;
+  if (payload_ == ImagePayload::Rows) {
+    out.width = width_;
+    out.height = height_;
+    out.pixel_format = pixel_format_;
+  } else {  // Its buffer has a size of its own, and to the transport it holds bytes.
+    out.pixel_format = PixelFormat::Mono8;
+  }
+  return out;
+}
+
+ImageDecoder::Config GenicamDevice::decoder() const {
+  return {.width = width_, .height = height_, .pixel_format = pixel_format_, .payload = payload_, .planes = planes_};
+}
+
+constinit const DeviceType kGenicam{"genicam", Role::Camera, true, make_device<GenicamDevice>};
+
+}  // namespace hueline::drivers

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "drivers/device.hpp"
+#include "drivers/gige/genicam_config.hpp"
+#include "drivers/gige/image_decoder.hpp"
+
+namespace hueline::drivers {
+
+/// A GigE Vision or USB3 Vision camera of a rig.
+class GenicamDevice final : public CameraDevice {
+ public:
+  void visit(Keys& keys) override;
+  KeyError validate() const override;
+  std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const override;
+  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override;
+
+  nanoseconds exposure() const override { return camera_.exposure.value_or(nanoseconds(0)); }
+  PixelFormat sent_format() const override { return source().pixel_format; }
+  void use_only(const std::vector<PixelRegion>& regions) override;
+
+  /// What the camera is told.
+  GenicamConfig source() const;
+  ImageDecoder::Config decoder() const;
+
+ private:
+  GenicamConfig camera_;  // but its region and pixel format
+  std::uint32_t width_ = 0, height_ = 0;
+  PixelFormat pixel_format_ = PixelFormat::BayerRG8;
+  ImagePayload payload_ = ImagePayload::Rows;
+  JpegPlanesLayout planes_;
+};
+
+/// The word `genicam` of a rig.
+extern const DeviceType kGenicam;
+
+}  // namespace hueline::drivers

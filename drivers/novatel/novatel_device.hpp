@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "drivers/device.hpp"
+#include "drivers/novatel/decoder.hpp"
+#include "drivers/novatel/logs.hpp"
+#include "drivers/transport/serial_source.hpp"
+#include "drivers/transport/tcp_source.hpp"
+
+namespace hueline::drivers {
+
+/// A NovAtel receiver of a rig.
+class NovatelDevice final : public Device {
+ public:
+  void visit(Keys& keys) override;
+  KeyError validate() const override { return decoder_.validate(); }
+  Arrivals arrivals() const override { return file_.empty() ? Arrivals::Live : Arrivals::Unknown; }
+  std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const override;
+  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override;
+
+  /// What the receiver is told after each connection; empty: nothing.
+  std::string dialogue() const;
+
+ private:
+  std::optional<TcpSource::Config> tcp_;
+  std::optional<SerialSource::Config> serial_;
+  std::string file_;
+  std::optional<NovatelLogs::Config> logs_;
+  NovatelDecoder::Config decoder_;
+};
+
+/// The word `novatel` of a rig.
+extern const DeviceType kNovatel;
+
+}  // namespace hueline::drivers

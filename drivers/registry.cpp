@@ -1,0 +1,20 @@
+#include <array>
+
+#include "drivers/device.hpp"
+#include "drivers/gige/genicam_device.hpp"
+#include "drivers/novatel/novatel_device.hpp"
+#include "drivers/pps/pps_device.hpp"
+#include "drivers/profile_scanner/profile_scanner_device.hpp"
+#include "drivers/velodyne/velodyne_device.hpp"
+#include "drivers/wheel/wheel_device.hpp"
+
+namespace hueline::drivers {
+
+DeviceTypes device_types() {
+  static constexpr std::array<const DeviceType*, 6> kTypes{
+      &kVelodyne, &kProfileScanner, &kNovatel, &kGenicam, &kPps, &kWheel,
+  };
+  return kTypes;
+}
+
+}  // namespace hueline::drivers

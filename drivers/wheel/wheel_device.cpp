@@ -1,0 +1,46 @@
+#include "drivers/wheel/wheel_device.hpp"
+
+#include "drivers/transport/can_log_source.hpp"
+#include "drivers/transport/can_source.hpp"
+#include "drivers/transport/udp_source.hpp"
+#include "drivers/wheel/wheel_decoder.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+class WheelDevice final : public OdometerDevice {
+ public:
+  void visit(Keys& keys) override {
+    keys.one_of({"can", "cannelloni", "can_log"});
+    keys.section({"can", "",
+                  "The bus by SocketCAN, which listens only. Set the interface up first: `ip link set can0 up type can bitrate 500000 restart-ms 100`."},
+                 can_);
+    keys.section({"cannelloni", "",
+                  "Datagrams of a CAN-to-Ethernet gateway that speaks [cannelloni](https://github.com/mguentner/cannelloni), usually on port 20000. It may gather frames "
+                  "before it sends them (its option `-t`): `stamp_delay_us` and `stamp_sigma_us` have to say so."},
+                 cannelloni_);
+    keys.section({"can_log", "", "A log of the bus."}, log_);
+    decoder_.visit(keys);
+  }
+  KeyError validate() const override { return decoder_.validate(); }
+  Arrivals arrivals() const override { return log_ ? Arrivals::Recorded : Arrivals::Live; }
+  std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const override {
+    if (log_) return std::make_unique<CanLogSource>(sensor, *log_);
+    if (cannelloni_) return std::make_unique<UdpSource>(sensor, *cannelloni_, pool);
+    return std::make_unique<CanSource>(sensor, can_.value(), pool);
+  }
+  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override { return std::make_unique<WheelDecoder>(sensor, decoder_); }
+  bool is_by_gateway() const override { return cannelloni_.has_value(); }
+
+ private:
+  std::optional<CanSource::Config> can_;
+  std::optional<UdpSource::Config> cannelloni_;
+  std::optional<CanLogSource::Config> log_;
+  WheelDecoder::Config decoder_;
+};
+
+}  // namespace
+
+constinit const DeviceType kWheel{"wheel", Role::Odometer, false, make_device<WheelDevice>};
+
+}  // namespace hueline::drivers
