@@ -1,92 +1,93 @@
 #include "config/scenario.hpp"
 
 #include <filesystem>
-#include <initializer_list>
-#include <type_traits>
 
-#include "config/section.hpp"
+#include "config/key_reader.hpp"
 #include "config/shipped.hpp"
 
 namespace hueline::config {
 namespace {
 
-/// Walks a Config's own list of keys (its visit()) beside a YAML mapping.
-struct Reader {
-  Section& section;
+/// A fault decides by its name whether it has a strength, of what range, and what it can happen to.
+struct FaultKeys {
+  sim::FaultLine line;
 
-  void operator()(const char* key, bool& value) { value = section.boolean(key, value); }
-  template <class T>
-    requires std::is_arithmetic_v<T>
-  void operator()(const char* key, T& value, double min, double max) {
-    if constexpr (std::is_integral_v<T>)
-      value = static_cast<T>(section.integer(key, {min, max}, static_cast<std::int64_t>(value)));
-    else
-      value = section.number(key, {min, max}, value);
+  void visit(Keys& keys) {
+    KeyKinds names;
+    names.has_tables = true;
+    for (const sim::FaultEntry& entry : sim::fault_registry()) names.words.emplace_back(entry.name);
+    names.make = [this](std::size_t word) {
+      const sim::FaultEntry& entry = sim::fault_registry()[word];
+      line = sim::FaultLine::usual(entry.type, 0, 1);
+      return KeyGroup{[this, &entry](Keys& inside) { visit_fault(inside, entry); }, [] { return KeyError(); }};
+    };
+    keys.kinds(required("fault", "", "What happens: one of the names below."), names);
   }
-  template <class T>
-  void operator()(const char* key, T& value, std::initializer_list<std::pair<const char*, T>> words) {
-    std::vector<std::pair<std::string, T>> allowed;
-    for (const auto& [word, meaning] : words) allowed.emplace_back(word, meaning);
-    value = section.choice<T>(key, allowed, value);
-  }
-  template <class T>
-  void operator()(const char* key, std::vector<T>& list) {
-    if (!section.has(key)) return;
-    list.clear();
-    for (Section& one : section.list(key)) {
-      T value{};
-      T::visit(value, Reader{one});
-      one.finish();
-      list.push_back(value);
+
+ private:
+  void visit_fault(Keys& keys, const sim::FaultEntry& entry) {
+    keys.number(required("at_s", "s", "When it begins, after the drive's beginning, lead-in included."), line.at_s, {0, 1e6});
+    keys.number({"for_s", "s", "How long it lasts."}, line.for_s, {1e-6, sim::kLongestFault_s});
+    if (entry.unit) keys.number({"strength", entry.unit, "S in the table below. A fault without a unit has none.", "see below"}, line.strength, {entry.least, entry.most});
+    std::vector<std::string> words;
+    std::optional<std::size_t> chosen;
+    for (const sim::FaultTarget target : entry.targets) {
+      if (target == line.target) chosen = words.size();
+      words.emplace_back(sim::name(target));
     }
-  }
-  template <class T>
-    requires std::is_class_v<T>
-  void operator()(const char* key, T& nested) {
-    if (!section.has(key)) return;
-    Section inside = section.section(key);
-    T::visit(nested, Reader{inside});
-    inside.finish();
+    if (keys.choice({"target", "", "The device that it happens to.", "the first below"}, chosen, words)) line.target = entry.targets.begin()[*chosen];
   }
 };
 
-sim::FaultLine read_fault(Section& section) {
-  std::vector<std::pair<std::string, sim::FaultType>> names;
-  for (const sim::FaultEntry& entry : sim::fault_registry()) names.emplace_back(entry.name, entry.type);
-  const sim::FaultEntry& entry = sim::entry_of(section.choice<sim::FaultType>("fault", names));
-  sim::FaultLine line = sim::FaultLine::usual(entry.type, section.number("at_s", {0, 1e6}), 1);
-  line.for_s = section.number("for_s", {1e-6, sim::kLongestFault_s}, line.for_s);
-  if (entry.unit)
-    line.strength = section.number("strength", {entry.least, entry.most}, line.strength);
-  else if (section.has("strength"))
-    section.refuse("strength", std::string(entry.name) + " has no strength");
-  std::vector<std::pair<std::string, sim::FaultTarget>> targets;
-  for (const sim::FaultTarget target : entry.targets) targets.emplace_back(sim::name(target), target);
-  line.target = section.choice<sim::FaultTarget>("target", targets, line.target);
-  section.finish();
-  return line;
-}
+struct SurroundingsKeys {
+  std::string image;
+  double centre_azimuth_deg = 0;
 
-/// `image` is relative to the scenario's file.
-std::shared_ptr<const sim::Surroundings> read_surroundings(Section section, const std::string& name) {
-  const auto image = std::filesystem::path(name).parent_path() / section.text("image");
-  const auto loaded = sim::Surroundings::load(image, section.number("centre_azimuth_deg", {0, 360}, 0));
-  if (!loaded.ok()) section.refuse("image", loaded.error().message);
-  section.finish();
-  return *loaded;
-}
+  void visit(Keys& keys) {
+    keys.text(required("image", "",
+                       "A photograph all around (JPEG), infinitely far away, instead of the painted sky: what no laser reaches and every camera sees. Equirectangular, twice as "
+                       "wide as high, zenith on top; relative to the scenario's file. It does not light the scene; `street.sky_brightness` times its white."),
+              image);
+    keys.number({"centre_azimuth_deg", "deg", "The azimuth of the photograph's middle column, clockwise from north."}, centre_azimuth_deg, {0, 360});
+  }
+};
+
+struct ScenarioKeys {
+  sim::Scenario scenario{};
+  std::optional<SurroundingsKeys> surroundings{};
+  std::vector<FaultKeys> faults{};
+
+  void visit(Keys& keys) {
+    scenario.visit(keys);
+    keys.section({"surroundings", "", "A photograph instead of the painted sky.", "none"}, surroundings);
+    keys.list({"faults", "", "What spoils the drive.", "none"}, faults);
+  }
+  /// `name` is the scenario's file: the photograph lies relative to it.
+  KeyError complete(const std::string& name) {
+    for (const FaultKeys& fault : faults) scenario.faults.push_back(fault.line);
+    if (surroundings) {
+      const auto loaded = sim::Surroundings::load(std::filesystem::path(name).parent_path() / surroundings->image, surroundings->centre_azimuth_deg);
+      if (!loaded.ok()) return {"surroundings.image", "cannot be read: " + loaded.error().message};
+      scenario.surroundings = *loaded;
+    }
+    return scenario.validate();
+  }
+};
 
 sim::Scenario read(Section root, const std::string& name) {
-  sim::Scenario scenario;
-  sim::Scenario::visit(scenario, Reader{root});
-  if (root.has("surroundings")) scenario.surroundings = read_surroundings(root.section("surroundings"), name);
-  for (Section& one : root.list_or_empty("faults")) scenario.faults.push_back(read_fault(one));
-  root.finish();
-  if (const std::string wrong = scenario.validate(); !wrong.empty()) throw ConfigError(name + ": " + wrong);
-  return scenario;
+  ScenarioKeys keys;
+  read_keys(root, {[&](Keys& reader) { keys.visit(reader); }, [&] {
+                     root.finish();
+                     return keys.complete(name);
+                   }});
+  return std::move(keys.scenario);
 }
 
 }  // namespace
+
+KeyDocument scenario_document() {
+  return {"scenario", [](Keys& keys) { ScenarioKeys().visit(keys); }, true};
+}
 
 sim::Scenario load_scenario(const std::string& path) {
   const std::string named = configuration_named(path, "scenarios");

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/keys.hpp"
 #include "sim/vec3.hpp"
 
 /// True optics of each lens of the simulated head. Head frame: x forward (lens 0), y left, z up. Lens frame: x along the image's
@@ -22,18 +23,7 @@ struct LensConfig {
   double trans_x_m = 0, trans_y_m = 0, trans_z_m = 0;
   double focal_px = 450, centre_x_px = 1223.5, centre_y_px = 1023.5;
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("rot_x", c.rot_x, -7, 7);
-    v("rot_y", c.rot_y, -7, 7);
-    v("rot_z", c.rot_z, -7, 7);
-    v("trans_x_m", c.trans_x_m, -2, 2);
-    v("trans_y_m", c.trans_y_m, -2, 2);
-    v("trans_z_m", c.trans_z_m, -2, 2);
-    v("focal_px", c.focal_px, 10, 100000);
-    v("centre_x_px", c.centre_x_px, 0, 10000);
-    v("centre_y_px", c.centre_y_px, 0, 10000);
-  }
+  void visit(Keys& keys);
 };
 /// Mounting and pinhole values of a real Ladybug5 (LD5-U3-51S5C-44), as its factory calibration states them.
 std::vector<LensConfig> ladybug5_lenses();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/keys.hpp"
 #include "sim/drive.hpp"
 #include "sim/faults/fault.hpp"
 #include "sim/scenario_rig.hpp"
@@ -13,7 +14,7 @@
 #include "sim/surroundings.hpp"
 
 /// Everything that decides a simulated drive. Two equal scenarios give the same bytes. Each Config names its keys, units and
-/// allowed ranges once, in visit(): validate(), the cache's fingerprint and the YAML loader all walk the same list.
+/// allowed ranges once, in visit() (scenario_keys.cpp): validate(), the cache's fingerprint, the YAML loader and docs/scenario.md go by that list.
 namespace hueline::sim {
 
 /// The street: its centre line starts along the drive's heading and bends once. s counts metres along the centre line from
@@ -37,41 +38,18 @@ struct StreetConfig {
   double sky_brightness = 1.0;     ///< times the clear sky's light, as seen: 3 saturates a camera that exposes for the street
   bool furnished = true;           ///< false: ground and facades alone
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("road_width_m", c.road_width_m, 5, 30);
-    v("pavement_width_m", c.pavement_width_m, 1, 20);
-    v("kerb_height_m", c.kerb_height_m, 0.02, 0.3);
-    v("curve_deg", c.curve_deg, -60, 60);
-    v("curve_start_m", c.curve_start_m, 0, 10000);
-    v("curve_length_m", c.curve_length_m, 20, 10000);
-    v("zebra_at_m", c.zebra_at_m, -40, 10000);
-    v("tree_spacing_m", c.tree_spacing_m, 5, 1000);
-    v("pole_spacing_m", c.pole_spacing_m, 5, 1000);
-    v("leaves_per_tree", c.leaves_per_tree, 0, 20000);
-    v("parked_cars", c.parked_cars, 0, 200);
-    v("moving_cars", c.moving_cars, 0, 20);
-    v("moving_car_speed", c.moving_car_speed, 0, 30);
-    v("sun_azimuth_deg", c.sun_azimuth_deg, 0, 360);
-    v("sun_elevation_deg", c.sun_elevation_deg, 5, 90);
-    v("sky_brightness", c.sky_brightness, 0.1, 20);
-    v("furnished", c.furnished);
-  }
+  void visit(Keys& keys);
 };
 
-/// Stand, speed up, hold, brake, stand. Body origin: the IMU's centre of navigation.
 /// A U-turn around a place of the centre line, to the other side of the road; the vehicle comes to a halt before and after it.
 struct TurnConfig {
   double at_m = 40;  ///< of its centre, along the centre line
   double for_s = 10;
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("at_m", c.at_m, -40, 10000);
-    v("for_s", c.for_s, 4, 60);
-  }
+  void visit(Keys& keys);
 };
 
+/// The motion: stand, speed up, hold, brake, stand. The body's origin is the IMU's centre of navigation.
 struct DriveConfig {
   double heading_deg = 37.0;  ///< of the street's first stretch, clockwise from north
   double lane_offset_m = 1.75;
@@ -84,21 +62,7 @@ struct DriveConfig {
   double roll_amplitude_deg = 0.35, pitch_amplitude_deg = 0.25, heave_amplitude_m = 0.012;  ///< suspension, fades in with the speed
   std::vector<TurnConfig> turns;  ///< in the order in which they come; between them the road is driven there and back
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("heading_deg", c.heading_deg, 0, 360);
-    v("lane_offset_m", c.lane_offset_m, -10, 10);
-    v("stand_s", c.stand_s, 0, 600);
-    v("accelerate_s", c.accelerate_s, 0.5, 60);
-    v("speed", c.speed, 0.1, 30);
-    v("brake_s", c.brake_s, 0.5, 60);
-    v("halt_s", c.halt_s, 0, 600);
-    v("imu_height_m", c.imu_height_m, 0.2, 3);
-    v("roll_amplitude_deg", c.roll_amplitude_deg, 0, 5);
-    v("pitch_amplitude_deg", c.pitch_amplitude_deg, 0, 5);
-    v("heave_amplitude_m", c.heave_amplitude_m, 0, 0.1);
-    v("turns", c.turns);
-  }
+  void visit(Keys& keys);
 };
 
 /// Whose error budget the POS has.
@@ -108,11 +72,7 @@ enum class InsGrade : std::uint8_t { Custom, PosLv220, PosLv420, SpanCpt };
 struct InsOutage {
   double at_s = 0, for_s = 1;
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("at_s", c.at_s, 0, 3600);
-    v("for_s", c.for_s, 0.01, 3600);
-  }
+  void visit(Keys& keys);
 };
 
 struct InsConfig {
@@ -133,26 +93,7 @@ struct InsConfig {
   double high_variance_m = 1.0;         ///< horizontal sigma from which the receiver says INS_HIGH_VARIANCE
   std::vector<InsOutage> outages;
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("rate_hz", c.rate_hz, 1, 1000);
-    v("position_sigma_m", c.position_sigma_m, 0, 10);
-    v("velocity_sigma", c.velocity_sigma, 0, 10);
-    v("roll_pitch_sigma_deg", c.roll_pitch_sigma_deg, 0, 10);
-    v("heading_sigma_deg", c.heading_sigma_deg, 0, 10);
-    v("correlation_s", c.correlation_s, 0.1, 10000);
-    v("position_white_m", c.position_white_m, 0, 1);
-    v("attitude_white_deg", c.attitude_white_deg, 0, 1);
-    v("grade", c.grade,
-      {{"custom", InsGrade::Custom}, {"pos_lv_220", InsGrade::PosLv220}, {"pos_lv_420", InsGrade::PosLv420}, {"span_cpt", InsGrade::SpanCpt}});
-    v("gyro_bias_deg_h", c.gyro_bias_deg_h, 0, 1000);
-    v("angle_random_walk_deg_sqrt_h", c.angle_random_walk_deg_sqrt_h, 0, 10);
-    v("velocity_random_walk_sqrt_h", c.velocity_random_walk_sqrt_h, 0, 10);
-    v("accelerometer_bias_ug", c.accelerometer_bias_ug, 0, 100000);
-    v("wheel_s", c.wheel_s, 0, 1000);
-    v("high_variance_m", c.high_variance_m, 0.01, 1000);
-    v("outages", c.outages);
-  }
+  void visit(Keys& keys);
 };
 
 /// Stamp of an edge by the capture computer against the true second: interrupt latency.
@@ -161,12 +102,7 @@ struct PpsConfig {
   double spike_probability = 0.02;
   double spike_us = 40.0;        ///< largest lateness of a spike
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("jitter_us", c.jitter_us, 0, 10000);
-    v("spike_probability", c.spike_probability, 0, 1);
-    v("spike_us", c.spike_us, 0, 100000);
-  }
+  void visit(Keys& keys);
 };
 
 struct Scenario {
@@ -195,45 +131,14 @@ struct Scenario {
   /// drives that differ in their faults alone share one folder.
   std::vector<FaultLine> faults;
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("seed", c.seed, 0, 1e15);
-    v("duration_s", c.duration_s, 0.5, 3600);
-    v("lead_in_s", c.lead_in_s, 1, 600);
-    v("noise", c.noise);
-    v("start_gps_week", c.start_gps_week, 1, 10000);
-    v("start_time_of_week_s", c.start_time_of_week_s, 0, 604799);
-    v("origin_latitude_deg", c.origin_latitude_deg, -89, 89);
-    v("origin_longitude_deg", c.origin_longitude_deg, -180, 180);
-    v("origin_height_m", c.origin_height_m, -500, 9000);
-    v("scene", c.scene,
-      {{"street", SceneKind::Street},
-       {"square", SceneKind::Square},
-       {"canyon", SceneKind::Canyon},
-       {"alley", SceneKind::Alley},
-       {"traffic", SceneKind::Traffic},
-       {"tunnel", SceneKind::Tunnel},
-       {"targets", SceneKind::Targets}});
-    v("street", c.street);
-    v("alley", c.alley);
-    v("traffic", c.traffic);
-    v("tunnel", c.tunnel);
-    v("targets", c.targets);
-    v("drive", c.drive);
-    v("ins", c.ins);
-    v("pps", c.pps);
-    v("laser", c.laser);
-    v("camera", c.camera);
-    v("wheel", c.wheel);
-  }
+  void visit(Keys& keys);
 
   GpsNs begin_gps_ns() const;       ///< first PPS edge and INS sample
   GpsNs sensors_begin_gps_ns() const;  ///< laser and camera start
   GpsNs sensors_end_gps_ns() const;
   GpsNs end_gps_ns() const;         ///< one second after the sensors stop, so that every measurement lies between POS samples
 
-  /// Empty if the scenario can be driven; else a sentence that names the key and what is allowed.
-  std::string validate() const;
+  KeyError validate() const;
   /// A line "key=value" for every key but the faults; keys younger than the format (see scenario.cpp) only where they differ from their
   /// default.
   std::string text() const;

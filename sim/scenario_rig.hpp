@@ -4,10 +4,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/keys.hpp"
 #include "sim/lens_optics.hpp"
 #include "sim/vec3.hpp"
 
-/// Sensors of a scenario: what they are and how they sit on the vehicle. See scenario.hpp for the walk over the keys.
+/// Sensors of a scenario: what they are and how they sit on the vehicle. scenario_keys.cpp lists their keys.
 namespace hueline::sim {
 
 /// A sensor's frame in Body (x right, y forward, z up; origin at the IMU). R_body_sensor = Rz(rot_z) Ry(rot_y) Rx(rot_x).
@@ -15,15 +16,7 @@ struct MountConfig {
   double x_m = 0, y_m = 0, z_m = 0;
   double rot_x_deg = 0, rot_y_deg = 0, rot_z_deg = 0;
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("x_m", c.x_m, -20, 20);
-    v("y_m", c.y_m, -20, 20);
-    v("z_m", c.z_m, -20, 20);
-    v("rot_x_deg", c.rot_x_deg, -360, 360);
-    v("rot_y_deg", c.rot_y_deg, -360, 360);
-    v("rot_z_deg", c.rot_z_deg, -360, 360);
-  }
+  void visit(Keys& keys);
   Pose T_body_sensor() const {
     return {rotation_zyx(radians(rot_x_deg), radians(rot_y_deg), radians(rot_z_deg)), {x_m, y_m, z_m}};
   }
@@ -48,20 +41,7 @@ struct LaserConfig {
   bool vertical_offsets = true;     ///< VLP-16: lasers start up to 11.2 mm above or below the optical centre, as its manual lists
   MountConfig mount{.x_m = 0.02, .y_m = -1.28, .z_m = 1.83, .rot_x_deg = 28.0, .rot_y_deg = 0.6, .rot_z_deg = -0.9};
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("model", c.model, {{"vlp16", LaserModel::Vlp16}, {"hdl32e", LaserModel::Hdl32e}, {"profile", LaserModel::Profile}});
-    v("rate_rpm", c.rate_rpm, 0, 1200);
-    v("lines_per_s", c.lines_per_s, 1, 1000);
-    v("points_per_s", c.points_per_s, 10'000, 4e6);
-    v("motor_jitter_deg", c.motor_jitter_deg, 0, 1);
-    v("range_sigma_m", c.range_sigma_m, 0, 1);
-    v("dropout_probability", c.dropout_probability, 0, 1);
-    v("min_range_m", c.min_range_m, 0, 10);
-    v("max_range_m", c.max_range_m, 1, 130);
-    v("vertical_offsets", c.vertical_offsets);
-    v("mount", c.mount);
-  }
+  void visit(Keys& keys);
 };
 
 /// The vehicle's wheel encoder: its brakes' control unit, which tells speeds and pulses of the wheels on the CAN bus.
@@ -73,15 +53,7 @@ struct WheelConfig {
   double track_m = 1.55;         ///< between the wheels of an axle
   double speed_sigma = 0.01;     ///< m/s, white, of each wheel that turns
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("rate_hz", c.rate_hz, 0, 200);
-    v("circumference_m", c.circumference_m, 0.5, 4);
-    v("scale", c.scale, 0.5, 2);
-    v("pulses_per_turn", c.pulses_per_turn, 1, 1000);
-    v("track_m", c.track_m, 0.5, 4);
-    v("speed_sigma", c.speed_sigma, 0, 1);
-  }
+  void visit(Keys& keys);
 };
 
 enum class ToneCurve { Linear, Srgb };
@@ -115,35 +87,7 @@ struct CameraConfig {
   MountConfig mount{.x_m = 0.03, .y_m = -0.35, .z_m = 1.85, .rot_x_deg = 0.4, .rot_y_deg = -0.7, .rot_z_deg = 90.8};
   std::vector<LensConfig> lenses = ladybug5_lenses();
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("rate_hz", c.rate_hz, 0.1, 60);
-    v("first_exposure_s", c.first_exposure_s, 0, 10);
-    v("exposure_us", c.exposure_us, 1, 100000);
-    v("strobe_jitter_us", c.strobe_jitter_us, 0, 1000);
-    v("blur_samples", c.blur_samples, 1, 32);
-    v("lens_width", c.lens_width, 16, 8192);
-    v("lens_height", c.lens_height, 16, 8192);
-    v("stack_columns", c.stack_columns, 1, 16);
-    v("stack_rows", c.stack_rows, 1, 16);
-    v("lens_model", c.lens_model, {{"kannala_brandt", LensModel::KannalaBrandt}, {"brown", LensModel::Brown}});
-    v("tone_curve", c.tone_curve, {{"linear", ToneCurve::Linear}, {"srgb", ToneCurve::Srgb}});
-    v("gain", c.gain, 0.01, 100);
-    v("vignetting", c.vignetting, 0, 0.9);
-    v("full_well_electrons", c.full_well_electrons, 100, 1e6);
-    v("read_noise_electrons", c.read_noise_electrons, 0, 1000);
-    v("antialias", c.antialias);
-    v("shutter", c.shutter, {{"global", ShutterKind::Global}, {"rolling", ShutterKind::Rolling}});
-    v("row_time_us", c.row_time_us, 0.1, 1000);
-    v("auto_exposure", c.auto_exposure);
-    v("auto_exposure_target", c.auto_exposure_target, 0.01, 0.9);
-    v("auto_exposure_rate", c.auto_exposure_rate, 0.01, 1);
-    v("auto_exposure_limit", c.auto_exposure_limit, 1, 1000);
-    v("payload", c.payload, {{"raw", ImagePayload::Raw}, {"jpeg_planes", ImagePayload::JpegPlanes}});
-    v("jpeg_quality", c.jpeg_quality, 1, 100);
-    v("mount", c.mount);
-    v("lenses", c.lenses);
-  }
+  void visit(Keys& keys);
 };
 
 }  // namespace hueline::sim

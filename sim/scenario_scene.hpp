@@ -2,7 +2,9 @@
 
 #include <cstdint>
 
-/// Settings of the scenes beside the street. See scenario.hpp for the walk over the keys.
+#include "core/keys.hpp"
+
+/// Settings of the scenes beside the street. scenario_keys.cpp lists their keys.
 namespace hueline::sim {
 
 /// What the vehicle drives through. All but Targets lie along the same centre line and take road, kerb, trees and sun from
@@ -20,11 +22,7 @@ enum class SceneKind : std::uint8_t {
 struct AlleyConfig {
   double near_m = 2.0, far_m = 5.0;  ///< least and largest distance of a wall from the vehicle's path
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("near_m", c.near_m, 1.3, 20);
-    v("far_m", c.far_m, 1.3, 20);
-  }
+  void visit(Keys& keys);
 };
 
 struct TrafficConfig {
@@ -33,13 +31,7 @@ struct TrafficConfig {
   double overtaking_speed = 13.0;  ///< m/s
   int pedestrians = 14;            ///< on the pavements; four more on the crossing
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("spacing_m", c.spacing_m, 8, 1000);
-    v("overtaking_cars", c.overtaking_cars, 0, 20);
-    v("overtaking_speed", c.overtaking_speed, 0.1, 40);
-    v("pedestrians", c.pedestrians, 0, 100);
-  }
+  void visit(Keys& keys);
 };
 
 struct TunnelConfig {
@@ -47,25 +39,14 @@ struct TunnelConfig {
   double height_m = 5.2;
   double lamp_spacing_m = 6.0;
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("from_m", c.from_m, -40, 10000);
-    v("length_m", c.length_m, 5, 10000);
-    v("height_m", c.height_m, 3.5, 12);
-    v("lamp_spacing_m", c.lamp_spacing_m, 2, 100);
-  }
+  void visit(Keys& keys);
 };
 
 struct TargetsConfig {
   int large = 6, small = 4;  ///< spheres of 145 mm and 72.5 mm radius
   int decoys = 8;            ///< balls of other sizes, domes, barrels, boulders
 
-  template <class Self, class V>
-  static void visit(Self& c, V&& v) {
-    v("large", c.large, 0, 40);
-    v("small", c.small, 0, 40);
-    v("decoys", c.decoys, 0, 40);
-  }
+  void visit(Keys& keys);
 };
 
 }  // namespace hueline::sim

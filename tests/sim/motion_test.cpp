@@ -186,7 +186,7 @@ TEST(Motion, TurnsThatCannotBeDrivenAreRefused) {
   const auto said = [](auto change) {
     Scenario s = there_and_back();
     change(s);
-    return s.validate();
+    return s.validate().text();
   };
   EXPECT_THAT(said([](Scenario& s) { s.drive.lane_offset_m = 1.75; }), testing::HasSubstr("drive.lane_offset_m is the radius"));
   EXPECT_THAT(said([](Scenario& s) { s.drive.turns[0].at_m = 30; }), testing::HasSubstr("drive.turns[0].at_m must lie 36 m or more beyond the start"));
@@ -312,14 +312,14 @@ TEST(Scenario, ComplaintsNameTheKeyAndTheRange) {
   EXPECT_EQ(scenario.validate(), "");
   const std::string before = scenario.fingerprint();
   scenario.laser.mount.rot_x_deg = 400;
-  EXPECT_EQ(scenario.validate(), "laser.mount.rot_x_deg is 400; allowed are -360 to 360");
+  EXPECT_EQ(scenario.validate(), "laser.mount.rot_x_deg is 400; allowed: a number from -360 to 360 deg");
   EXPECT_NE(scenario.fingerprint(), before);
   scenario = {};
   scenario.camera.lens_width = 513;
-  EXPECT_NE(scenario.validate().find("lens_width"), std::string::npos);
+  EXPECT_NE(scenario.validate().text().find("lens_width"), std::string::npos);
   scenario = {};
   scenario.ins.rate_hz = 300;
-  EXPECT_NE(scenario.validate().find("ins.rate_hz"), std::string::npos);
+  EXPECT_NE(scenario.validate().text().find("ins.rate_hz"), std::string::npos);
   scenario = {};
   scenario.camera.lenses[3].rot_z += 1e-12;
   EXPECT_NE(scenario.fingerprint(), before);

@@ -202,14 +202,14 @@ TEST(Scenarios, YoungKeysAtTheirDefaultsLeaveTheFingerprintAlone) {
 TEST(Scenarios, WhatASceneCannotBeIsRefused) {
   Scenario s = scenario_of(SceneKind::Tunnel);
   s.street.curve_deg = 3;
-  EXPECT_NE(s.validate().find("curve_deg"), std::string::npos);
+  EXPECT_NE(s.validate().text().find("curve_deg"), std::string::npos);
   s = scenario_of(SceneKind::Traffic);
   s.street.road_width_m = 8;
   s.drive.lane_offset_m = 1;
-  EXPECT_NE(s.validate().find("road_width_m"), std::string::npos);
+  EXPECT_NE(s.validate().text().find("road_width_m"), std::string::npos);
   s = scenario_of(SceneKind::Alley);
   s.alley.near_m = 6;
-  EXPECT_NE(s.validate().find("near_m"), std::string::npos);
+  EXPECT_NE(s.validate().text().find("near_m"), std::string::npos);
 }
 
 }  // namespace
