@@ -21,6 +21,7 @@ void add_verify(Command& all);
 void add_score(Command& all);
 void add_calibrate(Command& all);
 void add_measure(Command& all);
+void add_keys(Command& all);
 /// `inspect` of a simulator's scenario, to which `hueline inspect` hands it.
 void add_inspect_scenario(Command& all);
 
@@ -34,8 +35,9 @@ inline constexpr CommandName kVerify{"verify", "hold coloured points against the
 inline constexpr CommandName kScore{"score", "drive a sheet of simulated scenarios and hold everything against the truth: score.json, score.html"};
 inline constexpr CommandName kCalibrate{"calibrate", "find what others take for given: lenses, mountings, where static scans stood"};
 inline constexpr CommandName kMeasure{"measure", "coordinates of objects that were picked in panorama or lens images, by the laser points there"};
+inline constexpr CommandName kKeys{"keys", "write the tables of keys in a document anew, out of the lists that files are read by"};
 inline constexpr CommandName kInspect{"inspect", "say what is in a file: recordings, clouds, captures, receiver and bus logs, rigs"};
 /// Those that `hueline` hands over.
-inline constexpr std::array kOfficeCommands{kSimulate, kVerify, kScore, kCalibrate, kMeasure};
+inline constexpr std::array kOfficeCommands{kSimulate, kVerify, kScore, kCalibrate, kMeasure, kKeys};
 
 }  // namespace hueline::apps
