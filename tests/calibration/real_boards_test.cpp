@@ -10,6 +10,7 @@
 #include "calibration/lens/lens_report.hpp"
 #include "calibration/lens/opencv_reference.hpp"
 #include "config/key_reader.hpp"
+#include "fusion/camera_model.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace hueline::calibration {
