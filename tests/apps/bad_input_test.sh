@@ -99,7 +99,7 @@ fi
 # A device beside a file: they have no time in common.
 sed 's/sensors:/sensors:\n  - {name: pos, driver: novatel, tcp: {host: 127.0.0.1, port: 3001}}/' cut.yaml >mixed.yaml
 ends 2 "$hueline" capture mixed.yaml --out mixed
-says "mixed.yaml:[0-9]*: key 'sensors': laser is read from a pcap file and pos from a device"
+says "mixed.yaml:[0-9]*: key 'sensors' have no time in common: laser is read from a capture file and pos from a device"
 [ ! -e mixed ] || fail "a refused rig made a folder"
 sed 's/T_body_scanner/T_body_scaner/' cut.yaml >typo.yaml
 ends 2 "$hueline" capture typo.yaml --out typo
