@@ -2,10 +2,14 @@
 
 add_library(hueline_options INTERFACE)
 target_compile_features(hueline_options INTERFACE cxx_std_20)
-target_compile_options(hueline_options INTERFACE -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wno-sign-conversion -Werror -fno-math-errno
+# Whoever uses the installed libraries has warnings of their own.
+foreach(warning -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wno-sign-conversion -Werror)
+  target_compile_options(hueline_options INTERFACE $<BUILD_INTERFACE:${warning}>)
+endforeach()
+target_compile_options(hueline_options INTERFACE -fno-math-errno
                        # The same bytes on every machine of a kind: no contraction of a*b+c that depends on the compiler's mood.
                        -ffp-contract=off)
-target_include_directories(hueline_options INTERFACE ${PROJECT_SOURCE_DIR})
+target_include_directories(hueline_options INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/hueline>)
 target_link_libraries(hueline_options INTERFACE Threads::Threads fmt::fmt)
 # Libraries' own headers are not ours to warn about.
 target_include_directories(hueline_options SYSTEM INTERFACE ${EIGEN3_INCLUDE_DIR})

@@ -1,0 +1,27 @@
+# cmake --install: the programs, and what a vehicle's program is made of as libraries with their headers, for
+#   find_package(hueline REQUIRED)
+#   target_link_libraries(mine PRIVATE hueline::runtime)
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+install(TARGETS hueline hueline-office hueline-guest RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
+
+set(libraries core drivers sync fusion storage config runtime)
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/hueline)
+foreach(library options storage_proto ${libraries})
+  set_target_properties(hueline_${library} PROPERTIES EXPORT_NAME ${library})
+  install(TARGETS hueline_${library} EXPORT hueline ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libraries)
+endforeach()
+foreach(library ${libraries})
+  install(DIRECTORY ${library} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hueline COMPONENT libraries FILES_MATCHING PATTERN "*.hpp")
+endforeach()
+install(FILES ${PROJECT_BINARY_DIR}/runtime/include/runtime/version.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hueline/runtime COMPONENT libraries)
+# The simulator apart: who asks for it needs Embree.
+set_target_properties(hueline_sim PROPERTIES EXPORT_NAME sim)
+install(TARGETS hueline_sim EXPORT hueline-sim ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libraries)
+install(DIRECTORY sim DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hueline COMPONENT libraries FILES_MATCHING PATTERN "*.hpp")
+install(EXPORT hueline-sim FILE sim_targets.cmake NAMESPACE hueline:: DESTINATION ${package_dir} COMPONENT libraries)
+install(EXPORT hueline FILE targets.cmake NAMESPACE hueline:: DESTINATION ${package_dir} COMPONENT libraries)
+configure_package_config_file(cmake/hueline-config.cmake.in ${PROJECT_BINARY_DIR}/hueline-config.cmake INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/hueline-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/hueline-config.cmake ${PROJECT_BINARY_DIR}/hueline-config-version.cmake DESTINATION ${package_dir} COMPONENT libraries)

@@ -1,0 +1,60 @@
+// A range finder that hueline does not know, as a device of a rig: lines of text, a range in metres each.
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "config/rig.hpp"
+#include "drivers/transport/file_source.hpp"
+
+using namespace hueline;
+
+class FinderDecoder final : public Decoder {
+ public:
+  explicit FinderDecoder(SensorId sensor) : sensor_(sensor) {}
+  void decode(const Packet& packet, std::vector<Measurement>& out) override {
+    LaserBatch batch{sensor_, packet.received, packet.sequence, {}, {}};
+    for (const std::byte byte : packet.bytes.bytes()) {
+      line_ += static_cast<char>(byte);
+      if (byte != std::byte{'\n'}) continue;
+      LaserReturn& one = batch.returns.emplace_back();
+      one.y = one.range_m = std::strtof(line_.c_str(), nullptr);
+      counts_.decoded_bytes += line_.size();
+      line_.clear();
+    }
+    out.push_back(std::move(batch));
+  }
+  void reset() override { line_.clear(); }
+  const DecodeCounts& counts() const override { return counts_; }
+
+ private:
+  const SensorId sensor_;
+  std::string line_;  // may begin in one packet and end in the next
+  DecodeCounts counts_;
+};
+class Finder final : public drivers::Device {
+ public:
+  void visit(Keys& keys) override { keys.text(required("file", "", "What the range finder wrote."), file_.path); }
+  KeyError validate() const override { return {}; }
+  drivers::Arrivals arrivals() const override { return drivers::Arrivals::Unknown; }
+  std::unique_ptr<PacketSource> make_source(SensorId, const BufferPool&) const override { return std::make_unique<drivers::FileSource>(file_); }
+  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override { return std::make_unique<FinderDecoder>(sensor); }
+
+ private:
+  drivers::FileSource::Config file_;
+};
+const drivers::DeviceType kFinder{"finder", drivers::Role::Laser, true, drivers::make_device<Finder>};
+
+int main(int argc, char** argv) {
+  if (argc != 2) return std::fprintf(stderr, "usage: add_device FILE\n"), 2;
+  const drivers::DeviceType* types[] = {&kFinder};
+  const std::string text = std::string("rig: t\nsensors:\n  - {name: f, driver: finder, file: ") + argv[1] + ", T_body_scanner: {position_m: [0, 0, 1]," +
+                           " quaternion_wxyz: [1, 0, 0, 0]}}\ncolouring: {method: lens}\n";
+  const config::Rig rig = config::parse_rig(text, "rig.yaml", types);
+  const auto source = rig.sensors[0].device->make_source(1, BufferPool(1 << 20));
+  const auto decoder = rig.sensors[0].device->make_decoder(1);
+  if (const Status opened = source->open(); !opened.ok()) return std::fprintf(stderr, "%s\n", opened.error().message.c_str()), 3;
+  std::vector<Measurement> out;
+  for (auto packet = source->next({}); packet.ok(); packet = source->next({})) decoder->decode(*packet, out);
+  for (const Measurement& one : out)
+    for (const LaserReturn& at : std::get<LaserBatch>(one).returns) std::printf("%.3f m ahead\n", static_cast<double>(at.range_m));
+}
