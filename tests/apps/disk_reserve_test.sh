@@ -51,9 +51,13 @@ umount disk; rm -rf again
 drive 90 taken
 [ $status = 4 ] || fail "a full disk gave $status, not 4"
 says "recording ended early: .*No space left on device.*drive.mcap holds the first [0-9]+ packets, whole"
+held=$(sed -n 's/.*drive.mcap holds the first \([0-9]*\) packets, whole.*/\1/p' said.txt | head -1)
 rm disk/others.bin
-ends 0 $hueline inspect disk/drive/drive.mcap
-got=0; $hueline replay disk/drive/drive.mcap --out again >said.txt 2>&1 || got=$?
-case $got in 0 | 5) ;; *) fail "the replay gave $got" ;; esac
+# Its end mark may not have found room either: then it is read as one that was cut off, whole up to there.
+got=0; $hueline inspect disk/drive/drive.mcap >said.txt 2>&1 || got=$?
+case $got in 0) ;; 3) says "the recording was cut off; whole up to byte" ;; *) fail "inspect gave $got" ;; esac
+says "^packets +$held\$"
+replayed=0; $hueline replay disk/drive/drive.mcap --out again >said.txt 2>&1 || replayed=$?
+case $replayed in "$got" | 5) ;; *) fail "the replay gave $replayed" ;; esac
 umount disk
-echo "the disk's last space is the recording's, and when that is taken it ends whole"
+echo "the disk's last space is the recording's, and when that is taken it holds what it says"
