@@ -105,7 +105,11 @@ class Lane {
 
  private:
   void switch_on() {
-    camera_.emplace(test::EmulatedCamera::Config{address_, 320, 240, 20, 20e6});
+    // A guest of another lane that is just being started has a copy of the old camera's sockets, until it has closed what is not its own.
+    for (int tries = 0; tries < 40 && (tries == 0 || !camera_->problem().empty()); ++tries) {
+      if (tries > 0) std::this_thread::sleep_for(50ms);
+      camera_.emplace(test::EmulatedCamera::Config{address_, 320, 240, 20, 20e6});
+    }
     if (!camera_->problem().empty()) {
       fmt::print(stderr, "{}: {}\n", address_, camera_->problem());
       std::exit(2);
