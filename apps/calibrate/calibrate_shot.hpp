@@ -10,7 +10,7 @@ namespace hueline::apps {
 /// `calibrate mount` without targets, of one image and one cloud of the same moment.
 struct ShotFiles {
   std::string image, cloud, lens, start, out, date;
-  std::string image_size = "refuse";  ///< apps/shot_calibration.hpp
+  std::string image_size = "refuse";  ///< apps/colour/shot_calibration.hpp
   double search_deg = 3;
 };
 /// Exit status.
