@@ -1,0 +1,28 @@
+#pragma once
+
+#include <memory>
+
+#include "drivers/device.hpp"
+#include "drivers/transport/datagram_input.hpp"
+
+namespace hueline::drivers {
+
+/// A device that does nothing but send datagrams, which DeviceDecoder understands: its keys are those of the input and those of the decoder.
+template <class DeviceDecoder>
+class DatagramDevice final : public Device {
+ public:
+  void visit(Keys& keys) override {
+    input_.visit(keys);
+    decoder_.visit(keys);
+  }
+  KeyError validate() const override { return decoder_.validate(); }
+  Arrivals arrivals() const override { return input_.arrivals(); }
+  std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const override { return input_.make(sensor, pool); }
+  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override { return std::make_unique<DeviceDecoder>(sensor, decoder_); }
+
+ private:
+  DatagramInput input_;
+  typename DeviceDecoder::Config decoder_;
+};
+
+}  // namespace hueline::drivers
