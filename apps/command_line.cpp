@@ -7,10 +7,10 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "runtime/recording.hpp"
 #include "core/input_file.hpp"
 #include "core/nearest_word.hpp"
 #include "core/output_file.hpp"
+#include "runtime/recording.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -18,7 +18,8 @@ namespace {
 template <typename Number>
 CLI::Option* number(CLI::App& app, const std::string& word, Number& value, const std::string& help, Allowed allowed) {
   CLI::Option* option = app.add_option(word, value, help);
-  if (allowed.least > -std::numeric_limits<double>::infinity() || allowed.most < std::numeric_limits<double>::infinity())
+  if (allowed.least > -std::numeric_limits<double>::infinity() ||
+      allowed.most < std::numeric_limits<double>::infinity())
     option->check(CLI::Range(static_cast<Number>(allowed.least), static_cast<Number>(allowed.most)));
   return option;
 }
@@ -29,15 +30,16 @@ std::vector<std::string> names_of(const std::vector<const CLI::App*>& commands) 
   return out;
 }
 
-/// What is wrong with the first word that no command or option has; empty if there is none. CLI11 tells what is missing first, and a
-/// typing error is both.
+/// What is wrong with the first word that no command or option has; empty if there is none. CLI11 tells what is missing
+/// first, and a typing error is both.
 std::string unknown_word(const CLI::App& all, int argc, char** argv) {
   const CLI::App* app = &all;
   std::string path = "hueline";
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word == "--") break;
-    if (word.size() > 1 && word[0] == '-' && (word[1] == '-' || std::isalpha(static_cast<unsigned char>(word[1])) != 0)) {
+    if (word.size() > 1 && word[0] == '-' &&
+        (word[1] == '-' || std::isalpha(static_cast<unsigned char>(word[1])) != 0)) {
       const std::string name = word.substr(0, word.find('='));
       const CLI::Option* option = app->get_option_no_throw(name);
       if (option == nullptr) {
@@ -70,7 +72,9 @@ std::string complaint(const CLI::App* app, const CLI::Error& error) {
   const auto commands = app->get_subcommands(nullptr);
   const bool lacks_command = !commands.empty() && error.get_name() == "RequiredError";
   return fmt::format("{}: {}\n{} --help says what may be given\n", path,
-                     lacks_command ? fmt::format("give a command: {}", fmt::join(names_of(commands), ", ")) : std::string(error.what()), path);
+                     lacks_command ? fmt::format("give a command: {}", fmt::join(names_of(commands), ", "))
+                                   : std::string(error.what()),
+                     path);
 }
 
 }  // namespace
@@ -115,7 +119,9 @@ int Command::run(const Files& files, const std::function<int()>& work) {
   return work();
 }
 
-Command Command::command(const std::string& name, const std::string& help) { return Command(*app_->add_subcommand(name, help), *chosen_); }
+Command Command::command(const std::string& name, const std::string& help) {
+  return Command(*app_->add_subcommand(name, help), *chosen_);
+}
 
 Command& Command::needs_command() {
   app_->require_subcommand(1);
@@ -147,7 +153,8 @@ Command& Command::option(const std::string& word, double& value, const std::stri
   return *this;
 }
 
-Command& Command::setting(const std::string& word, std::string& value, const std::string& help, const std::vector<std::string>& choices) {
+Command& Command::setting(const std::string& word, std::string& value, const std::string& help,
+                          const std::vector<std::string>& choices) {
   CLI::Option* option = app_->add_option(word, value, help)->capture_default_str();
   if (!choices.empty()) option->check(CLI::IsMember(choices));
   return *this;
@@ -176,11 +183,13 @@ Command& Command::footer(const std::string& text) {
 }
 
 void Command::runs(std::function<int()> work) {
-  app_->callback([chosen = chosen_, files = files_, work = std::move(work)] { *chosen = [files, work] { return run(files, work); }; });
+  app_->callback([chosen = chosen_, files = files_, work = std::move(work)] {
+    *chosen = [files, work] { return run(files, work); };
+  });
 }
 
-int run_command_line(int argc, char** argv, const std::string& about, const std::string& version, const std::string& footer,
-                     const std::function<void(Command&)>& add_commands) {
+int run_command_line(int argc, char** argv, const std::string& about, const std::string& version,
+                     const std::string& footer, const std::function<void(Command&)>& add_commands) {
   CLI::App app{about};
   app.footer(footer);
   app.set_version_flag("--version", version);
@@ -190,7 +199,8 @@ int run_command_line(int argc, char** argv, const std::string& about, const std:
   add_commands(all);
   app.failure_message(complaint);
   if (const std::string unknown = unknown_word(app, argc, argv); !unknown.empty()) {
-    std::fprintf(stderr, "%s\n%s --help says what may be given\n", unknown.c_str(), unknown.substr(0, unknown.find(':')).c_str());
+    std::fprintf(stderr, "%s\n%s --help says what may be given\n", unknown.c_str(),
+                 unknown.substr(0, unknown.find(':')).c_str());
     return kWrongUse;
   }
   try {

@@ -18,8 +18,9 @@ struct Allowed {
   double most = std::numeric_limits<double>::infinity();
 };
 
-/// The words of one command of `hueline` and their help. A word like "--out" is an option, one like "RIG" a position. The values must live
-/// until the command has run. Wrong words end the program with exit status 2 and a sentence that names the word.
+/// The words of one command of `hueline` and their help. A word like "--out" is an option, one like "RIG" a position.
+/// The values must live until the command has run. Wrong words end the program with exit status 2 and a sentence that
+/// names the word.
 class Command {
  public:
   Command(CLI::App& app, std::function<int()>& chosen) : app_(&app), chosen_(&chosen) {}
@@ -37,18 +38,19 @@ class Command {
   Command& option(const std::string& word, std::vector<std::string>& values, const std::string& help);
   Command& option(const std::string& word, double& value, const std::string& help, Allowed allowed = {});
   /// May be given; the help prints what it is when it is not.
-  Command& setting(const std::string& word, std::string& value, const std::string& help, const std::vector<std::string>& choices = {});
+  Command& setting(const std::string& word, std::string& value, const std::string& help,
+                   const std::vector<std::string>& choices = {});
   Command& setting(const std::string& word, double& value, const std::string& help, Allowed allowed = {});
   Command& setting(const std::string& word, int& value, const std::string& help, Allowed allowed = {});
   Command& flag(const std::string& word, bool& value, const std::string& help);
   Command& footer(const std::string& text);
 
-  /// What the value names is a file that this command reads (or a drive's folder, for its drive.mcap): it is held open, so that nothing of
-  /// the command writes over it. A value that names none is left to the command to complain about.
+  /// What the value names is a file that this command reads (or a drive's folder, for its drive.mcap): it is held open,
+  /// so that nothing of the command writes over it. A value that names none is left to the command to complain about.
   Command& reads(const std::string& value);
   Command& reads(const std::vector<std::string>& values);
-  /// What the value names is a file, or a folder of files, that this command writes. If that cannot be, the program ends with exit status
-  /// 4 before the work begins and not behind it. An empty value is none.
+  /// What the value names is a file, or a folder of files, that this command writes. If that cannot be, the program
+  /// ends with exit status 4 before the work begins and not behind it. An empty value is none.
   Command& writes(const std::string& value);
   Command& writes_into(const std::string& value);
 
@@ -67,9 +69,9 @@ class Command {
   Files files_;
 };
 
-/// The whole program: reads the words, runs the chosen command and gives its exit status; 2 when the words are wrong, with the word that
-/// was probably meant. What the command throws goes through.
-int run_command_line(int argc, char** argv, const std::string& about, const std::string& version, const std::string& footer,
-                     const std::function<void(Command&)>& add_commands);
+/// The whole program: reads the words, runs the chosen command and gives its exit status; 2 when the words are wrong,
+/// with the word that was probably meant. What the command throws goes through.
+int run_command_line(int argc, char** argv, const std::string& about, const std::string& version,
+                     const std::string& footer, const std::function<void(Command&)>& add_commands);
 
 }  // namespace hueline::apps

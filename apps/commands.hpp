@@ -30,13 +30,20 @@ struct CommandName {
   const char* word;
   const char* help;
 };
-inline constexpr CommandName kSimulate{"simulate", "render a drive with its truth, and play it on real sockets as the vehicle's devices"};
-inline constexpr CommandName kVerify{"verify", "hold coloured points against the simulator's truth: the reprojection error"};
-inline constexpr CommandName kScore{"score", "drive a sheet of simulated scenarios and hold everything against the truth: score.json, score.html"};
-inline constexpr CommandName kCalibrate{"calibrate", "find what others take for given: lenses, mountings, where static scans stood"};
-inline constexpr CommandName kMeasure{"measure", "coordinates of objects that were picked in panorama or lens images, by the laser points there"};
-inline constexpr CommandName kKeys{"keys", "write the tables of keys in a document anew, out of the lists that files are read by"};
-inline constexpr CommandName kInspect{"inspect", "say what is in a file: recordings, clouds, captures, receiver and bus logs, rigs"};
+inline constexpr CommandName kSimulate{
+    "simulate", "render a drive with its truth, and play it on real sockets as the vehicle's devices"};
+inline constexpr CommandName kVerify{"verify",
+                                     "hold coloured points against the simulator's truth: the reprojection error"};
+inline constexpr CommandName kScore{
+    "score", "drive a sheet of simulated scenarios and hold everything against the truth: score.json, score.html"};
+inline constexpr CommandName kCalibrate{"calibrate",
+                                        "find what others take for given: lenses, mountings, where static scans stood"};
+inline constexpr CommandName kMeasure{
+    "measure", "coordinates of objects that were picked in panorama or lens images, by the laser points there"};
+inline constexpr CommandName kKeys{
+    "keys", "write the tables of keys in a document anew, out of the lists that files are read by"};
+inline constexpr CommandName kInspect{
+    "inspect", "say what is in a file: recordings, clouds, captures, receiver and bus logs, rigs"};
 /// Those that `hueline` hands over.
 inline constexpr std::array kOfficeCommands{kSimulate, kVerify, kScore, kCalibrate, kMeasure, kKeys};
 

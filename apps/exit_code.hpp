@@ -16,7 +16,10 @@ enum ExitCode : int {
   kStopped = 7,          ///< stopped before it was done: what it made ends early
 };
 
-/// The exit status of a command that could not open its recording: the rig that was given is wrong, or the recording is.
-inline int opening_status(const Error& error) { return error.code == ErrorCode::Invalid ? kWrongUse : kInputUnreadable; }
+/// The exit status of a command that could not open its recording: the rig that was given is wrong, or the recording
+/// is.
+inline int opening_status(const Error& error) {
+  return error.code == ErrorCode::Invalid ? kWrongUse : kInputUnreadable;
+}
 
 }  // namespace hueline::apps

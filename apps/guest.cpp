@@ -7,7 +7,8 @@
 #include "drivers/guest/guest_process.hpp"
 #include "drivers/guest/guest_side.hpp"
 
-/// hueline-guest: the process in which somebody else's library speaks to a device. The program starts one for each such device.
+/// hueline-guest: the process in which somebody else's library speaks to a device. The program starts one for each such
+/// device.
 int main() {
   using namespace hueline;
   using namespace hueline::drivers;
@@ -19,6 +20,8 @@ int main() {
   }
   guest::serve(guest::kGuestSocket, [](guest::HostLink& link) -> Result<std::unique_ptr<PacketSource>> {
     if (link.config().driver == "genicam") return make_aravis_guest(link);
-    return Error{ErrorCode::Unsupported, fmt::format("driver '{}': this hueline-guest has none of that name; is it the program's own?", link.config().driver)};
+    return Error{ErrorCode::Unsupported,
+                 fmt::format("driver '{}': this hueline-guest has none of that name; is it the program's own?",
+                             link.config().driver)};
   });
 }

@@ -7,8 +7,8 @@
 
 namespace hueline::apps {
 
-/// What the program says of itself, on stderr, with time and level: one line a call. spdlog behind one file, for its headers compile whole
-/// formatting code into each that includes them. Thread-safe.
+/// What the program says of itself, on stderr, with time and level: one line a call. spdlog behind one file, for its
+/// headers compile whole formatting code into each that includes them. Thread-safe.
 void log_info(std::string_view line);
 void log_warning(std::string_view line);
 void log_error(std::string_view line);

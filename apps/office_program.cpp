@@ -18,7 +18,9 @@ int run_office_program(char** argv) {
   const auto self = std::filesystem::read_symlink("/proc/self/exe", unread);
   const std::string program = (self.parent_path() / "hueline-office").string();
   execv(program.c_str(), argv);
-  std::fprintf(stderr, "hueline: '%s' is a command of %s, which cannot be started: %s; install it beside this program\n", argv[1], program.c_str(), std::strerror(errno));
+  std::fprintf(stderr,
+               "hueline: '%s' is a command of %s, which cannot be started: %s; install it beside this program\n",
+               argv[1], program.c_str(), std::strerror(errno));
   return kFailed;
 }
 

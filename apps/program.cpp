@@ -29,8 +29,9 @@ Ctrl-C ends capture, replay and simulate with what has come; a second one ends t
 
 int run(int argc, char** argv, const std::function<void(Command&)>& add_commands) {
   try {
-    return run_command_line(argc, argv, "hueline: records a mobile mapping vehicle's sensors and colours its laser points while it drives.",
-                            std::string("hueline ") + runtime::kVersion + " (" + runtime::kGitRevision + ")", kFooter, add_commands);
+    return run_command_line(
+        argc, argv, "hueline: records a mobile mapping vehicle's sensors and colours its laser points while it drives.",
+        std::string("hueline ") + runtime::kVersion + " (" + runtime::kGitRevision + ")", kFooter, add_commands);
   } catch (const config::ConfigError& e) {
     std::fprintf(stderr, "hueline: %s\n", printable(e.what(), LineEnds::Keep).c_str());
     return kWrongUse;

@@ -15,7 +15,8 @@ class ProgressBar {
     const int tenth = static_cast<int>(share * 10);
     if (is_terminal_) {
       const auto filled = static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * 30);
-      std::fprintf(stderr, "\r\033[K%-40s [%-30s] %3.0f %%", stage.c_str(), std::string(filled, '#').c_str(), share * 100);
+      std::fprintf(stderr, "\r\033[K%-40s [%-30s] %3.0f %%", stage.c_str(), std::string(filled, '#').c_str(),
+                   share * 100);
     } else if (stage != stage_ || tenth != tenth_) {
       std::fprintf(stderr, "%s %.0f %%\n", stage.c_str(), share * 100);
     }

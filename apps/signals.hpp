@@ -12,13 +12,13 @@ namespace hueline::apps {
 
 /// SIGINT, SIGTERM and SIGHUP (a closed terminal) as something to wait for, not something that interrupts.
 ///
-/// The first of them asks for the usual end: what has come is finished. A second one asks for an end at once: the program has a second to
-/// end by itself, then it is ended over the heads of its threads with status kStopped. A third one does that without the second.
-/// What comes within half a second of an ask is the same ask, told twice: by `timeout` to the process and its group, by a closing
-/// terminal and its shell. Under `nohup` SIGHUP asks for nothing.
+/// The first of them asks for the usual end: what has come is finished. A second one asks for an end at once: the
+/// program has a second to end by itself, then it is ended over the heads of its threads with status kStopped. A third
+/// one does that without the second. What comes within half a second of an ask is the same ask, told twice: by
+/// `timeout` to the process and its group, by a closing terminal and its shell. Under `nohup` SIGHUP asks for nothing.
 ///
-/// Construct it before any thread starts: the threads inherit the block, and so do programs that are started unless their mask is set.
-/// One instance a process. Thread-safe.
+/// Construct it before any thread starts: the threads inherit the block, and so do programs that are started unless
+/// their mask is set. One instance a process. Thread-safe.
 class StopSignals {
  public:
   StopSignals();

@@ -45,10 +45,12 @@ class TableWriter final : public Keys {
     row(key, chosen ? "`" + words[*chosen] + "`" : "", words_text(words));
     return false;
   }
-  bool take_numbers(const Key& key, std::vector<double>& values, const Range& range, Count count, bool is_whole) override {
+  bool take_numbers(const Key& key, std::vector<double>& values, const Range& range, Count count,
+                    bool is_whole) override {
     std::string text;
     for (const double value : values) text += (text.empty() ? "[" : ", ") + number_text(value);
-    row(key, text.empty() ? "" : text + "]", (count.min == count.max ? fmt::format("{} x ", count.min) : "list of ") + allowed(range, is_whole));
+    row(key, text.empty() ? "" : text + "]",
+        (count.min == count.max ? fmt::format("{} x ", count.min) : "list of ") + allowed(range, is_whole));
     return false;
   }
   bool take_texts(const Key& key, std::vector<std::string>&, const TextForm& form) override {
@@ -79,8 +81,8 @@ class TableWriter final : public Keys {
 
  private:
   static std::string allowed(const Range& range, bool is_whole) {
-    return fmt::format("{}{} .. {}{}{}", range.ends == Ends::MaxOnly ? "above " : "", number_text(range.min), range.ends == Ends::MinOnly ? "below " : "",
-                       number_text(range.max), is_whole ? ", whole" : "");
+    return fmt::format("{}{} .. {}{}{}", range.ends == Ends::MaxOnly ? "above " : "", number_text(range.min),
+                       range.ends == Ends::MinOnly ? "below " : "", number_text(range.max), is_whole ? ", whole" : "");
   }
   bool is_next(std::string_view name) const { return !path_.empty() && path_.front() == name; }
   void descend(const KeyGroup& group, std::string_view name, std::string_view brackets) {
@@ -91,8 +93,12 @@ class TableWriter final : public Keys {
   void row(const Key& key, const std::string& value, const std::string& allowed) {
     if (!path_.empty()) return;
     std::string what(key.what);
-    if (!one_of_.empty() && one_of_.front() == key.name) what += " Exactly one of " + words_text(one_of_) + " is there.";
-    out_ += fmt::format("| `{}{}` | {} | {} | {} | {} |\n", has_paths_ ? prefix_ : "", key.name, key.unit, key.is_required ? "-" : !key.otherwise.empty() ? std::string(key.otherwise) : value,
+    if (!one_of_.empty() && one_of_.front() == key.name)
+      what += " Exactly one of " + words_text(one_of_) + " is there.";
+    out_ += fmt::format("| `{}{}` | {} | {} | {} | {} |\n", has_paths_ ? prefix_ : "", key.name, key.unit,
+                        key.is_required          ? "-"
+                        : !key.otherwise.empty() ? std::string(key.otherwise)
+                                                 : value,
                         allowed, what);
   }
 
@@ -143,7 +149,8 @@ std::string with_key_tables(const std::string& document, const std::vector<KeyDo
     if (line == kEnd) is_skipping = false;
     if (!is_skipping) out += line + "\n";
     if (!line.starts_with(kBegin) || !line.ends_with(" -->")) continue;
-    const std::string table = table_of(std::string_view(line).substr(kBegin.size(), line.size() - kBegin.size() - 4), lists);
+    const std::string table =
+        table_of(std::string_view(line).substr(kBegin.size(), line.size() - kBegin.size() - 4), lists);
     if (table.empty()) throw ConfigError(fmt::format("line {}: '{}' names no list of keys", number, line));
     if (is_skipping) throw ConfigError(fmt::format("line {}: the table above has no end: '{}'", number, kEnd));
     out += table;

@@ -14,7 +14,8 @@ class KeyReader final : public Keys {
  protected:
   bool take_number(const Key& key, std::optional<double>& value, const Range& range, bool is_whole) override {
     if (!is_there(key)) return false;
-    value = is_whole ? static_cast<double>(section_.integer(name(key), range, key.unit)) : section_.number(name(key), range, key.unit);
+    value = is_whole ? static_cast<double>(section_.integer(name(key), range, key.unit))
+                     : section_.number(name(key), range, key.unit);
     return true;
   }
   bool take_flag(const Key& key, bool& value) override {
@@ -32,7 +33,8 @@ class KeyReader final : public Keys {
     chosen = read_word(key, words);
     return true;
   }
-  bool take_numbers(const Key& key, std::vector<double>& values, const Range& range, Count count, bool is_whole) override {
+  bool take_numbers(const Key& key, std::vector<double>& values, const Range& range, Count count,
+                    bool is_whole) override {
     if (!is_there(key)) return false;
     values = section_.numbers(name(key), range, key.unit, count, is_whole);
     return true;
@@ -51,7 +53,9 @@ class KeyReader final : public Keys {
     if (!is_there(key)) return false;
     const std::vector<Section> items = section_.list(name(key));
     if (items.size() < count.min || items.size() > count.max)
-      section_.refuse(name(key), not_allowed("", fmt::format("a list of {}", items.size()), fmt::format("a list of {} to {}", count.min, count.max)).why);
+      section_.refuse(name(key), not_allowed("", fmt::format("a list of {}", items.size()),
+                                             fmt::format("a list of {} to {}", count.min, count.max))
+                                     .why);
     list.clear();
     for (const Section& item : items) read_whole(item, list.add());
     return true;

@@ -5,9 +5,9 @@
 
 namespace hueline::config {
 
-/// Reads the keys of a group out of a mapping: those that are there are put into the members. Other groups may have keys in the same
-/// mapping; call Section::finish() when all have been read. ConfigError as Section says; what the group's own check finds is told at the
-/// key that it names.
+/// Reads the keys of a group out of a mapping: those that are there are put into the members. Other groups may have
+/// keys in the same mapping; call Section::finish() when all have been read. ConfigError as Section says; what the
+/// group's own check finds is told at the key that it names.
 void read_keys(Section& section, const KeyGroup& group);
 
 /// The same for a Config, all whose keys the mapping holds: unknown ones are refused.

@@ -18,7 +18,8 @@ bool is_sensor_name(const std::string& text) {
   return text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos && text != "hueline";
 }
 bool is_crs(const std::string& text) {
-  return text == "utm" || (text.starts_with("EPSG:") && text.size() > 5 && text.size() <= 11 && text.find_first_not_of("0123456789", 5) == std::string::npos);
+  return text == "utm" || (text.starts_with("EPSG:") && text.size() > 5 && text.size() <= 11 &&
+                           text.find_first_not_of("0123456789", 5) == std::string::npos);
 }
 const TextForm kSensorName{"small letters, digits and _, but not hueline", is_sensor_name, "^[a-z0-9_]+$"};
 const TextForm kCrs{"utm, or EPSG: and a number (EPSG:25832)", is_crs, "^(utm|EPSG:[0-9]{1,6})$"};
@@ -34,8 +35,10 @@ struct SensorKeys {
   sync::WheelOdometer::Config wheel{};
 
   void visit(Keys& keys) {
-    keys.text(required("name", "", "The sensor's name in recordings, logs and topics. No other sensor has it."), sensor.name, kSensorName);
-    keys.number({"silent_after_s", "s", "A sensor that is connected without a packet for so long is fault Silent."}, sensor.silent_after_s, {0.2, 3600});
+    keys.text(required("name", "", "The sensor's name in recordings, logs and topics. No other sensor has it."),
+              sensor.name, kSensorName);
+    keys.number({"silent_after_s", "s", "A sensor that is connected without a packet for so long is fault Silent."},
+                sensor.silent_after_s, {0.2, 3600});
     KeyKinds drivers;
     drivers.has_tables = true;
     for (const drivers::DeviceType* type : types) drivers.words.emplace_back(type->word);
@@ -44,7 +47,8 @@ struct SensorKeys {
       device = types[word]->make();
       return KeyGroup{[this](Keys& inside) { visit_device(inside); }, [this] { return check_device(); }};
     };
-    keys.kinds(required("driver", "", "What kind of device it is. It decides which further keys the sensor has."), drivers);
+    keys.kinds(required("driver", "", "What kind of device it is. It decides which further keys the sensor has."),
+               drivers);
   }
   KeyError validate() const { return {}; }
 
@@ -52,21 +56,31 @@ struct SensorKeys {
   void visit_device(Keys& keys) {
     device->visit(keys);
     switch (sensor.type->role) {
-      case Role::Laser: return mount.visit(keys);
-      case Role::Camera: return exposures.visit(keys);
-      case Role::Pps: return clock.visit(keys);
-      case Role::Odometer: return wheel.visit(keys);
-      case Role::Pos: return;
+      case Role::Laser:
+        return mount.visit(keys);
+      case Role::Camera:
+        return exposures.visit(keys);
+      case Role::Pps:
+        return clock.visit(keys);
+      case Role::Odometer:
+        return wheel.visit(keys);
+      case Role::Pos:
+        return;
     }
   }
   KeyError check_device() const {
     if (KeyError wrong = device->validate(); !wrong.empty()) return wrong;
     switch (sensor.type->role) {
-      case Role::Laser: return mount.validate();
-      case Role::Camera: return exposures.validate();
-      case Role::Pps: return clock.validate();
-      case Role::Odometer: return wheel.validate();
-      case Role::Pos: return {};
+      case Role::Laser:
+        return mount.validate();
+      case Role::Camera:
+        return exposures.validate();
+      case Role::Pps:
+        return clock.validate();
+      case Role::Odometer:
+        return wheel.validate();
+      case Role::Pos:
+        return {};
     }
     return {};
   }
@@ -76,7 +90,10 @@ struct CloudKeys {
   std::string crs = "utm";
 
   void visit(Keys& keys) {
-    keys.text({"crs", "", "The map of `cloud.las`: the UTM zone of the drive's origin, or a projected coordinate reference system in metres."}, crs, kCrs);
+    keys.text({"crs", "",
+               "The map of `cloud.las`: the UTM zone of the drive's origin, or a projected coordinate reference system "
+               "in metres."},
+              crs, kCrs);
   }
 };
 
@@ -90,11 +107,13 @@ struct RigKeys {
 
   void visit(Keys& keys) {
     keys.text(required("rig", "", "The rig's name, for people."), rig.name);
-    keys.list(required("sensors", "", "The devices. Their order gives each its number: 1, 2, ..."),
-              KeyList{sensors.size(), [this] { sensors.clear(); }, [this](std::size_t i) { return group_of(sensors[i]); },
-                      [this] { return group_of(sensors.emplace_back(SensorKeys{types})); }},
-              {1, 250});
-    keys.section({"head", "", "The camera head: where its lenses sit. Required with a camera, refused without.", "none"}, head);
+    keys.list(
+        required("sensors", "", "The devices. Their order gives each its number: 1, 2, ..."),
+        KeyList{sensors.size(), [this] { sensors.clear(); }, [this](std::size_t i) { return group_of(sensors[i]); },
+                [this] { return group_of(sensors.emplace_back(SensorKeys{types})); }},
+        {1, 250});
+    keys.section(
+        {"head", "", "The camera head: where its lenses sit. Required with a camera, refused without.", "none"}, head);
     keys.section(required("colouring", "", "How points get their colour."), rig.colouring);
     keys.section({"cloud", "", "The map of `cloud.las`."}, cloud);
     keys.section({"time", "", "The patience of the clocks."}, rig.sync);
@@ -109,7 +128,8 @@ struct RigKeys {
       one.sensor.device = one.device;
       for (std::size_t j = 0; j < i; ++j)
         if (sensors[j].sensor.name == one.sensor.name)
-          return {fmt::format("sensors[{}].name", i), fmt::format("is '{}', as that of another sensor; allowed: each name once", one.sensor.name)};
+          return {fmt::format("sensors[{}].name", i),
+                  fmt::format("is '{}', as that of another sensor; allowed: each name once", one.sensor.name)};
       if (KeyError wrong = take_role(one); !wrong.empty()) return wrong.inside(fmt::format("sensors[{}]", i));
       rig.sensors.push_back(one.sensor);
     }
@@ -169,12 +189,14 @@ struct RigKeys {
       if (sensor.device->arrivals() == Arrivals::Live) live = &sensor;
     }
     if (!recorded || !live) return {};
-    return {"sensors", fmt::format("have no time in common: {} is read from a capture file and {} from a device; allowed: all from files, or all from devices",
+    return {"sensors", fmt::format("have no time in common: {} is read from a capture file and {} from a device; "
+                                   "allowed: all from files, or all from devices",
                                    recorded->name, live->name)};
   }
 
   KeyError place_head() {
-    const bool has_camera = std::ranges::any_of(rig.sensors, [](const Sensor& sensor) { return sensor.type->role == Role::Camera; });
+    const bool has_camera =
+        std::ranges::any_of(rig.sensors, [](const Sensor& sensor) { return sensor.type->role == Role::Camera; });
     if (head && !has_camera) return {"head", "needs a sensor that is a camera and delivers its images"};
     if (!head && has_camera) return {"head", "is missing: where the camera's lenses sit"};
     if (!head) return {};
@@ -186,22 +208,25 @@ struct RigKeys {
         if (sensor.name == lens.camera_name) lens.camera = sensor.id;
         cameras += (cameras.empty() ? "" : ", ") + sensor.name;
       }
-      if (lens.camera == kSystemSensor) return not_allowed(fmt::format("head.lenses[{}].camera", i), "'" + lens.camera_name + "'", "one of: " + cameras);
+      if (lens.camera == kSystemSensor)
+        return not_allowed(fmt::format("head.lenses[{}].camera", i), "'" + lens.camera_name + "'",
+                           "one of: " + cameras);
     }
     // Only what lies in lenses that the head has is worth decoding.
     for (const SensorKeys& one : sensors) {
       if (one.sensor.type->role != Role::Camera) continue;
       std::vector<PixelRegion> regions;
       for (const fusion::LensMount& lens : head->lenses)
-        if (lens.camera == one.sensor.id) regions.push_back({lens.x_offset, lens.y_offset, lens.intrinsics.width, lens.intrinsics.height});
+        if (lens.camera == one.sensor.id)
+          regions.push_back({lens.x_offset, lens.y_offset, lens.intrinsics.width, lens.intrinsics.height});
       dynamic_cast<drivers::CameraDevice&>(*one.device).use_only(regions);
     }
     rig.geometry.head = std::move(*head);
     return {};
   }
 
-  /// A receiver's log does not tell when its bytes arrived: the clocks have to be learnt from the others. Where all are files there is
-  /// nothing to learn, and each device's own clock has to do.
+  /// A receiver's log does not tell when its bytes arrived: the clocks have to be learnt from the others. Where all are
+  /// files there is nothing to learn, and each device's own clock has to do.
   void untie_from_log() {
     std::vector<SensorId> others{kSystemSensor};  // nobody; an empty list would be everybody
     bool has_log = false;
@@ -229,7 +254,8 @@ std::vector<std::string> Rig::sensor_names() const {
 Rig parse_rig(const std::string& text, const std::string& name, drivers::DeviceTypes types) {
   Section root = Section::load_text(text, name);
   RigKeys keys{types};
-  read_keys(root, {[&](Keys& reader) { keys.visit(reader); }, [&] {
+  read_keys(root, {[&](Keys& reader) { keys.visit(reader); },
+                   [&] {
                      root.finish();
                      return keys.complete();
                    }});
@@ -242,8 +268,6 @@ Rig load_rig(const std::string& path, drivers::DeviceTypes types) {
   return parse_rig(read_configuration(named), named, types);
 }
 
-void visit_rig_keys(Keys& keys, drivers::DeviceTypes types) {
-  RigKeys{types}.visit(keys);
-}
+void visit_rig_keys(Keys& keys, drivers::DeviceTypes types) { RigKeys{types}.visit(keys); }
 
 }  // namespace hueline::config

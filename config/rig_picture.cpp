@@ -14,9 +14,12 @@ constexpr double kDeg = 57.29577951308232;
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
-    if (c == '<') out += "&lt;";
-    else if (c == '&') out += "&amp;";
-    else out += c;
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '&')
+      out += "&amp;";
+    else
+      out += c;
   }
   return out;
 }
@@ -37,7 +40,8 @@ struct View {
 /// One view of several things; the frame's origin is always inside.
 class Panel {
  public:
-  Panel(double x, double y, const View& view, const std::vector<Drawn>& things, double least_m) : x_(x), y_(y), view_(view) {
+  Panel(double x, double y, const View& view, const std::vector<Drawn>& things, double least_m)
+      : x_(x), y_(y), view_(view) {
     Eigen::Vector2d low(-least_m / 2, -least_m / 2), high(least_m / 2, least_m / 2);
     for (const Drawn& thing : things) {
       low = low.cwiseMin(flat(thing.p));
@@ -45,8 +49,10 @@ class Panel {
     }
     middle_ = (low + high) / 2;
     scale_ = (kPanel - 2 * kMargin - 2 * kAxis_px) / std::max(1e-3, (high - low).maxCoeff());
-    out_ = fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" class=\"panel\"/><text x=\"{}\" y=\"{}\" class=\"title\">{}</text>", x, y, kPanel, kPanel, x + 10,
-                       y + 20, view.title);
+    out_ = fmt::format(
+        "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" class=\"panel\"/><text x=\"{}\" y=\"{}\" "
+        "class=\"title\">{}</text>",
+        x, y, kPanel, kPanel, x + 10, y + 20, view.title);
     ruler();
   }
   void draw(const Drawn& thing, bool has_lever) {
@@ -54,12 +60,14 @@ class Panel {
     const char* colours[3] = {"axis_x", "axis_y", "axis_z"};
     for (int i = 0; i < 3; ++i) line(thing.p, thing.p + thing.axes.col(i) * (kAxis_px / scale_), colours[i]);
     const Eigen::Vector2d at = place(thing.p);
-    out_ += fmt::format("<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"3.5\"/><text x=\"{2:.1f}\" y=\"{3:.1f}\" class=\"mark\">{4}</text>", at.x(), at.y(), at.x() - 14,
-                        at.y() + 16, escaped(thing.mark));
+    out_ += fmt::format(
+        "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"3.5\"/><text x=\"{2:.1f}\" y=\"{3:.1f}\" class=\"mark\">{4}</text>",
+        at.x(), at.y(), at.x() - 14, at.y() + 16, escaped(thing.mark));
   }
   void line(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const char* kind) {
     const Eigen::Vector2d a = place(from), b = place(to);
-    out_ += fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" class=\"{}\"/>", a.x(), a.y(), b.x(), b.y(), kind);
+    out_ += fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" class=\"{}\"/>", a.x(), a.y(),
+                        b.x(), b.y(), kind);
   }
   double px_per_m() const { return scale_; }
   const std::string& svg() const { return out_; }
@@ -75,8 +83,10 @@ class Panel {
     const double wanted = kPanel / 5 / scale_, ten = std::pow(10.0, std::floor(std::log10(wanted)));
     const double length = wanted / ten >= 5 ? 5 * ten : wanted / ten >= 2 ? 2 * ten : ten;
     const double y = y_ + kPanel - 14, x = x_ + kPanel - 16;
-    out_ += fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" class=\"ruler\"/><text x=\"{:.1f}\" y=\"{:.1f}\" class=\"mark\" text-anchor=\"end\">{:g} m</text>",
-                        x - length * scale_, y, x, y, x, y - 5, length);
+    out_ += fmt::format(
+        "<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" class=\"ruler\"/><text x=\"{:.1f}\" "
+        "y=\"{:.1f}\" class=\"mark\" text-anchor=\"end\">{:g} m</text>",
+        x - length * scale_, y, x, y, x, y - 5, length);
   }
 
   double x_, y_;
@@ -86,10 +96,13 @@ class Panel {
   std::string out_;
 };
 
-std::string numbers_row(const std::string& mark, const std::string& name, const Eigen::Vector3d& p, const Eigen::Quaterniond& q, const std::string& looks) {
+std::string numbers_row(const std::string& mark, const std::string& name, const Eigen::Vector3d& p,
+                        const Eigen::Quaterniond& q, const std::string& looks) {
   const Eigen::Matrix3d R = q.toRotationMatrix();
-  const double b = std::asin(std::clamp(-R(2, 0), -1.0, 1.0)) * kDeg, a = std::atan2(R(2, 1), R(2, 2)) * kDeg, c = std::atan2(R(1, 0), R(0, 0)) * kDeg;
-  return fmt::format("{:5} {:16} {:8.3f} {:8.3f} {:8.3f}   {:8.2f} {:8.2f} {:8.2f}   {}", mark, name.substr(0, 16), p.x(), p.y(), p.z(), a, b, c, looks);
+  const double b = std::asin(std::clamp(-R(2, 0), -1.0, 1.0)) * kDeg, a = std::atan2(R(2, 1), R(2, 2)) * kDeg,
+               c = std::atan2(R(1, 0), R(0, 0)) * kDeg;
+  return fmt::format("{:5} {:16} {:8.3f} {:8.3f} {:8.3f}   {:8.2f} {:8.2f} {:8.2f}   {}", mark, name.substr(0, 16),
+                     p.x(), p.y(), p.z(), a, b, c, looks);
 }
 
 /// "forward and 20 deg up": where an axis of Body points.
@@ -104,31 +117,36 @@ std::string direction_text(const Eigen::Vector3d& d) {
 }  // namespace
 
 std::string rig_svg(const Rig& rig) {
-  const View plan{"from above, forward is up", {1, 0, 0}, {0, 1, 0}}, side{"from the right, forward is right", {0, 1, 0}, {0, 0, 1}};
+  const View plan{"from above, forward is up", {1, 0, 0}, {0, 1, 0}},
+      side{"from the right, forward is right", {0, 1, 0}, {0, 0, 1}};
   const auto& head = rig.geometry.head;
   const bool has_head = !head.lenses.empty();
   std::vector<Drawn> things;
   std::vector<std::string> rows = {"in Body (x right, y forward, z up; origin: the POS's centre of navigation)",
-                                   fmt::format("{:5} {:16} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8}   {}", "", "", "x m", "y m", "z m", "Rx deg", "Ry deg", "Rz deg", "")};
+                                   fmt::format("{:5} {:16} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8}   {}", "", "", "x m",
+                                               "y m", "z m", "Rx deg", "Ry deg", "Rz deg", "")};
   int number = 0;
   for (const auto& laser : rig.geometry.lasers) {
     const std::string mark = fmt::format("L{}", ++number);
     const auto& T = laser.T_body_scanner;
     things.push_back({mark, T.translation, T.rotation.toRotationMatrix()});
-    rows.push_back(numbers_row(mark, rig.sensor_names()[laser.sensor], T.translation, T.rotation, "spin axis " + direction_text(T.rotation * Eigen::Vector3d::UnitZ())));
+    rows.push_back(numbers_row(mark, rig.sensor_names()[laser.sensor], T.translation, T.rotation,
+                               "spin axis " + direction_text(T.rotation * Eigen::Vector3d::UnitZ())));
   }
   std::vector<Drawn> lenses;
   if (has_head) {
     const auto& T = head.T_body_head;
     things.push_back({"H", T.translation, T.rotation.toRotationMatrix()});
-    rows.push_back(numbers_row("H", "head", T.translation, T.rotation, "x axis " + direction_text(T.rotation * Eigen::Vector3d::UnitX())));
+    rows.push_back(numbers_row("H", "head", T.translation, T.rotation,
+                               "x axis " + direction_text(T.rotation * Eigen::Vector3d::UnitX())));
     rows.emplace_back();
     rows.emplace_back("in the head (x forward, y left, z up); directions in Body");
     for (std::size_t i = 0; i < head.lenses.size(); ++i) {
       const auto& lens = head.lenses[i];
       lenses.push_back({std::to_string(i), lens.T_head_lens.translation, lens.T_head_lens.rotation.toRotationMatrix()});
-      rows.push_back(numbers_row(std::to_string(i), lens.name, lens.T_head_lens.translation, lens.T_head_lens.rotation,
-                                 "looks " + direction_text(T.rotation * (lens.T_head_lens.rotation * Eigen::Vector3d::UnitZ()))));
+      rows.push_back(
+          numbers_row(std::to_string(i), lens.name, lens.T_head_lens.translation, lens.T_head_lens.rotation,
+                      "looks " + direction_text(T.rotation * (lens.T_head_lens.rotation * Eigen::Vector3d::UnitZ()))));
     }
   }
   std::string body;
@@ -144,7 +162,8 @@ std::string rig_svg(const Rig& rig) {
   double y = kTop + kPanel + 16;
   if (has_head) {
     x = kMargin;
-    const View head_plan{"the head from above, its x is up", {0, -1, 0}, {1, 0, 0}}, head_side{"the head from its right, its x is right", {1, 0, 0}, {0, 0, 1}};
+    const View head_plan{"the head from above, its x is up", {0, -1, 0}, {1, 0, 0}},
+        head_side{"the head from its right, its x is right", {1, 0, 0}, {0, 0, 1}};
     for (const View& view : {head_plan, head_side}) {
       Panel panel(x, y, view, lenses, 0.05);
       panel.draw({"H", Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity() * 0.6}, false);
@@ -159,17 +178,25 @@ std::string rig_svg(const Rig& rig) {
   }
   y += 16;
   for (const std::string& row : rows) {
-    if (!row.empty()) body += fmt::format("<text x=\"{}\" y=\"{:.0f}\" class=\"row\" xml:space=\"preserve\">{}</text>", kMargin, y, escaped(row));
+    if (!row.empty())
+      body += fmt::format("<text x=\"{}\" y=\"{:.0f}\" class=\"row\" xml:space=\"preserve\">{}</text>", kMargin, y,
+                          escaped(row));
     y += 17;
   }
   const double width = 2 * kMargin + 2 * kPanel + 16;
   return fmt::format(
-             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\"><style>"
-             "text{{font:13px sans-serif;fill:#222}}.head{{font-size:20px}}.title{{font-size:12px;fill:#666}}.row{{font:12.5px monospace}}"
-             ".panel{{fill:#fbfbfb;stroke:#ccc}}line{{stroke-width:2.2;stroke-linecap:round}}.axis_x{{stroke:#d0312d}}.axis_y{{stroke:#2e8b3d}}"
+             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} "
+             "{1:.0f}\"><style>"
+             "text{{font:13px "
+             "sans-serif;fill:#222}}.head{{font-size:20px}}.title{{font-size:12px;fill:#666}}.row{{font:12.5px "
+             "monospace}}"
+             ".panel{{fill:#fbfbfb;stroke:#ccc}}line{{stroke-width:2.2;stroke-linecap:round}}.axis_x{{stroke:#d0312d}}."
+             "axis_y{{stroke:#2e8b3d}}"
              ".axis_z{{stroke:#2b5fc0}}.lever{{stroke:#999;stroke-width:1;stroke-dasharray:4 4}}.ruler{{stroke:#444}}"
-             ".sight{{stroke:#2b5fc0;stroke-width:1;stroke-dasharray:2 4}}.mark{{font-size:12px}}</style><rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
-             "<text x=\"{2}\" y=\"34\" class=\"head\">{3}</text><text x=\"{4:.0f}\" y=\"34\" text-anchor=\"end\" class=\"title\">axes: x red, y green, z blue; dashed: lever arms</text>",
+             ".sight{{stroke:#2b5fc0;stroke-width:1;stroke-dasharray:2 4}}.mark{{font-size:12px}}</style><rect "
+             "width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
+             "<text x=\"{2}\" y=\"34\" class=\"head\">{3}</text><text x=\"{4:.0f}\" y=\"34\" text-anchor=\"end\" "
+             "class=\"title\">axes: x red, y green, z blue; dashed: lever arms</text>",
              width, y + 10, kMargin, escaped(rig.name), width - kMargin) +
          body + "</svg>\n";
 }

@@ -34,7 +34,9 @@ class SchemaWriter final : public Keys {
       whole.properties_.update(properties_);
       whole.required_.insert(whole.required_.end(), required_.begin(), required_.end());
       whole.exclusions_.insert(whole.exclusions_.end(), exclusions_.begin(), exclusions_.end());
-      out["allOf"].push_back({{"if", {{"properties", {{kind_key_, {{"const", word}}}}}, {"required", Json::array({kind_key_})}}}, {"then", whole.schema()}});
+      out["allOf"].push_back(
+          {{"if", {{"properties", {{kind_key_, {{"const", word}}}}}, {"required", Json::array({kind_key_})}}},
+           {"then", whole.schema()}});
     }
     return out;
   }
@@ -59,9 +61,13 @@ class SchemaWriter final : public Keys {
   bool take_numbers(const Key& key, std::vector<double>&, const Range& range, Count count, bool is_whole) override {
     return put(key, array(number(range, is_whole), count));
   }
-  bool take_texts(const Key& key, std::vector<std::string>&, const TextForm& form) override { return put(key, array(text(form), {})); }
+  bool take_texts(const Key& key, std::vector<std::string>&, const TextForm& form) override {
+    return put(key, array(text(form), {}));
+  }
   bool take_section(const Key& key, const KeySection& section) override { return put(key, mapping(section.make())); }
-  bool take_list(const Key& key, const KeyList& list, Count count) override { return put(key, array(mapping(list.add()), count)); }
+  bool take_list(const Key& key, const KeyList& list, Count count) override {
+    return put(key, array(mapping(list.add()), count));
+  }
   bool take_kind(const Key& key, const KeyKinds& kinds) override {
     put(key, {{"enum", kinds.words}});
     for (std::size_t i = 0; i < kinds.words.size(); ++i) {

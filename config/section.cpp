@@ -41,13 +41,12 @@ std::string read_configuration(const std::string& path) {
     for (const ShippedFile& file : shipped_files())
       if (file.path == std::string_view(path).substr(kShipped.size())) return std::string(file.text);
   auto text = read_input(path, kMostConfiguration, "a configuration");
-  if (!text.ok()) throw ConfigError(fmt::format("{}: cannot be read: {}; give the path of a YAML file", path, text.error().message));
+  if (!text.ok())
+    throw ConfigError(fmt::format("{}: cannot be read: {}; give the path of a YAML file", path, text.error().message));
   return std::move(*text);
 }
 
-Section Section::load_file(const std::string& path) {
-  return load_text(read_configuration(path), path);
-}
+Section Section::load_file(const std::string& path) { return load_text(read_configuration(path), path); }
 
 Section Section::load_text(const std::string& text, const std::string& name) {
   YAML::Node root;
@@ -87,7 +86,8 @@ YAML::Node Section::require(const std::string& key) {
   }
   const std::string meant = nearest_word(key, others);
   throw ConfigError(fmt::format("{}: key '{}{}{}' is missing{}", where(node_), path_, path_.empty() ? "" : ".", key,
-                                !meant.empty() ? fmt::format("; is '{}' meant for it?", meant) : fmt::format("; here are: {}", fmt::join(all, ", "))));
+                                !meant.empty() ? fmt::format("; is '{}' meant for it?", meant)
+                                               : fmt::format("; here are: {}", fmt::join(all, ", "))));
 }
 
 void Section::fail(const YAML::Node& at, const std::string& key, const std::string& allowed) const {
@@ -104,25 +104,32 @@ std::string Section::one_of(const std::vector<std::string>& keys, const std::str
   std::vector<std::string> unknown;
   for (const auto& item : node_)
     if (!known_.contains(item.first.Scalar())) unknown.push_back(item.first.Scalar());
-  throw ConfigError(fmt::format("{}: {}: give exactly one of {}; {}", where(node_), path_.empty() ? "the file" : "'" + path_ + "'", fmt::join(keys, ", "),
-                                !given.empty() ? fmt::format("here are {}", fmt::join(given, " and ")) : fmt::format("here are: {}", fmt::join(unknown, ", "))));
+  throw ConfigError(fmt::format("{}: {}: give exactly one of {}; {}", where(node_),
+                                path_.empty() ? "the file" : "'" + path_ + "'", fmt::join(keys, ", "),
+                                !given.empty() ? fmt::format("here are {}", fmt::join(given, " and "))
+                                               : fmt::format("here are: {}", fmt::join(unknown, ", "))));
 }
 
 void Section::refuse(const std::string& key, const std::string& why) const {
   throw ConfigError(key.empty() ? fmt::format("{}: {}{}{}", where(node_), path_, path_.empty() ? "" : ": ", why)
-                                : fmt::format("{}: key '{}{}{}' {}", where(node_at(node_, key)), path_, path_.empty() ? "" : ".", key, why));
+                                : fmt::format("{}: key '{}{}{}' {}", where(node_at(node_, key)), path_,
+                                              path_.empty() ? "" : ".", key, why));
 }
 
-double Section::checked(const YAML::Node& node, const std::string& key, Range range, std::string_view unit, bool is_whole) const {
+double Section::checked(const YAML::Node& node, const std::string& key, Range range, std::string_view unit,
+                        bool is_whole) const {
   double value = 0;
   std::int64_t whole = 0;
-  const bool is_number = node.IsScalar() && (is_whole ? YAML::convert<std::int64_t>::decode(node, whole) : YAML::convert<double>::decode(node, value));
+  const bool is_number = node.IsScalar() && (is_whole ? YAML::convert<std::int64_t>::decode(node, whole)
+                                                      : YAML::convert<double>::decode(node, value));
   if (is_whole) value = static_cast<double>(whole);
   if (!is_number || !range.has(value)) fail(node, key, range.allowed(unit, is_whole));
   return value;
 }
 
-double Section::number(const std::string& key, Range range, std::string_view unit) { return checked(require(key), key, range, unit, false); }
+double Section::number(const std::string& key, Range range, std::string_view unit) {
+  return checked(require(key), key, range, unit, false);
+}
 double Section::number(const std::string& key, Range range, double otherwise) {
   return has(key) ? number(key, range) : otherwise;
 }
@@ -143,16 +150,21 @@ bool Section::boolean(const std::string& key, bool otherwise) {
 
 std::string Section::text(const std::string& key, const TextForm& form) {
   const YAML::Node found = require(key);
-  if (!found.IsScalar() || found.Scalar().empty() || (form.fits && !form.fits(found.Scalar()))) fail(found, key, form.allowed);
+  if (!found.IsScalar() || found.Scalar().empty() || (form.fits && !form.fits(found.Scalar())))
+    fail(found, key, form.allowed);
   return found.Scalar();
 }
-std::string Section::text(const std::string& key, const std::string& otherwise) { return has(key) ? text(key) : otherwise; }
+std::string Section::text(const std::string& key, const std::string& otherwise) {
+  return has(key) ? text(key) : otherwise;
+}
 
-std::vector<double> Section::numbers(const std::string& key, Range range, std::string_view unit, Count count, bool is_whole) {
+std::vector<double> Section::numbers(const std::string& key, Range range, std::string_view unit, Count count,
+                                     bool is_whole) {
   const YAML::Node found = require(key);
   const char* numbers = is_whole ? "whole numbers" : "numbers";
   if (!found.IsSequence()) fail(found, key, fmt::format("a list of {}", numbers));
-  if (count.min == count.max && found.size() != count.min) fail(found, key, fmt::format("a list of {} {}", count.min, numbers));
+  if (count.min == count.max && found.size() != count.min)
+    fail(found, key, fmt::format("a list of {} {}", count.min, numbers));
   if (found.size() < count.min) fail(found, key, fmt::format("a list of at least {} {}", count.min, numbers));
   if (found.size() > count.max) fail(found, key, fmt::format("a list of at most {} {}", count.max, numbers));
   std::vector<double> out;
@@ -164,7 +176,8 @@ std::vector<std::string> Section::texts(const std::string& key, const TextForm& 
   if (!found.IsSequence()) fail(found, key, "a list of texts");
   std::vector<std::string> out;
   for (const auto& item : found) {
-    if (!item.IsScalar() || item.Scalar().empty() || (form.fits && !form.fits(item.Scalar()))) fail(item, key, fmt::format("a list, each of its items {}", form.allowed));
+    if (!item.IsScalar() || item.Scalar().empty() || (form.fits && !form.fits(item.Scalar())))
+      fail(item, key, fmt::format("a list, each of its items {}", form.allowed));
     out.push_back(item.Scalar());
   }
   return out;
@@ -190,7 +203,8 @@ void Section::finish() const {
     std::string allowed;
     for (const auto& k : known_) allowed += (allowed.empty() ? "" : ", ") + k;
     const std::string meant = nearest_word(key, {known_.begin(), known_.end()});
-    throw ConfigError(fmt::format("{}: key '{}{}{}' is not known{}; known here: {}", where(item.first), path_, path_.empty() ? "" : ".", key,
+    throw ConfigError(fmt::format("{}: key '{}{}{}' is not known{}; known here: {}", where(item.first), path_,
+                                  path_.empty() ? "" : ".", key,
                                   meant.empty() ? "" : fmt::format(" (did you mean {}?)", meant), allowed));
   }
 }

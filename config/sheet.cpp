@@ -17,7 +17,8 @@ Sheet load_sheet(const std::string& name) {
     const std::string stem = out.scenarios.back().stem().string();
     if (!names.insert(stem).second) root.refuse("scenarios", "names two files " + stem + "; allowed: each name once");
   }
-  out.ray_returns = static_cast<std::size_t>(root.integer("ray_returns", {100, 1e7}, static_cast<std::int64_t>(out.ray_returns)));
+  out.ray_returns =
+      static_cast<std::size_t>(root.integer("ray_returns", {100, 1e7}, static_cast<std::int64_t>(out.ray_returns)));
   root.finish();
   if (out.scenarios.empty()) root.refuse("scenarios", "is an empty list; allowed: one scenario or more");
   return out;

@@ -11,15 +11,17 @@ namespace hueline::config {
 
 std::string configuration_named(const std::string& name, const std::string& kind) {
   std::error_code ignored;
-  if (name.empty() || name.find_first_of("./") != std::string::npos || std::filesystem::exists(name, ignored)) return name;
+  if (name.empty() || name.find_first_of("./") != std::string::npos || std::filesystem::exists(name, ignored))
+    return name;
   std::vector<std::string> words;
   for (const ShippedFile& file : shipped_files()) {
     const std::filesystem::path path(file.path);
     if (path.parent_path() == kind) words.push_back(path.stem().string());
     if (file.path == fmt::format("{}/{}.yaml", kind, name)) return std::string(kShipped) + std::string(file.path);
   }
-  throw ConfigError(fmt::format("{}: no such file is here, and none of the {} that come with the program has that name{}; those are: {}", name, kind, did_you_mean(name, words),
-                                fmt::join(words, ", ")));
+  throw ConfigError(fmt::format(
+      "{}: no such file is here, and none of the {} that come with the program has that name{}; those are: {}", name,
+      kind, did_you_mean(name, words), fmt::join(words, ", ")));
 }
 
 }  // namespace hueline::config

@@ -17,9 +17,9 @@ const std::vector<ShippedFile>& shipped_files();
 /// In front of the path of a shipped file where a path is wanted: "shipped:/scenarios/street.yaml".
 constexpr std::string_view kShipped = "shipped:/";
 
-/// What a user means who names a configuration. A word without '.' and '/' is one that comes with the program, of `kind` ("rigs",
-/// "scenarios", "sheets"), given back as its path behind kShipped; anything else, and a word that is a file's name here, is that path.
-/// ConfigError for a word that is neither, with those that there are.
+/// What a user means who names a configuration. A word without '.' and '/' is one that comes with the program, of
+/// `kind` ("rigs", "scenarios", "sheets"), given back as its path behind kShipped; anything else, and a word that is a
+/// file's name here, is that path. ConfigError for a word that is neither, with those that there are.
 std::string configuration_named(const std::string& name, const std::string& kind);
 
 }  // namespace hueline::config

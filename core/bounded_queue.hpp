@@ -11,7 +11,8 @@
 
 namespace hueline {
 
-/// Bounded by number and by weight (bytes); thread-safe; many producers, many consumers. Every wait ends on stop or close.
+/// Bounded by number and by weight (bytes); thread-safe; many producers, many consumers. Every wait ends on stop or
+/// close.
 template <class T>
 class BoundedQueue {
  public:
@@ -62,13 +63,16 @@ class BoundedQueue {
     return closed_ && items_.empty();
   }
 
-  /// Waits until at most `share` of each limit is taken: for a producer that can wait, beside others that cannot. False if closed
-  /// or stopped.
+  /// Waits until at most `share` of each limit is taken: for a producer that can wait, beside others that cannot. False
+  /// if closed or stopped.
   bool wait_until_below(double share, std::stop_token stop) {
     const auto part = [&](std::size_t limit) { return static_cast<std::size_t>(share * static_cast<double>(limit)); };
-    const Limits most{part(limits_.items), limits_.weight == static_cast<std::size_t>(-1) ? limits_.weight : part(limits_.weight)};
+    const Limits most{part(limits_.items),
+                      limits_.weight == static_cast<std::size_t>(-1) ? limits_.weight : part(limits_.weight)};
     std::unique_lock lock(mutex_);
-    return emptied_.wait(lock, stop, [&] { return closed_ || items_.empty() || (items_.size() <= most.items && weight_ <= most.weight); }) && !closed_;
+    return emptied_.wait(lock, stop, [&] {
+      return closed_ || items_.empty() || (items_.size() <= most.items && weight_ <= most.weight);
+    }) && !closed_;
   }
 
   /// No more pushes; what is inside can still be popped.
@@ -81,7 +85,8 @@ class BoundedQueue {
     emptied_.notify_all();
   }
 
-  /// True if a try_push of this weight would succeed, for a decision made under the caller's own lock (single producer).
+  /// True if a try_push of this weight would succeed, for a decision made under the caller's own lock (single
+  /// producer).
   bool has_room_for(std::size_t weight) const {
     std::lock_guard lock(mutex_);
     return !closed_ && has_room(weight);

@@ -8,8 +8,8 @@
 #include <span>
 #include <utility>
 
-/// Reference-counted byte buffers from a bounded pool: an exposure of 30 MB is written once by the transport and read by
-/// recorder, decoder and fusion without a copy.
+/// Reference-counted byte buffers from a bounded pool: an exposure of 30 MB is written once by the transport and read
+/// by recorder, decoder and fusion without a copy.
 namespace hueline {
 
 class BufferPool;
@@ -28,7 +28,7 @@ struct BufferBlock {
   std::atomic<std::uint32_t> references{1};
   std::shared_ptr<PoolState> pool;       // null: plain heap, freed on last release
   std::shared_ptr<BufferLender> lender;  // set: gets `data` back on last release
-  BufferBlock* parent = nullptr;    // set: `data` lies inside this block, which is held until the last release
+  BufferBlock* parent = nullptr;         // set: `data` lies inside this block, which is held until the last release
   std::size_t capacity = 0, size = 0;
   std::byte* data = nullptr;
 };
@@ -54,10 +54,12 @@ class Buffer {
   /// A heap copy of `bytes`, outside any pool: for tests, small events and files.
   static Buffer copy_of(std::span<const std::byte> bytes);
 
-  /// `bytes` as they are, without a copy; `lender` lives at least as long as the buffer and gets them back after the last reference.
+  /// `bytes` as they are, without a copy; `lender` lives at least as long as the buffer and gets them back after the
+  /// last reference.
   static Buffer lent(std::shared_ptr<BufferLender> lender, std::span<const std::byte> bytes);
 
-  /// A part of this buffer without a copy; it keeps the whole memory alive. `offset` and `size` are clipped to the buffer.
+  /// A part of this buffer without a copy; it keeps the whole memory alive. `offset` and `size` are clipped to the
+  /// buffer.
   Buffer part(std::size_t offset, std::size_t size) const;
 
   std::span<const std::byte> bytes() const {
@@ -105,15 +107,15 @@ class MutableBuffer {
   detail::BufferBlock* block_ = nullptr;
 };
 
-/// Bounded pool with power-of-two size classes; freed blocks are kept for reuse up to the limit. Thread-safe. Buffers may
-/// outlive the pool.
+/// Bounded pool with power-of-two size classes; freed blocks are kept for reuse up to the limit. Thread-safe. Buffers
+/// may outlive the pool.
 class BufferPool {
  public:
   /// `limit_bytes`: the most that may be handed out at a time, counted by capacity.
   explicit BufferPool(std::size_t limit_bytes);
 
-  /// A buffer of at least `size` bytes with size() == size, 64-byte aligned; an empty one when the limit is reached: the caller
-  /// counts the loss as Fault Overflow.
+  /// A buffer of at least `size` bytes with size() == size, 64-byte aligned; an empty one when the limit is reached:
+  /// the caller counts the loss as Fault Overflow.
   MutableBuffer acquire(std::size_t size);
 
   std::size_t bytes_in_use() const;

@@ -23,10 +23,24 @@ struct Leap {
   int offset_s;     // GPS - UTC
 };
 constexpr seconds kUnixOfGpsEpoch{315'964'800};
-constexpr std::array<Leap, 18> kLeaps{{{1981, 7, 1},  {1982, 7, 2},  {1983, 7, 3},  {1985, 7, 4},  {1988, 1, 5},
-                                       {1990, 1, 6},  {1991, 1, 7},  {1992, 7, 8},  {1993, 7, 9},  {1994, 7, 10},
-                                       {1996, 1, 11}, {1997, 7, 12}, {1999, 1, 13}, {2006, 1, 14}, {2009, 1, 15},
-                                       {2012, 7, 16}, {2015, 7, 17}, {2017, 1, 18}}};
+constexpr std::array<Leap, 18> kLeaps{{{1981, 7, 1},
+                                       {1982, 7, 2},
+                                       {1983, 7, 3},
+                                       {1985, 7, 4},
+                                       {1988, 1, 5},
+                                       {1990, 1, 6},
+                                       {1991, 1, 7},
+                                       {1992, 7, 8},
+                                       {1993, 7, 9},
+                                       {1994, 7, 10},
+                                       {1996, 1, 11},
+                                       {1997, 7, 12},
+                                       {1999, 1, 13},
+                                       {2006, 1, 14},
+                                       {2009, 1, 15},
+                                       {2012, 7, 16},
+                                       {2015, 7, 17},
+                                       {2017, 1, 18}}};
 
 /// UTC seconds since the GPS epoch, as if no leap second existed, at which entry i begins.
 std::int64_t begin_utc_s(const Leap& leap) { return days_since_gps_epoch(leap.year, leap.month, 1) * 86400; }

@@ -28,11 +28,12 @@ struct UtcTime {
   bool operator==(const UtcTime&) const = default;
 };
 
-/// GPS minus UTC in whole seconds at a GPS instant, from the built-in table of leap seconds (IERS Bulletin C; last entry
-/// 2017-01-01: 18 s). Receivers that report an offset outrank it; a difference is for sync/ to judge.
+/// GPS minus UTC in whole seconds at a GPS instant, from the built-in table of leap seconds (IERS Bulletin C; last
+/// entry 2017-01-01: 18 s). Receivers that report an offset outrank it; a difference is for sync/ to judge.
 std::chrono::seconds utc_offset_from_table(GpsTime t);
 
-/// UTC calendar -> GPS time. Uses `utc_offset` if the receiver gave one, else the table. Empty if a field is out of range.
+/// UTC calendar -> GPS time. Uses `utc_offset` if the receiver gave one, else the table. Empty if a field is out of
+/// range.
 std::optional<GpsTime> from_utc(const UtcTime& utc, std::optional<std::chrono::seconds> utc_offset = {});
 UtcTime to_utc(GpsTime t);
 

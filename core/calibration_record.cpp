@@ -44,12 +44,17 @@ void CalibrationRecord::visit(Keys& keys) {
   keys.text(required("method", "", "The tool that found the value."), method);
   keys.text(required("date", "", "The day of the calibration."), date, day);
   keys.texts(required("data", "", "What the calibration was made of."), data);
-  keys.number({"residual_rms", "", "The root mean square of what the adjustment left. A method without such a figure (an alignment without targets) writes none.", "none"},
+  keys.number({"residual_rms", "",
+               "The root mean square of what the adjustment left. A method without such a figure (an alignment without "
+               "targets) writes none.",
+               "none"},
               residual_rms, {0, kHuge});
   keys.text({"residual_unit", "", "The unit of `residual_rms`, which it goes with: px, m.", "none"}, residual_unit);
   keys.texts(required("parameters", "", "The names of the parameters, with their units."), parameters);
   keys.numbers(required("sigma", "", "One standard deviation of each parameter."), sigma, {0, kHuge});
-  keys.numbers({"covariance", "", "The upper triangle of the covariance matrix by rows: n (n + 1) / 2 numbers for n parameters.", "none"}, covariance, {-kHuge, kHuge});
+  keys.numbers({"covariance", "",
+                "The upper triangle of the covariance matrix by rows: n (n + 1) / 2 numbers for n parameters.", "none"},
+               covariance, {-kHuge, kHuge});
 }
 
 KeyError CalibrationRecord::validate() const {
@@ -58,10 +63,13 @@ KeyError CalibrationRecord::validate() const {
     return residual_rms ? KeyError{"residual_unit", "is missing beside residual_rms; allowed: both or none"}
                         : KeyError{"residual_unit", "stands without residual_rms; allowed: both or none"};
   const std::size_t n = parameters.size();
-  if (sigma.size() != n) return not_allowed("sigma", fmt::format("a list of {}", sigma.size()), fmt::format("one number for each of the {} parameters", n));
+  if (sigma.size() != n)
+    return not_allowed("sigma", fmt::format("a list of {}", sigma.size()),
+                       fmt::format("one number for each of the {} parameters", n));
   if (!covariance.empty() && covariance.size() != n * (n + 1) / 2)
-    return not_allowed("covariance", fmt::format("a list of {}", covariance.size()),
-                       fmt::format("{} numbers (the upper triangle of {} parameters by rows) or none", n * (n + 1) / 2, n));
+    return not_allowed(
+        "covariance", fmt::format("a list of {}", covariance.size()),
+        fmt::format("{} numbers (the upper triangle of {} parameters by rows) or none", n * (n + 1) / 2, n));
   return {};
 }
 
@@ -71,7 +79,8 @@ std::string CalibrationRecord::yaml(int indent) const {
   out += deep + "method: " + method + "\n";
   out += deep + "date: \"" + date + "\"\n";
   out += deep + "data: " + list(data, quoted) + "\n";
-  if (residual_rms) out += deep + "residual_rms: " + number(*residual_rms) + "\n" + deep + "residual_unit: " + residual_unit + "\n";
+  if (residual_rms)
+    out += deep + "residual_rms: " + number(*residual_rms) + "\n" + deep + "residual_unit: " + residual_unit + "\n";
   out += deep + "parameters: " + list(parameters, plain) + "\n";
   out += deep + "sigma: " + list(sigma, number) + "\n";
   if (!covariance.empty()) out += deep + "covariance: " + list(covariance, number) + "\n";

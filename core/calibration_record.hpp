@@ -8,13 +8,14 @@
 
 namespace hueline {
 
-/// Where a calibrated value comes from: stands beside it in the rig file and, with the rig, in every recording. Written by the
-/// calibration tools, read by config/, never used in fusion.
+/// Where a calibrated value comes from: stands beside it in the rig file and, with the rig, in every recording. Written
+/// by the calibration tools, read by config/, never used in fusion.
 struct CalibrationRecord {
-  std::string method;              ///< "lens", "mount", ...: which tool
-  std::string date;                ///< of the calibration, YYYY-MM-DD
-  std::vector<std::string> data;   ///< what it was made of: files, recordings, counts
-  std::optional<double> residual_rms;  ///< root mean square of what the adjustment left, in `residual_unit`; empty: the method has no such figure
+  std::string method;                  ///< "lens", "mount", ...: which tool
+  std::string date;                    ///< of the calibration, YYYY-MM-DD
+  std::vector<std::string> data;       ///< what it was made of: files, recordings, counts
+  std::optional<double> residual_rms;  ///< root mean square of what the adjustment left, in `residual_unit`; empty: the
+                                       ///< method has no such figure
   std::string residual_unit;           ///< "px", "m", ...; empty without `residual_rms`
   std::vector<std::string> parameters;  ///< names with units, in the order of `sigma`: "focal_x_px", "rotation_x_deg"
   std::vector<double> sigma;            ///< one standard deviation of each

@@ -14,7 +14,8 @@ constexpr std::string_view kBlank = " \t\r";
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t from = text.find_first_not_of(kBlank);
-  return from == std::string_view::npos ? std::string_view() : text.substr(from, text.find_last_not_of(kBlank) - from + 1);
+  return from == std::string_view::npos ? std::string_view()
+                                        : text.substr(from, text.find_last_not_of(kBlank) - from + 1);
 }
 
 std::vector<std::string> split(std::string_view line, char separator) {
@@ -27,9 +28,13 @@ std::vector<std::string> split(std::string_view line, char separator) {
   }
 }
 
-Error refused(const std::string& file, int line, const std::string& what) { return {ErrorCode::Malformed, fmt::format("{}:{}: {}", file, line, what)}; }
+Error refused(const std::string& file, int line, const std::string& what) {
+  return {ErrorCode::Malformed, fmt::format("{}:{}: {}", file, line, what)};
+}
 
-bool is_among(const std::vector<std::string>& names, const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); }
+bool is_among(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
 
 std::string unknown(const std::string& name, const CsvTable::Columns& columns) {
   std::string why = columns.advice ? columns.advice(name) : "";
@@ -60,24 +65,34 @@ Result<CsvTable> CsvTable::parse(std::string_view text, const std::string& file,
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     ++number;
     if (line.empty() || line.front() == '#') continue;
-    if (line.find('"') != std::string_view::npos) return refused(file, number, "quoted values are not read; leave the quotes out");
+    if (line.find('"') != std::string_view::npos)
+      return refused(file, number, "quoted values are not read; leave the quotes out");
     if (table.columns_.empty()) {
       if (line.find(';') != std::string_view::npos) separator = ';';
       std::size_t place = 0;
       for (const std::string& name : split(line, separator)) {
-        if (!is_among(columns.needed, name) && !is_among(columns.allowed, name)) return refused(file, number, unknown(name, columns));
-        if (!table.columns_.emplace(name, place++).second) return refused(file, number, fmt::format("column '{}' is there twice", name));
+        if (!is_among(columns.needed, name) && !is_among(columns.allowed, name))
+          return refused(file, number, unknown(name, columns));
+        if (!table.columns_.emplace(name, place++).second)
+          return refused(file, number, fmt::format("column '{}' is there twice", name));
       }
       for (const std::string& name : columns.needed)
-        if (!table.has(name)) return refused(file, number, fmt::format("column '{}' is missing; the first line must name {}", name, fmt::join(columns.needed, ", ")));
+        if (!table.has(name))
+          return refused(file, number,
+                         fmt::format("column '{}' is missing; the first line must name {}", name,
+                                     fmt::join(columns.needed, ", ")));
       continue;
     }
     Row row{number, split(line, separator)};
     if (row.values.size() != table.columns_.size())
-      return refused(file, number, fmt::format("{} values, the first line names {} columns", row.values.size(), table.columns_.size()));
+      return refused(
+          file, number,
+          fmt::format("{} values, the first line names {} columns", row.values.size(), table.columns_.size()));
     table.rows_.push_back(std::move(row));
   }
-  if (table.columns_.empty()) return refused(file, std::max(number, 1), fmt::format("no line that names the columns: {}", fmt::join(columns.needed, ", ")));
+  if (table.columns_.empty())
+    return refused(file, std::max(number, 1),
+                   fmt::format("no line that names the columns: {}", fmt::join(columns.needed, ", ")));
   if (table.rows_.empty()) return refused(file, number, "holds no rows");
   return table;
 }
@@ -92,7 +107,8 @@ Result<double> CsvTable::number(std::size_t row, const std::string& column) cons
   const std::string& word = text(row, column);
   double value = 0;
   if (reads(word, value) && std::isfinite(value)) return value;
-  return refuse(row, fmt::format("{} is '{}', not a number{}", column, word, word.find(',') == std::string::npos ? "" : "; decimals stand behind a point"));
+  return refuse(row, fmt::format("{} is '{}', not a number{}", column, word,
+                                 word.find(',') == std::string::npos ? "" : "; decimals stand behind a point"));
 }
 
 Result<std::optional<double>> CsvTable::optional_number(std::size_t row, const std::string& column) const {

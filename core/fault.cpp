@@ -10,8 +10,8 @@
 namespace hueline {
 
 const char* name(ErrorCode code) {
-  constexpr std::array names{"EndOfData", "TimedOut",  "Stopped", "Disconnected", "Unavailable", "Malformed",
-                             "Truncated", "Invalid", "Unsupported",  "Exhausted",   "Io"};
+  constexpr std::array names{"EndOfData", "TimedOut", "Stopped",     "Disconnected", "Unavailable", "Malformed",
+                             "Truncated", "Invalid",  "Unsupported", "Exhausted",    "Io"};
   const auto i = static_cast<std::size_t>(code);
   return i < names.size() ? names[i] : "?";
 }
@@ -22,14 +22,15 @@ Error io_error(const std::string& attempted, int errno_value) {
 
 const char* name(FaultKind kind) {
   constexpr std::array<const char*, kFaultKinds> names{
-      "Disconnected", "Reconnected",   "Silent",   "Overflow", "Malformed", "Lost",      "Late",
-      "ClockStep",    "LabelConflict", "Spurious", "Shed",     "DiskFull",  "WrongSize", "WrongDevice",
-      "NoTime",       "Refused",       "Implausible"};
+      "Disconnected", "Reconnected", "Silent",        "Overflow", "Malformed",  "Lost",
+      "Late",         "ClockStep",   "LabelConflict", "Spurious", "Shed",       "DiskFull",
+      "WrongSize",    "WrongDevice", "NoTime",        "Refused",  "Implausible"};
   const auto i = static_cast<std::size_t>(kind);
   return i < names.size() ? names[i] : "?";
 }
 
-// The detail may quote a device, and a recording of an older program may hold such a quotation as it was: it is made printable both ways.
+// The detail may quote a device, and a recording of an older program may hold such a quotation as it was: it is made
+// printable both ways.
 std::vector<std::byte> encode_fault(const Fault& fault) {
   const std::string detail = printable(fault.detail);
   std::vector<std::byte> out(9 + detail.size());
@@ -40,7 +41,8 @@ std::vector<std::byte> encode_fault(const Fault& fault) {
 }
 
 Result<Fault> decode_fault(SensorId sensor, HostTime time, std::span<const std::byte> bytes) {
-  if (bytes.size() < 9) return Error{ErrorCode::Truncated, fmt::format("fault event of {} bytes; at least 9", bytes.size())};
+  if (bytes.size() < 9)
+    return Error{ErrorCode::Truncated, fmt::format("fault event of {} bytes; at least 9", bytes.size())};
   const auto kind = static_cast<std::uint8_t>(bytes[0]);
   if (kind >= kFaultKinds) return Error{ErrorCode::Unsupported, fmt::format("fault kind {} is not known", kind)};
   Fault fault{sensor, static_cast<FaultKind>(kind), time, 0, {}};

@@ -30,9 +30,11 @@ enum class FaultKind : std::uint8_t {
   DiskFull,       ///< or read-only, or failing: a write was refused
   WrongSize,      ///< an image whose size is not the rig's
   WrongDevice,    ///< something answers, but it is not the device that the rig names
-  NoTime,         ///< the clock it needs is not disciplined: stamped roughly with a grown sigma, or not at all; detail says which
-  Refused,        ///< the device answered a command of ours with an error; detail has its answer
-  Implausible,    ///< a value that its source doubts or those before it contradict; used with a grown sigma or not at all: detail says
+  NoTime,   ///< the clock it needs is not disciplined: stamped roughly with a grown sigma, or not at all; detail says
+            ///< which
+  Refused,  ///< the device answered a command of ours with an error; detail has its answer
+  Implausible,  ///< a value that its source doubts or those before it contradict; used with a grown sigma or not at
+                ///< all: detail says
 };
 constexpr int kFaultKinds = 17;
 const char* name(FaultKind kind);

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-/// Frames are types. T_enu_body * T_body_camera compiles; the reverse does not. Axes are stated here, once; docs/conventions.md
-/// says the same in words.
+/// Frames are types. T_enu_body * T_body_camera compiles; the reverse does not. Axes are stated here, once;
+/// docs/conventions.md says the same in words.
 namespace hueline {
 
 /// WGS84 earth-centred earth-fixed, m: x to (0 N, 0 E), z to the north pole.
@@ -72,7 +72,8 @@ Vector<A> operator*(const Transform<A, B>& T_a_b, const Vector<B>& v_b) {
   return {T_a_b.rotation * v_b.xyz};
 }
 
-/// Attitude of Body against Enu, rad. roll: right side down positive; pitch: nose up positive; heading: clockwise from north.
+/// Attitude of Body against Enu, rad. roll: right side down positive; pitch: nose up positive; heading: clockwise from
+/// north.
 struct Attitude {
   double roll = 0, pitch = 0, heading = 0;
 };

@@ -4,18 +4,18 @@
 
 namespace hueline {
 namespace {
-constexpr double kA = 6378137.0;                  // semi-major axis, m
-constexpr double kF = 1.0 / 298.257223563;        // flattening
-constexpr double kB = kA * (1.0 - kF);            // semi-minor axis, m
-constexpr double kE2 = kF * (2.0 - kF);           // first eccentricity squared
-constexpr double kEp2 = kE2 / (1.0 - kE2);        // second eccentricity squared
+constexpr double kA = 6378137.0;            // semi-major axis, m
+constexpr double kF = 1.0 / 298.257223563;  // flattening
+constexpr double kB = kA * (1.0 - kF);      // semi-minor axis, m
+constexpr double kE2 = kF * (2.0 - kF);     // first eccentricity squared
+constexpr double kEp2 = kE2 / (1.0 - kE2);  // second eccentricity squared
 }  // namespace
 
 Point<Ecef> to_ecef(const Geodetic& g) {
   const double s = std::sin(g.latitude), c = std::cos(g.latitude);
   const double n = kA / std::sqrt(1.0 - kE2 * s * s);
-  return {{(n + g.ellipsoidal_height) * c * std::cos(g.longitude), (n + g.ellipsoidal_height) * c * std::sin(g.longitude),
-           (n * (1.0 - kE2) + g.ellipsoidal_height) * s}};
+  return {{(n + g.ellipsoidal_height) * c * std::cos(g.longitude),
+           (n + g.ellipsoidal_height) * c * std::sin(g.longitude), (n * (1.0 - kE2) + g.ellipsoidal_height) * s}};
 }
 
 Geodetic to_geodetic(const Point<Ecef>& p) {

@@ -12,7 +12,8 @@
 namespace hueline {
 namespace {
 
-/// How many times each file is open to be read. A file's identity is the kernel's, one for the whole program: so is this.
+/// How many times each file is open to be read. A file's identity is the kernel's, one for the whole program: so is
+/// this.
 struct OpenInputs {
   std::mutex mutex;
   std::map<std::pair<dev_t, ino_t>, int> count;
@@ -43,21 +44,30 @@ Result<InputFile> InputFile::open(const std::filesystem::path& path) {
   if (why != 0 || !S_ISREG(facts.st_mode)) {
     ::close(fd);
     if (why != 0) return io_error("open " + path.string(), why);
-    return Error{ErrorCode::Unsupported, fmt::format("{} is {}, not a file: copy what it gives into a file first", path.string(), kind_of(facts.st_mode))};
+    return Error{ErrorCode::Unsupported, fmt::format("{} is {}, not a file: copy what it gives into a file first",
+                                                     path.string(), kind_of(facts.st_mode))};
   }
   (void)::posix_fadvise(fd, 0, 0, POSIX_FADV_SEQUENTIAL);
   return InputFile(path, fd, facts);
 }
 
 InputFile::InputFile(std::filesystem::path path, int fd, const struct stat& facts)
-    : path_(std::move(path)), fd_(fd), size_(static_cast<std::uint64_t>(facts.st_size)), device_(facts.st_dev), inode_(facts.st_ino) {
+    : path_(std::move(path)),
+      fd_(fd),
+      size_(static_cast<std::uint64_t>(facts.st_size)),
+      device_(facts.st_dev),
+      inode_(facts.st_ino) {
   OpenInputs& inputs = open_inputs();
   const std::lock_guard lock(inputs.mutex);
   ++inputs.count[{device_, inode_}];
 }
 
 InputFile::InputFile(InputFile&& other) noexcept
-    : path_(std::move(other.path_)), fd_(std::exchange(other.fd_, -1)), size_(other.size_), device_(other.device_), inode_(other.inode_) {}
+    : path_(std::move(other.path_)),
+      fd_(std::exchange(other.fd_, -1)),
+      size_(other.size_),
+      device_(other.device_),
+      inode_(other.inode_) {}
 
 InputFile& InputFile::operator=(InputFile&& other) noexcept {
   std::swap(path_, other.path_);
@@ -106,8 +116,9 @@ Result<std::string> read_input(const std::filesystem::path& path, std::uint64_t 
   const Result<InputFile> file = InputFile::open(path);
   if (!file.ok()) return file.error();
   if (file->size() > most_bytes)
-    return Error{ErrorCode::Unsupported, fmt::format("{} has {:.1f} MB; {} of more than {:g} MB is not read", path.string(), static_cast<double>(file->size()) / 1e6, what,
-                                                     static_cast<double>(most_bytes) / 1e6)};
+    return Error{ErrorCode::Unsupported,
+                 fmt::format("{} has {:.1f} MB; {} of more than {:g} MB is not read", path.string(),
+                             static_cast<double>(file->size()) / 1e6, what, static_cast<double>(most_bytes) / 1e6)};
   std::string text(static_cast<std::size_t>(file->size()), '\0');
   if (Status done = file->read(0, std::as_writable_bytes(std::span(text))); !done.ok()) return done.error();
   return text;

@@ -13,11 +13,13 @@
 
 namespace hueline {
 
-/// A file that somebody named to be read, by offset (pread: a failing disk is an Error, not a signal as with mmap). While it is open,
-/// nothing in this program writes over it: open_output() (core/output_file.hpp) refuses the same file, by whatever name. Move-only.
+/// A file that somebody named to be read, by offset (pread: a failing disk is an Error, not a signal as with mmap).
+/// While it is open, nothing in this program writes over it: open_output() (core/output_file.hpp) refuses the same
+/// file, by whatever name. Move-only.
 class InputFile {
  public:
-  /// Errors: Io (absent, a folder, no rights), Unsupported (a pipe, socket or device: nobody knows where that ends). Never waits.
+  /// Errors: Io (absent, a folder, no rights), Unsupported (a pipe, socket or device: nobody knows where that ends).
+  /// Never waits.
   static Result<InputFile> open(const std::filesystem::path& path);
   InputFile(InputFile&& other) noexcept;
   InputFile& operator=(InputFile&& other) noexcept;
@@ -43,8 +45,8 @@ class InputFile {
 /// Whether the file of `facts` is open as an InputFile somewhere in this program. Thread-safe.
 bool is_open_input(const struct stat& facts);
 
-/// A whole file of at most `most_bytes`. Errors: those of InputFile, and Unsupported for a larger one, which is not read; the message says
-/// the limit. `what` names it there: "a configuration".
+/// A whole file of at most `most_bytes`. Errors: those of InputFile, and Unsupported for a larger one, which is not
+/// read; the message says the limit. `what` names it there: "a configuration".
 Result<std::string> read_input(const std::filesystem::path& path, std::uint64_t most_bytes, const std::string& what);
 
 }  // namespace hueline

@@ -14,7 +14,8 @@ bool is_ipv4(const std::string& text) {
   return ::inet_pton(AF_INET, text.c_str(), &address) == 1;
 }
 
-/// Compares what the members hold with what the list allows. A member may have gone through another unit: the last digits are forgiven.
+/// Compares what the members hold with what the list allows. A member may have gone through another unit: the last
+/// digits are forgiven.
 class Checker final : public Keys {
  public:
   KeyError found;
@@ -35,7 +36,8 @@ class Checker final : public Keys {
     if (!chosen) keep(not_allowed(key.name, "none of its words", fmt::format("{}", fmt::join(words, ", "))));
     return false;
   }
-  bool take_numbers(const Key& key, std::vector<double>& values, const Range& range, Count count, bool is_whole) override {
+  bool take_numbers(const Key& key, std::vector<double>& values, const Range& range, Count count,
+                    bool is_whole) override {
     if (values.empty() && !key.is_required) return false;
     if (values.size() < count.min || values.size() > count.max)
       keep(not_allowed(key.name, fmt::format("a list of {}", values.size()), fmt::format("{} or more", count.min)));
@@ -44,7 +46,8 @@ class Checker final : public Keys {
   }
   bool take_texts(const Key& key, std::vector<std::string>& values, const TextForm& form) override {
     for (const std::string& value : values)
-      if (value.empty() || (form.fits && !form.fits(value))) keep(not_allowed(key.name, "'" + value + "'", form.allowed));
+      if (value.empty() || (form.fits && !form.fits(value)))
+        keep(not_allowed(key.name, "'" + value + "'", form.allowed));
     return false;
   }
   bool take_section(const Key& key, const KeySection& section) override {
@@ -53,7 +56,8 @@ class Checker final : public Keys {
   }
   bool take_list(const Key& key, const KeyList& list, Count count) override {
     if (list.size < count.min || list.size > count.max)
-      keep(not_allowed(key.name, fmt::format("a list of {}", list.size), fmt::format("{} to {}", count.min, count.max)));
+      keep(
+          not_allowed(key.name, fmt::format("a list of {}", list.size), fmt::format("{} to {}", count.min, count.max)));
     for (std::size_t i = 0; i < list.size; ++i) look_into(list.at(i), fmt::format("{}[{}]", key.name, i));
     return false;
   }
@@ -85,12 +89,14 @@ const TextForm kIpv4Address{"an IPv4 address", is_ipv4, R"(^\d{1,3}(\.\d{1,3}){3
 
 std::string number_text(double value) {
   if (std::abs(value) >= 1e300) return value < 0 ? "-inf" : "inf";
-  return std::abs(value) < 1e15 && value == std::floor(value) ? fmt::format("{:.0f}", value) : fmt::format("{:.6g}", value);
+  return std::abs(value) < 1e15 && value == std::floor(value) ? fmt::format("{:.0f}", value)
+                                                              : fmt::format("{:.6g}", value);
 }
 
 std::string Range::allowed(std::string_view unit, bool is_whole) const {
-  return fmt::format("a {} from {}{} to {}{}{}{}", is_whole ? "whole number" : "number", ends == Ends::MaxOnly ? "above " : "", number_text(min),
-                     ends == Ends::MinOnly ? "below " : "", number_text(max), unit.empty() ? "" : " ", unit);
+  return fmt::format("a {} from {}{} to {}{}{}{}", is_whole ? "whole number" : "number",
+                     ends == Ends::MaxOnly ? "above " : "", number_text(min), ends == Ends::MinOnly ? "below " : "",
+                     number_text(max), unit.empty() ? "" : " ", unit);
 }
 
 KeyError KeyError::inside(std::string_view section) const {

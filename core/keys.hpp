@@ -18,13 +18,15 @@
 
 #include "core/time.hpp"
 
-/// The keys of configuration files. A Config declares each of its keys once, in `void visit(Keys& keys)`: name, unit, one plain sentence,
-/// the member that holds it, and what is allowed. Its default is the value that the member has from the start. What reads files, checks
-/// values, writes the documents' tables and writes the JSON schema are visitors of that one list, so a list knows nothing of YAML:
+/// The keys of configuration files. A Config declares each of its keys once, in `void visit(Keys& keys)`: name, unit,
+/// one plain sentence, the member that holds it, and what is allowed. Its default is the value that the member has from
+/// the start. What reads files, checks values, writes the documents' tables and writes the JSON schema are visitors of
+/// that one list, so a list knows nothing of YAML:
 ///
 ///   void VelodyneDecoder::Config::visit(Keys& keys) {
 ///     keys.number({"min_range_m", "m", "Nearer returns are dropped."}, min_range_m, {0, 131});
-///     keys.angle({"azimuth_begin_deg", "deg", "Azimuths are kept clockwise from here ..."}, azimuth_begin, {0, 360, Ends::MinOnly});
+///     keys.angle({"azimuth_begin_deg", "deg", "Azimuths are kept clockwise from here ..."}, azimuth_begin, {0, 360,
+///     Ends::MinOnly});
 ///
 /// Rules that concern several keys stand in `KeyError validate() const`, which begins with check_keys(*this).
 namespace hueline {
@@ -51,9 +53,9 @@ struct Count {
 
 /// What a text has to look like. A check that no pattern can express is made by `fits` alone.
 struct TextForm {
-  const char* allowed;                             ///< in words, for messages and documents: "an IPv4 address"
+  const char* allowed;                              ///< in words, for messages and documents: "an IPv4 address"
   bool (*fits)(const std::string& text) = nullptr;  ///< null: every text but the empty one
-  const char* pattern = "";                        ///< a regular expression for the JSON schema; empty: none
+  const char* pattern = "";                         ///< a regular expression for the JSON schema; empty: none
 };
 /// Any text but the empty one.
 extern const TextForm kAnyText;
@@ -79,7 +81,8 @@ inline Key required(std::string_view name, std::string_view unit, std::string_vi
 /// What a check of a Config found. Empty: all is well.
 struct KeyError {
   std::string key;  ///< which key is wrong, as it is named in files; inside a mapping of the Config: "relation.pairs"
-  std::string why;  ///< the rest of the sentence whose subject is the key: "is 17; allowed: a whole number from 0 to 15"
+  std::string
+      why;  ///< the rest of the sentence whose subject is the key: "is 17; allowed: a whole number from 0 to 15"
 
   bool empty() const { return why.empty(); }
   /// "neighbours is 17; allowed: a whole number from 0 to 15"; empty if all is well.
@@ -130,8 +133,8 @@ KeyGroup group_of(T& config) {
           }};
 }
 
-/// Walks a list of keys. Every call names one key and the member that holds it; a visitor that reads a file writes the member if the file
-/// has the key, and the call then returns true. Other visitors leave members alone.
+/// Walks a list of keys. Every call names one key and the member that holds it; a visitor that reads a file writes the
+/// member if the file has the key, and the call then returns true. Other visitors leave members alone.
 class Keys {
  public:
   virtual ~Keys() = default;
@@ -140,7 +143,9 @@ class Keys {
     std::optional<double> held = value;
     return take_number(key, held, range, false) && (value = *held, true);
   }
-  bool number(const Key& key, std::optional<double>& value, Range range) { return take_number(key, value, range, false); }
+  bool number(const Key& key, std::optional<double>& value, Range range) {
+    return take_number(key, value, range, false);
+  }
 
   template <std::integral T>
   bool whole(const Key& key, T& value, Range range) {
@@ -167,7 +172,8 @@ class Keys {
     return duration(key, held, range) && (value = *held, true);
   }
   template <class Rep, class Period>
-  bool duration(const Key& key, std::optional<std::chrono::duration<Rep, Period>>& value, Range range, bool is_whole = false) {
+  bool duration(const Key& key, std::optional<std::chrono::duration<Rep, Period>>& value, Range range,
+                bool is_whole = false) {
     using Duration = std::chrono::duration<Rep, Period>;
     const Unit unit = unit_of(key.unit);
     std::optional<double> held;
@@ -195,9 +201,13 @@ class Keys {
     return take_word(key, chosen, names) && (value = words.begin()[*chosen].second, true);
   }
 
-  bool choice(const Key& key, std::optional<std::size_t>& chosen, const std::vector<std::string>& words) { return take_word(key, chosen, words); }
+  bool choice(const Key& key, std::optional<std::size_t>& chosen, const std::vector<std::string>& words) {
+    return take_word(key, chosen, words);
+  }
 
-  bool numbers(const Key& key, std::vector<double>& values, Range range, Count count = {}) { return take_numbers(key, values, range, count, false); }
+  bool numbers(const Key& key, std::vector<double>& values, Range range, Count count = {}) {
+    return take_numbers(key, values, range, count, false);
+  }
   bool numbers(const Key& key, Eigen::Vector2d& values, Range range) { return fixed(key, values, range, false); }
   bool numbers(const Key& key, Eigen::Vector3d& values, Range range) { return fixed(key, values, range, false); }
   template <std::integral T>
@@ -212,7 +222,9 @@ class Keys {
   bool wholes(const Key& key, std::array<T, N>& values, Range range) {
     return fixed(key, values, range, true);
   }
-  bool texts(const Key& key, std::vector<std::string>& values, const TextForm& form = kAnyText) { return take_texts(key, values, form); }
+  bool texts(const Key& key, std::vector<std::string>& values, const TextForm& form = kAnyText) {
+    return take_texts(key, values, form);
+  }
 
   /// A mapping, whose keys are T's.
   template <class T>
@@ -247,7 +259,8 @@ class Keys {
   virtual bool take_flag(const Key& key, bool& value) = 0;
   virtual bool take_text(const Key& key, std::string& value, const TextForm& form) = 0;
   virtual bool take_word(const Key& key, std::optional<std::size_t>& chosen, const std::vector<std::string>& words) = 0;
-  virtual bool take_numbers(const Key& key, std::vector<double>& values, const Range& range, Count count, bool is_whole) = 0;
+  virtual bool take_numbers(const Key& key, std::vector<double>& values, const Range& range, Count count,
+                            bool is_whole) = 0;
   virtual bool take_texts(const Key& key, std::vector<std::string>& values, const TextForm& form) = 0;
   virtual bool take_section(const Key& key, const KeySection& section) = 0;
   virtual bool take_list(const Key& key, const KeyList& list, Count count) = 0;

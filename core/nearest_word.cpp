@@ -16,7 +16,8 @@ std::size_t distance(std::string_view a, std::string_view b) {
     next[0] = i;
     for (std::size_t k = 1; k <= b.size(); ++k) {
       next[k] = std::min({row[k] + 1, next[k - 1] + 1, row[k - 1] + (a[i - 1] != b[k - 1])});
-      if (i > 1 && k > 1 && a[i - 1] == b[k - 2] && a[i - 2] == b[k - 1]) next[k] = std::min(next[k], before[k - 2] + 1);
+      if (i > 1 && k > 1 && a[i - 1] == b[k - 2] && a[i - 2] == b[k - 1])
+        next[k] = std::min(next[k], before[k - 2] + 1);
     }
     before = row;
     std::swap(row, next);

@@ -111,21 +111,42 @@ Status check_output(const std::filesystem::path& path) {
 
 Error output_error(const std::string& attempted, int errno_value) {
   // The two that the kernel's words do not fit.
-  if (errno_value == EBUSY) return {ErrorCode::Io, attempted + ": refused, this command reads that file; write to another"};
+  if (errno_value == EBUSY)
+    return {ErrorCode::Io, attempted + ": refused, this command reads that file; write to another"};
   if (errno_value == EWOULDBLOCK)
-    return {ErrorCode::Io, attempted + ": refused, another capture, replay or the like is writing into that folder; wait for its end, or choose another folder"};
-  if (errno_value == ELOOP) return {ErrorCode::Io, attempted + ": refused, it is a symbolic link, and outputs are not written through links; name the file itself, or remove the link"};
+    return {ErrorCode::Io, attempted +
+                               ": refused, another capture, replay or the like is writing into that folder; wait for "
+                               "its end, or choose another folder"};
+  if (errno_value == ELOOP)
+    return {ErrorCode::Io, attempted +
+                               ": refused, it is a symbolic link, and outputs are not written through links; name the "
+                               "file itself, or remove the link"};
   Error error = io_error(attempted, errno_value);
   switch (errno_value) {
     case ENOSPC:
-    case EDQUOT: error.message += "; the disk is full: make room or record elsewhere"; break;
-    case EFBIG: error.message += "; the file may not grow further here (limit of the process or the file system)"; break;
-    case EROFS: error.message += "; the file system is read-only"; break;
-    case EACCES: error.message += "; check the folder's permissions"; break;
-    case ENOENT: error.message += "; the folder does not exist"; break;
-    case EEXIST: error.message += "; recordings are never overwritten: choose another name or move it away"; break;
-    case EIO: error.message += "; the medium fails: replace it and check its cable"; break;
-    default: break;
+    case EDQUOT:
+      error.message += "; the disk is full: make room or record elsewhere";
+      break;
+    case EFBIG:
+      error.message += "; the file may not grow further here (limit of the process or the file system)";
+      break;
+    case EROFS:
+      error.message += "; the file system is read-only";
+      break;
+    case EACCES:
+      error.message += "; check the folder's permissions";
+      break;
+    case ENOENT:
+      error.message += "; the folder does not exist";
+      break;
+    case EEXIST:
+      error.message += "; recordings are never overwritten: choose another name or move it away";
+      break;
+    case EIO:
+      error.message += "; the medium fails: replace it and check its cable";
+      break;
+    default:
+      break;
   }
   return error;
 }
@@ -158,7 +179,8 @@ Result<OutputFolder> OutputFolder::open(const std::filesystem::path& path) {
     if (errno == EACCES) return OutputFolder(path, -1);
     return output_error("open folder " + path.string(), errno);
   }
-  // Somebody who writes a single file there asks for the lock too, and has it for microseconds: that is no reason to refuse.
+  // Somebody who writes a single file there asks for the lock too, and has it for microseconds: that is no reason to
+  // refuse.
   bool is_held = true;
   for (int asked = 0; asked < 10 && is_held; ++asked) {
     if (asked > 0) std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -177,7 +199,8 @@ Result<OutputFolder> OutputFolder::open(const std::filesystem::path& path) {
   return OutputFolder(path, fd);
 }
 
-OutputFolder::OutputFolder(OutputFolder&& other) noexcept : path_(std::move(other.path_)), fd_(std::exchange(other.fd_, -1)) {}
+OutputFolder::OutputFolder(OutputFolder&& other) noexcept
+    : path_(std::move(other.path_)), fd_(std::exchange(other.fd_, -1)) {}
 
 OutputFolder& OutputFolder::operator=(OutputFolder&& other) noexcept {
   std::swap(path_, other.path_);
@@ -203,7 +226,8 @@ Status check_output_folder(const std::filesystem::path& path) {
     if (errno != ENOENT) return output_error("make folder " + path.string(), errno);
     // "a/b/" has the parent "a/b": without its end it is a's.
     const std::filesystem::path plain = there.has_filename() ? there : there.parent_path();
-    if (::lstat(plain.c_str(), &facts) == 0) return output_error("make folder " + path.string(), ENOENT);  // a link that leads nowhere
+    if (::lstat(plain.c_str(), &facts) == 0)
+      return output_error("make folder " + path.string(), ENOENT);  // a link that leads nowhere
     there = folder_of(plain);
   }
   if (!S_ISDIR(facts.st_mode)) return output_error("make folder " + path.string(), ENOTDIR);

@@ -24,11 +24,13 @@ enum class PacketKind : std::uint8_t {
 struct Packet {
   SensorId sensor = kSystemSensor;
   PacketKind kind = PacketKind::Wire;
-  /// Decided and recorded by Ingest: the pipeline was full, so this packet is recorded but not decoded. Replay obeys it.
+  /// Decided and recorded by Ingest: the pipeline was full, so this packet is recorded but not decoded. Replay obeys
+  /// it.
   bool shed = false;
   std::uint64_t sequence = 0;  ///< position in the one ingest order; gaps are packets that the recorder's queue refused
-  HostTime received{};         ///< stamp closest to the hardware: kernel stamp of the datagram's arrival, PPS edge, image complete
-  Buffer bytes;                ///< exactly what came; decoders find the device's own stamp in it
+  HostTime
+      received{};  ///< stamp closest to the hardware: kernel stamp of the datagram's arrival, PPS edge, image complete
+  Buffer bytes;    ///< exactly what came; decoders find the device's own stamp in it
 };
 using PacketPtr = std::shared_ptr<const Packet>;
 
@@ -36,12 +38,12 @@ using PacketPtr = std::shared_ptr<const Packet>;
 class PacketSource {
  public:
   virtual ~PacketSource() = default;
-  /// Connects, configures, starts. Called again after Disconnected. Errors: Unavailable, Invalid, Io. TimedOut: it is on the way, and needs
-  /// longer than about 100 ms; the caller looks whether it shall stop, and calls again.
+  /// Connects, configures, starts. Called again after Disconnected. Errors: Unavailable, Invalid, Io. TimedOut: it is
+  /// on the way, and needs longer than about 100 ms; the caller looks whether it shall stop, and calls again.
   virtual Status open() = 0;
   /// The next packet; `sensor`, `kind`, `received` and `bytes` are set. Waits at most about 100 ms, then TimedOut.
-  /// Disconnected: the caller backs off and opens again. EndOfData: a recording is over. A Fault packet is returned for what
-  /// the transport itself can see lost (kernel drop counters, incomplete images).
+  /// Disconnected: the caller backs off and opens again. EndOfData: a recording is over. A Fault packet is returned for
+  /// what the transport itself can see lost (kernel drop counters, incomplete images).
   virtual Result<Packet> next(std::stop_token stop) = 0;
   virtual void close() = 0;
 };

@@ -31,9 +31,9 @@ Character first_of(std::string_view text) {
 }
 
 bool is_control(char32_t c) {
-  return c < 0x20 || (c >= 0x7F && c < 0xA0)     // C0, DEL, C1
-         || (c >= 0x200B && c <= 0x200F)         // without width, direction marks
-         || (c >= 0x2028 && c <= 0x202E)         // line and paragraph, embedded direction
+  return c < 0x20 || (c >= 0x7F && c < 0xA0)  // C0, DEL, C1
+         || (c >= 0x200B && c <= 0x200F)      // without width, direction marks
+         || (c >= 0x2028 && c <= 0x202E)      // line and paragraph, embedded direction
          || (c >= 0x2060 && c <= 0x206F) || c == 0x61C || c == 0xFEFF || (c >= 0xFFF9 && c <= 0xFFFB) || c >= 0xE0000;
 }
 

@@ -10,17 +10,17 @@ namespace hueline {
 
 /// What went wrong, for programs; the message is for people.
 enum class ErrorCode : std::uint8_t {
-  EndOfData,      ///< a recording ended as it should
-  TimedOut,       ///< nothing came within the source's waiting time; not an error yet
-  Stopped,        ///< a stop was asked for
-  Disconnected,   ///< the device or peer went away
-  Unavailable,    ///< could not be opened or reached now; may be later
-  Malformed,      ///< bytes that break their format
-  Truncated,      ///< ended in the middle
-  Invalid,        ///< a value outside its range, a wrong argument or configuration
-  Unsupported,    ///< well-formed, but not something we read
-  Exhausted,      ///< a pool or queue is full
-  Io,             ///< the operating system refused; message has errno in words
+  EndOfData,     ///< a recording ended as it should
+  TimedOut,      ///< nothing came within the source's waiting time; not an error yet
+  Stopped,       ///< a stop was asked for
+  Disconnected,  ///< the device or peer went away
+  Unavailable,   ///< could not be opened or reached now; may be later
+  Malformed,     ///< bytes that break their format
+  Truncated,     ///< ended in the middle
+  Invalid,       ///< a value outside its range, a wrong argument or configuration
+  Unsupported,   ///< well-formed, but not something we read
+  Exhausted,     ///< a pool or queue is full
+  Io,            ///< the operating system refused; message has errno in words
 };
 const char* name(ErrorCode code);
 

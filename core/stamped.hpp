@@ -6,13 +6,14 @@
 #include "core/measurements.hpp"
 #include "core/time.hpp"
 
-/// What sync/ gives and fusion/ takes: measurements in GPS time, each with its sigma and the state of the clock that stamped it.
+/// What sync/ gives and fusion/ takes: measurements in GPS time, each with its sigma and the state of the clock that
+/// stamped it.
 namespace hueline {
 
 struct StampedLaserBatch {
   SensorId sensor{};
   std::uint64_t packet_sequence = 0;
-  GpsTime time{};                ///< first firing; each return's firing is time + time_offset_ns
+  GpsTime time{};  ///< first firing; each return's firing is time + time_offset_ns
   nanoseconds sigma{0};
   SyncState state = SyncState::Unlocked;
   std::vector<LaserReturn> returns;
@@ -37,7 +38,7 @@ const char* name(ExposureTiming timing);
 /// One moment of all lenses of a camera head.
 struct Exposure {
   SensorId camera{};
-  std::uint32_t index = 0;       ///< counted by sync from 0 in time order; what points refer to
+  std::uint32_t index = 0;  ///< counted by sync from 0 in time order; what points refer to
   GpsTime exposure_mid{};
   nanoseconds sigma{0};
   SyncState state = SyncState::Unlocked;

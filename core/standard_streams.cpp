@@ -16,7 +16,8 @@ bool is_terminal(int descriptor) { return isatty(descriptor) != 0 || errno == EI
 }  // namespace
 
 void open_standard_streams() {
-  // open() gives the lowest number that is free, so this ends with a number above 2. Without a /dev any descriptor keeps the place.
+  // open() gives the lowest number that is free, so this ends with a number above 2. Without a /dev any descriptor
+  // keeps the place.
   int descriptor = 0;
   do {
     descriptor = open("/dev/null", O_RDWR);
@@ -36,7 +37,8 @@ Status flush_standard_output() {
   const int reason = errno;
   if (is_terminal(STDOUT_FILENO)) return {};
   constexpr const char* kAttempted = "write the result to standard output";
-  return reason != 0 ? io_error(kAttempted, reason) : Error{ErrorCode::Io, std::string(kAttempted) + ": a part of it was refused"};
+  return reason != 0 ? io_error(kAttempted, reason)
+                     : Error{ErrorCode::Io, std::string(kAttempted) + ": a part of it was refused"};
 }
 
 }  // namespace hueline

@@ -19,14 +19,15 @@ struct TimeBase {
   static constexpr bool is_steady = true;
 };
 
-/// The capture computer's CLOCK_MONOTONIC_RAW, ns since boot. What the kernel stamped on another clock is converted to it
-/// in the source that read it (drivers/transport/host_clock.hpp). Steps of the wall clock do not touch it.
+/// The capture computer's CLOCK_MONOTONIC_RAW, ns since boot. What the kernel stamped on another clock is converted to
+/// it in the source that read it (drivers/transport/host_clock.hpp). Steps of the wall clock do not touch it.
 using HostTime = TimeBase<struct HostTag>::time_point;
 
 /// GPS time: continuous, ns since 1980-01-06T00:00:00 UTC, no leap seconds. The only base after sync/.
 using GpsTime = TimeBase<struct GpsTag>::time_point;
 
-/// Unix time: ns since 1970-01-01T00:00:00 UTC, leap seconds not counted. Only for what devices say and files hold (core/calendar.hpp).
+/// Unix time: ns since 1970-01-01T00:00:00 UTC, leap seconds not counted. Only for what devices say and files hold
+/// (core/calendar.hpp).
 using UnixTime = TimeBase<struct UnixTag>::time_point;
 
 /// A device's own counter, one type a counter.
@@ -63,10 +64,14 @@ constexpr std::int64_t count_ns(TimePoint t) {
 enum class SyncState : std::uint8_t { Unlocked, Acquiring, Locked, Holdover };
 constexpr const char* name(SyncState s) {
   switch (s) {
-    case SyncState::Unlocked: return "Unlocked";
-    case SyncState::Acquiring: return "Acquiring";
-    case SyncState::Locked: return "Locked";
-    case SyncState::Holdover: return "Holdover";
+    case SyncState::Unlocked:
+      return "Unlocked";
+    case SyncState::Acquiring:
+      return "Acquiring";
+    case SyncState::Locked:
+      return "Locked";
+    case SyncState::Holdover:
+      return "Holdover";
   }
   return "?";
 }

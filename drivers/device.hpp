@@ -11,8 +11,8 @@
 #include "core/keys.hpp"
 #include "core/packet.hpp"
 
-/// What a rig knows of a device. Each kind of device has a DeviceType in its own folder and a line in drivers/registry.cpp; nothing outside
-/// drivers/ names a kind.
+/// What a rig knows of a device. Each kind of device has a DeviceType in its own folder and a line in
+/// drivers/registry.cpp; nothing outside drivers/ names a kind.
 namespace hueline::drivers {
 
 /// What a device is for. sync/ and fusion/ know roles and measurements, never kinds of devices.
@@ -31,7 +31,8 @@ enum class Arrivals : std::uint8_t {
   Unknown,   ///< none: a log of bytes
 };
 
-/// A device as a rig file describes it: all its keys but those that its role has. Immutable once it is read; then thread-safe.
+/// A device as a rig file describes it: all its keys but those that its role has. Immutable once it is read; then
+/// thread-safe.
 class Device {
  public:
   virtual ~Device() = default;
@@ -68,14 +69,16 @@ class OdometerDevice : public Device {
 struct DeviceType {
   const char* word;  ///< of the key `driver`
   Role role;
-  /// Whether its packets may be left out of fusion when that cannot keep up. What the clocks and the trajectory need may not.
+  /// Whether its packets may be left out of fusion when that cannot keep up. What the clocks and the trajectory need
+  /// may not.
   bool is_sheddable;
   std::shared_ptr<Device> (*make)();
 
   /// Of Role::Laser.
   struct Laser {
-    nanoseconds latency_min{std::chrono::microseconds(1500)};  ///< from a packet's first firing to its arrival, at its fastest
-    std::size_t pending_limit = 8192;                          ///< packets that may wait for the scanner's clock
+    nanoseconds latency_min{
+        std::chrono::microseconds(1500)};  ///< from a packet's first firing to its arrival, at its fastest
+    std::size_t pending_limit = 8192;      ///< packets that may wait for the scanner's clock
   };
   Laser laser{};
 };

@@ -8,15 +8,17 @@
 
 namespace hueline::drivers {
 
-/// Gaps in a row of datagrams, on trial: one that another overtook on its way fills its gap, and what is missing still when so much
-/// time has passed that none comes any more is lost. Told as late and as lost, it would be counted twice. Positions are of the
-/// caller's choosing and rise. Thread-bound.
+/// Gaps in a row of datagrams, on trial: one that another overtook on its way fills its gap, and what is missing still
+/// when so much time has passed that none comes any more is lost. Told as late and as lost, it would be counted twice.
+/// Positions are of the caller's choosing and rise. Thread-bound.
 class GapTrial {
  public:
   explicit GapTrial(nanoseconds patience = std::chrono::milliseconds(100)) : patience_(patience) {}
 
   /// Between the datagrams at `before` and `after` so many are missing, as seen on one received at `time`.
-  void open(std::int64_t before, std::int64_t after, std::uint64_t missing, HostTime time) { gaps_.push_back({before, after, missing, time}); }
+  void open(std::int64_t before, std::int64_t after, std::uint64_t missing, HostTime time) {
+    gaps_.push_back({before, after, missing, time});
+  }
   /// The one at `position` came after all.
   void fill(std::int64_t position) {
     for (Gap& gap : gaps_)

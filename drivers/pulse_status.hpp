@@ -7,19 +7,24 @@
 
 namespace hueline::drivers {
 
-/// What a scanner says of the pulses per second at its input: the byte of a Velodyne's position packet (VLP-16 User Manual, section
-/// 9.3.3), which the format of profile scanners has taken over.
+/// What a scanner says of the pulses per second at its input: the byte of a Velodyne's position packet (VLP-16 User
+/// Manual, section 9.3.3), which the format of profile scanners has taken over.
 struct PulseStatus {
   SyncState clock = SyncState::Unlocked;
   std::string words;
 };
 inline PulseStatus pulse_status(std::uint8_t byte) {
   switch (byte) {
-    case 0: return {SyncState::Unlocked, "no PPS"};
-    case 1: return {SyncState::Acquiring, "synchronising to PPS"};
-    case 2: return {SyncState::Locked, "PPS locked"};
-    case 3: return {SyncState::Unlocked, "PPS in error"};
-    default: return {SyncState::Unlocked, "PPS status " + std::to_string(byte)};
+    case 0:
+      return {SyncState::Unlocked, "no PPS"};
+    case 1:
+      return {SyncState::Acquiring, "synchronising to PPS"};
+    case 2:
+      return {SyncState::Locked, "PPS locked"};
+    case 3:
+      return {SyncState::Unlocked, "PPS in error"};
+    default:
+      return {SyncState::Unlocked, "PPS status " + std::to_string(byte)};
   }
 }
 

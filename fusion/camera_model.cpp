@@ -10,7 +10,7 @@
 
 namespace hueline::fusion {
 namespace {
-constexpr double kPlaneLimit = 1.5533;  // rad, 89 degrees: the plane model's image point runs away towards 90
+constexpr double kPlaneLimit = 1.5533;      // rad, 89 degrees: the plane model's image point runs away towards 90
 constexpr double kInvertibleShare = 0.999;  // of the invertible range: the slope vanishes at its end
 constexpr int kNewtonSteps = 60;
 constexpr double kNewtonStep = 1e-13;
@@ -18,26 +18,33 @@ constexpr double kNewtonStep = 1e-13;
 }  // namespace
 
 void CameraIntrinsics::visit(Keys& keys) {
-  keys.choice(required("model", "", "The lens model: the formulas of OpenCV's projectPoints, or of its fisheye."), model,
-              {{"brown", LensModel::Brown}, {"kannala_brandt", LensModel::KannalaBrandt}});
+  keys.choice(required("model", "", "The lens model: the formulas of OpenCV's projectPoints, or of its fisheye."),
+              model, {{"brown", LensModel::Brown}, {"kannala_brandt", LensModel::KannalaBrandt}});
   keys.whole(required("width", "px", "The width of the lens image."), width, {8, 65535});
   keys.whole(required("height", "px", "The height of the lens image."), height, {8, 65535});
   keys.numbers(required("focal_px", "px", "The focal lengths along columns and rows."), focal_px, {1, 1e6});
-  keys.numbers(required("principal_point_px", "px", "The principal point; the centre of the first pixel is (0, 0)."), principal_point_px, {-1e6, 1e6});
+  keys.numbers(required("principal_point_px", "px", "The principal point; the centre of the first pixel is (0, 0)."),
+               principal_point_px, {-1e6, 1e6});
   std::vector<double> given(distortion.begin(), distortion.end());
-  if (keys.numbers(required("distortion", "", "brown: at most 5 numbers, k1 k2 p1 p2 k3; kannala_brandt: at most 4 numbers, k1 k2 k3 k4. Missing ones are 0."), given,
-                   {-1000, 1000}, {0, 5})) {
+  if (keys.numbers(required("distortion", "",
+                            "brown: at most 5 numbers, k1 k2 p1 p2 k3; kannala_brandt: at most 4 numbers, k1 k2 k3 k4. "
+                            "Missing ones are 0."),
+                   given, {-1000, 1000}, {0, 5})) {
     distortion.fill(0);
     std::copy(given.begin(), given.end(), distortion.begin());
   }
-  keys.angle({"max_angle_deg", "deg", "Nothing farther from the axis is projected. It is lowered to where the model can be inverted."}, max_angle, {1, 143});
+  keys.angle({"max_angle_deg", "deg",
+              "Nothing farther from the axis is projected. It is lowered to where the model can be inverted."},
+             max_angle, {1, 143});
   std::optional<CalibrationRecord> record;
-  keys.section({"calibration", "", "How `model` to `distortion` were found: a [record](#calibration-records).", "none"}, record);
+  keys.section({"calibration", "", "How `model` to `distortion` were found: a [record](#calibration-records).", "none"},
+               record);
 }
 
 KeyError CameraIntrinsics::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
-  if (model == LensModel::KannalaBrandt && distortion[4] != 0) return {"distortion", "has 5 numbers; allowed with kannala_brandt: at most 4, k1 k2 k3 k4"};
+  if (model == LensModel::KannalaBrandt && distortion[4] != 0)
+    return {"distortion", "has 5 numbers; allowed with kannala_brandt: at most 4, k1 k2 k3 k4"};
   return {};
 }
 
@@ -73,7 +80,8 @@ CameraModel::Distorted CameraModel::distort_brown(const Eigen::Vector2d& xy) con
 }
 
 double CameraModel::radial_limit_brown() const {
-  // The tangent of the angle up to which the map keeps its orientation in every direction around the axis, tangential terms included.
+  // The tangent of the angle up to which the map keeps its orientation in every direction around the axis, tangential
+  // terms included.
   constexpr int kSteps = 4000, kDirections = 64;
   const double end = std::tan(std::min(intrinsics_.max_angle, kPlaneLimit));
   const double end_angle = std::atan(end);
@@ -137,7 +145,8 @@ std::optional<Vector<Lens>> CameraModel::unproject(const Eigen::Vector2d& pixel)
     return Vector<Lens>{{target.x() * across, target.y() * across, std::cos(angle)}};
   }
 
-  // Start from the radial part alone (a bracketed search that cannot run away), then Newton in the plane with every term.
+  // Start from the radial part alone (a bracketed search that cannot run away), then Newton in the plane with every
+  // term.
   const double radius = target.norm(), limit = std::tan(max_angle_);
   const auto& [k1, k2, p1, p2, k3] = intrinsics_.distortion;
   double low = 0, high = limit;
@@ -150,13 +159,15 @@ std::optional<Vector<Lens>> CameraModel::unproject(const Eigen::Vector2d& pixel)
     const Distorted d = distort_brown(xy);
     Eigen::Vector2d step = d.jacobian.inverse() * (target - d.xy);
     if (!step.allFinite()) return std::nullopt;
-    const double longest = 0.25 * (1.0 + xy.norm());  // damped: near the limit a full step may leave the invertible range
+    const double longest =
+        0.25 * (1.0 + xy.norm());  // damped: near the limit a full step may leave the invertible range
     if (step.norm() > longest) step *= longest / step.norm();
     xy += step;
     if (step.norm() < kNewtonStep * (1.0 + xy.norm())) break;
   }
   // A target beyond the field of view ends outside it, or does not converge.
-  if ((distort_brown(xy).xy - target).norm() > 1e-10 * (1.0 + radius) || xy.norm() > limit * (1.0 + 1e-12)) return std::nullopt;
+  if ((distort_brown(xy).xy - target).norm() > 1e-10 * (1.0 + radius) || xy.norm() > limit * (1.0 + 1e-12))
+    return std::nullopt;
   return Vector<Lens>{Eigen::Vector3d(xy.x(), xy.y(), 1.0).normalized()};
 }
 

@@ -14,10 +14,14 @@ std::uint8_t to_byte(float value) { return static_cast<std::uint8_t>(std::clamp(
 /// How far the stamps may be trusted, 0..1.
 float trust(SyncState state) {
   switch (state) {
-    case SyncState::Locked: return 1.0f;
-    case SyncState::Holdover: return 0.7f;
-    case SyncState::Acquiring: return 0.5f;
-    case SyncState::Unlocked: return 0.25f;
+    case SyncState::Locked:
+      return 1.0f;
+    case SyncState::Holdover:
+      return 0.7f;
+    case SyncState::Acquiring:
+      return 0.5f;
+    case SyncState::Unlocked:
+      return 0.25f;
   }
   return 0.25f;
 }
@@ -40,12 +44,12 @@ Rgb sample_sight(const FloatLens& lens, const Moment::Picture& picture, const Si
                 sight.x - static_cast<float>(x), sight.y - static_cast<float>(y));
 }
 
-constexpr float kFullBorder = 64.0f;          // px from the border from which on the border costs no quality
-constexpr std::size_t kGainSamples = 4096;    // returns asked for the gain of one owner
-constexpr std::size_t kGainEnough = 32;       // common points below which no gain is claimed
+constexpr float kFullBorder = 64.0f;                     // px from the border from which on the border costs no quality
+constexpr std::size_t kGainSamples = 4096;               // returns asked for the gain of one owner
+constexpr std::size_t kGainEnough = 32;                  // common points below which no gain is claimed
 constexpr float kGainDark = 8.0f, kGainBright = 247.0f;  // outside, noise or saturation speak
 constexpr float kGainLimit = 4.0f;
-constexpr float kBelowHorizon = 0.3f;         // sine of the depression from which on a point counts as near the hole
+constexpr float kBelowHorizon = 0.3f;  // sine of the depression from which on a point counts as near the hole
 
 }  // namespace
 
@@ -124,7 +128,8 @@ void Colouring::colour_piece(const StampedLaserBatch& batch, Piece& piece, Colou
     point.return_count = r.return_count;
     point.channel = r.channel;
     point.sensor = batch.sensor;
-    colour_point(is_one_window && r.time_offset_ns >= 0 ? owner_of_first : timeline_.owner_of(point.time), piece, point);
+    colour_point(is_one_window && r.time_offset_ns >= 0 ? owner_of_first : timeline_.owner_of(point.time), piece,
+                 point);
     ++piece.by_state[static_cast<std::size_t>(point.state)];
   }
 }
@@ -133,7 +138,8 @@ void Colouring::measure_gains(Moment& owner, int owner_index, const std::vector<
   owner.gains.emplace();
   if (!owner.viewpoint) return;
   std::vector<int> neighbours;
-  timeline_.neighbours_of(owner.time, neighbour_reach() + timeline_.interval(), config_.neighbours, owner_index, neighbours);
+  timeline_.neighbours_of(owner.time, neighbour_reach() + timeline_.interval(), config_.neighbours, owner_index,
+                          neighbours);
   std::vector<const StampedLaserBatch*> own;
   std::size_t returns = 0;
   const auto collect = [&](const StampedLaserBatch& batch) {
@@ -144,7 +150,8 @@ void Colouring::measure_gains(Moment& owner, int owner_index, const std::vector<
   for (const StampedLaserBatch& batch : batches) collect(batch);
   for (const StampedLaserBatch& batch : pending_) collect(batch);
 
-  // Ratios owner / neighbour in each channel; those of points below the horizon apart: they lie around the hole that is filled.
+  // Ratios owner / neighbour in each channel; those of points below the horizon apart: they lie around the hole that is
+  // filled.
   using Ratios = std::array<std::vector<float>, 3>;
   std::vector<Ratios> around(neighbours.size()), below(neighbours.size());
   const std::size_t stride = std::max<std::size_t>(1, returns / kGainSamples);

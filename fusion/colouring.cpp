@@ -6,8 +6,8 @@
 #include <bit>
 #include <numbers>
 
-#include "fusion/worker_pool.hpp"
 #include "fusion/colouring_piece.hpp"
+#include "fusion/worker_pool.hpp"
 
 namespace hueline::fusion {
 namespace {
@@ -15,15 +15,26 @@ constexpr std::size_t kBatchesAtOnce = 256;  // bounds the scratch memory; 100 0
 }
 
 void Colouring::Config::visit(Keys& keys) {
-  keys.choice(required("method", "", "Whether a point gets the pixel of the lens itself, or that of the lens by way of the panoramic sphere."), method,
-              {{"lens", ColourMethod::Lens}, {"panorama", ColourMethod::Panorama}});
-  keys.duration({"exposure_interval_s", "s", "The time between exposures. An exposure owns the points around it.", "0: measured"}, exposure_interval, {0, 60});
+  keys.choice(
+      required(
+          "method", "",
+          "Whether a point gets the pixel of the lens itself, or that of the lens by way of the panoramic sphere."),
+      method, {{"lens", ColourMethod::Lens}, {"panorama", ColourMethod::Panorama}});
+  keys.duration(
+      {"exposure_interval_s", "s", "The time between exposures. An exposure owns the points around it.", "0: measured"},
+      exposure_interval, {0, 60});
   // More on each side than Config::max_held_moments has room for would never be there.
-  keys.whole({"neighbours", "exposures", "How many exposures on each side may fill hole and masks."}, neighbours, {0, 15});
-  keys.whole({"lost_image_neighbours", "exposures", "From how far a lost image may be bridged. 0: its points stay uncoloured."}, lost_image_neighbours, {0, 15});
-  keys.flag({"balance_neighbours", "", "Whether filled points are brought to the brightness of the exposure that owns them."}, balance_neighbours);
+  keys.whole({"neighbours", "exposures", "How many exposures on each side may fill hole and masks."}, neighbours,
+             {0, 15});
+  keys.whole({"lost_image_neighbours", "exposures",
+              "From how far a lost image may be bridged. 0: its points stay uncoloured."},
+             lost_image_neighbours, {0, 15});
+  keys.flag(
+      {"balance_neighbours", "", "Whether filled points are brought to the brightness of the exposure that owns them."},
+      balance_neighbours);
   keys.duration({"max_lateness_s", "s",
-                 "How far behind the other data a solution of the POS may come. Points wait so long for their poses; later data are recorded, not fused."},
+                 "How far behind the other data a solution of the POS may come. Points wait so long for their poses; "
+                 "later data are recorded, not fused."},
                 max_lateness, {0.01, 60});
   trajectory.visit(keys);
 }
@@ -35,13 +46,16 @@ KeyError Colouring::Config::validate() const {
     const double s = to_seconds(value);
     return s >= low && s <= high ? KeyError() : not_allowed(key, number_text(s), fmt::format("{} to {} s", low, high));
   };
-  for (const KeyError& wrong : {check("pose_step", pose_step, 1e-5, 0.01), check("exposure_interval_at_start", exposure_interval_at_start, 0.01, 60),
+  for (const KeyError& wrong : {check("pose_step", pose_step, 1e-5, 0.01),
+                                check("exposure_interval_at_start", exposure_interval_at_start, 0.01, 60),
                                 check("window_slack", window_slack, 0, 1), check("together", together, 0, 1)})
     if (!wrong.empty()) return wrong;
-  if (max_pending_returns < 1000) return not_allowed("max_pending_returns", std::to_string(max_pending_returns), "1000 or more");
+  if (max_pending_returns < 1000)
+    return not_allowed("max_pending_returns", std::to_string(max_pending_returns), "1000 or more");
   const auto needed = static_cast<std::size_t>(2 * std::max(neighbours, lost_image_neighbours) + 2);
   if (max_held_moments < needed)
-    return not_allowed("max_held_moments", std::to_string(max_held_moments), fmt::format("{} or more with these neighbours", needed));
+    return not_allowed("max_held_moments", std::to_string(max_held_moments),
+                       fmt::format("{} or more with these neighbours", needed));
   if (threads < 1 || threads > 256) return not_allowed("threads", std::to_string(threads), "1 to 256");
   return {};
 }
@@ -66,8 +80,9 @@ void Colouring::add(const InsSolution& solution) {
   const Trajectory::Counts& now = trajectory_.counts();
   if (now.leaps > before.leaps)
     note(solution.sensor, FaultKind::Implausible, 1,
-         fmt::format("the vehicle leapt by {:.3f} m and {:.3f} deg; points after it have a sigma as large, until it leaps back", trajectory_.leapt_m(),
-                     trajectory_.leapt_angle() * 180.0 / std::numbers::pi));
+         fmt::format(
+             "the vehicle leapt by {:.3f} m and {:.3f} deg; points after it have a sigma as large, until it leaps back",
+             trajectory_.leapt_m(), trajectory_.leapt_angle() * 180.0 / std::numbers::pi));
 }
 
 void Colouring::note(SensorId sensor, FaultKind kind, std::uint64_t count, std::string detail) {
@@ -97,7 +112,8 @@ void Colouring::add(StampedLaserBatch batch) {
   counts_.returns += batch.returns.size();
   if (!lasers_.contains(batch.sensor)) {
     counts_.unknown_laser_returns += batch.returns.size();
-    note(batch.sensor, FaultKind::Spurious, 1, "laser batch of a sensor that the rig does not name; recorded, not fused");
+    note(batch.sensor, FaultKind::Spurious, 1,
+         "laser batch of a sensor that the rig does not name; recorded, not fused");
     return;
   }
   if (watermark_ && batch.time < *watermark_ - config_.max_lateness) {
@@ -114,10 +130,12 @@ void Colouring::add(StampedLaserBatch batch) {
 void Colouring::add(const Exposure& exposure) {
   ++counts_.exposures;
   const auto& cameras = projector_.cameras();
-  const auto camera = static_cast<std::size_t>(std::find(cameras.begin(), cameras.end(), exposure.camera) - cameras.begin());
+  const auto camera =
+      static_cast<std::size_t>(std::find(cameras.begin(), cameras.end(), exposure.camera) - cameras.begin());
   if (camera == cameras.size()) {
     ++counts_.exposures_unknown_camera;
-    note(exposure.camera, FaultKind::Spurious, 1, "exposure of a camera that the rig does not name; recorded, not fused");
+    note(exposure.camera, FaultKind::Spurious, 1,
+         "exposure of a camera that the rig does not name; recorded, not fused");
     return;
   }
   if (exposure.timing == ExposureTiming::Unmatched) {
@@ -129,13 +147,15 @@ void Colouring::add(const Exposure& exposure) {
     return;
   }
   const RawView view = view_of(exposure.image);
-  const bool fits = view.data != nullptr && std::all_of(rig_.head.lenses.begin(), rig_.head.lenses.end(), [&](const LensMount& lens) {
-    return lens.camera != exposure.camera ||
-           (lens.x_offset + lens.intrinsics.width <= view.width && lens.y_offset + lens.intrinsics.height <= view.height);
-  });
+  const bool fits =
+      view.data != nullptr && std::all_of(rig_.head.lenses.begin(), rig_.head.lenses.end(), [&](const LensMount& lens) {
+        return lens.camera != exposure.camera || (lens.x_offset + lens.intrinsics.width <= view.width &&
+                                                  lens.y_offset + lens.intrinsics.height <= view.height);
+      });
   if (!fits) {
     ++counts_.exposures_wrong_size;
-    note(exposure.camera, FaultKind::WrongSize, 1, "image does not hold the lens images of the rig; recorded, not fused");
+    note(exposure.camera, FaultKind::WrongSize, 1,
+         "image does not hold the lens images of the rig; recorded, not fused");
     return;
   }
   if (watermark_ && exposure.exposure_mid < *watermark_ - config_.max_lateness) {
@@ -214,7 +234,8 @@ void Colouring::resolve_viewpoints(bool everything) {
 }
 
 void Colouring::drop_frozen(Moment& moment) {
-  constexpr double kMoved_m = 0.05, kTurned = 2e-3;  // a vehicle that stands in a scene that stands may well see the same twice
+  constexpr double kMoved_m = 0.05,
+                   kTurned = 2e-3;  // a vehicle that stands in a scene that stands may well see the same twice
   fresh_.resize(moment.pictures.size());
   for (std::size_t camera = 0; camera < moment.pictures.size(); ++camera) {
     if (moment.has_image[camera] == 0) continue;
@@ -226,13 +247,16 @@ void Colouring::drop_frozen(Moment& moment) {
     const double moved = (moment.viewpoint->centre_enu - fresh->viewpoint.centre_enu).norm();
     double turned = 0;
     for (std::size_t k = 0; k < 9; ++k)
-      turned = std::max(turned, std::abs(static_cast<double>(moment.viewpoint->R_head_enu[k] - fresh->viewpoint.R_head_enu[k])));
+      turned = std::max(
+          turned, std::abs(static_cast<double>(moment.viewpoint->R_head_enu[k] - fresh->viewpoint.R_head_enu[k])));
     if (moved < kMoved_m && turned < kTurned) continue;
     ++counts_.exposures_frozen;
-    note(projector_.cameras()[camera], FaultKind::Spurious, 1, "the same picture as before, though the vehicle has moved: the camera is frozen; not used");
+    note(projector_.cameras()[camera], FaultKind::Spurious, 1,
+         "the same picture as before, though the vehicle has moved: the camera is frozen; not used");
     moment.has_image[camera] = 0;
   }
-  if (std::none_of(moment.has_image.begin(), moment.has_image.end(), [](std::uint8_t has) { return has != 0; })) moment.viewpoint.reset();
+  if (std::none_of(moment.has_image.begin(), moment.has_image.end(), [](std::uint8_t has) { return has != 0; }))
+    moment.viewpoint.reset();
 }
 
 void Colouring::colour_batches(std::vector<StampedLaserBatch>& batches) {
@@ -256,7 +280,8 @@ void Colouring::colour_batches(std::vector<StampedLaserBatch>& batches) {
     total += pieces_[i].placed.size();
   }
   block.points.resize(total);
-  pool_->run(batches.size(), [&](std::size_t i) { colour_piece(batches[i], pieces_[i], block.points.data() + first[i]); });
+  pool_->run(batches.size(),
+             [&](std::size_t i) { colour_piece(batches[i], pieces_[i], block.points.data() + first[i]); });
   for (std::size_t i = 0; i < batches.size(); ++i) {
     counts_.empty_returns += pieces_[i].placed.empty;
     for (std::size_t k = 0; k < kNoPoseReasons; ++k) counts_.no_pose[k] += pieces_[i].placed.no_pose[k];

@@ -4,7 +4,8 @@
 
 namespace hueline::fusion {
 namespace {
-constexpr std::size_t kMeasuredIntervals = 9;  // median over as many: up to four lost images in a row of nine do not widen T
+constexpr std::size_t kMeasuredIntervals =
+    9;  // median over as many: up to four lost images in a row of nine do not widen T
 }
 
 bool Moment::is_whole() const {
@@ -13,14 +14,15 @@ bool Moment::is_whole() const {
 
 const ColourGain* Moment::gain_of(std::uint64_t neighbour) const {
   if (!gains) return nullptr;
-  const auto it = std::find_if(gains->begin(), gains->end(), [&](const ColourGain& g) { return g.neighbour == neighbour; });
+  const auto it =
+      std::find_if(gains->begin(), gains->end(), [&](const ColourGain& g) { return g.neighbour == neighbour; });
   return it == gains->end() ? nullptr : &*it;
 }
 
 std::size_t ExposureTimeline::first_at_or_after(GpsTime t) const {
-  return static_cast<std::size_t>(
-      std::lower_bound(moments_.begin(), moments_.end(), t, [](const Moment& m, GpsTime time) { return m.time < time; }) -
-      moments_.begin());
+  return static_cast<std::size_t>(std::lower_bound(moments_.begin(), moments_.end(), t,
+                                                   [](const Moment& m, GpsTime time) { return m.time < time; }) -
+                                  moments_.begin());
 }
 
 void ExposureTimeline::measure_interval(GpsTime newest) {
@@ -69,7 +71,8 @@ int ExposureTimeline::nearest(GpsTime t, nanoseconds reach) const {
   return best;
 }
 
-void ExposureTimeline::neighbours_of(GpsTime t, nanoseconds reach, int per_side, int except, std::vector<int>& found) const {
+void ExposureTimeline::neighbours_of(GpsTime t, nanoseconds reach, int per_side, int except,
+                                     std::vector<int>& found) const {
   found.clear();
   auto after = static_cast<int>(first_at_or_after(t));
   int before = after - 1, taken_before = 0, taken_after = 0;

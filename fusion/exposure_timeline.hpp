@@ -14,7 +14,7 @@ namespace hueline::fusion {
 
 /// Brightness of one moment over that of another, each channel.
 struct ColourGain {
-  std::uint64_t neighbour = 0;                 ///< Moment::serial
+  std::uint64_t neighbour = 0;  ///< Moment::serial
   std::array<float, 3> gain{1.0f, 1.0f, 1.0f};
 };
 
@@ -24,7 +24,7 @@ struct Moment {
     std::uint32_t exposure = 0;  ///< Exposure::index
     Image image;                 ///< keeps the pixels alive
     RawView view;
-    std::uint64_t content = 0;       ///< content_of(view)
+    std::uint64_t content = 0;  ///< content_of(view)
   };
   /// Of the head at the exposures' middle.
   struct Viewpoint {
@@ -32,14 +32,14 @@ struct Moment {
     Eigen::Vector3d centre_enu;
   };
 
-  std::uint64_t serial = 0;                ///< in order of arrival
-  GpsTime time{};                          ///< middle of the exposure
+  std::uint64_t serial = 0;  ///< in order of arrival
+  GpsTime time{};            ///< middle of the exposure
   nanoseconds sigma{0};
   SyncState state = SyncState::Unlocked;
   ExposureTiming timing = ExposureTiming::Unmatched;
-  std::vector<Picture> pictures;           ///< one a camera; empty view: that camera's image is missing
-  std::vector<std::uint8_t> has_image;     ///< one a camera, 1 if there
-  std::uint32_t blind = 0;                 ///< bits of the lenses whose part of a picture was lost
+  std::vector<Picture> pictures;        ///< one a camera; empty view: that camera's image is missing
+  std::vector<std::uint8_t> has_image;  ///< one a camera, 1 if there
+  std::uint32_t blind = 0;              ///< bits of the lenses whose part of a picture was lost
   bool is_pose_final = false;
   std::optional<Viewpoint> viewpoint;
   std::optional<std::vector<ColourGain>> gains;  ///< of its neighbours, once measured
@@ -48,14 +48,15 @@ struct Moment {
   const ColourGain* gain_of(std::uint64_t neighbour) const;
 };
 
-/// Moments in order of time, and the rule which of them owns an instant. Thread-bound; const functions may run in many threads.
+/// Moments in order of time, and the rule which of them owns an instant. Thread-bound; const functions may run in many
+/// threads.
 class ExposureTimeline {
  public:
   struct Rule {
     nanoseconds interval{0};           ///< T; 0: the median of the measured ones
     nanoseconds interval_at_start{0};  ///< T until two moments have come
     nanoseconds window_slack{0};
-    nanoseconds together{0};           ///< exposures of different cameras closer than this are one moment
+    nanoseconds together{0};  ///< exposures of different cameras closer than this are one moment
   };
   ExposureTimeline(const Rule& rule, std::size_t cameras) : rule_(rule), cameras_(cameras) {}
 

@@ -21,11 +21,13 @@ Placement placement_at(GpsTime time, double sigma_time_s, const LaserMount& moun
   const Transform<Enu, Scanner> T_enu_scanner = pose->T_enu_body * mount.T_body_scanner;
   const Eigen::Matrix3d R = T_enu_scanner.rotation.toRotationMatrix();
   for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) placement.rows[static_cast<std::size_t>(4 * row + column)] = R(row, column);
+    for (int column = 0; column < 3; ++column)
+      placement.rows[static_cast<std::size_t>(4 * row + column)] = R(row, column);
     placement.rows[static_cast<std::size_t>(4 * row + 3)] = T_enu_scanner.translation[row];
   }
   const double along = pose->velocity_enu.norm() * sigma_time_s;
-  placement.variance_position = pose->sigma_position.squaredNorm() + along * along + mount.sigma_range_m * mount.sigma_range_m;
+  placement.variance_position =
+      pose->sigma_position.squaredNorm() + along * along + mount.sigma_range_m * mount.sigma_range_m;
   // Each angle moves a point across its axis: of the three components two count on average.
   placement.variance_angle = pose->sigma_attitude.squaredNorm() * (2.0 / 3.0);
   return placement;
@@ -36,8 +38,8 @@ bool is_usable(const LaserReturn& r) {
 }
 
 /// `place_index`: where in the arrays, which are long enough.
-void put(const LaserReturn& r, std::uint32_t index, const Placement& a, const Placement& b, double s, std::size_t place_index,
-         GeoreferencedBatch& out) {
+void put(const LaserReturn& r, std::uint32_t index, const Placement& a, const Placement& b, double s,
+         std::size_t place_index, GeoreferencedBatch& out) {
   std::array<double, 3> place{};
   for (std::size_t row = 0; row < 3; ++row) {
     const std::size_t k = 4 * row;
@@ -54,8 +56,8 @@ void put(const LaserReturn& r, std::uint32_t index, const Placement& a, const Pl
 
 }  // namespace
 
-void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const Trajectory& trajectory, nanoseconds pose_step,
-                  GeoreferencedBatch& out) {
+void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const Trajectory& trajectory,
+                  nanoseconds pose_step, GeoreferencedBatch& out) {
   const auto resize = [&out](std::size_t size) {
     out.east.resize(size);
     out.north.resize(size);
@@ -67,8 +69,9 @@ void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const
   out.no_pose.fill(0);
   out.empty = 0;
   if (batch.returns.empty()) return;
-  const auto [first_it, last_it] = std::minmax_element(
-      batch.returns.begin(), batch.returns.end(), [](const auto& a, const auto& b) { return a.time_offset_ns < b.time_offset_ns; });
+  const auto [first_it, last_it] =
+      std::minmax_element(batch.returns.begin(), batch.returns.end(),
+                          [](const auto& a, const auto& b) { return a.time_offset_ns < b.time_offset_ns; });
   const std::int64_t first = first_it->time_offset_ns, span = last_it->time_offset_ns - first;
   // A batch is a packet of about a millisecond; whoever sends seconds gets poses farther apart, not unbounded memory.
   const std::int64_t segments = std::clamp<std::int64_t>((span + pose_step.count() - 1) / pose_step.count(), 1, 4096);
@@ -76,7 +79,8 @@ void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const
   const GpsTime start = batch.time + nanoseconds(first);
   std::vector<Placement> nodes(static_cast<std::size_t>(segments) + 1);
   for (std::int64_t i = 0; i <= segments; ++i) {
-    nodes[static_cast<std::size_t>(i)] = placement_at(start + nanoseconds(span * i / segments), sigma_time_s, mount, trajectory);
+    nodes[static_cast<std::size_t>(i)] =
+        placement_at(start + nanoseconds(span * i / segments), sigma_time_s, mount, trajectory);
   }
   std::size_t placed = 0;
   for (std::uint32_t i = 0; i < batch.returns.size(); ++i) {
@@ -90,7 +94,8 @@ void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const
     const Placement &a = nodes[static_cast<std::size_t>(segment)], &b = nodes[static_cast<std::size_t>(segment) + 1];
     if (a.reason == NoPose::None && b.reason == NoPose::None) {
       const std::int64_t from = span * segment / segments, to = span * (segment + 1) / segments;
-      put(r, i, a, b, to > from ? static_cast<double>(offset - from) / static_cast<double>(to - from) : 0.0, placed++, out);
+      put(r, i, a, b, to > from ? static_cast<double>(offset - from) / static_cast<double>(to - from) : 0.0, placed++,
+          out);
       continue;
     }
     // The path begins or ends inside this stretch: ask for this firing's own pose.

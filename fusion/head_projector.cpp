@@ -29,19 +29,21 @@ std::vector<double> powers_from_chebyshev(const std::vector<double>& chebyshev) 
   return result;
 }
 
-/// (distorted angle) / sin(angle) over t in [-1, 1], t = (cosine - middle) / half. Smooth at angle 0, where angle and sine vanish
-/// together; so a short polynomial replaces arc cosine, square root and the distortion.
+/// (distorted angle) / sin(angle) over t in [-1, 1], t = (cosine - middle) / half. Smooth at angle 0, where angle and
+/// sine vanish together; so a short polynomial replaces arc cosine, square root and the distortion.
 std::vector<float> fit_series(const CameraIntrinsics& k, double cosine_limit, double focal_px) {
   const double middle = 0.5 * (1.0 + cosine_limit), half = 0.5 * (1.0 - cosine_limit);
   const auto value = [&](double t) {
     const double angle = std::acos(std::clamp(middle + half * t, -1.0, 1.0)), a2 = angle * angle;
     const double ratio = angle < 1e-7 ? 1.0 : angle / std::sin(angle);
-    return ratio * (1.0 + a2 * (k.distortion[0] + a2 * (k.distortion[1] + a2 * (k.distortion[2] + a2 * k.distortion[3]))));
+    return ratio *
+           (1.0 + a2 * (k.distortion[0] + a2 * (k.distortion[1] + a2 * (k.distortion[2] + a2 * k.distortion[3]))));
   };
   std::vector<double> chebyshev(kSeriesTerms, 0.0);
   for (int j = 0; j < kSeriesTerms; ++j) {
     const double phase = pi * (j + 0.5) / kSeriesTerms, f = value(std::cos(phase));
-    for (int n = 0; n < kSeriesTerms; ++n) chebyshev[static_cast<std::size_t>(n)] += (n == 0 ? 1.0 : 2.0) / kSeriesTerms * f * std::cos(n * phase);
+    for (int n = 0; n < kSeriesTerms; ++n)
+      chebyshev[static_cast<std::size_t>(n)] += (n == 0 ? 1.0 : 2.0) / kSeriesTerms * f * std::cos(n * phase);
   }
   while (chebyshev.size() > 2 && std::abs(chebyshev.back()) * focal_px < 2e-5) chebyshev.pop_back();
   const std::vector<double> powers = powers_from_chebyshev(chebyshev);
@@ -50,7 +52,8 @@ std::vector<float> fit_series(const CameraIntrinsics& k, double cosine_limit, do
 
 }  // namespace
 
-FloatLens::FloatLens(const LensMount& mount) : mask(mount.masks, mount.intrinsics.width, mount.intrinsics.height, kSampleReach) {
+FloatLens::FloatLens(const LensMount& mount)
+    : mask(mount.masks, mount.intrinsics.width, mount.intrinsics.height, kSampleReach) {
   const CameraIntrinsics& k = mount.intrinsics;
   const CameraModel model(k);
   const Transform<Lens, CameraHead> T_lens_head = mount.T_head_lens.inverse();
@@ -115,7 +118,8 @@ double FloatLens::largest_error_px(const CameraModel& model) const {
   for (int i = 1; i < 60; ++i) {
     for (int j = 0; j < 24; ++j) {
       const double angle = model.max_angle() * i / 60.0, turn = 2.0 * pi * j / 24.0;
-      const Eigen::Vector3d p_lens(10.0 * std::sin(angle) * std::cos(turn), 10.0 * std::sin(angle) * std::sin(turn), 10.0 * std::cos(angle));
+      const Eigen::Vector3d p_lens(10.0 * std::sin(angle) * std::cos(turn), 10.0 * std::sin(angle) * std::sin(turn),
+                                   10.0 * std::cos(angle));
       const Eigen::Vector3f p_head = R.transpose() * (p_lens.cast<float>() - t);
       Sight sight;
       if (!project(p_head.x(), p_head.y(), p_head.z(), sight)) continue;
@@ -152,13 +156,15 @@ bool HeadProjector::is_in_hole(float x, float y, float z) const {
 void HeadProjector::panorama_pixel(float x, float y, float z, float& u, float& v) const {
   const float width = static_cast<float>(panorama_.width);
   const float azimuth = std::atan2(y, x), polar = std::atan2(std::sqrt(x * x + y * y), z);
-  u = static_cast<float>(panorama_.forward()) + (panorama_.is_clockwise ? -azimuth : azimuth) * (width / static_cast<float>(2.0 * pi));
+  u = static_cast<float>(panorama_.forward()) +
+      (panorama_.is_clockwise ? -azimuth : azimuth) * (width / static_cast<float>(2.0 * pi));
   if (u < -0.5f) u += width;
   if (u >= width - 0.5f) u -= width;
   v = polar * (static_cast<float>(panorama_.height) / static_cast<float>(pi)) - 0.5f;
 }
 
-bool HeadProjector::see(float x, float y, float z, const std::uint8_t* has_image, std::uint32_t blind, Sight& sight) const {
+bool HeadProjector::see(float x, float y, float z, const std::uint8_t* has_image, std::uint32_t blind,
+                        Sight& sight) const {
   if (is_in_hole(x, y, z)) return false;
   if (method_ == ColourMethod::Panorama) {
     if (!panorama_mask_.is_empty()) {
@@ -166,7 +172,8 @@ bool HeadProjector::see(float x, float y, float z, const std::uint8_t* has_image
       panorama_pixel(x, y, z, u, v);
       const auto column = static_cast<std::uint32_t>(std::max(0.0f, u + 0.5f));
       const auto row = static_cast<std::uint32_t>(std::max(0.0f, v + 0.5f));
-      if (panorama_mask_.covers(std::min(column, panorama_.width - 1), std::min(row, panorama_.height - 1))) return false;
+      if (panorama_mask_.covers(std::min(column, panorama_.width - 1), std::min(row, panorama_.height - 1)))
+        return false;
     }
     const float onto_sphere = stitching_radius_ / std::sqrt(x * x + y * y + z * z);
     x *= onto_sphere;
@@ -188,7 +195,8 @@ bool HeadProjector::see(float x, float y, float z, const std::uint8_t* has_image
     if (chosen == nullptr) return false;
     tried |= 1u << chosen->index;
     if (has_image[chosen->camera] == 0 || !chosen->project(x, y, z, sight)) continue;
-    if (!chosen->mask.covers(static_cast<std::uint32_t>(sight.x + 0.5f), static_cast<std::uint32_t>(sight.y + 0.5f))) return true;
+    if (!chosen->mask.covers(static_cast<std::uint32_t>(sight.x + 0.5f), static_cast<std::uint32_t>(sight.y + 0.5f)))
+      return true;
   }
   return false;
 }

@@ -12,7 +12,8 @@
 namespace hueline::fusion {
 namespace {
 
-constexpr double kThroughShare = 0.25;  // so many beams through a thing, for each of its own points, and it was not there when they passed
+constexpr double kThroughShare =
+    0.25;  // so many beams through a thing, for each of its own points, and it was not there when they passed
 
 Error cannot(const std::string& why) { return {ErrorCode::Unavailable, why}; }
 
@@ -22,19 +23,26 @@ std::string ObjectMeasurementConfig::validate() const {
   if (!(reach_m >= 0.05 && reach_m <= 10)) return fmt::format("reach_m is {}; allowed: 0.05 to 10 m", reach_m);
   if (!(reach >= 0.001 && reach <= 0.5)) return fmt::format("reach is {}; allowed: 0.001 to 0.5 rad", reach);
   if (!(link_m >= 0.01 && link_m <= 10)) return fmt::format("link_m is {}; allowed: 0.01 to 10 m", link_m);
-  if (surface_points < 6 || surface_points > 200) return fmt::format("surface_points is {}; allowed: 6 to 200", surface_points);
+  if (surface_points < 6 || surface_points > 200)
+    return fmt::format("surface_points is {}; allowed: 6 to 200", surface_points);
   if (!(narrow_m >= 0 && narrow_m <= 1)) return fmt::format("narrow_m is {}; allowed: 0 to 1 m", narrow_m);
-  if (!(most_scatter_m > 0 && most_scatter_m <= 10)) return fmt::format("most_scatter_m is {}; allowed: above 0 to 10 m", most_scatter_m);
-  if (!(most_roughness_m > 0 && most_roughness_m <= 10)) return fmt::format("most_roughness_m is {}; allowed: above 0 to 10 m", most_roughness_m);
-  if (!(most_gap_m > 0 && most_gap_m <= 10)) return fmt::format("most_gap_m is {}; allowed: above 0 to 10 m", most_gap_m);
+  if (!(most_scatter_m > 0 && most_scatter_m <= 10))
+    return fmt::format("most_scatter_m is {}; allowed: above 0 to 10 m", most_scatter_m);
+  if (!(most_roughness_m > 0 && most_roughness_m <= 10))
+    return fmt::format("most_roughness_m is {}; allowed: above 0 to 10 m", most_roughness_m);
+  if (!(most_gap_m > 0 && most_gap_m <= 10))
+    return fmt::format("most_gap_m is {}; allowed: above 0 to 10 m", most_gap_m);
   if (!(most_gap >= 0 && most_gap <= 1)) return fmt::format("most_gap is {}; allowed: 0 to 1 rad", most_gap);
-  if (!(most_oblique_deg > 0 && most_oblique_deg < 90)) return fmt::format("most_oblique_deg is {}; allowed: above 0, below 90", most_oblique_deg);
-  if (seen_through < 1 || seen_through > 1000) return fmt::format("seen_through is {}; allowed: 1 to 1000", seen_through);
+  if (!(most_oblique_deg > 0 && most_oblique_deg < 90))
+    return fmt::format("most_oblique_deg is {}; allowed: above 0, below 90", most_oblique_deg);
+  if (seen_through < 1 || seen_through > 1000)
+    return fmt::format("seen_through is {}; allowed: 1 to 1000", seen_through);
   if (!(edge_sigma >= 0 && edge_sigma <= 10)) return fmt::format("edge_sigma is {}; allowed: 0 to 10", edge_sigma);
   return {};
 }
 
-Result<MeasuredObject> measure_object(const PickedRay& ray, std::span<const SurfacePoint> points, const ObjectMeasurementConfig& config) {
+Result<MeasuredObject> measure_object(const PickedRay& ray, std::span<const SurfacePoint> points,
+                                      const ObjectMeasurementConfig& config) {
   std::vector<NearPoint> near = near_points(ray, points, config);
   if (near.empty()) return cannot("the laser saw nothing there");
   const auto through = beams_through(near, points, link_things(near, config.link_m), config.link_m);
@@ -42,25 +50,41 @@ Result<MeasuredObject> measure_object(const PickedRay& ray, std::span<const Surf
   std::vector<double> own(through.size(), 0);
   for (const NearPoint& one : near) ++own[static_cast<std::size_t>(one.thing)];
   std::vector<std::uint8_t> is_through;
-  for (std::size_t thing = 0; thing < through.size(); ++thing) is_through.push_back(through[thing] >= std::max<double>(config.seen_through, kThroughShare * own[thing]));
+  for (std::size_t thing = 0; thing < through.size(); ++thing)
+    is_through.push_back(through[thing] >= std::max<double>(config.seen_through, kThroughShare * own[thing]));
   const auto cut = first_cut(near, is_through, Eigen::Vector2d::Zero(), config);
-  if (!cut) return cannot(fmt::format("{} laser points near the pixel, but none of what they are on stands all around it", near.size()));
+  if (!cut)
+    return cannot(
+        fmt::format("{} laser points near the pixel, but none of what they are on stands all around it", near.size()));
   if (through[static_cast<std::size_t>(cut->thing)] >= config.seen_through)
-    return cannot(fmt::format("not solid: the laser saw past or through what stands at {:.1f} m to something behind it (leaves, or what stood there at another time)", cut->ahead));
+    return cannot(
+        fmt::format("not solid: the laser saw past or through what stands at {:.1f} m to something behind it (leaves, "
+                    "or what stood there at another time)",
+                    cut->ahead));
   if (cut->gap_m > config.most_gap_m + config.most_gap * cut->ahead)
-    return cannot(fmt::format("no laser point nearer to the pixel than {:.2f} m, on what is {:.1f} m away", cut->gap_m, near[cut->points[0]].ahead));
+    return cannot(fmt::format("no laser point nearer to the pixel than {:.2f} m, on what is {:.1f} m away", cut->gap_m,
+                              near[cut->points[0]].ahead));
   if (cut->roughness_m > config.most_roughness_m)
-    return cannot(fmt::format("no surface: around the pixel the laser's points at {:.1f} m are {:.2f} m deep (leaves, wires)", near[cut->points[0]].ahead, cut->roughness_m));
+    return cannot(
+        fmt::format("no surface: around the pixel the laser's points at {:.1f} m are {:.2f} m deep (leaves, wires)",
+                    near[cut->points[0]].ahead, cut->roughness_m));
   if (cut->scatter_m > config.most_scatter_m)
-    return cannot(fmt::format("no surface: the laser's points at {:.1f} m scatter by {:.2f} m", near[cut->points[0]].ahead, cut->scatter_m));
+    return cannot(fmt::format("no surface: the laser's points at {:.1f} m scatter by {:.2f} m",
+                              near[cut->points[0]].ahead, cut->scatter_m));
   const double cosine = std::abs(cut->normal.z()), oblique = std::acos(std::min(1.0, cosine)) * 180 / std::numbers::pi;
-  if (oblique > config.most_oblique_deg || cut->ahead <= 0 || cut->off_m > config.link_m) return cannot(fmt::format("the surface at {:.1f} m is seen too flat ({:.0f} deg)", near[cut->points[0]].ahead, oblique));
+  if (oblique > config.most_oblique_deg || cut->ahead <= 0 || cut->off_m > config.link_m)
+    return cannot(
+        fmt::format("the surface at {:.1f} m is seen too flat ({:.0f} deg)", near[cut->points[0]].ahead, oblique));
   // What may be meant within the pixel's uncertainty: elsewhere there must be nothing else before or behind it.
   for (int k = 0; k < 8; ++k) {
     const double turn = k * std::numbers::pi / 4, aside = config.edge_sigma * ray.sigma * cut->ahead;
     const auto beside = first_cut(near, is_through, aside * Eigen::Vector2d(std::cos(turn), std::sin(turn)), config);
-    if (!beside) return cannot(fmt::format("an edge: the surface at {:.1f} m ends within {:.2f} m of where the pixel looks", cut->ahead, aside));
-    if (beside->thing != cut->thing) return cannot(fmt::format("an edge: something at {:.1f} m and something at {:.1f} m", std::min(cut->ahead, beside->ahead), std::max(cut->ahead, beside->ahead)));
+    if (!beside)
+      return cannot(fmt::format("an edge: the surface at {:.1f} m ends within {:.2f} m of where the pixel looks",
+                                cut->ahead, aside));
+    if (beside->thing != cut->thing)
+      return cannot(fmt::format("an edge: something at {:.1f} m and something at {:.1f} m",
+                                std::min(cut->ahead, beside->ahead), std::max(cut->ahead, beside->ahead)));
   }
 
   MeasuredObject out;
@@ -77,7 +101,8 @@ Result<MeasuredObject> measure_object(const PickedRay& ray, std::span<const Surf
   }
   std::nth_element(seconds.begin(), seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2), seconds.end());
   out.seconds = seconds[seconds.size() / 2];
-  // p = from + d n(mean - from) / n d: across the ray the direction's error, along it that error through the surface's slope, and the surface's own.
+  // p = from + d n(mean - from) / n d: across the ray the direction's error, along it that error through the surface's
+  // slope, and the surface's own.
   const auto [right, up] = across_of(ray.direction_enu);
   Eigen::Matrix3d across = Eigen::Matrix3d::Zero();
   const Eigen::Vector3d axes[2] = {right, up};
@@ -85,7 +110,8 @@ Result<MeasuredObject> measure_object(const PickedRay& ray, std::span<const Surf
     const Eigen::Vector3d moved = cut->ahead * (axes[k] - ray.direction_enu * (cut->normal[k] / cut->normal.z()));
     across += ray.sigma * ray.sigma * moved * moved.transpose();
   }
-  out.covariance = across + cut->sigma_m * cut->sigma_m * ray.direction_enu * ray.direction_enu.transpose() + common * Eigen::Matrix3d::Identity();
+  out.covariance = across + cut->sigma_m * cut->sigma_m * ray.direction_enu * ray.direction_enu.transpose() +
+                   common * Eigen::Matrix3d::Identity();
   return out;
 }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <numbers>
+#include <numeric>
 
 namespace hueline::fusion {
 using std::numbers::pi;
@@ -43,7 +43,8 @@ std::optional<LensPixel> StitchedPanorama::lens_pixel_of_point(const Point<Camer
   std::optional<LensPixel> best;
   double best_cosine = -2.0;
   for (std::size_t i = 0; i < models_.size(); ++i) {
-    const double cosine = (head_.lenses[i].T_head_lens.rotation * Eigen::Vector3d::UnitZ()).dot(p_head.xyz) / p_head.xyz.norm();
+    const double cosine =
+        (head_.lenses[i].T_head_lens.rotation * Eigen::Vector3d::UnitZ()).dot(p_head.xyz) / p_head.xyz.norm();
     if (!(cosine > best_cosine)) continue;
     if (const auto pixel = project(static_cast<int>(i), p_head)) {
       best = LensPixel{static_cast<int>(i), *pixel};

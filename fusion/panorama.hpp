@@ -6,12 +6,12 @@
 
 #include "fusion/rig_geometry.hpp"
 
-/// The panoramic sphere (docs/methods equations 4 to 6): direction from the head's centre <-> panorama pixel <-> the lens
-/// pixel that a stitcher would have put there. Everything immutable and thread-safe.
+/// The panoramic sphere (docs/methods equations 4 to 6): direction from the head's centre <-> panorama pixel <-> the
+/// lens pixel that a stitcher would have put there. Everything immutable and thread-safe.
 namespace hueline::fusion {
 
-/// Direction <-> pixel of the equirectangular panorama. Zero azimuth and turning direction come from PanoramaShape; the polar angle
-/// is counted from the head's +z at the upper edge. Columns wrap to [-0.5, width - 0.5).
+/// Direction <-> pixel of the equirectangular panorama. Zero azimuth and turning direction come from PanoramaShape; the
+/// polar angle is counted from the head's +z at the upper edge. Columns wrap to [-0.5, width - 0.5).
 class Panorama {
  public:
   /// `shape.validate()` must be empty.
@@ -39,7 +39,8 @@ class StitchedPanorama {
   /// `head.validate()` must be empty.
   explicit StitchedPanorama(const CameraHeadGeometry& head);
 
-  /// The lens (nearest axis whose image holds it) and pixel that show what a stitcher puts at this panorama pixel; empty in the hole.
+  /// The lens (nearest axis whose image holds it) and pixel that show what a stitcher puts at this panorama pixel;
+  /// empty in the hole.
   std::optional<LensPixel> lens_pixel(const Eigen::Vector2d& panorama_pixel) const;
   /// The pixel of a point of the head's frame in the lens that sees it best; empty if none does.
   std::optional<LensPixel> lens_pixel_of_point(const Point<CameraHead>& p_head) const;

@@ -26,13 +26,15 @@ void grow_row(const std::vector<std::uint8_t>& row, std::size_t grow, std::vecto
   for (std::size_t x = 0; x < row.size(); ++x) {
     if (row[x] == 0) continue;
     const std::size_t from = x >= grow ? x - grow : 0, to = std::min(row.size() - 1, x + grow);
-    std::fill(grown.begin() + static_cast<std::ptrdiff_t>(from), grown.begin() + static_cast<std::ptrdiff_t>(to) + 1, std::uint8_t{1});
+    std::fill(grown.begin() + static_cast<std::ptrdiff_t>(from), grown.begin() + static_cast<std::ptrdiff_t>(to) + 1,
+              std::uint8_t{1});
   }
 }
 
 }  // namespace
 
-PixelMask::PixelMask(const std::vector<Polygon>& polygons, std::uint32_t width, std::uint32_t height, std::uint32_t grow_px) {
+PixelMask::PixelMask(const std::vector<Polygon>& polygons, std::uint32_t width, std::uint32_t height,
+                     std::uint32_t grow_px) {
   if (polygons.empty()) return;
   words_per_row_ = (width + 63u) / 64u;
   bits_.assign(words_per_row_ * height, 0);

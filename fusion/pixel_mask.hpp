@@ -7,8 +7,8 @@
 
 namespace hueline::fusion {
 
-/// Polygons as a bitmap, one bit a pixel. A pixel is masked if its centre lies inside a polygon (even-odd), or within `grow_px` of
-/// such a pixel: interpolation there would mix the masked object in. Immutable; empty masks cost nothing.
+/// Polygons as a bitmap, one bit a pixel. A pixel is masked if its centre lies inside a polygon (even-odd), or within
+/// `grow_px` of such a pixel: interpolation there would mix the masked object in. Immutable; empty masks cost nothing.
 class PixelMask {
  public:
   PixelMask() = default;

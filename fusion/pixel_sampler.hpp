@@ -6,8 +6,9 @@
 
 #include "core/measurements.hpp"
 
-/// Colour at a sub-pixel place of a raw image, without developing the rest of it. Bilinear on the lattice of each colour: red and
-/// blue on their squares of 2 px, green on its diagonal lattice of sqrt(2) px; exact for a colour that changes linearly.
+/// Colour at a sub-pixel place of a raw image, without developing the rest of it. Bilinear on the lattice of each
+/// colour: red and blue on their squares of 2 px, green on its diagonal lattice of sqrt(2) px; exact for a colour that
+/// changes linearly.
 namespace hueline::fusion {
 
 /// 0..255 in each channel; Mono8 gives three equal ones.
@@ -25,7 +26,8 @@ struct RawView {
 /// Empty data if the image's buffer does not hold the pixels that its size promises.
 RawView view_of(const Image& image);
 
-/// A number that two pictures share only if some ten thousand pixels all over them are the same: no two exposures of a real sensor are.
+/// A number that two pictures share only if some ten thousand pixels all over them are the same: no two exposures of a
+/// real sensor are.
 std::uint64_t content_of(const RawView& view);
 
 /// The sampler reads pixels up to this far from the place asked for, px.
@@ -50,9 +52,10 @@ inline float sample_square(const RawView& image, int x, int y, float fx, float f
 /// Bilinear on the diagonal lattice of pixels with (x + y) of one parity, spacing sqrt(2).
 inline float sample_diagonal(const RawView& image, int x, int y, float fx, float fy, int parity) {
   const int sum = x + y - parity, difference = x - y - parity;
-  const float a = 0.5f * (fx + fy + static_cast<float>(sum & 1)), b = 0.5f * (fx - fy + static_cast<float>(difference & 1));
-  const int a_whole = a >= 1.0f ? 1 : 0;                     // a in [0, 1.5)
-  const int b_whole = b >= 1.0f ? 1 : (b < 0.0f ? -1 : 0);   // b in (-0.5, 1)
+  const float a = 0.5f * (fx + fy + static_cast<float>(sum & 1)),
+              b = 0.5f * (fx - fy + static_cast<float>(difference & 1));
+  const int a_whole = a >= 1.0f ? 1 : 0;                    // a in [0, 1.5)
+  const int b_whole = b >= 1.0f ? 1 : (b < 0.0f ? -1 : 0);  // b in (-0.5, 1)
   const int m = (sum >> 1) + a_whole, n = (difference >> 1) + b_whole;
   const float wa = a - static_cast<float>(a_whole), wb = b - static_cast<float>(b_whole);
   const std::ptrdiff_t left = m + n + parity;
@@ -73,7 +76,8 @@ inline float sample_plain(const RawView& image, int x, int y, float fx, float fy
 
 }  // namespace detail
 
-/// Colour at column x + fx, row y + fy; fx, fy in [0, 1). The place lies at least kSampleReach inside the image: the caller's check.
+/// Colour at column x + fx, row y + fy; fx, fy in [0, 1). The place lies at least kSampleReach inside the image: the
+/// caller's check.
 inline Rgb sample(const RawView& image, int x, int y, float fx, float fy) {
   using namespace detail;
   int red_x = 0, red_y = 0;
@@ -85,10 +89,17 @@ inline Rgb sample(const RawView& image, int x, int y, float fx, float fy) {
     case PixelFormat::Rgb8:
       return {sample_plain(image, x, y, fx, fy, 3, 0), sample_plain(image, x, y, fx, fy, 3, 1),
               sample_plain(image, x, y, fx, fy, 3, 2)};
-    case PixelFormat::BayerRG8: break;
-    case PixelFormat::BayerGR8: red_x = 1; break;
-    case PixelFormat::BayerGB8: red_y = 1; break;
-    case PixelFormat::BayerBG8: red_x = red_y = 1; break;
+    case PixelFormat::BayerRG8:
+      break;
+    case PixelFormat::BayerGR8:
+      red_x = 1;
+      break;
+    case PixelFormat::BayerGB8:
+      red_y = 1;
+      break;
+    case PixelFormat::BayerBG8:
+      red_x = red_y = 1;
+      break;
   }
   // Blue is opposite to red in the 2 x 2 cell; green is where neither is.
   return {sample_square(image, x, y, fx, fy, red_x, red_y), sample_diagonal(image, x, y, fx, fy, 1 ^ red_x ^ red_y),

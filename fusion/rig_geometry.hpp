@@ -28,10 +28,10 @@ struct LensMount {
   std::string name;
   Transform<CameraHead, Lens> T_head_lens;
   CameraIntrinsics intrinsics;
-  std::string camera_name;                      ///< as files name the camera ...
-  SensorId camera{};                            ///< ... whose image holds the lens image
-  std::uint32_t x_offset = 0, y_offset = 0;     ///< of the lens image's first pixel in that image, px
-  std::vector<Polygon> masks;                   ///< in lens pixels: parts of the vehicle, dirt; never a colour from inside
+  std::string camera_name;                   ///< as files name the camera ...
+  SensorId camera{};                         ///< ... whose image holds the lens image
+  std::uint32_t x_offset = 0, y_offset = 0;  ///< of the lens image's first pixel in that image, px
+  std::vector<Polygon> masks;                ///< in lens pixels: parts of the vehicle, dirt; never a colour from inside
 
   void visit(Keys& keys);
   KeyError validate() const;
@@ -39,10 +39,11 @@ struct LensMount {
 
 /// The panorama that the sphere method speaks of. Pixel centres at whole numbers.
 struct PanoramaShape {
-  std::uint32_t width = 8000, height = 4000;    ///< px; the sphere of docs/methods equation 4 has the radius width / (2 pi) px
-  std::optional<double> forward_column;         ///< column of the head's +x direction; none: the middle
-  bool is_clockwise = true;                     ///< columns grow clockwise seen from above, as when one looks around from inside
-  double stitching_radius_m = 20.0;             ///< radius of the sphere on which the stitcher joined the lens images
+  std::uint32_t width = 8000,
+                height = 4000;           ///< px; the sphere of docs/methods equation 4 has the radius width / (2 pi) px
+  std::optional<double> forward_column;  ///< column of the head's +x direction; none: the middle
+  bool is_clockwise = true;          ///< columns grow clockwise seen from above, as when one looks around from inside
+  double stitching_radius_m = 20.0;  ///< radius of the sphere on which the stitcher joined the lens images
 
   double forward() const { return forward_column.value_or((width - 1) / 2.0); }
   void visit(Keys& keys);
@@ -54,7 +55,8 @@ struct CameraHeadGeometry {
   Transform<Body, CameraHead> T_body_head;
   std::vector<LensMount> lenses;
   PanoramaShape panorama;
-  std::vector<Polygon> panorama_masks;          ///< in panorama pixels (the vehicle's rectangle at the bottom); sphere method only
+  std::vector<Polygon>
+      panorama_masks;  ///< in panorama pixels (the vehicle's rectangle at the bottom); sphere method only
   /// rad, half-angle of the cap around the head's -z that no exposure is asked for (docs/methods equation 9); 0: none.
   double nadir_half_angle = 0.0;
 

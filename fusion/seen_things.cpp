@@ -8,8 +8,8 @@
 namespace hueline::fusion {
 namespace {
 
-constexpr std::size_t kMostNear = 1000;  // points looked at; denser scanners give nearer ones
-constexpr double kMostThrough_m = 0.2;  // a beam went through a thing if its points stand around it within this ...
+constexpr std::size_t kMostNear = 1000;    // points looked at; denser scanners give nearer ones
+constexpr double kMostThrough_m = 0.2;     // a beam went through a thing if its points stand around it within this ...
 constexpr double kThroughMargin_m = 0.04;  // ... and at least so far: noise puts points beside a post
 
 }  // namespace
@@ -19,7 +19,8 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> across_of(const Eigen::Vector3d& dir
   return {right, direction.cross(right)};
 }
 
-std::vector<NearPoint> near_points(const PickedRay& ray, std::span<const SurfacePoint> points, const ObjectMeasurementConfig& config) {
+std::vector<NearPoint> near_points(const PickedRay& ray, std::span<const SurfacePoint> points,
+                                   const ObjectMeasurementConfig& config) {
   const auto [right, up] = across_of(ray.direction_enu);
   std::vector<NearPoint> out;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -28,7 +29,9 @@ std::vector<NearPoint> near_points(const PickedRay& ray, std::span<const Surface
     const Eigen::Vector2d across(to.dot(right), to.dot(up));
     if (ahead > 0 && across.norm() <= std::min(config.reach_m, config.reach * ahead)) out.push_back({across, ahead, i});
   }
-  std::sort(out.begin(), out.end(), [](const NearPoint& a, const NearPoint& b) { return std::pair(a.across.norm(), a.index) < std::pair(b.across.norm(), b.index); });
+  std::sort(out.begin(), out.end(), [](const NearPoint& a, const NearPoint& b) {
+    return std::pair(a.across.norm(), a.index) < std::pair(b.across.norm(), b.index);
+  });
   if (out.size() > kMostNear) out.resize(kMostNear);
   return out;
 }
@@ -61,12 +64,15 @@ bool stand_around(const std::vector<Eigen::Vector2d>& points, double radius_m) {
   for (int k = 0; k < kDirections; ++k) {
     const double turn = 2 * std::numbers::pi * k / kDirections;
     const Eigen::Vector2d direction(std::cos(turn), std::sin(turn));
-    if (std::none_of(points.begin(), points.end(), [&](const Eigen::Vector2d& p) { return p.dot(direction) > radius_m; })) return false;
+    if (std::none_of(points.begin(), points.end(),
+                     [&](const Eigen::Vector2d& p) { return p.dot(direction) > radius_m; }))
+      return false;
   }
   return true;
 }
 
-std::vector<int> beams_through(const std::vector<NearPoint>& near, std::span<const SurfacePoint> points, int things, double behind_m) {
+std::vector<int> beams_through(const std::vector<NearPoint>& near, std::span<const SurfacePoint> points, int things,
+                               double behind_m) {
   std::vector<int> through(static_cast<std::size_t>(things), 0);
   std::vector<std::vector<Eigen::Vector2d>> around(static_cast<std::size_t>(things));
   for (const NearPoint& target : near) {
@@ -82,7 +88,8 @@ std::vector<int> beams_through(const std::vector<NearPoint>& near, std::span<con
       const double ahead = to.dot(beam);
       if (ahead <= 0 || ahead > range - behind_m) continue;
       const Eigen::Vector2d across(to.dot(right), to.dot(up));
-      if (across.squaredNorm() < kMostThrough_m * kMostThrough_m) around[static_cast<std::size_t>(other.thing)].push_back(across);
+      if (across.squaredNorm() < kMostThrough_m * kMostThrough_m)
+        around[static_cast<std::size_t>(other.thing)].push_back(across);
     }
     for (std::size_t thing = 0; thing < around.size(); ++thing)
       if (around[thing].size() >= kFewestOfThing && stand_around(around[thing], kThroughMargin_m)) ++through[thing];

@@ -18,7 +18,8 @@ class NearestGrid {
       : cell_px_(cell_px),
         columns_(static_cast<int>(width / cell_px) + 1),
         rows_(static_cast<int>(height / cell_px) + 1),
-        nearest_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), std::numeric_limits<float>::infinity()) {}
+        nearest_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_),
+                 std::numeric_limits<float>::infinity()) {}
 
   void add(const ShotPoint& p) {
     float& nearest = nearest_[index(column(p), row(p))];
@@ -37,7 +38,9 @@ class NearestGrid {
  private:
   int column(const ShotPoint& p) const { return static_cast<int>(p.u / cell_px_); }
   int row(const ShotPoint& p) const { return static_cast<int>(p.v / cell_px_); }
-  std::size_t index(int c, int r) const { return static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(c); }
+  std::size_t index(int c, int r) const {
+    return static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(c);
+  }
 
   double cell_px_;
   int columns_, rows_;
@@ -76,12 +79,14 @@ std::string SingleShotConfig::validate() const {
     return fmt::format("visibility_cell_px is {}; allowed: 1 to 1000 px", visibility_cell_px);
   }
   if (!(depth_share >= 0 && depth_share <= 10)) return fmt::format("depth_share is {}; allowed: 0 to 10", depth_share);
-  if (!(depth_margin_m >= 0 && depth_margin_m <= 1000)) return fmt::format("depth_margin_m is {}; allowed: 0 to 1000 m", depth_margin_m);
+  if (!(depth_margin_m >= 0 && depth_margin_m <= 1000))
+    return fmt::format("depth_margin_m is {}; allowed: 0 to 1000 m", depth_margin_m);
   return {};
 }
 
-std::vector<ShotPoint> colour_single_shot(std::span<const Point<Scanner>> points, const Transform<Lens, Scanner>& T_lens_scanner,
-                                          const CameraModel& model, const RawView& image, const SingleShotConfig& config) {
+std::vector<ShotPoint> colour_single_shot(std::span<const Point<Scanner>> points,
+                                          const Transform<Lens, Scanner>& T_lens_scanner, const CameraModel& model,
+                                          const RawView& image, const SingleShotConfig& config) {
   std::vector<ShotPoint> shots(points.size());
   NearestGrid grid(model.intrinsics().width, model.intrinsics().height, config.visibility_cell_px);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -95,7 +100,8 @@ std::vector<ShotPoint> colour_single_shot(std::span<const Point<Scanner>> points
     shot.v = static_cast<float>(pixel->y());
     grid.add(shot);
   }
-  const bool has_pixels = image.data != nullptr && image.width >= model.intrinsics().width && image.height >= model.intrinsics().height;
+  const bool has_pixels =
+      image.data != nullptr && image.width >= model.intrinsics().width && image.height >= model.intrinsics().height;
   for (ShotPoint& shot : shots) {
     if (!shot.is_in_image) continue;
     if (config.test_visibility) {
@@ -120,7 +126,8 @@ RgbRaster draw_points(std::span<const ShotPoint> points, const RawView& image, c
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (points[i].is_in_image && (drawing.draw_hidden || !points[i].is_hidden)) order.push_back(i);
   }
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return points[a].distance_m > points[b].distance_m; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return points[a].distance_m > points[b].distance_m; });
   const double scale = 1.0 / std::log(drawing.far_m / drawing.near_m);
   const int half = drawing.size_px / 2;
   for (const std::size_t i : order) {

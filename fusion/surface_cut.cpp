@@ -9,22 +9,26 @@
 namespace hueline::fusion {
 namespace {
 
-constexpr std::size_t kAround = 24;     // nearest points of a thing that have to stand around the ray: of so many in the open, all on one side is 3e-6
+constexpr std::size_t kAround =
+    24;  // nearest points of a thing that have to stand around the ray: of so many in the open, all on one side is 3e-6
 constexpr double kMostAround_m = 0.25;  // across the ray: what stands around it must be no farther
 
-/// The nearest `count` of a thing's points, then twice as many, and so on while they lie within kMostAround: a scanner's points stand in lines,
-/// and the nearest ones may all be of one line. `use` says true when there are enough.
+/// The nearest `count` of a thing's points, then twice as many, and so on while they lie within kMostAround: a
+/// scanner's points stand in lines, and the nearest ones may all be of one line. `use` says true when there are enough.
 template <class Use>
-bool growing(const std::vector<NearPoint>& near, std::span<const std::size_t> points, const Eigen::Vector2d& at, std::size_t count, const Use& use) {
+bool growing(const std::vector<NearPoint>& near, std::span<const std::size_t> points, const Eigen::Vector2d& at,
+             std::size_t count, const Use& use) {
   for (std::size_t n = std::min(count, points.size());; n = std::min(2 * n, points.size())) {
     if (use(points.first(n))) return true;
     if (n == points.size() || (near[points[n]].across - at).norm() > kMostAround_m) return false;
   }
 }
 
-/// A surface through the points: their distance along the ray as a plane over where they stand across it, for the noise of ranges is along the
-/// ray. Points that stand in a line (a thin post, a single line of the scanner) say nothing of the surface's slope across the line: none.
-SurfaceCut cut_surface(const std::vector<NearPoint>& near, std::span<const std::size_t> points, const Eigen::Vector2d& at, double narrow_m) {
+/// A surface through the points: their distance along the ray as a plane over where they stand across it, for the noise
+/// of ranges is along the ray. Points that stand in a line (a thin post, a single line of the scanner) say nothing of
+/// the surface's slope across the line: none.
+SurfaceCut cut_surface(const std::vector<NearPoint>& near, std::span<const std::size_t> points,
+                       const Eigen::Vector2d& at, double narrow_m) {
   const double count = static_cast<double>(points.size());
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   double mean_ahead = 0;
@@ -55,24 +59,29 @@ SurfaceCut cut_surface(const std::vector<NearPoint>& near, std::span<const std::
     ++unknowns;
   }
   double square = 0;
-  for (const std::size_t i : points) square += std::pow(near[i].ahead - mean_ahead - slope.dot(near[i].across - mean), 2);
+  for (const std::size_t i : points)
+    square += std::pow(near[i].ahead - mean_ahead - slope.dot(near[i].across - mean), 2);
   const double noise = std::sqrt(square / std::max(1.0, count - unknowns));
   cut.ahead = mean_ahead + slope.dot(off);
   cut.normal = Eigen::Vector3d(slope.x(), slope.y(), -1).normalized();
   cut.scatter_m = noise * std::abs(cut.normal.z());
   cut.sigma_m = std::sqrt(noise * noise * leverage + unknown);  // a slope that nobody knows: 45 degrees
   cut.off_m = 1e9;
-  for (const std::size_t i : points) cut.off_m = std::min(cut.off_m, std::hypot((near[i].across - at).norm(), near[i].ahead - cut.ahead));
+  for (const std::size_t i : points)
+    cut.off_m = std::min(cut.off_m, std::hypot((near[i].across - at).norm(), near[i].ahead - cut.ahead));
   cut.points.assign(points.begin(), points.end());
   return cut;
 }
 
 }  // namespace
 
-std::optional<SurfaceCut> first_cut(const std::vector<NearPoint>& near, const std::vector<std::uint8_t>& is_through, const Eigen::Vector2d& at, const ObjectMeasurementConfig& config) {
+std::optional<SurfaceCut> first_cut(const std::vector<NearPoint>& near, const std::vector<std::uint8_t>& is_through,
+                                    const Eigen::Vector2d& at, const ObjectMeasurementConfig& config) {
   std::vector<std::size_t> order(near.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return (near[a].across - at).squaredNorm() < (near[b].across - at).squaredNorm(); });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return (near[a].across - at).squaredNorm() < (near[b].across - at).squaredNorm();
+  });
   std::vector<std::vector<std::size_t>> nearest(is_through.size());
   for (const std::size_t i : order) nearest[static_cast<std::size_t>(near[i].thing)].push_back(i);
   const int things = static_cast<int>(is_through.size());
@@ -104,7 +113,8 @@ std::optional<SurfaceCut> first_cut(const std::vector<NearPoint>& near, const st
     return cut.width_m >= config.narrow_m;
   });
   // More points of a post only make it longer: the nearest tell its place best.
-  if (cut.width_m < config.narrow_m) cut = cut_surface(near, std::span(points).first(std::min(fewest, points.size())), at, config.narrow_m);
+  if (cut.width_m < config.narrow_m)
+    cut = cut_surface(near, std::span(points).first(std::min(fewest, points.size())), at, config.narrow_m);
   cut.thing = best;
   cut.gap_m = (near[points[0]].across - at).norm();
   double square = 0, count = 0;

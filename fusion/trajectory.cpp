@@ -32,43 +32,55 @@ bool is_finite(const InsSolution& s) {
          std::isfinite(s.attitude.pitch) && std::isfinite(s.attitude.heading);
 }
 
-/// The cubic is used only while the neighbouring interval is comparable: differences over a short interval say little about a long one.
+/// The cubic is used only while the neighbouring interval is comparable: differences over a short interval say little
+/// about a long one.
 constexpr double kComparable = 4.0;
 
 }  // namespace
 
 const char* name(NoPose reason) {
   switch (reason) {
-    case NoPose::None: return "None";
-    case NoPose::NoSolution: return "the POS gave no good solution";
-    case NoPose::BeforeFirst: return "older than the first good POS solution kept";
-    case NoPose::AfterLast: return "newer than the last good POS solution";
-    case NoPose::Gap: return "in a gap between good POS solutions";
+    case NoPose::None:
+      return "None";
+    case NoPose::NoSolution:
+      return "the POS gave no good solution";
+    case NoPose::BeforeFirst:
+      return "older than the first good POS solution kept";
+    case NoPose::AfterLast:
+      return "newer than the last good POS solution";
+    case NoPose::Gap:
+      return "in a gap between good POS solutions";
   }
   return "?";
 }
 
 void Trajectory::Config::visit(Keys& keys) {
-  keys.duration({"max_pose_gap_s", "s", "There is no pose between solutions that are farther apart."}, max_gap, {0.001, 10});
+  keys.duration({"max_pose_gap_s", "s", "There is no pose between solutions that are farther apart."}, max_gap,
+                {0.001, 10});
 }
 
 KeyError Trajectory::Config::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
   const auto outside = [](double v, double low, double high) { return !(v >= low && v <= high); };
-  if (outside(sigma_acceleration, 0, 100)) return not_allowed("sigma_acceleration", number_text(sigma_acceleration), "0 to 100 m/s^2");
+  if (outside(sigma_acceleration, 0, 100))
+    return not_allowed("sigma_acceleration", number_text(sigma_acceleration), "0 to 100 m/s^2");
   if (outside(sigma_angular_acceleration, 0, 100)) {
     return not_allowed("sigma_angular_acceleration", number_text(sigma_angular_acceleration), "0 to 100 rad/s^2");
   }
-  if (outside(sigma_position_m, 0, 1000)) return not_allowed("sigma_position_m", number_text(sigma_position_m), "0 to 1000 m");
+  if (outside(sigma_position_m, 0, 1000))
+    return not_allowed("sigma_position_m", number_text(sigma_position_m), "0 to 1000 m");
   if (outside(sigma_attitude, 0, 1)) return not_allowed("sigma_attitude", number_text(sigma_attitude), "0 to 1 rad");
-  if (outside(leap_acceleration, 0, 1000)) return not_allowed("leap_acceleration", number_text(leap_acceleration), "0 to 1000 m/s^2");
+  if (outside(leap_acceleration, 0, 1000))
+    return not_allowed("leap_acceleration", number_text(leap_acceleration), "0 to 1000 m/s^2");
   if (outside(leap_angular_acceleration, 0, 1e4)) {
     return not_allowed("leap_angular_acceleration", number_text(leap_angular_acceleration), "0 to 10000 rad/s^2");
   }
   if (outside(leap_slack_m, 0, 1000)) return not_allowed("leap_slack_m", number_text(leap_slack_m), "0 to 1000 m");
   if (outside(leap_slack, 0, 4)) return not_allowed("leap_slack", number_text(leap_slack), "0 to 4 rad");
-  if (outside(origin_grid_deg, 1e-9, 1)) return not_allowed("origin_grid_deg", number_text(origin_grid_deg), "1e-9 to 1 deg");
-  if (outside(origin_grid_m, 1e-3, 1000)) return not_allowed("origin_grid_m", number_text(origin_grid_m), "0.001 to 1000 m");
+  if (outside(origin_grid_deg, 1e-9, 1))
+    return not_allowed("origin_grid_deg", number_text(origin_grid_deg), "1e-9 to 1 deg");
+  if (outside(origin_grid_m, 1e-3, 1000))
+    return not_allowed("origin_grid_m", number_text(origin_grid_m), "0.001 to 1000 m");
   if (max_solutions < 16) return not_allowed("max_solutions", std::to_string(max_solutions), "16 or more");
   return {};
 }
@@ -92,7 +104,8 @@ void Trajectory::add(const InsSolution& solution) {
                        round_to(solution.position.ellipsoidal_height, config_.origin_grid_m)};
     T_enu_ecef_ = ecef_from_enu(*origin_).inverse();
   }
-  // Velocity and attitude are given against the local level at the vehicle; 10 km from the origin that is tilted by 1.6 mrad.
+  // Velocity and attitude are given against the local level at the vehicle; 10 km from the origin that is tilted by 1.6
+  // mrad.
   const Transform<Enu, Enu> T_enu_local = T_enu_ecef_ * ecef_from_enu(solution.position);
   Solution s;
   s.time = solution.time;
@@ -132,8 +145,10 @@ void Trajectory::judge_leap(Solution& now) {
   const auto limit = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double slack, double acceleration) {
     return 3.0 * std::hypot(a.norm(), b.norm()) + slack + 0.5 * acceleration * dt * dt;
   };
-  const bool leaps = off.norm() > limit(last.own_sigma_position, now.own_sigma_position, config_.leap_slack_m, config_.leap_acceleration);
-  const bool spins = bent.norm() > limit(last.own_sigma_attitude, now.own_sigma_attitude, config_.leap_slack, config_.leap_angular_acceleration);
+  const bool leaps = off.norm() > limit(last.own_sigma_position, now.own_sigma_position, config_.leap_slack_m,
+                                        config_.leap_acceleration);
+  const bool spins = bent.norm() > limit(last.own_sigma_attitude, now.own_sigma_attitude, config_.leap_slack,
+                                         config_.leap_angular_acceleration);
   if (!spins) {
     omega_body_ = turned / dt;
     has_omega_ = true;
@@ -151,7 +166,9 @@ void Trajectory::judge_leap(Solution& now) {
     settle(doubt_.attitude, leapt_.attitude);
   }
   // The leap's direction is known, but not each axis of what is wrong: all of them get it.
-  const auto grow = [](Eigen::Vector3d& sigma, double doubt) { sigma = (sigma.array().square() + doubt * doubt).sqrt().matrix(); };
+  const auto grow = [](Eigen::Vector3d& sigma, double doubt) {
+    sigma = (sigma.array().square() + doubt * doubt).sqrt().matrix();
+  };
   grow(now.sigma_position, doubt_.position.norm());
   grow(now.sigma_attitude, doubt_.attitude.norm());
 }
@@ -161,8 +178,8 @@ Eigen::Quaterniond Trajectory::attitude_between(std::size_t after, double h, dou
   const Eigen::Quaterniond a_inverse = a.q_enu_body.conjugate();
   const Eigen::Vector3d step = log_of(a_inverse * b.q_enu_body);
   Eigen::Vector3d turned = s * step;
-  // Newton's form of the interpolation polynomial through the rotation vectors at times -u, 0, 1, 1 + w (in units of h), one term more
-  // for each neighbour that is there.
+  // Newton's form of the interpolation polynomial through the rotation vectors at times -u, 0, 1, 1 + w (in units of
+  // h), one term more for each neighbour that is there.
   const bool has_left = after >= 2, has_right = after + 1 < solutions_.size();
   const double u = has_left ? to_seconds(a.time - solutions_[after - 2].time) / h : 0.0;
   const double w = has_right ? to_seconds(solutions_[after + 1].time - b.time) / h : 0.0;
@@ -194,7 +211,8 @@ Trajectory::PoseOrReason Trajectory::pose_at(GpsTime time) const {
   auto after = static_cast<std::size_t>(after_it - solutions_.begin());
   if (solutions_[after - 1].time == time) {
     const Solution& exact = solutions_[after - 1];
-    return {Pose{{exact.q_enu_body, exact.position}, exact.velocity, exact.sigma_position, exact.sigma_attitude}, NoPose::None};
+    return {Pose{{exact.q_enu_body, exact.position}, exact.velocity, exact.sigma_position, exact.sigma_attitude},
+            NoPose::None};
   }
   const Solution &a = solutions_[after - 1], &b = solutions_[after];
   if (b.time - a.time > config_.max_gap) return {std::nullopt, NoPose::Gap};
@@ -204,9 +222,10 @@ Trajectory::PoseOrReason Trajectory::pose_at(GpsTime time) const {
   Pose pose;
   // The nearer end's position is the large term: rounding stays relative to the step.
   const Eigen::Vector3d step = b.position - a.position;
-  pose.T_enu_body.translation = a.position + (3.0 * s2 - 2.0 * s3) * step + h * (s - 2.0 * s2 + s3) * a.velocity +
-                                h * (s3 - s2) * b.velocity;
-  pose.velocity_enu = (6.0 * (s - s2) / h) * step + (1.0 - 4.0 * s + 3.0 * s2) * a.velocity + (3.0 * s2 - 2.0 * s) * b.velocity;
+  pose.T_enu_body.translation =
+      a.position + (3.0 * s2 - 2.0 * s3) * step + h * (s - 2.0 * s2 + s3) * a.velocity + h * (s3 - s2) * b.velocity;
+  pose.velocity_enu =
+      (6.0 * (s - s2) / h) * step + (1.0 - 4.0 * s + 3.0 * s2) * a.velocity + (3.0 * s2 - 2.0 * s) * b.velocity;
   pose.T_enu_body.rotation = attitude_between(after, h, s);
   const double bump = 0.5 * s * (1.0 - s) * h * h;  // what a constant unknown acceleration bends the path by
   const auto grown = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to, double unknown) {

@@ -30,25 +30,28 @@ struct Pose {
   Eigen::Vector3d sigma_attitude = Eigen::Vector3d::Zero();  ///< one sigma roll, pitch, heading, rad
 };
 
-/// The POS's solutions as a continuous path. Position: cubic Hermite through positions and velocities. Attitude: cubic through the
-/// rotation vectors of four neighbouring solutions (slerp's error grows with angular acceleration: 3e-6 rad at 1 rad/s^2 and
-/// 200 Hz; the cubic stays below 1e-7). Thread-bound for add and forget; pose_at may run in many threads while nobody adds.
+/// The POS's solutions as a continuous path. Position: cubic Hermite through positions and velocities. Attitude: cubic
+/// through the rotation vectors of four neighbouring solutions (slerp's error grows with angular acceleration: 3e-6 rad
+/// at 1 rad/s^2 and 200 Hz; the cubic stays below 1e-7). Thread-bound for add and forget; pose_at may run in many
+/// threads while nobody adds.
 class Trajectory {
  public:
   struct Config {
-    nanoseconds max_gap{200'000'000};       ///< farther apart: no pose between them
-    double sigma_acceleration = 1.0;        ///< m/s^2 that the interpolation may not know of; sigma grows with it inside a gap
+    nanoseconds max_gap{200'000'000};  ///< farther apart: no pose between them
+    double sigma_acceleration =
+        1.0;  ///< m/s^2 that the interpolation may not know of; sigma grows with it inside a gap
     double sigma_angular_acceleration = 0.5;  ///< rad/s^2, likewise
-    double sigma_position_m = 0.05;         ///< each axis, where the receiver gives none
-    double sigma_attitude = 5e-4;           ///< rad, each angle, where the receiver gives none
-    /// A solution this far from where the one before it leads (beyond three sigma of both) is a leap: 0.5 acceleration dt^2 + slack.
+    double sigma_position_m = 0.05;           ///< each axis, where the receiver gives none
+    double sigma_attitude = 5e-4;             ///< rad, each angle, where the receiver gives none
+    /// A solution this far from where the one before it leads (beyond three sigma of both) is a leap: 0.5 acceleration
+    /// dt^2 + slack.
     double leap_acceleration = 5.0;           ///< m/s^2
     double leap_angular_acceleration = 20.0;  ///< rad/s^2
     double leap_slack_m = 0.05;
-    double leap_slack = 2e-3;                 ///< rad
-    double origin_grid_deg = 1e-3;          ///< the drive's origin is rounded to this in latitude and longitude
-    double origin_grid_m = 10.0;            ///< and to this in height
-    std::size_t max_solutions = 200'000;    ///< kept at most (16 minutes at 200 Hz); the oldest go first
+    double leap_slack = 2e-3;             ///< rad
+    double origin_grid_deg = 1e-3;        ///< the drive's origin is rounded to this in latitude and longitude
+    double origin_grid_m = 10.0;          ///< and to this in height
+    std::size_t max_solutions = 200'000;  ///< kept at most (16 minutes at 200 Hz); the oldest go first
     void visit(Keys& keys);
     KeyError validate() const;
   };
@@ -63,12 +66,14 @@ class Trajectory {
   /// `config.validate()` must be empty.
   explicit Trajectory(const Config& config) : config_(config) {}
 
-  /// Solutions in order of time; those that are not good, not finite or not newer than the last are counted and left out.
+  /// Solutions in order of time; those that are not good, not finite or not newer than the last are counted and left
+  /// out.
   void add(const InsSolution& solution);
   /// Sigma for the solutions that follow and bring none themselves.
   void add(const InsUncertainty& uncertainty) { uncertainty_ = uncertainty.sigma; }
 
-  /// The local level's origin: the first good position, rounded to the grid, so that drives in one place share it. Empty before.
+  /// The local level's origin: the first good position, rounded to the grid, so that drives in one place share it.
+  /// Empty before.
   const std::optional<Geodetic>& origin() const { return origin_; }
   PoseOrReason pose_at(GpsTime time) const;
   /// True once two solutions lie after `time`: later solutions do not change its pose.
@@ -76,8 +81,8 @@ class Trajectory {
   /// Solutions that no pose at or after `time` needs are dropped.
   void forget_before(GpsTime time);
   const Counts& counts() const { return counts_; }
-  /// Of the last leap: m and rad. Which side of a leap is right nobody can tell: the sigma of what follows it contains the leap, until
-  /// another one leads back.
+  /// Of the last leap: m and rad. Which side of a leap is right nobody can tell: the sigma of what follows it contains
+  /// the leap, until another one leads back.
   double leapt_m() const { return leapt_.position.norm(); }
   double leapt_angle() const { return leapt_.attitude.norm(); }
 

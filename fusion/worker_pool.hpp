@@ -9,8 +9,8 @@
 
 namespace hueline::fusion {
 
-/// Splits independent pieces of work over threads. What is computed must depend on the piece's number alone; who computes it is left
-/// to chance. Thread-bound: one caller.
+/// Splits independent pieces of work over threads. What is computed must depend on the piece's number alone; who
+/// computes it is left to chance. Thread-bound: one caller.
 class WorkerPool {
  public:
   /// `threads` counts the caller: 1 starts none.

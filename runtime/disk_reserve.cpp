@@ -13,11 +13,15 @@ void DiskReserve::note(std::uint64_t recorded_bytes, double seconds) {
 }
 
 Status DiskReserve::check(const std::filesystem::path& product) const {
-  struct stat one {}, other {};
-  if (stat(recording_.c_str(), &one) != 0 || stat(product.c_str(), &other) != 0 || one.st_dev != other.st_dev) return {};
+  struct stat one {
+  }, other{};
+  if (stat(recording_.c_str(), &one) != 0 || stat(product.c_str(), &other) != 0 || one.st_dev != other.st_dev)
+    return {};
   const std::int64_t free = disk_.free_bytes(recording_);
   if (free >= static_cast<std::int64_t>(bytes())) return {};
-  return Error{ErrorCode::Exhausted, fmt::format("the disk has {} MB left, and the next minutes of the recording need {} MB of them", free / 1'000'000, bytes() / 1'000'000)};
+  return Error{ErrorCode::Exhausted,
+               fmt::format("the disk has {} MB left, and the next minutes of the recording need {} MB of them",
+                           free / 1'000'000, bytes() / 1'000'000)};
 }
 
 }  // namespace hueline::runtime

@@ -12,7 +12,8 @@ namespace hueline::runtime {
 /// The disk's last space belongs to the recording: what is made from it can be made again, and ends first. Thread-safe.
 class DiskReserve {
  public:
-  /// Kept at least, and on top of it what the recording writes in kSeconds at its mean rate: time to do something about it.
+  /// Kept at least, and on top of it what the recording writes in kSeconds at its mean rate: time to do something about
+  /// it.
   static constexpr std::uint64_t kLeastBytes = 64'000'000;
   static constexpr double kSeconds = 300;
 

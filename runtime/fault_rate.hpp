@@ -11,10 +11,11 @@
 
 namespace hueline::runtime {
 
-/// The one promise about how often faults are told: a trouble at once, a run of it then at most once an interval with its count, and
-/// no unit missing from the sum of the counts. Faults are the same trouble if sensor, kind and the words of their detail are the
-/// same, whatever numbers stand among the words; of one sensor and kind at most kTroubles are told apart, the others together.
-/// So what it holds is bounded, and a flood gives at most kTroubles + 1 faults an interval. Reads no clock. Thread-bound.
+/// The one promise about how often faults are told: a trouble at once, a run of it then at most once an interval with
+/// its count, and no unit missing from the sum of the counts. Faults are the same trouble if sensor, kind and the words
+/// of their detail are the same, whatever numbers stand among the words; of one sensor and kind at most kTroubles are
+/// told apart, the others together. So what it holds is bounded, and a flood gives at most kTroubles + 1 faults an
+/// interval. Reads no clock. Thread-bound.
 class FaultRate {
  public:
   static constexpr std::size_t kTroubles = 8;

@@ -10,10 +10,10 @@ namespace {
 
 using std::chrono::seconds;
 
-constexpr nanoseconds kSameCourse = seconds(1);   // between a device's time and its capture's stamps
+constexpr nanoseconds kSameCourse = seconds(1);         // between a device's time and its capture's stamps
 constexpr nanoseconds kFarOff = std::chrono::hours(1);  // between a scanner's stamp and the labels around it
-constexpr int kNewCourse = 100;                   // packets in a row that are off it by the same make a new one
-constexpr nanoseconds kLongestStep = seconds(10);  // believed of stamps alone
+constexpr int kNewCourse = 100;                         // packets in a row that are off it by the same make a new one
+constexpr nanoseconds kLongestStep = seconds(10);       // believed of stamps alone
 
 HostTime as_received(GpsTime time) { return HostTime(to_unix(time).time_since_epoch()); }
 
@@ -50,8 +50,7 @@ class FileMerge::Source final : public PacketSource {
 };
 
 FileMerge::FileMerge(std::vector<Input> inputs, Config config) : config_(config) {
-  for (Input& input : inputs)
-    files_.push_back(std::make_unique<File>(std::move(input), config.agreeing_labels));
+  for (Input& input : inputs) files_.push_back(std::make_unique<File>(std::move(input), config.agreeing_labels));
 }
 
 FileMerge::~FileMerge() = default;
@@ -148,21 +147,27 @@ void FileMerge::read(File& file, std::stop_token stop) {
         ahead.stamp = batch->time;
         if (const auto* counter = std::get_if<LaserCounter>(&batch->time)) file.labels.set_period(counter->period);
       }
-      if (const auto* status = std::get_if<LaserStatus>(&m); status && status->clock == SyncState::Locked) ahead.stamp = status->time;
-      if (const auto* label = std::get_if<TimeLabel>(&m); label && label->is_valid) file.labels.add(label->second, label->received);
+      if (const auto* status = std::get_if<LaserStatus>(&m); status && status->clock == SyncState::Locked)
+        ahead.stamp = status->time;
+      if (const auto* label = std::get_if<TimeLabel>(&m); label && label->is_valid)
+        file.labels.add(label->second, label->received);
       // What the receiver itself holds for fine.
-      if (const auto* arrival = std::get_if<TimedArrival>(&m)) ahead.time = ahead.time ? std::max(*ahead.time, arrival->time) : arrival->time;
+      if (const auto* arrival = std::get_if<TimedArrival>(&m))
+        ahead.time = ahead.time ? std::max(*ahead.time, arrival->time) : arrival->time;
     }
   }
   file.ahead_bytes += ahead.packet.bytes.size();
   file.ahead.push_back(std::move(ahead));
 }
 
-/// A scanner's packets need a label to have a time, and it comes once a second; a receiver's log may begin before its time is fine.
+/// A scanner's packets need a label to have a time, and it comes once a second; a receiver's log may begin before its
+/// time is fine.
 void FileMerge::look_ahead(File& file, std::stop_token stop) {
-  const auto has_time = [&] { return file.input.has_stamps ? file.labels.is_settled() : !file.ahead.empty() && file.ahead.back().time.has_value(); };
-  while (!file.ended && !stop.stop_requested() && file.ahead.size() < config_.ahead_packets && file.ahead_bytes < config_.ahead_bytes &&
-         (file.ahead.empty() || !has_time()))
+  const auto has_time = [&] {
+    return file.input.has_stamps ? file.labels.is_settled() : !file.ahead.empty() && file.ahead.back().time.has_value();
+  };
+  while (!file.ended && !stop.stop_requested() && file.ahead.size() < config_.ahead_packets &&
+         file.ahead_bytes < config_.ahead_bytes && (file.ahead.empty() || !has_time()))
     read(file, stop);
   file.labels.settle();
 }
@@ -181,7 +186,9 @@ std::optional<HostTime> FileMerge::own_time(const File& file, const Ahead& ahead
 void FileMerge::begin() {
   has_begun_ = true;
   std::optional<HostTime> earliest, earliest_stamp;
-  const auto lower = [](std::optional<HostTime>& least, HostTime time) { least = least ? std::min(*least, time) : time; };
+  const auto lower = [](std::optional<HostTime>& least, HostTime time) {
+    least = least ? std::min(*least, time) : time;
+  };
   for (const auto& file : files_) {
     // The first packets may name none: a log begins anywhere.
     for (const Ahead& ahead : file->ahead)
@@ -207,7 +214,8 @@ void FileMerge::set_key(File& file) {
     file.key = stamp;
     return;
   }
-  const nanoseconds step = file.last_stamp ? std::clamp(stamp - *file.last_stamp, nanoseconds(0), kLongestStep) : nanoseconds(0);
+  const nanoseconds step =
+      file.last_stamp ? std::clamp(stamp - *file.last_stamp, nanoseconds(0), kLongestStep) : nanoseconds(0);
   const HostTime followed = file.last_key.value_or(position_) + (file.input.has_stamps ? step : nanoseconds(0));
   const auto own = own_time(file, ahead);
   if (!own) {
@@ -221,7 +229,8 @@ void FileMerge::set_key(File& file) {
   // A counter that leaps for some packets must not be waited for by, or wait for, all the other files.
   const nanoseconds course = *own - stamp;
   if (file.course && std::chrono::abs(course - *file.course) > kSameCourse) {
-    file.strange = file.strange > 0 && std::chrono::abs(course - file.strange_course) <= kSameCourse ? file.strange + 1 : 1;
+    file.strange =
+        file.strange > 0 && std::chrono::abs(course - file.strange_course) <= kSameCourse ? file.strange + 1 : 1;
     file.strange_course = course;
     if (file.strange < kNewCourse) {
       file.key = followed;

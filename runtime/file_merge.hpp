@@ -14,15 +14,17 @@
 
 namespace hueline::runtime {
 
-/// Files that several recorders made of one drive, given out in the order of the times that their devices name. Their own stamps cannot
-/// order them: a capture's are of the computer that captured, and a receiver's log has none. The order depends on the files alone, not
-/// on threads, so that two readings of the same files make the same journal.
+/// Files that several recorders made of one drive, given out in the order of the times that their devices name. Their
+/// own stamps cannot order them: a capture's are of the computer that captured, and a receiver's log has none. The
+/// order depends on the files alone, not on threads, so that two readings of the same files make the same journal.
 ///
-/// A packet's `received` becomes its device's own time, in ns since 1970-01-01 UTC: the newest time that a piece of a receiver's log
-/// names, a scanner's stamp, near the time that the scanner's labels name. What names no time follows the packet before it, by
-/// the capture's stamps. Where no file names a time the captures' stamps stay as they are. `received` never falls.
+/// A packet's `received` becomes its device's own time, in ns since 1970-01-01 UTC: the newest time that a piece of a
+/// receiver's log names, a scanner's stamp, near the time that the scanner's labels name. What names no time follows
+/// the packet before it, by the capture's stamps. Where no file names a time the captures' stamps stay as they are.
+/// `received` never falls.
 ///
-/// The sources take turns: each packet has to be handed on, by asking for the next one, before another source gives its own.
+/// The sources take turns: each packet has to be handed on, by asking for the next one, before another source gives its
+/// own.
 class FileMerge {
  public:
   struct Input {
@@ -40,8 +42,8 @@ class FileMerge {
   FileMerge(std::vector<Input> inputs, Config config);
   ~FileMerge();
 
-  /// The files as sources, in the order of the inputs, each for a reader of its own. Each is opened once, in that order, and has to be
-  /// closed also when it could not be opened: the others wait for it. All share `merge`.
+  /// The files as sources, in the order of the inputs, each for a reader of its own. Each is opened once, in that
+  /// order, and has to be closed also when it could not be opened: the others wait for it. All share `merge`.
   static std::vector<std::unique_ptr<PacketSource>> sources(const std::shared_ptr<FileMerge>& merge);
 
   /// `received` of the newest packet that was given out. Thread-safe.
@@ -71,8 +73,8 @@ class FileMerge {
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   std::vector<std::unique_ptr<File>> files_;
-  std::size_t opening_ = 0;             // the file whose turn it is to open
-  std::optional<std::size_t> turn_;     // the file whose packet is being handed on
+  std::size_t opening_ = 0;          // the file whose turn it is to open
+  std::optional<std::size_t> turn_;  // the file whose packet is being handed on
   bool has_begun_ = false, is_self_timed_ = false;
   HostTime position_{};
 };

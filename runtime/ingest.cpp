@@ -13,14 +13,16 @@ Packet packet_of(const Fault& fault) {
   return {fault.sensor, PacketKind::Fault, false, 0, fault.time, Buffer::copy_of(encode_fault(fault))};
 }
 
-/// Not held back: a decoder begins anew with them, and they are as rare as a reader's back-off and its patience make them.
+/// Not held back: a decoder begins anew with them, and they are as rare as a reader's back-off and its patience make
+/// them.
 bool is_state(FaultKind kind) {
   return kind == FaultKind::Disconnected || kind == FaultKind::Reconnected || kind == FaultKind::Silent;
 }
 
 }  // namespace
 
-Ingest::Ingest(std::vector<Sensor> sensors, PacketQueue& record, PacketQueue& pipeline, PacketQueue::Limits pipeline_limits)
+Ingest::Ingest(std::vector<Sensor> sensors, PacketQueue& record, PacketQueue& pipeline,
+               PacketQueue::Limits pipeline_limits)
     : sensors_(std::move(sensors)),
       record_(record),
       pipeline_(pipeline),
@@ -33,7 +35,8 @@ bool Ingest::submit(Packet packet, HostTime arrived) {
   if (packet.received > arrived + kMostAhead || packet.received < arrived - kMostBehind) {
     const double off_s = to_seconds(packet.received.time_since_epoch()) - to_seconds(arrived.time_since_epoch());
     faults_.add({packet.sensor, FaultKind::ClockStep, arrived, 1,
-                 fmt::format("stamped {:+.3f} s off its arrival: recorded as received when it arrived; a PPS sender must stamp with this computer's "
+                 fmt::format("stamped {:+.3f} s off its arrival: recorded as received when it arrived; a PPS sender "
+                             "must stamp with this computer's "
                              "CLOCK_MONOTONIC_RAW; was CLOCK_REALTIME set?",
                              off_s)},
                 newest_);
@@ -93,7 +96,8 @@ bool Ingest::tell_the_rest(std::stop_token stop) {
 void Ingest::tell_refused(HostTime now) {
   const auto untold = std::exchange(refused_untold_, {});
   for (const auto& [sensor, count] : untold) {
-    if (!place(packet_of({sensor, FaultKind::Overflow, now, count, "recorder's queue was full: not recorded; the disk is too slow"}))) {
+    if (!place(packet_of({sensor, FaultKind::Overflow, now, count,
+                          "recorder's queue was full: not recorded; the disk is too slow"}))) {
       refused_untold_[sensor] += count;  // still no room: told later, with what comes to it
     }
   }

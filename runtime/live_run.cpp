@@ -1,7 +1,7 @@
 #include "runtime/live_run.hpp"
 
-#include "runtime/thread_name.hpp"
 #include "drivers/transport/host_clock.hpp"
+#include "runtime/thread_name.hpp"
 
 namespace hueline::runtime {
 
@@ -19,8 +19,8 @@ LiveRun::LiveRun(std::vector<Source> sources, std::unique_ptr<storage::JournalWr
   }
   ingest_ = std::make_unique<Ingest>(std::move(sensors), record_, pipeline_, config.pipeline_queue);
   for (auto& source : sources)
-    readers_.push_back(std::make_unique<Reader>(source.sensor, source.name, std::move(source.source), source.reader, *ingest_,
-                                                source.now ? source.now : drivers::host_now));
+    readers_.push_back(std::make_unique<Reader>(source.sensor, source.name, std::move(source.source), source.reader,
+                                                *ingest_, source.now ? source.now : drivers::host_now));
 }
 
 LiveRun::~LiveRun() { stop(); }
@@ -70,7 +70,8 @@ void LiveRun::tell_place() {
     std::lock_guard lock(mutex_);
     place_ = recorder_.place();
   }
-  ingest_->submit(Fault{kSystemSensor, FaultKind::DiskFull, drivers::host_now(), recorder_.packets_taken(), recorder_.place().error().message});
+  ingest_->submit(Fault{kSystemSensor, FaultKind::DiskFull, drivers::host_now(), recorder_.packets_taken(),
+                        recorder_.place().error().message});
 }
 
 Status LiveRun::place() const {

@@ -15,11 +15,12 @@
 
 namespace hueline::runtime {
 
-/// The threads of a capture: a reader for each source, the recorder, and the pipeline. Owns nothing that interprets bytes.
+/// The threads of a capture: a reader for each source, the recorder, and the pipeline. Owns nothing that interprets
+/// bytes.
 class LiveRun {
  public:
   struct Config {
-    PacketQueue::Limits record_queue{200'000, std::size_t{1} << 30};   ///< seconds of a stalled disk
+    PacketQueue::Limits record_queue{200'000, std::size_t{1} << 30};  ///< seconds of a stalled disk
     PacketQueue::Limits pipeline_queue{100'000, std::size_t{1} << 29};
     std::chrono::milliseconds pause_after{500};  ///< when no packet comes for so long, what has come goes to the disk
   };
@@ -38,15 +39,16 @@ class LiveRun {
   ~LiveRun();
 
   void start();
-  /// True when every reader has ended by itself (recordings as sources) or the recording failed: there is nothing to wait for.
+  /// True when every reader has ended by itself (recordings as sources) or the recording failed: there is nothing to
+  /// wait for.
   bool is_over() const;
   /// is_over(), waited for at most `time` and until `stop`.
   bool wait_until_over(std::chrono::milliseconds time, const std::stop_token& stop);
-  /// Stops the readers, lets recorder and pipeline finish what has entered, closes the journal. What comes meanwhile of readers that
-  /// are slow to leave is still recorded and flushed.
+  /// Stops the readers, lets recorder and pipeline finish what has entered, closes the journal. What comes meanwhile of
+  /// readers that are slow to leave is still recorded and flushed.
   ///
-  /// `at_once`, then or later: nothing enters any more, the recorder has half a second for what waits for it and closes the journal,
-  /// the pipeline leaves after the packet that it has, and readers are not waited for. Idempotent.
+  /// `at_once`, then or later: nothing enters any more, the recorder has half a second for what waits for it and closes
+  /// the journal, the pipeline leaves after the packet that it has, and readers are not waited for. Idempotent.
   void stop(const std::stop_token& at_once = {});
 
   /// The journal is closed: nothing more happens to drive.mcap. Thread-safe.
@@ -89,7 +91,8 @@ class LiveRun {
   std::condition_variable_any changed_;  // readers_left_, recording_
   Status recording_, place_;
   std::atomic<std::uint64_t> recorded_bytes_{0};
-  /// Nothing behind this sequence is processed: set when the recording fails, so that the cloud does not outgrow its record.
+  /// Nothing behind this sequence is processed: set when the recording fails, so that the cloud does not outgrow its
+  /// record.
   std::atomic<std::uint64_t> recorded_up_to_{~std::uint64_t{0}};
   std::atomic<bool> hurries_{false}, recording_closed_{false};
   std::atomic<std::uint64_t> left_behind_{0};

@@ -26,7 +26,11 @@ struct Outputs::Files {
 };
 
 Outputs::Outputs(const config::Rig& rig, OutputFolder folder, Tell tell)
-    : folder_(std::move(folder)), dir_(folder_.path()), tell_(std::move(tell)), summary_(rig.sensor_names()), files_(std::make_unique<Files>()) {
+    : folder_(std::move(folder)),
+      dir_(folder_.path()),
+      tell_(std::move(tell)),
+      summary_(rig.sensor_names()),
+      files_(std::make_unique<Files>()) {
   files_->las_config.epsg = rig.epsg();
   files_->sensors = rig.sensor_names();
 }
@@ -47,13 +51,15 @@ void Outputs::keep(const char* file, Status done) {
   if (first_error_.ok()) first_error_ = std::move(done);
 }
 
-/// False from where the disk's last space begins: what follows is left to a replay, so that what was written is the beginning of it.
+/// False from where the disk's last space begins: what follows is left to a replay, so that what was written is the
+/// beginning of it.
 bool Outputs::has_room() {
   if (is_reserved_ || reserve_ == nullptr) return !is_reserved_;
   const Status room = reserve_->check(dir_ / "cloud.las");
   if (room.ok()) return true;
   is_reserved_ = true;
-  keep("cloud.las, view.mcap", Error{ErrorCode::Exhausted, room.error().message + ": they end here, a replay makes them whole"});
+  keep("cloud.las, view.mcap",
+       Error{ErrorCode::Exhausted, room.error().message + ": they end here, a replay makes them whole"});
   return false;
 }
 
@@ -66,7 +72,8 @@ void Outputs::view(Append append) {
   }
 }
 
-void Outputs::log(std::optional<GpsTime> time, storage::ViewWriter::Level level, const std::string& who, std::string text) {
+void Outputs::log(std::optional<GpsTime> time, storage::ViewWriter::Level level, const std::string& who,
+                  std::string text) {
   constexpr std::size_t kEarly = 1000;  // the summary has the counts of all
   if (!time) time = newest_;
   if (files_->view && time) {
@@ -116,7 +123,8 @@ void Outputs::on_solution(const InsSolution& solution) {
   summary_.on_solution(solution);
   newest_ = solution.time;
   if (files_->view)
-    for (auto early = std::exchange(files_->early, {}); auto& line : early) log(line.time, line.level, line.who, std::move(line.text));
+    for (auto early = std::exchange(files_->early, {}); auto& line : early)
+      log(line.time, line.level, line.who, std::move(line.text));
   view([&](auto& out) { return out.append(solution); });
 }
 void Outputs::on_fix(const GnssFix& fix) {
@@ -129,7 +137,8 @@ void Outputs::on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncSta
 void Outputs::on_fault(const Fault& fault) {
   summary_.on_fault(fault);
   const std::string& who = files_->sensors.at(fault.sensor < files_->sensors.size() ? fault.sensor : kSystemSensor);
-  log({}, storage::ViewWriter::Level::Warning, who, fmt::format("{} x{}: {}", name(fault.kind), fault.count, fault.detail));
+  log({}, storage::ViewWriter::Level::Warning, who,
+      fmt::format("{} x{}: {}", name(fault.kind), fault.count, fault.detail));
 }
 
 Status Outputs::finish() {
@@ -142,14 +151,17 @@ Status Outputs::finish() {
   // From the first refused write on nothing more is offered to the file.
   if (ended_early) {
     summary_.on_early_end("the disk's last space was kept for the recording: a replay makes cloud and view whole");
-    summary_.on_unwritten("left out to keep the disk's last space for the recording", summary_.points() - (counts.written + counts.refused));
+    summary_.on_unwritten("left out to keep the disk's last space for the recording",
+                          summary_.points() - (counts.written + counts.refused));
   } else if (files_->las_failed) {
     summary_.on_unwritten("refused by the disk", summary_.points() - (counts.written + counts.refused));
   }
   // What this run has nothing for must not be what an earlier one left there.
   if (!files_->las && !files_->las_failed) keep("cloud.las", write_output(dir_ / "cloud.las", {}));
   if (!files_->view && !files_->view_failed) keep("view.mcap", write_output(dir_ / "view.mcap", {}));
-  keep("summary.json", write_output(dir_ / "summary.json", summary_.json().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n"));
+  keep("summary.json",
+       write_output(dir_ / "summary.json",
+                    summary_.json().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n"));
   return first_error_;
 }
 

@@ -6,24 +6,25 @@
 #include <optional>
 #include <string>
 
+#include "config/rig.hpp"
+#include "core/output_file.hpp"
 #include "runtime/disk_reserve.hpp"
 #include "runtime/products.hpp"
 #include "runtime/summary.hpp"
-#include "config/rig.hpp"
-#include "core/output_file.hpp"
 #include "storage/view_writer.hpp"
 
 namespace hueline::runtime {
 
-/// Everything that a drive's folder receives besides the raw recording: cloud.las, view.mcap, summary.json. The same class serves
-/// capture and replay. A write that fails is said once and ends that file; the others go on. Thread-bound (the pipeline's).
+/// Everything that a drive's folder receives besides the raw recording: cloud.las, view.mcap, summary.json. The same
+/// class serves capture and replay. A write that fails is said once and ends that file; the others go on. Thread-bound
+/// (the pipeline's).
 class Outputs : public ProductSink {
  public:
   /// Hears at once, on the thread that writes, why a file ends early.
   using Tell = std::function<void(const std::string& trouble)>;
 
-  /// Makes the folder, holds it for itself and makes sure that the files could be written: before hours of driving find out. Errors: Io;
-  /// Unavailable if another capture or replay writes there.
+  /// Makes the folder, holds it for itself and makes sure that the files could be written: before hours of driving find
+  /// out. Errors: Io; Unavailable if another capture or replay writes there.
   static Result<std::unique_ptr<Outputs>> create(const config::Rig& rig, const std::filesystem::path& dir, Tell tell);
   ~Outputs() override;
 
@@ -35,7 +36,8 @@ class Outputs : public ProductSink {
   void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) override;
   void on_fault(const Fault& fault) override;
 
-  /// While a recording goes on beside them: cloud and view end where the disk's last space begins. `reserve` must outlive this.
+  /// While a recording goes on beside them: cloud and view end where the disk's last space begins. `reserve` must
+  /// outlive this.
   void keep(const DiskReserve& reserve) { reserve_ = &reserve; }
 
   /// Closes the files and writes summary.json. The first error of any file.
@@ -59,7 +61,7 @@ class Outputs : public ProductSink {
   std::unique_ptr<Files> files_;
   Status first_error_;
   const DiskReserve* reserve_ = nullptr;
-  bool is_reserved_ = false;  // the disk's last space was reached
+  bool is_reserved_ = false;       // the disk's last space was reached
   std::optional<GpsTime> newest_;  // of the POS: when a fault without GPS time is shown
 };
 

@@ -8,8 +8,9 @@
 
 namespace hueline::runtime {
 
-/// How long a drive had been running when its packets came, by their stamps, none of which is believed alone: each sensor counts from its
-/// own first packet on, and a step of its stamps backwards, or by more than `longest_step`, is a step of its clock. Thread-bound.
+/// How long a drive had been running when its packets came, by their stamps, none of which is believed alone: each
+/// sensor counts from its own first packet on, and a step of its stamps backwards, or by more than `longest_step`, is a
+/// step of its clock. Thread-bound.
 class DrivenTime {
  public:
   explicit DrivenTime(nanoseconds longest_step) : longest_step_(longest_step) {}
@@ -39,8 +40,8 @@ class DrivenTime {
   nanoseconds driven_{0};
 };
 
-/// Holds a replay back to the pace of the drive. Pace is all it decides: what comes out does not depend on it. Where nothing came for
-/// long, it does not wait either. Thread-bound.
+/// Holds a replay back to the pace of the drive. Pace is all it decides: what comes out does not depend on it. Where
+/// nothing came for long, it does not wait either. Thread-bound.
 class Pacer {
  public:
   /// 0: no pace, as fast as possible.

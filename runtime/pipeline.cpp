@@ -30,7 +30,8 @@ Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink)
       decoders_(rig.sensors.size() + 1),
       synchroniser_(rig.sync),
       max_lateness_(rig.colouring.max_lateness),
-      colouring_(with_threads(rig.colouring, threads), rig.geometry, [this](CloudBlock&& block) { sink_.on_cloud(block, colouring_.trajectory()); }) {
+      colouring_(with_threads(rig.colouring, threads), rig.geometry,
+                 [this](CloudBlock&& block) { sink_.on_cloud(block, colouring_.trajectory()); }) {
   for (const auto& sensor : rig.sensors) decoders_[sensor.id] = sensor.device->make_decoder(sensor.id);
 }
 
@@ -125,7 +126,8 @@ void Pipeline::give_settled(bool everything) {
   const auto watermark = synchroniser_.watermark();
   const auto is_settled = [&](const auto& waiting) {
     const GpsTime end = end_of(waiting.front()) + kSettledAround;
-    return everything || waiting.size() > kMostUnsettled || trajectory.is_settled(end) || (watermark && *watermark >= end + max_lateness_);
+    return everything || waiting.size() > kMostUnsettled || trajectory.is_settled(end) ||
+           (watermark && *watermark >= end + max_lateness_);
   };
   for (; !unsettled_exposures_.empty() && is_settled(unsettled_exposures_); unsettled_exposures_.pop_front())
     sink_.on_settled_exposure(unsettled_exposures_.front(), trajectory);
@@ -166,29 +168,39 @@ const char* Pipeline::why_no_solution() const {
 void Pipeline::note_pos(Summary& summary) const {
   if (pos_ == kSystemSensor || synchroniser_.counts().ins > 0) return;
   std::string came;
-  for (const auto& [message, count] : counts(pos_)->messages) came += fmt::format("{}{} {}", came.empty() ? "" : ", ", count, message);
+  for (const auto& [message, count] : counts(pos_)->messages)
+    came += fmt::format("{}{} {}", came.empty() ? "" : ", ", count, message);
   if (!came.empty())
-    summary.on_note(fmt::format("the POS sent {}; a navigation solution is INSPVA, INSPVAS or INSPVAX (a suffix _1: of the secondary antenna, not used)", came));
+    summary.on_note(
+        fmt::format("the POS sent {}; a navigation solution is INSPVA, INSPVAS or INSPVAX (a suffix _1: of the "
+                    "secondary antenna, not used)",
+                    came));
 }
 
 void Pipeline::report(Summary& summary) const {
   for (std::size_t id = 1; id < decoders_.size(); ++id)
     if (decoders_[id]) summary.on_decoded(static_cast<SensorId>(id), decoders_[id]->counts());
-  for (const sync::WheelOdometer& wheel : synchroniser_.wheels()) summary.on_wheels(wheel.sensor(), wheel.speeds(), wheel.pulses());
+  for (const sync::WheelOdometer& wheel : synchroniser_.wheels())
+    summary.on_wheels(wheel.sensor(), wheel.speeds(), wheel.pulses());
   const fusion::ColouringCounts& counts = colouring_.counts();
   for (int i = 1; i < fusion::kNoPoseReasons; ++i) {
     const auto reason = static_cast<fusion::NoPose>(i);
     const std::uint64_t returns = counts.no_pose[static_cast<std::size_t>(i)];
-    summary.on_unfused(fmt::format("no pose: {}", reason == fusion::NoPose::NoSolution ? why_no_solution() : fusion::name(reason)), returns);
+    summary.on_unfused(
+        fmt::format("no pose: {}", reason == fusion::NoPose::NoSolution ? why_no_solution() : fusion::name(reason)),
+        returns);
     if (reason == fusion::NoPose::NoSolution && returns > 0) note_pos(summary);
   }
   summary.on_returns(synchroniser_.counts().returns);
   for (const auto& [reason, returns] : synchroniser_.counts().untimed) summary.on_unfused(reason, returns);
-  for (const sync::LaserClock& laser : synchroniser_.lasers()) summary.on_unfused("no time: the clock was lost", laser.counts().returns_without_clock);
+  for (const sync::LaserClock& laser : synchroniser_.lasers())
+    summary.on_unfused("no time: the clock was lost", laser.counts().returns_without_clock);
   for (const sync::SelfTimedLaser& own : synchroniser_.self_timed_lasers()) {
-    summary.on_unfused("no time: read from a file, and the scanner does not say that its PPS is locked", own.counts().never_locked);
+    summary.on_unfused("no time: read from a file, and the scanner does not say that its PPS is locked",
+                       own.counts().never_locked);
     summary.on_unfused("no time: read from a file, and the scanner lost its PPS", own.counts().lost_lock);
-    summary.on_unfused("no time: read from a file, and no valid message of its receiver named the scanner's hour", own.counts().no_label);
+    summary.on_unfused("no time: read from a file, and no valid message of its receiver named the scanner's hour",
+                       own.counts().no_label);
     summary.on_unfused("no time: the scanner's counter leapt", own.counts().astray);
   }
   summary.on_unfused("came too late", counts.late_returns);

@@ -4,19 +4,19 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/fault_rate.hpp"
-#include "runtime/products.hpp"
-#include "runtime/summary.hpp"
 #include "config/rig.hpp"
 #include "core/decoder.hpp"
 #include "core/packet.hpp"
 #include "fusion/colouring.hpp"
+#include "runtime/fault_rate.hpp"
+#include "runtime/products.hpp"
+#include "runtime/summary.hpp"
 #include "sync/synchroniser.hpp"
 
 namespace hueline::runtime {
 
-/// decode -> sync -> fusion -> products, one packet at a time. The products are a function of the packets alone: it reads no clock,
-/// opens no file; colouring's workers do not show. Thread-bound.
+/// decode -> sync -> fusion -> products, one packet at a time. The products are a function of the packets alone: it
+/// reads no clock, opens no file; colouring's workers do not show. Thread-bound.
 class Pipeline {
  public:
   /// `sink` must outlive it. `threads`: colouring's workers.

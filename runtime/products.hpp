@@ -10,10 +10,12 @@
 
 namespace hueline::runtime {
 
-/// What leaves the pipeline, in an order that the journal alone decides. A sink overrides what it wants. Called on the pipeline's thread.
+/// What leaves the pipeline, in an order that the journal alone decides. A sink overrides what it wants. Called on the
+/// pipeline's thread.
 ///
-/// A trajectory that comes with a product is the pipeline's own and may be asked during the call, for the poses at the times of a cloud's points and
-/// from 10 ms before an exposure or a batch to 10 ms after it. Those are settled: no later solution changes them, and one that is missing never comes.
+/// A trajectory that comes with a product is the pipeline's own and may be asked during the call, for the poses at the
+/// times of a cloud's points and from 10 ms before an exposure or a batch to 10 ms after it. Those are settled: no
+/// later solution changes them, and one that is missing never comes.
 class ProductSink {
  public:
   virtual ~ProductSink() = default;
@@ -34,7 +36,9 @@ class ProductSink {
   virtual void on_wheel(const StampedWheelSpeed&) {}
   virtual void on_fix(const GnssFix&) {}
   /// `time` is empty where the change left, or came before, any relation to GPS time.
-  virtual void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) { (void)time, (void)clock, (void)state; }
+  virtual void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) {
+    (void)time, (void)clock, (void)state;
+  }
   virtual void on_fault(const Fault&) {}
 };
 

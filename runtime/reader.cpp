@@ -17,7 +17,9 @@ Reader::Reader(SensorId sensor, std::string name, std::unique_ptr<PacketSource> 
       ingest_(ingest),
       host_now_(std::move(host_now)) {}
 
-void Reader::fault(FaultKind kind, std::string detail) { ingest_.submit(Fault{sensor_, kind, host_now_(), 1, std::move(detail)}); }
+void Reader::fault(FaultKind kind, std::string detail) {
+  ingest_.submit(Fault{sensor_, kind, host_now_(), 1, std::move(detail)});
+}
 
 void Reader::run(std::stop_token stop) {
   std::mutex mutex;
@@ -84,7 +86,8 @@ bool Reader::read_until_trouble(std::stop_token stop) {
     if (error.code == ErrorCode::TimedOut) {
       // A file waits for others, not for a device.
       if (!config_.is_recording && !told_silent && host_now_() - heard > config_.silent_after) {
-        fault(FaultKind::Silent, fmt::format("connected, but nothing came for {:.1f} s", to_seconds(host_now_() - heard)));
+        fault(FaultKind::Silent,
+              fmt::format("connected, but nothing came for {:.1f} s", to_seconds(host_now_() - heard)));
         told_silent = true;
         state_ = State::Silent;
       }

@@ -7,21 +7,22 @@
 #include <stop_token>
 #include <string>
 
-#include "runtime/ingest.hpp"
 #include "core/packet.hpp"
+#include "runtime/ingest.hpp"
 
 namespace hueline::runtime {
 
-/// One device's thread: opens its source, hands on what comes, reports what does not, and opens again with back-off. Trouble of
-/// one device never touches another.
+/// One device's thread: opens its source, hands on what comes, reports what does not, and opens again with back-off.
+/// Trouble of one device never touches another.
 class Reader {
  public:
   struct Config {
-    std::chrono::milliseconds first_back_off{250};   ///< doubled at each failure
+    std::chrono::milliseconds first_back_off{250};  ///< doubled at each failure
     std::chrono::milliseconds longest_back_off{5000};
-    std::chrono::milliseconds silent_after{3000};    ///< connected, but no packet for so long: Fault Silent, once a silence
-    /// A file as source: read no faster than its packets are recorded and processed, and once: an error ends it, because opened
-    /// again it would begin anew.
+    std::chrono::milliseconds silent_after{
+        3000};  ///< connected, but no packet for so long: Fault Silent, once a silence
+    /// A file as source: read no faster than its packets are recorded and processed, and once: an error ends it,
+    /// because opened again it would begin anew.
     bool is_recording = false;
   };
   enum class State : std::uint8_t { Connecting, Running, Silent, Ended };
@@ -41,7 +42,7 @@ class Reader {
 
  private:
   bool read_until_trouble(std::stop_token stop);  // false: over for good
-  bool take_error(const Error& error);        // false: over for good
+  bool take_error(const Error& error);            // false: over for good
   void fault(FaultKind kind, std::string detail);
 
   const SensorId sensor_;

@@ -15,16 +15,16 @@ class Recorder {
  public:
   explicit Recorder(std::unique_ptr<storage::JournalWriter> journal) : journal_(std::move(journal)) {}
 
-  /// `now`: of any clock that does not step; what lies in memory goes to the kernel and to the medium by it, however the packets are
-  /// stamped. The first error ends the recording: nothing is to be taken afterwards.
+  /// `now`: of any clock that does not step; what lies in memory goes to the kernel and to the medium by it, however
+  /// the packets are stamped. The first error ends the recording: nothing is to be taken afterwards.
   Status take(const Packet& packet, std::chrono::nanoseconds now);
   /// No packet came for a while: what was taken goes to the medium. Errors as of take().
   Status pause();
   /// Everything to the medium, with summary and indexes.
   Status close();
 
-  /// Why the recording is no longer where it was made: somebody has deleted, moved or replaced it, though it is still written. Ok: it is
-  /// there. Looked at every second, when packets pause, and at the end.
+  /// Why the recording is no longer where it was made: somebody has deleted, moved or replaced it, though it is still
+  /// written. Ok: it is there. Looked at every second, when packets pause, and at the end.
   const Status& place() const { return place_; }
   std::uint64_t packets_taken() const { return taken_; }
 

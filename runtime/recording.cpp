@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
-#include "runtime/version.hpp"
 #include "config/section.hpp"
+#include "runtime/version.hpp"
 
 namespace hueline::runtime {
 
@@ -21,13 +21,15 @@ storage::JournalHeader journal_header(const config::Rig& rig) {
 std::string drive_file(const std::string& path, const char* name) {
   std::error_code ignored;
   const std::filesystem::path inside = std::filesystem::path(path) / name;
-  return std::filesystem::is_directory(path, ignored) && std::filesystem::exists(inside, ignored) ? inside.string() : path;
+  return std::filesystem::is_directory(path, ignored) && std::filesystem::exists(inside, ignored) ? inside.string()
+                                                                                                  : path;
 }
 
 Result<Recording> Recording::open(const std::string& named, const std::string& rig_file) {
   const std::string path = drive_file(named);
   std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return Error{ErrorCode::Io, path + " is a folder without drive.mcap in it: give a recording, or a drive's folder"};
+  if (std::filesystem::is_directory(path, ignored))
+    return Error{ErrorCode::Io, path + " is a folder without drive.mcap in it: give a recording, or a drive's folder"};
   auto journal = storage::JournalReader::open(path);
   if (!journal.ok()) return journal.error();
   const storage::JournalHeader& header = (*journal)->header();
@@ -42,7 +44,8 @@ Result<Recording> Recording::open(const std::string& named, const std::string& r
     try {
       out.rig = config::parse_rig(*text, path + ":rig.yaml");
     } catch (const config::ConfigError& e) {
-      return Error{ErrorCode::Unsupported, fmt::format("{}; the recording is of another version: give a rig with --rig", e.what())};
+      return Error{ErrorCode::Unsupported,
+                   fmt::format("{}; the recording is of another version: give a rig with --rig", e.what())};
     }
   }
   const auto names = out.rig.sensor_names();
@@ -51,7 +54,8 @@ Result<Recording> Recording::open(const std::string& named, const std::string& r
   if (!same) {
     std::string recorded;
     for (const auto& sensor : header.sensors) recorded += " " + sensor.name;
-    return Error{ErrorCode::Invalid, fmt::format("{}: the rig's sensors are not those of the recording:{}", path, recorded)};
+    return Error{ErrorCode::Invalid,
+                 fmt::format("{}: the rig's sensors are not those of the recording:{}", path, recorded)};
   }
   out.journal = std::move(*journal);
   return out;

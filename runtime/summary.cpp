@@ -14,28 +14,47 @@ namespace {
 /// What each kind means for whoever reads the summary.
 const char* explanation(FaultKind kind) {
   switch (kind) {
-    case FaultKind::Disconnected: return "device or peer gone; asked again with back-off";
-    case FaultKind::Reconnected: return "came back";
-    case FaultKind::Silent: return "connected but said nothing";
-    case FaultKind::Overflow: return "a bounded queue, pool or kernel buffer was full";
-    case FaultKind::Malformed: return "bytes that break their format, recorded as received";
-    case FaultKind::Lost: return "gap in the device's own count or period: never reached this computer";
-    case FaultKind::Late: return "came after its place in the stream had passed: recorded, not fused";
-    case FaultKind::ClockStep: return "a clock jumped";
-    case FaultKind::LabelConflict: return "sources disagree about the second";
-    case FaultKind::Spurious: return "belongs to nothing: recorded, not used";
-    case FaultKind::Shed: return "recorded, not fused: the pipeline was too slow";
-    case FaultKind::DiskFull: return "a write was refused, or the recording was taken away";
-    case FaultKind::WrongSize: return "image of another size than the rig's: recorded, not used";
-    case FaultKind::WrongDevice: return "not the device that the rig names";
-    case FaultKind::NoTime: return "its clock is not disciplined: stamped roughly, or not at all";
-    case FaultKind::Refused: return "the device refused a command";
-    case FaultKind::Implausible: return "contradicts the values before it: used with a grown sigma, or not at all";
+    case FaultKind::Disconnected:
+      return "device or peer gone; asked again with back-off";
+    case FaultKind::Reconnected:
+      return "came back";
+    case FaultKind::Silent:
+      return "connected but said nothing";
+    case FaultKind::Overflow:
+      return "a bounded queue, pool or kernel buffer was full";
+    case FaultKind::Malformed:
+      return "bytes that break their format, recorded as received";
+    case FaultKind::Lost:
+      return "gap in the device's own count or period: never reached this computer";
+    case FaultKind::Late:
+      return "came after its place in the stream had passed: recorded, not fused";
+    case FaultKind::ClockStep:
+      return "a clock jumped";
+    case FaultKind::LabelConflict:
+      return "sources disagree about the second";
+    case FaultKind::Spurious:
+      return "belongs to nothing: recorded, not used";
+    case FaultKind::Shed:
+      return "recorded, not fused: the pipeline was too slow";
+    case FaultKind::DiskFull:
+      return "a write was refused, or the recording was taken away";
+    case FaultKind::WrongSize:
+      return "image of another size than the rig's: recorded, not used";
+    case FaultKind::WrongDevice:
+      return "not the device that the rig names";
+    case FaultKind::NoTime:
+      return "its clock is not disciplined: stamped roughly, or not at all";
+    case FaultKind::Refused:
+      return "the device refused a command";
+    case FaultKind::Implausible:
+      return "contradicts the values before it: used with a grown sigma, or not at all";
   }
   return "?";
 }
 
-double share(std::uint64_t part, std::uint64_t whole) { return whole ? static_cast<double>(part) / static_cast<double>(whole) : 0; }
+double share(std::uint64_t part, std::uint64_t whole) {
+  return whole ? static_cast<double>(part) / static_cast<double>(whole) : 0;
+}
 
 }  // namespace
 
@@ -45,10 +64,13 @@ void Summary::SigmaStatistics::add(nanoseconds sigma) {
   sum_square_us += us * us;
   largest_us = std::max(largest_us, us);
 }
-double Summary::SigmaStatistics::rms_us() const { return count ? std::sqrt(sum_square_us / static_cast<double>(count)) : 0; }
+double Summary::SigmaStatistics::rms_us() const {
+  return count ? std::sqrt(sum_square_us / static_cast<double>(count)) : 0;
+}
 
 Summary::Summary(std::vector<std::string> sensors) {
-  for (auto& name : sensors) sensors_.push_back({.name = std::move(name), .packets = 0, .bytes = 0, .shed = 0, .decoded = {}, .faults = {}});
+  for (auto& name : sensors)
+    sensors_.push_back({.name = std::move(name), .packets = 0, .bytes = 0, .shed = 0, .decoded = {}, .faults = {}});
 }
 
 void Summary::on_packet(const Packet& packet) {
@@ -69,7 +91,8 @@ void Summary::on_decoded(SensorId sensor, const DecodeCounts& counts) {
   if (sensor < sensors_.size()) sensors_[sensor].decoded = counts;
 }
 
-void Summary::on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses) {
+void Summary::on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds,
+                        const sync::WheelOdometer::Way& pulses) {
   if (sensor < sensors_.size()) wheels_.push_back({sensor, speeds, pulses});
 }
 
@@ -107,7 +130,8 @@ void Summary::on_solution(const InsSolution& solution) {
     return;
   }
   ++good_solutions_;
-  // A distance every 100 solutions or so would hide nothing; every one adds the noise of the POS. 0.5 m steps are a fair path length.
+  // A distance every 100 solutions or so would hide nothing; every one adds the noise of the POS. 0.5 m steps are a
+  // fair path length.
   if (has_place_) {
     const double step = (to_ecef(solution.position).xyz - to_ecef(last_place_).xyz).norm();
     if (step < 0.5) return;
@@ -132,7 +156,8 @@ void Summary::on_fault(const Fault& fault) {
 }
 
 std::uint64_t Summary::coloured_points() const {
-  return by_state_[static_cast<std::size_t>(ColourState::Direct)] + by_state_[static_cast<std::size_t>(ColourState::Neighbour)];
+  return by_state_[static_cast<std::size_t>(ColourState::Direct)] +
+         by_state_[static_cast<std::size_t>(ColourState::Neighbour)];
 }
 
 std::uint64_t Summary::wire_packets() const {
@@ -153,12 +178,8 @@ nlohmann::ordered_json Summary::json() const {
   out["journal"] = {{"packets", packets_}, {"bytes", bytes_}, {"sequence_gaps", gaps_}};
   if (!ends_early_.empty()) out["ends_early"] = ends_early_;
   if (solutions_)
-    out["drive"] = {{"begin", iso_utc(first_)},
-                    {"end", iso_utc(last_)},
-                    {"duration_s", to_seconds(last_ - first_)},
-                    {"path_m", path_m_},
-                    {"solutions", solutions_},
-                    {"good_solutions", good_solutions_}};
+    out["drive"] = {{"begin", iso_utc(first_)}, {"end", iso_utc(last_)},   {"duration_s", to_seconds(last_ - first_)},
+                    {"path_m", path_m_},        {"solutions", solutions_}, {"good_solutions", good_solutions_}};
   for (const auto& [status, state] : solutions_by_status_) {
     out["drive"]["not_good"][drivers::ins_status_name(status)] = state.solutions;
     out["drive"]["not_good_s"][drivers::ins_status_name(status)] = to_seconds(state.lasted);
@@ -169,13 +190,19 @@ nlohmann::ordered_json Summary::json() const {
   }
   nlohmann::ordered_json states;
   for (int i = 0; i < kColourStates; ++i)
-    if (by_state_[static_cast<std::size_t>(i)]) states[name(static_cast<ColourState>(i))] = by_state_[static_cast<std::size_t>(i)];
-  out["points"] = {{"returns", returns_}, {"total", points_}, {"coloured", coloured_points()}, {"coloured_share", share(coloured_points(), points_)}, {"by_state", states}};
+    if (by_state_[static_cast<std::size_t>(i)])
+      states[name(static_cast<ColourState>(i))] = by_state_[static_cast<std::size_t>(i)];
+  out["points"] = {{"returns", returns_},
+                   {"total", points_},
+                   {"coloured", coloured_points()},
+                   {"coloured_share", share(coloured_points(), points_)},
+                   {"by_state", states}};
   out["points"]["not_placed"] = unfused_;
   out["points"]["not_written"] = unwritten_;
   out["points"]["notes"] = notes_;
   nlohmann::ordered_json timing;
-  for (int i = 0; i < 3; ++i) timing[name(static_cast<ExposureTiming>(i))] = exposures_by_timing_[static_cast<std::size_t>(i)];
+  for (int i = 0; i < 3; ++i)
+    timing[name(static_cast<ExposureTiming>(i))] = exposures_by_timing_[static_cast<std::size_t>(i)];
   out["exposures"] = {{"total", exposures_},
                       {"by_timing", timing},
                       {"incomplete_images", incomplete_images_},
@@ -202,7 +229,8 @@ nlohmann::ordered_json Summary::json() const {
   if (change_count_ > changes_.size()) out["clock_changes_not_listed"] = change_count_ - changes_.size();
   auto& sensors = out["sensors"] = nlohmann::ordered_json::array();
   for (const auto& sensor : sensors_) {
-    nlohmann::ordered_json one = {{"name", sensor.name}, {"packets", sensor.packets}, {"bytes", sensor.bytes}, {"shed", sensor.shed}};
+    nlohmann::ordered_json one = {
+        {"name", sensor.name}, {"packets", sensor.packets}, {"bytes", sensor.bytes}, {"shed", sensor.shed}};
     one["decoded"] = {{"decoded_bytes", sensor.decoded.decoded_bytes},
                       {"ignored_bytes", sensor.decoded.ignored_bytes},
                       {"malformed_bytes", sensor.decoded.malformed_bytes},
@@ -224,47 +252,59 @@ std::string Summary::text() const {
   std::string out;
   if (!ends_early_.empty()) out += fmt::format("ends early {}\n", ends_early_);
   if (solutions_)
-    out += fmt::format("drive      {} to {} ({:.1f} s, {:.0f} m), {} of {} POS solutions good\n", iso_utc(first_), iso_utc(last_),
-                       to_seconds(last_ - first_), path_m_, good_solutions_, solutions_);
+    out += fmt::format("drive      {} to {} ({:.1f} s, {:.0f} m), {} of {} POS solutions good\n", iso_utc(first_),
+                       iso_utc(last_), to_seconds(last_ - first_), path_m_, good_solutions_, solutions_);
   for (const auto& [status, state] : solutions_by_status_)
-    out += fmt::format("           {} POS solutions not used, {:.1f} s; the receiver says: {}\n", state.solutions, to_seconds(state.lasted),
-                       drivers::ins_status_name(status));
+    out += fmt::format("           {} POS solutions not used, {:.1f} s; the receiver says: {}\n", state.solutions,
+                       to_seconds(state.lasted), drivers::ins_status_name(status));
   if (other_statuses_.solutions)
-    out += fmt::format("           {} POS solutions not used, {:.1f} s; the receiver says something else each time\n", other_statuses_.solutions, to_seconds(other_statuses_.lasted));
-  out += fmt::format("journal    {} packets, {:.1f} MB, {} gaps in the sequence\n", packets_, static_cast<double>(bytes_) / 1e6, gaps_);
+    out += fmt::format("           {} POS solutions not used, {:.1f} s; the receiver says something else each time\n",
+                       other_statuses_.solutions, to_seconds(other_statuses_.lasted));
+  out += fmt::format("journal    {} packets, {:.1f} MB, {} gaps in the sequence\n", packets_,
+                     static_cast<double>(bytes_) / 1e6, gaps_);
   out += fmt::format("points     {}, {:.1f} % coloured", points_, 100 * share(coloured_points(), points_));
   for (int i = 0; i < kColourStates; ++i)
     if (by_state_[static_cast<std::size_t>(i)])
       out += fmt::format("; {} {}", name(static_cast<ColourState>(i)), by_state_[static_cast<std::size_t>(i)]);
   out += '\n';
-  for (const auto& [reason, points] : unfused_) out += fmt::format("           {} returns not placed: {}\n", points, reason);
-  for (const auto& [reason, points] : unwritten_) out += fmt::format("           {} points not written: {}\n", points, reason);
+  for (const auto& [reason, points] : unfused_)
+    out += fmt::format("           {} returns not placed: {}\n", points, reason);
+  for (const auto& [reason, points] : unwritten_)
+    out += fmt::format("           {} points not written: {}\n", points, reason);
   for (const std::string& note : notes_) out += fmt::format("           {}\n", note);
-  out += fmt::format("exposures  {}: {} by event mark, {} by the camera's clock, {} unmatched; {} images incomplete; time sigma {:.2f} us rms, {:.2f} us largest\n",
-                     exposures_, exposures_by_timing_[0], exposures_by_timing_[1], exposures_by_timing_[2], incomplete_images_,
-                     exposure_sigma_.rms_us(), exposure_sigma_.largest_us);
+  out += fmt::format(
+      "exposures  {}: {} by event mark, {} by the camera's clock, {} unmatched; {} images incomplete; time sigma "
+      "{:.2f} us rms, {:.2f} us largest\n",
+      exposures_, exposures_by_timing_[0], exposures_by_timing_[1], exposures_by_timing_[2], incomplete_images_,
+      exposure_sigma_.rms_us(), exposure_sigma_.largest_us);
   for (const Wheels& wheels : wheels_)
     for (const auto& [kind, way] : {std::pair("speeds", wheels.speeds), std::pair("pulses", wheels.pulses)})
       if (way.messages > 0)
-        out += fmt::format("wheels     {} {} of {}: {:.1f} m; where both are known {:.1f} m, by the POS {:.1f} m; they disagree for {:.1f} of {:.1f} s\n", way.messages, kind,
-                           sensors_[wheels.sensor].name, way.wheels_m, way.compared_wheels_m, way.compared_pos_m, way.disagreeing_s, way.compared_s);
+        out += fmt::format(
+            "wheels     {} {} of {}: {:.1f} m; where both are known {:.1f} m, by the POS {:.1f} m; they disagree for "
+            "{:.1f} of {:.1f} s\n",
+            way.messages, kind, sensors_[wheels.sensor].name, way.wheels_m, way.compared_wheels_m, way.compared_pos_m,
+            way.disagreeing_s, way.compared_s);
   for (const auto& change : changes_)
-    out += fmt::format("clock      {:24} {} {}\n", change.time ? iso_utc(*change.time) : "without GPS time", change.clock < sensors_.size() ? sensors_[change.clock].name : "?",
-                       name(change.state));
-  if (change_count_ > changes_.size()) out += fmt::format("           {} later changes of clocks are not listed\n", change_count_ - changes_.size());
+    out += fmt::format("clock      {:24} {} {}\n", change.time ? iso_utc(*change.time) : "without GPS time",
+                       change.clock < sensors_.size() ? sensors_[change.clock].name : "?", name(change.state));
+  if (change_count_ > changes_.size())
+    out += fmt::format("           {} later changes of clocks are not listed\n", change_count_ - changes_.size());
   for (const auto& sensor : sensors_) {
     const bool is_system = &sensor == &sensors_.front();
     if (is_system && !sensor.packets && sensor.faults.empty()) continue;
     if (!is_system && !sensor.packets) {
       out += fmt::format("{:10} no packet came\n", sensor.name);
     } else {
-      out += fmt::format("{:10} {} packets, {:.1f} MB", sensor.name, sensor.packets, static_cast<double>(sensor.bytes) / 1e6);
+      out += fmt::format("{:10} {} packets, {:.1f} MB", sensor.name, sensor.packets,
+                         static_cast<double>(sensor.bytes) / 1e6);
       if (sensor.shed) out += fmt::format(", {} shed (recorded, not fused)", sensor.shed);
       out += sensor.faults.empty() ? ", nothing lost\n" : "\n";
     }
     for (const auto& [kind, line] : sensor.faults)
       out += fmt::format("           {} x{}{}: {}. {}\n", name(kind), line.count,
-                         line.events == line.count ? "" : fmt::format(" ({} events)", line.events), explanation(kind), line.last);
+                         line.events == line.count ? "" : fmt::format(" ({} events)", line.events), explanation(kind),
+                         line.last);
   }
   return out;
 }

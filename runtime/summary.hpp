@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "runtime/products.hpp"
 #include "core/decoder.hpp"
+#include "runtime/products.hpp"
 #include "sync/wheel_odometer.hpp"
 
 namespace hueline::runtime {
 
-/// Counts what a drive gave and what it lost, and says it as JSON and in words. Everything in it follows from the journal, so
-/// live and replay agree. Thread-bound (the pipeline's thread).
+/// Counts what a drive gave and what it lost, and says it as JSON and in words. Everything in it follows from the
+/// journal, so live and replay agree. Thread-bound (the pipeline's thread).
 class Summary : public ProductSink {
  public:
   /// `sensors[id]` = name; index 0 is hueline itself.
@@ -25,10 +25,12 @@ class Summary : public ProductSink {
   void on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses);
   /// The products end before the record does; a replay makes them whole. `why`: a sentence.
   void on_early_end(const std::string& why) { ends_early_ = why; }
-  void on_returns(std::uint64_t returns) { returns_ += returns; }        ///< that were decoded, of all scanners
-  void on_unfused(const std::string& reason, std::uint64_t points);  ///< returns that did not become points
+  void on_returns(std::uint64_t returns) { returns_ += returns; }      ///< that were decoded, of all scanners
+  void on_unfused(const std::string& reason, std::uint64_t points);    ///< returns that did not become points
   void on_unwritten(const std::string& reason, std::uint64_t points);  ///< points that cloud.las does not hold
-  void on_note(std::string sentence) { notes_.push_back(std::move(sentence)); }  ///< why returns were not placed, in particular
+  void on_note(std::string sentence) {
+    notes_.push_back(std::move(sentence));
+  }  ///< why returns were not placed, in particular
 
   void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override;
   void on_exposure(const Exposure& exposure) override;
@@ -96,7 +98,8 @@ class Summary : public ProductSink {
     SensorId clock;
     SyncState state;
   };
-  static constexpr std::size_t kMostChanges = 10'000;  // of hours with an antenna under trees; a source that lies makes as many as it likes
+  static constexpr std::size_t kMostChanges =
+      10'000;  // of hours with an antenna under trees; a source that lies makes as many as it likes
   std::vector<Change> changes_;
   std::uint64_t change_count_ = 0;
 };

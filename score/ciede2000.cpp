@@ -52,8 +52,8 @@ double ciede2000(Lab one, Lab other) {
   }
 
   // (15)-(21)
-  const double T = 1 - 0.17 * std::cos(h - 30 * kDegree) + 0.24 * std::cos(2 * h) + 0.32 * std::cos(3 * h + 6 * kDegree) -
-                   0.20 * std::cos(4 * h - 63 * kDegree);
+  const double T = 1 - 0.17 * std::cos(h - 30 * kDegree) + 0.24 * std::cos(2 * h) +
+                   0.32 * std::cos(3 * h + 6 * kDegree) - 0.20 * std::cos(4 * h - 63 * kDegree);
   const double from_blue = (h / kDegree - 275) / 25, turn = 30 * kDegree * std::exp(-from_blue * from_blue);
   const double chroma7 = power7(C), R_C = 2 * std::sqrt(chroma7 / (chroma7 + power7(25)));
   const double middle = (L - 50) * (L - 50);
@@ -68,7 +68,9 @@ double ciede2000(Lab one, Lab other) {
 LabOfRgb::LabOfRgb(Encoding encoding) {
   for (std::size_t i = 0; i < light_.size(); ++i) {
     const double x = static_cast<double>(i) / 255;
-    light_[i] = encoding == Encoding::Linear ? x : (x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4));  // IEC 61966-2-1
+    light_[i] = encoding == Encoding::Linear
+                    ? x
+                    : (x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4));  // IEC 61966-2-1
   }
 }
 
@@ -76,7 +78,9 @@ Lab LabOfRgb::operator()(std::array<std::uint8_t, 3> rgb) const {
   const double r = light_[rgb[0]], g = light_[rgb[1]], b = light_[rgb[2]];
   // IEC 61966-2-1; the rows' sums are the white, so that greys are grey to the last bit.
   constexpr double m[3][3] = {{0.4124, 0.3576, 0.1805}, {0.2126, 0.7152, 0.0722}, {0.0193, 0.1192, 0.9505}};
-  const auto row = [&](int i) { return foot((m[i][0] * r + m[i][1] * g + m[i][2] * b) / (m[i][0] + m[i][1] + m[i][2])); };
+  const auto row = [&](int i) {
+    return foot((m[i][0] * r + m[i][1] * g + m[i][2] * b) / (m[i][0] + m[i][1] + m[i][2]));
+  };
   const double x = row(0), y = row(1), z = row(2);
   return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
 }

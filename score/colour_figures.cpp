@@ -22,7 +22,8 @@ Chart::Curve distribution(const std::string& label, const sim::Spread& spread) {
 void ColourFigures::report(ScenarioScore& score) const {
   Figures& f = score.figures;
   const auto n = static_cast<double>(difference_.count());
-  for (const char* name : {"colour_de00_median", "colour_de00_p95", "colour_de00_over20_share"}) f[name] = {{}, "no coloured point has a true colour"};
+  for (const char* name : {"colour_de00_median", "colour_de00_p95", "colour_de00_over20_share"})
+    f[name] = {{}, "no coloured point has a true colour"};
   f["frame_swing_L"] = {{}, "fewer than two exposures gave a hundred points each"};
   if (difference_.count() == 0) return;
   f["colour_de00_median"] = {difference_.quantile(0.5), {}};

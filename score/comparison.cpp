@@ -26,11 +26,16 @@ Verdict judge(const Metric* metric, const Figure& before, const Figure& now) {
 
 const char* name(Verdict verdict) {
   switch (verdict) {
-    case Verdict::Same: return "same";
-    case Verdict::Better: return "better";
-    case Verdict::Worse: return "WORSE";
-    case Verdict::Informative: return "for information";
-    case Verdict::NotRun: return "not run";
+    case Verdict::Same:
+      return "same";
+    case Verdict::Better:
+      return "better";
+    case Verdict::Worse:
+      return "WORSE";
+    case Verdict::Informative:
+      return "for information";
+    case Verdict::NotRun:
+      return "not run";
   }
   return "?";
 }
@@ -38,7 +43,8 @@ const char* name(Verdict verdict) {
 std::vector<Change> compare(const Sheet& before, const Sheet& now) {
   std::vector<Change> out;
   const auto in = [](const Sheet& sheet, const std::string& scenario) {
-    const auto found = std::find_if(sheet.begin(), sheet.end(), [&](const ScenarioScore& s) { return s.scenario == scenario; });
+    const auto found =
+        std::find_if(sheet.begin(), sheet.end(), [&](const ScenarioScore& s) { return s.scenario == scenario; });
     return found == sheet.end() ? nullptr : &*found;
   };
   for (const ScenarioScore& old_score : before) {

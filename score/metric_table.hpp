@@ -14,16 +14,17 @@ enum class Better {
 
 const char* name(Better better);
 
-/// What a metric is, which way is better, and how far two versions may differ before anyone says so. docs/score.md has the same list.
+/// What a metric is, which way is better, and how far two versions may differ before anyone says so. docs/score.md has
+/// the same list.
 struct Metric {
   const char* name;
   const char* unit;
-  const char* meaning;   ///< what is counted over which sample
+  const char* meaning;  ///< what is counted over which sample
   Better better;
-  double target;         ///< Better::Target
-  double noise;          ///< differences up to this are noise ...
-  double relative_noise; ///< ... and up to this share of the old value
-  bool is_wall_clock;    ///< measured on this machine: differs from run to run
+  double target;          ///< Better::Target
+  double noise;           ///< differences up to this are noise ...
+  double relative_noise;  ///< ... and up to this share of the old value
+  bool is_wall_clock;     ///< measured on this machine: differs from run to run
 };
 
 /// In the order of the sheet.

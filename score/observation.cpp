@@ -9,7 +9,9 @@ constexpr std::uint16_t kOwnVehicle = 1;
 bool is_visible(const Outlook& outlook, sim::Vec3 place, const std::vector<std::uint32_t>& exposures) {
   for (const std::uint32_t exposure : exposures)
     for (std::size_t lens = 0; lens < outlook.lens_count(); ++lens)
-      if (const auto sight = outlook.sight(exposure, lens, place); sight && outlook.look(*sight, place).met == Outlook::Met::Place) return true;
+      if (const auto sight = outlook.sight(exposure, lens, place);
+          sight && outlook.look(*sight, place).met == Outlook::Met::Place)
+        return true;
   return false;
 }
 

@@ -19,10 +19,11 @@ struct Observation {
   std::uint16_t surface = 0;
   bool has_exposure = false;  ///< without one nothing below is set
   bool is_visible = false;    ///< to some lens of one of the nine exposures nearest in time
-  bool is_in_hole = false;    ///< of the nearest exposure: no lens has it in its image, or the own vehicle is in the way of all that have
-  bool is_moving = false;     ///< its surface does
+  bool is_in_hole = false;  ///< of the nearest exposure: no lens has it in its image, or the own vehicle is in the way
+                            ///< of all that have
+  bool is_moving = false;   ///< its surface does
   std::optional<GivenColour> given;
-  bool is_in_lens = false;    ///< the lens that gave the colour has it in its image; without it nothing below is set
+  bool is_in_lens = false;  ///< the lens that gave the colour has it in its image; without it nothing below is set
   Outlook::Met met = Outlook::Met::Place;
   bool meets_moving = false;  ///< what that lens met moves by itself
   Outlook::Edges edges;

@@ -35,7 +35,9 @@ Outlook::Outlook(const sim::Scenario& scenario, const std::vector<sim::TrueExpos
       tone_(scenario.camera.tone_curve, scenario.camera.gain * mean_lens_gain_),
       lab_(encoding_of(scenario)) {
   for (const sim::TrueExposure& e : exposures)
-    stations_.push_back({e.exposure_mid_gps_ns, world_.moment(e.exposure_mid_gps_ns), {{e.R_enu_head}, {e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]}}});
+    stations_.push_back({e.exposure_mid_gps_ns,
+                         world_.moment(e.exposure_mid_gps_ns),
+                         {{e.R_enu_head}, {e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]}}});
 }
 
 std::optional<Outlook::Sight> Outlook::sight(std::uint32_t exposure, std::size_t lens, Vec3 place) const {
@@ -63,16 +65,20 @@ Outlook::Look Outlook::look(const Sight& sight, Vec3 place) const {
   Look out;
   world_.look(moment_of(sight), {&ray, 1}, static_cast<float>(1 / rig_.lenses[sight.lens].focal_x), {&out.seen, 1});
   const double distance = out.seen.is_hit ? out.seen.distance_m : ray.far_m;
-  out.met = distance < sight.distance_m - kTolerance_m ? Met::Before : (distance > sight.distance_m + kTolerance_m ? Met::Behind : Met::Place);
+  out.met = distance < sight.distance_m - kTolerance_m
+                ? Met::Before
+                : (distance > sight.distance_m + kTolerance_m ? Met::Behind : Met::Place);
   return out;
 }
 
 std::vector<std::uint32_t> Outlook::nearest_exposures(sim::GpsNs t, std::size_t count) const {
   std::vector<std::uint32_t> out;
-  const auto after = std::lower_bound(stations_.begin(), stations_.end(), t, [](const Station& s, sim::GpsNs time) { return s.mid < time; });
+  const auto after = std::lower_bound(stations_.begin(), stations_.end(), t,
+                                      [](const Station& s, sim::GpsNs time) { return s.mid < time; });
   auto right = static_cast<std::size_t>(after - stations_.begin()), left = right;
   while (out.size() < count && (left > 0 || right < stations_.size())) {
-    const bool take_left = right == stations_.size() || (left > 0 && t - stations_[left - 1].mid <= stations_[right].mid - t);
+    const bool take_left =
+        right == stations_.size() || (left > 0 && t - stations_[left - 1].mid <= stations_[right].mid - t);
     out.push_back(static_cast<std::uint32_t>(take_left ? --left : right++));
   }
   return out;
@@ -85,7 +91,8 @@ Outlook::Edges Outlook::edges_around(const Sight& sight, Vec3 place) const {
   const sim::TrueLens& optics = rig_.lenses[sight.lens];
   const Vec3 eye = sight.eye, ahead = normalised(place - eye);
   // Two directions across the ray; which ones does not matter, they only span the circle.
-  const Vec3 across = normalised(cross(ahead, std::abs(ahead.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0})), over = cross(ahead, across);
+  const Vec3 across = normalised(cross(ahead, std::abs(ahead.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0})),
+             over = cross(ahead, across);
   const auto cone = static_cast<float>(1 / optics.focal_x);
   const auto far = [](const sim::Seen& s) { return s.is_hit ? s.distance_m : 1e6; };
   std::array<sim::World::Ray, sim::World::kBatch> rays;
@@ -100,10 +107,12 @@ Outlook::Edges Outlook::edges_around(const Sight& sight, Vec3 place) const {
     const double radius = kRadii_px[r] / optics.focal_x;
     for (std::size_t k = 0; k < rays.size(); ++k) {
       const double turn = 2 * sim::kPi * static_cast<double>(k) / static_cast<double>(rays.size());
-      rays[k] = {eye, normalised(ahead + (radius * std::cos(turn)) * across + (radius * std::sin(turn)) * over), 0.01, 1000};
+      rays[k] = {eye, normalised(ahead + (radius * std::cos(turn)) * across + (radius * std::sin(turn)) * over), 0.01,
+                 1000};
     }
     world_.look(moment, rays, cone, seen);
-    // A slanting plane is no outline: opposite rays are compared with twice the middle in inverse distance, which is linear on a plane.
+    // A slanting plane is no outline: opposite rays are compared with twice the middle in inverse distance, which is
+    // linear on a plane.
     for (std::size_t k = 0; k < 4; ++k) {
       const double bend = std::abs(1 / far(seen[k]) + 1 / far(seen[k + 4]) - 2 / distance) * distance * distance;
       if (bend > 0.1 + 0.05 * distance) edges.outline = std::min(edges.outline, r);

@@ -11,8 +11,9 @@
 
 namespace hueline::score {
 
-/// What every lens of every exposure truly sees: the simulator's world under rays, from the true pose at the true middle of the
-/// exposure, or of the row's exposure where the shutter rolls. Immutable; const functions are thread-safe.
+/// What every lens of every exposure truly sees: the simulator's world under rays, from the true pose at the true
+/// middle of the exposure, or of the row's exposure where the shutter rolls. Immutable; const functions are
+/// thread-safe.
 class Outlook {
  public:
   /// Something lies between a lens and a place if a ray meets it more than this before the place.
@@ -41,16 +42,17 @@ class Outlook {
   Look look(const Sight& sight, sim::Vec3 place) const;
   /// Exposures by distance of their middles from `t`, at most `count`.
   std::vector<std::uint32_t> nearest_exposures(sim::GpsNs t, std::size_t count) const;
-  /// Smallest of kRadii_px (of the lens) at which one of eight directions around a sight meets an outline (a step of the distance
-  /// by more than 0.1 m + 5 %), and likewise an outline or texture edge (step of the colour above 10 dE00). kRadii: none.
+  /// Smallest of kRadii_px (of the lens) at which one of eight directions around a sight meets an outline (a step of
+  /// the distance by more than 0.1 m + 5 %), and likewise an outline or texture edge (step of the colour above 10
+  /// dE00). kRadii: none.
   static constexpr std::array<double, 4> kRadii_px{1, 2, 4, 8};
   struct Edges {
     std::size_t outline = kRadii_px.size(), any = kRadii_px.size();  ///< index into kRadii_px
   };
   Edges edges_around(const Sight& sight, sim::Vec3 place) const;
 
-  /// What a perfect camera makes of light at the drive's mean gain: no camera knows how bright the world is, so where lenses choose
-  /// their gain by themselves the truth is told at the geometric mean of what they chose.
+  /// What a perfect camera makes of light at the drive's mean gain: no camera knows how bright the world is, so where
+  /// lenses choose their gain by themselves the truth is told at the geometric mean of what they chose.
   const sim::Tone& tone() const { return tone_; }
   double mean_lens_gain() const { return mean_lens_gain_; }
 

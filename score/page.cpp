@@ -53,7 +53,8 @@ std::string shown(const ScenarioScore& score, const Fact& fact) {
 
 std::string facts(const ScenarioScore& score) {
   std::string out = "<div class=\"facts\">";
-  for (const Fact& fact : kFacts) out += fmt::format("<div><b>{}</b><span>{}</span></div>", shown(score, fact), fact.words);
+  for (const Fact& fact : kFacts)
+    out += fmt::format("<div><b>{}</b><span>{}</span></div>", shown(score, fact), fact.words);
   return out + "</div>";
 }
 
@@ -71,8 +72,9 @@ std::string overview(const Sheet& sheet) {
         return found == one.figures.end() ? 0.0 : std::abs(found->second.value.value_or(0));
       };
       for (const ScenarioScore& one : sheet) largest = std::max(largest, value(one));
-      out += fmt::format("<td style=\"background:linear-gradient(to right,var(--bar) {0:.0f}%,transparent {0:.0f}%)\">{1}</td>", largest > 0 ? 100 * value(score) / largest : 0.0,
-                         shown(score, fact));
+      out += fmt::format(
+          "<td style=\"background:linear-gradient(to right,var(--bar) {0:.0f}%,transparent {0:.0f}%)\">{1}</td>",
+          largest > 0 ? 100 * value(score) / largest : 0.0, shown(score, fact));
     }
     out += "</tr>";
   }
@@ -80,9 +82,11 @@ std::string overview(const Sheet& sheet) {
 }
 
 std::string scenario_part(const ScenarioScore& score, const std::vector<std::string>& pictures) {
-  std::string out = fmt::format("<h2 id=\"{0}\">{0}</h2>", escaped(score.scenario)) + facts(score) + "<div class=\"pictures\">";
+  std::string out =
+      fmt::format("<h2 id=\"{0}\">{0}</h2>", escaped(score.scenario)) + facts(score) + "<div class=\"pictures\">";
   for (std::size_t i = 0; i < score.pictures.size() && i < pictures.size(); ++i)
-    out += fmt::format("<figure><img alt=\"\" src=\"{}\"><figcaption>{}</figcaption></figure>", pictures[i], escaped(score.pictures[i].caption));
+    out += fmt::format("<figure><img alt=\"\" src=\"{}\"><figcaption>{}</figcaption></figure>", pictures[i],
+                       escaped(score.pictures[i].caption));
   out += "</div><div class=\"charts\">";
   for (const Chart& chart : score.charts) out += svg(chart);
   out += "</div><details><summary>what was counted</summary>";
@@ -103,7 +107,8 @@ std::string table(const Sheet& sheet) {
       return found == score.figures.end() ? Figure{{}, "not made"} : found->second;
     };
     for (const ScenarioScore& score : sheet) largest = std::max(largest, std::abs(value(score).value.value_or(0)));
-    out += fmt::format("<tr><td title=\"{}\">{} <span class=\"soft\">{}{}</span></td>", escaped(metric.meaning), metric.name, metric.unit, metric.is_wall_clock ? ", this machine" : "");
+    out += fmt::format("<tr><td title=\"{}\">{} <span class=\"soft\">{}{}</span></td>", escaped(metric.meaning),
+                       metric.name, metric.unit, metric.is_wall_clock ? ", this machine" : "");
     for (const ScenarioScore& score : sheet) {
       const Figure figure = value(score);
       if (!figure.value) {
@@ -111,7 +116,9 @@ std::string table(const Sheet& sheet) {
         continue;
       }
       const double share = largest > 0 ? 100 * std::abs(*figure.value) / largest : 0;
-      out += fmt::format("<td style=\"background:linear-gradient(to right,var(--bar) {0:.0f}%,transparent {0:.0f}%)\">{1}</td>", share, digits(metric, figure));
+      out += fmt::format(
+          "<td style=\"background:linear-gradient(to right,var(--bar) {0:.0f}%,transparent {0:.0f}%)\">{1}</td>", share,
+          digits(metric, figure));
     }
     out += "</tr>";
   }
@@ -125,26 +132,39 @@ std::string changes_part(const std::vector<Change>& changes) {
     const Metric* metric = find_metric(c.metric);
     if (c.verdict == Verdict::Same) ++same;
     if (metric == nullptr || (c.verdict != Verdict::Better && c.verdict != Verdict::Worse)) continue;
-    rows += fmt::format("<tr><td class=\"{}\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>", c.verdict == Verdict::Worse ? "bad" : "good", name(c.verdict),
-                        escaped(c.scenario), c.metric, digits(*metric, c.before), digits(*metric, c.now));
+    rows += fmt::format("<tr><td class=\"{}\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                        c.verdict == Verdict::Worse ? "bad" : "good", name(c.verdict), escaped(c.scenario), c.metric,
+                        digits(*metric, c.before), digits(*metric, c.now));
   }
-  std::string out = fmt::format("<h2>Against the older sheet</h2><p>{} figures are the same within their noise.</p>", same);
-  if (!rows.empty()) out += "<div class=\"scroll\"><table><tr><th></th><th>scenario</th><th>metric</th><th>before</th><th>now</th></tr>" + rows + "</table></div>";
+  std::string out =
+      fmt::format("<h2>Against the older sheet</h2><p>{} figures are the same within their noise.</p>", same);
+  if (!rows.empty())
+    out +=
+        "<div class=\"scroll\"><table><tr><th></th><th>scenario</th><th>metric</th><th>before</th><th>now</th></tr>" +
+        rows + "</table></div>";
   return out;
 }
 
 }  // namespace
 
-std::string page(const Sheet& sheet, const std::vector<std::vector<std::string>>& pictures, const RunNotes& notes, const std::vector<Change>& changes) {
-  std::string out = "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>hueline score</title><style>";
+std::string page(const Sheet& sheet, const std::vector<std::vector<std::string>>& pictures, const RunNotes& notes,
+                 const std::vector<Change>& changes) {
+  std::string out =
+      "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
+      "content=\"width=device-width\"><title>hueline score</title><style>";
   out += kStyle;
   out += "</style><h1>hueline score</h1>";
-  out += fmt::format("<p class=\"soft\">{} · {} · {} · {:.0f} s</p>", escaped(notes.command), escaped(notes.revision), escaped(notes.machine), notes.wall_s);
+  out += fmt::format("<p class=\"soft\">{} · {} · {} · {:.0f} s</p>", escaped(notes.command), escaped(notes.revision),
+                     escaped(notes.machine), notes.wall_s);
   out += fmt::format("<p class=\"{}\">{}</p>", notes.is_deterministic ? "good" : "bad", escaped(notes.determinism));
   if (!changes.empty()) out += changes_part(changes);
   out += overview(sheet);
-  for (std::size_t i = 0; i < sheet.size(); ++i) out += scenario_part(sheet[i], i < pictures.size() ? pictures[i] : std::vector<std::string>{});
-  out += "<h2>All figures</h2><p class=\"soft\">Bars: share of the row's largest. What each metric counts stands in its tooltip and in docs/score.md.</p>" + table(sheet);
+  for (std::size_t i = 0; i < sheet.size(); ++i)
+    out += scenario_part(sheet[i], i < pictures.size() ? pictures[i] : std::vector<std::string>{});
+  out +=
+      "<h2>All figures</h2><p class=\"soft\">Bars: share of the row's largest. What each metric counts stands in its "
+      "tooltip and in docs/score.md.</p>" +
+      table(sheet);
   return out + "</html>\n";
 }
 

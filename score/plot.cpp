@@ -18,7 +18,8 @@ struct Axis {
   bool is_logarithmic = false;
   double from = 0, to = 1;  // px
   double operator()(double x) const {
-    const double share = is_logarithmic ? std::log(std::max(x, low) / low) / std::log(high / low) : (x - low) / (high - low);
+    const double share =
+        is_logarithmic ? std::log(std::max(x, low) / low) / std::log(high / low) : (x - low) / (high - low);
     return from + share * (to - from);
   }
   std::vector<double> ticks() const {
@@ -32,7 +33,8 @@ struct Axis {
     }
     const double raw = (high - low) / 4, power = std::pow(10, std::floor(std::log10(raw)));
     const double step = power * (raw / power < 1.5 ? 1 : (raw / power < 3.5 ? 2 : (raw / power < 7.5 ? 5 : 10)));
-    for (double t = std::ceil(low / step - 1e-9) * step; t <= high + 1e-9 * step; t += step) out.push_back(std::abs(t) < 1e-9 * step ? 0 : t);
+    for (double t = std::ceil(low / step - 1e-9) * step; t <= high + 1e-9 * step; t += step)
+      out.push_back(std::abs(t) < 1e-9 * step ? 0 : t);
     return out;
   }
 };
@@ -47,10 +49,12 @@ struct Extent {
 };
 
 std::string text(double x, double y, const char* anchor, const std::string& words, const char* extra = "") {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\"{}>{}</text>", x, y, anchor, extra, escaped(words));
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\"{}>{}</text>", x, y, anchor, extra,
+                     escaped(words));
 }
 
-void draw_curve(const Chart& chart, const Chart::Curve& curve, const char* colour, const Axis& x, const Axis& y, std::string& out) {
+void draw_curve(const Chart& chart, const Chart::Curve& curve, const char* colour, const Axis& x, const Axis& y,
+                std::string& out) {
   switch (chart.kind) {
     case Chart::Kind::Lines: {
       out += fmt::format("<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\" points=\"", colour);
@@ -62,15 +66,18 @@ void draw_curve(const Chart& chart, const Chart::Curve& curve, const char* colou
       for (std::size_t i = 0; i < curve.points.size(); ++i) {
         const auto& [px, py] = curve.points[i];
         if (i < curve.plus_minus.size())
-          out += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\" stroke-opacity=\".35\" stroke-width=\"3\"/>", x(px),
-                             y(py - curve.plus_minus[i]), y(py + curve.plus_minus[i]), colour);
+          out += fmt::format(
+              "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\" stroke-opacity=\".35\" "
+              "stroke-width=\"3\"/>",
+              x(px), y(py - curve.plus_minus[i]), y(py + curve.plus_minus[i]), colour);
         out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.4\" fill=\"{}\"/>", x(px), y(py), colour);
       }
       break;
     case Chart::Kind::Bars:
       for (const auto& [px, py] : curve.points) {
         const double half = 0.36 * (x(1) - x(0));
-        out += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"/>", x(px) - half, y(py), 2 * half, y(0) - y(py), colour);
+        out += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"/>",
+                           x(px) - half, y(py), 2 * half, y(0) - y(py), colour);
         out += text(x(px), y(py) - 3, "middle", fmt::format("{:.2g}", py));
       }
       break;
@@ -82,11 +89,16 @@ void draw_curve(const Chart& chart, const Chart::Curve& curve, const char* colou
 std::string escaped(const std::string& words) {
   std::string out;
   for (const char c : words) {
-    if (c == '&') out += "&amp;";
-    else if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else if (c == '"') out += "&quot;";
-    else out += c;
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '"')
+      out += "&quot;";
+    else
+      out += c;
   }
   return out;
 }
@@ -105,7 +117,8 @@ std::string svg(const Chart& chart) {
   out += text(kLeft, 16, "start", chart.title, " class=\"title\"");
   if (xs.low > xs.high) return out + text(kWidth / 2, kHeight / 2, "middle", "nothing to show") + "</svg>";
 
-  Axis x{xs.low, xs.high, chart.is_x_logarithmic, kLeft, kWidth - kRight}, y{ys.low, ys.high, false, kHeight - kBottom, kTop + 6};
+  Axis x{xs.low, xs.high, chart.is_x_logarithmic, kLeft, kWidth - kRight},
+      y{ys.low, ys.high, false, kHeight - kBottom, kTop + 6};
   if (chart.kind == Chart::Kind::Bars) {
     x.low = -0.5;
     x.high = static_cast<double>(chart.bar_names.size()) - 0.5;
@@ -124,24 +137,30 @@ std::string svg(const Chart& chart) {
     y.high += margin;
   }
   for (const double t : y.ticks()) {
-    out += fmt::format("<line class=\"grid\" x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\"/>", kLeft, kWidth - kRight, y(t));
+    out += fmt::format("<line class=\"grid\" x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\"/>", kLeft,
+                       kWidth - kRight, y(t));
     out += text(kLeft - 5, y(t) + 3.5, "end", fmt::format("{:g}", t));
   }
   if (chart.kind == Chart::Kind::Bars) {
-    for (std::size_t i = 0; i < chart.bar_names.size(); ++i) out += text(x(static_cast<double>(i)), kHeight - kBottom + 14, "middle", chart.bar_names[i]);
+    for (std::size_t i = 0; i < chart.bar_names.size(); ++i)
+      out += text(x(static_cast<double>(i)), kHeight - kBottom + 14, "middle", chart.bar_names[i]);
   } else {
     for (const double t : x.ticks()) {
-      out += fmt::format("<line class=\"grid\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\"/>", x(t), kTop + 6, kHeight - kBottom);
+      out += fmt::format("<line class=\"grid\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\"/>", x(t), kTop + 6,
+                         kHeight - kBottom);
       out += text(x(t), kHeight - kBottom + 14, "middle", fmt::format("{:g}", t));
     }
   }
-  for (std::size_t i = 0; i < chart.curves.size(); ++i) draw_curve(chart, chart.curves[i], kColours[i % kColours.size()], x, y, out);
+  for (std::size_t i = 0; i < chart.curves.size(); ++i)
+    draw_curve(chart, chart.curves[i], kColours[i % kColours.size()], x, y, out);
   out += text((kLeft + kWidth - kRight) / 2, kHeight - 8, "middle", chart.x_label);
-  out += fmt::format("<text transform=\"translate(11 {:.0f}) rotate(-90)\" text-anchor=\"middle\">{}</text>", (kTop + kHeight - kBottom) / 2, escaped(chart.y_label));
+  out += fmt::format("<text transform=\"translate(11 {:.0f}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
+                     (kTop + kHeight - kBottom) / 2, escaped(chart.y_label));
   double legend_y = kTop + 18;
   for (std::size_t i = 0; i < chart.curves.size(); ++i) {
     if (chart.curves[i].label.empty() || chart.curves[i].points.empty() || chart.curves.size() == 1) continue;
-    out += fmt::format("<rect x=\"{}\" y=\"{:.0f}\" width=\"9\" height=\"9\" fill=\"{}\"/>", kLeft + 8, legend_y - 8, kColours[i % kColours.size()]);
+    out += fmt::format("<rect x=\"{}\" y=\"{:.0f}\" width=\"9\" height=\"9\" fill=\"{}\"/>", kLeft + 8, legend_y - 8,
+                       kColours[i % kColours.size()]);
     out += text(kLeft + 21, legend_y, "start", chart.curves[i].label);
     legend_y += 13;
   }

@@ -30,12 +30,20 @@ void ReprojectionFigures::add(double error_px, double distance_m, std::uint8_t l
 
 void ReprojectionFigures::report(ScenarioScore& score) const {
   Figures& f = score.figures;
-  const auto rms = [](const sim::Spread& s, const char* none) { return s.count() ? Figure{s.rms(), {}} : Figure{{}, none}; };
+  const auto rms = [](const sim::Spread& s, const char* none) {
+    return s.count() ? Figure{s.rms(), {}} : Figure{{}, none};
+  };
   f["reprojection_rms_px"] = rms(all_, "no coloured point has a true pixel");
   f["reprojection_p95_px"] = all_.count() ? Figure{all_.quantile(0.95), {}} : f["reprojection_rms_px"];
   f["reprojection_near_rms_px"] = rms(by_distance_[1], "no coloured point is 2 to 5 m from the head");
   f["reprojection_seam_rms_px"] = rms(seam_, "no coloured point lies between two lenses");
-  Chart distances{"Reprojection error by distance", "m", "px rms of 8000 x 4000", Chart::Kind::Bars, false, {"< 2", "2-5", "5-10", "10-20", "20-40", "> 40"}, {}};
+  Chart distances{"Reprojection error by distance",
+                  "m",
+                  "px rms of 8000 x 4000",
+                  Chart::Kind::Bars,
+                  false,
+                  {"< 2", "2-5", "5-10", "10-20", "20-40", "> 40"},
+                  {}};
   Chart lenses{"Reprojection error by lens", "", "px rms of 8000 x 4000", Chart::Kind::Bars, false, {}, {}};
   Chart::Curve by_distance{"", {}, {}}, by_lens{"", {}, {}};
   for (std::size_t i = 0; i < by_distance_.size(); ++i)

@@ -15,15 +15,18 @@ std::array<std::uint8_t, 3> heat(double difference) {
   const double x = std::clamp(difference / 20, 0.0, 1.0) * (kStops.size() - 1);
   const auto i = std::min<std::size_t>(static_cast<std::size_t>(x), kStops.size() - 2);
   std::array<std::uint8_t, 3> out{};
-  for (std::size_t c = 0; c < 3; ++c) out[c] = static_cast<std::uint8_t>(kStops[i][c] + (x - static_cast<double>(i)) * (kStops[i + 1][c] - kStops[i][c]));
+  for (std::size_t c = 0; c < 3; ++c)
+    out[c] = static_cast<std::uint8_t>(kStops[i][c] + (x - static_cast<double>(i)) * (kStops[i + 1][c] - kStops[i][c]));
   return out;
 }
 
 }  // namespace
 
-RoundView::RoundView(const sim::Pose& T_enu_head) : T_head_enu_(inverse(T_enu_head)), pixels_(static_cast<std::size_t>(kWidth) * kHeight) {}
+RoundView::RoundView(const sim::Pose& T_enu_head)
+    : T_head_enu_(inverse(T_enu_head)), pixels_(static_cast<std::size_t>(kWidth) * kHeight) {}
 
-void RoundView::add(sim::Vec3 place_enu, std::array<std::uint8_t, 3> claimed, std::array<std::uint8_t, 3> truth, double difference) {
+void RoundView::add(sim::Vec3 place_enu, std::array<std::uint8_t, 3> claimed, std::array<std::uint8_t, 3> truth,
+                    double difference) {
   const sim::Vec3 p = T_head_enu_ * place_enu;
   const double distance = length(p);
   if (distance < 1.5 || distance > 60) return;
@@ -44,13 +47,15 @@ void RoundView::add(sim::Vec3 place_enu, std::array<std::uint8_t, 3> claimed, st
 
 std::vector<Picture> RoundView::pictures() const {
   std::vector<Picture> out(3);
-  const std::array<const char*, 3> captions{"as coloured", "truth: what a perfect camera at the scanner sees", "difference, dE00: pale 0, yellow 7, red 13, dark 20 and more"};
+  const std::array<const char*, 3> captions{"as coloured", "truth: what a perfect camera at the scanner sees",
+                                            "difference, dE00: pale 0, yellow 7, red 13, dark 20 and more"};
   for (std::size_t i = 0; i < out.size(); ++i) {
     out[i].caption = captions[i];
     out[i].width = kWidth;
     out[i].height = kHeight;
     for (const Pixel& p : pixels_)
-      out[i].pixels.push_back(p.distance_m > 1e8f ? kNothing : (i == 0 ? p.claimed : (i == 1 ? p.truth : heat(p.difference))));
+      out[i].pixels.push_back(p.distance_m > 1e8f ? kNothing
+                                                  : (i == 0 ? p.claimed : (i == 1 ? p.truth : heat(p.difference))));
   }
   return out;
 }

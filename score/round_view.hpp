@@ -9,8 +9,8 @@
 
 namespace hueline::score {
 
-/// The coloured cloud as seen all around from one place: as the program coloured it, as it truly is, and how far apart the two are.
-/// Wrong surfaces show as the shadow that a near thing's colour throws on what is behind it. Thread-bound.
+/// The coloured cloud as seen all around from one place: as the program coloured it, as it truly is, and how far apart
+/// the two are. Wrong surfaces show as the shadow that a near thing's colour throws on what is behind it. Thread-bound.
 class RoundView {
  public:
   static constexpr int kWidth = 760, kHeight = 300;  ///< equirectangular: 360 deg wide, from kTop_deg down
@@ -18,7 +18,8 @@ class RoundView {
 
   /// `T_enu_head`: where one looks from; forward is the picture's middle.
   explicit RoundView(const sim::Pose& T_enu_head);
-  void add(sim::Vec3 place_enu, std::array<std::uint8_t, 3> claimed, std::array<std::uint8_t, 3> truth, double difference);
+  void add(sim::Vec3 place_enu, std::array<std::uint8_t, 3> claimed, std::array<std::uint8_t, 3> truth,
+           double difference);
   /// Three pictures.
   std::vector<Picture> pictures() const;
 

@@ -17,7 +17,9 @@ namespace {
 constexpr std::uint16_t kOwnVehicle = 1;
 constexpr double kMisplaced_m = 0.5;  // far beyond any sigma of a POS that calls itself good
 
-sim::Pose head_of(const sim::TrueExposure& e) { return {{e.R_enu_head}, {e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]}}; }
+sim::Pose head_of(const sim::TrueExposure& e) {
+  return {{e.R_enu_head}, {e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]}};
+}
 }  // namespace
 
 std::string Scorer::Config::validate() const {
@@ -39,7 +41,8 @@ Scorer::Scorer(const sim::Scenario& scenario, sim::Judge judge, const Config& co
 }
 
 Result<Scorer> Scorer::open(const sim::Scenario& scenario, const std::string& cache_dir, const Config& config) {
-  if (const std::string complaint = config.validate(); !complaint.empty()) return Error{ErrorCode::Invalid, "score: " + complaint};
+  if (const std::string complaint = config.validate(); !complaint.empty())
+    return Error{ErrorCode::Invalid, "score: " + complaint};
   const std::string file = cache_dir + "/truth.bin";
   auto judge = sim::Judge::open(scenario, file, {});
   if (!judge.ok()) return judge.error();
@@ -111,9 +114,11 @@ void Scorer::add(const PointClaim& point) {
     ++at_the_end_;
   if (claim.exposure >= judge_.exposures().size()) return;
   if (const auto verdict = judge_.judge(claim))
-    reprojection_.add(verdict->error_px, verdict->distance_m, claim.lens, inverse(head_of(judge_.exposures()[claim.exposure])) * beam);
+    reprojection_.add(verdict->error_px, verdict->distance_m, claim.lens,
+                      inverse(head_of(judge_.exposures()[claim.exposure])) * beam);
   const std::array<std::uint8_t, 3> given{claim.red, claim.green, claim.blue};
-  const std::array<std::uint8_t, 3> wanted = outlook_->tone().perfect({truth->light[0], truth->light[1], truth->light[2]});
+  const std::array<std::uint8_t, 3> wanted =
+      outlook_->tone().perfect({truth->light[0], truth->light[1], truth->light[2]});
   const Lab given_lab = lab_(given), wanted_lab = lab_(wanted);
   const double difference = ciede2000(given_lab, wanted_lab);
   const sim::Vec3 place{truth->east, truth->north, truth->up};
@@ -145,18 +150,23 @@ std::vector<Observation> Scorer::observe_sample(const std::function<void(double)
   return out;
 }
 
-ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string, DeviceBytes>& devices, const std::function<void(double)>& progress) {
+ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string, DeviceBytes>& devices,
+                             const std::function<void(double)>& progress) {
   ScenarioScore score;
   score.scenario = name;
-  std::sort(exposures_.begin(), exposures_.end(), [](const ExposureError& a, const ExposureError& b) { return a.drive_s < b.drive_s; });
+  std::sort(exposures_.begin(), exposures_.end(),
+            [](const ExposureError& a, const ExposureError& b) { return a.drive_s < b.drive_s; });
   add_time_figures(exposures_, judge_.exposures().size(), score);
   reprojection_.report(score);
   const auto share = [&](std::uint64_t part) {
-    return world_returns_ ? Figure{static_cast<double>(part) / static_cast<double>(world_returns_), {}} : Figure{{}, "the laser has no return"};
+    return world_returns_ ? Figure{static_cast<double>(part) / static_cast<double>(world_returns_), {}}
+                          : Figure{{}, "the laser has no return"};
   };
   const std::uint64_t given = points_ + unmatched_;
   score.figures["place_rms_m"] = place_.count() ? Figure{place_.rms(), {}} : Figure{{}, "no point was placed"};
-  score.figures["misplaced_share"] = given ? Figure{static_cast<double>(misplaced_ + unmatched_) / static_cast<double>(given), {}} : Figure{{}, "no point was given"};
+  score.figures["misplaced_share"] =
+      given ? Figure{static_cast<double>(misplaced_ + unmatched_) / static_cast<double>(given), {}}
+            : Figure{{}, "no point was given"};
   score.figures["placed_share"] = share(points_);
   score.figures["coloured_share"] = share(coloured_);
   colour_.report(score);
@@ -166,16 +176,23 @@ ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string
   for (const Observation& observation : observe_sample(progress)) sights.add(observation);
   sights.report(score);
 
-  const auto quantile = [&](double q) { return latency_.count() ? Figure{latency_.quantile(q), {}} : Figure{{}, "no point was coloured before the stream's end"}; };
+  const auto quantile = [&](double q) {
+    return latency_.count() ? Figure{latency_.quantile(q), {}}
+                            : Figure{{}, "no point was coloured before the stream's end"};
+  };
   score.figures["latency_p50_ms"] = quantile(0.5);
   score.figures["latency_p99_ms"] = quantile(0.99);
-  Chart latency{"Latency from the last needed input", "ms of drive time", "% of points below", Chart::Kind::Lines, false, {}, {}};
+  Chart latency{
+      "Latency from the last needed input", "ms of drive time", "% of points below", Chart::Kind::Lines, false, {}, {}};
   latency.curves.push_back(distribution("", latency_));
   score.charts.push_back(std::move(latency));
   add_byte_figures(devices, score);
   score.notes.insert(score.notes.begin(),
-                     fmt::format("{} true returns, {} of them on the own vehicle and left out; {} points given, {} coloured ({} of them at the stream's end, without a latency), {} without truth; rays for one return in {}; true colours at {:.3f} of the nominal gain",
-                                 judge_.true_returns(), judge_.true_returns() - world_returns_, points_ + own_, coloured_, at_the_end_, unmatched_, one_in_, outlook_->mean_lens_gain()));
+                     fmt::format("{} true returns, {} of them on the own vehicle and left out; {} points given, {} "
+                                 "coloured ({} of them at the stream's end, without a latency), {} without truth; rays "
+                                 "for one return in {}; true colours at {:.3f} of the nominal gain",
+                                 judge_.true_returns(), judge_.true_returns() - world_returns_, points_ + own_,
+                                 coloured_, at_the_end_, unmatched_, one_in_, outlook_->mean_lens_gain()));
   if (view_) score.pictures = view_->pictures();
   return score;
 }

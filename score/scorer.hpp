@@ -17,9 +17,10 @@ namespace hueline::score {
 
 /// A point as the program gave it.
 struct PointClaim {
-  sim::Claim claim;                    ///< exposure: number of the true exposure. Not coloured: only firing, channel and place count
+  sim::Claim claim;  ///< exposure: number of the true exposure. Not coloured: only firing, channel and place count
   bool is_coloured = false;
-  std::optional<double> latency_ms;    ///< from the last needed input to the packet on which it came out; empty: came out at the end
+  std::optional<double>
+      latency_ms;  ///< from the last needed input to the packet on which it came out; empty: came out at the end
 };
 
 /// An exposure as the program stamped it, with the pose that it gives the head then (in ECEF, row by row).
@@ -30,14 +31,15 @@ struct ExposureClaim {
   std::optional<sim::Pose> T_ecef_head;
 };
 
-/// Holds all that the program says of one drive against the drive's truth and gives the figures of metric_table.hpp. What it says
-/// depends on the claims alone, not on their order among points. Thread-bound.
+/// Holds all that the program says of one drive against the drive's truth and gives the figures of metric_table.hpp.
+/// What it says depends on the claims alone, not on their order among points. Thread-bound.
 class Scorer {
  public:
   struct Config {
-    std::size_t ray_returns = 40'000;  ///< true returns that rays are cast for, about: one in so many, picked by a hash of firing and channel
-    std::uint64_t seed = 1;            ///< of that hash
-    int threads = 1;                   ///< that cast rays, the caller included; the figures do not depend on it
+    std::size_t ray_returns =
+        40'000;  ///< true returns that rays are cast for, about: one in so many, picked by a hash of firing and channel
+    std::uint64_t seed = 1;  ///< of that hash
+    int threads = 1;         ///< that cast rays, the caller included; the figures do not depend on it
     std::string validate() const;
   };
   /// `cache_dir`: Drive::cache_dir. Errors: those of sim::Judge.
@@ -46,13 +48,16 @@ class Scorer {
   void add(const ExposureClaim& exposure);
   void add(const PointClaim& point);
   /// Everything was added: casts the rays and writes the figures. `progress` gets 0 .. 1.
-  ScenarioScore finish(const std::string& name, const std::map<std::string, DeviceBytes>& devices, const std::function<void(double)>& progress);
+  ScenarioScore finish(const std::string& name, const std::map<std::string, DeviceBytes>& devices,
+                       const std::function<void(double)>& progress);
 
  private:
   Scorer(const sim::Scenario& scenario, sim::Judge judge, const Config& config);
   std::vector<Observation> observe_sample(const std::function<void(double)>& progress) const;
   bool is_sampled(const sim::TrueReturn& truth) const;
-  static std::uint64_t key(const sim::TrueReturn& truth) { return static_cast<std::uint64_t>(truth.fired_gps_ns) * 64 + truth.channel; }
+  static std::uint64_t key(const sim::TrueReturn& truth) {
+    return static_cast<std::uint64_t>(truth.fired_gps_ns) * 64 + truth.channel;
+  }
 
   Config config_;
   sim::Judge judge_;

@@ -15,7 +15,9 @@ void sum(std::array<float, 3>& into, Lab x) {
   into[1] += static_cast<float>(x.a);
   into[2] += static_cast<float>(x.b);
 }
-Lab mean(const std::array<float, 3>& sums, std::uint32_t count) { return (1.0 / count) * Lab{sums[0], sums[1], sums[2]}; }
+Lab mean(const std::array<float, 3>& sums, std::uint32_t count) {
+  return (1.0 / count) * Lab{sums[0], sums[1], sums[2]};
+}
 
 /// All cubes that two sides share.
 struct Seam {
@@ -30,11 +32,16 @@ double middle(std::vector<double>& values) {
 
 }  // namespace
 
-void SeamFigures::add(sim::Vec3 place, std::uint16_t surface, std::uint32_t exposure, std::uint8_t lens, Lab claimed, Lab truth) {
-  const auto cell = [](double x) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / kCell_m)) & 0xFFFF); };
-  const std::uint64_t key = cell(place.x) | cell(place.y) << 16 | cell(place.z) << 32 | static_cast<std::uint64_t>(surface) << 48;
+void SeamFigures::add(sim::Vec3 place, std::uint16_t surface, std::uint32_t exposure, std::uint8_t lens, Lab claimed,
+                      Lab truth) {
+  const auto cell = [](double x) {
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / kCell_m)) & 0xFFFF);
+  };
+  const std::uint64_t key =
+      cell(place.x) | cell(place.y) << 16 | cell(place.z) << 32 | static_cast<std::uint64_t>(surface) << 48;
   std::vector<Side>& sides = cells_[key];
-  auto side = std::find_if(sides.begin(), sides.end(), [&](const Side& s) { return s.exposure == exposure && s.lens == lens; });
+  auto side =
+      std::find_if(sides.begin(), sides.end(), [&](const Side& s) { return s.exposure == exposure && s.lens == lens; });
   if (side == sides.end()) {
     Side fresh;
     fresh.exposure = exposure;
@@ -54,7 +61,8 @@ void SeamFigures::report(ScenarioScore& score) const {
         const Side &a = sides[i], &b = sides[k];
         const std::array<std::uint32_t, 4> name{a.exposure, a.lens, b.exposure, b.lens};
         // Across exposures by the same lens alone: a change of both is neither seam. Each pair once.
-        if (a.count < kEnough || b.count < kEnough || (a.exposure == b.exposure) == (a.lens == b.lens) || name > std::array<std::uint32_t, 4>{b.exposure, b.lens, a.exposure, a.lens})
+        if (a.count < kEnough || b.count < kEnough || (a.exposure == b.exposure) == (a.lens == b.lens) ||
+            name > std::array<std::uint32_t, 4>{b.exposure, b.lens, a.exposure, a.lens})
           continue;
         Seam& seam = seams[name];
         const Lab step = mean(b.error, b.count) - mean(a.error, a.count);
@@ -70,7 +78,9 @@ void SeamFigures::report(ScenarioScore& score) const {
     const Lab half = 0.5 * Lab{middle(seam.L), middle(seam.a), middle(seam.b)};
     (name[0] == name[2] ? lens_steps : exposure_steps).add(ciede2000(truth - half, truth + half));
   }
-  const auto median = [](const sim::Spread& s, const char* none) { return s.count() ? Figure{s.quantile(0.5), {}} : Figure{{}, none}; };
+  const auto median = [](const sim::Spread& s, const char* none) {
+    return s.count() ? Figure{s.quantile(0.5), {}} : Figure{{}, none};
+  };
   score.figures["exposure_seam_de00"] = median(exposure_steps, "no two exposures colour enough of one surface");
   score.figures["lens_seam_de00"] = median(lens_steps, "no two lenses of an exposure colour enough of one surface");
   Chart chart{"Steps across seams", "dE00", "% of seams below", Chart::Kind::Lines, true, {}, {}};

@@ -10,11 +10,11 @@
 
 namespace hueline::score {
 
-/// Steps where one surface is coloured from two exposures by one lens (an exposure seam), or by two lenses of one exposure (a lens
-/// seam). Surfaces are cut into cubes of 0.25 m; in each cube that both sides colour, the difference of the two mean colour errors is
-/// taken: the true difference, texture for one, is out. The step of a seam is the median of its cubes' differences in L*, a* and b*, as
-/// CIEDE2000 on top of the seam's true mean: pixel noise and a few wrong surfaces drop out, what an eye sees along the seam stays.
-/// Thread-bound.
+/// Steps where one surface is coloured from two exposures by one lens (an exposure seam), or by two lenses of one
+/// exposure (a lens seam). Surfaces are cut into cubes of 0.25 m; in each cube that both sides colour, the difference
+/// of the two mean colour errors is taken: the true difference, texture for one, is out. The step of a seam is the
+/// median of its cubes' differences in L*, a* and b*, as CIEDE2000 on top of the seam's true mean: pixel noise and a
+/// few wrong surfaces drop out, what an eye sees along the seam stays. Thread-bound.
 class SeamFigures {
  public:
   static constexpr double kCell_m = 0.25;

@@ -51,7 +51,11 @@ std::string notes_json(const Sheet& sheet, const RunNotes& notes) {
       if (!figure.value) one["null_because"][metric] = figure.reason;
   }
   for (const Metric& metric : metrics())
-    out["metrics"][metric.name] = {{"unit", metric.unit}, {"meaning", metric.meaning}, {"better", name(metric.better)}, {"noise", metric.noise}, {"relative_noise", metric.relative_noise}};
+    out["metrics"][metric.name] = {{"unit", metric.unit},
+                                   {"meaning", metric.meaning},
+                                   {"better", name(metric.better)},
+                                   {"noise", metric.noise},
+                                   {"relative_noise", metric.relative_noise}};
   return out.dump(2) + "\n";
 }
 
@@ -59,7 +63,9 @@ Result<Sheet> read_score_json(const std::filesystem::path& path) {
   const auto text = read_input(path, 100'000'000, "a score");
   if (!text.ok()) return text.error();
   const auto json = nlohmann::ordered_json::parse(*text, nullptr, false);
-  const auto malformed = [&](const std::string& what) { return Error{ErrorCode::Malformed, path.string() + ": " + what}; };
+  const auto malformed = [&](const std::string& what) {
+    return Error{ErrorCode::Malformed, path.string() + ": " + what};
+  };
   if (!json.is_object()) return malformed("not {scenario: {metric: value}}");
   Sheet sheet;
   for (const auto& [scenario, figures] : json.items()) {
@@ -67,8 +73,10 @@ Result<Sheet> read_score_json(const std::filesystem::path& path) {
     ScenarioScore score;
     score.scenario = scenario;
     for (const auto& [metric, value] : figures.items()) {
-      if (!value.is_number() && !value.is_null()) return malformed("'" + scenario + "." + metric + "' is neither a number nor null");
-      score.figures[metric] = value.is_null() ? Figure{{}, "none in " + path.filename().string()} : Figure{value.get<double>(), {}};
+      if (!value.is_number() && !value.is_null())
+        return malformed("'" + scenario + "." + metric + "' is neither a number nor null");
+      score.figures[metric] =
+          value.is_null() ? Figure{{}, "none in " + path.filename().string()} : Figure{value.get<double>(), {}};
     }
     sheet.push_back(std::move(score));
   }

@@ -8,8 +8,8 @@
 
 namespace hueline::score {
 
-/// {scenario: {metric: value}}, null where there is none; scenarios and metrics in the sheet's order. Only figures that are the same
-/// on every run and the two of the clock on the wall; why a value is null is in notes.
+/// {scenario: {metric: value}}, null where there is none; scenarios and metrics in the sheet's order. Only figures that
+/// are the same on every run and the two of the clock on the wall; why a value is null is in notes.
 std::string score_json(const Sheet& sheet);
 
 /// Beside the figures: the command, what was measured on this machine, why a value is null, what each metric means.

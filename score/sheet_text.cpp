@@ -41,7 +41,8 @@ std::string terminal_table(const Sheet& sheet) {
   out += '\n';
   for (const Metric& m : metrics()) {
     out += fmt::format("{:{}}", m.name, wide);
-    for (std::size_t i = 0; i < sheet.size(); ++i) out += fmt::format("  {:>{}}", digits(m, figure_of(sheet[i], m)), columns[i]);
+    for (std::size_t i = 0; i < sheet.size(); ++i)
+      out += fmt::format("  {:>{}}", digits(m, figure_of(sheet[i], m)), columns[i]);
     out += m.is_wall_clock ? "  (this machine)\n" : "\n";
   }
   return out;
@@ -69,10 +70,13 @@ std::string terminal_changes(const std::vector<Change>& changes) {
     ++counts[static_cast<std::size_t>(c.verdict)];
     const Metric* metric = find_metric(c.metric);
     if (metric == nullptr || (c.verdict != Verdict::Better && c.verdict != Verdict::Worse)) continue;
-    out += fmt::format("{:6}  {:24} {:28} {:>10} -> {:>10} {}{}\n", name(c.verdict), c.scenario, c.metric, digits(*metric, c.before), digits(*metric, c.now), metric->unit,
+    out += fmt::format("{:6}  {:24} {:28} {:>10} -> {:>10} {}{}\n", name(c.verdict), c.scenario, c.metric,
+                       digits(*metric, c.before), digits(*metric, c.now), metric->unit,
                        c.now.value ? std::string() : fmt::format(" ({})", c.now.reason));
   }
-  out += fmt::format("{} figures the same within their noise, {} better, {} worse, {} of scenarios not run, {} for information\n", counts[0], counts[1], counts[2], counts[4], counts[3]);
+  out += fmt::format(
+      "{} figures the same within their noise, {} better, {} worse, {} of scenarios not run, {} for information\n",
+      counts[0], counts[1], counts[2], counts[4], counts[3]);
   return out;
 }
 

@@ -14,7 +14,8 @@ namespace {
 
 /// "parked car 3" is a "parked car".
 std::string kind_of(std::string surface) {
-  while (!surface.empty() && (std::isdigit(static_cast<unsigned char>(surface.back())) || surface.back() == ' ')) surface.pop_back();
+  while (!surface.empty() && (std::isdigit(static_cast<unsigned char>(surface.back())) || surface.back() == ' '))
+    surface.pop_back();
   return surface;
 }
 
@@ -46,12 +47,20 @@ void SightFigures::add(const Observation& o) {
 Chart SightFigures::chart_by_kind() const {
   constexpr std::size_t kKinds = 6, kLetters = 10;
   std::vector<std::pair<std::string, Share>> kinds(wrong_by_kind_.begin(), wrong_by_kind_.end());
-  std::stable_sort(kinds.begin(), kinds.end(), [](const auto& a, const auto& b) { return a.second.part > b.second.part; });
+  std::stable_sort(kinds.begin(), kinds.end(),
+                   [](const auto& a, const auto& b) { return a.second.part > b.second.part; });
   if (kinds.size() > kKinds) kinds.resize(kKinds);
-  Chart chart{"From a wrong surface, by what the point is on", "most wrong points first", "% of points", Chart::Kind::Bars, false, {}, {}};
+  Chart chart{"From a wrong surface, by what the point is on",
+              "most wrong points first",
+              "% of points",
+              Chart::Kind::Bars,
+              false,
+              {},
+              {}};
   Chart::Curve curve{"", {}, {}};
   for (const auto& [kind, share] : kinds) {
-    curve.points.emplace_back(static_cast<double>(chart.bar_names.size()), 100.0 * static_cast<double>(share.part) / static_cast<double>(share.whole));
+    curve.points.emplace_back(static_cast<double>(chart.bar_names.size()),
+                              100.0 * static_cast<double>(share.part) / static_cast<double>(share.whole));
     chart.bar_names.push_back(kind.substr(0, kLetters));
   }
   chart.curves.push_back(std::move(curve));
@@ -70,8 +79,11 @@ void SightFigures::report(ScenarioScore& score) const {
   }
   f["wrong_surface_edge_share"] = at_edges.figure("no sampled coloured point is near an outline");
   f["hole_coloured_share"] = hole_coloured_.figure("no sampled return lies in the hole");
-  f["moving_contaminated_share"] = moving_seen_ ? contaminated_.figure(kNone) : Figure{{}, "neither laser nor camera met anything that moves"};
-  const auto median = [](const sim::Spread& s, const char* none) { return s.count() ? Figure{s.quantile(0.5), {}} : Figure{{}, none}; };
+  f["moving_contaminated_share"] =
+      moving_seen_ ? contaminated_.figure(kNone) : Figure{{}, "neither laser nor camera met anything that moves"};
+  const auto median = [](const sim::Spread& s, const char* none) {
+    return s.count() ? Figure{s.quantile(0.5), {}} : Figure{{}, none};
+  };
   const auto ratio = [](const Figure& a, const Figure& b) {
     if (!a.value) return a;
     if (!b.value || *b.value <= 0) return Figure{{}, b.value ? "the denominator is 0" : b.reason};
@@ -80,19 +92,30 @@ void SightFigures::report(ScenarioScore& score) const {
   f["colour_de00_edge_median"] = median(edge_, "no sampled coloured point is near an edge");
   f["colour_de00_smooth_median"] = median(smooth_, "no sampled coloured point is away from edges");
   f["edge_smooth_ratio"] = ratio(f["colour_de00_edge_median"], f["colour_de00_smooth_median"]);
-  f["hole_de00_ratio"] = ratio(median(hole_, "no sampled point in the hole is coloured"), median(outside_hole_, "no sampled point outside the hole is coloured"));
-  score.notes.push_back(fmt::format("rays: {} sampled returns, {} coloured; {} of a wrong surface ({} hidden, {} moved away), their median dE00 {:.1f}; {} in the hole; {} beyond the lens's border",
-                                    returns_, wrong_.whole, wrong_.part, wrong_occluded_.part, wrong_.part - wrong_occluded_.part, wrong_colour_.count() ? wrong_colour_.quantile(0.5) : 0.0,
-                                    hole_coloured_.whole, not_in_lens_));
+  f["hole_de00_ratio"] = ratio(median(hole_, "no sampled point in the hole is coloured"),
+                               median(outside_hole_, "no sampled point outside the hole is coloured"));
+  score.notes.push_back(
+      fmt::format("rays: {} sampled returns, {} coloured; {} of a wrong surface ({} hidden, {} moved away), their "
+                  "median dE00 {:.1f}; {} in the hole; {} beyond the lens's border",
+                  returns_, wrong_.whole, wrong_.part, wrong_occluded_.part, wrong_.part - wrong_occluded_.part,
+                  wrong_colour_.count() ? wrong_colour_.quantile(0.5) : 0.0, hole_coloured_.whole, not_in_lens_));
 
   Chart colours{"Colour error, by where the point is", "dE00", "% of points below", Chart::Kind::Lines, true, {}, {}};
-  colours.curves = {distribution("smooth", smooth_), distribution("near edges", edge_), distribution("hole", hole_), distribution("wrong surface", wrong_colour_)};
+  colours.curves = {distribution("smooth", smooth_), distribution("near edges", edge_), distribution("hole", hole_),
+                    distribution("wrong surface", wrong_colour_)};
   score.charts.push_back(std::move(colours));
-  Chart wrong{"From a wrong surface, by distance to an outline", "lens pixels", "% of points", Chart::Kind::Bars, false, {"< 1", "1-2", "2-4", "4-8", "> 8"}, {}};
+  Chart wrong{"From a wrong surface, by distance to an outline",
+              "lens pixels",
+              "% of points",
+              Chart::Kind::Bars,
+              false,
+              {"< 1", "1-2", "2-4", "4-8", "> 8"},
+              {}};
   Chart::Curve curve{"", {}, {}};
   for (std::size_t ring = 0; ring < kRings; ++ring)
     if (wrong_by_ring_[ring].whole)
-      curve.points.emplace_back(static_cast<double>(ring), 100.0 * static_cast<double>(wrong_by_ring_[ring].part) / static_cast<double>(wrong_by_ring_[ring].whole));
+      curve.points.emplace_back(static_cast<double>(ring), 100.0 * static_cast<double>(wrong_by_ring_[ring].part) /
+                                                               static_cast<double>(wrong_by_ring_[ring].whole));
   wrong.curves.push_back(std::move(curve));
   score.charts.push_back(std::move(wrong));
   score.charts.push_back(chart_by_kind());

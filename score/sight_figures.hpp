@@ -11,7 +11,8 @@
 
 namespace hueline::score {
 
-/// Sums up what rays into the world say of a sample of returns: who saw them, what lay between, where edges are. Thread-bound.
+/// Sums up what rays into the world say of a sample of returns: who saw them, what lay between, where edges are.
+/// Thread-bound.
 class SightFigures {
  public:
   /// Names by surface; must outlive it.
@@ -19,7 +20,8 @@ class SightFigures {
 
   /// One sampled true return that is not on the own vehicle.
   void add(const Observation& observation);
-  /// visible_coloured_share, wrong_surface_*, colour_de00_edge/smooth_median, edge_smooth_ratio, hole_*, moving_contaminated_share.
+  /// visible_coloured_share, wrong_surface_*, colour_de00_edge/smooth_median, edge_smooth_ratio, hole_*,
+  /// moving_contaminated_share.
   void report(ScenarioScore& score) const;
 
  private:

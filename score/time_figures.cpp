@@ -18,12 +18,14 @@ double quantile(std::vector<double> values, double share) {
 void add_time_figures(const std::vector<ExposureError>& errors, std::size_t exposures_made, ScenarioScore& score) {
   Figures& f = score.figures;
   f["exposures_stamped_share"] =
-      exposures_made ? Figure{static_cast<double>(errors.size()) / static_cast<double>(exposures_made), {}} : Figure{{}, "the camera made no exposure"};
+      exposures_made ? Figure{static_cast<double>(errors.size()) / static_cast<double>(exposures_made), {}}
+                     : Figure{{}, "the camera made no exposure"};
   const std::string none = exposures_made ? "no exposure was stamped" : "the camera made no exposure";
-  for (const char* name : {"exposure_time_rms_us", "exposure_time_p99_us", "exposure_time_coverage_95", "exposure_time_coverage_1s",
-                           "exposure_time_coverage_2s", "exposure_time_coverage_3s"})
+  for (const char* name : {"exposure_time_rms_us", "exposure_time_p99_us", "exposure_time_coverage_95",
+                           "exposure_time_coverage_1s", "exposure_time_coverage_2s", "exposure_time_coverage_3s"})
     f[name] = {{}, none};
-  for (const char* name : {"pose_position_rms_m", "pose_attitude_rms_deg"}) f[name] = {{}, errors.empty() ? none : "no stamped exposure has a pose"};
+  for (const char* name : {"pose_position_rms_m", "pose_attitude_rms_deg"})
+    f[name] = {{}, errors.empty() ? none : "no stamped exposure has a pose"};
   if (errors.empty()) return;
 
   std::vector<double> absolute;
@@ -40,7 +42,9 @@ void add_time_figures(const std::vector<ExposureError>& errors, std::size_t expo
   const auto n = static_cast<double>(errors.size());
   const auto inside = [&](double sigmas) {
     // A hair of slack: a sigma of 0 with an error of 0 is inside.
-    const auto count = std::count_if(errors.begin(), errors.end(), [&](const ExposureError& e) { return std::abs(e.error_us) <= sigmas * e.sigma_us + 1e-9; });
+    const auto count = std::count_if(errors.begin(), errors.end(), [&](const ExposureError& e) {
+      return std::abs(e.error_us) <= sigmas * e.sigma_us + 1e-9;
+    });
     return Figure{static_cast<double>(count) / n, {}};
   };
   f["exposure_time_rms_us"] = {std::sqrt(square / n), {}};
@@ -54,7 +58,8 @@ void add_time_figures(const std::vector<ExposureError>& errors, std::size_t expo
     f["pose_attitude_rms_deg"] = {std::sqrt(attitude2 / static_cast<double>(poses)), {}};
   }
 
-  Chart time{"Exposure time error, bars: 1.96 stated sigma", "s of the drive", "us", Chart::Kind::Points, false, {}, {}};
+  Chart time{
+      "Exposure time error, bars: 1.96 stated sigma", "s of the drive", "us", Chart::Kind::Points, false, {}, {}};
   Chart pose{"Place of the head at the exposures", "s of the drive", "mm", Chart::Kind::Lines, false, {}, {}};
   Chart::Curve stamped{"stamped - true", {}, {}};
   std::array<Chart::Curve, 3> axes{{{"east", {}, {}}, {"north", {}, {}}, {"up", {}, {}}}};

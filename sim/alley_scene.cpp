@@ -9,8 +9,10 @@ namespace {
 /// One side: fronts of 4 to 8 m at distances of their own.
 void add_side(Scene& scene, const Scenario& c, const CentreLine& line, double length, double side) {
   Draw draw{c.seed, kStreamScene + (side > 0 ? 25u : 24u)};
-  const std::uint16_t pipe = add_surface(scene, side > 0 ? "pipes right" : "pipes left"), step = add_surface(scene, side > 0 ? "steps right" : "steps left");
-  const std::uint16_t bin = add_surface(scene, side > 0 ? "bins right" : "bins left"), pots = add_surface(scene, side > 0 ? "pots right" : "pots left");
+  const std::uint16_t pipe = add_surface(scene, side > 0 ? "pipes right" : "pipes left"),
+                      step = add_surface(scene, side > 0 ? "steps right" : "steps left");
+  const std::uint16_t bin = add_surface(scene, side > 0 ? "bins right" : "bins left"),
+                      pots = add_surface(scene, side > 0 ? "pots right" : "pots left");
   double s = -kStreetBehind, distance = 0.5 * (c.alley.near_m + c.alley.far_m);
   while (s < length + kStreetAhead) {
     const double width = draw(4.5, 8.0);
@@ -25,13 +27,17 @@ void add_side(Scene& scene, const Scenario& c, const CentreLine& line, double le
     style.has_shop = style.has_shop && draw(0, 1) < 0.35;
     add_building(scene, a, b, 0, 8, style, false);
     const Pose T{R_enu_body(0, 0, line.heading(s)), {}};
-    const auto on_wall = [&](double along, double out, double up) { return line.place(s + along, lateral - side * out, up); };
-    scene.still.rod(on_wall(0.25, 0.08, 0.1), on_wall(0.25, 0.08, style.height_m - 0.2), 0.05, 8, {Material::Steel, pipe, 0});
+    const auto on_wall = [&](double along, double out, double up) {
+      return line.place(s + along, lateral - side * out, up);
+    };
+    scene.still.rod(on_wall(0.25, 0.08, 0.1), on_wall(0.25, 0.08, style.height_m - 0.2), 0.05, 8,
+                    {Material::Steel, pipe, 0});
     // Sills stand out from the wall under each upper window: short edges close to the lenses.
     for (double z = 3.95 + 0.62; z + style.storey_m < style.height_m + 0.3; z += style.storey_m)
       for (double x = style.bay_m / 2; x + 0.4 < width; x += style.bay_m) {
         const Pose sill{T.R, on_wall(x, 0.0, z)};
-        scene.still.box(sill, {-0.14, -0.55 * style.window_width_m, 0}, {0.14, 0.55 * style.window_width_m, 0.1}, {Material::Marble, step, 1});
+        scene.still.box(sill, {-0.14, -0.55 * style.window_width_m, 0}, {0.14, 0.55 * style.window_width_m, 0.1},
+                        {Material::Marble, step, 1});
       }
     const Pose door{T.R, on_wall(side > 0 ? width - 0.72 * style.width_m - 0.6 : 0.72 * style.width_m + 0.6, 0.3, 0)};
     scene.still.box(door, {-0.3, -0.75, 0}, {0.3, 0.75, 0.16}, {Material::Marble, step, 0});
@@ -53,10 +59,12 @@ void add_washing(Scene& scene, const Scenario& c, const CentreLine& line, double
   const std::uint16_t rope = add_surface(scene, "ropes"), cloth = add_surface(scene, "washing");
   for (double s = 4; s < length + 40; s += draw(9, 15)) {
     const double up = draw(5.0, 6.5), reach = c.alley.far_m, lane = c.drive.lane_offset_m;
-    scene.still.rod(line.place(s, lane - reach, up), line.place(s, lane + reach, up), 0.012, 5, {Material::Steel, rope, 0});
+    scene.still.rod(line.place(s, lane - reach, up), line.place(s, lane + reach, up), 0.012, 5,
+                    {Material::Steel, rope, 0});
     for (double x = lane - 1.6; x < lane + 1.4; x += draw(0.7, 1.1)) {
       const double drop = draw(0.5, 1.0), wide = draw(0.35, 0.6);
-      scene.still.rectangle({line.place(s, x, up - drop), line.place(s, x + wide, up - drop), line.place(s, x + wide, up), line.place(s, x, up)},
+      scene.still.rectangle({line.place(s, x, up - drop), line.place(s, x + wide, up - drop),
+                             line.place(s, x + wide, up), line.place(s, x, up)},
                             {Material::Cloth, cloth, draw.below(9)});
     }
   }

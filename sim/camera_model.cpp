@@ -50,7 +50,9 @@ PanoramicCamera::PanoramicCamera(const Scenario& scenario, const Motion& motion,
   }
 }
 
-Pose PanoramicCamera::T_enu_head(std::size_t number) const { return motion_.T_enu_body(exposure_mid(number)) * rig_.T_body_head; }
+Pose PanoramicCamera::T_enu_head(std::size_t number) const {
+  return motion_.T_enu_body(exposure_mid(number)) * rig_.T_body_head;
+}
 
 std::vector<Moment> PanoramicCamera::moments(std::size_t number, double row) const {
   // Poses spread evenly over the exposure; one: its middle.
@@ -63,7 +65,8 @@ std::vector<Moment> PanoramicCamera::moments(std::size_t number, double row) con
 
 std::vector<std::uint8_t> PanoramicCamera::expose(std::size_t number, unsigned threads) const {
   const Moments all_rows{moments(number, 0.5 * (scenario_.camera.lens_height - 1))};
-  std::vector<std::uint8_t> image(static_cast<std::size_t>(rig_.image_width()) * static_cast<std::size_t>(rig_.image_height()));
+  std::vector<std::uint8_t> image(static_cast<std::size_t>(rig_.image_width()) *
+                                  static_cast<std::size_t>(rig_.image_height()));
   const int blocks = (scenario_.camera.lens_height + kBlockRows - 1) / kBlockRows;
   const int total = blocks * static_cast<int>(lenses_.size());
   std::atomic<int> next{0};
@@ -110,8 +113,10 @@ void PanoramicCamera::render(const Lens& lens, const Moments& moments, Block& bl
         for (int k = 0; k < 8; ++k) {
           const int u = x + k % tile_columns, v = y + k / tile_columns;
           if (u >= width || v >= block.rows) continue;
-          const auto pixel = static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
-          const float* d = &lens.directions[3 * (static_cast<std::size_t>(block.first) * static_cast<std::size_t>(width) + pixel)];
+          const auto pixel =
+              static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
+          const float* d =
+              &lens.directions[3 * (static_cast<std::size_t>(block.first) * static_cast<std::size_t>(width) + pixel)];
           if (d[2] == 0) continue;
           rays[n] = {T.p, T.R * Vec3{d[0], d[1], d[2]}};
           target[n++] = pixel;
@@ -133,7 +138,8 @@ void PanoramicCamera::smooth_outlines(const Lens& lens, const Moments& moments, 
   for (std::size_t y = 0; y < static_cast<std::size_t>(block.rows); ++y)
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t i = y * width + x;
-      const bool differs = (x > 0 && block.face[i] != block.face[i - 1]) || (x + 1 < width && block.face[i] != block.face[i + 1]) ||
+      const bool differs = (x > 0 && block.face[i] != block.face[i - 1]) ||
+                           (x + 1 < width && block.face[i] != block.face[i + 1]) ||
                            (y > 0 && block.face[i] != block.face[i - width]) ||
                            (y + 1 < static_cast<std::size_t>(block.rows) && block.face[i] != block.face[i + width]);
       if (differs) edges[moments.size() == 1 ? 0 : y].push_back(i);
@@ -142,13 +148,14 @@ void PanoramicCamera::smooth_outlines(const Lens& lens, const Moments& moments, 
   static constexpr std::array<std::array<float, 2>, 3> kOffsets{{{-0.38f, 0.18f}, {0.12f, -0.38f}, {0.36f, 0.32f}}};
   const float share = 0.25f / static_cast<float>(moments[0].size());
   for (std::size_t group = 0; group < edges.size(); ++group) {
-    for (const std::size_t i : edges[group]) block.light[i] = {0.25f * block.light[i].r, 0.25f * block.light[i].g, 0.25f * block.light[i].b};
+    for (const std::size_t i : edges[group])
+      block.light[i] = {0.25f * block.light[i].r, 0.25f * block.light[i].g, 0.25f * block.light[i].b};
     for (const Moment& moment : moments[group]) sample_outlines(lens, moment, edges[group], share, kOffsets, block);
   }
 }
 
-void PanoramicCamera::sample_outlines(const Lens& lens, const Moment& moment, const std::vector<std::size_t>& edges, float share,
-                                      std::span<const std::array<float, 2>> offsets, Block& block) const {
+void PanoramicCamera::sample_outlines(const Lens& lens, const Moment& moment, const std::vector<std::size_t>& edges,
+                                      float share, std::span<const std::array<float, 2>> offsets, Block& block) const {
   const auto width = static_cast<std::size_t>(lens.optics.width);
   const auto first = static_cast<std::size_t>(block.first);
   const Pose T = moment.T_enu_body * rig_.T_body_head * lens.optics.T_head_lens;
@@ -170,7 +177,8 @@ void PanoramicCamera::sample_outlines(const Lens& lens, const Moment& moment, co
     // Directions vary smoothly: to the right and downwards by differences, at the borders by those on the other side.
     const float* right = x + 1 < width ? d + 3 : d - 3;
     const float* below = y + 1 < static_cast<std::size_t>(lens.optics.height) ? d + 3 * width : d - 3 * width;
-    const float su = x + 1 < width ? 1.0f : -1.0f, sv = y + 1 < static_cast<std::size_t>(lens.optics.height) ? 1.0f : -1.0f;
+    const float su = x + 1 < width ? 1.0f : -1.0f,
+                sv = y + 1 < static_cast<std::size_t>(lens.optics.height) ? 1.0f : -1.0f;
     if (d[2] == 0 || right[2] == 0 || below[2] == 0) continue;
     for (const auto& [du, dv] : offsets) {
       std::array<float, 3> e;
@@ -183,14 +191,17 @@ void PanoramicCamera::sample_outlines(const Lens& lens, const Moment& moment, co
   if (n > 0) flush();
 }
 
-void PanoramicCamera::develop(std::size_t number, std::size_t index, const Block& block, std::vector<std::uint8_t>& image) const {
+void PanoramicCamera::develop(std::size_t number, std::size_t index, const Block& block,
+                              std::vector<std::uint8_t>& image) const {
   const Lens& lens = lenses_[index];
   const auto width = static_cast<std::size_t>(lens.optics.width), stack = static_cast<std::size_t>(rig_.image_width());
-  const auto column = static_cast<std::size_t>(rig_.column_of(index)), row = static_cast<std::size_t>(rig_.row_of(index));
+  const auto column = static_cast<std::size_t>(rig_.column_of(index)),
+             row = static_cast<std::size_t>(rig_.row_of(index));
   const auto well = static_cast<float>(scenario_.camera.full_well_electrons);
   const auto read2 = static_cast<float>(scenario_.camera.read_noise_electrons * scenario_.camera.read_noise_electrons);
   const float gain = gains_[number][index];
-  const std::uint64_t key = scrambled(scenario_.seed ^ scrambled(kStreamPixel + (static_cast<std::uint64_t>(number) << 8)));
+  const std::uint64_t key =
+      scrambled(scenario_.seed ^ scrambled(kStreamPixel + (static_cast<std::uint64_t>(number) << 8)));
   for (std::size_t y = 0; y < static_cast<std::size_t>(block.rows); ++y) {
     const std::size_t v = static_cast<std::size_t>(block.first) + y;
     std::uint8_t* out = &image[(row + v) * stack + column];

@@ -10,7 +10,8 @@
 
 namespace hueline::sim {
 
-/// The panoramic head: all lenses at one moment, one stacked Bayer image (BayerRG8: red at even row, even column of the stack).
+/// The panoramic head: all lenses at one moment, one stacked Bayer image (BayerRG8: red at even row, even column of the
+/// stack).
 class PanoramicCamera {
  public:
   PanoramicCamera(const Scenario& scenario, const Motion& motion, const World& world);
@@ -25,7 +26,8 @@ class PanoramicCamera {
   /// Pose of the head at the middle of an exposure.
   Pose T_enu_head(std::size_t number) const;
 
-  /// Raw bytes of one exposure. The same for any number of threads: each pixel's noise is a function of (seed, exposure, pixel).
+  /// Raw bytes of one exposure. The same for any number of threads: each pixel's noise is a function of (seed,
+  /// exposure, pixel).
   std::vector<std::uint8_t> expose(std::size_t number, unsigned threads) const;
 
  private:

@@ -18,8 +18,8 @@ Status write_drive(const Drive& d, const std::string& path) {
   out.number(static_cast<std::uint64_t>(d.ins.size()));
   for (const InsSample& s : d.ins) {
     out.number(s.gps_ns);
-    for (const double x : {s.latitude_rad, s.longitude_rad, s.ellipsoidal_height_m, s.velocity_east, s.velocity_north, s.velocity_up,
-                           s.roll_rad, s.pitch_rad, s.heading_rad})
+    for (const double x : {s.latitude_rad, s.longitude_rad, s.ellipsoidal_height_m, s.velocity_east, s.velocity_north,
+                           s.velocity_up, s.roll_rad, s.pitch_rad, s.heading_rad})
       out.number(x);
     for (const double x : s.sigma) out.number(x);
     out.number(s.status);
@@ -47,7 +47,8 @@ Status write_drive(const Drive& d, const std::string& path) {
   if (!d.profile.empty() || !d.wheel.empty()) out.number(static_cast<std::uint64_t>(d.profile.size()));
   for (const ProfilePacket& p : d.profile) {
     out.number(p.first_pulse_gps_ns);
-    for (const std::uint32_t x : {p.line, p.angle, static_cast<std::uint32_t>(p.angle_step), p.period_ps}) out.number(x);
+    for (const std::uint32_t x : {p.line, p.angle, static_cast<std::uint32_t>(p.angle_step), p.period_ps})
+      out.number(x);
     out.number(static_cast<std::uint32_t>(p.counts.size()));
     out.number(static_cast<std::uint32_t>(p.range_100um.size()));
     out.bytes(p.counts.data(), p.counts.size());
@@ -76,8 +77,8 @@ Result<Drive> read_drive(const std::string& path) {
   if (in.fits(count, 154)) d.ins.resize(count);
   for (InsSample& s : d.ins) {
     s.gps_ns = in.number<GpsNs>();
-    for (double* x : {&s.latitude_rad, &s.longitude_rad, &s.ellipsoidal_height_m, &s.velocity_east, &s.velocity_north, &s.velocity_up,
-                      &s.roll_rad, &s.pitch_rad, &s.heading_rad})
+    for (double* x : {&s.latitude_rad, &s.longitude_rad, &s.ellipsoidal_height_m, &s.velocity_east, &s.velocity_north,
+                      &s.velocity_up, &s.roll_rad, &s.pitch_rad, &s.heading_rad})
       *x = in.number<double>();
     for (double& x : s.sigma) x = in.number<double>();
     s.status = in.number<std::uint8_t>();

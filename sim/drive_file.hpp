@@ -5,8 +5,9 @@
 #include "core/result.hpp"
 #include "sim/drive.hpp"
 
-/// drive.bin of the cache: a Drive without its images. Little-endian: "HLDRIVE2", the members in their order, vectors with a u32 or
-/// u64 count before them. Private to the cache: a scenario's fingerprint covers the revision that wrote it.
+/// drive.bin of the cache: a Drive without its images. Little-endian: "HLDRIVE2", the members in their order, vectors
+/// with a u32 or u64 count before them. Private to the cache: a scenario's fingerprint covers the revision that wrote
+/// it.
 namespace hueline::sim {
 
 constexpr char kDriveMagic[] = "HLDRIVE2";

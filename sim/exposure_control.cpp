@@ -15,11 +15,13 @@ std::vector<Vec3> metered(const TrueLens& lens) {
   std::vector<Vec3> out;
   for (int j = 0; j < kRows; ++j)
     for (int i = 0; i < kColumns; ++i)
-      if (const auto ray = lens.ray((i + 0.5) * lens.width / kColumns - 0.5, (j + 0.5) * lens.height / kRows - 0.5)) out.push_back(*ray);
+      if (const auto ray = lens.ray((i + 0.5) * lens.width / kColumns - 0.5, (j + 0.5) * lens.height / kRows - 0.5))
+        out.push_back(*ray);
   return out;
 }
 
-std::vector<float> look(const World& world, const Moment& moment, const Pose& T_enu_lens, const std::vector<Vec3>& directions) {
+std::vector<float> look(const World& world, const Moment& moment, const Pose& T_enu_lens,
+                        const std::vector<Vec3>& directions) {
   std::vector<float> light;
   std::array<World::Ray, World::kBatch> rays;
   std::array<Seen, World::kBatch> seen;
@@ -28,7 +30,8 @@ std::vector<float> look(const World& world, const Moment& moment, const Pose& T_
     for (std::size_t i = 0; i < n; ++i) rays[i] = {T_enu_lens.p, T_enu_lens.R * directions[first + i]};
     // Wide cones: a metered pixel stands for its part of the image.
     world.look(moment, std::span(rays).first(n), 0.02f, std::span(seen).first(n));
-    for (std::size_t i = 0; i < n; ++i) light.push_back(0.25f * seen[i].colour.r + 0.5f * seen[i].colour.g + 0.25f * seen[i].colour.b);
+    for (std::size_t i = 0; i < n; ++i)
+      light.push_back(0.25f * seen[i].colour.r + 0.5f * seen[i].colour.g + 0.25f * seen[i].colour.b);
   }
   return light;
 }
@@ -43,8 +46,8 @@ double next_gain(const CameraConfig& c, const std::vector<float>& light, double 
 
 }  // namespace
 
-std::vector<std::vector<float>> lens_gains(const Scenario& scenario, const World& world, const Motion& motion, const RigTruth& rig,
-                                           std::size_t exposures) {
+std::vector<std::vector<float>> lens_gains(const Scenario& scenario, const World& world, const Motion& motion,
+                                           const RigTruth& rig, std::size_t exposures) {
   const CameraConfig& c = scenario.camera;
   std::vector<std::vector<float>> gains(exposures, std::vector<float>(rig.lenses.size(), 1.0f));
   if (!c.auto_exposure) return gains;
@@ -55,7 +58,8 @@ std::vector<std::vector<float>> lens_gains(const Scenario& scenario, const World
     double gain = 1;
     for (std::size_t number = 0; number < exposures; ++number) {
       const GpsNs t = shutter.mid(number);
-      const auto light = look(world, world.moment(t), motion.T_enu_body(t) * rig.T_body_head * lens.T_head_lens, directions);
+      const auto light =
+          look(world, world.moment(t), motion.T_enu_body(t) * rig.T_body_head * lens.T_head_lens, directions);
       if (number == 0)
         for (int i = 0; i < kSettling; ++i) gain = next_gain(c, light, gain);
       gains[number][index] = static_cast<float>(gain);

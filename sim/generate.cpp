@@ -42,7 +42,8 @@ constexpr std::uint32_t kPayloadRow = 4096;
 constexpr std::int64_t kGpsEpochUnix_s = 315'964'800;
 
 /// As the head's own compression sends it.
-Result<Bytes> jpeg_planes(const Scenario& scenario, const RigTruth& rig, const CameraExposure& e, std::span<const std::uint8_t> mosaic) {
+Result<Bytes> jpeg_planes(const Scenario& scenario, const RigTruth& rig, const CameraExposure& e,
+                          std::span<const std::uint8_t> mosaic) {
   JpegPlanesImage image;
   image.mosaic = mosaic;
   image.width = static_cast<std::uint32_t>(rig.image_width());
@@ -70,8 +71,8 @@ Status fill_up(const fs::path& folder, std::size_t largest, std::vector<CameraEx
 }
 
 /// Images one after the other (each in parallel by itself), so that at most one is in memory.
-Status render_images(const Scenario& scenario, const PanoramicCamera& camera, const RigTruth& rig, const fs::path& folder, Drive& drive, unsigned threads,
-                     const std::function<bool(double)>& go_on) {
+Status render_images(const Scenario& scenario, const PanoramicCamera& camera, const RigTruth& rig,
+                     const fs::path& folder, Drive& drive, unsigned threads, const std::function<bool(double)>& go_on) {
   const bool is_coded = scenario.camera.payload == ImagePayload::JpegPlanes;
   std::size_t largest = 0;
   for (std::size_t i = 0; i < camera.exposure_count(); ++i) {
@@ -132,7 +133,8 @@ bool is_current(const fs::path& folder) {
   return begins("drive.bin", kDriveMagic) && begins("truth.bin", kTruthMagic);
 }
 
-Status make(const Scenario& scenario, const fs::path& folder, const Progress& progress, const GenerateOptions& options) {
+Status make(const Scenario& scenario, const fs::path& folder, const Progress& progress,
+            const GenerateOptions& options) {
   const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
   auto last = std::chrono::steady_clock::time_point();
   // Progress is for people: it is the only thing here that looks at a clock.
@@ -162,10 +164,12 @@ Status make(const Scenario& scenario, const fs::path& folder, const Progress& pr
   drive.pps_edge_error_ns = simulate_pps(scenario);
   drive.wheel = simulate_wheel(scenario, motion);
 
-  TruthHeader header{origin.latitude, origin.longitude, origin.height, scenario.text(), world.surfaces(), world.targets(), {}};
+  TruthHeader header{
+      origin.latitude, origin.longitude, origin.height, scenario.text(), world.surfaces(), world.targets(), {}};
   for (std::size_t i = 0; i < camera.exposure_count(); ++i) {
     const Pose T = camera.T_enu_head(i);
-    header.exposures.push_back({static_cast<std::uint32_t>(i), camera.exposure_mid(i), T.R.m, {T.p.x, T.p.y, T.p.z}, camera.lens_gains(i)});
+    header.exposures.push_back(
+        {static_cast<std::uint32_t>(i), camera.exposure_mid(i), T.R.m, {T.p.x, T.p.y, T.p.z}, camera.lens_gains(i)});
   }
   TruthWriter truth((folder / "truth.bin").string(), header);
   if (Status s = render_images(scenario, camera, rig, folder, drive, threads, report("images")); !s.ok()) return s;
@@ -189,8 +193,10 @@ Status make(const Scenario& scenario, const fs::path& folder, const Progress& pr
 
 }  // namespace
 
-Result<Drive> generate(const Scenario& scenario, const std::string& cache_dir, const Progress& progress, const GenerateOptions& options) {
-  if (const std::string complaint = scenario.validate(); !complaint.empty()) return Error{ErrorCode::Invalid, "scenario: " + complaint};
+Result<Drive> generate(const Scenario& scenario, const std::string& cache_dir, const Progress& progress,
+                       const GenerateOptions& options) {
+  if (const std::string complaint = scenario.validate(); !complaint.empty())
+    return Error{ErrorCode::Invalid, "scenario: " + complaint};
   const fs::path folder = fs::path(cache_dir) / scenario.fingerprint();
   const std::string file = (folder / "drive.bin").string();
   std::error_code ec;

@@ -10,7 +10,8 @@
 
 namespace hueline::sim {
 
-/// What is being made and how much of it is done, 0 .. 1. Called from the calling thread, about ten times a second at most.
+/// What is being made and how much of it is done, 0 .. 1. Called from the calling thread, about ten times a second at
+/// most.
 using Progress = std::function<void(const std::string& stage, double share)>;
 
 struct GenerateOptions {
@@ -18,10 +19,10 @@ struct GenerateOptions {
   std::stop_token stop;
 };
 
-/// Renders a drive into cache_dir/<fingerprint>/, or finds it there from an earlier call. The folder holds drive.bin, truth.bin
-/// (sim/truth_file.hpp), scenario.txt and images/NNNNNN.raw (Bayer bytes or JPEG planes, image_file is the path relative to the folder). It is
-/// made under another name and renamed when whole, so a folder of that name is never half a drive.
-/// Errors: Invalid (scenario), Io, Stopped.
+/// Renders a drive into cache_dir/<fingerprint>/, or finds it there from an earlier call. The folder holds drive.bin,
+/// truth.bin (sim/truth_file.hpp), scenario.txt and images/NNNNNN.raw (Bayer bytes or JPEG planes, image_file is the
+/// path relative to the folder). It is made under another name and renamed when whole, so a folder of that name is
+/// never half a drive. Errors: Invalid (scenario), Io, Stopped.
 Result<Drive> generate(const Scenario& scenario, const std::string& cache_dir, const Progress& progress = {},
                        const GenerateOptions& options = {});
 

@@ -21,7 +21,8 @@ std::vector<InsSample> simulate_ins(const Scenario& c, const Motion& motion) {
   OutageDrift drift(ins, c.seed);
   const auto has_gnss = [&](GpsNs t) {
     const double at = static_cast<double>(t - c.sensors_begin_gps_ns()) * 1e-9;
-    return std::none_of(ins.outages.begin(), ins.outages.end(), [&](const InsOutage& o) { return at >= o.at_s && at < o.at_s + o.for_s; });
+    return std::none_of(ins.outages.begin(), ins.outages.end(),
+                        [&](const InsOutage& o) { return at >= o.at_s && at < o.at_s + o.for_s; });
   };
   // E N U, vE vN vU, roll pitch heading
   const double rp = radians(ins.roll_pitch_sigma_deg), hd = radians(ins.heading_sigma_deg);
@@ -50,7 +51,8 @@ std::vector<InsSample> simulate_ins(const Scenario& c, const Motion& motion) {
     const TrueState state = motion.state(t);
     const bool sees_satellites = has_gnss(t);
     if (!ins.outages.empty()) {
-      drift.advance(step_s, sees_satellites, state.heading, std::hypot(state.velocity_enu.x, state.velocity_enu.y), index);
+      drift.advance(step_s, sees_satellites, state.heading, std::hypot(state.velocity_enu.x, state.velocity_enu.y),
+                    index);
       for (std::size_t i = 0; i < 9 && c.noise; ++i) e[i] += drift.error()[i];
     }
     const Vec3 p_ecef = R_ecef_scene * (state.T_enu_body.p + Vec3{e[0], e[1], e[2]}) + origin_ecef;

@@ -6,18 +6,20 @@ namespace hueline::sim {
 namespace {
 
 constexpr double kGravity = 9.81;
-constexpr double kPlaceBack_s = 1.5, kAttitudeBack_s = 20;  // a fixed RTK solution is found again; attitude follows by manoeuvres
+constexpr double kPlaceBack_s = 1.5,
+                 kAttitudeBack_s = 20;  // a fixed RTK solution is found again; attitude follows by manoeuvres
 enum State : std::size_t { kBias, kAngle, kLean, kVelocity, kPlace, kPlaceByHeading };
 
 }  // namespace
 
-// pos_lv_220 and pos_lv_420: of the class of those systems with real-time RTK (position 0.035 m, roll and pitch 0.020 deg, heading
-// 0.050 and 0.020 deg), not checked against the maker's sheet; inertial figures are set so that with the wheel a minute without
-// satellites costs a few decimetres. SPAN-CPT: gyros' in-run bias 1 deg/h and 0.0667 deg/sqrt(h) from
-// NovAtel's SPAN-CPT manual OM-20000122, table 9; biases are what a filter leaves of them.
+// pos_lv_220 and pos_lv_420: of the class of those systems with real-time RTK (position 0.035 m, roll and pitch 0.020
+// deg, heading 0.050 and 0.020 deg), not checked against the maker's sheet; inertial figures are set so that with the
+// wheel a minute without satellites costs a few decimetres. SPAN-CPT: gyros' in-run bias 1 deg/h and 0.0667 deg/sqrt(h)
+// from NovAtel's SPAN-CPT manual OM-20000122, table 9; biases are what a filter leaves of them.
 InsConfig graded(const InsConfig& c) {
   InsConfig g = c;
-  const auto set = [&](double place, double velocity, double level_deg, double heading_deg, double bias, double walk, double velocity_walk, double lean, double wheel_s) {
+  const auto set = [&](double place, double velocity, double level_deg, double heading_deg, double bias, double walk,
+                       double velocity_walk, double lean, double wheel_s) {
     g.position_sigma_m = place;
     g.velocity_sigma = velocity;
     g.roll_pitch_sigma_deg = level_deg;
@@ -29,10 +31,17 @@ InsConfig graded(const InsConfig& c) {
     g.wheel_s = wheel_s;
   };
   switch (c.grade) {
-    case InsGrade::Custom: break;
-    case InsGrade::PosLv220: set(0.035, 0.005, 0.020, 0.050, 0.5, 0.05, 0.02, 60, 8); break;
-    case InsGrade::PosLv420: set(0.035, 0.005, 0.020, 0.020, 0.1, 0.02, 0.01, 40, 8); break;
-    case InsGrade::SpanCpt: set(0.020, 0.015, 0.015, 0.030, 0.5, 0.0667, 0.032, 60, 0); break;
+    case InsGrade::Custom:
+      break;
+    case InsGrade::PosLv220:
+      set(0.035, 0.005, 0.020, 0.050, 0.5, 0.05, 0.02, 60, 8);
+      break;
+    case InsGrade::PosLv420:
+      set(0.035, 0.005, 0.020, 0.020, 0.1, 0.02, 0.01, 40, 8);
+      break;
+    case InsGrade::SpanCpt:
+      set(0.020, 0.015, 0.015, 0.030, 0.5, 0.0667, 0.032, 60, 0);
+      break;
   }
   return g;
 }
@@ -88,7 +97,8 @@ void OutageDrift::advance(double dt, bool has_gnss, double heading, double speed
     for (std::size_t i = 0; i < 9; ++i) error_[i] *= i < 6 ? quick : slow;
     for (Axis& axis : axis_)
       for (std::size_t i = 0; i < kStates; ++i)
-        for (std::size_t j = 0; j < kStates; ++j) axis.P[i][j] *= (i < kVelocity ? slow : quick) * (j < kVelocity ? slow : quick);
+        for (std::size_t j = 0; j < kStates; ++j)
+          axis.P[i][j] *= (i < kVelocity ? slow : quick) * (j < kVelocity ? slow : quick);
     return;
   }
   const double root = std::sqrt(dt), s = std::sin(heading), c = std::cos(heading);
@@ -101,7 +111,8 @@ void OutageDrift::advance(double dt, bool has_gnss, double heading, double speed
   const std::array<double, 3> off{c * aside, -s * aside, 0};
   for (std::size_t i = 0; i < 3; ++i) {
     error_[i] += (error_[3 + i] + off[i]) * dt;
-    error_[3 + i] = keep * error_[3 + i] + acceleration[i] * dt + velocity_walk_ * root * gaussian(seed_, kStreamInsOutage + 6 + i, index);
+    error_[3 + i] = keep * error_[3 + i] + acceleration[i] * dt +
+                    velocity_walk_ * root * gaussian(seed_, kStreamInsOutage + 6 + i, index);
     error_[6 + i] += bias_[i] * dt + angle_walk_ * root * gaussian(seed_, kStreamInsOutage + 9 + i, index);
   }
   for (Axis& axis : axis_) propagate(axis, dt, config_.wheel_s > 0 ? speed : 0.0);
@@ -111,7 +122,8 @@ std::array<double, 9> OutageDrift::sigma() const {
   const auto of = [&](std::size_t axis, std::size_t state) { return std::sqrt(axis_[axis].P[state][state]); };
   // Along the way the heading costs nothing; the claim does not split the level plane.
   const double level = std::hypot(of(0, kPlace), of(2, kPlaceByHeading));
-  return {level, level, of(1, kPlace), of(0, kVelocity), of(0, kVelocity), of(1, kVelocity), of(0, kAngle), of(0, kAngle), of(2, kAngle)};
+  return {level,         level,         of(1, kPlace), of(0, kVelocity), of(0, kVelocity), of(1, kVelocity),
+          of(0, kAngle), of(0, kAngle), of(2, kAngle)};
 }
 
 }  // namespace hueline::sim

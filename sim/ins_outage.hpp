@@ -7,14 +7,16 @@
 
 namespace hueline::sim {
 
-/// The keys of a grade: those of the scenario with Custom, else the figures of a product (table in ins_outage.cpp, with its sources).
+/// The keys of a grade: those of the scenario with Custom, else the figures of a product (table in ins_outage.cpp, with
+/// its sources).
 InsConfig graded(const InsConfig& config);
 
-/// What a strapdown solution drifts by while it has no satellites, beside its usual error, and the sigma that its filter claims for it.
-/// Tilt grows by what is left of the gyros' bias and by angle random walk; gravity leaks through the tilt into velocity, to which the
-/// accelerometers add bias and velocity random walk; velocity adds up to place. A wheel pulls the velocity back. Satellites pull all of
-/// it back: place and velocity within seconds, attitude slowly. The claim is the covariance of the same linear system: on average it
-/// is true. One step after the other; not thread-safe.
+/// What a strapdown solution drifts by while it has no satellites, beside its usual error, and the sigma that its
+/// filter claims for it. Tilt grows by what is left of the gyros' bias and by angle random walk; gravity leaks through
+/// the tilt into velocity, to which the accelerometers add bias and velocity random walk; velocity adds up to place. A
+/// wheel pulls the velocity back. Satellites pull all of it back: place and velocity within seconds, attitude slowly.
+/// The claim is the covariance of the same linear system: on average it is true. One step after the other; not
+/// thread-safe.
 class OutageDrift {
  public:
   OutageDrift(const InsConfig& graded, std::uint64_t seed);
@@ -41,9 +43,9 @@ class OutageDrift {
   double gyro_bias_, angle_walk_, velocity_walk_, accelerometer_bias_;  // rad/s, rad/sqrt(s), m/s/sqrt(s), m/s2
   bool was_out_ = false;
   std::uint64_t outages_ = 0;
-  std::array<double, 3> bias_{}, lean_{};                                // of this outage: gyros roll pitch heading, accelerometers right forward up
+  std::array<double, 3> bias_{}, lean_{};  // of this outage: gyros roll pitch heading, accelerometers right forward up
   std::array<double, 9> error_{};
-  std::array<Axis, 3> axis_;                                             // level, up, heading
+  std::array<Axis, 3> axis_;  // level, up, heading
 };
 
 }  // namespace hueline::sim

@@ -27,21 +27,25 @@ double Spread::quantile(double share) const {
   std::uint64_t below = 0;
   for (std::size_t i = 0; i < bins_.size(); ++i) {
     below += bins_[i];
-    if (static_cast<double>(below) >= wanted) return std::min(max_, kLowest * std::exp(static_cast<double>(i) / kBinsPerFactorE));
+    if (static_cast<double>(below) >= wanted)
+      return std::min(max_, kLowest * std::exp(static_cast<double>(i) / kBinsPerFactorE));
   }
   return max_;
 }
 
 std::string Judge::Config::validate() const {
-  if (!(panorama_width >= 2 && panorama_height >= 1)) return "panorama_width and panorama_height must be at least 2 and 1";
-  if (match_ns < 0 || match_ns > 27'000) return "match_ns must be 0 to 27000: less than half the time between firings of a channel";
+  if (!(panorama_width >= 2 && panorama_height >= 1))
+    return "panorama_width and panorama_height must be at least 2 and 1";
+  if (match_ns < 0 || match_ns > 27'000)
+    return "match_ns must be 0 to 27000: less than half the time between firings of a channel";
   return {};
 }
 
 Judge::Judge(const Scenario& scenario, const Config& config)
     : config_(config), rig_(rig_truth(scenario)), shutter_(scenario), by_lens_(rig_.lenses.size()) {
   if (shutter_.is_rolling()) motion_.emplace(scenario);
-  // One channel fires all of a profile scanner's pulses, microseconds apart: a claim is never judged by its neighbour's truth.
+  // One channel fires all of a profile scanner's pulses, microseconds apart: a claim is never judged by its neighbour's
+  // truth.
   if (scenario.laser.model == LaserModel::Profile)
     config_.match_ns = std::min(config_.match_ns, profile_timing(scenario.laser).pulse_period_ps * 2 / 5 / 1000);
 }
@@ -58,7 +62,8 @@ Pose Judge::T_enu_head(const TrueExposure& exposure, std::size_t lens, Vec3 p_en
 }
 
 Result<Judge> Judge::open(const Scenario& scenario, const std::string& truth_file, const Config& config) {
-  if (const std::string complaint = config.validate(); !complaint.empty()) return Error{ErrorCode::Invalid, "judge: " + complaint};
+  if (const std::string complaint = config.validate(); !complaint.empty())
+    return Error{ErrorCode::Invalid, "judge: " + complaint};
   auto reader = TruthReader::open(truth_file);
   if (!reader.ok()) return reader.error();
   if (reader->header().scenario != scenario.text())
@@ -79,7 +84,8 @@ Result<Judge> Judge::open(const Scenario& scenario, const std::string& truth_fil
       judge.channels_[r.channel].push_back(
           {r.fired_gps_ns,
            {r.beam_east, r.beam_north, r.beam_up},
-           {static_cast<float>(r.east - r.beam_east), static_cast<float>(r.north - r.beam_north), static_cast<float>(r.up - r.beam_up)},
+           {static_cast<float>(r.east - r.beam_east), static_cast<float>(r.north - r.beam_north),
+            static_cast<float>(r.up - r.beam_up)},
            r.surface,
            {r.red, r.green, r.blue},
            r.albedo,
@@ -94,10 +100,12 @@ Result<Judge> Judge::open(const Scenario& scenario, const std::string& truth_fil
 const Judge::Record* Judge::find(std::uint16_t channel, GpsNs fired) const {
   if (channel >= channels_.size()) return nullptr;
   const auto& list = channels_[channel];
-  const auto after = std::lower_bound(list.begin(), list.end(), fired, [](const Record& r, GpsNs t) { return r.fired < t; });
+  const auto after =
+      std::lower_bound(list.begin(), list.end(), fired, [](const Record& r, GpsNs t) { return r.fired < t; });
   const Record* best = nullptr;
   if (after != list.end()) best = &*after;
-  if (after != list.begin() && (best == nullptr || fired - (after - 1)->fired < best->fired - fired)) best = &*(after - 1);
+  if (after != list.begin() && (best == nullptr || fired - (after - 1)->fired < best->fired - fired))
+    best = &*(after - 1);
   return best != nullptr && std::abs(best->fired - fired) <= config_.match_ns ? best : nullptr;
 }
 
@@ -158,8 +166,10 @@ std::optional<Verdict> Judge::judge(const Claim& claim) const {
     angle = angle_between(*ray, p_lens);
   }
   verdict.error_px = angle * config_.panorama_width / (2 * kPi);
-  const std::array<int, 3> difference{claim.red - record->colour[0], claim.green - record->colour[1], claim.blue - record->colour[2]};
-  for (const int d : difference) verdict.colour_difference = std::max(verdict.colour_difference, std::abs(static_cast<double>(d)));
+  const std::array<int, 3> difference{claim.red - record->colour[0], claim.green - record->colour[1],
+                                      claim.blue - record->colour[2]};
+  for (const int d : difference)
+    verdict.colour_difference = std::max(verdict.colour_difference, std::abs(static_cast<double>(d)));
   if (claim.place_ecef) verdict.place_error_m = length(*claim.place_ecef - (R_ecef_scene_ * p_enu + origin_ecef_));
   return verdict;
 }

@@ -21,17 +21,18 @@ struct Claim {
   std::uint32_t exposure = 0;  ///< number of the exposure that gave the colour, as the simulated camera counts from 0
   std::uint8_t lens = 0;
   bool is_panorama_pixel = false;  ///< u, v: of the panorama; else of the lens image
-  double u = 0, v = 0;         ///< pixel that gave the colour; centres at whole numbers
+  double u = 0, v = 0;             ///< pixel that gave the colour; centres at whole numbers
   std::uint8_t red = 0, green = 0, blue = 0;
   std::optional<Vec3> place_ecef;  ///< where the program puts the point, m
 };
 
 struct Verdict {
-  TruePixel expected;           ///< where the true point is in the true image
-  double error_px = 0;          ///< angle between claimed and true pixel's rays, in pixels of the panorama (width / 2 pi a radian)
-  double colour_difference = 0; ///< largest of the three channels against TrueReturn's colour, 0 .. 255
-  double place_error_m = 0;     ///< against TrueReturn's beam; 0 without a claimed place
-  double distance_m = 0;        ///< of the true point from the head, at the exposure
+  TruePixel expected;  ///< where the true point is in the true image
+  double error_px =
+      0;  ///< angle between claimed and true pixel's rays, in pixels of the panorama (width / 2 pi a radian)
+  double colour_difference = 0;  ///< largest of the three channels against TrueReturn's colour, 0 .. 255
+  double place_error_m = 0;      ///< against TrueReturn's beam; 0 without a claimed place
+  double distance_m = 0;         ///< of the true point from the head, at the exposure
   std::uint16_t surface = 0;
 };
 
@@ -52,17 +53,17 @@ class Spread {
   std::vector<std::uint64_t> bins_;
 };
 
-/// Compares coloured points with a drive's truth by the simulator's own projection: the true point (scanner's true place + true
-/// beam x the range on the wire) seen from the true pose at the exposure's true middle. Shares no code with fusion/. Judging is
-/// thread-safe, accumulating is not.
+/// Compares coloured points with a drive's truth by the simulator's own projection: the true point (scanner's true
+/// place + true beam x the range on the wire) seen from the true pose at the exposure's true middle. Shares no code
+/// with fusion/. Judging is thread-safe, accumulating is not.
 class Judge {
  public:
   struct Config {
     double panorama_width = 8000, panorama_height = 4000;
     double forward_column = 3999.5;  ///< column of the head's +x direction
     bool is_clockwise = true;        ///< columns grow clockwise seen from above
-    std::int64_t match_ns = 20'000;  ///< a claim farther from every firing of its channel is unmatched; of a profile scanner
-                                     ///< no more than 0.4 of the time between pulses
+    std::int64_t match_ns = 20'000;  ///< a claim farther from every firing of its channel is unmatched; of a profile
+                                     ///< scanner no more than 0.4 of the time between pulses
     std::string validate() const;
   };
   /// Reads the truth whole (72 bytes a return). Errors: Io, Malformed, Invalid.
@@ -100,7 +101,8 @@ class Judge {
     std::array<float, 3> light;
   };
   Judge(const Scenario& scenario, const Config& config);
-  /// Where the head was when the lens exposed the row on which the point falls; with a global shutter, at the exposure's middle.
+  /// Where the head was when the lens exposed the row on which the point falls; with a global shutter, at the
+  /// exposure's middle.
   Pose T_enu_head(const TrueExposure& exposure, std::size_t lens, Vec3 p_enu) const;
   const Record* find(std::uint16_t channel, GpsNs fired) const;
 

@@ -9,7 +9,7 @@
 namespace hueline::sim {
 namespace {
 
-constexpr double kWireUnit = 0.002;  // m: distances on Velodyne's wire
+constexpr double kWireUnit = 0.002;    // m: distances on Velodyne's wire
 constexpr float kBeamSpread = 0.003f;  // rad: full width of the beam
 
 std::uint8_t reflectivity_of(const Seen& seen) {
@@ -52,7 +52,8 @@ Scanner::Scanner(const Scenario& scenario, const Motion& motion, const World& wo
       rig_(rig_truth(scenario)),
       timing_(laser_timing(scenario.laser.model, scenario.laser.vertical_offsets)),
       truth_(scenario, world),
-      packets_(static_cast<std::size_t>((scenario.sensors_end_gps_ns() - scenario.sensors_begin_gps_ns()) / timing_.packet_period_ns())) {}
+      packets_(static_cast<std::size_t>((scenario.sensors_end_gps_ns() - scenario.sensors_begin_gps_ns()) /
+                                        timing_.packet_period_ns())) {}
 
 double Scanner::azimuth_centideg(GpsNs t) const {
   const GpsNs since = t - scenario_.sensors_begin_gps_ns();
@@ -80,7 +81,8 @@ FiredPacket Scanner::fire(std::size_t index) const {
   for (std::size_t block = 0; block < 12; ++block) {
     const GpsNs block_start = start + static_cast<GpsNs>(block) * timing_.block_period_ns();
     double reported = azimuth_centideg(block_start);
-    if (scenario_.noise) reported += 100 * config.motor_jitter_deg * gaussian(scenario_.seed, kStreamMotor, index * 12 + block);
+    if (scenario_.noise)
+      reported += 100 * config.motor_jitter_deg * gaussian(scenario_.seed, kStreamMotor, index * 12 + block);
     out.packet.azimuth_centideg[block] = static_cast<std::uint16_t>((std::llround(reported) + 36000) % 36000);
 
     for (int sequence = 0; sequence < timing_.firings_per_block; ++sequence) {
@@ -94,10 +96,12 @@ FiredPacket Scanner::fire(std::size_t index) const {
         for (std::size_t i = 0; i < World::kBatch; ++i) {
           const LaserBeam& beam = timing_.beams[first + i];
           const auto after = static_cast<GpsNs>(first + i) * timing_.laser_period_ns;
-          const Pose T = between(T_from, T_to, static_cast<double>(after) / static_cast<double>(timing_.firing_period_ns));
+          const Pose T =
+              between(T_from, T_to, static_cast<double>(after) / static_cast<double>(timing_.firing_period_ns));
           const double az = radians(azimuth_centideg(sequence_start + after) / 100.0), el = beam.elevation;
           rays[i].origin = T * Vec3{0, 0, beam.vertical_offset_m};
-          rays[i].direction = normalised(T.R * Vec3{std::cos(el) * std::sin(az), std::cos(el) * std::cos(az), std::sin(el)});
+          rays[i].direction =
+              normalised(T.R * Vec3{std::cos(el) * std::sin(az), std::cos(el) * std::cos(az), std::sin(el)});
           rays[i].near_m = 0.05;
           rays[i].far_m = config.max_range_m;
         }

@@ -16,8 +16,8 @@ struct FiredPacket {
   std::vector<TrueReturn> returns;
 };
 
-/// A pose between two that are less than a millisecond apart: the chord of a vehicle's turn differs from its arc by 1e-7 rad at most,
-/// over the 55 us of a firing sequence by 1e-10.
+/// A pose between two that are less than a millisecond apart: the chord of a vehicle's turn differs from its arc by
+/// 1e-7 rad at most, over the 55 us of a firing sequence by 1e-10.
 Pose between(const Pose& a, const Pose& b, double share);
 
 /// What is true of a return, whatever scanner fired it; its time and channel are the scanner's to fill in. Thread-safe.

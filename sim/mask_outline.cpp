@@ -11,10 +11,12 @@ namespace {
 using Corner = std::pair<int, int>;  // of pixels: (x, y) is the upper left corner of pixel (x, y)
 
 /// Douglas-Peucker between first and last, both kept.
-void simplify(const std::vector<Corner>& loop, std::size_t first, std::size_t last, double tolerance, std::vector<bool>& keep) {
+void simplify(const std::vector<Corner>& loop, std::size_t first, std::size_t last, double tolerance,
+              std::vector<bool>& keep) {
   double worst = 0;
   std::size_t at = first;
-  const double dx = loop[last].first - loop[first].first, dy = loop[last].second - loop[first].second, chord = std::hypot(dx, dy);
+  const double dx = loop[last].first - loop[first].first, dy = loop[last].second - loop[first].second,
+               chord = std::hypot(dx, dy);
   for (std::size_t i = first + 1; i < last; ++i) {
     const double px = loop[i].first - loop[first].first, py = loop[i].second - loop[first].second;
     const double off = chord > 0 ? std::abs(px * dy - py * dx) / chord : std::hypot(px, py);
@@ -31,18 +33,22 @@ void simplify(const std::vector<Corner>& loop, std::size_t first, std::size_t la
 
 }  // namespace
 
-std::vector<std::vector<TruePixel>> mask_outline(const std::vector<std::uint8_t>& mask, int width, int height, int grow, double tolerance) {
+std::vector<std::vector<TruePixel>> mask_outline(const std::vector<std::uint8_t>& mask, int width, int height, int grow,
+                                                 double tolerance) {
   // Grown beyond the image's borders too, so that cut corners do not free pixels there.
   const int w = width + 2 * grow, h = height + 2 * grow;
   std::vector<bool> grown(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      if (mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] == 0) continue;
+      if (mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] == 0)
+        continue;
       for (int v = y; v <= y + 2 * grow; ++v)
-        for (int u = x; u <= x + 2 * grow; ++u) grown[static_cast<std::size_t>(v) * static_cast<std::size_t>(w) + static_cast<std::size_t>(u)] = true;
+        for (int u = x; u <= x + 2 * grow; ++u)
+          grown[static_cast<std::size_t>(v) * static_cast<std::size_t>(w) + static_cast<std::size_t>(u)] = true;
     }
   const auto inside = [&](int x, int y) {
-    return x >= 0 && y >= 0 && x < w && y < h && grown[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)];
+    return x >= 0 && y >= 0 && x < w && y < h &&
+           grown[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)];
   };
   // Each side between a covered and a free pixel, walked with the covered one on the right hand.
   std::multimap<Corner, Corner> sides;

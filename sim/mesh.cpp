@@ -2,7 +2,9 @@
 
 namespace hueline::sim {
 namespace {
-std::array<float, 3> narrow(Vec3 v) { return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)}; }
+std::array<float, 3> narrow(Vec3 v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
 }  // namespace
 
 void Mesh::quad(const std::array<Vec3, 4>& p, const std::array<TexturePoint, 4>& t, QuadTag tag) {
@@ -75,7 +77,8 @@ void Mesh::ellipsoid(Vec3 centre, Vec3 half, int rings, int sides, QuadTag tag) 
       if (j == 0)  // a triangle at the pole: its first corner must not be the doubled one
         quad({at(i + 1, 1), at(i, 1), at(i, 0), at(i + 1, 0)}, {{uv(i + 1, 1), uv(i, 1), uv(i, 0), uv(i + 1, 0)}}, tag);
       else
-        quad({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)}, {{uv(i, j), uv(i + 1, j), uv(i + 1, j + 1), uv(i, j + 1)}}, tag);
+        quad({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)},
+             {{uv(i, j), uv(i + 1, j), uv(i + 1, j + 1), uv(i, j + 1)}}, tag);
     }
 }
 

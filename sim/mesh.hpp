@@ -28,14 +28,14 @@ enum class Material : std::uint8_t {
   CarGlass,
   CarEnd,
   Tyre,
-  Plaza,       ///< large slabs in two colours
+  Plaza,  ///< large slabs in two colours
   Cobble,
   Soil,
-  Flower,      ///< style picks its colour
+  Flower,  ///< style picks its colour
   Marble,
   Wood,
-  Lining,      ///< of a tunnel: tiles below, concrete above
-  LampGlass,   ///< shines by itself
+  Lining,     ///< of a tunnel: tiles below, concrete above
+  LampGlass,  ///< shines by itself
   Gravel,
   Rock,
   TargetWhite,
@@ -43,7 +43,8 @@ enum class Material : std::uint8_t {
   Skin,
 };
 
-/// What a quad is made of. `surface` indexes the scene's list of names; `style` picks a variant (building, car colour, leaf tint).
+/// What a quad is made of. `surface` indexes the scene's list of names; `style` picks a variant (building, car colour,
+/// leaf tint).
 struct QuadTag {
   Material material = Material::Asphalt;
   std::uint16_t surface = 0;
@@ -55,7 +56,8 @@ struct TexturePoint {
   double u = 0, v = 0;
 };
 
-/// Quads with texture coordinates; corners anticlockwise seen from outside. Corner 0 -> 1 is u, 0 -> 3 is v where nothing else is said.
+/// Quads with texture coordinates; corners anticlockwise seen from outside. Corner 0 -> 1 is u, 0 -> 3 is v where
+/// nothing else is said.
 class Mesh {
  public:
   struct Face {
@@ -74,8 +76,8 @@ class Mesh {
   void cylinder(Vec3 foot, double radius_foot, double radius_top, double height, int sides, QuadTag tag);
   /// Prism of `sides` from a to b, open at its ends. u around (m), v from a to b (m).
   void rod(Vec3 a, Vec3 b, double radius, int sides, QuadTag tag);
-  /// Quads on the ellipsoid with these half axes along x, y, z: `rings` from pole to pole, `sides` around. u around (m), v up (m).
-  /// The quads' planes lie inside the ellipsoid by up to r (1 - cos(pi / sides)).
+  /// Quads on the ellipsoid with these half axes along x, y, z: `rings` from pole to pole, `sides` around. u around
+  /// (m), v up (m). The quads' planes lie inside the ellipsoid by up to r (1 - cos(pi / sides)).
   void ellipsoid(Vec3 centre, Vec3 half_axes, int rings, int sides, QuadTag tag);
 
   const std::vector<std::array<float, 3>>& vertices() const { return vertices_; }

@@ -4,8 +4,8 @@
 
 #include "sim/vec3.hpp"
 
-/// Random numbers by counter: a value depends on (seed, what, which) alone, never on the order of asking or on the number of
-/// threads.
+/// Random numbers by counter: a value depends on (seed, what, which) alone, never on the order of asking or on the
+/// number of threads.
 namespace hueline::sim {
 
 /// splitmix64's finaliser: every input bit reaches every output bit.
@@ -30,7 +30,8 @@ inline double gaussian(std::uint64_t seed, std::uint64_t stream, std::uint64_t i
 }
 /// Nearly normal, sigma 1, from 64 random bits: sum of four uniforms (limits +-3.46). For pixels, where speed counts.
 constexpr float quick_gaussian(std::uint64_t bits) {
-  const auto sum = static_cast<std::int32_t>((bits & 0xFFFF) + ((bits >> 16) & 0xFFFF) + ((bits >> 32) & 0xFFFF) + (bits >> 48));
+  const auto sum =
+      static_cast<std::int32_t>((bits & 0xFFFF) + ((bits >> 16) & 0xFFFF) + ((bits >> 32) & 0xFFFF) + (bits >> 48));
   return static_cast<float>(sum - 131070) * (1.7320508f / 65536.0f);
 }
 

@@ -12,14 +12,14 @@ struct Box {
 };
 // For the default mounts of scanner and camera; body origin 0.8 m above the road.
 constexpr std::array<Box, 8> kParts{{
-    {{-0.90, -2.20, -0.55}, {0.90, 2.15, 0.22}},   // lower body
-    {{-0.80, -2.10, 0.22}, {0.80, 0.75, 0.85}},    // cabin
-    {{-0.55, -1.42, 0.85}, {0.55, -0.10, 0.93}},   // roof rack
-    {{-0.02, -0.40, 0.93}, {0.08, -0.30, 1.74}},   // camera mast
-    {{-0.06, -0.44, 1.74}, {0.12, -0.26, 1.95}},   // camera head
-    {{-0.02, -1.32, 0.93}, {0.06, -1.24, 1.75}},   // scanner mast
-    {{-0.04, -1.34, 1.76}, {0.08, -1.22, 1.90}},   // scanner
-    {{-0.90, 0.75, 0.22}, {0.90, 1.10, 0.45}},     // foot of the windscreen
+    {{-0.90, -2.20, -0.55}, {0.90, 2.15, 0.22}},  // lower body
+    {{-0.80, -2.10, 0.22}, {0.80, 0.75, 0.85}},   // cabin
+    {{-0.55, -1.42, 0.85}, {0.55, -0.10, 0.93}},  // roof rack
+    {{-0.02, -0.40, 0.93}, {0.08, -0.30, 1.74}},  // camera mast
+    {{-0.06, -0.44, 1.74}, {0.12, -0.26, 1.95}},  // camera head
+    {{-0.02, -1.32, 0.93}, {0.06, -1.24, 1.75}},  // scanner mast
+    {{-0.04, -1.34, 1.76}, {0.08, -1.22, 1.90}},  // scanner
+    {{-0.90, 0.75, 0.22}, {0.90, 1.10, 0.45}},    // foot of the windscreen
 }};
 constexpr double kReach = 3.2;  // m: every part lies within this of (0, 0, 0.5)
 
@@ -33,7 +33,8 @@ std::optional<VehicleContact> own_vehicle_on_ray(Vec3 o, Vec3 d) {
   VehicleContact contact;
   const std::array<double, 3> op{o.x, o.y, o.z}, dp{d.x, d.y, d.z};
   for (std::size_t i = 0; i < kParts.size(); ++i) {
-    const std::array<double, 3> lo{kParts[i].lo.x, kParts[i].lo.y, kParts[i].lo.z}, hi{kParts[i].hi.x, kParts[i].hi.y, kParts[i].hi.z};
+    const std::array<double, 3> lo{kParts[i].lo.x, kParts[i].lo.y, kParts[i].lo.z},
+        hi{kParts[i].hi.x, kParts[i].hi.y, kParts[i].hi.z};
     double enter = -std::numeric_limits<double>::infinity(), leave = -enter;
     std::size_t axis = 0;
     for (std::size_t k = 0; k < 3; ++k) {

@@ -10,9 +10,9 @@ namespace {
 
 /// What one Ethernet frame of 1500 bytes holds if every pulse has a return: 44 + 204 x 7 = 1472.
 constexpr std::int64_t kPulses = 204;
-constexpr double kWireUnit = 1e-4;       // m
+constexpr double kWireUnit = 1e-4;  // m
 constexpr double kTurnUnits = 4294967296.0;
-constexpr float kBeamSpread = 0.0005f;   // rad: full width of the beam
+constexpr float kBeamSpread = 0.0005f;  // rad: full width of the beam
 
 std::uint16_t reflectance_of(const Seen& seen) {
   if (seen.material == Material::SignFace) return 50'000;  // retroreflective: five times white
@@ -54,7 +54,8 @@ FiredProfile ProfileScanner::fire(std::size_t index) const {
 
   for (std::int64_t from = 0; from < kPulses; from += World::kBatch) {
     const auto count = static_cast<std::size_t>(std::min<std::int64_t>(World::kBatch, kPulses - from));
-    const GpsNs batch_start = begin + timing_.pulse_ns(first + from), batch_end = begin + timing_.pulse_ns(first + from + World::kBatch);
+    const GpsNs batch_start = begin + timing_.pulse_ns(first + from),
+                batch_end = begin + timing_.pulse_ns(first + from + World::kBatch);
     const Pose T_enu_body = motion_.T_enu_body(batch_start);
     const Pose T_from = T_enu_body * rig_.T_body_scanner, T_to = motion_.T_enu_body(batch_end) * rig_.T_body_scanner;
     const Moment moment = world_.moment(base, batch_start, T_enu_body);
@@ -64,7 +65,8 @@ FiredProfile ProfileScanner::fire(std::size_t index) const {
     for (std::size_t i = 0; i < count; ++i) {
       const std::int64_t pulse = first + from + static_cast<std::int64_t>(i);
       fired[i] = begin + timing_.pulse_ns(pulse);
-      const Pose T = between(T_from, T_to, static_cast<double>(fired[i] - batch_start) / static_cast<double>(batch_end - batch_start));
+      const Pose T = between(
+          T_from, T_to, static_cast<double>(fired[i] - batch_start) / static_cast<double>(batch_end - batch_start));
       const double angle = static_cast<double>(timing_.turned(pulse) & 0xFFFFFFFFu) / kTurnUnits * 2 * kPi;
       rays[i].origin = T.p;
       rays[i].direction = normalised(T.R * Vec3{std::sin(angle), std::cos(angle), 0});

@@ -16,8 +16,9 @@ struct FiredProfile {
   std::vector<TrueReturn> returns;
 };
 
-/// A single rotating mirror: one beam that sweeps the plane across the mirror's axis (z of the scanner's frame), a pulse at a time, each
-/// at its exact time from the exact pose. True angles are whole numbers of the wire's units. Thread-safe.
+/// A single rotating mirror: one beam that sweeps the plane across the mirror's axis (z of the scanner's frame), a
+/// pulse at a time, each at its exact time from the exact pose. True angles are whole numbers of the wire's units.
+/// Thread-safe.
 class ProfileScanner {
  public:
   ProfileScanner(const Scenario& scenario, const Motion& motion, const World& world);

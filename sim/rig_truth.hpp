@@ -7,8 +7,8 @@
 
 namespace hueline::sim {
 
-/// True geometry of the simulated sensors: what a perfect calibration would find. Frames: Body x right, y forward, z up; head x
-/// forward, y left, z up; scanner x right, y forward (azimuth 0), z up the spin axis.
+/// True geometry of the simulated sensors: what a perfect calibration would find. Frames: Body x right, y forward, z
+/// up; head x forward, y left, z up; scanner x right, y forward (azimuth 0), z up the spin axis.
 struct RigTruth {
   Pose T_body_head, T_body_scanner;
   std::vector<TrueLens> lenses;
@@ -28,17 +28,17 @@ RigTruth rig_truth(const Scenario& scenario);
 
 /// One laser of a scanner.
 struct LaserBeam {
-  double elevation = 0;         ///< rad
-  double vertical_offset_m = 0; ///< of its start along the spin axis
-  std::uint16_t channel = 0;    ///< ring from the lowest elevation
+  double elevation = 0;          ///< rad
+  double vertical_offset_m = 0;  ///< of its start along the spin axis
+  std::uint16_t channel = 0;     ///< ring from the lowest elevation
 };
 /// In the maker's laser order, with the firing times of its manual.
 struct LaserTiming {
   std::vector<LaserBeam> beams;
-  int firings_per_block = 1;         ///< firing sequences in a block of 32 channels: 2 for VLP-16
-  std::int64_t firing_period_ns = 0; ///< from one firing sequence to the next
-  std::int64_t laser_period_ns = 0;  ///< from one laser to the next
-  int block_step_centideg = 0;       ///< turn of a block at the default rate
+  int firings_per_block = 1;          ///< firing sequences in a block of 32 channels: 2 for VLP-16
+  std::int64_t firing_period_ns = 0;  ///< from one firing sequence to the next
+  std::int64_t laser_period_ns = 0;   ///< from one laser to the next
+  int block_step_centideg = 0;        ///< turn of a block at the default rate
   std::int64_t block_period_ns() const { return firing_period_ns * firings_per_block; }
   std::int64_t packet_period_ns() const { return 12 * block_period_ns(); }
 };
@@ -52,7 +52,9 @@ struct ProfileTiming {
   /// Of pulse `index` after the first of the drive, rounded.
   std::int64_t pulse_ns(std::int64_t index) const { return (index * pulse_period_ps + 500) / 1000; }
   /// Turns so far, in 2^-32: line above 2^32, angle below.
-  std::uint64_t turned(std::int64_t index) const { return static_cast<std::uint64_t>(index) * static_cast<std::uint64_t>(angle_step); }
+  std::uint64_t turned(std::int64_t index) const {
+    return static_cast<std::uint64_t>(index) * static_cast<std::uint64_t>(angle_step);
+  }
 };
 ProfileTiming profile_timing(const LaserConfig& laser);
 

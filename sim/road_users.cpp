@@ -54,22 +54,27 @@ void add_car(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t pai
       };
       const auto uv = [&](int i) { return TexturePoint{std::cos(i * kPi / 8), std::sin(i * kPi / 8)}; };
       for (int i = 0; i < 16; i += 2)
-        mesh.quad({rim(i), rim(i + 1), rim(i + 2), T * Vec3{side * 0.86, y, 0.31}}, {{uv(i), uv(i + 1), uv(i + 2), {0, 0}}},
-                  {Material::Tyre, surface, 0});
+        mesh.quad({rim(i), rim(i + 1), rim(i + 2), T * Vec3{side * 0.86, y, 0.31}},
+                  {{uv(i), uv(i + 1), uv(i + 2), {0, 0}}}, {Material::Tyre, surface, 0});
     }
   }
 }
 
 void add_van(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint) {
-  const QuadTag body{Material::CarPaint, surface, paint}, end{Material::CarEnd, surface, paint}, glass{Material::CarGlass, surface, paint};
+  const QuadTag body{Material::CarPaint, surface, paint}, end{Material::CarEnd, surface, paint},
+      glass{Material::CarGlass, surface, paint};
   mesh.box(T, {-0.95, -2.75, 0.35}, {0.95, 1.55, 2.45}, body);
   mesh.box(T, {-0.92, 1.55, 0.35}, {0.92, 2.70, 1.10}, end);
   const auto at = [&](double x, double y, double z) { return T * Vec3{x, y, z}; };
   mesh.rectangle({at(0.9, 2.45, 1.10), at(-0.9, 2.45, 1.10), at(-0.85, 1.55, 2.2), at(0.85, 1.55, 2.2)}, glass);
   for (const double side : {-1.0, 1.0}) {
-    mesh.rectangle({at(side * 0.955, 0.55, 1.25), at(side * 0.955, 1.45, 1.25), at(side * 0.955, 1.35, 2.0), at(side * 0.955, 0.55, 2.0)}, glass);
+    mesh.rectangle({at(side * 0.955, 0.55, 1.25), at(side * 0.955, 1.45, 1.25), at(side * 0.955, 1.35, 2.0),
+                    at(side * 0.955, 0.55, 2.0)},
+                   glass);
     for (const double y : {-1.75, 1.85}) {
-      const auto rim = [&](int i) { return at(side * 0.965, y + side * 0.36 * std::cos(i * kPi / 8), 0.36 + 0.36 * std::sin(i * kPi / 8)); };
+      const auto rim = [&](int i) {
+        return at(side * 0.965, y + side * 0.36 * std::cos(i * kPi / 8), 0.36 + 0.36 * std::sin(i * kPi / 8));
+      };
       const auto uv = [&](int i) { return TexturePoint{std::cos(i * kPi / 8), std::sin(i * kPi / 8)}; };
       for (int i = 0; i < 16; i += 2)
         mesh.quad({rim(i), rim(i + 1), rim(i + 2), at(side * 0.965, y, 0.36)}, {{uv(i), uv(i + 1), uv(i + 2), {0, 0}}},
@@ -80,7 +85,8 @@ void add_van(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t pai
 
 /// In mid-stride: what the laser and the lenses see at one moment; the limbs do not swing.
 void add_person(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t clothes) {
-  const QuadTag trousers{Material::Cloth, surface, (clothes + 3) % 9}, coat{Material::Cloth, surface, clothes % 9}, skin{Material::Skin, surface, 0};
+  const QuadTag trousers{Material::Cloth, surface, (clothes + 3) % 9}, coat{Material::Cloth, surface, clothes % 9},
+      skin{Material::Skin, surface, 0};
   const auto at = [&](double x, double y, double z) { return T * Vec3{x, y, z}; };
   mesh.rod(at(-0.10, 0.26, 0.04), at(-0.09, 0.02, 0.88), 0.075, 8, trousers);
   mesh.rod(at(0.10, -0.26, 0.06), at(0.09, -0.02, 0.88), 0.075, 8, trousers);

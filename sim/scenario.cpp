@@ -15,13 +15,30 @@ namespace {
 /// Raise when the same scenario is to give other bytes than before: old cache folders are then left alone.
 constexpr int kRendererRevision = 2;
 
-/// Keys that came after the second revision. With its default such a key changes no byte of a drive, so it is left out of the text:
-/// scenarios that were rendered before it keep their fingerprint.
-constexpr std::array kYoungKeys{"scene=", "street.sky_brightness=", "alley.", "traffic.", "tunnel.", "targets.", "camera.shutter=",
-                                "camera.row_time_us=", "camera.strobe_jitter_us=", "camera.auto_exposure", "camera.payload=",
-                                "camera.jpeg_quality=", "ins.grade=",
-                                "ins.gyro_bias", "ins.angle_random", "ins.velocity_random", "ins.accelerometer", "ins.wheel_s=",
-                                "ins.high_variance_m=", "laser.lines_per_s=", "laser.points_per_s=", "wheel."};
+/// Keys that came after the second revision. With its default such a key changes no byte of a drive, so it is left out
+/// of the text: scenarios that were rendered before it keep their fingerprint.
+constexpr std::array kYoungKeys{"scene=",
+                                "street.sky_brightness=",
+                                "alley.",
+                                "traffic.",
+                                "tunnel.",
+                                "targets.",
+                                "camera.shutter=",
+                                "camera.row_time_us=",
+                                "camera.strobe_jitter_us=",
+                                "camera.auto_exposure",
+                                "camera.payload=",
+                                "camera.jpeg_quality=",
+                                "ins.grade=",
+                                "ins.gyro_bias",
+                                "ins.angle_random",
+                                "ins.velocity_random",
+                                "ins.accelerometer",
+                                "ins.wheel_s=",
+                                "ins.high_variance_m=",
+                                "laser.lines_per_s=",
+                                "laser.points_per_s=",
+                                "wheel."};
 
 bool is_young(std::string_view line) {
   return std::any_of(kYoungKeys.begin(), kYoungKeys.end(), [&](std::string_view key) { return line.starts_with(key); });
@@ -62,10 +79,13 @@ class Text final : public Keys {
     return false;
   }
   bool take_list(const Key& key, const KeyList& list, Count) override {
-    for (std::size_t i = 0; i < list.size; ++i) inside(std::string(key.name) + "[" + std::to_string(i) + "]", list.at(i));
+    for (std::size_t i = 0; i < list.size; ++i)
+      inside(std::string(key.name) + "[" + std::to_string(i) + "]", list.at(i));
     return false;
   }
-  bool take_kind(const Key& key, const KeyKinds& kinds) override { return kinds.chosen && put(key, kinds.words[*kinds.chosen]); }
+  bool take_kind(const Key& key, const KeyKinds& kinds) override {
+    return kinds.chosen && put(key, kinds.words[*kinds.chosen]);
+  }
 
  private:
   bool put(const Key& key, const std::string& text) {
@@ -104,19 +124,27 @@ KeyError Scenario::validate() const {
     return {"camera.stack_columns", "x camera.stack_rows must hold every lens"};
   if (camera.payload == ImagePayload::JpegPlanes &&
       (camera.lenses.size() > 6 || 6 % camera.stack_columns != 0 || camera.stack_columns * camera.stack_rows != 6))
-    return {"camera.payload", "jpeg_planes is that of a head of six lenses: camera.stack_columns x camera.stack_rows must be 1 x 6, 2 x 3, 3 x 2 or 6 x 1"};
-  if (camera.exposure_us * 1e-6 * camera.rate_hz >= 1) return {"camera.exposure_us", "must be shorter than the time between exposures"};
+    return {"camera.payload",
+            "jpeg_planes is that of a head of six lenses: camera.stack_columns x camera.stack_rows must be 1 x 6, 2 x "
+            "3, 3 x 2 or 6 x 1"};
+  if (camera.exposure_us * 1e-6 * camera.rate_hz >= 1)
+    return {"camera.exposure_us", "must be shorter than the time between exposures"};
   if (camera.shutter == ShutterKind::Rolling &&
       (camera.exposure_us + camera.row_time_us * camera.lens_height) * 1e-6 * camera.rate_hz >= 1)
-    return {"camera.row_time_us", "x camera.lens_height and camera.exposure_us must fit into the time between exposures"};
+    return {"camera.row_time_us",
+            "x camera.lens_height and camera.exposure_us must fit into the time between exposures"};
   if (laser.min_range_m >= laser.max_range_m) return {"laser.min_range_m", "must be below laser.max_range_m"};
   if (alley.near_m > alley.far_m) return {"alley.near_m", "must not be above alley.far_m"};
-  if (scene == SceneKind::Tunnel && street.curve_deg != 0) return {"street.curve_deg", "must be 0 with scene tunnel: it is straight"};
-  if (scene == SceneKind::Traffic && street.road_width_m < 11) return {"street.road_width_m", "must be at least 11 with scene traffic: two lanes each way"};
-  if (std::abs(drive.lane_offset_m) > street.road_width_m / 2 - 1) return {"drive.lane_offset_m", "must keep the vehicle on the road"};
+  if (scene == SceneKind::Tunnel && street.curve_deg != 0)
+    return {"street.curve_deg", "must be 0 with scene tunnel: it is straight"};
+  if (scene == SceneKind::Traffic && street.road_width_m < 11)
+    return {"street.road_width_m", "must be at least 11 with scene traffic: two lanes each way"};
+  if (std::abs(drive.lane_offset_m) > street.road_width_m / 2 - 1)
+    return {"drive.lane_offset_m", "must keep the vehicle on the road"};
   if (const std::string wrong = check_turns(*this); !wrong.empty()) return {"", wrong};
   for (std::size_t i = 0; i < faults.size(); ++i)
-    if (const std::string wrong = faults[i].validate(); !wrong.empty()) return {"faults[" + std::to_string(i) + "]", wrong};
+    if (const std::string wrong = faults[i].validate(); !wrong.empty())
+      return {"faults[" + std::to_string(i) + "]", wrong};
   return {};
 }
 

@@ -6,8 +6,10 @@ void StreetConfig::visit(Keys& keys) {
   keys.number({"road_width_m", "m", "The width of the road."}, road_width_m, {5, 30});
   keys.number({"pavement_width_m", "m", "The width of the pavement on each side."}, pavement_width_m, {1, 20});
   keys.number({"kerb_height_m", "m", "The height of the kerbs."}, kerb_height_m, {0.02, 0.3});
-  keys.number({"curve_deg", "deg", "How far the street bends in all, to the right; negative: to the left."}, curve_deg, {-60, 60});
-  keys.number({"curve_start_m", "m", "Where the bend begins, along the centre line from where the vehicle starts."}, curve_start_m, {0, 10000});
+  keys.number({"curve_deg", "deg", "How far the street bends in all, to the right; negative: to the left."}, curve_deg,
+              {-60, 60});
+  keys.number({"curve_start_m", "m", "Where the bend begins, along the centre line from where the vehicle starts."},
+              curve_start_m, {0, 10000});
   keys.number({"curve_length_m", "m", "The length of the bend."}, curve_length_m, {20, 10000});
   keys.number({"zebra_at_m", "m", "Where the crossing is, along the centre line."}, zebra_at_m, {-40, 10000});
   keys.number({"tree_spacing_m", "m", "The distance between trees."}, tree_spacing_m, {5, 1000});
@@ -18,28 +20,35 @@ void StreetConfig::visit(Keys& keys) {
   keys.number({"moving_car_speed", "m/s", "Their speed."}, moving_car_speed, {0, 30});
   keys.number({"sun_azimuth_deg", "deg", "The sun's azimuth, clockwise from north."}, sun_azimuth_deg, {0, 360});
   keys.number({"sun_elevation_deg", "deg", "The sun's height above the horizon."}, sun_elevation_deg, {5, 90});
-  keys.number({"sky_brightness", "", "The sky's light as seen, times the clear sky's; 3 saturates a camera that exposes for the street."}, sky_brightness, {0.1, 20});
+  keys.number({"sky_brightness", "",
+               "The sky's light as seen, times the clear sky's; 3 saturates a camera that exposes for the street."},
+              sky_brightness, {0.1, 20});
   keys.flag({"furnished", "", "Whether there is more than ground and facades."}, furnished);
 }
 
 void TurnConfig::visit(Keys& keys) {
   keys.number({"at_m", "m",
-               "The place of a U-turn along the centre line, from halt to halt. Its radius is `drive.lane_offset_m`, which needs a wide road; the vehicle comes back on the "
+               "The place of a U-turn along the centre line, from halt to halt. Its radius is `drive.lane_offset_m`, "
+               "which needs a wide road; the vehicle comes back on the "
                "other side, until the next one."},
               at_m, {-40, 10000});
   keys.number({"for_s", "s", "How long the U-turn takes."}, for_s, {4, 60});
 }
 
 void DriveConfig::visit(Keys& keys) {
-  keys.number({"heading_deg", "deg", "The heading of the street's first stretch, clockwise from north."}, heading_deg, {0, 360});
-  keys.number({"lane_offset_m", "m", "How far right of the centre line the vehicle drives. It must leave 1 m to the road's edge."}, lane_offset_m, {-10, 10});
+  keys.number({"heading_deg", "deg", "The heading of the street's first stretch, clockwise from north."}, heading_deg,
+              {0, 360});
+  keys.number({"lane_offset_m", "m",
+               "How far right of the centre line the vehicle drives. It must leave 1 m to the road's edge."},
+              lane_offset_m, {-10, 10});
   keys.number({"stand_s", "s", "How long the vehicle stands after the lead-in, before it moves."}, stand_s, {0, 600});
   keys.number({"accelerate_s", "s", "How long it takes to reach its speed."}, accelerate_s, {0.5, 60});
   keys.number({"speed", "m/s", "Its speed."}, speed, {0.1, 30});
   keys.number({"brake_s", "s", "How long it takes to halt."}, brake_s, {0.5, 60});
   keys.number({"halt_s", "s", "How long it stands at the end."}, halt_s, {0, 600});
   keys.number({"imu_height_m", "m", "The height of the body's origin above the road."}, imu_height_m, {0.2, 3});
-  keys.number({"roll_amplitude_deg", "deg", "How far the suspension rolls; it fades in with the speed."}, roll_amplitude_deg, {0, 5});
+  keys.number({"roll_amplitude_deg", "deg", "How far the suspension rolls; it fades in with the speed."},
+              roll_amplitude_deg, {0, 5});
   keys.number({"pitch_amplitude_deg", "deg", "How far it pitches."}, pitch_amplitude_deg, {0, 5});
   keys.number({"heave_amplitude_m", "m", "How far it heaves."}, heave_amplitude_m, {0, 0.1});
   keys.list({"turns", "", "The U-turns, in the order in which they come.", "none"}, turns);
@@ -52,21 +61,37 @@ void InsOutage::visit(Keys& keys) {
 
 void InsConfig::visit(Keys& keys) {
   keys.whole({"rate_hz", "Hz", "The rate of the solutions, a divisor of 1000."}, rate_hz, {1, 1000});
-  keys.number({"position_sigma_m", "m", "One standard deviation of the slow error of the position in each axis (first-order Gauss-Markov)."}, position_sigma_m, {0, 10});
+  keys.number({"position_sigma_m", "m",
+               "One standard deviation of the slow error of the position in each axis (first-order Gauss-Markov)."},
+              position_sigma_m, {0, 10});
   keys.number({"velocity_sigma", "m/s", "The same of the velocity."}, velocity_sigma, {0, 10});
   keys.number({"roll_pitch_sigma_deg", "deg", "The same of roll and pitch."}, roll_pitch_sigma_deg, {0, 10});
   keys.number({"heading_sigma_deg", "deg", "The same of the heading."}, heading_sigma_deg, {0, 10});
   keys.number({"correlation_s", "s", "The correlation time of the slow errors."}, correlation_s, {0.1, 10000});
-  keys.number({"position_white_m", "m", "One standard deviation of the white error that each position has on top."}, position_white_m, {0, 1});
+  keys.number({"position_white_m", "m", "One standard deviation of the white error that each position has on top."},
+              position_white_m, {0, 1});
   keys.number({"attitude_white_deg", "deg", "The same of each attitude."}, attitude_white_deg, {0, 1});
-  keys.choice({"grade", "", "The class of the product. All but custom set the four sigmas above and the five values below."}, grade,
-              {{"custom", InsGrade::Custom}, {"pos_lv_220", InsGrade::PosLv220}, {"pos_lv_420", InsGrade::PosLv420}, {"span_cpt", InsGrade::SpanCpt}});
-  keys.number({"gyro_bias_deg_h", "deg/h", "What the filter leaves of the gyros' bias. It grows into the attitude of an outage."}, gyro_bias_deg_h, {0, 1000});
-  keys.number({"angle_random_walk_deg_sqrt_h", "deg/sqrt(h)", "The gyros' random walk."}, angle_random_walk_deg_sqrt_h, {0, 10});
-  keys.number({"velocity_random_walk_sqrt_h", "m/s/sqrt(h)", "The accelerometers' random walk."}, velocity_random_walk_sqrt_h, {0, 10});
-  keys.number({"accelerometer_bias_ug", "ug", "What the filter leaves of the accelerometers' bias."}, accelerometer_bias_ug, {0, 100000});
-  keys.number({"wheel_s", "s", "The time within which a wheel sensor pulls the velocity back in an outage. 0: there is none."}, wheel_s, {0, 1000});
-  keys.number({"high_variance_m", "m", "The horizontal sigma from which the receiver says INS_HIGH_VARIANCE."}, high_variance_m, {0.01, 1000});
+  keys.choice(
+      {"grade", "", "The class of the product. All but custom set the four sigmas above and the five values below."},
+      grade,
+      {{"custom", InsGrade::Custom},
+       {"pos_lv_220", InsGrade::PosLv220},
+       {"pos_lv_420", InsGrade::PosLv420},
+       {"span_cpt", InsGrade::SpanCpt}});
+  keys.number({"gyro_bias_deg_h", "deg/h",
+               "What the filter leaves of the gyros' bias. It grows into the attitude of an outage."},
+              gyro_bias_deg_h, {0, 1000});
+  keys.number({"angle_random_walk_deg_sqrt_h", "deg/sqrt(h)", "The gyros' random walk."}, angle_random_walk_deg_sqrt_h,
+              {0, 10});
+  keys.number({"velocity_random_walk_sqrt_h", "m/s/sqrt(h)", "The accelerometers' random walk."},
+              velocity_random_walk_sqrt_h, {0, 10});
+  keys.number({"accelerometer_bias_ug", "ug", "What the filter leaves of the accelerometers' bias."},
+              accelerometer_bias_ug, {0, 100000});
+  keys.number(
+      {"wheel_s", "s", "The time within which a wheel sensor pulls the velocity back in an outage. 0: there is none."},
+      wheel_s, {0, 1000});
+  keys.number({"high_variance_m", "m", "The horizontal sigma from which the receiver says INS_HIGH_VARIANCE."},
+              high_variance_m, {0.01, 1000});
   keys.list({"outages", "", "The times without satellites.", "none"}, outages);
 }
 
@@ -82,23 +107,29 @@ void AlleyConfig::visit(Keys& keys) {
 }
 
 void TrafficConfig::visit(Keys& keys) {
-  keys.number({"spacing_m", "m", "The distance between oncoming vehicles of a lane. `street.moving_cars` come in each of two lanes."}, spacing_m, {8, 1000});
+  keys.number({"spacing_m", "m",
+               "The distance between oncoming vehicles of a lane. `street.moving_cars` come in each of two lanes."},
+              spacing_m, {8, 1000});
   keys.whole({"overtaking_cars", "", "How many cars overtake, in the lane on the left."}, overtaking_cars, {0, 20});
   keys.number({"overtaking_speed", "m/s", "Their speed."}, overtaking_speed, {0.1, 40});
-  keys.whole({"pedestrians", "", "How many people walk on the pavements. Four more are on the crossing."}, pedestrians, {0, 100});
+  keys.whole({"pedestrians", "", "How many people walk on the pavements. Four more are on the crossing."}, pedestrians,
+             {0, 100});
 }
 
 void TunnelConfig::visit(Keys& keys) {
   keys.number({"from_m", "m", "Where the tunnel begins, along the centre line."}, from_m, {-40, 10000});
   keys.number({"length_m", "m", "Its length."}, length_m, {5, 10000});
   keys.number({"height_m", "m", "Its height."}, height_m, {3.5, 12});
-  keys.number({"lamp_spacing_m", "m", "The distance between lamps, which hang in two rows and throw no shadows."}, lamp_spacing_m, {2, 100});
+  keys.number({"lamp_spacing_m", "m", "The distance between lamps, which hang in two rows and throw no shadows."},
+              lamp_spacing_m, {2, 100});
 }
 
 void TargetsConfig::visit(Keys& keys) {
   keys.whole({"large", "", "How many spheres of 145 mm radius stand on tripods, 5 to 16 m away."}, large, {0, 40});
   keys.whole({"small", "", "How many spheres of 72.5 mm radius stand on tripods, 3.8 to 8 m away."}, small, {0, 40});
-  keys.whole({"decoys", "", "How many other things look like them: balls of other sizes, domed posts, barrels, boulders."}, decoys, {0, 40});
+  keys.whole(
+      {"decoys", "", "How many other things look like them: balls of other sizes, domed posts, barrels, boulders."},
+      decoys, {0, 40});
 }
 
 void MountConfig::visit(Keys& keys) {
@@ -111,27 +142,35 @@ void MountConfig::visit(Keys& keys) {
 }
 
 void LaserConfig::visit(Keys& keys) {
-  keys.choice({"model", "", "The scanner. `profile` has one rotating mirror (RIEGL VUX class) and draws lines across its axis z."}, model,
-              {{"vlp16", LaserModel::Vlp16}, {"hdl32e", LaserModel::Hdl32e}, {"profile", LaserModel::Profile}});
-  keys.number({"rate_rpm", "1/min", "The rate of turning. 0: the rate nearest to 600 whose azimuths the wire carries exactly."}, rate_rpm, {0, 1200});
+  keys.choice({"model", "",
+               "The scanner. `profile` has one rotating mirror (RIEGL VUX class) and draws lines across its axis z."},
+              model, {{"vlp16", LaserModel::Vlp16}, {"hdl32e", LaserModel::Hdl32e}, {"profile", LaserModel::Profile}});
+  keys.number(
+      {"rate_rpm", "1/min", "The rate of turning. 0: the rate nearest to 600 whose azimuths the wire carries exactly."},
+      rate_rpm, {0, 1200});
   keys.number({"lines_per_s", "1/s", "profile: turns of the mirror."}, lines_per_s, {1, 1000});
   keys.number({"points_per_s", "1/s", "profile: pulses, evenly over the turn."}, points_per_s, {10'000, 4e6});
-  keys.number({"motor_jitter_deg", "deg", "One standard deviation of a block's reported azimuth."}, motor_jitter_deg, {0, 1});
+  keys.number({"motor_jitter_deg", "deg", "One standard deviation of a block's reported azimuth."}, motor_jitter_deg,
+              {0, 1});
   keys.number({"range_sigma_m", "m", "One standard deviation of a range."}, range_sigma_m, {0, 1});
   keys.number({"dropout_probability", "", "The probability that a return is missing."}, dropout_probability, {0, 1});
   keys.number({"min_range_m", "m", "Nearer surfaces give no return. It is below `max_range_m`."}, min_range_m, {0, 10});
   keys.number({"max_range_m", "m", "Farther surfaces give no return."}, max_range_m, {1, 130});
-  keys.flag({"vertical_offsets", "", "VLP-16: whether the lasers start in different points, as its manual lists."}, vertical_offsets);
+  keys.flag({"vertical_offsets", "", "VLP-16: whether the lasers start in different points, as its manual lists."},
+            vertical_offsets);
   keys.section({"mount", "", "Where the scanner sits."}, mount);
 }
 
 void WheelConfig::visit(Keys& keys) {
-  keys.number({"rate_hz", "Hz", "The rate of each of the encoder's two messages on the CAN bus. 0: the vehicle has none."}, rate_hz, {0, 200});
+  keys.number(
+      {"rate_hz", "Hz", "The rate of each of the encoder's two messages on the CAN bus. 0: the vehicle has none."},
+      rate_hz, {0, 200});
   keys.number({"circumference_m", "m", "The circumference of a tyre."}, circumference_m, {0.5, 4});
   keys.number({"scale", "", "The way that the encoder tells over the true way: worn tyres."}, scale, {0.5, 2});
   keys.whole({"pulses_per_turn", "", "How many pulses a turn of a wheel has."}, pulses_per_turn, {1, 1000});
   keys.number({"track_m", "m", "The distance between the wheels of an axle."}, track_m, {0.5, 4});
-  keys.number({"speed_sigma", "m/s", "One standard deviation of the white error of each wheel's speed."}, speed_sigma, {0, 1});
+  keys.number({"speed_sigma", "m/s", "One standard deviation of the white error of each wheel's speed."}, speed_sigma,
+              {0, 1});
 }
 
 void LensConfig::visit(Keys& keys) {
@@ -141,7 +180,9 @@ void LensConfig::visit(Keys& keys) {
   keys.number({"trans_x_m", "m", "The lens's place in the head."}, trans_x_m, {-2, 2});
   keys.number({"trans_y_m", "m", "As `trans_x_m` says."}, trans_y_m, {-2, 2});
   keys.number({"trans_z_m", "m", "As `trans_x_m` says."}, trans_z_m, {-2, 2});
-  keys.number({"focal_px", "px", "The focal length in the 2448 x 2048 rectified image. It is scaled to the lens image."}, focal_px, {10, 100000});
+  keys.number(
+      {"focal_px", "px", "The focal length in the 2448 x 2048 rectified image. It is scaled to the lens image."},
+      focal_px, {10, 100000});
   keys.number({"centre_x_px", "px", "The column of the principal point in that image."}, centre_x_px, {0, 10000});
   keys.number({"centre_y_px", "px", "Its row."}, centre_y_px, {0, 10000});
 }
@@ -149,28 +190,45 @@ void LensConfig::visit(Keys& keys) {
 void CameraConfig::visit(Keys& keys) {
   keys.number({"rate_hz", "Hz", "The rate of exposures."}, rate_hz, {0.1, 60});
   keys.number({"first_exposure_s", "s", "The first exposure, after the sensors' start."}, first_exposure_s, {0, 10});
-  keys.number({"exposure_us", "us", "The length of an exposure, shorter than the time between exposures."}, exposure_us, {1, 100000});
-  keys.number({"strobe_jitter_us", "us", "One standard deviation of what the POS stamps against the exposure's true start."}, strobe_jitter_us, {0, 1000});
-  keys.whole({"blur_samples", "", "How many poses are averaged over an exposure. 1: no motion blur."}, blur_samples, {1, 32});
+  keys.number({"exposure_us", "us", "The length of an exposure, shorter than the time between exposures."}, exposure_us,
+              {1, 100000});
+  keys.number(
+      {"strobe_jitter_us", "us", "One standard deviation of what the POS stamps against the exposure's true start."},
+      strobe_jitter_us, {0, 1000});
+  keys.whole({"blur_samples", "", "How many poses are averaged over an exposure. 1: no motion blur."}, blur_samples,
+             {1, 32});
   keys.whole({"lens_width", "px", "The width of a lens image, an even number."}, lens_width, {16, 8192});
   keys.whole({"lens_height", "px", "Its height, an even number."}, lens_height, {16, 8192});
-  keys.whole({"stack_columns", "", "Lens i stands at column i % columns, row i / columns of the image."}, stack_columns, {1, 16});
+  keys.whole({"stack_columns", "", "Lens i stands at column i % columns, row i / columns of the image."}, stack_columns,
+             {1, 16});
   keys.whole({"stack_rows", "", "Columns x rows must hold every lens."}, stack_rows, {1, 16});
-  keys.choice({"lens_model", "", "The lens model."}, lens_model, {{"kannala_brandt", LensModel::KannalaBrandt}, {"brown", LensModel::Brown}});
-  keys.choice({"tone_curve", "", "How light becomes a pixel's value."}, tone_curve, {{"linear", ToneCurve::Linear}, {"srgb", ToneCurve::Srgb}});
+  keys.choice({"lens_model", "", "The lens model."}, lens_model,
+              {{"kannala_brandt", LensModel::KannalaBrandt}, {"brown", LensModel::Brown}});
+  keys.choice({"tone_curve", "", "How light becomes a pixel's value."}, tone_curve,
+              {{"linear", ToneCurve::Linear}, {"srgb", ToneCurve::Srgb}});
   keys.number({"gain", "", "1: a white wall in the sun is just below saturation."}, gain, {0.01, 100});
   keys.number({"vignetting", "", "The share of light that is lost at the far corner."}, vignetting, {0, 0.9});
-  keys.number({"full_well_electrons", "", "The electrons of a saturated pixel, which make the shot noise."}, full_well_electrons, {100, 1e6});
-  keys.number({"read_noise_electrons", "", "One standard deviation of the read noise."}, read_noise_electrons, {0, 1000});
+  keys.number({"full_well_electrons", "", "The electrons of a saturated pixel, which make the shot noise."},
+              full_well_electrons, {100, 1e6});
+  keys.number({"read_noise_electrons", "", "One standard deviation of the read noise."}, read_noise_electrons,
+              {0, 1000});
   keys.flag({"antialias", "", "Whether pixels along outlines have four samples."}, antialias);
-  keys.choice({"shutter", "", "rolling: row after row."}, shutter, {{"global", ShutterKind::Global}, {"rolling", ShutterKind::Rolling}});
-  keys.number({"row_time_us", "us", "rolling: the time from one row of a lens image to the next. The strobe belongs to the middle row."}, row_time_us, {0.1, 1000});
-  keys.flag({"auto_exposure", "", "Whether each lens adapts its own gain from image to image. The truth knows it."}, auto_exposure);
-  keys.number({"auto_exposure_target", "", "The mean of the delivered light that is aimed at: linear, 1 saturates."}, auto_exposure_target, {0.01, 0.9});
-  keys.number({"auto_exposure_rate", "", "The share of the logarithmic error that each image mends."}, auto_exposure_rate, {0.01, 1});
-  keys.number({"auto_exposure_limit", "", "The largest, and one over the smallest, factor on `camera.gain`."}, auto_exposure_limit, {1, 1000});
+  keys.choice({"shutter", "", "rolling: row after row."}, shutter,
+              {{"global", ShutterKind::Global}, {"rolling", ShutterKind::Rolling}});
+  keys.number({"row_time_us", "us",
+               "rolling: the time from one row of a lens image to the next. The strobe belongs to the middle row."},
+              row_time_us, {0.1, 1000});
+  keys.flag({"auto_exposure", "", "Whether each lens adapts its own gain from image to image. The truth knows it."},
+            auto_exposure);
+  keys.number({"auto_exposure_target", "", "The mean of the delivered light that is aimed at: linear, 1 saturates."},
+              auto_exposure_target, {0.01, 0.9});
+  keys.number({"auto_exposure_rate", "", "The share of the logarithmic error that each image mends."},
+              auto_exposure_rate, {0.01, 1});
+  keys.number({"auto_exposure_limit", "", "The largest, and one over the smallest, factor on `camera.gain`."},
+              auto_exposure_limit, {1, 1000});
   keys.choice({"payload", "",
-               "What the camera sends: the mosaic, or 24 JPEGs an exposure ([formats](formats.md#jpeg-planes)), as a Ladybug's JPEG modes do. Then `stack_columns` x "
+               "What the camera sends: the mosaic, or 24 JPEGs an exposure ([formats](formats.md#jpeg-planes)), as a "
+               "Ladybug's JPEG modes do. Then `stack_columns` x "
                "`stack_rows` is 1 x 6, 2 x 3, 3 x 2 or 6 x 1."},
               payload, {{"raw", ImagePayload::Raw}, {"jpeg_planes", ImagePayload::JpegPlanes}});
   keys.whole({"jpeg_quality", "", "The quality of the JPEGs."}, jpeg_quality, {1, 100});
@@ -181,11 +239,15 @@ void CameraConfig::visit(Keys& keys) {
 void Scenario::visit(Keys& keys) {
   keys.whole({"seed", "", "The seed of every random number."}, seed, {0, 1e15});
   keys.number({"duration_s", "s", "How long laser and camera run."}, duration_s, {0.5, 3600});
-  keys.number({"lead_in_s", "s", "How long POS and PPS run before that, while the vehicle stands: whole seconds."}, lead_in_s, {1, 600});
+  keys.number({"lead_in_s", "s", "How long POS and PPS run before that, while the vehicle stands: whole seconds."},
+              lead_in_s, {1, 600});
   keys.flag({"noise", "", "Whether there are random errors. Quantisation on the wire stays in any case."}, noise);
-  keys.whole({"start_gps_week", "week", "The week of the start, in full, not modulo 1024."}, start_gps_week, {1, 10000});
-  keys.whole({"start_time_of_week_s", "s", "The second of that week. The default crosses a full UTC hour 15 s in."}, start_time_of_week_s, {0, 604799});
-  keys.number({"origin_latitude_deg", "deg", "The latitude of the road where the street begins."}, origin_latitude_deg, {-89, 89});
+  keys.whole({"start_gps_week", "week", "The week of the start, in full, not modulo 1024."}, start_gps_week,
+             {1, 10000});
+  keys.whole({"start_time_of_week_s", "s", "The second of that week. The default crosses a full UTC hour 15 s in."},
+             start_time_of_week_s, {0, 604799});
+  keys.number({"origin_latitude_deg", "deg", "The latitude of the road where the street begins."}, origin_latitude_deg,
+              {-89, 89});
   keys.number({"origin_longitude_deg", "deg", "Its longitude."}, origin_longitude_deg, {-180, 180});
   keys.number({"origin_height_m", "m", "Its height above the ellipsoid."}, origin_height_m, {-500, 9000});
   keys.choice({"scene", "", "What the vehicle drives through."}, scene,

@@ -7,8 +7,8 @@
 /// Settings of the scenes beside the street. scenario_keys.cpp lists their keys.
 namespace hueline::sim {
 
-/// What the vehicle drives through. All but Targets lie along the same centre line and take road, kerb, trees and sun from
-/// StreetConfig where they have such a thing.
+/// What the vehicle drives through. All but Targets lie along the same centre line and take road, kerb, trees and sun
+/// from StreetConfig where they have such a thing.
 enum class SceneKind : std::uint8_t {
   Street,   ///< houses on both sides, trees, parked and oncoming cars
   Square,   ///< an open paved square: flower beds, columns, lamp posts; far fronts
@@ -26,7 +26,7 @@ struct AlleyConfig {
 };
 
 struct TrafficConfig {
-  double spacing_m = 34.0;         ///< between oncoming vehicles of a lane (street.moving_cars a lane)
+  double spacing_m = 34.0;  ///< between oncoming vehicles of a lane (street.moving_cars a lane)
   int overtaking_cars = 3;
   double overtaking_speed = 13.0;  ///< m/s
   int pedestrians = 14;            ///< on the pavements; four more on the crossing

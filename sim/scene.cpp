@@ -7,13 +7,20 @@ namespace {
 
 Scene build(const Scenario& c, const CentreLine& line, double drive_length) {
   switch (c.scene) {
-    case SceneKind::Street: return build_street(c, line, drive_length);
-    case SceneKind::Square: return build_square(c, line, drive_length);
-    case SceneKind::Canyon: return build_canyon(c, line, drive_length);
-    case SceneKind::Alley: return build_alley(c, line, drive_length);
-    case SceneKind::Traffic: return build_traffic(c, line, drive_length);
-    case SceneKind::Tunnel: return build_tunnel(c, line, drive_length);
-    case SceneKind::Targets: return build_targets(c, line, drive_length);
+    case SceneKind::Street:
+      return build_street(c, line, drive_length);
+    case SceneKind::Square:
+      return build_square(c, line, drive_length);
+    case SceneKind::Canyon:
+      return build_canyon(c, line, drive_length);
+    case SceneKind::Alley:
+      return build_alley(c, line, drive_length);
+    case SceneKind::Traffic:
+      return build_traffic(c, line, drive_length);
+    case SceneKind::Tunnel:
+      return build_tunnel(c, line, drive_length);
+    case SceneKind::Targets:
+      return build_targets(c, line, drive_length);
   }
   return {};
 }

@@ -18,7 +18,7 @@ struct Albedo {
 struct FacadeStyle {
   Albedo wall, trim, sign, door;
   double width_m = 12, height_m = 10;
-  double bay_m = 2.4, storey_m = 3.1;      ///< raster of the windows above the ground floor
+  double bay_m = 2.4, storey_m = 3.1;  ///< raster of the windows above the ground floor
   double window_width_m = 1.2, window_height_m = 1.7;
   bool is_brick = false, has_shop = false;
   std::uint32_t seed = 0;
@@ -30,44 +30,45 @@ struct MovingShape {
   double centre_up_m = 0.7, reach_m = 2.7;  ///< a sphere that holds it
 };
 
-/// One moving thing. It goes along the centre line or across it at an even speed, and waits underground outside from_s .. to_s.
+/// One moving thing. It goes along the centre line or across it at an even speed, and waits underground outside from_s
+/// .. to_s.
 struct Mover {
-  std::size_t shape = 0;       ///< index into Scene::shapes
+  std::size_t shape = 0;  ///< index into Scene::shapes
   std::uint16_t surface = 0;
   double s_m = 0, lateral_m = 0;  ///< at the sensors' start
-  double speed = 0;            ///< m/s, along its own forward axis
-  double along = -1;           ///< 1 with the drive, -1 against it, 0 across
-  double across = 0;           ///< 1 to the right, -1 to the left
+  double speed = 0;               ///< m/s, along its own forward axis
+  double along = -1;              ///< 1 with the drive, -1 against it, 0 across
+  double across = 0;              ///< 1 to the right, -1 to the left
   double from_s = -62, to_s = 0;
 };
 
 /// A roofed stretch without sun: a straight box. Daylight comes in by its ends; lamps do the rest.
 struct Enclosure {
   bool is_there = false;
-  Vec3 from, along, right;     ///< floor's middle at the near end; unit vectors
+  Vec3 from, along, right;  ///< floor's middle at the near end; unit vectors
   double length_m = 0, half_width_m = 0, height_m = 0;
 };
 
 /// A lamp: light spreads downwards from a point, without casting shadows.
 struct LightSource {
   Vec3 place;
-  float power = 1;             ///< light on a white surface 1 m below it
+  float power = 1;  ///< light on a white surface 1 m below it
 };
 
 /// A sphere whose place is known.
 struct SphereTarget {
   std::uint16_t surface = 0;
-  Vec3 centre;                 ///< local level of the scene
+  Vec3 centre;  ///< local level of the scene
   double radius_m = 0;
 };
 
 /// The whole world before any ray is cast. Built from scenario and seed alone.
 struct Scene {
-  Mesh still;                         ///< local level of the scene
+  Mesh still;  ///< local level of the scene
   std::vector<MovingShape> shapes;
   std::vector<Mover> movers;
-  std::vector<FacadeStyle> facades;   ///< style of Material::Facade and SideWall
-  std::vector<Albedo> paints;         ///< style of CarPaint, CarGlass, CarEnd, SignFace, Awning, Cloth
+  std::vector<FacadeStyle> facades;  ///< style of Material::Facade and SideWall
+  std::vector<Albedo> paints;        ///< style of CarPaint, CarGlass, CarEnd, SignFace, Awning, Cloth
   std::vector<std::string> surfaces{"nothing", "own vehicle"};  ///< names; TrueReturn::surface indexes them
   std::vector<SphereTarget> targets;
   std::vector<LightSource> lamps;

@@ -21,8 +21,8 @@ class Shutter {
   GpsNs mid(std::size_t number) const { return start(number) + exposure_ns_ / 2; }
   GpsNs exposure_ns() const { return exposure_ns_; }
   bool is_rolling() const { return row_ns_ != 0; }
-  /// A row of a lens image is exposed by this much later than the middle one; the strobe belongs to the middle row. 0 with a global
-  /// shutter.
+  /// A row of a lens image is exposed by this much later than the middle one; the strobe belongs to the middle row. 0
+  /// with a global shutter.
   GpsNs row_delay(double row) const { return std::llround((row - middle_row_) * row_ns_); }
 
  private:

@@ -17,7 +17,8 @@ struct Packet {
   std::vector<std::uint16_t> seen;
 };
 
-/// The first of `count` neighbouring exposures that lie nearest to `t`. `middles` are in the order of time, `count` of them at least.
+/// The first of `count` neighbouring exposures that lie nearest to `t`. `middles` are in the order of time, `count` of
+/// them at least.
 std::uint32_t first_of_nearest(const std::vector<GpsNs>& middles, GpsNs t, std::uint32_t count) {
   std::size_t first = 0;
   while (first + count < middles.size() && middles[first + count] - t < t - middles[first]) ++first;
@@ -26,7 +27,8 @@ std::uint32_t first_of_nearest(const std::vector<GpsNs>& middles, GpsNs t, std::
 
 }  // namespace
 
-Status write_sights(const Scenario& scenario, const Drive& drive, const std::string& path, const Progress& progress, const GenerateOptions& options) {
+Status write_sights(const Scenario& scenario, const Drive& drive, const std::string& path, const Progress& progress,
+                    const GenerateOptions& options) {
   auto truth = TruthReader::open(drive.cache_dir + "/truth.bin");
   if (!truth.ok()) return truth.error();
   const Motion motion(scenario);
@@ -39,7 +41,8 @@ Status write_sights(const Scenario& scenario, const Drive& drive, const std::str
 
   const auto look = [&](Packet& packet) {
     packet.seen.assign(packet.returns.size(), 0);
-    packet.first_exposure = packet.returns.empty() ? 0 : first_of_nearest(middles, packet.returns.front().fired_gps_ns, asked);
+    packet.first_exposure =
+        packet.returns.empty() ? 0 : first_of_nearest(middles, packet.returns.front().fired_gps_ns, asked);
     for (std::size_t i = 0; i < packet.returns.size(); ++i)
       for (std::uint32_t k = 0; k < asked; ++k)
         for (std::size_t lens = 0; lens < lenses; ++lens)
@@ -66,7 +69,8 @@ Status write_sights(const Scenario& scenario, const Drive& drive, const std::str
       }
       group[count].returns = std::move(*returns);
     }
-    if (options.stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped while asking who saw what; " + path + " is not whole"};
+    if (options.stop.stop_requested())
+      return Error{ErrorCode::Stopped, "stopped while asking who saw what; " + path + " is not whole"};
     std::atomic<std::size_t> next{0};
     const auto work = [&] {
       for (std::size_t i; (i = next.fetch_add(1)) < count;) look(group[i]);
@@ -82,8 +86,9 @@ Status write_sights(const Scenario& scenario, const Drive& drive, const std::str
       out.bytes(group[i].seen.data(), group[i].seen.size() * sizeof(std::uint16_t));
     }
     if (progress && count > 0 && !group[count - 1].returns.empty())
-      progress("asking who saw what", static_cast<double>(group[count - 1].returns.back().fired_gps_ns - drive.begin_gps_ns) /
-                                          static_cast<double>(drive.end_gps_ns - drive.begin_gps_ns));
+      progress("asking who saw what",
+               static_cast<double>(group[count - 1].returns.back().fired_gps_ns - drive.begin_gps_ns) /
+                   static_cast<double>(drive.end_gps_ns - drive.begin_gps_ns));
   }
   return out.close();
 }

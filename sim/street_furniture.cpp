@@ -6,7 +6,8 @@ namespace hueline::sim {
 
 /// Trunk, a few boughs, and leaves as small quads in the shell of an ellipsoid, each turned its own way.
 void add_tree(Scene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32_t tint) {
-  const std::uint16_t trunk = add_surface(scene, "trunk " + std::to_string(tint)), crown = add_surface(scene, "crown " + std::to_string(tint));
+  const std::uint16_t trunk = add_surface(scene, "trunk " + std::to_string(tint)),
+                      crown = add_surface(scene, "crown " + std::to_string(tint));
   const double bole = draw(2.3, 3.0), rx = draw(1.4, 2.0), rz = draw(1.7, 2.4);
   scene.still.cylinder(foot, 0.16, 0.11, bole + 0.8, 10, {Material::Bark, trunk, tint});
   const Vec3 centre = foot + Vec3{0, 0, bole + rz * 0.8};
@@ -21,7 +22,8 @@ void add_tree(Scene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32_t tin
     const double size = draw(0.09, 0.17);
     const Vec3 u = size * (R * Vec3{1, 0, 0}), v = size * (R * Vec3{0, 0.7, 0});
     scene.still.quad({p - u, p - v, p + u, p + v}, {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}},
-                     {Material::Leaf, crown, static_cast<std::uint32_t>(counter_bits(draw.seed, draw.stream, draw.index++) & 0xFFFF)});
+                     {Material::Leaf, crown,
+                      static_cast<std::uint32_t>(counter_bits(draw.seed, draw.stream, draw.index++) & 0xFFFF)});
   }
 }
 
@@ -44,10 +46,13 @@ void add_sign(Scene& scene, Vec3 foot, Vec3 facing, std::uint32_t paint) {
   const Vec3 right = cross(Vec3{0, 0, 1}, facing);
   const Vec3 centre = foot + Vec3{0, 0, 2.55} + 0.05 * facing;
   const double r = 0.36;
-  const auto rim = [&](int i) { return centre + r * std::cos(i * kPi / 8) * right + r * std::sin(i * kPi / 8) * Vec3{0, 0, 1}; };
+  const auto rim = [&](int i) {
+    return centre + r * std::cos(i * kPi / 8) * right + r * std::sin(i * kPi / 8) * Vec3{0, 0, 1};
+  };
   const auto uv = [&](int i) { return TexturePoint{std::cos(i * kPi / 8), std::sin(i * kPi / 8)}; };
   for (int i = 0; i < 16; i += 2)
-    scene.still.quad({rim(i), rim(i + 1), rim(i + 2), centre}, {{uv(i), uv(i + 1), uv(i + 2), {0, 0}}}, {Material::SignFace, id, paint});
+    scene.still.quad({rim(i), rim(i + 1), rim(i + 2), centre}, {{uv(i), uv(i + 1), uv(i + 2), {0, 0}}},
+                     {Material::SignFace, id, paint});
 }
 
 }  // namespace
@@ -84,7 +89,8 @@ void add_furniture(Scene& scene, const Scenario& c, const CentreLine& line, doub
     if (near_zebra(s)) continue;
     const double h = line.heading(s) + (side > 0 ? 0 : kPi);
     const std::uint16_t id = add_surface(scene, "parked car " + std::to_string(number++));
-    add_car(scene.still, {R_enu_body(0, 0, h), line.place(s, side * (half + 1.15), top)}, id, static_cast<std::uint32_t>(i % 9));
+    add_car(scene.still, {R_enu_body(0, 0, h), line.place(s, side * (half + 1.15), top)}, id,
+            static_cast<std::uint32_t>(i % 9));
   }
   if (c.scene == SceneKind::Traffic) return;
   scene.shapes.emplace_back();

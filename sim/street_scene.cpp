@@ -4,12 +4,14 @@
 #include "sim/scene_parts.hpp"
 
 namespace hueline::sim {
-void add_ribbon(Mesh& mesh, const CentreLine& line, double from, double to, double left, double z_left, double right, double z_right,
-                QuadTag tag) {
+void add_ribbon(Mesh& mesh, const CentreLine& line, double from, double to, double left, double z_left, double right,
+                double z_right, QuadTag tag) {
   for (double s = from; s < to; s += 1.0) {
     const double e = std::min(s + 1.0, to);
-    const double vl = z_left == z_right ? left : 0.0, vr = z_left == z_right ? right : std::hypot(right - left, z_right - z_left);
-    mesh.quad({line.place(s, left, z_left), line.place(s, right, z_right), line.place(e, right, z_right), line.place(e, left, z_left)},
+    const double vl = z_left == z_right ? left : 0.0,
+                 vr = z_left == z_right ? right : std::hypot(right - left, z_right - z_left);
+    mesh.quad({line.place(s, left, z_left), line.place(s, right, z_right), line.place(e, right, z_right),
+               line.place(e, left, z_left)},
               {{{s, vl}, {s, vr}, {e, vr}, {e, vl}}}, tag);
   }
 }
@@ -18,15 +20,18 @@ namespace {
 void plain(Scene& scene, const CentreLine& line, double length, QuadTag tag) {
   const Vec3 middle = line.place(length / 2, 0, -0.08);
   const double r = 500;
-  scene.still.rectangle({middle + Vec3{-r, -r, 0}, middle + Vec3{r, -r, 0}, middle + Vec3{r, r, 0}, middle + Vec3{-r, r, 0}}, tag);
+  scene.still.rectangle(
+      {middle + Vec3{-r, -r, 0}, middle + Vec3{r, -r, 0}, middle + Vec3{r, r, 0}, middle + Vec3{-r, r, 0}}, tag);
 }
 }  // namespace
 
 void add_road(Scene& scene, const StreetConfig& c, const CentreLine& line, double length) {
-  const double from = -kStreetBehind, to = length + kStreetAhead, half = c.road_width_m / 2, kerb = 0.15, top = c.kerb_height_m;
+  const double from = -kStreetBehind, to = length + kStreetAhead, half = c.road_width_m / 2, kerb = 0.15,
+               top = c.kerb_height_m;
   const double walk = half + kerb + c.pavement_width_m;
   add_ribbon(scene.still, line, from, to, -half, 0, half, 0, {Material::Asphalt, add_surface(scene, "road"), 0});
-  const std::uint16_t kerbs = add_surface(scene, "kerb"), walks = add_surface(scene, "pavement"), grass = add_surface(scene, "grass");
+  const std::uint16_t kerbs = add_surface(scene, "kerb"), walks = add_surface(scene, "pavement"),
+                      grass = add_surface(scene, "grass");
   for (const double side : {-1.0, 1.0}) {
     // Left to right across the drive in both cases, so that the faces look up.
     const auto strip = [&](double near, double z_near, double far, double z_far, QuadTag tag) {
@@ -48,10 +53,21 @@ void add_plain(Scene& scene, const CentreLine& line, double length, Material mat
 }
 
 FacadeStyle draw_facade(Draw& draw, double width, std::uint32_t least_storeys, std::uint32_t more_storeys) {
-  static constexpr std::array<Albedo, 8> kWalls{{{.62f, .55f, .42f}, {.45f, .17f, .11f}, {.70f, .66f, .58f}, {.33f, .42f, .50f},
-                                                 {.62f, .38f, .22f}, {.42f, .48f, .33f}, {.68f, .50f, .48f}, {.50f, .49f, .47f}}};
-  static constexpr std::array<Albedo, 7> kSigns{{{.70f, .04f, .04f}, {.85f, .62f, .02f}, {.03f, .16f, .60f}, {.02f, .42f, .12f},
-                                                 {.60f, .05f, .42f}, {.02f, .45f, .50f}, {.80f, .28f, .02f}}};
+  static constexpr std::array<Albedo, 8> kWalls{{{.62f, .55f, .42f},
+                                                 {.45f, .17f, .11f},
+                                                 {.70f, .66f, .58f},
+                                                 {.33f, .42f, .50f},
+                                                 {.62f, .38f, .22f},
+                                                 {.42f, .48f, .33f},
+                                                 {.68f, .50f, .48f},
+                                                 {.50f, .49f, .47f}}};
+  static constexpr std::array<Albedo, 7> kSigns{{{.70f, .04f, .04f},
+                                                 {.85f, .62f, .02f},
+                                                 {.03f, .16f, .60f},
+                                                 {.02f, .42f, .12f},
+                                                 {.60f, .05f, .42f},
+                                                 {.02f, .45f, .50f},
+                                                 {.80f, .28f, .02f}}};
   FacadeStyle f;
   const auto wall = draw.below(8);
   f.wall = kWalls[wall];
@@ -83,7 +99,8 @@ void add_building(Scene& scene, Vec3 a, Vec3 b, double base, double depth, const
   mesh.rectangle({at(0, 0, 0), at(w, 0, 0), at(w, 0, h), at(0, 0, h)}, {Material::Facade, front, index});
   mesh.rectangle({at(w, 0, 0), at(w, depth, 0), at(w, depth, h), at(w, 0, h)}, {Material::SideWall, front, index});
   mesh.rectangle({at(0, depth, 0), at(0, 0, 0), at(0, 0, h), at(0, depth, h)}, {Material::SideWall, front, index});
-  mesh.rectangle({at(w, depth, 0), at(0, depth, 0), at(0, depth, h), at(w, depth, h)}, {Material::SideWall, front, index});
+  mesh.rectangle({at(w, depth, 0), at(0, depth, 0), at(0, depth, h), at(w, depth, h)},
+                 {Material::SideWall, front, index});
   mesh.rectangle({at(0, 0, h), at(w, 0, h), at(w, depth, h), at(0, depth, h)}, {Material::Roof, front, index});
   if (!furnished) return;
   // Depth for the laser: cornice, string course, balconies, an awning over the shop.
@@ -92,8 +109,10 @@ void add_building(Scene& scene, Vec3 a, Vec3 b, double base, double depth, const
   mesh.box(T, {0, -0.12, 3.72}, {w, 0.0, 3.95}, {Material::Stone, stone, index});
   if (style.has_shop) {
     const double x0 = 0.8, x1 = w * 0.55;
-    mesh.rectangle({at(x0, -1.3, 2.45), at(x1, -1.3, 2.45), at(x1, -0.02, 2.95), at(x0, -0.02, 2.95)}, {Material::Awning, stone, index});
-    mesh.rectangle({at(x0, -1.3, 2.25), at(x1, -1.3, 2.25), at(x1, -1.3, 2.45), at(x0, -1.3, 2.45)}, {Material::Awning, stone, index});
+    mesh.rectangle({at(x0, -1.3, 2.45), at(x1, -1.3, 2.45), at(x1, -0.02, 2.95), at(x0, -0.02, 2.95)},
+                   {Material::Awning, stone, index});
+    mesh.rectangle({at(x0, -1.3, 2.25), at(x1, -1.3, 2.25), at(x1, -1.3, 2.45), at(x0, -1.3, 2.45)},
+                   {Material::Awning, stone, index});
   }
   if (style.seed % 3 == 0) {
     for (double z = 4.0; z + style.storey_m < h; z += style.storey_m)
@@ -148,8 +167,10 @@ Scene build_canyon(const Scenario& c, const CentreLine& line, double drive_lengt
   Scene scene;
   add_road(scene, c.street, line, drive_length);
   const double lateral = c.street.road_width_m / 2 + 0.15 + c.street.pavement_width_m, kerb = c.street.kerb_height_m;
-  add_houses(scene, c, line, drive_length, {.side = -1, .lateral_m = lateral, .base_m = kerb, .least_storeys = 6, .more_storeys = 4});
-  add_houses(scene, c, line, drive_length, {.side = 1, .lateral_m = lateral, .base_m = kerb, .least_storeys = 5, .more_storeys = 5});
+  add_houses(scene, c, line, drive_length,
+             {.side = -1, .lateral_m = lateral, .base_m = kerb, .least_storeys = 6, .more_storeys = 4});
+  add_houses(scene, c, line, drive_length,
+             {.side = 1, .lateral_m = lateral, .base_m = kerb, .least_storeys = 5, .more_storeys = 5});
   if (c.street.furnished) add_furniture(scene, c, line, drive_length);
   return scene;
 }

@@ -12,12 +12,12 @@
 
 namespace hueline::sim {
 
-/// A photograph all around, infinitely far away, instead of the painted sky: what no laser reaches and every camera sees.
-/// It does not light the scene. Immutable; thread-safe.
+/// A photograph all around, infinitely far away, instead of the painted sky: what no laser reaches and every camera
+/// sees. It does not light the scene. Immutable; thread-safe.
 class Surroundings {
  public:
-  /// A JPEG of an equirectangular panorama: twice as wide as high, zenith on top. `centre_azimuth_deg`: of its middle column, clockwise
-  /// from north. Errors: Io; Malformed: no JPEG, or another shape.
+  /// A JPEG of an equirectangular panorama: twice as wide as high, zenith on top. `centre_azimuth_deg`: of its middle
+  /// column, clockwise from north. Errors: Io; Malformed: no JPEG, or another shape.
   static Result<std::shared_ptr<const Surroundings>> load(const std::filesystem::path& file, double centre_azimuth_deg);
 
   /// Light from a direction (unit length; x east, z up), averaged over a cone, rad. 1 is the photograph's white.

@@ -5,7 +5,8 @@
 #include "sim/scene_parts.hpp"
 #include "sim/texture.hpp"
 
-/// A gravel pit with benches of rock around it; spheres on tripods in the open, and things that a careless eye takes for them.
+/// A gravel pit with benches of rock around it; spheres on tripods in the open, and things that a careless eye takes
+/// for them.
 namespace hueline::sim {
 namespace {
 
@@ -28,12 +29,14 @@ Vec3 ground(double rho, double a) {
   const auto x = static_cast<float>(flat.x), y = static_cast<float>(flat.y);
   const double rough = smooth_noise(x / 7, y / 7, 0, 81) + 0.4 * smooth_noise(x / 2.3f, y / 2.3f, 0, 82);
   double up = 0.16 * rough * std::clamp((rho - 3.5) / 6, 0.0, 1.0);
-  for (std::size_t i = 0; i < kBenchAt.size(); ++i) up += kBenchHeight[i] * std::clamp((rho - kBenchAt[i]) / kBenchRun, 0.0, 1.0);
+  for (std::size_t i = 0; i < kBenchAt.size(); ++i)
+    up += kBenchHeight[i] * std::clamp((rho - kBenchAt[i]) / kBenchRun, 0.0, 1.0);
   return flat + Vec3{0, 0, up};
 }
 
 bool is_face(double rho) {
-  return std::any_of(kBenchAt.begin(), kBenchAt.end(), [&](double at) { return rho > at - 0.01 && rho < at + kBenchRun - 0.01; });
+  return std::any_of(kBenchAt.begin(), kBenchAt.end(),
+                     [&](double at) { return rho > at - 0.01 && rho < at + kBenchRun - 0.01; });
 }
 
 void add_pit(Scene& scene, Vec3 centre) {
@@ -56,19 +59,21 @@ void add_pit(Scene& scene, Vec3 centre) {
         const Vec3 q = p[static_cast<std::size_t>(corner)];
         return face ? TexturePoint{45 * angle(j), q.z} : TexturePoint{q.x - centre.x, q.y - centre.y};
       };
-      scene.still.quad(p, {{uv(0, i), uv(1, i), uv(2, i + 1), uv(3, i + 1)}}, {face ? Material::Rock : Material::Gravel, face ? rock : gravel, 0});
+      scene.still.quad(p, {{uv(0, i), uv(1, i), uv(2, i + 1), uv(3, i + 1)}},
+                       {face ? Material::Rock : Material::Gravel, face ? rock : gravel, 0});
     }
   const double r = rings.front();
   for (int i = 0; i < kAround; i += 2)
-    scene.still.quad({centre, at(i, r), at(i + 1, r), at(i + 2, r)}, {{{0, 0}, {r, 0}, {r, 0.02}, {r, 0.04}}}, {Material::Gravel, gravel, 0});
+    scene.still.quad({centre, at(i, r), at(i + 1, r), at(i + 2, r)}, {{{0, 0}, {r, 0}, {r, 0.02}, {r, 0.04}}},
+                     {Material::Gravel, gravel, 0});
 }
 
 void add_tripod(Scene& scene, Vec3 foot, double height, std::uint16_t surface, double turn) {
   const Vec3 head = foot + Vec3{0, 0, height};
   for (int leg = 0; leg < 3; ++leg) {
     const double a = turn + 2 * kPi * leg / 3;
-    scene.still.rod(foot + Vec3{0.45 * std::cos(a), 0.45 * std::sin(a), -0.1}, head + Vec3{0.05 * std::cos(a), 0.05 * std::sin(a), -0.12}, 0.018, 8,
-                    {Material::Wood, surface, 0});
+    scene.still.rod(foot + Vec3{0.45 * std::cos(a), 0.45 * std::sin(a), -0.1},
+                    head + Vec3{0.05 * std::cos(a), 0.05 * std::sin(a), -0.12}, 0.018, 8, {Material::Wood, surface, 0});
   }
   scene.still.cylinder(head - Vec3{0, 0, 0.14}, 0.07, 0.05, 0.06, 12, {Material::Steel, surface, 0});
   scene.still.rod(head - Vec3{0, 0, 0.10}, head, 0.012, 8, {Material::Steel, surface, 0});
@@ -77,14 +82,24 @@ void add_tripod(Scene& scene, Vec3 foot, double height, std::uint16_t surface, d
 void add_decoy(Scene& scene, Vec3 foot, int kind, Draw& draw, std::uint16_t id) {
   Mesh& mesh = scene.still;
   switch (kind) {
-    case 0: mesh.ellipsoid(foot + Vec3{0, 0, 1.2}, {0.11, 0.11, 0.11}, 32, 48, {Material::TargetWhite, id, 0}); add_tripod(scene, foot, 1.09, id, draw(0, 2)); break;
-    case 1: mesh.ellipsoid(foot + Vec3{0, 0, 0.24}, {0.25, 0.25, 0.25}, 32, 48, {Material::TargetWhite, id, 0}); break;
-    case 2: mesh.ellipsoid(foot + Vec3{0, 0, 1.1}, {0.145, 0.145, 0.19}, 32, 48, {Material::TargetWhite, id, 0}); add_tripod(scene, foot, 0.92, id, draw(0, 2)); break;
+    case 0:
+      mesh.ellipsoid(foot + Vec3{0, 0, 1.2}, {0.11, 0.11, 0.11}, 32, 48, {Material::TargetWhite, id, 0});
+      add_tripod(scene, foot, 1.09, id, draw(0, 2));
+      break;
+    case 1:
+      mesh.ellipsoid(foot + Vec3{0, 0, 0.24}, {0.25, 0.25, 0.25}, 32, 48, {Material::TargetWhite, id, 0});
+      break;
+    case 2:
+      mesh.ellipsoid(foot + Vec3{0, 0, 1.1}, {0.145, 0.145, 0.19}, 32, 48, {Material::TargetWhite, id, 0});
+      add_tripod(scene, foot, 0.92, id, draw(0, 2));
+      break;
     case 3:  // a marker post with a domed head
       mesh.cylinder(foot, 0.145, 0.145, 1.0, 24, {Material::TargetWhite, id, 0});
       mesh.ellipsoid(foot + Vec3{0, 0, 1.0}, {0.145, 0.145, 0.145}, 24, 36, {Material::TargetWhite, id, 0});
       break;
-    case 4: mesh.cylinder(foot, 0.29, 0.29, 0.88, 32, {Material::CarPaint, id, draw.below(9)}); break;
+    case 4:
+      mesh.cylinder(foot, 0.29, 0.29, 0.88, 32, {Material::CarPaint, id, draw.below(9)});
+      break;
     default: {
       const Vec3 half_axes{draw(0.3, 0.8), draw(0.3, 0.7), draw(0.25, 0.6)};
       mesh.ellipsoid(foot + Vec3{0, 0, draw(0.05, 0.25)}, half_axes, 9, 14, {Material::Rock, id, 1});
@@ -116,7 +131,8 @@ Scene build_targets(const Scenario& c, const CentreLine& line, double /*length*/
   };
   for (int i = 0; i < c.targets.large; ++i) add_target(kLargeRadius, "target large " + std::to_string(i), 5, 16);
   for (int i = 0; i < c.targets.small; ++i) add_target(kSmallRadius, "target small " + std::to_string(i), 3.8, 8);
-  for (int i = 0; i < c.targets.decoys; ++i) add_decoy(scene, next_place(4, 15), i % 6, draw, add_surface(scene, "decoy " + std::to_string(i)));
+  for (int i = 0; i < c.targets.decoys; ++i)
+    add_decoy(scene, next_place(4, 15), i % 6, draw, add_surface(scene, "decoy " + std::to_string(i)));
   return scene;
 }
 

@@ -7,7 +7,8 @@ namespace hueline::sim {
 namespace {
 
 std::uint32_t cell_bits(std::int32_t x, std::int32_t y, std::uint32_t seed) {
-  std::uint32_t h = static_cast<std::uint32_t>(x) * 0x8DA6B343u ^ static_cast<std::uint32_t>(y) * 0xD8163841u ^ seed * 0xCB1AB31Fu;
+  std::uint32_t h =
+      static_cast<std::uint32_t>(x) * 0x8DA6B343u ^ static_cast<std::uint32_t>(y) * 0xD8163841u ^ seed * 0xCB1AB31Fu;
   h = (h ^ (h >> 15)) * 0x2C1B3C6Du;
   h = (h ^ (h >> 12)) * 0x297A2D39u;
   return h ^ (h >> 15);
@@ -18,12 +19,15 @@ float cell_value(std::int32_t x, std::int32_t y, std::uint32_t seed) {
 }
 std::int32_t whole(float x) { return static_cast<std::int32_t>(std::floor(x)); }
 Albedo scaled(Albedo a, float s) { return {a.r * s, a.g * s, a.b * s}; }
-Albedo mixed(Albedo a, Albedo b, float t) { return {a.r + (b.r - a.r) * t, a.g + (b.g - a.g) * t, a.b + (b.b - a.b) * t}; }
+Albedo mixed(Albedo a, Albedo b, float t) {
+  return {a.r + (b.r - a.r) * t, a.g + (b.g - a.g) * t, a.b + (b.b - a.b) * t};
+}
 
 Albedo asphalt(const Scene& scene, const TextureSample& t) {
   const float w = std::max(t.width_u, t.width_v);
   // u runs along the street, v across: stains are drawn out along the wheels' tracks.
-  float g = 0.105f + 0.018f * smooth_noise(t.u / 5.0f, t.v / 1.1f, w / 1.1f, 11) + 0.014f * smooth_noise(t.u / 0.7f, t.v / 0.4f, w / 0.4f, 12) +
+  float g = 0.105f + 0.018f * smooth_noise(t.u / 5.0f, t.v / 1.1f, w / 1.1f, 11) +
+            0.014f * smooth_noise(t.u / 0.7f, t.v / 0.4f, w / 0.4f, 12) +
             0.02f * smooth_noise(t.u / 0.09f, t.v / 0.09f, w / 0.09f, 13);
   // Old trenches, filled with darker tar.
   if (cell_bits(whole(t.u / 23.0f), 0, 17) % 3 == 0) {
@@ -37,7 +41,8 @@ Albedo asphalt(const Scene& scene, const TextureSample& t) {
   paint += covered(t.v, t.width_v, half - 0.40f, half - 0.26f) + covered(t.v, t.width_v, -half + 0.26f, -half + 0.40f);
   const float crossing = covered(t.u, t.width_u, zebra, zebra + 4.0f);
   paint = paint * (1 - covered(t.u, t.width_u, zebra - 1.5f, zebra + 5.5f)) +
-          crossing * covered_periodic(t.v, t.width_v, 1.0f, 0.0f, 0.5f) * covered(t.v, t.width_v, -half + 0.3f, half - 0.3f);
+          crossing * covered_periodic(t.v, t.width_v, 1.0f, 0.0f, 0.5f) *
+              covered(t.v, t.width_v, -half + 0.3f, half - 0.3f);
   paint += covered(t.u, t.width_u, zebra - 1.4f, zebra - 1.0f) * covered(t.v, t.width_v, 0.2f, half - 0.5f);
   paint += covered(t.u, t.width_u, zebra + 5.0f, zebra + 5.4f) * covered(t.v, t.width_v, -half + 0.5f, -0.2f);
   const float wear = 0.85f + 0.15f * smooth_noise(t.u / 0.5f, t.v / 0.3f, w / 0.3f, 14);
@@ -45,34 +50,41 @@ Albedo asphalt(const Scene& scene, const TextureSample& t) {
   // Manhole covers, and a yellow hatched box now and then: something to recognise from above.
   const float mx = t.u - 31.0f * std::floor(t.u / 31.0f) - 12.0f, my = t.v - 1.0f;
   const float r = std::sqrt(mx * mx + my * my);
-  a = mixed(a, {0.05f, 0.045f, 0.04f}, covered(r, w, -0.36f, 0.36f) * (0.75f + 0.25f * covered_periodic(t.u + t.v, w, 0.12f, 0.0f, 0.06f)));
+  a = mixed(a, {0.05f, 0.045f, 0.04f},
+            covered(r, w, -0.36f, 0.36f) * (0.75f + 0.25f * covered_periodic(t.u + t.v, w, 0.12f, 0.0f, 0.06f)));
   const float bus = covered(t.u, t.width_u, zebra + 28.0f, zebra + 40.0f) * covered(t.v, t.width_v, 0.3f, half - 0.5f);
-  if (bus > 0) a = mixed(a, {0.62f, 0.40f, 0.03f}, bus * covered_periodic(t.u + t.v * 1.5f, w * 1.3f, 2.0f, 0.0f, 0.22f));
+  if (bus > 0)
+    a = mixed(a, {0.62f, 0.40f, 0.03f}, bus * covered_periodic(t.u + t.v * 1.5f, w * 1.3f, 2.0f, 0.0f, 0.22f));
   return a;
 }
 
 Albedo pavement(const TextureSample& t, float slab_u, float slab_v, Albedo base) {
   const float w = std::max(t.width_u, t.width_v);
-  const float joint = std::max(covered_periodic(t.u, t.width_u, slab_u, 0.0f, 0.02f), covered_periodic(t.v, t.width_v, slab_v, 0.0f, 0.02f));
-  const float tint = 1 + 0.10f * tile_tint(t.u, t.v, slab_u, slab_v, w, 21) + 0.07f * smooth_noise(t.u / 1.9f, t.v / 1.9f, w / 1.9f, 22) +
+  const float joint = std::max(covered_periodic(t.u, t.width_u, slab_u, 0.0f, 0.02f),
+                               covered_periodic(t.v, t.width_v, slab_v, 0.0f, 0.02f));
+  const float tint = 1 + 0.10f * tile_tint(t.u, t.v, slab_u, slab_v, w, 21) +
+                     0.07f * smooth_noise(t.u / 1.9f, t.v / 1.9f, w / 1.9f, 22) +
                      0.05f * smooth_noise(t.u / 0.11f, t.v / 0.11f, w / 0.11f, 23);
   return scaled(base, tint * (1 - 0.5f * joint));
 }
 
 Albedo masonry(const TextureSample& t, const Albedo& wall, bool is_brick, std::uint32_t seed) {
   const float w = std::max(t.width_u, t.width_v);
-  float tint = 1 + 0.06f * smooth_noise(t.u / 2.7f, t.v / 1.6f, w / 1.6f, seed) + 0.04f * smooth_noise(t.u / 0.3f, t.v / 0.3f, w / 0.3f, seed + 1);
+  float tint = 1 + 0.06f * smooth_noise(t.u / 2.7f, t.v / 1.6f, w / 1.6f, seed) +
+               0.04f * smooth_noise(t.u / 0.3f, t.v / 0.3f, w / 0.3f, seed + 1);
   // Rain leaves the foot of a wall darker.
   tint *= 1 - 0.25f * std::exp(-std::max(0.0f, t.v) * 1.4f);
   if (!is_brick) return scaled(wall, tint);
   const float row = std::floor(t.v / 0.16f), shift = 0.17f * (row - 2 * std::floor(row / 2));
   tint += 0.16f * tile_tint(t.u + shift, t.v, 0.34f, 0.16f, w, seed + 2);
-  const float joint = std::max(covered_periodic(t.u + shift, t.width_u, 0.34f, 0.0f, 0.018f), covered_periodic(t.v, t.width_v, 0.16f, 0.0f, 0.018f));
+  const float joint = std::max(covered_periodic(t.u + shift, t.width_u, 0.34f, 0.0f, 0.018f),
+                               covered_periodic(t.v, t.width_v, 0.16f, 0.0f, 0.018f));
   return mixed(scaled(wall, tint), {0.45f, 0.43f, 0.39f}, joint * 0.8f);
 }
 
 /// Pane with frame and glazing bars between (0, 0) and (width, height), laid over `under`.
-Albedo window(const Albedo& under, float u, float v, float wu, float wv, float width, float height, float bar, Albedo frame, Albedo glass) {
+Albedo window(const Albedo& under, float u, float v, float wu, float wv, float width, float height, float bar,
+              Albedo frame, Albedo glass) {
   const float outer = covered(u, wu, -bar, width + bar) * covered(v, wv, -bar, height + bar);
   if (outer <= 0) return under;
   float inner = covered(u, wu, 0.0f, width) * covered(v, wv, 0.0f, height);
@@ -94,7 +106,8 @@ Albedo facade(const FacadeStyle& f, const TextureSample& t) {
     const float v = t.v - kGround - static_cast<float>(j) * storey - 0.75f;
     if (j >= 0 && kGround + static_cast<float>(j + 1) * storey < height + 0.3f) {
       const float tint = 0.5f + 0.5f * cell_value(i, j, f.seed);
-      a = window(a, u, v, t.width_u, t.width_v, static_cast<float>(f.window_width_m), static_cast<float>(f.window_height_m), 0.10f, f.trim,
+      a = window(a, u, v, t.width_u, t.width_v, static_cast<float>(f.window_width_m),
+                 static_cast<float>(f.window_height_m), 0.10f, f.trim,
                  mixed({0.06f, 0.08f, 0.10f}, {0.20f, 0.19f, 0.16f}, tint));
     }
     return a;
@@ -104,20 +117,25 @@ Albedo facade(const FacadeStyle& f, const TextureSample& t) {
   const float door = width * 0.72f;
   a = window(a, t.u - door, t.v - 2.2f, t.width_u, t.width_v, 1.2f, 0.45f, 0.09f, f.trim, {0.07f, 0.08f, 0.09f});
   const float leaf = covered(t.u, t.width_u, door, door + 1.2f) * covered(t.v, t.width_v, 0.0f, 2.12f);
-  const float panel = covered_periodic(t.u - door, t.width_u, 0.6f, 0.12f, 0.48f) * covered_periodic(t.v, t.width_v, 1.0f, 0.15f, 0.85f);
+  const float panel = covered_periodic(t.u - door, t.width_u, 0.6f, 0.12f, 0.48f) *
+                      covered_periodic(t.v, t.width_v, 1.0f, 0.15f, 0.85f);
   a = mixed(a, scaled(f.door, 1 - 0.35f * panel), leaf);
   if (f.has_shop) {
     const float x0 = 0.9f, w = width * 0.55f - 1.0f;
-    a = window(a, t.u - x0, t.v - 0.65f, t.width_u, t.width_v, w, 1.9f, 0.08f, scaled(f.sign, 0.6f),
-               mixed({0.10f, 0.11f, 0.12f}, f.door, 0.25f + 0.2f * smooth_noise(t.u * 1.3f, t.v * 1.3f, t.width_u, f.seed)));
+    a = window(
+        a, t.u - x0, t.v - 0.65f, t.width_u, t.width_v, w, 1.9f, 0.08f, scaled(f.sign, 0.6f),
+        mixed({0.10f, 0.11f, 0.12f}, f.door, 0.25f + 0.2f * smooth_noise(t.u * 1.3f, t.v * 1.3f, t.width_u, f.seed)));
     const float board = covered(t.u, t.width_u, 0.5f, width - 0.5f) * covered(t.v, t.width_v, 3.0f, 3.7f);
     // Lettering: blocks of two widths, no two boards alike.
     const std::int32_t cell = whole((t.u - 0.9f) / 0.42f);
     const std::uint32_t bits = cell_bits(cell, 1, f.seed);
     const float x = t.u - 0.9f - 0.42f * static_cast<float>(cell), letters = (bits % 5 != 0) ? 1.0f : 0.0f;
     const float fade = std::clamp(1.5f - t.width_u / 0.3f, 0.0f, 1.0f);
-    float ink = covered(x, t.width_u, 0.06f, 0.12f + 0.06f * static_cast<float>(bits >> 8 & 3)) * covered(t.v, t.width_v, 3.14f, 3.56f);
-    ink += covered(x, t.width_u, 0.06f, 0.34f) * covered(t.v, t.width_v, 3.14f + 0.17f * static_cast<float>(bits >> 11 & 1), 3.24f + 0.17f * static_cast<float>(bits >> 11 & 1));
+    float ink = covered(x, t.width_u, 0.06f, 0.12f + 0.06f * static_cast<float>(bits >> 8 & 3)) *
+                covered(t.v, t.width_v, 3.14f, 3.56f);
+    ink += covered(x, t.width_u, 0.06f, 0.34f) * covered(t.v, t.width_v,
+                                                         3.14f + 0.17f * static_cast<float>(bits >> 11 & 1),
+                                                         3.24f + 0.17f * static_cast<float>(bits >> 11 & 1));
     const float span = covered(t.u, t.width_u, 0.9f, width * 0.75f);
     a = mixed(a, mixed(f.sign, {0.80f, 0.80f, 0.76f}, fade * letters * span * std::min(1.0f, ink)), board);
   } else {
@@ -166,49 +184,71 @@ float smooth_noise(float x, float y, float footprint, std::uint32_t seed) {
   float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
   fx = fx * fx * (3 - 2 * fx);
   fy = fy * fy * (3 - 2 * fy);
-  const float a = cell_value(i, j, seed), b = cell_value(i + 1, j, seed), c = cell_value(i, j + 1, seed), d = cell_value(i + 1, j + 1, seed);
+  const float a = cell_value(i, j, seed), b = cell_value(i + 1, j, seed), c = cell_value(i, j + 1, seed),
+              d = cell_value(i + 1, j + 1, seed);
   return fade * (a + (b - a) * fx + (c - a) * fy + (a - b - c + d) * fx * fy);
 }
 
 Albedo albedo_at(const Scene& scene, const TextureSample& t) {
   const float w = std::max(t.width_u, t.width_v);
   switch (t.tag.material) {
-    case Material::Asphalt: return asphalt(scene, t);
-    case Material::Pavement: return pavement(t, 0.5f, 0.5f, {0.36f, 0.34f, 0.31f});
-    case Material::Kerb: return pavement(t, 1.0f, 10.0f, {0.42f, 0.42f, 0.40f});
+    case Material::Asphalt:
+      return asphalt(scene, t);
+    case Material::Pavement:
+      return pavement(t, 0.5f, 0.5f, {0.36f, 0.34f, 0.31f});
+    case Material::Kerb:
+      return pavement(t, 1.0f, 10.0f, {0.42f, 0.42f, 0.40f});
     case Material::Grass: {
-      const float n = smooth_noise(t.u / 1.3f, t.v / 1.3f, w / 1.3f, 31) + 0.7f * smooth_noise(t.u / 0.15f, t.v / 0.15f, w / 0.15f, 32);
+      const float n = smooth_noise(t.u / 1.3f, t.v / 1.3f, w / 1.3f, 31) +
+                      0.7f * smooth_noise(t.u / 0.15f, t.v / 0.15f, w / 0.15f, 32);
       return {0.10f + 0.03f * n, 0.19f + 0.04f * n, 0.05f + 0.01f * n};
     }
-    case Material::Facade: return facade(scene.facades[t.tag.style], t);
-    case Material::SideWall: return masonry(t, scene.facades[t.tag.style].wall, scene.facades[t.tag.style].is_brick, scene.facades[t.tag.style].seed);
-    case Material::Roof: return {0.24f, 0.10f, 0.07f};
-    case Material::Stone: return scaled(scene.facades[t.tag.style].trim, 0.85f + 0.08f * smooth_noise(t.u / 0.4f, t.v / 0.4f, w / 0.4f, 41));
-    case Material::Brick: return masonry(t, {0.42f, 0.18f, 0.12f}, true, 51);
-    case Material::Awning: return mixed(scene.facades[t.tag.style].sign, {0.78f, 0.77f, 0.72f}, covered_periodic(t.u, t.width_u, 0.6f, 0.0f, 0.3f));
-    case Material::Bark: return scaled({0.16f, 0.11f, 0.07f}, 1 + 0.35f * smooth_noise(t.u / 0.05f, t.v / 0.35f, w / 0.05f, 61));
+    case Material::Facade:
+      return facade(scene.facades[t.tag.style], t);
+    case Material::SideWall:
+      return masonry(t, scene.facades[t.tag.style].wall, scene.facades[t.tag.style].is_brick,
+                     scene.facades[t.tag.style].seed);
+    case Material::Roof:
+      return {0.24f, 0.10f, 0.07f};
+    case Material::Stone:
+      return scaled(scene.facades[t.tag.style].trim,
+                    0.85f + 0.08f * smooth_noise(t.u / 0.4f, t.v / 0.4f, w / 0.4f, 41));
+    case Material::Brick:
+      return masonry(t, {0.42f, 0.18f, 0.12f}, true, 51);
+    case Material::Awning:
+      return mixed(scene.facades[t.tag.style].sign, {0.78f, 0.77f, 0.72f},
+                   covered_periodic(t.u, t.width_u, 0.6f, 0.0f, 0.3f));
+    case Material::Bark:
+      return scaled({0.16f, 0.11f, 0.07f}, 1 + 0.35f * smooth_noise(t.u / 0.05f, t.v / 0.35f, w / 0.05f, 61));
     case Material::Leaf: {
-      const float n = static_cast<float>(t.tag.style & 0xFF) / 255.0f, m = static_cast<float>(t.tag.style >> 8 & 0xFF) / 255.0f;
+      const float n = static_cast<float>(t.tag.style & 0xFF) / 255.0f,
+                  m = static_cast<float>(t.tag.style >> 8 & 0xFF) / 255.0f;
       return {0.07f + 0.09f * n, 0.20f + 0.13f * m, 0.03f + 0.03f * n};
     }
-    case Material::Steel: return {0.26f, 0.28f, 0.28f};
-    case Material::SignFace: return sign_face(scene.paints[t.tag.style], t);
+    case Material::Steel:
+      return {0.26f, 0.28f, 0.28f};
+    case Material::SignFace:
+      return sign_face(scene.paints[t.tag.style], t);
     case Material::CarPaint: {
       // Door seams and a handle line: side walls carry y, z as texture.
-      const float seam = covered(t.u, t.width_u, -0.21f, -0.19f) + covered(t.u, t.width_u, 0.78f, 0.80f) + covered(t.u, t.width_u, -1.02f, -1.0f);
+      const float seam = covered(t.u, t.width_u, -0.21f, -0.19f) + covered(t.u, t.width_u, 0.78f, 0.80f) +
+                         covered(t.u, t.width_u, -1.02f, -1.0f);
       return scaled(scene.paints[t.tag.style], 1 - 0.6f * std::min(1.0f, seam) * covered(t.v, t.width_v, 0.3f, 0.9f));
     }
-    case Material::CarGlass: return {0.035f, 0.045f, 0.055f};
+    case Material::CarGlass:
+      return {0.035f, 0.045f, 0.055f};
     case Material::CarEnd: {
       const float lamp = covered(std::fabs(t.u), t.width_u, 0.48f, 0.78f) * covered(t.v, t.width_v, 0.22f, 0.36f);
       const float plate = covered(t.u, t.width_u, -0.26f, 0.26f) * covered(t.v, t.width_v, 0.05f, 0.16f);
-      return mixed(mixed(scaled(scene.paints[t.tag.style], 0.8f), {0.80f, 0.60f, 0.55f}, lamp), {0.75f, 0.75f, 0.70f}, plate);
+      return mixed(mixed(scaled(scene.paints[t.tag.style], 0.8f), {0.80f, 0.60f, 0.55f}, lamp), {0.75f, 0.75f, 0.70f},
+                   plate);
     }
     case Material::Tyre: {
       const float r = std::sqrt(t.u * t.u + t.v * t.v);
       return mixed({0.025f, 0.025f, 0.025f}, {0.40f, 0.41f, 0.42f}, covered(r, w, -0.62f, 0.62f));
     }
-    default: return scene_albedo_at(scene, t);
+    default:
+      return scene_albedo_at(scene, t);
   }
 }
 

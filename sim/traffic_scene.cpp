@@ -29,7 +29,9 @@ void add_vehicles(Scene& scene, const Scenario& c, double length) {
   for (int i = 0; i < c.street.moving_cars; ++i)
     for (int lane = 0; lane < 2; ++lane) {
       Mover m;
-      m.shape = (i + 2 * lane) % 5 == 2 ? kVan : (static_cast<std::size_t>(i) + 2 * static_cast<std::size_t>(lane)) % kCarPaints.size();
+      m.shape = (i + 2 * lane) % 5 == 2
+                    ? kVan
+                    : (static_cast<std::size_t>(i) + 2 * static_cast<std::size_t>(lane)) % kCarPaints.size();
       m.surface = add_surface(scene, "moving oncoming " + std::to_string(2 * i + lane));
       m.speed = c.street.moving_car_speed * (lane == 0 ? 1.0 : 0.8);
       m.s_m = 26 + 13 * lane + c.traffic.spacing_m * i + draw(-3, 3);

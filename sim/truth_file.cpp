@@ -79,7 +79,8 @@ Result<TruthReader> TruthReader::open(const std::string& path) {
   TruthHeader& h = reader.header_;
   char magic[8] = {};
   in.bytes(magic, 8);
-  if (in.status().ok() && std::memcmp(magic, kTruthMagic, 8) != 0) in.fail(fmt::format("is not a truth file of this version: it does not begin with {}", kTruthMagic));
+  if (in.status().ok() && std::memcmp(magic, kTruthMagic, 8) != 0)
+    in.fail(fmt::format("is not a truth file of this version: it does not begin with {}", kTruthMagic));
   h.origin_latitude_rad = in.number<double>();
   h.origin_longitude_rad = in.number<double>();
   h.origin_height_m = in.number<double>();

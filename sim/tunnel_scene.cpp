@@ -10,32 +10,44 @@ namespace {
 constexpr double kWalk = 0.9, kWalkHeight = 0.25;  // m: raised walks along the walls
 constexpr double kHill = 11.0, kHillHalf = 46.0;   // m: height above the road, half width
 
-void add_portal(Scene& scene, const CentreLine& line, double s, double half, double height, std::uint16_t front, std::uint16_t slope, double outwards) {
-  const auto at = [&](double along, double lateral, double up) { return line.place(s + outwards * along, lateral, up); };
+void add_portal(Scene& scene, const CentreLine& line, double s, double half, double height, std::uint16_t front,
+                std::uint16_t slope, double outwards) {
+  const auto at = [&](double along, double lateral, double up) {
+    return line.place(s + outwards * along, lateral, up);
+  };
   const QuadTag concrete{Material::Lining, front, 1}, grass{Material::Grass, slope, 0};
   Mesh& mesh = scene.still;
   // The front wall around the opening, and the hill's face beside and above it.
   mesh.rectangle({at(0, -half - 5, 0), at(0, -half, 0), at(0, -half, height), at(0, -half - 5, height)}, concrete);
   mesh.rectangle({at(0, half, 0), at(0, half + 5, 0), at(0, half + 5, height), at(0, half, height)}, concrete);
-  mesh.rectangle({at(0, -half - 5, height), at(0, half + 5, height), at(0, half + 5, height + 1.6), at(0, -half - 5, height + 1.6)}, concrete);
-  mesh.rectangle({at(6, -kHillHalf, 0), at(0, -half - 5, 0), at(0, -half - 5, height + 1.6), at(-4, -kHillHalf, kHill)}, grass);
-  mesh.rectangle({at(0, half + 5, 0), at(6, kHillHalf, 0), at(-4, kHillHalf, kHill), at(0, half + 5, height + 1.6)}, grass);
-  mesh.rectangle({at(0, -half - 5, height + 1.6), at(0, half + 5, height + 1.6), at(-4, kHillHalf, kHill), at(-4, -kHillHalf, kHill)}, grass);
+  mesh.rectangle({at(0, -half - 5, height), at(0, half + 5, height), at(0, half + 5, height + 1.6),
+                  at(0, -half - 5, height + 1.6)},
+                 concrete);
+  mesh.rectangle({at(6, -kHillHalf, 0), at(0, -half - 5, 0), at(0, -half - 5, height + 1.6), at(-4, -kHillHalf, kHill)},
+                 grass);
+  mesh.rectangle({at(0, half + 5, 0), at(6, kHillHalf, 0), at(-4, kHillHalf, kHill), at(0, half + 5, height + 1.6)},
+                 grass);
+  mesh.rectangle({at(0, -half - 5, height + 1.6), at(0, half + 5, height + 1.6), at(-4, kHillHalf, kHill),
+                  at(-4, -kHillHalf, kHill)},
+                 grass);
 }
 
 }  // namespace
 
 Scene build_tunnel(const Scenario& c, const CentreLine& line, double length) {
   Scene scene;
-  const double from = c.tunnel.from_m, to = from + c.tunnel.length_m, half = c.street.road_width_m / 2 + kWalk, height = c.tunnel.height_m;
+  const double from = c.tunnel.from_m, to = from + c.tunnel.length_m, half = c.street.road_width_m / 2 + kWalk,
+               height = c.tunnel.height_m;
   const double begin = -kStreetBehind, end = std::max(length, to) + kStreetAhead, road = c.street.road_width_m / 2;
   Mesh& mesh = scene.still;
   Draw draw{c.seed, kStreamScene + 41};
   add_ribbon(mesh, line, begin, end, -road, 0, road, 0, {Material::Asphalt, add_surface(scene, "road"), 0});
-  const std::uint16_t verge = add_surface(scene, "verge"), hill = add_surface(scene, "hill"), front = add_surface(scene, "portal");
+  const std::uint16_t verge = add_surface(scene, "verge"), hill = add_surface(scene, "hill"),
+                      front = add_surface(scene, "portal");
   for (const double side : {-1.0, 1.0})
     for (const auto& [a, b] : {std::pair{begin, from}, std::pair{to, end}})
-      add_ribbon(mesh, line, a, b, side > 0 ? road : -kHillHalf, -0.01, side > 0 ? kHillHalf : -road, -0.01, {Material::Grass, verge, 0});
+      add_ribbon(mesh, line, a, b, side > 0 ? road : -kHillHalf, -0.01, side > 0 ? kHillHalf : -road, -0.01,
+                 {Material::Grass, verge, 0});
   add_plain(scene, line, length, Material::Grass);
   add_portal(scene, line, from, half, height, front, hill, -1);
   add_portal(scene, line, to, half, height, front, hill, 1);
@@ -46,16 +58,20 @@ Scene build_tunnel(const Scenario& c, const CentreLine& line, double length) {
     const std::uint16_t wall = add_surface(scene, side > 0 ? "lining right" : "lining left");
     add_ribbon(mesh, line, from, to, side * half, 0, side * half, height, {Material::Lining, wall, 0});
     add_ribbon(mesh, line, from, to, side * road, 0, side * road, kWalkHeight, {Material::Kerb, walk, 0});
-    add_ribbon(mesh, line, from, to, side > 0 ? road : -half, kWalkHeight, side > 0 ? half : -road, kWalkHeight, {Material::Pavement, walk, 0});
+    add_ribbon(mesh, line, from, to, side > 0 ? road : -half, kWalkHeight, side > 0 ? half : -road, kWalkHeight,
+               {Material::Pavement, walk, 0});
     const std::uint16_t rail = add_surface(scene, side > 0 ? "pipe right" : "pipe left");
-    mesh.rod(line.place(from, side * (half - 0.12), 3.4), line.place(to, side * (half - 0.12), 3.4), 0.08, 10, {Material::Steel, rail, 0});
+    mesh.rod(line.place(from, side * (half - 0.12), 3.4), line.place(to, side * (half - 0.12), 3.4), 0.08, 10,
+             {Material::Steel, rail, 0});
     // Niches with a door, lit signs above them.
     std::uint32_t number = 0;
     for (double s = from + 9; s < to - 4; s += 17, ++number) {
       const Pose T{R_enu_body(0, 0, line.heading(s)), line.place(s, side * half, 0)};
       const std::uint16_t door = add_surface(scene, "door " + std::to_string(number) + (side > 0 ? " right" : " left"));
-      mesh.box(T, {side > 0 ? -0.06 : -0.02, -0.65, kWalkHeight}, {side > 0 ? 0.02 : 0.06, 0.65, 2.4}, {Material::CarPaint, door, 5});
-      mesh.box(T, {side > 0 ? -0.25 : -0.02, -0.45, 2.55}, {side > 0 ? 0.02 : 0.25, 0.45, 2.95}, {Material::CarPaint, door, number % 2 == 0 ? 4u : 0u});
+      mesh.box(T, {side > 0 ? -0.06 : -0.02, -0.65, kWalkHeight}, {side > 0 ? 0.02 : 0.06, 0.65, 2.4},
+               {Material::CarPaint, door, 5});
+      mesh.box(T, {side > 0 ? -0.25 : -0.02, -0.45, 2.55}, {side > 0 ? 0.02 : 0.25, 0.45, 2.95},
+               {Material::CarPaint, door, number % 2 == 0 ? 4u : 0u});
     }
   }
   add_ribbon(mesh, line, from, to, -half, height, half, height, {Material::Lining, ceiling, 1});
@@ -64,9 +80,12 @@ Scene build_tunnel(const Scenario& c, const CentreLine& line, double length) {
   for (double s = from + 2; s < to - 1; s += c.tunnel.lamp_spacing_m)
     for (const double side : {-1.0, 1.0}) {
       const Vec3 place = line.place(s, side * 0.55 * half, height - 0.16);
-      mesh.box({R_enu_body(0, 0, line.heading(s)), place}, {-0.12, -0.6, 0}, {0.12, 0.6, 0.10}, {Material::LampGlass, lamps, 0});
-      const Vec3 a = place + Vec3{0, 0, -0.001}, x = normalised(line.place(s, 1) - line.place(s, 0)), y = normalised(line.place(s + 1, 0) - line.place(s, 0));
-      mesh.rectangle({a - 0.12 * x - 0.6 * y, a - 0.12 * x + 0.6 * y, a + 0.12 * x + 0.6 * y, a + 0.12 * x - 0.6 * y}, {Material::LampGlass, lamps, 0});
+      mesh.box({R_enu_body(0, 0, line.heading(s)), place}, {-0.12, -0.6, 0}, {0.12, 0.6, 0.10},
+               {Material::LampGlass, lamps, 0});
+      const Vec3 a = place + Vec3{0, 0, -0.001}, x = normalised(line.place(s, 1) - line.place(s, 0)),
+                 y = normalised(line.place(s + 1, 0) - line.place(s, 0));
+      mesh.rectangle({a - 0.12 * x - 0.6 * y, a - 0.12 * x + 0.6 * y, a + 0.12 * x + 0.6 * y, a + 0.12 * x - 0.6 * y},
+                     {Material::LampGlass, lamps, 0});
       scene.lamps.push_back({place, 0.9f});
     }
   Enclosure& in = scene.enclosure;
@@ -84,7 +103,8 @@ Scene build_tunnel(const Scenario& c, const CentreLine& line, double length) {
       if (s > from - 5 && s < to + 5) continue;
       const double beside = draw(0, 3), along = draw(-1, 1);
       add_tree(scene, line.place(s + along, side * (road + 4 + beside)), c.street.leaves_per_tree, draw, number);
-      add_lamp(scene, line.place(s + 6, side * (road + 0.8)), normalised(line.place(s + 6, 0) - line.place(s + 6, side)), number++);
+      add_lamp(scene, line.place(s + 6, side * (road + 0.8)),
+               normalised(line.place(s + 6, 0) - line.place(s + 6, side)), number++);
     }
   return scene;
 }

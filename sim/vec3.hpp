@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-/// The simulator's own vector arithmetic: plain doubles, deliberately apart from core/frames.hpp, so that the program under
-/// test and its judge cannot share a mistake. Frames are in the names: R_a_b turns b's coordinates into a's.
+/// The simulator's own vector arithmetic: plain doubles, deliberately apart from core/frames.hpp, so that the program
+/// under test and its judge cannot share a mistake. Frames are in the names: R_a_b turns b's coordinates into a's.
 namespace hueline::sim {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -18,9 +18,7 @@ constexpr Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b
 constexpr Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 constexpr Vec3 operator*(double s, Vec3 a) { return {s * a.x, s * a.y, s * a.z}; }
 constexpr double dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-constexpr Vec3 cross(Vec3 a, Vec3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+constexpr Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline double length(Vec3 a) { return std::sqrt(dot(a, a)); }
 inline Vec3 normalised(Vec3 a) { return (1.0 / length(a)) * a; }
 /// Angle between two directions, rad; exact for small angles, where acos(dot) is not.
@@ -68,7 +66,9 @@ struct Pose {
   Vec3 p;
 };
 constexpr Vec3 operator*(const Pose& T, Vec3 v) { return T.R * v + T.p; }
-constexpr Pose operator*(const Pose& T_a_b, const Pose& T_b_c) { return {T_a_b.R * T_b_c.R, T_a_b.R * T_b_c.p + T_a_b.p}; }
+constexpr Pose operator*(const Pose& T_a_b, const Pose& T_b_c) {
+  return {T_a_b.R * T_b_c.R, T_a_b.R * T_b_c.p + T_a_b.p};
+}
 constexpr Pose inverse(const Pose& T) {
   const Mat3 back = transposed(T.R);
   return {back, -1.0 * (back * T.p)};

@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kStep = 0.5;  // m between nodes of the centre line
 
-/// 0 to 1 over x = 0 to 1 with three vanishing derivatives at both ends; with its slope, second derivative and integral.
+/// 0 to 1 over x = 0 to 1 with three vanishing derivatives at both ends; with its slope, second derivative and
+/// integral.
 double blend(double x) {
   x = std::clamp(x, 0.0, 1.0);
   return x * x * x * x * (35 + x * (-84 + x * (70 - 20 * x)));
@@ -79,7 +80,8 @@ Vec3 CentreLine::place(double s, double lateral, double up) const {
       n += kWeight[k] * std::cos(h);
     }
   const double h = heading(s);
-  return nodes_[static_cast<std::size_t>(index)] + Vec3{e * half + lateral * std::cos(h), n * half - lateral * std::sin(h), up};
+  return nodes_[static_cast<std::size_t>(index)] +
+         Vec3{e * half + lateral * std::cos(h), n * half - lateral * std::sin(h), up};
 }
 
 namespace {
@@ -119,18 +121,21 @@ std::string check_turns(const Scenario& c) {
   if (drive.turns.empty()) return {};
   const double radius = std::abs(drive.lane_offset_m);
   if (radius < kSmallestTurnRadius_m)
-    return "drive.lane_offset_m is the radius of drive.turns: at least " + text_of(kSmallestTurnRadius_m) + " m to either side";
+    return "drive.lane_offset_m is the radius of drive.turns: at least " + text_of(kSmallestTurnRadius_m) +
+           " m to either side";
   for (std::size_t i = 0; i < drive.turns.size(); ++i) {
     const std::string key = "drive.turns[" + std::to_string(i) + "].at_m";
     if (ahead_m(drive, i) < stretch_m(drive, 0))
       return key + " must lie " + text_of(stretch_m(drive, 0)) + " m or more " + (i % 2 == 0 ? "beyond " : "before ") +
              (i == 0 ? "the start" : "the last turn") + ": drive.speed is reached and left in between";
     const double at = drive.turns[i].at_m;
-    if (c.street.curve_deg != 0 && at + radius > c.street.curve_start_m && at - radius < c.street.curve_start_m + c.street.curve_length_m)
+    if (c.street.curve_deg != 0 && at + radius > c.street.curve_start_m &&
+        at - radius < c.street.curve_start_m + c.street.curve_length_m)
       return key + " must lie on a straight, at least drive.lane_offset_m away from the bend";
   }
   const double left = last_cruise_seconds(c);
-  if (left < 0) return "duration_s is too short for drive.turns: at least " + text_of(std::ceil(c.duration_s - left)) + " s";
+  if (left < 0)
+    return "duration_s is too short for drive.turns: at least " + text_of(std::ceil(c.duration_s - left)) + " s";
   const double beyond = kStreetBegins_m - (drive.turns.back().at_m - stretch_m(drive, left));
   if (drive.turns.size() % 2 == 1 && beyond > 0)
     return "duration_s is too long for drive.turns: the way back leaves the street behind its beginning; at most " +

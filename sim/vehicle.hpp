@@ -7,11 +7,12 @@
 #include "sim/scenario.hpp"
 #include "sim/vec3.hpp"
 
-/// Where the vehicle truly is. Local level ("enu"): tangent to WGS84 at the scenario's origin, x east, y north, z up, m.
+/// Where the vehicle truly is. Local level ("enu"): tangent to WGS84 at the scenario's origin, x east, y north, z up,
+/// m.
 namespace hueline::sim {
 
-/// Centre line of the street: a straight, one bend whose curvature fades in and out (seventh-order blend: three continuous
-/// derivatives of the heading), a straight. Immutable after construction; thread-safe.
+/// Centre line of the street: a straight, one bend whose curvature fades in and out (seventh-order blend: three
+/// continuous derivatives of the heading), a straight. Immutable after construction; thread-safe.
 class CentreLine {
  public:
   /// Covers s = from_m .. to_m.
@@ -34,7 +35,8 @@ class CentreLine {
 struct TrueState {
   Pose T_enu_body;
   Vec3 velocity_enu;
-  double roll = 0, pitch = 0, heading = 0;  ///< against the scene's level; right side down +, nose up +, clockwise from north
+  double roll = 0, pitch = 0,
+         heading = 0;  ///< against the scene's level; right side down +, nose up +, clockwise from north
 };
 
 /// Body's true motion, analytic but for the centre line's integral. Twice continuously differentiable. Thread-safe.
@@ -58,9 +60,9 @@ class Motion {
   /// A stretch along the road from halt to halt, and the turn after it.
   struct Leg {
     double start_s = 0, from_m = 0, cruise_s = 0;
-    double direction = 1;       ///< along the centre line, or against it
-    double turned = 0;          ///< heading, by all turns before it
-    double turn_s = 0;          ///< 0: no turn follows
+    double direction = 1;  ///< along the centre line, or against it
+    double turned = 0;     ///< heading, by all turns before it
+    double turn_s = 0;     ///< 0: no turn follows
     double end_s(const DriveConfig& drive) const { return start_s + drive.accelerate_s + cruise_s + drive.brake_s; }
   };
   struct Place {
@@ -85,7 +87,8 @@ class Motion {
 /// What of `drive.turns` cannot be driven, as a sentence that names the key; empty when all can.
 std::string check_turns(const Scenario& scenario);
 
-/// R_enu_body from roll, pitch, heading, element by element as the transpose of the printed matrix of the sphere method's step 2.
+/// R_enu_body from roll, pitch, heading, element by element as the transpose of the printed matrix of the sphere
+/// method's step 2.
 Mat3 R_enu_body(double roll, double pitch, double heading);
 /// Its inverse: {roll, pitch, heading}, heading in [0, 2 pi).
 std::array<double, 3> attitude_of(const Mat3& R_enu_body);

@@ -8,11 +8,16 @@ constexpr double kSamePlace = 0.01, kSamePlacePerMetre = 5e-4;
 
 const char* name(Sight sight) {
   switch (sight) {
-    case Sight::Visible: return "Visible";
-    case Sight::Outside: return "Outside";
-    case Sight::OwnVehicle: return "OwnVehicle";
-    case Sight::Occluded: return "Occluded";
-    case Sight::Moved: return "Moved";
+    case Sight::Visible:
+      return "Visible";
+    case Sight::Outside:
+      return "Outside";
+    case Sight::OwnVehicle:
+      return "OwnVehicle";
+    case Sight::Occluded:
+      return "Occluded";
+    case Sight::Moved:
+      return "Moved";
   }
   return "?";
 }
@@ -39,7 +44,8 @@ Sight Visibility::sight(const TrueReturn& point, std::size_t index, std::size_t 
   const Moment moment = world_.moment(t);
   Seen seen;
   world_.look(moment, std::span(&ray, 1), 0, std::span(&seen, 1));
-  const double beyond = seen.is_hit ? seen.distance_m - distance : 1.0, same = kSamePlace + kSamePlacePerMetre * distance;
+  const double beyond = seen.is_hit ? seen.distance_m - distance : 1.0,
+               same = kSamePlace + kSamePlacePerMetre * distance;
   if (seen.surface == point.surface && std::abs(beyond) <= same) return Sight::Visible;
   if (world_.is_moving(point.surface) && (seen.surface == point.surface || beyond > same)) return Sight::Moved;
   if (beyond >= -same) return Sight::Visible;

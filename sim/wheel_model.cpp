@@ -32,8 +32,8 @@ std::vector<WheelSample> simulate_wheel(const Scenario& c, const Motion& motion)
       sample.speed[wheel] = std::max(0.0, speed);
     }
     for (std::size_t side = 0; side < 2; ++side) {
-      const double turns =
-          c.wheel.scale * motion.way(sample.gps_ns, (side == 0 ? -0.5 : 0.5) * c.wheel.track_m) / c.wheel.circumference_m;
+      const double turns = c.wheel.scale * motion.way(sample.gps_ns, (side == 0 ? -0.5 : 0.5) * c.wheel.track_m) /
+                           c.wheel.circumference_m;
       sample.pulses[side] =
           static_cast<std::uint32_t>(std::max(0.0, std::floor(turns * c.wheel.pulses_per_turn + 0.37)));
     }

@@ -68,9 +68,7 @@ World::World(const Scenario& scenario, const Motion& motion)
 
 World::~World() = default;
 
-bool World::is_moving(std::uint16_t surface) const {
-  return surface < is_moving_.size() && is_moving_[surface] != 0;
-}
+bool World::is_moving(std::uint16_t surface) const { return surface < is_moving_.size() && is_moving_[surface] != 0; }
 
 Moment World::moment(GpsNs t) const {
   Moment m;
@@ -86,7 +84,8 @@ Moment World::moment(GpsNs t) const {
     const double clipped = std::clamp(s, line.from_m(), line.to_m());
     const double turn = mover.across != 0 ? mover.across * kPi / 2 : (mover.along < 0 ? kPi : 0.0);
     const double lateral = mover.lateral_m + mover.across * mover.speed * seconds;
-    m.T_enu_mover.push_back({R_enu_body(0, 0, line.heading(clipped) + turn), line.place(clipped, lateral, is_out ? 0.0 : -50.0)});
+    m.T_enu_mover.push_back(
+        {R_enu_body(0, 0, line.heading(clipped) + turn), line.place(clipped, lateral, is_out ? 0.0 : -50.0)});
     m.T_mover_enu.push_back(inverse(m.T_enu_mover.back()));
   }
   return m;
@@ -130,7 +129,8 @@ void set(RTCRay& ray, Vec3 o, Vec3 d, float near_m, float far_m) {
 
 }  // namespace
 
-void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> seen, std::span<Contact> contacts) const {
+void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> seen,
+                  std::span<Contact> contacts) const {
   alignas(32) RTCRayHit8 packet{};
   alignas(32) std::array<int, 8> valid{};
   for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -184,7 +184,8 @@ void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> s
       const std::size_t shape = scene_.movers[k].shape;
       if (!passes(scene_.shapes[shape], at.T_enu_mover[k], ray.origin, ray.direction)) continue;
       RTCRayHit single{};
-      set(single.ray, at.T_mover_enu[k] * ray.origin, at.T_mover_enu[k].R * ray.direction, static_cast<float>(ray.near_m), static_cast<float>(limit));
+      set(single.ray, at.T_mover_enu[k] * ray.origin, at.T_mover_enu[k].R * ray.direction,
+          static_cast<float>(ray.near_m), static_cast<float>(limit));
       single.hit.geomID = RTC_INVALID_GEOMETRY_ID;
       RTCIntersectContext alone;
       rtcInitIntersectContext(&alone);
@@ -198,7 +199,8 @@ void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> s
       c.grad_u = R * c.grad_u;
       c.grad_v = R * c.grad_v;
     }
-    if (const auto own = own_vehicle_on_ray(at.T_body_enu * ray.origin, at.T_body_enu.R * ray.direction); own && own->distance_m < limit) {
+    if (const auto own = own_vehicle_on_ray(at.T_body_enu * ray.origin, at.T_body_enu.R * ray.direction);
+        own && own->distance_m < limit) {
       s = {};
       c = {};
       s.is_hit = true;
@@ -213,7 +215,8 @@ void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> s
   }
 }
 
-void World::find_shadows(const Moment& at, std::span<const Ray> rays, std::span<const Seen> seen, std::span<Contact> contacts) const {
+void World::find_shadows(const Moment& at, std::span<const Ray> rays, std::span<const Seen> seen,
+                         std::span<Contact> contacts) const {
   alignas(32) RTCRay8 packet{};
   alignas(32) std::array<int, 8> valid{};
   std::array<Vec3, kBatch> origin;

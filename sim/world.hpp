@@ -16,13 +16,13 @@ namespace hueline::sim {
 struct Seen {
   bool is_hit = false;
   double distance_m = 0;
-  std::uint16_t surface = 0;     ///< index into World::surfaces(); 0: nothing, 1: own vehicle
+  std::uint16_t surface = 0;  ///< index into World::surfaces(); 0: nothing, 1: own vehicle
   Material material = Material::Asphalt;
-  std::uint32_t face = 0;        ///< of its mesh: two rays with unequal faces straddle an outline or an edge
+  std::uint32_t face = 0;  ///< of its mesh: two rays with unequal faces straddle an outline or an edge
   Vec3 normal;
-  float reflectance = 0;         ///< of the surface, grey, 0 .. 1
-  Albedo albedo;                 ///< the surface's own colour, unshaded
-  Radiance colour;               ///< light towards the ray's origin: surface in sun or shadow, or sky
+  float reflectance = 0;  ///< of the surface, grey, 0 .. 1
+  Albedo albedo;          ///< the surface's own colour, unshaded
+  Radiance colour;        ///< light towards the ray's origin: surface in sun or shadow, or sky
 };
 
 /// Everything that moves, at one instant.
@@ -62,7 +62,8 @@ class World {
   struct Embree;
   struct Contact;
   void trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> seen, std::span<Contact> contacts) const;
-  void find_shadows(const Moment& at, std::span<const Ray> rays, std::span<const Seen> seen, std::span<Contact> contacts) const;
+  void find_shadows(const Moment& at, std::span<const Ray> rays, std::span<const Seen> seen,
+                    std::span<Contact> contacts) const;
   Radiance sky(Vec3 direction, float cone) const;
   /// Share of the sky's light that reaches a place: 1 in the open.
   float daylight(Vec3 place) const;
@@ -76,7 +77,7 @@ class World {
   Scene scene_;
   Vec3 to_sun_;
   std::shared_ptr<const Surroundings> surroundings_;  ///< null: the painted sky
-  std::vector<std::uint8_t> is_moving_;  ///< by surface
+  std::vector<std::uint8_t> is_moving_;               ///< by surface
   std::unique_ptr<Embree> embree_;
 };
 

@@ -17,7 +17,8 @@ Radiance World::sky(Vec3 d, float cone) const {
   Radiance c{0.22f + 0.50f * haze, 0.42f + 0.36f * haze, 0.80f + 0.05f * haze};
   if (d.z > 0.03) {
     const auto x = static_cast<float>(d.x / d.z), y = static_cast<float>(d.y / d.z);
-    float n = smooth_noise(x * 0.9f + 7, y * 0.9f, 0, 71) + 0.5f * smooth_noise(x * 2.1f, y * 2.1f, 0, 72) + 0.25f * smooth_noise(x * 4.7f, y * 4.7f, 0.3f, 73);
+    float n = smooth_noise(x * 0.9f + 7, y * 0.9f, 0, 71) + 0.5f * smooth_noise(x * 2.1f, y * 2.1f, 0, 72) +
+              0.25f * smooth_noise(x * 4.7f, y * 4.7f, 0.3f, 73);
     n = std::clamp(0.9f * n - 0.15f, 0.0f, 1.0f) * std::min(1.0f, 6.0f * up);
     c = {c.r + (0.92f - c.r) * n, c.g + (0.92f - c.g) * n, c.b + (0.94f - c.b) * n};
   }
@@ -32,7 +33,8 @@ float World::daylight(Vec3 place) const {
   if (!in.is_there) return 1.0f;
   const Vec3 from = place - in.from;
   const double along = dot(from, in.along), inwards = std::min(along, in.length_m - along);
-  if (inwards <= 0 || std::abs(dot(from, in.right)) > in.half_width_m || from.z > in.height_m || from.z < -0.05) return 1.0f;
+  if (inwards <= 0 || std::abs(dot(from, in.right)) > in.half_width_m || from.z > in.height_m || from.z < -0.05)
+    return 1.0f;
   // The sky is seen through the nearer end alone: its share falls with the square of the distance.
   const double reach = inwards / (0.8 * in.height_m);
   return static_cast<float>(0.6 / (1 + reach * reach * 2));

@@ -30,7 +30,8 @@ class KernelFile final : public DiskFile {
     return ::lseek(fd_, static_cast<off_t>(size), SEEK_SET) < 0 ? -errno : 0;
   }
   int check_place() override {
-    struct stat own {}, there {};
+    struct stat own {
+    }, there{};
     if (::fstat(fd_, &own) != 0) return -errno;
     if (!S_ISREG(own.st_mode)) return 0;
     if (own.st_nlink == 0) return -ENOENT;

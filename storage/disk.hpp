@@ -9,8 +9,9 @@
 
 #include "core/output_file.hpp"
 
-/// What a FileWriter asks of the operating system, so that another disk can stand in its place: one that is full, read-only,
-/// or loses its power. Answers are the kernel's: what was done, or minus errno. Nothing here retries or remembers.
+/// What a FileWriter asks of the operating system, so that another disk can stand in its place: one that is full,
+/// read-only, or loses its power. Answers are the kernel's: what was done, or minus errno. Nothing here retries or
+/// remembers.
 namespace hueline::storage {
 
 using hueline::IfExists;
@@ -28,8 +29,8 @@ class DiskFile {
   virtual int sync() = 0;
   /// Cuts the file back; what is appended next stands there (ftruncate): 0, or -errno; -EINTR: ask again.
   virtual int truncate(std::uint64_t size) = 0;
-  /// Whether the file is still where it was made, and as long as what was written: 0; -ENOENT: it was deleted; -ESTALE: its path leads
-  /// to nothing or to another file; -ENODATA: somebody else has cut it. A disk that cannot tell says 0.
+  /// Whether the file is still where it was made, and as long as what was written: 0; -ENOENT: it was deleted; -ESTALE:
+  /// its path leads to nothing or to another file; -ENODATA: somebody else has cut it. A disk that cannot tell says 0.
   virtual int check_place() { return 0; }
   /// By which other programs reach the bytes as long as this one runs, whatever became of the name; -1: none.
   virtual int descriptor() const { return -1; }
@@ -41,7 +42,8 @@ class DiskFile {
 class Disk {
  public:
   virtual ~Disk() = default;
-  /// 0 and the file, or -errno (those of open_output). A file that was made is in its folder for good: a power cut does not lose its name.
+  /// 0 and the file, or -errno (those of open_output). A file that was made is in its folder for good: a power cut does
+  /// not lose its name.
   virtual int create(const std::filesystem::path& path, IfExists if_exists, std::unique_ptr<DiskFile>& file) = 0;
   /// Bytes that may still be written beside that file; INT64_MAX: it cannot tell.
   virtual std::int64_t free_bytes(const std::filesystem::path&) { return INT64_MAX; }

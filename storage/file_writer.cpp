@@ -17,12 +17,14 @@ constexpr std::size_t kPiecesACall = 1024;  // Linux's IOV_MAX
 
 Result<FileWriter> FileWriter::create(const std::filesystem::path& path, IfExists if_exists, Disk& disk) {
   std::unique_ptr<DiskFile> file;
-  if (const int result = disk.create(path, if_exists, file); result != 0) return output_error("create " + path.string(), -result);
+  if (const int result = disk.create(path, if_exists, file); result != 0)
+    return output_error("create " + path.string(), -result);
   return FileWriter(path, std::move(file));
 }
 
 Status FileWriter::fail(const char* what, int errno_value) {
-  const Error error = output_error(std::string(what) + " " + path_.string() + " at byte " + std::to_string(size_), errno_value);
+  const Error error =
+      output_error(std::string(what) + " " + path_.string() + " at byte " + std::to_string(size_), errno_value);
   if (!error_) error_ = error;
   return *error_;
 }
@@ -86,13 +88,18 @@ Status FileWriter::check_place() {
   const int result = file_->check_place();
   if (result == 0) return {};
   if (result == -ENODATA) {
-    error_ = Error{ErrorCode::Truncated, path_.string() + " was cut by another program while it was being written: what follows the cut cannot be read"};
+    error_ = Error{
+        ErrorCode::Truncated,
+        path_.string() + " was cut by another program while it was being written: what follows the cut cannot be read"};
     return *error_;
   }
-  const char* what = result == -ENOENT ? " was deleted" : result == -ESTALE ? " was moved or replaced" : "'s place cannot be told";
+  const char* what = result == -ENOENT   ? " was deleted"
+                     : result == -ESTALE ? " was moved or replaced"
+                                         : "'s place cannot be told";
   std::string message = path_.string() + what + " while it is being written";
   if (file_->descriptor() >= 0)
-    message += "; as long as this program runs, save it: cp /proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(file_->descriptor()) + " SAVED.mcap";
+    message += "; as long as this program runs, save it: cp /proc/" + std::to_string(::getpid()) + "/fd/" +
+               std::to_string(file_->descriptor()) + " SAVED.mcap";
   return Error{ErrorCode::Unavailable, message};
 }
 

@@ -31,8 +31,9 @@ class FileWriter {
   Status overwrite(std::uint64_t offset, ByteView bytes);
   /// To the medium (fdatasync). Waits for the disk.
   Status sync();
-  /// Whether what was written is still what the path leads to. Unavailable: deleted, moved or replaced; writing goes on, and the message
-  /// says how the bytes are reached while this program runs. Truncated: somebody has cut it; remembered, like any other error.
+  /// Whether what was written is still what the path leads to. Unavailable: deleted, moved or replaced; writing goes
+  /// on, and the message says how the bytes are reached while this program runs. Truncated: somebody has cut it;
+  /// remembered, like any other error.
   Status check_place();
   /// Cuts the file back to `size` and forgets the remembered error, so that what is whole can be finished: after ENOSPC
   /// there may be room again. Error if the file cannot be cut (a device).

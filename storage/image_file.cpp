@@ -31,14 +31,20 @@ Result<RgbImage> read_jpeg(const std::filesystem::path& path, const InputFile& f
     return Error{is_cut ? ErrorCode::Truncated : ErrorCode::Malformed, path.string() + ": " + what};
   };
   int width = 0, height = 0, subsampling = 0, colours = 0;
-  if (tjDecompressHeader3(handle.get(), data, bytes.size(), &width, &height, &subsampling, &colours) != 0) return broken();
+  if (tjDecompressHeader3(handle.get(), data, bytes.size(), &width, &height, &subsampling, &colours) != 0)
+    return broken();
   if (width <= 0 || height <= 0)  // tables alone are a JPEG too
     return Error{ErrorCode::Malformed, path.string() + ": a JPEG without pixels"};
-  if (std::uint64_t(width) * std::uint64_t(height) > kMostPixels) return too_many_pixels(path, static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height));
+  if (std::uint64_t(width) * std::uint64_t(height) > kMostPixels)
+    return too_many_pixels(path, static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height));
   RgbImage image(width, height, {});
-  if (tjDecompress2(handle.get(), data, bytes.size(), image.pixels.data()->data(), width, 0, height, TJPF_RGB, TJFLAG_ACCURATEDCT) != 0) {
-    // Bytes between two markers harm nothing, and some cameras write them; any other warning is of pixels that are wrong.
-    const bool is_harmless = tjGetErrorCode(handle.get()) == TJERR_WARNING && std::string_view(tjGetErrorStr2(handle.get())).find("extraneous bytes") != std::string_view::npos;
+  if (tjDecompress2(handle.get(), data, bytes.size(), image.pixels.data()->data(), width, 0, height, TJPF_RGB,
+                    TJFLAG_ACCURATEDCT) != 0) {
+    // Bytes between two markers harm nothing, and some cameras write them; any other warning is of pixels that are
+    // wrong.
+    const bool is_harmless =
+        tjGetErrorCode(handle.get()) == TJERR_WARNING &&
+        std::string_view(tjGetErrorStr2(handle.get())).find("extraneous bytes") != std::string_view::npos;
     if (!is_harmless) return broken();
   }
   return image;
@@ -50,10 +56,16 @@ Result<RgbImage> read_image(const std::filesystem::path& path) {
   Result<InputFile> file = InputFile::open(path);
   if (!file) return file.error();
   std::array<std::byte, 8> first{};
-  if (Status done = file->read(0, std::span(first).first(static_cast<std::size_t>(std::min<std::uint64_t>(8, file->size())))); !done) return done.error();
+  if (Status done =
+          file->read(0, std::span(first).first(static_cast<std::size_t>(std::min<std::uint64_t>(8, file->size()))));
+      !done)
+    return done.error();
   constexpr std::array<unsigned char, 8> kPng = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
   constexpr std::array<unsigned char, 3> kJpeg = {0xFF, 0xD8, 0xFF};
-  const auto begins = [&](const auto& signature) { return std::equal(signature.begin(), signature.end(), first.begin(), [](unsigned char a, std::byte b) { return std::byte{a} == b; }); };
+  const auto begins = [&](const auto& signature) {
+    return std::equal(signature.begin(), signature.end(), first.begin(),
+                      [](unsigned char a, std::byte b) { return std::byte{a} == b; });
+  };
   if (begins(kPng)) return read_png(path);
   if (begins(kJpeg)) return read_jpeg(path, *file);
   return Error{ErrorCode::Unsupported, path.string() + ": is neither a PNG nor a JPEG by its first bytes"};

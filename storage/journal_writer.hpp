@@ -16,8 +16,8 @@ namespace hueline::storage {
 class JournalWriter {
  public:
   struct Config {
-    Compression compression = Compression::None;              ///< images do not compress at the speed they come
-    std::uint64_t chunk_bytes = 4u << 20;                     ///< see McapWriter::Config
+    Compression compression = Compression::None;  ///< images do not compress at the speed they come
+    std::uint64_t chunk_bytes = 4u << 20;         ///< see McapWriter::Config
     /// Data is handed to the kernel this often: a killed program loses at most this much. By the clock that append() is
     /// told, as sync_interval: the packets' stamps come from devices, and promises to users do not hang on those.
     nanoseconds chunk_time = std::chrono::milliseconds(500);
@@ -55,8 +55,8 @@ class JournalWriter {
   std::uint64_t bytes_written() const { return writer_.bytes_written(); }
   /// Packets in the file; those still waiting for their chunk are not counted yet.
   std::uint64_t packets_written() const { return writer_.statistics().message_count; }
-  /// Packets that are on the medium for certain: those of the last sync. After close() all written ones, unless the disk
-  /// failed.
+  /// Packets that are on the medium for certain: those of the last sync. After close() all written ones, unless the
+  /// disk failed.
   std::uint64_t packets_on_medium() const { return writer_.messages_on_medium(); }
   /// Accepted, but lost with a chunk that could not be written.
   std::uint64_t packets_lost() const { return writer_.lost_messages(); }

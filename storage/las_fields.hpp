@@ -25,7 +25,8 @@ std::vector<LasExtraField> las_extra_fields() {
   std::vector<LasExtraField> out;
   for_each_field<Fields>([&](auto field) {
     if (const LasPlace& las = field.entry.las; las.is_extra)
-      out.push_back({std::string(las.name), std::string(las.description), las_type<typename decltype(field)::Number>(), 0, las.scale != 1, las.scale});
+      out.push_back({std::string(las.name), std::string(las.description), las_type<typename decltype(field)::Number>(),
+                     0, las.scale != 1, las.scale});
   });
   return out;
 }

@@ -42,7 +42,8 @@ LasWriter::~LasWriter() {
   if (file_.is_open()) (void)close();
 }
 
-Result<LasWriter> LasWriter::create(const std::filesystem::path& path, const Geodetic& origin, const Config& config, const std::vector<LasExtraField>& extra) {
+Result<LasWriter> LasWriter::create(const std::filesystem::path& path, const Geodetic& origin, const Config& config,
+                                    const std::vector<LasExtraField>& extra) {
   if (std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
   Result<Projection> projection = Projection::create(origin, config.epsg);
   if (!projection) return projection.error();

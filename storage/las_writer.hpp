@@ -9,8 +9,8 @@
 namespace hueline::storage {
 
 /// Writes the coloured cloud: LAS 1.4, point format 7, adjusted standard GPS time, steps of 1 mm, CRS as OGC WKT, 8-bit
-/// colours times 257, and extra bytes as the list of the point's fields says (core/point_fields.hpp). Thread-bound. Reads no clock: the same
-/// blocks give the same bytes.
+/// colours times 257, and extra bytes as the list of the point's fields says (core/point_fields.hpp). Thread-bound.
+/// Reads no clock: the same blocks give the same bytes.
 ///
 /// The header is brought up to date every `header_every` points and by flush(): a killed program leaves a file that
 /// reads up to there. The first failed write is remembered and returned by all later calls; the file then ends with its
@@ -45,7 +45,8 @@ class LasWriter {
 
   /// Invalid if the block has another origin; Io.
   Status append(const CloudBlock& block) { return append<kPointFields>(block.origin, std::span(block.points)); }
-  /// Points with more fields than ColouredPoint, from which their type is derived. Invalid if the file was created for another list.
+  /// Points with more fields than ColouredPoint, from which their type is derived. Invalid if the file was created for
+  /// another list.
   template <const auto& Fields, class Point>
   Status append(const Geodetic& origin, std::span<const Point> points);
   /// All points so far to the kernel, and the header that counts them.
@@ -59,7 +60,8 @@ class LasWriter {
   const std::filesystem::path& path() const { return file_.path(); }
 
  private:
-  static Result<LasWriter> create(const std::filesystem::path& path, const Geodetic& origin, const Config& config, const std::vector<LasExtraField>& extra);
+  static Result<LasWriter> create(const std::filesystem::path& path, const Geodetic& origin, const Config& config,
+                                  const std::vector<LasExtraField>& extra);
   LasWriter(FileWriter file, Projection projection, const Config& config);
   Status start(const std::vector<LasExtraField>& extra);
   Status check(const Geodetic& origin, std::size_t extra_size) const;

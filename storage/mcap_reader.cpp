@@ -10,8 +10,8 @@ namespace hueline::storage {
 namespace {
 
 constexpr std::uint64_t kLargestChunk = 512u << 20;  // uncompressed; a larger statement is a damaged or hostile file
-// A few bytes of a compressed chunk may stand for a thousand times as many. What a reader unpacks in all is bounded: by this, or by this
-// many times the file's own size.
+// A few bytes of a compressed chunk may stand for a thousand times as many. What a reader unpacks in all is bounded: by
+// this, or by this many times the file's own size.
 constexpr std::uint64_t kUnpackedAnyway = std::uint64_t{8} << 30;
 constexpr std::uint64_t kUnpackedShare = 64;
 constexpr std::size_t kFooterContent = 8 + 8 + 4;
@@ -193,10 +193,13 @@ std::optional<Error> McapReader::load_chunk(const Buffer& record, std::uint64_t 
     messages = record.part(content_at, content.size());
   } else {
     if (size > kLargestChunk)
-      return skip("a chunk claims " + std::to_string(size) + " bytes when uncompressed, at most " + std::to_string(kLargestChunk) + " are read");
+      return skip("a chunk claims " + std::to_string(size) + " bytes when uncompressed, at most " +
+                  std::to_string(kLargestChunk) + " are read");
     if ((unpacked_ += size) > std::max(kUnpackedAnyway, kUnpackedShare * file_.size())) {
-      end_ = {ErrorCode::Unsupported, file_.path().string() + " at byte " + std::to_string(record_at) + ": its chunks unpack to more than " +
-                                          std::to_string(kUnpackedAnyway >> 30) + " GiB and " + std::to_string(kUnpackedShare) + " times the file's size: it is not read further"};
+      end_ = {ErrorCode::Unsupported, file_.path().string() + " at byte " + std::to_string(record_at) +
+                                          ": its chunks unpack to more than " + std::to_string(kUnpackedAnyway >> 30) +
+                                          " GiB and " + std::to_string(kUnpackedShare) +
+                                          " times the file's size: it is not read further"};
       return *end_;
     }
     MutableBuffer memory = pool_.acquire(static_cast<std::size_t>(size));

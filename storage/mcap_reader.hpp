@@ -19,7 +19,8 @@ struct McapMessage {
 };
 
 /// Reads an MCAP file from front to back, finished or not: the summary is not needed, only checked. Chunks none, lz4,
-/// zstd; uncompressed at most 512 MiB each, and in all 8 GiB or 64 times the file's size, whichever is more. Thread-bound. Move-only.
+/// zstd; uncompressed at most 512 MiB each, and in all 8 GiB or 64 times the file's size, whichever is more.
+/// Thread-bound. Move-only.
 ///
 /// Each chunk's CRC is checked before any of it is handed on. At the end the CRC of the data section, the summary's CRC
 /// and the number of messages are checked as well.

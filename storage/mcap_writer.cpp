@@ -123,7 +123,8 @@ Status McapWriter::write(const McapChunk::Message& message, ByteView head, const
 Status McapWriter::write_chunk() {
   if (chunk_.empty()) return {};
   // Once more is appended to a file that somebody has cut, its length no longer shows it.
-  if (Status place = check_place(); !place && place.error().code == ErrorCode::Truncated) return lose_chunk(place.error());
+  if (Status place = check_place(); !place && place.error().code == ErrorCode::Truncated)
+    return lose_chunk(place.error());
   Bytes compressed;
   if (config_.compression != Compression::None)
     if (Status done = compress(config_.compression, chunk_.pieces(), compressed); !done)

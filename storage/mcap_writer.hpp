@@ -30,7 +30,8 @@ class McapWriter {
   };
 
   /// `disk` must outlive the writer.
-  static Result<McapWriter> create(const std::filesystem::path& path, const Config& config, Disk& disk = Disk::kernel());
+  static Result<McapWriter> create(const std::filesystem::path& path, const Config& config,
+                                   Disk& disk = Disk::kernel());
   McapWriter(McapWriter&&) noexcept = default;
   McapWriter& operator=(McapWriter&&) = delete;
   /// Closes if close() was not called; then nobody hears of an error.

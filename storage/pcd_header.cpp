@@ -51,7 +51,8 @@ Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name
       if (key == "SIZE" || key == "COUNT" || key == "POINTS" || key == "WIDTH" || key == "HEIGHT") {
         const std::size_t most = key == "SIZE" || key == "COUNT" ? kMostPcdColumns : 2'000'000'000u;
         if (!parse_pcd_number(words[i], number) || number > most)
-          return malformed(name, line_number, fmt::format("{} '{}'; allowed: a whole number from 0 to {}", key, words[i], most));
+          return malformed(name, line_number,
+                           fmt::format("{} '{}'; allowed: a whole number from 0 to {}", key, words[i], most));
         if (key == "WIDTH") width = number;
         if (key == "HEIGHT") height = number;
         has_points |= key == "POINTS";
@@ -62,29 +63,41 @@ Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name
     }
     if (key != "DATA") continue;
     if (words.size() != 2) return malformed(name, line_number, "DATA without its encoding");
-    if (words[1] == "ascii") header.encoding = PcdEncoding::Ascii;
-    else if (words[1] == "binary") header.encoding = PcdEncoding::Binary;
-    else if (words[1] == "binary_compressed") header.encoding = PcdEncoding::Compressed;
-    else return malformed(name, line_number, fmt::format("DATA '{}'; ascii, binary or binary_compressed", words[1]));
+    if (words[1] == "ascii")
+      header.encoding = PcdEncoding::Ascii;
+    else if (words[1] == "binary")
+      header.encoding = PcdEncoding::Binary;
+    else if (words[1] == "binary_compressed")
+      header.encoding = PcdEncoding::Compressed;
+    else
+      return malformed(name, line_number, fmt::format("DATA '{}'; ascii, binary or binary_compressed", words[1]));
     if (header.counts.empty()) header.counts.assign(header.fields.size(), 1);
     const std::size_t n = header.fields.size();
     if (n == 0 || header.sizes.size() != n || header.types.size() != n || header.counts.size() != n)
-      return malformed(name, line_number, fmt::format("FIELDS names {} fields, SIZE has {}, TYPE {} and COUNT {}", n, header.sizes.size(), header.types.size(), header.counts.size()));
+      return malformed(name, line_number,
+                       fmt::format("FIELDS names {} fields, SIZE has {}, TYPE {} and COUNT {}", n, header.sizes.size(),
+                                   header.types.size(), header.counts.size()));
     std::size_t columns = 0;
     for (std::size_t i = 0; i < n; ++i) {
       // Nothing is read of what is padding, or of no values: whatever they say they are.
       const bool is_read = header.counts[i] > 0 && !header.is_padding(i);
       if (is_read && !is_known_type(header.types[i], header.sizes[i]))
-        return malformed(name, line_number, fmt::format("field {}: type {} of {} bytes; known: I and U of 1, 2, 4, 8, F of 4, 8", header.fields[i], header.types[i], header.sizes[i]));
+        return malformed(name, line_number,
+                         fmt::format("field {}: type {} of {} bytes; known: I and U of 1, 2, 4, 8, F of 4, 8",
+                                     header.fields[i], header.types[i], header.sizes[i]));
       columns += header.counts[i];
     }
     if (columns > kMostPcdColumns)
-      return Error{ErrorCode::Unsupported, fmt::format("{}: {} columns; clouds of at most {} are read", name, columns, kMostPcdColumns)};
+      return Error{ErrorCode::Unsupported,
+                   fmt::format("{}: {} columns; clouds of at most {} are read", name, columns, kMostPcdColumns)};
     if (!has_points) header.points = std::min<std::size_t>(width * height, 2'000'000'000u);
     header.data_begin = begin;
     return header;
   }
-  if (is_longer) return Error{ErrorCode::Unsupported, fmt::format("{}: no DATA line within its first {} kB: not a PCD file, or one with too many columns", name, kMostPcdHeader / 1024)};
+  if (is_longer)
+    return Error{ErrorCode::Unsupported,
+                 fmt::format("{}: no DATA line within its first {} kB: not a PCD file, or one with too many columns",
+                             name, kMostPcdHeader / 1024)};
   return Error{ErrorCode::Truncated, fmt::format("{}: no DATA line: not a PCD file, or cut inside its header", name)};
 }
 

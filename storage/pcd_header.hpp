@@ -19,8 +19,9 @@ enum class PcdEncoding { Ascii, Binary, Compressed };
 
 struct PcdHeader {
   std::vector<std::string> fields;
-  std::vector<std::size_t> sizes, counts;  ///< of each field: bytes of a value, values of a point; a field of no values is not stored
-  std::vector<char> types;                 ///< I, U, F
+  std::vector<std::size_t> sizes,
+      counts;               ///< of each field: bytes of a value, values of a point; a field of no values is not stored
+  std::vector<char> types;  ///< I, U, F
   std::size_t points = 0;
   PcdEncoding encoding = PcdEncoding::Ascii;
   std::size_t data_begin = 0;  ///< byte behind the DATA line
@@ -34,8 +35,8 @@ struct PcdHeader {
   }
 };
 
-/// `text` may go on behind the header. Malformed with the line, Truncated without a DATA line, Unsupported with more columns or a longer
-/// header than the limits above; `name` stands for the file in messages.
+/// `text` may go on behind the header. Malformed with the line, Truncated without a DATA line, Unsupported with more
+/// columns or a longer header than the limits above; `name` stands for the file in messages.
 Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name);
 
 /// The words of a line, parted by blanks and tabs.

@@ -22,8 +22,15 @@ double load(const std::byte* at) {
 
 double number_at(const std::byte* at, char type, std::size_t size) {
   if (type == 'F') return size == 4 ? load<float>(at) : load<double>(at);
-  if (type == 'I') return size == 1 ? load<std::int8_t>(at) : size == 2 ? load<std::int16_t>(at) : size == 4 ? load<std::int32_t>(at) : load<std::int64_t>(at);
-  return size == 1 ? load<std::uint8_t>(at) : size == 2 ? load<std::uint16_t>(at) : size == 4 ? load<std::uint32_t>(at) : load<std::uint64_t>(at);
+  if (type == 'I')
+    return size == 1   ? load<std::int8_t>(at)
+           : size == 2 ? load<std::int16_t>(at)
+           : size == 4 ? load<std::int32_t>(at)
+                       : load<std::int64_t>(at);
+  return size == 1   ? load<std::uint8_t>(at)
+         : size == 2 ? load<std::uint16_t>(at)
+         : size == 4 ? load<std::uint32_t>(at)
+                     : load<std::uint64_t>(at);
 }
 
 /// LZF, the compression of PCD: a control byte below 32 copies that many + 1 literals, others refer back.
@@ -53,7 +60,7 @@ bool expand_lzf(std::span<const std::byte> in, std::span<std::byte> out) {
 }
 
 constexpr std::uint64_t kMostBytes = 4'000'000'000;  // of a file that is read whole in memory
-constexpr std::size_t kMostValues = 500'000'000;       // 4 GB as numbers
+constexpr std::size_t kMostValues = 500'000'000;     // 4 GB as numbers
 
 /// Lays out one column a value of each field.
 void name_columns(const PcdHeader& header, PcdCloud& cloud) {
@@ -80,7 +87,8 @@ Result<PcdCloud> read_ascii(const PcdHeader& header, std::string_view text, cons
     begin = end + 1;
     if (words.empty()) continue;
     if (words.size() != column_of.size())
-      return Error{ErrorCode::Malformed, fmt::format("{}: point {}: {} values, the header names {}", name, row, words.size(), column_of.size())};
+      return Error{ErrorCode::Malformed, fmt::format("{}: point {}: {} values, the header names {}", name, row,
+                                                     words.size(), column_of.size())};
     for (std::size_t c = 0; c < words.size(); ++c) {
       if (column_of[c] == kNowhere) continue;
       double value = 0;
@@ -91,7 +99,8 @@ Result<PcdCloud> read_ascii(const PcdHeader& header, std::string_view text, cons
     ++row;
   }
   if (row < header.points)
-    return Error{ErrorCode::Truncated, fmt::format("{}: {} points of the {} that the header promises", name, row, header.points)};
+    return Error{ErrorCode::Truncated,
+                 fmt::format("{}: {} points of the {} that the header promises", name, row, header.points)};
   return cloud;
 }
 
@@ -127,14 +136,16 @@ Result<PcdCloud> read_binary(const PcdHeader& header, std::span<const std::byte>
       return Error{ErrorCode::Truncated, fmt::format("{}: {} compressed bytes of {}", name, data.size() - 8, packed)};
     // LZF expands at most 264 times 3: a header that promises more is not believed with memory.
     if (unpacked != wanted || wanted / 90 > packed)
-      return Error{ErrorCode::Malformed, fmt::format("{}: {} bytes unpacked, the header means {}", name, unpacked, wanted)};
+      return Error{ErrorCode::Malformed,
+                   fmt::format("{}: {} bytes unpacked, the header means {}", name, unpacked, wanted)};
     expanded.resize(wanted);
     if (!expand_lzf(data.subspan(8, packed), expanded))
       return Error{ErrorCode::Malformed, fmt::format("{}: its compressed data do not unpack", name)};
     data = expanded;
   }
   if (data.size() < wanted)
-    return Error{ErrorCode::Truncated, fmt::format("{}: {} bytes of points, the header means {}", name, data.size(), wanted)};
+    return Error{ErrorCode::Truncated,
+                 fmt::format("{}: {} bytes of points, the header means {}", name, data.size(), wanted)};
   PcdCloud cloud;
   take(header, data, compressed, cloud);
   return cloud;
@@ -155,7 +166,9 @@ Result<PcdCloud> decode_pcd(std::span<const std::byte> bytes, const std::string&
   std::size_t columns = 0;
   for (std::size_t f = 0; f < header->fields.size(); ++f) columns += header->is_padding(f) ? 0 : header->counts[f];
   if (columns > 0 && header->points > kMostValues / columns)
-    return Error{ErrorCode::Unsupported, fmt::format("{}: {} points of {} values; whole in memory at most {} values are read", name, header->points, columns, kMostValues)};
+    return Error{ErrorCode::Unsupported,
+                 fmt::format("{}: {} points of {} values; whole in memory at most {} values are read", name,
+                             header->points, columns, kMostValues)};
   return header->encoding == PcdEncoding::Ascii ? read_ascii(*header, text, name) : read_binary(*header, bytes, name);
 }
 

@@ -14,8 +14,8 @@ struct PcdType {
   std::size_t size = 4;
 };
 
-/// A point cloud file of the Point Cloud Library (PCD 0.6-0.7), ascii, binary or binary_compressed, all in memory. Values keep the
-/// file's own units; NaN means what it means there: no point.
+/// A point cloud file of the Point Cloud Library (PCD 0.6-0.7), ascii, binary or binary_compressed, all in memory.
+/// Values keep the file's own units; NaN means what it means there: no point.
 struct PcdCloud {
   std::vector<std::string> fields;           ///< names; a field with COUNT n > 1 stands n times; without padding
   std::vector<PcdType> types;                ///< of each column
@@ -26,8 +26,8 @@ struct PcdCloud {
   std::span<const double> column(const std::string& field) const;
 };
 
-/// Errors: Io (cannot be read), Malformed and Truncated with the line or byte where reading stopped; Unsupported with the limit: more than
-/// 4 GB, 4096 columns or 500 million values.
+/// Errors: Io (cannot be read), Malformed and Truncated with the line or byte where reading stopped; Unsupported with
+/// the limit: more than 4 GB, 4096 columns or 500 million values.
 Result<PcdCloud> read_pcd(const std::string& path);
 /// The same from bytes; `name` stands for the file in messages.
 Result<PcdCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name);

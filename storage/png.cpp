@@ -22,7 +22,8 @@ png_image fresh_image() {
 }  // namespace
 
 Error too_many_pixels(const std::filesystem::path& path, std::uint64_t width, std::uint64_t height) {
-  return {ErrorCode::Unsupported, path.string() + ": " + std::to_string(width) + " x " + std::to_string(height) + " pixels; pictures of at most 134 million (16384 x 8192) are read"};
+  return {ErrorCode::Unsupported, path.string() + ": " + std::to_string(width) + " x " + std::to_string(height) +
+                                      " pixels; pictures of at most 134 million (16384 x 8192) are read"};
 }
 
 Status write_png(const std::filesystem::path& path, const RgbImage& picture) {

@@ -30,7 +30,8 @@ constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 27;
 /// Unsupported: the picture's size, and kMostPixels.
 Error too_many_pixels(const std::filesystem::path& path, std::uint64_t width, std::uint64_t height);
 
-/// Any PNG, converted to RGB; transparency goes to black. Errors: Io, Malformed, Unsupported (more than kMostPixels, or 1 GiB).
+/// Any PNG, converted to RGB; transparency goes to black. Errors: Io, Malformed, Unsupported (more than kMostPixels, or
+/// 1 GiB).
 Result<RgbImage> read_png(const std::filesystem::path& path);
 
 }  // namespace hueline::storage

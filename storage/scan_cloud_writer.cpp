@@ -18,7 +18,9 @@ int day_of_year(const UtcTime& t) {
 
 }  // namespace
 
-ScanCloudWriter::ScanCloudWriter(FileWriter file, Format format, const std::array<double, 3>& origin, const UtcTime& created) : file_(std::move(file)), format_(format) {
+ScanCloudWriter::ScanCloudWriter(FileWriter file, Format format, const std::array<double, 3>& origin,
+                                 const UtcTime& created)
+    : file_(std::move(file)), format_(format) {
   header_.global_encoding = kLasWkt;
   header_.system_identifier = header_.generating_software = "hueline";
   header_.creation_year = created.year;
@@ -33,7 +35,8 @@ ScanCloudWriter::ScanCloudWriter(FileWriter file, Format format, const std::arra
   highest_.fill(std::numeric_limits<std::int32_t>::min());
 }
 
-Result<ScanCloudWriter> ScanCloudWriter::create(const std::filesystem::path& path, Format format, const std::array<double, 3>& origin, const UtcTime& created) {
+Result<ScanCloudWriter> ScanCloudWriter::create(const std::filesystem::path& path, Format format,
+                                                const std::array<double, 3>& origin, const UtcTime& created) {
   auto file = FileWriter::create(path, IfExists::Replace);
   if (!file.ok()) return file.error();
   ScanCloudWriter writer(std::move(file).value(), format, origin, created);
@@ -54,7 +57,9 @@ Status ScanCloudWriter::append(std::span<const double> xyz_from_origin) {
       std::byte* record = buffer_.data() + kRecord * i;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const double steps = std::nearbyint(xyz_from_origin[3 * i + axis] / kStep);
-        if (!(std::abs(steps) < 2147483647.0)) return Error{ErrorCode::Invalid, file_.path().string() + ": a point lies too far from the cloud's origin for LAS"};
+        if (!(std::abs(steps) < 2147483647.0))
+          return Error{ErrorCode::Invalid,
+                       file_.path().string() + ": a point lies too far from the cloud's origin for LAS"};
         const auto stored = static_cast<std::int32_t>(steps);
         lowest_[axis] = std::min(lowest_[axis], stored);
         highest_[axis] = std::max(highest_[axis], stored);

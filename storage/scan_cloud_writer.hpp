@@ -11,14 +11,16 @@
 
 namespace hueline::storage {
 
-/// Writes bare coordinates of any size of cloud: LAS 1.4 (point format 6, steps of 1 mm, no CRS) or float32 x y z about an origin.
-/// Thread-bound. The header of the LAS file is finished by close(). The first failed write is remembered.
+/// Writes bare coordinates of any size of cloud: LAS 1.4 (point format 6, steps of 1 mm, no CRS) or float32 x y z about
+/// an origin. Thread-bound. The header of the LAS file is finished by close(). The first failed write is remembered.
 class ScanCloudWriter {
  public:
   enum class Format { Las, Float32 };
 
-  /// `origin`: coordinates are stored as differences from it (Float32: it is nowhere in the file; LAS: the header's offset).
-  static Result<ScanCloudWriter> create(const std::filesystem::path& path, Format format, const std::array<double, 3>& origin, const UtcTime& created);
+  /// `origin`: coordinates are stored as differences from it (Float32: it is nowhere in the file; LAS: the header's
+  /// offset).
+  static Result<ScanCloudWriter> create(const std::filesystem::path& path, Format format,
+                                        const std::array<double, 3>& origin, const UtcTime& created);
 
   /// x y z x y z ... less `origin`, m. Invalid for a point too far from the origin for LAS (2147 km).
   Status append(std::span<const double> xyz_from_origin);

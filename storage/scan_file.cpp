@@ -30,8 +30,10 @@ template <class Bits>
 Bits load_bits(const std::byte* at, bool is_big_endian) {
   const Bits bits = load<Bits>(at);
   if (!is_big_endian) return bits;
-  if constexpr (sizeof(Bits) == 4) return __builtin_bswap32(bits);
-  else return __builtin_bswap64(bits);
+  if constexpr (sizeof(Bits) == 4)
+    return __builtin_bswap32(bits);
+  else
+    return __builtin_bswap64(bits);
 }
 
 bool is_separator(char c) { return c == ' ' || c == '\t' || c == ',' || c == ';' || c == '\r'; }
@@ -74,12 +76,15 @@ Result<ScanFile> ScanFile::open(const std::filesystem::path& path, std::optional
   const ScanLayout& known = scan.layout_;
   if (known.is_text) {
     scan.block_size_ = kBlockBytes;
-    scan.block_count_ = static_cast<std::size_t>((scan.file_.size() - std::min(known.begin, scan.file_.size()) + kBlockBytes - 1) / kBlockBytes);
+    scan.block_count_ = static_cast<std::size_t>(
+        (scan.file_.size() - std::min(known.begin, scan.file_.size()) + kBlockBytes - 1) / kBlockBytes);
     return scan;
   }
   if (known.record_size == 0) {
     if (scan.file_.size() > kMostCompressed)
-      return Error{ErrorCode::Unsupported, fmt::format("{}: binary_compressed PCD is unpacked in memory, up to {} MB: write it as binary", path.string(), kMostCompressed >> 20)};
+      return Error{ErrorCode::Unsupported,
+                   fmt::format("{}: binary_compressed PCD is unpacked in memory, up to {} MB: write it as binary",
+                               path.string(), kMostCompressed >> 20)};
     const auto cloud = read_pcd(path.string());
     if (!cloud.ok()) return cloud.error();
     const std::span<const double> axes[] = {cloud->column("x"), cloud->column("y"), cloud->column("z")};
@@ -88,9 +93,11 @@ Result<ScanFile> ScanFile::open(const std::filesystem::path& path, std::optional
     scan.block_size_ = kBlockBytes / 12;
   } else {
     scan.block_size_ = std::max<std::uint64_t>(1, kBlockBytes / known.record_size);
-    const std::uint64_t held = known.begin <= scan.file_.size() ? (scan.file_.size() - known.begin) / known.record_size : 0;
+    const std::uint64_t held =
+        known.begin <= scan.file_.size() ? (scan.file_.size() - known.begin) / known.record_size : 0;
     if (held < *known.points)
-      return Error{ErrorCode::Truncated, fmt::format("{}: holds {} of the {} points that its header counts", path.string(), held, *known.points)};
+      return Error{ErrorCode::Truncated, fmt::format("{}: holds {} of the {} points that its header counts",
+                                                     path.string(), held, *known.points)};
   }
   scan.block_count_ = static_cast<std::size_t>((*known.points + scan.block_size_ - 1) / scan.block_size_);
   return scan;
@@ -108,11 +115,13 @@ Result<std::span<const float>> ScanFile::records(std::size_t index, std::vector<
   const std::uint64_t first = index * block_size_;
   const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(block_size_, *layout_.points - first));
   const std::size_t raw = count * layout_.record_size;
-  const bool as_is = layout_.number == ScanLayout::Number::Float32 && !layout_.is_big_endian && layout_.record_size == 12 && layout_.place == std::array<std::size_t, 3>{0, 4, 8};
+  const bool as_is = layout_.number == ScanLayout::Number::Float32 && !layout_.is_big_endian &&
+                     layout_.record_size == 12 && layout_.place == std::array<std::size_t, 3>{0, 4, 8};
   // Decoded coordinates lie behind the records, aligned.
   const std::size_t behind = (raw + 63) / 64 * 64, wanted = as_is ? raw : behind + count * 12;
   if (scratch.size() < wanted) scratch.resize(wanted);
-  if (Status done = file_.read(layout_.begin + first * layout_.record_size, std::span(scratch).first(raw)); !done.ok()) return done.error();
+  if (Status done = file_.read(layout_.begin + first * layout_.record_size, std::span(scratch).first(raw)); !done.ok())
+    return done.error();
   if (as_is) return std::span<const float>(reinterpret_cast<const float*>(scratch.data()), 3 * count);
   auto* out = reinterpret_cast<float*>(scratch.data() + behind);
   for (std::size_t i = 0; i < count; ++i) {
@@ -121,9 +130,15 @@ Result<std::span<const float>> ScanFile::records(std::size_t index, std::vector<
       const std::byte* at = record + layout_.place[axis];
       float& value = out[3 * i + axis];
       switch (layout_.number) {
-        case ScanLayout::Number::Float32: value = std::bit_cast<float>(load_bits<std::uint32_t>(at, layout_.is_big_endian)); break;
-        case ScanLayout::Number::Float64: value = static_cast<float>(std::bit_cast<double>(load_bits<std::uint64_t>(at, layout_.is_big_endian))); break;
-        case ScanLayout::Number::ScaledInt32: value = static_cast<float>(load<std::int32_t>(at) * layout_.scale[axis] + layout_.offset[axis]); break;
+        case ScanLayout::Number::Float32:
+          value = std::bit_cast<float>(load_bits<std::uint32_t>(at, layout_.is_big_endian));
+          break;
+        case ScanLayout::Number::Float64:
+          value = static_cast<float>(std::bit_cast<double>(load_bits<std::uint64_t>(at, layout_.is_big_endian)));
+          break;
+        case ScanLayout::Number::ScaledInt32:
+          value = static_cast<float>(load<std::int32_t>(at) * layout_.scale[axis] + layout_.offset[axis]);
+          break;
       }
     }
   }
@@ -134,7 +149,8 @@ Result<std::span<const float>> ScanFile::records(std::size_t index, std::vector<
 Result<std::span<const float>> ScanFile::lines(std::size_t index, std::vector<std::byte>& scratch) const {
   const std::uint64_t begin = layout_.begin + index * block_size_, end = std::min(begin + block_size_, file_.size());
   // One byte before, to see whether a line begins here; a line's length behind, to finish the last one.
-  const std::uint64_t from = index == 0 ? begin : begin - 1, to = std::min<std::uint64_t>(end + kMostLine, file_.size());
+  const std::uint64_t from = index == 0 ? begin : begin - 1,
+                      to = std::min<std::uint64_t>(end + kMostLine, file_.size());
   const auto size = static_cast<std::size_t>(to - from);
   const std::size_t behind = (size + 63) / 64 * 64;
   // The shortest line with a point has six bytes: "0 0 0" and its end.
@@ -146,13 +162,16 @@ Result<std::span<const float>> ScanFile::lines(std::size_t index, std::vector<st
   std::size_t count = 0, at = 0;
   if (index > 0) {
     at = text.find('\n');
-    if (at == std::string_view::npos) return Error{ErrorCode::Malformed, fmt::format("{}: a line of more than {} bytes at byte {}", file_.path().string(), kMostLine, from)};
+    if (at == std::string_view::npos)
+      return Error{ErrorCode::Malformed,
+                   fmt::format("{}: a line of more than {} bytes at byte {}", file_.path().string(), kMostLine, from)};
     ++at;
   }
   while (from + at < end) {
     const std::size_t stop = text.find('\n', at);
     if (stop == std::string_view::npos && to != file_.size())
-      return Error{ErrorCode::Malformed, fmt::format("{}: a line of more than {} bytes at byte {}", file_.path().string(), kMostLine, from + at)};
+      return Error{ErrorCode::Malformed, fmt::format("{}: a line of more than {} bytes at byte {}",
+                                                     file_.path().string(), kMostLine, from + at)};
     const std::string_view line = text.substr(at, stop == std::string_view::npos ? std::string_view::npos : stop - at);
     const std::uint64_t place = from + at;
     at = stop == std::string_view::npos ? text.size() : stop + 1;
@@ -162,7 +181,8 @@ Result<std::span<const float>> ScanFile::lines(std::size_t index, std::vector<st
       continue;
     }
     if (layout_.may_have_title && place == layout_.begin) continue;
-    return Error{ErrorCode::Malformed, fmt::format("{}: at byte {}: '{}' has no x y z", file_.path().string(), place, line.substr(0, 60))};
+    return Error{ErrorCode::Malformed,
+                 fmt::format("{}: at byte {}: '{}' has no x y z", file_.path().string(), place, line.substr(0, 60))};
   }
   return std::span<const float>(out, 3 * count);
 }

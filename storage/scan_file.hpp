@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/result.hpp"
 #include "core/input_file.hpp"
+#include "core/result.hpp"
 
 namespace hueline::storage {
 
@@ -22,32 +22,34 @@ std::optional<ScanFormat> scan_format(const std::string& name);
 struct ScanLayout {
   enum class Number { Float32, Float64, ScaledInt32 };
   ScanFormat format = ScanFormat::Float32;
-  std::string words;                      ///< for people: "PLY 1.0, binary_little_endian, double x y z"
+  std::string words;  ///< for people: "PLY 1.0, binary_little_endian, double x y z"
   bool is_text = false;
-  std::uint64_t begin = 0;                ///< first byte of the points
-  std::optional<std::uint64_t> points;    ///< unknown before reading in text
-  std::size_t record_size = 12;           ///< not of text
+  std::uint64_t begin = 0;              ///< first byte of the points
+  std::optional<std::uint64_t> points;  ///< unknown before reading in text
+  std::size_t record_size = 12;         ///< not of text
   Number number = Number::Float32;
   bool is_big_endian = false;
-  std::array<std::size_t, 3> place{0, 4, 8};  ///< of x, y, z: byte in the record, or column of text
+  std::array<std::size_t, 3> place{0, 4, 8};       ///< of x, y, z: byte in the record, or column of text
   std::array<double, 3> scale{1, 1, 1}, offset{};  ///< of ScaledInt32
-  bool may_have_title = false;            ///< text whose first line may name columns or count points
+  bool may_have_title = false;                     ///< text whose first line may name columns or count points
 };
 
-/// Reads a static scan of any size block by block, coordinates only: LAS 1.0-1.4 (point formats 0-10), PLY (ascii, binary of either byte
-/// order, float or double; vertices first), PCD (ascii, binary; binary_compressed whole in memory), text with x y z in its first columns,
-/// float32 x y z without a header (little-endian). E57 is not read: Debian 12 has no library for it. Move-only.
+/// Reads a static scan of any size block by block, coordinates only: LAS 1.0-1.4 (point formats 0-10), PLY (ascii,
+/// binary of either byte order, float or double; vertices first), PCD (ascii, binary; binary_compressed whole in
+/// memory), text with x y z in its first columns, float32 x y z without a header (little-endian). E57 is not read:
+/// Debian 12 has no library for it. Move-only.
 class ScanFile {
  public:
-  /// `format`: if not given, LAS, PLY and PCD are known by their first bytes, then .f32 .raw .bin are float32 and .xyz .txt .asc .csv
-  /// text. Errors: Io; Malformed; Truncated where the file is shorter than its header says; Unsupported with what to do.
+  /// `format`: if not given, LAS, PLY and PCD are known by their first bytes, then .f32 .raw .bin are float32 and .xyz
+  /// .txt .asc .csv text. Errors: Io; Malformed; Truncated where the file is shorter than its header says; Unsupported
+  /// with what to do.
   static Result<ScanFile> open(const std::filesystem::path& path, std::optional<ScanFormat> format = {});
 
   const ScanLayout& layout() const { return layout_; }
   std::uint64_t bytes() const { return file_.size(); }
   std::size_t blocks() const { return block_count_; }
-  /// x y z of the points of a block, in the file's units as float; valid until `scratch` changes. Blocks follow each other in the file's
-  /// order. Const and reentrant with one `scratch` a thread.
+  /// x y z of the points of a block, in the file's units as float; valid until `scratch` changes. Blocks follow each
+  /// other in the file's order. Const and reentrant with one `scratch` a thread.
   Result<std::span<const float>> block(std::size_t index, std::vector<std::byte>& scratch) const;
 
  private:
@@ -57,7 +59,7 @@ class ScanFile {
 
   InputFile file_;
   ScanLayout layout_;
-  std::vector<float> whole_;  // of a compressed PCD
+  std::vector<float> whole_;      // of a compressed PCD
   std::uint64_t block_size_ = 0;  // points, or bytes of text
   std::size_t block_count_ = 0;
 };

@@ -13,8 +13,12 @@ namespace {
 
 constexpr std::size_t kMostHeader = 64 * 1024;
 
-Error unsupported(const InputFile& file, const std::string& what) { return {ErrorCode::Unsupported, file.path().string() + ": " + what}; }
-Error malformed(const InputFile& file, const std::string& what) { return {ErrorCode::Malformed, file.path().string() + ": " + what}; }
+Error unsupported(const InputFile& file, const std::string& what) {
+  return {ErrorCode::Unsupported, file.path().string() + ": " + what};
+}
+Error malformed(const InputFile& file, const std::string& what) {
+  return {ErrorCode::Malformed, file.path().string() + ": " + what};
+}
 
 Result<ScanLayout> las_layout(const InputFile& file, ByteView head) {
   const auto header = decode_las_header(head.first(std::min(head.size(), kLasHeaderSize14)));
@@ -22,7 +26,9 @@ Result<ScanLayout> las_layout(const InputFile& file, ByteView head) {
   if (header->point_format & 0x80) return unsupported(file, "the points are compressed (LAZ): unpack them first");
   const std::size_t least = las_point_size(header->point_format);
   if (least == 0) return unsupported(file, fmt::format("LAS point format {}; 0 to 10 are read", header->point_format));
-  if (header->point_size < least) return malformed(file, fmt::format("points of {} bytes, format {} needs {}", header->point_size, header->point_format, least));
+  if (header->point_size < least)
+    return malformed(
+        file, fmt::format("points of {} bytes, format {} needs {}", header->point_size, header->point_format, least));
   ScanLayout layout;
   layout.format = ScanFormat::Las;
   layout.words = fmt::format("LAS 1.{}, point format {}", header->version_minor, header->point_format);
@@ -36,8 +42,10 @@ Result<ScanLayout> las_layout(const InputFile& file, ByteView head) {
 }
 
 std::size_t ply_size(std::string_view type) {
-  for (const auto& [size, names] : {std::pair<std::size_t, std::string_view>{1, " char uchar int8 uint8 "}, {2, " short ushort int16 uint16 "},
-                                    {4, " int uint int32 uint32 float float32 "}, {8, " double float64 "}})
+  for (const auto& [size, names] : {std::pair<std::size_t, std::string_view>{1, " char uchar int8 uint8 "},
+                                    {2, " short ushort int16 uint16 "},
+                                    {4, " int uint int32 uint32 float float32 "},
+                                    {8, " double float64 "}})
     if (names.find(fmt::format(" {} ", type)) != std::string_view::npos) return size;
   return 0;
 }
@@ -74,7 +82,8 @@ Result<ScanLayout> ply_layout(const InputFile& file, std::string_view text) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         if (words[2] != std::string_view("xyz").substr(axis, 1)) continue;
         const bool is_double = words[1] == "double" || words[1] == "float64";
-        if (!is_double && words[1] != "float" && words[1] != "float32") return unsupported(file, fmt::format("PLY coordinates of type {}; float and double are read", words[1]));
+        if (!is_double && words[1] != "float" && words[1] != "float32")
+          return unsupported(file, fmt::format("PLY coordinates of type {}; float and double are read", words[1]));
         if (!number.empty() && number != words[1]) return unsupported(file, "PLY coordinates of different types");
         number = words[1];
         layout.number = is_double ? ScanLayout::Number::Float64 : ScanLayout::Number::Float32;
@@ -90,8 +99,10 @@ Result<ScanLayout> ply_layout(const InputFile& file, std::string_view text) {
     layout.record_size = record;
     layout.is_text = encoding == "ascii";
     layout.is_big_endian = encoding == "binary_big_endian";
-    if (!layout.is_text && !layout.is_big_endian && encoding != "binary_little_endian") return malformed(file, fmt::format("PLY format '{}'", encoding));
-    if (layout.is_text && has_more) return unsupported(file, "ascii PLY with faces or other elements: write the vertices alone, or binary");
+    if (!layout.is_text && !layout.is_big_endian && encoding != "binary_little_endian")
+      return malformed(file, fmt::format("PLY format '{}'", encoding));
+    if (layout.is_text && has_more)
+      return unsupported(file, "ascii PLY with faces or other elements: write the vertices alone, or binary");
     layout.words = fmt::format("PLY {}, {} x y z", encoding, number);
     return layout;
   }
@@ -111,7 +122,8 @@ Result<ScanLayout> pcd_layout(const InputFile& file, std::string_view text) {
   for (std::size_t f = 0; f < header->fields.size(); ++f) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (header->fields[f] != std::string_view("xyz").substr(axis, 1)) continue;
-      if (header->types[f] != 'F' || (size != 0 && size != header->sizes[f])) return unsupported(file, "PCD coordinates that are not all float or all double");
+      if (header->types[f] != 'F' || (size != 0 && size != header->sizes[f]))
+        return unsupported(file, "PCD coordinates that are not all float or all double");
       size = header->sizes[f];
       layout.place[axis] = layout.is_text ? column : offset;
       ++axes;
@@ -121,7 +133,10 @@ Result<ScanLayout> pcd_layout(const InputFile& file, std::string_view text) {
   }
   if (axes != 3) return malformed(file, "PCD without the fields x, y and z");
   layout.number = size == 8 ? ScanLayout::Number::Float64 : ScanLayout::Number::Float32;
-  layout.words = fmt::format("PCD {}, {} x y z", header->encoding == PcdEncoding::Ascii ? "ascii" : header->encoding == PcdEncoding::Binary ? "binary" : "binary_compressed",
+  layout.words = fmt::format("PCD {}, {} x y z",
+                             header->encoding == PcdEncoding::Ascii    ? "ascii"
+                             : header->encoding == PcdEncoding::Binary ? "binary"
+                                                                       : "binary_compressed",
                              size == 8 ? "double" : "float");
   if (header->encoding == PcdEncoding::Compressed) layout.record_size = 0;  // columns behind a compressor: no records
   return layout;
@@ -131,17 +146,23 @@ Result<ScanLayout> pcd_layout(const InputFile& file, std::string_view text) {
 
 const char* name(ScanFormat format) {
   switch (format) {
-    case ScanFormat::Las: return "las";
-    case ScanFormat::Ply: return "ply";
-    case ScanFormat::Pcd: return "pcd";
-    case ScanFormat::Text: return "xyz";
-    case ScanFormat::Float32: return "float32";
+    case ScanFormat::Las:
+      return "las";
+    case ScanFormat::Ply:
+      return "ply";
+    case ScanFormat::Pcd:
+      return "pcd";
+    case ScanFormat::Text:
+      return "xyz";
+    case ScanFormat::Float32:
+      return "float32";
   }
   return "?";
 }
 
 std::optional<ScanFormat> scan_format(const std::string& wanted) {
-  for (const ScanFormat format : {ScanFormat::Las, ScanFormat::Ply, ScanFormat::Pcd, ScanFormat::Text, ScanFormat::Float32})
+  for (const ScanFormat format :
+       {ScanFormat::Las, ScanFormat::Ply, ScanFormat::Pcd, ScanFormat::Text, ScanFormat::Float32})
     if (wanted == name(format)) return format;
   return {};
 }
@@ -153,13 +174,22 @@ Result<ScanLayout> read_scan_layout(const InputFile& file, std::optional<ScanFor
   std::string extension = file.path().extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (!format) {
-    if (text.starts_with("LASF")) format = ScanFormat::Las;
-    else if (text.starts_with("ply\n") || text.starts_with("ply\r")) format = ScanFormat::Ply;
-    else if (text.starts_with("# .PCD") || text.starts_with("VERSION")) format = ScanFormat::Pcd;
-    else if (text.starts_with("ASTM-E57")) return unsupported(file, "E57 is not read (Debian 12 has no library for it): export LAS, PLY or text");
-    else if (extension == ".f32" || extension == ".raw" || extension == ".bin") format = ScanFormat::Float32;
-    else if (extension == ".xyz" || extension == ".txt" || extension == ".asc" || extension == ".csv") format = ScanFormat::Text;
-    else return unsupported(file, "neither its first bytes nor its name say what it is: las, ply, pcd, xyz or float32; say so with --format");
+    if (text.starts_with("LASF"))
+      format = ScanFormat::Las;
+    else if (text.starts_with("ply\n") || text.starts_with("ply\r"))
+      format = ScanFormat::Ply;
+    else if (text.starts_with("# .PCD") || text.starts_with("VERSION"))
+      format = ScanFormat::Pcd;
+    else if (text.starts_with("ASTM-E57"))
+      return unsupported(file, "E57 is not read (Debian 12 has no library for it): export LAS, PLY or text");
+    else if (extension == ".f32" || extension == ".raw" || extension == ".bin")
+      format = ScanFormat::Float32;
+    else if (extension == ".xyz" || extension == ".txt" || extension == ".asc" || extension == ".csv")
+      format = ScanFormat::Text;
+    else
+      return unsupported(
+          file,
+          "neither its first bytes nor its name say what it is: las, ply, pcd, xyz or float32; say so with --format");
   }
   if (*format == ScanFormat::Las) return las_layout(file, head);
   if (*format == ScanFormat::Ply) return ply_layout(file, text);
@@ -173,7 +203,8 @@ Result<ScanLayout> read_scan_layout(const InputFile& file, std::optional<ScanFor
     layout.words = "text, x y z in its first columns";
     return layout;
   }
-  if (file.size() % 12 != 0) return malformed(file, fmt::format("{} bytes are no whole number of float32 x y z (12 bytes each)", file.size()));
+  if (file.size() % 12 != 0)
+    return malformed(file, fmt::format("{} bytes are no whole number of float32 x y z (12 bytes each)", file.size()));
   layout.points = file.size() / 12;
   layout.words = "float32 x y z, little-endian, no header";
   return layout;

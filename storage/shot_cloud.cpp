@@ -19,16 +19,42 @@ constexpr double kMostSteps = 2147483647.0;
 constexpr std::size_t kMostFields = 300;    // 192 bytes each in a record of at most 65535
 constexpr std::size_t kBuffered = 1 << 20;  // bytes a write
 constexpr int kFormat = 7;
-const std::string kImageU(las_extra_name<&ColouredPoint::u>()), kImageV(las_extra_name<&ColouredPoint::v>()), kState(las_extra_name<&ColouredPoint::state>());
+const std::string kImageU(las_extra_name<&ColouredPoint::u>()), kImageV(las_extra_name<&ColouredPoint::v>()),
+    kState(las_extra_name<&ColouredPoint::state>());
 
 /// Names that readers of LAS have for something else.
 bool is_taken(const std::string& name) {
-  static const std::set<std::string> names = {"x", "y", "z", "intensity", "return_number", "number_of_returns", "classification", "user_data", "point_source_id",
-                                              "scan_angle", "scan_angle_rank", "scan_direction_flag", "edge_of_flight_line", "scanner_channel", "synthetic",
-                                              "key_point", "withheld", "overlap", "gps_time", "gpstime", "red", "green", "blue", "nir", "infrared",
-                                              kImageU, kImageV, kState};
+  static const std::set<std::string> names = {"x",
+                                              "y",
+                                              "z",
+                                              "intensity",
+                                              "return_number",
+                                              "number_of_returns",
+                                              "classification",
+                                              "user_data",
+                                              "point_source_id",
+                                              "scan_angle",
+                                              "scan_angle_rank",
+                                              "scan_direction_flag",
+                                              "edge_of_flight_line",
+                                              "scanner_channel",
+                                              "synthetic",
+                                              "key_point",
+                                              "withheld",
+                                              "overlap",
+                                              "gps_time",
+                                              "gpstime",
+                                              "red",
+                                              "green",
+                                              "blue",
+                                              "nir",
+                                              "infrared",
+                                              kImageU,
+                                              kImageV,
+                                              kState};
   std::string small = name;
-  std::transform(small.begin(), small.end(), small.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(small.begin(), small.end(), small.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return names.contains(small);
 }
 
@@ -36,10 +62,14 @@ LasType las_type(const PcdType& type) {
   if (type.kind == 'F') return type.size == 4 ? LasType::F32 : LasType::F64;
   const bool is_signed = type.kind == 'I';
   switch (type.size) {
-    case 1: return is_signed ? LasType::I8 : LasType::U8;
-    case 2: return is_signed ? LasType::I16 : LasType::U16;
-    case 4: return is_signed ? LasType::I32 : LasType::U32;
-    default: return is_signed ? LasType::I64 : LasType::U64;
+    case 1:
+      return is_signed ? LasType::I8 : LasType::U8;
+    case 2:
+      return is_signed ? LasType::I16 : LasType::U16;
+    case 4:
+      return is_signed ? LasType::I32 : LasType::U32;
+    default:
+      return is_signed ? LasType::I64 : LasType::U64;
   }
 }
 
@@ -51,16 +81,27 @@ struct Kept {
 
 void append_value(Bytes& out, double value, LasType type) {
   switch (type) {
-    case LasType::U8: return append(out, static_cast<std::uint8_t>(value));
-    case LasType::I8: return append(out, static_cast<std::int8_t>(value));
-    case LasType::U16: return append(out, static_cast<std::uint16_t>(value));
-    case LasType::I16: return append(out, static_cast<std::int16_t>(value));
-    case LasType::U32: return append(out, static_cast<std::uint32_t>(value));
-    case LasType::I32: return append(out, static_cast<std::int32_t>(value));
-    case LasType::U64: return append(out, value < 0x1p64 ? static_cast<std::uint64_t>(value) : std::numeric_limits<std::uint64_t>::max());
-    case LasType::I64: return append(out, value < 0x1p63 ? static_cast<std::int64_t>(value) : std::numeric_limits<std::int64_t>::max());
-    case LasType::F32: return append(out, static_cast<float>(value));
-    case LasType::F64: return append(out, value);
+    case LasType::U8:
+      return append(out, static_cast<std::uint8_t>(value));
+    case LasType::I8:
+      return append(out, static_cast<std::int8_t>(value));
+    case LasType::U16:
+      return append(out, static_cast<std::uint16_t>(value));
+    case LasType::I16:
+      return append(out, static_cast<std::int16_t>(value));
+    case LasType::U32:
+      return append(out, static_cast<std::uint32_t>(value));
+    case LasType::I32:
+      return append(out, static_cast<std::int32_t>(value));
+    case LasType::U64:
+      return append(out,
+                    value < 0x1p64 ? static_cast<std::uint64_t>(value) : std::numeric_limits<std::uint64_t>::max());
+    case LasType::I64:
+      return append(out, value < 0x1p63 ? static_cast<std::int64_t>(value) : std::numeric_limits<std::int64_t>::max());
+    case LasType::F32:
+      return append(out, static_cast<float>(value));
+    case LasType::F64:
+      return append(out, value);
   }
 }
 
@@ -71,7 +112,8 @@ std::string first_of(const PcdCloud& cloud, std::initializer_list<const char*> n
   return {};
 }
 
-/// Drivers give 0 .. 1, bytes or 16 bits, and no PCD says which: the largest value does. The exact values are kept beside.
+/// Drivers give 0 .. 1, bytes or 16 bits, and no PCD says which: the largest value does. The exact values are kept
+/// beside.
 double intensity_scale(std::span<const double> values) {
   double most = 0;
   for (const double v : values)
@@ -81,8 +123,10 @@ double intensity_scale(std::span<const double> values) {
   return most <= 65535 ? 1 : 65535 / most;
 }
 
-/// Offset and step with which every coordinate fits 32 bits: no offset if the cloud lies about its own origin, the finest step that goes.
-void choose_steps(const std::array<std::span<const double>, 3>& xyz, std::span<const ShotColour> points, LasHeader& header) {
+/// Offset and step with which every coordinate fits 32 bits: no offset if the cloud lies about its own origin, the
+/// finest step that goes.
+void choose_steps(const std::array<std::span<const double>, 3>& xyz, std::span<const ShotColour> points,
+                  LasHeader& header) {
   double step = kFinestStep_m;
   std::array<double, 3> low, high;
   low.fill(std::numeric_limits<double>::infinity());
@@ -93,7 +137,8 @@ void choose_steps(const std::array<std::span<const double>, 3>& xyz, std::span<c
       high[k] = std::max(high[k], xyz[k][p.row]);
     }
   for (std::size_t k = 0; k < 3 && !points.empty(); ++k) {
-    if (std::max(-low[k], high[k]) >= kMostSteps * kFinestStep_m) header.offset[k] = std::floor(low[k] + (high[k] - low[k]) / 2);
+    if (std::max(-low[k], high[k]) >= kMostSteps * kFinestStep_m)
+      header.offset[k] = std::floor(low[k] + (high[k] - low[k]) / 2);
     while (std::max(header.offset[k] - low[k], high[k] - header.offset[k]) >= (kMostSteps - 1) * step) step *= 10;
   }
   header.scale.fill(step);
@@ -101,10 +146,12 @@ void choose_steps(const std::array<std::span<const double>, 3>& xyz, std::span<c
 
 }  // namespace
 
-Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const PcdCloud& cloud, std::span<const ShotColour> points) {
+Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const PcdCloud& cloud,
+                                        std::span<const ShotColour> points) {
   const std::array<std::span<const double>, 3> xyz{cloud.column("x"), cloud.column("y"), cloud.column("z")};
   for (const auto& axis : xyz)
-    if (axis.empty() && cloud.points() > 0) return Error{ErrorCode::Invalid, path.string() + ": the cloud has no fields x, y, z"};
+    if (axis.empty() && cloud.points() > 0)
+      return Error{ErrorCode::Invalid, path.string() + ": the cloud has no fields x, y, z"};
 
   std::vector<LasExtraField> described;
   std::vector<Kept> kept;
@@ -118,7 +165,9 @@ Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const
     described.push_back({name, "as the cloud has it", las_type(cloud.types[f])});
     kept.push_back({cloud.columns[f], described.back().type});
   }
-  if (described.size() > kMostFields) return Error{ErrorCode::Invalid, fmt::format("{}: the cloud has {} fields; LAS can keep {}", path.string(), described.size(), kMostFields)};
+  if (described.size() > kMostFields)
+    return Error{ErrorCode::Invalid, fmt::format("{}: the cloud has {} fields; LAS can keep {}", path.string(),
+                                                 described.size(), kMostFields)};
   described.push_back({kImageU, "column that was sampled, px", LasType::F32});
   described.push_back({kImageV, "row that was sampled, px", LasType::F32});
   described.push_back({kState, "0 coloured 3 uncoloured", LasType::U8});
@@ -156,14 +205,16 @@ Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const
   high.fill(std::numeric_limits<std::int32_t>::min());
   for (const ShotColour& p : points) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto steps = static_cast<std::int32_t>(std::nearbyint((xyz[k][p.row] - header.offset[k]) / header.scale[k]));
+      const auto steps =
+          static_cast<std::int32_t>(std::nearbyint((xyz[k][p.row] - header.offset[k]) / header.scale[k]));
       low[k] = std::min(low[k], steps);
       high[k] = std::max(high[k], steps);
       append(out, steps);
     }
-    const double strength = intensity.empty() || !std::isfinite(intensity[p.row]) ? 0 : intensity[p.row] * notes.intensity_scale;
+    const double strength =
+        intensity.empty() || !std::isfinite(intensity[p.row]) ? 0 : intensity[p.row] * notes.intensity_scale;
     append(out, static_cast<std::uint16_t>(std::clamp(std::nearbyint(strength), 0.0, 65535.0)));
-    append(out, std::uint8_t{0x11});  // return 1 of 1
+    append(out, std::uint8_t{0x11});                           // return 1 of 1
     for (int i = 0; i < 3; ++i) append(out, std::uint8_t{0});  // flags, classification, user data
     append(out, std::int16_t{0});                              // scan angle
     append(out, std::uint16_t{0});                             // point source

@@ -5,8 +5,9 @@
 #include "core/point_fields.hpp"
 #include "storage_proto/foxglove/PointCloud.pb.h"
 
-/// What a list of point fields (core/point_fields.hpp) says of the cloud in view.mcap. Floating point numbers are shown as float32, whole numbers
-/// as they are. Foxglove takes a colour as four fields: an alpha of 255 follows the field "blue".
+/// What a list of point fields (core/point_fields.hpp) says of the cloud in view.mcap. Floating point numbers are shown
+/// as float32, whole numbers as they are. Foxglove takes a colour as four fields: an alpha of 255 follows the field
+/// "blue".
 namespace hueline::storage {
 
 template <class Number>
@@ -17,7 +18,8 @@ template <const auto& Fields, class Point>
 void pack_view(const Point& point, std::string& out) {
   const auto pack = [&out](auto value) { out.append(reinterpret_cast<const char*>(&value), sizeof value); };
   for_each_field<Fields>([&](auto field) {
-    if constexpr (!decltype(field)::entry.view.empty()) pack(static_cast<ViewNumber<typename decltype(field)::Number>>(field.number(point)));
+    if constexpr (!decltype(field)::entry.view.empty())
+      pack(static_cast<ViewNumber<typename decltype(field)::Number>>(field.number(point)));
     if constexpr (decltype(field)::entry.view == "blue") pack(std::uint8_t{255});
   });
 }
@@ -40,7 +42,8 @@ void describe_view(foxglove::PointCloud& cloud) {
     offset += sizeof(Number);
   };
   for_each_field<Fields>([&](auto field) {
-    if constexpr (!decltype(field)::entry.view.empty()) add(field.entry.view, ViewNumber<typename decltype(field)::Number>{});
+    if constexpr (!decltype(field)::entry.view.empty())
+      add(field.entry.view, ViewNumber<typename decltype(field)::Number>{});
     if constexpr (decltype(field)::entry.view == "blue") add("alpha", std::uint8_t{255});
   });
   cloud.set_point_stride(static_cast<std::uint32_t>(offset));

@@ -21,25 +21,45 @@ bool within(nanoseconds v, nanoseconds low, nanoseconds high) { return v >= low 
 
 void ExposureMatcher::Config::visit(Keys& keys) {
   // Receivers of the OEM7 family have four event inputs.
-  keys.whole(required("event_input", "", "The POS's event input that the camera's strobe is wired to. 0: none."), mark_input, {0, 4});
-  keys.duration({"strobe_delay_us", "us", "The time from the strobe's active edge to the start of the exposure."}, strobe_delay, {-1e6, 1e6});
-  keys.duration({"mark_sigma_us", "us", "One standard deviation of the receiver's time stamp and of the strobe's jitter together."}, mark_sigma, {0.01, 1e4});
-  keys.flag({"has_counter", "", "Whether the camera's own time stamp means something. It has to with `event_input: 0`."}, has_counter);
-  keys.duration({"counter_wraps_s", "s", "The period of the camera's time stamp.", "0: never"}, counter_wraps, {0, 1e6});
+  keys.whole(required("event_input", "", "The POS's event input that the camera's strobe is wired to. 0: none."),
+             mark_input, {0, 4});
+  keys.duration({"strobe_delay_us", "us", "The time from the strobe's active edge to the start of the exposure."},
+                strobe_delay, {-1e6, 1e6});
+  keys.duration({"mark_sigma_us", "us",
+                 "One standard deviation of the receiver's time stamp and of the strobe's jitter together."},
+                mark_sigma, {0.01, 1e4});
+  keys.flag(
+      {"has_counter", "", "Whether the camera's own time stamp means something. It has to with `event_input: 0`."},
+      has_counter);
+  keys.duration({"counter_wraps_s", "s", "The period of the camera's time stamp.", "0: never"}, counter_wraps,
+                {0, 1e6});
   keys.duration({"counter_offset_s", "s",
-                 "What added to the camera's time stamp gives GPS time, for a camera that is held by PPS or PTP (PTP's TAI: -315964819). Only with `event_input: 0`.", "none"},
+                 "What added to the camera's time stamp gives GPS time, for a camera that is held by PPS or PTP (PTP's "
+                 "TAI: -315964819). Only with `event_input: 0`.",
+                 "none"},
                 counter_offset, {-2e9, 2e9}, true);
-  keys.choice({"stamp_event", "", "The event that the camera's time stamp names. It is used with `counter_offset_s`; otherwise it is learnt."}, stamp_event,
-              {{"exposure_start", StampEvent::ExposureStart}, {"exposure_mid", StampEvent::ExposureMid}, {"exposure_end", StampEvent::ExposureEnd}});
-  keys.duration({"stamp_delay_us", "us", "The time from that event to the time stamp, used likewise."}, stamp_delay, {-1e6, 1e6});
-  keys.duration({"latency_min_ms", "ms", "The least time from the start of the exposure until the whole image is here."}, latency_min, {0, 5000});
-  keys.duration({"latency_max_ms", "ms", "The largest time, above `latency_min_ms`. Keep it below the time between two exposures."}, latency_max, {0.1, 5000});
+  keys.choice(
+      {"stamp_event", "",
+       "The event that the camera's time stamp names. It is used with `counter_offset_s`; otherwise it is learnt."},
+      stamp_event,
+      {{"exposure_start", StampEvent::ExposureStart},
+       {"exposure_mid", StampEvent::ExposureMid},
+       {"exposure_end", StampEvent::ExposureEnd}});
+  keys.duration({"stamp_delay_us", "us", "The time from that event to the time stamp, used likewise."}, stamp_delay,
+                {-1e6, 1e6});
+  keys.duration(
+      {"latency_min_ms", "ms", "The least time from the start of the exposure until the whole image is here."},
+      latency_min, {0, 5000});
+  keys.duration({"latency_max_ms", "ms",
+                 "The largest time, above `latency_min_ms`. Keep it below the time between two exposures."},
+                latency_max, {0.1, 5000});
 }
 
 KeyError ExposureMatcher::Config::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
   if (!within(exposure, nanoseconds(0), seconds(1))) return {"exposure", "must be 0 to 1 s"};
-  if (latency_max <= latency_min) return not_allowed("latency_max_ms", number_text(to_seconds(latency_max) * 1e3), "more than latency_min_ms");
+  if (latency_max <= latency_min)
+    return not_allowed("latency_max_ms", number_text(to_seconds(latency_max) * 1e3), "more than latency_min_ms");
   if (!within(mark_latency_max, milliseconds(1), seconds(5))) return {"mark_latency_max", "must be 1 ms to 5 s"};
   if (!within(bounce, nanoseconds(0), milliseconds(100))) return {"bounce", "must be 0 to 100 ms"};
   if (learn_images < 2 || learn_images > 64) return {"learn_images", "must be 2 to 64"};
@@ -53,7 +73,9 @@ KeyError ExposureMatcher::Config::validate() const {
   if (mark_input == 0 && !has_counter)
     return {"has_counter", "is false; allowed: true where event_input is 0, for nothing else tells the time"};
   if (counter_offset && (mark_input != 0 || counter_wraps != nanoseconds(0)))
-    return {"counter_offset_s", "is for a camera whose own clock tells GPS time; allowed: only where event_input and counter_wraps_s are 0"};
+    return {
+        "counter_offset_s",
+        "is for a camera whose own clock tells GPS time; allowed: only where event_input and counter_wraps_s are 0"};
   return {};
 }
 

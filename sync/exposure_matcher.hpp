@@ -21,17 +21,18 @@ namespace hueline::sync {
 /// First by arrival: an image arrives latency_min to latency_max after its exposure, so a few marks are possible; when
 /// `learn_images` images agree on one difference (mark time - camera counter), no rival difference has half as many,
 /// and no image came sooner than it allows, that is the camera's relation, and the images held meanwhile are matched by
-/// it. An image whose patience ends before, or with the drive, does not wait for more of them if nothing can be mistaken:
-/// three that agree, none with two marks, are enough. (A periodic camera whose first `learn_images` images are all delivered late by the same whole interval cannot be
-/// told from one on time.) From then on an image takes the mark at the time that the relation predicts, however late it
-/// is delivered. No mark there: CameraClock, with the relation's grown sigma. Two marks there: the first if they are
-/// one bounced strobe (`bounce`, sigma grown), else Unmatched with a fault. No mark there, but one beside it that the
-/// image's arrival allows: clock or mark is wrong, so Unmatched; after `relearn_after` of them the relation is learnt
-/// anew. If arrivals then show that the marks moved, or cannot tell, sigma contains the move until marks and clock fit
-/// as before. A camera whose counter or frame number falls back has restarted: its relation is learnt anew. A camera
-/// without a counter is matched by arrival alone, and only where exactly one mark is possible; then latency_max must be
-/// less than the exposure interval plus latency_min. Without marks (mark_input 0) the camera's counter is tied to GPS
-/// by its fastest deliveries, or is GPS time (counter_offset).
+/// it. An image whose patience ends before, or with the drive, does not wait for more of them if nothing can be
+/// mistaken: three that agree, none with two marks, are enough. (A periodic camera whose first `learn_images` images
+/// are all delivered late by the same whole interval cannot be told from one on time.) From then on an image takes the
+/// mark at the time that the relation predicts, however late it is delivered. No mark there: CameraClock, with the
+/// relation's grown sigma. Two marks there: the first if they are one bounced strobe (`bounce`, sigma grown), else
+/// Unmatched with a fault. No mark there, but one beside it that the image's arrival allows: clock or mark is wrong, so
+/// Unmatched; after `relearn_after` of them the relation is learnt anew. If arrivals then show that the marks moved, or
+/// cannot tell, sigma contains the move until marks and clock fit as before. A camera whose counter or frame number
+/// falls back has restarted: its relation is learnt anew. A camera without a counter is matched by arrival alone, and
+/// only where exactly one mark is possible; then latency_max must be less than the exposure interval plus latency_min.
+/// Without marks (mark_input 0) the camera's counter is tied to GPS by its fastest deliveries, or is GPS time
+/// (counter_offset).
 ///
 /// exposure_mid = mark + strobe_delay + exposure / 2: the mark is the strobe's active edge, strobe_delay after it the
 /// exposure starts. Every image leaves as one Exposure or is named by a fault; times never go back. Reentrant; bounded

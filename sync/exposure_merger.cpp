@@ -9,11 +9,14 @@ void ExposureMerger::add(std::size_t camera, std::vector<Exposure>& exposures) {
   exposures.clear();
 }
 
-void ExposureMerger::merge(const std::vector<ExposureMatcher>& cameras, std::optional<GpsTime> stream_time, std::vector<Exposure>& out, FaultLog& faults) {
+void ExposureMerger::merge(const std::vector<ExposureMatcher>& cameras, std::optional<GpsTime> stream_time,
+                           std::vector<Exposure>& out, FaultLog& faults) {
   while (true) {
     std::size_t first = waiting_.size();
     for (std::size_t i = 0; i < waiting_.size(); ++i)
-      if (!waiting_[i].empty() && (first == waiting_.size() || waiting_[i].front().exposure_mid < waiting_[first].front().exposure_mid)) first = i;
+      if (!waiting_[i].empty() &&
+          (first == waiting_.size() || waiting_[i].front().exposure_mid < waiting_[first].front().exposure_mid))
+        first = i;
     if (first == waiting_.size()) return;
     Exposure& next = waiting_[first].front();
     if (stream_time)

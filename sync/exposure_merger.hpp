@@ -11,8 +11,8 @@
 
 namespace hueline::sync {
 
-/// Exposures of several cameras in one time order, indexed without a gap: each waits until none of the other cameras can give an
-/// earlier one any more. One that comes later still is Fault Late and left out. Reentrant.
+/// Exposures of several cameras in one time order, indexed without a gap: each waits until none of the other cameras
+/// can give an earlier one any more. One that comes later still is Fault Late and left out. Reentrant.
 class ExposureMerger {
  public:
   explicit ExposureMerger(std::size_t cameras) : waiting_(cameras) {}
@@ -20,7 +20,8 @@ class ExposureMerger {
   /// Of one camera, in time order. Empties `exposures`.
   void add(std::size_t camera, std::vector<Exposure>& exposures);
   /// Appends what can come out at `stream_time`; without it, at the end: all.
-  void merge(const std::vector<ExposureMatcher>& cameras, std::optional<GpsTime> stream_time, std::vector<Exposure>& out, FaultLog& faults);
+  void merge(const std::vector<ExposureMatcher>& cameras, std::optional<GpsTime> stream_time,
+             std::vector<Exposure>& out, FaultLog& faults);
   /// The earlier of `time` and of all that waits.
   GpsTime earliest(GpsTime time) const;
 

@@ -1,4 +1,5 @@
-// What a HostClockModel makes of its evidence: which second the pulses are, whether they can be trusted, and what else there is.
+// What a HostClockModel makes of its evidence: which second the pulses are, whether they can be trusted, and what else
+// there is.
 #include <fmt/format.h>
 
 #include <cstdlib>

@@ -21,7 +21,8 @@ constexpr double kLeastStep_s = 0.05, kStepFits_s = 0.02;
 }  // namespace
 
 void HostClockModel::Config::visit(Keys& keys) {
-  keys.duration({"edge_delay_us", "us", "The mean time from the pulse's edge to its time stamp. It is subtracted."}, edge_delay, {-1000, 10'000});
+  keys.duration({"edge_delay_us", "us", "The mean time from the pulse's edge to its time stamp. It is subtracted."},
+                edge_delay, {-1000, 10'000});
 }
 
 KeyError HostClockModel::Config::validate() const {
@@ -182,13 +183,15 @@ void HostClockModel::add(const TimeLabel& label) {
 void HostClockModel::add_utc_offset(const TimeLabel& label) {
   if (!label.utc_offset) return;
   const seconds table = utc_offset_from_table(label.second);
-  // The table cannot know a leap second of its future; a receiver with less than the table has not read the almanac yet.
+  // The table cannot know a leap second of its future; a receiver with less than the table has not read the almanac
+  // yet.
   if (*label.utc_offset == table || *label.utc_offset == table + seconds(1)) {
     reported_utc_offset_ = label.utc_offset;
     return;
   }
   faults_.add(label.sensor, FaultKind::LabelConflict, "utc", label.received,
-              fmt::format("sensor {} says GPS - UTC = {} s; {} s is used", label.sensor, label.utc_offset->count(), table.count()));
+              fmt::format("sensor {} says GPS - UTC = {} s; {} s is used", label.sensor, label.utc_offset->count(),
+                          table.count()));
 }
 
 void HostClockModel::add(const TimedArrival& arrival) {
@@ -255,11 +258,13 @@ const char* HostClockModel::why_not() const {
                                  : "messages with a good GPS time came for too short to learn the clock";
   if (filter_.is_started()) {
     if (N_) return "the pulses came for too short to learn the clock";
-    return counts_.labels == counts_.invalid_labels && counts_.arrivals == 0 ? "pulses came, but no message with a good GPS time"
-                                                                             : "the second of the pulses was not settled";
+    return counts_.labels == counts_.invalid_labels && counts_.arrivals == 0
+               ? "pulses came, but no message with a good GPS time"
+               : "the second of the pulses was not settled";
   }
   if (counts_.edges > 0) return "the pulses that came were not usable";
-  return counts_.arrivals == 0 ? "neither a pulse nor a message with a good GPS time came" : "no pulse came, and messages with a good GPS time for too short to do without";
+  return counts_.arrivals == 0 ? "neither a pulse nor a message with a good GPS time came"
+                               : "no pulse came, and messages with a good GPS time for too short to do without";
 }
 
 std::optional<GpsStamp> HostClockModel::stamp(HostTime t) const {

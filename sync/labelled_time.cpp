@@ -27,7 +27,9 @@ std::optional<GpsTime> instant_of(const LaserTime& time, GpsTime near, std::chro
   return from_unix(nearest(counter, to_unix(near, utc_offset)), utc_offset);
 }
 
-void LabelledTime::set_period(nanoseconds period) { same_ = std::min<nanoseconds>(std::chrono::minutes(30), period / 2); }
+void LabelledTime::set_period(nanoseconds period) {
+  same_ = std::min<nanoseconds>(std::chrono::minutes(30), period / 2);
+}
 
 bool LabelledTime::add(GpsTime second, HostTime received) {
   const Candidate label{second, received};

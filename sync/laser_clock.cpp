@@ -33,7 +33,8 @@ std::string LaserClock::Config::validate() const {
 }
 
 void LaserClock::add(const LaserStatus& status) {
-  if (status.clock == SyncState::Locked && !discipline_.claims_lock()) untrusted_ = false;  // it synchronised anew: judge it anew
+  if (status.clock == SyncState::Locked && !discipline_.claims_lock())
+    untrusted_ = false;  // it synchronised anew: judge it anew
   discipline_.add(status);
 }
 
@@ -47,7 +48,8 @@ std::int64_t LaserClock::unwrap(const LaserTime& time) {
     return count_ns(std::get<UnixTime>(stamp));
   };
   const auto* counter = std::get_if<LaserCounter>(&time);
-  const bool goes_on = last_stamp_ && last_stamp_->index() == time.index() && (!counter || counter->is_same_clock(std::get<LaserCounter>(*last_stamp_)));
+  const bool goes_on = last_stamp_ && last_stamp_->index() == time.index() &&
+                       (!counter || counter->is_same_clock(std::get<LaserCounter>(*last_stamp_)));
   if (goes_on) {
     const std::int64_t step = value_ns(time) - value_ns(*last_stamp_);
     if (counter && step < -counter->period.count() / 2)
@@ -73,7 +75,8 @@ void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vect
   ++counts_.batches;
   const std::int64_t unwrapped = unwrap(batch.time);
   // A counter of its own origin is right to the second, if it is locked: judge() finds the seconds.
-  const GpsTime nominal = instant_of(batch.time, arrival->time, host.utc_offset(arrival->time)).value_or(gps_time_ns(unwrapped));
+  const GpsTime nominal =
+      instant_of(batch.time, arrival->time, host.utc_offset(arrival->time)).value_or(gps_time_ns(unwrapped));
   line_.add(unwrapped, count_ns(arrival->time));
   Seen seen{std::move(batch), *arrival, nominal, unwrapped};
   host_doubtful_ = host.is_doubtful();
@@ -178,7 +181,8 @@ void LaserClock::emit(Seen&& seen, std::vector<StampedLaserBatch>& out) {
   }
   if (correction_ != seconds(0)) ++counts_.corrected;
   last_time_ = time;
-  out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time, trust->sigma, trust->state, std::move(seen.batch.returns)});
+  out.push_back(
+      {seen.batch.sensor, seen.batch.packet_sequence, time, trust->sigma, trust->state, std::move(seen.batch.returns)});
 }
 
 void LaserClock::emit_by_arrival(Seen&& seen, bool by_line, std::vector<StampedLaserBatch>& out) {

@@ -16,13 +16,15 @@ namespace hueline::sync {
 
 /// A scanner's stamps -> GPS time of the first firing, with the host's clock for a second witness.
 ///
-/// A counter is taken to stand in the period that brings it nearest to the packet's arrival; one of its own origin counts on from
-/// period to period, and its seconds are found by the check that follows. A scanner whose clock is locked is believed below the second;
-/// its second is checked: arrival minus stamp must lie within [-early, latency_max]. Batches that do not are held until `confirm` has
-/// passed; then a shift of exactly whole seconds is corrected (fault LabelConflict), and any other, a half second above all, makes the
-/// scanner untrusted (fault LabelConflict) until it has agreed with the host for twice as long. Batches that merely came late keep their
-/// stamp. A scanner that lost its reference runs on its own crystal (Holdover, growing sigma); one that never had it, or lost it too long
-/// ago, is stamped through the smallest latency of its packets (Acquiring, sigma of milliseconds, fault NoTime). Reentrant.
+/// A counter is taken to stand in the period that brings it nearest to the packet's arrival; one of its own origin
+/// counts on from period to period, and its seconds are found by the check that follows. A scanner whose clock is
+/// locked is believed below the second; its second is checked: arrival minus stamp must lie within [-early,
+/// latency_max]. Batches that do not are held until `confirm` has passed; then a shift of exactly whole seconds is
+/// corrected (fault LabelConflict), and any other, a half second above all, makes the scanner untrusted (fault
+/// LabelConflict) until it has agreed with the host for twice as long. Batches that merely came late keep their stamp.
+/// A scanner that lost its reference runs on its own crystal (Holdover, growing sigma); one that never had it, or lost
+/// it too long ago, is stamped through the smallest latency of its packets (Acquiring, sigma of milliseconds, fault
+/// NoTime). Reentrant.
 class LaserClock {
  public:
   struct Config {
@@ -80,9 +82,9 @@ class LaserClock {
   Counts counts_;
   LaserDiscipline discipline_;
   std::chrono::seconds correction_{0};
-  bool untrusted_ = false;      // the phase was seen to be wrong
+  bool untrusted_ = false;              // the phase was seen to be wrong
   std::optional<HostTime> fits_since_;  // while untrusted
-  bool host_doubtful_ = false;  // by the newest batch
+  bool host_doubtful_ = false;          // by the newest batch
   std::deque<Seen> pending_;
   std::size_t pending_returns_ = 0;
   std::optional<LaserTime> last_stamp_;

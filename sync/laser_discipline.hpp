@@ -7,8 +7,8 @@
 
 namespace hueline::sync {
 
-/// How good a scanner's own clock is: as good as its reference while the scanner says that it is held by one, and afterwards as good as
-/// its crystal, whose sigma grows until it is given up. Reentrant.
+/// How good a scanner's own clock is: as good as its reference while the scanner says that it is held by one, and
+/// afterwards as good as its crystal, whose sigma grows until it is given up. Reentrant.
 class LaserDiscipline {
  public:
   struct Config {
@@ -33,8 +33,8 @@ class LaserDiscipline {
     nanoseconds sigma;
     SyncState state;  ///< Locked or Holdover
   };
-  /// Of what the clock stamped with `time`. `is_held`: it is held by its reference now. Empty if it is not, and the crystal has drifted
-  /// by more than `drift_limit` (one sigma) since it was; or was never held; or `time` lies before.
+  /// Of what the clock stamped with `time`. `is_held`: it is held by its reference now. Empty if it is not, and the
+  /// crystal has drifted by more than `drift_limit` (one sigma) since it was; or was never held; or `time` lies before.
   std::optional<Trust> trust(GpsTime time, bool is_held, nanoseconds drift_limit);
 
  private:

@@ -25,8 +25,8 @@ class RelationLearner {
 
   /// Pairs of the one difference that enough images agree on, that has no rival of half as many votes, and that no
   /// image refutes; empty if there is none. `marks` by time.
-  /// `few_suffice`, for when there is no time, or there are no images, to wait for: three images or more will do where nothing can be
-  /// mistaken, no image has two marks that its latency allows, and all that have one agree.
+  /// `few_suffice`, for when there is no time, or there are no images, to wait for: three images or more will do where
+  /// nothing can be mistaken, no image has two marks that its latency allows, and all that have one agree.
   std::vector<CameraRelation::Pair> learn(const std::vector<GpsTime>& marks, bool few_suffice) const;
 
  private:

@@ -97,7 +97,9 @@ const SecondLabel::Candidate* SecondLabel::settled(const Source& source, HostTim
     // A handful among thousands is damage; a label source that is mostly late still is on time now and then.
     if (support < static_cast<std::uint64_t>(config_.agreeing) || support * 20 < total) continue;
     // Labels come once a second at best; of messages that come all the time a few seconds without one say enough.
-    if (now - c.seen > (source.kind == Evidence::Label ? nanoseconds(config_.window) / 3 : nanoseconds(config_.window) / 20)) continue;
+    if (now - c.seen >
+        (source.kind == Evidence::Label ? nanoseconds(config_.window) / 3 : nanoseconds(config_.window) / 20))
+      continue;
     if (!best || c.N > best->N) best = &c;
   }
   return best;

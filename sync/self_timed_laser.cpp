@@ -8,8 +8,9 @@ void SelfTimedLaser::add(const TimeLabel& label, const HostClockModel& leaps, st
   if (!label.is_valid) return;
   if (label.second < config_.not_before) {
     saw_rollover_ = true;
-    faults_.add(config_.sensor, FaultKind::LabelConflict, "rollover", label.received,
-                "the scanner's receiver names a date before any possible drive: its week number has rolled over; not used");
+    faults_.add(
+        config_.sensor, FaultKind::LabelConflict, "rollover", label.received,
+        "the scanner's receiver names a date before any possible drive: its week number has rolled over; not used");
     return;
   }
   if (labels_.add(label.second, label.received))
@@ -45,7 +46,8 @@ void SelfTimedLaser::take(Held&& item, const HostClockModel& leaps, std::vector<
 }
 
 void SelfTimedLaser::advance(HostTime now, const HostClockModel& leaps, std::vector<StampedLaserBatch>& out) {
-  if (!held_.empty() && now - std::visit([](const auto& m) { return m.received; }, held_.front()) > config_.hold) give_up(leaps, out);
+  if (!held_.empty() && now - std::visit([](const auto& m) { return m.received; }, held_.front()) > config_.hold)
+    give_up(leaps, out);
 }
 
 /// Labels come once a second. Where too few came for so long, what comes now would only push out what came before.
@@ -87,11 +89,13 @@ void SelfTimedLaser::refuse(const LaserBatch& batch, std::uint64_t& counter, con
 void SelfTimedLaser::refuse_without_label(const LaserBatch& batch) {
   if (!was_locked_)
     refuse(batch, counts_.never_locked, "never locked",
-           "read from a file, and the scanner never said that its PPS is locked: its packets have no time in common with the POS");
+           "read from a file, and the scanner never said that its PPS is locked: its packets have no time in common "
+           "with the POS");
   else
     refuse(batch, counts_.no_label, "no hour",
            saw_rollover_ ? "the scanner has PPS, but its receiver names an impossible date: its packets have no time"
-                         : "the scanner has PPS, but no valid GPRMC (or label) of its receiver named date and hour: its packets have no time");
+                         : "the scanner has PPS, but no valid GPRMC (or label) of its receiver named date and hour: "
+                           "its packets have no time");
 }
 
 void SelfTimedLaser::stamp(LaserBatch&& batch, const HostClockModel& leaps, std::vector<StampedLaserBatch>& out) {
@@ -106,9 +110,11 @@ void SelfTimedLaser::stamp(LaserBatch&& batch, const HostClockModel& leaps, std:
   state_ = trust ? trust->state : SyncState::Unlocked;
   if (!trust && !discipline_.was_held())
     return refuse(batch, counts_.never_locked, "never locked",
-                  "read from a file, and the scanner does not say that its PPS is locked: its packets have no time in common with the POS");
+                  "read from a file, and the scanner does not say that its PPS is locked: its packets have no time in "
+                  "common with the POS");
   if (!trust)
-    return refuse(batch, counts_.lost_lock, "lost pulse", "the scanner lost its PPS for longer than its own crystal is good: its packets have no time");
+    return refuse(batch, counts_.lost_lock, "lost pulse",
+                  "the scanner lost its PPS for longer than its own crystal is good: its packets have no time");
   if (state_ == SyncState::Holdover)
     faults_.add(config_.sensor, FaultKind::NoTime, "crystal", batch.received,
                 "the scanner does not claim PPS: its packets are stamped by its own crystal, sigma grows");

@@ -15,25 +15,27 @@
 
 namespace hueline::sync {
 
-/// A scanner whose packets' arrivals say nothing of GPS time, because they were read from a file: its own clock is all there is.
-/// Locked to its reference, and with the second that it says it was, its stamp is GPS time to the scanner's specification.
+/// A scanner whose packets' arrivals say nothing of GPS time, because they were read from a file: its own clock is all
+/// there is. Locked to its reference, and with the second that it says it was, its stamp is GPS time to the scanner's
+/// specification.
 ///
-/// Batches are held until the scanner's labels have settled about what time it is (LabelledTime), bounded; then each is stamped Locked
-/// while the scanner says that its clock is locked, and Holdover, with a growing sigma, when it does not any more. What has no such time
-/// is counted by its reason and named by a fault. Reentrant.
+/// Batches are held until the scanner's labels have settled about what time it is (LabelledTime), bounded; then each is
+/// stamped Locked while the scanner says that its clock is locked, and Holdover, with a growing sigma, when it does not
+/// any more. What has no such time is counted by its reason and named by a fault. Reentrant.
 class SelfTimedLaser {
  public:
   struct Config {
     SensorId sensor = kSystemSensor;
     LaserDiscipline::Config discipline{};
-    nanoseconds holdover_limit{std::chrono::milliseconds(1)};      ///< sigma at which its crystal is given up
-    int agreeing = 3;                                              ///< labels that must agree; [1, 1000]
-    GpsTime not_before{};                                          ///< an earlier label is a GPS week rollover
-    nanoseconds hold{std::chrono::seconds(30)};                    ///< of arrivals, before the labels are settled
-    std::size_t hold_returns = 4'000'000;                          ///< likewise; 32 bytes each
-    nanoseconds astray{std::chrono::seconds(5)};                   ///< a stamp so far off its arrival is a passing error
+    nanoseconds holdover_limit{std::chrono::milliseconds(1)};  ///< sigma at which its crystal is given up
+    int agreeing = 3;                                          ///< labels that must agree; [1, 1000]
+    GpsTime not_before{};                                      ///< an earlier label is a GPS week rollover
+    nanoseconds hold{std::chrono::seconds(30)};                ///< of arrivals, before the labels are settled
+    std::size_t hold_returns = 4'000'000;                      ///< likewise; 32 bytes each
+    nanoseconds astray{std::chrono::seconds(5)};               ///< a stamp so far off its arrival is a passing error
   };
-  explicit SelfTimedLaser(const Config& config) : config_(config), labels_(config.agreeing), discipline_(config.discipline) {}
+  explicit SelfTimedLaser(const Config& config)
+      : config_(config), labels_(config.agreeing), discipline_(config.discipline) {}
 
   void add(const TimeLabel& label, const HostClockModel& leaps, std::vector<StampedLaserBatch>& out);
   void add(const LaserStatus& status, const HostClockModel& leaps, std::vector<StampedLaserBatch>& out);
@@ -54,10 +56,10 @@ class SelfTimedLaser {
 
   /// Returns that got no time, by reason.
   struct Counts {
-    std::uint64_t never_locked = 0;   ///< the scanner never said that its clock is locked
-    std::uint64_t lost_lock = 0;      ///< its reference was lost for longer than its crystal is good
-    std::uint64_t no_label = 0;       ///< locked, but no valid label named the time
-    std::uint64_t astray = 0;         ///< the stamp left its course
+    std::uint64_t never_locked = 0;  ///< the scanner never said that its clock is locked
+    std::uint64_t lost_lock = 0;     ///< its reference was lost for longer than its crystal is good
+    std::uint64_t no_label = 0;      ///< locked, but no valid label named the time
+    std::uint64_t astray = 0;        ///< the stamp left its course
   };
   const Counts& counts() const { return counts_; }
 

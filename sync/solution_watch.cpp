@@ -10,7 +10,8 @@ namespace hueline::sync {
 namespace {
 
 constexpr std::size_t kSteps = 15;
-constexpr double kGap = 2.5;  // usual steps: logs of two rates and stamps that alternate are usual, two missing in a row are not
+constexpr double kGap =
+    2.5;  // usual steps: logs of two rates and stamps that alternate are usual, two missing in a row are not
 
 double ns(nanoseconds d) { return static_cast<double>(d.count()); }
 
@@ -31,7 +32,8 @@ std::uint64_t SolutionWatch::add(const InsSolution& solution, FaultLog& faults) 
     if (steps > kGap) {
       missing = static_cast<std::uint64_t>(std::llround(steps) - 1);
       faults.add(solution.sensor, FaultKind::Silent, "ins", solution.received,
-                 fmt::format("no navigation solution for {:.3f} s: what was measured there cannot be placed", to_seconds(step)));
+                 fmt::format("no navigation solution for {:.3f} s: what was measured there cannot be placed",
+                             to_seconds(step)));
     }
   }
   steps_.push_back(step);

@@ -9,8 +9,8 @@
 
 namespace hueline::sync {
 
-/// Says where there is no navigation solution, or none to be trusted: what was measured there cannot be placed. Whether solutions
-/// were lost on the way or never made, their decoder knows. Reentrant; bounded memory.
+/// Says where there is no navigation solution, or none to be trusted: what was measured there cannot be placed. Whether
+/// solutions were lost on the way or never made, their decoder knows. Reentrant; bounded memory.
 class SolutionWatch {
  public:
   /// In order of arrival. How many are missing before it, by the usual step between solutions.

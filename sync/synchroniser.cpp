@@ -18,10 +18,12 @@ HostTime received_of(const InsUncertainty&) { return HostTime{}; }
 HostTime received_of(const Fault& m) { return m.time; }
 
 constexpr seconds kFarBehind{60};  // of files that are read in the order of their times
-/// What holding it costs. By the number of its returns, not by what their vector happens to have reserved: a replay decides alike.
+/// What holding it costs. By the number of its returns, not by what their vector happens to have reserved: a replay
+/// decides alike.
 template <class Item>
 std::size_t bytes_of(const Item& item) {
-  if (const auto* batch = std::get_if<LaserBatch>(&item)) return sizeof(Item) + batch->returns.size() * sizeof(LaserReturn);
+  if (const auto* batch = std::get_if<LaserBatch>(&item))
+    return sizeof(Item) + batch->returns.size() * sizeof(LaserReturn);
   return sizeof(Item);
 }
 
@@ -34,10 +36,15 @@ bool listed(const std::vector<SensorId>& list, SensorId sensor) {
 void Synchroniser::Config::visit(Keys& keys) {
   keys.duration({"hold_s", "s", "How long data wait for the first lock of the clocks."}, hold, {1, 600});
   std::size_t megabytes = hold_bytes / 1'000'000;
-  if (keys.whole({"hold_mb", "MB", "The memory of laser returns that wait so, 32 bytes each. What is beyond it is recorded, without a time."}, megabytes, {1, 1'000'000}))
+  if (keys.whole(
+          {"hold_mb", "MB",
+           "The memory of laser returns that wait so, 32 bytes each. What is beyond it is recorded, without a time."},
+          megabytes, {1, 1'000'000}))
     hold_bytes = megabytes * 1'000'000;
-  keys.whole({"hold_images", "images", "How many images wait so. More are recorded, not fused."}, hold_images, {1, 1000});
-  keys.whole({"agreeing_labels", "messages", "How many messages have to agree on which second a pulse is."}, clock.label.agreeing, {1, 1000});
+  keys.whole({"hold_images", "images", "How many images wait so. More are recorded, not fused."}, hold_images,
+             {1, 1000});
+  keys.whole({"agreeing_labels", "messages", "How many messages have to agree on which second a pulse is."},
+             clock.label.agreeing, {1, 1000});
   int year = to_utc(clock.label.not_before).year;
   if (keys.whole({"not_before_year", "year", "An earlier date is taken for a GPS week rollover."}, year, {1980, 2100}))
     clock.label.not_before = *from_utc({year, 1, 7, 0, 0, 0, 0});
@@ -60,7 +67,8 @@ KeyError Synchroniser::Config::validate() const {
     ids.push_back(w.sensor);
   }
   std::sort(ids.begin(), ids.end());
-  if (std::adjacent_find(ids.begin(), ids.end()) != ids.end()) return {"", "lasers, cameras and wheels must have different sensors"};
+  if (std::adjacent_find(ids.begin(), ids.end()) != ids.end())
+    return {"", "lasers, cameras and wheels must have different sensors"};
   if (hold_items < 100 || hold_items > 10'000'000) return {"hold_items", "must be 100 to 10000000"};
   if (pos_latency_max < std::chrono::milliseconds(10) || pos_latency_max > seconds(60))
     return {"pos_latency_max", "must be 10 ms to 60 s"};
@@ -191,8 +199,9 @@ void Synchroniser::take(WheelSpeed& m, SyncOutput&) {
   if (!wheel(m.sensor)) return stranger(m.sensor, m.received, "wheel speed");
   if (config_.self_timed) {
     ++counts_.never_stamped;
-    return faults_.add(m.sensor, FaultKind::NoTime, "file", m.received,
-                       "read from a file: the bus has no time in common with the other files; recorded, without a time");
+    return faults_.add(
+        m.sensor, FaultKind::NoTime, "file", m.received,
+        "read from a file: the bus has no time in common with the other files; recorded, without a time");
   }
   hold(std::move(m));
 }
@@ -291,8 +300,8 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
   const bool can_stamp = clock_.can_stamp();
   if (clock_.state() != known_state_) {
     const auto now = clock_.stamp(newest_);
-    out.state_changes.push_back({config_.clock.pps, newest_, now ? std::optional(now->time) : std::nullopt, known_state_, clock_.state(),
-                                 now ? now->sigma : nanoseconds(0)});
+    out.state_changes.push_back({config_.clock.pps, newest_, now ? std::optional(now->time) : std::nullopt,
+                                 known_state_, clock_.state(), now ? now->sigma : nanoseconds(0)});
     known_state_ = clock_.state();
   }
   if (can_stamp) {
@@ -324,7 +333,8 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
                   "the clock has not locked for as long as measurements can be held: recorded, but without a time");
     while (held_.size() > config_.hold_items || held_images_ > config_.hold_images || held_bytes_ > config_.hold_bytes)
       drop_oldest(FaultKind::NoTime,
-                  "the clock has not locked, and more came than can be held (hold_mb, hold_images): recorded, but without a time");
+                  "the clock has not locked, and more came than can be held (hold_mb, hold_images): recorded, but "
+                  "without a time");
   }
   for (LaserClock& l : lasers_) l.drain(out.faults);
   for (ExposureMatcher& c : cameras_) c.drain(out.faults);
@@ -342,7 +352,8 @@ void Synchroniser::settle_self_timed(SyncOutput& out) {
     own.advance(newest_, clock_, out.laser);
     own.drain(out.faults);
     if (own.state() != self_timed_states_[i]) {
-      out.state_changes.push_back({own.sensor(), newest_, own.newest(), self_timed_states_[i], own.state(), nanoseconds(0)});
+      out.state_changes.push_back(
+          {own.sensor(), newest_, own.newest(), self_timed_states_[i], own.state(), nanoseconds(0)});
       self_timed_states_[i] = own.state();
     }
     is_waiting |= own.is_waiting();

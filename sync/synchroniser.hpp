@@ -25,17 +25,17 @@ namespace hueline::sync {
 /// The clock's state changed: for the log, the recording and the console.
 struct SyncStateChange {
   SensorId clock = kSystemSensor;  ///< the sensor whose clock it is; that of the host: its PPS
-  HostTime at{};                ///< `received` of the packet that showed it
-  std::optional<GpsTime> time;  ///< the same in GPS time, if there is a relation
+  HostTime at{};                   ///< `received` of the packet that showed it
+  std::optional<GpsTime> time;     ///< the same in GPS time, if there is a relation
   SyncState from = SyncState::Unlocked, to = SyncState::Unlocked;
   nanoseconds sigma{0};  ///< of the relation now; 0 if there is none
 };
 
 /// What one call of the stage gave. Appended to; the caller clears.
 struct SyncOutput {
-  std::vector<StampedLaserBatch> laser;  ///< by sensor in order of arrival
-  std::vector<Exposure> exposures;       ///< all cameras together, in time order, indexed without a gap
-  std::vector<InsSolution> ins;          ///< GPS time as the POS gave it, checked; sigma filled from InsUncertainty
+  std::vector<StampedLaserBatch> laser;   ///< by sensor in order of arrival
+  std::vector<Exposure> exposures;        ///< all cameras together, in time order, indexed without a gap
+  std::vector<InsSolution> ins;           ///< GPS time as the POS gave it, checked; sigma filled from InsUncertainty
   std::vector<StampedWheelSpeed> wheels;  ///< by sensor in order of arrival
   std::vector<SyncStateChange> state_changes;
   std::vector<Fault> faults;
@@ -54,8 +54,9 @@ struct SyncOutput {
 /// is counted and named by a NoTime or Overflow fault. No clock, no thread, no file: the same input gives the same
 /// output. Reentrant.
 ///
-/// With `self_timed` there is no clock of the computer to learn: the measurements were read from files, whose arrivals have nothing in
-/// common. Each scanner is stamped by its own clock (SelfTimedLaser), and the stream's time is what its devices say.
+/// With `self_timed` there is no clock of the computer to learn: the measurements were read from files, whose arrivals
+/// have nothing in common. Each scanner is stamped by its own clock (SelfTimedLaser), and the stream's time is what its
+/// devices say.
 class Synchroniser {
  public:
   struct Config {
@@ -71,7 +72,7 @@ class Synchroniser {
     std::size_t hold_items = 100'000;              ///< batches, marks and status together; [100, 1e7]
     /// Memory of them, images' pixels left out (those lie in the recorder's pool): 16 M returns; [1e6, 1e12]
     std::size_t hold_bytes = 512'000'000;
-    std::size_t hold_images = 16;                  ///< they pin their buffers; [1, 1000]
+    std::size_t hold_images = 16;                          ///< they pin their buffers; [1, 1000]
     nanoseconds pos_latency_max{std::chrono::seconds(2)};  ///< a solution later or ...
     nanoseconds pos_early{std::chrono::milliseconds(50)};  ///< ... earlier than this is labelled wrongly
     void visit(Keys& keys);
@@ -97,7 +98,7 @@ class Synchroniser {
 
   struct Counts {
     std::uint64_t measurements = 0, unknown_sensor = 0, held = 0, released = 0, never_stamped = 0;
-    std::uint64_t returns = 0;                      ///< laser returns that came in
+    std::uint64_t returns = 0;                     ///< laser returns that came in
     std::map<std::string, std::uint64_t> untimed;  ///< those that never got a time, by reason
     std::uint64_t ins = 0, ins_refused = 0, ins_missing = 0, marks_refused = 0;
   };
@@ -140,7 +141,7 @@ class Synchroniser {
   Config config_;
   HostClockModel clock_;
   std::vector<LaserClock> lasers_;
-  std::vector<SelfTimedLaser> self_timed_;      // instead of them, with Config::self_timed
+  std::vector<SelfTimedLaser> self_timed_;    // instead of them, with Config::self_timed
   std::vector<SyncState> self_timed_states_;  // as told
   std::vector<ExposureMatcher> cameras_;
   std::vector<WheelOdometer> wheels_;

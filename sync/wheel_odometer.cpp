@@ -19,11 +19,15 @@ constexpr std::size_t kWindows = 64;
 }  // namespace
 
 void WheelOdometer::Config::visit(Keys& keys) {
-  keys.duration({"stamp_delay_us", "us", "The mean time from the end of a frame on the bus to its time stamp. It is subtracted."}, stamp_delay, {-1000, 1e6});
+  keys.duration(
+      {"stamp_delay_us", "us", "The mean time from the end of a frame on the bus to its time stamp. It is subtracted."},
+      stamp_delay, {-1000, 1e6});
   keys.duration({"stamp_sigma_us", "us",
-                 "One standard deviation of the time stamp. An adapter on USB is asked every millisecond; one on PCI or SPI is better."},
+                 "One standard deviation of the time stamp. An adapter on USB is asked every millisecond; one on PCI "
+                 "or SPI is better."},
                 stamp_sigma, {0.01, 1e6});
-  keys.duration({"age_ms", "ms", "The age of a value when its frame ends: half of the time that it is the mean of."}, age, {0, 1000});
+  keys.duration({"age_ms", "ms", "The age of a value when its frame ends: half of the time that it is the mean of."},
+                age, {0, 1000});
 }
 
 KeyError WheelOdometer::Config::validate() const {

@@ -14,7 +14,8 @@ void add_calibrate_boresight(Command& calibrate);
 void add_calibrate_targets(Command& calibrate);
 void add_calibrate_example(Command& calibrate);
 
-/// Today, as the computer knows it: YYYY-MM-DD. Results are dated by the one who makes them; the estimations read no clock.
+/// Today, as the computer knows it: YYYY-MM-DD. Results are dated by the one who makes them; the estimations read no
+/// clock.
 std::string today();
 
 }  // namespace hueline::apps

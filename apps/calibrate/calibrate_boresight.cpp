@@ -8,13 +8,13 @@
 #include "apps/calibrate/drive_source.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "runtime/pipeline.hpp"
 #include "apps/progress_bar.hpp"
 #include "apps/simulate/simulated_rig.hpp"
 #include "calibration/boresight/boresight_report.hpp"
 #include "calibration/mount/mount_report.hpp"
 #include "config/section.hpp"
 #include "core/output_file.hpp"
+#include "runtime/pipeline.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -28,19 +28,24 @@ struct Options {
   int starts = 1;
 };
 
-/// Every scanner turned by off_deg and moved by off_m, in direction `number` of `count` that are spread over the sphere (Fibonacci's lattice).
+/// Every scanner turned by off_deg and moved by off_m, in direction `number` of `count` that are spread over the sphere
+/// (Fibonacci's lattice).
 config::Rig put_off(config::Rig rig, const Options& options, int number) {
-  const double z = 1 - (2 * number + 1.0) / options.starts, around = 0.7 + number * 2.399963229728653, flat = std::sqrt(1 - z * z);
+  const double z = 1 - (2 * number + 1.0) / options.starts, around = 0.7 + number * 2.399963229728653,
+               flat = std::sqrt(1 - z * z);
   const Eigen::Vector3d axis(flat * std::cos(around), flat * std::sin(around), z), aside(axis.z(), axis.x(), axis.y());
   for (auto& laser : rig.geometry.lasers) {
-    laser.T_body_scanner.rotation = (Eigen::Quaterniond(Eigen::AngleAxisd(options.off_deg / kDeg, axis)) * laser.T_body_scanner.rotation).normalized();
+    laser.T_body_scanner.rotation =
+        (Eigen::Quaterniond(Eigen::AngleAxisd(options.off_deg / kDeg, axis)) * laser.T_body_scanner.rotation)
+            .normalized();
     laser.T_body_scanner.translation += options.off_m * aside;
   }
   return rig;
 }
 
 /// Reads the drive once. `fed`: how reading ended.
-BoresightDrive gather(DriveSource& source, const config::Rig& rig, const Options& options, ProgressBar& bar, Status& fed, DriveReturns::Counts& counts) {
+BoresightDrive gather(DriveSource& source, const config::Rig& rig, const Options& options, ProgressBar& bar,
+                      Status& fed, DriveReturns::Counts& counts) {
   ReturnStore::Config wanted;
   wanted.near_m = options.near_m;
   wanted.far_m = options.far_m;
@@ -67,9 +72,13 @@ std::string against_truth(const Boresight& found, const DriveSource& source) {
     const auto& T = found.scanners[s].T_body_scanner;
     const auto& T_true = truth.geometry.lasers[s].T_body_scanner;
     const Eigen::AngleAxisd off(T.rotation * T_true.rotation.conjugate());
-    const Eigen::Vector3d turn = off.axis() * std::remainder(off.angle(), 2 * 3.14159265358979323846), lever = T.translation - T_true.translation;
-    said += fmt::format("against the simulator's truth: {:.4f} deg ({:.4f} {:.4f} {:.4f}), lever arm {:.1f} mm in plane ({:.1f} {:.1f} {:.1f}); over sigma", turn.norm() * kDeg, turn.x() * kDeg,
-                        turn.y() * kDeg, turn.z() * kDeg, lever.head<2>().norm() * 1e3, lever.x() * 1e3, lever.y() * 1e3, lever.z() * 1e3);
+    const Eigen::Vector3d turn = off.axis() * std::remainder(off.angle(), 2 * 3.14159265358979323846),
+                          lever = T.translation - T_true.translation;
+    said += fmt::format(
+        "against the simulator's truth: {:.4f} deg ({:.4f} {:.4f} {:.4f}), lever arm {:.1f} mm in plane ({:.1f} {:.1f} "
+        "{:.1f}); over sigma",
+        turn.norm() * kDeg, turn.x() * kDeg, turn.y() * kDeg, turn.z() * kDeg, lever.head<2>().norm() * 1e3,
+        lever.x() * 1e3, lever.y() * 1e3, lever.z() * 1e3);
     for (std::size_t i = 0; i < 6; ++i) {
       const auto at = static_cast<Eigen::Index>(i % 3);
       said += fmt::format(" {:.2f}", std::abs(i < 3 ? turn[at] : lever[at]) / found.scanners[s].sigma[i]);
@@ -83,8 +92,10 @@ std::string against_truth(const Boresight& found, const DriveSource& source) {
 void warn_of_lever_arms(const Boresight& found, double sigma_m) {
   for (const ScannerBoresight& one : found.scanners)
     if (const double most = one.lever_moved_m.cwiseAbs().maxCoeff(); most > 3 * sigma_m)
-      log_warning("{}: the planes move the lever arm by {:.3f} m, more than three times the {} m that --lever-sigma-m gives its measurement: measure it again, or say how well it was measured", one.name,
-                  most, sigma_m);
+      log_warning(
+          "{}: the planes move the lever arm by {:.3f} m, more than three times the {} m that --lever-sigma-m gives "
+          "its measurement: measure it again, or say how well it was measured",
+          one.name, most, sigma_m);
 }
 
 Status write_results(const Options& options, const Boresight& found, const std::string& date) {
@@ -94,8 +105,10 @@ Status write_results(const Options& options, const Boresight& found, const std::
   std::vector<std::pair<std::string, std::string>> files{{"boresight.json", boresight_json(found)}};
   for (std::size_t s = 0; s < found.scanners.size(); ++s) {
     const auto& T = found.scanners[s].T_body_scanner;
-    const std::string name = found.scanners.size() == 1 ? "T_body_scanner.yaml" : "T_body_scanner_" + found.scanners[s].name + ".yaml";
-    files.emplace_back(name, mounting_yaml("T_body_scanner", T.rotation, T.translation, boresight_record(found, s, date, {data}), 0));
+    const std::string name =
+        found.scanners.size() == 1 ? "T_body_scanner.yaml" : "T_body_scanner_" + found.scanners[s].name + ".yaml";
+    files.emplace_back(
+        name, mounting_yaml("T_body_scanner", T.rotation, T.translation, boresight_record(found, s, date, {data}), 0));
   }
   for (const auto& [name, text] : files) {
     const auto path = std::filesystem::path(options.out) / name;
@@ -106,9 +119,11 @@ Status write_results(const Options& options, const Boresight& found, const std::
 }
 
 int calibrate(const Options& options) {
-  if (options.recording.empty() == options.scenario.empty()) throw config::ConfigError("give one of --recording and --scenario");
+  if (options.recording.empty() == options.scenario.empty())
+    throw config::ConfigError("give one of --recording and --scenario");
   if (!options.scenario.empty() && options.cache.empty()) throw config::ConfigError("give --sim with --scenario");
-  if (options.scenario.empty() && (options.off_deg > 0 || options.off_m > 0 || options.starts > 1)) throw config::ConfigError("--off-deg, --off-m and --starts are for a --scenario, whose truth is known");
+  if (options.scenario.empty() && (options.off_deg > 0 || options.off_m > 0 || options.starts > 1))
+    throw config::ConfigError("--off-deg, --off-m and --starts are for a --scenario, whose truth is known");
   ProgressBar bar;
   auto source = DriveSource::open(options.recording, options.scenario, options.cache, options.rig, bar);
   bar.end();
@@ -116,7 +131,8 @@ int calibrate(const Options& options) {
     log_error(source.error().message);
     return opening_status(source.error());
   }
-  if (source->rig.geometry.lasers.empty()) throw config::ConfigError("the rig has no laser scanner: there is nothing to calibrate");
+  if (source->rig.geometry.lasers.empty())
+    throw config::ConfigError("the rig has no laser scanner: there is nothing to calibrate");
   BoresightConfig config;
   config.sigma_lever_m = options.lever_sigma_m;
   config.correlation_s = options.correlation_s;
@@ -131,9 +147,12 @@ int calibrate(const Options& options) {
       log_warning(fed.error().message);
       status = kInputUnreadable;
     }
-    if (counts.no_pose > 0 || counts.badly_timed > 0) log_info("{} returns placed; {} without a pose, {} without a good time", counts.placed, counts.no_pose, counts.badly_timed);
+    if (counts.no_pose > 0 || counts.badly_timed > 0)
+      log_info("{} returns placed; {} without a pose, {} without a good time", counts.placed, counts.no_pose,
+               counts.badly_timed);
     if (drive.returns.empty()) {
-      log_error("no laser return could be placed: {} POS solutions, {} returns without a pose, {} without a good time", counts.solutions, counts.no_pose, counts.badly_timed);
+      log_error("no laser return could be placed: {} POS solutions, {} returns without a pose, {} without a good time",
+                counts.solutions, counts.no_pose, counts.badly_timed);
       return kNothingCame;
     }
     const auto found = find_boresight(drive, config);
@@ -159,22 +178,34 @@ int calibrate(const Options& options) {
 
 void add_calibrate_boresight(Command& calibrate_command) {
   auto options = std::make_shared<Options>();
-  Command command = calibrate_command.command("boresight", "how a scanner sits on the body: by planes that a drive passes at least twice");
+  Command command = calibrate_command.command(
+      "boresight", "how a scanner sits on the body: by planes that a drive passes at least twice");
   command.option("--recording", options->recording, "a drive (drive.mcap) that goes along the same street both ways");
   command.option("--scenario", options->scenario, "a simulated drive instead; the truth is said beside the result");
   command.option("--sim", options->cache, "with --scenario: folder of simulated drives");
-  command.option("--rig", options->rig, "rig to begin with, T_body_scanner as measured; left out: that of the recording");
-  command.setting("--lever-sigma-m", options->lever_sigma_m, "how well the lever arm was measured, one standard deviation of each axis", {.least = 0.0001, .most = 1});
-  command.setting("--correlation-s", options->correlation_s, "correlation time of the POS's slow errors", {.least = 1, .most = 100000});
-  command.setting("--near-m", options->near_m, "nearer returns are left out: the vehicle itself", {.least = 0, .most = 20});
+  command.option("--rig", options->rig,
+                 "rig to begin with, T_body_scanner as measured; left out: that of the recording");
+  command.setting("--lever-sigma-m", options->lever_sigma_m,
+                  "how well the lever arm was measured, one standard deviation of each axis",
+                  {.least = 0.0001, .most = 1});
+  command.setting("--correlation-s", options->correlation_s, "correlation time of the POS's slow errors",
+                  {.least = 1, .most = 100000});
+  command.setting("--near-m", options->near_m, "nearer returns are left out: the vehicle itself",
+                  {.least = 0, .most = 20});
   command.setting("--far-m", options->far_m, "farther returns are left out", {.least = 5, .most = 200});
-  command.setting("--off-deg", options->off_deg, "with --scenario: how far the start is turned away from the truth", {.least = 0, .most = 15});
-  command.setting("--off-m", options->off_m, "with --scenario: how far the start is moved away from the truth", {.least = 0, .most = 1});
-  command.setting("--starts", options->starts, "with --scenario: so many directions of --off-deg and --off-m, one after the other", {.least = 1, .most = 100});
+  command.setting("--off-deg", options->off_deg, "with --scenario: how far the start is turned away from the truth",
+                  {.least = 0, .most = 15});
+  command.setting("--off-m", options->off_m, "with --scenario: how far the start is moved away from the truth",
+                  {.least = 0, .most = 1});
+  command.setting("--starts", options->starts,
+                  "with --scenario: so many directions of --off-deg and --off-m, one after the other",
+                  {.least = 1, .most = 100});
   command.option("--date", options->date, "of the result, YYYY-MM-DD; left out: today");
-  command.option("--out", options->out, "folder for T_body_scanner.yaml, which takes the place of the rig's, and boresight.json");
-  command.footer("Drive a street of buildings both ways, a minute each, with a U-turn; slowly. What the drive does not\n"
-                 "determine (most often the lever arm's height) stays as measured, and is said. docs/calibration.md");
+  command.option("--out", options->out,
+                 "folder for T_body_scanner.yaml, which takes the place of the rig's, and boresight.json");
+  command.footer(
+      "Drive a street of buildings both ways, a minute each, with a U-turn; slowly. What the drive does not\n"
+      "determine (most often the lever arm's height) stays as measured, and is said. docs/calibration.md");
   command.reads(options->recording).reads(options->scenario).reads(options->rig).writes_into(options->out);
   command.runs([options] { return calibrate(*options); });
 }

@@ -12,11 +12,11 @@
 #include "apps/calibrate/drive_source.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "runtime/pipeline.hpp"
 #include "apps/progress_bar.hpp"
 #include "apps/simulate/simulated_rig.hpp"
 #include "calibration/mount/mount_report.hpp"
 #include "core/output_file.hpp"
+#include "runtime/pipeline.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -24,7 +24,8 @@ namespace {
 using namespace calibration;
 constexpr double kDeg = 180 / std::numbers::pi;
 
-/// The head put off about axis `number` of `count` that are spread over the sphere (Fibonacci's lattice); a single one is none of the head's.
+/// The head put off about axis `number` of `count` that are spread over the sphere (Fibonacci's lattice); a single one
+/// is none of the head's.
 Transform<Body, CameraHead> put_off(Transform<Body, CameraHead> head, double off_deg, int number, int count) {
   if (!(off_deg > 0)) return head;
   Eigen::Vector3d axis(1, -2, 1.5);
@@ -32,31 +33,41 @@ Transform<Body, CameraHead> put_off(Transform<Body, CameraHead> head, double off
     const double z = 1 - (2 * number + 1.0) / count, around = number * 2.399963229728653;
     axis = {std::sqrt(1 - z * z) * std::cos(around), std::sqrt(1 - z * z) * std::sin(around), z};
   }
-  head.rotation = (head.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(off_deg / kDeg, axis.normalized()))).normalized();
+  head.rotation =
+      (head.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(off_deg / kDeg, axis.normalized()))).normalized();
   return head;
 }
 
 std::string said_of(const Alignment& found, const Transform<Body, CameraHead>& start, const DriveSource& source) {
   const Eigen::Vector4d sigma = found.covariance.diagonal().cwiseSqrt();
   std::string said = found.patches > 0
-                         ? fmt::format("adjusted in {} patches by {:.3f} deg and {:.2f} ms after a search of score {:.3f}, {:.3f} at the start\n", found.patches,
-                                       found.moved.head<3>().norm() * kDeg, found.moved[3] * 1e3, found.score, found.score_start)
-                         : fmt::format("not adjusted: {}; searched in {} samples, score {:.3f}, {:.3f} at the start\n", found.not_adjusted, found.samples, found.score, found.score_start);
-  said += fmt::format("turned by {:.3f} deg against the start, +- {:.4f} {:.4f} {:.4f} deg about the head's axes; images later than said by {:.2f} +- {:.2f} ms\n",
-                      found.T_body_head.rotation.angularDistance(start.rotation) * kDeg, sigma[0] * kDeg, sigma[1] * kDeg, sigma[2] * kDeg, found.time_offset_s * 1e3, sigma[3] * 1e3);
+                         ? fmt::format(
+                               "adjusted in {} patches by {:.3f} deg and {:.2f} ms after a search of score {:.3f}, "
+                               "{:.3f} at the start\n",
+                               found.patches, found.moved.head<3>().norm() * kDeg, found.moved[3] * 1e3, found.score,
+                               found.score_start)
+                         : fmt::format("not adjusted: {}; searched in {} samples, score {:.3f}, {:.3f} at the start\n",
+                                       found.not_adjusted, found.samples, found.score, found.score_start);
+  said += fmt::format(
+      "turned by {:.3f} deg against the start, +- {:.4f} {:.4f} {:.4f} deg about the head's axes; images later than "
+      "said by {:.2f} +- {:.2f} ms\n",
+      found.T_body_head.rotation.angularDistance(start.rotation) * kDeg, sigma[0] * kDeg, sigma[1] * kDeg,
+      sigma[2] * kDeg, found.time_offset_s * 1e3, sigma[3] * 1e3);
   if (!source.scenario) return said;
   const config::Rig truth = config::parse_rig(simulated_rig(*source.scenario, {}, "lens"), "simulated rig");
   const Eigen::AngleAxisd off(truth.geometry.head.T_body_head.rotation.conjugate() * found.T_body_head.rotation);
   const Eigen::Vector3d turn = off.axis() * std::remainder(off.angle(), 2 * std::numbers::pi) * kDeg;
   const double true_ms = to_seconds(truth.sync.cameras[0].strobe_delay - source.rig.sync.cameras[0].strobe_delay) * 1e3;
-  return said + fmt::format("against the simulator's truth: {:.4f} deg ({:.4f} {:.4f} {:.4f}), {:.2f} ms\n", turn.norm(), turn.x(), turn.y(), turn.z(), found.time_offset_s * 1e3 - true_ms);
+  return said + fmt::format("against the simulator's truth: {:.4f} deg ({:.4f} {:.4f} {:.4f}), {:.2f} ms\n",
+                            turn.norm(), turn.x(), turn.y(), turn.z(), found.time_offset_s * 1e3 - true_ms);
 }
 
 Status write_fragment(const DriveFiles& files, const Alignment& found, std::size_t images) {
   CalibrationRecord record;
   record.method = "mount";
   record.date = files.date;
-  record.data = {files.recording.empty() ? files.scenario : files.recording, fmt::format("{} lens images, no targets", images),
+  record.data = {files.recording.empty() ? files.scenario : files.recording,
+                 fmt::format("{} lens images, no targets", images),
                  fmt::format("images later than said by {:.2f} ms: add to strobe_delay_us", found.time_offset_s * 1e3)};
   record.parameters = {"turn_head_x_deg", "turn_head_y_deg", "turn_head_z_deg", "time_offset_ms"};
   const Eigen::Vector4d unit(kDeg, kDeg, kDeg, 1e3);
@@ -68,7 +79,10 @@ Status write_fragment(const DriveFiles& files, const Alignment& found, std::size
   const auto folder = OutputFolder::open(files.out);
   if (!folder.ok()) return folder.error();
   const auto path = std::filesystem::path(files.out) / "T_body_head.yaml";
-  if (Status written = write_output(path, mounting_yaml("T_body_head", found.T_body_head.rotation, found.T_body_head.translation, record, 0)); !written.ok()) return written;
+  if (Status written = write_output(
+          path, mounting_yaml("T_body_head", found.T_body_head.rotation, found.T_body_head.translation, record, 0));
+      !written.ok())
+    return written;
   std::fputs((path.string() + "\n").c_str(), stdout);
   return {};
 }

@@ -4,7 +4,8 @@
 
 namespace hueline::apps {
 
-/// `calibrate mount` without targets, of a drive: a recording, or a simulated scenario whose truth is then said beside the result.
+/// `calibrate mount` without targets, of a drive: a recording, or a simulated scenario whose truth is then said beside
+/// the result.
 struct DriveFiles {
   std::string recording, scenario, cache, rig, out, date;
   double search_deg = 3, search_time_ms = 50;

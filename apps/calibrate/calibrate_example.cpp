@@ -26,7 +26,8 @@ int example(const Options& options) {
     log_error(folder.error().message);
     return kOutputRefused;
   }
-  std::string stations = "name,east_m,north_m,up_m,scan\n", targets = "name,east_m,north_m,up_m,sigma_m,radius_m,role,stations\n",
+  std::string stations = "name,east_m,north_m,up_m,scan\n",
+              targets = "name,east_m,north_m,up_m,sigma_m,radius_m,role,stations\n",
               truth = "station,name,kind,true_east_m,true_north_m,true_up_m,hits\n";
   for (int i = 0; i < options.stations; ++i) {
     sim::StaticSiteConfig config;
@@ -44,7 +45,8 @@ int example(const Options& options) {
     const std::string file = site.name + ".f32";
     std::vector<sim::SphereTruth> hits(site.spheres.size());
     const std::uint64_t most = scanner.window_step_deg > 0 ? ~0ull : wanted;
-    const auto written = sim::write_static_scan(scan, (fs::path(options.out) / file).string(), most, static_cast<unsigned>(options.threads), hits);
+    const auto written = sim::write_static_scan(scan, (fs::path(options.out) / file).string(), most,
+                                                static_cast<unsigned>(options.threads), hits);
     if (!written.ok()) {
       log_error(written.error().message);
       return kOutputRefused;
@@ -55,8 +57,14 @@ int example(const Options& options) {
       const sim::StaticSphere& sphere = site.spheres[k];
       const sim::Vec3 at = site.place_survey + sphere.centre, p = site.surveyed[k];
       const bool is_decoy = sphere.kind == sim::SphereKind::Decoy, is_check = sphere.kind == sim::SphereKind::Check;
-      truth += fmt::format("{},{},{},{:.5f},{:.5f},{:.5f},{}\n", site.name, sphere.name, is_decoy ? "decoy" : is_check ? "check" : "orientation", at.x, at.y, at.z, hits[k].hits);
-      if (!is_decoy) targets += fmt::format("{},{:.4f},{:.4f},{:.4f},{},{},{},{}\n", sphere.name, p.x, p.y, p.z, config.survey_sigma_m, sphere.radius, is_check ? "check" : "orientation", site.name);
+      truth += fmt::format("{},{},{},{:.5f},{:.5f},{:.5f},{}\n", site.name, sphere.name,
+                           is_decoy   ? "decoy"
+                           : is_check ? "check"
+                                      : "orientation",
+                           at.x, at.y, at.z, hits[k].hits);
+      if (!is_decoy)
+        targets += fmt::format("{},{:.4f},{:.4f},{:.4f},{},{},{},{}\n", sphere.name, p.x, p.y, p.z,
+                               config.survey_sigma_m, sphere.radius, is_check ? "check" : "orientation", site.name);
     }
     fmt::print("{}: {} points, step {:.4f} deg\n", file, *written, scanner.step_deg);
   }
@@ -72,10 +80,14 @@ int example(const Options& options) {
 
 void add_calibrate_example(Command& calibrate) {
   auto o = std::make_shared<Options>();
-  Command command = calibrate.command("targets-example", "simulate static scans with sphere targets, decoys, trees and walls: input for calibrate targets, with its truth");
+  Command command = calibrate.command("targets-example",
+                                      "simulate static scans with sphere targets, decoys, trees and walls: input for "
+                                      "calibrate targets, with its truth");
   command.required("--out", o->out, "folder for stations.csv, targets.csv, truth.csv and a float32 scan a station");
   command.setting("--stations", o->stations, "how many", {1, 1000});
-  command.setting("--points", o->points, "of each panorama; below 107 million the targets' surroundings are scanned again more finely", {1e4, 2e9});
+  command.setting("--points", o->points,
+                  "of each panorama; below 107 million the targets' surroundings are scanned again more finely",
+                  {1e4, 2e9});
   command.setting("--accuracy", o->accuracy_mm, "of the scanner's ranges, mm; its precision is 5 mm", {5, 100});
   command.setting("--seed", o->seed, "of ground, places and noise", {0, 1e9});
   command.setting("--threads", o->threads, "that cast beams", {1, 256});

@@ -30,9 +30,12 @@ struct Options {
 
 Board board_of(const Options& options) {
   Board board;
-  board.kind = options.board == "chessboard" ? BoardKind::Chessboard : options.board == "circles" ? BoardKind::AsymmetricCircles : BoardKind::Charuco;
+  board.kind = options.board == "chessboard" ? BoardKind::Chessboard
+               : options.board == "circles"  ? BoardKind::AsymmetricCircles
+                                             : BoardKind::Charuco;
   int read = 0;
-  if (std::sscanf(options.size.c_str(), "%dx%d%n", &board.columns, &board.rows, &read) != 2 || static_cast<std::size_t>(read) != options.size.size())
+  if (std::sscanf(options.size.c_str(), "%dx%d%n", &board.columns, &board.rows, &read) != 2 ||
+      static_cast<std::size_t>(read) != options.size.size())
     throw config::ConfigError(fmt::format("--size is '{}'; allowed: columns x rows, 9x6", options.size));
   board.spacing_m = options.spacing_m;
   board.marker_m = options.marker_m;
@@ -53,8 +56,10 @@ std::vector<std::filesystem::path> images_of(const std::vector<std::string>& nam
     std::vector<std::filesystem::path> inside;
     for (const auto& entry : std::filesystem::directory_iterator(one)) {
       std::string kind = entry.path().extension().string();
-      std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-      if (kind == ".jpg" || kind == ".jpeg" || kind == ".png" || kind == ".tif" || kind == ".tiff" || kind == ".bmp") inside.push_back(entry.path());
+      std::transform(kind.begin(), kind.end(), kind.begin(),
+                     [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+      if (kind == ".jpg" || kind == ".jpeg" || kind == ".png" || kind == ".tif" || kind == ".tiff" || kind == ".bmp")
+        inside.push_back(entry.path());
     }
     std::sort(inside.begin(), inside.end());
     out.insert(out.end(), inside.begin(), inside.end());
@@ -64,20 +69,24 @@ std::vector<std::filesystem::path> images_of(const std::vector<std::string>& nam
 
 std::string reference_text(const OpencvLens& reference) {
   if (!reference.failure.empty()) return "OpenCV makes nothing of the same corners: " + reference.failure;
-  std::string out = fmt::format("OpenCV on the same corners: focal {:.3f} {:.3f}, principal point {:.3f} {:.3f}, distortion", reference.lens.focal_px.x(),
-                                reference.lens.focal_px.y(), reference.lens.principal_point_px.x(), reference.lens.principal_point_px.y());
+  std::string out =
+      fmt::format("OpenCV on the same corners: focal {:.3f} {:.3f}, principal point {:.3f} {:.3f}, distortion",
+                  reference.lens.focal_px.x(), reference.lens.focal_px.y(), reference.lens.principal_point_px.x(),
+                  reference.lens.principal_point_px.y());
   for (const double k : reference.lens.distortion) out += fmt::format(" {:.5f}", k);
   return out + fmt::format(", rms {:.4f} px", reference.rms_px);
 }
 
 void print(const LensCalibration& found, const LensReportContext& context) {
   const AdjustedLens& adjusted = found.adjusted;
-  std::string out = fmt::format("{}\n{}  rms {:.4f} px over {} corners in {} views, sigma of a coordinate {:.4f} px\n", context.data, name(adjusted.lens.model),
-                                adjusted.rms_px, adjusted.observations / 2, found.views.size(), adjusted.sigma_px);
+  std::string out = fmt::format("{}\n{}  rms {:.4f} px over {} corners in {} views, sigma of a coordinate {:.4f} px\n",
+                                context.data, name(adjusted.lens.model), adjusted.rms_px, adjusted.observations / 2,
+                                found.views.size(), adjusted.sigma_px);
   const auto names = parameter_names(adjusted.lens.model);
   const auto values = adjusted.lens.parameters();
   for (int i = 0; i < parameter_count(adjusted.lens.model); ++i)
-    out += fmt::format("  {:16}{:14.6f} +- {:.6f}\n", names[static_cast<std::size_t>(i)], values[static_cast<std::size_t>(i)], std::sqrt(adjusted.covariance(i, i)));
+    out += fmt::format("  {:16}{:14.6f} +- {:.6f}\n", names[static_cast<std::size_t>(i)],
+                       values[static_cast<std::size_t>(i)], std::sqrt(adjusted.covariance(i, i)));
   for (const ModelTrial& trial : found.trials) out += fmt::format("  {:16}{}\n", name(trial.model), trial.words());
   out += context.reference + "\n";
   for (const auto& text : context.unseen) out += "left out: " + text + "\n";
@@ -92,7 +101,8 @@ int run(const Options& options) {
   const auto images = images_of(options.images);
   LensReportContext context;
   context.date = options.date.empty() ? today() : options.date;
-  // A lens has one size of image: the one in which the board is seen most often (not the first image's, which may be a picture of the setup).
+  // A lens has one size of image: the one in which the board is seen most often (not the first image's, which may be a
+  // picture of the setup).
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<BoardView>> by_size;
   for (const auto& path : images) {
     const auto image = read_grey_image(path.string());
@@ -102,7 +112,8 @@ int run(const Options& options) {
     }
     auto corners = find_board(*image, board);
     if (corners.ok())
-      by_size[{static_cast<std::uint32_t>(image->width), static_cast<std::uint32_t>(image->height)}].push_back({path.filename().string(), std::move(*corners)});
+      by_size[{static_cast<std::uint32_t>(image->width), static_cast<std::uint32_t>(image->height)}].push_back(
+          {path.filename().string(), std::move(*corners)});
     else
       context.unseen.push_back(path.filename().string() + ": " + corners.error().message);
   }
@@ -110,11 +121,14 @@ int run(const Options& options) {
   const auto [width, height] = most == by_size.end() ? std::pair(0u, 0u) : most->first;
   for (const auto& [size, seen] : by_size)
     if (size != std::pair(width, height))
-      for (const BoardView& view : seen) context.unseen.push_back(fmt::format("{}: {} x {} px, most views have {} x {}", view.name, size.first, size.second, width, height));
+      for (const BoardView& view : seen)
+        context.unseen.push_back(
+            fmt::format("{}: {} x {} px, most views have {} x {}", view.name, size.first, size.second, width, height));
   const std::vector<BoardView> views = most == by_size.end() ? std::vector<BoardView>{} : most->second;
   if (views.empty()) {
     for (const auto& text : context.unseen) log_warning("left out: {}", text);
-    log_error("none of {} images shows the board: is --size right ({})?", images.size(), board.kind == BoardKind::Chessboard ? "inner corners, not squares" : "as the board's maker counts it");
+    log_error("none of {} images shows the board: is --size right ({})?", images.size(),
+              board.kind == BoardKind::Chessboard ? "inner corners, not squares" : "as the board's maker counts it");
     return kInputUnreadable;
   }
   LensCalibrationConfig config;
@@ -126,12 +140,15 @@ int run(const Options& options) {
     log_error(found.error().message);
     return kInputUnreadable;
   }
-  context.data = fmt::format("{} of {} images, {} {} of {} m", found->views.size(), images.size(), options.board, options.size, options.spacing_m);
+  context.data = fmt::format("{} of {} images, {} {} of {} m", found->views.size(), images.size(), options.board,
+                             options.size, options.spacing_m);
   context.reference = reference_text(calibrate_with_opencv(*found, options.one_focal));
   print(*found, context);
   if (found->adjusted.sigma_px > kUsualSigma_px)
-    log_warning("the corners lie {:.1f} px (one sigma) off the best lens, where good images leave 0.1 to 0.5: is --size that of the whole board, the board plane, are the images sharp?",
-                found->adjusted.sigma_px);
+    log_warning(
+        "the corners lie {:.1f} px (one sigma) off the best lens, where good images leave 0.1 to 0.5: is --size that "
+        "of the whole board, the board plane, are the images sharp?",
+        found->adjusted.sigma_px);
   if (options.out.empty()) return kDone;
   const std::filesystem::path out = options.out;
   const auto folder = OutputFolder::open(out);
@@ -139,8 +156,9 @@ int run(const Options& options) {
     log_error(folder.error().message);
     return kOutputRefused;
   }
-  for (const auto& [file, text] : {std::pair{"lens.yaml", "lens:\n" + lens_fragment(*found, context, 2)}, std::pair{"lens.json", lens_json(*found, context)},
-                                   std::pair{"lens.html", lens_html(*found, context)}}) {
+  for (const auto& [file, text] :
+       {std::pair{"lens.yaml", "lens:\n" + lens_fragment(*found, context, 2)},
+        std::pair{"lens.json", lens_json(*found, context)}, std::pair{"lens.html", lens_html(*found, context)}}) {
     if (const Status written = write_output(out / file, text); !written.ok()) {
       log_error(written.error().message);
       return kOutputRefused;
@@ -154,17 +172,23 @@ int run(const Options& options) {
 
 void add_calibrate_lens(Command& calibrate) {
   auto options = std::make_shared<Options>();
-  Command command = calibrate.command("lens", "images of a board -> focal lengths, principal point, distortion of a lens, with their sigma");
+  Command command = calibrate.command(
+      "lens", "images of a board -> focal lengths, principal point, distortion of a lens, with their sigma");
   command.required("IMAGES", options->images, "images of the board, or folders of them");
   command.setting("--board", options->board, "what is seen", {"chessboard", "circles", "charuco"});
-  command.option("--size", options->size, "columns x rows: inner corners of a chessboard (9x6), circles of an asymmetric grid (4x11), squares of a ChArUco board");
-  command.setting("--spacing-m", options->spacing_m, "edge of a square; circles: distance of two rows", {.least = 0.001, .most = 10});
+  command.option("--size", options->size,
+                 "columns x rows: inner corners of a chessboard (9x6), circles of an asymmetric grid (4x11), squares "
+                 "of a ChArUco board");
+  command.setting("--spacing-m", options->spacing_m, "edge of a square; circles: distance of two rows",
+                  {.least = 0.001, .most = 10});
   command.setting("--marker-m", options->marker_m, "charuco: edge of a marker", {.least = 0.001, .most = 10});
   command.setting("--dictionary", options->dictionary, "charuco: OpenCV's name of the markers");
-  command.setting("--model", options->model, "auto takes the one that predicts views best that it was not fitted to", {"auto", "brown", "kannala_brandt"});
+  command.setting("--model", options->model, "auto takes the one that predicts views best that it was not fitted to",
+                  {"auto", "brown", "kannala_brandt"});
   command.flag("--one-focal", options->one_focal, "square pixels: one focal length for both axes");
   command.option("--date", options->date, "of the result, YYYY-MM-DD; left out: today");
-  command.option("--out", options->out, "folder for lens.yaml (for the rig file, or hueline colour), lens.json and lens.html");
+  command.option("--out", options->out,
+                 "folder for lens.yaml (for the rig file, or hueline colour), lens.json and lens.html");
   command.reads(options->images).writes_into(options->out);
   command.runs([options] { return run(*options); });
 }

@@ -9,9 +9,9 @@
 #include "apps/calibrate/calibrate.hpp"
 #include "apps/calibrate/calibrate_drive.hpp"
 #include "apps/calibrate/calibrate_shot.hpp"
+#include "apps/colour/shot_calibration.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/colour/shot_calibration.hpp"
 #include "calibration/mount/correspondence_file.hpp"
 #include "calibration/mount/mount_report.hpp"
 #include "config/key_reader.hpp"
@@ -67,16 +67,22 @@ KnownRig known_of(const Options& options) {
   out.T_body_scanner = laser->T_body_scanner;
   out.T_body_head = rig.geometry.head.T_body_head;
   for (const auto& lens : rig.geometry.head.lenses)
-    out.lenses.push_back({lens.name, lens.intrinsics, laser->T_body_scanner.inverse() * rig.geometry.head.T_body_head * lens.T_head_lens});
+    out.lenses.push_back({lens.name, lens.intrinsics,
+                          laser->T_body_scanner.inverse() * rig.geometry.head.T_body_head * lens.T_head_lens});
   return out;
 }
 
-/// Empty when the pose can be that of the rig's lens; else what is wrong. A resection turns with its points: axes that were exchanged
-/// in pairs show only here.
-std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transform<Scanner, Lens>& nominal, const Options& options) {
-  const double turn = found.rotation.angularDistance(nominal.rotation) * kDeg, shift = (found.translation - nominal.translation).norm();
+/// Empty when the pose can be that of the rig's lens; else what is wrong. A resection turns with its points: axes that
+/// were exchanged in pairs show only here.
+std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transform<Scanner, Lens>& nominal,
+                             const Options& options) {
+  const double turn = found.rotation.angularDistance(nominal.rotation) * kDeg,
+               shift = (found.translation - nominal.translation).norm();
   if (turn > options.far_deg)
-    return fmt::format("the lens would be turned {:.0f} deg against the rig: the points' axes are not the scanner's (x right, y forward, z up)", turn);
+    return fmt::format(
+        "the lens would be turned {:.0f} deg against the rig: the points' axes are not the scanner's (x right, y "
+        "forward, z up)",
+        turn);
   // Rays do not change with the unit of the points, the centre does: it tells, while it is well known.
   constexpr double kPerMetre[] = {3.28084, 39.3701, 100, 1000};  // feet, inches, centimetres, millimetres
   constexpr const char* kUnit[] = {"feet", "inches", "centimetres", "millimetres"};
@@ -84,10 +90,15 @@ std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transf
     for (const double scale : {kPerMetre[i], 1 / kPerMetre[i]}) {
       const double left = (found.translation / scale - nominal.translation).norm();
       if (shift < 0.1 || left > 0.2 * shift) continue;
-      return fmt::format("the lens would sit {:.2f} m from where the rig has it, and {:.2f} m with points {} far away: wrong units, {} {} metres", shift, left,
-                         scale > 1 ? fmt::format("1/{:.4g} as", scale) : fmt::format("{:.4g} times as", 1 / scale), kUnit[i], scale > 1 ? "taken for" : "converted twice to");
+      return fmt::format(
+          "the lens would sit {:.2f} m from where the rig has it, and {:.2f} m with points {} far away: wrong units, "
+          "{} {} metres",
+          shift, left, scale > 1 ? fmt::format("1/{:.4g} as", scale) : fmt::format("{:.4g} times as", 1 / scale),
+          kUnit[i], scale > 1 ? "taken for" : "converted twice to");
     }
-  if (shift > options.far_m) return fmt::format("the lens would sit {:.2f} m from where the rig has it: wrong units, or points of another place", shift);
+  if (shift > options.far_m)
+    return fmt::format("the lens would sit {:.2f} m from where the rig has it: wrong units, or points of another place",
+                       shift);
   return {};
 }
 
@@ -103,28 +114,42 @@ int resect_lenses(const Options& options) {
   const std::string date = options.date.empty() ? today() : options.date;
   int status = kDone;
   for (const LensCorrespondences& seen : *read) {
-    const auto lens = std::find_if(known.lenses.begin(), known.lenses.end(), [&](const KnownLens& one) { return one.name == seen.lens || (seen.lens.empty() && known.lenses.size() == 1); });
+    const auto lens = std::find_if(known.lenses.begin(), known.lenses.end(), [&](const KnownLens& one) {
+      return one.name == seen.lens || (seen.lens.empty() && known.lenses.size() == 1);
+    });
     if (lens == known.lenses.end()) {
       log_error("{}: {} '{}'", options.points,
-                    options.rig.empty() ? "without a rig all points must be of one lens; leave the column lens out, or give --rig: there are some of lens" : "the rig has no lens", seen.lens);
+                options.rig.empty() ? "without a rig all points must be of one lens; leave the column lens out, or "
+                                      "give --rig: there are some of lens"
+                                    : "the rig has no lens",
+                seen.lens);
       status = kInputUnreadable;
       continue;
     }
-    const auto found = resect(lens_values(lens->intrinsics), seen.points, {.sigma_px = options.sigma_px, .sigma_point_m = options.sigma_point_m});
-    const std::string wrong = !found.ok() ? found.error().message : lens->nominal ? far_from_nominal(found->T_scanner_lens, *lens->nominal, options) : "";
+    const auto found = resect(lens_values(lens->intrinsics), seen.points,
+                              {.sigma_px = options.sigma_px, .sigma_point_m = options.sigma_point_m});
+    const std::string wrong = !found.ok()     ? found.error().message
+                              : lens->nominal ? far_from_nominal(found->T_scanner_lens, *lens->nominal, options)
+                                              : "";
     if (!wrong.empty()) {
       log_error("lens '{}': {}", seen.lens, wrong);
       status = kInputUnreadable;
       continue;
     }
-    const std::vector<std::string> data = {fmt::format("{} of {} points of {}", found->used, seen.points.size(), std::filesystem::path(options.points).filename().string())};
+    const std::vector<std::string> data = {fmt::format("{} of {} points of {}", found->used, seen.points.size(),
+                                                       std::filesystem::path(options.points).filename().string())};
     const auto plain = mount_record(found->covariance, Eigen::Matrix3d::Identity(), date, data, found->rms_px);
-    std::string said = fmt::format("lens '{}': {} of {} points, rms {:.3f} px, sigma of unit weight {:.2f}\n", seen.lens, found->used, seen.points.size(), found->rms_px, found->unit_sigma);
-    said += fmt::format("  centre in the scanner's frame {:.4f} {:.4f} {:.4f} m +- {:.1f} {:.1f} {:.1f} mm, turn +- {:.4f} {:.4f} {:.4f} deg\n", found->T_scanner_lens.translation.x(),
-                        found->T_scanner_lens.translation.y(), found->T_scanner_lens.translation.z(), plain.sigma[3] * 1e3, plain.sigma[4] * 1e3, plain.sigma[5] * 1e3, plain.sigma[0],
-                        plain.sigma[1], plain.sigma[2]);
+    std::string said = fmt::format("lens '{}': {} of {} points, rms {:.3f} px, sigma of unit weight {:.2f}\n",
+                                   seen.lens, found->used, seen.points.size(), found->rms_px, found->unit_sigma);
+    said += fmt::format(
+        "  centre in the scanner's frame {:.4f} {:.4f} {:.4f} m +- {:.1f} {:.1f} {:.1f} mm, turn +- {:.4f} {:.4f} "
+        "{:.4f} deg\n",
+        found->T_scanner_lens.translation.x(), found->T_scanner_lens.translation.y(),
+        found->T_scanner_lens.translation.z(), plain.sigma[3] * 1e3, plain.sigma[4] * 1e3, plain.sigma[5] * 1e3,
+        plain.sigma[0], plain.sigma[1], plain.sigma[2]);
     for (std::size_t i = 0; i < seen.points.size(); ++i)
-      if (!found->is_used[i]) said += fmt::format("  left out: point {}, {:.1f} px off\n", seen.points[i].name, found->residuals[i].norm());
+      if (!found->is_used[i])
+        said += fmt::format("  left out: point {}, {:.1f} px off\n", seen.points[i].name, found->residuals[i].norm());
     std::fputs(said.c_str(), stdout);
     if (options.out.empty()) continue;
     const auto folder = OutputFolder::open(options.out);
@@ -133,18 +158,21 @@ int resect_lenses(const Options& options) {
       return kOutputRefused;
     }
     const std::string stem = seen.lens.empty() ? "lens" : seen.lens;
-    // The chain: docs/methods equations 15 and 16; scanner -> body is the rig's; what capture reads is the lens in its head.
+    // The chain: docs/methods equations 15 and 16; scanner -> body is the rig's; what capture reads is the lens in its
+    // head.
     std::string fragment;
     if (known.T_body_scanner) {
       const Transform<CameraHead, Scanner> T_head_scanner = known.T_body_head->inverse() * *known.T_body_scanner;
       const Transform<CameraHead, Lens> T_head_lens = T_head_scanner * found->T_scanner_lens;
-      const auto record = mount_record(found->covariance, T_head_scanner.rotation.toRotationMatrix(), date, data, found->rms_px);
+      const auto record =
+          mount_record(found->covariance, T_head_scanner.rotation.toRotationMatrix(), date, data, found->rms_px);
       fragment = mounting_yaml("T_head_lens", T_head_lens.rotation, T_head_lens.translation, record, 0);
     } else {
       const auto back = found->T_scanner_lens.inverse();
       fragment = mounting_yaml("T_lens_scanner", back.rotation, back.translation, plain, 0);
     }
-    for (const auto& [file, what] : {std::pair{stem + ".yaml", fragment}, std::pair{stem + ".json", resection_json(seen.lens, seen.points, *found)}}) {
+    for (const auto& [file, what] : {std::pair{stem + ".yaml", fragment},
+                                     std::pair{stem + ".json", resection_json(seen.lens, seen.points, *found)}}) {
       if (const Status written = write_output(std::filesystem::path(options.out) / file, what); !written.ok()) {
         log_error(written.error().message);
         return kOutputRefused;
@@ -158,44 +186,70 @@ int resect_lenses(const Options& options) {
 
 void add_calibrate_mount(Command& calibrate) {
   auto options = std::make_shared<Options>();
-  Command command = calibrate.command("mount", "where a lens sits: by points that image and scanner both know, or by laying image and laser over each other");
-  command.option("--points", options->points, "CSV: u_px, v_px, x_m, y_m, z_m (the scanner's frame), and if wanted name and lens");
+  Command command = calibrate.command(
+      "mount",
+      "where a lens sits: by points that image and scanner both know, or by laying image and laser over each other");
+  command.option("--points", options->points,
+                 "CSV: u_px, v_px, x_m, y_m, z_m (the scanner's frame), and if wanted name and lens");
   command.option("--rig", options->rig, "rig file: lenses, scanner and head; the result is each lens's T_head_lens");
-  command.option("--lens", options->lens_file, "without a rig: lens.yaml of calibrate lens; the result is T_lens_scanner, for hueline colour");
+  command.option("--lens", options->lens_file,
+                 "without a rig: lens.yaml of calibrate lens; the result is T_lens_scanner, for hueline colour");
   command.option("--scanner", options->scanner, "name of the scanner in the rig; left out: its first");
-  command.setting("--sigma-px", options->sigma_px, "standard deviation of an image coordinate", {.least = 0.01, .most = 99});
-  command.setting("--sigma-point-m", options->sigma_point_m, "standard deviation of a scanner coordinate", {.least = 0, .most = 9});
-  command.setting("--far-deg", options->far_deg, "farther turned than this against the rig is refused", {.least = 0.1, .most = 360});
-  command.setting("--far-m", options->far_m, "farther away than this from the rig's place is refused", {.least = 0.001, .most = 1000});
+  command.setting("--sigma-px", options->sigma_px, "standard deviation of an image coordinate",
+                  {.least = 0.01, .most = 99});
+  command.setting("--sigma-point-m", options->sigma_point_m, "standard deviation of a scanner coordinate",
+                  {.least = 0, .most = 9});
+  command.setting("--far-deg", options->far_deg, "farther turned than this against the rig is refused",
+                  {.least = 0.1, .most = 360});
+  command.setting("--far-m", options->far_m, "farther away than this from the rig's place is refused",
+                  {.least = 0.001, .most = 1000});
   command.option("--image", options->image, "without targets: an image ...");
-  command.option("--cloud", options->cloud, "... and the laser's cloud of the same moment (PCD with x, y, z, intensity)");
-  command.option("--start", options->start, "where the laser is, at most --search-deg off: YAML with T_lens_scanner:, or another file that hueline colour reads");
-  command.setting("--image-size", options->image_size, std::string("without targets: ") + kImageSizeHelp, kImageSizeWords);
+  command.option("--cloud", options->cloud,
+                 "... and the laser's cloud of the same moment (PCD with x, y, z, intensity)");
+  command.option("--start", options->start,
+                 "where the laser is, at most --search-deg off: YAML with T_lens_scanner:, or another file that "
+                 "hueline colour reads");
+  command.setting("--image-size", options->image_size, std::string("without targets: ") + kImageSizeHelp,
+                  kImageSizeWords);
   command.setting("--search-deg", options->search_deg, "how far off the start may be", {.least = 0.1, .most = 15});
-  command.option("--recording", options->recording, "without targets: a drive (drive.mcap); the result is T_body_head and the images' time offset");
-  command.option("--scenario", options->scenario, "a simulated drive instead of a recording; the truth is said beside the result");
+  command.option("--recording", options->recording,
+                 "without targets: a drive (drive.mcap); the result is T_body_head and the images' time offset");
+  command.option("--scenario", options->scenario,
+                 "a simulated drive instead of a recording; the truth is said beside the result");
   command.option("--sim", options->cache, "with --scenario: folder of simulated drives");
-  command.setting("--off-deg", options->off_deg, "with --scenario: how far the start is turned away from the rig", {.least = 0, .most = 15});
-  command.setting("--off-ms", options->off_ms, "with --scenario: how much later than they were made the rig says its images were", {.least = -500, .most = 500});
-  command.setting("--starts", options->starts, "with --scenario: so many directions of --off-deg, one after the other", {.least = 1, .most = 100});
-  command.setting("--search-time-ms", options->search_time_ms, "how far off the images' times may be; 0: they are true", {.least = 0, .most = 1000});
+  command.setting("--off-deg", options->off_deg, "with --scenario: how far the start is turned away from the rig",
+                  {.least = 0, .most = 15});
+  command.setting("--off-ms", options->off_ms,
+                  "with --scenario: how much later than they were made the rig says its images were",
+                  {.least = -500, .most = 500});
+  command.setting("--starts", options->starts, "with --scenario: so many directions of --off-deg, one after the other",
+                  {.least = 1, .most = 100});
+  command.setting("--search-time-ms", options->search_time_ms, "how far off the images' times may be; 0: they are true",
+                  {.least = 0, .most = 1000});
   command.setting("--every", options->every, "of a drive, every so many exposures", {.least = 1, .most = 1000});
   command.option("--date", options->date, "of the result, YYYY-MM-DD; left out: today");
   command.option("--out", options->out, "folder for a rig fragment and a JSON report a lens");
-  command.reads(options->points).reads(options->rig).reads(options->lens_file).reads(options->image).reads(options->cloud).reads(options->start);
+  command.reads(options->points)
+      .reads(options->rig)
+      .reads(options->lens_file)
+      .reads(options->image)
+      .reads(options->cloud)
+      .reads(options->start);
   command.reads(options->recording).reads(options->scenario).writes_into(options->out);
   command.runs([options] {
     if (!options->image.empty() || !options->cloud.empty()) {
       if (options->image.empty() || options->cloud.empty() || options->start.empty() || options->lens_file.empty())
         throw config::ConfigError("without targets: give --image, --cloud, --lens and --start");
       const std::string date = options->date.empty() ? today() : options->date;
-      return calibrate_shot({options->image, options->cloud, options->lens_file, options->start, options->out, date, options->image_size, options->search_deg});
+      return calibrate_shot({options->image, options->cloud, options->lens_file, options->start, options->out, date,
+                             options->image_size, options->search_deg});
     }
     if (!options->recording.empty() || !options->scenario.empty()) {
       if (!options->scenario.empty() && options->cache.empty()) throw config::ConfigError("give --sim with --scenario");
       const std::string date = options->date.empty() ? today() : options->date;
-      return calibrate_drive({options->recording, options->scenario, options->cache, options->rig, options->out, date, options->search_deg, options->search_time_ms,
-                              options->off_deg, options->off_ms, options->starts, options->every});
+      return calibrate_drive({options->recording, options->scenario, options->cache, options->rig, options->out, date,
+                              options->search_deg, options->search_time_ms, options->off_deg, options->off_ms,
+                              options->starts, options->every});
     }
     if (options->points.empty()) throw config::ConfigError("give --points, --image and --cloud, or --recording");
     if (options->rig.empty() == options->lens_file.empty()) throw config::ConfigError("give one of --rig and --lens");

@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "apps/calibrate/calibrate.hpp"
+#include "apps/colour/shot_calibration.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/colour/shot_calibration.hpp"
 #include "calibration/mount/alignment.hpp"
 #include "calibration/mount/mount_report.hpp"
 #include "config/section.hpp"
@@ -53,7 +53,9 @@ AlignmentShot half_of(const AlignmentShot& shot, int which) {
 int calibrate_shot(const ShotFiles& files) {
   const ShotCalibration known = read_shot_calibration({files.lens}), start = read_shot_calibration({files.start});
   if (!known.intrinsics) throw config::ConfigError(files.lens + ": holds no lens (our lens:, cam_K, K or P2)");
-  if (!start.T_lens_scanner) throw config::ConfigError(files.start + ": does not say where the laser is (our T_lens_scanner:, sensor_calib, T or Tr)");
+  if (!start.T_lens_scanner)
+    throw config::ConfigError(files.start +
+                              ": does not say where the laser is (our T_lens_scanner:, sensor_calib, T or Tr)");
   const auto T_lens_scanner = *start.T_lens_scanner;
   const auto image = read_grey_image(files.image);
   const auto cloud = storage::read_pcd(files.cloud);
@@ -61,7 +63,8 @@ int calibrate_shot(const ShotFiles& files) {
     log_error(!image.ok() ? image.error().message : cloud.error().message);
     return kInputUnreadable;
   }
-  const auto x = cloud->column("x"), y = cloud->column("y"), z = cloud->column("z"), intensity = cloud->column("intensity");
+  const auto x = cloud->column("x"), y = cloud->column("y"), z = cloud->column("z"),
+             intensity = cloud->column("intensity");
   if (x.empty() || y.empty() || z.empty() || intensity.empty()) {
     log_error("{}: has no fields x, y, z, intensity", files.cloud);
     return kInputUnreadable;
@@ -74,8 +77,8 @@ int calibrate_shot(const ShotFiles& files) {
     points.push_back(p);
     strengths.push_back(static_cast<float>(intensity[i]));
   }
-  const fusion::CameraIntrinsics intrinsics =
-      fit_to_image(*known.intrinsics, known.lens_file, image->width, image->height, files.image, other_size(files.image_size));
+  const fusion::CameraIntrinsics intrinsics = fit_to_image(*known.intrinsics, known.lens_file, image->width,
+                                                           image->height, files.image, other_size(files.image_size));
   // One moment: scanner and vehicle are the same, lens and head are.
   AlignmentLens lens;
   lens.values = lens_values(intrinsics);
@@ -93,24 +96,33 @@ int calibrate_shot(const ShotFiles& files) {
     log_error(found.error().message);
     return kInputUnreadable;
   }
-  const Transform<Lens, Scanner> T{found->T_body_head.rotation.conjugate(), -(found->T_body_head.rotation.conjugate() * found->T_body_head.translation)};
-  std::fputs(fmt::format("{} points; score {:.4f} at the start, {:.4f} found; turned by {:.3f} deg against the start\n", found->samples, found->score_start,
-                         found->score, T.rotation.angularDistance(T_lens_scanner.rotation) * 180 / std::numbers::pi)
+  const Transform<Lens, Scanner> T{found->T_body_head.rotation.conjugate(),
+                                   -(found->T_body_head.rotation.conjugate() * found->T_body_head.translation)};
+  std::fputs(fmt::format("{} points; score {:.4f} at the start, {:.4f} found; turned by {:.3f} deg against the start\n",
+                         found->samples, found->score_start, found->score,
+                         T.rotation.angularDistance(T_lens_scanner.rotation) * 180 / std::numbers::pi)
                  .c_str(),
              stdout);
-  // One shot has no stretches whose disagreement says how sure it is: two halves of the scene, each searched from the same start, take their place.
+  // One shot has no stretches whose disagreement says how sure it is: two halves of the scene, each searched from the
+  // same start, take their place.
   bool is_doubtful = false;
   std::string halves;
   for (const int half : {0, 1}) {
-    const auto part = align_head({lens}, {half_of(shot, half)}, {T_scanner_lens.rotation, T_scanner_lens.translation}, config);
-    const double away_deg = part.ok() ? part->T_body_head.rotation.angularDistance(found->T_body_head.rotation) * 180 / std::numbers::pi : 0;
+    const auto part =
+        align_head({lens}, {half_of(shot, half)}, {T_scanner_lens.rotation, T_scanner_lens.translation}, config);
+    const double away_deg =
+        part.ok() ? part->T_body_head.rotation.angularDistance(found->T_body_head.rotation) * 180 / std::numbers::pi
+                  : 0;
     is_doubtful |= !part.ok() || away_deg > kMostAway_deg;
-    halves += (half ? "; the other: " : "half of the scene alone: ") + (part.ok() ? fmt::format("{:.2f} deg away", away_deg) : part.error().message);
+    halves += (half ? "; the other: " : "half of the scene alone: ") +
+              (part.ok() ? fmt::format("{:.2f} deg away", away_deg) : part.error().message);
   }
   std::fputs((halves + "\n").c_str(), stdout);
   if (is_doubtful) {
-    log_error("this image and cloud do not fix the pose: a half of the scene leads elsewhere (more than {} deg, or nowhere). Take a shot with posts and edges all over the image, or give --points or --recording",
-              kMostAway_deg);
+    log_error(
+        "this image and cloud do not fix the pose: a half of the scene leads elsewhere (more than {} deg, or nowhere). "
+        "Take a shot with posts and edges all over the image, or give --points or --recording",
+        kMostAway_deg);
     return kNothingCame;
   }
   if (files.out.empty()) return kDone;
@@ -122,9 +134,12 @@ int calibrate_shot(const ShotFiles& files) {
   CalibrationRecord record;
   record.method = "mount";
   record.date = files.date;
-  record.data = {std::filesystem::path(files.image).filename().string(), std::filesystem::path(files.cloud).filename().string(), "outlines and intensity of one moment, no targets"};
+  record.data = {std::filesystem::path(files.image).filename().string(),
+                 std::filesystem::path(files.cloud).filename().string(),
+                 "outlines and intensity of one moment, no targets"};
   const auto path = std::filesystem::path(files.out) / "T_lens_scanner.yaml";
-  if (const Status written = write_output(path, mounting_yaml("T_lens_scanner", T.rotation, T.translation, record, 0)); !written.ok()) {
+  if (const Status written = write_output(path, mounting_yaml("T_lens_scanner", T.rotation, T.translation, record, 0));
+      !written.ok()) {
     log_error(written.error().message);
     return kOutputRefused;
   }

@@ -9,12 +9,12 @@
 #include "apps/calibrate/calibrate.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "runtime/version.hpp"
 #include "calibration/targets/targets_report.hpp"
 #include "config/section.hpp"
 #include "core/csv_table.hpp"
 #include "core/input_file.hpp"
 #include "core/output_file.hpp"
+#include "runtime/version.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
 struct Options {
   std::string targets, stations, out, format, write = "none", method = "known-radius", date;
   std::vector<std::string> scans;
-  double radius_m = 0, survey_sigma_mm = 3, precision_mm = 5, accuracy_mm = 8, angle_urad = 17.5, ring_radii = 3, station_doubt_m = 0.05, most_tilt_deg = 45;
+  double radius_m = 0, survey_sigma_mm = 3, precision_mm = 5, accuracy_mm = 8, angle_urad = 17.5, ring_radii = 3,
+         station_doubt_m = 0.05, most_tilt_deg = 45;
   int threads = 2;
   bool scale = false, time_reading = false;
 };
@@ -59,7 +60,8 @@ std::map<std::string, std::string> scans_of(const Options& options, const std::v
     const std::size_t equal = word.find('=');
     const std::string name = word.substr(0, equal);
     if (equal == std::string::npos || std::ranges::none_of(stations, [&](const auto& s) { return s.name == name; }))
-      throw config::ConfigError(fmt::format("--scan '{}': allowed: STATION=FILE with a station of {}", word, options.stations));
+      throw config::ConfigError(
+          fmt::format("--scan '{}': allowed: STATION=FILE with a station of {}", word, options.stations));
     out[name] = word.substr(equal + 1);
   }
   return out;
@@ -70,12 +72,15 @@ double time_of_reading(const std::string& path) {
   double fastest = 1e9;
   for (int i = 0; i < 3; ++i)
     fastest = std::min(fastest, seconds_of([&] {
-      const auto file = InputFile::open(path);
-      if (!file.ok()) return;
-      std::vector<std::byte> block(1 << 20);
-      for (std::uint64_t at = 0; at < file->size(); at += block.size())
-        if (!file->read(at, std::span(block).first(static_cast<std::size_t>(std::min<std::uint64_t>(block.size(), file->size() - at)))).ok()) return;
-    }));
+                         const auto file = InputFile::open(path);
+                         if (!file.ok()) return;
+                         std::vector<std::byte> block(1 << 20);
+                         for (std::uint64_t at = 0; at < file->size(); at += block.size())
+                           if (!file->read(at, std::span(block).first(static_cast<std::size_t>(
+                                                   std::min<std::uint64_t>(block.size(), file->size() - at))))
+                                    .ok())
+                             return;
+                       }));
   return fastest;
 }
 
@@ -92,10 +97,12 @@ int calibrate_targets(const Options& options) {
   notes.date = options.date.empty() ? today() : options.date;
   notes.program = fmt::format("hueline {} ({})", runtime::kVersion, runtime::kGitRevision);
   const UtcTime date = utc_of(notes.date);
-  const auto targets_text = read_input(options.targets, kMostTable, "a table"), stations_text = read_input(options.stations, kMostTable, "a table");
+  const auto targets_text = read_input(options.targets, kMostTable, "a table"),
+             stations_text = read_input(options.stations, kMostTable, "a table");
   for (const auto* text : {&targets_text, &stations_text})
     if (!text->ok()) throw config::ConfigError(text->error().message);
-  const auto targets = parse_targets(*targets_text, options.targets, {options.survey_sigma_mm / 1000, options.radius_m});
+  const auto targets =
+      parse_targets(*targets_text, options.targets, {options.survey_sigma_mm / 1000, options.radius_m});
   const auto stations = parse_stations(*stations_text, options.stations);
   if (!targets.ok()) throw config::ConfigError(targets.error().message);
   if (!stations.ok()) throw config::ConfigError(stations.error().message);
@@ -104,9 +111,11 @@ int calibrate_targets(const Options& options) {
   for (const SurveyedTarget& target : *targets)
     for (const std::string& name : target.stations)
       if (std::ranges::none_of(*stations, [&](const auto& s) { return s.name == name; }))
-        throw config::ConfigError(fmt::format("{}: target {} names station {}, which {} does not have", options.targets, target.name, name, options.stations));
+        throw config::ConfigError(fmt::format("{}: target {} names station {}, which {} does not have", options.targets,
+                                              target.name, name, options.stations));
   const auto scans = scans_of(options, *stations);
-  if (scans.empty()) throw config::ConfigError("no scan: give --scan STATION=FILE, or the column scan in " + options.stations);
+  if (scans.empty())
+    throw config::ConfigError("no scan: give --scan STATION=FILE, or the column scan in " + options.stations);
 
   std::vector<StationResult> results;
   std::vector<std::string> files;
@@ -127,7 +136,8 @@ int calibrate_targets(const Options& options) {
       words = fmt::format("{} ({})", path, scan->layout().words);
       result.emplace(orient_station(ScanFileBlocks(*scan), *stations, i, *targets, config));
       if (result->ok() && scan->layout().points && (*result)->points_read != *scan->layout().points)
-        result.emplace(Error{ErrorCode::Truncated, fmt::format("{}: {} points of the {} that its header counts", path, (*result)->points_read, *scan->layout().points)});
+        result.emplace(Error{ErrorCode::Truncated, fmt::format("{}: {} points of the {} that its header counts", path,
+                                                               (*result)->points_read, *scan->layout().points)});
     });
     if (!result->ok()) {
       const Error& error = result->error();
@@ -139,7 +149,8 @@ int calibrate_targets(const Options& options) {
     const StationResult& one = **result;
     std::size_t used = 0;
     for (const TargetOutcome& outcome : one.targets) used += outcome.state == TargetState::Used;
-    fmt::print("{}: {} of {} targets used, {} points in {:.2f} s", (*stations)[i].name, used, one.targets.size(), one.points_read, whole);
+    fmt::print("{}: {} of {} targets used, {} points in {:.2f} s", (*stations)[i].name, used, one.targets.size(),
+               one.points_read, whole);
     if (options.time_reading) fmt::print("; reading alone {:.2f} s: {:.2f} times", reading, whole / reading);
     fmt::print("\n");
     results.push_back(one);
@@ -148,7 +159,8 @@ int calibrate_targets(const Options& options) {
   }
   if (results.empty()) return status;
   if (results.size() > 1 && config.method == CentreMethod::KnownRadius)
-    if (Status done = adjust_together(results, *stations, *targets, config); !done.ok()) throw config::ConfigError(done.error().message);
+    if (Status done = adjust_together(results, *stations, *targets, config); !done.ok())
+      throw config::ConfigError(done.error().message);
 
   const auto folder = OutputFolder::open(options.out);
   if (!folder.ok()) {
@@ -159,7 +171,8 @@ int calibrate_targets(const Options& options) {
   Status done = write_output(out / "targets.json", targets_json(results, *stations, *targets, config, notes));
   if (done.ok()) done = write_output(out / "targets.html", targets_page(results, *stations, *targets, config, notes));
   if (done.ok()) done = write_output(out / "orientation.yaml", targets_yaml(results, *stations, *targets, notes));
-  fmt::print("{}\n{}\n{}\n", (out / "targets.json").string(), (out / "targets.html").string(), (out / "orientation.yaml").string());
+  fmt::print("{}\n{}\n{}\n", (out / "targets.json").string(), (out / "targets.html").string(),
+             (out / "orientation.yaml").string());
   for (std::size_t i = 0; i < results.size() && done.ok() && options.write != "none"; ++i) {
     const bool is_las = options.write == "las";
     const std::string& name = (*stations)[results[i].station].name;
@@ -168,7 +181,10 @@ int calibrate_targets(const Options& options) {
     const Eigen::Vector3d origin = orientation.T_survey_scanner.translation.array().round();
     const double writing = seconds_of([&] {
       const auto scan = storage::ScanFile::open(files[i], format);
-      const auto cloud = scan.ok() ? write_oriented(*scan, orientation, origin, is_las ? storage::ScanCloudWriter::Format::Las : storage::ScanCloudWriter::Format::Float32, path, date)
+      const auto cloud = scan.ok() ? write_oriented(*scan, orientation, origin,
+                                                    is_las ? storage::ScanCloudWriter::Format::Las
+                                                           : storage::ScanCloudWriter::Format::Float32,
+                                                    path, date)
                                    : Result<OrientedCloud>(scan.error());
       if (!cloud.ok()) {
         done = cloud.error();
@@ -176,7 +192,8 @@ int calibrate_targets(const Options& options) {
       }
       fmt::print("{}: {} points", path.string(), cloud->written);
       if (cloud->without_return > 0) fmt::print(", {} without a return left out", cloud->without_return);
-      if (!is_las) fmt::print("; float32 x y z from east {:.0f} north {:.0f} up {:.0f}", origin.x(), origin.y(), origin.z());
+      if (!is_las)
+        fmt::print("; float32 x y z from east {:.0f} north {:.0f} up {:.0f}", origin.x(), origin.y(), origin.z());
     });
     if (done.ok()) fmt::print("; {:.2f} s\n", writing);
   }
@@ -191,19 +208,25 @@ int calibrate_targets(const Options& options) {
 
 void add_calibrate_targets(Command& calibrate) {
   auto o = std::make_shared<Options>();
-  Command command = calibrate.command("targets", "orient static scans from sphere targets: no clicks (docs/calibration.md)");
-  command.required("--targets", o->targets, "CSV of surveyed sphere centres: name,east_m,north_m,up_m[,sigma_m,radius_m,role,stations]");
+  Command command =
+      calibrate.command("targets", "orient static scans from sphere targets: no clicks (docs/calibration.md)");
+  command.required("--targets", o->targets,
+                   "CSV of surveyed sphere centres: name,east_m,north_m,up_m[,sigma_m,radius_m,role,stations]");
   command.required("--stations", o->stations, "CSV of stations: name,east_m,north_m,up_m[,sigma_m,scan]");
   command.required("--out", o->out, "folder for targets.json, targets.html, orientation.yaml and the oriented clouds");
-  command.option("--scan", o->scans, "STATION=FILE, in the scanner's frame, m: LAS, PLY, PCD, text or float32 x y z; else the column scan of the stations");
+  command.option("--scan", o->scans,
+                 "STATION=FILE, in the scanner's frame, m: LAS, PLY, PCD, text or float32 x y z; else the column scan "
+                 "of the stations");
   command.option("--format", o->format, "las, ply, pcd, xyz or float32 where neither first bytes nor name tell");
   command.option("--radius", o->radius_m, "of the spheres, m, where the targets have no radius_m", {0, 1});
-  command.setting("--survey-sigma", o->survey_sigma_mm, "of a target's coordinate, mm, where it has no sigma_m", {0.01, 1000});
+  command.setting("--survey-sigma", o->survey_sigma_mm, "of a target's coordinate, mm, where it has no sigma_m",
+                  {0.01, 1000});
   command.setting("--range-precision", o->precision_mm, "of the scanner, from point to point, mm", {0.1, 100});
   command.setting("--range-accuracy", o->accuracy_mm, "of the scanner, all of it, mm", {0.1, 100});
   command.setting("--angle-sigma", o->angle_urad, "of the scanner's angles, urad", {0, 1000});
   command.setting("--ring", o->ring_radii, "thickness of a ring in radii of the largest sphere", {2, 6});
-  command.setting("--station-doubt", o->station_doubt_m, "how wrong a station's place may be, m, where it has no sigma_m", {0, 5});
+  command.setting("--station-doubt", o->station_doubt_m,
+                  "how wrong a station's place may be, m, where it has no sigma_m", {0, 5});
   command.setting("--most-tilt", o->most_tilt_deg, "of the scanner's z axis, degrees", {0.1, 180});
   command.setting("--method", o->method, "known-radius, or as published for comparison", {"known-radius", "published"});
   command.setting("--write", o->write, "the oriented clouds too", {"none", "las", "float32"});

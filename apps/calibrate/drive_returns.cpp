@@ -9,12 +9,13 @@ using namespace calibration;
 
 namespace {
 
-constexpr nanoseconds kPoseStep{2'000'000};      // between poses, which are joined by straight lines: 0.5 urad at 1 rad/s^2
-constexpr nanoseconds kWorstStamp{500'000};      // 4 mm of way at 8 m/s
+constexpr nanoseconds kPoseStep{2'000'000};  // between poses, which are joined by straight lines: 0.5 urad at 1 rad/s^2
+constexpr nanoseconds kWorstStamp{500'000};  // 4 mm of way at 8 m/s
 
 std::vector<BoresightScanner> scanners_of(const config::Rig& rig) {
   std::vector<BoresightScanner> out;
-  for (const auto& laser : rig.geometry.lasers) out.push_back({rig.sensor_names()[laser.sensor], laser.T_body_scanner, laser.sigma_range_m});
+  for (const auto& laser : rig.geometry.lasers)
+    out.push_back({rig.sensor_names()[laser.sensor], laser.T_body_scanner, laser.sigma_range_m});
   return out;
 }
 
@@ -26,7 +27,8 @@ nanoseconds span_of(const StampedLaserBatch& batch) {
 
 }  // namespace
 
-DriveReturns::DriveReturns(const config::Rig& rig, const ReturnStore::Config& config) : store_(scanners_of(rig), config) {
+DriveReturns::DriveReturns(const config::Rig& rig, const ReturnStore::Config& config)
+    : store_(scanners_of(rig), config) {
   for (std::size_t i = 0; i < rig.geometry.lasers.size(); ++i) scanners_[rig.geometry.lasers[i].sensor] = i;
 }
 
@@ -38,7 +40,8 @@ void DriveReturns::on_settled_laser(const StampedLaserBatch& batch, const fusion
   }
   const std::size_t scanner = scanners_.at(batch.sensor);
   std::vector<std::optional<fusion::Pose>> poses;  // at the batch's time and every step after it
-  for (nanoseconds after{0}; after <= span_of(batch) + kPoseStep; after += kPoseStep) poses.push_back(trajectory.pose_at(batch.time + after).pose);
+  for (nanoseconds after{0}; after <= span_of(batch) + kPoseStep; after += kPoseStep)
+    poses.push_back(trajectory.pose_at(batch.time + after).pose);
   for (const LaserReturn& one : batch.returns) {
     const nanoseconds offset{std::max(0, one.time_offset_ns)};
     const auto step = static_cast<std::size_t>(offset / kPoseStep);
@@ -48,8 +51,10 @@ void DriveReturns::on_settled_laser(const StampedLaserBatch& batch, const fusion
     }
     const fusion::Pose &a = *poses[step], &b = *poses[step + 1];
     const double share = static_cast<double>((offset % kPoseStep).count()) / static_cast<double>(kPoseStep.count());
-    const Transform<Enu, Body> T_enu_body{a.T_enu_body.rotation.slerp(share, b.T_enu_body.rotation), (1 - share) * a.T_enu_body.translation + share * b.T_enu_body.translation};
-    store_.add(scanner, {one.x, one.y, one.z}, batch.time + offset, T_enu_body, {0, a.sigma_position, a.sigma_attitude});
+    const Transform<Enu, Body> T_enu_body{a.T_enu_body.rotation.slerp(share, b.T_enu_body.rotation),
+                                          (1 - share) * a.T_enu_body.translation + share * b.T_enu_body.translation};
+    store_.add(scanner, {one.x, one.y, one.z}, batch.time + offset, T_enu_body,
+               {0, a.sigma_position, a.sigma_attitude});
     ++counts_.placed;
   }
 }

@@ -2,14 +2,15 @@
 
 #include <map>
 
-#include "runtime/products.hpp"
 #include "calibration/boresight/return_store.hpp"
 #include "config/rig.hpp"
+#include "runtime/products.hpp"
 
 namespace hueline::apps {
 
-/// Gathers what a boresight is found from: the laser's returns with the POS's poses at their firing. Feed a Pipeline with it as sink, then take
-/// the drive. What it holds does not grow with the drive beyond its store's limit. Thread-bound (the pipeline's).
+/// Gathers what a boresight is found from: the laser's returns with the POS's poses at their firing. Feed a Pipeline
+/// with it as sink, then take the drive. What it holds does not grow with the drive beyond its store's limit.
+/// Thread-bound (the pipeline's).
 class DriveReturns : public runtime::ProductSink {
  public:
   struct Counts {

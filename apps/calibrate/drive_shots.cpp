@@ -12,10 +12,11 @@ using namespace calibration;
 
 namespace {
 
-constexpr double kRing_deg = 0.6;  // a Velodyne's rings lie 1.3 and 2 degrees apart
-constexpr nanoseconds kPart{110'000'000};         // one revolution, so that nothing is held against itself
+constexpr double kRing_deg = 0.6;          // a Velodyne's rings lie 1.3 and 2 degrees apart
+constexpr nanoseconds kPart{110'000'000};  // one revolution, so that nothing is held against itself
 constexpr nanoseconds kStep{10'000'000};
-constexpr nanoseconds kLatestExposure{8'000'000'000};  // after the laser of its moment: while sync learns a camera's relation
+constexpr nanoseconds kLatestExposure{
+    8'000'000'000};  // after the laser of its moment: while sync learns a camera's relation
 constexpr std::size_t kFewestSamples = 100;
 
 /// The mean of each `cell` x `cell` pixels.
@@ -28,7 +29,8 @@ GreyImage shrunk(const GreyImage& image, int cell) {
     for (int x = 0; x < out.width; ++x) {
       int sum = 0;
       for (int j = 0; j < cell; ++j)
-        for (int i = 0; i < cell; ++i) sum += image.pixels[static_cast<std::size_t>((y * cell + j) * image.width + x * cell + i)];
+        for (int i = 0; i < cell; ++i)
+          sum += image.pixels[static_cast<std::size_t>((y * cell + j) * image.width + x * cell + i)];
       out.pixels.push_back(static_cast<std::uint8_t>((sum + cell * cell / 2) / (cell * cell)));
     }
   return out;
@@ -36,7 +38,8 @@ GreyImage shrunk(const GreyImage& image, int cell) {
 
 }  // namespace
 
-DriveShots::DriveShots(const config::Rig& rig, const Config& config) : rig_(rig), config_(config), every_(std::max(1, config.every)) {}
+DriveShots::DriveShots(const config::Rig& rig, const Config& config)
+    : rig_(rig), config_(config), every_(std::max(1, config.every)) {}
 
 void DriveShots::on_settled_laser(const StampedLaserBatch& batch, const fusion::Trajectory& trajectory) {
   const GpsTime now = batch.time;
@@ -69,7 +72,8 @@ void DriveShots::on_exposure(const Exposure& exposure) {
 }
 
 void DriveShots::on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) {
-  const auto waiting = std::find_if(waiting_.begin(), waiting_.end(), [&](const Waiting& one) { return one.exposure == exposure.index; });
+  const auto waiting = std::find_if(waiting_.begin(), waiting_.end(),
+                                    [&](const Waiting& one) { return one.exposure == exposure.index; });
   if (waiting == waiting_.end()) return;
   waiting->is_settled = true;
   waiting->here = trajectory.pose_at(waiting->mid).pose;
@@ -77,7 +81,9 @@ void DriveShots::on_settled_exposure(const Exposure& exposure, const fusion::Tra
   waiting->after = trajectory.pose_at(waiting->mid + kStep).pose;
 }
 
-std::uint32_t DriveShots::shrink(const fusion::LensMount& lens) const { return (lens.intrinsics.width - 1) / config_.most_width + 1; }
+std::uint32_t DriveShots::shrink(const fusion::LensMount& lens) const {
+  return (lens.intrinsics.width - 1) / config_.most_width + 1;
+}
 
 std::vector<AlignmentLens> DriveShots::lenses() const {
   std::vector<AlignmentLens> out;
@@ -102,7 +108,9 @@ GreyImage DriveShots::lens_image(const Exposure& exposure, const fusion::LensMou
   out.height = static_cast<int>(h);
   out.pixels.resize(w * h);
   const auto* pixels = reinterpret_cast<const std::uint8_t*>(image.pixels().data());
-  const auto at = [&](std::size_t x, std::size_t y) -> int { return pixels[(lens.y_offset + y) * image.stride + lens.x_offset + x]; };
+  const auto at = [&](std::size_t x, std::size_t y) -> int {
+    return pixels[(lens.y_offset + y) * image.stride + lens.x_offset + x];
+  };
   for (std::size_t y = 0; y < h; ++y)
     for (std::size_t x = 0; x < w; ++x) {
       int value;
@@ -113,8 +121,11 @@ GreyImage DriveShots::lens_image(const Exposure& exposure, const fusion::LensMou
         value = at(x, y);
       } else {
         // Weights 1 2 1 in both directions take (R + 2 G + B) / 4 out of a Bayer mosaic wherever they stand.
-        const std::size_t l = x ? x - 1 : 1, r = x + 1 < w ? x + 1 : w - 2, u = y ? y - 1 : 1, d = y + 1 < h ? y + 1 : h - 2;
-        value = (at(l, u) + at(r, u) + at(l, d) + at(r, d) + 2 * (at(x, u) + at(x, d) + at(l, y) + at(r, y)) + 4 * at(x, y)) / 16;
+        const std::size_t l = x ? x - 1 : 1, r = x + 1 < w ? x + 1 : w - 2, u = y ? y - 1 : 1,
+                          d = y + 1 < h ? y + 1 : h - 2;
+        value = (at(l, u) + at(r, u) + at(l, d) + at(r, d) + 2 * (at(x, u) + at(x, d) + at(l, y) + at(r, y)) +
+                 4 * at(x, y)) /
+                16;
       }
       out.pixels[y * w + x] = static_cast<std::uint8_t>(value);
     }
@@ -128,7 +139,8 @@ std::vector<LaserSample> DriveShots::samples_around(GpsTime mid, const Transform
     for (GpsTime from = mid - config_.reach; from < mid + config_.reach; from += kPart) {
       std::vector<Eigen::Vector3f> points, bodies;
       std::vector<float> intensity, apart;
-      auto placed = std::lower_bound(batches_.begin(), batches_.end(), from, [](const Placed& one, GpsTime time) { return one.batch.time < time; });
+      auto placed = std::lower_bound(batches_.begin(), batches_.end(), from,
+                                     [](const Placed& one, GpsTime time) { return one.batch.time < time; });
       for (; placed != batches_.end() && placed->batch.time < from + kPart; ++placed) {
         const auto& [batch, pose] = *placed;
         if (batch.sensor != mount.sensor) continue;
@@ -139,7 +151,8 @@ std::vector<LaserSample> DriveShots::samples_around(GpsTime mid, const Transform
           points.emplace_back(r.x, r.y, r.z);
           intensity.push_back(static_cast<float>(r.reflectivity));
           apart.push_back(static_cast<float>(to_seconds(batch.time - mid)));
-          bodies.push_back(((T * Point<Scanner>{{r.x, r.y, r.z}}).xyz + drift * (r.time_offset_ns * 1e-9)).cast<float>());
+          bodies.push_back(
+              ((T * Point<Scanner>{{r.x, r.y, r.z}}).xyz + drift * (r.time_offset_ns * 1e-9)).cast<float>());
         }
       }
       auto part = laser_samples(points, intensity, kRing_deg);
@@ -154,9 +167,11 @@ std::vector<LaserSample> DriveShots::samples_around(GpsTime mid, const Transform
   // Ranks of each revolution alone would not be the same from one to the next.
   const std::vector<float> ranked = ranks(raw);
   for (std::size_t i = 0; i < out.size(); ++i) out[i].intensity = ranked[i];
-  const std::size_t outlines = static_cast<std::size_t>(std::count_if(out.begin(), out.end(), [](const LaserSample& s) { return s.outline > 0; }));
+  const std::size_t outlines = static_cast<std::size_t>(
+      std::count_if(out.begin(), out.end(), [](const LaserSample& s) { return s.outline > 0; }));
   if (out.size() > config_.most_samples) {
-    const double share = static_cast<double>(config_.most_samples - std::min(outlines, config_.most_samples)) / static_cast<double>(out.size() - outlines);
+    const double share = static_cast<double>(config_.most_samples - std::min(outlines, config_.most_samples)) /
+                         static_cast<double>(out.size() - outlines);
     double due = 0;
     std::erase_if(out, [&](const LaserSample& s) {
       if (s.outline > 0) return false;

@@ -5,20 +5,21 @@
 #include <optional>
 #include <vector>
 
-#include "runtime/products.hpp"
 #include "calibration/mount/alignment.hpp"
 #include "config/rig.hpp"
+#include "runtime/products.hpp"
 
 namespace hueline::apps {
 
-/// Gathers what aligning image and laser needs from a drive: some exposures, the laser around each, and the way of the vehicle between.
-/// Feed a Pipeline with it as sink, then take the shots. What it holds does not grow with the drive.
+/// Gathers what aligning image and laser needs from a drive: some exposures, the laser around each, and the way of the
+/// vehicle between. Feed a Pipeline with it as sink, then take the shots. What it holds does not grow with the drive.
 class DriveShots : public runtime::ProductSink {
  public:
   struct Config {
-    int every = 4;                       ///< every so many exposures of a camera
-    nanoseconds reach{550'000'000};      ///< laser returns this far from an exposure: five revolutions each side
-    std::size_t most_exposures = 80;     ///< beyond, every other one is given up and `every` doubled: they stay spread over the drive
+    int every = 4;                   ///< every so many exposures of a camera
+    nanoseconds reach{550'000'000};  ///< laser returns this far from an exposure: five revolutions each side
+    std::size_t most_exposures =
+        80;  ///< beyond, every other one is given up and `every` doubled: they stay spread over the drive
     std::size_t most_samples = 160'000;  ///< of an exposure; beyond, they are thinned out, outlines last
     std::uint32_t most_width = 1300;     ///< px; wider images are shrunk by a whole factor
     double least_speed = 0.0;            ///< m/s; slower exposures are left out (they see the same again)
@@ -60,7 +61,7 @@ class DriveShots : public runtime::ProductSink {
   int every_;
   std::deque<Placed> batches_;
   std::deque<Waiting> waiting_;
-  std::map<SensorId, std::size_t> seen_;  // exposures of each camera
+  std::map<SensorId, std::size_t> seen_;                       // exposures of each camera
   std::vector<std::vector<calibration::AlignmentShot>> kept_;  // of each exposure
   std::size_t kept_count_ = 0;
 };

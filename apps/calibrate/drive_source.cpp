@@ -12,8 +12,8 @@
 
 namespace hueline::apps {
 
-Result<DriveSource> DriveSource::open(const std::string& recording, const std::string& scenario, const std::string& cache, const std::string& rig_file,
-                                      ProgressBar& bar) {
+Result<DriveSource> DriveSource::open(const std::string& recording, const std::string& scenario,
+                                      const std::string& cache, const std::string& rig_file, ProgressBar& bar) {
   DriveSource out;
   if (!recording.empty()) {
     auto opened = runtime::Recording::open(recording, rig_file);
@@ -23,10 +23,12 @@ Result<DriveSource> DriveSource::open(const std::string& recording, const std::s
     return out;
   }
   out.scenario = config::load_scenario(scenario);
-  auto drive = sim::generate(*out.scenario, cache, [&](const std::string& stage, double share) { bar.show("rendering " + stage, share); });
+  auto drive = sim::generate(*out.scenario, cache,
+                             [&](const std::string& stage, double share) { bar.show("rendering " + stage, share); });
   if (!drive.ok()) return drive.error();
   out.drive = std::move(*drive);
-  out.rig = rig_file.empty() ? config::parse_rig(simulated_rig(*out.scenario, {}, "lens"), "simulated rig") : config::load_rig(rig_file);
+  out.rig = rig_file.empty() ? config::parse_rig(simulated_rig(*out.scenario, {}, "lens"), "simulated rig")
+                             : config::load_rig(rig_file);
   return out;
 }
 

@@ -4,8 +4,9 @@
 
 namespace hueline::apps {
 
-Result<OrientedCloud> write_oriented(const storage::ScanFile& scan, const calibration::Orientation& orientation, const Eigen::Vector3d& origin,
-                                     storage::ScanCloudWriter::Format format, const std::filesystem::path& path, const UtcTime& date) {
+Result<OrientedCloud> write_oriented(const storage::ScanFile& scan, const calibration::Orientation& orientation,
+                                     const Eigen::Vector3d& origin, storage::ScanCloudWriter::Format format,
+                                     const std::filesystem::path& path, const UtcTime& date) {
   auto writer = storage::ScanCloudWriter::create(path, format, {origin.x(), origin.y(), origin.z()}, date);
   if (!writer.ok()) return writer.error();
   const Eigen::Matrix3d M = orientation.scale * orientation.T_survey_scanner.rotation.toRotationMatrix();

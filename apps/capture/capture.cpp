@@ -9,15 +9,15 @@
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
-#include "runtime/file_merge.hpp"
-#include "runtime/live_run.hpp"
 #include "apps/log.hpp"
-#include "runtime/outputs.hpp"
-#include "runtime/pipeline.hpp"
-#include "runtime/recording.hpp"
 #include "apps/signals.hpp"
 #include "core/standard_streams.hpp"
 #include "drivers/transport/host_clock.hpp"
+#include "runtime/file_merge.hpp"
+#include "runtime/live_run.hpp"
+#include "runtime/outputs.hpp"
+#include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -26,7 +26,7 @@ struct Options {
   std::string rig;
   std::string out;
   int threads = 2;
-  double seconds = 0;          // 0: until stopped
+  double seconds = 0;  // 0: until stopped
   double buffer_megabytes = 2048;
   bool ends_when_silent = false;
   bool quiet = false;
@@ -38,13 +38,16 @@ std::vector<runtime::LiveRun::Source> make_sources(const config::Rig& rig, const
     runtime::Reader::Config reader;
     reader.silent_after = std::chrono::milliseconds(static_cast<std::int64_t>(sensor.silent_after_s * 1000));
     reader.is_recording = sensor.device->arrivals() != drivers::Arrivals::Live;
-    sources.push_back({sensor.id, sensor.name, sensor.device->make_source(sensor.id, pool), reader, sensor.type->is_sheddable});
+    sources.push_back(
+        {sensor.id, sensor.name, sensor.device->make_source(sensor.id, pool), reader, sensor.type->is_sheddable});
   }
   if (!rig.sync.self_timed) return sources;
   std::vector<runtime::FileMerge::Input> files;
   for (std::size_t i = 0; i < sources.size(); ++i)
-    files.push_back({std::move(sources[i].source), rig.sensors[i].device->make_decoder(rig.sensors[i].id), rig.sensors[i].device->arrivals() == drivers::Arrivals::Recorded});
-  const auto merge = std::make_shared<runtime::FileMerge>(std::move(files), runtime::FileMerge::Config{.agreeing_labels = rig.sync.clock.label.agreeing});
+    files.push_back({std::move(sources[i].source), rig.sensors[i].device->make_decoder(rig.sensors[i].id),
+                     rig.sensors[i].device->arrivals() == drivers::Arrivals::Recorded});
+  const auto merge = std::make_shared<runtime::FileMerge>(
+      std::move(files), runtime::FileMerge::Config{.agreeing_labels = rig.sync.clock.label.agreeing});
   auto merged = runtime::FileMerge::sources(merge);
   for (std::size_t i = 0; i < sources.size(); ++i) {
     sources[i].source = std::move(merged[i]);
@@ -55,24 +58,30 @@ std::vector<runtime::LiveRun::Source> make_sources(const config::Rig& rig, const
 
 const char* word(runtime::Reader::State state) {
   switch (state) {
-    case runtime::Reader::State::Connecting: return "connecting";
-    case runtime::Reader::State::Running: return "running";
-    case runtime::Reader::State::Silent: return "SILENT";
-    case runtime::Reader::State::Ended: return "ended";
+    case runtime::Reader::State::Connecting:
+      return "connecting";
+    case runtime::Reader::State::Running:
+      return "running";
+    case runtime::Reader::State::Silent:
+      return "SILENT";
+    case runtime::Reader::State::Ended:
+      return "ended";
   }
   return "?";
 }
 
-/// One line of what runs: rewritten each second on a terminal; elsewhere, where every line stays, each minute and whenever a device's
-/// state changes or something is lost for the first time.
+/// One line of what runs: rewritten each second on a terminal; elsewhere, where every line stays, each minute and
+/// whenever a device's state changes or something is lost for the first time.
 class Progress {
  public:
   explicit Progress(bool quiet) : quiet_(quiet), is_terminal_(isatty(STDERR_FILENO) != 0) {}
   void show(double seconds, const runtime::LiveRun& run, std::uint64_t points) {
     if (quiet_) return;
-    std::string line = fmt::format("{:5.0f} s  {:8.1f} MB recorded  {:9} points", seconds, static_cast<double>(run.recorded_bytes()) / 1e6, points);
+    std::string line = fmt::format("{:5.0f} s  {:8.1f} MB recorded  {:9} points", seconds,
+                                   static_cast<double>(run.recorded_bytes()) / 1e6, points);
     std::string states;
-    if (run.waiting_to_be_processed() > 1000) line += fmt::format("  {} packets waiting", run.waiting_to_be_processed());
+    if (run.waiting_to_be_processed() > 1000)
+      line += fmt::format("  {} packets waiting", run.waiting_to_be_processed());
     for (const auto& reader : run.readers()) {
       const auto counts = run.ingest().counts(reader->sensor());
       const auto state = reader->state();
@@ -147,22 +156,31 @@ int capture(const Options& options) {
   runtime::LiveRun::Config config;
   config.record_queue.weight = static_cast<std::size_t>(options.buffer_megabytes * 0.5e6);
   config.pipeline_queue.weight = static_cast<std::size_t>(options.buffer_megabytes * 0.25e6);
-  runtime::LiveRun run(make_sources(rig, pool), std::make_unique<storage::JournalWriter>(std::move(*journal)),
-              [&](const Packet& packet) {
-                sink.summary().on_packet(packet);
-                pipeline.process(packet);
-                points.store(sink.summary().points(), std::memory_order_relaxed);
-              },
-              config);
+  runtime::LiveRun run(
+      make_sources(rig, pool), std::make_unique<storage::JournalWriter>(std::move(*journal)),
+      [&](const Packet& packet) {
+        sink.summary().on_packet(packet);
+        pipeline.process(packet);
+        points.store(sink.summary().points(), std::memory_order_relaxed);
+      },
+      config);
   const StopSignals::Duty duty(
       signals, [&] { return run.is_recording_closed(); },
       [&] {
         return run.is_recording_closed() && run.recording().ok()
-                   ? fmt::format("ended at once: {0} is whole; cloud.las, view.mcap and summary.json are not: hueline replay {0}", recording.string())
-                   : fmt::format("ended at once: the disk did not take the end of {0}; hueline inspect {0} says how far it is whole", recording.string());
+                   ? fmt::format(
+                         "ended at once: {0} is whole; cloud.las, view.mcap and summary.json are not: hueline replay "
+                         "{0}",
+                         recording.string())
+                   : fmt::format(
+                         "ended at once: the disk did not take the end of {0}; hueline inspect {0} says how far it is "
+                         "whole",
+                         recording.string());
       });
   log_info("capturing {} into {}; Ctrl-C ends with everything written, a second one at once", rig.name, dir.string());
-  const bool is_live = std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const auto& sensor) { return sensor.device->arrivals() == drivers::Arrivals::Live; });
+  const bool is_live = std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const auto& sensor) {
+    return sensor.device->arrivals() == drivers::Arrivals::Live;
+  });
   run.start();
 
   Progress progress(options.quiet);
@@ -195,20 +213,26 @@ int capture(const Options& options) {
   pipeline.report(sink.summary());
   for (const auto& sensor : rig.sensors) {
     const auto counts = run.ingest().counts(sensor.id);
-    if (counts.shed) log_warning("{}: {} packets recorded but not fused: the pipeline was too slow; a replay fuses the same points", sensor.name, counts.shed);
+    if (counts.shed)
+      log_warning("{}: {} packets recorded but not fused: the pipeline was too slow; a replay fuses the same points",
+                  sensor.name, counts.shed);
     if (counts.refused && run.recording().ok())
-      log_error("{}: {} packets neither recorded nor fused: {}", sensor.name, counts.refused, is_cut ? "the disk was too slow, or they came while it ended at once" : "the disk was too slow");
+      log_error("{}: {} packets neither recorded nor fused: {}", sensor.name, counts.refused,
+                is_cut ? "the disk was too slow, or they came while it ended at once" : "the disk was too slow");
   }
   const Status recorded = run.recording();
   std::string lost;
   if (!recorded.ok()) {
     const std::uint64_t missing = run.packets_lost_at_the_end();
-    lost = fmt::format("recording ended early: {}; drive.mcap holds the first {} packets, whole; the {} after them are lost", recorded.error().message,
-                       run.packets_recorded(), missing);
+    lost = fmt::format(
+        "recording ended early: {}; drive.mcap holds the first {} packets, whole; the {} after them are lost",
+        recorded.error().message, run.packets_recorded(), missing);
     sink.summary().on_fault({kSystemSensor, FaultKind::DiskFull, drivers::host_now(), missing, lost});
   }
   const Status place = run.place();
-  if (told_place.ok() && !place.ok()) sink.summary().on_fault({kSystemSensor, FaultKind::DiskFull, drivers::host_now(), run.packets_recorded(), place.error().message});
+  if (told_place.ok() && !place.ok())
+    sink.summary().on_fault(
+        {kSystemSensor, FaultKind::DiskFull, drivers::host_now(), run.packets_recorded(), place.error().message});
   if (is_cut) sink.summary().on_early_end("ended at once: a replay of drive.mcap makes cloud, view and summary whole");
   const Status finished = sink.finish();
   std::fputs(sink.summary().text().c_str(), stdout);
@@ -217,7 +241,9 @@ int capture(const Options& options) {
     return kOutputRefused;
   }
   if (!place.ok()) {
-    log_error("{} is not the recording of this drive: it was deleted, moved or replaced meanwhile; what was deleted is lost", recording.string());
+    log_error(
+        "{} is not the recording of this drive: it was deleted, moved or replaced meanwhile; what was deleted is lost",
+        recording.string());
     return kOutputRefused;
   }
   if (!finished.ok()) {
@@ -225,8 +251,11 @@ int capture(const Options& options) {
     return kOutputRefused;
   }
   if (is_cut) {
-    log_warning("ended at once: {0} is whole{1}; cloud.las, view.mcap and summary.json end early: hueline replay {0}", recording.string(),
-                run.packets_left_behind() ? fmt::format(" but for {} packets that waited for the disk", run.packets_left_behind()) : "");
+    log_warning("ended at once: {0} is whole{1}; cloud.las, view.mcap and summary.json end early: hueline replay {0}",
+                recording.string(),
+                run.packets_left_behind()
+                    ? fmt::format(" but for {} packets that waited for the disk", run.packets_left_behind())
+                    : "");
     // Nobody waits for a reader that its device's library holds, or for its return from there.
     if (run.is_a_reader_stuck()) {
       (void)flush_standard_output();
@@ -237,16 +266,19 @@ int capture(const Options& options) {
   bool read_whole = true;
   for (const auto& reader : run.readers()) {
     if (reader->outcome().ok()) continue;
-    log_error("{}: {}; everything whole before that is recorded and used", reader->sensor_name(), reader->outcome().error().message);
+    log_error("{}: {}; everything whole before that is recorded and used", reader->sensor_name(),
+              reader->outcome().error().message);
     read_whole = false;
   }
   if (!read_whole) return kInputUnreadable;
   if (sink.summary().wire_packets() == 0) {
-    log_error("nothing came from any sensor: see the faults above; are the devices on, and are the rig's addresses theirs?");
+    log_error(
+        "nothing came from any sensor: see the faults above; are the devices on, and are the rig's addresses theirs?");
     return kNothingCame;
   }
   if (sink.summary().points() == 0) {
-    log_warning("no point could be placed: the summary above says why; {} holds everything that came", recording.string());
+    log_warning("no point could be placed: the summary above says why; {} holds everything that came",
+                recording.string());
     return kNothingCame;
   }
   return kDone;
@@ -257,14 +289,22 @@ int capture(const Options& options) {
 void add_capture(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command("capture", "record the sensors of a rig and colour while driving");
-  command.required("RIG", options->rig, "rig file (YAML): sensors, mounting, colouring; or the name of one that comes with the program (street, ladybug5, ...)");
-  command.required("--out", options->out, "folder of the drive; made if it is not there; an existing drive is not overwritten");
-  command.setting("--threads", options->threads, "workers of the colouring; their number does not change the result", {1, 64});
+  command.required("RIG", options->rig,
+                   "rig file (YAML): sensors, mounting, colouring; or the name of one that comes with the program "
+                   "(street, ladybug5, ...)");
+  command.required("--out", options->out,
+                   "folder of the drive; made if it is not there; an existing drive is not overwritten");
+  command.setting("--threads", options->threads, "workers of the colouring; their number does not change the result",
+                  {1, 64});
   command.setting("--seconds", options->seconds, "end by itself after so long; 0: run until Ctrl-C", {0.0, 1e6});
-  command.setting("--buffer", options->buffer_megabytes, "memory for what waits for the disk and for fusion, MB", {16.0, 1e6});
-  command.flag("--until-silent", options->ends_when_silent, "end when every device has been silent or gone for 3 s (emulated drives)");
+  command.setting("--buffer", options->buffer_megabytes, "memory for what waits for the disk and for fusion, MB",
+                  {16.0, 1e6});
+  command.flag("--until-silent", options->ends_when_silent,
+               "end when every device has been silent or gone for 3 s (emulated drives)");
   command.flag("--quiet", options->quiet, "no progress line");
-  command.footer("Faults (a pulled cable, a silent device, lost packets) are recorded and summed up at the end; the other devices go on.");
+  command.footer(
+      "Faults (a pulled cable, a silent device, lost packets) are recorded and summed up at the end; the other devices "
+      "go on.");
   command.reads(options->rig).writes_into(options->out);
   command.runs([options] { return capture(*options); });
 }

@@ -6,11 +6,11 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "apps/signals.hpp"
 #include "runtime/outputs.hpp"
 #include "runtime/pacer.hpp"
 #include "runtime/pipeline.hpp"
 #include "runtime/recording.hpp"
-#include "apps/signals.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -28,7 +28,8 @@ int replay(const Options& options) {
     log_error(recording.error().message);
     return opening_status(recording.error());
   }
-  auto outputs = runtime::Outputs::create(recording->rig, options.out, [](const std::string& trouble) { log_error("{}", trouble); });
+  auto outputs = runtime::Outputs::create(recording->rig, options.out,
+                                          [](const std::string& trouble) { log_error("{}", trouble); });
   if (!outputs.ok()) {
     log_error(outputs.error().message);
     return outputs.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
@@ -70,12 +71,18 @@ int replay(const Options& options) {
 
 void add_replay(Command& all) {
   auto options = std::make_shared<Options>();
-  Command command = all.command("replay", "run a recording through the same decoders, clocks and colouring: the same bytes again");
-  command.required("RECORDING", options->recording, "drive.mcap; a recording that was cut by a crash is read as far as it is whole");
+  Command command =
+      all.command("replay", "run a recording through the same decoders, clocks and colouring: the same bytes again");
+  command.required("RECORDING", options->recording,
+                   "drive.mcap; a recording that was cut by a crash is read as far as it is whole");
   command.required("--out", options->out, "folder for cloud.las, view.mcap, summary.json");
-  command.setting("--speed", options->speed, "1: as fast as it was driven; 0.5: half; 0: as fast as this computer can", {0.0, 1000.0});
-  command.setting("--threads", options->threads, "workers of the colouring; their number does not change the result", {1, 64});
-  command.option("--rig", options->rig, "use this rig file instead of the recorded one: a better calibration, another method; its sensors must have the same names");
+  command.setting("--speed", options->speed, "1: as fast as it was driven; 0.5: half; 0: as fast as this computer can",
+                  {0.0, 1000.0});
+  command.setting("--threads", options->threads, "workers of the colouring; their number does not change the result",
+                  {1, 64});
+  command.option("--rig", options->rig,
+                 "use this rig file instead of the recorded one: a better calibration, another method; its sensors "
+                 "must have the same names");
   command.reads(options->recording).reads(options->rig).writes_into(options->out);
   command.runs([options] { return replay(*options); });
 }

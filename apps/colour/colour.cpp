@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <memory>
 
+#include "apps/colour/shot_calibration.hpp"
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/colour/shot_calibration.hpp"
 #include "config/section.hpp"
 #include "core/output_file.hpp"
 #include "fusion/single_shot.hpp"
@@ -26,18 +26,27 @@ struct Options {
 
 /// What a user has to know to read the file.
 std::string notes_text(const storage::ShotCloudNotes& notes) {
-  std::string out = fmt::format("x, y, z of cloud.las are the cloud's own, in steps of {:g} m; it has no CRS\n", notes.step_m);
-  if (notes.offset_m != std::array<double, 3>{}) out += fmt::format("its offset is {:.0f} {:.0f} {:.0f} m\n", notes.offset_m[0], notes.offset_m[1], notes.offset_m[2]);
+  std::string out =
+      fmt::format("x, y, z of cloud.las are the cloud's own, in steps of {:g} m; it has no CRS\n", notes.step_m);
+  if (notes.offset_m != std::array<double, 3>{})
+    out +=
+        fmt::format("its offset is {:.0f} {:.0f} {:.0f} m\n", notes.offset_m[0], notes.offset_m[1], notes.offset_m[2]);
   out += notes.intensity_field.empty() ? std::string("the cloud has no field intensity\n")
-                                       : fmt::format("its intensity is the cloud's {} times {:g}\n", notes.intensity_field, notes.intensity_scale);
-  if (!notes.time_field.empty()) out += fmt::format("its GPS time is the cloud's {} as it stands: unit and epoch are those of the cloud\n", notes.time_field);
+                                       : fmt::format("its intensity is the cloud's {} times {:g}\n",
+                                                     notes.intensity_field, notes.intensity_scale);
+  if (!notes.time_field.empty())
+    out += fmt::format("its GPS time is the cloud's {} as it stands: unit and epoch are those of the cloud\n",
+                       notes.time_field);
   return out;
 }
 
 int colour(const Options& options) {
   const ShotCalibration calibration = read_shot_calibration(options.calibration);
-  if (!calibration.intrinsics) throw config::ConfigError("no calibration file holds a lens (cam_K, K, P2, or our lens:)");
-  if (!calibration.T_lens_scanner) throw config::ConfigError("no calibration file says where the laser is (sensor_calib, T, Tr, or our T_lens_scanner:)");
+  if (!calibration.intrinsics)
+    throw config::ConfigError("no calibration file holds a lens (cam_K, K, P2, or our lens:)");
+  if (!calibration.T_lens_scanner)
+    throw config::ConfigError(
+        "no calibration file says where the laser is (sensor_calib, T, Tr, or our T_lens_scanner:)");
   const auto image = storage::read_image(options.image);
   const auto cloud = storage::read_pcd(options.cloud);
   if (!image.ok() || !cloud.ok()) {
@@ -56,10 +65,12 @@ int colour(const Options& options) {
     points.push_back({{x[i], y[i], z[i]}});
     colours.push_back({.row = i});
   }
-  const fusion::CameraIntrinsics lens =
-      fit_to_image(*calibration.intrinsics, calibration.lens_file, image->width, image->height, options.image, other_size(options.image_size));
-  const fusion::RawView view{reinterpret_cast<const std::uint8_t*>(image->pixels.data()), std::size_t{3} * lens.width, lens.width, lens.height, PixelFormat::Rgb8};
-  const auto shot = fusion::colour_single_shot(points, *calibration.T_lens_scanner, fusion::CameraModel(lens), view, {});
+  const fusion::CameraIntrinsics lens = fit_to_image(*calibration.intrinsics, calibration.lens_file, image->width,
+                                                     image->height, options.image, other_size(options.image_size));
+  const fusion::RawView view{reinterpret_cast<const std::uint8_t*>(image->pixels.data()), std::size_t{3} * lens.width,
+                             lens.width, lens.height, PixelFormat::Rgb8};
+  const auto shot =
+      fusion::colour_single_shot(points, *calibration.T_lens_scanner, fusion::CameraModel(lens), view, {});
   std::size_t coloured = 0, hidden = 0;
   for (std::size_t i = 0; i < shot.size(); ++i) {
     storage::ShotColour& out = colours[i];
@@ -81,18 +92,23 @@ int colour(const Options& options) {
   Status done = written.ok() ? Status() : Status(written.error());
   const fusion::RgbRaster raster = fusion::draw_points(shot, view, {});
   storage::RgbImage drawn(static_cast<int>(raster.width), static_cast<int>(raster.height), {});
-  for (std::size_t i = 0; i < drawn.pixels.size(); ++i) drawn.pixels[i] = {raster.pixels[3 * i], raster.pixels[3 * i + 1], raster.pixels[3 * i + 2]};
+  for (std::size_t i = 0; i < drawn.pixels.size(); ++i)
+    drawn.pixels[i] = {raster.pixels[3 * i], raster.pixels[3 * i + 1], raster.pixels[3 * i + 2]};
   if (done.ok()) done = storage::write_png(png_path, drawn);
   if (!done.ok()) {
     log_error(done.error().message);
     return kOutputRefused;
   }
-  std::fputs(fmt::format("{} points, {} coloured, {} hidden behind nearer ones, {} outside the image, {} without a place left out\n{}\n{}\n", x.size(), coloured, hidden,
-                         points.size() - coloured - hidden, x.size() - points.size(), las_path.string(), png_path.string())
+  std::fputs(fmt::format("{} points, {} coloured, {} hidden behind nearer ones, {} outside the image, {} without a "
+                         "place left out\n{}\n{}\n",
+                         x.size(), coloured, hidden, points.size() - coloured - hidden, x.size() - points.size(),
+                         las_path.string(), png_path.string())
                  .c_str(),
              stdout);
   std::fputs(notes_text(*written).c_str(), stdout);
-  if (coloured == 0) log_error("no point lies in the image: is the calibration that of this image and this laser, with T from laser to lens?");
+  if (coloured == 0)
+    log_error(
+        "no point lies in the image: is the calibration that of this image and this laser, with T from laser to lens?");
   return coloured ? kDone : kNothingCame;
 }
 
@@ -100,10 +116,13 @@ int colour(const Options& options) {
 
 void add_colour(Command& all) {
   auto options = std::make_shared<Options>();
-  Command command = all.command("colour", "colour one laser cloud from one image of the same moment, and draw the points over the image");
+  Command command = all.command(
+      "colour", "colour one laser cloud from one image of the same moment, and draw the points over the image");
   command.required("IMAGE", options->image, "PNG or JPEG");
   command.required("CLOUD", options->cloud, "PCD in the laser's frame");
-  command.required("CALIBRATION", options->calibration, "lens and place of the laser: YAML with lens: and T_lens_scanner:, SensorsCalibration's .json, or a .txt of K, D, T or of KITTI (docs/colour.md)");
+  command.required("CALIBRATION", options->calibration,
+                   "lens and place of the laser: YAML with lens: and T_lens_scanner:, SensorsCalibration's .json, or a "
+                   ".txt of K, D, T or of KITTI (docs/colour.md)");
   command.setting("--image-size", options->image_size, kImageSizeHelp, kImageSizeWords);
   command.required("--out", options->out, "folder for cloud.las and overlay.png");
   command.reads(options->image).reads(options->cloud).reads(options->calibration).writes_into(options->out);

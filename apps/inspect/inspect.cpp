@@ -12,9 +12,9 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/office_program.hpp"
-#include "runtime/recording.hpp"
 #include "core/input_file.hpp"
 #include "core/printable.hpp"
+#include "runtime/recording.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -32,7 +32,9 @@ bool ends_with(const std::string& path, std::string_view ending) {
 }
 
 /// Files hold names in any code: what is no UTF-8 is shown as U+FFFD.
-std::string written(const Json& json, int indent = -1) { return json.dump(indent, ' ', false, Json::error_handler_t::replace); }
+std::string written(const Json& json, int indent = -1) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
 
 /// JSON as indented lines for people: an object's short lists in one line, everything else a line each.
 void print(const Json& json, int depth, std::string& out) {
@@ -47,7 +49,8 @@ void print(const Json& json, int depth, std::string& out) {
         print(one, depth + 1, out);
       }
     } else {
-      out += fmt::format("{}{:24} {}\n", indent, printable(key), printable(value.is_string() ? value.get<std::string>() : written(value)));
+      out += fmt::format("{}{:24} {}\n", indent, printable(key),
+                         printable(value.is_string() ? value.get<std::string>() : written(value)));
     }
   }
 }
@@ -75,7 +78,8 @@ Inspection inspect_file(const std::string& named) {
   const std::string path = runtime::drive_file(named);
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
-    return {nullptr, Error{ErrorCode::Io, path + " is a folder without drive.mcap in it: give a file, or a drive's folder"}};
+    return {nullptr,
+            Error{ErrorCode::Io, path + " is a folder without drive.mcap in it: give a file, or a drive's folder"}};
   const auto file = InputFile::open(path);
   if (!file.ok()) return {nullptr, file.error()};
   if (file->size() == 0) return {nullptr, Error{ErrorCode::Truncated, path + " is empty"}};
@@ -86,17 +90,25 @@ Inspection inspect_file(const std::string& named) {
   using namespace std::string_view_literals;
   if (begins("\x89MCAP0\r\n"sv)) return inspect_mcap(path);
   if (begins("LASF"sv)) return inspect_las(path);
-  for (const auto magic : {"\xa1\xb2\xc3\xd4"sv, "\xd4\xc3\xb2\xa1"sv, "\xa1\xb2\x3c\x4d"sv, "\x4d\x3c\xb2\xa1"sv, "\x0a\x0d\x0d\x0a"sv})
+  for (const auto magic :
+       {"\xa1\xb2\xc3\xd4"sv, "\xd4\xc3\xb2\xa1"sv, "\xa1\xb2\x3c\x4d"sv, "\x4d\x3c\xb2\xa1"sv, "\x0a\x0d\x0d\x0a"sv})
     if (begins(magic)) return inspect_capture_file(path);
-  if (head.find("VERSION") != std::string::npos && (begins("# .PCD"sv) || ends_with(path, ".pcd"))) return inspect_pcd(path);
+  if (head.find("VERSION") != std::string::npos && (begins("# .PCD"sv) || ends_with(path, ".pcd")))
+    return inspect_pcd(path);
   if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
   if (ends_with(path, ".dbc")) return inspect_dbc(path);
   // A log of a CAN bus: ASC begins with its date, candump's lines with their time.
-  if (ends_with(path, ".asc") || begins("date "sv) || ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos)) return inspect_can_log(path);
+  if (ends_with(path, ".asc") || begins("date "sv) ||
+      ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos))
+    return inspect_can_log(path);
   // NovAtel logs have no signature of their own but their sync bytes, and may begin in the middle of a message.
-  if (head.find("\xAA\x44\x12"sv) != std::string::npos || head.find("\xAA\x44\x13"sv) != std::string::npos || ends_with(path, ".gps"))
+  if (head.find("\xAA\x44\x12"sv) != std::string::npos || head.find("\xAA\x44\x13"sv) != std::string::npos ||
+      ends_with(path, ".gps"))
     return inspect_novatel(path);
-  return {nullptr, Error{ErrorCode::Unsupported, fmt::format("{}: none of the formats that are known: MCAP, LAS, pcap, pcapng, PCD, NovAtel OEM7 (.gps), CAN logs (.asc, candump -L), DBC, YAML rig or scenario", path)}};
+  return {nullptr, Error{ErrorCode::Unsupported,
+                         fmt::format("{}: none of the formats that are known: MCAP, LAS, pcap, pcapng, PCD, NovAtel "
+                                     "OEM7 (.gps), CAN logs (.asc, candump -L), DBC, YAML rig or scenario",
+                                     path)}};
 }
 
 void add_inspect(Command& all) {

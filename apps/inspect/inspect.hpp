@@ -8,8 +8,8 @@
 
 namespace hueline::apps {
 
-/// What a look into a file found. `trouble` is set when the file could not be read whole (Invalid: it is a wrong configuration); `found`
-/// holds what was whole.
+/// What a look into a file found. `trouble` is set when the file could not be read whole (Invalid: it is a wrong
+/// configuration); `found` holds what was whole.
 struct Inspection {
   std::unique_ptr<nlohmann::ordered_json> found;
   Status trouble;
@@ -19,9 +19,10 @@ struct Inspection {
 /// Prints it, as JSON or as lines for people, and gives the exit status.
 int show(const Inspection& inspection, bool as_json);
 
-/// Tells the format by the file's first bytes (a name decides only between formats without a signature) and reads it whole: our
-/// recordings and views (MCAP), clouds (LAS, PCD), captures (pcap, pcapng), NovAtel OEM7 byte streams, logs of CAN buses (ASC, candump), DBC files, rigs, scenarios, sheets
-/// and calibrations (YAML). A drive's folder stands for its recording.
+/// Tells the format by the file's first bytes (a name decides only between formats without a signature) and reads it
+/// whole: our recordings and views (MCAP), clouds (LAS, PCD), captures (pcap, pcapng), NovAtel OEM7 byte streams, logs
+/// of CAN buses (ASC, candump), DBC files, rigs, scenarios, sheets and calibrations (YAML). A drive's folder stands for
+/// its recording.
 Inspection inspect_file(const std::string& path);
 
 // One function a format; `path` exists and has that format's signature.

@@ -38,7 +38,8 @@ Inspection inspect_can_log(const std::string& path) {
       break;
     }
     if (packet->kind == PacketKind::Fault) {
-      if (const auto fault = decode_fault(1, packet->received, packet->bytes.bytes()); fault.ok()) out.trouble = Error{ErrorCode::Malformed, fault->detail};
+      if (const auto fault = decode_fault(1, packet->received, packet->bytes.bytes()); fault.ok())
+        out.trouble = Error{ErrorCode::Malformed, fault->detail};
       continue;
     }
     drivers::CanPacket parsed;
@@ -67,7 +68,8 @@ Inspection inspect_can_log(const std::string& path) {
   for (const auto& [id, message] : messages) {
     Json one = {{"id", id}, {"frames", message.count}, {"bytes", message.longest}};
     if (message.shortest != message.longest) one["bytes_least"] = message.shortest;
-    if (message.count > 1) one["mean_period_ms"] = 1e3 * to_seconds(message.last - message.first) / static_cast<double>(message.count - 1);
+    if (message.count > 1)
+      one["mean_period_ms"] = 1e3 * to_seconds(message.last - message.first) / static_cast<double>(message.count - 1);
     list.push_back(one);
   }
   if (!errors.empty()) json["errors"] = errors;
@@ -85,11 +87,14 @@ Inspection inspect_dbc(const std::string& path) {
   json["format"] = "DBC";
   auto& messages = json["messages"] = Json::array();
   for (const drivers::DbcMessage& message : *parsed) {
-    Json one = {{"name", message.name}, {"id", message.id}, {"extended", message.is_extended}, {"bytes", message.length}};
+    Json one = {
+        {"name", message.name}, {"id", message.id}, {"extended", message.is_extended}, {"bytes", message.length}};
     for (const drivers::DbcSignal& signal : message.signals) {
       const auto& s = signal.signal;
-      one["signals"][signal.name] = fmt::format("{}|{}@{}{} ({},{}) [{}|{}] \"{}\"{}", s.start_bit, s.bits, s.order == drivers::BitOrder::Little ? 1 : 0,
-                                                s.is_signed ? '-' : '+', s.scale, s.offset, s.min, s.max, signal.unit, signal.is_multiplexed ? " multiplexed" : "");
+      one["signals"][signal.name] =
+          fmt::format("{}|{}@{}{} ({},{}) [{}|{}] \"{}\"{}", s.start_bit, s.bits,
+                      s.order == drivers::BitOrder::Little ? 1 : 0, s.is_signed ? '-' : '+', s.scale, s.offset, s.min,
+                      s.max, signal.unit, signal.is_multiplexed ? " multiplexed" : "");
     }
     messages.push_back(one);
   }

@@ -137,7 +137,8 @@ std::unique_ptr<Json> calibration_facts(config::Section root, const std::vector<
     if (!root.has(key)) continue;
     const auto mounting = config::read_config<Mounting>(root.section(key));
     const Eigen::AngleAxisd turn(mounting.rotation());
-    (*found)[key] = {{"position_m", {mounting.position_m.x(), mounting.position_m.y(), mounting.position_m.z()}}, {"turn_deg", turn.angle() * 180 / std::numbers::pi}};
+    (*found)[key] = {{"position_m", {mounting.position_m.x(), mounting.position_m.y(), mounting.position_m.z()}},
+                     {"turn_deg", turn.angle() * 180 / std::numbers::pi}};
   }
   root.finish();
   return found;
@@ -149,7 +150,9 @@ Inspection inspect_yaml(const std::string& path) {
   const std::vector<std::string> mountings = {"T_body_scanner", "T_body_head", "T_head_lens", "T_lens_scanner"};
   try {
     const config::Section root = config::Section::load_file(path);
-    const auto has_any = [&](const std::vector<std::string>& keys) { return std::ranges::any_of(keys, [&](const auto& key) { return root.has(key); }); };
+    const auto has_any = [&](const std::vector<std::string>& keys) {
+      return std::ranges::any_of(keys, [&](const auto& key) { return root.has(key); });
+    };
     // What the author meant it to be: by the keys that stand in no other kind.
     if (has_any({"rig", "sensors", "colouring", "head"})) return {rig_facts(path), {}};
     if (has_any({"scenarios", "ray_returns"})) return {sheet_facts(path), {}};

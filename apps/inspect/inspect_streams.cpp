@@ -7,8 +7,6 @@
 #include <set>
 
 #include "apps/inspect/inspect.hpp"
-#include "runtime/pacer.hpp"
-#include "runtime/recording.hpp"
 #include "core/calendar.hpp"
 #include "core/printable.hpp"
 #include "drivers/novatel/decoder.hpp"
@@ -17,6 +15,8 @@
 #include "drivers/transport/pcap_source.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
 #include "drivers/velodyne/velodyne_timing.hpp"
+#include "runtime/pacer.hpp"
+#include "runtime/recording.hpp"
 #include "storage/mcap_reader.hpp"
 
 /// Formats that are streams of a device's bytes: read with the same decoders as a drive.
@@ -42,8 +42,9 @@ struct Tally {
     last = std::max(last, t);
   }
   void take(const std::vector<Measurement>& measured) {
-    constexpr std::array names{"pps_edges",  "time_labels", "timed_arrivals", "laser_status", "ins_solutions", "ins_uncertainties",
-                               "gnss_fixes", "imu_samples", "event_marks",    "laser_batches", "images",       "wheel_speeds",
+    constexpr std::array names{"pps_edges",     "time_labels",       "timed_arrivals", "laser_status",
+                               "ins_solutions", "ins_uncertainties", "gnss_fixes",     "imu_samples",
+                               "event_marks",   "laser_batches",     "images",         "wheel_speeds",
                                "faults"};
     static_assert(names.size() == std::variant_size_v<Measurement>);
     for (const auto& m : measured) {
@@ -189,12 +190,15 @@ namespace {
 /// Why nothing of a capture was decoded.
 std::string why_undecoded(std::uint64_t datagrams, const std::set<std::uint8_t>& products) {
   if (datagrams == 0) return "holds no UDP datagram: devices are read from UDP alone";
-  if (products.empty()) return "none of its datagrams is one of a Velodyne or a profile scanner: they are counted, not decoded";
+  if (products.empty())
+    return "none of its datagrams is one of a Velodyne or a profile scanner: they are counted, not decoded";
   std::string named;
-  for (const std::uint8_t product : products) named += fmt::format("{}{}", named.empty() ? "" : ", ", drivers::velodyne_product_name(product));
+  for (const std::uint8_t product : products)
+    named += fmt::format("{}{}", named.empty() ? "" : ", ", drivers::velodyne_product_name(product));
   std::string known;
   for (const auto model : {drivers::VelodyneModel::Vlp16, drivers::VelodyneModel::Hdl32e})
-    known += fmt::format("{}0x{:02X} ({})", known.empty() ? "" : ", ", drivers::velodyne_table(model).product_id, drivers::velodyne_table(model).name);
+    known += fmt::format("{}0x{:02X} ({})", known.empty() ? "" : ", ", drivers::velodyne_table(model).product_id,
+                         drivers::velodyne_table(model).name);
   return fmt::format("a Velodyne of product {}; known: {}: it is counted, not decoded", named, known);
 }
 
@@ -221,20 +225,22 @@ struct HeardDevice {
   Stream stream;
   std::set<std::uint8_t> unknown_products;  // of datagrams that have a Velodyne's size
 
-  /// A Velodyne's datagrams are told by their size; the model by the data packets' factory byte, the last of them, or by their timing. A
-  /// profile scanner's begin with their magic; the first of them says which scanner it is.
+  /// A Velodyne's datagrams are told by their size; the model by the data packets' factory byte, the last of them, or
+  /// by their timing. A profile scanner's begin with their magic; the first of them says which scanner it is.
   void take(const Packet& packet, const std::string& path, const drivers::IpAddress& address) {
     const std::size_t size = packet.bytes.size();
     const bool is_profile = drivers::is_profile_datagram(packet.bytes.bytes());
     if (is_profile && !stream.decoder) {
       if (const auto header = drivers::decode_profile_header(packet.bytes.bytes()); header.ok()) {
         name = "profile scanner " + std::to_string(header->scanner);
-        stream.decoder = std::make_unique<drivers::ProfileScannerDecoder>(SensorId{1}, drivers::ProfileScannerDecoder::Config{});
+        stream.decoder =
+            std::make_unique<drivers::ProfileScannerDecoder>(SensorId{1}, drivers::ProfileScannerDecoder::Config{});
       }
     }
     if (size == drivers::kVelodyneDataBytes && !stream.decoder) take_first_data(packet, path, address);
     if (!stream.decoder) return;
-    const bool is_velodyne = !is_profile && (size == drivers::kVelodyneDataBytes || size == drivers::kVelodynePositionBytes);
+    const bool is_velodyne =
+        !is_profile && (size == drivers::kVelodyneDataBytes || size == drivers::kVelodynePositionBytes);
     if (name.starts_with("velodyne") ? is_velodyne : is_profile) stream.take(packet);
   }
 
@@ -281,8 +287,10 @@ Inspection inspect_capture_file(const std::string& path) {
       const auto fault = decode_fault(1, packet->received, packet->bytes.bytes());
       if (!fault.ok()) continue;
       untaken.take({Measurement(*fault)});
-      // Several devices are listed below. Frames that could not be delivered are a file that was read in part or not at all.
-      if ((fault->kind == FaultKind::Malformed || packets == 0) && out.trouble.ok()) out.trouble = Error{ErrorCode::Malformed, fault->detail};
+      // Several devices are listed below. Frames that could not be delivered are a file that was read in part or not at
+      // all.
+      if ((fault->kind == FaultKind::Malformed || packets == 0) && out.trouble.ok())
+        out.trouble = Error{ErrorCode::Malformed, fault->detail};
       continue;
     }
     if (!packets++) first = packet->received;
@@ -297,7 +305,8 @@ Inspection inspect_capture_file(const std::string& path) {
   json["datagrams"] = packets;
   json["duration_s"] = to_seconds(last - first);
   for (const auto& [size, count] : sizes) json["datagrams_by_size"][std::to_string(size)] = count;
-  const auto known = std::count_if(senders.begin(), senders.end(), [](const auto& sender) { return sender.second.stream.decoder != nullptr; });
+  const auto known = std::count_if(senders.begin(), senders.end(),
+                                   [](const auto& sender) { return sender.second.stream.decoder != nullptr; });
   std::set<std::uint8_t> unknown_products;
   for (auto& [address, device] : senders) {
     unknown_products.merge(device.unknown_products);
@@ -312,7 +321,8 @@ Inspection inspect_capture_file(const std::string& path) {
     json["faults"] = untaken.faults;
     json["last_fault"] = untaken.last_fault;
   }
-  if (known == 0 && out.trouble.ok()) out.trouble = Error{ErrorCode::Unsupported, path + ": " + why_undecoded(packets, unknown_products)};
+  if (known == 0 && out.trouble.ok())
+    out.trouble = Error{ErrorCode::Unsupported, path + ": " + why_undecoded(packets, unknown_products)};
   return out;
 }
 
@@ -341,8 +351,9 @@ Inspection inspect_novatel(const std::string& path) {
   json["bytes"] = bytes;
   json.update(stream.tally.json(stream.decoder->counts()));
   const DecodeCounts& counts = stream.decoder->counts();
-  json["bytes_unaccounted"] = static_cast<std::int64_t>(bytes) -
-                              static_cast<std::int64_t>(counts.decoded_bytes + counts.ignored_bytes + counts.malformed_bytes);
+  json["bytes_unaccounted"] =
+      static_cast<std::int64_t>(bytes) -
+      static_cast<std::int64_t>(counts.decoded_bytes + counts.ignored_bytes + counts.malformed_bytes);
   return out;
 }
 

@@ -7,8 +7,8 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "runtime/recording.hpp"
 #include "config/section.hpp"
+#include "runtime/recording.hpp"
 #include "storage/cloud_picture.hpp"
 #include "storage/las_reader.hpp"
 
@@ -20,8 +20,8 @@ struct Options {
   double at = 0.35, eye_height_m = 2.2, heading_deg = -1;
 };
 
-/// Where the vehicle was at a share of the drive: the centre of what the laser hit within a short time lies along the street, so the
-/// view goes from the centre at `at` towards the centre a few seconds later.
+/// Where the vehicle was at a share of the drive: the centre of what the laser hit within a short time lies along the
+/// street, so the view goes from the centre at `at` towards the centre a few seconds later.
 Result<storage::StreetViewConfig> viewpoint(const Options& options) {
   auto reader = storage::LasReader::open(options.cloud);
   if (!reader.ok()) return reader.error();
@@ -45,16 +45,19 @@ Result<storage::StreetViewConfig> viewpoint(const Options& options) {
       ground = std::min(ground, point.z);
     }
   }
-  if (counts[0] == 0 || counts[1] == 0) return Error{ErrorCode::Invalid, options.cloud + ": too few points for a view from the street"};
+  if (counts[0] == 0 || counts[1] == 0)
+    return Error{ErrorCode::Invalid, options.cloud + ": too few points for a view from the street"};
   const Eigen::Vector3d from = sums[0] / counts[0], to = sums[1] / counts[1];
   storage::StreetViewConfig view;
   view.position = {from.x(), from.y(), ground + options.eye_height_m};
-  view.heading = options.heading_deg >= 0 ? options.heading_deg * std::numbers::pi / 180 : std::atan2(to.x() - from.x(), to.y() - from.y());
+  view.heading = options.heading_deg >= 0 ? options.heading_deg * std::numbers::pi / 180
+                                          : std::atan2(to.x() - from.x(), to.y() - from.y());
   return view;
 }
 
 /// Writes a picture and says what else there is to say of it; the worse of `status` and its own outcome.
-int finish(const std::string& path, const storage::RgbImage& image, const std::string& said, const Status& read, int status) {
+int finish(const std::string& path, const storage::RgbImage& image, const std::string& said, const Status& read,
+           int status) {
   if (const Status written = storage::write_png(path, image); !written.ok()) {
     log_error(written.error().message);
     return kOutputRefused;
@@ -66,9 +69,11 @@ int finish(const std::string& path, const storage::RgbImage& image, const std::s
 }
 
 int picture(Options options) {
-  if (options.above.empty() && options.street.empty()) throw config::ConfigError("picture: give --above PNG, --street PNG or both");
+  if (options.above.empty() && options.street.empty())
+    throw config::ConfigError("picture: give --above PNG, --street PNG or both");
   for (const std::string& path : {options.above, options.street})
-    if (!path.empty() && !path.ends_with(".png")) throw config::ConfigError(path + ": a picture is written as PNG; give a name that ends in .png");
+    if (!path.empty() && !path.ends_with(".png"))
+      throw config::ConfigError(path + ": a picture is written as PNG; give a name that ends in .png");
   options.cloud = runtime::drive_file(options.cloud, "cloud.las");
   int status = kDone;
   if (!options.above.empty()) {
@@ -77,12 +82,16 @@ int picture(Options options) {
       log_error(view.error().message);
       return kInputUnreadable;
     }
-    status = finish(options.above, view->image, fmt::format(": {:.3f} m a pixel, upper left at {:.1f} E {:.1f} N", view->cell_m, view->west, view->north), view->read, status);
+    status = finish(
+        options.above, view->image,
+        fmt::format(": {:.3f} m a pixel, upper left at {:.1f} E {:.1f} N", view->cell_m, view->west, view->north),
+        view->read, status);
     if (status == kOutputRefused) return status;
   }
   if (options.street.empty()) return status;
   const auto at = viewpoint(options);
-  const Result<storage::StreetView> view = at.ok() ? storage::picture_from_street(options.cloud, *at) : Result<storage::StreetView>(at.error());
+  const Result<storage::StreetView> view =
+      at.ok() ? storage::picture_from_street(options.cloud, *at) : Result<storage::StreetView>(at.error());
   if (!view.ok()) {
     log_error(view.error().message);
     return kInputUnreadable;

@@ -22,8 +22,10 @@ void add_rig(Command& all) {
   show.required("--out", options->out, "picture to write (SVG)");
   show.reads(options->rig).writes(options->out);
   show.runs([options] {
-    if (!options->out.ends_with(".svg")) throw config::ConfigError(options->out + ": the picture is written as SVG; give a name that ends in .svg");
-    if (const Status written = write_output(options->out, config::rig_svg(config::load_rig(options->rig))); !written.ok()) {
+    if (!options->out.ends_with(".svg"))
+      throw config::ConfigError(options->out + ": the picture is written as SVG; give a name that ends in .svg");
+    if (const Status written = write_output(options->out, config::rig_svg(config::load_rig(options->rig)));
+        !written.ok()) {
       log_error(written.error().message);
       return kOutputRefused;
     }

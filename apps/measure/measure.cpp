@@ -3,17 +3,17 @@
 #include <cmath>
 #include <numbers>
 
-#include "apps/commands.hpp"
 #include "apps/calibrate/drive_source.hpp"
+#include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/measure/object_measuring.hpp"
-#include "runtime/pipeline.hpp"
 #include "config/section.hpp"
 #include "core/csv_table.hpp"
 #include "core/geodesy.hpp"
 #include "core/input_file.hpp"
 #include "core/output_file.hpp"
+#include "runtime/pipeline.hpp"
 #include "storage/projection.hpp"
 
 namespace hueline::apps {
@@ -28,14 +28,19 @@ struct Options {
 
 std::string table(const std::vector<PickOutcome>& outcomes, const Geodetic& origin, storage::Projection& projection) {
   std::string out = fmt::format(
-      "# east_m, north_m, up_m: local level at latitude {:.3f}, longitude {:.3f} deg, height {:.0f} m; easting_m, northing_m: {} (EPSG:{}); heights above the ellipsoid\n"
-      "name,exposure,lens,u_px,v_px,exposed_gps_s,east_m,north_m,up_m,sigma_east_m,sigma_north_m,sigma_up_m,easting_m,northing_m,height_m,latitude_deg,longitude_deg,"
+      "# east_m, north_m, up_m: local level at latitude {:.3f}, longitude {:.3f} deg, height {:.0f} m; easting_m, "
+      "northing_m: {} (EPSG:{}); heights above the ellipsoid\n"
+      "name,exposure,lens,u_px,v_px,exposed_gps_s,east_m,north_m,up_m,sigma_east_m,sigma_north_m,sigma_up_m,easting_m,"
+      "northing_m,height_m,latitude_deg,longitude_deg,"
       "distance_m,oblique_deg,scatter_m,points,seconds,why_not\n",
-      origin.latitude / kDeg, origin.longitude / kDeg, origin.ellipsoidal_height, projection.crs_name(), projection.epsg());
+      origin.latitude / kDeg, origin.longitude / kDeg, origin.ellipsoidal_height, projection.crs_name(),
+      projection.epsg());
   const auto T_ecef_enu = ecef_from_enu(origin);
   for (const PickOutcome& one : outcomes) {
-    out += fmt::format("{},{},{},{:.3f},{:.3f},{},", one.pick.name, one.pick.exposure, one.lens, one.lens_pixel.x(), one.lens_pixel.y(),
-                       one.exposed ? fmt::format("{:.6f}", static_cast<double>(count_ns(*one.exposed) / 1000) * 1e-6) : "");
+    out += fmt::format(
+        "{},{},{},{:.3f},{:.3f},{},", one.pick.name, one.pick.exposure, one.lens, one.lens_pixel.x(),
+        one.lens_pixel.y(),
+        one.exposed ? fmt::format("{:.6f}", static_cast<double>(count_ns(*one.exposed) / 1000) * 1e-6) : "");
     if (!one.object.ok()) {
       std::string why = one.object.error().message;
       for (char& c : why)
@@ -46,15 +51,19 @@ std::string table(const std::vector<PickOutcome>& outcomes, const Geodetic& orig
     const fusion::MeasuredObject& object = *one.object;
     const Eigen::Vector3d p = object.p_enu, map = projection.project(p.x(), p.y(), p.z());
     const Geodetic place = to_geodetic(T_ecef_enu * Point<Enu>{p});
-    out += fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.10f},{:.10f},{:.3f},{:.1f},{:.4f},{},{:.2f},\n", p.x(), p.y(), p.z(),
-                       std::sqrt(object.covariance(0, 0)), std::sqrt(object.covariance(1, 1)), std::sqrt(object.covariance(2, 2)), map.x(), map.y(), map.z(),
-                       place.latitude / kDeg, place.longitude / kDeg, object.distance_m, object.oblique_deg, object.scatter_m, object.points, object.seconds);
+    out += fmt::format(
+        "{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.10f},{:.10f},{:.3f},{:.1f},{:.4f},{},{:.2f},"
+        "\n",
+        p.x(), p.y(), p.z(), std::sqrt(object.covariance(0, 0)), std::sqrt(object.covariance(1, 1)),
+        std::sqrt(object.covariance(2, 2)), map.x(), map.y(), map.z(), place.latitude / kDeg, place.longitude / kDeg,
+        object.distance_m, object.oblique_deg, object.scatter_m, object.points, object.seconds);
   }
   return out;
 }
 
 int measure(const Options& options) {
-  if (options.recording.empty() == options.scenario.empty()) throw config::ConfigError("give a recording (drive.mcap), or --scenario with --sim");
+  if (options.recording.empty() == options.scenario.empty())
+    throw config::ConfigError("give a recording (drive.mcap), or --scenario with --sim");
   if (!options.scenario.empty() && options.cache.empty()) throw config::ConfigError("give --sim with --scenario");
   const auto text = read_input(options.picks, kMostTable, "a table");
   if (!text.ok()) throw config::ConfigError(text.error().message);
@@ -70,7 +79,8 @@ int measure(const Options& options) {
     log_error(source.error().message);
     return opening_status(source.error());
   }
-  if (source->rig.geometry.head.lenses.empty()) throw config::ConfigError("the rig has no camera head: there is no image to pick in");
+  if (source->rig.geometry.head.lenses.empty())
+    throw config::ConfigError("the rig has no camera head: there is no image to pick in");
   ObjectMeasuring::Config config;
   config.around = nanoseconds(std::llround(options.around_s * 1e9));
   config.pick_sigma_px = options.sigma_px;
@@ -104,7 +114,8 @@ int measure(const Options& options) {
   }
   std::size_t measured = 0;
   for (const auto& one : outcomes) measured += one.object.ok();
-  if (!options.out.empty()) std::fputs(fmt::format("{} of {} objects measured: {}\n", measured, outcomes.size(), options.out).c_str(), stdout);
+  if (!options.out.empty())
+    std::fputs(fmt::format("{} of {} objects measured: {}\n", measured, outcomes.size(), options.out).c_str(), stdout);
   return measured ? (fed.ok() ? kDone : kInputUnreadable) : kNothingCame;
 }
 
@@ -116,13 +127,23 @@ void add_measure(Command& all) {
   command.option("RECORDING", options->recording, "drive.mcap");
   command.option("--scenario", options->scenario, "a simulated drive instead of a recording");
   command.option("--sim", options->cache, "with --scenario: folder of simulated drives");
-  command.required("--picks", options->picks, "CSV: exposure (as in cloud.las), u_px, v_px, and if wanted name and lens; without a lens the pixel is one of the panorama");
+  command.required("--picks", options->picks,
+                   "CSV: exposure (as in cloud.las), u_px, v_px, and if wanted name and lens; without a lens the pixel "
+                   "is one of the panorama");
   command.option("--rig", options->rig, "calibrated rig; left out: that of the recording");
-  command.setting("--around-s", options->around_s, "laser points so long before and after the exposure are used", {.least = 0.01, .most = 600});
-  command.setting("--sigma-px", options->sigma_px, "standard deviation of a picked coordinate", {.least = 0.001, .most = 100});
-  command.setting("--sigma-turn-deg", options->sigma_turn_deg, "standard deviation of a lens's turn against the scanner, from its calibration record", {.least = 0, .most = 10});
+  command.setting("--around-s", options->around_s, "laser points so long before and after the exposure are used",
+                  {.least = 0.01, .most = 600});
+  command.setting("--sigma-px", options->sigma_px, "standard deviation of a picked coordinate",
+                  {.least = 0.001, .most = 100});
+  command.setting("--sigma-turn-deg", options->sigma_turn_deg,
+                  "standard deviation of a lens's turn against the scanner, from its calibration record",
+                  {.least = 0, .most = 10});
   command.option("--out", options->out, "CSV to write; left out: it is printed");
-  command.reads(options->recording).reads(options->scenario).reads(options->rig).reads(options->picks).writes(options->out);
+  command.reads(options->recording)
+      .reads(options->scenario)
+      .reads(options->rig)
+      .reads(options->picks)
+      .writes(options->out);
   command.runs([options] { return measure(*options); });
 }
 

@@ -10,15 +10,19 @@ namespace hueline::apps {
 namespace {
 
 constexpr double kDeg = std::numbers::pi / 180;
-/// How much later than a point the exposure may come out that looks at it, beside Config::around: exposures wait for their marks.
+/// How much later than a point the exposure may come out that looks at it, beside Config::around: exposures wait for
+/// their marks.
 constexpr nanoseconds kExposureLate{5'000'000'000};
 
 }  // namespace
 
 std::string ObjectMeasuring::Config::validate() const {
-  if (around < nanoseconds(10'000'000) || around > nanoseconds(600'000'000'000)) return fmt::format("around is {} s; allowed: 0.01 to 600 s", to_seconds(around));
-  if (!(pick_sigma_px > 0 && pick_sigma_px <= 100)) return fmt::format("pick_sigma_px is {}; allowed: above 0 to 100 px", pick_sigma_px);
-  if (!(turn_sigma_deg >= 0 && turn_sigma_deg <= 10)) return fmt::format("turn_sigma_deg is {}; allowed: 0 to 10 deg", turn_sigma_deg);
+  if (around < nanoseconds(10'000'000) || around > nanoseconds(600'000'000'000))
+    return fmt::format("around is {} s; allowed: 0.01 to 600 s", to_seconds(around));
+  if (!(pick_sigma_px > 0 && pick_sigma_px <= 100))
+    return fmt::format("pick_sigma_px is {}; allowed: above 0 to 100 px", pick_sigma_px);
+  if (!(turn_sigma_deg >= 0 && turn_sigma_deg <= 10))
+    return fmt::format("turn_sigma_deg is {}; allowed: 0 to 10 deg", turn_sigma_deg);
   return surface.validate();
 }
 
@@ -41,7 +45,8 @@ void ObjectMeasuring::aim(Looking& looking) const {
   double pixel_rad = std::numbers::pi / head.panorama.height;
   if (pick.lens.empty()) {
     const auto& shape = head.panorama;
-    if (!(pick.pixel.x() >= -0.5 && pick.pixel.x() < shape.width - 0.5 && pick.pixel.y() >= -0.5 && pick.pixel.y() < shape.height - 0.5)) {
+    if (!(pick.pixel.x() >= -0.5 && pick.pixel.x() < shape.width - 0.5 && pick.pixel.y() >= -0.5 &&
+          pick.pixel.y() < shape.height - 0.5)) {
       looking.why_not = fmt::format("the pixel lies outside the panorama of {} x {}", shape.width, shape.height);
       return;
     }
@@ -52,7 +57,8 @@ void ObjectMeasuring::aim(Looking& looking) const {
     }
     at = *found;
   } else {
-    const auto lens = std::find_if(head.lenses.begin(), head.lenses.end(), [&](const auto& one) { return one.name == pick.lens; });
+    const auto lens =
+        std::find_if(head.lenses.begin(), head.lenses.end(), [&](const auto& one) { return one.name == pick.lens; });
     if (lens == head.lenses.end()) {
       looking.why_not = fmt::format("the rig has no lens '{}'", pick.lens);
       return;
@@ -71,7 +77,8 @@ void ObjectMeasuring::aim(Looking& looking) const {
   }
   looking.direction_lens = direction->xyz;
   if (!pick.lens.empty()) {
-    const auto beside = model.unproject(at.pixel + Eigen::Vector2d(at.pixel.x() < lens.intrinsics.width / 2.0 ? 1 : -1, 0));
+    const auto beside =
+        model.unproject(at.pixel + Eigen::Vector2d(at.pixel.x() < lens.intrinsics.width / 2.0 ? 1 : -1, 0));
     pixel_rad = beside ? std::acos(std::min(1.0, beside->xyz.dot(direction->xyz))) : 1 / lens.intrinsics.focal_px.x();
   }
   looking.ray.sigma = std::hypot(config_.pick_sigma_px * pixel_rad, config_.turn_sigma_deg * kDeg);
@@ -111,7 +118,8 @@ void ObjectMeasuring::look(const Shot& shot, const Held& point) {
     Looking& looking = looking_[i];
     if (!looking.why_not.empty()) continue;
     const Eigen::Vector3d to = point.p_enu - looking.ray.from_enu;
-    const double ahead = to.dot(looking.ray.direction_enu), reach = std::min(config_.surface.reach_m, config_.surface.reach * ahead);
+    const double ahead = to.dot(looking.ray.direction_enu),
+                 reach = std::min(config_.surface.reach_m, config_.surface.reach * ahead);
     if (ahead <= 0 || to.squaredNorm() - ahead * ahead > reach * reach) continue;
     looking.points.push_back({point.p_enu, point.from_enu, point.sigma_m, static_cast<float>(to_seconds(after))});
   }
@@ -125,9 +133,11 @@ void ObjectMeasuring::on_cloud(const CloudBlock& block, const fusion::Trajectory
   for (const ColouredPoint& point : block.points) {
     auto [scanner, is_new] = scanners.try_emplace(point.sensor);
     if (is_new || point.time - scanner->second.first > kStep || scanner->second.first - point.time > kStep) {
-      const auto mount = std::find_if(rig_.geometry.lasers.begin(), rig_.geometry.lasers.end(), [&](const auto& one) { return one.sensor == point.sensor; });
+      const auto mount = std::find_if(rig_.geometry.lasers.begin(), rig_.geometry.lasers.end(),
+                                      [&](const auto& one) { return one.sensor == point.sensor; });
       const auto pose = trajectory.pose_at(point.time);
-      if (mount == rig_.geometry.lasers.end() || !pose.pose) continue;  // neither can be: the point was placed with both
+      if (mount == rig_.geometry.lasers.end() || !pose.pose)
+        continue;  // neither can be: the point was placed with both
       scanner->second = {point.time, (pose.pose->T_enu_body * mount->T_body_scanner).translation};
     }
     held_.push_back({point.time, {point.east, point.north, point.up}, scanner->second.second, point.sigma_m});
@@ -142,8 +152,11 @@ void ObjectMeasuring::on_cloud(const CloudBlock& block, const fusion::Trajectory
 std::vector<PickOutcome> ObjectMeasuring::finish() {
   std::vector<PickOutcome> out;
   for (Looking& looking : looking_) {
-    if (looking.why_not.empty() && !looking.outcome.exposed) looking.why_not = fmt::format("the drive has no exposure {}", looking.outcome.pick.exposure);
-    looking.outcome.object = looking.why_not.empty() ? fusion::measure_object(looking.ray, looking.points, config_.surface) : Error{ErrorCode::Unavailable, looking.why_not};
+    if (looking.why_not.empty() && !looking.outcome.exposed)
+      looking.why_not = fmt::format("the drive has no exposure {}", looking.outcome.pick.exposure);
+    looking.outcome.object = looking.why_not.empty()
+                                 ? fusion::measure_object(looking.ray, looking.points, config_.surface)
+                                 : Error{ErrorCode::Unavailable, looking.why_not};
     out.push_back(std::move(looking.outcome));
   }
   return out;

@@ -6,30 +6,30 @@
 #include <vector>
 
 #include "apps/measure/object_picks.hpp"
-#include "runtime/products.hpp"
 #include "config/rig.hpp"
 #include "fusion/object_measurement.hpp"
 #include "fusion/panorama.hpp"
+#include "runtime/products.hpp"
 
 namespace hueline::apps {
 
 /// What became of a pick.
 struct PickOutcome {
   ObjectPick pick;
-  std::string lens;                                  ///< whose pixel it is; of a panorama, what it leads to
+  std::string lens;  ///< whose pixel it is; of a panorama, what it leads to
   Eigen::Vector2d lens_pixel = Eigen::Vector2d::Zero();
-  std::optional<GpsTime> exposed;                    ///< middle of the exposure; empty: there is no such exposure
-  Result<fusion::MeasuredObject> object = Error{};   ///< in the local level of the drive, or why there is none
+  std::optional<GpsTime> exposed;                   ///< middle of the exposure; empty: there is no such exposure
+  Result<fusion::MeasuredObject> object = Error{};  ///< in the local level of the drive, or why there is none
 };
 
-/// Measures picked objects by the points that leave the pipeline: a ProductSink. A point is held for as long as an exposure that may look at
-/// it can still come, so memory does not grow with the drive. Thread-bound (the pipeline's).
+/// Measures picked objects by the points that leave the pipeline: a ProductSink. A point is held for as long as an
+/// exposure that may look at it can still come, so memory does not grow with the drive. Thread-bound (the pipeline's).
 class ObjectMeasuring : public runtime::ProductSink {
  public:
   struct Config {
-    nanoseconds around{2'000'000'000};   ///< points fired so long before or after the exposure are used
-    double pick_sigma_px = 0.5;          ///< of the picked pixel, each coordinate
-    double turn_sigma_deg = 0.02;        ///< of a lens against the scanner: its calibration record says it
+    nanoseconds around{2'000'000'000};  ///< points fired so long before or after the exposure are used
+    double pick_sigma_px = 0.5;         ///< of the picked pixel, each coordinate
+    double turn_sigma_deg = 0.02;       ///< of a lens against the scanner: its calibration record says it
     fusion::ObjectMeasurementConfig surface;
     std::string validate() const;
   };
@@ -48,7 +48,7 @@ class ObjectMeasuring : public runtime::ProductSink {
  private:
   struct Looking {
     PickOutcome outcome;
-    std::string why_not;                 ///< empty so far as it can be measured
+    std::string why_not;  ///< empty so far as it can be measured
     int lens = -1;
     Eigen::Vector3d direction_lens = Eigen::Vector3d::UnitZ();
     fusion::PickedRay ray;
@@ -56,8 +56,8 @@ class ObjectMeasuring : public runtime::ProductSink {
   };
   /// All picks of one exposure.
   struct Shot {
-    std::optional<GpsTime> exposed;      ///< once its pose is settled
-    std::vector<std::size_t> looking;    ///< into looking_
+    std::optional<GpsTime> exposed;    ///< once its pose is settled
+    std::vector<std::size_t> looking;  ///< into looking_
   };
   struct Held {
     GpsTime time;

@@ -7,7 +7,8 @@
 namespace hueline::apps {
 
 Result<std::vector<ObjectPick>> parse_object_picks(const std::string& text, const std::string& file) {
-  const auto table = CsvTable::parse(text, file, {.needed = {"exposure", "u_px", "v_px"}, .allowed = {"name", "lens"}, .units = {}, .advice = {}});
+  const auto table = CsvTable::parse(
+      text, file, {.needed = {"exposure", "u_px", "v_px"}, .allowed = {"name", "lens"}, .units = {}, .advice = {}});
   if (!table.ok()) return table.error();
   std::vector<ObjectPick> out;
   for (std::size_t row = 0; row < table->rows(); ++row) {

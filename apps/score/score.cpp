@@ -11,9 +11,9 @@
 #include "apps/progress_bar.hpp"
 #include "apps/score/score_output.hpp"
 #include "apps/score/score_scenario.hpp"
-#include "runtime/version.hpp"
 #include "config/scenario.hpp"
 #include "config/sheet.hpp"
+#include "runtime/version.hpp"
 #include "score/metric_table.hpp"
 #include "score/sheet_text.hpp"
 
@@ -33,7 +33,9 @@ int threads_of(const Options& options) {
 std::string machine() {
   std::ifstream cpus("/proc/cpuinfo");
   for (std::string line; std::getline(cpus, line);)
-    if (line.starts_with("model name")) return fmt::format("{} x {}", std::thread::hardware_concurrency(), line.substr(std::min(line.size(), line.find(':') + 2)));
+    if (line.starts_with("model name"))
+      return fmt::format("{} x {}", std::thread::hardware_concurrency(),
+                         line.substr(std::min(line.size(), line.find(':') + 2)));
   return fmt::format("{} threads", std::thread::hardware_concurrency());
 }
 
@@ -80,10 +82,14 @@ int run(const Options& options) {
       } else {
         const std::string difference = first_difference(*scored, *again);
         notes.is_deterministic = difference.empty();
-        notes.determinism = notes.is_deterministic
-                                ? fmt::format("deterministic: {} with {} and {} threads gave the same {} points ({:016x}{:016x}) and the same figures", name, threads, other,
-                                              scored->cloud.points(), scored->cloud.value()[0], scored->cloud.value()[1])
-                                : fmt::format("NOT deterministic: {} of {} differs between {} and {} threads", difference, name, threads, other);
+        notes.determinism =
+            notes.is_deterministic
+                ? fmt::format(
+                      "deterministic: {} with {} and {} threads gave the same {} points ({:016x}{:016x}) and the same "
+                      "figures",
+                      name, threads, other, scored->cloud.points(), scored->cloud.value()[0], scored->cloud.value()[1])
+                : fmt::format("NOT deterministic: {} of {} differs between {} and {} threads", difference, name,
+                              threads, other);
       }
     }
     if (!scored.ok()) {
@@ -100,13 +106,16 @@ int run(const Options& options) {
   notes.machine = machine();
   notes.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   std::fputs((score::terminal_table(sheet) + "\n" + notes.determinism + "\n").c_str(), stdout);
-  if (!changes.empty()) std::fputs(("\nagainst " + options.against + "\n" + score::terminal_changes(changes)).c_str(), stdout);
+  if (!changes.empty())
+    std::fputs(("\nagainst " + options.against + "\n" + score::terminal_changes(changes)).c_str(), stdout);
   if (const Status written = write_score(options.out, sheet, notes, changes); !written.ok()) {
     log_error(written.error().message);
     return kOutputRefused;
   }
-  std::fputs(fmt::format("\n{} s; look at {}/score.html\n", static_cast<int>(notes.wall_s), options.out).c_str(), stdout);
-  const bool is_worse = std::any_of(changes.begin(), changes.end(), [](const score::Change& c) { return c.verdict == score::Verdict::Worse; });
+  std::fputs(fmt::format("\n{} s; look at {}/score.html\n", static_cast<int>(notes.wall_s), options.out).c_str(),
+             stdout);
+  const bool is_worse = std::any_of(changes.begin(), changes.end(),
+                                    [](const score::Change& c) { return c.verdict == score::Verdict::Worse; });
   return is_worse || !notes.is_deterministic ? kNotAsExpected : kDone;
 }
 
@@ -115,10 +124,13 @@ int run(const Options& options) {
 void add_score(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command(kScore.word, kScore.help);
-  command.setting("--sheet", options->sheet, "quick or full, which come with the program, or the file of another sheet");
+  command.setting("--sheet", options->sheet,
+                  "quick or full, which come with the program, or the file of another sheet");
   command.required("--out", options->out, "folder for score.json, score_notes.json and score.html");
   command.option("--cache", options->cache, "folder of rendered drives, found again by scenario (default: OUT/drives)");
-  command.option("--against", options->against, "score.json of another version: says what is better and worse beyond noise; exit status 6 if anything is worse");
+  command.option(
+      "--against", options->against,
+      "score.json of another version: says what is better and worse beyond noise; exit status 6 if anything is worse");
   command.setting("--threads", options->threads, "of rendering and colouring; 0: as many as the machine has", {0, 256});
   command.reads(options->sheet).reads(options->against).writes_into(options->out);
   command.runs([options] { return run(*options); });

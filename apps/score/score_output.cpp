@@ -15,7 +15,8 @@ std::string base64(std::span<const std::byte> bytes) {
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
     std::uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < left ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 3; ++k)
+      word = word << 8 | (k < left ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0u);
     for (std::size_t k = 0; k < 4; ++k) out += k <= left ? kDigits[word >> (18 - 6 * k) & 63] : '=';
   }
   return out;
@@ -30,7 +31,8 @@ std::string data_uri(const score::Picture& picture) {
 
 }  // namespace
 
-Status write_score(const std::filesystem::path& dir, const score::Sheet& sheet, const score::RunNotes& notes, const std::vector<score::Change>& changes) {
+Status write_score(const std::filesystem::path& dir, const score::Sheet& sheet, const score::RunNotes& notes,
+                   const std::vector<score::Change>& changes) {
   const auto folder = OutputFolder::open(dir);
   if (!folder.ok()) return folder.error();
   std::vector<std::vector<std::string>> pictures;

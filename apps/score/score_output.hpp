@@ -7,7 +7,9 @@
 
 namespace hueline::apps {
 
-/// Writes score.json, score_notes.json, score.md (the table) and score.html (with its pictures inside) into `dir`, which is made. Errors: Io.
-Status write_score(const std::filesystem::path& dir, const score::Sheet& sheet, const score::RunNotes& notes, const std::vector<score::Change>& changes);
+/// Writes score.json, score_notes.json, score.md (the table) and score.html (with its pictures inside) into `dir`,
+/// which is made. Errors: Io.
+Status write_score(const std::filesystem::path& dir, const score::Sheet& sheet, const score::RunNotes& notes,
+                   const std::vector<score::Change>& changes);
 
 }  // namespace hueline::apps

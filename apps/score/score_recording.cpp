@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <map>
 
-#include "runtime/pipeline.hpp"
 #include "apps/simulate/simulated_recording.hpp"
+#include "runtime/pipeline.hpp"
 #include "storage/journal_reader.hpp"
 
 namespace hueline::apps {
@@ -14,8 +14,8 @@ namespace {
 
 bool same(const Packet& a, const Packet& b) {
   const auto x = a.bytes.bytes(), y = b.bytes.bytes();
-  return a.sensor == b.sensor && a.kind == b.kind && a.shed == b.shed && a.sequence == b.sequence && a.received == b.received &&
-         std::equal(x.begin(), x.end(), y.begin(), y.end());
+  return a.sensor == b.sensor && a.kind == b.kind && a.shed == b.shed && a.sequence == b.sequence &&
+         a.received == b.received && std::equal(x.begin(), x.end(), y.begin(), y.end());
 }
 
 /// The packets of the file one after the other, over damaged chunks, to its end.
@@ -57,16 +57,20 @@ struct Losses {
 
 const char* word(sim::FaultyDisk::Death death) {
   switch (death) {
-    case sim::FaultyDisk::Death::ProcessKill: return "the program was killed";
-    case sim::FaultyDisk::Death::PowerCut: return "the power was cut";
-    case sim::FaultyDisk::Death::None: break;
+    case sim::FaultyDisk::Death::ProcessKill:
+      return "the program was killed";
+    case sim::FaultyDisk::Death::PowerCut:
+      return "the power was cut";
+    case sim::FaultyDisk::Death::None:
+      break;
   }
   return "";
 }
 
 }  // namespace
 
-Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, const std::filesystem::path& file, const sim::Drive& drive, const sim::Timeline& timeline,
+Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, const std::filesystem::path& file,
+                                           const sim::Drive& drive, const sim::Timeline& timeline,
                                            const config::Rig& rig, int threads) {
   auto reader = storage::JournalReader::open(file);
   if (!reader.ok()) return reader.error();
@@ -75,7 +79,7 @@ Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, cons
   CloudPrintSink sink(out.cloud);
   runtime::Pipeline pipeline(rig, threads, sink);
   Found found(**reader);
-  std::map<SensorId, Losses> inside, behind;  // before and after the last packet of the file
+  std::map<SensorId, Losses> inside, behind;              // before and after the last packet of the file
   std::vector<std::pair<SensorId, std::size_t>> missing;  // since the latest packet of the file
   std::uint64_t end_sequence = 0;
   HostTime last = kSimulatedHostBegin;
@@ -100,7 +104,8 @@ Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, cons
       ++facts.recovered;
       pipeline.process(sent);
       if (sent.kind == PacketKind::Fault)
-        if (const auto fault = decode_fault(sent.sensor, sent.received, sent.bytes.bytes()); fault.ok() && fault->kind == FaultKind::Overflow)
+        if (const auto fault = decode_fault(sent.sensor, sent.received, sent.bytes.bytes());
+            fault.ok() && fault->kind == FaultKind::Overflow)
           inside[sent.sensor].told += fault->count, facts.told += fault->count;
     } else {
       ++facts.changed;
@@ -118,19 +123,23 @@ Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, cons
     ++facts.came, ++facts.refused;
     (packet.sequence < end_sequence ? inside : behind)[packet.sensor].add(packet.bytes);
   }
-  // What lies behind the last packet is told as a whole: by who reads a recording that was cut, or by the program at its end.
-  const bool is_end_told = !capture.recording.ok() || (capture.death != sim::FaultyDisk::Death::None && found.end() == ErrorCode::Truncated);
+  // What lies behind the last packet is told as a whole: by who reads a recording that was cut, or by the program at
+  // its end.
+  const bool is_end_told =
+      !capture.recording.ok() || (capture.death != sim::FaultyDisk::Death::None && found.end() == ErrorCode::Truncated);
   if (!is_end_told)
-    for (const auto& [sensor, losses] : behind) inside[sensor].packets += losses.packets, inside[sensor].bytes += losses.bytes;
+    for (const auto& [sensor, losses] : behind)
+      inside[sensor].packets += losses.packets, inside[sensor].bytes += losses.bytes;
   for (const auto& [sensor, losses] : inside) {
-    const std::uint64_t untold = losses.packets > losses.told ? losses.packets - losses.told : losses.told - losses.packets;
+    const std::uint64_t untold =
+        losses.packets > losses.told ? losses.packets - losses.told : losses.told - losses.packets;
     facts.untold += untold;
     if (losses.packets > 0) facts.untold_bytes += losses.bytes * untold / losses.packets;
   }
   facts.end_lost_s = to_seconds(capture.end - last);
   const std::string ended = capture.death != sim::FaultyDisk::Death::None ? word(capture.death)
-                            : capture.recording.ok()                       ? "recorded to the end"
-                                                                           : "the recording ended early";
+                            : capture.recording.ok()                      ? "recorded to the end"
+                                                                          : "the recording ended early";
   facts.end = fmt::format("{}; reading it back: {}, {} damaged places", ended, name(found.end()), found.damaged());
   return out;
 }

@@ -14,9 +14,10 @@ struct RecoveredRecording {
   CloudPrint cloud;             ///< of the packets that were read back, as they were before they were written
 };
 
-/// `threads`: of the colouring; the cloud does not depend on it. Errors: those of for_each_simulated_packet; Io, Malformed, Truncated:
-/// the file cannot be opened as a recording.
-Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, const std::filesystem::path& file, const sim::Drive& drive, const sim::Timeline& timeline,
+/// `threads`: of the colouring; the cloud does not depend on it. Errors: those of for_each_simulated_packet; Io,
+/// Malformed, Truncated: the file cannot be opened as a recording.
+Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, const std::filesystem::path& file,
+                                           const sim::Drive& drive, const sim::Timeline& timeline,
                                            const config::Rig& rig, int threads);
 
 }  // namespace hueline::apps

@@ -6,12 +6,12 @@
 #include <optional>
 #include <set>
 
-#include "runtime/pipeline.hpp"
-#include "runtime/recording.hpp"
 #include "apps/score/score_recording.hpp"
 #include "apps/score/score_sink.hpp"
 #include "apps/simulate/simulated_recording.hpp"
 #include "apps/simulate/simulated_rig.hpp"
+#include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
 
@@ -21,7 +21,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Devices = std::map<SensorId, score::DeviceBytes>;
 
-/// Of each camera event in its order: the true exposure whose picture it is. Faults may send a picture again, under any number.
+/// Of each camera event in its order: the true exposure whose picture it is. Faults may send a picture again, under any
+/// number.
 std::vector<std::uint32_t> pictures(const sim::Drive& drive, const sim::Timeline& timeline) {
   std::map<std::string, std::uint32_t> number_of_file;
   for (const auto& exposure : drive.exposures) number_of_file[exposure.image_file] = exposure.number;
@@ -35,7 +36,8 @@ std::vector<std::uint32_t> pictures(const sim::Drive& drive, const sim::Timeline
   return out;
 }
 
-/// What arrives of a channel's units: packets of the laser and images by their number, so that a second copy is none; others counted.
+/// What arrives of a channel's units: packets of the laser and images by their number, so that a second copy is none;
+/// others counted.
 std::uint64_t arrived(const sim::Timeline& timeline, sim::WireChannel channel) {
   std::set<std::uint32_t> numbers;
   std::uint64_t count = 0;
@@ -63,7 +65,8 @@ void count_units(const sim::Timeline& sent, const sim::Timeline& received, const
 }
 
 /// Images that the camera never made were not lost on the way.
-void forgive_unmade_images(const sim::Scenario& scenario, const std::vector<std::size_t>& hits, score::DeviceBytes& camera) {
+void forgive_unmade_images(const sim::Scenario& scenario, const std::vector<std::size_t>& hits,
+                           score::DeviceBytes& camera) {
   for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
     const sim::FaultType type = scenario.faults[i].type;
     if (type != sim::FaultType::ImageMissed && type != sim::FaultType::CameraDisconnect) continue;
@@ -71,8 +74,8 @@ void forgive_unmade_images(const sim::Scenario& scenario, const std::vector<std:
   }
 }
 
-std::map<std::string, score::DeviceBytes> account(const config::Rig& rig, const runtime::Pipeline& pipeline, Devices devices,
-                                                  const std::map<SensorId, std::uint64_t>& told_lost) {
+std::map<std::string, score::DeviceBytes> account(const config::Rig& rig, const runtime::Pipeline& pipeline,
+                                                  Devices devices, const std::map<SensorId, std::uint64_t>& told_lost) {
   std::map<std::string, score::DeviceBytes> out;
   for (const auto& sensor : rig.sensors) {
     score::DeviceBytes& device = devices[sensor.id];
@@ -90,7 +93,8 @@ std::map<std::string, score::DeviceBytes> account(const config::Rig& rig, const 
 /// A folder of its own for a recording that nobody keeps.
 class ScratchFolder {
  public:
-  explicit ScratchFolder(const std::string& parent) : path_((std::filesystem::path(parent) / "recorded.XXXXXX").string()) {
+  explicit ScratchFolder(const std::string& parent)
+      : path_((std::filesystem::path(parent) / "recorded.XXXXXX").string()) {
     if (::mkdtemp(path_.data()) == nullptr) path_.clear();
   }
   ScratchFolder(const ScratchFolder&) = delete;
@@ -112,8 +116,8 @@ struct Recorded {
   runtime::Recording recording;
 };
 
-Result<Recorded> record(const sim::Scenario& scenario, const sim::Drive& drive, const sim::Timeline& timeline, const config::Rig& rig, int threads,
-                        const std::filesystem::path& file) {
+Result<Recorded> record(const sim::Scenario& scenario, const sim::Drive& drive, const sim::Timeline& timeline,
+                        const config::Rig& rig, int threads, const std::filesystem::path& file) {
   sim::FaultyDisk disk(scenario.faults, scenario.seed);
   auto capture = capture_on_faulty_disk(drive, timeline, rig, disk, file);
   if (!capture.ok()) return capture.error();
@@ -126,11 +130,13 @@ Result<Recorded> record(const sim::Scenario& scenario, const sim::Drive& drive, 
 
 }  // namespace
 
-Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::string& name, const std::string& cache, std::size_t ray_returns, int threads,
-                                 const ScoreProgress& progress) {
+Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::string& name, const std::string& cache,
+                                 std::size_t ray_returns, int threads, const ScoreProgress& progress) {
   sim::GenerateOptions options;
   options.threads = static_cast<unsigned>(threads);
-  const auto drive = sim::generate(scenario, cache, [&](const std::string& stage, double share) { progress(name + ": rendering " + stage, share); }, options);
+  const auto drive = sim::generate(
+      scenario, cache, [&](const std::string& stage, double share) { progress(name + ": rendering " + stage, share); },
+      options);
   if (!drive.ok()) return drive.error();
   // What the devices sent: a solution that the POS does not give out was never sent.
   sim::Scenario faultless = scenario;
@@ -139,7 +145,8 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   if (!sent.ok() || !spoilt.ok()) return !sent.ok() ? sent.error() : spoilt.error();
   const sim::Timeline& timeline = spoilt->timeline;
   const config::Rig rig = config::parse_rig(simulated_rig(scenario, {}, "lens"), "simulated rig");
-  auto scorer = score::Scorer::open(scenario, drive->cache_dir, {.ray_returns = ray_returns, .seed = 1, .threads = threads});
+  auto scorer =
+      score::Scorer::open(scenario, drive->cache_dir, {.ray_returns = ray_returns, .seed = 1, .threads = threads});
   if (!scorer.ok()) return scorer.error();
 
   ScoreSink sink(*scorer, rig, gps_time_ns(drive->begin_gps_ns));
@@ -151,7 +158,9 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   const auto numbers = pictures(*drive, timeline);
   Clock::duration inside{0};
   const auto use = [&](const Packet& packet) {
-    if (packet.sequence % 512 == 0) progress(name + ": colouring", std::min(1.0, static_cast<double>(packet.sequence) / static_cast<double>(timeline.events.size())));
+    if (packet.sequence % 512 == 0)
+      progress(name + ": colouring",
+               std::min(1.0, static_cast<double>(packet.sequence) / static_cast<double>(timeline.events.size())));
     devices[packet.sensor].received_bytes += packet.kind == PacketKind::Wire ? packet.bytes.size() : 0;
     sink.set_now(packet.received);
     const auto began = Clock::now();
@@ -175,7 +184,8 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
       if (packet.kind == PacketKind::Wire) set_image(packet.sensor, packet.sequence);
     recovered = std::move(recorded->recovered);
     // How the recording ends is among its figures.
-    if (const Status read = recorded->recording.for_each(use); !read.ok() && read.error().code == ErrorCode::Io) fed = read;
+    if (const Status read = recorded->recording.for_each(use); !read.ok() && read.error().code == ErrorCode::Io)
+      fed = read;
   } else {
     fed = for_each_simulated_packet(*drive, timeline, rig, [&](const Packet& packet) {
       if (packet.kind == PacketKind::Wire) set_image(packet.sensor, packet.sequence);
@@ -196,7 +206,8 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
     facts = recovered->facts;
     facts->is_same_cloud = recovered->cloud == run.cloud;
   }
-  run.score = scorer->finish(name, account(rig, pipeline, devices, sink.told_lost()), [&](double share) { progress(name + ": casting rays", share); });
+  run.score = scorer->finish(name, account(rig, pipeline, devices, sink.told_lost()),
+                             [&](double share) { progress(name + ": casting rays", share); });
   score::add_recording_figures(facts, run.score);
   const double seconds = std::chrono::duration<double>(inside).count();
   run.score.figures["realtime_factor"] = {scenario.duration_s / seconds, {}};

@@ -24,7 +24,8 @@ void ScoreSink::on_exposure(const Exposure& exposure) {
   if (exposure.timing == ExposureTiming::Unmatched) return;
   const auto number = image_numbers_.find(exposure.image.packet_sequence);
   if (number == image_numbers_.end()) return;
-  stamped_.insert_or_assign(exposure.index, Stamped{number->second, exposure.exposure_mid, exposure.sigma, exposure.image.received});
+  stamped_.insert_or_assign(exposure.index,
+                            Stamped{number->second, exposure.exposure_mid, exposure.sigma, exposure.image.received});
 }
 
 void ScoreSink::on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) {
@@ -56,7 +57,8 @@ void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_e
   cloud_.add(point);
   const auto exposure = stamped_.find(point.exposure);
   score::PointClaim out;
-  out.claim = claim_of(point, T_ecef_enu, exposure == stamped_.end() ? kUnknownExposure : exposure->second.number, is_panorama_);
+  out.claim = claim_of(point, T_ecef_enu, exposure == stamped_.end() ? kUnknownExposure : exposure->second.number,
+                       is_panorama_);
   out.is_coloured = point.exposure != kNoExposure;
   if (out.is_coloured && now_) {
     HostTime needed = kSimulatedHostBegin + (point.time - drive_begin_);
@@ -69,7 +71,8 @@ void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_e
 void ScoreSink::finish() {
   std::set<std::uint32_t> numbers;
   for (const auto& [index, stamped] : stamped_) {
-    // A camera that hangs sends a picture again, as another exposure's: that one's time is right, its picture is never used.
+    // A camera that hangs sends a picture again, as another exposure's: that one's time is right, its picture is never
+    // used.
     if (!numbers.insert(stamped.number).second) continue;
     score::ExposureClaim claim;
     claim.number = stamped.number;

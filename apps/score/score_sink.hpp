@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "apps/score/cloud_print.hpp"
-#include "runtime/products.hpp"
 #include "config/rig.hpp"
+#include "runtime/products.hpp"
 #include "score/scorer.hpp"
 
 namespace hueline::apps {
@@ -20,7 +20,8 @@ class ScoreSink : public runtime::ProductSink {
   /// The packet of that sequence holds the picture of that true exposure. Before the packet is processed.
   void set_image(std::uint64_t packet_sequence, std::uint32_t number) { image_numbers_[packet_sequence] = number; }
 
-  /// The packet that is about to be processed came then; what comes out next, comes out on it. Empty: the stream is over.
+  /// The packet that is about to be processed came then; what comes out next, comes out on it. Empty: the stream is
+  /// over.
   void set_now(std::optional<HostTime> received) { now_ = received; }
 
   void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override;

@@ -9,8 +9,10 @@ namespace {
 Inspection inspect_scenario(const std::string& path) {
   try {
     const sim::Scenario scenario = config::load_scenario(path);
-    return {std::make_unique<nlohmann::ordered_json>(nlohmann::ordered_json{
-                {"format", "scenario"}, {"duration_s", scenario.duration_s}, {"seed", scenario.seed}, {"fingerprint", scenario.fingerprint()}}),
+    return {std::make_unique<nlohmann::ordered_json>(nlohmann::ordered_json{{"format", "scenario"},
+                                                                            {"duration_s", scenario.duration_s},
+                                                                            {"seed", scenario.seed},
+                                                                            {"fingerprint", scenario.fingerprint()}}),
             {}};
   } catch (const config::ConfigError& e) {
     return {nullptr, Error{ErrorCode::Invalid, e.what()}};

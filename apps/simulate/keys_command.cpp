@@ -14,7 +14,8 @@ void add_keys(Command& all) {
   keys.required("FILE", *document, "Markdown, such as docs/rig.md or docs/scenario.md");
   keys.writes(*document);
   keys.runs([document] {
-    const std::string text = config::with_key_tables(config::read_configuration(*document), {config::rig_document(), config::scenario_document()});
+    const std::string text = config::with_key_tables(config::read_configuration(*document),
+                                                     {config::rig_document(), config::scenario_document()});
     if (const Status written = write_output(*document, text); !written.ok()) {
       log_error(written.error().message);
       return kOutputRefused;

@@ -80,7 +80,8 @@ void require_same_drive(const sim::Scenario& scenario, const sim::Scenario& besi
     return s.text();
   };
   if (without_sensors(scenario) != without_sensors(beside))
-    throw config::ConfigError("--beside: the two scenarios may differ in laser and camera only: it is one vehicle on one drive");
+    throw config::ConfigError(
+        "--beside: the two scenarios may differ in laser and camera only: it is one vehicle on one drive");
 }
 
 int play(const Options& options, const sim::Drive& drive, const sim::Drive* beside_drive, const sim::Scenario& scenario,
@@ -104,41 +105,52 @@ int play(const Options& options, const sim::Drive& drive, const sim::Drive* besi
     log_error(player.error().message);
     return kOutputRefused;
   }
-  log_info("devices are up: laser to {} udp {} and {}, POS at tcp {}, PPS at {}, camera {}; waiting for a capture", options.at.address,
-               options.at.data_port, options.at.position_port, (*player)->pos_port(), options.at.pps_socket, options.at.camera_serial);
-  if (const Status ready = (*player)->wait_until_ready(static_cast<std::int64_t>(options.wait_s * 1e9), stop); !ready.ok()) {
+  log_info("devices are up: laser to {} udp {} and {}, POS at tcp {}, PPS at {}, camera {}; waiting for a capture",
+           options.at.address, options.at.data_port, options.at.position_port, (*player)->pos_port(),
+           options.at.pps_socket, options.at.camera_serial);
+  if (const Status ready = (*player)->wait_until_ready(static_cast<std::int64_t>(options.wait_s * 1e9), stop);
+      !ready.ok()) {
     if (ready.error().code == ErrorCode::Stopped) return kDone;
     log_error(ready.error().message);
     return kNothingCame;
   }
   const sim::PlayReport report = (*player)->run(timeline->timeline, stop, [&](const sim::PlayProgress& progress) {
-    bar.show("playing in real time", static_cast<double>(progress.drive_ns) / static_cast<double>(progress.duration_ns));
+    bar.show("playing in real time",
+             static_cast<double>(progress.drive_ns) / static_cast<double>(progress.duration_ns));
   });
   bar.end();
   for (std::size_t i = 0; i < sim::kWireChannels; ++i) {
     const auto channel = static_cast<sim::WireChannel>(i);
     const auto& sent = report.of(channel);
     if (channel == sim::WireChannel::Wheel && drive.wheel.empty()) continue;
-    std::fprintf(stdout, "%-15s %8llu sent, %llu refused, late by %.3f ms on average, %.1f ms at most\n", sim::name(channel),
-                 static_cast<unsigned long long>(sent.sent), static_cast<unsigned long long>(sent.failed), sent.mean_lateness_ns / 1e6,
+    std::fprintf(stdout, "%-15s %8llu sent, %llu refused, late by %.3f ms on average, %.1f ms at most\n",
+                 sim::name(channel), static_cast<unsigned long long>(sent.sent),
+                 static_cast<unsigned long long>(sent.failed), sent.mean_lateness_ns / 1e6,
                  static_cast<double>(sent.latest_ns) / 1e6);
   }
-  std::fprintf(stdout, "%-15s %8llu sent, %llu refused, %llu sent again, %llu asked for again and gone\n", "camera packets",
-               static_cast<unsigned long long>(report.camera.packets_sent), static_cast<unsigned long long>(report.camera.packets_failed),
-               static_cast<unsigned long long>(report.camera.packets_resent), static_cast<unsigned long long>(report.camera.resends_refused));
+  std::fprintf(stdout, "%-15s %8llu sent, %llu refused, %llu sent again, %llu asked for again and gone\n",
+               "camera packets", static_cast<unsigned long long>(report.camera.packets_sent),
+               static_cast<unsigned long long>(report.camera.packets_failed),
+               static_cast<unsigned long long>(report.camera.packets_resent),
+               static_cast<unsigned long long>(report.camera.resends_refused));
   return kDone;
 }
 
 /// The truth that not every user needs, as asked for.
-Status write_truth(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario, const sim::GenerateOptions& generation, ProgressBar& bar) {
+Status write_truth(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario,
+                   const sim::GenerateOptions& generation, ProgressBar& bar) {
   if (!options.clocks_file.empty()) {
     const auto timeline = sim::scenario_timeline(scenario, drive);
     if (!timeline.ok()) return timeline.error();
-    if (const Status written = sim::write_clocks(options.clocks_file, sim::true_clocks(timeline->timeline, scenario.faults)); !written.ok()) return written;
+    if (const Status written =
+            sim::write_clocks(options.clocks_file, sim::true_clocks(timeline->timeline, scenario.faults));
+        !written.ok())
+      return written;
   }
   if (options.sights_file.empty()) return {};
-  const Status written = sim::write_sights(scenario, drive, options.sights_file, [&](const std::string& stage, double share) { bar.show(stage, share); },
-                                           generation);
+  const Status written = sim::write_sights(
+      scenario, drive, options.sights_file, [&](const std::string& stage, double share) { bar.show(stage, share); },
+      generation);
   bar.end();
   return written;
 }
@@ -152,7 +164,9 @@ int simulate(const Options& options) {
     require_same_drive(scenario, *beside);
   }
   if (!options.rig_file.empty()) {
-    if (const Status written = write_output(options.rig_file, simulated_rig(scenario, options.at, options.method, beside ? &*beside : nullptr)); !written.ok()) {
+    if (const Status written = write_output(
+            options.rig_file, simulated_rig(scenario, options.at, options.method, beside ? &*beside : nullptr));
+        !written.ok()) {
       log_error(written.error().message);
       return kOutputRefused;
     }
@@ -161,7 +175,8 @@ int simulate(const Options& options) {
   sim::GenerateOptions generation;
   generation.stop = signals.asked();
   const auto made = [&](const sim::Scenario& one) {
-    auto drive = sim::generate(one, options.out, [&](const std::string& stage, double share) { bar.show(stage, share); }, generation);
+    auto drive = sim::generate(
+        one, options.out, [&](const std::string& stage, double share) { bar.show(stage, share); }, generation);
     bar.end();
     if (drive.ok()) {
       std::fprintf(stdout, "drive and truth: %s\n", drive->cache_dir.c_str());
@@ -193,16 +208,24 @@ int simulate(const Options& options) {
 void add_simulate(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command(kSimulate.word, kSimulate.help);
-  command.required("SCENARIO", options->scenario, "scenario file (YAML), or the name of one that comes with the program (street, square, ...)");
-  command.required("--out", options->out, "folder for drives, one a scenario, named by its content; an existing one is used again");
-  command.option("--write-rig", options->rig_file, "also write the rig file of the emulated vehicle, with its true calibration");
+  command.required("SCENARIO", options->scenario,
+                   "scenario file (YAML), or the name of one that comes with the program (street, square, ...)");
+  command.required("--out", options->out,
+                   "folder for drives, one a scenario, named by its content; an existing one is used again");
+  command.option("--write-rig", options->rig_file,
+                 "also write the rig file of the emulated vehicle, with its true calibration");
   command.setting("--method", options->method, "with --write-rig: lens or panorama", {"lens", "panorama"});
-  command.option("--beside", options->beside, "another scenario of the same drive, whose laser is the vehicle's second scanner, on the next ports");
-  command.option("--clocks", options->clocks_file, "also write what every clock was truly off, with the scenario's faults (CSV)");
-  command.option("--sights", options->sights_file, "also write which exposures truly saw each laser return (docs/formats.md); takes about as long as rendering");
+  command.option("--beside", options->beside,
+                 "another scenario of the same drive, whose laser is the vehicle's second scanner, on the next ports");
+  command.option("--clocks", options->clocks_file,
+                 "also write what every clock was truly off, with the scenario's faults (CSV)");
+  command.option(
+      "--sights", options->sights_file,
+      "also write which exposures truly saw each laser return (docs/formats.md); takes about as long as rendering");
   command.flag("--play", options->play, "be the devices: wait for a capture, then play in real time");
   command.setting("--wait", options->wait_s, "with --play: seconds to wait for the capture");
-  command.setting("--address", options->at.address, "own address of the emulated devices, and where the laser sends to");
+  command.setting("--address", options->at.address,
+                  "own address of the emulated devices, and where the laser sends to");
   command.setting("--pps-socket", options->at.pps_socket, "local socket of the PPS edges");
   command.setting("--data-port", options->at.data_port, "UDP port of laser data", {1, 65535});
   command.setting("--position-port", options->at.position_port, "UDP port of laser position packets", {1, 65535});
@@ -210,9 +233,16 @@ void add_simulate(Command& all) {
   command.setting("--can-port", options->at.can_port, "UDP port of the CAN bus, as a gateway's datagrams", {1, 65535});
   command.option("--can-interface", options->at.can_interface, "CAN interface to be the bus on, instead of datagrams");
   command.setting("--camera", options->at.camera_serial, "serial number of the GigE camera");
-  command.setting("--camera-link", options->camera_link_mb_s, "pace of the camera's packets, MB/s; 0: a gigabit link, or ten gigabit if the images need it", {0.0, 1e5});
-  command.setting("--camera-packet", options->camera_packet, "the camera's largest packet, bytes with IP and UDP headers", {576, 65000});
-  command.reads(options->scenario).reads(options->beside).writes(options->rig_file).writes(options->clocks_file).writes(options->sights_file);
+  command.setting("--camera-link", options->camera_link_mb_s,
+                  "pace of the camera's packets, MB/s; 0: a gigabit link, or ten gigabit if the images need it",
+                  {0.0, 1e5});
+  command.setting("--camera-packet", options->camera_packet,
+                  "the camera's largest packet, bytes with IP and UDP headers", {576, 65000});
+  command.reads(options->scenario)
+      .reads(options->beside)
+      .writes(options->rig_file)
+      .writes(options->clocks_file)
+      .writes(options->sights_file);
   command.runs([options] { return simulate(*options); });
 }
 

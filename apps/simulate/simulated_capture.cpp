@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
+#include "apps/simulate/simulated_disk.hpp"
+#include "apps/simulate/simulated_recording.hpp"
 #include "runtime/ingest.hpp"
 #include "runtime/live_run.hpp"
 #include "runtime/recorder.hpp"
 #include "runtime/recording.hpp"
-#include "apps/simulate/simulated_disk.hpp"
-#include "apps/simulate/simulated_recording.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -19,11 +19,13 @@ std::int64_t drive_ns(HostTime t) { return (t - kSimulatedHostBegin).count(); }
 /// The recorder and its queue, one step after the other.
 class Steps {
  public:
-  Steps(const config::Rig& rig, sim::FaultyDisk& disk, std::unique_ptr<storage::JournalWriter> journal, std::size_t queue_bytes)
+  Steps(const config::Rig& rig, sim::FaultyDisk& disk, std::unique_ptr<storage::JournalWriter> journal,
+        std::size_t queue_bytes)
       : disk_(disk),
         record_({runtime::LiveRun::Config().record_queue.items, queue_bytes}),
         pipeline_({runtime::LiveRun::Config().pipeline_queue.items}),
-        ingest_(std::vector<runtime::Ingest::Sensor>(rig.sensors.size() + 1), record_, pipeline_, {runtime::LiveRun::Config().pipeline_queue.items}),
+        ingest_(std::vector<runtime::Ingest::Sensor>(rig.sensors.size() + 1), record_, pipeline_,
+                {runtime::LiveRun::Config().pipeline_queue.items}),
         recorder_(std::move(journal)) {}
 
   /// Lets the recorder work until then. False if the program is dead or its recording failed.
@@ -42,9 +44,11 @@ class Steps {
 
   void submit(const Packet& packet, SimulatedCapture& out) {
     const bool is_accepted = ingest_.submit(packet);
-    if (packet.kind == PacketKind::Fault) return keep_told(~std::uint64_t{0}, out);  // when and how runtime::Ingest tells it
+    if (packet.kind == PacketKind::Fault)
+      return keep_told(~std::uint64_t{0}, out);  // when and how runtime::Ingest tells it
     const std::uint64_t sequence = ingest_.next_sequence() - 1;
-    out.packets.push_back({sequence, packet.sensor, packet.kind, static_cast<std::uint32_t>(packet.bytes.size()), is_accepted});
+    out.packets.push_back(
+        {sequence, packet.sensor, packet.kind, static_cast<std::uint32_t>(packet.bytes.size()), is_accepted});
     newest_ = std::max(newest_, packet.received);
     if (is_accepted) accepted_.push_back({newest_, sequence});
     keep_told(sequence, out);
@@ -63,7 +67,8 @@ class Steps {
     out.death = disk_.is_dead() ? disk_.death() : sim::FaultyDisk::Death::None;
     if (out.death != sim::FaultyDisk::Death::None) {
       const storage::JournalWriter::Config promise;
-      const nanoseconds span = out.death == sim::FaultyDisk::Death::PowerCut ? promise.sync_interval : promise.chunk_time;
+      const nanoseconds span =
+          out.death == sim::FaultyDisk::Death::PowerCut ? promise.sync_interval : promise.chunk_time;
       // Arrivals are a little out of order: a pulse is stamped before it is reported.
       constexpr nanoseconds kDisorder = std::chrono::milliseconds(1);
       for (const auto& one : accepted_)
@@ -82,7 +87,8 @@ class Steps {
   };
   void keep_told(std::uint64_t but_this, SimulatedCapture& out) {
     while (pipeline_.size() > 0)
-      if (const PacketPtr packet = *pipeline_.pop(); packet->sequence != but_this) out.told.emplace(packet->sequence, *packet);
+      if (const PacketPtr packet = *pipeline_.pop(); packet->sequence != but_this)
+        out.told.emplace(packet->sequence, *packet);
   }
 
   sim::FaultyDisk& disk_;
@@ -97,7 +103,8 @@ class Steps {
 
 }  // namespace
 
-Result<SimulatedCapture> capture_on_faulty_disk(const sim::Drive& drive, const sim::Timeline& timeline, const config::Rig& rig, sim::FaultyDisk& disk,
+Result<SimulatedCapture> capture_on_faulty_disk(const sim::Drive& drive, const sim::Timeline& timeline,
+                                                const config::Rig& rig, sim::FaultyDisk& disk,
                                                 const std::filesystem::path& file, std::size_t queue_bytes) {
   SimulatedDisk simulated(disk);
   disk.set_now(0);
@@ -126,8 +133,8 @@ Result<SimulatedCapture> capture_on_faulty_disk(const sim::Drive& drive, const s
   return out;
 }
 
-Status for_each_accepted_packet(const SimulatedCapture& capture, const sim::Drive& drive, const sim::Timeline& timeline, const config::Rig& rig,
-                                const std::function<bool(const Packet&)>& use) {
+Status for_each_accepted_packet(const SimulatedCapture& capture, const sim::Drive& drive, const sim::Timeline& timeline,
+                                const config::Rig& rig, const std::function<bool(const Packet&)>& use) {
   std::size_t number = 0;
   auto told = capture.told.begin();
   const auto give_told = [&](std::uint64_t below) {

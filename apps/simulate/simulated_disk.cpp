@@ -9,7 +9,8 @@ namespace {
 
 class SimulatedFile final : public storage::DiskFile {
  public:
-  SimulatedFile(sim::FaultyDisk& model, std::unique_ptr<storage::DiskFile> real) : model_(model), real_(std::move(real)) {}
+  SimulatedFile(sim::FaultyDisk& model, std::unique_ptr<storage::DiskFile> real)
+      : model_(model), real_(std::move(real)) {}
 
   std::int64_t append(std::span<const iovec> pieces) override {
     std::uint64_t size = 0;
@@ -31,7 +32,9 @@ class SimulatedFile final : public storage::DiskFile {
         done -= static_cast<std::int64_t>(rest.front().iov_len);
         rest.erase(rest.begin());
       }
-      if (done > 0) rest.front() = {static_cast<std::byte*>(rest.front().iov_base) + done, rest.front().iov_len - static_cast<std::size_t>(done)};
+      if (done > 0)
+        rest.front() = {static_cast<std::byte*>(rest.front().iov_base) + done,
+                        rest.front().iov_len - static_cast<std::size_t>(done)};
     }
     return taken;
   }
@@ -53,7 +56,8 @@ class SimulatedFile final : public storage::DiskFile {
 
 }  // namespace
 
-int SimulatedDisk::create(const std::filesystem::path& path, storage::IfExists if_exists, std::unique_ptr<storage::DiskFile>& file) {
+int SimulatedDisk::create(const std::filesystem::path& path, storage::IfExists if_exists,
+                          std::unique_ptr<storage::DiskFile>& file) {
   std::unique_ptr<storage::DiskFile> real;
   const int answer = storage::Disk::kernel().create(path, if_exists, real);
   if (answer == 0) file = std::make_unique<SimulatedFile>(model_, std::move(real));

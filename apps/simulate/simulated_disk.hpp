@@ -6,13 +6,14 @@
 
 namespace hueline::apps {
 
-/// A simulated disk below a recording: the model says what is taken and what survives, the bytes are in a real file. It holds one
-/// file at a time. Thread-bound.
+/// A simulated disk below a recording: the model says what is taken and what survives, the bytes are in a real file. It
+/// holds one file at a time. Thread-bound.
 class SimulatedDisk final : public storage::Disk {
  public:
   /// `model` must outlive it.
   explicit SimulatedDisk(sim::FaultyDisk& model) : model_(model) {}
-  int create(const std::filesystem::path& path, storage::IfExists if_exists, std::unique_ptr<storage::DiskFile>& file) override;
+  int create(const std::filesystem::path& path, storage::IfExists if_exists,
+             std::unique_ptr<storage::DiskFile>& file) override;
 
   /// Makes the file what is found of it when the computer runs again; it was closed or its writer is gone.
   Status leave_remains(const std::filesystem::path& path) const;

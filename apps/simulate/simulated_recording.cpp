@@ -27,10 +27,18 @@ std::array<SensorId, sim::kWireChannels> sensors_of_channels(const config::Rig& 
         set(sim::WireChannel::LaserData, sensor.id);
         set(sim::WireChannel::LaserPosition, sensor.id);
         break;
-      case drivers::Role::Pos: set(sim::WireChannel::Pos, sensor.id); break;
-      case drivers::Role::Pps: set(sim::WireChannel::Pps, sensor.id); break;
-      case drivers::Role::Camera: set(sim::WireChannel::Camera, sensor.id); break;
-      case drivers::Role::Odometer: set(sim::WireChannel::Wheel, sensor.id); break;
+      case drivers::Role::Pos:
+        set(sim::WireChannel::Pos, sensor.id);
+        break;
+      case drivers::Role::Pps:
+        set(sim::WireChannel::Pps, sensor.id);
+        break;
+      case drivers::Role::Camera:
+        set(sim::WireChannel::Camera, sensor.id);
+        break;
+      case drivers::Role::Odometer:
+        set(sim::WireChannel::Wheel, sensor.id);
+        break;
     }
   }
   return out;
@@ -52,7 +60,8 @@ Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event,
   header.missing_packets = event.missing_packets;
   if (event.missing_packets > 0) header.status = drivers::ImageStatus::TimedOut;
   header.time = DeviceTime<CameraCounter>(nanoseconds(event.camera_counter_ns));
-  drivers::encode_image_header(header, std::span<std::byte, drivers::kImageHeaderSize>(buffer.data(), drivers::kImageHeaderSize));
+  drivers::encode_image_header(
+      header, std::span<std::byte, drivers::kImageHeaderSize>(buffer.data(), drivers::kImageHeaderSize));
   const auto path = std::filesystem::path(drive.cache_dir) / event.image_file;
   std::ifstream in(path, std::ios::binary);
   if (!in) return io_error("open " + path.string(), errno);
@@ -65,7 +74,8 @@ Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event,
 /// What the camera is set to send.
 PixelFormat sent_format(const config::Rig& rig, SensorId id) {
   for (const auto& sensor : rig.sensors)
-    if (const auto* camera = dynamic_cast<const drivers::CameraDevice*>(sensor.device.get()); camera && sensor.id == id) return camera->sent_format();
+    if (const auto* camera = dynamic_cast<const drivers::CameraDevice*>(sensor.device.get()); camera && sensor.id == id)
+      return camera->sent_format();
   return PixelFormat::BayerRG8;
 }
 
@@ -94,11 +104,13 @@ Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& t
     Packet packet;
     packet.sensor = sensors[static_cast<std::size_t>(event.channel)];
     if (packet.sensor == kSystemSensor)
-      return Error{ErrorCode::Invalid, fmt::format("the rig has no sensor for the channel {}", sim::name(event.channel))};
+      return Error{ErrorCode::Invalid,
+                   fmt::format("the rig has no sensor for the channel {}", sim::name(event.channel))};
     packet.received = kSimulatedHostBegin + nanoseconds(event.at_ns);
     if (event.channel == sim::WireChannel::Pps) {
       packet.received = kSimulatedHostBegin + nanoseconds(event.edge_ns);
-      packet.bytes = Buffer::copy_of(drivers::encode_pps({drivers::PpsEdgeKind::Assert, event.sequence, packet.received}));
+      packet.bytes =
+          Buffer::copy_of(drivers::encode_pps({drivers::PpsEdgeKind::Assert, event.sequence, packet.received}));
     } else if (event.channel == sim::WireChannel::Camera) {
       Result<Buffer> bytes = image_bytes(drive, event, sent_format(rig, packet.sensor), pool);
       if (!bytes.ok()) return bytes.error();
@@ -124,8 +136,10 @@ Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& t
       told.sensor = sensor;
       told.kind = PacketKind::Fault;
       told.received = received;
-      told.bytes = Buffer::copy_of(encode_fault(
-          {sensor, FaultKind::Lost, received, 1, fmt::format("1 images incomplete: {} packets missing, 0 came when asked for again", event.missing_packets)}));
+      told.bytes = Buffer::copy_of(
+          encode_fault({sensor, FaultKind::Lost, received, 1,
+                        fmt::format("1 images incomplete: {} packets missing, 0 came when asked for again",
+                                    event.missing_packets)}));
       if (!hand_over(std::move(told))) return {};
     }
   }

@@ -8,12 +8,12 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "runtime/pipeline.hpp"
-#include "runtime/recording.hpp"
 #include "apps/simulate/point_claim.hpp"
 #include "apps/simulate/simulated_recording.hpp"
 #include "apps/simulate/simulated_rig.hpp"
 #include "config/scenario.hpp"
+#include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
 #include "sim/judge.hpp"
@@ -34,7 +34,8 @@ class Judging : public runtime::ProductSink {
 
   void on_exposure(const Exposure& exposure) override {
     if (exposure.timing == ExposureTiming::Unmatched) return;
-    // The nearest true exposure is the one meant: they lie a hundred milliseconds or more apart, stamps err by microseconds.
+    // The nearest true exposure is the one meant: they lie a hundred milliseconds or more apart, stamps err by
+    // microseconds.
     const sim::TrueExposure* nearest = nullptr;
     for (const auto& truth : judge_.exposures())
       if (!nearest || distance(truth, exposure) < distance(*nearest, exposure)) nearest = &truth;
@@ -57,7 +58,8 @@ class Judging : public runtime::ProductSink {
 
   nlohmann::ordered_json json() const {
     const auto spread = [](const sim::Spread& s) {
-      return nlohmann::ordered_json{{"rms", s.rms()}, {"median", s.quantile(0.5)}, {"p95", s.quantile(0.95)}, {"max", s.max()}};
+      return nlohmann::ordered_json{
+          {"rms", s.rms()}, {"median", s.quantile(0.5)}, {"p95", s.quantile(0.95)}, {"max", s.max()}};
     };
     const auto& all = judge_.all();
     nlohmann::ordered_json out;
@@ -68,10 +70,13 @@ class Judging : public runtime::ProductSink {
     out["true_returns"] = judge_.true_returns();
     out["reprojection_px"] = spread(all.error_px);
     for (std::size_t i = 0; i < judge_.by_lens().size(); ++i)
-      if (judge_.by_lens()[i].error_px.count()) out["reprojection_px_by_lens"][std::to_string(i)] = judge_.by_lens()[i].error_px.rms();
+      if (judge_.by_lens()[i].error_px.count())
+        out["reprojection_px_by_lens"][std::to_string(i)] = judge_.by_lens()[i].error_px.rms();
     out["place_error_m"] = spread(all.place_error_m);
     out["colour_difference"] = spread(all.colour_difference);
-    out["exposure_time_error_us"] = {{"rms", exposure_error_us_.rms()}, {"max", exposure_error_us_.max()}, {"exposures", exposure_error_us_.count()}};
+    out["exposure_time_error_us"] = {{"rms", exposure_error_us_.rms()},
+                                     {"max", exposure_error_us_.max()},
+                                     {"exposures", exposure_error_us_.count()}};
     return out;
   }
   double rms_px() const { return judge_.all().error_px.count() ? judge_.all().error_px.rms() : std::nan(""); }
@@ -89,8 +94,8 @@ class Judging : public runtime::ProductSink {
 };
 
 /// Feeds the pipeline from a recording, or from the scenario itself.
-Status feed(const sim::Scenario& scenario, const sim::Drive& drive, runtime::Recording* recording, const config::Rig& rig,
-            runtime::Pipeline& pipeline) {
+Status feed(const sim::Scenario& scenario, const sim::Drive& drive, runtime::Recording* recording,
+            const config::Rig& rig, runtime::Pipeline& pipeline) {
   const auto use = [&](const Packet& packet) {
     pipeline.process(packet);
     return true;
@@ -118,7 +123,8 @@ int verify(const Options& options) {
     }
     recorded = std::move(*opened);
   } else {
-    recorded.rig = options.rig.empty() ? config::parse_rig(simulated_rig(scenario, {}, options.method), "simulated rig") : config::load_rig(options.rig);
+    recorded.rig = options.rig.empty() ? config::parse_rig(simulated_rig(scenario, {}, options.method), "simulated rig")
+                                       : config::load_rig(options.rig);
   }
   auto judge = sim::Judge::open(scenario, drive->cache_dir + "/truth.bin", {});
   if (!judge.ok()) {
@@ -133,18 +139,21 @@ int verify(const Options& options) {
   if (options.json) {
     std::fputs((json.dump(2) + "\n").c_str(), stdout);
   } else {
-    std::fputs(fmt::format("{:9} points, {} coloured, {} judged, {} without truth\n"
-                           "reprojection  {:.4f} px rms of an 8000 x 4000 panorama ({:.4f} median, {:.4f} p95, {:.3f} largest)\n"
-                           "place         {:.2f} mm rms\n"
-                           "exposure time {:.2f} us rms, {:.2f} us largest, of {} exposures\n",
-                           json["points"].get<std::uint64_t>(), json["coloured"].get<std::uint64_t>(), json["judged"].get<std::uint64_t>(),
-                           json["unmatched"].get<std::uint64_t>(), json["reprojection_px"]["rms"].get<double>(),
-                           json["reprojection_px"]["median"].get<double>(), json["reprojection_px"]["p95"].get<double>(),
-                           json["reprojection_px"]["max"].get<double>(), json["place_error_m"]["rms"].get<double>() * 1e3,
-                           json["exposure_time_error_us"]["rms"].get<double>(), json["exposure_time_error_us"]["max"].get<double>(),
-                           json["exposure_time_error_us"]["exposures"].get<std::uint64_t>())
-                   .c_str(),
-               stdout);
+    std::fputs(
+        fmt::format(
+            "{:9} points, {} coloured, {} judged, {} without truth\n"
+            "reprojection  {:.4f} px rms of an 8000 x 4000 panorama ({:.4f} median, {:.4f} p95, {:.3f} largest)\n"
+            "place         {:.2f} mm rms\n"
+            "exposure time {:.2f} us rms, {:.2f} us largest, of {} exposures\n",
+            json["points"].get<std::uint64_t>(), json["coloured"].get<std::uint64_t>(),
+            json["judged"].get<std::uint64_t>(), json["unmatched"].get<std::uint64_t>(),
+            json["reprojection_px"]["rms"].get<double>(), json["reprojection_px"]["median"].get<double>(),
+            json["reprojection_px"]["p95"].get<double>(), json["reprojection_px"]["max"].get<double>(),
+            json["place_error_m"]["rms"].get<double>() * 1e3, json["exposure_time_error_us"]["rms"].get<double>(),
+            json["exposure_time_error_us"]["max"].get<double>(),
+            json["exposure_time_error_us"]["exposures"].get<std::uint64_t>())
+            .c_str(),
+        stdout);
   }
   if (!fed.ok()) {
     log_error(fed.error().message);
@@ -159,10 +168,13 @@ int verify(const Options& options) {
 void add_verify(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command(kVerify.word, kVerify.help);
-  command.option("RECORDING", options->recording, "drive.mcap of a capture of the scenario; without one, the scenario's own bytes are used, unspoilt by real time");
+  command.option(
+      "RECORDING", options->recording,
+      "drive.mcap of a capture of the scenario; without one, the scenario's own bytes are used, unspoilt by real time");
   command.required("--scenario", options->scenario, "the scenario that was driven (YAML)");
   command.required("--sim", options->cache, "folder of simulated drives (simulate --out)");
-  command.option("--rig", options->rig, "another rig than the recorded one, or than the scenario's perfect calibration");
+  command.option("--rig", options->rig,
+                 "another rig than the recorded one, or than the scenario's perfect calibration");
   command.setting("--method", options->method, "without RECORDING: lens or panorama", {"lens", "panorama"});
   command.option("--max-rms-px", options->max_rms_px, "exit status 6 if the root mean square is larger");
   command.flag("--json", options->json, "for programs");

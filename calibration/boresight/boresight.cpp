@@ -15,8 +15,8 @@ namespace hueline::calibration {
 namespace {
 
 constexpr double kDeg = std::numbers::pi / 180;
-constexpr double kTurnBefore = 3 * kDeg;   // one sigma of a turn before: next to nothing
-constexpr double kHeld_m = 1e-7;           // one sigma of what shall not move
+constexpr double kTurnBefore = 3 * kDeg;  // one sigma of a turn before: next to nothing
+constexpr double kHeld_m = 1e-7;          // one sigma of what shall not move
 
 struct Level {
   double voxel_m, gate_m;
@@ -26,7 +26,8 @@ struct Level {
 constexpr Level kLevels[] = {{3, 0.4, 2500, 60}, {3, 0.2, 2500, 60}, {2, 0.1, 2500, 60}, {1.5, 0.06, 2500, 60}};
 constexpr Level kFinest{1, 0.03, 1'000'000, 1'000'000};
 constexpr int kStepsOfLevel = 2, kMostFinest = 10;
-constexpr int kSearches = 5;               // among the finest; then the same planes until nothing moves: at their gates a few come and go for ever
+constexpr int kSearches =
+    5;  // among the finest; then the same planes until nothing moves: at their gates a few come and go for ever
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -43,7 +44,11 @@ Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& q) {
 class Estimation {
  public:
   Estimation(const BoresightDrive& drive, const BoresightConfig& config, WayCorrection way)
-      : drive_(drive), config_(config), state_{{}, std::move(way)}, scanners_(drive.scanners.size()), mounts_(static_cast<Eigen::Index>(6 * scanners_)) {
+      : drive_(drive),
+        config_(config),
+        state_{{}, std::move(way)},
+        scanners_(drive.scanners.size()),
+        mounts_(static_cast<Eigen::Index>(6 * scanners_)) {
     for (const auto& scanner : drive.scanners) state_.mounts.push_back(scanner.T_body_scanner);
     unit_.assign(scanners_, 1);
     held_.assign(static_cast<std::size_t>(mounts_), false);
@@ -86,12 +91,15 @@ Status Estimation::search(const Level& level) {
   PatchesFound found = find_patches(drive_, points, wanted);
   patches_ = std::move(found.patches);
   if (found.seen_twice == 0)
-    return Error{ErrorCode::Unavailable, fmt::format("one pass only: of {} places with enough returns none was seen in two passes; drive the same street again in the other direction",
+    return Error{ErrorCode::Unavailable, fmt::format("one pass only: of {} places with enough returns none was seen in "
+                                                     "two passes; drive the same street again in the other direction",
                                                      found.seen_once)};
   if (patches_.size() < config_.fewest_patches)
-    return Error{ErrorCode::Unavailable, fmt::format("{} flat places were seen in two passes, {} are needed: the passes hardly overlap, or there is little but leaves and grass; drive along "
-                                                     "buildings, both ways, less than 30 m away",
-                                                     patches_.size(), config_.fewest_patches)};
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("{} flat places were seen in two passes, {} are needed: the passes hardly overlap, or "
+                             "there is little but leaves and grass; drive along "
+                             "buildings, both ways, less than 30 m away",
+                             patches_.size(), config_.fewest_patches)};
   return {};
 }
 
@@ -106,10 +114,13 @@ Status Estimation::round(const Level& level, bool is_finest, bool searches) {
     for (std::size_t s = 0; s < scanners_; ++s) {
       const auto& T = state_.mounts[s];
       const auto& T_start = drive_.scanners[s].T_body_scanner;
-      if (!(T.rotation.angularDistance(T_start.rotation) < config_.farthest_deg * kDeg && (T.translation - T_start.translation).norm() < config_.farthest_m))
-        return Error{ErrorCode::Unavailable, fmt::format("the planes lead scanner {} farther than {} deg or {} m away from where the rig has it: its mounting, or the axes it was measured in, are "
-                                                         "wrong by more than can be found; measure it again",
-                                                         drive_.scanners[s].name, config_.farthest_deg, config_.farthest_m)};
+      if (!(T.rotation.angularDistance(T_start.rotation) < config_.farthest_deg * kDeg &&
+            (T.translation - T_start.translation).norm() < config_.farthest_m))
+        return Error{ErrorCode::Unavailable,
+                     fmt::format("the planes lead scanner {} farther than {} deg or {} m away from where the rig has "
+                                 "it: its mounting, or the axes it was measured in, are "
+                                 "wrong by more than can be found; measure it again",
+                                 drive_.scanners[s].name, config_.farthest_deg, config_.farthest_m)};
     }
   }
   return {};
@@ -151,7 +162,8 @@ void Estimation::step(const Level& level, bool is_finest) {
     const Vector6d of = by.segment<6>(static_cast<Eigen::Index>(6 * s));
     auto& T = state_.mounts[s];
     const double angle = of.head<3>().norm();
-    if (angle > 0) T.rotation = (Eigen::Quaterniond(Eigen::AngleAxisd(angle, of.head<3>() / angle)) * T.rotation).normalized();
+    if (angle > 0)
+      T.rotation = (Eigen::Quaterniond(Eigen::AngleAxisd(angle, of.head<3>() / angle)) * T.rotation).normalized();
     T.translation += of.tail<3>();
   }
   state_.way.move(by.tail(by.size() - mounts_));
@@ -160,7 +172,8 @@ void Estimation::step(const Level& level, bool is_finest) {
 
 Eigen::MatrixXd Estimation::covariance() const {
   Eigen::MatrixXd information = mount_information(last_, state_.way);
-  for (std::size_t s = 0; s < scanners_; ++s) information.diagonal().segment<6>(static_cast<Eigen::Index>(6 * s)) += information_before(s, false);
+  for (std::size_t s = 0; s < scanners_; ++s)
+    information.diagonal().segment<6>(static_cast<Eigen::Index>(6 * s)) += information_before(s, false);
   return covariance_with_held(information, held_, config_.sigma_lever_m);
 }
 
@@ -168,23 +181,31 @@ Eigen::MatrixXd Estimation::covariance() const {
 Status Estimation::judge() const {
   const Eigen::MatrixXd C = covariance();
   if (last_.patches < config_.fewest_patches)
-    return Error{ErrorCode::Unavailable, fmt::format("{} of {} flat places hold together in two passes, {} are needed: things have moved between the passes, or the rig is wrong by more than a degree "
-                                                     "or a decimetre",
-                                                     last_.patches, patches_.size(), config_.fewest_patches)};
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("{} of {} flat places hold together in two passes, {} are needed: things have moved "
+                             "between the passes, or the rig is wrong by more than a degree "
+                             "or a decimetre",
+                             last_.patches, patches_.size(), config_.fewest_patches)};
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> faced(last_.normals / static_cast<double>(last_.patches));
   for (std::size_t s = 0; s < scanners_; ++s) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> turn(C.block<3, 3>(static_cast<Eigen::Index>(6 * s), static_cast<Eigen::Index>(6 * s)));
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> turn(
+        C.block<3, 3>(static_cast<Eigen::Index>(6 * s), static_cast<Eigen::Index>(6 * s)));
     const double weakest = std::sqrt(turn.eigenvalues()[2]) / kDeg;
     if (last_.of_scanner[s] > 0 && weakest < config_.weakest_turn_deg) continue;
     const Eigen::Vector3d axis = turn.eigenvectors().col(2);
     constexpr const char* kAbout[] = {"right (pitch)", "forward (roll)", "upward (heading)"};
     Eigen::Index most = 0;
     axis.cwiseAbs().maxCoeff(&most);
-    const std::string why = faced.eigenvalues()[1] < 0.02   ? "all planes face one direction; drive where there are walls beside the road and ground before them"
-                            : last_.of_scanner[s] == 0      ? "none of its returns lies on a plane seen twice"
-                                                            : "too few planes face the way that would show it, or the passes are too short; drive longer, both ways, along walls of several directions";
-    return Error{ErrorCode::Unavailable, fmt::format("scanner {}: the planes leave the turn about the vehicle's axis {} uncertain by {:.2f} deg ({} allowed): {}", drive_.scanners[s].name,
-                                                     kAbout[most], weakest, config_.weakest_turn_deg, why)};
+    const std::string why =
+        faced.eigenvalues()[1] < 0.02
+            ? "all planes face one direction; drive where there are walls beside the road and ground before them"
+        : last_.of_scanner[s] == 0 ? "none of its returns lies on a plane seen twice"
+                                   : "too few planes face the way that would show it, or the passes are too short; "
+                                     "drive longer, both ways, along walls of several directions";
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("scanner {}: the planes leave the turn about the vehicle's axis {} uncertain by {:.2f} "
+                             "deg ({} allowed): {}",
+                             drive_.scanners[s].name, kAbout[most], weakest, config_.weakest_turn_deg, why)};
   }
   return {};
 }
@@ -193,7 +214,8 @@ Boresight Estimation::result() const {
   Boresight out = out_;
   out.covariance = covariance();
   Eigen::MatrixXd alone = last_.without_pos;
-  for (std::size_t s = 0; s < scanners_; ++s) alone.diagonal().segment<6>(static_cast<Eigen::Index>(6 * s)) += information_before(s, true);
+  for (std::size_t s = 0; s < scanners_; ++s)
+    alone.diagonal().segment<6>(static_cast<Eigen::Index>(6 * s)) += information_before(s, true);
   alone = alone.llt().solve(Eigen::MatrixXd::Identity(mounts_, mounts_)).eval();
   out.patches = last_.patches;
   out.returns = last_.returns;
@@ -257,25 +279,36 @@ Result<Boresight> Estimation::run() {
 }  // namespace
 
 std::string BoresightConfig::validate() const {
-  if (!(sigma_lever_m >= 1e-4 && sigma_lever_m <= 1)) return fmt::format("sigma_lever_m is {}; allowed: 0.0001 to 1 m", sigma_lever_m);
-  if (!(correlation_s >= 1 && correlation_s <= 1e5)) return fmt::format("correlation_s is {}; allowed: 1 to 100000 s", correlation_s);
+  if (!(sigma_lever_m >= 1e-4 && sigma_lever_m <= 1))
+    return fmt::format("sigma_lever_m is {}; allowed: 0.0001 to 1 m", sigma_lever_m);
+  if (!(correlation_s >= 1 && correlation_s <= 1e5))
+    return fmt::format("correlation_s is {}; allowed: 1 to 100000 s", correlation_s);
   if (!(knot_s >= 0.5 && knot_s <= 100)) return fmt::format("knot_s is {}; allowed: 0.5 to 100 s", knot_s);
   if (!(least_share >= 0 && least_share <= 1)) return fmt::format("least_share is {}; allowed: 0 to 1", least_share);
-  if (!(weakest_turn_deg > 0 && weakest_turn_deg <= 1)) return fmt::format("weakest_turn_deg is {}; allowed: above 0 to 1 deg", weakest_turn_deg);
+  if (!(weakest_turn_deg > 0 && weakest_turn_deg <= 1))
+    return fmt::format("weakest_turn_deg is {}; allowed: above 0 to 1 deg", weakest_turn_deg);
   if (fewest_patches < 10) return fmt::format("fewest_patches is {}; allowed: 10 or more", fewest_patches);
-  if (most_patches < fewest_patches) return fmt::format("most_patches is {}; allowed: {} (fewest_patches) or more", most_patches, fewest_patches);
+  if (most_patches < fewest_patches)
+    return fmt::format("most_patches is {}; allowed: {} (fewest_patches) or more", most_patches, fewest_patches);
   if (most_of_patch < 12) return fmt::format("most_of_patch is {}; allowed: 12 or more", most_of_patch);
-  if (!(farthest_deg > 0 && farthest_deg <= 10 && farthest_m > 0 && farthest_m <= 5)) return fmt::format("farthest_deg and farthest_m are {} and {}; allowed: to 10 deg and 5 m", farthest_deg, farthest_m);
+  if (!(farthest_deg > 0 && farthest_deg <= 10 && farthest_m > 0 && farthest_m <= 5))
+    return fmt::format("farthest_deg and farthest_m are {} and {}; allowed: to 10 deg and 5 m", farthest_deg,
+                       farthest_m);
   return {};
 }
 
 Result<Boresight> find_boresight(const BoresightDrive& drive, const BoresightConfig& config) {
   if (const std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
-  if (drive.scanners.empty()) return Error{ErrorCode::Unavailable, "the rig has no laser scanner: there is nothing to calibrate"};
-  if (drive.returns.empty()) return Error{ErrorCode::Unavailable, "no laser return of the drive has a pose: were laser and POS running and in sync?"};
+  if (drive.scanners.empty())
+    return Error{ErrorCode::Unavailable, "the rig has no laser scanner: there is nothing to calibrate"};
+  if (drive.returns.empty())
+    return Error{ErrorCode::Unavailable,
+                 "no laser return of the drive has a pose: were laser and POS running and in sync?"};
   float end = 0;
   for (const BoresightReturn& one : drive.returns) end = std::max(end, one.time_s);
-  return Estimation(drive, config, WayCorrection(drive.sigmas, static_cast<double>(end), {config.knot_s, config.correlation_s})).run();
+  return Estimation(drive, config,
+                    WayCorrection(drive.sigmas, static_cast<double>(end), {config.knot_s, config.correlation_s}))
+      .run();
 }
 
 }  // namespace hueline::calibration

@@ -19,8 +19,8 @@ struct BoresightReturn {
   float time_s = 0;                                     ///< firing, from the drive's first return
   std::uint32_t stretch = 0;                            ///< into BoresightDrive::stretches
   std::uint16_t scanner = 0;                            ///< into BoresightDrive::scanners
-  std::uint8_t rank = 0;                                ///< among those kept of its cell and stretch: the lower, the later it is given up
-  std::uint8_t block_level = 0;                         ///< likewise of its block of space: the higher, the later
+  std::uint8_t rank = 0;         ///< among those kept of its cell and stretch: the lower, the later it is given up
+  std::uint8_t block_level = 0;  ///< likewise of its block of space: the higher, the later
 };
 
 /// A piece of the vehicle's way, short enough that all of it looks at a place from one side.
@@ -47,7 +47,7 @@ struct BoresightDrive {
   std::vector<BoresightScanner> scanners;
   std::vector<BoresightReturn> returns;  ///< by stretch
   std::vector<WayStretch> stretches;
-  std::vector<PosSigma> sigmas;          ///< in order of time, a second or more apart
+  std::vector<PosSigma> sigmas;  ///< in order of time, a second or more apart
 };
 
 }  // namespace hueline::calibration

@@ -31,7 +31,8 @@ struct Look {
 /// One patch: looks, plane, and its part of the normal equations in columns of its own.
 class PatchNormals {
  public:
-  PatchNormals(const BoresightDrive& drive, const Patch& patch, const BoresightState& state, const BoresightWeights& weights)
+  PatchNormals(const BoresightDrive& drive, const Patch& patch, const BoresightState& state,
+               const BoresightWeights& weights)
       : patch_(patch), state_(state), weights_(weights) {
     for (const std::uint32_t i : patch.returns) {
       const BoresightReturn& one = drive.returns[i];
@@ -100,13 +101,16 @@ class PatchNormals {
       mount << look.arm_body.cross(m), m;
       way << normal_, look.q_body.cross(m);
       Eigen::Matrix<double, kRow, 1> row;
-      row << mount, (1 - look.place.share) * way.cwiseProduct(state_.way.sigma(look.place.knot)), look.place.share * way.cwiseProduct(state_.way.sigma(look.place.knot + 1));
+      row << mount, (1 - look.place.share) * way.cwiseProduct(state_.way.sigma(look.place.knot)),
+          look.place.share * way.cwiseProduct(state_.way.sigma(look.place.knot + 1));
       const Eigen::Vector3d plane(u.dot(r), v.dot(r), -1);
-      const std::array<Eigen::Index, 3> at{static_cast<Eigen::Index>(6 * look.scanner), knots[look.place.knot], knots[look.place.knot + 1]};
+      const std::array<Eigen::Index, 3> at{static_cast<Eigen::Index>(6 * look.scanner), knots[look.place.knot],
+                                           knots[look.place.knot + 1]};
       const double e = normal_.dot(r);
       for (Eigen::Index i = 0; i < 3; ++i) {
         const auto part = row.segment<6>(6 * i);
-        for (Eigen::Index j = 0; j < 3; ++j) A.block<6, 6>(at[i], at[j]) += look.weight * part * row.segment<6>(6 * j).transpose();
+        for (Eigen::Index j = 0; j < 3; ++j)
+          A.block<6, 6>(at[i], at[j]) += look.weight * part * row.segment<6>(6 * j).transpose();
         B.middleRows<6>(at[i]) += look.weight * part * plane.transpose();
         g.segment<6>(at[i]) += look.weight * e * part;
       }
@@ -141,7 +145,8 @@ class PatchNormals {
   void weigh_robust() {
     for (Look& look : looks_) {
       see(look);
-      const double off = look.off / (weights_.gate_m > 0 ? weights_.gate_m : 2 * look.sigma), keeps = 1 / (1 + off * off);
+      const double off = look.off / (weights_.gate_m > 0 ? weights_.gate_m : 2 * look.sigma),
+                   keeps = 1 / (1 + off * off);
       look.weight = keeps * keeps / (look.sigma * look.sigma);
     }
   }
@@ -155,7 +160,8 @@ class PatchNormals {
       look.weight = std::abs(look.off) < weights_.reject * look.sigma;
       together[group(look)] += look.weight > 0;
     }
-    for (Look& look : looks_) look.weight /= look.sigma * look.sigma + together[group(look)] * weights_.surface_m * weights_.surface_m;
+    for (Look& look : looks_)
+      look.weight /= look.sigma * look.sigma + together[group(look)] * weights_.surface_m * weights_.surface_m;
   }
 
   /// Its distance from the plane, and how wide distances are there.
@@ -163,8 +169,11 @@ class PatchNormals {
     look.off = normal_.dot(look.p_enu - origin_ - centre_);
     look.sigma = weights_.gate_m;
     if (weights_.gate_m > 0) return;
-    const double cosine = std::abs((look.q_enu_body * look.arm_body).dot(normal_)) / look.range_m, sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-    look.sigma = weights_.unit[look.scanner] * std::hypot(look.sigma_range_m * cosine, weights_.sigma_angle * look.range_m * sine, weights_.surface_m);
+    const double cosine = std::abs((look.q_enu_body * look.arm_body).dot(normal_)) / look.range_m,
+                 sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+    look.sigma =
+        weights_.unit[look.scanner] *
+        std::hypot(look.sigma_range_m * cosine, weights_.sigma_angle * look.range_m * sine, weights_.surface_m);
   }
 
   const Patch& patch_;
@@ -182,8 +191,10 @@ Eigen::Vector3d placed(const BoresightReturn& one, const BoresightState& state) 
   return one.body_enu + correction.head<3>() + one.q_enu_body.cast<double>() * (turned(correction.tail<3>()) * p_body);
 }
 
-BoresightNormals boresight_normals(const BoresightDrive& drive, const std::vector<Patch>& patches, const BoresightState& state, const BoresightWeights& weights) {
-  const auto mounts = static_cast<Eigen::Index>(6 * state.mounts.size()), all = mounts + static_cast<Eigen::Index>(6 * state.way.knots());
+BoresightNormals boresight_normals(const BoresightDrive& drive, const std::vector<Patch>& patches,
+                                   const BoresightState& state, const BoresightWeights& weights) {
+  const auto mounts = static_cast<Eigen::Index>(6 * state.mounts.size()),
+             all = mounts + static_cast<Eigen::Index>(6 * state.way.knots());
   BoresightNormals out;
   out.information = Eigen::MatrixXd::Zero(all, all);
   out.gradient = Eigen::VectorXd::Zero(all);

@@ -9,8 +9,10 @@ namespace hueline::calibration {
 namespace {
 
 constexpr double kDeg = std::numbers::pi / 180;
-constexpr const char* kNames[] = {"turn_body_x_deg", "turn_body_y_deg", "turn_body_z_deg", "position_x_m", "position_y_m", "position_z_m"};
-constexpr const char* kWords[] = {"turn about x (right)", "turn about y (forward)", "turn about z (up)", "lever arm x (right)", "lever arm y (forward)", "lever arm z (up)"};
+constexpr const char* kNames[] = {"turn_body_x_deg", "turn_body_y_deg", "turn_body_z_deg",
+                                  "position_x_m",    "position_y_m",    "position_z_m"};
+constexpr const char* kWords[] = {"turn about x (right)", "turn about y (forward)", "turn about z (up)",
+                                  "lever arm x (right)",  "lever arm y (forward)",  "lever arm z (up)"};
 
 /// From rad and m to what is printed.
 double unit(std::size_t i) { return i < 3 ? 1 / kDeg : 1; }
@@ -18,23 +20,35 @@ double unit(std::size_t i) { return i < 3 ? 1 / kDeg : 1; }
 }  // namespace
 
 std::string boresight_text(const Boresight& found) {
-  std::string out = fmt::format("{} flat places seen in two passes or more ({} face across the way, {} along it, {} up), {} returns, {:.1f} mm rms from their planes\n", found.patches,
-                                found.facing[0], found.facing[1], found.facing[2], found.returns, found.rms_m * 1e3);
-  if (!found.is_settled) out += fmt::format("not settled after {} rounds: the planes found still change the result by more than a tenth of its sigma\n", found.rounds);
+  std::string out = fmt::format(
+      "{} flat places seen in two passes or more ({} face across the way, {} along it, {} up), {} returns, {:.1f} mm "
+      "rms from their planes\n",
+      found.patches, found.facing[0], found.facing[1], found.facing[2], found.returns, found.rms_m * 1e3);
+  if (!found.is_settled)
+    out += fmt::format(
+        "not settled after {} rounds: the planes found still change the result by more than a tenth of its sigma\n",
+        found.rounds);
   for (const ScannerBoresight& one : found.scanners) {
-    out += fmt::format("{}: turned by {:.4f} deg against the rig, lever arm moved by {:.1f} {:.1f} {:.1f} mm; {} returns, noise {:.2f} times the rig's\n", one.name,
-                       one.boresight_rotation.norm() / kDeg, one.lever_moved_m.x() * 1e3, one.lever_moved_m.y() * 1e3, one.lever_moved_m.z() * 1e3, one.returns, one.unit_sigma);
+    out += fmt::format(
+        "{}: turned by {:.4f} deg against the rig, lever arm moved by {:.1f} {:.1f} {:.1f} mm; {} returns, noise "
+        "{:.2f} times the rig's\n",
+        one.name, one.boresight_rotation.norm() / kDeg, one.lever_moved_m.x() * 1e3, one.lever_moved_m.y() * 1e3,
+        one.lever_moved_m.z() * 1e3, one.returns, one.unit_sigma);
     for (std::size_t i = 0; i < 6; ++i) {
-      const std::string value = i < 3 ? "" : fmt::format("{:9.4f} ", one.T_body_scanner.translation[static_cast<Eigen::Index>(i - 3)]);
+      const std::string value =
+          i < 3 ? "" : fmt::format("{:9.4f} ", one.T_body_scanner.translation[static_cast<Eigen::Index>(i - 3)]);
       out += fmt::format("  {:<23}{}+- {:.4f} {}", kWords[i], value, one.sigma[i] * unit(i), i < 3 ? "deg" : "m");
       out += fmt::format(", {:.0f} % from the data", 100 * one.share[i]);
-      out += one.is_determined[i] ? fmt::format("; without the POS's errors +- {:.4f}\n", one.sigma_without_pos[i] * unit(i)) : std::string(": NOT determined, stays as measured\n");
+      out += one.is_determined[i]
+                 ? fmt::format("; without the POS's errors +- {:.4f}\n", one.sigma_without_pos[i] * unit(i))
+                 : std::string(": NOT determined, stays as measured\n");
     }
   }
   return out;
 }
 
-CalibrationRecord boresight_record(const Boresight& found, std::size_t scanner, const std::string& date, std::vector<std::string> data) {
+CalibrationRecord boresight_record(const Boresight& found, std::size_t scanner, const std::string& date,
+                                   std::vector<std::string> data) {
   const ScannerBoresight& one = found.scanners[scanner];
   CalibrationRecord out;
   out.method = "boresight";
@@ -48,7 +62,10 @@ CalibrationRecord boresight_record(const Boresight& found, std::size_t scanner, 
   for (std::size_t i = 0; i < 6; ++i) {
     out.parameters.emplace_back(kNames[i]);
     out.sigma.push_back(one.sigma[i] * unit(i));
-    for (std::size_t j = i; j < 6; ++j) out.covariance.push_back(found.covariance(static_cast<Eigen::Index>(6 * scanner + i), static_cast<Eigen::Index>(6 * scanner + j)) * unit(i) * unit(j));
+    for (std::size_t j = i; j < 6; ++j)
+      out.covariance.push_back(
+          found.covariance(static_cast<Eigen::Index>(6 * scanner + i), static_cast<Eigen::Index>(6 * scanner + j)) *
+          unit(i) * unit(j));
   }
   return out;
 }

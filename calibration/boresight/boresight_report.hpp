@@ -13,7 +13,8 @@ namespace hueline::calibration {
 std::string boresight_text(const Boresight& found);
 
 /// Of scanner `scanner`; turns in degrees about Body's axes, lever arm in metres. `data`: what it was made of.
-CalibrationRecord boresight_record(const Boresight& found, std::size_t scanner, const std::string& date, std::vector<std::string> data);
+CalibrationRecord boresight_record(const Boresight& found, std::size_t scanner, const std::string& date,
+                                   std::vector<std::string> data);
 
 /// Everything, for programs.
 std::string boresight_json(const Boresight& found);

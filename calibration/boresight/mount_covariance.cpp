@@ -14,7 +14,8 @@ Eigen::MatrixXd mount_information(const BoresightNormals& normals, const WayCorr
   return information.topLeftCorner(mounts, mounts) - B * X;
 }
 
-Eigen::MatrixXd covariance_with_held(const Eigen::MatrixXd& information, const std::vector<bool>& held, double sigma_held) {
+Eigen::MatrixXd covariance_with_held(const Eigen::MatrixXd& information, const std::vector<bool>& held,
+                                     double sigma_held) {
   const Eigen::Index count = information.rows();
   Eigen::MatrixXd free = information, K = Eigen::MatrixXd::Zero(count, count);
   Eigen::VectorXd is_held(count);

@@ -10,8 +10,9 @@ namespace hueline::calibration {
 namespace {
 
 constexpr int kFits = 4;
-constexpr double kBeside = 4;          // gates: how far into the next voxel a plane's returns are looked for
-constexpr double kLeastSpread = 0.12;  // of a voxel's width: standard deviation of the returns along the plane's narrower axis
+constexpr double kBeside = 4;  // gates: how far into the next voxel a plane's returns are looked for
+constexpr double kLeastSpread =
+    0.12;  // of a voxel's width: standard deviation of the returns along the plane's narrower axis
 
 struct Placed {
   std::uint64_t voxel;
@@ -21,7 +22,9 @@ struct Placed {
 
 std::uint64_t voxel_of(const Eigen::Vector3d& p, double voxel_m) {
   std::uint64_t key = 0;
-  for (int i = 0; i < 3; ++i) key = key << 21 | (static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(p[i] / voxel_m)) + (1 << 20)) & 0x1FFFFF);
+  for (int i = 0; i < 3; ++i)
+    key = key << 21 |
+          (static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(p[i] / voxel_m)) + (1 << 20)) & 0x1FFFFF);
   return key;
 }
 
@@ -37,7 +40,8 @@ struct Plane {
 };
 
 /// The plane of most of the returns.
-Plane plane_of(const std::vector<Eigen::Vector3d>& placed, const PatchConfig& config, const std::vector<std::uint32_t>& returns) {
+Plane plane_of(const std::vector<Eigen::Vector3d>& placed, const PatchConfig& config,
+               const std::vector<std::uint32_t>& returns) {
   const Eigen::Vector3d origin = placed[returns[0]];  // squares of kilometres have no millimetres left
   PlaneSums sums;
   for (const std::uint32_t i : returns) sums.add(placed[i] - origin, 1);
@@ -55,9 +59,11 @@ Plane plane_of(const std::vector<Eigen::Vector3d>& placed, const PatchConfig& co
 }
 
 /// Whether the returns are a patch on that plane; then those near it.
-bool keep_near(const BoresightDrive& drive, const std::vector<Eigen::Vector3d>& placed, const PatchConfig& config, const Plane& plane, Patch& patch) {
+bool keep_near(const BoresightDrive& drive, const std::vector<Eigen::Vector3d>& placed, const PatchConfig& config,
+               const Plane& plane, Patch& patch) {
   const auto& [normal, centre, variance] = plane;
-  if (!(variance[0] < config.flatness * variance[1] && variance[1] > std::pow(kLeastSpread * config.voxel_m, 2))) return false;
+  if (!(variance[0] < config.flatness * variance[1] && variance[1] > std::pow(kLeastSpread * config.voxel_m, 2)))
+    return false;
   std::size_t kept = 0;
   std::array<int, 256> of_pass{};
   for (std::size_t i = 0; i < patch.returns.size(); ++i) {
@@ -69,7 +75,8 @@ bool keep_near(const BoresightDrive& drive, const std::vector<Eigen::Vector3d>& 
   if (static_cast<double>(kept) < config.least_share * static_cast<double>(patch.returns.size())) return false;
   patch.returns.resize(kept);
   patch.pass.resize(kept);
-  if (std::count_if(of_pass.begin(), of_pass.end(), [&](int n) { return n >= config.fewest_of_pass; }) < 2) return false;
+  if (std::count_if(of_pass.begin(), of_pass.end(), [&](int n) { return n >= config.fewest_of_pass; }) < 2)
+    return false;
   // Thinned evenly: by stretch and cell they stand in order.
   if (kept > config.most_returns) {
     for (std::size_t i = 0; i < config.most_returns; ++i) {
@@ -105,12 +112,16 @@ void choose(std::vector<std::pair<std::uint64_t, Patch>>& found, std::size_t mos
 
 }  // namespace
 
-std::vector<std::uint8_t> passes_of(const std::vector<std::uint32_t>& stretches, const std::vector<WayStretch>& way, const PatchConfig& config) {
+std::vector<std::uint8_t> passes_of(const std::vector<std::uint32_t>& stretches, const std::vector<WayStretch>& way,
+                                    const PatchConfig& config) {
   std::vector<std::uint8_t> out;
   std::uint8_t pass = 0;
   for (std::size_t i = 0, first = 0; i < stretches.size(); ++i) {
-    const double turned = std::abs(std::remainder(way[stretches[i]].heading - way[stretches[first]].heading, 2 * std::numbers::pi)) * 180 / std::numbers::pi;
-    const bool is_new = i > 0 && (turned > config.pass_turn_deg || way[stretches[i]].way_m - way[stretches[i - 1]].way_m > config.pass_gap_m);
+    const double turned =
+        std::abs(std::remainder(way[stretches[i]].heading - way[stretches[first]].heading, 2 * std::numbers::pi)) *
+        180 / std::numbers::pi;
+    const bool is_new = i > 0 && (turned > config.pass_turn_deg ||
+                                  way[stretches[i]].way_m - way[stretches[i - 1]].way_m > config.pass_gap_m);
     if (is_new && pass < 255) {
       ++pass;
       first = i;
@@ -120,7 +131,8 @@ std::vector<std::uint8_t> passes_of(const std::vector<std::uint32_t>& stretches,
   return out;
 }
 
-PatchesFound find_patches(const BoresightDrive& drive, const std::vector<Eigen::Vector3d>& placed, const PatchConfig& config) {
+PatchesFound find_patches(const BoresightDrive& drive, const std::vector<Eigen::Vector3d>& placed,
+                          const PatchConfig& config) {
   std::vector<Placed> order(placed.size());
   for (std::uint32_t i = 0; i < placed.size(); ++i) order[i] = {voxel_of(placed[i], config.voxel_m), i};
   std::sort(order.begin(), order.end());
@@ -132,20 +144,25 @@ PatchesFound find_patches(const BoresightDrive& drive, const std::vector<Eigen::
     own.clear();
     for (; to < order.size() && order[to].voxel == voxel; ++to) own.push_back(order[to].one);
     if (own.size() < static_cast<std::size_t>(config.fewest_of_pass)) continue;
-    // A plane along a side of its voxel has its returns in two, parted by how they err: the one that holds its centre takes both parts.
+    // A plane along a side of its voxel has its returns in two, parted by how they err: the one that holds its centre
+    // takes both parts.
     Eigen::Index axis = 0;
     plane_of(placed, config, own).normal.cwiseAbs().maxCoeff(&axis);
     const double low = std::floor(placed[own[0]][axis] / config.voxel_m) * config.voxel_m, high = low + config.voxel_m;
     for (const bool above : {false, true}) {
       const std::uint64_t one_on = 1ULL << (21 * (2 - axis)), beside = above ? voxel + one_on : voxel - one_on;
-      for (auto it = std::lower_bound(order.begin(), order.end(), Placed{beside, 0}); it != order.end() && it->voxel == beside; ++it)
-        if (const double at = placed[it->one][axis]; at > low - kBeside * config.gate_m && at < high + kBeside * config.gate_m) own.push_back(it->one);
+      for (auto it = std::lower_bound(order.begin(), order.end(), Placed{beside, 0});
+           it != order.end() && it->voxel == beside; ++it)
+        if (const double at = placed[it->one][axis];
+            at > low - kBeside * config.gate_m && at < high + kBeside * config.gate_m)
+          own.push_back(it->one);
     }
     if (own.size() < static_cast<std::size_t>(2 * config.fewest_of_pass)) continue;
     std::sort(own.begin(), own.end());
     stretches.clear();  // returns stand by stretch, so theirs come in order
     for (const std::uint32_t i : own)
-      if (const std::uint32_t s = drive.returns[i].stretch; stretches.empty() || stretches.back() != s) stretches.push_back(s);
+      if (const std::uint32_t s = drive.returns[i].stretch; stretches.empty() || stretches.back() != s)
+        stretches.push_back(s);
     const auto passes = passes_of(stretches, drive.stretches, config);
     if (passes.back() == 0) {
       ++out.seen_once;

@@ -40,7 +40,9 @@ WayCorrection::Place WayCorrection::at(double time_s) const {
 }
 
 Vector6d WayCorrection::value(const Place& place) const {
-  const auto of = [&](std::size_t knot) -> Vector6d { return sigma_[knot].cwiseProduct(state_.segment<6>(static_cast<Eigen::Index>(6 * knot))); };
+  const auto of = [&](std::size_t knot) -> Vector6d {
+    return sigma_[knot].cwiseProduct(state_.segment<6>(static_cast<Eigen::Index>(6 * knot)));
+  };
   return (1 - place.share) * of(place.knot) + place.share * of(place.knot + 1);
 }
 

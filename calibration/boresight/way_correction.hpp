@@ -9,10 +9,12 @@ namespace hueline::calibration {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-/// What a POS's slow errors may have been: six corrections (east, north, up in m; turns about Body's x, y, z in rad) at knots, straight lines
-/// between them. Each is a first-order Gauss-Markov process with the sigma that the POS states and a correlation time,
+/// What a POS's slow errors may have been: six corrections (east, north, up in m; turns about Body's x, y, z in rad) at
+/// knots, straight lines between them. Each is a first-order Gauss-Markov process with the sigma that the POS states
+/// and a correlation time,
 ///   x(k+1) = exp(-dt / tau) x(k) + w,   var w = sigma^2 (1 - exp(-2 dt / tau))
-/// (Gelb, Applied Optimal Estimation, 1974, section 3.6). The state is in units of sigma, so that a sigma may change on the way.
+/// (Gelb, Applied Optimal Estimation, 1974, section 3.6). The state is in units of sigma, so that a sigma may change on
+/// the way.
 class WayCorrection {
  public:
   struct Config {

@@ -11,14 +11,16 @@ std::string Board::validate() const {
   if (columns < least || columns > 100 || rows < least || rows > 100)
     return fmt::format("the board is {} x {}; allowed: {} to 100 each way", columns, rows, least);
   if (kind == BoardKind::Chessboard && columns * rows < 9) return "the board has fewer than 9 inner corners";
-  if (!(spacing_m > 1e-3 && spacing_m < 10)) return fmt::format("the board's step is {} m; allowed: 0.001 to 10 m", spacing_m);
+  if (!(spacing_m > 1e-3 && spacing_m < 10))
+    return fmt::format("the board's step is {} m; allowed: 0.001 to 10 m", spacing_m);
   if (kind == BoardKind::Charuco && !(marker_m > 0 && marker_m < spacing_m))
     return fmt::format("the marker's edge is {} m; allowed: above 0, below the square's {} m", marker_m, spacing_m);
   return {};
 }
 
 std::size_t Board::corner_count() const {
-  return kind == BoardKind::Charuco ? static_cast<std::size_t>((columns - 1) * (rows - 1)) : static_cast<std::size_t>(columns * rows);
+  return kind == BoardKind::Charuco ? static_cast<std::size_t>((columns - 1) * (rows - 1))
+                                    : static_cast<std::size_t>(columns * rows);
 }
 
 Eigen::Vector3d Board::corner(std::size_t index) const {

@@ -15,11 +15,12 @@ enum class BoardKind : std::uint8_t { Chessboard, AsymmetricCircles, Charuco };
 /// A plane board. Its frame: origin at the first corner, x along the rows, y along the columns, z = 0.
 struct Board {
   BoardKind kind = BoardKind::Chessboard;
-  /// Chessboard: inner corners; AsymmetricCircles: circles a row (every other row is shifted by half a step) and rows; Charuco: squares.
+  /// Chessboard: inner corners; AsymmetricCircles: circles a row (every other row is shifted by half a step) and rows;
+  /// Charuco: squares.
   int columns = 9, rows = 6;
   /// m: edge of a square. AsymmetricCircles: half the distance of neighbours in a row, which is the distance of rows.
   double spacing_m = 0.03;
-  double marker_m = 0.02;                ///< Charuco: edge of a marker
+  double marker_m = 0.02;                  ///< Charuco: edge of a marker
   std::string dictionary = "DICT_4X4_50";  ///< Charuco: name in OpenCV's aruco module
 
   std::string validate() const;
@@ -49,9 +50,10 @@ struct GreyImage {
 /// JPEG, PNG, TIFF, BMP, with the rows and columns as stored (a turn in EXIF is not made). Errors: Io, Malformed.
 Result<GreyImage> read_grey_image(const std::string& path);
 
-/// The board's corners, refined by the grey levels around each (the Harris matrix's saddle point condition: cv::cornerSubPix; circles:
-/// centres of gravity). Errors: Unavailable (not seen whole; Charuco: fewer than 6 corners), Invalid.
-/// The plane of a Charuco board fixes its corners; the others are found up to a turn by half, which a lens does not notice.
+/// The board's corners, refined by the grey levels around each (the Harris matrix's saddle point condition:
+/// cv::cornerSubPix; circles: centres of gravity). Errors: Unavailable (not seen whole; Charuco: fewer than 6 corners),
+/// Invalid. The plane of a Charuco board fixes its corners; the others are found up to a turn by half, which a lens
+/// does not notice.
 Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& board);
 
 }  // namespace hueline::calibration

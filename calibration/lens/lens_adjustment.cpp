@@ -40,7 +40,8 @@ ceres::CostFunction* corner_cost(const Board& board, const SeenCorner& corner, L
 
 using Pose = std::array<double, 6>;
 Pose numbers_of(const BoardPose& p) {
-  return {p.rotation.x(), p.rotation.y(), p.rotation.z(), p.translation_m.x(), p.translation_m.y(), p.translation_m.z()};
+  return {p.rotation.x(),      p.rotation.y(),      p.rotation.z(),
+          p.translation_m.x(), p.translation_m.y(), p.translation_m.z()};
 }
 BoardPose pose_of(const Pose& p) { return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}}; }
 
@@ -52,8 +53,8 @@ std::vector<int> fixed_parameters(LensModel model, bool one_focal) {
 }
 
 /// Inverse of the lens's part of the normal matrix, poses eliminated one by one (Schur). False: singular.
-bool lens_covariance(ceres::Problem& problem, double* lens, std::vector<Pose>& poses, const std::vector<int>& fixed, double sigma2,
-                     Eigen::Matrix<double, kLensParameters, kLensParameters>& out) {
+bool lens_covariance(ceres::Problem& problem, double* lens, std::vector<Pose>& poses, const std::vector<int>& fixed,
+                     double sigma2, Eigen::Matrix<double, kLensParameters, kLensParameters>& out) {
   constexpr int n = kLensParameters;
   std::vector<int> free;
   for (int i = 0; i < n; ++i)
@@ -83,17 +84,20 @@ bool lens_covariance(ceres::Problem& problem, double* lens, std::vector<Pose>& p
   const auto m = static_cast<Eigen::Index>(free.size());
   Eigen::MatrixXd reduced(m, m);
   for (Eigen::Index i = 0; i < m; ++i)
-    for (Eigen::Index j = 0; j < m; ++j) reduced(i, j) = normal(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
+    for (Eigen::Index j = 0; j < m; ++j)
+      reduced(i, j) = normal(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
   // Scaled to a unit diagonal: focal lengths and k3 differ by ten powers of ten.
   const Eigen::VectorXd scale = reduced.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd unit = scale.asDiagonal() * reduced * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
   if (!(eigen.eigenvalues()[0] > 1e-13)) return false;
-  const Eigen::MatrixXd inverse =
-      scale.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
+  const Eigen::MatrixXd inverse = scale.asDiagonal() * eigen.eigenvectors() *
+                                  eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() *
+                                  scale.asDiagonal();
   out.setZero();
   for (Eigen::Index i = 0; i < m; ++i)
-    for (Eigen::Index j = 0; j < m; ++j) out(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]) = inverse(i, j) * sigma2;
+    for (Eigen::Index j = 0; j < m; ++j)
+      out(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]) = inverse(i, j) * sigma2;
   return true;
 }
 
@@ -116,7 +120,8 @@ Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> 
   out.observations = 2 * corners;
   out.unknowns = kLensParameters - static_cast<int>(fixed.size()) + 6 * static_cast<int>(poses.size());
   if (out.observations <= out.unknowns)
-    return Error{ErrorCode::Invalid, fmt::format("{} corners in {} views are too few for {} unknowns", corners, views.size(), out.unknowns)};
+    return Error{ErrorCode::Invalid, fmt::format("{} corners in {} views are too few for {} unknowns", corners,
+                                                 views.size(), out.unknowns)};
 
   ceres::Problem::Options ownership;
   ceres::Problem problem(ownership);
@@ -127,7 +132,8 @@ Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> 
   for (std::size_t v = 0; v < views.size(); ++v)
     for (const SeenCorner& corner : views[v].corners)
       problem.AddResidualBlock(corner_cost(board, corner, start.model, config.one_focal),
-                               config.robust_px > 0 ? new ceres::CauchyLoss(config.robust_px) : nullptr, lens.data(), poses[v].data());
+                               config.robust_px > 0 ? new ceres::CauchyLoss(config.robust_px) : nullptr, lens.data(),
+                               poses[v].data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
@@ -143,7 +149,8 @@ Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> 
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  if (!summary.IsSolutionUsable()) return Error{ErrorCode::Unavailable, "the adjustment does not converge: " + summary.message};
+  if (!summary.IsSolutionUsable())
+    return Error{ErrorCode::Unavailable, "the adjustment does not converge: " + summary.message};
 
   if (config.one_focal) lens[1] = lens[0];
   out.lens = start;
@@ -155,7 +162,8 @@ Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> 
     out.residuals.emplace_back();
     for (const SeenCorner& corner : views[v].corners) {
       Eigen::Vector2d residual;
-      CornerResidual{start.model, false, board.corner(corner.index), corner.pixel}(lens.data(), poses[v].data(), residual.data());
+      CornerResidual{start.model, false, board.corner(corner.index), corner.pixel}(lens.data(), poses[v].data(),
+                                                                                   residual.data());
       out.residuals.back().push_back(residual);
       sum += residual.squaredNorm();
     }
@@ -163,7 +171,8 @@ Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> 
   out.rms_px = std::sqrt(sum / corners);
   out.sigma_px = std::sqrt(sum / (out.observations - out.unknowns));
   if (!lens_covariance(problem, lens.data(), poses, fixed, out.sigma_px * out.sigma_px, out.covariance))
-    return Error{ErrorCode::Unavailable, "the views do not determine the lens: tilt the board against the image, differently in each view"};
+    return Error{ErrorCode::Unavailable,
+                 "the views do not determine the lens: tilt the board against the image, differently in each view"};
   if (config.one_focal) {
     out.covariance.row(1) = out.covariance.row(0);
     out.covariance.col(1) = out.covariance.col(0);

@@ -13,7 +13,8 @@ constexpr double kMedianOfRadius = 1.1774;  // of a plane normal distribution, i
 constexpr double kRobust_px = 1.0;
 constexpr double kGoodFit_px = 0.5;
 constexpr int kRounds = 4;
-constexpr double kVagueFocal = 0.02;  // standard deviation over focal length from which views are said not to fix a lens
+constexpr double kVagueFocal =
+    0.02;  // standard deviation over focal length from which views are said not to fix a lens
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -35,9 +36,11 @@ double median_radius(const AdjustedLens& adjusted) {
   return median(std::move(radii));
 }
 
-/// The best adjustment from every start, with a loss that bad corners cannot bend. Views that no start can pose are named and left out.
-Result<AdjustedLens> first_adjustment(const Board& board, std::vector<BoardView>& views, std::vector<RejectedView>& rejected, LensModel model,
-                                      std::uint32_t width, std::uint32_t height, bool one_focal) {
+/// The best adjustment from every start, with a loss that bad corners cannot bend. Views that no start can pose are
+/// named and left out.
+Result<AdjustedLens> first_adjustment(const Board& board, std::vector<BoardView>& views,
+                                      std::vector<RejectedView>& rejected, LensModel model, std::uint32_t width,
+                                      std::uint32_t height, bool one_focal) {
   std::vector<LensValues> starts;
   if (model == LensModel::Brown)
     if (const auto zhang = zhang_start(board, views, width, height)) starts.push_back(*zhang);
@@ -92,7 +95,8 @@ bool reject(LensCalibration& calibration, const LensCalibrationConfig& config) {
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (view_rms[v] > config.view_limit * usual && usual > 0) {
       // A view with a few bad corners stays without them; one that is bad throughout goes.
-      const auto bad = std::count_if(adjusted.residuals[v].begin(), adjusted.residuals[v].end(), [&](const auto& r) { return r.norm() > limit; });
+      const auto bad = std::count_if(adjusted.residuals[v].begin(), adjusted.residuals[v].end(),
+                                     [&](const auto& r) { return r.norm() > limit; });
       if (4 * static_cast<std::size_t>(bad) > adjusted.residuals[v].size()) {
         calibration.rejected_views.push_back(
             {views[v].name, fmt::format("rms {:.3f} px, the views' median is {:.3f} px", view_rms[v], usual)});
@@ -104,7 +108,8 @@ bool reject(LensCalibration& calibration, const LensCalibrationConfig& config) {
     for (std::size_t c = 0; c < views[v].corners.size(); ++c) {
       const double error = adjusted.residuals[v][c].norm();
       if (error > limit && limit > 0) {
-        calibration.rejected_corners.push_back({view.name, views[v].corners[c].index, views[v].corners[c].pixel, error});
+        calibration.rejected_corners.push_back(
+            {view.name, views[v].corners[c].index, views[v].corners[c].pixel, error});
         any = true;
       } else {
         view.corners.push_back(views[v].corners[c]);
@@ -130,8 +135,8 @@ void drop_unposable(LensCalibration& calibration) {
   });
 }
 
-Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> views, std::uint32_t width, std::uint32_t height, LensModel model,
-                                   const LensCalibrationConfig& config) {
+Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> views, std::uint32_t width,
+                                   std::uint32_t height, LensModel model, const LensCalibrationConfig& config) {
   LensCalibration out;
   out.board = board;
   auto first = first_adjustment(board, views, out.rejected_views, model, width, height, config.one_focal);
@@ -150,18 +155,20 @@ Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> vi
   for (int i = 0; i < 2; ++i) {
     const double sigma = std::sqrt(out.adjusted.covariance(i, i));
     if (!(sigma < kVagueFocal * out.adjusted.lens.focal_px[i]))
-      return Error{ErrorCode::Unavailable,
-                   fmt::format("the views leave the focal length open ({:.1f} px +- {:.1f}): tilt the board against the image, differently in each view",
-                               out.adjusted.lens.focal_px[i], sigma)};
+      return Error{ErrorCode::Unavailable, fmt::format("the views leave the focal length open ({:.1f} px +- {:.1f}): "
+                                                       "tilt the board against the image, differently in each view",
+                                                       out.adjusted.lens.focal_px[i], sigma)};
   }
   return out;
 }
 
 /// Why a view that a lens was not fitted to speaks against it; empty: it was judged, and is part of `sum` and `count`.
-std::string judge_held(const Board& board, const BoardView& view, const LensValues& lens, double& sum, std::size_t& count) {
+std::string judge_held(const Board& board, const BoardView& view, const LensValues& lens, double& sum,
+                       std::size_t& count) {
   for (std::size_t half = 0; half < 2; ++half) {
     BoardView posing{view.name, {}}, judging{view.name, {}};
-    for (std::size_t c = 0; c < view.corners.size(); ++c) (c % 2 == half ? posing : judging).corners.push_back(view.corners[c]);
+    for (std::size_t c = 0; c < view.corners.size(); ++c)
+      (c % 2 == half ? posing : judging).corners.push_back(view.corners[c]);
     const auto pose = resect_board(board, posing, lens);
     if (!pose) return "the board cannot be posed";
     const double angle = pose->rotation.norm();
@@ -176,8 +183,8 @@ std::string judge_held(const Board& board, const BoardView& view, const LensValu
   return {};
 }
 
-/// What held-back views say of a lens that never saw them: each is posed by every other corner and judged by the rest. Views with too few
-/// corners to be halved are not judged.
+/// What held-back views say of a lens that never saw them: each is posed by every other corner and judged by the rest.
+/// Views with too few corners to be halved are not judged.
 void predict(const LensCalibration& full, const LensCalibrationConfig& config, ModelTrial& trial) {
   constexpr std::size_t kFewestToHalve = 8;  // a homography needs four
   const int folds = std::min(config.folds, static_cast<int>(full.views.size()));
@@ -191,7 +198,8 @@ void predict(const LensCalibration& full, const LensCalibrationConfig& config, M
     const auto adjusted = adjust_lens(full.board, rest, full.adjusted.lens, {.one_focal = config.one_focal});
     for (const BoardView& view : held) {
       if (view.corners.size() < kFewestToHalve) continue;
-      const std::string why = adjusted.ok() ? judge_held(full.board, view, adjusted->lens, sum, count) : "the others alone give no lens: " + adjusted.error().message;
+      const std::string why = adjusted.ok() ? judge_held(full.board, view, adjusted->lens, sum, count)
+                                            : "the others alone give no lens: " + adjusted.error().message;
       if (!why.empty()) trial.unpredicted.push_back({view.name, why});
     }
   }
@@ -215,29 +223,35 @@ std::string ModelTrial::words() const {
     std::size_t count = 0;
     for (const RejectedView& one : unpredicted)
       if (one.why == reasons[r] && ++count <= kNamed) names += (count > 1 ? ", " : "") + one.view;
-    out += fmt::format("{} {}{}: {}", r ? ";" : ":", names, count > kNamed ? fmt::format(" and {} more", count - kNamed) : "", reasons[r]);
+    out += fmt::format("{} {}{}: {}", r ? ";" : ":", names,
+                       count > kNamed ? fmt::format(" and {} more", count - kNamed) : "", reasons[r]);
   }
   return out;
 }
 
 std::string LensCalibrationConfig::validate() const {
-  if (!(corner_limit_sigma >= 3)) return fmt::format("corner_limit_sigma is {}; allowed: 3 or more", corner_limit_sigma);
+  if (!(corner_limit_sigma >= 3))
+    return fmt::format("corner_limit_sigma is {}; allowed: 3 or more", corner_limit_sigma);
   if (!(view_limit >= 1.5)) return fmt::format("view_limit is {}; allowed: 1.5 or more", view_limit);
   if (folds < 2) return fmt::format("folds is {}; allowed: 2 or more", folds);
   return {};
 }
 
-Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<BoardView>& views, std::uint32_t width, std::uint32_t height,
-                                       const LensCalibrationConfig& config) {
+Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<BoardView>& views, std::uint32_t width,
+                                       std::uint32_t height, const LensCalibrationConfig& config) {
   for (const std::string& wrong : {board.validate(), config.validate()})
     if (!wrong.empty()) return Error{ErrorCode::Invalid, wrong};
   if (width < 16 || height < 16) return Error{ErrorCode::Invalid, "the images are smaller than 16 x 16 px"};
-  if (views.size() < 3) return Error{ErrorCode::Invalid, fmt::format("{} views with the board; 3 are needed, 10 or more are better", views.size())};
+  if (views.size() < 3)
+    return Error{ErrorCode::Invalid,
+                 fmt::format("{} views with the board; 3 are needed, 10 or more are better", views.size())};
   for (const BoardView& view : views) {
-    if (view.corners.size() < 6) return Error{ErrorCode::Invalid, fmt::format("{}: {} corners, 6 are needed", view.name, view.corners.size())};
+    if (view.corners.size() < 6)
+      return Error{ErrorCode::Invalid, fmt::format("{}: {} corners, 6 are needed", view.name, view.corners.size())};
     for (const SeenCorner& corner : view.corners)
       if (corner.index >= board.corner_count() || !corner.pixel.allFinite())
-        return Error{ErrorCode::Invalid, fmt::format("{}: corner {} is none of the board's {}", view.name, corner.index, board.corner_count())};
+        return Error{ErrorCode::Invalid, fmt::format("{}: corner {} is none of the board's {}", view.name, corner.index,
+                                                     board.corner_count())};
   }
   std::optional<LensCalibration> best;
   std::vector<ModelTrial> trials;
@@ -254,10 +268,12 @@ Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<Boa
       trial.rms_px = one->adjusted.rms_px;
       predict(*one, config, trial);
       // A model that throws views out must not win by that.
-      const double judged = trial.predicted_rms_px.value_or(trial.rms_px) * static_cast<double>(views.size()) / static_cast<double>(one->views.size());
+      const double judged = trial.predicted_rms_px.value_or(trial.rms_px) * static_cast<double>(views.size()) /
+                            static_cast<double>(one->views.size());
       const bool is_candidate = trial.unpredicted.empty() || config.model;
       // What was measured on views held back outranks a fit, which is smaller by itself.
-      const bool outranks = !best || trial.predicted_rms_px.has_value() > best_is_predicted || (trial.predicted_rms_px.has_value() == best_is_predicted && judged < best_rms);
+      const bool outranks = !best || trial.predicted_rms_px.has_value() > best_is_predicted ||
+                            (trial.predicted_rms_px.has_value() == best_is_predicted && judged < best_rms);
       if (is_candidate && outranks) {
         best_rms = judged;
         best_is_predicted = trial.predicted_rms_px.has_value();
@@ -268,8 +284,10 @@ Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<Boa
   }
   if (!best) {
     std::string why;
-    for (const ModelTrial& t : trials) why += fmt::format("{}{}: {}", why.empty() ? "" : "; ", name(t.model), t.words());
-    if (std::ranges::any_of(trials, [](const ModelTrial& t) { return !t.unpredicted.empty(); })) why += ". Leave those views out, or choose a --model";
+    for (const ModelTrial& t : trials)
+      why += fmt::format("{}{}: {}", why.empty() ? "" : "; ", name(t.model), t.words());
+    if (std::ranges::any_of(trials, [](const ModelTrial& t) { return !t.unpredicted.empty(); }))
+      why += ". Leave those views out, or choose a --model";
     return Error{ErrorCode::Unavailable, why};
   }
   best->trials = std::move(trials);

@@ -14,17 +14,22 @@ constexpr double kPictureWidth = 720;
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
-    if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else if (c == '&') out += "&amp;";
-    else out += c;
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '&')
+      out += "&amp;";
+    else
+      out += c;
   }
   return out;
 }
 
 std::string picture(const LensValues& lens, const std::string& inside) {
-  return fmt::format("<svg viewBox=\"0 0 {0} {1}\" width=\"{2}\"><rect width=\"{0}\" height=\"{1}\" class=\"frame\"/>{3}</svg>\n", lens.width, lens.height,
-                     kPictureWidth, inside);
+  return fmt::format(
+      "<svg viewBox=\"0 0 {0} {1}\" width=\"{2}\"><rect width=\"{0}\" height=\"{1}\" class=\"frame\"/>{3}</svg>\n",
+      lens.width, lens.height, kPictureWidth, inside);
 }
 
 /// Corners as dots, a colour a view, with the share of the image's cells that hold one.
@@ -37,8 +42,8 @@ std::string coverage(const LensCalibration& calibration) {
   for (std::size_t v = 0; v < calibration.views.size(); ++v) {
     const double hue = 360.0 * static_cast<double>(v) * 0.618034;
     for (const SeenCorner& corner : calibration.views[v].corners) {
-      dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"hsl({:.0f},70%,45%)\"/>", corner.pixel.x() + 0.5, corner.pixel.y() + 0.5,
-                          radius, std::fmod(hue, 360.0));
+      dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"hsl({:.0f},70%,45%)\"/>",
+                          corner.pixel.x() + 0.5, corner.pixel.y() + 0.5, radius, std::fmod(hue, 360.0));
       const int column = std::clamp(static_cast<int>((corner.pixel.x() + 0.5) / lens.width * kAcross), 0, kAcross - 1);
       const int row = std::clamp(static_cast<int>((corner.pixel.y() + 0.5) / lens.height * kDown), 0, kDown - 1);
       ++cells[static_cast<std::size_t>(row * kAcross + column)];
@@ -48,15 +53,19 @@ std::string coverage(const LensCalibration& calibration) {
   std::string empty;
   for (int i = 0; i < kAcross * kDown; ++i)
     if (!cells[static_cast<std::size_t>(i)])
-      empty += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" class=\"empty\"/>", i % kAcross * lens.width / double{kAcross},
-                           i / kAcross * lens.height / double{kDown}, lens.width / double{kAcross}, lens.height / double{kDown});
-  return fmt::format("<h2>Where corners were seen</h2><p>{} of {} parts of the image hold a corner; the shaded ones hold none: there the lens is a guess. "
-                     "Widest angle from the axis: {:.1f}&deg;.</p>",
-                     filled, kAcross * kDown, covered_angle(calibration) * 180 / std::numbers::pi) +
+      empty += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" class=\"empty\"/>",
+                           i % kAcross * lens.width / double{kAcross}, i / kAcross * lens.height / double{kDown},
+                           lens.width / double{kAcross}, lens.height / double{kDown});
+  return fmt::format(
+             "<h2>Where corners were seen</h2><p>{} of {} parts of the image hold a corner; the shaded ones hold none: "
+             "there the lens is a guess. "
+             "Widest angle from the axis: {:.1f}&deg;.</p>",
+             filled, kAcross * kDown, covered_angle(calibration) * 180 / std::numbers::pi) +
          picture(lens, empty + dots);
 }
 
-/// Mean residual of each part of the image, as arrows: what the model does not explain points the same way in all views.
+/// Mean residual of each part of the image, as arrows: what the model does not explain points the same way in all
+/// views.
 std::string residual_field(const LensCalibration& calibration) {
   const LensValues& lens = calibration.adjusted.lens;
   constexpr int kAcross = 18, kDown = 14;
@@ -66,7 +75,8 @@ std::string residual_field(const LensCalibration& calibration) {
   const double magnify = lens.width / 20.0 / std::max(1e-6, 3 * calibration.adjusted.sigma_px);
   const auto line = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& by, const char* kind) {
     const Eigen::Vector2d to = from + by * magnify;
-    lines += fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" class=\"{}\"/>", from.x(), from.y(), to.x(), to.y(), kind);
+    lines += fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" class=\"{}\"/>", from.x(),
+                         from.y(), to.x(), to.y(), kind);
   };
   for (std::size_t v = 0; v < calibration.views.size(); ++v)
     for (std::size_t c = 0; c < calibration.views[v].corners.size(); ++c) {
@@ -83,9 +93,11 @@ std::string residual_field(const LensCalibration& calibration) {
     const Eigen::Vector2d middle((i % kAcross + 0.5) * lens.width / kAcross, (i / kAcross + 0.5) * lens.height / kDown);
     line(middle, sums[k] / counts[k], "mean");
   }
-  return fmt::format("<h2>Residuals</h2><p>Seen minus projected, drawn {:.0f} times as long. Thin: each corner. Thick: the mean of a part of the image, which "
-                     "is near nothing where the model fits.</p>",
-                     magnify) +
+  return fmt::format(
+             "<h2>Residuals</h2><p>Seen minus projected, drawn {:.0f} times as long. Thin: each corner. Thick: the "
+             "mean of a part of the image, which "
+             "is near nothing where the model fits.</p>",
+             magnify) +
          picture(lens, lines);
 }
 
@@ -95,9 +107,10 @@ std::string views_table(const LensCalibration& calibration) {
     double sum = 0;
     for (const auto& r : calibration.adjusted.residuals[v]) sum += r.squaredNorm();
     const double rms = std::sqrt(sum / static_cast<double>(calibration.adjusted.residuals[v].size()));
-    out += fmt::format("<tr><td>{}</td><td>{}</td><td>{:.3f}</td><td><div class=\"bar\" style=\"width:{:.0f}px\"></div></td></tr>",
-                       escaped(calibration.views[v].name), calibration.views[v].corners.size(), rms,
-                       std::min(300.0, 100 * rms / std::max(1e-9, calibration.adjusted.rms_px)));
+    out += fmt::format(
+        "<tr><td>{}</td><td>{}</td><td>{:.3f}</td><td><div class=\"bar\" style=\"width:{:.0f}px\"></div></td></tr>",
+        escaped(calibration.views[v].name), calibration.views[v].corners.size(), rms,
+        std::min(300.0, 100 * rms / std::max(1e-9, calibration.adjusted.rms_px)));
   }
   return out + "</table>";
 }
@@ -105,11 +118,13 @@ std::string views_table(const LensCalibration& calibration) {
 std::string left_out(const LensCalibration& calibration, const LensReportContext& context) {
   std::string out = "<h2>Left out</h2><ul>";
   for (const auto& text : context.unseen) out += "<li>" + escaped(text) + "</li>";
-  for (const auto& view : calibration.rejected_views) out += fmt::format("<li>{}: {}</li>", escaped(view.view), escaped(view.why));
+  for (const auto& view : calibration.rejected_views)
+    out += fmt::format("<li>{}: {}</li>", escaped(view.view), escaped(view.why));
   for (const auto& corner : calibration.rejected_corners)
-    out += fmt::format("<li>{}: corner {} at ({:.1f}, {:.1f}), {:.2f} px off</li>", escaped(corner.view), corner.index, corner.pixel.x(), corner.pixel.y(),
-                       corner.error_px);
-  if (context.unseen.empty() && calibration.rejected_views.empty() && calibration.rejected_corners.empty()) out += "<li>nothing</li>";
+    out += fmt::format("<li>{}: corner {} at ({:.1f}, {:.1f}), {:.2f} px off</li>", escaped(corner.view), corner.index,
+                       corner.pixel.x(), corner.pixel.y(), corner.error_px);
+  if (context.unseen.empty() && calibration.rejected_views.empty() && calibration.rejected_corners.empty())
+    out += "<li>nothing</li>";
   return out + "</ul>";
 }
 
@@ -119,27 +134,35 @@ std::string lens_html(const LensCalibration& calibration, const LensReportContex
   const AdjustedLens& adjusted = calibration.adjusted;
   std::string out =
       "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Lens calibration</title><style>"
-      "body{font:15px/1.5 system-ui,sans-serif;margin:2em auto;max-width:760px;color:#222}table{border-collapse:collapse}"
+      "body{font:15px/1.5 system-ui,sans-serif;margin:2em "
+      "auto;max-width:760px;color:#222}table{border-collapse:collapse}"
       "td,th{padding:2px 12px 2px 0;text-align:left}td:nth-child(n+2){font-variant-numeric:tabular-nums}"
-      ".frame{fill:#fafafa;stroke:#bbb;stroke-width:1}.empty{fill:#e8d9c8}.one{stroke:#8aa7c7;stroke-width:.8}.mean{stroke:#b3261e;stroke-width:2.5}"
+      ".frame{fill:#fafafa;stroke:#bbb;stroke-width:1}.empty{fill:#e8d9c8}.one{stroke:#8aa7c7;stroke-width:.8}.mean{"
+      "stroke:#b3261e;stroke-width:2.5}"
       ".bar{background:#5b84b1;height:10px}</style>";
-  out += fmt::format("<h1>Lens calibration</h1><p>{}, {}.</p><p><b>{:.3f} px</b> rms over {} corners in {} views; a corner's coordinate has "
-                     "a standard deviation of {:.3f} px.</p>",
-                     escaped(context.data), context.date, adjusted.rms_px, adjusted.observations / 2, calibration.views.size(), adjusted.sigma_px);
-  out += fmt::format("<h2>{}, {} x {}</h2><table><tr><th></th><th>value</th><th>sigma</th></tr>", name(adjusted.lens.model), adjusted.lens.width,
-                     adjusted.lens.height);
+  out += fmt::format(
+      "<h1>Lens calibration</h1><p>{}, {}.</p><p><b>{:.3f} px</b> rms over {} corners in {} views; a corner's "
+      "coordinate has "
+      "a standard deviation of {:.3f} px.</p>",
+      escaped(context.data), context.date, adjusted.rms_px, adjusted.observations / 2, calibration.views.size(),
+      adjusted.sigma_px);
+  out += fmt::format("<h2>{}, {} x {}</h2><table><tr><th></th><th>value</th><th>sigma</th></tr>",
+                     name(adjusted.lens.model), adjusted.lens.width, adjusted.lens.height);
   const auto names = parameter_names(adjusted.lens.model);
   const auto values = adjusted.lens.parameters();
   for (int i = 0; i < parameter_count(adjusted.lens.model); ++i)
-    out += fmt::format("<tr><td>{}</td><td>{:.6g}</td><td>{:.2g}</td></tr>", names[static_cast<std::size_t>(i)], values[static_cast<std::size_t>(i)],
-                       std::sqrt(std::max(0.0, adjusted.covariance(i, i))));
+    out += fmt::format("<tr><td>{}</td><td>{:.6g}</td><td>{:.2g}</td></tr>", names[static_cast<std::size_t>(i)],
+                       values[static_cast<std::size_t>(i)], std::sqrt(std::max(0.0, adjusted.covariance(i, i))));
   out += "</table><h2>Models</h2><table><tr><th></th><th>rms, px</th><th>rms of views held back, px</th></tr>";
   for (const ModelTrial& trial : calibration.trials)
-    out += trial.predicted_rms_px ? fmt::format("<tr><td>{}</td><td>{:.3f}</td><td>{:.3f}</td></tr>", name(trial.model), trial.rms_px, *trial.predicted_rms_px)
-                                  : fmt::format("<tr><td>{}</td><td colspan=2>{}</td></tr>", name(trial.model), escaped(trial.words()));
+    out += trial.predicted_rms_px
+               ? fmt::format("<tr><td>{}</td><td>{:.3f}</td><td>{:.3f}</td></tr>", name(trial.model), trial.rms_px,
+                             *trial.predicted_rms_px)
+               : fmt::format("<tr><td>{}</td><td colspan=2>{}</td></tr>", name(trial.model), escaped(trial.words()));
   out += "</table>";
   if (!context.reference.empty()) out += "<p>" + escaped(context.reference) + "</p>";
-  return out + coverage(calibration) + residual_field(calibration) + views_table(calibration) + left_out(calibration, context) + "</html>\n";
+  return out + coverage(calibration) + residual_field(calibration) + views_table(calibration) +
+         left_out(calibration, context) + "</html>\n";
 }
 
 }  // namespace hueline::calibration

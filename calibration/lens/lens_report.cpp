@@ -25,7 +25,8 @@ double covered_angle(const LensCalibration& calibration) {
   double widest = 0;
   for (const BoardView& view : calibration.views)
     for (const SeenCorner& corner : view.corners)
-      if (const auto ray = calibration.adjusted.lens.direction(corner.pixel)) widest = std::max(widest, std::acos(std::clamp(ray->z(), -1.0, 1.0)));
+      if (const auto ray = calibration.adjusted.lens.direction(corner.pixel))
+        widest = std::max(widest, std::acos(std::clamp(ray->z(), -1.0, 1.0)));
   return widest;
 }
 
@@ -53,9 +54,11 @@ std::string lens_fragment(const LensCalibration& calibration, const LensReportCo
   constexpr double kMargin = 1.1, kWidest_deg = 143;
   const double angle_deg = std::clamp(kMargin * covered_angle(calibration) * 180 / std::numbers::pi, 1.0, kWidest_deg);
   return fmt::format(
-             "{0}model: {1}\n{0}width: {2}\n{0}height: {3}\n{0}focal_px: {4}\n{0}principal_point_px: {5}\n{0}distortion: {6}\n"
+             "{0}model: {1}\n{0}width: {2}\n{0}height: {3}\n{0}focal_px: {4}\n{0}principal_point_px: "
+             "{5}\n{0}distortion: {6}\n"
              "{0}max_angle_deg: {7:.1f}\n",
-             in, name(lens.model), lens.width, lens.height, list(lens.focal_px.data(), 2), list(lens.principal_point_px.data(), 2),
+             in, name(lens.model), lens.width, lens.height, list(lens.focal_px.data(), 2),
+             list(lens.principal_point_px.data(), 2),
              list(lens.distortion.data(), lens.model == LensModel::Brown ? 5 : 4), angle_deg) +
          lens_record(calibration, context).yaml(indent);
 }
@@ -73,8 +76,8 @@ std::string lens_json(const LensCalibration& calibration, const LensReportContex
   const auto values = adjusted.lens.parameters();
   const int n = parameter_count(adjusted.lens.model);
   for (int i = 0; i < n; ++i)
-    out["values"][names[static_cast<std::size_t>(i)]] = {{"value", values[static_cast<std::size_t>(i)]},
-                                                         {"sigma", std::sqrt(std::max(0.0, adjusted.covariance(i, i)))}};
+    out["values"][names[static_cast<std::size_t>(i)]] = {
+        {"value", values[static_cast<std::size_t>(i)]}, {"sigma", std::sqrt(std::max(0.0, adjusted.covariance(i, i)))}};
   for (int i = 0; i < n; ++i) {
     Json row = Json::array();
     for (int j = 0; j < n; ++j) row.push_back(adjusted.covariance(i, j));
@@ -90,7 +93,8 @@ std::string lens_json(const LensCalibration& calibration, const LensReportContex
     if (trial.failure.empty()) {
       one["rms_px"] = trial.rms_px;
       if (trial.predicted_rms_px) one["predicted_rms_px"] = *trial.predicted_rms_px;
-      for (const auto& view : trial.unpredicted) one["unpredicted"].push_back({{"image", view.view}, {"why", view.why}});
+      for (const auto& view : trial.unpredicted)
+        one["unpredicted"].push_back({{"image", view.view}, {"why", view.why}});
     } else {
       one["failure"] = trial.failure;
     }
@@ -114,9 +118,11 @@ std::string lens_json(const LensCalibration& calibration, const LensReportContex
   out["left_out"]["views"] = Json::array();
   out["left_out"]["corners"] = Json::array();
   out["left_out"]["unseen"] = context.unseen;
-  for (const auto& view : calibration.rejected_views) out["left_out"]["views"].push_back({{"image", view.view}, {"why", view.why}});
+  for (const auto& view : calibration.rejected_views)
+    out["left_out"]["views"].push_back({{"image", view.view}, {"why", view.why}});
   for (const auto& corner : calibration.rejected_corners)
-    out["left_out"]["corners"].push_back({{"image", corner.view}, {"corner", corner.index}, {"error_px", corner.error_px}});
+    out["left_out"]["corners"].push_back(
+        {{"image", corner.view}, {"corner", corner.index}, {"error_px", corner.error_px}});
   if (!context.reference.empty()) out["reference"] = context.reference;
   return out.dump(1) + "\n";
 }

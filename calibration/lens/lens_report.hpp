@@ -10,16 +10,17 @@ namespace hueline::calibration {
 
 /// What the caller knows beside the numbers.
 struct LensReportContext {
-  std::string date;  ///< YYYY-MM-DD
-  std::string data;  ///< "13 of 15 images of DIR"
+  std::string date;                 ///< YYYY-MM-DD
+  std::string data;                 ///< "13 of 15 images of DIR"
   std::vector<std::string> unseen;  ///< images without the board, with the reason
-  std::string reference;  ///< what another program makes of the same corners; empty: nothing was asked
+  std::string reference;            ///< what another program makes of the same corners; empty: nothing was asked
 };
 
 CalibrationRecord lens_record(const LensCalibration& calibration, const LensReportContext& context);
 
-/// Keys of a lens in a rig file (docs/rig.md): model, size, values, record. Put in place of the same keys of a lens, or below `lens:` for
-/// `hueline colour`, each line after `indent` blanks. `max_angle_deg`: as far from the axis as corners were seen, and a tenth more.
+/// Keys of a lens in a rig file (docs/rig.md): model, size, values, record. Put in place of the same keys of a lens, or
+/// below `lens:` for `hueline colour`, each line after `indent` blanks. `max_angle_deg`: as far from the axis as
+/// corners were seen, and a tenth more.
 std::string lens_fragment(const LensCalibration& calibration, const LensReportContext& context, int indent);
 
 /// Everything: values, sigma, covariance, poses, residuals, what was left out and why.

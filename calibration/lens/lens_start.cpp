@@ -10,14 +10,15 @@ namespace {
 /// Columns of H as Zhang's v_ij: h_i^T B h_j as a product with (B11, B22, B13, B23, B33); B12 is 0 without skew.
 Eigen::Matrix<double, 5, 1> conic_row(const Eigen::Matrix3d& H, int i, int j) {
   Eigen::Matrix<double, 5, 1> v;
-  v << H(0, i) * H(0, j), H(1, i) * H(1, j), H(2, i) * H(0, j) + H(0, i) * H(2, j), H(2, i) * H(1, j) + H(1, i) * H(2, j), H(2, i) * H(2, j);
+  v << H(0, i) * H(0, j), H(1, i) * H(1, j), H(2, i) * H(0, j) + H(0, i) * H(2, j),
+      H(2, i) * H(1, j) + H(1, i) * H(2, j), H(2, i) * H(2, j);
   return v;
 }
 
 double reprojection_error2(const Board& board, const BoardView& view, const LensValues& lens, const BoardPose& pose) {
   const double angle = pose.rotation.norm();
-  const Eigen::Matrix3d R =
-      angle > 0 ? Eigen::AngleAxisd(angle, pose.rotation / angle).toRotationMatrix() : Eigen::Matrix3d::Identity().eval();
+  const Eigen::Matrix3d R = angle > 0 ? Eigen::AngleAxisd(angle, pose.rotation / angle).toRotationMatrix()
+                                      : Eigen::Matrix3d::Identity().eval();
   double sum = 0;
   for (const SeenCorner& corner : view.corners) {
     const auto pixel = lens.project(R * board.corner(corner.index) + pose.translation_m);
@@ -29,7 +30,8 @@ double reprojection_error2(const Board& board, const BoardView& view, const Lens
 
 }  // namespace
 
-std::optional<Eigen::Matrix3d> board_homography(std::span<const Eigen::Vector2d> board_m, std::span<const Eigen::Vector3d> rays) {
+std::optional<Eigen::Matrix3d> board_homography(std::span<const Eigen::Vector2d> board_m,
+                                                std::span<const Eigen::Vector3d> rays) {
   if (board_m.size() < 4 || board_m.size() != rays.size()) return std::nullopt;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   for (const auto& p : board_m) mean += p;
@@ -50,12 +52,14 @@ std::optional<Eigen::Matrix3d> board_homography(std::span<const Eigen::Vector2d>
     normal += A.transpose() * A;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> solver(normal);
-  if (!(solver.eigenvalues()[1] > 1e-12 * solver.eigenvalues()[8])) return std::nullopt;  // a second solution: corners on a line
+  if (!(solver.eigenvalues()[1] > 1e-12 * solver.eigenvalues()[8]))
+    return std::nullopt;  // a second solution: corners on a line
   const Eigen::Matrix3d H = Eigen::Map<const Eigen::Matrix3d>(solver.eigenvectors().col(0).data());
   return Eigen::Matrix3d(H * unit);
 }
 
-std::optional<LensValues> zhang_start(const Board& board, std::span<const BoardView> views, std::uint32_t width, std::uint32_t height) {
+std::optional<LensValues> zhang_start(const Board& board, std::span<const BoardView> views, std::uint32_t width,
+                                      std::uint32_t height) {
   if (views.size() < 2) return std::nullopt;
   const double scale = 2.0 / (width + height);
   const Eigen::Vector2d middle((width - 1.0) / 2, (height - 1.0) / 2);
@@ -108,7 +112,8 @@ std::optional<BoardPose> board_pose(const Board& board, const BoardView& view, c
   auto H = board_homography(places, rays);
   if (!H) return std::nullopt;
   double forward = 0;
-  for (std::size_t i = 0; i < rays.size(); ++i) forward += rays[i].dot(*H * Eigen::Vector3d(places[i].x(), places[i].y(), 1));
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    forward += rays[i].dot(*H * Eigen::Vector3d(places[i].x(), places[i].y(), 1));
   const double size = (forward < 0 ? -0.5 : 0.5) * (H->col(0).norm() + H->col(1).norm());
   if (!(std::abs(size) > 0)) return std::nullopt;
   *H /= size;
@@ -121,8 +126,8 @@ std::optional<BoardPose> board_pose(const Board& board, const BoardView& view, c
   return BoardPose{turn.angle() * turn.axis(), H->col(2)};
 }
 
-std::vector<LensValues> swept_starts(LensModel model, const Board& board, std::span<const BoardView> views, std::uint32_t width,
-                                     std::uint32_t height) {
+std::vector<LensValues> swept_starts(LensModel model, const Board& board, std::span<const BoardView> views,
+                                     std::uint32_t width, std::uint32_t height) {
   constexpr int kSteps = 40, kKept = 2;
   constexpr double kShortest = 0.12, kLongest = 8.0;  // focal length over the image's longer side
   struct Tried {
@@ -135,7 +140,8 @@ std::vector<LensValues> swept_starts(LensModel model, const Board& board, std::s
     lens.model = model;
     lens.width = width;
     lens.height = height;
-    const double f = kShortest * std::pow(kLongest / kShortest, static_cast<double>(i) / kSteps) * std::max(width, height);
+    const double f =
+        kShortest * std::pow(kLongest / kShortest, static_cast<double>(i) / kSteps) * std::max(width, height);
     lens.focal_px = {f, f};
     lens.principal_point_px = {(width - 1.0) / 2, (height - 1.0) / 2};
     double sum = 0;

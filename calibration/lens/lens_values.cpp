@@ -12,7 +12,8 @@ constexpr double kDone = 1e-13;
 const char* name(LensModel model) { return model == LensModel::Brown ? "brown" : "kannala_brandt"; }
 
 std::array<std::string, kLensParameters> parameter_names(LensModel model) {
-  if (model == LensModel::Brown) return {"focal_x_px", "focal_y_px", "principal_x_px", "principal_y_px", "k1", "k2", "p1", "p2", "k3"};
+  if (model == LensModel::Brown)
+    return {"focal_x_px", "focal_y_px", "principal_x_px", "principal_y_px", "k1", "k2", "p1", "p2", "k3"};
   return {"focal_x_px", "focal_y_px", "principal_x_px", "principal_y_px", "k1", "k2", "k3", "k4", ""};
 }
 

@@ -8,9 +8,9 @@
 
 #include <Eigen/Core>
 
-/// A lens as the adjustments see it. Pixel centres at whole numbers; lens frame: x right, y down, z along the optical axis
-/// (docs/conventions.md). The formulas are those of OpenCV's projectPoints and of its fisheye module, written here a second time: fusion's
-/// camera model is held against them in a test.
+/// A lens as the adjustments see it. Pixel centres at whole numbers; lens frame: x right, y down, z along the optical
+/// axis (docs/conventions.md). The formulas are those of OpenCV's projectPoints and of its fisheye module, written here
+/// a second time: fusion's camera model is held against them in a test.
 namespace hueline::calibration {
 
 enum class LensModel : std::uint8_t {
@@ -20,7 +20,8 @@ enum class LensModel : std::uint8_t {
 /// As in a rig file: "brown", "kannala_brandt".
 const char* name(LensModel model);
 
-constexpr int kLensParameters = 9;  ///< focal x y, principal point x y, distortion (KannalaBrandt: the last is unused and 0)
+constexpr int kLensParameters =
+    9;  ///< focal x y, principal point x y, distortion (KannalaBrandt: the last is unused and 0)
 
 struct LensValues {
   LensModel model = LensModel::Brown;
@@ -31,8 +32,8 @@ struct LensValues {
 
   std::array<double, kLensParameters> parameters() const;
   void set_parameters(const std::array<double, kLensParameters>& values);
-  /// The pixel of a point of the lens frame; empty behind a plane lens or at the lens itself. No limit to the field of view: a polynomial
-  /// may fold back far outside of where it was fitted.
+  /// The pixel of a point of the lens frame; empty behind a plane lens or at the lens itself. No limit to the field of
+  /// view: a polynomial may fold back far outside of where it was fitted.
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_lens) const;
   /// Unit direction that falls on a pixel; empty where the distortion cannot be inverted.
   std::optional<Eigen::Vector3d> direction(const Eigen::Vector2d& pixel) const;

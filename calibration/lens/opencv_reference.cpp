@@ -25,7 +25,8 @@ OpencvLens calibrate_with_opencv(const LensCalibration& calibration, bool one_fo
   std::vector<cv::Mat> turns, shifts;
   try {
     if (ours.model == LensModel::Brown) {
-      out.rms_px = cv::calibrateCamera(places, pixels, size, camera, distortion, turns, shifts, one_focal ? cv::CALIB_FIX_ASPECT_RATIO : 0,
+      out.rms_px = cv::calibrateCamera(places, pixels, size, camera, distortion, turns, shifts,
+                                       one_focal ? cv::CALIB_FIX_ASPECT_RATIO : 0,
                                        {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 200, 1e-12});
     } else {
       out.rms_px = cv::fisheye::calibrate(places, pixels, size, camera, distortion, turns, shifts,
@@ -39,7 +40,8 @@ OpencvLens calibrate_with_opencv(const LensCalibration& calibration, bool one_fo
   out.lens.focal_px = {camera.at<double>(0, 0), camera.at<double>(1, 1)};
   out.lens.principal_point_px = {camera.at<double>(0, 2), camera.at<double>(1, 2)};
   out.lens.distortion = {};
-  for (std::size_t i = 0; i < std::min<std::size_t>(5, distortion.total()); ++i) out.lens.distortion[i] = distortion.at<double>(static_cast<int>(i));
+  for (std::size_t i = 0; i < std::min<std::size_t>(5, distortion.total()); ++i)
+    out.lens.distortion[i] = distortion.at<double>(static_cast<int>(i));
   return out;
 }
 

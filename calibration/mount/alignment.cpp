@@ -32,7 +32,8 @@ struct Steps {
   double turn, time, last_turn, last_time, bound_turn, bound_time;
 };
 
-/// Pattern search (Hooke and Jeeves 1961): each axis up and down, then once more along what helped; the steps halve where nothing helps.
+/// Pattern search (Hooke and Jeeves 1961): each axis up and down, then once more along what helped; the steps halve
+/// where nothing helps.
 Place climb(const AlignmentScore& score, const HeadCorrection& from, Steps steps) {
   Place best{from, score.score(from)};
   const auto try_at = [&](HeadCorrection there) {
@@ -80,7 +81,9 @@ std::vector<Place> scan(const AlignmentScore& score, double bound) {
       }
   std::stable_sort(all.begin(), all.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
   for (const Place& place : all) {
-    const bool is_beside = std::any_of(out.begin(), out.end(), [&](const Place& better) { return (better.at - place.at).cwiseAbs().maxCoeff() < 1.5 * bound / kHalf; });
+    const bool is_beside = std::any_of(out.begin(), out.end(), [&](const Place& better) {
+      return (better.at - place.at).cwiseAbs().maxCoeff() < 1.5 * bound / kHalf;
+    });
     if (!is_beside) out.push_back(place);
     if (out.size() == kKept) break;
   }
@@ -98,7 +101,8 @@ Eigen::Vector3d turn_between(const Eigen::Quaterniond& from, const Eigen::Quater
 /// Blurs from as wide as the search to the finest, px.
 std::vector<float> blurs(double focal_px, double search_deg) {
   std::vector<float> out;
-  for (auto blur = static_cast<float>(focal_px * search_deg * kDeg / 4); blur > kFinestBlur_px; blur /= 2) out.push_back(blur);
+  for (auto blur = static_cast<float>(focal_px * search_deg * kDeg / 4); blur > kFinestBlur_px; blur /= 2)
+    out.push_back(blur);
   out.push_back(kFinestBlur_px);
   return out;
 }
@@ -109,22 +113,28 @@ struct Found {
   std::size_t outlines = 0, samples = 0;
 };
 
-Found search(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots, const std::vector<std::size_t>& which,
-             const Transform<Body, CameraHead>& start, const AlignmentConfig& config, const HeadCorrection* from) {
+Found search(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots,
+             const std::vector<std::size_t>& which, const Transform<Body, CameraHead>& start,
+             const AlignmentConfig& config, const HeadCorrection* from) {
   Found out;
   const double focal = lenses[shots[which[0]].lens].values.focal_px.mean();
   const double bound = config.search_deg * kDeg;
   auto widths = blurs(focal, config.search_deg);
   // A part of the shots, begun where all of them ended, needs the finest steps alone.
-  if (from) widths.erase(widths.begin(), widths.end() - std::min<std::ptrdiff_t>(2, static_cast<std::ptrdiff_t>(widths.size())));
+  if (from)
+    widths.erase(widths.begin(),
+                 widths.end() - std::min<std::ptrdiff_t>(2, static_cast<std::ptrdiff_t>(widths.size())));
   std::vector<Place> places{{from ? *from : HeadCorrection::Zero(), 0}};
   for (std::size_t level = 0; level < widths.size(); ++level) {
     const bool is_last = level + 1 == widths.size(), is_fine = is_last && !config.use_relation;
     const std::size_t most_samples = is_fine ? kFineSamples : is_last || level > 0 ? kWideSamples : kWidestSamples;
     // Wide blurs need few pictures: every n-th shot of many.
     std::vector<std::size_t> some;
-    std::size_t apart = widths[level] > kWideBlur_px || config.use_relation ? std::max<std::size_t>(1, which.size() / kShotsWhenWide) : 1;
-    while (apart > 1 && (apart % 2 == 0 || apart % 3 == 0 || apart % 5 == 0)) ++apart;  // no lens of five, six or eight is passed over
+    std::size_t apart = widths[level] > kWideBlur_px || config.use_relation
+                            ? std::max<std::size_t>(1, which.size() / kShotsWhenWide)
+                            : 1;
+    while (apart > 1 && (apart % 2 == 0 || apart % 3 == 0 || apart % 5 == 0))
+      ++apart;  // no lens of five, six or eight is passed over
     for (std::size_t i = 0; i < which.size(); i += apart) some.push_back(which[i]);
     const AlignmentScore score(lenses, shots, some, start, config, widths[level], most_samples);
     out.outlines = score.outlines();
@@ -132,15 +142,19 @@ Found search(const std::vector<AlignmentLens>& lenses, const std::vector<Alignme
     if (!from && level == 0) places = scan(score, bound);
     const double step = widths[level] / focal;
     for (std::size_t i = 0; i < places.size(); ++i) {
-      if (config.progress) config.progress(fmt::format("searching, blur {:.1f} px", widths[level]), static_cast<double>(i) / static_cast<double>(places.size()));
-      places[i] = climb(score, places[i].at, {step, config.search_time_s / 4, is_fine ? kFinestStep : step / 4, is_fine ? kFinestTime_s : config.search_time_s / 16, bound,
-                                              config.search_time_s});
+      if (config.progress)
+        config.progress(fmt::format("searching, blur {:.1f} px", widths[level]),
+                        static_cast<double>(i) / static_cast<double>(places.size()));
+      places[i] = climb(score, places[i].at,
+                        {step, config.search_time_s / 4, is_fine ? kFinestStep : step / 4,
+                         is_fine ? kFinestTime_s : config.search_time_s / 16, bound, config.search_time_s});
     }
     // Several hills of a wide blur become one of a narrow one: the lower ones go, and those that met.
     std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
     std::vector<Place> kept;
     for (const Place& place : places) {
-      const bool has_met = std::any_of(kept.begin(), kept.end(), [&](const Place& other) { return (other.at - place.at).head<3>().norm() < step; });
+      const bool has_met = std::any_of(
+          kept.begin(), kept.end(), [&](const Place& other) { return (other.at - place.at).head<3>().norm() < step; });
       if (!has_met && kept.size() < std::max<std::size_t>(2, places.size() * 2 / 3)) kept.push_back(place);
     }
     places = std::move(kept);
@@ -156,28 +170,37 @@ Found search(const std::vector<AlignmentLens>& lenses, const std::vector<Alignme
 }  // namespace
 
 std::string AlignmentConfig::validate() const {
-  if (!(search_deg > 0 && search_deg <= 15)) return fmt::format("search_deg is {}; allowed: above 0, to 15 deg", search_deg);
-  if (!(search_time_s >= 0 && search_time_s <= 1)) return fmt::format("search_time_s is {}; allowed: 0 to 1 s", search_time_s);
+  if (!(search_deg > 0 && search_deg <= 15))
+    return fmt::format("search_deg is {}; allowed: above 0, to 15 deg", search_deg);
+  if (!(search_time_s >= 0 && search_time_s <= 1))
+    return fmt::format("search_time_s is {}; allowed: 0 to 1 s", search_time_s);
   if (!use_outlines && !use_intensity) return "outlines and intensity are both switched off";
   if (groups > 64) return fmt::format("groups is {}; allowed: to 64", groups);
   return {};
 }
 
-Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots, const Transform<Body, CameraHead>& start,
-                             const AlignmentConfig& config) {
+Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots,
+                             const Transform<Body, CameraHead>& start, const AlignmentConfig& config) {
   if (const std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
   if (shots.empty()) return Error{ErrorCode::Unavailable, "no image with laser points around its moment"};
   for (const AlignmentShot& shot : shots)
-    if (shot.lens >= lenses.size() || shot.image.width < 32 || shot.image.height < 32 || !shot.samples) return Error{ErrorCode::Invalid, "a shot names no lens, its image is too small, or it has no samples"};
+    if (shot.lens >= lenses.size() || shot.image.width < 32 || shot.image.height < 32 || !shot.samples)
+      return Error{ErrorCode::Invalid, "a shot names no lens, its image is too small, or it has no samples"};
   std::vector<std::size_t> all(shots.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
   Found found = search(lenses, shots, all, start, config, nullptr);
   if (config.use_outlines && found.outlines < kFewestOutlines)
-    return Error{ErrorCode::Unavailable, fmt::format("{} outlines of near things in the images; {} are needed: drive past posts, trees and corners", found.outlines, kFewestOutlines)};
+    return Error{
+        ErrorCode::Unavailable,
+        fmt::format("{} outlines of near things in the images; {} are needed: drive past posts, trees and corners",
+                    found.outlines, kFewestOutlines)};
   const double bound = config.search_deg * kDeg * 0.999;
-  if (found.correction.head<3>().cwiseAbs().maxCoeff() >= bound || (config.search_time_s > 0 && std::abs(found.correction[3]) >= 0.999 * config.search_time_s))
-    return Error{ErrorCode::Unavailable, fmt::format("the best place lies at the edge of the search ({:.2f}, {:.2f}, {:.2f} deg): the start is farther off, or nothing fits",
-                                                     found.correction[0] / kDeg, found.correction[1] / kDeg, found.correction[2] / kDeg)};
+  if (found.correction.head<3>().cwiseAbs().maxCoeff() >= bound ||
+      (config.search_time_s > 0 && std::abs(found.correction[3]) >= 0.999 * config.search_time_s))
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("the best place lies at the edge of the search ({:.2f}, {:.2f}, {:.2f} deg): the start is "
+                             "farther off, or nothing fits",
+                             found.correction[0] / kDeg, found.correction[1] / kDeg, found.correction[2] / kDeg)};
   Alignment out;
   out.T_body_head = corrected(start, found.correction);
   out.time_offset_s = found.correction[3];
@@ -187,9 +210,11 @@ Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std
   out.shots = shots.size();
   AlignmentConfig fine = config;
   if (config.use_relation) {
-    const auto adjusted = adjust_head(lenses, shots, out.T_body_head, out.time_offset_s, config.search_time_s > 0, config);
+    const auto adjusted =
+        adjust_head(lenses, shots, out.T_body_head, out.time_offset_s, config.search_time_s > 0, config);
     if (adjusted.ok()) {
-      out.moved << turn_between(out.T_body_head.rotation, adjusted->T_body_head.rotation), adjusted->time_offset_s - out.time_offset_s;
+      out.moved << turn_between(out.T_body_head.rotation, adjusted->T_body_head.rotation),
+          adjusted->time_offset_s - out.time_offset_s;
       out.T_body_head = adjusted->T_body_head;
       out.time_offset_s = adjusted->time_offset_s;
       out.covariance = adjusted->covariance;
@@ -206,7 +231,8 @@ Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std
     out.score = found.score;
     out.samples = found.outlines + found.samples;
   }
-  const std::size_t groups = std::min({static_cast<std::size_t>(std::max(0, config.groups)), kMostGroups, shots.size()});
+  const std::size_t groups =
+      std::min({static_cast<std::size_t>(std::max(0, config.groups)), kMostGroups, shots.size()});
   if (groups >= 2) {
     std::vector<HeadCorrection> parts;
     for (std::size_t g = 0; g < groups; ++g) {
@@ -217,7 +243,8 @@ Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std
     }
     HeadCorrection mean = HeadCorrection::Zero();
     for (const auto& p : parts) mean += p / static_cast<double>(groups);
-    for (const auto& p : parts) out.covariance += (p - mean) * (p - mean).transpose() / static_cast<double>(groups * (groups - 1));
+    for (const auto& p : parts)
+      out.covariance += (p - mean) * (p - mean).transpose() / static_cast<double>(groups * (groups - 1));
   }
   return out;
 }

@@ -26,7 +26,9 @@ AlignmentPicture shrunk(const cv::Mat& full, float blur_px) {
   return out;
 }
 
-cv::Mat mat_of(const GreyImage& image) { return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())}; }
+cv::Mat mat_of(const GreyImage& image) {
+  return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
+}
 
 }  // namespace
 

@@ -19,13 +19,15 @@ struct AlignmentPicture {
     if (!(x >= 0 && y >= 0 && x < static_cast<float>(width - 1) && y < static_cast<float>(height - 1))) return -1;
     const int column = static_cast<int>(x), row = static_cast<int>(y);
     const float a = x - static_cast<float>(column), b = y - static_cast<float>(row);
-    const std::uint8_t* p = values.data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
+    const std::uint8_t* p = values.data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                            static_cast<std::size_t>(column);
     return (1 - b) * ((1 - a) * static_cast<float>(p[0]) + a * static_cast<float>(p[1])) +
            b * ((1 - a) * static_cast<float>(p[width]) + a * static_cast<float>(p[width + 1]));
   }
 };
 
-/// Edges: gradients, held against those around (leaves must not outshine a post), spread over `blur_px`. 255 is a strong edge.
+/// Edges: gradients, held against those around (leaves must not outshine a post), spread over `blur_px`. 255 is a
+/// strong edge.
 AlignmentPicture edge_picture(const GreyImage& image, float blur_px);
 /// Grey levels, each as its share of darker pixels, spread over `blur_px`.
 AlignmentPicture grey_picture(const GreyImage& image, float blur_px);

@@ -13,8 +13,9 @@ constexpr float kNear_s = 0.11F;   // what the lens hides of what the scanner sa
 
 }  // namespace
 
-AlignmentScore::AlignmentScore(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots, const std::vector<std::size_t>& which,
-                               const Transform<Body, CameraHead>& start, const AlignmentConfig& config, float blur_px, std::size_t most_samples)
+AlignmentScore::AlignmentScore(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots,
+                               const std::vector<std::size_t>& which, const Transform<Body, CameraHead>& start,
+                               const AlignmentConfig& config, float blur_px, std::size_t most_samples)
     : lenses_(lenses), start_(start), config_(config) {
   for (const std::size_t index : which) {
     const AlignmentShot& shot = shots[index];
@@ -32,8 +33,8 @@ AlignmentScore::AlignmentScore(const std::vector<AlignmentLens>& lenses, const s
     for (const LaserSample& sample : *shot.samples) {
       if (std::abs(sample.apart_s) > kNear_s) continue;
       float u, v;
-      if (!lens.project(sample.p_body, u, v) || u < -margin || v < -margin || u > static_cast<float>(shot.image.width) + margin ||
-          v > static_cast<float>(shot.image.height) + margin)
+      if (!lens.project(sample.p_body, u, v) || u < -margin || v < -margin ||
+          u > static_cast<float>(shot.image.width) + margin || v > static_cast<float>(shot.image.height) + margin)
         continue;
       if (config.use_outlines && sample.outline >= kOutline) one.outlines.push_back(sample);
       if (config.use_intensity) one.others.push_back(sample);
@@ -77,7 +78,8 @@ double AlignmentScore::score(const HeadCorrection& correction) const {
       if (value < 0) continue;
       // Shared between the two nearest bins of the picture's axis: the score has no steps.
       const float place = value * ((kBins - 1) / 255.0F);
-      const int bin = std::min(static_cast<int>(place), kBins - 2), row = std::min(static_cast<int>(sample.intensity * kBins), kBins - 1);
+      const int bin = std::min(static_cast<int>(place), kBins - 2),
+                row = std::min(static_cast<int>(sample.intensity * kBins), kBins - 1);
       const double upper = static_cast<double>(place) - bin;
       joint[static_cast<std::size_t>(row * kBins + bin)] += 1 - upper;
       joint[static_cast<std::size_t>(row * kBins + bin + 1)] += upper;
@@ -97,7 +99,9 @@ double AlignmentScore::score(const HeadCorrection& correction) const {
     for (int r = 0; r < kBins; ++r)
       for (int c = 0; c < kBins; ++c) {
         const double p = joint[static_cast<std::size_t>(r * kBins + c)] / count;
-        if (p > 0) information += p * std::log(p * count * count / (rows[static_cast<std::size_t>(r)] * columns[static_cast<std::size_t>(c)]));
+        if (p > 0)
+          information += p * std::log(p * count * count /
+                                      (rows[static_cast<std::size_t>(r)] * columns[static_cast<std::size_t>(c)]));
       }
     out += information;
   }

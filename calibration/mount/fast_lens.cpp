@@ -8,14 +8,18 @@ Transform<Body, CameraHead> corrected(const Transform<Body, CameraHead>& start, 
   const Eigen::Vector3d turn = correction.head<3>();
   const double angle = turn.norm();
   if (!(angle > 0)) return start;
-  return {(start.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle))).normalized(), start.translation};
+  return {(start.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle))).normalized(),
+          start.translation};
 }
 
-FastLens fast_lens(const AlignmentLens& lens, const Transform<CameraHead, Body>& T_head_body, const AlignmentShot& shot, double time_offset_s) {
-  // The image was made later than said: by then the vehicle has gone on, and what stands still lies farther back in Body.
+FastLens fast_lens(const AlignmentLens& lens, const Transform<CameraHead, Body>& T_head_body, const AlignmentShot& shot,
+                   double time_offset_s) {
+  // The image was made later than said: by then the vehicle has gone on, and what stands still lies farther back in
+  // Body.
   const Eigen::Vector3d turn = shot.turn_rate_body * time_offset_s;
   const double angle = turn.norm();
-  const Eigen::Quaterniond gone = angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(-angle, turn / angle)) : Eigen::Quaterniond::Identity();
+  const Eigen::Quaterniond gone =
+      angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(-angle, turn / angle)) : Eigen::Quaterniond::Identity();
   const Transform<Body, Body> later{gone, -(gone * (shot.velocity_body * time_offset_s))};
   const Transform<Lens, Body> T = lens.T_head_lens.inverse() * T_head_body * later;
   FastLens out;
@@ -24,7 +28,8 @@ FastLens fast_lens(const AlignmentLens& lens, const Transform<CameraHead, Body>&
   out.fy = static_cast<float>(lens.values.focal_px.y());
   out.cx = static_cast<float>(lens.values.principal_point_px.x());
   out.cy = static_cast<float>(lens.values.principal_point_px.y());
-  out.cosine = static_cast<float>(std::cos(std::min(lens.max_angle, lens.values.model == LensModel::Brown ? 1.4 : 3.0)));
+  out.cosine =
+      static_cast<float>(std::cos(std::min(lens.max_angle, lens.values.model == LensModel::Brown ? 1.4 : 3.0)));
   for (std::size_t i = 0; i < 5; ++i) out.k[i] = static_cast<float>(lens.values.distortion[i]);
   out.R_lens_body = T.rotation.toRotationMatrix().cast<float>();
   out.t_lens_body = T.translation.cast<float>();

@@ -10,7 +10,8 @@ namespace hueline::calibration {
 /// Turn of the head about its own axes, rad, and time offset of the images, s: what is looked for.
 using HeadCorrection = Eigen::Vector4d;
 
-/// T_body_head with a correction: p_head = exp(-turn) T_head_body p_body, so that the head is turned by `turn` about its own axes.
+/// T_body_head with a correction: p_head = exp(-turn) T_head_body p_body, so that the head is turned by `turn` about
+/// its own axes.
 Transform<Body, CameraHead> corrected(const Transform<Body, CameraHead>& start, const HeadCorrection& correction);
 
 /// Projection of a lens in float, for millions of points: project_with without its checks. Pixels of the lens image.
@@ -21,7 +22,9 @@ struct FastLens {
   Eigen::Matrix3f R_lens_body;
   Eigen::Vector3f t_lens_body;
 
-  bool project(const Eigen::Vector3f& p_body, float& u, float& v) const { return project_lens(R_lens_body * p_body + t_lens_body, u, v); }
+  bool project(const Eigen::Vector3f& p_body, float& u, float& v) const {
+    return project_lens(R_lens_body * p_body + t_lens_body, u, v);
+  }
   bool project_lens(const Eigen::Vector3f& p, float& u, float& v) const {
     const float r2 = p.x() * p.x() + p.y() * p.y(), length = std::sqrt(r2 + p.z() * p.z());
     if (!(p.z() > cosine * length) || !(length > 0.3F)) return false;
@@ -33,7 +36,8 @@ struct FastLens {
       return true;
     }
     const float across = std::sqrt(r2), angle = std::atan2(across, p.z()), a2 = angle * angle;
-    const float scale = across > 1e-9F ? angle * (1 + a2 * (k[0] + a2 * (k[1] + a2 * (k[2] + a2 * k[3])))) / across : 1.0F;
+    const float scale =
+        across > 1e-9F ? angle * (1 + a2 * (k[0] + a2 * (k[1] + a2 * (k[2] + a2 * k[3])))) / across : 1.0F;
     u = fx * p.x() * scale + cx;
     v = fy * p.y() * scale + cy;
     return true;
@@ -41,6 +45,7 @@ struct FastLens {
 };
 
 /// A lens at one exposure, were the head at `T_head_body` and the image made `time_offset_s` later than said.
-FastLens fast_lens(const AlignmentLens& lens, const Transform<CameraHead, Body>& T_head_body, const AlignmentShot& shot, double time_offset_s);
+FastLens fast_lens(const AlignmentLens& lens, const Transform<CameraHead, Body>& T_head_body, const AlignmentShot& shot,
+                   double time_offset_s);
 
 }  // namespace hueline::calibration

@@ -14,17 +14,19 @@ namespace hueline::calibration {
 namespace {
 
 constexpr double kDeg = std::numbers::pi / 180;
-constexpr double kFarthest = 1.5 * kDeg;          // from the start
-constexpr double kBegin = 0.5 * kDeg;             // expected error of the start: the first blur is as wide
+constexpr double kFarthest = 1.5 * kDeg;  // from the start
+constexpr double kBegin = 0.5 * kDeg;     // expected error of the start: the first blur is as wide
 constexpr double kDoneTurn = 0.0005 * kDeg, kDoneTime_s = 2e-5;
-constexpr double kFinest_px = 0.05;               // what all images have in common is not known better: 0.03 to 0.1 on simulated drives
+constexpr double kFinest_px =
+    0.05;  // what all images have in common is not known better: 0.03 to 0.1 on simulated drives
 constexpr std::size_t kStrideWhenBlurred = 3;
-constexpr int kMostSteps = 12;                    // at one blur
-constexpr std::size_t kFewestPatches = 100;         // those of one real image (27) lead a quarter of a degree astray
-constexpr double kWeakestTurn = 0.5 * kDeg;       // least certain turn that is taken for fixed at all
+constexpr int kMostSteps = 12;               // at one blur
+constexpr std::size_t kFewestPatches = 100;  // those of one real image (27) lead a quarter of a degree astray
+constexpr double kWeakestTurn = 0.5 * kDeg;  // least certain turn that is taken for fixed at all
 
 /// How much parts of the shots pull against each other where their sum is at rest: the gradients' covariance.
-Eigen::Matrix4d pull_of(const std::vector<HeadNormals>& shots, const std::vector<std::size_t>& part, std::size_t parts) {
+Eigen::Matrix4d pull_of(const std::vector<HeadNormals>& shots, const std::vector<std::size_t>& part,
+                        std::size_t parts) {
   std::vector<Eigen::Vector4d> pulls(parts, Eigen::Vector4d::Zero());
   Eigen::Vector4d mean = Eigen::Vector4d::Zero();
   for (std::size_t i = 0; i < shots.size(); ++i) {
@@ -39,8 +41,9 @@ Eigen::Matrix4d pull_of(const std::vector<HeadNormals>& shots, const std::vector
 
 }  // namespace
 
-Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots, const Transform<Body, CameraHead>& start,
-                                   double time_offset_s, bool time_is_free, const AlignmentConfig& config) {
+Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots,
+                                   const Transform<Body, CameraHead>& start, double time_offset_s, bool time_is_free,
+                                   const AlignmentConfig& config) {
   const IntensityRelation relation(lenses, shots, start, kFarthest / kDeg);
   HeadAdjustment out;
   out.T_body_head = start;
@@ -57,17 +60,24 @@ Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, con
     for (int step = 0;; ++step) {
       sum = {};
       for (std::size_t i = 0; i < shots.size(); ++i) {
-        if (config.progress) config.progress(fmt::format("adjusting, blur {:.1f} px, step {}", blurs[level], step + 1), static_cast<double>(i) / static_cast<double>(shots.size()));
-        of_shots[i] = relation.normals(i, out.T_body_head, out.time_offset_s, blurs[level], is_last ? 1 : kStrideWhenBlurred);
+        if (config.progress)
+          config.progress(fmt::format("adjusting, blur {:.1f} px, step {}", blurs[level], step + 1),
+                          static_cast<double>(i) / static_cast<double>(shots.size()));
+        of_shots[i] =
+            relation.normals(i, out.T_body_head, out.time_offset_s, blurs[level], is_last ? 1 : kStrideWhenBlurred);
         sum += of_shots[i];
       }
       if (sum.patches < kFewestPatches)
-        return Error{ErrorCode::Unavailable, fmt::format("laser intensity follows the grey levels in {} patches of the images; {} are needed", sum.patches, kFewestPatches)};
+        return Error{ErrorCode::Unavailable,
+                     fmt::format("laser intensity follows the grey levels in {} patches of the images; {} are needed",
+                                 sum.patches, kFewestPatches)};
       const Eigen::MatrixXd information = sum.information.topLeftCorner(free, free);
       const Eigen::LDLT<Eigen::MatrixXd> factors(information);
       const Eigen::MatrixXd inverse = factors.solve(Eigen::MatrixXd::Identity(free, free));
-      if (!(factors.isPositive() && inverse.allFinite() && inverse.topLeftCorner(3, 3).trace() < kWeakestTurn * kWeakestTurn))
-        return Error{ErrorCode::Unavailable, "the patches in which laser intensity follows the grey levels do not fix the head's turn"};
+      if (!(factors.isPositive() && inverse.allFinite() &&
+            inverse.topLeftCorner(3, 3).trace() < kWeakestTurn * kWeakestTurn))
+        return Error{ErrorCode::Unavailable,
+                     "the patches in which laser intensity follows the grey levels do not fix the head's turn"};
       HeadCorrection by = HeadCorrection::Zero();
       by.head(free) = -factors.solve(sum.gradient.head(free));
       // Linear only as far as the blur reaches.
@@ -77,11 +87,14 @@ Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, con
       out.time_offset_s += by[3];
       ++out.steps;
       if (!(start.rotation.angularDistance(out.T_body_head.rotation) < kFarthest))
-        return Error{ErrorCode::Unavailable, fmt::format("the adjustment of grey levels to intensities leads farther than {:.1f} deg from where the search ended", kFarthest / kDeg)};
+        return Error{ErrorCode::Unavailable, fmt::format("the adjustment of grey levels to intensities leads farther "
+                                                         "than {:.1f} deg from where the search ended",
+                                                         kFarthest / kDeg)};
       const double enough = is_last ? 1 : 10;
       if (by.head<3>().norm() < enough * kDoneTurn && std::abs(by[3]) < enough * kDoneTime_s) break;
       if (step + 1 == kMostSteps) {
-        if (is_last && by.head<3>().norm() > 20 * kDoneTurn) return Error{ErrorCode::Unavailable, "the adjustment of grey levels to intensities does not come to an end"};
+        if (is_last && by.head<3>().norm() > 20 * kDoneTurn)
+          return Error{ErrorCode::Unavailable, "the adjustment of grey levels to intensities does not come to an end"};
         break;
       }
     }
@@ -90,14 +103,16 @@ Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, con
   out.samples = sum.samples;
   const std::size_t groups = std::min(static_cast<std::size_t>(std::max(0, config.groups)), shots.size());
   if (groups < 2) return out;
-  // Neighbouring shots see the same things: their errors are one. What is independent are stretches of the drive; and lenses, each of which
-  // has its own error of calibration in all of its images.
+  // Neighbouring shots see the same things: their errors are one. What is independent are stretches of the drive; and
+  // lenses, each of which has its own error of calibration in all of its images.
   std::vector<std::size_t> stretches, of_lens;
   for (std::size_t i = 0; i < shots.size(); ++i) {
     stretches.push_back(i * groups / shots.size());
     of_lens.push_back(shots[i].lens);
   }
-  const Eigen::MatrixXd inverse = Eigen::LDLT<Eigen::MatrixXd>(Eigen::MatrixXd(sum.information.topLeftCorner(free, free))).solve(Eigen::MatrixXd::Identity(free, free));
+  const Eigen::MatrixXd inverse =
+      Eigen::LDLT<Eigen::MatrixXd>(Eigen::MatrixXd(sum.information.topLeftCorner(free, free)))
+          .solve(Eigen::MatrixXd::Identity(free, free));
   const Eigen::Matrix4d pulls = pull_of(of_shots, stretches, groups) + pull_of(of_shots, of_lens, lenses.size());
   out.covariance.topLeftCorner(free, free) = inverse * pulls.topLeftCorner(free, free) * inverse;
   out.covariance.topLeftCorner<3, 3>().diagonal().array() += std::pow(kFinest_px / focal, 2);

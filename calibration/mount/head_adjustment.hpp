@@ -13,10 +13,11 @@ struct HeadAdjustment {
   int steps = 0;
 };
 
-/// The last tenths of a degree, from at most a degree off: Gauss and Newton's steps on IntensityRelation, from blurred images to sharp ones.
-/// `time_is_free`: the time offset is looked for with the turn. Errors: Unavailable (too few patches in which intensity follows grey, a turn
-/// that they do not fix, steps that do not end or lead too far).
-Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots, const Transform<Body, CameraHead>& start,
-                                   double time_offset_s, bool time_is_free, const AlignmentConfig& config);
+/// The last tenths of a degree, from at most a degree off: Gauss and Newton's steps on IntensityRelation, from blurred
+/// images to sharp ones. `time_is_free`: the time offset is looked for with the turn. Errors: Unavailable (too few
+/// patches in which intensity follows grey, a turn that they do not fix, steps that do not end or lead too far).
+Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots,
+                                   const Transform<Body, CameraHead>& start, double time_offset_s, bool time_is_free,
+                                   const AlignmentConfig& config);
 
 }  // namespace hueline::calibration

@@ -10,16 +10,16 @@ namespace hueline::calibration {
 namespace {
 
 constexpr double kDeg = std::numbers::pi / 180;
-constexpr int kPatchesAcross = 38;           // an image's width in patches, at most
-constexpr float kPatchOfBlur = 5;            // a patch is at least so many blurs wide: a smaller one has no edges left
-constexpr double kMeanSamples = 25;          // and so wide that a patch has so many samples where they are spread evenly
-constexpr std::size_t kFewestSamples = 15;   // of a patch
-constexpr double kLeastRatio = 9;            // F: variance that grey explains against what it leaves, a sample; three sigma
-constexpr double kLeastShare = 0.15;         // of the variance that it explains
-constexpr double kFloor = 0.02;              // rank: no patch fits better than this
-constexpr double kRobust = 2.4;              // Cauchy: 95 % efficient
+constexpr int kPatchesAcross = 38;          // an image's width in patches, at most
+constexpr float kPatchOfBlur = 5;           // a patch is at least so many blurs wide: a smaller one has no edges left
+constexpr double kMeanSamples = 25;         // and so wide that a patch has so many samples where they are spread evenly
+constexpr std::size_t kFewestSamples = 15;  // of a patch
+constexpr double kLeastRatio = 9;     // F: variance that grey explains against what it leaves, a sample; three sigma
+constexpr double kLeastShare = 0.15;  // of the variance that it explains
+constexpr double kFloor = 0.02;       // rank: no patch fits better than this
+constexpr double kRobust = 2.4;       // Cauchy: 95 % efficient
 constexpr int kReweightings = 3;
-constexpr double kHiddenCell_deg = 1.0;      // something nearer within one and a half cells hides ...
+constexpr double kHiddenCell_deg = 1.0;                 // something nearer within one and a half cells hides ...
 constexpr float kHiddenShare = 1.2F, kHidden_m = 0.3F;  // ... what is so much farther away
 
 /// A blurred image, read between pixels.
@@ -30,7 +30,9 @@ class Picture {
     grey.convertTo(values_, CV_32F, 1 / 255.0);
     if (blur_px > 0) cv::GaussianBlur(values_, values_, {0, 0}, static_cast<double>(blur_px));
   }
-  bool contains(float u, float v) const { return u >= 1 && v >= 1 && u < static_cast<float>(values_.cols - 2) && v < static_cast<float>(values_.rows - 2); }
+  bool contains(float u, float v) const {
+    return u >= 1 && v >= 1 && u < static_cast<float>(values_.cols - 2) && v < static_cast<float>(values_.rows - 2);
+  }
   float at(float u, float v) const {
     const int x = static_cast<int>(u), y = static_cast<int>(v);
     const float a = u - static_cast<float>(x), b = v - static_cast<float>(y);
@@ -54,9 +56,14 @@ struct Hit {
 /// How a pixel moves with turn and time.
 class PixelMotion {
  public:
-  PixelMotion(const AlignmentLens& lens, const AlignmentShot& shot, const Transform<CameraHead, Body>& T_head_body, const FastLens& fast)
-      : fast_(fast), R_lens_head_(lens.T_head_lens.rotation.conjugate().toRotationMatrix()), R_lens_body_(fast.R_lens_body.cast<double>()),
-        T_head_body_(T_head_body), velocity_(shot.velocity_body), turn_rate_(shot.turn_rate_body) {}
+  PixelMotion(const AlignmentLens& lens, const AlignmentShot& shot, const Transform<CameraHead, Body>& T_head_body,
+              const FastLens& fast)
+      : fast_(fast),
+        R_lens_head_(lens.T_head_lens.rotation.conjugate().toRotationMatrix()),
+        R_lens_body_(fast.R_lens_body.cast<double>()),
+        T_head_body_(T_head_body),
+        velocity_(shot.velocity_body),
+        turn_rate_(shot.turn_rate_body) {}
 
   /// Rows u and v.
   Eigen::Matrix<double, 2, 4> at(const Eigen::Vector3f& p_body) const {
@@ -66,13 +73,15 @@ class PixelMotion {
     Eigen::Matrix<double, 2, 3> of_lens;
     for (int i = 0; i < 3; ++i) {
       float u0, v0, u1, v1;
-      if (!fast_.project_lens(p_lens - h * Eigen::Vector3f::Unit(i), u0, v0) || !fast_.project_lens(p_lens + h * Eigen::Vector3f::Unit(i), u1, v1))
+      if (!fast_.project_lens(p_lens - h * Eigen::Vector3f::Unit(i), u0, v0) ||
+          !fast_.project_lens(p_lens + h * Eigen::Vector3f::Unit(i), u1, v1))
         return Eigen::Matrix<double, 2, 4>::Zero();
       of_lens.col(i) = Eigen::Vector2f(u1 - u0, v1 - v0).cast<double>() / (2 * static_cast<double>(h));
     }
     Eigen::Matrix<double, 2, 4> out;
     const Eigen::Vector3d p = p_body.cast<double>(), p_head = T_head_body_.rotation * p + T_head_body_.translation;
-    for (int i = 0; i < 3; ++i) out.col(i) = of_lens * (R_lens_head_ * p_head.cross(Eigen::Vector3d::Unit(i)));  // exp(-turn) p_head
+    for (int i = 0; i < 3; ++i)
+      out.col(i) = of_lens * (R_lens_head_ * p_head.cross(Eigen::Vector3d::Unit(i)));  // exp(-turn) p_head
     out.col(3) = -of_lens * (R_lens_body_ * (velocity_ + turn_rate_.cross(p)));
     return out;
   }
@@ -91,7 +100,8 @@ struct Relation {
   bool is_there = false;
 };
 
-Relation relation_of(const std::vector<Hit>& hits, const std::vector<std::size_t>& of_patch, const std::vector<LaserSample>& samples) {
+Relation relation_of(const std::vector<Hit>& hits, const std::vector<std::size_t>& of_patch,
+                     const std::vector<LaserSample>& samples) {
   Relation out;
   out.weights.assign(of_patch.size(), 1.0);
   for (int pass = 0; pass < kReweightings; ++pass) {
@@ -106,7 +116,8 @@ Relation relation_of(const std::vector<Hit>& hits, const std::vector<std::size_t
     out.mean_grey = g / sum;
     for (std::size_t i = 0; i < of_patch.size(); ++i) {
       const Hit& hit = hits[of_patch[i]];
-      const double dx = static_cast<double>(samples[hit.sample].intensity) - out.mean_intensity, dg = static_cast<double>(hit.grey) - out.mean_grey;
+      const double dx = static_cast<double>(samples[hit.sample].intensity) - out.mean_intensity,
+                   dg = static_cast<double>(hit.grey) - out.mean_grey;
       xx += out.weights[i] * dx * dx;
       gg += out.weights[i] * dg * dg;
       xg += out.weights[i] * dx * dg;
@@ -120,7 +131,8 @@ Relation relation_of(const std::vector<Hit>& hits, const std::vector<std::size_t
     if (pass + 1 == kReweightings) break;
     for (std::size_t i = 0; i < of_patch.size(); ++i) {
       const Hit& hit = hits[of_patch[i]];
-      const double r = static_cast<double>(samples[hit.sample].intensity) - out.mean_intensity - out.b * (static_cast<double>(hit.grey) - out.mean_grey);
+      const double r = static_cast<double>(samples[hit.sample].intensity) - out.mean_intensity -
+                       out.b * (static_cast<double>(hit.grey) - out.mean_grey);
       out.weights[i] = 1 / (1 + r * r / (kRobust * kRobust * out.variance));
     }
   }
@@ -128,10 +140,13 @@ Relation relation_of(const std::vector<Hit>& hits, const std::vector<std::size_t
 }
 
 /// Samples that the lens sees: in its image or `margin_px` beside it, and nothing nearer before them.
-std::vector<std::uint32_t> seen_by(const AlignmentLens& lens, const AlignmentShot& shot, const Transform<CameraHead, Body>& T_head_body, double margin_deg) {
+std::vector<std::uint32_t> seen_by(const AlignmentLens& lens, const AlignmentShot& shot,
+                                   const Transform<CameraHead, Body>& T_head_body, double margin_deg) {
   const FastLens fast = fast_lens(lens, T_head_body, shot, 0);
-  const float cell = std::max(2.0F, fast.fx * static_cast<float>(kHiddenCell_deg * kDeg)), margin = fast.fx * static_cast<float>(margin_deg * kDeg) + 2 * cell;
-  const int columns = static_cast<int>((static_cast<float>(shot.image.width) + 2 * margin) / cell) + 3, rows = static_cast<int>((static_cast<float>(shot.image.height) + 2 * margin) / cell) + 3;
+  const float cell = std::max(2.0F, fast.fx * static_cast<float>(kHiddenCell_deg * kDeg)),
+              margin = fast.fx * static_cast<float>(margin_deg * kDeg) + 2 * cell;
+  const int columns = static_cast<int>((static_cast<float>(shot.image.width) + 2 * margin) / cell) + 3,
+            rows = static_cast<int>((static_cast<float>(shot.image.height) + 2 * margin) / cell) + 3;
   std::vector<float> nearest(static_cast<std::size_t>(columns * rows), 1e9F);
   struct Candidate {
     std::uint32_t sample;
@@ -142,8 +157,11 @@ std::vector<std::uint32_t> seen_by(const AlignmentLens& lens, const AlignmentSho
   for (std::uint32_t i = 0; i < shot.samples->size(); ++i) {
     const Eigen::Vector3f& p = (*shot.samples)[i].p_body;
     float u, v;
-    if (!fast.project(p, u, v) || u < -margin || v < -margin || u > static_cast<float>(shot.image.width) + margin || v > static_cast<float>(shot.image.height) + margin) continue;
-    const Candidate one{i, static_cast<int>((u + margin) / cell) + 1, static_cast<int>((v + margin) / cell) + 1, (fast.R_lens_body * p + fast.t_lens_body).norm()};
+    if (!fast.project(p, u, v) || u < -margin || v < -margin || u > static_cast<float>(shot.image.width) + margin ||
+        v > static_cast<float>(shot.image.height) + margin)
+      continue;
+    const Candidate one{i, static_cast<int>((u + margin) / cell) + 1, static_cast<int>((v + margin) / cell) + 1,
+                        (fast.R_lens_body * p + fast.t_lens_body).norm()};
     float& least = nearest[static_cast<std::size_t>(one.row * columns + one.column)];
     least = std::min(least, one.range);
     candidates.push_back(one);
@@ -152,7 +170,8 @@ std::vector<std::uint32_t> seen_by(const AlignmentLens& lens, const AlignmentSho
   for (const Candidate& one : candidates) {
     float least = 1e9F;
     for (int r = one.row - 1; r <= one.row + 1; ++r)
-      for (int c = one.column - 1; c <= one.column + 1; ++c) least = std::min(least, nearest[static_cast<std::size_t>(r * columns + c)]);
+      for (int c = one.column - 1; c <= one.column + 1; ++c)
+        least = std::min(least, nearest[static_cast<std::size_t>(r * columns + c)]);
     if (one.range <= kHiddenShare * least + kHidden_m) out.push_back(one.sample);
   }
   return out;
@@ -169,14 +188,15 @@ HeadNormals& HeadNormals::operator+=(const HeadNormals& other) {
   return *this;
 }
 
-IntensityRelation::IntensityRelation(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots, const Transform<Body, CameraHead>& T_body_head,
-                                     double margin_deg)
+IntensityRelation::IntensityRelation(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots,
+                                     const Transform<Body, CameraHead>& T_body_head, double margin_deg)
     : lenses_(lenses), shots_(shots) {
-  for (const AlignmentShot& shot : shots) visible_.push_back(seen_by(lenses[shot.lens], shot, T_body_head.inverse(), margin_deg));
+  for (const AlignmentShot& shot : shots)
+    visible_.push_back(seen_by(lenses[shot.lens], shot, T_body_head.inverse(), margin_deg));
 }
 
-HeadNormals IntensityRelation::normals(std::size_t index, const Transform<Body, CameraHead>& T_body_head, double time_offset_s, float blur_px,
-                                       std::size_t stride) const {
+HeadNormals IntensityRelation::normals(std::size_t index, const Transform<Body, CameraHead>& T_body_head,
+                                       double time_offset_s, float blur_px, std::size_t stride) const {
   const AlignmentShot& shot = shots_[index];
   const AlignmentLens& lens = lenses_[shot.lens];
   const std::vector<LaserSample>& samples = *shot.samples;
@@ -192,10 +212,14 @@ HeadNormals IntensityRelation::normals(std::size_t index, const Transform<Body, 
   }
   if (hits.empty()) return {};
   const double full = std::sqrt(kMeanSamples * shot.image.width * shot.image.height / static_cast<double>(hits.size()));
-  const int patch = std::max({shot.image.width / kPatchesAcross, static_cast<int>(kPatchOfBlur * blur_px), std::min(static_cast<int>(full), shot.image.width)}), across = shot.image.width / patch + 1;
+  const int patch = std::max({shot.image.width / kPatchesAcross, static_cast<int>(kPatchOfBlur * blur_px),
+                              std::min(static_cast<int>(full), shot.image.width)}),
+            across = shot.image.width / patch + 1;
   std::vector<std::vector<std::size_t>> patches(static_cast<std::size_t>(across * (shot.image.height / patch + 1)));
   for (std::size_t i = 0; i < hits.size(); ++i)
-    patches[static_cast<std::size_t>(static_cast<int>(hits[i].v) / patch * across + static_cast<int>(hits[i].u) / patch)].push_back(i);
+    patches[static_cast<std::size_t>(static_cast<int>(hits[i].v) / patch * across +
+                                     static_cast<int>(hits[i].u) / patch)]
+        .push_back(i);
   HeadNormals out;
   for (const auto& of_patch : patches) {
     if (of_patch.size() < kFewestSamples) continue;
@@ -207,7 +231,8 @@ HeadNormals IntensityRelation::normals(std::size_t index, const Transform<Body, 
     double sum = 0;
     for (std::size_t i = 0; i < of_patch.size(); ++i) {
       const Hit& hit = hits[of_patch[i]];
-      const Eigen::RowVector2d slope(static_cast<double>(picture.slope_u(hit.u, hit.v)), static_cast<double>(picture.slope_v(hit.u, hit.v)));
+      const Eigen::RowVector2d slope(static_cast<double>(picture.slope_u(hit.u, hit.v)),
+                                     static_cast<double>(picture.slope_v(hit.u, hit.v)));
       slopes.row(static_cast<Eigen::Index>(i)) = -relation.b * slope * motion.at(samples[hit.sample].p_body);
       mean += relation.weights[i] * slopes.row(static_cast<Eigen::Index>(i));
       sum += relation.weights[i];
@@ -215,13 +240,15 @@ HeadNormals IntensityRelation::normals(std::size_t index, const Transform<Body, 
     mean /= sum;
     for (std::size_t i = 0; i < of_patch.size(); ++i) {
       slopes.row(static_cast<Eigen::Index>(i)) -= mean;
-      along += relation.weights[i] * (static_cast<double>(hits[of_patch[i]].grey) - relation.mean_grey) * slopes.row(static_cast<Eigen::Index>(i));
+      along += relation.weights[i] * (static_cast<double>(hits[of_patch[i]].grey) - relation.mean_grey) *
+               slopes.row(static_cast<Eigen::Index>(i));
     }
     along /= relation.spread;
     for (std::size_t i = 0; i < of_patch.size(); ++i) {
       const Hit& hit = hits[of_patch[i]];
       const double grey = static_cast<double>(hit.grey) - relation.mean_grey;
-      const double residual = static_cast<double>(samples[hit.sample].intensity) - relation.mean_intensity - relation.b * grey;
+      const double residual =
+          static_cast<double>(samples[hit.sample].intensity) - relation.mean_intensity - relation.b * grey;
       const Eigen::Vector4d slope = (slopes.row(static_cast<Eigen::Index>(i)) - grey * along).transpose();
       const double weight = relation.weights[i] / relation.variance;
       out.information += weight * slope * slope.transpose();

@@ -8,10 +8,10 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr double kCell = 0.35 * std::numbers::pi / 180;      // of the grid of directions
-constexpr double kReach = 0.8 * std::numbers::pi / 180;      // how far beside a return its neighbour may be
-constexpr float kJump_m = 0.6F;                              // a farther neighbour makes an outline ...
-constexpr float kJumpShare = 0.08F;                          // ... by this and by this share of the range
+constexpr double kCell = 0.35 * std::numbers::pi / 180;  // of the grid of directions
+constexpr double kReach = 0.8 * std::numbers::pi / 180;  // how far beside a return its neighbour may be
+constexpr float kJump_m = 0.6F;                          // a farther neighbour makes an outline ...
+constexpr float kJumpShare = 0.08F;                      // ... by this and by this share of the range
 
 }  // namespace
 
@@ -20,7 +20,8 @@ std::vector<float> ranks(const std::vector<float>& intensity) {
   std::vector<float> out(n);
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return intensity[a] < intensity[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return intensity[a] < intensity[b]; });
   for (std::size_t i = 0; i < n;) {
     std::size_t j = i;
     while (j < n && intensity[order[j]] == intensity[order[i]]) ++j;
@@ -30,7 +31,8 @@ std::vector<float> ranks(const std::vector<float>& intensity) {
   return out;
 }
 
-std::vector<LaserSample> laser_samples(const std::vector<Eigen::Vector3f>& p_scanner, const std::vector<float>& intensity, double same_ring_deg) {
+std::vector<LaserSample> laser_samples(const std::vector<Eigen::Vector3f>& p_scanner,
+                                       const std::vector<float>& intensity, double same_ring_deg) {
   const double same_ring = same_ring_deg * std::numbers::pi / 180;
   const int rows_reach = static_cast<int>(same_ring / kCell) + 1;
   const std::size_t n = p_scanner.size();
@@ -38,7 +40,8 @@ std::vector<LaserSample> laser_samples(const std::vector<Eigen::Vector3f>& p_sca
   const std::vector<float> ranked = ranks(intensity);
   for (std::size_t i = 0; i < n; ++i) out[i].intensity = ranked[i];
   // A grid of directions, each cell with its returns.
-  const int across = static_cast<int>(2 * std::numbers::pi / kCell) + 1, down = static_cast<int>(std::numbers::pi / kCell) + 1;
+  const int across = static_cast<int>(2 * std::numbers::pi / kCell) + 1,
+            down = static_cast<int>(std::numbers::pi / kCell) + 1;
   struct Direction {
     double azimuth, elevation, range;
   };
@@ -79,7 +82,8 @@ std::vector<LaserSample> laser_samples(const std::vector<Eigen::Vector3f>& p_sca
         }
       }
     }
-    const auto jump = static_cast<float>(std::max(range[0], range[1]) - own.range), needed = std::max(kJump_m, kJumpShare * static_cast<float>(own.range));
+    const auto jump = static_cast<float>(std::max(range[0], range[1]) - own.range),
+               needed = std::max(kJump_m, kJumpShare * static_cast<float>(own.range));
     if (jump > needed) out[i].outline = std::min(1.0F, std::sqrt(jump / (5 * needed)));
   }
   return out;

@@ -17,7 +17,8 @@ constexpr double kVagueCentre_m = 0.5;
 constexpr double kMedianOfRadius = 1.1774;  // of a plane normal distribution, in standard deviations of one coordinate
 constexpr double kNowhere_px = 1e9;
 
-/// Seen minus projected over its standard deviation; a small turn about the lens's axes on top of R, and the projection centre.
+/// Seen minus projected over its standard deviation; a small turn about the lens's axes on top of R, and the projection
+/// centre.
 struct PointResidual {
   const LensValues* lens;
   Eigen::Matrix3d R_lens_scanner;
@@ -54,7 +55,8 @@ struct Start {
 };
 
 /// The best of many minimal resections: most points agree, then the smallest sum of squares.
-Start best_start(const LensValues& lens, const std::vector<Correspondence>& points, const std::vector<Eigen::Vector3d>& rays, double agree_px) {
+Start best_start(const LensValues& lens, const std::vector<Correspondence>& points,
+                 const std::vector<Eigen::Vector3d>& rays, double agree_px) {
   Start best;
   std::uint64_t state = 88172645463325252ULL;  // fixed: the same points give the same start
   const auto next = [&](std::size_t below) {
@@ -66,7 +68,8 @@ Start best_start(const LensValues& lens, const std::vector<Correspondence>& poin
   for (int t = 0; t < kTriples; ++t) {
     const std::size_t i = next(points.size()), j = next(points.size()), k = next(points.size());
     if (i == j || j == k || i == k) continue;
-    for (const auto& T : resect_three({rays[i], rays[j], rays[k]}, {points[i].p_scanner, points[j].p_scanner, points[k].p_scanner})) {
+    for (const auto& T :
+         resect_three({rays[i], rays[j], rays[k]}, {points[i].p_scanner, points[j].p_scanner, points[k].p_scanner})) {
       Start one{T, 0, 0};
       for (const Correspondence& point : points) {
         const double error = pixel_error(lens, T, point);
@@ -85,16 +88,17 @@ struct Fit {
   Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
-Fit fit(const LensValues& lens, const std::vector<Correspondence>& points, const std::vector<bool>& used, const std::vector<double>& weights,
-        const Transform<Lens, Scanner>& start, double robust) {
+Fit fit(const LensValues& lens, const std::vector<Correspondence>& points, const std::vector<bool>& used,
+        const std::vector<double>& weights, const Transform<Lens, Scanner>& start, double robust) {
   Fit out;
   const Eigen::Vector3d begin = start.inverse().translation;
   double x[6] = {0, 0, 0, begin.x(), begin.y(), begin.z()};
   ceres::Problem problem;
   for (std::size_t i = 0; i < points.size(); ++i)
     if (used[i])
-      problem.AddResidualBlock(new PointCost(new PointResidual{&lens, start.rotation.toRotationMatrix(), &points[i], weights[i]}),
-                               robust > 0 ? new ceres::CauchyLoss(robust) : nullptr, x);
+      problem.AddResidualBlock(
+          new PointCost(new PointResidual{&lens, start.rotation.toRotationMatrix(), &points[i], weights[i]}),
+          robust > 0 ? new ceres::CauchyLoss(robust) : nullptr, x);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = 100;
@@ -127,32 +131,40 @@ Fit fit(const LensValues& lens, const std::vector<Correspondence>& points, const
   return out;
 }
 
-/// For the message: one mirror stands for all exchanges that change the hand of the axes; those that do not, the resection finds as a turn.
-std::string what_would_fit(const LensValues& lens, std::vector<Correspondence> points, const std::vector<Eigen::Vector3d>& rays, double agree_px) {
+/// For the message: one mirror stands for all exchanges that change the hand of the axes; those that do not, the
+/// resection finds as a turn.
+std::string what_would_fit(const LensValues& lens, std::vector<Correspondence> points,
+                           const std::vector<Eigen::Vector3d>& rays, double agree_px) {
   for (Correspondence& point : points) point.p_scanner.y() = -point.p_scanner.y();
   const Start mirrored = best_start(lens, points, rays, agree_px);
   if (3 * static_cast<std::size_t>(mirrored.agreeing) < 2 * points.size()) return {};
-  return fmt::format("; mirrored, {} would agree: two axes are exchanged, or one has the wrong sign", mirrored.agreeing);
+  return fmt::format("; mirrored, {} would agree: two axes are exchanged, or one has the wrong sign",
+                     mirrored.agreeing);
 }
 
 }  // namespace
 
 std::string ResectionConfig::validate() const {
   if (!(sigma_px > 0 && sigma_px < 100)) return fmt::format("sigma_px is {}; allowed: above 0, below 100 px", sigma_px);
-  if (!(sigma_point_m >= 0 && sigma_point_m < 10)) return fmt::format("sigma_point_m is {}; allowed: 0 to 10 m", sigma_point_m);
+  if (!(sigma_point_m >= 0 && sigma_point_m < 10))
+    return fmt::format("sigma_point_m is {}; allowed: 0 to 10 m", sigma_point_m);
   if (!(agree_px > 0)) return fmt::format("agree_px is {}; allowed: above 0", agree_px);
   if (!(outlier_sigma >= 2.5)) return fmt::format("outlier_sigma is {}; allowed: 2.5 or more", outlier_sigma);
   return {};
 }
 
-Result<Resection> resect(const LensValues& lens, const std::vector<Correspondence>& points, const ResectionConfig& config) {
+Result<Resection> resect(const LensValues& lens, const std::vector<Correspondence>& points,
+                         const ResectionConfig& config) {
   if (const std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
-  if (points.size() < 4) return Error{ErrorCode::Invalid, fmt::format("{} points; a resection needs 4, and 10 or more to know how good it is", points.size())};
+  if (points.size() < 4)
+    return Error{ErrorCode::Invalid,
+                 fmt::format("{} points; a resection needs 4, and 10 or more to know how good it is", points.size())};
   std::vector<Eigen::Vector3d> rays;
   for (const Correspondence& point : points) {
     const auto ray = lens.direction(point.pixel);
     if (!ray || !point.p_scanner.allFinite())
-      return Error{ErrorCode::Invalid, fmt::format("point {} at ({:.1f}, {:.1f}) px: the lens sees nothing there", point.name, point.pixel.x(), point.pixel.y())};
+      return Error{ErrorCode::Invalid, fmt::format("point {} at ({:.1f}, {:.1f}) px: the lens sees nothing there",
+                                                   point.name, point.pixel.x(), point.pixel.y())};
     rays.push_back(*ray);
   }
   const Start start = best_start(lens, points, rays, config.agree_px);
@@ -160,8 +172,9 @@ Result<Resection> resect(const LensValues& lens, const std::vector<Correspondenc
   if (start.agreeing == 0)
     return Error{ErrorCode::Unavailable, "no three of the points fix a pose: they lie near a line, or in one spot"};
   if (start.agreeing < needed)
-    return Error{ErrorCode::Unavailable, fmt::format("only {} of {} points agree on one pose within {} px{}", start.agreeing, points.size(), config.agree_px,
-                                                     what_would_fit(lens, points, rays, config.agree_px))};
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("only {} of {} points agree on one pose within {} px{}", start.agreeing, points.size(),
+                             config.agree_px, what_would_fit(lens, points, rays, config.agree_px))};
   // Weights from the distances, which the start knows well enough.
   std::vector<double> weights;
   for (const Correspondence& point : points) {
@@ -187,13 +200,16 @@ Result<Resection> resect(const LensValues& lens, const std::vector<Correspondenc
   }
   Resection out;
   out.used = static_cast<int>(std::count(used.begin(), used.end(), true));
-  if (!found.ok || out.used < needed) return Error{ErrorCode::Unavailable, fmt::format("only {} of {} points agree with each other", out.used, points.size())};
+  if (!found.ok || out.used < needed)
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("only {} of {} points agree with each other", out.used, points.size())};
   out.T_scanner_lens = found.T.inverse();
   out.is_used = used;
   double sum = 0, weighted = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto pixel = lens.project((found.T * Point<Scanner>{points[i].p_scanner}).xyz);
-    out.residuals.push_back(pixel ? Eigen::Vector2d(points[i].pixel - *pixel) : Eigen::Vector2d(kNowhere_px, kNowhere_px));
+    out.residuals.push_back(pixel ? Eigen::Vector2d(points[i].pixel - *pixel)
+                                  : Eigen::Vector2d(kNowhere_px, kNowhere_px));
     if (!used[i]) continue;
     sum += out.residuals.back().squaredNorm();
     weighted += weights[i] * weights[i] * out.residuals.back().squaredNorm();
@@ -201,14 +217,17 @@ Result<Resection> resect(const LensValues& lens, const std::vector<Correspondenc
   out.rms_px = std::sqrt(sum / out.used);
   out.unit_sigma = std::sqrt(weighted / (2 * out.used - 6));
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(found.normal);
-  const Eigen::MatrixXd inverse = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(1e-12).cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  const Eigen::MatrixXd inverse = eigen.eigenvectors() *
+                                  eigen.eigenvalues().cwiseMax(1e-12).cwiseInverse().asDiagonal() *
+                                  eigen.eigenvectors().transpose();
   out.covariance = inverse * (out.unit_sigma * out.unit_sigma);
   // Judged by the noise that was told: few points fit anything well.
-  const double turn = std::sqrt(inverse.topLeftCorner(3, 3).diagonal().maxCoeff()), centre = std::sqrt(inverse.bottomRightCorner(3, 3).diagonal().maxCoeff());
+  const double turn = std::sqrt(inverse.topLeftCorner(3, 3).diagonal().maxCoeff()),
+               centre = std::sqrt(inverse.bottomRightCorner(3, 3).diagonal().maxCoeff());
   if (turn > kVagueTurn || centre > kVagueCentre_m)
-    return Error{ErrorCode::Unavailable,
-                 fmt::format("the points leave the pose open (turn +- {:.2f} deg, centre +- {:.2f} m): they lie near a line, in one spot, or all far away",
-                             turn * 57.29578, centre)};
+    return Error{ErrorCode::Unavailable, fmt::format("the points leave the pose open (turn +- {:.2f} deg, centre +- "
+                                                     "{:.2f} m): they lie near a line, in one spot, or all far away",
+                                                     turn * 57.29578, centre)};
   return out;
 }
 

@@ -9,8 +9,8 @@
 #include "core/frames.hpp"
 #include "core/result.hpp"
 
-/// Docs/methods equation 14: rotation and projection centre of a lens in the scanner's frame by space resection. No guess of
-/// either is needed. Pure functions.
+/// Docs/methods equation 14: rotation and projection centre of a lens in the scanner's frame by space resection. No
+/// guess of either is needed. Pure functions.
 namespace hueline::calibration {
 
 /// One point seen by both.
@@ -29,7 +29,8 @@ struct ResectionConfig {
 };
 
 struct Resection {
-  Transform<Scanner, Lens> T_scanner_lens;  ///< its translation is the projection centre, c_scanner of docs/methods equation 14
+  Transform<Scanner, Lens>
+      T_scanner_lens;  ///< its translation is the projection centre, c_scanner of docs/methods equation 14
   /// Turn about the lens's own axes (rad), then centre along the scanner's axes (m); scaled by the residuals.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   std::vector<Eigen::Vector2d> residuals;  ///< seen minus projected, px, of all points in their order
@@ -39,12 +40,15 @@ struct Resection {
   int used = 0;
 };
 
-/// Errors: Invalid (fewer than four points, settings), Unavailable: geometry that fixes nothing (points on a line, or all in one spot), or
-/// fewer than half of the points that agree; the message says which, and whether exchanged axes would fit.
-Result<Resection> resect(const LensValues& lens, const std::vector<Correspondence>& points, const ResectionConfig& config);
+/// Errors: Invalid (fewer than four points, settings), Unavailable: geometry that fixes nothing (points on a line, or
+/// all in one spot), or fewer than half of the points that agree; the message says which, and whether exchanged axes
+/// would fit.
+Result<Resection> resect(const LensValues& lens, const std::vector<Correspondence>& points,
+                         const ResectionConfig& config);
 
-/// Poses from which three rays meet three points: Grunert's equations as Haralick et al. give them (IJCV 13(3), 1994, section 2.1), up to
-/// four. `rays`: unit, lens frame.
-std::vector<Transform<Lens, Scanner>> resect_three(const std::array<Eigen::Vector3d, 3>& rays, const std::array<Eigen::Vector3d, 3>& points);
+/// Poses from which three rays meet three points: Grunert's equations as Haralick et al. give them (IJCV 13(3), 1994,
+/// section 2.1), up to four. `rays`: unit, lens frame.
+std::vector<Transform<Lens, Scanner>> resect_three(const std::array<Eigen::Vector3d, 3>& rays,
+                                                   const std::array<Eigen::Vector3d, 3>& points);
 
 }  // namespace hueline::calibration

@@ -34,8 +34,10 @@ std::vector<double> real_roots(const std::array<double, 5>& a) {
 
 }  // namespace
 
-std::vector<Transform<Lens, Scanner>> resect_three(const std::array<Eigen::Vector3d, 3>& rays, const std::array<Eigen::Vector3d, 3>& points) {
-  const double a2 = (points[1] - points[2]).squaredNorm(), b2 = (points[0] - points[2]).squaredNorm(), c2 = (points[0] - points[1]).squaredNorm();
+std::vector<Transform<Lens, Scanner>> resect_three(const std::array<Eigen::Vector3d, 3>& rays,
+                                                   const std::array<Eigen::Vector3d, 3>& points) {
+  const double a2 = (points[1] - points[2]).squaredNorm(), b2 = (points[0] - points[2]).squaredNorm(),
+               c2 = (points[0] - points[1]).squaredNorm();
   const double twice_area = (points[1] - points[0]).cross(points[2] - points[0]).norm();
   if (!(twice_area > 1e-4 * std::max({a2, b2, c2}))) return {};
   const double cos_a = rays[1].dot(rays[2]), cos_b = rays[0].dot(rays[2]), cos_c = rays[0].dot(rays[1]);
@@ -43,7 +45,8 @@ std::vector<Transform<Lens, Scanner>> resect_three(const std::array<Eigen::Vecto
   const std::array<double, 5> quartic = {
       (1 + q) * (1 + q) - 4 * a2 / b2 * cos_c * cos_c,
       4 * (-q * (1 + q) * cos_b + 2 * a2 / b2 * cos_c * cos_c * cos_b - (1 - sum) * cos_a * cos_c),
-      2 * (q * q - 1 + 2 * q * q * cos_b * cos_b + 2 * (b2 - c2) / b2 * cos_a * cos_a - 4 * sum * cos_a * cos_b * cos_c + 2 * (b2 - a2) / b2 * cos_c * cos_c),
+      2 * (q * q - 1 + 2 * q * q * cos_b * cos_b + 2 * (b2 - c2) / b2 * cos_a * cos_a -
+           4 * sum * cos_a * cos_b * cos_c + 2 * (b2 - a2) / b2 * cos_c * cos_c),
       4 * (q * (1 - q) * cos_b - (1 - sum) * cos_a * cos_c + 2 * c2 / b2 * cos_a * cos_a * cos_b),
       (q - 1) * (q - 1) - 4 * c2 / b2 * cos_a * cos_a};
   std::vector<Transform<Lens, Scanner>> out;
@@ -59,7 +62,8 @@ std::vector<Transform<Lens, Scanner>> resect_three(const std::array<Eigen::Vecto
     to << s * rays[0], s * u * rays[1], s * v * rays[2];
     const Eigen::Matrix4d T = Eigen::umeyama(from, to, false);
     if (!T.allFinite()) continue;
-    out.push_back({Eigen::Quaterniond(Eigen::Matrix3d(T.topLeftCorner<3, 3>())).normalized(), T.topRightCorner<3, 1>()});
+    out.push_back(
+        {Eigen::Quaterniond(Eigen::Matrix3d(T.topLeftCorner<3, 3>())).normalized(), T.topRightCorner<3, 1>()});
   }
   return out;
 }

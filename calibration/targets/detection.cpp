@@ -35,13 +35,16 @@ void drop_duplicates(std::vector<Candidate>& candidates, double distance, Centre
   });
   std::vector<Candidate> kept;
   for (const Candidate& candidate : candidates)
-    if (std::ranges::none_of(kept, [&](const Candidate& other) { return (other.centre_scanner - candidate.centre_scanner).norm() < distance; }))
+    if (std::ranges::none_of(kept, [&](const Candidate& other) {
+          return (other.centre_scanner - candidate.centre_scanner).norm() < distance;
+        }))
       kept.push_back(candidate);
   candidates = std::move(kept);
 }
 
 /// Known radius: cells two by two, so that a sphere cut by cells is seen whole.
-void search_joined(const RingCells& cells, double radius, const ScannerNoise& noise, const DetectionConfig& config, std::vector<Candidate>& out) {
+void search_joined(const RingCells& cells, double radius, const ScannerNoise& noise, const DetectionConfig& config,
+                   std::vector<Candidate>& out) {
   std::vector<Eigen::Vector3f> window, around;
   for (const RingCells::Cell& cell : cells.cells()) {
     // Each window that has this cell at a corner, counted once: the window whose lowest corner is at or just before it.
@@ -60,7 +63,9 @@ void search_joined(const RingCells& cells, double radius, const ScannerNoise& no
       cells.gather(sector, 2, level, 2, window);
       cells.gather(sector - 1, 4, level - 1, 4, around);
       const auto fit = fit_known_radius(around, radius, start_of_centre(window, radius), noise);
-      if (!fit || fit->chi_squared > noise_limit(static_cast<double>(fit->points) - 3) || !stands_free(around, *fit, radius, config.most_clutter)) continue;
+      if (!fit || fit->chi_squared > noise_limit(static_cast<double>(fit->points) - 3) ||
+          !stands_free(around, *fit, radius, config.most_clutter))
+        continue;
       out.push_back({fit->centre_scanner, fit->covariance, fit->points, fit->roundness});
     }
   }
@@ -70,9 +75,12 @@ void search_joined(const RingCells& cells, double radius, const ScannerNoise& no
 
 std::string DetectionConfig::validate() const {
   if (!(ring_radii >= 2 && ring_radii <= 6)) return fmt::format("ring_radii is {}; allowed: 2 to 6", ring_radii);
-  if (!(least_roundness > 0 && least_roundness < 1)) return fmt::format("least_roundness is {}; allowed: between 0 and 1", least_roundness);
-  if (!(most_clutter >= 0 && most_clutter <= 5)) return fmt::format("most_clutter is {}; allowed: 0 to 5", most_clutter);
-  if (most_candidates < 1 || most_candidates > 5000) return fmt::format("most_candidates is {}; allowed: 1 to 5000", most_candidates);
+  if (!(least_roundness > 0 && least_roundness < 1))
+    return fmt::format("least_roundness is {}; allowed: between 0 and 1", least_roundness);
+  if (!(most_clutter >= 0 && most_clutter <= 5))
+    return fmt::format("most_clutter is {}; allowed: 0 to 5", most_clutter);
+  if (most_candidates < 1 || most_candidates > 5000)
+    return fmt::format("most_candidates is {}; allowed: 1 to 5000", most_candidates);
   return {};
 }
 
@@ -87,8 +95,9 @@ Ring ring_of(double distance, double largest_radius, double doubt_m, const Detec
   return {distance - half, distance + half};
 }
 
-RingDetection detect_spheres(std::span<const Eigen::Vector3f> points_scanner, const Ring& ring, double distance, double radius, const ScannerNoise& noise,
-                             CentreMethod method, const DetectionConfig& config) {
+RingDetection detect_spheres(std::span<const Eigen::Vector3f> points_scanner, const Ring& ring, double distance,
+                             double radius, const ScannerNoise& noise, CentreMethod method,
+                             const DetectionConfig& config) {
   RingDetection out;
   std::vector<Eigen::Vector3f> own;
   const double inner = ring.inner * ring.inner, outer = ring.outer * ring.outer;
@@ -107,7 +116,9 @@ RingDetection detect_spheres(std::span<const Eigen::Vector3f> points_scanner, co
     ++out.counts.right_size;
     if (fit->roundness < config.least_roundness) continue;
     ++out.counts.round;
-    Candidate candidate{fit->centre_scanner, Eigen::Matrix3d::Identity() * noise.range_precision_m * noise.range_precision_m, cell.count, fit->roundness};
+    Candidate candidate{fit->centre_scanner,
+                        Eigen::Matrix3d::Identity() * noise.range_precision_m * noise.range_precision_m, cell.count,
+                        fit->roundness};
     if (method == CentreMethod::KnownRadius) {
       around.clear();
       cells.gather(cell.sector - 1, 3, cell.level - 1, 3, around);

@@ -11,9 +11,9 @@
 namespace hueline::calibration {
 
 struct DetectionConfig {
-  double ring_radii = 3;          ///< thickness of a ring in radii of the largest sphere: 2 to 3
-  double least_roundness = 0.85;  ///< of what the linear fit takes for a target
-  double most_clutter = 0.6;      ///< points beside a sphere, in its ring, against points on it
+  double ring_radii = 3;              ///< thickness of a ring in radii of the largest sphere: 2 to 3
+  double least_roundness = 0.85;      ///< of what the linear fit takes for a target
+  double most_clutter = 0.6;          ///< points beside a sphere, in its ring, against points on it
   std::size_t most_candidates = 250;  ///< kept of a ring, those of the most points
   std::string validate() const;
 };
@@ -46,10 +46,12 @@ struct RingDetection {
 };
 
 /// `points_scanner` may hold other rings' points as well.
-RingDetection detect_spheres(std::span<const Eigen::Vector3f> points_scanner, const Ring& ring, double distance, double radius, const ScannerNoise& noise,
-                             CentreMethod method, const DetectionConfig& config);
+RingDetection detect_spheres(std::span<const Eigen::Vector3f> points_scanner, const Ring& ring, double distance,
+                             double radius, const ScannerNoise& noise, CentreMethod method,
+                             const DetectionConfig& config);
 
-/// Below it chi-squared of this many degrees of freedom stays in 99.99 % of cases, times a half more: surfaces are never as clean as noise.
+/// Below it chi-squared of this many degrees of freedom stays in 99.99 % of cases, times a half more: surfaces are
+/// never as clean as noise.
 double noise_limit(double freedom);
 
 /// The ring of a target at this distance; `doubt_m`: how wrong the distance may be.

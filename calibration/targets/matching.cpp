@@ -22,7 +22,8 @@ std::vector<Node> nodes_of(std::span<const TargetToMatch> targets, const Matchin
       const Candidate& candidate = targets[t].candidates[c];
       const Eigen::Vector3d sight = candidate.centre_scanner.normalized();
       nodes.push_back({t, c, candidate.centre_scanner,
-                       candidate.covariance + config.common_range_sigma_m * config.common_range_sigma_m * sight * sight.transpose()});
+                       candidate.covariance +
+                           config.common_range_sigma_m * config.common_range_sigma_m * sight * sight.transpose()});
     }
   return nodes;
 }
@@ -41,7 +42,8 @@ double mismatch(const Node& a, const Node& b, std::span<const TargetToMatch> tar
 /// The search for sets of nodes that are all joined, largest first, by depth with the targets in order.
 class CliqueSearch {
  public:
-  CliqueSearch(std::span<const TargetToMatch> targets, const MatchingConfig& config) : targets_(targets), config_(config), nodes_(nodes_of(targets, config)) {
+  CliqueSearch(std::span<const TargetToMatch> targets, const MatchingConfig& config)
+      : targets_(targets), config_(config), nodes_(nodes_of(targets, config)) {
     const std::size_t n = nodes_.size();
     words_ = (n + 63) / 64;
     joined_.assign(n * words_, 0);
@@ -60,15 +62,21 @@ class CliqueSearch {
     extend(0, all, chosen);
     if (steps_ > config_.most_steps) {
       result_.match.reset();
-      result_.failure.reason = "too many round things stand at distances like the targets': the search for the true ones was given up";
+      result_.failure.reason =
+          "too many round things stand at distances like the targets': the search for the true ones was given up";
       return std::move(result_);
     }
     if (is_ambiguous_) {
       result_.match.reset();
-      result_.failure.reason = fmt::format("two different sets of {} spheres fit the surveyed distances equally well: survey one more target", result_.failure.best);
+      result_.failure.reason = fmt::format(
+          "two different sets of {} spheres fit the surveyed distances equally well: survey one more target",
+          result_.failure.best);
     } else if (!result_.match) {
-      result_.failure.reason = !turned_.empty() ? turned_
-                                                : fmt::format("only {} of the {} targets have spheres at the surveyed mutual distances, and 3 are needed", best_any_, targets_.size());
+      result_.failure.reason =
+          !turned_.empty()
+              ? turned_
+              : fmt::format("only {} of the {} targets have spheres at the surveyed mutual distances, and 3 are needed",
+                            best_any_, targets_.size());
     }
     return std::move(result_);
   }
@@ -122,9 +130,11 @@ class CliqueSearch {
     const auto orientation = orient_closed_form(scanner, survey);
     if (!orientation) return;
     double rest = 0;
-    for (std::size_t i = 0; i < scanner.size(); ++i) rest += (orientation->survey_from_scanner(scanner[i]) - survey[i]).squaredNorm();
+    for (std::size_t i = 0; i < scanner.size(); ++i)
+      rest += (orientation->survey_from_scanner(scanner[i]) - survey[i]).squaredNorm();
     rest = std::sqrt(rest / static_cast<double>(scanner.size()));
-    const double tilt = std::acos(std::clamp((orientation->T_survey_scanner.rotation * Eigen::Vector3d::UnitZ()).z(), -1.0, 1.0));
+    const double tilt =
+        std::acos(std::clamp((orientation->T_survey_scanner.rotation * Eigen::Vector3d::UnitZ()).z(), -1.0, 1.0));
     const double off_station = (orientation->T_survey_scanner.translation - config_.station_survey).norm();
     const double mirrored = mirrored_rms(scanner, survey);
     // Distances do not know left from right: a mirror image has the same ones.
@@ -134,22 +144,27 @@ class CliqueSearch {
       turned_size_ = chosen.size();
       if (rest > limit && mirrored < limit)
         turned_ = fmt::format(
-            "the mutual distances of {} targets agree, but only as a mirror image: two axes are swapped or one is reversed, in the targets' coordinates (east_m "
+            "the mutual distances of {} targets agree, but only as a mirror image: two axes are swapped or one is "
+            "reversed, in the targets' coordinates (east_m "
             "against north_m?) or in the scan",
             chosen.size());
       else if (tilt > config_.most_tilt_rad)
         turned_ = fmt::format(
-            "the mutual distances of {} targets agree, but only with the scanner tilted by {:.0f} degrees: axes are swapped in the targets' coordinates or in "
+            "the mutual distances of {} targets agree, but only with the scanner tilted by {:.0f} degrees: axes are "
+            "swapped in the targets' coordinates or in "
             "the scan; if the scanner really stood so, allow that tilt",
             chosen.size(), tilt * 57.29577951308232);
       else if (rest <= limit)
-        turned_ = fmt::format("the mutual distances of {} targets agree, but they put the scanner {:.2f} m from its surveyed station: is it another station's scan, or its height?",
-                              chosen.size(), off_station);
+        turned_ = fmt::format(
+            "the mutual distances of {} targets agree, but they put the scanner {:.2f} m from its surveyed station: is "
+            "it another station's scan, or its height?",
+            chosen.size(), off_station);
       return;
     }
     if (result_.match && chosen.size() == result_.match->matched) {
       const bool is_as_good = std::abs(chi_squared - result_.match->chi_squared) < 12;
-      const bool is_elsewhere = (orientation->T_survey_scanner.rotation.angularDistance(result_.match->orientation.T_survey_scanner.rotation)) > 0.01;
+      const bool is_elsewhere = (orientation->T_survey_scanner.rotation.angularDistance(
+                                    result_.match->orientation.T_survey_scanner.rotation)) > 0.01;
       if (chi_squared >= result_.match->chi_squared) {
         is_ambiguous_ = is_ambiguous_ || (is_as_good && is_elsewhere);
         return;
@@ -181,19 +196,26 @@ class CliqueSearch {
 
 }  // namespace
 
-MatchResult match_by_distances(std::span<const TargetToMatch> targets, const MatchingConfig& config) { return CliqueSearch(targets, config).run(); }
+MatchResult match_by_distances(std::span<const TargetToMatch> targets, const MatchingConfig& config) {
+  return CliqueSearch(targets, config).run();
+}
 
-std::vector<std::optional<std::size_t>> match_by_share(std::span<const TargetToMatch> targets, const MatchingConfig& config) {
+std::vector<std::optional<std::size_t>> match_by_share(std::span<const TargetToMatch> targets,
+                                                       const MatchingConfig& config) {
   const std::vector<Node> nodes = nodes_of(targets, config);
   const double gate = config.gate_sigma * config.gate_sigma;
   std::vector<std::optional<std::size_t>> chosen(targets.size());
   for (const Node& node : nodes) {
     std::size_t meets = 0;
     for (std::size_t other = 0; other < targets.size(); ++other)
-      meets += other != node.target && std::ranges::any_of(nodes, [&](const Node& there) { return there.target == other && mismatch(node, there, targets) <= gate; });
+      meets += other != node.target && std::ranges::any_of(nodes, [&](const Node& there) {
+                 return there.target == other && mismatch(node, there, targets) <= gate;
+               });
     if (2 * meets < targets.size() - 1) continue;
     auto& best = chosen[node.target];
-    if (!best || targets[node.target].candidates[node.candidate].roundness > targets[node.target].candidates[*best].roundness) best = node.candidate;
+    if (!best ||
+        targets[node.target].candidates[node.candidate].roundness > targets[node.target].candidates[*best].roundness)
+      best = node.candidate;
   }
   return chosen;
 }

@@ -50,16 +50,20 @@ std::optional<Eigen::Vector3d> rodrigues_parameters(const Eigen::Quaterniond& ro
   return Eigen::Vector3d(rotation.vec() / rotation.w());
 }
 
-Eigen::Quaterniond rotation_from_rodrigues(const Eigen::Vector3d& abc) { return Eigen::Quaterniond(1, abc.x(), abc.y(), abc.z()).normalized(); }
+Eigen::Quaterniond rotation_from_rodrigues(const Eigen::Vector3d& abc) {
+  return Eigen::Quaterniond(1, abc.x(), abc.y(), abc.z()).normalized();
+}
 
-std::optional<Orientation> orient_closed_form(std::span<const Eigen::Vector3d> scanner, std::span<const Eigen::Vector3d> survey) {
+std::optional<Orientation> orient_closed_form(std::span<const Eigen::Vector3d> scanner,
+                                              std::span<const Eigen::Vector3d> survey) {
   if (scanner.size() < 3 || scanner.size() != survey.size()) return {};
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation(scanner, survey), Eigen::ComputeFullU | Eigen::ComputeFullV);
   if (!(svd.singularValues()[1] > 1e-12 * svd.singularValues()[0])) return {};
   Eigen::Matrix3d proper = Eigen::Matrix3d::Identity();
   proper(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
   Orientation out;
-  out.T_survey_scanner.rotation = Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * proper * svd.matrixV().transpose())).normalized();
+  out.T_survey_scanner.rotation =
+      Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * proper * svd.matrixV().transpose())).normalized();
   out.T_survey_scanner.translation = mean_of(survey) - out.T_survey_scanner.rotation * mean_of(scanner);
   return out;
 }
@@ -80,7 +84,8 @@ Eigen::Matrix3d AdjustedStation::covariance_of(const Eigen::Vector3d& p_scanner)
   return A * covariance * A.transpose();
 }
 
-Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const SurveyedPoint> targets, std::span<const CentreObservation> observations,
+Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const SurveyedPoint> targets,
+                          std::span<const CentreObservation> observations,
                           std::span<const std::optional<SurveyedPoint>> station_priors, bool estimate_scale) {
   const auto size = static_cast<Eigen::Index>(start.size() * 7);
   if (targets.empty() || start.empty()) return Error{ErrorCode::Invalid, "nothing to adjust"};
@@ -107,7 +112,8 @@ Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const Su
       if (!estimate_scale) N(at + 6, at + 6) = 1;
       if (s >= station_priors.size() || !station_priors[s]) continue;
       const double weight = 1 / (station_priors[s]->sigma_m * station_priors[s]->sigma_m);
-      const Eigen::Vector3d off = station_priors[s]->position_survey - origin - out.stations[s].orientation.T_survey_scanner.translation;
+      const Eigen::Vector3d off =
+          station_priors[s]->position_survey - origin - out.stations[s].orientation.T_survey_scanner.translation;
       N.block<3, 3>(at + 3, at + 3) += weight * Eigen::Matrix3d::Identity();
       n.segment<3>(at + 3) += weight * off;
       out.chi_squared += weight * off.squaredNorm();
@@ -130,7 +136,8 @@ Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const Su
         const Orientation& orientation = out.stations[seen_here.station].orientation;
         const Eigen::Matrix3d R = orientation.scale * orientation.T_survey_scanner.rotation.toRotationMatrix();
         Part part{static_cast<Eigen::Index>(7 * seen_here.station), derivative(orientation, seen_here.centre_scanner),
-                  (R * seen_here.covariance * R.transpose()).inverse(), orientation.survey_from_scanner(seen_here.centre_scanner)};
+                  (R * seen_here.covariance * R.transpose()).inverse(),
+                  orientation.survey_from_scanner(seen_here.centre_scanner)};
         if (!estimate_scale) part.A.col(6).setZero();
         M += part.W;
         m += part.W * part.predicted;
@@ -149,16 +156,19 @@ Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const Su
         for (const Part& b : parts) N.block<7, 7>(a.at, b.at) -= a.A.transpose() * a.W * M_inverse * b.W * b.A;
       }
     }
-    // Rotations are of order 1, translations of order 100 m: scaled to a unit diagonal, so that the pivot tells what is not determined.
+    // Rotations are of order 1, translations of order 100 m: scaled to a unit diagonal, so that the pivot tells what is
+    // not determined.
     const Eigen::VectorXd unit = N.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<Eigen::MatrixXd> solver(unit.asDiagonal() * N * unit.asDiagonal());
-    if (!(solver.vectorD().minCoeff() > 1e-10)) return Error{ErrorCode::Invalid, "the targets do not determine every station's orientation"};
+    if (!(solver.vectorD().minCoeff() > 1e-10))
+      return Error{ErrorCode::Invalid, "the targets do not determine every station's orientation"};
     const Eigen::VectorXd step = unit.asDiagonal() * solver.solve(unit.asDiagonal() * n);
     for (std::size_t s = 0; s < start.size(); ++s) {
       Orientation& orientation = out.stations[s].orientation;
       const auto at = static_cast<Eigen::Index>(7 * s);
       const Eigen::Vector3d half = step.segment<3>(at) / 2;
-      orientation.T_survey_scanner.rotation = (rotation_from_rodrigues(half) * orientation.T_survey_scanner.rotation).normalized();
+      orientation.T_survey_scanner.rotation =
+          (rotation_from_rodrigues(half) * orientation.T_survey_scanner.rotation).normalized();
       orientation.T_survey_scanner.translation += step.segment<3>(at + 3);
       if (estimate_scale) orientation.scale += step[at + 6];
     }
@@ -175,13 +185,16 @@ Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const Su
       break;
     }
   }
-  if (out.steps > 50) return Error{ErrorCode::Invalid, "the adjustment does not converge: the targets found do not fit their surveyed places"};
+  if (out.steps > 50)
+    return Error{ErrorCode::Invalid,
+                 "the adjustment does not converge: the targets found do not fit their surveyed places"};
   out.freedom = static_cast<int>(3 * observations.size()) - static_cast<int>(start.size()) * (estimate_scale ? 7 : 6);
   for (std::size_t s = 0; s < station_priors.size(); ++s) out.freedom += station_priors[s] ? 3 : 0;
   for (AdjustedStation& station : out.stations) station.orientation.T_survey_scanner.translation += origin;
   for (Eigen::Vector3d& place : out.targets_survey) place += origin;
   for (const CentreObservation& one : observations)
-    out.residuals_survey.push_back(out.stations[one.station].orientation.survey_from_scanner(one.centre_scanner) - targets[one.target].position_survey);
+    out.residuals_survey.push_back(out.stations[one.station].orientation.survey_from_scanner(one.centre_scanner) -
+                                   targets[one.target].position_survey);
   return out;
 }
 

@@ -19,7 +19,8 @@ RingCells::RingCells(std::span<const Eigen::Vector3f> points_scanner, double dis
     const auto& p = points_scanner[i];
     const double angle = std::atan2(static_cast<double>(p.y()), static_cast<double>(p.x())) + std::numbers::pi;
     const auto sector = std::min(static_cast<std::int32_t>(angle * sectors_per_rad), sectors - 1);
-    places[i] = {sector, static_cast<std::int32_t>(std::floor(static_cast<double>(p.z()) * levels_per_m)), static_cast<std::uint32_t>(i)};
+    places[i] = {sector, static_cast<std::int32_t>(std::floor(static_cast<double>(p.z()) * levels_per_m)),
+                 static_cast<std::uint32_t>(i)};
     ++fill[static_cast<std::size_t>(sector) + 1];
   }
   for (std::size_t s = 1; s < fill.size(); ++s) fill[s] += fill[s - 1];
@@ -31,9 +32,12 @@ RingCells::RingCells(std::span<const Eigen::Vector3f> points_scanner, double dis
   for (std::size_t s = 0; s + 1 < begins.size(); ++s) {
     sector_begin_.push_back(static_cast<std::uint32_t>(cells_.size()));
     const auto begin = ordered.begin() + begins[s], end = ordered.begin() + begins[s + 1];
-    std::sort(begin, end, [](const Place& a, const Place& b) { return a.level != b.level ? a.level < b.level : a.point < b.point; });
+    std::sort(begin, end, [](const Place& a, const Place& b) {
+      return a.level != b.level ? a.level < b.level : a.point < b.point;
+    });
     for (auto it = begin; it != end; ++it) {
-      if (it == begin || it->level != cells_.back().level) cells_.push_back({it->sector, it->level, static_cast<std::uint32_t>(points_.size()), 0});
+      if (it == begin || it->level != cells_.back().level)
+        cells_.push_back({it->sector, it->level, static_cast<std::uint32_t>(points_.size()), 0});
       ++cells_.back().count;
       points_.push_back(points_scanner[it->point]);
     }
@@ -47,7 +51,8 @@ void RingCells::visit(int sector, int wide, int level, int high, Visit visit) co
   for (int s = sector; s < sector + std::min(wide, all); ++s) {
     const auto around = static_cast<std::size_t>((s % all + all) % all);
     const auto begin = cells_.begin() + sector_begin_[around], end = cells_.begin() + sector_begin_[around + 1];
-    for (auto it = std::lower_bound(begin, end, level, [](const Cell& cell, int wanted) { return cell.level < wanted; }); it != end && it->level < level + high; ++it)
+    for (auto it = std::lower_bound(begin, end, level, [](const Cell&cell, int wanted) { return cell.level < wanted; });
+         it != end && it->level < level + high; ++it)
       visit(*it);
   }
 }

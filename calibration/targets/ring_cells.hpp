@@ -8,9 +8,9 @@
 
 namespace hueline::calibration {
 
-/// Steps 2 and 3 of sphere-target orientation: the points of one ring in sectors about the scanner's z, each as wide as the ring is
-/// thick, and in cells of 1.95 radii along z. A sphere lies in at most two sectors and, but for a sliver, two cells, as long as its
-/// target stands below 45 degrees of elevation.
+/// Steps 2 and 3 of sphere-target orientation: the points of one ring in sectors about the scanner's z, each as wide as
+/// the ring is thick, and in cells of 1.95 radii along z. A sphere lies in at most two sectors and, but for a sliver,
+/// two cells, as long as its target stands below 45 degrees of elevation.
 class RingCells {
  public:
   struct Cell {
@@ -24,7 +24,9 @@ class RingCells {
   /// Ordered by sector, level and place in the scan.
   std::span<const Eigen::Vector3f> points() const { return points_; }
   std::span<const Cell> cells() const { return cells_; }
-  std::span<const Eigen::Vector3f> points_of(const Cell& cell) const { return std::span(points_).subspan(cell.begin, cell.count); }
+  std::span<const Eigen::Vector3f> points_of(const Cell& cell) const {
+    return std::span(points_).subspan(cell.begin, cell.count);
+  }
   int sectors() const { return static_cast<int>(sector_begin_.size()) - 1; }
 
   /// Points in sectors [sector, sector + wide) and levels [level, level + high), around the circle.

@@ -31,7 +31,8 @@ void RingFilter::keep(std::span<const float> xyz, std::vector<Eigen::Vector3f>& 
   keep_in_rings(xyz.data(), xyz.size() / 3, squared_.data(), squared_.size(), kept, farthest_squared);
 }
 
-Result<RingPoints> read_rings(const ScanBlocks& scan, std::span<const Ring> rings, unsigned threads, std::size_t most_points) {
+Result<RingPoints> read_rings(const ScanBlocks& scan, std::span<const Ring> rings, unsigned threads,
+                              std::size_t most_points) {
   const RingFilter filter(rings);
   const std::size_t blocks = scan.blocks();
   /// The kept points of one block, in the store of the thread that read it.
@@ -47,7 +48,8 @@ Result<RingPoints> read_rings(const ScanBlocks& scan, std::span<const Ring> ring
   std::vector<Store> stores(std::clamp<std::size_t>(threads, 1, std::max<std::size_t>(blocks, 1)));
   std::atomic<std::size_t> next{0}, kept{0};
   std::mutex mutex;
-  std::optional<std::pair<std::size_t, Error>> first_error;  // the one of the earliest block, so that it does not depend on threads
+  std::optional<std::pair<std::size_t, Error>>
+      first_error;  // the one of the earliest block, so that it does not depend on threads
   const auto fail = [&](std::size_t block, Error error) {
     std::lock_guard lock(mutex);
     if (!first_error || block < first_error->first) first_error.emplace(block, std::move(error));
@@ -64,7 +66,11 @@ Result<RingPoints> read_rings(const ScanBlocks& scan, std::span<const Ring> ring
       const std::size_t added = store.points.size() - before;
       if (added) store.pieces.push_back({block, before, added});
       if (kept.fetch_add(added) + added > most_points)
-        return fail(block, {ErrorCode::Exhausted, fmt::format("more than {} points lie at the targets' distances: give a narrower ring or fewer targets", most_points)});
+        return fail(
+            block,
+            {ErrorCode::Exhausted,
+             fmt::format("more than {} points lie at the targets' distances: give a narrower ring or fewer targets",
+                         most_points)});
     }
   };
   {

@@ -1,4 +1,5 @@
-// Built once for each instruction set that the compiler knows; the best one that the processor has is taken at run time.
+// Built once for each instruction set that the compiler knows; the best one that the processor has is taken at run
+// time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "calibration/targets/ring_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -10,8 +11,8 @@ HWY_BEFORE_NAMESPACE();
 namespace hueline::calibration::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-void keep_in_rings(const float* xyz, std::size_t count, const std::pair<float, float>* rings, std::size_t ring_count, std::vector<Eigen::Vector3f>& kept,
-                   float& farthest_squared) {
+void keep_in_rings(const float* xyz, std::size_t count, const std::pair<float, float>* rings, std::size_t ring_count,
+                   std::vector<Eigen::Vector3f>& kept, float& farthest_squared) {
   const hn::ScalableTag<float> d;
   const std::size_t lanes = hn::Lanes(d);
   auto farthest = hn::Set(d, farthest_squared);
@@ -23,12 +24,14 @@ void keep_in_rings(const float* xyz, std::size_t count, const std::pair<float, f
     farthest = hn::IfThenElse(hn::Gt(squared, farthest), squared, farthest);  // NaN compares false and stays out
     auto inside = hn::And(hn::Ge(squared, hn::Set(d, rings[0].first)), hn::Le(squared, hn::Set(d, rings[0].second)));
     for (std::size_t r = 1; r < ring_count; ++r)
-      inside = hn::Or(inside, hn::And(hn::Ge(squared, hn::Set(d, rings[r].first)), hn::Le(squared, hn::Set(d, rings[r].second))));
+      inside = hn::Or(
+          inside, hn::And(hn::Ge(squared, hn::Set(d, rings[r].first)), hn::Le(squared, hn::Set(d, rings[r].second))));
     if (hn::AllFalse(d, inside)) continue;
     std::uint8_t bits[(HWY_MAX_BYTES / sizeof(float) + 7) / 8 + 8] = {};
     hn::StoreMaskBits(d, inside, bits);
     for (std::size_t lane = 0; lane < lanes; ++lane)
-      if (bits[lane / 8] >> (lane % 8) & 1) kept.emplace_back(xyz[3 * (i + lane)], xyz[3 * (i + lane) + 1], xyz[3 * (i + lane) + 2]);
+      if (bits[lane / 8] >> (lane % 8) & 1)
+        kept.emplace_back(xyz[3 * (i + lane)], xyz[3 * (i + lane) + 1], xyz[3 * (i + lane) + 2]);
   }
   farthest_squared = hn::GetLane(hn::MaxOfLanes(d, farthest));
   for (; i < count; ++i) {
@@ -49,8 +52,8 @@ HWY_AFTER_NAMESPACE();
 namespace hueline::calibration {
 HWY_EXPORT(keep_in_rings);
 
-void keep_in_rings(const float* xyz, std::size_t count, const std::pair<float, float>* rings, std::size_t ring_count, std::vector<Eigen::Vector3f>& kept,
-                   float& farthest_squared) {
+void keep_in_rings(const float* xyz, std::size_t count, const std::pair<float, float>* rings, std::size_t ring_count,
+                   std::vector<Eigen::Vector3f>& kept, float& farthest_squared) {
   HWY_DYNAMIC_DISPATCH(keep_in_rings)(xyz, count, rings, ring_count, kept, farthest_squared);
 }
 }  // namespace hueline::calibration

@@ -26,7 +26,8 @@ struct PointNoise {
   double bias;      // noise along the surface leaves it on the outside: second order
 };
 
-/// cos_incidence: of the beam against the surface's normal. The range's noise moves a point along the beam, the angles' across it.
+/// cos_incidence: of the beam against the surface's normal. The range's noise moves a point along the beam, the angles'
+/// across it.
 PointNoise noise_at(double cos_incidence, double range_m, double radius, const ScannerNoise& noise) {
   const double along = noise.range_precision_m * noise.range_precision_m;
   const double across = range_m * range_m * noise.angle_rad * noise.angle_rad;
@@ -41,9 +42,11 @@ double ScannerNoise::common_range_sigma_m() const {
 }
 
 std::string ScannerNoise::validate() const {
-  if (!(range_precision_m > 0 && range_precision_m <= 0.1)) return fmt::format("range_precision_m is {}; allowed: above 0, up to 0.1", range_precision_m);
+  if (!(range_precision_m > 0 && range_precision_m <= 0.1))
+    return fmt::format("range_precision_m is {}; allowed: above 0, up to 0.1", range_precision_m);
   if (!(range_accuracy_m >= range_precision_m && range_accuracy_m <= 0.1))
-    return fmt::format("range_accuracy_m is {}; allowed: from range_precision_m ({}) to 0.1", range_accuracy_m, range_precision_m);
+    return fmt::format("range_accuracy_m is {}; allowed: from range_precision_m ({}) to 0.1", range_accuracy_m,
+                       range_precision_m);
   if (!(angle_rad >= 0 && angle_rad <= 0.001)) return fmt::format("angle_rad is {}; allowed: 0 to 0.001", angle_rad);
   return {};
 }
@@ -92,7 +95,8 @@ struct Look {
 };
 
 /// `loose`: how far from the surface points may lie at least.
-Look look_from(const Eigen::Vector3d& centre, std::span<const Eigen::Vector3f> points_scanner, double radius, const ScannerNoise& noise, double gate, double loose, bool without_mount) {
+Look look_from(const Eigen::Vector3d& centre, std::span<const Eigen::Vector3f> points_scanner, double radius,
+               const ScannerNoise& noise, double gate, double loose, bool without_mount) {
   Look look;
   for (const auto& point : points_scanner) {
     const Eigen::Vector3d p = point.cast<double>(), from_centre = p - centre;
@@ -114,7 +118,8 @@ Look look_from(const Eigen::Vector3d& centre, std::span<const Eigen::Vector3f> p
 }
 
 /// Both fits: the gate shrinks to the noise while the centre settles. `prior` may be null.
-std::optional<CentreFit> settle(std::span<const Eigen::Vector3f> points_scanner, double radius, const Eigen::Vector3d& start, const ScannerNoise& noise, double gate, double loose,
+std::optional<CentreFit> settle(std::span<const Eigen::Vector3f> points_scanner, double radius,
+                                const Eigen::Vector3d& start, const ScannerNoise& noise, double gate, double loose,
                                 const CentrePrior* prior, bool without_mount) {
   if (points_scanner.size() < kFewest || !(start.norm() > radius)) return {};
   const Eigen::Matrix3d known = prior ? Eigen::Matrix3d(prior->covariance.inverse()) : Eigen::Matrix3d::Zero();
@@ -151,14 +156,15 @@ std::optional<CentreFit> settle(std::span<const Eigen::Vector3f> points_scanner,
 
 }  // namespace
 
-std::optional<CentreFit> fit_known_radius(std::span<const Eigen::Vector3f> points_scanner, double radius, const Eigen::Vector3d& start_scanner,
-                                          const ScannerNoise& noise, double gate) {
+std::optional<CentreFit> fit_known_radius(std::span<const Eigen::Vector3f> points_scanner, double radius,
+                                          const Eigen::Vector3d& start_scanner, const ScannerNoise& noise,
+                                          double gate) {
   const auto fit = settle(points_scanner, radius, start_scanner, noise, gate, 0.6 * radius, nullptr, true);
   return fit ? fit : settle(points_scanner, radius, start_scanner, noise, gate, 0.6 * radius, nullptr, false);
 }
 
-std::optional<CentreFit> fit_known_radius_near(std::span<const Eigen::Vector3f> points_scanner, double radius, const CentrePrior& prior, const ScannerNoise& noise,
-                                               double gate) {
+std::optional<CentreFit> fit_known_radius_near(std::span<const Eigen::Vector3f> points_scanner, double radius,
+                                               const CentrePrior& prior, const ScannerNoise& noise, double gate) {
   const auto fit = settle(points_scanner, radius, prior.centre_scanner, noise, gate, 0.5 * radius, &prior, true);
   return fit ? fit : settle(points_scanner, radius, prior.centre_scanner, noise, gate, 0.5 * radius, &prior, false);
 }

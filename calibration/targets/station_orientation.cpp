@@ -18,7 +18,8 @@ constexpr double kDegrees = 57.29577951308232;
 /// One station's adjustment, done again as targets come and go.
 class StationAdjuster {
  public:
-  StationAdjuster(const SurveyedStation& station, std::span<const SurveyedTarget> targets, StationSearch search, const TargetsConfig& config)
+  StationAdjuster(const SurveyedStation& station, std::span<const SurveyedTarget> targets, StationSearch search,
+                  const TargetsConfig& config)
       : station_(station), targets_(targets), search_(std::move(search)), config_(config) {
     if (station.sigma_m) prior_ = SurveyedPoint{station.position.xyz, *station.sigma_m};
     orientation_ = search_.result.match->orientation;
@@ -38,7 +39,8 @@ class StationAdjuster {
       for (TargetOutcome& outcome : out_.targets)
         if (outcome.is_found()) refit_published(outcome);
     } else {
-      // The matched ones place the scan; where the others ought to be is looked at again, each time with a better orientation.
+      // The matched ones place the scan; where the others ought to be is looked at again, each time with a better
+      // orientation.
       for (int round = 0; round < 2; ++round) {
         if (Status done = adjust_used(round == 0); !done.ok()) return refused(done.error().message);
         for (TargetOutcome& outcome : out_.targets) look_where_predicted(outcome);
@@ -55,13 +57,17 @@ class StationAdjuster {
     out_.farthest_m = search_.rings.farthest_m;
     for (const RingDetection& detection : search_.detections)
       for (const Candidate& candidate : detection.candidates)
-        if (std::ranges::none_of(out_.targets, [&](const TargetOutcome& t) { return t.is_found() && (t.centre_scanner - candidate.centre_scanner).norm() < 0.5; }))
+        if (std::ranges::none_of(out_.targets, [&](const TargetOutcome& t) {
+              return t.is_found() && (t.centre_scanner - candidate.centre_scanner).norm() < 0.5;
+            }))
           out_.others_scanner.push_back(candidate.centre_scanner);
     return std::move(out_);
   }
 
  private:
-  Error refused(const std::string& what) const { return {ErrorCode::Invalid, fmt::format("station {}: {}", station_.name, what)}; }
+  Error refused(const std::string& what) const {
+    return {ErrorCode::Invalid, fmt::format("station {}: {}", station_.name, what)};
+  }
 
   Eigen::Matrix3d with_common_range(const Eigen::Vector3d& centre, const Eigen::Matrix3d& covariance) const {
     const Eigen::Vector3d sight = centre.normalized();
@@ -72,7 +78,9 @@ class StationAdjuster {
   void take(TargetOutcome& outcome, const Candidate& candidate) const {
     outcome.state = targets_[outcome.target].is_check ? TargetState::Check : TargetState::Used;
     outcome.centre_scanner = candidate.centre_scanner;
-    outcome.covariance_scanner = config_.method == CentreMethod::KnownRadius ? with_common_range(candidate.centre_scanner, candidate.covariance) : candidate.covariance;
+    outcome.covariance_scanner = config_.method == CentreMethod::KnownRadius
+                                     ? with_common_range(candidate.centre_scanner, candidate.covariance)
+                                     : candidate.covariance;
     outcome.points = candidate.points;
     outcome.roundness = candidate.roundness;
   }
@@ -89,11 +97,13 @@ class StationAdjuster {
     const double radius = targets_[outcome.target].radius_m;
     std::vector<Eigen::Vector3f> near;
     for (const auto& p : points_near(outcome.centre_scanner, 1.5 * radius))
-      if (std::abs((p.cast<double>() - outcome.centre_scanner).norm() - radius) <= 3 * config_.noise.range_precision_m) near.push_back(p);
+      if (std::abs((p.cast<double>() - outcome.centre_scanner).norm() - radius) <= 3 * config_.noise.range_precision_m)
+        near.push_back(p);
     auto fit = fit_linear(near);
     if (!fit) return;
     std::erase_if(near, [&](const Eigen::Vector3f& p) {
-      return std::abs((p.cast<double>() - fit->centre_scanner).norm() - fit->radius) > 2 * config_.noise.range_precision_m;
+      return std::abs((p.cast<double>() - fit->centre_scanner).norm() - fit->radius) >
+             2 * config_.noise.range_precision_m;
     });
     if (const auto again = fit_linear(near)) fit = again;
     outcome.centre_scanner = fit->centre_scanner;
@@ -124,25 +134,32 @@ class StationAdjuster {
     return {};
   }
 
-  /// Step 7 and beyond: the centre again from the whole ring at the place that the orientation gives, found before or not.
+  /// Step 7 and beyond: the centre again from the whole ring at the place that the orientation gives, found before or
+  /// not.
   void look_where_predicted(TargetOutcome& outcome) const {
     const SurveyedTarget& target = targets_[outcome.target];
     const Orientation& o = orientation_;
-    const Eigen::Vector3d predicted = o.T_survey_scanner.rotation.conjugate() * (target.position.xyz - o.T_survey_scanner.translation) / o.scale;
-    const Eigen::Matrix3d uncertain = out_.adjusted.covariance_of(predicted) + target.sigma_m * target.sigma_m * Eigen::Matrix3d::Identity();
+    const Eigen::Vector3d predicted =
+        o.T_survey_scanner.rotation.conjugate() * (target.position.xyz - o.T_survey_scanner.translation) / o.scale;
+    const Eigen::Matrix3d uncertain =
+        out_.adjusted.covariance_of(predicted) + target.sigma_m * target.sigma_m * Eigen::Matrix3d::Identity();
     const double doubt = std::min(3 * std::sqrt(uncertain.trace()), target.radius_m);
     const auto near = points_near(predicted, 1.5 * target.radius_m + doubt);
     const Eigen::Matrix3d R = o.T_survey_scanner.rotation.toRotationMatrix();
     const auto misfit = [&](const CentreFit& fit) {
       const Eigen::Vector3d off = o.survey_from_scanner(fit.centre_scanner) - target.position.xyz;
-      return off.dot((uncertain + R * with_common_range(fit.centre_scanner, fit.covariance) * R.transpose()).inverse() * off);
+      return off.dot((uncertain + R * with_common_range(fit.centre_scanner, fit.covariance) * R.transpose()).inverse() *
+                     off);
     };
     auto fit = fit_known_radius(near, target.radius_m, predicted, config_.noise);
     bool agrees = fit && misfit(*fit) <= limit();
     if (!agrees) {
       // Few points can suit two centres: is one of them where the target ought to be?
-      const auto again = fit_known_radius_near(near, target.radius_m, {predicted, with_common_range(predicted, R.transpose() * uncertain * R)}, config_.noise);
-      if (again && again->chi_squared <= noise_limit(static_cast<double>(again->points)) && (!fit || 2 * again->points > fit->points)) {
+      const auto again = fit_known_radius_near(near, target.radius_m,
+                                               {predicted, with_common_range(predicted, R.transpose() * uncertain * R)},
+                                               config_.noise);
+      if (again && again->chi_squared <= noise_limit(static_cast<double>(again->points)) &&
+          (!fit || 2 * again->points > fit->points)) {
         fit = again;
         agrees = true;
       }
@@ -154,10 +171,14 @@ class StationAdjuster {
       outcome.reason.clear();
       return;
     }
-    const auto on_it = static_cast<std::size_t>(std::ranges::count_if(near, [&](const auto& p) { return (p.template cast<double>() - predicted).norm() < 1.2 * target.radius_m + doubt; }));
+    const auto on_it = static_cast<std::size_t>(std::ranges::count_if(near, [&](const auto& p) {
+      return (p.template cast<double>() - predicted).norm() < 1.2 * target.radius_m + doubt;
+    }));
     outcome.state = on_it < kFewest ? TargetState::NotSeen : TargetState::Rejected;
-    if (on_it < kFewest) outcome.reason = fmt::format("{} points where it should be, at least {} are needed", on_it, kFewest);
-    else if (!fit) outcome.reason = fmt::format("{} points where it should be, but they make no sphere of its radius", on_it);
+    if (on_it < kFewest)
+      outcome.reason = fmt::format("{} points where it should be, at least {} are needed", on_it, kFewest);
+    else if (!fit)
+      outcome.reason = fmt::format("{} points where it should be, but they make no sphere of its radius", on_it);
     else
       outcome.reason = fmt::format("a sphere stands {:.0f} mm from where it should: moved, or wrongly surveyed",
                                    (o.survey_from_scanner(fit->centre_scanner) - target.position.xyz).norm() * 1000);
@@ -195,14 +216,17 @@ class StationAdjuster {
       }
       if (misfit != nullptr) {
         misfit->state = TargetState::Rejected;
-        misfit->reason = fmt::format("{:.0f} mm from where the other targets put it: moved, wrongly surveyed, or another sphere", off_by * 1000);
+        misfit->reason = fmt::format(
+            "{:.0f} mm from where the other targets put it: moved, wrongly surveyed, or another sphere", off_by * 1000);
       }
       if (Status done = adjust_used(false); !done.ok()) return refused(done.error().message);
       if (misfit == nullptr) break;
     }
     if (used().size() == 3 && out_.freedom > 0 && out_.chi_squared > limit())
-      return refused(fmt::format("its 3 targets do not fit each other: chi-squared {:.1f} with {} degrees of freedom; one was moved or wrongly surveyed, and a fourth would tell which",
-                                 out_.chi_squared, out_.freedom));
+      return refused(
+          fmt::format("its 3 targets do not fit each other: chi-squared {:.1f} with {} degrees of freedom; one was "
+                      "moved or wrongly surveyed, and a fourth would tell which",
+                      out_.chi_squared, out_.freedom));
     for (TargetOutcome& outcome : out_.targets) {
       if (outcome.state == TargetState::Rejected || outcome.state == TargetState::NotSeen) continue;
       const auto [off, sigma] = against_survey(outcome);
@@ -234,26 +258,32 @@ class StationAdjuster {
     return {};
   }
 
-  /// A fit is no proof: targets near a line leave the turn about it open. What the turn's sigma moves at the targets themselves says so for
-  /// a field of any size: well spread targets leave there about what one of their centres has, whatever angle that is.
+  /// A fit is no proof: targets near a line leave the turn about it open. What the turn's sigma moves at the targets
+  /// themselves says so for a field of any size: well spread targets leave there about what one of their centres has,
+  /// whatever angle that is.
   Status certain() {
     const Eigen::Matrix3d turn = out_.adjusted.covariance.topLeftCorner<3, 3>();
     const double sigma = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turn).eigenvalues().maxCoeff());
     const auto [lever, centre_sigma] = field();
     const bool is_on_a_line = out_.spread < config_.least_spread && !prior_;
-    const bool is_vague = sigma * kDegrees > config_.most_rotation_sigma_deg && sigma * lever > config_.most_turn_over_centre * centre_sigma;
+    const bool is_vague = sigma * kDegrees > config_.most_rotation_sigma_deg &&
+                          sigma * lever > config_.most_turn_over_centre * centre_sigma;
     if (is_on_a_line || is_vague)
-      return refused(fmt::format("the {} targets found stand too near one line (width {:.1f} % of the length): the turn about it is known to {:.4f} degrees only, which is {:.0f} mm at "
-                                 "the outermost of them, whose centres are known to {:.1f} mm; allowed: a width of {:.1f} %, and {} degrees or {} times a centre's sigma. Set one target "
-                                 "well aside from the others",
-                                 used().size(), out_.spread * 100, sigma * kDegrees, sigma * lever * 1000, centre_sigma * 1000, config_.least_spread * 100, config_.most_rotation_sigma_deg,
-                                 config_.most_turn_over_centre));
+      return refused(
+          fmt::format("the {} targets found stand too near one line (width {:.1f} % of the length): the turn about it "
+                      "is known to {:.4f} degrees only, which is {:.0f} mm at "
+                      "the outermost of them, whose centres are known to {:.1f} mm; allowed: a width of {:.1f} %, and "
+                      "{} degrees or {} times a centre's sigma. Set one target "
+                      "well aside from the others",
+                      used().size(), out_.spread * 100, sigma * kDegrees, sigma * lever * 1000, centre_sigma * 1000,
+                      config_.least_spread * 100, config_.most_rotation_sigma_deg, config_.most_turn_over_centre));
     return {};
   }
 
   struct Field {
-    double lever_m = 0;         ///< from the middle of what the orientation rests on to its outermost
-    double centre_sigma_m = 0;  ///< of a centre in the survey, in its worst direction, the survey's own included; root mean square
+    double lever_m = 0;  ///< from the middle of what the orientation rests on to its outermost
+    double centre_sigma_m =
+        0;  ///< of a centre in the survey, in its worst direction, the survey's own included; root mean square
   };
   Field field() {
     std::vector<Eigen::Vector3d> places;
@@ -261,7 +291,8 @@ class StationAdjuster {
     for (const TargetOutcome* outcome : used()) {
       const SurveyedTarget& target = targets_[outcome->target];
       places.push_back(target.position.xyz);
-      squares += Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(outcome->covariance_scanner).eigenvalues().maxCoeff() + target.sigma_m * target.sigma_m;
+      squares += Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(outcome->covariance_scanner).eigenvalues().maxCoeff() +
+                 target.sigma_m * target.sigma_m;
     }
     const double sigma = std::sqrt(squares / static_cast<double>(places.size()));
     if (prior_) places.push_back(prior_->position_survey);
@@ -287,8 +318,10 @@ void fill_residuals(StationResult& result, std::span<const SurveyedTarget> targe
   for (TargetOutcome& outcome : result.targets) {
     if (!outcome.is_found()) continue;
     const SurveyedTarget& target = targets[outcome.target];
-    outcome.residual_survey = result.adjusted.orientation.survey_from_scanner(outcome.centre_scanner) - target.position.xyz;
-    Eigen::Matrix3d covariance = R * outcome.covariance_scanner * R.transpose() + target.sigma_m * target.sigma_m * Eigen::Matrix3d::Identity();
+    outcome.residual_survey =
+        result.adjusted.orientation.survey_from_scanner(outcome.centre_scanner) - target.position.xyz;
+    Eigen::Matrix3d covariance =
+        R * outcome.covariance_scanner * R.transpose() + target.sigma_m * target.sigma_m * Eigen::Matrix3d::Identity();
     if (outcome.state == TargetState::Check) covariance += result.adjusted.covariance_of(outcome.centre_scanner);
     outcome.residual_sigma = covariance.diagonal().cwiseSqrt();
   }
@@ -298,10 +331,14 @@ void fill_residuals(StationResult& result, std::span<const SurveyedTarget> targe
 
 const char* name(TargetState state) {
   switch (state) {
-    case TargetState::Used: return "Used";
-    case TargetState::Check: return "Check";
-    case TargetState::NotSeen: return "NotSeen";
-    case TargetState::Rejected: return "Rejected";
+    case TargetState::Used:
+      return "Used";
+    case TargetState::Check:
+      return "Check";
+    case TargetState::NotSeen:
+      return "NotSeen";
+    case TargetState::Rejected:
+      return "Rejected";
   }
   return "?";
 }
@@ -309,29 +346,41 @@ const char* name(TargetState state) {
 std::string TargetsConfig::validate() const {
   if (std::string wrong = noise.validate(); !wrong.empty()) return wrong;
   if (std::string wrong = detection.validate(); !wrong.empty()) return wrong;
-  if (!(station_doubt_m >= 0 && station_doubt_m <= 5)) return fmt::format("station_doubt_m is {}; allowed: 0 to 5", station_doubt_m);
-  if (!(most_tilt_deg > 0 && most_tilt_deg <= 180)) return fmt::format("most_tilt_deg is {}; allowed: above 0, up to 180", most_tilt_deg);
+  if (!(station_doubt_m >= 0 && station_doubt_m <= 5))
+    return fmt::format("station_doubt_m is {}; allowed: 0 to 5", station_doubt_m);
+  if (!(most_tilt_deg > 0 && most_tilt_deg <= 180))
+    return fmt::format("most_tilt_deg is {}; allowed: above 0, up to 180", most_tilt_deg);
   if (!(least_spread >= 0 && least_spread < 1)) return fmt::format("least_spread is {}; allowed: 0 to 1", least_spread);
-  if (!(most_rotation_sigma_deg > 0)) return fmt::format("most_rotation_sigma_deg is {}; allowed: above 0", most_rotation_sigma_deg);
-  if (!(most_turn_over_centre >= 1)) return fmt::format("most_turn_over_centre is {}; allowed: 1 or more", most_turn_over_centre);
+  if (!(most_rotation_sigma_deg > 0))
+    return fmt::format("most_rotation_sigma_deg is {}; allowed: above 0", most_rotation_sigma_deg);
+  if (!(most_turn_over_centre >= 1))
+    return fmt::format("most_turn_over_centre is {}; allowed: 1 or more", most_turn_over_centre);
   if (!(gate_sigma >= 2 && gate_sigma <= 10)) return fmt::format("gate_sigma is {}; allowed: 2 to 10", gate_sigma);
   if (threads < 1 || threads > 256) return fmt::format("threads is {}; allowed: 1 to 256", threads);
   return {};
 }
 
-Result<StationResult> orient_station(const ScanBlocks& scan, std::span<const SurveyedStation> stations, std::size_t station, std::span<const SurveyedTarget> targets,
+Result<StationResult> orient_station(const ScanBlocks& scan, std::span<const SurveyedStation> stations,
+                                     std::size_t station, std::span<const SurveyedTarget> targets,
                                      const TargetsConfig& config) {
   const SurveyedStation& here = stations[station];
   std::vector<Eigen::Vector3d> places;
   for (const std::size_t i : targets_of(here, targets))
     if (!targets[i].is_check) places.push_back(targets[i].position.xyz);
-  const auto refused = [&](const std::string& what) { return Error{ErrorCode::Invalid, "station " + here.name + ": " + what}; };
+  const auto refused = [&](const std::string& what) {
+    return Error{ErrorCode::Invalid, "station " + here.name + ": " + what};
+  };
   if (places.size() < 3)
-    return refused(fmt::format("{} surveyed targets to orient by; at least 3 are needed, not on one line: survey more, or let a check target take part", places.size()));
+    return refused(
+        fmt::format("{} surveyed targets to orient by; at least 3 are needed, not on one line: survey more, or let a "
+                    "check target take part",
+                    places.size()));
   if (spread_of(places) < config.least_spread && !here.sigma_m)
-    return refused(fmt::format("its {} targets stand too near one line (width {:.1f} % of the length, allowed {:.1f} %): the turn about it cannot be told. Set one target well aside, or "
-                               "give the station's own sigma_m so that its place counts",
-                               places.size(), spread_of(places) * 100, config.least_spread * 100));
+    return refused(
+        fmt::format("its {} targets stand too near one line (width {:.1f} % of the length, allowed {:.1f} %): the turn "
+                    "about it cannot be told. Set one target well aside, or "
+                    "give the station's own sigma_m so that its place counts",
+                    places.size(), spread_of(places) * 100, config.least_spread * 100));
   auto search = search_station(scan, here, targets, config);
   if (!search.ok()) return search.error();
   if (!search->result.match) return refusal(scan, stations, station, targets, *search, config);
@@ -340,7 +389,8 @@ Result<StationResult> orient_station(const ScanBlocks& scan, std::span<const Sur
   return result;
 }
 
-Status adjust_together(std::span<StationResult> results, std::span<const SurveyedStation> stations, std::span<const SurveyedTarget> targets, const TargetsConfig& config) {
+Status adjust_together(std::span<StationResult> results, std::span<const SurveyedStation> stations,
+                       std::span<const SurveyedTarget> targets, const TargetsConfig& config) {
   std::vector<Orientation> start;
   std::vector<CentreObservation> observations;
   std::vector<SurveyedPoint> surveyed;
@@ -349,9 +399,11 @@ Status adjust_together(std::span<StationResult> results, std::span<const Surveye
   for (std::size_t s = 0; s < results.size(); ++s) {
     const SurveyedStation& station = stations[results[s].station];
     start.push_back(results[s].adjusted.orientation);
-    priors.push_back(station.sigma_m ? std::optional(SurveyedPoint{station.position.xyz, *station.sigma_m}) : std::nullopt);
+    priors.push_back(station.sigma_m ? std::optional(SurveyedPoint{station.position.xyz, *station.sigma_m})
+                                     : std::nullopt);
     for (const TargetOutcome& outcome : results[s].targets)
-      if (outcome.state == TargetState::Used) observations.push_back({s, outcome.target, outcome.centre_scanner, outcome.covariance_scanner});
+      if (outcome.state == TargetState::Used)
+        observations.push_back({s, outcome.target, outcome.centre_scanner, outcome.covariance_scanner});
   }
   auto adjusted = adjust(start, surveyed, observations, priors, config.estimate_scale);
   if (!adjusted.ok()) return adjusted.error();

@@ -13,7 +13,9 @@ namespace hueline::calibration {
 std::vector<std::size_t> targets_of(const SurveyedStation& station, std::span<const SurveyedTarget> targets) {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < targets.size(); ++i)
-    if (targets[i].stations.empty() || std::ranges::find(targets[i].stations, station.name) != targets[i].stations.end()) out.push_back(i);
+    if (targets[i].stations.empty() ||
+        std::ranges::find(targets[i].stations, station.name) != targets[i].stations.end())
+      out.push_back(i);
   return out;
 }
 
@@ -27,7 +29,8 @@ double spread_of(std::span<const Eigen::Vector3d> places) {
   return values[0] > 0 ? std::sqrt(values[1] / values[0]) : 0;
 }
 
-Result<StationSearch> search_station(const ScanBlocks& scan, const SurveyedStation& station, std::span<const SurveyedTarget> targets, const TargetsConfig& config) {
+Result<StationSearch> search_station(const ScanBlocks& scan, const SurveyedStation& station,
+                                     std::span<const SurveyedTarget> targets, const TargetsConfig& config) {
   StationSearch out;
   out.targets = targets_of(station, targets);
   double largest = 0;
@@ -46,7 +49,9 @@ Result<StationSearch> search_station(const ScanBlocks& scan, const SurveyedStati
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t i = next++; i < out.targets.size(); i = next++)
-      out.detections[i] = detect_spheres(out.rings.points_scanner, rings[i], out.distances[i], targets[out.targets[i]].radius_m, config.noise, config.method, config.detection);
+      out.detections[i] =
+          detect_spheres(out.rings.points_scanner, rings[i], out.distances[i], targets[out.targets[i]].radius_m,
+                         config.noise, config.method, config.detection);
   };
   {
     std::vector<std::jthread> helpers;
@@ -81,39 +86,52 @@ Result<StationSearch> search_station(const ScanBlocks& scan, const SurveyedStati
     match.orientation = *orientation;
     out.result.match = std::move(match);
   } else {
-    out.result.failure.reason = fmt::format("only {} of the {} targets have trusted spheres at the surveyed mutual distances, and 3 are needed", scanner.size(), out.targets.size());
+    out.result.failure.reason =
+        fmt::format("only {} of the {} targets have trusted spheres at the surveyed mutual distances, and 3 are needed",
+                    scanner.size(), out.targets.size());
   }
   return out;
 }
 
-Error refusal(const ScanBlocks& scan, std::span<const SurveyedStation> stations, std::size_t station, std::span<const SurveyedTarget> targets,
-              const StationSearch& search, const TargetsConfig& config) {
+Error refusal(const ScanBlocks& scan, std::span<const SurveyedStation> stations, std::size_t station,
+              std::span<const SurveyedTarget> targets, const StationSearch& search, const TargetsConfig& config) {
   const std::string where = "station " + stations[station].name + ": ";
   const auto invalid = [&](const std::string& what) { return Error{ErrorCode::Invalid, where + what}; };
   if (search.rings.points_read == 0) return invalid("its scan holds no points");
   const double reach = search.rings.farthest_m;
-  const auto beyond = static_cast<std::size_t>(std::ranges::count_if(search.distances, [&](double distance) { return distance > 1.02 * reach; }));
+  const auto beyond = static_cast<std::size_t>(
+      std::ranges::count_if(search.distances, [&](double distance) { return distance > 1.02 * reach; }));
   if (reach > 20'000)
-    return invalid(fmt::format("its scan reaches {:.0f} km from its origin: its points are in survey coordinates or in millimetres; give the scan in the scanner's own frame, in metres",
-                               reach / 1000));
+    return invalid(
+        fmt::format("its scan reaches {:.0f} km from its origin: its points are in survey coordinates or in "
+                    "millimetres; give the scan in the scanner's own frame, in metres",
+                    reach / 1000));
   if (beyond > search.distances.size() / 2) {
     const double farthest = *std::ranges::max_element(search.distances);
-    return invalid(fmt::format("{} of its {} targets lie beyond the scan's reach of {:.1f} m (the farthest {:.1f} m): {}", beyond, search.distances.size(), reach, farthest,
-                               farthest > 200 * reach ? "are the surveyed coordinates in millimetres, or the station's in another system?"
-                                                      : "wrong units (feet?), another station's scan, or targets of other stations: name theirs in the column stations"));
+    return invalid(fmt::format(
+        "{} of its {} targets lie beyond the scan's reach of {:.1f} m (the farthest {:.1f} m): {}", beyond,
+        search.distances.size(), reach, farthest,
+        farthest > 200 * reach ? "are the surveyed coordinates in millimetres, or the station's in another system?"
+                               : "wrong units (feet?), another station's scan, or targets of other stations: name "
+                                 "theirs in the column stations"));
   }
   if (stations.size() > 1)
     for (std::size_t other = 0; other < stations.size(); ++other) {
       if (other == station || targets_of(stations[other], targets).size() < 3) continue;
       const auto there = search_station(scan, stations[other], targets, config);
-      if (there.ok() && there->result.match && there->result.match->matched > std::max<std::size_t>(3, search.result.failure.best))
-        return invalid(fmt::format("its scan is that of station {} ({} targets agree there): the stations are mixed up", stations[other].name, there->result.match->matched));
+      if (there.ok() && there->result.match &&
+          there->result.match->matched > std::max<std::size_t>(3, search.result.failure.best))
+        return invalid(fmt::format("its scan is that of station {} ({} targets agree there): the stations are mixed up",
+                                   stations[other].name, there->result.match->matched));
     }
   std::string found;
   for (std::size_t i = 0; i < search.targets.size(); ++i)
-    found += fmt::format("{}{}: {} at {:.1f} m", i ? ", " : "", targets[search.targets[i]].name, search.detections[i].candidates.size(), search.distances[i]);
-  return invalid(fmt::format("{}. Round things found in the rings: {}. Check the targets' and the station's coordinates (axes, units, target heights), the radius, and that the scan is this station's",
-                             search.result.failure.reason, found));
+    found += fmt::format("{}{}: {} at {:.1f} m", i ? ", " : "", targets[search.targets[i]].name,
+                         search.detections[i].candidates.size(), search.distances[i]);
+  return invalid(
+      fmt::format("{}. Round things found in the rings: {}. Check the targets' and the station's coordinates (axes, "
+                  "units, target heights), the radius, and that the scan is this station's",
+                  search.result.failure.reason, found));
 }
 
 }  // namespace hueline::calibration

@@ -15,8 +15,8 @@ struct Survey {};
 
 struct SurveyedTarget {
   std::string name;
-  Point<Survey> position;             ///< centre of the sphere
-  double sigma_m = 0;                 ///< of each coordinate
+  Point<Survey> position;  ///< centre of the sphere
+  double sigma_m = 0;      ///< of each coordinate
   double radius_m = 0;
   bool is_check = false;              ///< found and compared, never used for the orientation
   std::vector<std::string> stations;  ///< that are to see it; empty: any
@@ -35,10 +35,12 @@ struct SurveyDefaults {
   double radius_m = 0;  ///< 0: the file must have radius_m
 };
 
-/// First line: names of columns, in any order: name, east_m, north_m, up_m; may have sigma_m, radius_m, role (orientation or check),
-/// stations (names parted by spaces). Unknown columns, other units, repeated names, empty or non-finite numbers and two targets in one
-/// place are refused with the line and what to do. `file` stands for the file in messages.
-Result<std::vector<SurveyedTarget>> parse_targets(const std::string& csv, const std::string& file, const SurveyDefaults& defaults);
+/// First line: names of columns, in any order: name, east_m, north_m, up_m; may have sigma_m, radius_m, role
+/// (orientation or check), stations (names parted by spaces). Unknown columns, other units, repeated names, empty or
+/// non-finite numbers and two targets in one place are refused with the line and what to do. `file` stands for the file
+/// in messages.
+Result<std::vector<SurveyedTarget>> parse_targets(const std::string& csv, const std::string& file,
+                                                  const SurveyDefaults& defaults);
 
 /// The same for stations: name, east_m, north_m, up_m; may have sigma_m, scan.
 Result<std::vector<SurveyedStation>> parse_stations(const std::string& csv, const std::string& file);

@@ -44,7 +44,8 @@ Json target_json(const TargetOutcome& outcome, const SurveyedTarget& target) {
 
 }  // namespace
 
-std::string targets_json(std::span<const StationResult> results, std::span<const SurveyedStation> stations, std::span<const SurveyedTarget> targets, const TargetsConfig& config,
+std::string targets_json(std::span<const StationResult> results, std::span<const SurveyedStation> stations,
+                         std::span<const SurveyedTarget> targets, const TargetsConfig& config,
                          const TargetsRunNotes& notes) {
   Json root{{"date", notes.date},
             {"program", notes.program},
@@ -75,22 +76,29 @@ std::string targets_json(std::span<const StationResult> results, std::span<const
     station["spread"] = result.spread;
     station["other_spheres"] = result.others_scanner.size();
     station["targets"] = Json::array();
-    for (const TargetOutcome& outcome : result.targets) station["targets"].push_back(target_json(outcome, targets[outcome.target]));
+    for (const TargetOutcome& outcome : result.targets)
+      station["targets"].push_back(target_json(outcome, targets[outcome.target]));
     root["stations"].push_back(std::move(station));
   }
   return root.dump(1) + "\n";
 }
 
-std::string targets_yaml(std::span<const StationResult> results, std::span<const SurveyedStation> stations, std::span<const SurveyedTarget> targets, const TargetsRunNotes& notes) {
-  std::string out = "# p_survey = scale * R * p_scanner + position_m; survey: x east, y north, z up. Made by hueline calibrate targets.\nstations:\n";
+std::string targets_yaml(std::span<const StationResult> results, std::span<const SurveyedStation> stations,
+                         std::span<const SurveyedTarget> targets, const TargetsRunNotes& notes) {
+  std::string out =
+      "# p_survey = scale * R * p_scanner + position_m; survey: x east, y north, z up. Made by hueline calibrate "
+      "targets.\nstations:\n";
   for (std::size_t i = 0; i < results.size(); ++i) {
     const StationResult& result = results[i];
     const Orientation& o = result.adjusted.orientation;
     const Eigen::Vector3d& t = o.T_survey_scanner.translation;
     const Eigen::Quaterniond& q = o.T_survey_scanner.rotation;
-    out += fmt::format("  {}:\n    T_survey_scanner:\n      position_m: [{:.5f}, {:.5f}, {:.5f}]\n      quaternion_wxyz: [{:.12f}, {:.12f}, {:.12f}, {:.12f}]\n", stations[result.station].name, t.x(),
-                       t.y(), t.z(), q.w(), q.x(), q.y(), q.z());
-    if (const auto abc = rodrigues_parameters(q)) out += fmt::format("      rodrigues_abc: [{:.12f}, {:.12f}, {:.12f}]\n", abc->x(), abc->y(), abc->z());
+    out += fmt::format(
+        "  {}:\n    T_survey_scanner:\n      position_m: [{:.5f}, {:.5f}, {:.5f}]\n      quaternion_wxyz: [{:.12f}, "
+        "{:.12f}, {:.12f}, {:.12f}]\n",
+        stations[result.station].name, t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z());
+    if (const auto abc = rodrigues_parameters(q))
+      out += fmt::format("      rodrigues_abc: [{:.12f}, {:.12f}, {:.12f}]\n", abc->x(), abc->y(), abc->z());
     out += fmt::format("      scale: {:.9f}\n", o.scale);
     CalibrationRecord record;
     record.method = std::string("targets");
@@ -111,7 +119,8 @@ std::string targets_yaml(std::span<const StationResult> results, std::span<const
       const double unit = k < 3 ? kDegrees : 1;
       record.parameters.emplace_back(names[k]);
       record.sigma.push_back(unit * std::sqrt(result.adjusted.covariance(k, k)));
-      for (int m = k; m < 6; ++m) record.covariance.push_back(unit * (m < 3 ? kDegrees : 1) * result.adjusted.covariance(k, m));
+      for (int m = k; m < 6; ++m)
+        record.covariance.push_back(unit * (m < 3 ? kDegrees : 1) * result.adjusted.covariance(k, m));
     }
     out += record.yaml(6);
   }

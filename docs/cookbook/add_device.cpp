@@ -31,30 +31,30 @@ class FinderDecoder final : public Decoder {
   std::string line_;  // may begin in one packet and end in the next
   DecodeCounts counts_;
 };
-class Finder final : public drivers::Device {
- public:
-  void visit(Keys& keys) override { keys.text(required("file", "", "What the range finder wrote."), file_.path); }
+struct Finder final : drivers::Device {
+  void visit(Keys& keys) override { keys.text(required("file", "", "What the range finder wrote."), file.path); }
   KeyError validate() const override { return {}; }
   drivers::Arrivals arrivals() const override { return drivers::Arrivals::Unknown; }
-  std::unique_ptr<PacketSource> make_source(SensorId, const BufferPool&) const override { return std::make_unique<drivers::FileSource>(file_); }
-  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override { return std::make_unique<FinderDecoder>(sensor); }
-
- private:
-  drivers::FileSource::Config file_;
+  std::unique_ptr<PacketSource> make_source(SensorId, const BufferPool&) const override {
+    return std::make_unique<drivers::FileSource>(file);
+  }
+  std::unique_ptr<Decoder> make_decoder(SensorId id) const override { return std::make_unique<FinderDecoder>(id); }
+  drivers::FileSource::Config file;
 };
 const drivers::DeviceType kFinder{"finder", drivers::Role::Laser, true, drivers::make_device<Finder>};
 
 int main(int argc, char** argv) {
   if (argc != 2) return std::fprintf(stderr, "usage: add_device FILE\n"), 2;
   const drivers::DeviceType* types[] = {&kFinder};
-  const std::string text = std::string("rig: t\nsensors:\n  - {name: f, driver: finder, file: ") + argv[1] + ", T_body_scanner: {position_m: [0, 0, 1]," +
-                           " quaternion_wxyz: [1, 0, 0, 0]}}\ncolouring: {method: lens}\n";
+  const std::string mount = "T_body_scanner: {position_m: [0, 0, 1], quaternion_wxyz: [1, 0, 0, 0]}";
+  const std::string head = "rig: t\ncolouring: {method: lens}\nsensors:\n  - {name: f, driver: finder, file: ";
+  const std::string text = head + argv[1] + ", " + mount + "}\n";
   const config::Rig rig = config::parse_rig(text, "rig.yaml", types);
   const auto source = rig.sensors[0].device->make_source(1, BufferPool(1 << 20));
   const auto decoder = rig.sensors[0].device->make_decoder(1);
-  if (const Status opened = source->open(); !opened.ok()) return std::fprintf(stderr, "%s\n", opened.error().message.c_str()), 3;
+  if (const Status opened = source->open(); !opened.ok()) return std::puts(opened.error().message.c_str()), 3;
   std::vector<Measurement> out;
   for (auto packet = source->next({}); packet.ok(); packet = source->next({})) decoder->decode(*packet, out);
   for (const Measurement& one : out)
-    for (const LaserReturn& at : std::get<LaserBatch>(one).returns) std::printf("%.3f m ahead\n", static_cast<double>(at.range_m));
+    for (const LaserReturn& at : std::get<LaserBatch>(one).returns) std::printf("%.3f m\n", double{at.range_m});
 }

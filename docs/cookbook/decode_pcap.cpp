@@ -10,7 +10,8 @@ int main(int argc, char** argv) {
   if (argc != 2) return std::fprintf(stderr, "usage: decode_pcap FILE.pcap\n"), 2;
   constexpr SensorId kLaser{1};
   drivers::PcapSource source(kLaser, {.path = argv[1], .ports = {}, .source_address = {}});
-  if (const Status opened = source.open(); !opened.ok()) return std::fprintf(stderr, "%s\n", opened.error().message.c_str()), 3;
+  if (const Status opened = source.open(); !opened.ok())
+    return std::fprintf(stderr, "%s\n", opened.error().message.c_str()), 3;
   drivers::VelodyneDecoder decoder(kLaser, {});
 
   std::vector<Measurement> measurements;

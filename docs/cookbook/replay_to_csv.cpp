@@ -1,4 +1,5 @@
-// A recorded drive once more through decoders, clocks and colouring; every thousandth coloured point goes to standard output.
+// A recorded drive once more through decoders, clocks and colouring; every thousandth coloured point goes to standard
+// output.
 #include <cstdio>
 
 #include "runtime/pipeline.hpp"
@@ -12,8 +13,8 @@ class CsvSink final : public runtime::ProductSink {
   void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override {
     for (const ColouredPoint& point : block.points)
       if (points_++ % 1000 == 0)
-        std::printf("%.3f,%.3f,%.3f,%d,%d,%d\n", static_cast<double>(point.east), static_cast<double>(point.north), static_cast<double>(point.up),
-                    point.red, point.green, point.blue);
+        std::printf("%.3f,%.3f,%.3f,%d,%d,%d\n", static_cast<double>(point.east), static_cast<double>(point.north),
+                    static_cast<double>(point.up), point.red, point.green, point.blue);
   }
   std::size_t points() const { return points_; }
 

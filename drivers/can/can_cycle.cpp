@@ -19,7 +19,8 @@ std::optional<double> CanCycle::period_s() const {
   const std::size_t known = std::min(count_, intervals_ns_.size());
   if (known < kFewest) return {};
   auto sorted = intervals_ns_;
-  const auto end = sorted.begin() + static_cast<std::ptrdiff_t>(known), middle = sorted.begin() + static_cast<std::ptrdiff_t>(known / 2);
+  const auto end = sorted.begin() + static_cast<std::ptrdiff_t>(known),
+             middle = sorted.begin() + static_cast<std::ptrdiff_t>(known / 2);
   std::nth_element(sorted.begin(), middle, end);
   const auto median = static_cast<double>(*middle);
   double sum = 0, near = 0;

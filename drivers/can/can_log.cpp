@@ -66,7 +66,8 @@ bool take_candump_id(std::string_view word, CanFrame& frame) {
   return true;
 }
 
-/// (1436509052.249713)  vcan0  RX - -  044   [5]  2A 36 6C 2B BA: for people, [05] is FD. The three columns are those of -x.
+/// (1436509052.249713)  vcan0  RX - -  044   [5]  2A 36 6C 2B BA: for people, [05] is FD. The three columns are those
+/// of -x.
 Entry take_candump_columns(std::string_view line, std::span<const std::string_view> words, CanLogEntry out) {
   std::size_t at = 0;
   if (words.size() > 3 && (words[0] == "RX" || words[0] == "TX")) {
@@ -181,11 +182,13 @@ Entry CanLogParser::take_asc(std::string_view line) {
   }
   unsigned length = 0;
   if (words[4] != "d" || words.size() < 6 || !whole(words[5], length, 16)) return bad(line, "a frame without its data");
-  // The code of a classic frame's length may be 9 .. 15, which means 8 bytes. Some programs write FD frames in this form.
+  // The code of a classic frame's length may be 9 .. 15, which means 8 bytes. Some programs write FD frames in this
+  // form.
   frame.is_fd = length > 8 && length <= kCanDataMost && words.size() >= 6 + length && words[6 + 8].size() <= 3 &&
                 words[6 + 8].find_first_not_of("0123456789ABCDEFabcdef") == std::string_view::npos;
   if (!frame.is_fd && length > 8 && length <= 15) length = 8;
-  if (length > (frame.is_fd ? kCanDataMost : 8) || words.size() < 6 + length) return bad(line, "a frame without its data");
+  if (length > (frame.is_fd ? kCanDataMost : 8) || words.size() < 6 + length)
+    return bad(line, "a frame without its data");
   for (unsigned i = 0; i < length; ++i)
     if (!whole(words[6 + i], frame.data[i], base)) return bad(line, "a byte that is none");
   frame.length = static_cast<std::uint8_t>(length);

@@ -16,7 +16,8 @@ struct CanLogEntry {
 };
 
 /// Text logs of CAN buses, line by line: Vector's ASC (classic, FD and error frames; ids and data by the file's base)
-/// and what `candump -L` or `candump -t a` writes. Facts of ASC from its published description and from logs. Reentrant.
+/// and what `candump -L` or `candump -t a` writes. Facts of ASC from its published description and from logs.
+/// Reentrant.
 class CanLogParser {
  public:
   /// Of the next line: a frame; nothing (head, comment, an event that is no frame); or Malformed.

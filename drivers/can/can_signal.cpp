@@ -27,22 +27,32 @@ std::size_t CanSignal::needed_bytes() const {
 
 void CanSignal::visit(Keys& keys) {
   keys.whole({"start_bit", "",
-              "The first bit as DBC files count: bit 8 i + k is bit k of byte i. It is the least significant bit of the signal, with `byte_order: big` the most "
+              "The first bit as DBC files count: bit 8 i + k is bit k of byte i. It is the least significant bit of "
+              "the signal, with `byte_order: big` the most "
               "significant one.",
               "-"},
              start_bit, {0, 511});
   keys.whole({"bits", "", "How many bits the signal has.", "-"}, bits, {1, 64});
-  keys.choice({"byte_order", "", "`little` is what DBC files call Intel, `big` is Motorola."}, order, {{"little", BitOrder::Little}, {"big", BitOrder::Big}});
-  keys.flag({"signed", "", "Whether the bits are in two's complement. A signed speed also tells backwards from forwards."}, is_signed);
-  keys.number({"scale", "", "The value is bits x `scale` + `offset`. Pulses and counters have neither."}, scale, {-1e9, 1e9});
+  keys.choice({"byte_order", "", "`little` is what DBC files call Intel, `big` is Motorola."}, order,
+              {{"little", BitOrder::Little}, {"big", BitOrder::Big}});
+  keys.flag(
+      {"signed", "", "Whether the bits are in two's complement. A signed speed also tells backwards from forwards."},
+      is_signed);
+  keys.number({"scale", "", "The value is bits x `scale` + `offset`. Pulses and counters have neither."}, scale,
+              {-1e9, 1e9});
   keys.number({"offset", "", "As `scale` says."}, offset, {-1e9, 1e9});
-  keys.number({"min", "", "The least value. A value outside `min` and `max` is the sender's mark for no value: fault Implausible. Both 0: anything."}, min, {-1e15, 1e15});
+  keys.number({"min", "",
+               "The least value. A value outside `min` and `max` is the sender's mark for no value: fault Implausible. "
+               "Both 0: anything."},
+              min, {-1e15, 1e15});
   keys.number({"max", "", "The largest value."}, max, {-1e15, 1e15});
 }
 
 KeyError CanSignal::validate(std::size_t data_bytes) const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
-  if (needed_bytes() > data_bytes) return {"start_bit", fmt::format("is {}: {} bits from there on do not fit into {} bytes; allowed: what does", start_bit, bits, data_bytes)};
+  if (needed_bytes() > data_bytes)
+    return {"start_bit", fmt::format("is {}: {} bits from there on do not fit into {} bytes; allowed: what does",
+                                     start_bit, bits, data_bytes)};
   if (scale == 0) return not_allowed("scale", "0", "a number other than 0");
   if (!(min <= max)) return not_allowed("min", number_text(min), "at most max");
   return {};

@@ -42,12 +42,15 @@ Status check_own_address(const std::string& interface) {
   if (::inet_pton(AF_INET, interface.c_str(), &own.sin_addr) == 1 && socket &&
       ::bind(socket.get(), reinterpret_cast<const sockaddr*>(&own), sizeof(own)) == 0)
     return {};
-  return Error{ErrorCode::Unavailable, fmt::format("interface: this computer has no address {} now ({}); set it to the computer's own address in "
-                                                   "the camera's network, which `ip address` shows, or give the interface this one",
-                                                   interface, std::strerror(errno))};
+  return Error{
+      ErrorCode::Unavailable,
+      fmt::format("interface: this computer has no address {} now ({}); set it to the computer's own address in "
+                  "the camera's network, which `ip address` shows, or give the interface this one",
+                  interface, std::strerror(errno))};
 }
 
-Result<GRef<ArvCamera>> connect_at(const std::string& interface, const std::string& address, const OnControl& on_control) {
+Result<GRef<ArvCamera>> connect_at(const std::string& interface, const std::string& address,
+                                   const OnControl& on_control) {
   const GRef<GInetAddress> own(g_inet_address_new_from_string(interface.c_str()));
   const GRef<GInetAddress> peer(g_inet_address_new_from_string(address.c_str()));
   if (!own || !peer)
@@ -184,10 +187,11 @@ Error take_error(std::string_view attempted, GError* error) {
 }
 
 Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config, const OnControl& on_control) {
-  auto camera = !config.address.empty() && !config.interface.empty() ? connect_at(config.interface, config.address, on_control)
-                : !config.address.empty()                            ? connect_by_name(config.address, on_control)
-                : !config.id.empty()                                 ? connect_by_name(config.id, on_control)
-                                                                     : connect_by_serial(config.serial, on_control);
+  auto camera = !config.address.empty() && !config.interface.empty()
+                    ? connect_at(config.interface, config.address, on_control)
+                : !config.address.empty() ? connect_by_name(config.address, on_control)
+                : !config.id.empty()      ? connect_by_name(config.id, on_control)
+                                          : connect_by_serial(config.serial, on_control);
   if (!camera) return camera;
   if (!config.serial.empty()) {
     GError* error = nullptr;
@@ -205,7 +209,8 @@ Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config, const
 
 sockaddr_in ipv4_of(GSocketAddress* address) {
   sockaddr_in out{};
-  if (!address || !g_socket_address_to_native(address, &out, sizeof(out), nullptr) || out.sin_family != AF_INET) return {};
+  if (!address || !g_socket_address_to_native(address, &out, sizeof(out), nullptr) || out.sin_family != AF_INET)
+    return {};
   return out;
 }
 

@@ -21,9 +21,10 @@ using GRef = std::unique_ptr<T, Unreference>;
 /// Takes the GError: Invalid where the camera lacks or refuses a setting, else Unavailable.
 Error take_error(std::string_view attempted, GError* error);
 
-/// Finds and connects the camera that `config` names, and makes sure that it is that one and that we control it. `on_control` is called as
-/// soon as it is ours.
-Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config, const std::function<void(ArvDevice&)>& on_control);
+/// Finds and connects the camera that `config` names, and makes sure that it is that one and that we control it.
+/// `on_control` is called as soon as it is ours.
+Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config,
+                                       const std::function<void(ArvDevice&)>& on_control);
 sockaddr_in ipv4_of(GSocketAddress* address);
 
 /// Applies the settings and reads back region and pixel format: Invalid if the camera made something else of them.

@@ -15,9 +15,10 @@
 namespace hueline::drivers {
 namespace {
 
-// A GVCP command that writes 0 into the control channel's privilege: the camera is free for the next controller. The request's number is
-// one that Aravis, which counts from 65300 and skips 0, reaches last.
-constexpr std::array<std::uint8_t, 16> kLetGo{0x42, 0x01, 0x00, 0x82, 0x00, 0x08, 0xFF, 0x00, 0x00, 0x00, 0x0A, 0x00, 0x00, 0x00, 0x00, 0x00};
+// A GVCP command that writes 0 into the control channel's privilege: the camera is free for the next controller. The
+// request's number is one that Aravis, which counts from 65300 and skips 0, reaches last.
+constexpr std::array<std::uint8_t, 16> kLetGo{0x42, 0x01, 0x00, 0x82, 0x00, 0x08, 0xFF, 0x00,
+                                              0x00, 0x00, 0x0A, 0x00, 0x00, 0x00, 0x00, 0x00};
 
 /// Of a GigE camera: a camera takes orders from the address and port alone that took control.
 std::optional<guest::LastWill> last_will(ArvDevice& device) {

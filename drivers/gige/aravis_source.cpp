@@ -69,8 +69,9 @@ AravisSource::AravisSource(Config config, SensorId sensor, AravisSurroundings su
     : config_(std::move(config)),
       sensor_(sensor),
       surroundings_(std::move(surroundings)),
-      memory_(surroundings_.memory ? surroundings_.memory
-                                   : std::make_shared<PooledMemory>(config_.stream_buffers + config_.images_in_flight)) {}
+      memory_(surroundings_.memory
+                  ? surroundings_.memory
+                  : std::make_shared<PooledMemory>(config_.stream_buffers + config_.images_in_flight)) {}
 AravisSource::~AravisSource() { close(); }
 
 Status AravisSource::open() {

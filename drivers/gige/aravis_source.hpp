@@ -36,14 +36,15 @@ struct AravisSurroundings {
 /// the last byte was here, read in the receiving thread (Aravis's own system stamp is the wall clock at the first
 /// packet: it steps, and names another event).
 ///
-/// Aravis 0.8.26 can abort the process when it loses a camera, and reads beyond its memory on datagrams that no camera sends (gvsp_filter.hpp
-/// keeps those from it): it runs in hueline-guest, never in a program that has more to lose.
+/// Aravis 0.8.26 can abort the process when it loses a camera, and reads beyond its memory on datagrams that no camera
+/// sends (gvsp_filter.hpp keeps those from it): it runs in hueline-guest, never in a program that has more to lose.
 ///
-/// open(): Unavailable if the camera is absent, silent or held by another program, or if this computer has not the address that
-/// `interface` names; Invalid if it is not the camera that Config names or refuses a setting (a retry does not help). next(): incomplete
-/// images are handed on, flagged. Faults, at most one of a kind a second, each with its count: Lost (incomplete images), Overflow (no buffer
-/// was free), Malformed (packets in error). Wholly lost images show in the frame id and are counted by ImageDecoder. Disconnected
-/// when the camera stops answering its heartbeat: 3 to 9 s after a GigE camera is gone, at once for a USB one.
+/// open(): Unavailable if the camera is absent, silent or held by another program, or if this computer has not the
+/// address that `interface` names; Invalid if it is not the camera that Config names or refuses a setting (a retry does
+/// not help). next(): incomplete images are handed on, flagged. Faults, at most one of a kind a second, each with its
+/// count: Lost (incomplete images), Overflow (no buffer was free), Malformed (packets in error). Wholly lost images
+/// show in the frame id and are counted by ImageDecoder. Disconnected when the camera stops answering its heartbeat: 3
+/// to 9 s after a GigE camera is gone, at once for a USB one.
 ///
 /// Thread-bound. next() waits at most about 100 ms; open() and close() several seconds if the camera does not answer.
 class AravisSource : public PacketSource {

@@ -16,7 +16,8 @@ namespace {
 constexpr int kLargestSampling = 4;
 constexpr int kMostLines = kLargestSampling * DCTSIZE;  // of one call, a row of blocks
 
-/// libjpeg's way out of an error. A warning (a code that cannot be, an early end) is one as well: what it goes on with is a guess.
+/// libjpeg's way out of an error. A warning (a code that cannot be, an early end) is one as well: what it goes on with
+/// is a guess.
 struct Handler {
   jpeg_error_mgr base;  // first: libjpeg hands its address back
   std::jmp_buf way_out;
@@ -32,7 +33,8 @@ struct Handler {
 }
 void take_message(j_common_ptr info, int level) {
   const int code = info->err->msg_code;
-  const bool is_harmless = code == JWRN_JFIF_MAJOR || code == JWRN_ADOBE_XFORM;  // remarks about the head, not about samples
+  const bool is_harmless =
+      code == JWRN_JFIF_MAJOR || code == JWRN_ADOBE_XFORM;  // remarks about the head, not about samples
   if (level < 0 && !is_harmless) leave(info);
 }
 void print_nothing(j_common_ptr) {}
@@ -67,18 +69,23 @@ struct BayerJpegDecoder::Pair {
   Pair& operator=(const Pair&) = delete;
 
   void begin(std::size_t side, std::span<const std::byte> jpeg, std::uint32_t width, std::uint32_t height);
-  bool decode(std::span<const std::byte> left, std::span<const std::byte> right, const Mosaic& mosaic, std::uint32_t first_row);
-  void run(std::span<const std::byte> left, std::span<const std::byte> right, const Mosaic& mosaic, std::uint32_t first_row);
+  bool decode(std::span<const std::byte> left, std::span<const std::byte> right, const Mosaic& mosaic,
+              std::uint32_t first_row);
+  void run(std::span<const std::byte> left, std::span<const std::byte> right, const Mosaic& mosaic,
+           std::uint32_t first_row);
 };
 
-void BayerJpegDecoder::Pair::begin(std::size_t side, std::span<const std::byte> jpeg, std::uint32_t width, std::uint32_t height) {
+void BayerJpegDecoder::Pair::begin(std::size_t side, std::span<const std::byte> jpeg, std::uint32_t width,
+                                   std::uint32_t height) {
   jpeg_decompress_struct& plane = planes[side];
   if (jpeg.empty()) refuse(plane, "it has no bytes");
   jpeg_mem_src(&plane, reinterpret_cast<const unsigned char*>(jpeg.data()), jpeg.size());
   jpeg_read_header(&plane, TRUE);
   if (plane.num_components != 1) refuse(plane, "it is not grey");
-  if (plane.image_width != width || plane.image_height != height) refuse(plane, "it has not half the size of the lens image");
-  if (plane.progressive_mode || plane.arith_code || jpeg_has_multiple_scans(&plane)) refuse(plane, "it is not a baseline JPEG");
+  if (plane.image_width != width || plane.image_height != height)
+    refuse(plane, "it has not half the size of the lens image");
+  if (plane.progressive_mode || plane.arith_code || jpeg_has_multiple_scans(&plane))
+    refuse(plane, "it is not a baseline JPEG");
   plane.out_color_space = JCS_GRAYSCALE;
   plane.dct_method = JDCT_ISLOW;
   plane.raw_data_out = TRUE;  // blocks go from the DCT into our lines, without two copies between
@@ -90,17 +97,19 @@ void BayerJpegDecoder::Pair::begin(std::size_t side, std::span<const std::byte> 
 }
 
 /// Kept apart from decode(): nothing here outlives a longjmp that needs a destructor.
-void BayerJpegDecoder::Pair::run(std::span<const std::byte> left, std::span<const std::byte> right, const Mosaic& mosaic,
-                                 std::uint32_t first_row) {
+void BayerJpegDecoder::Pair::run(std::span<const std::byte> left, std::span<const std::byte> right,
+                                 const Mosaic& mosaic, std::uint32_t first_row) {
   const std::uint32_t width = mosaic.width / 2, height = mosaic.height / 2;
   begin(0, left, width, height);
   begin(1, right, width, height);
   const int at_once = planes[0].max_v_samp_factor * DCTSIZE;
-  if (planes[1].max_v_samp_factor * DCTSIZE != at_once) refuse(planes[1], "its sampling factors are not its neighbour's");
+  if (planes[1].max_v_samp_factor * DCTSIZE != at_once)
+    refuse(planes[1], "its sampling factors are not its neighbour's");
   for (std::uint32_t row = 0; row < height;) {
     for (std::size_t side = 0; side < 2; ++side) {
       JSAMPARRAY component[1] = {lines[side]};
-      if (jpeg_read_raw_data(&planes[side], component, static_cast<JDIMENSION>(at_once)) == 0) refuse(planes[side], "it ends early");
+      if (jpeg_read_raw_data(&planes[side], component, static_cast<JDIMENSION>(at_once)) == 0)
+        refuse(planes[side], "it ends early");
     }
     for (int i = 0; i < at_once && row < height; ++i, ++row) {
       const JSAMPLE *a = lines[0][i], *b = lines[1][i];
@@ -113,8 +122,8 @@ void BayerJpegDecoder::Pair::run(std::span<const std::byte> left, std::span<cons
   }
 }
 
-bool BayerJpegDecoder::Pair::decode(std::span<const std::byte> left, std::span<const std::byte> right, const Mosaic& mosaic,
-                                    std::uint32_t first_row) {
+bool BayerJpegDecoder::Pair::decode(std::span<const std::byte> left, std::span<const std::byte> right,
+                                    const Mosaic& mosaic, std::uint32_t first_row) {
   handler.failed = nullptr;
   if (setjmp(handler.way_out) == 0) run(left, right, mosaic, first_row);
   for (auto& plane : planes) jpeg_abort_decompress(&plane);

@@ -14,41 +14,65 @@ bool is_ipv4(const std::string& text) {
 }  // namespace
 
 void GenicamConfig::visit(Keys& keys) {
-  keys.text({"address", "", "The IPv4 address of a GigE camera. At least one of `address`, `id` and `serial` names the camera.", "none"}, address);
-  keys.text({"interface", "", "The computer's own address towards the camera; it needs `address`.", "by route"}, interface, kIpv4Address);
+  keys.text(
+      {"address", "",
+       "The IPv4 address of a GigE camera. At least one of `address`, `id` and `serial` names the camera.", "none"},
+      address);
+  keys.text({"interface", "", "The computer's own address towards the camera; it needs `address`.", "by route"},
+            interface, kIpv4Address);
   keys.text({"id", "", "The camera's name as `arv-tool-0.8` lists it.", "none"}, id);
   keys.text({"serial", "", "The camera's serial number. It is checked in any case.", "none"}, serial);
-  keys.duration(required("exposure_us", "us", "The exposure; automatic exposure is turned off. Half of it is added to the strobe's time."), exposure, {1, 1e6});
+  keys.duration(required("exposure_us", "us",
+                         "The exposure; automatic exposure is turned off. Half of it is added to the strobe's time."),
+                exposure, {1, 1e6});
   keys.number({"gain", "camera's unit", "The gain; automatic gain is turned off.", "camera's own"}, gain, {-100, 100});
-  keys.number({"frame_rate_hz", "Hz", "The rate of a camera that runs freely. Not with `trigger_source`.", "0: camera's own"}, frame_rate_hz, {0, 1000});
-  keys.text({"trigger_source", "", "The camera's input that starts an exposure, such as Line0.", "the camera runs freely"}, trigger_source);
+  keys.number(
+      {"frame_rate_hz", "Hz", "The rate of a camera that runs freely. Not with `trigger_source`.", "0: camera's own"},
+      frame_rate_hz, {0, 1000});
+  keys.text(
+      {"trigger_source", "", "The camera's input that starts an exposure, such as Line0.", "the camera runs freely"},
+      trigger_source);
   keys.choice({"trigger_activation", "", "The edge at that input that starts an exposure."}, trigger_activation,
               {{"rising", TriggerActivation::RisingEdge}, {"falling", TriggerActivation::FallingEdge}});
   keys.text({"features", "", "Any GenICam features as `Name=Value Name=Value`. They are set last.", "none"}, features);
-  keys.whole({"packet_size", "bytes", "The size of a packet with its IP and UDP headers: 0, or at least 576.", "0: the largest that gets through"}, packet_size, {0, 16'000});
-  keys.duration({"packet_delay_us", "us", "The time between packets, for where a switch or the host loses bursts."}, packet_delay, {0, 10'000});
+  keys.whole({"packet_size", "bytes", "The size of a packet with its IP and UDP headers: 0, or at least 576.",
+              "0: the largest that gets through"},
+             packet_size, {0, 16'000});
+  keys.duration({"packet_delay_us", "us", "The time between packets, for where a switch or the host loses bursts."},
+                packet_delay, {0, 10'000});
   keys.flag({"packet_resend", "", "Whether missing packets are asked for again."}, packet_resend);
-  keys.flag({"packet_socket", "", "Whether the UDP stack is bypassed where that is permitted (CAP_NET_RAW). Never on loopback."}, packet_socket);
-  keys.whole({"realtime_priority", "", "The priority of the receiving thread. It needs CAP_SYS_NICE; without it the thread is normal.", "0: normal"}, realtime_priority, {0, 99});
+  keys.flag({"packet_socket", "",
+             "Whether the UDP stack is bypassed where that is permitted (CAP_NET_RAW). Never on loopback."},
+            packet_socket);
+  keys.whole(
+      {"realtime_priority", "",
+       "The priority of the receiving thread. It needs CAP_SYS_NICE; without it the thread is normal.", "0: normal"},
+      realtime_priority, {0, 99});
   // Both together fit into the memory of a guest (guest::kMostSlots).
   keys.whole({"stream_buffers", "images", "How many images the transport may be filling."}, stream_buffers, {2, 1000});
-  keys.whole({"images_in_flight", "images", "How many images recorder and pipeline may hold."}, images_in_flight, {1, 10'000});
+  keys.whole({"images_in_flight", "images", "How many images recorder and pipeline may hold."}, images_in_flight,
+             {1, 10'000});
 }
 
 KeyError GenicamConfig::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
   constexpr std::uint32_t kLargestSide = 65535;
-  if (address.empty() && id.empty() && serial.empty()) return {"serial", "is missing, and so are address and id; allowed: at least one of them, to name the camera"};
-  if (!interface.empty() && !is_ipv4(address)) return {"interface", fmt::format("needs an address; address is '{}'; allowed: an IPv4 address", address)};
+  if (address.empty() && id.empty() && serial.empty())
+    return {"serial", "is missing, and so are address and id; allowed: at least one of them, to name the camera"};
+  if (!interface.empty() && !is_ipv4(address))
+    return {"interface", fmt::format("needs an address; address is '{}'; allowed: an IPv4 address", address)};
   if ((width == 0) != (height == 0)) return {"width", "and height go together; allowed: both or neither"};
   if (width > kLargestSide) return not_allowed("width", std::to_string(width), "0 to 65535 px");
   if (height > kLargestSide) return not_allowed("height", std::to_string(height), "0 to 65535 px");
   if (width == 0 && (offset_x || offset_y)) return {"offset_x", "and offset_y need width and height"};
-  if (frame_rate_hz > 0 && !trigger_source.empty()) return {"trigger_source", "and frame_rate_hz exclude each other; allowed: one of them"};
-  if (packet_size != 0 && packet_size < 576) return not_allowed("packet_size", std::to_string(packet_size), "0, or 576 to 16000 bytes");
+  if (frame_rate_hz > 0 && !trigger_source.empty())
+    return {"trigger_source", "and frame_rate_hz exclude each other; allowed: one of them"};
+  if (packet_size != 0 && packet_size < 576)
+    return not_allowed("packet_size", std::to_string(packet_size), "0, or 576 to 16000 bytes");
   if (give_up_after < std::chrono::milliseconds(10) || give_up_after > std::chrono::seconds(10))
     return not_allowed("give_up_after", std::to_string(give_up_after.count()), "10 to 10000 ms");
-  if (socket_buffer_bytes > 1u << 30) return not_allowed("socket_buffer_bytes", std::to_string(socket_buffer_bytes), "0 to 1073741824");
+  if (socket_buffer_bytes > 1u << 30)
+    return not_allowed("socket_buffer_bytes", std::to_string(socket_buffer_bytes), "0 to 1073741824");
   return {};
 }
 

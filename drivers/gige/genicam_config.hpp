@@ -43,15 +43,17 @@ struct GenicamConfig {
   std::chrono::milliseconds give_up_after{100};  ///< an image whose packets stopped coming is handed on as it is
 
   // Host.
-  int realtime_priority = 0;          ///< SCHED_RR of the receiving thread, 1 to 99; 0: normal. Without privilege: normal
-  std::size_t stream_buffers = 8;     ///< images that the transport may be filling or hold ready
+  int realtime_priority = 0;       ///< SCHED_RR of the receiving thread, 1 to 99; 0: normal. Without privilege: normal
+  std::size_t stream_buffers = 8;  ///< images that the transport may be filling or hold ready
   std::size_t images_in_flight = 32;  ///< further images that recorder and pipeline may hold at a time
 
-  /// The keys of a rig but `width`, `height` and `pixel_format`: they are those of the images, which need not be those of what is sent.
+  /// The keys of a rig but `width`, `height` and `pixel_format`: they are those of the images, which need not be those
+  /// of what is sent.
   void visit(Keys& keys);
   KeyError validate() const;
 
-  /// Every member with its name, for the guest: what writes and reads this (drivers/guest/config_text.hpp) goes by this list.
+  /// Every member with its name, for the guest: what writes and reads this (drivers/guest/config_text.hpp) goes by this
+  /// list.
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& each) {
     each("address", self.address);

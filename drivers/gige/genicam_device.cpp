@@ -8,7 +8,8 @@
 namespace hueline::drivers {
 
 void GenicamDevice::visit(Keys& keys) {
-  keys.whole(required("width", "px", "The width of the delivered image. An image of another size is fault WrongSize."), width_, {1, 65535});
+  keys.whole(required("width", "px", "The width of the delivered image. An image of another size is fault WrongSize."),
+             width_, {1, 65535});
   keys.whole(required("height", "px", "The height of the delivered image."), height_, {1, 65535});
   keys.choice(required("pixel_format", "", "The pixel format of the delivered image."), pixel_format_,
               {{name(PixelFormat::Mono8), PixelFormat::Mono8},
@@ -18,9 +19,13 @@ void GenicamDevice::visit(Keys& keys) {
                {name(PixelFormat::BayerGB8), PixelFormat::BayerGB8},
                {name(PixelFormat::Rgb8), PixelFormat::Rgb8}});
   keys.kinds({"payload", "",
-              "What the camera sends. `jpeg_planes`: six lenses as 24 grey JPEGs, one a place of the Bayer cell ([formats](formats.md#jpeg-planes)). The camera then keeps "
-              "its own region and sends bytes as Mono8; `width`, `height` and `pixel_format` are those of the mosaic that the planes make."},
-             {.words = {"rows", "jpeg_planes"}, .chosen = static_cast<std::size_t>(payload_), .make = [this](std::size_t word) {
+              "What the camera sends. `jpeg_planes`: six lenses as 24 grey JPEGs, one a place of the Bayer cell "
+              "([formats](formats.md#jpeg-planes)). The camera then keeps "
+              "its own region and sends bytes as Mono8; `width`, `height` and `pixel_format` are those of the mosaic "
+              "that the planes make."},
+             {.words = {"rows", "jpeg_planes"},
+              .chosen = static_cast<std::size_t>(payload_),
+              .make = [this](std::size_t word) {
                 payload_ = static_cast<ImagePayload>(word);
                 return KeyGroup{[this](Keys& inside) {
                                   if (payload_ == ImagePayload::JpegPlanes) planes_.visit(inside);
@@ -45,14 +50,17 @@ std::unique_ptr<PacketSource> GenicamDevice::make_source(SensorId sensor, const 
   return std::make_unique<GuestSource>(std::move(guest));
 }
 
-std::unique_ptr<Decoder> GenicamDevice::make_decoder(SensorId) const { return std::make_unique<ImageDecoder>(decoder()); }
+std::unique_ptr<Decoder> GenicamDevice::make_decoder(SensorId) const {
+  return std::make_unique<ImageDecoder>(decoder());
+}
 
 void GenicamDevice::use_only(const std::vector<PixelRegion>& regions) {
   const std::uint32_t width = width_ / planes_.lens_columns, height = height_ / planes_.lens_rows();
   for (std::uint32_t i = 0; i < planes_.is_used.size(); ++i) {
     const std::uint32_t x = i % planes_.lens_columns * width, y = i / planes_.lens_columns * height;
     planes_.is_used[i] = std::any_of(regions.begin(), regions.end(), [&](const PixelRegion& region) {
-      return region.x < x + width && x < region.x + region.width && region.y < y + height && y < region.y + region.height;
+      return region.x < x + width && x < region.x + region.width && region.y < y + height &&
+             y < region.y + region.height;
     });
   }
 }

@@ -68,9 +68,15 @@ Program gvsp_checks(const GvspStreamShape& shape, std::uint32_t at, bool has_ext
   const auto with_number = [&](Program program = {}) {
     return has_extended_ids ? program.load(BPF_W, at + 16) : program.load(BPF_W, at + 4).mask(0xffffff);
   };
-  Program leader = with_number().must_equal(0).load(BPF_H, udp_length_at).must_reach(kUdpHeader + header + kLeaderBytes);
-  // Of an image, with chunks behind it or not: what Aravis makes no image of would have it allocate by numbers in the leader.
-  leader.load(BPF_H, at + header + 2).mask(0x3fff).on(BPF_JEQ, kImage, Program().pass()).must_equal(kImageWithChunks).pass();
+  Program leader =
+      with_number().must_equal(0).load(BPF_H, udp_length_at).must_reach(kUdpHeader + header + kLeaderBytes);
+  // Of an image, with chunks behind it or not: what Aravis makes no image of would have it allocate by numbers in the
+  // leader.
+  leader.load(BPF_H, at + header + 2)
+      .mask(0x3fff)
+      .on(BPF_JEQ, kImage, Program().pass())
+      .must_equal(kImageWithChunks)
+      .pass();
   const Program data = with_number().must_reach(1).must_not_exceed(data_packets).pass();
   const Program trailer = with_number().must_reach(2).must_not_exceed(data_packets + 1).pass();
   return Program()
@@ -86,7 +92,10 @@ Program gvsp_checks(const GvspStreamShape& shape, std::uint32_t at, bool has_ext
 }
 
 std::vector<sock_filter> with_gvsp_checks(Program before, const GvspStreamShape& shape, std::uint32_t at) {
-  before.load(BPF_H, at - 4).must_reach(kUdpHeader + 8).load(BPF_B, at + 4).on(BPF_JSET, 0x80, gvsp_checks(shape, at, true));
+  before.load(BPF_H, at - 4)
+      .must_reach(kUdpHeader + 8)
+      .load(BPF_B, at + 4)
+      .on(BPF_JSET, 0x80, gvsp_checks(shape, at, true));
   std::vector<sock_filter> code = before.take(), rest = gvsp_checks(shape, at, false).take();
   code.insert(code.end(), rest.begin(), rest.end());
   return code;
@@ -151,7 +160,8 @@ std::vector<int> own_sockets(int domain, int type) {
 sockaddr_in bound_address(int socket) {
   sockaddr_in address{};
   socklen_t size = sizeof(address);
-  if (::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) != 0 || address.sin_family != AF_INET) return {};
+  if (::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) != 0 || address.sin_family != AF_INET)
+    return {};
   return address;
 }
 

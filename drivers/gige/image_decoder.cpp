@@ -38,7 +38,8 @@ KeyError ImageDecoder::Config::validate() const {
   if (height > kLargest) return not_allowed("height", std::to_string(height), "0 to 65536 px");
   if (payload == ImagePayload::Rows) return {};
   if (!pixel_format || *pixel_format == PixelFormat::Mono8 || *pixel_format == PixelFormat::Rgb8)
-    return not_allowed("pixel_format", pixel_format ? name(*pixel_format) : "any", "a Bayer mosaic's, for JPEG planes: BayerRG8, BayerBG8, BayerGR8 or BayerGB8");
+    return not_allowed("pixel_format", pixel_format ? name(*pixel_format) : "any",
+                       "a Bayer mosaic's, for JPEG planes: BayerRG8, BayerBG8, BayerGR8 or BayerGB8");
   return planes.validate(width, height);
 }
 
@@ -114,8 +115,9 @@ void ImageDecoder::take_planes(const ImageHeader& header, const Packet& packet, 
   if (!mosaic) {
     counts_.malformed_bytes += size;
     ++counts_.malformed_messages;
-    out.push_back(fault(packet, FaultKind::Malformed, 1,
-                        fmt::format("image {}: {}", header.frame_id, planes ? "no memory for its pixels" : planes.error().message)));
+    out.push_back(fault(
+        packet, FaultKind::Malformed, 1,
+        fmt::format("image {}: {}", header.frame_id, planes ? "no memory for its pixels" : planes.error().message)));
     return;
   }
   auto* pixels = reinterpret_cast<std::uint8_t*>(mosaic.data());
@@ -141,8 +143,9 @@ void ImageDecoder::take_planes(const ImageHeader& header, const Packet& packet, 
   if (!image.lost.empty()) {
     counts_.malformed_messages += image.lost.size();
     counts_.messages["LensLost"] += image.lost.size();
-    out.push_back(fault(packet, FaultKind::Malformed, image.lost.size(),
-                        fmt::format("image {}: {} of {} lenses lost; {}", header.frame_id, image.lost.size(), wanted, first)));
+    out.push_back(
+        fault(packet, FaultKind::Malformed, image.lost.size(),
+              fmt::format("image {}: {} of {} lenses lost; {}", header.frame_id, image.lost.size(), wanted, first)));
   }
   if (is_all_lost) return;
   image.buffer = std::move(mosaic).share();

@@ -14,15 +14,17 @@ namespace hueline::drivers {
 /// What stands where an image packet has its pixels.
 enum class ImagePayload : std::uint8_t {
   Rows,        ///< the pixels
-  JpegPlanes,  ///< 24 JPEGs (jpeg_planes.hpp); the packet's own width, height and pixel format are those of a heap of bytes
+  JpegPlanes,  ///< 24 JPEGs (jpeg_planes.hpp); the packet's own width, height and pixel format are those of a heap of
+               ///< bytes
 };
 
 /// Image packets -> Image. Pure; one decoder a camera; not thread-safe.
 ///
-/// Rows: without a copy, Image::buffer is the packet's. JPEG planes: Image::buffer is the mosaic, decoded at once. A lens with a plane
-/// that is missing, cut short or broken is lost by itself: Malformed, with the number of such lenses and the first one's reason, and
-/// Image::lost names its rectangle, whose pixels are 0. Only if no lens is left there is no Image. Of an incomplete packet nobody
-/// knows which bytes came, so none of its planes is decoded: an Image without pixels and with is_complete = false.
+/// Rows: without a copy, Image::buffer is the packet's. JPEG planes: Image::buffer is the mosaic, decoded at once. A
+/// lens with a plane that is missing, cut short or broken is lost by itself: Malformed, with the number of such lenses
+/// and the first one's reason, and Image::lost names its rectangle, whose pixels are 0. Only if no lens is left there
+/// is no Image. Of an incomplete packet nobody knows which bytes came, so none of its planes is decoded: an Image
+/// without pixels and with is_complete = false.
 ///
 /// Faults: a gap of frame ids is Lost with the number of images (16-bit ids wrap past 0); an id that falls is Spurious
 /// (the camera restarted) and the image is used; a repeated id is Spurious and dropped. Another width or height than
@@ -32,7 +34,7 @@ enum class ImagePayload : std::uint8_t {
 class ImageDecoder : public Decoder {
  public:
   struct Config {
-    std::uint32_t width = 0, height = 0;        ///< pixels; 0: whatever the camera sends
+    std::uint32_t width = 0, height = 0;  ///< pixels; 0: whatever the camera sends
     /// Absent: any that we read. With JPEG planes, of the mosaic that they make: one of the Bayer formats.
     std::optional<PixelFormat> pixel_format{};
     ImagePayload payload = ImagePayload::Rows;

@@ -49,8 +49,8 @@ void set_region(ImageHeader& header, gint x, gint y, gint width, gint height, Ar
   header.stride = (header.width * (pfnc >> 16 & 0xFF) + 7) / 8;
 }
 
-/// Has the kernel keep from Aravis what is no packet of an image of `payload` bytes. To be called while the stream has no buffers: until then it
-/// looks at packets and forgets them.
+/// Has the kernel keep from Aravis what is no packet of an image of `payload` bytes. To be called while the stream has
+/// no buffers: until then it looks at packets and forgets them.
 Status guard(ArvCamera* camera, ArvStream* stream, std::size_t payload) {
   auto* const device = ARV_GV_DEVICE(arv_camera_get_device(camera));
   GError* error = nullptr;
@@ -62,10 +62,12 @@ Status guard(ArvCamera* camera, ArvStream* stream, std::size_t payload) {
   shape.packet_bytes = arv_gv_device_get_packet_size(device, &error);
   if (error) return take_error("read the packet size", error);
   if (shape.packet_bytes < 100 || shape.packet_bytes > 65'535)
-    return Error{ErrorCode::Invalid, fmt::format("packet_size: the camera's packets have {} bytes", shape.packet_bytes)};
+    return Error{ErrorCode::Invalid,
+                 fmt::format("packet_size: the camera's packets have {} bytes", shape.packet_bytes)};
 
   const auto sockets = own_sockets(AF_INET, SOCK_DGRAM);
-  const auto udp = std::ranges::find_if(sockets, [&](int fd) { return ntohs(bound_address(fd).sin_port) == shape.own_port; });
+  const auto udp =
+      std::ranges::find_if(sockets, [&](int fd) { return ntohs(bound_address(fd).sin_port) == shape.own_port; });
   if (udp == sockets.end()) return Error{ErrorCode::Io, "camera: the stream has no socket that could be guarded"};
   // The thread begins anew behind the filter, and what came before it is thrown away.
   arv_stream_stop_thread(stream, FALSE);

@@ -14,8 +14,8 @@
 
 namespace hueline::drivers {
 
-/// A camera's images in the memory that they are given: header room, then the pixels that Aravis writes. The receiving thread is
-/// Aravis's; it only stamps and queues. Everything else belongs to the reader's thread.
+/// A camera's images in the memory that they are given: header room, then the pixels that Aravis writes. The receiving
+/// thread is Aravis's; it only stamps and queues. Everything else belongs to the reader's thread.
 class ImageStream {
  public:
   struct Done {
@@ -24,7 +24,7 @@ class ImageStream {
     Buffer packet;
   };
   static Result<std::unique_ptr<ImageStream>> start(ArvCamera* camera, const AravisSource::Config& config,
-                                                     PacketMemory& memory);
+                                                    PacketMemory& memory);
   ~ImageStream();
   /// Ends the stream; nothing but destruction and interrupt() may follow.
   void stop();

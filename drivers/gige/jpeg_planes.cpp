@@ -19,18 +19,23 @@ std::uint32_t get_be32(std::span<const std::byte> bytes, std::size_t at) {
 
 void JpegPlanesLayout::visit(Keys& keys) {
   keys.whole({"lens_columns", "",
-              "`jpeg_planes`: lens images lie side by side in rows of so many (1, 2, 3 or 6), lens 0 in the upper left corner. `offset_px` of a lens says where it lies."},
+              "`jpeg_planes`: lens images lie side by side in rows of so many (1, 2, 3 or 6), lens 0 in the upper left "
+              "corner. `offset_px` of a lens says where it lies."},
              lens_columns, {1, 6});
   keys.wholes({"plane_places", "",
-               "`jpeg_planes`: the place in the Bayer cell of the first to fourth plane, each once. 0 is upper left, 1 upper right, 2 lower left, 3 lower right."},
+               "`jpeg_planes`: the place in the Bayer cell of the first to fourth plane, each once. 0 is upper left, 1 "
+               "upper right, 2 lower left, 3 lower right."},
               plane_places, {0, 3});
 }
 
 KeyError JpegPlanesLayout::validate(std::uint32_t width, std::uint32_t height) const {
-  if (lens_columns == 0 || kHeadLenses % lens_columns != 0) return not_allowed("lens_columns", std::to_string(lens_columns), "1, 2, 3 or 6");
+  if (lens_columns == 0 || kHeadLenses % lens_columns != 0)
+    return not_allowed("lens_columns", std::to_string(lens_columns), "1, 2, 3 or 6");
   unsigned places = 0;
   for (const std::uint8_t place : plane_places) places |= place < kCellPlaces ? 1u << place : 0u;
-  if (places != 0xF) return not_allowed("plane_places", fmt::format("[{}]", fmt::join(plane_places, ", ")), "the places 0, 1, 2 and 3 of the cell, each once");
+  if (places != 0xF)
+    return not_allowed("plane_places", fmt::format("[{}]", fmt::join(plane_places, ", ")),
+                       "the places 0, 1, 2 and 3 of the cell, each once");
   if (width == 0 || width % (2 * lens_columns) != 0)
     return not_allowed("width", std::to_string(width), fmt::format("{} lens images of an even width", lens_columns));
   if (height == 0 || height % (2 * lens_rows()) != 0)
@@ -40,11 +45,13 @@ KeyError JpegPlanesLayout::validate(std::uint32_t width, std::uint32_t height) c
 
 Result<JpegPlanes> read_jpeg_planes(std::span<const std::byte> bytes) {
   if (bytes.size() < kJpegPlanesHeaderSize)
-    return Error{ErrorCode::Truncated, fmt::format("JPEG planes of {} bytes; the head alone has {}", bytes.size(), kJpegPlanesHeaderSize)};
+    return Error{ErrorCode::Truncated,
+                 fmt::format("JPEG planes of {} bytes; the head alone has {}", bytes.size(), kJpegPlanesHeaderSize)};
   if (const std::uint32_t magic = get_be32(bytes, kMagicAt); magic != kMagic)
     return Error{ErrorCode::Malformed, fmt::format("JPEG planes with 0x{:08x} where 0x{:08x} belongs", magic, kMagic)};
   if (const std::uint32_t version = get_be32(bytes, kVersionAt); version != kVersion)
-    return Error{ErrorCode::Unsupported, fmt::format("JPEG planes of version {}; version {} is read", version, kVersion)};
+    return Error{ErrorCode::Unsupported,
+                 fmt::format("JPEG planes of version {}; version {} is read", version, kVersion)};
   JpegPlanes out;
   out.size = get_be32(bytes, kSizeAt);
   for (std::size_t lens = 0; lens < kHeadLenses; ++lens)

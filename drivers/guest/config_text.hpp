@@ -13,8 +13,8 @@
 
 #include "core/result.hpp"
 
-/// A Config as lines of text, `name value`, for a process on the other side of a socket. Both directions go by the one list of members
-/// that the Config's visit() has. Absent optionals have no line.
+/// A Config as lines of text, `name value`, for a process on the other side of a socket. Both directions go by the one
+/// list of members that the Config's visit() has. Absent optionals have no line.
 namespace hueline::drivers {
 
 namespace detail {
@@ -26,15 +26,11 @@ inline void put(std::string& out, const std::string& value) {
   }
 }
 template <class T>
-  requires std::is_arithmetic_v<T>
-void put(std::string& out, T value) {
-  out += fmt::format("{}", value);
-}
+requires std::is_arithmetic_v<T>
+void put(std::string& out, T value) { out += fmt::format("{}", value); }
 template <class T>
-  requires std::is_enum_v<T>
-void put(std::string& out, T value) {
-  out += fmt::format("{}", static_cast<std::uint64_t>(value));
-}
+requires std::is_enum_v<T>
+void put(std::string& out, T value) { out += fmt::format("{}", static_cast<std::uint64_t>(value)); }
 template <class Rep, class Period>
 void put(std::string& out, std::chrono::duration<Rep, Period> value) {
   out += fmt::format("{}", value.count());
@@ -49,8 +45,7 @@ inline bool get(std::string_view text, std::string& value) {
   return true;
 }
 template <class T>
-  requires(std::is_arithmetic_v<T> && !std::same_as<T, bool>)
-bool get(std::string_view text, T& value) {
+requires(std::is_arithmetic_v<T> && !std::same_as<T, bool>) bool get(std::string_view text, T& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc() && end == text.data() + text.size();
 }
@@ -59,7 +54,7 @@ inline bool get(std::string_view text, bool& value) {
   return value || text == "false";
 }
 template <class T>
-  requires std::is_enum_v<T>
+requires std::is_enum_v<T>
 bool get(std::string_view text, T& value) {
   std::underlying_type_t<T> number{};
   if (!get(text, number)) return false;
@@ -107,14 +102,16 @@ Result<Config> read_config(std::string_view text) {
     const std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(line.size() + 1, text.size()));
     const std::size_t space = line.find(' ');
-    if (space == std::string_view::npos) return Error{ErrorCode::Malformed, fmt::format("'{}' is no name with a value", line)};
+    if (space == std::string_view::npos)
+      return Error{ErrorCode::Malformed, fmt::format("'{}' is no name with a value", line)};
     lines[line.substr(0, space)] = line.substr(space + 1);
   }
   Config config;
   std::string wrong;
   Config::visit(config, [&](std::string_view name, auto& value) {
     const auto found = lines.extract(name);
-    if (!found.empty() && !detail::get(found.mapped(), value)) wrong = fmt::format("{}: '{}' is no value of it", name, found.mapped());
+    if (!found.empty() && !detail::get(found.mapped(), value))
+      wrong = fmt::format("{}: '{}' is no value of it", name, found.mapped());
   });
   if (!lines.empty()) wrong = fmt::format("{}: no such member", lines.begin()->first);
   if (!wrong.empty()) return Error{ErrorCode::Malformed, std::move(wrong)};

@@ -26,7 +26,8 @@ Status give_up_rights() {
   if (::setrlimit(RLIMIT_CORE, &none) != 0) return io_error("forbid core files", errno);
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return io_error("give up gaining rights", errno);
   // Root alone may do these two: they take from it what its number would give back.
-  ::prctl(PR_SET_SECUREBITS, SECBIT_NOROOT | SECBIT_NOROOT_LOCKED | SECBIT_NO_SETUID_FIXUP | SECBIT_NO_SETUID_FIXUP_LOCKED, 0, 0, 0);
+  ::prctl(PR_SET_SECUREBITS,
+          SECBIT_NOROOT | SECBIT_NOROOT_LOCKED | SECBIT_NO_SETUID_FIXUP | SECBIT_NO_SETUID_FIXUP_LOCKED, 0, 0, 0);
   for (unsigned right = 0; right <= CAP_LAST_CAP; ++right)
     if (right >= 32 || !(kUsedRights & 1u << right)) ::prctl(PR_CAPBSET_DROP, right, 0, 0, 0);
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};

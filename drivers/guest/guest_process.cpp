@@ -26,7 +26,8 @@ namespace {
 
 constexpr std::size_t kKeptWords = 400;
 
-/// While it lives, programs that this thread starts keep the rights that a guest may use and the thread has: those of the file
+/// While it lives, programs that this thread starts keep the rights that a guest may use and the thread has: those of
+/// the file
 /// (`setcap`) end at an exec else.
 class PassedRights {
  public:
@@ -38,7 +39,8 @@ class PassedRights {
       if (data[0].permitted & 1u << right) data[0].inheritable |= 1u << right;
     if (::syscall(SYS_capset, &header, data.data()) != 0) return;
     // What the thread has not is refused, and not missed.
-    for (const unsigned long right : {CAP_NET_RAW, CAP_SYS_NICE}) ::prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_RAISE, right, 0, 0);
+    for (const unsigned long right : {CAP_NET_RAW, CAP_SYS_NICE})
+      ::prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_RAISE, right, 0, 0);
   }
   PassedRights(const PassedRights&) = delete;
   ~PassedRights() { ::prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0); }
@@ -62,7 +64,8 @@ struct SpawnOptions {
 std::vector<std::string> guest_environment() {
   std::vector<std::string> out;
   for (char** variable = environ; variable && *variable; ++variable)
-    if (const std::string_view text = *variable; !text.starts_with("LC_") && !text.starts_with("LANG")) out.emplace_back(text);
+    if (const std::string_view text = *variable; !text.starts_with("LC_") && !text.starts_with("LANG"))
+      out.emplace_back(text);
   out.emplace_back("LC_ALL=C");  // the library's sentences in the language of ours
   return out;
 }
@@ -77,7 +80,8 @@ std::filesystem::path guest_program() {
 
 Result<GuestProcess> GuestProcess::start(const std::filesystem::path& program) {
   std::array<int, 2> sockets{}, pipe{};
-  if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, sockets.data()) != 0) return io_error("make a guest's socket", errno);
+  if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, sockets.data()) != 0)
+    return io_error("make a guest's socket", errno);
   FileDescriptor ours(sockets[0]), theirs(sockets[1]);
   if (::pipe2(pipe.data(), O_CLOEXEC | O_NONBLOCK) != 0) return io_error("make a guest's pipe", errno);
   FileDescriptor said(pipe[0]), says(pipe[1]);
@@ -92,7 +96,8 @@ Result<GuestProcess> GuestProcess::start(const std::filesystem::path& program) {
   ::posix_spawn_file_actions_adddup2(&options.actions, says.get(), 2);
   ::posix_spawn_file_actions_adddup2(&options.actions, theirs.get(), kGuestSocket);
   ::posix_spawn_file_actions_addclosefrom_np(&options.actions, kGuestSocket + 1);
-  // A Ctrl-C is for the program, which then stops its guests in order; one that survives the program ends with its socket.
+  // A Ctrl-C is for the program, which then stops its guests in order; one that survives the program ends with its
+  // socket.
   sigset_t blocked, usual;
   ::sigemptyset(&blocked);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) ::sigaddset(&blocked, signal);
@@ -101,7 +106,8 @@ Result<GuestProcess> GuestProcess::start(const std::filesystem::path& program) {
   ::posix_spawnattr_setsigmask(&options.attributes, &blocked);
   ::posix_spawnattr_setsigdefault(&options.attributes, &usual);
   ::posix_spawnattr_setpgroup(&options.attributes, 0);
-  ::posix_spawnattr_setflags(&options.attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+  ::posix_spawnattr_setflags(&options.attributes,
+                             POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
 
   std::string path = program.string();
   std::array<char*, 2> arguments{path.data(), nullptr};
@@ -115,7 +121,8 @@ Result<GuestProcess> GuestProcess::start(const std::filesystem::path& program) {
     return ::posix_spawn(&pid, path.c_str(), &options.actions, &options.attributes, arguments.data(), variables.data());
   }();
   if (refused != 0)
-    return Error{ErrorCode::Unavailable, fmt::format("{}: {}; it belongs beside the program", path, std::strerror(refused))};
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("{}: {}; it belongs beside the program", path, std::strerror(refused))};
   return GuestProcess(pid, std::move(ours), std::move(said));
 }
 
@@ -131,7 +138,8 @@ void GuestProcess::kill() {
 
 bool GuestProcess::wait(std::chrono::milliseconds limit) {
   const auto end = std::chrono::steady_clock::now() + limit;
-  for (auto pause = std::chrono::microseconds(200); pid_ != 0; pause = std::min(2 * pause, std::chrono::microseconds(10'000))) {
+  for (auto pause = std::chrono::microseconds(200); pid_ != 0;
+       pause = std::min(2 * pause, std::chrono::microseconds(10'000))) {
     const pid_t ended = ::waitpid(pid_, &status_, WNOHANG);
     if (ended == pid_ || (ended < 0 && errno != EINTR)) {
       pid_ = 0;
@@ -156,7 +164,8 @@ void GuestProcess::listen() {
 bool GuestProcess::has_ended_well() const { return pid_ == 0 && WIFEXITED(status_) && WEXITSTATUS(status_) == 0; }
 
 std::string GuestProcess::end() const {
-  std::string text = WIFSIGNALED(status_)  ? fmt::format("it was ended by signal {} ({})", WTERMSIG(status_), ::strsignal(WTERMSIG(status_)))
+  std::string text = WIFSIGNALED(status_) ? fmt::format("it was ended by signal {} ({})", WTERMSIG(status_),
+                                                        ::strsignal(WTERMSIG(status_)))
                      : WIFEXITED(status_) ? fmt::format("it ended with status {}", WEXITSTATUS(status_))
                                           : "it ended";
   if (!words_.empty()) text += fmt::format("; it said: {}", printable(words_, kKeptWords));

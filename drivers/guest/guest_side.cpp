@@ -19,8 +19,9 @@ namespace hueline::drivers::guest {
 namespace {
 
 constexpr int kAlivePeriodMs = 200;
-constexpr std::chrono::milliseconds kConnectsWithin{12'000};  // a silent camera takes Aravis 3 s; a description comes slowly
-constexpr std::chrono::milliseconds kReadsWithin{1500};       // next() itself waits 100 ms
+constexpr std::chrono::milliseconds kConnectsWithin{
+    12'000};                                             // a silent camera takes Aravis 3 s; a description comes slowly
+constexpr std::chrono::milliseconds kReadsWithin{1500};  // next() itself waits 100 ms
 constexpr std::chrono::milliseconds kMemoryWithin{2000};
 constexpr std::size_t kMemoryToConnect = std::size_t{1} << 30, kMemoryToStream = std::size_t{256} << 20;
 constexpr int kBrokenConversation = 3, kStoppedEarly = 4;
@@ -178,7 +179,8 @@ void HostLink::listen() {
 
 void HostLink::take(ToGuest message, FileDescriptor descriptor) {
   if (auto* memory = std::get_if<Memory>(&message)) {
-    if (const Status mapped = memory_->map(*memory, descriptor.get()); !mapped) end_as(mapped.error().message.c_str(), kBrokenConversation);
+    if (const Status mapped = memory_->map(*memory, descriptor.get()); !mapped)
+      end_as(mapped.error().message.c_str(), kBrokenConversation);
   } else if (auto* back = std::get_if<GiveBack>(&message)) {
     if (!memory_->add(back->slots)) end_as("a slot that does not exist", kBrokenConversation);
   } else if (std::holds_alternative<Stop>(message)) {
@@ -193,7 +195,8 @@ void HostLink::send(const ToHost& message) {
 }
 
 void serve(int socket, const MakeSource& make) {
-  // Threads of a library share two heaps: each heap of its own reserves 64 MB of the address space that is limited below.
+  // Threads of a library share two heaps: each heap of its own reserves 64 MB of the address space that is limited
+  // below.
   ::mallopt(M_ARENA_MAX, 2);
   for (const Status& limited : {give_up_rights(), limit_memory(kMemoryToConnect)})
     if (!limited) end_as(limited.error().message.c_str(), 1);

@@ -46,12 +46,13 @@ class GuestMemory final : public PacketMemory, public BufferLender, public std::
   Mapping mapping_;
   std::uint64_t slot_bytes_ = 0;
   std::size_t slots_ = 0;
-  bool has_begun_ = false;            // the first slots are here
-  std::vector<std::uint32_t> free_;   // the last one given back is used first: its pages are there
+  bool has_begun_ = false;           // the first slots are here
+  std::vector<std::uint32_t> free_;  // the last one given back is used first: its pages are there
   std::vector<Buffer> with_host_;
 };
 
-/// A guest's conversation with its host. A thread of its own listens, and says Alive while the call under way is within its time.
+/// A guest's conversation with its host. A thread of its own listens, and says Alive while the call under way is within
+/// its time.
 class HostLink {
  public:
   explicit HostLink(int socket);
@@ -78,8 +79,9 @@ class HostLink {
   std::jthread listener_;
 };
 
-/// The life of a guest: `make` builds the source of `link.config()`, whose packets then go to the host until either side ends it. Does not
-/// return: the process ends without taking the library's objects apart, for what cannot be closed in order is the system's to clean up.
+/// The life of a guest: `make` builds the source of `link.config()`, whose packets then go to the host until either
+/// side ends it. Does not return: the process ends without taking the library's objects apart, for what cannot be
+/// closed in order is the system's to clean up.
 using MakeSource = std::function<Result<std::unique_ptr<PacketSource>>(HostLink& link)>;
 [[noreturn]] void serve(int socket, const MakeSource& make);
 

@@ -120,20 +120,25 @@ Result<std::optional<GuestSource::Event>> GuestSource::handle(ToHost& message) {
           },
           [](Running&) -> Outcome { return Nothing(Running{}); },
           [this](Done& done) -> Outcome {
-            if (!is_possible(done.received)) return broken("it stamped a packet with a time at which it cannot have come");
+            if (!is_possible(done.received))
+              return broken("it stamped a packet with a time at which it cannot have come");
             Buffer bytes = is_handed_over_ ? memory_->lend(done.slot, done.bytes) : Buffer();
-            if (bytes.empty()) return broken(fmt::format("it gave {} bytes in slot {}, which is not so", done.bytes, done.slot));
+            if (bytes.empty())
+              return broken(fmt::format("it gave {} bytes in slot {}, which is not so", done.bytes, done.slot));
             return Nothing(Packet{config_.sensor, PacketKind::Wire, false, 0, done.received, std::move(bytes)});
           },
           [this](Loss& loss) -> Outcome {
-            if (!is_possible(loss.fault.time)) return broken("it stamped a loss with a time at which it cannot have been seen");
+            if (!is_possible(loss.fault.time))
+              return broken("it stamped a loss with a time at which it cannot have been seen");
             if (heard_ - losses_since_ > std::chrono::seconds(1)) {
               losses_since_ = heard_;
               losses_ = 0;
             }
-            if (++losses_ > kMostLossesASecond) return broken(fmt::format("it told of more than {} losses a second", kMostLossesASecond));
+            if (++losses_ > kMostLossesASecond)
+              return broken(fmt::format("it told of more than {} losses a second", kMostLossesASecond));
             loss.fault.sensor = config_.sensor;
-            return Nothing(Packet{config_.sensor, PacketKind::Fault, false, 0, loss.fault.time, Buffer::copy_of(encode_fault(loss.fault))});
+            return Nothing(Packet{config_.sensor, PacketKind::Fault, false, 0, loss.fault.time,
+                                  Buffer::copy_of(encode_fault(loss.fault))});
           },
           [this](Failed& failed) -> Outcome {
             Error error = std::move(failed.error);
@@ -141,7 +146,8 @@ Result<std::optional<GuestSource::Event>> GuestSource::handle(ToHost& message) {
             execute_will();
             reap();
             // Not the guest's to say: they end a reader in silence.
-            if (error.code == ErrorCode::TimedOut || error.code == ErrorCode::Stopped || error.code == ErrorCode::EndOfData)
+            if (error.code == ErrorCode::TimedOut || error.code == ErrorCode::Stopped ||
+                error.code == ErrorCode::EndOfData)
               error.code = ErrorCode::Disconnected;
             return error;
           },
@@ -162,7 +168,10 @@ Status GuestSource::give_memory(std::uint64_t packet_bytes) {
   // Those that are still read here follow when they are back.
   std::vector<std::uint32_t> free = memory_->hand_over();
   is_handed_over_ = true;
-  if (const Status sent = send(Memory{memory_->slot_bytes(), static_cast<std::uint32_t>(memory_->slots())}, memory_->fd()); !sent) return sent;
+  if (const Status sent =
+          send(Memory{memory_->slot_bytes(), static_cast<std::uint32_t>(memory_->slots())}, memory_->fd());
+      !sent)
+    return sent;
   return send(GiveBack{std::move(free)});
 }
 
@@ -183,7 +192,8 @@ Status GuestSource::send(const ToGuest& message, int descriptor) {
     std::memcpy(CMSG_DATA(rights), &descriptor, sizeof(int));
   }
   // A guest that does not read is hung; it is never waited for.
-  if (::sendmsg(guest_->socket(), &header, MSG_DONTWAIT | MSG_NOSIGNAL) < 0) return io_error("speak to the guest", errno);
+  if (::sendmsg(guest_->socket(), &header, MSG_DONTWAIT | MSG_NOSIGNAL) < 0)
+    return io_error("speak to the guest", errno);
   return {};
 }
 
@@ -198,7 +208,8 @@ Error GuestSource::broken(const std::string& why) {
   guest_->kill();
   execute_will();
   reap();
-  return {ErrorCode::Disconnected, fmt::format("{}: {}; it was ended and is started again", config_.program.filename().string(), why)};
+  return {ErrorCode::Disconnected,
+          fmt::format("{}: {}; it was ended and is started again", config_.program.filename().string(), why)};
 }
 
 Error GuestSource::died() {
@@ -207,7 +218,8 @@ Error GuestSource::died() {
   std::string how = guest_->end();
   execute_will();
   reap();
-  return {ErrorCode::Disconnected, fmt::format("{}: {}; it is started again", config_.program.filename().string(), how)};
+  return {ErrorCode::Disconnected,
+          fmt::format("{}: {}; it is started again", config_.program.filename().string(), how)};
 }
 
 // The dead guest's port must be free, so that the device takes this for the guest's own word.
@@ -241,7 +253,8 @@ void GuestSource::close() {
   // Its last messages are of no use, but must not stand in its way.
   while (!hung_up && host_now() < end) {
     pollfd readable{guest_->socket(), POLLIN, 0};
-    if (::poll(&readable, 1, 10) > 0) hung_up = ::recv(guest_->socket(), message_.data(), message_.size(), MSG_DONTWAIT) <= 0;
+    if (::poll(&readable, 1, 10) > 0)
+      hung_up = ::recv(guest_->socket(), message_.data(), message_.size(), MSG_DONTWAIT) <= 0;
   }
   if (!hung_up || !guest_->wait(kReapedWithin)) guest_->kill();
   if (!guest_->wait(kReapedWithin) || !guest_->has_ended_well()) execute_will();

@@ -15,15 +15,18 @@
 
 namespace hueline::drivers {
 
-/// Packets of a device that is spoken to through somebody else's library, in a process of its own: the library may crash, hang or eat memory,
-/// and that is Disconnected for this device and nothing for anybody else. Packet::bytes lies in memory that both processes share: what the
-/// library wrote is what is recorded, without a copy. Packet::received is the guest's reading of CLOCK_MONOTONIC_RAW.
+/// Packets of a device that is spoken to through somebody else's library, in a process of its own: the library may
+/// crash, hang or eat memory, and that is Disconnected for this device and nothing for anybody else. Packet::bytes lies
+/// in memory that both processes share: what the library wrote is what is recorded, without a copy. Packet::received is
+/// the guest's reading of CLOCK_MONOTONIC_RAW.
 ///
-/// open() takes up to 100 ms a call and says TimedOut while the guest is still connecting its device: call it again. Unavailable, Invalid,
-/// ...: what the guest said of the device; Unavailable: it died or hung on the way. next(): Disconnected when the guest said so, died (the
-/// message says by what) or has not said a word for Config::hung_after. close() takes Config::stop_within at most; a guest that needs longer
-/// is killed. A guest that ends without a word has its last will sent (protocol.hpp), so that the device takes a successor at once.
-/// Whatever breaks the protocol is a broken guest: killed, Disconnected. Thread-bound; buffers may outlive it.
+/// open() takes up to 100 ms a call and says TimedOut while the guest is still connecting its device: call it again.
+/// Unavailable, Invalid,
+/// ...: what the guest said of the device; Unavailable: it died or hung on the way. next(): Disconnected when the guest
+/// said so, died (the message says by what) or has not said a word for Config::hung_after. close() takes
+/// Config::stop_within at most; a guest that needs longer is killed. A guest that ends without a word has its last will
+/// sent (protocol.hpp), so that the device takes a successor at once. Whatever breaks the protocol is a broken guest:
+/// killed, Disconnected. Thread-bound; buffers may outlive it.
 class GuestSource final : public PacketSource {
  public:
   struct Config {

@@ -11,7 +11,8 @@ namespace hueline::drivers {
 class PacketMemory {
  public:
   virtual ~PacketMemory() = default;
-  /// Before the first acquire() of a stream whose packets have at most `packet_bytes`. May be called again. Unavailable, Io.
+  /// Before the first acquire() of a stream whose packets have at most `packet_bytes`. May be called again.
+  /// Unavailable, Io.
   virtual Status prepare(std::size_t packet_bytes) = 0;
   /// Empty when all is in use.
   virtual MutableBuffer acquire(std::size_t bytes) = 0;

@@ -10,7 +10,19 @@ namespace {
 
 constexpr std::size_t kMostWillBytes = 64;
 
-enum class Kind : std::uint32_t { Config = 1, Memory, GiveBack, Stop, Alive = 101, LastWill, NeedMemory, Running, Done, Loss, Failed };
+enum class Kind : std::uint32_t {
+  Config = 1,
+  Memory,
+  GiveBack,
+  Stop,
+  Alive = 101,
+  LastWill,
+  NeedMemory,
+  Running,
+  Done,
+  Loss,
+  Failed
+};
 
 class Writer {
  public:
@@ -93,7 +105,11 @@ std::vector<std::byte> encode(const ToGuest& message) {
   return std::visit(
       Overloaded{
           [](const Config& m) {
-            return Writer(Kind::Config).number(static_cast<std::uint32_t>(m.driver.size())).text(m.driver).text(m.text).take();
+            return Writer(Kind::Config)
+                .number(static_cast<std::uint32_t>(m.driver.size()))
+                .text(m.driver)
+                .text(m.text)
+                .take();
           },
           [](const Memory& m) { return Writer(Kind::Memory).number(m.slot_bytes).number(m.slots).take(); },
           [](const GiveBack& m) { return Writer(Kind::GiveBack).rest(std::as_bytes(std::span(m.slots))).take(); },
@@ -107,12 +123,22 @@ std::vector<std::byte> encode(const ToHost& message) {
       Overloaded{
           [](const Alive&) { return Writer(Kind::Alive).take(); },
           [](const LastWill& m) {
-            return Writer(Kind::LastWill).number(m.from).number(m.to).number(m.from_port).number(m.to_port).rest(m.datagram).take();
+            return Writer(Kind::LastWill)
+                .number(m.from)
+                .number(m.to)
+                .number(m.from_port)
+                .number(m.to_port)
+                .rest(m.datagram)
+                .take();
           },
           [](const NeedMemory& m) { return Writer(Kind::NeedMemory).number(m.packet_bytes).take(); },
           [](const Running&) { return Writer(Kind::Running).take(); },
           [](const Done& m) {
-            return Writer(Kind::Done).number(m.slot).number(m.bytes).number(m.received.time_since_epoch().count()).take();
+            return Writer(Kind::Done)
+                .number(m.slot)
+                .number(m.bytes)
+                .number(m.received.time_since_epoch().count())
+                .take();
           },
           [](const Loss& m) {
             Fault cut = m.fault;
@@ -120,7 +146,10 @@ std::vector<std::byte> encode(const ToHost& message) {
             return Writer(Kind::Loss).number(cut.time.time_since_epoch().count()).rest(encode_fault(cut)).take();
           },
           [](const Failed& m) {
-            return Writer(Kind::Failed).number(m.error.code).text(std::string_view(m.error.message).substr(0, kMostTextBytes)).take();
+            return Writer(Kind::Failed)
+                .number(m.error.code)
+                .text(std::string_view(m.error.message).substr(0, kMostTextBytes))
+                .take();
           },
       },
       message);

@@ -37,13 +37,15 @@ SlotMemory::SlotMemory(FileDescriptor file, Mapping mapping, std::uint64_t slot_
 
 Result<std::shared_ptr<SlotMemory>> SlotMemory::create(std::uint64_t packet_bytes, std::size_t slots) {
   if (packet_bytes == 0 || packet_bytes > kMostPacketBytes || slots == 0 || slots > kMostSlots)
-    return Error{ErrorCode::Invalid, fmt::format("{} packets of {} bytes: at most {} of {} MB", slots, packet_bytes, kMostSlots,
-                                                 kMostPacketBytes >> 20)};
+    return Error{ErrorCode::Invalid, fmt::format("{} packets of {} bytes: at most {} of {} MB", slots, packet_bytes,
+                                                 kMostSlots, kMostPacketBytes >> 20)};
   const std::uint64_t slot_bytes = (packet_bytes + kSlotStep - 1) / kSlotStep * kSlotStep;
   FileDescriptor file(::memfd_create("hueline-packets", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (!file) return io_error("make shared memory", errno);
-  if (::ftruncate(file.get(), static_cast<off_t>(slot_bytes * slots)) != 0) return io_error("size the shared memory", errno);
-  if (::fcntl(file.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0) return io_error("seal the shared memory", errno);
+  if (::ftruncate(file.get(), static_cast<off_t>(slot_bytes * slots)) != 0)
+    return io_error("size the shared memory", errno);
+  if (::fcntl(file.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
+    return io_error("seal the shared memory", errno);
   auto mapping = Mapping::map(file.get(), slot_bytes * slots, false);
   if (!mapping) return mapping.error();
   return std::shared_ptr<SlotMemory>(new SlotMemory(std::move(file), std::move(mapping).value(), slot_bytes, slots));
@@ -79,7 +81,8 @@ Buffer SlotMemory::lend(std::uint32_t slot, std::uint64_t bytes) {
 }
 
 void SlotMemory::give_back(const std::byte* data) noexcept {
-  const auto slot = static_cast<std::uint32_t>(static_cast<std::uint64_t>(data - mapping_.bytes().data()) / slot_bytes_);
+  const auto slot =
+      static_cast<std::uint32_t>(static_cast<std::uint64_t>(data - mapping_.bytes().data()) / slot_bytes_);
   std::lock_guard lock(mutex_);
   states_[slot] = State::Returned;
   returned_.push_back(slot);

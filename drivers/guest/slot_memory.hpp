@@ -30,9 +30,9 @@ class Mapping {
   std::span<std::byte> bytes_;
 };
 
-/// The host's side of the memory that packets of a guest lie in: a memfd of equal slots, sealed so that nobody can shrink it under a
-/// reader. A slot is the guest's to write, or lent to readers as a Buffer, or back from them. Buffers keep the memory alive.
-/// Thread-safe: the last reader of a buffer gives its slot back from its own thread.
+/// The host's side of the memory that packets of a guest lie in: a memfd of equal slots, sealed so that nobody can
+/// shrink it under a reader. A slot is the guest's to write, or lent to readers as a Buffer, or back from them. Buffers
+/// keep the memory alive. Thread-safe: the last reader of a buffer gives its slot back from its own thread.
 class SlotMemory final : public BufferLender, public std::enable_shared_from_this<SlotMemory> {
  public:
   /// Invalid: a size beyond protocol.hpp's bounds. Io.
@@ -46,7 +46,8 @@ class SlotMemory final : public BufferLender, public std::enable_shared_from_thi
   std::vector<std::uint32_t> hand_over();
   /// Slots that readers gave back since the last call. They are the guest's then.
   std::vector<std::uint32_t> take_returned();
-  /// What the guest wrote into a slot. Empty: the slot is not the guest's, or has no room for so much: the guest is broken.
+  /// What the guest wrote into a slot. Empty: the slot is not the guest's, or has no room for so much: the guest is
+  /// broken.
   Buffer lend(std::uint32_t slot, std::uint64_t bytes);
 
   void give_back(const std::byte* data) noexcept override;

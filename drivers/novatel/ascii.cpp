@@ -20,19 +20,54 @@ struct Word {
 };
 
 // GPS reference time status, solution status, clock status: the words of the manual and their numbers in binary.
-constexpr std::array kTimeStatus{Word{"UNKNOWN", 20}, Word{"APPROXIMATE", 60}, Word{"COARSEADJUSTING", 80}, Word{"COARSE", 100},
-                                 Word{"COARSESTEERING", 120}, Word{"FREEWHEELING", 130}, Word{"FINEADJUSTING", 140}, Word{"FINE", 160},
-                                 Word{"FINEBACKUPSTEERING", 170}, Word{"FINESTEERING", 180}, Word{"SATTIME", 200}};
-constexpr std::array kInsStatus{Word{"INS_INACTIVE", 0}, Word{"INS_ALIGNING", 1}, Word{"INS_HIGH_VARIANCE", 2}, Word{"INS_SOLUTION_GOOD", 3},
-                                Word{"INS_SOLUTION_FREE", 6}, Word{"INS_ALIGNMENT_COMPLETE", 7}, Word{"DETERMINING_ORIENTATION", 8},
-                                Word{"WAITING_INITIALPOS", 9}, Word{"WAITING_AZIMUTH", 10}, Word{"INITIALIZING_BIASES", 11}, Word{"MOTION_DETECT", 12}};
-constexpr std::array kPositionType{Word{"NONE", 0}, Word{"FIXEDPOS", 1}, Word{"FIXEDHEIGHT", 2}, Word{"DOPPLER_VELOCITY", 8}, Word{"SINGLE", 16},
-                                   Word{"PSRDIFF", 17}, Word{"WAAS", 18}, Word{"PROPAGATED", 19}, Word{"OMNISTAR", 20}, Word{"L1_FLOAT", 32},
-                                   Word{"IONOFREE_FLOAT", 33}, Word{"NARROW_FLOAT", 34}, Word{"L1_INT", 48}, Word{"WIDE_INT", 49}, Word{"NARROW_INT", 50},
-                                   Word{"RTK_DIRECT_INS", 51}, Word{"INS_SBAS", 52}, Word{"INS_PSRSP", 53}, Word{"INS_PSRDIFF", 54}, Word{"INS_RTKFLOAT", 55},
-                                   Word{"INS_RTKFIXED", 56}, Word{"OMNISTAR_HP", 64}, Word{"OMNISTAR_XP", 65}, Word{"INS_OMNISTAR_HP", 66},
-                                   Word{"INS_OMNISTAR_XP", 67}, Word{"PPP_CONVERGING", 68}, Word{"PPP", 69}, Word{"INS_PPP_CONVERGING", 73},
-                                   Word{"INS_PPP", 74}, Word{"PPP_BASIC_CONVERGING", 77}, Word{"PPP_BASIC", 78}, Word{"INS_PPP_BASIC_CONVERGING", 79},
+constexpr std::array kTimeStatus{
+    Word{"UNKNOWN", 20},        Word{"APPROXIMATE", 60},     Word{"COARSEADJUSTING", 80},
+    Word{"COARSE", 100},        Word{"COARSESTEERING", 120}, Word{"FREEWHEELING", 130},
+    Word{"FINEADJUSTING", 140}, Word{"FINE", 160},           Word{"FINEBACKUPSTEERING", 170},
+    Word{"FINESTEERING", 180},  Word{"SATTIME", 200}};
+constexpr std::array kInsStatus{Word{"INS_INACTIVE", 0},
+                                Word{"INS_ALIGNING", 1},
+                                Word{"INS_HIGH_VARIANCE", 2},
+                                Word{"INS_SOLUTION_GOOD", 3},
+                                Word{"INS_SOLUTION_FREE", 6},
+                                Word{"INS_ALIGNMENT_COMPLETE", 7},
+                                Word{"DETERMINING_ORIENTATION", 8},
+                                Word{"WAITING_INITIALPOS", 9},
+                                Word{"WAITING_AZIMUTH", 10},
+                                Word{"INITIALIZING_BIASES", 11},
+                                Word{"MOTION_DETECT", 12}};
+constexpr std::array kPositionType{Word{"NONE", 0},
+                                   Word{"FIXEDPOS", 1},
+                                   Word{"FIXEDHEIGHT", 2},
+                                   Word{"DOPPLER_VELOCITY", 8},
+                                   Word{"SINGLE", 16},
+                                   Word{"PSRDIFF", 17},
+                                   Word{"WAAS", 18},
+                                   Word{"PROPAGATED", 19},
+                                   Word{"OMNISTAR", 20},
+                                   Word{"L1_FLOAT", 32},
+                                   Word{"IONOFREE_FLOAT", 33},
+                                   Word{"NARROW_FLOAT", 34},
+                                   Word{"L1_INT", 48},
+                                   Word{"WIDE_INT", 49},
+                                   Word{"NARROW_INT", 50},
+                                   Word{"RTK_DIRECT_INS", 51},
+                                   Word{"INS_SBAS", 52},
+                                   Word{"INS_PSRSP", 53},
+                                   Word{"INS_PSRDIFF", 54},
+                                   Word{"INS_RTKFLOAT", 55},
+                                   Word{"INS_RTKFIXED", 56},
+                                   Word{"OMNISTAR_HP", 64},
+                                   Word{"OMNISTAR_XP", 65},
+                                   Word{"INS_OMNISTAR_HP", 66},
+                                   Word{"INS_OMNISTAR_XP", 67},
+                                   Word{"PPP_CONVERGING", 68},
+                                   Word{"PPP", 69},
+                                   Word{"INS_PPP_CONVERGING", 73},
+                                   Word{"INS_PPP", 74},
+                                   Word{"PPP_BASIC_CONVERGING", 77},
+                                   Word{"PPP_BASIC", 78},
+                                   Word{"INS_PPP_BASIC_CONVERGING", 79},
                                    Word{"INS_PPP_BASIC", 80}};
 constexpr std::array kSolutionStatus{Word{"SOL_COMPUTED", 0}};
 constexpr std::array kClockStatus{Word{"VALID", 0}, Word{"CONVERGING", 1}, Word{"ITERATING", 2}, Word{"INVALID", 3}};
@@ -68,19 +103,27 @@ std::string_view take(std::string_view& rest) {
   return field;
 }
 
-/// The fields of the logs that are used, in order. d, f: double, float; w, h, b: 32, 16, 8 bits; X, B: the same in hexadecimal, 32 and 8
-/// bits; s: four characters in quotes; i, p, o, c, u: words of INS status, position type, solution status, clock status, UTC status;
-/// e: a word that does not matter; 0: two bytes, 8: eight, that ASCII leaves out.
+/// The fields of the logs that are used, in order. d, f: double, float; w, h, b: 32, 16, 8 bits; X, B: the same in
+/// hexadecimal, 32 and 8 bits; s: four characters in quotes; i, p, o, c, u: words of INS status, position type,
+/// solution status, clock status, UTC status; e: a word that does not matter; 0: two bytes, 8: eight, that ASCII leaves
+/// out.
 const char* fields_of(NovatelUse use) {
   switch (use) {
     case NovatelUse::InsPva:
-    case NovatelUse::MarkPva: return "wddddddddddi";
-    case NovatelUse::InsPvaX: return "ipdddfddddddfffffffffXh";
-    case NovatelUse::InsStdev: return "fffffffffXh08";
-    case NovatelUse::BestPos: return "opdddfefffsffbbbbBBBB";
-    case NovatelUse::Time: return "cdddwbbbbwu";
-    case NovatelUse::MarkTime: return "wddddc";
-    default: return nullptr;
+    case NovatelUse::MarkPva:
+      return "wddddddddddi";
+    case NovatelUse::InsPvaX:
+      return "ipdddfddddddfffffffffXh";
+    case NovatelUse::InsStdev:
+      return "fffffffffXh08";
+    case NovatelUse::BestPos:
+      return "opdddfefffsffbbbbBBBB";
+    case NovatelUse::Time:
+      return "cdddwbbbbwu";
+    case NovatelUse::MarkTime:
+      return "wddddc";
+    default:
+      return nullptr;
   }
 }
 
@@ -96,24 +139,37 @@ class Body {
   bool put(char kind, std::string_view text) {
     const auto word = [&](std::span<const Word> words) { return put(std::optional(number_of(words, text))); };
     switch (kind) {
-      case 'd': return put(parse<double>(text));
-      case 'f': return put(parse<float>(text));
-      case 'w': return put(parse<std::uint32_t>(text));
-      case 'h': return put(parse<std::uint16_t>(text));
-      case 'b': return put(parse<std::uint8_t>(text));
-      case 'X': return put(parse<std::uint32_t>(text, 16));
-      case 'B': return put(parse<std::uint8_t>(text, 16));
+      case 'd':
+        return put(parse<double>(text));
+      case 'f':
+        return put(parse<float>(text));
+      case 'w':
+        return put(parse<std::uint32_t>(text));
+      case 'h':
+        return put(parse<std::uint16_t>(text));
+      case 'b':
+        return put(parse<std::uint8_t>(text));
+      case 'X':
+        return put(parse<std::uint32_t>(text, 16));
+      case 'B':
+        return put(parse<std::uint8_t>(text, 16));
       case 's': {
         std::array<char, 4> station{};
         for (std::size_t i = 1; i + 1 < text.size() && i <= station.size(); ++i) station[i - 1] = text[i];
         return put(std::optional(station));
       }
-      case 'i': return word(kInsStatus);
-      case 'p': return word(kPositionType);
-      case 'o': return word(kSolutionStatus);
-      case 'c': return word(kClockStatus);
-      case 'u': return word(kUtcStatus);
-      default: return put(std::optional(kUnknownWord));
+      case 'i':
+        return word(kInsStatus);
+      case 'p':
+        return word(kPositionType);
+      case 'o':
+        return word(kSolutionStatus);
+      case 'c':
+        return word(kClockStatus);
+      case 'u':
+        return word(kUtcStatus);
+      default:
+        return put(std::optional(kUnknownWord));
     }
   }
   std::vector<std::byte> bytes;
@@ -125,7 +181,8 @@ Error malformed(std::string what) { return {ErrorCode::Malformed, std::move(what
 
 const NovatelMessageInfo* find_novatel_ascii(std::string_view name) {
   // INSPVA(S), INSPVAX, INSSTDEV(S), BESTPOS, TIME, MARKxTIME, MARKxPVA.
-  constexpr std::uint16_t kUsed[] = {42, 101, 231, 507, 508, 616, 1067, 1068, 1075, 1076, 1118, 1119, 1130, 1465, 2051, 2052};
+  constexpr std::uint16_t kUsed[] = {42,   101,  231,  507,  508,  616,  1067, 1068,
+                                     1075, 1076, 1118, 1119, 1130, 1465, 2051, 2052};
   for (const std::uint16_t id : kUsed)
     if (const NovatelMessageInfo* info = find_novatel_message(id); info && name == info->name) return info;
   return nullptr;
@@ -156,7 +213,8 @@ Result<NovatelAsciiLog> decode_novatel_ascii(std::string_view line) {
   if (!sum || *sum != novatel_crc32(std::as_bytes(std::span(line.substr(1, star - 1)))))
     return malformed(fmt::format("{} in ASCII: its check sum is wrong", name));
   const std::size_t semicolon = line.find(';');
-  if (semicolon == std::string_view::npos || semicolon > star) return malformed(fmt::format("{} in ASCII without a header", name));
+  if (semicolon == std::string_view::npos || semicolon > star)
+    return malformed(fmt::format("{} in ASCII without a header", name));
 
   NovatelAsciiLog out;
   std::string_view header = line.substr(1, semicolon - 1);
@@ -169,7 +227,8 @@ Result<NovatelAsciiLog> decode_novatel_ascii(std::string_view line) {
   }
   const auto week = parse<std::uint16_t>(take(header));
   const auto seconds = parse<double>(take(header));
-  if (!week || !seconds || !(*seconds >= 0) || !(*seconds < 1e6)) return malformed(fmt::format("{} in ASCII: its header names no time", name));
+  if (!week || !seconds || !(*seconds >= 0) || !(*seconds < 1e6))
+    return malformed(fmt::format("{} in ASCII: its header names no time", name));
   out.header.week = *week;
   out.header.milliseconds = static_cast<std::uint32_t>(std::llround(*seconds * 1000));
   out.info = find_novatel_ascii(name);

@@ -24,9 +24,9 @@ std::string_view novatel_ascii_name(std::string_view line);
 /// The message of that name, if it is one that is used in ASCII; else null.
 const NovatelMessageInfo* find_novatel_ascii(std::string_view name);
 
-/// From '#' or '%' to the check sum; what follows is not looked at. Source: OEM7 Commands and Logs Reference Manual, "ASCII" and
-/// "32-Bit CRC". Errors: Unsupported (no ASCII log), Truncated (no check sum), Malformed (check sum, header or a field of a log that is used).
-/// Reentrant.
+/// From '#' or '%' to the check sum; what follows is not looked at. Source: OEM7 Commands and Logs Reference Manual,
+/// "ASCII" and "32-Bit CRC". Errors: Unsupported (no ASCII log), Truncated (no check sum), Malformed (check sum, header
+/// or a field of a log that is used). Reentrant.
 Result<NovatelAsciiLog> decode_novatel_ascii(std::string_view line);
 
 }  // namespace hueline::drivers

@@ -26,10 +26,10 @@ std::string_view trimmed(std::string_view text) {
 
 }  // namespace
 
-
 void NovatelDecoder::Config::visit(Keys& keys) {
   keys.flag({"accept_alignment_complete", "",
-             "Whether points are placed also while the receiver says \"alignment complete\": it navigates, but has not moved enough to keep its specification. This is for "
+             "Whether points are placed also while the receiver says \"alignment complete\": it navigates, but has not "
+             "moved enough to keep its specification. This is for "
              "trying a rig on a standing vehicle."},
             accepts_alignment_complete);
 }
@@ -79,7 +79,8 @@ void NovatelDecoder::on_message(const NovatelMessage& message) {
     if (message.body.size() >= 4 && field<std::uint32_t>(message.body, 0) != 1) {
       const auto text = message.body.subspan(4);
       fault(FaultKind::Refused, message.received, 1,
-            fmt::format("command {} refused: {}", header.id, trimmed({reinterpret_cast<const char*>(text.data()), text.size()})));
+            fmt::format("command {} refused: {}", header.id,
+                        trimmed({reinterpret_cast<const char*>(text.data()), text.size()})));
     }
   } else if (info && header.antenna == 0) {
     if (info->is_timely() && header.time_status) time_status_ = header.time_status;
@@ -123,23 +124,32 @@ bool NovatelDecoder::use(const NovatelMessage& message, const NovatelMessageInfo
       out_->emplace_back(*uncertainty);
       return true;
     }
-    case NovatelUse::BestPos: return emit(decode_bestpos(header, body), message.received);
+    case NovatelUse::BestPos:
+      return emit(decode_bestpos(header, body), message.received);
     case NovatelUse::Time: {
       bool used = false;
       use_time(message, used);
       return used;
     }
-    case NovatelUse::MarkTime: return use_mark(decode_marktime(header, info.input, body), message.received);
-    case NovatelUse::MarkPva: return use_mark(decode_markpva(header, info.input, body), message.received);
-    case NovatelUse::RawImu: return emit(imu_.decode_rawimu(body), message.received);
-    case NovatelUse::RawImuX: return emit(imu_.decode_rawimux(body), message.received);
-    case NovatelUse::CorrImuData: return emit(imu_.decode_corrimudata(body), message.received);
-    case NovatelUse::CorrImuS: return emit(imu_.decode_corrimus(header, body), message.received);
-    case NovatelUse::ImuRateCorrImuS: return emit(imu_.decode_imuratecorrimus(body), message.received);
+    case NovatelUse::MarkTime:
+      return use_mark(decode_marktime(header, info.input, body), message.received);
+    case NovatelUse::MarkPva:
+      return use_mark(decode_markpva(header, info.input, body), message.received);
+    case NovatelUse::RawImu:
+      return emit(imu_.decode_rawimu(body), message.received);
+    case NovatelUse::RawImuX:
+      return emit(imu_.decode_rawimux(body), message.received);
+    case NovatelUse::CorrImuData:
+      return emit(imu_.decode_corrimudata(body), message.received);
+    case NovatelUse::CorrImuS:
+      return emit(imu_.decode_corrimus(header, body), message.received);
+    case NovatelUse::ImuRateCorrImuS:
+      return emit(imu_.decode_imuratecorrimus(body), message.received);
     case NovatelUse::InsConfig:
       if (body.size() >= 4) imu_.learn_type(static_cast<int>(std::min(field<std::uint32_t>(body, 0), 255u)));
       return false;
-    case NovatelUse::Ignored: return false;
+    case NovatelUse::Ignored:
+      return false;
   }
   return false;
 }
@@ -160,7 +170,8 @@ void NovatelDecoder::use_time(const NovatelMessage& message, bool& used) {
   time->label.sensor = sensor_;
   time->label.received = message.received;
   if (time->contradicts_utc)
-    fault(FaultKind::LabelConflict, message.received, 1, "TIME: its UTC fields and its header name different seconds; label not trusted");
+    fault(FaultKind::LabelConflict, message.received, 1,
+          "TIME: its UTC fields and its header name different seconds; label not trusted");
   out_->emplace_back(time->label);
   used = true;
 }
@@ -169,8 +180,9 @@ bool NovatelDecoder::use_mark(std::optional<EventMark> mark, HostTime received) 
   if (!mark) return false;
   const auto input = static_cast<std::size_t>(mark->input);
   auto& seen = seen_marks_[input];
-  const bool is_repeated = std::any_of(seen.begin(), seen.end(),
-                                       [&](const auto& time) { return time && std::chrono::abs(*time - mark->time) < kSameMark; });
+  const bool is_repeated = std::any_of(seen.begin(), seen.end(), [&](const auto& time) {
+    return time && std::chrono::abs(*time - mark->time) < kSameMark;
+  });
   if (is_repeated) {
     measured_ = mark->time;
     return true;  // its twin became the measurement
@@ -208,7 +220,8 @@ void NovatelDecoder::on_text(std::string_view text, HostTime received) {
     fault(FaultKind::Refused, received, 1, fmt::format("the receiver answered {}", trimmed(text)));
 }
 
-void NovatelDecoder::on_skipped(std::uint64_t bytes, std::uint64_t messages, std::uint16_t first_id, HostTime received) {
+void NovatelDecoder::on_skipped(std::uint64_t bytes, std::uint64_t messages, std::uint16_t first_id,
+                                HostTime received) {
   counts_.malformed_bytes += bytes;
   counts_.malformed_messages += messages;
   losses_.skipped(bytes, messages);

@@ -23,17 +23,18 @@ namespace hueline::drivers {
 ///   answers `<ERROR...` -> Fault Refused; bytes passed over -> Fault Malformed with their number
 ///   logs that never came, by their period (LogLosses) -> Fault Lost with their number
 ///
-/// Other messages are counted by name and ignored. A short header has no time status: it inherits that of the latest long one.
-/// `received` is the arrival of the packet that brought a message's last byte, also when broken bytes before it delayed its
-/// recognition. Messages and text in DecodeCounts::messages are counted under the maker's name; "text" counts lines, "#123" a message of
-/// unknown id, a suffix "_1" the secondary antenna's, "response" an answer to a binary command.
+/// Other messages are counted by name and ignored. A short header has no time status: it inherits that of the latest
+/// long one. `received` is the arrival of the packet that brought a message's last byte, also when broken bytes before
+/// it delayed its recognition. Messages and text in DecodeCounts::messages are counted under the maker's name; "text"
+/// counts lines, "#123" a message of unknown id, a suffix "_1" the secondary antenna's, "response" an answer to a
+/// binary command.
 class NovatelDecoder final : public Decoder, private NovatelFramer::Sink {
  public:
   struct Config {
     NovatelFramer::Config framer;
     NovatelImu::Config imu;
-    /// Takes INS_ALIGNMENT_COMPLETE for good as well: the filter navigates, but has not moved enough to keep its specification. For
-    /// trying a rig on a standing vehicle; the receiver's own sigmas say how good it is.
+    /// Takes INS_ALIGNMENT_COMPLETE for good as well: the filter navigates, but has not moved enough to keep its
+    /// specification. For trying a rig on a standing vehicle; the receiver's own sigmas say how good it is.
     bool accepts_alignment_complete = false;
     void visit(Keys& keys);
     KeyError validate() const;

@@ -153,9 +153,12 @@ NovatelFramer::Verdict NovatelFramer::judge(std::span<const std::byte> data, Nov
 
 bool NovatelFramer::may_start_text(std::byte byte) const {
   switch (place_) {
-    case Place::Boundary: return opens_line(byte) || byte == std::byte{'\r'} || byte == std::byte{'\n'};
-    case Place::Text: return is_text(byte);
-    case Place::Lost: return opens_line(byte) && last_but_one_ == std::byte{'\r'} && last_ == std::byte{'\n'};
+    case Place::Boundary:
+      return opens_line(byte) || byte == std::byte{'\r'} || byte == std::byte{'\n'};
+    case Place::Text:
+      return is_text(byte);
+    case Place::Lost:
+      return opens_line(byte) && last_but_one_ == std::byte{'\r'} && last_ == std::byte{'\n'};
   }
   return false;
 }

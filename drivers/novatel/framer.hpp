@@ -12,16 +12,17 @@
 
 namespace hueline::drivers {
 
-/// Finds messages in a byte stream: OEM7 binary with long or short header, interleaved with the receiver's text (answers `<OK`,
-/// prompts `[COM1]`, ASCII logs). Knows nothing of what messages mean. Where the stream was cut into packets does not change
-/// what it finds. Thread-bound; no clock.
+/// Finds messages in a byte stream: OEM7 binary with long or short header, interleaved with the receiver's text
+/// (answers `<OK`, prompts `[COM1]`, ASCII logs). Knows nothing of what messages mean. Where the stream was cut into
+/// packets does not change what it finds. Thread-bound; no clock.
 ///
-/// A message counts when its CRC holds. When it does not, the search goes on one byte behind its first: an intact message that
-/// begins inside the broken one's claimed length is found. Bytes passed over are reported, never dropped silently. Text counts as
-/// text only where it can stand: directly behind a message or other text, or from the beginning of a line; printable bytes
-/// elsewhere are part of what was broken.
+/// A message counts when its CRC holds. When it does not, the search goes on one byte behind its first: an intact
+/// message that begins inside the broken one's claimed length is found. Bytes passed over are reported, never dropped
+/// silently. Text counts as text only where it can stand: directly behind a message or other text, or from the
+/// beginning of a line; printable bytes elsewhere are part of what was broken.
 ///
-/// The work is proportional to the bytes fed, whatever they are and wherever they were cut: lengths that nest are hashed once.
+/// The work is proportional to the bytes fed, whatever they are and wherever they were cut: lengths that nest are
+/// hashed once.
 class NovatelFramer {
  public:
   struct Config {
@@ -37,7 +38,8 @@ class NovatelFramer {
     virtual void on_message(const NovatelMessage& message) = 0;
     /// One line with its line end, or a piece of an over-long one.
     virtual void on_text(std::string_view text, HostTime received) = 0;
-    /// `bytes` that belong to nothing, among them `messages` that began well and failed their check; the first was `first_id`.
+    /// `bytes` that belong to nothing, among them `messages` that began well and failed their check; the first was
+    /// `first_id`.
     virtual void on_skipped(std::uint64_t bytes, std::uint64_t messages, std::uint16_t first_id, HostTime received) = 0;
 
    protected:

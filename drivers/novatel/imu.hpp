@@ -11,8 +11,8 @@
 /// SPAN's inertial increments -> specific force and angular rate in Body.
 namespace hueline::drivers {
 
-/// What one count of RAWIMU means, and how many samples a second. From the tables "Raw IMU Scale Factors" and the rates beside
-/// RAWIMUSX in the OEM7 manual.
+/// What one count of RAWIMU means, and how many samples a second. From the tables "Raw IMU Scale Factors" and the rates
+/// beside RAWIMUSX in the OEM7 manual.
 struct ImuScale {
   double rate_hz = 0;
   double rad_per_count = 0;
@@ -21,18 +21,19 @@ struct ImuScale {
 /// By NovAtel's IMU type number (INSCONFIG, RAWIMUX). Empty for a type we have no table entry for.
 std::optional<ImuScale> imu_scale(int imu_type);
 
-/// Raw: counts over one sample in the order z, -y, x, in the IMU's own frame. Corrected: radians and m/s in the vehicle frame, from which
-/// the receiver has taken gravity and the earth's rotation; both are put back with the latest attitude, so that ImuSample means
-/// the same whatever message it came from. Deterministic, thread-bound.
+/// Raw: counts over one sample in the order z, -y, x, in the IMU's own frame. Corrected: radians and m/s in the vehicle
+/// frame, from which the receiver has taken gravity and the earth's rotation; both are put back with the latest
+/// attitude, so that ImuSample means the same whatever message it came from. Deterministic, thread-bound.
 class NovatelImu {
  public:
   struct Config {
-    int imu_type = 0;              ///< NovAtel's number; 0: as RAWIMUX or INSCONFIG say
-    double rate_hz = 0;            ///< 0: by type
-    double rad_per_count = 0;      ///< 0: by type
-    double mps_per_count = 0;      ///< m/s; 0: by type
+    int imu_type = 0;                ///< NovAtel's number; 0: as RAWIMUX or INSCONFIG say
+    double rate_hz = 0;              ///< 0: by type
+    double rad_per_count = 0;        ///< 0: by type
+    double mps_per_count = 0;        ///< m/s; 0: by type
     double corrimudata_rate_hz = 0;  ///< logging rate of CORRIMUDATA(S); 0: those messages are counted and not used
-    /// IMU frame to vehicle frame, deg about x, y, z: the numbers of SETINSROTATION RBV. Raw messages only; turned in the order z, x, y.
+    /// IMU frame to vehicle frame, deg about x, y, z: the numbers of SETINSROTATION RBV. Raw messages only; turned in
+    /// the order z, x, y.
     std::array<double, 3> rotation_rbv_deg{0, 0, 0};
     double longest_attitude_age_s = 0.2;  ///< of the solution that puts gravity back
     /// Empty if fine, else which key is outside which range.

@@ -5,10 +5,11 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr int kEqualSteps = 8;  // in a row make a period; an inertial unit of 125 Hz asked for 100 Hz gives 8, 8, 8, 16 ms
-constexpr int kOddSteps = 16;   // equal ones in a row are another rate
+constexpr int kEqualSteps =
+    8;  // in a row make a period; an inertial unit of 125 Hz asked for 100 Hz gives 8, 8, 8, 16 ms
+constexpr int kOddSteps = 16;  // equal ones in a row are another rate
 constexpr std::size_t kMostTrials = 64;
-constexpr int kSettled = 4;     // logs behind a gap, so that one of a datagram that was overtaken can still come
+constexpr int kSettled = 4;  // logs behind a gap, so that one of a datagram that was overtaken can still come
 constexpr nanoseconds kShortestPeriod = std::chrono::milliseconds(2);  // times are rounded to 1 ms
 constexpr nanoseconds kLongestGap = std::chrono::minutes(1);
 constexpr std::int64_t kDrift = 10'000;  // the arrivals' clock is better than 1 / this
@@ -59,7 +60,8 @@ std::optional<LogCycle::Gap> LogCycle::take(GpsTime time, HostTime received) {
     if (equal >= kEqualSteps && step >= kShortestPeriod) period_ = step;
   } else if (step == *period_) {
     for (Trial& trial : trials_) trial.is_confirmed = true;
-  } else if (step % *period_ != nanoseconds(0) || step > kLongestGap || is_early || equal >= kOddSteps || trials_.size() == kMostTrials) {
+  } else if (step % *period_ != nanoseconds(0) || step > kLongestGap || is_early || equal >= kOddSteps ||
+             trials_.size() == kMostTrials) {
     begin(time, received);
     return {};
   } else {

@@ -8,12 +8,13 @@
 
 namespace hueline::drivers {
 
-/// How many of one log are missing, told from the times in its headers: a log that the receiver gives at a fixed rate steps by exactly
-/// its period, whatever its way here took. The period is learned from the log itself. Thread-bound.
+/// How many of one log are missing, told from the times in its headers: a log that the receiver gives at a fixed rate
+/// steps by exactly its period, whatever its way here took. The period is learned from the log itself. Thread-bound.
 ///
-/// A gap is on trial until a log came one period after another behind it: a lower rate has gaps too, but nothing else. A step
-/// that is no multiple of the period, a time that stands or falls, and one that leaps ahead of the arrivals (a log is never here before its
-/// time) are a new rate, a restart or another clock: all is forgotten and learned again. So are gaps longer than a minute.
+/// A gap is on trial until a log came one period after another behind it: a lower rate has gaps too, but nothing else.
+/// A step that is no multiple of the period, a time that stands or falls, and one that leaps ahead of the arrivals (a
+/// log is never here before its time) are a new rate, a restart or another clock: all is forgotten and learned again.
+/// So are gaps longer than a minute.
 class LogCycle {
  public:
   struct Gap {

@@ -57,8 +57,8 @@ std::uint64_t LogLosses::came_broken(const Log& log, std::uint64_t missing) {
   return broken;
 }
 
-/// Many in a row, while other messages came in both halves of the gap: no line that was whole before loses so choosily. One that loses half
-/// of everything does, by chance.
+/// Many in a row, while other messages came in both halves of the gap: no line that was whole before loses so choosily.
+/// One that loses half of everything does, by chance.
 bool LogLosses::was_held_back(const Log& log, const LogCycle::Gap& gap) const {
   if (gap.missing < kManyInARow || !is_of_filter(*log.info) || log.since_loss < kWhole) return false;
   const GpsTime middle = gap.before + (gap.after - gap.before) / 2;
@@ -73,7 +73,8 @@ bool LogLosses::was_held_back(const Log& log, const LogCycle::Gap& gap) const {
 void LogLosses::settle(Log& log) {
   while (const auto gap = log.cycle.settled()) {
     // A slower log of the filter may have shown its gap before the faster one did.
-    if (held_back_ && is_of_filter(*log.info) && gap->before < held_back_->after && gap->after > held_back_->before) continue;
+    if (held_back_ && is_of_filter(*log.info) && gap->before < held_back_->after && gap->after > held_back_->before)
+      continue;
     std::string name = log.info->name;
     if (log.antenna > 0) name += fmt::format("_{}", log.antenna);
     lost_[name] += gap->missing;
@@ -105,7 +106,8 @@ std::optional<Fault> LogLosses::told(SensorId sensor, HostTime now, bool is_end)
     names += fmt::format("{}{} {}", names.empty() ? "" : ", ", missing, name);
   }
   lost_.clear();
-  return Fault{sensor, FaultKind::Lost, now, count, fmt::format("logs missing, by the period of their times: {}", names)};
+  return Fault{sensor, FaultKind::Lost, now, count,
+               fmt::format("logs missing, by the period of their times: {}", names)};
 }
 
 }  // namespace hueline::drivers

@@ -15,11 +15,13 @@
 
 namespace hueline::drivers {
 
-/// Which logs of a receiver never came. NovAtel's logs have no counter: each that comes at a fixed rate has its LogCycle.
+/// Which logs of a receiver never came. NovAtel's logs have no counter: each that comes at a fixed rate has its
+/// LogCycle.
 ///
-/// Not lost is what came broken: bytes passed over between two logs account for as many of the missing ones as they may have been.
-/// Nor what the receiver did not give out: the inertial filter's logs, when many of them are missing in a row while others came all
-/// along, and the line lost none of them lately. Marks are told by the images that miss them. Thread-bound.
+/// Not lost is what came broken: bytes passed over between two logs account for as many of the missing ones as they may
+/// have been. Nor what the receiver did not give out: the inertial filter's logs, when many of them are missing in a
+/// row while others came all along, and the line lost none of them lately. Marks are told by the images that miss them.
+/// Thread-bound.
 class LogLosses {
  public:
   /// A message whose check sum held, in stream order. `info`: of its id, null if it has no name.
@@ -59,7 +61,7 @@ class LogLosses {
   std::deque<Damage> damage_;
   std::array<Seen, 64> seen_{};  // the newest messages: a ring
   std::size_t next_seen_ = 0;
-  std::optional<LogCycle::Gap> held_back_;  // the filter's logs, the latest time
+  std::optional<LogCycle::Gap> held_back_;     // the filter's logs, the latest time
   std::map<std::string, std::uint64_t> lost_;  // not told yet, by name
   std::optional<HostTime> told_at_;
 };

@@ -9,7 +9,8 @@
 namespace hueline::drivers {
 namespace {
 
-/// Periods that LOG ... ONTIME takes are divisors of the receiver's fastest epoch, then whole seconds (OEM7 manual, LOG).
+/// Periods that LOG ... ONTIME takes are divisors of the receiver's fastest epoch, then whole seconds (OEM7 manual,
+/// LOG).
 constexpr std::array kRates{1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 50.0, 100.0, 125.0, 200.0};
 
 bool is_rate(double hz) {
@@ -26,22 +27,34 @@ void ask(std::string& out, const char* log, double hz) {
 
 void NovatelLogs::Config::visit(Keys& keys) {
   static const TextForm command{"one line of 1 to 200 printable characters",
-                                [](const std::string& text) { return text.size() <= 200 && std::none_of(text.begin(), text.end(), [](char c) { return c < 0x20 || c > 0x7E; }); },
+                                [](const std::string& text) {
+                                  return text.size() <= 200 && std::none_of(text.begin(), text.end(), [](char c) {
+                                           return c < 0x20 || c > 0x7E;
+                                         });
+                                },
                                 "^[ -~]{1,200}$"};
-  keys.flag({"unlog_first", "", "Whether UNLOGALL THISPORT is sent first, so that nothing is left of what was asked for before."}, unlog_first);
-  keys.texts({"commands", "", "Lines that are sent before the LOG commands as they are: SETINSTRANSLATION, EVENTINCONTROL and others.", "none"}, commands, command);
+  keys.flag({"unlog_first", "",
+             "Whether UNLOGALL THISPORT is sent first, so that nothing is left of what was asked for before."},
+            unlog_first);
+  keys.texts({"commands", "",
+              "Lines that are sent before the LOG commands as they are: SETINSTRANSLATION, EVENTINCONTROL and others.",
+              "none"},
+             commands, command);
   keys.number({"ins_rate_hz", "Hz", "The rate of INSPVASB, the trajectory."}, ins_rate_hz, {0, 200});
-  keys.number({"ins_extended_rate_hz", "Hz", "The rate of INSPVAXB, the trajectory with its sigmas."}, ins_extended_rate_hz, {0, 200});
+  keys.number({"ins_extended_rate_hz", "Hz", "The rate of INSPVAXB, the trajectory with its sigmas."},
+              ins_extended_rate_hz, {0, 200});
   keys.number({"ins_stdev_rate_hz", "Hz", "The rate of INSSTDEVB."}, ins_stdev_rate_hz, {0, 200});
   keys.number({"time_rate_hz", "Hz", "The rate of TIMEB, which says which second a pulse was."}, time_rate_hz, {0, 20});
   keys.number({"position_rate_hz", "Hz", "The rate of BESTPOSB."}, position_rate_hz, {0, 100});
-  keys.wholes({"mark_inputs", "", "The event inputs whose MARKxTIMEB is asked for, each named once.", "[1]"}, mark_inputs, {1, 4}, {0, 4});
+  keys.wholes({"mark_inputs", "", "The event inputs whose MARKxTIMEB is asked for, each named once.", "[1]"},
+              mark_inputs, {1, 4}, {0, 4});
   keys.flag({"raw_imu", "", "Whether RAWIMUSXB is asked for."}, raw_imu);
 }
 
 KeyError NovatelLogs::Config::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
-  constexpr const char* allowed = "0 (not asked for), 1, 2, 4, 5, 10, 20, 50, 100, 125, 200, or one a whole number of seconds";
+  constexpr const char* allowed =
+      "0 (not asked for), 1, 2, 4, 5, 10, 20, 50, 100, 125, 200, or one a whole number of seconds";
   const std::pair<const char*, double> rates[] = {{"ins_rate_hz", ins_rate_hz},
                                                   {"ins_extended_rate_hz", ins_extended_rate_hz},
                                                   {"ins_stdev_rate_hz", ins_stdev_rate_hz},
@@ -50,7 +63,8 @@ KeyError NovatelLogs::Config::validate() const {
   for (const auto& [key, hz] : rates)
     if (!is_rate(hz)) return not_allowed(key, number_text(hz), allowed);
   for (const int input : mark_inputs)
-    if (std::count(mark_inputs.begin(), mark_inputs.end(), input) > 1) return {"mark_inputs", fmt::format("names {} twice; allowed: 1 to 4, each once", input)};
+    if (std::count(mark_inputs.begin(), mark_inputs.end(), input) > 1)
+      return {"mark_inputs", fmt::format("names {} twice; allowed: 1 to 4, each once", input)};
   return {};
 }
 

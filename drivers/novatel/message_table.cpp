@@ -9,8 +9,8 @@ namespace {
 using enum NovatelUse;
 using enum NovatelStamp;
 
-// Sorted by id. Ids and lengths: OEM7 Commands and Logs Reference Manual and SPAN logs. MARKTIME (231) is the older name of
-// MARK1TIME (1130). MARK3PVA and MARK4PVA do not follow on MARK2PVA.
+// Sorted by id. Ids and lengths: OEM7 Commands and Logs Reference Manual and SPAN logs. MARKTIME (231) is the older
+// name of MARK1TIME (1130). MARK3PVA and MARK4PVA do not follow on MARK2PVA.
 constexpr std::array kMessages{
     NovatelMessageInfo{37, "VERSION", Ignored, 0, Any},
     NovatelMessageInfo{42, "BESTPOS", BestPos, 72, Regular},
@@ -45,15 +45,17 @@ constexpr std::array kMessages{
     NovatelMessageInfo{2052, "INSSTDEVS", InsStdev, 52, Regular},
     NovatelMessageInfo{2264, "CORRIMUS", CorrImuS, 60, Regular},
 };
-static_assert(std::is_sorted(kMessages.begin(), kMessages.end(), [](const auto& a, const auto& b) { return a.id < b.id; }));
+static_assert(std::is_sorted(kMessages.begin(), kMessages.end(),
+                             [](const auto& a, const auto& b) { return a.id < b.id; }));
 
 constexpr std::size_t kMayBeAppended = 64;
 
 }  // namespace
 
 const NovatelMessageInfo* find_novatel_message(std::uint16_t id) {
-  const auto found = std::lower_bound(kMessages.begin(), kMessages.end(), id,
-                                      [](const NovatelMessageInfo& info, std::uint16_t wanted) { return info.id < wanted; });
+  const auto found =
+      std::lower_bound(kMessages.begin(), kMessages.end(), id,
+                       [](const NovatelMessageInfo& info, std::uint16_t wanted) { return info.id < wanted; });
   return found != kMessages.end() && found->id == id ? &*found : nullptr;
 }
 

@@ -61,9 +61,19 @@ std::optional<GpsTime> header_time(const NovatelHeader& header) {
 
 bool is_good_ins_status(std::uint32_t status) { return status == 3 || status == 6; }
 std::string ins_status_name(std::uint32_t status) {
-  constexpr std::array<std::string_view, 13> names{"inactive", "aligning", "high variance", "good", "", "", "good, GNSS rejected",
-                                                   "alignment complete, not yet moved enough", "determining orientation",
-                                                   "waiting for a position", "waiting for an azimuth", "initialising biases", "motion detected"};
+  constexpr std::array<std::string_view, 13> names{"inactive",
+                                                   "aligning",
+                                                   "high variance",
+                                                   "good",
+                                                   "",
+                                                   "",
+                                                   "good, GNSS rejected",
+                                                   "alignment complete, not yet moved enough",
+                                                   "determining orientation",
+                                                   "waiting for a position",
+                                                   "waiting for an azimuth",
+                                                   "initialising biases",
+                                                   "motion detected"};
   const std::string_view known = status < names.size() ? names[status] : "";
   return known.empty() ? fmt::format("status {}", status) : std::string(known);
 }
@@ -131,9 +141,13 @@ std::optional<DecodedTime> decode_time(const NovatelHeader& header, std::span<co
   out.label.utc_offset = seconds(-std::lround(utc_minus_gps));
 
   const auto milliseconds = field<std::uint32_t>(body, 36);
-  UtcTime utc{static_cast<int>(std::min(field<std::uint32_t>(body, 28), 9999u)), field<std::uint8_t>(body, 32),
-              field<std::uint8_t>(body, 33), field<std::uint8_t>(body, 34), field<std::uint8_t>(body, 35),
-              static_cast<int>(std::min(milliseconds / 1000, 99u)), static_cast<std::int32_t>(milliseconds % 1000) * 1'000'000};
+  UtcTime utc{static_cast<int>(std::min(field<std::uint32_t>(body, 28), 9999u)),
+              field<std::uint8_t>(body, 32),
+              field<std::uint8_t>(body, 33),
+              field<std::uint8_t>(body, 34),
+              field<std::uint8_t>(body, 35),
+              static_cast<int>(std::min(milliseconds / 1000, 99u)),
+              static_cast<std::int32_t>(milliseconds % 1000) * 1'000'000};
   const auto by_calendar = from_utc(utc, out.label.utc_offset);
   out.contradicts_utc = !by_calendar || std::chrono::abs(*by_calendar - *time) > std::chrono::milliseconds(500);
   if (out.contradicts_utc) out.label.is_valid = false;
@@ -164,13 +178,45 @@ std::optional<EventMark> decode_markpva(const NovatelHeader& header, int input, 
 
 FixType fix_type(std::uint32_t position_type) {
   switch (position_type) {
-    case 1: case 2: case 16: case 19: case 53: return FixType::Single;   // FIXEDPOS, FIXEDHEIGHT, SINGLE, PROPAGATED, INS_PSRSP
-    case 17: case 18: case 20: case 52: case 54: return FixType::Dgnss;  // PSRDIFF, WAAS, OMNISTAR, INS_SBAS, INS_PSRDIFF
-    case 32: case 33: case 34: case 55: return FixType::RtkFloat;        // L1, IONOFREE, NARROW_FLOAT, INS_RTKFLOAT
-    case 48: case 49: case 50: case 51: case 56: return FixType::RtkFixed;  // L1, WIDE, NARROW_INT, RTK_DIRECT_INS, INS_RTKFIXED
-    case 64: case 65: case 66: case 67: case 68: case 69: return FixType::Ppp;  // OMNISTAR_HP, _XP and INS forms, PPP_CONVERGING, PPP
-    case 73: case 74: case 77: case 78: case 79: case 80: return FixType::Ppp;  // INS_PPP(_CONVERGING), PPP_BASIC and INS forms
-    default: return FixType::None;
+    case 1:
+    case 2:
+    case 16:
+    case 19:
+    case 53:
+      return FixType::Single;  // FIXEDPOS, FIXEDHEIGHT, SINGLE, PROPAGATED, INS_PSRSP
+    case 17:
+    case 18:
+    case 20:
+    case 52:
+    case 54:
+      return FixType::Dgnss;  // PSRDIFF, WAAS, OMNISTAR, INS_SBAS, INS_PSRDIFF
+    case 32:
+    case 33:
+    case 34:
+    case 55:
+      return FixType::RtkFloat;  // L1, IONOFREE, NARROW_FLOAT, INS_RTKFLOAT
+    case 48:
+    case 49:
+    case 50:
+    case 51:
+    case 56:
+      return FixType::RtkFixed;  // L1, WIDE, NARROW_INT, RTK_DIRECT_INS, INS_RTKFIXED
+    case 64:
+    case 65:
+    case 66:
+    case 67:
+    case 68:
+    case 69:
+      return FixType::Ppp;  // OMNISTAR_HP, _XP and INS forms, PPP_CONVERGING, PPP
+    case 73:
+    case 74:
+    case 77:
+    case 78:
+    case 79:
+    case 80:
+      return FixType::Ppp;  // INS_PPP(_CONVERGING), PPP_BASIC and INS forms
+    default:
+      return FixType::None;
   }
 }
 

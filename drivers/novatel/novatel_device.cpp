@@ -9,9 +9,12 @@ void NovatelDevice::visit(Keys& keys) {
   keys.section({"tcp", "", "The receiver on the network."}, tcp_);
   keys.section({"serial", "", "The receiver on a serial port."}, serial_);
   keys.text({"file", "",
-             "A log of the receiver, binary or ASCII (`#...A`, `%...A`). It does not say when its bytes arrived, so no clock of the computer can be learnt from it."},
+             "A log of the receiver, binary or ASCII (`#...A`, `%...A`). It does not say when its bytes arrived, so no "
+             "clock of the computer can be learnt from it."},
             file_);
-  keys.section({"logs", "", "What the receiver is asked for after each connection. `{}` asks for the defaults.", "nothing is sent"}, logs_);
+  keys.section({"logs", "", "What the receiver is asked for after each connection. `{}` asks for the defaults.",
+                "nothing is sent"},
+               logs_);
   decoder_.visit(keys);
 }
 
@@ -34,7 +37,9 @@ std::unique_ptr<PacketSource> NovatelDevice::make_source(SensorId, const BufferP
   return std::make_unique<TcpSource>(tcp);
 }
 
-std::unique_ptr<Decoder> NovatelDevice::make_decoder(SensorId) const { return std::make_unique<NovatelDecoder>(decoder_); }
+std::unique_ptr<Decoder> NovatelDevice::make_decoder(SensorId) const {
+  return std::make_unique<NovatelDecoder>(decoder_);
+}
 
 constinit const DeviceType kNovatel{"novatel", Role::Pos, false, make_device<NovatelDevice>};
 

@@ -9,7 +9,8 @@
 
 #include "core/time.hpp"
 
-/// The shape of OEM7 binary on the wire (OEM7 Commands and Logs Reference Manual, "Messages"). Little-endian throughout.
+/// The shape of OEM7 binary on the wire (OEM7 Commands and Logs Reference Manual, "Messages"). Little-endian
+/// throughout.
 namespace hueline::drivers {
 
 static_assert(std::endian::native == std::endian::little, "fields are copied as they lie on the wire");
@@ -27,7 +28,8 @@ T field(std::span<const std::byte> bytes, std::size_t offset) {
   return value;
 }
 
-/// GPS reference time status (header byte 13). Only three of them mean that the receiver's clock is within a microsecond of GPS.
+/// GPS reference time status (header byte 13). Only three of them mean that the receiver's clock is within a
+/// microsecond of GPS.
 enum class TimeStatus : std::uint8_t { Unknown = 20, Fine = 160, FineBackupSteering = 170, FineSteering = 180 };
 constexpr bool is_fine(std::uint8_t status) {
   return status == static_cast<std::uint8_t>(TimeStatus::Fine) ||
@@ -39,8 +41,8 @@ constexpr bool is_fine(std::uint8_t status) {
 struct NovatelHeader {
   std::uint16_t id = 0;
   bool is_short = false;
-  bool is_response = false;        ///< message type bit 7: the answer to a binary command
-  std::uint8_t antenna = 0;        ///< message type bits 0-4: 0 primary, 1 secondary
+  bool is_response = false;  ///< message type bit 7: the answer to a binary command
+  std::uint8_t antenna = 0;  ///< message type bits 0-4: 0 primary, 1 secondary
   std::optional<std::uint8_t> time_status;
   std::uint16_t week = 0;          ///< full GPS week, not modulo 1024
   std::uint32_t milliseconds = 0;  ///< of the week

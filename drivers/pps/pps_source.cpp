@@ -20,7 +20,8 @@ std::unique_ptr<PacketSource> make(const PpsSource::Config& config) {
 
 std::string PpsSource::Config::validate() const {
   if (path.empty()) return "path: is empty";
-  if (interface != Interface::Socket && path.front() != '/') return fmt::format("path: '{}' is not an absolute path", path);
+  if (interface != Interface::Socket && path.front() != '/')
+    return fmt::format("path: '{}' is not an absolute path", path);
   if (interface == Interface::Socket && path.size() >= sizeof(sockaddr_un::sun_path))
     return fmt::format("path: a socket's path has at most {} characters, this one {}",
                        sizeof(sockaddr_un::sun_path) - 1, path.size());

@@ -5,8 +5,8 @@
 
 namespace hueline::drivers {
 
-/// Follows a device's 32-bit count of its datagrams, which wraps: which are missing, which came late, which came twice. A late one
-/// was told as missing before. Thread-bound.
+/// Follows a device's 32-bit count of its datagrams, which wraps: which are missing, which came late, which came twice.
+/// A late one was told as missing before. Thread-bound.
 class CounterWatch {
  public:
   enum class Verdict : std::uint8_t {
@@ -40,7 +40,8 @@ class CounterWatch {
   void reset() { has_newest_ = false; }
 
  private:
-  static constexpr std::uint32_t kMemory = 1024;  ///< a power of two: the wrap of the count keeps places; a scanner does not restart within so few
+  static constexpr std::uint32_t kMemory =
+      1024;  ///< a power of two: the wrap of the count keeps places; a scanner does not restart within so few
   static constexpr std::uint32_t kFarthest = 10'000'000;  ///< ten minutes of a fast scanner; farther is no loss
 
   Seen start(std::uint32_t counter, Verdict verdict) {

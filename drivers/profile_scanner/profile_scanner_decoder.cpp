@@ -26,18 +26,24 @@ LaserTime time_of(const ProfileHeader& header) {
 }  // namespace
 
 void ProfileScannerDecoder::Config::visit(Keys& keys) {
-  keys.whole({"scanner_id", "", "The scanner's number, as its datagrams name it. Datagrams of other scanners on its ports are fault WrongDevice.", "0: the first that speaks"},
+  keys.whole({"scanner_id", "",
+              "The scanner's number, as its datagrams name it. Datagrams of other scanners on its ports are fault "
+              "WrongDevice.",
+              "0: the first that speaks"},
              scanner_id, {0, 65535});
   keys.number({"min_range_m", "m", "Nearer returns are dropped."}, min_range_m, {0, 1000});
-  keys.number({"max_range_m", "m", "Farther returns are dropped. It is above `min_range_m`."}, max_range_m, {0, 10'000});
+  keys.number({"max_range_m", "m", "Farther returns are dropped. It is above `min_range_m`."}, max_range_m,
+              {0, 10'000});
   keys.angle({"angle_begin_deg", "deg", "Mirror angles are kept from here ..."}, angle_begin, {0, 360, Ends::MinOnly});
-  keys.angle({"angle_end_deg", "deg", "... to here, through 0 if it is smaller than `angle_begin_deg`."}, angle_end, {0, 360});
+  keys.angle({"angle_end_deg", "deg", "... to here, through 0 if it is smaller than `angle_begin_deg`."}, angle_end,
+             {0, 360});
 }
 
 KeyError ProfileScannerDecoder::Config::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
   if (max_range_m <= min_range_m) return not_allowed("max_range_m", number_text(max_range_m), "more than min_range_m");
-  if (angle_begin == angle_end) return {"angle_end_deg", "is equal to angle_begin_deg, so no angle would be kept; allowed: another one"};
+  if (angle_begin == angle_end)
+    return {"angle_end_deg", "is equal to angle_begin_deg, so no angle would be kept; allowed: another one"};
   return {};
 }
 
@@ -117,7 +123,8 @@ bool ProfileScannerDecoder::follow(const Packet& packet, const ProfileHeader& he
   return true;
 }
 
-void ProfileScannerDecoder::decode_data(const Packet& packet, const ProfileHeader& header, std::vector<Measurement>& out) {
+void ProfileScannerDecoder::decode_data(const Packet& packet, const ProfileHeader& header,
+                                        std::vector<Measurement>& out) {
   const Result<ProfileData> data = decode_profile_data(packet.bytes.bytes());
   if (!data) return malformed(packet, data.error().message, out);
   if (!follow(packet, header, data->line, out)) return;
@@ -132,7 +139,8 @@ void ProfileScannerDecoder::decode_data(const Packet& packet, const ProfileHeade
   out.push_back(std::move(batch));
 }
 
-void ProfileScannerDecoder::decode_status(const Packet& packet, const ProfileHeader& header, std::vector<Measurement>& out) {
+void ProfileScannerDecoder::decode_status(const Packet& packet, const ProfileHeader& header,
+                                          std::vector<Measurement>& out) {
   const Result<ProfileStatus> status = decode_profile_status(packet.bytes.bytes());
   if (!status) return malformed(packet, status.error().message, out);
   if (!follow(packet, header, std::nullopt, out)) return;
@@ -143,7 +151,9 @@ void ProfileScannerDecoder::decode_status(const Packet& packet, const ProfileHea
   said.received = packet.received;
   said.time = time_of(header);
   said.clock = status->pps.clock;
-  said.words = status->pps.words + (!status->has_label ? ", seconds not named" : status->is_label_valid ? ", seconds named" : ", seconds named without a fix");
+  said.words = status->pps.words + (!status->has_label       ? ", seconds not named"
+                                    : status->is_label_valid ? ", seconds named"
+                                                             : ", seconds named without a fix");
   out.push_back(std::move(said));
   label(packet, header, *status, out);
 }
@@ -151,12 +161,14 @@ void ProfileScannerDecoder::decode_status(const Packet& packet, const ProfileHea
 void ProfileScannerDecoder::label(const Packet& packet, const ProfileHeader& header, const ProfileStatus& status,
                                   std::vector<Measurement>& out) {
   if (!status.has_label || header.scale == ProfileTimeScale::None) return;
-  const nanoseconds since = seconds(std::int64_t{header.second} - std::int64_t{status.edge_second}) + nanoseconds(header.nanosecond);
+  const nanoseconds since =
+      seconds(std::int64_t{header.second} - std::int64_t{status.edge_second}) + nanoseconds(header.nanosecond);
   if (since < nanoseconds(0) || since > kLabelTo) return;
   TimeLabel label;
   label.sensor = sensor_;
   label.received = packet.received;
-  label.second = header.scale == ProfileTimeScale::Gps ? GpsTime(seconds(status.edge_second)) : from_unix(UnixTime(seconds(status.edge_second)));
+  label.second = header.scale == ProfileTimeScale::Gps ? GpsTime(seconds(status.edge_second))
+                                                       : from_unix(UnixTime(seconds(status.edge_second)));
   label.is_valid = status.is_label_valid && status.pps.clock == SyncState::Locked;
   if (last_label_ && last_label_->second == label.second && last_label_->is_valid == label.is_valid) return;
   last_label_ = label;

@@ -6,7 +6,10 @@
 namespace hueline::drivers {
 
 // A datagram spans 0.05 to 1 ms, by the scanner's rate and its size; a fast one sends 18000 a second.
-constinit const DeviceType kProfileScanner{"profile_scanner", Role::Laser, true, make_device<DatagramDevice<ProfileScannerDecoder>>,
+constinit const DeviceType kProfileScanner{"profile_scanner",
+                                           Role::Laser,
+                                           true,
+                                           make_device<DatagramDevice<ProfileScannerDecoder>>,
                                            {.latency_min = std::chrono::microseconds(500), .pending_limit = 65536}};
 
 }  // namespace hueline::drivers

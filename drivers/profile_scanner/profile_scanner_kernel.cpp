@@ -15,17 +15,21 @@ constexpr double kAngleUnit = kTurn / 4294967296.0;
 /// Of the upper 24 bits: what a float holds exactly, so that an angle just below a turn does not become one.
 constexpr float kCoarseAngleUnit = static_cast<float>(kTurn / 16777216.0);
 
-std::uint32_t units(double angle) { return static_cast<std::uint32_t>(static_cast<std::uint64_t>(std::llround(angle / kAngleUnit))); }
+std::uint32_t units(double angle) {
+  return static_cast<std::uint32_t>(static_cast<std::uint64_t>(std::llround(angle / kAngleUnit)));
+}
 
 /// Matt surfaces fill 0 .. 100, retroreflectors the rest.
 std::uint8_t reflectivity(std::uint32_t wire) {
-  return static_cast<std::uint8_t>(wire <= 10'000 ? (wire + 50) / 100 : 100 + ((wire - 10'000) * 155 + 27'767) / 55'535);
+  return static_cast<std::uint8_t>(wire <= 10'000 ? (wire + 50) / 100
+                                                  : 100 + ((wire - 10'000) * 155 + 27'767) / 55'535);
 }
 
 }  // namespace
 
 ProfileScannerKernel::ProfileScannerKernel(const ProfileScannerDecoder::Config& config)
-    : nearest_(std::max<std::uint32_t>(1, static_cast<std::uint32_t>(std::llround(config.min_range_m * kUnitsPerMetre)))),
+    : nearest_(
+          std::max<std::uint32_t>(1, static_cast<std::uint32_t>(std::llround(config.min_range_m * kUnitsPerMetre)))),
       span_(static_cast<std::uint32_t>(std::llround(config.max_range_m * kUnitsPerMetre)) - nearest_),
       window_begin_(units(config.angle_begin)) {
   double width = config.angle_end - config.angle_begin;
@@ -60,7 +64,8 @@ void ProfileScannerKernel::decode(const ProfileData& data, std::vector<LaserRetu
   const std::byte* wire = data.returns.data();
   std::uint32_t angle = data.angle;
   std::uint64_t offset_ps = 500;  // rounds
-  for (std::size_t k = 0; k < pulses; ++k, angle += static_cast<std::uint32_t>(data.angle_step), offset_ps += data.period_ps) {
+  for (std::size_t k = 0; k < pulses;
+       ++k, angle += static_cast<std::uint32_t>(data.angle_step), offset_ps += data.period_ps) {
     const auto count = static_cast<std::uint8_t>(data.counts[k]);
     if (count == 0) continue;
     const bool is_inside = angle - window_begin_ <= window_width_;

@@ -9,8 +9,8 @@
 
 namespace hueline::drivers {
 
-/// The arithmetic of data datagrams: ranges and angles to places and times. Knows no faults and no packets. Thread-bound (it owns
-/// scratch space and the directions of the last angle step).
+/// The arithmetic of data datagrams: ranges and angles to places and times. Knows no faults and no packets.
+/// Thread-bound (it owns scratch space and the directions of the last angle step).
 class ProfileScannerKernel {
  public:
   explicit ProfileScannerKernel(const ProfileScannerDecoder::Config& config);
@@ -21,7 +21,7 @@ class ProfileScannerKernel {
  private:
   void fill_steps(std::int32_t step, std::size_t pulses);
 
-  std::uint32_t nearest_, span_;  ///< 0.1 mm: kept from nearest_ to nearest_ + span_
+  std::uint32_t nearest_, span_;               ///< 0.1 mm: kept from nearest_ to nearest_ + span_
   std::uint32_t window_begin_, window_width_;  ///< 2^-32 turn
   std::int32_t step_ = 0;
   std::vector<double> sin_, cos_;  ///< of k steps

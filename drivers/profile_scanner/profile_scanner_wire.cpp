@@ -30,13 +30,16 @@ bool is_profile_datagram(std::span<const std::byte> d) {
 }
 
 Result<ProfileHeader> decode_profile_header(std::span<const std::byte> d) {
-  if (!is_profile_datagram(d)) return malformed(fmt::format("datagram of {} bytes that does not begin with PRF1", d.size()));
+  if (!is_profile_datagram(d))
+    return malformed(fmt::format("datagram of {} bytes that does not begin with PRF1", d.size()));
   if (const auto version = load<std::uint8_t>(d, 4); version != kProfileVersion)
-    return Error{ErrorCode::Unsupported, fmt::format("version {} of the format; {} is known", version, kProfileVersion)};
+    return Error{ErrorCode::Unsupported,
+                 fmt::format("version {} of the format; {} is known", version, kProfileVersion)};
   const auto kind = load<std::uint8_t>(d, 5);
   if (kind != 1 && kind != 2) return malformed(fmt::format("kind {} is neither data (1) nor status (2)", kind));
   const auto length = load<std::uint16_t>(d, 12);
-  if (length > d.size()) return Error{ErrorCode::Truncated, fmt::format("cut short: says {} bytes, {} came", length, d.size())};
+  if (length > d.size())
+    return Error{ErrorCode::Truncated, fmt::format("cut short: says {} bytes, {} came", length, d.size())};
   if (length < d.size()) return malformed(fmt::format("says {} bytes, {} came", length, d.size()));
   ProfileHeader out;
   out.kind = static_cast<ProfileKind>(kind);
@@ -52,7 +55,8 @@ Result<ProfileHeader> decode_profile_header(std::span<const std::byte> d) {
 }
 
 Result<ProfileData> decode_profile_data(std::span<const std::byte> d) {
-  if (d.size() < kProfileDataBytes) return malformed(fmt::format("data of {} bytes; its head alone has {}", d.size(), kProfileDataBytes));
+  if (d.size() < kProfileDataBytes)
+    return malformed(fmt::format("data of {} bytes; its head alone has {}", d.size(), kProfileDataBytes));
   ProfileData out;
   out.line = load<std::uint32_t>(d, 24);
   out.angle = load<std::uint32_t>(d, 28);
@@ -77,7 +81,8 @@ Result<ProfileData> decode_profile_data(std::span<const std::byte> d) {
 }
 
 Result<ProfileStatus> decode_profile_status(std::span<const std::byte> d) {
-  if (d.size() != kProfileStatusBytes) return malformed(fmt::format("status of {} bytes; {} expected", d.size(), kProfileStatusBytes));
+  if (d.size() != kProfileStatusBytes)
+    return malformed(fmt::format("status of {} bytes; {} expected", d.size(), kProfileStatusBytes));
   ProfileStatus out;
   const auto flags = load<std::uint8_t>(d, 25);
   out.pps = pulse_status(load<std::uint8_t>(d, 24));

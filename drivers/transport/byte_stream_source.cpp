@@ -19,10 +19,20 @@ constexpr int kPollMs = 100;
 /// The device or its cable is gone, as opposed to the system being in trouble.
 bool is_gone(int error) {
   switch (error) {
-    case EIO: case ENODEV: case ENXIO: case EPIPE: case ECONNRESET: case ETIMEDOUT: case ENETDOWN: case ENETUNREACH:
-    case EHOSTUNREACH: case EHOSTDOWN: case ECONNABORTED:
+    case EIO:
+    case ENODEV:
+    case ENXIO:
+    case EPIPE:
+    case ECONNRESET:
+    case ETIMEDOUT:
+    case ENETDOWN:
+    case ENETUNREACH:
+    case EHOSTUNREACH:
+    case EHOSTDOWN:
+    case ECONNABORTED:
       return true;
-    default: return false;
+    default:
+      return false;
   }
 }
 
@@ -54,16 +64,17 @@ Status ByteStreamSource::send_dialogue() {
     pollfd ready{fd_, POLLOUT, 0};
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
     if (left <= 0)
-      return Error{ErrorCode::Unavailable, fmt::format("{}: took only {} of {} bytes of the start-up dialogue in {} ms", name(),
-                                                       config_.dialogue.size() - rest.size(), config_.dialogue.size(),
-                                                       config_.write_timeout.count())};
+      return Error{ErrorCode::Unavailable, fmt::format("{}: took only {} of {} bytes of the start-up dialogue in {} ms",
+                                                       name(), config_.dialogue.size() - rest.size(),
+                                                       config_.dialogue.size(), config_.write_timeout.count())};
     if (::poll(&ready, 1, static_cast<int>(left)) <= 0) continue;
     ssize_t written = ::send(fd_, rest.data(), rest.size(), MSG_NOSIGNAL);
     if (written < 0 && errno == ENOTSOCK) written = ::write(fd_, rest.data(), rest.size());
     if (written >= 0) {
       rest.remove_prefix(static_cast<std::size_t>(written));
     } else if (errno != EAGAIN && errno != EINTR) {
-      return Error{ErrorCode::Unavailable, fmt::format("{}: sending the start-up dialogue: {}", name(), std::strerror(errno))};
+      return Error{ErrorCode::Unavailable,
+                   fmt::format("{}: sending the start-up dialogue: {}", name(), std::strerror(errno))};
     }
   }
   return {};

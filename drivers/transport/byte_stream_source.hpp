@@ -7,13 +7,14 @@
 
 namespace hueline::drivers {
 
-/// What TCP and serial have in common: a file descriptor that gives bytes without boundaries, and a device that may want to be spoken
-/// to first. Each packet is what one read brought, stamped on arrival; where a message ends is the decoder's affair. Thread-bound.
+/// What TCP and serial have in common: a file descriptor that gives bytes without boundaries, and a device that may
+/// want to be spoken to first. Each packet is what one read brought, stamped on arrival; where a message ends is the
+/// decoder's affair. Thread-bound.
 class ByteStreamSource : public PacketSource {
  public:
   struct Config {
-    std::string dialogue;             ///< sent after each open, as it is; may be empty
-    std::size_t chunk_bytes = 16384;  ///< most that one packet holds
+    std::string dialogue;                           ///< sent after each open, as it is; may be empty
+    std::size_t chunk_bytes = 16384;                ///< most that one packet holds
     std::chrono::milliseconds write_timeout{2000};  ///< for the dialogue
     std::string validate() const;
   };
@@ -24,7 +25,8 @@ class ByteStreamSource : public PacketSource {
 
   /// Connects and sends the dialogue. Unavailable, Invalid, Io.
   Status open() final;
-  /// Stamped with host time when the computer saw that bytes had come (TCP and serial have no kernel stamp of each byte).
+  /// Stamped with host time when the computer saw that bytes had come (TCP and serial have no kernel stamp of each
+  /// byte).
   Result<Packet> next(std::stop_token stop) final;
   void close() final;
 

@@ -30,7 +30,8 @@ Line read_line(std::istream& in, std::string& line) {
 }  // namespace
 
 void CanLogSource::Config::visit(Keys& keys) {
-  keys.text(required("file", "", "A log of the bus: Vector's ASC, or what `candump -L` or `candump -t a` writes."), path);
+  keys.text(required("file", "", "A log of the bus: Vector's ASC, or what `candump -L` or `candump -t a` writes."),
+            path);
   keys.whole({"channel", "", "Of an ASC file, the channel to read.", "0: all"}, channel, {0, 255});
 }
 
@@ -67,8 +68,9 @@ Result<Packet> CanLogSource::next(std::stop_token stop) {
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stop was asked for"};
     ++line_;
     const Result<std::optional<CanLogEntry>> entry =
-        kind == Line::TooLong ? Error{ErrorCode::Malformed, fmt::format("a line of more than {} characters", kLongestLine)}
-                              : parser_.take(line);
+        kind == Line::TooLong
+            ? Error{ErrorCode::Malformed, fmt::format("a line of more than {} characters", kLongestLine)}
+            : parser_.take(line);
     if (!entry.ok()) {
       if (malformed_++ == 0) first_malformed_ = fmt::format("line {}: {}", line_, entry.error().message);
       continue;

@@ -47,9 +47,11 @@ struct CanSource::Slot {
 };
 
 void CanSource::Config::visit(Keys& keys) {
-  static const TextForm name{"1 to 15 characters", [](const std::string& text) { return text.size() < IFNAMSIZ; }, "^.{1,15}$"};
+  static const TextForm name{"1 to 15 characters", [](const std::string& text) { return text.size() < IFNAMSIZ; },
+                             "^.{1,15}$"};
   keys.text(required("interface", "", "The CAN interface, such as can0 or vcan0."), interface, name);
-  keys.whole({"receive_buffer_bytes", "bytes", "The size of the kernel's receive buffer."}, receive_buffer_bytes, {4096, 1 << 30});
+  keys.whole({"receive_buffer_bytes", "bytes", "The size of the kernel's receive buffer."}, receive_buffer_bytes,
+             {4096, 1 << 30});
 }
 
 KeyError CanSource::Config::validate() const {

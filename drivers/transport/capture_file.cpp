@@ -103,9 +103,12 @@ Result<CaptureFrame> CaptureFile::next_classic() {
   record_ = offset_;
   buffer_.clear();
   switch (fill(16)) {
-    case Fill::AtEnd: return Error{ErrorCode::EndOfData, name_ + ": end of capture"};
-    case Fill::Cut: return error(ErrorCode::Truncated, "capture ends inside a record header");
-    case Fill::Whole: break;
+    case Fill::AtEnd:
+      return Error{ErrorCode::EndOfData, name_ + ": end of capture"};
+    case Fill::Cut:
+      return error(ErrorCode::Truncated, "capture ends inside a record header");
+    case Fill::Whole:
+      break;
   }
   CaptureFrame frame;
   frame.time = to_ns(u32(buffer_.data() + 4), classic_ticks_per_second_, u32(buffer_.data()));
@@ -113,8 +116,7 @@ Result<CaptureFrame> CaptureFile::next_classic() {
   frame.length = u32(buffer_.data() + 12);
   frame.offset = record_;
   const std::uint32_t captured = u32(buffer_.data() + 8);
-  if (captured > kMaxFrame)
-    return error(ErrorCode::Malformed, fmt::format("record claims {} bytes", captured));
+  if (captured > kMaxFrame) return error(ErrorCode::Malformed, fmt::format("record claims {} bytes", captured));
   buffer_.clear();
   if (captured > 0 && fill(captured) != Fill::Whole)
     return error(ErrorCode::Truncated, fmt::format("capture ends inside a record of {} bytes", captured));
@@ -143,9 +145,12 @@ Result<CaptureFrame> CaptureFile::next_block() {
     record_ = offset_;
     buffer_.clear();
     switch (fill(4)) {
-      case Fill::AtEnd: return Error{ErrorCode::EndOfData, name_ + ": end of capture"};
-      case Fill::Cut: return error(ErrorCode::Truncated, "capture ends inside a block header");
-      case Fill::Whole: break;
+      case Fill::AtEnd:
+        return Error{ErrorCode::EndOfData, name_ + ": end of capture"};
+      case Fill::Cut:
+        return error(ErrorCode::Truncated, "capture ends inside a block header");
+      case Fill::Whole:
+        break;
     }
     const std::uint32_t type = u32(buffer_.data());
     if (type == kSectionBlock) {  // the same in either byte order
@@ -158,11 +163,11 @@ Result<CaptureFrame> CaptureFile::next_block() {
       return error(ErrorCode::Malformed, fmt::format("block claims {} bytes", length));
     if (fill(length - 8) != Fill::Whole)
       return error(ErrorCode::Truncated, fmt::format("capture ends inside a block of {} bytes", length));
-    if (u32(buffer_.data() + length - 4) != length)
-      return error(ErrorCode::Malformed, "block's two lengths differ");
+    if (u32(buffer_.data() + length - 4) != length) return error(ErrorCode::Malformed, "block's two lengths differ");
     const std::span<const std::byte> body(buffer_.data() + 8, length - 12);
     if (type == kInterfaceBlock) {
-      if (interfaces_.size() >= kMostInterfaces) return error(ErrorCode::Exhausted, fmt::format("section with more than {} interfaces", kMostInterfaces));
+      if (interfaces_.size() >= kMostInterfaces)
+        return error(ErrorCode::Exhausted, fmt::format("section with more than {} interfaces", kMostInterfaces));
       if (!add_interface(body)) return error(ErrorCode::Malformed, "interface block is broken");
     } else if (type == kEnhancedBlock || type == kSimpleBlock || type == kOldPacketBlock) {
       std::optional<CaptureFrame> frame = packet_block(type, body);

@@ -17,16 +17,16 @@ namespace hueline::drivers {
 
 /// One link-layer frame of a capture.
 struct CaptureFrame {
-  nanoseconds time{0};           ///< since 1970-01-01 UTC, as the capturing program stamped it; 0 if the file has none
-  std::uint32_t link_type = 0;   ///< LINKTYPE_ number: 1 Ethernet, 101 raw IP, 113 and 276 Linux cooked
-  std::uint32_t length = 0;      ///< on the wire; more than bytes.size() if the capture cut it off
-  std::uint64_t offset = 0;      ///< of its record in the file
+  nanoseconds time{0};          ///< since 1970-01-01 UTC, as the capturing program stamped it; 0 if the file has none
+  std::uint32_t link_type = 0;  ///< LINKTYPE_ number: 1 Ethernet, 101 raw IP, 113 and 276 Linux cooked
+  std::uint32_t length = 0;     ///< on the wire; more than bytes.size() if the capture cut it off
+  std::uint64_t offset = 0;     ///< of its record in the file
   std::span<const std::byte> bytes;  ///< valid until the next call
 };
 
-/// Reads classic pcap (either byte order, microseconds or nanoseconds) and pcapng (sections, interfaces, enhanced, simple and
-/// old packet blocks; other blocks are passed over). Everything whole is delivered before an error. Thread-bound.
-/// Source: draft-ietf-opsawg-pcap, draft-ietf-opsawg-pcapng.
+/// Reads classic pcap (either byte order, microseconds or nanoseconds) and pcapng (sections, interfaces, enhanced,
+/// simple and old packet blocks; other blocks are passed over). Everything whole is delivered before an error.
+/// Thread-bound. Source: draft-ietf-opsawg-pcap, draft-ietf-opsawg-pcapng.
 class CaptureFile {
  public:
   /// Errors: those of InputFile; Unsupported (neither format), Truncated (not even a header).
@@ -64,7 +64,7 @@ class CaptureFile {
   std::optional<InputFile> input_;  // what is read: not to be written over meanwhile
   std::unique_ptr<std::FILE, Close> file_;
   std::string name_;
-  bool is_blocks_ = false;  // pcapng
+  bool is_blocks_ = false;   // pcapng
   bool is_swapped_ = false;  // big-endian file
   std::uint64_t classic_ticks_per_second_ = 0;
   std::uint32_t classic_link_type_ = 0;

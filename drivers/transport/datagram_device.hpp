@@ -7,7 +7,8 @@
 
 namespace hueline::drivers {
 
-/// A device that does nothing but send datagrams, which DeviceDecoder understands: its keys are those of the input and those of the decoder.
+/// A device that does nothing but send datagrams, which DeviceDecoder understands: its keys are those of the input and
+/// those of the decoder.
 template <class DeviceDecoder>
 class DatagramDevice final : public Device {
  public:
@@ -17,8 +18,12 @@ class DatagramDevice final : public Device {
   }
   KeyError validate() const override { return decoder_.validate(); }
   Arrivals arrivals() const override { return input_.arrivals(); }
-  std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const override { return input_.make(sensor, pool); }
-  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override { return std::make_unique<DeviceDecoder>(sensor, decoder_); }
+  std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const override {
+    return input_.make(sensor, pool);
+  }
+  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override {
+    return std::make_unique<DeviceDecoder>(sensor, decoder_);
+  }
 
  private:
   DatagramInput input_;

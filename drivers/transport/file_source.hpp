@@ -9,8 +9,8 @@
 
 namespace hueline::drivers {
 
-/// Any file of bytes as a stream in pieces, such as a receiver's own log (*.gps). Nobody knows when its bytes arrived: `received` is counted,
-/// one `interval` a piece, and says nothing about clocks. Thread-bound.
+/// Any file of bytes as a stream in pieces, such as a receiver's own log (*.gps). Nobody knows when its bytes arrived:
+/// `received` is counted, one `interval` a piece, and says nothing about clocks. Thread-bound.
 class FileSource final : public PacketSource {
  public:
   struct Config {

@@ -12,9 +12,7 @@ nanoseconds read_clock(clockid_t id) {
   return to_nanoseconds(t);
 }
 
-clockid_t clock_id(KernelClock clock) {
-  return clock == KernelClock::Realtime ? CLOCK_REALTIME : CLOCK_MONOTONIC;
-}
+clockid_t clock_id(KernelClock clock) { return clock == KernelClock::Realtime ? CLOCK_REALTIME : CLOCK_MONOTONIC; }
 
 }  // namespace
 

@@ -15,10 +15,15 @@ constexpr nanoseconds kReplacedAfter = std::chrono::seconds(3);
 }  // namespace
 
 void PcapSource::Config::visit(Keys& keys) {
-  static const TextForm address{"an IPv4 or IPv6 address", [](const std::string& text) { return parse_ip_address(text).has_value(); }};
-  keys.text(required("file", "", "A pcap or pcapng file. It is read as fast as it can be recorded, and is refused beside sensors that are devices."), path);
+  static const TextForm address{"an IPv4 or IPv6 address",
+                                [](const std::string& text) { return parse_ip_address(text).has_value(); }};
+  keys.text(required("file", "",
+                     "A pcap or pcapng file. It is read as fast as it can be recorded, and is refused beside sensors "
+                     "that are devices."),
+            path);
   keys.wholes({"ports", "", "The destination ports of the datagrams to read.", "all"}, ports, {1, 65535});
-  keys.text({"source_address", "", "The address of the device whose datagrams are read.", "all"}, source_address, address);
+  keys.text({"source_address", "", "The address of the device whose datagrams are read.", "all"}, source_address,
+            address);
 }
 
 KeyError PcapSource::Config::validate() const {
@@ -59,8 +64,8 @@ void PcapSource::watch_sender(const UdpDatagram& datagram) {
     return;
   }
   tell({sensor_, FaultKind::WrongDevice, last_, 1,
-        fmt::format("{}: datagrams of {} and of {} are taken for one device's: name its source_address, or its ports", config_.path,
-                    to_text(*first_sender_), to_text(sender_))});
+        fmt::format("{}: datagrams of {} and of {} are taken for one device's: name its source_address, or its ports",
+                    config_.path, to_text(*first_sender_), to_text(sender_))});
 }
 
 void PcapSource::tell(const Fault& fault) {
@@ -115,12 +120,14 @@ void PcapSource::finish(Error why) {
   const ExtractCounts& c = extractor_.counts();
   if (const std::uint64_t lost = c.cut_off + c.malformed + c.fragments_dropped + c.unknown_link; lost > 0)
     tell({sensor_, FaultKind::Malformed, last_, lost,
-          fmt::format("{}: frames not delivered: {} cut off by the capture, {} with broken headers, {} fragments of datagrams that are not whole, {} of "
+          fmt::format("{}: frames not delivered: {} cut off by the capture, {} with broken headers, {} fragments of "
+                      "datagrams that are not whole, {} of "
                       "a link type that is not read{}",
                       config_.path, c.cut_off, c.malformed, c.fragments_dropped, c.unknown_link,
                       c.unknown_link > 0 ? fmt::format(" ({})", c.unknown_link_type) : std::string())});
   if (delivered_ == 0)
-    tell({sensor_, FaultKind::WrongDevice, last_, std::max<std::uint64_t>(1, filtered_ + c.not_udp), config_.path + ": " + others()});
+    tell({sensor_, FaultKind::WrongDevice, last_, std::max<std::uint64_t>(1, filtered_ + c.not_udp),
+          config_.path + ": " + others()});
 }
 
 /// What a capture without a datagram of the device holds.
@@ -128,9 +135,12 @@ std::string PcapSource::others() const {
   const ExtractCounts& c = extractor_.counts();
   if (filtered_ > 0) {
     std::string ports, sources;
-    for (const auto& [port, count] : other_ports_) ports += fmt::format("{}{} ({})", ports.empty() ? "" : ", ", port, count);
-    for (const auto& [source, count] : other_sources_) sources += fmt::format("{}{} ({})", sources.empty() ? "" : ", ", to_text(source), count);
-    return fmt::format("no datagram of the rig's ports and address; there are datagrams to the ports {}, from {}", ports, sources);
+    for (const auto& [port, count] : other_ports_)
+      ports += fmt::format("{}{} ({})", ports.empty() ? "" : ", ", port, count);
+    for (const auto& [source, count] : other_sources_)
+      sources += fmt::format("{}{} ({})", sources.empty() ? "" : ", ", to_text(source), count);
+    return fmt::format("no datagram of the rig's ports and address; there are datagrams to the ports {}, from {}",
+                       ports, sources);
   }
   if (c.tcp > 0) return fmt::format("no UDP datagram; {} frames are of TCP connections, which are not read", c.tcp);
   if (c.not_udp > 0) return fmt::format("no UDP datagram; {} frames are of other protocols", c.not_udp);

@@ -14,13 +14,15 @@
 
 namespace hueline::drivers {
 
-/// The UDP datagrams of a pcap or pcapng file, as fast as they are asked for. `received` is the capture's stamp: the clock of
-/// the computer that captured stands for HostTime, with its zero at 1970-01-01 UTC. Do not mix with live sources in one drive.
+/// The UDP datagrams of a pcap or pcapng file, as fast as they are asked for. `received` is the capture's stamp: the
+/// clock of the computer that captured stands for HostTime, with its zero at 1970-01-01 UTC. Do not mix with live
+/// sources in one drive.
 ///
-/// Everything whole is delivered; then Truncated or Malformed with the offset, once, then EndOfData. Before that a Fault Malformed
-/// counts frames that were cut off, broken or fragments that never became whole, and a Fault WrongDevice says what the capture holds
-/// instead, if it holds no datagram of the device. Without a `source_address` datagrams of several devices are delivered as they
-/// come, and a Fault WrongDevice counts those that are not the first one's. Thread-bound.
+/// Everything whole is delivered; then Truncated or Malformed with the offset, once, then EndOfData. Before that a
+/// Fault Malformed counts frames that were cut off, broken or fragments that never became whole, and a Fault
+/// WrongDevice says what the capture holds instead, if it holds no datagram of the device. Without a `source_address`
+/// datagrams of several devices are delivered as they come, and a Fault WrongDevice counts those that are not the first
+/// one's. Thread-bound.
 class PcapSource final : public PacketSource {
  public:
   struct Config {
@@ -32,8 +34,7 @@ class PcapSource final : public PacketSource {
     KeyError validate() const;
   };
 
-  PcapSource(SensorId sensor, Config config)
-      : sensor_(sensor), config_(std::move(config)) {}
+  PcapSource(SensorId sensor, Config config) : sensor_(sensor), config_(std::move(config)) {}
 
   /// Begins at the file's first frame again.
   Status open() override;
@@ -61,7 +62,7 @@ class PcapSource final : public PacketSource {
   std::optional<Error> ended_;
   std::optional<IpAddress> first_sender_;
   IpAddress sender_{};
-  HostTime first_heard_{};  // when the first sender spoke last
+  HostTime first_heard_{};      // when the first sender spoke last
   std::deque<Packet> waiting_;  // faults, and the datagram behind them
   HostTime last_{};
   std::uint64_t filtered_ = 0, delivered_ = 0;

@@ -1,6 +1,7 @@
 #include "drivers/transport/serial_source.hpp"
 
-// The kernel's own termios: <termios.h> of the C library cannot name an arbitrary baud rate, and the two cannot be mixed.
+// The kernel's own termios: <termios.h> of the C library cannot name an arbitrary baud rate, and the two cannot be
+// mixed.
 #include <asm/ioctls.h>
 #include <asm/termbits.h>
 
@@ -16,10 +17,13 @@
 namespace hueline::drivers {
 
 void SerialSource::Config::visit(Keys& keys) {
-  keys.text(required("device", "", "The path of the serial port, best a name of /dev/serial/by-id: such a name does not change."), device);
+  keys.text(required("device", "",
+                     "The path of the serial port, best a name of /dev/serial/by-id: such a name does not change."),
+            device);
   // The fastest adapters (FTDI's of the Hi-Speed class) make 12 Mbaud.
-  keys.whole(required("baud", "1/s", "The port's speed, with 8 data bits, no parity, one stop bit and no flow control."), baud,
-             {300, 12'000'000});
+  keys.whole(
+      required("baud", "1/s", "The port's speed, with 8 data bits, no parity, one stop bit and no flow control."), baud,
+      {300, 12'000'000});
 }
 
 KeyError SerialSource::Config::validate() const {

@@ -5,8 +5,8 @@
 
 namespace hueline::drivers {
 
-/// Serial port, raw 8N1 without flow control. Unplugging a USB adapter gives Disconnected; opening again finds it when it is back,
-/// best under a name of /dev/serial/by-id/ that does not change.
+/// Serial port, raw 8N1 without flow control. Unplugging a USB adapter gives Disconnected; opening again finds it when
+/// it is back, best under a name of /dev/serial/by-id/ that does not change.
 class SerialSource final : public ByteStreamSource {
  public:
   struct Config {

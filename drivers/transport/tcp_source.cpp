@@ -47,7 +47,8 @@ KeyError TcpSource::Config::validate() const {
   if (host.empty()) return not_allowed("host", "empty", "an address or a name");
   if (connect_timeout.count() < 10 || connect_timeout.count() > 60000)
     return not_allowed("connect_timeout", std::to_string(connect_timeout.count()), "10 to 60000 ms");
-  if (peer_timeout.count() < 3 || peer_timeout.count() > 3600) return not_allowed("peer_timeout", std::to_string(peer_timeout.count()), "3 to 3600 s");
+  if (peer_timeout.count() < 3 || peer_timeout.count() > 3600)
+    return not_allowed("peer_timeout", std::to_string(peer_timeout.count()), "3 to 3600 s");
   return {"", stream.validate()};
 }
 
@@ -62,7 +63,8 @@ Result<int> TcpSource::connect() {
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = AI_NUMERICSERV;
   addrinfo* list = nullptr;
-  if (const int error = ::getaddrinfo(config_.host.c_str(), std::to_string(config_.port).c_str(), &hints, &list); error != 0)
+  if (const int error = ::getaddrinfo(config_.host.c_str(), std::to_string(config_.port).c_str(), &hints, &list);
+      error != 0)
     return Error{ErrorCode::Unavailable, fmt::format("{}: {}", name(), ::gai_strerror(error))};
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(list, &::freeaddrinfo);
 

@@ -44,20 +44,25 @@ Layer3 by_version(std::span<const std::byte> packet) {
 Layer3 network_layer(const CaptureFrame& frame) {
   const auto bytes = frame.bytes;
   switch (frame.link_type) {
-    case 1: return by_ether_type(bytes, 12);
+    case 1:
+      return by_ether_type(bytes, 12);
     case 0:
-    case 108: return bytes.size() < 4 ? Layer3{} : by_version(bytes.subspan(4));  // BSD loopback: family, then IP
+    case 108:
+      return bytes.size() < 4 ? Layer3{} : by_version(bytes.subspan(4));  // BSD loopback: family, then IP
     case 12:
     case 101:
     case 228:
-    case 229: return by_version(bytes);
-    case 113: return by_ether_type(bytes, 14);  // Linux cooked
-    case 276: {                                 // Linux cooked 2: the type comes first, the header is 20 bytes
+    case 229:
+      return by_version(bytes);
+    case 113:
+      return by_ether_type(bytes, 14);  // Linux cooked
+    case 276: {                         // Linux cooked 2: the type comes first, the header is 20 bytes
       if (bytes.size() < 20) return {};
       const std::uint16_t type = be16(bytes.data());
       return {type == 0x0800 ? Network::Ipv4 : type == 0x86DD ? Network::Ipv6 : Network::Other, bytes.subspan(20)};
     }
-    default: return {Network::UnknownLink, {}};
+    default:
+      return {Network::UnknownLink, {}};
   }
 }
 
@@ -91,13 +96,16 @@ std::optional<UdpDatagram> UdpExtractor::extract(const CaptureFrame& frame) {
   const Layer3 layer = network_layer(frame);
   const bool is_cut = frame.length > frame.bytes.size();
   switch (layer.network) {
-    case Network::Ipv4: return ipv4(layer.packet, is_cut);
-    case Network::Ipv6: return ipv6(layer.packet, is_cut);
+    case Network::Ipv4:
+      return ipv4(layer.packet, is_cut);
+    case Network::Ipv6:
+      return ipv6(layer.packet, is_cut);
     case Network::UnknownLink:
       ++counts_.unknown_link;
       counts_.unknown_link_type = frame.link_type;
       return {};
-    case Network::Other: break;
+    case Network::Other:
+      break;
   }
   ++counts_.not_udp;
   return {};
@@ -145,8 +153,9 @@ bool UdpExtractor::join(const FragmentKey& key, std::size_t offset, bool is_last
   if (partial.pieces.empty()) partial.age = ++age_;
   if (is_last) partial.total = offset + piece.size();
   const auto next = partial.pieces.lower_bound(offset);
-  const bool overlaps = (next != partial.pieces.end() && next->first < offset + piece.size()) ||
-                        (next != partial.pieces.begin() && std::prev(next)->first + std::prev(next)->second.size() > offset);
+  const bool overlaps =
+      (next != partial.pieces.end() && next->first < offset + piece.size()) ||
+      (next != partial.pieces.begin() && std::prev(next)->first + std::prev(next)->second.size() > offset);
   if (overlaps) {
     ++counts_.fragments_dropped;  // sent twice
   } else {
@@ -161,9 +170,8 @@ bool UdpExtractor::join(const FragmentKey& key, std::size_t offset, bool is_last
     return true;
   }
   if (partials_.size() > kMaxPartials) {
-    const auto oldest = std::min_element(partials_.begin(), partials_.end(), [](const auto& a, const auto& b) {
-      return a.second.age < b.second.age;
-    });
+    const auto oldest = std::min_element(partials_.begin(), partials_.end(),
+                                         [](const auto& a, const auto& b) { return a.second.age < b.second.age; });
     counts_.fragments_dropped += oldest->second.pieces.size();
     partials_.erase(oldest);
   }

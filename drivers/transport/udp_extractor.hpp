@@ -30,20 +30,20 @@ struct UdpDatagram {
 /// What became of the frames; each frame is counted once.
 struct ExtractCounts {
   std::uint64_t datagrams = 0;
-  std::uint64_t not_udp = 0;        ///< ARP, TCP, ...
-  std::uint64_t tcp = 0;            ///< of these
-  std::uint64_t unknown_link = 0;   ///< a link type that we do not read
+  std::uint64_t not_udp = 0;            ///< ARP, TCP, ...
+  std::uint64_t tcp = 0;                ///< of these
+  std::uint64_t unknown_link = 0;       ///< a link type that we do not read
   std::uint32_t unknown_link_type = 0;  ///< the latest of them
-  std::uint64_t cut_off = 0;        ///< UDP, but the capture kept only the beginning
-  std::uint64_t malformed = 0;      ///< headers that contradict the frame
-  std::uint64_t fragments = 0;      ///< held or joined
+  std::uint64_t cut_off = 0;            ///< UDP, but the capture kept only the beginning
+  std::uint64_t malformed = 0;          ///< headers that contradict the frame
+  std::uint64_t fragments = 0;          ///< held or joined
   std::uint64_t fragments_dropped = 0;  ///< of datagrams that never became whole
 };
 
-/// UDP out of link-layer frames: Ethernet with VLAN tags, Linux cooked (1 and 2), BSD loopback, raw IP; IPv4 with fragments
-/// joined, IPv6 with extension headers (fragmented IPv6 is counted as dropped). Checksums are not looked at: captures on the
-/// sending host have them unfilled. Nor is IP's length, where UDP's own fits what was captured: VeloView writes 1234 into the IP header
-/// of datagrams of any size. Thread-bound.
+/// UDP out of link-layer frames: Ethernet with VLAN tags, Linux cooked (1 and 2), BSD loopback, raw IP; IPv4 with
+/// fragments joined, IPv6 with extension headers (fragmented IPv6 is counted as dropped). Checksums are not looked at:
+/// captures on the sending host have them unfilled. Nor is IP's length, where UDP's own fits what was captured:
+/// VeloView writes 1234 into the IP header of datagrams of any size. Thread-bound.
 class UdpExtractor {
  public:
   /// Empty if the frame is no whole datagram (yet): counts() says why.

@@ -54,37 +54,46 @@ struct UdpSource::Datagram {
 };
 
 void UdpSource::Config::visit(Keys& keys) {
-  keys.wholes(required("ports", "", "The UDP ports of the device. What comes on several ports is told apart by the decoder."),
-              ports, {1, 65535}, {1});
-  keys.text({"bind_address", "", "The computer's own address on the interface that the device is connected to. 0.0.0.0 listens on all interfaces."}, bind_address,
-            kIpv4Address);
+  keys.wholes(
+      required("ports", "", "The UDP ports of the device. What comes on several ports is told apart by the decoder."),
+      ports, {1, 65535}, {1});
+  keys.text({"bind_address", "",
+             "The computer's own address on the interface that the device is connected to. 0.0.0.0 listens on all "
+             "interfaces."},
+            bind_address, kIpv4Address);
   keys.text({"source_address", "",
-             "The device's address. Datagrams from other addresses are fault WrongDevice. Without it, all that comes is taken for one device's, and a second "
+             "The device's address. Datagrams from other addresses are fault WrongDevice. Without it, all that comes "
+             "is taken for one device's, and a second "
              "sender is told as that fault too.",
              "any"},
             source_address, kIpv4Address);
-  keys.text({"multicast_group", "", "The multicast group to join, within 224.0.0.0 to 239.255.255.255.", "none"}, multicast_group, kIpv4Address);
-  keys.text({"multicast_interface", "", "The computer's own address on the interface that joins the group.", "the kernel's choice"}, multicast_interface, kIpv4Address);
-  keys.whole({"receive_buffer_bytes", "bytes", "The size of the kernel's receive buffer of each port. A size above net.core.rmem_max needs CAP_NET_ADMIN."},
-             receive_buffer_bytes, {4096, 1 << 30});
+  keys.text({"multicast_group", "", "The multicast group to join, within 224.0.0.0 to 239.255.255.255.", "none"},
+            multicast_group, kIpv4Address);
+  keys.text({"multicast_interface", "", "The computer's own address on the interface that joins the group.",
+             "the kernel's choice"},
+            multicast_interface, kIpv4Address);
+  keys.whole(
+      {"receive_buffer_bytes", "bytes",
+       "The size of the kernel's receive buffer of each port. A size above net.core.rmem_max needs CAP_NET_ADMIN."},
+      receive_buffer_bytes, {4096, 1 << 30});
 }
 
 KeyError UdpSource::Config::validate() const {
   Config in_files = *this;
-  for (std::uint16_t& port : in_files.ports) port = std::max<std::uint16_t>(port, 1);  // 0, any free one, is for programs that ask bound_ports()
+  for (std::uint16_t& port : in_files.ports)
+    port = std::max<std::uint16_t>(port, 1);  // 0, any free one, is for programs that ask bound_ports()
   if (KeyError wrong = check_keys(in_files); !wrong.empty()) return wrong;
   if (bind_address.empty()) return not_allowed("bind_address", "empty", kIpv4Address.allowed);
   if (!multicast_group.empty() && !IN_MULTICAST(ntohl(*parse_address(multicast_group))))
     return not_allowed("multicast_group", multicast_group, "224.0.0.0 to 239.255.255.255");
-  if (max_datagram_bytes < 64 || max_datagram_bytes > 65536) return not_allowed("max_datagram_bytes", std::to_string(max_datagram_bytes), "64 to 65536");
+  if (max_datagram_bytes < 64 || max_datagram_bytes > 65536)
+    return not_allowed("max_datagram_bytes", std::to_string(max_datagram_bytes), "64 to 65536");
   if (batch < 1 || batch > 1024) return not_allowed("batch", std::to_string(batch), "1 to 1024");
   return {};
 }
 
 UdpSource::UdpSource(SensorId sensor, Config config, BufferPool pool)
-    : sensor_(sensor),
-      config_(std::move(config)),
-      pool_(std::move(pool)) {}
+    : sensor_(sensor), config_(std::move(config)), pool_(std::move(pool)) {}
 
 UdpSource::~UdpSource() { close(); }
 
@@ -115,7 +124,8 @@ Status UdpSource::open_socket(std::uint16_t port) {
   sockets_.push_back({fd, 0});
 
   const bool is_multicast = !config_.multicast_group.empty();
-  // Several programs may share a multicast port; a unicast port that is taken shall be an error, not half of the datagrams.
+  // Several programs may share a multicast port; a unicast port that is taken shall be an error, not half of the
+  // datagrams.
   if (is_multicast && !set_option(fd, SOL_SOCKET, SO_REUSEADDR, 1)) return io_error("share " + where, errno);
   if (!set_option(fd, SOL_SOCKET, SO_RCVBUFFORCE, config_.receive_buffer_bytes) &&
       !set_option(fd, SOL_SOCKET, SO_RCVBUF, config_.receive_buffer_bytes))
@@ -209,8 +219,8 @@ Status UdpSource::read(Socket& socket) {
     header.msg_controllen = d.control.size();
   }
   // MSG_TRUNC: msg_len is the length on the wire.
-  const int taken = ::recvmmsg(socket.fd, headers.data(), static_cast<unsigned>(headers.size()),
-                               MSG_DONTWAIT | MSG_TRUNC, nullptr);
+  const int taken =
+      ::recvmmsg(socket.fd, headers.data(), static_cast<unsigned>(headers.size()), MSG_DONTWAIT | MSG_TRUNC, nullptr);
   if (taken < 0) {
     const int why = errno;
     if (why == EAGAIN || why == EWOULDBLOCK || why == EINTR) return {};
@@ -241,7 +251,8 @@ Status UdpSource::read(Socket& socket) {
     deliver(socket, d, offset);
   }
   // One text for those of one reading: a flood of them must not cost as much as the device's own.
-  if (strangers_.count > 0) push_fault(strangers_.time, strangers_.kind, std::exchange(strangers_.count, 0), std::move(strangers_.detail));
+  if (strangers_.count > 0)
+    push_fault(strangers_.time, strangers_.kind, std::exchange(strangers_.count, 0), std::move(strangers_.detail));
   return {};
 }
 
@@ -268,16 +279,16 @@ void UdpSource::deliver(Socket& socket, Datagram& d, const ClockOffset& offset) 
   if (!first_sender_ || received - first_heard_ > kReplacedAfter) first_sender_ = d.from.sin_addr.s_addr;
   if (d.from.sin_addr.s_addr != *first_sender_) {
     note_stranger(received, [&] {
-      return fmt::format("datagrams of {} and of {} are taken for one device's: name its source_address", to_text(*first_sender_),
-                         to_text(d.from.sin_addr.s_addr));
+      return fmt::format("datagrams of {} and of {} are taken for one device's: name its source_address",
+                         to_text(*first_sender_), to_text(d.from.sin_addr.s_addr));
     });
   } else {
     first_heard_ = received;
   }
   if (!d.buffer)
-    return push_fault(received, FaultKind::Overflow, 1,
-                      fmt::format("a datagram of {} bytes came while the pool of {} bytes was full", d.length,
-                                  pool_.limit_bytes()));
+    return push_fault(
+        received, FaultKind::Overflow, 1,
+        fmt::format("a datagram of {} bytes came while the pool of {} bytes was full", d.length, pool_.limit_bytes()));
   if (d.is_truncated)
     push_fault(received, FaultKind::Malformed, 1,
                fmt::format("a datagram of {} bytes was cut off to {} (max_datagram_bytes)", d.length,

@@ -8,22 +8,21 @@
 #include <vector>
 
 #include "core/buffer.hpp"
+#include "core/fault.hpp"
 #include "core/keys.hpp"
 #include "core/packet.hpp"
-#include "core/fault.hpp"
 #include "drivers/transport/host_clock.hpp"
 
 namespace hueline::drivers {
 
-/// Datagrams of one device over IPv4 UDP, on one or several ports; the decoder tells them apart by their content. `received` is the
-/// kernel's stamp of the datagram's arrival (SO_TIMESTAMPNS), converted to HostTime; packets of one read are in the order of their stamps.
-/// The kernel begins to stamp a moment after the first socket of the computer asks for it; datagrams before have the time at which they
-/// were read.
+/// Datagrams of one device over IPv4 UDP, on one or several ports; the decoder tells them apart by their content.
+/// `received` is the kernel's stamp of the datagram's arrival (SO_TIMESTAMPNS), converted to HostTime; packets of one
+/// read are in the order of their stamps. The kernel begins to stamp a moment after the first socket of the computer
+/// asks for it; datagrams before have the time at which they were read.
 ///
-/// Fault packets: Overflow (the kernel's socket buffer or the pool was full; the kernel tells of a drop on the next datagram that
-/// it delivers), WrongDevice (from another address than the rig's; one a second at most, counted, not delivered),
-/// Malformed (longer than max_datagram_bytes: delivered cut off, after its fault).
-/// Thread-bound.
+/// Fault packets: Overflow (the kernel's socket buffer or the pool was full; the kernel tells of a drop on the next
+/// datagram that it delivers), WrongDevice (from another address than the rig's; one a second at most, counted, not
+/// delivered), Malformed (longer than max_datagram_bytes: delivered cut off, after its fault). Thread-bound.
 class UdpSource final : public PacketSource {
  public:
   struct Config {
@@ -32,8 +31,8 @@ class UdpSource final : public PacketSource {
     std::string source_address;            ///< only from this device; empty: from anybody, and a second one is told
     std::string multicast_group;           ///< joined if not empty
     std::string multicast_interface;       ///< address of the interface to join on; empty: the kernel's choice
-    /// Asked of the kernel for each port: 4 MiB hold 2 s of 750 datagrams of 1.2 kB a second. More than net.core.rmem_max needs CAP_NET_ADMIN; what
-    /// was granted: receive_buffer_bytes().
+    /// Asked of the kernel for each port: 4 MiB hold 2 s of 750 datagrams of 1.2 kB a second. More than
+    /// net.core.rmem_max needs CAP_NET_ADMIN; what was granted: receive_buffer_bytes().
     int receive_buffer_bytes = 4 << 20;
     std::size_t max_datagram_bytes = 2048;
     int batch = 64;  ///< datagrams taken by one system call
@@ -51,7 +50,8 @@ class UdpSource final : public PacketSource {
   Result<Packet> next(std::stop_token stop) override;
   void close() override;
 
-  /// The port that each socket is bound to, in the order of Config::ports: differs only where 0 (any) was asked for. After open().
+  /// The port that each socket is bound to, in the order of Config::ports: differs only where 0 (any) was asked for.
+  /// After open().
   std::vector<std::uint16_t> bound_ports() const;
   /// The smallest buffer that the kernel granted, in bytes of its own counting (overhead included). After open().
   int receive_buffer_bytes() const;

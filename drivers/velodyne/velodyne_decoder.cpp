@@ -18,7 +18,8 @@ constexpr std::size_t kMostHeld = 16;
 constexpr unsigned kStrongest = 0x37, kLast = 0x38, kDual = 0x39;
 constexpr nanoseconds kHour = std::chrono::hours(1);
 
-/// Arrivals jitter by the network and by the reader's batches; beyond it a move of the stamp is the clock's, not a loss.
+/// Arrivals jitter by the network and by the reader's batches; beyond it a move of the stamp is the clock's, not a
+/// loss.
 constexpr nanoseconds kArrivalJitter = std::chrono::milliseconds(200);
 
 /// The network's copy of a packet comes at once; an hour later the counter is the same again.
@@ -31,10 +32,12 @@ constexpr std::int64_t kMaxLag_s = 2;
 
 constexpr int kCircle = 36000;  // 0.01 deg
 
-/// Blocks so far inside what was silent until now mean that the field of view was set anew; nearer to its edge they are the motor's.
+/// Blocks so far inside what was silent until now mean that the field of view was set anew; nearer to its edge they are
+/// the motor's.
 constexpr int kSilentEdge = 100;
 
-/// The mirror's rate is known from one packet to a hundredth, and the motor's varies: what may be missing beside a silent part.
+/// The mirror's rate is known from one packet to a hundredth, and the motor's varies: what may be missing beside a
+/// silent part.
 constexpr double kSilentUncertainty = 0.02;
 
 /// The scanner counts within the UTC hour.
@@ -51,17 +54,22 @@ nanoseconds within_half_hour(nanoseconds d) {
 
 void VelodyneDecoder::Config::visit(Keys& keys) {
   keys.choice(required("model", "",
-                       "The scanner's model. The timing of its packets has to agree (1.327 ms and 0.553 ms between data packets; half of it in dual-return mode), else "
-                       "fault WrongDevice. The factory byte need not agree: old VLP-16s bear the HDL-32E's. A Puck LITE is a VLP-16."),
+                       "The scanner's model. The timing of its packets has to agree (1.327 ms and 0.553 ms between "
+                       "data packets; half of it in dual-return mode), else "
+                       "fault WrongDevice. The factory byte need not agree: old VLP-16s bear the HDL-32E's. A Puck "
+                       "LITE is a VLP-16."),
               model, {{"VLP-16", VelodyneModel::Vlp16}, {"HDL-32E", VelodyneModel::Hdl32e}});
   keys.choice({"returns", "", "Which returns of a firing are kept, of a scanner in dual-return mode."}, returns,
               {{"all", ReturnChoice::All}, {"strongest", ReturnChoice::Strongest}, {"last", ReturnChoice::Last}});
   keys.number({"min_range_m", "m", "Nearer returns are dropped."}, min_range_m, {0, 131});
   keys.number({"max_range_m", "m", "Farther returns are dropped. It is above `min_range_m`."}, max_range_m, {0, 200});
-  keys.angle({"azimuth_begin_deg", "deg", "Azimuths are kept clockwise from here ..."}, azimuth_begin, {0, 360, Ends::MinOnly});
-  keys.angle({"azimuth_end_deg", "deg", "... to here, through 0 if it is smaller than `azimuth_begin_deg`."}, azimuth_end, {0, 360});
+  keys.angle({"azimuth_begin_deg", "deg", "Azimuths are kept clockwise from here ..."}, azimuth_begin,
+             {0, 360, Ends::MinOnly});
+  keys.angle({"azimuth_end_deg", "deg", "... to here, through 0 if it is smaller than `azimuth_begin_deg`."},
+             azimuth_end, {0, 360});
   keys.flag({"detects_lost", "",
-             "Whether gaps between time stamps are told as lost packets. The part of the circle that the scanner itself is set not to send is known by the jump of "
+             "Whether gaps between time stamps are told as lost packets. The part of the circle that the scanner "
+             "itself is set not to send is known by the jump of "
              "its azimuth. Say false if the scanner leaves out packets otherwise."},
             detects_lost);
 }
@@ -69,7 +77,8 @@ void VelodyneDecoder::Config::visit(Keys& keys) {
 KeyError VelodyneDecoder::Config::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
   if (max_range_m <= min_range_m) return not_allowed("max_range_m", number_text(max_range_m), "more than min_range_m");
-  if (azimuth_begin == azimuth_end) return {"azimuth_end_deg", "is equal to azimuth_begin_deg, so no azimuth would be kept; allowed: another one"};
+  if (azimuth_begin == azimuth_end)
+    return {"azimuth_end_deg", "is equal to azimuth_begin_deg, so no azimuth would be kept; allowed: another one"};
   return {};
 }
 
@@ -110,7 +119,8 @@ void VelodyneDecoder::malformed(const Packet& packet, std::size_t bytes, const s
                                 std::vector<Measurement>& out) {
   counts_.malformed_bytes += bytes;
   ++counts_.malformed_messages;
-  const bool begins_well = packet.bytes.size() >= 2 && packet.bytes.bytes()[0] == std::byte{0xFF} && packet.bytes.bytes()[1] == std::byte{0xEE};
+  const bool begins_well = packet.bytes.size() >= 2 && packet.bytes.bytes()[0] == std::byte{0xFF} &&
+                           packet.bytes.bytes()[1] == std::byte{0xEE};
   broken_ += begins_well || packet.bytes.size() == kVelodyneDataBytes ? 1 : 0;
   out.push_back(Fault{sensor_, FaultKind::Malformed, packet.received, 1, what});
 }
@@ -119,7 +129,8 @@ void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>
   const std::span<const std::byte> bytes = packet.bytes.bytes();
   const auto mode = static_cast<unsigned>(bytes[kModeAt]);
   if (mode != kStrongest && mode != kLast && mode != kDual)
-    return malformed(packet, bytes.size(), fmt::format("{}: return mode 0x{:02X} is not known", table_.name, mode), out);
+    return malformed(packet, bytes.size(), fmt::format("{}: return mode 0x{:02X} is not known", table_.name, mode),
+                     out);
   timing_.add(bytes);
   if (is_ours(packet, out)) use_data(packet, out);
 }
@@ -138,11 +149,13 @@ bool VelodyneDecoder::is_ours(const Packet& packet, std::vector<Measurement>& ou
     return false;
   }
   if (is_other_byte_ours_) {
-    ++counts_.messages[fmt::format("product {} taken for {} by its timing", velodyne_product_name(product), table_.name)];
+    ++counts_
+          .messages[fmt::format("product {} taken for {} by its timing", velodyne_product_name(product), table_.name)];
     return true;
   }
   held_.push_back(packet);
-  if (const auto model = timing_.model(kPairsFor); model || held_.size() >= kMostHeld) judge_held(model == config_.model, out);
+  if (const auto model = timing_.model(kPairsFor); model || held_.size() >= kMostHeld)
+    judge_held(model == config_.model, out);
   return false;
 }
 
@@ -157,10 +170,13 @@ void VelodyneDecoder::wrong_device(const Packet& packet, std::vector<Measurement
   counts_.ignored_bytes += packet.bytes.size();
   const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kProductAt]);
   const auto model = timing_.model(kPairsFor);
-  out.push_back(Fault{sensor_, FaultKind::WrongDevice, packet.received, 1,
-                      fmt::format("data packet of product 0x{:02X} ({}){}; the rig names a {} (0x{:02X}): the key model", product, velodyne_product_name(product),
-                                  model && *model != config_.model ? fmt::format(", timed as a {}'s", velodyne_table(*model).name) : std::string(), table_.name,
-                                  table_.product_id)});
+  out.push_back(
+      Fault{sensor_, FaultKind::WrongDevice, packet.received, 1,
+            fmt::format("data packet of product 0x{:02X} ({}){}; the rig names a {} (0x{:02X}): the key model", product,
+                        velodyne_product_name(product),
+                        model && *model != config_.model ? fmt::format(", timed as a {}'s", velodyne_table(*model).name)
+                                                         : std::string(),
+                        table_.name, table_.product_id)});
 }
 
 void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& out) {
@@ -177,7 +193,8 @@ void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& o
       std::equal(bytes.begin(), bytes.end(), newest_bytes_.begin())) {
     ++counts_.messages["data again"];
     counts_.ignored_bytes += bytes.size();
-    out.push_back(Fault{sensor_, FaultKind::Spurious, packet.received, 1, fmt::format("{}: the same packet came again", table_.name)});
+    out.push_back(Fault{sensor_, FaultKind::Spurious, packet.received, 1,
+                        fmt::format("{}: the same packet came again", table_.name)});
     return;
   }
   std::copy(bytes.begin(), bytes.end(), newest_bytes_.begin());
@@ -207,9 +224,11 @@ void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& o
 
   check_gap(packet, first_firing, duration, blocks, out);
   if (blocks.untimed > 0) {
-    out.push_back(Fault{sensor_, FaultKind::NoTime, packet.received, static_cast<std::uint64_t>(blocks.untimed),
-                        fmt::format("{}: the azimuth jumps from {:.2f} to {:.2f} deg inside a packet; the blocks behind have no known time",
-                                    table_.name, blocks.last_azimuth / 100.0, blocks.jump_azimuth / 100.0)});
+    out.push_back(Fault{
+        sensor_, FaultKind::NoTime, packet.received, static_cast<std::uint64_t>(blocks.untimed),
+        fmt::format(
+            "{}: the azimuth jumps from {:.2f} to {:.2f} deg inside a packet; the blocks behind have no known time",
+            table_.name, blocks.last_azimuth / 100.0, blocks.jump_azimuth / 100.0)});
   }
   counts_.decoded_bytes += bytes.size() - bad_bytes;
   ++counts_.messages[is_dual ? "data dual" : mode == kLast ? "data last" : "data strongest"];
@@ -238,8 +257,8 @@ nanoseconds VelodyneDecoder::silent_time(const Previous& from, nanoseconds moved
   return std::min(moved, from_seconds(passes * silent_part_->width / from.turn_rate));
 }
 
-void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration, const VelodyneBlocks& blocks,
-                                std::vector<Measurement>& out) {
+void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration,
+                                const VelodyneBlocks& blocks, std::vector<Measurement>& out) {
   const std::optional<Previous> before = std::exchange(
       previous_, Previous{stamp, duration, packet.received, nanoseconds(0), blocks.first_azimuth, blocks.turn_rate});
   if (!before) return learn_silent_part(blocks);
@@ -253,10 +272,10 @@ void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanosec
   previous_->travelled = before->travelled + moved;
   if (difference > kArrivalJitter || difference < -kArrivalJitter) {
     fault(FaultKind::ClockStep,
-          fmt::format("{}: its counter moved {:.6f} s against the arrivals", table_.name,
-                      to_seconds(difference)));
+          fmt::format("{}: its counter moved {:.6f} s against the arrivals", table_.name, to_seconds(difference)));
   } else if (moved < nanoseconds(0)) {
-    fault(FaultKind::Late, fmt::format("{}: a packet {:.6f} s older than the one before", table_.name, -to_seconds(moved)));
+    fault(FaultKind::Late,
+          fmt::format("{}: a packet {:.6f} s older than the one before", table_.name, -to_seconds(moved)));
     gaps_.fill(previous_->travelled.count());
     previous_ = before;  // the newest stays the measure of the next gap
     broken_ = broken;
@@ -264,8 +283,10 @@ void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanosec
     const nanoseconds silent = silent_time(*before, moved);
     const nanoseconds sending = moved - silent;
     if (to_seconds(sending) > 1.5 * to_seconds(before->duration) + kSilentUncertainty * to_seconds(silent)) {
-      const auto missing = static_cast<std::uint64_t>(std::llround(to_seconds(sending) / to_seconds(before->duration)) - 1);
-      gaps_.open(before->travelled.count(), previous_->travelled.count(), missing - std::min(missing, broken), packet.received);
+      const auto missing =
+          static_cast<std::uint64_t>(std::llround(to_seconds(sending) / to_seconds(before->duration)) - 1);
+      gaps_.open(before->travelled.count(), previous_->travelled.count(), missing - std::min(missing, broken),
+                 packet.received);
     }
   }
   learn_silent_part(blocks);
@@ -273,20 +294,21 @@ void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanosec
 
 void VelodyneDecoder::tell_lost(const GapTrial::Lost& lost, HostTime time, std::vector<Measurement>& out) const {
   out.push_back(Fault{sensor_, FaultKind::Lost, time, lost.missing,
-                      fmt::format("{}: no data packets for {:.6f} s of its counter", table_.name, to_seconds(nanoseconds(lost.width)))});
+                      fmt::format("{}: no data packets for {:.6f} s of its counter", table_.name,
+                                  to_seconds(nanoseconds(lost.width)))});
 }
 
 void VelodyneDecoder::decode_position_packet(const Packet& packet, std::vector<Measurement>& out) {
   const Result<VelodynePosition> position = decode_position(packet.bytes.bytes());
   if (!position) return malformed(packet, packet.bytes.size(), position.error().message, out);
-  const Result<RmcSentence> rmc = position->nmea.empty() ? Result<RmcSentence>(Error{ErrorCode::Unsupported, {}})
-                                                         : decode_rmc(position->nmea);
+  const Result<RmcSentence> rmc =
+      position->nmea.empty() ? Result<RmcSentence>(Error{ErrorCode::Unsupported, {}}) : decode_rmc(position->nmea);
   LaserStatus status;
   status.sensor = sensor_;
   status.received = packet.received;
   status.time = within_hour(std::chrono::microseconds(position->hour_us));
   status.clock = position->pps.clock;
-  status.words = position->pps.words + (position->nmea.empty()        ? ", no NMEA sentence"
+  status.words = position->pps.words + (position->nmea.empty()       ? ", no NMEA sentence"
                                         : rmc.ok() && rmc->is_active ? ", RMC valid"
                                                                      : ", RMC not valid");
   out.push_back(std::move(status));
@@ -316,8 +338,9 @@ void VelodyneDecoder::label(const Packet& packet, const VelodynePosition& positi
   if (last_label_ && last_label_->second == label.second && last_label_->is_valid == label.is_valid) return;
   last_label_ = label;
   if (!agrees) {
-    out.push_back(Fault{sensor_, FaultKind::LabelConflict, packet.received, 1,
-                        fmt::format("{}: its counter is {} s ahead of the RMC sentence that it echoes", table_.name, edge->lag)});
+    out.push_back(
+        Fault{sensor_, FaultKind::LabelConflict, packet.received, 1,
+              fmt::format("{}: its counter is {} s ahead of the RMC sentence that it echoes", table_.name, edge->lag)});
   }
   out.push_back(label);
 }

@@ -23,32 +23,35 @@ enum class ReturnChoice : std::uint8_t {
   Last,       ///< the one that the scanner reports as last
 };
 
-/// Which firing of a data packet its stamp names. VLP-16 User Manual 9.3.1: the first of the packet. The HDL-32E manual of 2011
-/// (appendix E) says the last; later firmware and other decoders hold it for the first. 0.54 ms apart: 1 cm at 70 km/h.
+/// Which firing of a data packet its stamp names. VLP-16 User Manual 9.3.1: the first of the packet. The HDL-32E manual
+/// of 2011 (appendix E) says the last; later firmware and other decoders hold it for the first. 0.54 ms apart: 1 cm at
+/// 70 km/h.
 enum class PacketStamp : std::uint8_t { FirstFiring, LastFiring };
 
 class VelodyneKernel;
 struct VelodyneBlocks;
 
-/// VLP-16 and HDL-32E: data packets -> LaserBatch (one each, also when no return is left), position packets -> LaserStatus and,
-/// once a second, TimeLabel. The two are told apart by their size, so one UDP source may carry both ports.
+/// VLP-16 and HDL-32E: data packets -> LaserBatch (one each, also when no return is left), position packets ->
+/// LaserStatus and, once a second, TimeLabel. The two are told apart by their size, so one UDP source may carry both
+/// ports.
 ///
-/// LaserBatch::time is the first firing of the packet in the scanner's microseconds past the UTC hour; a return's time and
-/// azimuth are those of its own firing: the azimuth between two blocks is interpolated, the last block is continued at
-/// the packet's own rate, so a lost packet changes nothing in its neighbours. Frame: Scanner (z up, y forward at azimuth 0,
-/// x right; azimuth clockwise seen from above). return_number counts by range: 1 is the nearer.
+/// LaserBatch::time is the first firing of the packet in the scanner's microseconds past the UTC hour; a return's time
+/// and azimuth are those of its own firing: the azimuth between two blocks is interpolated, the last block is continued
+/// at the packet's own rate, so a lost packet changes nothing in its neighbours. Frame: Scanner (z up, y forward at
+/// azimuth 0, x right; azimuth clockwise seen from above). return_number counts by range: 1 is the nearer.
 ///
-/// The model is what Config says, and the packets' timing has to agree (VelodyneTiming): a factory byte of another model is passed over
-/// where it does. The first packets with such a byte are held until that is known, sixteen at most.
+/// The model is what Config says, and the packets' timing has to agree (VelodyneTiming): a factory byte of another
+/// model is passed over where it does. The first packets with such a byte are held until that is known, sixteen at
+/// most.
 ///
 /// Faults: Malformed (wrong size, flag, mode, azimuth, counter), WrongDevice (factory byte of another
-/// model), Lost (packets by the stamps' gap, 0.1 s after it: one that was overtaken fills it), NoTime (blocks behind an azimuth jump),
-/// ClockStep (the stamp moved against the arrival), Late (an older packet after a newer), LabelConflict
+/// model), Lost (packets by the stamps' gap, 0.1 s after it: one that was overtaken fills it), NoTime (blocks behind an
+/// azimuth jump), ClockStep (the stamp moved against the arrival), Late (an older packet after a newer), LabelConflict
 /// (counter and RMC disagree).
 ///
-/// A scanner that is set to a field of view sends nothing over the rest of the circle. The first packet that goes on behind it, so
-/// that its azimuth jumps, tells which part that is; from then on the time of turning through it is not taken for lost packets.
-/// Thread-bound. Source: VLP-16 User Manual 63-9243 chapter 9, HDL-32E User's Manual.
+/// A scanner that is set to a field of view sends nothing over the rest of the circle. The first packet that goes on
+/// behind it, so that its azimuth jumps, tells which part that is; from then on the time of turning through it is not
+/// taken for lost packets. Thread-bound. Source: VLP-16 User Manual 63-9243 chapter 9, HDL-32E User's Manual.
 class VelodyneDecoder final : public Decoder {
  public:
   struct Config {
@@ -84,7 +87,8 @@ class VelodyneDecoder final : public Decoder {
   void wrong_device(const Packet& packet, std::vector<Measurement>& out);
   void use_data(const Packet& packet, std::vector<Measurement>& out);
   void decode_position_packet(const Packet& packet, std::vector<Measurement>& out);
-  void label(const Packet& packet, const VelodynePosition& position, const RmcSentence& rmc, std::vector<Measurement>& out);
+  void label(const Packet& packet, const VelodynePosition& position, const RmcSentence& rmc,
+             std::vector<Measurement>& out);
   void check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration, const VelodyneBlocks& blocks,
                  std::vector<Measurement>& out);
   void learn_silent_part(const VelodyneBlocks& blocks);
@@ -112,12 +116,12 @@ class VelodyneDecoder final : public Decoder {
   nanoseconds silent_time(const Previous& from, nanoseconds moved) const;
 
   VelodyneTiming timing_;
-  std::vector<Packet> held_;           // with a factory byte of another model, until the timing has spoken
+  std::vector<Packet> held_;  // with a factory byte of another model, until the timing has spoken
   std::optional<bool> is_other_byte_ours_;
   std::optional<SilentPart> silent_part_;
   std::array<std::byte, 1206> newest_bytes_{};  // of the last data packet, to know it again
   std::optional<Previous> previous_;
-  GapTrial gaps_;  // by Previous::travelled, ns
+  GapTrial gaps_;             // by Previous::travelled, ns
   std::uint64_t broken_ = 0;  // data packets since the last good one: they came, so they are not lost
   std::optional<TimeLabel> last_label_;
 };

@@ -12,7 +12,8 @@ constexpr float kTwoPi = static_cast<float>(2 * kPi);
 constexpr float kRadPerCount = static_cast<float>(2 * kPi / kCircle);
 constexpr std::size_t kBlockBytes = 100;
 
-/// The fastest model turns at 20 revolutions a second; beyond twice that an azimuth step is a jump. A motor at rest trembles.
+/// The fastest model turns at 20 revolutions a second; beyond twice that an azimuth step is a jump. A motor at rest
+/// trembles.
 constexpr double kMaxRevolutionsPerSecond = 40;
 constexpr int kTremble = 20;
 
@@ -85,8 +86,8 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
     if (!is_valid) result.malformed += blocks_per_unit;
   }
 
-  // Steps between neighbours, never across packets. A jump (the scanner's own field of view, a broken encoder) ends what the
-  // packet's stamp can date: how long the scanner was silent inside the packet is not told.
+  // Steps between neighbours, never across packets. A jump (the scanner's own field of view, a broken encoder) ends
+  // what the packet's stamp can date: how long the scanner was silent inside the packet is not told.
   std::array<int, kVelodyneBlocks> steps{};
   std::array<bool, kVelodyneBlocks> has_step{};
   int sum = 0, number = 0, timed_units = units;
@@ -110,7 +111,8 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
   }
   const float mean_step = number ? static_cast<float>(sum) / static_cast<float>(number) : 0.0f;
   if (number + number_behind > 0)
-    result.turn_rate = static_cast<double>(sum + sum_behind) / (number + number_behind) / to_seconds(table_.block_period());
+    result.turn_rate =
+        static_cast<double>(sum + sum_behind) / (number + number_behind) / to_seconds(table_.block_period());
 
   LaserReturn* out = scratch_.data();
   for (int u = 0; u < units; ++u) {
@@ -211,10 +213,10 @@ LaserReturn* VelodyneKernel::decode_pair(const std::byte* last, const std::byte*
       std::swap(near, far);
       std::swap(near_reflectivity, far_reflectivity);
     }
-    const bool wants_near = choice_ == ReturnChoice::All ||
-                            (choice_ == ReturnChoice::Last ? !last_is_far
-                             : near_reflectivity != far_reflectivity ? near_reflectivity > far_reflectivity
-                                                                     : last_is_far);
+    const bool wants_near =
+        choice_ == ReturnChoice::All || (choice_ == ReturnChoice::Last           ? !last_is_far
+                                         : near_reflectivity != far_reflectivity ? near_reflectivity > far_reflectivity
+                                                                                 : last_is_far);
     const bool wants_far = choice_ == ReturnChoice::All || !wants_near;
     if (wants_near && keeps(f, near)) {
       write(*out, f, near, near_reflectivity, block_ns);

@@ -13,16 +13,16 @@ namespace hueline::drivers {
 
 /// What one data packet gave besides its returns.
 struct VelodyneBlocks {
-  int decoded = 0;    ///< blocks turned into returns
-  int malformed = 0;  ///< blocks with a wrong flag, azimuth or, in dual mode, partner
-  int untimed = 0;    ///< blocks behind a jump of the azimuth
+  int decoded = 0;                          ///< blocks turned into returns
+  int malformed = 0;                        ///< blocks with a wrong flag, azimuth or, in dual mode, partner
+  int untimed = 0;                          ///< blocks behind a jump of the azimuth
   int first_azimuth = 0, last_azimuth = 0;  ///< of the blocks with a time, 0.01 deg
   int jump_azimuth = 0;                     ///< of the first block behind the jump, if there is one
   double turn_rate = 0;                     ///< of the mirror, 0.01 deg a second; 0: not known
 };
 
-/// The arithmetic of data packets: tables made once, then per packet only loads, multiplications and stores. Knows no faults, no
-/// packets, no time but the offsets in a packet. Thread-bound (it owns the scratch space).
+/// The arithmetic of data packets: tables made once, then per packet only loads, multiplications and stores. Knows no
+/// faults, no packets, no time but the offsets in a packet. Thread-bound (it owns the scratch space).
 class VelodyneKernel {
  public:
   explicit VelodyneKernel(const VelodyneDecoder::Config& config);
@@ -54,7 +54,8 @@ class VelodyneKernel {
   void fill_directions(int azimuth, float step);
   void write(LaserReturn& r, std::size_t firing, unsigned distance, unsigned reflectivity, std::int32_t block_ns) const;
   LaserReturn* decode_single(const std::byte* block, std::int32_t block_ns, LaserReturn* out) const;
-  LaserReturn* decode_pair(const std::byte* last, const std::byte* strongest, std::int32_t block_ns, LaserReturn* out) const;
+  LaserReturn* decode_pair(const std::byte* last, const std::byte* strongest, std::int32_t block_ns,
+                           LaserReturn* out) const;
   bool keeps(std::size_t firing, unsigned distance) const;
 
   const VelodyneTable& table_;

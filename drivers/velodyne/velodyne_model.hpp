@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
-/// What distinguishes one Velodyne model from another. Sources: VLP-16 User Manual 63-9243 (tables 9-1 and 9-4, section 9.3),
-/// HDL-32E User's Manual (firing order, appendix E).
+/// What distinguishes one Velodyne model from another. Sources: VLP-16 User Manual 63-9243 (tables 9-1 and 9-4,
+/// section 9.3), HDL-32E User's Manual (firing order, appendix E).
 namespace hueline::drivers {
 
 enum class VelodyneModel : std::uint8_t { Vlp16, Hdl32e };
@@ -24,9 +24,9 @@ struct VelodyneLaser {
 /// One row a model; a new model of this packet family is a new row.
 struct VelodyneTable {
   const char* name;
-  std::uint8_t product_id;                 ///< last factory byte of a data packet
-  int lasers;                              ///< fired one after the other, in packet order
-  std::chrono::nanoseconds firing_period;  ///< from one laser to the next
+  std::uint8_t product_id;                   ///< last factory byte of a data packet
+  int lasers;                                ///< fired one after the other, in packet order
+  std::chrono::nanoseconds firing_period;    ///< from one laser to the next
   std::chrono::nanoseconds sequence_period;  ///< all lasers, with the recharge
   double range_step_m;
   std::array<VelodyneLaser, kVelodyneFiringsPerBlock> laser;  ///< the first `lasers` are used

@@ -88,8 +88,7 @@ Result<VelodynePosition> decode_position(std::span<const std::byte> bytes) {
   if (bytes.size() != kVelodynePositionBytes)
     return malformed(fmt::format("position packet of {} bytes; {} expected", bytes.size(), kVelodynePositionBytes));
   VelodynePosition position;
-  for (std::size_t i = 0; i < 4; ++i)
-    position.hour_us |= static_cast<std::uint32_t>(bytes[kStampAt + i]) << (8 * i);
+  for (std::size_t i = 0; i < 4; ++i) position.hour_us |= static_cast<std::uint32_t>(bytes[kStampAt + i]) << (8 * i);
   if (position.hour_us >= 3'600'000'000u)
     return malformed(fmt::format("position packet's counter {} us is beyond the hour", position.hour_us));
   position.pps = pulse_status(static_cast<std::uint8_t>(bytes[kPpsAt]));
@@ -103,7 +102,8 @@ std::optional<PositionSecond> second_of_latest_edge(const UtcTime& rmc, std::uin
   whole.nanosecond = 0;
   const std::optional<GpsTime> named = from_utc(whole);
   if (!named) return {};
-  // Both count within the UTC hour; the shorter way round is the lag, so an hour that turned between them is no problem.
+  // Both count within the UTC hour; the shorter way round is the lag, so an hour that turned between them is no
+  // problem.
   std::int64_t lag = static_cast<std::int64_t>(hour_us / 1'000'000) - (rmc.minute * 60 + rmc.second);
   if (lag < -1800) lag += 3600;
   if (lag >= 1800) lag -= 3600;

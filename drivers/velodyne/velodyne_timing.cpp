@@ -13,21 +13,30 @@ constexpr int kMostVotes = 1'000'000;
 
 std::string velodyne_product_name(std::uint8_t product) {
   switch (product) {
-    case 0x21: return "HDL-32E";
-    case 0x22: return "VLP-16";
-    case 0x23: return "Puck LITE";
-    case 0x24: return "Puck Hi-Res";
-    case 0x28: return "VLP-32C";
-    case 0x31: return "Velarray";
-    case 0xA1: return "VLS-128";
-    default: return fmt::format("0x{:02X}", product);
+    case 0x21:
+      return "HDL-32E";
+    case 0x22:
+      return "VLP-16";
+    case 0x23:
+      return "Puck LITE";
+    case 0x24:
+      return "Puck Hi-Res";
+    case 0x28:
+      return "VLP-32C";
+    case 0x31:
+      return "Velarray";
+    case 0xA1:
+      return "VLS-128";
+    default:
+      return fmt::format("0x{:02X}", product);
   }
 }
 
 bool is_told_by_timing(std::uint8_t product) {
   constexpr std::uint8_t kPuckLite = 0x23;  // a VLP-16 of less weight
-  return product == velodyne_table(VelodyneModel::Vlp16).product_id || product == velodyne_table(VelodyneModel::Hdl32e).product_id ||
-         product == kPuckLite || velodyne_product_name(product).starts_with("0x");
+  return product == velodyne_table(VelodyneModel::Vlp16).product_id ||
+         product == velodyne_table(VelodyneModel::Hdl32e).product_id || product == kPuckLite ||
+         velodyne_product_name(product).starts_with("0x");
 }
 
 void VelodyneTiming::add(std::span<const std::byte> bytes) {
@@ -38,7 +47,8 @@ void VelodyneTiming::add(std::span<const std::byte> bytes) {
   if (last_) {
     const auto step = stamp - *last_;
     for (const VelodyneModel model : {VelodyneModel::Vlp16, VelodyneModel::Hdl32e}) {
-      const auto duration = velodyne_table(model).block_period() * (bytes[kModeAt] == kDual ? kVelodyneBlocks / 2 : kVelodyneBlocks);
+      const auto duration =
+          velodyne_table(model).block_period() * (bytes[kModeAt] == kDual ? kVelodyneBlocks / 2 : kVelodyneBlocks);
       int& votes = votes_[static_cast<std::size_t>(model)];
       // Stamps are whole microseconds.
       if (std::chrono::abs(step - duration) <= duration / 100 && votes < kMostVotes) ++votes;

@@ -13,7 +13,11 @@ struct SignalKeys {
 
   void visit(Keys& keys) {
     keys.one_of({"dbc", "start_bit"});
-    if (keys.text({"dbc", "", "A line of a DBC file, such as `SG_ NAME : 0\\|16@1+ (0.0075,0) [0\\|491.49] \"unit\" X`, instead of all keys below.", "none"}, dbc)) {
+    if (keys.text({"dbc", "",
+                   "A line of a DBC file, such as `SG_ NAME : 0\\|16@1+ (0.0075,0) [0\\|491.49] \"unit\" X`, instead "
+                   "of all keys below.",
+                   "none"},
+                  dbc)) {
       if (const auto parsed = parse_dbc_signal(dbc); parsed.ok()) signal = parsed->signal;
       return;
     }
@@ -23,7 +27,8 @@ struct SignalKeys {
     if (dbc.empty()) return signal.validate();
     const auto parsed = parse_dbc_signal(dbc);
     if (!parsed.ok()) return {"dbc", "cannot be read: " + parsed.error().message};
-    if (parsed->is_multiplexed) return {"dbc", "is a multiplexed signal, which is not in every frame of its message; allowed: one that is"};
+    if (parsed->is_multiplexed)
+      return {"dbc", "is a multiplexed signal, which is not in every frame of its message; allowed: one that is"};
     const KeyError wrong = signal.validate();
     return {wrong.empty() ? "" : "dbc", wrong.empty() ? "" : "says that " + wrong.text()};
   }
@@ -33,7 +38,8 @@ struct SpeedKeys : SignalKeys {
   double metres_per_second = 1;
 
   void visit(Keys& keys) {
-    keys.choice(required("unit", "", "The unit of the speed behind its scale and offset."), metres_per_second, {{"m/s", 1.0}, {"km/h", 1 / 3.6}, {"mph", 0.44704}});
+    keys.choice(required("unit", "", "The unit of the speed behind its scale and offset."), metres_per_second,
+                {{"m/s", 1.0}, {"km/h", 1 / 3.6}, {"mph", 0.44704}});
     SignalKeys::visit(keys);
   }
   CanSignal speed() const {
@@ -49,7 +55,8 @@ struct PulseKeys : SignalKeys {
   double metres_per_pulse = 0;
 
   void visit(Keys& keys) {
-    keys.number(required("metres_per_pulse", "m", "The circumference of the tyre over the pulses of a turn."), metres_per_pulse, kMetresPerPulse);
+    keys.number(required("metres_per_pulse", "m", "The circumference of the tyre over the pulses of a turn."),
+                metres_per_pulse, kMetresPerPulse);
     SignalKeys::visit(keys);
   }
 };
@@ -60,8 +67,10 @@ KeyError check_pulses(const WheelDecoder::Pulses& pulses) {
   if (!kMetresPerPulse.has(pulses.metres_per_pulse))
     return not_allowed("metres_per_pulse", number_text(pulses.metres_per_pulse), kMetresPerPulse.allowed("m", false));
   if (pulses.signal.is_signed) return {"signed", "is true; allowed for pulses: false, for they count up from 0"};
-  if (pulses.signal.min != 0) return not_allowed("min", number_text(pulses.signal.min), "0 for pulses, which count up from there");
-  if (counter_range(pulses.signal).count < 3) return not_allowed("max", number_text(pulses.signal.max), "2 or more for pulses");
+  if (pulses.signal.min != 0)
+    return not_allowed("min", number_text(pulses.signal.min), "0 for pulses, which count up from there");
+  if (counter_range(pulses.signal).count < 3)
+    return not_allowed("max", number_text(pulses.signal.max), "2 or more for pulses");
   return {};
 }
 
@@ -69,7 +78,9 @@ KeyError check_counter(const CanSignal& counter) {
   if (KeyError wrong = counter.validate(); !wrong.empty()) return wrong;
   if (counter.bits > 32) return not_allowed("bits", std::to_string(counter.bits), "at most 32 for a rolling counter");
   if (counter.is_signed) return {"signed", "is true; allowed for a rolling counter: false"};
-  if (counter_range(counter).count < 3) return not_allowed("bits", std::to_string(counter.bits), "enough for the three values that a rolling counter has at least");
+  if (counter_range(counter).count < 3)
+    return not_allowed("bits", std::to_string(counter.bits),
+                       "enough for the three values that a rolling counter has at least");
   return {};
 }
 
@@ -84,19 +95,23 @@ struct MessageKeys {
       for (const SpeedKeys& one : speeds) message.speeds.push_back(one.speed());
     std::vector<PulseKeys> pulses;
     if (keys.list({"pulses", "",
-                   "Signals that count the pulses of wheels and begin anew at 0 behind their `max`, or where their bits end, each with its `metres_per_pulse`. They are "
+                   "Signals that count the pulses of wheels and begin anew at 0 behind their `max`, or where their "
+                   "bits end, each with its `metres_per_pulse`. They are "
                    "in one message of a sensor.",
                    "none"},
                   pulses))
       for (const PulseKeys& one : pulses) message.pulses.push_back({one.signal, one.metres_per_pulse});
     std::optional<SignalKeys> counter;
     if (keys.section({"counter", "",
-                      "A signal that rises by one from message to message, from its `min` to its `max` or to where its bits end. Gaps are fault Lost, repeats are fault "
+                      "A signal that rises by one from message to message, from its `min` to its `max` or to where its "
+                      "bits end. Gaps are fault Lost, repeats are fault "
                       "Spurious.",
                       "none"},
                      counter))
       message.counter = counter->signal;
-    keys.section({"checksum", "", "The check sum over all bytes but the one that holds it. A wrong one is fault Malformed.", "none"}, message.checksum);
+    keys.section({"checksum", "",
+                  "The check sum over all bytes but the one that holds it. A wrong one is fault Malformed.", "none"},
+                 message.checksum);
   }
   KeyError validate() const { return message.validate(); }
 };
@@ -110,8 +125,10 @@ void WheelDecoder::Checksum::visit(Keys& keys) {
 }
 
 KeyError WheelDecoder::Message::validate() const {
-  if (id > (is_extended ? 0x1FFFFFFFU : 0x7FFU)) return not_allowed("id", std::to_string(id), is_extended ? "29 bits" : "0 to 2047 where extended is false");
-  if (speeds.empty() && pulses.empty()) return {"id", fmt::format("{} has neither speeds nor pulses; allowed: at least one of them", id)};
+  if (id > (is_extended ? 0x1FFFFFFFU : 0x7FFU))
+    return not_allowed("id", std::to_string(id), is_extended ? "29 bits" : "0 to 2047 where extended is false");
+  if (speeds.empty() && pulses.empty())
+    return {"id", fmt::format("{} has neither speeds nor pulses; allowed: at least one of them", id)};
   for (std::size_t i = 0; i < speeds.size(); ++i)
     if (KeyError wrong = speeds[i].validate(); !wrong.empty()) return wrong.inside(fmt::format("speeds[{}]", i));
   for (std::size_t i = 0; i < pulses.size(); ++i)
@@ -131,7 +148,8 @@ void WheelDecoder::Config::visit(Keys& keys) {
   }
   keys.number({"sigma_speed", "m/s", "One standard deviation of a speed."}, sigma_speed, {1e-4, 10});
   keys.number({"max_speed", "m/s", "A faster speed is fault Implausible."}, max_speed, {0.1, 200});
-  keys.number({"max_acceleration", "m/s^2", "A larger change of the speed is fault Implausible."}, max_acceleration, {0.1, 1000});
+  keys.number({"max_acceleration", "m/s^2", "A larger change of the speed is fault Implausible."}, max_acceleration,
+              {0.1, 1000});
 }
 
 KeyError WheelDecoder::Config::validate() const {
@@ -144,8 +162,10 @@ KeyError WheelDecoder::Config::validate() const {
     if (KeyError wrong = message.validate(); !wrong.empty()) return wrong.inside(place);
     for (std::size_t j = 0; j < i; ++j)
       if (messages[j].id == message.id && messages[j].is_extended == message.is_extended)
-        return KeyError{"id", fmt::format("is {}, as in a message above; allowed: each id once", message.id)}.inside(place);
-    if (!message.pulses.empty() && counting++ > 0) return KeyError{"pulses", "are in a message above already; allowed: pulses of one message alone"}.inside(place);
+        return KeyError{"id", fmt::format("is {}, as in a message above; allowed: each id once", message.id)}.inside(
+            place);
+    if (!message.pulses.empty() && counting++ > 0)
+      return KeyError{"pulses", "are in a message above already; allowed: pulses of one message alone"}.inside(place);
   }
   return {};
 }

@@ -17,11 +17,11 @@ namespace hueline::drivers {
 /// A vehicle's wheel encoder on its CAN bus: speeds and pulse counts that its messages carry, as the rig describes
 /// them. Each message with one of them becomes one WheelSpeed: the mean of its wheels.
 ///
-/// Faults: Disconnected, Reconnected (bus-off, restart: from error frames), Lost (gap in a message's rolling counter or,
-/// without one, in its cycle; in the gateway's count of datagrams), Spurious (a message that came
-/// again: its counter stands), Malformed (too short, check sum, frames broken on the bus), Implausible (outside the
-/// signal's range, faster than the vehicle can be or become, or pulses that may have wrapped meanwhile). What is doubted by one of the last three gives no
-/// measurement.
+/// Faults: Disconnected, Reconnected (bus-off, restart: from error frames), Lost (gap in a message's rolling counter
+/// or, without one, in its cycle; in the gateway's count of datagrams), Spurious (a message that came again: its
+/// counter stands), Malformed (too short, check sum, frames broken on the bus), Implausible (outside the signal's
+/// range, faster than the vehicle can be or become, or pulses that may have wrapped meanwhile). What is doubted by one
+/// of the last three gives no measurement.
 class WheelDecoder final : public Decoder {
  public:
   struct Pulses {
@@ -80,7 +80,8 @@ class WheelDecoder final : public Decoder {
                                    std::vector<Measurement>& out);
   std::optional<double> read_distance(const Message& message, State& state, const CanFrame& frame, HostTime received,
                                       std::vector<Measurement>& out);
-  void tell(FaultKind kind, HostTime time, std::uint64_t count, std::vector<Measurement>& out, std::string detail) const;
+  void tell(FaultKind kind, HostTime time, std::uint64_t count, std::vector<Measurement>& out,
+            std::string detail) const;
   bool takes_datagram(std::uint8_t sequence, HostTime received, std::vector<Measurement>& out);
 
   const SensorId sensor_;

@@ -13,10 +13,12 @@ class WheelDevice final : public OdometerDevice {
   void visit(Keys& keys) override {
     keys.one_of({"can", "cannelloni", "can_log"});
     keys.section({"can", "",
-                  "The bus by SocketCAN, which listens only. Set the interface up first: `ip link set can0 up type can bitrate 500000 restart-ms 100`."},
+                  "The bus by SocketCAN, which listens only. Set the interface up first: `ip link set can0 up type can "
+                  "bitrate 500000 restart-ms 100`."},
                  can_);
     keys.section({"cannelloni", "",
-                  "Datagrams of a CAN-to-Ethernet gateway that speaks [cannelloni](https://github.com/mguentner/cannelloni), usually on port 20000. It may gather frames "
+                  "Datagrams of a CAN-to-Ethernet gateway that speaks "
+                  "[cannelloni](https://github.com/mguentner/cannelloni), usually on port 20000. It may gather frames "
                   "before it sends them (its option `-t`): `stamp_delay_us` and `stamp_sigma_us` have to say so."},
                  cannelloni_);
     keys.section({"can_log", "", "A log of the bus."}, log_);
@@ -29,7 +31,9 @@ class WheelDevice final : public OdometerDevice {
     if (cannelloni_) return std::make_unique<UdpSource>(sensor, *cannelloni_, pool);
     return std::make_unique<CanSource>(sensor, can_.value(), pool);
   }
-  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override { return std::make_unique<WheelDecoder>(sensor, decoder_); }
+  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override {
+    return std::make_unique<WheelDecoder>(sensor, decoder_);
+  }
   bool is_by_gateway() const override { return cannelloni_.has_value(); }
 
  private:

@@ -50,21 +50,25 @@ class Description {
     word(fmt::format("{}Reg", name), address, access);
     integer(name, fmt::format("{}Reg", name), limits);
   }
-  void choice(std::string_view name, std::uint32_t address, std::initializer_list<std::pair<std::string_view, std::uint32_t>> entries) {
+  void choice(std::string_view name, std::uint32_t address,
+              std::initializer_list<std::pair<std::string_view, std::uint32_t>> entries) {
     word(fmt::format("{}Reg", name), address);
     feature(name);
     text_ += fmt::format(R"(<Enumeration Name="{}" NameSpace="Standard">)", name);
-    for (const auto& [entry, value] : entries) text_ += fmt::format(R"(<EnumEntry Name="{}" NameSpace="Standard"><Value>{}</Value></EnumEntry>)", entry, value);
+    for (const auto& [entry, value] : entries)
+      text_ += fmt::format(R"(<EnumEntry Name="{}" NameSpace="Standard"><Value>{}</Value></EnumEntry>)", entry, value);
     text_ += fmt::format("<pValue>{}Reg</pValue></Enumeration>\n", name);
   }
   void command(std::string_view name, std::string_view register_name, int value) {
     feature(name);
-    text_ += fmt::format(R"(<Command Name="{}" NameSpace="Standard"><pValue>{}</pValue><CommandValue>{}</CommandValue></Command>)"
-                         "\n",
-                         name, register_name, value);
+    text_ += fmt::format(
+        R"(<Command Name="{}" NameSpace="Standard"><pValue>{}</pValue><CommandValue>{}</CommandValue></Command>)"
+        "\n",
+        name, register_name, value);
   }
   /// A number whose register holds `to_register` of it.
-  void number(std::string_view name, std::uint32_t address, std::string_view to_register, std::string_view from_register, std::string_view limits) {
+  void number(std::string_view name, std::uint32_t address, std::string_view to_register,
+              std::string_view from_register, std::string_view limits) {
     word(fmt::format("{}Reg", name), address);
     feature(name);
     text_ += fmt::format(
@@ -113,16 +117,23 @@ std::string camera_description(std::uint32_t max_packet_bytes) {
   d.integer("OffsetX", reg::kOffsetX, "<Min>0</Min><pMax>SensorWidth</pMax><Inc>1</Inc>");
   d.integer("OffsetY", reg::kOffsetY, "<Min>0</Min><pMax>SensorHeight</pMax><Inc>1</Inc>");
   d.choice("PixelFormat", reg::kPixelFormat,
-           {{"Mono8", reg::kMono8}, {"BayerGR8", reg::kBayerGR8}, {"BayerRG8", reg::kBayerRG8}, {"BayerGB8", reg::kBayerGB8}, {"BayerBG8", reg::kBayerBG8}});
+           {{"Mono8", reg::kMono8},
+            {"BayerGR8", reg::kBayerGR8},
+            {"BayerRG8", reg::kBayerRG8},
+            {"BayerGB8", reg::kBayerGB8},
+            {"BayerBG8", reg::kBayerBG8}});
 
   d.choice("AcquisitionMode", reg::kAcquisitionMode, {{"Continuous", 1}, {"SingleFrame", 2}, {"MultiFrame", 3}});
   d.word("AcquisitionReg", reg::kAcquisition, "WO");
   d.command("AcquisitionStart", "AcquisitionReg", 1);
   d.command("AcquisitionStop", "AcquisitionReg", 0);
-  d.number("AcquisitionFrameRate", reg::kFramePeriodUs, "1000000 / FROM", "1000000 / TO", "<Min>0.1</Min><Max>1000</Max>");
-  d.raw("TriggerSelector", R"(<Integer Name="TriggerSelectorValue"><Value>0</Value></Integer><Enumeration Name="TriggerSelector" NameSpace="Standard">)"
-                           R"(<EnumEntry Name="FrameStart" NameSpace="Standard"><Value>0</Value></EnumEntry>)"
-                           R"(<pValue>TriggerSelectorValue</pValue></Enumeration>)");
+  d.number("AcquisitionFrameRate", reg::kFramePeriodUs, "1000000 / FROM", "1000000 / TO",
+           "<Min>0.1</Min><Max>1000</Max>");
+  d.raw(
+      "TriggerSelector",
+      R"(<Integer Name="TriggerSelectorValue"><Value>0</Value></Integer><Enumeration Name="TriggerSelector" NameSpace="Standard">)"
+      R"(<EnumEntry Name="FrameStart" NameSpace="Standard"><Value>0</Value></EnumEntry>)"
+      R"(<pValue>TriggerSelectorValue</pValue></Enumeration>)");
   d.choice("TriggerMode", reg::kTriggerMode, {{"Off", 0}, {"On", 1}});
   d.choice("TriggerSource", reg::kTriggerSource, {{"Line0", 0}, {"Software", 1}});
   d.choice("TriggerActivation", reg::kTriggerActivation, {{"RisingEdge", 0}, {"FallingEdge", 1}});
@@ -130,13 +141,15 @@ std::string camera_description(std::uint32_t max_packet_bytes) {
   d.integer("GainRaw", reg::kGain, "<Min>0</Min><Max>10</Max>");
   d.choice("GainAuto", reg::kGainAuto, {{"Off", 1}, {"Continuous", 2}, {"Once", 3}});
 
-  d.raw("PayloadSize", R"(<IntSwissKnife Name="PayloadSize" NameSpace="Standard"><pVariable Name="WIDTH">Width</pVariable>)"
-                       R"(<pVariable Name="HEIGHT">Height</pVariable><pVariable Name="FORMAT">PixelFormat</pVariable>)"
-                       R"(<Formula>WIDTH * HEIGHT * ((FORMAT &gt;&gt; 16) &amp; 0xFF) / 8</Formula></IntSwissKnife>)");
+  d.raw("PayloadSize",
+        R"(<IntSwissKnife Name="PayloadSize" NameSpace="Standard"><pVariable Name="WIDTH">Width</pVariable>)"
+        R"(<pVariable Name="HEIGHT">Height</pVariable><pVariable Name="FORMAT">PixelFormat</pVariable>)"
+        R"(<Formula>WIDTH * HEIGHT * ((FORMAT &gt;&gt; 16) &amp; 0xFF) / 8</Formula></IntSwissKnife>)");
   d.raw("TLParamsLocked", R"(<Integer Name="TLParamsLocked"><Value>0</Value><Min>0</Min><Max>1</Max></Integer>)");
   d.bits("StreamPacketSizeBits", reg::kStreamPacketSize, 16, 31);
   d.bits("StreamFireTestBit", reg::kStreamPacketSize, 0, 0);
-  d.integer("GevSCPSPacketSize", "StreamPacketSizeBits", fmt::format("<Min>576</Min><Max>{}</Max><Inc>4</Inc>", max_packet_bytes));
+  d.integer("GevSCPSPacketSize", "StreamPacketSizeBits",
+            fmt::format("<Min>576</Min><Max>{}</Max><Inc>4</Inc>", max_packet_bytes));
   d.command("GevSCPSFireTestPacket", "StreamFireTestBit", 1);
   return d.whole();
 }

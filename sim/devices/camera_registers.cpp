@@ -17,8 +17,10 @@ namespace {
 namespace reg = camera_register;
 
 // Bootstrap registers that are only filled in.
-constexpr std::uint32_t kSpecification = 0x000, kDeviceMode = 0x004, kMacHigh = 0x008, kMacLow = 0x00C, kCurrentIp = 0x024;
-constexpr std::uint32_t kDescriptionUrl = 0x200, kInterfaces = 0x600, kStreams = 0x904, kGvcpCapability = 0x934, kTickFrequencyLow = 0x940;
+constexpr std::uint32_t kSpecification = 0x000, kDeviceMode = 0x004, kMacHigh = 0x008, kMacLow = 0x00C,
+                        kCurrentIp = 0x024;
+constexpr std::uint32_t kDescriptionUrl = 0x200, kInterfaces = 0x600, kStreams = 0x904, kGvcpCapability = 0x934,
+                        kTickFrequencyLow = 0x940;
 constexpr std::uint32_t kVersion1_2 = 0x0001'0002, kBigEndianUtf8 = 0x8000'0001, kNanoseconds = 1'000'000'000;
 constexpr std::uint32_t kCanWriteMemory = 1U << 1U, kCanResendPackets = 1U << 2U;
 constexpr std::size_t kSerialBytes = 16;
@@ -26,20 +28,26 @@ constexpr std::uint32_t kRegisterBytes = 0x11000;  // behind them: the descripti
 constexpr std::uint32_t kHeartbeatMs = 3000, kFirstPacketBytes = 1400;
 
 std::optional<std::uint32_t> pixel_format_number(const std::string& name) {
-  constexpr std::array<std::pair<const char*, std::uint32_t>, 5> kFormats{
-      {{"BayerRG8", reg::kBayerRG8}, {"BayerBG8", reg::kBayerBG8}, {"BayerGR8", reg::kBayerGR8}, {"BayerGB8", reg::kBayerGB8}, {"Mono8", reg::kMono8}}};
+  constexpr std::array<std::pair<const char*, std::uint32_t>, 5> kFormats{{{"BayerRG8", reg::kBayerRG8},
+                                                                           {"BayerBG8", reg::kBayerBG8},
+                                                                           {"BayerGR8", reg::kBayerGR8},
+                                                                           {"BayerGB8", reg::kBayerGB8},
+                                                                           {"Mono8", reg::kMono8}}};
   for (const auto& [format, number] : kFormats) {
     if (name == format) return number;
   }
   return {};
 }
 
-void put_text(std::vector<std::byte>& memory, std::uint32_t at, std::string_view text) { std::memcpy(memory.data() + at, text.data(), text.size()); }
+void put_text(std::vector<std::byte>& memory, std::uint32_t at, std::string_view text) {
+  std::memcpy(memory.data() + at, text.data(), text.size());
+}
 
 }  // namespace
 
 std::string CameraRegisters::Config::validate() const {
-  if (serial.empty() || serial.size() >= kSerialBytes) return fmt::format("serial: '{}' must have 1 .. 15 characters", serial);
+  if (serial.empty() || serial.size() >= kSerialBytes)
+    return fmt::format("serial: '{}' must have 1 .. 15 characters", serial);
   if (width == 0 || height == 0 || width > 65535 || height > 65535) {
     return fmt::format("width, height: {} x {} is not within 1 .. 65535", width, height);
   }

@@ -18,25 +18,30 @@ constexpr const char* kCameraModel = "Emulated";
 /// Register addresses: GigE Vision's bootstrap registers, and the features' own where the description names them.
 namespace camera_register {
 constexpr std::uint32_t kMaker = 0x048, kModel = 0x068, kVersion = 0x088, kMakerInformation = 0x0A8, kSerial = 0x0D8;
-constexpr std::uint32_t kWidth = 0x10000, kHeight = 0x10004, kOffsetX = 0x10008, kOffsetY = 0x1000C, kSensorWidth = 0x10010, kSensorHeight = 0x10014;
-constexpr std::uint32_t kPixelFormat = 0x10018, kAcquisition = 0x1001C, kAcquisitionMode = 0x10020, kFramePeriodUs = 0x10024;
+constexpr std::uint32_t kWidth = 0x10000, kHeight = 0x10004, kOffsetX = 0x10008, kOffsetY = 0x1000C,
+                        kSensorWidth = 0x10010, kSensorHeight = 0x10014;
+constexpr std::uint32_t kPixelFormat = 0x10018, kAcquisition = 0x1001C, kAcquisitionMode = 0x10020,
+                        kFramePeriodUs = 0x10024;
 constexpr std::uint32_t kTriggerMode = 0x10028, kTriggerSource = 0x1002C, kTriggerActivation = 0x10030;
 constexpr std::uint32_t kExposureUs = 0x10034, kGain = 0x10038, kGainAuto = 0x1003C;
 constexpr std::uint32_t kHeartbeatTimeoutMs = 0x938, kPrivilege = 0xA00;
-constexpr std::uint32_t kStreamPort = 0xD00, kStreamPacketSize = 0xD04, kStreamPacketDelay = 0xD08, kStreamAddress = 0xD18;
+constexpr std::uint32_t kStreamPort = 0xD00, kStreamPacketSize = 0xD04, kStreamPacketDelay = 0xD08,
+                        kStreamAddress = 0xD18;
 // What kPixelFormat holds: the numbers of the Pixel Format Naming Convention.
-constexpr std::uint32_t kMono8 = 0x01080001, kBayerGR8 = 0x01080008, kBayerRG8 = 0x01080009, kBayerGB8 = 0x0108000A, kBayerBG8 = 0x0108000B;
+constexpr std::uint32_t kMono8 = 0x01080001, kBayerGR8 = 0x01080008, kBayerRG8 = 0x01080009, kBayerGB8 = 0x0108000A,
+                        kBayerBG8 = 0x0108000B;
 }  // namespace camera_register
 
-/// The memory of a GigE Vision camera: its registers and its GenICam description (camera_description.hpp). Thread-bound.
+/// The memory of a GigE Vision camera: its registers and its GenICam description (camera_description.hpp).
+/// Thread-bound.
 class CameraRegisters {
  public:
   struct Config {
-    std::string serial = "HL01";             ///< 1 .. 15 characters; the device is "hueline-Emulated-<serial>"
-    std::uint32_t width = 0, height = 0;     ///< of the sensor and of the initial region, pixels
-    std::string pixel_format = "BayerRG8";   ///< BayerRG8, BayerBG8, BayerGR8, BayerGB8 or Mono8
-    std::uint32_t max_packet_bytes = 9000;   ///< with IP and UDP headers
-    std::uint32_t ipv4 = 0;                  ///< own address, host byte order
+    std::string serial = "HL01";            ///< 1 .. 15 characters; the device is "hueline-Emulated-<serial>"
+    std::uint32_t width = 0, height = 0;    ///< of the sensor and of the initial region, pixels
+    std::string pixel_format = "BayerRG8";  ///< BayerRG8, BayerBG8, BayerGR8, BayerGB8 or Mono8
+    std::uint32_t max_packet_bytes = 9000;  ///< with IP and UDP headers
+    std::uint32_t ipv4 = 0;                 ///< own address, host byte order
     std::string validate() const;
   };
 

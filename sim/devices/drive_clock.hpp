@@ -17,8 +17,8 @@ class DriveClock {
   /// CLOCK_MONOTONIC_RAW of a drive time. Exact at speed 1.
   std::int64_t host_ns(std::int64_t drive_ns) const;
 
-  /// Sleeps until a drive time. False if stopped before. CLOCK_MONOTONIC_RAW cannot be slept on: the sleep is on CLOCK_MONOTONIC
-  /// in pieces of at most 50 ms, in which its slew (500 ppm at most) makes 25 us.
+  /// Sleeps until a drive time. False if stopped before. CLOCK_MONOTONIC_RAW cannot be slept on: the sleep is on
+  /// CLOCK_MONOTONIC in pieces of at most 50 ms, in which its slew (500 ppm at most) makes 25 us.
   bool sleep_until(std::int64_t drive_ns, const std::stop_token& stop) const;
 
  private:

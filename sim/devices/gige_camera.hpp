@@ -13,12 +13,12 @@
 
 namespace hueline::sim {
 
-/// A GigE Vision camera behind a network interface: control, stream and description of its own, so that no library that a client uses meets itself.
-/// Its stream is paced (a burst is lost where the receiver's buffer is smaller than the image), at the vehicle's moments, and packets can be
-/// asked for again.
+/// A GigE Vision camera behind a network interface: control, stream and description of its own, so that no library that
+/// a client uses meets itself. Its stream is paced (a burst is lost where the receiver's buffer is smaller than the
+/// image), at the vehicle's moments, and packets can be asked for again.
 ///
-/// It delivers the images it is given, one frame id each, whatever TriggerMode the client chose: the vehicle triggers it. A
-/// client sees the discovery, registers, heartbeat, packet size test and resend of a real camera.
+/// It delivers the images it is given, one frame id each, whatever TriggerMode the client chose: the vehicle triggers
+/// it. A client sees the discovery, registers, heartbeat, packet size test and resend of a real camera.
 class GigeCamera {
  public:
   struct Config {
@@ -26,7 +26,7 @@ class GigeCamera {
     std::string serial = "HL01";
     std::uint32_t width = 0, height = 0;  ///< of the sensor, pixels
     std::string pixel_format = "BayerRG8";
-    std::uint32_t max_packet_bytes = 9000;        ///< the camera's largest, with IP and UDP headers
+    std::uint32_t max_packet_bytes = 9000;  ///< the camera's largest, with IP and UDP headers
     GvspStream::Config stream;
     std::string validate() const;
   };

@@ -130,7 +130,9 @@ GvcpOutcome GvcpControl::handle(std::span<const std::byte> datagram, const socka
                           get_be32(body, 8) & 0xffffffU};
       }
       return outcome;  // never acknowledged: the packets are the answer
-    default: status = kNotImplemented; break;
+    default:
+      status = kNotImplemented;
+      break;
   }
   if (is_controller(from)) heard_ns_ = now_ns;  // also the command that made it the controller
   outcome.answer = answer(command, status, id, out);

@@ -20,20 +20,21 @@ struct GvcpResend {
 
 /// What follows from a control datagram.
 struct GvcpOutcome {
-  Bytes answer;               ///< empty: none
+  Bytes answer;  ///< empty: none
   bool is_test_packet_due = false;
   bool has_resend = false;
   GvcpResend resend;
 };
 
-/// The control side of a GigE Vision camera (GVCP 1.x): discovery, registers, memory, one controller with a heartbeat, packet
-/// resend. Bytes and times in, bytes out: no socket, no clock. Thread-bound.
+/// The control side of a GigE Vision camera (GVCP 1.x): discovery, registers, memory, one controller with a heartbeat,
+/// packet resend. Bytes and times in, bytes out: no socket, no clock. Thread-bound.
 class GvcpControl {
  public:
   explicit GvcpControl(std::unique_ptr<CameraRegisters> registers) : registers_(std::move(registers)) {}
 
   GvcpOutcome handle(std::span<const std::byte> datagram, const sockaddr_in& from, std::int64_t now_ns);
-  /// Lets a controller go that was silent for longer than its heartbeat timeout; the stream stops with it. True if one went.
+  /// Lets a controller go that was silent for longer than its heartbeat timeout; the stream stops with it. True if one
+  /// went.
   bool check_heartbeat(std::int64_t now_ns);
 
   bool is_controlled() const { return is_controlled_; }

@@ -5,8 +5,8 @@
 
 #include "sim/wire/little_endian.hpp"
 
-/// GigE Vision stream packets (GVSP 1.x headers, 16-bit block ids, image payload), big endian. What Aravis's fake camera sends,
-/// written here so that packets can be paced, lost on purpose and sent again. Pure functions, reentrant.
+/// GigE Vision stream packets (GVSP 1.x headers, 16-bit block ids, image payload), big endian. What Aravis's fake
+/// camera sends, written here so that packets can be paced, lost on purpose and sent again. Pure functions, reentrant.
 namespace hueline::sim {
 
 /// IP, UDP and GVSP headers: what of the stream packet size register is not data.
@@ -16,9 +16,9 @@ enum class GvspStatus : std::uint16_t { Success = 0, Resent = 0x0100, Unavailabl
 
 /// An image as its leader announces it.
 struct GvspImage {
-  std::uint16_t block_id = 0;       ///< 1 .. 65535, then 1 again
-  std::uint64_t timestamp = 0;      ///< ticks of the camera's counter
-  std::uint32_t pixel_format = 0;   ///< PFNC number
+  std::uint16_t block_id = 0;      ///< 1 .. 65535, then 1 again
+  std::uint64_t timestamp = 0;     ///< ticks of the camera's counter
+  std::uint32_t pixel_format = 0;  ///< PFNC number
   std::uint32_t width = 0, height = 0, offset_x = 0, offset_y = 0;
   std::size_t payload_bytes = 0;
 };

@@ -44,7 +44,8 @@ Result<Buffer> region(const CameraImage& image, const StreamTarget& stream) {
   Bytes cut;
   cut.reserve(std::size_t{stream.width} * stream.height);
   for (std::uint32_t row = 0; row < stream.height; ++row) {
-    const auto from = image.pixels.bytes().subspan(std::size_t{stream.offset_y + row} * image.width + stream.offset_x, stream.width);
+    const auto from =
+        image.pixels.bytes().subspan(std::size_t{stream.offset_y + row} * image.width + stream.offset_x, stream.width);
     cut.insert(cut.end(), from.begin(), from.end());
   }
   return Buffer::copy_of(cut);
@@ -108,7 +109,8 @@ class GvspStream::Batch {
 };
 
 std::string GvspStream::Config::validate() const {
-  if (!(link_bytes_per_second >= 1e6)) return fmt::format("link_bytes_per_second: {} is below 1e6", link_bytes_per_second);
+  if (!(link_bytes_per_second >= 1e6))
+    return fmt::format("link_bytes_per_second: {} is below 1e6", link_bytes_per_second);
   if (!(lost_packet_share >= 0 && lost_packet_share <= 1)) {
     return fmt::format("lost_packet_share: {} is not within 0 .. 1", lost_packet_share);
   }
@@ -211,7 +213,8 @@ Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
   const double ns_per_packet = sent.packet_bytes * 1e9 / config_.link_bytes_per_second + stream.packet_delay_ns;
   const std::int64_t begin = monotonic_raw_ns();
   // As many as the link carries while a sleep would be too short to be worth it.
-  const auto burst = std::clamp<std::size_t>(static_cast<std::size_t>(kShortestPauseNs / ns_per_packet), 1, Batch::kMost);
+  const auto burst =
+      std::clamp<std::size_t>(static_cast<std::size_t>(kShortestPauseNs / ns_per_packet), 1, Batch::kMost);
   Batch batch;
   Counts made;
   bool is_stopped = false;

@@ -18,12 +18,12 @@ namespace hueline::sim {
 
 /// One image to deliver.
 struct CameraImage {
-  std::uint64_t sequence = 0;            ///< the camera's count of exposures; gaps become gaps in the frame ids
-  std::int64_t counter_ns = 0;           ///< GVSP timestamp
+  std::uint64_t sequence = 0;   ///< the camera's count of exposures; gaps become gaps in the frame ids
+  std::int64_t counter_ns = 0;  ///< GVSP timestamp
   std::uint32_t width = 0, height = 0;
-  Buffer pixels;                         ///< width x height bytes
-  std::uint32_t missing_packets = 0;     ///< so many of its data packets are never sent, nor sent again
-  bool ignores_region = false;           ///< sent whole, whatever region the client has set
+  Buffer pixels;                      ///< width x height bytes
+  std::uint32_t missing_packets = 0;  ///< so many of its data packets are never sent, nor sent again
+  bool ignores_region = false;        ///< sent whole, whatever region the client has set
 };
 
 /// Where and what a client wants streamed, from the camera's registers.
@@ -36,8 +36,8 @@ struct StreamTarget {
   std::uint32_t pixel_format = 0, width = 0, height = 0, offset_x = 0, offset_y = 0;
 };
 
-/// The stream side of a GigE Vision camera: images as paced packets, kept a while to be sent again. Thread-safe, but for send(),
-/// which one thread calls.
+/// The stream side of a GigE Vision camera: images as paced packets, kept a while to be sent again. Thread-safe, but
+/// for send(), which one thread calls.
 class GvspStream {
  public:
   struct Config {
@@ -57,8 +57,8 @@ class GvspStream {
 
   void set_target(const StreamTarget& target);
   bool is_active() const;
-  /// Sends one image, paced; returns when its trailer left. Unavailable: no client has started the acquisition. Invalid: the
-  /// client's region is not inside the image. Stopped.
+  /// Sends one image, paced; returns when its trailer left. Unavailable: no client has started the acquisition.
+  /// Invalid: the client's region is not inside the image. Stopped.
   Status send(const CameraImage& image, const std::stop_token& stop);
   void send_again(const GvcpResend& request);
   /// One packet of the size that the client tries out.
@@ -80,7 +80,7 @@ class GvspStream {
   const FileDescriptor socket_;
 
   mutable std::mutex mutex_;
-  StreamTarget target_;            // by mutex_, as the three below
+  StreamTarget target_;  // by mutex_, as the three below
   std::uint64_t acquisitions_ = 0;
   std::deque<SentImage> kept_;
   Counts counts_;

@@ -33,7 +33,9 @@ ImagePrefetch::Image read_file(const std::string& path, BufferPool& pool) {
 }  // namespace
 
 ImagePrefetch::ImagePrefetch(std::vector<std::string> files, std::size_t bytes_ahead)
-    : pool_(std::numeric_limits<std::size_t>::max()), queue_({256, bytes_ahead}), thread_([this, files = std::move(files)](const std::stop_token& stop) {
+    : pool_(std::numeric_limits<std::size_t>::max()),
+      queue_({256, bytes_ahead}),
+      thread_([this, files = std::move(files)](const std::stop_token& stop) {
         for (const std::string& file : files) {
           Image image = read_file(file, pool_);
           const std::size_t weight = image.ok() ? image->size() + 1 : 1;

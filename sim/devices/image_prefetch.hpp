@@ -13,8 +13,8 @@
 
 namespace hueline::sim {
 
-/// Reads files ahead, in order, so that playing never waits for the disk unless the disk is slower than the drive. Memory is used again:
-/// at 300 MB/s fresh pages would cost more than the reading.
+/// Reads files ahead, in order, so that playing never waits for the disk unless the disk is slower than the drive.
+/// Memory is used again: at 300 MB/s fresh pages would cost more than the reading.
 class ImagePrefetch {
  public:
   using Image = Result<Buffer>;

@@ -14,8 +14,8 @@ namespace hueline::sim {
 class LaserSender {
  public:
   struct Config {
-    std::string host = "127.0.0.1";        ///< receiver; a broadcast address is allowed
-    std::string source;                    ///< address to send from; empty: the kernel's choice
+    std::string host = "127.0.0.1";  ///< receiver; a broadcast address is allowed
+    std::string source;              ///< address to send from; empty: the kernel's choice
     std::uint16_t data_port = 2368;
     std::uint16_t position_port = 8308;
     std::string validate() const;

@@ -26,7 +26,8 @@ Result<InterfaceAddress> find_interface(const std::string& name_or_address) {
     found.broadcast.s_addr = own.s_addr | ~mask.s_addr;
     return found;
   }
-  return Error{ErrorCode::Unavailable, fmt::format("no network interface with IPv4 is or contains '{}'", name_or_address)};
+  return Error{ErrorCode::Unavailable,
+               fmt::format("no network interface with IPv4 is or contains '{}'", name_or_address)};
 }
 
 }  // namespace hueline::sim

@@ -13,8 +13,8 @@ struct InterfaceAddress {
   in_addr broadcast{};  ///< of its subnet
 };
 
-/// IPv4 of a network interface by name ("eth1"), or of an address that lies in the subnet of one ("127.0.0.2" is on lo).
-/// Unavailable: there is none.
+/// IPv4 of a network interface by name ("eth1"), or of an address that lies in the subnet of one ("127.0.0.2" is on
+/// lo). Unavailable: there is none.
 Result<InterfaceAddress> find_interface(const std::string& name_or_address);
 
 }  // namespace hueline::sim

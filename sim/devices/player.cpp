@@ -19,8 +19,8 @@ constexpr auto kPollInterval = std::chrono::milliseconds(10);
 void note(ChannelReport& channel, bool is_sent, std::int64_t lateness_ns) {
   ++(is_sent ? channel.sent : channel.failed);
   channel.latest_ns = std::max(channel.latest_ns, lateness_ns);
-  channel.mean_lateness_ns +=
-      (static_cast<double>(lateness_ns) - channel.mean_lateness_ns) / static_cast<double>(channel.sent + channel.failed);
+  channel.mean_lateness_ns += (static_cast<double>(lateness_ns) - channel.mean_lateness_ns) /
+                              static_cast<double>(channel.sent + channel.failed);
   if (lateness_ns > kLateNs) ++channel.later_than_1ms;
 }
 
@@ -39,12 +39,13 @@ Status open_into(std::unique_ptr<Device>& device, const std::optional<typename D
 std::string Player::Config::validate() const {
   if (!(speed >= 0.1 && speed <= 10)) return fmt::format("speed: {} is not within 0.1 .. 10", speed);
   if (lead_ns < 0) return fmt::format("lead_ns: {} is negative", lead_ns);
-  for (const auto& [device, problem] : {std::pair("laser", laser ? laser->validate() : std::string()),
-                                        std::pair("second_laser", second_laser ? second_laser->validate() : std::string()),
-                                        std::pair("pos", pos ? pos->validate() : std::string()),
-                                        std::pair("pps", pps ? pps->validate() : std::string()),
-                                        std::pair("wheel", wheel ? wheel->validate() : std::string()),
-                                        std::pair("camera", camera ? camera->validate() : std::string())}) {
+  for (const auto& [device, problem] :
+       {std::pair("laser", laser ? laser->validate() : std::string()),
+        std::pair("second_laser", second_laser ? second_laser->validate() : std::string()),
+        std::pair("pos", pos ? pos->validate() : std::string()),
+        std::pair("pps", pps ? pps->validate() : std::string()),
+        std::pair("wheel", wheel ? wheel->validate() : std::string()),
+        std::pair("camera", camera ? camera->validate() : std::string())}) {
     if (!problem.empty()) return fmt::format("{}.{}", device, problem);
   }
   return {};
@@ -82,12 +83,19 @@ Status Player::wait_until_ready(std::int64_t timeout_ns, const std::stop_token& 
 bool Player::send(const WireEvent& event, const DriveClock& clock) {
   LaserSender* laser = event.laser == 0 ? laser_.get() : second_laser_.get();
   switch (event.channel) {
-    case WireChannel::LaserData: return laser != nullptr && laser->send_data(event.payload);
-    case WireChannel::LaserPosition: return laser != nullptr && laser->send_position(event.payload);
-    case WireChannel::Pos: pos_->publish(event.payload, event.log, event.piece_bytes); return true;
-    case WireChannel::Pps: return pps_->publish(event.sequence, clock.host_ns(event.edge_ns)) == 0;
-    case WireChannel::Wheel: return wheel_->send(event.payload);
-    case WireChannel::Camera: return false;
+    case WireChannel::LaserData:
+      return laser != nullptr && laser->send_data(event.payload);
+    case WireChannel::LaserPosition:
+      return laser != nullptr && laser->send_position(event.payload);
+    case WireChannel::Pos:
+      pos_->publish(event.payload, event.log, event.piece_bytes);
+      return true;
+    case WireChannel::Pps:
+      return pps_->publish(event.sequence, clock.host_ns(event.edge_ns)) == 0;
+    case WireChannel::Wheel:
+      return wheel_->send(event.payload);
+    case WireChannel::Camera:
+      return false;
   }
   return false;
 }
@@ -124,8 +132,8 @@ PlayReport Player::run(const Timeline& timeline, const std::stop_token& stop,
   host_begin_ns_ = monotonic_raw_ns() + config_.lead_ns;
   const DriveClock clock(host_begin_ns_, config_.speed);
   // Images are played beside the others: not in the loop below.
-  const std::array<bool, kWireChannels> has_device = {laser_ != nullptr, laser_ != nullptr, pos_ != nullptr,
-                                                      pps_ != nullptr,   false,             wheel_ != nullptr};
+  const std::array<bool, kWireChannels> has_device = {
+      laser_ != nullptr, laser_ != nullptr, pos_ != nullptr, pps_ != nullptr, false, wheel_ != nullptr};
 
   PlayReport report, image_report;
   std::vector<const WireEvent*> images;

@@ -23,9 +23,9 @@ namespace hueline::sim {
 
 /// How one channel went.
 struct ChannelReport {
-  std::uint64_t sent = 0;             ///< left the device (Pos, Pps: was offered to the clients)
-  std::uint64_t failed = 0;           ///< the kernel refused it, or a client could not take it; Camera: no acquisition, no file
-  std::int64_t latest_ns = 0;         ///< the longest that an event left after its time
+  std::uint64_t sent = 0;    ///< left the device (Pos, Pps: was offered to the clients)
+  std::uint64_t failed = 0;  ///< the kernel refused it, or a client could not take it; Camera: no acquisition, no file
+  std::int64_t latest_ns = 0;  ///< the longest that an event left after its time
   double mean_lateness_ns = 0;
   std::uint64_t later_than_1ms = 0;
 };
@@ -34,8 +34,8 @@ struct PlayReport {
   std::array<ChannelReport, kWireChannels> channels{};  ///< by WireChannel
   PosServer::Counts pos;
   GvspStream::Counts camera;
-  std::string first_camera_problem;         ///< why the first image failed; empty: none did
-  bool is_complete = false;                 ///< false: stopped before the end
+  std::string first_camera_problem;  ///< why the first image failed; empty: none did
+  bool is_complete = false;          ///< false: stopped before the end
   const ChannelReport& of(WireChannel channel) const { return channels[static_cast<std::size_t>(channel)]; }
 };
 
@@ -44,8 +44,8 @@ struct PlayProgress {
   std::uint64_t events = 0;
 };
 
-/// The vehicle's devices on real sockets: opens them, waits for the program to connect, and plays timelines in real time.
-/// Thread-bound, except that run() ends when its stop token asks.
+/// The vehicle's devices on real sockets: opens them, waits for the program to connect, and plays timelines in real
+/// time. Thread-bound, except that run() ends when its stop token asks.
 class Player {
  public:
   struct Config {
@@ -55,9 +55,9 @@ class Player {
     std::optional<PpsServer::Config> pps = PpsServer::Config{};
     std::optional<CanSender::Config> wheel;                           ///< its CAN bus
     std::optional<GigeCamera::Config> camera = GigeCamera::Config{};  ///< its width and height have to be set
-    std::size_t image_bytes_ahead = 256U << 20U;   ///< images read from disk before their time
-    double speed = 1.0;                            ///< 0.1 .. 10; clocks of the devices stay those of the drive
-    std::int64_t lead_ns = 200'000'000;            ///< from run() to drive time 0
+    std::size_t image_bytes_ahead = 256U << 20U;                      ///< images read from disk before their time
+    double speed = 1.0;                  ///< 0.1 .. 10; clocks of the devices stay those of the drive
+    std::int64_t lead_ns = 200'000'000;  ///< from run() to drive time 0
     std::string validate() const;
   };
 

@@ -16,9 +16,9 @@ constexpr std::string_view kBadTrigger = "\r\n<ERROR:Invalid Trigger. Field = 2\
 constexpr std::string_view kBadPeriod = "\r\n<ERROR:Invalid Period. Field = 3\r\n[ICOM1]";
 constexpr std::string_view kUnknownCommand = "\r\n<ERROR:Invalid Command Name\r\n[ICOM1]";
 constexpr std::string_view kAcknowledged[] = {
-    "SETINSTRANSLATION", "SETINSROTATION",  "SETINSPROFILE", "INSCOMMAND",    "ALIGNMENTMODE", "EVENTINCONTROL",
-    "EVENTOUTCONTROL",   "PPSCONTROL",      "INTERFACEMODE", "SERIALCONFIG",  "CONNECTIMU",    "SETIMUTOANTOFFSET",
-    "CLOCKADJUST",       "SAVECONFIG",      "ANTENNAPOWER",  "RTKSOURCE",     "NMEATALKER"};
+    "SETINSTRANSLATION", "SETINSROTATION", "SETINSPROFILE", "INSCOMMAND",   "ALIGNMENTMODE", "EVENTINCONTROL",
+    "EVENTOUTCONTROL",   "PPSCONTROL",     "INTERFACEMODE", "SERIALCONFIG", "CONNECTIMU",    "SETIMUTOANTOFFSET",
+    "CLOCKADJUST",       "SAVECONFIG",     "ANTENNAPOWER",  "RTKSOURCE",    "NMEATALKER"};
 
 std::vector<std::string> upper_words(std::string_view line) {
   std::vector<std::string> words(1);
@@ -36,7 +36,8 @@ std::vector<std::string> upper_words(std::string_view line) {
 bool is_port(const std::string& word) {
   if (word == "THISPORT") return true;
   for (const std::string_view kind : {"COM", "ICOM", "USB", "NCOM", "SCOM", "CCOM"}) {
-    if (word.size() == kind.size() + 1 && word.starts_with(kind) && word.back() >= '0' && word.back() <= '9') return true;
+    if (word.size() == kind.size() + 1 && word.starts_with(kind) && word.back() >= '0' && word.back() <= '9')
+      return true;
   }
   return false;
 }

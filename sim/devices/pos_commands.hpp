@@ -10,11 +10,12 @@
 
 namespace hueline::sim {
 
-/// What one client of a NovAtel receiver asked for: LOG, UNLOG, UNLOGALL (OEM7 manual, 2.76 and following). Thread-bound.
+/// What one client of a NovAtel receiver asked for: LOG, UNLOG, UNLOGALL (OEM7 manual, 2.76 and following).
+/// Thread-bound.
 class PosSubscriptions {
  public:
-  /// Executes one abbreviated ASCII command and returns what the receiver answers. Logs are given in binary only (suffix B);
-  /// other commands of a receiver's set-up are acknowledged and have no effect here.
+  /// Executes one abbreviated ASCII command and returns what the receiver answers. Logs are given in binary only
+  /// (suffix B); other commands of a receiver's set-up are acknowledged and have no effect here.
   std::string execute(std::string_view line);
 
   /// True if this log is to be sent now. ONTIME thins: one log a period of GPS time. ONCE is used up.

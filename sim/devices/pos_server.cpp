@@ -59,16 +59,16 @@ void PosServer::publish(std::span<const std::byte> log, const NovatelPeek& what,
     }
     ++counts_.logs_sent;
     const std::size_t piece = piece_bytes > 0 ? piece_bytes : bytes.size();
-    for (std::size_t at = 0; at < bytes.size(); at += piece) send(*client, bytes.subspan(at, std::min(piece, bytes.size() - at)));
+    for (std::size_t at = 0; at < bytes.size(); at += piece)
+      send(*client, bytes.subspan(at, std::min(piece, bytes.size() - at)));
   }
   if (!is_wanted) ++counts_.logs_unwanted;
 }
 
 int PosServer::listening_clients() const {
   std::lock_guard lock(mutex_);
-  return static_cast<int>(std::count_if(clients_.begin(), clients_.end(), [](const auto& c) {
-    return !c->is_gone && !c->subscriptions.empty();
-  }));
+  return static_cast<int>(std::count_if(clients_.begin(), clients_.end(),
+                                        [](const auto& c) { return !c->is_gone && !c->subscriptions.empty(); }));
 }
 
 PosServer::Counts PosServer::counts() const {

@@ -16,13 +16,13 @@
 
 namespace hueline::sim {
 
-/// A NovAtel receiver's Ethernet port: listens, obeys LOG commands of each client, sends it what it asked for. A client that
-/// does not read loses logs, as with a receiver; it holds up nobody. Thread-safe.
+/// A NovAtel receiver's Ethernet port: listens, obeys LOG commands of each client, sends it what it asked for. A client
+/// that does not read loses logs, as with a receiver; it holds up nobody. Thread-safe.
 class PosServer {
  public:
   struct Config {
     std::string address = "127.0.0.1";
-    std::uint16_t port = 3001;               ///< ICOM1 of an OEM7; 0: the kernel's choice, see port()
+    std::uint16_t port = 3001;                ///< ICOM1 of an OEM7; 0: the kernel's choice, see port()
     std::vector<std::string> saved_commands;  ///< executed for each new client, unanswered: a receiver with SAVECONFIG
     std::size_t client_buffer_bytes = 1U << 20U;  ///< what a client may leave unread, beyond the kernel's buffer
     std::string validate() const;
@@ -38,8 +38,8 @@ class PosServer {
   ~PosServer();
 
   std::uint16_t port() const { return bound_port(listener_); }
-  /// Hands a log to every client that asked for it; never waits. `what`: the log that the bytes were, whatever has become of them; id
-  /// 0 goes to everyone who asked for anything. `piece_bytes`: sent in pieces of so many; 0: whole.
+  /// Hands a log to every client that asked for it; never waits. `what`: the log that the bytes were, whatever has
+  /// become of them; id 0 goes to everyone who asked for anything. `piece_bytes`: sent in pieces of so many; 0: whole.
   void publish(std::span<const std::byte> log, const NovatelPeek& what, std::size_t piece_bytes = 0);
   void publish(std::span<const std::byte> log) { publish(log, peek_novatel(log)); }
   /// Clients that have asked for at least one log.

@@ -12,8 +12,9 @@
 
 namespace hueline::sim {
 
-/// PPS edges over a local socket, for machines without a /dev/ppsN: AF_UNIX, SOCK_SEQPACKET, one message an edge, 24 bytes little
-/// endian: u32 0x31535050 "PPS1", u32 1 (assert), u64 count of edges, i64 CLOCK_MONOTONIC_RAW ns of the edge. Thread-safe.
+/// PPS edges over a local socket, for machines without a /dev/ppsN: AF_UNIX, SOCK_SEQPACKET, one message an edge, 24
+/// bytes little endian: u32 0x31535050 "PPS1", u32 1 (assert), u64 count of edges, i64 CLOCK_MONOTONIC_RAW ns of the
+/// edge. Thread-safe.
 class PpsServer {
  public:
   struct Config {

@@ -16,8 +16,8 @@ constexpr std::int64_t kPeriodNs = 100'000'000;
 void add_rates(std::vector<ClockSample>& samples) {
   for (std::size_t i = 1; i < samples.size(); ++i) {
     const ClockSample& before = samples[i - 1];
-    samples[i].rate_ppb =
-        1e9 * static_cast<double>(samples[i].offset_ns - before.offset_ns) / static_cast<double>(samples[i].gps_ns - before.gps_ns);
+    samples[i].rate_ppb = 1e9 * static_cast<double>(samples[i].offset_ns - before.offset_ns) /
+                          static_cast<double>(samples[i].gps_ns - before.gps_ns);
   }
   if (samples.size() > 1) samples[0].rate_ppb = samples[1].rate_ppb;
 }
@@ -26,10 +26,13 @@ std::vector<ClockSample> camera_samples(const Timeline& timeline) {
   std::vector<ClockSample> out;
   for (const WireEvent& event : timeline.events)
     if (event.channel == WireChannel::Camera)
-      out.push_back({VehicleClock::Camera, timeline.begin_gps_ns + event.latched_ns, event.camera_counter_ns - event.latched_ns, 0});
+      out.push_back({VehicleClock::Camera, timeline.begin_gps_ns + event.latched_ns,
+                     event.camera_counter_ns - event.latched_ns, 0});
   std::sort(out.begin(), out.end(), [](const ClockSample& a, const ClockSample& b) { return a.gps_ns < b.gps_ns; });
   // An image that is delivered twice was latched once.
-  out.erase(std::unique(out.begin(), out.end(), [](const ClockSample& a, const ClockSample& b) { return a.gps_ns == b.gps_ns; }), out.end());
+  out.erase(std::unique(out.begin(), out.end(),
+                        [](const ClockSample& a, const ClockSample& b) { return a.gps_ns == b.gps_ns; }),
+            out.end());
   return out;
 }
 
@@ -37,10 +40,14 @@ std::vector<ClockSample> camera_samples(const Timeline& timeline) {
 
 const char* name(VehicleClock clock) {
   switch (clock) {
-    case VehicleClock::Scanner: return "scanner";
-    case VehicleClock::Receiver: return "receiver";
-    case VehicleClock::Camera: return "camera";
-    case VehicleClock::Host: return "host";
+    case VehicleClock::Scanner:
+      return "scanner";
+    case VehicleClock::Receiver:
+      return "receiver";
+    case VehicleClock::Camera:
+      return "camera";
+    case VehicleClock::Host:
+      return "host";
   }
   return "?";
 }
@@ -67,7 +74,8 @@ std::vector<ClockSample> true_clocks(const Timeline& timeline, const std::vector
 
 Status write_clocks(const std::string& path, const std::vector<ClockSample>& samples) {
   std::string text = "clock,gps_ns,offset_ns,rate_ppb\n";
-  for (const ClockSample& s : samples) text += fmt::format("{},{},{},{:.3f}\n", name(s.clock), s.gps_ns, s.offset_ns, s.rate_ppb);
+  for (const ClockSample& s : samples)
+    text += fmt::format("{},{},{},{:.3f}\n", name(s.clock), s.gps_ns, s.offset_ns, s.rate_ppb);
   return write_output(path, text);
 }
 

@@ -11,8 +11,8 @@
 
 namespace hueline::sim {
 
-/// The clocks of a vehicle. Scanner: labels of its pulses, against UTC. Receiver: GPS time stamps of the POS. Camera: its counter, against
-/// drive time. Host: the computer's clock, against drive time.
+/// The clocks of a vehicle. Scanner: labels of its pulses, against UTC. Receiver: GPS time stamps of the POS. Camera:
+/// its counter, against drive time. Host: the computer's clock, against drive time.
 enum class VehicleClock : std::uint8_t { Scanner, Receiver, Camera, Host };
 const char* name(VehicleClock clock);
 
@@ -24,8 +24,9 @@ struct ClockSample {
   double rate_ppb = 0;         ///< of the offset since the sample before (the first: until the next); a step is a spike
 };
 
-/// Every clock ten times a second; the camera's when it latched its counter for an image that the camera delivers, the noise of the latch
-/// not being the clock's. `timeline` is the drive spoilt by `lines`. In the order of clock, then time.
+/// Every clock ten times a second; the camera's when it latched its counter for an image that the camera delivers, the
+/// noise of the latch not being the clock's. `timeline` is the drive spoilt by `lines`. In the order of clock, then
+/// time.
 std::vector<ClockSample> true_clocks(const Timeline& timeline, const std::vector<FaultLine>& lines);
 
 /// As CSV: clock,gps_ns,offset_ns,rate_ppb. Errors: Io.

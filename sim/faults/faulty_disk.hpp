@@ -14,8 +14,8 @@ namespace hueline::sim {
 /// call takes, how long, and which bytes are there afterwards; the bytes themselves are the caller's. Errors are minus
 /// errno, as Linux gives them. The same lines, seed and calls give the same answers.
 ///
-/// What is appended goes to the kernel's memory at once and from there to the medium, at once too unless a line slows it;
-/// sync() waits until all of it is there, and only what a sync() covered is there for certain. A disk that turned
+/// What is appended goes to the kernel's memory at once and from there to the medium, at once too unless a line slows
+/// it; sync() waits until all of it is there, and only what a sync() covered is there for certain. A disk that turned
 /// read-only says EIO to the first sync (what waited is gone) and EROFS from then on.
 class FaultyDisk {
  public:

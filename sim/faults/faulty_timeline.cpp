@@ -23,10 +23,12 @@ Result<FaultyTimeline> build_faulty_timeline(const Drive& drive, const TimelineC
   out.hits.resize(lines.size());
   Drive spoilt;
   const Drive* driven = &drive;
-  if (std::any_of(lines.begin(), lines.end(), [](const FaultLine& line) { return concerns_solutions(line.type) || concerns_wheels(line.type); })) {
+  if (std::any_of(lines.begin(), lines.end(),
+                  [](const FaultLine& line) { return concerns_solutions(line.type) || concerns_wheels(line.type); })) {
     spoilt = drive;
     driven = &spoilt;
-    for (std::size_t i = 0; i < lines.size(); ++i) out.hits[i] += spoil_solutions(lines[i], spoilt) + spoil_wheels(lines[i], spoilt);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      out.hits[i] += spoil_solutions(lines[i], spoilt) + spoil_wheels(lines[i], spoilt);
   }
   Result<Timeline> built = build_timeline(*driven, config, LineErrors(lines, drive.begin_gps_ns));
   if (!built.ok()) return built.error();

@@ -16,14 +16,15 @@ struct FaultyTimeline {
   std::vector<std::size_t> hits;  ///< of each line: packets, images, edges or solutions that it touched
 };
 
-/// All that the devices send during `drive`, spoilt by `lines`: first the solutions and wheels, then the devices' clocks, then
-/// what each device delivers, then the way to the computer, at last the computer's clock; lines of one kind in their
-/// order. The same drive, config and lines give the same bytes and times; without lines they are those of
+/// All that the devices send during `drive`, spoilt by `lines`: first the solutions and wheels, then the devices'
+/// clocks, then what each device delivers, then the way to the computer, at last the computer's clock; lines of one
+/// kind in their order. The same drive, config and lines give the same bytes and times; without lines they are those of
 /// build_timeline. Invalid: a line's validate(), config, drive.
 Result<FaultyTimeline> build_faulty_timeline(const Drive& drive, const TimelineConfig& config,
                                              const std::vector<FaultLine>& lines);
 
-/// The same for a drive that `scenario` generated, with its seed, its laser and its faults. `laser`: which of the vehicle's scanners that is.
+/// The same for a drive that `scenario` generated, with its seed, its laser and its faults. `laser`: which of the
+/// vehicle's scanners that is.
 Result<FaultyTimeline> scenario_timeline(const Scenario& scenario, const Drive& drive, std::uint8_t laser = 0);
 
 }  // namespace hueline::sim

@@ -56,12 +56,14 @@ bool would_hide(const StaticSite& site, double x, double y, double half_width) {
   for (const StaticSphere& sphere : site.spheres) {
     const double across = std::hypot(sphere.centre.x, sphere.centre.y);
     if (across < distance - half_width - 1) continue;
-    if (turn_between(azimuth_of(x, y), azimuth_of(sphere.centre.x, sphere.centre.y)) < (half_width + 0.6) / distance) return true;
+    if (turn_between(azimuth_of(x, y), azimuth_of(sphere.centre.x, sphere.centre.y)) < (half_width + 0.6) / distance)
+      return true;
   }
   return false;
 }
 
-bool add_sphere(StaticSite& site, const std::string& name, SphereKind kind, double azimuth, double distance, Dice& dice) {
+bool add_sphere(StaticSite& site, const std::string& name, SphereKind kind, double azimuth, double distance,
+                Dice& dice) {
   StaticSphere sphere;
   sphere.name = name;
   sphere.kind = kind;
@@ -71,20 +73,27 @@ bool add_sphere(StaticSite& site, const std::string& name, SphereKind kind, doub
   sphere.common_range_error = site.config.common_range_sigma_m * dice.normal();
   if (!is_above_ground(site, sphere)) return false;
   for (const StaticSphere& other : site.spheres)
-    if (length(other.centre - sphere.centre) < 1.2 || turn_between(azimuth_of(other.centre.x, other.centre.y), azimuth) * distance < 6 * sphere.radius) return false;
+    if (length(other.centre - sphere.centre) < 1.2 ||
+        turn_between(azimuth_of(other.centre.x, other.centre.y), azimuth) * distance < 6 * sphere.radius)
+      return false;
   site.spheres.push_back(sphere);
   return true;
 }
 
-/// Targets around the scanner, no two in nearly the same direction; then decoys in the same rings, the first of them close to a target.
+/// Targets around the scanner, no two in nearly the same direction; then decoys in the same rings, the first of them
+/// close to a target.
 void place_spheres(StaticSite& site, Dice& dice) {
   const StaticSiteConfig& config = site.config;
   const int targets = config.orientation_targets + config.check_targets;
   for (int i = 0; i < targets;) {
     const double azimuth = dice.even(-kPi, kPi), distance = dice.even(config.nearest_m, config.farthest_m);
-    const bool is_crowded = std::ranges::any_of(site.spheres, [&](const StaticSphere& s) { return turn_between(azimuth_of(s.centre.x, s.centre.y), azimuth) < radians(25); });
+    const bool is_crowded = std::ranges::any_of(site.spheres, [&](const StaticSphere& s) {
+      return turn_between(azimuth_of(s.centre.x, s.centre.y), azimuth) < radians(25);
+    });
     const bool is_check = i >= config.orientation_targets;
-    if (is_crowded || !add_sphere(site, fmt::format("{}-{}{}", site.name, is_check ? "C" : "T", is_check ? i - config.orientation_targets + 1 : i + 1),
+    if (is_crowded || !add_sphere(site,
+                                  fmt::format("{}-{}{}", site.name, is_check ? "C" : "T",
+                                              is_check ? i - config.orientation_targets + 1 : i + 1),
                                   is_check ? SphereKind::Check : SphereKind::Orientation, azimuth, distance, dice))
       continue;
     ++i;
@@ -102,7 +111,9 @@ void place_spheres(StaticSite& site, Dice& dice) {
 /// Trees, walls and bushes; those beside a target's distance matter most, so a part of them stands there.
 void place_clutter(StaticSite& site, Dice& dice) {
   const auto some_distance = [&](int i) {
-    return i % 3 == 0 ? length(site.spheres[static_cast<std::size_t>(i) % site.spheres.size()].centre) + dice.even(-0.15, 0.15) : dice.even(12, 320);
+    return i % 3 == 0
+               ? length(site.spheres[static_cast<std::size_t>(i) % site.spheres.size()].centre) + dice.even(-0.15, 0.15)
+               : dice.even(12, 320);
   };
   for (int i = 0; i < 70; ++i) {
     const double azimuth = dice.even(-kPi, kPi), distance = some_distance(i);
@@ -124,7 +135,8 @@ void place_clutter(StaticSite& site, Dice& dice) {
     const Vec3 middle = on_stand(site, azimuth, some_distance(i), 0);
     const double ux = half * std::cos(facing), uy = half * std::sin(facing);
     if (would_hide(site, middle.x, middle.y, half)) continue;
-    site.walls.push_back({middle.x - ux, middle.y - uy, middle.x + ux, middle.y + uy, middle.z - 3, middle.z + dice.even(2, 8)});
+    site.walls.push_back(
+        {middle.x - ux, middle.y - uy, middle.x + ux, middle.y + uy, middle.z - 3, middle.z + dice.even(2, 8)});
   }
 }
 
@@ -134,7 +146,9 @@ double StaticSite::ground(double x, double y) const {
   const double s = std::hypot(x, y), phase = 1.7 * config.station + 0.3 * static_cast<double>(config.seed % 1000);
   const double near = std::min(1.0, s / 40);
   const double wall = std::clamp((s - 90) / 260, 0.0, 1.0);
-  return -1.7 + near * (2.2 * std::sin(x / 37 + phase) * std::sin(y / 43 - phase) - 6 * std::min(1.0, s / 90) * std::cos(std::atan2(y, x) + phase)) +
+  return -1.7 +
+         near * (2.2 * std::sin(x / 37 + phase) * std::sin(y / 43 - phase) -
+                 6 * std::min(1.0, s / 90) * std::cos(std::atan2(y, x) + phase)) +
          60 * wall * wall * (3 - 2 * wall) * (0.75 + 0.25 * std::sin(2 * std::atan2(y, x) + phase));
 }
 
@@ -150,7 +164,8 @@ StaticSite make_static_site(const StaticSiteConfig& config) {
   site.R_site_scanner = rotation_zyx(radians(dice.even(-3, 3)), radians(dice.even(-3, 3)), heading);
   place_spheres(site, dice);
   place_clutter(site, dice);
-  for (const StaticSphere& sphere : site.spheres) site.surveyed.push_back(shifted(site.place_survey + sphere.centre, dice, config.survey_sigma_m));
+  for (const StaticSphere& sphere : site.spheres)
+    site.surveyed.push_back(shifted(site.place_survey + sphere.centre, dice, config.survey_sigma_m));
   return site;
 }
 

@@ -56,7 +56,8 @@ StaticScan::StaticScan(const StaticSite& site, const StaticScannerConfig& config
     patches_.push_back({azimuth, elevation, step, columns, rows, column_count_});
     column_count_ += columns;
   };
-  add(-kPi, radians(config.lowest_deg), 2 * kPi, radians(config.highest_deg - config.lowest_deg), radians(config.step_deg));
+  add(-kPi, radians(config.lowest_deg), 2 * kPi, radians(config.highest_deg - config.lowest_deg),
+      radians(config.step_deg));
   if (config.window_step_deg <= 0) return;
   const double half = radians(config.window_half_deg), step = radians(config.window_step_deg);
   for (std::size_t i = 0; i < site.spheres.size(); ++i) {
@@ -65,7 +66,8 @@ StaticScan::StaticScan(const StaticSite& site, const StaticScannerConfig& config
     // As many places with nothing but clutter: what could be taken for a target there must not be.
     if (site.crowns.empty()) continue;
     const Vec3& other = site.crowns[(7 * i) % site.crowns.size()].centre;
-    add(std::atan2(other.y, other.x) - half, std::atan2(other.z, std::hypot(other.x, other.y)) - half, 2 * half, 2 * half, step);
+    add(std::atan2(other.y, other.x) - half, std::atan2(other.z, std::hypot(other.x, other.y)) - half, 2 * half,
+        2 * half, step);
   }
 }
 
@@ -89,28 +91,33 @@ void StaticScan::prepare(double azimuth, Column& column) const {
   }
   const auto pole = [&](double x, double y, double radius, double bottom, double top) {
     const double along = ca * x + sa * y, off = ca * y - sa * x;
-    if (along > 0.5 && std::abs(off) < radius) column.uprights.push_back({along - std::sqrt(radius * radius - off * off), bottom, top});
+    if (along > 0.5 && std::abs(off) < radius)
+      column.uprights.push_back({along - std::sqrt(radius * radius - off * off), bottom, top});
   };
   for (const StaticPole& p : site_.poles) pole(p.x, p.y, p.radius, p.bottom, p.top);
   const auto ball = [&](const Vec3& c, double radius, int sphere, double density) {
     const double along = ca * c.x + sa * c.y, off = ca * c.y - sa * c.x;
     if (along <= radius || std::abs(off) >= radius) return;
     const double near = along - radius, far = along + radius, low = c.z - radius, high = c.z + radius;
-    column.balls.push_back({c, along, off * off, radius, std::min(low / near, low / far), std::max(high / near, high / far), sphere, density});
+    column.balls.push_back({c, along, off * off, radius, std::min(low / near, low / far),
+                            std::max(high / near, high / far), sphere, density});
   };
   for (std::size_t i = 0; i < site_.spheres.size(); ++i) {
     const StaticSphere& sphere = site_.spheres[i];
     ball(sphere.centre, sphere.radius, static_cast<int>(i), 0);
-    pole(sphere.centre.x, sphere.centre.y, 0.018, sphere.centre.z - sphere.radius - sphere.stand_height, sphere.centre.z - 0.98 * sphere.radius);
+    pole(sphere.centre.x, sphere.centre.y, 0.018, sphere.centre.z - sphere.radius - sphere.stand_height,
+         sphere.centre.z - 0.98 * sphere.radius);
   }
   for (const StaticCrown& crown : site_.crowns) ball(crown.centre, crown.radius, -1, crown.density);
 }
 
 /// `ground_at` only rises from row to row: the higher the beam, the farther it meets the ground.
-StaticScan::Hit StaticScan::nearest(const Column& column, double ce, double se, std::size_t& ground_at, std::uint64_t random) const {
+StaticScan::Hit StaticScan::nearest(const Column& column, double ce, double se, std::size_t& ground_at,
+                                    std::uint64_t random) const {
   const double slope = se / ce;
   const std::size_t samples = column.ground.size();
-  while (ground_at < samples && column.ground[ground_at] < kGroundStep * static_cast<double>(ground_at + 1) * slope) ++ground_at;
+  while (ground_at < samples && column.ground[ground_at] < kGroundStep * static_cast<double>(ground_at + 1) * slope)
+    ++ground_at;
   Hit hit{1e9, -1};
   if (ground_at < samples) {
     // Between two samples of the ground, linearly; before the first one it is flat.
@@ -122,7 +129,8 @@ StaticScan::Hit StaticScan::nearest(const Column& column, double ce, double se, 
   }
   for (const auto& upright : column.uprights) {
     const double z = upright.distance * slope;
-    if (z >= upright.bottom && z <= upright.top && upright.distance < hit.distance * ce) hit = {upright.distance / ce, -1};
+    if (z >= upright.bottom && z <= upright.top && upright.distance < hit.distance * ce)
+      hit = {upright.distance / ce, -1};
   }
   for (const auto& ball : column.balls) {
     if (slope < ball.lowest_tan || slope > ball.highest_tan) continue;
@@ -151,7 +159,8 @@ void StaticScan::cast(std::uint32_t index, std::vector<float>& xyz, std::vector<
   const Mat3 R_scanner_site = transposed(site_.R_site_scanner);
   truth.resize(site_.spheres.size());
   std::size_t ground_at = 0;
-  const std::uint64_t seed = scrambled(site_.config.seed * 0x9E3779B9ull + static_cast<std::uint64_t>(site_.config.station));
+  const std::uint64_t seed =
+      scrambled(site_.config.seed * 0x9E3779B9ull + static_cast<std::uint64_t>(site_.config.station));
   for (std::uint32_t row = 0; row < patch.rows; ++row) {
     const double elevation = patch.elevation + patch.step * row, ce = std::cos(elevation), se = std::sin(elevation);
     const std::uint64_t random = scrambled(seed ^ (static_cast<std::uint64_t>(index) << 32 | row));
@@ -165,7 +174,8 @@ void StaticScan::cast(std::uint32_t index, std::vector<float>& xyz, std::vector<
       ++known.hits;
       const Vec3 n = (1 / sphere.radius) * (hit.distance * beam - sphere.centre);
       const double c = dot(n, beam), across = hit.distance * config_.angle_sigma_rad;
-      const double variance = c * c * config_.range_precision_m * config_.range_precision_m + (1 - c * c) * across * across;
+      const double variance =
+          c * c * config_.range_precision_m * config_.range_precision_m + (1 - c * c) * across * across;
       const double axes[] = {n.x, n.y, n.z};
       for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t k = 0; k < 3; ++k) known.information[3 * i + k] += axes[i] * axes[k] / variance;
@@ -182,7 +192,8 @@ void StaticScan::cast(std::uint32_t index, std::vector<float>& xyz, std::vector<
   }
 }
 
-Result<std::uint64_t> write_static_scan(const StaticScan& scan, const std::string& path, std::uint64_t most_points, unsigned threads, std::vector<SphereTruth>& truth) {
+Result<std::uint64_t> write_static_scan(const StaticScan& scan, const std::string& path, std::uint64_t most_points,
+                                        unsigned threads, std::vector<SphereTruth>& truth) {
   ByteWriter file(path);
   constexpr std::uint32_t kTogether = 32;
   std::vector<std::vector<float>> parts(threads);
@@ -194,7 +205,8 @@ Result<std::uint64_t> write_static_scan(const StaticScan& scan, const std::strin
       for (unsigned t = 0; t < threads; ++t)
         helpers.emplace_back([&, t] {
           parts[t].clear();
-          for (std::uint32_t c = first + t * kTogether; c < std::min(first + (t + 1) * kTogether, scan.columns()); ++c) scan.cast(c, parts[t], truths[t]);
+          for (std::uint32_t c = first + t * kTogether; c < std::min(first + (t + 1) * kTogether, scan.columns()); ++c)
+            scan.cast(c, parts[t], truths[t]);
         });
     }
     for (const auto& part : parts) {

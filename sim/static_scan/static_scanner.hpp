@@ -12,7 +12,7 @@ namespace hueline::sim {
 
 /// A terrestrial laser scanner of the VZ-1000's class: one return a beam, range and angle noise.
 struct StaticScannerConfig {
-  double step_deg = 0.08;         ///< between beams, both ways, over the whole panorama
+  double step_deg = 0.08;  ///< between beams, both ways, over the whole panorama
   double lowest_deg = -45, highest_deg = 22;
   /// Around each sphere and at as many other places the scan is repeated with this step, as operators do; 0: not.
   double window_step_deg = 0.0135;
@@ -34,7 +34,8 @@ class StaticScan {
  public:
   StaticScan(const StaticSite& site, const StaticScannerConfig& config);
   std::uint32_t columns() const { return column_count_; }
-  /// Appends the points of a column, x y z in the scanner's frame, m, and adds to `truth` (one entry a sphere). Thread-safe.
+  /// Appends the points of a column, x y z in the scanner's frame, m, and adds to `truth` (one entry a sphere).
+  /// Thread-safe.
   void cast(std::uint32_t column, std::vector<float>& xyz, std::vector<SphereTruth>& truth) const;
 
  private:
@@ -48,7 +49,8 @@ class StaticScan {
   };
   struct Column;
   void prepare(double azimuth, Column& column) const;
-  Hit nearest(const Column& column, double cos_elevation, double sin_elevation, std::size_t& ground_at, std::uint64_t random) const;
+  Hit nearest(const Column& column, double cos_elevation, double sin_elevation, std::size_t& ground_at,
+              std::uint64_t random) const;
 
   const StaticSite& site_;
   StaticScannerConfig config_;
@@ -56,9 +58,10 @@ class StaticScan {
   std::uint32_t column_count_ = 0;
 };
 
-/// The whole scan as float32 x y z, the columns in order, cast on several threads; ends after `most_points`. Adds to `truth` and gives
-/// the number of points.
-Result<std::uint64_t> write_static_scan(const StaticScan& scan, const std::string& path, std::uint64_t most_points, unsigned threads, std::vector<SphereTruth>& truth);
+/// The whole scan as float32 x y z, the columns in order, cast on several threads; ends after `most_points`. Adds to
+/// `truth` and gives the number of points.
+Result<std::uint64_t> write_static_scan(const StaticScan& scan, const std::string& path, std::uint64_t most_points,
+                                        unsigned threads, std::vector<SphereTruth>& truth);
 
 /// The step that gives about `points` points over the whole panorama of a site; windows not counted.
 double step_for_points(const StaticSite& site, const StaticScannerConfig& config, std::uint64_t points);

@@ -5,7 +5,6 @@
 
 #include "sim/jpeg_handle.hpp"
 
-
 namespace hueline::sim {
 namespace {
 
@@ -21,7 +20,8 @@ Result<Bytes> encode_jpeg_planes(const JpegPlanesImage& image) {
   const std::uint32_t lens_width = image.lens_columns ? image.width / image.lens_columns : 0;
   const std::uint32_t lens_height = image.lens_rows ? image.height / image.lens_rows : 0;
   if (lens_width < 2 || lens_height < 2 || lens_width % 2 || lens_height % 2 || image.lenses > kMostLenses ||
-      image.lenses > std::size_t{image.lens_columns} * image.lens_rows || image.mosaic.size() != std::size_t{image.width} * image.height)
+      image.lenses > std::size_t{image.lens_columns} * image.lens_rows ||
+      image.mosaic.size() != std::size_t{image.width} * image.height)
     return Error{ErrorCode::Invalid, "JPEG planes are made of up to six lens images of even sides"};
   const JpegHandle encoder(tjInitCompress());
   if (!encoder) return Error{ErrorCode::Exhausted, "no memory for a JPEG encoder"};

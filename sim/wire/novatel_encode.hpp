@@ -8,8 +8,9 @@
 #include "sim/drive.hpp"
 #include "sim/wire/little_endian.hpp"
 
-/// NovAtel OEM7 binary logs (OEM7 Commands and Logs Reference Manual, OM-20000169). Structs hold what the wire holds, in the
-/// wire's units (degrees, m, m/s), so that a recorded message can be encoded again bit by bit. Pure functions, reentrant.
+/// NovAtel OEM7 binary logs (OEM7 Commands and Logs Reference Manual, OM-20000169). Structs hold what the wire holds,
+/// in the wire's units (degrees, m, m/s), so that a recorded message can be encoded again bit by bit. Pure functions,
+/// reentrant.
 namespace hueline::sim {
 
 enum class NovatelId : std::uint16_t {
@@ -35,12 +36,12 @@ std::span<const NovatelLog> novatel_logs();
 
 /// Fields of both headers; the short one carries week and milliseconds only.
 struct NovatelHeader {
-  std::uint8_t port = 0x20;           ///< COM1
+  std::uint8_t port = 0x20;  ///< COM1
   std::uint16_t sequence = 0;
-  std::uint8_t idle_time = 0x9C;      ///< half percents
-  std::uint8_t time_status = 180;     ///< FINESTEERING
+  std::uint8_t idle_time = 0x9C;   ///< half percents
+  std::uint8_t time_status = 180;  ///< FINESTEERING
   std::uint16_t week = 0;
-  std::uint32_t milliseconds = 0;     ///< of the week
+  std::uint32_t milliseconds = 0;  ///< of the week
   std::uint32_t receiver_status = 0x02000020;
   std::uint16_t reserved = 0;
   std::uint16_t software_version = 16248;

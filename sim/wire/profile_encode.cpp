@@ -15,7 +15,8 @@ constexpr std::int64_t kUnixOfGpsEpoch_s = 315'964'800;
 
 std::int64_t unix_ns(GpsNs t) { return t + (kUnixOfGpsEpoch_s - kGpsMinusUtcSeconds) * kNsPerSecond; }
 
-void put_head(LittleEndianWriter& out, std::uint8_t kind, std::uint32_t counter, std::size_t length, GpsNs time, std::uint16_t scanner) {
+void put_head(LittleEndianWriter& out, std::uint8_t kind, std::uint32_t counter, std::size_t length, GpsNs time,
+              std::uint16_t scanner) {
   out.put_text("PRF1");
   out.put(std::uint8_t{1});
   out.put(kind);
@@ -34,8 +35,9 @@ Result<Bytes> encode_profile_data(const ProfilePacket& p, std::uint32_t counter,
   const std::size_t returns = p.range_100um.size(), length = kDataHeadBytes + p.counts.size() + 6 * returns;
   const auto counted = std::accumulate(p.counts.begin(), p.counts.end(), std::size_t{0});
   if (counted != returns || p.reflectance_1e4.size() != returns || length > kMostBytes)
-    return Error{ErrorCode::Invalid, fmt::format("a profile datagram of {} pulses with {} returns, but {} ranges and {} reflectances", p.counts.size(),
-                                                 counted, returns, p.reflectance_1e4.size())};
+    return Error{ErrorCode::Invalid,
+                 fmt::format("a profile datagram of {} pulses with {} returns, but {} ranges and {} reflectances",
+                             p.counts.size(), counted, returns, p.reflectance_1e4.size())};
   LittleEndianWriter out(length);
   put_head(out, kData, counter, length, p.first_pulse_gps_ns, scanner);
   out.put(p.line);

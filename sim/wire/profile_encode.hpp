@@ -6,14 +6,15 @@
 #include "sim/drive.hpp"
 #include "sim/wire/little_endian.hpp"
 
-/// Datagrams of a profile scanner in the generic format (docs/formats.md, "Profile scanner"), by a scanner that a receiver told UTC.
-/// Pure functions, reentrant.
+/// Datagrams of a profile scanner in the generic format (docs/formats.md, "Profile scanner"), by a scanner that a
+/// receiver told UTC. Pure functions, reentrant.
 namespace hueline::sim {
 
 constexpr std::uint16_t kSimulatedProfileScanner = 1;  ///< number of a vehicle's first
 
 /// `counter`: of data datagrams so far. Invalid if counts and returns disagree, or more than a datagram holds.
-Result<Bytes> encode_profile_data(const ProfilePacket& packet, std::uint32_t counter, std::uint16_t scanner = kSimulatedProfileScanner);
+Result<Bytes> encode_profile_data(const ProfilePacket& packet, std::uint32_t counter,
+                                  std::uint16_t scanner = kSimulatedProfileScanner);
 
 struct ProfileStatusReport {
   GpsNs sent_gps_ns = 0;        ///< by the scanner's clock

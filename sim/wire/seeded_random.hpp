@@ -6,8 +6,8 @@
 
 namespace hueline::sim {
 
-/// The numbers of one stream of noise.hpp, one after the other: the same from the same seed with every compiler and library,
-/// which std::uniform_*_distribution does not promise.
+/// The numbers of one stream of noise.hpp, one after the other: the same from the same seed with every compiler and
+/// library, which std::uniform_*_distribution does not promise.
 class SeededRandom {
  public:
   SeededRandom(std::uint64_t seed, std::uint64_t stream) : seed_(seed), stream_(stream) {}

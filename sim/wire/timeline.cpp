@@ -92,10 +92,10 @@ InsSample Builder::interpolate(GpsNs gps_ns) const {
   if (a == &drive_.ins.back() || gps_ns <= a->gps_ns) return out;
   const InsSample& b = a[1];
   const double part = static_cast<double>(gps_ns - a->gps_ns) / static_cast<double>(b.gps_ns - a->gps_ns);
-  constexpr double InsSample::*kFields[] = {&InsSample::latitude_rad,   &InsSample::longitude_rad,
-                                            &InsSample::ellipsoidal_height_m, &InsSample::velocity_east,
-                                            &InsSample::velocity_north, &InsSample::velocity_up,
-                                            &InsSample::roll_rad,       &InsSample::pitch_rad};
+  constexpr double InsSample::*kFields[] = {
+      &InsSample::latitude_rad,  &InsSample::longitude_rad,  &InsSample::ellipsoidal_height_m,
+      &InsSample::velocity_east, &InsSample::velocity_north, &InsSample::velocity_up,
+      &InsSample::roll_rad,      &InsSample::pitch_rad};
   for (const auto field : kFields) out.*field += part * (b.*field - a->*field);
   out.heading_rad += part * std::remainder(b.heading_rad - a->heading_rad, 2 * std::numbers::pi);
   return out;
@@ -129,7 +129,8 @@ Status Builder::add_laser_positions() {
     while (next_nmea_ns <= at) {
       const InsSample sample = interpolate(next_second);
       RmcReport report;
-      report.gps_ns = next_second + (errors_.nmea_seconds(next_second) - errors_.leap_seconds(next_second)) * kNsPerSecond;
+      report.gps_ns =
+          next_second + (errors_.nmea_seconds(next_second) - errors_.leap_seconds(next_second)) * kNsPerSecond;
       report.latitude_rad = sample.latitude_rad;
       report.longitude_rad = sample.longitude_rad;
       report.speed_m_s = std::hypot(sample.velocity_east, sample.velocity_north);
@@ -156,7 +157,8 @@ Status Builder::add_profile() {
     Result<Bytes> bytes = encode_profile_data(stamped, counter, profile_scanner());
     if (!bytes) return bytes.error();
     const auto span_ns = static_cast<std::int64_t>(packet.counts.size()) * packet.period_ps / 1000;
-    add(drive_time(packet.first_pulse_gps_ns) + span_ns + draw(draws, config_.laser_data), WireChannel::LaserData, std::move(bytes).value());
+    add(drive_time(packet.first_pulse_gps_ns) + span_ns + draw(draws, config_.laser_data), WireChannel::LaserData,
+        std::move(bytes).value());
     timeline_.events.back().number = counter++;
   }
   return {};
@@ -170,7 +172,8 @@ void Builder::add_profile_status() {
     // Without a sentence it counts on from the pulses that it still has.
     const bool has_label = errors_.has_nmea(sent / kNsPerSecond * kNsPerSecond - kNsPerSecond);
     add(at, WireChannel::LaserPosition,
-        encode_profile_status({sent + errors_.scanner_clock_ns(sent), counter++, errors_.scanner_pps_status(sent), has_label, has_label, profile_scanner()}));
+        encode_profile_status({sent + errors_.scanner_clock_ns(sent), counter++, errors_.scanner_pps_status(sent),
+                               has_label, has_label, profile_scanner()}));
   }
 }
 
@@ -246,9 +249,8 @@ void Builder::add_pps() {
   SeededRandom draws = random(kOfPps);
   std::uint64_t sequence = 0;
   for (GpsNs second = first_whole_second(); second < drive_.end_gps_ns; second += kNsPerSecond) {
-    const std::int64_t error = sequence < drive_.pps_edge_error_ns.size()
-                                   ? drive_.pps_edge_error_ns[static_cast<std::size_t>(sequence)]
-                                   : 0;
+    const std::int64_t error =
+        sequence < drive_.pps_edge_error_ns.size() ? drive_.pps_edge_error_ns[static_cast<std::size_t>(sequence)] : 0;
     WireEvent event;
     event.channel = WireChannel::Pps;
     event.edge_ns = drive_time(second) + error;
@@ -264,8 +266,8 @@ void Builder::add_camera() {
   std::int64_t earliest = std::numeric_limits<std::int64_t>::min();
   for (const CameraExposure& exposure : drive_.exposures) {
     const std::int64_t end = drive_time(exposure.exposure_start_gps_ns) + exposure.exposure_ns;
-    const std::int64_t latched = end + config_.camera_latch_ns +
-                                 draws.between(-config_.camera_latch_spread_ns, config_.camera_latch_spread_ns);
+    const std::int64_t latched =
+        end + config_.camera_latch_ns + draws.between(-config_.camera_latch_spread_ns, config_.camera_latch_spread_ns);
     WireEvent event;
     event.channel = WireChannel::Camera;
     event.at_ns = std::max(end + draw(draws, config_.image), earliest);
@@ -297,8 +299,9 @@ void Builder::add_wheel() {
 }
 
 void sort(std::vector<WireEvent>& events) {
-  std::stable_sort(events.begin(), events.end(),
-                   [](const WireEvent& a, const WireEvent& b) { return std::tie(a.at_ns, a.channel) < std::tie(b.at_ns, b.channel); });
+  std::stable_sort(events.begin(), events.end(), [](const WireEvent& a, const WireEvent& b) {
+    return std::tie(a.at_ns, a.channel) < std::tie(b.at_ns, b.channel);
+  });
 }
 
 Timeline Builder::take() {
@@ -315,20 +318,32 @@ bool in_time_order(const Items& items, Time time) {
 
 const char* name(WireChannel channel) {
   switch (channel) {
-    case WireChannel::LaserData: return "LaserData";
-    case WireChannel::LaserPosition: return "LaserPosition";
-    case WireChannel::Pos: return "Pos";
-    case WireChannel::Pps: return "Pps";
-    case WireChannel::Camera: return "Camera";
-    case WireChannel::Wheel: return "Wheel";
+    case WireChannel::LaserData:
+      return "LaserData";
+    case WireChannel::LaserPosition:
+      return "LaserPosition";
+    case WireChannel::Pos:
+      return "Pos";
+    case WireChannel::Pps:
+      return "Pps";
+    case WireChannel::Camera:
+      return "Camera";
+    case WireChannel::Wheel:
+      return "Wheel";
   }
   return "?";
 }
 
 std::string TimelineConfig::validate() const {
-  const std::pair<const char*, Latency> latencies[] = {
-      {"laser_data", laser_data},     {"nmea", nmea}, {"ins", ins}, {"bestpos", bestpos},
-      {"time_message", time_message}, {"mark", mark}, {"pps", pps}, {"image", image}, {"wheel", wheel}};
+  const std::pair<const char*, Latency> latencies[] = {{"laser_data", laser_data},
+                                                       {"nmea", nmea},
+                                                       {"ins", ins},
+                                                       {"bestpos", bestpos},
+                                                       {"time_message", time_message},
+                                                       {"mark", mark},
+                                                       {"pps", pps},
+                                                       {"image", image},
+                                                       {"wheel", wheel}};
   for (const auto& [key, latency] : latencies) {
     if (latency.least_ns < 0 || latency.most_ns < latency.least_ns || latency.most_ns > 10 * kNsPerSecond) {
       return fmt::format("{}: {} .. {} ns is not a span within 0 .. 10 s", key, latency.least_ns, latency.most_ns);
@@ -371,7 +386,8 @@ Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config
 
 void add_laser_of(Timeline& timeline, Timeline other) {
   for (WireEvent& event : other.events)
-    if (event.channel == WireChannel::LaserData || event.channel == WireChannel::LaserPosition) timeline.events.push_back(std::move(event));
+    if (event.channel == WireChannel::LaserData || event.channel == WireChannel::LaserPosition)
+      timeline.events.push_back(std::move(event));
   sort(timeline.events);
 }
 

@@ -41,8 +41,6 @@ std::uint32_t microseconds_past_utc_hour(GpsNs gps_ns) {
   return static_cast<std::uint32_t>((gps_ns - kGpsMinusUtcSeconds * kNsPerSecond) % kNsPerHour / 1000);
 }
 
-WeekTime week_time(GpsNs gps_ns) {
-  return {static_cast<std::uint32_t>(gps_ns / kNsPerWeek), gps_ns % kNsPerWeek};
-}
+WeekTime week_time(GpsNs gps_ns) { return {static_cast<std::uint32_t>(gps_ns / kNsPerWeek), gps_ns % kNsPerWeek}; }
 
 }  // namespace hueline::sim

@@ -14,8 +14,8 @@ constexpr std::size_t kReservedBytes = 198;
 constexpr std::size_t kSentenceBytes = 128;
 constexpr double kMetresPerSecondPerKnot = 1852.0 / 3600.0;
 
-/// Degrees and minutes without a separator, the minutes rounded to 1e-7 before they are cut off the degrees: 59.99999999 must
-/// not be written as 60.0000000.
+/// Degrees and minutes without a separator, the minutes rounded to 1e-7 before they are cut off the
+/// degrees: 59.99999999 must not be written as 60.0000000.
 std::string degrees_minutes(double angle_rad, int degree_digits) {
   constexpr std::int64_t kUnitsPerDegree = 60LL * 10'000'000LL;
   const auto units = static_cast<std::int64_t>(
@@ -80,9 +80,9 @@ std::string encode_gprmc(const RmcReport& report) {
   const std::string body = fmt::format(
       "GPRMC,{:02d}{:02d}{:02d}.{:02d},{},{},{},{},{},{:.3f},{:.1f},{:02d}{:02d}{:02d},0.0,E,{}", utc.hour, utc.minute,
       utc.second, utc.nanosecond / 10'000'000, report.is_valid ? 'A' : 'V', degrees_minutes(report.latitude_rad, 2),
-      report.latitude_rad < 0 ? 'S' : 'N', degrees_minutes(report.longitude_rad, 3), report.longitude_rad < 0 ? 'W' : 'E',
-      report.speed_m_s / kMetresPerSecondPerKnot, course_deg, utc.day, utc.month, utc.year % 100,
-      report.is_valid ? 'A' : 'N');
+      report.latitude_rad < 0 ? 'S' : 'N', degrees_minutes(report.longitude_rad, 3),
+      report.longitude_rad < 0 ? 'W' : 'E', report.speed_m_s / kMetresPerSecondPerKnot, course_deg, utc.day, utc.month,
+      utc.year % 100, report.is_valid ? 'A' : 'N');
   unsigned checksum = 0;
   for (const char c : body) checksum ^= static_cast<unsigned char>(c);
   return fmt::format("${}*{:02X}\r\n", body, checksum);

@@ -18,19 +18,21 @@ constexpr std::size_t kLaserPositionBytes = 512;
 constexpr std::size_t kLaserBlocks = 12;
 constexpr std::size_t kLaserChannelsPerBlock = 32;
 
-/// Time from the first to the last firing of a packet: 24 sequences of 55.296 us with 16 firings 2.304 us apart (VLP-16),
-/// 12 of 46.080 us with 32 firings 1.152 us apart (HDL-32E); in dual mode the blocks come in pairs of one azimuth.
+/// Time from the first to the last firing of a packet: 24 sequences of 55.296 us with 16 firings 2.304 us apart
+/// (VLP-16), 12 of 46.080 us with 32 firings 1.152 us apart (HDL-32E); in dual mode the blocks come in pairs of one
+/// azimuth.
 std::int64_t last_firing_offset_ns(LaserModel model, LaserReturnMode mode);
 
-/// 1206 bytes: 12 blocks of flag 0xFFEE, azimuth, 32 x (distance, reflectivity); whole microseconds past the UTC hour of the
-/// first firing; factory bytes. Invalid if the packet does not hold 12 x 32 returns or an azimuth is 36000 or more.
+/// 1206 bytes: 12 blocks of flag 0xFFEE, azimuth, 32 x (distance, reflectivity); whole microseconds past the UTC hour
+/// of the first firing; factory bytes. Invalid if the packet does not hold 12 x 32 returns or an azimuth is 36000 or
+/// more.
 Result<Bytes> encode_laser_data(const LaserPacket& packet, LaserModel model, LaserReturnMode mode);
 
 /// What a position datagram says.
 struct LaserPositionReport {
-  GpsNs sent_gps_ns = 0;      ///< the scanner's clock when it sent the datagram
+  GpsNs sent_gps_ns = 0;        ///< the scanner's clock when it sent the datagram
   std::uint8_t pps_status = 2;  ///< 0 none, 1 synchronising, 2 locked, 3 error
-  std::string nmea;           ///< the last sentence it received, CR LF included; at most 127 bytes; empty: none yet
+  std::string nmea;             ///< the last sentence it received, CR LF included; at most 127 bytes; empty: none yet
 };
 
 /// 512 bytes: 198 reserved, microseconds past the UTC hour, PPS status, 3 reserved, the sentence padded with zeros.

@@ -23,8 +23,8 @@ struct Datagram {
   std::string payload;
 };
 
-/// Classic little-endian pcap of Ethernet frames, IPv4 without fragments: what Velodyne captures are. Stops at the first record that
-/// is not whole.
+/// Classic little-endian pcap of Ethernet frames, IPv4 without fragments: what Velodyne captures are. Stops at the
+/// first record that is not whole.
 inline std::vector<Datagram> datagrams_of(const std::filesystem::path& path) {
   const std::string file = contents(path);
   std::vector<Datagram> out;
@@ -38,7 +38,8 @@ inline std::vector<Datagram> datagrams_of(const std::filesystem::path& path) {
     if (at > file.size()) break;
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(file[frame + i]); };
     if (byte(12) != 8 || byte(13) != 0 || byte(23) != 17) continue;
-    const std::size_t udp = 14 + 4u * (byte(14) & 15u), length = static_cast<std::size_t>(byte(udp + 4)) << 8 | byte(udp + 5);
+    const std::size_t udp = 14 + 4u * (byte(14) & 15u),
+                      length = static_cast<std::size_t>(byte(udp + 4)) << 8 | byte(udp + 5);
     if (first < 0) first = time;
     out.push_back({time - first, file.substr(frame + udp + 8, length - 8)});
   }
@@ -46,7 +47,8 @@ inline std::vector<Datagram> datagrams_of(const std::filesystem::path& path) {
 }
 
 struct Oem7Message {
-  double time_s = 0;  ///< since the first, by the headers' GPS times; steps that are none of a stream (INSCONFIG names the time of its setting) count as none
+  double time_s = 0;  ///< since the first, by the headers' GPS times; steps that are none of a stream (INSCONFIG names
+                      ///< the time of its setting) count as none
   unsigned id = 0;    ///< 0: bytes between messages
   std::string bytes;
 };
@@ -75,10 +77,11 @@ inline std::vector<Oem7Message> oem7_messages_of(const std::string& file) {
 
 /// The manual's numbers of the messages in the recordings (OEM7 Commands and Logs Reference, SPAN logs).
 inline std::map<std::string, std::uint64_t> counted_by_name(const std::vector<Oem7Message>& messages) {
-  const std::map<unsigned, std::string> names{{42, "BESTPOS"},   {93, "RXSTATUS"},  {99, "BESTVEL"},   {101, "TIME"},
-                                              {507, "INSPVA"},   {508, "INSPVAS"},  {726, "BESTUTM"},  {1163, "PSRDOP2"}, {1335, "HEADING2"},
-                                              {1362, "IMURATECORRIMUS"}, {1465, "INSPVAX"}, {1945, "INSCONFIG"}, {2051, "INSSTDEV"}, {2052, "INSSTDEVS"},
-                                              {2264, "CORRIMUS"}, {812, "CORRIMUDATA"}, {813, "CORRIMUDATAS"}};
+  const std::map<unsigned, std::string> names{
+      {42, "BESTPOS"},      {93, "RXSTATUS"},     {99, "BESTVEL"},    {101, "TIME"},       {507, "INSPVA"},
+      {508, "INSPVAS"},     {726, "BESTUTM"},     {1163, "PSRDOP2"},  {1335, "HEADING2"},  {1362, "IMURATECORRIMUS"},
+      {1465, "INSPVAX"},    {1945, "INSCONFIG"},  {2051, "INSSTDEV"}, {2052, "INSSTDEVS"}, {2264, "CORRIMUS"},
+      {812, "CORRIMUDATA"}, {813, "CORRIMUDATAS"}};
   std::map<std::string, std::uint64_t> out;
   for (const auto& message : messages) {
     if (message.id == 0) continue;

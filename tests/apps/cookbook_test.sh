@@ -20,8 +20,8 @@ says "laser: velodyne"
 grep -q "<svg" rig.svg || fail "no picture"
 printf '12.5\n7.25\n' >ranges.txt
 ends 0 out/add_device ranges.txt
-says "12.500 m ahead"
-says "7.250 m ahead"
+says "12.500 m"
+says "7.250 m"
 if [ -e "$data/velodyne/vlp16_scans.pcap" ]; then
   ends 0 out/decode_pcap "$data/velodyne/vlp16_scans.pcap"
   says "^[1-9][0-9]+ returns, the farthest at [0-9.]+ m"

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <optional>
 
-#include "runtime/ingest.hpp"
 #include "drivers/pps/pps_packet.hpp"
+#include "runtime/ingest.hpp"
 #include "tests/apps/faulty_drive.hpp"
 
 namespace hueline::test {
@@ -139,19 +139,16 @@ FaultyOutcome outcome_of(FaultType type, FaultTarget target, std::optional<doubl
 
 /// What is lost on the way is told lost: as many units, once.
 TEST(Faults, LossesAreToldWithTheirNumber) {
-  for (const auto& [type, target] : {std::pair(FaultType::PacketLoss, FaultTarget::Laser),
-                                     std::pair(FaultType::BurstLoss, FaultTarget::Laser),
-                                     std::pair(FaultType::Outage, FaultTarget::Laser),
-                                     std::pair(FaultType::PacketLoss, FaultTarget::Pos),
-                                     std::pair(FaultType::BurstLoss, FaultTarget::Pos),
-                                     std::pair(FaultType::Outage, FaultTarget::Pos),
-                                     std::pair(FaultType::ImageLoss, FaultTarget::Camera),
-                                     std::pair(FaultType::PacketLoss, FaultTarget::Wheel),
-                                     std::pair(FaultType::Outage, FaultTarget::Wheel),
-                                     std::pair(FaultType::Outage, FaultTarget::Pps)}) {
+  for (const auto& [type, target] :
+       {std::pair(FaultType::PacketLoss, FaultTarget::Laser), std::pair(FaultType::BurstLoss, FaultTarget::Laser),
+        std::pair(FaultType::Outage, FaultTarget::Laser), std::pair(FaultType::PacketLoss, FaultTarget::Pos),
+        std::pair(FaultType::BurstLoss, FaultTarget::Pos), std::pair(FaultType::Outage, FaultTarget::Pos),
+        std::pair(FaultType::ImageLoss, FaultTarget::Camera), std::pair(FaultType::PacketLoss, FaultTarget::Wheel),
+        std::pair(FaultType::Outage, FaultTarget::Wheel), std::pair(FaultType::Outage, FaultTarget::Pps)}) {
     FaultyOutcome out = outcome_of(type, target);
     EXPECT_GT(out.missing, 0u) << sim::entry_of(type).name << " " << sim::name(target);
-    EXPECT_EQ(out.told[FaultKind::Lost], out.missing) << sim::entry_of(type).name << " " << sim::name(target) << ", " << words(out);
+    EXPECT_EQ(out.told[FaultKind::Lost], out.missing)
+        << sim::entry_of(type).name << " " << sim::name(target) << ", " << words(out);
   }
   FaultyOutcome bus = outcome_of(FaultType::CanBusOff, FaultTarget::Wheel);
   EXPECT_EQ(bus.told[FaultKind::Lost] + 1, bus.hits.at(0)) << "frames, and the bus itself";
@@ -160,10 +157,22 @@ TEST(Faults, LossesAreToldWithTheirNumber) {
 /// What comes late, broken, or under another time is not lost, nor is what was never sent.
 TEST(Faults, NothingElseIsToldLost) {
   using enum FaultType;
-  for (const auto& [type, strength] : std::vector<std::pair<FaultType, std::optional<double>>>{
-           {Stall, {}}, {LateDelivery, {}}, {Fragments, {}}, {Corruption, {}}, {Truncation, {}}, {LineNoise, {}}, {PosGap, {}},
-           {InsLabel, {}}, {InsLabel, -1}, {PpsLabel, {}}, {PpsLabel, -1}, {UtcOffset, {}}, {UtcOffset, -18}, {WeekRollover, {}},
-           {ReceiverTimeLost, {}}, {LabelLate, {}}}) {
+  for (const auto& [type, strength] : std::vector<std::pair<FaultType, std::optional<double>>>{{Stall, {}},
+                                                                                               {LateDelivery, {}},
+                                                                                               {Fragments, {}},
+                                                                                               {Corruption, {}},
+                                                                                               {Truncation, {}},
+                                                                                               {LineNoise, {}},
+                                                                                               {PosGap, {}},
+                                                                                               {InsLabel, {}},
+                                                                                               {InsLabel, -1},
+                                                                                               {PpsLabel, {}},
+                                                                                               {PpsLabel, -1},
+                                                                                               {UtcOffset, {}},
+                                                                                               {UtcOffset, -18},
+                                                                                               {WeekRollover, {}},
+                                                                                               {ReceiverTimeLost, {}},
+                                                                                               {LabelLate, {}}}) {
     FaultyOutcome out = outcome_of(type, FaultTarget::Pos, strength);
     EXPECT_GT(out.hits.at(0), 0u) << sim::entry_of(type).name;
     EXPECT_EQ(out.told_lost[FaultyDrive::shared().pos()], 0u) << sim::entry_of(type).name << ", " << words(out);
@@ -175,7 +184,8 @@ TEST(Faults, NothingElseIsToldLost) {
   }
 }
 
-/// A PPS source that gives, besides its edges, five times a second ones that it stamps so far off now: they enter as live packets do.
+/// A PPS source that gives, besides its edges, five times a second ones that it stamps so far off now: they enter as
+/// live packets do.
 void expect_unharmed_by_edges_off(std::vector<nanoseconds> offs) {
   FaultyDrive& drive = FaultyDrive::shared();
   const FaultyOutcome& clean = drive.clean();
@@ -206,7 +216,9 @@ void expect_unharmed_by_edges_off(std::vector<nanoseconds> offs) {
     lied = now;
     for (const nanoseconds off : offs) {
       const HostTime stamp = now + off;
-      Packet lie{drive.pps(), PacketKind::Wire, false, 0, now, Buffer::copy_of(drivers::encode_pps({drivers::PpsEdgeKind::Assert, ++edge, stamp}))};
+      Packet lie{drive.pps(), PacketKind::Wire,
+                 false,       0,
+                 now,         Buffer::copy_of(drivers::encode_pps({drivers::PpsEdgeKind::Assert, ++edge, stamp}))};
       const HostTime arrived = now;
       lie.received = stamp;
       ingest.submit(std::move(lie), arrived);
@@ -221,9 +233,12 @@ void expect_unharmed_by_edges_off(std::vector<nanoseconds> offs) {
   EXPECT_GE(told(FaultKind::Spurious), lies - offs.size()) << "but for the last ones, which nothing takes in behind";
   EXPECT_GT(told(FaultKind::ClockStep), lies / 2);
 }
-TEST(Faults, EdgesStampedInTheFutureDoNotRuinTheDrive) { expect_unharmed_by_edges_off({std::chrono::seconds(1000), std::chrono::milliseconds(20)}); }
+TEST(Faults, EdgesStampedInTheFutureDoNotRuinTheDrive) {
+  expect_unharmed_by_edges_off({std::chrono::seconds(1000), std::chrono::milliseconds(20)});
+}
 TEST(Faults, EdgesStampedOutOfAllTimeDoNotRuinTheDrive) {
-  expect_unharmed_by_edges_off({std::chrono::seconds(-900), std::chrono::hours(2'000'000), std::chrono::hours(-2'000'000)});
+  expect_unharmed_by_edges_off(
+      {std::chrono::seconds(-900), std::chrono::hours(2'000'000), std::chrono::hours(-2'000'000)});
 }
 
 TEST(Faults, TheDriveWithoutThemIsWhole) {

@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "runtime/pipeline.hpp"
-#include "runtime/recording.hpp"
 #include "apps/simulate/point_claim.hpp"
 #include "apps/simulate/simulated_recording.hpp"
 #include "apps/simulate/simulated_rig.hpp"
 #include "config/scenario.hpp"
 #include "core/geodesy.hpp"
+#include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
 #include "sim/generate.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -64,7 +64,8 @@ class Watcher : public runtime::Summary {
   void on_wheel(const StampedWheelSpeed& wheel) override {
     // In the middle of the control unit's cycle of 20 ms, by the end of the frame.
     const double error_us = static_cast<double>(count_ns(wheel.time) + 10'000'000 - drive_.begin_gps_ns -
-                                                (wheel.wheel.received - apps::kSimulatedHostBegin).count()) * 1e-3;
+                                                (wheel.wheel.received - apps::kSimulatedHostBegin).count()) *
+                            1e-3;
     ++out_.wheels;
     out_.largest_wheel_error_us = std::max(out_.largest_wheel_error_us, std::abs(error_us));
   }
@@ -196,15 +197,18 @@ sim::FaultyTimeline FaultyDrive::timeline(const std::vector<sim::FaultLine>& lin
   return spoilt;
 }
 
-RecordedOutcome FaultyDrive::record(const std::vector<sim::FaultLine>& lines, const std::function<void(const std::filesystem::path&)>& before_reading) const {
+RecordedOutcome FaultyDrive::record(const std::vector<sim::FaultLine>& lines,
+                                    const std::function<void(const std::filesystem::path&)>& before_reading) const {
   const sim::FaultyTimeline spoilt = timeline(lines);
   const TemporaryFolder folder;
   const auto file = folder / "drive.mcap";
   sim::FaultyDisk disk(lines, scenario_.seed);
   RecordedOutcome out;
-  out.capture = require(apps::capture_on_faulty_disk(drive_, spoilt.timeline, rig_, disk, file, kQueueBytes), "capture");
+  out.capture =
+      require(apps::capture_on_faulty_disk(drive_, spoilt.timeline, rig_, disk, file, kQueueBytes), "capture");
   if (before_reading) before_reading(file);
-  apps::RecoveredRecording recovered = require(apps::judge_recording(out.capture, file, drive_, spoilt.timeline, rig_, 1), "reading back");
+  apps::RecoveredRecording recovered =
+      require(apps::judge_recording(out.capture, file, drive_, spoilt.timeline, rig_, 1), "reading back");
   out.facts = recovered.facts;
   // The replay, as `hueline replay` runs it.
   runtime::Recording recording = require(runtime::Recording::open(file.string()), "opening");
@@ -257,7 +261,8 @@ FaultyOutcome FaultyDrive::run(const std::vector<sim::FaultLine>& lines, const E
   const auto report = watcher.json();
   // Whatever was spoilt: each return is a point, or is counted with its reason.
   std::uint64_t told_returns = report.at("points").at("total").get<std::uint64_t>();
-  for (const auto& [reason, count] : report.at("points").at("not_placed").items()) told_returns += count.get<std::uint64_t>();
+  for (const auto& [reason, count] : report.at("points").at("not_placed").items())
+    told_returns += count.get<std::uint64_t>();
   if (told_returns != report.at("points").at("returns").get<std::uint64_t>())
     throw std::runtime_error("returns without a word: " + report.at("points").dump());
   for (const auto& sensor : rig_.sensors) {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "apps/score/score_recording.hpp"
-#include "runtime/summary.hpp"
 #include "config/rig.hpp"
+#include "runtime/summary.hpp"
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/judge.hpp"
 
@@ -27,16 +27,16 @@ struct FaultyOutcome {
   };
   std::map<std::uint32_t, Stamp> laser;      ///< by number of the packet in the drive
   std::map<std::uint32_t, Stamp> exposures;  ///< by number of the exposure; those that were given a time
-  std::uint64_t wheels = 0;            ///< words of the wheel encoder
-  double largest_wheel_error_us = 0;   ///< of their times; means nothing where the host's clock is at fault
+  std::uint64_t wheels = 0;                  ///< words of the wheel encoder
+  double largest_wheel_error_us = 0;         ///< of their times; means nothing where the host's clock is at fault
   std::uint64_t batches = 0, strange_batches = 0, unmatched_exposures = 0, images = 0;
   std::vector<std::string> wrong_stamps;  ///< beyond 5 sigma and 20 us, in words
   std::uint64_t wrong_laser = 0, wrong_exposures = 0;
 
-  std::map<FaultKind, std::uint64_t> told;     ///< counts by kind
+  std::map<FaultKind, std::uint64_t> told;      ///< counts by kind
   std::map<SensorId, std::uint64_t> told_lost;  ///< by sensor
-  std::uint64_t missing = 0;                   ///< datagrams, logs, images, edges, frames that were sent and did not come
-  std::vector<std::string> faults;          ///< in words
+  std::uint64_t missing = 0;        ///< datagrams, logs, images, edges, frames that were sent and did not come
+  std::vector<std::string> faults;  ///< in words
 
   /// Of the points fired in a tenth of a second of drive time.
   struct Tenth {
@@ -67,8 +67,10 @@ class FaultyDrive {
   /// `enter` is given each packet and what processes it; without it packets are processed as they come.
   using Enter = std::function<void(const Packet&, const std::function<void(const Packet&)>& process)>;
   FaultyOutcome run(const std::vector<sim::FaultLine>& lines, const Enter& enter = {}) const;
-  /// The same drive, captured onto a disk with these faults and read back. `before_reading` may do to the file what no disk does.
-  RecordedOutcome record(const std::vector<sim::FaultLine>& lines, const std::function<void(const std::filesystem::path&)>& before_reading = {}) const;
+  /// The same drive, captured onto a disk with these faults and read back. `before_reading` may do to the file what no
+  /// disk does.
+  RecordedOutcome record(const std::vector<sim::FaultLine>& lines,
+                         const std::function<void(const std::filesystem::path&)>& before_reading = {}) const;
   SensorId pos() const { return rig_.sync.pos; }
   SensorId pps() const { return rig_.sync.clock.pps; }
   std::size_t sensors() const { return rig_.sensors.size() + 1; }  // hueline itself included

@@ -18,7 +18,8 @@ extern char** environ;
 
 namespace hueline::test {
 
-/// `hueline ARGUMENTS` as a user starts it, in a process of its own; output and errors go to one file. Killed with the object.
+/// `hueline ARGUMENTS` as a user starts it, in a process of its own; output and errors go to one file. Killed with the
+/// object.
 class Program {
  public:
   Program(const std::vector<std::string>& arguments, std::filesystem::path output) : output_(std::move(output)) {
@@ -31,7 +32,8 @@ class Program {
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-    if (posix_spawn(&pid_, HUELINE_PROGRAM, &actions, nullptr, argv.data(), environ) != 0) ADD_FAILURE() << "cannot start " << HUELINE_PROGRAM;
+    if (posix_spawn(&pid_, HUELINE_PROGRAM, &actions, nullptr, argv.data(), environ) != 0)
+      ADD_FAILURE() << "cannot start " << HUELINE_PROGRAM;
     posix_spawn_file_actions_destroy(&actions);
   }
   Program(const Program&) = delete;

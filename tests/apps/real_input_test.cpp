@@ -16,8 +16,8 @@
 #include "program.hpp"
 #include "storage/journal_reader.hpp"
 
-/// Real devices' bytes on real sockets into the program as a user starts it. What must be in the recording is known from the captures,
-/// which the tests read by themselves.
+/// Real devices' bytes on real sockets into the program as a user starts it. What must be in the recording is known
+/// from the captures, which the tests read by themselves.
 namespace hueline::apps {
 namespace {
 using namespace hueline::test;
@@ -61,7 +61,8 @@ class Socket {
 std::vector<std::uint16_t> free_udp_ports(std::size_t count) {
   std::vector<std::unique_ptr<Socket>> held;
   std::vector<std::uint16_t> ports;
-  for (std::size_t i = 0; i < count; ++i) ports.push_back(held.emplace_back(std::make_unique<Socket>(SOCK_DGRAM, std::uint16_t{0}))->port());
+  for (std::size_t i = 0; i < count; ++i)
+    ports.push_back(held.emplace_back(std::make_unique<Socket>(SOCK_DGRAM, std::uint16_t{0}))->port());
   return ports;
 }
 
@@ -100,7 +101,8 @@ void send_receiver(int client, const std::vector<Oem7Message>& messages) {
   const auto begin = Clock::now();
   for (const auto& message : messages) {
     std::this_thread::sleep_until(begin + std::chrono::duration<double>(message.time_s));
-    ASSERT_EQ(send(client, message.bytes.data(), message.bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(message.bytes.size()));
+    ASSERT_EQ(send(client, message.bytes.data(), message.bytes.size(), MSG_NOSIGNAL),
+              static_cast<ssize_t>(message.bytes.size()));
   }
 }
 
@@ -136,7 +138,8 @@ Recorded read_recording(const std::filesystem::path& path) {
     }
     if (packet->kind != PacketKind::Wire) continue;
     const auto bytes = packet->bytes.bytes();
-    out.packets[(*journal)->header().sensors.at(packet->sensor).name].emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    out.packets[(*journal)->header().sensors.at(packet->sensor).name].emplace_back(
+        reinterpret_cast<const char*>(bytes.data()), bytes.size());
   }
 }
 
@@ -147,8 +150,9 @@ std::vector<std::string> payloads(const std::vector<Datagram>& datagrams, std::s
   return out;
 }
 
-/// Echoes between 0.5 and 130 m in data packets, by the manual's layout alone: 12 blocks of 100 bytes, 32 records of 3 bytes from the
-/// 4th on, steps of 2 mm; in dual mode (0x39) two blocks a firing, an echo that is the last and the strongest stands in both.
+/// Echoes between 0.5 and 130 m in data packets, by the manual's layout alone: 12 blocks of 100 bytes, 32 records of 3
+/// bytes from the 4th on, steps of 2 mm; in dual mode (0x39) two blocks a firing, an echo that is the last and the
+/// strongest stands in both.
 std::uint64_t echoes_in(const std::vector<Datagram>& datagrams) {
   std::uint64_t count = 0;
   for (const auto& datagram : datagrams) {
@@ -222,15 +226,17 @@ TEST(RealInput, DevicesOnSocketsAreRecordedWholeAndReplayedToTheSameBytes) {
   const Socket server(SOCK_STREAM, 0);
   ASSERT_EQ(listen(server.fd(), 1), 0);
   const auto ports = free_udp_ports(6);
-  std::string rig = "rig: real\nsensors:\n  - name: pos\n    driver: novatel\n    tcp: {host: 127.0.0.1, port: " + std::to_string(server.port()) + "}\n" +
+  std::string rig = "rig: real\nsensors:\n  - name: pos\n    driver: novatel\n    tcp: {host: 127.0.0.1, port: " +
+                    std::to_string(server.port()) + "}\n" +
                     "    accept_alignment_complete: true\n";  // the vehicle of this recording stands
   for (std::size_t i = 0; i < 3; ++i)
-    rig += std::string("  - name: ") + kScanners[i].name + "\n    driver: velodyne\n    model: " + kScanners[i].model + "\n    udp: {ports: [" +
-           std::to_string(ports[2 * i]) + ", " + std::to_string(ports[2 * i + 1]) +
+    rig += std::string("  - name: ") + kScanners[i].name + "\n    driver: velodyne\n    model: " + kScanners[i].model +
+           "\n    udp: {ports: [" + std::to_string(ports[2 * i]) + ", " + std::to_string(ports[2 * i + 1]) +
            "], bind_address: 127.0.0.1}\n    T_body_scanner: {position_m: [0, 0, 1], rotation_deg: [0, 0, 0]}\n";
   write_file(dir / "rig.yaml", rig + "colouring: {method: lens}\n");
 
-  Program capture({"capture", dir / "rig.yaml", "--out", dir / "drive", "--until-silent", "--seconds", "60", "--quiet"}, dir / "said.txt");
+  Program capture({"capture", dir / "rig.yaml", "--out", dir / "drive", "--until-silent", "--seconds", "60", "--quiet"},
+                  dir / "said.txt");
   const auto give_up = Clock::now() + std::chrono::seconds(60);
   for (const std::uint16_t port : ports)
     while (!is_bound(port)) {
@@ -247,7 +253,8 @@ TEST(RealInput, DevicesOnSocketsAreRecordedWholeAndReplayedToTheSameBytes) {
   for (std::size_t i = 0; i < 3; ++i) {
     const auto datagrams = datagrams_of(data_dir() / kScanners[i].capture);
     for (const auto& datagram : datagrams)
-      plan.push_back({datagram.time_s + 3.0, {ports[2 * i + (datagram.payload.size() == 512 ? 1 : 0)], datagram.payload}});
+      plan.push_back(
+          {datagram.time_s + 3.0, {ports[2 * i + (datagram.payload.size() == 512 ? 1 : 0)], datagram.payload}});
   }
   const std::string log = receiver_log({"ins2.gps"});
   std::thread scanners([&] { send_scanners(std::move(plan)); });
@@ -272,12 +279,15 @@ TEST(RealInput, DevicesOnSocketsAreRecordedWholeAndReplayedToTheSameBytes) {
 TEST(RealInput, FilesAsSourcesAreRecordedWhole) {
   HUELINE_REQUIRE_DATA("velodyne/hdl32e.pcap");
   TemporaryFolder dir;
-  const std::string log = receiver_log({"align.gps", "bestpos.gps", "ins1.gps", "ins2.gps", "rxstatus.gps", "time.gps"});
+  const std::string log =
+      receiver_log({"align.gps", "bestpos.gps", "ins1.gps", "ins2.gps", "rxstatus.gps", "time.gps"});
   write_file(dir / "receiver.gps", log);
-  std::string rig = "rig: files\nsensors:\n  - name: pos\n    driver: novatel\n    file: " + (dir / "receiver.gps").string() + "\n";
+  std::string rig =
+      "rig: files\nsensors:\n  - name: pos\n    driver: novatel\n    file: " + (dir / "receiver.gps").string() + "\n";
   for (const Scanner& scanner : kScanners)
-    rig += std::string("  - name: ") + scanner.name + "\n    driver: velodyne\n    model: " + scanner.model + "\n    pcap: {file: " +
-           (data_dir() / scanner.capture).string() + "}\n    T_body_scanner: {position_m: [0, 0, 1], rotation_deg: [0, 0, 0]}\n";
+    rig += std::string("  - name: ") + scanner.name + "\n    driver: velodyne\n    model: " + scanner.model +
+           "\n    pcap: {file: " + (data_dir() / scanner.capture).string() +
+           "}\n    T_body_scanner: {position_m: [0, 0, 1], rotation_deg: [0, 0, 0]}\n";
   write_file(dir / "rig.yaml", rig + "colouring: {method: lens}\n");
   const Ran capture = run({"capture", dir / "rig.yaml", "--out", dir / "drive", "--until-silent", "--quiet"});
   // Nothing relates the log's time to the scanners': recorded, and said.
@@ -299,8 +309,11 @@ TEST(RealInput, AFileLargerThanTheBuffersIsRecordedWhole) {
   std::string large = capture.substr(0, 24);
   for (int i = 0; i < kTimes; ++i) large += capture.substr(24);
   write_file(dir / "large.pcap", large);
-  write_file(dir / "rig.yaml", "rig: file\nsensors:\n  - name: laser\n    driver: velodyne\n    model: VLP-16\n    pcap: {file: " +
-                                   (dir / "large.pcap").string() + "}\n    T_body_scanner: {position_m: [0, 0, 1], rotation_deg: [0, 0, 0]}\ncolouring: {method: lens}\n");
+  write_file(
+      dir / "rig.yaml",
+      "rig: file\nsensors:\n  - name: laser\n    driver: velodyne\n    model: VLP-16\n    pcap: {file: " +
+          (dir / "large.pcap").string() +
+          "}\n    T_body_scanner: {position_m: [0, 0, 1], rotation_deg: [0, 0, 0]}\ncolouring: {method: lens}\n");
   const Ran ran = run({"capture", dir / "rig.yaml", "--out", dir / "drive", "--buffer", "16", "--quiet"});
   EXPECT_EQ(ran.status, 5) << ran.said;
   const auto entry = sensor_entry(read_json(dir / "drive" / "summary.json"), "laser");

@@ -1,5 +1,6 @@
-// The computer's own faults: a disk that is slow, full or made read-only, a program that is killed, a power cut. What the
-// recording promises is found, nothing else is in it, what is lost is told, and its replay is that of the packets themselves.
+// The computer's own faults: a disk that is slow, full or made read-only, a program that is killed, a power cut. What
+// the recording promises is found, nothing else is in it, what is lost is told, and its replay is that of the packets
+// themselves.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -66,7 +67,8 @@ TEST(RecordingFaults, AFullDiskHoldsExactlyWhatTheProgramSays) {
     const RecordedOutcome out = FaultyDrive::shared().record({line_of(FaultType::DiskFull, 12, 100, megabytes)});
     expect_honest(out);
     EXPECT_FALSE(out.capture.recording.ok());
-    EXPECT_NE(out.capture.recording.error().message.find("disk is full"), std::string::npos) << out.capture.recording.error().message;
+    EXPECT_NE(out.capture.recording.error().message.find("disk is full"), std::string::npos)
+        << out.capture.recording.error().message;
     EXPECT_EQ(out.facts.recovered, out.facts.promised) << "not one more, not one less";
     EXPECT_LT(out.facts.recovered, out.facts.came);
   }
@@ -88,18 +90,25 @@ void expect_end_lost(FaultType type, Death death, double most_s, std::initialize
     EXPECT_LE(out.facts.end_lost_s, most_s) << at_s;
   }
 }
-TEST(RecordingFaults, AKilledProgramLosesHalfASecondAtMost) { expect_end_lost(FaultType::ProcessKill, Death::ProcessKill, 0.51, {11.003, 14.77, 17.999}); }
-TEST(RecordingFaults, APowerCutLosesTwoSecondsAtMost) { expect_end_lost(FaultType::PowerCut, Death::PowerCut, 2.01, {12.1, 13.95, 17.2}); }
+TEST(RecordingFaults, AKilledProgramLosesHalfASecondAtMost) {
+  expect_end_lost(FaultType::ProcessKill, Death::ProcessKill, 0.51, {11.003, 14.77, 17.999});
+}
+TEST(RecordingFaults, APowerCutLosesTwoSecondsAtMost) {
+  expect_end_lost(FaultType::PowerCut, Death::PowerCut, 2.01, {12.1, 13.95, 17.2});
+}
 
 TEST(RecordingFaults, APowerCutWhileTheDiskHangsLosesWhatWaitedToo) {
-  const RecordedOutcome out = FaultyDrive::shared().record({line_of(FaultType::DiskSlow, 13, 60, 0), line_of(FaultType::PowerCut, 16)});
+  const RecordedOutcome out =
+      FaultyDrive::shared().record({line_of(FaultType::DiskSlow, 13, 60, 0), line_of(FaultType::PowerCut, 16)});
   expect_honest(out);
   EXPECT_GT(out.facts.end_lost_s, 2.01);
   EXPECT_LE(out.facts.end_lost_s, 5.01);
 }
 
 TEST(RecordingFaults, ADiskThatLiesIsNoticed) {
-  const auto lie = [](const std::filesystem::path& file) { std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2); };
+  const auto lie = [](const std::filesystem::path& file) {
+    std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+  };
   const RecordedOutcome cut = FaultyDrive::shared().record({line_of(FaultType::PowerCut, 17)}, lie);
   EXPECT_GT(cut.facts.promised_missing, 100u);
   EXPECT_EQ(cut.facts.untold, 0u) << "who reads it is told that it was cut";

@@ -7,17 +7,17 @@
 #include <string>
 
 #include "calibration/lens/lens_calibration.hpp"
-#include "tests/calibration/measured_objects.hpp"
-#include "tests/calibration/simulated_boards.hpp"
-#include "tests/calibration/simulated_passes.hpp"
-#include "tests/calibration/simulated_points.hpp"
+#include "tests/calibration/boresight/simulated_passes.hpp"
+#include "tests/calibration/lens/simulated_boards.hpp"
+#include "tests/calibration/mount/measured_objects.hpp"
+#include "tests/calibration/mount/simulated_points.hpp"
 #include "tests/support/bench.hpp"
 
 namespace hueline::calibration {
 namespace {
 
-/// 200 calibrations of one lens from boards with corner noise: how many have focal lengths and principal point within 0.3 px and within
-/// three of their own sigma.
+/// 200 calibrations of one lens from boards with corner noise: how many have focal lengths and principal point within
+/// 0.3 px and within three of their own sigma.
 void lens_trials(benchmark::State& state) {
   const bool is_fisheye = state.range(0) != 0;
   const fusion::CameraIntrinsics lens = is_fisheye ? test::fisheye_lens() : test::plane_lens();
@@ -35,10 +35,12 @@ void lens_trials(benchmark::State& state) {
         continue;
       }
       const auto ours = found->adjusted.lens.parameters();
-      const double truth[4] = {lens.focal_px.x(), lens.focal_px.y(), lens.principal_point_px.x(), lens.principal_point_px.y()};
+      const double truth[4] = {lens.focal_px.x(), lens.focal_px.y(), lens.principal_point_px.x(),
+                               lens.principal_point_px.y()};
       bool near = true, honest = true;
       for (int i = 0; i < 4; ++i) {
-        const double error = ours[static_cast<std::size_t>(i)] - truth[i], sigma = std::sqrt(found->adjusted.covariance(i, i));
+        const double error = ours[static_cast<std::size_t>(i)] - truth[i],
+                     sigma = std::sqrt(found->adjusted.covariance(i, i));
         near = near && std::abs(error) <= 0.3;
         honest = honest && std::abs(error) <= 3 * sigma;
         values_within_sigma += std::abs(error) <= 3 * sigma;
@@ -49,7 +51,8 @@ void lens_trials(benchmark::State& state) {
       within_sigma += honest;
       noise2 += found->adjusted.sigma_px * found->adjusted.sigma_px;
     }
-    hueline::test::expect(state, failed == 0 && values_within_sigma > 3 * kRuns, "lenses are calibrated, to what they state");
+    hueline::test::expect(state, failed == 0 && values_within_sigma > 3 * kRuns,
+                          "lenses are calibrated, to what they state");
     state.counters["failed"] = failed;
     state.counters["all4_within_0.3px_%"] = 100.0 * within_px / kRuns;
     state.counters["all4_within_3sigma_%"] = 100.0 * within_sigma / kRuns;
@@ -75,7 +78,8 @@ void lens_views(benchmark::State& state) {
       const auto views = test::simulate_boards(lens, what);
       for (const auto& view : views) {
         Eigen::Vector2d least = view.corners[0].pixel, most = least;
-        for (const auto& corner : view.corners) least = least.cwiseMin(corner.pixel), most = most.cwiseMax(corner.pixel);
+        for (const auto& corner : view.corners)
+          least = least.cwiseMin(corner.pixel), most = most.cwiseMax(corner.pixel);
         box += (most - least).prod() / (lens.width * lens.height) / static_cast<double>(views.size() * kRuns);
       }
       const auto found = adjust_lens(what.board, views, test::lens_values(lens), {});
@@ -89,9 +93,12 @@ void lens_views(benchmark::State& state) {
     state.counters["box_share"] = box;
   }
 }
-/// 200 resections from 20 points (lens 0: 1224 px wide, 1: fisheye, 2: 2448 px wide): errors beside the standard deviations stated, and the share inside three of them.
+/// 200 resections from 20 points (lens 0: 1224 px wide, 1: fisheye, 2: 2448 px wide): errors beside the standard
+/// deviations stated, and the share inside three of them.
 void resection_trials(benchmark::State& state) {
-  const fusion::CameraIntrinsics lens = state.range(0) == 0 ? test::plane_lens() : state.range(0) == 1 ? test::fisheye_lens() : test::large_plane_lens();
+  const fusion::CameraIntrinsics lens = state.range(0) == 0   ? test::plane_lens()
+                                        : state.range(0) == 1 ? test::fisheye_lens()
+                                                              : test::large_plane_lens();
   const int kRuns = hueline::test::sized(200, 1);
   for (auto _ : state) {
     double turn2 = 0, centre2 = 0, turn_sigma2 = 0, centre_sigma2 = 0;
@@ -148,14 +155,17 @@ void boresight_trials(benchmark::State& state) {
         for (std::size_t k = 0; k < 3; ++k) within[k] += over <= static_cast<double>(k + 1);
       }
     }
-    hueline::test::expect(state, found_ones == kRuns && within[2] > 5 * kRuns, "mountings are found, to what they state");
+    hueline::test::expect(state, found_ones == kRuns && within[2] > 5 * kRuns,
+                          "mountings are found, to what they state");
     state.counters["found"] = found_ones;
     state.counters["turn_deg_rms"] = std::sqrt(turn2 / found_ones) * 57.29577951;
     state.counters["lever_plane_mm_rms"] = std::sqrt(lever2 / found_ones) * 1e3;
     state.counters["nees_of_6"] = together / found_ones;
     constexpr const char* kNames[] = {"turn_x", "turn_y", "turn_z", "lever_x", "lever_y", "lever_z"};
-    for (std::size_t i = 0; i < 6; ++i) state.counters[std::string(kNames[i]) + "_over_sigma_rms"] = std::sqrt(squares[i] / found_ones);
-    for (std::size_t k = 0; k < 3; ++k) state.counters[fmt::format("within_{}sigma_%", k + 1)] = 100.0 * within[k] / (6.0 * found_ones);
+    for (std::size_t i = 0; i < 6; ++i)
+      state.counters[std::string(kNames[i]) + "_over_sigma_rms"] = std::sqrt(squares[i] / found_ones);
+    for (std::size_t k = 0; k < 3; ++k)
+      state.counters[fmt::format("within_{}sigma_%", k + 1)] = 100.0 * within[k] / (6.0 * found_ones);
   }
 }
 void metres(benchmark::internal::Benchmark* b) {
@@ -168,7 +178,8 @@ BENCHMARK(boresight_trials)->Apply(metres)->Iterations(1)->Unit(benchmark::kSeco
 void measured_objects(benchmark::State& state) {
   for (auto _ : state) {
     const auto measured = test::measure_objects(static_cast<int>(state.range(0)), 20, {}, 5);
-    hueline::test::expect(state, measured.points == state.range(0) && measured.plane_rms_m < 0.1, "every object is measured, to centimetres");
+    hueline::test::expect(state, measured.points == state.range(0) && measured.plane_rms_m < 0.1,
+                          "every object is measured, to centimetres");
     state.counters["points"] = measured.points;
     state.counters["plane_rms_m"] = measured.plane_rms_m;
     state.counters["height_rms_m"] = measured.height_rms_m;

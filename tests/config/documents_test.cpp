@@ -70,20 +70,23 @@ TEST(RigDocument, NamesEveryKeyThatTheReaderKnows) {
     collect_known(root, root, keys);
   }
   EXPECT_GE(keys.size(), 90u) << "the examples no longer reach every reader";
-  for (const std::string& key : keys) EXPECT_NE(text.find('`' + key + '`'), std::string::npos) << key << " is not described";
+  for (const std::string& key : keys)
+    EXPECT_NE(text.find('`' + key + '`'), std::string::npos) << key << " is not described";
 }
 
 const std::vector<KeyDocument> kLists{rig_document(), scenario_document()};
 
 TEST(Documents, HaveTheTablesOfTheKeysAsTheyAreDeclared) {
   for (const char* name : {"rig.md", "scenario.md"})
-    EXPECT_EQ(document(name), with_key_tables(document(name), kLists)) << "write the tables anew: hueline keys docs/" << name;
+    EXPECT_EQ(document(name), with_key_tables(document(name), kLists))
+        << "write the tables anew: hueline keys docs/" << name;
 }
 
 TEST(Documents, RefuseAMarkerThatNamesNothing) {
   EXPECT_THROW(with_key_tables("<!-- keys rig sensers -->\n<!-- end of keys -->\n", kLists), ConfigError);
   EXPECT_THROW(with_key_tables("<!-- keys rig -->\n", kLists), ConfigError);
-  EXPECT_NE(with_key_tables("a\n<!-- keys rig sensors velodyne -->\nold\n<!-- end of keys -->\nb\n", kLists).find("| `min_range_m` | m | 0.5 | 0 .. 131 | Nearer returns are dropped. |"),
+  EXPECT_NE(with_key_tables("a\n<!-- keys rig sensors velodyne -->\nold\n<!-- end of keys -->\nb\n", kLists)
+                .find("| `min_range_m` | m | 0.5 | 0 .. 131 | Nearer returns are dropped. |"),
             std::string::npos);
 }
 
@@ -108,17 +111,20 @@ TEST(ScenarioDocument, HasEveryFaultAsTheRegistryHasIt) {
   const std::string text = document("scenario.md");
   for (const sim::FaultEntry& entry : sim::fault_registry()) {
     std::string targets;
-    for (const sim::FaultTarget target : entry.targets) targets += (targets.empty() ? "" : ", ") + std::string(sim::name(target));
-    const std::string row =
-        entry.unit ? fmt::format("| `{}` | {} | {:.10g} | {:.10g} .. {:.10g} | {} | {} |", entry.name, targets, entry.usual, entry.least,
-                                 entry.most, entry.unit, entry.what)
-                   : fmt::format("| `{}` | {} |  |  |  | {} |", entry.name, targets, entry.what);
+    for (const sim::FaultTarget target : entry.targets)
+      targets += (targets.empty() ? "" : ", ") + std::string(sim::name(target));
+    const std::string row = entry.unit
+                                ? fmt::format("| `{}` | {} | {:.10g} | {:.10g} .. {:.10g} | {} | {} |", entry.name,
+                                              targets, entry.usual, entry.least, entry.most, entry.unit, entry.what)
+                                : fmt::format("| `{}` | {} |  |  |  | {} |", entry.name, targets, entry.what);
     EXPECT_NE(text.find(row), std::string::npos) << row;
   }
 }
 
 TEST(Scenario, FaultsAreReadStrictly) {
-  const auto faults = [](const std::string& line) { return parse_scenario("seed: 2\nfaults:\n  - " + line, "s.yaml").faults.at(0); };
+  const auto faults = [](const std::string& line) {
+    return parse_scenario("seed: 2\nfaults:\n  - " + line, "s.yaml").faults.at(0);
+  };
   const sim::FaultLine line = faults("{fault: packet_loss, at_s: 3, for_s: 2.5, strength: 0.2, target: pos}");
   EXPECT_EQ(line.type, sim::FaultType::PacketLoss);
   EXPECT_EQ(line.begin_ns(), 3'000'000'000);
@@ -135,16 +141,20 @@ TEST(Scenario, FaultsAreReadStrictly) {
     return std::string("taken");
   };
   const std::string typo = complaint("{fault: paket_loss, at_s: 3}");
-  EXPECT_NE(typo.find("s.yaml:3: key 'faults[0].fault' is 'paket_loss'; allowed: one of: packet_loss, burst_loss"), std::string::npos) << typo;
+  EXPECT_NE(typo.find("s.yaml:3: key 'faults[0].fault' is 'paket_loss'; allowed: one of: packet_loss, burst_loss"),
+            std::string::npos)
+      << typo;
   EXPECT_NE(complaint("{fault: packet_loss, at_s: 3, strength: 2}").find("a number from 0 to 1"), std::string::npos);
   EXPECT_NE(complaint("{fault: packet_loss}").find("'faults[0].at_s' is missing"), std::string::npos);
   EXPECT_NE(complaint("{fault: pps_loss, at_s: 1, target: camera}").find("one of: pps"), std::string::npos);
-  EXPECT_NE(complaint("{fault: outage, at_s: 1, strength: 1}").find("'faults[0].strength' is not known"), std::string::npos);
+  EXPECT_NE(complaint("{fault: outage, at_s: 1, strength: 1}").find("'faults[0].strength' is not known"),
+            std::string::npos);
   EXPECT_NE(complaint("{fault: outage, at_s: 1, until_s: 1}").find("is not known"), std::string::npos);
 }
 
 TEST(Scenario, FaultsDoNotChangeWhatIsRendered) {
-  EXPECT_EQ(parse_scenario("seed: 2", "s.yaml").fingerprint(), parse_scenario("seed: 2\nfaults: [{fault: outage, at_s: 1}]", "s.yaml").fingerprint());
+  EXPECT_EQ(parse_scenario("seed: 2", "s.yaml").fingerprint(),
+            parse_scenario("seed: 2\nfaults: [{fault: outage, at_s: 1}]", "s.yaml").fingerprint());
 }
 
 TEST(ScenarioDocument, EveryExampleLoads) {

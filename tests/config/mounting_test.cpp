@@ -22,11 +22,13 @@ TEST(Mounting, ThreeFormsSayTheSame) {
 
 TEST(Mounting, AnglesTurnAboutFixedAxesXThenYThenZ) {
   const auto m = read("position_m: [0, 0, 0]\nrotation_deg: [90, 0, 90]\n");
-  EXPECT_TRUE((m.rotation() * Eigen::Vector3d::UnitY()).isApprox(Eigen::Vector3d::UnitZ(), 1e-12)) << "x first: y to z; z then leaves it";
+  EXPECT_TRUE((m.rotation() * Eigen::Vector3d::UnitY()).isApprox(Eigen::Vector3d::UnitZ(), 1e-12))
+      << "x first: y to z; z then leaves it";
 }
 
 TEST(Mounting, RefusesWhatIsNoRotation) {
-  EXPECT_THROW(read("position_m: [0, 0, 0]\nrotation_matrix: [1, 0, 0, 0, 1, 0, 0, 0, -1]\n"), ConfigError) << "a mirror";
+  EXPECT_THROW(read("position_m: [0, 0, 0]\nrotation_matrix: [1, 0, 0, 0, 1, 0, 0, 0, -1]\n"), ConfigError)
+      << "a mirror";
   EXPECT_THROW(read("position_m: [0, 0, 0]\nrotation_matrix: [1, 0, 0, 0, 1, 0, 0, 0.1, 1]\n"), ConfigError);
   EXPECT_THROW(read("position_m: [0, 0, 0]\nquaternion_wxyz: [1, 1, 0, 0]\n"), ConfigError);
   EXPECT_THROW(read("position_m: [0, 0, 0]\n"), ConfigError);
@@ -34,7 +36,8 @@ TEST(Mounting, RefusesWhatIsNoRotation) {
 }
 
 TEST(CalibrationRecord, IsReadBesideAMounting) {
-  CalibrationRecord record{"mount", "2026-11-21", {"20 points of \"targets.csv\""}, 0.8, "px", {"a_deg", "b_m"}, {0.01, 0.002}, {1e-4, 0, 4e-6}};
+  CalibrationRecord record{"mount",       "2026-11-21",   {"20 points of \"targets.csv\""}, 0.8, "px", {"a_deg", "b_m"},
+                           {0.01, 0.002}, {1e-4, 0, 4e-6}};
   const std::string mounting = "position_m: [0, 0, 0]\nrotation_deg: [0, 0, 0]\n";
   EXPECT_NO_THROW(read(mounting + record.yaml(0)));
   Section root = Section::load_text(mounting + record.yaml(0), "rig.yaml");

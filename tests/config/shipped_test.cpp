@@ -33,9 +33,10 @@ TEST(Shipped, EveryRigAndScenarioLoads) {
 
 TEST(Shipped, EverySheetNamesScenariosThatLoad) {
   const auto folder = test::source_dir() / "config/sheets";
-  EXPECT_GE(load_all(folder, [](const std::string& sheet) {
-              for (const auto& scenario : load_sheet(sheet).scenarios) load_scenario(scenario.string());
-            }),
+  EXPECT_GE(load_all(folder,
+                     [](const std::string& sheet) {
+                       for (const auto& scenario : load_sheet(sheet).scenarios) load_scenario(scenario.string());
+                     }),
             2);
   EXPECT_THROW(load_sheet("no_such_sheet"), ConfigError);
 }
@@ -43,10 +44,13 @@ TEST(Shipped, EverySheetNamesScenariosThatLoad) {
 TEST(Shipped, ComesWithTheProgramAsItStandsInTheFolder) {
   std::size_t files = 0;
   for (const char* kind : {"rigs", "scenarios", "sheets"})
-    for (const auto& file : std::filesystem::recursive_directory_iterator(test::source_dir() / "config" / kind)) files += file.path().extension() == ".yaml";
+    for (const auto& file : std::filesystem::recursive_directory_iterator(test::source_dir() / "config" / kind))
+      files += file.path().extension() == ".yaml";
   EXPECT_EQ(shipped_files().size(), files);
   for (const ShippedFile& file : shipped_files())
-    EXPECT_EQ(read_configuration(std::string(kShipped) + std::string(file.path)), read_configuration((test::source_dir() / "config" / file.path).string())) << file.path;
+    EXPECT_EQ(read_configuration(std::string(kShipped) + std::string(file.path)),
+              read_configuration((test::source_dir() / "config" / file.path).string()))
+        << file.path;
 }
 
 TEST(Shipped, IsFoundByItsNameFromAnyFolder) {
@@ -122,22 +126,28 @@ TEST(Shipped, ATypoInARigIsRefusedWithItsLine) {
 }
 
 std::string small_rig(const std::string& camera_lines, const std::string& end) {
-  return "rig: r\nsensors:\n  - {name: pos, driver: novatel, tcp: {host: h, port: 3001}, logs: {commands: [UNLOG COM1]}}\n"
-         "  - {name: camera, driver: genicam, serial: x, pixel_format: Mono8, width: 64, height: 64, exposure_us: 1000, " +
+  return "rig: r\nsensors:\n  - {name: pos, driver: novatel, tcp: {host: h, port: 3001}, logs: {commands: [UNLOG "
+         "COM1]}}\n"
+         "  - {name: camera, driver: genicam, serial: x, pixel_format: Mono8, width: 64, height: 64, exposure_us: "
+         "1000, " +
          camera_lines +
          "}\nhead:\n  T_body_head: {position_m: [0, 0, 0], rotation_deg: [0, 0, 0]}\n"
          "  panorama: {width: 800, height: 400, stitching_radius_m: 20}\n  lenses:\n"
          "    - {name: a, camera: camera, offset_px: [0, 0], width: 64, height: 64, model: brown, focal_px: [60, 60],\n"
-         "       principal_point_px: [31, 31], distortion: [], T_head_lens: {position_m: [0, 0, 0], rotation_deg: [0, 0, 0]}}\n" +
+         "       principal_point_px: [31, 31], distortion: [], T_head_lens: {position_m: [0, 0, 0], rotation_deg: [0, "
+         "0, 0]}}\n" +
          end;
 }
 
 TEST(Shipped, ACamerasOwnClockAndCommandsOfTheReceiverAreRead) {
-  const Rig rig = parse_rig(small_rig("event_input: 0, counter_offset_s: -315964819", "colouring: {method: lens}\n"), "r");
+  const Rig rig =
+      parse_rig(small_rig("event_input: 0, counter_offset_s: -315964819", "colouring: {method: lens}\n"), "r");
   ASSERT_EQ(rig.sync.cameras.size(), 1u);
   EXPECT_EQ(rig.sync.cameras[0].counter_offset, std::chrono::seconds(-315964819));
-  EXPECT_NE(dynamic_cast<const drivers::NovatelDevice&>(*rig.sensors[0].device).dialogue().find("UNLOG COM1\r\n"), std::string::npos);
-  EXPECT_THROW(parse_rig(small_rig("event_input: 1, counter_offset_s: -315964819", "colouring: {method: lens}\n"), "r"), ConfigError)
+  EXPECT_NE(dynamic_cast<const drivers::NovatelDevice&>(*rig.sensors[0].device).dialogue().find("UNLOG COM1\r\n"),
+            std::string::npos);
+  EXPECT_THROW(parse_rig(small_rig("event_input: 1, counter_offset_s: -315964819", "colouring: {method: lens}\n"), "r"),
+               ConfigError)
       << "a strobe and a disciplined clock exclude each other";
 }
 
@@ -160,7 +170,8 @@ TEST(Shipped, ARangeIsRefusedAtItsOwnKey) {
   };
   EXPECT_NE(said("colouring: {method: lens, neighbours: 16}\n").find("'colouring.neighbours'"), std::string::npos);
   EXPECT_EQ(said("colouring: {method: lens, neighbours: 15}\n"), "");
-  EXPECT_NE(said("colouring: {method: lens}\ncloud: {crs: 'EPSG:99999999999999'}\n").find("'cloud.crs'"), std::string::npos);
+  EXPECT_NE(said("colouring: {method: lens}\ncloud: {crs: 'EPSG:99999999999999'}\n").find("'cloud.crs'"),
+            std::string::npos);
 }
 
 }  // namespace

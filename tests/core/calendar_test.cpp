@@ -12,7 +12,8 @@ TEST(Calendar, KnownInstants) {
   EXPECT_EQ(from_utc({2017, 1, 1, 0, 0, 0, 0}), from_gps_week(1930, seconds(18)));
   // Unix 1700000000 = 2023-11-14T22:13:20Z; GPS = Unix - 315964800 + 18.
   EXPECT_EQ(from_utc({2023, 11, 14, 22, 13, 20, 0}), GpsTime(seconds(1700000000LL - 315964800 + 18)));
-  EXPECT_EQ(iso_utc(GpsTime(seconds(1700000000LL - 315964800 + 18)) + nanoseconds(250'000'000)), "2023-11-14T22:13:20.250Z");
+  EXPECT_EQ(iso_utc(GpsTime(seconds(1700000000LL - 315964800 + 18)) + nanoseconds(250'000'000)),
+            "2023-11-14T22:13:20.250Z");
 }
 
 TEST(Calendar, WeekRoundTripAcrossWeekEnd) {
@@ -51,7 +52,8 @@ TEST(Calendar, UnixTimeAndBack) {
   EXPECT_EQ(to_unix(*from_utc({2016, 12, 31, 23, 59, 59, 500})), UnixTime(seconds(1'483'228'799) + nanoseconds(500)));
   EXPECT_EQ(to_unix(*from_utc({2016, 12, 31, 23, 59, 60, 0})), to_unix(*from_utc({2017, 1, 1, 0, 0, 0, 0})));
   EXPECT_EQ(from_unix(UnixTime(seconds(1'483'228'800))), *from_utc({2017, 1, 1, 0, 0, 0, 0}));
-  EXPECT_EQ(from_unix(UnixTime(seconds(1'700'000'000)), seconds(19)) - from_unix(UnixTime(seconds(1'700'000'000))), seconds(1));
+  EXPECT_EQ(from_unix(UnixTime(seconds(1'700'000'000)), seconds(19)) - from_unix(UnixTime(seconds(1'700'000'000))),
+            seconds(1));
 }
 
 TEST(Calendar, ReceiversOffsetOutranksTheTable) {

@@ -7,7 +7,8 @@
 namespace hueline {
 namespace {
 
-const CsvTable::Columns kColumns{.needed = {"name", "x_m"}, .allowed = {"lens", "count"}, .units = "(metres)", .advice = {}};
+const CsvTable::Columns kColumns{
+    .needed = {"name", "x_m"}, .allowed = {"lens", "count"}, .units = "(metres)", .advice = {}};
 
 Result<CsvTable> parse(std::string_view text) { return CsvTable::parse(text, "t.csv", kColumns); }
 std::string why(std::string_view text) {
@@ -17,8 +18,10 @@ std::string why(std::string_view text) {
 
 /// However people's programs write it.
 TEST(CsvTable, ReadsTheSameFromEveryFormOfTheSameTable) {
-  for (const char* text : {"name,x_m,count\nA,1.5,3\nB,-2e1,\n", "name,x_m,count\r\nA,1.5,3\r\nB,-2e1,", "\xEF\xBB\xBFname;x_m;count\nA;1.5;3\nB;-2e1;\n",
-                           "# made by hand\n\n name , x_m\t,count\nA , 1.5,\t3\n#B,1,1\n   \nB,-2e1, \n", "count,name,x_m\n3,A,1.5\n,B,-2e1\n"}) {
+  for (const char* text : {"name,x_m,count\nA,1.5,3\nB,-2e1,\n", "name,x_m,count\r\nA,1.5,3\r\nB,-2e1,",
+                           "\xEF\xBB\xBFname;x_m;count\nA;1.5;3\nB;-2e1;\n",
+                           "# made by hand\n\n name , x_m\t,count\nA , 1.5,\t3\n#B,1,1\n   \nB,-2e1, \n",
+                           "count,name,x_m\n3,A,1.5\n,B,-2e1\n"}) {
     const auto table = parse(text);
     ASSERT_TRUE(table.ok()) << text << table.error().message;
     ASSERT_EQ(table->rows(), 2u) << text;
@@ -56,16 +59,21 @@ TEST(CsvTable, RefusesWhatIsNoNumber) {
   }
   const auto table = parse("name;x_m;count\nA;1,5;-1\n");
   ASSERT_TRUE(table.ok());
-  EXPECT_EQ(table->number(0, "x_m").error().message, "t.csv:2: x_m is '1,5', not a number; decimals stand behind a point");
+  EXPECT_EQ(table->number(0, "x_m").error().message,
+            "t.csv:2: x_m is '1,5', not a number; decimals stand behind a point");
   EXPECT_EQ(table->whole_number(0, "count").error().message, "t.csv:2: count is '-1', not a whole number");
   EXPECT_EQ(table->refuse(0, "too much").message, "t.csv:2: too much");
 }
 
 TEST(CsvTable, TheCallerSaysWhatIsWrongWithAColumn) {
   CsvTable::Columns columns = kColumns;
-  columns.advice = [](std::string_view name) { return name == "x_ft" ? std::string("column 'x_ft' is in feet") : std::string(); };
-  EXPECT_EQ(CsvTable::parse("name,x_ft\n", "t.csv", columns).error().message, "t.csv:1: column 'x_ft' is in feet; allowed: name, x_m (metres), lens, count");
-  EXPECT_EQ(CsvTable::parse("name,y\n", "t.csv", columns).error().message, "t.csv:1: column 'y' is unknown; allowed: name, x_m (metres), lens, count");
+  columns.advice = [](std::string_view name) {
+    return name == "x_ft" ? std::string("column 'x_ft' is in feet") : std::string();
+  };
+  EXPECT_EQ(CsvTable::parse("name,x_ft\n", "t.csv", columns).error().message,
+            "t.csv:1: column 'x_ft' is in feet; allowed: name, x_m (metres), lens, count");
+  EXPECT_EQ(CsvTable::parse("name,y\n", "t.csv", columns).error().message,
+            "t.csv:1: column 'y' is unknown; allowed: name, x_m (metres), lens, count");
 }
 
 /// Anything may be handed over for a table: it is one, or the line is named.
@@ -76,7 +84,8 @@ TEST(CsvTable, SurvivesBrokenBytes) {
   for (int i = 0; i < 20'000; ++i) {
     std::string text = good;
     if (i % 4 == 0) text.resize(random() % text.size());
-    for (unsigned hit = random() % 4; hit > 0 && !text.empty(); --hit) text[random() % text.size()] = static_cast<char>(random());
+    for (unsigned hit = random() % 4; hit > 0 && !text.empty(); --hit)
+      text[random() % text.size()] = static_cast<char>(random());
     const auto table = parse(text);
     if (!table.ok()) {
       EXPECT_TRUE(table.error().message.starts_with("t.csv:")) << table.error().message;

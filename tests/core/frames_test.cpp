@@ -12,17 +12,22 @@ namespace hueline {
 namespace {
 
 template <class A, class B>
-concept Multiplies = requires(A a, B b) { a* b; };
+concept Multiplies = requires(A a, B b) {
+  a* b;
+};
 static_assert(Multiplies<Transform<Enu, Body>, Transform<Body, Lens>>);
 static_assert(!Multiplies<Transform<Body, Lens>, Transform<Enu, Body>>, "frames that do not meet must not compile");
 static_assert(!Multiplies<Transform<Enu, Body>, Point<Enu>>);
 template <class A, class B>
-concept Subtracts = requires(A a, B b) { a - b; };
+concept Subtracts = requires(A a, B b) {
+  a - b;
+};
 static_assert(Subtracts<GpsTime, GpsTime>);
 static_assert(!Subtracts<GpsTime, HostTime>, "instants of two clocks must not mix");
 static_assert(!std::convertible_to<HostTime, GpsTime>);
 static_assert(!Subtracts<UnixTime, GpsTime> && !std::convertible_to<UnixTime, GpsTime>);
-static_assert(!Subtracts<LaserCounter, LaserCounter> && !Subtracts<LaserCounter, GpsTime>, "what a counter says is no instant");
+static_assert(!Subtracts<LaserCounter, LaserCounter> && !Subtracts<LaserCounter, GpsTime>,
+              "what a counter says is no instant");
 static_assert(!std::convertible_to<LaserTime, GpsTime> && !std::constructible_from<GpsTime, LaserTime>);
 static_assert(!std::convertible_to<HostTime, LaserTime> && !std::convertible_to<nanoseconds, LaserTime>);
 
@@ -64,11 +69,12 @@ TEST(Attitude, RoundTrip) {
 
 TEST(Transform, InverseAndChain) {
   const Transform<Enu, Body> T_enu_body{rotation_enu_body({0.1, 0.2, 3.0}), {1, 2, 3}};
-  const Transform<Body, Scanner> T_body_scanner{Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 0).normalized())),
-                                                {0.5, 0, 1}};
+  const Transform<Body, Scanner> T_body_scanner{
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 0).normalized())), {0.5, 0, 1}};
   const Point<Scanner> p{{4, 5, 6}};
   EXPECT_TRUE(((T_enu_body * T_body_scanner) * p).xyz.isApprox((T_enu_body * (T_body_scanner * p)).xyz, 1e-14));
-  EXPECT_TRUE((T_enu_body.inverse() * (T_enu_body * Point<Body>{{7, 8, 9}})).xyz.isApprox(Eigen::Vector3d(7, 8, 9), 1e-14));
+  EXPECT_TRUE(
+      (T_enu_body.inverse() * (T_enu_body * Point<Body>{{7, 8, 9}})).xyz.isApprox(Eigen::Vector3d(7, 8, 9), 1e-14));
 }
 
 }  // namespace

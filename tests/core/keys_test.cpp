@@ -40,10 +40,13 @@ std::string complaint(auto change) {
 
 TEST(Keys, AValueOutsideItsRangeIsNamedByItsKeyInTheUnitOfFiles) {
   EXPECT_EQ(Outer().validate(), "");
-  EXPECT_EQ(complaint([](Outer& c) { c.angle = 1.6; }), "angle_deg is 91.6732; allowed: a number from 0 to below 90 deg");
-  EXPECT_EQ(complaint([](Outer& c) { c.delay = nanoseconds(10'500); }), "delay_us is 10.5; allowed: a number from 0 to 10 us");
+  EXPECT_EQ(complaint([](Outer& c) { c.angle = 1.6; }),
+            "angle_deg is 91.6732; allowed: a number from 0 to below 90 deg");
+  EXPECT_EQ(complaint([](Outer& c) { c.delay = nanoseconds(10'500); }),
+            "delay_us is 10.5; allowed: a number from 0 to 10 us");
   EXPECT_EQ(complaint([](Outer& c) { c.gain = 0; }), "gain is 0; allowed: a number from above 0 to 1 dB");
-  EXPECT_EQ(complaint([](Outer& c) { c.gain = std::numeric_limits<double>::quiet_NaN(); }), "gain is nan; allowed: a number from above 0 to 1 dB");
+  EXPECT_EQ(complaint([](Outer& c) { c.gain = std::numeric_limits<double>::quiet_NaN(); }),
+            "gain is nan; allowed: a number from above 0 to 1 dB");
   EXPECT_EQ(complaint([](Outer& c) { c.address = "host"; }), "address is 'host'; allowed: an IPv4 address");
   EXPECT_EQ(complaint([](Outer& c) { c.place = {0, 2}; }), "place is 2; allowed: a number from -1 to 1 m");
   EXPECT_EQ(complaint([](Outer& c) { c.place = {0}; }), "place is a list of 1; allowed: 2 or more");
@@ -52,7 +55,8 @@ TEST(Keys, AValueOutsideItsRangeIsNamedByItsKeyInTheUnitOfFiles) {
 
 TEST(Keys, AWrongKeyInsideAMappingIsNamedWithItsPath) {
   EXPECT_EQ(complaint([](Outer& c) { c.inner.count = 6; }), "inner.count is 6; allowed: a whole number from 1 to 5");
-  EXPECT_EQ(complaint([](Outer& c) { c.list[1].count = 0; }), "list[1].count is 0; allowed: a whole number from 1 to 5");
+  EXPECT_EQ(complaint([](Outer& c) { c.list[1].count = 0; }),
+            "list[1].count is 0; allowed: a whole number from 1 to 5");
 }
 
 TEST(Keys, ChecksAndDocumentsLeaveMembersAlone) {

@@ -43,18 +43,27 @@ TEST(PointFields, AreWhatStandsForNoneInANewPoint) {
 
 template <class Number>
 std::string type_name() {
-  return fmt::format("{}{}", std::is_floating_point_v<Number> ? 'f' : std::is_signed_v<Number> ? 'i' : 'u', 8 * sizeof(Number));
+  return fmt::format("{}{}",
+                     std::is_floating_point_v<Number> ? 'f'
+                     : std::is_signed_v<Number>       ? 'i'
+                                                      : 'u',
+                     8 * sizeof(Number));
 }
 
 TEST(PointFields, StandInTheUsersDocument) {
-  std::string table = "| field | type | unit | what it says | without one | in cloud.las | in view.mcap |\n|---|---|---|---|---|---|---|\n";
+  std::string table =
+      "| field | type | unit | what it says | without one | in cloud.las | in view.mcap "
+      "|\n|---|---|---|---|---|---|---|\n";
   for_each_field<kPointFields>([&](auto field) {
     const auto& entry = field.entry;
     const std::string none = entry.none ? fmt::format("{}", stored_number(*entry.none)) : "";
-    const std::string las = entry.las.is_extra ? fmt::format("extra bytes `{}`{}", entry.las.name, entry.las.scale == 1 ? "" : fmt::format(", times {}", entry.las.scale))
-                                               : fmt::format("{}: {}", entry.las.name, entry.las.description);
-    table += fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", entry.name, type_name<typename decltype(field)::Number>(), entry.unit, entry.meaning, none, las,
-                         entry.view.empty() ? "" : fmt::format("`{}`", entry.view));
+    const std::string las = entry.las.is_extra
+                                ? fmt::format("extra bytes `{}`{}", entry.las.name,
+                                              entry.las.scale == 1 ? "" : fmt::format(", times {}", entry.las.scale))
+                                : fmt::format("{}: {}", entry.las.name, entry.las.description);
+    table +=
+        fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", entry.name, type_name<typename decltype(field)::Number>(),
+                    entry.unit, entry.meaning, none, las, entry.view.empty() ? "" : fmt::format("`{}`", entry.view));
   });
   std::ifstream in(test::source_dir() / "docs" / "formats.md");
   std::ostringstream text;

@@ -10,28 +10,43 @@ namespace hueline {
 namespace {
 
 TEST(Printable, LeavesTextAsItIs) {
-  for (const char* text : {"", "<ERROR:Invalid Message. Field = 1>", "a tab is escaped, a \\ is not", "Zähler 23 °C, 10 µs, 測定, 🚗"}) EXPECT_EQ(printable(text), text);
+  for (const char* text :
+       {"", "<ERROR:Invalid Message. Field = 1>", "a tab is escaped, a \\ is not", "Zähler 23 °C, 10 µs, 測定, 🚗"})
+    EXPECT_EQ(printable(text), text);
 }
 
 TEST(Printable, EscapesWhatSteersATerminal) {
   EXPECT_EQ(printable("\x1b[2J\x1b]0;owned\x07"), "\\x1b[2J\\x1b]0;owned\\x07");
   EXPECT_EQ(printable("one\r\ntwo\tthree\x7f"), "one\\r\\ntwo\\tthree\\x7f");
   EXPECT_EQ(printable("one\ntwo\r", LineEnds::Keep), "one\ntwo\\r");
-  EXPECT_EQ(printable("\xc2\x9b" "31m"), "\\u{9b}31m") << "CSI as one character";
-  EXPECT_EQ(printable("\xe2\x80\xae" "txt.exe"), "\\u{202e}txt.exe") << "from right to left";
+  EXPECT_EQ(printable("\xc2\x9b"
+                      "31m"),
+            "\\u{9b}31m")
+      << "CSI as one character";
+  EXPECT_EQ(printable("\xe2\x80\xae"
+                      "txt.exe"),
+            "\\u{202e}txt.exe")
+      << "from right to left";
   EXPECT_EQ(printable(std::string_view("a\0b", 3)), "a\\x00b");
 }
 
 TEST(Printable, EscapesWhatIsNoUtf8) {
-  EXPECT_EQ(printable("23 \xb0" "C"), "23 \\xb0C") << "Latin-1";
+  EXPECT_EQ(printable("23 \xb0"
+                      "C"),
+            "23 \\xb0C")
+      << "Latin-1";
   EXPECT_EQ(printable("\xc0\xaf"), "\\xc0\\xaf") << "longer than it must be";
   EXPECT_EQ(printable("\xed\xa0\x80"), "\\xed\\xa0\\x80") << "a surrogate";
   EXPECT_EQ(printable("\xf4\x90\x80\x80"), "\\xf4\\x90\\x80\\x80") << "above U+10FFFF";
   EXPECT_EQ(printable("\xe6\xb8"), "\\xe6\\xb8") << "cut off";
-  EXPECT_EQ(printable("\xe6" "a"), "\\xe6" "a");
+  EXPECT_EQ(printable("\xe6"
+                      "a"),
+            "\\xe6"
+            "a");
 }
 
-/// Code points of text that must be UTF-8, by another way than the function's own: the count of continuation bytes that a lead says.
+/// Code points of text that must be UTF-8, by another way than the function's own: the count of continuation bytes that
+/// a lead says.
 bool is_safe(const std::string& text) {
   for (std::size_t i = 0; i < text.size();) {
     const auto lead = static_cast<unsigned char>(text[i++]);
@@ -46,7 +61,8 @@ bool is_safe(const std::string& text) {
 
 TEST(Printable, MakesAnythingSafeAndOnlyOnce) {
   std::mt19937 random(10);
-  const std::string_view parts[] = {"text", "\x1b[", "\xc3\xa4", "\xc3", "\xe2\x80\xae", "\xf0\x9f\x9a\x97", "\xf0\x9f", "\xff", "\n", "\\x", "\xc2\x85", "\xed\xbf\xbf"};
+  const std::string_view parts[] = {"text",     "\x1b[", "\xc3\xa4", "\xc3", "\xe2\x80\xae", "\xf0\x9f\x9a\x97",
+                                    "\xf0\x9f", "\xff",  "\n",       "\\x",  "\xc2\x85",     "\xed\xbf\xbf"};
   for (int i = 0; i < 20'000; ++i) {
     std::string text;
     for (auto k = random() % 12; k > 0; --k) {
@@ -58,7 +74,8 @@ TEST(Printable, MakesAnythingSafeAndOnlyOnce) {
     const std::string shown = printable(text);
     ASSERT_TRUE(is_safe(shown)) << i;
     ASSERT_EQ(printable(shown), shown) << i;
-    // A fault with it goes through the journal and comes out safe; so does one that an older program recorded as it came.
+    // A fault with it goes through the journal and comes out safe; so does one that an older program recorded as it
+    // came.
     auto bytes = encode_fault({1, FaultKind::Refused, {}, 1, text});
     ASSERT_EQ(decode_fault(1, {}, bytes)->detail, shown);
     bytes.resize(9);

@@ -40,7 +40,8 @@ std::vector<Eigen::Vector3d> cone(double angle) {
   for (int i = 0; i <= 40; ++i) {
     for (int j = 0; j < 31; ++j) {
       const double a = angle * i / 40.0, turn = 2 * pi * j / 31.0, distance = 1.0 + j;
-      points.emplace_back(distance * std::sin(a) * std::cos(turn), distance * std::sin(a) * std::sin(turn), distance * std::cos(a));
+      points.emplace_back(distance * std::sin(a) * std::cos(turn), distance * std::sin(a) * std::sin(turn),
+                          distance * std::cos(a));
     }
   }
   return points;

@@ -99,7 +99,8 @@ TEST(LostLens, CostsItsOwnPixelsAlone) {
       by_another += p.state == ColourState::Direct || p.state == ColourState::Neighbour;
     } else if (w.state == ColourState::Direct) {
       ++others;
-      EXPECT_TRUE(p.exposure == w.exposure && p.lens == w.lens && p.red == w.red && p.green == w.green && p.blue == w.blue);
+      EXPECT_TRUE(p.exposure == w.exposure && p.lens == w.lens && p.red == w.red && p.green == w.green &&
+                  p.blue == w.blue);
     }
   }
   EXPECT_GT(concerned, 100u);
@@ -161,7 +162,8 @@ TEST(Lateness, ADeadCameraOrPosCannotStallTheStream) {
   const Outcome out = run(no_pos);
   expect_every_return_accounted_for(out);
   EXPECT_NEAR(static_cast<double>(out.counts.no_pose[static_cast<std::size_t>(NoPose::Gap)]), 20 * 64, 2 * 64);
-  EXPECT_NEAR(static_cast<double>(out.counts.no_pose[static_cast<std::size_t>(NoPose::AfterLast)]), 5 * 20 * 64, 2 * 64);
+  EXPECT_NEAR(static_cast<double>(out.counts.no_pose[static_cast<std::size_t>(NoPose::AfterLast)]), 5 * 20 * 64,
+              2 * 64);
   EXPECT_GT(out.counts.moments_without_pose, 3u);
 }
 
@@ -175,7 +177,8 @@ TEST(Bounds, PendingReturnsAndImagesAreLimited) {
 
   Colouring colouring(test.config, test.rig, [](CloudBlock&&) {});
   for (int i = 0; i < 40; ++i) colouring.add(test.drive.solution(i / 200.0));
-  for (int i = 0; i < 14; ++i) colouring.add(make_exposure(static_cast<std::uint32_t>(i), 0.1 + 0.01 * i, flat_image(1, 1, 1)));
+  for (int i = 0; i < 14; ++i)
+    colouring.add(make_exposure(static_cast<std::uint32_t>(i), 0.1 + 0.01 * i, flat_image(1, 1, 1)));
   colouring.advance(at(0.2));
   EXPECT_EQ(colouring.counts().moments_crowded_out, 4u);
 }
@@ -186,13 +189,15 @@ TEST(ManyCameras, OneImageALensMakesOneMoment) {
   test.rig.head.lenses[1].camera = 11;
   test.rig.head.lenses[1].y_offset = 0;
   std::vector<ColouredPoint> points;
-  Colouring colouring(test.config, test.rig, [&](CloudBlock&& b) { points.insert(points.end(), b.points.begin(), b.points.end()); });
+  Colouring colouring(test.config, test.rig,
+                      [&](CloudBlock&& b) { points.insert(points.end(), b.points.begin(), b.points.end()); });
   for (int i = 0; i < 400; ++i) colouring.add(test.drive.solution(i / 200.0));
   for (auto& batch : scan(test.drive, test.rig.lasers[0], 0.7, 0.8, 100, 64)) colouring.add(batch);
   for (int i = 0; i < 6; ++i) {
     for (int camera = 0; camera < 2; ++camera) {
       if (i == 2 && camera == 1) continue;  // one camera's image of one moment is lost
-      Exposure e = make_exposure(static_cast<std::uint32_t>(2 * i + camera), exposure_time(i) + 1e-4 * camera, flat_image(50 * camera + 50, 9 * i, 0));
+      Exposure e = make_exposure(static_cast<std::uint32_t>(2 * i + camera), exposure_time(i) + 1e-4 * camera,
+                                 flat_image(50 * camera + 50, 9 * i, 0));
       e.camera = static_cast<SensorId>(kCamera + camera);
       colouring.add(e);
     }

@@ -43,7 +43,8 @@ TEST_P(BothModels, PlacesAndProjectsWhereTheTruthIs) {
   EXPECT_LT(worst_colour, 1.1);  // two roundings to whole numbers
   RecordProperty("worst_place_m", std::to_string(worst_place));
   RecordProperty("worst_pixel", std::to_string(worst_pixel));
-  std::printf("worst place %.2e m, worst pixel %.2e px, coloured %zu of %zu\n", worst_place, worst_pixel, coloured, out.points.size());
+  std::printf("worst place %.2e m, worst pixel %.2e px, coloured %zu of %zu\n", worst_place, worst_pixel, coloured,
+              out.points.size());
 }
 
 TEST(TwoScanners, EachGivesItsPointsByItsOwnMounting) {
@@ -51,7 +52,8 @@ TEST(TwoScanners, EachGivesItsPointsByItsOwnMounting) {
   LaserMount second = test.rig.lasers[0];
   second.sensor = kLaser + 1;
   second.T_body_scanner.translation += Eigen::Vector3d(-0.8, 0.3, 0.1);
-  second.T_body_scanner.rotation = Eigen::AngleAxisd(-pi / 2, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(pi / 4, Eigen::Vector3d::UnitZ());
+  second.T_body_scanner.rotation =
+      Eigen::AngleAxisd(-pi / 2, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(pi / 4, Eigen::Vector3d::UnitZ());
   test.rig.lasers.push_back(second);
   const Outcome out = run(test);
   ASSERT_EQ(out.points.size(), out.truth_base.size());
@@ -61,7 +63,8 @@ TEST(TwoScanners, EachGivesItsPointsByItsOwnMounting) {
     const ColouredPoint& p = out.points[i];
     ++points[p.sensor];
     coloured[p.sensor] += p.state == ColourState::Direct || p.state == ColourState::Neighbour;
-    worst = std::max(worst, (test.drive.point_in(out.origin, out.truth_base[i]) - Vector3(p.east, p.north, p.up)).norm());
+    worst =
+        std::max(worst, (test.drive.point_in(out.origin, out.truth_base[i]) - Vector3(p.east, p.north, p.up)).norm());
   }
   EXPECT_LT(worst, 1e-4);
   ASSERT_EQ(points.size(), 2u);
@@ -80,7 +83,8 @@ TEST(SphereMethod, PanoramaPixelAndRawPixelFollowThePaper) {
     const ColouredPoint& p = out.points[i];
     if (p.state != ColourState::Direct) continue;
     const Vector3 s = in_head_at(test, out.truth_base[i], exposure_time(static_cast<int>(p.exposure)));
-    // Step 4: theta = acos(z / |p|) = y_p / r, azimuth = x_p / r with r = width / 2 pi; forward in the middle, clockwise.
+    // Step 4: theta = acos(z / |p|) = y_p / r, azimuth = x_p / r with r = width / 2 pi; forward in the middle,
+    // clockwise.
     const double r = 8000 / (2 * pi);
     double u = 3999.5 + r * std::atan2(-s.y(), s.x());
     if (u < -0.5) u += 8000;
@@ -123,8 +127,10 @@ TEST(Hole, IsFilledFromTheNearestExposureThatSeesThePoint) {
     EXPECT_LT((pixel - Eigen::Vector2d(p.u, p.v)).norm(), 0.01);
     // No exposure nearer in time sees it in the middle of a lens.
     for (int nearer = 0; nearer < 10; ++nearer) {
-      if (std::abs(exposure_time(nearer) - t) >= std::abs(exposure_time(from) - t) - 1e-6 || is_in_hole(i, nearer)) continue;
-      for (int lens = 0; lens < 5; ++lens) EXPECT_FALSE(true_pixel(test, out.truth_base[i], nearer, lens, pixel)) << nearer;
+      if (std::abs(exposure_time(nearer) - t) >= std::abs(exposure_time(from) - t) - 1e-6 || is_in_hole(i, nearer))
+        continue;
+      for (int lens = 0; lens < 5; ++lens)
+        EXPECT_FALSE(true_pixel(test, out.truth_base[i], nearer, lens, pixel)) << nearer;
     }
   }
   EXPECT_GT(in_hole, 40u);
@@ -174,7 +180,8 @@ TEST(Balance, FilledPointsTakeTheBrightnessOfTheirOwner) {
     const double t = to_seconds(a.time - at(0));
     const int owner = static_cast<int>(std::floor((t - kFirstExposure) / kInterval + 0.5));
     const int red = owner % 2 == 0 ? 100 : 140, green = owner % 2 == 0 ? 120 : 160, blue = owner % 2 == 0 ? 80 : 120;
-    worst_balanced = std::max({worst_balanced, std::abs(a.red - red), std::abs(a.green - green), std::abs(a.blue - blue)});
+    worst_balanced =
+        std::max({worst_balanced, std::abs(a.red - red), std::abs(a.green - green), std::abs(a.blue - blue)});
     worst_plain = std::max({worst_plain, std::abs(b.red - red), std::abs(b.green - green), std::abs(b.blue - blue)});
   }
   EXPECT_LE(worst_balanced, 1);

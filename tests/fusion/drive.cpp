@@ -12,11 +12,14 @@ constexpr double kBaseLatitude = 48.1374, kBaseLongitude = 11.5755, kBaseHeight 
 GeographicLib::LocalCartesian level_at(const Geodetic& g) {
   return {g.latitude * 180 / pi, g.longitude * 180 / pi, g.ellipsoidal_height};
 }
-Matrix3 from_rows(const std::vector<double>& m) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.data()); }
+Matrix3 from_rows(const std::vector<double>& m) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.data());
+}
 }  // namespace
 
 Matrix3 paper_enu_from_imu(double phi, double omega, double kappa) {
-  const double cp = std::cos(phi), sp = std::sin(phi), co = std::cos(omega), so = std::sin(omega), ck = std::cos(kappa), sk = std::sin(kappa);
+  const double cp = std::cos(phi), sp = std::sin(phi), co = std::cos(omega), so = std::sin(omega), ck = std::cos(kappa),
+               sk = std::sin(kappa);
   Matrix3 R_imu_enu;
   R_imu_enu << cp * ck + sp * so * sk, -cp * sk + sp * so * ck, -sp * co,  //
       co * sk, co * ck, so,                                                //
@@ -70,14 +73,16 @@ Vector3 Drive::point_in(const Geodetic& origin, const Vector3& p_base) const {
 void Drive::pose_in(const Geodetic& origin, double t, Matrix3& R, Vector3& p) const {
   const Vector3 p_base = motion_.position(t);
   p = point_in(origin, p_base);
-  // Columns by differences of exact points 1 km away: a rotation between two local levels, no formula shared with core/.
+  // Columns by differences of exact points 1 km away: a rotation between two local levels, no formula shared with
+  // core/.
   const Matrix3 R_base_body = motion_.R_base_body(t);
   for (int i = 0; i < 3; ++i) R.col(i) = (point_in(origin, p_base + 1000.0 * R_base_body.col(i)) - p) / 1000.0;
 }
 
 LaserReturn Drive::hit(const Vector3& p_base, double t, double batch_t, const fusion::LaserMount& mount) const {
   const Vector3 p_body = motion_.R_base_body(t).transpose() * (p_base - motion_.position(t));
-  const Vector3 p_scanner = mount.T_body_scanner.rotation.toRotationMatrix().transpose() * (p_body - mount.T_body_scanner.translation);
+  const Vector3 p_scanner =
+      mount.T_body_scanner.rotation.toRotationMatrix().transpose() * (p_body - mount.T_body_scanner.translation);
   LaserReturn r;
   r.x = static_cast<float>(p_scanner.x());
   r.y = static_cast<float>(p_scanner.y());
@@ -96,7 +101,8 @@ fusion::RigGeometry ladybug_rig(fusion::LensModel model) {
   laser.T_body_scanner.translation = {0.3, -0.8, 0.5};
   rig.lasers.push_back(laser);
   // Head: x forward, y left; Body: x right, y forward. A yaw of 90 degrees and a small boresight error.
-  rig.head.T_body_head.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(pi / 2, Vector3::UnitZ()) * Eigen::AngleAxisd(0.02, Vector3::UnitY()));
+  rig.head.T_body_head.rotation =
+      Eigen::Quaterniond(Eigen::AngleAxisd(pi / 2, Vector3::UnitZ()) * Eigen::AngleAxisd(0.02, Vector3::UnitY()));
   rig.head.T_body_head.translation = {0.1, 0.2, 1.0};
   for (int i = 0; i < 6; ++i) {
     LensMount lens;
@@ -135,11 +141,15 @@ Image make_image(std::uint32_t width, std::uint32_t height, PixelFormat format,
   std::vector<std::byte> bytes;
   bytes.reserve(static_cast<std::size_t>(width) * height * (is_rgb ? 3 : 1));
   const auto put = [&](std::uint32_t x, std::uint32_t y, int channel) {
-    bytes.push_back(static_cast<std::byte>(static_cast<std::uint8_t>(std::lround(std::clamp(colour(x, y, channel), 0.0, 255.0)))));
+    bytes.push_back(
+        static_cast<std::byte>(static_cast<std::uint8_t>(std::lround(std::clamp(colour(x, y, channel), 0.0, 255.0)))));
   };
   // The colour of the pixel at (x mod 2, y mod 2), as the formats' names spell the first two rows.
   const auto channel_of = [&](std::uint32_t x, std::uint32_t y) {
-    const char* cells = format == PixelFormat::BayerRG8 ? "RGGB" : format == PixelFormat::BayerBG8 ? "BGGR" : format == PixelFormat::BayerGR8 ? "GRBG" : "GBRG";
+    const char* cells = format == PixelFormat::BayerRG8   ? "RGGB"
+                        : format == PixelFormat::BayerBG8 ? "BGGR"
+                        : format == PixelFormat::BayerGR8 ? "GRBG"
+                                                          : "GBRG";
     const char c = cells[2 * (y % 2) + x % 2];
     return c == 'R' ? 0 : c == 'G' ? 1 : 2;
   };
@@ -175,8 +185,8 @@ Exposure make_exposure(std::uint32_t index, double t, const Image& image) {
   return e;
 }
 
-std::vector<StampedLaserBatch> scan(const Drive& drive, const fusion::LaserMount& mount, double from, double to, double packet_rate,
-                                    int per_batch, std::vector<Vector3>* truth_base) {
+std::vector<StampedLaserBatch> scan(const Drive& drive, const fusion::LaserMount& mount, double from, double to,
+                                    double packet_rate, int per_batch, std::vector<Vector3>* truth_base) {
   std::vector<StampedLaserBatch> batches;
   std::uint64_t random = 88172645463325252ULL;
   const auto uniform = [&] {

@@ -1,15 +1,16 @@
 #pragma once
 
-#include <functional>
 #include <GeographicLib/LocalCartesian.hpp>
+#include <functional>
 #include <memory>
 #include <vector>
 
 #include "core/stamped.hpp"
 #include "fusion/rig_geometry.hpp"
 
-/// A drive with known truth, for tests: analytic motion, laser returns and images made with mathematics of their own (GeographicLib and
-/// the papers' matrices written out), so that a sign error in fusion/ has nothing here to hide behind.
+/// A drive with known truth, for tests: analytic motion, laser returns and images made with mathematics of their own
+/// (GeographicLib and the papers' matrices written out), so that a sign error in fusion/ has nothing here to hide
+/// behind.
 namespace hueline::test {
 
 using Matrix3 = Eigen::Matrix3d;
@@ -20,9 +21,9 @@ Matrix3 paper_enu_from_imu(double roll, double pitch, double heading);
 
 /// A curved path with pitching, rolling and bumps, against a fixed local level at kBase.
 struct Motion {
-  double speed = 12.0;        ///< m/s
-  double turn_rate = 0.15;    ///< rad/s
-  double shake = 1.0;         ///< scale of the vehicle's dynamics
+  double speed = 12.0;      ///< m/s
+  double turn_rate = 0.15;  ///< rad/s
+  double shake = 1.0;       ///< scale of the vehicle's dynamics
   Vector3 position(double t) const;
   Vector3 velocity(double t) const;
   Matrix3 R_base_body(double t) const;
@@ -59,8 +60,8 @@ Image make_image(std::uint32_t width, std::uint32_t height, PixelFormat format,
 Exposure make_exposure(std::uint32_t index, double t, const Image& image);
 
 /// Packets of `per_batch` returns over [from, to): points scattered deterministically on the road and on two facades.
-std::vector<StampedLaserBatch> scan(const Drive& drive, const fusion::LaserMount& mount, double from, double to, double packet_rate,
-                                    int per_batch, std::vector<Vector3>* truth_base = nullptr);
+std::vector<StampedLaserBatch> scan(const Drive& drive, const fusion::LaserMount& mount, double from, double to,
+                                    double packet_rate, int per_batch, std::vector<Vector3>* truth_base = nullptr);
 
 /// Pixel of a point of the head's frame in a lens, with formulas written out once more.
 bool project_truth(const fusion::LensMount& lens, const Vector3& p_head, Eigen::Vector2d& pixel);

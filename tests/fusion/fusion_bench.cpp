@@ -6,8 +6,9 @@
 #include "fusion/colouring.hpp"
 #include "tests/support/bench.hpp"
 
-/// Cost of a point in the whole stage (placing, choosing exposure and lens, projecting, sampling) against the cost of only reading the
-/// same pixels from the same images in the same order. Images of six lenses of 2448 x 2048, raw Bayer; a scanner of 32 rings.
+/// Cost of a point in the whole stage (placing, choosing exposure and lens, projecting, sampling) against the cost of
+/// only reading the same pixels from the same images in the same order. Images of six lenses of 2448 x 2048, raw Bayer;
+/// a scanner of 32 rings.
 namespace hueline::fusion {
 namespace {
 using namespace hueline::test;
@@ -53,8 +54,11 @@ const Workload& workload(LensModel model) {
   for (int i = 0; i <= static_cast<int>(200 * (kSeconds + 2)); ++i) w.solutions.push_back(w.drive.solution(i / 200.0));
   for (unsigned i = 0; i < static_cast<unsigned>((kSeconds + 1.5) / kInterval); ++i) {
     // Each is another picture: a camera that shows the same one from two places is frozen.
-    const auto pixel = [i](std::uint32_t x, std::uint32_t y, int c) { return static_cast<double>((x * 7 + y * 13 + static_cast<unsigned>(c) * 50 + i * 29) & 127u) + 60; };
-    w.exposures.push_back(make_exposure(i, kInterval * i, make_image(kWidth, 6 * kHeight, PixelFormat::BayerRG8, pixel)));
+    const auto pixel = [i](std::uint32_t x, std::uint32_t y, int c) {
+      return static_cast<double>((x * 7 + y * 13 + static_cast<unsigned>(c) * 50 + i * 29) & 127u) + 60;
+    };
+    w.exposures.push_back(
+        make_exposure(i, kInterval * i, make_image(kWidth, 6 * kHeight, PixelFormat::BayerRG8, pixel)));
   }
   int firing = 0;
   for (double t = 0.5; t < 0.5 + kSeconds; t += 1 / kPacketRate) {
@@ -94,7 +98,8 @@ double gather_ns(const Workload& w, const std::vector<CloudBlock>& blocks) {
     for (const ColouredPoint& p : block.points) {
       if (p.exposure == kNoExposure) continue;
       const RawView view = view_of(w.exposures[p.exposure].image);
-      places.push_back(view.data + (static_cast<std::size_t>(p.v) + w.rig.head.lenses[p.lens].y_offset) * stride + static_cast<std::size_t>(p.u));
+      places.push_back(view.data + (static_cast<std::size_t>(p.v) + w.rig.head.lenses[p.lens].y_offset) * stride +
+                       static_cast<std::size_t>(p.u));
     }
   }
   double best = 1e9;
@@ -136,7 +141,8 @@ void colour_drive(benchmark::State& state, LensModel model, ColourMethod method)
     frozen = colouring.counts().exposures_frozen;
   }
   for (const CloudBlock& block : blocks) points += block.points.size();
-  expect(state, frozen == 0 && points == w.returns && direct > w.returns / 10 * 9, "nine points in ten are coloured from their own exposure");
+  expect(state, frozen == 0 && points == w.returns && direct > w.returns / 10 * 9,
+         "nine points in ten are coloured from their own exposure");
   state.counters["points/s"] = static_cast<double>(w.returns) / wall;
   state.counters["cpu_ns/point"] = stage_ns;
   state.counters["direct"] = static_cast<double>(direct) / static_cast<double>(w.returns);
@@ -147,9 +153,21 @@ void colour_drive(benchmark::State& state, LensModel model, ColourMethod method)
   }
 }
 
-BENCHMARK_CAPTURE(colour_drive, brown_lens, LensModel::Brown, ColourMethod::Lens)->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(colour_drive, kannala_brandt_lens, LensModel::KannalaBrandt, ColourMethod::Lens)->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(colour_drive, kannala_brandt_panorama, LensModel::KannalaBrandt, ColourMethod::Panorama)->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(colour_drive, brown_lens, LensModel::Brown, ColourMethod::Lens)
+    ->Arg(1)
+    ->Arg(2)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(colour_drive, kannala_brandt_lens, LensModel::KannalaBrandt, ColourMethod::Lens)
+    ->Arg(1)
+    ->Arg(2)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(colour_drive, kannala_brandt_panorama, LensModel::KannalaBrandt, ColourMethod::Panorama)
+    ->Arg(1)
+    ->Arg(2)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace hueline::fusion

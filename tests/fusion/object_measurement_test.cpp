@@ -11,7 +11,8 @@ namespace {
 using ::testing::HasSubstr;
 
 /// A wall ahead (north of the lens), a return every 3 cm with 1 cm of noise, turned by `oblique` about the vertical.
-std::vector<SurfacePoint> wall(double distance_m, double oblique_deg, double west_m, double east_m, unsigned seed, double noise_m = 0.01) {
+std::vector<SurfacePoint> wall(double distance_m, double oblique_deg, double west_m, double east_m, unsigned seed,
+                               double noise_m = 0.01) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, noise_m);
   std::uniform_real_distribution<double> uniform(-0.015, 0.015);
@@ -19,14 +20,17 @@ std::vector<SurfacePoint> wall(double distance_m, double oblique_deg, double wes
   std::vector<SurfacePoint> out;
   for (double e = west_m; e <= east_m; e += 0.03)
     for (double u = -0.6; u <= 0.6; u += 0.03)
-      out.push_back({Eigen::Vector3d(0, distance_m, 0) + turn * Eigen::Vector3d(e + uniform(random), noise(random), u + uniform(random)), Eigen::Vector3d(0.3, -0.5, 0), 0, 1.5f});
+      out.push_back({Eigen::Vector3d(0, distance_m, 0) +
+                         turn * Eigen::Vector3d(e + uniform(random), noise(random), u + uniform(random)),
+                     Eigen::Vector3d(0.3, -0.5, 0), 0, 1.5f});
   return out;
 }
 
 TEST(ObjectMeasurement, FindsWhereTheRayMeetsAnObliqueWall) {
   const PickedRay ray{{0, 0, 0}, Eigen::Vector3d(0.01, 1, -0.02).normalized(), 5e-4};
   // Truth: y = 10 - x tan(-50 deg) ... solved on the plane itself.
-  const Eigen::Vector3d normal = Eigen::AngleAxisd(50 * 3.14159265358979 / 180, Eigen::Vector3d::UnitZ()) * Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d normal =
+      Eigen::AngleAxisd(50 * 3.14159265358979 / 180, Eigen::Vector3d::UnitZ()) * Eigen::Vector3d::UnitY();
   const Eigen::Vector3d truth = ray.direction_enu * (10 * normal.y() / ray.direction_enu.dot(normal));
   double square = 0, stated = 0;
   constexpr int kRuns = 40;
@@ -36,7 +40,9 @@ TEST(ObjectMeasurement, FindsWhereTheRayMeetsAnObliqueWall) {
     EXPECT_NEAR(found->oblique_deg, 50, 15);
     EXPECT_NEAR(found->seconds, 1.5, 1e-6);
     square += (found->p_enu - truth).squaredNorm() / kRuns;
-    stated += (found->covariance.trace() - 2 * std::pow(5e-4 * 10, 2) - std::pow(5e-4 * 10 * std::tan(50 * 3.14159265358979 / 180), 2)) / kRuns;
+    stated += (found->covariance.trace() - 2 * std::pow(5e-4 * 10, 2) -
+               std::pow(5e-4 * 10 * std::tan(50 * 3.14159265358979 / 180), 2)) /
+              kRuns;
   }
   // Without an error of the ray only the wall's own remains, and it is what is stated.
   EXPECT_LT(std::sqrt(square), 0.01);
@@ -49,7 +55,7 @@ TEST(ObjectMeasurement, StatesWhatThePixelLeavesOpen) {
   ASSERT_TRUE(found.ok());
   EXPECT_NEAR(std::sqrt(found->covariance(0, 0)), 0.01, 0.001);  // east and up: 10 m x 1 mrad
   EXPECT_NEAR(std::sqrt(found->covariance(2, 2)), 0.01, 0.001);
-  EXPECT_LT(std::sqrt(found->covariance(1, 1)), 0.007);          // along: the wall's own
+  EXPECT_LT(std::sqrt(found->covariance(1, 1)), 0.007);  // along: the wall's own
 }
 
 TEST(ObjectMeasurement, TakesTheNearerOfTwoThingsOnOneRay) {
@@ -93,7 +99,8 @@ TEST(ObjectMeasurement, RefusesWithAReasonWhatCannotBeMeasured) {
   for (auto& point : points) point.from_enu.x() = -5;  // what is behind the post was scanned past it
   const auto post = wall(8, 0, -0.15, 0.15, 2);
   points.insert(points.end(), post.begin(), post.end());
-  EXPECT_THAT(reason({{0, 0, 0}, Eigen::Vector3d(0.0215, 1, 0).normalized(), 1e-3}, points), HasSubstr("an edge: something at 8.0 m and something at 14.0 m"));
+  EXPECT_THAT(reason({{0, 0, 0}, Eigen::Vector3d(0.0215, 1, 0).normalized(), 1e-3}, points),
+              HasSubstr("an edge: something at 8.0 m and something at 14.0 m"));
   EXPECT_THAT(reason(ray, wall(10, 0, -1, 1, 1, 0.3)), HasSubstr("deep (leaves"));
   EXPECT_THAT(reason(ray, wall(10, 0, -1, 1, 1, 0.06)), HasSubstr("scatter by 0.0"));
   // Behind the lens there is nothing.

@@ -17,7 +17,8 @@ PanoramaShape ladybug_shape() { return {}; }
 
 TEST(Panorama, AxesByHand) {
   const Panorama p(ladybug_shape());
-  // Seen from inside, 8000 x 4000: forward in the middle, right (head -y) a quarter farther to the right, up at the upper edge.
+  // Seen from inside, 8000 x 4000: forward in the middle, right (head -y) a quarter farther to the right, up at the
+  // upper edge.
   EXPECT_NEAR((*p.pixel_of({{1, 0, 0}}) - Eigen::Vector2d(3999.5, 1999.5)).norm(), 0, 1e-9);
   EXPECT_NEAR((*p.pixel_of({{0, -1, 0}}) - Eigen::Vector2d(5999.5, 1999.5)).norm(), 0, 1e-9);
   EXPECT_NEAR((*p.pixel_of({{0, 1, 0}}) - Eigen::Vector2d(1999.5, 1999.5)).norm(), 0, 1e-9);
@@ -58,14 +59,17 @@ TEST(Panorama, DirectionAndPixelAreInverse) {
 /// papers/sphere-fusion, steps 1 to 4, from WGS84 to the panorama pixel.
 TEST(SphereChain, EqualsThePaperFromEcefToPixel) {
   const Geodetic origin{0.84, 0.2, 560};
-  const GeographicLib::LocalCartesian level(origin.latitude * 180 / pi, origin.longitude * 180 / pi, origin.ellipsoidal_height);
+  const GeographicLib::LocalCartesian level(origin.latitude * 180 / pi, origin.longitude * 180 / pi,
+                                            origin.ellipsoidal_height);
   const Attitude attitude{0.03, -0.05, 2.1};
   Transform<Body, CameraHead> T_body_head;
-  T_body_head.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(pi / 2 + 0.01, Vector3::UnitZ()) * Eigen::AngleAxisd(0.02, Vector3::UnitX()));
+  T_body_head.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(pi / 2 + 0.01, Vector3::UnitZ()) *
+                                            Eigen::AngleAxisd(0.02, Vector3::UnitX()));
   T_body_head.translation = {0.2, -0.4, 1.1};
   const Panorama panorama(ladybug_shape());
   for (int i = 0; i < 50; ++i) {
-    const double lat = origin.latitude + 2e-6 * std::sin(i), lon = origin.longitude + 3e-6 * std::cos(2 * i), h = 558 + 0.3 * i;
+    const double lat = origin.latitude + 2e-6 * std::sin(i), lon = origin.longitude + 3e-6 * std::cos(2 * i),
+                 h = 558 + 0.3 * i;
     // Ours: ECEF -> ENU -> Body -> head -> pixel.
     const Transform<Enu, Body> T_enu_body{rotation_enu_body(attitude), Vector3(0.5, 0.25, -0.125)};
     const Point<Ecef> p_ecef = to_ecef({lat, lon, h});
@@ -74,7 +78,8 @@ TEST(SphereChain, EqualsThePaperFromEcefToPixel) {
     // The paper's, with GeographicLib for step 1 and the matrices of steps 2 and 3 written out.
     Vector3 p_enu;
     level.Forward(lat * 180 / pi, lon * 180 / pi, h, p_enu.x(), p_enu.y(), p_enu.z());
-    const Vector3 p_imu = paper_enu_from_imu(attitude.roll, attitude.pitch, attitude.heading).transpose() * (p_enu - Vector3(0.5, 0.25, -0.125));
+    const Vector3 p_imu = paper_enu_from_imu(attitude.roll, attitude.pitch, attitude.heading).transpose() *
+                          (p_enu - Vector3(0.5, 0.25, -0.125));
     const Vector3 s = T_body_head.rotation.toRotationMatrix().transpose() * (p_imu - T_body_head.translation);
     const double r = 8000 / (2 * pi);
     double x_p = r * std::fmod(2 * pi + std::atan2(s.y(), s.x()), 2 * pi);  // equation (8), wrapped
@@ -87,7 +92,8 @@ TEST(SphereChain, EqualsThePaperFromEcefToPixel) {
 }
 
 TEST(SphereChain, AttitudeAxesByHand) {
-  // The paper's rows for single angles. Heading 90 degrees: forward is east. Pitch up: forward rises. Roll: the right side sinks.
+  // The paper's rows for single angles. Heading 90 degrees: forward is east. Pitch up: forward rises. Roll: the right
+  // side sinks.
   EXPECT_LT((paper_enu_from_imu(0, 0, pi / 2) * Vector3::UnitY() - Vector3::UnitX()).norm(), 1e-12);
   EXPECT_GT((paper_enu_from_imu(0, 0.1, 0) * Vector3::UnitY()).z(), 0.09);
   EXPECT_LT((paper_enu_from_imu(0.1, 0, 0) * Vector3::UnitX()).z(), -0.09);
@@ -113,8 +119,10 @@ TEST(StitchedPanorama, PixelToLensAndBack) {
         // Independent: the point on the sphere of 20 m, projected by the tests' own formulas.
         const double azimuth = -(u - 3999.5) * 2 * pi / 8000, polar = (v + 0.5) * pi / 4000;
         Eigen::Vector2d truth;
-        project_truth(head.lenses[static_cast<std::size_t>(lens->lens)],
-                      20 * Vector3(std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar)), truth);
+        project_truth(
+            head.lenses[static_cast<std::size_t>(lens->lens)],
+            20 * Vector3(std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar)),
+            truth);
         EXPECT_LT((truth - lens->pixel).norm(), 1e-8);
       }
     }
@@ -124,7 +132,8 @@ TEST(StitchedPanorama, PixelToLensAndBack) {
   }
 }
 
-/// The figure that papers/sphere-fusion gives for the parallax of stitching: 11 px at 4.4 m for a panorama stitched for 20 m.
+/// The figure that papers/sphere-fusion gives for the parallax of stitching: 11 px at 4.4 m for a panorama stitched for
+/// 20 m.
 TEST(StitchedPanorama, ParallaxIsThePapers) {
   CameraHeadGeometry head = ladybug_rig(LensModel::KannalaBrandt).head;
   const StitchedPanorama stitched(head);

@@ -21,8 +21,8 @@ double ramp(double x, double y, int channel) {
 
 class AllFormats : public testing::TestWithParam<PixelFormat> {};
 INSTANTIATE_TEST_SUITE_P(Format, AllFormats,
-                         testing::Values(PixelFormat::Mono8, PixelFormat::BayerRG8, PixelFormat::BayerBG8, PixelFormat::BayerGR8,
-                                         PixelFormat::BayerGB8, PixelFormat::Rgb8),
+                         testing::Values(PixelFormat::Mono8, PixelFormat::BayerRG8, PixelFormat::BayerBG8,
+                                         PixelFormat::BayerGR8, PixelFormat::BayerGB8, PixelFormat::Rgb8),
                          [](const auto& test) { return name(test.param); });
 
 TEST_P(AllFormats, ColourRampsAreExactAtEverySubPixel) {
@@ -39,7 +39,8 @@ TEST_P(AllFormats, ColourRampsAreExactAtEverySubPixel) {
 }
 
 TEST_P(AllFormats, WholePixelsOfTheirOwnColourAreReadUnchanged) {
-  const Image image = make_image(16, 16, GetParam(), [](std::uint32_t x, std::uint32_t y, int c) { return (x * 37 + y * 101 + c * 53) % 256; });
+  const Image image = make_image(
+      16, 16, GetParam(), [](std::uint32_t x, std::uint32_t y, int c) { return (x * 37 + y * 101 + c * 53) % 256; });
   const RawView view = view_of(image);
   for (int y = 2; y < 14; ++y) {
     for (int x = 2; x < 14; ++x) {
@@ -53,8 +54,8 @@ TEST_P(AllFormats, WholePixelsOfTheirOwnColourAreReadUnchanged) {
 
 TEST(PixelSampler, ReadsNothingFartherThanItsReach) {
   // An image of exactly 5 x 5: everything at the centre pixel must stay inside (AddressSanitizer watches).
-  for (const PixelFormat format : {PixelFormat::BayerRG8, PixelFormat::BayerBG8, PixelFormat::BayerGR8, PixelFormat::BayerGB8,
-                                   PixelFormat::Mono8, PixelFormat::Rgb8}) {
+  for (const PixelFormat format : {PixelFormat::BayerRG8, PixelFormat::BayerBG8, PixelFormat::BayerGR8,
+                                   PixelFormat::BayerGB8, PixelFormat::Mono8, PixelFormat::Rgb8}) {
     const Image image = make_image(5, 5, format, [](std::uint32_t, std::uint32_t, int) { return 77.0; });
     const Rgb c = sample_at(image, 2.0, 2.0);
     EXPECT_FLOAT_EQ(c.red + c.green + c.blue, 231.0f);
@@ -80,7 +81,7 @@ TEST(PixelMask, PolygonsAndTheirMargin) {
   const std::vector<Polygon> square{{{10, 10}, {20, 10}, {20, 15}, {10, 15}}};
   const PixelMask mask(square, 130, 40, 2);
   EXPECT_TRUE(mask.covers(15, 12));
-  EXPECT_TRUE(mask.covers(8, 12));   // two pixels beside it
+  EXPECT_TRUE(mask.covers(8, 12));  // two pixels beside it
   EXPECT_FALSE(mask.covers(7, 12));
   EXPECT_TRUE(mask.covers(22, 12));
   EXPECT_FALSE(mask.covers(23, 12));

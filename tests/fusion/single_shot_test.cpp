@@ -48,8 +48,9 @@ Transform<Lens, Scanner> recorded_extrinsics() {
   return {Eigen::Quaterniond(R).normalized(), {-0.0322306, -0.352079, -0.574468}};
 }
 
-/// How strongly the image differs from the sky at the points above the roofs (masts, traffic lights, their arms, tree tops), all points
-/// shifted by (du, dv): 0 where they fall on sky. Each silhouette is a depth edge, and thin: a wrong projection slides off it.
+/// How strongly the image differs from the sky at the points above the roofs (masts, traffic lights, their arms, tree
+/// tops), all points shifted by (du, dv): 0 where they fall on sky. Each silhouette is a depth edge, and thin: a wrong
+/// projection slides off it.
 double silhouette_contrast(const RawView& image, const std::vector<ShotPoint>& shots, int du, int dv) {
   constexpr double kAboveRoofs = 400, kFullContrast = 40;
   const auto grey = [&](int x, int y) {
@@ -60,7 +61,8 @@ double silhouette_contrast(const RawView& image, const std::vector<ShotPoint>& s
   double sum = 0;
   int count = 0;
   for (const ShotPoint& p : shots) {
-    if (!p.is_in_image || p.v > kAboveRoofs || p.v < 40 || p.u < 40 || p.u > static_cast<float>(image.width) - 41) continue;
+    if (!p.is_in_image || p.v > kAboveRoofs || p.v < 40 || p.u < 40 || p.u > static_cast<float>(image.width) - 41)
+      continue;
     const int x = static_cast<int>(std::lround(p.u)) + du, y = static_cast<int>(std::lround(p.v)) + dv;
     if (!sky.contains(y)) {
       std::vector<double> row;
@@ -82,10 +84,14 @@ TEST(RealRecording, DepthEdgesLieOnImageEdges) {
   ASSERT_EQ(cloud.size(), 78238u);
   std::vector<Point<Scanner>> points;
   for (const auto& p : cloud) points.push_back({p});
-  const auto shots = colour_single_shot(points, recorded_extrinsics(), CameraModel(recorded_intrinsics(image)), view_of(image), {});
-  EXPECT_NEAR(static_cast<double>(std::count_if(shots.begin(), shots.end(), [](const ShotPoint& p) { return p.is_in_image; })), 9925, 50);
+  const auto shots =
+      colour_single_shot(points, recorded_extrinsics(), CameraModel(recorded_intrinsics(image)), view_of(image), {});
+  EXPECT_NEAR(
+      static_cast<double>(std::count_if(shots.begin(), shots.end(), [](const ShotPoint& p) { return p.is_in_image; })),
+      9925, 50);
 
-  // The supplied calibration itself is good to a few pixels: the figure must peak near no shift at all, and fall on all sides.
+  // The supplied calibration itself is good to a few pixels: the figure must peak near no shift at all, and fall on all
+  // sides.
   Eigen::Vector2i best(99, 99);
   double strongest = 0;
   for (int dv = -24; dv <= 24; dv += 2) {
@@ -98,13 +104,16 @@ TEST(RealRecording, DepthEdgesLieOnImageEdges) {
     }
   }
   const auto contrast = [&](int du, int dv) { return silhouette_contrast(view_of(image), shots, du, dv); };
-  std::printf("silhouette contrast %.3f, peak %.3f at (%d, %d) px; left 4: %.3f right 4: %.3f up 4: %.3f down 4: %.3f, 12 px: %.3f %.3f %.3f %.3f\n",
-              contrast(0, 0), strongest, best.x(), best.y(), contrast(-4, 0), contrast(4, 0), contrast(0, -4), contrast(0, 4),
-              contrast(-12, 0), contrast(12, 0), contrast(0, -12), contrast(0, 12));
+  std::printf(
+      "silhouette contrast %.3f, peak %.3f at (%d, %d) px; left 4: %.3f right 4: %.3f up 4: %.3f down 4: %.3f, 12 px: "
+      "%.3f %.3f %.3f %.3f\n",
+      contrast(0, 0), strongest, best.x(), best.y(), contrast(-4, 0), contrast(4, 0), contrast(0, -4), contrast(0, 4),
+      contrast(-12, 0), contrast(12, 0), contrast(0, -12), contrast(0, 12));
   EXPECT_LE(best.cwiseAbs().maxCoeff(), 4);
   // To the right alone it still rises a little, because the recording's calibration lies 2 px to the left of the peak.
   EXPECT_GT(contrast(0, 0), 0.25 * (contrast(-4, 0) + contrast(4, 0) + contrast(0, -4) + contrast(0, 4)));
-  for (const auto& [du, dv] : {std::pair{-12, 0}, {12, 0}, {0, -12}, {0, 12}}) EXPECT_GT(contrast(0, 0), contrast(du, dv));
+  for (const auto& [du, dv] : {std::pair{-12, 0}, {12, 0}, {0, -12}, {0, 12}})
+    EXPECT_GT(contrast(0, 0), contrast(du, dv));
 }
 
 TEST(RealRecording, ColoursComeFromTheImage) {
@@ -112,7 +121,8 @@ TEST(RealRecording, ColoursComeFromTheImage) {
   const Image image = read_png(data_file);
   std::vector<Point<Scanner>> points;
   for (const auto& p : read_ascii_pcd(data_file.parent_path() / "0.pcd")) points.push_back({p});
-  const auto shots = colour_single_shot(points, recorded_extrinsics(), CameraModel(recorded_intrinsics(image)), view_of(image), {});
+  const auto shots =
+      colour_single_shot(points, recorded_extrinsics(), CameraModel(recorded_intrinsics(image)), view_of(image), {});
   const RgbRaster raster = draw_points(shots, view_of(image), {});
   EXPECT_EQ(raster.width, image.width);
   EXPECT_EQ(raster.pixels.size(), 3u * 1920 * 1200);
@@ -137,7 +147,8 @@ TEST(SingleShot, WhatIsBehindAWallIsHidden) {
   k.height = 480;
   k.focal_px = {400, 400};
   k.principal_point_px = {320, 240};
-  const Image image = make_image(640, 480, PixelFormat::Rgb8, [](std::uint32_t x, std::uint32_t y, int c) { return c == 0 ? 0.3 * x : 0.4 * y; });
+  const Image image = make_image(640, 480, PixelFormat::Rgb8,
+                                 [](std::uint32_t x, std::uint32_t y, int c) { return c == 0 ? 0.3 * x : 0.4 * y; });
   Transform<Lens, Scanner> T_lens_scanner;  // the scanner's y axis is the optical axis
   Matrix3 R;
   R << 1, 0, 0, 0, 0, -1, 0, 1, 0;
@@ -147,10 +158,10 @@ TEST(SingleShot, WhatIsBehindAWallIsHidden) {
     for (int j = -10; j <= 10; ++j) points.push_back({{0.05 * i, 5, 0.05 * j}});  // a wall of 1 m x 1 m, 5 m away
   }
   const std::size_t wall = points.size();
-  points.push_back({{0.1, 20, 0.2}});   // behind it
-  points.push_back({{6, 20, 0.2}});     // beside it
-  points.push_back({{0, -5, 0}});       // behind the camera
-  points.push_back({{0, 5.3, 0}});      // on the wall's rough surface
+  points.push_back({{0.1, 20, 0.2}});  // behind it
+  points.push_back({{6, 20, 0.2}});    // beside it
+  points.push_back({{0, -5, 0}});      // behind the camera
+  points.push_back({{0, 5.3, 0}});     // on the wall's rough surface
   SingleShotConfig config;
   config.visibility_cell_px = 8;
   const auto shots = colour_single_shot(points, T_lens_scanner, CameraModel(k), view_of(image), config);

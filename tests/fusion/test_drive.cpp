@@ -74,23 +74,27 @@ Vector3 in_head_at(const TestDrive& test, const Vector3& p_base, double t) {
   return mount.rotation.toRotationMatrix().transpose() * (p_body - mount.translation);
 }
 
-bool true_pixel(const TestDrive& test, const Vector3& p_base, int exposure, int lens, Eigen::Vector2d& pixel, double onto_sphere) {
+bool true_pixel(const TestDrive& test, const Vector3& p_base, int exposure, int lens, Eigen::Vector2d& pixel,
+                double onto_sphere) {
   Vector3 p_head = in_head_at(test, p_base, exposure_time(exposure));
   if (onto_sphere > 0) p_head *= onto_sphere / p_head.norm();
   return project_truth(test.rig.head.lenses[static_cast<std::size_t>(lens)], p_head, pixel);
 }
 
-std::uint64_t count_state(const Outcome& out, ColourState state) { return out.counts.by_state[static_cast<std::size_t>(state)]; }
+std::uint64_t count_state(const Outcome& out, ColourState state) {
+  return out.counts.by_state[static_cast<std::size_t>(state)];
+}
 
 void expect_every_return_accounted_for(const Outcome& out) {
   const fusion::ColouringCounts& c = out.counts;
   const std::uint64_t no_pose = std::accumulate(c.no_pose.begin(), c.no_pose.end(), std::uint64_t{0});
-  EXPECT_EQ(c.returns, c.points + no_pose + c.late_returns + c.empty_returns + c.unknown_laser_returns + c.pending_returns);
+  EXPECT_EQ(c.returns,
+            c.points + no_pose + c.late_returns + c.empty_returns + c.unknown_laser_returns + c.pending_returns);
   EXPECT_EQ(c.points, out.points.size());
   EXPECT_EQ(c.points, std::accumulate(c.by_state.begin(), c.by_state.end(), std::uint64_t{0}));
   EXPECT_EQ(c.pending_returns, 0u);
-  EXPECT_EQ(c.exposures, c.exposures_used + c.exposures_unmatched + c.exposures_incomplete + c.exposures_wrong_size + c.exposures_late +
-                             c.exposures_unknown_camera);
+  EXPECT_EQ(c.exposures, c.exposures_used + c.exposures_unmatched + c.exposures_incomplete + c.exposures_wrong_size +
+                             c.exposures_late + c.exposures_unknown_camera);
 }
 
 }  // namespace hueline::test

@@ -51,7 +51,9 @@ void expect_every_return_accounted_for(const Outcome& out);
 double exposure_time(int index);
 /// A point of the base level in the head's frame at an exposure, by the tests' own mathematics.
 Vector3 in_head_at(const TestDrive& test, const Vector3& p_base, double t);
-/// The pixel where the point must lie in an exposure and lens; `onto_sphere` > 0: moved along its ray to that radius first.
-bool true_pixel(const TestDrive& test, const Vector3& p_base, int exposure, int lens, Eigen::Vector2d& pixel, double onto_sphere = 0);
+/// The pixel where the point must lie in an exposure and lens; `onto_sphere` > 0: moved along its ray to that radius
+/// first.
+bool true_pixel(const TestDrive& test, const Vector3& p_base, int exposure, int lens, Eigen::Vector2d& pixel,
+                double onto_sphere = 0);
 
 }  // namespace hueline::test

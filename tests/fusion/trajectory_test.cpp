@@ -29,8 +29,10 @@ TEST(Trajectory, At200HzFarBelowATenthOfAMillimetreAnd5Microradians) {
       Vector3 p;
       drive.pose_in(*trajectory.origin(), t, R, p);
       worst_position = std::max(worst_position, (p - pose->T_enu_body.translation).norm());
-      worst_angle = std::max(worst_angle, Eigen::AngleAxisd(R.transpose() * pose->T_enu_body.rotation.toRotationMatrix()).angle());
-      worst_velocity = std::max(worst_velocity, std::abs(pose->velocity_enu.norm() - drive.motion().velocity(t).norm()));
+      worst_angle = std::max(worst_angle,
+                             Eigen::AngleAxisd(R.transpose() * pose->T_enu_body.rotation.toRotationMatrix()).angle());
+      worst_velocity =
+          std::max(worst_velocity, std::abs(pose->velocity_enu.norm() - drive.motion().velocity(t).norm()));
     }
     EXPECT_LT(worst_position, 1e-6);
     EXPECT_LT(worst_angle, 5e-7);

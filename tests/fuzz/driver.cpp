@@ -1,5 +1,5 @@
-// main() of a fuzz target where libFuzzer is not used: a seeded mutator over a corpus of real recordings. The same seed and
-// corpus give the same inputs on every machine, so each test run fuzzes and a failure can be repeated with --only.
+// main() of a fuzz target where libFuzzer is not used: a seeded mutator over a corpus of real recordings. The same seed
+// and corpus give the same inputs on every machine, so each test run fuzzes and a failure can be repeated with --only.
 //
 //   velodyne_fuzz [--inputs N] [--seed S] [--only INDEX] [--max-bytes N] [--save FILE] FILE|FOLDER...
 #include <algorithm>
@@ -63,8 +63,8 @@ Bytes read_file(const std::filesystem::path& path) {
   return Bytes(std::istreambuf_iterator<char>(file), {});
 }
 
-/// UDP payloads of a little-endian classic pcap over Ethernet: what a decoder sees. Parsed here on its own, so that the fuzzed
-/// reader is not its own supplier. Up to `most`, spread over the file, at least one of each size.
+/// UDP payloads of a little-endian classic pcap over Ethernet: what a decoder sees. Parsed here on its own, so that the
+/// fuzzed reader is not its own supplier. Up to `most`, spread over the file, at least one of each size.
 std::vector<Bytes> pcap_payloads(const Bytes& file, std::size_t most) {
   std::vector<Bytes> all, kept;
   const auto u32 = [&](std::size_t at) {
@@ -164,7 +164,9 @@ class Mutator {
           input[where + i] = static_cast<std::uint8_t>(value >> (8 * (reversed ? width - 1 - i : i)));
         break;
       }
-      case 3: input.resize(where); break;
+      case 3:
+        input.resize(where);
+        break;
       case 4: {
         const std::size_t n = std::min(below(64) + 1, rest);
         input.erase(at(input, where), at(input, where + n));
@@ -199,12 +201,18 @@ Options parse(std::span<char*> arguments) {
   for (std::size_t i = 1; i < arguments.size(); ++i) {
     const std::string word = arguments[i];
     const char* value = i + 1 < arguments.size() ? arguments[i + 1] : "";
-    if (word == "--inputs") options.inputs = std::strtoull(value, nullptr, 10), ++i;
-    else if (word == "--seed") options.seed = std::strtoull(value, nullptr, 10), ++i;
-    else if (word == "--only") options.only = std::strtoll(value, nullptr, 10), ++i;
-    else if (word == "--max-bytes") options.max_bytes = std::strtoull(value, nullptr, 10), ++i;
-    else if (word == "--save") options.save = value, ++i;
-    else options.corpus.emplace_back(word);
+    if (word == "--inputs")
+      options.inputs = std::strtoull(value, nullptr, 10), ++i;
+    else if (word == "--seed")
+      options.seed = std::strtoull(value, nullptr, 10), ++i;
+    else if (word == "--only")
+      options.only = std::strtoll(value, nullptr, 10), ++i;
+    else if (word == "--max-bytes")
+      options.max_bytes = std::strtoull(value, nullptr, 10), ++i;
+    else if (word == "--save")
+      options.save = value, ++i;
+    else
+      options.corpus.emplace_back(word);
   }
   return options;
 }

@@ -1,12 +1,12 @@
-// A kind of device that the program does not know, added by a folder (toy_scanner/) and one line (kTypes): its rig is read, its packets become
-// points.
+// A kind of device that the program does not know, added by a folder (toy_scanner/) and one line (kTypes): its rig is
+// read, its packets become points.
 #include <gtest/gtest.h>
 
 #include "config/section.hpp"
 #include "core/calendar.hpp"
 #include "core/coloured_point.hpp"
 #include "runtime/pipeline.hpp"
-#include "tests/drivers/novatel_encoder.hpp"
+#include "tests/drivers/novatel/novatel_encoder.hpp"
 #include "tests/runtime/toy_scanner/toy_scanner.hpp"
 
 namespace hueline {
@@ -19,13 +19,17 @@ std::vector<const drivers::DeviceType*> types() {
 }
 
 std::string rig_text(const std::string& keys) {
-  return "rig: r\nsensors:\n  - {name: pos, driver: novatel, file: drive.gps}\n  - {name: toy, driver: toy_scanner, file: toy.bin" + keys +
+  return "rig: r\nsensors:\n  - {name: pos, driver: novatel, file: drive.gps}\n  - {name: toy, driver: toy_scanner, "
+         "file: toy.bin" +
+         keys +
          ", T_body_scanner: {position_m: [0, 0, 2], quaternion_wxyz: [1, 0, 0, 0]}}\ncolouring: {method: lens}\n";
 }
 
 struct Points : runtime::ProductSink {
   std::vector<ColouredPoint> points;
-  void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override { points.insert(points.end(), block.points.begin(), block.points.end()); }
+  void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override {
+    points.insert(points.end(), block.points.begin(), block.points.end());
+  }
 };
 
 TEST(AddedDevice, ItsKeysAreReadAndRefusedLikeThoseOfEveryDevice) {
@@ -41,9 +45,12 @@ TEST(AddedDevice, ItsKeysAreReadAndRefusedLikeThoseOfEveryDevice) {
     }
     return std::string("taken");
   };
-  EXPECT_EQ(complaint(", min_range_m: -1", known), "rig.yaml:4: key 'sensors[1].min_range_m' is '-1'; allowed: a number from 0 to 100 m");
+  EXPECT_EQ(complaint(", min_range_m: -1", known),
+            "rig.yaml:4: key 'sensors[1].min_range_m' is '-1'; allowed: a number from 0 to 100 m");
   EXPECT_NE(complaint(", max_range_m: 1", known).find("(did you mean min_range_m?)"), std::string::npos);
-  EXPECT_NE(complaint("", drivers::device_types()).find("'sensors[1].driver' is 'toy_scanner'; allowed: one of: velodyne"), std::string::npos);
+  EXPECT_NE(
+      complaint("", drivers::device_types()).find("'sensors[1].driver' is 'toy_scanner'; allowed: one of: velodyne"),
+      std::string::npos);
 }
 
 TEST(AddedDevice, ItsPacketsBecomePoints) {
@@ -64,7 +71,12 @@ TEST(AddedDevice, ItsPacketsBecomePoints) {
   const std::array<std::array<float, 3>, 3> seen{{{0, 10, 0}, {5, 10, 0}, {0, 1, 0}}};
   for (std::int64_t at_ms = 0; at_ms < 10'000; at_ms += 10) {
     const GpsTime now = from_gps_week(2300, std::chrono::milliseconds(100'000'000 + at_ms));
-    enter(1, at_ms, test::inspvas({.week = 2300, .seconds = 100'000 + static_cast<double>(at_ms) * 1e-3, .latitude_deg = 48, .longitude_deg = 11, .height = 500}));
+    enter(1, at_ms,
+          test::inspvas({.week = 2300,
+                         .seconds = 100'000 + static_cast<double>(at_ms) * 1e-3,
+                         .latitude_deg = 48,
+                         .longitude_deg = 11,
+                         .height = 500}));
     if (at_ms % 1000 == 0) enter(2, at_ms, toy::encode('S', now));
     enter(2, at_ms, toy::encode('D', now - std::chrono::milliseconds(2), seen));
   }

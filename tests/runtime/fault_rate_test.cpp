@@ -11,7 +11,9 @@ namespace {
 using namespace std::chrono_literals;
 constexpr SensorId kPos = 1, kPps = 2;
 
-Fault fault(SensorId sensor, FaultKind kind, HostTime time, std::uint64_t count, std::string detail) { return {sensor, kind, time, count, std::move(detail)}; }
+Fault fault(SensorId sensor, FaultKind kind, HostTime time, std::uint64_t count, std::string detail) {
+  return {sensor, kind, time, count, std::move(detail)};
+}
 std::uint64_t sum(const std::vector<Fault>& faults) {
   std::uint64_t count = 0;
   for (const Fault& one : faults) count += one.count;

@@ -16,7 +16,9 @@ Packet packet_of(SensorId sensor, std::size_t size = 100) {
 
 struct Bench {
   Bench(PacketQueue::Limits record_limits, PacketQueue::Limits pipeline_limits)
-      : record(record_limits), pipeline(pipeline_limits), ingest({{}, {false}, {true}}, record, pipeline, pipeline_limits) {}
+      : record(record_limits),
+        pipeline(pipeline_limits),
+        ingest({{}, {false}, {true}}, record, pipeline, pipeline_limits) {}
   PacketQueue record, pipeline;
   Ingest ingest;
 };

@@ -86,11 +86,13 @@ TEST(LiveRun, FlushesWhatItHasWhileADeviceIsSlowToLeave) {
     sources.push_back({2, "stuck", std::make_unique<Stuck>(let_go), {}, false});
     LiveRun::Config config;
     config.pause_after = 20ms;
-    LiveRun run(std::move(sources), journal_at(dir / "drive.mcap"), [](const Packet&) {}, config);
+    LiveRun run(
+        std::move(sources), journal_at(dir / "drive.mcap"), [](const Packet&) {}, config);
     run.start();
     ASSERT_TRUE(comes_true([&] { return run.ingest().counts(1).packets == 3; }));
     std::jthread ending([&] { run.stop(); });
-    EXPECT_TRUE(comes_true([&] { return found_in(dir / "drive.mcap").first == 3; })) << "a kill now would lose what came long ago";
+    EXPECT_TRUE(comes_true([&] { return found_in(dir / "drive.mcap").first == 3; }))
+        << "a kill now would lose what came long ago";
     EXPECT_FALSE(run.is_recording_closed());
     let_go.release();
     ending.join();
@@ -110,17 +112,17 @@ TEST(LiveRun, EndsAtOnceAroundAStuckReaderAndABusyPipeline) {
     sources.push_back({1, "quiet", std::make_unique<Quiet>(50), {}, false});
     sources.push_back({2, "stuck", std::make_unique<Stuck>(let_go), {}, false});
     std::atomic<int> processed = 0;
-    LiveRun run(
-        std::move(sources), journal_at(dir / "drive.mcap"),
-        [&](const Packet&) {
-          if (processed++ == 0) is_busy.acquire();
-        },
-        {});
+    LiveRun run(std::move(sources), journal_at(dir / "drive.mcap"),
+                [&](const Packet&) {
+                  if (processed++ == 0) is_busy.acquire();
+                },
+                {});
     run.start();
     ASSERT_TRUE(comes_true([&] { return run.ingest().counts(1).packets == 50 && processed == 1; }));
     std::jthread ending([&] { run.stop(at_once.get_token()); });
     at_once.request_stop();
-    EXPECT_TRUE(comes_true([&] { return run.is_recording_closed(); })) << "whatever the pipeline and the devices are at";
+    EXPECT_TRUE(comes_true([&] { return run.is_recording_closed(); }))
+        << "whatever the pipeline and the devices are at";
     EXPECT_EQ(found_in(dir / "drive.mcap"), std::pair(50, true));
     is_busy.release();
     ending.join();

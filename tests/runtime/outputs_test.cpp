@@ -70,7 +70,9 @@ TEST(Outputs, TheViewBeginsWithTheFirstPoseAndKnowsWhatWasSaidBefore) {
 /// A disk on which so much is left.
 class DiskWith final : public storage::Disk {
  public:
-  int create(const std::filesystem::path&, storage::IfExists, std::unique_ptr<storage::DiskFile>&) override { return -1; }
+  int create(const std::filesystem::path&, storage::IfExists, std::unique_ptr<storage::DiskFile>&) override {
+    return -1;
+  }
   std::int64_t free_bytes(const std::filesystem::path&) override { return left; }
   std::int64_t left = INT64_MAX;
 };
@@ -127,7 +129,9 @@ TEST(Outputs, TheCloudLeavesTheDisksLastSpaceToTheRecording) {
   EXPECT_EQ((*cloud).header().point_count, 100u);
   EXPECT_EQ(out.summary().points(), 300u);
   const std::string said = out.summary().text();
-  EXPECT_NE(said.find("200 points not written: left out to keep the disk's last space for the recording"), std::string::npos) << said;
+  EXPECT_NE(said.find("200 points not written: left out to keep the disk's last space for the recording"),
+            std::string::npos)
+      << said;
   EXPECT_NE(said.find("ends early"), std::string::npos) << said;
 }
 

@@ -41,12 +41,13 @@ class Script : public PacketSource {
   HostTime& now_;
 };
 
-std::vector<std::string> run(std::deque<bool> opens, std::deque<Script::Step> steps, bool is_recording = false, bool is_good = true) {
+std::vector<std::string> run(std::deque<bool> opens, std::deque<Script::Step> steps, bool is_recording = false,
+                             bool is_good = true) {
   PacketQueue record({1000}), pipeline({1000});
   Ingest ingest({{}, {}}, record, pipeline, {1000});
   HostTime now{};
-  Reader reader(1, "pos", std::make_unique<Script>(std::move(opens), std::move(steps), now), {1ms, 2ms, 3000ms, is_recording}, ingest,
-                [&now] { return now; });
+  Reader reader(1, "pos", std::make_unique<Script>(std::move(opens), std::move(steps), now),
+                {1ms, 2ms, 3000ms, is_recording}, ingest, [&now] { return now; });
   reader.run({});
   EXPECT_EQ(reader.state(), Reader::State::Ended);
   EXPECT_EQ(reader.outcome().ok(), is_good);
@@ -63,7 +64,8 @@ std::vector<std::string> run(std::deque<bool> opens, std::deque<Script::Step> st
 using Said = std::vector<std::string>;
 
 TEST(Reader, ReconnectsAfterThePullOfACable) {
-  EXPECT_EQ(run({}, {Packet{}, ErrorCode::Disconnected, Packet{}}), (Said{"packet", "Disconnected", "Reconnected", "packet"}));
+  EXPECT_EQ(run({}, {Packet{}, ErrorCode::Disconnected, Packet{}}),
+            (Said{"packet", "Disconnected", "Reconnected", "packet"}));
 }
 
 TEST(Reader, TellsOnceThatADeviceCannotBeReached) {
@@ -124,7 +126,8 @@ TEST(Reader, AStopEndsAConnectionThatIsOnItsWay) {
   PacketQueue record({1000}), pipeline({1000});
   Ingest ingest({{}, {}}, record, pipeline, {1000});
   int closed = 0;
-  Reader reader(1, "camera", std::make_unique<Slow>(std::numeric_limits<int>::max(), closed), {1h, 1h, 3000ms}, ingest, [] { return HostTime{}; });
+  Reader reader(1, "camera", std::make_unique<Slow>(std::numeric_limits<int>::max(), closed), {1h, 1h, 3000ms}, ingest,
+                [] { return HostTime{}; });
   std::jthread thread([&](std::stop_token stop) { reader.run(stop); });
   std::this_thread::sleep_for(20ms);
   thread.request_stop();

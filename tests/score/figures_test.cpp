@@ -24,7 +24,10 @@ double value(const ScenarioScore& score, const char* metric) {
 TEST(TimeFigures, ByHand) {
   ScenarioScore score;
   // Errors of 1, -3, 2 and 10 us; stated sigma 2 us: 1, 1.5, 1 and 5 sigma.
-  std::vector<ExposureError> errors{{0, 1, 2, true, {0.03, 0, 0.04}, 0.01}, {1, -3, 2, true, {0, 0, 0}, 0.02}, {2, 2, 2, false, {}, 0}, {3, 10, 2, false, {}, 0}};
+  std::vector<ExposureError> errors{{0, 1, 2, true, {0.03, 0, 0.04}, 0.01},
+                                    {1, -3, 2, true, {0, 0, 0}, 0.02},
+                                    {2, 2, 2, false, {}, 0},
+                                    {3, 10, 2, false, {}, 0}};
   add_time_figures(errors, 5, score);
   EXPECT_NEAR(value(score, "exposure_time_rms_us"), std::sqrt((1 + 9 + 4 + 100) / 4.0), 1e-12);
   EXPECT_EQ(value(score, "exposure_time_p99_us"), 10);
@@ -96,7 +99,8 @@ TEST(Comparison, DirectionNoiseAndLostValues) {
   EXPECT_EQ(verdict("exposure_time_coverage_95", {0.95, {}}, {0.85, {}}), Verdict::Worse);
   EXPECT_EQ(verdict("exposure_time_coverage_95", {0.5, {}}, {1.0, {}}), Verdict::Better);
   EXPECT_EQ(verdict("exposure_time_coverage_95", {0.97, {}}, {0.93, {}}), Verdict::Same);
-  EXPECT_EQ(verdict("realtime_factor", {9.0, {}}, {1.0, {}}), Verdict::Informative) << "the clock on the wall never decides";
+  EXPECT_EQ(verdict("realtime_factor", {9.0, {}}, {1.0, {}}), Verdict::Informative)
+      << "the clock on the wall never decides";
   EXPECT_EQ(verdict("hole_de00_ratio", {1.0, {}}, {{}, "gone"}), Verdict::Worse) << "a value that is none any more";
   EXPECT_EQ(verdict("hole_de00_ratio", {{}, "none"}, {{}, "none"}), Verdict::Same);
   EXPECT_EQ(verdict("hole_de00_ratio", {{}, "none"}, {3.0, {}}), Verdict::Informative);
@@ -118,7 +122,8 @@ TEST(Comparison, ASmallerSheetMayBeHeldAgainstALargerOne) {
 
 TEST(SheetFile, ComesBackAsItWasWritten) {
   const auto path = std::filesystem::temp_directory_path() / ("hueline-score-" + std::to_string(::getpid()) + ".json");
-  Sheet sheet = sheet_of({{"coloured_share", {0.123456789, {}}}, {"hole_de00_ratio", {{}, "no hole"}}, {"unexplained_bytes", {0.0, {}}}});
+  Sheet sheet = sheet_of(
+      {{"coloured_share", {0.123456789, {}}}, {"hole_de00_ratio", {{}, "no hole"}}, {"unexplained_bytes", {0.0, {}}}});
   std::ofstream(path) << score_json(sheet);
   const auto back = read_score_json(path);
   ASSERT_TRUE(back.ok()) << back.error().message;
@@ -145,13 +150,15 @@ TEST(SeamFigures, AStepOfLightnessIsFoundUnderTextureAndNoise) {
     draw = draw * 1664525u + 1013904223u;
     return static_cast<double>(draw >> 8) / 16777216.0 - 0.5;
   };
-  // A wall of 8 m x 2 m, textured; exposure 1 is 3 L* brighter than 0; lens 1 of exposure 0 is 1 L* darker than its lens 0.
+  // A wall of 8 m x 2 m, textured; exposure 1 is 3 L* brighter than 0; lens 1 of exposure 0 is 1 L* darker than its
+  // lens 0.
   for (int i = 0; i < 60000; ++i) {
     const sim::Vec3 place{8 * (noise() + 0.5), 0.1, 2 * (noise() + 0.5)};
     const Lab truth{50 + 20 * noise(), 10 * noise(), 5 * noise()};
     const std::uint32_t exposure = i % 3 == 0 ? 1 : 0;
     const std::uint8_t lens = i % 3 == 1 ? 1 : 0;
-    const Lab claimed = truth + Lab{4 * noise() + (exposure == 1 ? 3.0 : 0) - (lens == 1 ? 1.0 : 0), 4 * noise(), 4 * noise()};
+    const Lab claimed =
+        truth + Lab{4 * noise() + (exposure == 1 ? 3.0 : 0) - (lens == 1 ? 1.0 : 0), 4 * noise(), 4 * noise()};
     seams.add(place, 7, exposure, lens, claimed, truth);
   }
   ScenarioScore score;
@@ -171,23 +178,28 @@ TEST(MetricTable, NamesAreUniqueAndDocumented) {
   std::set<std::string> names;
   for (const Metric& metric : metrics()) {
     EXPECT_TRUE(names.insert(metric.name).second) << metric.name;
-    EXPECT_NE(document.find('`' + std::string(metric.name) + '`'), std::string::npos) << metric.name << " is not in docs/score.md";
+    EXPECT_NE(document.find('`' + std::string(metric.name) + '`'), std::string::npos)
+        << metric.name << " is not in docs/score.md";
     EXPECT_EQ(find_metric(metric.name), &metric);
   }
   // The names that other people's programs read.
   for (const char* name :
-       {"exposure_time_rms_us", "exposure_time_p99_us", "exposure_time_coverage_95", "pose_position_rms_m", "pose_attitude_rms_deg", "reprojection_rms_px",
-        "reprojection_near_rms_px", "coloured_share", "visible_coloured_share", "wrong_surface_share", "colour_de00_median", "colour_de00_p95",
-        "colour_de00_over20_share", "edge_smooth_ratio", "exposure_seam_de00", "lens_seam_de00", "hole_coloured_share", "hole_de00_ratio",
-        "moving_contaminated_share", "unexplained_bytes", "latency_p99_ms", "realtime_factor", "points_per_second"})
+       {"exposure_time_rms_us",     "exposure_time_p99_us", "exposure_time_coverage_95", "pose_position_rms_m",
+        "pose_attitude_rms_deg",    "reprojection_rms_px",  "reprojection_near_rms_px",  "coloured_share",
+        "visible_coloured_share",   "wrong_surface_share",  "colour_de00_median",        "colour_de00_p95",
+        "colour_de00_over20_share", "edge_smooth_ratio",    "exposure_seam_de00",        "lens_seam_de00",
+        "hole_coloured_share",      "hole_de00_ratio",      "moving_contaminated_share", "unexplained_bytes",
+        "latency_p99_ms",           "realtime_factor",      "points_per_second"})
     EXPECT_TRUE(names.contains(name)) << name;
 }
 
 TEST(Plot, TextIsEscapedAndEmptyChartsSaySo) {
   Chart chart{"<b> & \"c\"", "", "", Chart::Kind::Lines, true, {}, {}};
-  EXPECT_THAT(svg(chart), testing::AllOf(testing::HasSubstr("&lt;b&gt; &amp; &quot;c&quot;"), testing::HasSubstr("nothing to show")));
+  EXPECT_THAT(svg(chart), testing::AllOf(testing::HasSubstr("&lt;b&gt; &amp; &quot;c&quot;"),
+                                         testing::HasSubstr("nothing to show")));
   chart.curves.push_back({"", {{0.0, 1.0}, {10.0, 2.0}}, {}});
-  EXPECT_THAT(svg(chart), testing::Not(testing::AnyOf(testing::HasSubstr("nan"), testing::HasSubstr("inf")))) << "a zero on a logarithmic axis";
+  EXPECT_THAT(svg(chart), testing::Not(testing::AnyOf(testing::HasSubstr("nan"), testing::HasSubstr("inf"))))
+      << "a zero on a logarithmic axis";
   chart.curves[0].points = {{5, 5}};
   EXPECT_THAT(svg(chart), testing::Not(testing::AnyOf(testing::HasSubstr("nan"), testing::HasSubstr("inf"))));
 }

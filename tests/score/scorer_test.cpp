@@ -66,7 +66,9 @@ class ScorerTest : public testing::Test {
   static std::optional<Outlook::Sight> sight_of(const TrueReturn& r, bool truly) {
     for (const std::uint32_t e : outlook_->nearest_exposures(r.fired_gps_ns, 9))
       for (std::size_t lens = 0; lens < outlook_->lens_count(); ++lens)
-        if (const auto sight = outlook_->sight(e, lens, place(r)); sight && (!truly || outlook_->look(*sight, place(r)).met == Outlook::Met::Place)) return sight;
+        if (const auto sight = outlook_->sight(e, lens, place(r));
+            sight && (!truly || outlook_->look(*sight, place(r)).met == Outlook::Met::Place))
+          return sight;
     return std::nullopt;
   }
   static sim::Pose T_ecef_scene() {
@@ -77,7 +79,8 @@ class ScorerTest : public testing::Test {
     for (const auto& e : exposures_) {
       const sim::Pose T{{e.R_enu_head}, Vec3{e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]} + shift_enu};
       const sim::Pose turned{sim::rotation_z(sim::radians(0.25)) * T.R, T.p};
-      scorer.add(ExposureClaim{e.number, e.exposure_mid_gps_ns + static_cast<sim::GpsNs>(late_ns), 3000, T_ecef_scene() * turned});
+      scorer.add(ExposureClaim{e.number, e.exposure_mid_gps_ns + static_cast<sim::GpsNs>(late_ns), 3000,
+                               T_ecef_scene() * turned});
     }
   }
   static double value(const ScenarioScore& score, const char* metric) {

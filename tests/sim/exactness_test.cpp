@@ -12,8 +12,8 @@
 #include "sim/wire/velodyne_encode.hpp"
 #include "small_scenario.hpp"
 
-/// The program's geometry against the simulator's: a drive without noise, its laser through real datagrams, coloured by fusion and
-/// judged. What is left is quantisation: whole microseconds of the scanner's stamp, float in the projection.
+/// The program's geometry against the simulator's: a drive without noise, its laser through real datagrams, coloured by
+/// fusion and judged. What is left is quantisation: whole microseconds of the scanner's stamp, float in the projection.
 namespace hueline::sim {
 namespace {
 
@@ -40,7 +40,8 @@ fusion::RigGeometry rig_geometry(const Scenario& scenario) {
     mount.camera = kCamera;
     mount.x_offset = static_cast<std::uint32_t>(truth.column_of(i));
     mount.y_offset = static_cast<std::uint32_t>(truth.row_of(i));
-    mount.intrinsics.model = lens.model == LensModel::Brown ? fusion::LensModel::Brown : fusion::LensModel::KannalaBrandt;
+    mount.intrinsics.model =
+        lens.model == LensModel::Brown ? fusion::LensModel::Brown : fusion::LensModel::KannalaBrandt;
     mount.intrinsics.width = static_cast<std::uint32_t>(lens.width);
     mount.intrinsics.height = static_cast<std::uint32_t>(lens.height);
     mount.intrinsics.focal_px = {lens.focal_x, lens.focal_y};
@@ -136,16 +137,20 @@ Judge colour_and_judge(const Scenario& scenario, const Drive& drive, fusion::Col
   return std::move(*judge);
 }
 
-void expect(Scenario scenario, fusion::ColourMethod method, const char* name, double rms_px, double p95_px, double place_m) {
+void expect(Scenario scenario, fusion::ColourMethod method, const char* name, double rms_px, double p95_px,
+            double place_m) {
   const TemporaryFolder folder("hueline-exact");
   scenario.duration_s = 2;
   const auto drive = generate(scenario, folder.path());
   ASSERT_TRUE(drive.ok()) << drive.error().message;
   const Judge judge = colour_and_judge(scenario, *drive, method);
   const auto& all = judge.all();
-  std::printf("%s: %llu points judged, %llu unmatched; error %.5f px rms, %.5f px p95, %.5f px max on 8000 x 4000; place %.6f m rms, %.6f m max\n",
-              name, static_cast<unsigned long long>(all.error_px.count()), static_cast<unsigned long long>(judge.unmatched()),
-              all.error_px.rms(), all.error_px.quantile(0.95), all.error_px.max(), all.place_error_m.rms(), all.place_error_m.max());
+  std::printf(
+      "%s: %llu points judged, %llu unmatched; error %.5f px rms, %.5f px p95, %.5f px max on 8000 x 4000; place %.6f "
+      "m rms, %.6f m max\n",
+      name, static_cast<unsigned long long>(all.error_px.count()), static_cast<unsigned long long>(judge.unmatched()),
+      all.error_px.rms(), all.error_px.quantile(0.95), all.error_px.max(), all.place_error_m.rms(),
+      all.place_error_m.max());
   EXPECT_GT(all.error_px.count(), 20'000u);
   EXPECT_EQ(judge.unmatched(), 0u);
   EXPECT_LE(all.error_px.rms(), rms_px);
@@ -160,9 +165,13 @@ void expect_exact(LensModel model, fusion::ColourMethod method, const char* name
   expect(scenario, method, name, 0.01, 0.02, 1e-4);
 }
 
-TEST(Exactness, FisheyeByLens) { expect_exact(LensModel::KannalaBrandt, fusion::ColourMethod::Lens, "Kannala-Brandt, by lens"); }
+TEST(Exactness, FisheyeByLens) {
+  expect_exact(LensModel::KannalaBrandt, fusion::ColourMethod::Lens, "Kannala-Brandt, by lens");
+}
 TEST(Exactness, BrownByLens) { expect_exact(LensModel::Brown, fusion::ColourMethod::Lens, "Brown, by lens"); }
-TEST(Exactness, Panorama) { expect_exact(LensModel::KannalaBrandt, fusion::ColourMethod::Panorama, "panoramic sphere"); }
+TEST(Exactness, Panorama) {
+  expect_exact(LensModel::KannalaBrandt, fusion::ColourMethod::Panorama, "panoramic sphere");
+}
 
 TEST(Exactness, WithTheSensorsNoise) {
   expect(small_scenario(), fusion::ColourMethod::Lens, "with noise", 1.0, 2.0, 0.05);

@@ -122,7 +122,8 @@ void check_packets(LaserModel model, std::int64_t firing_ns, std::int64_t laser_
   std::size_t returns = 0;
   for (std::size_t i = 0; i < truth.size(); i += 37) {
     const LaserPacket& packet = drive->laser[i];
-    EXPECT_EQ(packet.first_firing_gps_ns, scenario.sensors_begin_gps_ns() + static_cast<GpsNs>(i) * 12 * firings * firing_ns);
+    EXPECT_EQ(packet.first_firing_gps_ns,
+              scenario.sensors_begin_gps_ns() + static_cast<GpsNs>(i) * 12 * firings * firing_ns);
     const std::int64_t first_block = static_cast<std::int64_t>(i) * 12;
     std::size_t found = 0;
     for (std::int64_t slot = 0; slot < 384; ++slot) {
@@ -134,10 +135,13 @@ void check_packets(LaserModel model, std::int64_t firing_ns, std::int64_t laser_
       ASSERT_EQ(t.fired_gps_ns, fired);
       const auto after = static_cast<double>(sequence * firing_ns + laser * laser_ns);
       const double az = radians((static_cast<double>(packet.azimuth_centideg[static_cast<std::size_t>(block)]) +
-                                 step * after / static_cast<double>(firings * firing_ns)) / 100);
+                                 step * after / static_cast<double>(firings * firing_ns)) /
+                                100);
       const double el = timing.beams[static_cast<std::size_t>(laser)].elevation;
       const double d = 0.002 * packet.distance_2mm[static_cast<std::size_t>(slot)];
-      const Vec3 p = motion.T_enu_body(fired) * (rig.T_body_scanner * (d * Vec3{std::cos(el) * std::sin(az), std::cos(el) * std::cos(az), std::sin(el)}));
+      const Vec3 p =
+          motion.T_enu_body(fired) *
+          (rig.T_body_scanner * (d * Vec3{std::cos(el) * std::sin(az), std::cos(el) * std::cos(az), std::sin(el)}));
       worst = std::max(worst, length(p - Vec3{t.beam_east, t.beam_north, t.beam_up}));
       // The true hit lies on the beam, half a wire unit away at most.
       worst_range = std::max(worst_range, length(Vec3{t.east - t.beam_east, t.north - t.beam_north, t.up - t.beam_up}));

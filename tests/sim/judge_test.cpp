@@ -60,7 +60,8 @@ class JudgeTest : public testing::Test {
 struct Seer {
   explicit Seer(const Scenario& s) : motion(s), rig(rig_truth(s)) {}
   std::optional<TruePixel> pixel(const CameraExposure& e, std::size_t lens, Vec3 p_enu) const {
-    const Pose T = motion.T_enu_body(e.exposure_start_gps_ns + e.exposure_ns / 2) * rig.T_body_head * rig.lenses[lens].T_head_lens;
+    const Pose T =
+        motion.T_enu_body(e.exposure_start_gps_ns + e.exposure_ns / 2) * rig.T_body_head * rig.lenses[lens].T_head_lens;
     const auto p = rig.lenses[lens].project(inverse(T) * p_enu);
     return p && rig.lenses[lens].contains(*p) ? p : std::nullopt;
   }
@@ -120,8 +121,9 @@ TEST_F(JudgeTest, WhatCannotBeMatchedIsCounted) {
   claim.channel = r.channel;
   claim.is_panorama_pixel = true;
   EXPECT_TRUE(judge.judge(claim));
-  for (const auto& spoil : std::vector<void (*)(Claim&)>{[](Claim& c) { c.channel = 40; }, [](Claim& c) { c.fired_gps_ns += 27'000; },
-                                                         [](Claim& c) { c.exposure = 9; }, [](Claim& c) { c.lens = 6; }}) {
+  for (const auto& spoil :
+       std::vector<void (*)(Claim&)>{[](Claim& c) { c.channel = 40; }, [](Claim& c) { c.fired_gps_ns += 27'000; },
+                                     [](Claim& c) { c.exposure = 9; }, [](Claim& c) { c.lens = 6; }}) {
     Claim wrong = claim;
     spoil(wrong);
     judge.add(wrong);
@@ -135,7 +137,8 @@ TEST_F(JudgeTest, WhatCannotBeMatchedIsCounted) {
 
 TEST_F(JudgeTest, PanoramaByHand) {
   const Judge judge = open();
-  const auto ahead = judge.panorama_pixel({1, 0, 0}), right = judge.panorama_pixel({0, -2, 0}), up = judge.panorama_pixel({0, 0, 1});
+  const auto ahead = judge.panorama_pixel({1, 0, 0}), right = judge.panorama_pixel({0, -2, 0}),
+             up = judge.panorama_pixel({0, 0, 1});
   EXPECT_NEAR(ahead.u, 3999.5, 1e-9);
   EXPECT_NEAR(ahead.v, 1999.5, 1e-9);
   EXPECT_NEAR(right.u, 5999.5, 1e-9);
@@ -144,7 +147,8 @@ TEST_F(JudgeTest, PanoramaByHand) {
   const Vec3 d = normalised({-0.3, 0.8, -0.2});
   EXPECT_LT(angle_between(judge.panorama_direction(judge.panorama_pixel(d)), d), 1e-14);
   // Two pixels along the horizon.
-  EXPECT_NEAR(angle_between(judge.panorama_direction({100, 1999.5}), judge.panorama_direction({102, 1999.5})), 2 * 2 * kPi / 8000, 1e-12);
+  EXPECT_NEAR(angle_between(judge.panorama_direction({100, 1999.5}), judge.panorama_direction({102, 1999.5})),
+              2 * 2 * kPi / 8000, 1e-12);
 }
 
 TEST_F(JudgeTest, FindsTheTruthOfAFiring) {
@@ -169,12 +173,13 @@ TEST_F(JudgeTest, PlacesAreComparedInEcef) {
   claim.fired_gps_ns = r.fired_gps_ns;
   claim.channel = r.channel;
   claim.is_panorama_pixel = true;
-  claim.place_ecef = R_ecef_enu(origin) * Vec3{r.beam_east, r.beam_north, r.beam_up + 0.03} + ecef_from_geodetic(origin);
+  claim.place_ecef =
+      R_ecef_enu(origin) * Vec3{r.beam_east, r.beam_north, r.beam_up + 0.03} + ecef_from_geodetic(origin);
   EXPECT_NEAR(judge.judge(claim)->place_error_m, 0.03, 1e-6);
 }
 
-/// Laser and camera tell of one world: the colours that the laser's truth has fit the raw image best where the points project to,
-/// and worse the farther the image is shifted.
+/// Laser and camera tell of one world: the colours that the laser's truth has fit the raw image best where the points
+/// project to, and worse the farther the image is shifted.
 TEST_F(JudgeTest, RenderedPixelsShowWhatTheLaserHit) {
   const Seer seer(*scenario_);
   const Judge judge = open();
@@ -192,9 +197,11 @@ TEST_F(JudgeTest, RenderedPixelsShowWhatTheLaserHit) {
       ++count;
       for (std::size_t axis = 0; axis < 2; ++axis)
         for (int shift = -kReach; shift <= kReach; ++shift) {
-          const auto u = std::lround(pixel->u + (axis == 0 ? shift : 0)), v = std::lround(pixel->v + (axis == 1 ? shift : 0));
+          const auto u = std::lround(pixel->u + (axis == 0 ? shift : 0)),
+                     v = std::lround(pixel->v + (axis == 1 ? shift : 0));
           const int expected = v % 2 == 0 ? (u % 2 == 0 ? r.red : r.green) : (u % 2 == 0 ? r.green : r.blue);
-          const auto at = static_cast<std::size_t>((seer.rig.row_of(lens) + v) * seer.rig.image_width() + seer.rig.column_of(lens) + u);
+          const auto at = static_cast<std::size_t>((seer.rig.row_of(lens) + v) * seer.rig.image_width() +
+                                                   seer.rig.column_of(lens) + u);
           misfit[axis][static_cast<std::size_t>(shift + kReach)] +=
               std::min(40, std::abs(static_cast<int>(static_cast<unsigned char>(image[at])) - expected));
         }
@@ -203,9 +210,9 @@ TEST_F(JudgeTest, RenderedPixelsShowWhatTheLaserHit) {
   ASSERT_GT(count, 10000u);
   for (const auto& m : misfit) {
     const double vertex = 0.5 * (m[1] - m[3]) / (m[1] - 2 * m[2] + m[3]);
-    std::printf("mean misfit %.2f %.2f %.2f %.2f %.2f of 255 at shifts -2 .. 2 px, least at %.2f px\n", m[0] / static_cast<double>(count),
-                m[1] / static_cast<double>(count), m[2] / static_cast<double>(count), m[3] / static_cast<double>(count),
-                m[4] / static_cast<double>(count), vertex);
+    std::printf("mean misfit %.2f %.2f %.2f %.2f %.2f of 255 at shifts -2 .. 2 px, least at %.2f px\n",
+                m[0] / static_cast<double>(count), m[1] / static_cast<double>(count), m[2] / static_cast<double>(count),
+                m[3] / static_cast<double>(count), m[4] / static_cast<double>(count), vertex);
     EXPECT_LT(std::abs(vertex), 0.1);
     EXPECT_LT(m[2], 0.93 * std::min(m[1], m[3]));
     EXPECT_LT(std::max(m[1], m[3]), std::min(m[0], m[4]));

@@ -10,7 +10,8 @@ namespace {
 bool holds(const std::vector<TruePixel>& p, double x, double y) {
   bool inside = false;
   for (std::size_t i = 0, j = p.size() - 1; i < p.size(); j = i++)
-    if ((p[i].v > y) != (p[j].v > y) && x < (p[j].u - p[i].u) * (y - p[i].v) / (p[j].v - p[i].v) + p[i].u) inside = !inside;
+    if ((p[i].v > y) != (p[j].v > y) && x < (p[j].u - p[i].u) * (y - p[i].v) / (p[j].v - p[i].v) + p[i].u)
+      inside = !inside;
   return inside;
 }
 

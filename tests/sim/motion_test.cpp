@@ -62,7 +62,9 @@ TEST(Lenses, LookWhereALadybugLooks) {
     // It sits where it looks: 60 mm out along its own axis. The rotation order cannot be another one.
     EXPECT_LT(degrees(angle_between(lens.T_head_lens.p, expected)), 2.0) << "lens " << i;
     // The sensors lie on their side.
-    if (i < 5) { EXPECT_LT((lens.T_head_lens.R * Vec3{1, 0, 0}).z, -0.999); }
+    if (i < 5) {
+      EXPECT_LT((lens.T_head_lens.R * Vec3{1, 0, 0}).z, -0.999);
+    }
   }
 }
 
@@ -110,11 +112,14 @@ TEST(Motion, VelocityIsTheDerivativeOfPlaceAndNothingJumps) {
   Vec3 last_acceleration;
   bool first = true;
   for (GpsNs t = scenario.begin_gps_ns() + h; t < scenario.end_gps_ns(); t += 7 * h) {
-    const Vec3 a = motion.state(t - h).T_enu_body.p, b = motion.state(t).T_enu_body.p, c = motion.state(t + h).T_enu_body.p;
+    const Vec3 a = motion.state(t - h).T_enu_body.p, b = motion.state(t).T_enu_body.p,
+               c = motion.state(t + h).T_enu_body.p;
     const Vec3 v = motion.state(t).velocity_enu;
     EXPECT_LT(length(500.0 * (c - a) - v), 1e-4);
     const Vec3 acceleration = 1e6 * (c - 2.0 * b + a);
-    if (!first) { EXPECT_LT(length(acceleration - last_acceleration), 0.15) << t; }
+    if (!first) {
+      EXPECT_LT(length(acceleration - last_acceleration), 0.15) << t;
+    }
     last_acceleration = acceleration;
     first = false;
   }
@@ -152,16 +157,23 @@ TEST(Motion, TurnsAreDrivenThereAndBackAndNothingJumps) {
     Vec3 last_acceleration;
     double turned = motion.turned_heading(scenario.begin_gps_ns()), way = 0, wheel = 0, nearest = 1e9, farthest = 0;
     for (GpsNs t = scenario.begin_gps_ns() + h; t < scenario.end_gps_ns(); t += h) {
-      const Vec3 a = motion.state(t - h).T_enu_body.p, b = motion.state(t).T_enu_body.p, c = motion.state(t + h).T_enu_body.p;
+      const Vec3 a = motion.state(t - h).T_enu_body.p, b = motion.state(t).T_enu_body.p,
+                 c = motion.state(t + h).T_enu_body.p;
       const TrueState state = motion.state(t);
       EXPECT_LT(length(500.0 * (c - a) - state.velocity_enu), 1e-4);
       const Vec3 acceleration = 1e6 * (c - 2.0 * b + a);
-      if (t > scenario.begin_gps_ns() + h) { EXPECT_LT(length(acceleration - last_acceleration), 0.05) << t; }
+      if (t > scenario.begin_gps_ns() + h) {
+        EXPECT_LT(length(acceleration - last_acceleration), 0.05) << t;
+      }
       EXPECT_LT(length(acceleration), 4.6) << "that of braking";
       last_acceleration = acceleration;
       const double speed = std::hypot(state.velocity_enu.x, state.velocity_enu.y), heading = motion.turned_heading(t);
       // Forward, and the nose where the way goes.
-      if (speed > 0.01) { EXPECT_LT(std::hypot(state.velocity_enu.x / speed - std::sin(heading), state.velocity_enu.y / speed - std::cos(heading)), 1e-9); }
+      if (speed > 0.01) {
+        EXPECT_LT(std::hypot(state.velocity_enu.x / speed - std::sin(heading),
+                             state.velocity_enu.y / speed - std::cos(heading)),
+                  1e-9);
+      }
       way += 1e-3 * speed;
       wheel += 1e-3 * speed - 0.7 * (heading - turned);
       turned = heading;
@@ -173,7 +185,9 @@ TEST(Motion, TurnsAreDrivenThereAndBackAndNothingJumps) {
     EXPECT_NEAR(farthest, 120 + std::abs(lane), 1e-3);
     EXPECT_EQ(motion.length_m(), 120 + std::abs(lane));
     EXPECT_NEAR(nearest, 0, 1e-9);
-    EXPECT_NEAR(turned - motion.turned_heading(scenario.begin_gps_ns()), radians(30) - std::copysign(2 * kPi, lane), 0.5) << "on the way out again";
+    EXPECT_NEAR(turned - motion.turned_heading(scenario.begin_gps_ns()), radians(30) - std::copysign(2 * kPi, lane),
+                0.5)
+        << "on the way out again";
     // Halfway on the first way back: the other side of the road, against the line.
     const Vec3 back = motion.state(scenario.sensors_begin_gps_ns() + 38'000'000'000).T_enu_body.p;
     const double s = motion.along(scenario.sensors_begin_gps_ns() + 38'000'000'000);
@@ -188,12 +202,17 @@ TEST(Motion, TurnsThatCannotBeDrivenAreRefused) {
     change(s);
     return s.validate().text();
   };
-  EXPECT_THAT(said([](Scenario& s) { s.drive.lane_offset_m = 1.75; }), testing::HasSubstr("drive.lane_offset_m is the radius"));
-  EXPECT_THAT(said([](Scenario& s) { s.drive.turns[0].at_m = 30; }), testing::HasSubstr("drive.turns[0].at_m must lie 36 m or more beyond the start"));
-  EXPECT_THAT(said([](Scenario& s) { s.drive.turns[1].at_m = 100; }), testing::HasSubstr("drive.turns[1].at_m must lie 36 m or more before the last turn"));
+  EXPECT_THAT(said([](Scenario& s) { s.drive.lane_offset_m = 1.75; }),
+              testing::HasSubstr("drive.lane_offset_m is the radius"));
+  EXPECT_THAT(said([](Scenario& s) { s.drive.turns[0].at_m = 30; }),
+              testing::HasSubstr("drive.turns[0].at_m must lie 36 m or more beyond the start"));
+  EXPECT_THAT(said([](Scenario& s) { s.drive.turns[1].at_m = 100; }),
+              testing::HasSubstr("drive.turns[1].at_m must lie 36 m or more before the last turn"));
   EXPECT_THAT(said([](Scenario& s) { s.drive.turns[0].at_m = 84; }), testing::HasSubstr("on a straight"));
-  EXPECT_THAT(said([](Scenario& s) { s.duration_s = 50; }), testing::HasSubstr("duration_s is too short for drive.turns: at least"));
-  EXPECT_THAT(said([](Scenario& s) { s.drive.turns.pop_back(); }), testing::HasSubstr("duration_s is too long for drive.turns"));
+  EXPECT_THAT(said([](Scenario& s) { s.duration_s = 50; }),
+              testing::HasSubstr("duration_s is too short for drive.turns: at least"));
+  EXPECT_THAT(said([](Scenario& s) { s.drive.turns.pop_back(); }),
+              testing::HasSubstr("duration_s is too long for drive.turns"));
 }
 
 TEST(Ins, WithoutNoiseIsTheTruthInTheVehiclesOwnLevel) {
@@ -205,8 +224,9 @@ TEST(Ins, WithoutNoiseIsTheTruthInTheVehiclesOwnLevel) {
   ASSERT_EQ(samples.size(), static_cast<std::size_t>(200 * (4 + 12 + 1) + 1));
   const GeodeticPlace origin = scene_origin(scenario);
   const InsSample& s = samples.back();
-  const Vec3 p_scene = transposed(R_ecef_enu(origin)) *
-                       (ecef_from_geodetic({s.latitude_rad, s.longitude_rad, s.ellipsoidal_height_m}) - ecef_from_geodetic(origin));
+  const Vec3 p_scene =
+      transposed(R_ecef_enu(origin)) *
+      (ecef_from_geodetic({s.latitude_rad, s.longitude_rad, s.ellipsoidal_height_m}) - ecef_from_geodetic(origin));
   EXPECT_LT(length(p_scene - motion.state(s.gps_ns).T_enu_body.p), 5e-9);
   // Meridian convergence: at distance x east, north of here differs from north at the origin by x tan(latitude) / R.
   const double expected = motion.state(s.gps_ns).heading + p_scene.x * std::tan(origin.latitude) / 6.39e6;
@@ -256,7 +276,8 @@ OutageEnd outage_end(InsGrade grade, double for_s, double speed) {
     const auto last = static_cast<std::size_t>((scenario.lead_in_s + 10 + for_s) * kRate - 1);
     const double north = (with[last].latitude_rad - without[last].latitude_rad) * 6.37e6;
     out.place_rms += north * north / kDrives;
-    out.heading_rms += std::pow(std::remainder(with[last].heading_rad - without[last].heading_rad, 2 * kPi), 2) / kDrives;
+    out.heading_rms +=
+        std::pow(std::remainder(with[last].heading_rad - without[last].heading_rad, 2 * kPi), 2) / kDrives;
     out.claimed_place = std::sqrt(std::pow(with[last].sigma[1], 2) - std::pow(without[last].sigma[1], 2));
     out.claimed_heading = std::sqrt(std::pow(with[last].sigma[8], 2) - std::pow(without[last].sigma[8], 2));
     out.before = with[40].status;
@@ -273,7 +294,9 @@ OutageEnd outage_end(InsGrade grade, double for_s, double speed) {
 }
 
 TEST(Ins, DriftsInAnOutageAsItsGradeAndClaimsWhatIsTrue) {
-  for (const auto& [grade, least, most] : {std::tuple{InsGrade::PosLv220, 0.15, 0.9}, std::tuple{InsGrade::PosLv420, 0.05, 0.4}, std::tuple{InsGrade::SpanCpt, 0.8, 6.0}}) {
+  for (const auto& [grade, least, most] :
+       {std::tuple{InsGrade::PosLv220, 0.15, 0.9}, std::tuple{InsGrade::PosLv420, 0.05, 0.4},
+        std::tuple{InsGrade::SpanCpt, 0.8, 6.0}}) {
     const OutageEnd minute = outage_end(grade, 60, 16), short_one = outage_end(grade, 10, 16);
     EXPECT_GT(minute.place_rms, least);
     EXPECT_LT(minute.place_rms, most);

@@ -85,7 +85,8 @@ TEST(PanoramicCamera, MotionBlurKeepsTheLight) {
   scenario.camera.blur_samples = 6;
   const auto blurred = expose(scenario);
   EXPECT_NE(sharp, blurred);
-  const double a = std::accumulate(sharp.begin(), sharp.end(), 0.0), b = std::accumulate(blurred.begin(), blurred.end(), 0.0);
+  const double a = std::accumulate(sharp.begin(), sharp.end(), 0.0),
+               b = std::accumulate(blurred.begin(), blurred.end(), 0.0);
   EXPECT_NEAR(b / a, 1, 0.01);
 }
 

@@ -51,7 +51,8 @@ TEST(ProfileScanner, PacketsAreExactButForTheWire) {
       const double after_ns = static_cast<double>(k) * p.period_ps * 1e-3;
       // Stamp, offset and true time are each rounded to a nanosecond.
       ASSERT_LE(std::abs(static_cast<double>(t.fired_gps_ns - p.first_pulse_gps_ns) - after_ns), 1.5);
-      const double angle = static_cast<std::uint32_t>(p.angle + k * static_cast<std::uint32_t>(p.angle_step)) * (2 * kPi / 4294967296.0);
+      const double angle =
+          static_cast<std::uint32_t>(p.angle + k * static_cast<std::uint32_t>(p.angle_step)) * (2 * kPi / 4294967296.0);
       const Vec3 beam{1e-4 * p.range_100um[next] * std::sin(angle), 1e-4 * p.range_100um[next] * std::cos(angle), 0};
       const Vec3 place = motion.T_enu_body(t.fired_gps_ns) * (rig.T_body_scanner * beam);
       worst = std::max(worst, length(place - Vec3{t.beam_east, t.beam_north, t.beam_up}));
@@ -83,8 +84,8 @@ TEST(ProfileScanner, EveryFaultCanBeDoneToItsDatagrams) {
   drive.begin_gps_ns = scenario.begin_gps_ns();
   drive.end_gps_ns = drive.begin_gps_ns + 3'000'000'000;
   for (GpsNs t = drive.begin_gps_ns; t < drive.end_gps_ns; t += 5'000'000)
-    drive.profile.push_back({t, 0, 0, 1000, 5'000'000, std::vector<std::uint8_t>(200, 1), std::vector<std::uint32_t>(200, 50'000),
-                             std::vector<std::uint16_t>(200, 5'000)});
+    drive.profile.push_back({t, 0, 0, 1000, 5'000'000, std::vector<std::uint8_t>(200, 1),
+                             std::vector<std::uint32_t>(200, 50'000), std::vector<std::uint16_t>(200, 5'000)});
   const auto quiet = scenario_timeline(scenario, drive);
   ASSERT_TRUE(quiet.ok()) << quiet.error().message;
   std::size_t data = 0, status = 0;
@@ -98,8 +99,12 @@ TEST(ProfileScanner, EveryFaultCanBeDoneToItsDatagrams) {
     scenario.faults = {FaultLine::usual(entry.type, 1, 2)};
     const auto spoilt = scenario_timeline(scenario, drive);
     ASSERT_TRUE(spoilt.ok()) << entry.name << ": " << spoilt.error().message;
-    if (entry.type == FaultType::HourWrapLate) { EXPECT_EQ(spoilt->hits[0], 0u) << "it has no counter of the hour"; }
-    if (entry.type == FaultType::PacketLoss) { EXPECT_GT(spoilt->hits[0], 15u); }
+    if (entry.type == FaultType::HourWrapLate) {
+      EXPECT_EQ(spoilt->hits[0], 0u) << "it has no counter of the hour";
+    }
+    if (entry.type == FaultType::PacketLoss) {
+      EXPECT_GT(spoilt->hits[0], 15u);
+    }
   }
 }
 

@@ -56,11 +56,17 @@ TEST(Lasers, TablesOfTheManuals) {
   EXPECT_NEAR(vlp.beams[15].vertical_offset_m, -0.0112, 1e-12);
   EXPECT_EQ(vlp.packet_period_ns(), 1'327'104);
   // 0.40 deg a block is 602.816 rpm.
-  EXPECT_NEAR(vlp.block_step_centideg / 36000.0 / (static_cast<double>(vlp.block_period_ns()) * 1e-9) * 60, 602.816, 1e-3);
+  EXPECT_NEAR(vlp.block_step_centideg / 36000.0 / (static_cast<double>(vlp.block_period_ns()) * 1e-9) * 60, 602.816,
+              1e-3);
   const LaserTiming hdl = laser_timing(LaserModel::Hdl32e, true);
   ASSERT_EQ(hdl.beams.size(), 32u);
-  for (const auto& [laser, elevation, channel] : std::vector<std::tuple<std::size_t, double, int>>{
-           {0, -30.67, 0}, {1, -9.33, 16}, {2, -29.33, 1}, {3, -8.00, 17}, {15, 0.0, 23}, {30, -10.67, 15}, {31, 10.67, 31}}) {
+  for (const auto& [laser, elevation, channel] : std::vector<std::tuple<std::size_t, double, int>>{{0, -30.67, 0},
+                                                                                                   {1, -9.33, 16},
+                                                                                                   {2, -29.33, 1},
+                                                                                                   {3, -8.00, 17},
+                                                                                                   {15, 0.0, 23},
+                                                                                                   {30, -10.67, 15},
+                                                                                                   {31, 10.67, 31}}) {
     EXPECT_NEAR(degrees(hdl.beams[laser].elevation), elevation, 1e-9) << laser;
     EXPECT_EQ(hdl.beams[laser].channel, channel);
   }
@@ -75,11 +81,13 @@ TEST(Texture, FiltersKeepTheMean) {
   EXPECT_NEAR(covered(0.0f, 2.0f, 0.0f, 5.0f), 0.5f, 1e-6f);
   // Energy: averaging many fine samples is the same as one wide one.
   double fine = 0;
-  for (int i = 0; i < 1000; ++i) fine += covered_periodic(-0.6f + 1.7f * (static_cast<float>(i) + 0.5f) / 1000.0f, 1e-3f, 0.7f, 0.1f, 0.25f);
+  for (int i = 0; i < 1000; ++i)
+    fine += covered_periodic(-0.6f + 1.7f * (static_cast<float>(i) + 0.5f) / 1000.0f, 1e-3f, 0.7f, 0.1f, 0.25f);
   EXPECT_NEAR(fine / 1000, covered_periodic(0.25f, 1.7f, 0.7f, 0.1f, 0.25f), 2e-3);
   EXPECT_EQ(smooth_noise(3.3f, 4.4f, 2.0f, 5), 0.0f);
   double sum = 0;
-  for (int i = 0; i < 10000; ++i) sum += smooth_noise(static_cast<float>(i) * 0.37f, static_cast<float>(i) * 0.11f, 0.0f, 5);
+  for (int i = 0; i < 10000; ++i)
+    sum += smooth_noise(static_cast<float>(i) * 0.37f, static_cast<float>(i) * 0.11f, 0.0f, 5);
   EXPECT_NEAR(sum / 10000, 0, 0.05);
 }
 

@@ -18,7 +18,8 @@ Scenario scenario_of(SceneKind kind) {
   s.drive.accelerate_s = 1;
   s.drive.speed = 6;
   s.street.curve_deg = 0;
-  s.drive.lane_offset_m = kind == SceneKind::Street || kind == SceneKind::Canyon || kind == SceneKind::Tunnel ? 1.75 : 0;
+  s.drive.lane_offset_m =
+      kind == SceneKind::Street || kind == SceneKind::Canyon || kind == SceneKind::Tunnel ? 1.75 : 0;
   if (kind == SceneKind::Traffic) {
     s.street.road_width_m = 14;
     s.street.zebra_at_m = 60;
@@ -58,7 +59,8 @@ TEST_P(EveryScene, IsValidAndLeavesTheVehicleRoom) {
       for (const double up : {-0.4, 0.3, 1.0, 1.7, 2.1}) {
         const Seen seen = made.look(t, T * Vec3{side, -2.2, up}, T.R * Vec3{0, 1, 0}, 60);
         hits += seen.is_hit;
-        EXPECT_TRUE(!seen.is_hit || seen.surface == 1 || seen.distance_m > 4.4) << "at " << t << " s, " << made.world.surfaces()[seen.surface];
+        EXPECT_TRUE(!seen.is_hit || seen.surface == 1 || seen.distance_m > 4.4)
+            << "at " << t << " s, " << made.world.surfaces()[seen.surface];
       }
     const Seen above = made.look(t, T * Vec3{0, -2.2, 2.0}, T.R * Vec3{0, 1, 0}, 60);
     EXPECT_TRUE(!above.is_hit || above.distance_m > 4.4) << made.world.surfaces()[above.surface];
@@ -73,7 +75,8 @@ TEST_P(EveryScene, HasGroundBelowAndManySurfacesAround) {
   for (int i = 0; i < 360; ++i)
     for (double el = -60; el < 60; el += 3) {
       const double a = radians(i), e = radians(el);
-      const Seen seen = made.look(4, T * Vec3{0, 0, 2.2}, Vec3{std::cos(e) * std::sin(a), std::cos(e) * std::cos(a), std::sin(e)});
+      const Seen seen =
+          made.look(4, T * Vec3{0, 0, 2.2}, Vec3{std::cos(e) * std::sin(a), std::cos(e) * std::cos(a), std::sin(e)});
       if (seen.is_hit) {
         met.insert(seen.surface);
         EXPECT_LT(seen.surface, made.world.surfaces().size());
@@ -88,8 +91,8 @@ TEST_P(EveryScene, HasGroundBelowAndManySurfacesAround) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene,
-                         testing::Values(SceneKind::Street, SceneKind::Square, SceneKind::Canyon, SceneKind::Alley, SceneKind::Traffic,
-                                         SceneKind::Tunnel, SceneKind::Targets));
+                         testing::Values(SceneKind::Street, SceneKind::Square, SceneKind::Canyon, SceneKind::Alley,
+                                         SceneKind::Traffic, SceneKind::Tunnel, SceneKind::Targets));
 
 TEST(Alley, WallsKeepTheirDistanceOnBothSides) {
   Scenario s = scenario_of(SceneKind::Alley);
@@ -127,7 +130,8 @@ TEST(Traffic, OthersMoveAndSaySo) {
     for (int i = 0; i < 720; ++i)
       for (const double el : {-12.0, -6.0, -3.0}) {
         const double a = radians(i * 0.5), e = radians(el);
-        const Seen seen = made.look(t, T * Vec3{0, 0, 2.2}, Vec3{std::cos(e) * std::sin(a), std::cos(e) * std::cos(a), std::sin(e)});
+        const Seen seen =
+            made.look(t, T * Vec3{0, 0, 2.2}, Vec3{std::cos(e) * std::sin(a), std::cos(e) * std::cos(a), std::sin(e)});
         if (seen.is_hit && made.world.is_moving(seen.surface)) {
           ++seen_moving;
           met.insert(seen.surface);
@@ -136,15 +140,18 @@ TEST(Traffic, OthersMoveAndSaySo) {
   }
   EXPECT_GT(seen_moving, 200u);
   const auto meets = [&](const std::string& kind) {
-    return std::any_of(met.begin(), met.end(), [&](std::uint16_t s) { return made.world.surfaces()[s].find(kind) != std::string::npos; });
+    return std::any_of(met.begin(), met.end(),
+                       [&](std::uint16_t s) { return made.world.surfaces()[s].find(kind) != std::string::npos; });
   };
   EXPECT_TRUE(meets("oncoming"));
   EXPECT_TRUE(meets("overtaking"));
   EXPECT_TRUE(meets("pedestrian"));
   EXPECT_TRUE(meets("crossing"));
   // The same moment extrapolated over a packet's time agrees with the moment itself.
-  const Moment base = made.world.moment(made.at(3)), later = made.world.moment(made.at(3.001)), guessed = made.world.moment(base, made.at(3.001), later.T_enu_body);
-  for (std::size_t i = 0; i < later.T_enu_mover.size(); ++i) EXPECT_LT(length(later.T_enu_mover[i].p - guessed.T_enu_mover[i].p), 1e-6);
+  const Moment base = made.world.moment(made.at(3)), later = made.world.moment(made.at(3.001)),
+               guessed = made.world.moment(base, made.at(3.001), later.T_enu_body);
+  for (std::size_t i = 0; i < later.T_enu_mover.size(); ++i)
+    EXPECT_LT(length(later.T_enu_mover[i].p - guessed.T_enu_mover[i].p), 1e-6);
 }
 
 TEST(Targets, SpheresStandWhereTheTruthSays) {

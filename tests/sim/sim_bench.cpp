@@ -10,7 +10,8 @@ using namespace hueline::sim;
 
 /// The demo's scene, built once.
 struct Bench {
-  Bench() : motion(scenario), world(scenario, motion), camera(scenario, motion, world), scanner(scenario, motion, world) {}
+  Bench()
+      : motion(scenario), world(scenario, motion), camera(scenario, motion, world), scanner(scenario, motion, world) {}
   Scenario scenario;
   Motion motion;
   World world;
@@ -32,11 +33,13 @@ void images(benchmark::State& state) {
     benchmark::DoNotOptimize(image.data());
     pixels += static_cast<std::int64_t>(image.size());
     number = 10 + (number + 7) % 40;
-    const auto [darkest, brightest] = std::minmax_element(image.begin(), image.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(image.size(), 10'000)));
+    const auto [darkest, brightest] = std::minmax_element(
+        image.begin(), image.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(image.size(), 10'000)));
     is_seen = is_seen && darkest != brightest && *brightest > *darkest + 20;
   }
   const auto& camera = bench().scenario.camera;
-  hueline::test::expect(state, is_seen && pixels == state.iterations() * 6 * camera.lens_width * camera.lens_height, "every lens has a picture of the street");
+  hueline::test::expect(state, is_seen && pixels == state.iterations() * 6 * camera.lens_width * camera.lens_height,
+                        "every lens has a picture of the street");
   state.SetItemsProcessed(pixels);
   state.counters["images/s"] = benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }
@@ -52,7 +55,8 @@ void laser_packets(benchmark::State& state) {
     returns += fired.returns.size();
     index = 5000 + (index + 1) % 10'000;
   }
-  hueline::test::expect(state, returns > static_cast<std::size_t>(state.iterations()) * 384 / 4, "firings hit something");
+  hueline::test::expect(state, returns > static_cast<std::size_t>(state.iterations()) * 384 / 4,
+                        "firings hit something");
   state.SetItemsProcessed(state.iterations() * 384);
 }
 BENCHMARK(laser_packets)->Unit(benchmark::kMicrosecond);

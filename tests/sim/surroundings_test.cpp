@@ -1,4 +1,5 @@
-// A photograph around the scene: every direction has the pixel that it should, and nothing but what cameras see changes.
+// A photograph around the scene: every direction has the pixel that it should, and nothing but what cameras see
+// changes.
 #include "sim/surroundings.hpp"
 
 #include <gtest/gtest.h>
@@ -22,11 +23,14 @@ void write_ramp(const std::filesystem::path& file, int width, int height, int qu
   std::vector<unsigned char> rgb;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
-      for (const double share : {double(x) / (width - 1), double(y) / (height - 1), 0.5}) rgb.push_back(static_cast<unsigned char>(std::lround(255 * share)));
+      for (const double share : {double(x) / (width - 1), double(y) / (height - 1), 0.5})
+        rgb.push_back(static_cast<unsigned char>(std::lround(255 * share)));
   unsigned char* jpeg = nullptr;
   unsigned long size = 0;
   const tjhandle encoder = tjInitCompress();
-  ASSERT_EQ(tjCompress2(encoder, rgb.data(), width, 0, height, TJPF_RGB, &jpeg, &size, TJSAMP_444, quality, TJFLAG_ACCURATEDCT), 0);
+  ASSERT_EQ(tjCompress2(encoder, rgb.data(), width, 0, height, TJPF_RGB, &jpeg, &size, TJSAMP_444, quality,
+                        TJFLAG_ACCURATEDCT),
+            0);
   std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(jpeg), static_cast<std::streamsize>(size));
   tjFree(jpeg);
   tjDestroy(encoder);

@@ -86,11 +86,13 @@ TEST_F(VisibilityTest, ImagesShowWhatIsVisibleAndSomethingElseWhereItIsNot) {
       const Pose T{{exposure.R_enu_head}, {exposure.p_enu_head[0], exposure.p_enu_head[1], exposure.p_enu_head[2]}};
       const auto pixel = lens.project(inverse(T * lens.T_head_lens) * Vec3{r.east, r.north, r.up});
       ASSERT_TRUE(pixel && lens.contains(*pixel));
-      const int u = std::clamp(static_cast<int>(std::lround(pixel->u)), 0, 305), v = std::clamp(static_cast<int>(std::lround(pixel->v)), 0, 255);
+      const int u = std::clamp(static_cast<int>(std::lround(pixel->u)), 0, 305),
+                v = std::clamp(static_cast<int>(std::lround(pixel->v)), 0, 255);
       const std::size_t channel = v % 2 == 0 ? (u % 2 == 0 ? 0 : 1) : (u % 2 == 0 ? 1 : 2);
       const double expected = std::min(255.0f, 255 * exposure.lens_gain[index] * r.light[channel]);
-      const double got = image[static_cast<std::size_t>(rig.row_of(index) + v) * static_cast<std::size_t>(rig.image_width()) +
-                               static_cast<std::size_t>(rig.column_of(index) + u)];
+      const double got =
+          image[static_cast<std::size_t>(rig.row_of(index) + v) * static_cast<std::size_t>(rig.image_width()) +
+                static_cast<std::size_t>(rig.column_of(index) + u)];
       off[sight].push_back(std::abs(got - expected) / std::max(10.0, expected));
     }
   const auto median = [](std::vector<double> x) {
@@ -153,7 +155,8 @@ TEST_F(VisibilityTest, SightsOfEveryReturnAreThoseOfTheWorldForAnyNumberOfThread
       if (n++ % 3 != 0) continue;
       for (std::uint32_t k = 0; k < asked; ++k) {
         bool seen = false;
-        for (std::size_t lens = 0; lens < rig_truth(scenario).lenses.size(); ++lens) seen |= visibility.is_visible(point, lens, first + k);
+        for (std::size_t lens = 0; lens < rig_truth(scenario).lenses.size(); ++lens)
+          seen |= visibility.is_visible(point, lens, first + k);
         ASSERT_EQ((mask >> k & 1) != 0, seen);
       }
       (mask != 0 ? seen_somewhere : unseen) += 1;
@@ -173,7 +176,8 @@ TEST_F(VisibilityTest, TruthTellsMovingSurfacesAndUnshadedColours) {
     moving += r.is_moving;
     // What is seen is the surface's own colour times light: never more than sun and sky together give.
     for (std::size_t k = 0; k < 3; ++k) {
-      const double coded = r.albedo[k] / 255.0, albedo = coded <= 0.04045 ? coded / 12.92 : std::pow((coded + 0.055) / 1.055, 2.4);
+      const double coded = r.albedo[k] / 255.0,
+                   albedo = coded <= 0.04045 ? coded / 12.92 : std::pow((coded + 0.055) / 1.055, 2.4);
       const bool mirrors = name.find("car") != std::string::npos || r.is_moving;  // glass and paint add the sky
       EXPECT_TRUE(mirrors || r.surface == 1 || r.light[k] <= 1.45 * albedo + 0.01) << name;
     }

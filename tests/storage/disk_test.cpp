@@ -33,7 +33,9 @@ class AnsweringFile final : public DiskFile {
     const iovec part{pieces.front().iov_base, static_cast<std::size_t>(answers_.most_bytes)};
     return real_->append(std::span(&part, 1));
   }
-  std::int64_t overwrite(std::uint64_t offset, std::span<const std::byte> bytes) override { return real_->overwrite(offset, bytes); }
+  std::int64_t overwrite(std::uint64_t offset, std::span<const std::byte> bytes) override {
+    return real_->overwrite(offset, bytes);
+  }
   int sync() override { return ++answers_.syncs == answers_.sync_number ? answers_.sync_answer : real_->sync(); }
   int truncate(std::uint64_t size) override { return real_->truncate(size); }
   int close() override { return real_->close(); }
@@ -60,7 +62,8 @@ class AnsweringDisk final : public Disk {
 /// Packets one millisecond apart; everything is synced at the first and every 100 ms.
 std::vector<Packet> packets_of_time() {
   auto packets = sample_packets(400);
-  for (std::size_t i = 0; i < packets.size(); ++i) packets[i].received = host_time_ns(1'000'000'000 + static_cast<std::int64_t>(i) * 1'000'000);
+  for (std::size_t i = 0; i < packets.size(); ++i)
+    packets[i].received = host_time_ns(1'000'000'000 + static_cast<std::int64_t>(i) * 1'000'000);
   return packets;
 }
 JournalWriter::Config synced_often() {
@@ -171,7 +174,8 @@ TEST(PlaceOfAFile, IsToldWhenSomebodyElseTakesItAway) {
     std::filesystem::remove(path);
     auto writer = JournalWriter::create(path, sample_header());
     EXPECT_TRUE(writer.ok());
-    for (const Packet& packet : sample_packets(50)) EXPECT_TRUE(writer->append(packet, packet.received.time_since_epoch()).ok());
+    for (const Packet& packet : sample_packets(50))
+      EXPECT_TRUE(writer->append(packet, packet.received.time_since_epoch()).ok());
     EXPECT_TRUE(writer->flush().ok());
     EXPECT_TRUE(writer->check_place().ok());
     return std::move(*writer);
@@ -187,7 +191,8 @@ TEST(PlaceOfAFile, IsToldWhenSomebodyElseTakesItAway) {
     const std::size_t from = place.error().message.find("/proc/");
     ASSERT_NE(from, std::string::npos);
     const std::string reached = place.error().message.substr(from, place.error().message.find(' ', from) - from);
-    for (const Packet& packet : sample_packets(50)) EXPECT_TRUE(deleted.append(packet, packet.received.time_since_epoch()).ok()) << "it goes on";
+    for (const Packet& packet : sample_packets(50))
+      EXPECT_TRUE(deleted.append(packet, packet.received.time_since_epoch()).ok()) << "it goes on";
     EXPECT_TRUE(deleted.flush().ok());
     std::filesystem::copy_file(reached, dir / "saved.mcap");
     EXPECT_EQ(packets_in(dir / "saved.mcap"), 100u);

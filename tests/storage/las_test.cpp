@@ -59,7 +59,8 @@ TEST(Las, GivesBackEveryPoint) {
       for (const int colour : {p.red, p.green, p.blue, p.intensity}) ASSERT_EQ(colour % 257, 0);
       ColouredPoint back;
       back.east = q.east, back.north = q.north, back.up = q.up, back.time = q.time;
-      back.red = static_cast<std::uint8_t>(p.red / 257), back.green = static_cast<std::uint8_t>(p.green / 257), back.blue = static_cast<std::uint8_t>(p.blue / 257);
+      back.red = static_cast<std::uint8_t>(p.red / 257), back.green = static_cast<std::uint8_t>(p.green / 257),
+      back.blue = static_cast<std::uint8_t>(p.blue / 257);
       back.reflectivity = static_cast<std::uint8_t>(p.intensity / 257);
       back.return_number = p.return_number, back.return_count = p.return_count;
       back.sensor = p.source;
@@ -77,7 +78,8 @@ TEST(Las, TheSampleCloudHasEveryField) {
   const CloudBlock cloud = sample_cloud(100);
   for_each_field<kPointFields>([&](auto field) {
     const auto differs = [&](const ColouredPoint& p) { return field.number(p) != field.number(cloud.points.front()); };
-    EXPECT_TRUE(std::any_of(cloud.points.begin(), cloud.points.end(), differs)) << field.entry.name << " is the same in all points: a writer that forgets it is not seen";
+    EXPECT_TRUE(std::any_of(cloud.points.begin(), cloud.points.end(), differs))
+        << field.entry.name << " is the same in all points: a writer that forgets it is not seen";
   });
 }
 
@@ -86,15 +88,19 @@ struct SeenPoint : ColouredPoint {
   std::uint8_t views = 0;
   std::uint16_t time_sigma = 0;
 };
-constexpr auto kSeenFields = std::tuple_cat(kPointFields, std::tuple{
-    PointField{&SeenPoint::views, "views", "", "How many exposures see it.", las_extra("views", "exposures that see it"), "views"},
-    PointField{&SeenPoint::time_sigma, "time sigma", "s", "One sigma of its time.", las_extra("time_sigma", "1-sigma of the time, s", 1e-7)},
-});
+constexpr auto kSeenFields =
+    std::tuple_cat(kPointFields, std::tuple{
+                                     PointField{&SeenPoint::views, "views", "", "How many exposures see it.",
+                                                las_extra("views", "exposures that see it"), "views"},
+                                     PointField{&SeenPoint::time_sigma, "time sigma", "s", "One sigma of its time.",
+                                                las_extra("time_sigma", "1-sigma of the time, s", 1e-7)},
+                                 });
 
 TEST(Las, AMadeUpFieldIsOneEntryOfTheList) {
   const TemporaryFolder folder;
   std::vector<SeenPoint> points;
-  for (const ColouredPoint& p : sample_cloud(3000).points) points.push_back({p, static_cast<std::uint8_t>(points.size() % 9), static_cast<std::uint16_t>(20 * points.size())});
+  for (const ColouredPoint& p : sample_cloud(3000).points)
+    points.push_back({p, static_cast<std::uint8_t>(points.size() % 9), static_cast<std::uint16_t>(20 * points.size())});
   {
     auto writer = LasWriter::create<kSeenFields>(folder / "cloud.las", sample_origin(), sample_config());
     ASSERT_TRUE(writer) << writer.error().message;

@@ -59,8 +59,9 @@ TEST(McapWriter, CountsWhatItWrites) {
 /// A chunk that says how much it unpacks to, and holds nothing that could.
 std::string hollow_chunk(std::uint64_t unpacked) {
   const auto number = [](auto value) { return std::string(reinterpret_cast<const char*>(&value), sizeof value); };
-  const std::string content = number(std::uint64_t{0}) + number(std::uint64_t{0}) + number(unpacked) + number(std::uint32_t{0}) + number(std::uint32_t{4}) + "zstd" +
-                              number(std::uint64_t{4}) + "none";
+  const std::string content = number(std::uint64_t{0}) + number(std::uint64_t{0}) + number(unpacked) +
+                              number(std::uint32_t{0}) + number(std::uint32_t{4}) + "zstd" + number(std::uint64_t{4}) +
+                              "none";
   return "\x06" + number(std::uint64_t{content.size()}) + content;
 }
 

@@ -15,7 +15,9 @@ std::vector<std::byte> bytes_of(const std::string& text) {
 }
 
 TEST(Pcd, ReadsAscii) {
-  const auto cloud = decode_pcd(bytes_of("# c\nVERSION .7\nFIELDS x n\nSIZE 4 4\nTYPE F F\nCOUNT 1 2\nPOINTS 2\nDATA ascii\n1 2 3\n4 nan 6\n"), "t");
+  const auto cloud = decode_pcd(
+      bytes_of("# c\nVERSION .7\nFIELDS x n\nSIZE 4 4\nTYPE F F\nCOUNT 1 2\nPOINTS 2\nDATA ascii\n1 2 3\n4 nan 6\n"),
+      "t");
   ASSERT_TRUE(cloud.ok()) << cloud.error().message;
   EXPECT_EQ(cloud->points(), 2u);
   EXPECT_EQ(cloud->columns.size(), 3u);
@@ -36,8 +38,11 @@ TEST(Pcd, ReadsCompressedColumns) {
   EXPECT_EQ(cloud->column("y")[1], 8);
 }
 
-/// What PCL writes of a structure with spaces: x y z, 4 bytes of nothing, intensity, no bytes of nothing, ring, 6 bytes of nothing.
-constexpr const char* kPadded = "VERSION 0.7\nFIELDS x y z _ intensity _ ring _\nSIZE 4 4 4 1 4 1 2 1\nTYPE F F F U F U U U\nCOUNT 1 1 1 4 1 0 1 6\n";
+/// What PCL writes of a structure with spaces: x y z, 4 bytes of nothing, intensity, no bytes of nothing, ring, 6 bytes
+/// of nothing.
+constexpr const char* kPadded =
+    "VERSION 0.7\nFIELDS x y z _ intensity _ ring _\nSIZE 4 4 4 1 4 1 2 1\nTYPE F F F U F U U U\nCOUNT 1 1 1 4 1 0 1 "
+    "6\n";
 
 template <class T>
 void put(std::vector<std::byte>& bytes, T value) {
@@ -88,13 +93,19 @@ TEST(Pcd, PassesOverPaddingOfCompressedColumns) {
 }
 
 TEST(Pcd, PassesOverPaddingOfLines) {
-  expect_padded(decode_pcd(bytes_of(std::string(kPadded) + "POINTS 2\nDATA ascii\n1 2 3 0 0 0 0 4.5 5 0 0 0 0 0 0\n11 12 13 9 9 9 9 14.5 15 9 9 9 9 9 nan\n"), "t"));
+  expect_padded(decode_pcd(
+      bytes_of(std::string(kPadded) +
+               "POINTS 2\nDATA ascii\n1 2 3 0 0 0 0 4.5 5 0 0 0 0 0 0\n11 12 13 9 9 9 9 14.5 15 9 9 9 9 9 nan\n"),
+      "t"));
 }
 
 TEST(Pcd, ReadsEveryTypeThatTheFormatHas) {
-  auto bytes = bytes_of("FIELDS a b c d e f g h i j\nSIZE 1 2 4 8 1 2 4 8 4 8\nTYPE I I I I U U U U F F\nWIDTH 1\nHEIGHT 1\nDATA binary\n");
+  auto bytes = bytes_of(
+      "FIELDS a b c d e f g h i j\nSIZE 1 2 4 8 1 2 4 8 4 8\nTYPE I I I I U U U U F F\nWIDTH 1\nHEIGHT 1\nDATA "
+      "binary\n");
   put(bytes, std::int8_t{-1}), put(bytes, std::int16_t{-2}), put(bytes, std::int32_t{-3}), put(bytes, std::int64_t{-4});
-  put(bytes, std::uint8_t{255}), put(bytes, std::uint16_t{65535}), put(bytes, std::uint32_t{4'000'000'000}), put(bytes, std::uint64_t{1} << 50);
+  put(bytes, std::uint8_t{255}), put(bytes, std::uint16_t{65535}), put(bytes, std::uint32_t{4'000'000'000}),
+      put(bytes, std::uint64_t{1} << 50);
   put(bytes, 0.5F), put(bytes, 0.1);
   const auto cloud = decode_pcd(bytes, "t");
   ASSERT_TRUE(cloud.ok()) << cloud.error().message;
@@ -111,12 +122,21 @@ TEST(Pcd, RefusesMoreThanItsLimitsAndNamesThem) {
   };
   std::string fields = "FIELDS", sizes = "SIZE", types = "TYPE";
   for (int i = 0; i < 5000; ++i) fields += " a", sizes += " 1", types += " U";
-  EXPECT_NE(said(fields + "\n" + sizes + "\n" + types + "\nPOINTS 0\nDATA binary\n").find("5000 columns; clouds of at most 4096 are read"), std::string::npos);
-  EXPECT_NE(said("FIELDS" + std::string(16'000'000, ' ') + "x\n").find("no DATA line within its first 64 kB"), std::string::npos);
-  EXPECT_NE(said("FIELDS x\nSIZE 4\nTYPE F\nCOUNT 5000\nPOINTS 1\nDATA binary\n").find("COUNT '5000'; allowed: a whole number from 0 to 4096"), std::string::npos);
-  EXPECT_NE(said("FIELDS x\nSIZE 4\nTYPE F\nPOINTS 1900000000\nDATA ascii\n").find("at most 500000000 values are read"), std::string::npos);
-  EXPECT_NE(said("FIELDS x y\nSIZE 4\nTYPE F F\nPOINTS 1\nDATA ascii\n").find("FIELDS names 2 fields, SIZE has 1, TYPE 2 and COUNT 2"), std::string::npos);
-  EXPECT_NE(said("FIELDS x\nSIZE 3\nTYPE F\nPOINTS 1\nDATA ascii\n").find("field x: type F of 3 bytes"), std::string::npos);
+  EXPECT_NE(said(fields + "\n" + sizes + "\n" + types + "\nPOINTS 0\nDATA binary\n")
+                .find("5000 columns; clouds of at most 4096 are read"),
+            std::string::npos);
+  EXPECT_NE(said("FIELDS" + std::string(16'000'000, ' ') + "x\n").find("no DATA line within its first 64 kB"),
+            std::string::npos);
+  EXPECT_NE(said("FIELDS x\nSIZE 4\nTYPE F\nCOUNT 5000\nPOINTS 1\nDATA binary\n")
+                .find("COUNT '5000'; allowed: a whole number from 0 to 4096"),
+            std::string::npos);
+  EXPECT_NE(said("FIELDS x\nSIZE 4\nTYPE F\nPOINTS 1900000000\nDATA ascii\n").find("at most 500000000 values are read"),
+            std::string::npos);
+  EXPECT_NE(said("FIELDS x y\nSIZE 4\nTYPE F F\nPOINTS 1\nDATA ascii\n")
+                .find("FIELDS names 2 fields, SIZE has 1, TYPE 2 and COUNT 2"),
+            std::string::npos);
+  EXPECT_NE(said("FIELDS x\nSIZE 3\nTYPE F\nPOINTS 1\nDATA ascii\n").find("field x: type F of 3 bytes"),
+            std::string::npos);
 }
 
 TEST(Pcd, EveryTruncationIsAnError) {

@@ -23,7 +23,8 @@ fs::path file_of(const std::string& name, const std::string& bytes) {
 /// Points that fill several blocks; exact in float, in millimetres and as text.
 std::vector<float> some_points(std::size_t count) {
   std::vector<float> xyz;
-  for (std::size_t i = 0; i < 3 * count; ++i) xyz.push_back(static_cast<float>(static_cast<int>(i * 7919 % 400'003) - 200'000) / 1024.0f);
+  for (std::size_t i = 0; i < 3 * count; ++i)
+    xyz.push_back(static_cast<float>(static_cast<int>(i * 7919 % 400'003) - 200'000) / 1024.0f);
   return xyz;
 }
 
@@ -80,13 +81,18 @@ TEST(ScanFile, ReadsEveryFormatBlockByBlock) {
   expect_read(file_of("a.f32", bytes_of<float>(xyz, false, 0)), xyz, "float32");
   const std::string ply = "element vertex " + count + "\nproperty uchar red\nproperty ";
   const auto vertices = [&](const std::string& encoding, const std::string& type) {
-    return "ply\nformat " + encoding + " 1.0\ncomment made here\nelement vertex " + count + "\nproperty " + type + " x\nproperty " + type + " y\nproperty " + type +
+    return "ply\nformat " + encoding + " 1.0\ncomment made here\nelement vertex " + count + "\nproperty " + type +
+           " x\nproperty " + type + " y\nproperty " + type +
            " z\nproperty uchar red\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n";
   };
-  expect_read(file_of("b.ply", vertices("binary_little_endian", "float") + bytes_of<float>(xyz, false, 1)), xyz, "binary_little_endian, float");
-  expect_read(file_of("c.ply", vertices("binary_big_endian", "double") + bytes_of<double>(xyz, true, 1)), xyz, "binary_big_endian, double");
+  expect_read(file_of("b.ply", vertices("binary_little_endian", "float") + bytes_of<float>(xyz, false, 1)), xyz,
+              "binary_little_endian, float");
+  expect_read(file_of("c.ply", vertices("binary_big_endian", "double") + bytes_of<double>(xyz, true, 1)), xyz,
+              "binary_big_endian, double");
   expect_read(file_of("d.ply", vertices("ascii", "float32") + text_of(xyz, " ", " 255")), xyz, "ascii");
-  const std::string pcd = "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH " + count + "\nHEIGHT 1\nPOINTS " + count + "\nDATA ";
+  const std::string pcd =
+      "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH " + count +
+      "\nHEIGHT 1\nPOINTS " + count + "\nDATA ";
   expect_read(file_of("e.pcd", pcd + "binary\n" + bytes_of<float>(xyz, false, 4)), xyz, "PCD binary");
   expect_read(file_of("f.pcd", pcd + "ascii\n" + text_of(xyz, " ", " 0.5")), xyz, "PCD ascii");
   expect_read(file_of("g.xyz", "x,y,z,intensity\n" + text_of(xyz, ",", ",17")), xyz, "text");
@@ -115,7 +121,10 @@ TEST(ScanFile, SaysWhatItCannotRead) {
   EXPECT_NE(why(file_of("x.e57", "ASTM-E57 and more")).find("E57 is not read"), std::string::npos);
   EXPECT_NE(why(file_of("x.dat", "something")).find("--format"), std::string::npos);
   EXPECT_NE(why(file_of("x.f32", std::string(25, 'a'))).find("25 bytes are no whole number"), std::string::npos);
-  EXPECT_NE(why(file_of("x.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\nproperty float y\nproperty float z\nend_header\nabc")).find("holds 0 of the 9 points"),
+  EXPECT_NE(why(file_of("x.ply",
+                        "ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\nproperty float "
+                        "y\nproperty float z\nend_header\nabc"))
+                .find("holds 0 of the 9 points"),
             std::string::npos);
   EXPECT_NE(why(fs::path(testing::TempDir()) / "nowhere.f32").find("nowhere.f32"), std::string::npos);
   const auto broken = ScanFile::open(file_of("broken.xyz", "1 2 3\n4 5 six\n"));

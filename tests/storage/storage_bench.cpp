@@ -24,13 +24,14 @@ using Clock = std::chrono::steady_clock;
 
 std::filesystem::path file(const char* suffix) {
   const char* named = std::getenv("HUELINE_BENCH_DIR");
-  return (named ? named : std::filesystem::temp_directory_path()) / ("hueline_bench_" + std::to_string(::getpid()) + suffix);
+  return (named ? named : std::filesystem::temp_directory_path()) /
+         ("hueline_bench_" + std::to_string(::getpid()) + suffix);
 }
 
 /// One second of a drive: 10 images of 30 MB (brief: 1 MB), 1500 laser packets, 300 of the POS.
 std::vector<Packet> one_second() {
-  const Buffer image = test::pattern_buffer(test::sized<std::size_t>(30'000'000, 1'000'000), 1), laser = test::pattern_buffer(1206, 2),
-               pos = test::pattern_buffer(120, 3);
+  const Buffer image = test::pattern_buffer(test::sized<std::size_t>(30'000'000, 1'000'000), 1),
+               laser = test::pattern_buffer(1206, 2), pos = test::pattern_buffer(120, 3);
   std::vector<Packet> packets;
   for (std::uint64_t i = 0; i < 1810; ++i) {
     Packet p;
@@ -81,7 +82,9 @@ void expect_written(benchmark::State& state, const std::filesystem::path& path, 
   std::size_t same = 0;
   if (reader)
     while (auto packet = (*reader)->next({})) {
-      if (same == packets.size() || packet->sequence != packets[same].sequence || !std::ranges::equal(packet->bytes.bytes(), packets[same].bytes.bytes())) break;
+      if (same == packets.size() || packet->sequence != packets[same].sequence ||
+          !std::ranges::equal(packet->bytes.bytes(), packets[same].bytes.bytes()))
+        break;
       ++same;
     }
   test::expect(state, same == packets.size(), "the journal gives back every packet");
@@ -169,7 +172,8 @@ void las_against_memory_copy(benchmark::State& state) {
   // Number of points in the header of LAS 1.4.
   std::uint64_t points = 0;
   std::ifstream(path, std::ios::binary).seekg(247).read(reinterpret_cast<char*>(&points), sizeof points);
-  test::expect(state, points == cloud.points.size() && std::filesystem::file_size(path) > 30 * points, "every point is written");
+  test::expect(state, points == cloud.points.size() && std::filesystem::file_size(path) > 30 * points,
+               "every point is written");
   std::filesystem::remove(path);
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(cloud.points.size()));
   state.counters["per_copy"] = writing / copying;

@@ -63,7 +63,8 @@ struct SeenPoint : ColouredPoint {
   std::uint16_t views = 0;
 };
 constexpr auto kSeenFields =
-    std::tuple_cat(kPointFields, std::tuple{PointField{&SeenPoint::views, "views", "", "How many exposures see it.", las_extra("views", ""), "views"}});
+    std::tuple_cat(kPointFields, std::tuple{PointField{&SeenPoint::views, "views", "", "How many exposures see it.",
+                                                       las_extra("views", ""), "views"}});
 
 TEST(ViewFields, AMadeUpFieldIsOneEntryOfTheList) {
   foxglove::PointCloud before, after;

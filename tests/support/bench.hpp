@@ -5,11 +5,12 @@
 #include <cstdlib>
 #include <string>
 
-/// What every benchmark needs to say that it did what it measures. Programs link `hueline_bench_main`, which ends with a status other than
-/// 0 where one did not.
+/// What every benchmark needs to say that it did what it measures. Programs link `hueline_bench_main`, which ends with
+/// a status other than 0 where one did not.
 namespace hueline::test {
 
-/// Each benchmark's work is to be shown, not measured: little of it is enough, and the figures mean nothing. So the test run wants it.
+/// Each benchmark's work is to be shown, not measured: little of it is enough, and the figures mean nothing. So the
+/// test run wants it.
 inline bool is_brief() { return std::getenv("HUELINE_BENCH_BRIEF") != nullptr; }
 template <class T>
 T sized(T full, T brief) {

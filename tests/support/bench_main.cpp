@@ -1,4 +1,5 @@
-// The main program of every benchmark. Google Benchmark's own ends with 0 also where benchmarks failed, or where none ran.
+// The main program of every benchmark. Google Benchmark's own ends with 0 also where benchmarks failed, or where none
+// ran.
 #include <algorithm>
 #include <cstdio>
 

@@ -38,7 +38,8 @@ class ByteWriter {
 
  private:
   ByteWriter& integer(std::uint64_t v, unsigned width) {
-    for (unsigned i = 0; i < width; ++i) u8(static_cast<unsigned>(v >> (8 * (is_big_endian_ ? width - 1 - i : i)) & 0xFF));
+    for (unsigned i = 0; i < width; ++i)
+      u8(static_cast<unsigned>(v >> (8 * (is_big_endian_ ? width - 1 - i : i)) & 0xFF));
     return *this;
   }
   bool is_big_endian_;
@@ -49,18 +50,45 @@ using Bytes = std::vector<std::byte>;
 
 /// UDP from 192.168.1.201 (IPv6: fd00::c9) to 192.168.1.70 (fd00::46).
 inline Bytes udp_segment(const std::string& payload, unsigned port) {
-  return ByteWriter(true).u16(port).u16(port).u16(static_cast<unsigned>(payload.size()) + 8).u16(0).text(payload).bytes();
+  return ByteWriter(true)
+      .u16(port)
+      .u16(port)
+      .u16(static_cast<unsigned>(payload.size()) + 8)
+      .u16(0)
+      .text(payload)
+      .bytes();
 }
 /// `offset` in bytes; a fragment if it is not zero or `has_more`.
 inline Bytes ipv4_packet(std::span<const std::byte> body, unsigned identification = 1, std::size_t offset = 0,
                          bool has_more = false, unsigned protocol = 17) {
-  return ByteWriter(true).u8(0x45).u8(0).u16(20 + static_cast<unsigned>(body.size())).u16(identification)
-      .u16((has_more ? 0x2000u : 0u) | static_cast<unsigned>(offset / 8)).u8(64).u8(protocol).u16(0)
-      .u32(0xC0A801C9).u32(0xC0A80146).raw(body).bytes();
+  return ByteWriter(true)
+      .u8(0x45)
+      .u8(0)
+      .u16(20 + static_cast<unsigned>(body.size()))
+      .u16(identification)
+      .u16((has_more ? 0x2000u : 0u) | static_cast<unsigned>(offset / 8))
+      .u8(64)
+      .u8(protocol)
+      .u16(0)
+      .u32(0xC0A801C9)
+      .u32(0xC0A80146)
+      .raw(body)
+      .bytes();
 }
 inline Bytes ipv6_packet(std::span<const std::byte> body, unsigned next_header = 17) {
-  return ByteWriter(true).u32(0x60000000).u16(static_cast<unsigned>(body.size())).u8(next_header).u8(64)
-      .u16(0xFD00).zeros(13).u8(0xC9).u16(0xFD00).zeros(13).u8(0x46).raw(body).bytes();
+  return ByteWriter(true)
+      .u32(0x60000000)
+      .u16(static_cast<unsigned>(body.size()))
+      .u8(next_header)
+      .u8(64)
+      .u16(0xFD00)
+      .zeros(13)
+      .u8(0xC9)
+      .u16(0xFD00)
+      .zeros(13)
+      .u8(0x46)
+      .raw(body)
+      .bytes();
 }
 inline Bytes ethernet_frame(std::span<const std::byte> packet, unsigned type = 0x0800, int vlan_tags = 0) {
   ByteWriter frame(true);
@@ -82,7 +110,9 @@ class PcapWriter {
     const std::int64_t part = time_ns % 1'000'000'000;
     out_.u32(static_cast<std::uint64_t>(time_ns / 1'000'000'000))
         .u32(static_cast<std::uint64_t>(has_nanoseconds_ ? part : part / 1000))
-        .u32(kept).u32(bytes.size()).raw(bytes.first(kept));
+        .u32(kept)
+        .u32(bytes.size())
+        .raw(bytes.first(kept));
     return *this;
   }
   const Bytes& bytes() const { return out_.bytes(); }

@@ -121,7 +121,9 @@ TEST(LaserClock, GivenAFreeCounterOf32BitsThatNobodyToldTheTimeWhenItBeginsAnewT
   laser.stamp = counts(k32Bits_us, CounterOrigin::Own);
   laser.clock = [](GpsTime) { return SyncState::Unlocked; };
   const GpsTime wrap = some_begin() + seconds(50) + ms(123);  // 22 ppm fast
-  laser.clock_error = [=](GpsTime t) { return of_unix(400'000 * k32Bits_us) - wrap + nanoseconds(static_cast<std::int64_t>(to_seconds(t - wrap) * 22e3)); };
+  laser.clock_error = [=](GpsTime t) {
+    return of_unix(400'000 * k32Bits_us) - wrap + nanoseconds(static_cast<std::int64_t>(to_seconds(t - wrap) * 22e3));
+  };
   LaserCourse run(drive, laser);
   run.expect_within_sigmas(3);
   for (const auto& b : run.out) {

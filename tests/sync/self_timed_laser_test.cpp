@@ -39,7 +39,8 @@ struct Course {
       if (i % 10 == 2) {
         clock.add(LaserStatus{kLaser, received(), stamped(), says, "as simulated"}, leaps, out);
         const GpsTime second(std::chrono::floor<seconds>(now.time_since_epoch()));
-        if (labels) clock.add(TimeLabel{kLaser, received(), second + label_error, {}, says == SyncState::Locked}, leaps, out);
+        if (labels)
+          clock.add(TimeLabel{kLaser, received(), second + label_error, {}, says == SyncState::Locked}, leaps, out);
       }
       LaserBatch batch{kLaser, received(), truth.size(), stamped(), std::vector<LaserReturn>(7)};
       truth.push_back(now);

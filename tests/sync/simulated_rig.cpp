@@ -9,11 +9,14 @@ constexpr nanoseconds kUnixOfGpsEpoch = seconds(315'964'800);
 GpsTime of_unix(nanoseconds since_1970) { return GpsTime(since_1970 - kUnixOfGpsEpoch + seconds(18)); }
 
 Stamping counts(nanoseconds period, CounterOrigin origin) {
-  return [=](std::int64_t utc_ns) { return LaserCounter{origin, period, nanoseconds(utc_ns / 1000 * 1000 % period.count())}; };
+  return [=](std::int64_t utc_ns) {
+    return LaserCounter{origin, period, nanoseconds(utc_ns / 1000 * 1000 % period.count())};
+  };
 }
 
 std::vector<StampKind> stamp_kinds() {
-  constexpr nanoseconds kHour = std::chrono::hours(1), kDay = std::chrono::hours(24), kWeek = std::chrono::hours(7 * 24);
+  constexpr nanoseconds kHour = std::chrono::hours(1), kDay = std::chrono::hours(24),
+                        kWeek = std::chrono::hours(7 * 24);
   const auto next = [](nanoseconds period) {
     constexpr nanoseconds kIn2024 = seconds(1'715'000'000);
     return of_unix((kIn2024 / period + 1) * period);
@@ -24,7 +27,11 @@ std::vector<StampKind> stamp_kinds() {
           {"day", counts(kDay), next(kDay)},
           {"32 bits of us", counts(k32Bits_us), next(k32Bits_us)},
           {"ten minutes", counts(std::chrono::minutes(10)), next(std::chrono::minutes(10))},
-          {"GPS week", [=](std::int64_t utc_ns) { return LaserCounter{CounterOrigin::Gps, kWeek, gps(utc_ns).time_since_epoch() % kWeek}; }, week},
+          {"GPS week",
+           [=](std::int64_t utc_ns) {
+             return LaserCounter{CounterOrigin::Gps, kWeek, gps(utc_ns).time_since_epoch() % kWeek};
+           },
+           week},
           {"absolute GPS time", gps, week},
           {"absolute UTC", [](std::int64_t utc_ns) { return UnixTime(nanoseconds(utc_ns)); }, next(kDay)}};
 }

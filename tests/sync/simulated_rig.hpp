@@ -7,7 +7,8 @@
 /// Scanners, cameras and strobes for a Drive, with their truth and their faults.
 namespace hueline::test {
 
-/// A scanner's stamp at an instant of UTC, ns since 1970, leap seconds not counted: what a device says whose clock shows it.
+/// A scanner's stamp at an instant of UTC, ns since 1970, leap seconds not counted: what a device says whose clock
+/// shows it.
 using Stamping = std::function<LaserTime(std::int64_t utc_ns)>;
 /// Microseconds of a counter that begins anew after each period since 1970.
 Stamping counts(nanoseconds period, CounterOrigin origin = CounterOrigin::Utc);
@@ -32,7 +33,7 @@ struct SimulatedLaser {
   Drive::Delay latency = [](Random& r, GpsTime) { return ms(1.45 + r.exponential(0.15)); };
   Stamping stamp = counts(std::chrono::hours(1));
   std::function<SyncState(GpsTime)> clock = [](GpsTime) { return SyncState::Locked; };  ///< as it says
-  std::map<std::uint64_t, GpsTime> truth;  ///< by packet sequence
+  std::map<std::uint64_t, GpsTime> truth;                                               ///< by packet sequence
 
   void run(Drive& drive);
 };

@@ -53,7 +53,8 @@ void stamp(benchmark::State& state, SyncState clock) {
     copies.clear();
     state.ResumeTiming();
   }
-  expect(state, batches == state.iterations() * static_cast<std::int64_t>(laser.truth.size()) && as_meant > batches * 9 / 10,
+  expect(state,
+         batches == state.iterations() * static_cast<std::int64_t>(laser.truth.size()) && as_meant > batches * 9 / 10,
          "every batch is stamped, and in the way that is measured");
   state.counters["batches/s"] = benchmark::Counter(static_cast<double>(batches), benchmark::Counter::kIsRate);
   state.counters["per_batch"] =

@@ -342,8 +342,8 @@ TEST(Can, TheSimulatedVehicleDrivesOnAnInterface) {
   for (int i = 0; i < 100; ++i) EXPECT_NEAR(*said.wheels[static_cast<std::size_t>(i)].speed, 0.1 * i, 0.0011) << i;
   EXPECT_THAT(said.faults, testing::Contains(testing::HasSubstr("bus-off")));
   // The messages have no counter: one that comes a cycle late tells of another one that never came.
-  const auto by_cycle =
-      std::ranges::count_if(said.faults, [](const std::string& s) { return s.find("by their cycle") != std::string::npos; });
+  const auto by_cycle = std::ranges::count_if(
+      said.faults, [](const std::string& s) { return s.find("by their cycle") != std::string::npos; });
   EXPECT_EQ(said.faults.size(), 1u + static_cast<std::size_t>(by_cycle)) << testing::PrintToString(said.faults);
   if (longest < milliseconds(3)) {
     EXPECT_EQ(by_cycle, 0);

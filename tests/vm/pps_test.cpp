@@ -94,8 +94,7 @@ Edges read(PpsSource& source, PpsDecoder& decoder, int silence = 3) {
 }
 
 // Pulses at `period`, from a thread that starts 150 ms from now; `before_each` runs somewhere between them.
-std::jthread pulses(std::vector<Pulse>& made, int count, milliseconds period,
-                    std::function<void(int)> between = {}) {
+std::jthread pulses(std::vector<Pulse>& made, int count, milliseconds period, std::function<void(int)> between = {}) {
   return std::jthread([&made, count, period, between] {
     std::this_thread::sleep_for(milliseconds(150));
     for (int i = 0; i < count; ++i) {
@@ -219,9 +218,9 @@ TEST_F(PpsDevice, NoStormOfStepsMovesAnEdge) {
   std::vector<Pulse> made;
   Edges got;
   std::atomic<bool> is_over = false;
-  // Each step is larger than the lateness that is allowed, so that one that did move an edge is seen: 0.04 s to 12 days,
-  // either way, around the start, so that they do not walk out of the calendar. No two in one wait for an edge: what the
-  // clock said between them nobody can know.
+  // Each step is larger than the lateness that is allowed, so that one that did move an edge is seen: 0.04 s to 12
+  // days, either way, around the start, so that they do not walk out of the calendar. No two in one wait for an edge:
+  // what the clock said between them nobody can know.
   std::jthread storm([&] {
     const auto real_ns = [] {
       std::timespec t{};

@@ -16,7 +16,8 @@ class ToyDecoder final : public Decoder {
 
   void decode(const Packet& packet, std::vector<Measurement>& out) override {
     const auto bytes = packet.bytes.bytes();
-    if (bytes.size() < kHeadBytes || (bytes.size() - kHeadBytes) % kPointBytes != 0 || std::memcmp(bytes.data(), "TOY", 3) != 0) {
+    if (bytes.size() < kHeadBytes || (bytes.size() - kHeadBytes) % kPointBytes != 0 ||
+        std::memcmp(bytes.data(), "TOY", 3) != 0) {
       counts_.malformed_bytes += bytes.size();
       ++counts_.malformed_messages;
       out.push_back(Fault{sensor_, FaultKind::Malformed, packet.received, 1, "not a packet of a toy scanner"});
@@ -66,7 +67,9 @@ class ToyScanner final : public drivers::Device {
     file.path = file_;
     return std::make_unique<drivers::FileSource>(file);
   }
-  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override { return std::make_unique<ToyDecoder>(sensor, min_range_m_); }
+  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override {
+    return std::make_unique<ToyDecoder>(sensor, min_range_m_);
+  }
 
  private:
   std::string file_;
@@ -75,7 +78,8 @@ class ToyScanner final : public drivers::Device {
 
 }  // namespace
 
-constinit const drivers::DeviceType kToyScanner{"toy_scanner", drivers::Role::Laser, true, drivers::make_device<ToyScanner>};
+constinit const drivers::DeviceType kToyScanner{"toy_scanner", drivers::Role::Laser, true,
+                                                drivers::make_device<ToyScanner>};
 
 std::vector<std::byte> encode(char kind, GpsTime time, std::span<const std::array<float, 3>> points) {
   std::vector<std::byte> out(kHeadBytes + points.size() * kPointBytes);

@@ -6,14 +6,15 @@
 #include "core/measurements.hpp"
 #include "drivers/device.hpp"
 
-/// A scanner that nobody makes, to show all that adding one takes: this folder, and one line where the kinds of devices are listed.
+/// A scanner that nobody makes, to show all that adding one takes: this folder, and one line where the kinds of devices
+/// are listed.
 namespace hueline::toy {
 
 /// The word `toy_scanner` of a rig.
 extern const drivers::DeviceType kToyScanner;
 
-/// "TOY" and a letter, the time in ns of GPS (8 bytes), and for each point x, y, z in m (4 bytes each). 'S' is the status, which says that
-/// the scanner's clock is locked and has no points, 'D' is data.
+/// "TOY" and a letter, the time in ns of GPS (8 bytes), and for each point x, y, z in m (4 bytes each). 'S' is the
+/// status, which says that the scanner's clock is locked and has no points, 'D' is data.
 std::vector<std::byte> encode(char kind, GpsTime time, std::span<const std::array<float, 3>> points = {});
 
 }  // namespace hueline::toy

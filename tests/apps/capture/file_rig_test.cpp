@@ -1,0 +1,308 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <span>
+
+#include "../drivers/novatel_encoder.hpp"
+#include "../sim/short_drive.hpp"
+#include "../support/pcap_writer.hpp"
+#include "../support/test_data.hpp"
+#include "apps/simulate/simulated_recording.hpp"
+#include "core/calendar.hpp"
+#include "program.hpp"
+#include "runtime/outputs.hpp"
+#include "runtime/pipeline.hpp"
+#include "sim/wire/timeline.hpp"
+#include "storage/las_reader.hpp"
+
+/// Rigs of files: captures and logs that other recorders made of one drive.
+namespace hueline::apps {
+namespace {
+
+using namespace hueline::test;
+using std::chrono::seconds;
+using testing::HasSubstr;
+
+constexpr int kDrive_s = 14;  // the live clock needs ten of them
+
+/// Northwards at 10 m/s, over the turn of a UTC hour.
+sim::Drive drive_of_files() {
+  sim::Drive drive = sim::test::short_drive(kDrive_s);
+  drive.exposures.clear();
+  for (auto& sample : drive.ins)
+    sample.latitude_rad += 10.0 * static_cast<double>(sample.gps_ns - drive.begin_gps_ns) * 1e-9 / 6'371'000;
+  for (auto& packet : drive.laser) packet.distance_2mm.assign(384, 5000);
+  return drive;
+}
+
+const char* const kMount = "T_body_scanner: {position_m: [0, 0, 2], rotation_deg: [0, 0, 0]}";
+
+std::string rig_of_files(const std::filesystem::path& dir, bool pos_first = true) {
+  const std::string pos = "  - {name: pos, driver: novatel, file: " + (dir / "drive.gps").string() + "}\n";
+  const std::string laser =
+      "  - name: laser\n    driver: velodyne\n    model: VLP-16\n    pcap: {file: " + (dir / "drive.pcap").string() +
+      ", ports: [2368, 8308]}\n    " + kMount + "\n";
+  return "rig: files\nsensors:\n" + (pos_first ? pos + laser : laser + pos) + "colouring: {method: lens}\n";
+}
+
+/// As two other programs recorded it: a receiver's log, and a capture by a computer whose clock is hours off and
+/// drifts.
+void write_files(const sim::Timeline& timeline, const std::filesystem::path& dir, nanoseconds wall_clock_error) {
+  PcapWriter capture;
+  std::string log;
+  for (const auto& event : timeline.events) {
+    const std::string payload(reinterpret_cast<const char*>(event.payload.data()), event.payload.size());
+    if (event.channel == sim::WireChannel::Pos) log += payload;
+    if (event.channel != sim::WireChannel::LaserData && event.channel != sim::WireChannel::LaserPosition) continue;
+    const std::int64_t unix_ns =
+        timeline.begin_gps_ns + event.at_ns + 315'964'782'000'000'000 + event.at_ns / 20'000 + wall_clock_error.count();
+    capture.frame(
+        unix_ns,
+        ethernet_frame(ipv4_packet(udp_segment(payload, event.channel == sim::WireChannel::LaserData ? 2368 : 8308))));
+  }
+  write_file(dir / "drive.gps", log);
+  write_file(dir / "drive.pcap",
+             std::string(reinterpret_cast<const char*>(capture.bytes().data()), capture.bytes().size()));
+}
+
+struct Place {
+  double x, y, z, sigma;
+};
+/// By time of firing and ring.
+std::map<std::pair<std::int64_t, std::uint64_t>, Place> cloud_of(const std::filesystem::path& path) {
+  std::map<std::pair<std::int64_t, std::uint64_t>, Place> out;
+  auto reader = storage::LasReader::open(path);
+  if (!reader.ok()) {
+    ADD_FAILURE() << reader.error().message;
+    return out;
+  }
+  const auto &channel = *reader->extra_field("channel"), &sigma = *reader->extra_field("sigma");
+  std::vector<storage::LasPoint> batch;
+  while (reader->next(batch).ok() && !batch.empty())
+    for (const auto& p : batch)
+      out[{count_ns(*reader->gps_time(p)) / 500, static_cast<std::uint64_t>(storage::LasReader::extra(p, channel))}] = {
+          p.x, p.y, p.z, storage::LasReader::extra(p, sigma)};
+  return out;
+}
+
+std::uint64_t not_placed(const nlohmann::json& summary) {
+  std::uint64_t sum = 0;
+  for (const auto& [reason, count] : summary.at("points").at("not_placed").items()) sum += count.get<std::uint64_t>();
+  return sum;
+}
+
+/// The same drive, live: the timeline's packets as they arrive at a rig with a pulse per second.
+void capture_live(const sim::Drive& drive, const sim::Timeline& timeline, const std::filesystem::path& dir) {
+  const config::Rig rig = config::parse_rig(
+      std::string("rig: live\nsensors:\n  - {name: pps, driver: pps, socket: /none}\n"
+                  "  - {name: pos, driver: novatel, tcp: {host: 127.0.0.1, port: 3001}}\n"
+                  "  - name: laser\n    driver: velodyne\n    model: VLP-16\n    udp: {ports: [2368, 8308]}\n    ") +
+          kMount + "\ncolouring: {method: lens}\n",
+      "live");
+  auto outputs = runtime::Outputs::create(rig, dir, [](const std::string& trouble) { ADD_FAILURE() << trouble; });
+  ASSERT_TRUE(outputs.ok());
+  runtime::Pipeline pipeline(rig, 2, **outputs);
+  ASSERT_TRUE(for_each_simulated_packet(drive, timeline, rig, [&](const Packet& packet) {
+                pipeline.process(packet);
+                return true;
+              }).ok());
+  pipeline.flush();
+  pipeline.report((*outputs)->summary());
+  ASSERT_TRUE((*outputs)->finish().ok());
+}
+
+/// A rig whose points cannot be placed: the summary says why, and every return is counted once.
+nlohmann::json refused(const std::string& log, std::string& said, const std::string& ports = "") {
+  TemporaryFolder dir;
+  write_file(dir / "drive.gps", log);
+  write_file(dir / "rig.yaml",
+             "rig: files\nsensors:\n  - {name: pos, driver: novatel, file: " + (dir / "drive.gps").string() +
+                 "}\n  - name: laser\n    driver: velodyne\n    model: VLP-16\n    pcap: {file: " +
+                 (data_dir() / "velodyne/vlp16_gps.pcap").string() + ports + "}\n    " + kMount +
+                 "\ncolouring: {method: lens}\n");
+  const Ran capture = run({"capture", dir / "rig.yaml", "--out", dir / "drive", "--quiet"});
+  EXPECT_EQ(capture.status, 5) << capture.said;
+  said = capture.said;
+  const auto summary = read_json(dir / "drive" / "summary.json");
+  EXPECT_EQ(not_placed(summary), summary.at("points").at("returns").get<std::uint64_t>());
+  return summary;
+}
+std::string text_of(const Bytes& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+
+TEST(FileRig, PlacesWhatTheLiveRigPlaces) {
+  TemporaryFolder dir;
+  const sim::Drive drive = drive_of_files();
+  const auto timeline = sim::build_timeline(drive, {});
+  ASSERT_TRUE(timeline.ok()) << timeline.error().message;
+  capture_live(drive, *timeline, dir / "live");
+  const auto live = cloud_of(dir / "live" / "cloud.las");
+  ASSERT_GT(live.size(), 1'000'000u);
+
+  write_files(*timeline, dir.path(), -std::chrono::hours(31));
+  write_file(dir / "rig.yaml", rig_of_files(dir.path()));
+  const Ran capture = run({"capture", dir / "rig.yaml", "--out", dir / "drive", "--quiet"});
+  ASSERT_EQ(capture.status, 0) << capture.said;
+  const auto files = cloud_of(dir / "drive" / "cloud.las");
+  const auto summary = read_json(dir / "drive" / "summary.json");
+  EXPECT_EQ(summary.at("points").at("total").get<std::uint64_t>() + not_placed(summary), drive.laser.size() * 384);
+  EXPECT_EQ(files.size(), live.size());
+  double worst_m = 0, worst_sigma = 0;
+  for (const auto& [key, place] : live) {
+    const auto found = files.find(key);
+    ASSERT_NE(found, files.end()) << "fired at " << key.first << ", ring " << key.second;
+    const Place& other = found->second;
+    worst_m = std::max(worst_m, std::hypot(place.x - other.x, place.y - other.y, place.z - other.z));
+    worst_sigma = std::max(worst_sigma, std::abs(place.sigma - other.sigma));
+  }
+  EXPECT_LE(worst_m, 0.001);  // a step of the file
+  EXPECT_LE(worst_sigma, 1e-4);
+  ASSERT_EQ(summary.at("clocks").size(), 1u);
+  EXPECT_EQ(summary.at("clocks")[0].at("clock"), "laser");
+  EXPECT_EQ(summary.at("clocks")[0].at("state"), "Locked");
+
+  // What the recording says of itself, and at a pace.
+  const Ran inspected = run({"inspect", "--json", dir / "drive" / "drive.mcap"});
+  const auto found = nlohmann::json::parse(inspected.said);
+  EXPECT_NEAR(found.at("duration_s").get<double>(), kDrive_s, 0.5) << inspected.said;
+  EXPECT_THAT(inspected.said, HasSubstr("\"scanner_clock\""));
+  EXPECT_THAT(inspected.said, HasSubstr("PPS locked, RMC valid"));
+  const Ran replay = run({"replay", dir / "drive" / "drive.mcap", "--out", dir / "again", "--speed", "20"});
+  EXPECT_EQ(replay.status, 0) << replay.said;
+  for (const char* file : {"cloud.las", "view.mcap", "summary.json"})
+    EXPECT_TRUE(contents(dir / "drive" / file) == contents(dir / "again" / file)) << file;
+
+  // Neither threads nor the order in the rig decide the order of the journal.
+  ASSERT_EQ(run({"capture", dir / "rig.yaml", "--out", dir / "second", "--quiet"}).status, 0);
+  EXPECT_TRUE(contents(dir / "drive" / "drive.mcap") == contents(dir / "second" / "drive.mcap"));
+  write_file(dir / "rig.yaml", rig_of_files(dir.path(), false));
+  ASSERT_EQ(run({"capture", dir / "rig.yaml", "--out", dir / "turned", "--quiet"}).status, 0);
+  EXPECT_EQ(cloud_of(dir / "turned" / "cloud.las").size(), files.size());
+}
+
+/// Navigation solutions at 100 Hz, driving north from there.
+std::string solutions(GpsTime begin, seconds length, std::uint32_t status = 3) {
+  std::string log;
+  for (int i = 0; i <= 100 * length.count(); ++i) {
+    const auto time = to_gps_week(begin + std::chrono::milliseconds(10 * i));
+    Pva pva;
+    pva.week = static_cast<unsigned>(time.week);
+    pva.seconds = to_seconds(time.time_of_week);
+    pva.latitude_deg = 36.8 + 9e-7 * i;
+    pva.longitude_deg = -2.4;
+    pva.north = 10;
+    pva.status = status;
+    const auto bytes = inspvas(pva);
+    log.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  }
+  return log;
+}
+
+std::string rig_of_gps_capture(const std::filesystem::path& log) {
+  return "rig: files\nsensors:\n  - {name: pos, driver: novatel, file: " + log.string() +
+         "}\n  - name: laser\n    driver: velodyne\n    model: VLP-16\n" +
+         "    pcap: {file: " + (data_dir() / "velodyne/vlp16_gps.pcap").string() + "}\n    " + kMount +
+         "\ncolouring: {method: lens}\n";
+}
+
+/// A real scanner on PPS with a valid GPRMC of 2016-01-21 08:18:02 UTC, and a log of the same time.
+TEST(FileRig, PlacesARealCaptureBesideALogOfItsTime) {
+  HUELINE_REQUIRE_DATA("velodyne/vlp16_gps.pcap");
+  TemporaryFolder dir;
+  const GpsTime begin = *from_utc({2016, 1, 21, 8, 18, 0, 0});
+  write_file(dir / "drive.gps", solutions(begin, seconds(5)));
+  write_file(dir / "rig.yaml", rig_of_gps_capture(dir / "drive.gps"));
+  const Ran capture = run({"capture", dir / "rig.yaml", "--out", dir / "drive", "--quiet"});
+  EXPECT_EQ(capture.status, 0) << capture.said;
+  const auto summary = read_json(dir / "drive" / "summary.json");
+  EXPECT_EQ(summary.at("points").at("total"), 73486) << capture.said;
+  EXPECT_EQ(not_placed(summary), 0u);
+  for (const auto& [key, place] : cloud_of(dir / "drive" / "cloud.las"))
+    ASSERT_NEAR(static_cast<double>(key.first) * 500e-9, to_seconds(begin.time_since_epoch()) + 2.53, 0.2);
+}
+
+/// A log that begins long before and ends long after the capture: more than poses are kept of at once.
+TEST(FileRig, ReadsALongLogNoFartherThanTheCaptureNeeds) {
+  HUELINE_REQUIRE_DATA("velodyne/vlp16_gps.pcap");
+  TemporaryFolder dir;
+  write_file(dir / "drive.gps", solutions(*from_utc({2016, 1, 21, 8, 17, 0, 0}), seconds(2200)));
+  write_file(dir / "rig.yaml", rig_of_gps_capture(dir / "drive.gps"));
+  const Ran capture = run({"capture", dir / "rig.yaml", "--out", dir / "drive", "--quiet"});
+  EXPECT_EQ(capture.status, 0) << capture.said;
+  EXPECT_EQ(read_json(dir / "drive" / "summary.json").at("points").at("total"), 73486) << capture.said;
+}
+
+/// The sender's log in ASCII: the same poses.
+std::string in_ascii(GpsTime begin, seconds length) {
+  std::string log = "\r\n<OK\r\n[COM1]";
+  for (int i = 0; i <= 100 * length.count(); ++i) {
+    const auto time = to_gps_week(begin + std::chrono::milliseconds(10 * i));
+    const std::string inside = fmt::format(
+        "INSPVASA,{0},{1:.3f};{0},{1:.9f},{2:.11f},-2.40000000000,0.0000,10.0000,0.0000,0.0000,0.0,0.0,0.0,INS_"
+        "SOLUTION_GOOD",
+        time.week, to_seconds(time.time_of_week), 36.8 + 9e-7 * i);
+    log += fmt::format("%{}*{:08x}\r\n", inside, bitwise_crc(std::as_bytes(std::span(inside))));
+  }
+  return log;
+}
+
+TEST(FileRig, PlacesByAnAsciiLog) {
+  HUELINE_REQUIRE_DATA("velodyne/vlp16_gps.pcap");
+  TemporaryFolder dir;
+  write_file(dir / "drive.gps", in_ascii(*from_utc({2016, 1, 21, 8, 18, 0, 0}), seconds(5)));
+  write_file(dir / "rig.yaml", rig_of_gps_capture(dir / "drive.gps"));
+  const Ran capture = run({"capture", dir / "rig.yaml", "--out", dir / "drive", "--quiet"});
+  EXPECT_EQ(capture.status, 0) << capture.said;
+  EXPECT_EQ(read_json(dir / "drive" / "summary.json").at("points").at("total"), 73486) << capture.said;
+}
+
+TEST(FileRig, SaysWhyNothingIsPlaced) {
+  HUELINE_REQUIRE_DATA("velodyne/vlp16_gps.pcap");
+  const GpsTime begin = *from_utc({2016, 1, 21, 8, 18, 0, 0});
+  std::string said;
+  const auto reason = [](const nlohmann::json& summary) { return summary.at("points").at("not_placed").dump(); };
+
+  EXPECT_THAT(reason(refused("", said)), HasSubstr("the POS sent nothing"));
+  EXPECT_THAT(said, HasSubstr("pos        no packet came"));
+
+  const auto week = to_gps_week(begin);
+  Put position;
+  position.u32(0)
+      .u32(56)
+      .f64(36.8)
+      .f64(-2.4)
+      .f64(10)
+      .f32(50)
+      .u32(61)
+      .f32(1)
+      .f32(1)
+      .f32(1)
+      .text("AAAA")
+      .f32(0)
+      .f32(0)
+      .u32(0)
+      .u32(0);
+  const auto bestpos = long_message(42, static_cast<unsigned>(week.week),
+                                    static_cast<std::uint32_t>(week.time_of_week.count() / 1'000'000), position.bytes);
+  EXPECT_THAT(reason(refused(text_of(bestpos), said)), HasSubstr("the POS sent no navigation solution"));
+  EXPECT_THAT(said, HasSubstr("the POS sent 1 BESTPOS"));
+
+  const auto aligning = refused(solutions(begin, seconds(5), 1), said);
+  EXPECT_THAT(reason(aligning), HasSubstr("the POS gave no good solution"));
+  EXPECT_NEAR(aligning.at("drive").at("not_good_s").at("aligning").get<double>(), 5.0, 0.02);
+  EXPECT_THAT(said, HasSubstr("501 POS solutions not used, 5.0 s; the receiver says: aligning"));
+
+  EXPECT_THAT(reason(refused(solutions(begin + std::chrono::hours(1), seconds(5)), said)),
+              HasSubstr("older than the first good POS solution"));
+
+  // A wrong port: nothing is decoded, and the ports of the capture are said.
+  refused(solutions(begin, seconds(5)), said, ", ports: [2400]");
+  EXPECT_THAT(said, HasSubstr("laser      no packet came"));
+  EXPECT_THAT(said, HasSubstr("there are datagrams to the ports 2368 (293), 8308 (57)"));
+}
+
+}  // namespace
+}  // namespace hueline::apps

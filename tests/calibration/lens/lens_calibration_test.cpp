@@ -1,0 +1,193 @@
+// Lens calibration against simulated boards whose lens is known, and against fusion's camera model.
+#include "calibration/lens/lens_calibration.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/calibration/lens/simulated_boards.hpp"
+
+namespace hueline::calibration {
+namespace {
+
+using test::fisheye_lens;
+using test::plane_lens;
+using test::simulate_boards;
+
+LensValues values_of(const fusion::CameraIntrinsics& lens) {
+  LensValues out;
+  out.model = lens.model == fusion::LensModel::Brown ? LensModel::Brown : LensModel::KannalaBrandt;
+  out.width = lens.width;
+  out.height = lens.height;
+  out.focal_px = lens.focal_px;
+  out.principal_point_px = lens.principal_point_px;
+  out.distortion = lens.distortion;
+  return out;
+}
+
+TEST(LensValues, ProjectAsFusionDoes) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (const auto& lens : {plane_lens(), fisheye_lens()}) {
+    const fusion::CameraModel camera(lens);
+    const LensValues ours = values_of(lens);
+    int compared = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const Eigen::Vector3d p(normal(random), normal(random), normal(random) + 0.8);
+      const auto theirs = camera.project(Point<Lens>{p});
+      if (!theirs || !camera.in_image(*theirs)) continue;
+      const auto mine = ours.project(p);
+      ASSERT_TRUE(mine);
+      EXPECT_LT((*mine - *theirs).norm(), 1e-9);
+      const auto back = ours.direction(*mine);
+      ASSERT_TRUE(back);
+      EXPECT_LT((*back - p.normalized()).norm(), 1e-8);
+      ++compared;
+    }
+    EXPECT_GT(compared, 300);
+  }
+}
+
+TEST(LensCalibration, ZhangsClosedFormIsExactWithoutDistortion) {
+  auto lens = plane_lens();
+  lens.distortion = {};
+  const auto views = simulate_boards(lens, {.views = 6, .noise_px = 0});
+  const auto start = zhang_start(test::SimulatedBoards{}.board, views, lens.width, lens.height);
+  ASSERT_TRUE(start);
+  EXPECT_LT((start->focal_px - lens.focal_px).norm(), 1e-3);
+  EXPECT_LT((start->principal_point_px - lens.principal_point_px).norm(), 1e-3);
+}
+
+TEST(LensCalibration, WithoutNoiseFindsTheLensExactly) {
+  for (const auto& lens : {plane_lens(), fisheye_lens()}) {
+    const auto views = simulate_boards(lens, {.views = 5, .noise_px = 0});
+    const auto found =
+        calibrate_lens(test::SimulatedBoards{}.board, views, lens.width, lens.height, {.model = values_of(lens).model});
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    EXPECT_LT((found->adjusted.lens.focal_px - lens.focal_px).norm(), 1e-4);
+    EXPECT_LT((found->adjusted.lens.principal_point_px - lens.principal_point_px).norm(), 1e-4);
+    EXPECT_LT(found->adjusted.rms_px, 1e-5);
+  }
+}
+
+TEST(LensCalibration, ChoosesTheModelThatPredictsBetter) {
+  for (const auto& lens : {plane_lens(), fisheye_lens()}) {
+    const auto views = simulate_boards(lens, {.views = 6});
+    const auto found = calibrate_lens(test::SimulatedBoards{}.board, views, lens.width, lens.height,
+                                      {.model = std::nullopt, .folds = 2});
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    EXPECT_EQ(found->adjusted.lens.model, values_of(lens).model);
+    EXPECT_EQ(found->trials.size(), 2u);
+  }
+}
+
+/// Few noisy views of a fisheye: a plane lens bends far enough to fit them, and cannot pose a view that it has not
+/// seen.
+TEST(LensCalibration, AModelThatCannotPoseHeldBackViewsIsNotChosen) {
+  const auto lens = fisheye_lens();
+  test::SimulatedBoards what;
+  what.views = 5;
+  what.seed = 21;
+  what.nearest = 0.5;
+  what.noise_px = 1;
+  const auto views = simulate_boards(lens, what);
+  const auto found = calibrate_lens(what.board, views, lens.width, lens.height, {});
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  EXPECT_EQ(found->adjusted.lens.model, LensModel::KannalaBrandt);
+  ASSERT_EQ(found->trials.size(), 2u);
+  const ModelTrial &brown = found->trials[0], &fisheye = found->trials[1];
+  EXPECT_FALSE(brown.predicted_rms_px) << "what was not measured is no number";
+  ASSERT_EQ(brown.unpredicted.size(), 1u);
+  EXPECT_EQ(brown.unpredicted[0].view, "view 4");
+  EXPECT_THAT(brown.words(),
+              testing::HasSubstr("fails on 1 of the views held back: view 4: the board cannot be posed"));
+  ASSERT_TRUE(fisheye.predicted_rms_px);
+  EXPECT_LT(brown.rms_px, *fisheye.predicted_rms_px)
+      << "its fit looks better than what the other predicts: that is what the case is about";
+
+  // By name it is fitted, and its trial says what it is worth.
+  const auto asked = calibrate_lens(what.board, views, lens.width, lens.height, {.model = LensModel::Brown});
+  ASSERT_TRUE(asked.ok()) << asked.error().message;
+  EXPECT_EQ(asked->trials[0].unpredicted.size(), 1u);
+}
+
+TEST(LensCalibration, ThreeViewsAreTooFewToHoldAnyBack) {
+  const auto lens = plane_lens();
+  const auto found =
+      calibrate_lens(test::SimulatedBoards{}.board, simulate_boards(lens, {.views = 3}), lens.width, lens.height, {});
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  for (const ModelTrial& trial : found->trials) {
+    if (!trial.failure.empty()) continue;
+    EXPECT_FALSE(trial.predicted_rms_px);
+    EXPECT_THAT(trial.words(), testing::HasSubstr("too few views to hold any back"));
+  }
+}
+
+/// The full proof, 200 runs, is lens_trials in calibration_bench.
+TEST(LensCalibration, MeetsTheTruthWithinItsOwnSigma) {
+  for (const auto& lens : {plane_lens(), fisheye_lens()}) {
+    int outside = 0;
+    double noise2 = 0;
+    constexpr int kRuns = 1;
+    for (std::uint32_t run = 0; run < kRuns; ++run) {
+      test::SimulatedBoards what = test::good_views();
+      what.board = test::SimulatedBoards{}.board;
+      what.views = 10;
+      what.seed = 100 + run;
+      const auto found = calibrate_lens(what.board, simulate_boards(lens, what), lens.width, lens.height,
+                                        {.model = values_of(lens).model});
+      ASSERT_TRUE(found.ok()) << found.error().message;
+      const auto truth = values_of(lens).parameters(), ours = found->adjusted.lens.parameters();
+      for (int i = 0; i < 4; ++i) {
+        const double error = ours[static_cast<std::size_t>(i)] - truth[static_cast<std::size_t>(i)];
+        EXPECT_LT(std::abs(error), 1.2) << parameter_names(found->adjusted.lens.model)[static_cast<std::size_t>(i)];
+        outside += std::abs(error) > 3 * std::sqrt(found->adjusted.covariance(i, i));
+        EXPECT_LT(std::sqrt(found->adjusted.covariance(i, i)), 0.4) << "a sigma so large is met by anything";
+      }
+      noise2 += found->adjusted.sigma_px * found->adjusted.sigma_px;
+    }
+    EXPECT_LE(outside, 1);
+    EXPECT_NEAR(std::sqrt(noise2 / kRuns), 0.1, 0.005) << "the noise that was put in";
+  }
+}
+
+TEST(LensCalibration, NamesBadViewsAndCorners) {
+  const auto lens = plane_lens();
+  auto views = simulate_boards(lens, {.views = 10});
+  std::mt19937 random(5);
+  std::normal_distribution<double> shake(0, 6);
+  for (auto& corner : views[4].corners) corner.pixel += Eigen::Vector2d(shake(random), shake(random));
+  views[9].corners[17].pixel += Eigen::Vector2d(4, -3);
+  const auto found =
+      calibrate_lens(test::SimulatedBoards{}.board, views, lens.width, lens.height, {.model = LensModel::Brown});
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  ASSERT_EQ(found->rejected_views.size(), 1u);
+  EXPECT_EQ(found->rejected_views[0].view, "view 5");
+  const auto bad = std::find_if(found->rejected_corners.begin(), found->rejected_corners.end(),
+                                [](const RejectedCorner& c) { return c.view == "view 10" && c.index == 17; });
+  ASSERT_NE(bad, found->rejected_corners.end());
+  EXPECT_NEAR(bad->error_px, 5, 1);
+  EXPECT_NEAR(found->adjusted.sigma_px, 0.1, 0.01);
+}
+
+TEST(LensCalibration, RefusesWhatDoesNotFixALens) {
+  const auto lens = plane_lens();
+  const Board board = test::SimulatedBoards{}.board;
+  auto views = simulate_boards(lens, {.views = 2});
+  EXPECT_THAT(calibrate_lens(board, views, lens.width, lens.height, {}).error().message,
+              testing::HasSubstr("3 are needed"));
+  // One and the same view many times over: nothing tells focal length from distance.
+  views = simulate_boards(lens, {.views = 1, .tilt_deg = 0});
+  views.resize(6, views[0]);
+  EXPECT_FALSE(calibrate_lens(board, views, lens.width, lens.height, {.model = LensModel::Brown}).ok())
+      << "a lens out of nothing";
+  views = simulate_boards(lens, {.views = 5});
+  views[1].corners[3].index = 999;
+  EXPECT_THAT(calibrate_lens(board, views, lens.width, lens.height, {}).error().message,
+              testing::HasSubstr("none of the board's"));
+}
+
+}  // namespace
+}  // namespace hueline::calibration

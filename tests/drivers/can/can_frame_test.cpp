@@ -1,0 +1,237 @@
+// Frames in their two packet forms, in logs, and what error frames say.
+#include "drivers/can/can_frame.hpp"
+
+#include <gtest/gtest.h>
+#include <linux/can.h>
+#include <linux/can/error.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "drivers/can/can_errors.hpp"
+#include "tests/drivers/can/can_frames.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+using test::bytes_of;
+using test::can_error;
+using test::can_frame;
+
+TEST(CanPacket, HoldsTheKernelsOwnFrame) {
+  CanFrame frame = can_frame(0x18FEBF0B, {1, 2, 3, 4, 5});
+  frame.is_extended = true;
+  frame.adapter_time = DeviceTime<CanAdapterCounter>(nanoseconds(123'456'789'012));
+  const auto bytes = encode_can_packet(frame);
+  ASSERT_EQ(bytes.size(), 32u);
+  ::can_frame kernel{};
+  std::memcpy(&kernel, bytes.data() + kCanHeaderSize, sizeof(kernel));
+  EXPECT_EQ(kernel.can_id, 0x18FEBF0B | CAN_EFF_FLAG);
+  EXPECT_EQ(kernel.len, 5);
+  EXPECT_EQ(kernel.data[4], 5);
+  CanPacket out;
+  ASSERT_TRUE(decode_can_packet(bytes, out).ok());
+  ASSERT_EQ(out.frames.size(), 1u);
+  EXPECT_EQ(out.frames[0].id, 0x18FEBF0Bu);
+  EXPECT_TRUE(out.frames[0].is_extended);
+  EXPECT_EQ(out.frames[0].adapter_time, frame.adapter_time);
+  EXPECT_EQ(out.frames[0].packet_bytes, 32u);
+  EXPECT_EQ(name(out.frames[0]), "18FEBF0B");
+
+  frame = can_frame(0x7FF, {});
+  frame.is_fd = true;
+  frame.length = 64;
+  frame.data[63] = 9;
+  ASSERT_TRUE(decode_can_packet(encode_can_packet(frame), out).ok());
+  EXPECT_EQ(out.frames[0].length, 64);
+  EXPECT_EQ(out.frames[0].data[63], 9);
+  EXPECT_TRUE(out.frames[0].is_fd);
+}
+
+TEST(CanPacket, BrokenOnesAreRefused) {
+  CanPacket out;
+  auto bytes = encode_can_packet(can_frame(1, {1}));
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    EXPECT_FALSE(decode_can_packet(std::span(bytes).first(size), out).ok()) << size;
+  bytes[kCanHeaderSize + 4] = std::byte{9};  // data bytes of a classic frame
+  EXPECT_FALSE(decode_can_packet(bytes, out).ok());
+}
+
+// By hand from the gateway's description of its format.
+const std::vector<std::byte> kDatagram =
+    bytes_of({2,    0,    7,    0,    4,                      // version, data, number, 4 frames
+              0,    0,    0,    0xB2, 2,         0xAA, 0xBB,  // 0B2, two bytes
+              0x98, 0xFE, 0xBF, 0x0B, 1,         5,           // 29 bits
+              0,    0,    1,    0x23, 0x80 | 12, 1,    1,    2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12,  // FD, flags
+              0x40, 0,    3,    0x21, 4});  // remote: a length, no data
+
+TEST(CanPacket, ADatagramOfAGatewayHoldsSeveral) {
+  CanPacket out;
+  const Status decoded = decode_can_packet(kDatagram, out);
+  ASSERT_TRUE(decoded.ok()) << decoded.error().message;
+  EXPECT_EQ(out.datagram_sequence, 7);
+  ASSERT_EQ(out.frames.size(), 4u);
+  EXPECT_EQ(out.frames[0].id, 0xB2u);
+  EXPECT_EQ(out.frames[0].bytes()[1], 0xBB);
+  EXPECT_EQ(out.frames[1].id, 0x18FEBF0Bu);
+  EXPECT_TRUE(out.frames[1].is_extended);
+  EXPECT_TRUE(out.frames[2].is_fd);
+  EXPECT_EQ(out.frames[2].length, 12);
+  EXPECT_EQ(out.frames[2].data[11], 12);
+  EXPECT_TRUE(out.frames[3].is_remote);
+  std::size_t sum = out.header_bytes;
+  for (const CanFrame& frame : out.frames) sum += frame.packet_bytes;
+  EXPECT_EQ(sum, kDatagram.size());
+}
+
+TEST(CanPacket, ADatagramCutAnywhereGivesItsWholeFrames) {
+  CanPacket out;
+  for (std::size_t size = 0; size < kDatagram.size(); ++size) {
+    EXPECT_FALSE(decode_can_packet(std::span(kDatagram).first(size), out).ok()) << size;
+    EXPECT_EQ(out.frames.size(), size < 12 ? 0u : size < 18 ? 1u : size < 36 ? 2u : 3u) << size;
+  }
+  auto longer = kDatagram;
+  longer.push_back(std::byte{0});
+  EXPECT_FALSE(decode_can_packet(longer, out).ok());
+}
+
+TEST(CanErrors, AreSaidInWords) {
+  auto said = explain_can_error(can_error(CAN_ERR_BUSOFF));
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_EQ(said[0].kind, FaultKind::Disconnected);
+  EXPECT_NE(said[0].detail.find("bus-off"), std::string::npos);
+  EXPECT_EQ(explain_can_error(can_error(CAN_ERR_RESTARTED)).at(0).kind, FaultKind::Reconnected);
+  EXPECT_EQ(explain_can_error(can_error(CAN_ERR_CRTL, {0, CAN_ERR_CRTL_RX_OVERFLOW, 0, 0, 0, 0, 0, 0})).at(0).kind,
+            FaultKind::Lost);
+  said = explain_can_error(can_error(CAN_ERR_CRTL, {0, CAN_ERR_CRTL_TX_PASSIVE, 0, 0, 0, 0, 130, 12}));
+  EXPECT_EQ(said.at(0).kind, FaultKind::Malformed);
+  EXPECT_NE(said[0].detail.find("error passive; its error counters: 130 sending, 12 receiving"), std::string::npos)
+      << said[0].detail;
+  said = explain_can_error(can_error(CAN_ERR_PROT | CAN_ERR_BUSERROR, {0, 0, CAN_ERR_PROT_STUFF, 0, 0, 0, 0, 0}));
+  EXPECT_NE(said.at(0).detail.find("(stuffing)"), std::string::npos) << said[0].detail;
+  EXPECT_TRUE(explain_can_error(can_error(CAN_ERR_CRTL, {0, CAN_ERR_CRTL_ACTIVE, 0, 0, 0, 0, 0, 0})).empty());
+}
+
+std::map<std::string, int> names(const std::vector<Packet>& packets) {
+  std::map<std::string, int> out;
+  for (const Packet& packet : packets) {
+    CanPacket parsed;
+    EXPECT_TRUE(decode_can_packet(packet.bytes.bytes(), parsed).ok());
+    for (const CanFrame& frame : parsed.frames) ++out[frame.is_error ? "error" : name(frame)];
+  }
+  return out;
+}
+
+TEST(CanLog, ARealRecordingIsReadWhole) {
+  HUELINE_REQUIRE_DATA("can/issue_1256.asc");
+  std::vector<Fault> faults;
+  const auto packets = test::read_can_log(data_file.string(), faults);
+  EXPECT_TRUE(faults.empty());
+  // As `awk '{print $3}' | sort | uniq -c` counts them.
+  EXPECT_EQ(names(packets), (std::map<std::string, int>{
+                                {"010", 79}, {"011", 265}, {"012", 159}, {"064", 795}, {"065", 79}, {"066", 80}}));
+  EXPECT_EQ(packets.front().received, HostTime(nanoseconds(19'968'000)));
+  EXPECT_EQ(packets.back().received, HostTime(nanoseconds(7'960'498'000)));
+  EXPECT_TRUE(test::read_can_log(data_file.string(), faults, 2).empty()) << "another channel";
+}
+
+TEST(CanLog, ErrorFramesOfARealLogAreFound) {
+  HUELINE_REQUIRE_DATA("can/test_CanErrorFrames.asc");
+  std::vector<Fault> faults;
+  const auto packets = test::read_can_log(data_file.string(), faults);
+  EXPECT_EQ(names(packets), (std::map<std::string, int>{{"error", 4}}));
+  EXPECT_EQ(packets.at(3).received, HostTime(nanoseconds(30'806'898'000)));
+  EXPECT_EQ(test::read_can_log(data_file.string(), faults, 5).size(), 1u);
+}
+
+TEST(CanLog, OtherBasesFdAndCandump) {
+  CanLogParser asc;
+  EXPECT_FALSE(asc.take("base dec timestamps relative")->has_value());
+  auto entry = asc.take("  1.500000 2  419348235x  Rx   d 2 16 255");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->frame.id, 419348235u);
+  EXPECT_TRUE((*entry)->frame.is_extended);
+  EXPECT_EQ((*entry)->frame.data[1], 255);
+  EXPECT_EQ((*entry)->frame.bus, 2);
+  EXPECT_EQ((*asc.take("0.25 1 100 Tx d 0"))->time, nanoseconds(1'750'000'000));
+  EXPECT_FALSE(asc.take("0.25 1 100 Rx d 3 1 2").ok());
+  CanLogParser fd;
+  entry = fd.take(
+      "   30.300981 CANFD   3 Tx      50005x 1 0 5 5  b0 6b 20 b1 87 140000 73 200050 7a60 46500250 460a0250 20011736 "
+      "20010205");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->frame.id, 0x50005u);
+  EXPECT_EQ((*entry)->frame.length, 5);
+  EXPECT_EQ((*entry)->frame.data[4], 0x87);
+  entry = fd.take("(1436509052.249713) vcan0 044#2A366C2BBA");
+  ASSERT_TRUE(entry.ok() && *entry);
+  EXPECT_EQ((*entry)->time, nanoseconds(1'436'509'052'249'713'000));
+  EXPECT_EQ((*entry)->frame.length, 5);
+  EXPECT_TRUE((*fd.take("(1.0) can0 12345678##1AABB"))->frame.is_fd);
+  EXPECT_TRUE((*fd.take("(1.0) can0 20000044#0004000000000000"))->frame.is_error);
+  EXPECT_TRUE((*fd.take("(1.0) can0 321#R4"))->frame.is_remote);
+  for (const char* broken :
+       {"(1.0) can0 321#A", "(1.0) can0 FFF#AA", "(x) can0 321#AA", "(1.0) can0 321#AABBCCDDEEFF001122"})
+    EXPECT_FALSE(fd.take(broken).ok()) << broken;
+}
+
+/// A length code of 9 .. 15 in a classic frame is 8 bytes; FD frames may stand in the classic form.
+TEST(CanLog, LengthCodesBeyondEight) {
+  CanLogParser asc;
+  auto entry = asc.take(
+      "  13.258671 1  3FF             Tx   d D 55 AA 01 02 03 04 05 06  Length = 232016 BitCount = 119 ID = 1023");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->frame.length, 8);
+  EXPECT_FALSE((*entry)->frame.is_fd);
+  EXPECT_EQ((*entry)->frame.data[7], 6);
+  std::string fd = " 0.000000 1  123x            Rx   d 40";
+  for (int i = 0; i < 64; ++i) fd += " 2" + std::to_string(i % 10);
+  entry = asc.take(fd);
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->frame.length, 64);
+  EXPECT_TRUE((*entry)->frame.is_fd);
+  EXPECT_FALSE(asc.take(" 0.000000 1  123  Rx   d 40 00 01 02 03 04 05 06 07").ok());
+  EXPECT_FALSE(asc.take(" 0.000000 1  123  Rx   d D 00 01 02").ok());
+}
+
+/// What `candump -t a` writes for people, with and without the columns of -x.
+TEST(CanLog, CandumpForPeople) {
+  CanLogParser log;
+  auto entry = log.take(" (1436509052.249713)  can0  123   [8]  11 22 33 44 55 66 77 88");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->time, nanoseconds(1'436'509'052'249'713'000));
+  EXPECT_EQ((*entry)->frame.id, 0x123u);
+  EXPECT_EQ((*entry)->frame.length, 8);
+  EXPECT_EQ((*entry)->frame.data[7], 0x88);
+  entry = log.take(" (1.5)  can0  TX B -  18FEF100  [12]  11 22 33 44 55 66 77 88 99 AA BB CC");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_TRUE((*entry)->frame.is_extended && (*entry)->frame.is_fd && (*entry)->frame.is_local);
+  EXPECT_EQ((*entry)->frame.length, 12);
+  EXPECT_TRUE((*log.take(" (1.5)  can0  321   [4]  remote request"))->frame.is_remote);
+  EXPECT_TRUE((*log.take(" (1.5)  can0  20000004   [8]  00 04 00 00 00 00 00 00   ERRORFRAME"))->frame.is_error);
+  EXPECT_EQ((*log.take(" (1.5)  can0  321   [0]"))->frame.length, 0);
+  for (const char* broken :
+       {" (1.5)  can0  321", " (1.5)  can0  321   [8]  00", " (1.5)  can0  321   [9]  00 00 00 00 00 00 00 00 00",
+        " (1.5)  can0  32   [1]  00", " (1.5)  can0  321   [1  00", " (1.5)  can0  321   [1]  0"})
+    EXPECT_FALSE(log.take(broken).ok()) << broken;
+}
+
+TEST(CanLog, BrokenLinesAreCountedAtTheEnd) {
+  const auto path = std::filesystem::temp_directory_path() / ("hueline_can_log_" + std::to_string(::getpid()));
+  std::ofstream(path) << "(1.0) can0 321#AA\n(2.0) can0 321#A\n(3.0) can0 32#AA\n(4.0) can0 321#BB\n(5.0) can0 321#CC "
+                      << std::string(100'000, 'x') << "\n(6.0) can0 321#DD";
+  std::vector<Fault> faults;
+  EXPECT_EQ(test::read_can_log(path.string(), faults).size(), 3u);
+  std::filesystem::remove(path);
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].count, 3u) << "also the line that is no line";
+  EXPECT_NE(faults[0].detail.find("line 2"), std::string::npos) << faults[0].detail;
+  CanLogSource missing(1, {"/no/such/file.asc", 0});
+  EXPECT_FALSE(missing.open().ok());
+}
+
+}  // namespace
+}  // namespace hueline::drivers

@@ -1,0 +1,393 @@
+#include "drivers/transport/pcap_source.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include "tests/support/pcap_writer.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+using test::Bytes;
+using test::ByteWriter;
+using test::PcapWriter;
+using test::TemporaryFile;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr SensorId kSensor = 3;
+constexpr std::int64_t kTime = 1'700'000'000'123'456'789;
+
+struct Read {
+  std::vector<std::string> payloads;
+  std::vector<std::int64_t> times;
+  std::vector<Fault> faults;
+  std::vector<Error> ends;  // up to and with EndOfData
+};
+
+Read read_all(PcapSource& source) {
+  Read read;
+  const Status opened = source.open();
+  if (!opened) {
+    read.ends.push_back(opened.error());
+    return read;
+  }
+  while (read.ends.empty() || read.ends.back().code != ErrorCode::EndOfData) {
+    Result<Packet> packet = source.next({});
+    if (!packet) {
+      read.ends.push_back(packet.error());
+      if (read.ends.size() > 3) return read;
+      continue;
+    }
+    EXPECT_EQ(packet->sensor, kSensor);
+    const std::span<const std::byte> bytes = packet->bytes.bytes();
+    if (packet->kind == PacketKind::Fault) {
+      read.faults.push_back(*decode_fault(kSensor, packet->received, bytes));
+    } else {
+      read.payloads.emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+      read.times.push_back(count_ns(packet->received));
+    }
+  }
+  return read;
+}
+
+Read read_bytes(std::span<const std::byte> bytes, PcapSource::Config config = {}) {
+  const TemporaryFile file("capture", bytes);
+  config.path = file.path();
+  PcapSource source(kSensor, config);
+  return read_all(source);
+}
+
+Bytes plain(const std::string& payload, unsigned port = 2368) {
+  return test::ethernet_frame(test::ipv4_packet(test::udp_segment(payload, port)));
+}
+
+TEST(PcapSource, ReadsEitherByteOrderAndEitherResolution) {
+  for (const bool is_big : {false, true})
+    for (const bool has_ns : {false, true}) {
+      PcapWriter file(1, is_big, has_ns);
+      file.frame(kTime, plain("one")).frame(kTime + 1'000, plain("two"));
+      const Read read = read_bytes(file.bytes());
+      EXPECT_THAT(read.payloads, ElementsAre("one", "two"));
+      const std::int64_t first = has_ns ? kTime : kTime / 1000 * 1000;
+      EXPECT_THAT(read.times, ElementsAre(first, first + 1'000));
+      EXPECT_EQ(read.ends.size(), 1u);
+    }
+}
+
+TEST(PcapSource, ReadsTheLinkTypesThatCapturesOfVehiclesHave) {
+  const Bytes v4 = test::ipv4_packet(test::udp_segment("v4", 2368));
+  const Bytes v6 = test::ipv6_packet(test::udp_segment("v6", 2368));
+  const Bytes cooked = ByteWriter(true).zeros(14).u16(0x0800).raw(v4).bytes();
+  const Bytes cooked2 = ByteWriter(true).u16(0x86DD).zeros(18).raw(v6).bytes();
+  const Bytes loopback = ByteWriter(false).u32(2).raw(v4).bytes();
+  const Bytes options = ByteWriter(true).u8(17).u8(0).zeros(6).raw(test::udp_segment("options", 2368)).bytes();
+  const Bytes padded = ByteWriter(true).raw(test::ethernet_frame(v4)).zeros(14).bytes();
+  const struct {
+    std::uint32_t link;
+    Bytes frame;
+    const char* payload;
+  } cases[] = {{1, test::ethernet_frame(v4), "v4"},
+               {1, test::ethernet_frame(v4, 0x0800, 1), "v4"},
+               {1, test::ethernet_frame(v4, 0x0800, 2), "v4"},
+               {1, padded, "v4"},
+               {1, test::ethernet_frame(v6, 0x86DD), "v6"},
+               {1, test::ethernet_frame(test::ipv6_packet(options, 60), 0x86DD), "options"},
+               {101, v4, "v4"},
+               {101, v6, "v6"},
+               {113, cooked, "v4"},
+               {276, cooked2, "v6"},
+               {0, loopback, "v4"}};
+  for (const auto& c : cases) {
+    const Read read = read_bytes(PcapWriter(c.link).frame(kTime, c.frame).bytes());
+    EXPECT_THAT(read.payloads, ElementsAre(c.payload)) << "link type " << c.link;
+    EXPECT_TRUE(read.faults.empty());
+  }
+}
+
+TEST(PcapSource, JoinsFragmentsInAnyOrder) {
+  const std::string payload(3000, 'f');
+  const Bytes segment = test::udp_segment(payload + "end", 2368);
+  const std::span<const std::byte> whole(segment);
+  const Bytes a = test::ethernet_frame(test::ipv4_packet(whole.first(1480), 9, 0, true));
+  const Bytes b = test::ethernet_frame(test::ipv4_packet(whole.subspan(1480, 1480), 9, 1480, true));
+  const Bytes c = test::ethernet_frame(test::ipv4_packet(whole.subspan(2960), 9, 2960, false));
+  for (const auto& order : {std::array{&a, &b, &c}, std::array{&c, &a, &b}, std::array{&b, &c, &a}}) {
+    PcapWriter file;
+    for (const Bytes* frame : order) file.frame(kTime, *frame);
+    const Read read = read_bytes(file.bytes());
+    EXPECT_THAT(read.payloads, ElementsAre(payload + "end"));
+    EXPECT_TRUE(read.faults.empty());
+  }
+  const Read lost = read_bytes(PcapWriter().frame(kTime, a).frame(kTime, c).frame(kTime, plain("next")).bytes());
+  EXPECT_THAT(lost.payloads, ElementsAre("next"));
+  ASSERT_EQ(lost.faults.size(), 1u);
+  EXPECT_EQ(lost.faults[0].count, 2u);
+}
+
+TEST(PcapSource, FragmentsThatOverlapAreNotKept) {
+  const Bytes segment = test::udp_segment(std::string(3000, 'f'), 2368);
+  const std::span<const std::byte> whole(segment);
+  PcapWriter file;
+  file.frame(kTime, test::ethernet_frame(test::ipv4_packet(whole.first(1480), 9, 0, true)));
+  for (std::uint16_t offset = 8; offset < 1480; offset += 8)
+    file.frame(kTime, test::ethernet_frame(test::ipv4_packet(whole.first(1480), 9, offset, true)));
+  file.frame(kTime, test::ethernet_frame(test::ipv4_packet(whole.subspan(1480), 9, 1480, false)));
+  const Read read = read_bytes(file.bytes());
+  EXPECT_THAT(read.payloads, ElementsAre(std::string(3000, 'f')));
+  ASSERT_EQ(read.faults.size(), 1u);
+  EXPECT_EQ(read.faults[0].count, 184u);
+}
+
+TEST(PcapSource, FiltersByPortAndDeviceAndPassesOverWhatIsNotUdp) {
+  PcapWriter file;
+  file.frame(kTime, plain("data", 2368)).frame(kTime, plain("position", 8308)).frame(kTime, plain("other", 53));
+  file.frame(kTime, test::ethernet_frame(test::ipv4_packet(Bytes(20), 1, 0, false, 6)));  // TCP
+  file.frame(kTime, test::ethernet_frame(Bytes(28), 0x0806));                             // ARP
+  PcapSource::Config config;
+  config.ports = {2368, 8308};
+  config.source_address = "192.168.1.201";
+  const Read read = read_bytes(file.bytes(), config);
+  EXPECT_THAT(read.payloads, ElementsAre("data", "position"));
+  EXPECT_TRUE(read.faults.empty());
+  config.source_address = "192.168.1.202";
+  EXPECT_TRUE(read_bytes(file.bytes(), config).payloads.empty());
+  config.source_address = "nonsense";
+  EXPECT_EQ(read_bytes(file.bytes(), config).ends.at(0).code, ErrorCode::Invalid);
+}
+
+/// VeloView writes the length of a data packet into every IP header.
+TEST(PcapSource, AWrongIpLengthIsNoReasonWhereUdpsOwnFits) {
+  for (const unsigned length : {0u, 21u, 33u, 1234u, 65535u}) {
+    Bytes v4 = test::ipv4_packet(test::udp_segment("position", 8308)),
+          v6 = test::ipv6_packet(test::udp_segment("position", 8308));
+    v4[2] = v6[4] = static_cast<std::byte>(length >> 8);
+    v4[3] = v6[5] = static_cast<std::byte>(length & 0xFF);
+    for (const Bytes& frame : {test::ethernet_frame(v4), test::ethernet_frame(v6, 0x86DD)}) {
+      PcapWriter file;
+      const Read read = read_bytes(file.frame(kTime, frame).bytes());
+      EXPECT_THAT(read.payloads, ElementsAre("position")) << length;
+      EXPECT_TRUE(read.faults.empty()) << length;
+    }
+  }
+}
+
+TEST(PcapSource, ARealCaptureOfVeloViewLosesNoPositionPacket) {
+  HUELINE_REQUIRE_DATA("velodyne/vlp16_product_21.pcap");
+  PcapSource source(kSensor, {data_file.string(), {}, {}});
+  const Read read = read_all(source);
+  EXPECT_EQ(read.payloads.size(), 100u);
+  EXPECT_EQ(
+      std::count_if(read.payloads.begin(), read.payloads.end(), [](const std::string& p) { return p.size() == 512; }),
+      16);
+  EXPECT_TRUE(read.faults.empty());
+}
+
+TEST(PcapSource, ACaptureWithoutTheDeviceSaysWhatItHolds) {
+  PcapSource::Config config;
+  config.ports = {2400};
+  PcapWriter file;
+  file.frame(kTime, plain("data", 2368)).frame(kTime, plain("data", 2368)).frame(kTime, plain("position", 8308));
+  Read read = read_bytes(file.bytes(), config);
+  ASSERT_EQ(read.faults.size(), 1u);
+  EXPECT_EQ(read.faults[0].kind, FaultKind::WrongDevice);
+  EXPECT_EQ(read.faults[0].count, 3u);
+  EXPECT_THAT(read.faults[0].detail, HasSubstr("ports 2368 (2), 8308 (1), from 192.168.1.201 (3)"));
+
+  PcapWriter tcp;
+  tcp.frame(kTime, test::ethernet_frame(test::ipv4_packet(Bytes(20), 1, 0, false, 6)));
+  read = read_bytes(tcp.bytes());
+  ASSERT_EQ(read.faults.size(), 1u);
+  EXPECT_THAT(read.faults[0].detail, HasSubstr("1 frames are of TCP connections"));
+
+  PcapWriter wifi(105);
+  wifi.frame(kTime, plain("data", 2368));
+  read = read_bytes(wifi.bytes());
+  ASSERT_EQ(read.faults.size(), 2u);
+  EXPECT_THAT(read.faults[0].detail, HasSubstr("1 of a link type that is not read (105)"));
+}
+
+/// Two scanners of one kind on one port, both delivered, since nothing says which one is meant: it must be told.
+TEST(PcapSource, ASecondDeviceIsTold) {
+  const auto from = [](std::uint8_t last_number, const std::string& payload) {
+    Bytes frame = plain(payload, 2368);
+    frame[29] = static_cast<std::byte>(last_number);  // of the IPv4 source
+    return frame;
+  };
+  PcapWriter file;
+  for (int i = 0; i < 5; ++i) file.frame(kTime + i, from(201, "a")).frame(kTime + i, from(202, "b"));
+  const Read mixed = read_bytes(file.bytes());
+  EXPECT_EQ(mixed.payloads.size(), 10u);
+  std::uint64_t count = 0;
+  for (const Fault& fault : mixed.faults) {
+    EXPECT_EQ(fault.kind, FaultKind::WrongDevice);
+    EXPECT_NE(fault.detail.find("192.168.1.201 and of 192.168.1.202"), std::string::npos) << fault.detail;
+    count += fault.count;
+  }
+  EXPECT_EQ(count, 5u);
+  PcapSource::Config config;
+  config.source_address = "192.168.1.202";
+  const Read one = read_bytes(file.bytes(), config);
+  EXPECT_EQ(one.payloads.size(), 5u);
+  EXPECT_TRUE(one.faults.empty());
+
+  PcapWriter replaced;  // unplugged, and back with another address
+  for (const int i : {0, 1, 2}) replaced.frame(kTime + i * 1'000'000'000ll, from(201, "a"));
+  for (const int i : {6, 7, 8}) replaced.frame(kTime + i * 1'000'000'000ll, from(202, "a"));
+  EXPECT_TRUE(read_bytes(replaced.bytes()).faults.empty());
+  EXPECT_EQ(to_text(*parse_ip_address("192.168.1.201")), "192.168.1.201");
+  EXPECT_EQ(to_text(*parse_ip_address("fd00::c9")), "fd00::c9");
+}
+
+TEST(PcapSource, FramesCutOffByTheCaptureAreCountedNotDelivered) {
+  PcapWriter file;
+  file.frame(kTime, plain("shortened"), 45).frame(kTime, plain("whole"));
+  const Read read = read_bytes(file.bytes());
+  EXPECT_THAT(read.payloads, ElementsAre("whole"));
+  ASSERT_EQ(read.faults.size(), 1u);
+  EXPECT_EQ(read.faults[0].count, 1u);
+  EXPECT_THAT(read.faults[0].detail, HasSubstr("1 cut off"));
+}
+
+TEST(PcapSource, ATruncatedFileGivesAllThatIsWholeThenTheOffset) {
+  PcapWriter file;
+  file.frame(kTime, plain("one"));
+  const std::size_t second = file.bytes().size();
+  file.frame(kTime, plain("two"));
+  const std::span<const std::byte> whole(file.bytes());
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const Read read = read_bytes(whole.first(size));
+    EXPECT_EQ(read.payloads.size(), size < second ? 0u : 1u) << size;
+    const bool is_clean = size == 24 || size == second;
+    EXPECT_EQ(read.ends.at(0).code, is_clean ? ErrorCode::EndOfData : ErrorCode::Truncated) << size;
+    if (size > second) {
+      EXPECT_THAT(read.ends[0].message, HasSubstr("byte " + std::to_string(second)));
+    }
+  }
+}
+
+TEST(PcapSource, ABrokenLengthIsMalformedAndNothingElseIsLost) {
+  PcapWriter file;
+  file.frame(kTime, plain("one"));
+  Bytes bytes = file.bytes();
+  const Bytes broken = ByteWriter(false).u32(0).u32(0).u32(0x7FFFFFFF).u32(0x7FFFFFFF).bytes();
+  bytes.insert(bytes.end(), broken.begin(), broken.end());
+  const Read read = read_bytes(bytes);
+  EXPECT_THAT(read.payloads, ElementsAre("one"));
+  ASSERT_EQ(read.ends.size(), 2u);
+  EXPECT_EQ(read.ends[0].code, ErrorCode::Malformed);
+  EXPECT_EQ(read.ends[1].code, ErrorCode::EndOfData);
+  EXPECT_EQ(read_bytes(ByteWriter(false).text("not a capture at all").bytes()).ends.at(0).code, ErrorCode::Unsupported);
+  PcapSource absent(kSensor, {"/nonexistent/drive.pcap", {}, {}});
+  const Status status = absent.open();
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, ErrorCode::Io);
+  EXPECT_THAT(status.error().message, HasSubstr("/nonexistent/drive.pcap"));
+}
+
+Bytes block(bool is_big, std::uint32_t type, const Bytes& body) {
+  ByteWriter out(is_big);
+  const std::size_t padding = (4 - body.size() % 4) % 4;
+  const std::size_t length = body.size() + padding + 12;
+  return out.u32(type).u32(length).raw(body).zeros(padding).u32(length).bytes();
+}
+
+TEST(PcapSource, ReadsPcapngWithSectionsInterfacesAndTheirClocks) {
+  ByteWriter file(false);
+  for (const bool is_big : {false, true}) {
+    const auto make = [&] { return ByteWriter(is_big); };
+    const auto enhanced = [&](unsigned interface, std::uint64_t ticks, const Bytes& frame) {
+      return block(is_big, 6,
+                   make()
+                       .u32(interface)
+                       .u32(ticks >> 32)
+                       .u32(ticks & 0xFFFFFFFF)
+                       .u32(frame.size())
+                       .u32(frame.size())
+                       .raw(frame)
+                       .bytes());
+    };
+    file.raw(block(is_big, 0x0A0D0D0A, make().u32(0x1A2B3C4D).u16(1).u16(0).u64(~0ull).bytes()));
+    file.raw(block(is_big, 1, make().u16(1).u16(0).u32(0).bytes()));  // microseconds
+    // Nanoseconds, counted from 1'000'000'000 s; raw IP.
+    file.raw(block(is_big, 1,
+                   make()
+                       .u16(101)
+                       .u16(0)
+                       .u32(0)
+                       .u16(9)
+                       .u16(1)
+                       .u8(9)
+                       .zeros(3)
+                       .u16(14)
+                       .u16(8)
+                       .u64(1'000'000'000)
+                       .u16(0)
+                       .u16(0)
+                       .bytes()));
+    file.raw(block(is_big, 1, make().u16(1).u16(0).u32(0).u16(9).u16(1).u8(0x8A).zeros(3).bytes()));  // 2^-10 s
+    file.raw(block(is_big, 5, make().zeros(12).bytes()));                                             // statistics
+    file.raw(enhanced(0, static_cast<std::uint64_t>(kTime) / 1000, plain("us")));
+    file.raw(enhanced(1, static_cast<std::uint64_t>(kTime) - 1'000'000'000'000'000'000ull,
+                      test::ipv4_packet(test::udp_segment("ns", 1))));
+    file.raw(enhanced(2, 1024ull * 5 + 512, plain("binary")));
+    const Bytes simple = plain("simple");
+    file.raw(block(is_big, 3, make().u32(simple.size()).raw(simple).bytes()));
+  }
+  const Read read = read_bytes(file.bytes());
+  EXPECT_THAT(read.payloads, ElementsAre("us", "ns", "binary", "simple", "us", "ns", "binary", "simple"));
+  const std::int64_t us = kTime / 1000 * 1000, binary = 5'500'000'000;
+  EXPECT_THAT(read.times, ElementsAre(us, kTime, binary, binary, us, kTime, binary, binary));
+
+  const std::span<const std::byte> whole(file.bytes());
+  for (std::size_t size = 0; size < whole.size(); size += 3) {
+    const Read cut = read_bytes(whole.first(size));
+    EXPECT_LE(cut.payloads.size(), 8u);
+    EXPECT_TRUE(cut.ends.at(0).code == ErrorCode::Truncated || cut.ends[0].code == ErrorCode::EndOfData) << size;
+  }
+}
+
+TEST(PcapSource, ASectionOfInterfacesWithoutEndIsRefused) {
+  ByteWriter file(false);
+  file.raw(block(false, 0x0A0D0D0A, ByteWriter(false).u32(0x1A2B3C4D).u16(1).u16(0).u64(~0ull).bytes()));
+  for (int i = 0; i < 4097; ++i) file.raw(block(false, 1, ByteWriter(false).u16(1).u16(0).u32(0).bytes()));
+  const Read read = read_bytes(file.bytes());
+  EXPECT_EQ(read.ends.at(0).code, ErrorCode::Exhausted);
+  EXPECT_THAT(read.ends[0].message, HasSubstr("more than 4096 interfaces"));
+}
+
+TEST(PcapSource, RealCapturesGiveTheirDatagrams) {
+  const std::map<std::string, std::map<std::size_t, std::size_t>> sizes{{"hdl32e.pcap", {{1206, 500}}},
+                                                                        {"vlp16_gps.pcap", {{1206, 293}, {512, 57}}},
+                                                                        {"vlp16_scans.pcap", {{1206, 603}}}};
+  for (const auto& [name, expected] : sizes) {
+    HUELINE_REQUIRE_DATA("velodyne/" + name);
+    PcapSource source(kSensor, {data_file.string(), {}, {}});
+    const Read read = read_all(source);
+    std::map<std::size_t, std::size_t> found;
+    for (const std::string& payload : read.payloads) ++found[payload.size()];
+    EXPECT_EQ(found, expected) << name;
+    EXPECT_TRUE(read.faults.empty());
+    EXPECT_TRUE(std::is_sorted(read.times.begin(), read.times.end())) << name;
+  }
+}
+
+TEST(PcapSource, ARealPcapngGivesItsDatagrams) {
+  HUELINE_REQUIRE_DATA("sick/rms1000.pcapng");
+  PcapSource source(kSensor, {data_file.string(), {}, {}});
+  const Read read = read_all(source);
+  ASSERT_EQ(read.ends.size(), 1u);
+  EXPECT_EQ(read.ends[0].code, ErrorCode::EndOfData) << read.ends[0].message;
+  const ExtractCounts& c = source.counts();
+  EXPECT_GT(c.datagrams + c.not_udp, 0u);
+  EXPECT_EQ(c.malformed + c.unknown_link, 0u);
+}
+
+}  // namespace
+}  // namespace hueline::drivers
