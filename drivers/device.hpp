@@ -11,83 +11,87 @@
 #include "core/keys.hpp"
 #include "core/packet.hpp"
 
-/// What a rig knows of a device. Each kind of device has a DeviceType in its own folder and a line in
-/// drivers/registry.cpp; nothing outside drivers/ names a kind.
+/// The interface between a rig and its devices. Each kind of device has a DeviceType in its own folder and one line in
+/// drivers/registry.cpp. No code outside drivers/ names a kind of device.
 namespace hueline::drivers {
 
-/// What a device is for. sync/ and fusion/ know roles and measurements, never kinds of devices.
+/// What a device is for. sync/ and fusion/ distinguish roles and measurements, never kinds of devices.
 enum class Role : std::uint8_t {
   Laser,     ///< gives LaserBatch; has a mounting
   Camera,    ///< gives Image; its DeviceType makes a CameraDevice
-  Pos,       ///< gives InsSolution and TimeLabel; a rig has one at most
-  Pps,       ///< gives PpsEdge; a rig has one at most
+  Pos,       ///< gives InsSolution and TimeLabel; at most one in a rig
+  Pps,       ///< gives PpsEdge; at most one in a rig
   Odometer,  ///< gives WheelSpeed; its DeviceType makes an OdometerDevice
 };
 
-/// Whose clock the time stamps `received` of a device's packets are of.
+/// Whose clock stamped the arrival (`Packet::received`) of a device's packets.
 enum class Arrivals : std::uint8_t {
-  Live,      ///< this computer's, as the packets come
-  Recorded,  ///< that of the computer that made the capture file
-  Unknown,   ///< none: a log of bytes
+  Live,      ///< the clock of this computer, when the packet came
+  Recorded,  ///< the clock of the computer that made the capture file
+  Unknown,   ///< no clock: the source is a file of bytes that has no arrival times
 };
 
-/// A device as a rig file describes it: all its keys but those that its role has. Immutable once it is read; then
-/// thread-safe.
+/// A device as a rig file describes it. It holds all keys of the device except those that belong to its role (such as
+/// the mounting of a laser). Thread safety: immutable after the rig file is read, and thread-safe from then on.
 class Device {
  public:
   virtual ~Device() = default;
 
+  /// Declares the device's keys (core/keys.hpp).
   virtual void visit(Keys& keys) = 0;
-  /// Called after visit() has read a file.
+  /// Checks the rules that concern several keys. It is called after visit() has read a file.
   virtual KeyError validate() const = 0;
 
+  /// Returns whose clock stamps the arrivals of the packets of make_source().
   virtual Arrivals arrivals() const { return Arrivals::Live; }
-  /// The source of its packets, not opened yet.
+  /// Makes the source of the device's packets. The source is not opened yet.
   virtual std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const = 0;
-  /// Its decoder, the same live, in replay and in `inspect`.
+  /// Makes the device's decoder. Live capture, replay and `inspect` use the same decoder.
   virtual std::unique_ptr<Decoder> make_decoder(SensorId sensor) const = 0;
 };
 
 /// A device with Role::Camera.
 class CameraDevice : public Device {
  public:
+  /// Returns the exposure time that the rig sets, or 0 if the rig leaves it to the camera.
   virtual nanoseconds exposure() const = 0;
-  /// The pixel format of the packets, which need not be the images'.
+  /// Returns the pixel format of the packets. It may differ from the pixel format of the images that the decoder makes.
   virtual PixelFormat sent_format() const = 0;
-  /// Nobody wants the pixels outside these regions: they need not be decoded.
+  /// Names the regions of the image whose pixels are used. The decoder may leave out the rest.
   virtual void use_only(const std::vector<PixelRegion>& regions) = 0;
 };
 
 /// A device with Role::Odometer.
 class OdometerDevice : public Device {
  public:
-  /// Whether its packets are datagrams of a CAN-to-Ethernet gateway.
+  /// Returns whether the packets are datagrams of a CAN-to-Ethernet gateway.
   virtual bool is_by_gateway() const = 0;
 };
 
-/// The descriptor of a kind of device.
+/// The descriptor of one kind of device.
 struct DeviceType {
-  const char* word;  ///< of the key `driver`
+  const char* word;  ///< value of the key `driver` in a rig file
   Role role;
-  /// Whether its packets may be left out of fusion when that cannot keep up. What the clocks and the trajectory need
-  /// may not.
+  /// Whether packets may be left out of fusion when fusion is too slow. It is false for packets that the clocks or the
+  /// trajectory need.
   bool is_sheddable;
-  std::shared_ptr<Device> (*make)();
+  std::shared_ptr<Device> (*make)();  ///< makes a device with the default values of its keys
 
-  /// Of Role::Laser.
+  /// What sync/ takes for given about a scanner. It is used for Role::Laser only.
   struct Laser {
-    nanoseconds latency_min{
-        std::chrono::microseconds(1500)};  ///< from a packet's first firing to its arrival, at its fastest
-    std::size_t pending_limit = 8192;      ///< packets that may wait for the scanner's clock
+    /// Shortest time from the first firing of a packet to the arrival of the packet.
+    nanoseconds latency_min{std::chrono::microseconds(1500)};
+    std::size_t pending_limit = 8192;  ///< largest number of packets that wait for the scanner's clock
   };
   Laser laser{};
 };
 
 using DeviceTypes = std::span<const DeviceType* const>;
 
-/// All kinds of devices that the program knows.
+/// Returns all kinds of devices that the program knows, in the order of drivers/registry.cpp.
 DeviceTypes device_types();
 
+/// Makes a device of class T. Use it as DeviceType::make.
 template <class T>
 std::shared_ptr<Device> make_device() {
   return std::make_shared<T>();

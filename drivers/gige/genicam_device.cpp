@@ -40,7 +40,7 @@ KeyError GenicamDevice::validate() const {
   return decoder().validate();
 }
 
-/// Aravis is a guest: it may crash, and nobody else notices.
+// Aravis runs in a process of its own (hueline-guest), because it may crash.
 std::unique_ptr<PacketSource> GenicamDevice::make_source(SensorId sensor, const BufferPool&) const {
   GuestSource::Config guest;
   guest.sensor = sensor;
@@ -71,7 +71,7 @@ GenicamConfig GenicamDevice::source() const {
     out.width = width_;
     out.height = height_;
     out.pixel_format = pixel_format_;
-  } else {  // Its buffer has a size of its own, and to the transport it holds bytes.
+  } else {  // With JPEG planes the camera sends a buffer of its own size, which is bytes (Mono8) to the transport.
     out.pixel_format = PixelFormat::Mono8;
   }
   return out;

@@ -18,19 +18,20 @@ class GenicamDevice final : public CameraDevice {
   PixelFormat sent_format() const override { return source().pixel_format; }
   void use_only(const std::vector<PixelRegion>& regions) override;
 
-  /// What the camera is told.
+  /// Returns the settings that are sent to the camera.
   GenicamConfig source() const;
+  /// Returns the settings of the decoder.
   ImageDecoder::Config decoder() const;
 
  private:
-  GenicamConfig camera_;  // but its region and pixel format
+  GenicamConfig camera_;  // all settings but the region and the pixel format, which source() adds
   std::uint32_t width_ = 0, height_ = 0;
   PixelFormat pixel_format_ = PixelFormat::BayerRG8;
   ImagePayload payload_ = ImagePayload::Rows;
   JpegPlanesLayout planes_;
 };
 
-/// The word `genicam` of a rig.
+/// The device type with `driver: genicam`.
 extern const DeviceType kGenicam;
 
 }  // namespace hueline::drivers

@@ -18,7 +18,7 @@ void NovatelDevice::visit(Keys& keys) {
   decoder_.visit(keys);
 }
 
-// The logs are valid: they were checked when they were read.
+// value() is safe: the rig's reader has already checked the logs.
 std::string NovatelDevice::dialogue() const { return logs_ ? novatel_dialogue(*logs_).value() : std::string(); }
 
 std::unique_ptr<PacketSource> NovatelDevice::make_source(SensorId, const BufferPool&) const {

@@ -20,7 +20,7 @@ class NovatelDevice final : public Device {
   std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const override;
   std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override;
 
-  /// What the receiver is told after each connection; empty: nothing.
+  /// Returns the commands that the receiver is sent after each connection. It is empty if the rig asks for no logs.
   std::string dialogue() const;
 
  private:
@@ -31,7 +31,7 @@ class NovatelDevice final : public Device {
   NovatelDecoder::Config decoder_;
 };
 
-/// The word `novatel` of a rig.
+/// The device type with `driver: novatel`.
 extern const DeviceType kNovatel;
 
 }  // namespace hueline::drivers

@@ -4,7 +4,7 @@
 
 namespace hueline::drivers {
 
-/// The word `pps` of a rig.
+/// The device type with `driver: pps`.
 extern const DeviceType kPps;
 
 }  // namespace hueline::drivers

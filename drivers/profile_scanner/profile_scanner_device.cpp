@@ -5,7 +5,8 @@
 
 namespace hueline::drivers {
 
-// A datagram spans 0.05 to 1 ms, by the scanner's rate and its size; a fast one sends 18000 a second.
+// A datagram spans 0.05 to 1 ms, depending on the scanner's rate and the datagram's size. A fast scanner sends 18000
+// datagrams a second.
 constinit const DeviceType kProfileScanner{"profile_scanner",
                                            Role::Laser,
                                            true,

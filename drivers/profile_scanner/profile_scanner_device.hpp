@@ -4,7 +4,7 @@
 
 namespace hueline::drivers {
 
-/// The word `profile_scanner` of a rig.
+/// The device type with `driver: profile_scanner`.
 extern const DeviceType kProfileScanner;
 
 }  // namespace hueline::drivers

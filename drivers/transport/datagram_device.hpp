@@ -7,8 +7,8 @@
 
 namespace hueline::drivers {
 
-/// A device that does nothing but send datagrams, which DeviceDecoder understands: its keys are those of the input and
-/// those of the decoder.
+/// A device that only sends datagrams, all of which DeviceDecoder reads. Its keys are those of the input
+/// (DatagramInput) and those of the decoder.
 template <class DeviceDecoder>
 class DatagramDevice final : public Device {
  public:

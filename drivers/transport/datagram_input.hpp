@@ -9,13 +9,15 @@
 
 namespace hueline::drivers {
 
-/// Where a device that sends datagrams is read from: the network, or a capture file.
+/// The origin of a device's datagrams: the network or a capture file. Exactly one of the two members is set.
 struct DatagramInput {
   std::optional<UdpSource::Config> udp;
   std::optional<PcapSource::Config> pcap;
 
+  /// Declares the keys `udp` and `pcap`, of which a rig file gives exactly one.
   void visit(Keys& keys);
   Arrivals arrivals() const { return pcap ? Arrivals::Recorded : Arrivals::Live; }
+  /// Makes the source that is set, not opened yet.
   std::unique_ptr<PacketSource> make(SensorId sensor, const BufferPool& pool) const;
 };
 

@@ -4,7 +4,7 @@
 
 namespace hueline::drivers {
 
-/// The word `velodyne` of a rig.
+/// The device type with `driver: velodyne`.
 extern const DeviceType kVelodyne;
 
 }  // namespace hueline::drivers

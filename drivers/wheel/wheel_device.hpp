@@ -4,7 +4,7 @@
 
 namespace hueline::drivers {
 
-/// The word `wheel` of a rig.
+/// The device type with `driver: wheel`.
 extern const DeviceType kWheel;
 
 }  // namespace hueline::drivers
