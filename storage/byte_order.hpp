@@ -9,8 +9,8 @@
 #include <type_traits>
 #include <vector>
 
-/// Little-endian values in and out of bytes: MCAP, protobuf's fixed types and LAS are little-endian, and so are the
-/// machines we build for (x86-64, ARM64).
+/// Reads and writes little-endian values in byte arrays. MCAP, the fixed-size types of protobuf and LAS are all
+/// little-endian, and so are the processors that this program is built for (x86-64, ARM64).
 namespace hueline::storage {
 
 static_assert(std::endian::native == std::endian::little, "the file formats are written by memcpy");
@@ -36,13 +36,13 @@ void append(Bytes& out, T value) {
   std::memcpy(out.data() + at, &value, sizeof value);
 }
 
-/// Overwrites a number inside `out`; `at + sizeof value` must be inside.
+/// Overwrites a number inside `out`. `at + sizeof value` must not exceed the size of `out`.
 template <class T>
 requires std::is_arithmetic_v<T>
 void put(std::span<std::byte> out, std::size_t at, T value) { std::memcpy(out.data() + at, &value, sizeof value); }
 
-/// Reads numbers one after the other; never past the end. After the first failed read ok() is false and everything
-/// reads 0.
+/// Reads numbers one after another and never reads past the end. After the first read that does not fit, `ok()` returns
+/// false and every further read returns 0.
 class ByteReader {
  public:
   explicit ByteReader(ByteView bytes) : bytes_(bytes) {}
@@ -63,7 +63,7 @@ class ByteReader {
     at_ += static_cast<std::size_t>(size);
     return taken;
   }
-  /// A string with its u32 length before it.
+  /// Reads a string that is preceded by its u32 length.
   std::string take_string() {
     const ByteView text = take_bytes(take<std::uint32_t>());
     return std::string(reinterpret_cast<const char*>(text.data()), text.size());

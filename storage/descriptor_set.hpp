@@ -8,8 +8,9 @@ class Descriptor;
 
 namespace hueline::storage {
 
-/// The serialised FileDescriptorSet of a message's .proto file and all that it imports, imports first: what MCAP and
-/// Foxglove want as schema data of encoding "protobuf". The same for every run of a program.
+/// Returns the serialised FileDescriptorSet of a message's .proto file and of everything that it imports, imports
+/// first. MCAP and Foxglove expect this as schema data of the encoding "protobuf". Every run of one program returns the
+/// same bytes.
 std::string descriptor_set(const google::protobuf::Descriptor& message);
 
 }  // namespace hueline::storage

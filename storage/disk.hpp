@@ -9,46 +9,53 @@
 
 #include "core/output_file.hpp"
 
-/// What a FileWriter asks of the operating system, so that another disk can stand in its place: one that is full,
-/// read-only, or loses its power. Answers are the kernel's: what was done, or minus errno. Nothing here retries or
-/// remembers.
+/// The calls of the operating system that FileWriter uses, as an interface. A test can put another disk in the place of
+/// the real one: a disk that is full, is read-only or loses its power. All functions answer as the kernel does, with
+/// what was done or with minus errno. Nothing here retries or remembers an error.
 namespace hueline::storage {
 
 using hueline::IfExists;
 
-/// A file that was opened to be written. Thread-bound. Its end closes it without an answer.
+/// A file that is open for writing. Thread-bound. The destructor closes it and reports no error.
 class DiskFile {
  public:
   virtual ~DiskFile() = default;
-  /// Appends the pieces in order (writev): bytes taken, which may be fewer than there are; -EINTR: ask again.
+  /// Appends the pieces in order (writev) and returns the number of bytes taken, which may be smaller than their sum.
+  /// -EINTR means: call again.
   virtual std::int64_t append(std::span<const iovec> pieces) = 0;
-  /// Over bytes that were written before (pwrite): bytes taken; -EINTR: ask again.
+  /// Overwrites bytes that were written before (pwrite) and returns the number of bytes taken. -EINTR means: call
+  /// again.
   virtual std::int64_t overwrite(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
-  /// Everything so far to the medium (fdatasync): 0, or -errno. -EINVAL: not a thing that can be synced (a pipe). After
-  /// any other error nobody knows what of the data since the last good sync the medium has: Linux says it only once.
+  /// Writes everything so far to the medium (fdatasync) and returns 0 or minus errno. -EINVAL means that this kind of
+  /// file cannot be synced (a pipe). After any other error it is unknown which of the data since the last successful
+  /// sync is on the medium, because Linux reports such an error only once.
   virtual int sync() = 0;
-  /// Cuts the file back; what is appended next stands there (ftruncate): 0, or -errno; -EINTR: ask again.
+  /// Cuts the file back to `size` (ftruncate) and returns 0 or minus errno. The next append() continues there. -EINTR
+  /// means: call again.
   virtual int truncate(std::uint64_t size) = 0;
-  /// Whether the file is still where it was made, and as long as what was written: 0; -ENOENT: it was deleted; -ESTALE:
-  /// its path leads to nothing or to another file; -ENODATA: somebody else has cut it. A disk that cannot tell says 0.
+  /// Checks that the file is still where it was created and as long as what was written. Returns 0 if it is; -ENOENT if
+  /// it was deleted; -ESTALE if its path leads to nothing or to another file; -ENODATA if another program has cut it. A
+  /// disk that cannot tell returns 0.
   virtual int check_place() { return 0; }
-  /// By which other programs reach the bytes as long as this one runs, whatever became of the name; -1: none.
+  /// Returns the descriptor through which other programs reach the bytes while this program runs, even if the file's
+  /// name is gone; -1 if there is none.
   virtual int descriptor() const { return -1; }
-  /// 0, or -errno. Nothing but the destructor may be called afterwards.
+  /// Closes the file and returns 0 or minus errno. Afterwards only the destructor may be called.
   virtual int close() = 0;
 };
 
-/// Thread-safe.
+/// Creates files. Thread-safe.
 class Disk {
  public:
   virtual ~Disk() = default;
-  /// 0 and the file, or -errno (those of open_output). A file that was made is in its folder for good: a power cut does
-  /// not lose its name.
+  /// Creates the file and returns 0, or minus errno as open_output() does. The entry of a created file in its folder is
+  /// already on the medium, so a power cut does not lose the file's name.
   virtual int create(const std::filesystem::path& path, IfExists if_exists, std::unique_ptr<DiskFile>& file) = 0;
-  /// Bytes that may still be written beside that file; INT64_MAX: it cannot tell.
+  /// Returns the number of bytes that can still be written to the file system of that file; INT64_MAX if that is
+  /// unknown.
   virtual std::int64_t free_bytes(const std::filesystem::path&) { return INT64_MAX; }
 
-  /// The operating system's own.
+  /// Returns the disk of the operating system.
   static Disk& kernel();
 };
 

@@ -4,15 +4,15 @@
 
 #include "storage/png.hpp"
 
-/// The few marks that a picture of a cloud needs. All clip at the picture's border.
+/// The few shapes that a picture of a cloud needs. Every function clips at the picture's border.
 namespace hueline::storage {
 
 void fill_rectangle(RgbImage& image, int x, int y, int width, int height, Rgb colour);
-/// Filled; corners in pixels.
+/// Draws a filled triangle. Corners are in pixels.
 void fill_triangle(RgbImage& image, const std::array<std::array<double, 2>, 3>& corners, Rgb colour);
-/// Digits, '.', ' ', 'm', 'k', 'N' of 5 x 7 dots, each dot `size` pixels; other characters stay empty.
+/// Draws digits, '.', ' ', 'm', 'k' and 'N' as 5 x 7 dots of `size` pixels each. Other characters stay empty.
 void draw_text(RgbImage& image, int x, int y, const std::string& text, int size, Rgb colour);
-/// Width of that text in pixels.
+/// Returns the width of that text in pixels.
 int text_width(const std::string& text, int size);
 
 }  // namespace hueline::storage

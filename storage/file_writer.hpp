@@ -12,36 +12,36 @@
 
 namespace hueline::storage {
 
-/// A file of which every write, sync and close is checked. The first error is remembered with its errno and repeated by
-/// every later call: nothing is written behind a hole. Thread-bound. Move-only.
+/// A file of which every write, sync and close is checked. It remembers the first error with its errno, and every later
+/// call returns that error: nothing is written behind a gap. Thread-bound. Move-only.
 class FileWriter {
  public:
-  /// `disk` must outlive the file.
+  /// Creates the file. `disk` must outlive it.
   static Result<FileWriter> create(const std::filesystem::path& path, IfExists if_exists, Disk& disk = Disk::kernel());
   FileWriter(FileWriter&&) noexcept = default;
   FileWriter& operator=(FileWriter&&) noexcept = default;
-  /// Closes without a report; call close() to know.
+  /// Closes the file without reporting an error. Call close() to learn about errors.
   ~FileWriter() = default;
 
-  /// Appends all of it; goes on after short writes and interrupts.
+  /// Appends all bytes. It continues after short writes and interrupts.
   Status write(ByteView bytes) { return write(std::span<const ByteView>(&bytes, 1)); }
-  /// Gathers the pieces in one go (writev): payloads go from where they lie to the kernel.
+  /// Appends the pieces with as few system calls as possible (writev), without copying them first.
   Status write(std::span<const ByteView> pieces);
-  /// Overwrites bytes that were written before; the end stays the end.
+  /// Overwrites bytes that were written before. The end of the file stays where it is.
   Status overwrite(std::uint64_t offset, ByteView bytes);
-  /// To the medium (fdatasync). Waits for the disk.
+  /// Writes everything so far to the medium (fdatasync) and waits for the disk.
   Status sync();
-  /// Whether what was written is still what the path leads to. Unavailable: deleted, moved or replaced; writing goes
-  /// on, and the message says how the bytes are reached while this program runs. Truncated: somebody has cut it;
-  /// remembered, like any other error.
+  /// Checks that the path still leads to the bytes that were written. Errors: Unavailable if the file was deleted,
+  /// moved or replaced; writing continues, and the message says how the bytes can be reached while this program runs.
+  /// Truncated if another program has cut the file; this error is remembered like any other.
   Status check_place();
-  /// Cuts the file back to `size` and forgets the remembered error, so that what is whole can be finished: after ENOSPC
-  /// there may be room again. Error if the file cannot be cut (a device).
+  /// Cuts the file back to `size` and forgets the remembered error, so that the whole part can be finished: after
+  /// ENOSPC there may be room again. Returns an error if the file cannot be cut (a device).
   Status cut_back(std::uint64_t size);
-  /// Syncs and closes. Error if any of it, or anything before it, failed.
+  /// Syncs and closes. Returns an error if any part of this, or anything before it, failed.
   Status close();
 
-  /// Bytes appended, the whole calls only.
+  /// Bytes of all write() calls that succeeded completely.
   std::uint64_t size() const { return size_; }
   const std::filesystem::path& path() const { return path_; }
   bool is_open() const { return file_ != nullptr; }
@@ -53,7 +53,7 @@ class FileWriter {
   Status failed_already() const;
 
   std::filesystem::path path_;
-  std::unique_ptr<DiskFile> file_;  // null: closed
+  std::unique_ptr<DiskFile> file_;  // null when closed
   std::uint64_t size_ = 0;
   std::optional<Error> error_;
 };

@@ -6,9 +6,10 @@
 
 namespace hueline::storage {
 
-/// A PNG or a JPEG, told by its first bytes and not by its name, as 8-bit RGB. The pixels are those stored: a turn that
-/// a photograph's EXIF asks for is not made, since a lens is calibrated on the sensor's rows and columns. Errors: Io;
-/// Malformed; Truncated (a JPEG cut short); Unsupported (another format; more than 134 million pixels).
+/// Reads a PNG or JPEG file as 8-bit RGB. The first bytes decide which of the two it is, not the name. The pixels are
+/// returned as stored: a rotation that a photograph's EXIF data asks for is not applied, because a lens is calibrated
+/// on the rows and columns of the sensor. Errors: Io; Malformed; Truncated (a JPEG cut short); Unsupported (another
+/// format, or more than 134 million pixels).
 Result<RgbImage> read_image(const std::filesystem::path& path);
 
 }  // namespace hueline::storage

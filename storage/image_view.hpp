@@ -7,11 +7,12 @@
 /// Small pictures of camera images, for people.
 namespace hueline::storage {
 
-/// The image in colour (a Bayer quad becomes one pixel, then squares are averaged), its longer side at most
-/// `longest_px`. Invalid if the image's bytes do not fit its size.
+/// Returns the image in colour with its longer side at most `longest_px` pixels. A Bayer quad becomes one pixel, then
+/// squares of pixels are averaged. Error: Invalid if the number of the image's bytes does not fit its size.
 Result<RgbImage> reduced_view(const Image& image, int longest_px);
 
-/// Baseline JPEG, 4:2:0. The same picture gives the same bytes. `quality` 1 ... 100.
+/// Encodes a baseline JPEG with 4:2:0 chroma subsampling. The same picture gives the same bytes. `quality` is 1 to
+/// 100.
 Result<Bytes> encode_jpeg(const RgbImage& image, int quality);
 
 }  // namespace hueline::storage

@@ -8,57 +8,59 @@
 
 namespace hueline::storage {
 
-/// The raw recording: every packet in ingest order, bytes as received, in one MCAP file. Thread-bound (the recorder's
-/// thread). Payloads of 4 KiB and more are not copied: their buffers are held until their chunk is written (at most
-/// `chunk_bytes` or `chunk_time` later).
+/// Writes the raw recording: every packet in ingest order, bytes as received, in one MCAP file. Thread-bound (the
+/// recorder's thread). Payloads of 4 KiB and more are not copied; their buffers are held until their chunk is written,
+/// at most `chunk_bytes` or `chunk_time` later.
 ///
-/// A failed write is returned by that append() and by all later ones; what was recorded before stays readable.
+/// A failed write is returned by that append() and by all later ones. What was recorded before stays readable.
 class JournalWriter {
  public:
   struct Config {
-    Compression compression = Compression::None;  ///< images do not compress at the speed they come
+    Compression compression = Compression::None;  ///< images cannot be compressed as fast as they arrive
     std::uint64_t chunk_bytes = 4u << 20;         ///< see McapWriter::Config
-    /// Data is handed to the kernel this often: a killed program loses at most this much. By the clock that append() is
-    /// told, as sync_interval: the packets' stamps come from devices, and promises to users do not hang on those.
+    /// Longest time until data is handed to the kernel. A program that is killed loses at most the data of this time.
+    /// This time and `sync_interval` are measured by the clock that append() is told. They are not measured by the
+    /// packets' stamps, which come from devices: a promise to the user must not depend on those.
     nanoseconds chunk_time = std::chrono::milliseconds(500);
-    /// Data is forced to the medium this often; 0: only by sync() and close(). A power cut loses at most this.
+    /// Longest time until data is forced to the medium. A power cut loses at most the data of this time. 0: only sync()
+    /// and close() force it.
     nanoseconds sync_interval = std::chrono::seconds(2);
     IfExists if_exists = IfExists::Refuse;
     std::string validate() const;
   };
-  /// By sensor. Over all sensors and after close(): packets == packets_written() + packets_lost().
+  /// Counts of one sensor. Over all sensors and after close(): packets == packets_written() + packets_lost().
   struct Counts {
-    std::uint64_t packets = 0;        ///< accepted by append()
-    std::uint64_t payload_bytes = 0;  ///< of those
-    std::uint64_t refused = 0;        ///< append() returned an Error before it took the packet
+    std::uint64_t packets = 0;        ///< packets that append() accepted
+    std::uint64_t payload_bytes = 0;  ///< payload bytes of those packets
+    std::uint64_t refused = 0;        ///< packets for which append() returned an error before it took them
   };
 
-  /// `disk` must outlive the writer.
+  /// Creates the file and writes the header. `disk` must outlive the writer.
   static Result<JournalWriter> create(const std::filesystem::path& path, const JournalHeader& header,
                                       const Config& config, Disk& disk = Disk::kernel());
   static Result<JournalWriter> create(const std::filesystem::path& path, const JournalHeader& header) {
     return create(path, header, Config());
   }
 
-  /// `now`: of any clock that does not step. Invalid if the sensor is not in the header; Io if the file could not be
-  /// written (now or earlier).
+  /// Takes a packet. `now` is the time of any clock that does not step. Errors: Invalid if the sensor is not in the
+  /// header; Io if the file could not be written, now or earlier.
   Status append(const Packet& packet, nanoseconds now);
-  /// Everything so far to the kernel: call it when packets pause.
+  /// Hands everything so far to the kernel. Call it when packets pause.
   Status flush() { return writer_.flush(); }
-  /// Everything so far to the medium.
+  /// Writes everything so far to the medium.
   Status sync() { return writer_.sync(); }
-  /// Whether the file is still there, whole, under its path: as FileWriter::check_place().
+  /// Checks that the file is still there, whole, under its path; see FileWriter::check_place().
   Status check_place() { return writer_.check_place(); }
-  /// Everything to the medium, with summary and indexes.
+  /// Writes everything to the medium, with summary and indexes, and closes the file.
   Status close() { return writer_.close(); }
 
   std::uint64_t bytes_written() const { return writer_.bytes_written(); }
-  /// Packets in the file; those still waiting for their chunk are not counted yet.
+  /// Packets in the file. Packets that still wait for their chunk are not counted yet.
   std::uint64_t packets_written() const { return writer_.statistics().message_count; }
-  /// Packets that are on the medium for certain: those of the last sync. After close() all written ones, unless the
-  /// disk failed.
+  /// Packets that are certainly on the medium, which are those of the last sync. After close() these are all packets
+  /// written, unless the disk failed.
   std::uint64_t packets_on_medium() const { return writer_.messages_on_medium(); }
-  /// Accepted, but lost with a chunk that could not be written.
+  /// Packets that were accepted, but lost with a chunk that could not be written.
   std::uint64_t packets_lost() const { return writer_.lost_messages(); }
   const std::vector<Counts>& counts() const { return counts_; }  ///< by SensorId
   const std::filesystem::path& path() const { return writer_.path(); }

@@ -5,7 +5,7 @@
 #include "core/point_fields.hpp"
 #include "storage/las_format.hpp"
 
-/// What a list of point fields (core/point_fields.hpp) says of the extra bytes of a LAS file.
+/// Derives the extra bytes of a LAS file from a list of point fields (core/point_fields.hpp).
 namespace hueline::storage {
 
 template <class Number>
@@ -19,7 +19,7 @@ constexpr LasType las_type() {
   }
 }
 
-/// The extra bytes' descriptions, in the list's order.
+/// Returns the descriptions of the extra bytes, in the order of the list.
 template <const auto& Fields>
 std::vector<LasExtraField> las_extra_fields() {
   std::vector<LasExtraField> out;
@@ -31,7 +31,7 @@ std::vector<LasExtraField> las_extra_fields() {
   return out;
 }
 
-/// Number of a point's extra bytes.
+/// Returns the number of extra bytes of one point.
 template <const auto& Fields>
 constexpr std::size_t las_extra_size() {
   std::size_t size = 0;
@@ -41,7 +41,7 @@ constexpr std::size_t las_extra_size() {
   return size;
 }
 
-/// Writes a point's extra bytes; `at` has room for them.
+/// Writes the extra bytes of one point to `at`, which must have room for them.
 template <const auto& Fields, class Point>
 void put_las_extra(const Point& point, std::byte* at) {
   for_each_field<Fields>([&](auto field) {
@@ -53,7 +53,7 @@ void put_las_extra(const Point& point, std::byte* at) {
   });
 }
 
-/// The name of the extra bytes that hold a member of ColouredPoint.
+/// Returns the name of the extra bytes that hold a member of ColouredPoint.
 template <auto Member>
 consteval std::string_view las_extra_name() {
   std::string_view name;

@@ -8,14 +8,14 @@
 #include "core/result.hpp"
 #include "storage/byte_order.hpp"
 
-/// The LAS file (ASPRS LAS 1.4 R15): public header, variable length records, point records.
+/// The parts of a LAS file (ASPRS LAS 1.4 R15): public header, variable length records, point records.
 namespace hueline::storage {
 
-/// GPS time minus this is "adjusted standard GPS time".
+/// GPS time minus this number of seconds is "adjusted standard GPS time".
 constexpr std::int64_t kAdjustedGpsSeconds = 1'000'000'000;
 constexpr std::size_t kLasHeaderSize14 = 375;
 constexpr std::size_t kLasVlrHead = 54;
-constexpr std::uint16_t kLasAdjustedTime = 1 << 0, kLasWkt = 1 << 4;  // global encoding
+constexpr std::uint16_t kLasAdjustedTime = 1 << 0, kLasWkt = 1 << 4;  // bits of the global encoding
 
 /// A variable length record.
 struct LasVlr {
@@ -25,7 +25,7 @@ struct LasVlr {
   std::string data;
 };
 
-/// The public header, in the units of the file.
+/// The public header. Numbers are in the units of the file.
 struct LasHeader {
   int version_minor = 4;
   std::uint16_t global_encoding = 0;
@@ -39,9 +39,10 @@ struct LasHeader {
   std::array<std::uint64_t, 15> points_by_return{};
 };
 
-/// The 375 bytes of version 1.4; the counts of the older versions are 0, as point formats 6 and above ask.
+/// Returns the 375 bytes of a header of version 1.4. The point counts of older versions are 0, as point formats 6 and
+/// above require.
 Bytes encode_las_header(const LasHeader& header);
-/// Versions 1.0 to 1.4. Malformed: no LAS header. Unsupported: another version.
+/// Reads a header of version 1.0 to 1.4. Errors: Malformed if this is no LAS header; Unsupported for another version.
 Result<LasHeader> decode_las_header(ByteView bytes);
 
 void append_vlr(Bytes& out, const LasVlr& vlr);
@@ -49,23 +50,24 @@ void append_vlr(Bytes& out, const LasVlr& vlr);
 enum class LasType : std::uint8_t { U8 = 1, I8, U16, I16, U32, I32, U64, I64, F32, F64 };
 std::size_t size_of(LasType type);
 
-/// One field of the Extra Bytes record (LASF_Spec, 4).
+/// One field of the Extra Bytes record (user id LASF_Spec, record id 4).
 struct LasExtraField {
   std::string name, description;
   LasType type = LasType::U8;
-  std::size_t offset = 0;  ///< in the point record
+  std::size_t offset = 0;  ///< byte in the point record
   bool has_scale = false;
-  double scale = 1, shift = 0;  ///< value = stored * scale + shift where has_scale
+  double scale = 1, shift = 0;  ///< value = stored * scale + shift if has_scale is set
 };
-/// The record's data; offsets are not part of it.
+/// Returns the data of the record. The offsets are not part of it.
 std::string encode_extra_fields(const std::vector<LasExtraField>& fields);
-/// Fields of types that we do not know (arrays, "undocumented bytes") only move the offset on.
+/// Reads the record. Fields whose type is unknown (arrays, "undocumented bytes") are left out of the result; they only
+/// move the offset of the fields behind them. A field of a reserved type ends the list, because its size is unknown.
 std::vector<LasExtraField> decode_extra_fields(ByteView data, std::size_t first_offset);
 
-/// Bytes of a point format (0 to 10) without extra bytes; 0 if there is no such format.
+/// Returns the number of bytes of a point format (0 to 10) without extra bytes; 0 if there is no such format.
 std::size_t las_point_size(int format);
 
-/// Adjusted standard GPS time in s.
+/// Returns adjusted standard GPS time in seconds.
 double to_las_time(GpsTime time);
 GpsTime from_las_time(double adjusted_seconds);
 

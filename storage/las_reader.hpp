@@ -8,41 +8,44 @@
 
 namespace hueline::storage {
 
-/// One point record, decoded.
+/// One decoded point record.
 struct LasPoint {
   double x = 0, y = 0, z = 0;  ///< in the file's CRS
   std::uint16_t intensity = 0;
   std::uint8_t return_number = 0, return_count = 0, classification = 0, user_data = 0;
-  std::uint16_t source = 0;  ///< point source id; in our files the SensorId
+  std::uint16_t source = 0;  ///< point source id; in files of this program the SensorId
   double scan_angle_deg = 0;
-  std::optional<double> time;  ///< as stored: adjusted standard GPS time or time of week, see LasReader::gps_time
-  std::uint16_t red = 0, green = 0, blue = 0;  ///< 0 where the format has no colour
-  ByteView record;                             ///< the stored bytes; good until the next call of next()
+  std::optional<double> time;  ///< as stored: adjusted standard GPS time or time of week, see LasReader::gps_time()
+  std::uint16_t red = 0, green = 0, blue = 0;  ///< 0 if the format has no colour
+  ByteView record;                             ///< the stored bytes; valid until the next call of next()
 };
 
 /// Streams the points of a LAS 1.0 to 1.4 file, point formats 0 to 8. Thread-bound. Move-only.
 class LasReader {
  public:
-  /// Errors: Io; Malformed; Truncated (inside the header); Unsupported (compressed LAZ, other formats).
+  /// Opens the file and reads its header and records. Errors: Io; Malformed; Truncated (inside the header); Unsupported
+  /// (compressed LAZ, other point formats).
   static Result<LasReader> open(const std::filesystem::path& path);
 
   const LasHeader& header() const { return header_; }
-  /// Points that the file really has: fewer than the header counts if it was cut.
+  /// Number of points that the file really holds. It is smaller than the header's count if the file was cut.
   std::uint64_t available() const { return available_; }
   const std::vector<LasVlr>& records() const { return vlrs_; }
   const std::vector<LasExtraField>& extra_fields() const { return extra_; }
-  /// The field of that name, or null.
+  /// Returns the field of that name, or null.
   const LasExtraField* extra_field(std::string_view name) const;
-  /// OGC WKT of the CRS; empty if the file has none.
+  /// Returns the CRS as OGC WKT; empty if the file has none.
   std::string wkt() const;
   bool has_colour() const;
-  /// Empty if the file's times are GPS time of week (their week is not in the file).
+  /// Returns the time of a point. Nothing if the file's times are GPS times of week, because the week is not in the
+  /// file.
   std::optional<GpsTime> gps_time(const LasPoint& point) const;
-  /// The value of an extra field, scaled as the file says.
+  /// Returns the value of an extra field, scaled as the file says.
   static double extra(const LasPoint& point, const LasExtraField& field);
 
-  /// Replaces `out` by the next at most `most` points; fewer only before the end. Empty at the end. Truncated if the
-  /// file has fewer points than its header says, after all whole ones were given; repeated by later calls.
+  /// Replaces `out` by the next points, at most `most` of them. It returns fewer only before the end, and none at the
+  /// end. Error: Truncated if the file holds fewer points than its header says, after all whole points were returned;
+  /// later calls repeat it.
   Status next(std::vector<LasPoint>& out, std::size_t most = 65536);
   /// Begins again at the first point.
   void rewind() { read_ = 0; }

@@ -8,50 +8,52 @@
 
 namespace hueline::storage {
 
-/// Writes the coloured cloud: LAS 1.4, point format 7, adjusted standard GPS time, steps of 1 mm, CRS as OGC WKT, 8-bit
-/// colours times 257, and extra bytes as the list of the point's fields says (core/point_fields.hpp). Thread-bound.
+/// Writes the coloured cloud as LAS 1.4, point format 7: adjusted standard GPS time, steps of 1 mm, CRS as OGC WKT,
+/// 8-bit colours times 257, and extra bytes as the list of point fields says (core/point_fields.hpp). Thread-bound.
 /// Reads no clock: the same blocks give the same bytes.
 ///
-/// The header is brought up to date every `header_every` points and by flush(): a killed program leaves a file that
-/// reads up to there. The first failed write is remembered and returned by all later calls; the file then ends with its
-/// last whole write and has the header to match.
+/// The header is updated every `header_every` points and by flush(), so a killed program leaves a file that can be read
+/// up to that update. The first failed write is remembered and returned by all later calls. The file then ends with its
+/// last whole write, and its header fits that.
 class LasWriter {
  public:
   struct Config {
-    int epsg = 0;                                 ///< projected CRS of the cloud; 0: the UTM zone of the drive
-    UtcTime created{};                            ///< the header's creation date: that of the drive, never of the clock
-    std::string system_identifier = "hueline";    ///< LAS header, at most 32 bytes
-    std::string generating_software = "hueline";  ///< LAS header, at most 32 bytes
-    std::uint64_t header_every = 1'000'000;       ///< points between updates of the header
+    int epsg = 0;       ///< projected CRS of the cloud; 0: the UTM zone of the drive
+    UtcTime created{};  ///< creation date in the header; the date of the drive, not that of the clock
+    std::string system_identifier = "hueline";    ///< in the LAS header, at most 32 bytes
+    std::string generating_software = "hueline";  ///< in the LAS header, at most 32 bytes
+    std::uint64_t header_every = 1'000'000;       ///< points between two updates of the header
     IfExists if_exists = IfExists::Replace;
     std::string validate() const;
   };
-  /// Every point that append() looked at is counted in exactly one of the three.
+  /// Every point that append() looked at is counted in exactly one of these.
   struct Counts {
-    std::uint64_t written = 0;  ///< in the file (or waiting for it, until close())
-    std::uint64_t refused = 0;  ///< not a number, or too far away for the CRS or for 32 bits of millimetres
-    std::uint64_t lost = 0;     ///< taken, but the file refused them
+    std::uint64_t written = 0;  ///< points in the file; until close() also points that wait for it
+    /// Points that are not a number, or too far away for the CRS or for 32 bits of millimetres.
+    std::uint64_t refused = 0;
+    std::uint64_t lost = 0;  ///< points that were accepted, but could not be written to the file
   };
 
-  /// Points must have this origin and the fields of the list. Errors: Invalid (setting, EPSG), Io.
+  /// Creates the file. All points must have this origin and the fields of the list. Errors: Invalid (a setting, the
+  /// EPSG code), Io.
   template <const auto& Fields = kPointFields>
   static Result<LasWriter> create(const std::filesystem::path& path, const Geodetic& origin, const Config& config) {
     return create(path, origin, config, las_extra_fields<Fields>());
   }
   LasWriter(LasWriter&&) noexcept = default;
   LasWriter& operator=(LasWriter&&) = delete;
-  /// Closes if close() was not called; then nobody hears of an error.
+  /// Closes the file if close() was not called. Errors are then not reported.
   ~LasWriter();
 
-  /// Invalid if the block has another origin; Io.
+  /// Appends the points of a block. Errors: Invalid if the block has another origin; Io.
   Status append(const CloudBlock& block) { return append<kPointFields>(block.origin, std::span(block.points)); }
-  /// Points with more fields than ColouredPoint, from which their type is derived. Invalid if the file was created for
-  /// another list.
+  /// Appends points whose type derives from ColouredPoint and has more fields. Error: Invalid if the file was created
+  /// for another list.
   template <const auto& Fields, class Point>
   Status append(const Geodetic& origin, std::span<const Point> points);
-  /// All points so far to the kernel, and the header that counts them.
+  /// Hands all points so far to the kernel, together with the header that counts them.
   Status flush();
-  /// flush(), to the medium, and the end.
+  /// Does what flush() does, writes everything to the medium and closes the file.
   Status close();
 
   const Counts& counts() const { return counts_; }
@@ -75,7 +77,7 @@ class LasWriter {
   Config config_;
   LasHeader header_;
   Counts counts_;
-  /// What the header says of the points; a copy is kept from the last write that succeeded.
+  /// What the header says about the points. A copy is kept from the last write that succeeded.
   struct Tally {
     std::uint64_t points = 0;
     std::array<std::uint64_t, 15> by_return{};

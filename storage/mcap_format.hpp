@@ -33,11 +33,11 @@ enum class McapOpcode : std::uint8_t {
   DataEnd = 0x0F,
 };
 
-/// What describes a message's bytes. Id 0 means "no schema" and is never used here.
+/// The description of a message's bytes. Id 0 means "no schema" and is not used here.
 struct McapSchema {
   std::uint16_t id = 0;
   std::string name;      ///< e.g. "foxglove.PointCloud"
-  std::string encoding;  ///< e.g. "protobuf": data is a FileDescriptorSet
+  std::string encoding;  ///< e.g. "protobuf", for which data is a FileDescriptorSet
   std::string data;
 };
 
@@ -56,7 +56,7 @@ struct McapMetadata {
 };
 
 struct McapAttachment {
-  std::uint64_t log_time = 0, create_time = 0;  ///< ns; 0 where no clock is asked
+  std::uint64_t log_time = 0, create_time = 0;  ///< ns; 0 if no clock was read
   std::string name, media_type;
   std::string data;
 };
@@ -65,14 +65,15 @@ struct McapStatistics {
   std::uint64_t message_count = 0;
   std::uint16_t schema_count = 0;
   std::uint32_t channel_count = 0, attachment_count = 0, metadata_count = 0, chunk_count = 0;
-  std::uint64_t message_start_time = 0, message_end_time = 0;  ///< 0 without messages
+  std::uint64_t message_start_time = 0, message_end_time = 0;  ///< 0 if there are no messages
   std::map<std::uint16_t, std::uint64_t> channel_message_counts;
 };
 
-/// Building records: begin_record() ... append ... end_record(), which fills in the length.
+/// Begins a record and returns its position in `out`. Append the content, then call end_record(), which fills in the
+/// length.
 std::size_t begin_record(Bytes& out, McapOpcode opcode);
 void end_record(Bytes& out, std::size_t begun_at);
-/// A string with its u32 length before it.
+/// Appends a string with its u32 length before it.
 void append_string(Bytes& out, const std::string& text);
 void append_map(Bytes& out, const std::map<std::string, std::string>& map);
 void append_map(Bytes& out, const std::map<std::uint16_t, std::uint64_t>& map);
@@ -83,7 +84,7 @@ void append_record(Bytes& out, const McapMetadata& metadata);
 void append_record(Bytes& out, const McapAttachment& attachment);
 void append_record(Bytes& out, const McapStatistics& statistics);
 
-/// From a record's content; false if it is broken.
+/// Reads a record's content. Returns false if it is broken.
 bool decode_record(ByteView content, McapSchema& schema);
 bool decode_record(ByteView content, McapChannel& channel);
 bool decode_record(ByteView content, McapMetadata& metadata);

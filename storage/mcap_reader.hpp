@@ -15,32 +15,34 @@ struct McapMessage {
   std::uint16_t channel = 0;
   std::uint32_t sequence = 0;
   std::uint64_t log_time = 0, publish_time = 0;  ///< ns
-  Buffer data;                                   ///< a part of its chunk's memory: no copy
+  Buffer data;                                   ///< a part of the memory of its chunk, not a copy
 };
 
-/// Reads an MCAP file from front to back, finished or not: the summary is not needed, only checked. Chunks none, lz4,
-/// zstd; uncompressed at most 512 MiB each, and in all 8 GiB or 64 times the file's size, whichever is more.
-/// Thread-bound. Move-only.
+/// Reads an MCAP file from front to back, whether it is finished or not. The summary is not needed, it is only checked.
+/// Chunks may be uncompressed, lz4 or zstd. A chunk may have at most 512 MiB uncompressed, and all compressed chunks
+/// together at most 8 GiB or 64 times the size of the file, whichever is more. Thread-bound. Move-only.
 ///
-/// Each chunk's CRC is checked before any of it is handed on. At the end the CRC of the data section, the summary's CRC
-/// and the number of messages are checked as well.
+/// The CRC of each chunk is checked before any part of it is returned. At the end the CRC of the data section, the CRC
+/// of the summary and the number of messages are checked as well.
 class McapReader {
  public:
-  /// Reads up to the first message, so that what stands before it is known.
+  /// Opens the file and reads up to the first message, so that the records before it are known.
   static Result<McapReader> open(const std::filesystem::path& path);
 
-  /// The next message in file order. Errors:
-  /// EndOfData: all is read and whole. Truncated: the file was cut; everything whole was given; repeated by later
-  /// calls. Malformed: a chunk or record is damaged; it was skipped, call again to go on (at the end of the file:
-  /// repeated). Io, Unsupported: as they say.
+  /// Returns the next message in the order of the file. Errors:
+  /// - EndOfData: everything is read and whole.
+  /// - Truncated: the file was cut. All whole messages were returned before. Later calls repeat it.
+  /// - Malformed: a chunk or record is damaged and was skipped. Call again to continue. At the end of the file it is
+  ///   followed by EndOfData.
+  /// - Io, Unsupported.
   Result<McapMessage> next();
 
-  // What was seen so far.
+  // What was read so far.
   const std::map<std::uint16_t, McapSchema>& schemas() const { return schemas_; }
   const std::map<std::uint16_t, McapChannel>& channels() const { return channels_; }
   const std::vector<McapMetadata>& metadata() const { return metadata_; }
   const std::vector<McapAttachment>& attachments() const { return attachments_; }
-  /// From the summary; only after the end of a finished file.
+  /// From the summary; available only after the end of a finished file.
   const std::optional<McapStatistics>& statistics() const { return statistics_; }
   const std::string& profile() const { return profile_; }
   const std::string& library() const { return library_; }
@@ -70,7 +72,7 @@ class McapReader {
   std::uint32_t data_crc_ = 0;
   std::uint64_t unpacked_ = 0;  // bytes of all compressed chunks so far
   bool damage_reported_ = false;
-  std::optional<Error> end_, pending_;  // pending_: met while opening, told by the first next()
+  std::optional<Error> end_, pending_;  // pending_: an error met while opening, returned by the first next()
   std::map<std::uint16_t, McapSchema> schemas_;
   std::map<std::uint16_t, McapChannel> channels_;
   std::vector<McapMetadata> metadata_;

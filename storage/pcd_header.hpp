@@ -8,10 +8,10 @@
 
 #include "core/result.hpp"
 
-/// The text at the begin of a PCD file.
+/// The text header of a PCD file.
 namespace hueline::storage {
 
-/// A header ends within these; what PCL writes takes hundreds of bytes.
+/// Limit of a header's length in bytes. The headers that PCL writes take a few hundred bytes.
 constexpr std::size_t kMostPcdHeader = 64 * 1024;
 constexpr std::size_t kMostPcdColumns = 4096;
 
@@ -19,14 +19,15 @@ enum class PcdEncoding { Ascii, Binary, Compressed };
 
 struct PcdHeader {
   std::vector<std::string> fields;
-  std::vector<std::size_t> sizes,
-      counts;               ///< of each field: bytes of a value, values of a point; a field of no values is not stored
-  std::vector<char> types;  ///< I, U, F
+  std::vector<std::size_t> sizes;   ///< bytes of one value, of each field
+  std::vector<std::size_t> counts;  ///< values of one point, of each field; a field with no values is not stored
+  std::vector<char> types;          ///< I, U, F
   std::size_t points = 0;
   PcdEncoding encoding = PcdEncoding::Ascii;
   std::size_t data_begin = 0;  ///< byte behind the DATA line
 
-  /// The space between fields of a C++ structure: PCL writes it as fields of this name.
+  /// Returns whether a field is padding: PCL writes the gaps between the members of a C++ structure as fields of this
+  /// name.
   bool is_padding(std::size_t field) const { return fields[field] == "_"; }
   std::size_t record_bytes() const {
     std::size_t sum = 0;
@@ -35,14 +36,15 @@ struct PcdHeader {
   }
 };
 
-/// `text` may go on behind the header. Malformed with the line, Truncated without a DATA line, Unsupported with more
-/// columns or a longer header than the limits above; `name` stands for the file in messages.
+/// Reads the header; `text` may continue behind it. `name` stands for the file in messages. Errors: Malformed with the
+/// line; Truncated if there is no DATA line; Unsupported if there are more columns or a longer header than the limits
+/// above.
 Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name);
 
-/// The words of a line, parted by blanks and tabs.
+/// Returns the words of a line, which blanks and tabs separate.
 std::vector<std::string_view> pcd_words(std::string_view line);
 
-/// True if the whole word is a number of T.
+/// Parses a number. Returns true if the whole word is a number of type T.
 template <class T>
 bool parse_pcd_number(std::string_view word, T& out) {
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), out);

@@ -8,28 +8,28 @@
 
 namespace hueline::storage {
 
-/// How a field's values are stored: 'I', 'U' or 'F' and their bytes.
+/// How the values of a field are stored: 'I', 'U' or 'F', and the number of bytes.
 struct PcdType {
   char kind = 'F';
   std::size_t size = 4;
 };
 
-/// A point cloud file of the Point Cloud Library (PCD 0.6-0.7), ascii, binary or binary_compressed, all in memory.
-/// Values keep the file's own units; NaN means what it means there: no point.
+/// A point cloud file of the Point Cloud Library (PCD 0.6-0.7; ascii, binary or binary_compressed), read into memory.
+/// Values keep the units of the file. NaN means "no point", as in PCD.
 struct PcdCloud {
-  std::vector<std::string> fields;           ///< names; a field with COUNT n > 1 stands n times; without padding
+  std::vector<std::string> fields;           ///< names without padding; a field with COUNT n > 1 is listed n times
   std::vector<PcdType> types;                ///< of each column
   std::vector<std::vector<double>> columns;  ///< columns[field][point]
 
   std::size_t points() const { return columns.empty() ? 0 : columns.front().size(); }
-  /// The column of this name; empty if the file has none.
+  /// Returns the column of this name; empty if the file has none.
   std::span<const double> column(const std::string& field) const;
 };
 
-/// Errors: Io (cannot be read), Malformed and Truncated with the line or byte where reading stopped; Unsupported with
-/// the limit: more than 4 GB, 4096 columns or 500 million values.
+/// Reads a PCD file. Errors: Io; Malformed and Truncated with the line or byte where reading stopped; Unsupported with
+/// the limit that is exceeded (4 GB, 4096 columns or 500 million values).
 Result<PcdCloud> read_pcd(const std::string& path);
-/// The same from bytes; `name` stands for the file in messages.
+/// Does the same from bytes. `name` stands for the file in messages.
 Result<PcdCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name);
 
 }  // namespace hueline::storage

@@ -11,7 +11,7 @@ namespace hueline::storage {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
-/// 8-bit RGB, rows from the top.
+/// An 8-bit RGB image. The first row is the top row.
 struct RgbImage {
   int width = 0, height = 0;
   std::vector<Rgb> pixels;
@@ -23,15 +23,16 @@ struct RgbImage {
   bool contains(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < height; }
 };
 
-/// Replaces the file. Errors: Invalid (no pixels), Io. No time stamp inside: the same picture gives the same bytes.
+/// Writes a PNG file and replaces an existing one. It contains no time stamp: the same picture gives the same bytes.
+/// Errors: Invalid (no pixels), Io.
 Status write_png(const std::filesystem::path& path, const RgbImage& image);
-/// Of a picture that is read: a panorama of 16384 x 8192.
+/// Largest picture that is read: a panorama of 16384 x 8192 pixels.
 constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 27;
-/// Unsupported: the picture's size, and kMostPixels.
+/// Returns the error Unsupported, which names the picture's size and kMostPixels.
 Error too_many_pixels(const std::filesystem::path& path, std::uint64_t width, std::uint64_t height);
 
-/// Any PNG, converted to RGB; transparency goes to black. Errors: Io, Malformed, Unsupported (more than kMostPixels, or
-/// 1 GiB).
+/// Reads any PNG file and converts it to RGB; transparent pixels become black. Errors: Io, Malformed, Unsupported (more
+/// than kMostPixels, or 1 GiB).
 Result<RgbImage> read_png(const std::filesystem::path& path);
 
 }  // namespace hueline::storage

@@ -8,10 +8,11 @@
 
 namespace hueline::storage {
 
-/// How the points of one LAS file are shown.
+/// Chooses the colour in which each point of one LAS file is drawn.
 class PointColour {
  public:
-  /// `eight_bit`: the file holds 8-bit values in its 16-bit colours (common, though the format asks for scaled values).
+  /// `eight_bit`: the file holds 8-bit values in its 16-bit colours. This is common, though the format asks for scaled
+  /// values.
   PointColour(const LasReader& reader, bool eight_bit, std::uint16_t brightest_intensity)
       : state_(reader.extra_field(las_extra_name<&ColouredPoint::state>())),
         colours_(reader.has_colour()),

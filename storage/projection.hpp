@@ -9,43 +9,43 @@
 #include "core/geodesy.hpp"
 #include "core/result.hpp"
 
-/// From the local level of a drive to a projected map.
+/// Transforms points from the local level frame of a drive to a projected map.
 namespace hueline::storage {
 
-/// The EPSG code of WGS84's UTM zone at a place, with the exceptions around Norway and Svalbard.
+/// Returns the EPSG code of the WGS84 UTM zone at a place, with the exceptions around Norway and Svalbard.
 int utm_epsg(const Geodetic& place);
 
-/// Enu at an origin -> easting and northing of a projected CRS (m) and WGS84 ellipsoidal height (m; no geoid is
-/// applied).
+/// Transforms Enu coordinates at an origin to easting and northing in a projected CRS (m) and WGS84 ellipsoidal height
+/// (m; no geoid is applied).
 ///
-/// Points are placed by a quadratic polynomial per cube of 256 m that is fitted to PROJ; it was within 2e-7 m of PROJ
-/// wherever it was tried, and a cube in which it is not within 1e-5 m at its corners asks PROJ for each point. A
-/// point's result depends on that point alone: not on other points, their order or a thread. Thread-bound (it keeps the
-/// cubes). Move-only.
+/// In each cube of 256 m a quadratic polynomial, fitted to PROJ, places the points. It was within 2e-7 m of PROJ
+/// wherever it was tried. In a cube whose corners it does not meet within 1e-5 m, PROJ is asked for each point. The
+/// result of a point depends on that point alone, not on other points, their order or the thread. Thread-bound, because
+/// it keeps the cubes. Move-only.
 class Projection {
  public:
-  /// `epsg` 0: the UTM zone of the origin. Invalid, with a sentence, if the code is unknown, not a projected CRS in
-  /// metres, or not used where the drive is.
+  /// Creates the projection. `epsg` 0 means the UTM zone of the origin. Error: Invalid, with a sentence, if the code is
+  /// unknown, is not a projected CRS in metres, or is not used where the drive is.
   static Result<Projection> create(const Geodetic& origin, int epsg = 0);
   Projection(Projection&&) noexcept;
   Projection& operator=(Projection&&) noexcept;
   ~Projection();
 
-  /// {easting, northing, ellipsoidal height}. Not finite if the place cannot be projected.
+  /// Returns {easting, northing, ellipsoidal height}. The values are not finite if the place cannot be projected.
   Eigen::Vector3d project(double east, double north, double up);
-  /// The same by PROJ itself: for checks.
+  /// Returns the same by PROJ itself, for checks.
   Eigen::Vector3d project_exactly(double east, double north, double up) const;
 
   const Geodetic& origin() const { return origin_; }
   int epsg() const { return epsg_; }
   const std::string& crs_name() const { return name_; }
-  /// OGC WKT 1 (as LAS 1.4 wants it): the projected CRS with ellipsoidal height.
+  /// Returns the projected CRS with ellipsoidal height as OGC WKT 1, which LAS 1.4 requires.
   const std::string& wkt() const { return wkt_; }
 
  private:
   struct Proj;
   struct Cube {
-    std::int64_t east = 0, north = 0, up = 0;  // index of the cube; its centre is (index + 0.5) * side
+    std::int64_t east = 0, north = 0, up = 0;  // indices of the cube; its centre is (index + 0.5) * side
     bool exact = false;                        // the polynomial does not fit: ask PROJ
     /// Columns: constant, e, n, u, ee, nn, uu, en, eu, nu in units of half a side.
     Eigen::Matrix<double, 3, 10> coefficients;

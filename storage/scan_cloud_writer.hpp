@@ -11,18 +11,20 @@
 
 namespace hueline::storage {
 
-/// Writes bare coordinates of any size of cloud: LAS 1.4 (point format 6, steps of 1 mm, no CRS) or float32 x y z about
-/// an origin. Thread-bound. The header of the LAS file is finished by close(). The first failed write is remembered.
+/// Writes the bare coordinates of a cloud of any size, as LAS 1.4 (point format 6, steps of 1 mm, no CRS) or as float32
+/// x y z about an origin. Thread-bound. close() finishes the header of the LAS file. The first failed write is
+/// remembered.
 class ScanCloudWriter {
  public:
   enum class Format { Las, Float32 };
 
-  /// `origin`: coordinates are stored as differences from it (Float32: it is nowhere in the file; LAS: the header's
-  /// offset).
+  /// Creates the file. Coordinates are stored as differences from `origin`. A LAS file has the origin as its header's
+  /// offset; a Float32 file does not contain it.
   static Result<ScanCloudWriter> create(const std::filesystem::path& path, Format format,
                                         const std::array<double, 3>& origin, const UtcTime& created);
 
-  /// x y z x y z ... less `origin`, m. Invalid for a point too far from the origin for LAS (2147 km).
+  /// Appends points as x y z x y z ..., each less `origin`, m. Error: Invalid for a point too far from the origin for
+  /// LAS (2147 km).
   Status append(std::span<const double> xyz_from_origin);
   Status close();
   std::uint64_t points() const { return header_.point_count; }

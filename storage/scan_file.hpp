@@ -12,9 +12,9 @@
 
 namespace hueline::storage {
 
-/// How a static scan lies in its file.
+/// The file formats of static scans.
 enum class ScanFormat { Las, Ply, Pcd, Text, Float32 };
-/// "las", "ply", "pcd", "xyz", "float32": what people call it on the command line.
+/// Returns the name of the format on the command line: "las", "ply", "pcd", "xyz" or "float32".
 const char* name(ScanFormat format);
 std::optional<ScanFormat> scan_format(const std::string& name);
 
@@ -22,34 +22,38 @@ std::optional<ScanFormat> scan_format(const std::string& name);
 struct ScanLayout {
   enum class Number { Float32, Float64, ScaledInt32 };
   ScanFormat format = ScanFormat::Float32;
-  std::string words;  ///< for people: "PLY 1.0, binary_little_endian, double x y z"
+  std::string words;  ///< for people, e.g. "PLY 1.0, binary_little_endian, double x y z"
   bool is_text = false;
   std::uint64_t begin = 0;              ///< first byte of the points
-  std::optional<std::uint64_t> points;  ///< unknown before reading in text
-  std::size_t record_size = 12;         ///< not of text
+  std::optional<std::uint64_t> points;  ///< unknown for text until it is read
+  std::size_t record_size = 12;         ///< bytes of a record; not for text
   Number number = Number::Float32;
   bool is_big_endian = false;
-  std::array<std::size_t, 3> place{0, 4, 8};       ///< of x, y, z: byte in the record, or column of text
-  std::array<double, 3> scale{1, 1, 1}, offset{};  ///< of ScaledInt32
+  std::array<std::size_t, 3> place{0, 4, 8};       ///< of x, y and z: byte in the record, or column of the text
+  std::array<double, 3> scale{1, 1, 1}, offset{};  ///< for ScaledInt32
   bool may_have_title = false;                     ///< text whose first line may name columns or count points
 };
 
-/// Reads a static scan of any size block by block, coordinates only: LAS 1.0-1.4 (point formats 0-10), PLY (ascii,
-/// binary of either byte order, float or double; vertices first), PCD (ascii, binary; binary_compressed whole in
-/// memory), text with x y z in its first columns, float32 x y z without a header (little-endian). E57 is not read:
-/// Debian 12 has no library for it. Move-only.
+/// Reads the coordinates of a static scan of any size block by block. Move-only. Formats:
+/// - LAS 1.0-1.4, point formats 0-10
+/// - PLY, ascii or binary of either byte order, float or double; vertices must be the first element
+/// - PCD, ascii, binary, or binary_compressed, which is held whole in memory
+/// - text with x y z in its first columns
+/// - float32 x y z without a header, little-endian
+///
+/// E57 is not read, because Debian 12 has no library for it.
 class ScanFile {
  public:
-  /// `format`: if not given, LAS, PLY and PCD are known by their first bytes, then .f32 .raw .bin are float32 and .xyz
-  /// .txt .asc .csv text. Errors: Io; Malformed; Truncated where the file is shorter than its header says; Unsupported
-  /// with what to do.
+  /// Opens a scan. Without `format`, LAS, PLY and PCD are recognised by their first bytes; otherwise the endings .f32,
+  /// .raw and .bin mean float32, and .xyz, .txt, .asc and .csv mean text. Errors: Io; Malformed; Truncated if the file
+  /// is shorter than its header says; Unsupported, with what to do.
   static Result<ScanFile> open(const std::filesystem::path& path, std::optional<ScanFormat> format = {});
 
   const ScanLayout& layout() const { return layout_; }
   std::uint64_t bytes() const { return file_.size(); }
   std::size_t blocks() const { return block_count_; }
-  /// x y z of the points of a block, in the file's units as float; valid until `scratch` changes. Blocks follow each
-  /// other in the file's order. Const and reentrant with one `scratch` a thread.
+  /// Returns x y z of the points of a block as float, in the units of the file; valid until `scratch` changes. Blocks
+  /// follow each other in the order of the file. Reentrant if each thread has its own `scratch`.
   Result<std::span<const float>> block(std::size_t index, std::vector<std::byte>& scratch) const;
 
  private:
@@ -59,12 +63,12 @@ class ScanFile {
 
   InputFile file_;
   ScanLayout layout_;
-  std::vector<float> whole_;      // of a compressed PCD
+  std::vector<float> whole_;      // points of a compressed PCD
   std::uint64_t block_size_ = 0;  // points, or bytes of text
   std::size_t block_count_ = 0;
 };
 
-/// The layout that a file's first bytes describe. `file` for its name and size.
+/// Returns the layout that the first bytes of a file describe. `file` is also asked for its name and size.
 Result<ScanLayout> read_scan_layout(const InputFile& file, std::optional<ScanFormat> format);
 
 }  // namespace hueline::storage

@@ -5,15 +5,15 @@
 #include "core/point_fields.hpp"
 #include "storage_proto/foxglove/PointCloud.pb.h"
 
-/// What a list of point fields (core/point_fields.hpp) says of the cloud in view.mcap. Floating point numbers are shown
-/// as float32, whole numbers as they are. Foxglove takes a colour as four fields: an alpha of 255 follows the field
-/// "blue".
+/// Derives the fields of the cloud in view.mcap from a list of point fields (core/point_fields.hpp). Floating-point
+/// numbers become float32, integers keep their type. Foxglove expects a colour as four fields, so an alpha of 255
+/// follows the field "blue".
 namespace hueline::storage {
 
 template <class Number>
 using ViewNumber = std::conditional_t<std::is_floating_point_v<Number>, float, Number>;
 
-/// Appends what is shown of a point.
+/// Appends the values of one point's view fields to `out`.
 template <const auto& Fields, class Point>
 void pack_view(const Point& point, std::string& out) {
   const auto pack = [&out](auto value) { out.append(reinterpret_cast<const char*>(&value), sizeof value); };
@@ -24,7 +24,7 @@ void pack_view(const Point& point, std::string& out) {
   });
 }
 
-/// Says in the message what pack_view() appends for each point.
+/// Describes in the message what pack_view() appends for each point.
 template <const auto& Fields>
 void describe_view(foxglove::PointCloud& cloud) {
   using Field = foxglove::PackedElementField;

@@ -11,13 +11,13 @@ class Message;
 
 namespace hueline::storage {
 
-/// Writes what people look at as an MCAP file of Foxglove messages: `view.mcap` opens in Foxglove Studio and any other
-/// reader of these public schemas. Thread-bound. Reads no clock: the same calls give the same bytes. Time stamps are
-/// UTC, as Foxglove wants them.
+/// Writes `view.mcap`, an MCAP file of Foxglove messages for people to look at. It opens in Foxglove Studio and in any
+/// other reader of these public schemas. Thread-bound. Reads no clock: the same calls give the same bytes. Time stamps
+/// are UTC, as Foxglove expects.
 ///
 /// | topic | message | frame |
 /// |---|---|---|
-/// | /cloud | foxglove.PointCloud: the fields of core/point_fields.hpp that have a name there | enu |
+/// | /cloud | foxglove.PointCloud: the fields of core/point_fields.hpp that have a name for the view | enu |
 /// | /pose, /tf | foxglove.PoseInFrame, foxglove.FrameTransform: Body in Enu | enu, body |
 /// | /fix | foxglove.LocationFix: height above the ellipsoid | antenna |
 /// | /image/NAME | foxglove.CompressedImage: a reduced JPEG | NAME |
@@ -27,19 +27,19 @@ namespace hueline::storage {
 class ViewWriter {
  public:
   struct Config {
-    std::uint32_t keep_every = 10;                                ///< 1 ... : every n-th point is shown
-    nanoseconds cloud_interval = std::chrono::milliseconds(500);  ///< points of this much time are one message
-    nanoseconds pose_interval = std::chrono::milliseconds(100);   ///< at most one pose in this time
-    nanoseconds image_interval = std::chrono::seconds(1);         ///< at most one image of a camera in this time
+    std::uint32_t keep_every = 10;                                ///< every n-th point is shown, 1 or more
+    nanoseconds cloud_interval = std::chrono::milliseconds(500);  ///< time that one message of points spans
+    nanoseconds pose_interval = std::chrono::milliseconds(100);   ///< shortest time between two poses
+    nanoseconds image_interval = std::chrono::seconds(1);         ///< shortest time between two images of one camera
     int image_longest_px = 2048;                                  ///< 16 ... 16384
     int jpeg_quality = 85;                                        ///< 1 ... 100
     Compression compression = Compression::Zstd;
     IfExists if_exists = IfExists::Replace;
     std::string validate() const;
   };
-  enum class Level { Debug = 1, Info, Warning, Error };  ///< numbers of foxglove.Log.Level
+  enum class Level { Debug = 1, Info, Warning, Error };  ///< the numbers of foxglove.Log.Level
 
-  /// `origin`: of the frame enu.
+  /// Creates the file. `origin` is the origin of the frame enu.
   static Result<ViewWriter> create(const std::filesystem::path& path, const Geodetic& origin, const Config& config);
   ViewWriter(ViewWriter&&) noexcept = default;
   ViewWriter& operator=(ViewWriter&&) = delete;
@@ -47,7 +47,7 @@ class ViewWriter {
   Status append(const CloudBlock& block);
   Status append(const InsSolution& solution);
   Status append(const GnssFix& fix);
-  /// `camera`: the rig's name for it. Incomplete images are left out.
+  /// `camera` is the rig's name for the camera. Incomplete images are left out.
   Status append(const Exposure& exposure, const std::string& camera);
   Status append_log(GpsTime time, Level level, const std::string& who, const std::string& text);
   Status close();
@@ -66,13 +66,13 @@ class ViewWriter {
   Geodetic origin_;
   Transform<Enu, Ecef> T_enu_ecef_;
   Config config_;
-  std::string points_;  // packed, waiting
+  std::string points_;  // packed points that wait to be written
   GpsTime cloud_start_{};
   std::uint64_t points_seen_ = 0;
   std::optional<GpsTime> last_pose_;
   std::uint16_t image_schema_ = 0;
-  std::map<std::string, std::pair<std::uint16_t, std::optional<GpsTime>>>
-      cameras_;  // channel and time of the last image
+  // channel, and time of the last image
+  std::map<std::string, std::pair<std::uint16_t, std::optional<GpsTime>>> cameras_;
   std::map<std::uint16_t, std::uint32_t> sequences_;
 };
 
