@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/angle.hpp"
+
 namespace hueline::config {
 namespace {
 
 constexpr double kPanel = 480, kMargin = 30, kAxis_px = 42;
-constexpr double kDeg = 57.29577951308232;
 
 std::string escaped(const std::string& text) {
   std::string out;
@@ -99,17 +100,17 @@ class Panel {
 std::string numbers_row(const std::string& mark, const std::string& name, const Eigen::Vector3d& p,
                         const Eigen::Quaterniond& q, const std::string& looks) {
   const Eigen::Matrix3d R = q.toRotationMatrix();
-  const double b = std::asin(std::clamp(-R(2, 0), -1.0, 1.0)) * kDeg, a = std::atan2(R(2, 1), R(2, 2)) * kDeg,
-               c = std::atan2(R(1, 0), R(0, 0)) * kDeg;
+  const double b = std::asin(std::clamp(-R(2, 0), -1.0, 1.0)) * kDegPerRad,
+               a = std::atan2(R(2, 1), R(2, 2)) * kDegPerRad, c = std::atan2(R(1, 0), R(0, 0)) * kDegPerRad;
   return fmt::format("{:5} {:16} {:8.3f} {:8.3f} {:8.3f}   {:8.2f} {:8.2f} {:8.2f}   {}", mark, name.substr(0, 16),
                      p.x(), p.y(), p.z(), a, b, c, looks);
 }
 
 /// "forward and 20 deg up": where an axis of Body points.
 std::string direction_text(const Eigen::Vector3d& d) {
-  const double up = std::asin(std::clamp(d.z(), -1.0, 1.0)) * kDeg;
+  const double up = std::asin(std::clamp(d.z(), -1.0, 1.0)) * kDegPerRad;
   if (std::abs(up) > 75) return up > 0 ? "up" : "down";
-  double heading = std::atan2(d.x(), d.y()) * kDeg;
+  double heading = std::atan2(d.x(), d.y()) * kDegPerRad;
   if (heading < -0.05) heading += 360;
   return fmt::format("{:.1f} deg from forward, {:+.1f} deg up", heading, up);
 }

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/angle.hpp"
 #include "core/time.hpp"
 
 /// The keys of configuration files. A Config declares each of its keys once, in `void visit(Keys& keys)`: name, unit,
@@ -161,8 +162,8 @@ class Keys {
 
   /// The member is in radians, the key and its range are in degrees.
   bool angle(const Key& key, double& radians, Range degrees) {
-    std::optional<double> held = radians / kDegree;
-    return take_number(key, held, degrees, false) && (radians = *held * kDegree, true);
+    std::optional<double> held = radians / kRadPerDeg;
+    return take_number(key, held, degrees, false) && (radians = *held * kRadPerDeg, true);
   }
 
   /// The key's unit is "s", "ms" or "us". A member that counts whole units takes whole numbers only.
@@ -267,7 +268,6 @@ class Keys {
   virtual bool take_kind(const Key& key, const KeyKinds& kinds) = 0;
 
  private:
-  static constexpr double kDegree = 3.14159265358979323846 / 180;
   struct Unit {
     double seconds, nanoseconds;
   };

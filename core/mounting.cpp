@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "core/angle.hpp"
+
 namespace hueline {
 namespace {
 
@@ -40,8 +42,7 @@ KeyError Mounting::validate() const {
 
 Eigen::Quaterniond Mounting::rotation() const {
   if (!rotation_deg.empty()) {
-    constexpr double kDeg = 3.14159265358979323846 / 180;
-    const Eigen::Vector3d a = Eigen::Vector3d(rotation_deg[0], rotation_deg[1], rotation_deg[2]) * kDeg;
+    const Eigen::Vector3d a = Eigen::Vector3d(rotation_deg[0], rotation_deg[1], rotation_deg[2]) * kRadPerDeg;
     return Eigen::Quaterniond(Eigen::AngleAxisd(a.z(), Eigen::Vector3d::UnitZ()) *
                               Eigen::AngleAxisd(a.y(), Eigen::Vector3d::UnitY()) *
                               Eigen::AngleAxisd(a.x(), Eigen::Vector3d::UnitX()));

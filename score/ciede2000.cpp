@@ -2,11 +2,12 @@
 
 #include <cmath>
 
+#include "core/angle.hpp"
+
 namespace hueline::score {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegree = kPi / 180;
 
 double power7(double x) {
   const double x3 = x * x * x;
@@ -52,9 +53,9 @@ double ciede2000(Lab one, Lab other) {
   }
 
   // (15)-(21)
-  const double T = 1 - 0.17 * std::cos(h - 30 * kDegree) + 0.24 * std::cos(2 * h) +
-                   0.32 * std::cos(3 * h + 6 * kDegree) - 0.20 * std::cos(4 * h - 63 * kDegree);
-  const double from_blue = (h / kDegree - 275) / 25, turn = 30 * kDegree * std::exp(-from_blue * from_blue);
+  const double T = 1 - 0.17 * std::cos(h - 30 * kRadPerDeg) + 0.24 * std::cos(2 * h) +
+                   0.32 * std::cos(3 * h + 6 * kRadPerDeg) - 0.20 * std::cos(4 * h - 63 * kRadPerDeg);
+  const double from_blue = (h / kRadPerDeg - 275) / 25, turn = 30 * kRadPerDeg * std::exp(-from_blue * from_blue);
   const double chroma7 = power7(C), R_C = 2 * std::sqrt(chroma7 / (chroma7 + power7(25)));
   const double middle = (L - 50) * (L - 50);
   const double S_L = 1 + 0.015 * middle / std::sqrt(20 + middle), S_C = 1 + 0.045 * C, S_H = 1 + 0.015 * C * T;

@@ -4,7 +4,8 @@
 #include <proj.h>
 
 #include <cmath>
-#include <numbers>
+
+#include "core/angle.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -12,7 +13,6 @@ namespace {
 constexpr double kSide = 256.0;      // m
 constexpr double kHalf = kSide / 2;  // also the step of the fit
 constexpr double kFitWithin = 1e-5;  // m
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 struct FreePj {
   void operator()(PJ* p) const { proj_destroy(p); }
@@ -45,7 +45,7 @@ std::string objection(PJ_CONTEXT* context, PJ* crs, const Geodetic& place) {
   const char* area = nullptr;
   if (!proj_get_area_of_use(context, crs, &west, &south, &east, &north, &area) || west < -180) return {};
   constexpr double kBeyond = 3.0;  // degrees that a drive may leave the area
-  const double latitude = place.latitude * kDegrees, longitude = place.longitude * kDegrees;
+  const double latitude = place.latitude * kDegPerRad, longitude = place.longitude * kDegPerRad;
   const double width = east >= west ? east - west : east - west + 360;
   double from_west = std::fmod(longitude - west + kBeyond + 720, 360);  // >= 0
   if (from_west > width + 2 * kBeyond || latitude < south - kBeyond || latitude > north + kBeyond)
@@ -70,7 +70,7 @@ struct Projection::Proj {
 };
 
 int utm_epsg(const Geodetic& place) {
-  const double latitude = place.latitude * kDegrees, longitude = place.longitude * kDegrees;
+  const double latitude = place.latitude * kDegPerRad, longitude = place.longitude * kDegPerRad;
   int zone = static_cast<int>(std::floor((longitude + 180) / 6)) % 60 + 1;
   if (latitude >= 56 && latitude < 64 && longitude >= 3 && longitude < 12) zone = 32;
   if (latitude >= 72 && latitude < 84 && longitude >= 0 && longitude < 42)
@@ -104,7 +104,7 @@ Result<Projection> Projection::create(const Geodetic& origin, int epsg) {
     return Error{ErrorCode::Invalid, named + whose + " " + why};
   const PjPtr wgs84(proj_create(context, "EPSG:4979"));
   if (!wgs84) return Error{ErrorCode::Unavailable, "PROJ's database is missing (package proj-data)"};
-  const double latitude = origin.latitude * kDegrees, longitude = origin.longitude * kDegrees;
+  const double latitude = origin.latitude * kDegPerRad, longitude = origin.longitude * kDegPerRad;
   const std::unique_ptr<PJ_AREA, decltype(&proj_area_destroy)> area(proj_area_create(), &proj_area_destroy);
   proj_area_set_bbox(area.get(), longitude - 0.01, latitude - 0.01, longitude + 0.01, latitude + 0.01);
   const PjPtr as_stated(proj_create_crs_to_crs_from_pj(context, wgs84.get(), crs.get(), area.get(), nullptr));
@@ -125,7 +125,7 @@ Result<Projection> Projection::create(const Geodetic& origin, int epsg) {
 Eigen::Vector3d Projection::project_exactly(double east, double north, double up) const {
   const Geodetic place = to_geodetic(T_ecef_enu_ * Point<Enu>{{east, north, up}});
   const PJ_COORD in =
-      proj_coord(place.longitude * kDegrees, place.latitude * kDegrees, place.ellipsoidal_height, HUGE_VAL);
+      proj_coord(place.longitude * kDegPerRad, place.latitude * kDegPerRad, place.ellipsoidal_height, HUGE_VAL);
   const PJ_COORD out = proj_trans(proj_->transformation.get(), PJ_FWD, in);
   return {out.xyz.x, out.xyz.y, place.ellipsoidal_height};
 }

@@ -1,7 +1,6 @@
 #include "storage/view_writer.hpp"
 
-#include <numbers>
-
+#include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "storage/descriptor_set.hpp"
 #include "storage/image_view.hpp"
@@ -58,10 +57,9 @@ Result<ViewWriter> ViewWriter::create(const std::filesystem::path& path, const G
 }
 
 Status ViewWriter::add_channels() {
-  constexpr double kDegrees = 180 / std::numbers::pi;
   McapMetadata metadata{"hueline.origin", {}};
-  metadata.values["latitude_deg"] = std::to_string(origin_.latitude * kDegrees);
-  metadata.values["longitude_deg"] = std::to_string(origin_.longitude * kDegrees);
+  metadata.values["latitude_deg"] = std::to_string(origin_.latitude * kDegPerRad);
+  metadata.values["longitude_deg"] = std::to_string(origin_.longitude * kDegPerRad);
   metadata.values["ellipsoidal_height_m"] = std::to_string(origin_.ellipsoidal_height);
   if (Status done = mcap_.add_metadata(metadata); !done) return done;
   const auto add = [this](Channel channel, const char* topic, const google::protobuf::Descriptor& type,
@@ -136,12 +134,11 @@ Status ViewWriter::append(const InsSolution& solution) {
 }
 
 Status ViewWriter::append(const GnssFix& fix) {
-  constexpr double kDegrees = 180 / std::numbers::pi;
   foxglove::LocationFix message;
   stamp(message, fix.time);
   message.set_frame_id("antenna");
-  message.set_latitude(fix.position.latitude * kDegrees);
-  message.set_longitude(fix.position.longitude * kDegrees);
+  message.set_latitude(fix.position.latitude * kDegPerRad);
+  message.set_longitude(fix.position.longitude * kDegPerRad);
   message.set_altitude(fix.position.ellipsoidal_height);
   for (std::size_t i = 0; i < 9; ++i)
     message.add_position_covariance(i % 4 == 0 ? fix.sigma_enu[i / 4] * fix.sigma_enu[i / 4] : 0.0);

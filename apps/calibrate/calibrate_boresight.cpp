@@ -13,6 +13,7 @@
 #include "calibration/boresight/boresight_report.hpp"
 #include "calibration/mount/mount_report.hpp"
 #include "config/section.hpp"
+#include "core/angle.hpp"
 #include "core/output_file.hpp"
 #include "runtime/pipeline.hpp"
 
@@ -20,7 +21,6 @@ namespace hueline::apps {
 namespace {
 
 using namespace calibration;
-constexpr double kDeg = 57.29577951308232;
 
 struct Options {
   std::string recording, scenario, cache, rig, out, date;
@@ -36,7 +36,7 @@ config::Rig put_off(config::Rig rig, const Options& options, int number) {
   const Eigen::Vector3d axis(flat * std::cos(around), flat * std::sin(around), z), aside(axis.z(), axis.x(), axis.y());
   for (auto& laser : rig.geometry.lasers) {
     laser.T_body_scanner.rotation =
-        (Eigen::Quaterniond(Eigen::AngleAxisd(options.off_deg / kDeg, axis)) * laser.T_body_scanner.rotation)
+        (Eigen::Quaterniond(Eigen::AngleAxisd(options.off_deg / kDegPerRad, axis)) * laser.T_body_scanner.rotation)
             .normalized();
     laser.T_body_scanner.translation += options.off_m * aside;
   }
@@ -77,8 +77,8 @@ std::string against_truth(const Boresight& found, const DriveSource& source) {
     said += fmt::format(
         "against the simulator's truth: {:.4f} deg ({:.4f} {:.4f} {:.4f}), lever arm {:.1f} mm in plane ({:.1f} {:.1f} "
         "{:.1f}); over sigma",
-        turn.norm() * kDeg, turn.x() * kDeg, turn.y() * kDeg, turn.z() * kDeg, lever.head<2>().norm() * 1e3,
-        lever.x() * 1e3, lever.y() * 1e3, lever.z() * 1e3);
+        turn.norm() * kDegPerRad, turn.x() * kDegPerRad, turn.y() * kDegPerRad, turn.z() * kDegPerRad,
+        lever.head<2>().norm() * 1e3, lever.x() * 1e3, lever.y() * 1e3, lever.z() * 1e3);
     for (std::size_t i = 0; i < 6; ++i) {
       const auto at = static_cast<Eigen::Index>(i % 3);
       said += fmt::format(" {:.2f}", std::abs(i < 3 ? turn[at] : lever[at]) / found.scanners[s].sigma[i]);

@@ -15,6 +15,7 @@
 #include "apps/progress_bar.hpp"
 #include "apps/simulate/simulated_rig.hpp"
 #include "calibration/mount/mount_report.hpp"
+#include "core/angle.hpp"
 #include "core/output_file.hpp"
 #include "runtime/pipeline.hpp"
 
@@ -22,7 +23,6 @@ namespace hueline::apps {
 namespace {
 
 using namespace calibration;
-constexpr double kDeg = 180 / std::numbers::pi;
 
 /// The head put off about axis `number` of `count` that are spread over the sphere (Fibonacci's lattice); a single one
 /// is none of the head's.
@@ -34,7 +34,7 @@ Transform<Body, CameraHead> put_off(Transform<Body, CameraHead> head, double off
     axis = {std::sqrt(1 - z * z) * std::cos(around), std::sqrt(1 - z * z) * std::sin(around), z};
   }
   head.rotation =
-      (head.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(off_deg / kDeg, axis.normalized()))).normalized();
+      (head.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(off_deg / kDegPerRad, axis.normalized()))).normalized();
   return head;
 }
 
@@ -44,19 +44,19 @@ std::string said_of(const Alignment& found, const Transform<Body, CameraHead>& s
                          ? fmt::format(
                                "adjusted in {} patches by {:.3f} deg and {:.2f} ms after a search of score {:.3f}, "
                                "{:.3f} at the start\n",
-                               found.patches, found.moved.head<3>().norm() * kDeg, found.moved[3] * 1e3, found.score,
-                               found.score_start)
+                               found.patches, found.moved.head<3>().norm() * kDegPerRad, found.moved[3] * 1e3,
+                               found.score, found.score_start)
                          : fmt::format("not adjusted: {}; searched in {} samples, score {:.3f}, {:.3f} at the start\n",
                                        found.not_adjusted, found.samples, found.score, found.score_start);
   said += fmt::format(
       "turned by {:.3f} deg against the start, +- {:.4f} {:.4f} {:.4f} deg about the head's axes; images later than "
       "said by {:.2f} +- {:.2f} ms\n",
-      found.T_body_head.rotation.angularDistance(start.rotation) * kDeg, sigma[0] * kDeg, sigma[1] * kDeg,
-      sigma[2] * kDeg, found.time_offset_s * 1e3, sigma[3] * 1e3);
+      found.T_body_head.rotation.angularDistance(start.rotation) * kDegPerRad, sigma[0] * kDegPerRad,
+      sigma[1] * kDegPerRad, sigma[2] * kDegPerRad, found.time_offset_s * 1e3, sigma[3] * 1e3);
   if (!source.scenario) return said;
   const config::Rig truth = config::parse_rig(simulated_rig(*source.scenario, {}, "lens"), "simulated rig");
   const Eigen::AngleAxisd off(truth.geometry.head.T_body_head.rotation.conjugate() * found.T_body_head.rotation);
-  const Eigen::Vector3d turn = off.axis() * std::remainder(off.angle(), 2 * std::numbers::pi) * kDeg;
+  const Eigen::Vector3d turn = off.axis() * std::remainder(off.angle(), 2 * std::numbers::pi) * kDegPerRad;
   const double true_ms = to_seconds(truth.sync.cameras[0].strobe_delay - source.rig.sync.cameras[0].strobe_delay) * 1e3;
   return said + fmt::format("against the simulator's truth: {:.4f} deg ({:.4f} {:.4f} {:.4f}), {:.2f} ms\n",
                             turn.norm(), turn.x(), turn.y(), turn.z(), found.time_offset_s * 1e3 - true_ms);
@@ -70,7 +70,7 @@ Status write_fragment(const DriveFiles& files, const Alignment& found, std::size
                  fmt::format("{} lens images, no targets", images),
                  fmt::format("images later than said by {:.2f} ms: add to strobe_delay_us", found.time_offset_s * 1e3)};
   record.parameters = {"turn_head_x_deg", "turn_head_y_deg", "turn_head_z_deg", "time_offset_ms"};
-  const Eigen::Vector4d unit(kDeg, kDeg, kDeg, 1e3);
+  const Eigen::Vector4d unit(kDegPerRad, kDegPerRad, kDegPerRad, 1e3);
   const Eigen::Matrix4d covariance = unit.asDiagonal() * found.covariance * unit.asDiagonal();
   for (int i = 0; i < 4; ++i) {
     record.sigma.push_back(std::sqrt(covariance(i, i)));

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <optional>
 
 #include "apps/calibrate/calibrate.hpp"
@@ -16,6 +15,7 @@
 #include "calibration/mount/mount_report.hpp"
 #include "config/key_reader.hpp"
 #include "config/rig.hpp"
+#include "core/angle.hpp"
 #include "core/csv_table.hpp"
 #include "core/input_file.hpp"
 #include "core/output_file.hpp"
@@ -24,7 +24,6 @@ namespace hueline::apps {
 namespace {
 
 using namespace calibration;
-constexpr double kDeg = 180 / std::numbers::pi;
 
 struct Options {
   std::string points, rig, lens_file, scanner, out, date;
@@ -76,7 +75,7 @@ KnownRig known_of(const Options& options) {
 /// were exchanged in pairs show only here.
 std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transform<Scanner, Lens>& nominal,
                              const Options& options) {
-  const double turn = found.rotation.angularDistance(nominal.rotation) * kDeg,
+  const double turn = found.rotation.angularDistance(nominal.rotation) * kDegPerRad,
                shift = (found.translation - nominal.translation).norm();
   if (turn > options.far_deg)
     return fmt::format(

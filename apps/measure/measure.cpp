@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "apps/calibrate/drive_source.hpp"
 #include "apps/commands.hpp"
@@ -9,6 +8,7 @@
 #include "apps/log.hpp"
 #include "apps/measure/object_measuring.hpp"
 #include "config/section.hpp"
+#include "core/angle.hpp"
 #include "core/csv_table.hpp"
 #include "core/geodesy.hpp"
 #include "core/input_file.hpp"
@@ -18,8 +18,6 @@
 
 namespace hueline::apps {
 namespace {
-
-constexpr double kDeg = std::numbers::pi / 180;
 
 struct Options {
   std::string recording, scenario, cache, rig, picks, out;
@@ -33,7 +31,7 @@ std::string table(const std::vector<PickOutcome>& outcomes, const Geodetic& orig
       "name,exposure,lens,u_px,v_px,exposed_gps_s,east_m,north_m,up_m,sigma_east_m,sigma_north_m,sigma_up_m,easting_m,"
       "northing_m,height_m,latitude_deg,longitude_deg,"
       "distance_m,oblique_deg,scatter_m,points,seconds,why_not\n",
-      origin.latitude / kDeg, origin.longitude / kDeg, origin.ellipsoidal_height, projection.crs_name(),
+      origin.latitude / kRadPerDeg, origin.longitude / kRadPerDeg, origin.ellipsoidal_height, projection.crs_name(),
       projection.epsg());
   const auto T_ecef_enu = ecef_from_enu(origin);
   for (const PickOutcome& one : outcomes) {
@@ -55,8 +53,9 @@ std::string table(const std::vector<PickOutcome>& outcomes, const Geodetic& orig
         "{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.10f},{:.10f},{:.3f},{:.1f},{:.4f},{},{:.2f},"
         "\n",
         p.x(), p.y(), p.z(), std::sqrt(object.covariance(0, 0)), std::sqrt(object.covariance(1, 1)),
-        std::sqrt(object.covariance(2, 2)), map.x(), map.y(), map.z(), place.latitude / kDeg, place.longitude / kDeg,
-        object.distance_m, object.oblique_deg, object.scatter_m, object.points, object.seconds);
+        std::sqrt(object.covariance(2, 2)), map.x(), map.y(), map.z(), place.latitude / kRadPerDeg,
+        place.longitude / kRadPerDeg, object.distance_m, object.oblique_deg, object.scatter_m, object.points,
+        object.seconds);
   }
   return out;
 }

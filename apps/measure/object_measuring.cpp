@@ -6,10 +6,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/angle.hpp"
+
 namespace hueline::apps {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180;
 /// How much later than a point the exposure may come out that looks at it, beside Config::around: exposures wait for
 /// their marks.
 constexpr nanoseconds kExposureLate{5'000'000'000};
@@ -81,7 +82,7 @@ void ObjectMeasuring::aim(Looking& looking) const {
         model.unproject(at.pixel + Eigen::Vector2d(at.pixel.x() < lens.intrinsics.width / 2.0 ? 1 : -1, 0));
     pixel_rad = beside ? std::acos(std::min(1.0, beside->xyz.dot(direction->xyz))) : 1 / lens.intrinsics.focal_px.x();
   }
-  looking.ray.sigma = std::hypot(config_.pick_sigma_px * pixel_rad, config_.turn_sigma_deg * kDeg);
+  looking.ray.sigma = std::hypot(config_.pick_sigma_px * pixel_rad, config_.turn_sigma_deg * kRadPerDeg);
 }
 
 /// With the head's pose: where its picks look, and what has been seen there so far.

@@ -10,13 +10,13 @@
 
 #include "calibration/boresight/boresight_normals.hpp"
 #include "calibration/boresight/mount_covariance.hpp"
+#include "core/angle.hpp"
 
 namespace hueline::calibration {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180;
-constexpr double kTurnBefore = 3 * kDeg;  // one sigma of a turn before: next to nothing
-constexpr double kHeld_m = 1e-7;          // one sigma of what shall not move
+constexpr double kTurnBefore = 3 * kRadPerDeg;  // one sigma of a turn before: next to nothing
+constexpr double kHeld_m = 1e-7;                // one sigma of what shall not move
 
 struct Level {
   double voxel_m, gate_m;
@@ -114,7 +114,7 @@ Status Estimation::round(const Level& level, bool is_finest, bool searches) {
     for (std::size_t s = 0; s < scanners_; ++s) {
       const auto& T = state_.mounts[s];
       const auto& T_start = drive_.scanners[s].T_body_scanner;
-      if (!(T.rotation.angularDistance(T_start.rotation) < config_.farthest_deg * kDeg &&
+      if (!(T.rotation.angularDistance(T_start.rotation) < config_.farthest_deg * kRadPerDeg &&
             (T.translation - T_start.translation).norm() < config_.farthest_m))
         return Error{ErrorCode::Unavailable,
                      fmt::format("the planes lead scanner {} farther than {} deg or {} m away from where the rig has "
@@ -190,7 +190,7 @@ Status Estimation::judge() const {
   for (std::size_t s = 0; s < scanners_; ++s) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> turn(
         C.block<3, 3>(static_cast<Eigen::Index>(6 * s), static_cast<Eigen::Index>(6 * s)));
-    const double weakest = std::sqrt(turn.eigenvalues()[2]) / kDeg;
+    const double weakest = std::sqrt(turn.eigenvalues()[2]) / kRadPerDeg;
     if (last_.of_scanner[s] > 0 && weakest < config_.weakest_turn_deg) continue;
     const Eigen::Vector3d axis = turn.eigenvectors().col(2);
     constexpr const char* kAbout[] = {"right (pitch)", "forward (roll)", "upward (heading)"};

@@ -3,19 +3,19 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
-#include <numbers>
+
+#include "core/angle.hpp"
 
 namespace hueline::calibration {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180;
 constexpr const char* kNames[] = {"turn_body_x_deg", "turn_body_y_deg", "turn_body_z_deg",
                                   "position_x_m",    "position_y_m",    "position_z_m"};
 constexpr const char* kWords[] = {"turn about x (right)", "turn about y (forward)", "turn about z (up)",
                                   "lever arm x (right)",  "lever arm y (forward)",  "lever arm z (up)"};
 
 /// From rad and m to what is printed.
-double unit(std::size_t i) { return i < 3 ? 1 / kDeg : 1; }
+double unit(std::size_t i) { return i < 3 ? 1 / kRadPerDeg : 1; }
 
 }  // namespace
 
@@ -32,7 +32,7 @@ std::string boresight_text(const Boresight& found) {
     out += fmt::format(
         "{}: turned by {:.4f} deg against the rig, lever arm moved by {:.1f} {:.1f} {:.1f} mm; {} returns, noise "
         "{:.2f} times the rig's\n",
-        one.name, one.boresight_rotation.norm() / kDeg, one.lever_moved_m.x() * 1e3, one.lever_moved_m.y() * 1e3,
+        one.name, one.boresight_rotation.norm() / kRadPerDeg, one.lever_moved_m.x() * 1e3, one.lever_moved_m.y() * 1e3,
         one.lever_moved_m.z() * 1e3, one.returns, one.unit_sigma);
     for (std::size_t i = 0; i < 6; ++i) {
       const std::string value =
@@ -84,7 +84,7 @@ std::string boresight_json(const Boresight& found) {
     scanner["name"] = one.name;
     scanner["T_body_scanner"] = {{"position_m", {T.translation.x(), T.translation.y(), T.translation.z()}},
                                  {"quaternion_wxyz", {T.rotation.w(), T.rotation.x(), T.rotation.y(), T.rotation.z()}}};
-    const Eigen::Vector3d boresight = one.boresight_rotation / kDeg;
+    const Eigen::Vector3d boresight = one.boresight_rotation / kRadPerDeg;
     scanner["boresight_rotation_deg"] = {boresight.x(), boresight.y(), boresight.z()};
     scanner["lever_moved_m"] = {one.lever_moved_m.x(), one.lever_moved_m.y(), one.lever_moved_m.z()};
     for (std::size_t i = 0; i < 6; ++i)

@@ -4,20 +4,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "calibration/mount/alignment_score.hpp"
 #include "calibration/mount/head_adjustment.hpp"
+#include "core/angle.hpp"
 
 namespace hueline::calibration {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180;
 constexpr std::size_t kFewestOutlines = 200;
 constexpr float kFinestBlur_px = 1.0F, kWideBlur_px = 2.5F;
 constexpr std::size_t kShotsWhenWide = 48;
 constexpr std::size_t kWidestSamples = 5'000, kWideSamples = 15'000, kFineSamples = 1'000'000;
-constexpr double kFinestStep = 0.004 * kDeg;
+constexpr double kFinestStep = 0.004 * kRadPerDeg;
 constexpr double kFinestTime_s = 2e-4;
 constexpr std::size_t kMostGroups = 4;  // that are searched on their own
 
@@ -101,7 +100,7 @@ Eigen::Vector3d turn_between(const Eigen::Quaterniond& from, const Eigen::Quater
 /// Blurs from as wide as the search to the finest, px.
 std::vector<float> blurs(double focal_px, double search_deg) {
   std::vector<float> out;
-  for (auto blur = static_cast<float>(focal_px * search_deg * kDeg / 4); blur > kFinestBlur_px; blur /= 2)
+  for (auto blur = static_cast<float>(focal_px * search_deg * kRadPerDeg / 4); blur > kFinestBlur_px; blur /= 2)
     out.push_back(blur);
   out.push_back(kFinestBlur_px);
   return out;
@@ -118,7 +117,7 @@ Found search(const std::vector<AlignmentLens>& lenses, const std::vector<Alignme
              const AlignmentConfig& config, const HeadCorrection* from) {
   Found out;
   const double focal = lenses[shots[which[0]].lens].values.focal_px.mean();
-  const double bound = config.search_deg * kDeg;
+  const double bound = config.search_deg * kRadPerDeg;
   auto widths = blurs(focal, config.search_deg);
   // A part of the shots, begun where all of them ended, needs the finest steps alone.
   if (from)
@@ -194,13 +193,14 @@ Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std
         ErrorCode::Unavailable,
         fmt::format("{} outlines of near things in the images; {} are needed: drive past posts, trees and corners",
                     found.outlines, kFewestOutlines)};
-  const double bound = config.search_deg * kDeg * 0.999;
+  const double bound = config.search_deg * kRadPerDeg * 0.999;
   if (found.correction.head<3>().cwiseAbs().maxCoeff() >= bound ||
       (config.search_time_s > 0 && std::abs(found.correction[3]) >= 0.999 * config.search_time_s))
     return Error{ErrorCode::Unavailable,
                  fmt::format("the best place lies at the edge of the search ({:.2f}, {:.2f}, {:.2f} deg): the start is "
                              "farther off, or nothing fits",
-                             found.correction[0] / kDeg, found.correction[1] / kDeg, found.correction[2] / kDeg)};
+                             found.correction[0] / kRadPerDeg, found.correction[1] / kRadPerDeg,
+                             found.correction[2] / kRadPerDeg)};
   Alignment out;
   out.T_body_head = corrected(start, found.correction);
   out.time_offset_s = found.correction[3];

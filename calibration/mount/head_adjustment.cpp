@@ -6,23 +6,22 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "calibration/mount/intensity_relation.hpp"
+#include "core/angle.hpp"
 
 namespace hueline::calibration {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180;
-constexpr double kFarthest = 1.5 * kDeg;  // from the start
-constexpr double kBegin = 0.5 * kDeg;     // expected error of the start: the first blur is as wide
-constexpr double kDoneTurn = 0.0005 * kDeg, kDoneTime_s = 2e-5;
+constexpr double kFarthest = 1.5 * kRadPerDeg;  // from the start
+constexpr double kBegin = 0.5 * kRadPerDeg;     // expected error of the start: the first blur is as wide
+constexpr double kDoneTurn = 0.0005 * kRadPerDeg, kDoneTime_s = 2e-5;
 constexpr double kFinest_px =
     0.05;  // what all images have in common is not known better: 0.03 to 0.1 on simulated drives
 constexpr std::size_t kStrideWhenBlurred = 3;
-constexpr int kMostSteps = 12;               // at one blur
-constexpr std::size_t kFewestPatches = 100;  // those of one real image (27) lead a quarter of a degree astray
-constexpr double kWeakestTurn = 0.5 * kDeg;  // least certain turn that is taken for fixed at all
+constexpr int kMostSteps = 12;                     // at one blur
+constexpr std::size_t kFewestPatches = 100;        // those of one real image (27) lead a quarter of a degree astray
+constexpr double kWeakestTurn = 0.5 * kRadPerDeg;  // least certain turn that is taken for fixed at all
 
 /// How much parts of the shots pull against each other where their sum is at rest: the gradients' covariance.
 Eigen::Matrix4d pull_of(const std::vector<HeadNormals>& shots, const std::vector<std::size_t>& part,
@@ -44,7 +43,7 @@ Eigen::Matrix4d pull_of(const std::vector<HeadNormals>& shots, const std::vector
 Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots,
                                    const Transform<Body, CameraHead>& start, double time_offset_s, bool time_is_free,
                                    const AlignmentConfig& config) {
-  const IntensityRelation relation(lenses, shots, start, kFarthest / kDeg);
+  const IntensityRelation relation(lenses, shots, start, kFarthest / kRadPerDeg);
   HeadAdjustment out;
   out.T_body_head = start;
   out.time_offset_s = time_offset_s;
@@ -89,7 +88,7 @@ Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, con
       if (!(start.rotation.angularDistance(out.T_body_head.rotation) < kFarthest))
         return Error{ErrorCode::Unavailable, fmt::format("the adjustment of grey levels to intensities leads farther "
                                                          "than {:.1f} deg from where the search ended",
-                                                         kFarthest / kDeg)};
+                                                         kFarthest / kRadPerDeg)};
       const double enough = is_last ? 1 : 10;
       if (by.head<3>().norm() < enough * kDoneTurn && std::abs(by[3]) < enough * kDoneTime_s) break;
       if (step + 1 == kMostSteps) {

@@ -3,13 +3,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
+
+#include "core/angle.hpp"
 
 namespace hueline::calibration {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180;
 constexpr int kPatchesAcross = 38;          // an image's width in patches, at most
 constexpr float kPatchOfBlur = 5;           // a patch is at least so many blurs wide: a smaller one has no edges left
 constexpr double kMeanSamples = 25;         // and so wide that a patch has so many samples where they are spread evenly
@@ -143,8 +143,8 @@ Relation relation_of(const std::vector<Hit>& hits, const std::vector<std::size_t
 std::vector<std::uint32_t> seen_by(const AlignmentLens& lens, const AlignmentShot& shot,
                                    const Transform<CameraHead, Body>& T_head_body, double margin_deg) {
   const FastLens fast = fast_lens(lens, T_head_body, shot, 0);
-  const float cell = std::max(2.0F, fast.fx * static_cast<float>(kHiddenCell_deg * kDeg)),
-              margin = fast.fx * static_cast<float>(margin_deg * kDeg) + 2 * cell;
+  const float cell = std::max(2.0F, fast.fx * static_cast<float>(kHiddenCell_deg * kRadPerDeg)),
+              margin = fast.fx * static_cast<float>(margin_deg * kRadPerDeg) + 2 * cell;
   const int columns = static_cast<int>((static_cast<float>(shot.image.width) + 2 * margin) / cell) + 3,
             rows = static_cast<int>((static_cast<float>(shot.image.height) + 2 * margin) / cell) + 3;
   std::vector<float> nearest(static_cast<std::size_t>(columns * rows), 1e9F);

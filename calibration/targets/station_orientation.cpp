@@ -8,12 +8,12 @@
 #include <cmath>
 
 #include "calibration/targets/station_search.hpp"
+#include "core/angle.hpp"
 
 namespace hueline::calibration {
 namespace {
 
 constexpr std::size_t kFewest = 4;
-constexpr double kDegrees = 57.29577951308232;
 
 /// One station's adjustment, done again as targets come and go.
 class StationAdjuster {
@@ -266,7 +266,7 @@ class StationAdjuster {
     const double sigma = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turn).eigenvalues().maxCoeff());
     const auto [lever, centre_sigma] = field();
     const bool is_on_a_line = out_.spread < config_.least_spread && !prior_;
-    const bool is_vague = sigma * kDegrees > config_.most_rotation_sigma_deg &&
+    const bool is_vague = sigma * kDegPerRad > config_.most_rotation_sigma_deg &&
                           sigma * lever > config_.most_turn_over_centre * centre_sigma;
     if (is_on_a_line || is_vague)
       return refused(
@@ -275,7 +275,7 @@ class StationAdjuster {
                       "the outermost of them, whose centres are known to {:.1f} mm; allowed: a width of {:.1f} %, and "
                       "{} degrees or {} times a centre's sigma. Set one target "
                       "well aside from the others",
-                      used().size(), out_.spread * 100, sigma * kDegrees, sigma * lever * 1000, centre_sigma * 1000,
+                      used().size(), out_.spread * 100, sigma * kDegPerRad, sigma * lever * 1000, centre_sigma * 1000,
                       config_.least_spread * 100, config_.most_rotation_sigma_deg, config_.most_turn_over_centre));
     return {};
   }

@@ -5,14 +5,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/angle.hpp"
 #include "core/calibration_record.hpp"
 
 namespace hueline::calibration {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kDegrees = 57.29577951308232;
 
 Json list(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -116,11 +115,11 @@ std::string targets_yaml(std::span<const StationResult> results, std::span<const
     record.residual_rms = std::sqrt(squares / static_cast<double>(std::max<std::size_t>(used, 1)));
     const char* names[] = {"rotation_east_deg", "rotation_north_deg", "rotation_up_deg", "east_m", "north_m", "up_m"};
     for (int k = 0; k < 6; ++k) {
-      const double unit = k < 3 ? kDegrees : 1;
+      const double unit = k < 3 ? kDegPerRad : 1;
       record.parameters.emplace_back(names[k]);
       record.sigma.push_back(unit * std::sqrt(result.adjusted.covariance(k, k)));
       for (int m = k; m < 6; ++m)
-        record.covariance.push_back(unit * (m < 3 ? kDegrees : 1) * result.adjusted.covariance(k, m));
+        record.covariance.push_back(unit * (m < 3 ? kDegPerRad : 1) * result.adjusted.covariance(k, m));
     }
     out += record.yaml(6);
   }

@@ -4,12 +4,12 @@
 
 #include <cmath>
 
+#include "core/angle.hpp"
 #include "drivers/novatel/messages.hpp"
 
 namespace hueline::drivers {
 namespace {
 
-constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 constexpr double kMetresPerFoot = 0.3048;
 constexpr double kStandardGravity = 9.80665;
 constexpr double kEarthRate = 7.292115e-5;  // rad/s

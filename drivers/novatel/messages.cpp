@@ -5,12 +5,12 @@
 #include <array>
 #include <cmath>
 
+#include "core/angle.hpp"
 #include "core/calendar.hpp"
 
 namespace hueline::drivers {
 namespace {
 
-constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 constexpr double kMaxClockOffsetS = 1e-6;
 
 bool is_place(const Geodetic& g) {

@@ -6,6 +6,7 @@
 #include <concepts>
 #include <random>
 
+#include "core/angle.hpp"
 #include "core/laser_time.hpp"
 
 namespace hueline {
@@ -31,16 +32,14 @@ static_assert(!Subtracts<LaserCounter, LaserCounter> && !Subtracts<LaserCounter,
 static_assert(!std::convertible_to<LaserTime, GpsTime> && !std::constructible_from<GpsTime, LaserTime>);
 static_assert(!std::convertible_to<HostTime, LaserTime> && !std::convertible_to<nanoseconds, LaserTime>);
 
-constexpr double kDeg = 3.14159265358979323846 / 180;
-
 Eigen::Vector3d forward_of(const Attitude& a) { return rotation_enu_body(a) * Eigen::Vector3d::UnitY(); }
 Eigen::Vector3d right_of(const Attitude& a) { return rotation_enu_body(a) * Eigen::Vector3d::UnitX(); }
 
 TEST(Attitude, AxisAlignedCasesByHand) {
   EXPECT_TRUE(forward_of({0, 0, 0}).isApprox(Eigen::Vector3d::UnitY())) << "heading 0 looks north";
-  EXPECT_TRUE(forward_of({0, 0, 90 * kDeg}).isApprox(Eigen::Vector3d::UnitX())) << "heading 90 looks east";
-  EXPECT_GT(forward_of({0, 10 * kDeg, 0}).z(), 0.17) << "pitch positive lifts the nose";
-  EXPECT_LT(right_of({10 * kDeg, 0, 0}).z(), -0.17) << "roll positive lowers the right side";
+  EXPECT_TRUE(forward_of({0, 0, 90 * kRadPerDeg}).isApprox(Eigen::Vector3d::UnitX())) << "heading 90 looks east";
+  EXPECT_GT(forward_of({0, 10 * kRadPerDeg, 0}).z(), 0.17) << "pitch positive lifts the nose";
+  EXPECT_LT(right_of({10 * kRadPerDeg, 0, 0}).z(), -0.17) << "roll positive lowers the right side";
 }
 
 TEST(Attitude, EqualsThePapersMatrix) {

@@ -6,10 +6,11 @@
 #include <GeographicLib/LocalCartesian.hpp>
 #include <random>
 
+#include "core/angle.hpp"
+
 namespace hueline {
 namespace {
 
-constexpr double kDeg = 3.14159265358979323846 / 180;
 // A coordinate of 6.4e6 m has a spacing of 0.9 nm in double: 5 nm is a few roundings.
 
 TEST(Geodesy, EqualsGeographicLib) {
@@ -20,7 +21,7 @@ TEST(Geodesy, EqualsGeographicLib) {
     const double B = i == 0 ? 90 : i == 1 ? -90 : lat(random), L = lon(random), H = h(random);
     double x, y, z;
     earth.Forward(B, L, H, x, y, z);
-    const auto p = to_ecef({B * kDeg, L * kDeg, H});
+    const auto p = to_ecef({B * kRadPerDeg, L * kRadPerDeg, H});
     ASSERT_LT((p.xyz - Eigen::Vector3d(x, y, z)).norm(), 5e-9);
     const Geodetic back = to_geodetic(p);
     ASSERT_NEAR(back.ellipsoidal_height, H, 5e-9);
@@ -29,12 +30,12 @@ TEST(Geodesy, EqualsGeographicLib) {
 }
 
 TEST(Geodesy, LocalLevelEqualsGeographicLib) {
-  const Geodetic origin{39.9 * kDeg, 116.3 * kDeg, 50};
+  const Geodetic origin{39.9 * kRadPerDeg, 116.3 * kRadPerDeg, 50};
   const GeographicLib::LocalCartesian local(39.9, 116.3, 50);
   const auto T_ecef_enu = ecef_from_enu(origin);
   double x, y, z;
   local.Forward(39.91, 116.28, 70, x, y, z);
-  const Point<Enu> p = T_ecef_enu.inverse() * to_ecef({39.91 * kDeg, 116.28 * kDeg, 70});
+  const Point<Enu> p = T_ecef_enu.inverse() * to_ecef({39.91 * kRadPerDeg, 116.28 * kRadPerDeg, 70});
   EXPECT_LT((p.xyz - Eigen::Vector3d(x, y, z)).norm(), 5e-9);
 }
 

@@ -3,9 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "calibration/boresight/patches.hpp"
+#include "core/angle.hpp"
 #include "tests/calibration/boresight/simulated_passes.hpp"
 
 namespace hueline::calibration::test {
@@ -13,7 +12,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-constexpr double kDeg = std::numbers::pi / 180;
 
 /// Forty metres there and back, few rays: seconds with all checks of a debug build.
 PassesSetting small() {
@@ -44,9 +42,9 @@ TEST(Boresight, FindsRotationAndHorizontalLeverArmFromADegreeAndADecimetreOff) {
   const Eigen::VectorXd error = boresight_error(*found, passes);
   for (std::size_t i = 0; i < 6; ++i)
     EXPECT_LT(std::abs(error[static_cast<Eigen::Index>(i)]), 3.5 * laser.sigma[i]) << i;
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_LT(laser.sigma[i], 0.03 * kDeg) << i;
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_LT(laser.sigma[i], 0.03 * kRadPerDeg) << i;
   for (std::size_t i = 3; i < 5; ++i) EXPECT_LT(laser.sigma[i], 0.01) << i;
-  EXPECT_NEAR(laser.boresight_rotation.norm(), 1 * kDeg, 0.1 * kDeg);
+  EXPECT_NEAR(laser.boresight_rotation.norm(), 1 * kRadPerDeg, 0.1 * kRadPerDeg);
   EXPECT_NEAR(laser.unit_sigma, 1, 0.25);
 }
 
@@ -156,7 +154,7 @@ TEST(ReturnStore, IsBoundedAndStillFindsIt) {
   EXPECT_GT(passes.drive.returns.size(), 8'000U);
   const auto found = find_boresight(passes.drive, coarse());
   ASSERT_TRUE(found.ok()) << found.error().message;
-  EXPECT_LT(boresight_error(*found, passes).head<3>().norm(), 0.08 * kDeg);
+  EXPECT_LT(boresight_error(*found, passes).head<3>().norm(), 0.08 * kRadPerDeg);
 }
 
 TEST(Passes, BeginAfterAGapOrATurn) {

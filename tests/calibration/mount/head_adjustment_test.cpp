@@ -6,11 +6,11 @@
 #include <random>
 
 #include "calibration/mount/head_adjustment.hpp"
+#include "core/angle.hpp"
 
 namespace hueline::calibration {
 namespace {
 
-constexpr double kDeg = 3.14159265358979323846 / 180;
 constexpr double kWall_m = 6, kSpeed = 8;
 const Eigen::Vector3d kHead(0.1, 0.3, 0.2);
 
@@ -87,7 +87,7 @@ Street street(double late_s, double gain, bool has_relation) {
 
 Transform<Body, CameraHead> half_a_degree_off(Transform<Body, CameraHead> head) {
   head.rotation =
-      head.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * kDeg, Eigen::Vector3d(1, -2, 1.5).normalized()));
+      head.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * kRadPerDeg, Eigen::Vector3d(1, -2, 1.5).normalized()));
   return head;
 }
 
@@ -96,15 +96,15 @@ TEST(HeadAdjustment, FindsTurnAndTimeWhateverTheGain) {
     const Street made = street(0.012, gain, true);
     const auto found = adjust_head(made.lenses, made.shots, half_a_degree_off(made.truth), 0, true, {});
     ASSERT_TRUE(found.ok()) << found.error().message;
-    const double error = found->T_body_head.rotation.angularDistance(made.truth.rotation) / kDeg;
+    const double error = found->T_body_head.rotation.angularDistance(made.truth.rotation) / kRadPerDeg;
     const Eigen::Vector4d sigma = found->covariance.diagonal().cwiseSqrt();
     std::printf("  gain %.2f: %.4f deg, %.3f ms off; sigma %.4f %.4f %.4f deg, %.3f ms; %zu patches, %d steps\n", gain,
-                error, (found->time_offset_s - 0.012) * 1e3, sigma[0] / kDeg, sigma[1] / kDeg, sigma[2] / kDeg,
-                sigma[3] * 1e3, found->patches, found->steps);
+                error, (found->time_offset_s - 0.012) * 1e3, sigma[0] / kRadPerDeg, sigma[1] / kRadPerDeg,
+                sigma[2] / kRadPerDeg, sigma[3] * 1e3, found->patches, found->steps);
     EXPECT_LT(error, 0.01);
     EXPECT_NEAR(found->time_offset_s, 0.012, 2e-4);
     EXPECT_GT(sigma.minCoeff(), 0);
-    EXPECT_LT(sigma.head<3>().maxCoeff(), 0.02 * kDeg) << "a sigma so large is met by anything";
+    EXPECT_LT(sigma.head<3>().maxCoeff(), 0.02 * kRadPerDeg) << "a sigma so large is met by anything";
   }
 }
 
@@ -112,7 +112,7 @@ TEST(HeadAdjustment, KeepsTheTimeWhereItIsTakenForTrue) {
   const Street made = street(0, 1, true);
   const auto found = adjust_head(made.lenses, made.shots, half_a_degree_off(made.truth), 0, false, {});
   ASSERT_TRUE(found.ok()) << found.error().message;
-  EXPECT_LT(found->T_body_head.rotation.angularDistance(made.truth.rotation), 0.01 * kDeg);
+  EXPECT_LT(found->T_body_head.rotation.angularDistance(made.truth.rotation), 0.01 * kRadPerDeg);
   EXPECT_EQ(found->time_offset_s, 0);
   EXPECT_EQ(found->covariance(3, 3), 0);
 }

@@ -6,12 +6,11 @@
 #include <random>
 
 #include "calibration/lens/lens_calibration.hpp"
+#include "core/angle.hpp"
 #include "tests/calibration/mount/simulated_points.hpp"
 
 namespace hueline::calibration::test {
 namespace {
-
-constexpr double kDeg = 3.14159265358979323846 / 180;
 
 /// The laser's surface where a pixel looks: a plane through the returns that fall nearest to the pixel, cut with the
 /// pixel's ray.
@@ -70,7 +69,7 @@ MeasuredObjects measure_objects(int count, int board_views, const MeasuringNoise
     // A wall through it, up to 50 degrees oblique, scanned every 8 cm.
     const Eigen::Vector3d facing = -object.normalized();
     const Eigen::Vector3d across = facing.unitOrthogonal();
-    const Eigen::Quaterniond tilt(Eigen::AngleAxisd(50 * kDeg * (2 * uniform(random) - 1), across));
+    const Eigen::Quaterniond tilt(Eigen::AngleAxisd(50 * kRadPerDeg * (2 * uniform(random) - 1), across));
     const Eigen::Vector3d a = tilt * across, b = tilt * facing.cross(across);
     std::vector<Eigen::Vector3d> returns;
     for (int i = -6; i <= 6; ++i)
@@ -82,9 +81,9 @@ MeasuredObjects measure_objects(int count, int board_views, const MeasuringNoise
     const auto measured = measure(found, mount->T_scanner_lens, returns, picked);
     if (!measured) continue;
     const Eigen::Quaterniond attitude(
-        Eigen::AngleAxisd(-noise.heading_deg * kDeg * normal(random), Eigen::Vector3d::UnitZ()) *
-        Eigen::AngleAxisd(noise.roll_pitch_deg * kDeg * normal(random), Eigen::Vector3d::UnitX()) *
-        Eigen::AngleAxisd(noise.roll_pitch_deg * kDeg * normal(random), Eigen::Vector3d::UnitY()));
+        Eigen::AngleAxisd(-noise.heading_deg * kRadPerDeg * normal(random), Eigen::Vector3d::UnitZ()) *
+        Eigen::AngleAxisd(noise.roll_pitch_deg * kRadPerDeg * normal(random), Eigen::Vector3d::UnitX()) *
+        Eigen::AngleAxisd(noise.roll_pitch_deg * kRadPerDeg * normal(random), Eigen::Vector3d::UnitY()));
     const Eigen::Vector3d error = attitude * *measured +
                                   noise.position_m * Eigen::Vector3d(normal(random), normal(random), normal(random)) -
                                   object;

@@ -5,12 +5,11 @@
 #include <fstream>
 
 #include "calibration/mount/alignment.hpp"
+#include "core/angle.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace hueline::calibration {
 namespace {
-
-constexpr double kDeg = 3.14159265358979323846 / 180;
 
 TEST(RealAlignment, FindsThePublishedPoseFromTwoDegreesOff) {
   HUELINE_REQUIRE_DATA("lidar_camera/0.pcd");
@@ -48,14 +47,14 @@ TEST(RealAlignment, FindsThePublishedPoseFromTwoDegreesOff) {
   shot.image = *image;
   shot.samples = std::make_shared<const std::vector<LaserSample>>(laser_samples(points, intensity));
   const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 1.5).normalized();
-  const Transform<Body, CameraHead> start{truth.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(2 * kDeg, axis)),
+  const Transform<Body, CameraHead> start{truth.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(2 * kRadPerDeg, axis)),
                                           truth.translation};
   AlignmentConfig config;
   config.groups = 0;
   config.use_relation = false;  // one image has too few patches for it
   const auto found = align_head({lens}, {shot}, start, config);
   ASSERT_TRUE(found.ok()) << found.error().message;
-  const double error_deg = found->T_body_head.rotation.angularDistance(truth.rotation) / kDeg;
+  const double error_deg = found->T_body_head.rotation.angularDistance(truth.rotation) / kRadPerDeg;
   std::printf("  %.3f deg from the published pose; score %.4f at the start, %.4f found\n", error_deg,
               found->score_start, found->score);
   EXPECT_LT(error_deg, 0.3);

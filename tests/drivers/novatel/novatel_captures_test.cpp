@@ -4,6 +4,7 @@
 
 #include <cstdio>
 
+#include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "drivers/novatel/decoder.hpp"
 #include "drivers/transport/file_source.hpp"
@@ -14,7 +15,6 @@ namespace hueline::drivers {
 namespace {
 
 using test::all_of;
-constexpr double kDeg = 3.14159265358979323846 / 180.0;
 
 struct Decoded {
   std::vector<Measurement> measurements;
@@ -82,8 +82,8 @@ TEST(NovatelCaptures, BestposBeginsWithTheAnswersToItsCommands) {
   ASSERT_EQ(fixes.size(), 5u);
   EXPECT_EQ(fixes[0].type, FixType::Single);
   EXPECT_EQ(fixes[0].time, from_gps_week(2134, std::chrono::seconds(506710)));
-  EXPECT_NEAR(fixes[0].position.latitude, 51.15043782363468 * kDeg, 1e-15);
-  EXPECT_NEAR(fixes[0].position.longitude, -114.03068530001241 * kDeg, 1e-15);
+  EXPECT_NEAR(fixes[0].position.latitude, 51.15043782363468 * kRadPerDeg, 1e-15);
+  EXPECT_NEAR(fixes[0].position.longitude, -114.03068530001241 * kRadPerDeg, 1e-15);
   EXPECT_NEAR(fixes[0].position.ellipsoidal_height, 1094.0990624893457 - 17.0, 1e-9);
   EXPECT_NEAR(fixes[0].sigma_enu[0], 1.6865170001983643, 1e-7);  // east: the wire's second
   EXPECT_NEAR(fixes[0].sigma_enu[1], 1.9175126552581787, 1e-7);
@@ -122,16 +122,16 @@ TEST(NovatelCaptures, Ins1) {
   EXPECT_EQ(first.time, from_gps_week(2101, std::chrono::milliseconds(148472900)));
   EXPECT_NEAR(first.velocity_enu.x(), 0.0005040844415039028, 1e-15);  // east, the wire's second
   EXPECT_NEAR(first.velocity_enu.y(), 0.0006731112905959353, 1e-15);
-  EXPECT_NEAR(first.attitude.roll, -0.8719019553105114 * kDeg, 1e-15);
-  EXPECT_NEAR(first.attitude.pitch, -0.6501802912853099 * kDeg, 1e-15);
-  EXPECT_NEAR(first.attitude.heading, 338.1282791284771 * kDeg, 1e-14);
+  EXPECT_NEAR(first.attitude.roll, -0.8719019553105114 * kRadPerDeg, 1e-15);
+  EXPECT_NEAR(first.attitude.pitch, -0.6501802912853099 * kRadPerDeg, 1e-15);
+  EXPECT_NEAR(first.attitude.heading, 338.1282791284771 * kRadPerDeg, 1e-14);
   EXPECT_EQ(first.status, 7u);  // INS_ALIGNMENT_COMPLETE: not yet within specification
   EXPECT_FALSE(first.is_good);
   const auto sigmas = all_of<InsUncertainty>(d.measurements);
   ASSERT_EQ(sigmas.size(), 29u);
   EXPECT_NEAR(sigmas[0].sigma[0], 2.295344114303589, 1e-7);
   EXPECT_NEAR(sigmas[0].sigma[1], 2.299515724182129, 1e-7);
-  EXPECT_NEAR(sigmas[0].sigma[8], 14.40955924987793 * kDeg, 1e-7);
+  EXPECT_NEAR(sigmas[0].sigma[8], 14.40955924987793 * kRadPerDeg, 1e-7);
   // A parked car: what the accelerometers feel is gravity (Calgary, 1080 m: 9.808 m/s^2), upwards; it does not turn but
   // with the earth.
   const auto samples = all_of<ImuSample>(d.measurements);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "drivers/novatel/decoder.hpp"
 #include "tests/drivers/novatel/novatel_encoder.hpp"
@@ -11,7 +12,7 @@ namespace {
 
 using test::all_of;
 using test::Put;
-constexpr double kPi = 3.14159265358979323846, kDeg = kPi / 180.0;
+constexpr double kPi = 3.14159265358979323846;
 
 std::vector<Measurement> decoded(const test::Bytes& bytes, const NovatelDecoder::Config& config = {}) {
   NovatelDecoder decoder(config);
@@ -40,9 +41,9 @@ TEST(NovatelImu, ManualsRawimusxExample) {
   EXPECT_NEAR(s.specific_force_body.x(), 0.13492490537, 1e-9);
   EXPECT_NEAR(s.specific_force_body.y(), 0.08101185338, 1e-9);  // the wire has -y
   EXPECT_NEAR(s.specific_force_body.z(), 9.85537248262, 1e-9);
-  EXPECT_NEAR(s.angular_rate_body.x() / kDeg, -0.12217248535, 1e-9);
-  EXPECT_NEAR(s.angular_rate_body.y() / kDeg, -0.05092016601, 1e-9);
-  EXPECT_NEAR(s.angular_rate_body.z() / kDeg, 0.02394921875, 1e-9);
+  EXPECT_NEAR(s.angular_rate_body.x() / kRadPerDeg, -0.12217248535, 1e-9);
+  EXPECT_NEAR(s.angular_rate_body.y() / kRadPerDeg, -0.05092016601, 1e-9);
+  EXPECT_NEAR(s.angular_rate_body.z() / kRadPerDeg, 0.02394921875, 1e-9);
 }
 
 TEST(NovatelImu, UnitsOfEachKindOfImu) {
@@ -55,7 +56,7 @@ TEST(NovatelImu, UnitsOfEachKindOfImu) {
   EXPECT_DOUBLE_EQ(imu_scale(13)->rad_per_count, 0.1 * arcsec / 256);
   EXPECT_DOUBLE_EQ(imu_scale(33)->rad_per_count, 0.1 * arcsec / 256);
   EXPECT_DOUBLE_EQ(imu_scale(33)->mps_per_count, 0.05 / 32768);
-  EXPECT_DOUBLE_EQ(imu_scale(32)->rad_per_count, kDeg / 2097152);
+  EXPECT_DOUBLE_EQ(imu_scale(32)->rad_per_count, kRadPerDeg / 2097152);
   EXPECT_DOUBLE_EQ(imu_scale(58)->mps_per_count, 1.0 / 536870912);
   EXPECT_EQ(imu_scale(69)->rate_hz, 400);
   EXPECT_FALSE(imu_scale(0));

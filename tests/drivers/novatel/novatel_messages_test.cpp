@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <span>
 
+#include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "drivers/novatel/crc32.hpp"
 #include "drivers/novatel/decoder.hpp"
@@ -19,7 +20,6 @@ namespace {
 using std::chrono::seconds;
 using test::all_of;
 using test::Put;
-constexpr double kPi = 3.14159265358979323846, kDeg = kPi / 180.0;
 
 std::vector<Measurement> decoded(const test::Bytes& bytes, const NovatelDecoder::Config& config = {}) {
   NovatelDecoder decoder(config);
@@ -243,8 +243,8 @@ TEST(NovatelMessages, AttitudeTurnsTheBodyAsTheManualSays) {
     return rotation_enu_body(all_of<InsSolution>(out).at(0).attitude).toRotationMatrix();
   };
   EXPECT_NEAR((R(0, 0, 90) * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitX()).norm(), 0, 1e-12);
-  EXPECT_NEAR((R(0, 10, 0) * Eigen::Vector3d::UnitY()).z(), std::sin(10 * kDeg), 1e-12);
-  EXPECT_NEAR((R(10, 0, 0) * Eigen::Vector3d::UnitX()).z(), -std::sin(10 * kDeg), 1e-12);
+  EXPECT_NEAR((R(0, 10, 0) * Eigen::Vector3d::UnitY()).z(), std::sin(10 * kRadPerDeg), 1e-12);
+  EXPECT_NEAR((R(10, 0, 0) * Eigen::Vector3d::UnitX()).z(), -std::sin(10 * kRadPerDeg), 1e-12);
 }
 
 TEST(NovatelMessages, StatusDecidesWhatIsGood) {
@@ -317,13 +317,13 @@ RC_GTEST_PROP(NovatelMessages, InspvasDecodesToWhatWasEncoded, ()) {
   const InsSolution& s = solutions[0];
   RC_ASSERT(std::abs((s.time - from_gps_week(static_cast<int>(v.week), nanoseconds(ns))).count()) <=
             1);  // a double holds 0.1 ns here
-  RC_ASSERT(std::abs(s.position.latitude / kDeg - v.latitude_deg) < 1e-12);
-  RC_ASSERT(std::abs(s.position.longitude / kDeg - v.longitude_deg) < 1e-12);
+  RC_ASSERT(std::abs(s.position.latitude / kRadPerDeg - v.latitude_deg) < 1e-12);
+  RC_ASSERT(std::abs(s.position.longitude / kRadPerDeg - v.longitude_deg) < 1e-12);
   RC_ASSERT(s.position.ellipsoidal_height == v.height);
   RC_ASSERT(s.velocity_enu == Eigen::Vector3d(v.east, v.north, v.up));
-  RC_ASSERT(std::abs(s.attitude.roll / kDeg - v.roll_deg) < 1e-12);
-  RC_ASSERT(std::abs(s.attitude.pitch / kDeg - v.pitch_deg) < 1e-12);
-  RC_ASSERT(std::abs(s.attitude.heading / kDeg - v.azimuth_deg) < 1e-12);
+  RC_ASSERT(std::abs(s.attitude.roll / kRadPerDeg - v.roll_deg) < 1e-12);
+  RC_ASSERT(std::abs(s.attitude.pitch / kRadPerDeg - v.pitch_deg) < 1e-12);
+  RC_ASSERT(std::abs(s.attitude.heading / kRadPerDeg - v.azimuth_deg) < 1e-12);
   RC_ASSERT(s.status == v.status);
 }
 

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 
+#include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "tests/drivers/velodyne/velodyne_packets.hpp"
 #include "tests/support/test_data.hpp"
@@ -17,8 +18,6 @@ namespace {
 
 using test::capture_packets;
 using test::only;
-
-constexpr double kDeg = 3.14159265358979323846 / 180;
 
 std::vector<Measurement> decode_all(VelodyneDecoder& decoder, const std::vector<Packet>& packets) {
   std::vector<Measurement> out;
@@ -124,7 +123,7 @@ TEST(VelodyneCaptures, ADualReturnRevolutionEqualsTheCloudOfAnotherDecoder) {
   Largest all, same_rule, last_pair, second_return, unexplained;
   double largest_z_m = 0;
   for (const Expected& e : cloud) {
-    const double expected_deg = e.azimuth / kDeg, expected_us = e.time_ns * 1e-3;
+    const double expected_deg = e.azimuth / kRadPerDeg, expected_us = e.time_ns * 1e-3;
     Candidate* best = nullptr;
     double best_distance = 1e9;
     for (Candidate& c : candidates[{e.channel, static_cast<int>(std::lround(e.distance / 0.002))}]) {
@@ -138,20 +137,20 @@ TEST(VelodyneCaptures, ADualReturnRevolutionEqualsTheCloudOfAnotherDecoder) {
     const LaserReturn& r = *best->ours;
     // Their axes: x forward, y left.
     const double dx = r.x + e.y, dy = r.y - e.x, dz = r.z - e.z;
-    const double deg = wrap_deg(r.azimuth / kDeg - expected_deg), us = r.time_offset_ns * 1e-3 - expected_us;
+    const double deg = wrap_deg(r.azimuth / kRadPerDeg - expected_deg), us = r.time_offset_ns * 1e-3 - expected_us;
     all.add(deg, std::sqrt(dx * dx + dy * dy + dz * dz), us);
     Largest& kind = best->block % 2 ? second_return : best->block == 10 ? last_pair : same_rule;
     kind.add(deg, std::hypot(dx, dy), us);
 
     // Ours, moved to where the other decoder's rule puts it: what remains is not explained.
     const double in_plane = std::hypot(r.x, r.y);
-    const double moved_x = in_plane * std::sin(best->told_deg * kDeg),
-                 moved_y = in_plane * std::cos(best->told_deg * kDeg);
-    const double elevation = std::round(std::asin(e.z / e.distance) / kDeg);
+    const double moved_x = in_plane * std::sin(best->told_deg * kRadPerDeg),
+                 moved_y = in_plane * std::cos(best->told_deg * kRadPerDeg);
+    const double elevation = std::round(std::asin(e.z / e.distance) / kRadPerDeg);
     largest_z_m = std::max(largest_z_m, std::abs(dz));
     unexplained.add(wrap_deg(best->told_deg - expected_deg),
                     std::hypot(std::hypot(moved_x + e.y, moved_y - e.x),
-                               static_cast<double>(r.range_m) * std::sin(elevation * kDeg) - e.z),
+                               static_cast<double>(r.range_m) * std::sin(elevation * kRadPerDeg) - e.z),
                     best->told_us - expected_us);
     EXPECT_EQ(r.channel, std::lround((elevation + 15) / 2));
   }
@@ -197,7 +196,7 @@ TEST(VelodyneCaptures, DualReturnPacketsFollowEachOtherAsTheTimingTableSays) {
     if (a.empty() || b.empty()) continue;
     const double elapsed_us = to_seconds(test::counter(batches[i + 1].time) - test::counter(batches[i].time)) * 1e6 +
                               (b.front().time_offset_ns - a.back().time_offset_ns) * 1e-3;
-    const double turned_deg = wrap_deg((b.front().azimuth - a.back().azimuth) / kDeg);
+    const double turned_deg = wrap_deg((b.front().azimuth - a.back().azimuth) / kRadPerDeg);
     largest_deg = std::max(largest_deg, std::abs(turned_deg - elapsed_us * 1e-6 * 3600));
   }
   std::printf("largest misfit of the azimuth from packet to packet at 10 revolutions a second: %.4f deg\n",
@@ -282,9 +281,9 @@ TEST(VelodyneCaptures, AnHdl32eTurnsEvenlyAndSeesPlausibleRanges) {
       ++number;
       ++found[r.channel];
       EXPECT_NEAR(std::sqrt(r.x * r.x + r.y * r.y + r.z * r.z), r.range_m, 1e-4);
-      EXPECT_NEAR(std::atan2(r.z, std::hypot(r.x, r.y)) / kDeg, -30.67 + r.channel * 4.0 / 3, 0.02);
-      EXPECT_NEAR(wrap_deg((std::atan2(r.x, r.y) - r.azimuth) / kDeg), 0, 0.001);
-      const double deg = r.azimuth / kDeg;
+      EXPECT_NEAR(std::atan2(r.z, std::hypot(r.x, r.y)) / kRadPerDeg, -30.67 + r.channel * 4.0 / 3, 0.02);
+      EXPECT_NEAR(wrap_deg((std::atan2(r.x, r.y) - r.azimuth) / kRadPerDeg), 0, 0.001);
+      const double deg = r.azimuth / kRadPerDeg;
       if (before_deg >= 0) {
         EXPECT_GT(wrap_deg(deg - before_deg), -0.02);  // the encoder's own resolution is 0.01
         turned_deg += wrap_deg(deg - before_deg);

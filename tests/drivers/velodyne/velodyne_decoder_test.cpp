@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "core/angle.hpp"
 #include "tests/drivers/velodyne/velodyne_packets.hpp"
 
 namespace hueline::drivers {
@@ -15,8 +16,6 @@ using test::Decoded;
 using test::turning;
 using test::velodyne_data;
 using Blocks = test::VelodyneBlocksOfPacket;
-
-constexpr double kDeg = 3.14159265358979323846 / 180;
 
 VelodyneDecoder::Config hdl32e() {
   VelodyneDecoder::Config config;
@@ -41,8 +40,8 @@ TEST(VelodyneDecoder, Vlp16SingleTakesTimeAzimuthAndPlaceOfEachFiring) {
     const std::size_t block = i / 32, sequence = i % 32 / 16, laser = i % 16;
     // Section 9.3.1: 55.296 us a sequence, 2.304 us a laser; two sequences a block, and the azimuth turns on meanwhile.
     const double in_block_us = 55.296 * static_cast<double>(sequence) + 2.304 * static_cast<double>(laser);
-    const double azimuth = (90 + 0.4 * (static_cast<double>(block) + in_block_us / 110.592)) * kDeg;
-    const double el = elevation[laser] * kDeg;
+    const double azimuth = (90 + 0.4 * (static_cast<double>(block) + in_block_us / 110.592)) * kRadPerDeg;
+    const double el = elevation[laser] * kRadPerDeg;
     EXPECT_EQ(returns[i].time_offset_ns, std::lround(110592.0 * static_cast<double>(block) + 1000 * in_block_us));
     EXPECT_EQ(returns[i].channel, std::lround((elevation[laser] + 15) / 2));
     EXPECT_NEAR(returns[i].azimuth, azimuth, 1e-6);
@@ -65,10 +64,10 @@ TEST(VelodyneDecoder, Hdl32eFiresAllLasersOnceABlock) {
   for (std::size_t i = 0; i < returns.size(); ++i) {
     const double block = static_cast<double>(i / 32), laser = static_cast<double>(i % 32);
     EXPECT_EQ(returns[i].time_offset_ns, std::lround(46080 * block + 1152 * laser));
-    EXPECT_NEAR(returns[i].azimuth, 0.16 * kDeg * (block + laser * 1.152 / 46.08), 1e-6);
+    EXPECT_NEAR(returns[i].azimuth, 0.16 * kRadPerDeg * (block + laser * 1.152 / 46.08), 1e-6);
     // The lower bank is fired in the even places, the upper in the odd ones: rings 0, 16, 1, 17 ...
     EXPECT_EQ(returns[i].channel, i % 2 == 0 ? i % 32 / 2 : 16 + i % 32 / 2);
-    const double elevation = std::asin(returns[i].z / 10) / kDeg;
+    const double elevation = std::asin(returns[i].z / 10) / kRadPerDeg;
     EXPECT_NEAR(elevation, -30.67 + returns[i].channel * 4.0 / 3, 0.011);
   }
 }
@@ -93,7 +92,7 @@ TEST(VelodyneDecoder, TheAzimuthIsInterpolatedThroughNorth) {
   for (const LaserReturn& r : d.batches[0].returns) {
     ASSERT_GE(r.azimuth, 0);
     ASSERT_LT(r.azimuth, 2 * M_PI);
-    double azimuth = r.azimuth / kDeg;
+    double azimuth = r.azimuth / kRadPerDeg;
     if (azimuth < 180) azimuth += 360;
     EXPECT_GT(azimuth, before);
     EXPECT_LT(azimuth, before + 0.2);
@@ -158,8 +157,8 @@ TEST(VelodyneDecoder, RangeAndAzimuthWindowsAreClosedIntervals) {
     for (std::size_t i = 0; i < 32; ++i) block.shots[i].distance = i % 2 ? 500 : 499;
   VelodyneDecoder::Config config;
   config.min_range_m = 1.0;
-  config.azimuth_begin = 359.5 * kDeg;
-  config.azimuth_end = 0.5 * kDeg;
+  config.azimuth_begin = 359.5 * kRadPerDeg;
+  config.azimuth_end = 0.5 * kRadPerDeg;
   ASSERT_EQ(config.validate(), "");
   VelodyneDecoder decoder(5, config);
   const Decoded d = decode(decoder, velodyne_data(blocks, 0, 0x37, 0x22));

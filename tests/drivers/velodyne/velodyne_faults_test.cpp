@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/angle.hpp"
 #include "tests/drivers/velodyne/velodyne_packets.hpp"
 
 namespace hueline::drivers {
@@ -14,8 +15,6 @@ using test::Decoded;
 using test::turning;
 using test::velodyne_data;
 using Blocks = test::VelodyneBlocksOfPacket;
-
-constexpr double kDeg = 3.14159265358979323846 / 180;
 
 /// What the end of the stream tells.
 std::vector<Fault> at_the_end(VelodyneDecoder& decoder) {
@@ -104,7 +103,7 @@ TEST(VelodyneFaults, BrokenBlocksAreLeftOutAndCounted) {
   EXPECT_EQ(d.batches[0].returns.size(), 320u);
   // The block before a broken one goes on at the packet's rate.
   for (const LaserReturn& r : d.batches[0].returns)
-    EXPECT_NEAR(r.azimuth, (10 + 0.4 * r.time_offset_ns / 110592.0) * kDeg, 1e-6);
+    EXPECT_NEAR(r.azimuth, (10 + 0.4 * r.time_offset_ns / 110592.0) * kRadPerDeg, 1e-6);
   EXPECT_EQ(decoder.counts().malformed_bytes, 200u);
   EXPECT_EQ(decoder.counts().decoded_bytes, 1006u);
 }
