@@ -15,11 +15,15 @@
 #include "core/output_file.hpp"
 #include "core/result.hpp"
 
-/// Little-endian numbers in a file, for the simulator's own files. The first failure is kept; later calls do nothing.
+/// Reading and writing of the simulator's own files (drive.bin, truth.bin, sights.bin): little-endian numbers without
+/// padding.
 namespace hueline::sim {
 
 static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
 
+/// Writes numbers and texts to a file, which replaces an existing one. After the first failure further calls do
+/// nothing; `close()` reports it.
+/// Thread safety: none.
 class ByteWriter {
  public:
   explicit ByteWriter(const std::string& path) : path_(path) {
@@ -40,11 +44,13 @@ class ByteWriter {
     static_assert(std::is_arithmetic_v<T>);
     bytes(&x, sizeof x);
   }
+  /// Writes a u32 length and then the bytes of `s`.
   void text(const std::string& s) {
     number(static_cast<std::uint32_t>(s.size()));
     bytes(s.data(), s.size());
   }
-  /// Flushes and closes; the only way to learn that everything is on its way to the disk.
+  /// Flushes and closes the file, and returns the first error of all calls. Nothing else reports errors: call it
+  /// always.
   Status close() {
     if (file_ && std::fclose(file_.release()) != 0 && errno_ == 0) errno_ = errno;
     if (errno_ != 0) return output_error("write " + path_, errno_);
@@ -60,6 +66,9 @@ class ByteWriter {
   int errno_ = 0;
 };
 
+/// Reads what ByteWriter wrote. After the first failure every call returns a zero or an empty text; `status()` holds
+/// that failure.
+/// Thread safety: none.
 class ByteReader {
  public:
   explicit ByteReader(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "rb")) {
@@ -95,15 +104,18 @@ class ByteReader {
     }
     return s;
   }
-  /// True if `count` items of `size` bytes can still be in the file: asked before memory is reserved for them.
+  /// Returns true if `count` items of `size` bytes each can still be in the file. Call it before memory is reserved for
+  /// them.
   bool fits(std::uint64_t count, std::uint64_t size) {
     if (status_.ok() && count > left_ / size) fail("says that it holds more than it does");
     return status_.ok();
   }
+  /// Records that the file is malformed. The message is the file's path followed by `what`.
   void fail(const std::string& what) {
     if (status_.ok()) status_ = Error{ErrorCode::Malformed, path_ + " " + what};
   }
   const Status& status() const { return status_; }
+  /// Returns how many bytes are not read yet.
   std::uint64_t left() const { return left_; }
 
  private:

@@ -10,35 +10,37 @@
 
 namespace hueline::sim {
 
-/// The panoramic head: all lenses at one moment, one stacked Bayer image (BayerRG8: red at even row, even column of the
-/// stack).
+/// The panoramic head. It exposes all lenses at one moment and gives one raw image, in which the images of the lenses
+/// are stacked. The image is a Bayer mosaic (BayerRG8: red at even rows and even columns of the stack).
+/// Thread safety: const functions may be called from several threads. Keeps references to `motion` and `world`.
 class PanoramicCamera {
  public:
   PanoramicCamera(const Scenario& scenario, const Motion& motion, const World& world);
 
   std::size_t exposure_count() const { return exposures_; }
-  /// The strobe's edge.
+  /// Returns the time of the strobe's edge.
   GpsNs exposure_start(std::size_t number) const { return shutter_.start(number); }
   GpsNs exposure_ns() const { return shutter_.exposure_ns(); }
   GpsNs exposure_mid(std::size_t number) const { return shutter_.mid(number); }
-  /// What each lens multiplied its light with, beside CameraConfig::gain: the truth of automatic exposure.
+  /// Returns the factor of each lens on its light, on top of CameraConfig::gain: the truth of automatic exposure.
   const std::vector<float>& lens_gains(std::size_t number) const { return gains_[number]; }
-  /// Pose of the head at the middle of an exposure.
+  /// Returns the pose of the head at the middle of the exposure.
   Pose T_enu_head(std::size_t number) const;
 
-  /// Raw bytes of one exposure. The same for any number of threads: each pixel's noise is a function of (seed,
-  /// exposure, pixel).
+  /// Returns the raw bytes of one exposure. They do not depend on `threads`, because the noise of a pixel is a function
+  /// of seed, exposure and pixel.
   std::vector<std::uint8_t> expose(std::size_t number, unsigned threads) const;
 
  private:
   struct Lens {
     TrueLens optics;
-    std::vector<float> directions;  ///< x, y, z of each pixel in the lens frame; 0 0 0 where the lens images nothing
-    float cone = 0;                 ///< angle of a pixel, rad
-    float dim = 0;                  ///< vignetting: light = 1 - dim (1 - cos theta)
+    /// direction of each pixel in the lens frame (x, y, z); 0 0 0 where the lens images nothing
+    std::vector<float> directions;
+    float cone = 0;  ///< opening angle of a pixel's cone, rad
+    float dim = 0;   ///< vignetting: the share of light that arrives is 1 - dim (1 - cos theta)
   };
-  struct Block;  // a few rows of one lens: what a thread takes at a time
-  /// Moments over which rows are exposed: of all rows, or of each row with a rolling shutter.
+  struct Block;  // a few rows of one lens, the work that one thread takes at a time
+  /// The moments that are averaged over an exposure: one list for all rows, or one for each row with a rolling shutter.
   using Moments = std::vector<std::vector<Moment>>;
   std::vector<Moment> moments(std::size_t number, double row) const;
   void render(const Lens& lens, const Moments& moments, Block& block) const;
@@ -55,7 +57,7 @@ class PanoramicCamera {
   std::vector<Lens> lenses_;
   Shutter shutter_;
   std::size_t exposures_;
-  std::vector<std::vector<float>> gains_;  ///< by exposure and lens
+  std::vector<std::vector<float>> gains_;  ///< factors by exposure and lens, see lens_gains()
 };
 
 }  // namespace hueline::sim

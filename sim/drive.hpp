@@ -6,94 +6,105 @@
 #include <string>
 #include <vector>
 
-/// What the simulated world hands to the simulated devices, and the truth beside it. Plain numbers with units in the
-/// names: the simulator shares no geometry, no time types and no encoders with the program that it tests.
+/// What the simulated world hands to the simulated devices, and the truth beside it. The members are plain numbers with
+/// their units in the names, because the simulator shares no geometry, no time types and no encoders with the program
+/// that it tests.
 namespace hueline::sim {
 
-/// GPS time, ns since 1980-01-06 (continuous).
+/// GPS time, ns since 1980-01-06, without leap seconds.
 using GpsNs = std::int64_t;
 
-/// The POS's output at `gps_ns`, errors included (truth is in Truth).
+/// One solution of the POS, with its errors. `gps_ns` is the time at which it is valid. Angles as in
+/// docs/conventions.md; velocities in m/s.
 struct InsSample {
   GpsNs gps_ns = 0;
   double latitude_rad = 0, longitude_rad = 0, ellipsoidal_height_m = 0;
   double velocity_east = 0, velocity_north = 0, velocity_up = 0;
   double roll_rad = 0, pitch_rad = 0, heading_rad = 0;
-  std::array<double, 9> sigma{};  ///< E N U (m), velocity (m/s), roll pitch heading (rad): what the POS claims
-  std::uint8_t status = 3;        ///< as NovAtel counts: 3 good, 6 good without GNSS, 2 high variance
+  /// the sigmas that the POS claims: position east, north, up (m), velocity likewise (m/s), roll, pitch, heading (rad)
+  std::array<double, 9> sigma{};
+  std::uint8_t status =
+      3;  ///< INS status as NovAtel counts it: 3 good solution, 6 good solution without GNSS, 2 high variance
   bool has_gnss = true;
 };
 
-/// One Velodyne data packet before encoding: 24 firing sequences of 16 lasers (VLP-16) or 12 of 32 (HDL-32E).
+/// One Velodyne data packet before encoding: 24 firing sequences of 16 lasers (VLP-16), or 12 of 32 lasers (HDL-32E).
 struct LaserPacket {
   GpsNs first_firing_gps_ns = 0;
-  std::array<std::uint16_t, 12> azimuth_centideg{};  ///< of each block
-  std::vector<std::uint16_t> distance_2mm;           ///< 12 x 32, laser order of the maker; 0: no return
-  std::vector<std::uint8_t> reflectivity;            ///< likewise
+  std::array<std::uint16_t, 12> azimuth_centideg{};  ///< azimuth of each block, hundredths of a degree
+  std::vector<std::uint16_t>
+      distance_2mm;  ///< 12 x 32 distances in units of 2 mm, in the maker's order of lasers; 0 means no return
+  std::vector<std::uint8_t> reflectivity;  ///< 12 x 32 reflectivities in the same order
 };
 
-/// One data datagram of a profile scanner before encoding.
+/// One data datagram of a profile scanner before encoding (docs/formats.md#profile-scanner).
 struct ProfilePacket {
-  GpsNs first_pulse_gps_ns = 0;                ///< emission
-  std::uint32_t line = 0;                      ///< turn of the mirror, from 0
-  std::uint32_t angle = 0;                     ///< of the mirror at the first pulse, as it is reported, 2^-32 turn
-  std::int32_t angle_step = 0;                 ///< from pulse to pulse, 2^-32 turn
-  std::uint32_t period_ps = 0;                 ///< from pulse to pulse
-  std::vector<std::uint8_t> counts;            ///< returns of each pulse
-  std::vector<std::uint32_t> range_100um;      ///< of each return
-  std::vector<std::uint16_t> reflectance_1e4;  ///< likewise, 10000 is white
+  GpsNs first_pulse_gps_ns = 0;                ///< when the first pulse left the scanner
+  std::uint32_t line = 0;                      ///< number of the mirror's turn, from 0
+  std::uint32_t angle = 0;                     ///< reported angle of the mirror at the first pulse, in 2^-32 of a turn
+  std::int32_t angle_step = 0;                 ///< angle from one pulse to the next, in 2^-32 of a turn
+  std::uint32_t period_ps = 0;                 ///< time from one pulse to the next
+  std::vector<std::uint8_t> counts;            ///< number of returns of each pulse
+  std::vector<std::uint32_t> range_100um;      ///< range of each return, in units of 0.1 mm
+  std::vector<std::uint16_t> reflectance_1e4;  ///< reflectance of each return; 10000 is white
 };
 
-/// What the control unit of the brakes tells of the wheels at the end of one of its cycles.
+/// What the control unit of the brakes reports of the wheels at the end of one of its cycles.
 struct WheelSample {
-  GpsNs gps_ns = 0;                       ///< end of the cycle
-  std::array<double, 4> speed{};          ///< m/s, mean over the cycle: front left, front right, rear left, rear right
-  std::array<std::uint32_t, 2> pulses{};  ///< of the rear left and right wheel since the drive's beginning
+  GpsNs gps_ns = 0;               ///< end of the cycle
+  std::array<double, 4> speed{};  ///< mean speed over the cycle, m/s: front left, front right, rear left, rear right
+  std::array<std::uint32_t, 2> pulses{};  ///< pulses of the rear left and the rear right wheel since the drive began
 };
 
 /// One exposure: the stacked raw image of all lenses as the camera delivers it, or its JPEG planes.
 struct CameraExposure {
   std::uint32_t number = 0;
-  GpsNs exposure_start_gps_ns = 0;      ///< the strobe's edge: what the event mark stamps
-  std::int64_t exposure_ns = 0;         ///< duration
-  std::uint32_t width = 0, height = 0;  ///< of the mosaic; of JPEG planes, bytes and rows of the camera's buffer
-  std::string image_file;               ///< width x height bytes, in the drive's cache folder
+  GpsNs exposure_start_gps_ns = 0;  ///< the strobe's edge, which the receiver stamps as the event mark
+  std::int64_t exposure_ns = 0;     ///< duration of the exposure
+  /// size of the mosaic in pixels; of JPEG planes, bytes a row and rows of the camera's buffer
+  std::uint32_t width = 0, height = 0;
+  std::string image_file;  ///< file of width x height bytes, relative to the drive's folder in the cache
 };
 
-/// Truth of one laser return, in the order of the packets: index = (packet, block, laser).
+/// Truth of one laser return. Returns stand in the order of the packets, and within a packet in the order of blocks and
+/// lasers.
 struct TrueReturn {
   GpsNs fired_gps_ns = 0;
-  std::uint16_t channel = 0;           ///< ring from the lowest elevation
-  std::uint16_t surface = 0;           ///< id in the scene's list
-  double east = 0, north = 0, up = 0;  ///< true place of the hit, local level at the scene's origin
-  double beam_east = 0, beam_north = 0,
-         beam_up = 0;                         ///< true scanner place + true beam x the range that the wire can carry
-  std::uint8_t red = 0, green = 0, blue = 0;  ///< colour as a perfect camera at the scanner would see it (shaded)
-  std::array<std::uint8_t, 3> albedo{};       ///< the surface's own colour, unshaded, sRGB-coded
-  std::array<float, 3> light{};  ///< linear light that makes red, green, blue: 1 saturates at gain 1; 0 .. 4
-  bool is_moving = false;        ///< the surface moves by itself
+  std::uint16_t channel = 0;           ///< ring, counted from the lowest elevation
+  std::uint16_t surface = 0;           ///< index into the scene's list of surfaces
+  double east = 0, north = 0, up = 0;  ///< true place of the hit in the scene's local level (Enu), m
+  /// true place of the scanner + true beam x the range as it was sent (with its noise, in the wire's steps), m
+  double beam_east = 0, beam_north = 0, beam_up = 0;
+  /// the shaded colour as a perfect camera at the scanner would see it, 8-bit coded
+  std::uint8_t red = 0, green = 0, blue = 0;
+  std::array<std::uint8_t, 3> albedo{};  ///< the surface's own colour, unshaded, sRGB-coded
+  /// the linear light from which red, green and blue are made, 0 .. 4; 1 saturates at gain 1
+  std::array<float, 3> light{};
+  bool is_moving = false;  ///< whether the surface moves by itself
 };
 
-/// Truth of one exposure: pose of the camera head at the middle of the exposure.
+/// Truth of one exposure: the pose of the camera head at the middle of the exposure.
 struct TrueExposure {
   std::uint32_t number = 0;
   GpsNs exposure_mid_gps_ns = 0;
-  std::array<double, 9> R_enu_head{};  ///< row-major
+  std::array<double, 9> R_enu_head{};  ///< rotation matrix, row-major
   std::array<double, 3> p_enu_head{};
-  std::vector<float> lens_gain;  ///< of each lens, beside the scenario's camera.gain
+  std::vector<float> lens_gain;  ///< factor of each lens on top of the scenario's camera.gain
 };
 
-/// A drive, rendered ahead. Deterministic in the scenario (seed included).
+/// A drive, rendered before it is played. It is a function of the scenario, whose seed is a part of it.
 struct Drive {
-  double origin_latitude_rad = 0, origin_longitude_rad = 0, origin_height_m = 0;  ///< of the scene's local level
+  double origin_latitude_rad = 0, origin_longitude_rad = 0,
+         origin_height_m = 0;  ///< place of the scene's origin, where its local level touches the ellipsoid
   GpsNs begin_gps_ns = 0, end_gps_ns = 0;
   std::vector<InsSample> ins;
   std::vector<LaserPacket> laser;
-  std::vector<ProfilePacket> profile;  ///< instead of `laser`, where the scanner is a profile scanner
+  std::vector<ProfilePacket> profile;  ///< filled instead of `laser` where the scanner is a profile scanner
   std::vector<WheelSample> wheel;
   std::vector<CameraExposure> exposures;
-  std::vector<std::int64_t> pps_edge_error_ns;  ///< of each whole second from begin: stamp minus true second
-  std::string cache_dir;                        ///< where images and truth lie
+  std::vector<std::int64_t>
+      pps_edge_error_ns;  ///< for each whole second from begin_gps_ns: stamp of the edge minus the true second
+  std::string cache_dir;  ///< folder that holds the images and the truth
 };
 
 }  // namespace hueline::sim

@@ -2,17 +2,19 @@
 
 #include "sim/vec3.hpp"
 
-/// WGS84, the simulator's own. Angles in rad, heights above the ellipsoid in m.
+/// The simulator's own WGS84. Angles are in rad, heights above the ellipsoid in m.
 namespace hueline::sim {
 
 struct GeodeticPlace {
   double latitude = 0, longitude = 0, height = 0;
 };
 
+/// Returns the ECEF coordinates of a place, m.
 Vec3 ecef_from_geodetic(const GeodeticPlace& g);
-/// Iterated to the last bit of double; good from the centre of the mantle to orbit, poles included.
+/// Returns the geodetic coordinates of a place. The iteration ends at the last bit of a double; it converges from the
+/// centre of the mantle to orbits, poles included.
 GeodeticPlace geodetic_from_ecef(Vec3 p_ecef);
-/// Columns: east, north, up at `g`.
+/// Returns the rotation from the local level at `g` into ECEF; its columns are the directions east, north and up.
 Mat3 R_ecef_enu(const GeodeticPlace& g);
 
 }  // namespace hueline::sim

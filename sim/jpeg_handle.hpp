@@ -9,7 +9,7 @@ namespace hueline::sim {
 struct DestroyJpegHandle {
   void operator()(void* handle) const { tjDestroy(handle); }
 };
-/// Of tjInitCompress() or tjInitDecompress(); null: no memory for it.
+/// Owns what tjInitCompress() or tjInitDecompress() returned; null if there was no memory for it.
 using JpegHandle = std::unique_ptr<void, DestroyJpegHandle>;
 
 }  // namespace hueline::sim

@@ -9,22 +9,22 @@
 
 namespace hueline::sim {
 
-/// One data packet and the truth of its returns. Silent firings (no target, dropout) have no TrueReturn.
+/// One data packet and the truth of its returns. A firing without a return (no target, dropout) has no TrueReturn.
 struct FiredPacket {
   LaserPacket packet;
-  Vec3 scanner_enu;  ///< true place of the scanner at the packet's first firing
+  Vec3 scanner_enu;  ///< true place of the scanner at the packet's first firing, m
   std::vector<TrueReturn> returns;
 };
 
-/// A pose between two that are less than a millisecond apart: the chord of a vehicle's turn differs from its arc by
-/// 1e-7 rad at most, over the 55 us of a firing sequence by 1e-10.
+/// Returns the pose at `share` of the way from `a` to `b`, which must be less than a millisecond apart. The chord of a
+/// vehicle's turn differs from its arc by at most 1e-7 rad then, and by 1e-10 rad over the 55 us of a firing sequence.
 Pose between(const Pose& a, const Pose& b, double share);
 
-/// What is true of a return, whatever scanner fired it; its time and channel are the scanner's to fill in. Thread-safe.
+/// Computes the truth of a return for any kind of scanner. The scanner fills in time and channel. Thread-safe.
 class ReturnTruth {
  public:
   ReturnTruth(const Scenario& scenario, const World& world);
-  /// `wire_range_m`: as far as the wire can carry it.
+  /// `wire_range_m` is the range as the packet can carry it.
   TrueReturn of(const World::Ray& ray, const Seen& seen, double wire_range_m) const;
 
  private:
@@ -32,15 +32,15 @@ class ReturnTruth {
   Tone tone_, unshaded_;
 };
 
-/// A Velodyne. Fires the scanner at the exact time of each laser from the exact pose. Thread-safe.
+/// A Velodyne scanner. It fires each laser at its exact time from the exact pose. Thread-safe.
 class Scanner {
  public:
   Scanner(const Scenario& scenario, const Motion& motion, const World& world);
   std::size_t packet_count() const { return packets_; }
-  /// Packet `index` of the drive; depends on nothing but the index.
+  /// Returns packet `index` of the drive, which depends on nothing but the index.
   FiredPacket fire(std::size_t index) const;
 
-  /// True azimuth at an instant, hundredths of a degree, [0, 36000).
+  /// Returns the true azimuth at time `t`, hundredths of a degree, [0, 36000).
   double azimuth_centideg(GpsNs t) const;
 
  private:

@@ -10,6 +10,7 @@
 namespace hueline::sim {
 
 enum class Material : std::uint8_t {
+  /// What a surface is made of; decides its texture (texture.hpp).
   Asphalt,
   Pavement,
   Kerb,
@@ -31,11 +32,11 @@ enum class Material : std::uint8_t {
   Plaza,  ///< large slabs in two colours
   Cobble,
   Soil,
-  Flower,  ///< style picks its colour
+  Flower,  ///< `QuadTag::style` selects its colour
   Marble,
   Wood,
   Lining,     ///< of a tunnel: tiles below, concrete above
-  LampGlass,  ///< shines by itself
+  LampGlass,  ///< emits light itself
   Gravel,
   Rock,
   TargetWhite,
@@ -43,41 +44,42 @@ enum class Material : std::uint8_t {
   Skin,
 };
 
-/// What a quad is made of. `surface` indexes the scene's list of names; `style` picks a variant (building, car colour,
-/// leaf tint).
+/// What a quad is made of. `surface` is an index into the scene's list of names; `style` selects a variant (building,
+/// colour of a car, tint of a leaf).
 struct QuadTag {
   Material material = Material::Asphalt;
   std::uint16_t surface = 0;
   std::uint32_t style = 0;
 };
 
-/// Texture coordinates, m (or a part's own unit), at a corner.
+/// Texture coordinates at a corner, in m unless the part that adds the quad has a unit of its own.
 struct TexturePoint {
   double u = 0, v = 0;
 };
 
-/// Quads with texture coordinates; corners anticlockwise seen from outside. Corner 0 -> 1 is u, 0 -> 3 is v where
-/// nothing else is said.
+/// Quads with texture coordinates. Corners run anticlockwise seen from outside. Unless a function says otherwise, u
+/// grows from corner 0 to 1 and v from corner 0 to 3.
 class Mesh {
  public:
   struct Face {
     QuadTag tag;
     std::array<std::uint32_t, 4> corner;
-    /// Unit normal (of the first triangle) and gradients of u and v along the surface, 1/m.
+    /// Unit normal of the first triangle, and gradients of u and v along the surface, 1/m.
     std::array<float, 3> normal, grad_u, grad_v;
   };
 
+  /// Adds a quad with the given texture coordinates.
   void quad(const std::array<Vec3, 4>& p, const std::array<TexturePoint, 4>& t, QuadTag tag);
-  /// u over the length of p0 p1 and v over the length of p0 p3, both from 0.
+  /// Adds a rectangle: u runs from 0 over the length of p0 p1, v from 0 over the length of p0 p3.
   void rectangle(const std::array<Vec3, 4>& p, QuadTag tag);
-  /// Box in the frame T: from lo to hi; no bottom. u, v in m on each side.
+  /// Adds a box from `lo` to `hi` in the frame T, without a bottom. u and v are in m on each side.
   void box(const Pose& T, Vec3 lo, Vec3 hi, QuadTag tag);
-  /// Upright prism of `sides` between two radii; capped on top. u around (m), v up (m).
+  /// Adds an upright prism of `sides` between two radii, with a lid. u runs around it (m), v up (m).
   void cylinder(Vec3 foot, double radius_foot, double radius_top, double height, int sides, QuadTag tag);
-  /// Prism of `sides` from a to b, open at its ends. u around (m), v from a to b (m).
+  /// Adds a prism of `sides` from a to b, open at its ends. u runs around it (m), v from a to b (m).
   void rod(Vec3 a, Vec3 b, double radius, int sides, QuadTag tag);
-  /// Quads on the ellipsoid with these half axes along x, y, z: `rings` from pole to pole, `sides` around. u around
-  /// (m), v up (m). The quads' planes lie inside the ellipsoid by up to r (1 - cos(pi / sides)).
+  /// Adds an ellipsoid with the given half axes along x, y, z, as quads: `rings` from pole to pole, `sides` around. u
+  /// runs around it (m), v up (m). The planes of the quads lie inside the ellipsoid by at most r (1 - cos(pi / sides)).
   void ellipsoid(Vec3 centre, Vec3 half_axes, int rings, int sides, QuadTag tag);
 
   const std::vector<std::array<float, 3>>& vertices() const { return vertices_; }

@@ -6,14 +6,16 @@
 
 namespace hueline::sim {
 
+/// Where a ray meets the vehicle. `part` is the number of the box.
 struct VehicleContact {
   double distance_m = 0;
   Vec3 normal_body;
   int part = 0;
 };
 
-/// First of the mapping vehicle's own parts (a van: boxes in Body) on a ray. A part that contains the ray's origin is
-/// not seen: a lens sits inside its head, a scanner's beam starts inside its housing.
+/// Returns the first of the mapping vehicle's own parts (a van, made of boxes in Body) on a ray. A part that contains
+/// the origin of the ray is left out, because a lens sits inside its head and a scanner's beam starts inside its
+/// housing.
 std::optional<VehicleContact> own_vehicle_on_ray(Vec3 origin_body, Vec3 direction_body);
 
 }  // namespace hueline::sim

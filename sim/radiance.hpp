@@ -2,7 +2,7 @@
 
 namespace hueline::sim {
 
-/// Linear light, 1 = a white matt surface facing the sun.
+/// Linear light; 1 is a white matt surface that faces the sun.
 struct Radiance {
   float r = 0, g = 0, b = 0;
 };
