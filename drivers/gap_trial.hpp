@@ -8,18 +8,20 @@
 
 namespace hueline::drivers {
 
-/// Gaps in a row of datagrams, on trial: one that another overtook on its way fills its gap, and what is missing still
-/// when so much time has passed that none comes any more is lost. Told as late and as lost, it would be counted twice.
-/// Positions are of the caller's choosing and rise. Thread-bound.
+/// Decides which gaps in a sequence of datagrams are losses. A datagram that was overtaken on its way fills its gap
+/// later; a gap that is still open after `patience` is lost. Without the wait, such a datagram would be counted twice,
+/// as lost and as late. The caller chooses what a position is; positions increase. Thread safety: none; one thread
+/// calls all functions.
 class GapTrial {
  public:
   explicit GapTrial(nanoseconds patience = std::chrono::milliseconds(100)) : patience_(patience) {}
 
-  /// Between the datagrams at `before` and `after` so many are missing, as seen on one received at `time`.
+  /// Opens a gap: `missing` datagrams are missing between the positions `before` and `after`. `time` is the arrival of
+  /// the datagram that showed it.
   void open(std::int64_t before, std::int64_t after, std::uint64_t missing, HostTime time) {
     gaps_.push_back({before, after, missing, time});
   }
-  /// The one at `position` came after all.
+  /// Takes a late datagram into account: the one at `position` has come after all.
   void fill(std::int64_t position) {
     for (Gap& gap : gaps_)
       if (position > gap.before && position < gap.after && gap.missing > 0) {
@@ -31,7 +33,7 @@ class GapTrial {
     std::uint64_t missing;
     std::int64_t width;  ///< from the datagram before to the one behind
   };
-  /// The oldest gap that is lost at `now`. Ask until there is none.
+  /// Returns the oldest gap that is lost at the time `now`. Call it again until it returns nothing.
   std::optional<Lost> settled(HostTime now) {
     while (!gaps_.empty() && (now - gaps_.front().seen >= patience_ || now < gaps_.front().seen)) {
       const Gap gap = gaps_.front();
@@ -40,7 +42,8 @@ class GapTrial {
     }
     return {};
   }
-  /// No more will come: the oldest gap.
+  /// Returns the oldest gap at the end of the data, when no datagram can come any more. Call it again until it returns
+  /// nothing.
   std::optional<Lost> drain() { return gaps_.empty() ? std::nullopt : settled(gaps_.front().seen + patience_); }
 
  private:

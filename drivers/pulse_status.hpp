@@ -7,11 +7,11 @@
 
 namespace hueline::drivers {
 
-/// What a scanner says of the pulses per second at its input: the byte of a Velodyne's position packet (VLP-16 User
-/// Manual, section 9.3.3), which the format of profile scanners has taken over.
+/// What a scanner reports about the pulses per second (PPS) at its input. The byte is that of a Velodyne's position
+/// packet (VLP-16 User Manual, section 9.3.3); the profile scanner format uses the same byte.
 struct PulseStatus {
   SyncState clock = SyncState::Unlocked;
-  std::string words;
+  std::string words;  ///< in the terms of the scanner's manual; goes into messages
 };
 inline PulseStatus pulse_status(std::uint8_t byte) {
   switch (byte) {

@@ -16,7 +16,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr int kPollMs = 100;
 
-/// The device or its cable is gone, as opposed to the system being in trouble.
+/// Returns whether `error` (an errno) means that the device or its cable is gone. Other errors are the system's own.
 bool is_gone(int error) {
   switch (error) {
     case EIO:

@@ -7,15 +7,17 @@
 
 namespace hueline::drivers {
 
-/// What TCP and serial have in common: a file descriptor that gives bytes without boundaries, and a device that may
-/// want to be spoken to first. Each packet is what one read brought, stamped on arrival; where a message ends is the
-/// decoder's affair. Thread-bound.
+/// The common base of TcpSource and SerialSource: reads a file descriptor that delivers bytes without message
+/// boundaries. After each open it sends the device a text (the dialogue), for devices that send nothing until they are
+/// asked. One packet holds the bytes of one read; the decoder finds where a message ends. Thread safety: none; one
+/// thread calls all functions.
 class ByteStreamSource : public PacketSource {
  public:
   struct Config {
-    std::string dialogue;                           ///< sent after each open, as it is; may be empty
-    std::size_t chunk_bytes = 16384;                ///< most that one packet holds
-    std::chrono::milliseconds write_timeout{2000};  ///< for the dialogue
+    std::string dialogue;                           ///< text that is sent unchanged after each open; may be empty
+    std::size_t chunk_bytes = 16384;                ///< largest number of bytes in one packet, 64 to 1048576
+    std::chrono::milliseconds write_timeout{2000};  ///< longest time that sending the dialogue may take
+    /// Returns an empty text if all values are allowed, else a sentence that names the wrong one.
     std::string validate() const;
   };
 
@@ -23,18 +25,18 @@ class ByteStreamSource : public PacketSource {
   ByteStreamSource(const ByteStreamSource&) = delete;
   ByteStreamSource& operator=(const ByteStreamSource&) = delete;
 
-  /// Connects and sends the dialogue. Unavailable, Invalid, Io.
+  /// Connects and sends the dialogue. Errors: Unavailable, Invalid, Io.
   Status open() final;
-  /// Stamped with host time when the computer saw that bytes had come (TCP and serial have no kernel stamp of each
-  /// byte).
+  /// Returns the bytes of one read. `received` is the host time at which the computer saw that bytes had come: for TCP
+  /// and serial ports the kernel does not stamp single bytes.
   Result<Packet> next(std::stop_token stop) final;
   void close() final;
 
  protected:
   explicit ByteStreamSource(Config config) : config_(std::move(config)) {}
-  /// A connected, non-blocking descriptor.
+  /// Returns a connected, non-blocking file descriptor, which the caller owns.
   virtual Result<int> connect() = 0;
-  /// For messages to people: "tcp 192.168.1.10:3001".
+  /// Returns the name of the connection for messages, such as "tcp 192.168.1.10:3001".
   virtual std::string name() const = 0;
 
  private:
@@ -42,7 +44,7 @@ class ByteStreamSource : public PacketSource {
 
   Config config_;
   int fd_ = -1;
-  std::string chunk_;  // reused
+  std::string chunk_;  // kept between calls so that its memory is reused
 };
 
 }  // namespace hueline::drivers

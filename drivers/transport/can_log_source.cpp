@@ -8,12 +8,13 @@
 namespace hueline::drivers {
 namespace {
 
-/// An FD frame of 64 bytes takes some 300 characters. A file that has no lines is no log, whatever its size.
+/// Longest line that is read. A CAN FD frame of 64 bytes takes some 300 characters. A file without line ends is no log,
+/// whatever its size.
 constexpr std::size_t kLongestLine = 4096;
 
 enum class Line : std::uint8_t { Read, TooLong, None };
 
-/// The next line, without its end; of one that is too long only the beginning, the rest is passed over.
+/// Reads the next line, without its end. Of a line that is too long it keeps only the beginning and skips the rest.
 Line read_line(std::istream& in, std::string& line) {
   line.clear();
   bool is_whole = true;

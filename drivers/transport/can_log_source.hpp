@@ -11,15 +11,16 @@
 
 namespace hueline::drivers {
 
-/// The frames of a log of a CAN bus (drivers/can/can_log.hpp), as fast as they are asked for, in the packets that
-/// CanSource makes. `received` is the log's stamp: the clock of the computer that logged stands for HostTime. Do not
-/// mix with live sources in one drive. Lines that break their format are counted, and told once at the end: Fault
-/// Malformed. Thread-bound.
+/// Reads the frames of a log of a CAN bus (drivers/can/can_log.hpp) as fast as they are asked for. The packets have the
+/// form of CanSource's packets. `received` is the time stamp in the log: the clock of the computer that logged takes
+/// the place of HostTime. So do not use this source together with live sources in one drive. Lines that break the
+/// format of the log are counted, and one Fault Malformed reports them at the end. Thread safety: none; one thread
+/// calls all functions.
 class CanLogSource final : public PacketSource {
  public:
   struct Config {
     std::string path;
-    int channel = 0;  ///< ASC: only this one; 0: all
+    int channel = 0;  ///< number of the channel that is read from an ASC log; 0 reads all channels
 
     void visit(Keys& keys);
     KeyError validate() const;
@@ -37,7 +38,7 @@ class CanLogSource final : public PacketSource {
  private:
   const SensorId sensor_;
   const Config config_;
-  std::optional<InputFile> input_;  // what is read: not to be written over meanwhile
+  std::optional<InputFile> input_;  // protects the file from being overwritten by this program while it is read
   std::optional<std::ifstream> file_;
   CanLogParser parser_;
   std::uint64_t line_ = 0, malformed_ = 0;

@@ -35,7 +35,7 @@ bool is_absence(int why) { return why == ENETDOWN || why == ENODEV || why == ENX
 
 }  // namespace
 
-/// Where recvmmsg puts one frame.
+/// Where recvmmsg() stores one frame.
 struct CanSource::Slot {
   canfd_frame frame{};
   alignas(cmsghdr) std::array<char, 256> control{};
@@ -117,7 +117,7 @@ Status CanSource::open() {
   if (::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
     const int why = errno;
     Error error = io_error("listen on " + config_.interface, why);
-    // An interface of another kind (an Ethernet) will not become a CAN.
+    // An interface of another kind, such as Ethernet, cannot become a CAN interface later, so asking again is useless.
     if (why == ENODEV) error = {ErrorCode::Invalid, config_.interface + " is no CAN interface"};
     if (why == ENETDOWN) error.code = ErrorCode::Unavailable;
     return refuse(std::move(error));
@@ -179,7 +179,7 @@ Status CanSource::read() {
     for (cmsghdr* c = CMSG_FIRSTHDR(&header.msg_hdr); c; c = CMSG_NXTHDR(&header.msg_hdr, c)) {
       if (c->cmsg_level != SOL_SOCKET) continue;
       if (c->cmsg_type == SCM_TIMESTAMPING) {
-        std::array<std::timespec, 3> stamps{};  // software, unused, the adapter's own
+        std::array<std::timespec, 3> stamps{};  // the software stamp, an unused one, the adapter's own stamp
         std::memcpy(stamps.data(), CMSG_DATA(c), sizeof(stamps));
         if (const nanoseconds software = to_nanoseconds(stamps[0]); software.count() != 0) slot.stamp = software;
         slot.adapter_stamp = to_nanoseconds(stamps[2]);
@@ -197,12 +197,12 @@ Status CanSource::read() {
 void CanSource::deliver(Slot& slot, std::size_t size, const ClockOffset& offset) {
   const HostTime received = slot.stamp ? to_host_time(*slot.stamp, offset) : host_now();
   if (slot.kernel_drops && *slot.kernel_drops != kernel_drops_) {
-    const std::uint32_t lost = *slot.kernel_drops - kernel_drops_;  // wraps as the kernel's counter does
+    const std::uint32_t lost = *slot.kernel_drops - kernel_drops_;  // correct when the kernel's 32-bit counter wraps
     kernel_drops_ = *slot.kernel_drops;
     push_overflow(received, lost,
                   "the socket's buffer was full before this frame: raise receive_buffer_bytes or net.core.rmem_max");
   }
-  CanFrame head;  // all but the frame itself, which stays as the kernel gave it
+  CanFrame head;  // the header only; the frame itself stays as the kernel delivered it
   head.is_fd = size == kCanFdFrameSize;
   head.is_local = slot.is_local;
   if (slot.adapter_stamp.count() != 0) head.adapter_time = DeviceTime<CanAdapterCounter>(slot.adapter_stamp);

@@ -12,22 +12,25 @@
 
 namespace hueline::drivers {
 
-/// All frames of one CAN interface (SocketCAN: can0, vcan0, an slcan adapter), CAN FD where the interface carries it,
-/// error frames included: a packet a frame, in the form of drivers/can/can_frame.hpp. `received` is the kernel's stamp
-/// of the end of the frame, taken in the adapter's interrupt (adapters on USB: when their message came), converted to
-/// HostTime; the adapter's own stamp, where it makes one, is in the packet. Listens only; the interface is set up by
-/// others (`ip link set can0 up type can bitrate 500000 restart-ms 100`).
+/// Receives all frames of one CAN interface by SocketCAN (can0, vcan0, an slcan adapter), including CAN FD frames if
+/// the interface carries them, and error frames. Each frame is one packet in the form of drivers/can/can_frame.hpp.
 ///
-/// Disconnected: the interface was set down or went away; open() is Unavailable until it is back. Bus-off leaves the
-/// interface up: it comes as an error frame, and so does the restart. Fault packets: Overflow (the socket's buffer or
-/// the pool was full). Thread-bound.
+/// `received` is the kernel's time stamp of the end of the frame, converted to HostTime. The kernel takes it in the
+/// adapter's interrupt; for a USB adapter it is the time at which the adapter's message came. If the adapter stamps
+/// frames itself, its stamp is in the packet. The source only listens. The interface has to be set up before (`ip link
+/// set can0 up type can bitrate 500000 restart-ms 100`).
+///
+/// Errors: next() returns Disconnected if the interface is set down or disappears; open() returns Unavailable until it
+/// is back. Bus-off leaves the interface up; it arrives as an error frame, and so does the restart after it. Fault
+/// packets: Overflow, if the socket's buffer or the pool was full. Thread safety: none; one thread calls all functions.
 class CanSource final : public PacketSource {
  public:
   struct Config {
-    std::string interface;  ///< network interface, 1 to 15 characters
-    /// Asked of the kernel; a frame takes about 0.8 kB of it, so 2 MiB hold 0.5 s of a full 500 kbit/s bus.
+    std::string interface;  ///< name of the network interface, 1 to 15 characters
+    /// Size of the receive buffer that is requested from the kernel. A frame takes about 0.8 kB of it, so 2 MiB hold
+    /// 0.5 s of a full 500 kbit/s bus.
     int receive_buffer_bytes = 2 << 20;
-    int batch = 64;  ///< frames taken by one system call
+    int batch = 64;  ///< largest number of frames that one system call takes
 
     void visit(Keys& keys);
     KeyError validate() const;
@@ -55,7 +58,7 @@ class CanSource final : public PacketSource {
   std::vector<Slot> slots_;
   std::deque<Packet> pending_;
   int fd_ = -1;
-  std::uint32_t kernel_drops_ = 0;  ///< running total of SO_RXQ_OVFL
+  std::uint32_t kernel_drops_ = 0;  ///< last value of the socket's drop counter (SO_RXQ_OVFL)
 };
 
 }  // namespace hueline::drivers

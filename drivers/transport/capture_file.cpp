@@ -13,16 +13,16 @@ constexpr std::uint32_t kSectionBlock = 0x0A0D0D0A, kByteOrder = 0x1A2B3C4D;
 constexpr std::uint32_t kInterfaceBlock = 1, kOldPacketBlock = 2, kSimpleBlock = 3, kEnhancedBlock = 6;
 constexpr std::uint16_t kOptionResolution = 9, kOptionOffset = 14;
 
-/// libpcap's own limit of a frame is 256 KiB; a larger number is a broken length, not a frame.
+/// Largest frame that is read. libpcap's own limit is 256 KiB, so a larger number means that the length is broken.
 constexpr std::uint32_t kMaxFrame = 1 << 20;
 constexpr std::uint32_t kMaxBlock = 16 << 20;
-constexpr std::size_t kMostInterfaces = 4096;  // of one section; a computer has a handful
+constexpr std::size_t kMostInterfaces = 4096;  // in one section; a computer has a handful
 
 std::uint32_t swapped(std::uint32_t v) { return __builtin_bswap32(v); }
 
 __extension__ using Int128 = __int128;
 
-/// Ticks -> ns without overflow; ticks beyond what int64 ns hold saturate.
+/// Converts ticks to ns without overflow. A time that does not fit into 64-bit ns becomes the limit.
 nanoseconds to_ns(std::uint64_t ticks, std::uint64_t per_second, std::int64_t offset_s) {
   const auto whole = static_cast<Int128>(ticks / per_second) + offset_s;
   const auto part = static_cast<Int128>(ticks % per_second) * 1'000'000'000 / per_second;
@@ -64,7 +64,7 @@ Error CaptureFile::error(ErrorCode code, const std::string& what) const {
   return {code, fmt::format("{}: {} at byte {}", name_, what, record_)};
 }
 
-/// Appends `size` bytes to the buffer.
+/// Appends `size` bytes of the file to the buffer.
 CaptureFile::Fill CaptureFile::fill(std::size_t size) {
   const std::size_t had = buffer_.size();
   buffer_.resize(had + size);
@@ -88,7 +88,8 @@ Status CaptureFile::read_header() {
     return error(ErrorCode::Unsupported, fmt::format("neither pcap nor pcapng (magic {:08X})", magic));
   classic_ticks_per_second_ = native == kNanoseconds ? 1'000'000'000 : 1'000'000;
   if (fill(20) != Fill::Whole) return error(ErrorCode::Truncated, "pcap header is cut off");
-  classic_link_type_ = u32(buffer_.data() + 20) & 0x0FFFFFFF;  // above: length of the frame check sequence
+  // The four bits above these hold the length of the frame check sequence.
+  classic_link_type_ = u32(buffer_.data() + 20) & 0x0FFFFFFF;
   return {};
 }
 
@@ -124,7 +125,7 @@ Result<CaptureFrame> CaptureFile::next_classic() {
   return frame;
 }
 
-/// The block type is in the buffer. Every section says its own byte order.
+/// Reads the rest of a section header, whose block type is already in the buffer. Each section has its own byte order.
 std::optional<Error> CaptureFile::begin_section() {
   if (fill(8) != Fill::Whole) return error(ErrorCode::Truncated, "capture ends inside a section header");
   is_swapped_ = false;
@@ -153,7 +154,7 @@ Result<CaptureFrame> CaptureFile::next_block() {
         break;
     }
     const std::uint32_t type = u32(buffer_.data());
-    if (type == kSectionBlock) {  // the same in either byte order
+    if (type == kSectionBlock) {  // reads the same in either byte order
       if (std::optional<Error> bad = begin_section()) return *bad;
       continue;
     }

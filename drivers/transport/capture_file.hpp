@@ -15,26 +15,30 @@
 
 namespace hueline::drivers {
 
-/// One link-layer frame of a capture.
+/// One link-layer frame of a capture file.
 struct CaptureFrame {
-  nanoseconds time{0};          ///< since 1970-01-01 UTC, as the capturing program stamped it; 0 if the file has none
-  std::uint32_t link_type = 0;  ///< LINKTYPE_ number: 1 Ethernet, 101 raw IP, 113 and 276 Linux cooked
-  std::uint32_t length = 0;     ///< on the wire; more than bytes.size() if the capture cut it off
-  std::uint64_t offset = 0;     ///< of its record in the file
-  std::span<const std::byte> bytes;  ///< valid until the next call
+  /// Time since 1970-01-01 UTC, as the capturing program stamped the frame; 0 if the file has no time.
+  nanoseconds time{0};
+  std::uint32_t link_type = 0;  ///< LINKTYPE_ number: 1 is Ethernet, 101 raw IP, 113 and 276 Linux cooked
+  std::uint32_t length = 0;     ///< bytes on the wire; more than bytes.size() if the capture kept only the beginning
+  std::uint64_t offset = 0;     ///< position of the frame's record in the file, bytes
+  std::span<const std::byte> bytes;  ///< valid until the next call of CaptureFile::next()
 };
 
-/// Reads classic pcap (either byte order, microseconds or nanoseconds) and pcapng (sections, interfaces, enhanced,
-/// simple and old packet blocks; other blocks are passed over). Everything whole is delivered before an error.
-/// Thread-bound. Source: draft-ietf-opsawg-pcap, draft-ietf-opsawg-pcapng.
+/// Reads capture files frame by frame: classic pcap (either byte order, microseconds or nanoseconds) and pcapng
+/// (sections, interfaces, enhanced, simple and old packet blocks; other blocks are skipped). All whole frames are
+/// returned before an error. Thread safety: none; one thread calls all functions. Sources: draft-ietf-opsawg-pcap,
+/// draft-ietf-opsawg-pcapng.
 class CaptureFile {
  public:
-  /// Errors: those of InputFile; Unsupported (neither format), Truncated (not even a header).
+  /// Opens a file and reads its header. Errors: those of InputFile; Unsupported (neither format), Truncated (the header
+  /// is not whole).
   static Result<CaptureFile> open(const std::string& path);
-  /// Of any stream: `name` stands for it in messages.
+  /// Reads from any stream. Messages call it `name`.
   static Result<CaptureFile> from_stream(std::FILE* stream, std::string name);
 
-  /// Errors: EndOfData after the last frame; Truncated or Malformed with the offset. An error repeats itself.
+  /// Returns the next frame. Errors: EndOfData after the last frame; Truncated or Malformed, with the offset in the
+  /// file. After an error every call returns the same error.
   Result<CaptureFrame> next();
 
  private:
@@ -61,11 +65,11 @@ class CaptureFile {
   std::uint16_t u16(const std::byte* p) const;
   Error error(ErrorCode code, const std::string& what) const;
 
-  std::optional<InputFile> input_;  // what is read: not to be written over meanwhile
+  std::optional<InputFile> input_;  // protects the file from being overwritten by this program while it is read
   std::unique_ptr<std::FILE, Close> file_;
   std::string name_;
-  bool is_blocks_ = false;   // pcapng
-  bool is_swapped_ = false;  // big-endian file
+  bool is_blocks_ = false;   // the file is pcapng
+  bool is_swapped_ = false;  // the file is big-endian
   std::uint64_t classic_ticks_per_second_ = 0;
   std::uint32_t classic_link_type_ = 0;
   std::vector<Interface> interfaces_;

@@ -9,22 +9,23 @@
 
 namespace hueline::drivers {
 
-/// Any file of bytes as a stream in pieces, such as a receiver's own log (*.gps). Nobody knows when its bytes arrived:
-/// `received` is counted, one `interval` a piece, and says nothing about clocks. Thread-bound.
+/// Reads any file of bytes piece by piece, such as a receiver's own log (*.gps). The file does not say when its bytes
+/// arrived. So `received` is invented: it starts at `first_received` and grows by `interval` with each piece. It says
+/// nothing about clocks. Thread safety: none; one thread calls all functions.
 class FileSource final : public PacketSource {
  public:
   struct Config {
     std::string path;
-    std::size_t chunk_bytes = 4096;
-    HostTime first_received{};
-    nanoseconds interval{std::chrono::milliseconds(1)};
-    /// Empty if fine, else which key is outside which range.
+    std::size_t chunk_bytes = 4096;                      ///< bytes in one packet; the last one may have fewer
+    HostTime first_received{};                           ///< `received` of the first packet
+    nanoseconds interval{std::chrono::milliseconds(1)};  ///< from the `received` of one packet to that of the next
+    /// Returns an empty text if all values are allowed, else a sentence that names the wrong one and its range.
     std::string validate() const;
   };
   explicit FileSource(Config config) : config_(std::move(config)) {}
 
   Status open() override;
-  /// EndOfData behind the last byte.
+  /// Returns EndOfData after the last byte.
   Result<Packet> next(std::stop_token stop) override;
   void close() override { file_.reset(); }
 

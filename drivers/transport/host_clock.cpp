@@ -4,7 +4,8 @@ namespace hueline::drivers {
 namespace {
 
 constexpr int kReadings = 5;
-constexpr nanoseconds kGoodWindow{150};  // a vDSO reading takes 20-50 ns; two of them around a third
+// A reading through the vDSO takes 20-50 ns, so two of them around a third take at most this.
+constexpr nanoseconds kGoodWindow{150};
 
 nanoseconds read_clock(clockid_t id) {
   std::timespec t{};

@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::size_t kMostOthers = 16;
 
-/// A device that is silent for so long may have got another address.
+/// After so long a silence the device may have been replaced or have got another address: the next sender counts as the
+/// first one.
 constexpr nanoseconds kReplacedAfter = std::chrono::seconds(3);
 
 }  // namespace
@@ -55,7 +56,8 @@ bool PcapSource::is_wanted(const UdpDatagram& datagram) const {
          std::find(config_.ports.begin(), config_.ports.end(), datagram.destination_port) != config_.ports.end();
 }
 
-/// Two scanners send to the same port unless somebody sets them otherwise: taken for one, they make one wrong cloud.
+/// Reports a second sender. Scanners send to the same port unless they are set otherwise; two scanners taken for one
+/// would give one wrong cloud.
 void PcapSource::watch_sender(const UdpDatagram& datagram) {
   sender_ = datagram.source;
   if (!first_sender_ || last_ - first_heard_ > kReplacedAfter) first_sender_ = sender_;
@@ -93,7 +95,8 @@ Result<Packet> PcapSource::next(std::stop_token stop) {
       continue;
     }
     const HostTime time(frame->time);
-    if (count_ns(time) != 0) last_ = time;  // pcapng's simple blocks have no time: that of the frame before
+    // pcapng's simple packet blocks have no time; they get the time of the frame before.
+    if (count_ns(time) != 0) last_ = time;
     const std::optional<UdpDatagram> datagram = extractor_.extract(*frame);
     if (!datagram) continue;
     if (!is_wanted(*datagram)) {
@@ -113,7 +116,7 @@ Result<Packet> PcapSource::next(std::stop_token stop) {
   }
 }
 
-/// What could not be delivered is said once, before the end.
+/// Reports what could not be delivered, once, before the end.
 void PcapSource::finish(Error why) {
   ended_ = std::move(why);
   extractor_.finish();
@@ -130,7 +133,7 @@ void PcapSource::finish(Error why) {
           config_.path + ": " + others()});
 }
 
-/// What a capture without a datagram of the device holds.
+/// Says in words what a capture without a datagram of the device holds instead.
 std::string PcapSource::others() const {
   const ExtractCounts& c = extractor_.counts();
   if (filtered_ > 0) {

@@ -14,21 +14,25 @@
 
 namespace hueline::drivers {
 
-/// The UDP datagrams of a pcap or pcapng file, as fast as they are asked for. `received` is the capture's stamp: the
-/// clock of the computer that captured stands for HostTime, with its zero at 1970-01-01 UTC. Do not mix with live
-/// sources in one drive.
+/// Reads the UDP datagrams of a pcap or pcapng file as fast as they are asked for. `received` is the time stamp of the
+/// capture, since 1970-01-01 UTC: the clock of the computer that captured takes the place of HostTime. So do not use
+/// this source together with live sources in one drive.
 ///
-/// Everything whole is delivered; then Truncated or Malformed with the offset, once, then EndOfData. Before that a
-/// Fault Malformed counts frames that were cut off, broken or fragments that never became whole, and a Fault
-/// WrongDevice says what the capture holds instead, if it holds no datagram of the device. Without a `source_address`
-/// datagrams of several devices are delivered as they come, and a Fault WrongDevice counts those that are not the first
-/// one's. Thread-bound.
+/// All whole datagrams are delivered. Then next() returns Truncated or Malformed once, with the offset, if the file is
+/// damaged, and EndOfData from then on. Fault packets:
+/// - Malformed, before the end: the number of frames that were not delivered, because the capture cut them off, their
+///   headers are broken, they are fragments of a datagram that never became whole, or their link type is not read.
+/// - WrongDevice, before the end: the file holds no datagram of the device; the detail says what it holds instead.
+/// - WrongDevice, without a `source_address`: a datagram comes from another address than the first one. It is delivered
+///   after its fault.
+///
+/// Thread safety: none; one thread calls all functions.
 class PcapSource final : public PacketSource {
  public:
   struct Config {
     std::string path;
-    std::vector<std::uint16_t> ports;  ///< destination ports; empty: all
-    std::string source_address;        ///< IPv4 or IPv6 of the device; empty: all
+    std::vector<std::uint16_t> ports;  ///< destination ports that are read; if empty, all ports
+    std::string source_address;        ///< IPv4 or IPv6 address of the device; if empty, all addresses
 
     void visit(Keys& keys);
     KeyError validate() const;
@@ -36,15 +40,16 @@ class PcapSource final : public PacketSource {
 
   PcapSource(SensorId sensor, Config config) : sensor_(sensor), config_(std::move(config)) {}
 
-  /// Begins at the file's first frame again.
+  /// Opens the file. When called again, it begins at the first frame of the file again.
   Status open() override;
   Result<Packet> next(std::stop_token stop) override;
   void close() override { file_.reset(); }
 
-  /// Who sent the datagram that next() gave last.
+  /// Returns the address that sent the latest datagram of the device.
   const IpAddress& sender() const { return sender_; }
+  /// Returns what became of the frames so far.
   const ExtractCounts& counts() const { return extractor_.counts(); }
-  /// Datagrams to other ports or from other devices: passed over.
+  /// Returns the number of datagrams that were skipped because of their port or their source address.
   std::uint64_t filtered() const { return filtered_; }
 
  private:
@@ -62,11 +67,11 @@ class PcapSource final : public PacketSource {
   std::optional<Error> ended_;
   std::optional<IpAddress> first_sender_;
   IpAddress sender_{};
-  HostTime first_heard_{};      // when the first sender spoke last
-  std::deque<Packet> waiting_;  // faults, and the datagram behind them
+  HostTime first_heard_{};      // time of the first sender's latest datagram
+  std::deque<Packet> waiting_;  // faults, and the datagram after them
   HostTime last_{};
   std::uint64_t filtered_ = 0, delivered_ = 0;
-  std::map<std::uint16_t, std::uint64_t> other_ports_;  // of what was passed over, bounded
+  std::map<std::uint16_t, std::uint64_t> other_ports_;  // skipped datagrams by port; bounded in number
   std::map<IpAddress, std::uint64_t> other_sources_;
 };
 

@@ -1,7 +1,7 @@
 #include "drivers/transport/serial_source.hpp"
 
-// The kernel's own termios: <termios.h> of the C library cannot name an arbitrary baud rate, and the two cannot be
-// mixed.
+// This file uses the kernel's own termios, because <termios.h> of the C library cannot set an arbitrary baud rate. The
+// two headers cannot be mixed.
 #include <asm/ioctls.h>
 #include <asm/termbits.h>
 
@@ -20,7 +20,7 @@ void SerialSource::Config::visit(Keys& keys) {
   keys.text(required("device", "",
                      "The path of the serial port, best a name of /dev/serial/by-id: such a name does not change."),
             device);
-  // The fastest adapters (FTDI's of the Hi-Speed class) make 12 Mbaud.
+  // The fastest adapters (FTDI, Hi-Speed class) reach 12 Mbaud.
   keys.whole(
       required("baud", "1/s", "The port's speed, with 8 data bits, no parity, one stop bit and no flow control."), baud,
       {300, 12'000'000});
@@ -50,7 +50,7 @@ Result<int> SerialSource::connect() {
   };
   termios2 settings{};
   if (::ioctl(fd, TCGETS2, &settings) < 0) return refuse(ErrorCode::Invalid, "not a serial port");
-  settings.c_iflag = IGNBRK;  // bytes as they are: no XON/XOFF, no CR/LF, no parity marks
+  settings.c_iflag = IGNBRK;  // bytes unchanged: no XON/XOFF, no CR/LF conversion, no parity marks
   settings.c_oflag = 0;
   settings.c_lflag = 0;
   settings.c_cflag = CS8 | CREAD | CLOCAL | BOTHER | (BOTHER << IBSHIFT);
@@ -58,11 +58,11 @@ Result<int> SerialSource::connect() {
   settings.c_cc[VMIN] = 1;
   settings.c_cc[VTIME] = 0;
   if (::ioctl(fd, TCSETS2, &settings) < 0) return refuse(ErrorCode::Unavailable, "setting raw 8N1");
-  // Two readers would each get half of the bytes.
+  // Exclusive use: two programs that read the same port would each get half of the bytes.
   (void)::ioctl(fd, TIOCEXCL);
-  // What waited in the driver before this moment has no arrival time that could be told.
+  // Discard the bytes that the driver already holds, because their arrival time is not known.
   (void)::ioctl(fd, TCFLSH, TCIFLUSH);
-  // FTDI adapters hold bytes back for 16 ms otherwise; others do not know the flag.
+  // Without this flag, FTDI adapters hold bytes back for up to 16 ms. Other adapters ignore it.
   serial_struct line{};
   if (::ioctl(fd, TIOCGSERIAL, &line) == 0) {
     line.flags |= ASYNC_LOW_LATENCY;

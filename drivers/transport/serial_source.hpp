@@ -5,13 +5,14 @@
 
 namespace hueline::drivers {
 
-/// Serial port, raw 8N1 without flow control. Unplugging a USB adapter gives Disconnected; opening again finds it when
-/// it is back, best under a name of /dev/serial/by-id/ that does not change.
+/// Reads a serial port: raw bytes, 8N1, no flow control. If a USB adapter is unplugged, next() returns Disconnected;
+/// open() works again when the adapter is back. Give the port's name in /dev/serial/by-id/, which does not change when
+/// the adapter is plugged in again.
 class SerialSource final : public ByteStreamSource {
  public:
   struct Config {
     std::string device = "/dev/ttyUSB0";
-    int baud = 115200;  ///< any number the hardware can make, 460800 and 921600 included
+    int baud = 115200;  ///< bits per second; any number that the hardware can make, including 460800 and 921600
     ByteStreamSource::Config stream;
     void visit(Keys& keys);
     KeyError validate() const;

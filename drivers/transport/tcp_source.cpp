@@ -16,7 +16,7 @@
 namespace hueline::drivers {
 namespace {
 
-/// 0, or the errno of what failed. Waits at most `timeout_ms`.
+/// Connects within `timeout_ms`. Returns 0, or the errno of what failed.
 int connect_within(int fd, const addrinfo& address, int timeout_ms) {
   if (::connect(fd, address.ai_addr, address.ai_addrlen) == 0) return 0;
   if (errno != EINPROGRESS) return errno;
@@ -31,7 +31,7 @@ int connect_within(int fd, const addrinfo& address, int timeout_ms) {
 }
 
 void set_option(int fd, int level, int option, int value) {
-  // A kernel without the option loses a refinement, not the connection.
+  // Errors are ignored: without these options the connection works as well, only less precisely.
   (void)::setsockopt(fd, level, option, &value, sizeof(value));
 }
 

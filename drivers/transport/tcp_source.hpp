@@ -5,14 +5,16 @@
 
 namespace hueline::drivers {
 
-/// TCP client. Keep-alive finds a peer that vanished without a word within about `peer_timeout`.
+/// Reads a TCP connection as its client. TCP keep-alive detects within about `peer_timeout` that the peer disappeared
+/// without closing the connection.
 class TcpSource final : public ByteStreamSource {
  public:
   struct Config {
-    std::string host;  ///< address; a name is looked up with the system's resolver, which may block
-    int port = 0;      ///< 1 .. 65535
+    std::string host;  ///< address or name; the system's resolver looks a name up, and may block
+    int port = 0;      ///< 1 to 65535
     std::chrono::milliseconds connect_timeout{2000};
-    std::chrono::seconds peer_timeout{10};  ///< unanswered keep-alives for so long: Disconnected
+    /// If keep-alives stay unanswered for this time, next() returns Disconnected.
+    std::chrono::seconds peer_timeout{10};
     ByteStreamSource::Config stream;
     void visit(Keys& keys);
     KeyError validate() const;

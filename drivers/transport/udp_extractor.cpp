@@ -31,7 +31,7 @@ Layer3 by_ether_type(std::span<const std::byte> frame, std::size_t type_at) {
     if (type == 0x0800) return {Network::Ipv4, rest};
     if (type == 0x86DD) return {Network::Ipv6, rest};
     if (type != 0x8100 && type != 0x88A8 && type != 0x9100) return {};
-    type_at += 4;  // a VLAN tag: two bytes of its own, then the next type
+    type_at += 4;  // skip a VLAN tag: its two bytes, then the next type
   }
 }
 
@@ -48,7 +48,8 @@ Layer3 network_layer(const CaptureFrame& frame) {
       return by_ether_type(bytes, 12);
     case 0:
     case 108:
-      return bytes.size() < 4 ? Layer3{} : by_version(bytes.subspan(4));  // BSD loopback: family, then IP
+      // BSD loopback: 4 bytes of address family, then IP.
+      return bytes.size() < 4 ? Layer3{} : by_version(bytes.subspan(4));
     case 12:
     case 101:
     case 228:
@@ -56,7 +57,7 @@ Layer3 network_layer(const CaptureFrame& frame) {
       return by_version(bytes);
     case 113:
       return by_ether_type(bytes, 14);  // Linux cooked
-    case 276: {                         // Linux cooked 2: the type comes first, the header is 20 bytes
+    case 276: {                         // Linux cooked 2: the type comes first, and the header has 20 bytes
       if (bytes.size() < 20) return {};
       const std::uint16_t type = be16(bytes.data());
       return {type == 0x0800 ? Network::Ipv4 : type == 0x86DD ? Network::Ipv6 : Network::Other, bytes.subspan(20)};
@@ -131,9 +132,9 @@ std::optional<UdpDatagram> UdpExtractor::ipv4(std::span<const std::byte> packet,
   UdpDatagram datagram;
   datagram.source = mapped(packet.data() + 12);
   datagram.destination = mapped(packet.data() + 16);
-  // What UDP's own length leaves over is padding: frames shorter than 60 bytes are padded on the wire.
+  // Bytes beyond UDP's own length are padding: frames shorter than 60 bytes are padded on the wire.
   if (!has_more && offset == 0) return udp(packet.subspan(header), is_cut, datagram);
-  // 0: segmentation offload.
+  // A total length of 0 comes from segmentation offload.
   const std::size_t size = total == 0 ? packet.size() : total;
   if (size < header) return lost(counts_.malformed);
   if (size > packet.size()) return lost(broken);
@@ -157,7 +158,7 @@ bool UdpExtractor::join(const FragmentKey& key, std::size_t offset, bool is_last
       (next != partial.pieces.end() && next->first < offset + piece.size()) ||
       (next != partial.pieces.begin() && std::prev(next)->first + std::prev(next)->second.size() > offset);
   if (overlaps) {
-    ++counts_.fragments_dropped;  // sent twice
+    ++counts_.fragments_dropped;  // the same fragment was sent twice
   } else {
     partial.pieces.emplace_hint(next, offset, std::vector<std::byte>(piece.begin(), piece.end()));
     partial.bytes += piece.size();
@@ -194,7 +195,7 @@ std::optional<UdpDatagram> UdpExtractor::ipv6(std::span<const std::byte> packet,
   std::memcpy(datagram.source.data(), packet.data() + 8, 16);
   std::memcpy(datagram.destination.data(), packet.data() + 24, 16);
   auto body = packet.subspan(40);
-  while (next == 0 || next == 43 || next == 60) {  // hop-by-hop, routing, destination options
+  while (next == 0 || next == 43 || next == 60) {  // hop-by-hop, routing and destination options
     const std::size_t length = body.size() < 2 ? 0 : 8 * (static_cast<std::size_t>(body[1]) + 1);
     if (length == 0 || length > body.size()) {
       ++broken;

@@ -14,51 +14,54 @@
 
 namespace hueline::drivers {
 
-/// IPv4 (mapped into the last four bytes, ::ffff:a.b.c.d) or IPv6.
+/// An IPv6 address, or an IPv4 address in the last four bytes (::ffff:a.b.c.d).
 using IpAddress = std::array<std::uint8_t, 16>;
-/// Empty if the text is neither.
+/// Reads an IPv4 or IPv6 address. Returns nothing if the text is neither.
 std::optional<IpAddress> parse_ip_address(const std::string& text);
-/// As people write it: 192.168.1.201, or fd00::c9.
+/// Writes an address in its usual form: 192.168.1.201 or fd00::c9.
 std::string to_text(const IpAddress& address);
 
 struct UdpDatagram {
   IpAddress source{}, destination{};
   std::uint16_t source_port = 0, destination_port = 0;
-  std::span<const std::byte> payload;  ///< valid until the next call
+  std::span<const std::byte> payload;  ///< valid until the next call of UdpExtractor::extract()
 };
 
-/// What became of the frames; each frame is counted once.
+/// What became of the frames of a capture. Each frame is counted once.
 struct ExtractCounts {
   std::uint64_t datagrams = 0;
   std::uint64_t not_udp = 0;            ///< ARP, TCP, ...
-  std::uint64_t tcp = 0;                ///< of these
-  std::uint64_t unknown_link = 0;       ///< a link type that we do not read
-  std::uint32_t unknown_link_type = 0;  ///< the latest of them
-  std::uint64_t cut_off = 0;            ///< UDP, but the capture kept only the beginning
-  std::uint64_t malformed = 0;          ///< headers that contradict the frame
-  std::uint64_t fragments = 0;          ///< held or joined
-  std::uint64_t fragments_dropped = 0;  ///< of datagrams that never became whole
+  std::uint64_t tcp = 0;                ///< the frames of not_udp that are TCP
+  std::uint64_t unknown_link = 0;       ///< frames of a link type that is not read
+  std::uint32_t unknown_link_type = 0;  ///< the latest link type of these
+  std::uint64_t cut_off = 0;            ///< UDP datagrams of which the capture kept only the beginning
+  std::uint64_t malformed = 0;          ///< frames whose headers contradict their length
+  std::uint64_t fragments = 0;          ///< fragments that wait for others or were joined
+  std::uint64_t fragments_dropped = 0;  ///< fragments of datagrams that never became whole
 };
 
-/// UDP out of link-layer frames: Ethernet with VLAN tags, Linux cooked (1 and 2), BSD loopback, raw IP; IPv4 with
-/// fragments joined, IPv6 with extension headers (fragmented IPv6 is counted as dropped). Checksums are not looked at:
-/// captures on the sending host have them unfilled. Nor is IP's length, where UDP's own fits what was captured:
-/// VeloView writes 1234 into the IP header of datagrams of any size. Thread-bound.
+/// Takes UDP datagrams out of link-layer frames. It reads Ethernet with VLAN tags, Linux cooked (1 and 2), BSD loopback
+/// and raw IP; IPv4, whose fragments it joins, and IPv6 with extension headers (fragmented IPv6 is counted as dropped).
+/// It ignores checksums, because captures on the sending host do not have them filled in. It ignores the length in the
+/// IP header if the length in the UDP header fits what was captured, because VeloView writes 1234 into the IP header of
+/// datagrams of any size. Thread safety: none; one thread calls all functions.
 class UdpExtractor {
  public:
-  /// Empty if the frame is no whole datagram (yet): counts() says why.
+  /// Returns the datagram in `frame`. Returns nothing if the frame holds no whole datagram, or not yet; counts() says
+  /// why.
   std::optional<UdpDatagram> extract(const CaptureFrame& frame);
-  /// Fragments still waiting are counted as dropped.
+  /// Counts the fragments that still wait as dropped. Call it after the last frame.
   void finish();
   const ExtractCounts& counts() const { return counts_; }
 
  private:
-  /// Fragments of one IPv4 datagram, by offset. None overlaps another, so they are no more than a datagram has.
+  /// The fragments of one IPv4 datagram, by their offset in bytes. They never overlap, so together they are not larger
+  /// than a datagram.
   struct Partial {
     std::map<std::size_t, std::vector<std::byte>> pieces;
-    std::size_t bytes = 0;  ///< in all of them
-    std::size_t total = 0;  ///< 0 until the last fragment came
-    std::uint64_t age = 0;
+    std::size_t bytes = 0;  ///< sum over all pieces
+    std::size_t total = 0;  ///< size of the whole datagram; 0 until the last fragment has come
+    std::uint64_t age = 0;  ///< running number of the datagram's first fragment; the smallest is the oldest
   };
   using FragmentKey = std::tuple<std::uint32_t, std::uint32_t, std::uint16_t>;
 

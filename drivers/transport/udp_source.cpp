@@ -16,7 +16,8 @@
 namespace hueline::drivers {
 namespace {
 
-/// A device that is silent for so long may have got another address.
+/// After so long a silence the device may have been replaced or have got another address: the next sender counts as the
+/// first one.
 constexpr nanoseconds kReplacedAfter = std::chrono::seconds(3);
 
 constexpr int kWait_ms = 100;
@@ -40,14 +41,14 @@ bool set_option(int fd, int level, int option, const T& value) {
 
 }  // namespace
 
-/// A slot of the batch: where recvmmsg puts one datagram.
+/// One slot of a read: where recvmmsg() stores one datagram.
 struct UdpSource::Datagram {
-  MutableBuffer buffer;  ///< empty when the pool is full: the datagram is read into one byte, and counted
+  MutableBuffer buffer;  ///< empty when the pool is full; the datagram is then read into one byte and counted
   std::byte nowhere{};
   sockaddr_in from{};
   alignas(cmsghdr) std::array<char, 128> control{};
   iovec vector{};
-  std::uint32_t length = 0;  ///< on the wire, also if cut off
+  std::uint32_t length = 0;  ///< on the wire, even if the datagram was cut off
   bool is_truncated = false;
   std::optional<nanoseconds> stamp;  ///< CLOCK_REALTIME
   std::optional<std::uint32_t> kernel_drops;
@@ -81,7 +82,7 @@ void UdpSource::Config::visit(Keys& keys) {
 KeyError UdpSource::Config::validate() const {
   Config in_files = *this;
   for (std::uint16_t& port : in_files.ports)
-    port = std::max<std::uint16_t>(port, 1);  // 0, any free one, is for programs that ask bound_ports()
+    port = std::max<std::uint16_t>(port, 1);  // a program may ask for port 0 (any free port), a rig file may not
   if (KeyError wrong = check_keys(in_files); !wrong.empty()) return wrong;
   if (bind_address.empty()) return not_allowed("bind_address", "empty", kIpv4Address.allowed);
   if (!multicast_group.empty() && !IN_MULTICAST(ntohl(*parse_address(multicast_group))))
@@ -124,8 +125,8 @@ Status UdpSource::open_socket(std::uint16_t port) {
   sockets_.push_back({fd, 0});
 
   const bool is_multicast = !config_.multicast_group.empty();
-  // Several programs may share a multicast port; a unicast port that is taken shall be an error, not half of the
-  // datagrams.
+  // Several programs may share a multicast port. A unicast port that is in use shall give an error, instead of half of
+  // the datagrams.
   if (is_multicast && !set_option(fd, SOL_SOCKET, SO_REUSEADDR, 1)) return io_error("share " + where, errno);
   if (!set_option(fd, SOL_SOCKET, SO_RCVBUFFORCE, config_.receive_buffer_bytes) &&
       !set_option(fd, SOL_SOCKET, SO_RCVBUF, config_.receive_buffer_bytes))
@@ -140,7 +141,7 @@ Status UdpSource::open_socket(std::uint16_t port) {
   if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
     const int why = errno;
     Error error = io_error("bind " + where, why);
-    // The interface may come up later; another program may end.
+    // Asking again can help: the interface may come up later, or the other program may end.
     if (why == EADDRNOTAVAIL || why == EADDRINUSE) error.code = ErrorCode::Unavailable;
     return error;
   }
@@ -193,7 +194,7 @@ Result<Packet> UdpSource::next(std::stop_token stop) {
     for (std::size_t i = 0; i < sockets_.size(); ++i)
       if (waiting[i].revents != 0)
         if (Status status = read(sockets_[i]); !status) return status.error();
-    // Faults have the stamp of the datagram that showed them and stay before it.
+    // A fault has the stamp of the datagram that showed it, and the stable sort keeps it before that datagram.
     if (sockets_.size() > 1)
       std::stable_sort(pending_.begin(), pending_.end(),
                        [](const Packet& a, const Packet& b) { return a.received < b.received; });
@@ -218,7 +219,7 @@ Status UdpSource::read(Socket& socket) {
     header.msg_control = d.control.data();
     header.msg_controllen = d.control.size();
   }
-  // MSG_TRUNC: msg_len is the length on the wire.
+  // With MSG_TRUNC, msg_len is the length on the wire.
   const int taken =
       ::recvmmsg(socket.fd, headers.data(), static_cast<unsigned>(headers.size()), MSG_DONTWAIT | MSG_TRUNC, nullptr);
   if (taken < 0) {
@@ -250,7 +251,7 @@ Status UdpSource::read(Socket& socket) {
     }
     deliver(socket, d, offset);
   }
-  // One text for those of one reading: a flood of them must not cost as much as the device's own.
+  // One fault for all such datagrams of one read, so that a flood of them costs less than the device's own datagrams.
   if (strangers_.count > 0)
     push_fault(strangers_.time, strangers_.kind, std::exchange(strangers_.count, 0), std::move(strangers_.detail));
   return {};
@@ -264,7 +265,7 @@ void UdpSource::note_stranger(HostTime received, Detail&& detail) {
 void UdpSource::deliver(Socket& socket, Datagram& d, const ClockOffset& offset) {
   const HostTime received = d.stamp ? to_host_time(*d.stamp, offset) : host_now();
   if (d.kernel_drops && *d.kernel_drops != socket.kernel_drops) {
-    const std::uint32_t lost = *d.kernel_drops - socket.kernel_drops;  // wraps as the kernel's counter does
+    const std::uint32_t lost = *d.kernel_drops - socket.kernel_drops;  // correct when the kernel's 32-bit counter wraps
     socket.kernel_drops = *d.kernel_drops;
     push_fault(received, FaultKind::Overflow, lost,
                "the socket's buffer was full before this datagram: raise receive_buffer_bytes or net.core.rmem_max");
@@ -275,7 +276,8 @@ void UdpSource::deliver(Socket& socket, Datagram& d, const ClockOffset& offset) 
                          to_text(d.from.sin_addr.s_addr), ntohs(d.from.sin_port), config_.source_address);
     });
   }
-  // Two scanners send to the same port unless somebody sets them otherwise: taken for one, they make one wrong cloud.
+  // Scanners send to the same port unless they are set otherwise; two scanners taken for one would give one wrong
+  // cloud.
   if (!first_sender_ || received - first_heard_ > kReplacedAfter) first_sender_ = d.from.sin_addr.s_addr;
   if (d.from.sin_addr.s_addr != *first_sender_) {
     note_stranger(received, [&] {

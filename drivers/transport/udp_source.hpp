@@ -15,27 +15,37 @@
 
 namespace hueline::drivers {
 
-/// Datagrams of one device over IPv4 UDP, on one or several ports; the decoder tells them apart by their content.
-/// `received` is the kernel's stamp of the datagram's arrival (SO_TIMESTAMPNS), converted to HostTime; packets of one
-/// read are in the order of their stamps. The kernel begins to stamp a moment after the first socket of the computer
-/// asks for it; datagrams before have the time at which they were read.
+/// Receives the datagrams of one device over IPv4 UDP, on one or several ports. The decoder tells apart by content what
+/// came on which port.
 ///
-/// Fault packets: Overflow (the kernel's socket buffer or the pool was full; the kernel tells of a drop on the next
-/// datagram that it delivers), WrongDevice (from another address than the rig's; one a second at most, counted, not
-/// delivered), Malformed (longer than max_datagram_bytes: delivered cut off, after its fault). Thread-bound.
+/// `received` is the kernel's time stamp of the datagram's arrival (SO_TIMESTAMPNS), converted to HostTime. Packets of
+/// one read are sorted by it. The kernel begins to stamp shortly after the first socket of the computer asks for
+/// stamps; until then `received` is the time of the read.
+///
+/// Fault packets:
+/// - Overflow: the kernel's socket buffer or the pool was full. The kernel reports a drop with the next datagram that
+///   it delivers.
+/// - WrongDevice: datagrams from another address than `source_address`, which are not delivered. Without a
+///   `source_address`: datagrams from another address than the first one, which are delivered. There is one fault for
+///   each read of a socket, with their number.
+/// - Malformed: a datagram is longer than `max_datagram_bytes`. It is delivered after its fault, cut off.
+///
+/// Thread safety: none; one thread calls all functions.
 class UdpSource final : public PacketSource {
  public:
   struct Config {
-    std::vector<std::uint16_t> ports;      ///< one or more
-    std::string bind_address = "0.0.0.0";  ///< the interface's own address, or 0.0.0.0 for all
-    std::string source_address;            ///< only from this device; empty: from anybody, and a second one is told
-    std::string multicast_group;           ///< joined if not empty
-    std::string multicast_interface;       ///< address of the interface to join on; empty: the kernel's choice
-    /// Asked of the kernel for each port: 4 MiB hold 2 s of 750 datagrams of 1.2 kB a second. More than
-    /// net.core.rmem_max needs CAP_NET_ADMIN; what was granted: receive_buffer_bytes().
+    std::vector<std::uint16_t> ports;      ///< one or more; 0 lets the kernel choose
+    std::string bind_address = "0.0.0.0";  ///< address of the interface, or 0.0.0.0 for all interfaces
+    std::string source_address;            ///< address of the device; if empty, any, and a second sender is reported
+    std::string multicast_group;           ///< multicast group that is joined; if empty, none
+    /// Address of the interface on which the group is joined; if empty, the kernel chooses.
+    std::string multicast_interface;
+    /// Size of the receive buffer that is requested from the kernel for each port. 4 MiB hold 2 s of 750 datagrams
+    /// of 1.2 kB a second. More than net.core.rmem_max requires CAP_NET_ADMIN; receive_buffer_bytes() returns what was
+    /// granted.
     int receive_buffer_bytes = 4 << 20;
     std::size_t max_datagram_bytes = 2048;
-    int batch = 64;  ///< datagrams taken by one system call
+    int batch = 64;  ///< largest number of datagrams that one system call takes
 
     void visit(Keys& keys);
     KeyError validate() const;
@@ -50,16 +60,17 @@ class UdpSource final : public PacketSource {
   Result<Packet> next(std::stop_token stop) override;
   void close() override;
 
-  /// The port that each socket is bound to, in the order of Config::ports: differs only where 0 (any) was asked for.
-  /// After open().
+  /// Returns the port that each socket is bound to, in the order of Config::ports. It differs from Config::ports only
+  /// for port 0. Call it after open().
   std::vector<std::uint16_t> bound_ports() const;
-  /// The smallest buffer that the kernel granted, in bytes of its own counting (overhead included). After open().
+  /// Returns the smallest buffer that the kernel granted, in bytes as the kernel counts them (with its overhead). Call
+  /// it after open().
   int receive_buffer_bytes() const;
 
  private:
   struct Socket {
     int fd = -1;
-    std::uint32_t kernel_drops = 0;  ///< running total of SO_RXQ_OVFL
+    std::uint32_t kernel_drops = 0;  ///< last value of the socket's drop counter (SO_RXQ_OVFL)
   };
   struct Datagram;
 
@@ -75,11 +86,12 @@ class UdpSource final : public PacketSource {
   Config config_;
   BufferPool pool_;
   std::vector<Socket> sockets_;
-  std::vector<Datagram> datagrams_;  ///< one a slot of the batch; buffers that were not used stay for the next read
+  /// One for each slot of a read; a buffer that was not used stays for the next read.
+  std::vector<Datagram> datagrams_;
   std::deque<Packet> pending_;
-  Fault strangers_{.count = 0, .detail = {}};  // datagrams of other senders, of the reading under way
+  Fault strangers_{.count = 0, .detail = {}};  // datagrams from other senders, in the current read
   std::optional<std::uint32_t> first_sender_;  // network byte order
-  HostTime first_heard_{};                     // when it spoke last
+  HostTime first_heard_{};                     // time of the first sender's latest datagram
   in_addr_t source_ = INADDR_ANY;
 };
 
