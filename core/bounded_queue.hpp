@@ -11,8 +11,8 @@
 
 namespace hueline {
 
-/// Bounded by number and by weight (bytes); thread-safe; many producers, many consumers. Every wait ends on stop or
-/// close.
+/// A queue that is bounded in the number and in the total weight (bytes) of its items. Thread-safe, for many producers
+/// and many consumers. Every wait ends when a stop is requested or the queue is closed.
 template <class T>
 class BoundedQueue {
  public:
@@ -22,7 +22,8 @@ class BoundedQueue {
   };
   explicit BoundedQueue(Limits limits) : limits_(limits) {}
 
-  /// False if full or closed; never waits. An item heavier than the limit is accepted when the queue is empty.
+  /// Adds an item without waiting. Returns false if the queue is full or closed. An empty queue accepts an item that is
+  /// heavier than the limit.
   bool try_push(T item, std::size_t weight = 1) {
     {
       std::lock_guard lock(mutex_);
@@ -33,7 +34,8 @@ class BoundedQueue {
     return true;
   }
 
-  /// Waits for room. False if closed or stopped: the item was not taken.
+  /// Adds an item, and waits for room if necessary. Returns false if the queue was closed or a stop was requested; the
+  /// item is then not added.
   bool push(T item, std::stop_token stop, std::size_t weight = 1) {
     {
       std::unique_lock lock(mutex_);
@@ -44,27 +46,29 @@ class BoundedQueue {
     return true;
   }
 
-  /// Waits for an item. Empty once closed and drained, or when stopped.
+  /// Returns the next item, and waits for it if necessary. Returns nothing if a stop was requested, or if the queue is
+  /// closed and empty.
   std::optional<T> pop(std::stop_token stop = {}) {
     std::unique_lock lock(mutex_);
     filled_.wait(lock, stop, [&] { return closed_ || !items_.empty(); });
     return take(std::move(lock));
   }
-  /// Waits for an item, at most so long. Empty likewise, or when none came.
+  /// Returns the next item, and waits for it for at most `time`. Returns nothing if none came, or if the queue is
+  /// closed and empty.
   template <class Rep, class Period>
   std::optional<T> pop_within(std::chrono::duration<Rep, Period> time) {
     std::unique_lock lock(mutex_);
     filled_.wait_for(lock, time, [&] { return closed_ || !items_.empty(); });
     return take(std::move(lock));
   }
-  /// Nothing is inside and nothing will come.
+  /// Returns true if the queue is closed and empty.
   bool is_drained() const {
     std::lock_guard lock(mutex_);
     return closed_ && items_.empty();
   }
 
-  /// Waits until at most `share` of each limit is taken: for a producer that can wait, beside others that cannot. False
-  /// if closed or stopped.
+  /// Waits until at most `share` of each limit is in use. A producer that can wait calls this, so that room is left for
+  /// those that cannot. Returns false if the queue was closed or a stop was requested.
   bool wait_until_below(double share, std::stop_token stop) {
     const auto part = [&](std::size_t limit) { return static_cast<std::size_t>(share * static_cast<double>(limit)); };
     const Limits most{part(limits_.items),
@@ -75,7 +79,7 @@ class BoundedQueue {
     }) && !closed_;
   }
 
-  /// No more pushes; what is inside can still be popped.
+  /// Closes the queue: no more items are accepted, but the items inside can still be popped.
   void close() {
     {
       std::lock_guard lock(mutex_);
@@ -85,8 +89,8 @@ class BoundedQueue {
     emptied_.notify_all();
   }
 
-  /// True if a try_push of this weight would succeed, for a decision made under the caller's own lock (single
-  /// producer).
+  /// Returns true if try_push() of this weight would succeed. The answer stays valid only while no other producer
+  /// pushes, for example under a lock of the caller.
   bool has_room_for(std::size_t weight) const {
     std::lock_guard lock(mutex_);
     return !closed_ && has_room(weight);

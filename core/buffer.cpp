@@ -16,7 +16,7 @@ struct PoolState {
   const std::size_t limit_bytes;
   mutable std::mutex mutex;
   std::size_t in_use = 0;  // handed out now, by capacity
-  std::size_t idle = 0;    // waiting in `free`
+  std::size_t idle = 0;    // waiting in `free`, by capacity
   std::array<std::vector<detail::BufferBlock*>, 64> free;
 };
 
@@ -85,7 +85,7 @@ Buffer Buffer::copy_of(std::span<const std::byte> bytes) {
 }
 
 Buffer Buffer::lent(std::shared_ptr<BufferLender> lender, std::span<const std::byte> bytes) {
-  // Nobody writes through a Buffer.
+  // The cast is safe, because nothing writes through a Buffer.
   return Buffer(lend(std::move(lender), const_cast<std::byte*>(bytes.data()), bytes.size()));
 }
 
@@ -119,7 +119,7 @@ MutableBuffer BufferPool::acquire(std::size_t size) {
       reusable.pop_back();
       state_->idle -= capacity;
     } else {
-      // Idle blocks of other sizes give way, so that the limit bounds the whole of the memory.
+      // Idle blocks of other sizes are freed, so that the limit holds for the pool's whole memory.
       for (auto& blocks : state_->free)
         while (!blocks.empty() && state_->in_use + state_->idle + capacity > state_->limit_bytes) {
           state_->idle -= blocks.back()->capacity;

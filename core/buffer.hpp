@@ -8,34 +8,35 @@
 #include <span>
 #include <utility>
 
-/// Reference-counted byte buffers from a bounded pool: an exposure of 30 MB is written once by the transport and read
-/// by recorder, decoder and fusion without a copy.
+/// Reference-counted byte buffers from a bounded pool. The transport writes an exposure of 30 MB once; recorder,
+/// decoder and fusion read it without a copy.
 namespace hueline {
 
 class BufferPool;
 struct PoolState;
 
-/// Owner of memory that buffers lie in and that it wants back: shared memory, a library's own buffers.
+/// The owner of memory that is lent to buffers and returned later: shared memory, or a library's own buffers.
 class BufferLender {
  public:
   virtual ~BufferLender() = default;
-  /// Nobody reads the buffer at `data` any more. Called once for each lent buffer, by whichever thread held it last.
+  /// Called once for each lent buffer when nothing refers to the memory at `data` any more, on the thread that released
+  /// it last.
   virtual void give_back(const std::byte* data) noexcept = 0;
 };
 
 namespace detail {
 struct BufferBlock {
   std::atomic<std::uint32_t> references{1};
-  std::shared_ptr<PoolState> pool;       // null: plain heap, freed on last release
-  std::shared_ptr<BufferLender> lender;  // set: gets `data` back on last release
-  BufferBlock* parent = nullptr;         // set: `data` lies inside this block, which is held until the last release
+  std::shared_ptr<PoolState> pool;       // null: plain heap memory, freed on the last release
+  std::shared_ptr<BufferLender> lender;  // if set, it gets `data` back on the last release
+  BufferBlock* parent = nullptr;         // if set, `data` lies inside this block, which is kept until the last release
   std::size_t capacity = 0, size = 0;
   std::byte* data = nullptr;
 };
 void release(BufferBlock* block);
 }  // namespace detail
 
-/// Immutable, shared. Copying copies a reference. Thread-safe in the way std::shared_ptr is.
+/// An immutable, shared buffer. A copy refers to the same bytes. As thread-safe as std::shared_ptr.
 class Buffer {
  public:
   Buffer() = default;
@@ -51,15 +52,15 @@ class Buffer {
     if (block_) detail::release(block_);
   }
 
-  /// A heap copy of `bytes`, outside any pool: for tests, small events and files.
+  /// Copies `bytes` to the heap, outside any pool. For tests, small events and files.
   static Buffer copy_of(std::span<const std::byte> bytes);
 
-  /// `bytes` as they are, without a copy; `lender` lives at least as long as the buffer and gets them back after the
-  /// last reference.
+  /// Refers to `bytes` without a copy. `lender` is kept alive at least as long as the buffer, and gets the memory back
+  /// after the last reference is gone.
   static Buffer lent(std::shared_ptr<BufferLender> lender, std::span<const std::byte> bytes);
 
-  /// A part of this buffer without a copy; it keeps the whole memory alive. `offset` and `size` are clipped to the
-  /// buffer.
+  /// Returns a part of this buffer without a copy. The part keeps the whole memory alive. `offset` and `size` are
+  /// limited to the buffer.
   Buffer part(std::size_t offset, std::size_t size) const;
 
   std::span<const std::byte> bytes() const {
@@ -75,7 +76,7 @@ class Buffer {
   detail::BufferBlock* block_ = nullptr;
 };
 
-/// Unique and writable until `share()`. Move-only.
+/// A buffer with one owner, who may write to it until share(). It can be moved, but not copied.
 class MutableBuffer {
  public:
   MutableBuffer() = default;
@@ -88,17 +89,17 @@ class MutableBuffer {
     if (block_) detail::release(block_);
   }
 
-  /// `memory` without a copy, with size() == memory.size(); as Buffer::lent().
+  /// Refers to `memory` without a copy, with size() == memory.size(). The rest is as in Buffer::lent().
   static MutableBuffer lent(std::shared_ptr<BufferLender> lender, std::span<std::byte> memory);
 
   explicit operator bool() const { return block_ != nullptr; }
   std::byte* data() { return block_->data; }
   std::size_t size() const { return block_ ? block_->size : 0; }
   std::size_t capacity() const { return block_ ? block_->capacity : 0; }
-  /// Sets the used size; at most capacity().
+  /// Sets the used size, at most capacity().
   void resize(std::size_t size) { block_->size = size < block_->capacity ? size : block_->capacity; }
   std::span<std::byte> bytes() { return {block_->data, block_->size}; }
-  /// Gives up the right to write.
+  /// Converts the buffer to an immutable one and gives up the right to write.
   Buffer share() && { return Buffer(std::exchange(block_, nullptr)); }
 
  private:
@@ -107,15 +108,15 @@ class MutableBuffer {
   detail::BufferBlock* block_ = nullptr;
 };
 
-/// Bounded pool with power-of-two size classes; freed blocks are kept for reuse up to the limit. Thread-safe. Buffers
-/// may outlive the pool.
+/// A bounded pool of buffers. Block sizes are powers of two; blocks that are returned are kept for reuse, up to the
+/// limit. Thread-safe. Buffers may outlive the pool.
 class BufferPool {
  public:
-  /// `limit_bytes`: the most that may be handed out at a time, counted by capacity.
+  /// `limit_bytes` is the most that may be in use at one time, counted by capacity.
   explicit BufferPool(std::size_t limit_bytes);
 
-  /// A buffer of at least `size` bytes with size() == size, 64-byte aligned; an empty one when the limit is reached:
-  /// the caller counts the loss as Fault Overflow.
+  /// Returns a 64-byte aligned buffer with size() == `size`. Returns an empty one if the limit is reached; the caller
+  /// then reports the loss as a Fault of kind Overflow.
   MutableBuffer acquire(std::size_t size);
 
   std::size_t bytes_in_use() const;

@@ -9,7 +9,7 @@ namespace {
 
 using std::chrono::seconds;
 
-/// Days from 1980-01-06 to a proleptic Gregorian date.
+/// Returns the days from 1980-01-06 to a date of the proleptic Gregorian calendar.
 std::int64_t days_since_gps_epoch(int year, int month, int day) {
   using namespace std::chrono;
   const sys_days date = std::chrono::year(year) / std::chrono::month(static_cast<unsigned>(month)) /
@@ -20,7 +20,7 @@ std::int64_t days_since_gps_epoch(int year, int month, int day) {
 
 struct Leap {
   int year, month;  // the offset holds from the first day of this month, 00:00 UTC
-  int offset_s;     // GPS - UTC
+  int offset_s;     // GPS time minus UTC
 };
 constexpr seconds kUnixOfGpsEpoch{315'964'800};
 constexpr std::array<Leap, 18> kLeaps{{{1981, 7, 1},
@@ -42,7 +42,7 @@ constexpr std::array<Leap, 18> kLeaps{{{1981, 7, 1},
                                        {2015, 7, 17},
                                        {2017, 1, 18}}};
 
-/// UTC seconds since the GPS epoch, as if no leap second existed, at which entry i begins.
+/// Returns when an entry begins to hold, in UTC seconds since the GPS epoch without leap seconds.
 std::int64_t begin_utc_s(const Leap& leap) { return days_since_gps_epoch(leap.year, leap.month, 1) * 86400; }
 
 }  // namespace
@@ -84,7 +84,8 @@ UtcTime to_utc(GpsTime t) {
   const seconds whole = floor<seconds>(t.time_since_epoch());
   const auto fraction = t.time_since_epoch() - whole;
   const auto offset = utc_offset_from_table(t);
-  // Inside a leap second the table has not stepped yet, and the calendar would already show the next day: second 60.
+  // Inside a leap second the table still gives the old offset, so the calendar already shows the next day. The leap
+  // second is second 60 of the day before.
   const bool in_leap = utc_offset_from_table(t + seconds(1)) > offset;
   const seconds utc_s = whole - offset - seconds(in_leap ? 1 : 0);
   constexpr sys_days epoch = std::chrono::year(1980) / January / 6;
@@ -105,7 +106,7 @@ UtcTime to_utc(GpsTime t) {
 GpsTime from_unix(UnixTime t, std::optional<seconds> utc_offset) {
   const GpsTime without_leaps{t.time_since_epoch() - kUnixOfGpsEpoch};
   if (utc_offset) return without_leaps + *utc_offset;
-  // One second more: the first second behind a leap second is not the leap second itself.
+  // The added second makes the first second after a leap second differ from the leap second itself.
   return without_leaps + utc_offset_from_table(without_leaps + utc_offset_from_table(without_leaps) + seconds(1));
 }
 

@@ -7,7 +7,7 @@
 namespace hueline {
 namespace {
 
-/// In double quotes, with what YAML would take for something else written out.
+/// Puts a text in double quotes and escapes what YAML would otherwise interpret.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {

@@ -9,41 +9,45 @@
 
 namespace hueline {
 
-/// Whether and how a point got its colour.
+/// Whether a point has a colour, and from where.
 enum class ColourState : std::uint8_t {
-  Direct = 0,      ///< from the exposure that owns its time
-  Neighbour = 1,   ///< owner saw the nadir hole or the vehicle there: filled from a neighbouring exposure
-  NoExposure = 2,  ///< uncoloured: no usable exposure owns its time (lost image)
-  Outside = 3,     ///< uncoloured: no usable exposure near enough sees that direction
+  Direct = 0,     ///< coloured from the exposure that owns its time
+  Neighbour = 1,  ///< coloured from a neighbouring exposure, because the owner sees the nadir hole or the vehicle there
+  NoExposure = 2,  ///< no colour: no usable exposure owns its time (lost image)
+  Outside = 3,     ///< no colour: no usable exposure that is near enough sees that direction
   NoPose = 4,      ///< reserved for points that cannot be placed; such points are counted, not written
 };
 constexpr int kColourStates = 5;
+/// Returns the enumerator's name.
 const char* name(ColourState state);
 
 constexpr std::uint32_t kNoExposure = 0xFFFFFFFFu;
 constexpr std::uint8_t kNoLens = 0xFF;
 
-/// A georeferenced, coloured return. Position in Enu at the cloud's origin (double, m). Each member has its entry in
-/// core/point_fields.hpp.
+/// A return with its place and colour. The place is in Enu at the cloud's origin, in metres. Each member has an entry
+/// in core/point_fields.hpp.
 struct ColouredPoint {
   double east = 0, north = 0, up = 0;
-  GpsTime time{};                        ///< firing
+  GpsTime time{};                        ///< the firing
   std::uint32_t exposure = kNoExposure;  ///< index of the exposure that gave the colour
-  float u = 0, v = 0;  ///< pixel that gave it: of the lens image, or of the panorama in the sphere method (then lens
-                       ///< still names the lens that was sampled). Pixel centres at whole numbers.
+  /// The pixel that gave the colour; pixel centres have whole numbers. It is a pixel of the lens image or, with the
+  /// panorama method, of the panorama; `lens` then still names the lens that was sampled.
+  float u = 0, v = 0;
   std::uint8_t red = 0, green = 0, blue = 0;
   ColourState state = ColourState::NoExposure;
   std::uint8_t lens = kNoLens;
-  std::uint8_t quality = 0;  ///< 0 uncoloured ... 255 best: pixel distance to the border, time distance, clock state
+  /// Quality of the colour, from 0 (no colour) to 255 (best). It depends on the pixel's distance from the border, the
+  /// distance in time and the clock's state.
+  std::uint8_t quality = 0;
   std::uint8_t reflectivity = 0;
   std::uint8_t return_number = 1, return_count = 1;
   std::uint16_t channel = 0;
   SensorId sensor{};
-  float sigma_m = 0;  ///< one-sigma position uncertainty from pose, time and range
+  float sigma_m = 0;  ///< one sigma of the place, from pose, time and range
   bool operator==(const ColouredPoint&) const = default;
 };
 
-/// Points in the order of their firing batches; all blocks of a drive share `origin`.
+/// Coloured points in the order of their firing batches. All blocks of a drive have the same `origin`.
 struct CloudBlock {
   Geodetic origin{};
   std::vector<ColouredPoint> points;

@@ -13,36 +13,39 @@
 
 namespace hueline {
 
-/// The longest table that a command reads, bytes: people make them by hand or export them.
+/// The largest table that a command reads, in bytes.
 constexpr std::uint64_t kMostTable = 50'000'000;
 
-/// A table as people hand it over: a line that names the columns in any order, then a row a line. Commas or semicolons
-/// between values, whichever the first line has; blanks around values, empty lines, lines that begin with #, a byte
-/// order mark and CR LF do not matter. Quotes are not read. Immutable.
+/// A table that people wrote or exported. The first line names the columns, in any order; each further line is a row.
+/// Values are separated by commas or semicolons; the first line decides which. Blanks around values, empty lines, lines
+/// that begin with #, a byte order mark and CR LF are allowed. Quotes are not supported. Immutable.
 class CsvTable {
  public:
   struct Columns {
-    std::vector<std::string> needed, allowed;  ///< must be there; may be
-    std::string units;  ///< behind the needed ones where a column is unknown, as "(pixels and metres)"
-    /// What is wrong with the name of a column that is neither, as "column 'x_ft' is not in metres". Without it, or
-    /// empty: it is unknown.
+    std::vector<std::string> needed, allowed;  ///< columns that must be there, and columns that may be there
+    /// Text behind the list of needed columns in the message about an unknown column: "(pixels and metres)".
+    std::string units;
+    /// Returns what is wrong with the name of a column that is neither needed nor allowed: "column 'x_ft' is not in
+    /// metres". If the function is not set or returns nothing, the message calls the column unknown.
     std::function<std::string(std::string_view)> advice;
   };
-  /// `file` stands for the file in messages. Errors: Malformed, with file and line: a column that is unknown, missing,
-  /// or there twice; a row with another number of values; quotes; no first line, no row.
+  /// Parses a table; `file` names it in messages. Errors: Malformed, with file and line, for a column that is unknown,
+  /// missing or there twice, for a row with another number of values, for quotes, and for a table without a first line
+  /// or without rows.
   static Result<CsvTable> parse(std::string_view text, const std::string& file, const Columns& columns);
 
   std::size_t rows() const { return rows_.size(); }
   bool has(const std::string& column) const { return columns_.contains(column); }
   int line(std::size_t row) const { return rows_[row].line; }
-  /// Empty where the column is not there.
+  /// Returns the value, or an empty text if the table does not have the column.
   const std::string& text(std::size_t row, const std::string& column) const;
-  /// Errors of the three: Malformed, with file, line, column and value; a finite number with a decimal point.
+  /// Returns a finite number with a decimal point. Errors, here and in the next two: Malformed, with file, line, column
+  /// and value.
   Result<double> number(std::size_t row, const std::string& column) const;
-  Result<std::optional<double>> optional_number(std::size_t row,
-                                                const std::string& column) const;  ///< column or value may be left out
+  /// Returns nothing if the column or the value is left out.
+  Result<std::optional<double>> optional_number(std::size_t row, const std::string& column) const;
   Result<std::uint32_t> whole_number(std::size_t row, const std::string& column) const;
-  /// Malformed: the file and the row's line, then what is wrong with it.
+  /// Returns an Error of kind Malformed with the file, the row's line, and `what` is wrong with it.
   Error refuse(std::size_t row, const std::string& what) const;
 
  private:

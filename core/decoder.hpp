@@ -10,17 +10,18 @@
 
 namespace hueline {
 
-/// What a decoder did with the bytes it was given. Every byte is counted in exactly one of the three.
+/// What a decoder did with the bytes that it received. Each byte is counted in exactly one of the first three members.
 struct DecodeCounts {
-  std::uint64_t decoded_bytes = 0;    ///< inside messages that became measurements
-  std::uint64_t ignored_bytes = 0;    ///< well-formed messages that we do not use
-  std::uint64_t malformed_bytes = 0;  ///< skipped while looking for the next message, or failing their check
+  std::uint64_t decoded_bytes = 0;  ///< bytes of messages that became measurements
+  std::uint64_t ignored_bytes = 0;  ///< bytes of well-formed messages that are not used
+  /// Bytes that were skipped in search of the next message, and bytes of messages that failed their check.
+  std::uint64_t malformed_bytes = 0;
   std::uint64_t malformed_messages = 0;
-  std::map<std::string, std::uint64_t>
-      messages;  ///< by the maker's name for them, ignored ones included; change it by of()
+  /// The number of messages by the maker's name for them, ignored ones included. Use of() to change it.
+  std::map<std::string, std::uint64_t> messages;
 
-  /// The count of a name. No device has more than kMostNames kinds of messages: what comes under further ones, noise
-  /// that passes for whole or an attack, is counted together, under "others".
+  /// Returns the counter of a message name. After kMostNames different names, which no device has, all further names
+  /// are counted together as "others". This bounds the memory that noise or an attack can take.
   std::uint64_t& of(const std::string& name) {
     if (const auto known = messages.find(name); known != messages.end()) return known->second;
     return messages[messages.size() < kMostNames ? name : "others"];
@@ -28,18 +29,20 @@ struct DecodeCounts {
   static constexpr std::size_t kMostNames = 1000;
 };
 
-/// Bytes in, values out: no socket, no clock, no thread. May keep state between packets (a message split over two
-/// packets, the previous azimuth). Reports each trouble as a Fault measurement when it sees it: who takes the
-/// measurements bounds their rate. Never throws on data.
+/// Interface of decoders, which turn bytes into measurements. A decoder uses no socket, no clock and no thread. It may
+/// keep state between packets, for example a message that is split over two packets, or the previous azimuth. It
+/// reports each problem as a Fault measurement when it sees it; the receiver of the measurements limits their rate. It
+/// never throws because of data.
 class Decoder {
  public:
   virtual ~Decoder() = default;
-  /// Appends to `out`. `packet.kind` is Wire.
+  /// Decodes one packet, whose kind is Wire, and appends its measurements to `out`.
   virtual void decode(const Packet& packet, std::vector<Measurement>& out) = 0;
-  /// No more bytes will come (end of a recording, or the source was reopened): decides about bytes held back for a
-  /// message that never completed, and appends what stood whole behind them. After it every byte is in the counts.
+  /// Ends the stream: no more bytes follow, because the recording ended or the source was opened again. Decides about
+  /// bytes that were held back for a message that never became complete, and appends the whole messages behind them.
+  /// Afterwards every byte is in the counts.
   virtual void flush(std::vector<Measurement>& out) { (void)out; }
-  /// The source was reopened: forget half messages.
+  /// Forgets messages that are not complete, because the source was opened again.
   virtual void reset() = 0;
   virtual const DecodeCounts& counts() const = 0;
 };

@@ -29,8 +29,8 @@ const char* name(FaultKind kind) {
   return i < names.size() ? names[i] : "?";
 }
 
-// The detail may quote a device, and a recording of an older program may hold such a quotation as it was: it is made
-// printable both ways.
+// The detail may quote a device, and a recording of an older program may contain such a quotation unchanged. So the
+// detail is made printable in both directions.
 std::vector<std::byte> encode_fault(const Fault& fault) {
   const std::string detail = printable(fault.detail);
   std::vector<std::byte> out(9 + detail.size());

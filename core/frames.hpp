@@ -3,30 +3,31 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-/// Frames are types. T_enu_body * T_body_camera compiles; the reverse does not. Axes are stated here, once;
-/// docs/conventions.md says the same in words.
+/// Coordinate frames as types: T_enu_body * T_body_camera compiles, the reverse does not. The axes are defined here;
+/// docs/conventions.md describes them in words.
 namespace hueline {
 
-/// WGS84 earth-centred earth-fixed, m: x to (0 N, 0 E), z to the north pole.
+/// WGS84, earth-centred and earth-fixed, m: x to (0 N, 0 E), z to the north pole.
 struct Ecef {};
-/// Local level at a named origin: x east, y north, z up, m.
+/// The local level at a named origin, m: x east, y north, z up.
 struct Enu {};
-/// The vehicle: x right, y forward, z up; origin at the IMU's centre of navigation. (NovAtel SPAN's vehicle frame.)
+/// The vehicle: x right, y forward, z up. The origin is the IMU's centre of navigation. This is NovAtel SPAN's vehicle
+/// frame.
 struct Body {};
-/// A laser scanner's own frame, as its maker draws it. Velodyne: z up, y forward (azimuth 0), x right.
+/// A laser scanner's own frame, as its maker defines it. Velodyne: x right, y forward (azimuth 0), z up.
 struct Scanner {};
-/// A camera head: x forward (lens 0), y left, z up. (Ladybug's head frame.)
+/// A camera head: x forward (lens 0), y left, z up. This is Ladybug's head frame.
 struct CameraHead {};
 /// One lens: x right in the image, y down, z along the optical axis.
 struct Lens {};
 
-/// A position of frame F in metres.
+/// A position in frame F, in metres.
 template <class F>
 struct Point {
   Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
 };
 
-/// A direction or difference in frame F: rotated by a Transform, not shifted.
+/// A direction or a difference of positions in frame F. A Transform rotates it, but does not shift it.
 template <class F>
 struct Vector {
   Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
@@ -41,13 +42,14 @@ Point<F> operator+(const Point<F>& a, const Vector<F>& b) {
   return {a.xyz + b.xyz};
 }
 
-/// Rotation from frame From into frame To: v_to = R_to_from * v_from.
+/// A rotation from frame From into frame To: v_to = R_to_from * v_from.
 template <class To, class From>
 struct Rotation {
   Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
 };
 
-/// Rigid transform: p_to = T_to_from * p_from. `translation` is the position of From's origin in To.
+/// A rigid transform from frame From into frame To: p_to = T_to_from * p_from. `translation` is the position of From's
+/// origin in To.
 template <class To, class From>
 struct Transform {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
@@ -72,19 +74,20 @@ Vector<A> operator*(const Transform<A, B>& T_a_b, const Vector<B>& v_b) {
   return {T_a_b.rotation * v_b.xyz};
 }
 
-/// Attitude of Body against Enu, rad. roll: right side down positive; pitch: nose up positive; heading: clockwise from
-/// north.
+/// The attitude of Body in Enu, rad. Roll is positive when the right side is down, pitch is positive when the nose is
+/// up, heading is clockwise from north.
 struct Attitude {
   double roll = 0, pitch = 0, heading = 0;
 };
 
-/// R_enu_body: heading about -z, then pitch about +x, then roll about +y. Docs/methods equation 2.
+/// Returns R_enu_body: a turn by roll about +y, then by pitch about +x, then by heading about -z (docs/methods,
+/// equation 2).
 inline Eigen::Quaterniond rotation_enu_body(const Attitude& a) {
   return Eigen::AngleAxisd(-a.heading, Eigen::Vector3d::UnitZ()) *
          Eigen::AngleAxisd(a.pitch, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(a.roll, Eigen::Vector3d::UnitY());
 }
 
-/// The inverse of rotation_enu_body; heading in [0, 2 pi). At pitch +-90 deg roll is taken as 0.
+/// Inverse of rotation_enu_body(). The heading is in [0, 2 pi). At a pitch of +-90 deg the roll is set to 0.
 inline Attitude attitude_from_enu_body(const Eigen::Quaterniond& q) {
   const Eigen::Matrix3d R = q.toRotationMatrix();
   Attitude a;

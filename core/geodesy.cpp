@@ -29,7 +29,7 @@ Geodetic to_geodetic(const Point<Ecef>& p) {
     beta = std::atan2((1.0 - kF) * std::sin(latitude), std::cos(latitude));
   }
   const double s = std::sin(latitude), c = std::cos(latitude);
-  // Stable at the poles too: the distance along the normal, from both components.
+  // The distance along the normal, from both components; this is stable at the poles too.
   const double height = rho * c + z * s - kA * std::sqrt(1.0 - kE2 * s * s);
   return {latitude, std::atan2(y, x), height};
 }

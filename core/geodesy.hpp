@@ -2,19 +2,22 @@
 
 #include "core/frames.hpp"
 
-/// WGS84: geodetic <-> ECEF <-> local level.
+/// Conversions between geodetic coordinates, ECEF and the local level, on the WGS84 ellipsoid.
 namespace hueline {
 
-/// WGS84 latitude and longitude in rad, ellipsoidal height in m (never the height above the geoid).
+/// WGS84 latitude and longitude in rad, and the ellipsoidal height in m (never the height above the geoid).
 struct Geodetic {
   double latitude = 0, longitude = 0, ellipsoidal_height = 0;
 };
 
+/// Returns the ECEF position of a geodetic one.
 Point<Ecef> to_ecef(const Geodetic& g);
-/// Bowring's method with one refinement; below 1e-9 m from -5 km to +100 km of height.
+/// Returns the geodetic position of an ECEF one, by Bowring's method with one refinement. The error is below 1e-9 m for
+/// heights from -5 km to +100 km.
 Geodetic to_geodetic(const Point<Ecef>& p);
 
-/// Local level at `origin`: columns of the rotation are east, north, up (docs/methods equation 1).
+/// Returns the transform from the local level at `origin` to ECEF. The columns of its rotation are east, north and up
+/// (docs/methods, equation 1).
 Transform<Ecef, Enu> ecef_from_enu(const Geodetic& origin);
 
 }  // namespace hueline

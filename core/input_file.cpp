@@ -12,8 +12,8 @@
 namespace hueline {
 namespace {
 
-/// How many times each file is open to be read. A file's identity is the kernel's, one for the whole program: so is
-/// this.
+/// Counts how many times each file is open for reading. The kernel's identity of a file is the same in the whole
+/// program, so this table is one for the whole program.
 struct OpenInputs {
   std::mutex mutex;
   std::map<std::pair<dev_t, ino_t>, int> count;
@@ -35,7 +35,7 @@ bool is_open_input(const struct stat& facts) {
 
 Result<InputFile> InputFile::open(const std::filesystem::path& path) {
   int fd = -1;
-  // Without O_NONBLOCK a pipe would be waited for that nobody writes to.
+  // Without O_NONBLOCK, open() would wait for the writer of a pipe.
   do fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
   while (fd < 0 && errno == EINTR);
   if (fd < 0) return io_error("open " + path.string(), errno);

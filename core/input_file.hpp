@@ -13,23 +13,25 @@
 
 namespace hueline {
 
-/// A file that somebody named to be read, by offset (pread: a failing disk is an Error, not a signal as with mmap).
-/// While it is open, nothing in this program writes over it: open_output() (core/output_file.hpp) refuses the same
-/// file, by whatever name. Move-only.
+/// A regular file that a user named to be read. It is read by offset with pread(), so that a failing disk gives an
+/// Error and not a signal, as mmap would. While it is open, open_output() (core/output_file.hpp) refuses to write over
+/// the same file under any of its names. It can be moved, but not copied.
 class InputFile {
  public:
-  /// Errors: Io (absent, a folder, no rights), Unsupported (a pipe, socket or device: nobody knows where that ends).
-  /// Never waits.
+  /// Opens a file; never waits. Errors: Io if it does not exist, is a folder or may not be read; Unsupported for a
+  /// pipe, a socket or a device, whose end is not known.
   static Result<InputFile> open(const std::filesystem::path& path);
   InputFile(InputFile&& other) noexcept;
   InputFile& operator=(InputFile&& other) noexcept;
   ~InputFile();
 
-  /// Fills `out` from `offset`; Truncated if the file ends before, Io if the system refuses. Const and reentrant.
+  /// Fills `out` with the bytes from `offset` on. Errors: Truncated if the file ends before, Io if the system refuses.
+  /// Thread-safe.
   Status read(std::uint64_t offset, std::span<std::byte> out) const;
-  /// The same file for who reads from front to back; closed by the caller, and no longer protected than this lives. Io.
+  /// Returns the same file as a stream, to read it from front to back. The caller closes the stream; the protection
+  /// against overwriting ends with this object. Errors: Io.
   Result<std::FILE*> stream() const;
-  /// Bytes in the file when it was opened.
+  /// Returns the size of the file when it was opened, in bytes.
   std::uint64_t size() const { return size_; }
   const std::filesystem::path& path() const { return path_; }
 
@@ -42,11 +44,11 @@ class InputFile {
   ino_t inode_ = 0;
 };
 
-/// Whether the file of `facts` is open as an InputFile somewhere in this program. Thread-safe.
+/// Returns whether the file of `facts` is open as an InputFile anywhere in this program. Thread-safe.
 bool is_open_input(const struct stat& facts);
 
-/// A whole file of at most `most_bytes`. Errors: those of InputFile, and Unsupported for a larger one, which is not
-/// read; the message says the limit. `what` names it there: "a configuration".
+/// Reads a whole file. Errors: those of InputFile, and Unsupported for a file of more than `most_bytes`, which is not
+/// read. `what` names the content in that message: "a configuration".
 Result<std::string> read_input(const std::filesystem::path& path, std::uint64_t most_bytes, const std::string& what);
 
 }  // namespace hueline

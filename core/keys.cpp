@@ -14,8 +14,8 @@ bool is_ipv4(const std::string& text) {
   return ::inet_pton(AF_INET, text.c_str(), &address) == 1;
 }
 
-/// Compares what the members hold with what the list allows. A member may have gone through another unit: the last
-/// digits are forgiven.
+/// Compares the values of the members with what the list allows. A member may have been converted from another unit, so
+/// an error in the last digits is accepted.
 class Checker final : public Keys {
  public:
   KeyError found;
@@ -112,7 +112,7 @@ Keys::Unit Keys::unit_of(std::string_view unit) {
   if (unit == "s") return {1, 1e9};
   if (unit == "ms") return {1e-3, 1e6};
   if (unit == "us") return {1e-6, 1e3};
-  std::abort();  // a programming error: a list of keys that no test has walked
+  std::abort();  // programming error: no test has walked this list of keys
 }
 
 KeyError check_group(const KeyGroup& group) {

@@ -19,91 +19,96 @@
 #include "core/angle.hpp"
 #include "core/time.hpp"
 
-/// The keys of configuration files. A Config declares each of its keys once, in `void visit(Keys& keys)`: name, unit,
-/// one plain sentence, the member that holds it, and what is allowed. Its default is the value that the member has from
-/// the start. What reads files, checks values, writes the documents' tables and writes the JSON schema are visitors of
-/// that one list, so a list knows nothing of YAML:
+/// The keys of configuration files.
+///
+/// A Config declares each of its keys once, in `void visit(Keys& keys)`: the name, the unit, one plain sentence, the
+/// member that holds the value, and the allowed range. The key's default is the initial value of the member:
 ///
 ///   void VelodyneDecoder::Config::visit(Keys& keys) {
 ///     keys.number({"min_range_m", "m", "Nearer returns are dropped."}, min_range_m, {0, 131});
-///     keys.angle({"azimuth_begin_deg", "deg", "Azimuths are kept clockwise from here ..."}, azimuth_begin, {0, 360,
-///     Ends::MinOnly});
+///     keys.angle({"azimuth_begin_deg", "deg", "Azimuths are kept clockwise from here ..."}, azimuth_begin,
+///                {0, 360, Ends::MinOnly});
 ///
-/// Rules that concern several keys stand in `KeyError validate() const`, which begins with check_keys(*this).
+/// Visitors of this one list read files, check values, and write the tables of the documents and the JSON schema. So a
+/// Config does not depend on YAML. Rules that concern several keys are checked by `KeyError validate() const` of the
+/// Config, which calls check_keys(*this) first.
 namespace hueline {
 
 /// Which ends of a Range belong to it.
 enum class Ends : std::uint8_t { Both, MinOnly, MaxOnly };
 
-/// An interval of allowed numbers, in the unit that the key names.
+/// An interval of allowed numbers, in the unit of the key.
 struct Range {
   double min, max;
   Ends ends = Ends::Both;
 
+  /// Returns whether `value` lies in the interval.
   bool has(double value) const {
     return (ends == Ends::MaxOnly ? value > min : value >= min) && (ends == Ends::MinOnly ? value < max : value <= max);
   }
-  /// For messages: "a number from 0 to below 360 deg".
+  /// Describes the interval for messages: "a number from 0 to below 360 deg".
   std::string allowed(std::string_view unit, bool is_whole) const;
 };
 
-/// How many items a list may have.
+/// The number of items that a list may have.
 struct Count {
   std::size_t min = 0, max = std::numeric_limits<std::size_t>::max();
 };
 
-/// What a text has to look like. A check that no pattern can express is made by `fits` alone.
+/// The form that a text must have. A form that no pattern can express has only `fits`.
 struct TextForm {
-  const char* allowed;                              ///< in words, for messages and documents: "an IPv4 address"
-  bool (*fits)(const std::string& text) = nullptr;  ///< null: every text but the empty one
-  const char* pattern = "";                         ///< a regular expression for the JSON schema; empty: none
+  const char* allowed;  ///< the form in words, for messages and documents: "an IPv4 address"
+  bool (*fits)(const std::string& text) = nullptr;  ///< checks the form; null accepts every text but the empty one
+  const char* pattern = "";  ///< a regular expression for the JSON schema; empty if there is none
 };
-/// Any text but the empty one.
+/// Accepts every text but the empty one.
 extern const TextForm kAnyText;
-/// "192.168.1.2".
+/// Accepts addresses like "192.168.1.2".
 extern const TextForm kIpv4Address;
 
-/// One key in words. `what` says in whole sentences what the key is for.
+/// The description of one key. `what` says in whole sentences what the key is for.
 struct Key {
   std::string_view name, unit, what;
-  std::string_view otherwise{};  ///< what the default means, or what holds where the key is left out: "measured"
+  std::string_view otherwise{};  ///< what the default means, or what holds if the key is left out: "measured"
   bool is_required = false;
 
   Key(std::string_view key, std::string_view unit_of_it, std::string_view sentence, std::string_view without = {})
       : name(key), unit(unit_of_it), what(sentence), otherwise(without) {}
 };
-/// A key that has no default: a file has to name it.
+/// Returns the description of a key without a default: every file must contain it.
 inline Key required(std::string_view name, std::string_view unit, std::string_view what) {
   Key key(name, unit, what);
   key.is_required = true;
   return key;
 }
 
-/// What a check of a Config found. Empty: all is well.
+/// The result of checking a Config: the first key that is wrong, or nothing.
 struct KeyError {
-  std::string key;  ///< which key is wrong, as it is named in files; inside a mapping of the Config: "relation.pairs"
-  std::string
-      why;  ///< the rest of the sentence whose subject is the key: "is 17; allowed: a whole number from 0 to 15"
+  /// The wrong key as files name it; for a key inside a mapping with the mapping's name: "relation.pairs".
+  std::string key;
+  /// The rest of the sentence whose subject is the key: "is 17; allowed: a whole number from 0 to 15".
+  std::string why;
 
+  /// Returns true if nothing is wrong.
   bool empty() const { return why.empty(); }
-  /// "neighbours is 17; allowed: a whole number from 0 to 15"; empty if all is well.
+  /// Returns the whole sentence: "neighbours is 17; allowed: a whole number from 0 to 15". Empty if nothing is wrong.
   std::string text() const { return empty() ? std::string() : key.empty() ? why : key + " " + why; }
   operator std::string() const { return text(); }
   friend bool operator==(const KeyError& error, std::string_view text) { return error.text() == text; }
-  /// The same error, seen from the mapping around it.
+  /// Returns the same error with the key named as seen from the enclosing mapping, by prefixing `section`.
   KeyError inside(std::string_view section) const;
 };
-/// "KEY is FOUND; allowed: ALLOWED", the one wording of everything that is not allowed.
+/// Returns the error "KEY is FOUND; allowed: ALLOWED". All errors about values that are not allowed use this wording.
 KeyError not_allowed(std::string_view key, std::string_view found, std::string_view allowed);
 
 class Keys;
 
-/// A Config whose type is forgotten.
+/// A Config behind a type-erased interface.
 struct KeyGroup {
   std::function<void(Keys&)> visit;
   std::function<KeyError()> check;
 };
-/// A mapping that may be absent. `make` makes it if it is, and gives it.
+/// A mapping that may be absent. `make` creates it if it is absent, and returns it.
 struct KeySection {
   bool is_there = true;
   std::function<KeyGroup()> make;
@@ -115,15 +120,16 @@ struct KeyList {
   std::function<KeyGroup(std::size_t)> at;
   std::function<KeyGroup()> add;
 };
-/// A word that decides which further keys the same mapping has. `make` takes the word's place in `words`.
+/// A word that decides which further keys the same mapping has. The argument of `make` is the word's index in `words`.
 struct KeyKinds {
   std::vector<std::string> words;
   std::optional<std::size_t> chosen;
   std::function<KeyGroup(std::size_t)> make;
-  bool has_tables = false;  ///< in documents each word has a table of its own
+  bool has_tables = false;  ///< each word has its own table in the documents
 };
 
 template <class T>
+/// Wraps `config`, which must outlive the result. A Config without validate() has no further check.
 KeyGroup group_of(T& config) {
   return {[&config](Keys& keys) { config.visit(keys); },
           [&config]() -> KeyError {
@@ -134,8 +140,9 @@ KeyGroup group_of(T& config) {
           }};
 }
 
-/// Walks a list of keys. Every call names one key and the member that holds it; a visitor that reads a file writes the
-/// member if the file has the key, and the call then returns true. Other visitors leave members alone.
+/// Interface of the visitors of a list of keys. Each call names one key and the member that holds it. A visitor that
+/// reads a file writes the member if the file contains the key, and the call then returns true. Other visitors leave
+/// the member unchanged and return false.
 class Keys {
  public:
   virtual ~Keys() = default;
@@ -160,13 +167,14 @@ class Keys {
     return take_number(key, held, range, true) && (value = static_cast<T>(*held), true);
   }
 
-  /// The member is in radians, the key and its range are in degrees.
+  /// An angle: the member is in radians; the key and its range are in degrees.
   bool angle(const Key& key, double& radians, Range degrees) {
     std::optional<double> held = radians / kRadPerDeg;
     return take_number(key, held, degrees, false) && (radians = *held * kRadPerDeg, true);
   }
 
-  /// The key's unit is "s", "ms" or "us". A member that counts whole units takes whole numbers only.
+  /// A duration. The key's unit is "s", "ms" or "us". A member that counts in whole units of the key accepts whole
+  /// numbers only.
   template <class Rep, class Period>
   bool duration(const Key& key, std::chrono::duration<Rep, Period>& value, Range range) {
     std::optional<std::chrono::duration<Rep, Period>> held = value;
@@ -187,10 +195,10 @@ class Keys {
 
   bool flag(const Key& key, bool& value) { return take_flag(key, value); }
 
-  /// An empty text is one that is not there.
+  /// A text. The empty text means that there is none.
   bool text(const Key& key, std::string& value, const TextForm& form = kAnyText) { return take_text(key, value, form); }
 
-  /// One of a fixed set of words.
+  /// One word of a fixed set; each word stands for a value of the member.
   template <class T>
   bool choice(const Key& key, T& value, std::initializer_list<std::pair<const char*, T>> words) {
     std::vector<std::string> names;
@@ -202,6 +210,7 @@ class Keys {
     return take_word(key, chosen, names) && (value = words.begin()[*chosen].second, true);
   }
 
+  /// One word of a fixed set; the member holds the word's index.
   bool choice(const Key& key, std::optional<std::size_t>& chosen, const std::vector<std::string>& words) {
     return take_word(key, chosen, words);
   }
@@ -227,7 +236,7 @@ class Keys {
     return take_texts(key, values, form);
   }
 
-  /// A mapping, whose keys are T's.
+  /// A mapping. Its keys are those of T.
   template <class T>
   bool section(const Key& key, T& inside) {
     return take_section(key, {true, [&inside] { return group_of(inside); }});
@@ -239,7 +248,7 @@ class Keys {
                                 return group_of(*inside);
                               }});
   }
-  /// A list of mappings.
+  /// A list of mappings. The keys of each are those of T.
   template <class T>
   bool list(const Key& key, std::vector<T>& items, Count count = {}) {
     return take_list(key,
@@ -248,14 +257,15 @@ class Keys {
                      count);
   }
   bool list(const Key& key, const KeyList& items, Count count = {}) { return take_list(key, items, count); }
-  /// A word, and the keys that come with it in this same mapping.
+  /// A word, and the keys of the same mapping that this word brings with it.
   bool kinds(const Key& key, const KeyKinds& words) { return take_kind(key, words); }
 
-  /// Of these keys, which follow, a file has exactly one.
+  /// Declares that a file contains exactly one of these keys. The keys themselves are declared after this call.
   virtual void one_of(std::initializer_list<const char*> names) = 0;
 
  protected:
-  /// `value` is what the member holds; empty: it holds nothing yet. True: a file's value was put into `value`.
+  /// `value` is what the member holds; it is empty if the member holds nothing yet. Returns true if a value from a file
+  /// was put into `value`.
   virtual bool take_number(const Key& key, std::optional<double>& value, const Range& range, bool is_whole) = 0;
   virtual bool take_flag(const Key& key, bool& value) = 0;
   virtual bool take_text(const Key& key, std::string& value, const TextForm& form) = 0;
@@ -283,17 +293,18 @@ class Keys {
   }
 };
 
-/// The first value that a group's own list does not allow, and what validate() says of the mappings inside it.
+/// Checks every value of the group against its own list, and then the mappings inside it with their validate(). Returns
+/// the first error.
 KeyError check_group(const KeyGroup& group);
 
-/// The first of a Config's keys whose value its own list does not allow.
+/// Checks every value of `config` against its own list of keys. Returns the first error.
 template <class T>
 KeyError check_keys(const T& config) {
   T copy = config;
   return check_group({[&copy](Keys& keys) { copy.visit(keys); }, {}});
 }
 
-/// "0.5", "360", "1e-06": a number as messages and documents show it.
+/// Formats a number for messages and documents: "0.5", "360", "1e-06".
 std::string number_text(double value);
 
 }  // namespace hueline

@@ -6,9 +6,10 @@
 namespace hueline {
 namespace {
 
-constexpr std::size_t kLongest = 64;  // nobody's keys are longer: what is, is no typing error
+constexpr std::size_t kLongest = 64;  // no key is longer; a longer word is not a typing error
 
-/// Letters to change, add, leave out or exchange with their neighbour (optimal string alignment).
+/// Returns the number of letters to change, add, remove or exchange with their neighbour (optimal string alignment
+/// distance).
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before, row(b.size() + 1), next(b.size() + 1);
   for (std::size_t k = 0; k <= b.size(); ++k) row[k] = k;

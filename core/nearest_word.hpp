@@ -6,11 +6,12 @@
 
 namespace hueline {
 
-/// The one of `words` that was probably meant by `typed`: letters wrong, missing, too many or exchanged, at most one in
-/// three. Empty if none is that near. Of equally near ones the first.
+/// Returns the one of `words` that was probably meant by `typed`, or an empty text. Wrong, missing, additional and
+/// exchanged letters are counted; at most a third of the letters may be wrong. Of equally near words the first is
+/// returned.
 std::string nearest_word(std::string_view typed, const std::vector<std::string>& words);
 
-/// "; did you mean WORD?", or nothing: the end of a sentence about an unknown word.
+/// Returns "; did you mean WORD?" or an empty text. It is the end of a message about an unknown word.
 std::string did_you_mean(std::string_view typed, const std::vector<std::string>& words);
 
 }  // namespace hueline

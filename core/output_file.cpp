@@ -18,7 +18,7 @@
 namespace hueline {
 namespace {
 
-/// The folders that this program holds itself: its own lock is no reason not to write there.
+/// The folders that this program itself holds. Its own lock does not prevent it from writing there.
 struct HeldFolders {
   std::mutex mutex;
   std::set<std::pair<dev_t, ino_t>> folders;
@@ -39,10 +39,11 @@ int open_folder(const std::filesystem::path& path) {
   return fd;
 }
 
-/// True if another program holds this folder as an OutputFolder.
+/// Returns whether another program holds this folder as an OutputFolder.
 bool is_held_by_another(const std::filesystem::path& folder) {
   const int fd = open_folder(folder);
-  if (fd < 0) return false;  // not readable for us: nobody can be asked; opening the file says the rest
+  if (fd < 0)
+    return false;  // not readable for this user, so the lock cannot be asked; opening the file reports what is wrong
   struct stat facts {};
   bool is_held = ::flock(fd, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   if (is_held && ::fstat(fd, &facts) == 0) {
@@ -61,7 +62,8 @@ int open_once(const std::filesystem::path& path, int flags) {
   return fd < 0 ? -errno : fd;
 }
 
-/// A file that is there becomes an empty one. 0, -errno, or 1: its name was taken off a file with further names.
+/// Empties an existing file. Returns 0, minus errno, or 1 if the file has further names and `path` was removed from
+/// them.
 int empty(const std::filesystem::path& path, int fd) {
   struct stat facts {};
   if (::fstat(fd, &facts) != 0) return -errno;
@@ -110,7 +112,7 @@ Status check_output(const std::filesystem::path& path) {
 }
 
 Error output_error(const std::string& attempted, int errno_value) {
-  // The two that the kernel's words do not fit.
+  // The kernel's words do not fit these.
   if (errno_value == EBUSY)
     return {ErrorCode::Io, attempted + ": refused, this command reads that file; write to another"};
   if (errno_value == EWOULDBLOCK)
@@ -161,7 +163,7 @@ Status write_output(const std::filesystem::path& path, std::string_view text) {
     if (written > 0)
       text.remove_prefix(static_cast<std::size_t>(written));
     else if (written == 0)
-      why = EIO;  // not promised by POSIX for count > 0: do not spin on it
+      why = EIO;  // POSIX gives 0 no meaning for count > 0; the loop must end
     else if (errno != EINTR)
       why = errno;
   }
@@ -175,12 +177,13 @@ Result<OutputFolder> OutputFolder::open(const std::filesystem::path& path) {
   if (error) return output_error("make folder " + path.string(), error.value());
   const int fd = open_folder(path);
   if (fd < 0) {
-    // Writable, but not readable for us: nothing can hold it. Its files say what is wrong, if anything is.
+    // The folder is writable but not readable for this user, so it cannot be locked. If something is wrong, opening its
+    // files reports it.
     if (errno == EACCES) return OutputFolder(path, -1);
     return output_error("open folder " + path.string(), errno);
   }
-  // Somebody who writes a single file there asks for the lock too, and has it for microseconds: that is no reason to
-  // refuse.
+  // A program that opens a single file in the folder holds the lock too, for microseconds. That is no reason to refuse,
+  // so the lock is tried several times.
   bool is_held = true;
   for (int asked = 0; asked < 10 && is_held; ++asked) {
     if (asked > 0) std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -224,10 +227,10 @@ Status check_output_folder(const std::filesystem::path& path) {
   struct stat facts {};
   while (::stat(there.c_str(), &facts) != 0) {
     if (errno != ENOENT) return output_error("make folder " + path.string(), errno);
-    // "a/b/" has the parent "a/b": without its end it is a's.
+    // The parent of "a/b/" is "a/b"; without the last slash it is "a".
     const std::filesystem::path plain = there.has_filename() ? there : there.parent_path();
     if (::lstat(plain.c_str(), &facts) == 0)
-      return output_error("make folder " + path.string(), ENOENT);  // a link that leads nowhere
+      return output_error("make folder " + path.string(), ENOENT);  // a link to nothing
     there = folder_of(plain);
   }
   if (!S_ISDIR(facts.st_mode)) return output_error("make folder " + path.string(), ENOTDIR);

@@ -6,37 +6,40 @@
 
 #include "core/result.hpp"
 
-/// The one door through which this program opens a file to write it. What is written never lands on something else than
-/// the name says: not on a file that is being read (under any name), not behind a link, not in a folder that another
+/// All files that this program writes are opened here. The functions make sure that nothing is overwritten by mistake:
+/// no file that is being read (under any of its names), no file behind a link, and no file in a folder that another
 /// capture or replay is writing.
 namespace hueline {
 
+/// What to do if the file exists already.
 enum class IfExists { Refuse, Replace };
 
-/// Opens `path` to be written from its begin: 0 and the descriptor, or minus errno. Refused besides what the kernel
-/// refuses: a symbolic link (-ELOOP); with Replace, a file that is open as an InputFile (-EBUSY); a file in a folder
-/// that somebody else holds as an OutputFolder (-EWOULDBLOCK). A file with further names (hard links) is not written
-/// over: it keeps its bytes under the others, and `path` becomes a new file. Pipes and devices are written to as they
-/// are; a pipe's reader is waited for.
+/// Opens `path` for writing from its beginning. Returns 0 and sets `fd`, or returns minus errno.
+///
+/// Besides what the kernel refuses, these are refused: a symbolic link (-ELOOP); with Replace, a file that is open as
+/// an InputFile (-EBUSY); a file in a folder that another program holds as an OutputFolder (-EWOULDBLOCK). A file that
+/// has further names (hard links) is not overwritten: it keeps its content under the other names, and `path` becomes a
+/// new file. Pipes and devices are opened as they are; opening a pipe waits for its reader.
 int open_output(const std::filesystem::path& path, IfExists if_exists, int& fd);
 
-/// What open_output() would say to Replace, before the work whose result is to be written there; nothing is changed or
-/// made. A missing folder is an error. Later it may say something else: others go on meanwhile.
+/// Checks what open_output() with Replace would answer, without changing or making anything. A command calls it before
+/// the work whose result it will write. A missing folder is an error. The answer can change later, because other
+/// programs continue meanwhile.
 Status check_output(const std::filesystem::path& path);
 
-/// Error{Io} with the errno in words and what to do about it.
+/// Returns an Error of kind Io with errno in words and what to do about it.
 Error output_error(const std::string& attempted, int errno_value);
 
-/// Replaces the file by `text`; every step is checked. Errors: Io.
+/// Replaces the content of the file by `text` and checks every step. Errors: Io.
 Status write_output(const std::filesystem::path& path, std::string_view text);
 
-/// A folder that receives a command's results. While this lives nobody else's OutputFolder can be the same folder, and
-/// no other program of ours opens a file in it to write (flock: it ends with the process, however that ends). File
-/// systems without such locks are written to without. Move-only.
+/// A folder that receives a command's results. While it is open, no other OutputFolder can be the same folder, and no
+/// other program of this project opens a file in it for writing. The lock is an flock(), which ends with the process in
+/// any case. File systems without such locks are used without protection. It can be moved, but not copied.
 class OutputFolder {
  public:
-  /// Makes the folder and those above it if they are not there. Errors: Io; Unavailable if another capture, replay or
-  /// the like writes into it.
+  /// Opens the folder, and makes it and those above it if necessary. Errors: Io; Unavailable if another command is
+  /// writing into the folder.
   static Result<OutputFolder> open(const std::filesystem::path& path);
   OutputFolder(OutputFolder&& other) noexcept;
   OutputFolder& operator=(OutputFolder&& other) noexcept;
@@ -50,7 +53,7 @@ class OutputFolder {
   int fd_ = -1;
 };
 
-/// What OutputFolder::open() and the first file in it would meet, before the work is done; nothing is made.
+/// Checks what OutputFolder::open() and opening the first file in it would answer, without making anything.
 Status check_output_folder(const std::filesystem::path& path);
 
 }  // namespace hueline

@@ -11,40 +11,46 @@
 
 namespace hueline {
 
-/// What a packet is. Everything that can change the outcome is a packet: replay needs nothing else.
+/// The kind of a packet. Everything that can change the output enters as a packet, so a replay needs nothing else.
 enum class PacketKind : std::uint8_t {
   Wire = 0,     ///< bytes of a device, exactly as received
-  Fault = 1,    ///< encode_fault(); made by the reader or by Ingest
-  Tick = 2,     ///< a watchdog's tick; no bytes
+  Fault = 1,    ///< the bytes of encode_fault(); made by a reader or by Ingest
+  Tick = 2,     ///< the tick of a watchdog; it has no bytes
   Command = 3,  ///< an operator's command, UTF-8
 };
 
-/// The smallest unit that a transport delivers whole: datagram, piece of a byte stream, camera image, PPS edge.
-/// Immutable once ingested; shared between recorder and pipeline.
+/// The smallest unit that a transport delivers whole: a datagram, a piece of a byte stream, a camera image, a PPS edge.
+/// It is not changed after Ingest has accepted it; recorder and pipeline share it.
 struct Packet {
   SensorId sensor = kSystemSensor;
   PacketKind kind = PacketKind::Wire;
-  /// Decided and recorded by Ingest: the pipeline was full, so this packet is recorded but not decoded. Replay obeys
-  /// it.
+  /// The pipeline was full when this packet arrived, so it is recorded but not decoded. Ingest decides this and records
+  /// it; a replay follows the recorded decision.
   bool shed = false;
-  std::uint64_t sequence = 0;  ///< position in the one ingest order; gaps are packets that the recorder's queue refused
-  HostTime
-      received{};  ///< stamp closest to the hardware: kernel stamp of the datagram's arrival, PPS edge, image complete
-  Buffer bytes;    ///< exactly what came; decoders find the device's own stamp in it
+  /// Position in the one order of arrival. A gap means packets that the recorder's queue refused.
+  std::uint64_t sequence = 0;
+  /// The stamp that is closest to the hardware: the kernel's stamp of a datagram's arrival, the PPS edge, the end of an
+  /// image.
+  HostTime received{};
+  Buffer bytes;  ///< exactly what arrived; decoders find the device's own stamp in it
 };
 using PacketPtr = std::shared_ptr<const Packet>;
 
-/// Hardware, recordings, simulated devices and vectors of a test: one interface. Thread-bound: one reader calls it.
+/// Interface of everything that delivers packets: hardware, recordings, simulated devices and the test's own vectors.
+/// Thread safety: none; one reader thread makes all calls.
 class PacketSource {
  public:
   virtual ~PacketSource() = default;
-  /// Connects, configures, starts. Called again after Disconnected. Errors: Unavailable, Invalid, Io. TimedOut: it is
-  /// on the way, and needs longer than about 100 ms; the caller looks whether it shall stop, and calls again.
+  /// Connects, configures and starts the source. The caller calls it again after Disconnected. Errors: Unavailable,
+  /// Invalid, Io. TimedOut means that opening continues and needs longer than about 100 ms: the caller checks whether
+  /// it shall stop, and calls again.
   virtual Status open() = 0;
-  /// The next packet; `sensor`, `kind`, `received` and `bytes` are set. Waits at most about 100 ms, then TimedOut.
-  /// Disconnected: the caller backs off and opens again. EndOfData: a recording is over. A Fault packet is returned for
-  /// what the transport itself can see lost (kernel drop counters, incomplete images).
+  /// Returns the next packet, with `sensor`, `kind`, `received` and `bytes` set. Waits for about 100 ms at most, then
+  /// returns TimedOut. After Disconnected the caller waits and opens the source again. EndOfData means the end of a
+  /// recording. Losses that the transport itself can see (drop counters of the kernel, incomplete images) are returned
+  /// as Fault packets.
   virtual Result<Packet> next(std::stop_token stop) = 0;
+  /// Closes the source.
   virtual void close() = 0;
 };
 

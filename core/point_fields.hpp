@@ -8,40 +8,41 @@
 
 #include "core/coloured_point.hpp"
 
-/// The one list of a coloured point's fields. The extra bytes of cloud.las, the fields of view.mcap's cloud, the
-/// comparison of clouds, the tests' readers and the table in docs/formats.md are made from it. A new field is a member
-/// of ColouredPoint and one entry here; a member without an entry does not compile.
+/// The one list of a coloured point's fields. The extra bytes of cloud.las, the fields of the cloud in view.mcap, the
+/// comparison of clouds, the readers of the tests and the table in docs/formats.md are made from it. To add a field,
+/// add a member to ColouredPoint and an entry here; a member without an entry does not compile.
 namespace hueline {
 
-/// Where LAS keeps a field.
+/// The place of a field in LAS.
 struct LasPlace {
-  bool is_extra = false;  ///< in extra bytes of our own; else in a field that the format has itself
-  std::string_view name;  ///< of that field
-  /// Of extra bytes: what the file itself says of them, at most 32 bytes. Of LAS's own fields: how they hold the value.
+  bool is_extra = false;  ///< in extra bytes of this project; otherwise in a field of the LAS format
+  std::string_view name;  ///< name of that field
+  /// For extra bytes: the description inside the file, at most 32 bytes. For a field of the format: how it holds the
+  /// value.
   std::string_view description;
-  double scale = 1;  ///< of extra bytes: the value is the stored number times this
+  double scale = 1;  ///< for extra bytes: the value is the stored number times `scale`
 };
 constexpr LasPlace las_own(std::string_view name, std::string_view how) { return {false, name, how}; }
 constexpr LasPlace las_extra(std::string_view name, std::string_view description, double scale = 1) {
   return {true, name, description, scale};
 }
 
-/// One field of points of the type Point.
+/// One field of points of type Point.
 template <class Point, class Value>
 struct PointField {
   using value_type = Value;
   Value Point::*member;
-  std::string_view name;     ///< in sentences and tables
-  std::string_view unit;     ///< empty: a number without a unit
-  std::string_view meaning;  ///< one sentence, or more
+  std::string_view name;     ///< as sentences and tables use it
+  std::string_view unit;     ///< empty for a number without a unit
+  std::string_view meaning;  ///< one or more sentences
   LasPlace las;
-  std::string_view view{};      ///< its name in view.mcap's cloud; empty: it is not shown
-  std::optional<Value> none{};  ///< what stands there in a point that has none; empty: every point has one
+  std::string_view view{};      ///< name in the cloud of view.mcap; empty if the field is not there
+  std::optional<Value> none{};  ///< the value of points that have none; nothing if every point has a value
 };
 template <class Point, class Value, class... Rest>
 PointField(Value Point::*, Rest...) -> PointField<Point, Value>;
 
-/// In the order of cloud.las's extra bytes and of view.mcap's fields.
+/// The fields in the order of cloud.las's extra bytes and of view.mcap's fields.
 inline constexpr auto kPointFields = std::tuple{
     PointField{&ColouredPoint::east, "east", "m", "Place east of the cloud's origin, in the local level there.",
                las_own("x", "easting in the map, steps of 1 mm"), "x"},
@@ -92,7 +93,7 @@ inline constexpr auto kPointFields = std::tuple{
     PointField{&ColouredPoint::v, "v", "px", "Row of that pixel.", las_extra("image_v", "row that was sampled, px")},
 };
 
-/// A field's value as a number to store: codes as their whole number, times in ns.
+/// Returns the number that is stored for a field's value: the whole number of a code, the nanoseconds of a time.
 template <class Value>
 constexpr auto stored_number(Value value) {
   if constexpr (std::is_same_v<Value, GpsTime>) {
@@ -104,7 +105,7 @@ constexpr auto stored_number(Value value) {
   }
 }
 
-/// One entry of a list as a type, so that what depends on the entry is decided by the compiler.
+/// One entry of a list as a type, so that the compiler decides what depends on the entry.
 template <const auto& Fields, std::size_t Index>
 struct FieldOf {
   static constexpr const auto& entry = std::get<Index>(Fields);
@@ -115,19 +116,19 @@ struct FieldOf {
   }
 };
 
-/// Calls `visit` with a FieldOf for each entry, in the list's order.
+/// Calls `visit` with a FieldOf for each entry, in the order of the list.
 template <const auto& Fields, class Visit>
 constexpr void for_each_field(Visit&& visit) {
   [&]<std::size_t... Index>(std::index_sequence<Index...>) { (visit(FieldOf<Fields, Index>{}), ...); }
   (std::make_index_sequence<std::tuple_size_v<std::remove_cvref_t<decltype(Fields)>>>{});
 }
 
-/// Stands for a member of any type.
+/// Converts to a member of any type; used to count members.
 struct AnyMember {
   template <class T>
   operator T() const;
 };
-/// Number of an aggregate's members.
+/// Returns the number of an aggregate's members.
 template <class Aggregate, class... Given>
 consteval std::size_t count_members() {
   if constexpr (requires { Aggregate{Given{}..., AnyMember{}}; }) {

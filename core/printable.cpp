@@ -10,10 +10,11 @@ namespace {
 
 struct Character {
   char32_t code = 0;
-  std::size_t bytes = 0;  // 0: no UTF-8 here
+  std::size_t bytes = 0;  // 0: no valid UTF-8 here
 };
 
-/// The character that the text begins with (The Unicode Standard, table 3-7: shortest forms only, no surrogates).
+/// Returns the character at the beginning of the text (The Unicode Standard, table 3-7: shortest forms only, no
+/// surrogates).
 Character first_of(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
   const std::uint8_t lead = byte(0);
@@ -32,8 +33,8 @@ Character first_of(std::string_view text) {
 
 bool is_control(char32_t c) {
   return c < 0x20 || (c >= 0x7F && c < 0xA0)  // C0, DEL, C1
-         || (c >= 0x200B && c <= 0x200F)      // without width, direction marks
-         || (c >= 0x2028 && c <= 0x202E)      // line and paragraph, embedded direction
+         || (c >= 0x200B && c <= 0x200F)      // zero width, direction marks
+         || (c >= 0x2028 && c <= 0x202E)      // separators of lines and paragraphs, embedded directions
          || (c >= 0x2060 && c <= 0x206F) || c == 0x61C || c == 0xFEFF || (c >= 0xFFF9 && c <= 0xFFFB) || c >= 0xE0000;
 }
 

@@ -5,11 +5,12 @@
 
 namespace hueline {
 
+/// Whether printable() escapes line ends, or keeps them.
 enum class LineEnds { Escape, Keep };
 
-/// Text of unknown origin (a device, a file, a name) as it can be shown anywhere: UTF-8 for certain, and nothing in it
-/// that steers a terminal or turns the direction of writing. Bytes that are no UTF-8 and control characters become
-/// \xNN, \n, \r, \t or \u{N}; all else stays. Doing it twice changes nothing more.
+/// Makes text of unknown origin (from a device, a file, a name) safe to show anywhere. The result is valid UTF-8 and
+/// contains nothing that controls a terminal or changes the direction of writing. Bytes that are not UTF-8, and control
+/// characters, become \xNN, \n, \r, \t or \u{N}; everything else stays. A second call changes nothing more.
 std::string printable(std::string_view text, LineEnds line_ends = LineEnds::Escape);
 
 }  // namespace hueline

@@ -8,29 +8,30 @@
 
 namespace hueline {
 
-/// What went wrong, for programs; the message is for people.
+/// The kind of an error, for programs. The message is for people.
 enum class ErrorCode : std::uint8_t {
-  EndOfData,     ///< a recording ended as it should
-  TimedOut,      ///< nothing came within the source's waiting time; not an error yet
-  Stopped,       ///< a stop was asked for
-  Disconnected,  ///< the device or peer went away
-  Unavailable,   ///< could not be opened or reached now; may be later
-  Malformed,     ///< bytes that break their format
-  Truncated,     ///< ended in the middle
-  Invalid,       ///< a value outside its range, a wrong argument or configuration
-  Unsupported,   ///< well-formed, but not something we read
+  EndOfData,     ///< a recording ended normally
+  TimedOut,      ///< nothing arrived within the waiting time; not yet an error
+  Stopped,       ///< a stop was requested
+  Disconnected,  ///< the device or peer is gone
+  Unavailable,   ///< cannot be opened or reached now, but perhaps later
+  Malformed,     ///< bytes that violate their format
+  Truncated,     ///< the data end in the middle
+  Invalid,       ///< a value out of range, or a wrong argument or configuration
+  Unsupported,   ///< well-formed, but of a kind that is not read
   Exhausted,     ///< a pool or queue is full
-  Io,            ///< the operating system refused; message has errno in words
+  Io,            ///< the operating system refused; the message contains errno in words
 };
 const char* name(ErrorCode code);
 
-/// What, where, what to do.
+/// An error: its kind, and a message that says what is wrong, where, and what to do.
 struct Error {
   ErrorCode code = ErrorCode::Invalid;
   std::string message;
 };
 
-/// A value or an Error. Run-time trouble travels in it; exceptions are for start-up only and cross no thread.
+/// A value or an Error. Errors at run time are returned in it; exceptions are used at start-up only, and none crosses a
+/// thread. `value()` requires ok(); `error()` requires !ok().
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -66,7 +67,7 @@ class [[nodiscard]] Result<void> {
 };
 using Status = Result<void>;
 
-/// Error{Io} that says what was attempted, on what, and the errno in words.
+/// Returns an Error of kind Io. `attempted` says what was tried and on what; the message adds errno in words.
 Error io_error(const std::string& attempted, int errno_value);
 
 }  // namespace hueline

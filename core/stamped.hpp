@@ -6,39 +6,42 @@
 #include "core/measurements.hpp"
 #include "core/time.hpp"
 
-/// What sync/ gives and fusion/ takes: measurements in GPS time, each with its sigma and the state of the clock that
-/// stamped it.
+/// What sync/ returns and fusion/ accepts: measurements in GPS time, each with one sigma of its time and the state of
+/// the clock that stamped it.
 namespace hueline {
 
+/// The returns of one packet, with the time of their firings.
 struct StampedLaserBatch {
   SensorId sensor{};
   std::uint64_t packet_sequence = 0;
-  GpsTime time{};  ///< first firing; each return's firing is time + time_offset_ns
+  GpsTime time{};  ///< the first firing; a return's firing is time + time_offset_ns
   nanoseconds sigma{0};
   SyncState state = SyncState::Unlocked;
   std::vector<LaserReturn> returns;
 };
 
-/// A wheel encoder's statement at the instant that it is about.
+/// The report of a wheel encoder, with the time to which its value belongs.
 struct StampedWheelSpeed {
-  GpsTime time{};        ///< end of the frame on the bus, less the age that the rig gives its values
-  nanoseconds sigma{0};  ///< of `time`
+  GpsTime time{};        ///< end of the frame on the bus, minus the age that the rig gives for the values
+  nanoseconds sigma{0};  ///< one sigma of `time`
   SyncState state = SyncState::Unlocked;
   WheelSpeed wheel;
 };
 
-/// Why an exposure's time can or cannot be trusted.
+/// How the time of an exposure was found.
 enum class ExposureTiming : std::uint8_t {
-  EventMark,    ///< stamped by the POS at its strobe
-  CameraClock,  ///< mark lost: the camera's own counter, tied to GPS time by earlier marks; sigma grown to match
-  Unmatched,    ///< neither: recorded, never used for colour
+  EventMark,    ///< from the event mark of its strobe, which the POS stamped
+  CameraClock,  ///< the mark is lost; from the camera's counter, tied to GPS time by earlier marks, with a larger sigma
+  Unmatched,    ///< neither; the exposure is recorded, but never used for colour
 };
+/// Returns the enumerator's name.
 const char* name(ExposureTiming timing);
 
-/// One moment of all lenses of a camera head.
+/// One exposure of a camera, with its time and its image. A camera whose lenses are stacked in one image gives one
+/// Exposure for all of them.
 struct Exposure {
   SensorId camera{};
-  std::uint32_t index = 0;  ///< counted by sync from 0 in time order; what points refer to
+  std::uint32_t index = 0;  ///< count from 0 in the order of time, made by sync/; points refer to it
   GpsTime exposure_mid{};
   nanoseconds sigma{0};
   SyncState state = SyncState::Unlocked;

@@ -10,14 +10,14 @@
 namespace hueline {
 namespace {
 
-/// Also a terminal whose window was closed: every call to it answers EIO.
+/// Returns whether it is a terminal, also if its window was closed: every call to that one answers EIO.
 bool is_terminal(int descriptor) { return isatty(descriptor) != 0 || errno == EIO; }
 
 }  // namespace
 
 void open_standard_streams() {
-  // open() gives the lowest number that is free, so this ends with a number above 2. Without a /dev any descriptor
-  // keeps the place.
+  // open() returns the lowest free number, so the loop ends with a number above 2. Without /dev, any other descriptor
+  // keeps the number taken.
   int descriptor = 0;
   do {
     descriptor = open("/dev/null", O_RDWR);
@@ -31,7 +31,7 @@ Status flush_standard_output() {
   errno = 0;
   std::cout.flush();
   bool refused = std::fflush(stdout) != 0 || !std::cout;
-  // Some file systems say at a close() only that there is no room.
+  // Some file systems report only at close() that the disk is full.
   if (const int copy = dup(STDOUT_FILENO); !refused && copy >= 0) refused = close(copy) != 0 && errno != EINTR;
   if (!refused && !refused_before) return {};
   const int reason = errno;

@@ -4,14 +4,14 @@
 
 namespace hueline {
 
-/// Opens /dev/null on those of the descriptors 0, 1 and 2 that whoever started the program has closed. Every main calls
-/// it first: otherwise the first file that is opened gets such a number, and what is meant for the terminal is written
-/// into it.
+/// Opens /dev/null on each of the descriptors 0, 1 and 2 that is closed when the program starts. Every main() calls it
+/// first. Otherwise the first file that the program opens would get such a number, and text for the terminal would be
+/// written into it.
 void open_standard_streams();
 
-/// Gives the operating system what waits in stdout and std::cout. Io if it, or any write to them before, was refused:
-/// then the result is not where the user wants it. A terminal that was closed is no error: nobody is left who could
-/// read. Call it last.
+/// Writes out what is buffered in stdout and std::cout. Every main() calls it last. Errors: Io if this or an earlier
+/// write to them was refused, because then the user does not have the result. A terminal that was closed is not an
+/// error: nobody can read there.
 Status flush_standard_output();
 
 }  // namespace hueline

@@ -3,13 +3,14 @@
 #include <chrono>
 #include <cstdint>
 
-/// Time bases are types: an instant of one clock cannot be compared with, or assigned to, an instant of another.
-/// Durations are std::chrono durations everywhere; no double holds an absolute time.
+/// Instants of time, with one type for each clock. An instant of one clock cannot be compared with an instant of
+/// another, nor assigned to it. All durations are std::chrono durations; no double holds an absolute time.
 namespace hueline {
 
 using std::chrono::nanoseconds;
 
-/// A clock known only by its tag. Nobody can ask it for "now": time is passed in.
+/// A clock that is only a tag for the type system. It has no `now()`: every function receives the time that it needs as
+/// an argument.
 template <class Tag>
 struct TimeBase {
   using rep = std::int64_t;
@@ -19,27 +20,29 @@ struct TimeBase {
   static constexpr bool is_steady = true;
 };
 
-/// The capture computer's CLOCK_MONOTONIC_RAW, ns since boot. What the kernel stamped on another clock is converted to
-/// it in the source that read it (drivers/transport/host_clock.hpp). Steps of the wall clock do not touch it.
+/// Time of the capture computer: CLOCK_MONOTONIC_RAW, ns since boot. Steps of the wall clock do not change it. A source
+/// whose kernel stamps come from another clock converts them to this one (drivers/transport/host_clock.hpp).
 using HostTime = TimeBase<struct HostTag>::time_point;
 
-/// GPS time: continuous, ns since 1980-01-06T00:00:00 UTC, no leap seconds. The only base after sync/.
+/// GPS time: ns since 1980-01-06T00:00:00 UTC, continuous, without leap seconds. It is the only time base that is used
+/// after sync/.
 using GpsTime = TimeBase<struct GpsTag>::time_point;
 
-/// Unix time: ns since 1970-01-01T00:00:00 UTC, leap seconds not counted. Only for what devices say and files hold
-/// (core/calendar.hpp).
+/// Unix time: ns since 1970-01-01T00:00:00 UTC; leap seconds are not counted. It appears only in what devices send and
+/// in what files hold (core/calendar.hpp).
 using UnixTime = TimeBase<struct UnixTag>::time_point;
 
-/// A device's own counter, one type a counter.
+/// Time of a device's own counter. Each counter has its own tag, and so its own type.
 template <class Device>
 using DeviceTime = typename TimeBase<Device>::time_point;
 
-/// A camera's free-running counter, ns from its power-up or from whatever the camera latched it to.
+/// Tag of a camera's free-running counter: ns since the camera's power-up, or since the event at which the camera was
+/// set.
 struct CameraCounter {};
-/// A CAN adapter's own free-running counter, ns from whatever its driver lets it begin.
+/// Tag of a CAN adapter's free-running counter: ns since an origin that the adapter's driver chooses.
 struct CanAdapterCounter {};
 
-/// A value with the instant of the physical event it belongs to and the one-sigma uncertainty of that instant.
+/// A value with the time of the physical event that it belongs to, and one sigma of that time.
 template <class T>
 struct Stamped {
   GpsTime time;
@@ -48,7 +51,7 @@ struct Stamped {
 };
 
 constexpr double to_seconds(nanoseconds d) { return static_cast<double>(d.count()) * 1e-9; }
-/// Rounds to the nearest nanosecond (half away from zero).
+/// Rounds to the nearest nanosecond; halves are rounded away from zero.
 constexpr nanoseconds from_seconds(double s) {
   return nanoseconds(static_cast<std::int64_t>(s * 1e9 + (s < 0 ? -0.5 : 0.5)));
 }
@@ -60,7 +63,7 @@ constexpr std::int64_t count_ns(TimePoint t) {
   return t.time_since_epoch().count();
 }
 
-/// How far a clock model may be trusted; the names of linuxptp's servo, plus Holdover.
+/// How far a clock model can be trusted. The names are those of linuxptp's servo, plus Holdover.
 enum class SyncState : std::uint8_t { Unlocked, Acquiring, Locked, Holdover };
 constexpr const char* name(SyncState s) {
   switch (s) {
