@@ -9,22 +9,24 @@
 
 namespace hueline::runtime {
 
-/// The disk's last space belongs to the recording: what is made from it can be made again, and ends first. Thread-safe.
+/// Keeps the last space of a disk for the recording. The products can be made again from the recording, so they end
+/// first. Thread-safe.
 class DiskReserve {
  public:
-  /// Kept at least, and on top of it what the recording writes in kSeconds at its mean rate: time to do something about
-  /// it.
+  /// The space that is kept is kLeastBytes, and in addition what the recording writes in kSeconds at its mean rate.
+  /// This gives the operator time to act.
   static constexpr std::uint64_t kLeastBytes = 64'000'000;
   static constexpr double kSeconds = 300;
 
-  /// `recording` exists; `disk` must outlive this.
+  /// `recording` must exist, and `disk` must outlive this object.
   DiskReserve(std::filesystem::path recording, storage::Disk& disk) : recording_(std::move(recording)), disk_(disk) {}
 
-  /// How much was recorded so far, and in what time. Before the first minute is over the rate counts over a minute.
+  /// Updates the mean rate: how much was recorded so far, and in what time. During the first minute the rate is
+  /// computed as if a whole minute had passed.
   void note(std::uint64_t recorded_bytes, double seconds);
   std::uint64_t bytes() const { return bytes_.load(std::memory_order_relaxed); }
 
-  /// Exhausted if less is free than is kept, and `product` is a file of the recording's file system.
+  /// Returns Exhausted if less space is free than is kept and `product` lies on the file system of the recording.
   Status check(const std::filesystem::path& product) const;
 
  private:

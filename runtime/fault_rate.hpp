@@ -11,26 +11,28 @@
 
 namespace hueline::runtime {
 
-/// The one promise about how often faults are told: a trouble at once, a run of it then at most once an interval with
-/// its count, and no unit missing from the sum of the counts. Faults are the same trouble if sensor, kind and the words
-/// of their detail are the same, whatever numbers stand among the words; of one sensor and kind at most kTroubles are
-/// told apart, the others together. So what it holds is bounded, and a flood gives at most kTroubles + 1 faults an
-/// interval. Reads no clock. Thread-bound.
+/// Limits how often faults are reported. The first fault of a trouble is reported at once; while it lasts, it is
+/// reported at most once an interval, with its count. The counts of the reported faults add up to all faults that were
+/// given.
+///
+/// Two faults are the same trouble if their sensor, their kind and the words of their detail are equal; numbers between
+/// the words may differ. Of one sensor and kind at most kTroubles are kept apart, and all others share one entry. So
+/// the memory is bounded, and a flood gives at most kTroubles + 1 faults an interval. Reads no clock. Thread-bound.
 class FaultRate {
  public:
   static constexpr std::size_t kTroubles = 8;
 
   explicit FaultRate(nanoseconds interval = std::chrono::seconds(1)) : interval_(interval) {}
 
-  /// `now`: of the stream; must not fall from call to call.
+  /// Takes a fault. `now` is stream time and must not fall from call to call.
   void add(Fault fault, HostTime now);
-  /// Time passes: what was held for an interval is told, with the detail of the newest.
+  /// Moves time on. Faults that were held for an interval become due, with the detail of the newest.
   void advance(HostTime now);
-  /// The end: everything held is told.
+  /// Makes all held faults due, at the end of the stream.
   void flush();
-  /// Could not be told after all: counts again as held.
+  /// Takes back a fault that could not be reported. It counts as held again.
   void take_back(Fault fault);
-  /// What is to be told now.
+  /// Returns the faults that are due now, and forgets them.
   std::vector<Fault> take();
 
  private:
@@ -42,7 +44,7 @@ class FaultRate {
   };
   struct Entry {
     std::optional<HostTime> told_at;
-    Fault held{kSystemSensor, FaultKind::Malformed, {}, 0, {}};  // count 0: nothing
+    Fault held{kSystemSensor, FaultKind::Malformed, {}, 0, {}};  // count 0: nothing is held
   };
   Entry& entry_of(const Fault& fault, HostTime now);
   void tell(Entry& entry, HostTime now);
@@ -50,7 +52,7 @@ class FaultRate {
   nanoseconds interval_;
   std::map<Key, Entry> entries_;
   std::vector<Fault> ready_;
-  std::optional<HostTime> due_;  // no entry is due before
+  std::optional<HostTime> due_;  // no entry is due before this time
 };
 
 }  // namespace hueline::runtime

@@ -14,25 +14,26 @@
 
 namespace hueline::runtime {
 
-/// Files that several recorders made of one drive, given out in the order of the times that their devices name. Their
-/// own stamps cannot order them: a capture's are of the computer that captured, and a receiver's log has none. The
-/// order depends on the files alone, not on threads, so that two readings of the same files make the same journal.
+/// Merges the files that several recorders made of one drive, in the order of the times that their devices name. The
+/// files' own stamps cannot order them: those of a capture file are of the computer that captured, and a receiver's log
+/// has none. The order depends on the files alone, not on threads, so two readings of the same files make the same
+/// journal.
 ///
-/// A packet's `received` becomes its device's own time, in ns since 1970-01-01 UTC: the newest time that a piece of a
-/// receiver's log names, a scanner's stamp, near the time that the scanner's labels name. What names no time follows
-/// the packet before it, by the capture's stamps. Where no file names a time the captures' stamps stay as they are.
-/// `received` never falls.
+/// The `received` of a packet becomes its device's own time, in ns since 1970-01-01 UTC. For a piece of a receiver's
+/// log this is the newest time that it names. For a scanner it is the scanner's stamp, near the time that its labels
+/// name. A packet that names no time follows the packet before it, at the distance of the capture file's stamps. If no
+/// file names a time, the stamps of the capture files stay as they are. `received` never falls.
 ///
-/// The sources take turns: each packet has to be handed on, by asking for the next one, before another source gives its
-/// own.
+/// The sources take turns: the reader of a source must hand a packet on, and ask for the next one, before another
+/// source returns its own packet.
 class FileMerge {
  public:
   struct Input {
     std::unique_ptr<PacketSource> source;
-    std::unique_ptr<Decoder> decoder;  ///< of the sensor, for its times alone
+    std::unique_ptr<Decoder> decoder;  ///< decoder of the sensor, used only for the times that it finds
     bool has_stamps = false;           ///< the file says when its packets came
   };
-  /// How far a file is looked into for the labels that name its time.
+  /// How far a file is searched for the labels that name its time.
   struct Config {
     int agreeing_labels = 3;
     std::size_t ahead_packets = 16384;
@@ -42,19 +43,20 @@ class FileMerge {
   FileMerge(std::vector<Input> inputs, Config config);
   ~FileMerge();
 
-  /// The files as sources, in the order of the inputs, each for a reader of its own. Each is opened once, in that
-  /// order, and has to be closed also when it could not be opened: the others wait for it. All share `merge`.
+  /// Returns the files as sources, in the order of the inputs, each for a reader of its own. Each source is opened
+  /// once, in that order. It must be closed even if it could not be opened, because the others wait for that. All
+  /// sources share `merge`.
   static std::vector<std::unique_ptr<PacketSource>> sources(const std::shared_ptr<FileMerge>& merge);
 
-  /// `received` of the newest packet that was given out. Thread-safe.
+  /// Returns `received` of the newest packet that was given out. Thread-safe.
   HostTime position() const;
 
  private:
   class Source;
   struct Ahead {
     Packet packet;
-    std::optional<LaserTime> stamp;  ///< a scanner's
-    std::optional<GpsTime> time;     ///< a receiver's
+    std::optional<LaserTime> stamp;  ///< stamp of a scanner
+    std::optional<GpsTime> time;     ///< time that a receiver names
   };
   struct File;
 
@@ -73,7 +75,7 @@ class FileMerge {
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   std::vector<std::unique_ptr<File>> files_;
-  std::size_t opening_ = 0;          // the file whose turn it is to open
+  std::size_t opening_ = 0;          // the file that is next to be opened
   std::optional<std::size_t> turn_;  // the file whose packet is being handed on
   bool has_begun_ = false, is_self_timed_ = false;
   HostTime position_{};

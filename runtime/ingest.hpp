@@ -12,23 +12,21 @@ namespace hueline::runtime {
 
 using PacketQueue = BoundedQueue<PacketPtr>;
 
-/// Where interleaving is decided, once: gives each packet its sequence, decides whether it is shed, and hands it to the
-/// recorder first and to the pipeline second. Thread-safe; never waits for either of them.
+/// The one place that decides the order of packets. Ingest gives each packet its sequence, decides whether the packet
+/// is shed, and hands it to the recorder first and to the pipeline second. Thread-safe. It never waits for either of
+/// them.
 ///
-/// Rules, so that a replay of the record gives what the live run gave:
-/// - What the recorder's queue refuses is not given to the pipeline either. Its sequence stays a gap, counted, and told
-/// by a
-///   Fault{Overflow} as soon as there is room.
-/// - What the pipeline has no room for is recorded with `shed` set and not given to it; a replay leaves it out
-/// likewise. Packets
-///   of sheddable sensors (images, lasers) are shed from three quarters of the queue on, all others only when it is
-///   full.
-/// - Faults are recorded at the rate that FaultRate promises, whoever makes them; Disconnected, Reconnected and Silent,
-/// which a
-///   reader makes and decoders act on, each at once.
-/// - A stamp that a source gives may be wrong, this computer's own time of its arrival is not: nothing is recorded as
-/// received later
-///   than it arrived, or more than a minute before. Behind Ingest stream time is never ahead of the computer's clock.
+/// These rules make a replay of the recording give what the live run gave:
+/// - A packet that the recorder's queue refuses is not given to the pipeline either. Its sequence remains a gap. The
+///   gap is counted, and a Fault{Overflow} reports it as soon as there is room.
+/// - A packet for which the pipeline has no room is recorded with `shed` set and not given to the pipeline; a replay
+///   leaves it out too. Packets of sheddable sensors (images, lasers) are shed when the queue is three quarters full,
+///   all others only when it is full.
+/// - Faults are recorded at the rate that FaultRate allows, whoever makes them. The exceptions are Disconnected,
+///   Reconnected and Silent, which a reader makes and on which decoders act: each of these is recorded at once.
+/// - A source may give a wrong stamp, but this computer's own time of the arrival is right. So no packet is recorded as
+///   received later than it arrived, or more than a minute before. Behind Ingest, stream time is never ahead of the
+///   computer's clock.
 class Ingest {
  public:
   struct Sensor {
@@ -38,34 +36,35 @@ class Ingest {
     std::uint64_t packets = 0, bytes = 0, shed = 0, refused = 0;
   };
 
-  /// `sensors[id]`; index 0 is the system. Weights of the queues are bytes.
+  /// `sensors` is indexed by SensorId; index 0 is the system. The weights of the queues are bytes.
   Ingest(std::vector<Sensor> sensors, PacketQueue& record, PacketQueue& pipeline, PacketQueue::Limits pipeline_limits);
 
-  /// How far a stamp may seem to lie behind its arrival (what readings of two clocks differ by), and before it (a
-  /// buffer of the system that nobody emptied).
+  /// How far a stamp may lie after its arrival (the readings of two clocks differ by this much), and before it (a
+  /// system buffer that nobody emptied).
   static constexpr nanoseconds kMostAhead = std::chrono::milliseconds(1), kMostBehind = std::chrono::minutes(1);
 
-  /// Of a device: `arrived` is the host's clock when the source gave the packet. A `received` that cannot be becomes
-  /// `arrived`; the bytes stay, and a ClockStep tells it. False if the recorder's queue refused it (counted).
+  /// Takes a packet of a device. `arrived` is the host's clock at the moment when the source gave the packet. If
+  /// `received` is impossible, it is replaced by `arrived`; the bytes stay, and a ClockStep fault reports it. Returns
+  /// false if the recorder's queue refused the packet (which is counted).
   bool submit(Packet packet, HostTime arrived);
-  /// Of a recording, whose clock is its own, or of the program itself.
+  /// Takes a packet of a recording, which has its own clock, or of the program itself.
   bool submit(Packet packet);
-  /// A fault noticed on this side of the record: becomes a packet like any other.
+  /// Takes a fault that was noticed before packets are recorded. It becomes a packet like any other.
   bool submit(const Fault& fault);
 
-  /// For sources that can wait, before each packet: until recorder and pipeline have half of their queues free, so that
-  /// nothing of theirs is ever shed or refused. False if stopped or closed.
+  /// Waits until recorder and pipeline have half of their queues free. Sources that can wait call this before each
+  /// packet, so that none of their packets is shed or refused. Returns false if stopped or closed.
   bool wait_for_room(std::stop_token stop);
 
-  /// No more packets come: waits for the recorder to have room and tells what was refused, and the faults not told yet.
-  /// False if stopped or closed before.
+  /// Ends the ingest when no more packets come. Waits until the recorder has room, and reports what was refused and the
+  /// faults that were not reported yet. Returns false if stopped or closed before that was done.
   bool tell_the_rest(std::stop_token stop);
 
   Counts counts(SensorId sensor) const;
   std::uint64_t next_sequence() const;
 
  private:
-  // All under mutex_.
+  // All of these are called under mutex_.
   bool take(Packet packet);
   bool place(Packet packet);
   void tell_refused(HostTime now);
@@ -79,7 +78,7 @@ class Ingest {
   std::uint64_t next_sequence_ = 0;
   std::vector<Counts> counts_;
   std::map<SensorId, std::uint64_t> refused_untold_;
-  HostTime newest_{};  // arrival
+  HostTime newest_{};  // newest arrival
   FaultRate faults_;
 };
 

@@ -15,14 +15,15 @@
 
 namespace hueline::runtime {
 
-/// The threads of a capture: a reader for each source, the recorder, and the pipeline. Owns nothing that interprets
-/// bytes.
+/// The threads of a capture: one reader for each source, the recorder and the pipeline. It interprets no bytes.
 class LiveRun {
  public:
   struct Config {
-    PacketQueue::Limits record_queue{200'000, std::size_t{1} << 30};  ///< seconds of a stalled disk
+    /// Holds the data of some seconds of a stalled disk.
+    PacketQueue::Limits record_queue{200'000, std::size_t{1} << 30};
     PacketQueue::Limits pipeline_queue{100'000, std::size_t{1} << 29};
-    std::chrono::milliseconds pause_after{500};  ///< when no packet comes for so long, what has come goes to the disk
+    /// If no packet comes for this long, the recorded data is written to the disk.
+    std::chrono::milliseconds pause_after{500};
   };
   struct Source {
     SensorId sensor;
@@ -30,46 +31,48 @@ class LiveRun {
     std::unique_ptr<PacketSource> source;
     Reader::Config reader;
     bool is_sheddable;
-    std::function<HostTime()> now = {};  ///< stamps the reader's faults; empty: this computer's clock
+    std::function<HostTime()> now = {};  ///< stamps the reader's faults; empty: the clock of this computer
   };
 
-  /// `process` is called for each packet on the pipeline thread, in ingest order.
+  /// `process` is called on the pipeline thread for each packet, in ingest order.
   LiveRun(std::vector<Source> sources, std::unique_ptr<storage::JournalWriter> journal,
           std::function<void(const Packet&)> process, Config config);
   ~LiveRun();
 
   void start();
-  /// True when every reader has ended by itself (recordings as sources) or the recording failed: there is nothing to
-  /// wait for.
+  /// Returns true if there is nothing to wait for: every reader has ended by itself (recordings as sources), or the
+  /// recording failed.
   bool is_over() const;
-  /// is_over(), waited for at most `time` and until `stop`.
+  /// Waits until is_over(), at most for `time` and until `stop`. Returns is_over().
   bool wait_until_over(std::chrono::milliseconds time, const std::stop_token& stop);
-  /// Stops the readers, lets recorder and pipeline finish what has entered, closes the journal. What comes meanwhile of
-  /// readers that are slow to leave is still recorded and flushed.
+  /// Stops the readers, lets the recorder and the pipeline finish what has entered, and closes the journal. Packets
+  /// that readers deliver while they are stopping are still recorded and processed. May be called again.
   ///
-  /// `at_once`, then or later: nothing enters any more, the recorder has half a second for what waits for it and closes
-  /// the journal, the pipeline leaves after the packet that it has, and readers are not waited for. Idempotent.
+  /// `at_once` shortens this, whenever it is requested: nothing enters any more, the recorder has half a second for the
+  /// packets that wait for it and then closes the journal, the pipeline leaves after its current packet, and the
+  /// readers are not waited for.
   void stop(const std::stop_token& at_once = {});
 
-  /// The journal is closed: nothing more happens to drive.mcap. Thread-safe.
+  /// Returns true once the journal is closed, after which drive.mcap does not change any more. Thread-safe.
   bool is_recording_closed() const { return recording_closed_; }
-  /// Packets that entered, but not drive.mcap, because the end was asked for at once; after stop().
+  /// Packets that entered, but are not in drive.mcap because the end was requested at once. Valid after stop().
   std::uint64_t packets_left_behind() const { return left_behind_; }
-  /// Ended at once, the pipeline has not had all packets; after stop().
+  /// Returns whether the end was requested at once before the pipeline had processed all packets. Valid after stop().
   bool are_products_cut() const { return products_cut_; }
-  /// A device's library holds a reader: it cannot be joined. After stop().
+  /// Returns whether a reader cannot be joined because a device's library holds it. Valid after stop().
   bool is_a_reader_stuck() const { return readers_left_ > 0; }
 
-  /// The first refusal of the recording; ok while all is well. Thread-safe.
+  /// Returns the first error of the recording; ok while there is none. Thread-safe.
   Status recording() const;
-  /// Why drive.mcap is no longer where it was made, though it is still written (Recorder::place). Thread-safe.
+  /// Returns why drive.mcap is no longer where it was created, though it is still written (Recorder::place).
+  /// Thread-safe.
   Status place() const;
   const Ingest& ingest() const { return *ingest_; }
   Ingest& ingest() { return *ingest_; }
   std::uint64_t recorded_bytes() const { return recorded_bytes_.load(std::memory_order_relaxed); }
-  /// Packets that are in drive.mcap for certain; after stop().
+  /// Packets that are certainly in drive.mcap. Valid after stop().
   std::uint64_t packets_recorded() const { return recorder_.packets_recorded(); }
-  /// Packets that came after the last of them and are lost, if the recording failed; after stop().
+  /// Packets that came after the last recorded one and are lost, if the recording failed. Valid after stop().
   std::uint64_t packets_lost_at_the_end() const { return ingest_->next_sequence() - recorder_.end_sequence(); }
   std::size_t waiting_to_be_processed() const { return pipeline_.size(); }
   const std::vector<std::unique_ptr<Reader>>& readers() const { return readers_; }
@@ -88,11 +91,11 @@ class LiveRun {
   Recorder recorder_;
   const std::function<void(const Packet&)> process_;
   mutable std::mutex mutex_;
-  std::condition_variable_any changed_;  // readers_left_, recording_
+  std::condition_variable_any changed_;  // notified when readers_left_ or recording_ changes
   Status recording_, place_;
   std::atomic<std::uint64_t> recorded_bytes_{0};
-  /// Nothing behind this sequence is processed: set when the recording fails, so that the cloud does not outgrow its
-  /// record.
+  /// No packet from this sequence on is processed. Set when the recording fails, so that the cloud does not contain
+  /// more than the recording.
   std::atomic<std::uint64_t> recorded_up_to_{~std::uint64_t{0}};
   std::atomic<bool> hurries_{false}, recording_closed_{false};
   std::atomic<std::uint64_t> left_behind_{0};

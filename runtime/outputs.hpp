@@ -15,16 +15,16 @@
 
 namespace hueline::runtime {
 
-/// Everything that a drive's folder receives besides the raw recording: cloud.las, view.mcap, summary.json. The same
-/// class serves capture and replay. A write that fails is said once and ends that file; the others go on. Thread-bound
-/// (the pipeline's).
+/// Writes everything in a drive's folder besides the raw recording: cloud.las, view.mcap and summary.json. Capture and
+/// replay use the same class. A write that fails is reported once and ends that file; the other files continue.
+/// Thread-bound (the pipeline's thread).
 class Outputs : public ProductSink {
  public:
-  /// Hears at once, on the thread that writes, why a file ends early.
+  /// Called at once, on the thread that writes, with the reason why a file ends early.
   using Tell = std::function<void(const std::string& trouble)>;
 
-  /// Makes the folder, holds it for itself and makes sure that the files could be written: before hours of driving find
-  /// out. Errors: Io; Unavailable if another capture or replay writes there.
+  /// Creates the folder, locks it for this run and checks that the files can be written, so that a problem shows before
+  /// hours of driving. Errors: Io; Unavailable if another capture or replay writes there.
   static Result<std::unique_ptr<Outputs>> create(const config::Rig& rig, const std::filesystem::path& dir, Tell tell);
   ~Outputs() override;
 
@@ -36,11 +36,11 @@ class Outputs : public ProductSink {
   void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) override;
   void on_fault(const Fault& fault) override;
 
-  /// While a recording goes on beside them: cloud and view end where the disk's last space begins. `reserve` must
-  /// outlive this.
+  /// To be called if a recording is being written at the same time: cloud and view then end where the disk's last space
+  /// begins. `reserve` must outlive this object.
   void keep(const DiskReserve& reserve) { reserve_ = &reserve; }
 
-  /// Closes the files and writes summary.json. The first error of any file.
+  /// Closes the files and writes summary.json. Returns the first error of any file.
   Status finish();
 
   Summary& summary() { return summary_; }
@@ -62,7 +62,7 @@ class Outputs : public ProductSink {
   Status first_error_;
   const DiskReserve* reserve_ = nullptr;
   bool is_reserved_ = false;       // the disk's last space was reached
-  std::optional<GpsTime> newest_;  // of the POS: when a fault without GPS time is shown
+  std::optional<GpsTime> newest_;  // newest time of the POS; a fault without GPS time is shown at this time
 };
 
 }  // namespace hueline::runtime

@@ -8,20 +8,20 @@
 
 namespace hueline::runtime {
 
-/// How long a drive had been running when its packets came, by their stamps, none of which is believed alone: each
-/// sensor counts from its own first packet on, and a step of its stamps backwards, or by more than `longest_step`, is a
-/// step of its clock. Thread-bound.
+/// Measures how long a drive had been running when its packets came. It uses the packets' stamps and trusts none of
+/// them alone: the time of each sensor starts at its own first packet, and a step of its stamps backwards or by more
+/// than `longest_step` counts as a step of its clock. Thread-bound.
 class DrivenTime {
  public:
   explicit DrivenTime(nanoseconds longest_step) : longest_step_(longest_step) {}
 
-  /// Of this packet, since the first of all. Never falls.
+  /// Returns the time from the first packet of all to this packet. It never falls.
   nanoseconds of(const Packet& packet) {
     if (sensors_.size() <= packet.sensor) sensors_.resize(packet.sensor + 1u);
     Sensor& sensor = sensors_[packet.sensor];
     const nanoseconds step = packet.received - sensor.last;
     if (!sensor.has_spoken || step < nanoseconds(0) || step > longest_step_) {
-      // A clock that stepped goes on from where the drive is.
+      // After a step of its clock the sensor continues from the present time of the drive.
       sensor.zero = packet.received - driven_;
       sensor.has_spoken = true;
     }
@@ -40,17 +40,17 @@ class DrivenTime {
   nanoseconds driven_{0};
 };
 
-/// Holds a replay back to the pace of the drive. Pace is all it decides: what comes out does not depend on it. Where
-/// nothing came for long, it does not wait either. Thread-bound.
+/// Slows a replay down to the pace of the drive. It decides only the pace: the output does not depend on it. It skips
+/// the time of long gaps without packets. Thread-bound.
 class Pacer {
  public:
-  /// 0: no pace, as fast as possible.
+  /// `speed` 1 is real time. 0 means no pacing, as fast as possible.
   explicit Pacer(double speed) : speed_(speed) {}
 
-  /// The next packet; once each.
+  /// Takes the next packet. Call it once for each packet.
   void take(const Packet& packet) { due_ = driven_.of(packet); }
   bool is_due() { return wait().count() <= 0; }
-  /// Until the packet's turn, at most 200 ms at a time.
+  /// Returns the time until the packet's turn, at most 200 ms.
   std::chrono::milliseconds wait() {
     using Clock = std::chrono::steady_clock;
     if (speed_ <= 0) return std::chrono::milliseconds(0);

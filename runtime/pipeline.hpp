@@ -15,22 +15,23 @@
 
 namespace hueline::runtime {
 
-/// decode -> sync -> fusion -> products, one packet at a time. The products are a function of the packets alone: it
-/// reads no clock, opens no file; colouring's workers do not show. Thread-bound.
+/// Decodes, synchronises and fuses, one packet at a time, and gives the products to a sink. The products are a function
+/// of the packets alone: the pipeline reads no clock and opens no file, and the number of colouring workers does not
+/// change them. Thread-bound.
 class Pipeline {
  public:
-  /// `sink` must outlive it. `threads`: colouring's workers.
+  /// `threads` is the number of colouring workers. `sink` must outlive the pipeline.
   Pipeline(const config::Rig& rig, int threads, ProductSink& sink);
   ~Pipeline();
 
-  /// Packets in journal order. Shed ones change nothing.
+  /// Takes a packet; packets must come in journal order. A packet that is marked as shed changes nothing.
   void process(const Packet& packet);
-  /// The journal is over: everything held back is decided now.
+  /// Ends the journal. Everything that was held back is decided now.
   void flush();
 
-  /// Decoders' counts and what could not be placed, for the summary; after flush().
+  /// Adds the decoders' counts, and the returns that could not be placed, to the summary. Call it after flush().
   void report(Summary& summary) const;
-  /// What a sensor's decoder made of its bytes; nullptr: no decoder.
+  /// Returns the counts of a sensor's decoder; nullptr if the sensor has none.
   const DecodeCounts* counts(SensorId sensor) const;
 
  private:
@@ -50,11 +51,11 @@ class Pipeline {
   const nanoseconds max_lateness_;
   fusion::Colouring colouring_;
   std::deque<Exposure> unsettled_exposures_;         // without their images
-  std::deque<StampedLaserBatch> unsettled_batches_;  // for a sink that wants them
+  std::deque<StampedLaserBatch> unsettled_batches_;  // only if the sink asks for them
   std::vector<Measurement> measurements_;
   sync::SyncOutput synchronised_;
   HostTime newest_{};
-  FaultRate faults_;  // of those that are made here; those of the journal were held to the rate when they entered
+  FaultRate faults_;  // faults that are made here; those of the journal were limited when they entered it
   bool told_origin_ = false;
 };
 

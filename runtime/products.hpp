@@ -10,32 +10,34 @@
 
 namespace hueline::runtime {
 
-/// What leaves the pipeline, in an order that the journal alone decides. A sink overrides what it wants. Called on the
-/// pipeline's thread.
+/// Receives what leaves the pipeline. The journal alone decides the order. A sink overrides the functions that it
+/// needs. All are called on the pipeline's thread.
 ///
-/// A trajectory that comes with a product is the pipeline's own and may be asked during the call, for the poses at the
-/// times of a cloud's points and from 10 ms before an exposure or a batch to 10 ms after it. Those are settled: no
-/// later solution changes them, and one that is missing never comes.
+/// A trajectory that is passed with a product belongs to the pipeline and may be used during the call only. It has the
+/// poses at the times of a cloud's points, or from 10 ms before an exposure or batch to 10 ms after it. These poses are
+/// settled: no later solution changes them, and a pose that is missing never comes.
 class ProductSink {
  public:
   virtual ~ProductSink() = default;
-  /// The local level of the cloud and of all poses is known: once, before the first cloud.
+  /// Called once, before the first cloud, when the origin of the local level frame of the cloud and of all poses is
+  /// known.
   virtual void on_origin(const Geodetic&) {}
   virtual void on_cloud(const CloudBlock&, const fusion::Trajectory&) {}
-  /// An exposure as soon as it has its time, with its image. Its pose may not be settled yet.
+  /// Called with an exposure and its image as soon as its time is known. Its pose may not be settled yet.
   virtual void on_exposure(const Exposure&) {}
-  /// The same exposure once its pose is settled, without its image.
+  /// Called with the same exposure, without its image, once its pose is settled.
   virtual void on_settled_exposure(const Exposure&, const fusion::Trajectory&) {}
-  /// A batch as soon as it has its time. Its poses may not be settled yet.
+  /// Called with a batch as soon as its time is known. Its poses may not be settled yet.
   virtual void on_laser(const StampedLaserBatch&) {}
-  /// The same batch once its poses are settled; only for a sink that wants it, because batches are held for it.
+  /// Called with the same batch once its poses are settled. Batches are held for this, so it is called only if
+  /// wants_settled_laser() returns true.
   virtual void on_settled_laser(const StampedLaserBatch&, const fusion::Trajectory&) {}
   virtual bool wants_settled_laser() const { return false; }
   virtual void on_solution(const InsSolution&) {}
-  /// What a wheel encoder said, with its time.
+  /// Called with a message of a wheel encoder and its time.
   virtual void on_wheel(const StampedWheelSpeed&) {}
   virtual void on_fix(const GnssFix&) {}
-  /// `time` is empty where the change left, or came before, any relation to GPS time.
+  /// `time` is empty if the clock had no relation to GPS time at the change: before it got one, or after it lost it.
   virtual void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) {
     (void)time, (void)clock, (void)state;
   }

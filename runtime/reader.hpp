@@ -12,29 +12,29 @@
 
 namespace hueline::runtime {
 
-/// One device's thread: opens its source, hands on what comes, reports what does not, and opens again with back-off.
-/// Trouble of one device never touches another.
+/// Reads one device: opens its source, hands its packets to Ingest, reports its troubles, and opens it again with
+/// back-off. The trouble of one device never affects another.
 class Reader {
  public:
   struct Config {
     std::chrono::milliseconds first_back_off{250};  ///< doubled at each failure
     std::chrono::milliseconds longest_back_off{5000};
-    std::chrono::milliseconds silent_after{
-        3000};  ///< connected, but no packet for so long: Fault Silent, once a silence
-    /// A file as source: read no faster than its packets are recorded and processed, and once: an error ends it,
-    /// because opened again it would begin anew.
+    /// The device is connected, but sends no packet for this long: a Fault Silent, once for each silence.
+    std::chrono::milliseconds silent_after{3000};
+    /// The source is a file. It is read no faster than its packets are recorded and processed. It is read only once: an
+    /// error ends it, because a file that is opened again would start from its beginning.
     bool is_recording = false;
   };
   enum class State : std::uint8_t { Connecting, Running, Silent, Ended };
 
-  /// `host_now` stamps faults; a test passes its own.
+  /// `host_now` stamps the faults; a test passes its own clock.
   Reader(SensorId sensor, std::string name, std::unique_ptr<PacketSource> source, Config config, Ingest& ingest,
          std::function<HostTime()> host_now);
 
-  /// Until stop, EndOfData, or an error that no retry mends (Invalid, Unsupported; any of a recording's).
+  /// Runs until stop, EndOfData, or an error that no retry can cure (Invalid, Unsupported; any error of a recording).
   void run(std::stop_token stop);
 
-  /// The error that ended a recording before its end. After run().
+  /// Returns the error that ended a recording before its end. Valid after run().
   const Status& outcome() const { return outcome_; }
   State state() const { return state_.load(std::memory_order_relaxed); }
   SensorId sensor() const { return sensor_; }

@@ -10,25 +10,26 @@
 
 namespace hueline::runtime {
 
-/// What a recording with that rig says about itself before its first packet.
+/// Returns what a recording with that rig says about itself before its first packet.
 storage::JournalHeader journal_header(const config::Rig& rig);
 
-/// What a user means who names a drive: its folder stands for `name` inside it, if that is there. Anything else stands
-/// for itself.
+/// Returns the file that a user means who names a drive: if `path` is a folder that has a file `name`, that file,
+/// otherwise `path` itself.
 std::string drive_file(const std::string& path, const char* name = "drive.mcap");
 
-/// A recording with the rig that it is to be read with.
+/// A recording, and the rig that it is read with.
 struct Recording {
   config::Rig rig;
   std::unique_ptr<storage::JournalReader> journal;
 
-  /// `path`: a recording, or a drive's folder. `rig_file` empty: the rig inside the recording. Another rig must name
-  /// the same sensors in the same order (Invalid); ConfigError for one that is wrong. Unsupported: the rig inside is
-  /// not one of this version.
+  /// Opens a recording or a drive's folder. If `rig_file` is empty, the rig inside the recording is used; another rig
+  /// must name the same sensors in the same order. Errors: Invalid if the sensors differ; Unsupported if the rig inside
+  /// the recording is not one of this version; those of JournalReader::open(). Throws ConfigError for a rig file that
+  /// is wrong.
   static Result<Recording> open(const std::string& path, const std::string& rig_file = {});
 
-  /// Every packet in order, until `use` says false. Damaged chunks are passed over and told at the end. Ok at a whole
-  /// end.
+  /// Calls `use` for every packet in order until it returns false. Damaged chunks are skipped and reported at the end.
+  /// Returns ok at a whole end.
   Status for_each(const std::function<bool(const Packet&)>& use);
 };
 

@@ -13,24 +13,23 @@
 
 namespace hueline::runtime {
 
-/// Counts what a drive gave and what it lost, and says it as JSON and in words. Everything in it follows from the
-/// journal, so live and replay agree. Thread-bound (the pipeline's thread).
+/// Counts what a drive gave and what it lost, and writes it as JSON and as text. Everything in it follows from the
+/// journal, so a live run and a replay agree. Thread-bound (the pipeline's thread).
 class Summary : public ProductSink {
  public:
-  /// `sensors[id]` = name; index 0 is hueline itself.
+  /// `sensors` has the names by SensorId; index 0 is hueline itself.
   explicit Summary(std::vector<std::string> sensors);
 
-  void on_packet(const Packet& packet);  ///< every packet of the journal, shed ones too
+  void on_packet(const Packet& packet);  ///< every packet of the journal, also shed ones
   void on_decoded(SensorId sensor, const DecodeCounts& counts);
   void on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses);
-  /// The products end before the record does; a replay makes them whole. `why`: a sentence.
+  /// To be called if the products end before the recording does. A replay makes them whole. `why` is a sentence.
   void on_early_end(const std::string& why) { ends_early_ = why; }
-  void on_returns(std::uint64_t returns) { returns_ += returns; }      ///< that were decoded, of all scanners
+  void on_returns(std::uint64_t returns) { returns_ += returns; }      ///< decoded returns, of all scanners
   void on_unfused(const std::string& reason, std::uint64_t points);    ///< returns that did not become points
   void on_unwritten(const std::string& reason, std::uint64_t points);  ///< points that cloud.las does not hold
-  void on_note(std::string sentence) {
-    notes_.push_back(std::move(sentence));
-  }  ///< why returns were not placed, in particular
+  /// Adds a sentence of its own, such as why returns were not placed.
+  void on_note(std::string sentence) { notes_.push_back(std::move(sentence)); }
 
   void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override;
   void on_exposure(const Exposure& exposure) override;
@@ -39,18 +38,18 @@ class Summary : public ProductSink {
   void on_fault(const Fault& fault) override;
 
   std::uint64_t points() const { return points_; }
-  std::uint64_t wire_packets() const;  ///< of devices: without faults and ticks
+  std::uint64_t wire_packets() const;  ///< packets of devices, without faults and ticks
   std::uint64_t coloured_points() const;
   std::uint64_t lost(FaultKind kind) const;
 
   nlohmann::ordered_json json() const;
-  /// A page for the terminal.
+  /// Returns a page for the terminal.
   std::string text() const;
 
  private:
   struct FaultLine {
     std::uint64_t events = 0, count = 0;
-    std::string first, last;  // details
+    std::string first, last;  // details of the faults
   };
   struct Sensor {
     std::string name;
@@ -76,7 +75,7 @@ class Summary : public ProductSink {
   std::uint64_t returns_ = 0;
   std::map<std::string, std::uint64_t> unfused_, unwritten_;
   std::vector<std::string> notes_;
-  std::string ends_early_;  // empty: they do not
+  std::string ends_early_;  // empty if they do not
   std::array<std::uint64_t, 3> exposures_by_timing_{};
   std::uint64_t exposures_ = 0, incomplete_images_ = 0;
   SigmaStatistics exposure_sigma_;
@@ -85,7 +84,7 @@ class Summary : public ProductSink {
     std::uint64_t solutions = 0;
     nanoseconds lasted{0};
   };
-  static constexpr std::size_t kMostStatuses = 64;  // a receiver has some twenty
+  static constexpr std::size_t kMostStatuses = 64;  // a receiver has about twenty
   std::map<std::uint32_t, NotGood> solutions_by_status_;
   NotGood other_statuses_;
   std::optional<GpsTime> last_solution_;
@@ -98,8 +97,8 @@ class Summary : public ProductSink {
     SensorId clock;
     SyncState state;
   };
-  static constexpr std::size_t kMostChanges =
-      10'000;  // of hours with an antenna under trees; a source that lies makes as many as it likes
+  // Enough for hours with an antenna under trees. A source with wrong data can cause any number of changes.
+  static constexpr std::size_t kMostChanges = 10'000;
   std::vector<Change> changes_;
   std::uint64_t change_count_ = 0;
 };
