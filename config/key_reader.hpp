@@ -5,12 +5,12 @@
 
 namespace hueline::config {
 
-/// Reads the keys of a group out of a mapping: those that are there are put into the members. Other groups may have
-/// keys in the same mapping; call Section::finish() when all have been read. ConfigError as Section says; what the
-/// group's own check finds is told at the key that it names.
+/// Reads the keys of a group from a mapping into their members. Keys that are absent leave their members unchanged. The
+/// same mapping may hold keys of other groups, so call Section::finish() when all groups have been read. Throws
+/// ConfigError as Section does; an error that the group's own check finds is reported at the key that the check names.
 void read_keys(Section& section, const KeyGroup& group);
 
-/// The same for a Config, all whose keys the mapping holds: unknown ones are refused.
+/// Does the same for a Config whose keys are all the keys of the mapping: unknown keys are refused.
 template <class T>
 T read_config(Section section) {
   T out;

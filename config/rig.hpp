@@ -9,14 +9,14 @@
 #include "fusion/rig_geometry.hpp"
 #include "sync/synchroniser.hpp"
 
-/// A rig file: which sensors a vehicle has, how they are reached, where they sit, and what is made of them. docs/rig.md
-/// lists the keys.
+/// A rig file: the sensors of a vehicle, how they are reached, where they are mounted, and what is computed from their
+/// data. docs/rig.md lists the keys.
 namespace hueline::config {
 
 struct Sensor {
   SensorId id{};
   std::string name;
-  double silent_after_s = 3.0;                    ///< connected without a packet for so long is a Fault Silent
+  double silent_after_s = 3.0;                    ///< connected, but without a packet for this long: a Fault Silent
   const drivers::DeviceType* type = nullptr;      ///< never null in a Rig
   std::shared_ptr<const drivers::Device> device;  ///< made by `type`; never null in a Rig
 
@@ -25,25 +25,25 @@ struct Sensor {
 
 struct Rig {
   std::string name;
-  std::string text;             ///< the file as it was read: goes into the recording
-  std::vector<Sensor> sensors;  ///< id = place + 1
+  std::string text;             ///< the file as it was read, for the recording
+  std::vector<Sensor> sensors;  ///< the id of a sensor is its index + 1
   fusion::RigGeometry geometry;
   sync::Synchroniser::Config sync;
   fusion::Colouring::Config colouring;
-  std::string crs = "utm";  ///< "utm" (zone of the drive's origin) or "EPSG:n"
+  std::string crs = "utm";  ///< "utm" (the zone of the drive's origin) or "EPSG:n"
 
-  /// Code of `crs`; 0: the UTM zone of the drive.
+  /// Returns the EPSG code of `crs`; 0 for the UTM zone of the drive.
   int epsg() const { return crs == "utm" ? 0 : std::stoi(crs.substr(5)); }
-  /// Names by SensorId; [0] is "hueline".
+  /// Returns the names by SensorId; [0] is "hueline".
   std::vector<std::string> sensor_names() const;
 };
 
-/// ConfigError names file, line, key, what was found and what is allowed. `path`: a file, or a word
-/// (config/shipped.hpp). `types`: the devices that a rig may name.
+/// Loads a rig. `path` is a file or the name of a shipped rig (config/shipped.hpp). `types` are the devices that a rig
+/// may name. Throws ConfigError with file, line, key, what was found and what is allowed.
 Rig load_rig(const std::string& path, drivers::DeviceTypes types = drivers::device_types());
 Rig parse_rig(const std::string& text, const std::string& name, drivers::DeviceTypes types = drivers::device_types());
 
-/// Walks all keys of a rig file, those of every device included.
+/// Visits all keys of a rig file, including those of every device.
 void visit_rig_keys(Keys& keys, drivers::DeviceTypes types = drivers::device_types());
 
 }  // namespace hueline::config

@@ -13,17 +13,17 @@
 
 namespace hueline::config {
 
-/// A configuration that cannot be taken: file, line, key, what was found, what is allowed. Start-up only; caught once
-/// in main.
+/// An error in a configuration: file, line, key, what was found and what is allowed. It is thrown at start-up only, and
+/// caught once, in main.
 class ConfigError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The text of a configuration: at most 1 MB. ConfigError says why it cannot be read.
+/// Returns the text of a configuration of at most 1 MB. Throws ConfigError if it cannot be read.
 std::string read_configuration(const std::string& path);
 
-/// One mapping of a YAML file, read strictly: a key that is missing, of the wrong type or out of range is an error
-/// where it stands; so is, on finish(), every key that nobody asked for. Duplicate keys are errors too. Thread-bound.
+/// One mapping of a YAML file, read strictly. A key that is missing, has the wrong type or is out of range is an error
+/// at its line. Duplicate keys are errors too, and finish() refuses every key that was not asked for. Thread-bound.
 class Section {
  public:
   /// Reads a whole file or text. `name` stands for the file in messages.
@@ -40,10 +40,10 @@ class Section {
   std::string text(const std::string& key, const std::string& otherwise);
   std::vector<double> numbers(const std::string& key, Range range, std::string_view unit = {}, Count count = {},
                               bool is_whole = false);
-  /// Any number of texts.
+  /// Reads a list of texts of any length.
   std::vector<std::string> texts(const std::string& key, const TextForm& form = kAnyText);
 
-  /// One of a fixed set of words.
+  /// Reads one of a fixed set of words.
   template <class T>
   T choice(const std::string& key, const std::vector<std::pair<std::string, T>>& words) {
     const YAML::Node found = require(key);
@@ -59,21 +59,21 @@ class Section {
     return has(key) ? choice(key, words) : otherwise;
   }
 
-  /// The one of `keys` that is there: they exclude each other. None of them is `otherwise`, or an error if that is
-  /// empty.
+  /// Returns the one of `keys` that is present; they exclude each other. If none is present, returns `otherwise`; an
+  /// empty `otherwise` makes that an error.
   std::string one_of(const std::vector<std::string>& keys, const std::string& otherwise = {});
 
   Section section(const std::string& key);
   std::vector<Section> list(const std::string& key);
   std::vector<Section> list_or_empty(const std::string& key) { return has(key) ? list(key) : std::vector<Section>(); }
 
-  /// Every key of this mapping has been asked for; otherwise ConfigError naming the first unknown one and those known
-  /// here.
+  /// Checks that every key of this mapping was asked for. Otherwise throws ConfigError with the first unknown key and
+  /// the keys that are known here.
   void finish() const;
-  /// For checks over several keys: an error at `key`, which may lie in a mapping of this one ("lenses[1].width"). `why`
-  /// is the rest of a sentence whose subject is the key.
+  /// Throws ConfigError at `key`, for checks of several keys together. The key may lie in a mapping below this one
+  /// ("lenses[1].width"). `why` is the rest of a sentence whose subject is the key.
   [[noreturn]] void refuse(const std::string& key, const std::string& why) const;
-  /// Path of this mapping inside the file, "sensors[2].transport".
+  /// Returns the path of this mapping in the file, e.g. "sensors[2].transport".
   const std::string& path() const { return path_; }
 
  private:

@@ -7,15 +7,15 @@
 
 namespace hueline::config {
 
-/// What `hueline score` drives.
+/// The scenarios that `hueline score` drives.
 struct Sheet {
   std::vector<std::filesystem::path> scenarios;
-  std::size_t ray_returns = 40'000;  ///< score::Scorer::Config::ray_returns
+  std::size_t ray_returns = 40'000;  ///< see score::Scorer::Config::ray_returns
 };
 
-/// Reads a sheet: `scenarios:`, a list of scenario files relative to the sheet's own folder, and `ray_returns:`.
-/// `name`: a file, or a word (config/shipped.hpp). ConfigError names file, line and key; two files of one name are
-/// refused, as the score is by name.
+/// Reads a sheet: `scenarios:`, a list of scenario files relative to the folder of the sheet, and `ray_returns:`.
+/// `name` is a file or the name of a shipped sheet (config/shipped.hpp). Throws ConfigError with file, line and key.
+/// Two files with the same name are refused, because the score is listed by name.
 Sheet load_sheet(const std::string& name);
 
 }  // namespace hueline::config
