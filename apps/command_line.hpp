@@ -12,32 +12,32 @@ class App;
 
 namespace hueline::apps {
 
-/// What a number on the command line may be; both ends are allowed.
+/// The range of a number on the command line; both ends are allowed.
 struct Allowed {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
 };
 
-/// The words of one command of `hueline` and their help. A word like "--out" is an option, one like "RIG" a position.
-/// The values must live until the command has run. Wrong words end the program with exit status 2 and a sentence that
-/// names the word.
+/// The words of one command of `hueline` and their help. A word like "--out" is an option, a word like "RIG" a
+/// positional argument. The variables that receive the values must exist until the command has run. Wrong words end the
+/// program with exit status 2 and a sentence that names the word.
 class Command {
  public:
   Command(CLI::App& app, std::function<int()>& chosen) : app_(&app), chosen_(&chosen) {}
 
-  /// A command of its own below this one.
+  /// Adds a command below this one.
   Command command(const std::string& name, const std::string& help);
-  /// One of the commands below this one has to be given.
+  /// Requires that one of the commands below this one is given.
   Command& needs_command();
 
-  /// Has to be given.
+  /// Adds a word that must be given.
   Command& required(const std::string& word, std::string& value, const std::string& help);
   Command& required(const std::string& word, std::vector<std::string>& values, const std::string& help);
-  /// May be given; `value` says what it is when it is not, which the help does not print.
+  /// Adds a word that may be given. Without it `value` keeps its value, which the help does not print.
   Command& option(const std::string& word, std::string& value, const std::string& help);
   Command& option(const std::string& word, std::vector<std::string>& values, const std::string& help);
   Command& option(const std::string& word, double& value, const std::string& help, Allowed allowed = {});
-  /// May be given; the help prints what it is when it is not.
+  /// Adds a word that may be given. Without it `value` keeps its value, which the help prints.
   Command& setting(const std::string& word, std::string& value, const std::string& help,
                    const std::vector<std::string>& choices = {});
   Command& setting(const std::string& word, double& value, const std::string& help, Allowed allowed = {});
@@ -45,16 +45,18 @@ class Command {
   Command& flag(const std::string& word, bool& value, const std::string& help);
   Command& footer(const std::string& text);
 
-  /// What the value names is a file that this command reads (or a drive's folder, for its drive.mcap): it is held open,
-  /// so that nothing of the command writes over it. A value that names none is left to the command to complain about.
+  /// Declares that the value names a file which this command reads, or a drive's folder, which stands for its
+  /// drive.mcap. The file is held open so that the command cannot write over it. A value that names no file is left to
+  /// the command to report.
   Command& reads(const std::string& value);
   Command& reads(const std::vector<std::string>& values);
-  /// What the value names is a file, or a folder of files, that this command writes. If that cannot be, the program
-  /// ends with exit status 4 before the work begins and not behind it. An empty value is none.
+  /// Declares that the value names a file, or a folder of files, that this command writes. If that is impossible, the
+  /// program ends with exit status 4 before the work begins. An empty value names nothing.
   Command& writes(const std::string& value);
   Command& writes_into(const std::string& value);
 
-  /// What it does once the words are read; gives the exit status (apps/exit_code.hpp). Behind everything else.
+  /// Sets the work of the command, which runs after the words are read and returns the exit status
+  /// (apps/exit_code.hpp). Call this last.
   void runs(std::function<int()> work);
 
  private:
@@ -69,8 +71,8 @@ class Command {
   Files files_;
 };
 
-/// The whole program: reads the words, runs the chosen command and gives its exit status; 2 when the words are wrong,
-/// with the word that was probably meant. What the command throws goes through.
+/// Runs the whole program: reads the words, runs the chosen command and returns its exit status. Wrong words give 2,
+/// with the word that was probably meant. Exceptions of the command pass through.
 int run_command_line(int argc, char** argv, const std::string& about, const std::string& version,
                      const std::string& footer, const std::function<void(Command&)>& add_commands);
 

@@ -4,10 +4,10 @@
 
 #include "apps/command_line.hpp"
 
-/// Each command in a file of its own: add_x() declares its words, its help and what it runs.
+/// The commands, each in a file of its own. add_x() declares the words of command x, its help and the work it does.
 namespace hueline::apps {
 
-/// What a vehicle needs: `hueline`.
+/// The commands that a vehicle needs, in `hueline`.
 void add_capture(Command& all);
 void add_replay(Command& all);
 void add_rig(Command& all);
@@ -15,17 +15,17 @@ void add_colour(Command& all);
 void add_inspect(Command& all);
 void add_picture(Command& all);
 
-/// What needs the simulator or an adjustment, and brings Embree, Ceres and OpenCV with it: `hueline-office`.
+/// The commands that need the simulator or an adjustment, and with them Embree, Ceres and OpenCV, in `hueline-office`.
 void add_simulate(Command& all);
 void add_verify(Command& all);
 void add_score(Command& all);
 void add_calibrate(Command& all);
 void add_measure(Command& all);
 void add_keys(Command& all);
-/// `inspect` of a simulator's scenario, to which `hueline inspect` hands it.
+/// The `inspect` of a simulator's scenario, which `hueline inspect` calls for such a file.
 void add_inspect_scenario(Command& all);
 
-/// A command's word and its line of help.
+/// The word of a command and its line of help.
 struct CommandName {
   const char* word;
   const char* help;
@@ -44,7 +44,7 @@ inline constexpr CommandName kKeys{
     "keys", "write the tables of keys in a document anew, out of the lists that files are read by"};
 inline constexpr CommandName kInspect{
     "inspect", "say what is in a file: recordings, clouds, captures, receiver and bus logs, rigs"};
-/// Those that `hueline` hands over.
+/// The commands that `hueline` passes on to `hueline-office`.
 inline constexpr std::array kOfficeCommands{kSimulate, kVerify, kScore, kCalibrate, kMeasure, kKeys};
 
 }  // namespace hueline::apps

@@ -7,8 +7,8 @@
 
 namespace hueline::apps {
 
-/// What the program says of itself, on stderr, with time and level: one line a call. spdlog behind one file, for its
-/// headers compile whole formatting code into each that includes them. Thread-safe.
+/// Log messages of the program on stderr, one line a call, with time and level. spdlog is included by log.cpp alone,
+/// because its headers compile a whole formatting library into every file that includes them. Thread-safe.
 void log_info(std::string_view line);
 void log_warning(std::string_view line);
 void log_error(std::string_view line);
@@ -26,7 +26,7 @@ void log_error(fmt::format_string<First, Rest...> format, First&& first, Rest&&.
   log_error(fmt::format(format, std::forward<First>(first), std::forward<Rest>(rest)...));
 }
 
-/// Time, level in colour, text. Once, before anything is said.
+/// Sets the form of a line: time, coloured level, text. Call it once, before the first message.
 void set_up_log();
 
 }  // namespace hueline::apps

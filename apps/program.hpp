@@ -6,8 +6,8 @@
 
 namespace hueline::apps {
 
-/// The main() of `hueline` and of `hueline-office`: holds the standard streams, reads the words, runs the chosen
-/// command, and gives its exit status. Whatever a command throws ends as a sentence on standard error.
+/// The main() of `hueline` and of `hueline-office`. It keeps the standard streams open, reads the words, runs the
+/// chosen command and returns its exit status. An exception of a command becomes a sentence on standard error.
 int run_program(int argc, char** argv, const std::function<void(Command&)>& add_commands);
 
 }  // namespace hueline::apps

@@ -8,7 +8,8 @@
 
 namespace hueline::apps {
 
-/// How far something slow has come, on standard error: a bar on a terminal, a line every tenth elsewhere. Thread-bound.
+/// Shows the progress of slow work on standard error: a bar on a terminal, otherwise a line for every tenth.
+/// Thread-bound.
 class ProgressBar {
  public:
   void show(const std::string& stage, double share) {

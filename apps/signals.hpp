@@ -10,34 +10,36 @@
 
 namespace hueline::apps {
 
-/// SIGINT, SIGTERM and SIGHUP (a closed terminal) as something to wait for, not something that interrupts.
+/// Lets the program wait for SIGINT, SIGTERM and SIGHUP (a closed terminal) instead of being interrupted by them.
 ///
-/// The first of them asks for the usual end: what has come is finished. A second one asks for an end at once: the
-/// program has a second to end by itself, then it is ended over the heads of its threads with status kStopped. A third
-/// one does that without the second. What comes within half a second of an ask is the same ask, told twice: by
-/// `timeout` to the process and its group, by a closing terminal and its shell. Under `nohup` SIGHUP asks for nothing.
+/// The first signal requests the usual end: what has come is finished. The second requests an end at once: the program
+/// has one second to end by itself; after that it exits with status kStopped while its threads still run. A third makes
+/// it exit immediately. Signals within half a second of each other count as one request, because `timeout` signals the
+/// process and its group, and a closing terminal signals together with its shell. Under `nohup` SIGHUP requests
+/// nothing.
 ///
-/// Construct it before any thread starts: the threads inherit the block, and so do programs that are started unless
-/// their mask is set. One instance a process. Thread-safe.
+/// Construct this object before any thread starts. The threads inherit the blocked signals, and so do programs that are
+/// started unless their mask is set. One instance a process. Thread-safe.
 class StopSignals {
  public:
   StopSignals();
-  /// The signals stay blocked: whatever comes now finds the work done.
+  /// The signals stay blocked. A signal that comes now finds the work done.
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
-  /// True once a stop was asked for; waits for that at most `time`.
+  /// Waits at most `time` for a request to stop. Returns true once there was one.
   bool wait_for(std::chrono::milliseconds time) const;
-  /// Stopped by the first of them. Callbacks run on a thread of this object.
+  /// Returns the token of the first request. Callbacks run on a thread of this object.
   std::stop_token asked() const { return asked_.get_token(); }
-  /// Stopped by the second of them.
+  /// Returns the token of the second request.
   std::stop_token at_once() const { return at_once_.get_token(); }
 
-  /// What must not be cut off while this object lives: an end at once waits for it, five seconds at most.
+  /// Work that must not be cut off while this object lives. An end at once waits for it, at most five seconds.
   class Duty {
    public:
-    /// Both are called on a thread of `signals`. `last_words` says what is whole and what is not, in one line.
+    /// Both functions are called on a thread of `signals`. `last_words` returns one line that says what is whole and
+    /// what is not.
     Duty(StopSignals& signals, std::function<bool()> is_done, std::function<std::string()> last_words);
     ~Duty();
     Duty(const Duty&) = delete;

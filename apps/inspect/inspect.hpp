@@ -8,24 +8,24 @@
 
 namespace hueline::apps {
 
-/// What a look into a file found. `trouble` is set when the file could not be read whole (Invalid: it is a wrong
-/// configuration); `found` holds what was whole.
+/// The result of reading a file. `trouble` is set if the file could not be read whole (Invalid: it is a wrong
+/// configuration). `found` holds what was whole.
 struct Inspection {
   std::unique_ptr<nlohmann::ordered_json> found;
   Status trouble;
-  bool may_be_scenario = false;  ///< YAML of none of the kinds that this program knows: the simulator's, if any
+  bool may_be_scenario = false;  ///< YAML of no kind that this program knows; it may be a scenario of the simulator
 };
 
-/// Prints it, as JSON or as lines for people, and gives the exit status.
+/// Prints the result, as JSON or as lines for people, and returns the exit status.
 int show(const Inspection& inspection, bool as_json);
 
-/// Tells the format by the file's first bytes (a name decides only between formats without a signature) and reads it
-/// whole: our recordings and views (MCAP), clouds (LAS, PCD), captures (pcap, pcapng), NovAtel OEM7 byte streams, logs
-/// of CAN buses (ASC, candump), DBC files, rigs, scenarios, sheets and calibrations (YAML). A drive's folder stands for
-/// its recording.
+/// Recognises the format by the first bytes of the file and reads the whole file. The name decides only between formats
+/// without a signature. Formats: recordings and views of this program (MCAP), clouds (LAS, PCD), capture files (pcap,
+/// pcapng), NovAtel OEM7 byte streams, logs of CAN buses (ASC, candump), DBC files, and YAML of rigs, scenarios, sheets
+/// and calibrations. The folder of a drive stands for its recording.
 Inspection inspect_file(const std::string& path);
 
-// One function a format; `path` exists and has that format's signature.
+// One function for each format. `path` exists and has the signature of that format.
 Inspection inspect_mcap(const std::string& path);
 Inspection inspect_capture_file(const std::string& path);
 Inspection inspect_novatel(const std::string& path);
