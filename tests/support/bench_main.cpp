@@ -1,5 +1,4 @@
-// The main program of every benchmark. Google Benchmark's own ends with 0 also where benchmarks failed, or where none
-// ran.
+// The main program of every benchmark. Google Benchmark's own main() returns 0 even if benchmarks failed or none ran.
 #include <algorithm>
 #include <cstdio>
 
@@ -7,7 +6,7 @@
 
 namespace {
 
-/// Prints as the command line asks, and counts what failed.
+/// Prints as the command line asks, and counts the benchmarks that failed.
 class CountingReporter final : public benchmark::BenchmarkReporter {
  public:
   explicit CountingReporter(benchmark::BenchmarkReporter& printer) : printer_(printer) {}

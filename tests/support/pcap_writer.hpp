@@ -13,7 +13,8 @@
 
 namespace hueline::test {
 
-/// Bytes of captures and of the headers in them, for tests: written from the formats' documents, apart from the reader.
+/// Writes the bytes of capture files and of the headers in them, for tests. It is written from the documents of the
+/// formats and shares no code with the reader.
 class ByteWriter {
  public:
   explicit ByteWriter(bool is_big_endian) : is_big_endian_(is_big_endian) {}
@@ -48,7 +49,7 @@ class ByteWriter {
 
 using Bytes = std::vector<std::byte>;
 
-/// UDP from 192.168.1.201 (IPv6: fd00::c9) to 192.168.1.70 (fd00::46).
+/// Returns a UDP segment. The packets below go from 192.168.1.201 (IPv6: fd00::c9) to 192.168.1.70 (fd00::46).
 inline Bytes udp_segment(const std::string& payload, unsigned port) {
   return ByteWriter(true)
       .u16(port)
@@ -58,7 +59,7 @@ inline Bytes udp_segment(const std::string& payload, unsigned port) {
       .text(payload)
       .bytes();
 }
-/// `offset` in bytes; a fragment if it is not zero or `has_more`.
+/// Returns an IPv4 packet. `offset` is in bytes. The packet is a fragment if `offset` is not zero or `has_more` is set.
 inline Bytes ipv4_packet(std::span<const std::byte> body, unsigned identification = 1, std::size_t offset = 0,
                          bool has_more = false, unsigned protocol = 17) {
   return ByteWriter(true)
@@ -104,7 +105,7 @@ class PcapWriter {
       : out_(is_big_endian), has_nanoseconds_(has_nanoseconds) {
     out_.u32(has_nanoseconds ? 0xA1B23C4D : 0xA1B2C3D4).u16(2).u16(4).u32(0).u32(0).u32(262144).u32(link_type);
   }
-  /// `cut_to`: how much the capture kept.
+  /// Appends a frame. `cut_to` is the number of bytes that the capture kept.
   PcapWriter& frame(std::int64_t time_ns, std::span<const std::byte> bytes, std::size_t cut_to = SIZE_MAX) {
     const std::size_t kept = bytes.size() < cut_to ? bytes.size() : cut_to;
     const std::int64_t part = time_ns % 1'000'000'000;
@@ -122,7 +123,7 @@ class PcapWriter {
   bool has_nanoseconds_;
 };
 
-/// A file that lasts as long as the object.
+/// A file that exists as long as this object.
 class TemporaryFile {
  public:
   TemporaryFile(const std::string& name, std::span<const std::byte> bytes)

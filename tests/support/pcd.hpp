@@ -9,7 +9,7 @@
 
 namespace hueline::test {
 
-/// The first three fields (x y z) of an ASCII PCD file, NaN points left out; empty if it is not one.
+/// Returns the first three fields (x y z) of an ASCII PCD file without NaN points. Empty if the file is not one.
 inline std::vector<Eigen::Vector3d> read_ascii_pcd(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::string line;

@@ -11,7 +11,7 @@
 
 namespace hueline::test {
 
-/// A folder of this test's own, removed with it.
+/// A folder of one test. The destructor removes it.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
