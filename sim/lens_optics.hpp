@@ -33,8 +33,8 @@ struct LensConfig {
 std::vector<LensConfig> ladybug5_lenses();
 constexpr double kRectifiedWidth = 2448, kRectifiedHeight = 2048;
 
+/// A pixel's coordinates: u to the right, v down.
 struct TruePixel {
-  /// A pixel's coordinates: u to the right, v down.
   double u = 0, v = 0;
 };
 

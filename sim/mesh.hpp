@@ -9,8 +9,8 @@
 
 namespace hueline::sim {
 
+/// What a surface is made of; decides its texture (texture.hpp).
 enum class Material : std::uint8_t {
-  /// What a surface is made of; decides its texture (texture.hpp).
   Asphalt,
   Pavement,
   Kerb,

@@ -14,8 +14,8 @@ constexpr std::uint64_t scrambled(std::uint64_t x) {
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
   x = (x ^ (x >> 27)) * 0x94D049BB133111EBull;
   return x ^ (x >> 31);
-  /// Returns 64 random bits.
 }
+/// Returns 64 random bits.
 constexpr std::uint64_t counter_bits(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {
   return scrambled(scrambled(seed ^ (stream * 0xD1342543DE82EF95ull)) + index);
 }

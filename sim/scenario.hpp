@@ -13,18 +13,17 @@
 #include "sim/scenario_scene.hpp"
 #include "sim/surroundings.hpp"
 
-/// Everything that decides a simulated drive. Two equal scenarios give the same bytes. Each Config names its keys,
-/// units and allowed ranges once, in visit() (scenario_keys.cpp): validate(), the cache's fingerprint, the YAML loader
-/// and docs/scenario.md go by that list.
+/// The settings of a simulated drive. Each Config names its keys with their units and allowed ranges once, in `visit()`
+/// (scenario_keys.cpp); `validate()`, the fingerprint of the cache, the YAML loader and docs/scenario.md use that list.
 namespace hueline::sim {
 
-/// The street: its centre line starts along the drive's heading and bends once. s counts metres along the centre line
-/// from where the vehicle starts; lateral offsets count to the right.
+/// The street. Its centre line starts along the drive's heading and bends once. s is the distance along the centre line
+/// from the place where the vehicle starts, in m; lateral offsets count to the right.
 struct StreetConfig {
   double road_width_m = 7.0;
   double pavement_width_m = 2.8;
   double kerb_height_m = 0.12;
-  double curve_deg = 14.0;  ///< clockwise (to the right) in all; negative: to the left
+  double curve_deg = 14.0;  ///< whole angle of the bend, clockwise (to the right); negative: to the left
   double curve_start_m = 70.0;
   double curve_length_m = 70.0;
   double zebra_at_m = 45.0;
@@ -33,92 +32,97 @@ struct StreetConfig {
   int leaves_per_tree = 1500;
   int parked_cars = 9;
   int moving_cars = 2;
-  double moving_car_speed = 9.0;   ///< m/s, oncoming
+  double moving_car_speed = 9.0;   ///< speed of the oncoming cars, m/s
   double sun_azimuth_deg = 170.0;  ///< clockwise from north
   double sun_elevation_deg = 54.0;
-  double sky_brightness =
-      1.0;                ///< times the clear sky's light, as seen: 3 saturates a camera that exposes for the street
-  bool furnished = true;  ///< false: ground and facades alone
+  /// light of the sky as seen, in multiples of the clear sky's; 3 saturates a camera that exposes for the street
+  double sky_brightness = 1.0;
+  bool furnished = true;  ///< false: there are ground and facades only
 
   void visit(Keys& keys);
 };
 
-/// A U-turn around a place of the centre line, to the other side of the road; the vehicle comes to a halt before and
-/// after it.
+/// A U-turn to the other side of the road. The vehicle halts before and after it.
 struct TurnConfig {
-  double at_m = 40;  ///< of its centre, along the centre line
+  double at_m = 40;  ///< place of its centre along the centre line
+  /// duration of the U-turn
   double for_s = 10;
 
   void visit(Keys& keys);
 };
 
-/// The motion: stand, speed up, hold, brake, stand. The body's origin is the IMU's centre of navigation.
+/// The motion: the vehicle stands, accelerates, holds its speed, brakes and stands. The body's origin is the IMU's
+/// centre of navigation.
 struct DriveConfig {
-  double heading_deg = 37.0;  ///< of the street's first stretch, clockwise from north
+  double heading_deg = 37.0;  ///< heading of the street's first stretch, clockwise from north
   double lane_offset_m = 1.75;
-  double stand_s = 1.0;  ///< at the start, after the lead-in
+  double stand_s = 1.0;  ///< time at the start, after the lead-in
   double accelerate_s = 5.0;
   double speed = 8.0;  ///< m/s
   double brake_s = 4.0;
-  double halt_s = 1.0;        ///< at the end
-  double imu_height_m = 0.8;  ///< of the body origin above the road
-  double roll_amplitude_deg = 0.35, pitch_amplitude_deg = 0.25,
-         heave_amplitude_m = 0.012;  ///< suspension, fades in with the speed
-  std::vector<TurnConfig> turns;  ///< in the order in which they come; between them the road is driven there and back
+  double halt_s = 1.0;        ///< time at the end
+  double imu_height_m = 0.8;  ///< height of the body's origin above the road
+  /// amplitudes of the suspension, which fade in with the speed
+  double roll_amplitude_deg = 0.35, pitch_amplitude_deg = 0.25, heave_amplitude_m = 0.012;
+  /// in the order in which they come; between them the vehicle drives the road there and back
+  std::vector<TurnConfig> turns;
 
   void visit(Keys& keys);
 };
 
-/// Whose error budget the POS has.
+/// The product class whose error budget the POS has.
 enum class InsGrade : std::uint8_t { Custom, PosLv220, PosLv420, SpanCpt };
 
-/// A time without satellites, s after the sensors' start.
+/// A time without satellites. `at_s` counts from the start of the sensors.
 struct InsOutage {
   double at_s = 0, for_s = 1;
 
   void visit(Keys& keys);
 };
 
+/// The POS: rate, errors and outages.
 struct InsConfig {
-  int rate_hz = 200;               ///< a divisor of 1000
-  double position_sigma_m = 0.01;  ///< first-order Gauss-Markov
-  double velocity_sigma = 0.005;   ///< m/s
+  int rate_hz = 200;               ///< must divide 1000
+  double position_sigma_m = 0.01;  ///< sigma of a first-order Gauss-Markov error
+  double velocity_sigma = 0.005;   ///< likewise, m/s
   double roll_pitch_sigma_deg = 0.007;
   double heading_sigma_deg = 0.02;
   double correlation_s = 90.0;
-  double position_white_m = 0.0003;  ///< on each sample, on top
+  double position_white_m = 0.0003;  ///< sigma of the white error that each sample has in addition
   double attitude_white_deg = 0.0004;
-  InsGrade grade =
-      InsGrade::Custom;  ///< another one sets the sigmas above and the five below (ins_outage.cpp names its sources)
-  double gyro_bias_deg_h = 0.3;  ///< what the filter leaves of it; grows into the attitude of an outage
+  /// every grade but Custom sets the sigmas above and the five values below (ins_outage.cpp names its sources)
+  InsGrade grade = InsGrade::Custom;
+  double gyro_bias_deg_h = 0.3;  ///< residual bias after the filter; it grows into the attitude of an outage
   double angle_random_walk_deg_sqrt_h = 0.02;
   double velocity_random_walk_sqrt_h = 0.02;  ///< m/s/sqrt(h)
-  double accelerometer_bias_ug = 60;          ///< what the filter leaves of it
-  double wheel_s = 0;  ///< time within which a wheel sensor pulls velocity back in an outage; 0: none is there
-  double high_variance_m = 1.0;  ///< horizontal sigma from which the receiver says INS_HIGH_VARIANCE
+  double accelerometer_bias_ug = 60;          ///< residual bias after the filter
+  /// time constant with which a wheel sensor pulls the velocity back in an outage; 0: there is no wheel sensor
+  double wheel_s = 0;
+  double high_variance_m = 1.0;  ///< horizontal sigma from which the receiver reports INS_HIGH_VARIANCE
   std::vector<InsOutage> outages;
 
   void visit(Keys& keys);
 };
 
-/// Stamp of an edge by the capture computer against the true second: interrupt latency.
+/// Errors of the capture computer's stamp of a PPS edge against the true second: the latency of the interrupt.
 struct PpsConfig {
-  double jitter_us = 1.5;  ///< sigma
+  double jitter_us = 1.5;  ///< one sigma
   double spike_probability = 0.02;
-  double spike_us = 40.0;  ///< largest lateness of a spike
+  double spike_us = 40.0;  ///< largest delay of a spike
 
   void visit(Keys& keys);
 };
 
+/// Everything that decides a simulated drive. Equal scenarios give equal bytes.
 struct Scenario {
   std::uint64_t seed = 1;
-  double duration_s = 32.0;  ///< laser and camera run this long ...
-  double lead_in_s = 4.0;    ///< ... after this, in which only POS and PPS run and the vehicle stands; whole seconds
-  bool noise = true;         ///< master switch of every random error; quantisation on the wire stays
+  double duration_s = 32.0;  ///< how long laser and camera run
+  double lead_in_s = 4.0;    ///< time before that, in which only POS and PPS run and the vehicle stands; whole seconds
+  bool noise = true;         ///< false: no random errors; the quantisation on the wire stays
   int start_gps_week = 2381;
-  int start_time_of_week_s = 302403;  ///< the default crosses a full UTC hour 15 s in: 18 leap seconds
-  double origin_latitude_deg = 48.1372, origin_longitude_deg = 11.5755,
-         origin_height_m = 565.0;  ///< of the road where s = 0
+  int start_time_of_week_s = 302403;  ///< the default crosses a full UTC hour after 15 s; 18 leap seconds
+  /// place of the road where s = 0
+  double origin_latitude_deg = 48.1372, origin_longitude_deg = 11.5755, origin_height_m = 565.0;
   SceneKind scene = SceneKind::Street;
   StreetConfig street;
   AlleyConfig alley;
@@ -131,24 +135,27 @@ struct Scenario {
   LaserConfig laser;
   CameraConfig camera;
   WheelConfig wheel;
-  /// Null: the painted sky. Not in visit(): its identity is in text().
+  /// Null: the painted sky. `visit()` leaves it out, because `text()` contains its identity.
   std::shared_ptr<const Surroundings> surroundings;
-  /// Spoil what the devices send (faults/faulty_timeline.hpp), not what is rendered: not in visit(), text() and
-  /// fingerprint(), so that drives that differ in their faults alone share one folder.
+  /// Faults change what the devices send (faults/faulty_timeline.hpp), not what is rendered. `visit()`, `text()` and
+  /// `fingerprint()` leave them out, so that drives that differ in their faults only share one folder of the cache.
   std::vector<FaultLine> faults;
 
   void visit(Keys& keys);
 
-  GpsNs begin_gps_ns() const;          ///< first PPS edge and INS sample
-  GpsNs sensors_begin_gps_ns() const;  ///< laser and camera start
+  GpsNs begin_gps_ns() const;          ///< time of the first PPS edge and the first POS solution
+  GpsNs sensors_begin_gps_ns() const;  ///< time at which laser and camera start
   GpsNs sensors_end_gps_ns() const;
-  GpsNs end_gps_ns() const;  ///< one second after the sensors stop, so that every measurement lies between POS samples
+  /// one second after the sensors stop, so that every measurement lies between two POS solutions
+  GpsNs end_gps_ns() const;
 
+  /// Returns the first key with a wrong value and what is wrong with it; empty if the scenario is valid.
   KeyError validate() const;
-  /// A line "key=value" for every key but the faults; keys younger than the format (see scenario.cpp) only where they
-  /// differ from their default.
+  /// Returns a line "key=value" for every key except the faults. Keys that are younger than the format (see
+  /// scenario.cpp) appear only where they differ from their defaults.
   std::string text() const;
-  /// 16 hex digits over text() and the renderer's revision: the name of its folder in the cache.
+  /// Returns a hash (16 hex digits) over `text()` and the renderer's revision: the name of the drive's folder in the
+  /// cache.
   std::string fingerprint() const;
 };
 

@@ -4,17 +4,18 @@
 
 #include "core/keys.hpp"
 
-/// Settings of the scenes beside the street. scenario_keys.cpp lists their keys.
+/// Settings of the scenes other than the street. scenario_keys.cpp lists their keys.
 namespace hueline::sim {
 
-/// What the vehicle drives through. All but Targets lie along the same centre line and take road, kerb, trees and sun
-/// from StreetConfig where they have such a thing.
+/// What the vehicle drives through. All scenes but Targets lie along the same centre line and take road, kerb, trees
+/// and sun from StreetConfig as far as they have them.
 enum class SceneKind : std::uint8_t {
-  Street,   ///< houses on both sides, trees, parked and oncoming cars
-  Square,   ///< an open paved square: flower beds, columns, lamp posts; far fronts
-  Canyon,   ///< the street between houses of five to nine storeys, open at its ends
-  Alley,    ///< walls 2 to 5 m from the vehicle's path
-  Traffic,  ///< two lanes each way: oncoming and overtaking cars and vans, people on the pavements and on the crossing
+  Street,  ///< houses on both sides, trees, parked and oncoming cars
+  Square,  ///< an open paved square with flower beds, columns and lamp posts; the fronts are far away
+  Canyon,  ///< the street between houses of five to nine storeys, open at its ends
+  Alley,   ///< walls 2 to 5 m from the vehicle's path
+  /// two lanes each way: oncoming and overtaking cars and vans, people on the pavements and on the crossing
+  Traffic,
   Tunnel,   ///< a road that runs through a lit tunnel
   Targets,  ///< an open pit with sphere targets on tripods and things that look like them
 };
@@ -26,10 +27,10 @@ struct AlleyConfig {
 };
 
 struct TrafficConfig {
-  double spacing_m = 34.0;  ///< between oncoming vehicles of a lane (street.moving_cars a lane)
+  double spacing_m = 34.0;  ///< distance between oncoming vehicles of a lane; each lane has street.moving_cars of them
   int overtaking_cars = 3;
   double overtaking_speed = 13.0;  ///< m/s
-  int pedestrians = 14;            ///< on the pavements; four more on the crossing
+  int pedestrians = 14;            ///< number on the pavements; four more are on the crossing
 
   void visit(Keys& keys);
 };
@@ -43,8 +44,8 @@ struct TunnelConfig {
 };
 
 struct TargetsConfig {
-  int large = 6, small = 4;  ///< spheres of 145 mm and 72.5 mm radius
-  int decoys = 8;            ///< balls of other sizes, domes, barrels, boulders
+  int large = 6, small = 4;  ///< number of spheres of 145 mm and of 72.5 mm radius
+  int decoys = 8;            ///< number of balls of other sizes, domes, barrels and boulders
 
   void visit(Keys& keys);
 };

@@ -14,69 +14,70 @@ struct Albedo {
   float r = 0, g = 0, b = 0;
 };
 
-/// How one building's front looks.
+/// The look of one building's front.
 struct FacadeStyle {
   Albedo wall, trim, sign, door;
   double width_m = 12, height_m = 10;
-  double bay_m = 2.4, storey_m = 3.1;  ///< raster of the windows above the ground floor
+  double bay_m = 2.4, storey_m = 3.1;  ///< grid of the windows above the ground floor
   double window_width_m = 1.2, window_height_m = 1.7;
   bool is_brick = false, has_shop = false;
   std::uint32_t seed = 0;
 };
 
-/// Something rigid that moves by itself: x right, y forward, z up from the ground.
+/// A rigid shape that moves by itself. Its frame: x right, y forward, z up from the ground.
 struct MovingShape {
   Mesh mesh;
-  double centre_up_m = 0.7, reach_m = 2.7;  ///< a sphere that holds it
+  double centre_up_m = 0.7, reach_m = 2.7;  ///< height of the centre and radius of a sphere that contains the shape
 };
 
-/// One moving thing. It goes along the centre line or across it at an even speed, and waits underground outside from_s
-/// .. to_s.
+/// One moving thing. It moves along the centre line or across it at constant speed, and waits underground while its s
+/// is not within from_s .. to_s.
 struct Mover {
   std::size_t shape = 0;  ///< index into Scene::shapes
   std::uint16_t surface = 0;
-  double s_m = 0, lateral_m = 0;  ///< at the sensors' start
-  double speed = 0;               ///< m/s, along its own forward axis
-  double along = -1;              ///< 1 with the drive, -1 against it, 0 across
-  double across = 0;              ///< 1 to the right, -1 to the left
+  double s_m = 0, lateral_m = 0;  ///< place at the sensors' start
+  double speed = 0;               ///< m/s along its own forward axis
+  double along = -1;              ///< 1: with the drive, -1: against it, 0: across
+  double across = 0;              ///< 1: to the right, -1: to the left
   double from_s = -62, to_s = 0;
 };
 
-/// A roofed stretch without sun: a straight box. Daylight comes in by its ends; lamps do the rest.
+/// A straight roofed box without sun. Daylight enters at its ends; lamps give the rest of the light.
 struct Enclosure {
   bool is_there = false;
-  Vec3 from, along, right;  ///< floor's middle at the near end; unit vectors
+  Vec3 from, along, right;  ///< middle of the floor at the near end, and two unit vectors
   double length_m = 0, half_width_m = 0, height_m = 0;
 };
 
-/// A lamp: light spreads downwards from a point, without casting shadows.
+/// A lamp. Its light spreads downwards from a point and casts no shadows.
 struct LightSource {
   Vec3 place;
-  float power = 1;  ///< light on a white surface 1 m below it
+  float power = 1;  ///< light on a white surface 1 m below the lamp
 };
 
-/// A sphere whose place is known.
+/// A sphere whose true place is known.
 struct SphereTarget {
   std::uint16_t surface = 0;
-  Vec3 centre;  ///< local level of the scene
+  Vec3 centre;  ///< in the scene's local level
   double radius_m = 0;
 };
 
-/// The whole world before any ray is cast. Built from scenario and seed alone.
+/// The whole world before any ray is cast. It is built from scenario and seed alone.
 struct Scene {
-  Mesh still;  ///< local level of the scene
+  Mesh still;  ///< what does not move, in the scene's local level
   std::vector<MovingShape> shapes;
   std::vector<Mover> movers;
-  std::vector<FacadeStyle> facades;  ///< style of Material::Facade and SideWall
-  std::vector<Albedo> paints;        ///< style of CarPaint, CarGlass, CarEnd, SignFace, Awning, Cloth
-  std::vector<std::string> surfaces{"nothing", "own vehicle"};  ///< names; TrueReturn::surface indexes them
+  std::vector<FacadeStyle> facades;  ///< indexed by QuadTag::style of Material::Facade and SideWall
+  std::vector<Albedo> paints;  ///< indexed by QuadTag::style of CarPaint, CarGlass, CarEnd, SignFace, Awning, Cloth
+  std::vector<std::string> surfaces{"nothing", "own vehicle"};  ///< names, indexed by TrueReturn::surface
   std::vector<SphereTarget> targets;
   std::vector<LightSource> lamps;
   Enclosure enclosure;
   double road_half_width_m = 3.5, zebra_at_m = 0;
 };
 
-/// The scene that the scenario names. `line` covers 70 m before the start to 90 m after the halt at drive_length_m.
+/// Builds the scene that the scenario names. `line` covers 70 m before the start to 90 m after the halt at
+/// `drive_length_m`.
 Scene build_scene(const Scenario& scenario, const CentreLine& line, double drive_length_m);
 
 /// Adds a name to Scene::surfaces and returns its index.

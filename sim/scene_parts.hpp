@@ -3,46 +3,52 @@
 #include "sim/noise.hpp"
 #include "sim/scene.hpp"
 
-/// Parts that scenes are put together from. Offsets are to the right of the centre line, m; `side` is 1 for its right
-/// side, -1 for its left side.
+/// Parts from which scenes are built. Lateral offsets are to the right of the centre line, in m; `side` is 1 for its
+/// right side and -1 for its left.
 namespace hueline::sim {
 
-constexpr double kStreetBehind = 66.0, kStreetAhead = 86.0;  ///< m of scene before the start and after the halt
+/// length of the scene before the start and after the halt, m
+constexpr double kStreetBehind = 66.0, kStreetAhead = 86.0;
 
-/// A ribbon along the centre line between two offsets, heights left and right; texture u = s, v = lateral offset, or
-/// height above the lower edge where the ribbon is not level.
+/// Adds a ribbon along the centre line from s = `from` to `to`, between two lateral offsets with their heights.
+/// Texture: u = s; v is the lateral offset, or the height above the lower edge where the ribbon is not level.
 void add_ribbon(Mesh& mesh, const CentreLine& line, double from, double to, double left, double z_left, double right,
                 double z_right, QuadTag tag);
-/// Road, kerbs, pavements, grass behind them.
+/// Adds road, kerbs, pavements and the grass behind them.
 void add_road(Scene& scene, const StreetConfig& config, const CentreLine& line, double drive_length);
-/// A level plain of 1 km, 8 cm below the road.
+/// Adds a level plain of 1 km, 8 cm below the road.
 void add_plain(Scene& scene, const CentreLine& line, double drive_length, Material material);
 
+/// Draws the look of a front. It has `least_storeys` to `least_storeys + more_storeys - 1` storeys.
 FacadeStyle draw_facade(Draw& draw, double width, std::uint32_t least_storeys, std::uint32_t more_storeys);
-/// Front between two ground points seen from the street with `a` on the left; walls go `depth` back.
+/// Adds a building whose front stands between two ground points, `a` on the left seen from the street; its walls reach
+/// `depth` back.
 void add_building(Scene& scene, Vec3 a, Vec3 b, double base, double depth, const FacadeStyle& style, bool furnished);
-/// Houses side by side, their fronts `lateral` from the centre line, now and then a garden wall.
+/// A row of houses side by side, with a garden wall now and then. `lateral_m` is the distance of their fronts from the
+/// centre line.
 struct RowOfHouses {
   double side = 1, lateral_m = 6, base_m = 0.12;
-  std::uint32_t least_storeys = 2, more_storeys = 3;  ///< upper limit: least + more - 1
+  std::uint32_t least_storeys = 2, more_storeys = 3;  ///< a house has at most least_storeys + more_storeys - 1
 };
+/// Adds a row of houses along the whole street.
 void add_houses(Scene& scene, const Scenario& scenario, const CentreLine& line, double drive_length,
                 const RowOfHouses& row);
-/// A house across the street at `s`, seen from the side of smaller s if left < right.
+/// Adds a house across the street at `s`. Its front faces smaller s if left < right.
 void add_end(Scene& scene, const Scenario& scenario, const CentreLine& line, Draw& draw, double s, double left,
              double right);
 
+/// Returns the colours of Scene::paints.
 std::vector<Albedo> usual_paints();
 void add_tree(Scene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32_t number);
 void add_lamp(Scene& scene, Vec3 foot, Vec3 towards_road, std::uint32_t number);
-/// One to a list of shapes.
+/// Add one car, van or person to the mesh of a shape, in the frame T.
 void add_car(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint);
 void add_van(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint);
 void add_person(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t clothes);
-/// Trees, lamps, signs, parked cars and the street's oncoming cars.
+/// Adds trees, lamps, signs, parked cars and the oncoming cars of the street.
 void add_furniture(Scene& scene, const Scenario& scenario, const CentreLine& line, double drive_length);
 
-/// Whole scenes.
+/// Build whole scenes, one function for each SceneKind.
 Scene build_street(const Scenario& scenario, const CentreLine& line, double drive_length);
 Scene build_square(const Scenario& scenario, const CentreLine& line, double drive_length);
 Scene build_canyon(const Scenario& scenario, const CentreLine& line, double drive_length);

@@ -12,17 +12,20 @@
 
 namespace hueline::sim {
 
-/// A photograph all around, infinitely far away, instead of the painted sky: what no laser reaches and every camera
-/// sees. It does not light the scene. Immutable; thread-safe.
+/// A panoramic photograph, infinitely far away, in place of the painted sky. Cameras see it; lasers do not reach it; it
+/// does not light the scene. Immutable; thread-safe.
 class Surroundings {
  public:
-  /// A JPEG of an equirectangular panorama: twice as wide as high, zenith on top. `centre_azimuth_deg`: of its middle
-  /// column, clockwise from north. Errors: Io; Malformed: no JPEG, or another shape.
+  /// Reads a JPEG of an equirectangular panorama, which is twice as wide as high and has the zenith on top.
+  /// `centre_azimuth_deg` is the azimuth of its middle column, clockwise from north. Errors: Io; Malformed (no JPEG, or
+  /// another shape).
   static Result<std::shared_ptr<const Surroundings>> load(const std::filesystem::path& file, double centre_azimuth_deg);
 
-  /// Light from a direction (unit length; x east, z up), averaged over a cone, rad. 1 is the photograph's white.
+  /// Returns the light from a direction (unit length; x east, y north, z up), averaged over a cone of `cone` rad. 1 is
+  /// the photograph's white.
   Radiance at(Vec3 direction, float cone) const;
-  /// "<hash of the file's bytes>@<azimuth>": decides the drive's bytes, so it is part of the scenario's text.
+  /// Returns "<hash of the file's bytes>@<azimuth>". It is a part of the scenario's text, because it decides the
+  /// drive's bytes.
   const std::string& identity() const { return identity_; }
 
  private:
@@ -33,7 +36,7 @@ class Surroundings {
   Surroundings() = default;
   static Level halved(const Level& level);
 
-  std::vector<Level> levels_;  // each half as wide as the one before
+  std::vector<Level> levels_;  // each level is half as wide as the one before
   double centre_azimuth_ = 0;  // rad
   std::string identity_;
 };

@@ -8,7 +8,7 @@
 
 namespace hueline::sim {
 
-/// From linear light to the camera's 8 bits. Light 1 (after gain) saturates.
+/// Converts linear light to the camera's 8 bits. Light 1 (after the gain) saturates.
 class Tone {
  public:
   Tone(ToneCurve curve, double gain);
@@ -17,7 +17,7 @@ class Tone {
     return table_[x <= 0 ? 0u : (x >= 65535.0f ? 65535u : static_cast<unsigned>(x))];
   }
   float gain() const { return gain_; }
-  /// What a perfect camera would deliver.
+  /// Returns the colour that a perfect camera would deliver.
   std::array<std::uint8_t, 3> perfect(const Radiance& c) const {
     return {(*this)(c.r * gain_), (*this)(c.g * gain_), (*this)(c.b * gain_)};
   }

@@ -3,8 +3,9 @@
 #include <array>
 #include <cmath>
 
-/// The simulator's own vector arithmetic: plain doubles, deliberately apart from core/frames.hpp, so that the program
-/// under test and its judge cannot share a mistake. Frames are in the names: R_a_b turns b's coordinates into a's.
+/// The simulator's own vector arithmetic in plain doubles. It is deliberately separate from core/frames.hpp, so that
+/// the program under test and its judge cannot share a mistake. Names carry the frames: R_a_b turns coordinates of b
+/// into coordinates of a.
 namespace hueline::sim {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -21,10 +22,10 @@ constexpr double dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z;
 constexpr Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline double length(Vec3 a) { return std::sqrt(dot(a, a)); }
 inline Vec3 normalised(Vec3 a) { return (1.0 / length(a)) * a; }
-/// Angle between two directions, rad; exact for small angles, where acos(dot) is not.
+/// Returns the angle between two directions, rad. It is accurate for small angles too, where acos(dot) is not.
 inline double angle_between(Vec3 a, Vec3 b) { return std::atan2(length(cross(a, b)), dot(a, b)); }
 
-/// Row-major 3 x 3.
+/// A 3 x 3 matrix, row-major.
 struct Mat3 {
   std::array<double, 9> m{1, 0, 0, 0, 1, 0, 0, 0, 1};
 };
@@ -42,7 +43,7 @@ constexpr Mat3 operator*(const Mat3& a, const Mat3& b) {
 constexpr Mat3 transposed(const Mat3& a) {
   return {{a.m[0], a.m[3], a.m[6], a.m[1], a.m[4], a.m[7], a.m[2], a.m[5], a.m[8]}};
 }
-/// Right-handed turns of the vector about an axis by `a` rad: rotation_z(90 deg) * x = y.
+/// Return the rotation of a vector about an axis by `a` rad, right-handed: rotation_z(90 deg) * x = y.
 inline Mat3 rotation_x(double a) {
   const double c = std::cos(a), s = std::sin(a);
   return {{1, 0, 0, 0, c, -s, 0, s, c}};
@@ -55,12 +56,12 @@ inline Mat3 rotation_z(double a) {
   const double c = std::cos(a), s = std::sin(a);
   return {{c, -s, 0, s, c, 0, 0, 0, 1}};
 }
-/// About x first, then y, then z, all about the fixed axes: Rz * Ry * Rx.
+/// Returns the rotation about x first, then y, then z, all about the fixed axes: Rz * Ry * Rx.
 inline Mat3 rotation_zyx(double about_x, double about_y, double about_z) {
   return rotation_z(about_z) * rotation_y(about_y) * rotation_x(about_x);
 }
 
-/// p_a = R_a_b * p_b + p_a_b; p_a_b is the place of b's origin in a.
+/// A rigid transform: p_a = R_a_b * p_b + p_a_b, where p_a_b is the place of b's origin in a.
 struct Pose {
   Mat3 R;
   Vec3 p;

@@ -12,27 +12,28 @@
 
 namespace hueline::sim {
 
-/// What a ray met. Places in the scene's local level, m.
+/// What a ray hit. Places are in the scene's local level, m.
 struct Seen {
   bool is_hit = false;
   double distance_m = 0;
-  std::uint16_t surface = 0;  ///< index into World::surfaces(); 0: nothing, 1: own vehicle
+  std::uint16_t surface = 0;  ///< index into World::surfaces(); 0: nothing, 1: the mapping vehicle
   Material material = Material::Asphalt;
-  std::uint32_t face = 0;  ///< of its mesh: two rays with unequal faces straddle an outline or an edge
+  /// number of the face in its mesh; two neighbouring rays with different faces lie on both sides of an outline or edge
+  std::uint32_t face = 0;
   Vec3 normal;
-  float reflectance = 0;  ///< of the surface, grey, 0 .. 1
+  float reflectance = 0;  ///< grey reflectance of the surface, 0 .. 1
   Albedo albedo;          ///< the surface's own colour, unshaded
-  Radiance colour;        ///< light towards the ray's origin: surface in sun or shadow, or sky
+  Radiance colour;        ///< light towards the ray's origin: of a surface in sun or shadow, or of the sky
 };
 
-/// Everything that moves, at one instant.
+/// The poses of everything that moves, at one time.
 struct Moment {
   GpsNs gps_ns = 0;
   Pose T_enu_body, T_body_enu;
-  std::vector<Pose> T_enu_mover, T_mover_enu;  ///< as in Scene::movers
+  std::vector<Pose> T_enu_mover, T_mover_enu;  ///< indexed like Scene::movers
 };
 
-/// The scene under rays. Immutable after construction; every function is thread-safe and deterministic.
+/// The scene, to be asked by rays. Immutable after construction; every function is thread-safe and deterministic.
 class World {
  public:
   World(const Scenario& scenario, const Motion& motion);
@@ -40,22 +41,25 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  /// Poses of the vehicle and of all that moves at an instant.
+  /// Returns the poses of the vehicle and of everything that moves at time `t`.
   Moment moment(GpsNs t) const;
-  /// The same for several firings within a packet: what moves goes on in a straight line from `base`.
+  /// Returns the same for a firing within a packet: from `base` on, the movers go on in straight lines, and the vehicle
+  /// has the given pose.
   Moment moment(const Moment& base, GpsNs t, const Pose& T_enu_body) const;
 
   static constexpr std::size_t kBatch = 8;
   struct Ray {
-    Vec3 origin, direction;  ///< scene's local level; unit length
+    Vec3 origin, direction;  ///< in the scene's local level; the direction has unit length
     double near_m = 0.01, far_m = 1000;
   };
-  /// Up to kBatch rays at a time. `cone`: opening angle of a ray, rad: textures are averaged over its footprint.
+  /// Finds what up to kBatch rays hit. `cone` is the opening angle of a ray in rad; textures are averaged over its
+  /// footprint.
   void look(const Moment& at, std::span<const Ray> rays, float cone, std::span<Seen> seen) const;
 
   const std::vector<std::string>& surfaces() const { return scene_.surfaces; }
   const std::vector<SphereTarget>& targets() const { return scene_.targets; }
-  /// True for what moves by itself (other cars, people); false for the scene and for the own vehicle.
+  /// Returns true if the surface moves by itself (other cars, people); false for the rest of the scene and for the
+  /// mapping vehicle.
   bool is_moving(std::uint16_t surface) const;
 
  private:
@@ -65,9 +69,9 @@ class World {
   void find_shadows(const Moment& at, std::span<const Ray> rays, std::span<const Seen> seen,
                     std::span<Contact> contacts) const;
   Radiance sky(Vec3 direction, float cone) const;
-  /// Share of the sky's light that reaches a place: 1 in the open.
+  /// Returns the share of the sky's light that reaches a place; 1 in the open.
   float daylight(Vec3 place) const;
-  /// Light of the lamps on a white surface.
+  /// Returns the light of the lamps on a white surface.
   float lamplight(Vec3 place, Vec3 normal) const;
   Radiance shade(const Ray& ray, Seen& seen, const Contact& contact, float cone) const;
 
@@ -77,7 +81,7 @@ class World {
   Scene scene_;
   Vec3 to_sun_;
   std::shared_ptr<const Surroundings> surroundings_;  ///< null: the painted sky
-  std::vector<std::uint8_t> is_moving_;               ///< by surface
+  std::vector<std::uint8_t> is_moving_;               ///< indexed by surface
   std::unique_ptr<Embree> embree_;
 };
 

@@ -4,9 +4,9 @@
 
 namespace hueline::sim {
 
-/// What shading needs of a hit, on top of Seen.
+/// What the shading needs to know of a hit in addition to Seen.
 struct World::Contact {
-  const Mesh::Face* face = nullptr;  ///< null: sky or own vehicle
+  const Mesh::Face* face = nullptr;  ///< null: sky or mapping vehicle
   float u = 0, v = 0;                ///< texture coordinates
   Vec3 grad_u, grad_v;
   bool in_sun = false;
