@@ -15,19 +15,20 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr double kTurnBefore = 3 * kRadPerDeg;  // one sigma of a turn before: next to nothing
-constexpr double kHeld_m = 1e-7;                // one sigma of what shall not move
+constexpr double kTurnBefore = 3 * kRadPerDeg;  // one sigma of a rotation before the estimation: hardly any information
+constexpr double kHeld_m = 1e-7;                // one sigma of a value that must not move
 
 struct Level {
   double voxel_m, gate_m;
-  std::size_t patches, returns;  // at most, and of a patch
+  std::size_t patches, returns;  // most patches, and most returns of a patch
 };
-/// A degree is half a metre at 30 m; both passes see it with opposite signs.
+/// One degree is half a metre at 30 m, and two opposite passes see it with opposite signs.
 constexpr Level kLevels[] = {{3, 0.4, 2500, 60}, {3, 0.2, 2500, 60}, {2, 0.1, 2500, 60}, {1.5, 0.06, 2500, 60}};
 constexpr Level kFinest{1, 0.03, 1'000'000, 1'000'000};
 constexpr int kStepsOfLevel = 2, kMostFinest = 10;
-constexpr int kSearches =
-    5;  // among the finest; then the same planes until nothing moves: at their gates a few come and go for ever
+// Rounds at the finest level that look for patches again. Later rounds keep the patches until nothing moves, because a
+// few patches always appear and disappear at the limits of the gates.
+constexpr int kSearches = 5;
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -74,7 +75,7 @@ class Estimation {
   std::vector<bool> held_;
   std::vector<Patch> patches_;
   BoresightNormals last_;
-  Eigen::VectorXd moved_;  // of the mountings in the last round
+  Eigen::VectorXd moved_;  // change of the mountings in the last round
   Boresight out_;
 };
 
@@ -103,7 +104,7 @@ Status Estimation::search(const Level& level) {
   return {};
 }
 
-/// Planes, and steps towards them.
+/// Looks for planes if `searches`, then makes steps of the estimation towards them.
 Status Estimation::round(const Level& level, bool is_finest, bool searches) {
   ++out_.rounds;
   if (searches)
@@ -135,7 +136,7 @@ Vector6d Estimation::information_before(std::size_t scanner, bool with_held) con
   return out;
 }
 
-/// One step of Gauss and Newton.
+/// Makes one Gauss-Newton step.
 void Estimation::step(const Level& level, bool is_finest) {
   BoresightWeights weights;
   weights.unit = unit_;
@@ -177,7 +178,7 @@ Eigen::MatrixXd Estimation::covariance() const {
   return covariance_with_held(information, held_, config_.sigma_lever_m);
 }
 
-/// Whether the planes fix every turn.
+/// Returns an error unless the planes determine every rotation.
 Status Estimation::judge() const {
   const Eigen::MatrixXd C = covariance();
   if (last_.patches < config_.fewest_patches)
@@ -256,7 +257,8 @@ Result<Boresight> Estimation::run() {
     out_.is_settled = is_judged;
     for (Eigen::Index at = 0; at < mounts_; ++at) out_.is_settled &= std::abs(moved_[at]) < 0.1 * std::sqrt(C(at, at));
     if (is_judged || i == 0) continue;
-    // The planes are found: what do they say of each parameter? What they hardly do stays as measured.
+    // The patches are final enough to judge each parameter by them. A value that the data hardly determine is held as
+    // measured.
     if (Status fine = judge(); !fine.ok()) return fine.error();
     is_judged = true;
     out_.scanners.resize(scanners_);

@@ -15,20 +15,20 @@ Eigen::Quaterniond turned(const Eigen::Vector3d& by) {
   return angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, by / angle)) : Eigen::Quaterniond::Identity();
 }
 
-constexpr int kRow = 18;  // six of the mounting, twice six of the way
+constexpr int kRow = 18;  // six columns of the mounting, twice six of the path correction
 constexpr int kFewest = 12, kFewestOfPass = 4;
 constexpr int kFits = 2;
 
-/// A return as its patch's adjustment sees it.
+/// A return with everything that the adjustment of its patch needs.
 struct Look {
-  Eigen::Vector3d p_enu, q_body, arm_body;  // in Body with and without the lever arm
-  Eigen::Quaterniond q_enu_body;            // corrected
+  Eigen::Vector3d p_enu, q_body, arm_body;  // the return in Body, with and without the lever arm
+  Eigen::Quaterniond q_enu_body;            // with the path correction
   WayCorrection::Place place;
   double sigma_range_m, range_m, sigma = 1, off = 0, weight = 0;
   std::size_t scanner;
 };
 
-/// One patch: looks, plane, and its part of the normal equations in columns of its own.
+/// One patch: its returns, its plane, and its part of the normal equations in columns of its own.
 class PatchNormals {
  public:
   PatchNormals(const BoresightDrive& drive, const Patch& patch, const BoresightState& state,
@@ -55,7 +55,7 @@ class PatchNormals {
   }
 
   void fit_plane() {
-    // Robust first: what is not of the plane has moved the mean.
+    // The first fits are robust, because returns that are not of the plane have moved the mean.
     for (int i = 0; i < 2 * kFits; ++i) {
       i < kFits ? weigh_robust() : weigh();
       PlaneSums sums;
@@ -67,7 +67,7 @@ class PatchNormals {
     weigh();
   }
 
-  /// False where too little is left of it, or of all passes but one.
+  /// Returns false if too few returns are left, or if they are all of one pass.
   bool is_seen_twice() const {
     int all = 0, twice = 0;
     std::array<int, 256> of_pass{};
@@ -125,7 +125,7 @@ class PatchNormals {
     const Eigen::MatrixXd X = factors.solve(B.transpose());
     A -= B * X;
     g -= X.transpose() * h;
-    // Columns of this patch to those of all.
+    // Adds the patch's columns to the columns of all.
     std::vector<std::pair<Eigen::Index, Eigen::Index>> parts;
     for (Eigen::Index i = 0; i < mounts; i += 6) parts.emplace_back(i, i);
     for (const auto& [knot, at] : knots) parts.emplace_back(at, mounts + static_cast<Eigen::Index>(6 * knot));
@@ -164,7 +164,7 @@ class PatchNormals {
       look.weight /= look.sigma * look.sigma + together[group(look)] * weights_.surface_m * weights_.surface_m;
   }
 
-  /// Its distance from the plane, and how wide distances are there.
+  /// Computes the distance of a return from the plane, and the sigma of that distance.
   void see(Look& look) const {
     look.off = normal_.dot(look.p_enu - origin_ - centre_);
     look.sigma = weights_.gate_m;
@@ -180,7 +180,7 @@ class PatchNormals {
   const BoresightState& state_;
   const BoresightWeights& weights_;
   std::vector<Look> looks_;
-  Eigen::Vector3d origin_, normal_, centre_;  // the centre from the origin
+  Eigen::Vector3d origin_, normal_, centre_;  // centre_ is relative to origin_
 };
 
 }  // namespace

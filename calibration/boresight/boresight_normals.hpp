@@ -9,50 +9,59 @@
 
 namespace hueline::calibration {
 
-/// What is estimated: all mountings and the way's corrections. Planes are not part of it: they are the best ones for
-/// these.
+/// The estimated values: the mountings of all scanners and the corrections of the path. The planes are not part of the
+/// state; each plane is the best one for a given state.
 struct BoresightState {
   std::vector<Transform<Body, Scanner>> mounts;
   WayCorrection way;
 };
 
-/// p_enu = p_body + dp + R_enu_body exp(theta) (R_body_scanner p_scanner + lever arm); Skaloud and Lichti 2006,
-/// equation (2), with the POS's errors.
+/// Returns the place of a return in Enu, with the mounting and the path correction of `state`:
+///   p_enu = p_body + dp + R_enu_body exp(theta) (R_body_scanner p_scanner + lever arm)
+/// This is equation (2) of Skaloud and Lichti 2006 with the POS's errors dp and theta added.
 Eigen::Vector3d placed(const BoresightReturn& one, const BoresightState& state);
 
-/// How much a distance from its plane weighs.
+/// The values from which the weight of a return's distance from its plane is computed.
 struct BoresightWeights {
-  double gate_m =
-      0;  ///< above 0: robust with this scale (Geman and McClure), for starts; 0: least squares with the noise below
-  std::vector<double> unit;    ///< of each scanner: true noise over the one assumed
-  double sigma_angle = 2e-4;   ///< rad, one sigma of a beam's direction
-  double surface_m = 0.002;    ///< what a real plane is not one: common to a patch's returns within a knot's time
-  double systematic_m = 1e-4;  ///< least squares: rms of what returns of the whole drive may err in common and in a
-                               ///< parameter's own pattern
-  double reject = 3.5;         ///< sigmas beyond which a return is not of the plane
+  /// Above 0: scale of a robust weight (Geman and McClure), for the first rounds. 0: least squares with the noise
+  /// below.
+  double gate_m = 0;
+  /// of each scanner: noise that the residuals show, divided by the noise that the rig assumes
+  std::vector<double> unit;
+  double sigma_angle = 2e-4;  ///< one sigma of a beam's direction, rad
+  /// Deviation of a real surface from a plane. The returns that one scanner takes of a patch within one knot interval
+  /// share it.
+  double surface_m = 0.002;
+  /// Least squares only: rms of the error that the returns of the whole drive may have in common in the pattern of one
+  /// parameter.
+  double systematic_m = 1e-4;
+  double reject = 3.5;  ///< a return farther from the plane than this many sigmas does not belong to it
 };
 
+/// The normal equations of all patches, and statistics of the returns that they use.
 struct BoresightNormals {
-  Eigen::MatrixXd information;  ///< 6 a scanner (turn about Body's axes in rad, lever arm in m), then the way's state
+  /// Six rows a scanner (rotation about Body's axes in rad, lever arm in m), then the state of the path correction.
+  Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
-  Eigen::MatrixXd without_pos;                        ///< information of the mountings if the poses had no error
-  std::vector<std::vector<double>> off;               ///< of each scanner: |distance| over its sigma, of all returns
-  std::size_t returns = 0, patches = 0;               ///< used
-  double weight = 0;                                  ///< sum over the returns used, before it was lowered, 1/m^2
-  double squares = 0;                                 ///< of the distances used, m^2
-  std::vector<std::size_t> of_scanner;                ///< returns used of each
-  std::array<std::size_t, 3> facing{};                ///< patches used
+  Eigen::MatrixXd without_pos;           ///< information about the mountings if the poses had no error
+  std::vector<std::vector<double>> off;  ///< of each scanner: |distance| / sigma of every return, used or not
+  std::size_t returns = 0, patches = 0;  ///< number of those used
+  double weight = 0;   ///< sum of the weights of the returns used, before the weights are lowered, 1/m^2
+  double squares = 0;  ///< sum of the squared distances of the returns used, m^2
+  std::vector<std::size_t> of_scanner;  ///< number of returns used of each scanner
+  std::array<std::size_t, 3> facing{};  ///< number of patches used that face across the path, along it, and up
   Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();  ///< sum of n n' over the patches used
 };
 
-/// Normal equations of the distances of returns from their planes,
+/// Returns the normal equations of the distances of returns from their planes,
 ///   e = n' (p_enu - c),   de = n' dp + (q x m)' theta + (R_body_scanner p x m)' turn + m' lever,   m = R_enu_body' n,
-///   q in Body,
-/// each patch's plane (two tilts and a shift) eliminated (Schur). The way's prior is not in it.
-/// Least squares would take a hundred thousand returns for so many independent witnesses, and believe patterns of a
-/// hundredth of a millimetre (a lever arm's height times the sway's sine). Their weights are lowered together, to 1 /
-/// (1 + sum of weights systematic_m^2) of themselves: no parameter's effect on the returns, rms, is known better than
-/// systematic_m.
+/// with q in Body. The plane of each patch (two tilts and a shift) is eliminated by the Schur complement. The prior of
+/// the path correction is not included.
+///
+/// In least squares a hundred thousand returns would count as so many independent observations. Patterns of a hundredth
+/// of a millimetre would then seem significant, for example the height of a lever arm times the sine of the vehicle's
+/// sway. All weights are therefore lowered together by the factor 1 / (1 + sum of weights * systematic_m^2): the rms
+/// effect of a parameter on the returns is never known better than systematic_m.
 BoresightNormals boresight_normals(const BoresightDrive& drive, const std::vector<Patch>& patches,
                                    const BoresightState& state, const BoresightWeights& weights);
 

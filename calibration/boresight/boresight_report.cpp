@@ -14,7 +14,7 @@ constexpr const char* kNames[] = {"turn_body_x_deg", "turn_body_y_deg", "turn_bo
 constexpr const char* kWords[] = {"turn about x (right)", "turn about y (forward)", "turn about z (up)",
                                   "lever arm x (right)",  "lever arm y (forward)",  "lever arm z (up)"};
 
-/// From rad and m to what is printed.
+/// Returns the factor from rad and m to the printed unit.
 double unit(std::size_t i) { return i < 3 ? 1 / kRadPerDeg : 1; }
 
 }  // namespace

@@ -6,12 +6,13 @@
 
 namespace hueline::calibration {
 
-/// Information about the mountings alone, by the data and the POS's prior: the way is eliminated (Schur). Nothing of
-/// the mountings' own prior.
+/// Returns the information about the mountings alone, from the data and the prior of the POS. The path correction is
+/// eliminated by the Schur complement. The prior of the mountings is not included.
 Eigen::MatrixXd mount_information(const BoresightNormals& normals, const WayCorrection& way);
 
-/// Covariance of an estimation by `information` (prior included) in which some parameters were held at measured values:
-/// those are as wrong as they were measured (`sigma_held`), and their error goes into the others,
+/// Returns the covariance of an estimation in which some parameters were held at measured values. `information`
+/// includes the prior. A held parameter has the error of its measurement, `sigma_held`, and this error propagates into
+/// the others:
 ///   C = C_free + K P K',   K = -(information of the free ones)^-1 (their information with the held ones).
 Eigen::MatrixXd covariance_with_held(const Eigen::MatrixXd& information, const std::vector<bool>& held,
                                      double sigma_held);

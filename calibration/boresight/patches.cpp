@@ -10,9 +10,9 @@ namespace hueline::calibration {
 namespace {
 
 constexpr int kFits = 4;
-constexpr double kBeside = 4;  // gates: how far into the next voxel a plane's returns are looked for
+constexpr double kBeside = 4;  // how far into the neighbouring voxel a plane's returns are looked for, in gates
 constexpr double kLeastSpread =
-    0.12;  // of a voxel's width: standard deviation of the returns along the plane's narrower axis
+    0.12;  // least standard deviation of the returns along the plane's narrower axis, as a share of the voxel's width
 
 struct Placed {
   std::uint64_t voxel;
@@ -28,7 +28,7 @@ std::uint64_t voxel_of(const Eigen::Vector3d& p, double voxel_m) {
   return key;
 }
 
-/// In the order of a hash: any first part of the list lies evenly in space.
+/// Hashes a key. Any first part of a list in the order of the hash is evenly spread in space.
 std::uint64_t shuffled(std::uint64_t x) {
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ULL;
   x = (x ^ (x >> 27)) * 0x94D049BB133111EBULL;
@@ -39,10 +39,11 @@ struct Plane {
   Eigen::Vector3d normal, centre, variance;
 };
 
-/// The plane of most of the returns.
+/// Fits the plane of the majority of the returns by robust weights.
 Plane plane_of(const std::vector<Eigen::Vector3d>& placed, const PatchConfig& config,
                const std::vector<std::uint32_t>& returns) {
-  const Eigen::Vector3d origin = placed[returns[0]];  // squares of kilometres have no millimetres left
+  // Squares of kilometres in double precision would lose the millimetres.
+  const Eigen::Vector3d origin = placed[returns[0]];
   PlaneSums sums;
   for (const std::uint32_t i : returns) sums.add(placed[i] - origin, 1);
   Plane out;
@@ -58,7 +59,7 @@ Plane plane_of(const std::vector<Eigen::Vector3d>& placed, const PatchConfig& co
   }
 }
 
-/// Whether the returns are a patch on that plane; then those near it.
+/// Returns whether the returns form a patch on `plane`, and removes the returns that are not near it.
 bool keep_near(const BoresightDrive& drive, const std::vector<Eigen::Vector3d>& placed, const PatchConfig& config,
                const Plane& plane, Patch& patch) {
   const auto& [normal, centre, variance] = plane;
@@ -77,7 +78,7 @@ bool keep_near(const BoresightDrive& drive, const std::vector<Eigen::Vector3d>& 
   patch.pass.resize(kept);
   if (std::count_if(of_pass.begin(), of_pass.end(), [&](int n) { return n >= config.fewest_of_pass; }) < 2)
     return false;
-  // Thinned evenly: by stretch and cell they stand in order.
+  // The returns are in the order of stretches and cells, so that taking every n-th one thins them evenly.
   if (kept > config.most_returns) {
     for (std::size_t i = 0; i < config.most_returns; ++i) {
       const std::size_t from = i * kept / config.most_returns;
@@ -92,7 +93,7 @@ bool keep_near(const BoresightDrive& drive, const std::vector<Eigen::Vector3d>& 
   return true;
 }
 
-/// A third of each facing; what one has too few of goes to the others.
+/// Keeps a third of the patches of each facing. What one facing does not use goes to the others.
 void choose(std::vector<std::pair<std::uint64_t, Patch>>& found, std::size_t most) {
   std::array<std::size_t, 3> there{}, allowed{};
   for (const auto& [order, patch] : found) ++there[static_cast<std::size_t>(patch.facing)];
@@ -144,8 +145,8 @@ PatchesFound find_patches(const BoresightDrive& drive, const std::vector<Eigen::
     own.clear();
     for (; to < order.size() && order[to].voxel == voxel; ++to) own.push_back(order[to].one);
     if (own.size() < static_cast<std::size_t>(config.fewest_of_pass)) continue;
-    // A plane along a side of its voxel has its returns in two, parted by how they err: the one that holds its centre
-    // takes both parts.
+    // The returns of a plane along a side of a voxel are in two voxels, separated by the sign of their error. The voxel
+    // that has the plane's centre takes both parts.
     Eigen::Index axis = 0;
     plane_of(placed, config, own).normal.cwiseAbs().maxCoeff(&axis);
     const double low = std::floor(placed[own[0]][axis] / config.voxel_m) * config.voxel_m, high = low + config.voxel_m;
@@ -159,7 +160,7 @@ PatchesFound find_patches(const BoresightDrive& drive, const std::vector<Eigen::
     }
     if (own.size() < static_cast<std::size_t>(2 * config.fewest_of_pass)) continue;
     std::sort(own.begin(), own.end());
-    stretches.clear();  // returns stand by stretch, so theirs come in order
+    stretches.clear();  // returns are in the order of stretches, so these are as well
     for (const std::uint32_t i : own)
       if (const std::uint32_t s = drive.returns[i].stretch; stretches.empty() || stretches.back() != s)
         stretches.push_back(s);

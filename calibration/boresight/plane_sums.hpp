@@ -5,7 +5,7 @@
 
 namespace hueline::calibration {
 
-/// Weighted sums of points, and the plane that has the least weighted squares to them.
+/// Weighted sums of points, and from them the plane with the least weighted sum of squared distances.
 struct PlaneSums {
   double weight = 0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -18,7 +18,8 @@ struct PlaneSums {
       for (Eigen::Index j = 0; j <= i; ++j) squares(i, j) += w * p[i] * p[j];
   }
   Eigen::Vector3d centre() const { return sum / weight; }
-  /// Eigenvalues are variances, ascending; the first eigenvector is the plane's normal.
+  /// Returns the eigenvectors of the points' covariance. Eigenvalues are variances in ascending order; the first
+  /// eigenvector is the plane's normal.
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes() const {
     const Eigen::Vector3d c = centre();
     return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(squares / weight - c * c.transpose());

@@ -11,10 +11,10 @@ namespace hueline::calibration {
 namespace {
 
 constexpr int kFewestOfCell = 4;
-constexpr int kBlock = 4;  // cells: whole neighbourhoods stay together when space is thinned
+constexpr int kBlock = 4;  // in cells; thinning drops or keeps whole neighbourhoods
 constexpr double kSigmaStep_s = 1;
 
-/// splitmix64's finaliser: every input bit reaches every output bit.
+/// The finaliser of splitmix64: every input bit changes every output bit.
 std::uint64_t scrambled(std::uint64_t x) {
   x += 0x9E3779B97F4A7C15ULL;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ULL;
@@ -22,7 +22,7 @@ std::uint64_t scrambled(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// 21 bits each: 2000 km with cells of one metre.
+/// 21 bits for each axis are enough for 2000 km with cells of one metre.
 std::uint64_t key_of(const Eigen::Vector3i& cell) {
   std::uint64_t key = 0;
   for (int i = 0; i < 3; ++i) key = key << 21 | (static_cast<std::uint64_t>(cell[i] + (1 << 20)) & 0x1FFFFF);
@@ -62,8 +62,8 @@ void ReturnStore::add(std::size_t scanner, const Eigen::Vector3f& p_scanner, Gps
   const Point<Enu> p_enu =
       T_enu_body * (drive_.scanners[scanner].T_body_scanner * Point<Scanner>{p_scanner.cast<double>()});
   const std::uint64_t priority = scrambled(offered_);
-  // Cells without sharp sides: where a wall runs along the side of two, each with its quota, those of its returns that
-  // err to the emptier one would count for more.
+  // A hash blurs the sides of the cells. A wall along the side of two cells would otherwise have a quota in each, and
+  // its returns in the emptier cell would count for more.
   const Eigen::Vector3d blurred =
       p_enu.xyz / config_.cell_m + Eigen::Vector3d(static_cast<double>(priority & 0xFFFF),
                                                    static_cast<double>(priority >> 16 & 0xFFFF),
@@ -105,7 +105,7 @@ void ReturnStore::step_way(const Transform<Enu, Body>& T_enu_body) {
 }
 
 void ReturnStore::close_stretch() {
-  std::vector<std::uint64_t> keys;  // the map's own order is the library's business
+  std::vector<std::uint64_t> keys;  // the order of the map depends on the standard library
   keys.reserve(cells_.size());
   for (const auto& [key, kept] : cells_) keys.push_back(key);
   std::sort(keys.begin(), keys.end());

@@ -9,32 +9,38 @@
 
 namespace hueline::calibration {
 
-/// Keeps of a drive's returns a bounded part that lies evenly in space and over the passes: of each cell of space, in
-/// each stretch of the way, a few that a hash chooses. Two passes of a place keep as much of it as the place deserves,
-/// however long the vehicle stood there. The same returns in the same order keep the same ones. Thread-bound.
+/// Keeps a bounded sample of a drive's returns that is even in space and over the passes. From each cell of space and
+/// each stretch of the path it keeps a few returns, which a hash selects. A pass of a place therefore leaves the same
+/// number of returns whether the vehicle drove by or stood there for a long time. The same returns in the same order
+/// always give the same sample.
+/// Thread safety: none; one thread calls all functions.
 class ReturnStore {
  public:
   struct Config {
-    double near_m = 1.5;  ///< nearer ones are the vehicle itself
-    double far_m = 35;    ///< farther ones say little of the lever arm, and edges are wide there
+    double near_m = 1.5;  ///< nearer returns are from the vehicle itself
+    double far_m = 35;    ///< farther returns say little about the lever arm, and the beam is wide there
     double cell_m = 1;
-    double stretch_m = 20;    ///< a stretch ends so far from where it began ...
-    double stretch_deg = 30;  ///< ... or turned by so much
+    double stretch_m = 20;    ///< a stretch ends at this distance from its beginning ...
+    double stretch_deg = 30;  ///< ... or when the vehicle has turned by this angle
     int of_cell = 8;          ///< most returns of a cell in a stretch
-    std::size_t most_returns =
-        1'500'000;  ///< beyond, fewer of each cell are kept (to 4), then every other block of space is given up
+    /// Above this number the store first keeps fewer returns of each cell (down to 4), then drops every other block of
+    /// space.
+    std::size_t most_returns = 1'500'000;
+    /// Returns the first wrong setting with its allowed range, or an empty text.
     std::string validate() const;
   };
-  /// `config.validate()` must be empty.
+  /// `config.validate()` must return an empty text.
   ReturnStore(std::vector<BoresightScanner> scanners, const Config& config);
 
-  /// Returns by time; those of several scanners may overtake each other by packets. Sigmas as the POS states them:
-  /// east, north, up; roll, pitch, heading.
+  /// Adds a return. Returns come in the order of time; packets of several scanners may overlap. `sigma` is the
+  /// uncertainty of the pose that the POS states: position east, north, up; attitude roll, pitch, heading. The function
+  /// ignores `sigma.time_s`.
   void add(std::size_t scanner, const Eigen::Vector3f& p_scanner, GpsTime fired, const Transform<Enu, Body>& T_enu_body,
            const PosSigma& sigma);
 
+  /// Returns how many returns were added, kept or not.
   std::size_t offered() const { return offered_; }
-  /// What was kept; the store is empty after it.
+  /// Returns the sample and empties the store.
   BoresightDrive take();
 
  private:
@@ -48,10 +54,10 @@ class ReturnStore {
 
   Config config_;
   BoresightDrive drive_;
-  std::unordered_map<std::uint64_t, std::vector<Kept>> cells_;  // of the running stretch
+  std::unordered_map<std::uint64_t, std::vector<Kept>> cells_;  // cells of the running stretch
   Eigen::Vector3d stretch_begin_ = Eigen::Vector3d::Zero();
   int of_cell_;
-  std::uint8_t block_level_ = 0;  // of blocks one in 2^level is kept
+  std::uint8_t block_level_ = 0;  // one block in 2^level is kept
   std::size_t offered_ = 0;
   GpsTime begin_{};
 };

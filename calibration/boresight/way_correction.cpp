@@ -6,11 +6,12 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr double kLeastPosition_m = 1e-4, kLeastTurn = 1e-6;  // a POS that states 0 does not know its own errors
+// Least sigmas, because a POS that states 0 does not know its own errors.
+constexpr double kLeastPosition_m = 1e-4, kLeastTurn = 1e-6;
 
 Vector6d six_of(const PosSigma& sigma) {
   Vector6d out;
-  // Roll turns about Body's y, pitch about x, heading about -z.
+  // Roll is a rotation about Body's y axis, pitch about x, heading about -z.
   out << sigma.position, sigma.attitude[1], sigma.attitude[0], sigma.attitude[2];
   out.head<3>() = out.head<3>().cwiseMax(kLeastPosition_m);
   out.tail<3>() = out.tail<3>().cwiseMax(kLeastTurn);

@@ -7,29 +7,33 @@
 
 #include "core/result.hpp"
 
-/// Calibration boards, and where their corners are seen.
+/// Calibration boards, and the pixels at which images show their corners.
 namespace hueline::calibration {
 
 enum class BoardKind : std::uint8_t { Chessboard, AsymmetricCircles, Charuco };
 
-/// A plane board. Its frame: origin at the first corner, x along the rows, y along the columns, z = 0.
+/// A plane calibration board. Its frame has the origin at the first corner, x along the rows, y along the columns, and
+/// z = 0 on the board.
 struct Board {
   BoardKind kind = BoardKind::Chessboard;
-  /// Chessboard: inner corners; AsymmetricCircles: circles a row (every other row is shifted by half a step) and rows;
-  /// Charuco: squares.
+  /// Chessboard: number of inner corners each way. AsymmetricCircles: circles in a row, where every other row is
+  /// shifted by half a step, and rows. Charuco: number of squares each way.
   int columns = 9, rows = 6;
-  /// m: edge of a square. AsymmetricCircles: half the distance of neighbours in a row, which is the distance of rows.
+  /// Edge of a square, m. AsymmetricCircles: half the distance between neighbours in a row, which is also the distance
+  /// between rows.
   double spacing_m = 0.03;
-  double marker_m = 0.02;                  ///< Charuco: edge of a marker
-  std::string dictionary = "DICT_4X4_50";  ///< Charuco: name in OpenCV's aruco module
+  double marker_m = 0.02;                  ///< Charuco: edge of a marker, m
+  std::string dictionary = "DICT_4X4_50";  ///< Charuco: name of the dictionary in OpenCV's aruco module
 
+  /// Returns the first wrong setting with its allowed range, or an empty text.
   std::string validate() const;
-  /// Corners that the board has, and their places on it.
+  /// Returns the number of corners of the board.
   std::size_t corner_count() const;
+  /// Returns the place of a corner in the board's frame, m.
   Eigen::Vector3d corner(std::size_t index) const;
 };
 
-/// One corner in an image: which of the board, and its pixel (centres at whole numbers).
+/// One corner in an image: its index on the board and its pixel. The centre of the first pixel is (0, 0).
 struct SeenCorner {
   std::size_t index = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
@@ -37,23 +41,26 @@ struct SeenCorner {
 
 /// One image of the board.
 struct BoardView {
-  std::string name;  ///< of the image, for people
+  std::string name;  ///< name of the image, for reports
   std::vector<SeenCorner> corners;
 };
 
-/// Grey levels, row by row without gaps.
+/// A grey image, row by row without gaps.
 struct GreyImage {
   int width = 0, height = 0;
   std::vector<std::uint8_t> pixels;
 };
 
-/// JPEG, PNG, TIFF, BMP, with the rows and columns as stored (a turn in EXIF is not made). Errors: Io, Malformed.
+/// Reads a JPEG, PNG, TIFF or BMP file. Rows and columns are as stored; a rotation in EXIF is ignored. Errors: Io,
+/// Malformed, Unsupported (an image of more than 134 million pixels).
 Result<GreyImage> read_grey_image(const std::string& path);
 
-/// The board's corners, refined by the grey levels around each (the Harris matrix's saddle point condition:
-/// cv::cornerSubPix; circles: centres of gravity). Errors: Unavailable (not seen whole; Charuco: fewer than 6 corners),
-/// Invalid. The plane of a Charuco board fixes its corners; the others are found up to a turn by half, which a lens
-/// does not notice.
+/// Finds the corners of `board` in `image` and refines each by the grey levels around it: a chessboard by the gradient
+/// condition of cv::cornerSubPix, circles by their centres of gravity. The markers of a Charuco board identify its
+/// corners. The corners of other boards may be numbered from either end (a half turn of the board), which does not
+/// change a lens calibration.
+/// Errors: Unavailable (the board is not completely visible; Charuco: fewer than 6 corners), Invalid (wrong board,
+/// image too small).
 Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& board);
 
 }  // namespace hueline::calibration

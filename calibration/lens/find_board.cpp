@@ -33,8 +33,8 @@ const std::map<std::string, int>& dictionaries() {
   return names;
 }
 
-/// Half the edge of the window around a corner: not beyond a third of the way to its nearest neighbour, so that only
-/// its own edges are in it.
+/// Returns half the edge of the refinement window. It is at most a third of the distance to the nearest neighbour, so
+/// that the window has only the corner's own edges.
 int refine_window(const std::vector<cv::Point2f>& corners, int columns) {
   double nearest = 1e9;
   const auto across = static_cast<std::size_t>(columns);
@@ -58,8 +58,8 @@ bool find_chessboard(const cv::Mat& grey, const Board& board, int refine_half_px
     refine(grey, corners, board.columns, refine_half_px);
     return true;
   }
-  // The sector-based search sees boards without a light border and under strong distortion; it is slower and finds more
-  // false ones.
+  // The sector-based search also finds boards without a light border and under strong distortion. It is slower and
+  // finds more false boards.
   if (!cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE))
     return false;
   refine(grey, corners, board.columns, refine_half_px);
@@ -67,9 +67,10 @@ bool find_chessboard(const cv::Mat& grey, const Board& board, int refine_half_px
 }
 
 constexpr std::uint64_t kMostImageBytes = 1'000'000'000;
-constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 27;  // 16384 x 8192: a large panorama
+constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 27;  // 16384 x 8192, a large panorama
 
-/// Width x height as a PNG's or JPEG's head states them, before memory and minutes are spent on it; 0 of other formats.
+/// Returns width times height from the header of a PNG or JPEG file, so that a too large image costs no memory and no
+/// time. Returns 0 for other formats.
 std::uint64_t stated_pixels(std::string_view bytes) {
   const auto number = [&](std::size_t at, std::size_t width) {
     std::uint64_t value = 0;
@@ -81,7 +82,7 @@ std::uint64_t stated_pixels(std::string_view bytes) {
   for (std::size_t at = 2; at + 9 <= bytes.size();) {
     if (bytes[at] != '\xFF') return 0;
     const auto marker = static_cast<unsigned char>(bytes[at + 1]);
-    // A frame's head: C0 to CF but for the tables C4 and CC and the reserved C8.
+    // The frame header has one of the markers C0 to CF, except the tables C4 and CC and the reserved C8.
     if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC)
       return number(at + 5, 2) * number(at + 7, 2);
     at += marker == 0xFF ? 1 : 2 + number(at + 2, 2);
@@ -103,7 +104,7 @@ Result<GreyImage> read_grey_image(const std::string& path) {
   cv::Mat grey;
   try {
     const cv::Mat encoded(1, static_cast<int>(bytes->size()), CV_8UC1, const_cast<char*>(bytes->data()));
-    // As stored: a lens belongs to the rows and columns of its sensor, however the camera was held.
+    // Rows and columns stay as stored, because a lens belongs to its sensor, however the camera was held.
     if (!bytes->empty()) grey = cv::imdecode(encoded, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& e) {
     return Error{ErrorCode::Malformed, path + ": " + e.what()};

@@ -4,8 +4,9 @@
 
 namespace hueline::calibration {
 
-/// find_board with a window of one's own around a chessboard's corners. `refine_half_px`: half its edge; 0: a third of
-/// the way to the nearest neighbour, at most 11, so that no other corner's edges are in it.
+/// Finds a board like find_board() of board.hpp, with a chosen refinement window around the corners of a chessboard.
+/// `refine_half_px` is half the edge of the window. 0 selects a third of the distance to the nearest neighbour, but at
+/// most 11 px, so that the window has no edges of other corners.
 Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& board, int refine_half_px);
 
 }  // namespace hueline::calibration

@@ -9,7 +9,7 @@
 namespace hueline::calibration {
 namespace {
 
-/// Seen minus projected pixel of one corner: parameters of the lens, pose of its board.
+/// Residual of one corner, seen minus projected pixel. Its parameters are those of the lens and the pose of the board.
 struct CornerResidual {
   LensModel model;
   bool one_focal;
@@ -52,7 +52,8 @@ std::vector<int> fixed_parameters(LensModel model, bool one_focal) {
   return out;
 }
 
-/// Inverse of the lens's part of the normal matrix, poses eliminated one by one (Schur). False: singular.
+/// Computes the inverse of the lens's part of the normal matrix; the poses are eliminated one by one (Schur
+/// complement). Returns false if the matrix is singular.
 bool lens_covariance(ceres::Problem& problem, double* lens, std::vector<Pose>& poses, const std::vector<int>& fixed,
                      double sigma2, Eigen::Matrix<double, kLensParameters, kLensParameters>& out) {
   constexpr int n = kLensParameters;
@@ -86,7 +87,7 @@ bool lens_covariance(ceres::Problem& problem, double* lens, std::vector<Pose>& p
   for (Eigen::Index i = 0; i < m; ++i)
     for (Eigen::Index j = 0; j < m; ++j)
       reduced(i, j) = normal(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
-  // Scaled to a unit diagonal: focal lengths and k3 differ by ten powers of ten.
+  // A unit diagonal is needed because focal lengths and k3 differ by ten powers of ten.
   const Eigen::VectorXd scale = reduced.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd unit = scale.asDiagonal() * reduced * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
@@ -140,7 +141,7 @@ Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> 
   for (Pose& pose : poses) options.linear_solver_ordering->AddElementToGroup(pose.data(), 0);
   options.linear_solver_ordering->AddElementToGroup(lens.data(), 1);
   options.max_num_iterations = config.max_iterations;
-  // A robust fit only leads to a least squares one: it may stop early.
+  // A robust fit may stop early, because a least-squares fit follows it.
   const bool is_first = config.robust_px > 0;
   options.function_tolerance = is_first ? 1e-7 : 1e-12;
   options.gradient_tolerance = 1e-14;

@@ -9,34 +9,38 @@
 
 namespace hueline::calibration {
 
+/// Settings of adjust_lens().
 struct LensAdjustmentConfig {
-  bool one_focal = false;  ///< square pixels: one focal length for both axes
-  double robust_px = 0;    ///< Cauchy loss of this width, px; 0: least squares
+  bool one_focal = false;  ///< one focal length for both axes (square pixels)
+  double robust_px = 0;    ///< width of a Cauchy loss, px; 0: least squares
   int max_iterations = 200;
 };
 
-/// What maximum likelihood over lens and boards gave.
+/// The maximum-likelihood lens and board poses.
 struct AdjustedLens {
   LensValues lens;
-  std::vector<BoardPose> poses;                         ///< of the views, in their order
-  std::vector<std::vector<Eigen::Vector2d>> residuals;  ///< seen minus projected, px, of each view's corners
-  double rms_px = 0;    ///< root of the mean square length of the residuals (what OpenCV prints)
-  double sigma_px = 0;  ///< standard deviation of one pixel coordinate: root of (sum of squares / redundancy)
+  std::vector<BoardPose> poses;                         ///< poses of the board, in the order of the views
+  std::vector<std::vector<Eigen::Vector2d>> residuals;  ///< seen minus projected pixel of each view's corners
+  double rms_px = 0;    ///< root of the mean squared length of the residuals, as OpenCV prints it
+  double sigma_px = 0;  ///< standard deviation of one pixel coordinate: sqrt(sum of squares / redundancy)
   int observations = 0, unknowns = 0;
+  /// Final cost of the solver: half the sum of the squared residuals, after the robust loss if there is one.
   double cost = 0;
-  /// Of LensValues::parameters(), from sigma_px and the inverse normal matrix with the poses eliminated; fixed ones
-  /// have 0.
+  /// Covariance of LensValues::parameters(): sigma_px squared times the inverse normal matrix, from which the poses are
+  /// eliminated. Fixed parameters have 0.
   Eigen::Matrix<double, kLensParameters, kLensParameters> covariance =
       Eigen::Matrix<double, kLensParameters, kLensParameters>::Zero();
 };
 
-/// Bundle adjustment from `start`: lens and the pose of each view together. Ceres, one thread: the same input gives the
-/// same bytes. Errors: Invalid (a view's pose cannot be started, too few corners), Unavailable (no convergence, or the
-/// views leave a parameter open).
+/// Adjusts the lens and the pose of each view together (bundle adjustment), from `start`. Ceres runs in one thread, so
+/// that the same input gives the same bytes.
+/// Errors: Invalid (no start for the pose of a view, or too few corners), Unavailable (no convergence, or the views
+/// leave a parameter undetermined).
 Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> views, const LensValues& start,
                                  const LensAdjustmentConfig& config);
 
-/// Pose of one view with the lens held fixed: linear start, then least squares. Empty where it cannot be started.
+/// Returns the pose of one view with a fixed lens: a linear start, then least squares. Returns nothing if there is no
+/// start.
 std::optional<BoardPose> resect_board(const Board& board, const BoardView& view, const LensValues& lens);
 
 }  // namespace hueline::calibration

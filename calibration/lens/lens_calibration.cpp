@@ -9,12 +9,13 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr double kMedianOfRadius = 1.1774;  // of a plane normal distribution, in standard deviations of one coordinate
+// Median radius of a plane normal distribution, in standard deviations of one coordinate.
+constexpr double kMedianOfRadius = 1.1774;
 constexpr double kRobust_px = 1.0;
 constexpr double kGoodFit_px = 0.5;
 constexpr int kRounds = 4;
 constexpr double kVagueFocal =
-    0.02;  // standard deviation over focal length from which views are said not to fix a lens
+    0.02;  // From this ratio of standard deviation to focal length on, the views count as too weak to determine a lens.
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -36,8 +37,8 @@ double median_radius(const AdjustedLens& adjusted) {
   return median(std::move(radii));
 }
 
-/// The best adjustment from every start, with a loss that bad corners cannot bend. Views that no start can pose are
-/// named and left out.
+/// Returns the best adjustment of all starts, with a robust loss that limits the influence of bad corners. Views that
+/// no start can pose are listed in `rejected` and removed from `views`.
 Result<AdjustedLens> first_adjustment(const Board& board, std::vector<BoardView>& views,
                                       std::vector<RejectedView>& rejected, LensModel model, std::uint32_t width,
                                       std::uint32_t height, bool one_focal) {
@@ -68,7 +69,8 @@ Result<AdjustedLens> first_adjustment(const Board& board, std::vector<BoardView>
       best_posed = posed;
       most_views = usable.size();
     }
-    // As good as corners are: no other start can end elsewhere and better by more than noise.
+    // The fit is as good as the corners themselves. Another start could only reach the same optimum, or one better by
+    // noise.
     if (most_views == views.size() && median_radius(*best) < kGoodFit_px) break;
   }
   if (!best) return Error{ErrorCode::Unavailable, why};
@@ -83,7 +85,7 @@ Result<AdjustedLens> first_adjustment(const Board& board, std::vector<BoardView>
   return std::move(*best);
 }
 
-/// Takes out views, then corners, that disagree with the rest; true if there were any.
+/// Removes views, then corners, that disagree with the rest. Returns whether it removed any.
 bool reject(LensCalibration& calibration, const LensCalibrationConfig& config) {
   AdjustedLens& adjusted = calibration.adjusted;
   std::vector<double> view_rms;
@@ -94,7 +96,7 @@ bool reject(LensCalibration& calibration, const LensCalibrationConfig& config) {
   std::vector<BoardView>& views = calibration.views;
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (view_rms[v] > config.view_limit * usual && usual > 0) {
-      // A view with a few bad corners stays without them; one that is bad throughout goes.
+      // A view with a few bad corners stays without them. A view that is mostly bad is removed.
       const auto bad = std::count_if(adjusted.residuals[v].begin(), adjusted.residuals[v].end(),
                                      [&](const auto& r) { return r.norm() > limit; });
       if (4 * static_cast<std::size_t>(bad) > adjusted.residuals[v].size()) {
@@ -126,7 +128,7 @@ bool reject(LensCalibration& calibration, const LensCalibrationConfig& config) {
   return any;
 }
 
-/// Names and takes out views that the lens found so far cannot pose: they would end the adjustment of all the others.
+/// Lists and removes views that the present lens cannot pose. They would make the adjustment of all others fail.
 void drop_unposable(LensCalibration& calibration) {
   std::erase_if(calibration.views, [&](const BoardView& view) {
     if (board_pose(calibration.board, view, calibration.adjusted.lens)) return false;
@@ -162,7 +164,8 @@ Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> vi
   return out;
 }
 
-/// Why a view that a lens was not fitted to speaks against it; empty: it was judged, and is part of `sum` and `count`.
+/// Judges a lens by a view to which it was not fitted, and adds the errors to `sum` and `count`. Returns why the lens
+/// fails on the view, or an empty text.
 std::string judge_held(const Board& board, const BoardView& view, const LensValues& lens, double& sum,
                        std::size_t& count) {
   for (std::size_t half = 0; half < 2; ++half) {
@@ -183,10 +186,10 @@ std::string judge_held(const Board& board, const BoardView& view, const LensValu
   return {};
 }
 
-/// What held-back views say of a lens that never saw them: each is posed by every other corner and judged by the rest.
-/// Views with too few corners to be halved are not judged.
+/// Judges a lens by held-back views: every other corner gives the pose of a view, and the remaining corners give the
+/// error. Views with too few corners for two halves are not judged.
 void predict(const LensCalibration& full, const LensCalibrationConfig& config, ModelTrial& trial) {
-  constexpr std::size_t kFewestToHalve = 8;  // a homography needs four
+  constexpr std::size_t kFewestToHalve = 8;  // four corners for the homography of each half
   const int folds = std::min(config.folds, static_cast<int>(full.views.size()));
   double sum = 0;
   std::size_t count = 0;
@@ -194,7 +197,7 @@ void predict(const LensCalibration& full, const LensCalibrationConfig& config, M
     std::vector<BoardView> rest, held;
     for (std::size_t v = 0; v < full.views.size(); ++v)
       (static_cast<int>(v) % folds == fold ? held : rest).push_back(full.views[v]);
-    if (rest.size() < 3) return;  // too few to hold any back
+    if (rest.size() < 3) return;  // too few views to hold any back
     const auto adjusted = adjust_lens(full.board, rest, full.adjusted.lens, {.one_focal = config.one_focal});
     for (const BoardView& view : held) {
       if (view.corners.size() < kFewestToHalve) continue;
@@ -267,11 +270,11 @@ Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<Boa
     } else {
       trial.rms_px = one->adjusted.rms_px;
       predict(*one, config, trial);
-      // A model that throws views out must not win by that.
+      // The error is scaled by the share of views used, so that a model gains nothing by removing views.
       const double judged = trial.predicted_rms_px.value_or(trial.rms_px) * static_cast<double>(views.size()) /
                             static_cast<double>(one->views.size());
       const bool is_candidate = trial.unpredicted.empty() || config.model;
-      // What was measured on views held back outranks a fit, which is smaller by itself.
+      // An error measured on held-back views ranks before the error of a fit, which is smaller by nature.
       const bool outranks = !best || trial.predicted_rms_px.has_value() > best_is_predicted ||
                             (trial.predicted_rms_px.has_value() == best_is_predicted && judged < best_rms);
       if (is_candidate && outranks) {

@@ -6,16 +6,18 @@
 
 #include "calibration/lens/lens_adjustment.hpp"
 
-/// Views of a board in, a calibrated lens out: docs/methods/lens_registration.md, section 1, for plane and for fisheye
-/// lenses.
+/// Calibration of a lens, plane or fisheye, from images of a board: docs/methods/lens_registration.md, section 1.
 namespace hueline::calibration {
 
+/// Settings of calibrate_lens().
 struct LensCalibrationConfig {
-  std::optional<LensModel> model;   ///< empty: the one that predicts views best that it was not fitted to
-  bool one_focal = false;           ///< square pixels
-  double corner_limit_sigma = 4.5;  ///< a corner farther off is left out; 1 of 25 000 good ones would be
-  double view_limit = 3.0;          ///< a view whose rms is so many times the median of the views' is left out
-  int folds = 5;                    ///< of the cross-validation
+  std::optional<LensModel> model;  ///< Empty: the model is used that best predicts views to which it was not fitted.
+  bool one_focal = false;          ///< one focal length for both axes (square pixels)
+  /// A corner with a larger error, in sigmas, is left out. Of good corners this concerns 1 in 25 000.
+  double corner_limit_sigma = 4.5;
+  double view_limit = 3.0;  ///< a view is left out if its rms is more than this many times the median of all views
+  int folds = 5;            ///< number of parts of the cross-validation
+  /// Returns the first wrong setting with its allowed range, or an empty text.
   std::string validate() const;
 };
 
@@ -29,33 +31,38 @@ struct RejectedView {
   std::string view;
   std::string why;
 };
-/// One model tried.
+/// The result of one lens model.
 struct ModelTrial {
   LensModel model = LensModel::Brown;
-  double rms_px = 0;  ///< of the fit
-  /// Of views held back, posed by every other corner and judged by the rest. Empty: not measured, because the views are
-  /// too few to hold any back, or because of `unpredicted`.
+  double rms_px = 0;  ///< rms of the fit
+  /// Rms of held-back views: every other corner gives the pose of the view, and the remaining corners give the error.
+  /// Empty if it was not measured, because there are too few views or because of `unpredicted`.
   std::optional<double> predicted_rms_px;
-  std::vector<RejectedView>
-      unpredicted;      ///< held-back views that the lens fitted to the others cannot pose or project: it fails there
-  std::string failure;  ///< why it could not be fitted; empty: it could
+  /// Held-back views that cannot be posed or projected by the lens that was fitted to the other views. The model fails
+  /// on them.
+  std::vector<RejectedView> unpredicted;
+  std::string failure;  ///< why the model could not be fitted; empty if it could
 
-  /// In words: what was measured, or why not. One line.
+  /// Returns one line that says what was measured, or why nothing was.
   std::string words() const;
 };
 
+/// A calibrated lens with everything that led to it.
 struct LensCalibration {
   Board board;
-  std::vector<BoardView> views;  ///< those used, with the corners used
+  std::vector<BoardView> views;  ///< the views used, with the corners used
   AdjustedLens adjusted;
   std::vector<RejectedView> rejected_views;
   std::vector<RejectedCorner> rejected_corners;
   std::vector<ModelTrial> trials;
 };
 
-/// `width`, `height`: of the images. A model that cannot pose views it was not fitted to is not chosen; asked for by
-/// name, it is fitted and its trial says so. Errors: Invalid (fewer than three views, board or settings), Unavailable
-/// (with the reason: no model fits, or none predicts).
+/// Calibrates a lens from views of `board`. `width` and `height` are the size of the images in pixels.
+///
+/// A model that cannot pose views to which it was not fitted is not chosen. If `config` names that model, it is fitted
+/// nevertheless and its trial says so.
+/// Errors: Invalid (fewer than three views, wrong board or settings), Unavailable (no model fits, or none predicts; the
+/// message says why).
 Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<BoardView>& views, std::uint32_t width,
                                        std::uint32_t height, const LensCalibrationConfig& config);
 

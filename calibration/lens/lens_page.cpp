@@ -32,7 +32,7 @@ std::string picture(const LensValues& lens, const std::string& inside) {
       lens.width, lens.height, kPictureWidth, inside);
 }
 
-/// Corners as dots, a colour a view, with the share of the image's cells that hold one.
+/// Draws corners as dots with one colour a view, and the cells of the image that have none.
 std::string coverage(const LensCalibration& calibration) {
   const LensValues& lens = calibration.adjusted.lens;
   constexpr int kAcross = 12, kDown = 10;
@@ -64,8 +64,8 @@ std::string coverage(const LensCalibration& calibration) {
          picture(lens, empty + dots);
 }
 
-/// Mean residual of each part of the image, as arrows: what the model does not explain points the same way in all
-/// views.
+/// Draws the mean residual of each part of the image as an arrow. What the model does not explain points the same way
+/// in all views.
 std::string residual_field(const LensCalibration& calibration) {
   const LensValues& lens = calibration.adjusted.lens;
   constexpr int kAcross = 18, kDown = 14;

@@ -7,7 +7,7 @@
 namespace hueline::calibration {
 namespace {
 
-/// Columns of H as Zhang's v_ij: h_i^T B h_j as a product with (B11, B22, B13, B23, B33); B12 is 0 without skew.
+/// Zhang's v_ij: the row with which h_i^T B h_j is a product with (B11, B22, B13, B23, B33). B12 is 0 without skew.
 Eigen::Matrix<double, 5, 1> conic_row(const Eigen::Matrix3d& H, int i, int j) {
   Eigen::Matrix<double, 5, 1> v;
   v << H(0, i) * H(0, j), H(1, i) * H(1, j), H(2, i) * H(0, j) + H(0, i) * H(2, j),
@@ -40,7 +40,7 @@ std::optional<Eigen::Matrix3d> board_homography(std::span<const Eigen::Vector2d>
   for (const auto& p : board_m) spread += (p - mean).norm();
   spread /= static_cast<double>(board_m.size());
   if (!(spread > 0)) return std::nullopt;
-  Eigen::Matrix3d unit;  // board coordinates of size one around zero
+  Eigen::Matrix3d unit;  // scales board coordinates to size one around zero
   unit << 1 / spread, 0, -mean.x() / spread, 0, 1 / spread, -mean.y() / spread, 0, 0, 1;
   Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
   for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -53,7 +53,7 @@ std::optional<Eigen::Matrix3d> board_homography(std::span<const Eigen::Vector2d>
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> solver(normal);
   if (!(solver.eigenvalues()[1] > 1e-12 * solver.eigenvalues()[8]))
-    return std::nullopt;  // a second solution: corners on a line
+    return std::nullopt;  // There is a second solution: the corners lie on a line.
   const Eigen::Matrix3d H = Eigen::Map<const Eigen::Matrix3d>(solver.eigenvectors().col(0).data());
   return Eigen::Matrix3d(H * unit);
 }
@@ -129,7 +129,7 @@ std::optional<BoardPose> board_pose(const Board& board, const BoardView& view, c
 std::vector<LensValues> swept_starts(LensModel model, const Board& board, std::span<const BoardView> views,
                                      std::uint32_t width, std::uint32_t height) {
   constexpr int kSteps = 40, kKept = 2;
-  constexpr double kShortest = 0.12, kLongest = 8.0;  // focal length over the image's longer side
+  constexpr double kShortest = 0.12, kLongest = 8.0;  // focal length divided by the longer side of the image
   struct Tried {
     double error2;
     LensValues lens;
@@ -147,7 +147,7 @@ std::vector<LensValues> swept_starts(LensModel model, const Board& board, std::s
     double sum = 0;
     for (const BoardView& view : views) {
       const auto pose = board_pose(board, view, lens);
-      // A view far off must not decide alone: a lens without distortion may fail in one corner of the image only.
+      // The error of one view is limited, because a lens without distortion may fail in one corner of the image only.
       const double most = 100.0 * static_cast<double>(view.corners.size());
       sum += pose ? std::min(most, reprojection_error2(board, view, lens, *pose)) : most;
     }

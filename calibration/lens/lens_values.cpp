@@ -55,7 +55,8 @@ std::optional<Eigen::Vector3d> LensValues::direction(const Eigen::Vector2d& pixe
     const double across = std::sin(angle) / radius;
     return Eigen::Vector3d(target.x() * across, target.y() * across, std::cos(angle));
   }
-  // Newton in the plane; the derivative by differences of the same formula, which is exact enough to converge on.
+  // Newton's method in the image plane. The derivative is a difference quotient of the same formula, which is exact
+  // enough to converge.
   LensValues unit = *this;
   unit.focal_px = {1, 1};
   unit.principal_point_px = {0, 0};

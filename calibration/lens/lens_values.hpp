@@ -8,21 +8,23 @@
 
 #include <Eigen/Core>
 
-/// A lens as the adjustments see it. Pixel centres at whole numbers; lens frame: x right, y down, z along the optical
-/// axis (docs/conventions.md). The formulas are those of OpenCV's projectPoints and of its fisheye module, written here
-/// a second time: fusion's camera model is held against them in a test.
+/// A lens in the form that the adjustments use. The centre of the first pixel is (0, 0); the lens frame has x to the
+/// right, y down and z along the optical axis (docs/conventions.md). The formulas are those of OpenCV's projectPoints
+/// and of its fisheye module. This is an implementation of its own; a test compares fusion's camera model with it.
 namespace hueline::calibration {
 
 enum class LensModel : std::uint8_t {
-  Brown,          ///< plane model: k1 k2 p1 p2 k3 (Brown 1971; Zhang 2000)
-  KannalaBrandt,  ///< equidistant: k1..k4 in odd powers of the angle (Kannala and Brandt 2006)
+  Brown,          ///< plane lens: k1 k2 p1 p2 k3 (Brown 1971; Zhang 2000)
+  KannalaBrandt,  ///< equidistant fisheye: k1..k4 at odd powers of the angle (Kannala and Brandt 2006)
 };
-/// As in a rig file: "brown", "kannala_brandt".
+/// Returns the name of a model in a rig file: "brown" or "kannala_brandt".
 const char* name(LensModel model);
 
-constexpr int kLensParameters =
-    9;  ///< focal x y, principal point x y, distortion (KannalaBrandt: the last is unused and 0)
+/// Number of parameters: focal length x and y, principal point x and y, distortion. KannalaBrandt does not use the last
+/// one, which is 0.
+constexpr int kLensParameters = 9;
 
+/// The size, the model and the parameters of a lens.
 struct LensValues {
   LensModel model = LensModel::Brown;
   std::uint32_t width = 0, height = 0;  ///< px
@@ -30,20 +32,24 @@ struct LensValues {
   Eigen::Vector2d principal_point_px = Eigen::Vector2d::Zero();
   std::array<double, 5> distortion{};
 
+  /// Returns the parameters as one array: focal lengths, principal point, distortion.
   std::array<double, kLensParameters> parameters() const;
   void set_parameters(const std::array<double, kLensParameters>& values);
-  /// The pixel of a point of the lens frame; empty behind a plane lens or at the lens itself. No limit to the field of
-  /// view: a polynomial may fold back far outside of where it was fitted.
+  /// Returns the pixel of a point of the lens frame, or nothing for a point behind a plane lens or at the lens itself.
+  /// The field of view is not limited: far outside the range of the fit, the polynomial may map several directions to
+  /// one pixel.
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_lens) const;
-  /// Unit direction that falls on a pixel; empty where the distortion cannot be inverted.
+  /// Returns the unit direction in the lens frame that falls on a pixel, or nothing if the distortion cannot be
+  /// inverted there.
   std::optional<Eigen::Vector3d> direction(const Eigen::Vector2d& pixel) const;
 };
 
-/// Names with units, in the order of LensValues::parameters; as many as the model has (Brown 9, KannalaBrandt 8).
+/// Returns the names of the parameters with units, in the order of LensValues::parameters. A model has
+/// parameter_count() of them (Brown 9, KannalaBrandt 8).
 std::array<std::string, kLensParameters> parameter_names(LensModel model);
 constexpr int parameter_count(LensModel model) { return model == LensModel::Brown ? 9 : 8; }
 
-/// LensValues::project for any scalar (Ceres' Jet). False: no pixel.
+/// Computes LensValues::project for any scalar type (Ceres' Jet). Returns false if the point has no pixel.
 template <class T>
 bool project_with(LensModel model, const T* values, const T* p_lens, T* pixel) {
   using std::atan2;

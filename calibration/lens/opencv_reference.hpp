@@ -6,13 +6,14 @@
 
 namespace hueline::calibration {
 
-/// What cv::calibrateCamera, or cv::fisheye::calibrate, makes of the same corners; `failure` if it makes nothing.
+/// The result of cv::calibrateCamera or cv::fisheye::calibrate. `failure` says why OpenCV gave none; it is empty
+/// otherwise.
 struct OpencvLens {
   LensValues lens;
   double rms_px = 0;
   std::string failure;
 };
-/// The model is the one of `calibration`, the corners those that it used.
+/// Calibrates the lens with OpenCV, with the model of `calibration` and the corners that it used.
 OpencvLens calibrate_with_opencv(const LensCalibration& calibration, bool one_focal);
 
 }  // namespace hueline::calibration

@@ -18,21 +18,21 @@ constexpr std::size_t kShotsWhenWide = 48;
 constexpr std::size_t kWidestSamples = 5'000, kWideSamples = 15'000, kFineSamples = 1'000'000;
 constexpr double kFinestStep = 0.004 * kRadPerDeg;
 constexpr double kFinestTime_s = 2e-4;
-constexpr std::size_t kMostGroups = 4;  // that are searched on their own
+constexpr std::size_t kMostGroups = 4;  // most groups that are searched independently
 
-/// One place that the search stands at.
+/// One candidate of the search.
 struct Place {
   HeadCorrection at = HeadCorrection::Zero();
   double score = -1e300;
 };
 
-/// Widths of steps and bounds of a climb: turns in rad, time in s.
+/// Step widths and limits of a climb: rotations in rad, time in s.
 struct Steps {
   double turn, time, last_turn, last_time, bound_turn, bound_time;
 };
 
-/// Pattern search (Hooke and Jeeves 1961): each axis up and down, then once more along what helped; the steps halve
-/// where nothing helps.
+/// Improves a candidate by pattern search (Hooke and Jeeves 1961). It tries each axis up and down, then repeats the
+/// step that helped, and halves the steps when nothing helps.
 Place climb(const AlignmentScore& score, const HeadCorrection& from, Steps steps) {
   Place best{from, score.score(from)};
   const auto try_at = [&](HeadCorrection there) {
@@ -67,7 +67,7 @@ Place climb(const AlignmentScore& score, const HeadCorrection& from, Steps steps
   return best;
 }
 
-/// The best places of a grid over the whole search, none beside a better one.
+/// Returns the best places of a grid over the whole search, without places next to a better one.
 std::vector<Place> scan(const AlignmentScore& score, double bound) {
   constexpr int kHalf = 3;
   constexpr std::size_t kKept = 8;
@@ -89,7 +89,7 @@ std::vector<Place> scan(const AlignmentScore& score, double bound) {
   return out;
 }
 
-/// Turn that leads from one attitude to another, about the axes of the frame that is turned.
+/// Returns the rotation from one attitude to another, about the axes of the rotated frame.
 Eigen::Vector3d turn_between(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to) {
   Eigen::Quaterniond by = from.conjugate() * to;
   if (by.w() < 0) by.coeffs() *= -1;
@@ -97,7 +97,7 @@ Eigen::Vector3d turn_between(const Eigen::Quaterniond& from, const Eigen::Quater
   return turn.angle() * turn.axis();
 }
 
-/// Blurs from as wide as the search to the finest, px.
+/// Returns the widths of blur, from as wide as the search to the finest, px.
 std::vector<float> blurs(double focal_px, double search_deg) {
   std::vector<float> out;
   for (auto blur = static_cast<float>(focal_px * search_deg * kRadPerDeg / 4); blur > kFinestBlur_px; blur /= 2)
@@ -119,7 +119,7 @@ Found search(const std::vector<AlignmentLens>& lenses, const std::vector<Alignme
   const double focal = lenses[shots[which[0]].lens].values.focal_px.mean();
   const double bound = config.search_deg * kRadPerDeg;
   auto widths = blurs(focal, config.search_deg);
-  // A part of the shots, begun where all of them ended, needs the finest steps alone.
+  // A search in a part of the shots starts from the result of all shots and needs only the finest steps.
   if (from)
     widths.erase(widths.begin(),
                  widths.end() - std::min<std::ptrdiff_t>(2, static_cast<std::ptrdiff_t>(widths.size())));
@@ -127,13 +127,13 @@ Found search(const std::vector<AlignmentLens>& lenses, const std::vector<Alignme
   for (std::size_t level = 0; level < widths.size(); ++level) {
     const bool is_last = level + 1 == widths.size(), is_fine = is_last && !config.use_relation;
     const std::size_t most_samples = is_fine ? kFineSamples : is_last || level > 0 ? kWideSamples : kWidestSamples;
-    // Wide blurs need few pictures: every n-th shot of many.
+    // Wide blurs need few pictures, so that only every n-th shot is used.
     std::vector<std::size_t> some;
     std::size_t apart = widths[level] > kWideBlur_px || config.use_relation
                             ? std::max<std::size_t>(1, which.size() / kShotsWhenWide)
                             : 1;
     while (apart > 1 && (apart % 2 == 0 || apart % 3 == 0 || apart % 5 == 0))
-      ++apart;  // no lens of five, six or eight is passed over
+      ++apart;  // so that no lens of a head of five, six or eight is always skipped
     for (std::size_t i = 0; i < which.size(); i += apart) some.push_back(which[i]);
     const AlignmentScore score(lenses, shots, some, start, config, widths[level], most_samples);
     out.outlines = score.outlines();
@@ -148,7 +148,7 @@ Found search(const std::vector<AlignmentLens>& lenses, const std::vector<Alignme
                         {step, config.search_time_s / 4, is_fine ? kFinestStep : step / 4,
                          is_fine ? kFinestTime_s : config.search_time_s / 16, bound, config.search_time_s});
     }
-    // Several hills of a wide blur become one of a narrow one: the lower ones go, and those that met.
+    // Several maxima at a wide blur merge at a narrow one. The weaker places and those that have met are removed.
     std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
     std::vector<Place> kept;
     for (const Place& place : places) {
@@ -222,7 +222,7 @@ Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std
       return out;
     }
     out.not_adjusted = adjusted.error().message;
-    // The search has saved itself its last steps.
+    // The search had left out its last steps, because the adjustment was to follow.
     fine.use_relation = false;
     found = search(lenses, shots, all, start, fine, &found.correction);
     out.T_body_head = corrected(start, found.correction);
@@ -236,7 +236,7 @@ Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std
   if (groups >= 2) {
     std::vector<HeadCorrection> parts;
     for (std::size_t g = 0; g < groups; ++g) {
-      // Neighbouring shots see the same things: each group is a stretch of its own.
+      // Neighbouring shots see the same objects, so that each group is a continuous stretch.
       const std::vector<std::size_t> part(all.begin() + static_cast<std::ptrdiff_t>(g * all.size() / groups),
                                           all.begin() + static_cast<std::ptrdiff_t>((g + 1) * all.size() / groups));
       parts.push_back(search(lenses, shots, part, start, fine, &found.correction).correction);

@@ -7,14 +7,14 @@ namespace hueline::calibration {
 namespace {
 
 constexpr double kOwnBlur_px = 1.2;
-constexpr double kAround = 30;  // the surroundings' reach: one over this of the image's width
+constexpr double kAround = 30;  // width of the image divided by the reach of the surroundings
 
 AlignmentPicture shrunk(const cv::Mat& full, float blur_px) {
   cv::Mat blurred = full, small;
   if (blur_px > 0) cv::GaussianBlur(full, blurred, {0, 0}, static_cast<double>(blur_px));
   AlignmentPicture out;
   out.shrink = std::max(1.0F, static_cast<float>(static_cast<int>(blur_px / 2)));
-  // Whole cells only: a cell of the small picture is exactly `shrink` pixels wide.
+  // Only whole cells are used, so that a cell of the small picture is exactly `shrink` pixels wide.
   const int cell = static_cast<int>(out.shrink);
   const cv::Size size(full.cols / cell, full.rows / cell);
   cv::resize(blurred(cv::Rect(0, 0, size.width * cell, size.height * cell)), small, size, 0, 0, cv::INTER_AREA);
@@ -43,7 +43,7 @@ AlignmentPicture edge_picture(const GreyImage& image, float blur_px) {
   cv::Mat edges = size / (3 * around + 0.05);
   edges = cv::min(edges, 1.0);
   AlignmentPicture out = shrunk(edges, blur_px);
-  // Spread edges are faint: back to the whole range of bytes.
+  // Spread edges are faint and are scaled back to the whole range of bytes.
   const auto [least, most] = std::minmax_element(out.values.begin(), out.values.end());
   const int low = *least, span = std::max(1, *most - low);
   for (auto& v : out.values) v = static_cast<std::uint8_t>((v - low) * 255 / span);

@@ -7,13 +7,13 @@
 
 namespace hueline::calibration {
 
-/// A picture of bytes at one over `shrink` of an image's size, read between pixels.
+/// An image reduced by the factor `shrink`, with one byte a pixel, that can be read between pixels.
 struct AlignmentPicture {
   int width = 0, height = 0;
   float shrink = 1;
   std::vector<std::uint8_t> values;
 
-  /// `u`, `v`: pixel of the whole image. Negative outside.
+  /// Returns the value at a pixel (`u`, `v`) of the full image, or a negative number outside.
   float at(float u, float v) const {
     const float x = (u + 0.5F) / shrink - 0.5F, y = (v + 0.5F) / shrink - 0.5F;
     if (!(x >= 0 && y >= 0 && x < static_cast<float>(width - 1) && y < static_cast<float>(height - 1))) return -1;
@@ -26,10 +26,10 @@ struct AlignmentPicture {
   }
 };
 
-/// Edges: gradients, held against those around (leaves must not outshine a post), spread over `blur_px`. 255 is a
-/// strong edge.
+/// Returns the edges of an image, spread over `blur_px`. A gradient is divided by the gradients around it, so that
+/// leaves are not stronger than a post. 255 is a strong edge.
 AlignmentPicture edge_picture(const GreyImage& image, float blur_px);
-/// Grey levels, each as its share of darker pixels, spread over `blur_px`.
+/// Returns the grey levels of an image, each as its share of darker pixels, spread over `blur_px`.
 AlignmentPicture grey_picture(const GreyImage& image, float blur_px);
 
 }  // namespace hueline::calibration

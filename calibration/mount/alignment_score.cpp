@@ -8,8 +8,9 @@ namespace hueline::calibration {
 namespace {
 
 constexpr int kBins = 24;
-constexpr float kOutline = 0.25F;  // fainter ones are not looked at
-constexpr float kNear_s = 0.11F;   // what the lens hides of what the scanner saw farther away would be taken for seen
+constexpr float kOutline = 0.25F;  // fainter outlines are not used
+// Samples fired farther from the exposure are not used: the lens may not see what the scanner saw from another place.
+constexpr float kNear_s = 0.11F;
 
 }  // namespace
 
@@ -27,7 +28,7 @@ AlignmentScore::AlignmentScore(const std::vector<AlignmentLens>& lenses, const s
       one.mean_edge = sum / static_cast<double>(one.edges.values.size());
     }
     if (config.use_intensity) one.grey = grey_picture(shot.image, blur_px);
-    // Only what may come into this lens's image is kept.
+    // Keeps only samples that may come into the image of this lens.
     const FastLens lens = fast_lens(lenses[shot.lens], start.inverse(), shot, 0);
     const float margin = static_cast<float>(config.search_deg * 1.8 * 0.01745) * lens.fx + 4 * blur_px;
     for (const LaserSample& sample : *shot.samples) {
@@ -76,7 +77,7 @@ double AlignmentScore::score(const HeadCorrection& correction) const {
       if (!lens.project(sample.p_body, u, v)) continue;
       const float value = one.grey.at(u, v);
       if (value < 0) continue;
-      // Shared between the two nearest bins of the picture's axis: the score has no steps.
+      // A value is shared between the two nearest bins of the picture's axis, so that the score is continuous.
       const float place = value * ((kBins - 1) / 255.0F);
       const int bin = std::min(static_cast<int>(place), kBins - 2),
                 row = std::min(static_cast<int>(sample.intensity * kBins), kBins - 1);

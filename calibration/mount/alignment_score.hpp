@@ -9,18 +9,18 @@
 
 namespace hueline::calibration {
 
-/// How well image and laser lie over each other, at one width of blur. Pictures are made once; score() is pure and
-/// cheap.
+/// Measures how well images and laser samples fit together at one width of blur. The constructor prepares the pictures;
+/// score() is pure and cheap.
 class AlignmentScore {
  public:
-  /// Takes `most_samples` at most of those near the shots' moments, and as many outlines. The arguments must outlive
-  /// it.
+  /// Uses at most `most_samples` of the samples that were fired near the exposures, and as many outlines. `lenses` and
+  /// `shots` must outlive this object.
   AlignmentScore(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots,
                  const std::vector<std::size_t>& which, const Transform<Body, CameraHead>& start,
                  const AlignmentConfig& config, float blur_px, std::size_t most_samples);
 
-  /// Larger is better. Outlines: mean edge under the outlines against the mean edge of the pictures. Intensity: mutual
-  /// information, nat.
+  /// Returns the score of a correction; larger is better. Outlines contribute the mean edge below the outlines relative
+  /// to the mean edge of the pictures. Intensities contribute their mutual information with the grey levels, in nat.
   double score(const HeadCorrection& correction) const;
   std::size_t outlines() const { return outlines_; }
   std::size_t samples() const { return samples_; }

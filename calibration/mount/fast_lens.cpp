@@ -14,8 +14,8 @@ Transform<Body, CameraHead> corrected(const Transform<Body, CameraHead>& start, 
 
 FastLens fast_lens(const AlignmentLens& lens, const Transform<CameraHead, Body>& T_head_body, const AlignmentShot& shot,
                    double time_offset_s) {
-  // The image was made later than said: by then the vehicle has gone on, and what stands still lies farther back in
-  // Body.
+  // The image was taken later than its time says. Until then the vehicle has moved on, and static objects lie farther
+  // back in Body.
   const Eigen::Vector3d turn = shot.turn_rate_body * time_offset_s;
   const double angle = turn.norm();
   const Eigen::Quaterniond gone =

@@ -7,16 +7,19 @@
 
 namespace hueline::calibration {
 
-/// Turn of the head about its own axes, rad, and time offset of the images, s: what is looked for.
+/// The estimated values: rotation of the head about its own axes (three numbers, rad), and time offset of the images
+/// (s).
 using HeadCorrection = Eigen::Vector4d;
 
-/// T_body_head with a correction: p_head = exp(-turn) T_head_body p_body, so that the head is turned by `turn` about
+/// Returns T_body_head with a correction: p_head = exp(-turn) T_head_body p_body. The head is rotated by `turn` about
 /// its own axes.
 Transform<Body, CameraHead> corrected(const Transform<Body, CameraHead>& start, const HeadCorrection& correction);
 
-/// Projection of a lens in float, for millions of points: project_with without its checks. Pixels of the lens image.
+/// The projection of a lens in single precision, for millions of points. It is project_with without its checks; pixels
+/// are those of the lens image.
 struct FastLens {
   LensModel model;
+  /// `cosine` is the cosine of the largest angle from the axis that is projected.
   float fx, fy, cx, cy, cosine;
   float k[5];
   Eigen::Matrix3f R_lens_body;
@@ -44,7 +47,8 @@ struct FastLens {
   }
 };
 
-/// A lens at one exposure, were the head at `T_head_body` and the image made `time_offset_s` later than said.
+/// Returns a lens at one exposure for a head at `T_head_body` and an image that was taken `time_offset_s` later than
+/// its time says.
 FastLens fast_lens(const AlignmentLens& lens, const Transform<CameraHead, Body>& T_head_body, const AlignmentShot& shot,
                    double time_offset_s);
 

@@ -13,17 +13,17 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr double kFarthest = 1.5 * kRadPerDeg;  // from the start
-constexpr double kBegin = 0.5 * kRadPerDeg;     // expected error of the start: the first blur is as wide
+constexpr double kFarthest = 1.5 * kRadPerDeg;  // largest rotation from the start
+constexpr double kBegin = 0.5 * kRadPerDeg;     // expected error of the start, which gives the width of the first blur
 constexpr double kDoneTurn = 0.0005 * kRadPerDeg, kDoneTime_s = 2e-5;
 constexpr double kFinest_px =
-    0.05;  // what all images have in common is not known better: 0.03 to 0.1 on simulated drives
+    0.05;  // Least sigma of what all images have in common; simulated drives show 0.03 to 0.1.
 constexpr std::size_t kStrideWhenBlurred = 3;
-constexpr int kMostSteps = 12;                     // at one blur
-constexpr std::size_t kFewestPatches = 100;        // those of one real image (27) lead a quarter of a degree astray
-constexpr double kWeakestTurn = 0.5 * kRadPerDeg;  // least certain turn that is taken for fixed at all
+constexpr int kMostSteps = 12;               // most steps at one blur
+constexpr std::size_t kFewestPatches = 100;  // the 27 patches of one real image gave an error of a quarter of a degree
+constexpr double kWeakestTurn = 0.5 * kRadPerDeg;  // largest sigma of a rotation that counts as determined
 
-/// How much parts of the shots pull against each other where their sum is at rest: the gradients' covariance.
+/// Returns the covariance of the gradients of parts of the shots at the optimum of their sum.
 Eigen::Matrix4d pull_of(const std::vector<HeadNormals>& shots, const std::vector<std::size_t>& part,
                         std::size_t parts) {
   std::vector<Eigen::Vector4d> pulls(parts, Eigen::Vector4d::Zero());
@@ -79,7 +79,7 @@ Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, con
                      "the patches in which laser intensity follows the grey levels do not fix the head's turn"};
       HeadCorrection by = HeadCorrection::Zero();
       by.head(free) = -factors.solve(sum.gradient.head(free));
-      // Linear only as far as the blur reaches.
+      // The linearisation is valid only within the width of the blur.
       const double reach = static_cast<double>(blurs[level]) / focal;
       if (by.head<3>().norm() > reach) by *= reach / by.head<3>().norm();
       out.T_body_head = corrected(out.T_body_head, by);
@@ -102,8 +102,8 @@ Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, con
   out.samples = sum.samples;
   const std::size_t groups = std::min(static_cast<std::size_t>(std::max(0, config.groups)), shots.size());
   if (groups < 2) return out;
-  // Neighbouring shots see the same things: their errors are one. What is independent are stretches of the drive; and
-  // lenses, each of which has its own error of calibration in all of its images.
+  // Neighbouring shots see the same objects and therefore have common errors. Stretches of the drive are independent of
+  // each other. So are lenses, because each lens has its own calibration error in all of its images.
   std::vector<std::size_t> stretches, of_lens;
   for (std::size_t i = 0; i < shots.size(); ++i) {
     stretches.push_back(i * groups / shots.size());

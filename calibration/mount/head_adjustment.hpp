@@ -4,18 +4,21 @@
 
 namespace hueline::calibration {
 
+/// The result of adjust_head().
 struct HeadAdjustment {
-  Transform<Body, CameraHead> T_body_head;  ///< the start, turned
+  Transform<Body, CameraHead> T_body_head;  ///< the start with a new rotation
   double time_offset_s = 0;
-  /// Of turn about the head's axes (rad) and time (s), from how much stretches of the drive pull against each other.
+  /// Covariance of the rotation about the head's axes (rad) and of the time offset (s), from the differences between
+  /// stretches of the drive.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
   std::size_t patches = 0, samples = 0;
   int steps = 0;
 };
 
-/// The last tenths of a degree, from at most a degree off: Gauss and Newton's steps on IntensityRelation, from blurred
-/// images to sharp ones. `time_is_free`: the time offset is looked for with the turn. Errors: Unavailable (too few
-/// patches in which intensity follows grey, a turn that they do not fix, steps that do not end or lead too far).
+/// Refines the rotation of a head from a start that is at most a degree off. Gauss-Newton steps on IntensityRelation go
+/// from blurred images to sharp ones. If `time_is_free`, the time offset is estimated with the rotation.
+/// Errors: Unavailable (too few patches in which intensity follows the grey level, a rotation that they do not
+/// determine, steps that do not converge or lead too far).
 Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots,
                                    const Transform<Body, CameraHead>& start, double time_offset_s, bool time_is_free,
                                    const AlignmentConfig& config);

@@ -10,19 +10,22 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr int kPatchesAcross = 38;          // an image's width in patches, at most
-constexpr float kPatchOfBlur = 5;           // a patch is at least so many blurs wide: a smaller one has no edges left
-constexpr double kMeanSamples = 25;         // and so wide that a patch has so many samples where they are spread evenly
-constexpr std::size_t kFewestSamples = 15;  // of a patch
-constexpr double kLeastRatio = 9;     // F: variance that grey explains against what it leaves, a sample; three sigma
-constexpr double kLeastShare = 0.15;  // of the variance that it explains
-constexpr double kFloor = 0.02;       // rank: no patch fits better than this
-constexpr double kRobust = 2.4;       // Cauchy: 95 % efficient
+constexpr int kPatchesAcross = 38;  // most patches across an image
+constexpr float kPatchOfBlur = 5;   // least width of a patch in blurs; a smaller patch has no edges left
+// Mean number of samples of a patch if they are spread evenly, which gives the patch's width.
+constexpr double kMeanSamples = 25;
+constexpr std::size_t kFewestSamples = 15;  // least number of samples of a patch
+// Least F value: variance that the grey level explains, over the remaining variance of a sample. 9 is three sigma.
+constexpr double kLeastRatio = 9;
+constexpr double kLeastShare = 0.15;  // least share of the variance that the grey level explains
+constexpr double kFloor = 0.02;       // least residual of a patch, in rank
+constexpr double kRobust = 2.4;       // Cauchy weight with 95 % efficiency
 constexpr int kReweightings = 3;
-constexpr double kHiddenCell_deg = 1.0;                 // something nearer within one and a half cells hides ...
-constexpr float kHiddenShare = 1.2F, kHidden_m = 0.3F;  // ... what is so much farther away
+constexpr double kHiddenCell_deg = 1.0;  // something nearer within one and a half cells hides ...
+// ... a sample that is farther away by this factor and this distance.
+constexpr float kHiddenShare = 1.2F, kHidden_m = 0.3F;
 
-/// A blurred image, read between pixels.
+/// A blurred image that can be read between pixels.
 class Picture {
  public:
   Picture(const GreyImage& image, float blur_px) {
@@ -53,7 +56,7 @@ struct Hit {
   float u, v, grey;
 };
 
-/// How a pixel moves with turn and time.
+/// The derivatives of a pixel with respect to rotation and time.
 class PixelMotion {
  public:
   PixelMotion(const AlignmentLens& lens, const AlignmentShot& shot, const Transform<CameraHead, Body>& T_head_body,
@@ -65,9 +68,10 @@ class PixelMotion {
         velocity_(shot.velocity_body),
         turn_rate_(shot.turn_rate_body) {}
 
-  /// Rows u and v.
+  /// Returns the derivatives of u (first row) and v (second row).
   Eigen::Matrix<double, 2, 4> at(const Eigen::Vector3f& p_body) const {
-    constexpr float kShare = 2e-3F;  // of the range: differences are exact enough for steps
+    // Step of the difference quotient as a share of the range; exact enough for the iteration.
+    constexpr float kShare = 2e-3F;
     const Eigen::Vector3f p_lens = fast_.R_lens_body * p_body + fast_.t_lens_body;
     const float h = kShare * p_lens.norm();
     Eigen::Matrix<double, 2, 3> of_lens;
@@ -93,7 +97,7 @@ class PixelMotion {
   Eigen::Vector3d velocity_, turn_rate_;
 };
 
-/// intensity = a + b grey over the samples of a patch, robust.
+/// The robust relation intensity = a + b grey over the samples of a patch.
 struct Relation {
   double b = 0, variance = 0, mean_grey = 0, mean_intensity = 0, spread = 0;
   std::vector<double> weights;
@@ -139,7 +143,8 @@ Relation relation_of(const std::vector<Hit>& hits, const std::vector<std::size_t
   return out;
 }
 
-/// Samples that the lens sees: in its image or `margin_px` beside it, and nothing nearer before them.
+/// Returns the samples that the lens can see: within its image or `margin_deg` beside it, and not hidden by something
+/// nearer.
 std::vector<std::uint32_t> seen_by(const AlignmentLens& lens, const AlignmentShot& shot,
                                    const Transform<CameraHead, Body>& T_head_body, double margin_deg) {
   const FastLens fast = fast_lens(lens, T_head_body, shot, 0);
@@ -225,7 +230,7 @@ HeadNormals IntensityRelation::normals(std::size_t index, const Transform<Body, 
     if (of_patch.size() < kFewestSamples) continue;
     const Relation relation = relation_of(hits, of_patch, samples);
     if (!relation.is_there) continue;
-    // Each residual's slope, with what a and b take of it left out (Kaufman 1975).
+    // The slope of each residual, without the part that a and b absorb (Kaufman 1975).
     Eigen::Matrix<double, Eigen::Dynamic, 4> slopes(static_cast<Eigen::Index>(of_patch.size()), 4);
     Eigen::RowVector4d mean = Eigen::RowVector4d::Zero(), along = Eigen::RowVector4d::Zero();
     double sum = 0;

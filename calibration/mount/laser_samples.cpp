@@ -8,10 +8,10 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr double kCell = 0.35 * std::numbers::pi / 180;  // of the grid of directions
-constexpr double kReach = 0.8 * std::numbers::pi / 180;  // how far beside a return its neighbour may be
-constexpr float kJump_m = 0.6F;                          // a farther neighbour makes an outline ...
-constexpr float kJumpShare = 0.08F;                      // ... by this and by this share of the range
+constexpr double kCell = 0.35 * std::numbers::pi / 180;  // cell of the grid of directions
+constexpr double kReach = 0.8 * std::numbers::pi / 180;  // largest angle to a neighbouring return
+constexpr float kJump_m = 0.6F;                          // A neighbour that is farther by this distance ...
+constexpr float kJumpShare = 0.08F;                      // ... and by this share of the range makes an outline.
 
 }  // namespace
 
@@ -39,7 +39,7 @@ std::vector<LaserSample> laser_samples(const std::vector<Eigen::Vector3f>& p_sca
   std::vector<LaserSample> out(n);
   const std::vector<float> ranked = ranks(intensity);
   for (std::size_t i = 0; i < n; ++i) out[i].intensity = ranked[i];
-  // A grid of directions, each cell with its returns.
+  // A grid of directions; each cell lists its returns.
   const int across = static_cast<int>(2 * std::numbers::pi / kCell) + 1,
             down = static_cast<int>(std::numbers::pi / kCell) + 1;
   struct Direction {
@@ -66,7 +66,7 @@ std::vector<LaserSample> laser_samples(const std::vector<Eigen::Vector3f>& p_sca
     const auto [column, row] = cell_of(own.azimuth, own.elevation);
     const double narrow = std::max(0.05, std::cos(own.elevation));
     const int reach = static_cast<int>(kReach / kCell / narrow) + 1;
-    // The next return on each side in the same ring.
+    // Finds the nearest return on each side in the same ring.
     double nearest[2] = {kReach, kReach}, range[2] = {own.range, own.range};
     for (int r = std::max(0, row - rows_reach); r <= std::min(down - 1, row + rows_reach); ++r) {
       for (int c = column - reach; c <= column + reach; ++c) {

@@ -12,13 +12,15 @@ namespace hueline::calibration {
 namespace {
 
 constexpr int kTriples = 600;
-constexpr double kVagueTurn = 0.035;  // rad of standard deviation from which geometry is said to fix nothing
+// From this standard deviation on, the points count as not determining the rotation, rad.
+constexpr double kVagueTurn = 0.035;
 constexpr double kVagueCentre_m = 0.5;
-constexpr double kMedianOfRadius = 1.1774;  // of a plane normal distribution, in standard deviations of one coordinate
+// Median radius of a plane normal distribution, in standard deviations of one coordinate.
+constexpr double kMedianOfRadius = 1.1774;
 constexpr double kNowhere_px = 1e9;
 
-/// Seen minus projected over its standard deviation; a small turn about the lens's axes on top of R, and the projection
-/// centre.
+/// Residual of one point: seen minus projected pixel over its standard deviation. The parameters are a small rotation
+/// about the lens's axes after R, and the projection centre.
 struct PointResidual {
   const LensValues* lens;
   Eigen::Matrix3d R_lens_scanner;
@@ -54,11 +56,12 @@ struct Start {
   double error2 = 0;
 };
 
-/// The best of many minimal resections: most points agree, then the smallest sum of squares.
+/// Returns the best of many minimal resections: the one with which most points agree, then the one with the smallest
+/// sum of squares.
 Start best_start(const LensValues& lens, const std::vector<Correspondence>& points,
                  const std::vector<Eigen::Vector3d>& rays, double agree_px) {
   Start best;
-  std::uint64_t state = 88172645463325252ULL;  // fixed: the same points give the same start
+  std::uint64_t state = 88172645463325252ULL;  // a fixed seed, so that the same points give the same start
   const auto next = [&](std::size_t below) {
     state ^= state << 13;
     state ^= state >> 7;
@@ -115,7 +118,8 @@ Fit fit(const LensValues& lens, const std::vector<Correspondence>& points, const
   if (turn.norm() > 0) q = Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized())) * q;
   q.normalize();
   out.T = {q, -(q * centre)};
-  // Normal matrix where the small turn is zero, so that it speaks of turns about the lens's own axes.
+  // The normal matrix is evaluated where the small rotation is zero, so that it refers to rotations about the lens's
+  // own axes.
   const double at[6] = {0, 0, 0, centre.x(), centre.y(), centre.z()};
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!used[i]) continue;
@@ -131,8 +135,8 @@ Fit fit(const LensValues& lens, const std::vector<Correspondence>& points, const
   return out;
 }
 
-/// For the message: one mirror stands for all exchanges that change the hand of the axes; those that do not, the
-/// resection finds as a turn.
+/// Returns the hint of an error message. One mirrored axis stands for all exchanges of axes that change their
+/// handedness. The resection itself finds the other exchanges as a rotation.
 std::string what_would_fit(const LensValues& lens, std::vector<Correspondence> points,
                            const std::vector<Eigen::Vector3d>& rays, double agree_px) {
   for (Correspondence& point : points) point.p_scanner.y() = -point.p_scanner.y();
@@ -175,7 +179,7 @@ Result<Resection> resect(const LensValues& lens, const std::vector<Correspondenc
     return Error{ErrorCode::Unavailable,
                  fmt::format("only {} of {} points agree on one pose within {} px{}", start.agreeing, points.size(),
                              config.agree_px, what_would_fit(lens, points, rays, config.agree_px))};
-  // Weights from the distances, which the start knows well enough.
+  // The start is good enough to compute the weights from the distances.
   std::vector<double> weights;
   for (const Correspondence& point : points) {
     const double distance = std::max(0.1, (start.T * Point<Scanner>{point.p_scanner}).xyz.norm());
@@ -185,7 +189,7 @@ Result<Resection> resect(const LensValues& lens, const std::vector<Correspondenc
   for (std::size_t i = 0; i < points.size(); ++i) used[i] = pixel_error(lens, start.T, points[i]) < 3 * config.agree_px;
   Fit found = fit(lens, points, used, weights, start.T, 2.0);
   for (int round = 0; round < 4 && found.ok; ++round) {
-    // Points are held against the noise that most of them have; few points know it badly.
+    // Points are compared with the noise of the majority. Few points determine that noise badly.
     std::vector<double> radii;
     for (std::size_t i = 0; i < points.size(); ++i)
       if (used[i]) radii.push_back(weights[i] * pixel_error(lens, found.T, points[i]));
@@ -221,7 +225,7 @@ Result<Resection> resect(const LensValues& lens, const std::vector<Correspondenc
                                   eigen.eigenvalues().cwiseMax(1e-12).cwiseInverse().asDiagonal() *
                                   eigen.eigenvectors().transpose();
   out.covariance = inverse * (out.unit_sigma * out.unit_sigma);
-  // Judged by the noise that was told: few points fit anything well.
+  // The pose is judged with the stated noise, because few points always fit well.
   const double turn = std::sqrt(inverse.topLeftCorner(3, 3).diagonal().maxCoeff()),
                centre = std::sqrt(inverse.bottomRightCorner(3, 3).diagonal().maxCoeff());
   if (turn > kVagueTurn || centre > kVagueCentre_m)

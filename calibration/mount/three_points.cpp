@@ -8,7 +8,8 @@
 namespace hueline::calibration {
 namespace {
 
-/// Real roots of a[4] v^4 + ... + a[0] by the eigenvalues of its companion matrix, each improved by Newton.
+/// Returns the real roots of a[4] v^4 + ... + a[0], from the eigenvalues of the companion matrix, each improved by
+/// Newton's method.
 std::vector<double> real_roots(const std::array<double, 5>& a) {
   if (!(std::abs(a[4]) > 1e-14 * (std::abs(a[0]) + std::abs(a[1]) + std::abs(a[2]) + std::abs(a[3])))) return {};
   Eigen::Matrix4d companion = Eigen::Matrix4d::Zero();
@@ -18,7 +19,7 @@ std::vector<double> real_roots(const std::array<double, 5>& a) {
   std::vector<double> out;
   for (int i = 0; i < 4; ++i) {
     const auto root = solver.eigenvalues()[i];
-    // Double roots come out as a pair a little off the real axis.
+    // A double root appears as a pair slightly off the real axis.
     if (std::abs(root.imag()) > 1e-4 * (1 + std::abs(root.real()))) continue;
     double v = root.real();
     for (int step = 0; step < 3; ++step) {

@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::size_t kFewest = 4;
 
-/// Points of the ring that pass beside a sphere, against those on it: a target stands free, a wall or a trunk goes on.
+/// Returns whether few enough points of the ring pass beside a sphere. A target stands free; a wall or a trunk
+/// continues beside it.
 bool stands_free(std::span<const Eigen::Vector3f> around, const CentreFit& fit, double radius, double most_clutter) {
   const Eigen::Vector3d sight = fit.centre_scanner.normalized();
   const double range = fit.centre_scanner.norm(), inner = 1.2 * radius, outer = 2.2 * radius;
@@ -20,14 +21,15 @@ bool stands_free(std::span<const Eigen::Vector3f> around, const CentreFit& fit, 
   for (const auto& point : around) {
     const Eigen::Vector3d p = point.cast<double>();
     const double depth = sight.dot(p);
-    // Where the beam is at the centre's depth.
+    // Distance of the beam from the centre's line of sight, at the depth of the centre.
     const double off = (p - depth * sight).norm() * range / depth;
     beside += depth > 0 && off > inner && off < outer;
   }
   return static_cast<double>(beside) <= most_clutter * static_cast<double>(fit.points);
 }
 
-/// The rounder, or the one with more points, of those that are the same.
+/// Removes duplicate candidates. LinearFit keeps the rounder one; KnownRadius keeps the one with more points, and the
+/// rounder one if the numbers are equal.
 void drop_duplicates(std::vector<Candidate>& candidates, double distance, CentreMethod method) {
   std::stable_sort(candidates.begin(), candidates.end(), [&](const Candidate& a, const Candidate& b) {
     if (method == CentreMethod::LinearFit || a.points == b.points) return a.roundness > b.roundness;
@@ -42,15 +44,16 @@ void drop_duplicates(std::vector<Candidate>& candidates, double distance, Centre
   candidates = std::move(kept);
 }
 
-/// Known radius: cells two by two, so that a sphere cut by cells is seen whole.
+/// Fits spheres with a known radius in windows of two by two cells, so that a sphere that is cut by cells is complete
+/// in one of them.
 void search_joined(const RingCells& cells, double radius, const ScannerNoise& noise, const DetectionConfig& config,
                    std::vector<Candidate>& out) {
   std::vector<Eigen::Vector3f> window, around;
   for (const RingCells::Cell& cell : cells.cells()) {
-    // Each window that has this cell at a corner, counted once: the window whose lowest corner is at or just before it.
+    // Visits each window that has this cell at a corner. Several cells can share a window, which must count only once.
     for (int corner = 0; corner < 4; ++corner) {
       const int sector = cell.sector - (corner & 1), level = cell.level - (corner >> 1);
-      // Seen from another occupied cell of the window already? The first one in order owns it.
+      // The window is skipped if an occupied cell that comes first in its order visits it.
       if (corner == 1 && cells.count_in(sector, 1, level, 2)) continue;
       if (corner == 2 && cells.count_in(sector, 2, level, 1)) continue;
       if (corner == 3 && (cells.count_in(sector, 1, level, 2) || cells.count_in(sector, 2, level, 1))) continue;
@@ -85,7 +88,7 @@ std::string DetectionConfig::validate() const {
 }
 
 double noise_limit(double freedom) {
-  // Wilson and Hilferty's approximation of the quantile.
+  // Approximation of the quantile by Wilson and Hilferty.
   const double a = 2 / (9 * freedom), root = 1 - a + 3.72 * std::sqrt(a);
   return 1.5 * freedom * root * root * root;
 }
@@ -129,7 +132,8 @@ RingDetection detect_spheres(std::span<const Eigen::Vector3f> points_scanner, co
     out.candidates.push_back(candidate);
   }
   if (method == CentreMethod::KnownRadius) search_joined(cells, radius, noise, config, out.candidates);
-  // Of two spheres that overlap one at least is none. The published step knows duplicates by 3 sigma alone.
+  // Of two overlapping spheres at least one is false. The published method only treats centres within 3 sigma as
+  // duplicates.
   drop_duplicates(out.candidates, method == CentreMethod::LinearFit ? 3 * noise.range_precision_m : radius, method);
   if (out.candidates.size() > config.most_candidates) out.candidates.resize(config.most_candidates);
   out.counts.candidates = out.candidates.size();

@@ -28,7 +28,7 @@ std::vector<Node> nodes_of(std::span<const TargetToMatch> targets, const Matchin
   return nodes;
 }
 
-/// Squared mismatch of the distance over its variance.
+/// Returns the squared difference between the found and the surveyed distance, over its variance.
 double mismatch(const Node& a, const Node& b, std::span<const TargetToMatch> targets) {
   const Eigen::Vector3d apart = a.centre - b.centre;
   const double found = apart.norm();
@@ -39,7 +39,8 @@ double mismatch(const Node& a, const Node& b, std::span<const TargetToMatch> tar
   return off * off / (along.dot((a.covariance + b.covariance) * along) + A.sigma_m * A.sigma_m + B.sigma_m * B.sigma_m);
 }
 
-/// The search for sets of nodes that are all joined, largest first, by depth with the targets in order.
+/// Searches for sets of nodes that are all connected with each other, largest first. It is a depth-first search over
+/// the targets in their order.
 class CliqueSearch {
  public:
   CliqueSearch(std::span<const TargetToMatch> targets, const MatchingConfig& config)
@@ -84,7 +85,7 @@ class CliqueSearch {
  private:
   bool joined(std::size_t a, std::size_t b) const { return joined_[a * words_ + b / 64] >> (b % 64) & 1; }
 
-  /// `open`: nodes joined to all chosen ones.
+  /// Extends a set by the remaining targets. `open` has the nodes that are connected with all chosen ones.
   void extend(std::size_t target, const std::vector<std::uint64_t>& open, std::vector<std::size_t>& chosen) {
     if (++steps_ > config_.most_steps) return;
     const std::size_t least = result_.match ? result_.match->matched : 3;
@@ -93,7 +94,7 @@ class CliqueSearch {
       if (chosen.size() >= least) judge(chosen);
       return;
     }
-    // How many targets could still be added at most.
+    // Counts how many targets can still be added at most.
     std::size_t possible = chosen.size();
     std::size_t last = static_cast<std::size_t>(-1);
     for (std::size_t i = first_of(target); i < nodes_.size(); ++i)
@@ -118,7 +119,7 @@ class CliqueSearch {
     return static_cast<std::size_t>(std::ranges::lower_bound(nodes_, target, {}, &Node::target) - nodes_.begin());
   }
 
-  /// Whether a set can be the targets, and whether it is the best so far.
+  /// Tests whether a set can be the targets, and whether it is the best so far.
   void judge(const std::vector<std::size_t>& chosen) {
     std::vector<Eigen::Vector3d> scanner, survey;
     double chi_squared = 0;
@@ -137,7 +138,7 @@ class CliqueSearch {
         std::acos(std::clamp((orientation->T_survey_scanner.rotation * Eigen::Vector3d::UnitZ()).z(), -1.0, 1.0));
     const double off_station = (orientation->T_survey_scanner.translation - config_.station_survey).norm();
     const double mirrored = mirrored_rms(scanner, survey);
-    // Distances do not know left from right: a mirror image has the same ones.
+    // A mirror image has the same distances, so that distances alone do not distinguish left from right.
     const double limit = 0.05;
     if (rest > limit || tilt > config_.most_tilt_rad || off_station > config_.station_doubt_m) {
       if (chosen.size() < turned_size_) return;

@@ -9,32 +9,38 @@
 #include "calibration/targets/detection.hpp"
 #include "calibration/targets/orientation.hpp"
 
-/// Which candidates are the targets, by mutual distances: docs/methods/sphere_targets.md, step 5.
+/// Selection of the candidates that are the targets, by mutual distances: docs/methods/sphere_targets.md, step 5.
 namespace hueline::calibration {
 
-/// What is known of a target before the scan is oriented.
+/// A target with its candidates, before the scan is oriented.
 struct TargetToMatch {
   SurveyedPoint surveyed;
-  std::vector<Candidate> candidates;  ///< of its ring
+  std::vector<Candidate> candidates;  ///< candidates in the target's ring
 };
 
+/// Settings of the matching.
 struct MatchingConfig {
-  double gate_sigma = 4.5;          ///< of a mutual distance against the surveyed one
-  double common_range_sigma_m = 0;  ///< of each centre along its line of sight, beside the candidates' own covariance
+  double gate_sigma = 4.5;  ///< largest difference between a mutual distance and the surveyed one, in sigmas
+  /// Sigma of each centre along its line of sight, in addition to the candidate's covariance.
+  double common_range_sigma_m = 0;
+  /// Surveyed place of the scanner.
   Eigen::Vector3d station_survey = Eigen::Vector3d::Zero();
-  double station_doubt_m = 0.25;  ///< how far the scanner's origin may come to lie from its surveyed place
-  double most_tilt_rad = 0.8;     ///< of the scanner's z axis against the survey's
+  /// Largest distance between the resulting origin of the scanner and its surveyed place.
+  double station_doubt_m = 0.25;
+  double most_tilt_rad = 0.8;  ///< largest angle between the scanner's z axis and that of the survey
+  /// Limit of the search's effort.
   std::size_t most_steps = 3'000'000;
 };
 
+/// The candidates selected as targets.
 struct Match {
-  std::vector<std::optional<std::size_t>> chosen;  ///< one entry a target: index of its candidate
-  std::size_t matched = 0;
-  double chi_squared = 0;   ///< of the mutual distances
-  Orientation orientation;  ///< closed form
+  std::vector<std::optional<std::size_t>> chosen;  ///< for each target: index of its candidate, or nothing
+  std::size_t matched = 0;                         ///< number of targets with a candidate
+  double chi_squared = 0;                          ///< chi-squared of the mutual distances
+  Orientation orientation;                         ///< closed-form orientation from the matched targets
 };
 
-/// Why nothing was matched, for people; `best` is the largest set whose distances agree.
+/// The reason why nothing was matched, for a message. `best` is the size of the largest set with agreeing distances.
 struct MatchFailure {
   std::string reason;
   std::size_t best = 0;
@@ -45,12 +51,14 @@ struct MatchResult {
   MatchFailure failure;
 };
 
-/// The largest set of candidates, at most one a target, all of whose mutual distances are the surveyed ones, which a
-/// proper rotation brings to the survey with the scanner upright and at its station. At least three.
+/// Returns the largest set of candidates, at most one for each target, whose mutual distances all equal the surveyed
+/// ones. A proper rotation must map the set to the survey with the scanner upright and at its station. A set has at
+/// least three candidates.
 MatchResult match_by_distances(std::span<const TargetToMatch> targets, const MatchingConfig& config);
 
-/// As published (docs/methods equation 22): a candidate is false if less than half of the surveyed distances from its
-/// target meet a candidate at theirs. Of those left of one target the roundest.
+/// Returns a candidate or nothing for each target by the published rule (docs/methods equation 22): a candidate is
+/// false if less than half of the surveyed distances from its target lead to a candidate of the other targets. If
+/// several candidates of a target remain, the roundest is taken.
 std::vector<std::optional<std::size_t>> match_by_share(std::span<const TargetToMatch> targets,
                                                        const MatchingConfig& config);
 

@@ -25,7 +25,7 @@ Eigen::Vector3d mean_of(std::span<const Eigen::Vector3d> points) {
   return sum / static_cast<double>(points.size());
 }
 
-/// Sum of survey * scanner^T about the means.
+/// Returns the sum of survey * scanner^T about the means.
 Eigen::Matrix3d correlation(std::span<const Eigen::Vector3d> scanner, std::span<const Eigen::Vector3d> survey) {
   const Eigen::Vector3d a = mean_of(scanner), b = mean_of(survey);
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
@@ -33,7 +33,7 @@ Eigen::Matrix3d correlation(std::span<const Eigen::Vector3d> scanner, std::span<
   return H;
 }
 
-/// How a scanner point's place in the survey frame moves with small rotation, translation and scale.
+/// Returns the derivative of a scanner point's place in the survey with respect to rotation, translation and scale.
 Matrix37 derivative(const Orientation& orientation, const Eigen::Vector3d& p_scanner) {
   Matrix37 A;
   const Eigen::Vector3d turned = orientation.T_survey_scanner.rotation * p_scanner;
@@ -89,7 +89,7 @@ Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const Su
                           std::span<const std::optional<SurveyedPoint>> station_priors, bool estimate_scale) {
   const auto size = static_cast<Eigen::Index>(start.size() * 7);
   if (targets.empty() || start.empty()) return Error{ErrorCode::Invalid, "nothing to adjust"};
-  // Projected coordinates have seven digits before the point: away with them while there is arithmetic.
+  // Projected coordinates have seven digits before the point. Subtracting an origin keeps precision in the computation.
   const Eigen::Vector3d origin = targets[0].position_survey;
   Adjustment out;
   out.stations.resize(start.size());
@@ -143,7 +143,7 @@ Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const Su
         m += part.W * part.predicted;
         parts.push_back(part);
       }
-      // The target's own place is eliminated: what the stations say of it against each other and against the survey.
+      // The target's own place is eliminated. It is the weighted mean of what the stations and the survey give.
       const Eigen::Matrix3d M_inverse = M.inverse();
       const Eigen::Vector3d place = M_inverse * m;
       out.targets_survey[k] = place;
@@ -156,8 +156,8 @@ Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const Su
         for (const Part& b : parts) N.block<7, 7>(a.at, b.at) -= a.A.transpose() * a.W * M_inverse * b.W * b.A;
       }
     }
-    // Rotations are of order 1, translations of order 100 m: scaled to a unit diagonal, so that the pivot tells what is
-    // not determined.
+    // Rotations are of order 1 and translations of order 100 m. Scaling to a unit diagonal makes the smallest pivot
+    // show what is not determined.
     const Eigen::VectorXd unit = N.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<Eigen::MatrixXd> solver(unit.asDiagonal() * N * unit.asDiagonal());
     if (!(solver.vectorD().minCoeff() > 1e-10))

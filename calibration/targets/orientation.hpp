@@ -9,10 +9,11 @@
 #include "core/frames.hpp"
 #include "core/result.hpp"
 
-/// Rotation (Rodrigues / Cayley), translation and, if asked, scale: docs/methods equations 24 to 27.
+/// Orientation of scans: rotation (Rodrigues or Cayley parameters), translation and, optionally, scale. Docs/methods
+/// equations 24 to 27.
 namespace hueline::calibration {
 
-/// p_survey = scale * R * p_scanner + t.
+/// The orientation of a scan: p_survey = scale * R * p_scanner + t.
 struct Orientation {
   Transform<Survey, Scanner> T_survey_scanner;
   double scale = 1;
@@ -22,57 +23,64 @@ struct Orientation {
   }
 };
 
-/// a, b, c of the antisymmetric matrix S with R = (I - S)^-1 (I + S): the rotation axis times tan(angle / 2), S p = (a,
-/// b, c) x p. Empty within a hundredth of a degree of half a turn, where they are infinite.
+/// Returns a, b, c of the antisymmetric matrix S with R = (I - S)^-1 (I + S). They are the rotation axis times
+/// tan(angle / 2), and S p = (a, b, c) x p. Returns nothing within a hundredth of a degree of a half turn, where they
+/// are infinite.
 std::optional<Eigen::Vector3d> rodrigues_parameters(const Eigen::Quaterniond& rotation);
+/// Returns the rotation of the parameters that rodrigues_parameters() gives.
 Eigen::Quaterniond rotation_from_rodrigues(const Eigen::Vector3d& abc);
 
-/// Closed form, equal weights (Horn), proper rotations only; the start of everything else. At least three points not on
-/// one line.
+/// Returns the orientation in closed form with equal weights (Horn), proper rotations only. It is the start of all
+/// other computations. It needs at least three points that are not on one line, and returns nothing otherwise.
 std::optional<Orientation> orient_closed_form(std::span<const Eigen::Vector3d> scanner,
                                               std::span<const Eigen::Vector3d> survey);
-/// Root mean square of what remains when a mirror image is allowed too: far smaller than without only if axes are
-/// swapped.
+/// Returns the rms residual if a mirror image is allowed as well. It is much smaller than without the mirror only if
+/// axes are swapped.
 double mirrored_rms(std::span<const Eigen::Vector3d> scanner, std::span<const Eigen::Vector3d> survey);
 
-/// A centre found in a station's scan.
+/// The centre of a target, found in the scan of a station.
 struct CentreObservation {
-  std::size_t station = 0, target = 0;  ///< indices into the lists below
+  std::size_t station = 0, target = 0;  ///< indices into the lists of stations and targets
   Eigen::Vector3d centre_scanner = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance =
-      Eigen::Matrix3d::Identity();  ///< in the scanner's frame, the common part of the range included
+      Eigen::Matrix3d::Identity();  ///< covariance in the scanner's frame, including the common part of the range error
 };
 
-/// A place known from the survey, with its sigma in each coordinate.
+/// A place known from the survey, with one sigma for each coordinate.
 struct SurveyedPoint {
   Eigen::Vector3d position_survey = Eigen::Vector3d::Zero();
   double sigma_m = 0.003;
 };
 
+/// The adjusted orientation of one station.
 struct AdjustedStation {
   Orientation orientation;
-  /// Of rotation about the survey's axes (rad), the scanner's origin (m) and scale: 7 x 7; the last row and column are
-  /// 0 if scale was fixed.
+  /// Covariance of rotation about the survey's axes (rad), origin of the scanner (m) and scale, 7 x 7. The last row and
+  /// column are 0 if the scale was fixed.
   Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
 
-  /// Of a scanner point's place in the survey frame, from the orientation alone.
+  /// Returns the covariance of a scanner point's place in the survey, as far as the orientation causes it.
   Eigen::Matrix3d covariance_of(const Eigen::Vector3d& p_scanner) const;
 };
 
+/// The result of adjust().
 struct Adjustment {
   std::vector<AdjustedStation> stations;
-  std::vector<Eigen::Vector3d> targets_survey;  ///< adjusted
-  std::vector<Eigen::Vector3d>
-      residuals_survey;  ///< of each observation: from the surveyed place to where the scan puts it
+  std::vector<Eigen::Vector3d> targets_survey;    ///< adjusted places of the targets
+  std::vector<Eigen::Vector3d> residuals_survey;  ///< for each observation: place by the scan minus surveyed place
   double chi_squared = 0;
+  /// Degrees of freedom.
   int freedom = 0;
   int steps = 0;
 };
 
-/// All stations together: observed centres with their covariances and the targets' surveyed places with theirs, by
-/// Gauss-Newton with Cayley increments; targets eliminated block by block. `start`: one orientation a station.
-/// `station_priors`: surveyed scanner origins that are to count as observations. Invalid if a station's orientation is
-/// not determined.
+/// Adjusts the orientations of all stations together. The observations are the centres with their covariances and the
+/// surveyed places of the targets with theirs. The method is Gauss-Newton with Cayley increments; the targets are
+/// eliminated block by block.
+/// `start` has one orientation for each station. `station_priors` has the surveyed origins of the scanners that count
+/// as observations.
+/// Errors: Invalid if there are no targets or stations, or the targets do not determine the orientation of every
+/// station.
 Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const SurveyedPoint> targets,
                           std::span<const CentreObservation> observations,
                           std::span<const std::optional<SurveyedPoint>> station_priors, bool estimate_scale);

@@ -8,20 +8,20 @@
 
 namespace hueline::calibration {
 
-/// Steps 2 and 3 of sphere-target orientation: the points of one ring in sectors about the scanner's z, each as wide as
-/// the ring is thick, and in cells of 1.95 radii along z. A sphere lies in at most two sectors and, but for a sliver,
-/// two cells, as long as its target stands below 45 degrees of elevation.
+/// The points of one ring in cells (steps 2 and 3 of the sphere-target orientation). Sectors around the scanner's z
+/// axis are as wide as the ring is thick; levels along z are 1.95 radii high. A sphere lies in at most two sectors and,
+/// apart from a thin part, in two levels, as long as its target is below 45 degrees of elevation.
 class RingCells {
  public:
   struct Cell {
     std::int32_t sector = 0, level = 0;
-    std::uint32_t begin = 0, count = 0;  ///< in points()
+    std::uint32_t begin = 0, count = 0;  ///< range in points()
   };
 
-  /// `points_scanner`: those whose distance lies within width / 2 of `distance`.
+  /// Keeps those of `points_scanner` whose distance from the scanner is within width / 2 of `distance`.
   RingCells(std::span<const Eigen::Vector3f> points_scanner, double distance, double width, double radius);
 
-  /// Ordered by sector, level and place in the scan.
+  /// Returns the points in the order of sector, level and place in the scan.
   std::span<const Eigen::Vector3f> points() const { return points_; }
   std::span<const Cell> cells() const { return cells_; }
   std::span<const Eigen::Vector3f> points_of(const Cell& cell) const {
@@ -29,9 +29,10 @@ class RingCells {
   }
   int sectors() const { return static_cast<int>(sector_begin_.size()) - 1; }
 
-  /// Points in sectors [sector, sector + wide) and levels [level, level + high), around the circle.
+  /// Returns the number of points in the sectors [sector, sector + wide) and levels [level, level + high). Sectors wrap
+  /// around the circle.
   std::size_t count_in(int sector, int wide, int level, int high) const;
-  /// Those points, appended to `out`.
+  /// Appends those points to `out`.
   void gather(int sector, int wide, int level, int high, std::vector<Eigen::Vector3f>& out) const;
 
  private:

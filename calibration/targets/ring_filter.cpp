@@ -35,7 +35,7 @@ Result<RingPoints> read_rings(const ScanBlocks& scan, std::span<const Ring> ring
                               std::size_t most_points) {
   const RingFilter filter(rings);
   const std::size_t blocks = scan.blocks();
-  /// The kept points of one block, in the store of the thread that read it.
+  /// The kept points of one block in the store of the thread that read it.
   struct Piece {
     std::size_t block, begin, count;
   };
@@ -49,7 +49,7 @@ Result<RingPoints> read_rings(const ScanBlocks& scan, std::span<const Ring> ring
   std::atomic<std::size_t> next{0}, kept{0};
   std::mutex mutex;
   std::optional<std::pair<std::size_t, Error>>
-      first_error;  // the one of the earliest block, so that it does not depend on threads
+      first_error;  // the error of the earliest block, so that it does not depend on threads
   const auto fail = [&](std::size_t block, Error error) {
     std::lock_guard lock(mutex);
     if (!first_error || block < first_error->first) first_error.emplace(block, std::move(error));

@@ -1,5 +1,5 @@
-// Built once for each instruction set that the compiler knows; the best one that the processor has is taken at run
-// time.
+// This file is compiled once for each instruction set that the compiler supports. The program selects the best set of
+// the processor at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "calibration/targets/ring_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -21,7 +21,8 @@ void keep_in_rings(const float* xyz, std::size_t count, const std::pair<float, f
     hn::Vec<decltype(d)> x, y, z;
     hn::LoadInterleaved3(d, xyz + 3 * i, x, y, z);
     const auto squared = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-    farthest = hn::IfThenElse(hn::Gt(squared, farthest), squared, farthest);  // NaN compares false and stays out
+    // Comparisons with NaN are false, so that NaN is left out.
+    farthest = hn::IfThenElse(hn::Gt(squared, farthest), squared, farthest);
     auto inside = hn::And(hn::Ge(squared, hn::Set(d, rings[0].first)), hn::Le(squared, hn::Set(d, rings[0].second)));
     for (std::size_t r = 1; r < ring_count; ++r)
       inside = hn::Or(

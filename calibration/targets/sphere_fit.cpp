@@ -11,7 +11,7 @@ namespace hueline::calibration {
 namespace {
 
 constexpr std::size_t kFewest = 4;
-// Normals steeper than this point into what the sphere stands on: within 26 degrees of straight down.
+// A normal that is steeper than this points to the stand of the sphere: it is within 26 degrees of straight down.
 constexpr double kMount = -0.9;
 
 Eigen::Vector3d mean_of(std::span<const Eigen::Vector3f> points_scanner) {
@@ -20,14 +20,14 @@ Eigen::Vector3d mean_of(std::span<const Eigen::Vector3f> points_scanner) {
   return sum / static_cast<double>(points_scanner.size());
 }
 
-/// What the noise of one point makes of its distance to the surface.
+/// The noise of a point's distance to the surface.
 struct PointNoise {
-  double variance;  // of the distance
-  double bias;      // noise along the surface leaves it on the outside: second order
+  double variance;  // variance of the distance
+  double bias;      // mean of the distance: noise along the surface moves a point outward, in second order
 };
 
-/// cos_incidence: of the beam against the surface's normal. The range's noise moves a point along the beam, the angles'
-/// across it.
+/// Returns the noise of a distance. `cos_incidence` is the cosine between the beam and the surface's normal. Range
+/// noise moves a point along the beam, angle noise across it.
 PointNoise noise_at(double cos_incidence, double range_m, double radius, const ScannerNoise& noise) {
   const double along = noise.range_precision_m * noise.range_precision_m;
   const double across = range_m * range_m * noise.angle_rad * noise.angle_rad;
@@ -80,13 +80,13 @@ std::optional<SphereFit> fit_linear(std::span<const Eigen::Vector3f> points_scan
 
 Eigen::Vector3d start_of_centre(std::span<const Eigen::Vector3f> points_scanner, double radius) {
   const Eigen::Vector3d mean = mean_of(points_scanner);
-  // Over a disc seen evenly the surface lies 2/3 of the radius before the centre.
+  // The mean of an evenly covered visible disc lies 2/3 of the radius in front of the centre.
   return mean * (1 + radius * (2.0 / 3.0) / mean.norm());
 }
 
 namespace {
 
-/// One look at all points from a centre.
+/// The normal equations of all points for one centre.
 struct Look {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d pull = Eigen::Vector3d::Zero();
@@ -94,7 +94,8 @@ struct Look {
   double chi_squared = 0, away = 0;
 };
 
-/// `loose`: how far from the surface points may lie at least.
+/// Computes the normal equations for a centre. Points within `loose` of the surface are used even if the gate is
+/// narrower.
 Look look_from(const Eigen::Vector3d& centre, std::span<const Eigen::Vector3f> points_scanner, double radius,
                const ScannerNoise& noise, double gate, double loose, bool without_mount) {
   Look look;
@@ -117,7 +118,7 @@ Look look_from(const Eigen::Vector3d& centre, std::span<const Eigen::Vector3f> p
   return look;
 }
 
-/// Both fits: the gate shrinks to the noise while the centre settles. `prior` may be null.
+/// Iterates either fit: the gate narrows down to the noise while the centre converges. `prior` may be null.
 std::optional<CentreFit> settle(std::span<const Eigen::Vector3f> points_scanner, double radius,
                                 const Eigen::Vector3d& start, const ScannerNoise& noise, double gate, double loose,
                                 const CentrePrior* prior, bool without_mount) {
@@ -130,7 +131,7 @@ std::optional<CentreFit> settle(std::span<const Eigen::Vector3f> points_scanner,
     const Look look = look_from(centre, points_scanner, radius, noise, gate, loose, without_mount);
     if (look.points < kFewest) return {};
     const Eigen::Vector3d off = prior ? Eigen::Vector3d(prior->centre_scanner - centre) : Eigen::Vector3d::Zero();
-    // A few near-parallel normals hardly hold the centre sideways: damped by the radius until it has settled.
+    // A few near-parallel normals hardly determine the centre sideways. The radius damps it until it has converged.
     const double damping = loose > 0 ? 4 / (radius * radius) : 0;
     const Eigen::LDLT<Eigen::Matrix3d> solver(look.information + known + damping * unit);
     if (!(solver.vectorD().minCoeff() > 1 / (radius * radius))) return {};

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kFewest = 4;
 
-/// One station's adjustment, done again as targets come and go.
+/// The adjustment of one station, repeated as targets are added and removed.
 class StationAdjuster {
  public:
   StationAdjuster(const SurveyedStation& station, std::span<const SurveyedTarget> targets, StationSearch search,
@@ -39,8 +39,8 @@ class StationAdjuster {
       for (TargetOutcome& outcome : out_.targets)
         if (outcome.is_found()) refit_published(outcome);
     } else {
-      // The matched ones place the scan; where the others ought to be is looked at again, each time with a better
-      // orientation.
+      // The matched targets orient the scan. All other targets are then looked for at their predicted places, twice,
+      // with a better orientation each time.
       for (int round = 0; round < 2; ++round) {
         if (Status done = adjust_used(round == 0); !done.ok()) return refused(done.error().message);
         for (TargetOutcome& outcome : out_.targets) look_where_predicted(outcome);
@@ -92,7 +92,8 @@ class StationAdjuster {
     return near;
   }
 
-  /// Step 7 as published: from the whole ring, radius estimated, points beyond 2 sigma dropped, fitted again.
+  /// Step 7 as published: fits the sphere in the whole ring with an estimated radius, drops points beyond 2 sigma and
+  /// fits again.
   void refit_published(TargetOutcome& outcome) const {
     const double radius = targets_[outcome.target].radius_m;
     std::vector<Eigen::Vector3f> near;
@@ -134,8 +135,8 @@ class StationAdjuster {
     return {};
   }
 
-  /// Step 7 and beyond: the centre again from the whole ring at the place that the orientation gives, found before or
-  /// not.
+  /// Extends step 7: fits the centre again from the whole ring at the place that the orientation predicts, whether the
+  /// target was found before or not.
   void look_where_predicted(TargetOutcome& outcome) const {
     const SurveyedTarget& target = targets_[outcome.target];
     const Orientation& o = orientation_;
@@ -154,7 +155,7 @@ class StationAdjuster {
     auto fit = fit_known_radius(near, target.radius_m, predicted, config_.noise);
     bool agrees = fit && misfit(*fit) <= limit();
     if (!agrees) {
-      // Few points can suit two centres: is one of them where the target ought to be?
+      // Few points can fit two centres. This tests whether one of them is at the predicted place.
       const auto again = fit_known_radius_near(near, target.radius_m,
                                                {predicted, with_common_range(predicted, R.transpose() * uncertain * R)},
                                                config_.noise);
@@ -164,7 +165,7 @@ class StationAdjuster {
         agrees = true;
       }
     }
-    if (!agrees && outcome.is_found()) return;  // what was matched before has to hold against all the others at the end
+    if (!agrees && outcome.is_found()) return;  // reject_misfits() decides about a target that was matched before
     if (agrees && fit) {
       take(outcome, {fit->centre_scanner, fit->covariance, fit->points, fit->roundness});
       outcome.chi_squared = fit->chi_squared;
@@ -184,7 +185,7 @@ class StationAdjuster {
                                    (o.survey_from_scanner(fit->centre_scanner) - target.position.xyz).norm() * 1000);
   }
 
-  /// Chi-squared of three coordinates.
+  /// Returns the limit of chi-squared of three coordinates.
   double limit() const { return (config_.gate_sigma + 0.5) * (config_.gate_sigma + 0.5); }
 
   std::vector<TargetOutcome*> used() {
@@ -194,7 +195,8 @@ class StationAdjuster {
     return out;
   }
 
-  /// One after the other: the target that disagrees most with where all the others put it, while four or more are left.
+  /// Removes the target that disagrees most with the place that all others give, one after the other, while four or
+  /// more remain.
   Status reject_misfits() {
     for (;;) {
       const auto all = used();
@@ -238,7 +240,7 @@ class StationAdjuster {
     return {};
   }
 
-  /// Scan minus survey and its covariance, for a target that is not part of the orientation.
+  /// Returns scan minus survey and its covariance for a target that is not part of the orientation.
   std::pair<Eigen::Vector3d, Eigen::Matrix3d> against_survey(const TargetOutcome& outcome) const {
     const SurveyedTarget& target = targets_[outcome.target];
     const Eigen::Matrix3d R = out_.adjusted.orientation.T_survey_scanner.rotation.toRotationMatrix();
@@ -258,9 +260,9 @@ class StationAdjuster {
     return {};
   }
 
-  /// A fit is no proof: targets near a line leave the turn about it open. What the turn's sigma moves at the targets
-  /// themselves says so for a field of any size: well spread targets leave there about what one of their centres has,
-  /// whatever angle that is.
+  /// Tests whether the orientation is certain enough. A good fit is no proof, because targets near a line leave the
+  /// rotation about that line undetermined. The test is how far the sigma of the rotation moves the targets themselves,
+  /// which suits a field of any size: with well spread targets it is about the sigma of one centre.
   Status certain() {
     const Eigen::Matrix3d turn = out_.adjusted.covariance.topLeftCorner<3, 3>();
     const double sigma = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turn).eigenvalues().maxCoeff());
@@ -281,9 +283,9 @@ class StationAdjuster {
   }
 
   struct Field {
-    double lever_m = 0;  ///< from the middle of what the orientation rests on to its outermost
+    double lever_m = 0;  ///< distance from the middle of the points that determine the orientation to the outermost one
     double centre_sigma_m =
-        0;  ///< of a centre in the survey, in its worst direction, the survey's own included; root mean square
+        0;  ///< root mean square of the centres' sigmas in their worst direction, with the survey's sigma
   };
   Field field() {
     std::vector<Eigen::Vector3d> places;
@@ -312,7 +314,7 @@ class StationAdjuster {
   StationResult out_;
 };
 
-/// Residuals and their sigmas under a result's orientation.
+/// Computes the residuals and their sigmas with the orientation of `result`.
 void fill_residuals(StationResult& result, std::span<const SurveyedTarget> targets) {
   const Eigen::Matrix3d R = result.adjusted.orientation.T_survey_scanner.rotation.toRotationMatrix();
   for (TargetOutcome& outcome : result.targets) {

@@ -71,7 +71,8 @@ Result<StationSearch> search_station(const ScanBlocks& scan, const SurveyedStati
     out.result = match_by_distances(out.to_match, out.matching);
     return out;
   }
-  // As published: false ones leave by their share of matching distances; what is left must still be three and proper.
+  // The published rule removes false candidates by their share of matching distances. At least three must remain, and
+  // their rotation must be proper.
   const auto by_share = match_by_share(out.to_match, out.matching);
   std::vector<Eigen::Vector3d> scanner, survey;
   Match match;

@@ -12,7 +12,7 @@
 namespace hueline::calibration {
 namespace {
 
-/// Says what is wrong with a column's name: mostly its unit.
+/// Returns what is wrong with the name of a column, which is mostly its unit.
 std::string advice(std::string_view column) {
   for (const std::string_view axis : {"east", "north", "up", "sigma", "radius"}) {
     if (!column.starts_with(axis)) continue;
@@ -28,7 +28,7 @@ std::string advice(std::string_view column) {
   return {};
 }
 
-/// Every row has a name of its own.
+/// Reads a table in which every row has a name of its own.
 Result<CsvTable> parse(const std::string& csv, const std::string& file, std::vector<std::string> allowed) {
   auto table = CsvTable::parse(
       csv, file,
@@ -49,13 +49,14 @@ Result<Point<Survey>> position_of(const CsvTable& table, std::size_t row) {
   for (int axis = 0; axis < 3; ++axis) {
     const auto value = table.number(row, axes[axis]);
     if (!value.ok()) return value.error();
-    // Nothing projected on Earth is farther from its origin than half the equator.
+    // No projected coordinate on Earth is farther from its origin than half the equator.
     if (std::abs(*value) > 2.1e7)
       return table.refuse(
           row, fmt::format("{} is {} m: no place on Earth; are the values in millimetres?", axes[axis], *value));
     p.xyz[axis] = *value;
   }
-  // The deepest mine and the highest mountain with room to spare: beyond them the axes stand in another order.
+  // The limit includes the deepest mine and the highest mountain. Larger heights mean that the axes are in another
+  // order.
   if (std::abs(p.xyz.z()) > 12000)
     return table.refuse(
         row, fmt::format("up_m is {} m: no height on Earth; are the axes swapped, or the values in millimetres?",

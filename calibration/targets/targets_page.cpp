@@ -48,7 +48,7 @@ const char* colour_of(TargetState state) {
   }
 }
 
-/// A length of 1, 2 or 5 times a power of ten, at most `most`.
+/// Returns the largest length of 1, 2 or 5 times a power of ten that is at most `most`.
 double round_length(double most) {
   double out = std::pow(10, std::floor(std::log10(most)));
   for (const double factor : {5.0, 2.0})
@@ -56,7 +56,7 @@ double round_length(double most) {
   return out;
 }
 
-/// Seen from above, north up: rings, targets, what else is round, residuals drawn larger than they are.
+/// Draws a station from above, north up: rings, targets, other round objects, and enlarged residuals.
 std::string plan(const StationResult& result, const SurveyedStation& station, std::span<const SurveyedTarget> targets) {
   constexpr double kSize = 520, kMiddle = kSize / 2;
   double reach = 1, largest = 1e-4;
