@@ -16,7 +16,7 @@ namespace hueline::drivers {
 
 namespace {
 
-/// Runs calls of Aravis until one fails.
+/// Runs calls of Aravis one after the other, until one fails.
 class Steps {
  public:
   template <class Call>
@@ -34,7 +34,7 @@ class Steps {
 
 using OnControl = std::function<void(ArvDevice&)>;
 
-/// Aravis 0.8.26 crashes when it cannot bind its socket to this address.
+/// Checks that this computer has the address. Aravis 0.8.26 crashes if it cannot bind its socket to it.
 Status check_own_address(const std::string& interface) {
   sockaddr_in own{};
   own.sin_family = AF_INET;
@@ -77,7 +77,7 @@ Result<GRef<ArvCamera>> connect_by_name(const std::string& id, const OnControl& 
 Result<GRef<ArvCamera>> connect_by_serial(const std::string& serial, const OnControl& on_control) {
   std::string id;
   {
-    // Aravis has one list of devices a process; two cameras that search at a time would shuffle each other's.
+    // Aravis has one list of devices for the whole process, so two cameras must not search at the same time.
     static std::mutex list;
     std::lock_guard lock(list);
     arv_update_device_list();
@@ -124,7 +124,8 @@ void configure_light(ArvCamera* camera, const AravisSource::Config& config, Step
 
 void configure_transport(ArvCamera* camera, const AravisSource::Config& config, Steps& steps) {
   if (arv_camera_is_uv_device(camera)) {
-    // The asynchronous mode ties its transfers to the buffer objects that it saw first; ours are new for each image.
+    // The asynchronous mode ties its transfers to the buffer objects that it saw first, but this program makes a new
+    // one for each image.
     arv_camera_uv_set_usb_mode(camera, ARV_UV_USB_MODE_SYNC);
     return;
   }
@@ -177,7 +178,7 @@ Error take_error(std::string_view attempted, GError* error) {
       default:
         break;
     }
-  // The camera's description rejects a value (out of range, no such entry): the domain of ArvGc's errors.
+  // The camera's description rejects a value (out of range, no such entry). These errors have the domain of ArvGc.
   if (const char* domain = g_quark_to_string(error->domain); domain && std::string_view(domain) == "arv-gc-error-quark")
     is_final = true;
   Error made{is_final ? ErrorCode::Invalid : ErrorCode::Unavailable,
@@ -216,9 +217,11 @@ sockaddr_in ipv4_of(GSocketAddress* address) {
 
 Status configure_camera(ArvCamera* camera, const AravisSource::Config& config) {
   Steps steps;
-  // Off by default in Aravis; a value outside the camera's range is better refused by name than sent.
+  // This check is off by default in Aravis. With it, a value outside the camera's range is refused by name instead of
+  // sent.
   arv_camera_set_range_check_policy(camera, ARV_RANGE_CHECK_POLICY_ENABLE);
-  // A program that died may have left it running; that it was not is no trouble.
+  // A program that died may have left the camera running. An error is ignored, because the camera may not have been
+  // running.
   arv_camera_stop_acquisition(camera, nullptr);
   steps("continuous acquisition",
         [&](GError** e) { arv_camera_set_acquisition_mode(camera, ARV_ACQUISITION_MODE_CONTINUOUS, e); });

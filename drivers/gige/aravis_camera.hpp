@@ -14,20 +14,22 @@ namespace hueline::drivers {
 struct Unreference {
   void operator()(gpointer object) const { g_object_unref(object); }
 };
-/// One reference to a GObject.
+/// Owns one reference to a GObject.
 template <class T>
 using GRef = std::unique_ptr<T, Unreference>;
 
-/// Takes the GError: Invalid where the camera lacks or refuses a setting, else Unavailable.
+/// Frees `error` and returns it as an Error: Invalid if the camera lacks or refuses a setting, else Unavailable.
+/// `attempted` says in messages what failed.
 Error take_error(std::string_view attempted, GError* error);
 
-/// Finds and connects the camera that `config` names, and makes sure that it is that one and that we control it.
-/// `on_control` is called as soon as it is ours.
+/// Finds the camera that `config` names and connects to it. Checks that it is that camera and that this program
+/// controls it. Calls `on_control` as soon as it does.
 Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config,
                                        const std::function<void(ArvDevice&)>& on_control);
+/// Returns the IPv4 address and port of `address`.
 sockaddr_in ipv4_of(GSocketAddress* address);
 
-/// Applies the settings and reads back region and pixel format: Invalid if the camera made something else of them.
+/// Applies the settings, then reads back the region and the pixel format. Returns Invalid if they differ from `config`.
 Status configure_camera(ArvCamera* camera, const AravisSource::Config& config);
 
 }  // namespace hueline::drivers

@@ -15,18 +15,19 @@
 namespace hueline::drivers {
 namespace {
 
-// A GVCP command that writes 0 into the control channel's privilege: the camera is free for the next controller. The
-// request's number is one that Aravis, which counts from 65300 and skips 0, reaches last.
+// A GVCP command that writes 0 into the control channel privilege register, so that the camera is free for the next
+// controller. Its request number is the one that Aravis uses last: Aravis counts from 65300 and skips 0.
 constexpr std::array<std::uint8_t, 16> kLetGo{0x42, 0x01, 0x00, 0x82, 0x00, 0x08, 0xFF, 0x00,
                                               0x00, 0x00, 0x0A, 0x00, 0x00, 0x00, 0x00, 0x00};
 
-/// Of a GigE camera: a camera takes orders from the address and port alone that took control.
+/// Returns the last will of a GigE camera. It has to be sent from the port that took control, because a camera accepts
+/// commands only from that address and port.
 std::optional<guest::LastWill> last_will(ArvDevice& device) {
   if (!ARV_IS_GV_DEVICE(&device)) return std::nullopt;
   auto* const camera = ARV_GV_DEVICE(&device);
   const sockaddr_in own = ipv4_of(arv_gv_device_get_interface_address(camera));
   const sockaddr_in peer = ipv4_of(arv_gv_device_get_device_address(camera));
-  // At this moment the control channel is the only UDP socket on that address.
+  // At this moment the control channel is the only UDP socket that is bound to this address.
   const auto sockets = own_sockets(AF_INET, SOCK_DGRAM);
   for (const int fd : sockets) {
     const sockaddr_in bound = bound_address(fd);
@@ -38,7 +39,8 @@ std::optional<guest::LastWill> last_will(ArvDevice& device) {
     will.to_port = ntohs(peer.sin_port);
     const auto bytes = std::as_bytes(std::span(kLetGo));
     will.datagram.assign(bytes.begin(), bytes.end());
-    // Only the camera answers on this socket; without the filter, which cannot fail here, anybody on the network could.
+    // Only the camera may send to this socket; without the filter any computer on the network could. Attaching it
+    // cannot fail here.
     (void)attach_filter(fd, gvcp_filter(peer.sin_addr));
     return will;
   }

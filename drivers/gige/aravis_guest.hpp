@@ -7,8 +7,8 @@
 
 namespace hueline::drivers {
 
-/// The camera that `link.config()` describes, with images in the memory shared with the host and the release of the
-/// camera as last will.
+/// Makes the camera that `link.config()` describes. Its images lie in the memory that is shared with the host. For a
+/// GigE camera it gives the host a last will that releases the camera.
 Result<std::unique_ptr<PacketSource>> make_aravis_guest(guest::HostLink& link);
 
 }  // namespace hueline::drivers

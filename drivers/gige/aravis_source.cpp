@@ -27,7 +27,7 @@ ImageStreamCounts operator+(const ImageStreamCounts& a, const ImageStreamCounts&
           .broken_packets = a.broken_packets + b.broken_packets};
 }
 
-/// Packets in a pool of this process.
+/// Images in a pool of this process.
 class PooledMemory final : public PacketMemory {
  public:
   explicit PooledMemory(std::size_t packets) : packets_(packets) {}
@@ -51,12 +51,12 @@ void on_control_lost(ArvDevice*, gpointer stream) { static_cast<ImageStream*>(st
 struct AravisSource::Open {
   GRef<ArvCamera> camera;
   std::unique_ptr<ImageStream> stream;
-  ImageStreamCounts told;  // losses up to here have been reported
+  ImageStreamCounts told;  // counts of losses that faults have already reported
   HostTime last_look{};
-  std::deque<Packet> faults;  // to be handed on
+  std::deque<Packet> faults;  // faults that next() still has to return
 
-  // The heartbeat thread may be telling `stream` that the camera is gone until the camera object, which joins it, is
-  // released.
+  // Releasing the camera object joins the heartbeat thread. Until then that thread may report to `stream` that the
+  // camera is gone, so the stream is stopped here but outlives the camera object.
   ~Open() {
     if (!stream) return;
     if (!stream->is_interrupted()) arv_camera_stop_acquisition(camera.get(), nullptr);
@@ -87,7 +87,7 @@ Status AravisSource::open() {
   open_->last_look = host_now();
   ArvDevice* device = arv_camera_get_device(open_->camera.get());
   g_signal_connect(device, "control-lost", G_CALLBACK(on_control_lost), open_->stream.get());
-  // Lost before anybody listened.
+  // The camera may have been lost before the signal was connected.
   if (ARV_IS_GV_DEVICE(device) && !arv_gv_device_is_controller(ARV_GV_DEVICE(device))) open_->stream->interrupt();
   return {};
 }
@@ -97,7 +97,7 @@ Result<Packet> AravisSource::next(std::stop_token stop) {
   if (!open_) return Error{ErrorCode::Disconnected, "camera: not open"};
   ImageStream& stream = *open_->stream;
   if (open_->faults.empty()) {
-    // If the pool is exhausted the stream runs dry, and its underruns are what is reported.
+    // If the pool is exhausted, the stream gets no buffers, and its underruns are reported.
     (void)stream.top_up();
     auto image = stream.wait(kWait, stop);
     const bool is_last = !image && stream.is_interrupted();

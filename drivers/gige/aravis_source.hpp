@@ -12,41 +12,48 @@ using ArvDevice = struct _ArvDevice;
 
 namespace hueline::drivers {
 
-/// What the stream has seen since the source was made, reopenings included. Packets are the transport's (GVSP); a USB3
-/// camera has none and leaves them 0.
+/// What the stream has counted since the source was made, across all reopenings. Packets are those of the transport
+/// (GVSP); a USB3 camera has none, so their counts stay 0.
 struct ImageStreamCounts {
   std::uint64_t complete_images = 0;
-  std::uint64_t incomplete_images = 0;  ///< delivered, flagged
-  std::uint64_t missed_images = 0;      ///< times that the camera's frame id jumped
+  std::uint64_t incomplete_images = 0;  ///< images that were delivered and marked as incomplete
+  std::uint64_t missed_images = 0;      ///< jumps of the camera's frame id
   std::uint64_t underruns = 0;          ///< packets (USB: images) that found no free buffer
-  std::uint64_t missing_packets = 0;    ///< of incomplete images, counted from the first gap to the image's end
-  std::uint64_t resent_packets = 0;     ///< asked for again and come
-  std::uint64_t broken_packets = 0;     ///< packets with an error code, and images larger than their buffer
+  /// Packets of incomplete images, counted from the first gap to the end of the image.
+  std::uint64_t missing_packets = 0;
+  std::uint64_t resent_packets = 0;  ///< packets that came after they were requested again
+  std::uint64_t broken_packets = 0;  ///< packets with an error code, and images that are larger than their buffer
 };
 
-/// What surrounds an AravisSource, where it is not alone in its process.
+/// What an AravisSource gets from the process around it. Leave the members empty if the source is used alone.
 struct AravisSurroundings {
-  std::shared_ptr<PacketMemory> memory;  ///< for the images; empty: a pool of its own
-  /// The camera is found and ours; called before anything else is asked of it.
+  std::shared_ptr<PacketMemory> memory;  ///< where images are stored; if empty, the source makes a pool of its own
+  /// Called when the camera is found and under our control, before any other access to it.
   std::function<void(ArvDevice&)> on_control;
 };
 
-/// Images of a GigE Vision or USB3 Vision camera, by Aravis. Packet::bytes is the header of image_packet.hpp and the
-/// pixels, in the memory that the transport wrote: nothing is copied. Packet::received is the host's clock when
-/// the last byte was here, read in the receiving thread (Aravis's own system stamp is the wall clock at the first
-/// packet: it steps, and names another event).
+/// Receives the images of a GigE Vision or USB3 Vision camera by means of Aravis.
 ///
-/// Aravis 0.8.26 can abort the process when it loses a camera, and reads beyond its memory on datagrams that no camera
-/// sends (gvsp_filter.hpp keeps those from it): it runs in hueline-guest, never in a program that has more to lose.
+/// Packet::bytes is the header of image_packet.hpp and then the pixels, in the memory into which the transport wrote
+/// them; nothing is copied. Packet::received is the host's clock when the last byte had arrived, read in the receiving
+/// thread. (Aravis's own system time stamp is not used: it is the wall clock at the first packet, so it may step, and
+/// it names another event.)
 ///
-/// open(): Unavailable if the camera is absent, silent or held by another program, or if this computer has not the
-/// address that `interface` names; Invalid if it is not the camera that Config names or refuses a setting (a retry does
-/// not help). next(): incomplete images are handed on, flagged. Faults, at most one of a kind a second, each with its
-/// count: Lost (incomplete images), Overflow (no buffer was free), Malformed (packets in error). Wholly lost images
-/// show in the frame id and are counted by ImageDecoder. Disconnected when the camera stops answering its heartbeat: 3
-/// to 9 s after a GigE camera is gone, at once for a USB one.
+/// Aravis 0.8.26 can abort the process when it loses a camera, and it reads beyond its memory on datagrams that no
+/// camera sends (gvsp_filter.hpp keeps those away from it). So this class runs in hueline-guest, never in the program
+/// that records.
 ///
-/// Thread-bound. next() waits at most about 100 ms; open() and close() several seconds if the camera does not answer.
+/// Errors of open(): Unavailable if the camera is absent, silent or held by another program, or if this computer does
+/// not have the address that `interface` names. Invalid if the camera is not the one that Config names, or refuses a
+/// setting; asking again does not help.
+/// Errors of next(): Disconnected when the camera stops answering its heartbeat. That takes 3 to 9 s after a GigE
+/// camera is gone; for a USB camera it is immediate.
+/// Fault packets, at most one of each kind a second, each with its count: Lost (incomplete images), Overflow (no buffer
+/// was free), Malformed (packets with errors). Incomplete images are delivered and marked. Images that are lost
+/// entirely show as a gap in the frame id, and ImageDecoder counts them.
+///
+/// Thread safety: none; one thread calls all functions. next() waits at most about 100 ms. open() and close() take
+/// several seconds if the camera does not answer.
 class AravisSource : public PacketSource {
  public:
   using Config = GenicamConfig;
@@ -57,6 +64,7 @@ class AravisSource : public PacketSource {
   Result<Packet> next(std::stop_token stop) override;
   void close() override;
 
+  /// Returns the counts of all streams so far.
   ImageStreamCounts counts() const;
 
  private:
@@ -68,7 +76,7 @@ class AravisSource : public PacketSource {
   const AravisSurroundings surroundings_;
   const std::shared_ptr<PacketMemory> memory_;
   std::unique_ptr<Open> open_;
-  ImageStreamCounts closed_;  // of streams that are over
+  ImageStreamCounts closed_;  // counts of the streams that are closed
 };
 
 }  // namespace hueline::drivers

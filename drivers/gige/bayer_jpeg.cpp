@@ -1,6 +1,6 @@
 #include "drivers/gige/bayer_jpeg.hpp"
 
-// jpeglib.h expects size_t and FILE to be known.
+// jpeglib.h needs size_t and FILE to be declared before it.
 #include <cstdio>
 
 #include <jerror.h>
@@ -14,12 +14,12 @@ namespace hueline::drivers {
 namespace {
 
 constexpr int kLargestSampling = 4;
-constexpr int kMostLines = kLargestSampling * DCTSIZE;  // of one call, a row of blocks
+constexpr int kMostLines = kLargestSampling * DCTSIZE;  // lines that one call gives at most: one row of blocks
 
-/// libjpeg's way out of an error. A warning (a code that cannot be, an early end) is one as well: what it goes on with
-/// is a guess.
+/// How libjpeg leaves on an error, by longjmp. A warning (an impossible code, an early end) counts as an error, because
+/// libjpeg then goes on with a guess.
 struct Handler {
-  jpeg_error_mgr base;  // first: libjpeg hands its address back
+  jpeg_error_mgr base;  // must be the first member: libjpeg gives its address back
   std::jmp_buf way_out;
   j_common_ptr failed;
   char why[JMSG_LENGTH_MAX];
@@ -34,7 +34,7 @@ struct Handler {
 void take_message(j_common_ptr info, int level) {
   const int code = info->err->msg_code;
   const bool is_harmless =
-      code == JWRN_JFIF_MAJOR || code == JWRN_ADOBE_XFORM;  // remarks about the head, not about samples
+      code == JWRN_JFIF_MAJOR || code == JWRN_ADOBE_XFORM;  // remarks about the JPEG's header, not about its samples
   if (level < 0 && !is_harmless) leave(info);
 }
 void print_nothing(j_common_ptr) {}
@@ -50,8 +50,8 @@ void print_nothing(j_common_ptr) {}
 
 struct BayerJpegDecoder::Pair {
   Handler handler{};
-  jpeg_decompress_struct planes[2]{};  // left and right places of a row of cells
-  std::vector<JSAMPLE> samples[2];     // of one row of blocks
+  jpeg_decompress_struct planes[2]{};  // left and right place of a row of cells
+  std::vector<JSAMPLE> samples[2];     // samples of one row of blocks
   JSAMPROW lines[2][kMostLines]{};
 
   Pair() {
@@ -88,7 +88,7 @@ void BayerJpegDecoder::Pair::begin(std::size_t side, std::span<const std::byte> 
     refuse(plane, "it is not a baseline JPEG");
   plane.out_color_space = JCS_GRAYSCALE;
   plane.dct_method = JDCT_ISLOW;
-  plane.raw_data_out = TRUE;  // blocks go from the DCT into our lines, without two copies between
+  plane.raw_data_out = TRUE;  // the DCT writes blocks straight into `lines`, which saves two copies
   jpeg_start_decompress(&plane);
   if (plane.max_v_samp_factor > kLargestSampling) refuse(plane, "its sampling factors are too large");
   const std::size_t row = std::size_t{plane.comp_info[0].width_in_blocks} * DCTSIZE;
@@ -96,7 +96,8 @@ void BayerJpegDecoder::Pair::begin(std::size_t side, std::span<const std::byte> 
   for (int i = 0; i < kMostLines; ++i) lines[side][i] = samples[side].data() + static_cast<std::size_t>(i) * row;
 }
 
-/// Kept apart from decode(): nothing here outlives a longjmp that needs a destructor.
+/// The part of decode() that may leave by longjmp. It is a function of its own, so that no object with a destructor is
+/// skipped.
 void BayerJpegDecoder::Pair::run(std::span<const std::byte> left, std::span<const std::byte> right,
                                  const Mosaic& mosaic, std::uint32_t first_row) {
   const std::uint32_t width = mosaic.width / 2, height = mosaic.height / 2;

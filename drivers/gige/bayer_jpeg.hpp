@@ -9,24 +9,25 @@
 
 namespace hueline::drivers {
 
-/// Four grey JPEGs, one a place of the Bayer cell, -> the mosaic, in one pass: the planes of a row of cells are decoded
-/// side by side, and only the finished rows of the mosaic go to memory. The accurate DCT is used, whose SIMD and plain
-/// forms agree bit for bit: the same bytes on every machine. A decoder is kept for reuse, because its tables and memory
-/// are. Thread-bound.
+/// Decodes four grey JPEGs, one for each place of the Bayer cell, into one mosaic, in one pass: the planes of one row
+/// of cells are decoded side by side, and only finished rows of the mosaic are written to memory.
+/// It uses the accurate DCT, whose SIMD and plain versions agree bit for bit, so every machine gives the same bytes.
+/// Keep a decoder and use it again, because its tables and memory are reused. Thread safety: none; one thread calls all
+/// functions.
 class BayerJpegDecoder {
  public:
-  /// What the mosaic is written to.
+  /// Where the mosaic is written.
   struct Mosaic {
     std::uint8_t* upper_left = nullptr;
-    std::size_t stride = 0;               ///< bytes a row
-    std::uint32_t width = 0, height = 0;  ///< even, pixels
+    std::size_t stride = 0;               ///< from one row to the next, bytes
+    std::uint32_t width = 0, height = 0;  ///< pixels; both even
   };
-  /// By place: upper left, upper right, lower left, lower right.
+  /// The JPEGs in the order of their places in the cell: upper left, upper right, lower left, lower right.
   using Planes = std::array<std::span<const std::byte>, 4>;
-  /// Which plane is broken, and why.
+  /// Tells which plane is broken, and why.
   struct Problem {
     std::size_t place = 0;
-    std::string why;  ///< empty: none is
+    std::string why;  ///< empty if no plane is broken
   };
 
   BayerJpegDecoder();
@@ -34,8 +35,9 @@ class BayerJpegDecoder {
   BayerJpegDecoder(const BayerJpegDecoder&) = delete;
   BayerJpegDecoder& operator=(const BayerJpegDecoder&) = delete;
 
-  /// Broken is a plane that is no baseline grey JPEG of 8 bits and half the mosaic's size, that ends early, or that its
-  /// decoder can only mend by guessing. The mosaic then holds some of the rows. Never aborts, whatever the bytes.
+  /// Decodes `planes` into `mosaic`. Returns the first plane that is broken. A plane is broken if it is not a baseline
+  /// grey JPEG of 8 bits and half the mosaic's size, if it ends early, or if libjpeg could repair it only by guessing.
+  /// The mosaic then holds only some of the rows. Never aborts, whatever the bytes are.
   Problem decode(const Planes& planes, const Mosaic& mosaic);
 
  private:

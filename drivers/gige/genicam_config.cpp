@@ -48,7 +48,7 @@ void GenicamConfig::visit(Keys& keys) {
       {"realtime_priority", "",
        "The priority of the receiving thread. It needs CAP_SYS_NICE; without it the thread is normal.", "0: normal"},
       realtime_priority, {0, 99});
-  // Both together fit into the memory of a guest (guest::kMostSlots).
+  // The sum of the two largest values fits into the memory of a guest (guest::kMostSlots).
   keys.whole({"stream_buffers", "images", "How many images the transport may be filling."}, stream_buffers, {2, 1000});
   keys.whole({"images_in_flight", "images", "How many images recorder and pipeline may hold."}, images_in_flight,
              {1, 10'000});

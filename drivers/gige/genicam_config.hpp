@@ -12,48 +12,52 @@
 
 namespace hueline::drivers {
 
-/// Which edge at the camera's input starts an exposure.
+/// The edge at the camera's input that starts an exposure.
 enum class TriggerActivation : std::uint8_t { RisingEdge, FallingEdge };
 
-/// A GigE Vision or USB3 Vision camera: which one it is, how it is set, how its images come. Knows no library.
+/// The settings of a GigE Vision or USB3 Vision camera: which camera it is, how it is set, and how its images are
+/// transported. They do not depend on any library.
 struct GenicamConfig {
-  // Which camera. The first of address, id and serial that is set finds it; serial is checked in any case.
-  std::string address;    ///< IPv4 address of a GigE camera
-  std::string interface;  ///< own IPv4 address towards it, with `address` only; empty: the one on the camera's network
-  std::string id;         ///< Aravis's name of it, as `arv-tool-0.8` lists it: maker-model-serial
-  std::string serial;     ///< the camera's serial number
+  // Which camera. It is found by the first of address, id and serial that is set. The serial number is always checked.
+  std::string address;  ///< IPv4 address of a GigE camera
+  /// Address of this computer towards the camera, with `address` only; if empty, the one on the camera's network.
+  std::string interface;
+  std::string id;      ///< Aravis's name of the camera, as `arv-tool-0.8` lists it: maker-model-serial
+  std::string serial;  ///< the camera's serial number
 
-  // What it is set to. Zero, empty and absent leave the camera's own setting.
-  std::uint32_t width = 0, height = 0;       ///< region, pixels
-  std::uint32_t offset_x = 0, offset_y = 0;  ///< its corner on the sensor, pixels; used with width and height
+  // Settings of the camera. Zero, empty and absent values leave the camera's own setting unchanged.
+  std::uint32_t width = 0, height = 0;       ///< size of the region, pixels
+  std::uint32_t offset_x = 0, offset_y = 0;  ///< corner of the region on the sensor, pixels; used with width and height
   PixelFormat pixel_format = PixelFormat::BayerRG8;
-  std::optional<nanoseconds> exposure{};  ///< turns automatic exposure off
-  std::optional<double> gain{};           ///< the camera's unit, most often dB; turns automatic gain off
-  double frame_rate_hz = 0;               ///< free running; not together with trigger_source
-  std::string trigger_source;             ///< input that starts each exposure ("Line0"); empty: free running
+  std::optional<nanoseconds> exposure{};  ///< setting it turns automatic exposure off
+  std::optional<double> gain{};           ///< in the camera's unit, most often dB; setting it turns automatic gain off
+  double frame_rate_hz = 0;               ///< images a second without trigger; not together with trigger_source
+  std::string trigger_source;  ///< input that starts each exposure ("Line0"); if empty, the camera runs freely
   TriggerActivation trigger_activation = TriggerActivation::RisingEdge;
-  std::string features;  ///< anything else, set last: "LineSelector=Line1 LineSource=ExposureActive"
+  std::string features;  ///< further settings, applied last: "LineSelector=Line1 LineSource=ExposureActive"
 
-  // GigE transport.
-  std::uint32_t packet_size = 0;  ///< bytes with IP and UDP headers; 0: the largest that gets through
-  nanoseconds packet_delay{0};    ///< between packets: paces the camera where a switch or host loses bursts
-  bool packet_resend = true;      ///< ask again for missing packets
-  bool packet_socket = true;      ///< bypass the UDP stack if privileged; never on loopback, where it gets nothing
-  std::uint32_t socket_buffer_bytes = 0;         ///< 0: as large as the kernel allows (net.core.rmem_max)
-  std::chrono::milliseconds give_up_after{100};  ///< an image whose packets stopped coming is handed on as it is
+  // Transport of GigE cameras.
+  std::uint32_t packet_size = 0;  ///< bytes with IP and UDP headers; 0 means the largest that gets through
+  nanoseconds packet_delay{0};    ///< time between packets; slows the camera down if a switch or the host loses bursts
+  bool packet_resend = true;      ///< whether missing packets are requested again
+  /// Whether to bypass the kernel's UDP stack, if privileged; not on loopback, where it receives nothing.
+  bool packet_socket = true;
+  std::uint32_t socket_buffer_bytes = 0;  ///< 0 means as large as the kernel allows (net.core.rmem_max)
+  /// An image whose packets stop coming for this time is delivered as it is.
+  std::chrono::milliseconds give_up_after{100};
 
-  // Host.
-  int realtime_priority = 0;       ///< SCHED_RR of the receiving thread, 1 to 99; 0: normal. Without privilege: normal
-  std::size_t stream_buffers = 8;  ///< images that the transport may be filling or hold ready
-  std::size_t images_in_flight = 32;  ///< further images that recorder and pipeline may hold at a time
+  // The computer.
+  int realtime_priority = 0;  ///< SCHED_RR priority of the receiving thread, 1 to 99; 0 (and without privilege): normal
+  std::size_t stream_buffers = 8;     ///< images that the transport may fill or hold ready
+  std::size_t images_in_flight = 32;  ///< further images that the recorder and the pipeline may hold at a time
 
-  /// The keys of a rig but `width`, `height` and `pixel_format`: they are those of the images, which need not be those
-  /// of what is sent.
+  /// Declares the keys of a rig file, except `width`, `height` and `pixel_format`. These three describe the delivered
+  /// image, which may differ from what the camera sends, so GenicamDevice declares them.
   void visit(Keys& keys);
   KeyError validate() const;
 
-  /// Every member with its name, for the guest: what writes and reads this (drivers/guest/config_text.hpp) goes by this
-  /// list.
+  /// Visits every member with its name. drivers/guest/config_text.hpp writes and reads the settings of a guest with
+  /// this list.
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& each) {
     each("address", self.address);

@@ -12,12 +12,12 @@ namespace {
 
 constexpr std::uint32_t kIpAndUdp = 28;
 constexpr std::uint32_t kUdpHeader = 8;
-constexpr std::uint32_t kWhole = 0x40000;  // bytes of a datagram that pass
+constexpr std::uint32_t kWhole = 0x40000;  // return value of a filter that passes: more bytes than any datagram has
 constexpr std::uint32_t kLeader = 1, kTrailer = 2, kData = 3;
-constexpr std::uint32_t kLeaderBytes = 36;  // behind the GVSP header, with the region of an image
+constexpr std::uint32_t kLeaderBytes = 36;  // shortest leader of an image after the GVSP header, with its region
 constexpr std::uint32_t kImage = 1, kImageWithChunks = 5;
 
-/// Straight-line programs: every check drops the packet or goes on.
+/// Builds a filter program without loops: each check drops the packet or goes on to the next instruction.
 class Program {
  public:
   Program& load(unsigned size, std::uint32_t at) { return add(BPF_LD | size | BPF_ABS, at); }
@@ -39,7 +39,7 @@ class Program {
   }
   Program& drop() { return add(BPF_RET | BPF_K, 0); }
   Program& pass() { return add(BPF_RET | BPF_K, kWhole); }
-  /// `then` if the condition holds, which must end in drop() or pass(); otherwise what follows.
+  /// Runs `then` if the condition holds, else goes on. `then` must end with drop() or pass().
   Program& on(unsigned condition, std::uint32_t value, const Program& then) {
     code_.push_back(BPF_JUMP(BPF_JMP | condition | BPF_K, value, 1, 0));
     add(BPF_JMP | BPF_JA, static_cast<std::uint32_t>(then.code_.size()));
@@ -60,7 +60,7 @@ class Program {
   std::vector<sock_filter> code_;
 };
 
-/// Checks of a GVSP packet that begins `at` bytes into what the filter sees, its UDP header before it.
+/// Makes the checks of a GVSP packet that begins at byte `at` of what the filter sees, directly after its UDP header.
 Program gvsp_checks(const GvspStreamShape& shape, std::uint32_t at, bool has_extended_ids) {
   const std::uint32_t header = has_extended_ids ? 20 : 8, udp_length_at = at - 4;
   const std::uint32_t block = shape.packet_bytes - kIpAndUdp - header;
@@ -70,8 +70,8 @@ Program gvsp_checks(const GvspStreamShape& shape, std::uint32_t at, bool has_ext
   };
   Program leader =
       with_number().must_equal(0).load(BPF_H, udp_length_at).must_reach(kUdpHeader + header + kLeaderBytes);
-  // Of an image, with chunks behind it or not: what Aravis makes no image of would have it allocate by numbers in the
-  // leader.
+  // Only leaders of an image, with or without chunks after it. For other payload types Aravis would allocate memory by
+  // numbers in the leader, although it makes no image of them.
   leader.load(BPF_H, at + header + 2)
       .mask(0x3fff)
       .on(BPF_JEQ, kImage, Program().pass())
@@ -106,20 +106,21 @@ std::vector<sock_filter> with_gvsp_checks(Program before, const GvspStreamShape&
 std::vector<sock_filter> gvsp_filter_of_udp_socket(const GvspStreamShape& shape) {
   Program source;
   source.load(BPF_W, static_cast<std::uint32_t>(SKF_NET_OFF) + 12).must_equal(ntohl(shape.camera.s_addr));
-  return with_gvsp_checks(std::move(source), shape, kUdpHeader);  // it sees the UDP header first
+  return with_gvsp_checks(std::move(source), shape,
+                          kUdpHeader);  // the filter of a UDP socket sees the UDP header first
 }
 
 std::vector<sock_filter> gvsp_filter_of_packet_socket(const GvspStreamShape& shape) {
   constexpr std::uint32_t kIp = 14, kUdp = kIp + 20;
   Program lower;
   lower.load(BPF_H, 12).must_equal(0x0800);
-  lower.load(BPF_B, kIp).must_equal(0x45);  // without options: Aravis counts on it
+  lower.load(BPF_B, kIp).must_equal(0x45);  // IPv4 without options, as Aravis assumes
   lower.load(BPF_B, kIp + 9).must_equal(IPPROTO_UDP);
-  lower.load(BPF_H, kIp + 6).must_lack(0x3fff);  // no fragment
+  lower.load(BPF_H, kIp + 6).must_lack(0x3fff);  // not a fragment
   lower.load(BPF_W, kIp + 12).must_equal(ntohl(shape.camera.s_addr));
   lower.load(BPF_W, kIp + 16).must_equal(ntohl(shape.own.s_addr));
   lower.load(BPF_H, kUdp + 2).must_equal(shape.own_port);
-  // Lengths as they say: Aravis takes the one of IP, and the packet ends where the frame does.
+  // The lengths must agree: Aravis uses the length in the IP header, but the packet ends where the frame ends.
   lower.load(BPF_H, kIp + 2).plus(kIp).keep().length().must_reach_kept();
   lower.load(BPF_H, kUdp + 4).plus(20).keep().load(BPF_H, kIp + 2).must_equal_kept();
   return with_gvsp_checks(std::move(lower), shape, kUdp + kUdpHeader);

@@ -17,7 +17,7 @@ Fault fault(const Packet& packet, FaultKind kind, std::uint64_t count, std::stri
   return {packet.sensor, kind, packet.received, count, std::move(detail)};
 }
 
-/// What does not depend on what the packet carries.
+/// Makes an Image with the members that do not depend on the payload.
 Image image_of(const ImageHeader& header, const Packet& packet) {
   Image image;
   image.sensor = packet.sensor;
@@ -135,7 +135,7 @@ void ImageDecoder::take_planes(const ImageHeader& header, const Packet& packet, 
     image.lost.push_back(at);
     for (const auto& plane : planes->planes[lens]) lost_bytes += plane.size();
   }
-  // Planes may lie over one another in a broken table; a byte is counted once all the same.
+  // In a broken table planes may overlap, but each byte may be counted only once.
   const bool is_all_lost = image.lost.size() == wanted;
   lost_bytes = is_all_lost ? size : std::min(lost_bytes, size);
   counts_.malformed_bytes += lost_bytes;
@@ -183,7 +183,7 @@ bool ImageDecoder::follow(std::uint64_t frame_id, const Packet& packet, std::vec
   if (frame_id > *last) {
     lost = frame_id - *last - 1;
   } else if (*last <= kLargestShortId && *last - frame_id > kLargestShortId / 2) {
-    // GigE Vision 1.x: 65535 is followed by 1; a device that does use 0 is not to be told off for it.
+    // GigE Vision 1.x: 65535 is followed by 1. A device that does use 0 is accepted as well.
     lost = kLargestShortId - *last + (frame_id ? frame_id - 1 : 0);
   } else {
     out.push_back(fault(packet, FaultKind::Spurious, 1,

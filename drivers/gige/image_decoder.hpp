@@ -11,34 +11,41 @@
 
 namespace hueline::drivers {
 
-/// What stands where an image packet has its pixels.
+/// What an image packet carries after its header.
 enum class ImagePayload : std::uint8_t {
-  Rows,        ///< the pixels
-  JpegPlanes,  ///< 24 JPEGs (jpeg_planes.hpp); the packet's own width, height and pixel format are those of a heap of
-               ///< bytes
+  Rows,  ///< rows of pixels
+  /// 24 JPEGs (jpeg_planes.hpp). The width, height and pixel format in the packet's header then only describe a block
+  /// of bytes.
+  JpegPlanes,
 };
 
-/// Image packets -> Image. Pure; one decoder a camera; not thread-safe.
+/// Makes an Image of each image packet. Use one decoder for each camera. Its result depends on the packets and Config
+/// only. Thread safety: none; one thread calls all functions.
 ///
-/// Rows: without a copy, Image::buffer is the packet's. JPEG planes: Image::buffer is the mosaic, decoded at once. A
-/// lens with a plane that is missing, cut short or broken is lost by itself: Malformed, with the number of such lenses
-/// and the first one's reason, and Image::lost names its rectangle, whose pixels are 0. Only if no lens is left there
-/// is no Image. Of an incomplete packet nobody knows which bytes came, so none of its planes is decoded: an Image
-/// without pixels and with is_complete = false.
+/// - ImagePayload::Rows: Image::buffer is the packet's buffer; nothing is copied.
+/// - ImagePayload::JpegPlanes: Image::buffer is the mosaic, which is decoded at once. A lens with a plane that is
+///   missing, cut short or broken is lost alone: Image::lost names its rectangle, whose pixels are 0, and a Fault
+///   Malformed has the number of such lenses and the reason of the first one. If all lenses are lost, there is no
+///   Image. Of an incomplete packet nobody knows which bytes came, so no plane of it is decoded; it becomes an Image
+///   without pixels and with is_complete = false.
 ///
-/// Faults: a gap of frame ids is Lost with the number of images (16-bit ids wrap past 0); an id that falls is Spurious
-/// (the camera restarted) and the image is used; a repeated id is Spurious and dropped. Another width or height than
-/// the rig's is WrongSize, another pixel format WrongDevice: no Image then. Broken or cut packets are Malformed.
-/// Incomplete images become an Image with is_complete = false and no Fault: the source has said so; one without leader
-/// has no number, so it becomes the gap that its successor shows.
+/// Faults:
+/// - Lost: a gap of frame ids, with the number of images. 16-bit ids wrap from 65535 to 1.
+/// - Spurious: the frame id fell, because the camera restarted (the image is used), or it is the same again (the image
+///   is dropped).
+/// - WrongSize, WrongDevice: with Rows, the width or height, or the pixel format, is not the rig's. There is no Image.
+/// - Malformed: the packet is broken or cut off.
+///
+/// An incomplete packet becomes an Image with is_complete = false, without a Fault, because the source reports it. A
+/// packet without its leader has no frame id; it shows as a gap before the next image.
 class ImageDecoder : public Decoder {
  public:
   struct Config {
-    std::uint32_t width = 0, height = 0;  ///< pixels; 0: whatever the camera sends
-    /// Absent: any that we read. With JPEG planes, of the mosaic that they make: one of the Bayer formats.
+    std::uint32_t width = 0, height = 0;  ///< pixels; 0 accepts any size
+    /// If absent, any format that is read. With JPEG planes it is required: the Bayer format of the mosaic.
     std::optional<PixelFormat> pixel_format{};
     ImagePayload payload = ImagePayload::Rows;
-    JpegPlanesLayout planes{};  ///< with ImagePayload::JpegPlanes; width and height are then those of the mosaic
+    JpegPlanesLayout planes{};  ///< for ImagePayload::JpegPlanes; width and height are then those of the mosaic
     KeyError validate() const;
   };
   explicit ImageDecoder(Config config);
@@ -48,19 +55,19 @@ class ImageDecoder : public Decoder {
   const DecodeCounts& counts() const override { return counts_; }
 
  private:
-  /// The image's number against its predecessor's; false: it is that image again.
+  /// Compares the image's frame id with that of the image before. Returns false if it is the same image again.
   bool follow(std::uint64_t frame_id, const Packet& packet, std::vector<Measurement>& out);
 
   void take_rows(const ImageHeader& header, const Packet& packet, std::vector<Measurement>& out);
   void take_planes(const ImageHeader& header, const Packet& packet, std::vector<Measurement>& out);
-  /// Why a lens is lost; empty: it is not.
+  /// Decodes one lens into the mosaic. Returns why the lens is lost, or an empty text.
   std::string decode_lens(std::size_t lens, const JpegPlanes& planes, std::uint8_t* mosaic);
   PixelRegion region_of(std::size_t lens) const;
 
   const Config config_;
   std::optional<std::uint64_t> last_frame_id_;
   BayerJpegDecoder jpeg_;
-  BufferPool mosaics_;  // as many as their holders hold; freed ones are used again
+  BufferPool mosaics_;  // grows with the number of mosaics that are held; released ones are reused
   DecodeCounts counts_;
 };
 

@@ -12,7 +12,7 @@ struct Format {
   PixelFormat format;
   std::uint32_t pfnc, bytes;
 };
-// GenICam PFNC 2.4, 8-bit formats.
+// The 8-bit formats of GenICam PFNC 2.4.
 constexpr std::array kFormats{
     Format{PixelFormat::Mono8, 0x01080001, 1},    Format{PixelFormat::BayerGR8, 0x01080008, 1},
     Format{PixelFormat::BayerRG8, 0x01080009, 1}, Format{PixelFormat::BayerGB8, 0x0108000A, 1},

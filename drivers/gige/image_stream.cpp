@@ -15,7 +15,7 @@ namespace hueline::drivers {
 
 namespace {
 
-// Asked for; the kernel gives at most net.core.rmem_max.
+// Size of the socket buffer that is requested. The kernel gives at most net.core.rmem_max.
 constexpr gint kLargeSocketBuffer = 64 << 20;
 
 void delete_memory(gpointer memory) { delete static_cast<MutableBuffer*>(memory); }
@@ -25,7 +25,7 @@ MutableBuffer& memory_of(ArvBuffer* buffer) {
 }
 
 ImageStatus status_of(ArvBuffer* buffer) {
-  // A fresh buffer has no payload type until its leader comes.
+  // A fresh buffer has no payload type until its leader arrives.
   if (arv_buffer_get_payload_type(buffer) == ARV_BUFFER_PAYLOAD_TYPE_UNKNOWN) return ImageStatus::NoLeader;
   switch (arv_buffer_get_status(buffer)) {
     case ARV_BUFFER_STATUS_SUCCESS:
@@ -45,12 +45,12 @@ void set_region(ImageHeader& header, gint x, gint y, gint width, gint height, Ar
   header.width = static_cast<std::uint32_t>(width);
   header.height = static_cast<std::uint32_t>(height);
   header.pfnc = pfnc;
-  // PFNC: bits 16 to 23 of the code are the bits of a pixel.
+  // Bits 16 to 23 of a PFNC code are the number of bits of one pixel.
   header.stride = (header.width * (pfnc >> 16 & 0xFF) + 7) / 8;
 }
 
-/// Has the kernel keep from Aravis what is no packet of an image of `payload` bytes. To be called while the stream has
-/// no buffers: until then it looks at packets and forgets them.
+/// Installs filters, so that the kernel passes to Aravis only packets of an image of `payload` bytes. Call it while the
+/// stream has no buffers: until then Aravis drops every packet.
 Status guard(ArvCamera* camera, ArvStream* stream, std::size_t payload) {
   auto* const device = ARV_GV_DEVICE(arv_camera_get_device(camera));
   GError* error = nullptr;
@@ -69,16 +69,17 @@ Status guard(ArvCamera* camera, ArvStream* stream, std::size_t payload) {
   const auto udp =
       std::ranges::find_if(sockets, [&](int fd) { return ntohs(bound_address(fd).sin_port) == shape.own_port; });
   if (udp == sockets.end()) return Error{ErrorCode::Io, "camera: the stream has no socket that could be guarded"};
-  // The thread begins anew behind the filter, and what came before it is thrown away.
+  // The receiving thread is stopped, what came before the filter is discarded, and the thread starts again.
   arv_stream_stop_thread(stream, FALSE);
   if (const Status attached = attach_filter(*udp, gvsp_filter_of_udp_socket(shape)); !attached) return attached;
   for (char byte = 0; ::recv(*udp, &byte, 1, MSG_DONTWAIT | MSG_TRUNC) >= 0;) continue;
   arv_stream_start_thread(stream);
   for (const int fd : own_sockets(AF_PACKET, SOCK_RAW)) {
     if (const Status attached = attach_filter(fd, gvsp_filter_of_packet_socket(shape)); !attached) return attached;
-    // The UDP socket would fill with a second copy that nobody reads.
+    // Aravis reads the packet socket now. Without this filter the UDP socket would fill with a second copy that nobody
+    // reads.
     if (const Status attached = attach_filter(*udp, filter_of_nothing()); !attached) return attached;
-    // Its ring hands over what it has within 5 ms.
+    // The ring of the packet socket delivers what came before the filter within 5 ms.
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
   }
   return {};
@@ -106,7 +107,8 @@ Result<std::unique_ptr<ImageStream>> ImageStream::start(ArvCamera* camera, const
   stream->is_gige_ = ARV_IS_GV_STREAM(stream->owned_stream_.get());
   if (stream->is_gige_) {
     const guint give_up_us = static_cast<guint>(config.give_up_after.count() * 1000);
-    // Of a fixed size, whatever the image's: a burst outlasts the receiving thread's turn on a busy machine.
+    // The size is fixed, whatever the size of an image: on a busy machine a burst must last until the receiving thread
+    // runs.
     const gint socket_buffer =
         config.socket_buffer_bytes ? static_cast<gint>(config.socket_buffer_bytes) : kLargeSocketBuffer;
     g_object_set(stream->owned_stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
@@ -125,7 +127,7 @@ Result<std::unique_ptr<ImageStream>> ImageStream::start(ArvCamera* camera, const
 
 ImageStream::~ImageStream() { stop(); }
 
-// Joins the receiving thread, whose last images come to on_event while it ends.
+// Joins the receiving thread. While it ends, its last images still come to on_event().
 void ImageStream::stop() { owned_stream_.reset(); }
 
 bool ImageStream::top_up() {
@@ -147,8 +149,8 @@ void ImageStream::on_event(void* self, ArvStreamCallbackType type, ArvBuffer*) {
       ::pthread_setname_np(::pthread_self(), "camera-receive");
       if (stream.config_.realtime_priority > 0) arv_make_thread_realtime(stream.config_.realtime_priority);
       break;
-    // Taken from the output queue here, not by the reader: Aravis queues a buffer before it tells, and the reader could
-    // free it while it is being told about.
+    // The buffer is taken from the output queue here and not by the reader. Aravis queues a buffer before it calls
+    // back, so the reader could free it while Aravis still uses it for the callback.
     case ARV_STREAM_CALLBACK_TYPE_BUFFER_DONE:
       stream.take_finished();
       break;
@@ -160,7 +162,7 @@ void ImageStream::on_event(void* self, ArvStreamCallbackType type, ArvBuffer*) {
 
 void ImageStream::take_finished() {
   const HostTime now = host_now();
-  ArvStream* stream = stream_;  // first: what start() wrote before it is then seen too
+  ArvStream* stream = stream_;  // read first, so that everything that start() wrote before it is visible too
   const std::uint64_t missing = is_gige_ ? info("n_missing_packets") : 0;
   while (ArvBuffer* buffer = arv_stream_try_pop_buffer(stream)) {
     --given_;
@@ -195,11 +197,11 @@ ImageHeader ImageStream::describe(ArvBuffer* buffer, std::uint64_t missing_packe
   const ImageStatus status = status_of(buffer);
   if (status == ImageStatus::NoLeader)
     return {.status = status, .missing_packets = static_cast<std::uint32_t>(missing_packets)};
-  // Aravis tells the region of whole images only; an incomplete one has the region that the camera was set to.
+  // Aravis gives the region of complete images only. An incomplete image gets the region that the camera was set to.
   ImageHeader header = expected_;
   header.status = status;
   header.frame_id = arv_buffer_get_frame_id(buffer);
-  // Without a tick frequency Aravis puts the wall clock there, which is nobody's counter.
+  // If the camera has no tick frequency, Aravis puts the wall clock there, which is not the camera's counter.
   if (const guint64 stamp = arv_buffer_get_timestamp(buffer); stamp != arv_buffer_get_system_timestamp(buffer))
     header.time = DeviceTime<CameraCounter>(nanoseconds(static_cast<std::int64_t>(stamp)));
   if (status != ImageStatus::Complete) {

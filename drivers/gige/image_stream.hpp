@@ -14,28 +14,31 @@
 
 namespace hueline::drivers {
 
-/// A camera's images in the memory that they are given: header room, then the pixels that Aravis writes. The receiving
-/// thread is Aravis's; it only stamps and queues. Everything else belongs to the reader's thread.
+/// Receives a camera's images into given memory: room for the header, then the pixels that Aravis writes. The receiving
+/// thread is Aravis's own; it only stamps and queues images. All other functions are called by the reader's thread,
+/// except interrupt().
 class ImageStream {
  public:
   struct Done {
-    HostTime received{};
+    HostTime received{};  ///< when the last byte of the image had arrived
     ImageHeader header;
     Buffer packet;
   };
+  /// Starts the stream and the acquisition. `config` and `memory` must outlive the stream.
   static Result<std::unique_ptr<ImageStream>> start(ArvCamera* camera, const AravisSource::Config& config,
                                                     PacketMemory& memory);
   ~ImageStream();
-  /// Ends the stream; nothing but destruction and interrupt() may follow.
+  /// Ends the stream. After it, only interrupt() and the destructor may be called.
   void stop();
   ImageStream(const ImageStream&) = delete;
   ImageStream& operator=(const ImageStream&) = delete;
 
-  /// Gives the stream fresh buffers up to Config::stream_buffers. False if the pool ran out before.
+  /// Gives the stream fresh buffers until it has Config::stream_buffers. Returns false if the memory ran out before.
   bool top_up();
-  /// The next finished image, or nothing after `wait`, at a stop, or when interrupted.
+  /// Returns the next finished image. Returns nothing after the time `wait`, when a stop is requested, or when
+  /// interrupted.
   std::optional<Done> wait(std::chrono::milliseconds wait, std::stop_token stop);
-  /// Ends a wait and all later ones: the camera is gone. Thread-safe.
+  /// Ends the current wait and all later ones, because the camera is gone. Thread-safe.
   void interrupt();
   bool is_interrupted() const { return is_interrupted_; }
 
@@ -45,7 +48,7 @@ class ImageStream {
   struct Finished {
     GRef<ArvBuffer> buffer;
     HostTime at{};
-    std::uint64_t missing_packets = 0;  // of the stream so far
+    std::uint64_t missing_packets = 0;  // of the stream up to this image
   };
   ImageStream(const AravisSource::Config& config, PacketMemory& memory, std::size_t payload);
   static void on_event(void* self, ArvStreamCallbackType type, ArvBuffer* buffer);
@@ -55,13 +58,13 @@ class ImageStream {
 
   const AravisSource::Config& config_;
   const std::size_t payload_;
-  ImageHeader expected_;  // the region that the camera was set to
+  ImageHeader expected_;  // describes the region that the camera was set to
   PacketMemory& memory_;
   GRef<ArvStream> owned_stream_;
-  std::atomic<ArvStream*> stream_{nullptr};  // for the receiving thread
-  std::atomic<std::size_t> given_{0};        // buffers that the stream holds
-  bool is_gige_ = false;                     // set before the first buffer is given
-  std::uint64_t missing_packets_ = 0;        // at the last image
+  std::atomic<ArvStream*> stream_{nullptr};  // read by the receiving thread
+  std::atomic<std::size_t> given_{0};        // number of buffers that the stream holds
+  bool is_gige_ = false;                     // set before the stream gets its first buffer
+  std::uint64_t missing_packets_ = 0;        // of the stream up to the latest image
 
   std::mutex mutex_;
   std::condition_variable_any changed_;

@@ -9,52 +9,59 @@
 #include "core/keys.hpp"
 #include "core/result.hpp"
 
-/// One exposure of a head of six lenses as JPEG planes: each lens image is taken apart into the four places of its
-/// Bayer cell, and each of these planes, half as wide and half as high, is a grey JPEG of its own: 24 of them. So a
-/// JPEG never sees the mosaic, which it would take for noise. Layout: docs/formats.md, "JPEG planes" (what is publicly
-/// known of a Ladybug's JPEG modes). Big endian:
+/// The layout of one exposure of a six-lens head as JPEG planes. Each lens image is split by the four places of its
+/// Bayer cell. Each of these planes is half as wide and half as high and is a grey JPEG of its own, so there are 24.
+/// JPEG would take the mosaic itself for noise. The layout is what is publicly known of a Ladybug's JPEG modes
+/// (docs/formats.md, "JPEG planes"). Big endian:
 ///
-///   offset  size
-///     0x08     4  bytes of the whole, this head included
+///   offset  size  field
+///     0x08     4  size of the whole, bytes, including this header
 ///     0x10     4  magic 0xCAFEBABE
 ///     0x14     4  version, 2
-///    0x340   192  6 lenses x 4 planes x {u32 offset from the beginning, u32 size}
-/// What stands between (time, gain, shutter, NMEA) is not read: the frame id, the stamp and the POS say it better.
+///    0x340   192  table of the planes: 6 lenses x 4 planes, 8 bytes each
+///
+///   a plane in the table:
+///        0     4  offset of the JPEG from the beginning of the whole, bytes
+///        4     4  size of the JPEG, bytes; 0 if there is none
+///
+/// The fields between (time, gain, shutter, NMEA) are not read: the frame id, the time stamp and the POS are better
+/// sources.
 namespace hueline::drivers {
 
 constexpr std::size_t kHeadLenses = 6;
 constexpr std::size_t kCellPlaces = 4;
 constexpr std::size_t kJpegPlanesHeaderSize = 0x400;
 
-/// Where the planes of an exposure lie. Borrowed bytes.
+/// The places of the planes of one exposure. The spans refer to the bytes that were read; they own nothing.
 struct JpegPlanes {
-  /// planes[lens][slot]; empty: the table names none, or one that is not inside the bytes.
+  /// The JPEG of planes[lens][slot]. It is empty if the table has none, or if it lies outside the bytes.
   std::array<std::array<std::span<const std::byte>, kCellPlaces>, kHeadLenses> planes;
-  /// Why a plane that the table names is empty: it ends behind the bytes that came (or begins in the head). ""
-  /// otherwise.
+  /// Says why a plane is empty: it is missing, it begins inside the header, or it ends after the bytes that came. Empty
+  /// if the plane is there.
   std::array<std::array<std::string, kCellPlaces>, kHeadLenses> why_empty;
-  std::size_t size =
-      0;  ///< bytes of the whole as its head says; fewer may have come, more may follow (the camera's buffer is larger)
+  /// Size of the whole as its header says, bytes. Fewer bytes may have come. More may follow, because the camera's
+  /// buffer is larger.
+  std::size_t size = 0;
 };
 
-/// How the planes become one picture.
+/// How the planes are combined into one picture.
 struct JpegPlanesLayout {
-  /// Lens images lie side by side in rows of so many, lens 0 in the upper left corner: 1, 2, 3 or 6.
+  /// Number of lens images in one row of the picture: 1, 2, 3 or 6. Lens 0 is in the upper left corner.
   std::uint32_t lens_columns = 1;
-  /// Place in the 2 x 2 cell of each slot's plane: 0 upper left, 1 upper right, 2 lower left, 3 lower right. Readers
-  /// differ about the cameras' order, so it is a setting.
+  /// The place in the 2 x 2 cell of each slot's plane: 0 upper left, 1 upper right, 2 lower left, 3 lower right.
+  /// Published readers disagree about the cameras' order, so it is a setting.
   std::array<std::uint8_t, kCellPlaces> plane_places{0, 1, 2, 3};
-  /// Lenses that anybody wants; the others' planes are not decoded, and their pixels are 0.
+  /// Lenses whose pixels are used. The planes of the others are not decoded, and their pixels are 0.
   std::array<bool, kHeadLenses> is_used{true, true, true, true, true, true};
 
   std::uint32_t lens_rows() const { return static_cast<std::uint32_t>(kHeadLenses) / lens_columns; }
   void visit(Keys& keys);
-  /// For a picture of this size.
+  /// Checks the layout for a picture of this size, in pixels.
   KeyError validate(std::uint32_t width, std::uint32_t height) const;
 };
 
-/// Truncated: fewer bytes than the head has. Malformed: magic. Unsupported: another version. A plane outside the bytes
-/// is not an error of the whole.
+/// Reads the header and the table of the planes. Errors: Truncated (fewer bytes than the header has), Malformed (the
+/// magic), Unsupported (another version). A plane outside the bytes is no error here; see JpegPlanes::why_empty.
 Result<JpegPlanes> read_jpeg_planes(std::span<const std::byte> bytes);
 
 }  // namespace hueline::drivers
