@@ -5,7 +5,7 @@
 
 #include "apps/command_line.hpp"
 
-/// Parts of `hueline calibrate`, each tool in a file of its own.
+/// The tools of `hueline calibrate`. Each tool is in a file of its own.
 namespace hueline::apps {
 
 void add_calibrate_lens(Command& calibrate);
@@ -14,8 +14,8 @@ void add_calibrate_boresight(Command& calibrate);
 void add_calibrate_targets(Command& calibrate);
 void add_calibrate_example(Command& calibrate);
 
-/// Today, as the computer knows it: YYYY-MM-DD. Results are dated by the one who makes them; the estimations read no
-/// clock.
+/// Returns today's date by the computer's clock, YYYY-MM-DD. The commands date their results; the estimations
+/// themselves read no clock.
 std::string today();
 
 }  // namespace hueline::apps

@@ -28,8 +28,8 @@ struct Options {
   int starts = 1;
 };
 
-/// Every scanner turned by off_deg and moved by off_m, in direction `number` of `count` that are spread over the sphere
-/// (Fibonacci's lattice).
+/// Rotates every scanner by off_deg and moves it by off_m, in direction `number` of options.starts. The directions are
+/// spread evenly over the sphere (Fibonacci lattice).
 config::Rig put_off(config::Rig rig, const Options& options, int number) {
   const double z = 1 - (2 * number + 1.0) / options.starts, around = 0.7 + number * 2.399963229728653,
                flat = std::sqrt(1 - z * z);
@@ -43,7 +43,7 @@ config::Rig put_off(config::Rig rig, const Options& options, int number) {
   return rig;
 }
 
-/// Reads the drive once. `fed`: how reading ended.
+/// Reads the drive once. `fed` receives the status at its end.
 BoresightDrive gather(DriveSource& source, const config::Rig& rig, const Options& options, ProgressBar& bar,
                       Status& fed, DriveReturns::Counts& counts) {
   ReturnStore::Config wanted;
@@ -52,7 +52,7 @@ BoresightDrive gather(DriveSource& source, const config::Rig& rig, const Options
   if (const std::string wrong = wanted.validate(); !wrong.empty()) throw config::ConfigError(wrong);
   DriveReturns returns(rig, wanted);
   config::Rig uncoloured = rig;
-  uncoloured.geometry.lasers.clear();  // only times and poses are wanted: no point is coloured
+  uncoloured.geometry.lasers.clear();  // only times and poses are needed, so that no point is coloured
   runtime::Pipeline pipeline(uncoloured, 1, returns);
   fed = source.feed(bar, [&](const Packet& packet) {
     pipeline.process(packet);
@@ -88,7 +88,7 @@ std::string against_truth(const Boresight& found, const DriveSource& source) {
   return said;
 }
 
-/// A lever arm that moved farther than its measurement allows: one of both is wrong.
+/// Warns of a lever arm that moved farther than its measurement allows: either the measurement or the result is wrong.
 void warn_of_lever_arms(const Boresight& found, double sigma_m) {
   for (const ScannerBoresight& one : found.scanners)
     if (const double most = one.lever_moved_m.cwiseAbs().maxCoeff(); most > 3 * sigma_m)

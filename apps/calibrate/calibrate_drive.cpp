@@ -24,8 +24,8 @@ namespace {
 
 using namespace calibration;
 
-/// The head put off about axis `number` of `count` that are spread over the sphere (Fibonacci's lattice); a single one
-/// is none of the head's.
+/// Rotates the head about axis `number` of `count` that are spread evenly over the sphere (Fibonacci lattice). A single
+/// axis is not one of the head's axes.
 Transform<Body, CameraHead> put_off(Transform<Body, CameraHead> head, double off_deg, int number, int count) {
   if (!(off_deg > 0)) return head;
   Eigen::Vector3d axis(1, -2, 1.5);
@@ -105,7 +105,7 @@ int calibrate_drive(const DriveFiles& files) {
   Status fed;
   {
     config::Rig uncoloured = source->rig;
-    uncoloured.geometry.lasers.clear();  // only times and poses are wanted: no point is coloured
+    uncoloured.geometry.lasers.clear();  // only times and poses are needed, so that no point is coloured
     runtime::Pipeline pipeline(uncoloured, 1, gathered);
     fed = source->feed(bar, [&](const Packet& packet) {
       pipeline.process(packet);

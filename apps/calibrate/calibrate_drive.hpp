@@ -4,16 +4,17 @@
 
 namespace hueline::apps {
 
-/// `calibrate mount` without targets, of a drive: a recording, or a simulated scenario whose truth is then said beside
-/// the result.
+/// Options of `calibrate mount` without targets for a drive. The drive is a recording or a simulated scenario; with a
+/// scenario the difference from the truth is printed with the result.
 struct DriveFiles {
   std::string recording, scenario, cache, rig, out, date;
   double search_deg = 3, search_time_ms = 50;
-  double off_deg = 0, off_ms = 0;  ///< scenario: how far the rig's head and the times of its images are put off
-  int starts = 1;                  ///< scenario: in so many directions, one after the other
+  double off_deg = 0, off_ms = 0;  ///< scenario: errors that are added to the rig's head and to the times of its images
+  int starts = 1;                  ///< scenario: number of directions of the error, one calibration each
+  /// Only every n-th exposure is used.
   int every = 4;
 };
-/// Exit status.
+/// Calibrates the mounting of the head and prints the result. Returns the exit status.
 int calibrate_drive(const DriveFiles& files);
 
 }  // namespace hueline::apps

@@ -38,7 +38,8 @@ int example(const Options& options) {
     const sim::StaticSite site = sim::make_static_site(config);
     sim::StaticScannerConfig scanner;
     const auto wanted = static_cast<std::uint64_t>(options.points);
-    // A little finer, and cut: the number of points is then exact. Windows only where the panorama itself is coarser.
+    // A slightly finer step and a cut at the end give the exact number of points. Windows are used only where the
+    // panorama is coarser than they are.
     scanner.step_deg = 0.995 * sim::step_for_points(site, scanner, wanted);
     if (scanner.step_deg <= scanner.window_step_deg) scanner.window_step_deg = 0;
     const sim::StaticScan scan(site, scanner);

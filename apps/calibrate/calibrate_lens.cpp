@@ -18,7 +18,7 @@ namespace {
 
 using namespace calibration;
 
-constexpr double kUsualSigma_px = 1.0;  // of a coordinate; more is no lens's doing
+constexpr double kUsualSigma_px = 1.0;  // Usual sigma of a corner's coordinate. A larger one is not caused by the lens.
 
 struct Options {
   std::vector<std::string> images;
@@ -44,7 +44,7 @@ Board board_of(const Options& options) {
   return board;
 }
 
-/// Files as named; of a folder, its images in order of their names.
+/// Returns the files as named. A folder stands for its images in the order of their names.
 std::vector<std::filesystem::path> images_of(const std::vector<std::string>& named) {
   std::vector<std::filesystem::path> out;
   for (const std::string& one : named) {
@@ -101,8 +101,8 @@ int run(const Options& options) {
   const auto images = images_of(options.images);
   LensReportContext context;
   context.date = options.date.empty() ? today() : options.date;
-  // A lens has one size of image: the one in which the board is seen most often (not the first image's, which may be a
-  // picture of the setup).
+  // All images of a lens have one size. The size used is the one in which the board was found most often, because the
+  // first image may be a picture of the setup.
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<BoardView>> by_size;
   for (const auto& path : images) {
     const auto image = read_grey_image(path.string());

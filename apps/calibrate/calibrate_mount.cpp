@@ -34,14 +34,14 @@ struct Options {
   double sigma_px = 1, sigma_point_m = 0.01, search_deg = 3, far_deg = 30, far_m = 0.5;
 };
 
-/// What is known of one lens before its resection.
+/// A lens before its resection.
 struct KnownLens {
   std::string name;
   fusion::CameraIntrinsics intrinsics;
-  std::optional<Transform<Scanner, Lens>> nominal;  ///< from the rig
+  std::optional<Transform<Scanner, Lens>> nominal;  ///< nominal pose from the rig
 };
 
-/// What a rig says of scanner and head.
+/// The scanner, the head and the lenses of a rig.
 struct KnownRig {
   std::vector<KnownLens> lenses;
   std::optional<Transform<Body, Scanner>> T_body_scanner;
@@ -71,8 +71,8 @@ KnownRig known_of(const Options& options) {
   return out;
 }
 
-/// Empty when the pose can be that of the rig's lens; else what is wrong. A resection turns with its points: axes that
-/// were exchanged in pairs show only here.
+/// Returns an empty text if the pose can be that of the rig's lens, and what is wrong otherwise. A resection rotates
+/// with its points. Axes that were exchanged in pairs are therefore noticed only here.
 std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transform<Scanner, Lens>& nominal,
                              const Options& options) {
   const double turn = found.rotation.angularDistance(nominal.rotation) * kDegPerRad,
@@ -82,7 +82,8 @@ std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transf
         "the lens would be turned {:.0f} deg against the rig: the points' axes are not the scanner's (x right, y "
         "forward, z up)",
         turn);
-  // Rays do not change with the unit of the points, the centre does: it tells, while it is well known.
+  // The unit of the points changes the centre but not the rays. The centre shows a wrong unit as long as its nominal
+  // place is well known.
   constexpr double kPerMetre[] = {3.28084, 39.3701, 100, 1000};  // feet, inches, centimetres, millimetres
   constexpr const char* kUnit[] = {"feet", "inches", "centimetres", "millimetres"};
   for (std::size_t i = 0; i < std::size(kPerMetre); ++i)
@@ -157,8 +158,8 @@ int resect_lenses(const Options& options) {
       return kOutputRefused;
     }
     const std::string stem = seen.lens.empty() ? "lens" : seen.lens;
-    // The chain: docs/methods equations 15 and 16; scanner -> body is the rig's; what capture reads is the lens in its
-    // head.
+    // The chain of docs/methods equations 15 and 16. The rig has the transformation from scanner to body; `capture`
+    // reads the pose of the lens in its head.
     std::string fragment;
     if (known.T_body_scanner) {
       const Transform<CameraHead, Scanner> T_head_scanner = known.T_body_head->inverse() * *known.T_body_scanner;

@@ -33,9 +33,11 @@ LensValues lens_values(const fusion::CameraIntrinsics& lens) {
 
 namespace {
 
-constexpr double kMostAway_deg = 1.5;  // of a half from the whole
+// Largest difference between the result of a half of the scene and that of the whole.
+constexpr double kMostAway_deg = 1.5;
 
-/// Samples of every other sector of the scanner's azimuth: a part of the scene that stands for itself.
+/// Returns the shot with the samples of every other sector of the scanner's azimuth. They are an independent part of
+/// the scene.
 AlignmentShot half_of(const AlignmentShot& shot, int which) {
   constexpr double kSector_deg = 8;
   auto part = std::make_shared<std::vector<LaserSample>>();
@@ -79,7 +81,7 @@ int calibrate_shot(const ShotFiles& files) {
   }
   const fusion::CameraIntrinsics intrinsics = fit_to_image(*known.intrinsics, known.lens_file, image->width,
                                                            image->height, files.image, other_size(files.image_size));
-  // One moment: scanner and vehicle are the same, lens and head are.
+  // All data are of one moment. The scanner takes the place of the vehicle, and the lens that of the head.
   AlignmentLens lens;
   lens.values = lens_values(intrinsics);
   lens.max_angle = intrinsics.max_angle;
@@ -90,7 +92,7 @@ int calibrate_shot(const ShotFiles& files) {
   AlignmentConfig config;
   config.search_deg = files.search_deg;
   config.groups = 0;
-  config.use_relation = false;  // one image has too few patches for it
+  config.use_relation = false;  // one image has too few patches for this step
   const auto found = align_head({lens}, {shot}, {T_scanner_lens.rotation, T_scanner_lens.translation}, config);
   if (!found.ok()) {
     log_error(found.error().message);
@@ -103,8 +105,8 @@ int calibrate_shot(const ShotFiles& files) {
                          T.rotation.angularDistance(T_lens_scanner.rotation) * 180 / std::numbers::pi)
                  .c_str(),
              stdout);
-  // One shot has no stretches whose disagreement says how sure it is: two halves of the scene, each searched from the
-  // same start, take their place.
+  // One shot has no stretches whose differences give the uncertainty. Two halves of the scene, each searched from the
+  // same start, replace them.
   bool is_doubtful = false;
   std::string halves;
   for (const int half : {0, 1}) {

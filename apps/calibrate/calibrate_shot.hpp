@@ -7,16 +7,16 @@
 
 namespace hueline::apps {
 
-/// `calibrate mount` without targets, of one image and one cloud of the same moment.
+/// Options of `calibrate mount` without targets for one image and one cloud of the same moment.
 struct ShotFiles {
   std::string image, cloud, lens, start, out, date;
-  std::string image_size = "refuse";  ///< apps/colour/shot_calibration.hpp
+  std::string image_size = "refuse";  ///< a word of apps/colour/shot_calibration.hpp
   double search_deg = 3;
 };
-/// Exit status.
+/// Calibrates the pose of the lens and prints the result. Returns the exit status.
 int calibrate_shot(const ShotFiles& files);
 
-/// A rig's lens as the calibration takes it.
+/// Converts a rig's lens to the form that the calibration uses.
 calibration::LensValues lens_values(const fusion::CameraIntrinsics& lens);
 
 }  // namespace hueline::apps

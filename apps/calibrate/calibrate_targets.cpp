@@ -50,7 +50,8 @@ TargetsConfig config_of(const Options& options) {
   return config;
 }
 
-/// The scan of each station: NAME=FILE on the command line, else the stations' own column, relative to their file.
+/// Returns the scan file of each station: from STATION=FILE on the command line, otherwise from the stations' column
+/// `scan`, relative to their file.
 std::map<std::string, std::string> scans_of(const Options& options, const std::vector<SurveyedStation>& stations) {
   std::map<std::string, std::string> out;
   for (const SurveyedStation& station : stations)
@@ -67,7 +68,7 @@ std::map<std::string, std::string> scans_of(const Options& options, const std::v
   return out;
 }
 
-/// Reading alone, as often as asked: the floor that the whole run is held against.
+/// Returns the time of reading the file alone, the fastest of three. It is the lower limit of the whole run.
 double time_of_reading(const std::string& path) {
   double fastest = 1e9;
   for (int i = 0; i < 3; ++i)

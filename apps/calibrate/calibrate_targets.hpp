@@ -10,7 +10,7 @@
 
 namespace hueline::apps {
 
-/// A file as the blocks that calibration reads.
+/// The blocks of a scan file, in the form that the calibration reads. `file` must outlive this object.
 class ScanFileBlocks : public calibration::ScanBlocks {
  public:
   explicit ScanFileBlocks(const storage::ScanFile& file) : file_(file) {}
@@ -23,13 +23,13 @@ class ScanFileBlocks : public calibration::ScanBlocks {
   const storage::ScanFile& file_;
 };
 
-/// What write_oriented() did with the points.
+/// Counts of write_oriented().
 struct OrientedCloud {
-  std::uint64_t written = 0, without_return = 0;  ///< 0 0 0 or not a number: left out
+  std::uint64_t written = 0, without_return = 0;  ///< points at 0 0 0 or not a number are left out
 };
 
-/// The whole scan in the survey frame, `origin` subtracted (float32) or as the file's offset (LAS). Reads block by
-/// block.
+/// Writes the whole scan in the survey frame, block by block. `origin` is subtracted in a float32 file and is the
+/// offset of a LAS file. Errors: those of the scan and of the writer.
 Result<OrientedCloud> write_oriented(const storage::ScanFile& scan, const calibration::Orientation& orientation,
                                      const Eigen::Vector3d& origin, storage::ScanCloudWriter::Format format,
                                      const std::filesystem::path& path, const UtcTime& date);

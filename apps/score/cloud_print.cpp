@@ -6,7 +6,7 @@
 
 namespace hueline::apps {
 
-/// FNV-1a over 64-bit words, twice from different beginnings.
+/// FNV-1a over 64-bit words, twice with different start values.
 void CloudPrint::add(const ColouredPoint& p) {
   ++points_;
   const auto word = [this](std::uint64_t w) {

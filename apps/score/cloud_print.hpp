@@ -7,7 +7,7 @@
 
 namespace hueline::apps {
 
-/// Of every field of every point in the order given: two runs with the same one gave the same cloud.
+/// A hash of every field of every point, in the given order. Two runs with the same hash gave the same cloud.
 class CloudPrint {
  public:
   void add(const ColouredPoint& point);
@@ -20,7 +20,7 @@ class CloudPrint {
   std::uint64_t points_ = 0;
 };
 
-/// Adds each point that comes out of a pipeline. Thread-bound.
+/// Adds each point of a pipeline to a CloudPrint. Thread safety: none; only the pipeline's thread calls it.
 class CloudPrintSink final : public runtime::ProductSink {
  public:
   explicit CloudPrintSink(CloudPrint& print) : print_(print) {}

@@ -29,7 +29,7 @@ int threads_of(const Options& options) {
   return options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-/// The processor's name and how many of its threads; figures of the clock on the wall mean nothing without it.
+/// Returns the name of the processor and its number of threads. Wall-clock figures need it to mean anything.
 std::string machine() {
   std::ifstream cpus("/proc/cpuinfo");
   for (std::string line; std::getline(cpus, line);)
@@ -39,7 +39,7 @@ std::string machine() {
   return fmt::format("{} threads", std::thread::hardware_concurrency());
 }
 
-/// Names a metric that differs between two runs of one scenario, or is empty.
+/// Returns the name of a metric that differs between two runs of one scenario, or an empty text.
 std::string first_difference(const ScoredRun& a, const ScoredRun& b) {
   if (a.cloud != b.cloud) return "the cloud";
   for (const score::Metric& metric : score::metrics()) {
@@ -61,7 +61,8 @@ int run(const Options& options) {
     }
     before = std::move(*read);
   }
-  std::vector<sim::Scenario> scenarios;  // all are read before the first is driven: a typing error shows at once
+  // All files are read before the first drive, so that a typing error shows at once.
+  std::vector<sim::Scenario> scenarios;
   for (const auto& file : plan.scenarios) scenarios.push_back(config::load_scenario(file.string()));
 
   const int threads = threads_of(options);
@@ -74,7 +75,7 @@ int run(const Options& options) {
     const std::string name = plan.scenarios[i].stem().string();
     auto scored = score_scenario(scenarios[i], name, cache, plan.ray_returns, threads, progress);
     if (scored.ok() && i == 0) {
-      // One scenario twice: the cloud and all figures must not know how many threads there were.
+      // Runs one scenario twice. The cloud and all figures must not depend on the number of threads.
       const int other = threads == 1 ? 2 : 1;
       const auto again = score_scenario(scenarios[i], name, cache, plan.ray_returns, other, progress);
       if (!again.ok()) {

@@ -7,8 +7,8 @@
 
 namespace hueline::apps {
 
-/// Writes score.json, score_notes.json, score.md (the table) and score.html (with its pictures inside) into `dir`,
-/// which is made. Errors: Io.
+/// Creates `dir` and writes score.json, score_notes.json, score.md (the table) and score.html (with embedded pictures)
+/// into it. Errors: Io.
 Status write_score(const std::filesystem::path& dir, const score::Sheet& sheet, const score::RunNotes& notes,
                    const std::vector<score::Change>& changes);
 

@@ -18,7 +18,7 @@ bool same(const Packet& a, const Packet& b) {
          a.received == b.received && std::equal(x.begin(), x.end(), y.begin(), y.end());
 }
 
-/// The packets of the file one after the other, over damaged chunks, to its end.
+/// Reads the packets of a file to its end, one after the other, and skips damaged chunks.
 class Found {
  public:
   explicit Found(storage::JournalReader& reader) : reader_(reader) { advance(); }
@@ -49,7 +49,7 @@ class Found {
   std::uint64_t damaged_ = 0;
 };
 
-/// Of one sensor: packets that are not in the file, and how many of them a fault in the file tells of.
+/// For one sensor: the packets that are not in the file, and how many of them the faults in the file report.
 struct Losses {
   std::uint64_t packets = 0, bytes = 0, told = 0;
   void add(std::uint64_t size) { ++packets, bytes += size; }
@@ -79,8 +79,8 @@ Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, cons
   CloudPrintSink sink(out.cloud);
   runtime::Pipeline pipeline(rig, threads, sink);
   Found found(**reader);
-  std::map<SensorId, Losses> inside, behind;              // before and after the last packet of the file
-  std::vector<std::pair<SensorId, std::size_t>> missing;  // since the latest packet of the file
+  std::map<SensorId, Losses> inside, behind;              // losses before and after the last packet of the file
+  std::vector<std::pair<SensorId, std::size_t>> missing;  // packets missing since the latest packet of the file
   std::uint64_t end_sequence = 0;
   HostTime last = kSimulatedHostBegin;
   const auto keep_missing = [&](std::map<SensorId, Losses>& where) {
@@ -123,8 +123,7 @@ Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, cons
     ++facts.came, ++facts.refused;
     (packet.sequence < end_sequence ? inside : behind)[packet.sensor].add(packet.bytes);
   }
-  // What lies behind the last packet is told as a whole: by who reads a recording that was cut, or by the program at
-  // its end.
+  // The reader of a cut recording, or the program at its end, reports everything after the last packet as a whole.
   const bool is_end_told =
       !capture.recording.ok() || (capture.death != sim::FaultyDisk::Death::None && found.end() == ErrorCode::Truncated);
   if (!is_end_told)

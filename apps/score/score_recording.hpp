@@ -8,14 +8,16 @@
 
 namespace hueline::apps {
 
-/// What was read back of a simulated capture's file, held against what went into it.
+/// The comparison of a simulated capture's file with what the capture recorded.
 struct RecoveredRecording {
-  score::RecordingFacts facts;  ///< but for is_same_cloud, which needs the replay
-  CloudPrint cloud;             ///< of the packets that were read back, as they were before they were written
+  score::RecordingFacts facts;  ///< all facts except is_same_cloud, which needs the replay
+  /// Cloud of the packets that were read back, computed from them as they were before they were written.
+  CloudPrint cloud;
 };
 
-/// `threads`: of the colouring; the cloud does not depend on it. Errors: those of for_each_simulated_packet; Io,
-/// Malformed, Truncated: the file cannot be opened as a recording.
+/// Reads `file` back and compares it with `capture`. `threads` is the number of colouring threads; the cloud does not
+/// depend on it.
+/// Errors: those of for_each_simulated_packet; Io, Malformed or Truncated if the file cannot be opened as a recording.
 Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, const std::filesystem::path& file,
                                            const sim::Drive& drive, const sim::Timeline& timeline,
                                            const config::Rig& rig, int threads);

@@ -21,8 +21,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Devices = std::map<SensorId, score::DeviceBytes>;
 
-/// Of each camera event in its order: the true exposure whose picture it is. Faults may send a picture again, under any
-/// number.
+/// Returns for each camera event, in order, the true exposure that its image shows. Faults may send an image again with
+/// any number.
 std::vector<std::uint32_t> pictures(const sim::Drive& drive, const sim::Timeline& timeline) {
   std::map<std::string, std::uint32_t> number_of_file;
   for (const auto& exposure : drive.exposures) number_of_file[exposure.image_file] = exposure.number;
@@ -36,8 +36,8 @@ std::vector<std::uint32_t> pictures(const sim::Drive& drive, const sim::Timeline
   return out;
 }
 
-/// What arrives of a channel's units: packets of the laser and images by their number, so that a second copy is none;
-/// others counted.
+/// Counts the units of a channel that arrive. Laser packets and images count by their numbers, so that a copy does not
+/// count; all other units count one by one.
 std::uint64_t arrived(const sim::Timeline& timeline, sim::WireChannel channel) {
   std::set<std::uint32_t> numbers;
   std::uint64_t count = 0;
@@ -50,7 +50,7 @@ std::uint64_t arrived(const sim::Timeline& timeline, sim::WireChannel channel) {
   return channel == sim::WireChannel::LaserData || channel == sim::WireChannel::Camera ? numbers.size() : count;
 }
 
-/// `sent`: the timeline before its faults.
+/// `sent` is the timeline without its faults.
 void count_units(const sim::Timeline& sent, const sim::Timeline& received, const config::Rig& rig, Devices& devices) {
   const auto sensors = sensors_of_channels(rig);
   for (std::size_t i = 0; i < sensors.size(); ++i) {
@@ -64,7 +64,7 @@ void count_units(const sim::Timeline& sent, const sim::Timeline& received, const
   }
 }
 
-/// Images that the camera never made were not lost on the way.
+/// Images that the camera never made do not count as lost on the way.
 void forgive_unmade_images(const sim::Scenario& scenario, const std::vector<std::size_t>& hits,
                            score::DeviceBytes& camera) {
   for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
@@ -90,7 +90,7 @@ std::map<std::string, score::DeviceBytes> account(const config::Rig& rig, const 
   return out;
 }
 
-/// A folder of its own for a recording that nobody keeps.
+/// A temporary folder for a recording that nobody keeps.
 class ScratchFolder {
  public:
   explicit ScratchFolder(const std::string& parent)
@@ -109,7 +109,7 @@ class ScratchFolder {
   std::string path_;
 };
 
-/// A drive as it was recorded on a computer with the scenario's faults.
+/// A drive as a computer with the scenario's faults recorded it.
 struct Recorded {
   SimulatedCapture capture;
   RecoveredRecording recovered;
@@ -138,7 +138,7 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
       scenario, cache, [&](const std::string& stage, double share) { progress(name + ": rendering " + stage, share); },
       options);
   if (!drive.ok()) return drive.error();
-  // What the devices sent: a solution that the POS does not give out was never sent.
+  // This is what the devices sent. A solution that the POS does not give out was never sent.
   sim::Scenario faultless = scenario;
   std::erase_if(faultless.faults, [](const sim::FaultLine& line) { return line.type != sim::FaultType::PosGap; });
   const auto sent = sim::scenario_timeline(faultless, *drive), spoilt = sim::scenario_timeline(scenario, *drive);
@@ -183,7 +183,7 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
     for (const auto& packet : recorded->capture.packets)
       if (packet.kind == PacketKind::Wire) set_image(packet.sensor, packet.sequence);
     recovered = std::move(recorded->recovered);
-    // How the recording ends is among its figures.
+    // The way in which the recording ends is among its figures, so that only Io is an error here.
     if (const Status read = recorded->recording.for_each(use); !read.ok() && read.error().code == ErrorCode::Io)
       fed = read;
   } else {

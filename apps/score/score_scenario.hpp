@@ -9,20 +9,21 @@
 
 namespace hueline::apps {
 
-/// One scenario through the whole program, offline: rendered (or found in the cache), its devices' bytes through the
-/// real pipeline, what comes out held against the truth. If a fault concerns the computer's disk or the program itself,
-/// the packets are recorded on such a computer first, and what is read back from its disk is what goes through the
-/// pipeline.
+/// The result of one scenario in the whole program, without real time. The drive is rendered or taken from the cache,
+/// the bytes of its devices go through the real pipeline, and the products are compared with the truth. If a fault
+/// concerns the disk of the computer or the program itself, a simulated capture records the packets first, and the
+/// pipeline gets what is read back from that disk.
 struct ScoredRun {
   score::ScenarioScore score;
   CloudPrint cloud;
 };
 
-/// What is being done and how much of it is done, 0 .. 1.
+/// Called with the running stage and the share of it that is done, 0 to 1.
 using ScoreProgress = std::function<void(const std::string& stage, double share)>;
 
-/// `threads`: of the renderer and of the colouring; the figures do not depend on it. Errors: those of sim::generate, of
-/// the timeline, of score::Scorer and of the recording.
+/// Runs one scenario. `threads` is the number of threads of the renderer and of the colouring; the figures do not
+/// depend on it.
+/// Errors: those of sim::generate, of the timeline, of score::Scorer and of the recording.
 Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::string& name, const std::string& cache,
                                  std::size_t ray_returns, int threads, const ScoreProgress& progress);
 

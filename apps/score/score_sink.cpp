@@ -8,7 +8,7 @@
 namespace hueline::apps {
 namespace {
 
-/// Never an exposure of any drive: the point's exposure could not be told.
+/// A number that no true exposure has, for a point whose exposure is unknown.
 constexpr std::uint32_t kUnknownExposure = 0xFFFFFFFFu;
 
 }  // namespace
@@ -41,7 +41,7 @@ void ScoreSink::on_settled_exposure(const Exposure& exposure, const fusion::Traj
 
 void ScoreSink::on_fault(const Fault& fault) {
   if (fault.kind != FaultKind::Lost) return;
-  // The camera's matcher misses a mark; what was lost is the POS's: MARK1TIME and MARK1PVA of it.
+  // The camera's matcher reports a missing mark, but the lost units are two of the POS: MARK1TIME and MARK1PVA.
   const bool is_mark = fault.sensor != pos_ && fault.detail.find("mark") != std::string::npos;
   told_lost_[is_mark ? pos_ : fault.sensor] += fault.count * (is_mark ? 2 : 1);
 }
@@ -71,8 +71,8 @@ void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_e
 void ScoreSink::finish() {
   std::set<std::uint32_t> numbers;
   for (const auto& [index, stamped] : stamped_) {
-    // A camera that hangs sends a picture again, as another exposure's: that one's time is right, its picture is never
-    // used.
+    // A camera that hangs sends an image again as that of another exposure. The time of that exposure is correct, but
+    // its image is never used.
     if (!numbers.insert(stamped.number).second) continue;
     score::ExposureClaim claim;
     claim.number = stamped.number;

@@ -11,17 +11,19 @@
 
 namespace hueline::apps {
 
-/// Hands everything that leaves the pipeline to a Scorer, in the simulator's terms. Thread-bound (the pipeline's).
+/// Passes all products of the pipeline to a Scorer, in the simulator's types. Thread safety: none; only the pipeline's
+/// thread calls it.
 class ScoreSink : public runtime::ProductSink {
  public:
   /// `scorer` must outlive it.
   ScoreSink(score::Scorer& scorer, const config::Rig& rig, GpsTime drive_begin);
 
-  /// The packet of that sequence holds the picture of that true exposure. Before the packet is processed.
+  /// Says that packet `packet_sequence` has the image of true exposure `number`. Call this before the packet is
+  /// processed.
   void set_image(std::uint64_t packet_sequence, std::uint32_t number) { image_numbers_[packet_sequence] = number; }
 
-  /// The packet that is about to be processed came then; what comes out next, comes out on it. Empty: the stream is
-  /// over.
+  /// Sets the arrival of the packet that is processed next. The products that follow are attributed to it. Empty: the
+  /// stream has ended.
   void set_now(std::optional<HostTime> received) { now_ = received; }
 
   void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override;
@@ -29,12 +31,13 @@ class ScoreSink : public runtime::ProductSink {
   void on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) override;
   void on_fault(const Fault& fault) override;
 
-  /// After the pipeline's flush: gives the exposures with their poses.
+  /// Passes the exposures with their poses to the scorer. Call this after the pipeline's flush.
   void finish();
 
   const CloudPrint& cloud() const { return cloud_; }
+  /// Returns for each sensor how many units the Lost faults report.
   const std::map<SensorId, std::uint64_t>& told_lost() const { return told_lost_; }
-  /// Spent in here, to be taken off the pipeline's time.
+  /// Returns the time spent in this sink, which is subtracted from the pipeline's time.
   std::chrono::nanoseconds spent() const { return spent_; }
 
  private:
@@ -43,7 +46,7 @@ class ScoreSink : public runtime::ProductSink {
     GpsTime mid;
     nanoseconds sigma;
     HostTime arrived;
-    std::optional<sim::Pose> T_ecef_head{};  // once settled, if there is one
+    std::optional<sim::Pose> T_ecef_head{};  // set once the exposure is settled, if it has a pose
   };
   void take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu);
 

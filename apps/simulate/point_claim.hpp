@@ -8,8 +8,9 @@ namespace hueline::apps {
 
 inline sim::Vec3 vec3(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// What a point claims, as the simulator's judge takes it. `T_ecef_enu` is of the cloud's origin; `exposure` is the
-/// number of the true exposure that the point's own means; `is_panorama` says that its pixel is one of the panorama.
+/// Returns a point in the form that the simulator's judge takes. `T_ecef_enu` belongs to the cloud's origin. `exposure`
+/// is the number of the true exposure that corresponds to the point's exposure. `is_panorama` says that the point's
+/// pixel is in the panorama.
 inline sim::Claim claim_of(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu, std::uint32_t exposure,
                            bool is_panorama) {
   sim::Claim claim;

@@ -56,10 +56,10 @@ sim::Player::Config player_config(const Options& options, const sim::Drive& driv
   } else {
     config.camera->width = drive.exposures.front().width;
     config.camera->height = drive.exposures.front().height;
-    // Compressed exposures are bytes to the transport.
+    // A compressed exposure is transported as plain bytes.
     if (scenario.camera.payload == sim::ImagePayload::JpegPlanes) config.camera->pixel_format = "Mono8";
     config.camera->max_packet_bytes = static_cast<std::uint32_t>(options.camera_packet);
-    // A gigabit link, or one of ten where the images would not fit.
+    // The link has one gigabit, or ten if the images need more.
     const double bytes_per_second = scenario.camera.rate_hz * config.camera->width * config.camera->height;
     config.camera->stream.link_bytes_per_second =
         options.camera_link_mb_s > 0 ? options.camera_link_mb_s * 1e6 : (bytes_per_second < 90e6 ? 110e6 : 1180e6);
@@ -72,7 +72,8 @@ sim::Player::Config player_config(const Options& options, const sim::Drive& driv
   return config;
 }
 
-/// The scanner of `beside` on the vehicle of `scenario`: everything but laser and camera has to be the same.
+/// Requires that the scenarios differ in laser and camera only, because the scanner of `beside` is on the vehicle of
+/// `scenario`.
 void require_same_drive(const sim::Scenario& scenario, const sim::Scenario& beside) {
   const auto without_sensors = [](sim::Scenario s) {
     s.laser = {};
@@ -136,7 +137,7 @@ int play(const Options& options, const sim::Drive& drive, const sim::Drive* besi
   return kDone;
 }
 
-/// The truth that not every user needs, as asked for.
+/// Writes those optional files of truth that the options name.
 Status write_truth(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario,
                    const sim::GenerateOptions& generation, ProgressBar& bar) {
   if (!options.clocks_file.empty()) {

@@ -16,7 +16,7 @@ constexpr std::int64_t kForEver = INT64_MAX;
 
 std::int64_t drive_ns(HostTime t) { return (t - kSimulatedHostBegin).count(); }
 
-/// The recorder and its queue, one step after the other.
+/// The recorder and its queue, run step by step.
 class Steps {
  public:
   Steps(const config::Rig& rig, sim::FaultyDisk& disk, std::unique_ptr<storage::JournalWriter> journal,
@@ -28,7 +28,7 @@ class Steps {
                 {runtime::LiveRun::Config().pipeline_queue.items}),
         recorder_(std::move(journal)) {}
 
-  /// Lets the recorder work until then. False if the program is dead or its recording failed.
+  /// Runs the recorder until `now_ns`. Returns false if the program is dead or its recording has failed.
   bool run_until(std::int64_t now_ns) {
     while (free_at_ns_ <= now_ns && record_.size() > 0 && !disk_.is_dead() && failed_.ok()) {
       const PacketPtr packet = *record_.pop();
@@ -45,7 +45,7 @@ class Steps {
   void submit(const Packet& packet, SimulatedCapture& out) {
     const bool is_accepted = ingest_.submit(packet);
     if (packet.kind == PacketKind::Fault)
-      return keep_told(~std::uint64_t{0}, out);  // when and how runtime::Ingest tells it
+      return keep_told(~std::uint64_t{0}, out);  // runtime::Ingest decides when and how it reports a fault
     const std::uint64_t sequence = ingest_.next_sequence() - 1;
     out.packets.push_back(
         {sequence, packet.sensor, packet.kind, static_cast<std::uint32_t>(packet.bytes.size()), is_accepted});
@@ -54,7 +54,7 @@ class Steps {
     keep_told(sequence, out);
   }
 
-  /// The drive is over.
+  /// Ends the drive.
   void finish(SimulatedCapture& out) {
     if (!run_until(kForEver)) return;
     ingest_.tell_the_rest({});
@@ -62,14 +62,14 @@ class Steps {
     run_until(kForEver);
   }
 
-  /// Nothing is accepted any more. What the program promises, or says, of its recording.
+  /// Ends the program: nothing more is accepted. Stores what the program promises or reports about its recording.
   void close(SimulatedCapture& out) {
     out.death = disk_.is_dead() ? disk_.death() : sim::FaultyDisk::Death::None;
     if (out.death != sim::FaultyDisk::Death::None) {
       const storage::JournalWriter::Config promise;
       const nanoseconds span =
           out.death == sim::FaultyDisk::Death::PowerCut ? promise.sync_interval : promise.chunk_time;
-      // Arrivals are a little out of order: a pulse is stamped before it is reported.
+      // Arrivals are slightly out of order, because a pulse is stamped before it is reported.
       constexpr nanoseconds kDisorder = std::chrono::milliseconds(1);
       for (const auto& one : accepted_)
         if (one.by <= newest_taken_ - span - kDisorder) out.promised_end = one.sequence + 1;
@@ -82,7 +82,7 @@ class Steps {
 
  private:
   struct Accepted {
-    HostTime by;  // the newest arrival until then
+    HostTime by;  // newest arrival up to this packet
     std::uint64_t sequence;
   };
   void keep_told(std::uint64_t but_this, SimulatedCapture& out) {
@@ -144,7 +144,7 @@ Status for_each_accepted_packet(const SimulatedCapture& capture, const sim::Driv
   };
   bool goes_on = true;
   const Status fed = for_each_simulated_packet(drive, timeline, rig, [&](const Packet& packet) {
-    if (packet.kind == PacketKind::Fault) return true;  // among those that were told
+    if (packet.kind == PacketKind::Fault) return true;  // these are among the packets that the program inserted
     if (number == capture.packets.size()) return false;
     const SimulatedCapture::Submitted submitted = capture.packets[number++];
     goes_on = give_told(submitted.sequence);

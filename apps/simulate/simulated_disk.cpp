@@ -38,7 +38,7 @@ class SimulatedFile final : public storage::DiskFile {
     }
     return taken;
   }
-  // What was synced and is written again would be torn by a power cut; the model knows files that grow.
+  // Not supported: overwriting synced bytes could tear them at a power cut, and the model only knows files that grow.
   std::int64_t overwrite(std::uint64_t, std::span<const std::byte>) override { return -EOPNOTSUPP; }
   int sync() override { return model_.sync(); }
   int truncate(std::uint64_t size) override {

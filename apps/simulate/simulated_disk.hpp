@@ -6,8 +6,8 @@
 
 namespace hueline::apps {
 
-/// A simulated disk below a recording: the model says what is taken and what survives, the bytes are in a real file. It
-/// holds one file at a time. Thread-bound.
+/// A simulated disk below a recording. The model decides what is accepted and what survives; the bytes are in a real
+/// file. It holds one file at a time. Thread safety: none.
 class SimulatedDisk final : public storage::Disk {
  public:
   /// `model` must outlive it.
@@ -15,7 +15,7 @@ class SimulatedDisk final : public storage::Disk {
   int create(const std::filesystem::path& path, storage::IfExists if_exists,
              std::unique_ptr<storage::DiskFile>& file) override;
 
-  /// Makes the file what is found of it when the computer runs again; it was closed or its writer is gone.
+  /// Changes the file to what is found of it when the computer runs again. The file must be closed, or its writer gone.
   Status leave_remains(const std::filesystem::path& path) const;
 
  private:

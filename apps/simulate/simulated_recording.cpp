@@ -46,7 +46,7 @@ std::array<SensorId, sim::kWireChannels> sensors_of_channels(const config::Rig& 
 
 namespace {
 
-/// The image as AravisSource hands it on: our header, then the pixels.
+/// Returns the image in the form in which the camera's source delivers it: our header, then the pixels.
 Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event, PixelFormat format, BufferPool& pool) {
   const std::size_t pixels = std::size_t{event.width} * event.height;
   MutableBuffer buffer = pool.acquire(drivers::kImageHeaderSize + pixels);
@@ -71,7 +71,7 @@ Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event,
   return std::move(buffer).share();
 }
 
-/// What the camera is set to send.
+/// Returns the pixel format that the camera is set to send.
 PixelFormat sent_format(const config::Rig& rig, SensorId id) {
   for (const auto& sensor : rig.sensors)
     if (const auto* camera = dynamic_cast<const drivers::CameraDevice*>(sensor.device.get()); camera && sensor.id == id)
@@ -79,7 +79,7 @@ PixelFormat sent_format(const config::Rig& rig, SensorId id) {
   return PixelFormat::BayerRG8;
 }
 
-/// A frame as CanSource hands it on, or as the gateway's datagram.
+/// Returns a frame in the form in which the CAN source delivers it, or as the gateway's datagram.
 Buffer can_bytes(const config::Sensor& sensor, const sim::Bytes& frame, std::uint8_t datagram) {
   const auto* odometer = dynamic_cast<const drivers::OdometerDevice*>(sensor.device.get());
   if (odometer && odometer->is_by_gateway()) return Buffer::copy_of(sim::encode_cannelloni(frame, datagram));
@@ -131,7 +131,7 @@ Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& t
     const HostTime received = packet.received;
     if (!hand_over(std::move(packet))) return {};
     if (event.missing_packets > 0) {
-      // As the camera's source says it.
+      // This fault has the form in which the camera's source reports it.
       Packet told;
       told.sensor = sensor;
       told.kind = PacketKind::Fault;

@@ -11,7 +11,8 @@
 namespace hueline::apps {
 namespace {
 
-// A mask reaches a little beyond the vehicle's pixels, never less: cut corners stay within the margin.
+// A mask extends a little beyond the pixels of the vehicle and never less. The simplification of its corners stays
+// within the margin.
 constexpr int kMaskMargin_px = 3;
 constexpr double kMaskTolerance_px = 1.5;
 
@@ -26,7 +27,7 @@ std::string transform(const sim::Pose& T) {
   return fmt::format("{{position_m: {}, rotation_matrix: {}}}", numbers(p, 3), numbers(T.R.m.data(), 9));
 }
 
-/// `number`: of the vehicle's scanners, from 0.
+/// `number` is the index of the scanner on the vehicle, from 0.
 std::string laser_yaml(const sim::Scenario& scenario, const SimulatedAddresses& at, const sim::RigTruth& rig,
                        int number) {
   std::string out = number == 0 ? "  - name: laser\n" : fmt::format("  - name: laser{}\n", number + 1);
@@ -42,7 +43,7 @@ std::string laser_yaml(const sim::Scenario& scenario, const SimulatedAddresses& 
                    transform(rig.T_body_scanner));
 }
 
-/// The rear wheels: they do not steer.
+/// The sensor is at the rear wheels, which do not steer.
 std::string wheel_yaml(const sim::Scenario& scenario, const SimulatedAddresses& at) {
   if (scenario.wheel.rate_hz <= 0) return {};
   const std::string bus = at.can_interface.empty()
@@ -102,7 +103,7 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
       scenario.ins.rate_hz,
       laser_yaml(scenario, at, rig, 0) +
           (beside != nullptr ? laser_yaml(*beside, at, sim::rig_truth(*beside), 1) : ""));
-  // More than a gigabit: its bursts outrun the socket's buffer unless the thread that receives them runs at once.
+  // Above one gigabit the bursts exceed the socket's buffer unless the receiving thread runs at once.
   const bool is_fast = scenario.camera.payload == sim::ImagePayload::Raw &&
                        scenario.camera.rate_hz * rig.image_width() * rig.image_height() > 110e6;
   out += fmt::format(

@@ -27,14 +27,14 @@ struct Options {
   bool json = false;
 };
 
-/// Holds every coloured point and exposure against the truth.
+/// Compares every coloured point and exposure with the truth.
 class Judging : public runtime::ProductSink {
  public:
   Judging(sim::Judge& judge, bool is_panorama) : judge_(judge), is_panorama_(is_panorama) {}
 
   void on_exposure(const Exposure& exposure) override {
     if (exposure.timing == ExposureTiming::Unmatched) return;
-    // The nearest true exposure is the one meant: they lie a hundred milliseconds or more apart, stamps err by
+    // The nearest true exposure is the right one, because exposures are 100 ms or more apart and stamps have errors of
     // microseconds.
     const sim::TrueExposure* nearest = nullptr;
     for (const auto& truth : judge_.exposures())
