@@ -19,7 +19,8 @@ struct Word {
   std::uint32_t number;
 };
 
-// GPS reference time status, solution status, clock status: the words of the manual and their numbers in binary.
+// GPS reference time status, solution status and clock status: the words of the manual and their numbers in binary
+// messages.
 constexpr std::array kTimeStatus{
     Word{"UNKNOWN", 20},        Word{"APPROXIMATE", 60},     Word{"COARSEADJUSTING", 80},
     Word{"COARSE", 100},        Word{"COARSESTEERING", 120}, Word{"FREEWHEELING", 130},
@@ -72,7 +73,7 @@ constexpr std::array kPositionType{Word{"NONE", 0},
 constexpr std::array kSolutionStatus{Word{"SOL_COMPUTED", 0}};
 constexpr std::array kClockStatus{Word{"VALID", 0}, Word{"CONVERGING", 1}, Word{"ITERATING", 2}, Word{"INVALID", 3}};
 constexpr std::array kUtcStatus{Word{"INVALID", 0}, Word{"VALID", 1}, Word{"WARNING", 2}};
-/// Of words that are not known: what no decoder takes for anything good.
+/// The number of a word that is not in a table. Every decoder treats it as not good.
 constexpr std::uint32_t kUnknownWord = 0xFFFF;
 
 std::uint32_t number_of(std::span<const Word> words, std::string_view text) {
@@ -103,10 +104,18 @@ std::string_view take(std::string_view& rest) {
   return field;
 }
 
-/// The fields of the logs that are used, in order. d, f: double, float; w, h, b: 32, 16, 8 bits; X, B: the same in
-/// hexadecimal, 32 and 8 bits; s: four characters in quotes; i, p, o, c, u: words of INS status, position type,
-/// solution status, clock status, UTC status; e: a word that does not matter; 0: two bytes, 8: eight, that ASCII leaves
-/// out.
+/// Returns the fields of a log that is used, in their order, one character each:
+///   d, f     double, float
+///   w, h, b  unsigned integer of 32, 16, 8 bits
+///   X, B     unsigned integer of 32, 8 bits in hexadecimal
+///   s        four characters in quotes
+///   i        word of the INS status
+///   p        word of the position type
+///   o        word of the solution status
+///   c        word of the clock status
+///   u        word of the UTC status
+///   e        a word that is not used
+///   0, 8     two, eight bytes that the binary message has and the ASCII log does not
 const char* fields_of(NovatelUse use) {
   switch (use) {
     case NovatelUse::InsPva:
@@ -195,7 +204,7 @@ std::string_view novatel_ascii_name(std::string_view line) {
   const std::size_t comma = line.find(',');
   if (comma == std::string_view::npos) return {};
   std::string_view name = line.substr(1, comma - 1);
-  if (name.size() > 2 && name[name.size() - 2] == '_') name.remove_suffix(2);  // of the secondary antenna
+  if (name.size() > 2 && name[name.size() - 2] == '_') name.remove_suffix(2);  // suffix of the secondary antenna
   if (name.size() < 2 || name.back() != 'A') return {};
   for (const char c : name)
     if ((c < 'A' || c > 'Z') && (c < '0' || c > '9')) return {};
@@ -222,7 +231,7 @@ Result<NovatelAsciiLog> decode_novatel_ascii(std::string_view line) {
   out.header.is_short = line[0] == '%';
   out.header.antenna = full_name.ends_with("_1") ? 1 : 0;
   if (!out.header.is_short) {
-    for (int i = 0; i < 3; ++i) take(header);  // port, sequence, idle time
+    for (int i = 0; i < 3; ++i) take(header);  // port, sequence number, idle time
     out.header.time_status = static_cast<std::uint8_t>(number_of(kTimeStatus, take(header)));
   }
   const auto week = parse<std::uint16_t>(take(header));

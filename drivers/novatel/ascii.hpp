@@ -10,23 +10,24 @@
 
 namespace hueline::drivers {
 
-/// An ASCII log of a NovAtel receiver as the binary message that says the same.
+/// An ASCII log of a NovAtel receiver, converted to the binary message with the same content.
 struct NovatelAsciiLog {
   NovatelHeader header;
   const NovatelMessageInfo* info = nullptr;
-  std::vector<std::byte> body;  ///< as on the wire; empty of a log that is not used
+  std::vector<std::byte> body;  ///< bytes as in the binary message; empty for a log that is not used
 };
 
-/// Whether a line is an ASCII log: `#NAMEA,...` with a long header or `%NAMESA,...` with a short one.
+/// Returns whether a line is an ASCII log: `#NAMEA,...` with a long header or `%NAMESA,...` with a short one.
 bool is_novatel_ascii(std::string_view line);
-/// The log's name without the format letter: "BESTPOS". Empty if the line is no ASCII log.
+/// Returns the name of the log without the format letter, such as "BESTPOS". Empty if the line is no ASCII log.
 std::string_view novatel_ascii_name(std::string_view line);
-/// The message of that name, if it is one that is used in ASCII; else null.
+/// Returns the message with this name if its ASCII log is used, else null.
 const NovatelMessageInfo* find_novatel_ascii(std::string_view name);
 
-/// From '#' or '%' to the check sum; what follows is not looked at. Source: OEM7 Commands and Logs Reference Manual,
-/// "ASCII" and "32-Bit CRC". Errors: Unsupported (no ASCII log), Truncated (no check sum), Malformed (check sum, header
-/// or a field of a log that is used). Reentrant.
+/// Decodes a line from its '#' or '%' to its check sum, and ignores what follows. Source: OEM7 Commands and Logs
+/// Reference Manual, "ASCII" and "32-Bit CRC". Errors: Unsupported (no ASCII log), Truncated (no check sum), Malformed
+/// (the check sum, the header, or a field of a log that is used). Thread safety: may be called from several threads at
+/// the same time.
 Result<NovatelAsciiLog> decode_novatel_ascii(std::string_view line);
 
 }  // namespace hueline::drivers

@@ -75,7 +75,7 @@ void NovatelDecoder::on_message(const NovatelMessage& message) {
   bool used = false;
   measured_.reset();
   if (header.is_response) {
-    // u32 response id (1: OK), then its text.
+    // The body is a u32 response id (1 means OK) and then the text.
     if (message.body.size() >= 4 && field<std::uint32_t>(message.body, 0) != 1) {
       const auto text = message.body.subspan(4);
       fault(FaultKind::Refused, message.received, 1,
@@ -104,7 +104,7 @@ void NovatelDecoder::watch_losses(const NovatelMessage& message, const NovatelMe
 bool NovatelDecoder::use(const NovatelMessage& message, const NovatelMessageInfo& info) {
   const NovatelHeader& header = message.header;
   const auto body = message.body;
-  // The framer let no shorter body pass for a message with a fixed length.
+  // The body of a message with a fixed length is never shorter: the framer has checked it.
   switch (info.use) {
     case NovatelUse::InsPva:
     case NovatelUse::InsPvaX: {
@@ -185,14 +185,15 @@ bool NovatelDecoder::use_mark(std::optional<EventMark> mark, HostTime received) 
   });
   if (is_repeated) {
     measured_ = mark->time;
-    return true;  // its twin became the measurement
+    return true;  // the other message of the same event has already become the measurement
   }
   seen[next_seen_[input]++ % seen.size()] = mark->time;
   return emit(std::move(mark), received);
 }
 
 void NovatelDecoder::note_arrival(const NovatelMessage& message) {
-  // Before any long header the inertial filter vouches for the clock: it does not start without fine time.
+  // Before the first long header, a good INS solution shows that the clock is fine: the filter does not start without
+  // fine time.
   const bool is_fine_now = message.header.time_status ? is_fine(*message.header.time_status)
                                                       : (time_status_ ? time_is_fine() : ins_is_good_);
   const auto time = measured_ ? measured_ : header_time(message.header);
@@ -209,7 +210,7 @@ void NovatelDecoder::on_text(std::string_view text, HostTime received) {
       const NovatelMessageInfo* info = find_novatel_ascii(novatel_ascii_name(line));
       return on_skipped(text.size(), 1, info ? info->id : std::uint16_t{0}, received);
     }
-    // One that is not used, or longer than a line is read: its name says what came.
+    // A log that is not used, or whose line is too long to be read, is counted by its name.
     counts_.ignored_bytes += text.size();
     ++counts_.messages[std::string(novatel_ascii_name(line)) + (log.ok() && log->header.antenna == 1 ? "_1" : "")];
     return;

@@ -13,28 +13,36 @@
 
 namespace hueline::drivers {
 
-/// NovAtel OEM7 (and OEM6) receivers with SPAN: binary messages -> measurements, in stream order.
+/// Decodes the messages of NovAtel OEM7 (and OEM6) receivers with SPAN, binary or ASCII, into measurements, in the
+/// order of the stream.
 ///
-///   INSPVA(S), INSPVAX -> InsSolution           BESTPOS -> GnssFix (primary antenna)
-///   INSSTDEV(S)        -> InsUncertainty        TIME -> TimeLabel
-///   MARK1..4TIME, MARK1..4PVA -> EventMark, one an event though both report it
-///   RAWIMU(S)(X), CORRIMUDATA(S), CORRIMUS, IMURATECORRIMUS -> ImuSample
-///   any message whose header names a moment just past, good time status -> also TimedArrival
-///   answers `<ERROR...` -> Fault Refused; bytes passed over -> Fault Malformed with their number
-///   logs that never came, by their period (LogLosses) -> Fault Lost with their number
+///   what comes                                               measurement
+///   INSPVA(S), INSPVAX                                       InsSolution
+///   INSSTDEV(S)                                              InsUncertainty
+///   BESTPOS                                                  GnssFix (primary antenna)
+///   TIME                                                     TimeLabel
+///   MARK1..4TIME, MARK1..4PVA                                EventMark, one for each event, even if both report it
+///   RAWIMU(S)(X), CORRIMUDATA(S), CORRIMUS, IMURATECORRIMUS  ImuSample
+///   a message whose header time is a moment just past,       TimedArrival, in addition
+///     with good time status
+///   an answer `<ERROR...`                                    Fault Refused
+///   bytes that are skipped                                   Fault Malformed, with their number
+///   logs that never came, judged by their period (LogLosses) Fault Lost, with their number
 ///
-/// Other messages are counted by name and ignored. A short header has no time status: it inherits that of the latest
-/// long one. `received` is the arrival of the packet that brought a message's last byte, also when broken bytes before
-/// it delayed its recognition. Messages and text in DecodeCounts::messages are counted under the maker's name; "text"
-/// counts lines, "#123" a message of unknown id, a suffix "_1" the secondary antenna's, "response" an answer to a
-/// binary command.
+/// Other messages are counted by name and ignored. A short header has no time status; it takes that of the latest long
+/// header. `received` is the arrival of the packet with a message's last byte, even if broken bytes before the message
+/// delayed its recognition.
+///
+/// DecodeCounts::messages counts messages under NovAtel's names, with the suffix "_1" for the secondary antenna. "text"
+/// counts lines, "#123" a message with an unknown id, "response" the answer to a binary command.
 class NovatelDecoder final : public Decoder, private NovatelFramer::Sink {
  public:
   struct Config {
     NovatelFramer::Config framer;
     NovatelImu::Config imu;
-    /// Takes INS_ALIGNMENT_COMPLETE for good as well: the filter navigates, but has not moved enough to keep its
-    /// specification. For trying a rig on a standing vehicle; the receiver's own sigmas say how good it is.
+    /// Also accept INS_ALIGNMENT_COMPLETE as good: the filter navigates, but the vehicle has not moved enough for the
+    /// filter to keep its specification. Use it to try a rig on a standing vehicle; the receiver's own sigmas say how
+    /// good the solution is.
     bool accepts_alignment_complete = false;
     void visit(Keys& keys);
     KeyError validate() const;
@@ -44,10 +52,11 @@ class NovatelDecoder final : public Decoder, private NovatelFramer::Sink {
 
   void decode(const Packet& packet, std::vector<Measurement>& out) override;
   void flush(std::vector<Measurement>& out) override;
-  /// What is held counts as malformed. Call flush() first to get what stands whole behind a broken header.
+  /// Counts the bytes that are held as malformed. Call flush() first to get the whole messages among them.
   void reset() override;
   const DecodeCounts& counts() const override { return counts_; }
-  /// Given to decode(), but not in the counts yet: the beginning of a message, or skipped bytes to be reported.
+  /// Returns the number of bytes that decode() was given but that are not in the counts yet: the beginning of a
+  /// message, or skipped bytes that are not reported yet.
   std::uint64_t held_bytes() const { return framer_.held_bytes(); }
 
  private:
@@ -71,15 +80,16 @@ class NovatelDecoder final : public Decoder, private NovatelFramer::Sink {
   LogLosses losses_;
   const bool accepts_alignment_complete_;
   DecodeCounts counts_;
-  std::unordered_map<std::uint32_t, std::uint64_t*> counters_;  // into counts_.messages
-  std::optional<std::uint8_t> time_status_;                     // of the latest timely long header
-  std::optional<GpsTime> measured_;                             // the running message's own time
+  // Pointers into counts_.messages, by antenna and message id.
+  std::unordered_map<std::uint32_t, std::uint64_t*> counters_;
+  std::optional<std::uint8_t> time_status_;  // of the latest long header with a timely time
+  std::optional<GpsTime> measured_;          // the time of the current message's own measurement
   bool ins_is_good_ = false;
-  std::array<std::array<std::optional<GpsTime>, 8>, 5> seen_marks_{};  // the latest of each input: ring
+  std::array<std::array<std::optional<GpsTime>, 8>, 5> seen_marks_{};  // the latest marks of each input, as rings
   std::array<std::size_t, 5> next_seen_{};
   HostTime newest_{};  // arrival of the latest message
   SensorId sensor_ = kSystemSensor;
-  std::vector<Measurement>* out_ = nullptr;  // of the running call
+  std::vector<Measurement>* out_ = nullptr;  // where the current call puts measurements
 };
 
 }  // namespace hueline::drivers

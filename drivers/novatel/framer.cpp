@@ -8,7 +8,8 @@
 namespace hueline::drivers {
 namespace {
 
-// Long runs of garbage (a wrong baud rate) are reported in pieces of this size, so that somebody hears of them.
+// Long runs of garbage (a wrong baud rate, for example) are reported in pieces of this size, so that they are reported
+// soon.
 constexpr std::uint64_t kReportSkippedBytes = 4096;
 constexpr std::size_t kLongestLine = 1024;
 
@@ -16,7 +17,8 @@ constexpr bool is_text(std::byte byte) {
   const auto c = static_cast<unsigned char>(byte);
   return (c >= 0x20 && c < 0x7F) || c == '\r' || c == '\n' || c == '\t';
 }
-/// What the receiver's text begins with: abbreviated ASCII, prompts, ASCII logs of both kinds, NMEA.
+/// Returns whether `byte` begins a line of the receiver's text: abbreviated ASCII, a prompt, an ASCII log of either
+/// kind, or NMEA.
 constexpr bool opens_line(std::byte byte) {
   const auto c = static_cast<unsigned char>(byte);
   return c == '<' || c == '[' || c == '#' || c == '%' || c == '$';
@@ -41,7 +43,7 @@ void NovatelFramer::feed(std::span<const std::byte> bytes, HostTime received, Si
   }
   held_.insert(held_.end(), bytes.begin(), bytes.end());
   decided_ += scan(std::span(held_).subspan(decided_), false, sink);
-  // Only now and then, so that moving the rest costs little a byte.
+  // The rest is moved only when more than half is done, so that moving costs little for each byte.
   if (decided_ > held_.size() / 2) {
     held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(decided_));
     decided_ = 0;
@@ -128,7 +130,7 @@ NovatelFramer::Verdict NovatelFramer::judge(std::span<const std::byte> data, Nov
     return Verdict::Noise;
   }
   message.wire_bytes = header_bytes + body_bytes + kCrcBytes;
-  // An answer to a command carries text under the command's id: any length.
+  // An answer to a command carries text under the command's id, so it may have any length.
   const bool is_response = !header.is_short && (field<std::uint8_t>(data, 6) & 0x80) != 0;
   if (message.wire_bytes > config_.max_message_bytes || (!is_response && !is_plausible_length(header.id, body_bytes)))
     return Verdict::Broken;
@@ -141,7 +143,8 @@ NovatelFramer::Verdict NovatelFramer::judge(std::span<const std::byte> data, Nov
     header.milliseconds = field<std::uint32_t>(data, 8);
   } else {
     header.is_response = is_response;
-    // OEM7 has 0 and 1; older receivers, whose antenna is one, leave other numbers in what was reserved.
+    // OEM7 has antennas 0 and 1. Older receivers have one antenna, and put other numbers into these bits, which were
+    // reserved.
     header.antenna = (field<std::uint8_t>(data, 6) & 0x1F) == 1 ? 1 : 0;
     header.time_status = field<std::uint8_t>(data, 13);
     header.week = field<std::uint16_t>(data, 14);
@@ -178,9 +181,9 @@ void NovatelFramer::report_skipped(Sink& sink) {
   skipped_ = broken_ = 0;
 }
 
-/// Of the last byte that was decided.
+/// Returns the arrival of the last byte that was decided.
 HostTime NovatelFramer::received_of_last() {
-  // Bytes are decided in their order: nobody asks for earlier ones again.
+  // Bytes are decided in their order, so the arrivals of earlier bytes are not needed again.
   while (arrivals_.size() > 1 && arrivals_.front().end < position_) arrivals_.pop_front();
   return arrivals_.empty() ? HostTime{} : arrivals_.front().received;
 }

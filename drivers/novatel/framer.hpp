@@ -12,34 +12,36 @@
 
 namespace hueline::drivers {
 
-/// Finds messages in a byte stream: OEM7 binary with long or short header, interleaved with the receiver's text
-/// (answers `<OK`, prompts `[COM1]`, ASCII logs). Knows nothing of what messages mean. Where the stream was cut into
-/// packets does not change what it finds. Thread-bound; no clock.
+/// Splits the byte stream of a receiver into messages: OEM7 binary with long or short header, mixed with text (answers
+/// `<OK`, prompts `[COM1]`, ASCII logs). It does not interpret messages. How the stream is cut into packets does not
+/// change what it finds. It reads no clock. Thread safety: none; one thread calls all functions.
 ///
-/// A message counts when its CRC holds. When it does not, the search goes on one byte behind its first: an intact
-/// message that begins inside the broken one's claimed length is found. Bytes passed over are reported, never dropped
-/// silently. Text counts as text only where it can stand: directly behind a message or other text, or from the
-/// beginning of a line; printable bytes elsewhere are part of what was broken.
+/// A message is valid if its CRC holds. If not, the search goes on one byte after its first byte, so an intact message
+/// that begins inside the claimed length of a broken one is found. Skipped bytes are always reported. Text is
+/// recognised only where it can stand: directly after a message or other text, or at the beginning of a line. Printable
+/// bytes elsewhere belong to what is broken.
 ///
-/// The work is proportional to the bytes fed, whatever they are and wherever they were cut: lengths that nest are
-/// hashed once.
+/// The work is proportional to the number of bytes, whatever they are and however they are cut: overlapping messages
+/// are hashed only once (OverlappingCrc).
 class NovatelFramer {
  public:
   struct Config {
-    /// A header that claims more is taken for noise. Bounds how long a corrupted length can hold back what follows.
+    /// Longest message that is accepted, bytes; a header that claims more counts as noise. It limits how long a
+    /// corrupted length can hold back what follows.
     std::size_t max_message_bytes = 32768;
-    /// Empty if fine, else what is wrong.
+    /// Returns an empty text if all values are allowed, else what is wrong.
     std::string validate() const;
   };
 
-  /// What the framer finds, in stream order. Every byte fed belongs to exactly one call.
+  /// Receives what the framer finds, in the order of the stream. Every byte belongs to exactly one call.
   class Sink {
    public:
+    /// Receives a message whose CRC holds.
     virtual void on_message(const NovatelMessage& message) = 0;
-    /// One line with its line end, or a piece of an over-long one.
+    /// Receives one line with its line end, or a piece of a line that is too long.
     virtual void on_text(std::string_view text, HostTime received) = 0;
-    /// `bytes` that belong to nothing, among them `messages` that began well and failed their check; the first was
-    /// `first_id`.
+    /// Receives the number of bytes that belong to no message and no text. `messages` of them began like a message and
+    /// failed their check; `first_id` is the id of the first one.
     virtual void on_skipped(std::uint64_t bytes, std::uint64_t messages, std::uint16_t first_id, HostTime received) = 0;
 
    protected:
@@ -48,21 +50,22 @@ class NovatelFramer {
 
   explicit NovatelFramer(Config config) : config_(config) {}
 
+  /// Takes the next bytes of the stream; `received` is their arrival.
   void feed(std::span<const std::byte> bytes, HostTime received, Sink& sink);
-  /// The stream ended: nothing is held back any more.
+  /// Ends the stream: decides about all bytes that are held back.
   void flush(Sink& sink);
-  /// The stream was cut: what is held back belongs to nothing.
+  /// Ends the stream after an interruption: reports all bytes that are held back as skipped.
   void discard(Sink& sink);
-  /// Fed, but not in any call of the sink yet.
+  /// Returns the number of bytes that were fed but not given to the sink yet.
   std::uint64_t held_bytes() const { return held_.size() - decided_ + skipped_; }
-  /// Work done: bytes hashed for check sums, at most two for each byte fed.
+  /// Returns the number of bytes hashed for check sums. It is at most twice the number of bytes fed.
   std::uint64_t bytes_hashed() const { return checksums_.bytes_hashed(); }
 
  private:
   enum class Place : std::uint8_t { Boundary, Text, Lost };
   enum class Verdict : std::uint8_t { Message, NeedMore, Noise, Broken };
   struct Arrival {
-    std::uint64_t end;  // stream position behind its last byte
+    std::uint64_t end;  // stream position after its last byte
     HostTime received;
   };
 
@@ -75,14 +78,14 @@ class NovatelFramer {
 
   Config config_;
   std::vector<std::byte> held_;
-  std::size_t decided_ = 0;    // bytes at the front of held_ that are done with
-  std::size_t text_seen_ = 0;  // bytes of the next undecided line that are known to be text
+  std::size_t decided_ = 0;    // bytes at the front of held_ that are decided
+  std::size_t text_seen_ = 0;  // leading bytes of the next undecided line that are known to be text
   std::deque<Arrival> arrivals_;
   OverlappingCrc checksums_;
-  std::uint64_t position_ = 0;  // of the next undecided byte in the stream
+  std::uint64_t position_ = 0;  // stream position of the next undecided byte
   std::uint64_t fed_ = 0;
   Place place_ = Place::Boundary;
-  std::byte last_{}, last_but_one_{};  // of the skipped bytes
+  std::byte last_{}, last_but_one_{};  // the latest two of the skipped bytes
   std::uint64_t skipped_ = 0, broken_ = 0;
   std::uint16_t first_broken_id_ = 0;
 };

@@ -14,7 +14,7 @@ constexpr double kMetresPerFoot = 0.3048;
 constexpr double kStandardGravity = 9.80665;
 constexpr double kEarthRate = 7.292115e-5;  // rad/s
 
-/// WGS84 normal gravity (Somigliana) with the free-air term.
+/// Returns the WGS84 normal gravity (Somigliana's formula) with the free-air term, m/s^2.
 double normal_gravity(const Geodetic& g) {
   const double s2 = std::sin(g.latitude) * std::sin(g.latitude);
   return 9.7803253359 * (1 + 0.00193185265241 * s2) / std::sqrt(1 - 0.00669437999013 * s2) -
@@ -88,8 +88,8 @@ std::string NovatelImu::Config::validate() const {
 }
 
 NovatelImu::NovatelImu(const Config& config) : config_(config) {
-  // RBV turns the axes of the IMU frame about z, then the new x, then the new y, into those of the vehicle frame: the
-  // product of these rotations has the vehicle's axes in IMU coordinates as columns.
+  // RBV turns the axes of the IMU frame about z, then the new x, then the new y, into the axes of the vehicle frame.
+  // The product of these rotations has the vehicle's axes in IMU coordinates as its columns.
   using Eigen::AngleAxisd, Eigen::Vector3d;
   const auto& a = config_.rotation_rbv_deg;
   const Eigen::Matrix3d R_imu_body =
@@ -167,7 +167,7 @@ std::optional<ImuSample> NovatelImu::from_corrected(GpsTime time, double per_sec
                                                     std::span<const std::byte> increments) const {
   const auto age = std::chrono::abs(time - attitude_time_);
   if (per_second <= 0 || !has_attitude_ || age > from_seconds(config_.longest_attitude_age_s)) return {};
-  // Pitch rate is about x, roll rate about y, yaw rate about z; lateral is x, longitudinal y, vertical z.
+  // The pitch rate is about x, the roll rate about y, the yaw rate about z. Lateral is x, longitudinal y, vertical z.
   const Eigen::Vector3d rate = three_doubles(increments, 0) * per_second,
                         acceleration = three_doubles(increments, 24) * per_second;
   if (!rate.allFinite() || !acceleration.allFinite()) return {};

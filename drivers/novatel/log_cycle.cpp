@@ -5,14 +5,15 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr int kEqualSteps =
-    8;  // in a row make a period; an inertial unit of 125 Hz asked for 100 Hz gives 8, 8, 8, 16 ms
-constexpr int kOddSteps = 16;  // equal ones in a row are another rate
+// Number of equal steps in a row that make a period. An IMU of 125 Hz that is asked for 100 Hz steps by 8, 8, 8, 16 ms.
+constexpr int kEqualSteps = 8;
+constexpr int kOddSteps = 16;  // so many equal steps in a row, other than the period, are another rate
 constexpr std::size_t kMostTrials = 64;
-constexpr int kSettled = 4;  // logs behind a gap, so that one of a datagram that was overtaken can still come
+// Messages after a gap before it counts; a datagram that was overtaken can still come meanwhile.
+constexpr int kSettled = 4;
 constexpr nanoseconds kShortestPeriod = std::chrono::milliseconds(2);  // times are rounded to 1 ms
 constexpr nanoseconds kLongestGap = std::chrono::minutes(1);
-constexpr std::int64_t kDrift = 10'000;  // the arrivals' clock is better than 1 / this
+constexpr std::int64_t kDrift = 10'000;  // the clock of the arrivals drifts by less than 1 / kDrift
 
 }  // namespace
 
@@ -34,7 +35,7 @@ bool LogCycle::fills(GpsTime time) {
   return false;
 }
 
-/// How many steps in a row were equal.
+/// Takes a step. Returns how many steps in a row were equal.
 int LogCycle::equal_steps(nanoseconds step) {
   equal_ = step == step_ ? std::min(equal_ + 1, std::max(kEqualSteps, kOddSteps)) : 1;
   step_ = step;

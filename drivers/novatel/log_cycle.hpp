@@ -8,36 +8,39 @@
 
 namespace hueline::drivers {
 
-/// How many of one log are missing, told from the times in its headers: a log that the receiver gives at a fixed rate
-/// steps by exactly its period, whatever its way here took. The period is learned from the log itself. Thread-bound.
+/// Counts how many messages of one log are missing, from the times in their headers. A log that the receiver outputs at
+/// a fixed rate steps by exactly its period, however long its way to this computer takes. The period is learned from
+/// the log itself. Thread safety: none; one thread calls all functions.
 ///
-/// A gap is on trial until a log came one period after another behind it: a lower rate has gaps too, but nothing else.
-/// A step that is no multiple of the period, a time that stands or falls, and one that leaps ahead of the arrivals (a
-/// log is never here before its time) are a new rate, a restart or another clock: all is forgotten and learned again.
-/// So are gaps longer than a minute.
+/// A gap counts only after four later messages, two of which came one period apart: a lower rate makes gaps as well,
+/// but no step of one period. A message that comes late within these four fills its gap. The class forgets everything
+/// and learns again when the step is no multiple of the period, is longer than a minute, or repeats 16 times; when the
+/// time stands still or falls; and when it jumps ahead of the arrivals, because a message never arrives before its
+/// time. These signs mean another rate, a restart or another clock.
 class LogCycle {
  public:
   struct Gap {
-    GpsTime before{}, after{};  ///< of the logs on both sides
+    GpsTime before{}, after{};  ///< times of the messages on both sides
     std::uint64_t missing = 0;
   };
 
-  /// A log came. The gap that it shows before itself, on trial from now.
+  /// Takes the time of a message. Returns the gap before it, if there is one. The gap does not count yet; see
+  /// settled().
   std::optional<Gap> take(GpsTime time, HostTime received);
-  /// So many of the newest gap came broken, or were never sent.
+  /// Takes `logs` messages off the newest gap, because they came broken or were never sent.
   void excuse(std::uint64_t logs);
-  /// The oldest gap that is beyond doubt; a log that came late has been taken off it. Ask until there is none.
+  /// Returns the oldest gap that counts, without the messages that came late. Call it again until it returns nothing.
   std::optional<Gap> settled();
-  /// The end of the log: gaps that nothing speaks against are beyond doubt now.
+  /// Ends the log: gaps that no later message could confirm count from now on.
   void finish();
-  /// Without value: not known, or it has none.
+  /// Returns the period. Returns nothing if it is not known yet, or if the log has none.
   std::optional<nanoseconds> period() const { return period_; }
 
  private:
   struct Trial {
     Gap gap;
-    int followed = 0;           ///< by so many logs
-    bool is_confirmed = false;  ///< one of them a period after the one before
+    int followed = 0;           ///< number of messages that came after the gap
+    bool is_confirmed = false;  ///< two of them came one period apart
   };
   bool fills(GpsTime time);
   void begin(GpsTime time, HostTime received);
@@ -46,9 +49,11 @@ class LogCycle {
 
   std::optional<GpsTime> last_;
   std::optional<nanoseconds> period_;
-  nanoseconds step_{0};     // the latest
-  int equal_ = 0;           // so many in a row were like it
-  nanoseconds earliest_{};  // least arrival less time lately: of the two scales' zeros only differences mean anything
+  nanoseconds step_{0};  // the latest
+  int equal_ = 0;        // number of equal steps in a row
+  // Smallest recent difference between arrival and time; the two scales have different zeros, so only its changes have
+  // a meaning.
+  nanoseconds earliest_{};
   std::deque<Trial> trials_;
 };
 

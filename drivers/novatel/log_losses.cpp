@@ -47,7 +47,8 @@ std::uint64_t LogLosses::came_broken(const Log& log, std::uint64_t missing) {
   std::uint64_t broken = 0;
   for (Damage& damage : damage_) {
     if (damage.place < log.newest) continue;
-    // One that was cut short has left fewer bytes; one whose first bytes were hit shows no beginning.
+    // A message that was cut short has left fewer bytes, and one whose first bytes were hit shows no beginning. So each
+    // missing log uses up both.
     while (broken < missing && (damage.bytes > 0 || damage.messages > 0)) {
       damage.bytes -= std::min<std::uint64_t>(damage.bytes, log.wire_bytes);
       damage.messages -= std::min<std::uint64_t>(damage.messages, 1);
@@ -57,8 +58,9 @@ std::uint64_t LogLosses::came_broken(const Log& log, std::uint64_t missing) {
   return broken;
 }
 
-/// Many in a row, while other messages came in both halves of the gap: no line that was whole before loses so choosily.
-/// One that loses half of everything does, by chance.
+/// Returns whether the receiver did not output the logs of the gap. That is so if many logs are missing in a row while
+/// other messages came in both halves of the gap: a line that was good before does not lose so selectively. A line that
+/// loses half of all messages can do so by chance.
 bool LogLosses::was_held_back(const Log& log, const LogCycle::Gap& gap) const {
   if (gap.missing < kManyInARow || !is_of_filter(*log.info) || log.since_loss < kWhole) return false;
   const GpsTime middle = gap.before + (gap.after - gap.before) / 2;

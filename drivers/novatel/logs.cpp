@@ -9,8 +9,8 @@
 namespace hueline::drivers {
 namespace {
 
-/// Periods that LOG ... ONTIME takes are divisors of the receiver's fastest epoch, then whole seconds (OEM7 manual,
-/// LOG).
+/// The rates of LOG ... ONTIME above 1 Hz and 1 Hz itself. Allowed periods divide the receiver's fastest epoch evenly,
+/// or are whole seconds (OEM7 manual, LOG).
 constexpr std::array kRates{1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 50.0, 100.0, 125.0, 200.0};
 
 bool is_rate(double hz) {
@@ -73,7 +73,8 @@ Result<std::string> novatel_dialogue(const NovatelLogs::Config& config) {
   std::string out;
   if (config.unlog_first) out += "UNLOGALL THISPORT\r\n";
   for (const std::string& command : config.commands) out += command + "\r\n";
-  // TIME first: it labels the second that is running. INSCONFIG names the IMU, whose counts RAWIMU and CORRIMU need.
+  // TIME comes first, because it names the second that is running. INSCONFIG names the IMU, whose scale RAWIMU and
+  // CORRIMU need.
   ask(out, "TIMEB", config.time_rate_hz);
   for (const int input : config.mark_inputs) out += fmt::format("LOG MARK{}TIMEB ONNEW\r\n", input);
   ask(out, "BESTPOSB", config.position_rate_hz);

@@ -8,26 +8,26 @@
 
 namespace hueline::drivers {
 
-/// What to ask a NovAtel receiver for. Rates in Hz; 0: not asked for.
+/// The logs that a NovAtel receiver is asked for. Rates are in Hz; 0 means that the log is not asked for.
 struct NovatelLogs {
   struct Config {
-    bool unlog_first = true;          ///< UNLOGALL THISPORT: nothing left over from the last user
+    bool unlog_first = true;          ///< UNLOGALL THISPORT: stops the logs that an earlier user asked for
     double ins_rate_hz = 200;         ///< INSPVASB: the trajectory
-    double ins_extended_rate_hz = 1;  ///< INSPVAXB: with sigma; large, so not at the high rate
+    double ins_extended_rate_hz = 1;  ///< INSPVAXB: solution with sigma; large, so not at the high rate
     double ins_stdev_rate_hz = 1;     ///< INSSTDEVB
-    double time_rate_hz = 1;          ///< TIMEB: labels the PPS edges
+    double time_rate_hz = 1;          ///< TIMEB: tells which second a PPS edge is
     double position_rate_hz = 1;      ///< BESTPOSB
-    std::vector<int> mark_inputs{1};  ///< MARKxTIMEB ONNEW for each of 1..4
+    std::vector<int> mark_inputs{1};  ///< MARKxTIMEB ONNEW for each of these inputs, 1 to 4
     bool raw_imu = false;             ///< RAWIMUSXB ONNEW
-    /// Sent before the LOG commands as they are: EVENTINCONTROL, SETINSTRANSLATION ...
+    /// Commands that are sent unchanged before the LOG commands, such as EVENTINCONTROL or SETINSTRANSLATION.
     std::vector<std::string> commands;
     void visit(Keys& keys);
     KeyError validate() const;
   };
 };
 
-/// The start-up dialogue, a command a line, CR LF behind each. The receiver answers each with `<OK` or `<ERROR`, which
-/// NovatelDecoder reads. Error Invalid if the Config is not valid.
+/// Returns the dialogue for the start: one command a line, each with CR LF. The receiver answers each with `<OK` or
+/// `<ERROR`, which NovatelDecoder reads. Error: Invalid if the Config is not valid.
 Result<std::string> novatel_dialogue(const NovatelLogs::Config& config);
 
 }  // namespace hueline::drivers

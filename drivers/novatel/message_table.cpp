@@ -9,8 +9,8 @@ namespace {
 using enum NovatelUse;
 using enum NovatelStamp;
 
-// Sorted by id. Ids and lengths: OEM7 Commands and Logs Reference Manual and SPAN logs. MARKTIME (231) is the older
-// name of MARK1TIME (1130). MARK3PVA and MARK4PVA do not follow on MARK2PVA.
+// Sorted by id. Source of ids and lengths: OEM7 Commands and Logs Reference Manual and SPAN logs. MARKTIME (231) is the
+// older name of MARK1TIME (1130). The ids of MARK3PVA and MARK4PVA do not follow that of MARK2PVA.
 constexpr std::array kMessages{
     NovatelMessageInfo{37, "VERSION", Ignored, 0, Any},
     NovatelMessageInfo{42, "BESTPOS", BestPos, 72, Regular},

@@ -5,7 +5,7 @@
 
 namespace hueline::drivers {
 
-/// What we do with a message.
+/// What the decoder does with a message.
 enum class NovatelUse : std::uint8_t {
   Ignored,
   InsPva,
@@ -23,30 +23,31 @@ enum class NovatelUse : std::uint8_t {
   InsConfig,
 };
 
-/// What the time in a message's header names.
+/// What the time in a message's header is.
 enum class NovatelStamp : std::uint8_t {
-  Any,      ///< whatever polled and ONCHANGED logs tell of
-  Moment,   ///< a moment just past: marks, logs given when something is new
-  Regular,  ///< that too, of a log asked for ONTIME or made with each sample of the inertial unit: it steps by its
-            ///< period
+  Any,     ///< unknown; logs that are polled or ONCHANGED may have any time
+  Moment,  ///< a moment just past: event marks, and logs that come when something is new
+  /// A moment just past that steps by a period: logs that are asked for ONTIME, or made with each sample of the IMU.
+  Regular,
 };
 
 struct NovatelMessageInfo {
   std::uint16_t id;
   const char* name;
   NovatelUse use;
-  std::uint8_t body_bytes;  ///< as in the OEM7 manual; newer firmware may append fields. 0: varies
+  std::uint8_t body_bytes;  ///< length of the body in the OEM7 manual; newer firmware may append fields. 0: it varies
   NovatelStamp stamp;
-  std::uint8_t input = 0;  ///< event input 1..4 of marks
+  std::uint8_t input = 0;  ///< event input of a mark, 1 to 4
 
   bool is_timely() const { return stamp != NovatelStamp::Any; }
 };
 
-/// Null for an id we have no name for.
+/// Returns the entry of a message id, or null if the id is not in the table.
 const NovatelMessageInfo* find_novatel_message(std::uint16_t id);
 
-/// Whether a message of this id can have a body of this length. A corrupted length is told from the header alone,
-/// without waiting for bytes that never come. Firmware may append fields: up to 64 bytes more pass.
+/// Returns whether a message with this id can have a body of this length. So a corrupted length is recognised from the
+/// header alone, without waiting for bytes that never come. Up to 64 bytes more than in the manual are accepted,
+/// because firmware may append fields.
 bool is_plausible_length(std::uint16_t id, std::size_t body_bytes);
 
 }  // namespace hueline::drivers

@@ -18,7 +18,7 @@ bool is_place(const Geodetic& g) {
   return std::abs(g.latitude) <= kQuarter && std::abs(g.longitude) <= kHalf && std::abs(g.ellipsoidal_height) < 1e5;
 }
 
-/// north, east, up velocity, then roll, pitch, azimuth: six doubles from `offset`.
+/// Reads six doubles from `offset`: north, east, up velocity (m/s), then roll, pitch, azimuth (degrees).
 bool read_motion(std::span<const std::byte> body, std::size_t offset, InsSolution& out) {
   out.velocity_enu = {field<double>(body, offset + 8), field<double>(body, offset), field<double>(body, offset + 16)};
   out.attitude.roll = field<double>(body, offset + 24) * kRadPerDeg;
@@ -28,9 +28,9 @@ bool read_motion(std::span<const std::byte> body, std::size_t offset, InsSolutio
          std::abs(out.attitude.heading) <= 7;
 }
 
-/// Nine floats from `offset`: latitude, longitude, height, north, east, up, roll, pitch, azimuth.
+/// Reads nine floats from `offset`: the sigmas of latitude, longitude, height, north, east, up, roll, pitch, azimuth.
 std::optional<std::array<double, 9>> read_sigma(std::span<const std::byte> body, std::size_t offset) {
-  constexpr std::array<std::size_t, 9> kWireIndex{1, 0, 2, 4, 3, 5, 6, 7, 8};  // ours: east before north
+  constexpr std::array<std::size_t, 9> kWireIndex{1, 0, 2, 4, 3, 5, 6, 7, 8};  // our order has east before north
   std::array<double, 9> sigma{};
   for (std::size_t i = 0; i < 9; ++i) {
     const double value = static_cast<double>(field<float>(body, offset + 4 * kWireIndex[i]));

@@ -8,9 +8,9 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr std::uint32_t kPolynomial = 0xEDB88320;  // reflected: the bit of x^0 is the highest
+constexpr std::uint32_t kPolynomial = 0xEDB88320;  // reflected: the coefficient of x^0 is the highest bit
 
-/// a * b modulo the polynomial. Masks and no branches: nothing about the bits could be predicted.
+/// Returns a * b modulo the polynomial. It uses masks instead of branches, because the bits cannot be predicted.
 constexpr std::uint32_t multiply(std::uint32_t a, std::uint32_t b) {
   std::uint32_t product = 0;
   for (int bit = 31; bit >= 0; --bit) {
@@ -20,7 +20,7 @@ constexpr std::uint32_t multiply(std::uint32_t a, std::uint32_t b) {
   return product;
 }
 
-/// base^0, base^1, ...
+/// Returns base^0, base^1, ...
 template <std::size_t N>
 constexpr std::array<std::uint32_t, N> powers(std::uint32_t base) {
   std::array<std::uint32_t, N> all{};
@@ -28,11 +28,11 @@ constexpr std::array<std::uint32_t, N> powers(std::uint32_t base) {
   for (std::size_t i = 1; i < N; ++i) all[i] = multiply(all[i - 1], base);
   return all;
 }
-constexpr std::uint32_t kByte = 0x00800000u;  // x^8: what one byte of zero does to the register
+constexpr std::uint32_t kByte = 0x00800000u;  // x^8: what one zero byte does to the register
 constexpr auto kBytes = powers<257>(kByte);
-constexpr auto kPages = powers<258>(kBytes[256]);  // of 256 bytes each
+constexpr auto kPages = powers<258>(kBytes[256]);  // 256 bytes each
 
-/// The register after `count` bytes of zero.
+/// Returns the register after `count` zero bytes.
 constexpr std::uint32_t moved_on(std::uint32_t crc, std::size_t count) {
   return multiply(multiply(crc, kBytes[count % 256]), kPages[count / 256]);
 }
@@ -58,7 +58,8 @@ std::uint32_t OverlappingCrc::of(std::span<const std::byte> bytes, std::uint64_t
     first_ = position;
     prefixes_.assign(1, 0);
   }
-  // Nobody asks for what lies before. Only now and then, so that moving the rest costs little a byte.
+  // Earlier prefixes are not needed again. They are removed only when they are more than half, so that moving the rest
+  // costs little for each byte.
   if (const std::size_t unused = position - first_; unused > prefixes_.size() / 2) {
     prefixes_.erase(prefixes_.begin(), prefixes_.begin() + static_cast<std::ptrdiff_t>(unused));
     first_ = position;
