@@ -30,8 +30,8 @@ std::vector<std::string> names_of(const std::vector<const CLI::App*>& commands) 
   return out;
 }
 
-/// What is wrong with the first word that no command or option has; empty if there is none. CLI11 tells what is missing
-/// first, and a typing error is both.
+/// Returns a message about the first word that is no command or option; empty if there is none. CLI11 would report a
+/// mistyped word as a missing one.
 std::string unknown_word(const CLI::App& all, int argc, char** argv) {
   const CLI::App* app = &all;
   std::string path = "hueline";
@@ -62,7 +62,7 @@ std::string unknown_word(const CLI::App& all, int argc, char** argv) {
   return {};
 }
 
-/// What CLI11 found wrong, with the command that it is about and where to read more.
+/// Returns the error that CLI11 found, with the command that it is about and where to read more.
 std::string complaint(const CLI::App* app, const CLI::Error& error) {
   std::string path = "hueline";
   for (auto chosen = app->get_subcommands(); !chosen.empty(); chosen = chosen.front()->get_subcommands()) {
@@ -100,7 +100,7 @@ Command& Command::writes_into(const std::string& value) {
 }
 
 int Command::run(const Files& files, const std::function<int()>& work) {
-  std::vector<InputFile> inputs;  // held until the work is done
+  std::vector<InputFile> inputs;  // open until the work is done
   const auto hold = [&](const std::string& path) {
     if (auto file = InputFile::open(runtime::drive_file(path)); file.ok()) inputs.push_back(std::move(*file));
   };

@@ -31,19 +31,20 @@ struct CommandName {
   const char* help;
 };
 inline constexpr CommandName kSimulate{
-    "simulate", "render a drive with its truth, and play it on real sockets as the vehicle's devices"};
-inline constexpr CommandName kVerify{"verify",
-                                     "hold coloured points against the simulator's truth: the reprojection error"};
+    "simulate", "simulate a drive with its truth, and play it on real sockets as the devices of the vehicle"};
+inline constexpr CommandName kVerify{
+    "verify", "compare coloured points with the truth of the simulator; prints the reprojection error"};
 inline constexpr CommandName kScore{
-    "score", "drive a sheet of simulated scenarios and hold everything against the truth: score.json, score.html"};
+    "score",
+    "run a sheet of simulated scenarios and compare the results with the truth; writes score.json and score.html"};
 inline constexpr CommandName kCalibrate{"calibrate",
-                                        "find what others take for given: lenses, mountings, where static scans stood"};
+                                        "calibrate lenses and mountings, and find the poses of static scans"};
 inline constexpr CommandName kMeasure{
-    "measure", "coordinates of objects that were picked in panorama or lens images, by the laser points there"};
-inline constexpr CommandName kKeys{
-    "keys", "write the tables of keys in a document anew, out of the lists that files are read by"};
+    "measure",
+    "compute coordinates of objects that were picked in panorama or lens images, from the laser points there"};
+inline constexpr CommandName kKeys{"keys", "update the tables of keys in a document from the key lists of the program"};
 inline constexpr CommandName kInspect{
-    "inspect", "say what is in a file: recordings, clouds, captures, receiver and bus logs, rigs"};
+    "inspect", "show what is in a file: a recording, cloud, capture file, receiver or bus log, rig or scenario"};
 /// The commands that `hueline` passes on to `hueline-office`.
 inline constexpr std::array kOfficeCommands{kSimulate, kVerify, kScore, kCalibrate, kMeasure, kKeys};
 

@@ -7,15 +7,16 @@
 #include "drivers/guest/guest_process.hpp"
 #include "drivers/guest/guest_side.hpp"
 
-/// hueline-guest: the process in which somebody else's library speaks to a device. The program starts one for each such
-/// device.
+/// hueline-guest: the process in which a library of another maker speaks to a device. The program starts one for each
+/// such device.
 int main() {
   using namespace hueline;
   using namespace hueline::drivers;
   int type = 0;
   socklen_t size = sizeof(type);
   if (::getsockopt(guest::kGuestSocket, SOL_SOCKET, SO_TYPE, &type, &size) != 0 || type != SOCK_SEQPACKET) {
-    std::fputs("hueline-guest is started by hueline, for each camera of a rig; it has no use of its own\n", stderr);
+    std::fputs("hueline-guest is started by hueline, once for each camera of a rig; do not start it yourself\n",
+               stderr);
     return 2;
   }
   guest::serve(guest::kGuestSocket, [](guest::HostLink& link) -> Result<std::unique_ptr<PacketSource>> {

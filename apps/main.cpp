@@ -4,7 +4,7 @@
 #include "apps/office_program.hpp"
 #include "apps/program.hpp"
 
-/// `hueline`: what a vehicle needs. Commands of hueline-office are found beside it.
+/// `hueline`: the commands that a vehicle needs. It starts hueline-office, which lies beside it, for all others.
 int main(int argc, char** argv) {
   using namespace hueline::apps;
   for (const CommandName& command : kOfficeCommands)
@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
     add_inspect(all);
     add_picture(all);
     add_colour(all);
-    // For --help, and for whoever mistypes one.
+    // These are listed for --help, and so that a mistyped one is recognised.
     for (const CommandName& command : kOfficeCommands) all.command(command.word, command.help);
   });
 }

@@ -1,8 +1,8 @@
 #include "apps/commands.hpp"
 #include "apps/program.hpp"
 
-/// `hueline-office`: the commands that need the simulator or an adjustment. `hueline` starts it with the words that it
-/// was given.
+/// `hueline-office`: the commands that need the simulator or an adjustment. `hueline` starts it with its own command
+/// line.
 int main(int argc, char** argv) {
   using namespace hueline::apps;
   return run_program(argc, argv, [](Command& all) {

@@ -15,17 +15,25 @@ namespace {
 
 constexpr const char* kFooter = R"(
 A first drive, without any hardware:
-  hueline simulate config/scenarios/street.yaml --out out/sim --play &   emulated devices on real sockets
-  hueline capture config/rigs/street.yaml --out out/drive                records and colours until they end or Ctrl-C
-  hueline replay out/drive/drive.mcap --out out/again                    the same bytes again
-  hueline inspect out/drive/drive.mcap                                   what is in it
+  hueline simulate config/scenarios/street.yaml --out out/sim --play &   emulates the devices on real sockets
+  hueline capture config/rigs/street.yaml --out out/drive                records and colours until Ctrl-C
+  hueline replay out/drive/drive.mcap --out out/again                    makes the same bytes again
+  hueline inspect out/drive/drive.mcap                                   shows what is in the recording
 
-A drive's folder holds drive.mcap (raw, everything as received), cloud.las (coloured), view.mcap (for Foxglove) and summary.json.
+The folder of a drive holds drive.mcap (everything as received), cloud.las (coloured points), view.mcap (for Foxglove)
+and summary.json.
 
-Exit status: 0 done; 2 wrong command line or configuration; 3 an input could not be read whole; 4 an output could not be
-written; 5 nothing came; 6 verify or score found a figure out of its bound; 7 stopped before it was done; 1 anything else.
+Exit status:
+  0  the work is done
+  1  any other error
+  2  the command line or a configuration file is wrong
+  3  an input could not be read, or only in part
+  4  an output could not be written
+  5  no device sent anything, or no point could be made
+  6  verify or score found a figure out of its bound
+  7  stopped before the end
 
-Ctrl-C ends capture, replay and simulate with what has come; a second one ends them at once.)";
+Ctrl-C ends capture, replay and simulate; they finish the work on what has come. A second Ctrl-C ends them at once.)";
 
 int run(int argc, char** argv, const std::function<void(Command&)>& add_commands) {
   try {
@@ -45,7 +53,7 @@ int run(int argc, char** argv, const std::function<void(Command&)>& add_commands
 
 int run_program(int argc, char** argv, const std::function<void(Command&)>& add_commands) {
   open_standard_streams();
-  // People read the terminal, programs read the files: log lines go to standard error.
+  // Log lines are for people and go to standard error. Standard output stays free for results that programs read.
   set_up_log();
   const int status = run(argc, argv, add_commands);
   const Status written = flush_standard_output();

@@ -22,13 +22,14 @@ sigset_t stop_set() {
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
-  // A blocked signal is delivered to who waits for it even if it is ignored: nohup's wish must be looked up.
+  // sigwaitinfo() returns a blocked signal even if it is ignored, so the disposition that nohup has set is checked
+  // here.
   struct sigaction hang_up {};
   if (sigaction(SIGHUP, nullptr, &hang_up) != 0 || hang_up.sa_handler != SIG_IGN) sigaddset(&set, SIGHUP);
   return set;
 }
 
-/// True if a signal came within `time`; without `time` it waits for one.
+/// Returns true if a signal came within `time`. Without `time` it waits for one.
 bool comes(const std::optional<std::chrono::milliseconds>& time) {
   const sigset_t set = stop_set();
   if (!time) return sigwaitinfo(&set, nullptr) > 0;
@@ -41,9 +42,9 @@ bool comes(const std::optional<std::chrono::milliseconds>& time) {
 StopSignals::StopSignals() {
   const sigset_t set = stop_set();
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  // A peer that goes away must be an error of write(), not the end of the program.
+  // When a peer goes away, write() shall return an error instead of ending the program.
   std::signal(SIGPIPE, SIG_IGN);
-  // Likewise a file that has reached the limit of its size.
+  // The same holds for a file that has reached the limit of its size.
   std::signal(SIGXFSZ, SIG_IGN);
   watcher_ = std::jthread([this](const std::stop_token& over) { watch(over); });
 }
@@ -64,7 +65,7 @@ bool StopSignals::wait_for(std::chrono::milliseconds time) const {
 void StopSignals::watch(const std::stop_token& over) {
   runtime::name_this_thread("signals");
   std::optional<Clock::time_point> asked;
-  // Whether the signal that came now asks for more than the last one did.
+  // Returns whether the signal that came now is a new request, and not the last one again.
   const auto is_new_ask = [&asked] {
     const auto now = Clock::now();
     if (asked && now - *asked < kSameAsk) return false;
@@ -95,7 +96,7 @@ bool StopSignals::has_done_its_duty() {
 }
 
 void StopSignals::leave() {
-  // Whoever holds the terminal or the log may hold it for ever: then the alarm ends the program.
+  // The output below may block for ever if another process holds the terminal or the log. The alarm ends it then.
   alarm(2);
   std::lock_guard lock(mutex_);
   log_warning(duty_ != nullptr ? duty_->last_words_() : "ended at once: what was being written is not whole");

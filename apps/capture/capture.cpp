@@ -70,8 +70,9 @@ const char* word(runtime::Reader::State state) {
   return "?";
 }
 
-/// One line of what runs: rewritten each second on a terminal; elsewhere, where every line stays, each minute and
-/// whenever a device's state changes or something is lost for the first time.
+/// Shows the progress of the capture in one line. On a terminal the line is rewritten each second. Elsewhere, where
+/// every line stays, it is written each minute, and whenever a device's state changes or something is lost for the
+/// first time.
 class Progress {
  public:
   explicit Progress(bool quiet) : quiet_(quiet), is_terminal_(isatty(STDERR_FILENO) != 0) {}
@@ -109,7 +110,7 @@ class Progress {
   double shown_s_ = 0;
 };
 
-/// Ends a capture whose every device has gone: for emulated drives, which are over when the devices hang up.
+/// Finds out when all devices have gone, which is the end of an emulated drive.
 class Silence {
  public:
   bool lasts(const runtime::LiveRun& run) {
@@ -177,7 +178,8 @@ int capture(const Options& options) {
                          "whole",
                          recording.string());
       });
-  log_info("capturing {} into {}; Ctrl-C ends with everything written, a second one at once", rig.name, dir.string());
+  log_info("capturing {} into {}; Ctrl-C ends with everything written, a second Ctrl-C ends at once", rig.name,
+           dir.string());
   const bool is_live = std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const auto& sensor) {
     return sensor.device->arrivals() == drivers::Arrivals::Live;
   });
@@ -190,7 +192,7 @@ int capture(const Options& options) {
   while (!run.wait_until_over(std::chrono::seconds(1), signals.asked())) {
     if (signals.asked().stop_requested()) {
       progress.end();
-      log_info("stop asked for: finishing what has come; a second Ctrl-C ends at once");
+      log_info("stop asked for: processing what has come; a second Ctrl-C ends at once");
       break;
     }
     if (told_place.ok() && !run.place().ok()) {
@@ -201,7 +203,7 @@ int capture(const Options& options) {
     const double seconds = to_seconds(drivers::host_now() - begin);
     reserve.note(run.recorded_bytes(), seconds);
     progress.show(seconds, run, points.load(std::memory_order_relaxed));
-    // A tick keeps stream time going when every device is silent. Recordings have a time of their own.
+    // A tick moves stream time on when every device is silent. Recordings have their own time.
     if (is_live) run.ingest().submit(Packet{kSystemSensor, PacketKind::Tick, false, 0, drivers::host_now(), {}});
     if (options.seconds > 0 && seconds >= options.seconds) break;
     if (options.ends_when_silent && silence.lasts(run)) break;
@@ -256,7 +258,7 @@ int capture(const Options& options) {
                 run.packets_left_behind()
                     ? fmt::format(" but for {} packets that waited for the disk", run.packets_left_behind())
                     : "");
-    // Nobody waits for a reader that its device's library holds, or for its return from there.
+    // A reader that a device's library holds cannot be joined. The process ends without it.
     if (run.is_a_reader_stuck()) {
       (void)flush_standard_output();
       std::_Exit(kStopped);
@@ -266,14 +268,15 @@ int capture(const Options& options) {
   bool read_whole = true;
   for (const auto& reader : run.readers()) {
     if (reader->outcome().ok()) continue;
-    log_error("{}: {}; everything whole before that is recorded and used", reader->sensor_name(),
+    log_error("{}: {}; everything that was whole before it is recorded and used", reader->sensor_name(),
               reader->outcome().error().message);
     read_whole = false;
   }
   if (!read_whole) return kInputUnreadable;
   if (sink.summary().wire_packets() == 0) {
     log_error(
-        "nothing came from any sensor: see the faults above; are the devices on, and are the rig's addresses theirs?");
+        "nothing came from any sensor: see the faults above; check that the devices are on and that the rig has their "
+        "addresses");
     return kNothingCame;
   }
   if (sink.summary().points() == 0) {
@@ -288,23 +291,24 @@ int capture(const Options& options) {
 
 void add_capture(Command& all) {
   auto options = std::make_shared<Options>();
-  Command command = all.command("capture", "record the sensors of a rig and colour while driving");
+  Command command = all.command("capture", "record the sensors of a rig, and colour the points while driving");
   command.required("RIG", options->rig,
-                   "rig file (YAML): sensors, mounting, colouring; or the name of one that comes with the program "
-                   "(street, ladybug5, ...)");
-  command.required("--out", options->out,
-                   "folder of the drive; made if it is not there; an existing drive is not overwritten");
-  command.setting("--threads", options->threads, "workers of the colouring; their number does not change the result",
-                  {1, 64});
-  command.setting("--seconds", options->seconds, "end by itself after so long; 0: run until Ctrl-C", {0.0, 1e6});
-  command.setting("--buffer", options->buffer_megabytes, "memory for what waits for the disk and for fusion, MB",
+                   "rig file (YAML) with sensors, mountings and colouring, or the name of a rig that comes with the "
+                   "program (street, ladybug5, ...)");
+  command.required(
+      "--out", options->out,
+      "folder of the drive; it is created if it does not exist; an existing recording is never overwritten");
+  command.setting("--threads", options->threads, "number of colouring threads; it does not change the result", {1, 64});
+  command.setting("--seconds", options->seconds, "end after this many seconds; 0: run until Ctrl-C", {0.0, 1e6});
+  command.setting("--buffer", options->buffer_megabytes, "memory for data that waits for the disk and for fusion, MB",
                   {16.0, 1e6});
   command.flag("--until-silent", options->ends_when_silent,
-               "end when every device has been silent or gone for 3 s (emulated drives)");
-  command.flag("--quiet", options->quiet, "no progress line");
+               "end when all devices have been silent or gone for 3 s (for emulated drives)");
+  command.flag("--quiet", options->quiet, "print no progress line");
   command.footer(
-      "Faults (a pulled cable, a silent device, lost packets) are recorded and summed up at the end; the other devices "
-      "go on.");
+      "Faults (a pulled cable, a silent device, lost packets) are recorded, and summed up at the end. The other "
+      "devices "
+      "continue.");
   command.reads(options->rig).writes_into(options->out);
   command.runs([options] { return capture(*options); });
 }

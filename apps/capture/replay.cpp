@@ -71,18 +71,17 @@ int replay(const Options& options) {
 
 void add_replay(Command& all) {
   auto options = std::make_shared<Options>();
-  Command command =
-      all.command("replay", "run a recording through the same decoders, clocks and colouring: the same bytes again");
+  Command command = all.command(
+      "replay", "process a recording again with the same decoders, clocks and colouring; gives the same bytes");
   command.required("RECORDING", options->recording,
-                   "drive.mcap; a recording that was cut by a crash is read as far as it is whole");
-  command.required("--out", options->out, "folder for cloud.las, view.mcap, summary.json");
-  command.setting("--speed", options->speed, "1: as fast as it was driven; 0.5: half; 0: as fast as this computer can",
-                  {0.0, 1000.0});
-  command.setting("--threads", options->threads, "workers of the colouring; their number does not change the result",
-                  {1, 64});
+                   "drive.mcap or a drive's folder; a recording that was cut by a crash is read as far as it is whole");
+  command.required("--out", options->out, "folder for cloud.las, view.mcap and summary.json");
+  command.setting("--speed", options->speed,
+                  "1: as fast as it was driven; 0.5: half as fast; 0: as fast as this computer can", {0.0, 1000.0});
+  command.setting("--threads", options->threads, "number of colouring threads; it does not change the result", {1, 64});
   command.option("--rig", options->rig,
-                 "use this rig file instead of the recorded one: a better calibration, another method; its sensors "
-                 "must have the same names");
+                 "rig file to use instead of the recorded one, for a better calibration or another method; its sensors "
+                 "must have the same names in the same order");
   command.reads(options->recording).reads(options->rig).writes_into(options->out);
   command.runs([options] { return replay(*options); });
 }

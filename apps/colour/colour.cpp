@@ -24,7 +24,7 @@ struct Options {
   std::vector<std::string> calibration;
 };
 
-/// What a user has to know to read the file.
+/// Returns what a user must know about the written file.
 std::string notes_text(const storage::ShotCloudNotes& notes) {
   std::string out =
       fmt::format("x, y, z of cloud.las are the cloud's own, in steps of {:g} m; it has no CRS\n", notes.step_m);
@@ -108,7 +108,8 @@ int colour(const Options& options) {
   std::fputs(notes_text(*written).c_str(), stdout);
   if (coloured == 0)
     log_error(
-        "no point lies in the image: is the calibration that of this image and this laser, with T from laser to lens?");
+        "no point lies in the image: check that the calibration belongs to this image and this laser, and that T leads "
+        "from laser to lens");
   return coloured ? kDone : kNothingCame;
 }
 
@@ -118,11 +119,11 @@ void add_colour(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command(
       "colour", "colour one laser cloud from one image of the same moment, and draw the points over the image");
-  command.required("IMAGE", options->image, "PNG or JPEG");
-  command.required("CLOUD", options->cloud, "PCD in the laser's frame");
+  command.required("IMAGE", options->image, "image file, PNG or JPEG");
+  command.required("CLOUD", options->cloud, "PCD file with points in the laser's frame");
   command.required("CALIBRATION", options->calibration,
-                   "lens and place of the laser: YAML with lens: and T_lens_scanner:, SensorsCalibration's .json, or a "
-                   ".txt of K, D, T or of KITTI (docs/colour.md)");
+                   "files with the lens and the pose of the laser: YAML with lens: and T_lens_scanner:, "
+                   "SensorsCalibration's .json, or a .txt file with K, D, T or of KITTI (docs/colour.md)");
   command.setting("--image-size", options->image_size, kImageSizeHelp, kImageSizeWords);
   command.required("--out", options->out, "folder for cloud.las and overlay.png");
   command.reads(options->image).reads(options->cloud).reads(options->calibration).writes_into(options->out);

@@ -76,7 +76,7 @@ void read_json(const std::string& path, ShotCalibration& out) {
   }
 }
 
-/// "NAME: number number ...", a line each.
+/// Reads lines of the form "NAME: number number ...".
 std::map<std::string, std::vector<double>> named_numbers(const std::string& path) {
   std::map<std::string, std::vector<double>> out;
   std::istringstream in(config::read_configuration(path));
@@ -120,7 +120,7 @@ void read_text(const std::string& path, ShotCalibration& out) {
   const double* Tr = is_object ? matrix("Tr_velo_to_cam", 12) : matrix("Tr", 12);
   if (!P || !Tr)
     throw config::ConfigError(path + ": holds neither K, D and T nor KITTI's P2 with Tr_velo_to_cam or Tr");
-  // P2 = K [I | t]: the rectified colour camera stands at -t beside the one that Tr leads to.
+  // P2 = K [I | t]. In the frame of the camera that Tr leads to, the rectified colour camera stands at -t.
   const Eigen::Map<const Matrix34> projection(P);
   const Matrix3 K = projection.leftCols<3>();
   out.intrinsics = brown(K, {}, path + ": P2");
@@ -136,7 +136,7 @@ void read_text(const std::string& path, ShotCalibration& out) {
   out.T_lens_scanner = T;
 }
 
-/// Ours: `lens:` as in a rig, `T_lens_scanner:` a mounting; either or both.
+/// Reads this project's own form: `lens:` as in a rig, and `T_lens_scanner:` as a mounting; either or both.
 void read_yaml(const std::string& path, ShotCalibration& out) {
   config::Section root = config::Section::load_file(path);
   if (root.has("lens")) {

@@ -47,8 +47,9 @@ fusion::CameraIntrinsics fit_to_image(const fusion::CameraIntrinsics& lens, cons
 /// The option `--image-size` and its words.
 extern const std::vector<std::string> kImageSizeWords;
 constexpr const char* kImageSizeHelp =
-    "what an image of another size than its lens is: refuse (a mistake), same-pixels (cut at its right or lower "
-    "border, or the size beside the lens is wrong), scaled (of the whole image)";
+    "how to treat an image whose size is not that of its lens: refuse (report an error), same-pixels (the image is cut "
+    "at its right or lower border, or the size beside the lens is wrong), scaled (the image was made smaller or "
+    "larger)";
 OtherSize other_size(const std::string& word);
 
 }  // namespace hueline::apps

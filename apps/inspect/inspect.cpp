@@ -31,12 +31,12 @@ bool ends_with(const std::string& path, std::string_view ending) {
   return path.size() >= ending.size() && std::string_view(path).substr(path.size() - ending.size()) == ending;
 }
 
-/// Files hold names in any code: what is no UTF-8 is shown as U+FFFD.
+/// Returns the JSON text. Names in files may have any encoding, so bytes that are no UTF-8 become U+FFFD.
 std::string written(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
-/// JSON as indented lines for people: an object's short lists in one line, everything else a line each.
+/// Writes JSON as indented lines for people, one line for each value. A list of plain values stays in one line.
 void print(const Json& json, int depth, std::string& out) {
   const std::string indent(static_cast<std::size_t>(2 * depth), ' ');
   for (const auto& [key, value] : json.items()) {
@@ -97,11 +97,11 @@ Inspection inspect_file(const std::string& named) {
     return inspect_pcd(path);
   if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
   if (ends_with(path, ".dbc")) return inspect_dbc(path);
-  // A log of a CAN bus: ASC begins with its date, candump's lines with their time.
+  // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time.
   if (ends_with(path, ".asc") || begins("date "sv) ||
       ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos))
     return inspect_can_log(path);
-  // NovAtel logs have no signature of their own but their sync bytes, and may begin in the middle of a message.
+  // A NovAtel log has no signature except its sync bytes, and it may begin in the middle of a message.
   if (head.find("\xAA\x44\x12"sv) != std::string::npos || head.find("\xAA\x44\x13"sv) != std::string::npos ||
       ends_with(path, ".gps"))
     return inspect_novatel(path);
@@ -118,8 +118,8 @@ void add_inspect(Command& all) {
   };
   auto options = std::make_shared<Options>();
   Command command = all.command(kInspect.word, kInspect.help);
-  command.required("FILE", options->path, "any file of ours or of a device, or a drive's folder");
-  command.flag("--json", options->json, "for programs");
+  command.required("FILE", options->path, "a file of hueline or of a device, or a drive's folder");
+  command.flag("--json", options->json, "print JSON, for programs");
   command.runs([options] {
     const Inspection inspection = inspect_file(options->path);
     if (!inspection.may_be_scenario) return show(inspection, options->json);

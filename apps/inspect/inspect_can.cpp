@@ -8,7 +8,7 @@
 #include "drivers/can/dbc.hpp"
 #include "drivers/transport/can_log_source.hpp"
 
-/// Logs of CAN buses, and what makers say of the messages on them.
+/// Inspects logs of CAN buses, and DBC files, which describe the messages on a bus.
 namespace hueline::apps {
 namespace {
 

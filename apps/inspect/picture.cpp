@@ -20,8 +20,8 @@ struct Options {
   double at = 0.35, eye_height_m = 2.2, heading_deg = -1;
 };
 
-/// Where the vehicle was at a share of the drive: the centre of what the laser hit within a short time lies along the
-/// street, so the view goes from the centre at `at` towards the centre a few seconds later.
+/// Estimates where the vehicle was at the share `at` of the drive. The centre of the points of a short time lies along
+/// the street, so the view goes from the centre at `at` towards the centre of the points after it.
 Result<storage::StreetViewConfig> viewpoint(const Options& options) {
   auto reader = storage::LasReader::open(options.cloud);
   if (!reader.ok()) return reader.error();
@@ -35,7 +35,7 @@ Result<storage::StreetViewConfig> viewpoint(const Options& options) {
   for (;;) {
     const Status read = reader->next(batch);
     if (!read.ok() && read.error().code != ErrorCode::Truncated) return read.error();
-    if (batch.empty()) break;  // of a cut cloud, what there is
+    if (batch.empty()) break;  // a cut cloud ends early
     for (const auto& point : batch) {
       const std::uint64_t i = index++;
       if (i < first || i >= first + 2 * span) continue;
@@ -55,7 +55,8 @@ Result<storage::StreetViewConfig> viewpoint(const Options& options) {
   return view;
 }
 
-/// Writes a picture and says what else there is to say of it; the worse of `status` and its own outcome.
+/// Writes a picture and prints its line. Returns `status`, or the picture's own status if the cloud or the picture
+/// failed.
 int finish(const std::string& path, const storage::RgbImage& image, const std::string& said, const Status& read,
            int status) {
   if (const Status written = storage::write_png(path, image); !written.ok()) {
@@ -104,12 +105,13 @@ int picture(Options options) {
 void add_picture(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command("picture", "draw a cloud (LAS) from above and from the street");
-  command.required("CLOUD", options->cloud, "cloud.las, any LAS 1.0 to 1.4, or a drive's folder");
-  command.option("--above", options->above, "PNG of the view from above");
-  command.option("--street", options->street, "PNG of a view along the street");
-  command.setting("--at", options->at, "where the street view stands, as a share of the drive", {0.0, 0.9});
-  command.setting("--eye-height", options->eye_height_m, "m above the lowest point around");
-  command.option("--heading", options->heading_deg, "degrees clockwise from grid north; default: along the drive");
+  command.required("CLOUD", options->cloud, "cloud.las, any other LAS file of version 1.0 to 1.4, or a drive's folder");
+  command.option("--above", options->above, "PNG file for the view from above");
+  command.option("--street", options->street, "PNG file for a view along the street");
+  command.setting("--at", options->at, "viewpoint of the street view, as a share of the drive", {0.0, 0.9});
+  command.setting("--eye-height", options->eye_height_m, "height of the viewpoint above the lowest point around it, m");
+  command.option("--heading", options->heading_deg,
+                 "direction of the street view, degrees clockwise from grid north; default: along the drive");
   command.reads(options->cloud).writes(options->above).writes(options->street);
   command.runs([options] { return picture(*options); });
 }

@@ -15,11 +15,11 @@ void add_rig(Command& all) {
     std::string rig, out;
   };
   auto options = std::make_shared<Options>();
-  Command rig = all.command("rig", "look at a rig file, and at what it may hold");
+  Command rig = all.command("rig", "draw a rig file, or print the schema of rig files");
   rig.needs_command();
-  Command show = rig.command("show", "draw the rig: sensors, axes, lever arms");
-  show.required("RIG", options->rig, "rig file (YAML)");
-  show.required("--out", options->out, "picture to write (SVG)");
+  Command show = rig.command("show", "draw a rig with its sensors, axes and lever arms");
+  show.required("RIG", options->rig, "rig file (YAML), or the name of a rig that comes with the program");
+  show.required("--out", options->out, "SVG file to write");
   show.reads(options->rig).writes(options->out);
   show.runs([options] {
     if (!options->out.ends_with(".svg"))
@@ -31,7 +31,7 @@ void add_rig(Command& all) {
     }
     return kDone;
   });
-  rig.command("schema", "print a JSON schema of rig files, for editors that complete and check YAML with it").runs([] {
+  rig.command("schema", "print the JSON schema of rig files, with which editors complete and check YAML").runs([] {
     std::fputs((config::rig_schema().dump(2) + "\n").c_str(), stdout);
     return kDone;
   });
