@@ -6,7 +6,7 @@
 
 #include "sim/wire/little_endian.hpp"
 
-/// Network byte order for GigE Vision.
+/// Numbers in network byte order, for GigE Vision.
 namespace hueline::sim {
 
 inline void put_be16(Bytes& out, std::uint32_t value) {
@@ -17,7 +17,7 @@ inline void put_be32(Bytes& out, std::uint32_t value) {
   put_be16(out, value >> 16U);
   put_be16(out, value & 0xffffU);
 }
-/// The caller has checked that the bytes are there.
+/// Return the number at offset `at`. The caller has checked that the bytes are there.
 inline std::uint32_t get_be16(std::span<const std::byte> bytes, std::size_t at) {
   return std::to_integer<std::uint32_t>(bytes[at]) << 8U | std::to_integer<std::uint32_t>(bytes[at + 1]);
 }

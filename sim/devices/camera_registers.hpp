@@ -15,7 +15,8 @@ namespace hueline::sim {
 constexpr const char* kCameraMaker = "hueline";
 constexpr const char* kCameraModel = "Emulated";
 
-/// Register addresses: GigE Vision's bootstrap registers, and the features' own where the description names them.
+/// Register addresses: the bootstrap registers of GigE Vision, and those of the features as the description states
+/// them.
 namespace camera_register {
 constexpr std::uint32_t kMaker = 0x048, kModel = 0x068, kVersion = 0x088, kMakerInformation = 0x0A8, kSerial = 0x0D8;
 constexpr std::uint32_t kWidth = 0x10000, kHeight = 0x10004, kOffsetX = 0x10008, kOffsetY = 0x1000C,
@@ -27,31 +28,32 @@ constexpr std::uint32_t kExposureUs = 0x10034, kGain = 0x10038, kGainAuto = 0x10
 constexpr std::uint32_t kHeartbeatTimeoutMs = 0x938, kPrivilege = 0xA00;
 constexpr std::uint32_t kStreamPort = 0xD00, kStreamPacketSize = 0xD04, kStreamPacketDelay = 0xD08,
                         kStreamAddress = 0xD18;
-// What kPixelFormat holds: the numbers of the Pixel Format Naming Convention.
+// Values of kPixelFormat: the numbers of the Pixel Format Naming Convention.
 constexpr std::uint32_t kMono8 = 0x01080001, kBayerGR8 = 0x01080008, kBayerRG8 = 0x01080009, kBayerGB8 = 0x0108000A,
                         kBayerBG8 = 0x0108000B;
 }  // namespace camera_register
 
-/// The memory of a GigE Vision camera: its registers and its GenICam description (camera_description.hpp).
-/// Thread-bound.
+/// The memory of a GigE Vision camera: its registers and its GenICam description (camera_description.hpp). Thread
+/// safety: none.
 class CameraRegisters {
  public:
   struct Config {
-    std::string serial = "HL01";            ///< 1 .. 15 characters; the device is "hueline-Emulated-<serial>"
-    std::uint32_t width = 0, height = 0;    ///< of the sensor and of the initial region, pixels
+    std::string serial = "HL01";            ///< 1 .. 15 characters; the device is called "hueline-Emulated-<serial>"
+    std::uint32_t width = 0, height = 0;    ///< size of the sensor and of the initial region, pixels
     std::string pixel_format = "BayerRG8";  ///< BayerRG8, BayerBG8, BayerGR8, BayerGB8 or Mono8
-    std::uint32_t max_packet_bytes = 9000;  ///< with IP and UDP headers
-    std::uint32_t ipv4 = 0;                 ///< own address, host byte order
+    std::uint32_t max_packet_bytes = 9000;  ///< including IP and UDP headers
+    std::uint32_t ipv4 = 0;                 ///< the camera's own address, host byte order
     std::string validate() const;
   };
 
-  /// Invalid: config.
+  /// Creates the memory. Errors: Invalid (configuration).
   static Result<std::unique_ptr<CameraRegisters>> create(const Config& config);
 
-  /// False, and nothing done, if the range is not in the camera's memory (registers, then the description, read only).
+  /// Reads or writes a range. Returns false and does nothing if the range is not in the camera's memory (first the
+  /// registers, then the description, which is read-only).
   bool read(std::uint32_t address, std::span<std::byte> out) const;
   bool write(std::uint32_t address, std::span<const std::byte> bytes);
-  /// 0 if there is no such register.
+  /// Returns the value of a register, 0 if there is no such register.
   std::uint32_t get(std::uint32_t address) const;
   void set(std::uint32_t address, std::uint32_t value);
 

@@ -10,20 +10,20 @@
 
 namespace hueline::sim {
 
-/// The vehicle's CAN bus: on a CAN interface of this computer (vcan, vxcan), or, where its kernel has no CAN, as the
-/// datagrams of a CAN-to-Ethernet gateway (cannelloni). Thread-bound.
+/// The vehicle's CAN bus. It sends on a CAN interface of this computer (vcan, vxcan), or, where the kernel has no CAN,
+/// datagrams as a CAN-to-Ethernet gateway does (cannelloni). Thread safety: none.
 class CanSender {
  public:
   struct Config {
-    std::string interface;  ///< CAN interface to send on; empty: datagrams to `host`
+    std::string interface;  ///< CAN interface to send on; empty: send datagrams to `host`
     std::string host = "127.0.0.1";
-    std::uint16_t port = 20000;  ///< cannelloni's usual one
+    std::uint16_t port = 20000;  ///< the usual port of cannelloni
     std::string validate() const;
   };
 
   static Result<std::unique_ptr<CanSender>> open(const Config& config);
 
-  /// A struct can_frame. False if the kernel refused it.
+  /// Sends a struct can_frame. Returns false if the kernel refused it.
   bool send(std::span<const std::byte> frame);
 
  private:

@@ -12,29 +12,30 @@
 
 namespace hueline::sim {
 
-/// A request to send stream packets again.
+/// A request to send packets of an image again, from `first` to `last`.
 struct GvcpResend {
   std::uint16_t block_id = 0;
   std::uint32_t first = 0, last = 0;
 };
 
-/// What follows from a control datagram.
+/// What a control datagram causes.
 struct GvcpOutcome {
-  Bytes answer;  ///< empty: none
+  Bytes answer;  ///< empty: there is no answer
   bool is_test_packet_due = false;
   bool has_resend = false;
   GvcpResend resend;
 };
 
 /// The control side of a GigE Vision camera (GVCP 1.x): discovery, registers, memory, one controller with a heartbeat,
-/// packet resend. Bytes and times in, bytes out: no socket, no clock. Thread-bound.
+/// packet resend. It takes bytes and times and returns bytes; it has no socket and no clock. Thread safety: none.
 class GvcpControl {
  public:
   explicit GvcpControl(std::unique_ptr<CameraRegisters> registers) : registers_(std::move(registers)) {}
 
+  /// Handles a datagram that came from `from` at `now_ns`.
   GvcpOutcome handle(std::span<const std::byte> datagram, const sockaddr_in& from, std::int64_t now_ns);
-  /// Lets a controller go that was silent for longer than its heartbeat timeout; the stream stops with it. True if one
-  /// went.
+  /// Drops a controller that was silent for longer than its heartbeat timeout, and stops the stream. Returns true if it
+  /// dropped one.
   bool check_heartbeat(std::int64_t now_ns);
 
   bool is_controlled() const { return is_controlled_; }

@@ -16,35 +16,35 @@
 
 namespace hueline::sim {
 
-/// One image to deliver.
+/// An image to deliver.
 struct CameraImage {
-  std::uint64_t sequence = 0;   ///< the camera's count of exposures; gaps become gaps in the frame ids
-  std::int64_t counter_ns = 0;  ///< GVSP timestamp
+  std::uint64_t sequence = 0;   ///< the camera's count of exposures; a gap becomes a gap in the frame ids
+  std::int64_t counter_ns = 0;  ///< time stamp of the stream packets
   std::uint32_t width = 0, height = 0;
   Buffer pixels;                      ///< width x height bytes
-  std::uint32_t missing_packets = 0;  ///< so many of its data packets are never sent, nor sent again
+  std::uint32_t missing_packets = 0;  ///< number of its data packets that are never sent, not even on request
   bool ignores_region = false;        ///< sent whole, whatever region the client has set
 };
 
-/// Where and what a client wants streamed, from the camera's registers.
+/// What a client wants streamed, and to which address, from the camera's registers.
 struct StreamTarget {
-  bool is_active = false;  ///< controlled, and the acquisition started
+  bool is_active = false;  ///< a client controls the camera and has started the acquisition
   sockaddr_in to{};
-  std::uint32_t packet_bytes = 1400;  ///< with IP and UDP headers
+  std::uint32_t packet_bytes = 1400;  ///< including IP and UDP headers
   std::uint32_t packet_delay_ns = 0;
   bool may_fragment = true;
   std::uint32_t pixel_format = 0, width = 0, height = 0, offset_x = 0, offset_y = 0;
 };
 
-/// The stream side of a GigE Vision camera: images as paced packets, kept a while to be sent again. Thread-safe, but
-/// for send(), which one thread calls.
+/// The stream side of a GigE Vision camera. It sends images as paced packets and keeps them for a while so that packets
+/// can be sent again. Thread-safe, except that only one thread may call `send()`.
 class GvspStream {
  public:
   struct Config {
-    double link_bytes_per_second = 110e6;  ///< pace of the stream: a gigabit link is full at 118e6
-    std::size_t images_kept = 4;           ///< for packets that are asked for again
-    double lost_packet_share = 0;          ///< of the data packets, not sent at first; 0 .. 1
-    std::uint64_t seed = 1;                ///< of the lost packets
+    double link_bytes_per_second = 110e6;  ///< pace of the stream; 118e6 fill a gigabit link
+    std::size_t images_kept = 4;           ///< number of images kept for packets that are requested again
+    double lost_packet_share = 0;          ///< share of the data packets that are not sent at first, 0 .. 1
+    std::uint64_t seed = 1;                ///< seed of the lost packets
     std::string validate() const;
   };
   struct Counts {
@@ -57,11 +57,12 @@ class GvspStream {
 
   void set_target(const StreamTarget& target);
   bool is_active() const;
-  /// Sends one image, paced; returns when its trailer left. Unavailable: no client has started the acquisition.
-  /// Invalid: the client's region is not inside the image. Stopped.
+  /// Sends one image, paced, and returns when its trailer has left. Errors: Unavailable (no client has started the
+  /// acquisition), Invalid (the client's region is not inside the image), Stopped.
   Status send(const CameraImage& image, const std::stop_token& stop);
+  /// Sends packets of a kept image again, as requested.
   void send_again(const GvcpResend& request);
-  /// One packet of the size that the client tries out.
+  /// Sends one packet of the size that the client tests.
   void send_test_packet();
   Counts counts() const;
 
@@ -72,7 +73,7 @@ class GvspStream {
     bool has_pixels = false;
     sockaddr_in to{};
     std::uint32_t packet_bytes = 0;
-    std::uint32_t missing_packets = 0;  // the first data packets
+    std::uint32_t missing_packets = 0;  // counted from the first data packet
   };
   class Batch;  // packets that leave in one system call
 
@@ -80,12 +81,12 @@ class GvspStream {
   const FileDescriptor socket_;
 
   mutable std::mutex mutex_;
-  StreamTarget target_;  // by mutex_, as the three below
+  StreamTarget target_;  // guarded by mutex_, like the three below
   std::uint64_t acquisitions_ = 0;
   std::deque<SentImage> kept_;
   Counts counts_;
 
-  // By the thread that sends.
+  // Used by the thread that sends.
   SeededRandom losses_;
   std::uint64_t numbered_acquisition_ = 0, first_sequence_ = 0;
 };

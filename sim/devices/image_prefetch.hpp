@@ -13,16 +13,17 @@
 
 namespace hueline::sim {
 
-/// Reads files ahead, in order, so that playing never waits for the disk unless the disk is slower than the drive.
-/// Memory is used again: at 300 MB/s fresh pages would cost more than the reading.
+/// Reads files ahead, in order, so that playing waits for the disk only if the disk is slower than the drive. Memory is
+/// reused, because at 300 MB/s fresh pages would cost more than the reading.
 class ImagePrefetch {
  public:
   using Image = Result<Buffer>;
 
-  /// `bytes_ahead`: the most that may wait to be taken.
+  /// `bytes_ahead` is the largest number of bytes that may wait to be taken.
   ImagePrefetch(std::vector<std::string> files, std::size_t bytes_ahead);
 
-  /// The next file's bytes, or why it could not be read (Io). Empty: no more files, or stopped. Thread-bound.
+  /// Returns the bytes of the next file, or the error that prevented reading it (Io). Empty if there are no more files
+  /// or if it was stopped. Only one thread may call it.
   std::optional<Image> next(const std::stop_token& stop) { return queue_.pop(stop); }
 
  private:

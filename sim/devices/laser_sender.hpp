@@ -10,12 +10,13 @@
 
 namespace hueline::sim {
 
-/// A Velodyne's Ethernet side: data and position datagrams to one host, unasked. Thread-bound.
+/// The Ethernet side of a scanner. It sends data and position datagrams to one host without being asked. Thread safety:
+/// none.
 class LaserSender {
  public:
   struct Config {
-    std::string host = "127.0.0.1";  ///< receiver; a broadcast address is allowed
-    std::string source;              ///< address to send from; empty: the kernel's choice
+    std::string host = "127.0.0.1";  ///< address of the receiver; may be a broadcast address
+    std::string source;              ///< address to send from; empty: the kernel chooses
     std::uint16_t data_port = 2368;
     std::uint16_t position_port = 8308;
     std::string validate() const;
@@ -23,7 +24,7 @@ class LaserSender {
 
   static Result<std::unique_ptr<LaserSender>> open(const Config& config);
 
-  /// False if the kernel refused the datagram.
+  /// Send a datagram. Return false if the kernel refused it.
   bool send_data(std::span<const std::byte> datagram) { return send(datagram, data_address_); }
   bool send_position(std::span<const std::byte> datagram) { return send(datagram, position_address_); }
 

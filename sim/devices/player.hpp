@@ -21,20 +21,22 @@
 
 namespace hueline::sim {
 
-/// How one channel went.
+/// Statistics of one channel.
 struct ChannelReport {
-  std::uint64_t sent = 0;    ///< left the device (Pos, Pps: was offered to the clients)
-  std::uint64_t failed = 0;  ///< the kernel refused it, or a client could not take it; Camera: no acquisition, no file
-  std::int64_t latest_ns = 0;  ///< the longest that an event left after its time
+  std::uint64_t sent = 0;  ///< events that left the device (Pos, Pps: that were offered to the clients)
+  /// events that the kernel refused or a client could not take; Camera: no acquisition, or no file
+  std::uint64_t failed = 0;
+  std::int64_t latest_ns = 0;  ///< largest delay of an event after its time
   double mean_lateness_ns = 0;
   std::uint64_t later_than_1ms = 0;
 };
 
+/// The outcome of playing a timeline.
 struct PlayReport {
-  std::array<ChannelReport, kWireChannels> channels{};  ///< by WireChannel
+  std::array<ChannelReport, kWireChannels> channels{};  ///< indexed by WireChannel
   PosServer::Counts pos;
   GvspStream::Counts camera;
-  std::string first_camera_problem;  ///< why the first image failed; empty: none did
+  std::string first_camera_problem;  ///< why the first image failed; empty: none failed
   bool is_complete = false;          ///< false: stopped before the end
   const ChannelReport& of(WireChannel channel) const { return channels[static_cast<std::size_t>(channel)]; }
 };
@@ -44,19 +46,20 @@ struct PlayProgress {
   std::uint64_t events = 0;
 };
 
-/// The vehicle's devices on real sockets: opens them, waits for the program to connect, and plays timelines in real
-/// time. Thread-bound, except that run() ends when its stop token asks.
+/// The vehicle's devices on real sockets. Opens them, waits for the program to connect and plays timelines in real
+/// time. Thread safety: none; `run()` ends when its stop token requests it.
 class Player {
  public:
   struct Config {
-    std::optional<LaserSender::Config> laser = LaserSender::Config{};  ///< empty: the vehicle has no such device
-    std::optional<LaserSender::Config> second_laser;                   ///< sends events of WireEvent::laser 1
+    /// empty: the vehicle has no such device; likewise below
+    std::optional<LaserSender::Config> laser = LaserSender::Config{};
+    std::optional<LaserSender::Config> second_laser;  ///< sends the events whose WireEvent::laser is 1
     std::optional<PosServer::Config> pos = PosServer::Config{};
     std::optional<PpsServer::Config> pps = PpsServer::Config{};
-    std::optional<CanSender::Config> wheel;                           ///< its CAN bus
-    std::optional<GigeCamera::Config> camera = GigeCamera::Config{};  ///< its width and height have to be set
-    std::size_t image_bytes_ahead = 256U << 20U;                      ///< images read from disk before their time
-    double speed = 1.0;                  ///< 0.1 .. 10; clocks of the devices stay those of the drive
+    std::optional<CanSender::Config> wheel;                           ///< the vehicle's CAN bus
+    std::optional<GigeCamera::Config> camera = GigeCamera::Config{};  ///< width and height must be set
+    std::size_t image_bytes_ahead = 256U << 20U;  ///< size of the images that are read from disk before their time
+    double speed = 1.0;                  ///< 0.1 .. 10; the clocks of the devices still show the times of the drive
     std::int64_t lead_ns = 200'000'000;  ///< from run() to drive time 0
     std::string validate() const;
   };
@@ -65,17 +68,16 @@ class Player {
   explicit Player(const Config& config) : config_(config) {}
 
   /// Waits until somebody has asked the POS for logs, somebody listens for PPS edges and somebody has started the
-  /// camera's acquisition (datagrams need nobody). TimedOut names
-  /// who is missing.
+  /// camera's acquisition. Senders of datagrams wait for nobody. Errors: TimedOut (the message names who is missing).
   Status wait_until_ready(std::int64_t timeout_ns, const std::stop_token& stop);
 
-  /// Plays a timeline. `progress`, if given, is called about twice a second of drive time from this thread.
+  /// Plays a timeline. `progress`, if given, is called from this thread about twice in each second of drive time.
   PlayReport run(const Timeline& timeline, const std::stop_token& stop,
                  const std::function<void(const PlayProgress&)>& progress = {});
 
-  /// The port on which the POS listens; 0 without a POS.
+  /// Returns the port on which the POS listens; 0 without a POS.
   std::uint16_t pos_port() const { return pos_ ? pos_->port() : std::uint16_t{0}; }
-  /// CLOCK_MONOTONIC_RAW of drive time 0 of the running or last timeline.
+  /// Returns the CLOCK_MONOTONIC_RAW of drive time 0 of the running or last timeline.
   std::int64_t host_begin_ns() const { return host_begin_ns_; }
 
  private:

@@ -10,15 +10,16 @@
 
 namespace hueline::sim {
 
-/// What one client of a NovAtel receiver asked for: LOG, UNLOG, UNLOGALL (OEM7 manual, 2.76 and following).
-/// Thread-bound.
+/// The logs that one client of a NovAtel receiver asked for with LOG, UNLOG and UNLOGALL (OEM7 manual, 2.76 and
+/// following). Thread safety: none.
 class PosSubscriptions {
  public:
-  /// Executes one abbreviated ASCII command and returns what the receiver answers. Logs are given in binary only
-  /// (suffix B); other commands of a receiver's set-up are acknowledged and have no effect here.
+  /// Executes one abbreviated ASCII command and returns the receiver's answer. Only binary logs (suffix B) are
+  /// accepted. Other commands of a receiver's configuration are acknowledged and have no effect.
   std::string execute(std::string_view line);
 
-  /// True if this log is to be sent now. ONTIME thins: one log a period of GPS time. ONCE is used up.
+  /// Returns true if this log is to be sent now. ONTIME requests one log in each period of GPS time. A request with
+  /// ONCE ends when it is served.
   bool wants(const NovatelPeek& peek);
 
   bool empty() const { return wishes_.empty(); }
@@ -26,7 +27,7 @@ class PosSubscriptions {
  private:
   struct Wish {
     std::uint16_t id = 0;
-    std::uint32_t period_ms = 0;  ///< 0: every one
+    std::uint32_t period_ms = 0;  ///< 0: every log
     bool is_once = false;
     std::optional<std::uint32_t> last_period;  ///< number of the period that was served last
   };

@@ -12,13 +12,17 @@
 
 namespace hueline::sim {
 
-/// PPS edges over a local socket, for machines without a /dev/ppsN: AF_UNIX, SOCK_SEQPACKET, one message an edge, 24
-/// bytes little endian: u32 0x31535050 "PPS1", u32 1 (assert), u64 count of edges, i64 CLOCK_MONOTONIC_RAW ns of the
-/// edge. Thread-safe.
+/// Sends PPS edges over a local socket (AF_UNIX, SOCK_SEQPACKET), for machines without a /dev/ppsN. Each edge is one
+/// message of 24 bytes, little endian:
+///   offset  0  u32  0x31535050 "PPS1"
+///   offset  4  u32  1 (assert)
+///   offset  8  u64  count of edges
+///   offset 16  i64  CLOCK_MONOTONIC_RAW of the edge, ns
+/// Thread-safe.
 class PpsServer {
  public:
   struct Config {
-    std::string path = "/tmp/hueline-pps";  ///< of the socket; an old socket there is replaced
+    std::string path = "/tmp/hueline-pps";  ///< path of the socket; an old socket there is replaced
     std::string validate() const;
   };
 
@@ -26,7 +30,7 @@ class PpsServer {
   explicit PpsServer(const Config& config) : config_(config) {}
   ~PpsServer();
 
-  /// Tells every client; never waits. Returns how many could not take it.
+  /// Sends an edge to every client; never waits. Returns how many clients could not take it.
   int publish(std::uint64_t sequence, std::int64_t edge_monotonic_raw_ns);
   int clients() const;
 
@@ -36,7 +40,7 @@ class PpsServer {
   const Config config_;
   FileDescriptor listener_, wake_;
   mutable std::mutex mutex_;
-  std::vector<FileDescriptor> clients_;  // by mutex_
+  std::vector<FileDescriptor> clients_;  // guarded by mutex_
   std::jthread thread_;
 };
 

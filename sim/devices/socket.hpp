@@ -10,7 +10,7 @@
 
 namespace hueline::sim {
 
-/// Owns a file descriptor.
+/// Owns a file descriptor and closes it.
 class FileDescriptor {
  public:
   FileDescriptor() = default;
@@ -29,13 +29,14 @@ class FileDescriptor {
   int fd_ = -1;
 };
 
-/// IPv4 in dotted form and a port. Invalid: not an address.
+/// Returns the socket address of an IPv4 address in dotted form and a port. Errors: Invalid (not an address).
 Result<sockaddr_in> ipv4_address(const std::string& dotted, std::uint16_t port);
 
-/// The port that the kernel gave to a bound socket; 0 if it has none.
+/// Returns the port that the kernel gave to a bound socket; 0 if it has none.
 std::uint16_t bound_port(const FileDescriptor& socket);
 
-/// Counts up to wake a poll(); reading it back resets it. Unavailable where the kernel refuses.
+/// Creates an event that wakes a poll(): `wake()` raises it, `clear_wake()` resets it. Errors: Unavailable (the kernel
+/// refuses).
 Result<FileDescriptor> make_wake_event();
 void wake(const FileDescriptor& event);
 void clear_wake(const FileDescriptor& event);

@@ -11,10 +11,10 @@
 
 namespace hueline::sim {
 
-/// Bytes of one message as they go on the wire.
+/// The bytes of one message as they go on the wire.
 using Bytes = std::vector<std::byte>;
 
-/// Appends numbers least significant byte first, whatever the machine's own order is.
+/// Appends numbers with the least significant byte first, whatever the byte order of the machine.
 class LittleEndianWriter {
  public:
   explicit LittleEndianWriter(std::size_t expected_size) { bytes_.reserve(expected_size); }

@@ -8,9 +8,9 @@
 #include "sim/drive.hpp"
 #include "sim/wire/little_endian.hpp"
 
-/// NovAtel OEM7 binary logs (OEM7 Commands and Logs Reference Manual, OM-20000169). Structs hold what the wire holds,
-/// in the wire's units (degrees, m, m/s), so that a recorded message can be encoded again bit by bit. Pure functions,
-/// reentrant.
+/// Encoders of NovAtel OEM7 binary logs (OEM7 Commands and Logs Reference Manual, OM-20000169). The structs hold what
+/// the wire holds, in the units of the wire (degrees, m, m/s), so that a recorded message can be encoded again bit for
+/// bit. Pure functions, reentrant.
 namespace hueline::sim {
 
 enum class NovatelId : std::uint16_t {
@@ -26,7 +26,7 @@ enum class NovatelId : std::uint16_t {
   Insstdevs = 2052,
 };
 
-/// A log that the simulated receiver knows, by the name that LOG takes (without the format letter).
+/// A log that the simulated receiver can send, with the name that the LOG command takes (without the format letter).
 struct NovatelLog {
   std::string_view name;
   NovatelId id;
@@ -34,11 +34,11 @@ struct NovatelLog {
 };
 std::span<const NovatelLog> novatel_logs();
 
-/// Fields of both headers; the short one carries week and milliseconds only.
+/// Fields of both kinds of header. The short one carries only week and milliseconds.
 struct NovatelHeader {
   std::uint8_t port = 0x20;  ///< COM1
   std::uint16_t sequence = 0;
-  std::uint8_t idle_time = 0x9C;   ///< half percents
+  std::uint8_t idle_time = 0x9C;   ///< in half percents
   std::uint8_t time_status = 180;  ///< FINESTEERING
   std::uint16_t week = 0;
   std::uint32_t milliseconds = 0;  ///< of the week
@@ -46,7 +46,7 @@ struct NovatelHeader {
   std::uint16_t reserved = 0;
   std::uint16_t software_version = 16248;
 };
-/// The header of a log about this instant; milliseconds rounded to the nearest.
+/// Returns the header of a log about this time; milliseconds are rounded to the nearest.
 NovatelHeader novatel_header(GpsNs gps_ns);
 
 /// Position, velocity and attitude: INSPVA, INSPVAS and MARKxPVA.
@@ -59,10 +59,10 @@ struct PvaFields {
   std::uint32_t status = 3;  ///< INS_SOLUTION_GOOD
 };
 PvaFields pva_fields(const InsSample& sample);
-/// `id`: Inspva, Inspvas or Mark1Pva.
+/// Encodes a log; `id` is Inspva, Inspvas or Mark1Pva.
 Bytes encode_pva(NovatelId id, const NovatelHeader& header, const PvaFields& fields);
 
-/// One sigma of the solution: m, m/s, degrees.
+/// One sigma of the solution, in m, m/s and degrees.
 struct StdevFields {
   float latitude_m = 0, longitude_m = 0, height_m = 0;
   float velocity_north = 0, velocity_east = 0, velocity_up = 0;
@@ -73,10 +73,10 @@ struct StdevFields {
   std::uint32_t reserved2 = 0, reserved3 = 0;
 };
 StdevFields stdev_fields(const InsSample& sample);
-/// `id`: Insstdev or Insstdevs.
+/// Encodes a log; `id` is Insstdev or Insstdevs.
 Bytes encode_stdev(NovatelId id, const NovatelHeader& header, const StdevFields& fields);
 
-/// INSPVAX. The height is orthometric here: ellipsoidal height = height + undulation.
+/// INSPVAX. Its height is orthometric: ellipsoidal height = height + undulation.
 struct PvaxFields {
   std::uint32_t status = 3;
   std::uint32_t position_type = 56;  ///< INS_RTKFIXED
@@ -84,12 +84,12 @@ struct PvaxFields {
   float undulation_m = 0;
   double velocity_north = 0, velocity_east = 0, velocity_up = 0;
   double roll_deg = 0, pitch_deg = 0, azimuth_deg = 0;
-  StdevFields sigma;  ///< the reserved fields are not sent
+  StdevFields sigma;  ///< its reserved fields are not sent
 };
 PvaxFields pvax_fields(const InsSample& sample, double undulation_m);
 Bytes encode_pvax(const NovatelHeader& header, const PvaxFields& fields);
 
-/// BESTPOS; height above the geoid as in INSPVAX.
+/// BESTPOS. Its height is orthometric as in INSPVAX.
 struct BestposFields {
   std::uint32_t solution_status = 0;  ///< SOL_COMPUTED
   std::uint32_t position_type = 56;
@@ -118,7 +118,7 @@ struct TimeFields {
 TimeFields time_fields(GpsNs gps_ns);
 Bytes encode_time(const NovatelHeader& header, const TimeFields& fields);
 
-/// MARK1TIME: the GPS instant of an edge at event input 1.
+/// MARK1TIME: the GPS time of an edge at event input 1.
 struct MarkTimeFields {
   std::uint32_t week = 0;
   double seconds = 0;
@@ -129,7 +129,7 @@ struct MarkTimeFields {
 MarkTimeFields mark_time_fields(GpsNs gps_ns);
 Bytes encode_mark1_time(const NovatelHeader& header, const MarkTimeFields& fields);
 
-/// RAWIMUSX: counts of one IMU interval in the IMU's own units and axes; the wire's order is z, -y, x.
+/// RAWIMUSX: the counts of one IMU interval in the IMU's own units and axes. The order on the wire is z, -y, x.
 struct RawImuFields {
   std::uint8_t info = 0;
   std::uint8_t imu_type = 0;
@@ -141,10 +141,10 @@ struct RawImuFields {
 };
 Bytes encode_rawimusx(const NovatelHeader& header, const RawImuFields& fields);
 
-/// CRC-32 as NovAtel counts it: reflected 0xEDB88320, start 0, no final inversion.
+/// Returns the CRC-32 as NovAtel computes it: polynomial 0xEDB88320 (reflected), initial value 0, no final inversion.
 std::uint32_t novatel_crc32(std::span<const std::byte> bytes);
 
-/// Id and week milliseconds of an encoded log; id 0 if it is too short.
+/// Message id and milliseconds of the week of an encoded log; id 0 if the log is too short.
 struct NovatelPeek {
   std::uint16_t id = 0;
   std::uint32_t milliseconds = 0;

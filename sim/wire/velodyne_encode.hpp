@@ -8,46 +8,56 @@
 #include "sim/scenario_rig.hpp"
 #include "sim/wire/little_endian.hpp"
 
-/// Velodyne VLP-16 and HDL-32E datagrams (user manuals 63-9243 rev. D and 63-9113 rev. J). Pure functions, reentrant.
+/// Encoders of Velodyne VLP-16 and HDL-32E datagrams (user manuals 63-9243 rev. D and 63-9113 rev. J). Pure functions,
+/// reentrant.
 namespace hueline::sim {
 
-enum class LaserReturnMode : std::uint8_t { Strongest = 0x37, Last = 0x38, Dual = 0x39 };  ///< value: factory byte 1204
+/// Which returns of a firing the scanner reports. The value is the factory byte at offset 1204.
+enum class LaserReturnMode : std::uint8_t { Strongest = 0x37, Last = 0x38, Dual = 0x39 };
 
 constexpr std::size_t kLaserDataBytes = 1206;
 constexpr std::size_t kLaserPositionBytes = 512;
 constexpr std::size_t kLaserBlocks = 12;
 constexpr std::size_t kLaserChannelsPerBlock = 32;
 
-/// Time from the first to the last firing of a packet: 24 sequences of 55.296 us with 16 firings 2.304 us apart
-/// (VLP-16), 12 of 46.080 us with 32 firings 1.152 us apart (HDL-32E); in dual mode the blocks come in pairs of one
-/// azimuth.
+/// Returns the time from the first to the last firing of a packet: 24 sequences of 55.296 us with 16 firings 2.304 us
+/// apart (VLP-16), or 12 of 46.080 us with 32 firings 1.152 us apart (HDL-32E). In dual mode the blocks come in pairs
+/// of one azimuth.
 std::int64_t last_firing_offset_ns(LaserModel model, LaserReturnMode mode);
 
-/// 1206 bytes: 12 blocks of flag 0xFFEE, azimuth, 32 x (distance, reflectivity); whole microseconds past the UTC hour
-/// of the first firing; factory bytes. Invalid if the packet does not hold 12 x 32 returns or an azimuth is 36000 or
-/// more.
+/// Encodes a data datagram of 1206 bytes.
+///   offset    0  12 x 100  blocks: bytes FF EE; u16 azimuth, 0.01 deg; 32 x (u16 distance, 2 mm; u8 reflectivity)
+///   offset 1200  u32       whole microseconds from the last full UTC hour to the first firing
+///   offset 1204  u8[2]     factory bytes: return mode and model
+/// Errors: Invalid (the packet does not hold 12 x 32 returns, or an azimuth is 36000 or more).
 Result<Bytes> encode_laser_data(const LaserPacket& packet, LaserModel model, LaserReturnMode mode);
 
-/// What a position datagram says.
+/// What a position datagram reports.
 struct LaserPositionReport {
-  GpsNs sent_gps_ns = 0;        ///< the scanner's clock when it sent the datagram
+  GpsNs sent_gps_ns = 0;        ///< by the scanner's clock
   std::uint8_t pps_status = 2;  ///< 0 none, 1 synchronising, 2 locked, 3 error
-  std::string nmea;             ///< the last sentence it received, CR LF included; at most 127 bytes; empty: none yet
+  /// the last sentence that the scanner received, with its CR LF, at most 127 bytes; empty: none yet
+  std::string nmea;
 };
 
-/// 512 bytes: 198 reserved, microseconds past the UTC hour, PPS status, 3 reserved, the sentence padded with zeros.
+/// Encodes a position datagram of 512 bytes.
+///   offset   0  198 bytes  reserved, zero
+///   offset 198  u32        microseconds since the last full UTC hour
+///   offset 202  u8         PPS status
+///   offset 203  3 bytes    reserved, zero
+///   offset 206  306 bytes  the sentence, padded with zeros
 Result<Bytes> encode_laser_position(const LaserPositionReport& report);
 
-/// What a GPRMC sentence says.
+/// What a GPRMC sentence reports.
 struct RmcReport {
-  GpsNs gps_ns = 0;  ///< the instant of the fix, a whole second
+  GpsNs gps_ns = 0;  ///< time of the fix, a whole second
   bool is_valid = true;
   double latitude_rad = 0, longitude_rad = 0;
   double speed_m_s = 0;   ///< over ground
-  double course_rad = 0;  ///< from north, clockwise
+  double course_rad = 0;  ///< clockwise from north
 };
 
-/// "$GPRMC,...*hh\r\n": UTC to the hundredth, seven decimals of a minute, NMEA checksum.
+/// Encodes "$GPRMC,...*hh\r\n": UTC to hundredths of a second, seven decimals of a minute, and the NMEA checksum.
 std::string encode_gprmc(const RmcReport& report);
 
 }  // namespace hueline::sim
