@@ -50,7 +50,8 @@ bool ArrivalLine::add(std::int64_t x_ns, std::int64_t y_ns) {
     window_.push_back({index, x, delay});
     changed = true;
   } else {
-    // Arrivals of one stream are nearly in order; an event older than the newest bucket is put where it belongs.
+    // Arrivals of one stream are nearly in order. An event that is older than the newest bucket goes into its own
+    // bucket.
     for (auto it = window_.rbegin(); it != window_.rend() && it->index >= index; ++it)
       if (it->index == index && delay < it->delay) {
         *it = {index, x, delay};
@@ -77,7 +78,7 @@ void ArrivalLine::fit() {
     scatter_ = above[above.size() / 2];
     return;
   }
-  // Lower hull by Andrew's monotone chain; its edge over the middle of the window is the line with the least sum of
+  // The lower hull by Andrew's monotone chain. Its edge over the middle of the window is the line with the least sum of
   // delays.
   std::vector<const Bucket*> hull;
   for (const Bucket& b : window_) {

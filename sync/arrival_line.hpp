@@ -9,38 +9,40 @@
 
 namespace hueline::sync {
 
-/// The relation of two clocks seen only through messages: an event at `x` on one clock arrives at `y` on the other,
-/// never before it happened and often much later. The line that touches the earliest arrivals from below (lower convex
-/// hull of the smallest delay of each bucket) is the relation plus the smallest delay. Reentrant; bounded memory;
-/// deterministic.
+/// The relation of two clocks that is known only from messages. An event at `x` on one clock arrives at `y` on the
+/// other; it never arrives before it happened, and often much later. The line that touches the earliest arrivals from
+/// below (the lower convex hull of the smallest delay of each bucket) is the relation plus the smallest delay. Memory
+/// is bounded; the same input always gives the same result. Thread safety: one thread per object.
 class ArrivalLine {
  public:
   struct Config {
-    nanoseconds bucket{
-        std::chrono::seconds(1)};  ///< one smallest delay is kept for each, on the clock of x; [10 ms, 60 s]
-    int buckets = 60;              ///< length of the window; [4, 4096]
-    double rate_limit = 1e-4;      ///< largest believable rate difference of the clocks; (0, 0.01]
-    nanoseconds jump{
-        std::chrono::milliseconds(300)};  ///< a delay this far from the line is not believed at once; >= 1 ms
-    int jump_confirmations = 40;          ///< so many in a row are: the line starts anew; >= 2
+    /// One smallest delay is kept for each bucket, on the clock of x; [10 ms, 60 s].
+    nanoseconds bucket{std::chrono::seconds(1)};
+    int buckets = 60;          ///< length of the window in buckets; [4, 4096]
+    double rate_limit = 1e-4;  ///< largest believable difference of the clocks' rates; (0, 0.01]
+    /// A delay that differs this much from the line is a jump and is refused; >= 1 ms.
+    nanoseconds jump{std::chrono::milliseconds(300)};
+    int jump_confirmations = 40;  ///< after this many consecutive jumps the line starts again; >= 2
     std::string validate() const;
   };
   explicit ArrivalLine(Config config) : config_(config) {}
 
-  /// x: event, y: arrival, ns since the epochs of their clocks. False if the pair was refused as a jump.
+  /// Adds a pair: the event's time `x_ns` and its arrival `y_ns`, in ns since the epochs of their clocks. Returns false
+  /// if the pair was refused as a jump.
   bool add(std::int64_t x_ns, std::int64_t y_ns);
 
   struct Estimate {
     std::int64_t delay_ns = 0;  ///< y - x of an event that arrives as fast as the fastest do
-    double sigma_ns = 0;        ///< of that line; what the smallest delay itself is, is not known here
+    double sigma_ns = 0;        ///< one sigma of the line; the smallest delay itself is not known here
   };
-  /// Empty before the first pair.
+  /// Returns the delay at `x_ns`. Empty before the first pair.
   std::optional<Estimate> at(std::int64_t x_ns) const;
 
-  /// The other way: the event that, arriving as fast as the fastest do, arrives at y.
+  /// Returns the time of the event that arrives at `y_ns`, if it arrives as fast as the fastest do.
   std::optional<std::int64_t> event_of(std::int64_t y_ns) const;
 
-  nanoseconds span() const;                       ///< covered by the window
+  /// Returns the time that the window covers.
+  nanoseconds span() const;
   std::uint64_t pairs() const { return pairs_; }  ///< since the last restart
   std::uint64_t restarts() const { return restarts_; }
   void reset();

@@ -28,7 +28,7 @@ void CameraRelation::add(const Pair& pair) {
 
 void CameraRelation::fit() {
   const Pair& first = pairs_.front();
-  // y: how much more GPS time than counter has passed since the first pair.
+  // y is the GPS time since the first pair minus the counter's time since the first pair.
   const auto x = [&](const Pair& p) { return static_cast<double>(p.counter_ns - first.counter_ns); };
   const auto y = [&](const Pair& p) {
     return static_cast<double>((p.mark - first.mark).count() - (p.counter_ns - first.counter_ns));
@@ -40,8 +40,8 @@ void CameraRelation::fit() {
     mean_y_ += y(p) / n;
   }
   const double floor = static_cast<double>(config_.clock_sigma.count());
-  // The crystal's tolerance enters as one more observation of the slope; two passes because its weight needs the
-  // scatter.
+  // The crystal's tolerance is one more observation of the slope. Its weight needs the scatter, so there are two
+  // passes.
   scatter_ = floor;
   double xx = 0, xy = 0;
   for (const Pair& p : pairs_) {

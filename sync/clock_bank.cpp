@@ -6,10 +6,10 @@
 namespace hueline::sync {
 namespace {
 
-// Forgetting per reading: jitter is followed in ten minutes, the character of the wander in an hour and a half.
+// Forgetting per reading: the jitter is followed within ten minutes, the kind of wander within an hour and a half.
 constexpr double kScaleMemory = 1.0 - 1.0 / 600;
 constexpr double kLikelihoodMemory = 1.0 - 1.0 / 5400;
-constexpr int kReadingsForRate = 4;    // the first ones find the rate and say nothing of the noise
+constexpr int kReadingsForRate = 4;    // the first readings determine the rate and say nothing about the noise
 constexpr double kPriorReadings = 4;   // weight of the prior jitter
 constexpr double kPriorDecades = 1.0;  // one sigma of the prior walks
 double log_prior(double walk, double expected) {

@@ -6,33 +6,37 @@
 
 namespace hueline::sync {
 
-/// What disturbs a clock read against a perfect pulse per second.
+/// The noise of a clock that is read against a perfect pulse per second.
 struct Instability {
-  double jitter_ns2 = 0;      ///< variance of one reading (white phase noise): interrupt latency, edge noise
-  double phase_walk = 0;      ///< ns^2/s: white frequency noise
-  double frequency_walk = 0;  ///< ns^2/s^3: random walk of the frequency, temperature included
+  double jitter_ns2 = 0;      ///< variance of one reading (white phase noise): interrupt latency and noise of the edge
+  double phase_walk = 0;      ///< white frequency noise, ns^2/s
+  double frequency_walk = 0;  ///< random walk of the frequency, including temperature, ns^2/s^3
 };
 
-/// Offset and rate of a clock whose Instability is not known. Kalman filters (offset, rate) run side by side, one for
-/// each ratio of the walks to the jitter on a logarithmic grid; the scale of each is estimated from its own
-/// innovations, and how well each predicted them is its weight (multiple-model estimation, with forgetting). The answer
-/// is their mixture, so the stated variance holds what is not known about the noise as well. Innovations tell apart
-/// what second differences at any one lag cannot: a frequency walk whose effect in a minute is far below the jitter.
-/// Deterministic; reentrant.
+/// Estimates offset and rate of a clock whose Instability is not known.
+///
+/// Kalman filters for (offset, rate) run side by side, one for each ratio of the walks to the jitter on a logarithmic
+/// grid. Each estimates the scale of its noise from its own innovations. Its weight is how well it predicted them
+/// (multiple-model estimation with forgetting). The result is the mixture of all filters, so the stated variance
+/// includes what is not known about the noise. Innovations show what second differences at a single lag cannot: a
+/// frequency walk whose effect in one minute is far below the jitter.
+///
+/// The same input always gives the same result. Thread safety: one thread per object.
 class ClockBank {
  public:
-  /// `prior`: weights before data; a decade off costs little. `floor`: smaller is never believed.
+  /// `prior` sets the weights before there are data; an error of a factor of ten matters little. `floor` is the
+  /// smallest noise that is believed.
   ClockBank(Instability prior, Instability floor);
 
-  /// `rate_variance`: (ns/s)^2, of the unknown rate. The clock was just read once, at phase 0.
+  /// Starts with one reading at phase 0. `rate_variance` is the variance of the unknown rate, (ns/s)^2.
   void start(double rate_variance);
-  /// Time passes without a reading.
+  /// Tells that time has passed without a reading.
   void predict(double dt_s);
-  /// A reading: `phase_ns` of the clock against the pulse, now. `widened`: jitter variance is this much larger than
-  /// usual (a burst).
+  /// Adds a reading: `phase_ns` is the clock's phase against the pulse now. `widened` is the factor by which the jitter
+  /// variance is larger than usual (a burst).
   void update(double phase_ns, double widened);
 
-  /// Mixture now: phase (ns) and rate (ns/s), and their covariance.
+  /// Returns the mixture now: phase (ns) and rate (ns/s). covariance() is their covariance.
   const Eigen::Vector2d& state() const { return state_; }
   const Eigen::Matrix2d& covariance() const { return covariance_; }
   const Instability& instability() const { return noise_; }

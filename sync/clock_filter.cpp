@@ -30,7 +30,7 @@ ClockFilter::ClockFilter(Config config)
             {std::pow(config.jitter_floor_us * 1e3, 2), 0, std::pow(config.frequency_walk_floor_ppb, 2)}) {}
 
 void ClockFilter::start(HostTime edge) {
-  // The rate limit is taken as three sigma: 1 ppm is 1000 ns/s.
+  // The rate limit is taken as three sigma. 1 ppm is 1000 ns/s.
   bank_.start(std::pow(config_.rate_limit_ppm * 1e3 / 3, 2));
   started_ = true;
   anchor_ = edge;
@@ -53,7 +53,7 @@ Eigen::Matrix2d ClockFilter::covariance_after(double dt_s) const {
 
 double ClockFilter::jitter_variance() const {
   double variance = bank_.instability().jitter_ns2;
-  // A burst of jitter is believed within half the ring of recent innovations; the long estimate needs minutes.
+  // A burst of jitter is detected within half the ring of recent innovations. The long-term estimate needs minutes.
   if (recent_count_ >= 8) {
     std::array<double, 16> sorted = recent_;
     const auto end = sorted.begin() + std::min<int>(recent_count_, static_cast<int>(sorted.size()));
@@ -88,7 +88,7 @@ void ClockFilter::notice(const Innovation& innovation) {
 }
 
 void ClockFilter::update(HostTime edge, const Innovation& innovation) {
-  // The bank counts phase as pulse axis minus host time since the first edge: one frame for all its filters.
+  // The bank counts the phase as pulse axis minus host time since the first edge, the same for all its filters.
   const double dt_s = to_seconds(edge - anchor_);
   const double predicted_ns = bank_.state()(0) + bank_.state()(1) * dt_s;
   const double widened = std::max(1.0, jitter_variance() / bank_.instability().jitter_ns2);

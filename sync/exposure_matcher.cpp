@@ -12,7 +12,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr std::uint64_t kReorder = 8;  // frame numbers; a larger fall is a restart
-constexpr seconds kUnattributed{30};   // an unused mark without a later image is named after this
+constexpr seconds kUnattributed{30};   // an unused mark without a later image is reported after this
 
 double ns(nanoseconds d) { return static_cast<double>(d.count()); }
 bool within(nanoseconds v, nanoseconds low, nanoseconds high) { return v >= low && v <= high; }
@@ -102,7 +102,7 @@ void ExposureMatcher::restart(const Image& image, const char* why, std::vector<E
   ++counts_.restarts;
   faults_.add(config_.camera, FaultKind::ClockStep, "restart", image.received,
               fmt::format("{}: the camera restarted; its clock is learnt anew", why));
-  work(true, out);  // what is pending belongs to the old relation
+  work(true, out);  // pending images belong to the old relation
   relation_.reset();
   line_.reset();
   learner_.reset();
@@ -134,13 +134,13 @@ void ExposureMatcher::add(Image image, const GpsStamp& arrival, std::vector<Expo
       counter = count_ns(image.time);
     } else if (image.frame_id > *last_frame_ + 1) {
       const std::uint64_t gap = image.frame_id - *last_frame_ - 1;
-      counts_.lost_images += gap;  // told by the decoder
+      counts_.lost_images += gap;  // the decoder reports them
       unexplained_frames_ += gap;
     }
   }
   Pending pending{std::move(image), arrival, counter};
   if (older) {
-    // Delivered out of order: it still has its place if that has not been given out.
+    // The image was delivered out of order. It still gets its place if no later image has been given its time.
     if (unexplained_frames_ > 0) --unexplained_frames_;
     auto place = std::find_if(pending_.begin(), pending_.end(),
                               [&](const Pending& p) { return p.image.frame_id > pending.image.frame_id; });
@@ -213,7 +213,7 @@ void ExposureMatcher::learn(bool final) {
   if (config_.mark_input == 0 || !config_.has_counter || relation_.is_known() || pending_.empty()) return;
   std::vector<GpsTime> marks;
   for (const Mark& m : marks_) marks.push_back(m.time);
-  // A slow camera or a short drive: few are better than to give the first images up.
+  // With a slow camera or a short drive, a few images must be enough; otherwise the first images would be given up.
   const auto pairs = learner_.learn(marks, final || now_ - pending_.front().arrival.time > config_.patience);
   if (pairs.empty()) return;
   relation_.start(pairs);
@@ -275,7 +275,7 @@ void ExposureMatcher::emit_unmatched(Pending& pending, const std::string& why, s
   ++counts_.unmatched;
   faults_.add(config_.camera, FaultKind::NoTime, "unmatched", pending.image.received,
               why + ": recorded, not used for colour");
-  // Only to have a place in the order; the sigma says what it is worth.
+  // The time only gives the exposure a place in the order; its sigma says how good it is.
   GpsTime mid = guess(pending);
   if (last_out_) mid = std::max(mid, *last_out_ + nanoseconds(1));
   last_out_ = mid;
@@ -289,7 +289,7 @@ void ExposureMatcher::expire_marks() {
   GpsTime keep = now_ - config_.latency_max - config_.mark_latency_max - seconds(1);
   if (!relation_.is_known()) keep -= config_.patience;
   for (const Pending& p : pending_) keep = std::min(keep, guess(p) - config_.latency_max);
-  // Whether a mark belongs to a lost image is known only when the next image has come.
+  // Whether a mark belongs to a lost image is known only when the next image has arrived.
   if (last_out_)
     keep = std::min(keep, std::max(*last_out_ - config_.strobe_delay - config_.exposure, now_ - kUnattributed));
   while (!marks_.empty() && (marks_.front().time < keep || marks_.size() > config_.mark_limit)) {

@@ -16,27 +16,39 @@
 
 namespace hueline::sync {
 
-/// Gives each image of one camera the event mark of its own exposure.
+/// Assigns to each image of one camera the event mark of its exposure.
 ///
-/// First by arrival: an image arrives latency_min to latency_max after its exposure, so a few marks are possible; when
-/// `learn_images` images agree on one difference (mark time - camera counter), no rival difference has half as many,
-/// and no image came sooner than it allows, that is the camera's relation, and the images held meanwhile are matched by
-/// it. An image whose patience ends before, or with the drive, does not wait for more of them if nothing can be
-/// mistaken: three that agree, none with two marks, are enough. (A periodic camera whose first `learn_images` images
-/// are all delivered late by the same whole interval cannot be told from one on time.) From then on an image takes the
-/// mark at the time that the relation predicts, however late it is delivered. No mark there: CameraClock, with the
-/// relation's grown sigma. Two marks there: the first if they are one bounced strobe (`bounce`, sigma grown), else
-/// Unmatched with a fault. No mark there, but one beside it that the image's arrival allows: clock or mark is wrong, so
-/// Unmatched; after `relearn_after` of them the relation is learnt anew. If arrivals then show that the marks moved, or
-/// cannot tell, sigma contains the move until marks and clock fit as before. A camera whose counter or frame number
-/// falls back has restarted: its relation is learnt anew. A camera without a counter is matched by arrival alone, and
-/// only where exactly one mark is possible; then latency_max must be less than the exposure interval plus latency_min.
-/// Without marks (mark_input 0) the camera's counter is tied to GPS by its fastest deliveries, or is GPS time
-/// (counter_offset).
+/// First phase, by arrival. An image arrives latency_min to latency_max after its exposure, so only a few marks are
+/// possible. The relation of the camera's counter to the marks is found when `learn_images` images agree on one
+/// difference (mark time - camera counter), no other difference has half as many images, and no image arrived earlier
+/// than the difference allows. The images that were held meanwhile are then matched by it. If the patience of an image
+/// ends, or the drive ends, three images are enough, provided that they agree and that none has two possible marks. (If
+/// the first `learn_images` images of a periodic camera are all delivered late by the same number of whole intervals,
+/// this cannot be distinguished from images on time.)
 ///
-/// exposure_mid = mark + strobe_delay + exposure / 2: the mark is the strobe's active edge, strobe_delay after it the
-/// exposure starts. Every image leaves as one Exposure or is named by a fault; times never go back. Reentrant; bounded
-/// memory.
+/// Second phase, by the relation. An image takes the mark at the predicted time, however late the image is delivered:
+///
+///   marks near the predicted time       result
+///   one                                 EventMark
+///   several within `bounce`             EventMark: the first mark of a bounced strobe; sigma is grown
+///   several further apart               Unmatched, with a fault
+///   none, and none beside it            CameraClock, with the grown sigma of the relation
+///   none, but one beside it that the    Unmatched, because either the clock or the mark is wrong
+///   image's arrival allows
+///
+/// After `relearn_after` consecutive images of the last kind, the relation is learnt again. If arrivals then show that
+/// the marks have moved, or do not show what has moved, sigma includes the move until marks and clock fit as before.
+///
+/// Special cases:
+/// - If the camera's counter or frame number falls, the camera has restarted, and its relation is learnt again.
+/// - A camera without a counter is matched by arrival alone, and only if exactly one mark is possible. latency_max must
+///   then be less than the exposure interval plus latency_min.
+/// - Without marks (mark_input 0), the camera's counter is tied to GPS time by its fastest deliveries, or it is GPS
+///   time (counter_offset).
+///
+/// exposure_mid = mark + strobe_delay + exposure / 2. The mark is the active edge of the strobe; the exposure starts
+/// strobe_delay after it. Each image gives one Exposure or is reported by a fault; the times never decrease. Memory is
+/// bounded. Thread safety: one thread per object.
 class ExposureMatcher {
  public:
   /// The event that the camera's own stamp names.
@@ -44,43 +56,54 @@ class ExposureMatcher {
 
   struct Config {
     SensorId camera = kSystemSensor;
-    int mark_input = 1;                                    ///< the POS's event input; 0: none is wired; [0, 8]
-    nanoseconds strobe_delay{0};                           ///< mark to exposure start; [-1 s, 1 s]
-    nanoseconds exposure{std::chrono::milliseconds(2)};    ///< duration; [0, 1 s]
-    nanoseconds mark_sigma{std::chrono::microseconds(1)};  ///< receiver's stamp and strobe jitter; > 0
-    bool has_counter = true;                               ///< Image::time means something
-    nanoseconds counter_wraps{0};                          ///< period of the counter (Ladybug5 on USB: 128 s); 0: never
-    /// What added to the counter gives GPS time, for a camera disciplined by PPS or PTP (TAI since 1970: -315964819 s)
-    /// and without a strobe wire; checked against each arrival. Its sigma is relation.clock_sigma.
+    int mark_input = 1;                                  ///< the POS's event input; 0: no strobe is connected; [0, 4]
+    nanoseconds strobe_delay{0};                         ///< from the mark to the start of the exposure; [-1 s, 1 s]
+    nanoseconds exposure{std::chrono::milliseconds(2)};  ///< duration of the exposure; [0, 1 s]
+    /// One sigma of the receiver's stamp and of the strobe's jitter; > 0.
+    nanoseconds mark_sigma{std::chrono::microseconds(1)};
+    bool has_counter = true;       ///< Image::time is meaningful
+    nanoseconds counter_wraps{0};  ///< period of the counter (Ladybug5 on USB: 128 s); 0: it never wraps
+    /// Counter plus counter_offset is GPS time, for a camera that is disciplined by PPS or PTP (TAI since 1970:
+    /// -315964819 s) and has no strobe wire. Each arrival checks it. Its sigma is relation.clock_sigma.
     std::optional<nanoseconds> counter_offset;
-    StampEvent stamp_event = StampEvent::ExposureStart;  ///< with counter_offset; any other relation has learnt it
-    nanoseconds stamp_delay{0};  ///< event to stamp, with counter_offset (Ladybug5+: exposure end + 45 us)
-    nanoseconds latency_min{std::chrono::milliseconds(5)};         ///< exposure start to complete image here; >= 0
-    nanoseconds latency_max{std::chrono::milliseconds(90)};        ///< the same; above latency_min, at most 5 s
-    nanoseconds mark_latency_max{std::chrono::milliseconds(250)};  ///< mark to its message here; [1 ms, 5 s]
-    nanoseconds bounce{std::chrono::milliseconds(1)};              ///< marks this close are one strobe; [0, 100 ms]
-    int learn_images = 10;  ///< [2, 64], below pending_limit or the first images stay unmatched
-    nanoseconds learn_tolerance{std::chrono::milliseconds(2)};  ///< of the difference while learning; [1 us, 50 ms]
-    int relearn_after = 6;           ///< images in a row without the predicted mark, though others came; [2, 100]
-    std::size_t pending_limit = 16;  ///< images held at most (they pin their buffers); [1, 1000]
-    std::size_t mark_limit = 256;    ///< marks held at most; [16, 1e5]
-    nanoseconds patience{std::chrono::seconds(5)};  ///< an image waits at most this long for a relation; [100 ms, 60 s]
+    /// Used with counter_offset only; a learnt relation includes it.
+    StampEvent stamp_event = StampEvent::ExposureStart;
+    /// From the event to the camera's stamp (Ladybug5+: exposure end + 45 us). Used with counter_offset only.
+    nanoseconds stamp_delay{0};
+    /// Smallest time from the start of the exposure to the arrival of the complete image; >= 0.
+    nanoseconds latency_min{std::chrono::milliseconds(5)};
+    /// Largest time from the start of the exposure to the arrival of the complete image; above latency_min, at most 5
+    /// s.
+    nanoseconds latency_max{std::chrono::milliseconds(90)};
+    /// Largest time from a mark to the arrival of its message; [1 ms, 5 s].
+    nanoseconds mark_latency_max{std::chrono::milliseconds(250)};
+    nanoseconds bounce{std::chrono::milliseconds(1)};  ///< marks this close together are one strobe; [0, 100 ms]
+    /// Images that must agree; [2, 64]. It must be below pending_limit, otherwise the first images stay unmatched.
+    int learn_images = 10;
+    /// How much differences may vary while learning; [1 us, 50 ms].
+    nanoseconds learn_tolerance{std::chrono::milliseconds(2)};
+    /// Consecutive images without the predicted mark, although other marks came; [2, 100].
+    int relearn_after = 6;
+    std::size_t pending_limit = 16;                 ///< images held at most; each keeps its buffer in use; [1, 1000]
+    std::size_t mark_limit = 256;                   ///< marks held at most; [16, 1e5]
+    nanoseconds patience{std::chrono::seconds(5)};  ///< how long an image waits for a relation at most; [100 ms, 60 s]
     CameraRelation::Config relation{};
     void visit(Keys& keys);
     KeyError validate() const;
   };
   explicit ExposureMatcher(Config config);
 
-  /// `arrival`: GPS time of image.received.
+  /// Adds an image; `arrival` is the GPS time of image.received.
   void add(Image image, const GpsStamp& arrival, std::vector<Exposure>& out);
+  /// Adds an event mark; marks of other inputs are ignored.
   void add(const EventMark& mark, std::vector<Exposure>& out);
-  /// Stream time: nothing sent before `now` less its latency is still to come.
+  /// Tells that stream time is `now`: everything that was sent before `now` minus its latency has arrived.
   void advance(GpsTime now, HostTime received, std::vector<Exposure>& out);
-  /// The end: nothing more will come.
+  /// Ends the stream: nothing more will arrive.
   void flush(std::vector<Exposure>& out);
   void drain(std::vector<Fault>& out) { faults_.drain(out); }
 
-  /// No exposure earlier than this will come, while deliveries keep to latency_max.
+  /// Returns a time before which no exposure will come any more, as long as deliveries keep latency_max.
   GpsTime watermark(GpsTime now) const;
   bool is_learnt() const { return relation_.is_known(); }
 
@@ -100,7 +123,7 @@ class ExposureMatcher {
   struct Pending {
     Image image;
     GpsStamp arrival;
-    std::int64_t counter = 0;  // unwrapped
+    std::int64_t counter = 0;  // continued over the counter's wraps
   };
   bool accept(const Image& image, std::int64_t& counter);
   void restart(const Image& image, const char* why, std::vector<Exposure>& out);
@@ -125,19 +148,21 @@ class ExposureMatcher {
   ArrivalLine line_;
   FaultLog faults_;
   Counts counts_;
-  std::deque<Mark> marks_;       // by time
-  std::deque<Pending> pending_;  // by counter
+  std::deque<Mark> marks_;       // in order of time
+  std::deque<Pending> pending_;  // in order of the counter
   std::optional<std::uint64_t> last_frame_;
   std::int64_t last_raw_ = 0, last_counter_ = 0;
   std::optional<GpsTime> last_out_;
   GpsTime now_{};
   HostTime received_{};
-  std::uint64_t unexplained_frames_ = 0;  // frame numbers missing whose marks have not been seen to go unused
+  // Missing frame numbers whose marks have not been found unused yet.
+  std::uint64_t unexplained_frames_ = 0;
   int missed_in_a_row_ = 0;
-  std::deque<nanoseconds> latencies_;      // mark to arrival of the last matched images
-  std::optional<CameraRelation> trusted_;  // that marks and clock left together; null: they did not
-  nanoseconds trusted_latency_{0};         // its fastest image
-  nanoseconds doubt_{0};                   // how far marks or clock have moved from it
+  std::deque<nanoseconds> latencies_;  // from mark to arrival, of the last matched images
+  // The relation before marks and clock moved apart; empty if they did not.
+  std::optional<CameraRelation> trusted_;
+  nanoseconds trusted_latency_{0};  // smallest latency under trusted_
+  nanoseconds doubt_{0};            // how far marks or clock have moved from trusted_
 };
 
 }  // namespace hueline::sync

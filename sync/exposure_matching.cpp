@@ -1,4 +1,4 @@
-// Which mark is an image's: the decisions of ExposureMatcher, apart from its bookkeeping.
+// The decisions of ExposureMatcher: which mark belongs to which image. The bookkeeping is in exposure_matcher.cpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,7 +10,7 @@ namespace hueline::sync {
 namespace {
 
 constexpr double kGateSigmas = 6;
-constexpr double kGateLimitNs = 2e7;  // however unsure the relation is: below any exposure interval
+constexpr double kGateLimitNs = 2e7;  // limit for an unsure relation, below any exposure interval
 
 constexpr nanoseconds kFitsAgain = std::chrono::microseconds(50);
 constexpr std::size_t kLatencies = 32;
@@ -26,7 +26,8 @@ bool within(nanoseconds v, nanoseconds low, nanoseconds high) { return v >= low 
 void ExposureMatcher::time_without_mark(Pending& pending, std::vector<Exposure>& out) {
   if (!config_.counter_offset) {
     const auto line = line_.at(pending.counter);
-    // The fastest delivery took latency_min from exposure start; the true value may be anywhere up to latency_max.
+    // The fastest delivery took latency_min from the start of the exposure. The true value may be anywhere up to
+    // latency_max.
     const GpsTime start = gps_time_ns(pending.counter + line->delay_ns) - config_.latency_min;
     const double sigma = std::hypot(line->sigma_ns, ns(pending.arrival.sigma),
                                     ns(config_.latency_max - config_.latency_min) / std::sqrt(12.0));
@@ -38,7 +39,7 @@ void ExposureMatcher::time_without_mark(Pending& pending, std::vector<Exposure>&
                                                                                      : config_.exposure;
   const GpsTime start = gps_time_ns(pending.counter) + *config_.counter_offset - config_.stamp_delay - into_exposure;
   const nanoseconds latency = pending.arrival.time - start, slack = 3 * pending.arrival.sigma + kClockSlack;
-  // A clock off by a second or more cannot pass for a late delivery.
+  // A clock that is off by a second or more cannot be mistaken for a late delivery.
   if (!within(latency, config_.latency_min - slack, config_.latency_max + kLateDelivery)) {
     faults_.add(config_.camera, FaultKind::LabelConflict, "clock", pending.image.received,
                 fmt::format("the camera's clock is {:.3f} s off the image's arrival: is counter_offset right?",
@@ -49,7 +50,7 @@ void ExposureMatcher::time_without_mark(Pending& pending, std::vector<Exposure>&
   emit(pending, start - config_.strobe_delay, ns(config_.relation.clock_sigma), ExposureTiming::CameraClock, out);
 }
 
-/// `was_right`: it fitted for long, and then no more.
+/// `was_right`: the relation fitted for a long time, and then no longer.
 void ExposureMatcher::forget(bool was_right) {
   ++counts_.relearnt;
   if (was_right && !trusted_ && !latencies_.empty()) {
@@ -63,8 +64,8 @@ void ExposureMatcher::forget(bool was_right) {
   missed_in_a_row_ = 0;
 }
 
-/// After the relation was learnt anew: did the camera's clock step, or did the marks move? Images keep their latency
-/// against true marks.
+/// Decides, after the relation was learnt again, whether the camera's clock stepped or the marks moved. The latency of
+/// images against true marks does not change.
 void ExposureMatcher::compare_with_trusted() {
   doubt_ = nanoseconds(0);
   if (!trusted_ || pending_.empty()) return;
@@ -83,7 +84,7 @@ void ExposureMatcher::compare_with_trusted() {
   const double changed = std::abs(ns(latencies.front() - trusted_latency_));
   const bool can_tell = std::abs(ns(moved)) > 2 * resolution;
   if (can_tell && changed < std::abs(ns(moved)) / 2) {
-    trusted_.reset();  // the clock stepped: the marks are what they were
+    trusted_.reset();  // the clock stepped; the marks are unchanged
     return;
   }
   doubt_ = std::chrono::abs(moved);
@@ -93,7 +94,8 @@ void ExposureMatcher::compare_with_trusted() {
                   to_seconds(moved), can_tell ? "the marks have moved" : "which of them has moved cannot be told"));
 }
 
-/// A mark that nobody else expects, nearer to the prediction than half an interval, that the arrival allows.
+/// Returns whether there is a mark that no other image expects, that is nearer to the prediction than half an interval,
+/// and that the arrival allows.
 bool ExposureMatcher::has_rival(const Pending& pending, GpsTime predicted, nanoseconds gate) const {
   const GpsTime last_mark =
       last_out_ ? *last_out_ - config_.strobe_delay - config_.exposure / 2 : predicted - config_.latency_max;
@@ -128,7 +130,7 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
     }
     Mark& mark = *near.front();
     if (is_too_early(pending.arrival.time, mark.time, pending.arrival.sigma)) {
-      // No image comes before it can: the relation is off by an interval.
+      // An image cannot arrive so early, so the relation is off by an interval.
       emit_unmatched(pending, "it came sooner after the mark that fits than an image can: the relation was wrong", out);
       forget(false);
       return true;
@@ -153,7 +155,7 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
     }
     return true;
   }
-  // Marks come in order: one after the gate proves that this one will not come.
+  // Marks come in order, so a mark after the gate proves that this one will not come.
   const bool passed = !marks_.empty() && marks_.back().time > predicted.mark + gate;
   if (!final && !passed && now_ < predicted.mark + gate + config_.mark_latency_max) return false;
   const bool has_rival_mark = has_rival(pending, predicted.mark, gate);

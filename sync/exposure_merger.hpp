@@ -11,18 +11,20 @@
 
 namespace hueline::sync {
 
-/// Exposures of several cameras in one time order, indexed without a gap: each waits until none of the other cameras
-/// can give an earlier one any more. One that comes later still is Fault Late and left out. Reentrant.
+/// Merges the exposures of several cameras into one order of time, with consecutive indices. Each exposure waits until
+/// no other camera can give an earlier one. An exposure that comes even later is left out and reported as a fault Late.
+/// Thread safety: one thread per object.
 class ExposureMerger {
  public:
   explicit ExposureMerger(std::size_t cameras) : waiting_(cameras) {}
 
-  /// Of one camera, in time order. Empties `exposures`.
+  /// Adds exposures of one camera, in order of time, and empties `exposures`.
   void add(std::size_t camera, std::vector<Exposure>& exposures);
-  /// Appends what can come out at `stream_time`; without it, at the end: all.
+  /// Appends to `out` the exposures that can be returned at `stream_time`; without `stream_time`, at the end, all of
+  /// them.
   void merge(const std::vector<ExposureMatcher>& cameras, std::optional<GpsTime> stream_time,
              std::vector<Exposure>& out, FaultLog& faults);
-  /// The earlier of `time` and of all that waits.
+  /// Returns the earliest of `time` and of all waiting exposures.
   GpsTime earliest(GpsTime time) const;
 
  private:

@@ -9,13 +9,14 @@
 
 namespace hueline::sync {
 
-/// Says each trouble at once and then at most once every `interval`, with the count gathered since: a spurious edge a
-/// second is one line in ten seconds, and no unit is missing from the sum of the counts. Reentrant.
+/// Limits the rate of repeated faults without losing any count. A fault is reported at once, and then at most once
+/// every `interval`, with the count since the last report. So a spurious edge every second gives one line in ten
+/// seconds. Thread safety: one thread per object.
 class FaultLog {
  public:
   explicit FaultLog(nanoseconds interval = std::chrono::seconds(10)) : interval_(interval) {}
 
-  /// `topic` separates troubles of the same sensor and kind; `detail` of the newest is told.
+  /// Adds a fault. `topic` separates faults of the same sensor and kind. The report contains the newest `detail`.
   void add(SensorId sensor, FaultKind kind, const char* topic, HostTime time, std::string detail,
            std::uint64_t count = 1) {
     Entry& entry = entries_[{sensor, kind, topic}];
@@ -24,12 +25,12 @@ class FaultLog {
     entry.time = time;
     if (!entry.told || time - entry.told_at >= interval_) tell(sensor, kind, entry);
   }
-  /// Everything not yet told, for the end of the stream.
+  /// Reports everything that is not reported yet. Call it at the end of the stream.
   void flush() {
     for (auto& [key, entry] : entries_)
       if (entry.count > 0) tell(std::get<0>(key), std::get<1>(key), entry);
   }
-  /// Moves what was told to the end of `out`.
+  /// Moves the reports to the end of `out`.
   void drain(std::vector<Fault>& out) {
     for (Fault& fault : ready_) out.push_back(std::move(fault));
     ready_.clear();

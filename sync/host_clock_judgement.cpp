@@ -1,5 +1,5 @@
-// What a HostClockModel makes of its evidence: which second the pulses are, whether they can be trusted, and what else
-// there is.
+// What a HostClockModel concludes from its evidence: which second the pulses are, whether they can be trusted, and what
+// replaces them.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -25,7 +25,7 @@ void HostClockModel::judge_label() {
   if (contradicts)
     faults_.add(config_.pps, FaultKind::LabelConflict, "relabel", now_,
                 fmt::format("the sources now say {} other than the label in use", describe_offset(*decision.N - *N_)));
-  // Silence neither confirms nor refutes.
+  // Silence neither confirms nor contradicts.
   if (decision.N) contradicted_ = contradicts;
   if (contradicted_ && decision.N && now_ - contradicted_since_ >= config_.relabel_after) {
     ++counts_.relabels;
@@ -63,13 +63,13 @@ void HostClockModel::judge_state() {
     } else if (sigma <= static_cast<double>(config_.lock_sigma.count()) && in_a_row_ >= config_.relock_edges) {
       state_ = SyncState::Locked;
     } else {
-      // A single lost edge does not end Locked; after Holdover the edges have to prove themselves first.
+      // A single lost edge does not end Locked. After Holdover, several edges must fit first.
       if (!was_locked) state_ = SyncState::Acquiring;
       if (state_ == SyncState::Locked && sigma > static_cast<double>(config_.lock_sigma.count()))
         state_ = SyncState::Holdover;
     }
-    // Pulses that come but cannot be labelled are a conflict to be solved, not a reason for a poorer clock with the
-    // same label.
+    // Pulses that arrive but have no label are a conflict to be solved. They are no reason to change to a poorer clock,
+    // which would have the same label.
     if (fresh || state_ == SyncState::Holdover) usable_ = now_;
     if (state_ == SyncState::Locked || state_ == SyncState::Holdover) {
       fallback_ = false;

@@ -13,8 +13,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-// A step of the host's clock, as messages show it: larger than any latency's habit, and the pulses' to some
-// milliseconds.
+// A step of the host's clock, as messages show it. It is larger than usual changes of latency, and equals the step of
+// the pulses within some milliseconds.
 constexpr std::size_t kRecentDelays = 20;
 constexpr double kLeastStep_s = 0.05, kStepFits_s = 0.02;
 
@@ -59,7 +59,7 @@ void HostClockModel::advance(HostTime now) {
     begin_ = usable_ = now_ = now;
   }
   now_ = std::max(now_, now);
-  // Judging is cheap but not free: ten times a second of stream time is as fast as anything changes.
+  // Judging takes some time. Ten times a second of stream time is enough, because nothing changes faster.
   if (now_ < next_judgement_) return;
   next_judgement_ = now_ + milliseconds(100);
   judge_label();
@@ -69,7 +69,7 @@ void HostClockModel::advance(HostTime now) {
 void HostClockModel::add(const PpsEdge& pps) {
   if (pps.sensor != config_.pps || config_.pps == kSystemSensor) return;
   ++counts_.edges;
-  // The decoder tells of edges that the source counted and did not deliver.
+  // The decoder reports edges that the source counted and did not deliver.
   if (last_sequence_ && pps.sequence > *last_sequence_) told_missing_ += pps.sequence - *last_sequence_ - 1;
   last_sequence_ = pps.sequence;
   const HostTime edge = pps.edge - config_.edge_delay;
@@ -109,8 +109,8 @@ void HostClockModel::add(const PpsEdge& pps) {
                 : fmt::format("edge {:.1f} us off its second, expected within {:.1f} us", -innovation.error_ns * 1e-3,
                               config_.filter.gate_sigmas * innovation.sigma_ns * 1e-3));
     const double off_s = -innovation.error_ns * 1e-9;
-    // No late delivery makes all messages late by just what the pulses are off, and no fault of the pulses moves a
-    // message.
+    // Late deliveries do not delay all messages by exactly the error of the pulses, and a fault of the pulses does not
+    // move messages.
     const double moved_s = arrivals_moved_s();
     if (!doubled && std::abs(moved_s) > kLeastStep_s && std::abs(std::remainder(moved_s - off_s, 1.0)) < kStepFits_s) {
       restart(edge,
@@ -165,7 +165,7 @@ void HostClockModel::add(const TimeLabel& label) {
   }
   add_utc_offset(label);
   compare_with_arrivals(label.sensor, label.second, label.received);
-  // One label alone changes nothing, but it is said at once.
+  // A single label changes nothing, but it is reported at once.
   if (state_ == SyncState::Locked && has_fresh_pulse())
     if (const auto now = stamp(label.received)) {
       const nanoseconds late = now->time - label.second;
@@ -183,7 +183,7 @@ void HostClockModel::add(const TimeLabel& label) {
 void HostClockModel::add_utc_offset(const TimeLabel& label) {
   if (!label.utc_offset) return;
   const seconds table = utc_offset_from_table(label.second);
-  // The table cannot know a leap second of its future; a receiver with less than the table has not read the almanac
+  // The table cannot contain future leap seconds. A receiver whose offset is below the table's has not read the almanac
   // yet.
   if (*label.utc_offset == table || *label.utc_offset == table + seconds(1)) {
     reported_utc_offset_ = label.utc_offset;
@@ -218,7 +218,7 @@ void HostClockModel::watch_arrival(const TimedArrival& arrival) {
   if (recent_delays_s_.size() > kRecentDelays) recent_delays_s_.pop_front();
 }
 
-/// How much later (earlier) than when the last edge fitted even the fastest of the newest messages are.
+/// Returns how much later (earlier if negative) the fastest of the newest messages are than when the last edge fitted.
 double HostClockModel::arrivals_moved_s() const {
   if (recent_delays_s_.size() < kRecentDelays || !usual_delay_s_) return 0;
   return *std::min_element(recent_delays_s_.begin(), recent_delays_s_.end()) - *usual_delay_s_;
@@ -227,7 +227,7 @@ double HostClockModel::arrivals_moved_s() const {
 void HostClockModel::compare_with_arrivals(SensorId sensor, GpsTime time, HostTime received) {
   if (!fallback_ || sensor == *line_source_) return;
   const std::int64_t difference = (time - stamp_from_arrivals(received)->time).count();
-  // Late is usual; from the future, or later than any message, is another clock.
+  // A late message is usual. A message from the future, or later than any message can be, has another clock.
   if (difference <= 500'000'000 && difference >= -1'000'000'000ll * (config_.label.late_seconds + 1)) return;
   disputed_until_ = received + config_.relabel_after;
   faults_.add(sensor, FaultKind::LabelConflict, "arrival", received,

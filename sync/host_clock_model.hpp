@@ -17,42 +17,52 @@
 
 namespace hueline::sync {
 
-/// A host instant in GPS time.
+/// A host time converted to GPS time.
 struct GpsStamp {
   GpsTime time{};
   nanoseconds sigma{0};
   SyncState state = SyncState::Unlocked;
 };
 
-/// Host clock -> GPS time, from the edges of the pulse per second (phase and rate: ClockFilter) and from messages that
-/// say which second they were (SecondLabel). Without pulses: from the smallest latency of timed messages, to
-/// milliseconds.
+/// Converts the host clock to GPS time.
 ///
-/// States. Unlocked: no relation; nothing can be stamped. Acquiring: a relation exists but is not to be trusted (second
-/// not settled or in conflict, sigma too large, or no pulses and only message arrivals). Locked: pulses fit, their
-/// second is settled. Holdover: was locked, the pulses have stopped; sigma grows with the measured wander until
-/// `holdover_limit`. Edges and arrivals that move together by the same time: the host's clock stepped, and everything
-/// starts anew at once. Reentrant, synchronous; the only clock is the time carried by what it is told.
+/// Phase and rate come from the edges of the pulse per second (ClockFilter). Which second a pulse is comes from
+/// messages (SecondLabel). Without pulses, the smallest latency of timed messages gives GPS time to milliseconds
+/// (ArrivalLine).
+///
+///   state      meaning
+///   Unlocked   There is no relation, and nothing can be stamped.
+///   Acquiring  A relation exists, but it cannot be trusted: the second is not settled or in conflict, sigma is too
+///              large, or there are only arrivals of messages and no pulses.
+///   Locked     The pulses fit, and their second is settled.
+///   Holdover   The clock was locked, but the pulses have stopped. Sigma grows with the measured wander until
+///              `holdover_limit`.
+///
+/// If edges and arrivals move together by the same time, then the host's clock has stepped, and everything starts again
+/// at once. The model reads no clock: its only time is that of its input. Thread safety: one thread per object.
 class HostClockModel {
  public:
   struct Config {
-    SensorId pps = kSystemSensor;  ///< the sensor whose edges count; 0: there is none
+    SensorId pps = kSystemSensor;  ///< the sensor whose edges are used; 0: there is none
     ClockFilter::Config filter;
     SecondLabel::Config label;
-    nanoseconds edge_delay{0};  ///< mean latency of the edge's stamp, subtracted; [-1 ms, 10 ms]
-    int acquire_edges = 5;      ///< edges of one phase to start with; [3, 16]
-    int relock_edges = 3;       ///< fitting edges in a row that end Holdover; [1, 60]
-    int reacquire_edges = 10;   ///< edges of a new phase, none of the old: the clock stepped; [4, 16]
-    nanoseconds lock_sigma{std::chrono::microseconds(100)};       ///< Locked needs a smaller one; > 0
-    nanoseconds holdover_after{std::chrono::milliseconds(2500)};  ///< without a fitting edge; [1.1 s, 60 s]
-    nanoseconds holdover_limit{
-        std::chrono::milliseconds(1)};       ///< sigma at which the relation is given up; > lock_sigma
-    std::chrono::seconds relabel_after{10};  ///< settled contradiction this long changes the label; [1, 600]
-    /// Without pulses (none configured, or none usable for `pps_patience`): GPS time is arrival less the smallest
-    /// latency.
-    std::chrono::seconds pps_patience{30};                      ///< [1, 3600]
+    nanoseconds edge_delay{0};  ///< mean latency of an edge's stamp; it is subtracted; [-1 ms, 10 ms]
+    int acquire_edges = 5;      ///< edges of one phase that are needed to start; [3, 16]
+    int relock_edges = 3;       ///< consecutive fitting edges that end Holdover; [1, 60]
+    /// Edges of a new phase, with none of the old one, that prove a step of the clock; [4, 16].
+    int reacquire_edges = 10;
+    nanoseconds lock_sigma{std::chrono::microseconds(100)};  ///< Locked needs a smaller sigma; > 0
+    /// Holdover begins after this time without a fitting edge; [1.1 s, 60 s].
+    nanoseconds holdover_after{std::chrono::milliseconds(2500)};
+    /// Sigma at which Holdover is given up; above lock_sigma and at most 50 ms.
+    nanoseconds holdover_limit{std::chrono::milliseconds(1)};
+    /// A settled contradiction that lasts this long changes the label; [1, 600].
+    std::chrono::seconds relabel_after{10};
+    /// If there are no usable pulses for this long, or no PPS sensor at all, GPS time is the arrival minus the smallest
+    /// latency; [1, 3600].
+    std::chrono::seconds pps_patience{30};
     nanoseconds arrival_latency{std::chrono::milliseconds(3)};  ///< expected smallest latency of a timed message; >= 0
-    nanoseconds arrival_latency_sigma{std::chrono::milliseconds(3)};  ///< and how well that is known; > 0
+    nanoseconds arrival_latency_sigma{std::chrono::milliseconds(3)};  ///< one sigma of arrival_latency; > 0
     ArrivalLine::Config arrivals;
     void visit(Keys& keys);
     KeyError validate() const;
@@ -61,30 +71,32 @@ class HostClockModel {
 
   void add(const PpsEdge& edge);
   void add(const TimeLabel& label);
-  /// What `label` says of leap seconds alone; the other add() does this too.
+  /// Takes over only what `label` says about leap seconds. add() of a label does this too.
   void add_utc_offset(const TimeLabel& label);
-  /// Any message that names the GPS time of something past and came at `received`.
+  /// Adds a message that names the GPS time of a past event and arrived at `received`.
   void add(const TimedArrival& arrival);
-  /// Stream time passes; called with every packet's `received`. Never goes back.
+  /// Tells that time has passed. Call it with `received` of every packet. An earlier time than before has no effect.
   void advance(HostTime now);
 
   SyncState state() const { return state_; }
-  /// Empty while Unlocked, and while the second is not settled.
+  /// Returns the GPS time of `t`. Empty while Unlocked, and while the second is not settled.
   std::optional<GpsStamp> stamp(HostTime t) const;
-  /// True if stamp() gives times to use: Locked, Holdover, or the settled relation from arrivals where pulses are
-  /// missing.
+  /// Returns true if the times of stamp() can be used: in Locked, in Holdover, and, if pulses are missing, with a
+  /// settled relation from arrivals.
   bool can_stamp() const;
-  /// Why can_stamp() is false: a clause for people. One of a few texts; empty if it is true.
+  /// Returns why can_stamp() is false, as a clause for people. It is one of a few fixed texts; empty if can_stamp() is
+  /// true.
   const char* why_not() const;
   bool is_from_arrivals() const { return fallback_; }
-  /// A fitting edge of the last second holds the relation; else it is extrapolated.
+  /// Returns true if an edge that fits came within the last 1.2 s; otherwise the relation is extrapolated.
   bool has_fresh_pulse() const {
     return filter_.is_started() && now_ - filter_.last_edge() <= std::chrono::milliseconds(1200);
   }
-  /// True if the relation may be off by more than sigma: no fresh pulse, or messages that all come at another latency
-  /// than when the last edge fitted.
+  /// Returns true if the error may exceed sigma: there is no fresh pulse, or the latencies of all messages have changed
+  /// since the last edge that fitted.
   bool is_doubtful() const { return !has_fresh_pulse() || std::abs(arrivals_moved_s()) > 0.05; }
-  /// GPS - UTC: the receiver's, if it is possible by the table of leap seconds; else the table's.
+  /// Returns GPS time minus UTC: the receiver's value if the table of leap seconds allows it, otherwise that of the
+  /// table.
   std::chrono::seconds utc_offset(GpsTime t) const;
   double rate() const { return filter_.is_started() ? filter_.rate() : 0; }
   const Instability& instability() const { return filter_.instability(); }
@@ -95,7 +107,7 @@ class HostClockModel {
     std::uint64_t restarts = 0, relabels = 0, holdovers = 0;
   };
   const Counts& counts() const { return counts_; }
-  /// Faults noticed since the last call.
+  /// Appends the faults since the last call to `out`.
   void drain(std::vector<Fault>& out) { faults_.drain(out); }
   void flush() { faults_.flush(); }
 
@@ -126,10 +138,10 @@ class HostClockModel {
   std::int64_t last_pulse_ = 0;
   int in_a_row_ = 0;
   std::optional<std::uint64_t> last_sequence_;
-  std::uint64_t told_missing_ = 0;  // edges since the last good one
+  std::uint64_t told_missing_ = 0;  // edges that the source counted but did not deliver, since the last good one
   std::optional<SensorId> line_source_;
-  std::deque<double> recent_delays_s_;   // of the newest messages, by this clock
-  std::optional<double> usual_delay_s_;  // the least of them when the last edge fitted
+  std::deque<double> recent_delays_s_;   // delays of the newest messages, by this clock
+  std::optional<double> usual_delay_s_;  // the smallest of them when the last edge fitted
   std::optional<std::chrono::seconds> reported_utc_offset_;
   HostTime next_judgement_{};
 };

@@ -9,7 +9,8 @@ namespace {
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
-/// The time at which the counter stands at its value, on the scale from whose zero its periods count.
+/// Returns the instant nearest to `near` at which the counter has its value, on the time scale from whose zero its
+/// periods count.
 template <class TimePoint>
 TimePoint nearest(const LaserCounter& counter, TimePoint near) {
   const nanoseconds behind = near.time_since_epoch() - counter.value + counter.period / 2;

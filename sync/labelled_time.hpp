@@ -8,28 +8,30 @@
 
 namespace hueline::sync {
 
-/// The instant that a scanner's stamp names: that of an absolute time; of a counter the one nearest to `near`.
-/// `utc_offset` is GPS - UTC then. Empty for a counter whose origin is its own: no instant can be told from it.
+/// Returns the instant that a scanner's stamp names: an absolute time itself, or the instant of a counter reading that
+/// is nearest to `near`. `utc_offset` is GPS time minus UTC. Returns nothing for a counter of its own origin, because
+/// it names no instant.
 std::optional<GpsTime> instant_of(const LaserTime& time, GpsTime near, std::chrono::seconds utc_offset);
 
-/// About what time it was at a device that is read from a file, told by nothing but its own labels: enough to know in
-/// which of its periods a counter stands. The arrivals carry on from the newest label. A label that names another
-/// period than those before is believed when `agreeing` in a row say so; the first ones are held to the same.
-/// Reentrant; bounded memory.
+/// Estimates the time at a device that is read from a file, from its own labels alone. This is enough to know in which
+/// period a counter is. Between labels, the time continues with the arrivals. A label that names another period than
+/// the labels before is believed when `agreeing` labels in a row say so; this also holds for the first labels. Memory
+/// is bounded. Thread safety: one thread per object.
 class LabelledTime {
  public:
-  /// `agreeing`: 1 or more.
+  /// `agreeing` is 1 or more.
   explicit LabelledTime(int agreeing) : agreeing_(agreeing) {}
 
-  /// The device counts periods of this length: labels that are less than half of it apart name the same one. Until this
-  /// is said, and for periods of more than an hour: less than half an hour.
+  /// Sets the period of the device's counter. Labels that differ by less than half of it name the same period. Before
+  /// this call, and for periods of more than an hour, the limit is half an hour.
   void set_period(nanoseconds period);
-  /// The device said at `received` that its latest second was `second`. True if this changed a period that was settled.
+  /// Adds a label: at `received`, the device said that its latest second was `second`. Returns true if this changed a
+  /// period that was settled.
   bool add(GpsTime second, HostTime received);
-  /// No more labels come before the time is needed: the best supported one has to do.
+  /// Settles with the newest label if nothing is settled yet. Call it if the time is needed and no more labels come.
   void settle();
   bool is_settled() const { return settled_.has_value(); }
-  /// About what time it was, to the labels' lateness. Empty until settled.
+  /// Returns the time at `received`, as good as the labels' lateness. Empty until settled.
   std::optional<GpsTime> near(HostTime received) const;
 
  private:

@@ -34,13 +34,13 @@ std::string LaserClock::Config::validate() const {
 
 void LaserClock::add(const LaserStatus& status) {
   if (status.clock == SyncState::Locked && !discipline_.claims_lock())
-    untrusted_ = false;  // it synchronised anew: judge it anew
+    untrusted_ = false;  // it synchronised again, so it is judged again
   discipline_.add(status);
 }
 
 bool LaserClock::is_disciplined(HostTime at) const { return discipline_.is_locked(at) && !untrusted_; }
 
-/// The stamp as a count that goes on where a counter begins anew: what the arrivals are compared with.
+/// Returns the stamp as a count that continues over the periods of a counter. Arrivals are compared with it.
 std::int64_t LaserClock::unwrap(const LaserTime& time) {
   const auto value_ns = [](const LaserTime& stamp) {
     if (const auto* counter = std::get_if<LaserCounter>(&stamp)) return counter->value.count();
@@ -57,7 +57,7 @@ std::int64_t LaserClock::unwrap(const LaserTime& time) {
     else if (counter && step > counter->period.count() / 2)
       periods_ns_ -= counter->period.count();
     else if (step < -100'000'000)
-      line_.reset();  // set back by its reference or restarted: another relation
+      line_.reset();  // its reference set it back, or it restarted: the relation is another
   } else {
     line_.reset();
     periods_ns_ = 0;
@@ -68,13 +68,13 @@ std::int64_t LaserClock::unwrap(const LaserTime& time) {
 
 void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vector<StampedLaserBatch>& out) {
   const auto arrival = host.stamp(batch.received);
-  if (!arrival) {  // the caller asks can_stamp() first
+  if (!arrival) {  // the caller checks can_stamp() first
     counts_.returns_without_clock += batch.returns.size();
     return;
   }
   ++counts_.batches;
   const std::int64_t unwrapped = unwrap(batch.time);
-  // A counter of its own origin is right to the second, if it is locked: judge() finds the seconds.
+  // A locked counter of its own origin is right below the second. judge() finds the seconds.
   const GpsTime nominal =
       instant_of(batch.time, arrival->time, host.utc_offset(arrival->time)).value_or(gps_time_ns(unwrapped));
   line_.add(unwrapped, count_ns(arrival->time));
@@ -88,7 +88,7 @@ void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vect
     return;
   }
   if (fits(seen)) {
-    // What was held before came late, or was a passing error: emit() tells which.
+    // The batches held before were late, or were a passing error; emit() distinguishes the two.
     for (Seen& held : pending_) emit(std::move(held), out);
     pending_.clear();
     pending_returns_ = 0;
@@ -108,7 +108,7 @@ bool LaserClock::fits(const Seen& seen) const {
   return residual(seen) >= -slack && residual(seen) <= config_.latency_max;
 }
 
-/// A scanner whose phase was wrong is believed again once it has claimed PPS and agreed with the host long enough.
+/// A scanner whose phase was wrong is trusted again after it has claimed lock and agreed with the host long enough.
 void LaserClock::judge_anew(const Seen& seen) {
   if (!discipline_.claims_lock() || !fits(seen)) {
     fits_since_.reset();
@@ -158,11 +158,11 @@ void LaserClock::emit(Seen&& seen, std::vector<StampedLaserBatch>& out) {
   const GpsTime time = seen.nominal + correction_;
   const nanoseconds slack = config_.early + 3 * seen.arrival.sigma;
   const nanoseconds age = seen.arrival.time - time;
-  // A late packet continues the counter of those before it; one whose counter fell behind them is a passing error of
-  // the scanner.
+  // A late packet continues the counter of the packets before it. A packet whose counter fell behind them is a passing
+  // error of the scanner.
   const bool continues = last_time_ && time > *last_time_ - config_.latency_max;
   const bool possible = age >= -slack && (age <= config_.latency_max || (continues && age < seconds(30)));
-  // Its own crystal is the better clock until it has drifted as far as arrivals are uncertain.
+  // The scanner's crystal is the better clock until its drift exceeds the uncertainty of arrivals.
   auto trust = untrusted_ || !possible ? std::nullopt : discipline_.trust(time, disciplined, config_.latency_min_sigma);
   if (!trust) {
     if (disciplined && !possible)
@@ -190,10 +190,10 @@ void LaserClock::emit_by_arrival(Seen&& seen, bool by_line, std::vector<StampedL
   faults_.add(
       config_.sensor, FaultKind::NoTime, "arrival", seen.batch.received,
       "the scanner's clock is not held by PPS: its packets are stamped by their arrival, good to a millisecond");
-  // Where the counter is in error, the single arrival is all there is; and if it was a late packet after all, by so
-  // much.
+  // If the counter is wrong, there is only the single arrival. If the packet was late after all, the arrival is wrong
+  // by its lateness.
   const nanoseconds age = seen.arrival.time - (seen.nominal + correction_);
-  // Where the host's clock is in doubt as well, either may be the one that is off.
+  // If the host's clock is in doubt too, either of the two may be wrong.
   const nanoseconds disputed = untrusted_ && host_doubtful_ ? std::chrono::abs(age) : nanoseconds(0);
   const nanoseconds doubt =
       age > nanoseconds(0) && age < seconds(30) ? std::max(age, config_.latency_max) : config_.latency_max;

@@ -14,49 +14,57 @@
 
 namespace hueline::sync {
 
-/// A scanner's stamps -> GPS time of the first firing, with the host's clock for a second witness.
+/// Converts a scanner's stamps to the GPS time of the first firing, and checks them against the host's clock.
 ///
-/// A counter is taken to stand in the period that brings it nearest to the packet's arrival; one of its own origin
-/// counts on from period to period, and its seconds are found by the check that follows. A scanner whose clock is
-/// locked is believed below the second; its second is checked: arrival minus stamp must lie within [-early,
-/// latency_max]. Batches that do not are held until `confirm` has passed; then a shift of exactly whole seconds is
-/// corrected (fault LabelConflict), and any other, a half second above all, makes the scanner untrusted (fault
-/// LabelConflict) until it has agreed with the host for twice as long. Batches that merely came late keep their stamp.
-/// A scanner that lost its reference runs on its own crystal (Holdover, growing sigma); one that never had it, or lost
-/// it too long ago, is stamped through the smallest latency of its packets (Acquiring, sigma of milliseconds, fault
-/// NoTime). Reentrant.
+/// - A counter is assumed to be in the period that brings it nearest to the packet's arrival. A counter of its own
+///   origin continues from period to period; the check below finds its seconds.
+/// - A scanner whose clock is locked is trusted below the second. Its second is checked: arrival minus stamp must lie
+///   in [-early, latency_max].
+/// - Batches that fail the check are held until `confirm` has passed. Then a shift by exactly whole seconds is
+///   corrected (fault LabelConflict). Any other shift, above all by half a second, makes the scanner untrusted (fault
+///   LabelConflict) until it has agreed with the host for twice as long. Batches that were only delivered late keep
+///   their stamp.
+/// - A scanner that has lost its reference is stamped by its own crystal (Holdover, growing sigma).
+/// - A scanner that never had a reference, or lost it too long ago, is stamped by the smallest latency of its packets
+///   (Acquiring, sigma of milliseconds, fault NoTime).
+///
+/// Thread safety: one thread per object.
 class LaserClock {
  public:
   struct Config {
     SensorId sensor = kSystemSensor;
     LaserDiscipline::Config discipline{};
-    nanoseconds early{std::chrono::milliseconds(5)};  ///< a packet may seem to come before its firing; [0, 100 ms]
-    nanoseconds latency_max{std::chrono::milliseconds(100)};  ///< first firing to arrival; [1 ms, 400 ms]
-    nanoseconds latency_min{
-        std::chrono::microseconds(1500)};  ///< the same at its fastest (a packet spans 1.33 ms); >= 0
-    nanoseconds latency_min_sigma{std::chrono::microseconds(500)};  ///< how well that is known; > 0
-    nanoseconds confirm{std::chrono::seconds(1)};  ///< of disagreement before the stamp is judged; [100 ms, 10 s]
-    std::size_t pending_limit = 8192;              ///< batches held meanwhile; [16, 1e6]
-    std::size_t pending_returns = 4'000'000;       ///< of them, 32 bytes each; [1e4, 1e9]
+    /// How much a packet may seem to arrive before its firing; [0, 100 ms].
+    nanoseconds early{std::chrono::milliseconds(5)};
+    /// Largest time from the first firing to the arrival; [1 ms, 400 ms].
+    nanoseconds latency_max{std::chrono::milliseconds(100)};
+    /// Smallest time from the first firing to the arrival (a packet spans 1.33 ms); [0, latency_max].
+    nanoseconds latency_min{std::chrono::microseconds(1500)};
+    nanoseconds latency_min_sigma{std::chrono::microseconds(500)};  ///< one sigma of latency_min; > 0
+    /// How long a disagreement must last before the stamp is judged; [100 ms, 10 s].
+    nanoseconds confirm{std::chrono::seconds(1)};
+    std::size_t pending_limit = 8192;         ///< batches held during that time, at most; [16, 1e6]
+    std::size_t pending_returns = 4'000'000;  ///< returns held during that time, 32 bytes each, at most; [1e4, 1e9]
     ArrivalLine::Config arrivals{};
     std::string validate() const;
   };
   explicit LaserClock(Config config) : config_(config), line_(config.arrivals), discipline_(config.discipline) {}
 
   void add(const LaserStatus& status);
-  /// Stamps `batch`, or holds it. `host` can stamp. Appends to `out` in order of arrival.
+  /// Stamps `batch`, or holds it. Requires host.can_stamp(). Appends to `out` in order of arrival.
   void process(LaserBatch batch, const HostClockModel& host, std::vector<StampedLaserBatch>& out);
-  /// The end: judges what is held.
+  /// Ends the stream: judges what is held.
   void flush(std::vector<StampedLaserBatch>& out);
   void drain(std::vector<Fault>& out) { faults_.drain(out); }
 
-  /// Earliest of what is held, for the watermark; empty if nothing is.
+  /// Returns the earliest time of what is held, for the watermark; empty if nothing is held.
   std::optional<GpsTime> earliest_held() const;
   std::chrono::seconds correction() const { return correction_; }
 
   struct Counts {
     std::uint64_t batches = 0, disciplined = 0, corrected = 0, holdover = 0, by_arrival = 0, held = 0;
-    std::uint64_t returns_without_clock = 0;  ///< the computer's clock had no relation to GPS
+    /// Returns without a time, because the host's clock had no relation to GPS time.
+    std::uint64_t returns_without_clock = 0;
   };
   const Counts& counts() const { return counts_; }
 
@@ -64,8 +72,8 @@ class LaserClock {
   struct Seen {
     LaserBatch batch;
     GpsStamp arrival;
-    GpsTime nominal;       // by the stamp alone, uncorrected
-    std::int64_t counter;  // the stamp, without the leaps of a counter from period to period
+    GpsTime nominal;       // the time by the stamp alone, not corrected
+    std::int64_t counter;  // the stamp, continued over the periods of the counter
   };
   nanoseconds residual(const Seen& seen) const { return seen.arrival.time - (seen.nominal + correction_); }
   bool is_disciplined(HostTime at) const;
@@ -82,9 +90,9 @@ class LaserClock {
   Counts counts_;
   LaserDiscipline discipline_;
   std::chrono::seconds correction_{0};
-  bool untrusted_ = false;              // the phase was seen to be wrong
-  std::optional<HostTime> fits_since_;  // while untrusted
-  bool host_doubtful_ = false;          // by the newest batch
+  bool untrusted_ = false;              // the phase was found to be wrong
+  std::optional<HostTime> fits_since_;  // since when an untrusted scanner has agreed
+  bool host_doubtful_ = false;          // is_doubtful() at the newest batch
   std::deque<Seen> pending_;
   std::size_t pending_returns_ = 0;
   std::optional<LaserTime> last_stamp_;

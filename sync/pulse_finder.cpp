@@ -9,7 +9,7 @@ bool PulseFinder::together(HostTime a, HostTime b) const {
   const std::int64_t d = (b - a).count();
   const std::int64_t seconds = (d + 500'000'000) / 1'000'000'000;
   if (seconds < 1) return false;
-  // 300 us: the worst interrupt latency that is still an edge of this phase.
+  // 300 us is the largest interrupt latency of an edge that still belongs to this phase.
   const double tolerance = 300e3 + rate_limit_ * static_cast<double>(d);
   return std::abs(static_cast<double>(d - seconds * 1'000'000'000)) <= tolerance;
 }

@@ -8,18 +8,18 @@
 
 namespace hueline::sync {
 
-/// Finds the second's phase among edges that may be spurious, doubled or half-second: edges that lie whole seconds
-/// apart belong together; a phase wins if it has `needed` edges and at least twice as many as any other. Bounded
-/// memory.
+/// Finds the phase of the second among edges of which some may be spurious, doubled or half-second. Edges that lie
+/// whole seconds apart belong to one phase. A phase wins if it has at least `needed` edges and at least twice as many
+/// as any other. Memory is bounded. Thread safety: one thread per object.
 class PulseFinder {
  public:
-  /// `rate_limit`: largest rate error of the host clock, as a ratio.
+  /// `rate_limit` is the largest rate error of the host clock, as a ratio.
   PulseFinder(int needed, double rate_limit) : needed_(needed), rate_limit_(rate_limit) {}
 
-  /// The edges of the winning phase, oldest first, the newest included; empty while nothing is decided.
+  /// Adds an edge. Returns the edges of the winning phase, oldest first, this edge included; empty while no phase wins.
   std::vector<HostTime> add(HostTime edge);
   void reset() { edges_.clear(); }
-  /// True if two phases have enough edges and neither wins.
+  /// Returns true if a phase has enough edges but another has too many for it to win.
   bool is_ambiguous() const { return ambiguous_; }
 
  private:

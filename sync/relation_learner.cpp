@@ -11,13 +11,14 @@ void RelationLearner::add(std::int64_t counter_ns, GpsTime arrival) {
 }
 
 bool RelationLearner::is_refuted(std::int64_t difference) const {
-  // Late deliveries vote for the mark after their own; an image on time would then have come sooner than an image can.
+  // A late delivery votes for the mark after its own. With that difference, an image on time would have arrived earlier
+  // than possible.
   return std::any_of(images_.begin(), images_.end(), [&](const Seen& image) {
     return image.arrival - gps_time_ns(image.counter + difference) < config_.latency_min - 3 * config_.tolerance;
   });
 }
 
-/// By difference, then by mark.
+/// Returns the votes of all images, sorted by difference and then by mark.
 std::vector<RelationLearner::Vote> RelationLearner::votes(const std::vector<GpsTime>& marks) const {
   std::vector<Vote> votes;
   for (std::size_t i = 0; i < images_.size(); ++i)
@@ -78,7 +79,7 @@ std::vector<CameraRelation::Pair> RelationLearner::pairs_of_many(const std::vect
   std::vector<bool> taken(images_.size(), false);
   std::sort(chosen.begin(), chosen.end(), [](const Vote& a, const Vote& b) { return a.mark < b.mark; });
   for (const Vote& vote : chosen) {
-    if (taken[vote.image]) continue;  // of a bounced strobe the first edge counts
+    if (taken[vote.image]) continue;  // the first edge of a bounced strobe counts
     taken[vote.image] = true;
     pairs.push_back({images_[vote.image].counter, vote.mark});
   }

@@ -20,7 +20,7 @@ std::int64_t ceil_seconds(std::int64_t ns) { return ns >= 0 ? (ns + kNs - 1) / k
 std::string describe_offset(std::int64_t s) {
   const std::int64_t a = std::abs(s), rollover = 1024 * kSecondsPerWeek;
   const char* reason = "";
-  // Plus or minus two: a conflict is measured with whole seconds of latency in it.
+  // Some limits allow one or two seconds more or less, because a measured conflict contains whole seconds of latency.
   if (a == 0)
     reason = "agrees";
   else if (a == 1)
@@ -94,9 +94,10 @@ const SecondLabel::Candidate* SecondLabel::settled(const Source& source, HostTim
   const Candidate* best = nullptr;
   for (const Candidate& c : source.candidates) {
     const std::uint64_t support = c.older + c.newer;
-    // A handful among thousands is damage; a label source that is mostly late still is on time now and then.
+    // A few messages among thousands are errors. But a source whose labels are mostly late is still on time now and
+    // then.
     if (support < static_cast<std::uint64_t>(config_.agreeing) || support * 20 < total) continue;
-    // Labels come once a second at best; of messages that come all the time a few seconds without one say enough.
+    // Labels come once a second at most. For messages that come all the time, a few seconds without one are enough.
     if (now - c.seen >
         (source.kind == Evidence::Label ? nanoseconds(config_.window) / 3 : nanoseconds(config_.window) / 20))
       continue;
@@ -117,7 +118,7 @@ SecondLabel::Decision SecondLabel::decide(HostTime now) const {
     const Candidate* c = settled(source, now);
     if (!c) continue;
     if (gps_time_ns(0) + std::chrono::seconds(c->N) < config_.not_before) {
-      // N counts from the first pulse, so N seconds after the epoch is when the chain began.
+      // N counts from the first pulse, so N seconds after the epoch is the time of the first pulse.
       out.conflicts.push_back(
           {source.sensor, 0,
            fmt::format("sensor {} says {}: before any possible drive; its week number has rolled over", source.sensor,
@@ -139,7 +140,7 @@ SecondLabel::Decision SecondLabel::decide(HostTime now) const {
     }
   }
 
-  // Each source's own N; a source at odds with itself has none.
+  // The N of each source. A source that contradicts itself has none.
   struct Opinion {
     SensorId sensor;
     std::int64_t N;
@@ -168,7 +169,7 @@ SecondLabel::Decision SecondLabel::decide(HostTime now) const {
   const auto trusted = std::find_if(opinions.begin(), opinions.end(), [&](const Opinion& o) {
     return config_.trusted != kSystemSensor && o.sensor == config_.trusted;
   });
-  // Without a trusted source the strongest opinion is the one the others are compared with.
+  // Without a trusted source, the others are compared with the strongest opinion.
   const Opinion& reference =
       trusted != opinions.end()
           ? *trusted

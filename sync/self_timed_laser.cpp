@@ -50,7 +50,7 @@ void SelfTimedLaser::advance(HostTime now, const HostClockModel& leaps, std::vec
     give_up(leaps, out);
 }
 
-/// Labels come once a second. Where too few came for so long, what comes now would only push out what came before.
+/// Labels come once a second. If too few came in this time, waiting longer would only push out what came before.
 void SelfTimedLaser::give_up(const HostClockModel& leaps, std::vector<StampedLaserBatch>& out) {
   gave_up_ = true;
   labels_.settle();
@@ -58,7 +58,7 @@ void SelfTimedLaser::give_up(const HostClockModel& leaps, std::vector<StampedLas
 }
 
 void SelfTimedLaser::release(const HostClockModel& leaps, std::vector<StampedLaserBatch>& out) {
-  // What came before the first position packet is judged by it: they come many times a second.
+  // Batches before the first status are judged by it; statuses come many times a second.
   if (!discipline_.has_status())
     for (const Held& item : held_)
       if (const auto* status = std::get_if<LaserStatus>(&item)) {
@@ -105,7 +105,7 @@ void SelfTimedLaser::stamp(LaserBatch&& batch, const HostClockModel& leaps, std:
   const GpsTime time = *instant;
   if (std::chrono::abs(time - near) > config_.astray)
     return refuse(batch, counts_.astray, "astray", "packets whose counter leaps by seconds: not used");
-  // Their order in the file is that of their sending, so the newest status holds for a while in both directions.
+  // The file has the packets in the order of their sending, so the newest status holds for a while in both directions.
   const auto trust = discipline_.trust(time, discipline_.is_locked(batch.received), config_.holdover_limit);
   state_ = trust ? trust->state : SyncState::Unlocked;
   if (!trust && !discipline_.was_held())

@@ -15,51 +15,52 @@
 
 namespace hueline::sync {
 
-/// A scanner whose packets' arrivals say nothing of GPS time, because they were read from a file: its own clock is all
-/// there is. Locked to its reference, and with the second that it says it was, its stamp is GPS time to the scanner's
-/// specification.
+/// Stamps a scanner that was read from a file. The arrivals of its packets say nothing about GPS time, so its own clock
+/// is the only source. If the clock is locked to its reference and the scanner says which second it is, its stamp is
+/// GPS time within the scanner's specification.
 ///
-/// Batches are held until the scanner's labels have settled about what time it is (LabelledTime), bounded; then each is
-/// stamped Locked while the scanner says that its clock is locked, and Holdover, with a growing sigma, when it does not
-/// any more. What has no such time is counted by its reason and named by a fault. Reentrant.
+/// Batches are held, within limits, until the scanner's labels have settled the time (LabelledTime). Then each batch is
+/// stamped: Locked while the scanner says that its clock is locked, Holdover with a growing sigma when it no longer
+/// does. Batches that get no time are counted by reason and reported by a fault. Thread safety: one thread per object.
 class SelfTimedLaser {
  public:
   struct Config {
     SensorId sensor = kSystemSensor;
     LaserDiscipline::Config discipline{};
-    nanoseconds holdover_limit{std::chrono::milliseconds(1)};  ///< sigma at which its crystal is given up
+    nanoseconds holdover_limit{std::chrono::milliseconds(1)};  ///< sigma at which the crystal is given up
     int agreeing = 3;                                          ///< labels that must agree; [1, 1000]
-    GpsTime not_before{};                                      ///< an earlier label is a GPS week rollover
-    nanoseconds hold{std::chrono::seconds(30)};                ///< of arrivals, before the labels are settled
-    std::size_t hold_returns = 4'000'000;                      ///< likewise; 32 bytes each
-    nanoseconds astray{std::chrono::seconds(5)};               ///< a stamp so far off its arrival is a passing error
+    GpsTime not_before{};                                      ///< an earlier label is a rollover of the GPS week
+    nanoseconds hold{std::chrono::seconds(30)};                ///< how long batches wait for labels, in arrivals
+    std::size_t hold_returns = 4'000'000;                      ///< how many returns wait for labels; 32 bytes each
+    /// A stamp that differs this much from the labels' time is a passing error.
+    nanoseconds astray{std::chrono::seconds(5)};
   };
   explicit SelfTimedLaser(const Config& config)
       : config_(config), labels_(config.agreeing), discipline_(config.discipline) {}
 
   void add(const TimeLabel& label, const HostClockModel& leaps, std::vector<StampedLaserBatch>& out);
   void add(const LaserStatus& status, const HostClockModel& leaps, std::vector<StampedLaserBatch>& out);
-  /// `leaps` is asked for GPS - UTC alone. Appends to `out` in order of arrival.
+  /// Stamps or holds a batch, and appends to `out` in order of arrival. `leaps` is used only for GPS time minus UTC.
   void process(LaserBatch batch, const HostClockModel& leaps, std::vector<StampedLaserBatch>& out);
-  /// The files have been read up to `now`: what has been held for too long is decided.
+  /// Tells that the files have been read up to `now`. What has been held for too long is decided.
   void advance(HostTime now, const HostClockModel& leaps, std::vector<StampedLaserBatch>& out);
-  /// The end: what is held is judged by the labels that came.
+  /// Ends the stream: what is held is judged by the labels that came.
   void flush(const HostClockModel& leaps, std::vector<StampedLaserBatch>& out);
   void drain(std::vector<Fault>& out) { faults_.drain(out); }
 
   SensorId sensor() const { return config_.sensor; }
   SyncState state() const { return state_; }
-  /// Of the newest batch that was stamped.
+  /// Returns the time of the newest batch that was stamped.
   std::optional<GpsTime> newest() const { return newest_; }
-  /// Batches wait for labels, and may still be stamped.
+  /// Returns true if batches wait for labels and may still be stamped.
   bool is_waiting() const { return !held_.empty(); }
 
-  /// Returns that got no time, by reason.
+  /// Returns without a time, by reason.
   struct Counts {
     std::uint64_t never_locked = 0;  ///< the scanner never said that its clock is locked
-    std::uint64_t lost_lock = 0;     ///< its reference was lost for longer than its crystal is good
-    std::uint64_t no_label = 0;      ///< locked, but no valid label named the time
-    std::uint64_t astray = 0;        ///< the stamp left its course
+    std::uint64_t lost_lock = 0;     ///< the reference was lost for longer than the crystal is good
+    std::uint64_t no_label = 0;      ///< the clock was locked, but no valid label named the time
+    std::uint64_t astray = 0;        ///< the stamp jumped away from the labels' time
   };
   const Counts& counts() const { return counts_; }
 
@@ -79,7 +80,7 @@ class SelfTimedLaser {
   Counts counts_;
   std::deque<Held> held_;
   std::size_t held_returns_ = 0;
-  bool gave_up_ = false;  // waiting for labels: from now on nothing is held
+  bool gave_up_ = false;  // gave up waiting for labels; nothing is held from now on
   bool was_locked_ = false, saw_rollover_ = false;
   std::optional<GpsTime> newest_;
   SyncState state_ = SyncState::Unlocked;

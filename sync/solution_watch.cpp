@@ -10,8 +10,8 @@ namespace hueline::sync {
 namespace {
 
 constexpr std::size_t kSteps = 15;
-constexpr double kGap =
-    2.5;  // usual steps: logs of two rates and stamps that alternate are usual, two missing in a row are not
+// In usual steps. Logs of two rates and alternating stamps are usual; two missing solutions in a row are not.
+constexpr double kGap = 2.5;
 
 double ns(nanoseconds d) { return static_cast<double>(d.count()); }
 

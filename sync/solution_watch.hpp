@@ -9,11 +9,13 @@
 
 namespace hueline::sync {
 
-/// Says where there is no navigation solution, or none to be trusted: what was measured there cannot be placed. Whether
-/// solutions were lost on the way or never made, their decoder knows. Reentrant; bounded memory.
+/// Reports where navigation solutions are missing or not good, because what was measured there cannot be placed.
+/// Whether solutions were lost on the way or never made is known to their decoder. Memory is bounded. Thread safety:
+/// one thread per object.
 class SolutionWatch {
  public:
-  /// In order of arrival. How many are missing before it, by the usual step between solutions.
+  /// Adds a solution, in order of arrival. Returns how many solutions are missing before it, by the usual step between
+  /// solutions.
   std::uint64_t add(const InsSolution& solution, FaultLog& faults);
 
  private:

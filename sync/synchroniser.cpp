@@ -18,8 +18,8 @@ HostTime received_of(const InsUncertainty&) { return HostTime{}; }
 HostTime received_of(const Fault& m) { return m.time; }
 
 constexpr seconds kFarBehind{60};  // of files that are read in the order of their times
-/// What holding it costs. By the number of its returns, not by what their vector happens to have reserved: a replay
-/// decides alike.
+/// Returns the memory that a held item needs. It counts the returns and not the capacity that their vector happens to
+/// have, so a replay decides in the same way.
 template <class Item>
 std::size_t bytes_of(const Item& item) {
   if (const auto* batch = std::get_if<LaserBatch>(&item))
@@ -99,7 +99,7 @@ void Synchroniser::process(Measurement measurement, SyncOutput& out) {
   ++counts_.measurements;
   std::visit(
       [&](auto& m) {
-        // Taking may move the measurement away; its arrival is needed after.
+        // take() may move the measurement away, but its arrival is needed afterwards.
         const HostTime received = received_of(m);
         take(m, out);
         settle(received, out);
@@ -115,13 +115,13 @@ void Synchroniser::arrived(SensorId sensor, HostTime received, GpsTime time) {
 
 void Synchroniser::take(PpsEdge& m, SyncOutput&) {
   if (m.sensor != config_.clock.pps)
-    stranger(m.sensor, m.edge, "PPS edge");
+    report_unknown_sensor(m.sensor, m.edge, "PPS edge");
   else
     clock_.add(m);
 }
 void Synchroniser::take(TimeLabel& m, SyncOutput& out) {
   if (config_.self_timed) {
-    clock_.add_utc_offset(m);  // a POS knows of leap seconds that the table cannot
+    clock_.add_utc_offset(m);  // a POS knows leap seconds that the table cannot contain
     if (SelfTimedLaser* own = self_timed(m.sensor)) own->add(m, clock_, out.laser);
     return;
   }
@@ -130,7 +130,7 @@ void Synchroniser::take(TimeLabel& m, SyncOutput& out) {
 void Synchroniser::take(TimedArrival& m, SyncOutput&) { arrived(m.sensor, m.received, m.time); }
 void Synchroniser::take(GnssFix& m, SyncOutput&) { arrived(m.sensor, m.received, m.time); }
 void Synchroniser::take(ImuSample& m, SyncOutput&) { arrived(m.sensor, m.received, m.time); }
-void Synchroniser::take(Fault&, SyncOutput&) {}  // already in the journal, and everybody there sees it
+void Synchroniser::take(Fault&, SyncOutput&) {}  // it is already in the journal
 
 void Synchroniser::take(InsUncertainty& m, SyncOutput&) {
   for (InsUncertainty& known : uncertainties_)
@@ -143,7 +143,7 @@ void Synchroniser::take(InsUncertainty& m, SyncOutput&) {
 
 void Synchroniser::take(InsSolution& m, SyncOutput& out) {
   if (config_.pos != kSystemSensor && m.sensor != config_.pos)
-    return stranger(m.sensor, m.received, "navigation solution");
+    return report_unknown_sensor(m.sensor, m.received, "navigation solution");
   arrived(m.sensor, m.received, m.time);
   ++counts_.ins;
   if (!m.sigma)
@@ -168,13 +168,14 @@ void Synchroniser::take(InsSolution& m, SyncOutput& out) {
 }
 
 void Synchroniser::take(EventMark& m, SyncOutput&) {
-  if (config_.pos != kSystemSensor && m.sensor != config_.pos) return stranger(m.sensor, m.received, "event mark");
+  if (config_.pos != kSystemSensor && m.sensor != config_.pos)
+    return report_unknown_sensor(m.sensor, m.received, "event mark");
   if (m.is_valid) arrived(m.sensor, m.received, m.time);
-  if (config_.self_timed) return;  // a camera is no file, so nobody asks for it
+  if (config_.self_timed) return;  // cameras are never read from files, so marks are not needed
   hold(std::move(m));
 }
 void Synchroniser::take(LaserStatus& m, SyncOutput& out) {
-  if (!laser(m.sensor)) return stranger(m.sensor, m.received, "laser status");
+  if (!laser(m.sensor)) return report_unknown_sensor(m.sensor, m.received, "laser status");
   if (SelfTimedLaser* own = self_timed(m.sensor)) return own->add(m, clock_, out.laser);
   hold(std::move(m));
 }
@@ -182,7 +183,7 @@ void Synchroniser::take(LaserBatch& m, SyncOutput& out) {
   counts_.returns += m.returns.size();
   if (!laser(m.sensor)) {
     counts_.untimed["of a scanner that the rig does not have"] += m.returns.size();
-    return stranger(m.sensor, m.received, "laser batch");
+    return report_unknown_sensor(m.sensor, m.received, "laser batch");
   }
   if (SelfTimedLaser* own = self_timed(m.sensor)) return own->process(std::move(m), clock_, out.laser);
   if (held_.empty() && clock_.can_stamp())
@@ -191,12 +192,12 @@ void Synchroniser::take(LaserBatch& m, SyncOutput& out) {
     hold(std::move(m));
 }
 void Synchroniser::take(Image& m, SyncOutput&) {
-  if (!camera(m.sensor)) return stranger(m.sensor, m.received, "image");
+  if (!camera(m.sensor)) return report_unknown_sensor(m.sensor, m.received, "image");
   hold(std::move(m));
 }
 
 void Synchroniser::take(WheelSpeed& m, SyncOutput&) {
-  if (!wheel(m.sensor)) return stranger(m.sensor, m.received, "wheel speed");
+  if (!wheel(m.sensor)) return report_unknown_sensor(m.sensor, m.received, "wheel speed");
   if (config_.self_timed) {
     ++counts_.never_stamped;
     return faults_.add(
@@ -229,14 +230,14 @@ WheelOdometer* Synchroniser::wheel(SensorId sensor) {
     if (w.sensor() == sensor) return &w;
   return nullptr;
 }
-void Synchroniser::stranger(SensorId sensor, HostTime received, const char* what) {
+void Synchroniser::report_unknown_sensor(SensorId sensor, HostTime received, const char* what) {
   ++counts_.unknown_sensor;
   faults_.add(sensor, FaultKind::NoTime, what, received,
               fmt::format("{} of a sensor that has no role in the rig's sync: not stamped", what));
 }
 
 void Synchroniser::hold(Held item) {
-  // Everything goes through here, so that what was held earlier is stamped earlier; settle() empties it at once when it
+  // All items go through the queue, so that those held earlier are stamped earlier. settle() empties it at once if it
   // can.
   held_images_ += std::holds_alternative<Image>(item) ? 1 : 0;
   held_bytes_ += bytes_of(item);
@@ -343,7 +344,7 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
   faults_.drain(out.faults);
 }
 
-/// The stream's time is that of the slowest of its devices: nothing of the others can still come from before it.
+/// The watermark is the time of the slowest device, because every other device may still deliver data from then on.
 void Synchroniser::settle_self_timed(SyncOutput& out) {
   std::optional<GpsTime> slowest = newest_solution_;
   bool is_waiting = false;
@@ -363,7 +364,7 @@ void Synchroniser::settle_self_timed(SyncOutput& out) {
     stream_time_ = stream_time_ ? std::max(*stream_time_, *own.newest()) : *own.newest();
   }
   if (!is_waiting && slowest && stream_time_) watermark_ = watermark_ ? std::max(*watermark_, *slowest) : *slowest;
-  // A file that is over says no more: the files are read side by side, so what is far behind the POS does not come.
+  // A file that has ended delivers no more. The files are read side by side, so nothing comes from far behind the POS.
   if (watermark_ && newest_solution_) watermark_ = std::max(*watermark_, *newest_solution_ - kFarBehind);
   for (WheelOdometer& w : wheels_) w.drain(out.faults);
   clock_.drain(out.faults);

@@ -22,21 +22,21 @@
 
 namespace hueline::sync {
 
-/// The clock's state changed: for the log, the recording and the console.
+/// A change of a clock's state, for the log, the recording and the console.
 struct SyncStateChange {
-  SensorId clock = kSystemSensor;  ///< the sensor whose clock it is; that of the host: its PPS
-  HostTime at{};                   ///< `received` of the packet that showed it
-  std::optional<GpsTime> time;     ///< the same in GPS time, if there is a relation
+  SensorId clock = kSystemSensor;  ///< the sensor whose clock it is; for the host's clock, the PPS sensor
+  HostTime at{};                   ///< `received` of the packet that caused the change
+  std::optional<GpsTime> time;     ///< the same instant in GPS time, if it is known
   SyncState from = SyncState::Unlocked, to = SyncState::Unlocked;
-  nanoseconds sigma{0};  ///< of the relation now; 0 if there is none
+  nanoseconds sigma{0};  ///< one sigma of the clock's relation to GPS time after the change; 0 if there is none
 };
 
-/// What one call of the stage gave. Appended to; the caller clears.
+/// The results of calls of the Synchroniser. Each call appends to them; the caller clears them.
 struct SyncOutput {
-  std::vector<StampedLaserBatch> laser;   ///< by sensor in order of arrival
-  std::vector<Exposure> exposures;        ///< all cameras together, in time order, indexed without a gap
-  std::vector<InsSolution> ins;           ///< GPS time as the POS gave it, checked; sigma filled from InsUncertainty
-  std::vector<StampedWheelSpeed> wheels;  ///< by sensor in order of arrival
+  std::vector<StampedLaserBatch> laser;   ///< for each sensor in order of arrival
+  std::vector<Exposure> exposures;        ///< of all cameras together, in order of time, with consecutive indices
+  std::vector<InsSolution> ins;           ///< with the POS's GPS time, checked; sigma is filled in from InsUncertainty
+  std::vector<StampedWheelSpeed> wheels;  ///< for each sensor in order of arrival
   std::vector<SyncStateChange> state_changes;
   std::vector<Fault> faults;
   void clear() {
@@ -49,57 +49,67 @@ struct SyncOutput {
   }
 };
 
-/// The stage between decoders and fusion: measurements of a whole rig in the order of ingest -> the same in GPS time
-/// with sigma and state. What cannot be stamped yet is held, bounded, and stamped when the clock locks; what never can
-/// is counted and named by a NoTime or Overflow fault. No clock, no thread, no file: the same input gives the same
-/// output. Reentrant.
+/// The stage between decoders and fusion. It receives the measurements of a whole rig in the order of ingest, and
+/// returns them in GPS time, with sigma and clock state.
 ///
-/// With `self_timed` there is no clock of the computer to learn: the measurements were read from files, whose arrivals
-/// have nothing in common. Each scanner is stamped by its own clock (SelfTimedLaser), and the stream's time is what its
-/// devices say.
+/// Measurements that cannot be stamped yet are held, within limits, and stamped when the clock locks. Measurements that
+/// can never be stamped are counted and reported by a NoTime fault. The stage reads no clock and no file and starts no
+/// thread, so the same input always gives the same output. Thread safety: one thread per object.
+///
+/// With Config::self_timed, all measurements come from files, whose arrivals have no common time base. Then there is no
+/// clock of the computer to learn: each scanner is stamped by its own clock (SelfTimedLaser), and the stream time is
+/// what the devices say.
 class Synchroniser {
  public:
   struct Config {
-    HostClockModel::Config clock;                  ///< clock.pps: the PPS sensor; clock.label.trusted: normally the POS
-    std::vector<SensorId> label_sources;           ///< sensors whose TimeLabel counts; empty: all
-    std::vector<SensorId> arrival_sources;         ///< sensors whose timed messages bound the latency; empty: all
-    bool self_timed = false;                       ///< every sensor is read from a file
-    SensorId pos = kSystemSensor;                  ///< whose InsSolution and EventMark are used; 0: all
-    std::vector<LaserClock::Config> lasers;        ///< one for each scanner
+    HostClockModel::Config clock;            ///< clock.pps is the PPS sensor; clock.label.trusted is normally the POS
+    std::vector<SensorId> label_sources;     ///< sensors whose TimeLabels are used; empty: all
+    std::vector<SensorId> arrival_sources;   ///< sensors whose timed messages are used as arrivals; empty: all
+    bool self_timed = false;                 ///< every sensor is read from a file
+    SensorId pos = kSystemSensor;            ///< the sensor whose InsSolutions and EventMarks are used; 0: all
+    std::vector<LaserClock::Config> lasers;  ///< one for each scanner
     std::vector<ExposureMatcher::Config> cameras;  ///< one for each camera head
     std::vector<WheelOdometer::Config> wheels;     ///< one for each wheel encoder
-    std::chrono::seconds hold{30};                 ///< of stream time, held while nothing can be stamped; [1, 600]
-    std::size_t hold_items = 100'000;              ///< batches, marks and status together; [100, 1e7]
-    /// Memory of them, images' pixels left out (those lie in the recorder's pool): 16 M returns; [1e6, 1e12]
+    /// How long measurements are held while they cannot be stamped, in stream time; [1, 600].
+    std::chrono::seconds hold{30};
+    /// How many batches, marks, images, statuses and wheel speeds are held at most; [100, 1e7].
+    std::size_t hold_items = 100'000;
+    /// Memory for what is held, bytes: 16 million returns. The pixels of images are not counted, because they lie in
+    /// the recorder's pool; [1e6, 1e12].
     std::size_t hold_bytes = 512'000'000;
-    std::size_t hold_images = 16;                          ///< they pin their buffers; [1, 1000]
-    nanoseconds pos_latency_max{std::chrono::seconds(2)};  ///< a solution later or ...
-    nanoseconds pos_early{std::chrono::milliseconds(50)};  ///< ... earlier than this is labelled wrongly
+    /// How many images are held at most; each keeps its buffer in use. [1, 1000].
+    std::size_t hold_images = 16;
+    /// A solution or mark that arrives later than this after its own time has a wrong time.
+    nanoseconds pos_latency_max{std::chrono::seconds(2)};
+    /// A solution or mark that arrives earlier than this before its own time has a wrong time.
+    nanoseconds pos_early{std::chrono::milliseconds(50)};
     void visit(Keys& keys);
     KeyError validate() const;
   };
   explicit Synchroniser(Config config);
 
-  /// One measurement, in order of ingest. Appends to `out`. Not for LaserBatch and Image alone: everything may release
-  /// something held.
+  /// Processes one measurement and appends what becomes ready to `out`. Call it for every measurement in order of
+  /// ingest, not only for laser batches and images: any measurement can complete a time stamp for which others wait.
   void process(Measurement measurement, SyncOutput& out);
-  /// A packet that decoded to nothing still tells that time passes (watchdog ticks).
+  /// Tells that time has passed until `received`. Call it for packets from which nothing was decoded, such as ticks of
+  /// a watchdog.
   void advance(HostTime received, SyncOutput& out);
-  /// The end of the stream: gives out or names all that is held.
+  /// Ends the stream: returns everything that is held, or reports why it has no time.
   void flush(SyncOutput& out);
 
   SyncState state() const { return clock_.state(); }
   const HostClockModel& clock() const { return clock_; }
-  /// GPS time of the newest packet's `received`; never falls. Empty until something could be stamped.
+  /// Returns the GPS time of the newest packet's `received`; it never decreases. Empty until something could be
+  /// stamped.
   std::optional<GpsTime> stream_time() const { return stream_time_; }
-  /// Laser batches and exposures still to come are not earlier than this, while deliveries keep to their latency
-  /// limits. Never falls; empty until something could be stamped.
+  /// Returns a time before which no laser batch and no exposure will be returned any more, as long as deliveries keep
+  /// their latency limits. It never decreases. Empty until something could be stamped.
   std::optional<GpsTime> watermark() const { return watermark_; }
 
   struct Counts {
     std::uint64_t measurements = 0, unknown_sensor = 0, held = 0, released = 0, never_stamped = 0;
-    std::uint64_t returns = 0;                     ///< laser returns that came in
-    std::map<std::string, std::uint64_t> untimed;  ///< those that never got a time, by reason
+    std::uint64_t returns = 0;                     ///< laser returns received
+    std::map<std::string, std::uint64_t> untimed;  ///< returns that got no time, by reason
     std::uint64_t ins = 0, ins_refused = 0, ins_missing = 0, marks_refused = 0;
   };
   const Counts& counts() const { return counts_; }
@@ -133,25 +143,25 @@ class Synchroniser {
   SelfTimedLaser* self_timed(SensorId sensor);
   ExposureMatcher* camera(SensorId sensor, std::size_t* index = nullptr);
   WheelOdometer* wheel(SensorId sensor);
-  void stranger(SensorId sensor, HostTime received, const char* what);
-  /// Everything that follows from the passing of time, after each measurement.
+  void report_unknown_sensor(SensorId sensor, HostTime received, const char* what);
+  /// Does everything that follows from the passing of time. It is called after each measurement.
   void settle(HostTime received, SyncOutput& out);
   void settle_self_timed(SyncOutput& out);
 
   Config config_;
   HostClockModel clock_;
   std::vector<LaserClock> lasers_;
-  std::vector<SelfTimedLaser> self_timed_;    // instead of them, with Config::self_timed
-  std::vector<SyncState> self_timed_states_;  // as told
+  std::vector<SelfTimedLaser> self_timed_;    // used instead of lasers_ with Config::self_timed
+  std::vector<SyncState> self_timed_states_;  // the states last reported
   std::vector<ExposureMatcher> cameras_;
   std::vector<WheelOdometer> wheels_;
   ExposureMerger exposures_;
-  std::vector<Exposure> scratch_;  // of the running call
+  std::vector<Exposure> scratch_;  // used within one call
   FaultLog faults_;
   Counts counts_;
   std::deque<Held> held_;
   std::size_t held_images_ = 0, held_bytes_ = 0;
-  std::vector<InsUncertainty> uncertainties_;  // newest of each sensor
+  std::vector<InsUncertainty> uncertainties_;  // the newest of each sensor
   SolutionWatch solutions_;
   SyncState known_state_ = SyncState::Unlocked;
   std::optional<GpsTime> stream_time_, watermark_;

@@ -12,7 +12,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr nanoseconds kPosGap = milliseconds(500);
-constexpr double kStanding = 0.05;          // m/s: the POS's own noise is no way
+constexpr double kStanding = 0.05;          // m/s; slower motion is noise of the POS
 constexpr std::size_t kPosPoints = 20'000;  // 100 s at 200 Hz
 constexpr std::size_t kWindows = 64;
 
@@ -71,23 +71,24 @@ void WheelOdometer::add(WheelSpeed wheel, const HostClockModel& clock, std::vect
   last_message_ = last_message_ ? std::max(*last_message_, stamped->time) : stamped->time;
   if (wheel.speed) {
     ++speeds_.way.messages;
-    // Straight between two messages; nothing where one is missing for long.
+    // The speed is linear between two messages; across a long gap no distance is added.
     const nanoseconds dt = speeds_.last ? stamped->time - speeds_.last->time : nanoseconds(0);
     if (!speeds_.last || dt < nanoseconds(0) || dt > config_.silence)
-      leap(speeds_, stamped->time, 0);
+      extend_over_gap(speeds_, stamped->time, 0);
     else
-      go(speeds_, stamped->time, 0.5 * (*last_speed_ + *wheel.speed) * to_seconds(dt));
+      extend(speeds_, stamped->time, 0.5 * (*last_speed_ + *wheel.speed) * to_seconds(dt));
     last_speed_ = wheel.speed;
   }
   if (wheel.distance_m) {
     ++pulses_.way.messages;
     const double metres = last_distance_ ? *wheel.distance_m - *last_distance_ : 0;
     const nanoseconds dt = pulses_.last ? stamped->time - pulses_.last->time : nanoseconds(0);
-    // Pulses go on counting in a silence, but may have wrapped: then the decoder says so and leaves them out.
+    // The encoder continues to count in a gap. If its counter may have wrapped, the decoder reports it and leaves them
+    // out.
     if (!pulses_.last || dt < nanoseconds(0) || dt > config_.silence)
-      leap(pulses_, stamped->time, metres);
+      extend_over_gap(pulses_, stamped->time, metres);
     else
-      go(pulses_, stamped->time, metres);
+      extend(pulses_, stamped->time, metres);
     last_distance_ = wheel.distance_m;
   }
   out.push_back({stamped->time, stamped->sigma, stamped->state, std::move(wheel)});
@@ -95,13 +96,13 @@ void WheelOdometer::add(WheelSpeed wheel, const HostClockModel& clock, std::vect
   compare(pulses_, false);
 }
 
-void WheelOdometer::leap(Track& track, GpsTime time, double metres) {
+void WheelOdometer::extend_over_gap(Track& track, GpsTime time, double metres) {
   track.way.wheels_m += metres;
   track.last = Point{time, (track.last ? track.last->metres : 0) + metres, 0};
   track.begin.reset();
 }
 
-void WheelOdometer::go(Track& track, GpsTime time, double metres) {
+void WheelOdometer::extend(Track& track, GpsTime time, double metres) {
   const Point here{time, track.last->metres + metres, 0};
   track.way.wheels_m += metres;
   if (!track.begin) track.begin = track.last;
@@ -115,7 +116,7 @@ void WheelOdometer::go(Track& track, GpsTime time, double metres) {
 void WheelOdometer::add(const InsSolution& solution) {
   const bool is_first = pos_.empty();
   if (!is_first && solution.time <= pos_.back().time) {
-    // The same moment in another log, or a clock that fell back: a way begins anew where it fell far.
+    // This is the same moment in another log, or a clock that fell back. If it fell far, the distance starts again.
     if (solution.time > pos_.back().time - seconds(1)) return;
     pos_.clear();
     ++pos_piece_;
@@ -140,14 +141,14 @@ void WheelOdometer::add(const InsSolution& solution) {
   pos_was_good_ = true;
   pos_.push_back({solution.time, metres, pos_piece_});
   if (pos_.size() > kPosPoints) pos_.pop_front();
-  // What no running or waiting window needs any more; without wheels a second is kept.
+  // Removes what no current or waiting window needs. Without wheels, a second is kept.
   GpsTime needed = solution.time - seconds(1) - 2 * config_.window;
   for (const Track* track : {&speeds_, &pulses_})
     if (!track->windows.empty()) needed = std::min(needed, track->windows.front().first.time - seconds(1));
   while (pos_.size() > 2 && pos_[1].time < needed) pos_.pop_front();
 }
 
-/// The POS's way between two instants; empty where it is not known throughout.
+/// Returns the POS's distance between two times; nothing if it is not known throughout.
 std::optional<double> WheelOdometer::pos_way(const Point& from, const Point& to) const {
   std::optional<Point> ends[2];
   const GpsTime times[2] = {from.time, to.time};
