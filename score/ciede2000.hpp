@@ -3,10 +3,10 @@
 #include <array>
 #include <cstdint>
 
-/// Differences of colours as eyes see them.
+/// Colour differences as the eye perceives them.
 namespace hueline::score {
 
-/// CIE 1976 L*a*b* against the white D65.
+/// A colour in CIE 1976 L*a*b* with the white D65.
 struct Lab {
   double L = 0, a = 0, b = 0;
 };
@@ -14,11 +14,12 @@ constexpr Lab operator+(Lab x, Lab y) { return {x.L + y.L, x.a + y.a, x.b + y.b}
 constexpr Lab operator-(Lab x, Lab y) { return {x.L - y.L, x.a - y.a, x.b - y.b}; }
 constexpr Lab operator*(double s, Lab x) { return {s * x.L, s * x.a, s * x.b}; }
 
-/// CIEDE2000 with kL = kC = kH = 1 (CIE 142-2001; equation numbers in the source are those of Sharma, Wu, Dalal 2005).
-/// About 1 is just visible side by side; above 20 nobody would call it the same colour.
+/// Returns the CIEDE2000 difference with kL = kC = kH = 1 (CIE 142-2001; the equation numbers in the source are those
+/// of Sharma, Wu, Dalal 2005). About 1 is just visible side by side; above 20 nobody would call the two the same
+/// colour.
 double ciede2000(Lab one, Lab other);
 
-/// 8 bits a channel -> L*a*b*, primaries of sRGB. Immutable, thread-safe.
+/// Converts 8 bits a channel with the primaries of sRGB to L*a*b*. Immutable, thread-safe.
 class LabOfRgb {
  public:
   enum class Encoding { Srgb, Linear };  ///< Linear: the 8 bits are proportional to light

@@ -10,12 +10,12 @@
 
 namespace hueline::score {
 
-/// Colours of points against truth, over all coloured points. Thread-bound.
+/// The figures of the points' colours against the truth, over all coloured points. Thread safety: none.
 class ColourFigures {
  public:
-  /// `difference`: ciede2000 of `claimed` and `truth`.
+  /// Adds a point. `difference` is the CIEDE2000 difference of `claimed` and `truth`.
   void add(std::uint32_t exposure, Lab claimed, Lab truth, double difference);
-  /// colour_de00_*, frame_swing_L and their charts.
+  /// Adds the figures colour_de00_* and frame_swing_L and their charts.
   void report(ScenarioScore& score) const;
 
  private:
@@ -28,7 +28,7 @@ class ColourFigures {
   std::map<std::uint32_t, OfExposure> exposures_;
 };
 
-/// Points of a Spread's cumulative distribution, in %, for a chart.
+/// Returns points of the cumulative distribution of a Spread, in %, for a chart.
 Chart::Curve distribution(const std::string& label, const sim::Spread& spread);
 
 }  // namespace hueline::score

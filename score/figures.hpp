@@ -10,21 +10,21 @@
 
 namespace hueline::score {
 
-/// One value of the sheet; without a value, why there is none.
+/// One value of the sheet, or the reason why there is none.
 struct Figure {
   std::optional<double> value;
   std::string reason;  ///< empty if there is a value
 };
-/// By the metric's name (metric_table.hpp).
+/// Figures by the name of their metric (metric_table.hpp).
 using Figures = std::map<std::string, Figure>;
 
-/// A drawing of figures. Curves are drawn in the order given; colours follow the order.
+/// A chart of figures. Curves are drawn in the given order, which also decides their colours.
 struct Chart {
   enum class Kind { Lines, Bars, Points };
   struct Curve {
     std::string label;
     std::vector<std::pair<double, double>> points;  ///< x, y
-    std::vector<double> plus_minus;                 ///< Points: half height of each point's bar; empty: none
+    std::vector<double> plus_minus;                 ///< Points: half the height of each point's bar; empty: no bars
   };
   std::string title, x_label, y_label;
   Kind kind = Kind::Lines;
@@ -33,7 +33,7 @@ struct Chart {
   std::vector<Curve> curves;
 };
 
-/// 8-bit RGB, rows from the top.
+/// A picture in 8-bit RGB; rows run from the top.
 struct Picture {
   std::string caption;
   int width = 0, height = 0;
@@ -46,7 +46,7 @@ struct ScenarioScore {
   Figures figures;
   std::vector<Chart> charts;
   std::vector<Picture> pictures;
-  std::vector<std::string> notes;  ///< sentences for people: samples, what was excluded
+  std::vector<std::string> notes;  ///< sentences for the reader: samples, what was excluded
 };
 using Sheet = std::vector<ScenarioScore>;
 

@@ -7,29 +7,30 @@
 
 namespace hueline::score {
 
-/// How a sampled return was coloured.
+/// The colour that a sampled return was given.
 struct GivenColour {
   std::uint32_t exposure = 0;
   std::uint8_t lens = 0;
-  double difference = 0;  ///< CIEDE2000 against truth
+  double difference = 0;  ///< CIEDE2000 difference from the truth
 };
 
-/// What rays into the world say of one return.
+/// What rays into the simulated world show about one return.
 struct Observation {
   std::uint16_t surface = 0;
-  bool has_exposure = false;  ///< without one nothing below is set
-  bool is_visible = false;    ///< to some lens of one of the nine exposures nearest in time
-  bool is_in_hole = false;  ///< of the nearest exposure: no lens has it in its image, or the own vehicle is in the way
-                            ///< of all that have
-  bool is_moving = false;   ///< its surface does
+  bool has_exposure = false;  ///< false: nothing below is set
+  bool is_visible = false;    ///< whether some lens of one of the nine exposures nearest in time sees it
+  /// At the nearest exposure no lens has it in its image, or the mapping vehicle hides it from all lenses that have.
+  bool is_in_hole = false;
+  bool is_moving = false;  ///< whether its surface moves by itself
   std::optional<GivenColour> given;
-  bool is_in_lens = false;  ///< the lens that gave the colour has it in its image; without it nothing below is set
+  /// Whether the lens that gave the colour has it in its image; false: nothing below is set.
+  bool is_in_lens = false;
   Outlook::Met met = Outlook::Met::Place;
-  bool meets_moving = false;  ///< what that lens met moves by itself
+  bool meets_moving = false;  ///< whether what that lens met moves by itself
   Outlook::Edges edges;
 };
 
-/// Thread-safe: casts rays and keeps nothing.
+/// Observes one return by rays. Thread-safe; keeps nothing.
 Observation observe(const Outlook& outlook, const sim::TrueReturn& truth, const std::optional<GivenColour>& given);
 
 }  // namespace hueline::score

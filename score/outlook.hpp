@@ -11,24 +11,25 @@
 
 namespace hueline::score {
 
-/// What every lens of every exposure truly sees: the simulator's world under rays, from the true pose at the true
-/// middle of the exposure, or of the row's exposure where the shutter rolls. Immutable; const functions are
-/// thread-safe.
+/// What every lens of every exposure truly sees. It casts rays into the simulator's world from the true pose at the
+/// true middle of the exposure, or, with a rolling shutter, at the time when the row was exposed. Immutable; const
+/// functions are thread-safe.
 class Outlook {
  public:
-  /// Something lies between a lens and a place if a ray meets it more than this before the place.
+  /// A place is hidden from a lens if the ray meets something more than this before the place.
   static constexpr double kTolerance_m = 0.05;
 
-  /// A place of the scene's local level as a lens of an exposure has it in its image.
+  /// A place of the scene's local level in the image of a lens at an exposure.
   struct Sight {
     std::uint32_t exposure = 0;
     std::size_t lens = 0;
     sim::TruePixel pixel;
-    double distance_m = 0;  ///< from the lens
+    double distance_m = 0;  ///< distance from the lens
     sim::GpsNs time = 0;    ///< when that pixel was exposed
-    sim::Vec3 eye;          ///< where the lens was then
+    sim::Vec3 eye;          ///< where the lens was at that time
   };
-  enum class Met { Place, Before, Behind };  ///< Before: something else hides it; Behind: nothing is there any more
+  /// What the ray met. Before: something else, which hides the place. Behind: nothing is at the place any more.
+  enum class Met { Place, Before, Behind };
   struct Look {
     Met met = Met::Place;
     sim::Seen seen;
@@ -36,23 +37,26 @@ class Outlook {
 
   Outlook(const sim::Scenario& scenario, const std::vector<sim::TrueExposure>& exposures);
 
-  /// Empty if the place is outside the lens's image.
+  /// Returns where the image of a lens shows a place; empty if the place is outside the image.
   std::optional<Sight> sight(std::uint32_t exposure, std::size_t lens, sim::Vec3 place) const;
-  /// Along the ray of a sight.
+  /// Looks along the ray of a sight.
   Look look(const Sight& sight, sim::Vec3 place) const;
-  /// Exposures by distance of their middles from `t`, at most `count`.
+  /// Returns at most `count` exposures, in the order of the distance of their middles from `t`.
   std::vector<std::uint32_t> nearest_exposures(sim::GpsNs t, std::size_t count) const;
-  /// Smallest of kRadii_px (of the lens) at which one of eight directions around a sight meets an outline (a step of
-  /// the distance by more than 0.1 m + 5 %), and likewise an outline or texture edge (step of the colour above 10
-  /// dE00). kRadii: none.
+  /// The radii, in pixels of the lens, at which `edges_around()` looks in eight directions around a sight.
   static constexpr std::array<double, 4> kRadii_px{1, 2, 4, 8};
+  /// Indices into kRadii_px; the size of kRadii_px where there is no edge.
   struct Edges {
-    std::size_t outline = kRadii_px.size(), any = kRadii_px.size();  ///< index into kRadii_px
+    std::size_t outline = kRadii_px.size(), any = kRadii_px.size();
   };
+  /// Finds the smallest radius at which one of the directions meets an outline (the distance departs from that of a
+  /// plane by more than 0.1 m + 5 %), and the smallest radius at which one meets an outline or an edge of the texture
+  /// (the colour differs by more than 10 dE00).
   Edges edges_around(const Sight& sight, sim::Vec3 place) const;
 
-  /// What a perfect camera makes of light at the drive's mean gain: no camera knows how bright the world is, so where
-  /// lenses choose their gain by themselves the truth is told at the geometric mean of what they chose.
+  /// Returns the tone of a perfect camera at the drive's mean gain. No camera knows how bright the world is; where
+  /// lenses choose their gains themselves, the true colour is therefore given at the geometric mean of the gains that
+  /// they chose.
   const sim::Tone& tone() const { return tone_; }
   double mean_lens_gain() const { return mean_lens_gain_; }
 
@@ -67,7 +71,7 @@ class Outlook {
     sim::Pose T_enu_head;
   };
   Lab lab_of(const sim::Seen& seen) const;
-  /// The world at the moment of a sight.
+  /// Returns the world at the time of a sight.
   sim::Moment moment_of(const Sight& sight) const;
 
   sim::Motion motion_;

@@ -8,9 +8,9 @@
 
 namespace hueline::score {
 
-/// The whole sheet as one HTML page that needs nothing else: pictures and drawings first, every number below.
-/// `pictures[i][k]` is the address (a data: URI) of sheet[i].pictures[k]. `changes` against an older sheet may be
-/// empty.
+/// Returns the whole sheet as one self-contained HTML page: pictures and charts first, all numbers below.
+/// `pictures[i][k]` is the address (a data: URI) of sheet[i].pictures[k]. `changes` are those against an older sheet;
+/// they may be empty.
 std::string page(const Sheet& sheet, const std::vector<std::vector<std::string>>& pictures, const RunNotes& notes,
                  const std::vector<Change>& changes);
 

@@ -6,11 +6,11 @@
 
 namespace hueline::score {
 
-/// An inline <svg> of a chart, 380 x 230 px, readable in light and dark; text is escaped. A chart without points says
-/// so.
+/// Returns an inline <svg> of a chart, 380 x 230 px, readable on light and dark pages. Text is escaped. A chart without
+/// points says that it has none.
 std::string svg(const Chart& chart);
 
-/// &, <, > and quotes as HTML wants them.
+/// Returns the text with &, <, > and quotes escaped for HTML.
 std::string escaped(const std::string& text);
 
 }  // namespace hueline::score

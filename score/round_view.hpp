@@ -9,18 +9,19 @@
 
 namespace hueline::score {
 
-/// The coloured cloud as seen all around from one place: as the program coloured it, as it truly is, and how far apart
-/// the two are. Wrong surfaces show as the shadow that a near thing's colour throws on what is behind it. Thread-bound.
+/// Panoramic views of the coloured cloud from one place: as the program coloured it, as it truly is, and the difference
+/// of the two. A wrong surface shows as a shadow with the colour of a near thing on what is behind it. Thread safety:
+/// none.
 class RoundView {
  public:
   static constexpr int kWidth = 760, kHeight = 300;  ///< equirectangular: 360 deg wide, from kTop_deg down
   static constexpr double kTop_deg = 62;
 
-  /// `T_enu_head`: where one looks from; forward is the picture's middle.
+  /// `T_enu_head` is the pose of the viewer; its forward direction is the middle of the picture.
   explicit RoundView(const sim::Pose& T_enu_head);
   void add(sim::Vec3 place_enu, std::array<std::uint8_t, 3> claimed, std::array<std::uint8_t, 3> truth,
            double difference);
-  /// Three pictures.
+  /// Returns the three pictures.
   std::vector<Picture> pictures() const;
 
  private:

@@ -17,13 +17,15 @@ namespace hueline::score {
 
 /// A point as the program gave it.
 struct PointClaim {
-  sim::Claim claim;  ///< exposure: number of the true exposure. Not coloured: only firing, channel and place count
+  /// `exposure` is the number of the true exposure. If the point is not coloured, only firing, channel and place count.
+  sim::Claim claim;
   bool is_coloured = false;
-  std::optional<double>
-      latency_ms;  ///< from the last needed input to the packet on which it came out; empty: came out at the end
+  /// Time from the last needed input to the packet at which the point was given out; empty: given out at the end of the
+  /// stream.
+  std::optional<double> latency_ms;
 };
 
-/// An exposure as the program stamped it, with the pose that it gives the head then (in ECEF, row by row).
+/// An exposure as the program stamped it, with the pose that the program gives the head at that time (in ECEF).
 struct ExposureClaim {
   std::uint32_t number = 0;
   sim::GpsNs mid_gps_ns = 0;
@@ -31,23 +33,24 @@ struct ExposureClaim {
   std::optional<sim::Pose> T_ecef_head;
 };
 
-/// Holds all that the program says of one drive against the drive's truth and gives the figures of metric_table.hpp.
-/// What it says depends on the claims alone, not on their order among points. Thread-bound.
+/// Compares everything that the program says of one drive with the drive's truth and computes the figures of
+/// metric_table.hpp. The figures depend on the claims, not on the order of the points. Thread safety: none.
 class Scorer {
  public:
   struct Config {
-    std::size_t ray_returns =
-        40'000;  ///< true returns that rays are cast for, about: one in so many, picked by a hash of firing and channel
-    std::uint64_t seed = 1;  ///< of that hash
-    int threads = 1;         ///< that cast rays, the caller included; the figures do not depend on it
+    /// Approximate number of true returns for which rays are cast; a hash of firing and channel selects them.
+    std::size_t ray_returns = 40'000;
+    std::uint64_t seed = 1;  ///< seed of that hash
+    int threads = 1;  ///< threads that cast rays, including the caller; the figures do not depend on their number
     std::string validate() const;
   };
-  /// `cache_dir`: Drive::cache_dir. Errors: those of sim::Judge.
+  /// Opens the truth of a drive; `cache_dir` is Drive::cache_dir. Errors: those of sim::Judge, and Invalid
+  /// (configuration).
   static Result<Scorer> open(const sim::Scenario& scenario, const std::string& cache_dir, const Config& config);
 
   void add(const ExposureClaim& exposure);
   void add(const PointClaim& point);
-  /// Everything was added: casts the rays and writes the figures. `progress` gets 0 .. 1.
+  /// Casts the rays and computes the figures. Call it after everything was added. `progress` gets 0 .. 1.
   ScenarioScore finish(const std::string& name, const std::map<std::string, DeviceBytes>& devices,
                        const std::function<void(double)>& progress);
 
@@ -67,7 +70,7 @@ class Scorer {
   std::unique_ptr<Outlook> outlook_;
   std::uint64_t one_in_ = 1;
   std::vector<sim::TrueReturn> sample_;
-  std::unordered_map<std::uint64_t, GivenColour> given_;  // of the sample, by key()
+  std::unordered_map<std::uint64_t, GivenColour> given_;  // of the sampled returns, by key()
 
   std::vector<ExposureError> exposures_;
   ReprojectionFigures reprojection_;
@@ -75,7 +78,7 @@ class Scorer {
   SeamFigures seams_;
   std::optional<RoundView> view_;
   sim::Spread latency_, place_;
-  std::uint64_t world_returns_ = 0;  // true returns that are not on the own vehicle
+  std::uint64_t world_returns_ = 0;  // true returns that are not on the mapping vehicle
   std::uint64_t points_ = 0, own_ = 0, coloured_ = 0, unmatched_ = 0, misplaced_ = 0, at_the_end_ = 0;
 };
 

@@ -10,20 +10,21 @@
 
 namespace hueline::score {
 
-/// Steps where one surface is coloured from two exposures by one lens (an exposure seam), or by two lenses of one
-/// exposure (a lens seam). Surfaces are cut into cubes of 0.25 m; in each cube that both sides colour, the difference
-/// of the two mean colour errors is taken: the true difference, texture for one, is out. The step of a seam is the
-/// median of its cubes' differences in L*, a* and b*, as CIEDE2000 on top of the seam's true mean: pixel noise and a
-/// few wrong surfaces drop out, what an eye sees along the seam stays. Thread-bound.
+/// The steps of colour where one surface is coloured from two exposures by one lens (an exposure seam) or by two lenses
+/// of one exposure (a lens seam). Surfaces are divided into cubes of 0.25 m. In each cube that both sides colour, the
+/// two mean colour errors are subtracted, so that true differences such as texture cancel. The step of a seam is the
+/// median over its cubes of the differences in L*, a* and b*, expressed as CIEDE2000 around the seam's true mean. The
+/// median removes pixel noise and a few wrong surfaces and keeps what an eye sees along the seam. Thread safety: none.
 class SeamFigures {
  public:
   static constexpr double kCell_m = 0.25;
-  static constexpr std::uint32_t kEnough = 5;      ///< points of a side, below which a cube's side says nothing
-  static constexpr std::size_t kEnoughCubes = 12;  ///< below which a seam says nothing
+  /// Smallest number of points that a side of a cube needs to be used.
+  static constexpr std::uint32_t kEnough = 5;
+  static constexpr std::size_t kEnoughCubes = 12;  ///< smallest number of cubes that a seam needs to be used
 
-  /// `place`: true place of the point in the scene's local level.
+  /// Adds a point; `place` is its true place in the scene's local level.
   void add(sim::Vec3 place, std::uint16_t surface, std::uint32_t exposure, std::uint8_t lens, Lab claimed, Lab truth);
-  /// exposure_seam_de00, lens_seam_de00: the median over seams; and their chart.
+  /// Adds the figures exposure_seam_de00 and lens_seam_de00 (medians over the seams) and their chart.
   void report(ScenarioScore& score) const;
 
  private:

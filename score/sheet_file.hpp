@@ -8,11 +8,13 @@
 
 namespace hueline::score {
 
-/// {scenario: {metric: value}}, null where there is none; scenarios and metrics in the sheet's order. Only figures that
-/// are the same on every run and the two of the clock on the wall; why a value is null is in notes.
+/// Returns {scenario: {metric: value}}, null where there is no value; scenarios and metrics stand in the order of the
+/// sheet. It holds only figures that are the same on every run, and the two that are measured by the wall clock. The
+/// notes say why a value is null.
 std::string score_json(const Sheet& sheet);
 
-/// Beside the figures: the command, what was measured on this machine, why a value is null, what each metric means.
+/// What stands beside the figures: the command, what was measured on this machine, why a value is null, what each
+/// metric means.
 struct RunNotes {
   std::string command, revision, machine;
   bool is_deterministic = true;
@@ -21,7 +23,7 @@ struct RunNotes {
 };
 std::string notes_json(const Sheet& sheet, const RunNotes& notes);
 
-/// Figures of a score.json. Errors: Io, Malformed.
+/// Reads the figures of a score.json. Errors: Io, Malformed.
 Result<Sheet> read_score_json(const std::filesystem::path& path);
 
 }  // namespace hueline::score

@@ -8,13 +8,13 @@
 
 namespace hueline::score {
 
-/// A figure with the digits that its metric carries; a dash for none.
+/// Returns a figure with the digits that suit its metric; a dash if there is no value.
 std::string digits(const Metric& metric, const Figure& figure);
-/// Metrics down, scenarios across.
+/// Returns a table with a row for each metric and a column for each scenario.
 std::string terminal_table(const Sheet& sheet);
-/// The same for docs/score.md.
+/// Returns the same table for docs/score.md.
 std::string markdown_table(const Sheet& sheet);
-/// What got better and worse, and one line that counts the rest.
+/// Returns what got better and worse, and a line that counts the rest.
 std::string terminal_changes(const std::vector<Change>& changes);
 
 }  // namespace hueline::score

@@ -11,17 +11,17 @@
 
 namespace hueline::score {
 
-/// Sums up what rays into the world say of a sample of returns: who saw them, what lay between, where edges are.
-/// Thread-bound.
+/// Sums up what rays into the world show about a sample of returns: which lenses saw them, what was in between, where
+/// edges are. Thread safety: none.
 class SightFigures {
  public:
-  /// Names by surface; must outlive it.
+  /// `surfaces` are the names of the surfaces. They must outlive this object.
   explicit SightFigures(const std::vector<std::string>& surfaces) : surfaces_(surfaces) {}
 
-  /// One sampled true return that is not on the own vehicle.
+  /// Adds one sampled true return that is not on the mapping vehicle.
   void add(const Observation& observation);
-  /// visible_coloured_share, wrong_surface_*, colour_de00_edge/smooth_median, edge_smooth_ratio, hole_*,
-  /// moving_contaminated_share.
+  /// Adds the figures visible_coloured_share, wrong_surface_*, colour_de00_edge_median, colour_de00_smooth_median,
+  /// edge_smooth_ratio, hole_* and moving_contaminated_share.
   void report(ScenarioScore& score) const;
 
  private:
@@ -35,15 +35,16 @@ class SightFigures {
       return whole ? Figure{static_cast<double>(part) / static_cast<double>(whole), {}} : Figure{{}, none};
     }
   };
-  static constexpr std::size_t kRings = Outlook::kRadii_px.size() + 1;  // the last: no edge within the largest radius
-  static constexpr std::size_t kEdgeRing = 1;  // rings up to this one are "near an edge": two lens pixels
+  // the last ring holds returns without an edge within the largest radius
+  static constexpr std::size_t kRings = Outlook::kRadii_px.size() + 1;
+  static constexpr std::size_t kEdgeRing = 1;  // rings up to this one count as near an edge: two pixels of the lens
 
   Chart chart_by_kind() const;
 
   const std::vector<std::string>& surfaces_;
   Share visible_coloured_, wrong_, wrong_occluded_, hole_coloured_, contaminated_;
   std::array<Share, kRings> wrong_by_ring_;
-  std::map<std::string, Share> wrong_by_kind_;  // of surface
+  std::map<std::string, Share> wrong_by_kind_;  // by the kind of surface
   sim::Spread edge_, smooth_, hole_, outside_hole_, wrong_colour_;
   std::uint64_t moving_seen_ = 0, returns_ = 0, not_in_lens_ = 0;
 };

@@ -34,7 +34,7 @@ class PanoramicCamera {
  private:
   struct Lens {
     TrueLens optics;
-    /// direction of each pixel in the lens frame (x, y, z); 0 0 0 where the lens images nothing
+    /// Direction of each pixel in the lens frame (x, y, z); 0 0 0 where the lens images nothing.
     std::vector<float> directions;
     float cone = 0;  ///< opening angle of a pixel's cone, rad
     float dim = 0;   ///< vignetting: the share of light that arrives is 1 - dim (1 - cos theta)

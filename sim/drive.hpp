@@ -21,7 +21,7 @@ struct InsSample {
   double latitude_rad = 0, longitude_rad = 0, ellipsoidal_height_m = 0;
   double velocity_east = 0, velocity_north = 0, velocity_up = 0;
   double roll_rad = 0, pitch_rad = 0, heading_rad = 0;
-  /// the sigmas that the POS claims: position east, north, up (m), velocity likewise (m/s), roll, pitch, heading (rad)
+  /// The sigmas that the POS claims: position east, north, up (m), velocity likewise (m/s), roll, pitch, heading (rad).
   std::array<double, 9> sigma{};
   std::uint8_t status =
       3;  ///< INS status as NovAtel counts it: 3 good solution, 6 good solution without GNSS, 2 high variance
@@ -61,7 +61,7 @@ struct CameraExposure {
   std::uint32_t number = 0;
   GpsNs exposure_start_gps_ns = 0;  ///< the strobe's edge, which the receiver stamps as the event mark
   std::int64_t exposure_ns = 0;     ///< duration of the exposure
-  /// size of the mosaic in pixels; of JPEG planes, bytes a row and rows of the camera's buffer
+  /// Size of the mosaic in pixels; of JPEG planes, bytes a row and rows of the camera's buffer.
   std::uint32_t width = 0, height = 0;
   std::string image_file;  ///< file of width x height bytes, relative to the drive's folder in the cache
 };
@@ -73,12 +73,12 @@ struct TrueReturn {
   std::uint16_t channel = 0;           ///< ring, counted from the lowest elevation
   std::uint16_t surface = 0;           ///< index into the scene's list of surfaces
   double east = 0, north = 0, up = 0;  ///< true place of the hit in the scene's local level (Enu), m
-  /// true place of the scanner + true beam x the range as it was sent (with its noise, in the wire's steps), m
+  /// True place of the scanner + true beam x the range as it was sent (with its noise, in the wire's steps), m.
   double beam_east = 0, beam_north = 0, beam_up = 0;
-  /// the shaded colour as a perfect camera at the scanner would see it, 8-bit coded
+  /// The shaded colour as a perfect camera at the scanner would see it, 8-bit coded.
   std::uint8_t red = 0, green = 0, blue = 0;
   std::array<std::uint8_t, 3> albedo{};  ///< the surface's own colour, unshaded, sRGB-coded
-  /// the linear light from which red, green and blue are made, 0 .. 4; 1 saturates at gain 1
+  /// The linear light from which red, green and blue are made, 0 .. 4; 1 saturates at gain 1.
   std::array<float, 3> light{};
   bool is_moving = false;  ///< whether the surface moves by itself
 };

@@ -18,7 +18,7 @@ namespace hueline::sim {
 struct Claim {
   GpsNs fired_gps_ns = 0;     ///< time of its firing; a difference of a microsecond does no harm
   std::uint16_t channel = 0;  ///< ring, counted from the lowest elevation
-  /// number of the exposure that gave the colour, as the simulated camera counts from 0
+  /// Number of the exposure that gave the colour, as the simulated camera counts from 0.
   std::uint32_t exposure = 0;
   std::uint8_t lens = 0;
   bool is_panorama_pixel = false;  ///< whether u, v are a pixel of the panorama; otherwise of the lens image
@@ -30,8 +30,8 @@ struct Claim {
 /// What is wrong with one claim.
 struct Verdict {
   TruePixel expected;  ///< pixel on which the true point falls in the true image
-  /// angle between the rays of the claimed and the true pixel, in pixels of the panorama (width / (2 pi) pixels a
-  /// radian)
+  /// Angle between the rays of the claimed and the true pixel, in pixels of the panorama (width / (2 pi) pixels a
+  /// radian).
   double error_px = 0;
   double colour_difference = 0;  ///< largest difference of the three channels from the colour of TrueReturn, 0 .. 255
   double place_error_m = 0;      ///< distance from the place of TrueReturn's beam; 0 if no place was claimed

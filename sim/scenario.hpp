@@ -35,7 +35,7 @@ struct StreetConfig {
   double moving_car_speed = 9.0;   ///< speed of the oncoming cars, m/s
   double sun_azimuth_deg = 170.0;  ///< clockwise from north
   double sun_elevation_deg = 54.0;
-  /// light of the sky as seen, in multiples of the clear sky's; 3 saturates a camera that exposes for the street
+  /// Light of the sky as seen, in multiples of the clear sky's; 3 saturates a camera that exposes for the street.
   double sky_brightness = 1.0;
   bool furnished = true;  ///< false: there are ground and facades only
 
@@ -45,7 +45,7 @@ struct StreetConfig {
 /// A U-turn to the other side of the road. The vehicle halts before and after it.
 struct TurnConfig {
   double at_m = 40;  ///< place of its centre along the centre line
-  /// duration of the U-turn
+  /// Duration of the U-turn.
   double for_s = 10;
 
   void visit(Keys& keys);
@@ -62,9 +62,9 @@ struct DriveConfig {
   double brake_s = 4.0;
   double halt_s = 1.0;        ///< time at the end
   double imu_height_m = 0.8;  ///< height of the body's origin above the road
-  /// amplitudes of the suspension, which fade in with the speed
+  /// Amplitudes of the suspension, which fade in with the speed.
   double roll_amplitude_deg = 0.35, pitch_amplitude_deg = 0.25, heave_amplitude_m = 0.012;
-  /// in the order in which they come; between them the vehicle drives the road there and back
+  /// In the order in which they come; between them the vehicle drives the road there and back.
   std::vector<TurnConfig> turns;
 
   void visit(Keys& keys);
@@ -90,13 +90,13 @@ struct InsConfig {
   double correlation_s = 90.0;
   double position_white_m = 0.0003;  ///< sigma of the white error that each sample has in addition
   double attitude_white_deg = 0.0004;
-  /// every grade but Custom sets the sigmas above and the five values below (ins_outage.cpp names its sources)
+  /// Every grade but Custom sets the sigmas above and the five values below (ins_outage.cpp names its sources).
   InsGrade grade = InsGrade::Custom;
   double gyro_bias_deg_h = 0.3;  ///< residual bias after the filter; it grows into the attitude of an outage
   double angle_random_walk_deg_sqrt_h = 0.02;
   double velocity_random_walk_sqrt_h = 0.02;  ///< m/s/sqrt(h)
   double accelerometer_bias_ug = 60;          ///< residual bias after the filter
-  /// time constant with which a wheel sensor pulls the velocity back in an outage; 0: there is no wheel sensor
+  /// Time constant with which a wheel sensor pulls the velocity back in an outage; 0: there is no wheel sensor.
   double wheel_s = 0;
   double high_variance_m = 1.0;  ///< horizontal sigma from which the receiver reports INS_HIGH_VARIANCE
   std::vector<InsOutage> outages;
@@ -121,7 +121,7 @@ struct Scenario {
   bool noise = true;         ///< false: no random errors; the quantisation on the wire stays
   int start_gps_week = 2381;
   int start_time_of_week_s = 302403;  ///< the default crosses a full UTC hour after 15 s; 18 leap seconds
-  /// place of the road where s = 0
+  /// Place of the road where s = 0.
   double origin_latitude_deg = 48.1372, origin_longitude_deg = 11.5755, origin_height_m = 565.0;
   SceneKind scene = SceneKind::Street;
   StreetConfig street;
@@ -146,7 +146,7 @@ struct Scenario {
   GpsNs begin_gps_ns() const;          ///< time of the first PPS edge and the first POS solution
   GpsNs sensors_begin_gps_ns() const;  ///< time at which laser and camera start
   GpsNs sensors_end_gps_ns() const;
-  /// one second after the sensors stop, so that every measurement lies between two POS solutions
+  /// One second after the sensors stop, so that every measurement lies between two POS solutions.
   GpsNs end_gps_ns() const;
 
   /// Returns the first key with a wrong value and what is wrong with it; empty if the scenario is valid.

@@ -72,7 +72,7 @@ enum class ImagePayload : std::uint8_t { Raw, JpegPlanes };
 /// stands in column i % columns and row i / columns.
 struct CameraConfig {
   double rate_hz = 2.0;
-  /// time of strobe 0 after the sensors' start; not a round number, as with real cameras
+  /// Time of strobe 0 after the sensors' start; not a round number, as with real cameras.
   double first_exposure_s = 0.250137;
   double exposure_us = 2000;
   double strobe_jitter_us = 0.5;  ///< sigma of the POS's event mark against the exposure's true start
@@ -82,12 +82,12 @@ struct CameraConfig {
   LensModel lens_model = LensModel::KannalaBrandt;
   ToneCurve tone_curve = ToneCurve::Srgb;  ///< applied before the 8 bits, as cameras do in their 8-bit modes
   double gain = 1.0;                       ///< 1: a white wall in the sun is just below saturation
-  /// share of light that is lost at the far corner of a lens image; it grows with 1 - cos of the angle off the axis
+  /// Share of light that is lost at the far corner of a lens image; it grows with 1 - cos of the angle off the axis.
   double vignetting = 0.15;
   double full_well_electrons = 9000, read_noise_electrons = 8;
   bool antialias = true;  ///< whether pixels along outlines have four samples
   ShutterKind shutter = ShutterKind::Global;
-  /// rolling shutter: time from one row of a lens image to the next; the strobe belongs to the middle row
+  /// Rolling shutter: time from one row of a lens image to the next; the strobe belongs to the middle row.
   double row_time_us = 12.0;
   bool auto_exposure = false;  ///< whether each lens adapts its own gain from image to image (exposure_control.hpp)
   double auto_exposure_target = 0.22;  ///< mean of the delivered light, linear; 1 saturates

@@ -14,7 +14,7 @@ enum class SceneKind : std::uint8_t {
   Square,  ///< an open paved square with flower beds, columns and lamp posts; the fronts are far away
   Canyon,  ///< the street between houses of five to nine storeys, open at its ends
   Alley,   ///< walls 2 to 5 m from the vehicle's path
-  /// two lanes each way: oncoming and overtaking cars and vans, people on the pavements and on the crossing
+  /// Two lanes each way: oncoming and overtaking cars and vans, people on the pavements and on the crossing.
   Traffic,
   Tunnel,   ///< a road that runs through a lit tunnel
   Targets,  ///< an open pit with sphere targets on tripods and things that look like them

@@ -7,7 +7,7 @@
 /// right side and -1 for its left.
 namespace hueline::sim {
 
-/// length of the scene before the start and after the halt, m
+/// Length of the scene before the start and after the halt, m.
 constexpr double kStreetBehind = 66.0, kStreetAhead = 86.0;
 
 /// Adds a ribbon along the centre line from s = `from` to `to`, between two lateral offsets with their heights.

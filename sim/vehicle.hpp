@@ -37,7 +37,7 @@ class CentreLine {
 struct TrueState {
   Pose T_enu_body;
   Vec3 velocity_enu;
-  /// against the scene's level: right side down positive, nose up positive, clockwise from north
+  /// Against the scene's level: right side down positive, nose up positive, clockwise from north.
   double roll = 0, pitch = 0, heading = 0;
 };
 

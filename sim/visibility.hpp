@@ -12,7 +12,7 @@ enum class Sight : std::uint8_t {
   Outside,     ///< the place is outside the lens's image or field of view
   OwnVehicle,  ///< the mapping vehicle is in front of the place
   Occluded,    ///< something else is in front of the place
-  /// the place was on something that moves by itself and is elsewhere at the exposure
+  /// The place was on something that moves by itself and is elsewhere at the exposure.
   Moved,
 };
 const char* name(Sight sight);

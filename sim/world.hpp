@@ -18,7 +18,8 @@ struct Seen {
   double distance_m = 0;
   std::uint16_t surface = 0;  ///< index into World::surfaces(); 0: nothing, 1: the mapping vehicle
   Material material = Material::Asphalt;
-  /// number of the face in its mesh; two neighbouring rays with different faces lie on both sides of an outline or edge
+  /// Number of the face in its mesh; two neighbouring rays with different faces lie on both sides of an outline or
+  /// edge.
   std::uint32_t face = 0;
   Vec3 normal;
   float reflectance = 0;  ///< grey reflectance of the surface, 0 .. 1

@@ -24,7 +24,7 @@ namespace hueline::sim {
 /// Statistics of one channel.
 struct ChannelReport {
   std::uint64_t sent = 0;  ///< events that left the device (Pos, Pps: that were offered to the clients)
-  /// events that the kernel refused or a client could not take; Camera: no acquisition, or no file
+  /// Events that the kernel refused or a client could not take; Camera: no acquisition, or no file.
   std::uint64_t failed = 0;
   std::int64_t latest_ns = 0;  ///< largest delay of an event after its time
   double mean_lateness_ns = 0;
@@ -51,7 +51,7 @@ struct PlayProgress {
 class Player {
  public:
   struct Config {
-    /// empty: the vehicle has no such device; likewise below
+    /// Empty: the vehicle has no such device; likewise below.
     std::optional<LaserSender::Config> laser = LaserSender::Config{};
     std::optional<LaserSender::Config> second_laser;  ///< sends the events whose WireEvent::laser is 1
     std::optional<PosServer::Config> pos = PosServer::Config{};

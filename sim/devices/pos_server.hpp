@@ -24,9 +24,9 @@ class PosServer {
   struct Config {
     std::string address = "127.0.0.1";
     std::uint16_t port = 3001;  ///< ICOM1 of an OEM7; 0: the kernel chooses, see port()
-    /// executed for each new client without an answer, as by a receiver with SAVECONFIG
+    /// Executed for each new client without an answer, as by a receiver with SAVECONFIG.
     std::vector<std::string> saved_commands;
-    /// how much a client may leave unread beyond the kernel's buffer
+    /// How much a client may leave unread beyond the kernel's buffer.
     std::size_t client_buffer_bytes = 1U << 20U;
     std::string validate() const;
   };

@@ -9,11 +9,12 @@
 
 #include "core/fault.hpp"
 
-/// What can go wrong in a simulated drive, as a scenario names it: a line with what, when, for how long and how
-/// strongly. One table (fault_registry) says what each fault is, to which devices it can happen, what its strength
-/// means, and what hueline owes about it.
+/// The faults that can happen in a simulated drive. A line of a scenario names a fault, its time, duration and
+/// strength. One table (`fault_registry()`) says what each fault is, which devices it can hit, what its strength means,
+/// and how hueline must react to it.
 namespace hueline::sim {
 
+/// The kinds of faults, by the part of the vehicle where they arise.
 enum class FaultType : std::uint8_t {
   // on the way from a device to the computer
   PacketLoss,
@@ -91,7 +92,7 @@ enum class FaultType : std::uint8_t {
   PowerCut,
 };
 
-/// The device that a line concerns: a channel of the wire.
+/// The device that a line concerns; for most devices it is a channel of the wire.
 enum class FaultTarget : std::uint8_t {
   Laser,        ///< data datagrams of the scanner
   LaserStatus,  ///< position datagrams of the scanner
@@ -103,31 +104,33 @@ enum class FaultTarget : std::uint8_t {
 };
 const char* name(FaultTarget target);
 
-/// What must come of a fault.
+/// How the program must react to a fault.
 enum class FaultOutcome : std::uint8_t {
-  Told,    ///< one of `told` is reported
-  Immune,  ///< nothing but the fault's own packets changes: times, poses and colours are those of the drive without it
-  Cut,     ///< the program is gone: the recording holds what it promises, and who reads it is told that it was cut
+  Told,  ///< one of the kinds in `told` is reported
+  /// Only packets that the fault touched change; times, poses and colours are those of the drive without the fault.
+  Immune,
+  /// The program ends: the recording holds what it promises, and its reader is told that it was cut.
+  Cut,
 };
 
 /// One row of the registry.
 struct FaultEntry {
   FaultType type;
   const char* name;
-  std::initializer_list<FaultTarget> targets;  ///< the first is taken where a line names none
-  const char* unit;                            ///< of the strength; null: the fault has none
-  double least, most, usual;                   ///< strength
-  const char* what;                            ///< with the strength as S
+  std::initializer_list<FaultTarget> targets;  ///< the first one is used where a line names none
+  const char* unit;                            ///< unit of the strength; null: the fault has no strength
+  double least, most, usual;                   ///< smallest, largest and default strength
+  const char* what;                            ///< description, in which S is the strength
   FaultOutcome outcome;
-  std::initializer_list<FaultKind> told;  ///< any of these says it
+  std::initializer_list<FaultKind> told;  ///< any of these kinds reports the fault
 };
-/// In the order of FaultType.
+/// Returns the registry in the order of FaultType.
 std::span<const FaultEntry> fault_registry();
 const FaultEntry& entry_of(FaultType type);
-/// Null if there is none of that name.
+/// Returns the entry of that name, or null if there is none.
 const FaultEntry* find_fault(std::string_view name);
 
-/// A line of a scenario's list `faults`. Drive time counts from the drive's beginning, lead-in included.
+/// A line of a scenario's list `faults`. Its time counts from the beginning of the drive, lead-in included.
 struct FaultLine {
   FaultType type = FaultType::PacketLoss;
   double at_s = 0;
@@ -135,12 +138,12 @@ struct FaultLine {
   double strength = 0;
   FaultTarget target = FaultTarget::Laser;
 
-  /// The line with the registry's target and strength.
+  /// Returns a line with the default target and strength of the registry.
   static FaultLine usual(FaultType type, double at_s, double for_s);
   std::int64_t begin_ns() const { return static_cast<std::int64_t>(at_s * 1e9); }
   std::int64_t end_ns() const { return static_cast<std::int64_t>((at_s + for_s) * 1e9); }
   bool covers(std::int64_t drive_ns) const { return drive_ns >= begin_ns() && drive_ns < end_ns(); }
-  /// Empty if the registry allows it, else a sentence that names the key.
+  /// Returns an empty text if the registry allows the line, else a sentence that names the wrong key.
   std::string validate() const;
 };
 

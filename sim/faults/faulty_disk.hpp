@@ -10,49 +10,51 @@
 
 namespace hueline::sim {
 
-/// The disk below a file that is appended to, in drive time, spoilt by a scenario's lines. Numbers only: it says what a
-/// call takes, how long, and which bytes are there afterwards; the bytes themselves are the caller's. Errors are minus
-/// errno, as Linux gives them. The same lines, seed and calls give the same answers.
+/// Simulates the disk below a file that is appended to, with the faults of a scenario, in drive time. It computes only
+/// numbers: how many bytes a call accepts, how long it takes, and which bytes exist afterwards. The caller keeps the
+/// bytes themselves. Errors are negative errno values, as Linux gives them. Equal lines, seeds and calls give equal
+/// answers.
 ///
-/// What is appended goes to the kernel's memory at once and from there to the medium, at once too unless a line slows
-/// it; sync() waits until all of it is there, and only what a sync() covered is there for certain. A disk that turned
-/// read-only says EIO to the first sync (what waited is gone) and EROFS from then on.
+/// Appended bytes enter the kernel's memory at once. From there they reach the medium, also at once unless a line slows
+/// it. `sync()` waits until all of them are on the medium; only bytes that a `sync()` covered are certain to survive. A
+/// disk that turned read-only answers EIO to the first `sync()`, because the waiting bytes are lost, and EROFS to
+/// everything after it.
 class FaultyDisk {
  public:
-  /// Lines that do not concern the disk or the process do nothing.
+  /// Ignores lines that concern neither the disk nor the process.
   FaultyDisk(const std::vector<FaultLine>& lines, std::uint64_t seed);
 
-  /// True of the faults that happen here, not to what the devices send.
+  /// Returns true for faults that happen in this class and not to what the devices send.
   static bool concerns(FaultType type);
 
   enum class Death { None, ProcessKill, PowerCut };
-  /// The first of the lines that end the program, and when.
+  /// Returns how the program ends by the earliest of the lines that end it; `death_ns()` says when.
   Death death() const { return death_; }
   std::int64_t death_ns() const { return death_ns_; }
 
-  /// Drive time of the next calls. It does not go back; after death() nobody calls any more, and calls do nothing.
+  /// Sets the drive time of the next calls. Time never goes back. After `death_ns()` calls change nothing.
   void set_now(std::int64_t now_ns) { now_ns_ = std::max(now_ns_, now_ns); }
-  /// When the latest call came back.
+  /// Returns the drive time at which the latest call returned.
   std::int64_t now_ns() const { return now_ns_; }
 
-  /// Bytes taken of so many, or -ENOSPC, -EROFS; -EIO after death.
+  /// Appends `bytes` bytes. Returns how many were accepted, or -ENOSPC, or -EROFS; -EIO after the program's end.
   std::int64_t append(std::uint64_t bytes);
-  /// 0, -EIO, -EROFS. If the program dies meanwhile, it never comes back.
+  /// Returns 0, -EIO or -EROFS. Returns -EIO with the time at `death_ns()` if the program ends while it waits.
   int sync();
-  /// 0, -EROFS.
+  /// Returns 0 or -EROFS; -EIO after the program's end.
   int truncate(std::uint64_t size);
   bool is_dead() const { return death_ != Death::None && now_ns_ >= death_ns_; }
 
-  /// What is found when the computer runs again.
+  /// The content of the file when the computer runs again.
   struct Remains {
     std::uint64_t size = 0;
     struct Range {
       std::uint64_t begin, end;
     };
-    std::vector<Range> zeros;  ///< inside `size`: never reached the medium
+    std::vector<Range> zeros;  ///< ranges inside `size` that never reached the medium
   };
-  /// Everything after a kill and a good end; after a power cut, or of a disk that turned read-only, what was synced and
-  /// any pages of the rest, torn ones too.
+  /// Returns what is left. After a kill or a regular end that is everything. After a power cut, or on a disk that
+  /// turned read-only, it is what was synced and any of the other pages, some of them torn.
   Remains remains() const;
 
  private:
@@ -64,10 +66,10 @@ class FaultyDisk {
   Death death_ = Death::None;
   std::int64_t death_ns_ = INT64_MAX;
   std::int64_t now_ns_ = INT64_MIN;
-  std::int64_t medium_idle_ns_ = INT64_MIN;  // when all that was appended so far will be on the medium
+  std::int64_t medium_idle_ns_ = INT64_MIN;  // when everything that was appended so far will be on the medium
   std::uint64_t size_ = 0, synced_ = 0;
   bool lost_what_waited_ = false;
-  std::optional<std::uint64_t> full_size_;  // of the line that is on
+  std::optional<std::uint64_t> full_size_;  // set while a DiskFull line is active
 };
 
 }  // namespace hueline::sim

@@ -11,20 +11,22 @@
 
 namespace hueline::sim {
 
+/// A timeline with faults.
 struct FaultyTimeline {
   Timeline timeline;
-  std::vector<std::size_t> hits;  ///< of each line: packets, images, edges or solutions that it touched
+  std::vector<std::size_t> hits;  ///< for each line: number of packets, images, edges or solutions that it touched
 };
 
-/// All that the devices send during `drive`, spoilt by `lines`: first the solutions and wheels, then the devices'
-/// clocks, then what each device delivers, then the way to the computer, at last the computer's clock; lines of one
-/// kind in their order. The same drive, config and lines give the same bytes and times; without lines they are those of
-/// build_timeline. Invalid: a line's validate(), config, drive.
+/// Builds everything that the devices send during `drive`, with the faults of `lines`. Faults are applied in this
+/// order: solutions and wheels, clocks of the devices, what each device delivers, the way to the computer, the
+/// computer's clock; faults of one stage in the order of their lines. Equal drives, configurations and lines give equal
+/// bytes and times; without lines they are those of `build_timeline()`. Errors: Invalid (a line that `validate()`
+/// refuses, configuration, drive).
 Result<FaultyTimeline> build_faulty_timeline(const Drive& drive, const TimelineConfig& config,
                                              const std::vector<FaultLine>& lines);
 
-/// The same for a drive that `scenario` generated, with its seed, its laser and its faults. `laser`: which of the
-/// vehicle's scanners that is.
+/// Builds the same for a drive that `scenario` generated, with its seed, its laser and its faults. `laser` is the
+/// number of the scanner on the vehicle.
 Result<FaultyTimeline> scenario_timeline(const Scenario& scenario, const Drive& drive, std::uint8_t laser = 0);
 
 }  // namespace hueline::sim

@@ -83,7 +83,7 @@ struct TimelineConfig {
   Latency image{25'000'000, 35'000'000};                ///< from the exposure's end to the first packet
   Latency wheel{300'000, 1'500'000};  ///< from the cycle's end to the end of its first frame on the bus
 
-  /// height of the geoid above the ellipsoid; INSPVAX and BESTPOS carry orthometric heights
+  /// Height of the geoid above the ellipsoid; INSPVAX and BESTPOS carry orthometric heights.
   double undulation_m = 47.0;
 
   double strobe_jitter_ns = 0;  ///< sigma of the receiver's stamp of a strobe against the exposure's true start

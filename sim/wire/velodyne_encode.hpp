@@ -36,7 +36,7 @@ Result<Bytes> encode_laser_data(const LaserPacket& packet, LaserModel model, Las
 struct LaserPositionReport {
   GpsNs sent_gps_ns = 0;        ///< by the scanner's clock
   std::uint8_t pps_status = 2;  ///< 0 none, 1 synchronising, 2 locked, 3 error
-  /// the last sentence that the scanner received, with its CR LF, at most 127 bytes; empty: none yet
+  /// The last sentence that the scanner received, with its CR LF, at most 127 bytes; empty: none yet.
   std::string nmea;
 };
 
