@@ -2,11 +2,11 @@
 
 #include "sim/scene_parts.hpp"
 
-/// A narrow alley: cobbles from wall to wall, fronts that stand forward and back, pipes, steps, lines with washing.
+/// A narrow alley: cobbles from wall to wall, fronts at different distances, pipes, steps, and lines with washing.
 namespace hueline::sim {
 namespace {
 
-/// One side: fronts of 4 to 8 m at distances of their own.
+/// Adds one side of the alley: fronts of 4 to 8 m width, each at its own distance.
 void add_side(Scene& scene, const Scenario& c, const CentreLine& line, double length, double side) {
   Draw draw{c.seed, kStreamScene + (side > 0 ? 25u : 24u)};
   const std::uint16_t pipe = add_surface(scene, side > 0 ? "pipes right" : "pipes left"),
@@ -16,7 +16,8 @@ void add_side(Scene& scene, const Scenario& c, const CentreLine& line, double le
   double s = -kStreetBehind, distance = 0.5 * (c.alley.near_m + c.alley.far_m);
   while (s < length + kStreetAhead) {
     const double width = draw(4.5, 8.0);
-    // Neighbours differ by a step, not by the whole range: an alley, not a row of niches.
+    // The distance changes by a part of the range from one front to the next, so that the walls form an alley and not a
+    // row of niches.
     const double wanted = draw(c.alley.near_m, c.alley.far_m);
     distance += 0.6 * (wanted - distance);
     if (draw(0, 1) < 0.25) distance = wanted;
@@ -32,7 +33,7 @@ void add_side(Scene& scene, const Scenario& c, const CentreLine& line, double le
     };
     scene.still.rod(on_wall(0.25, 0.08, 0.1), on_wall(0.25, 0.08, style.height_m - 0.2), 0.05, 8,
                     {Material::Steel, pipe, 0});
-    // Sills stand out from the wall under each upper window: short edges close to the lenses.
+    // Sills stand out from the wall under each upper window. They are short edges close to the lenses.
     for (double z = 3.95 + 0.62; z + style.storey_m < style.height_m + 0.3; z += style.storey_m)
       for (double x = style.bay_m / 2; x + 0.4 < width; x += style.bay_m) {
         const Pose sill{T.R, on_wall(x, 0.0, z)};

@@ -13,7 +13,7 @@ namespace {
 constexpr int kBlockRows = 8;
 }
 
-/// Rows first .. first + rows of a lens.
+/// The rows `first` to `first + rows - 1` of a lens.
 struct PanoramicCamera::Block {
   int first = 0, rows = 0;
   std::vector<Radiance> light;
@@ -55,7 +55,7 @@ Pose PanoramicCamera::T_enu_head(std::size_t number) const {
 }
 
 std::vector<Moment> PanoramicCamera::moments(std::size_t number, double row) const {
-  // Poses spread evenly over the exposure; one: its middle.
+  // The samples are spread evenly over the exposure; a single one is at its middle.
   std::vector<Moment> out;
   const int samples = scenario_.camera.blur_samples;
   const GpsNs start = exposure_start(number) + shutter_.row_delay(row);
@@ -102,7 +102,8 @@ void PanoramicCamera::render(const Lens& lens, const Moments& moments, Block& bl
   std::array<World::Ray, World::kBatch> rays;
   std::array<Seen, World::kBatch> seen;
   std::array<std::size_t, World::kBatch> target;
-  // Tiles of 4 x 2 pixels keep the rays of a batch together; rows with moments of their own make tiles of 8 x 1.
+  // Tiles of 4 x 2 pixels keep the rays of a batch close together. Rows with moments of their own are traced in tiles
+  // of 8 x 1.
   const bool by_row = moments.size() > 1;
   const int tile_rows = by_row ? 1 : 2, tile_columns = by_row ? 8 : 4;
   for (int y = 0; y < block.rows; y += tile_rows)
@@ -134,7 +135,7 @@ void PanoramicCamera::render(const Lens& lens, const Moments& moments, Block& bl
 
 void PanoramicCamera::smooth_outlines(const Lens& lens, const Moments& moments, Block& block) const {
   const auto width = static_cast<std::size_t>(lens.optics.width);
-  std::vector<std::vector<std::size_t>> edges(moments.size());  // by those who share their moments
+  std::vector<std::vector<std::size_t>> edges(moments.size());  // grouped by rows that share their moments
   for (std::size_t y = 0; y < static_cast<std::size_t>(block.rows); ++y)
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t i = y * width + x;
@@ -144,7 +145,7 @@ void PanoramicCamera::smooth_outlines(const Lens& lens, const Moments& moments, 
                            (y + 1 < static_cast<std::size_t>(block.rows) && block.face[i] != block.face[i + width]);
       if (differs) edges[moments.size() == 1 ? 0 : y].push_back(i);
     }
-  // Three more samples a pixel; with the centre they make a skewed lattice.
+  // Three additional samples a pixel; together with the centre they form a skewed lattice.
   static constexpr std::array<std::array<float, 2>, 3> kOffsets{{{-0.38f, 0.18f}, {0.12f, -0.38f}, {0.36f, 0.32f}}};
   const float share = 0.25f / static_cast<float>(moments[0].size());
   for (std::size_t group = 0; group < edges.size(); ++group) {
@@ -174,7 +175,8 @@ void PanoramicCamera::sample_outlines(const Lens& lens, const Moment& moment, co
   for (const std::size_t i : edges) {
     const std::size_t at = first * width + i, x = i % width, y = at / width;
     const float* d = &lens.directions[3 * at];
-    // Directions vary smoothly: to the right and downwards by differences, at the borders by those on the other side.
+    // Directions vary smoothly, so a direction between pixels is interpolated with the pixels to the right and below;
+    // at the right and lower borders with those to the left and above.
     const float* right = x + 1 < width ? d + 3 : d - 3;
     const float* below = y + 1 < static_cast<std::size_t>(lens.optics.height) ? d + 3 * width : d - 3 * width;
     const float su = x + 1 < width ? 1.0f : -1.0f,
@@ -211,7 +213,7 @@ void PanoramicCamera::develop(std::size_t number, std::size_t index, const Block
       const float cosine = lens.directions[3 * (v * width + u) + 2];
       float x = tone_.gain() * gain * colour * (1 - lens.dim * (1 - cosine));
       if (scenario_.noise) {
-        // The gain comes after the electrons: a dark lens is noisy.
+        // The gain is applied after the electrons, so a dark lens is noisy.
         const float electrons = std::min(x, 1.2f) / gain * well;
         const std::uint64_t pixel = (row + v) * stack + column + u;
         x += std::sqrt(electrons + read2) / well * gain * quick_gaussian(scrambled(key + pixel));

@@ -43,7 +43,7 @@ Status write_drive(const Drive& d, const std::string& path) {
   }
   out.number(static_cast<std::uint64_t>(d.pps_edge_error_ns.size()));
   for (const auto e : d.pps_edge_error_ns) out.number(e);
-  // Drives of other scanners and without a wheel encoder end here, as they did before there were such.
+  // Drives without a profile scanner and a wheel encoder end here, as they did before these existed.
   if (!d.profile.empty() || !d.wheel.empty()) out.number(static_cast<std::uint64_t>(d.profile.size()));
   for (const ProfilePacket& p : d.profile) {
     out.number(p.first_pulse_gps_ns);

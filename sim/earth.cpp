@@ -15,9 +15,9 @@ Vec3 ecef_from_geodetic(const GeodeticPlace& g) {
 }
 
 GeodeticPlace geodetic_from_ecef(Vec3 p) {
-  // Fixed-point iteration on tan(latitude) = (z + e2 N sin(latitude)) / rho: contracts by e2 (1/150) a step; atan2
-  // keeps it good at the poles. Height along the normal from both components, so that neither the equator nor the pole
-  // divides by zero.
+  // Fixed-point iteration on tan(latitude) = (z + e2 N sin(latitude)) / rho. Each step reduces the error by e2 (1/150);
+  // atan2 keeps it accurate at the poles. The height along the normal uses both components, so that nothing is divided
+  // by zero at the equator or at a pole.
   const double rho = std::hypot(p.x, p.y);
   double latitude = std::atan2(p.z, rho * (1.0 - kEccentricity2));
   double normal = kSemiMajor;

@@ -6,11 +6,11 @@
 namespace hueline::sim {
 namespace {
 
-constexpr int kColumns = 16, kRows = 12;  // of the metering grid
-constexpr int kSettling = 40;             // images looked at before the first
+constexpr int kColumns = 16, kRows = 12;  // size of the metering grid
+constexpr int kSettling = 40;             // images that are metered before the first image is exposed
 constexpr double kDarkest = 1e-4;
 
-/// Directions of the metered pixels in the lens frame.
+/// Returns the directions of the metered pixels in the lens frame.
 std::vector<Vec3> metered(const TrueLens& lens) {
   std::vector<Vec3> out;
   for (int j = 0; j < kRows; ++j)
@@ -28,7 +28,7 @@ std::vector<float> look(const World& world, const Moment& moment, const Pose& T_
   for (std::size_t first = 0; first < directions.size(); first += World::kBatch) {
     const std::size_t n = std::min(World::kBatch, directions.size() - first);
     for (std::size_t i = 0; i < n; ++i) rays[i] = {T_enu_lens.p, T_enu_lens.R * directions[first + i]};
-    // Wide cones: a metered pixel stands for its part of the image.
+    // The cones are wide, because a metered pixel stands for its part of the image.
     world.look(moment, std::span(rays).first(n), 0.02f, std::span(seen).first(n));
     for (std::size_t i = 0; i < n; ++i)
       light.push_back(0.25f * seen[i].colour.r + 0.5f * seen[i].colour.g + 0.25f * seen[i].colour.b);

@@ -41,7 +41,7 @@ std::string image_name(std::size_t number) {
 constexpr std::uint32_t kPayloadRow = 4096;
 constexpr std::int64_t kGpsEpochUnix_s = 315'964'800;
 
-/// As the head's own compression sends it.
+/// Encodes an exposure as the head's own compression does.
 Result<Bytes> jpeg_planes(const Scenario& scenario, const RigTruth& rig, const CameraExposure& e,
                           std::span<const std::uint8_t> mosaic) {
   JpegPlanesImage image;
@@ -58,7 +58,8 @@ Result<Bytes> jpeg_planes(const Scenario& scenario, const RigTruth& rig, const C
   return encode_jpeg_planes(image);
 }
 
-/// A camera sends its compressed exposures in a buffer of one size: that of the largest, in whole rows of bytes.
+/// Fills all files up to the size of the largest, in whole rows of bytes: a camera sends its compressed exposures in
+/// buffers of one size.
 Status fill_up(const fs::path& folder, std::size_t largest, std::vector<CameraExposure>& exposures) {
   for (CameraExposure& e : exposures) {
     e.width = kPayloadRow;
@@ -70,7 +71,7 @@ Status fill_up(const fs::path& folder, std::size_t largest, std::vector<CameraEx
   return {};
 }
 
-/// Images one after the other (each in parallel by itself), so that at most one is in memory.
+/// Renders the images one after the other, each with all threads, so that at most one is in memory.
 Status render_images(const Scenario& scenario, const PanoramicCamera& camera, const RigTruth& rig,
                      const fs::path& folder, Drive& drive, unsigned threads, const std::function<bool(double)>& go_on) {
   const bool is_coded = scenario.camera.payload == ImagePayload::JpegPlanes;
@@ -100,7 +101,8 @@ Status render_images(const Scenario& scenario, const PanoramicCamera& camera, co
   return is_coded ? fill_up(folder, largest, drive.exposures) : Status();
 }
 
-/// Packets in groups: fired in parallel, kept and written in order. `keep` takes each, one after the other.
+/// Fires the packets in groups: a group is fired in parallel, then `keep` takes its packets one after the other, in
+/// order.
 template <class AnyScanner, class Keep>
 Status fire_laser(const AnyScanner& scanner, unsigned threads, const std::function<bool(double)>& go_on, Keep keep) {
   constexpr std::size_t kGroup = 512;
@@ -123,7 +125,8 @@ Status fire_laser(const AnyScanner& scanner, unsigned threads, const std::functi
   return {};
 }
 
-/// A folder whose files are of an older form holds the same drive, but cannot be read any more: it is made again.
+/// Returns false if the files of the folder have an older format. They hold the same drive but can no longer be read,
+/// so the drive is rendered again.
 bool is_current(const fs::path& folder) {
   const auto begins = [&](const char* file, const char* magic) {
     ByteReader in((folder / file).string());
@@ -137,7 +140,7 @@ Status make(const Scenario& scenario, const fs::path& folder, const Progress& pr
             const GenerateOptions& options) {
   const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
   auto last = std::chrono::steady_clock::time_point();
-  // Progress is for people: it is the only thing here that looks at a clock.
+  // Only the reports of progress, which people read, use a clock here.
   const auto report = [&](const char* stage) {
     return [&, stage](double share) {
       const auto now = std::chrono::steady_clock::now();
@@ -212,7 +215,7 @@ Result<Drive> generate(const Scenario& scenario, const std::string& cache_dir, c
   }
   if (fs::exists(file, ec) && !is_current(folder)) fs::remove_all(folder, ec);
   fs::rename(partial, folder, ec);
-  // Somebody else may have finished the same drive first: theirs is as good.
+  // Another process may have finished the same drive first; its result is equal.
   if (ec && !fs::exists(file)) return Error{ErrorCode::Io, "renaming " + partial.string() + ": " + ec.message()};
   return read_drive(file);
 }

@@ -24,7 +24,7 @@ std::vector<InsSample> simulate_ins(const Scenario& c, const Motion& motion) {
     return std::none_of(ins.outages.begin(), ins.outages.end(),
                         [&](const InsOutage& o) { return at >= o.at_s && at < o.at_s + o.for_s; });
   };
-  // E N U, vE vN vU, roll pitch heading
+  // Position E N U, velocity E N U, roll, pitch, heading.
   const double rp = radians(ins.roll_pitch_sigma_deg), hd = radians(ins.heading_sigma_deg);
   const double pos = ins.position_sigma_m, vel = ins.velocity_sigma;
   const std::array<double, 9> slow{pos, pos, 1.5 * pos, vel, vel, vel, rp, rp, hd};
@@ -75,7 +75,8 @@ std::vector<InsSample> simulate_ins(const Scenario& c, const Motion& motion) {
     const auto drifted = drift.sigma();
     for (std::size_t i = 0; i < 9; ++i) s.sigma[i] = std::hypot(std::hypot(slow[i], white[i]), drifted[i]);
     s.has_gnss = sees_satellites;
-    // The receiver goes by what it claims: wide after a long outage, whatever the satellites do.
+    // The receiver judges by the sigma that it claims: after a long outage it stays large for a while although
+    // satellites are back.
     s.status = drifted[0] > ins.high_variance_m ? 2 : (sees_satellites ? 3 : 6);
     samples.push_back(s);
   }

@@ -6,16 +6,17 @@ namespace hueline::sim {
 namespace {
 
 constexpr double kGravity = 9.81;
-constexpr double kPlaceBack_s = 1.5,
-                 kAttitudeBack_s = 20;  // a fixed RTK solution is found again; attitude follows by manoeuvres
+// With satellites back, a fixed RTK solution is found again; the attitude follows by manoeuvres.
+constexpr double kPlaceBack_s = 1.5, kAttitudeBack_s = 20;
 enum State : std::size_t { kBias, kAngle, kLean, kVelocity, kPlace, kPlaceByHeading };
 
 }  // namespace
 
-// pos_lv_220 and pos_lv_420: of the class of those systems with real-time RTK (position 0.035 m, roll and pitch 0.020
-// deg, heading 0.050 and 0.020 deg), not checked against the maker's sheet; inertial figures are set so that with the
-// wheel a minute without satellites costs a few decimetres. SPAN-CPT: gyros' in-run bias 1 deg/h and 0.0667 deg/sqrt(h)
-// from NovAtel's SPAN-CPT manual OM-20000122, table 9; biases are what a filter leaves of them.
+// pos_lv_220 and pos_lv_420 are of the class of those systems with real-time RTK (position 0.035 m, roll and pitch
+// 0.020 deg, heading 0.050 and 0.020 deg); they were not checked against the maker's datasheet. Their inertial figures
+// are chosen so that with the wheel sensor a minute without satellites costs a few decimetres. span_cpt: in-run bias of
+// the gyros 1 deg/h and random walk 0.0667 deg/sqrt(h) from NovAtel's SPAN-CPT manual OM-20000122, table 9. The biases
+// in the table below are what a filter leaves of them.
 InsConfig graded(const InsConfig& c) {
   InsConfig g = c;
   const auto set = [&](double place, double velocity, double level_deg, double heading_deg, double bias, double walk,
@@ -77,7 +78,7 @@ void OutageDrift::propagate(Axis& axis, double dt, double speed) const {
 
 void OutageDrift::advance(double dt, bool has_gnss, double heading, double speed, std::uint64_t index) {
   if (!has_gnss && !was_out_) {
-    // A new outage begins with what the filter does not know of its biases.
+    // At the beginning of an outage, draw the part of the biases that the filter does not know.
     ++outages_;
     for (std::size_t i = 0; i < 3; ++i) {
       bias_[i] = gyro_bias_ * gaussian(seed_, kStreamInsOutage + i, outages_);
@@ -102,11 +103,12 @@ void OutageDrift::advance(double dt, bool has_gnss, double heading, double speed
     return;
   }
   const double root = std::sqrt(dt), s = std::sin(heading), c = std::cos(heading);
-  // Right and forward: roll to the right leaks gravity one way, the nose's rise the other; signs matter to nobody.
+  // Roll and pitch leak gravity into the acceleration to the right and forward. Their signs do not matter, because the
+  // errors are symmetric.
   const double right = kGravity * error_[6] + lean_[0], forward = kGravity * error_[7] + lean_[1];
   const std::array<double, 3> acceleration{c * right + s * forward, -s * right + c * forward, lean_[2]};
   const double keep = config_.wheel_s > 0 ? std::exp(-dt / config_.wheel_s) : 1.0;
-  // With a wrong heading the way that was driven points aside.
+  // A wrong heading turns the driven distance aside.
   const double aside = config_.wheel_s > 0 ? speed * error_[8] : 0.0;
   const std::array<double, 3> off{c * aside, -s * aside, 0};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -120,7 +122,8 @@ void OutageDrift::advance(double dt, bool has_gnss, double heading, double speed
 
 std::array<double, 9> OutageDrift::sigma() const {
   const auto of = [&](std::size_t axis, std::size_t state) { return std::sqrt(axis_[axis].P[state][state]); };
-  // Along the way the heading costs nothing; the claim does not split the level plane.
+  // A heading error causes no error along the direction of motion. The claimed sigma does not separate the directions
+  // of the level plane.
   const double level = std::hypot(of(0, kPlace), of(2, kPlaceByHeading));
   return {level,         level,         of(1, kPlace), of(0, kVelocity), of(0, kVelocity), of(1, kVelocity),
           of(0, kAngle), of(0, kAngle), of(2, kAngle)};

@@ -44,15 +44,15 @@ std::string Judge::Config::validate() const {
 Judge::Judge(const Scenario& scenario, const Config& config)
     : config_(config), rig_(rig_truth(scenario)), shutter_(scenario), by_lens_(rig_.lenses.size()) {
   if (shutter_.is_rolling()) motion_.emplace(scenario);
-  // One channel fires all of a profile scanner's pulses, microseconds apart: a claim is never judged by its neighbour's
-  // truth.
+  // A profile scanner fires all pulses in one channel, microseconds apart. The limit keeps a claim from being matched
+  // with the neighbouring pulse.
   if (scenario.laser.model == LaserModel::Profile)
     config_.match_ns = std::min(config_.match_ns, profile_timing(scenario.laser).pulse_period_ps * 2 / 5 / 1000);
 }
 
 Pose Judge::T_enu_head(const TrueExposure& exposure, std::size_t lens, Vec3 p_enu) const {
   Pose T_enu_head{{exposure.R_enu_head}, {exposure.p_enu_head[0], exposure.p_enu_head[1], exposure.p_enu_head[2]}};
-  // The row tells the time and the time moves the row, by far less than a row each turn.
+  // The row gives the time, and the time moves the row. Each iteration changes the row by far less than one row.
   for (int i = 0; i < 3 && motion_; ++i) {
     const auto pixel = rig_.lenses[lens].project(inverse(T_enu_head * rig_.lenses[lens].T_head_lens) * p_enu);
     if (!pixel) break;

@@ -9,11 +9,11 @@
 namespace hueline::sim {
 namespace {
 
-constexpr double kWireUnit = 0.002;    // m: distances on Velodyne's wire
-constexpr float kBeamSpread = 0.003f;  // rad: full width of the beam
+constexpr double kWireUnit = 0.002;    // unit of distances on Velodyne's wire, m
+constexpr float kBeamSpread = 0.003f;  // full width of the beam, rad
 
 std::uint8_t reflectivity_of(const Seen& seen) {
-  // Matt targets fill 0..100, retroreflectors the rest.
+  // Matt targets have the values 0 .. 100, retroreflectors the values above.
   if (seen.material == Material::SignFace) return 220;
   return static_cast<std::uint8_t>(std::clamp(100.0f * seen.reflectance, 1.0f, 100.0f));
 }
@@ -58,7 +58,7 @@ Scanner::Scanner(const Scenario& scenario, const Motion& motion, const World& wo
 double Scanner::azimuth_centideg(GpsNs t) const {
   const GpsNs since = t - scenario_.sensors_begin_gps_ns();
   if (scenario_.laser.rate_rpm == 0) {
-    // Whole blocks in integers: their azimuths are exact.
+    // Whole blocks are counted in integers, so that their azimuths are exact.
     const GpsNs block = since / timing_.block_period_ns(), rest = since % timing_.block_period_ns();
     return static_cast<double>(block * timing_.block_step_centideg % 36000) +
            timing_.block_step_centideg * (static_cast<double>(rest) / static_cast<double>(timing_.block_period_ns()));

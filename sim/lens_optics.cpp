@@ -22,8 +22,8 @@ void brown(double x, double y, const std::array<double, 5>& d, double& out_x, do
 }
 
 constexpr double kFisheyeRatio = 2.79, kBrownRatio = 1.9;
-constexpr double kFisheyeLimit = 1.45;  // rad: beyond the corner of every lens of the head
-constexpr double kBrownLimit = 1.20;    // rad: the radial polynomial is monotone up to tan of it
+constexpr double kFisheyeLimit = 1.45;  // rad; beyond the corner of every lens of the head
+constexpr double kBrownLimit = 1.20;    // rad; the radial polynomial is monotone up to the tangent of it
 
 }  // namespace
 
@@ -44,11 +44,11 @@ std::optional<Vec3> TrueLens::ray(double u, double v) const {
   }
   double x = xd, y = yd;
   for (int i = 0; i < 25; ++i) {
-    // Newton with the Jacobian of the model itself.
+    // Newton's method with the Jacobian of the model.
     const double r2 = x * x + y * y;
     const auto& d = distortion;
     const double radial = 1 + r2 * (d[0] + r2 * (d[1] + r2 * d[4]));
-    const double slope = 2 * (d[0] + r2 * (2 * d[1] + 3 * r2 * d[4]));  // d radial / d(r^2) * 2
+    const double slope = 2 * (d[0] + r2 * (2 * d[1] + 3 * r2 * d[4]));  // 2 d radial / d(r^2)
     const double jxx = radial + x * x * slope + 2 * d[2] * y + 6 * d[3] * x;
     const double jxy = x * y * slope + 2 * d[2] * x + 2 * d[3] * y;
     const double jyy = radial + y * y * slope + 6 * d[2] * y + 2 * d[3] * x;
@@ -90,7 +90,8 @@ TrueLens true_lens(const LensConfig& c, std::size_t index, LensModel model, int 
   const double ratio = model == LensModel::KannalaBrandt ? kFisheyeRatio : kBrownRatio;
   lens.focal_x = c.focal_px * ratio * sx;
   lens.focal_y = c.focal_px * ratio * sy;
-  // A pixel centre x of the full image covers x - 0.5 .. x + 0.5: edges scale, centres follow.
+  // Pixel x of the full image covers x - 0.5 .. x + 0.5. The edges of pixels scale; their centres follow from the
+  // edges.
   lens.centre_x = (c.centre_x_px + 0.5) * sx - 0.5;
   lens.centre_y = (c.centre_y_px + 0.5) * sy - 0.5;
   const double own = 0.1 * (static_cast<double>(index % 6) - 2.5);

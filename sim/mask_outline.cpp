@@ -8,9 +8,10 @@
 namespace hueline::sim {
 namespace {
 
-using Corner = std::pair<int, int>;  // of pixels: (x, y) is the upper left corner of pixel (x, y)
+// A corner of pixels: (x, y) is the upper left corner of pixel (x, y).
+using Corner = std::pair<int, int>;
 
-/// Douglas-Peucker between first and last, both kept.
+/// Douglas-Peucker simplification between `first` and `last`, which are both kept.
 void simplify(const std::vector<Corner>& loop, std::size_t first, std::size_t last, double tolerance,
               std::vector<bool>& keep) {
   double worst = 0;
@@ -35,7 +36,7 @@ void simplify(const std::vector<Corner>& loop, std::size_t first, std::size_t la
 
 std::vector<std::vector<TruePixel>> mask_outline(const std::vector<std::uint8_t>& mask, int width, int height, int grow,
                                                  double tolerance) {
-  // Grown beyond the image's borders too, so that cut corners do not free pixels there.
+  // The mask is grown beyond the image's borders too, so that simplified corners do not uncover pixels there.
   const int w = width + 2 * grow, h = height + 2 * grow;
   std::vector<bool> grown(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
   for (int y = 0; y < height; ++y)
@@ -50,7 +51,7 @@ std::vector<std::vector<TruePixel>> mask_outline(const std::vector<std::uint8_t>
     return x >= 0 && y >= 0 && x < w && y < h &&
            grown[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)];
   };
-  // Each side between a covered and a free pixel, walked with the covered one on the right hand.
+  // The sides between a covered and a free pixel, directed so that the covered pixel is on the right.
   std::multimap<Corner, Corner> sides;
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x) {

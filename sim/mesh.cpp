@@ -47,7 +47,7 @@ void Mesh::cylinder(Vec3 foot, double r0, double r1, double height, int sides, Q
     const double u0 = 2 * kPi * r0 * i / sides, u1 = 2 * kPi * r0 * (i + 1) / sides;
     quad({at(i, r0, 0), at(i + 1, r0, 0), at(i + 1, r1, height), at(i, r1, height)},
          {{{u0, 0}, {u1, 0}, {u1, height}, {u0, height}}}, tag);
-    if (i % 2 == 0 && r1 > 0.001)  // cap: two sides a quad
+    if (i % 2 == 0 && r1 > 0.001)  // the lid: a quad covers two of its triangles
       rectangle({at(i, r1, height), at(i + 1, r1, height), at(i + 2, r1, height), foot + Vec3{0, 0, height}}, tag);
   }
 }
@@ -74,7 +74,7 @@ void Mesh::ellipsoid(Vec3 centre, Vec3 half, int rings, int sides, QuadTag tag) 
   const auto uv = [&](int i, int j) { return TexturePoint{2 * kPi * half.x * i / sides, kPi * half.z * j / rings}; };
   for (int j = 0; j < rings; ++j)
     for (int i = 0; i < sides; ++i) {
-      if (j == 0)  // a triangle at the pole: its first corner must not be the doubled one
+      if (j == 0)  // a triangle at the pole; its first corner must not be the doubled one
         quad({at(i + 1, 1), at(i, 1), at(i, 0), at(i + 1, 0)}, {{uv(i + 1, 1), uv(i, 1), uv(i, 0), uv(i + 1, 0)}}, tag);
       else
         quad({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)},

@@ -10,7 +10,7 @@ namespace {
 struct Box {
   Vec3 lo, hi;
 };
-// For the default mounts of scanner and camera; body origin 0.8 m above the road.
+// The parts suit the default mountings of scanner and camera. The body's origin is 0.8 m above the road.
 constexpr std::array<Box, 8> kParts{{
     {{-0.90, -2.20, -0.55}, {0.90, 2.15, 0.22}},  // lower body
     {{-0.80, -2.10, 0.22}, {0.80, 0.75, 0.85}},   // cabin
@@ -21,7 +21,7 @@ constexpr std::array<Box, 8> kParts{{
     {{-0.04, -1.34, 1.76}, {0.08, -1.22, 1.90}},  // scanner
     {{-0.90, 0.75, 0.22}, {0.90, 1.10, 0.45}},    // foot of the windscreen
 }};
-constexpr double kReach = 3.2;  // m: every part lies within this of (0, 0, 0.5)
+constexpr double kReach = 3.2;  // every part is within this distance of (0, 0, 0.5), m
 
 }  // namespace
 

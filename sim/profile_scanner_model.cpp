@@ -8,14 +8,14 @@
 namespace hueline::sim {
 namespace {
 
-/// What one Ethernet frame of 1500 bytes holds if every pulse has a return: 44 + 204 x 7 = 1472.
+/// Pulses that fit into one Ethernet frame of 1500 bytes if every pulse has a return: 44 + 204 x 7 = 1472.
 constexpr std::int64_t kPulses = 204;
 constexpr double kWireUnit = 1e-4;  // m
 constexpr double kTurnUnits = 4294967296.0;
-constexpr float kBeamSpread = 0.0005f;  // rad: full width of the beam
+constexpr float kBeamSpread = 0.0005f;  // full width of the beam, rad
 
 std::uint16_t reflectance_of(const Seen& seen) {
-  if (seen.material == Material::SignFace) return 50'000;  // retroreflective: five times white
+  if (seen.material == Material::SignFace) return 50'000;  // retroreflective: five times as bright as white
   return static_cast<std::uint16_t>(std::lround(10'000 * std::clamp(seen.reflectance, 0.01f, 1.0f)));
 }
 

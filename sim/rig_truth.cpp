@@ -33,8 +33,8 @@ std::vector<std::uint8_t> RigTruth::own_vehicle_mask(std::size_t index) const {
 LaserTiming laser_timing(LaserModel model, bool vertical_offsets) {
   LaserTiming t;
   if (model == LaserModel::Vlp16) {
-    // VLP-16 user manual, table of vertical angles and offsets by laser id; 55.296 us a firing sequence, 2.304 us a
-    // laser.
+    // VLP-16 user manual, table of vertical angles and offsets by laser id; 55.296 us from one firing sequence to the
+    // next, 2.304 us from one laser to the next.
     static constexpr std::array<int, 16> kElevation{-15, 1, -13, 3, -11, 5, -9, 7, -7, 9, -5, 11, -3, 13, -1, 15};
     static constexpr std::array<double, 16> kOffsetMm{11.2, -0.7, 9.7, -2.2, 8.1, -3.7, 6.6, -5.1,
                                                       5.1,  -6.6, 3.7, -8.1, 2.2, -9.7, 0.7, -11.2};
@@ -47,8 +47,8 @@ LaserTiming laser_timing(LaserModel model, bool vertical_offsets) {
     t.block_step_centideg = 40;
     return t;
   }
-  // HDL-32E: 32 lasers from -30.67 to +10.67 deg, 4/3 deg apart, low and high half interleaved; angles as tabled, to
-  // 0.01 deg.
+  // HDL-32E: 32 lasers from -30.67 to +10.67 deg, 4/3 deg apart, with the lower and the upper half interleaved; the
+  // angles are those of the table, rounded to 0.01 deg.
   for (int i = 0; i < 32; ++i) {
     const int ring = i % 2 == 0 ? i / 2 : 16 + i / 2;
     const double elevation_deg = std::round((-92.0 / 3.0 + 4.0 / 3.0 * ring) * 100) / 100;

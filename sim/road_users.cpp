@@ -10,7 +10,8 @@ std::vector<Albedo> usual_paints() {
 }
 
 void add_car(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint) {
-  // Outline of the side, y forward and z up, from the rear bumper round over the roof; the cabin is narrower on top.
+  // Outline of the side, y forward and z up, from the rear bumper over the roof to the front; the cabin is narrower at
+  // the top.
   struct Rib {
     double y, z, half_width;
     Material material;  ///< of the piece up to the next rib
@@ -83,7 +84,7 @@ void add_van(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t pai
   }
 }
 
-/// In mid-stride: what the laser and the lenses see at one moment; the limbs do not swing.
+/// Adds a person in mid-stride, as the laser and the lenses see a walker at one moment. The limbs do not swing.
 void add_person(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t clothes) {
   const QuadTag trousers{Material::Cloth, surface, (clothes + 3) % 9}, coat{Material::Cloth, surface, clothes % 9},
       skin{Material::Skin, surface, 0};

@@ -12,11 +12,12 @@
 namespace hueline::sim {
 namespace {
 
-/// Raise when the same scenario is to give other bytes than before: old cache folders are then left alone.
+/// Increase this number when the same scenario is to give other bytes than before; folders of the cache made before are
+/// then not used.
 constexpr int kRendererRevision = 2;
 
-/// Keys that came after the second revision. With its default such a key changes no byte of a drive, so it is left out
-/// of the text: scenarios that were rendered before it keep their fingerprint.
+/// Keys that came after the second revision. With its default value such a key changes no byte of a drive, so the text
+/// leaves it out then, and scenarios that were rendered before the key existed keep their fingerprint.
 constexpr std::array kYoungKeys{"scene=",
                                 "street.sky_brightness=",
                                 "alley.",
@@ -50,7 +51,7 @@ std::string digits(double x) {
   return text;
 }
 
-/// Writes every key and value, in the order of visit().
+/// Writes every key and its value, in the order of `visit()`.
 class Text final : public Keys {
  public:
   std::vector<std::string> lines;

@@ -17,8 +17,8 @@ struct Packet {
   std::vector<std::uint16_t> seen;
 };
 
-/// The first of `count` neighbouring exposures that lie nearest to `t`. `middles` are in the order of time, `count` of
-/// them at least.
+/// Returns the first of the `count` consecutive exposures that are nearest to `t`. `middles` is sorted by time and has
+/// at least `count` elements.
 std::uint32_t first_of_nearest(const std::vector<GpsNs>& middles, GpsNs t, std::uint32_t count) {
   std::size_t first = 0;
   while (first + count < middles.size() && middles[first + count] - t < t - middles[first]) ++first;
@@ -55,7 +55,7 @@ Status write_sights(const Scenario& scenario, const Drive& drive, const std::str
   ByteWriter out(path);
   out.bytes(kSightMagic, 8);
   out.number(static_cast<std::uint32_t>(middles.size()));
-  out.number(asked);  // K and three zeros
+  out.number(asked);  // K and the three zero bytes
   const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
   std::vector<Packet> group(256);
   for (bool more = true; more;) {

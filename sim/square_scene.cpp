@@ -3,13 +3,14 @@
 
 #include "sim/scene_parts.hpp"
 
-/// An open square: slabs, flower beds within low walls, two colonnades, lamp posts with globes, benches, an obelisk.
+/// An open square with slabs, flower beds within low walls, two colonnades, lamp posts with globes, benches and an
+/// obelisk.
 namespace hueline::sim {
 namespace {
 
 constexpr double kHalfWidth = 30;  // m from the centre line to the fronts
 
-/// A place on the square: x right of the drive, y along it.
+/// Returns a place on the square: x to the right of the drive, y along it.
 Pose place(const CentreLine& line, double s, double lateral) {
   return {R_enu_body(0, 0, line.heading(s)), line.place(s, lateral)};
 }
@@ -31,7 +32,7 @@ void add_flower_bed(Scene& scene, const Pose& T, double half_x, double half_y, D
   const double x = half_x - 0.18, y = half_y - 0.18;
   const auto at = [&](double a, double b, double c) { return T * Vec3{a, b, c}; };
   mesh.rectangle({at(-x, -y, 0.40), at(x, -y, 0.40), at(x, y, 0.40), at(-x, y, 0.40)}, {Material::Soil, soil, 0});
-  // Rows of one colour each; every plant is a few petals and leaves.
+  // Each row has one colour; every plant consists of a few petals and leaves.
   const int rows = static_cast<int>(2 * y / 0.24);
   for (int row = 0; row < rows; ++row)
     for (double px = -x + 0.12; px < x; px += 0.2) {
@@ -88,7 +89,7 @@ Scene build_square(const Scenario& c, const CentreLine& line, double length) {
   std::uint32_t columns = 0, beds = 0, lamps = 0, benches = 0, trees = 0;
   for (const double side : {-1.0, 1.0}) {
     const double near = c.drive.lane_offset_m + side * 9.0;
-    // The columns carry a beam in pieces from one to the next.
+    // The columns carry a beam, which has one piece between neighbouring columns.
     const std::uint16_t beam = add_surface(scene, side > 0 ? "beam right" : "beam left");
     for (double s = -18; s < length + 24; s += 5) {
       add_column(scene, place(line, s, near), columns++);

@@ -4,7 +4,7 @@
 
 namespace hueline::sim {
 
-/// Trunk, a few boughs, and leaves as small quads in the shell of an ellipsoid, each turned its own way.
+/// Adds a tree: a trunk, a few boughs, and leaves as small quads with random directions in the shell of an ellipsoid.
 void add_tree(Scene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32_t tint) {
   const std::uint16_t trunk = add_surface(scene, "trunk " + std::to_string(tint)),
                       crown = add_surface(scene, "crown " + std::to_string(tint));
@@ -14,7 +14,7 @@ void add_tree(Scene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32_t tin
   for (int i = 0; i < leaves; ++i) {
     const double z = draw(-1, 1), a = draw(0, 2 * kPi), r = std::pow(draw(0.08, 1), 1.0 / 2.6);
     const double ring = std::sqrt(1 - z * z);
-    // Lumps: the shell is pushed in and out so that the outline is not an egg.
+    // The shell is pushed in and out, so that the outline has lumps and is not an egg.
     const double lump = 1 + 0.16 * std::sin(5 * a + 3 * z + tint) * ring;
     const Vec3 p = centre + Vec3{r * lump * rx * ring * std::cos(a), r * lump * rx * ring * std::sin(a), r * rz * z};
     const double about_z = draw(0, kPi), about_y = draw(0, kPi), about_x = draw(0, kPi);
@@ -39,7 +39,7 @@ void add_lamp(Scene& scene, Vec3 foot, Vec3 towards_road, std::uint32_t number) 
 
 namespace {
 
-/// Pole with a round sign that faces oncoming traffic.
+/// Adds a pole with a round sign that faces oncoming traffic.
 void add_sign(Scene& scene, Vec3 foot, Vec3 facing, std::uint32_t paint) {
   const std::uint16_t id = add_surface(scene, "sign " + std::to_string(paint));
   scene.still.cylinder(foot, 0.035, 0.035, 2.9, 8, {Material::Steel, id, 0});
@@ -83,7 +83,7 @@ void add_furniture(Scene& scene, const Scenario& c, const CentreLine& line, doub
   number = 0;
   for (int i = 0; i < c.street.parked_cars; ++i) {
     const double side = i % 2 == 0 ? 1.0 : -1.0;
-    // Between two trees of its side, nose with the traffic.
+    // Cars are parked between two trees of their side, in the direction of the traffic.
     const double slot = std::floor(i * (length + 60) / c.street.tree_spacing_m / c.street.parked_cars);
     const double s = -20 + c.street.tree_spacing_m * (slot + 0.5) + (side > 0 ? 0 : c.street.tree_spacing_m / 3);
     if (near_zebra(s)) continue;

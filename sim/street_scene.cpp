@@ -33,7 +33,7 @@ void add_road(Scene& scene, const StreetConfig& c, const CentreLine& line, doubl
   const std::uint16_t kerbs = add_surface(scene, "kerb"), walks = add_surface(scene, "pavement"),
                       grass = add_surface(scene, "grass");
   for (const double side : {-1.0, 1.0}) {
-    // Left to right across the drive in both cases, so that the faces look up.
+    // From left to right across the drive on both sides, so that the faces look up.
     const auto strip = [&](double near, double z_near, double far, double z_far, QuadTag tag) {
       if (side > 0)
         add_ribbon(scene.still, line, from, to, near, z_near, far, z_far, tag);
@@ -103,7 +103,7 @@ void add_building(Scene& scene, Vec3 a, Vec3 b, double base, double depth, const
                  {Material::SideWall, front, index});
   mesh.rectangle({at(0, 0, h), at(w, 0, h), at(w, depth, h), at(0, depth, h)}, {Material::Roof, front, index});
   if (!furnished) return;
-  // Depth for the laser: cornice, string course, balconies, an awning over the shop.
+  // Parts that stand out give the laser depth: cornice, string course, balconies, an awning over the shop.
   const std::uint16_t stone = add_surface(scene, "stonework " + std::to_string(index));
   mesh.box(T, {-0.05, -0.35, h - 0.35}, {w + 0.05, 0.0, h}, {Material::Stone, stone, index});
   mesh.box(T, {0, -0.12, 3.72}, {w, 0.0, 3.95}, {Material::Stone, stone, index});
@@ -128,7 +128,7 @@ void add_houses(Scene& scene, const Scenario& c, const CentreLine& line, double 
   double s = -kStreetBehind;
   while (s < drive_length + kStreetAhead) {
     const double width = draw(9, 16), offset = side * (row.lateral_m + draw(0, 0.5));
-    // Whoever faces the right row has the drive's direction on the left hand.
+    // Somebody who faces the houses on the right has the direction of the drive on the left.
     const double s0 = side > 0 ? s + width : s, s1 = side > 0 ? s : s + width;
     const Vec3 a = line.place(s0, offset), b = line.place(s1, offset);
     if (draw(0, 1) < 0.13 && c.street.furnished) {
@@ -153,7 +153,7 @@ Scene build_street(const Scenario& c, const CentreLine& line, double drive_lengt
   const double lateral = c.street.road_width_m / 2 + 0.15 + c.street.pavement_width_m, kerb = c.street.kerb_height_m;
   add_houses(scene, c, line, drive_length, {.side = -1, .lateral_m = lateral, .base_m = kerb});
   add_houses(scene, c, line, drive_length, {.side = 1, .lateral_m = lateral, .base_m = kerb});
-  // The street's ends are closed by a house across it.
+  // A house across the street closes each of its ends.
   Draw draw{c.seed, kStreamScene + 2};
   const double across = c.street.road_width_m / 2 + c.street.pavement_width_m + 4;
   add_end(scene, c, line, draw, drive_length + kStreetAhead - 1, -across, across);
@@ -162,7 +162,7 @@ Scene build_street(const Scenario& c, const CentreLine& line, double drive_lengt
   return scene;
 }
 
-/// The street between tall houses, open at both ends, so that a low sun shines along it.
+/// The street between tall houses. It is open at both ends, so that a low sun shines along it.
 Scene build_canyon(const Scenario& c, const CentreLine& line, double drive_length) {
   Scene scene;
   add_road(scene, c.street, line, drive_length);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kMostColumns = 32768;
 constexpr std::uint64_t kMostBytes = 500'000'000;
-constexpr std::size_t kNarrowest = 16;  // of the levels
+constexpr std::size_t kNarrowest = 16;  // width of the smallest level
 
 std::uint64_t hash_of(const std::vector<unsigned char>& bytes) {
   std::uint64_t hash = 0xCBF29CE484222325ull;  // FNV-1a
@@ -58,7 +58,7 @@ Result<std::shared_ptr<const Surroundings>> Surroundings::load(const std::filesy
   first.width = static_cast<std::size_t>(width);
   first.height = static_cast<std::size_t>(height);
   first.rgb.resize(first.width * first.height * 3);
-  // The accurate transform: the same bytes whatever instructions the machine has.
+  // The accurate transform gives the same bytes whatever instructions the machine has.
   if (tjDecompress2(decoder.get(), jpeg.data(), jpeg.size(), first.rgb.data(), width, 0, height, TJPF_RGB,
                     TJFLAG_ACCURATEDCT) != 0)
     return Error{ErrorCode::Malformed, fmt::format("{}: {}", file.string(), tjGetErrorStr2(decoder.get()))};

@@ -5,24 +5,26 @@
 #include "sim/scene_parts.hpp"
 #include "sim/texture.hpp"
 
-/// A gravel pit with benches of rock around it; spheres on tripods in the open, and things that a careless eye takes
-/// for them.
+/// A gravel pit surrounded by benches of rock, with spheres on tripods in the open and other things that could be
+/// mistaken for them.
 namespace hueline::sim {
 namespace {
 
 constexpr double kLargeRadius = 0.145, kSmallRadius = 0.0725;
 constexpr double kRim = 95;  // m
 
-/// The benches stand forward and back by this: their plan is no circle. Nothing within 22 m.
+/// Returns by how much the benches stand forward or back at an azimuth, so that their plan is not a circle. Zero within
+/// 22 m.
 double bay(double rho, double a) {
   const double n = smooth_noise(static_cast<float>(3 * std::cos(a)) + 5, static_cast<float>(3 * std::sin(a)), 0, 83);
   return 4.0 * n * std::clamp((rho - 22) / 10, 0.0, 1.0);
 }
 
 constexpr std::array<double, 3> kBenchAt{33, 46, 62}, kBenchHeight{5.5, 7, 8};
-constexpr double kBenchRun = 2.4;  // m: a bench's face leans back by this
+constexpr double kBenchRun = 2.4;  // the face of a bench leans back by this much, m
 
-/// Ground at polar place (rho, a) about the vehicle: level where it stands, uneven further out, three benches.
+/// Returns the ground at polar coordinates (rho, a) around the vehicle: level where it stands, uneven farther out, with
+/// three benches.
 Vec3 ground(double rho, double a) {
   const double r = rho - bay(rho, a);
   const Vec3 flat{r * std::cos(a), r * std::sin(a), 0};
@@ -42,7 +44,7 @@ bool is_face(double rho) {
 void add_pit(Scene& scene, Vec3 centre) {
   const std::uint16_t gravel = add_surface(scene, "gravel"), rock = add_surface(scene, "rock");
   constexpr int kAround = 180;
-  // Rings follow the benches' edges.
+  // The rings follow the edges of the benches.
   std::vector<double> rings;
   for (double r = 0.5; r < kRim; r += r < 25 ? 0.5 + 0.02 * r : 1.0) rings.push_back(r);
   for (const double at : kBenchAt)
@@ -114,7 +116,7 @@ Scene build_targets(const Scenario& c, const CentreLine& line, double /*length*/
   const Vec3 centre = line.place(0, c.drive.lane_offset_m);
   add_pit(scene, centre);
   Draw draw{c.seed, kStreamScene + 49};
-  // Golden angle: spread all around, nothing behind anything else of the list for long.
+  // The golden angle spreads the things all around, so that they rarely stand behind each other.
   int index = 0;
   const auto next_place = [&](double nearest, double farthest) {
     const double a = 2.399963 * index++ + draw(-0.15, 0.15), r = draw(nearest, farthest);

@@ -13,7 +13,7 @@ std::uint32_t cell_bits(std::int32_t x, std::int32_t y, std::uint32_t seed) {
   h = (h ^ (h >> 12)) * 0x297A2D39u;
   return h ^ (h >> 15);
 }
-/// -1 .. 1, one value a cell.
+/// Returns a random value in -1 .. 1 for each cell.
 float cell_value(std::int32_t x, std::int32_t y, std::uint32_t seed) {
   return static_cast<float>(cell_bits(x, y, seed) >> 8) * (2.0f / 16777216.0f) - 1.0f;
 }
@@ -25,11 +25,11 @@ Albedo mixed(Albedo a, Albedo b, float t) {
 
 Albedo asphalt(const Scene& scene, const TextureSample& t) {
   const float w = std::max(t.width_u, t.width_v);
-  // u runs along the street, v across: stains are drawn out along the wheels' tracks.
+  // u runs along the street and v across it, so stains are stretched along the tracks of the wheels.
   float g = 0.105f + 0.018f * smooth_noise(t.u / 5.0f, t.v / 1.1f, w / 1.1f, 11) +
             0.014f * smooth_noise(t.u / 0.7f, t.v / 0.4f, w / 0.4f, 12) +
             0.02f * smooth_noise(t.u / 0.09f, t.v / 0.09f, w / 0.09f, 13);
-  // Old trenches, filled with darker tar.
+  // Old trenches, filled with darker asphalt.
   if (cell_bits(whole(t.u / 23.0f), 0, 17) % 3 == 0) {
     const float x = t.u - 23.0f * std::floor(t.u / 23.0f);
     g *= 1 - 0.35f * covered(x, t.width_u, 6.0f, 9.5f) * covered(t.v, t.width_v, 0.6f, 2.4f);
@@ -47,7 +47,7 @@ Albedo asphalt(const Scene& scene, const TextureSample& t) {
   paint += covered(t.u, t.width_u, zebra + 5.0f, zebra + 5.4f) * covered(t.v, t.width_v, -half + 0.5f, -0.2f);
   const float wear = 0.85f + 0.15f * smooth_noise(t.u / 0.5f, t.v / 0.3f, w / 0.3f, 14);
   a = mixed(a, {0.62f, 0.62f, 0.59f}, std::min(1.0f, paint) * wear);
-  // Manhole covers, and a yellow hatched box now and then: something to recognise from above.
+  // Manhole covers, and a hatched yellow box now and then, which are easy to recognise from above.
   const float mx = t.u - 31.0f * std::floor(t.u / 31.0f) - 12.0f, my = t.v - 1.0f;
   const float r = std::sqrt(mx * mx + my * my);
   a = mixed(a, {0.05f, 0.045f, 0.04f},
@@ -72,7 +72,7 @@ Albedo masonry(const TextureSample& t, const Albedo& wall, bool is_brick, std::u
   const float w = std::max(t.width_u, t.width_v);
   float tint = 1 + 0.06f * smooth_noise(t.u / 2.7f, t.v / 1.6f, w / 1.6f, seed) +
                0.04f * smooth_noise(t.u / 0.3f, t.v / 0.3f, w / 0.3f, seed + 1);
-  // Rain leaves the foot of a wall darker.
+  // Rain makes the foot of a wall darker.
   tint *= 1 - 0.25f * std::exp(-std::max(0.0f, t.v) * 1.4f);
   if (!is_brick) return scaled(wall, tint);
   const float row = std::floor(t.v / 0.16f), shift = 0.17f * (row - 2 * std::floor(row / 2));
@@ -82,7 +82,7 @@ Albedo masonry(const TextureSample& t, const Albedo& wall, bool is_brick, std::u
   return mixed(scaled(wall, tint), {0.45f, 0.43f, 0.39f}, joint * 0.8f);
 }
 
-/// Pane with frame and glazing bars between (0, 0) and (width, height), laid over `under`.
+/// A pane with frame and glazing bars between (0, 0) and (width, height), drawn over `under`.
 Albedo window(const Albedo& under, float u, float v, float wu, float wv, float width, float height, float bar,
               Albedo frame, Albedo glass) {
   const float outer = covered(u, wu, -bar, width + bar) * covered(v, wv, -bar, height + bar);
@@ -90,7 +90,7 @@ Albedo window(const Albedo& under, float u, float v, float wu, float wv, float w
   float inner = covered(u, wu, 0.0f, width) * covered(v, wv, 0.0f, height);
   inner *= 1 - covered(u, wu, width / 2 - 0.03f, width / 2 + 0.03f);
   inner *= 1 - covered(v, wv, height * 0.66f, height * 0.66f + 0.05f);
-  // Panes mirror the sky: lighter towards the top.
+  // Panes mirror the sky, so they are lighter at the top.
   const Albedo pane = scaled(glass, 0.7f + 0.6f * std::clamp(v / height, 0.0f, 1.0f));
   return mixed(under, mixed(frame, pane, outer > 0 ? std::min(1.0f, inner / outer) : 0.0f), outer);
 }
@@ -112,7 +112,7 @@ Albedo facade(const FacadeStyle& f, const TextureSample& t) {
     }
     return a;
   }
-  // Ground floor: plinth, door, shop window with the sign over it, or plain windows.
+  // The ground floor has a plinth, a door, and a shop window with a sign above it or plain windows.
   a = mixed(a, scaled(f.trim, 0.45f), covered(t.v, t.width_v, -1.0f, 0.55f));
   const float door = width * 0.72f;
   a = window(a, t.u - door, t.v - 2.2f, t.width_u, t.width_v, 1.2f, 0.45f, 0.09f, f.trim, {0.07f, 0.08f, 0.09f});
@@ -126,7 +126,7 @@ Albedo facade(const FacadeStyle& f, const TextureSample& t) {
         a, t.u - x0, t.v - 0.65f, t.width_u, t.width_v, w, 1.9f, 0.08f, scaled(f.sign, 0.6f),
         mixed({0.10f, 0.11f, 0.12f}, f.door, 0.25f + 0.2f * smooth_noise(t.u * 1.3f, t.v * 1.3f, t.width_u, f.seed)));
     const float board = covered(t.u, t.width_u, 0.5f, width - 0.5f) * covered(t.v, t.width_v, 3.0f, 3.7f);
-    // Lettering: blocks of two widths, no two boards alike.
+    // The lettering consists of blocks of two widths; no two signs are alike.
     const std::int32_t cell = whole((t.u - 0.9f) / 0.42f);
     const std::uint32_t bits = cell_bits(cell, 1, f.seed);
     const float x = t.u - 0.9f - 0.42f * static_cast<float>(cell), letters = (bits % 5 != 0) ? 1.0f : 0.0f;
@@ -146,7 +146,7 @@ Albedo facade(const FacadeStyle& f, const TextureSample& t) {
 }
 
 Albedo sign_face(const Albedo& paint, const TextureSample& t) {
-  // u, v on the unit disc: white rim, coloured field, white arrow.
+  // u, v are coordinates on the unit disc: a white rim, a coloured field and a white arrow.
   const float w = std::max(t.width_u, t.width_v), r = std::sqrt(t.u * t.u + t.v * t.v);
   Albedo a = mixed({0.75f, 0.75f, 0.75f}, paint, covered(r, w, -0.86f, 0.86f));
   const float shaft = covered(t.u, t.width_u, -0.12f, 0.12f) * covered(t.v, t.width_v, -0.55f, 0.3f);
@@ -172,7 +172,7 @@ float covered_periodic(float x, float w, float period, float a, float b) {
     const float n = std::floor(t / period);
     return n * (b - a) + std::clamp(t - n * period - a, 0.0f, b - a);
   };
-  // Near zero of the coordinate: differences of large numbers would cost float's last digits.
+  // Compute near zero: differences of large numbers would lose the last digits of a float.
   const float base = period * std::floor(x / period);
   return (integral(x - base + w / 2) - integral(x - base - w / 2)) / w;
 }
@@ -230,7 +230,7 @@ Albedo albedo_at(const Scene& scene, const TextureSample& t) {
     case Material::SignFace:
       return sign_face(scene.paints[t.tag.style], t);
     case Material::CarPaint: {
-      // Door seams and a handle line: side walls carry y, z as texture.
+      // Seams of the doors and a line of handles; side walls have y and z as texture coordinates.
       const float seam = covered(t.u, t.width_u, -0.21f, -0.19f) + covered(t.u, t.width_u, 0.78f, 0.80f) +
                          covered(t.u, t.width_u, -1.02f, -1.0f);
       return scaled(scene.paints[t.tag.style], 1 - 0.6f * std::min(1.0f, seam) * covered(t.v, t.width_v, 0.3f, 0.9f));

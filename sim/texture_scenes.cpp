@@ -12,7 +12,7 @@ Albedo mixed(Albedo a, Albedo b, float t) {
   return {a.r + (b.r - a.r) * t, a.g + (b.g - a.g) * t, a.b + (b.b - a.b) * t};
 }
 
-/// Slabs of 1 m in two colours, every eighth row a dark band; worn and stained.
+/// Slabs of 1 m in two colours, worn and stained; every eighth row is a dark band.
 Albedo plaza(const TextureSample& t) {
   const float w = std::max(t.width_u, t.width_v);
   const float joint = std::max(covered_periodic(t.u, t.width_u, 1.0f, 0.0f, 0.015f),
@@ -29,7 +29,7 @@ Albedo plaza(const TextureSample& t) {
   return scaled(a, tint * (1 - 0.5f * joint));
 }
 
-/// Rows of stones across the way, each its own grey; a gutter of flat stones in the middle.
+/// Rows of stones across the alley, each with its own grey, and a gutter of flat stones in the middle.
 Albedo cobble(const TextureSample& t) {
   const float w = std::max(t.width_u, t.width_v), row = std::floor(t.u / 0.14f),
               shift = 0.09f * (row - 2 * std::floor(row / 2));
@@ -40,7 +40,7 @@ Albedo cobble(const TextureSample& t) {
   return mixed(scaled({0.25f, 0.235f, 0.22f}, tint), {0.09f, 0.085f, 0.07f}, 0.8f * joint);
 }
 
-/// Style 0: tiles up to 2.6 m, concrete above; style 1: concrete alone. u along the tunnel, v up (or across).
+/// Style 0: tiles up to 2.6 m and concrete above; style 1: concrete only. u runs along the tunnel, v up or across.
 Albedo lining(const TextureSample& t) {
   const float w = std::max(t.width_u, t.width_v);
   const float stain = 0.12f * smooth_noise(t.u / 3.1f, t.v / 0.9f, w / 0.9f, 141) +
@@ -53,7 +53,7 @@ Albedo lining(const TextureSample& t) {
   Albedo tiles = scaled({0.70f, 0.69f, 0.62f},
                         (1 + 0.06f * tile_tint(t.u, t.v, 0.30f, 0.20f, w, 143) + 0.6f * stain) * (1 - 0.45f * joint));
   tiles = mixed(tiles, {0.10f, 0.22f, 0.45f}, covered(t.v, t.width_v, 1.0f, 1.4f));
-  // Exhaust darkens the foot of the wall; metre marks every 5 m, no two alike.
+  // Exhaust makes the foot of the wall darker. Marks stand every 5 m and differ from their neighbours.
   tiles = scaled(tiles, 1 - 0.4f * std::exp(-std::max(0.0f, t.v) * 2.0f));
   const float cell = std::floor(t.u / 5.0f), x = t.u - 5.0f * cell,
               high = 1.6f + 0.1f * (cell - 4 * std::floor(cell / 4));

@@ -2,7 +2,7 @@
 
 #include "sim/scene_parts.hpp"
 
-/// A main road with others on it.
+/// A main road with other vehicles and people.
 namespace hueline::sim {
 namespace {
 

@@ -7,8 +7,8 @@
 namespace hueline::sim {
 namespace {
 
-constexpr double kWalk = 0.9, kWalkHeight = 0.25;  // m: raised walks along the walls
-constexpr double kHill = 11.0, kHillHalf = 46.0;   // m: height above the road, half width
+constexpr double kWalk = 0.9, kWalkHeight = 0.25;  // raised walks along the walls, m
+constexpr double kHill = 11.0, kHillHalf = 46.0;   // height above the road and half width, m
 
 void add_portal(Scene& scene, const CentreLine& line, double s, double half, double height, std::uint16_t front,
                 std::uint16_t slope, double outwards) {
@@ -17,7 +17,7 @@ void add_portal(Scene& scene, const CentreLine& line, double s, double half, dou
   };
   const QuadTag concrete{Material::Lining, front, 1}, grass{Material::Grass, slope, 0};
   Mesh& mesh = scene.still;
-  // The front wall around the opening, and the hill's face beside and above it.
+  // The front wall around the opening, and the face of the hill beside and above it.
   mesh.rectangle({at(0, -half - 5, 0), at(0, -half, 0), at(0, -half, height), at(0, -half - 5, height)}, concrete);
   mesh.rectangle({at(0, half, 0), at(0, half + 5, 0), at(0, half + 5, height), at(0, half, height)}, concrete);
   mesh.rectangle({at(0, -half - 5, height), at(0, half + 5, height), at(0, half + 5, height + 1.6),
@@ -63,7 +63,7 @@ Scene build_tunnel(const Scenario& c, const CentreLine& line, double length) {
     const std::uint16_t rail = add_surface(scene, side > 0 ? "pipe right" : "pipe left");
     mesh.rod(line.place(from, side * (half - 0.12), 3.4), line.place(to, side * (half - 0.12), 3.4), 0.08, 10,
              {Material::Steel, rail, 0});
-    // Niches with a door, lit signs above them.
+    // Niches with a door and a lit sign above it.
     std::uint32_t number = 0;
     for (double s = from + 9; s < to - 4; s += 17, ++number) {
       const Pose T{R_enu_body(0, 0, line.heading(s)), line.place(s, side * half, 0)};

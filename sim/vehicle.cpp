@@ -9,10 +9,10 @@
 namespace hueline::sim {
 namespace {
 
-constexpr double kStep = 0.5;  // m between nodes of the centre line
+constexpr double kStep = 0.5;  // distance between nodes of the centre line, m
 
-/// 0 to 1 over x = 0 to 1 with three vanishing derivatives at both ends; with its slope, second derivative and
-/// integral.
+/// A blend from 0 to 1 over x = 0 .. 1 whose first three derivatives vanish at both ends, with its first and second
+/// derivative and its integral.
 double blend(double x) {
   x = std::clamp(x, 0.0, 1.0);
   return x * x * x * x * (35 + x * (-84 + x * (70 - 20 * x)));
@@ -33,7 +33,7 @@ double blend_integral(double x) {
   return x * x * x * x * x * (7 + x * (-14 + x * (10 - 2.5 * x))) + over;
 }
 
-// Gauss-Legendre, 8 points on -1 .. 1.
+// Gauss-Legendre quadrature with 8 points on -1 .. 1.
 constexpr std::array<double, 4> kNode{0.18343464249564980494, 0.52553240991632898582, 0.79666647741362673959,
                                       0.96028985649753623168};
 constexpr std::array<double, 4> kWeight{0.36268378337836198297, 0.31370664587788728734, 0.22238103445337447054,
@@ -87,20 +87,20 @@ Vec3 CentreLine::place(double s, double lateral, double up) const {
 namespace {
 
 constexpr double kSmallestTurnRadius_m = 2.5;
-constexpr double kStreetBegins_m = -30;  // scenes have houses from there on
+constexpr double kStreetBegins_m = -30;  // the scenes have houses from there on
 
-/// From the halt before turn `i` to that turn, along the line; negative where it lies behind.
+/// Returns the distance along the line from the halt before turn `i` to that turn; negative if the turn lies behind.
 double ahead_m(const DriveConfig& drive, std::size_t i) {
   return (i % 2 == 0 ? 1 : -1) * (drive.turns[i].at_m - (i == 0 ? 0 : drive.turns[i - 1].at_m));
 }
-/// Of a stretch that is driven at full speed for `cruise_s`.
+/// Returns the length of a stretch that is driven at full speed for `cruise_s`.
 double stretch_m(const DriveConfig& drive, double cruise_s) {
   return drive.speed * (cruise_s + 0.5 * (drive.accelerate_s + drive.brake_s));
 }
 double cruise_seconds(const DriveConfig& drive, std::size_t turn) {
   return ahead_m(drive, turn) / drive.speed - 0.5 * (drive.accelerate_s + drive.brake_s);
 }
-/// What the duration leaves for the last stretch.
+/// Returns the time at full speed that the duration leaves for the last stretch.
 double last_cruise_seconds(const Scenario& c) {
   double left = c.duration_s - c.drive.stand_s - c.drive.accelerate_s - c.drive.brake_s - c.drive.halt_s;
   for (std::size_t i = 0; i < c.drive.turns.size(); ++i)
@@ -212,7 +212,8 @@ double Motion::turned_heading(GpsNs t) const { return heading(place(t)); }
 
 double Motion::way(GpsNs t, double lateral_m) const {
   const double offset = drive_.lane_offset_m + lateral_m;
-  // That of the centre line, less what the point is farther inside the bend (exact: lateral offset times turned angle).
+  // The length along the centre line, less what a point farther inside the bend saves: lateral offset times change of
+  // heading, which is exact.
   const auto along_road = [&](const Leg& leg, double to_m) {
     return leg.direction * (to_m - leg.from_m) - offset * (line_.heading(to_m) - line_.heading(leg.from_m));
   };
@@ -228,7 +229,7 @@ TrueState Motion::state(GpsNs gps_ns) const {
   const double t = static_cast<double>(gps_ns - start_) * 1e-9;
   const Place p = place(gps_ns);
   const double fade = p.v / drive_.speed;
-  // Body modes of a car on its springs: incommensurate frequencies below 2.5 Hz.
+  // The motions of a car on its springs, at incommensurate frequencies below 2.5 Hz.
   static constexpr std::array<double, 9> kHertz{0.71, 1.37, 2.23, 0.83, 1.61, 2.41, 0.93, 1.49, 2.11};
   static constexpr std::array<double, 3> kShare{0.6, 0.3, 0.1};
   std::array<double, 3> sway{}, sway_rate{};
@@ -241,7 +242,7 @@ TrueState Motion::state(GpsNs gps_ns) const {
   const double h = heading(p);
   out.heading = h - 2 * kPi * std::floor(h / (2 * kPi));
   out.roll = radians(drive_.roll_amplitude_deg) * fade * sway[0];
-  // The nose lifts under acceleration: half a degree at 2 m/s2.
+  // The nose lifts under acceleration, by half a degree at 2 m/s2.
   out.pitch = radians(drive_.pitch_amplitude_deg) * (fade * sway[1] + p.a);
   const double up = drive_.imu_height_m + drive_.heave_amplitude_m * fade * sway[2];
   out.T_enu_body = {R_enu_body(out.roll, out.pitch, out.heading), line_.place(p.s, p.lateral, up)};

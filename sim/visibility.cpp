@@ -2,7 +2,8 @@
 
 namespace hueline::sim {
 namespace {
-// Both are of one true surface: what remains is Embree's single precision, more on a grazing ray.
+// Tolerances for two places on the same true surface. The rest is due to Embree's single precision, which matters more
+// for a grazing ray.
 constexpr double kSamePlace = 0.01, kSamePlacePerMetre = 5e-4;
 }  // namespace
 
@@ -31,7 +32,7 @@ Sight Visibility::sight(const TrueReturn& point, std::size_t index, std::size_t 
   GpsNs t = shutter_.mid(number);
   Pose T_enu_lens = motion_.T_enu_body(t) * rig_.T_body_head * lens.T_head_lens;
   auto pixel = lens.project(inverse(T_enu_lens) * p_enu);
-  // The row tells the time and the time moves the row, by far less than a row each turn.
+  // The row gives the time, and the time moves the row. Each iteration changes the row by far less than one row.
   for (int i = 0; i < 3 && shutter_.is_rolling() && pixel; ++i) {
     t = shutter_.mid(number) + shutter_.row_delay(pixel->v);
     T_enu_lens = motion_.T_enu_body(t) * rig_.T_body_head * lens.T_head_lens;

@@ -25,9 +25,9 @@ std::vector<WheelSample> simulate_wheel(const Scenario& c, const Motion& motion)
     for (std::size_t wheel = 0; wheel < 4; ++wheel) {
       const double lateral = (wheel % 2 == 0 ? -0.5 : 0.5) * c.wheel.track_m;
       double metres = motion.way(sample.gps_ns, lateral) - motion.way(before, lateral);
-      if (wheel < 2) metres = std::hypot(metres, turned * kWheelbase_m);  // the front ones follow a wider bend
+      if (wheel < 2) metres = std::hypot(metres, turned * kWheelbase_m);  // the front wheels follow a wider bend
       double speed = c.wheel.scale * metres / cycle_s;
-      // The sensor's teeth give nothing while the wheel stands.
+      // The sensor gives no pulses while the wheel stands, so its speed has no noise then.
       if (c.noise && speed > 0.05) speed += c.wheel.speed_sigma * gaussian(c.seed, kStreamWheel, 4 * i + wheel);
       sample.speed[wheel] = std::max(0.0, speed);
     }

@@ -16,7 +16,7 @@ constexpr double kShadowBias = 2e-3;
 
 RTCScene load(RTCDevice device, const Mesh& mesh) {
   RTCScene scene = rtcNewScene(device);
-  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);  // no light between neighbouring quads
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);  // no light passes between neighbouring quads
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
   auto* vertices = static_cast<float*>(
@@ -60,7 +60,8 @@ World::World(const Scenario& scenario, const Motion& motion)
   to_sun_ = {std::sin(az) * std::cos(el), std::cos(az) * std::cos(el), std::sin(el)};
   is_moving_.resize(scene_.surfaces.size());
   for (const Mover& mover : scene_.movers) is_moving_[mover.surface] = 1;
-  embree_->device = rtcNewDevice("threads=1,set_affinity=0");  // one builder: the same tree every time
+  // one thread builds the tree, so that it is the same every time
+  embree_->device = rtcNewDevice("threads=1,set_affinity=0");
   embree_->still = load(embree_->device, scene_.still);
   if (!scene_.movers.empty())
     for (const MovingShape& shape : scene_.shapes) embree_->shapes.push_back(load(embree_->device, shape.mesh));
@@ -79,7 +80,7 @@ Moment World::moment(GpsNs t) const {
   const double seconds = static_cast<double>(t - begin_) * 1e-9;
   for (const Mover& mover : scene_.movers) {
     const double s = mover.s_m + mover.along * mover.speed * seconds;
-    // Whatever is beyond its stretch waits underground.
+    // A mover that is outside its stretch waits underground.
     const bool is_out = s > mover.from_s && s < mover.to_s;
     const double clipped = std::clamp(s, line.from_m(), line.to_m());
     const double turn = mover.across != 0 ? mover.across * kPi / 2 : (mover.along < 0 ? kPi : 0.0);
@@ -160,7 +161,7 @@ void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> s
     double limit = ray.far_m;
     const auto take = [&](const Mesh& mesh, unsigned prim, float hu, float hv, double distance) {
       const Mesh::Face& f = mesh.faces()[prim];
-      // Embree cuts a quad into (0, 1, 3) and (2, 3, 1); hu + hv tells which.
+      // Embree divides a quad into the triangles (0, 1, 3) and (2, 3, 1); hu + hv says which one was hit.
       const auto& t = mesh.texture();
       const bool first = hu + hv <= 1;
       const auto &a = t[f.corner[first ? 0 : 2]], &b = t[f.corner[first ? 1 : 3]], &d = t[f.corner[first ? 3 : 1]];

@@ -35,7 +35,7 @@ float World::daylight(Vec3 place) const {
   const double along = dot(from, in.along), inwards = std::min(along, in.length_m - along);
   if (inwards <= 0 || std::abs(dot(from, in.right)) > in.half_width_m || from.z > in.height_m || from.z < -0.05)
     return 1.0f;
-  // The sky is seen through the nearer end alone: its share falls with the square of the distance.
+  // The sky is visible only through the nearer end, so its share falls with the square of the distance.
   const double reach = inwards / (0.8 * in.height_m);
   return static_cast<float>(0.6 / (1 + reach * reach * 2));
 }
@@ -48,7 +48,7 @@ float World::lamplight(Vec3 place, Vec3 normal) const {
     if (d2 > 400) continue;
     const double d = std::sqrt(d2), down = to.z / d, facing = dot(to, normal) / d;
     if (down > 0 && facing > 0) sum += lamp.power * static_cast<float>(down * facing / (0.25 + d2));
-    // What walls and road throw back reaches every side.
+    // Light that walls and road reflect reaches every side.
     sum += 0.06f * lamp.power / static_cast<float>(1 + 0.1 * d2);
   }
   return sum;
@@ -60,7 +60,7 @@ Radiance World::shade(const Ray& ray, Seen& s, const Contact& c, float cone) con
   if (c.own_part >= 0) {
     a = c.own_part < 2 || c.own_part == 7 ? Albedo{.72f, .72f, .70f} : Albedo{.05f, .05f, .05f};
   } else {
-    // The cone meets the surface in an ellipse: along a texture axis t it is stretched to sqrt(1 + (t.d)^2 / (n.d)^2).
+    // The cone meets the surface in an ellipse. Along a texture axis t it is stretched to sqrt(1 + (t.d)^2 / (n.d)^2).
     const double slant = std::max(1e-3, std::abs(dot(s.normal, ray.direction)));
     const auto width = [&](Vec3 grad) {
       const double steep = length(grad), along = steep > 0 ? dot(grad, ray.direction) / steep : 0.0;
