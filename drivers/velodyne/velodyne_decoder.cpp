@@ -12,38 +12,40 @@ namespace {
 
 constexpr std::size_t kStampAt = 1200, kModeAt = 1204, kProductAt = 1205;
 constexpr std::size_t kBlockBytes = 100;
-/// Pairs of packets whose timing is believed: instead of the factory byte, and against a byte that agrees with the rig.
+/// Number of packet pairs after which their timing is believed: instead of a factory byte of another model, and against
+/// a factory byte that agrees with the rig.
 constexpr int kPairsFor = 3, kPairsAgainst = 20;
 constexpr std::size_t kMostHeld = 16;
 constexpr unsigned kStrongest = 0x37, kLast = 0x38, kDual = 0x39;
 constexpr nanoseconds kHour = std::chrono::hours(1);
 
-/// Arrivals jitter by the network and by the reader's batches; beyond it a move of the stamp is the clock's, not a
-/// loss.
+/// The network and the reader's batches delay arrivals by up to this. If the stamp moves more than this against the
+/// arrival, the clock stepped.
 constexpr nanoseconds kArrivalJitter = std::chrono::milliseconds(200);
 
-/// The network's copy of a packet comes at once; an hour later the counter is the same again.
+/// A copy of a packet made by the network comes at once. (An hour later the counter has the same value again.)
 constexpr nanoseconds kAgainWithin = std::chrono::seconds(1);
 
-/// A label is given only while the latest edge is beyond doubt: not just after it (the counter turns a few microseconds
-/// off the edge), nor so late that the next may come before this packet arrives.
+/// Part of the second in which a label is given, microseconds, so that the latest edge is beyond doubt. Just after the
+/// edge the counter may turn a few microseconds off it; late in the second the next edge may come before the packet
+/// arrives.
 constexpr std::uint32_t kLabelFrom_us = 5'000, kLabelTo_us = 900'000;
 constexpr std::int64_t kMaxLag_s = 2;
 
-constexpr int kCircle = 36000;  // 0.01 deg
+constexpr int kCircle = 36000;  // in 0.01 degrees
 
-/// Blocks so far inside what was silent until now mean that the field of view was set anew; nearer to its edge they are
-/// the motor's.
+/// Blocks that lie deeper than this (0.01 degrees) inside the silent part mean that the field of view was changed.
+/// Nearer to its edge they come from variations of the motor.
 constexpr int kSilentEdge = 100;
 
-/// The mirror's rate is known from one packet to a hundredth, and the motor's varies: what may be missing beside a
-/// silent part.
+/// Relative uncertainty of the time in the silent part: one packet gives the mirror's rate to about 0.01, and the
+/// motor's rate varies.
 constexpr double kSilentUncertainty = 0.02;
 
-/// The scanner counts within the UTC hour.
+/// Makes the scanner's time, which it counts within the UTC hour.
 LaserCounter within_hour(nanoseconds value) { return {CounterOrigin::Utc, kHour, value}; }
 
-/// The shorter way round the hour, in [-30 min, 30 min).
+/// Returns the equivalent difference in [-30 min, 30 min) within the hour.
 nanoseconds within_half_hour(nanoseconds d) {
   d %= kHour;
   if (d >= kHour / 2) return d - kHour;
@@ -135,7 +137,7 @@ void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>
   if (is_ours(packet, out)) use_data(packet, out);
 }
 
-/// Whether to decode it now; else it has been refused, or held.
+/// Returns whether to decode the packet now. If not, it has been refused or is held.
 bool VelodyneDecoder::is_ours(const Packet& packet, std::vector<Measurement>& out) {
   const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kProductAt]);
   if (product == table_.product_id) {
@@ -169,11 +171,12 @@ void VelodyneDecoder::wrong_device(const Packet& packet, std::vector<Measurement
   ++counts_.messages["data of another model"];
   counts_.ignored_bytes += packet.bytes.size();
   const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kProductAt]);
+  const std::string name = velodyne_product_name(product);
   const auto model = timing_.model(kPairsFor);
   out.push_back(
       Fault{sensor_, FaultKind::WrongDevice, packet.received, 1,
-            fmt::format("data packet of product 0x{:02X} ({}){}; the rig names a {} (0x{:02X}): the key model", product,
-                        velodyne_product_name(product),
+            fmt::format("data packet of product {}{}; the rig names a {} (0x{:02X}): the key model",
+                        name.starts_with("0x") ? name : fmt::format("0x{:02X} ({})", product, name),
                         model && *model != config_.model ? fmt::format(", timed as a {}'s", velodyne_table(*model).name)
                                                          : std::string(),
                         table_.name, table_.product_id)});
@@ -246,10 +249,10 @@ void VelodyneDecoder::learn_silent_part(const VelodyneBlocks& blocks) {
   silent_part_ = SilentPart{blocks.last_azimuth, (blocks.jump_azimuth - blocks.last_azimuth + kCircle) % kCircle};
 }
 
-/// Of the time since the packet `from`, so much passed while the mirror turned through the silent part.
+/// Returns which part of the time since the packet `from` passed while the mirror turned through the silent part.
 nanoseconds VelodyneDecoder::silent_time(const Previous& from, nanoseconds moved) const {
   if (!silent_part_ || !(from.turn_rate > 0)) return nanoseconds(0);
-  // A packet that begins just behind the silent part has passed it already.
+  // A packet that begins just after the silent part has passed it already; `until` is then nearly a whole circle.
   const int until = (silent_part_->begin + kSilentEdge - from.azimuth + kCircle) % kCircle;
   const double turned = from.turn_rate * to_seconds(moved);
   if (turned < until) return nanoseconds(0);
@@ -265,7 +268,7 @@ void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanosec
   const std::uint64_t broken = std::exchange(broken_, 0);
   const nanoseconds waited = packet.received - before->received;
   const nanoseconds difference = within_half_hour(stamp - before->stamp - waited % kHour);
-  const nanoseconds moved = waited + difference;  // also across outages of hours
+  const nanoseconds moved = waited + difference;  // correct after outages of hours too
   const auto fault = [&](FaultKind kind, std::string detail) {
     out.push_back(Fault{sensor_, kind, packet.received, 1, std::move(detail)});
   };
@@ -277,7 +280,7 @@ void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanosec
     fault(FaultKind::Late,
           fmt::format("{}: a packet {:.6f} s older than the one before", table_.name, -to_seconds(moved)));
     gaps_.fill(previous_->travelled.count());
-    previous_ = before;  // the newest stays the measure of the next gap
+    previous_ = before;  // the newest packet stays the reference for the next gap
     broken_ = broken;
   } else if (config_.detects_lost && moved > before->duration * 3 / 2) {
     const nanoseconds silent = silent_time(*before, moved);
@@ -315,7 +318,7 @@ void VelodyneDecoder::decode_position_packet(const Packet& packet, std::vector<M
   if (rmc.ok()) {
     label(packet, *position, *rmc, out);
   } else if (rmc.error().code != ErrorCode::Unsupported) {
-    // The packet itself is sound: only its sentence is counted as malformed.
+    // The packet itself is sound, so only its sentence counts as malformed.
     counts_.decoded_bytes += packet.bytes.size() - position->nmea.size();
     return malformed(packet, position->nmea.size(), fmt::format("{}: {}", table_.name, rmc.error().message), out);
   }

@@ -16,54 +16,62 @@
 
 namespace hueline::drivers {
 
-/// Which returns of a firing to keep, of a scanner in dual-return mode.
+/// Which returns of a firing are kept, for a scanner in dual-return mode.
 enum class ReturnChoice : std::uint8_t {
   All,        ///< both; a pair with the same range is one return
   Strongest,  ///< the one with the higher reflectivity
   Last,       ///< the one that the scanner reports as last
 };
 
-/// Which firing of a data packet its stamp names. VLP-16 User Manual 9.3.1: the first of the packet. The HDL-32E manual
-/// of 2011 (appendix E) says the last; later firmware and other decoders hold it for the first. 0.54 ms apart: 1 cm at
-/// 70 km/h.
+/// The firing of a data packet that its time stamp names. VLP-16 User Manual 9.3.1 says the first firing of the packet.
+/// The HDL-32E manual of 2011 (appendix E) says the last; later firmware and other decoders use the first. The two are
+/// 0.54 ms apart, which is 1 cm at 70 km/h.
 enum class PacketStamp : std::uint8_t { FirstFiring, LastFiring };
 
 class VelodyneKernel;
 struct VelodyneBlocks;
 
-/// VLP-16 and HDL-32E: data packets -> LaserBatch (one each, also when no return is left), position packets ->
-/// LaserStatus and, once a second, TimeLabel. The two are told apart by their size, so one UDP source may carry both
-/// ports.
+/// Decodes the packets of a VLP-16 or HDL-32E. Each data packet gives one LaserBatch, even if no return is left. Each
+/// position packet gives a LaserStatus and, once a second, a TimeLabel. The two kinds differ in size, so one UDP source
+/// may carry both ports.
 ///
-/// LaserBatch::time is the first firing of the packet in the scanner's microseconds past the UTC hour; a return's time
-/// and azimuth are those of its own firing: the azimuth between two blocks is interpolated, the last block is continued
-/// at the packet's own rate, so a lost packet changes nothing in its neighbours. Frame: Scanner (z up, y forward at
-/// azimuth 0, x right; azimuth clockwise seen from above). return_number counts by range: 1 is the nearer.
+/// LaserBatch::time is the first firing of the packet, in the scanner's microseconds past the UTC hour. A return has
+/// the time and the azimuth of its own firing. The azimuth is interpolated between two blocks; after the last block it
+/// goes on at the packet's own rate, so a lost packet does not change its neighbours. Frame: Scanner (z up, y forward
+/// at azimuth 0, x right; azimuth clockwise seen from above). return_number counts by range; 1 is the nearer one.
 ///
-/// The model is what Config says, and the packets' timing has to agree (VelodyneTiming): a factory byte of another
-/// model is passed over where it does. The first packets with such a byte are held until that is known, sixteen at
-/// most.
+/// Config names the model, and the timing of the packets has to agree with it (VelodyneTiming). If it does, a factory
+/// byte of another model is accepted. The first packets with such a byte, at most 16, are held until the timing is
+/// known.
 ///
-/// Faults: Malformed (wrong size, flag, mode, azimuth, counter), WrongDevice (factory byte of another
-/// model), Lost (packets by the stamps' gap, 0.1 s after it: one that was overtaken fills it), NoTime (blocks behind an
-/// azimuth jump), ClockStep (the stamp moved against the arrival), Late (an older packet after a newer), LabelConflict
-/// (counter and RMC disagree).
+/// Faults:
+/// - Malformed: wrong size, flag, return mode, azimuth or counter.
+/// - WrongDevice: a packet of another model.
+/// - Lost: packets missing between two stamps, reported 0.1 s later, because a packet that was overtaken fills the gap.
+/// - NoTime: blocks after a jump of the azimuth.
+/// - ClockStep: the stamp jumped relative to the arrival.
+/// - Late: a packet that is older than the one before.
+/// - Spurious: the same packet came again.
+/// - LabelConflict: the counter and the RMC sentence disagree.
 ///
-/// A scanner that is set to a field of view sends nothing over the rest of the circle. The first packet that goes on
-/// behind it, so that its azimuth jumps, tells which part that is; from then on the time of turning through it is not
-/// taken for lost packets. Thread-bound. Source: VLP-16 User Manual 63-9243 chapter 9, HDL-32E User's Manual.
+/// A scanner that is set to a field of view sends nothing over the rest of the circle. The first packet whose azimuth
+/// jumps over that part shows where it is. From then on the time of turning through it does not count as lost packets.
+///
+/// Thread safety: none; one thread calls all functions. Sources: VLP-16 User Manual 63-9243 chapter 9, HDL-32E User's
+/// Manual.
 class VelodyneDecoder final : public Decoder {
  public:
   struct Config {
     VelodyneModel model = VelodyneModel::Vlp16;
     ReturnChoice returns = ReturnChoice::All;
-    double min_range_m = 0.5;  ///< nearer returns are dropped: the housing, the vehicle's roof
+    double min_range_m = 0.5;  ///< nearer returns are dropped, such as those of the housing and the vehicle's roof
     double max_range_m = 130;
-    /// Azimuths kept, rad, clockwise from begin to end (through 0 if end < begin). [0, 2 pi): everything.
+    /// The azimuths that are kept, rad, clockwise from begin to end (through 0 if end < begin). The default keeps all.
     double azimuth_begin = 0;
     double azimuth_end = 6.283185307179586;
     PacketStamp stamp = PacketStamp::FirstFiring;
-    /// Lost packets are seen from gaps between stamps. False where the scanner itself leaves out packets.
+    /// Whether gaps between stamps are reported as lost packets. Set it to false if the scanner itself leaves out
+    /// packets.
     bool detects_lost = true;
 
     void visit(Keys& keys);
@@ -105,24 +113,24 @@ class VelodyneDecoder final : public Decoder {
     nanoseconds stamp;
     nanoseconds duration;
     HostTime received;
-    nanoseconds travelled;  ///< of the counter, since the first packet
-    int azimuth;            ///< of the first block, 0.01 deg
-    double turn_rate;       ///< 0.01 deg a second
+    nanoseconds travelled;  ///< of the counter, from the first packet to this one
+    int azimuth;            ///< of the first block, 0.01 degrees
+    double turn_rate;       ///< 0.01 degrees a second
   };
-  /// The part of the circle over which the scanner itself sends nothing, 0.01 deg.
+  /// The part of the circle over which the scanner itself sends nothing, in 0.01 degrees.
   struct SilentPart {
     int begin, width;
   };
   nanoseconds silent_time(const Previous& from, nanoseconds moved) const;
 
   VelodyneTiming timing_;
-  std::vector<Packet> held_;  // with a factory byte of another model, until the timing has spoken
+  std::vector<Packet> held_;  // packets with a factory byte of another model, until their timing is known
   std::optional<bool> is_other_byte_ours_;
   std::optional<SilentPart> silent_part_;
-  std::array<std::byte, 1206> newest_bytes_{};  // of the last data packet, to know it again
+  std::array<std::byte, 1206> newest_bytes_{};  // the latest data packet, to recognise a copy of it
   std::optional<Previous> previous_;
-  GapTrial gaps_;             // by Previous::travelled, ns
-  std::uint64_t broken_ = 0;  // data packets since the last good one: they came, so they are not lost
+  GapTrial gaps_;             // positions are Previous::travelled, ns
+  std::uint64_t broken_ = 0;  // broken data packets since the last good one; they came, so they are not lost
   std::optional<TimeLabel> last_label_;
 };
 

@@ -7,13 +7,13 @@ namespace hueline::drivers {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr int kCircle = 36000;  // 0.01 deg
+constexpr int kCircle = 36000;  // in 0.01 degrees
 constexpr float kTwoPi = static_cast<float>(2 * kPi);
 constexpr float kRadPerCount = static_cast<float>(2 * kPi / kCircle);
 constexpr std::size_t kBlockBytes = 100;
 
-/// The fastest model turns at 20 revolutions a second; beyond twice that an azimuth step is a jump. A motor at rest
-/// trembles.
+/// The fastest model turns 20 times a second. An azimuth step of more than twice that rate is a jump. While the motor
+/// rests, the azimuth trembles by at most kTremble (0.01 degrees).
 constexpr double kMaxRevolutionsPerSecond = 40;
 constexpr int kTremble = 20;
 
@@ -24,7 +24,7 @@ unsigned u16(const std::byte* p) { return static_cast<unsigned>(p[0]) | static_c
 VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
     : table_(velodyne_table(config.model)),
       choice_(config.returns),
-      // Step 0 is "no return", whatever the configuration says.
+      // A range of 0 steps means "no return", whatever the configuration says.
       nearest_(std::max(1u, static_cast<unsigned>(std::ceil(config.min_range_m / table_.range_step_m - 1e-6)))),
       span_(static_cast<unsigned>(std::min(65535.0, std::floor(config.max_range_m / table_.range_step_m + 1e-6))) -
             nearest_),
@@ -86,8 +86,8 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
     if (!is_valid) result.malformed += blocks_per_unit;
   }
 
-  // Steps between neighbours, never across packets. A jump (the scanner's own field of view, a broken encoder) ends
-  // what the packet's stamp can date: how long the scanner was silent inside the packet is not told.
+  // The azimuth steps between neighbouring blocks of this packet. A jump (the scanner's field of view, a broken
+  // encoder) ends what the packet's stamp can date, because the packet does not say how long the scanner was silent.
   std::array<int, kVelodyneBlocks> steps{};
   std::array<bool, kVelodyneBlocks> has_step{};
   int sum = 0, number = 0, timed_units = units;
@@ -139,7 +139,7 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
 void VelodyneKernel::fill_directions(int azimuth, float step) {
   const float sin_block = sin_[static_cast<std::size_t>(azimuth)], cos_block = cos_[static_cast<std::size_t>(azimuth)];
   const float block_rad = static_cast<float>(azimuth) * kRadPerCount;
-  const float step_rad = step * kRadPerCount;  // at most 0.03 rad: the series below are exact to 4e-8
+  const float step_rad = step * kRadPerCount;  // at most 0.03 rad, so the error of the series below is at most 4e-8
   for (std::size_t f = 0; f < kVelodyneFiringsPerBlock; ++f) {
     const float turn = step_rad * firings_.fraction[f];
     const float turn2 = turn * turn;
@@ -161,7 +161,7 @@ inline bool VelodyneKernel::keeps(std::size_t firing, unsigned distance) const {
   return (distance - nearest_ <= span_) & (!has_window_ | directions_.is_inside[firing]);
 }
 
-/// In place: a return made elsewhere and copied would be read back before its small stores have landed.
+/// Writes the return in place. If it were made elsewhere and copied, the copy would have to wait for the small stores.
 inline void VelodyneKernel::write(LaserReturn& r, std::size_t firing, unsigned distance, unsigned reflectivity,
                                   std::int32_t block_ns) const {
   const float range = static_cast<float>(distance) * range_step_;
@@ -186,7 +186,8 @@ LaserReturn* VelodyneKernel::decode_single(const std::byte* block, std::int32_t 
   const std::byte* p = block + 4;
   for (std::size_t f = 0; f < kVelodyneFiringsPerBlock; ++f, p += 3) {
     const unsigned distance = u16(p);
-    // Written in any case: whether a shot came back is as good as random, and a wrong guess costs more than the store.
+    // Write the return in any case: whether there is one is nearly random, and a wrong branch prediction costs more
+    // than the store.
     write(*out, f, distance, static_cast<unsigned>(p[2]), block_ns);
     out += keeps(f, distance);
   }
@@ -199,7 +200,7 @@ LaserReturn* VelodyneKernel::decode_pair(const std::byte* last, const std::byte*
   for (std::size_t f = 0; f < kVelodyneFiringsPerBlock; ++f, a += 3, b += 3) {
     unsigned near = u16(a), far = u16(b);
     auto near_reflectivity = static_cast<unsigned>(a[2]), far_reflectivity = static_cast<unsigned>(b[2]);
-    // One echo is reported in both blocks, or in one of them alone.
+    // A firing with one return has it in both blocks, or in one of them only.
     if (near == far || near == 0 || far == 0) {
       const bool uses_a = near != 0;
       const unsigned distance = uses_a ? near : far;
@@ -207,7 +208,8 @@ LaserReturn* VelodyneKernel::decode_pair(const std::byte* last, const std::byte*
       out += keeps(f, distance);
       continue;
     }
-    // The even block holds the last, the odd one the strongest, or the second strongest if the strongest is the last.
+    // The even block holds the last return. The odd one holds the strongest, or the second strongest if the strongest
+    // is the last.
     const bool last_is_far = near > far;
     if (last_is_far) {
       std::swap(near, far);

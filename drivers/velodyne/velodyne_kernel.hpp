@@ -11,39 +11,40 @@
 
 namespace hueline::drivers {
 
-/// What one data packet gave besides its returns.
+/// What the kernel finds in one data packet besides its returns.
 struct VelodyneBlocks {
-  int decoded = 0;                          ///< blocks turned into returns
-  int malformed = 0;                        ///< blocks with a wrong flag, azimuth or, in dual mode, partner
-  int untimed = 0;                          ///< blocks behind a jump of the azimuth
-  int first_azimuth = 0, last_azimuth = 0;  ///< of the blocks with a time, 0.01 deg
-  int jump_azimuth = 0;                     ///< of the first block behind the jump, if there is one
-  double turn_rate = 0;                     ///< of the mirror, 0.01 deg a second; 0: not known
+  int decoded = 0;    ///< blocks that became returns
+  int malformed = 0;  ///< blocks with a wrong flag or azimuth or, in dual-return mode, a wrong partner
+  int untimed = 0;    ///< blocks after a jump of the azimuth
+  int first_azimuth = 0, last_azimuth = 0;  ///< of the blocks with a known time, 0.01 degrees
+  int jump_azimuth = 0;                     ///< of the first block after the jump, if there is one, 0.01 degrees
+  double turn_rate = 0;                     ///< of the mirror, 0.01 degrees a second; 0 if not known
 };
 
-/// The arithmetic of data packets: tables made once, then per packet only loads, multiplications and stores. Knows no
-/// faults, no packets, no time but the offsets in a packet. Thread-bound (it owns the scratch space).
+/// Computes the returns of a data packet. Its tables are made once; for each packet there are only loads,
+/// multiplications and stores. It does not deal with faults, packets or clocks; times are offsets within the packet.
+/// Thread safety: none; one thread calls it, because it owns the scratch space.
 class VelodyneKernel {
  public:
   explicit VelodyneKernel(const VelodyneDecoder::Config& config);
 
-  /// `bytes`: 1206. Replaces `returns` by the packet's, in firing order.
+  /// Decodes a packet of 1206 bytes. Replaces `returns` by those of the packet, in the order of firing.
   VelodyneBlocks decode(std::span<const std::byte> bytes, bool is_dual, std::vector<LaserReturn>& returns);
 
  private:
-  /// One azimuth of a packet: a block, or the two blocks of a pair.
+  /// One azimuth of a packet: one block, or in dual-return mode the two blocks of a pair.
   struct Unit {
-    int azimuth = 0;  ///< 0.01 deg
+    int azimuth = 0;  ///< in 0.01 degrees
     bool is_valid = false;
   };
-  /// What never changes, by place in the block; one array a quantity, so that loops over them vectorise.
+  /// Constants of each firing of a block. Each quantity has its own array, so that loops over them vectorise.
   struct Firings {
     std::array<float, kVelodyneFiringsPerBlock> sin_elevation, cos_elevation, vertical_offset;
-    std::array<float, kVelodyneFiringsPerBlock> fraction;  ///< of the block's duration
+    std::array<float, kVelodyneFiringsPerBlock> fraction;  ///< of the block's duration, at which the laser fires
     std::array<std::int32_t, kVelodyneFiringsPerBlock> offset_ns;
     std::array<std::uint16_t, kVelodyneFiringsPerBlock> channel;
   };
-  /// What one azimuth gives, by place in the block.
+  /// The directions of one azimuth, for each firing of a block.
   struct Directions {
     std::array<float, kVelodyneFiringsPerBlock> azimuth, x, y;
     std::array<bool, kVelodyneFiringsPerBlock> is_inside;
@@ -60,15 +61,15 @@ class VelodyneKernel {
 
   const VelodyneTable& table_;
   ReturnChoice choice_;
-  unsigned nearest_, span_;  ///< range steps: kept from nearest_ to nearest_ + span_
+  unsigned nearest_, span_;  ///< in range steps; ranges from nearest_ to nearest_ + span_ are kept
   float range_step_;
   bool has_window_;
   float window_begin_, window_width_;
   int max_step_;
   Firings firings_{};
-  std::vector<float> sin_, cos_;  ///< by 0.01 deg
+  std::vector<float> sin_, cos_;  ///< indexed by azimuth, 0.01 degrees
   Directions directions_{};
-  /// One more than a packet can hold: a return is written before it is known whether it is kept.
+  /// It has room for one more return than a packet, because a return is written before it is known whether it is kept.
   std::array<LaserReturn, kVelodyneBlocks * kVelodyneFiringsPerBlock + 1> scratch_;
 };
 

@@ -19,14 +19,15 @@ int hex_digit(char c) {
   return -1;
 }
 
-/// Two decimal digits at `at`; -1 if they are not there.
+/// Returns the two decimal digits at `at` as a number, or -1 if they are missing.
 int two_digits(std::string_view text, std::size_t at) {
   if (at + 2 > text.size()) return -1;
   const int tens = text[at] - '0', ones = text[at + 1] - '0';
   return tens < 0 || tens > 9 || ones < 0 || ones > 9 ? -1 : 10 * tens + ones;
 }
 
-/// ".123" -> 123'000'000 ns; empty -> 0; -1 if it is no fraction. Digits beyond the ninth are dropped.
+/// Converts a fraction of a second: ".123" gives 123'000'000 ns, an empty text 0, and anything else -1. Digits after
+/// the ninth are dropped.
 std::int32_t fraction_ns(std::string_view text) {
   if (text.empty()) return 0;
   if (text[0] != '.') return -1;
@@ -78,7 +79,7 @@ Result<RmcSentence> decode_rmc(std::string_view text) {
   rmc.utc.month = two_digits(date, 2);
   const int year = two_digits(date, 4);
   rmc.utc.year = year < 0 ? -1 : year + (year >= 80 ? 1900 : 2000);
-  // The calendar checks the ranges; negative fields are the digits that were missing.
+  // from_utc() checks the ranges, and refuses the negative numbers of missing digits.
   if (date.size() != 6 || !from_utc(rmc.utc))
     return malformed(fmt::format("RMC sentence has no valid time and date: '{}', '{}'", time, date));
   return rmc;
@@ -102,8 +103,8 @@ std::optional<PositionSecond> second_of_latest_edge(const UtcTime& rmc, std::uin
   whole.nanosecond = 0;
   const std::optional<GpsTime> named = from_utc(whole);
   if (!named) return {};
-  // Both count within the UTC hour; the shorter way round is the lag, so an hour that turned between them is no
-  // problem.
+  // Both count within the UTC hour. The lag is taken modulo an hour, in [-30 min, 30 min), so it is right if an hour
+  // turned between the two.
   std::int64_t lag = static_cast<std::int64_t>(hour_us / 1'000'000) - (rmc.minute * 60 + rmc.second);
   if (lag < -1800) lag += 3600;
   if (lag >= 1800) lag -= 3600;

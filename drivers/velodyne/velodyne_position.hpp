@@ -12,34 +12,46 @@
 
 namespace hueline::drivers {
 
-/// $xxRMC: the whole UTC second that the GNSS receiver named, and whether it trusted its fix.
+/// The content of an $xxRMC sentence: the UTC second that the GNSS receiver named, and whether it trusted its fix.
 struct RmcSentence {
-  UtcTime utc;             ///< `nanosecond` holds the fraction that the sentence has
-  bool is_active = false;  ///< status 'A'
+  UtcTime utc;             ///< `nanosecond` is the fraction in the sentence
+  bool is_active = false;  ///< whether the status is 'A'
 };
 
-/// A sentence from '$' to its checksum; what follows is not looked at. Errors: Malformed (form, checksum, field),
-/// Unsupported (well-formed, but not RMC), Truncated. Reentrant.
+/// Decodes a sentence from its '$' to its checksum, and ignores what follows. Errors: Malformed (form, checksum,
+/// field), Unsupported (a sound sentence that is not RMC), Truncated. Thread safety: may be called from several threads
+/// at the same time.
 Result<RmcSentence> decode_rmc(std::string_view text);
 
-/// A position packet (512 bytes, port 8308): VLP-16 User Manual, section 9.3.3.
+/// The content of a position packet (UDP port 8308). Source: VLP-16 User Manual, section 9.3.3. 512 bytes, little
+/// endian:
+///
+///   offset  size  field
+///      198     4  time, microseconds past the UTC hour
+///      202     1  PPS status (pulse_status.hpp)
+///      206   128  NMEA sentence of the GNSS receiver, up to its line end or a zero byte
+///
+/// The other bytes are not read.
 struct VelodynePosition {
-  std::uint32_t hour_us = 0;  ///< microseconds past the UTC hour when the packet was assembled
+  std::uint32_t hour_us = 0;  ///< time at which the packet was assembled, microseconds past the UTC hour
   PulseStatus pps;
-  std::string_view
-      nmea;  ///< the receiver's sentence as echoed, up to its line end; points into the packet; may be empty
+  /// The sentence that the scanner repeats, up to its line end. It points into the packet. It may be empty.
+  std::string_view nmea;
 };
 
-/// Errors: Malformed (size, counter beyond the hour).
+/// Decodes a position packet. Errors: Malformed (size, or a counter beyond the hour).
 Result<VelodynePosition> decode_position(std::span<const std::byte> bytes);
 
-/// The GPS second of the latest PPS edge at the packet's assembly. The sentence is 10-700 ms late and is echoed until
-/// the next one comes, so its second is that of an earlier edge in the first part of each second; the scanner's own
-/// counter is not late. `lag` is how many whole seconds the counter is ahead of the sentence: 0 or 1 when all is well.
+/// The GPS second of the latest PPS edge when a position packet was assembled. The RMC sentence comes 10-700 ms late
+/// and is repeated until the next one comes. So in the first part of each second it names the second of an earlier
+/// edge. The scanner's own counter is not late. `lag` says by how many whole seconds the counter is ahead of the
+/// sentence; 0 and 1 are normal.
 struct PositionSecond {
   GpsTime second{};
   std::int64_t lag = 0;
 };
+/// Computes the second of the latest edge from the sentence and the scanner's counter. Returns nothing if the
+/// sentence's date or time is impossible.
 std::optional<PositionSecond> second_of_latest_edge(const UtcTime& rmc, std::uint32_t hour_us);
 
 }  // namespace hueline::drivers

@@ -33,7 +33,7 @@ std::string velodyne_product_name(std::uint8_t product) {
 }
 
 bool is_told_by_timing(std::uint8_t product) {
-  constexpr std::uint8_t kPuckLite = 0x23;  // a VLP-16 of less weight
+  constexpr std::uint8_t kPuckLite = 0x23;  // a lighter VLP-16
   return product == velodyne_table(VelodyneModel::Vlp16).product_id ||
          product == velodyne_table(VelodyneModel::Hdl32e).product_id || product == kPuckLite ||
          velodyne_product_name(product).starts_with("0x");
@@ -50,7 +50,7 @@ void VelodyneTiming::add(std::span<const std::byte> bytes) {
       const auto duration =
           velodyne_table(model).block_period() * (bytes[kModeAt] == kDual ? kVelodyneBlocks / 2 : kVelodyneBlocks);
       int& votes = votes_[static_cast<std::size_t>(model)];
-      // Stamps are whole microseconds.
+      // Stamps are whole microseconds, so a step may be off by a little.
       if (std::chrono::abs(step - duration) <= duration / 100 && votes < kMostVotes) ++votes;
     }
   }

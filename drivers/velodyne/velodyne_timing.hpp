@@ -10,21 +10,22 @@
 
 namespace hueline::drivers {
 
-/// Name of the product that the last factory byte of a data packet stands for; "0x..." if it is not known. Sources: the
-/// makers' manuals.
+/// Returns the name of the product with this factory byte, or "0x..." if it is not known. Sources: the makers' manuals.
 std::string velodyne_product_name(std::uint8_t product);
-/// Whether a packet with this factory byte is of the model that its timing says. Not so of a Puck Hi-Res, which is
-/// timed as a VLP-16 and looks elsewhere.
+/// Returns whether the timing of packets with this factory byte decides their model. It does not for a Puck Hi-Res,
+/// which has the timing of a VLP-16 but other elevations.
 bool is_told_by_timing(std::uint8_t product);
 
-/// Tells the model by how far apart the stamps of data packets are, which is how long twelve blocks take: 1.327 ms of a
-/// VLP-16, 0.553 ms of an HDL-32E, half of it in dual-return mode. The factory byte alone cannot: VLP-16s of old
-/// firmware bear that of the HDL-32E. Reentrant.
+/// Recognises the model by the time between the stamps of data packets, which is the duration of twelve blocks: 1.327
+/// ms for a VLP-16, 0.553 ms for an HDL-32E, and half of that in dual-return mode. The factory byte alone is not
+/// enough, because VLP-16s with old firmware send that of the HDL-32E. Thread safety: none; one thread calls all
+/// functions.
 class VelodyneTiming {
  public:
-  /// A data packet, in order of arrival.
+  /// Takes a data packet, in the order of arrival.
   void add(std::span<const std::byte> bytes);
-  /// The model that at least `least` pairs of packets speak for, and hardly any against it. Empty: not known.
+  /// Returns the model that at least `least` pairs of packets confirm, if at most a tenth as many confirm the other
+  /// one. Returns nothing if it is not known yet.
   std::optional<VelodyneModel> model(int least) const;
 
  private:

@@ -234,6 +234,23 @@ TEST(VelodyneFaults, AnotherModelIsNamed) {
   EXPECT_EQ(decoder.counts().ignored_bytes, 30 * 1206u);
 }
 
+TEST(VelodyneFaults, AProductWithoutNameIsWrittenOnce) {
+  const auto detail_of = [](std::uint8_t product) {
+    VelodyneDecoder decoder(5, {});
+    std::string detail;
+    for (std::uint32_t i = 0; i < 30; ++i) {
+      const Decoded d = decode(decoder, velodyne_data(turning(16 * i, 16), 553 * i, 0x37, product), 553'000 * i);
+      for (const Fault& fault : d.faults) detail = fault.detail;
+    }
+    return detail;
+  };
+  EXPECT_EQ(detail_of(0xF1),
+            "data packet of product 0xF1, timed as a HDL-32E's; the rig names a VLP-16 (0x22): the key model");
+  EXPECT_EQ(
+      detail_of(0x28),
+      "data packet of product 0x28 (VLP-32C), timed as a HDL-32E's; the rig names a VLP-16 (0x22): the key model");
+}
+
 /// VLP-16s of old firmware bear the HDL-32E's byte; nothing of theirs is lost, the first packets included.
 TEST(VelodyneFaults, TheTimingOutranksTheFactoryByte) {
   for (const bool is_dual : {false, true}) {
