@@ -14,14 +14,14 @@ double power7(double x) {
   return x3 * x3 * x;
 }
 
-/// rad, [0, 2 pi); 0 for grey. Equation (7).
+/// Returns the hue, equation (7): rad, [0, 2 pi); 0 for grey.
 double hue(double a, double b) {
   if (a == 0 && b == 0) return 0;
   const double h = std::atan2(b, a);
   return h < 0 ? h + 2 * kPi : h;
 }
 
-/// CIE 15: the cube root with its straight foot.
+/// Returns the function of CIE 15: a cube root that is straight near zero.
 double foot(double t) {
   constexpr double kEdge = 216.0 / 24389.0, kSlope = 24389.0 / 27.0;
   return t > kEdge ? std::cbrt(t) : (kSlope * t + 16) / 116;
@@ -30,7 +30,7 @@ double foot(double t) {
 }  // namespace
 
 double ciede2000(Lab one, Lab other) {
-  // (2)-(6): a stretched, so that greys become round.
+  // (2)-(6): a is stretched, so that greys become round.
   const double mean_C = (std::hypot(one.a, one.b) + std::hypot(other.a, other.b)) / 2;
   const double C7 = power7(mean_C), G = 0.5 * (1 - std::sqrt(C7 / (C7 + power7(25))));
   const double a1 = (1 + G) * one.a, a2 = (1 + G) * other.a;
@@ -77,7 +77,7 @@ LabOfRgb::LabOfRgb(Encoding encoding) {
 
 Lab LabOfRgb::operator()(std::array<std::uint8_t, 3> rgb) const {
   const double r = light_[rgb[0]], g = light_[rgb[1]], b = light_[rgb[2]];
-  // IEC 61966-2-1; the rows' sums are the white, so that greys are grey to the last bit.
+  // IEC 61966-2-1. The white is the sum of each row, so that greys are grey to the last bit.
   constexpr double m[3][3] = {{0.4124, 0.3576, 0.1805}, {0.2126, 0.7152, 0.0722}, {0.0193, 0.1192, 0.9505}};
   const auto row = [&](int i) {
     return foot((m[i][0] * r + m[i][1] * g + m[i][2] * b) / (m[i][0] + m[i][1] + m[i][2]));

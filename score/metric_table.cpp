@@ -9,7 +9,7 @@ namespace {
 
 // Figures of one version repeat to the last digit. The noise is what a harmless change (another rounding, another order
 // of equally good choices) may move: an exposure or two of a short drive for times and poses, the sampling error of
-// some ten thousand rays for shares, a twentieth for differences of colour.
+// some ten thousand rays for shares, a twentieth for colour differences.
 constexpr std::array kMetrics = {
     Metric{"exposure_time_rms_us", "us",
            "stamped against true middle of the exposure, root mean square over stamped exposures", Better::Lower, 0,

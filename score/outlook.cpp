@@ -45,7 +45,7 @@ std::optional<Outlook::Sight> Outlook::sight(std::uint32_t exposure, std::size_t
   sim::GpsNs time = stations_[exposure].mid;
   sim::Pose T_enu_lens = stations_[exposure].T_enu_head * optics.T_head_lens;
   auto pixel = optics.project(inverse(T_enu_lens) * place);
-  // The row tells the time and the time moves the row, by far less than a row each turn.
+  // The row gives the time, and the time moves the row. Each iteration changes the row by far less than one row.
   for (int turn = 0; turn < 3 && shutter_.is_rolling() && pixel; ++turn) {
     time = stations_[exposure].mid + shutter_.row_delay(pixel->v);
     T_enu_lens = motion_.T_enu_body(time) * rig_.T_body_head * optics.T_head_lens;
@@ -90,7 +90,7 @@ Outlook::Edges Outlook::edges_around(const Sight& sight, Vec3 place) const {
   const sim::Moment moment = moment_of(sight);
   const sim::TrueLens& optics = rig_.lenses[sight.lens];
   const Vec3 eye = sight.eye, ahead = normalised(place - eye);
-  // Two directions across the ray; which ones does not matter, they only span the circle.
+  // Two directions across the ray. Their choice does not matter, because they only span the circle.
   const Vec3 across = normalised(cross(ahead, std::abs(ahead.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0})),
              over = cross(ahead, across);
   const auto cone = static_cast<float>(1 / optics.focal_x);
@@ -111,8 +111,8 @@ Outlook::Edges Outlook::edges_around(const Sight& sight, Vec3 place) const {
                  1000};
     }
     world_.look(moment, rays, cone, seen);
-    // A slanting plane is no outline: opposite rays are compared with twice the middle in inverse distance, which is
-    // linear on a plane.
+    // A slanting plane is not an outline. The inverse distance is linear on a plane, so the inverse distances of
+    // opposite rays are compared with twice that of the middle.
     for (std::size_t k = 0; k < 4; ++k) {
       const double bend = std::abs(1 / far(seen[k]) + 1 / far(seen[k + 4]) - 2 / distance) * distance * distance;
       if (bend > 0.1 + 0.05 * distance) edges.outline = std::min(edges.outline, r);

@@ -34,7 +34,7 @@ struct Fact {
   double factor;
   const char* unit;
 };
-// What one asks first of a coloured cloud.
+// The figures that are of most interest for a coloured cloud.
 constexpr std::array kFacts{Fact{"visible_coloured_share", "of what was seen is coloured", 100, "%"},
                             Fact{"wrong_surface_share", "coloured from a wrong surface", 100, "%"},
                             Fact{"colour_de00_median", "median colour error, dE00", 1, ""},
@@ -58,7 +58,7 @@ std::string facts(const ScenarioScore& score) {
   return out + "</div>";
 }
 
-/// A row a scenario, so that one sees at once which of them is the odd one.
+/// Returns a table with a row for each scenario, in which an unusual scenario is easy to see.
 std::string overview(const Sheet& sheet) {
   std::string out = "<div class=\"scroll\"><table class=\"overview\"><tr><th></th>";
   for (const Fact& fact : kFacts) out += fmt::format("<th>{}</th>", fact.words);

@@ -10,13 +10,13 @@ namespace hueline::score {
 namespace {
 
 constexpr double kWidth = 380, kHeight = 230, kLeft = 52, kRight = 12, kTop = 26, kBottom = 40;
-// Told apart by eyes of every kind (Okabe and Ito).
+// Colours that people with any kind of colour vision can distinguish (Okabe and Ito).
 constexpr std::array kColours{"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"};
 
 struct Axis {
   double low = 0, high = 1;
   bool is_logarithmic = false;
-  double from = 0, to = 1;  // px
+  double from = 0, to = 1;  // pixels
   double operator()(double x) const {
     const double share =
         is_logarithmic ? std::log(std::max(x, low) / low) / std::log(high / low) : (x - low) / (high - low);

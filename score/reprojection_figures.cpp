@@ -7,8 +7,9 @@
 
 namespace hueline::score {
 namespace {
-constexpr double kSeam = 4.0 * sim::kPi / 180;  // rad: two axes nearly equally near
-}
+// A point is near a seam if its angles to the two nearest axes differ by less than this, rad.
+constexpr double kSeam = 4.0 * sim::kPi / 180;
+}  // namespace
 
 ReprojectionFigures::ReprojectionFigures(const sim::RigTruth& rig) : by_lens_(rig.lenses.size()) {
   for (const sim::TrueLens& lens : rig.lenses) axes_.push_back(lens.T_head_lens.R * sim::Vec3{0, 0, 1});

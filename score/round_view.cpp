@@ -9,7 +9,7 @@ namespace {
 constexpr double kPixelsPerRadian = RoundView::kWidth / (2 * sim::kPi);
 constexpr std::array<std::uint8_t, 3> kNothing{238, 240, 243};
 
-/// 0 .. 20 dE00: near white, yellow, red, dark red.
+/// Returns the colour of a difference of 0 .. 20 dE00: near white, yellow, red, dark red.
 std::array<std::uint8_t, 3> heat(double difference) {
   constexpr std::array<std::array<double, 3>, 4> kStops{{{226, 236, 244}, {253, 219, 109}, {214, 62, 42}, {92, 8, 30}}};
   const double x = std::clamp(difference / 20, 0.0, 1.0) * (kStops.size() - 1);
@@ -32,14 +32,14 @@ void RoundView::add(sim::Vec3 place_enu, std::array<std::uint8_t, 3> claimed, st
   if (distance < 1.5 || distance > 60) return;
   const double column = kWidth / 2.0 - std::atan2(p.y, p.x) * kPixelsPerRadian;  // head: x forward, y left
   const double row = (sim::radians(kTop_deg) - std::asin(p.z / distance)) * kPixelsPerRadian;
-  // A disc of 3 cm or a pixel: rings of the laser close up near by.
+  // A point is drawn as a disc of 3 cm or one pixel, so that the rings of the laser have no gaps nearby.
   const double radius = std::clamp(0.03 / distance * kPixelsPerRadian, 0.6, 2.5);
   for (int y = static_cast<int>(std::ceil(row - radius)); y <= std::floor(row + radius); ++y)
     for (int x = static_cast<int>(std::ceil(column - radius)); x <= std::floor(column + radius); ++x) {
       if (y < 0 || y >= kHeight) continue;
       const int wrapped = (x % kWidth + kWidth) % kWidth;
       Pixel& pixel = pixels_[static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(wrapped)];
-      // The nearest wins; of one surface (5 cm) the first, so that the picture does not depend on who came last.
+      // The nearest point wins. Of points within 5 cm, which are of one surface, the first one stays.
       if (distance > pixel.distance_m - 0.05) continue;
       pixel = {static_cast<float>(distance), claimed, truth, static_cast<float>(difference)};
     }

@@ -15,7 +15,8 @@
 namespace hueline::score {
 namespace {
 constexpr std::uint16_t kOwnVehicle = 1;
-constexpr double kMisplaced_m = 0.5;  // far beyond any sigma of a POS that calls itself good
+// Far more than any sigma of a POS that calls its solution good.
+constexpr double kMisplaced_m = 0.5;
 
 sim::Pose head_of(const sim::TrueExposure& e) {
   return {{e.R_enu_head}, {e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]}};
@@ -78,7 +79,8 @@ void Scorer::add(const ExposureClaim& claim) {
     const sim::Pose stated = inverse(T_ecef_scene_) * *claim.T_ecef_head, wanted = head_of(truth);
     error.has_pose = true;
     error.position_error_m = stated.p - wanted.p;
-    // Of the turn between the two: its sine is half the length of the antisymmetric part, exact for small angles.
+    // The angle of the rotation between the two. Its sine is half the length of the antisymmetric part, which is
+    // accurate for small angles.
     const sim::Mat3 turn = stated.R * transposed(wanted.R);
     const sim::Vec3 axis{turn.m[7] - turn.m[5], turn.m[2] - turn.m[6], turn.m[3] - turn.m[1]};
     error.attitude_error_deg = sim::degrees(std::atan2(length(axis), turn.m[0] + turn.m[4] + turn.m[8] - 1));

@@ -19,7 +19,7 @@ Lab mean(const std::array<float, 3>& sums, std::uint32_t count) {
   return (1.0 / count) * Lab{sums[0], sums[1], sums[2]};
 }
 
-/// All cubes that two sides share.
+/// All cubes that two sides have in common.
 struct Seam {
   std::vector<double> L, a, b;
   Lab truth;  // sum
@@ -60,7 +60,7 @@ void SeamFigures::report(ScenarioScore& score) const {
       for (std::size_t k = 0; k < sides.size(); ++k) {
         const Side &a = sides[i], &b = sides[k];
         const std::array<std::uint32_t, 4> name{a.exposure, a.lens, b.exposure, b.lens};
-        // Across exposures by the same lens alone: a change of both is neither seam. Each pair once.
+        // A seam has either the same lens or the same exposure on both sides. Each pair is used once.
         if (a.count < kEnough || b.count < kEnough || (a.exposure == b.exposure) == (a.lens == b.lens) ||
             name > std::array<std::uint32_t, 4>{b.exposure, b.lens, a.exposure, a.lens})
           continue;

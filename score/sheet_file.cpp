@@ -11,7 +11,8 @@
 namespace hueline::score {
 namespace {
 
-/// Seven digits: a figure has no more, and its text is then the same whatever the compiler's last bit.
+/// Writes seven digits. A figure has no more, and its text does then not depend on the last bit, which differs between
+/// compilers.
 double rounded(double x) { return std::stod(fmt::format("{:.7g}", x)); }
 
 }  // namespace

@@ -12,7 +12,7 @@
 namespace hueline::score {
 namespace {
 
-/// "parked car 3" is a "parked car".
+/// Returns the kind of a surface: that of "parked car 3" is "parked car".
 std::string kind_of(std::string surface) {
   while (!surface.empty() && (std::isdigit(static_cast<unsigned char>(surface.back())) || surface.back() == ' '))
     surface.pop_back();
@@ -29,7 +29,7 @@ void SightFigures::add(const Observation& o) {
   if (o.is_moving) ++moving_seen_;
   if (!o.given) return;
   (o.is_in_hole ? hole_ : outside_hole_).add(o.given->difference);
-  if (!o.is_in_lens) {  // half a pixel over the border, by the errors of time and pose
+  if (!o.is_in_lens) {  // outside by half a pixel or so, by the errors of time and pose
     ++not_in_lens_;
     return;
   }

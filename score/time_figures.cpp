@@ -6,7 +6,7 @@
 namespace hueline::score {
 namespace {
 
-/// Smallest value that `share` of them do not exceed.
+/// Returns the smallest value that the share `share` of the values do not exceed.
 double quantile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
   const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
@@ -41,7 +41,7 @@ void add_time_figures(const std::vector<ExposureError>& errors, std::size_t expo
   }
   const auto n = static_cast<double>(errors.size());
   const auto inside = [&](double sigmas) {
-    // A hair of slack: a sigma of 0 with an error of 0 is inside.
+    // The small tolerance counts an error of 0 with a sigma of 0 as inside.
     const auto count = std::count_if(errors.begin(), errors.end(), [&](const ExposureError& e) {
       return std::abs(e.error_us) <= sigmas * e.sigma_us + 1e-9;
     });

@@ -13,10 +13,11 @@ namespace {
 
 namespace reg = camera_register;
 
-/// Feature by feature; each is the register behind it and what a client is told of it.
+/// Writes the description, one feature after the other: the register behind a feature and what a client is told about
+/// it.
 class Description {
  public:
-  /// A register of four bytes, without a feature of its own.
+  /// Adds a register of four bytes that is no feature itself.
   void word(std::string_view name, std::uint32_t address, std::string_view access = "RW") {
     text_ += fmt::format(
         R"(<IntReg Name="{}"><Address>{:#x}</Address><Length>4</Length><AccessMode>{}</AccessMode><pPort>Device</pPort><Cachable>NoCache</Cachable>)"
@@ -24,7 +25,7 @@ class Description {
         "\n",
         name, address, access);
   }
-  /// Bits of a big-endian register, counted from the most significant one.
+  /// Adds bits of a big-endian register, counted from the most significant one.
   void bits(std::string_view name, std::uint32_t address, int first, int last) {
     text_ += fmt::format(
         R"(<MaskedIntReg Name="{}"><Address>{:#x}</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort><Cachable>NoCache</Cachable>)"
@@ -39,7 +40,7 @@ class Description {
         "\n",
         name, address, length);
   }
-  /// `limits` in GenApi's elements: a number or another feature.
+  /// Adds a whole number. `limits` are GenApi elements with a number or another feature.
   void integer(std::string_view name, std::string_view register_name, std::string_view limits) {
     feature(name);
     text_ += fmt::format(R"(<Integer Name="{}" NameSpace="Standard"><pValue>{}</pValue>{}</Integer>)"
@@ -66,7 +67,7 @@ class Description {
         "\n",
         name, register_name, value);
   }
-  /// A number whose register holds `to_register` of it.
+  /// Adds a number; the formulas `to_register` and `from_register` convert between it and its register.
   void number(std::string_view name, std::uint32_t address, std::string_view to_register,
               std::string_view from_register, std::string_view limits) {
     word(fmt::format("{}Reg", name), address);

@@ -16,7 +16,7 @@ namespace {
 
 namespace reg = camera_register;
 
-// Bootstrap registers that are only filled in.
+// Bootstrap registers that clients only read.
 constexpr std::uint32_t kSpecification = 0x000, kDeviceMode = 0x004, kMacHigh = 0x008, kMacLow = 0x00C,
                         kCurrentIp = 0x024;
 constexpr std::uint32_t kDescriptionUrl = 0x200, kInterfaces = 0x600, kStreams = 0x904, kGvcpCapability = 0x934,
@@ -24,7 +24,7 @@ constexpr std::uint32_t kDescriptionUrl = 0x200, kInterfaces = 0x600, kStreams =
 constexpr std::uint32_t kVersion1_2 = 0x0001'0002, kBigEndianUtf8 = 0x8000'0001, kNanoseconds = 1'000'000'000;
 constexpr std::uint32_t kCanWriteMemory = 1U << 1U, kCanResendPackets = 1U << 2U;
 constexpr std::size_t kSerialBytes = 16;
-constexpr std::uint32_t kRegisterBytes = 0x11000;  // behind them: the description
+constexpr std::uint32_t kRegisterBytes = 0x11000;  // the description stands after the registers
 constexpr std::uint32_t kHeartbeatMs = 3000, kFirstPacketBytes = 1400;
 
 std::optional<std::uint32_t> pixel_format_number(const std::string& name) {
@@ -91,7 +91,7 @@ Result<std::unique_ptr<CameraRegisters>> CameraRegisters::create(const Config& c
   registers->set(reg::kGainAuto, 1);
   registers->set(kGvcpCapability, kCanWriteMemory | kCanResendPackets);
   registers->set(kCurrentIp, config.ipv4);
-  // A locally administered MAC address; discovery tells cameras apart by it.
+  // A locally administered MAC address, by which discovery distinguishes cameras.
   registers->set(kMacHigh, 0x0000'0248);
   registers->set(kMacLow, static_cast<std::uint32_t>(std::hash<std::string>{}(config.serial)));
   return registers;
@@ -99,7 +99,7 @@ Result<std::unique_ptr<CameraRegisters>> CameraRegisters::create(const Config& c
 
 bool CameraRegisters::read(std::uint32_t address, std::span<std::byte> out) const {
   if (out.empty() || address >= memory_.size()) return false;
-  // Clients read the description in whole words; beyond its end there are zeros.
+  // Clients read the description in whole words. Bytes beyond its end are zero.
   const std::size_t there = std::min(out.size(), memory_.size() - address);
   std::memcpy(out.data(), memory_.data() + address, there);
   std::fill(out.begin() + static_cast<std::ptrdiff_t>(there), out.end(), std::byte{0});

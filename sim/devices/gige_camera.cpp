@@ -72,7 +72,7 @@ Result<std::unique_ptr<GigeCamera>> GigeCamera::open(const Config& config) {
   Result<FileDescriptor> stream = udp_socket(address->own, 0, false);
   if (!stream) return stream.error();
   camera->stream_ = std::make_unique<GvspStream>(config.stream, std::move(stream).value());
-  // Without these two a client still finds the camera by its address.
+  // Discovery by broadcast is optional: without these two sockets a client still finds the camera by its address.
   if (auto global = udp_socket({htonl(INADDR_BROADCAST)}, kGvcpPort, true); global.ok()) {
     camera->global_discovery_socket_ = std::move(global).value();
   }
@@ -133,7 +133,7 @@ void GigeCamera::follow_registers() {
   s.to.sin_port = htons(static_cast<std::uint16_t>(memory.get(reg::kStreamPort)));
   s.packet_bytes = std::clamp(memory.get(reg::kStreamPacketSize) & kPacketSizeMask, kGvspOverheadBytes + 64U,
                               config_.max_packet_bytes);
-  s.packet_delay_ns = memory.get(reg::kStreamPacketDelay);  // the counter ticks in ns
+  s.packet_delay_ns = memory.get(reg::kStreamPacketDelay);  // the counter has ticks of 1 ns
   s.pixel_format = memory.get(reg::kPixelFormat);
   s.width = memory.get(reg::kWidth);
   s.height = memory.get(reg::kHeight);

@@ -16,13 +16,13 @@ constexpr std::uint16_t kSuccess = 0, kNotImplemented = 0x8001, kInvalidParamete
 constexpr std::uint32_t kDiscoveryBytes = 0xF8;
 constexpr std::uint32_t kMostMemoryBytes = 536;
 constexpr std::uint32_t kFireTestBit = 1U << 31U;
-constexpr std::uint32_t kPrivilegeBits = 3;  // exclusive or control access
+constexpr std::uint32_t kPrivilegeBits = 3;  // exclusive access or control access
 
 Bytes answer(std::uint32_t command, std::uint16_t status, std::uint32_t id, const Bytes& body = {}) {
   Bytes out;
   out.reserve(kHeaderBytes + body.size());
   put_be16(out, status);
-  put_be16(out, command + 1);  // each acknowledge is numbered after its command
+  put_be16(out, command + 1);  // the number of an acknowledge is that of its command plus one
   put_be16(out, static_cast<std::uint32_t>(body.size()));
   put_be16(out, id);
   out.insert(out.end(), body.begin(), body.end());
@@ -65,7 +65,7 @@ std::uint16_t GvcpControl::write_register(std::uint32_t address, std::span<const
   }
   if (const std::uint32_t size = registers_->get(camera_register::kStreamPacketSize);
       address == camera_register::kStreamPacketSize && (size & kFireTestBit) != 0) {
-    registers_->set(address, size & ~kFireTestBit);  // a command: it clears itself
+    registers_->set(address, size & ~kFireTestBit);  // the bit is a command and clears itself
     outcome.is_test_packet_due = true;
   }
   return kSuccess;
@@ -123,18 +123,18 @@ GvcpOutcome GvcpControl::handle(std::span<const std::byte> datagram, const socka
       put_be16(out, status == kSuccess ? static_cast<std::uint32_t>(body.size() - 4) : 0);
       break;
     case kPacketResend:
-      // From the controller's machine: its stream socket asks, on a port of its own.
+      // Requests come from the controller's machine, but from another port: its stream socket sends them.
       if (body.size() == 12 && is_controlled_ && from.sin_addr.s_addr == controller_.sin_addr.s_addr) {
         outcome.has_resend = true;
         outcome.resend = {static_cast<std::uint16_t>(get_be16(body, 2)), get_be32(body, 4) & 0xffffffU,
                           get_be32(body, 8) & 0xffffffU};
       }
-      return outcome;  // never acknowledged: the packets are the answer
+      return outcome;  // requests are never acknowledged; the packets are the answer
     default:
       status = kNotImplemented;
       break;
   }
-  if (is_controller(from)) heard_ns_ = now_ns;  // also the command that made it the controller
+  if (is_controller(from)) heard_ns_ = now_ns;  // also after the command that made it the controller
   outcome.answer = answer(command, status, id, out);
   return outcome;
 }

@@ -35,7 +35,7 @@ Bytes encode_gvsp_leader(const GvspImage& image, GvspStatus status) {
   put_be32(out, image.height);
   put_be32(out, image.offset_x);
   put_be32(out, image.offset_y);
-  put_be16(out, 0);  // no padding at the lines' and the image's ends
+  put_be16(out, 0);  // no padding at the ends of lines and image
   put_be16(out, 0);
   return out;
 }

@@ -16,7 +16,7 @@ namespace {
 constexpr std::int64_t kShortestPauseNs = 200'000;
 constexpr std::uint32_t kUdpOverheadBytes = 28;
 
-/// Sleeps until the link would have carried what was sent; short waits add up to one worth sleeping.
+/// Sleeps until the link would have carried what was sent. Pauses that are too short for a sleep are left to add up.
 bool pace(std::int64_t due_ns, const std::stop_token& stop) {
   const std::int64_t ahead = due_ns - monotonic_raw_ns();
   if (ahead < kShortestPauseNs) return !stop.stop_requested();
@@ -25,7 +25,7 @@ bool pace(std::int64_t due_ns, const std::stop_token& stop) {
   return !stop.stop_requested();
 }
 
-/// The client's region of the sensor: the image itself, or a cut.
+/// Returns the client's region of the image: the image itself or a part of it.
 Result<Buffer> region(const CameraImage& image, const StreamTarget& stream) {
   if (image.pixels.size() != std::size_t{image.width} * image.height) {
     return Error{ErrorCode::Invalid,
@@ -53,7 +53,8 @@ Result<Buffer> region(const CameraImage& image, const StreamTarget& stream) {
 
 }  // namespace
 
-/// A system call costs as much as carrying a packet of 9000 bytes: packets that are due together leave together.
+/// Collects packets that are due together and sends them in one system call, because a system call costs as much as
+/// carrying a packet of 9000 bytes.
 class GvspStream::Batch {
  public:
   static constexpr std::size_t kMost = 32;
@@ -85,7 +86,8 @@ class GvspStream::Batch {
   bool is_full() const { return count_ == kMost; }
   std::size_t size() const { return count_; }
 
-  /// Sends and forgets them; how many the kernel took. One that it refuses does not hold up the others.
+  /// Sends the packets and forgets them. Returns how many the kernel accepted. A packet that it refuses does not stop
+  /// the others.
   std::uint64_t send(int socket) {
     std::uint64_t taken = 0;
     for (std::size_t at = 0; at < count_;) {
@@ -212,7 +214,7 @@ Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
   const std::uint32_t trailer = gvsp_data_packets(sent.image, sent.packet_bytes) + 1;
   const double ns_per_packet = sent.packet_bytes * 1e9 / config_.link_bytes_per_second + stream.packet_delay_ns;
   const std::int64_t begin = monotonic_raw_ns();
-  // As many as the link carries while a sleep would be too short to be worth it.
+  // The number of packets that the link carries in the shortest time that is worth a sleep.
   const auto burst =
       std::clamp<std::size_t>(static_cast<std::size_t>(kShortestPauseNs / ns_per_packet), 1, Batch::kMost);
   Batch batch;

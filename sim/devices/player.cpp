@@ -24,7 +24,7 @@ void note(ChannelReport& channel, bool is_sent, std::int64_t lateness_ns) {
   if (lateness_ns > kLateNs) ++channel.later_than_1ms;
 }
 
-/// `open_device` of a device that the vehicle has.
+/// Opens a device if the vehicle has it.
 template <class Device>
 Status open_into(std::unique_ptr<Device>& device, const std::optional<typename Device::Config>& config) {
   if (!config) return {};
@@ -105,14 +105,14 @@ Status Player::send_image(const WireEvent& event, Buffer pixels, const std::stop
   image.missing_packets = event.missing_packets;
   const std::size_t size = std::size_t{event.width} * event.height;
   if (image.pixels.size() > size) {
-    // Not what its sensor gives: the camera has been set to fewer rows.
+    // The camera was set to fewer rows than its sensor has.
     image.ignores_region = true;
     image.pixels = image.pixels.part(0, size);
   }
   return camera_->send(image, stop);
 }
 
-/// In a thread of its own: an image takes the link for many milliseconds.
+/// Runs in a thread of its own, because sending an image takes many milliseconds.
 void Player::play_images(const std::vector<const WireEvent*>& images, ImagePrefetch& files, const DriveClock& clock,
                          const std::stop_token& stop, PlayReport& report) {
   ChannelReport& channel = report.channels[static_cast<std::size_t>(WireChannel::Camera)];
@@ -131,7 +131,7 @@ PlayReport Player::run(const Timeline& timeline, const std::stop_token& stop,
                        const std::function<void(const PlayProgress&)>& progress) {
   host_begin_ns_ = monotonic_raw_ns() + config_.lead_ns;
   const DriveClock clock(host_begin_ns_, config_.speed);
-  // Images are played beside the others: not in the loop below.
+  // Images are sent by another thread and not by the loop below.
   const std::array<bool, kWireChannels> has_device = {
       laser_ != nullptr, laser_ != nullptr, pos_ != nullptr, pps_ != nullptr, false, wheel_ != nullptr};
 

@@ -42,7 +42,8 @@ bool is_port(const std::string& word) {
   return false;
 }
 
-/// Of a name in binary form: INSPVASB. Empty: unknown, or not binary.
+/// Returns the id of the log with a name in binary form, such as INSPVASB; empty if the name is unknown or not of the
+/// binary form.
 std::optional<std::uint16_t> log_id(const std::string& word) {
   if (!word.ends_with('B')) return {};
   const std::string_view stem = std::string_view(word).substr(0, word.size() - 1);

@@ -81,7 +81,7 @@ bool PosServer::is_drained() const {
   return std::all_of(clients_.begin(), clients_.end(), [](const auto& c) { return c->is_gone || c->unsent.empty(); });
 }
 
-/// By mutex_. What the kernel does not take at once waits for the thread.
+/// Call it with the mutex held. The thread sends later what the kernel does not accept at once.
 void PosServer::send(Client& client, std::span<const char> bytes) {
   const bool was_empty = client.unsent.empty();
   client.unsent.insert(client.unsent.end(), bytes.begin(), bytes.end());

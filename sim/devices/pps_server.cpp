@@ -76,7 +76,7 @@ int PpsServer::clients() const {
   return static_cast<int>(clients_.size());
 }
 
-/// Takes clients in and lets those go that hung up; clients have nothing to say.
+/// Accepts clients and removes those that hung up. Clients send nothing.
 void PpsServer::run(const std::stop_token& stop) {
   std::vector<pollfd> waiting;
   while (!stop.stop_requested()) {

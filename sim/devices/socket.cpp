@@ -38,12 +38,14 @@ Result<FileDescriptor> make_wake_event() {
 
 void wake(const FileDescriptor& event) {
   const std::uint64_t one = 1;
-  [[maybe_unused]] const ssize_t written = ::write(event.get(), &one, sizeof(one));  // full means: awake already
+  // a full counter means that the event is raised already
+  [[maybe_unused]] const ssize_t written = ::write(event.get(), &one, sizeof(one));
 }
 
 void clear_wake(const FileDescriptor& event) {
   std::uint64_t count = 0;
-  [[maybe_unused]] const ssize_t read = ::read(event.get(), &count, sizeof(count));  // empty means: cleared already
+  // an empty counter means that the event is reset already
+  [[maybe_unused]] const ssize_t read = ::read(event.get(), &count, sizeof(count));
 }
 
 }  // namespace hueline::sim

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t kPeriodNs = 100'000'000;
 
-/// Offsets are known; the rates follow from them.
+/// Computes the rates from the offsets.
 void add_rates(std::vector<ClockSample>& samples) {
   for (std::size_t i = 1; i < samples.size(); ++i) {
     const ClockSample& before = samples[i - 1];
@@ -29,7 +29,7 @@ std::vector<ClockSample> camera_samples(const Timeline& timeline) {
       out.push_back({VehicleClock::Camera, timeline.begin_gps_ns + event.latched_ns,
                      event.camera_counter_ns - event.latched_ns, 0});
   std::sort(out.begin(), out.end(), [](const ClockSample& a, const ClockSample& b) { return a.gps_ns < b.gps_ns; });
-  // An image that is delivered twice was latched once.
+  // The counter was latched once for an image that is delivered twice.
   out.erase(std::unique(out.begin(), out.end(),
                         [](const ClockSample& a, const ClockSample& b) { return a.gps_ns == b.gps_ns; }),
             out.end());

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kBytesPerMegabyte = 1e6;
 constexpr std::uint64_t kPage = 4096, kSector = 512;
-// Of the pages that were not synced.
+// Probabilities for pages that were not synced.
 constexpr double kPageSurvives = 0.6, kPageIsTorn = 0.2;
 
 }  // namespace
@@ -44,7 +44,8 @@ const FaultLine* FaultyDisk::line_at(FaultType type) const {
   return nullptr;
 }
 
-/// When `bytes` are on the medium whose writing begins at `from_ns`: at once, but for the time of lines that slow it.
+/// Returns when `bytes` are on the medium if their writing begins at `from_ns`. Only lines that slow the disk cost
+/// time.
 std::int64_t FaultyDisk::written_by(std::int64_t from_ns, double bytes) const {
   std::int64_t at = from_ns;
   while (true) {
@@ -53,7 +54,7 @@ std::int64_t FaultyDisk::written_by(std::int64_t from_ns, double bytes) const {
       if (line.type == FaultType::DiskSlow && line.covers(at) && (!slowest || line.strength < slowest->strength))
         slowest = &line;
     if (!slowest) return at;
-    // Until something else may hold.
+    // The speed holds until the line ends or another line begins.
     std::int64_t until = slowest->end_ns();
     for (const FaultLine& line : lines_)
       if (line.type == FaultType::DiskSlow && line.begin_ns() > at) until = std::min(until, line.begin_ns());
@@ -112,7 +113,7 @@ FaultyDisk::Remains FaultyDisk::remains() const {
     const bool survives = random.uniform() < kPageSurvives, is_torn = random.uniform() < kPageIsTorn;
     const std::uint64_t torn_at = page + kSector * static_cast<std::uint64_t>(random.between(1, kPage / kSector - 1));
     const std::uint64_t kept = !survives ? begin : is_torn ? std::clamp(torn_at, begin, end) : end;
-    if (kept > begin) out.size = end;  // the file's length is known to reach what was written
+    if (kept > begin) out.size = end;  // the length of the file is known to reach the end of what was written
     if (kept < end) out.zeros.push_back({kept, end});
   }
   while (!out.zeros.empty() && out.zeros.back().begin >= out.size) out.zeros.pop_back();

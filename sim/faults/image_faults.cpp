@@ -1,4 +1,4 @@
-// Images, as the camera delivers them.
+// Faults of images, as the camera delivers them.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -12,13 +12,13 @@ constexpr std::int64_t kRepeatAfterNs = 12'000'000;
 
 bool concerns_images(FaultType type) { return type >= FaultType::ImageLoss && type <= FaultType::CameraClockStuck; }
 
-/// What one line does to the images one after the other.
+/// Applies one line to the images one after the other.
 struct ImageSpoiler {
   const FaultLine& line;
   SeededRandom random;
   std::size_t hits = 0;
   std::uint64_t missed = 0;                 // images that the camera did not count
-  std::optional<std::uint64_t> returned{};  // the first sequence after the camera came back
+  std::optional<std::uint64_t> returned{};  // first sequence number after the camera came back
   std::int64_t returned_counter = 0;
   std::optional<std::string> frozen{};
   std::optional<std::int64_t> stuck{};
@@ -30,7 +30,7 @@ struct ImageSpoiler {
     return happens;
   }
 
-  /// Of an image inside the line's time: true if it never arrives.
+  /// Applies the line to an image within its time. Returns true if the image never arrives.
   bool spoil(WireEvent& event) {
     switch (line.type) {
       case FaultType::ImageLoss:
@@ -79,7 +79,7 @@ struct ImageSpoiler {
     return false;
   }
 
-  /// What stays: of an image at or after the line's beginning.
+  /// Applies what remains of the line to an image at or after its beginning.
   void follow(WireEvent& event) {
     event.sequence -= missed;
     const double since_ns = static_cast<double>(event.at_ns - line.begin_ns()), span_ns = line.for_s * 1e9;
@@ -113,7 +113,7 @@ std::size_t spoil_images(const FaultLine& line, std::vector<WireEvent>& events, 
     spoiler.follow(event);
     return is_inside && spoiler.spoil(event);
   });
-  // A camera sends one image after the other: what is late holds up what follows.
+  // A camera sends one image after the other, so a late image delays those after it.
   std::int64_t earliest = 0;
   for (WireEvent& event : events)
     if (event.channel == WireChannel::Camera) event.at_ns = earliest = std::max(earliest, event.at_ns);

@@ -1,4 +1,4 @@
-// Wrong clocks of the devices.
+// The wrong clocks of the devices.
 #include <cmath>
 
 #include "sim/faults/stages.hpp"
@@ -44,14 +44,14 @@ std::int64_t LineErrors::nmea_seconds(GpsNs second) const {
 bool LineErrors::has_nmea(GpsNs second) const { return !is_on(FaultType::NmeaLoss, second); }
 
 std::int64_t LineErrors::nmea_delay_ns(GpsNs second) const {
-  // The strength is the lateness in all; the usual latency is a little of it.
+  // The strength is the whole delay after the second; the usual latency is a part of it.
   const double late = strength(FaultType::NmeaLate, second);
   return late > 0 ? std::llround(std::max(0.0, late - 0.3) * 1e9) : 0;
 }
 
 std::int64_t LineErrors::scanner_clock_ns(GpsNs t) const {
-  // A scanner names the edge by the sentence that came before it: the sentence of the second before, if that came in
-  // time.
+  // A scanner labels an edge with the sentence that came before the edge. That is the sentence of the second before, if
+  // it came in time.
   const GpsNs named_by = whole_second(t) - kNsPerSecond;
   std::int64_t error = 0;
   if (has_nmea(named_by)) {

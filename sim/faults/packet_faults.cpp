@@ -1,4 +1,4 @@
-// What happens to packets on their way, and to the clock that stamps their arrival.
+// Faults of packets on their way, and of the clock that stamps their arrival.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@ namespace hueline::sim {
 namespace {
 
 constexpr std::int64_t kDuplicateAfterNs = 100'000;
-constexpr std::int64_t kBacklogStepNs = 10'000;  // packets of a backlog follow each other so closely
+constexpr std::int64_t kBacklogStepNs = 10'000;  // time between packets of a backlog
 constexpr std::size_t kLaserCounterAt = 1200, kStatusCounterAt = 198;
 
 WireChannel channel_of(FaultTarget target) {
@@ -32,7 +32,8 @@ WireChannel channel_of(FaultTarget target) {
   return WireChannel::LaserData;
 }
 
-/// A byte stream and a camera's link keep the order of what is sent; datagrams do not.
+/// Restores the order of sending on byte streams and on the camera's link, which keep it. Datagrams may overtake each
+/// other.
 void keep_order(WireChannel channel, std::vector<WireEvent>& events) {
   if (channel != WireChannel::Pos && channel != WireChannel::Camera) return;
   std::int64_t earliest = 0;
@@ -57,7 +58,7 @@ std::size_t lose_bursts(const FaultLine& line, WireChannel channel, std::vector<
   return hits;
 }
 
-/// Delays what the line covers by what `delay_ns` says of each.
+/// Delays each event that the line covers by `delay_ns(event)`.
 template <class Delay>
 std::size_t delay(const FaultLine& line, WireChannel channel, std::vector<WireEvent>& events, Delay delay_ns) {
   std::size_t hits = 0;
@@ -76,7 +77,7 @@ Bytes random_bytes(std::size_t count, SeededRandom& random) {
   return out;
 }
 
-/// Line noise of a few bytes at a time between logs, or whole datagrams of something else.
+/// Adds noise of a few bytes at a time between logs, or whole datagrams of another device.
 std::size_t add_foreign(const FaultLine& line, WireChannel channel, std::vector<WireEvent>& events,
                         SeededRandom& random) {
   constexpr std::size_t kNoiseBytes = 8, kLeastDatagram = 20, kMostDatagram = 1400;
@@ -101,7 +102,7 @@ std::size_t count_beyond_hour(const FaultLine& line, std::vector<WireEvent>& eve
   for (WireEvent& event : events) {
     const bool is_data = event.channel == WireChannel::LaserData;
     if ((!is_data && event.channel != WireChannel::LaserPosition) || !line.covers(event.at_ns)) continue;
-    // A profile scanner has no counter that wraps with the hour.
+    // Datagrams of a profile scanner are skipped: they have no counter that wraps with the hour.
     if (event.payload.size() != (is_data ? kLaserDataBytes : kLaserPositionBytes)) continue;
     const std::size_t at = is_data ? kLaserCounterAt : kStatusCounterAt;
     std::uint32_t counter = 0;

@@ -1,4 +1,4 @@
-// Pulses per second and event marks.
+// Faults of PPS edges and event marks.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -10,12 +10,12 @@
 namespace hueline::sim {
 namespace {
 
-constexpr std::int64_t kMarkMessageNs = 20'000'000;  // an extra mark's message comes this long after it
-constexpr std::int64_t kPulseReportNs = 20'000;      // an extra edge is reported this long after it
+constexpr std::int64_t kMarkMessageNs = 20'000'000;  // from an additional mark to its message
+constexpr std::int64_t kPulseReportNs = 20'000;      // from an additional edge to its report
 
 std::int64_t ns_of(double value, double ns_per_unit) { return std::llround(value * ns_per_unit); }
 
-/// Moments of a process with `rate_hz` on average in the line's time.
+/// Returns random times within the line's time, `strength` a second on average.
 std::vector<std::int64_t> moments(const FaultLine& line, SeededRandom& random) {
   std::vector<std::int64_t> out(
       static_cast<std::size_t>(std::max<long long>(1, std::llround(line.strength * line.for_s))));
@@ -41,7 +41,7 @@ WireEvent mark_at(GpsNs gps_ns, std::int64_t at_ns) {
   return event;
 }
 
-/// The instant that an encoded MARK1TIME names.
+/// Returns the time that an encoded MARK1TIME states.
 GpsNs instant_of_mark(const Bytes& log) {
   const auto header = std::to_integer<std::size_t>(log[3]);
   std::uint32_t week = 0;
@@ -97,7 +97,7 @@ std::size_t spoil_pulses(const FaultLine& line, std::vector<WireEvent>& events, 
   if (line.type == FaultType::PpsSpurious) hits += extra.size();
   for (WireEvent& event : extra) events.push_back(std::move(event));
   sort_by_time(events);
-  // The computer counts what its input sees.
+  // The computer counts the edges that its input sees.
   std::uint64_t sequence = 0;
   for (WireEvent& event : events)
     if (event.channel == WireChannel::Pps) event.sequence = ++sequence;
@@ -110,7 +110,7 @@ std::size_t spoil_marks(const FaultLine& line, GpsNs begin_gps_ns, std::vector<W
       line.type != FaultType::MarkLate && line.type != FaultType::MarkShift)
     return 0;
   std::size_t hits = 0;
-  bool was_lost = false;  // MARK1PVA shares the fate of the MARK1TIME before it
+  bool was_lost = false;  // MARK1PVA is lost if the MARK1TIME before it was
   std::vector<WireEvent> extra;
   const auto is_lost = [&](WireEvent& event) {
     const bool is_time = is(event, NovatelId::Mark1Time);

@@ -12,8 +12,8 @@ using enum FaultOutcome;
 using K = FaultKind;
 using T = FaultType;
 
-// `told`: what a person in front of the console has to be able to read. Several where it depends on the device or on
-// the strength.
+// `told` lists what an operator must be able to read. There are several kinds where the report depends on the device or
+// on the strength.
 // clang-format off
 constexpr FaultEntry kRegistry[] = {
     {T::PacketLoss, "packet_loss", {Laser, LaserStatus, Pos, Wheel}, "share", 0, 1, 0.1, "each packet is lost with probability S", Told, {K::Lost, K::Silent, K::Malformed}},

@@ -1,4 +1,4 @@
-// Navigation solutions: what the POS has wrong before it encodes anything.
+// Errors of the solutions, made by the POS before it encodes anything.
 #include <cmath>
 
 #include "sim/faults/stages.hpp"
@@ -7,7 +7,7 @@
 namespace hueline::sim {
 namespace {
 
-constexpr double kMetresPerRadian = 6'378'137.0;  // an error of a few metres need not know the ellipsoid
+constexpr double kMetresPerRadian = 6'378'137.0;  // an error of a few metres does not need the ellipsoid
 
 void move_east(InsSample& sample, double metres) {
   sample.longitude_rad += metres / (kMetresPerRadian * std::cos(sample.latitude_rad));
@@ -28,7 +28,7 @@ void spoil(const FaultLine& line, double since_s, InsSample& sample) {
       const double off = line.strength * since_s * since_s / 2, too_fast = line.strength * since_s;
       move_east(sample, off);
       sample.velocity_east += too_fast;
-      // The receiver knows how long it has been without satellites, but not the direction of its error.
+      // The receiver knows how long it has had no satellites, but not the direction of its error.
       for (std::size_t i = 0; i < 3; ++i) {
         sample.sigma[i] = std::hypot(sample.sigma[i], off);
         sample.sigma[3 + i] = std::hypot(sample.sigma[3 + i], too_fast);

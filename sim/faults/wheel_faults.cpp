@@ -1,4 +1,4 @@
-// Wheels that say what the vehicle does not do, and their bus.
+// Wheels that turn otherwise than the vehicle moves, and faults of their bus.
 #include <algorithm>
 #include <cmath>
 
@@ -12,10 +12,10 @@ bool concerns_wheels(FaultType type) { return type == FaultType::WheelStuck || t
 std::size_t spoil_wheels(const FaultLine& line, Drive& drive) {
   if (!concerns_wheels(line.type)) return 0;
   std::size_t hits = 0;
-  const WheelSample* before = nullptr;  // as it was, last
+  const WheelSample* before = nullptr;  // the previous sample without the fault
   WheelSample kept;
   std::array<double, 4> stuck{};  // the last speeds before the fault
-  std::array<double, 2> added{};  // pulses too many or too few so far
+  std::array<double, 2> added{};  // pulses too many (or too few) so far
   for (WheelSample& sample : drive.wheel) {
     const WheelSample truth = sample;
     if (line.covers(sample.gps_ns - drive.begin_gps_ns)) {
@@ -30,7 +30,7 @@ std::size_t spoil_wheels(const FaultLine& line, Drive& drive) {
     } else {
       stuck = truth.speed;
     }
-    // The sensors count on from what they counted.
+    // The sensors keep counting from the wrong count.
     for (std::size_t side = 0; side < 2; ++side)
       sample.pulses[side] =
           static_cast<std::uint32_t>(std::max(0.0, std::round(static_cast<double>(truth.pulses[side]) + added[side])));

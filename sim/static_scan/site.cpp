@@ -10,7 +10,7 @@
 namespace hueline::sim {
 namespace {
 
-/// Numbers one after the other; the site is built in one order only.
+/// Random numbers one after the other. A site is built in one fixed order, so that it is reproducible.
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : draw_{seed, kStreamScene} {}
@@ -29,7 +29,7 @@ Vec3 shifted(Vec3 p, Dice& dice, double sigma) {
 double azimuth_of(double x, double y) { return std::atan2(y, x); }
 double turn_between(double a, double b) { return std::abs(std::remainder(a - b, 2 * kPi)); }
 
-/// Where a ball on a stand is, `distance` from the scanner and 1.3 m above the ground.
+/// Returns a place `distance` from the scanner and `stand` above the ground.
 Vec3 on_stand(const StaticSite& site, double azimuth, double distance, double stand) {
   double across = distance;
   Vec3 p;
@@ -41,7 +41,7 @@ Vec3 on_stand(const StaticSite& site, double azimuth, double distance, double st
   return p;
 }
 
-/// Whether the ground leaves the whole ball to be seen.
+/// Returns whether the ground hides nothing of a ball.
 bool is_above_ground(const StaticSite& site, const StaticSphere& sphere) {
   for (double share = 0.01; share < 0.995; share += 0.005) {
     const Vec3 p = share * sphere.centre;
@@ -50,7 +50,7 @@ bool is_above_ground(const StaticSite& site, const StaticSphere& sphere) {
   return true;
 }
 
-/// Whether something upright and wide stands before a ball.
+/// Returns whether something upright of this half width at (x, y) would stand in front of a ball.
 bool would_hide(const StaticSite& site, double x, double y, double half_width) {
   const double distance = std::hypot(x, y);
   for (const StaticSphere& sphere : site.spheres) {
@@ -80,8 +80,8 @@ bool add_sphere(StaticSite& site, const std::string& name, SphereKind kind, doub
   return true;
 }
 
-/// Targets around the scanner, no two in nearly the same direction; then decoys in the same rings, the first of them
-/// close to a target.
+/// Places targets around the scanner, no two in nearly the same direction, and then decoys at the same distances, the
+/// first of them close to a target.
 void place_spheres(StaticSite& site, Dice& dice) {
   const StaticSiteConfig& config = site.config;
   const int targets = config.orientation_targets + config.check_targets;
@@ -108,7 +108,7 @@ void place_spheres(StaticSite& site, Dice& dice) {
   }
 }
 
-/// Trees, walls and bushes; those beside a target's distance matter most, so a part of them stands there.
+/// Places trees, walls and bushes. Every third one stands at the distance of a sphere, where it matters most.
 void place_clutter(StaticSite& site, Dice& dice) {
   const auto some_distance = [&](int i) {
     return i % 3 == 0
@@ -157,7 +157,7 @@ StaticSite make_static_site(const StaticSiteConfig& config) {
   site.config = config;
   site.name = fmt::format("S{:02}", config.station + 1);
   Dice dice(config.seed * 1000003 + static_cast<std::uint64_t>(config.station));
-  // 3.2 km x 2.8 km in a projected system, as the mine of the paper.
+  // The survey area is 3.2 km x 2.8 km in a projected system, like the mine of the paper.
   site.place_survey = {512'000 + dice.even(0, 3200), 4'398'000 + dice.even(0, 2800), 1180 + dice.even(0, 120)};
   site.surveyed_place = shifted(site.place_survey, dice, config.station_sigma_m);
   const double heading = dice.even(-kPi, kPi);

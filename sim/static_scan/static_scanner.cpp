@@ -10,11 +10,11 @@
 namespace hueline::sim {
 namespace {
 
-/// Quantiles of the normal distribution at 65536 places: one normal number for 16 random bits.
+/// Returns 65536 quantiles of the normal distribution, with which 16 random bits give one normal number.
 const std::vector<float>& normal_table() {
   static const std::vector<float> table = [] {
     std::vector<float> out(65536);
-    // The distribution function's inverse by bisection, once.
+    // The table is computed once, by bisection of the distribution function.
     for (std::size_t i = 0; i < out.size(); ++i) {
       const double wanted = (static_cast<double>(i) + 0.5) / 65536;
       double low = -8, high = 8;
@@ -33,10 +33,10 @@ constexpr double kGroundStep = 0.5;
 
 }  // namespace
 
-/// What one upright plane of beams can meet.
+/// Everything that one upright plane of beams can meet.
 struct StaticScan::Column {
   double cos_azimuth = 1, sin_azimuth = 0;
-  std::vector<double> ground;  // every kGroundStep
+  std::vector<double> ground;  // height of the ground every kGroundStep
   struct Upright {
     double distance, bottom, top;  // a wall or a pole
   };
@@ -44,8 +44,8 @@ struct StaticScan::Column {
   struct Ball {
     Vec3 centre;
     double along, off_squared, radius, lowest_tan, highest_tan;
-    int sphere;      // -1: a crown
-    double density;  // of a crown
+    int sphere;      // number of the sphere; -1: a crown
+    double density;  // density of a crown
   };
   std::vector<Ball> balls;
 };
@@ -63,7 +63,7 @@ StaticScan::StaticScan(const StaticSite& site, const StaticScannerConfig& config
   for (std::size_t i = 0; i < site.spheres.size(); ++i) {
     const Vec3& c = site.spheres[i].centre;
     add(std::atan2(c.y, c.x) - half, std::atan2(c.z, std::hypot(c.x, c.y)) - half, 2 * half, 2 * half, step);
-    // As many places with nothing but clutter: what could be taken for a target there must not be.
+    // Windows around crowns, where there is only clutter: nothing in them may be taken for a target.
     if (site.crowns.empty()) continue;
     const Vec3& other = site.crowns[(7 * i) % site.crowns.size()].centre;
     add(std::atan2(other.y, other.x) - half, std::atan2(other.z, std::hypot(other.x, other.y)) - half, 2 * half,
@@ -111,7 +111,8 @@ void StaticScan::prepare(double azimuth, Column& column) const {
   for (const StaticCrown& crown : site_.crowns) ball(crown.centre, crown.radius, -1, crown.density);
 }
 
-/// `ground_at` only rises from row to row: the higher the beam, the farther it meets the ground.
+/// Returns what a beam hits first. `ground_at` only grows from row to row, because a higher beam meets the ground
+/// farther away.
 StaticScan::Hit StaticScan::nearest(const Column& column, double ce, double se, std::size_t& ground_at,
                                     std::uint64_t random) const {
   const double slope = se / ce;
@@ -120,7 +121,7 @@ StaticScan::Hit StaticScan::nearest(const Column& column, double ce, double se, 
     ++ground_at;
   Hit hit{1e9, -1};
   if (ground_at < samples) {
-    // Between two samples of the ground, linearly; before the first one it is flat.
+    // The ground is linear between two samples and flat before the first one.
     const double s1 = kGroundStep * static_cast<double>(ground_at + 1), z1 = column.ground[ground_at];
     const double s0 = s1 - kGroundStep, z0 = ground_at > 0 ? column.ground[ground_at - 1] : z1;
     const double above0 = s0 * slope - z0, above1 = s1 * slope - z1;
@@ -181,7 +182,8 @@ void StaticScan::cast(std::uint32_t index, std::vector<float>& xyz, std::vector<
         for (std::size_t k = 0; k < 3; ++k) known.information[3 * i + k] += axes[i] * axes[k] / variance;
       range += sphere.common_range_error;
     }
-    // The measured angles are off, not the beam: to first order a step along azimuth and elevation.
+    // The error is in the measured angles, not in the direction of the beam. To first order it is a step along azimuth
+    // and elevation.
     const double azimuth_off = config_.angle_sigma_rad * static_cast<double>(normal[random >> 16 & 0xFFFF]);
     const double elevation_off = config_.angle_sigma_rad * static_cast<double>(normal[random >> 32 & 0xFFFF]);
     const Vec3 measured = beam + azimuth_off * Vec3{-sa, ca, 0} + elevation_off * Vec3{-ca * se, -sa * se, ce};

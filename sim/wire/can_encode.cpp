@@ -18,7 +18,7 @@ Bytes frame_of(std::uint32_t id, const Data& data) {
   return out.take();
 }
 
-/// Bit by bit, as the standard draws its register.
+/// Computes the check sum bit by bit, as the standard draws its shift register.
 std::uint8_t j1850(std::span<const std::uint8_t> data) {
   unsigned shift = 0xFF;
   for (const std::uint8_t byte : data)

@@ -16,7 +16,7 @@ bool concerns(const FaultRule& rule, const WireEvent& event) {
          (rule.log_id == 0 || event.log.id == rule.log_id);
 }
 
-/// Changes distinct bytes, each to another value.
+/// Changes `count` different bytes, each to another value.
 void corrupt(WireEvent& event, std::uint32_t count, SeededRandom& random) {
   const std::size_t size = event.payload.size();
   std::vector<std::size_t> places;
@@ -36,7 +36,7 @@ std::size_t apply_rule(std::vector<WireEvent>& events, const FaultRule& rule, Se
   std::vector<WireEvent> out;
   out.reserve(events.size());
   for (WireEvent& event : events) {
-    // Only these carry a count of their own; Miss closes the gap in it.
+    // Only edges and images carry a count of their own. Miss closes the gap in it.
     const bool is_counted = event.channel == WireChannel::Pps || event.channel == WireChannel::Camera;
     if (!concerns(rule, event) || random.uniform() >= rule.probability) {
       if (is_counted && event.channel == rule.channel) event.sequence -= missed;

@@ -47,7 +47,7 @@ Result<Bytes> encode_jpeg_planes(const JpegPlanesImage& image) {
       }
       unsigned char* at = jpeg.data();
       unsigned long size = jpeg.size();
-      // The accurate DCT: the same bytes whatever instructions the machine has.
+      // The accurate DCT gives the same bytes whatever instructions the machine has.
       if (tjCompress2(encoder.get(), plane.data(), width, 0, height, TJPF_GRAY, &at, &size, TJSAMP_GRAY, image.quality,
                       TJFLAG_NOREALLOC | TJFLAG_ACCURATEDCT) != 0)
         return Error{ErrorCode::Invalid, std::string("JPEG: ") + tjGetErrorStr2(encoder.get())};

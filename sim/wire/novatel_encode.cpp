@@ -37,7 +37,7 @@ constexpr std::array<std::uint32_t, 256> kCrcTable = [] {
 
 double seconds_of_week(GpsNs gps_ns) { return static_cast<double>(week_time(gps_ns).time_of_week_ns) * 1e-9; }
 
-/// Header (by the log's kind) + body + CRC.
+/// Returns a whole log: the header that the log's kind needs, the body and the CRC.
 Bytes frame(NovatelId id, const NovatelHeader& header, const LittleEndianWriter& body) {
   bool is_short = false;
   for (const NovatelLog& log : kLogs) is_short = is_short || (log.id == id && log.has_short_header);
@@ -123,7 +123,7 @@ Bytes encode_pva(NovatelId id, const NovatelHeader& header, const PvaFields& f) 
 }
 
 StdevFields stdev_fields(const InsSample& sample) {
-  const auto& s = sample.sigma;  // E N U; the wire has latitude (north) before longitude (east)
+  const auto& s = sample.sigma;  // order E N U; the wire has latitude (north) before longitude (east)
   StdevFields f;
   f.latitude_m = static_cast<float>(s[1]);
   f.longitude_m = static_cast<float>(s[0]);
@@ -152,7 +152,7 @@ PvaxFields pvax_fields(const InsSample& sample, double undulation_m) {
   f.latitude_deg = pva.latitude_deg;
   f.longitude_deg = pva.longitude_deg;
   f.undulation_m = static_cast<float>(undulation_m);
-  // The receiver adds the undulation as sent, in single precision: so do its readers.
+  // The receiver adds the undulation in the single precision in which it is sent, because its readers do the same.
   f.height_m = pva.ellipsoidal_height_m - static_cast<double>(f.undulation_m);
   f.velocity_north = pva.velocity_north;
   f.velocity_east = pva.velocity_east;
@@ -162,7 +162,7 @@ PvaxFields pvax_fields(const InsSample& sample, double undulation_m) {
   f.azimuth_deg = pva.azimuth_deg;
   f.sigma = stdev_fields(sample);
   f.status = sample.status;
-  if (!sample.has_gnss) f.position_type = 53;  // INS_PSRSP: no carrier solution any more
+  if (!sample.has_gnss) f.position_type = 53;  // INS_PSRSP: there is no carrier solution any more
   return f;
 }
 

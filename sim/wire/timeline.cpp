@@ -18,10 +18,11 @@
 namespace hueline::sim {
 namespace {
 
-/// What draws latencies, each from a sequence of its own: another rate of one device does not move the others.
+/// The sequences from which latencies are drawn. Each device has its own, so that another rate of one device does not
+/// change the latencies of the others.
 enum LatencyStream : std::uint64_t { kOfLaserData, kOfNmea, kOfIns, kOfSeconds, kOfMarks, kOfPps, kOfImages, kOfWheel };
 
-/// One builder a drive.
+/// Builds the timeline of one drive.
 class Builder {
  public:
   Builder(const Drive& drive, const TimelineConfig& config, const DeviceErrors& errors)
@@ -59,7 +60,7 @@ class Builder {
   }
   const InsSample* sample_at_or_before(GpsNs gps_ns) const;
   InsSample interpolate(GpsNs gps_ns) const;
-  /// The header of a log about this instant, by the receiver's own clock.
+  /// Returns the header of a log about this time, by the receiver's own clock.
   NovatelHeader header_of(GpsNs gps_ns, std::int64_t error_ns) const {
     NovatelHeader header = novatel_header(gps_ns + error_ns);
     header.time_status = errors_.receiver_time_status(gps_ns);
@@ -83,7 +84,7 @@ const InsSample* Builder::sample_at_or_before(GpsNs gps_ns) const {
   return after == drive_.ins.begin() ? &drive_.ins.front() : &*(after - 1);
 }
 
-/// Straight lines between neighbours; outside the samples the nearest one.
+/// Returns the linear interpolation between neighbouring samples; outside the samples, the nearest one.
 InsSample Builder::interpolate(GpsNs gps_ns) const {
   const InsSample* a = sample_at_or_before(gps_ns);
   if (a == nullptr) return {};
@@ -169,7 +170,7 @@ void Builder::add_profile_status() {
   std::uint32_t counter = 0;
   for (std::int64_t at = 0; at < timeline_.duration_ns; at += config_.laser_position_period_ns) {
     const GpsNs sent = drive_.begin_gps_ns + at;
-    // Without a sentence it counts on from the pulses that it still has.
+    // Without a sentence the scanner counts on from the pulses that it still gets.
     const bool has_label = errors_.has_nmea(sent / kNsPerSecond * kNsPerSecond - kNsPerSecond);
     add(at, WireChannel::LaserPosition,
         encode_profile_status({sent + errors_.scanner_clock_ns(sent), counter++, errors_.scanner_pps_status(sent),
@@ -181,7 +182,7 @@ void Builder::add_ins_logs() {
   SeededRandom draws = random(kOfIns);
   std::int64_t earliest = std::numeric_limits<std::int64_t>::min();
   for (const InsSample& solved : drive_.ins) {
-    // One receiver, one port: a solution never overtakes the one before it.
+    // The receiver sends all solutions through one port, so a solution never overtakes the one before it.
     const std::int64_t at = std::max(drive_time(solved.gps_ns) + draw(draws, config_.ins), earliest);
     earliest = at;
     InsSample sample = solved;
@@ -285,7 +286,8 @@ void Builder::add_camera() {
 }
 
 void Builder::add_wheel() {
-  constexpr std::int64_t kFrameNs = 260'000;  // 8 bytes at 500 kbit/s, stuffed bits and the gap included
+  // 8 bytes at 500 kbit/s, including stuffed bits and the gap between frames
+  constexpr std::int64_t kFrameNs = 260'000;
   SeededRandom draws = random(kOfWheel);
   std::uint32_t counter = 0;
   for (const WheelSample& sample : drive_.wheel) {

@@ -24,7 +24,7 @@ UtcFields utc_fields(GpsNs gps_ns) {
   UtcFields utc;
   utc.year = 1980;
   utc.month = 1;
-  days += 5;  // the epoch is 6 January: count from the first
+  days += 5;  // the epoch is 6 January; count from 1 January
   for (; days >= (is_leap_year(utc.year) ? 366 : 365); ++utc.year) days -= is_leap_year(utc.year) ? 366 : 365;
   for (; days >= days_of_month(utc.year, utc.month); ++utc.month) days -= days_of_month(utc.year, utc.month);
   utc.day = static_cast<int>(days) + 1;

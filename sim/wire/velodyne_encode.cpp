@@ -14,8 +14,8 @@ constexpr std::size_t kReservedBytes = 198;
 constexpr std::size_t kSentenceBytes = 128;
 constexpr double kMetresPerSecondPerKnot = 1852.0 / 3600.0;
 
-/// Degrees and minutes without a separator, the minutes rounded to 1e-7 before they are cut off the
-/// degrees: 59.99999999 must not be written as 60.0000000.
+/// Returns degrees and minutes without a separator. The angle is rounded to 1e-7 minutes before it is divided, so that
+/// 59.99999999 minutes are not written as 60.0000000.
 std::string degrees_minutes(double angle_rad, int degree_digits) {
   constexpr std::int64_t kUnitsPerDegree = 60LL * 10'000'000LL;
   const auto units = static_cast<std::int64_t>(
@@ -45,7 +45,7 @@ Result<Bytes> encode_laser_data(const LaserPacket& packet, LaserModel model, Las
       return Error{ErrorCode::Invalid,
                    fmt::format("azimuth {} of block {} is not below 36000", packet.azimuth_centideg[block], block)};
     }
-    out.put(std::uint16_t{0xEEFF});  // FF EE on the wire
+    out.put(std::uint16_t{0xEEFF});  // bytes FF EE on the wire
     out.put(packet.azimuth_centideg[block]);
     for (std::size_t laser = 0; laser < kLaserChannelsPerBlock; ++laser) {
       out.put(packet.distance_2mm[block * kLaserChannelsPerBlock + laser]);
