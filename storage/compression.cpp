@@ -25,7 +25,7 @@ Status compress_lz4(ByteView all, Bytes& out) {
 Status compress_zstd(ByteView all, Bytes& out) {
   const std::size_t at = out.size();
   out.resize(at + ZSTD_compressBound(all.size()));
-  // Level 1: a recorder must not fall behind its sensors.
+  // Level 1, so that the recorder does not fall behind the sensors.
   const std::size_t size = ZSTD_compress(out.data() + at, out.size() - at, all.data(), all.size(), 1);
   if (ZSTD_isError(size)) return failed("zstd", ZSTD_getErrorName(size));
   out.resize(at + size);

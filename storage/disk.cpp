@@ -41,7 +41,7 @@ class KernelFile final : public DiskFile {
   }
   int descriptor() const override { return fd_; }
   int close() override {
-    // Linux frees the descriptor even when close() reports an error: never call it twice.
+    // Linux frees the descriptor even if close() reports an error, so it must not be called twice.
     return ::close(std::exchange(fd_, -1)) == 0 || errno == EINTR ? 0 : -errno;
   }
 
@@ -51,12 +51,12 @@ class KernelFile final : public DiskFile {
   const std::filesystem::path path_;
 };
 
-/// The folder's entry to the medium: fdatasync of the file does not promise it (fsync(2)).
+/// Writes the folder's entry of the file to the medium, which fdatasync of the file does not promise (fsync(2)).
 int sync_folder(const std::filesystem::path& path) {
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return 0;  // writable, but not readable for us: there is no way to ask
-  const int result = ::fsync(fd) == 0 || errno == EINVAL ? 0 : -errno;  // EINVAL: no folder of a medium
+  if (fd < 0) return 0;  // the folder is writable, but not readable for this user, so it cannot be synced
+  const int result = ::fsync(fd) == 0 || errno == EINVAL ? 0 : -errno;  // EINVAL: the folder lies on no medium
   ::close(fd);
   return result;
 }

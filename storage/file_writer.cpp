@@ -11,7 +11,7 @@
 namespace hueline::storage {
 namespace {
 
-constexpr std::size_t kPiecesACall = 1024;  // Linux's IOV_MAX
+constexpr std::size_t kPiecesACall = 1024;  // IOV_MAX of Linux
 
 }  // namespace
 
@@ -39,7 +39,7 @@ Status FileWriter::write(std::span<const ByteView> pieces) {
   if (Status before = failed_already(); !before) return before;
   std::array<iovec, kPiecesACall> vectors;
   std::uint64_t written_in_all = 0;
-  std::size_t piece = 0, offset = 0;  // where to go on
+  std::size_t piece = 0, offset = 0;  // where the next call continues
   while (true) {
     std::size_t count = 0;
     for (std::size_t i = piece, skip = offset; i < pieces.size() && count < vectors.size(); ++i, skip = 0)
@@ -49,7 +49,7 @@ Status FileWriter::write(std::span<const ByteView> pieces) {
     const std::int64_t written = file_->append(std::span(vectors).first(count));
     if (written == -EINTR) continue;
     if (written < 0) return fail("write", static_cast<int>(-written));
-    if (written == 0) return fail("write", EIO);  // not promised by POSIX for count > 0: do not spin on it
+    if (written == 0) return fail("write", EIO);  // POSIX does not promise progress here: do not call again for ever
     written_in_all += static_cast<std::uint64_t>(written);
     for (std::size_t left = static_cast<std::size_t>(written); left > 0;) {
       const std::size_t step = std::min(left, pieces[piece].size() - offset);
@@ -77,8 +77,8 @@ Status FileWriter::overwrite(std::uint64_t offset, ByteView bytes) {
 
 Status FileWriter::sync() {
   if (Status before = failed_already(); !before) return before;
-  // EINVAL: not a thing that can be synced (a pipe, a device). EROFS is an error: a file system that was made read-only
-  // after a fault of its medium says so here.
+  // EINVAL: this kind of file cannot be synced (a pipe, a device). EROFS is an error: it reports a file system that was
+  // made read-only after a fault of its medium.
   if (const int result = file_->sync(); result != 0 && result != -EINVAL) return fail("sync", -result);
   return {};
 }
@@ -116,7 +116,7 @@ Status FileWriter::cut_back(std::uint64_t size) {
 
 Status FileWriter::close() {
   if (!file_) return failed_already();
-  (void)sync();  // remembered
+  (void)sync();  // sync() remembers its error
   if (const int result = file_->close(); result != 0) (void)fail("close", -result);
   file_.reset();
   if (error_) return *error_;

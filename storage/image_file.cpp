@@ -33,15 +33,14 @@ Result<RgbImage> read_jpeg(const std::filesystem::path& path, const InputFile& f
   int width = 0, height = 0, subsampling = 0, colours = 0;
   if (tjDecompressHeader3(handle.get(), data, bytes.size(), &width, &height, &subsampling, &colours) != 0)
     return broken();
-  if (width <= 0 || height <= 0)  // tables alone are a JPEG too
+  if (width <= 0 || height <= 0)  // a file of tables alone is a JPEG too
     return Error{ErrorCode::Malformed, path.string() + ": a JPEG without pixels"};
   if (std::uint64_t(width) * std::uint64_t(height) > kMostPixels)
     return too_many_pixels(path, static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height));
   RgbImage image(width, height, {});
   if (tjDecompress2(handle.get(), data, bytes.size(), image.pixels.data()->data(), width, 0, height, TJPF_RGB,
                     TJFLAG_ACCURATEDCT) != 0) {
-    // Bytes between two markers harm nothing, and some cameras write them; any other warning is of pixels that are
-    // wrong.
+    // Bytes between two markers are harmless, and some cameras write them. Any other warning means wrong pixels.
     const bool is_harmless =
         tjGetErrorCode(handle.get()) == TJERR_WARNING &&
         std::string_view(tjGetErrorStr2(handle.get())).find("extraneous bytes") != std::string_view::npos;

@@ -8,7 +8,7 @@
 namespace hueline::storage {
 namespace {
 
-/// Which colour (0 red, 1 green, 2 blue) stands at the four places of a quad: (0,0), (1,0), (0,1), (1,1).
+/// Returns which colour (0 red, 1 green, 2 blue) stands at the four places of a quad: (0,0), (1,0), (0,1), (1,1).
 std::array<std::size_t, 4> quad_colours(PixelFormat format) {
   switch (format) {
     case PixelFormat::BayerRG8:
@@ -36,7 +36,7 @@ Result<RgbImage> reduced_view(const Image& image, int longest_px) {
                                          std::to_string(image.buffer.size()) + " bytes"};
   const std::uint32_t longest = std::max(image.width, image.height);
   std::uint32_t cell = (longest + static_cast<std::uint32_t>(longest_px) - 1) / static_cast<std::uint32_t>(longest_px);
-  if (!rgb && !mono) cell += cell & 1;  // whole quads
+  if (!rgb && !mono) cell += cell & 1;  // whole quads only
   cell = std::min(cell, std::min(image.width, image.height));
   if (!rgb && !mono) cell = std::max(cell & ~1u, 2u);
   const std::array<std::size_t, 4> quad = quad_colours(image.format);
@@ -77,7 +77,7 @@ Result<Bytes> encode_jpeg(const RgbImage& image, int quality) {
   Bytes out(tjBufSize(image.width, image.height, TJSAMP_420));
   auto* at = reinterpret_cast<unsigned char*>(out.data());
   unsigned long size = out.size();
-  // The accurate DCT is the one whose SIMD and plain forms agree bit for bit.
+  // The accurate DCT is used because its SIMD form and its plain form agree bit for bit.
   if (tjCompress2(handle.get(), image.pixels.data()->data(), image.width, 0, image.height, TJPF_RGB, &at, &size,
                   TJSAMP_420, quality, TJFLAG_NOREALLOC | TJFLAG_ACCURATEDCT) != 0)
     return Error{ErrorCode::Invalid, std::string("JPEG: ") + tjGetErrorStr2(handle.get())};

@@ -38,7 +38,7 @@ Status JournalReader::read_header() {
   for (const McapAttachment& file : mcap_->attachments())
     header_.files.push_back({file.name, file.media_type, file.data});
   if (described && !header_.sensors.empty()) return {};
-  // A file cut inside its header tells that instead.
+  // A file that was cut inside its header returns that error instead.
   Result<McapMessage> first = mcap_->next();
   if (!first && first.error().code != ErrorCode::EndOfData) return first.error();
   return Error{ErrorCode::Unsupported, path_.string() + " is an MCAP file, but not a recording of raw packets"};
@@ -62,7 +62,8 @@ Result<Packet> JournalReader::next(std::stop_token stop) {
     if (!message) return message.error();
     const auto& channel = mcap_->channels().at(message->channel);
     const auto schema = mcap_->schemas().find(channel.schema_id);
-    if (schema == mcap_->schemas().end() || schema->second.name != kRawPacketSchema) continue;  // others' annotations
+    // Messages that other programs have added.
+    if (schema == mcap_->schemas().end() || schema->second.name != kRawPacketSchema) continue;
     Result<Packet> packet = decode_raw_packet(message->data);
     if (packet && packet->sensor != message->channel)
       return Error{ErrorCode::Malformed,

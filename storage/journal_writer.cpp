@@ -40,12 +40,13 @@ Result<JournalWriter> JournalWriter::create(const std::filesystem::path& path, c
   mcap.profile = kJournalProfile;
   mcap.compression = config.compression;
   mcap.chunk_bytes = config.chunk_bytes;
-  mcap.chunk_time = nanoseconds::max();  // append() ends chunks by another clock than the messages'
+  mcap.chunk_time = nanoseconds::max();  // append() ends chunks by another clock than that of the messages
   mcap.if_exists = config.if_exists;
   Result<McapWriter> writer = McapWriter::create(path, mcap, disk);
   if (!writer) return writer.error();
 
-  // All that describes the packets stands before the first of them: a killed recording has it too.
+  // Everything that describes the packets is written before the first packet, so that the recording of a killed program
+  // has it too.
   McapMetadata about{kJournalMetadata, header.about};
   about.values["format"] = kJournalFormat;
   if (Status done = writer->add_metadata(about); !done) return done.error();

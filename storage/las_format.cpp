@@ -24,9 +24,9 @@ constexpr std::size_t kExtraField = 192;
 Bytes encode_las_header(const LasHeader& h) {
   Bytes out;
   append(out, as_bytes("LASF"));
-  append(out, std::uint16_t{0});  // file source
+  append(out, std::uint16_t{0});  // file source id
   append(out, h.global_encoding);
-  out.resize(out.size() + 16);  // GUID: none
+  out.resize(out.size() + 16);  // GUID, not used
   append(out, std::uint8_t{1});
   append(out, static_cast<std::uint8_t>(h.version_minor));
   append_text(out, h.system_identifier, 32);
@@ -38,11 +38,11 @@ Bytes encode_las_header(const LasHeader& h) {
   append(out, h.vlr_count);
   append(out, h.point_format);
   append(out, h.point_size);
-  out.resize(out.size() + 4 + 5 * 4);  // legacy counts
+  out.resize(out.size() + 4 + 5 * 4);  // point counts of older versions
   for (const double s : h.scale) append(out, s);
   for (const double o : h.offset) append(out, o);
   for (std::size_t k = 0; k < 3; ++k) append(out, h.maximum[k]), append(out, h.minimum[k]);
-  out.resize(out.size() + 8 + 8 + 4);  // waveforms, extended records: none
+  out.resize(out.size() + 8 + 8 + 4);  // waveforms and extended records, not used
   append(out, h.point_count);
   for (const std::uint64_t n : h.points_by_return) append(out, n);
   return out;
@@ -106,7 +106,7 @@ std::string encode_extra_fields(const std::vector<LasExtraField>& fields) {
   for (const LasExtraField& field : fields) {
     append(out, std::uint16_t{0});
     append(out, static_cast<std::uint8_t>(field.type));
-    append(out, static_cast<std::uint8_t>(field.has_scale ? 0x18 : 0));  // scale and offset bits
+    append(out, static_cast<std::uint8_t>(field.has_scale ? 0x18 : 0));  // bits of scale and offset
     append_text(out, field.name, 32);
     out.resize(out.size() + 4 + 3 * 24);  // unused, no_data, min, max
     append(out, field.has_scale ? field.scale : 0.0);
@@ -134,11 +134,11 @@ std::vector<LasExtraField> decode_extra_fields(ByteView data, std::size_t first_
     const auto shift = in.take<double>();
     in.take_bytes(16);
     field.description = take_text(in, 32);
-    if (type == 0) {  // undocumented bytes: options is their number
+    if (type == 0) {  // undocumented bytes; options is their number
       offset += options;
       continue;
     }
-    if (type > 30) break;  // reserved: its size is not known
+    if (type > 30) break;  // reserved; its size is unknown
     field.type = static_cast<LasType>((type - 1) % 10 + 1);
     field.offset = offset;
     field.has_scale = options & 0x18;
@@ -161,7 +161,7 @@ double to_las_time(GpsTime time) {
 }
 
 GpsTime from_las_time(double adjusted_seconds) {
-  constexpr double kFar = 8e9;  // s; what int64 ns can hold
+  constexpr double kFar = 8e9;  // s; the limit of int64 ns
   if (!(std::abs(adjusted_seconds) < kFar)) return {};
   const double whole = std::floor(adjusted_seconds);
   return GpsTime(std::chrono::seconds(static_cast<std::int64_t>(whole) + kAdjustedGpsSeconds) +

@@ -14,7 +14,7 @@ T at(ByteView record, std::size_t offset) {
   return value;
 }
 
-/// Where time and colour stand in a format; 0: it has none.
+/// Where time and colour begin in the record of a point format; 0 if it has none.
 struct Layout {
   std::size_t time, colour;
 };

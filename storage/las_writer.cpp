@@ -8,10 +8,10 @@ namespace hueline::storage {
 namespace {
 
 constexpr double kStep = 0.001;       // m
-constexpr double kOffsetStep = 1000;  // offsets are whole kilometres: short numbers in the header
+constexpr double kOffsetStep = 1000;  // offsets are whole kilometres, so that the numbers in the header are short
 constexpr int kFormat = 7;
 
-constexpr std::size_t kBuffered = 16384;  // points a write
+constexpr std::size_t kBuffered = 16384;  // points in one write
 
 int day_of_year(const UtcTime& utc) {
   using namespace std::chrono;
@@ -80,7 +80,8 @@ Status LasWriter::start(const std::vector<LasExtraField>& extra) {
   return file_.write(pieces);
 }
 
-/// Takes the point into the buffer and the tally; where its extra bytes begin, or null for a point that is refused.
+/// Encodes the point into the buffer and counts it. Returns where its extra bytes begin, or null for a point that is
+/// refused.
 std::byte* LasWriter::encode(const ColouredPoint& p) {
   const Eigen::Vector3d xyz = projection_.project(p.east, p.north, p.up);
   std::array<std::int32_t, 3> steps;
@@ -149,7 +150,7 @@ Status LasWriter::write_points() {
   error_ = written.error();
   counts_.lost += tally_.points - in_file_.points;
   counts_.written = in_file_.points;
-  if (file_.cut_back(whole)) (void)write_header();  // what is in the file stays readable
+  if (file_.cut_back(whole)) (void)write_header();  // the part that is in the file stays readable
   return written;
 }
 

@@ -8,7 +8,8 @@ namespace hueline::storage {
 namespace {
 
 constexpr std::size_t kBlock = 256 * 1024;
-/// Below this a copy costs less than a further piece in writev, and the sender's pool gets its buffer back at once.
+/// Smaller payloads are copied. A copy then costs less than a further piece in writev, and the source's pool gets its
+/// buffer back at once.
 constexpr std::size_t kCopyBelow = 4096;
 constexpr std::size_t kMessageHead = kMcapRecordHead + 2 + 4 + 8 + 8;
 

@@ -5,7 +5,7 @@
 namespace hueline::storage {
 namespace {
 
-/// A u32 byte length, then the entries.
+/// Appends a map: the u32 length of its entries in bytes, then the entries.
 template <class Append>
 void append_sized(Bytes& out, Append entries) {
   const std::size_t at = out.size();

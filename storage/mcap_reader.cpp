@@ -9,9 +9,9 @@
 namespace hueline::storage {
 namespace {
 
-constexpr std::uint64_t kLargestChunk = 512u << 20;  // uncompressed; a larger statement is a damaged or hostile file
-// A few bytes of a compressed chunk may stand for a thousand times as many. What a reader unpacks in all is bounded: by
-// this, or by this many times the file's own size.
+constexpr std::uint64_t kLargestChunk = 512u << 20;  // uncompressed; a file that states more is damaged or hostile
+// Some bytes of a compressed chunk may expand to a thousand times as many. So the bytes that a reader unpacks in all
+// are limited to this number, or to this many times the size of the file.
 constexpr std::uint64_t kUnpackedAnyway = std::uint64_t{8} << 30;
 constexpr std::uint64_t kUnpackedShare = 64;
 constexpr std::size_t kFooterContent = 8 + 8 + 4;
@@ -125,11 +125,12 @@ std::optional<Error> McapReader::take_description(McapOpcode opcode, ByteView co
     case McapOpcode::Attachment:
       return keep(McapAttachment{}, [&](McapAttachment a) { attachments_.push_back(std::move(a)); });
     default:
-      return {};  // indexes are not needed; unknown opcodes are to be skipped
+      return {};  // indexes are not needed, and unknown opcodes are to be skipped
   }
 }
 
-/// One record of the data section. An Error is to be told; if it is final, end_ is set as well.
+/// Reads one record of the data section. Returns an error that must be reported. If the error is final, end_ is set
+/// too.
 std::optional<Error> McapReader::read_record() {
   const auto finish = [&](Error error) {
     end_ = error;
@@ -153,7 +154,7 @@ std::optional<Error> McapReader::read_record() {
   if (opcode == McapOpcode::DataEnd) {
     ByteReader content(record->bytes());
     Error error = check_end(content.take<std::uint32_t>());
-    // Damage found at the end is told once: "go on after Malformed" must come to an end.
+    // Damage found at the end is reported once. A caller that continues after Malformed must come to an end.
     end_ = error.code == ErrorCode::Malformed ? Error{ErrorCode::EndOfData, "end of " + file_.path().string()} : error;
     return error;
   }
@@ -161,7 +162,7 @@ std::optional<Error> McapReader::read_record() {
   if (opcode == McapOpcode::Chunk) return load_chunk(*record, record_at, data_crc_);
   data_crc_ = crc32(data_crc_, record->bytes());
   if (opcode != McapOpcode::Message) return take_description(opcode, record->bytes(), record_at);
-  // A message outside of any chunk: read it as a chunk of one.
+  // A message outside of any chunk is read as a chunk of one message.
   Result<Buffer> whole = read(record_at, kMcapRecordHead + length);
   if (!whole) return finish(whole.error());
   chunk_ = std::move(*whole);

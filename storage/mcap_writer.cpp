@@ -109,20 +109,20 @@ Status McapWriter::write(const McapChunk::Message& message, ByteView head, const
   const bool spans_too_much =
       message.log_time > chunk_.first_log_time() &&
       message.log_time - chunk_.first_log_time() >= static_cast<std::uint64_t>(config_.chunk_time.count());
-  // A large message gets a chunk of its own: a reader's part of it does not hold small neighbours in memory, or they
-  // it.
+  // A large message gets a chunk of its own. Otherwise a reader that keeps it in memory would keep its small neighbours
+  // too, or they would keep it.
   if (!chunk_.empty() && (size >= config_.chunk_bytes || spans_too_much))
     if (Status written = write_chunk(); !written) return written;
   chunk_.add(message, head, payload);
   if (chunk_.size() < config_.chunk_bytes) return {};
   Status written = write_chunk();
-  if (!written) --lost_messages_;  // this message was refused, not accepted and lost
+  if (!written) --lost_messages_;  // this message was refused; it was not accepted and lost
   return written;
 }
 
 Status McapWriter::write_chunk() {
   if (chunk_.empty()) return {};
-  // Once more is appended to a file that somebody has cut, its length no longer shows it.
+  // This must come before the next append: if another program has cut the file, its length does not show it afterwards.
   if (Status place = check_place(); !place && place.error().code == ErrorCode::Truncated)
     return lose_chunk(place.error());
   Bytes compressed;
@@ -143,7 +143,7 @@ Status McapWriter::write_chunk() {
 
   ChunkIndex index{
       chunk_.start_time(), chunk_.end_time(), file_.size(), head.size() + content, 0, content, chunk_.size(), {}};
-  Bytes tail;  // message indexes
+  Bytes tail;  // the message indexes
   for (const auto& [channel, entries] : chunk_.index()) {
     index.index_offsets[channel] = index.offset + index.length + tail.size();
     const std::size_t begun = begin_record(tail, McapOpcode::MessageIndex);
@@ -264,7 +264,7 @@ Status McapWriter::write_end() {
   append(out, crc32(0, ByteView(out).subspan(summary_at)));
   append(out, ByteView(kMcapMagic));
   if (Status written = file_.write(out); !written) {
-    (void)file_.cut_back(base);  // readers scan a file without an end
+    (void)file_.cut_back(base);  // a reader scans a file that has no end
     return written;
   }
   return {};
@@ -272,12 +272,12 @@ Status McapWriter::write_end() {
 
 Status McapWriter::close() {
   if (!file_.is_open()) return usable();
-  if (!error_) (void)write_chunk();  // remembered
-  // Behind a cut that somebody else made an end would stand where no reader comes.
+  if (!error_) (void)write_chunk();  // write_chunk() remembers its error
+  // If another program has cut the file, an end written behind the cut could not be read.
   const bool was_cut = error_ && error_->code == ErrorCode::Truncated;
   if (!was_cut)
     if (Status ended = write_end(); !ended && !error_) error_ = ended.error();
-  (void)synced(file_.close());  // remembered
+  (void)synced(file_.close());  // the error is remembered
   if (error_) return *error_;
   return {};
 }

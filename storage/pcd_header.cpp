@@ -79,7 +79,7 @@ Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name
                                    header.types.size(), header.counts.size()));
     std::size_t columns = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      // Nothing is read of what is padding, or of no values: whatever they say they are.
+      // Fields of padding, and fields with no values, are not read, so their size and type are not checked.
       const bool is_read = header.counts[i] > 0 && !header.is_padding(i);
       if (is_read && !is_known_type(header.types[i], header.sizes[i]))
         return malformed(name, line_number,

@@ -33,7 +33,8 @@ double number_at(const std::byte* at, char type, std::size_t size) {
                      : load<std::uint64_t>(at);
 }
 
-/// LZF, the compression of PCD: a control byte below 32 copies that many + 1 literals, others refer back.
+/// Decompresses LZF, the compression of PCD. A control byte below 32 is followed by that many + 1 literals; any other
+/// refers back to earlier output.
 bool expand_lzf(std::span<const std::byte> in, std::span<std::byte> out) {
   std::size_t i = 0, o = 0;
   while (i < in.size()) {
@@ -54,15 +55,16 @@ bool expand_lzf(std::span<const std::byte> in, std::span<std::byte> out) {
     if (i >= in.size()) return false;
     const std::size_t back = ((control & 31) << 8) + static_cast<std::size_t>(in[i++]) + 1;
     if (back > o || o + n > out.size()) return false;
-    for (std::size_t k = 0; k < n; ++k, ++o) out[o] = out[o - back];  // may overlap: byte by byte is the meaning
+    // The ranges may overlap, so bytes are copied one by one.
+    for (std::size_t k = 0; k < n; ++k, ++o) out[o] = out[o - back];
   }
   return o == out.size();
 }
 
-constexpr std::uint64_t kMostBytes = 4'000'000'000;  // of a file that is read whole in memory
-constexpr std::size_t kMostValues = 500'000'000;     // 4 GB as numbers
+constexpr std::uint64_t kMostBytes = 4'000'000'000;  // largest file, which is read whole into memory
+constexpr std::size_t kMostValues = 500'000'000;     // 4 GB as double
 
-/// Lays out one column a value of each field.
+/// Makes one column for each value of each field.
 void name_columns(const PcdHeader& header, PcdCloud& cloud) {
   for (std::size_t f = 0; f < header.fields.size(); ++f)
     for (std::size_t k = 0; k < header.counts[f] && !header.is_padding(f); ++k) {
@@ -75,7 +77,7 @@ void name_columns(const PcdHeader& header, PcdCloud& cloud) {
 Result<PcdCloud> read_ascii(const PcdHeader& header, std::string_view text, const std::string& name) {
   PcdCloud cloud;
   name_columns(header, cloud);
-  // Where each word of a line goes; nowhere, if it is padding.
+  // The column of each word of a line, or kNowhere if the word is padding.
   constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
   std::vector<std::size_t> column_of;
   for (std::size_t f = 0, next = 0; f < header.fields.size(); ++f)
@@ -104,7 +106,8 @@ Result<PcdCloud> read_ascii(const PcdHeader& header, std::string_view text, cons
   return cloud;
 }
 
-/// `stride` between values of one field, `begin` of each field: what differs between row-wise and column-wise data.
+/// Reads binary data. Row-wise and column-wise data differ in `stride`, from one value of a field to the next, and in
+/// `begin`, the first byte of each field.
 void take(const PcdHeader& header, std::span<const std::byte> data, bool by_column, PcdCloud& cloud) {
   name_columns(header, cloud);
   const std::size_t record = header.record_bytes();
@@ -134,7 +137,7 @@ Result<PcdCloud> read_binary(const PcdHeader& header, std::span<const std::byte>
     std::memcpy(&unpacked, data.data() + 4, 4);
     if (data.size() - 8 < packed)
       return Error{ErrorCode::Truncated, fmt::format("{}: {} compressed bytes of {}", name, data.size() - 8, packed)};
-    // LZF expands at most 264 times 3: a header that promises more is not believed with memory.
+    // LZF expands at most 264 to 3 bytes, so no memory is allocated for a header that promises more.
     if (unpacked != wanted || wanted / 90 > packed)
       return Error{ErrorCode::Malformed,
                    fmt::format("{}: {} bytes unpacked, the header means {}", name, unpacked, wanted)};

@@ -34,7 +34,7 @@ Status write_png(const std::filesystem::path& path, const RgbImage& picture) {
   image.height = static_cast<png_uint_32>(picture.height);
   image.format = PNG_FORMAT_RGB;
   png_alloc_size_t size = 0;
-  // Into memory first: a write error is then ours to tell.
+  // The picture is encoded in memory first, so that a write error is noticed here.
   if (!png_image_write_get_memory_size(image, size, 0, picture.pixels.data(), 0, nullptr))
     return Error{ErrorCode::Invalid, path.string() + ": " + image.message};
   Bytes bytes(size);

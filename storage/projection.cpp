@@ -11,7 +11,7 @@ namespace hueline::storage {
 namespace {
 
 constexpr double kSide = 256.0;      // m
-constexpr double kHalf = kSide / 2;  // also the step of the fit
+constexpr double kHalf = kSide / 2;  // also the step between the points of the fit
 constexpr double kFitWithin = 1e-5;  // m
 
 struct FreePj {
@@ -28,7 +28,8 @@ Eigen::Matrix<double, 10, 1> terms(double e, double n, double u) {
   return t;
 }
 
-/// Empty if the CRS is projected, in metres, without a vertical part, and used at `place`.
+/// Returns a sentence that says why the CRS cannot be used. Empty if it is projected, in metres, without a vertical
+/// part, and used at `place`.
 std::string objection(PJ_CONTEXT* context, PJ* crs, const Geodetic& place) {
   const PJ_TYPE type = proj_get_type(crs);
   if (type == PJ_TYPE_COMPOUND_CRS)
@@ -44,7 +45,7 @@ std::string objection(PJ_CONTEXT* context, PJ* crs, const Geodetic& place) {
   double west = 0, south = 0, east = 0, north = 0;
   const char* area = nullptr;
   if (!proj_get_area_of_use(context, crs, &west, &south, &east, &north, &area) || west < -180) return {};
-  constexpr double kBeyond = 3.0;  // degrees that a drive may leave the area
+  constexpr double kBeyond = 3.0;  // degrees by which a drive may leave the area of use
   const double latitude = place.latitude * kDegPerRad, longitude = place.longitude * kDegPerRad;
   const double width = east >= west ? east - west : east - west + 360;
   double from_west = std::fmod(longitude - west + kBeyond + 720, 360);  // >= 0
@@ -54,8 +55,8 @@ std::string objection(PJ_CONTEXT* context, PJ* crs, const Geodetic& place) {
   return {};
 }
 
-/// WKT 1 knows no 3D CRS; ellipsoidal heights are a vertical datum of type 2002 (OGC 01-009), which PROJ and GDAL
-/// understand.
+/// Returns the WKT with ellipsoidal heights. WKT 1 has no 3D CRS, so the heights are a vertical datum of type 2002 (OGC
+/// 01-009), which PROJ and GDAL understand.
 std::string with_ellipsoidal_height(const std::string& name, const std::string& projected) {
   return "COMPD_CS[\"" + name + " + ellipsoidal height\"," + projected +
          ",VERT_CS[\"Ellipsoid (metre)\",VERT_DATUM[\"Ellipsoid\",2002],UNIT[\"metre\",1,AUTHORITY[\"EPSG\",\"9001\"]],"
@@ -80,7 +81,7 @@ int utm_epsg(const Geodetic& place) {
 
 Projection::Projection(const Geodetic& origin, int epsg, std::unique_ptr<Proj> proj)
     : origin_(origin), epsg_(epsg), T_ecef_enu_(ecef_from_enu(origin)), proj_(std::move(proj)) {}
-// last_ points into a node of cubes_, which stays where it is when the map is moved.
+// last_ points to a node of cubes_, which stays where it is when the map is moved.
 Projection::Projection(Projection&&) noexcept = default;
 Projection& Projection::operator=(Projection&&) noexcept = default;
 Projection::~Projection() = default;
@@ -93,7 +94,7 @@ Result<Projection> Projection::create(const Geodetic& origin, int epsg) {
   proj->context.reset(proj_context_create());
   PJ_CONTEXT* const context = proj->context.get();
   proj_log_level(context, PJ_LOG_NONE);
-  proj_context_set_enable_network(context, 0);  // no grids that are there one day and not the next
+  proj_context_set_enable_network(context, 0);  // no grids, which may be there one day and not the next
   const std::string named = "EPSG:" + std::to_string(code);
   const PjPtr crs(proj_create(context, named.c_str()));
   const char* const whose = epsg == 0 ? " (UTM zone of the drive)" : "";
@@ -132,7 +133,7 @@ Eigen::Vector3d Projection::project_exactly(double east, double north, double up
 
 Projection::Cube Projection::fit(std::int64_t east, std::int64_t north, std::int64_t up) const {
   Cube cube{east, north, up, false, Eigen::Matrix<double, 3, 10>::Zero()};
-  const auto f = [&](int e, int n, int u) {  // in steps of half a side from the centre
+  const auto f = [&](int e, int n, int u) {  // e, n, u: steps of half a side from the centre
     const auto along = [](std::int64_t index, int step) {
       return (static_cast<double>(index) + 0.5) * kSide + step * kHalf;
     };
@@ -171,7 +172,7 @@ const Projection::Cube& Projection::cube_at(double east, double north, double up
 }
 
 Eigen::Vector3d Projection::project(double east, double north, double up) {
-  constexpr double kFar = 1e6;  // m from the origin; also turns away what is not a number
+  constexpr double kFar = 1e6;  // m from the origin; the comparison also refuses NaN
   if (!(std::abs(east) < kFar && std::abs(north) < kFar && std::abs(up) < kFar))
     return Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   const Cube& cube = cube_at(east, north, up);

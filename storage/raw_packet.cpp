@@ -3,7 +3,7 @@
 namespace hueline::storage {
 namespace {
 
-// Field number and wire type, as they stand before each value.
+// Field number and wire type, which stand before each value.
 constexpr std::uint8_t kSequence = 1 << 3 | 1, kReceived = 2 << 3 | 1;                // 64 bits
 constexpr std::uint8_t kKind = 3 << 3 | 0, kShed = 4 << 3 | 0, kSensor = 5 << 3 | 0;  // varint
 constexpr std::uint8_t kPayload = 6 << 3 | 2;                                         // length and bytes
@@ -13,7 +13,7 @@ void append_varint(Bytes& out, std::uint64_t value) {
   append(out, static_cast<std::uint8_t>(value));
 }
 
-/// False at the end of the bytes or after ten of them.
+/// Reads a varint. Returns false at the end of the bytes, or after ten of them.
 bool take_varint(ByteReader& in, std::uint64_t& value) {
   value = 0;
   for (unsigned shift = 0; shift < 64; shift += 7) {

@@ -14,7 +14,7 @@
 namespace hueline::storage {
 namespace {
 
-// Small enough to stay in a core's cache between reading and filtering.
+// A block is small enough to stay in a core's cache between reading and filtering.
 constexpr std::uint64_t kBlockBytes = 1 << 20;
 constexpr std::uint64_t kMostCompressed = 512u << 20;
 constexpr std::size_t kMostLine = 4096;
@@ -38,7 +38,7 @@ Bits load_bits(const std::byte* at, bool is_big_endian) {
 
 bool is_separator(char c) { return c == ' ' || c == '\t' || c == ',' || c == ';' || c == '\r'; }
 
-/// The wanted columns of a line of numbers; false if one is missing or no number.
+/// Reads the wanted columns of a line of numbers. Returns false if one is missing or is no number.
 bool parse_line(std::string_view line, const std::array<std::size_t, 3>& columns, float out[3]) {
   const std::size_t last = std::max({columns[0], columns[1], columns[2]});
   std::size_t i = 0, column = 0, found = 0;
@@ -117,7 +117,7 @@ Result<std::span<const float>> ScanFile::records(std::size_t index, std::vector<
   const std::size_t raw = count * layout_.record_size;
   const bool as_is = layout_.number == ScanLayout::Number::Float32 && !layout_.is_big_endian &&
                      layout_.record_size == 12 && layout_.place == std::array<std::size_t, 3>{0, 4, 8};
-  // Decoded coordinates lie behind the records, aligned.
+  // The decoded coordinates are stored behind the records, aligned.
   const std::size_t behind = (raw + 63) / 64 * 64, wanted = as_is ? raw : behind + count * 12;
   if (scratch.size() < wanted) scratch.resize(wanted);
   if (Status done = file_.read(layout_.begin + first * layout_.record_size, std::span(scratch).first(raw)); !done.ok())
@@ -148,12 +148,13 @@ Result<std::span<const float>> ScanFile::records(std::size_t index, std::vector<
 /// A block of text holds the lines that begin in it.
 Result<std::span<const float>> ScanFile::lines(std::size_t index, std::vector<std::byte>& scratch) const {
   const std::uint64_t begin = layout_.begin + index * block_size_, end = std::min(begin + block_size_, file_.size());
-  // One byte before, to see whether a line begins here; a line's length behind, to finish the last one.
+  // The block is read with one byte before it, to see whether a line begins at its start, and with a line's length
+  // behind it, to finish its last line.
   const std::uint64_t from = index == 0 ? begin : begin - 1,
                       to = std::min<std::uint64_t>(end + kMostLine, file_.size());
   const auto size = static_cast<std::size_t>(to - from);
   const std::size_t behind = (size + 63) / 64 * 64;
-  // The shortest line with a point has six bytes: "0 0 0" and its end.
+  // The shortest line with a point has six bytes: "0 0 0" and the line end.
   const std::size_t most = static_cast<std::size_t>(end - begin) / 6 + 2;
   if (scratch.size() < behind + 12 * most) scratch.resize(behind + 12 * most);
   if (Status done = file_.read(from, std::span(scratch).first(size)); !done.ok()) return done.error();

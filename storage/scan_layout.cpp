@@ -138,7 +138,7 @@ Result<ScanLayout> pcd_layout(const InputFile& file, std::string_view text) {
                              : header->encoding == PcdEncoding::Binary ? "binary"
                                                                        : "binary_compressed",
                              size == 8 ? "double" : "float");
-  if (header->encoding == PcdEncoding::Compressed) layout.record_size = 0;  // columns behind a compressor: no records
+  if (header->encoding == PcdEncoding::Compressed) layout.record_size = 0;  // compressed columns, no records
   return layout;
 }
 

@@ -16,13 +16,13 @@ namespace {
 
 constexpr double kFinestStep_m = 1e-6;
 constexpr double kMostSteps = 2147483647.0;
-constexpr std::size_t kMostFields = 300;    // 192 bytes each in a record of at most 65535
-constexpr std::size_t kBuffered = 1 << 20;  // bytes a write
+constexpr std::size_t kMostFields = 300;    // each takes 192 bytes in a record of at most 65535
+constexpr std::size_t kBuffered = 1 << 20;  // bytes in one write
 constexpr int kFormat = 7;
 const std::string kImageU(las_extra_name<&ColouredPoint::u>()), kImageV(las_extra_name<&ColouredPoint::v>()),
     kState(las_extra_name<&ColouredPoint::state>());
 
-/// Names that readers of LAS have for something else.
+/// Returns whether readers of LAS use the name for something else.
 bool is_taken(const std::string& name) {
   static const std::set<std::string> names = {"x",
                                               "y",
@@ -73,7 +73,7 @@ LasType las_type(const PcdType& type) {
   }
 }
 
-/// A field of the cloud and what it is called in the file.
+/// A field of the cloud and its name in the file.
 struct Kept {
   std::span<const double> values;
   LasType type;
@@ -105,15 +105,15 @@ void append_value(Bytes& out, double value, LasType type) {
   }
 }
 
-/// The first of these fields that the cloud has.
+/// Returns the first of these fields that the cloud has.
 std::string first_of(const PcdCloud& cloud, std::initializer_list<const char*> names) {
   for (const char* name : names)
     if (std::ranges::find(cloud.fields, name) != cloud.fields.end()) return name;
   return {};
 }
 
-/// Drivers give 0 .. 1, bytes or 16 bits, and no PCD says which: the largest value does. The exact values are kept
-/// beside.
+/// Returns the factor from the cloud's intensity to that of LAS. Drivers give 0 .. 1, bytes or 16 bits, and no PCD says
+/// which, so the largest value decides. The exact values are kept as extra bytes.
 double intensity_scale(std::span<const double> values) {
   double most = 0;
   for (const double v : values)
@@ -123,8 +123,8 @@ double intensity_scale(std::span<const double> values) {
   return most <= 65535 ? 1 : 65535 / most;
 }
 
-/// Offset and step with which every coordinate fits 32 bits: no offset if the cloud lies about its own origin, the
-/// finest step that goes.
+/// Chooses offset and step so that every coordinate fits 32 bits: no offset if the cloud lies about its own origin, and
+/// the finest possible step.
 void choose_steps(const std::array<std::span<const double>, 3>& xyz, std::span<const ShotColour> points,
                   LasHeader& header) {
   double step = kFinestStep_m;

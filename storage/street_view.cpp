@@ -25,7 +25,8 @@ Rgb sky(int row, int height) {
   return {mix(150, 225), mix(180, 230), mix(215, 235)};
 }
 
-/// A disc whose middle is nearer than its rim: where discs of a surface overlap, each pixel takes the nearest middle.
+/// Draws a disc whose middle is nearer than its rim. Where the discs of a surface overlap, each pixel then shows the
+/// disc with the nearest middle.
 void draw_disc(Canvas& canvas, double x, double y, double radius_px, double depth, double radius_m, Rgb colour) {
   const int left = static_cast<int>(std::floor(x - radius_px)), right = static_cast<int>(std::ceil(x + radius_px));
   const int top = static_cast<int>(std::floor(y - radius_px)), bottom = static_cast<int>(std::ceil(y + radius_px));
@@ -42,14 +43,14 @@ void draw_disc(Canvas& canvas, double x, double y, double radius_px, double dept
     }
 }
 
-/// A neighbour of a pixel: where, in which of eight directions, with what weight.
+/// A neighbour of a pixel: its offset, in which of eight directions it lies, and its weight.
 struct Neighbour {
   int dx, dy;
   unsigned direction;
   float weight;
 };
 
-/// Weighted sums over neighbours, and the directions they lie in.
+/// Weighted sums over neighbours, and the directions in which they lie.
 struct Sum {
   unsigned directions = 0;
   float weights = 0, depth = 0, colour[3] = {0, 0, 0};
@@ -61,7 +62,7 @@ struct Sum {
   }
 };
 
-/// `count` neighbours within `radius` pixels, spread evenly (a sunflower's spiral).
+/// Returns `count` neighbours within `radius` pixels, spread evenly (a sunflower's spiral).
 std::vector<Neighbour> neighbours_within(double radius, int count) {
   std::vector<Neighbour> all;
   for (int k = 0; k < count; ++k) {
@@ -69,23 +70,23 @@ std::vector<Neighbour> neighbours_within(double radius, int count) {
     const int dx = static_cast<int>(std::lround(r * std::cos(angle))),
               dy = static_cast<int>(std::lround(r * std::sin(angle)));
     if (dx == 0 && dy == 0) continue;
-    const double turn = std::atan2(dy, dx) / (2 * std::numbers::pi) + 1.0 + 1.0 / 16;  // axes lie inside a sector
+    const double turn = std::atan2(dy, dx) / (2 * std::numbers::pi) + 1.0 + 1.0 / 16;  // the axes lie inside a sector
     all.push_back({dx, dy, 1u << (static_cast<int>(turn * 8) % 8), 1.0f / static_cast<float>(dx * dx + dy * dy)});
   }
   return all;
 }
 
-/// A pixel that is empty, or far behind the pixels all around it, lies between the points of a near surface: it takes
-/// their mean. Beside an edge the near pixels are on one side only, so surfaces do not grow.
+/// Closes gaps. A pixel that is empty, or far behind the pixels all around it, lies between the points of a near
+/// surface and takes their mean. Beside an edge the near pixels are on one side only, so surfaces do not grow.
 void close_gaps(Canvas& canvas, double radius, int count) {
   constexpr int kDirectionsNeeded = 6;
-  constexpr float kBehind = 1.12f;  // times the neighbour's depth
+  constexpr float kBehind = 1.12f;  // factor of the neighbour's depth
   const std::vector<Neighbour> neighbours = neighbours_within(radius, count);
   const Canvas before = canvas;
   for (int y = 0; y < canvas.image.height; ++y)
     for (int x = 0; x < canvas.image.width; ++x) {
       const std::size_t i = canvas.index(x, y);
-      Sum all, front;  // front: of the nearest surface around only
+      Sum all, front;  // front: only of the nearest surface around
       float nearest = kEmpty;
       for (const Neighbour& n : neighbours)
         if (before.image.contains(x + n.dx, y + n.dy))
@@ -124,7 +125,7 @@ Result<StreetView> picture_from_street(const std::filesystem::path& las, const S
   Result<LasReader> reader = LasReader::open(las);
   if (!reader) return reader.error();
   std::vector<LasPoint> points;
-  // A glance at the first points tells whether colours are 8 or 16 bits and how bright the echoes are.
+  // The first points show whether colours have 8 or 16 bits, and how bright the echoes are.
   std::uint16_t brightest_colour = 0, brightest_intensity = 0;
   if (Status read = reader->next(points, 200'000); !read) return read.error();
   for (const LasPoint& p : points) {
@@ -133,7 +134,8 @@ Result<StreetView> picture_from_street(const std::filesystem::path& las, const S
   }
   const PointColour colour(*reader, brightest_colour < 256, brightest_intensity);
 
-  // Drawn with a margin that is cut off again: at the picture's border, too, points lie all around.
+  // The picture is drawn with a margin, which is cut off again, so that pixels at its border have points all around
+  // too.
   const double closing = std::max(6.0, config.width / 120.0);
   const int margin = static_cast<int>(std::ceil(closing));
   const int width = config.width + 2 * margin, height = config.height + 2 * margin;
@@ -153,7 +155,7 @@ Result<StreetView> picture_from_street(const std::filesystem::path& las, const S
     const Status read = reader->next(points);
     if (!read && read.error().code != ErrorCode::Truncated) return read.error();
     if (!read) cut = read;
-    if (!read || points.empty()) break;  // of a cut cloud, what there is
+    if (!read || points.empty()) break;  // a cut cloud ends early
     for (const LasPoint& p : points) {
       const Eigen::Vector3d d(p.x - config.position.x(), p.y - config.position.y(), p.z - config.position.z());
       const double depth = d.dot(forward);

@@ -13,9 +13,9 @@ constexpr Rgb kBackground{24, 26, 30};
 constexpr Rgb kInk{255, 255, 255};
 constexpr Rgb kPanel{40, 44, 52};
 
-/// What the first reading finds.
+/// The result of the first reading.
 struct Survey {
-  std::vector<float> east, north;  // of a sample, from `base`
+  std::vector<float> east, north;  // of a sample of the points, from `base`
   double base_east = 0, base_north = 0;
   std::uint64_t points = 0;
   std::uint16_t brightest_colour = 0, brightest_intensity = 0;
@@ -27,7 +27,7 @@ Result<Survey> survey(LasReader& reader) {
   std::vector<LasPoint> points;
   while (true) {
     if (Status read = reader.next(points); !read) {
-      if (read.error().code == ErrorCode::Truncated && s.points > 0) break;  // show what there is
+      if (read.error().code == ErrorCode::Truncated && s.points > 0) break;  // show the points that are there
       return read.error();
     }
     if (points.empty()) break;
@@ -45,7 +45,7 @@ Result<Survey> survey(LasReader& reader) {
   return s;
 }
 
-/// The values below and above which `share` of the sample lies, with a margin.
+/// Returns the values below and above which `share` of the sample lies, with a margin.
 std::pair<double, double> span_without(std::vector<float> values, double share) {
   const auto skip = static_cast<std::size_t>(share * static_cast<double>(values.size()));
   const auto low = values.begin() + static_cast<std::ptrdiff_t>(skip);
@@ -58,7 +58,7 @@ std::pair<double, double> span_without(std::vector<float> values, double share) 
   return {from - margin, to + margin};
 }
 
-/// The largest of 1, 2, 5 times a power of ten that is not above x.
+/// Returns the largest of 1, 2 and 5 times a power of ten that is not above x.
 double round_length(double x) {
   const double power = std::pow(10.0, std::floor(std::log10(x)));
   for (const double step : {5.0, 2.0})
@@ -71,7 +71,7 @@ struct Cell {
   bool coloured = false;
 };
 
-/// Empty cells between filled ones take their neighbours' mean.
+/// Gives empty cells between filled ones the mean of their neighbours.
 void close_gaps(RgbImage& image, std::vector<Cell>& cells) {
   for (int round = 0; round < 2; ++round) {
     const RgbImage before = image;
@@ -97,7 +97,7 @@ void close_gaps(RgbImage& image, std::vector<Cell>& cells) {
 
 void draw_scale_bar(TopView& view) {
   RgbImage& image = view.image;
-  const int size = std::max(1, std::max(image.width, image.height) / 700);  // px a dot
+  const int size = std::max(1, std::max(image.width, image.height) / 700);  // pixels of a dot
   view.scale_bar_m = round_length(0.25 * image.width * view.cell_m);
   const int length = static_cast<int>(std::lround(view.scale_bar_m / view.cell_m));
   const bool km = view.scale_bar_m >= 1000;
@@ -146,7 +146,7 @@ Result<TopView> picture_from_above(const std::filesystem::path& las, const TopVi
   const auto cells_along = [&](double metres) {
     return std::max(1, static_cast<int>(std::lround(metres / view.cell_m)));
   };
-  // Never so narrow that arrow and bar do not fit.
+  // The picture is never so narrow that arrow and bar do not fit.
   const int width = std::max(cells_along(east - west), config.longest_side_px / 4);
   const int height = std::max(cells_along(north - south), config.longest_side_px / 4);
   view.west -= (width - cells_along(east - west)) / 2 * view.cell_m;
@@ -161,7 +161,7 @@ Result<TopView> picture_from_above(const std::filesystem::path& las, const TopVi
     const Status read = reader->next(points);
     if (!read && read.error().code != ErrorCode::Truncated) return read.error();
     if (!read) view.read = read;
-    if (!read || points.empty()) break;  // of a cut cloud, what there is
+    if (!read || points.empty()) break;  // a cut cloud ends early
     for (const LasPoint& p : points) {
       const double column = std::floor((p.x - view.west) / view.cell_m),
                    row = std::floor((view.north - p.y) / view.cell_m);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kEnu = "enu";
 constexpr const char* kBody = "body";
-constexpr std::size_t kMostBytes = 9'000'000;  // of points in one message
+constexpr std::size_t kMostBytes = 9'000'000;  // bytes of points in one message
 
 template <class Message>
 void stamp(Message& message, GpsTime time) {
@@ -90,7 +90,7 @@ Status ViewWriter::write(std::uint16_t channel, GpsTime time, const google::prot
 Status ViewWriter::append(const CloudBlock& block) {
   for (const ColouredPoint& p : block.points) {
     if (points_seen_++ % config_.keep_every != 0) continue;
-    // A block of an older time (another scanner's) does not close the message: only going on does.
+    // A block of an older time, from another scanner, does not close the message. Only points of a later time do.
     if (!points_.empty() && (p.time - cloud_start_ >= config_.cloud_interval || points_.size() >= kMostBytes))
       if (Status written = write_cloud(); !written) return written;
     if (points_.empty()) cloud_start_ = p.time;
@@ -116,7 +116,8 @@ Status ViewWriter::append(const InsSolution& solution) {
   if (last_pose_ && solution.time - *last_pose_ < config_.pose_interval && solution.time >= *last_pose_) return {};
   last_pose_ = solution.time;
   const Transform<Ecef, Enu> T_ecef_local = ecef_from_enu(solution.position);
-  const Transform<Enu, Enu> T_enu_local = T_enu_ecef_ * T_ecef_local;  // from the vehicle's level to the drive's
+  const Transform<Enu, Enu> T_enu_local =
+      T_enu_ecef_ * T_ecef_local;  // from the level at the vehicle to that of the drive
   const Eigen::Quaterniond R_enu_body = (T_enu_local.rotation * rotation_enu_body(solution.attitude)).normalized();
   foxglove::PoseInFrame pose;
   stamp(pose, solution.time);
