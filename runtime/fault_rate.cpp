@@ -12,7 +12,7 @@ constexpr std::size_t kLongestWords = 96;
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-/// The detail with each piece between spaces that holds a digit replaced by one '#'.
+/// Returns the detail with each word that holds a digit replaced by one '#'.
 std::string words_of(std::string_view detail) {
   std::string words;
   while (!detail.empty() && words.size() < kLongestWords) {

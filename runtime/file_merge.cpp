@@ -10,10 +10,11 @@ namespace {
 
 using std::chrono::seconds;
 
-constexpr nanoseconds kSameCourse = seconds(1);         // between a device's time and its capture's stamps
-constexpr nanoseconds kFarOff = std::chrono::hours(1);  // between a scanner's stamp and the labels around it
-constexpr int kNewCourse = 100;                         // packets in a row that are off it by the same make a new one
-constexpr nanoseconds kLongestStep = seconds(10);       // believed of stamps alone
+// The course of a file is its device's time less the stamps of its capture file.
+constexpr nanoseconds kSameCourse = seconds(1);         // smaller changes are the same course
+constexpr nanoseconds kFarOff = std::chrono::hours(1);  // largest distance of a stamp from the labels around it
+constexpr int kNewCourse = 100;                         // so many packets in a row make a new course believed
+constexpr nanoseconds kLongestStep = seconds(10);       // longest step of stamps that is believed by itself
 
 HostTime as_received(GpsTime time) { return HostTime(to_unix(time).time_since_epoch()); }
 
@@ -27,9 +28,9 @@ struct FileMerge::File {
   std::deque<Ahead> ahead;
   std::size_t ahead_bytes = 0;
   bool is_open = false, is_closed = false;
-  std::optional<Error> ended;  // behind what is ahead
-  HostTime key{};              // of the packet in front
-  // Of the one before it:
+  std::optional<Error> ended;  // comes after the packets in `ahead`
+  HostTime key{};              // time of the first packet in `ahead`
+  // The members below are of the packet before it.
   std::optional<HostTime> last_key, last_stamp;
   std::optional<nanoseconds> course;  // device's time less stamp
   nanoseconds strange_course{0};
@@ -75,7 +76,7 @@ Status FileMerge::open(std::size_t index) {
   return opened;
 }
 
-/// What the reader had to say of the opening has been said: the next file's turn.
+/// Ends a file's turn to open: its reader has already submitted the faults of opening it. The next file may open.
 void FileMerge::opened(std::size_t index) {
   if (opening_ != index) return;
   ++opening_;
@@ -90,7 +91,7 @@ void FileMerge::close(std::size_t index) {
   file.is_closed = true;
   file.ahead.clear();
   if (turn_ == index) turn_.reset();
-  // A reader that was stopped before it opened its file closes it out of its turn.
+  // A reader that was stopped before it opened its file closes it out of turn.
   while (opening_ < files_.size() && (opening_ == index || files_[opening_]->is_closed)) ++opening_;
   changed_.notify_all();
 }
@@ -126,7 +127,7 @@ Result<Packet> FileMerge::next(std::size_t index, std::stop_token stop) {
   file.ahead.pop_front();
   position_ = std::max(position_, file.key);
   packet.received = position_;
-  // The packet behind it decides when the next turn is this file's.
+  // The time of the packet behind it decides when it is this file's turn again.
   if (file.ahead.empty() && !file.ended) read(file, stop);
   set_key(file);
   return packet;
@@ -151,7 +152,7 @@ void FileMerge::read(File& file, std::stop_token stop) {
         ahead.stamp = status->time;
       if (const auto* label = std::get_if<TimeLabel>(&m); label && label->is_valid)
         file.labels.add(label->second, label->received);
-      // What the receiver itself holds for fine.
+      // Only times that the receiver itself calls fine become TimedArrivals.
       if (const auto* arrival = std::get_if<TimedArrival>(&m))
         ahead.time = ahead.time ? std::max(*ahead.time, arrival->time) : arrival->time;
     }
@@ -160,8 +161,8 @@ void FileMerge::read(File& file, std::stop_token stop) {
   file.ahead.push_back(std::move(ahead));
 }
 
-/// A scanner's packets need a label to have a time, and it comes once a second; a receiver's log may begin before its
-/// time is fine.
+/// Reads ahead until a file's times are known. A scanner's packets have a time only after a label, which comes once a
+/// second. A receiver's log may begin before its time is fine.
 void FileMerge::look_ahead(File& file, std::stop_token stop) {
   const auto has_time = [&] {
     return file.input.has_stamps ? file.labels.is_settled() : !file.ahead.empty() && file.ahead.back().time.has_value();
@@ -177,12 +178,12 @@ std::optional<HostTime> FileMerge::own_time(const File& file, const Ahead& ahead
   if (!ahead.stamp || !file.labels.is_settled()) return {};
   const GpsTime near = *file.labels.near(ahead.packet.received);
   const auto instant = sync::instant_of(*ahead.stamp, near, utc_offset_from_table(near));
-  // A damaged packet may name any time at all.
+  // The stamp of a damaged packet may be any time.
   if (!instant || std::chrono::abs(*instant - near) > kFarOff) return {};
   return as_received(*instant);
 }
 
-/// All files stand at their first packet: where their times begin.
+/// Finds where the times of the files begin, once every file stands at its first packet.
 void FileMerge::begin() {
   has_begun_ = true;
   std::optional<HostTime> earliest, earliest_stamp;
@@ -190,7 +191,7 @@ void FileMerge::begin() {
     least = least ? std::min(*least, time) : time;
   };
   for (const auto& file : files_) {
-    // The first packets may name none: a log begins anywhere.
+    // The first packets may name no time, because a log may begin anywhere.
     for (const Ahead& ahead : file->ahead)
       if (const auto own = own_time(*file, ahead)) {
         lower(earliest, *own);
@@ -226,7 +227,7 @@ void FileMerge::set_key(File& file) {
     file.key = *own;
     return;
   }
-  // A counter that leaps for some packets must not be waited for by, or wait for, all the other files.
+  // If the counter of one scanner leaps for some packets, the other files must not wait for it, nor it for them.
   const nanoseconds course = *own - stamp;
   if (file.course && std::chrono::abs(course - *file.course) > kSameCourse) {
     file.strange =

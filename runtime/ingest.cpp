@@ -7,14 +7,14 @@
 namespace hueline::runtime {
 namespace {
 
-constexpr std::size_t kRoomToTell = 1024;  // of a fault, with its words
+constexpr std::size_t kRoomToTell = 1024;  // bytes, for a fault with its text
 
 Packet packet_of(const Fault& fault) {
   return {fault.sensor, PacketKind::Fault, false, 0, fault.time, Buffer::copy_of(encode_fault(fault))};
 }
 
-/// Not held back: a decoder begins anew with them, and they are as rare as a reader's back-off and its patience make
-/// them.
+/// Returns whether a fault tells the state of a device. Such faults are recorded at once, because decoders begin anew
+/// at them. The reader's back-off and its patience keep them rare.
 bool is_state(FaultKind kind) {
   return kind == FaultKind::Disconnected || kind == FaultKind::Reconnected || kind == FaultKind::Silent;
 }
@@ -69,12 +69,13 @@ bool Ingest::take(Packet packet) {
 }
 
 void Ingest::tell_faults() {
+  // Reported later, with the counts that are added until then.
   for (Fault& fault : faults_.take())
-    if (!place(packet_of(fault))) faults_.take_back(std::move(fault));  // told later, with what comes to it
+    if (!place(packet_of(fault))) faults_.take_back(std::move(fault));
 }
 
 bool Ingest::wait_for_room(std::stop_token stop) {
-  // Not under mutex_: the others go on meanwhile.
+  // mutex_ is not held here, so that the other readers can continue.
   return record_.wait_until_below(0.5, stop) && pipeline_.wait_until_below(0.5, stop);
 }
 
@@ -98,7 +99,7 @@ void Ingest::tell_refused(HostTime now) {
   for (const auto& [sensor, count] : untold) {
     if (!place(packet_of({sensor, FaultKind::Overflow, now, count,
                           "recorder's queue was full: not recorded; the disk is too slow"}))) {
-      refused_untold_[sensor] += count;  // still no room: told later, with what comes to it
+      refused_untold_[sensor] += count;  // still no room: reported later, with the counts that are added until then
     }
   }
 }
@@ -108,7 +109,7 @@ bool Ingest::place(Packet packet) {
   Counts& counts = counts_[sensor];
   const std::size_t weight = packet.bytes.size() + 64;
   packet.sequence = next_sequence_++;
-  // Only Ingest fills the pipeline's queue, so what fits now still fits below.
+  // Only Ingest fills the pipeline's queue, so a packet that fits here still fits below.
   packet.shed = !pipeline_.has_room_for(weight) ||
                 (packet.kind == PacketKind::Wire && sensors_[sensor].is_sheddable &&
                  (pipeline_.size() >= soft_.items || pipeline_.weight() + weight > soft_.weight));

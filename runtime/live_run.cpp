@@ -63,7 +63,7 @@ void LiveRun::record() {
   changed_.notify_all();
 }
 
-/// Once: into the recording too, for whoever saves it.
+/// Reports once that the recording was taken away, also in the recording itself, for the person who saves it.
 void LiveRun::tell_place() {
   if (recorder_.place().ok() || !place().ok()) return;
   {
@@ -106,7 +106,7 @@ Status LiveRun::record_until_the_end() {
       recording_ = done;
       changed_.notify_all();
     }
-    record_.close();  // readers see their packets refused and counted; main ends the capture
+    record_.close();  // packets of readers are refused and counted from now on; the command ends the capture
     while (record_.pop()) {
     }
     return done;

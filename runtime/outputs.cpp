@@ -14,14 +14,14 @@ struct Outputs::Files {
   storage::LasWriter::Config las_config;
   std::optional<storage::LasWriter> las;
   bool las_failed = false;
-  std::optional<storage::ViewWriter> view;  // from the first good solution on: its frame is the cloud's origin
+  std::optional<storage::ViewWriter> view;  // exists after the first good solution; its frame is the cloud's origin
   bool view_failed = false;
   struct Line {
     std::optional<GpsTime> time;
     storage::ViewWriter::Level level;
     std::string who, text;
   };
-  std::deque<Line> early;  // log lines until there is a view and a time to show them at
+  std::deque<Line> early;  // log lines until there are a view and a time at which to show them
   std::vector<std::string> sensors;
 };
 
@@ -51,8 +51,8 @@ void Outputs::keep(const char* file, Status done) {
   if (first_error_.ok()) first_error_ = std::move(done);
 }
 
-/// False from where the disk's last space begins: what follows is left to a replay, so that what was written is the
-/// beginning of it.
+/// Returns false once the disk's last space is reached. What follows is left to a replay, so the files hold the
+/// beginning of what the replay writes.
 bool Outputs::has_room() {
   if (is_reserved_ || reserve_ == nullptr) return !is_reserved_;
   const Status room = reserve_->check(dir_ / "cloud.las");
@@ -74,7 +74,7 @@ void Outputs::view(Append append) {
 
 void Outputs::log(std::optional<GpsTime> time, storage::ViewWriter::Level level, const std::string& who,
                   std::string text) {
-  constexpr std::size_t kEarly = 1000;  // the summary has the counts of all
+  constexpr std::size_t kEarly = 1000;  // the summary has the counts of all faults
   if (!time) time = newest_;
   if (files_->view && time) {
     view([&](auto& out) { return out.append_log(*time, level, who, text); });
@@ -99,7 +99,7 @@ void Outputs::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajec
   view([&](auto& out) { return out.append(block); });
   if (files_->las_failed || block.points.empty()) return;
   if (!files_->las) {
-    // The date of the drive, not of the run: a replay must give the same bytes.
+    // This is the date of the drive, not of the run, because a replay must give the same bytes.
     files_->las_config.created = to_utc(block.points.front().time);
     auto las = storage::LasWriter::create(dir_ / "cloud.las", block.origin, files_->las_config);
     if (!las.ok()) {
@@ -144,11 +144,11 @@ void Outputs::on_fault(const Fault& fault) {
 Status Outputs::finish() {
   if (files_->las && !files_->las_failed) keep("cloud.las", files_->las->close());
   const bool ended_early = std::exchange(is_reserved_, false);
-  reserve_ = nullptr;  // the ends are small
+  reserve_ = nullptr;  // the ends of the files are small
   view([](auto& out) { return out.close(); });
   const storage::LasWriter::Counts counts = files_->las ? files_->las->counts() : storage::LasWriter::Counts{};
   summary_.on_unwritten("outside the map's projection", counts.refused);
-  // From the first refused write on nothing more is offered to the file.
+  // After the first refused write nothing more is offered to the file.
   if (ended_early) {
     summary_.on_early_end("the disk's last space was kept for the recording: a replay makes cloud and view whole");
     summary_.on_unwritten("left out to keep the disk's last space for the recording",
@@ -156,7 +156,7 @@ Status Outputs::finish() {
   } else if (files_->las_failed) {
     summary_.on_unwritten("refused by the disk", summary_.points() - (counts.written + counts.refused));
   }
-  // What this run has nothing for must not be what an earlier one left there.
+  // If this run has no content for a file, the content of an earlier run must not stay there.
   if (!files_->las && !files_->las_failed) keep("cloud.las", write_output(dir_ / "cloud.las", {}));
   if (!files_->view && !files_->view_failed) keep("view.mcap", write_output(dir_ / "view.mcap", {}));
   keep("summary.json",

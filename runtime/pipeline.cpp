@@ -7,8 +7,8 @@
 namespace hueline::runtime {
 namespace {
 
-constexpr nanoseconds kSettledAround{10'000'000};  // ProductSink's promise
-constexpr std::size_t kMostUnsettled = 10'000;     // without a watermark nothing else bounds them
+constexpr nanoseconds kSettledAround{10'000'000};  // promised by ProductSink
+constexpr std::size_t kMostUnsettled = 10'000;     // limit for the time without a watermark
 
 GpsTime end_of(const Exposure& exposure) { return exposure.exposure_mid; }
 GpsTime end_of(const StampedLaserBatch& batch) {
@@ -59,7 +59,7 @@ void Pipeline::take_fault(const Packet& packet, Decoder* decoder) {
   if (!fault.ok()) {
     return tell({packet.sensor, FaultKind::Malformed, packet.received, 1, fault.error().message});
   }
-  // The stream will begin anew: what the decoder holds of the old one is decided first.
+  // The stream will begin anew, so the data that the decoder still holds is decided first.
   if (decoder && fault->kind == FaultKind::Disconnected) {
     decoder->flush(measurements_);
     decoder->reset();
@@ -68,7 +68,7 @@ void Pipeline::take_fault(const Packet& packet, Decoder* decoder) {
 }
 
 void Pipeline::tell(Fault fault) {
-  fault.detail = printable(fault.detail);  // it may quote a device
+  fault.detail = printable(fault.detail);  // the detail may quote a device
   faults_.add(std::move(fault), newest_);
   tell_held();
 }
@@ -104,7 +104,7 @@ void Pipeline::take_synchronised() {
     sink_.on_exposure(exposure);
     colouring_.add(exposure);
     unsettled_exposures_.push_back(exposure);
-    unsettled_exposures_.back().image = {};  // its buffer is not held here
+    unsettled_exposures_.back().image = {};  // the buffer of the image is not held here
   }
   for (StampedLaserBatch& batch : synchronised_.laser) {
     sink_.on_laser(batch);
@@ -120,7 +120,8 @@ void Pipeline::take_synchronised() {
   }
 }
 
-/// Before colouring forgets: its trajectory keeps what max_lateness asks for.
+/// Gives the settled exposures and batches to the sink. This comes before colouring, which forgets the old part of its
+/// trajectory; the trajectory keeps what max_lateness asks for.
 void Pipeline::give_settled(bool everything) {
   const fusion::Trajectory& trajectory = colouring_.trajectory();
   const auto watermark = synchroniser_.watermark();
@@ -164,7 +165,7 @@ const char* Pipeline::why_no_solution() const {
   return fusion::name(fusion::NoPose::NoSolution);
 }
 
-/// What came instead of good solutions. Their states are in the summary already.
+/// Notes which messages came instead of solutions. The states of the solutions are in the summary already.
 void Pipeline::note_pos(Summary& summary) const {
   if (pos_ == kSystemSensor || synchroniser_.counts().ins > 0) return;
   std::string came;

@@ -39,7 +39,7 @@ void Reader::run(std::stop_token stop) {
       source_->close();
       if (!again) break;
       told_down = true;
-      // A device that stayed for a while earns a quick retry; one that fails at once is asked ever less often.
+      // A device that stayed for a while is tried again soon. A device that fails at once is tried ever less often.
       if (host_now_() - since > std::chrono::seconds(5)) back_off = config_.first_back_off;
     } else {
       const Error& error = opened.error();
@@ -57,7 +57,7 @@ void Reader::run(std::stop_token stop) {
     wake.wait_for(lock, stop, back_off, [] { return false; });
     back_off = std::min(back_off * 2, config_.longest_back_off);
   }
-  source_->close();  // also one that is still opening, or was never open: others may wait for it
+  source_->close();  // also a source that is still opening or was never open, because others may wait for its closing
   state_ = State::Ended;
 }
 
@@ -84,7 +84,7 @@ bool Reader::read_until_trouble(std::stop_token stop) {
     }
     const Error& error = packet.error();
     if (error.code == ErrorCode::TimedOut) {
-      // A file waits for others, not for a device.
+      // A file waits for other files, not for a device, so it is never Silent.
       if (!config_.is_recording && !told_silent && host_now_() - heard > config_.silent_after) {
         fault(FaultKind::Silent,
               fmt::format("connected, but nothing came for {:.1f} s", to_seconds(host_now_() - heard)));

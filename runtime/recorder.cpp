@@ -19,7 +19,7 @@ Status Recorder::pause() {
   return look();
 }
 
-/// Where the file is. An error only if it is no use to go on.
+/// Checks where the file is. Returns an error only if writing on is useless.
 Status Recorder::look() {
   const Status place = journal_->check_place();
   if (place.ok() || place.error().code != ErrorCode::Unavailable) return place;

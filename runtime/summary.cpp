@@ -11,7 +11,7 @@
 namespace hueline::runtime {
 namespace {
 
-/// What each kind means for whoever reads the summary.
+/// Returns the meaning of a kind for readers of the summary.
 const char* explanation(FaultKind kind) {
   switch (kind) {
     case FaultKind::Disconnected:
@@ -130,8 +130,7 @@ void Summary::on_solution(const InsSolution& solution) {
     return;
   }
   ++good_solutions_;
-  // A distance every 100 solutions or so would hide nothing; every one adds the noise of the POS. 0.5 m steps are a
-  // fair path length.
+  // The path length is summed in steps of at least 0.5 m. A sum over every solution would add the noise of the POS.
   if (has_place_) {
     const double step = (to_ecef(solution.position).xyz - to_ecef(last_place_).xyz).norm();
     if (step < 0.5) return;
