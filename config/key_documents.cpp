@@ -20,7 +20,7 @@ std::string words_text(const std::vector<std::string>& words) {
   return out;
 }
 
-/// Walks down to the mapping that `path` names and writes a row for each of its keys.
+/// Walks down to the mapping that `path` names, and writes a row for each of its keys.
 class TableWriter final : public Keys {
  public:
   TableWriter(std::span<const std::string> path, bool has_paths, std::string prefix, std::string& out)
@@ -109,7 +109,8 @@ class TableWriter final : public Keys {
   std::vector<std::string> one_of_;
 };
 
-/// What a marker names: "rig sensors velodyne", or several mappings: "scenario alley + traffic". Empty: nothing.
+/// Returns the table that a marker asks for: "rig sensors velodyne", or several mappings, "scenario alley + traffic".
+/// Empty if the marker names nothing.
 std::string table_of(std::string_view marker, const std::vector<KeyDocument>& lists) {
   std::istringstream words{std::string(marker)};
   std::string name, rows;

@@ -70,7 +70,8 @@ class KeyReader final : public Keys {
 
  private:
   static std::string name(const Key& key) { return std::string(key.name); }
-  /// A required key is there, or reading it says that it is missing.
+  /// Returns whether the key is present. For a required key it returns true, so that reading it reports that it is
+  /// missing.
   bool is_there(const Key& key) const { return section_.has(name(key)) || key.is_required; }
 
   std::size_t read_word(const Key& key, const std::vector<std::string>& words) {

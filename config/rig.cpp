@@ -24,7 +24,8 @@ bool is_crs(const std::string& text) {
 const TextForm kSensorName{"small letters, digits and _, but not hueline", is_sensor_name, "^[a-z0-9_]+$"};
 const TextForm kCrs{"utm, or EPSG: and a number (EPSG:25832)", is_crs, "^(utm|EPSG:[0-9]{1,6})$"};
 
-/// One of a rig's sensors: what every sensor has, what its device has, and what its role means for clocks and points.
+/// The keys of one sensor: those that every sensor has, those of its device, and those that its role has for clocks and
+/// points.
 struct SensorKeys {
   drivers::DeviceTypes types;
   Sensor sensor{};
@@ -37,7 +38,7 @@ struct SensorKeys {
   void visit(Keys& keys) {
     keys.text(required("name", "", "The sensor's name in recordings, logs and topics. No other sensor has it."),
               sensor.name, kSensorName);
-    keys.number({"silent_after_s", "s", "A sensor that is connected without a packet for so long is fault Silent."},
+    keys.number({"silent_after_s", "s", "A connected sensor that sends no packet for this long causes a fault Silent."},
                 sensor.silent_after_s, {0.2, 3600});
     KeyKinds drivers;
     drivers.has_tables = true;
@@ -97,7 +98,7 @@ struct CloudKeys {
   }
 };
 
-/// A rig file, and the Rig that it becomes.
+/// The keys of a rig file, and the Rig that they become.
 struct RigKeys {
   drivers::DeviceTypes types;
   std::deque<SensorKeys> sensors{};
@@ -113,13 +114,16 @@ struct RigKeys {
                 [this] { return group_of(sensors.emplace_back(SensorKeys{types})); }},
         {1, 250});
     keys.section(
-        {"head", "", "The camera head: where its lenses sit. Required with a camera, refused without.", "none"}, head);
+        {"head", "",
+         "The camera head: where its lenses are mounted. It is required with a camera, and refused without one.",
+         "none"},
+        head);
     keys.section(required("colouring", "", "How points get their colour."), rig.colouring);
     keys.section({"cloud", "", "The map of `cloud.las`."}, cloud);
-    keys.section({"time", "", "The patience of the clocks."}, rig.sync);
+    keys.section({"time", "", "How long the clocks wait, and what they accept."}, rig.sync);
   }
 
-  /// The checks over several sensors, on the way to the Rig.
+  /// Checks what concerns several sensors, and completes the Rig.
   KeyError complete() {
     rig.crs = cloud.crs;
     for (std::size_t i = 0; i < sensors.size(); ++i) {
@@ -141,7 +145,7 @@ struct RigKeys {
   }
 
  private:
-  /// What a sensor means for the clocks and the points.
+  /// Enters a sensor into the configurations of the clocks and the points, by its role.
   KeyError take_role(SensorKeys& one) {
     const SensorId id = one.sensor.id;
     sync::Synchroniser::Config& sync = rig.sync;
@@ -164,7 +168,8 @@ struct RigKeys {
         if (sync.pos != kSystemSensor) return {"driver", "is that of a second POS; allowed: one POS a rig"};
         sync.pos = id;
         sync.clock.label.trusted = id;
-        // A scanner's position packets repeat what this receiver told it: later, and by way of the scanner's own clock.
+        // Only the receiver itself is a source of labels. A scanner's position packets repeat what the receiver told
+        // it, but later and by the scanner's own clock.
         sync.label_sources.push_back(id);
         sync.arrival_sources.push_back(id);
         return {};
@@ -181,7 +186,8 @@ struct RigKeys {
     return {};
   }
 
-  /// A pcap's stamps are of the clock of the computer that captured: beside them, what arrives now has no place.
+  /// Refuses a rig of capture files and devices together. The stamps of a capture file are those of the computer that
+  /// captured it, so packets that arrive now cannot be ordered among them.
   KeyError require_one_time() {
     const Sensor *recorded = nullptr, *live = nullptr;
     for (const Sensor& sensor : rig.sensors) {
@@ -212,7 +218,7 @@ struct RigKeys {
         return not_allowed(fmt::format("head.lenses[{}].camera", i), "'" + lens.camera_name + "'",
                            "one of: " + cameras);
     }
-    // Only what lies in lenses that the head has is worth decoding.
+    // Only the regions of lenses that the head has are decoded.
     for (const SensorKeys& one : sensors) {
       if (one.sensor.type->role != Role::Camera) continue;
       std::vector<PixelRegion> regions;
@@ -225,10 +231,11 @@ struct RigKeys {
     return {};
   }
 
-  /// A receiver's log does not tell when its bytes arrived: the clocks have to be learnt from the others. Where all are
-  /// files there is nothing to learn, and each device's own clock has to do.
+  /// Removes the logs of receivers from the sources of the clocks. A log does not tell when its bytes arrived, so the
+  /// clocks must be learnt from the other sensors. If all sensors are files, there is nothing to learn, and each
+  /// device's own clock is used.
   void untie_from_log() {
-    std::vector<SensorId> others{kSystemSensor};  // nobody; an empty list would be everybody
+    std::vector<SensorId> others{kSystemSensor};  // nobody, because an empty list would mean everybody
     bool has_log = false;
     rig.sync.self_timed = true;
     for (const Sensor& sensor : rig.sensors) {

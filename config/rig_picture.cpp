@@ -25,20 +25,20 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-/// A thing with axes, in the frame that is drawn.
+/// A sensor, lens or head with its axes, in the frame that is drawn.
 struct Drawn {
-  std::string mark;  ///< short, beside it
+  std::string mark;  ///< short text beside it
   Eigen::Vector3d p;
-  Eigen::Matrix3d axes;  ///< columns
+  Eigen::Matrix3d axes;  ///< columns: its x, y and z axis
 };
 
-/// Two of three coordinates: what of a frame goes to the right of the picture, what goes up.
+/// A direction of view: which direction of the frame points to the right in the picture, and which points up.
 struct View {
   const char* title;
   Eigen::Vector3d right, up;
 };
 
-/// One view of several things; the frame's origin is always inside.
+/// One view of several things. The origin of the frame is always inside.
 class Panel {
  public:
   Panel(double x, double y, const View& view, const std::vector<Drawn>& things, double least_m)
@@ -79,7 +79,7 @@ class Panel {
     const Eigen::Vector2d q = (flat(p) - middle_) * scale_;
     return {x_ + kPanel / 2 + q.x(), y_ + kPanel / 2 - q.y()};
   }
-  /// A length of 1, 2 or 5 times a power of ten, about a fifth of the panel.
+  /// Draws a ruler whose length is 1, 2 or 5 times a power of ten, about a fifth of the panel.
   void ruler() {
     const double wanted = kPanel / 5 / scale_, ten = std::pow(10.0, std::floor(std::log10(wanted)));
     const double length = wanted / ten >= 5 ? 5 * ten : wanted / ten >= 2 ? 2 * ten : ten;
@@ -106,7 +106,7 @@ std::string numbers_row(const std::string& mark, const std::string& name, const 
                      p.x(), p.y(), p.z(), a, b, c, looks);
 }
 
-/// "forward and 20 deg up": where an axis of Body points.
+/// Returns where an axis points in Body, e.g. "20.0 deg from forward, +5.0 deg up".
 std::string direction_text(const Eigen::Vector3d& d) {
   const double up = std::asin(std::clamp(d.z(), -1.0, 1.0)) * kDegPerRad;
   if (std::abs(up) > 75) return up > 0 ? "up" : "down";

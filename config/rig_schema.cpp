@@ -17,7 +17,8 @@ class SchemaWriter final : public Keys {
     exclusions_.push_back({{"oneOf", alternatives}});
   }
 
-  /// The schema of the mapping. Where a word decides on further keys, there is one for each word.
+  /// Returns the schema of the mapping. Where a word decides which further keys it has, there is one schema for each
+  /// word.
   Json schema() const {
     Json out = {{"type", "object"}};
     if (kinds_.empty()) {
@@ -92,7 +93,7 @@ class SchemaWriter final : public Keys {
             {range.ends == Ends::MaxOnly ? "exclusiveMinimum" : "minimum", range.min},
             {range.ends == Ends::MinOnly ? "exclusiveMaximum" : "maximum", range.max}};
   }
-  /// YAML takes an unquoted 12345 for a number, and the program takes it for a text.
+  /// A YAML reader takes an unquoted 12345 for a number; this program takes it for a text.
   static Json text(const TextForm& form) {
     Json out = {{"type", Json::array({"string", "number"})}, {"minLength", 1}};
     if (*form.pattern) out["pattern"] = form.pattern;

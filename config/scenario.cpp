@@ -8,7 +8,7 @@
 namespace hueline::config {
 namespace {
 
-/// A fault decides by its name whether it has a strength, of what range, and what it can happen to.
+/// The keys of one fault. Its name decides whether it has a strength, in which range, and which devices it can affect.
 struct FaultKeys {
   sim::FaultLine line;
 
@@ -69,7 +69,7 @@ struct ScenarioKeys {
     keys.section({"surroundings", "", "A photograph instead of the painted sky.", "none"}, surroundings);
     keys.list({"faults", "", "What spoils the drive.", "none"}, faults);
   }
-  /// `name` is the scenario's file: the photograph lies relative to it.
+  /// `name` is the file of the scenario. The path of the photograph is relative to it.
   KeyError complete(const std::string& name) {
     for (const FaultKeys& fault : faults) scenario.faults.push_back(fault.line);
     if (surroundings) {

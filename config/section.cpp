@@ -18,9 +18,9 @@ std::string shown(const YAML::Node& node) {
   return "nothing";
 }
 
-constexpr std::uint64_t kMostConfiguration = 1'000'000;  // bytes; what people write has thousands
+constexpr std::uint64_t kMostConfiguration = 1'000'000;  // bytes; the files that people write have some thousand
 
-/// The node that a path such as "lenses[1].width" leads to, or the last one on the way that is there.
+/// Returns the node that a path such as "lenses[1].width" leads to, or the last existing node on the way.
 YAML::Node node_at(YAML::Node at, std::string_view path) {
   while (!path.empty()) {
     const std::size_t end = std::min(path.find_first_of(".[", path.starts_with('[') ? 1 : 0), path.size());
@@ -78,7 +78,7 @@ bool Section::has(const std::string& key) const {
 
 YAML::Node Section::require(const std::string& key) {
   if (has(key)) return node_[key];
-  // What stands there instead: a key that nobody asked for and that looks like it, or else all that there is.
+  // The message names what is there instead: an unknown key that looks like this one, or else all keys.
   std::vector<std::string> others, all;
   for (const auto& item : node_) {
     all.push_back(item.first.Scalar());
