@@ -13,8 +13,9 @@
 
 #include "core/result.hpp"
 
-/// A Config as lines of text, `name value`, for a process on the other side of a socket. Both directions go by the one
-/// list of members that the Config's visit() has. Absent optionals have no line.
+/// Writes a Config as text, one line `name value` for each member, and reads it again in the process at the other end
+/// of a socket. Both directions use the list of members in the Config's visit(). An optional without a value has no
+/// line.
 namespace hueline::drivers {
 
 namespace detail {
@@ -75,6 +76,7 @@ bool get(std::string_view text, std::optional<T>& value) {
 
 }  // namespace detail
 
+/// Returns the members of `config` as text.
 template <class Config>
 std::string write_config(const Config& config) {
   std::string out;
@@ -94,7 +96,8 @@ std::string write_config(const Config& config) {
   return out;
 }
 
-/// Malformed: a line that names no member, or whose value is not of the member's type; the message says which.
+/// Reads the members from text; members without a line keep their default. Error: Malformed, if a line names no member
+/// or its value is not of the member's type. The message says which.
 template <class Config>
 Result<Config> read_config(std::string_view text) {
   std::map<std::string_view, std::string_view> lines;

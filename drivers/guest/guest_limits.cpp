@@ -25,7 +25,7 @@ Status give_up_rights() {
   const rlimit none{0, 0};
   if (::setrlimit(RLIMIT_CORE, &none) != 0) return io_error("forbid core files", errno);
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return io_error("give up gaining rights", errno);
-  // Root alone may do these two: they take from it what its number would give back.
+  // Only root may do these two. They take from root the rights that it would have by its user number.
   ::prctl(PR_SET_SECUREBITS,
           SECBIT_NOROOT | SECBIT_NOROOT_LOCKED | SECBIT_NO_SETUID_FIXUP | SECBIT_NO_SETUID_FIXUP_LOCKED, 0, 0, 0);
   for (unsigned right = 0; right <= CAP_LAST_CAP; ++right)
@@ -48,7 +48,7 @@ Status limit_memory([[maybe_unused]] std::size_t more_bytes) {
   const rlim_t bytes = pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + more_bytes;
   rlimit limit{};
   ::getrlimit(RLIMIT_AS, &limit);
-  if (limit.rlim_max != RLIM_INFINITY && limit.rlim_max < bytes) return {};  // somebody set a tighter one
+  if (limit.rlim_max != RLIM_INFINITY && limit.rlim_max < bytes) return {};  // an outer limit is tighter
   limit.rlim_cur = bytes;
   if (::setrlimit(RLIMIT_AS, &limit) != 0) return io_error("limit the memory of this process", errno);
 #endif

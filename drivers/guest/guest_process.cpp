@@ -26,9 +26,8 @@ namespace {
 
 constexpr std::size_t kKeptWords = 400;
 
-/// While it lives, programs that this thread starts keep the rights that a guest may use and the thread has: those of
-/// the file
-/// (`setcap`) end at an exec else.
+/// While an object of this class lives, programs that this thread starts inherit the rights that a guest may use, as
+/// far as the thread has them. Rights from the file (`setcap`) would otherwise end at exec.
 class PassedRights {
  public:
   PassedRights() {
@@ -38,7 +37,7 @@ class PassedRights {
     for (const unsigned right : {CAP_NET_RAW, CAP_SYS_NICE})
       if (data[0].permitted & 1u << right) data[0].inheritable |= 1u << right;
     if (::syscall(SYS_capset, &header, data.data()) != 0) return;
-    // What the thread has not is refused, and not missed.
+    // A right that the thread does not have is refused. That is no error.
     for (const unsigned long right : {CAP_NET_RAW, CAP_SYS_NICE})
       ::prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_RAISE, right, 0, 0);
   }
@@ -46,7 +45,7 @@ class PassedRights {
   ~PassedRights() { ::prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0); }
 };
 
-/// posix_spawn's two option objects.
+/// The two option objects of posix_spawn.
 struct SpawnOptions {
   SpawnOptions() {
     ::posix_spawn_file_actions_init(&actions);
@@ -66,7 +65,7 @@ std::vector<std::string> guest_environment() {
   for (char** variable = environ; variable && *variable; ++variable)
     if (const std::string_view text = *variable; !text.starts_with("LC_") && !text.starts_with("LANG"))
       out.emplace_back(text);
-  out.emplace_back("LC_ALL=C");  // the library's sentences in the language of ours
+  out.emplace_back("LC_ALL=C");  // the library's messages in English
   return out;
 }
 
@@ -85,7 +84,8 @@ Result<GuestProcess> GuestProcess::start(const std::filesystem::path& program) {
   FileDescriptor ours(sockets[0]), theirs(sockets[1]);
   if (::pipe2(pipe.data(), O_CLOEXEC | O_NONBLOCK) != 0) return io_error("make a guest's pipe", errno);
   FileDescriptor said(pipe[0]), says(pipe[1]);
-  // Above the places that they are put to: whoever starts the program with 0, 1 or 2 closed finds them among these.
+  // Move the descriptors above those that the guest gets. If this program was started with 0, 1 or 2 closed, they may
+  // be among these.
   theirs = FileDescriptor(::fcntl(theirs.get(), F_DUPFD_CLOEXEC, kGuestSocket + 1));
   says = FileDescriptor(::fcntl(says.get(), F_DUPFD_CLOEXEC, kGuestSocket + 1));
   if (!theirs || !says) return io_error("place a guest's descriptors", errno);
@@ -96,8 +96,8 @@ Result<GuestProcess> GuestProcess::start(const std::filesystem::path& program) {
   ::posix_spawn_file_actions_adddup2(&options.actions, says.get(), 2);
   ::posix_spawn_file_actions_adddup2(&options.actions, theirs.get(), kGuestSocket);
   ::posix_spawn_file_actions_addclosefrom_np(&options.actions, kGuestSocket + 1);
-  // A Ctrl-C is for the program, which then stops its guests in order; one that survives the program ends with its
-  // socket.
+  // Ctrl-C and the like are blocked in the guest: the program gets them and stops its guests in order. A guest that
+  // outlives the program ends when its socket closes.
   sigset_t blocked, usual;
   ::sigemptyset(&blocked);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) ::sigaddset(&blocked, signal);

@@ -19,14 +19,14 @@ namespace hueline::drivers::guest {
 namespace {
 
 constexpr int kAlivePeriodMs = 200;
-constexpr std::chrono::milliseconds kConnectsWithin{
-    12'000};                                             // a silent camera takes Aravis 3 s; a description comes slowly
+// A silent camera takes Aravis 3 s, and the camera's description may come slowly.
+constexpr std::chrono::milliseconds kConnectsWithin{12'000};
 constexpr std::chrono::milliseconds kReadsWithin{1500};  // next() itself waits 100 ms
 constexpr std::chrono::milliseconds kMemoryWithin{2000};
 constexpr std::size_t kMemoryToConnect = std::size_t{1} << 30, kMemoryToStream = std::size_t{256} << 20;
 constexpr int kBrokenConversation = 3, kStoppedEarly = 4;
 
-/// One message with its descriptor. EndOfData: the host is gone.
+/// Receives one message with its descriptor. EndOfData: the host is gone.
 Result<ToGuest> receive(int socket, FileDescriptor& descriptor, std::span<std::byte> space) {
   iovec part{space.data(), space.size()};
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
@@ -79,7 +79,7 @@ Status GuestMemory::map(const Memory& memory, int fd) {
 }
 
 bool GuestMemory::add(const std::vector<std::uint32_t>& slots) {
-  std::vector<Buffer> back;  // released outside the lock: give_back() takes it
+  std::vector<Buffer> back;  // destroyed outside the lock, which give_back() takes
   {
     std::lock_guard lock(mutex_);
     for (const std::uint32_t slot : slots) {
@@ -158,7 +158,7 @@ void HostLink::listen() {
   for (;;) {
     if (const HostTime now = host_now(); now >= due) {
       due = now + std::chrono::milliseconds(kAlivePeriodMs);
-      // A host that is stopped does not read; what it has not read tells it enough when it goes on.
+      // A host that is stopped does not read. The messages in the socket are enough for it when it goes on.
       if (now.time_since_epoch().count() < allowed_until_ns_.load(std::memory_order_relaxed) &&
           ::send(socket_, alive.data(), alive.size(), MSG_DONTWAIT | MSG_NOSIGNAL) < 0 && errno == EPIPE)
         ::_exit(0);
@@ -195,7 +195,7 @@ void HostLink::send(const ToHost& message) {
 }
 
 void serve(int socket, const MakeSource& make) {
-  // Threads of a library share two heaps: each heap of its own reserves 64 MB of the address space that is limited
+  // The library's threads share two heaps. Each further heap would reserve 64 MB of the address space, which is limited
   // below.
   ::mallopt(M_ARENA_MAX, 2);
   for (const Status& limited : {give_up_rights(), limit_memory(kMemoryToConnect)})
@@ -208,7 +208,7 @@ void serve(int socket, const MakeSource& make) {
   auto source = make(link);
   if (!source) end_with(source.error());
   const auto opened = (*source)->open();
-  if (link.stop().stop_requested()) ::_exit(kStoppedEarly);  // the last will lets go of the device
+  if (link.stop().stop_requested()) ::_exit(kStoppedEarly);  // the last will releases the device
   if (!opened) end_with(opened.error());
   link.allow(kReadsWithin);
   link.send(Running{});

@@ -18,10 +18,10 @@
 
 namespace hueline::drivers::guest {
 
-/// The guest's view of the memory that it shares with its host. Thread-safe.
+/// The guest's end of the memory that it shares with the host. Thread-safe.
 class GuestMemory final : public PacketMemory, public BufferLender, public std::enable_shared_from_this<GuestMemory> {
  public:
-  /// `ask` sends NeedMemory; the answers come to map() and add() from another thread.
+  /// `ask` sends NeedMemory. The answers come to map() and add() from another thread.
   explicit GuestMemory(std::function<Status(std::uint64_t)> ask) : ask_(std::move(ask)) {}
 
   Status prepare(std::size_t packet_bytes) override;
@@ -29,10 +29,11 @@ class GuestMemory final : public PacketMemory, public BufferLender, public std::
   std::size_t bytes_in_use() const override;
   std::size_t limit_bytes() const override;
 
+  /// Maps the memory that the host made; `fd` came with the message.
   Status map(const Memory& memory, int fd);
-  /// The host gives these slots to write. False: one of them does not exist.
+  /// Takes slots that the host gives to the guest. Returns false if one of them does not exist.
   bool add(const std::vector<std::uint32_t>& slots);
-  /// Which slot a packet lies in, which the host holds from now on.
+  /// Gives a packet to the host and returns its slot. The host holds it from then on.
   std::uint32_t hand_out(Buffer packet);
 
   void give_back(const std::byte* data) noexcept override;
@@ -46,25 +47,26 @@ class GuestMemory final : public PacketMemory, public BufferLender, public std::
   Mapping mapping_;
   std::uint64_t slot_bytes_ = 0;
   std::size_t slots_ = 0;
-  bool has_begun_ = false;           // the first slots are here
-  std::vector<std::uint32_t> free_;  // the last one given back is used first: its pages are there
+  bool has_begun_ = false;           // whether the first slots have come
+  std::vector<std::uint32_t> free_;  // the slot given back last is used first, because its pages are already in memory
   std::vector<Buffer> with_host_;
 };
 
-/// A guest's conversation with its host. A thread of its own listens, and says Alive while the call under way is within
-/// its time.
+/// The guest's connection to its host. A thread of its own receives messages, and sends Alive while the library's
+/// current call is within its allowed time.
 class HostLink {
  public:
   explicit HostLink(int socket);
   HostLink(const HostLink&) = delete;
 
+  /// Returns the settings that the host sent first.
   const Config& config() const { return config_; }
   const std::shared_ptr<GuestMemory>& memory() const { return memory_; }
-  /// Requested when the host wants the guest to end.
+  /// Returns the token by which the host asks the guest to end.
   std::stop_token stop() const { return stop_.get_token(); }
-  /// Waits for room; a host that is gone ends the process.
+  /// Sends a message. Waits while the socket is full. If the host is gone, it ends the process.
   void send(const ToHost& message);
-  /// The call that follows may take so long; then the guest is silent, and the host ends it.
+  /// Sets how long the library's next call may take. After that the guest stops sending Alive, and the host ends it.
   void allow(std::chrono::milliseconds time);
 
  private:
@@ -79,9 +81,9 @@ class HostLink {
   std::jthread listener_;
 };
 
-/// The life of a guest: `make` builds the source of `link.config()`, whose packets then go to the host until either
-/// side ends it. Does not return: the process ends without taking the library's objects apart, for what cannot be
-/// closed in order is the system's to clean up.
+/// Runs a guest: `make` makes the source of `link.config()`, whose packets are sent to the host until either side ends.
+/// It does not return. The process ends without destroying the library's objects; the operating system cleans up what
+/// cannot be closed in order.
 using MakeSource = std::function<Result<std::unique_ptr<PacketSource>>(HostLink& link)>;
 [[noreturn]] void serve(int socket, const MakeSource& make);
 

@@ -48,7 +48,7 @@ Status GuestSource::open() {
     return broken("it sent a packet before it was running");
   }
   Error error = event.error();
-  // Not found yet, or gone again: the same to whoever opens.
+  // For the caller of open() it is the same whether the device was not found or was lost again.
   if (error.code == ErrorCode::Disconnected) error.code = ErrorCode::Unavailable;
   return error;
 }
@@ -142,10 +142,10 @@ Result<std::optional<GuestSource::Event>> GuestSource::handle(ToHost& message) {
           },
           [this](Failed& failed) -> Outcome {
             Error error = std::move(failed.error);
-            guest_->kill();  // its own end is under way
+            guest_->kill();  // it is already ending by itself
             execute_will();
             reap();
-            // Not the guest's to say: they end a reader in silence.
+            // A guest may not return these codes, because they end a reader without a message.
             if (error.code == ErrorCode::TimedOut || error.code == ErrorCode::Stopped ||
                 error.code == ErrorCode::EndOfData)
               error.code = ErrorCode::Disconnected;
@@ -155,7 +155,7 @@ Result<std::optional<GuestSource::Event>> GuestSource::handle(ToHost& message) {
       message);
 }
 
-// The clock is the same in both processes: a stamp lies between the guest's start and now.
+// Both processes have the same clock, so a stamp must lie between the guest's start and now.
 bool GuestSource::is_possible(HostTime stamp) const { return stamp >= started_ && stamp <= host_now(); }
 
 Status GuestSource::give_memory(std::uint64_t packet_bytes) {
@@ -165,7 +165,7 @@ Status GuestSource::give_memory(std::uint64_t packet_bytes) {
     if (!made) return made.error();
     memory_ = std::move(made).value();
   }
-  // Those that are still read here follow when they are back.
+  // The slots that are still read here are given to the guest when they come back.
   std::vector<std::uint32_t> free = memory_->hand_over();
   is_handed_over_ = true;
   if (const Status sent =
@@ -191,7 +191,7 @@ Status GuestSource::send(const ToGuest& message, int descriptor) {
     rights->cmsg_len = CMSG_LEN(sizeof(int));
     std::memcpy(CMSG_DATA(rights), &descriptor, sizeof(int));
   }
-  // A guest that does not read is hung; it is never waited for.
+  // Never wait for a guest: one that does not read hangs.
   if (::sendmsg(guest_->socket(), &header, MSG_DONTWAIT | MSG_NOSIGNAL) < 0)
     return io_error("speak to the guest", errno);
   return {};
@@ -200,7 +200,7 @@ Status GuestSource::send(const ToGuest& message, int descriptor) {
 void GuestSource::give_back_returned() {
   if (!is_handed_over_) return;
   std::vector<std::uint32_t> returned = memory_->take_returned();
-  // If the guest does not take them it is hung or dead, and shows it; its successor gets them.
+  // If the guest does not take them, it hangs or is dead, which shows elsewhere. Its successor gets them.
   if (!returned.empty()) (void)send(GiveBack{std::move(returned)});
 }
 
@@ -213,7 +213,7 @@ Error GuestSource::broken(const std::string& why) {
 }
 
 Error GuestSource::died() {
-  // Its socket is closed; the rest of its end takes a moment.
+  // Its socket is closed, but the process may need a moment to end.
   if (!guest_->wait(kReapedWithin)) return broken("it hung up");
   std::string how = guest_->end();
   execute_will();
@@ -222,7 +222,7 @@ Error GuestSource::died() {
           fmt::format("{}: {}; it is started again", config_.program.filename().string(), how)};
 }
 
-// The dead guest's port must be free, so that the device takes this for the guest's own word.
+// The dead guest's port must be free, so that the device takes the datagram for the guest's own.
 void GuestSource::execute_will() {
   if (!will_) return;
   const LastWill will = *std::exchange(will_, std::nullopt);
@@ -231,7 +231,7 @@ void GuestSource::execute_will() {
   const sockaddr_in from = address(will.from, will.from_port), to = address(will.to, will.to_port);
   if (!socket || ::bind(socket.get(), reinterpret_cast<const sockaddr*>(&from), sizeof(from)) != 0 ||
       ::connect(socket.get(), reinterpret_cast<const sockaddr*>(&to), sizeof(to)) != 0)
-    return;  // then the device waits for its own timeout, as without a will
+    return;  // the device then waits for its own timeout, as without a last will
   for (int i = 0; i < kWillTries; ++i) {
     if (::send(socket.get(), will.datagram.data(), will.datagram.size(), MSG_NOSIGNAL) < 0) continue;
     pollfd answered{socket.get(), POLLIN, 0};
@@ -240,7 +240,7 @@ void GuestSource::execute_will() {
 }
 
 void GuestSource::reap() {
-  // One that the kernel does not let go of may still write: its memory is nobody else's then.
+  // A process that the kernel still holds may go on writing, so nobody else may use its memory.
   if (!guest_->wait(kReapedWithin)) memory_.reset();
   guest_.reset();
 }
@@ -250,7 +250,7 @@ void GuestSource::close() {
   (void)send(Stop{});
   const HostTime end = host_now() + config_.stop_within;
   bool hung_up = false;
-  // Its last messages are of no use, but must not stand in its way.
+  // Its last messages are not used. They are read so that the guest is not blocked.
   while (!hung_up && host_now() < end) {
     pollfd readable{guest_->socket(), POLLIN, 0};
     if (::poll(&readable, 1, 10) > 0)

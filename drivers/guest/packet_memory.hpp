@@ -7,14 +7,14 @@
 
 namespace hueline::drivers {
 
-/// Where a source's large packets go: a pool of this process, or memory that it shares with another.
+/// Where a source stores large packets: a pool of this process, or memory that it shares with another process.
 class PacketMemory {
  public:
   virtual ~PacketMemory() = default;
-  /// Before the first acquire() of a stream whose packets have at most `packet_bytes`. May be called again.
-  /// Unavailable, Io.
+  /// Prepares memory for a stream whose packets have at most `packet_bytes`. Call it before the first acquire() of a
+  /// stream; it may be called again. Errors: Unavailable, Io.
   virtual Status prepare(std::size_t packet_bytes) = 0;
-  /// Empty when all is in use.
+  /// Returns memory for a packet, or an empty buffer if all is in use.
   virtual MutableBuffer acquire(std::size_t bytes) = 0;
   virtual std::size_t bytes_in_use() const = 0;
   virtual std::size_t limit_bytes() const = 0;

@@ -45,7 +45,7 @@ class Writer {
   std::string out_;
 };
 
-/// Reads to the end; is_whole() if there was neither too little nor anything left.
+/// Reads members one after the other. is_whole() returns whether the bytes were enough and nothing is left.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}

@@ -14,32 +14,52 @@
 #include "core/result.hpp"
 #include "core/time.hpp"
 
-/// What the program and a guest tell each other. A guest is a process that speaks to a device through somebody else's
-/// library; the library's crash is the guest's alone. Messages go over a socketpair (AF_UNIX, SOCK_SEQPACKET: one
-/// message a datagram, in order, and an end that is seen), packets lie in shared memory.
+/// The messages between the program (the host) and a guest. A guest is a process that speaks to a device through a
+/// library of another maker, so that a crash of the library ends only the guest. Messages go over a socket pair
+/// (AF_UNIX, SOCK_SEQPACKET: each message is one datagram, messages stay in order, and each side sees when the other
+/// one ends). Packets lie in shared memory.
 ///
-/// Conversation: the host sends Config. The guest connects its device and says NeedMemory with the size of a packet;
-/// the host answers with Memory, whose descriptor (a sealed memfd of equal slots) travels with it, and GiveBack with
-/// the slots that may be written. The guest says Running, and Done for each slot that holds a packet; GiveBack returns
-/// it. Fault tells a loss, Failed that it is over; then the guest ends. All the while it says Alive, as long as its
-/// library is within the time that the call under way may take. The host says Stop and hangs up.
+/// The order of messages:
+///   1. The host sends Config. The guest connects its device.
+///   2. The guest sends NeedMemory with the size of a packet.
+///   3. The host sends Memory, with the descriptor of a sealed memfd of equal slots.
+///      It also sends GiveBack with the slots that the guest may write.
+///   4. The guest sends Running, and then Done for each slot that holds a packet. GiveBack returns the slot later.
+///   5. The guest sends Loss when something was lost. It sends Failed when it cannot go on, and ends.
+///   6. The host sends Stop and closes its end.
+/// During all this the guest sends Alive as long as the library's current call is within its allowed time. It sends
+/// LastWill when it has taken control of a device that would refuse a second controller.
 ///
-/// Layout of a message: u32 kind, then the members in the order of the struct, little endian as the machine is (both
-/// ends are one machine); texts and lists fill the rest. Nothing that a guest sends is trusted: decode_*() bounds
-/// sizes, the host bounds slots.
+/// A message is a u32 kind and then the members below, little endian like the machine (both ends are one machine). A
+/// text or list takes the rest of the message. Nothing that a guest sends is trusted: the decode functions check sizes,
+/// and the host checks slots.
+///
+///   kind  message     members
+///      1  Config      u32 length of driver, text driver, text text
+///      2  Memory      u64 slot_bytes, u32 slots
+///      3  GiveBack    u32 for each slot
+///      4  Stop
+///    101  Alive
+///    102  LastWill    u8[4] from, u8[4] to, u16 from_port, u16 to_port, datagram
+///    103  NeedMemory  u64 packet_bytes
+///    104  Running
+///    105  Done        u32 slot, u64 bytes, i64 received, ns
+///    106  Loss        i64 time, ns, fault as encode_fault() writes it
+///    107  Failed      u8 error code, text message
 namespace hueline::drivers::guest {
 
 constexpr std::size_t kMostMessageBytes = 60'000;
-constexpr std::size_t kMostSlots = 11'000;                          ///< of a memory
-constexpr std::uint64_t kMostPacketBytes = std::uint64_t{1} << 30;  ///< of a slot
-constexpr std::size_t kMostTextBytes = 2'000;                       ///< of an error or fault; longer ones are cut
+constexpr std::size_t kMostSlots = 11'000;                          ///< in one memory
+constexpr std::uint64_t kMostPacketBytes = std::uint64_t{1} << 30;  ///< in one slot
+constexpr std::size_t kMostTextBytes = 2'000;                       ///< of an error or fault; a longer text is cut
 
-// Host to guest.
+// From the host to the guest.
 struct Config {
-  std::string driver;  ///< the rig's word: "genicam"
-  std::string text;    ///< config_text.hpp
+  std::string driver;  ///< the rig's word, such as "genicam"
+  std::string text;    ///< the driver's settings, as config_text.hpp writes them
 };
-struct Memory {  ///< with a descriptor
+/// The shared memory. Its descriptor comes with the message.
+struct Memory {
   std::uint64_t slot_bytes = 0;
   std::uint32_t slots = 0;
 };
@@ -48,12 +68,12 @@ struct GiveBack {
 };
 struct Stop {};
 
-// Guest to host.
+// From the guest to the host.
 struct Alive {};
-/// A datagram that the host sends for a guest that ended without a word: it lets go of the device, which would refuse a
-/// successor else.
+/// A datagram that the host sends if the guest ends without a message. It releases the device, which would otherwise
+/// refuse the next guest.
 struct LastWill {
-  std::array<std::uint8_t, 4> from{}, to{};  ///< IPv4; `from` and its port are the dead guest's own
+  std::array<std::uint8_t, 4> from{}, to{};  ///< IPv4 addresses; `from` and its port are those of the dead guest
   std::uint16_t from_port = 0, to_port = 0;
   std::vector<std::byte> datagram;  ///< at most 64 bytes
 };
@@ -67,7 +87,7 @@ struct Done {
   HostTime received{};
 };
 struct Loss {
-  Fault fault;  ///< without its sensor
+  Fault fault;  ///< its sensor is not sent
 };
 struct Failed {
   Error error;
@@ -78,11 +98,13 @@ using ToHost = std::variant<Alive, LastWill, NeedMemory, Running, Done, Loss, Fa
 
 std::vector<std::byte> encode(const ToGuest& message);
 std::vector<std::byte> encode(const ToHost& message);
-/// Malformed: no such message, wrong size, a value out of its range. Texts come out as printable ASCII.
+/// Decode a message. Error: Malformed (unknown kind, wrong size, or a value out of its range). Texts become printable
+/// ASCII.
 Result<ToGuest> decode_for_guest(std::span<const std::byte> bytes);
 Result<ToHost> decode_for_host(std::span<const std::byte> bytes);
 
-/// Whatever is not printable ASCII becomes '?', line breaks a space; at most `most` characters, the last ones.
+/// Replaces line breaks and tabs by a space and other unprintable characters by '?'. Keeps at most the last `most`
+/// characters.
 std::string printable(std::string_view text, std::size_t most = kMostTextBytes);
 
 }  // namespace hueline::drivers::guest

@@ -13,7 +13,7 @@
 namespace hueline::drivers::guest {
 namespace {
 
-// A page, so that each slot can be mapped and protected by itself.
+// Slots are multiples of a page, so that each one can be mapped and protected by itself.
 constexpr std::uint64_t kSlotStep = 4096;
 
 }  // namespace
@@ -66,7 +66,7 @@ std::vector<std::uint32_t> SlotMemory::hand_over() {
 std::vector<std::uint32_t> SlotMemory::take_returned() {
   std::lock_guard lock(mutex_);
   std::vector<std::uint32_t> taken(returned_);
-  returned_.clear();  // keeps what it reserved
+  returned_.clear();  // keeps its reserved memory
   for (const std::uint32_t slot : taken) states_[slot] = State::Guest;
   return taken;
 }

@@ -12,11 +12,11 @@
 
 namespace hueline::drivers::guest {
 
-/// Mapped memory; unmapped at the end.
+/// Owns a memory mapping.
 class Mapping {
  public:
   Mapping() = default;
-  /// Of the whole file behind `fd`, shared.
+  /// Maps the first `bytes` of the file behind `fd`, shared with other processes.
   static Result<Mapping> map(int fd, std::size_t bytes, bool is_writable);
   Mapping(Mapping&& other) noexcept : bytes_(std::exchange(other.bytes_, {})) {}
   Mapping& operator=(Mapping&& other) noexcept {
@@ -30,24 +30,25 @@ class Mapping {
   std::span<std::byte> bytes_;
 };
 
-/// The host's side of the memory that packets of a guest lie in: a memfd of equal slots, sealed so that nobody can
-/// shrink it under a reader. A slot is the guest's to write, or lent to readers as a Buffer, or back from them. Buffers
-/// keep the memory alive. Thread-safe: the last reader of a buffer gives its slot back from its own thread.
+/// The host's end of the memory that holds the packets of a guest: a memfd of equal slots, sealed so that nobody can
+/// shrink it while it is read. Each slot belongs to the guest, which may write it, or is lent to readers as a Buffer,
+/// or has come back from them. Buffers keep the memory alive. Thread-safe, because the last reader of a buffer gives
+/// its slot back from its own thread.
 class SlotMemory final : public BufferLender, public std::enable_shared_from_this<SlotMemory> {
  public:
-  /// Invalid: a size beyond protocol.hpp's bounds. Io.
+  /// Makes the memory. Errors: Invalid (a size beyond the bounds of protocol.hpp), Io.
   static Result<std::shared_ptr<SlotMemory>> create(std::uint64_t packet_bytes, std::size_t slots);
 
   int fd() const { return file_.get(); }
   std::uint64_t slot_bytes() const { return slot_bytes_; }
   std::size_t slots() const { return states_.size(); }
 
-  /// For a new guest, when the old one is dead: every slot that nobody reads. They are the guest's then.
+  /// Gives all slots that nobody reads to a new guest, after the old one is dead. Returns them.
   std::vector<std::uint32_t> hand_over();
-  /// Slots that readers gave back since the last call. They are the guest's then.
+  /// Gives the slots that readers gave back since the last call to the guest. Returns them.
   std::vector<std::uint32_t> take_returned();
-  /// What the guest wrote into a slot. Empty: the slot is not the guest's, or has no room for so much: the guest is
-  /// broken.
+  /// Lends what the guest wrote into a slot. Returns an empty buffer if the slot does not belong to the guest or has
+  /// less room; the guest is then broken.
   Buffer lend(std::uint32_t slot, std::uint64_t bytes);
 
   void give_back(const std::byte* data) noexcept override;
@@ -61,7 +62,7 @@ class SlotMemory final : public BufferLender, public std::enable_shared_from_thi
   const std::uint64_t slot_bytes_;
   std::mutex mutex_;
   std::vector<State> states_;
-  std::vector<std::uint32_t> returned_;  // reserved for all
+  std::vector<std::uint32_t> returned_;  // has room for all slots, so that give_back() allocates nothing
 };
 
 }  // namespace hueline::drivers::guest

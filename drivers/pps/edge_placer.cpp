@@ -4,18 +4,18 @@ namespace hueline::drivers {
 
 namespace {
 
-// The kernel slews at most 500 ppm; the rest is for the oscillator steering that NTP adds to it.
+// The kernel slews by at most 500 ppm. The rest allows for the oscillator steering that NTP adds.
 constexpr std::int64_t kLargestSlewPpm = 600;
-// Readings bound their own error by half_window; this is for what the two clocks' granularity adds.
+// Readings bound their own error by half_window. This allows for the granularity of the two clocks.
 constexpr nanoseconds kSlack = std::chrono::microseconds(1);
 
-// By how much two readings may differ, or mislead about an edge between them, if nobody set the clock.
+// Returns by how much two readings may differ, or be wrong about an edge between them, if nobody set the clock.
 nanoseconds tolerance(const ClockReading& before, const ClockReading& after) {
   return before.offset.half_window + after.offset.half_window + kSlack +
          (after.at - before.at) / 1'000'000 * kLargestSlewPpm;
 }
 
-// Slewing is even between the readings: the offset at the edge lies between theirs.
+// Interpolates the offset at the edge: slewing is even between the readings.
 HostTime interpolate(nanoseconds stamp, const ClockReading& before, const ClockReading& after) {
   const HostTime by_later = to_host_time(stamp, after.offset);
   const double span = to_seconds(after.at - before.at), age = to_seconds(after.at - by_later);
@@ -27,7 +27,7 @@ HostTime interpolate(nanoseconds stamp, const ClockReading& before, const ClockR
 }  // namespace
 
 std::optional<nanoseconds> step_between(const ClockReading& before, const ClockReading& after) {
-  // The offset takes CLOCK_REALTIME to HostTime: it falls when the wall clock is set forward.
+  // The offset converts CLOCK_REALTIME to HostTime, so it falls when the clock is set forward.
   const nanoseconds step = before.offset.offset - after.offset.offset;
   if (std::chrono::abs(step) <= tolerance(before, after)) return std::nullopt;
   return step;

@@ -7,19 +7,19 @@
 
 namespace hueline::drivers {
 
-/// A reading of CLOCK_REALTIME against HostTime, with the host time at which it was made.
+/// A reading of CLOCK_REALTIME relative to HostTime, with the host time of the reading.
 struct ClockReading {
   HostTime at{};
   ClockOffset offset;
 };
 
-/// How far CLOCK_REALTIME stepped between two readings; nullopt if slewing (at most 600 ppm) and the readings' own
-/// uncertainty explain the difference.
+/// Returns by how much CLOCK_REALTIME stepped between two readings. Returns nothing if slewing (at most 600 ppm) and
+/// the uncertainty of the readings explain the difference.
 std::optional<nanoseconds> step_between(const ClockReading& before, const ClockReading& after);
 
-/// Places an edge stamped on CLOCK_REALTIME that happened between the two readings. Without a step by both readings
-/// (interpolated, so that slewing does no harm); with one by whichever reading puts the edge between them. Nullopt if
-/// both do or neither: the edge could be anywhere.
+/// Converts the stamp of an edge from CLOCK_REALTIME to HostTime. The edge happened between the two readings. Without a
+/// step of the clock, it interpolates between them, so that slewing does no harm. After a step it uses the reading that
+/// puts the edge between the two. Returns nothing if both do or neither does, because the edge could then be anywhere.
 std::optional<HostTime> place_edge(nanoseconds stamp, const ClockReading& before, const ClockReading& after);
 
 }  // namespace hueline::drivers

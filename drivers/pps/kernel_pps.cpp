@@ -17,7 +17,7 @@ namespace {
 
 constexpr nanoseconds kWait = std::chrono::milliseconds(100);
 
-// The instant comes last: whatever was stamped before this call lies before it.
+// The host time is read last, so everything that was stamped before this call is older than it.
 ClockReading read_clocks() {
   const ClockOffset offset = sample_clock_offset(KernelClock::Realtime);
   return {host_now(), offset};
@@ -38,8 +38,8 @@ Status KernelPps::capture() const {
   if (::ioctl(fd_, PPS_GETPARAMS, &params) != 0) return io_error("PPS_GETPARAMS on " + path_, errno);
   const pps_ktime& shift = edge_ == PpsEdgeKind::Assert ? params.assert_off_tu : params.clear_off_tu;
   if ((params.mode & edge) != 0 && shift.sec == 0 && shift.nsec == 0) return {};
-  // Capture is added, not replaced (another program may read the other edge); a shift that somebody left behind is
-  // removed.
+  // Capture of this edge is added to what is set, because another program may read the other edge. An offset that
+  // somebody left behind is removed.
   params.api_version = PPS_API_VERS;
   params.mode |= edge | PPS_TSFMT_TSPEC;
   params.assert_off_tu = params.clear_off_tu = {};
@@ -89,9 +89,9 @@ Result<Packet> KernelPps::next(std::stop_token stop) {
   if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped"};
   if (held_) return *std::exchange(held_, std::nullopt);
   if (fd_ < 0) return Error{ErrorCode::Disconnected, fmt::format("{} is not open", path_)};
-  // PPS_FETCH waits for an edge after the call: one that came since the last call is seen only by asking without
-  // waiting, once before the wait and once after it. The reading is made before the look: an edge between them then
-  // belongs to the next.
+  // PPS_FETCH waits only for edges after the call. To see an edge that came since the last call, the device is asked
+  // without waiting, once before and once after the wait. The clocks are read before the device, so that an edge
+  // between the two belongs to the next call.
   ClockReading look = read_clocks();
   auto seen = fetch(nanoseconds(0));
   if (seen && seen->sequence == last_sequence_) {
@@ -112,7 +112,7 @@ Result<Packet> KernelPps::next(std::stop_token stop) {
 
 Result<Packet> KernelPps::deliver(const Seen& seen, const ClockReading& look) {
   const bool is_new = seen.sequence != last_sequence_;
-  // Made after the look at the device, so that the edge is older than the reading.
+  // The clocks are read after the device, so that the edge is older than the reading.
   const ClockReading now = is_new ? read_clocks() : look;
   const ClockReading before = std::exchange(last_look_, look);
   const auto step = step_between(before, now);
@@ -126,7 +126,7 @@ Result<Packet> KernelPps::deliver(const Seen& seen, const ClockReading& look) {
     }
     return Error{ErrorCode::TimedOut, {}};
   }
-  // The kernel counts in 32 bits: unsigned difference, so that its wrap is no gap.
+  // The kernel counts in 32 bits. The unsigned difference is right when its counter wraps.
   sequence_ += static_cast<std::uint32_t>(seen.sequence - last_sequence_);
   last_sequence_ = seen.sequence;
   const auto edge = place_edge(seen.stamp, before, now);
@@ -147,7 +147,8 @@ Packet KernelPps::fault(const ClockReading& now, std::uint64_t count, std::strin
   return {sensor_, PacketKind::Fault, false, 0, now.at, Buffer::copy_of(encode_fault(made))};
 }
 
-// The open file outlives the device it belonged to and merely stays silent, so the node tells: absent, or another one.
+// An open file outlives its device and is merely silent. So the node shows whether the device is gone: it is missing,
+// or it is another one.
 bool KernelPps::is_gone() const {
   struct stat node {
   }, opened{};

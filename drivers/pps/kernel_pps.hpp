@@ -9,7 +9,7 @@
 
 namespace hueline::drivers {
 
-/// PPS edges from /dev/ppsN (RFC 2783, linux/pps.h); contract at PpsSource.
+/// Reads PPS edges from /dev/ppsN (RFC 2783, linux/pps.h). PpsSource says what it promises.
 class KernelPps : public PacketSource {
  public:
   KernelPps(SensorId sensor, std::string path, PpsEdgeKind edge)
@@ -23,12 +23,12 @@ class KernelPps : public PacketSource {
   void close() override;
 
  private:
-  /// What the kernel holds of the configured edge.
+  /// The latest edge of the configured kind that the kernel holds.
   struct Seen {
     std::uint32_t sequence = 0;
-    nanoseconds stamp{0};  ///< CLOCK_REALTIME
+    nanoseconds stamp{0};  ///< on CLOCK_REALTIME
   };
-  /// Waits for a new edge of either kind, or returns at once what there is if `wait` is zero.
+  /// Waits for a new edge of either kind. If `wait` is zero, it returns at once what there is.
   Result<Seen> fetch(nanoseconds wait) const;
   Status capture() const;
   Result<Packet> deliver(const Seen& seen, const ClockReading& now);
@@ -39,10 +39,10 @@ class KernelPps : public PacketSource {
   const std::string path_;
   const PpsEdgeKind edge_;
   int fd_ = -1;
-  std::uint32_t last_sequence_ = 0;  // the kernel's, 32 bits
-  std::uint64_t sequence_ = 0;       // the same, not wrapping
-  ClockReading last_look_;           // when the device was known to hold last_sequence_ and nothing newer
-  std::optional<Packet> held_;       // the edge that follows a Fault
+  std::uint32_t last_sequence_ = 0;  // as the kernel counts, in 32 bits
+  std::uint64_t sequence_ = 0;       // the same without wrapping
+  ClockReading last_look_;           // when the device held last_sequence_ and nothing newer
+  std::optional<Packet> held_;       // the edge that follows a Fault packet
 };
 
 }  // namespace hueline::drivers

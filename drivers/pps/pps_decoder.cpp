@@ -7,7 +7,8 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr double kReceivedAsStamped_s = 1e-3;  // far above the rounding of the difference, far below what is judged
+// Far above the rounding of the difference, far below what Ingest corrects.
+constexpr double kReceivedAsStamped_s = 1e-3;
 
 }  // namespace
 
@@ -44,7 +45,8 @@ void PpsDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
     fault(FaultKind::Lost, sequence - *last_sequence_ - 1,
           fmt::format("PPS edges lost between {} and {}", *last_sequence_, sequence));
   last_sequence_ = sequence;
-  // Its packet was taken as received when it arrived, because the edge's own stamp cannot be: when it was nobody knows.
+  // Ingest sets `received` to the arrival if the edge's own stamp is impossible. Then the time of the edge is not
+  // known.
   const double off_s = to_seconds(decoded->time.time_since_epoch()) - to_seconds(packet.received.time_since_epoch());
   if (std::abs(off_s) > kReceivedAsStamped_s) {
     counts_.ignored_bytes += bytes.size();

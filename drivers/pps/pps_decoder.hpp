@@ -8,16 +8,19 @@
 
 namespace hueline::drivers {
 
-/// PPS packets -> PpsEdge. Pure; one decoder a sensor; not thread-safe.
-/// Only the configured edge becomes a measurement, the other one is counted as ignored. The gap between two sequence
-/// numbers is Fault Lost with the number of edges; a repeated edge is Fault Spurious and dropped; a sequence that falls
-/// is Fault Spurious (the source restarted without a reopen) and the edge is used; an edge whose packet was not
-/// received when it says is Fault Spurious and not used. Wrong size, magic or edge: Fault Malformed.
+/// Makes a PpsEdge of each PPS packet. Use one decoder for each sensor. Its result depends on the packets and Config
+/// only. Thread safety: none; one thread calls all functions.
+///
+/// Only the configured edge becomes a measurement; the other one is counted as ignored. Faults:
+/// - Lost: a gap between two sequence numbers, with the number of edges.
+/// - Spurious: an edge came again (dropped), the sequence number fell, because the source restarted without a reopen
+///   (the edge is used), or the packet was not received at the time of the edge (not used).
+/// - Malformed: wrong size, magic or edge.
 class PpsDecoder : public Decoder {
  public:
   struct Config {
-    PpsEdgeKind edge = PpsEdgeKind::Assert;  ///< the one that the receiver names as the second
-    /// Empty when fine, else a sentence.
+    PpsEdgeKind edge = PpsEdgeKind::Assert;  ///< the edge that is the second
+    /// Returns an empty text if all values are allowed, else a sentence.
     std::string validate() const;
   };
   explicit PpsDecoder(Config config) : config_(config) {}

@@ -8,31 +8,31 @@
 
 namespace hueline::drivers {
 
-/// PPS edges from the kernel (/dev/ppsN, RFC 2783) or from a local socket. Packet::bytes is the 24 bytes of
-/// pps_packet.hpp and Packet::received the edge itself. Every edge that comes over the socket is handed on; of the
-/// kernel only the configured one is asked for. Lost edges show in the sequence and are counted by PpsDecoder.
+/// Reads PPS edges from the kernel (/dev/ppsN, RFC 2783) or from a local socket. Packet::bytes has the 24 bytes of
+/// pps_packet.hpp; Packet::received is the time of the edge itself. The kernel is asked for the configured edge only; a
+/// socket delivers every edge that it gets. Lost edges show in the sequence, and PpsDecoder counts them.
 ///
-/// Kernel: stamps are CLOCK_REALTIME, converted to HostTime at once. A step of CLOCK_REALTIME is reported as Fault
-/// ClockStep and does not move an edge: the offset between the clocks is known before and after the edge, and only one
-/// of the two puts the edge between two looks at the device. Where both do (a step shorter than the wait) the edge is
-/// refused, not guessed. Set twice within one wait, the clock may leave an edge wrong by as much as the shorter wait
-/// hides: at most 100 ms. A device node that vanishes is Disconnected. Needs CAP_SYS_TIME only if the device must be
-/// told to capture the edge.
+/// Kernel: stamps are on CLOCK_REALTIME and are converted to HostTime at once. A step of CLOCK_REALTIME is reported as
+/// Fault ClockStep and does not move an edge: the offset between the clocks is known before and after the edge, and
+/// only one of the two offsets puts the edge between the two looks at the device. If both do (a step shorter than the
+/// wait), the edge is refused, not guessed. If the clock is set twice within one wait, an edge may be wrong by as much
+/// as the shorter wait hides, at most 100 ms. If the device node vanishes, next() returns Disconnected. CAP_SYS_TIME is
+/// needed only if the device must be told to capture the edge.
 ///
-/// Socket: SOCK_SEQPACKET of AF_UNIX, this side connects; one message an edge, HostTime of the same machine. A peer
-/// that hangs up is Disconnected. Messages that are not an edge are handed on with `received` = now (PpsDecoder says
-/// what is wrong). Stamps that cannot be are judged where all packets enter.
+/// Socket: AF_UNIX, SOCK_SEQPACKET; this side connects. Each message is one edge with the HostTime of the same
+/// computer. If the peer closes the socket, next() returns Disconnected. Messages that are no edge are delivered with
+/// `received` = now, and PpsDecoder reports them. Impossible stamps are handled where all packets enter (Ingest).
 ///
-/// Thread-bound. next() waits at most about 100 ms.
+/// Thread safety: none; one thread calls all functions. next() waits at most about 100 ms.
 class PpsSource : public PacketSource {
  public:
   enum class Interface : std::uint8_t { Kernel, Socket };
   struct Config {
     SensorId sensor = 1;
     Interface interface = Interface::Kernel;
-    std::string path = "/dev/pps0";          ///< of the device or of the socket
-    PpsEdgeKind edge = PpsEdgeKind::Assert;  ///< kernel only: the edge to capture; give PpsDecoder the same
-    /// Empty when fine, else a sentence that names the key.
+    std::string path = "/dev/pps0";          ///< path of the device or of the socket
+    PpsEdgeKind edge = PpsEdgeKind::Assert;  ///< kernel only: the edge that is captured; give PpsDecoder the same one
+    /// Returns an empty text if all values are allowed, else a sentence that names the key.
     std::string validate() const;
   };
   explicit PpsSource(Config config);

@@ -43,7 +43,7 @@ Result<Packet> SocketPps::next(std::stop_token stop) {
   if (fd_ < 0) return Error{ErrorCode::Disconnected, fmt::format("PPS socket {} is not open", path_)};
   pollfd readable{fd_, POLLIN, 0};
   if (::poll(&readable, 1, kWaitMs) <= 0) return Error{ErrorCode::TimedOut, {}};
-  // One byte longer than an edge, so that a message that is too long is seen to be.
+  // One byte more than an edge has, so that a message that is too long is recognised.
   std::array<std::byte, kPpsPacketSize + 1> bytes;
   const ssize_t size = ::recv(fd_, bytes.data(), bytes.size(), 0);
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) return Error{ErrorCode::TimedOut, {}};

@@ -6,7 +6,7 @@
 
 namespace hueline::drivers {
 
-/// PPS edges over a local SOCK_SEQPACKET socket; contract at PpsSource.
+/// Reads PPS edges from a local SOCK_SEQPACKET socket. PpsSource says what it promises.
 class SocketPps : public PacketSource {
  public:
   SocketPps(SensorId sensor, std::string path) : sensor_(sensor), path_(std::move(path)) {}
