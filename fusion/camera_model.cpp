@@ -10,8 +10,8 @@
 
 namespace hueline::fusion {
 namespace {
-constexpr double kPlaneLimit = 1.5533;      // rad, 89 degrees: the plane model's image point runs away towards 90
-constexpr double kInvertibleShare = 0.999;  // of the invertible range: the slope vanishes at its end
+constexpr double kPlaneLimit = 1.5533;  // rad, 89 degrees; the plane model's image point goes to infinity towards 90
+constexpr double kInvertibleShare = 0.999;  // share of the invertible range; the slope vanishes at its end
 constexpr int kNewtonSteps = 60;
 constexpr double kNewtonStep = 1e-13;
 
@@ -53,7 +53,7 @@ CameraModel::CameraModel(const CameraIntrinsics& intrinsics) : intrinsics_(intri
     max_angle_ = std::min({intrinsics_.max_angle, kPlaneLimit, std::atan(radial_limit_brown())});
     return;
   }
-  // The first angle at which the image radius stops growing.
+  // Finds the first angle at which the image radius stops growing.
   double end = std::min(intrinsics_.max_angle, std::numbers::pi);
   constexpr int kSteps = 20000;
   for (int i = 1; i <= kSteps; ++i) {
@@ -80,8 +80,8 @@ CameraModel::Distorted CameraModel::distort_brown(const Eigen::Vector2d& xy) con
 }
 
 double CameraModel::radial_limit_brown() const {
-  // The tangent of the angle up to which the map keeps its orientation in every direction around the axis, tangential
-  // terms included.
+  // Returns the tangent of the angle up to which the map keeps its orientation in every direction around the axis,
+  // including the tangential terms.
   constexpr int kSteps = 4000, kDirections = 64;
   const double end = std::tan(std::min(intrinsics_.max_angle, kPlaneLimit));
   const double end_angle = std::atan(end);
@@ -130,7 +130,7 @@ std::optional<Vector<Lens>> CameraModel::unproject(const Eigen::Vector2d& pixel)
   if (intrinsics_.model == LensModel::KannalaBrandt) {
     const double radius = target.norm();
     if (radius > distort_angle(max_angle_)) return std::nullopt;
-    // Newton, kept inside a bracket: the radius grows with the angle over the whole range.
+    // Newton's method inside a bracket. The radius grows with the angle over the whole range.
     double low = 0, high = max_angle_, angle = std::min(radius, max_angle_);
     for (int i = 0; i < kNewtonSteps; ++i) {
       const double error = distort_angle(angle) - radius;
@@ -145,8 +145,8 @@ std::optional<Vector<Lens>> CameraModel::unproject(const Eigen::Vector2d& pixel)
     return Vector<Lens>{{target.x() * across, target.y() * across, std::cos(angle)}};
   }
 
-  // Start from the radial part alone (a bracketed search that cannot run away), then Newton in the plane with every
-  // term.
+  // First solves the radial part alone by bisection, which always converges; then uses Newton's method in the plane
+  // with all terms.
   const double radius = target.norm(), limit = std::tan(max_angle_);
   const auto& [k1, k2, p1, p2, k3] = intrinsics_.distortion;
   double low = 0, high = limit;
@@ -160,12 +160,12 @@ std::optional<Vector<Lens>> CameraModel::unproject(const Eigen::Vector2d& pixel)
     Eigen::Vector2d step = d.jacobian.inverse() * (target - d.xy);
     if (!step.allFinite()) return std::nullopt;
     const double longest =
-        0.25 * (1.0 + xy.norm());  // damped: near the limit a full step may leave the invertible range
+        0.25 * (1.0 + xy.norm());  // damped, because near the limit a full step may leave the invertible range
     if (step.norm() > longest) step *= longest / step.norm();
     xy += step;
     if (step.norm() < kNewtonStep * (1.0 + xy.norm())) break;
   }
-  // A target beyond the field of view ends outside it, or does not converge.
+  // For a target beyond the field of view, the result lies outside it, or the iteration does not converge.
   if ((distort_brown(xy).xy - target).norm() > 1e-10 * (1.0 + radius) || xy.norm() > limit * (1.0 + 1e-12))
     return std::nullopt;
   return Vector<Lens>{Eigen::Vector3d(xy.x(), xy.y(), 1.0).normalized()};

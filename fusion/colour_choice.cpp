@@ -5,13 +5,13 @@
 #include "fusion/colouring.hpp"
 #include "fusion/colouring_piece.hpp"
 
-/// Which exposure gives a point its colour, and the colour itself.
+/// Chooses the exposure that gives a point its colour, and samples the colour.
 namespace hueline::fusion {
 namespace {
 
 std::uint8_t to_byte(float value) { return static_cast<std::uint8_t>(std::clamp(value + 0.5f, 0.0f, 255.0f)); }
 
-/// How far the stamps may be trusted, 0..1.
+/// Returns how far stamps can be trusted in this state, 0 to 1.
 float trust(SyncState state) {
   switch (state) {
     case SyncState::Locked:
@@ -30,7 +30,7 @@ struct HeadPoint {
   float x, y, z;
 };
 
-/// The difference is taken in double: ENU coordinates of a long drive do not fit a float.
+/// The difference is calculated in double precision, because ENU coordinates of a long drive do not fit a float.
 HeadPoint in_head(const Moment::Viewpoint& view, double east, double north, double up) {
   const auto dx = static_cast<float>(east - view.centre_enu.x()), dy = static_cast<float>(north - view.centre_enu.y()),
              dz = static_cast<float>(up - view.centre_enu.z());
@@ -39,17 +39,18 @@ HeadPoint in_head(const Moment::Viewpoint& view, double east, double north, doub
 }
 
 Rgb sample_sight(const FloatLens& lens, const Moment::Picture& picture, const Sight& sight) {
-  const auto x = static_cast<int>(sight.x), y = static_cast<int>(sight.y);  // not negative: at least kSampleReach
+  const auto x = static_cast<int>(sight.x),
+             y = static_cast<int>(sight.y);  // not negative, because it is at least kSampleReach
   return sample(picture.view, x + static_cast<int>(lens.x_offset), y + static_cast<int>(lens.y_offset),
                 sight.x - static_cast<float>(x), sight.y - static_cast<float>(y));
 }
 
-constexpr float kFullBorder = 64.0f;                     // px from the border from which on the border costs no quality
-constexpr std::size_t kGainSamples = 4096;               // returns asked for the gain of one owner
-constexpr std::size_t kGainEnough = 32;                  // common points below which no gain is claimed
-constexpr float kGainDark = 8.0f, kGainBright = 247.0f;  // outside, noise or saturation speak
+constexpr float kFullBorder = 64.0f;        // distance from the border, px, from which the quality is not reduced
+constexpr std::size_t kGainSamples = 4096;  // returns that are used to measure the gain of one owner
+constexpr std::size_t kGainEnough = 32;     // fewest common points to measure a gain
+constexpr float kGainDark = 8.0f, kGainBright = 247.0f;  // beyond these limits there is noise or saturation
 constexpr float kGainLimit = 4.0f;
-constexpr float kBelowHorizon = 0.3f;  // sine of the depression from which on a point counts as near the hole
+constexpr float kBelowHorizon = 0.3f;  // sine of the depression angle beyond which a point counts as near the hole
 
 }  // namespace
 
@@ -91,7 +92,7 @@ void Colouring::colour_point(int owner, Piece& piece, ColouredPoint& point) cons
     point.state = ColourState::Direct;
     return;
   }
-  // An owner without a pose is as good as lost.
+  // An owner without a pose is treated as a lost image.
   const bool is_lost = owner < 0 || !timeline_.at(owner).viewpoint;
   const int per_side = is_lost ? config_.lost_image_neighbours : config_.neighbours;
   const nanoseconds reach = timeline_.interval() * per_side + timeline_.interval() / 2 + config_.window_slack;
@@ -112,7 +113,8 @@ void Colouring::colour_point(int owner, Piece& piece, ColouredPoint& point) cons
 void Colouring::colour_piece(const StampedLaserBatch& batch, Piece& piece, ColouredPoint* points) const {
   piece.by_state.fill(0);
   const GeoreferencedBatch& placed = piece.placed;
-  // A batch is a millisecond, a window a tenth of a second or more: nearly always one moment owns all of it.
+  // A batch lasts about a millisecond and a window at least a tenth of a second, so nearly always one moment owns the
+  // whole batch.
   const int owner_of_first = timeline_.owner_of(batch.time), owner_of_last = timeline_.owner_of(last_firing(batch));
   const bool is_one_window = owner_of_first == owner_of_last && owner_of_first >= 0;
   for (std::size_t i = 0; i < placed.size(); ++i) {
@@ -150,8 +152,8 @@ void Colouring::measure_gains(Moment& owner, int owner_index, const std::vector<
   for (const StampedLaserBatch& batch : batches) collect(batch);
   for (const StampedLaserBatch& batch : pending_) collect(batch);
 
-  // Ratios owner / neighbour in each channel; those of points below the horizon apart: they lie around the hole that is
-  // filled.
+  // Ratios owner / neighbour in each channel. Those of points below the horizon are kept separately, because these
+  // points lie around the hole that is filled.
   using Ratios = std::array<std::vector<float>, 3>;
   std::vector<Ratios> around(neighbours.size()), below(neighbours.size());
   const std::size_t stride = std::max<std::size_t>(1, returns / kGainSamples);
@@ -197,7 +199,7 @@ void Colouring::measure_gains(Moment& owner, int owner_index, const std::vector<
         is_measured = false;
         continue;
       }
-      // The median: moving objects, edges and parallax pull at both ends alike.
+      // The median, because moving objects, edges and parallax disturb both ends in the same way.
       const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
       std::nth_element(ratios.begin(), middle, ratios.end());
       gain.gain[c] = std::clamp(*middle, 1.0f / kGainLimit, kGainLimit);

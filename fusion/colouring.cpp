@@ -11,7 +11,8 @@
 
 namespace hueline::fusion {
 namespace {
-constexpr std::size_t kBatchesAtOnce = 256;  // bounds the scratch memory; 100 000 points of a 384-return packet
+constexpr std::size_t kBatchesAtOnce =
+    256;  // limits the working memory; about 100 000 points for packets of 384 returns
 }
 
 void Colouring::Config::visit(Keys& keys) {
@@ -23,7 +24,7 @@ void Colouring::Config::visit(Keys& keys) {
   keys.duration(
       {"exposure_interval_s", "s", "The time between exposures. An exposure owns the points around it.", "0: measured"},
       exposure_interval, {0, 60});
-  // More on each side than Config::max_held_moments has room for would never be there.
+  // More on each side than Config::max_held_moments can hold would never be there.
   keys.whole({"neighbours", "exposures", "How many exposures on each side may fill hole and masks."}, neighbours,
              {0, 15});
   keys.whole({"lost_image_neighbours", "exposures",
@@ -122,7 +123,7 @@ void Colouring::add(StampedLaserBatch batch) {
     note(batch.sensor, FaultKind::Late, 1, "laser batch older than max_lateness; recorded, not fused");
     return;
   }
-  if (batch.returns.empty()) return;  // nothing to colour, and nothing that would count against max_pending_returns
+  if (batch.returns.empty()) return;  // there is nothing to colour, and nothing that max_pending_returns would limit
   counts_.pending_returns += batch.returns.size();
   pending_.push_back(std::move(batch));
 }
@@ -172,7 +173,7 @@ void Colouring::add(const Exposure& exposure) {
 bool Colouring::is_ready(const StampedLaserBatch& batch) const {
   const GpsTime last = last_firing(batch);
   const int windows = std::max(config_.neighbours, config_.lost_image_neighbours);
-  // The (windows + 1)-th whole moment after the batch lies beyond every neighbour that it may ask.
+  // The (windows + 1)-th whole moment after the batch lies beyond every neighbour that the batch may use.
   const Moment* beyond = timeline_.nth_whole_after(last, windows + 1);
   if (beyond != nullptr && trajectory_.is_settled(beyond->time)) return true;
   return watermark_ && *watermark_ >= last + neighbour_reach() + config_.max_lateness;
@@ -182,7 +183,7 @@ void Colouring::advance(GpsTime watermark) {
   watermark_ = watermark_ ? std::max(*watermark_, watermark) : watermark;
   const std::size_t before = pending_.size();
   colour_ready(false);
-  // Looking through all that waits at each call would cost more than the colouring.
+  // Going through everything that waits at each call would cost more than the colouring.
   if (pending_.size() != before || pending_.empty() || timeline_.size() > config_.max_held_moments) forget();
 }
 
@@ -235,7 +236,7 @@ void Colouring::resolve_viewpoints(bool everything) {
 
 void Colouring::drop_frozen(Moment& moment) {
   constexpr double kMoved_m = 0.05,
-                   kTurned = 2e-3;  // a vehicle that stands in a scene that stands may well see the same twice
+                   kTurned = 2e-3;  // a standing vehicle may see the same picture twice if nothing moves
   fresh_.resize(moment.pictures.size());
   for (std::size_t camera = 0; camera < moment.pictures.size(); ++camera) {
     if (moment.has_image[camera] == 0) continue;

@@ -22,75 +22,87 @@ namespace hueline::fusion {
 
 class WorkerPool;
 
-/// What became of everything that came in. Every return is in exactly one of: points, no_pose, late_returns,
+/// Counts of what happened to all input. Each return is counted in exactly one of: points, no_pose, late_returns,
 /// empty_returns, unknown_laser_returns, pending_returns.
 struct ColouringCounts {
-  std::uint64_t returns = 0;                            ///< came in
-  std::uint64_t points = 0;                             ///< went out, coloured or not
-  std::array<std::uint64_t, kColourStates> by_state{};  ///< of the points, by ColourState
-  std::array<std::uint64_t, kNoPoseReasons> no_pose{};  ///< could not be placed, by NoPose
-  std::uint64_t late_batches = 0, late_returns = 0;     ///< came after their place in the stream had passed
+  std::uint64_t returns = 0;                            ///< returns received
+  std::uint64_t points = 0;                             ///< points given to the sink, with or without a colour
+  std::array<std::uint64_t, kColourStates> by_state{};  ///< the points by ColourState
+  std::array<std::uint64_t, kNoPoseReasons> no_pose{};  ///< returns that could not be placed, by NoPose
+  std::uint64_t late_batches = 0, late_returns = 0;     ///< arrived after their time in the stream had passed
   std::uint64_t empty_returns = 0;                      ///< without a range
-  std::uint64_t unknown_laser_returns = 0;              ///< of a sensor that the rig does not have
+  std::uint64_t unknown_laser_returns = 0;              ///< from a sensor that the rig does not have
   std::uint64_t pending_returns = 0;                    ///< waiting for poses or exposures
   std::uint64_t forced_batches = 0;                     ///< coloured early, because max_pending_returns was reached
-  std::uint64_t exposures = 0;                          ///< came in
-  std::uint64_t exposures_used = 0;                     ///< entered the timeline
+  std::uint64_t exposures = 0;                          ///< exposures received
+  std::uint64_t exposures_used = 0;                     ///< exposures that entered the timeline
   std::uint64_t exposures_unmatched = 0, exposures_incomplete = 0, exposures_wrong_size = 0, exposures_late = 0;
   std::uint64_t exposures_unknown_camera = 0;
-  std::uint64_t lenses_lost = 0;  ///< of used exposures: that lens's part could not be decoded; never a colour from it
-  std::uint64_t exposures_frozen = 0;      ///< the same picture as before, though the head has moved; never a colour
-  std::uint64_t moments_without_pose = 0;  ///< exposures whose instant has no pose; never a colour from them
+  /// Lenses of used exposures whose part of the image could not be decoded. They give no colour.
+  std::uint64_t lenses_lost = 0;
+  /// Exposures with the same picture as before, although the head has moved. They give no colour.
+  std::uint64_t exposures_frozen = 0;
+  std::uint64_t moments_without_pose = 0;  ///< exposures without a pose; they give no colour
   std::uint64_t moments_crowded_out = 0;   ///< dropped early, because max_held_moments was reached
-  std::uint64_t gain_pairs = 0,
-                gain_pairs_unmeasured = 0;  ///< brightness of neighbour against owner; too few common points: 1
+  /// Measured ratios of brightness between an owner and a neighbour. Unmeasured are those with too few common points;
+  /// their ratio is 1.
+  std::uint64_t gain_pairs = 0, gain_pairs_unmeasured = 0;
 };
 
-/// Georeferences laser returns and gives them the colour of the exposures: the stage between sync and storage. Pure:
-/// what comes out depends on the calls alone, not on clocks and not on the number of threads. Thread-bound: one caller.
+/// Georeferences laser returns and gives them the colour of the exposures. This is the stage between sync and storage.
+/// The output depends only on the calls, not on clocks and not on the number of threads. Thread safety: none; one
+/// thread makes all calls.
 class Colouring {
  public:
   struct Config {
     ColourMethod method = ColourMethod::Lens;
     Trajectory::Config trajectory;
-    nanoseconds pose_step{500'000};    ///< exact poses at most so far apart inside a batch
-    nanoseconds exposure_interval{0};  ///< T of the window rule; 0: measured (median of the last intervals)
+    nanoseconds pose_step{500'000};  ///< largest distance between exact poses inside a batch
+    /// The interval T between exposures in docs/methods, equation 7; 0: measured, as the median of the last intervals.
+    nanoseconds exposure_interval{0};
     nanoseconds exposure_interval_at_start{1'000'000'000};  ///< T until it can be measured
-    nanoseconds window_slack{1'000'000};  ///< an exposure may be so much off its beat without leaving points unowned
-    nanoseconds together{5'000'000};      ///< exposures of a head's cameras closer than this are one moment
-    int lost_image_neighbours = 0;   ///< windows that a lost image may be bridged from; 0: its points stay uncoloured
-    int neighbours = 4;              ///< exposures on each side that may fill hole and masks
-    bool balance_neighbours = true;  ///< bring filled points to the brightness of the exposure that owns them
-    nanoseconds max_lateness{
-        1'000'000'000};  ///< how far behind the watermark a solution may come, or what broke its latency
-    std::size_t max_pending_returns =
-        8'000'000;                      ///< waiting (32 bytes each); beyond, the oldest are coloured with what is there
-    std::size_t max_held_moments = 32;  ///< images held for neighbours
-    int threads = 1;                    ///< workers, the caller included
+    /// How much an exposure may deviate from its regular time without leaving points unowned.
+    nanoseconds window_slack{1'000'000};
+    /// Exposures of different cameras of a head are one moment if they are closer together than this.
+    nanoseconds together{5'000'000};
+    /// How many windows away a neighbour may be that colours the points of a lost image; 0: they stay without a colour.
+    int lost_image_neighbours = 0;
+    /// How many exposures on each side may fill the hole and the masks.
+    int neighbours = 4;
+    /// Adjusts the brightness of filled points to that of the exposure that owns them.
+    bool balance_neighbours = true;
+    /// How far behind the watermark a solution, or data that exceeded their latency, may arrive.
+    nanoseconds max_lateness{1'000'000'000};
+    /// How many returns may wait (32 bytes each). Beyond this, the oldest are coloured with what is there.
+    std::size_t max_pending_returns = 8'000'000;
+    std::size_t max_held_moments = 32;  ///< how many moments with their images are held for neighbours
+    int threads = 1;                    ///< number of threads, the caller's included
     void visit(Keys& keys);
     KeyError validate() const;
   };
   using Sink = std::function<void(CloudBlock&&)>;
 
-  /// `config.validate()` and `rig.validate()` must be empty. `sink` is called from advance and flush, in order.
+  /// `config.validate()` and `rig.validate()` must be empty. advance() and flush() call `sink`, with the points in
+  /// order.
   Colouring(const Config& config, const RigGeometry& rig, Sink sink);
   ~Colouring();
 
-  /// Solutions in order of time.
+  /// Adds a solution, in order of time.
   void add(const InsSolution& solution);
   void add(const InsUncertainty& uncertainty) { trajectory_.add(uncertainty); }
   void add(StampedLaserBatch batch);
   void add(const Exposure& exposure);
-  /// `watermark`: sync's promise that laser batches and exposures still to come are not earlier. Colours what is ready:
-  /// its poses and neighbours have come, or the watermark has passed them by max_lateness.
+  /// Colours what is ready. `watermark` is a time before which no laser batch and no exposure will come any more, as
+  /// sync promises. A batch is ready if its poses and neighbours have arrived, or if the watermark has passed them by
+  /// max_lateness.
   void advance(GpsTime watermark);
-  /// The end of the stream: colours all that waits with what is there.
+  /// Ends the stream: colours everything that waits with what is there.
   void flush();
 
   const ColouringCounts& counts() const { return counts_; }
   const Trajectory& trajectory() const { return trajectory_; }
-  /// Faults since the last call, one a sensor and kind, with counts. `time` is left zero: the caller stamps them with
-  /// its packet's.
+  /// Returns the faults since the last call, one for each sensor and kind, with counts. Their `time` is zero: the
+  /// caller sets it to the time of its packet.
   std::vector<Fault> take_faults();
 
  private:
@@ -124,7 +136,8 @@ class Colouring {
     std::uint64_t content = 0;
     Moment::Viewpoint viewpoint;
   };
-  std::vector<std::optional<Fresh>> fresh_;  // of each camera: its last picture that was not the one before, and where
+  // For each camera the last picture that differed from the one before, and where it was taken.
+  std::vector<std::optional<Fresh>> fresh_;
   ColouringCounts counts_;
   std::map<std::pair<SensorId, FaultKind>, Fault> faults_;
 };

@@ -7,7 +7,7 @@
 
 namespace hueline::fusion {
 
-/// Scratch of one batch on its way through the colouring; kept for reuse.
+/// Working memory for one batch in the colouring. It is reused.
 struct Colouring::Piece {
   GeoreferencedBatch placed;
   std::array<std::uint64_t, kColourStates> by_state{};

@@ -5,7 +5,7 @@
 namespace hueline::fusion {
 namespace {
 constexpr std::size_t kMeasuredIntervals =
-    9;  // median over as many: up to four lost images in a row of nine do not widen T
+    9;  // number of intervals in the median; up to four lost images among nine do not enlarge T
 }
 
 bool Moment::is_whole() const {

@@ -12,21 +12,21 @@
 
 namespace hueline::fusion {
 
-/// Brightness of one moment over that of another, each channel.
+/// The brightness of a moment divided by that of one of its neighbours, for each channel (docs/methods, equation 10).
 struct ColourGain {
-  std::uint64_t neighbour = 0;  ///< Moment::serial
+  std::uint64_t neighbour = 0;  ///< Moment::serial of the neighbour
   std::array<float, 3> gain{1.0f, 1.0f, 1.0f};
 };
 
-/// One moment of the head: the images of all its cameras that were exposed together, and where the head was.
+/// One moment of the head: the images of all its cameras that were exposed together, and the head's pose.
 struct Moment {
   struct Picture {
     std::uint32_t exposure = 0;  ///< Exposure::index
-    Image image;                 ///< keeps the pixels alive
+    Image image;                 ///< keeps the pixels in memory
     RawView view;
     std::uint64_t content = 0;  ///< content_of(view)
   };
-  /// Of the head at the exposures' middle.
+  /// Pose of the head at the middle of the exposures.
   struct Viewpoint {
     std::array<float, 9> R_head_enu;  ///< row by row
     Eigen::Vector3d centre_enu;
@@ -37,46 +37,51 @@ struct Moment {
   nanoseconds sigma{0};
   SyncState state = SyncState::Unlocked;
   ExposureTiming timing = ExposureTiming::Unmatched;
-  std::vector<Picture> pictures;        ///< one a camera; empty view: that camera's image is missing
-  std::vector<std::uint8_t> has_image;  ///< one a camera, 1 if there
-  std::uint32_t blind = 0;              ///< bits of the lenses whose part of a picture was lost
+  std::vector<Picture> pictures;        ///< one for each camera; an empty view means that the camera's image is missing
+  std::vector<std::uint8_t> has_image;  ///< one for each camera; 1 if its image is there
+  std::uint32_t blind = 0;              ///< one bit for each lens; set if its part of an image was lost
   bool is_pose_final = false;
   std::optional<Viewpoint> viewpoint;
-  std::optional<std::vector<ColourGain>> gains;  ///< of its neighbours, once measured
+  std::optional<std::vector<ColourGain>> gains;  ///< of the neighbours, once measured
 
   bool is_whole() const;
   const ColourGain* gain_of(std::uint64_t neighbour) const;
 };
 
-/// Moments in order of time, and the rule which of them owns an instant. Thread-bound; const functions may run in many
+/// The moments in order of time, and the rule that decides which of them owns an instant (docs/methods, equation 7).
+/// Thread safety: one thread makes the calls that change it; while it makes none, const functions may be called by many
 /// threads.
 class ExposureTimeline {
  public:
   struct Rule {
-    nanoseconds interval{0};           ///< T; 0: the median of the measured ones
+    nanoseconds interval{0};           ///< T; 0: the median of the measured intervals
     nanoseconds interval_at_start{0};  ///< T until two moments have come
     nanoseconds window_slack{0};
-    nanoseconds together{0};  ///< exposures of different cameras closer than this are one moment
+    /// Exposures of different cameras are one moment if they are closer together than this.
+    nanoseconds together{0};
   };
   ExposureTimeline(const Rule& rule, std::size_t cameras) : rule_(rule), cameras_(cameras) {}
 
-  /// `camera` is the camera's place in the rig's list. `view` has data. `blind`: bits of its lenses that are lost.
+  /// Adds an exposure. `camera` is the camera's index in the rig's list, and `view` has data. `blind` has one bit for
+  /// each lens, set if the lens's part of the image is lost.
   void add(const Exposure& exposure, std::size_t camera, const RawView& view, std::uint32_t blind = 0);
-  /// T as of now.
+  /// Returns the current T.
   nanoseconds interval() const { return interval_; }
-  /// The moment S with t in [S - T/2, S + T/2); of two the nearer, of two equally near the earlier. -1: none.
+  /// Returns the index of the moment S with t in [S - T/2, S + T/2), widened by the slack on both sides; of two the
+  /// nearer, of two equally near the earlier. -1 if there is none.
   int owner_of(GpsTime t) const { return nearest(t, interval_ / 2 + rule_.window_slack); }
-  /// The nearest moment with t in [S - reach, S + reach); -1: none.
+  /// Returns the index of the nearest moment with t in [S - reach, S + reach); -1 if there is none.
   int nearest(GpsTime t, nanoseconds reach) const;
-  /// Moments within `reach` of t, at most `per_side` before and after it and without `except`, the nearest first.
+  /// Finds the moments within `reach` of t, at most `per_side` before and after it and without `except`, the nearest
+  /// first.
   void neighbours_of(GpsTime t, nanoseconds reach, int per_side, int except, std::vector<int>& found) const;
-  /// The whole moment that is the n-th after t, n from 1; nullptr: not come yet.
+  /// Returns the n-th moment after t that is whole, counting from 1; nullptr if it has not come yet.
   const Moment* nth_whole_after(GpsTime t, int n) const;
 
   std::size_t size() const { return moments_.size(); }
   Moment& at(int index) { return moments_[static_cast<std::size_t>(index)]; }
   const Moment& at(int index) const { return moments_[static_cast<std::size_t>(index)]; }
-  /// Drops moments before `time`; returns how many.
+  /// Removes the moments before `time` and returns how many there were.
   std::size_t forget_before(GpsTime time);
   void drop_oldest() { moments_.pop_front(); }
 

@@ -6,7 +6,7 @@
 namespace hueline::fusion {
 namespace {
 
-/// T_enu_scanner as three rows of four.
+/// T_enu_scanner as three rows of four numbers, with variances.
 struct Placement {
   std::array<double, 12> rows{};
   double variance_position = 0, variance_angle = 0;  // m^2, rad^2
@@ -28,7 +28,7 @@ Placement placement_at(GpsTime time, double sigma_time_s, const LaserMount& moun
   const double along = pose->velocity_enu.norm() * sigma_time_s;
   placement.variance_position =
       pose->sigma_position.squaredNorm() + along * along + mount.sigma_range_m * mount.sigma_range_m;
-  // Each angle moves a point across its axis: of the three components two count on average.
+  // Each angle moves a point across the angle's axis, so on average two of the three components count.
   placement.variance_angle = pose->sigma_attitude.squaredNorm() * (2.0 / 3.0);
   return placement;
 }
@@ -37,7 +37,7 @@ bool is_usable(const LaserReturn& r) {
   return r.range_m > 0 && std::isfinite(r.range_m) && std::isfinite(r.x) && std::isfinite(r.y) && std::isfinite(r.z);
 }
 
-/// `place_index`: where in the arrays, which are long enough.
+/// Writes a return to the arrays at `place_index`; they must be long enough.
 void put(const LaserReturn& r, std::uint32_t index, const Placement& a, const Placement& b, double s,
          std::size_t place_index, GeoreferencedBatch& out) {
   std::array<double, 3> place{};
@@ -73,7 +73,8 @@ void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const
       std::minmax_element(batch.returns.begin(), batch.returns.end(),
                           [](const auto& a, const auto& b) { return a.time_offset_ns < b.time_offset_ns; });
   const std::int64_t first = first_it->time_offset_ns, span = last_it->time_offset_ns - first;
-  // A batch is a packet of about a millisecond; whoever sends seconds gets poses farther apart, not unbounded memory.
+  // A batch is a packet of about a millisecond. For a batch of seconds the poses are farther apart, so that memory
+  // stays bounded.
   const std::int64_t segments = std::clamp<std::int64_t>((span + pose_step.count() - 1) / pose_step.count(), 1, 4096);
   const double sigma_time_s = to_seconds(batch.sigma);
   const GpsTime start = batch.time + nanoseconds(first);
@@ -98,7 +99,7 @@ void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const
           out);
       continue;
     }
-    // The path begins or ends inside this stretch: ask for this firing's own pose.
+    // The trajectory begins or ends inside this segment, so the pose of this firing itself is used.
     const Placement own = placement_at(batch.time + nanoseconds(r.time_offset_ns), sigma_time_s, mount, trajectory);
     if (own.reason == NoPose::None) {
       put(r, i, own, own, 0.0, placed++, out);

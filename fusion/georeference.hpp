@@ -10,19 +10,20 @@
 
 namespace hueline::fusion {
 
-/// Returns of one batch in the local level, one array a component. Returns that cannot be placed are counted and left
-/// out.
+/// The returns of one batch in the local level, with one array for each component. Returns that cannot be placed are
+/// counted and left out.
 struct GeoreferencedBatch {
   std::vector<double> east, north, up;  ///< m from the trajectory's origin
   std::vector<float> sigma_m;           ///< one sigma, all axes together
-  std::vector<std::uint32_t> source;    ///< index into StampedLaserBatch::returns
+  std::vector<std::uint32_t> source;    ///< index in StampedLaserBatch::returns
   std::array<std::uint64_t, kNoPoseReasons> no_pose{};
-  std::uint64_t empty = 0;  ///< returns without a range, or not finite
+  std::uint64_t empty = 0;  ///< returns without a range, or with values that are not finite
   std::size_t size() const { return source.size(); }
 };
 
-/// Places each return with the pose of its own firing: exact poses at most `pose_step` apart, between them the placed
-/// point moves on a straight line (at 0.5 ms, 1 rad/s of turn and 100 m of range that bends by 3 micrometres).
+/// Places each return with the pose at its own firing. Exact poses are at most `pose_step` apart; between them the
+/// placed point moves on a straight line. With 0.5 ms, a turn of 1 rad/s and a range of 100 m, the true path deviates
+/// from that line by 3 micrometres.
 void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const Trajectory& trajectory,
                   nanoseconds pose_step, GeoreferencedBatch& out);
 

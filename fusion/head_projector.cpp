@@ -12,7 +12,7 @@ using std::numbers::pi;
 
 constexpr int kSeriesTerms = 32;
 
-/// Coefficients of powers of t from those of Chebyshev polynomials of t.
+/// Converts coefficients of Chebyshev polynomials of t to coefficients of powers of t.
 std::vector<double> powers_from_chebyshev(const std::vector<double>& chebyshev) {
   std::vector<double> result(chebyshev.size(), 0.0), previous{1.0}, current{0.0, 1.0};
   for (std::size_t n = 0; n < chebyshev.size(); ++n) {
@@ -29,8 +29,9 @@ std::vector<double> powers_from_chebyshev(const std::vector<double>& chebyshev) 
   return result;
 }
 
-/// (distorted angle) / sin(angle) over t in [-1, 1], t = (cosine - middle) / half. Smooth at angle 0, where angle and
-/// sine vanish together; so a short polynomial replaces arc cosine, square root and the distortion.
+/// Fits (distorted angle) / sin(angle) over t in [-1, 1], with t = (cosine - middle) / half. The function is smooth at
+/// angle 0, where angle and sine vanish together. So a short polynomial replaces the arc cosine, the square root and
+/// the distortion.
 std::vector<float> fit_series(const CameraIntrinsics& k, double cosine_limit, double focal_px) {
   const double middle = 0.5 * (1.0 + cosine_limit), half = 0.5 * (1.0 - cosine_limit);
   const auto value = [&](double t) {
@@ -180,7 +181,8 @@ bool HeadProjector::see(float x, float y, float z, const std::uint8_t* has_image
     y *= onto_sphere;
     z *= onto_sphere;
   }
-  // Lenses by the angle between their axis and the point, the nearest first; at most three ever overlap.
+  // Tries the lenses in the order of the angle between their axis and the point, the nearest first. At most three
+  // lenses overlap.
   std::uint32_t tried = blind;
   for (int attempt = 0; attempt < 3; ++attempt) {
     float best = -1e30f;

@@ -8,63 +8,68 @@
 #include "fusion/panorama.hpp"
 #include "fusion/pixel_mask.hpp"
 
-/// The hot path from a point in the head's frame to the pixel that shows it, in float. Only additions, multiplications,
-/// divisions and square roots in the lens models: the same bits whatever mathematics library is there.
+/// Finds the pixel that shows a point of the head's frame, in single precision and at high speed. The lens models use
+/// only additions, multiplications, divisions and square roots, so the result has the same bits with every mathematics
+/// library.
 namespace hueline::fusion {
 
+/// How a point's pixel is found.
 enum class ColourMethod : std::uint8_t {
-  Lens,      ///< project into the lens that sees the point best, with its distortion (docs/methods equations 11 to 16)
-  Panorama,  ///< project onto the panoramic sphere, then to the lens pixel a stitcher put there (docs/methods equations
-             ///< 4 to 6)
+  /// Projects the point into the lens that sees it best, with the lens's distortion (docs/methods, equations 11 to 16).
+  Lens,
+  /// Projects the point onto the panoramic sphere, and from there to the lens pixel that a stitcher put there
+  /// (docs/methods, equations 4 to 6).
+  Panorama,
 };
 
-/// Where a point is seen.
+/// The pixel that shows a point.
 struct Sight {
   std::uint8_t lens = 0;
   float x = 0, y = 0;   ///< lens pixel to sample
-  float border_px = 0;  ///< distance of that pixel to the lens image's border
+  float border_px = 0;  ///< distance of that pixel from the border of the lens image
 };
 
-/// One lens, ready for float arithmetic.
+/// One lens, prepared for calculation in single precision.
 struct FloatLens {
   explicit FloatLens(const LensMount& mount);
-  /// Pixel of a point of the head's frame; false beyond the field of view or nearer than kSampleReach to the border.
+  /// Finds the pixel of a point of the head's frame. Returns false beyond the field of view, and nearer to the border
+  /// than kSampleReach.
   bool project(float x, float y, float z, Sight& sight) const;
 
   std::array<float, 3> axis;         ///< optical axis in the head's frame
   std::array<float, 9> R_lens_head;  ///< row by row
   std::array<float, 3> t_lens_head;
   float focal_x, focal_y, centre_x, centre_y, cosine_limit, last_x, last_y;
-  bool is_plane;  ///< Brown
+  bool is_plane;  ///< the model is Brown
   std::array<float, 5> distortion;
-  /// KannalaBrandt: (distorted angle) / sin(angle) as a polynomial in the cosine of the angle, mapped to [-1, 1].
+  /// For KannalaBrandt: (distorted angle) / sin(angle) as a polynomial in the cosine of the angle, mapped to [-1, 1].
   std::vector<float> series;
   float series_scale = 0, series_shift = 0;
   std::uint8_t index = 0;
-  std::size_t camera = 0;  ///< index into HeadProjector::cameras()
+  std::size_t camera = 0;  ///< index in HeadProjector::cameras()
   std::uint32_t x_offset, y_offset, width, height;
   PixelMask mask;
-  /// Largest difference of project() from CameraModel, px, over a grid of directions.
+  /// Returns the largest difference between project() and CameraModel over a grid of directions, px.
   double largest_error_px(const CameraModel& model) const;
 };
 
-/// All lenses of a head. Immutable, thread-safe.
+/// All lenses of a head. Immutable and thread-safe.
 class HeadProjector {
  public:
   /// `head.validate()` must be empty.
   HeadProjector(const CameraHeadGeometry& head, ColourMethod method);
 
-  /// The lens that sees a point of the head's frame best, outside hole and masks. `has_image[camera]` is false for a
-  /// camera whose image is missing: its lenses see nothing; nor does a lens whose bit in `blind` is set. False: nobody
-  /// sees it.
+  /// Finds the lens that sees a point of the head's frame best, outside the hole and the masks. A lens sees nothing if
+  /// its camera's image is missing (`has_image[camera]` is 0) or its bit in `blind` is set. Returns false if no lens
+  /// sees the point.
   bool see(float x, float y, float z, const std::uint8_t* has_image, std::uint32_t blind, Sight& sight) const;
-  /// Bits of the lenses whose pixels lie in a lost part of this camera's image.
+  /// Returns one bit for each lens, set if the lens's pixels lie in a lost part of this camera's image.
   std::uint32_t blind_lenses(SensorId camera, const std::vector<PixelRegion>& lost) const;
-  /// Panorama pixel of a point of the head's frame, float.
+  /// Calculates the panorama pixel of a point of the head's frame.
   void panorama_pixel(float x, float y, float z, float& u, float& v) const;
 
   const std::vector<FloatLens>& lenses() const { return lenses_; }
-  /// The cameras that deliver the lens images, each once, in the order of the lenses.
+  /// Returns the cameras that deliver the lens images, each once, in the order of the lenses.
   const std::vector<SensorId>& cameras() const { return cameras_; }
   ColourMethod method() const { return method_; }
 

@@ -12,8 +12,8 @@
 namespace hueline::fusion {
 namespace {
 
-constexpr double kThroughShare =
-    0.25;  // so many beams through a thing, for each of its own points, and it was not there when they passed
+// If the number of beams through a thing is at least this share of its own points, it was not there when they passed.
+constexpr double kThroughShare = 0.25;
 
 Error cannot(const std::string& why) { return {ErrorCode::Unavailable, why}; }
 
@@ -46,7 +46,7 @@ Result<MeasuredObject> measure_object(const PickedRay& ray, std::span<const Surf
   std::vector<NearPoint> near = near_points(ray, points, config);
   if (near.empty()) return cannot("the laser saw nothing there");
   const auto through = beams_through(near, points, link_things(near, config.link_m), config.link_m);
-  // What most beams went through hides nothing; what a few went through may.
+  // A thing that many beams went through hides nothing. A thing that a few beams went through may hide something.
   std::vector<double> own(through.size(), 0);
   for (const NearPoint& one : near) ++own[static_cast<std::size_t>(one.thing)];
   std::vector<std::uint8_t> is_through;
@@ -55,15 +55,16 @@ Result<MeasuredObject> measure_object(const PickedRay& ray, std::span<const Surf
   const auto cut = first_cut(near, is_through, Eigen::Vector2d::Zero(), config);
   if (!cut)
     return cannot(
-        fmt::format("{} laser points near the pixel, but none of what they are on stands all around it", near.size()));
+        fmt::format("{} laser points are near the pixel, but no object has points all around it", near.size()));
   if (through[static_cast<std::size_t>(cut->thing)] >= config.seen_through)
-    return cannot(
-        fmt::format("not solid: the laser saw past or through what stands at {:.1f} m to something behind it (leaves, "
-                    "or what stood there at another time)",
-                    cut->ahead));
+    return cannot(fmt::format(
+        "not solid: laser beams passed the object at {:.1f} m and hit something behind it (leaves, or an object that "
+        "stood there at another time)",
+        cut->ahead));
   if (cut->gap_m > config.most_gap_m + config.most_gap * cut->ahead)
-    return cannot(fmt::format("no laser point nearer to the pixel than {:.2f} m, on what is {:.1f} m away", cut->gap_m,
-                              near[cut->points[0]].ahead));
+    return cannot(
+        fmt::format("the nearest laser point of the object at {:.1f} m is {:.2f} m beside where the pixel looks",
+                    near[cut->points[0]].ahead, cut->gap_m));
   if (cut->roughness_m > config.most_roughness_m)
     return cannot(
         fmt::format("no surface: around the pixel the laser's points at {:.1f} m are {:.2f} m deep (leaves, wires)",
@@ -75,7 +76,8 @@ Result<MeasuredObject> measure_object(const PickedRay& ray, std::span<const Surf
   if (oblique > config.most_oblique_deg || cut->ahead <= 0 || cut->off_m > config.link_m)
     return cannot(
         fmt::format("the surface at {:.1f} m is seen too flat ({:.0f} deg)", near[cut->points[0]].ahead, oblique));
-  // What may be meant within the pixel's uncertainty: elsewhere there must be nothing else before or behind it.
+  // Checks what the pixel may also mean within its uncertainty: around the ray there must be nothing else before or
+  // behind the surface.
   for (int k = 0; k < 8; ++k) {
     const double turn = k * std::numbers::pi / 4, aside = config.edge_sigma * ray.sigma * cut->ahead;
     const auto beside = first_cut(near, is_through, aside * Eigen::Vector2d(std::cos(turn), std::sin(turn)), config);
@@ -101,8 +103,8 @@ Result<MeasuredObject> measure_object(const PickedRay& ray, std::span<const Surf
   }
   std::nth_element(seconds.begin(), seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2), seconds.end());
   out.seconds = seconds[seconds.size() / 2];
-  // p = from + d n(mean - from) / n d: across the ray the direction's error, along it that error through the surface's
-  // slope, and the surface's own.
+  // p = from + d n(mean - from) / n d. Across the ray, p has the error of the direction. Along the ray, it has that
+  // error times the surface's slope, and the error of the surface itself.
   const auto [right, up] = across_of(ray.direction_enu);
   Eigen::Matrix3d across = Eigen::Matrix3d::Zero();
   const Eigen::Vector3d axes[2] = {right, up};

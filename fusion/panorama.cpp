@@ -66,7 +66,7 @@ std::optional<Eigen::Vector2d> StitchedPanorama::panorama_pixel(const LensPixel&
   if (!ray_lens) return std::nullopt;
   const Eigen::Vector3d ray = (head_.lenses[index].T_head_lens * *ray_lens).xyz;
   const Eigen::Vector3d& centre = head_.lenses[index].T_head_lens.translation;
-  // |centre + s ray| = radius, outward: the lens lies inside the sphere (validated), so one root is positive.
+  // centre + s ray| = radius, outward. The lens lies inside the sphere (validate() checks it), so one root is positive.
   const double along = centre.dot(ray), radius = head_.panorama.stitching_radius_m;
   const double s = -along + std::sqrt(along * along + radius * radius - centre.squaredNorm());
   return panorama_.pixel_of({centre + s * ray});

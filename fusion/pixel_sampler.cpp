@@ -25,7 +25,7 @@ std::uint64_t content_of(const RawView& view) {
   std::uint64_t hash = 0xcbf29ce484222325ull;
   const std::size_t size = view.stride * (view.height - 1) + view.width,
                     least = std::max<std::size_t>(1, size / kPixels);
-  // A step that neither 2 nor 3 divides meets every place of a Bayer cell and every colour of a triplet.
+  // A step that is divisible by neither 2 nor 3 reaches every place of a Bayer cell and every colour of a triplet.
   const std::size_t step = least / 6 * 6 + 1;
   for (std::size_t at = 0; at < size; at += step) hash = (hash ^ view.data[at]) * 0x100000001b3ull;
   return hash;

@@ -6,38 +6,38 @@
 
 #include "core/measurements.hpp"
 
-/// Colour at a sub-pixel place of a raw image, without developing the rest of it. Bilinear on the lattice of each
-/// colour: red and blue on their squares of 2 px, green on its diagonal lattice of sqrt(2) px; exact for a colour that
-/// changes linearly.
+/// Samples the colour at a sub-pixel place of a raw image, without demosaicing the rest of it. The interpolation is
+/// bilinear on the lattice of each colour: red and blue on squares of 2 px, green on a diagonal lattice of sqrt(2) px.
+/// It is exact for a colour that changes linearly.
 namespace hueline::fusion {
 
-/// 0..255 in each channel; Mono8 gives three equal ones.
+/// A colour, 0 to 255 in each channel. Mono8 gives three equal values.
 struct Rgb {
   float red = 0, green = 0, blue = 0;
 };
 
-/// Pixels of an image in memory. Borrowed.
+/// The pixels of an image in memory that somebody else owns.
 struct RawView {
   const std::uint8_t* data = nullptr;
-  std::size_t stride = 0;  ///< bytes a row
+  std::size_t stride = 0;  ///< bytes for each row
   std::uint32_t width = 0, height = 0;
   PixelFormat format = PixelFormat::Mono8;
 };
-/// Empty data if the image's buffer does not hold the pixels that its size promises.
+/// Returns a view of the image's pixels. Its data are null if the image's buffer is too small for the image's size.
 RawView view_of(const Image& image);
 
-/// A number that two pictures share only if some ten thousand pixels all over them are the same: no two exposures of a
-/// real sensor are.
+/// Returns a number that is equal for two pictures only if about ten thousand pixels all over them are equal. Two
+/// exposures of a real sensor never are.
 std::uint64_t content_of(const RawView& view);
 
-/// The sampler reads pixels up to this far from the place asked for, px.
+/// The sampler reads pixels up to this far from the requested place, px.
 constexpr int kSampleReach = 2;
 
 namespace detail {
 
 inline float at(const std::uint8_t* row, std::ptrdiff_t x) { return static_cast<float>(row[x]); }
 
-/// Bilinear on the square lattice of pixels with the parity (px, py), spacing 2.
+/// Interpolates bilinearly on the square lattice of pixels with the parity (px, py), whose spacing is 2.
 inline float sample_square(const RawView& image, int x, int y, float fx, float fy, int px, int py) {
   const int odd_x = (x ^ px) & 1, odd_y = (y ^ py) & 1;
   const float wx = 0.5f * (fx + static_cast<float>(odd_x)), wy = 0.5f * (fy + static_cast<float>(odd_y));
@@ -49,13 +49,13 @@ inline float sample_square(const RawView& image, int x, int y, float fx, float f
   return top + wy * (bottom - top);
 }
 
-/// Bilinear on the diagonal lattice of pixels with (x + y) of one parity, spacing sqrt(2).
+/// Interpolates bilinearly on the diagonal lattice of pixels with one parity of (x + y), whose spacing is sqrt(2).
 inline float sample_diagonal(const RawView& image, int x, int y, float fx, float fy, int parity) {
   const int sum = x + y - parity, difference = x - y - parity;
   const float a = 0.5f * (fx + fy + static_cast<float>(sum & 1)),
               b = 0.5f * (fx - fy + static_cast<float>(difference & 1));
-  const int a_whole = a >= 1.0f ? 1 : 0;                    // a in [0, 1.5)
-  const int b_whole = b >= 1.0f ? 1 : (b < 0.0f ? -1 : 0);  // b in (-0.5, 1)
+  const int a_whole = a >= 1.0f ? 1 : 0;                    // a is in [0, 1.5)
+  const int b_whole = b >= 1.0f ? 1 : (b < 0.0f ? -1 : 0);  // b is in (-0.5, 1)
   const int m = (sum >> 1) + a_whole, n = (difference >> 1) + b_whole;
   const float wa = a - static_cast<float>(a_whole), wb = b - static_cast<float>(b_whole);
   const std::ptrdiff_t left = m + n + parity;
@@ -76,8 +76,8 @@ inline float sample_plain(const RawView& image, int x, int y, float fx, float fy
 
 }  // namespace detail
 
-/// Colour at column x + fx, row y + fy; fx, fy in [0, 1). The place lies at least kSampleReach inside the image: the
-/// caller's check.
+/// Returns the colour at column x + fx and row y + fy; fx and fy are in [0, 1). The caller ensures that the place is at
+/// least kSampleReach inside the image.
 inline Rgb sample(const RawView& image, int x, int y, float fx, float fy) {
   using namespace detail;
   int red_x = 0, red_y = 0;
@@ -101,7 +101,7 @@ inline Rgb sample(const RawView& image, int x, int y, float fx, float fy) {
       red_x = red_y = 1;
       break;
   }
-  // Blue is opposite to red in the 2 x 2 cell; green is where neither is.
+  // In the 2 x 2 cell, blue is diagonally opposite to red; green is at the other two places.
   return {sample_square(image, x, y, fx, fy, red_x, red_y), sample_diagonal(image, x, y, fx, fy, 1 ^ red_x ^ red_y),
           sample_square(image, x, y, fx, fy, 1 ^ red_x, 1 ^ red_y)};
 }

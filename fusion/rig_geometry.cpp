@@ -164,7 +164,7 @@ std::string RigGeometry::validate() const {
     if (KeyError wrong = laser.validate(); !wrong.empty())
       return fmt::format("laser {}: {}", laser.sensor, wrong.text());
   }
-  // A rig without a camera places points and leaves them uncoloured.
+  // Without a camera, points are placed and stay without a colour.
   return head.lenses.empty() ? std::string() : head.validate().text();
 }
 

@@ -8,9 +8,11 @@
 namespace hueline::fusion {
 namespace {
 
-constexpr std::size_t kMostNear = 1000;    // points looked at; denser scanners give nearer ones
-constexpr double kMostThrough_m = 0.2;     // a beam went through a thing if its points stand around it within this ...
-constexpr double kThroughMargin_m = 0.04;  // ... and at least so far: noise puts points beside a post
+constexpr std::size_t kMostNear = 1000;  // most points that are used; with denser scanners they lie nearer
+// A beam went through a thing if the thing's points stand around it within this distance.
+constexpr double kMostThrough_m = 0.2;
+// They must also be at least this far from the beam, because noise puts points beside a post.
+constexpr double kThroughMargin_m = 0.04;
 
 }  // namespace
 

@@ -8,12 +8,12 @@
 
 #include "fusion/object_measurement.hpp"
 
-/// What the laser saw around a ray, taken apart into things.
+/// Divides the laser points around a ray into things: groups of points that are linked by small steps.
 namespace hueline::fusion {
 
-constexpr std::size_t kFewestOfThing = 6;  ///< points that make a thing
+constexpr std::size_t kFewestOfThing = 6;  ///< fewest points of a thing
 
-/// A point beside the ray: right and up across it, ahead along it, m.
+/// A point near the ray: `across` are its distances right and up from the ray, `ahead` its distance along the ray, m.
 struct NearPoint {
   Eigen::Vector2d across;
   double ahead;
@@ -21,18 +21,18 @@ struct NearPoint {
   int thing = -1;
 };
 
-/// Two directions across the ray.
+/// Returns two directions across the ray, right and up.
 std::pair<Eigen::Vector3d, Eigen::Vector3d> across_of(const Eigen::Vector3d& direction);
-/// Points within reach, nearest to the ray first.
+/// Returns the points within reach, the nearest to the ray first.
 std::vector<NearPoint> near_points(const PickedRay& ray, std::span<const SurfacePoint> points,
                                    const ObjectMeasurementConfig& config);
-/// Numbers the things: points linked by steps of at most `link_m`. Returns how many there are.
+/// Sets the number of each point's thing; points are linked by steps of at most `link_m`. Returns the number of things.
 int link_things(std::vector<NearPoint>& near, double link_m);
-/// True if a circle of that radius around the origin lies within the points' hull: with 0, if they leave no half of the
-/// plane free.
+/// Returns true if a circle of that radius around the origin lies within the points' convex hull. With radius 0: if the
+/// points leave no half of the plane free.
 bool stand_around(const std::vector<Eigen::Vector2d>& points, double radius_m);
-/// Beams that went through each thing on their way to something at least `behind_m` farther: it was not there then, or
-/// has gaps.
+/// Returns, for each thing, how many beams went through it to something at least `behind_m` farther away. Such a thing
+/// was not there at that time, or it has gaps.
 std::vector<int> beams_through(const std::vector<NearPoint>& near, std::span<const SurfacePoint> points, int things,
                                double behind_m);
 

@@ -47,9 +47,9 @@ class NearestGrid {
   std::vector<float> nearest_;
 };
 
-/// Red (near) over yellow, green and blue to violet (far), `share` in 0..1.
+/// Returns a colour from red (near) over yellow, green and blue to violet (far); `share` is 0 to 1.
 std::array<std::uint8_t, 3> rainbow(double share) {
-  const double hue = 4.6 * std::clamp(share, 0.0, 1.0);  // of six sectors
+  const double hue = 4.6 * std::clamp(share, 0.0, 1.0);  // in sectors, of which there are six
   const auto channel = [hue](double centre) {
     const double away = std::abs(std::remainder(hue - centre, 6.0));
     return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(2.0 - away, 0.0, 1.0)));

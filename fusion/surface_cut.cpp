@@ -9,12 +9,14 @@
 namespace hueline::fusion {
 namespace {
 
-constexpr std::size_t kAround =
-    24;  // nearest points of a thing that have to stand around the ray: of so many in the open, all on one side is 3e-6
-constexpr double kMostAround_m = 0.25;  // across the ray: what stands around it must be no farther
+// How many of a thing's nearest points must stand around the ray. On an open surface, the probability that all of them
+// lie on one side is 3e-6.
+constexpr std::size_t kAround = 24;
+constexpr double kMostAround_m = 0.25;  // largest distance across the ray of the points that stand around it
 
-/// The nearest `count` of a thing's points, then twice as many, and so on while they lie within kMostAround: a
-/// scanner's points stand in lines, and the nearest ones may all be of one line. `use` says true when there are enough.
+/// Calls `use` with the nearest `count` of a thing's points, then with twice as many, and so on while they lie within
+/// kMostAround_m, until `use` returns true. A scanner's points stand in lines, so the nearest points may all be of one
+/// line.
 template <class Use>
 bool growing(const std::vector<NearPoint>& near, std::span<const std::size_t> points, const Eigen::Vector2d& at,
              std::size_t count, const Use& use) {
@@ -24,9 +26,9 @@ bool growing(const std::vector<NearPoint>& near, std::span<const std::size_t> po
   }
 }
 
-/// A surface through the points: their distance along the ray as a plane over where they stand across it, for the noise
-/// of ranges is along the ray. Points that stand in a line (a thin post, a single line of the scanner) say nothing of
-/// the surface's slope across the line: none.
+/// Fits a surface to the points: their distance along the ray as a plane over their place across the ray, because the
+/// noise of ranges is along the ray. Points that stand in a line (a thin post, one line of the scanner) do not
+/// determine the slope across the line; that slope is not fitted.
 SurfaceCut cut_surface(const std::vector<NearPoint>& near, std::span<const std::size_t> points,
                        const Eigen::Vector2d& at, double narrow_m) {
   const double count = static_cast<double>(points.size());
@@ -65,7 +67,7 @@ SurfaceCut cut_surface(const std::vector<NearPoint>& near, std::span<const std::
   cut.ahead = mean_ahead + slope.dot(off);
   cut.normal = Eigen::Vector3d(slope.x(), slope.y(), -1).normalized();
   cut.scatter_m = noise * std::abs(cut.normal.z());
-  cut.sigma_m = std::sqrt(noise * noise * leverage + unknown);  // a slope that nobody knows: 45 degrees
+  cut.sigma_m = std::sqrt(noise * noise * leverage + unknown);  // an unknown slope counts as 45 degrees
   cut.off_m = 1e9;
   for (const std::size_t i : points)
     cut.off_m = std::min(cut.off_m, std::hypot((near[i].across - at).norm(), near[i].ahead - cut.ahead));
@@ -112,7 +114,7 @@ std::optional<SurfaceCut> first_cut(const std::vector<NearPoint>& near, const st
     cut = cut_surface(near, some, at, config.narrow_m);
     return cut.width_m >= config.narrow_m;
   });
-  // More points of a post only make it longer: the nearest tell its place best.
+  // More points of a post only make it longer. The nearest points determine its place best.
   if (cut.width_m < config.narrow_m)
     cut = cut_surface(near, std::span(points).first(std::min(fewest, points.size())), at, config.narrow_m);
   cut.thing = best;

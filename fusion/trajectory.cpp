@@ -9,7 +9,7 @@
 namespace hueline::fusion {
 namespace {
 
-/// Rotation vector of a unit quaternion, of the shorter way round.
+/// Returns the rotation vector of a unit quaternion, for the shorter way round.
 Eigen::Vector3d log_of(const Eigen::Quaterniond& q) {
   const double sign = q.w() < 0 ? -1.0 : 1.0;
   const Eigen::Vector3d v = sign * q.vec();
@@ -32,7 +32,7 @@ bool is_finite(const InsSolution& s) {
          std::isfinite(s.attitude.pitch) && std::isfinite(s.attitude.heading);
 }
 
-/// The cubic is used only while the neighbouring interval is comparable: differences over a short interval say little
+/// The cubic is used only if the neighbouring interval is comparable. Differences over a short interval say little
 /// about a long one.
 constexpr double kComparable = 4.0;
 
@@ -104,8 +104,8 @@ void Trajectory::add(const InsSolution& solution) {
                        round_to(solution.position.ellipsoidal_height, config_.origin_grid_m)};
     T_enu_ecef_ = ecef_from_enu(*origin_).inverse();
   }
-  // Velocity and attitude are given against the local level at the vehicle; 10 km from the origin that is tilted by 1.6
-  // mrad.
+  // Velocity and attitude refer to the local level at the vehicle. At 10 km from the origin, it is tilted by 1.6 mrad
+  // against the origin's.
   const Transform<Enu, Enu> T_enu_local = T_enu_ecef_ * ecef_from_enu(solution.position);
   Solution s;
   s.time = solution.time;
@@ -136,7 +136,7 @@ void Trajectory::judge_leap(Solution& now) {
   const Solution& last = solutions_.back();
   const double dt = to_seconds(now.time - last.time);
   if (dt > to_seconds(config_.max_gap)) {
-    has_omega_ = false;  // nothing is placed in between, and much may have happened
+    has_omega_ = false;  // nothing is placed in the gap, and much may have happened in it
     return;
   }
   const Eigen::Vector3d off = now.position - last.position - 0.5 * dt * (last.velocity + now.velocity);
@@ -165,7 +165,8 @@ void Trajectory::judge_leap(Solution& now) {
     settle(doubt_.position, leapt_.position);
     settle(doubt_.attitude, leapt_.attitude);
   }
-  // The leap's direction is known, but not each axis of what is wrong: all of them get it.
+  // The direction of the leap is known, but not how the error is distributed over the axes. So every axis gets the
+  // whole.
   const auto grow = [](Eigen::Vector3d& sigma, double doubt) {
     sigma = (sigma.array().square() + doubt * doubt).sqrt().matrix();
   };
@@ -178,8 +179,8 @@ Eigen::Quaterniond Trajectory::attitude_between(std::size_t after, double h, dou
   const Eigen::Quaterniond a_inverse = a.q_enu_body.conjugate();
   const Eigen::Vector3d step = log_of(a_inverse * b.q_enu_body);
   Eigen::Vector3d turned = s * step;
-  // Newton's form of the interpolation polynomial through the rotation vectors at times -u, 0, 1, 1 + w (in units of
-  // h), one term more for each neighbour that is there.
+  // Newton's form of the interpolation polynomial through the rotation vectors at the times -u, 0, 1 and 1 + w, in
+  // units of h. Each neighbour that is there gives one more term.
   const bool has_left = after >= 2, has_right = after + 1 < solutions_.size();
   const double u = has_left ? to_seconds(a.time - solutions_[after - 2].time) / h : 0.0;
   const double w = has_right ? to_seconds(solutions_[after + 1].time - b.time) / h : 0.0;
@@ -220,14 +221,14 @@ Trajectory::PoseOrReason Trajectory::pose_at(GpsTime time) const {
   const double h = to_seconds(b.time - a.time), s = to_seconds(time - a.time) / h;
   const double s2 = s * s, s3 = s2 * s;
   Pose pose;
-  // The nearer end's position is the large term: rounding stays relative to the step.
+  // The position of the first solution is the large term, so rounding stays relative to the step.
   const Eigen::Vector3d step = b.position - a.position;
   pose.T_enu_body.translation =
       a.position + (3.0 * s2 - 2.0 * s3) * step + h * (s - 2.0 * s2 + s3) * a.velocity + h * (s3 - s2) * b.velocity;
   pose.velocity_enu =
       (6.0 * (s - s2) / h) * step + (1.0 - 4.0 * s + 3.0 * s2) * a.velocity + (3.0 * s2 - 2.0 * s) * b.velocity;
   pose.T_enu_body.rotation = attitude_between(after, h, s);
-  const double bump = 0.5 * s * (1.0 - s) * h * h;  // what a constant unknown acceleration bends the path by
+  const double bump = 0.5 * s * (1.0 - s) * h * h;  // how much a constant unknown acceleration bends the path
   const auto grown = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to, double unknown) {
     const Eigen::Array3d base = (1.0 - s) * from.array() + s * to.array();
     return Eigen::Vector3d((base.square() + (unknown * bump) * (unknown * bump)).sqrt().matrix());
@@ -238,7 +239,7 @@ Trajectory::PoseOrReason Trajectory::pose_at(GpsTime time) const {
 }
 
 void Trajectory::forget_before(GpsTime time) {
-  // One solution at or before `time` and one neighbour more are still needed.
+  // One solution at or before `time` and one more neighbour are still needed.
   while (solutions_.size() > 3 && solutions_[2].time <= time) solutions_.pop_front();
 }
 

@@ -12,17 +12,18 @@ namespace hueline::fusion {
 
 /// Why there is no pose at an instant.
 enum class NoPose : std::uint8_t {
-  None,         ///< there is one
+  None,         ///< there is a pose
   NoSolution,   ///< no good solution has come yet
-  BeforeFirst,  ///< older than the oldest solution kept
+  BeforeFirst,  ///< older than the oldest solution that is kept
   AfterLast,    ///< newer than the newest solution
-  Gap,          ///< between two solutions farther apart than max_gap (lost messages, or a stretch that was not good)
+  /// Between two solutions that are farther apart than max_gap, because messages were lost or solutions were not good.
+  Gap,
 };
 constexpr int kNoPoseReasons = 5;
-/// For people.
+/// Returns the reason in words, for people.
 const char* name(NoPose reason);
 
-/// The vehicle at one instant, against the local level at the drive's origin.
+/// The pose of the vehicle at one instant, in the local level at the drive's origin.
 struct Pose {
   Transform<Enu, Body> T_enu_body;
   Eigen::Vector3d velocity_enu = Eigen::Vector3d::Zero();    ///< m/s
@@ -30,31 +31,36 @@ struct Pose {
   Eigen::Vector3d sigma_attitude = Eigen::Vector3d::Zero();  ///< one sigma roll, pitch, heading, rad
 };
 
-/// The POS's solutions as a continuous path. Position: cubic Hermite through positions and velocities. Attitude: cubic
-/// through the rotation vectors of four neighbouring solutions (slerp's error grows with angular acceleration: 3e-6 rad
-/// at 1 rad/s^2 and 200 Hz; the cubic stays below 1e-7). Thread-bound for add and forget; pose_at may run in many
-/// threads while nobody adds.
+/// Interpolates the POS's solutions to a continuous trajectory.
+///
+/// The position is a cubic Hermite spline through positions and velocities. The attitude is a cubic through the
+/// rotation vectors of four neighbouring solutions. The error of slerp would grow with the angular acceleration: 3e-6
+/// rad at 1 rad/s^2 and 200 Hz; that of the cubic stays below 1e-7 rad.
+///
+/// Thread safety: one thread calls add() and forget_before(); while it makes no such call, many threads may call
+/// pose_at().
 class Trajectory {
  public:
   struct Config {
-    nanoseconds max_gap{200'000'000};  ///< farther apart: no pose between them
-    double sigma_acceleration =
-        1.0;  ///< m/s^2 that the interpolation may not know of; sigma grows with it inside a gap
-    double sigma_angular_acceleration = 0.5;  ///< rad/s^2, likewise
-    double sigma_position_m = 0.05;           ///< each axis, where the receiver gives none
-    double sigma_attitude = 5e-4;             ///< rad, each angle, where the receiver gives none
-    /// A solution this far from where the one before it leads (beyond three sigma of both) is a leap: 0.5 acceleration
-    /// dt^2 + slack.
+    nanoseconds max_gap{200'000'000};  ///< no pose is given between solutions that are farther apart
+    /// Acceleration that the interpolation may not know of, m/s^2. Inside a gap, sigma grows with it.
+    double sigma_acceleration = 1.0;
+    double sigma_angular_acceleration = 0.5;  ///< the same for the angular acceleration, rad/s^2
+    double sigma_position_m = 0.05;           ///< for each axis, if the receiver gives no sigma
+    double sigma_attitude = 5e-4;             ///< for each angle, if the receiver gives no sigma, rad
+    /// A solution is a leap if it differs from the prediction of the one before by more than three sigma of both plus
+    /// slack plus 0.5 acceleration dt^2.
     double leap_acceleration = 5.0;           ///< m/s^2
     double leap_angular_acceleration = 20.0;  ///< rad/s^2
     double leap_slack_m = 0.05;
     double leap_slack = 2e-3;             ///< rad
-    double origin_grid_deg = 1e-3;        ///< the drive's origin is rounded to this in latitude and longitude
-    double origin_grid_m = 10.0;          ///< and to this in height
-    std::size_t max_solutions = 200'000;  ///< kept at most (16 minutes at 200 Hz); the oldest go first
+    double origin_grid_deg = 1e-3;        ///< the latitude and longitude of the drive's origin are rounded to this
+    double origin_grid_m = 10.0;          ///< and its height to this
+    std::size_t max_solutions = 200'000;  ///< kept at most (16 minutes at 200 Hz); the oldest are dropped first
     void visit(Keys& keys);
     KeyError validate() const;
   };
+  /// Solutions that were used, and those that were left out, by reason.
   struct Counts {
     std::uint64_t used = 0, not_good = 0, out_of_order = 0, not_finite = 0, crowded_out = 0, leaps = 0;
   };
@@ -66,23 +72,24 @@ class Trajectory {
   /// `config.validate()` must be empty.
   explicit Trajectory(const Config& config) : config_(config) {}
 
-  /// Solutions in order of time; those that are not good, not finite or not newer than the last are counted and left
-  /// out.
+  /// Adds a solution, in order of time. Solutions that are not good, not finite or not newer than the last are counted
+  /// and left out.
   void add(const InsSolution& solution);
-  /// Sigma for the solutions that follow and bring none themselves.
+  /// Sets the sigma for later solutions that have none.
   void add(const InsUncertainty& uncertainty) { uncertainty_ = uncertainty.sigma; }
 
-  /// The local level's origin: the first good position, rounded to the grid, so that drives in one place share it.
-  /// Empty before.
+  /// Returns the origin of the local level: the first good position, rounded to the grid, so that drives in one place
+  /// have the same origin. Empty before the first solution.
   const std::optional<Geodetic>& origin() const { return origin_; }
+  /// Returns the pose at `time`, or why there is none.
   PoseOrReason pose_at(GpsTime time) const;
-  /// True once two solutions lie after `time`: later solutions do not change its pose.
+  /// Returns true if two solutions lie after `time`, so that later solutions do not change its pose.
   bool is_settled(GpsTime time) const { return solutions_.size() > 1 && solutions_[solutions_.size() - 2].time > time; }
-  /// Solutions that no pose at or after `time` needs are dropped.
+  /// Removes solutions that no pose at or after `time` needs.
   void forget_before(GpsTime time);
   const Counts& counts() const { return counts_; }
-  /// Of the last leap: m and rad. Which side of a leap is right nobody can tell: the sigma of what follows it contains
-  /// the leap, until another one leads back.
+  /// Size of the last leap, m and rad. Which side of a leap is right is not known. So the sigma of the solutions after
+  /// it contains the leap, until another leap leads back.
   double leapt_m() const { return leapt_.position.norm(); }
   double leapt_angle() const { return leapt_.attitude.norm(); }
 
@@ -91,7 +98,7 @@ class Trajectory {
     GpsTime time;
     Eigen::Quaterniond q_enu_body;
     Eigen::Vector3d position, velocity, sigma_position, sigma_attitude;
-    Eigen::Vector3d own_sigma_position, own_sigma_attitude;  // without the doubt of leaps
+    Eigen::Vector3d own_sigma_position, own_sigma_attitude;  // without the doubt from leaps
   };
   struct Leap {
     Eigen::Vector3d position = Eigen::Vector3d::Zero(), attitude = Eigen::Vector3d::Zero();  // Enu, m and rad
@@ -106,7 +113,7 @@ class Trajectory {
   std::optional<std::array<double, 9>> uncertainty_;
   Eigen::Vector3d omega_body_ = Eigen::Vector3d::Zero();  // rad/s, of the last interval without a leap
   bool has_omega_ = false;
-  Leap leapt_, doubt_;  // the last leap; all that have not been taken back
+  Leap leapt_, doubt_;  // the last leap; the sum of all leaps that no other leap has undone
   Counts counts_;
 };
 

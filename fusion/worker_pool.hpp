@@ -9,17 +9,17 @@
 
 namespace hueline::fusion {
 
-/// Splits independent pieces of work over threads. What is computed must depend on the piece's number alone; who
-/// computes it is left to chance. Thread-bound: one caller.
+/// Distributes independent pieces of work over threads. A result must depend only on the number of its piece, because
+/// any thread may compute it. Thread safety: none; one thread makes all calls.
 class WorkerPool {
  public:
-  /// `threads` counts the caller: 1 starts none.
+  /// `threads` includes the caller: 1 starts no thread.
   explicit WorkerPool(int threads);
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  /// Calls work(i) once for each i in [0, count) and returns when all are done. `work` must not throw.
+  /// Calls work(i) once for each i in [0, count) and returns when all calls have ended. `work` must not throw.
   void run(std::size_t count, const std::function<void(std::size_t)>& work);
 
  private:
@@ -31,7 +31,7 @@ class WorkerPool {
   std::condition_variable_any done_;
   const std::function<void(std::size_t)>* work_ = nullptr;
   std::size_t next_ = 0, count_ = 0, unfinished_ = 0;
-  std::vector<std::jthread> threads_;  // last: they end before what they use
+  std::vector<std::jthread> threads_;  // declared last, so that the threads end before the members that they use
 };
 
 }  // namespace hueline::fusion

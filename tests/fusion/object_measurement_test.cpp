@@ -94,7 +94,7 @@ TEST(ObjectMeasurement, RefusesWithAReasonWhatCannotBeMeasured) {
     return found.ok() ? std::string("measured") : found.error().message;
   };
   EXPECT_THAT(reason(ray, {}), HasSubstr("saw nothing"));
-  EXPECT_THAT(reason(ray, wall(10, 0, 0.1, 1, 1)), HasSubstr("stands all around"));
+  EXPECT_THAT(reason(ray, wall(10, 0, 0.1, 1, 1)), HasSubstr("no object has points all around"));
   auto points = wall(14, 0, -1, 1, 1);
   for (auto& point : points) point.from_enu.x() = -5;  // what is behind the post was scanned past it
   const auto post = wall(8, 0, -0.15, 0.15, 2);
