@@ -1,4 +1,4 @@
-# Writes OUT, a table of the YAML files below SOURCE (rigs, scenarios, sheets) as C++: they come with the program, wherever it is started.
+# Writes OUT, a table of the YAML files below SOURCE (rigs, scenarios, sheets) as C++, so that the program has them wherever it is started.
 # cmake -DSOURCE=config -DOUT=shipped_files.cpp -P embed.cmake
 file(GLOB_RECURSE files RELATIVE ${SOURCE} ${SOURCE}/rigs/*.yaml ${SOURCE}/scenarios/*.yaml ${SOURCE}/sheets/*.yaml)
 list(SORT files)

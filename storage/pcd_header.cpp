@@ -52,7 +52,7 @@ Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name
         const std::size_t most = key == "SIZE" || key == "COUNT" ? kMostPcdColumns : 2'000'000'000u;
         if (!parse_pcd_number(words[i], number) || number > most)
           return malformed(name, line_number,
-                           fmt::format("{} '{}'; allowed: a whole number from 0 to {}", key, words[i], most));
+                           fmt::format("{} is '{}'; allowed: a whole number from 0 to {}", key, words[i], most));
         if (key == "WIDTH") width = number;
         if (key == "HEIGHT") height = number;
         has_points |= key == "POINTS";
@@ -62,7 +62,7 @@ Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name
       }
     }
     if (key != "DATA") continue;
-    if (words.size() != 2) return malformed(name, line_number, "DATA without its encoding");
+    if (words.size() != 2) return malformed(name, line_number, "DATA has no encoding, or more than one");
     if (words[1] == "ascii")
       header.encoding = PcdEncoding::Ascii;
     else if (words[1] == "binary")
@@ -70,7 +70,8 @@ Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name
     else if (words[1] == "binary_compressed")
       header.encoding = PcdEncoding::Compressed;
     else
-      return malformed(name, line_number, fmt::format("DATA '{}'; ascii, binary or binary_compressed", words[1]));
+      return malformed(name, line_number,
+                       fmt::format("DATA is '{}'; allowed: ascii, binary, binary_compressed", words[1]));
     if (header.counts.empty()) header.counts.assign(header.fields.size(), 1);
     const std::size_t n = header.fields.size();
     if (n == 0 || header.sizes.size() != n || header.types.size() != n || header.counts.size() != n)
@@ -89,7 +90,7 @@ Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name
     }
     if (columns > kMostPcdColumns)
       return Error{ErrorCode::Unsupported,
-                   fmt::format("{}: {} columns; clouds of at most {} are read", name, columns, kMostPcdColumns)};
+                   fmt::format("{}: has {} columns; clouds of at most {} are read", name, columns, kMostPcdColumns)};
     if (!has_points) header.points = std::min<std::size_t>(width * height, 2'000'000'000u);
     header.data_begin = begin;
     return header;

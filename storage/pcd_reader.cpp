@@ -89,7 +89,7 @@ Result<PcdCloud> read_ascii(const PcdHeader& header, std::string_view text, cons
     begin = end + 1;
     if (words.empty()) continue;
     if (words.size() != column_of.size())
-      return Error{ErrorCode::Malformed, fmt::format("{}: point {}: {} values, the header names {}", name, row,
+      return Error{ErrorCode::Malformed, fmt::format("{}: point {} has {} values; the header names {}", name, row,
                                                      words.size(), column_of.size())};
     for (std::size_t c = 0; c < words.size(); ++c) {
       if (column_of[c] == kNowhere) continue;
@@ -102,7 +102,7 @@ Result<PcdCloud> read_ascii(const PcdHeader& header, std::string_view text, cons
   }
   if (row < header.points)
     return Error{ErrorCode::Truncated,
-                 fmt::format("{}: {} points of the {} that the header promises", name, row, header.points)};
+                 fmt::format("{}: holds {} of the {} points that its header counts", name, row, header.points)};
   return cloud;
 }
 
@@ -131,24 +131,26 @@ Result<PcdCloud> read_binary(const PcdHeader& header, std::span<const std::byte>
   std::vector<std::byte> expanded;
   const bool compressed = header.encoding == PcdEncoding::Compressed;
   if (compressed) {
-    if (data.size() < 8) return Error{ErrorCode::Truncated, fmt::format("{}: cut before the compressed sizes", name)};
+    if (data.size() < 8)
+      return Error{ErrorCode::Truncated, fmt::format("{}: ends before the sizes of its compressed data", name)};
     std::uint32_t packed = 0, unpacked = 0;
     std::memcpy(&packed, data.data(), 4);
     std::memcpy(&unpacked, data.data() + 4, 4);
     if (data.size() - 8 < packed)
-      return Error{ErrorCode::Truncated, fmt::format("{}: {} compressed bytes of {}", name, data.size() - 8, packed)};
+      return Error{ErrorCode::Truncated,
+                   fmt::format("{}: holds {} of {} compressed bytes", name, data.size() - 8, packed)};
     // LZF expands at most 264 to 3 bytes, so no memory is allocated for a header that promises more.
     if (unpacked != wanted || wanted / 90 > packed)
       return Error{ErrorCode::Malformed,
-                   fmt::format("{}: {} bytes unpacked, the header means {}", name, unpacked, wanted)};
+                   fmt::format("{}: its compressed data state {} bytes; its header needs {}", name, unpacked, wanted)};
     expanded.resize(wanted);
     if (!expand_lzf(data.subspan(8, packed), expanded))
-      return Error{ErrorCode::Malformed, fmt::format("{}: its compressed data do not unpack", name)};
+      return Error{ErrorCode::Malformed, fmt::format("{}: its compressed data are damaged", name)};
     data = expanded;
   }
   if (data.size() < wanted)
     return Error{ErrorCode::Truncated,
-                 fmt::format("{}: {} bytes of points, the header means {}", name, data.size(), wanted)};
+                 fmt::format("{}: holds {} bytes of points; its header needs {}", name, data.size(), wanted)};
   PcdCloud cloud;
   take(header, data, compressed, cloud);
   return cloud;
@@ -170,7 +172,7 @@ Result<PcdCloud> decode_pcd(std::span<const std::byte> bytes, const std::string&
   for (std::size_t f = 0; f < header->fields.size(); ++f) columns += header->is_padding(f) ? 0 : header->counts[f];
   if (columns > 0 && header->points > kMostValues / columns)
     return Error{ErrorCode::Unsupported,
-                 fmt::format("{}: {} points of {} values; whole in memory at most {} values are read", name,
+                 fmt::format("{}: has {} points of {} values; into memory at most {} values are read", name,
                              header->points, columns, kMostValues)};
   return header->encoding == PcdEncoding::Ascii ? read_ascii(*header, text, name) : read_binary(*header, bytes, name);
 }

@@ -110,7 +110,7 @@ Result<Projection> Projection::create(const Geodetic& origin, int epsg) {
   proj_area_set_bbox(area.get(), longitude - 0.01, latitude - 0.01, longitude + 0.01, latitude + 0.01);
   const PjPtr as_stated(proj_create_crs_to_crs_from_pj(context, wgs84.get(), crs.get(), area.get(), nullptr));
   if (as_stated) proj->transformation.reset(proj_normalize_for_visualization(context, as_stated.get()));
-  if (!proj->transformation) return Error{ErrorCode::Invalid, "PROJ knows no way from WGS84 to " + named};
+  if (!proj->transformation) return Error{ErrorCode::Invalid, "PROJ has no transformation from WGS84 to " + named};
   const char* const wkt_options[] = {"MULTILINE=NO", nullptr};
   const char* const wkt = proj_as_wkt(context, crs.get(), PJ_WKT1_GDAL, wkt_options);
   if (!wkt) return Error{ErrorCode::Invalid, named + " cannot be written as OGC WKT 1, which LAS needs"};

@@ -25,10 +25,11 @@ Result<ScanLayout> las_layout(const InputFile& file, ByteView head) {
   if (!header.ok()) return malformed(file, header.error().message);
   if (header->point_format & 0x80) return unsupported(file, "the points are compressed (LAZ): unpack them first");
   const std::size_t least = las_point_size(header->point_format);
-  if (least == 0) return unsupported(file, fmt::format("LAS point format {}; 0 to 10 are read", header->point_format));
+  if (least == 0)
+    return unsupported(file, fmt::format("its LAS point format is {}; formats 0 to 10 are read", header->point_format));
   if (header->point_size < least)
-    return malformed(
-        file, fmt::format("points of {} bytes, format {} needs {}", header->point_size, header->point_format, least));
+    return malformed(file, fmt::format("its points have {} bytes, but format {} needs {}", header->point_size,
+                                       header->point_format, least));
   ScanLayout layout;
   layout.format = ScanFormat::Las;
   layout.words = fmt::format("LAS 1.{}, point format {}", header->version_minor, header->point_format);
@@ -65,9 +66,11 @@ Result<ScanLayout> ply_layout(const InputFile& file, std::string_view text) {
     if (words[0] == "format" && words.size() >= 2) encoding = words[1];
     if (words[0] == "element" && words.size() == 3) {
       std::uint64_t count = 0;
-      if (!parse_pcd_number(words[2], count)) return malformed(file, fmt::format("PLY: '{}' elements", words[2]));
+      if (!parse_pcd_number(words[2], count))
+        return malformed(file, fmt::format("PLY: '{}' is no number of elements", words[2]));
       in_vertex = words[1] == "vertex";
-      if (in_vertex && has_more) return unsupported(file, "PLY whose vertices are not its first element");
+      if (in_vertex && has_more)
+        return unsupported(file, "the vertices of this PLY are not its first element: write them first");
       if (in_vertex) {
         seen_vertex = true;
         layout.points = count;
@@ -76,15 +79,17 @@ Result<ScanLayout> ply_layout(const InputFile& file, std::string_view text) {
       }
     }
     if (words[0] == "property" && in_vertex) {
-      if (words.size() != 3) return unsupported(file, "PLY whose vertices have lists");
+      if (words.size() != 3) return unsupported(file, "the vertices of this PLY have lists: write them without");
       const std::size_t size = ply_size(words[1]);
-      if (size == 0) return malformed(file, fmt::format("PLY property of type '{}'", words[1]));
+      if (size == 0) return malformed(file, fmt::format("PLY property of unknown type '{}'", words[1]));
       for (std::size_t axis = 0; axis < 3; ++axis) {
         if (words[2] != std::string_view("xyz").substr(axis, 1)) continue;
         const bool is_double = words[1] == "double" || words[1] == "float64";
         if (!is_double && words[1] != "float" && words[1] != "float32")
-          return unsupported(file, fmt::format("PLY coordinates of type {}; float and double are read", words[1]));
-        if (!number.empty() && number != words[1]) return unsupported(file, "PLY coordinates of different types");
+          return unsupported(file,
+                             fmt::format("its PLY coordinates are of type {}; float and double are read", words[1]));
+        if (!number.empty() && number != words[1])
+          return unsupported(file, "its PLY coordinates have different types: write all as float or all as double");
         number = words[1];
         layout.number = is_double ? ScanLayout::Number::Float64 : ScanLayout::Number::Float32;
         layout.place[axis] = encoding == "ascii" ? columns : record;
@@ -94,19 +99,20 @@ Result<ScanLayout> ply_layout(const InputFile& file, std::string_view text) {
       ++columns;
     }
     if (words[0] != "end_header") continue;
-    if (!seen_vertex || axes != 3) return malformed(file, "PLY without vertices that have x, y and z");
+    if (!seen_vertex || axes != 3) return malformed(file, "this PLY has no vertices with x, y and z");
     layout.begin = begin;
     layout.record_size = record;
     layout.is_text = encoding == "ascii";
     layout.is_big_endian = encoding == "binary_big_endian";
     if (!layout.is_text && !layout.is_big_endian && encoding != "binary_little_endian")
-      return malformed(file, fmt::format("PLY format '{}'", encoding));
+      return malformed(file, fmt::format("unknown PLY format '{}'", encoding));
     if (layout.is_text && has_more)
-      return unsupported(file, "ascii PLY with faces or other elements: write the vertices alone, or binary");
+      return unsupported(file,
+                         "this ascii PLY has faces or other elements: write the vertices alone, or a binary file");
     layout.words = fmt::format("PLY {}, {} x y z", encoding, number);
     return layout;
   }
-  return malformed(file, "PLY whose header has no end_header");
+  return malformed(file, "the header of this PLY has no end_header");
 }
 
 Result<ScanLayout> pcd_layout(const InputFile& file, std::string_view text) {
@@ -123,7 +129,7 @@ Result<ScanLayout> pcd_layout(const InputFile& file, std::string_view text) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (header->fields[f] != std::string_view("xyz").substr(axis, 1)) continue;
       if (header->types[f] != 'F' || (size != 0 && size != header->sizes[f]))
-        return unsupported(file, "PCD coordinates that are not all float or all double");
+        return unsupported(file, "its PCD coordinates are not all float or all double");
       size = header->sizes[f];
       layout.place[axis] = layout.is_text ? column : offset;
       ++axes;
@@ -131,7 +137,7 @@ Result<ScanLayout> pcd_layout(const InputFile& file, std::string_view text) {
     column += header->counts[f];
     offset += header->sizes[f] * header->counts[f];
   }
-  if (axes != 3) return malformed(file, "PCD without the fields x, y and z");
+  if (axes != 3) return malformed(file, "this PCD has no fields x, y and z");
   layout.number = size == 8 ? ScanLayout::Number::Float64 : ScanLayout::Number::Float32;
   layout.words = fmt::format("PCD {}, {} x y z",
                              header->encoding == PcdEncoding::Ascii    ? "ascii"
@@ -188,8 +194,7 @@ Result<ScanLayout> read_scan_layout(const InputFile& file, std::optional<ScanFor
       format = ScanFormat::Text;
     else
       return unsupported(
-          file,
-          "neither its first bytes nor its name say what it is: las, ply, pcd, xyz or float32; say so with --format");
+          file, "its format is not known by its first bytes or its name; give --format las, ply, pcd, xyz or float32");
   }
   if (*format == ScanFormat::Las) return las_layout(file, head);
   if (*format == ScanFormat::Ply) return ply_layout(file, text);

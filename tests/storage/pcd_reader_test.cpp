@@ -128,7 +128,7 @@ TEST(Pcd, RefusesMoreThanItsLimitsAndNamesThem) {
   EXPECT_NE(said("FIELDS" + std::string(16'000'000, ' ') + "x\n").find("no DATA line within its first 64 kB"),
             std::string::npos);
   EXPECT_NE(said("FIELDS x\nSIZE 4\nTYPE F\nCOUNT 5000\nPOINTS 1\nDATA binary\n")
-                .find("COUNT '5000'; allowed: a whole number from 0 to 4096"),
+                .find("COUNT is '5000'; allowed: a whole number from 0 to 4096"),
             std::string::npos);
   EXPECT_NE(said("FIELDS x\nSIZE 4\nTYPE F\nPOINTS 1900000000\nDATA ascii\n").find("at most 500000000 values are read"),
             std::string::npos);
