@@ -8,10 +8,10 @@ namespace hueline::drivers {
 namespace {
 
 constexpr std::size_t kFewest = 16;
-constexpr double kNearPeriod = 0.25;   // of it: the deviation of an interval that belongs to the cycle
-constexpr double kMostlyNear = 0.75;   // of the intervals, in a cycle
-constexpr double kMostCounted = 1e12;  // messages: clocks may say anything
-constexpr double kShortestGap = 1.6;   // periods: a message that waited on the way is none
+constexpr double kNearPeriod = 0.25;   // in periods: largest deviation of an interval that belongs to the cycle
+constexpr double kMostlyNear = 0.75;   // share of such intervals in a message with a cycle
+constexpr double kMostCounted = 1e12;  // messages; limits what a wrong clock can give
+constexpr double kShortestGap = 1.6;   // in periods: a shorter interval comes from a message that waited on its way
 
 }  // namespace
 
@@ -30,7 +30,7 @@ std::optional<double> CanCycle::period_s() const {
     ++near;
   }
   if (median <= 0 || near < kMostlyNear * static_cast<double>(known)) return {};
-  return sum / near * 1e-9;  // the mean: what one message waits longer, the next one waits less
+  return sum / near * 1e-9;  // the mean, because what one message waits longer, the next one waits less
 }
 
 std::int64_t CanCycle::take(HostTime received) {

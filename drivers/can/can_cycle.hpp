@@ -9,20 +9,21 @@
 
 namespace hueline::drivers {
 
-/// How often a message comes that its control unit sends regularly, learned from the message itself: from
-/// its latest intervals. It tells losses of messages without a counter, and how often a counter went round meanwhile.
-/// Thread-bound.
+/// Learns the period of a message that its control unit sends regularly, from the latest intervals. With it, losses of
+/// messages without a counter can be found, and how often a counter wrapped meanwhile. Thread safety: none; one thread
+/// calls all functions.
 class CanCycle {
  public:
-  /// A message came: how many should have come since the one before and did not. 0 until the cycle is known, and for
-  /// messages without one (sent when something changes; or a gateway hands them on in heaps).
+  /// Takes a message. Returns how many messages should have come since the one before and did not. Returns 0 until the
+  /// period is known, and for messages without a period (they are sent when something changes, or a gateway sends them
+  /// in groups).
   std::int64_t take(HostTime received);
-  /// Without value: not known, or there is none.
+  /// Returns the period in seconds. Returns nothing if it is not known or if there is none.
   std::optional<double> period_s() const;
 
  private:
-  std::array<std::int64_t, 64> intervals_ns_{};  // a ring
-  std::size_t count_ = 0;                        // in all
+  std::array<std::int64_t, 64> intervals_ns_{};  // the latest intervals, as a ring
+  std::size_t count_ = 0;                        // number of all intervals so far
   std::optional<HostTime> last_;
 };
 

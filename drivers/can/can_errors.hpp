@@ -8,15 +8,16 @@
 
 namespace hueline::drivers {
 
-/// One thing that an error frame says.
+/// One problem that an error frame reports.
 struct CanTrouble {
   FaultKind kind = FaultKind::Malformed;
   std::string detail;
 };
 
-/// What a controller says of its bus by an error frame (linux/can/error.h), in words. Disconnected: it is off the bus
-/// (bus-off); Reconnected: it was restarted; Lost: its buffer was full; Malformed: frames break on the bus. Nothing: no
-/// trouble of a listener (recovered, lost an arbitration).
+/// Returns what a controller reports about its bus by an error frame (linux/can/error.h), in words. Disconnected: the
+/// controller is off the bus (bus-off). Reconnected: it was restarted. Lost: its buffer was full. Malformed: frames
+/// break on the bus. The list is empty if the report is no problem for a listener (the bus recovered, or an arbitration
+/// was lost).
 std::vector<CanTrouble> explain_can_error(const CanFrame& frame);
 
 }  // namespace hueline::drivers

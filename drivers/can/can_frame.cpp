@@ -7,7 +7,7 @@
 namespace hueline::drivers {
 namespace {
 
-// The kernel's flags in the id (linux/can.h); cannelloni carries them too.
+// The kernel's flags in the id (linux/can.h). cannelloni uses the same flags.
 constexpr std::uint32_t kExtended = 0x80000000, kRemote = 0x40000000, kError = 0x20000000;
 constexpr std::uint32_t kStandardMask = 0x7FF, kExtendedMask = 0x1FFFFFFF;
 constexpr std::uint8_t kFlagFd = 1, kFlagLocal = 2;
@@ -90,7 +90,7 @@ Status decode_datagram(std::span<const std::byte> bytes, CanPacket& out) {
     const std::uint8_t length = at_byte(at + 4);
     at += 5;
     frame.is_fd = (length & kCannelloniFd) != 0;
-    if (frame.is_fd && bytes.size() < ++at) return cut();  // the FD flags
+    if (frame.is_fd && bytes.size() < ++at) return cut();  // the flags of CAN FD
     const std::size_t data = frame.is_remote ? 0 : length & (kCannelloniFd - 1);
     const std::size_t most = frame.is_fd ? kCanDataMost : kClassicData;
     if (data > most) return malformed(fmt::format("a cannelloni frame of {} data bytes, {} are the most", data, most));

@@ -31,7 +31,7 @@ bool whole(std::string_view word, T& value, int base = 10) {
   return error == std::errc() && end == word.data() + word.size();
 }
 
-/// "12.345678" seconds, exactly.
+/// Reads seconds such as "12.345678" exactly.
 bool seconds(std::string_view word, nanoseconds& out) {
   const std::size_t dot = word.find('.');
   std::int64_t s = 0, fraction = 0;
@@ -56,7 +56,7 @@ bool take_id(std::string_view word, int base, CanFrame& frame) {
   return whole(word, frame.id, base) && frame.id <= (frame.is_extended ? 0x1FFFFFFFU : 0x7FFU);
 }
 
-/// Error frames have the kernel's flag in an id of eight digits.
+/// Reads an id. Error frames have the kernel's flag in an id of eight digits.
 bool take_candump_id(std::string_view word, CanFrame& frame) {
   std::uint32_t id = 0;
   if ((word.size() != 3 && word.size() != 8) || !whole(word, id, 16) || (word.size() == 3 && id > 0x7FF)) return false;
@@ -66,8 +66,8 @@ bool take_candump_id(std::string_view word, CanFrame& frame) {
   return true;
 }
 
-/// (1436509052.249713)  vcan0  RX - -  044   [5]  2A 36 6C 2B BA: for people, [05] is FD. The three columns are those
-/// of -x.
+/// Reads a line for people: (1436509052.249713)  vcan0  RX - -  044   [5]  2A 36 6C 2B BA. A length of two digits,
+/// [05], means CAN FD. The three columns before the id come with candump's option -x.
 Entry take_candump_columns(std::string_view line, std::span<const std::string_view> words, CanLogEntry out) {
   std::size_t at = 0;
   if (words.size() > 3 && (words[0] == "RX" || words[0] == "TX")) {
@@ -93,7 +93,7 @@ Entry take_candump_columns(std::string_view line, std::span<const std::string_vi
   return Entry(out);
 }
 
-/// (1436509052.249713) vcan0 044#2A366C2BBA, 044##1AABB (FD), 044#R
+/// Reads a line: (1436509052.249713) vcan0 044#2A366C2BBA, 044##1AABB (FD), 044#R (remote).
 Entry take_candump(std::string_view line) {
   const auto words = words_of(line);
   CanLogEntry out;
@@ -111,7 +111,7 @@ Entry take_candump(std::string_view line) {
   }
   if (data.starts_with('#')) {
     frame.is_fd = true;
-    data.remove_prefix(std::min<std::size_t>(2, data.size()));  // and its flags
+    data.remove_prefix(std::min<std::size_t>(2, data.size()));  // skip the second '#' and the FD flags
   }
   if (const std::size_t raw_dlc = data.find('_'); raw_dlc != std::string_view::npos) data = data.substr(0, raw_dlc);
   if (data.size() % 2 != 0 || data.size() / 2 > (frame.is_fd ? kCanDataMost : 8))
@@ -140,7 +140,8 @@ Entry CanLogParser::take_asc(std::string_view line) {
     return Entry(std::nullopt);
   }
   CanLogEntry out;
-  if (!seconds(words[0], out.time)) return Entry(std::nullopt);  // "date", "//", "Begin Triggerblock", ...
+  // A line without a frame: "date", "//", "Begin Triggerblock", ...
+  if (!seconds(words[0], out.time)) return Entry(std::nullopt);
   if (is_relative_) out.time += last_;
   last_ = out.time;
   CanFrame& frame = out.frame;
@@ -148,7 +149,7 @@ Entry CanLogParser::take_asc(std::string_view line) {
   const bool is_fd = words.size() > 1 && words[1] == "CANFD";
   const std::size_t channel = is_fd ? 2 : 1;
   if (words.size() < channel + 2 || !whole(words[channel], frame.bus))
-    return Entry(std::nullopt);  // "Start of measurement", statistics
+    return Entry(std::nullopt);  // another event: "Start of measurement", statistics
   for (std::size_t i = channel + 1; i < std::min(words.size(), channel + 3); ++i)
     if (words[i] == "ErrorFrame") {
       frame.is_error = true;
@@ -157,7 +158,7 @@ Entry CanLogParser::take_asc(std::string_view line) {
       return Entry(out);
     }
   if (is_fd) {
-    // time CANFD channel Rx|Tx id [name] brs esi dlc length data...
+    // Form: time CANFD channel Rx|Tx id [name] brs esi dlc length data...
     std::size_t at = channel + 1;
     if (words.size() < at + 6 || !take_id(words[at + 1], base, frame)) return bad(line, "no FD frame");
     at += 2;
@@ -172,7 +173,7 @@ Entry CanLogParser::take_asc(std::string_view line) {
     frame.length = static_cast<std::uint8_t>(length);
     return Entry(out);
   }
-  // time channel id Rx|Tx d|r length data...
+  // Form: time channel id Rx|Tx d|r length data...
   if (words.size() < 5 || (words[3] != "Rx" && words[3] != "Tx" && words[3] != "TxRq")) return Entry(std::nullopt);
   if (!take_id(words[2], base, frame)) return bad(line, "no id");
   frame.is_local = words[3] != "Rx";
@@ -182,8 +183,7 @@ Entry CanLogParser::take_asc(std::string_view line) {
   }
   unsigned length = 0;
   if (words[4] != "d" || words.size() < 6 || !whole(words[5], length, 16)) return bad(line, "a frame without its data");
-  // The code of a classic frame's length may be 9 .. 15, which means 8 bytes. Some programs write FD frames in this
-  // form.
+  // The length code of a classic frame may be 9 to 15, which means 8 bytes. Some programs write FD frames in this form.
   frame.is_fd = length > 8 && length <= kCanDataMost && words.size() >= 6 + length && words[6 + 8].size() <= 3 &&
                 words[6 + 8].find_first_not_of("0123456789ABCDEFabcdef") == std::string_view::npos;
   if (!frame.is_fd && length > 8 && length <= 15) length = 8;

@@ -9,18 +9,20 @@
 
 namespace hueline::drivers {
 
-/// A frame of a log and when it was seen, on the log's own clock: from its beginning (ASC) or from 1970 (candump).
+/// A frame of a log with its time on the log's own clock: since the beginning of the log (ASC), or since 1970
+/// (candump).
 struct CanLogEntry {
   nanoseconds time{0};
   CanFrame frame;
 };
 
-/// Text logs of CAN buses, line by line: Vector's ASC (classic, FD and error frames; ids and data by the file's base)
-/// and what `candump -L` or `candump -t a` writes. Facts of ASC from its published description and from logs.
-/// Reentrant.
+/// Reads text logs of CAN buses line by line: Vector's ASC (classic, FD and error frames; ids and data in the number
+/// base that the file names), and what `candump -L` or `candump -t a` writes. What it knows about ASC comes from its
+/// published description and from logs. Thread safety: none; one thread reads one log.
 class CanLogParser {
  public:
-  /// Of the next line: a frame; nothing (head, comment, an event that is no frame); or Malformed.
+  /// Reads the next line. Returns a frame, or nothing if the line has none (header, comment, another event). Error:
+  /// Malformed.
   Result<std::optional<CanLogEntry>> take(std::string_view line);
 
  private:

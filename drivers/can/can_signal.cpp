@@ -66,7 +66,7 @@ std::int64_t CanSignal::raw(std::span<const std::uint8_t> data) const {
       value = value << 1 | (data[static_cast<std::size_t>(bit / 8)] >> (bit % 8) & 1U);
     }
   } else {
-    // From the most significant bit down; behind bit 0 of a byte comes bit 7 of the next.
+    // From the most significant bit down. After bit 0 of a byte comes bit 7 of the next byte.
     for (int i = 0, bit = start_bit; i < bits; ++i) {
       value = value << 1 | (data[static_cast<std::size_t>(bit / 8)] >> (bit % 8) & 1U);
       bit = bit % 8 == 0 ? bit + 15 : bit - 1;

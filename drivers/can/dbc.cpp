@@ -7,7 +7,7 @@
 namespace hueline::drivers {
 namespace {
 
-/// Reads one line from the left.
+/// Reads one line from left to right.
 struct Scanner {
   std::string_view rest;
 
@@ -20,7 +20,7 @@ struct Scanner {
     rest.remove_prefix(word.size());
     return true;
   }
-  /// Up to a blank or one of `ends`.
+  /// Returns the text up to a blank or one of `ends`.
   std::string_view word(std::string_view ends = "") {
     skip_blanks();
     std::size_t n = 0;
@@ -55,7 +55,7 @@ Result<DbcSignal> parse_dbc_signal(std::string_view line) {
   if (!in.take("SG_")) return bad("SG_");
   out.name = in.word(":");
   if (out.name.empty()) return bad("the name");
-  // "M" alone names the selector of the others: itself in every frame.
+  // "M" alone marks the signal that selects the others. It is in every frame itself.
   const std::string_view selector = in.word(":");
   out.is_multiplexed = selector.starts_with('m');
   if (!in.take(":")) return bad("':'");
@@ -74,7 +74,7 @@ Result<DbcSignal> parse_dbc_signal(std::string_view line) {
     return bad("(scale,offset)");
   if (!in.take("[") || !in.number(out.signal.min) || !in.take("|") || !in.number(out.signal.max) || !in.take("]"))
     return bad("[min|max]");
-  // Makers' files have such: a range that is empty is none.
+  // Files of makers contain empty ranges, which mean that there is no range.
   if (out.signal.min > out.signal.max) out.signal.min = out.signal.max = 0;
   if (in.take("\"")) {
     const std::size_t end = in.rest.find('"');

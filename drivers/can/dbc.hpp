@@ -7,12 +7,12 @@
 #include "core/result.hpp"
 #include "drivers/can/can_signal.hpp"
 
-/// DBC files: what a vehicle's maker says of the messages on its buses (Vector's text format).
+/// DBC files (Vector's text format), in which a vehicle's maker describes the messages on its buses.
 namespace hueline::drivers {
 
 struct DbcSignal {
   std::string name, unit;
-  bool is_multiplexed = false;  ///< there in some frames alone, by the value of another signal: not read by us
+  bool is_multiplexed = false;  ///< only in some frames, selected by another signal; such signals are not read
   CanSignal signal;
 };
 struct DbcMessage {
@@ -23,9 +23,11 @@ struct DbcMessage {
   std::vector<DbcSignal> signals;
 };
 
-/// One line ` SG_ NAME : 0|16@1+ (0.0075,0) [0|491.49] "unit" RECEIVERS`. Malformed says which part.
+/// Parses one line ` SG_ NAME : 0|16@1+ (0.0075,0) [0|491.49] "unit" RECEIVERS`. Error: Malformed, which says which
+/// part is wrong.
 Result<DbcSignal> parse_dbc_signal(std::string_view line);
-/// The messages and signals of a DBC text; everything else in it is passed over. Malformed names the line.
+/// Parses the messages and signals of a DBC text and skips everything else. Error: Malformed, with the number of the
+/// line.
 Result<std::vector<DbcMessage>> parse_dbc(std::string_view text);
 
 }  // namespace hueline::drivers

@@ -5,15 +5,15 @@
 
 namespace hueline::drivers {
 
-/// Follows a device's 32-bit count of its datagrams, which wraps: which are missing, which came late, which came twice.
-/// A late one was told as missing before. Thread-bound.
+/// Follows a device's 32-bit counter of its datagrams, which wraps. Tells which datagrams are missing, came late or
+/// came twice. A late one was reported as missing before. Thread safety: none; one thread calls all functions.
 class CounterWatch {
  public:
   enum class Verdict : std::uint8_t {
-    InOrder,  ///< the first, or the next one
-    Gap,      ///< `missing` before it did not come (yet)
-    Late,     ///< older than the newest, and not seen before
-    Twice,    ///< seen before
+    InOrder,  ///< the first datagram, or the next one
+    Gap,      ///< `missing` datagrams before it have not come so far
+    Late,     ///< older than the newest, and new
+    Twice,    ///< came before
     Leap,     ///< too far from the newest for a loss: the device restarted, or the number is broken
   };
   struct Seen {
@@ -21,6 +21,7 @@ class CounterWatch {
     std::uint32_t missing = 0;
   };
 
+  /// Takes the counter of the next datagram.
   Seen add(std::uint32_t counter) {
     if (!has_newest_) return start(counter, Verdict::InOrder);
     const std::uint32_t ahead = counter - newest_, behind = newest_ - counter;
@@ -40,14 +41,15 @@ class CounterWatch {
   void reset() { has_newest_ = false; }
 
  private:
-  static constexpr std::uint32_t kMemory =
-      1024;  ///< a power of two: the wrap of the count keeps places; a scanner does not restart within so few
-  static constexpr std::uint32_t kFarthest = 10'000'000;  ///< ten minutes of a fast scanner; farther is no loss
+  /// Number of counters that are remembered. A power of two, so that the wrap of the counter keeps their places. A
+  /// restarted scanner is not this close.
+  static constexpr std::uint32_t kMemory = 1024;
+  static constexpr std::uint32_t kFarthest = 10'000'000;  ///< ten minutes of a fast scanner; a larger step is no loss
 
   Seen start(std::uint32_t counter, Verdict verdict) {
     has_newest_ = true;
     newest_ = counter;
-    // What came before the first is not missing, and cannot be told from what comes twice: it counts as late once.
+    // A datagram before the first one is not missing. It counts as late when it comes, because nothing is known of it.
     seen_.reset();
     seen_.set(counter % kMemory);
     return {verdict, 0};

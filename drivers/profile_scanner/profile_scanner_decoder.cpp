@@ -11,7 +11,7 @@ namespace hueline::drivers {
 namespace {
 
 using std::chrono::seconds;
-/// A label is given only while the latest edge is beyond doubt: the next may be due before the datagram arrives.
+/// A label is given up to this time after its edge. Later the next edge may come before the datagram arrives.
 constexpr nanoseconds kLabelTo = std::chrono::milliseconds(900);
 
 constexpr nanoseconds kCounterPeriod = seconds(std::int64_t{1} << 32U);

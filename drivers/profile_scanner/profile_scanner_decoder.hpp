@@ -15,26 +15,31 @@ namespace hueline::drivers {
 
 class ProfileScannerKernel;
 
-/// A profile scanner of the RIEGL VUX/VMX class in the generic wire format (docs/formats.md): data datagrams ->
-/// LaserBatch (one each, also when no return is left), status datagrams -> LaserStatus and, once a second, TimeLabel.
+/// Decodes a profile scanner of the RIEGL VUX/VMX class in the generic wire format (profile_scanner_wire.hpp,
+/// docs/formats.md). Each data datagram gives one LaserBatch, even if no return is left. Each status datagram gives a
+/// LaserStatus and, once a second, a TimeLabel.
 ///
-/// LaserBatch::time is the emission of the datagram's first pulse on the scale that the datagram names; a return's time
-/// is that of its own pulse. Frame: Scanner (z along the mirror's axis; angle 0 along y, growing clockwise seen from
-/// +z, so towards x). All lines lie in its plane z = 0: channel is 0. return_number counts by range, 1 is the nearest;
-/// return_count is that of the pulse also where a range limit dropped some.
+/// LaserBatch::time is the emission of the datagram's first pulse, on the time scale that the datagram names; a return
+/// has the time of its own pulse. Frame: Scanner (z along the mirror's axis; angle 0 along y, growing clockwise seen
+/// from +z, so towards x). All lines lie in its plane z = 0, so channel is 0. return_number counts by range; 1 is the
+/// nearest. return_count is that of the pulse, even if a range limit dropped some.
 ///
-/// Faults, each at most once a second with what came since: Malformed (magic, length, version, counts, fields out of
-/// range), Lost (datagrams by the packet counter), Late (a datagram that was told as lost came after all; it is used),
-/// Spurious (one that came twice; not used), WrongDevice (another scanner's id), Lost with count 1 where the counter
-/// leapt: a restart. Thread-bound.
+/// Faults:
+/// - Malformed: wrong magic, length, version or counts, or a field out of its range.
+/// - Lost: datagrams missing by the counter. With count 1: the counter jumped, because the scanner restarted.
+/// - Late: a datagram that was reported as lost came after all. It is used.
+/// - Spurious: a datagram came twice. It is used once.
+/// - WrongDevice: a datagram of another scanner.
+///
+/// Thread safety: none; one thread calls all functions.
 class ProfileScannerDecoder final : public Decoder {
  public:
   struct Config {
-    int scanner_id = 0;        ///< as its datagrams name it; 0: the first that speaks
-    double min_range_m = 1.0;  ///< nearer returns are dropped: the housing, the vehicle's roof
+    int scanner_id = 0;        ///< number of the scanner in its datagrams; 0 takes the first scanner that sends
+    double min_range_m = 1.0;  ///< nearer returns are dropped, such as those of the housing and the vehicle's roof
     double max_range_m = 1000;
-    /// Angles kept, rad, from begin to end in the sense of growing angles (through 0 if end < begin). [0, 2 pi]:
-    /// everything.
+    /// The angles that are kept, rad, from begin to end in the direction of growing angles (through 0 if end < begin).
+    /// The default keeps all.
     double angle_begin = 0;
     double angle_end = 6.283185307179586;
 
@@ -54,7 +59,7 @@ class ProfileScannerDecoder final : public Decoder {
  private:
   void malformed(const Packet& packet, const std::string& what, std::vector<Measurement>& out);
   bool is_ours(const Packet& packet, const ProfileHeader& header, std::vector<Measurement>& out);
-  /// False: the datagram came twice.
+  /// Follows the counters and reports losses. Returns false if the datagram came twice.
   bool follow(const Packet& packet, const ProfileHeader& header, std::optional<std::uint32_t> line,
               std::vector<Measurement>& out);
   void decode_data(const Packet& packet, const ProfileHeader& header, std::vector<Measurement>& out);

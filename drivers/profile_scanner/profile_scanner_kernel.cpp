@@ -12,14 +12,14 @@ constexpr double kUnitsPerMetre = 1e4;
 constexpr float kMetre = 1e-4f;
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kAngleUnit = kTurn / 4294967296.0;
-/// Of the upper 24 bits: what a float holds exactly, so that an angle just below a turn does not become one.
+/// Unit of the upper 24 bits of an angle. A float holds them exactly, so an angle just below a turn stays below it.
 constexpr float kCoarseAngleUnit = static_cast<float>(kTurn / 16777216.0);
 
 std::uint32_t units(double angle) {
   return static_cast<std::uint32_t>(static_cast<std::uint64_t>(std::llround(angle / kAngleUnit)));
 }
 
-/// Matt surfaces fill 0 .. 100, retroreflectors the rest.
+/// Converts reflectance to reflectivity: matt surfaces have 0 to 100, retroreflectors more.
 std::uint8_t reflectivity(std::uint32_t wire) {
   return static_cast<std::uint8_t>(wire <= 10'000 ? (wire + 50) / 100
                                                   : 100 + ((wire - 10'000) * 155 + 27'767) / 55'535);
@@ -42,7 +42,7 @@ void ProfileScannerKernel::fill_steps(std::int32_t step, std::size_t pulses) {
   step_ = step;
   sin_.resize(std::max(pulses, sin_.size()));
   cos_.resize(sin_.size());
-  // A turned unit vector: 1e-16 a step, so 1e-11 rad over the longest datagram.
+  // Turns a unit vector step by step. The error is 1e-16 a step, so 1e-11 rad over the longest datagram.
   const double s = std::sin(step * kAngleUnit), c = std::cos(step * kAngleUnit);
   double x = 0, y = 1;
   for (std::size_t k = 0; k < sin_.size(); ++k) {
@@ -57,13 +57,13 @@ void ProfileScannerKernel::fill_steps(std::int32_t step, std::size_t pulses) {
 void ProfileScannerKernel::decode(const ProfileData& data, std::vector<LaserReturn>& returns) {
   const std::size_t pulses = data.counts.size(), most = data.returns.size() / kProfileReturnBytes;
   fill_steps(data.angle_step, pulses);
-  // One more than can come: a return is written before it is known whether it is kept.
+  // Room for one more return than the datagram has, because a return is written before it is known whether it is kept.
   if (scratch_.size() <= most) scratch_.resize(most + 1);
   const double s = std::sin(data.angle * kAngleUnit), c = std::cos(data.angle * kAngleUnit);
   LaserReturn* out = scratch_.data();
   const std::byte* wire = data.returns.data();
   std::uint32_t angle = data.angle;
-  std::uint64_t offset_ps = 500;  // rounds
+  std::uint64_t offset_ps = 500;  // half a nanosecond, so that the division rounds
   for (std::size_t k = 0; k < pulses;
        ++k, angle += static_cast<std::uint32_t>(data.angle_step), offset_ps += data.period_ps) {
     const auto count = static_cast<std::uint8_t>(data.counts[k]);

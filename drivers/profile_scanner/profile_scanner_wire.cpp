@@ -11,7 +11,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "numbers are read as they lie on the wire");
 
 constexpr std::uint8_t kMostReturns = 15;
-/// A datagram covers less than a second: its returns' offsets stay far from what 32 bits of nanoseconds hold.
+/// A datagram lasts less than a second, so the offsets of its returns fit easily into 32 bits of nanoseconds.
 constexpr std::uint64_t kLongest_ps = 1'000'000'000'000;
 
 template <class T>

@@ -6,10 +6,10 @@
 namespace hueline::drivers {
 namespace {
 
-/// A signal as files describe it: a line of a DBC file, or the same key by key.
+/// A signal as rig files describe it: by a line of a DBC file, or by single keys.
 struct SignalKeys {
   std::string dbc;
-  CanSignal signal{.bits = 0};  // none is allowed: a file has to say it
+  CanSignal signal{.bits = 0};  // 0 bits are not allowed, so a file has to give the number
 
   void visit(Keys& keys) {
     keys.one_of({"dbc", "start_bit"});

@@ -9,8 +9,8 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr int kRefusedInARow = 10;      // then it is the older value that was wrong
-constexpr double kSpeedStep = 0.5;      // m/s: quantisation and noise beside the acceleration
+constexpr int kRefusedInARow = 10;      // after so many refusals the older speed was the wrong one
+constexpr double kSpeedStep = 0.5;      // m/s; allows for quantisation and noise in addition to the acceleration
 constexpr double kLongestStep_s = 1.0;  // older speeds say nothing about the next one
 
 std::size_t needed_bytes(const WheelDecoder::Message& message) {
@@ -79,7 +79,7 @@ void WheelDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   *header += parsed.header_bytes;
 }
 
-/// False for a datagram that came before.
+/// Follows the gateway's counter. Returns false for a datagram that came before.
 bool WheelDecoder::takes_datagram(std::uint8_t sequence, HostTime received, std::vector<Measurement>& out) {
   const std::int64_t ahead = datagram_ ? CounterRange{0, 256}.steps(*datagram_, sequence) : 1;
   if (ahead == 0 || ahead > 192) {
@@ -150,7 +150,8 @@ void WheelDecoder::take_error(const CanFrame& frame, HostTime received, std::vec
   }
 }
 
-/// False for a message whose counter stands: the same once more, or a sender that hangs.
+/// Follows the message's counter and period, and reports losses. Returns false if the counter did not change: the
+/// message came again, or its sender hangs.
 bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& frame, HostTime received,
                           std::vector<Measurement>& out) {
   const std::int64_t by_cycle = state.cycle.take(received);
@@ -168,7 +169,7 @@ bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& 
     return false;
   }
   const std::int64_t steps = state.counter ? range.steps(*state.counter, count) : 1;
-  // The counter says how many, but for whole turns; the cycle says about how many.
+  // The counter gives the number of steps except for whole turns. The period gives it roughly.
   const double turns = static_cast<double>(by_cycle + 1 - steps) / static_cast<double>(range.count);
   const std::int64_t ahead = steps + std::max<std::int64_t>(0, std::llround(turns)) * range.count;
   if (ahead == 0) {
@@ -242,11 +243,11 @@ std::optional<double> WheelDecoder::read_distance(const Message& message, State&
       return state.distance_m;
     }
     std::int64_t ahead = range.steps(before[i], counts[i]);
-    if (ahead > range.count / 2) ahead -= range.count;  // rolled back
+    if (ahead > range.count / 2) ahead -= range.count;  // the vehicle rolled back
     sum += static_cast<double>(ahead) * pulses.metres_per_pulse;
   }
   const double moved = sum / static_cast<double>(counts.size());
-  // Messages may have waited on the way and come at once: only what is far beyond that is a wrong count.
+  // Messages may have waited on their way and come together. Only a distance far beyond that is a wrong count.
   const double usual = static_cast<double>(counter_range(message.pulses.front().signal).count) / 4 *
                        message.pulses.front().metres_per_pulse;
   if (std::abs(moved) > std::max(most, usual)) {

@@ -14,41 +14,49 @@
 
 namespace hueline::drivers {
 
-/// A vehicle's wheel encoder on its CAN bus: speeds and pulse counts that its messages carry, as the rig describes
-/// them. Each message with one of them becomes one WheelSpeed: the mean of its wheels.
+/// Decodes a vehicle's wheel encoder on its CAN bus: speeds and pulse counts, whose messages and signals the rig
+/// describes. Each message with one of them becomes one WheelSpeed, the mean of its wheels.
 ///
-/// Faults: Disconnected, Reconnected (bus-off, restart: from error frames), Lost (gap in a message's rolling counter
-/// or, without one, in its cycle; in the gateway's count of datagrams), Spurious (a message that came again: its
-/// counter stands), Malformed (too short, check sum, frames broken on the bus), Implausible (outside the signal's
-/// range, faster than the vehicle can be or become, or pulses that may have wrapped meanwhile). What is doubted by one
-/// of the last three gives no measurement.
+/// Faults:
+/// - Disconnected, Reconnected: bus-off and restart, from error frames.
+/// - Lost: a gap in a message's counter or, without a counter, in its period; a gap in the gateway's counter of
+///   datagrams.
+/// - Spurious: a message came again, so its counter did not change.
+/// - Malformed: a message is too short, its check sum is wrong, or frames break on the bus.
+/// - Implausible: a value outside the signal's range, a speed or acceleration that the vehicle cannot have, or pulses
+///   that may have wrapped meanwhile.
+///
+/// What one of the last three faults concerns gives no measurement.
 class WheelDecoder final : public Decoder {
  public:
   struct Pulses {
-    CanSignal
-        signal;  ///< counts and begins anew at 0 behind its max, or where its bits end; scale and offset are not used
-    double metres_per_pulse = 0;  ///< (0, 10]
+    /// The pulse counter. It starts again at its min after its max, or at 0 where its bits end. Scale and offset are
+    /// not used.
+    CanSignal signal;
+    double metres_per_pulse = 0;  ///< greater than 0, at most 10
   };
   struct Checksum {
     CanChecksum kind = CanChecksum::Xor;
-    std::size_t byte = 0;  ///< that holds it
+    std::size_t byte = 0;  ///< position of the byte that holds the check sum
     void visit(Keys& keys);
   };
   struct Message {
     std::uint32_t id = 0;
-    bool is_extended = false;       ///< 29 bits
-    std::vector<CanSignal> speeds;  ///< m/s
-    std::vector<Pulses> pulses;     ///< in one message of a sensor
-    /// Rises by one from message to message; begins anew at its min behind its max, or at 0 where its bits end.
+    bool is_extended = false;       ///< the id has 29 bits
+    std::vector<CanSignal> speeds;  ///< in m/s
+    std::vector<Pulses> pulses;     ///< in one message of a sensor at most
+    /// A counter that grows by one from message to message. It starts again at its min after its max, or at 0 where its
+    /// bits end.
     std::optional<CanSignal> counter;
     std::optional<Checksum> checksum;
     KeyError validate() const;
   };
   struct Config {
     std::vector<Message> messages;
-    double sigma_speed = 0.05;     ///< m/s, (0, 10]
-    double max_speed = 70;         ///< m/s, (0, 200]: faster is no vehicle
-    double max_acceleration = 15;  ///< m/s^2, (0, 1000]: braking and pulling away, not slipping
+    double sigma_speed = 0.05;  ///< m/s, greater than 0, at most 10
+    double max_speed = 70;      ///< m/s, greater than 0, at most 200; a faster speed is not used
+    /// M/s^2, greater than 0, at most 1000; of braking and pulling away, not of slipping wheels.
+    double max_acceleration = 15;
     void visit(Keys& keys);
     KeyError validate() const;
   };
@@ -60,14 +68,15 @@ class WheelDecoder final : public Decoder {
   const DecodeCounts& counts() const override { return counts_; }
 
  private:
-  struct State {  // of one message
+  /// The state of one message.
+  struct State {
     std::optional<std::int64_t> counter;
     CanCycle cycle;
     std::vector<std::int64_t> pulses;
     std::optional<HostTime> pulses_at;
     std::optional<double> speed;
     HostTime speed_at{};
-    int refused = 0;  // speeds in a row
+    int refused = 0;  // number of speeds refused in a row
     double distance_m = 0;
   };
   enum class Use { Decoded, Ignored, Malformed };
@@ -86,9 +95,9 @@ class WheelDecoder final : public Decoder {
 
   const SensorId sensor_;
   const Config config_;
-  std::vector<State> states_;  // of each message
+  std::vector<State> states_;  // one for each message
   bool is_directional_ = false;
-  bool is_off_ = false;  // bus-off
+  bool is_off_ = false;  // whether the bus is off
   std::optional<std::uint8_t> datagram_;
   DecodeCounts counts_;
 };
