@@ -43,13 +43,14 @@ void CalibrationRecord::visit(Keys& keys) {
   constexpr double kHuge = 1e12;
   keys.text(required("method", "", "The tool that found the value."), method);
   keys.text(required("date", "", "The day of the calibration."), date, day);
-  keys.texts(required("data", "", "What the calibration was made of."), data);
+  keys.texts(required("data", "", "The files, recordings and counts that the calibration used."), data);
   keys.number({"residual_rms", "",
-               "The root mean square of what the adjustment left. A method without such a figure (an alignment without "
-               "targets) writes none.",
+               "The root mean square of the residuals of the adjustment. A method that has none, such as an alignment "
+               "without targets, leaves the key out.",
                "none"},
               residual_rms, {0, kHuge});
-  keys.text({"residual_unit", "", "The unit of `residual_rms`, which it goes with: px, m.", "none"}, residual_unit);
+  keys.text({"residual_unit", "", "The unit of `residual_rms`, such as px or m. The two keys belong together.", "none"},
+            residual_unit);
   keys.texts(required("parameters", "", "The names of the parameters, with their units."), parameters);
   keys.numbers(required("sigma", "", "One standard deviation of each parameter."), sigma, {0, kHuge});
   keys.numbers({"covariance", "",

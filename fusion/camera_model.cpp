@@ -34,7 +34,8 @@ void CameraIntrinsics::visit(Keys& keys) {
     std::copy(given.begin(), given.end(), distortion.begin());
   }
   keys.angle({"max_angle_deg", "deg",
-              "Nothing farther from the axis is projected. It is lowered to where the model can be inverted."},
+              "The largest angle from the optical axis that is projected. It is lowered to the range in which the "
+              "model can be inverted."},
              max_angle, {1, 143});
   std::optional<CalibrationRecord> record;
   keys.section({"calibration", "", "How `model` to `distortion` were found: a [record](#calibration-records).", "none"},

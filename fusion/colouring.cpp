@@ -17,25 +17,24 @@ constexpr std::size_t kBatchesAtOnce =
 
 void Colouring::Config::visit(Keys& keys) {
   keys.choice(
-      required(
-          "method", "",
-          "Whether a point gets the pixel of the lens itself, or that of the lens by way of the panoramic sphere."),
+      required("method", "", "Whether a point is projected into the lens directly, or by way of the panoramic sphere."),
       method, {{"lens", ColourMethod::Lens}, {"panorama", ColourMethod::Panorama}});
   keys.duration(
       {"exposure_interval_s", "s", "The time between exposures. An exposure owns the points around it.", "0: measured"},
       exposure_interval, {0, 60});
   // More on each side than Config::max_held_moments can hold would never be there.
-  keys.whole({"neighbours", "exposures", "How many exposures on each side may fill hole and masks."}, neighbours,
-             {0, 15});
+  keys.whole({"neighbours", "exposures", "How many exposures on each side may fill the hole and the masks."},
+             neighbours, {0, 15});
   keys.whole({"lost_image_neighbours", "exposures",
-              "From how far a lost image may be bridged. 0: its points stay uncoloured."},
+              "How many exposures away an image may be that colours the points of a lost image. 0: they stay without a "
+              "colour."},
              lost_image_neighbours, {0, 15});
-  keys.flag(
-      {"balance_neighbours", "", "Whether filled points are brought to the brightness of the exposure that owns them."},
-      balance_neighbours);
+  keys.flag({"balance_neighbours", "",
+             "Whether the brightness of filled points is adjusted to that of the exposure that owns them."},
+            balance_neighbours);
   keys.duration({"max_lateness_s", "s",
-                 "How far behind the other data a solution of the POS may come. Points wait so long for their poses; "
-                 "later data are recorded, not fused."},
+                 "How far behind the other data a solution of the POS may arrive. Points wait this long for their "
+                 "poses. Later data are recorded, but not fused."},
                 max_lateness, {0.01, 60});
   trajectory.visit(keys);
 }

@@ -92,7 +92,8 @@ void LensMount::visit(Keys& keys) {
   intrinsics.visit(keys);
   visit_polygons(
       keys,
-      {"masks", "", "Parts of the vehicle and dirt, in pixels of the lens image: never a colour from inside.", "none"},
+      {"masks", "", "Parts of the vehicle and dirt, in pixels of the lens image. Pixels inside them give no colour.",
+       "none"},
       masks);
 }
 
@@ -111,7 +112,7 @@ void PanoramaShape::visit(Keys& keys) {
               forward_column, {-0.5, 100'000});
   keys.flag({"clockwise", "", "Whether columns grow clockwise seen from above."}, is_clockwise);
   keys.number(required("stitching_radius_m", "m",
-                       "The radius of the sphere on which the lens images were joined. It is beyond every lens."),
+                       "The radius of the sphere on which the lens images were joined. Every lens lies inside it."),
               stitching_radius_m, {0.5, 10'000});
 }
 
@@ -129,12 +130,12 @@ void CameraHeadGeometry::visit(Keys& keys) {
                            "Where the head sits: a [mounting](#mountings), at most 50 m from the body's origin."),
                   T_body_head);
   keys.angle(
-      {"nadir_half_angle_deg", "deg", "The half angle of the cap around the head's -z that no image is asked for."},
+      {"nadir_half_angle_deg", "deg", "The half angle of the cap around the head's -z in which no image is used."},
       nadir_half_angle, {0, 85});
-  keys.section(required("panorama", "", "The panorama that the method `panorama` speaks of."), panorama);
+  keys.section(required("panorama", "", "The panorama that the method `panorama` uses."), panorama);
   visit_polygons(
       keys,
-      {"panorama_masks", "", "The vehicle, in pixels of the panorama. Used by the method `panorama` only.", "none"},
+      {"panorama_masks", "", "The vehicle, in pixels of the panorama. Only the method `panorama` uses it.", "none"},
       panorama_masks);
   keys.list(required("lenses", "", "The lenses of the head."), lenses, {1, 32});
 }

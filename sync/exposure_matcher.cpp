@@ -28,14 +28,13 @@ void ExposureMatcher::Config::visit(Keys& keys) {
   keys.duration({"mark_sigma_us", "us",
                  "One standard deviation of the receiver's time stamp and of the strobe's jitter together."},
                 mark_sigma, {0.01, 1e4});
-  keys.flag(
-      {"has_counter", "", "Whether the camera's own time stamp means something. It has to with `event_input: 0`."},
-      has_counter);
+  keys.flag({"has_counter", "", "Whether the camera's own time stamp is meaningful. It must be with `event_input: 0`."},
+            has_counter);
   keys.duration({"counter_wraps_s", "s", "The period of the camera's time stamp.", "0: never"}, counter_wraps,
                 {0, 1e6});
   keys.duration({"counter_offset_s", "s",
-                 "What added to the camera's time stamp gives GPS time, for a camera that is held by PPS or PTP (PTP's "
-                 "TAI: -315964819). Only with `event_input: 0`.",
+                 "GPS time minus the camera's time stamp, for a camera whose clock PPS or PTP disciplines (PTP's TAI: "
+                 "-315964819). Only with `event_input: 0`.",
                  "none"},
                 counter_offset, {-2e9, 2e9}, true);
   keys.choice(
@@ -45,13 +44,15 @@ void ExposureMatcher::Config::visit(Keys& keys) {
       {{"exposure_start", StampEvent::ExposureStart},
        {"exposure_mid", StampEvent::ExposureMid},
        {"exposure_end", StampEvent::ExposureEnd}});
-  keys.duration({"stamp_delay_us", "us", "The time from that event to the time stamp, used likewise."}, stamp_delay,
-                {-1e6, 1e6});
   keys.duration(
-      {"latency_min_ms", "ms", "The least time from the start of the exposure until the whole image is here."},
+      {"stamp_delay_us", "us", "The time from that event to the time stamp. It is used with `counter_offset_s` only."},
+      stamp_delay, {-1e6, 1e6});
+  keys.duration(
+      {"latency_min_ms", "ms", "The smallest time from the start of the exposure to the arrival of the whole image."},
       latency_min, {0, 5000});
   keys.duration({"latency_max_ms", "ms",
-                 "The largest time, above `latency_min_ms`. Keep it below the time between two exposures."},
+                 "The largest time from the start of the exposure to the arrival of the whole image, above "
+                 "`latency_min_ms`. Keep it below the time between two exposures."},
                 latency_max, {0.1, 5000});
 }
 

@@ -36,17 +36,19 @@ bool listed(const std::vector<SensorId>& list, SensorId sensor) {
 void Synchroniser::Config::visit(Keys& keys) {
   keys.duration({"hold_s", "s", "How long data wait for the first lock of the clocks."}, hold, {1, 600});
   std::size_t megabytes = hold_bytes / 1'000'000;
-  if (keys.whole(
-          {"hold_mb", "MB",
-           "The memory of laser returns that wait so, 32 bytes each. What is beyond it is recorded, without a time."},
-          megabytes, {1, 1'000'000}))
+  if (keys.whole({"hold_mb", "MB",
+                  "The memory for laser returns that wait for the first lock, 32 bytes each. Returns beyond it are "
+                  "recorded, but get no time."},
+                 megabytes, {1, 1'000'000}))
     hold_bytes = megabytes * 1'000'000;
-  keys.whole({"hold_images", "images", "How many images wait so. More are recorded, not fused."}, hold_images,
-             {1, 1000});
-  keys.whole({"agreeing_labels", "messages", "How many messages have to agree on which second a pulse is."},
+  keys.whole(
+      {"hold_images", "images", "How many images wait for the first lock. Further images are recorded, but not fused."},
+      hold_images, {1, 1000});
+  keys.whole({"agreeing_labels", "messages", "How many messages must agree on the second of a pulse."},
              clock.label.agreeing, {1, 1000});
   int year = to_utc(clock.label.not_before).year;
-  if (keys.whole({"not_before_year", "year", "An earlier date is taken for a GPS week rollover."}, year, {1980, 2100}))
+  if (keys.whole({"not_before_year", "year", "An earlier date is treated as a rollover of the GPS week number."}, year,
+                 {1980, 2100}))
     clock.label.not_before = *from_utc({year, 1, 7, 0, 0, 0, 0});
 }
 

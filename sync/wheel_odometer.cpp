@@ -23,10 +23,10 @@ void WheelOdometer::Config::visit(Keys& keys) {
       {"stamp_delay_us", "us", "The mean time from the end of a frame on the bus to its time stamp. It is subtracted."},
       stamp_delay, {-1000, 1e6});
   keys.duration({"stamp_sigma_us", "us",
-                 "One standard deviation of the time stamp. An adapter on USB is asked every millisecond; one on PCI "
-                 "or SPI is better."},
+                 "One standard deviation of the time stamp. An adapter on USB is read every millisecond; one on PCI or "
+                 "SPI is better."},
                 stamp_sigma, {0.01, 1e6});
-  keys.duration({"age_ms", "ms", "The age of a value when its frame ends: half of the time that it is the mean of."},
+  keys.duration({"age_ms", "ms", "The age of a value when its frame ends: half of the time over which it is averaged."},
                 age, {0, 1000});
 }
 
