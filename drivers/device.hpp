@@ -10,6 +10,7 @@
 #include "core/decoder.hpp"
 #include "core/keys.hpp"
 #include "core/packet.hpp"
+#include "drivers/device_files.hpp"
 
 /// The interface between a rig and its devices. Each kind of device has a DeviceType in its own folder and one line in
 /// drivers/registry.cpp. No code outside drivers/ names a kind of device.
@@ -84,6 +85,8 @@ struct DeviceType {
     std::size_t pending_limit = 8192;  ///< largest number of packets that wait for the scanner's clock
   };
   Laser laser{};
+  /// How `inspect` recognises its files.
+  DeviceFiles files{};
 };
 
 using DeviceTypes = std::span<const DeviceType* const>;

@@ -8,10 +8,8 @@
 #include <span>
 #include <string_view>
 
-#include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/office_program.hpp"
 #include "core/input_file.hpp"
 #include "core/printable.hpp"
 #include "runtime/recording.hpp"
@@ -74,7 +72,7 @@ int show(const Inspection& inspection, bool as_json) {
   return inspection.trouble.error().code == ErrorCode::Invalid ? kWrongUse : kInputUnreadable;
 }
 
-Inspection inspect_file(const std::string& named) {
+Inspection inspect_file(const std::string& named, drivers::DeviceTypes types) {
   const std::string path = runtime::drive_file(named);
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
@@ -92,7 +90,7 @@ Inspection inspect_file(const std::string& named) {
   if (begins("LASF"sv)) return inspect_las(path);
   for (const auto magic :
        {"\xa1\xb2\xc3\xd4"sv, "\xd4\xc3\xb2\xa1"sv, "\xa1\xb2\x3c\x4d"sv, "\x4d\x3c\xb2\xa1"sv, "\x0a\x0d\x0d\x0a"sv})
-    if (begins(magic)) return inspect_capture_file(path);
+    if (begins(magic)) return inspect_capture_file(path, types);
   if (head.find("VERSION") != std::string::npos && (begins("# .PCD"sv) || ends_with(path, ".pcd")))
     return inspect_pcd(path);
   if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
@@ -101,34 +99,17 @@ Inspection inspect_file(const std::string& named) {
   if (ends_with(path, ".asc") || begins("date "sv) ||
       ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos))
     return inspect_can_log(path);
-  // A NovAtel log has no signature except its sync bytes, and it may begin in the middle of a message.
-  if (head.find("\xAA\x44\x12"sv) != std::string::npos || head.find("\xAA\x44\x13"sv) != std::string::npos ||
-      ends_with(path, ".gps"))
-    return inspect_novatel(path);
+  std::string logs;
+  for (const drivers::DeviceType* type : types) {
+    const drivers::DeviceFiles::Log& log = type->files.log;
+    if (!log.format) continue;
+    if (ends_with(path, log.ending) || log.is_beginning(head)) return inspect_device_log(path, *type);
+    logs += fmt::format("{} ({}), ", log.format, log.ending);
+  }
   return {nullptr, Error{ErrorCode::Unsupported,
-                         fmt::format("{}: none of the formats that are known: MCAP, LAS, pcap, pcapng, PCD, NovAtel "
-                                     "OEM7 (.gps), CAN logs (.asc, candump -L), DBC, YAML rig or scenario",
-                                     path)}};
-}
-
-void add_inspect(Command& all) {
-  struct Options {
-    std::string path;
-    bool json = false;
-  };
-  auto options = std::make_shared<Options>();
-  Command command = all.command(kInspect.word, kInspect.help);
-  command.required("FILE", options->path, "a file of hueline or of a device, or a drive's folder");
-  command.flag("--json", options->json, "print JSON, for programs");
-  command.runs([options] {
-    const Inspection inspection = inspect_file(options->path);
-    if (!inspection.may_be_scenario) return show(inspection, options->json);
-    std::string hueline = "hueline", word = kInspect.word, json = "--json";
-    std::vector<char*> words = {hueline.data(), word.data(), options->path.data()};
-    if (options->json) words.push_back(json.data());
-    words.push_back(nullptr);
-    return run_office_program(words.data());
-  });
+                         fmt::format("{}: none of the formats that are known: MCAP, LAS, pcap, pcapng, PCD, {}CAN logs "
+                                     "(.asc, candump -L), DBC, YAML rig or scenario",
+                                     path, logs)}};
 }
 
 }  // namespace hueline::apps

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/result.hpp"
+#include "drivers/device.hpp"
 
 namespace hueline::apps {
 
@@ -21,14 +22,17 @@ int show(const Inspection& inspection, bool as_json);
 
 /// Recognises the format by the first bytes of the file and reads the whole file. The name decides only between formats
 /// without a signature. Formats: recordings and views of this program (MCAP), clouds (LAS, PCD), capture files (pcap,
-/// pcapng), NovAtel OEM7 byte streams, logs of CAN buses (ASC, candump), DBC files, and YAML of rigs, scenarios, sheets
-/// and calibrations. The folder of a drive stands for its recording.
-Inspection inspect_file(const std::string& path);
+/// pcapng), logs of CAN buses (ASC, candump), DBC files, YAML of rigs, scenarios, sheets and calibrations, and the
+/// files of the devices `types`, as their DeviceType says (drivers/device_files.hpp). The folder of a drive stands for
+/// its recording.
+Inspection inspect_file(const std::string& path, drivers::DeviceTypes types = drivers::device_types());
 
 // One function for each format. `path` exists and has the signature of that format.
 Inspection inspect_mcap(const std::string& path);
-Inspection inspect_capture_file(const std::string& path);
-Inspection inspect_novatel(const std::string& path);
+/// Lists the devices that one of `types` recognises among the senders.
+Inspection inspect_capture_file(const std::string& path, drivers::DeviceTypes types);
+/// Reads a file of a device's bytes (DeviceFiles::Log) with that device's decoder.
+Inspection inspect_device_log(const std::string& path, const drivers::DeviceType& type);
 Inspection inspect_can_log(const std::string& path);
 Inspection inspect_dbc(const std::string& path);
 Inspection inspect_las(const std::string& path);

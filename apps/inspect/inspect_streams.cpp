@@ -3,18 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <optional>
-#include <set>
 
 #include "apps/inspect/inspect.hpp"
 #include "core/calendar.hpp"
 #include "core/printable.hpp"
-#include "drivers/novatel/decoder.hpp"
-#include "drivers/profile_scanner/profile_scanner_decoder.hpp"
 #include "drivers/transport/file_source.hpp"
 #include "drivers/transport/pcap_source.hpp"
-#include "drivers/velodyne/velodyne_decoder.hpp"
-#include "drivers/velodyne/velodyne_timing.hpp"
 #include "runtime/pacer.hpp"
 #include "runtime/recording.hpp"
 #include "storage/mcap_reader.hpp"
@@ -187,78 +181,51 @@ Inspection inspect_mcap(const std::string& path) {
 
 namespace {
 
+/// A kind of device that may be heard in a capture, and what listens for it.
+struct Listening {
+  const char* kind;
+  std::unique_ptr<drivers::CaptureListener> listener;
+};
+
+/// Those whose datagrams have a signature come first.
+std::vector<Listening> listen_to(const std::string& path, drivers::DeviceTypes types) {
+  std::vector<Listening> out;
+  for (const bool has_signature : {true, false})
+    for (const drivers::DeviceType* type : types)
+      if (const auto& capture = type->files.capture; capture.listen && capture.has_signature == has_signature)
+        out.push_back({capture.kind, capture.listen(path)});
+  return out;
+}
+
 /// Why nothing of a capture was decoded.
-std::string why_undecoded(std::uint64_t datagrams, const std::set<std::uint8_t>& products) {
+std::string why_undecoded(std::uint64_t datagrams, const std::vector<Listening>& listening) {
   if (datagrams == 0) return "holds no UDP datagram: devices are read from UDP alone";
-  if (products.empty())
-    return "none of its datagrams is one of a Velodyne or a profile scanner: they are counted, not decoded";
-  std::string named;
-  for (const std::uint8_t product : products)
-    named += fmt::format("{}{}", named.empty() ? "" : ", ", drivers::velodyne_product_name(product));
-  std::string known;
-  for (const auto model : {drivers::VelodyneModel::Vlp16, drivers::VelodyneModel::Hdl32e})
-    known += fmt::format("{}0x{:02X} ({})", known.empty() ? "" : ", ", drivers::velodyne_table(model).product_id,
-                         drivers::velodyne_table(model).name);
-  return fmt::format("a Velodyne of product {}; known: {}: it is counted, not decoded", named, known);
+  std::string kinds, unknown;
+  for (const Listening& one : listening) {
+    kinds += (kinds.empty() ? "" : " or ") + std::string(one.kind);
+    if (const std::string models = one.listener->unknown_models(); !models.empty())
+      unknown += (unknown.empty() ? "" : "; ") + models;
+  }
+  if (unknown.empty()) return fmt::format("none of its datagrams is one of {}: they are counted, not decoded", kinds);
+  return unknown + ": it is counted, not decoded";
 }
 
-/// The model of the Velodyne at this address by its first packets' timing, where the factory byte leaves it open.
-std::optional<drivers::VelodyneModel> timed_model(const std::string& path, const std::string& address) {
-  drivers::PcapSource source(1, {.path = path, .ports = {}, .source_address = address});
-  if (!source.open().ok()) return {};
-  drivers::VelodyneTiming timing;
-  for (int packets = 0; packets < 10'000; ++packets) {
-    const Result<Packet> packet = source.next({});
-    if (!packet.ok()) return {};
-    const auto bytes = packet->bytes.bytes();
-    if (packet->kind != PacketKind::Wire || bytes.size() != drivers::kVelodyneDataBytes) continue;
-    if (!drivers::is_told_by_timing(static_cast<std::uint8_t>(bytes.back()))) return {};
-    timing.add(bytes);
-    if (const auto model = timing.model(3)) return model;
-  }
-  return {};
-}
+/// A sender of a capture, and the device that it is if one was recognised.
+struct Sender {
+  std::string address{}, name{};
+  const drivers::CaptureListener* recognised_by = nullptr;
+  Stream stream{};
 
-/// A device that is heard in a capture, by its address.
-struct HeardDevice {
-  std::string name;  // empty: not known
-  Stream stream;
-  std::set<std::uint8_t> unknown_products;  // of datagrams that have a Velodyne's size
-
-  /// A Velodyne's datagrams are told by their size; the model by the data packets' factory byte, the last of them, or
-  /// by their timing. A profile scanner's begin with their magic; the first of them says which scanner it is.
-  void take(const Packet& packet, const std::string& path, const drivers::IpAddress& address) {
-    const std::size_t size = packet.bytes.size();
-    const bool is_profile = drivers::is_profile_datagram(packet.bytes.bytes());
-    if (is_profile && !stream.decoder) {
-      if (const auto header = drivers::decode_profile_header(packet.bytes.bytes()); header.ok()) {
-        name = "profile scanner " + std::to_string(header->scanner);
-        stream.decoder =
-            std::make_unique<drivers::ProfileScannerDecoder>(SensorId{1}, drivers::ProfileScannerDecoder::Config{});
-      }
+  void take(const Packet& packet, const std::vector<Listening>& listening) {
+    for (const Listening& one : listening) {
+      if (recognised_by) break;
+      auto device = one.listener->listen(packet, address);
+      if (!device) continue;
+      recognised_by = one.listener.get();
+      name = std::move(device->name);
+      stream.decoder = std::move(device->decoder);
     }
-    if (size == drivers::kVelodyneDataBytes && !stream.decoder) take_first_data(packet, path, address);
-    if (!stream.decoder) return;
-    const bool is_velodyne =
-        !is_profile && (size == drivers::kVelodyneDataBytes || size == drivers::kVelodynePositionBytes);
-    if (name.starts_with("velodyne") ? is_velodyne : is_profile) stream.take(packet);
-  }
-
- private:
-  void take_first_data(const Packet& packet, const std::string& path, const drivers::IpAddress& address) {
-    const auto product = static_cast<std::uint8_t>(packet.bytes.bytes().back());
-    if (unknown_products.contains(product)) return;
-    const auto timed = timed_model(path, drivers::to_text(address));
-    for (const auto candidate : {drivers::VelodyneModel::Vlp16, drivers::VelodyneModel::Hdl32e}) {
-      const bool has_its_byte = drivers::velodyne_table(candidate).product_id == product;
-      if (timed ? candidate != *timed : !has_its_byte) continue;
-      name = std::string("velodyne ") + drivers::velodyne_table(candidate).name;
-      if (!has_its_byte) name += ", by its timing (factory byte of " + drivers::velodyne_product_name(product) + ")";
-      drivers::VelodyneDecoder::Config config;
-      config.model = candidate;
-      stream.decoder = std::make_unique<drivers::VelodyneDecoder>(SensorId{1}, config);
-    }
-    if (!stream.decoder) unknown_products.insert(product);
+    if (recognised_by && recognised_by->is_decodable(packet)) stream.take(packet);
   }
 };
 
@@ -267,12 +234,13 @@ constexpr std::size_t kMostSenders = 64;
 
 }  // namespace
 
-Inspection inspect_capture_file(const std::string& path) {
+Inspection inspect_capture_file(const std::string& path, drivers::DeviceTypes types) {
   Inspection out;
   drivers::PcapSource source(1, {.path = path, .ports = {}, .source_address = {}});
   if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
   std::map<std::size_t, std::uint64_t> sizes;
-  std::map<drivers::IpAddress, HeardDevice> senders;
+  const std::vector<Listening> listening = listen_to(path, types);
+  std::map<drivers::IpAddress, Sender> senders;
   Tally untaken;  // faults of the file itself
   std::uint64_t packets = 0;
   HostTime first{}, last{};
@@ -297,7 +265,10 @@ Inspection inspect_capture_file(const std::string& path) {
     last = packet->received;
     ++sizes[packet->bytes.size()];
     const drivers::IpAddress address = source.sender();
-    if (senders.contains(address) || senders.size() < kMostSenders) senders[address].take(*packet, path, address);
+    auto sender = senders.find(address);
+    if (sender == senders.end() && senders.size() < kMostSenders)
+      sender = senders.emplace(address, Sender{.address = drivers::to_text(address)}).first;
+    if (sender != senders.end()) sender->second.take(*packet, listening);
   }
   out.found = std::make_unique<Json>();
   Json& json = *out.found;
@@ -306,15 +277,13 @@ Inspection inspect_capture_file(const std::string& path) {
   json["duration_s"] = to_seconds(last - first);
   for (const auto& [size, count] : sizes) json["datagrams_by_size"][std::to_string(size)] = count;
   const auto known = std::count_if(senders.begin(), senders.end(),
-                                   [](const auto& sender) { return sender.second.stream.decoder != nullptr; });
-  std::set<std::uint8_t> unknown_products;
+                                   [](const auto& sender) { return sender.second.recognised_by != nullptr; });
   for (auto& [address, device] : senders) {
-    unknown_products.merge(device.unknown_products);
-    if (!device.stream.decoder) continue;
+    if (!device.recognised_by) continue;
     device.stream.finish();
     Json& one = known == 1 ? json : json["devices"].emplace_back();
     one["device"] = device.name;
-    one["source_address"] = drivers::to_text(address);
+    one["source_address"] = device.address;
     one["decoded"] = device.stream.tally.json(device.stream.decoder->counts());
   }
   if (!untaken.faults.empty()) {
@@ -322,18 +291,18 @@ Inspection inspect_capture_file(const std::string& path) {
     json["last_fault"] = untaken.last_fault;
   }
   if (known == 0 && out.trouble.ok())
-    out.trouble = Error{ErrorCode::Unsupported, path + ": " + why_undecoded(packets, unknown_products)};
+    out.trouble = Error{ErrorCode::Unsupported, path + ": " + why_undecoded(packets, listening)};
   return out;
 }
 
-Inspection inspect_novatel(const std::string& path) {
+Inspection inspect_device_log(const std::string& path, const drivers::DeviceType& type) {
   Inspection out;
   drivers::FileSource::Config config;
   config.path = path;
   drivers::FileSource source(config);
   if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
   Stream stream;
-  stream.decoder = std::make_unique<drivers::NovatelDecoder>(drivers::NovatelDecoder::Config{});
+  stream.decoder = type.make()->make_decoder(1);
   std::uint64_t bytes = 0;
   for (;;) {
     Result<Packet> packet = source.next({});
@@ -347,7 +316,7 @@ Inspection inspect_novatel(const std::string& path) {
   stream.finish();
   out.found = std::make_unique<Json>();
   Json& json = *out.found;
-  json["format"] = "NovAtel OEM7 binary";
+  json["format"] = type.files.log.format;
   json["bytes"] = bytes;
   json.update(stream.tally.json(stream.decoder->counts()));
   const DecodeCounts& counts = stream.decoder->counts();

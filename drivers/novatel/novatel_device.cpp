@@ -41,6 +41,23 @@ std::unique_ptr<Decoder> NovatelDevice::make_decoder(SensorId) const {
   return std::make_unique<NovatelDecoder>(decoder_);
 }
 
-constinit const DeviceType kNovatel{"novatel", Role::Pos, false, make_device<NovatelDevice>};
+namespace {
+
+/// OEM7 logs have no header and may begin in the middle of a message: the sync bytes of one stand among the first
+/// bytes.
+bool is_oem7_log(std::string_view first_bytes) {
+  using namespace std::string_view_literals;
+  return first_bytes.find("\xAA\x44\x12"sv) != std::string_view::npos ||
+         first_bytes.find("\xAA\x44\x13"sv) != std::string_view::npos;
+}
+
+}  // namespace
+
+constinit const DeviceType kNovatel{
+    .word = "novatel",
+    .role = Role::Pos,
+    .is_sheddable = false,
+    .make = make_device<NovatelDevice>,
+    .files = {.log = {.format = "NovAtel OEM7 binary", .ending = ".gps", .is_beginning = is_oem7_log}}};
 
 }  // namespace hueline::drivers

@@ -76,10 +76,30 @@ class ToyScanner final : public drivers::Device {
   double min_range_m_ = 0.5;
 };
 
+bool begins_as_ours(std::string_view bytes) { return bytes.starts_with("TOY"); }
+
+class ToyListener final : public drivers::CaptureListener {
+ public:
+  std::optional<drivers::HeardDevice> listen(const Packet& datagram, const std::string&) override {
+    if (!is_decodable(datagram)) return {};
+    return drivers::HeardDevice{"toy scanner", std::make_unique<ToyDecoder>(SensorId{1}, 0)};
+  }
+  bool is_decodable(const Packet& datagram) const override {
+    const auto bytes = datagram.bytes.bytes();
+    return begins_as_ours({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  }
+};
+std::unique_ptr<drivers::CaptureListener> listen(const std::string&) { return std::make_unique<ToyListener>(); }
+
 }  // namespace
 
-constinit const drivers::DeviceType kToyScanner{"toy_scanner", drivers::Role::Laser, true,
-                                                drivers::make_device<ToyScanner>};
+constinit const drivers::DeviceType kToyScanner{
+    .word = "toy_scanner",
+    .role = drivers::Role::Laser,
+    .is_sheddable = true,
+    .make = drivers::make_device<ToyScanner>,
+    .files = {.log = {.format = "toy scanner", .ending = ".toy", .is_beginning = begins_as_ours},
+              .capture = {.kind = "a toy scanner", .has_signature = true, .listen = listen}}};
 
 std::vector<std::byte> encode(char kind, GpsTime time, std::span<const std::array<float, 3>> points) {
   std::vector<std::byte> out(kHeadBytes + points.size() * kPointBytes);

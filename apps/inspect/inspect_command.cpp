@@ -1,0 +1,29 @@
+#include <memory>
+
+#include "apps/commands.hpp"
+#include "apps/inspect/inspect.hpp"
+#include "apps/office_program.hpp"
+
+namespace hueline::apps {
+
+void add_inspect(Command& all) {
+  struct Options {
+    std::string path;
+    bool json = false;
+  };
+  auto options = std::make_shared<Options>();
+  Command command = all.command(kInspect.word, kInspect.help);
+  command.required("FILE", options->path, "a file of hueline or of a device, or a drive's folder");
+  command.flag("--json", options->json, "print JSON, for programs");
+  command.runs([options] {
+    const Inspection inspection = inspect_file(options->path);
+    if (!inspection.may_be_scenario) return show(inspection, options->json);
+    std::string hueline = "hueline", word = kInspect.word, json = "--json";
+    std::vector<char*> words = {hueline.data(), word.data(), options->path.data()};
+    if (options->json) words.push_back(json.data());
+    words.push_back(nullptr);
+    return run_office_program(words.data());
+  });
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,87 @@
+#include "drivers/velodyne/velodyne_listener.hpp"
+
+#include <fmt/format.h>
+
+#include <set>
+#include <utility>
+
+#include "drivers/transport/pcap_source.hpp"
+#include "drivers/velodyne/velodyne_decoder.hpp"
+#include "drivers/velodyne/velodyne_timing.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+constexpr std::array kModels{VelodyneModel::Vlp16, VelodyneModel::Hdl32e};
+
+std::uint8_t product_of(const Packet& data) { return static_cast<std::uint8_t>(data.bytes.bytes().back()); }
+
+/// Returns the model of the Velodyne at this address by its first packets' timing, or nothing where the factory byte
+/// decides.
+std::optional<VelodyneModel> timed_model(const std::string& path, const std::string& address) {
+  PcapSource source(1, {.path = path, .ports = {}, .source_address = address});
+  if (!source.open().ok()) return {};
+  VelodyneTiming timing;
+  for (int packets = 0; packets < 10'000; ++packets) {
+    const Result<Packet> packet = source.next({});
+    if (!packet.ok()) return {};
+    if (packet->kind != PacketKind::Wire || packet->bytes.size() != kVelodyneDataBytes) continue;
+    if (!is_told_by_timing(product_of(*packet))) return {};
+    timing.add(packet->bytes.bytes());
+    if (const auto model = timing.model(3)) return model;
+  }
+  return {};
+}
+
+class VelodyneListener final : public CaptureListener {
+ public:
+  explicit VelodyneListener(std::string path) : path_(std::move(path)) {}
+
+  std::optional<HeardDevice> listen(const Packet& datagram, const std::string& sender) override {
+    if (datagram.bytes.size() != kVelodyneDataBytes) return {};
+    const std::uint8_t product = product_of(datagram);
+    if (unknown_.contains({sender, product})) return {};
+    const auto timed = timed_model(path_, sender);
+    for (const VelodyneModel model : kModels) {
+      const VelodyneTable& table = velodyne_table(model);
+      const bool has_its_byte = table.product_id == product;
+      if (timed ? model != *timed : !has_its_byte) continue;
+      std::string name = std::string("velodyne ") + table.name;
+      if (!has_its_byte) name += ", by its timing (factory byte of " + velodyne_product_name(product) + ")";
+      VelodyneDecoder::Config config;
+      config.model = model;
+      return HeardDevice{std::move(name), std::make_unique<VelodyneDecoder>(SensorId{1}, config)};
+    }
+    unknown_.emplace(sender, product);
+    return {};
+  }
+
+  bool is_decodable(const Packet& datagram) const override {
+    return datagram.bytes.size() == kVelodyneDataBytes || datagram.bytes.size() == kVelodynePositionBytes;
+  }
+
+  std::string unknown_models() const override {
+    if (unknown_.empty()) return {};
+    std::set<std::uint8_t> products;
+    for (const auto& [sender, product] : unknown_) products.insert(product);
+    std::string named, known;
+    for (const std::uint8_t product : products)
+      named += fmt::format("{}{}", named.empty() ? "" : ", ", velodyne_product_name(product));
+    for (const VelodyneModel model : kModels)
+      known += fmt::format("{}0x{:02X} ({})", known.empty() ? "" : ", ", velodyne_table(model).product_id,
+                           velodyne_table(model).name);
+    return fmt::format("a Velodyne of product {}; known: {}", named, known);
+  }
+
+ private:
+  const std::string path_;
+  std::set<std::pair<std::string, std::uint8_t>> unknown_;  // sender, factory byte
+};
+
+}  // namespace
+
+std::unique_ptr<CaptureListener> listen_for_velodyne(const std::string& path) {
+  return std::make_unique<VelodyneListener>(path);
+}
+
+}  // namespace hueline::drivers
