@@ -21,8 +21,8 @@ constexpr int kColourStates = 5;
 /// Returns the enumerator's name.
 const char* name(ColourState state);
 
-constexpr std::uint32_t kNoExposure = 0xFFFFFFFFu;
-constexpr std::uint8_t kNoLens = 0xFF;
+constexpr std::uint32_t kNoExposure = 0xFFFFFFFFu;  ///< ColouredPoint::exposure of a point without a colour
+constexpr std::uint8_t kNoLens = 0xFF;              ///< ColouredPoint::lens of a point without a colour
 
 /// A return with its place and colour. The place is in Enu at the cloud's origin, in metres. Each member has an entry
 /// in core/point_fields.hpp.

@@ -36,7 +36,7 @@ struct Packet {
 };
 using PacketPtr = std::shared_ptr<const Packet>;
 
-/// Interface of everything that delivers packets: hardware, recordings, simulated devices and the test's own vectors.
+/// Interface of everything that delivers packets: hardware, recordings, simulated devices and test data.
 /// Thread safety: none; one reader thread makes all calls.
 class PacketSource {
  public:

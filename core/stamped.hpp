@@ -14,8 +14,8 @@ namespace hueline {
 struct StampedLaserBatch {
   SensorId sensor{};
   std::uint64_t packet_sequence = 0;
-  GpsTime time{};  ///< the first firing; a return's firing is time + time_offset_ns
-  nanoseconds sigma{0};
+  GpsTime time{};        ///< the first firing; a return's firing is time + time_offset_ns
+  nanoseconds sigma{0};  ///< one sigma of `time`
   SyncState state = SyncState::Unlocked;
   std::vector<LaserReturn> returns;
 };
@@ -41,9 +41,9 @@ const char* name(ExposureTiming timing);
 /// Exposure for all of them.
 struct Exposure {
   SensorId camera{};
-  std::uint32_t index = 0;  ///< count from 0 in the order of time, made by sync/; points refer to it
+  std::uint32_t index = 0;  ///< number in the order of time, from 0; sync/ assigns it, and points refer to it
   GpsTime exposure_mid{};
-  nanoseconds sigma{0};
+  nanoseconds sigma{0};  ///< one sigma of `exposure_mid`
   SyncState state = SyncState::Unlocked;
   ExposureTiming timing = ExposureTiming::Unmatched;
   Image image;

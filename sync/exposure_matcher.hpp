@@ -36,8 +36,10 @@ namespace hueline::sync {
 ///   none, but one beside it that the    Unmatched, because either the clock or the mark is wrong
 ///   image's arrival allows
 ///
-/// After `relearn_after` consecutive images of the last kind, the relation is learnt again. If arrivals then show that
-/// the marks have moved, or do not show what has moved, sigma includes the move until marks and clock fit as before.
+/// After `relearn_after` consecutive images without a mark at the predicted time, although other marks came, the
+/// relation is learnt again. If arrivals then show that the marks have moved, or do not show what has moved, sigma
+/// includes the move until marks and clock fit as before. If an image arrives earlier than possible after the mark that
+/// fits, the image is Unmatched, and the relation is learnt again at once.
 ///
 /// Special cases:
 /// - If the camera's counter or frame number falls, the camera has restarted, and its relation is learnt again.
@@ -72,8 +74,7 @@ class ExposureMatcher {
     nanoseconds stamp_delay{0};
     /// Smallest time from the start of the exposure to the arrival of the complete image; >= 0.
     nanoseconds latency_min{std::chrono::milliseconds(5)};
-    /// Largest time from the start of the exposure to the arrival of the complete image; above latency_min, at most 5
-    /// s.
+    /// Largest time from the start of the exposure to the arrival of the complete image; above latency_min, up to 5 s.
     nanoseconds latency_max{std::chrono::milliseconds(90)};
     /// Largest time from a mark to the arrival of its message; [1 ms, 5 s].
     nanoseconds mark_latency_max{std::chrono::milliseconds(250)};
@@ -105,6 +106,7 @@ class ExposureMatcher {
 
   /// Returns a time before which no exposure will come any more, as long as deliveries keep latency_max.
   GpsTime watermark(GpsTime now) const;
+  /// Returns true if the relation of the camera's counter to the marks is known.
   bool is_learnt() const { return relation_.is_known(); }
 
   struct Counts {

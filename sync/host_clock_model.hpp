@@ -69,7 +69,9 @@ class HostClockModel {
   };
   explicit HostClockModel(Config config);
 
+  /// Adds an edge. Edges of other sensors than Config::pps are ignored.
   void add(const PpsEdge& edge);
+  /// Adds a label. A label that is not valid is counted, but not used.
   void add(const TimeLabel& label);
   /// Takes over only what `label` says about leap seconds. add() of a label does this too.
   void add_utc_offset(const TimeLabel& label);
@@ -87,6 +89,7 @@ class HostClockModel {
   /// Returns why can_stamp() is false, as a clause for people. It is one of a few fixed texts; empty if can_stamp() is
   /// true.
   const char* why_not() const;
+  /// Returns true if the times come from arrivals, because pulses are missing.
   bool is_from_arrivals() const { return fallback_; }
   /// Returns true if an edge that fits came within the last 1.2 s; otherwise the relation is extrapolated.
   bool has_fresh_pulse() const {
@@ -98,6 +101,7 @@ class HostClockModel {
   /// Returns GPS time minus UTC: the receiver's value if the table of leap seconds allows it, otherwise that of the
   /// table.
   std::chrono::seconds utc_offset(GpsTime t) const;
+  /// Returns pulse seconds (GPS seconds) per host second, minus 1; 0 without pulses.
   double rate() const { return filter_.is_started() ? filter_.rate() : 0; }
   const Instability& instability() const { return filter_.instability(); }
 

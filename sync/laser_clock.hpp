@@ -50,6 +50,7 @@ class LaserClock {
   };
   explicit LaserClock(Config config) : config_(config), line_(config.arrivals), discipline_(config.discipline) {}
 
+  /// Adds what the scanner reports about its clock.
   void add(const LaserStatus& status);
   /// Stamps `batch`, or holds it. Requires host.can_stamp(). Appends to `out` in order of arrival.
   void process(LaserBatch batch, const HostClockModel& host, std::vector<StampedLaserBatch>& out);
@@ -59,6 +60,7 @@ class LaserClock {
 
   /// Returns the earliest time of what is held, for the watermark; empty if nothing is held.
   std::optional<GpsTime> earliest_held() const;
+  /// Returns the whole seconds that are added to the scanner's stamps.
   std::chrono::seconds correction() const { return correction_; }
 
   struct Counts {

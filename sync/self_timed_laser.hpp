@@ -38,7 +38,9 @@ class SelfTimedLaser {
   explicit SelfTimedLaser(const Config& config)
       : config_(config), labels_(config.agreeing), discipline_(config.discipline) {}
 
+  /// Adds a label. When the labels are settled, the batches held are stamped and appended to `out`.
   void add(const TimeLabel& label, const HostClockModel& leaps, std::vector<StampedLaserBatch>& out);
+  /// Adds what the scanner reports about its clock.
   void add(const LaserStatus& status, const HostClockModel& leaps, std::vector<StampedLaserBatch>& out);
   /// Stamps or holds a batch, and appends to `out` in order of arrival. `leaps` is used only for GPS time minus UTC.
   void process(LaserBatch batch, const HostClockModel& leaps, std::vector<StampedLaserBatch>& out);
@@ -55,7 +57,7 @@ class SelfTimedLaser {
   /// Returns true if batches wait for labels and may still be stamped.
   bool is_waiting() const { return !held_.empty(); }
 
-  /// Returns without a time, by reason.
+  /// Counts of the laser returns that got no time, by reason.
   struct Counts {
     std::uint64_t never_locked = 0;  ///< the scanner never said that its clock is locked
     std::uint64_t lost_lock = 0;     ///< the reference was lost for longer than the crystal is good
