@@ -42,7 +42,9 @@ class Command {
                    const std::vector<std::string>& choices = {});
   Command& setting(const std::string& word, double& value, const std::string& help, Allowed allowed = {});
   Command& setting(const std::string& word, int& value, const std::string& help, Allowed allowed = {});
+  /// Adds a word without a value. `value` becomes true if it is given.
   Command& flag(const std::string& word, bool& value, const std::string& help);
+  /// Sets the text below the help of this command.
   Command& footer(const std::string& text);
 
   /// Declares that the value names a file which this command reads, or a drive's folder, which stands for its

@@ -12,6 +12,7 @@ namespace hueline::apps {
 /// Thread-bound.
 class ProgressBar {
  public:
+  /// Shows the stage of the work and the share of it that is done, 0 ... 1.
   void show(const std::string& stage, double share) {
     const int tenth = static_cast<int>(share * 10);
     if (is_terminal_) {
@@ -24,6 +25,7 @@ class ProgressBar {
     stage_ = stage;
     tenth_ = tenth;
   }
+  /// Removes the bar.
   void end() {
     if (is_terminal_ && !stage_.empty()) std::fputs("\r\033[K", stderr);
     stage_.clear();

@@ -16,6 +16,7 @@ struct KeyDocument {
   std::function<void(Keys&)> visit;
   bool has_paths = false;  ///< whether tables write a key with the mappings around it, e.g. "street.road_width_m"
 };
+/// Returns the keys of a rig file.
 KeyDocument rig_document();
 
 /// Returns the document with its tables of keys written anew. A table stands between two lines of this form:

@@ -13,6 +13,7 @@
 /// data. docs/rig.md lists the keys.
 namespace hueline::config {
 
+/// One sensor of a rig.
 struct Sensor {
   SensorId id{};
   std::string name;
@@ -20,9 +21,11 @@ struct Sensor {
   const drivers::DeviceType* type = nullptr;      ///< never null in a Rig
   std::shared_ptr<const drivers::Device> device;  ///< made by `type`; never null in a Rig
 
+  /// Returns the word of `driver:` in the rig file.
   const char* driver() const { return type->word; }
 };
 
+/// A loaded rig file.
 struct Rig {
   std::string name;
   std::string text;             ///< the file as it was read, for the recording
@@ -41,6 +44,7 @@ struct Rig {
 /// Loads a rig. `path` is a file or the name of a shipped rig (config/shipped.hpp). `types` are the devices that a rig
 /// may name. Throws ConfigError with file, line, key, what was found and what is allowed.
 Rig load_rig(const std::string& path, drivers::DeviceTypes types = drivers::device_types());
+/// Does the same from text. `name` stands for the file in messages.
 Rig parse_rig(const std::string& text, const std::string& name, drivers::DeviceTypes types = drivers::device_types());
 
 /// Visits all keys of a rig file, including those of every device.

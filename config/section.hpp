@@ -30,7 +30,10 @@ class Section {
   static Section load_file(const std::string& path);
   static Section load_text(const std::string& text, const std::string& name);
 
+  /// Returns whether the key is present. From now on it counts as known.
   bool has(const std::string& key) const;
+  /// The functions without `otherwise` require the key. The others return `otherwise` if it is absent. All throw
+  /// ConfigError for a value of the wrong type or outside the range. `unit` is named in that message.
   double number(const std::string& key, Range range, std::string_view unit = {});
   double number(const std::string& key, Range range, double otherwise);
   std::int64_t integer(const std::string& key, Range range, std::string_view unit = {});

@@ -24,6 +24,7 @@ class DiskReserve {
   /// Updates the mean rate: how much was recorded so far, and in what time. During the first minute the rate is
   /// computed as if a whole minute had passed.
   void note(std::uint64_t recorded_bytes, double seconds);
+  /// Returns the space that is kept at present, bytes.
   std::uint64_t bytes() const { return bytes_.load(std::memory_order_relaxed); }
 
   /// Returns Exhausted if less space is free than is kept and `product` lies on the file system of the recording.

@@ -28,6 +28,7 @@ namespace hueline::runtime {
 /// source returns its own packet.
 class FileMerge {
  public:
+  /// One file of the merge.
   struct Input {
     std::unique_ptr<PacketSource> source;
     std::unique_ptr<Decoder> decoder;  ///< decoder of the sensor, used only for the times that it finds

@@ -29,9 +29,11 @@ using PacketQueue = BoundedQueue<PacketPtr>;
 ///   computer's clock.
 class Ingest {
  public:
+  /// What Ingest must know about a sensor.
   struct Sensor {
     bool is_sheddable = false;
   };
+  /// Counts of one sensor: packets and bytes that entered, packets of them that were shed, packets that were refused.
   struct Counts {
     std::uint64_t packets = 0, bytes = 0, shed = 0, refused = 0;
   };
@@ -61,6 +63,7 @@ class Ingest {
   bool tell_the_rest(std::stop_token stop);
 
   Counts counts(SensorId sensor) const;
+  /// Returns the sequence of the next packet, which is the number of packets that were accepted or refused so far.
   std::uint64_t next_sequence() const;
 
  private:

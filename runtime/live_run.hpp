@@ -25,6 +25,7 @@ class LiveRun {
     /// If no packet comes for this long, the recorded data is written to the disk.
     std::chrono::milliseconds pause_after{500};
   };
+  /// A device or file, and how it is read.
   struct Source {
     SensorId sensor;
     std::string name;
@@ -39,6 +40,7 @@ class LiveRun {
           std::function<void(const Packet&)> process, Config config);
   ~LiveRun();
 
+  /// Starts all threads.
   void start();
   /// Returns true if there is nothing to wait for: every reader has ended by itself (recordings as sources), or the
   /// recording failed.

@@ -22,6 +22,7 @@ class ProductSink {
   /// Called once, before the first cloud, when the origin of the local level frame of the cloud and of all poses is
   /// known.
   virtual void on_origin(const Geodetic&) {}
+  /// Called with points that have their places and colours.
   virtual void on_cloud(const CloudBlock&, const fusion::Trajectory&) {}
   /// Called with an exposure and its image as soon as its time is known. Its pose may not be settled yet.
   virtual void on_exposure(const Exposure&) {}
@@ -33,14 +34,17 @@ class ProductSink {
   /// wants_settled_laser() returns true.
   virtual void on_settled_laser(const StampedLaserBatch&, const fusion::Trajectory&) {}
   virtual bool wants_settled_laser() const { return false; }
+  /// Called with every solution of the POS, good or not.
   virtual void on_solution(const InsSolution&) {}
   /// Called with a message of a wheel encoder and its time.
   virtual void on_wheel(const StampedWheelSpeed&) {}
+  /// Called with every GNSS fix.
   virtual void on_fix(const GnssFix&) {}
   /// `time` is empty if the clock had no relation to GPS time at the change: before it got one, or after it lost it.
   virtual void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) {
     (void)time, (void)clock, (void)state;
   }
+  /// Called with every fault: those of the journal, and those that decoders, clocks and colouring make.
   virtual void on_fault(const Fault&) {}
 };
 

@@ -25,6 +25,7 @@ class Reader {
     /// error ends it, because a file that is opened again would start from its beginning.
     bool is_recording = false;
   };
+  /// What the reader is doing. Silent means connected, but without packets.
   enum class State : std::uint8_t { Connecting, Running, Silent, Ended };
 
   /// `host_now` stamps the faults; a test passes its own clock.

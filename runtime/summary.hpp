@@ -21,7 +21,9 @@ class Summary : public ProductSink {
   explicit Summary(std::vector<std::string> sensors);
 
   void on_packet(const Packet& packet);  ///< every packet of the journal, also shed ones
+  /// Sets the counts of a sensor's decoder.
   void on_decoded(SensorId sensor, const DecodeCounts& counts);
+  /// Adds what a wheel encoder measured, and its comparison with the POS.
   void on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses);
   /// To be called if the products end before the recording does. A replay makes them whole. `why` is a sentence.
   void on_early_end(const std::string& why) { ends_early_ = why; }
@@ -39,7 +41,9 @@ class Summary : public ProductSink {
 
   std::uint64_t points() const { return points_; }
   std::uint64_t wire_packets() const;  ///< packets of devices, without faults and ticks
+  /// Points with a colour: those of the states Direct and Neighbour.
   std::uint64_t coloured_points() const;
+  /// Returns the sum of the counts of all faults of this kind.
   std::uint64_t lost(FaultKind kind) const;
 
   nlohmann::ordered_json json() const;

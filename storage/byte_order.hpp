@@ -54,6 +54,7 @@ class ByteReader {
     if (from.size() == sizeof value) std::memcpy(&value, from.data(), sizeof value);
     return value;
   }
+  /// Returns the next `size` bytes, which are not copied; nothing if fewer are left.
   ByteView take_bytes(std::uint64_t size) {
     if (!ok_ || size > bytes_.size() - at_) {
       ok_ = false;
@@ -69,7 +70,9 @@ class ByteReader {
     return std::string(reinterpret_cast<const char*>(text.data()), text.size());
   }
 
+  /// Returns false after a read that did not fit.
   bool ok() const { return ok_; }
+  /// Returns the number of bytes read so far.
   std::size_t position() const { return at_; }
   std::size_t remaining() const { return bytes_.size() - at_; }
 

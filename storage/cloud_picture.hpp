@@ -10,6 +10,7 @@
 /// file that has no colours.
 namespace hueline::storage {
 
+/// Settings of picture_from_above(). validate() returns an empty text if they are valid, else a sentence.
 struct TopViewConfig {
   int longest_side_px = 2000;  ///< side of the picture that shows the longer extent of the cloud, px, 100 ... 20000
   /// Share of the points that may lie outside the picture on each of its four sides. It keeps a few far returns from
@@ -30,6 +31,7 @@ struct TopView {
 /// file has no point.
 Result<TopView> picture_from_above(const std::filesystem::path& las, const TopViewConfig& config = {});
 
+/// Settings of picture_from_street(). validate() returns an empty text if they are valid, else a sentence.
 struct StreetViewConfig {
   /// Position of the eye: easting, northing and height in the file's CRS, m.
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
@@ -43,6 +45,7 @@ struct StreetViewConfig {
   double splat_share = 0.0025;
   std::string validate() const;
 };
+/// The result of picture_from_street().
 struct StreetView {
   RgbImage image;
   Status read;  ///< as in TopView

@@ -7,6 +7,7 @@
 /// The few shapes that a picture of a cloud needs. Every function clips at the picture's border.
 namespace hueline::storage {
 
+/// Draws a filled rectangle. (x, y) is its upper left pixel.
 void fill_rectangle(RgbImage& image, int x, int y, int width, int height, Rgb colour);
 /// Draws a filled triangle. Corners are in pixels.
 void fill_triangle(RgbImage& image, const std::array<std::array<double, 2>, 3>& corners, Rgb colour);

@@ -24,6 +24,7 @@ struct JournalFile {
   bool operator==(const JournalFile&) const = default;
 };
 
+/// The header of a recording: its sensors, its files, and notes about it.
 struct JournalHeader {
   std::vector<JournalSensor> sensors;  ///< by SensorId; [0] is hueline itself
   std::vector<JournalFile> files;
@@ -36,6 +37,7 @@ constexpr const char* kJournalProfile = "hueline-raw";       ///< profile in the
 constexpr const char* kJournalMetadata = "hueline.journal";  ///< metadata record with `about` and "format"
 constexpr const char* kJournalFormat = "1";
 constexpr const char* kRawPacketSchema = "hueline.RawPacket";
+/// Returns the topic of a sensor's packets.
 inline std::string raw_topic(const std::string& sensor_name) { return "/raw/" + sensor_name; }
 
 }  // namespace hueline::storage

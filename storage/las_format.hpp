@@ -45,8 +45,10 @@ Bytes encode_las_header(const LasHeader& header);
 /// Reads a header of version 1.0 to 1.4. Errors: Malformed if this is no LAS header; Unsupported for another version.
 Result<LasHeader> decode_las_header(ByteView bytes);
 
+/// Appends a variable length record: 54 bytes of head, then its data.
 void append_vlr(Bytes& out, const LasVlr& vlr);
 
+/// Types of extra bytes, with their numbers in the file.
 enum class LasType : std::uint8_t { U8 = 1, I8, U16, I16, U32, I32, U64, I64, F32, F64 };
 std::size_t size_of(LasType type);
 
@@ -69,6 +71,7 @@ std::size_t las_point_size(int format);
 
 /// Returns adjusted standard GPS time in seconds.
 double to_las_time(GpsTime time);
+/// Returns the GPS time of adjusted standard GPS time in seconds.
 GpsTime from_las_time(double adjusted_seconds);
 
 }  // namespace hueline::storage

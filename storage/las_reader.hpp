@@ -36,6 +36,7 @@ class LasReader {
   const LasExtraField* extra_field(std::string_view name) const;
   /// Returns the CRS as OGC WKT; empty if the file has none.
   std::string wkt() const;
+  /// Returns whether the point format has colours.
   bool has_colour() const;
   /// Returns the time of a point. Nothing if the file's times are GPS times of week, because the week is not in the
   /// file.

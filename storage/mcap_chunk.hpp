@@ -14,6 +14,7 @@ namespace hueline::storage {
 /// payloads stay where they are, held by reference, and are read only once, for the CRC.
 class McapChunk {
  public:
+  /// The head of a message.
   struct Message {
     std::uint16_t channel = 0;
     std::uint32_t sequence = 0;

@@ -50,17 +50,20 @@ struct McapChannel {
   std::map<std::string, std::string> metadata;
 };
 
+/// A named map of texts.
 struct McapMetadata {
   std::string name;
   std::map<std::string, std::string> values;
 };
 
+/// A file inside the file.
 struct McapAttachment {
   std::uint64_t log_time = 0, create_time = 0;  ///< ns; 0 if no clock was read
   std::string name, media_type;
   std::string data;
 };
 
+/// Counts and times of what a file holds.
 struct McapStatistics {
   std::uint64_t message_count = 0;
   std::uint16_t schema_count = 0;
@@ -75,9 +78,11 @@ std::size_t begin_record(Bytes& out, McapOpcode opcode);
 void end_record(Bytes& out, std::size_t begun_at);
 /// Appends a string with its u32 length before it.
 void append_string(Bytes& out, const std::string& text);
+/// Appends a map, preceded by its u32 length in bytes.
 void append_map(Bytes& out, const std::map<std::string, std::string>& map);
 void append_map(Bytes& out, const std::map<std::uint16_t, std::uint64_t>& map);
 
+/// Appends the whole record.
 void append_record(Bytes& out, const McapSchema& schema);
 void append_record(Bytes& out, const McapChannel& channel);
 void append_record(Bytes& out, const McapMetadata& metadata);

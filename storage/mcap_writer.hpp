@@ -41,7 +41,9 @@ class McapWriter {
   Result<std::uint16_t> add_schema(McapSchema schema);
   /// Adds a channel. The caller chooses `channel.id` and `channel.schema_id`; a channel id can be used once.
   Status add_channel(const McapChannel& channel);
+  /// Adds a metadata record.
   Status add_metadata(const McapMetadata& metadata);
+  /// Adds an attachment with its CRC.
   Status add_attachment(const McapAttachment& attachment);
 
   /// Adds one message whose data is `head` followed by `payload`. The bytes reach the file together with their chunk.
@@ -58,6 +60,7 @@ class McapWriter {
 
   const McapStatistics& statistics() const { return statistics_; }  ///< of what is in the file
   std::uint64_t bytes_written() const { return file_.size(); }
+  /// Bytes in the chunk that is not written yet.
   std::uint64_t bytes_waiting() const { return chunk_.size(); }
   /// Messages that write() accepted and that did not reach the file because their chunk could not be written.
   std::uint64_t lost_messages() const { return lost_messages_; }

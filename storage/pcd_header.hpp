@@ -17,6 +17,7 @@ constexpr std::size_t kMostPcdColumns = 4096;
 
 enum class PcdEncoding { Ascii, Binary, Compressed };
 
+/// The header of a PCD file. The vectors have one element for each field.
 struct PcdHeader {
   std::vector<std::string> fields;
   std::vector<std::size_t> sizes;   ///< bytes of one value, of each field
@@ -29,6 +30,7 @@ struct PcdHeader {
   /// Returns whether a field is padding: PCL writes the gaps between the members of a C++ structure as fields of this
   /// name.
   bool is_padding(std::size_t field) const { return fields[field] == "_"; }
+  /// Returns the bytes of one point in binary data.
   std::size_t record_bytes() const {
     std::size_t sum = 0;
     for (std::size_t i = 0; i < sizes.size(); ++i) sum += sizes[i] * counts[i];

@@ -19,6 +19,7 @@ class PointColour {
         shift_(eight_bit ? 0 : 8),
         brightest_(brightest_intensity ? brightest_intensity : 1) {}
 
+  /// Returns whether the point has a colour of its own, and is not drawn in grey.
   bool is_coloured(const LasPoint& p) const { return colours_ && (!state_ || LasReader::extra(p, *state_) < 2); }
   Rgb operator()(const LasPoint& p) const {
     if (is_coloured(p)) {

@@ -26,6 +26,7 @@ class ScanCloudWriter {
   /// Appends points as x y z x y z ..., each less `origin`, m. Error: Invalid for a point too far from the origin for
   /// LAS (2147 km).
   Status append(std::span<const double> xyz_from_origin);
+  /// Finishes the header of a LAS file, syncs and closes.
   Status close();
   std::uint64_t points() const { return header_.point_count; }
 

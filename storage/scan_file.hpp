@@ -51,6 +51,7 @@ class ScanFile {
 
   const ScanLayout& layout() const { return layout_; }
   std::uint64_t bytes() const { return file_.size(); }
+  /// Returns the number of blocks.
   std::size_t blocks() const { return block_count_; }
   /// Returns x y z of the points of a block as float, in the units of the file; valid until `scratch` changes. Blocks
   /// follow each other in the order of the file. Reentrant if each thread has its own `scratch`.

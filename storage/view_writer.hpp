@@ -44,12 +44,15 @@ class ViewWriter {
   ViewWriter(ViewWriter&&) noexcept = default;
   ViewWriter& operator=(ViewWriter&&) = delete;
 
+  /// Adds the points that are shown. A message is written when its points span Config::cloud_interval.
   Status append(const CloudBlock& block);
   Status append(const InsSolution& solution);
   Status append(const GnssFix& fix);
   /// `camera` is the rig's name for the camera. Incomplete images are left out.
   Status append(const Exposure& exposure, const std::string& camera);
+  /// Adds a line of the log. `who` is the name of its sensor.
   Status append_log(GpsTime time, Level level, const std::string& who, const std::string& text);
+  /// Writes what waits, with summary and indexes, and closes the file.
   Status close();
 
   std::uint64_t bytes_written() const { return mcap_.bytes_written(); }

@@ -50,6 +50,7 @@ constexpr const char* kImageSizeHelp =
     "how to treat an image whose size is not that of its lens: refuse (report an error), same-pixels (the image is cut "
     "at its right or lower border, or the size beside the lens is wrong), scaled (the image was made smaller or "
     "larger)";
+/// Returns the meaning of a word of kImageSizeWords.
 OtherSize other_size(const std::string& word);
 
 }  // namespace hueline::apps

@@ -76,6 +76,7 @@ inline Bytes ipv4_packet(std::span<const std::byte> body, unsigned identificatio
       .raw(body)
       .bytes();
 }
+/// Returns an IPv6 packet.
 inline Bytes ipv6_packet(std::span<const std::byte> body, unsigned next_header = 17) {
   return ByteWriter(true)
       .u32(0x60000000)
@@ -91,6 +92,7 @@ inline Bytes ipv6_packet(std::span<const std::byte> body, unsigned next_header =
       .raw(body)
       .bytes();
 }
+/// Returns an Ethernet frame with 0 or more VLAN tags.
 inline Bytes ethernet_frame(std::span<const std::byte> packet, unsigned type = 0x0800, int vlan_tags = 0) {
   ByteWriter frame(true);
   frame.zeros(12);

@@ -32,10 +32,12 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
+/// Returns all bytes of a file; empty if it cannot be read.
 inline std::string contents(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
+/// Replaces a file by these bytes.
 inline void write_file(const std::filesystem::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
 }
