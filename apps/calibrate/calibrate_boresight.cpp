@@ -93,8 +93,8 @@ void warn_of_lever_arms(const Boresight& found, double sigma_m) {
   for (const ScannerBoresight& one : found.scanners)
     if (const double most = one.lever_moved_m.cwiseAbs().maxCoeff(); most > 3 * sigma_m)
       log_warning(
-          "{}: the planes move the lever arm by {:.3f} m, more than three times the {} m that --lever-sigma-m gives "
-          "its measurement: measure it again, or say how well it was measured",
+          "{}: the planes move the lever arm by {:.3f} m, more than three times its --lever-sigma-m of {} m: measure "
+          "it again, or give a larger --lever-sigma-m",
           one.name, most, sigma_m);
 }
 
@@ -179,33 +179,34 @@ int calibrate(const Options& options) {
 void add_calibrate_boresight(Command& calibrate_command) {
   auto options = std::make_shared<Options>();
   Command command = calibrate_command.command(
-      "boresight", "how a scanner sits on the body: by planes that a drive passes at least twice");
-  command.option("--recording", options->recording, "a drive (drive.mcap) that goes along the same street both ways");
-  command.option("--scenario", options->scenario, "a simulated drive instead; the truth is said beside the result");
+      "boresight", "find the mounting of a scanner from planes that a drive passes at least twice");
+  command.option("--recording", options->recording, "drive.mcap of a drive along the same street in both directions");
+  command.option("--scenario", options->scenario,
+                 "a simulated drive instead of a recording; the difference from the truth is printed as well");
   command.option("--sim", options->cache, "with --scenario: folder of simulated drives");
   command.option("--rig", options->rig,
-                 "rig to begin with, T_body_scanner as measured; left out: that of the recording");
-  command.setting("--lever-sigma-m", options->lever_sigma_m,
-                  "how well the lever arm was measured, one standard deviation of each axis",
+                 "rig with the measured T_body_scanner as the start; default: the rig of the recording");
+  command.setting("--lever-sigma-m", options->lever_sigma_m, "standard deviation of the measured lever arm, each axis",
                   {.least = 0.0001, .most = 1});
   command.setting("--correlation-s", options->correlation_s, "correlation time of the POS's slow errors",
                   {.least = 1, .most = 100000});
-  command.setting("--near-m", options->near_m, "nearer returns are left out: the vehicle itself",
+  command.setting("--near-m", options->near_m, "nearer returns are left out, because they are of the vehicle itself",
                   {.least = 0, .most = 20});
   command.setting("--far-m", options->far_m, "farther returns are left out", {.least = 5, .most = 200});
-  command.setting("--off-deg", options->off_deg, "with --scenario: how far the start is turned away from the truth",
+  command.setting("--off-deg", options->off_deg, "with --scenario: rotation error of the start against the truth",
                   {.least = 0, .most = 15});
-  command.setting("--off-m", options->off_m, "with --scenario: how far the start is moved away from the truth",
+  command.setting("--off-m", options->off_m, "with --scenario: lever-arm error of the start against the truth",
                   {.least = 0, .most = 1});
   command.setting("--starts", options->starts,
-                  "with --scenario: so many directions of --off-deg and --off-m, one after the other",
+                  "with --scenario: number of directions of --off-deg and --off-m, one calibration each",
                   {.least = 1, .most = 100});
-  command.option("--date", options->date, "of the result, YYYY-MM-DD; left out: today");
+  command.option("--date", options->date, "date of the result, YYYY-MM-DD; default: today");
   command.option("--out", options->out,
-                 "folder for T_body_scanner.yaml, which takes the place of the rig's, and boresight.json");
+                 "folder for boresight.json and T_body_scanner.yaml, which replaces the same key of the rig");
   command.footer(
-      "Drive a street of buildings both ways, a minute each, with a U-turn; slowly. What the drive does not\n"
-      "determine (most often the lever arm's height) stays as measured, and is said. docs/calibration.md");
+      "Drive slowly along a street with buildings, a minute in each direction, with a U-turn. A value that the\n"
+      "drive does not determine (most often the lever arm's height) stays as measured, and the output says so.\n"
+      "docs/calibration.md");
   command.reads(options->recording).reads(options->scenario).reads(options->rig).writes_into(options->out);
   command.runs([options] { return calibrate(*options); });
 }

@@ -40,17 +40,17 @@ Transform<Body, CameraHead> put_off(Transform<Body, CameraHead> head, double off
 
 std::string said_of(const Alignment& found, const Transform<Body, CameraHead>& start, const DriveSource& source) {
   const Eigen::Vector4d sigma = found.covariance.diagonal().cwiseSqrt();
-  std::string said = found.patches > 0
-                         ? fmt::format(
-                               "adjusted in {} patches by {:.3f} deg and {:.2f} ms after a search of score {:.3f}, "
-                               "{:.3f} at the start\n",
-                               found.patches, found.moved.head<3>().norm() * kDegPerRad, found.moved[3] * 1e3,
-                               found.score, found.score_start)
-                         : fmt::format("not adjusted: {}; searched in {} samples, score {:.3f}, {:.3f} at the start\n",
-                                       found.not_adjusted, found.samples, found.score, found.score_start);
+  std::string said =
+      found.patches > 0 ? fmt::format(
+                              "the adjustment in {} patches changed the result by {:.3f} deg and {:.2f} ms; the search "
+                              "had score {:.3f}, the start {:.3f}\n",
+                              found.patches, found.moved.head<3>().norm() * kDegPerRad, found.moved[3] * 1e3,
+                              found.score, found.score_start)
+                        : fmt::format("not adjusted: {}; the search in {} samples had score {:.3f}, the start {:.3f}\n",
+                                      found.not_adjusted, found.samples, found.score, found.score_start);
   said += fmt::format(
-      "turned by {:.3f} deg against the start, +- {:.4f} {:.4f} {:.4f} deg about the head's axes; images later than "
-      "said by {:.2f} +- {:.2f} ms\n",
+      "rotated by {:.3f} deg from the start, +- {:.4f} {:.4f} {:.4f} deg about the head's axes; the images are later "
+      "than their times by {:.2f} +- {:.2f} ms\n",
       found.T_body_head.rotation.angularDistance(start.rotation) * kDegPerRad, sigma[0] * kDegPerRad,
       sigma[1] * kDegPerRad, sigma[2] * kDegPerRad, found.time_offset_s * 1e3, sigma[3] * 1e3);
   if (!source.scenario) return said;

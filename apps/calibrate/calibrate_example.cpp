@@ -82,16 +82,19 @@ int example(const Options& options) {
 void add_calibrate_example(Command& calibrate) {
   auto o = std::make_shared<Options>();
   Command command = calibrate.command("targets-example",
-                                      "simulate static scans with sphere targets, decoys, trees and walls: input for "
-                                      "calibrate targets, with its truth");
-  command.required("--out", o->out, "folder for stations.csv, targets.csv, truth.csv and a float32 scan a station");
-  command.setting("--stations", o->stations, "how many", {1, 1000});
-  command.setting("--points", o->points,
-                  "of each panorama; below 107 million the targets' surroundings are scanned again more finely",
-                  {1e4, 2e9});
-  command.setting("--accuracy", o->accuracy_mm, "of the scanner's ranges, mm; its precision is 5 mm", {5, 100});
-  command.setting("--seed", o->seed, "of ground, places and noise", {0, 1e9});
-  command.setting("--threads", o->threads, "that cast beams", {1, 256});
+                                      "simulate static scans with sphere targets, decoys, trees and walls, as input of "
+                                      "calibrate targets, with the truth");
+  command.required("--out", o->out,
+                   "folder for stations.csv, targets.csv, truth.csv and one float32 scan for each station");
+  command.setting("--stations", o->stations, "number of stations", {1, 1000});
+  command.setting(
+      "--points", o->points,
+      "points of each panorama; below 107 million the surroundings of the targets are scanned again with a finer step",
+      {1e4, 2e9});
+  command.setting("--accuracy", o->accuracy_mm, "accuracy of the scanner's ranges, mm; its precision is 5 mm",
+                  {5, 100});
+  command.setting("--seed", o->seed, "seed of ground, places and noise", {0, 1e9});
+  command.setting("--threads", o->threads, "number of threads that cast beams", {1, 256});
   command.writes_into(o->out);
   command.runs([o] { return example(*o); });
 }

@@ -68,7 +68,7 @@ std::vector<std::filesystem::path> images_of(const std::vector<std::string>& nam
 }
 
 std::string reference_text(const OpencvLens& reference) {
-  if (!reference.failure.empty()) return "OpenCV makes nothing of the same corners: " + reference.failure;
+  if (!reference.failure.empty()) return "OpenCV finds no lens from the same corners: " + reference.failure;
   std::string out =
       fmt::format("OpenCV on the same corners: focal {:.3f} {:.3f}, principal point {:.3f} {:.3f}, distortion",
                   reference.lens.focal_px.x(), reference.lens.focal_px.y(), reference.lens.principal_point_px.x(),
@@ -146,8 +146,8 @@ int run(const Options& options) {
   print(*found, context);
   if (found->adjusted.sigma_px > kUsualSigma_px)
     log_warning(
-        "the corners lie {:.1f} px (one sigma) off the best lens, where good images leave 0.1 to 0.5: is --size that "
-        "of the whole board, the board plane, are the images sharp?",
+        "the corners differ from the best lens by {:.1f} px (one sigma), and with good images by 0.1 to 0.5 px: check "
+        "that --size is that of the whole board, that the board is plane, and that the images are sharp",
         found->adjusted.sigma_px);
   if (options.out.empty()) return kDone;
   const std::filesystem::path out = options.out;
@@ -173,22 +173,24 @@ int run(const Options& options) {
 void add_calibrate_lens(Command& calibrate) {
   auto options = std::make_shared<Options>();
   Command command = calibrate.command(
-      "lens", "images of a board -> focal lengths, principal point, distortion of a lens, with their sigma");
+      "lens",
+      "find focal lengths, principal point and distortion of a lens, with their sigmas, from images of a board");
   command.required("IMAGES", options->images, "images of the board, or folders of them");
-  command.setting("--board", options->board, "what is seen", {"chessboard", "circles", "charuco"});
+  command.setting("--board", options->board, "type of the board", {"chessboard", "circles", "charuco"});
   command.option("--size", options->size,
                  "columns x rows: inner corners of a chessboard (9x6), circles of an asymmetric grid (4x11), squares "
                  "of a ChArUco board");
-  command.setting("--spacing-m", options->spacing_m, "edge of a square; circles: distance of two rows",
+  command.setting("--spacing-m", options->spacing_m, "edge of a square; circles: distance between two rows",
                   {.least = 0.001, .most = 10});
   command.setting("--marker-m", options->marker_m, "charuco: edge of a marker", {.least = 0.001, .most = 10});
-  command.setting("--dictionary", options->dictionary, "charuco: OpenCV's name of the markers");
-  command.setting("--model", options->model, "auto takes the one that predicts views best that it was not fitted to",
+  command.setting("--dictionary", options->dictionary, "charuco: name of OpenCV's marker dictionary");
+  command.setting("--model", options->model,
+                  "auto selects the model that best predicts views to which it was not fitted",
                   {"auto", "brown", "kannala_brandt"});
-  command.flag("--one-focal", options->one_focal, "square pixels: one focal length for both axes");
-  command.option("--date", options->date, "of the result, YYYY-MM-DD; left out: today");
+  command.flag("--one-focal", options->one_focal, "one focal length for both axes (square pixels)");
+  command.option("--date", options->date, "date of the result, YYYY-MM-DD; default: today");
   command.option("--out", options->out,
-                 "folder for lens.yaml (for the rig file, or hueline colour), lens.json and lens.html");
+                 "folder for lens.yaml (for the rig file or hueline colour), lens.json and lens.html");
   command.reads(options->images).writes_into(options->out);
   command.runs([options] { return run(*options); });
 }

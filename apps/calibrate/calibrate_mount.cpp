@@ -79,8 +79,8 @@ std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transf
                shift = (found.translation - nominal.translation).norm();
   if (turn > options.far_deg)
     return fmt::format(
-        "the lens would be turned {:.0f} deg against the rig: the points' axes are not the scanner's (x right, y "
-        "forward, z up)",
+        "the lens would be rotated by {:.0f} deg from its pose in the rig: the points' axes are not the scanner's (x "
+        "right, y forward, z up)",
         turn);
   // The unit of the points changes the centre but not the rays. The centre shows a wrong unit as long as its nominal
   // place is well known.
@@ -91,13 +91,13 @@ std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transf
       const double left = (found.translation / scale - nominal.translation).norm();
       if (shift < 0.1 || left > 0.2 * shift) continue;
       return fmt::format(
-          "the lens would sit {:.2f} m from where the rig has it, and {:.2f} m with points {} far away: wrong units, "
-          "{} {} metres",
+          "the lens would be {:.2f} m from its place in the rig, but {:.2f} m with points {} far away: wrong units, {} "
+          "{} metres",
           shift, left, scale > 1 ? fmt::format("1/{:.4g} as", scale) : fmt::format("{:.4g} times as", 1 / scale),
           kUnit[i], scale > 1 ? "taken for" : "converted twice to");
     }
   if (shift > options.far_m)
-    return fmt::format("the lens would sit {:.2f} m from where the rig has it: wrong units, or points of another place",
+    return fmt::format("the lens would be {:.2f} m from its place in the rig: wrong units, or points of another place",
                        shift);
   return {};
 }
@@ -186,49 +186,51 @@ int resect_lenses(const Options& options) {
 
 void add_calibrate_mount(Command& calibrate) {
   auto options = std::make_shared<Options>();
-  Command command = calibrate.command(
-      "mount",
-      "where a lens sits: by points that image and scanner both know, or by laying image and laser over each other");
+  Command command = calibrate.command("mount",
+                                      "find the mounting of a lens from points measured in image and scan, or of a "
+                                      "lens or head by aligning images with laser points");
   command.option("--points", options->points,
-                 "CSV: u_px, v_px, x_m, y_m, z_m (the scanner's frame), and if wanted name and lens");
-  command.option("--rig", options->rig, "rig file: lenses, scanner and head; the result is each lens's T_head_lens");
+                 "CSV with u_px, v_px, x_m, y_m, z_m (in the scanner's frame), optionally name and lens");
+  command.option("--rig", options->rig,
+                 "rig file with lenses, scanner and head; the result is T_head_lens of each lens");
   command.option("--lens", options->lens_file,
-                 "without a rig: lens.yaml of calibrate lens; the result is T_lens_scanner, for hueline colour");
-  command.option("--scanner", options->scanner, "name of the scanner in the rig; left out: its first");
+                 "without --rig: lens.yaml of calibrate lens; the result is T_lens_scanner, for hueline colour");
+  command.option("--scanner", options->scanner, "name of the scanner in the rig; default: the first one");
   command.setting("--sigma-px", options->sigma_px, "standard deviation of an image coordinate",
                   {.least = 0.01, .most = 99});
   command.setting("--sigma-point-m", options->sigma_point_m, "standard deviation of a scanner coordinate",
                   {.least = 0, .most = 9});
-  command.setting("--far-deg", options->far_deg, "farther turned than this against the rig is refused",
-                  {.least = 0.1, .most = 360});
-  command.setting("--far-m", options->far_m, "farther away than this from the rig's place is refused",
+  command.setting("--far-deg", options->far_deg,
+                  "a result rotated farther than this from the rig's mounting is refused", {.least = 0.1, .most = 360});
+  command.setting("--far-m", options->far_m, "a result farther than this from the rig's place is refused",
                   {.least = 0.001, .most = 1000});
-  command.option("--image", options->image, "without targets: an image ...");
+  command.option("--image", options->image, "without targets: an image; needs --cloud, --lens and --start");
   command.option("--cloud", options->cloud,
-                 "... and the laser's cloud of the same moment (PCD with x, y, z, intensity)");
+                 "with --image: the laser's cloud of the same moment (PCD with x, y, z, intensity)");
   command.option("--start", options->start,
-                 "where the laser is, at most --search-deg off: YAML with T_lens_scanner:, or another file that "
-                 "hueline colour reads");
+                 "with --image: pose of the laser, wrong by at most --search-deg: YAML with T_lens_scanner:, or "
+                 "another file that hueline colour reads");
   command.setting("--image-size", options->image_size, std::string("without targets: ") + kImageSizeHelp,
                   kImageSizeWords);
-  command.setting("--search-deg", options->search_deg, "how far off the start may be", {.least = 0.1, .most = 15});
+  command.setting("--search-deg", options->search_deg, "largest error of the start, about each axis",
+                  {.least = 0.1, .most = 15});
   command.option("--recording", options->recording,
-                 "without targets: a drive (drive.mcap); the result is T_body_head and the images' time offset");
+                 "without targets: drive.mcap of a drive; the result is T_body_head and the time offset of the images");
   command.option("--scenario", options->scenario,
-                 "a simulated drive instead of a recording; the truth is said beside the result");
+                 "a simulated drive instead of a recording; the difference from the truth is printed as well");
   command.option("--sim", options->cache, "with --scenario: folder of simulated drives");
-  command.setting("--off-deg", options->off_deg, "with --scenario: how far the start is turned away from the rig",
+  command.setting("--off-deg", options->off_deg, "with --scenario: rotation error of the start against the rig",
                   {.least = 0, .most = 15});
-  command.setting("--off-ms", options->off_ms,
-                  "with --scenario: how much later than they were made the rig says its images were",
+  command.setting("--off-ms", options->off_ms, "with --scenario: error that is added to the times of the images",
                   {.least = -500, .most = 500});
-  command.setting("--starts", options->starts, "with --scenario: so many directions of --off-deg, one after the other",
+  command.setting("--starts", options->starts,
+                  "with --scenario: number of directions of --off-deg, one calibration each",
                   {.least = 1, .most = 100});
-  command.setting("--search-time-ms", options->search_time_ms, "how far off the images' times may be; 0: they are true",
-                  {.least = 0, .most = 1000});
-  command.setting("--every", options->every, "of a drive, every so many exposures", {.least = 1, .most = 1000});
-  command.option("--date", options->date, "of the result, YYYY-MM-DD; left out: today");
-  command.option("--out", options->out, "folder for a rig fragment and a JSON report a lens");
+  command.setting("--search-time-ms", options->search_time_ms,
+                  "largest time offset of the images; 0: their times are correct", {.least = 0, .most = 1000});
+  command.setting("--every", options->every, "of a drive, use only every n-th exposure", {.least = 1, .most = 1000});
+  command.option("--date", options->date, "date of the result, YYYY-MM-DD; default: today");
+  command.option("--out", options->out, "folder for a rig fragment and, with --points, a JSON report for each lens");
   command.reads(options->points)
       .reads(options->rig)
       .reads(options->lens_file)

@@ -54,10 +54,10 @@ AlignmentShot half_of(const AlignmentShot& shot, int which) {
 
 int calibrate_shot(const ShotFiles& files) {
   const ShotCalibration known = read_shot_calibration({files.lens}), start = read_shot_calibration({files.start});
-  if (!known.intrinsics) throw config::ConfigError(files.lens + ": holds no lens (our lens:, cam_K, K or P2)");
+  if (!known.intrinsics) throw config::ConfigError(files.lens + ": has no lens (lens: of hueline, cam_K, K or P2)");
   if (!start.T_lens_scanner)
     throw config::ConfigError(files.start +
-                              ": does not say where the laser is (our T_lens_scanner:, sensor_calib, T or Tr)");
+                              ": has no pose of the laser (T_lens_scanner: of hueline, sensor_calib, T or Tr)");
   const auto T_lens_scanner = *start.T_lens_scanner;
   const auto image = read_grey_image(files.image);
   const auto cloud = storage::read_pcd(files.cloud);
@@ -100,11 +100,12 @@ int calibrate_shot(const ShotFiles& files) {
   }
   const Transform<Lens, Scanner> T{found->T_body_head.rotation.conjugate(),
                                    -(found->T_body_head.rotation.conjugate() * found->T_body_head.translation)};
-  std::fputs(fmt::format("{} points; score {:.4f} at the start, {:.4f} found; turned by {:.3f} deg against the start\n",
-                         found->samples, found->score_start, found->score,
-                         T.rotation.angularDistance(T_lens_scanner.rotation) * 180 / std::numbers::pi)
-                 .c_str(),
-             stdout);
+  std::fputs(
+      fmt::format("{} points; score {:.4f} at the start, {:.4f} of the result; rotated by {:.3f} deg from the start\n",
+                  found->samples, found->score_start, found->score,
+                  T.rotation.angularDistance(T_lens_scanner.rotation) * 180 / std::numbers::pi)
+          .c_str(),
+      stdout);
   // One shot has no stretches whose differences give the uncertainty. Two halves of the scene, each searched from the
   // same start, replace them.
   bool is_doubtful = false;
@@ -122,8 +123,8 @@ int calibrate_shot(const ShotFiles& files) {
   std::fputs((halves + "\n").c_str(), stdout);
   if (is_doubtful) {
     log_error(
-        "this image and cloud do not fix the pose: a half of the scene leads elsewhere (more than {} deg, or nowhere). "
-        "Take a shot with posts and edges all over the image, or give --points or --recording",
+        "this image and cloud do not fix the pose: one half of the scene gives a result more than {} deg away, or "
+        "none. Take a pair with posts and edges all over the image, or use --points or --recording",
         kMostAway_deg);
     return kNothingCame;
   }

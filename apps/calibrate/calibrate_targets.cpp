@@ -209,32 +209,35 @@ int calibrate_targets(const Options& options) {
 
 void add_calibrate_targets(Command& calibrate) {
   auto o = std::make_shared<Options>();
-  Command command =
-      calibrate.command("targets", "orient static scans from sphere targets: no clicks (docs/calibration.md)");
+  Command command = calibrate.command(
+      "targets", "orient static scans from sphere targets without manual picking (docs/calibration.md)");
   command.required("--targets", o->targets,
                    "CSV of surveyed sphere centres: name,east_m,north_m,up_m[,sigma_m,radius_m,role,stations]");
   command.required("--stations", o->stations, "CSV of stations: name,east_m,north_m,up_m[,sigma_m,scan]");
   command.required("--out", o->out, "folder for targets.json, targets.html, orientation.yaml and the oriented clouds");
   command.option("--scan", o->scans,
-                 "STATION=FILE, in the scanner's frame, m: LAS, PLY, PCD, text or float32 x y z; else the column scan "
-                 "of the stations");
-  command.option("--format", o->format, "las, ply, pcd, xyz or float32 where neither first bytes nor name tell");
-  command.option("--radius", o->radius_m, "of the spheres, m, where the targets have no radius_m", {0, 1});
-  command.setting("--survey-sigma", o->survey_sigma_mm, "of a target's coordinate, mm, where it has no sigma_m",
-                  {0.01, 1000});
-  command.setting("--range-precision", o->precision_mm, "of the scanner, from point to point, mm", {0.1, 100});
-  command.setting("--range-accuracy", o->accuracy_mm, "of the scanner, all of it, mm", {0.1, 100});
-  command.setting("--angle-sigma", o->angle_urad, "of the scanner's angles, urad", {0, 1000});
+                 "STATION=FILE with the scan in the scanner's frame, m: LAS, PLY, PCD, text or float32 x y z; default: "
+                 "the column scan of the stations");
+  command.option("--format", o->format,
+                 "las, ply, pcd, xyz or float32, if neither the first bytes nor the name of the file show the format");
+  command.option("--radius", o->radius_m, "radius of the spheres, m, for targets without radius_m", {0, 1});
+  command.setting("--survey-sigma", o->survey_sigma_mm,
+                  "sigma of a target's coordinate, mm, for targets without sigma_m", {0.01, 1000});
+  command.setting("--range-precision", o->precision_mm, "range noise of the scanner from point to point, mm",
+                  {0.1, 100});
+  command.setting("--range-accuracy", o->accuracy_mm, "whole range error of the scanner, mm", {0.1, 100});
+  command.setting("--angle-sigma", o->angle_urad, "sigma of the scanner's angles, urad", {0, 1000});
   command.setting("--ring", o->ring_radii, "thickness of a ring in radii of the largest sphere", {2, 6});
   command.setting("--station-doubt", o->station_doubt_m,
-                  "how wrong a station's place may be, m, where it has no sigma_m", {0, 5});
-  command.setting("--most-tilt", o->most_tilt_deg, "of the scanner's z axis, degrees", {0.1, 180});
-  command.setting("--method", o->method, "known-radius, or as published for comparison", {"known-radius", "published"});
-  command.setting("--write", o->write, "the oriented clouds too", {"none", "las", "float32"});
-  command.setting("--threads", o->threads, "that read and search; the result does not depend on it", {1, 256});
-  command.option("--date", o->date, "of the calibration, YYYY-MM-DD; today if not given");
+                  "largest error of a station's place, m, for stations without sigma_m", {0, 5});
+  command.setting("--most-tilt", o->most_tilt_deg, "largest tilt of the scanner's z axis, degrees", {0.1, 180});
+  command.setting("--method", o->method, "known-radius, or the published method for comparison",
+                  {"known-radius", "published"});
+  command.setting("--write", o->write, "also write the oriented clouds", {"none", "las", "float32"});
+  command.setting("--threads", o->threads, "number of threads; the result does not depend on it", {1, 256});
+  command.option("--date", o->date, "date of the calibration, YYYY-MM-DD; default: today");
   command.flag("--scale", o->scale, "estimate the scale as well");
-  command.flag("--time-reading", o->time_reading, "say how long reading each file alone takes");
+  command.flag("--time-reading", o->time_reading, "print how long reading each file alone takes");
   command.reads(o->targets).reads(o->stations).writes_into(o->out);
   command.runs([o] { return calibrate_targets(*o); });
 }

@@ -127,17 +127,17 @@ void add_measure(Command& all) {
   command.option("--scenario", options->scenario, "a simulated drive instead of a recording");
   command.option("--sim", options->cache, "with --scenario: folder of simulated drives");
   command.required("--picks", options->picks,
-                   "CSV: exposure (as in cloud.las), u_px, v_px, and if wanted name and lens; without a lens the pixel "
-                   "is one of the panorama");
-  command.option("--rig", options->rig, "calibrated rig; left out: that of the recording");
-  command.setting("--around-s", options->around_s, "laser points so long before and after the exposure are used",
-                  {.least = 0.01, .most = 600});
+                   "CSV with exposure (as in cloud.las), u_px, v_px, optionally name and lens; without lens the pixel "
+                   "is in the panorama");
+  command.option("--rig", options->rig, "calibrated rig; default: the rig of the recording");
+  command.setting("--around-s", options->around_s,
+                  "laser points within this time before and after the exposure are used", {.least = 0.01, .most = 600});
   command.setting("--sigma-px", options->sigma_px, "standard deviation of a picked coordinate",
                   {.least = 0.001, .most = 100});
   command.setting("--sigma-turn-deg", options->sigma_turn_deg,
-                  "standard deviation of a lens's turn against the scanner, from its calibration record",
+                  "standard deviation of the lens's rotation relative to the scanner, from its calibration record",
                   {.least = 0, .most = 10});
-  command.option("--out", options->out, "CSV to write; left out: it is printed");
+  command.option("--out", options->out, "CSV file to write; default: print it");
   command.reads(options->recording)
       .reads(options->scenario)
       .reads(options->rig)

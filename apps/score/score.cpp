@@ -126,13 +126,15 @@ void add_score(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command(kScore.word, kScore.help);
   command.setting("--sheet", options->sheet,
-                  "quick or full, which come with the program, or the file of another sheet");
+                  "quick or full, which are installed with the program, or the file of another sheet");
   command.required("--out", options->out, "folder for score.json, score_notes.json and score.html");
-  command.option("--cache", options->cache, "folder of rendered drives, found again by scenario (default: OUT/drives)");
+  command.option("--cache", options->cache,
+                 "folder of rendered drives, which are used again for the same scenario; default: OUT/drives");
   command.option(
       "--against", options->against,
-      "score.json of another version: says what is better and worse beyond noise; exit status 6 if anything is worse");
-  command.setting("--threads", options->threads, "of rendering and colouring; 0: as many as the machine has", {0, 256});
+      "score.json of another version: prints what is better or worse beyond noise; exit status 6 if anything is worse");
+  command.setting("--threads", options->threads, "threads of rendering and colouring; 0: as many as the computer has",
+                  {0, 256});
   command.reads(options->sheet).reads(options->against).writes_into(options->out);
   command.runs([options] { return run(*options); });
 }

@@ -27,9 +27,9 @@ void add_inspect_scenario(Command& all) {
     bool json = false;
   };
   auto options = std::make_shared<Options>();
-  Command command = all.command(kInspect.word, "say what a simulator's scenario holds");
+  Command command = all.command(kInspect.word, "print what a simulator's scenario contains");
   command.required("FILE", options->path, "scenario (YAML)");
-  command.flag("--json", options->json, "for programs");
+  command.flag("--json", options->json, "print JSON, for programs");
   command.runs([options] { return show(inspect_scenario(options->path), options->json); });
 }
 

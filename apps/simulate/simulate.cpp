@@ -82,7 +82,7 @@ void require_same_drive(const sim::Scenario& scenario, const sim::Scenario& besi
   };
   if (without_sensors(scenario) != without_sensors(beside))
     throw config::ConfigError(
-        "--beside: the two scenarios may differ in laser and camera only: it is one vehicle on one drive");
+        "--beside: the two scenarios may differ in laser and camera only, because they are one vehicle on one drive");
 }
 
 int play(const Options& options, const sim::Drive& drive, const sim::Drive* beside_drive, const sim::Scenario& scenario,
@@ -210,35 +210,37 @@ void add_simulate(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command(kSimulate.word, kSimulate.help);
   command.required("SCENARIO", options->scenario,
-                   "scenario file (YAML), or the name of one that comes with the program (street, square, ...)");
-  command.required("--out", options->out,
-                   "folder for drives, one a scenario, named by its content; an existing one is used again");
+                   "scenario file (YAML), or the name of one that is installed with the program (street, square, ...)");
+  command.required(
+      "--out", options->out,
+      "folder for drives; each drive is named by the content of its scenario, and an existing one is used again");
   command.option("--write-rig", options->rig_file,
                  "also write the rig file of the emulated vehicle, with its true calibration");
   command.setting("--method", options->method, "with --write-rig: lens or panorama", {"lens", "panorama"});
   command.option("--beside", options->beside,
-                 "another scenario of the same drive, whose laser is the vehicle's second scanner, on the next ports");
+                 "another scenario of the same drive; its laser is the vehicle's second scanner, on the next ports");
   command.option("--clocks", options->clocks_file,
-                 "also write what every clock was truly off, with the scenario's faults (CSV)");
-  command.option(
-      "--sights", options->sights_file,
-      "also write which exposures truly saw each laser return (docs/formats.md); takes about as long as rendering");
-  command.flag("--play", options->play, "be the devices: wait for a capture, then play in real time");
+                 "also write the true error of every clock, with the scenario's faults (CSV)");
+  command.option("--sights", options->sights_file,
+                 "also write which exposures truly saw each laser return (docs/formats.md); this takes about as long "
+                 "as rendering");
+  command.flag("--play", options->play, "emulate the devices: wait for a capture, then play in real time");
   command.setting("--wait", options->wait_s, "with --play: seconds to wait for the capture");
-  command.setting("--address", options->at.address,
-                  "own address of the emulated devices, and where the laser sends to");
+  command.setting("--address", options->at.address, "address of the emulated devices, to which the laser also sends");
   command.setting("--pps-socket", options->at.pps_socket, "local socket of the PPS edges");
   command.setting("--data-port", options->at.data_port, "UDP port of laser data", {1, 65535});
   command.setting("--position-port", options->at.position_port, "UDP port of laser position packets", {1, 65535});
   command.setting("--pos-port", options->at.pos_port, "TCP port of the POS", {0, 65535});
-  command.setting("--can-port", options->at.can_port, "UDP port of the CAN bus, as a gateway's datagrams", {1, 65535});
-  command.option("--can-interface", options->at.can_interface, "CAN interface to be the bus on, instead of datagrams");
+  command.setting("--can-port", options->at.can_port, "UDP port of the CAN bus, sent as a gateway's datagrams",
+                  {1, 65535});
+  command.option("--can-interface", options->at.can_interface,
+                 "CAN interface on which the bus is emulated, instead of datagrams");
   command.setting("--camera", options->at.camera_serial, "serial number of the GigE camera");
   command.setting("--camera-link", options->camera_link_mb_s,
-                  "pace of the camera's packets, MB/s; 0: a gigabit link, or ten gigabit if the images need it",
+                  "rate of the camera's packets, MB/s; 0: a link of one gigabit, or of ten if the images need it",
                   {0.0, 1e5});
   command.setting("--camera-packet", options->camera_packet,
-                  "the camera's largest packet, bytes with IP and UDP headers", {576, 65000});
+                  "size of the camera's largest packet, bytes with IP and UDP headers", {576, 65000});
   command.reads(options->scenario)
       .reads(options->beside)
       .writes(options->rig_file)

@@ -170,14 +170,14 @@ void add_verify(Command& all) {
   Command command = all.command(kVerify.word, kVerify.help);
   command.option(
       "RECORDING", options->recording,
-      "drive.mcap of a capture of the scenario; without one, the scenario's own bytes are used, unspoilt by real time");
+      "drive.mcap of a capture of the scenario; default: the scenario's own bytes, without the effects of real time");
   command.required("--scenario", options->scenario, "the scenario that was driven (YAML)");
   command.required("--sim", options->cache, "folder of simulated drives (simulate --out)");
   command.option("--rig", options->rig,
-                 "another rig than the recorded one, or than the scenario's perfect calibration");
+                 "another rig instead of the recorded one or of the scenario's perfect calibration");
   command.setting("--method", options->method, "without RECORDING: lens or panorama", {"lens", "panorama"});
   command.option("--max-rms-px", options->max_rms_px, "exit status 6 if the root mean square is larger");
-  command.flag("--json", options->json, "for programs");
+  command.flag("--json", options->json, "print JSON, for programs");
   command.reads(options->scenario).reads(options->recording).reads(options->rig);
   command.runs([options] { return verify(*options); });
 }

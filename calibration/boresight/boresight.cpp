@@ -92,15 +92,16 @@ Status Estimation::search(const Level& level) {
   PatchesFound found = find_patches(drive_, points, wanted);
   patches_ = std::move(found.patches);
   if (found.seen_twice == 0)
-    return Error{ErrorCode::Unavailable, fmt::format("one pass only: of {} places with enough returns none was seen in "
-                                                     "two passes; drive the same street again in the other direction",
-                                                     found.seen_once)};
-  if (patches_.size() < config_.fewest_patches)
     return Error{ErrorCode::Unavailable,
-                 fmt::format("{} flat places were seen in two passes, {} are needed: the passes hardly overlap, or "
-                             "there is little but leaves and grass; drive along "
-                             "buildings, both ways, less than 30 m away",
-                             patches_.size(), config_.fewest_patches)};
+                 fmt::format("one pass only: none of the {} places with enough returns was seen in two passes; drive "
+                             "the same street again in the other direction",
+                             found.seen_once)};
+  if (patches_.size() < config_.fewest_patches)
+    return Error{
+        ErrorCode::Unavailable,
+        fmt::format("{} flat places were seen in two passes, and {} are needed: the passes hardly overlap, or there is "
+                    "little but leaves and grass; drive along buildings in both directions, less than 30 m away",
+                    patches_.size(), config_.fewest_patches)};
   return {};
 }
 
@@ -117,11 +118,12 @@ Status Estimation::round(const Level& level, bool is_finest, bool searches) {
       const auto& T_start = drive_.scanners[s].T_body_scanner;
       if (!(T.rotation.angularDistance(T_start.rotation) < config_.farthest_deg * kRadPerDeg &&
             (T.translation - T_start.translation).norm() < config_.farthest_m))
-        return Error{ErrorCode::Unavailable,
-                     fmt::format("the planes lead scanner {} farther than {} deg or {} m away from where the rig has "
-                                 "it: its mounting, or the axes it was measured in, are "
-                                 "wrong by more than can be found; measure it again",
-                                 drive_.scanners[s].name, config_.farthest_deg, config_.farthest_m)};
+        return Error{
+            ErrorCode::Unavailable,
+            fmt::format(
+                "the planes move scanner {} farther than {} deg or {} m from its mounting in the rig: the mounting, or "
+                "the axes in which it was measured, are wrong by more than this calibration can find; measure it again",
+                drive_.scanners[s].name, config_.farthest_deg, config_.farthest_m)};
     }
   }
   return {};
@@ -183,9 +185,8 @@ Status Estimation::judge() const {
   const Eigen::MatrixXd C = covariance();
   if (last_.patches < config_.fewest_patches)
     return Error{ErrorCode::Unavailable,
-                 fmt::format("{} of {} flat places hold together in two passes, {} are needed: things have moved "
-                             "between the passes, or the rig is wrong by more than a degree "
-                             "or a decimetre",
+                 fmt::format("{} of {} flat places agree in two passes, and {} are needed: objects have moved between "
+                             "the passes, or the rig is wrong by more than a degree or a decimetre",
                              last_.patches, patches_.size(), config_.fewest_patches)};
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> faced(last_.normals / static_cast<double>(last_.patches));
   for (std::size_t s = 0; s < scanners_; ++s) {
@@ -197,16 +198,16 @@ Status Estimation::judge() const {
     constexpr const char* kAbout[] = {"right (pitch)", "forward (roll)", "upward (heading)"};
     Eigen::Index most = 0;
     axis.cwiseAbs().maxCoeff(&most);
-    const std::string why =
-        faced.eigenvalues()[1] < 0.02
-            ? "all planes face one direction; drive where there are walls beside the road and ground before them"
-        : last_.of_scanner[s] == 0 ? "none of its returns lies on a plane seen twice"
-                                   : "too few planes face the way that would show it, or the passes are too short; "
-                                     "drive longer, both ways, along walls of several directions";
-    return Error{ErrorCode::Unavailable,
-                 fmt::format("scanner {}: the planes leave the turn about the vehicle's axis {} uncertain by {:.2f} "
-                             "deg ({} allowed): {}",
-                             drive_.scanners[s].name, kAbout[most], weakest, config_.weakest_turn_deg, why)};
+    const std::string why = faced.eigenvalues()[1] < 0.02 ? "all planes face one direction; drive where there are "
+                                                            "walls beside the road and open ground in front of them"
+                            : last_.of_scanner[s] == 0
+                                ? "none of its returns lies on a plane seen twice"
+                                : "too few planes have a direction that shows this rotation, or the passes are too "
+                                  "short; drive longer, in both directions, along walls of several directions";
+    return Error{
+        ErrorCode::Unavailable,
+        fmt::format("scanner {}: the rotation about the vehicle's axis {} is uncertain by {:.2f} deg ({} allowed): {}",
+                    drive_.scanners[s].name, kAbout[most], weakest, config_.weakest_turn_deg, why)};
   }
   return {};
 }
@@ -304,8 +305,9 @@ Result<Boresight> find_boresight(const BoresightDrive& drive, const BoresightCon
   if (drive.scanners.empty())
     return Error{ErrorCode::Unavailable, "the rig has no laser scanner: there is nothing to calibrate"};
   if (drive.returns.empty())
-    return Error{ErrorCode::Unavailable,
-                 "no laser return of the drive has a pose: were laser and POS running and in sync?"};
+    return Error{
+        ErrorCode::Unavailable,
+        "no laser return of the drive has a pose: check that the laser and the POS were running and synchronised"};
   float end = 0;
   for (const BoresightReturn& one : drive.returns) end = std::max(end, one.time_s);
   return Estimation(drive, config,

@@ -11,8 +11,8 @@ namespace {
 
 constexpr const char* kNames[] = {"turn_body_x_deg", "turn_body_y_deg", "turn_body_z_deg",
                                   "position_x_m",    "position_y_m",    "position_z_m"};
-constexpr const char* kWords[] = {"turn about x (right)", "turn about y (forward)", "turn about z (up)",
-                                  "lever arm x (right)",  "lever arm y (forward)",  "lever arm z (up)"};
+constexpr const char* kWords[] = {"rotation about x (right)", "rotation about y (forward)", "rotation about z (up)",
+                                  "lever arm x (right)",      "lever arm y (forward)",      "lever arm z (up)"};
 
 /// Returns the factor from rad and m to the printed unit.
 double unit(std::size_t i) { return i < 3 ? 1 / kRadPerDeg : 1; }
@@ -26,18 +26,18 @@ std::string boresight_text(const Boresight& found) {
       found.patches, found.facing[0], found.facing[1], found.facing[2], found.returns, found.rms_m * 1e3);
   if (!found.is_settled)
     out += fmt::format(
-        "not settled after {} rounds: the planes found still change the result by more than a tenth of its sigma\n",
+        "not converged after {} rounds: the last round still changed the result by more than a tenth of its sigma\n",
         found.rounds);
   for (const ScannerBoresight& one : found.scanners) {
     out += fmt::format(
-        "{}: turned by {:.4f} deg against the rig, lever arm moved by {:.1f} {:.1f} {:.1f} mm; {} returns, noise "
-        "{:.2f} times the rig's\n",
+        "{}: rotated by {:.4f} deg from the rig, lever arm moved by {:.1f} {:.1f} {:.1f} mm; {} returns, noise {:.2f} "
+        "times that of the rig\n",
         one.name, one.boresight_rotation.norm() / kRadPerDeg, one.lever_moved_m.x() * 1e3, one.lever_moved_m.y() * 1e3,
         one.lever_moved_m.z() * 1e3, one.returns, one.unit_sigma);
     for (std::size_t i = 0; i < 6; ++i) {
       const std::string value =
           i < 3 ? "" : fmt::format("{:9.4f} ", one.T_body_scanner.translation[static_cast<Eigen::Index>(i - 3)]);
-      out += fmt::format("  {:<23}{}+- {:.4f} {}", kWords[i], value, one.sigma[i] * unit(i), i < 3 ? "deg" : "m");
+      out += fmt::format("  {:<27}{}+- {:.4f} {}", kWords[i], value, one.sigma[i] * unit(i), i < 3 ? "deg" : "m");
       out += fmt::format(", {:.0f} % from the data", 100 * one.share[i]);
       out += one.is_determined[i]
                  ? fmt::format("; without the POS's errors +- {:.4f}\n", one.sigma_without_pos[i] * unit(i))

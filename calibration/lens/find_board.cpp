@@ -145,7 +145,8 @@ Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& 
       if (!marker_ids.empty()) cv::aruco::interpolateCornersCharuco(markers, marker_ids, grey, charuco, corners, ids);
       if (corners.size() < 6)
         return Error{ErrorCode::Unavailable,
-                     fmt::format("{} markers and {} corners found, 6 needed", marker_ids.size(), corners.size())};
+                     fmt::format("{} markers and {} corners were found, and 6 corners are needed", marker_ids.size(),
+                                 corners.size())};
       for (std::size_t i = 0; i < corners.size(); ++i)
         out.push_back({static_cast<std::size_t>(ids[i]), {corners[i].x, corners[i].y}});
       return out;
@@ -158,7 +159,7 @@ Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& 
                   cv::findCirclesGrid(grey, {board.columns, board.rows}, corners, cv::CALIB_CB_ASYMMETRIC_GRID);
     if (!seen || corners.size() != board.corner_count())
       return Error{ErrorCode::Unavailable,
-                   fmt::format("the board of {} x {} is not seen whole", board.columns, board.rows)};
+                   fmt::format("the board of {} x {} is not completely visible", board.columns, board.rows)};
     for (std::size_t i = 0; i < corners.size(); ++i) out.push_back({i, {corners[i].x, corners[i].y}});
   } catch (const cv::Exception& e) {
     return Error{ErrorCode::Unavailable, e.what()};

@@ -113,7 +113,7 @@ Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> 
   int corners = 0;
   for (const BoardView& view : views) {
     const auto pose = board_pose(board, view, start);
-    if (!pose) return Error{ErrorCode::Invalid, view.name + ": the board's pose cannot be started"};
+    if (!pose) return Error{ErrorCode::Invalid, view.name + ": no start value of the board's pose can be computed"};
     poses.push_back(numbers_of(*pose));
     corners += static_cast<int>(view.corners.size());
   }

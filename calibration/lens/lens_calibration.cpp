@@ -79,7 +79,7 @@ Result<AdjustedLens> first_adjustment(const Board& board, std::vector<BoardView>
     if (best_posed[i])
       kept.push_back(std::move(views[i]));
     else
-      rejected.push_back({views[i].name, "its pose cannot be started"});
+      rejected.push_back({views[i].name, "no start value of its pose can be computed"});
   }
   views = std::move(kept);
   return std::move(*best);
@@ -101,7 +101,8 @@ bool reject(LensCalibration& calibration, const LensCalibrationConfig& config) {
                                      [&](const auto& r) { return r.norm() > limit; });
       if (4 * static_cast<std::size_t>(bad) > adjusted.residuals[v].size()) {
         calibration.rejected_views.push_back(
-            {views[v].name, fmt::format("rms {:.3f} px, the views' median is {:.3f} px", view_rms[v], usual)});
+            {views[v].name,
+             fmt::format("its rms is {:.3f} px, the median of all views is {:.3f} px", view_rms[v], usual)});
         any = true;
         continue;
       }
@@ -132,7 +133,7 @@ bool reject(LensCalibration& calibration, const LensCalibrationConfig& config) {
 void drop_unposable(LensCalibration& calibration) {
   std::erase_if(calibration.views, [&](const BoardView& view) {
     if (board_pose(calibration.board, view, calibration.adjusted.lens)) return false;
-    calibration.rejected_views.push_back({view.name, "the lens that fits the others cannot pose it"});
+    calibration.rejected_views.push_back({view.name, "the lens that fits the other views gives no pose for it"});
     return true;
   });
 }
@@ -157,9 +158,10 @@ Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> vi
   for (int i = 0; i < 2; ++i) {
     const double sigma = std::sqrt(out.adjusted.covariance(i, i));
     if (!(sigma < kVagueFocal * out.adjusted.lens.focal_px[i]))
-      return Error{ErrorCode::Unavailable, fmt::format("the views leave the focal length open ({:.1f} px +- {:.1f}): "
-                                                       "tilt the board against the image, differently in each view",
-                                                       out.adjusted.lens.focal_px[i], sigma)};
+      return Error{ErrorCode::Unavailable,
+                   fmt::format("the views do not determine the focal length ({:.1f} px +- {:.1f}): tilt the board "
+                               "against the image, differently in each view",
+                               out.adjusted.lens.focal_px[i], sigma)};
   }
   return out;
 }
@@ -202,7 +204,7 @@ void predict(const LensCalibration& full, const LensCalibrationConfig& config, M
     for (const BoardView& view : held) {
       if (view.corners.size() < kFewestToHalve) continue;
       const std::string why = adjusted.ok() ? judge_held(full.board, view, adjusted->lens, sum, count)
-                                            : "the others alone give no lens: " + adjusted.error().message;
+                                            : "the other views alone give no lens: " + adjusted.error().message;
       if (!why.empty()) trial.unpredicted.push_back({view.name, why});
     }
   }

@@ -184,21 +184,22 @@ Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std
   if (shots.empty()) return Error{ErrorCode::Unavailable, "no image with laser points around its moment"};
   for (const AlignmentShot& shot : shots)
     if (shot.lens >= lenses.size() || shot.image.width < 32 || shot.image.height < 32 || !shot.samples)
-      return Error{ErrorCode::Invalid, "a shot names no lens, its image is too small, or it has no samples"};
+      return Error{ErrorCode::Invalid, "a shot has an unknown lens, too small an image or no samples"};
   std::vector<std::size_t> all(shots.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
   Found found = search(lenses, shots, all, start, config, nullptr);
   if (config.use_outlines && found.outlines < kFewestOutlines)
     return Error{
         ErrorCode::Unavailable,
-        fmt::format("{} outlines of near things in the images; {} are needed: drive past posts, trees and corners",
-                    found.outlines, kFewestOutlines)};
+        fmt::format(
+            "the images show {} outlines of near objects, and {} are needed: drive past posts, trees and corners",
+            found.outlines, kFewestOutlines)};
   const double bound = config.search_deg * kRadPerDeg * 0.999;
   if (found.correction.head<3>().cwiseAbs().maxCoeff() >= bound ||
       (config.search_time_s > 0 && std::abs(found.correction[3]) >= 0.999 * config.search_time_s))
     return Error{ErrorCode::Unavailable,
-                 fmt::format("the best place lies at the edge of the search ({:.2f}, {:.2f}, {:.2f} deg): the start is "
-                             "farther off, or nothing fits",
+                 fmt::format("the best result is at the edge of the search ({:.2f}, {:.2f}, {:.2f} deg): the error of "
+                             "the start is larger than the search, or image and laser do not fit together",
                              found.correction[0] / kRadPerDeg, found.correction[1] / kRadPerDeg,
                              found.correction[2] / kRadPerDeg)};
   Alignment out;

@@ -75,8 +75,9 @@ Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, con
       const Eigen::MatrixXd inverse = factors.solve(Eigen::MatrixXd::Identity(free, free));
       if (!(factors.isPositive() && inverse.allFinite() &&
             inverse.topLeftCorner(3, 3).trace() < kWeakestTurn * kWeakestTurn))
-        return Error{ErrorCode::Unavailable,
-                     "the patches in which laser intensity follows the grey levels do not fix the head's turn"};
+        return Error{
+            ErrorCode::Unavailable,
+            "the patches in which laser intensity follows the grey levels do not determine the rotation of the head"};
       HeadCorrection by = HeadCorrection::Zero();
       by.head(free) = -factors.solve(sum.gradient.head(free));
       // The linearisation is valid only within the width of the blur.
@@ -86,14 +87,14 @@ Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, con
       out.time_offset_s += by[3];
       ++out.steps;
       if (!(start.rotation.angularDistance(out.T_body_head.rotation) < kFarthest))
-        return Error{ErrorCode::Unavailable, fmt::format("the adjustment of grey levels to intensities leads farther "
-                                                         "than {:.1f} deg from where the search ended",
+        return Error{ErrorCode::Unavailable, fmt::format("the adjustment of grey levels to intensities moves the head "
+                                                         "farther than {:.1f} deg from the result of the search",
                                                          kFarthest / kRadPerDeg)};
       const double enough = is_last ? 1 : 10;
       if (by.head<3>().norm() < enough * kDoneTurn && std::abs(by[3]) < enough * kDoneTime_s) break;
       if (step + 1 == kMostSteps) {
         if (is_last && by.head<3>().norm() > 20 * kDoneTurn)
-          return Error{ErrorCode::Unavailable, "the adjustment of grey levels to intensities does not come to an end"};
+          return Error{ErrorCode::Unavailable, "the adjustment of grey levels to intensities does not converge"};
         break;
       }
     }

@@ -162,19 +162,22 @@ Result<Resection> resect(const LensValues& lens, const std::vector<Correspondenc
   if (const std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
   if (points.size() < 4)
     return Error{ErrorCode::Invalid,
-                 fmt::format("{} points; a resection needs 4, and 10 or more to know how good it is", points.size())};
+                 fmt::format("there are {} points; a resection needs 4, and 10 or more to estimate its own error",
+                             points.size())};
   std::vector<Eigen::Vector3d> rays;
   for (const Correspondence& point : points) {
     const auto ray = lens.direction(point.pixel);
     if (!ray || !point.p_scanner.allFinite())
-      return Error{ErrorCode::Invalid, fmt::format("point {} at ({:.1f}, {:.1f}) px: the lens sees nothing there",
-                                                   point.name, point.pixel.x(), point.pixel.y())};
+      return Error{ErrorCode::Invalid,
+                   fmt::format("point {} at ({:.1f}, {:.1f}) px: no direction of the lens falls on this pixel",
+                               point.name, point.pixel.x(), point.pixel.y())};
     rays.push_back(*ray);
   }
   const Start start = best_start(lens, points, rays, config.agree_px);
   const int needed = std::max(4, static_cast<int>((points.size() + 1) / 2));
   if (start.agreeing == 0)
-    return Error{ErrorCode::Unavailable, "no three of the points fix a pose: they lie near a line, or in one spot"};
+    return Error{ErrorCode::Unavailable,
+                 "no three of the points determine a pose: they lie near a line, or in one spot"};
   if (start.agreeing < needed)
     return Error{ErrorCode::Unavailable,
                  fmt::format("only {} of {} points agree on one pose within {} px{}", start.agreeing, points.size(),
@@ -229,9 +232,10 @@ Result<Resection> resect(const LensValues& lens, const std::vector<Correspondenc
   const double turn = std::sqrt(inverse.topLeftCorner(3, 3).diagonal().maxCoeff()),
                centre = std::sqrt(inverse.bottomRightCorner(3, 3).diagonal().maxCoeff());
   if (turn > kVagueTurn || centre > kVagueCentre_m)
-    return Error{ErrorCode::Unavailable, fmt::format("the points leave the pose open (turn +- {:.2f} deg, centre +- "
-                                                     "{:.2f} m): they lie near a line, in one spot, or all far away",
-                                                     turn * 57.29578, centre)};
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("the points do not determine the pose (rotation +- {:.2f} deg, centre +- {:.2f} m): they "
+                             "lie near a line, in one spot, or all far away",
+                             turn * 57.29578, centre)};
   return out;
 }
 

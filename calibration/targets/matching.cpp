@@ -64,7 +64,8 @@ class CliqueSearch {
     if (steps_ > config_.most_steps) {
       result_.match.reset();
       result_.failure.reason =
-          "too many round things stand at distances like the targets': the search for the true ones was given up";
+          "too many round objects have the same distances from each other as the targets: the search for the targets "
+          "was stopped";
       return std::move(result_);
     }
     if (is_ambiguous_) {

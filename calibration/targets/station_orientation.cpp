@@ -177,12 +177,14 @@ class StationAdjuster {
     }));
     outcome.state = on_it < kFewest ? TargetState::NotSeen : TargetState::Rejected;
     if (on_it < kFewest)
-      outcome.reason = fmt::format("{} points where it should be, at least {} are needed", on_it, kFewest);
+      outcome.reason = fmt::format("{} points are at the expected place, and at least {} are needed", on_it, kFewest);
     else if (!fit)
-      outcome.reason = fmt::format("{} points where it should be, but they make no sphere of its radius", on_it);
+      outcome.reason =
+          fmt::format("{} points are at the expected place, but they are no sphere of the target's radius", on_it);
     else
-      outcome.reason = fmt::format("a sphere stands {:.0f} mm from where it should: moved, or wrongly surveyed",
-                                   (o.survey_from_scanner(fit->centre_scanner) - target.position.xyz).norm() * 1000);
+      outcome.reason =
+          fmt::format("a sphere is {:.0f} mm from the expected place: the target was moved, or wrongly surveyed",
+                      (o.survey_from_scanner(fit->centre_scanner) - target.position.xyz).norm() * 1000);
   }
 
   /// Returns the limit of chi-squared of three coordinates.
@@ -219,7 +221,9 @@ class StationAdjuster {
       if (misfit != nullptr) {
         misfit->state = TargetState::Rejected;
         misfit->reason = fmt::format(
-            "{:.0f} mm from where the other targets put it: moved, wrongly surveyed, or another sphere", off_by * 1000);
+            "it is {:.0f} mm from the place that the other targets give: it was moved, wrongly surveyed, or is another "
+            "sphere",
+            off_by * 1000);
       }
       if (Status done = adjust_used(false); !done.ok()) return refused(done.error().message);
       if (misfit == nullptr) break;
@@ -235,7 +239,8 @@ class StationAdjuster {
       outcome.residual_survey = off;
       if (outcome.state != TargetState::Check || off.dot(sigma.inverse() * off) <= limit()) continue;
       outcome.state = TargetState::Rejected;
-      outcome.reason = fmt::format("{:.0f} mm from where the targets of the orientation put it", off.norm() * 1000);
+      outcome.reason =
+          fmt::format("it is {:.0f} mm from the place that the targets of the orientation give", off.norm() * 1000);
     }
     return {};
   }
@@ -272,11 +277,10 @@ class StationAdjuster {
                           sigma * lever > config_.most_turn_over_centre * centre_sigma;
     if (is_on_a_line || is_vague)
       return refused(
-          fmt::format("the {} targets found stand too near one line (width {:.1f} % of the length): the turn about it "
-                      "is known to {:.4f} degrees only, which is {:.0f} mm at "
-                      "the outermost of them, whose centres are known to {:.1f} mm; allowed: a width of {:.1f} %, and "
-                      "{} degrees or {} times a centre's sigma. Set one target "
-                      "well aside from the others",
+          fmt::format("the {} targets found are too near one line (width {:.1f} % of the length): the rotation about "
+                      "this line is only known to {:.4f} degrees, which moves the outermost target by {:.0f} mm, while "
+                      "the centres are known to {:.1f} mm; allowed: a width of {:.1f} %, and {} degrees or {} times a "
+                      "centre's sigma. Set one target well aside from the others",
                       used().size(), out_.spread * 100, sigma * kDegPerRad, sigma * lever * 1000, centre_sigma * 1000,
                       config_.least_spread * 100, config_.most_rotation_sigma_deg, config_.most_turn_over_centre));
     return {};
@@ -379,9 +383,9 @@ Result<StationResult> orient_station(const ScanBlocks& scan, std::span<const Sur
                     places.size()));
   if (spread_of(places) < config.least_spread && !here.sigma_m)
     return refused(
-        fmt::format("its {} targets stand too near one line (width {:.1f} % of the length, allowed {:.1f} %): the turn "
-                    "about it cannot be told. Set one target well aside, or "
-                    "give the station's own sigma_m so that its place counts",
+        fmt::format("its {} targets are too near one line (width {:.1f} % of the length, allowed {:.1f} %): the "
+                    "rotation about this line cannot be determined. Set one target well aside, or give the station's "
+                    "own sigma_m so that its place counts",
                     places.size(), spread_of(places) * 100, config.least_spread * 100));
   auto search = search_station(scan, here, targets, config);
   if (!search.ok()) return search.error();

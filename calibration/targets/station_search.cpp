@@ -130,8 +130,8 @@ Error refusal(const ScanBlocks& scan, std::span<const SurveyedStation> stations,
     found += fmt::format("{}{}: {} at {:.1f} m", i ? ", " : "", targets[search.targets[i]].name,
                          search.detections[i].candidates.size(), search.distances[i]);
   return invalid(
-      fmt::format("{}. Round things found in the rings: {}. Check the targets' and the station's coordinates (axes, "
-                  "units, target heights), the radius, and that the scan is this station's",
+      fmt::format("{}. Round objects found in the rings: {}. Check the targets' and the station's coordinates (axes, "
+                  "units, target heights), the radius, and that the scan belongs to this station",
                   search.result.failure.reason, found));
 }
 

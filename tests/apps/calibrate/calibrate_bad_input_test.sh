@@ -36,17 +36,17 @@ ends 3 mount xy.csv
 says "two axes are exchanged"
 change 't = $5; $5 = $6; $6 = -t' turned.csv
 ends 3 mount turned.csv
-says "turned 90 deg against the rig: the points' axes are not the scanner's"
+says "rotated by 90 deg from its pose in the rig: the points' axes are not the scanner's"
 change 't = $3; $3 = $4; $4 = t' uv.csv
 ends 3 mount uv.csv
 says "two axes are exchanged"
 # Two lenses, two places of the vehicle mixed up.
 sed 's/,lens0,/,lens3,/' one.csv >lens.csv
 ends 3 mount lens.csv
-says "lens 'lens3': the lens would be turned"
+says "lens 'lens3': the lens would be rotated"
 change 'if (NR % 2) {x = $5; $5 = $6 + 3; $6 = -x + 1; $7 += 0.5}' places.csv
 ends 3 mount places.csv
-says "agree|turned|would sit"
+says "agree|rotated|from its place in the rig"
 sed 's/,lens0,/,lens9,/' one.csv >absent.csv
 ends 3 mount absent.csv
 says "the rig has no lens 'lens9'"
@@ -68,7 +68,7 @@ ends 0 lens other.png $boards --size 14x10 --model kannala_brandt
 says "3 of 4 images"
 says "left out: other.png"
 ends 3 lens $boards --size 15x11
-says "01.png: the board of 15 x 11 is not seen whole"
+says "01.png: the board of 15 x 11 is not completely visible"
 ends 3 lens one.csv --size 14x10
 says "one.csv: cannot be read as an image"
 ends 2 lens $boards --size 14

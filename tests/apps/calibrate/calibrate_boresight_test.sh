@@ -17,7 +17,7 @@ grep -vE '%$' said.txt
 sed -nE "s/^against.*truth: ([0-9.]+) deg.*lever arm ([0-9.]+) mm in plane.*/\\1 \\2/p" said.txt | awk '{ exit !($1 <= 0.08 && $2 <= 10) } END { if (NR != 1) exit 1 }' || fail "too far from the truth"
 awk '/^against/ { for (i = NF - 5; i <= NF; ++i) if ($i > 4) exit 1 }' said.txt || fail "farther from the truth than four of its sigmas"
 # The stated sigma is neither forgotten nor so large that anything meets it.
-awk '/^  turn about/ { for (i = 1; i <= NF; ++i) if ($i == "+-") { ++seen; if (!($(i + 1) > 0.001 && $(i + 1) < 0.04)) exit 1; break } } END { if (seen != 3) exit 1 }' said.txt || fail "the sigma is no sigma"
+awk '/^  rotation about/ { for (i = 1; i <= NF; ++i) if ($i == "+-") { ++seen; if (!($(i + 1) > 0.001 && $(i + 1) < 0.04)) exit 1; break } } END { if (seen != 3) exit 1 }' said.txt || fail "the sigma is no sigma"
 says "lever arm z \(up\).*NOT determined, stays as measured"
 
 # What comes out is read in place of what was measured.
@@ -30,14 +30,14 @@ sed 's/^/    /' found/T_body_scanner.yaml >deep.yaml
 sed -e '/^    T_body_scanner:/{r deep.yaml' -e 'd}' true.yaml >rig.yaml
 ends 0 "$hueline" rig show rig.yaml --out rig.svg
 ends 0 boresight --scenario "$scenario" --sim sims --rig rig.yaml
-awk '/turned by/ { exit !($4 < 0.003) }' said.txt || fail "what was found is not found again"
+awk '/rotated by/ { exit !($4 < 0.003) }' said.txt || fail "what was found is not found again"
 
 # One pass; a tape that was read wrong; axes that are others; no scanner; wrong words.
 sed -e 's/, turns: .*}/}/' -e 's/duration_s: 30/duration_s: 10/' "$scenario" >once.yaml
 ends 3 boresight --scenario once.yaml --sim sims
 says "one pass only: .* drive the same street again in the other direction"
 ends 0 boresight --scenario "$scenario" --sim sims --off-m 0.2
-says "more than three times the 0.02 m that --lever-sigma-m gives"
+says "more than three times its --lever-sigma-m of 0.02 m"
 ends 3 boresight --scenario "$scenario" --sim sims --off-deg 10
 says "measure it again"
 sed -e '/^  - name: laser/,/^  - name: camera/{/^  - name: camera/!d}' true.yaml >blind.yaml

@@ -194,7 +194,7 @@ TEST(StationOrientation, ANarrowFieldSaysWhatItLeavesOpen) {
   // 3 m long and a tenth as wide.
   const Eigen::Vector3d places[] = {{-1.5, 4.0, 0.0}, {1.5, 4.0, 0.05}, {0.0, 4.0, 0.4}};
   expect_refused(Room(places).orient(), "too near one line");
-  expect_refused(Room(places).orient(), "whose centres are known to");
+  expect_refused(Room(places).orient(), "while the centres are known to");
 }
 
 /// Target places around two stations, seen without noise or with it.
