@@ -8,6 +8,7 @@
 /// The tools of `hueline calibrate`. Each tool is in a file of its own.
 namespace hueline::apps {
 
+/// Each function adds the command of one tool to `calibrate`.
 void add_calibrate_lens(Command& calibrate);
 void add_calibrate_mount(Command& calibrate);
 void add_calibrate_boresight(Command& calibrate);

@@ -10,6 +10,7 @@ namespace hueline::apps {
 /// A hash of every field of every point, in the given order. Two runs with the same hash gave the same cloud.
 class CloudPrint {
  public:
+  /// Adds a point to the hash.
   void add(const ColouredPoint& point);
   std::array<std::uint64_t, 2> value() const { return value_; }
   std::uint64_t points() const { return points_; }

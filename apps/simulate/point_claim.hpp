@@ -6,6 +6,7 @@
 
 namespace hueline::apps {
 
+/// Converts a vector to the simulator's type.
 inline sim::Vec3 vec3(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 /// Returns a point in the form that the simulator's judge takes. `T_ecef_enu` belongs to the cloud's origin. `exposure`

@@ -23,6 +23,7 @@ Status for_each_simulated_packet(const sim::Drive& drive, const sim::Timeline& t
 /// Returns for each WireChannel the rig's first sensor whose driver fits, or kSystemSensor if there is none.
 std::array<SensorId, sim::kWireChannels> sensors_of_channels(const config::Rig& rig);
 
+/// Arrival time at which a simulated drive begins.
 constexpr HostTime kSimulatedHostBegin = host_time_ns(1'000'000'000'000);
 
 }  // namespace hueline::apps

@@ -19,6 +19,7 @@ struct Patch {
   int facing = 2;
 };
 
+/// Settings of find_patches() and passes_of().
 struct PatchConfig {
   double voxel_m = 1;
   double gate_m = 0.05;             ///< allowed thickness of a plane: noise, and the remaining error of the mounting
@@ -31,6 +32,7 @@ struct PatchConfig {
   std::size_t most_returns = 120;   ///< most returns of a patch
 };
 
+/// The result of find_patches().
 struct PatchesFound {
   std::vector<Patch> patches;
   /// Number of voxels with enough returns, flat or not, that were seen in one pass and in several.

@@ -11,6 +11,7 @@ struct PlaneSums {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();  // lower triangle
 
+  /// Adds the point `p` with weight `w`.
   void add(const Eigen::Vector3d& p, double w) {
     weight += w;
     sum += w * p;

@@ -31,6 +31,7 @@ class WayCorrection {
     std::size_t knot = 0;
     double share = 0;  ///< weight of the second knot, 0 to 1
   };
+  /// Returns the place of a time. Times outside the drive have the place of its beginning or end.
   Place at(double time_s) const;
   /// Returns the six corrections at a place.
   Vector6d value(const Place& place) const;

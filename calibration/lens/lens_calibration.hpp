@@ -21,12 +21,14 @@ struct LensCalibrationConfig {
   std::string validate() const;
 };
 
+/// A corner that was left out.
 struct RejectedCorner {
   std::string view;
   std::size_t index = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   double error_px = 0;
 };
+/// A view that was left out, and why.
 struct RejectedView {
   std::string view;
   std::string why;

@@ -13,6 +13,7 @@
 /// and of its fisheye module. This is an implementation of its own; a test compares fusion's camera model with it.
 namespace hueline::calibration {
 
+/// The projection model of a lens.
 enum class LensModel : std::uint8_t {
   Brown,          ///< plane lens: k1 k2 p1 p2 k3 (Brown 1971; Zhang 2000)
   KannalaBrandt,  ///< equidistant fisheye: k1..k4 at odd powers of the angle (Kannala and Brandt 2006)
@@ -34,6 +35,7 @@ struct LensValues {
 
   /// Returns the parameters as one array: focal lengths, principal point, distortion.
   std::array<double, kLensParameters> parameters() const;
+  /// Sets the parameters from an array in the order of parameters().
   void set_parameters(const std::array<double, kLensParameters>& values);
   /// Returns the pixel of a point of the lens frame, or nothing for a point behind a plane lens or at the lens itself.
   /// The field of view is not limited: far outside the range of the fit, the polynomial may map several directions to
@@ -47,6 +49,7 @@ struct LensValues {
 /// Returns the names of the parameters with units, in the order of LensValues::parameters. A model has
 /// parameter_count() of them (Brown 9, KannalaBrandt 8).
 std::array<std::string, kLensParameters> parameter_names(LensModel model);
+/// Returns the number of parameters of a model.
 constexpr int parameter_count(LensModel model) { return model == LensModel::Brown ? 9 : 8; }
 
 /// Computes LensValues::project for any scalar type (Ceres' Jet). Returns false if the point has no pixel.

@@ -80,7 +80,8 @@ struct Alignment {
 };
 
 /// Estimates the rotation of a head from `start`, and the time offset of the images if `config` allows one.
-/// Errors: Invalid (wrong settings), Unavailable (too few outlines, or the best result is at the edge of the search).
+/// Errors: Invalid (wrong settings or shots), Unavailable (no shots, too few outlines, or the best result is at the
+/// edge of the search).
 Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots,
                              const Transform<Body, CameraHead>& start, const AlignmentConfig& config);
 

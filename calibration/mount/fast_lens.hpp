@@ -25,9 +25,12 @@ struct FastLens {
   Eigen::Matrix3f R_lens_body;
   Eigen::Vector3f t_lens_body;
 
+  /// Computes the pixel of a point of Body. Returns false if the point is not in the field of view.
   bool project(const Eigen::Vector3f& p_body, float& u, float& v) const {
     return project_lens(R_lens_body * p_body + t_lens_body, u, v);
   }
+  /// Computes the pixel of a point of the lens frame. Returns false outside the field of view and within 0.3 m of the
+  /// lens.
   bool project_lens(const Eigen::Vector3f& p, float& u, float& v) const {
     const float r2 = p.x() * p.x() + p.y() * p.y(), length = std::sqrt(r2 + p.z() * p.z());
     if (!(p.z() > cosine * length) || !(length > 0.3F)) return false;

@@ -46,6 +46,7 @@ struct MatchFailure {
   std::size_t best = 0;
 };
 
+/// The match, or the reason why there is none.
 struct MatchResult {
   std::optional<Match> match;
   MatchFailure failure;

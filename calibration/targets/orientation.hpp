@@ -79,8 +79,8 @@ struct Adjustment {
 /// eliminated block by block.
 /// `start` has one orientation for each station. `station_priors` has the surveyed origins of the scanners that count
 /// as observations.
-/// Errors: Invalid if there are no targets or stations, or the targets do not determine the orientation of every
-/// station.
+/// Errors: Invalid if there are no targets or stations, if the targets do not determine the orientation of every
+/// station, or if the adjustment does not converge.
 Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const SurveyedPoint> targets,
                           std::span<const CentreObservation> observations,
                           std::span<const std::optional<SurveyedPoint>> station_priors, bool estimate_scale);

@@ -24,6 +24,7 @@ class RingCells {
   /// Returns the points in the order of sector, level and place in the scan.
   std::span<const Eigen::Vector3f> points() const { return points_; }
   std::span<const Cell> cells() const { return cells_; }
+  /// Returns the points of one cell.
   std::span<const Eigen::Vector3f> points_of(const Cell& cell) const {
     return std::span(points_).subspan(cell.begin, cell.count);
   }

@@ -23,6 +23,7 @@ struct Ring {
 /// result.
 class RingFilter {
  public:
+  /// `rings` may overlap and have any order.
   explicit RingFilter(std::span<const Ring> rings);
   /// Appends the points of `xyz` that lie in any ring to `kept`, in their order. Raises `farthest_squared` to the
   /// squared distance of the farthest point of all, in a ring or not.

@@ -14,6 +14,7 @@ namespace hueline::calibration {
 class ScanBlocks {
  public:
   virtual ~ScanBlocks() = default;
+  /// Returns the number of blocks.
   virtual std::size_t blocks() const = 0;
   /// Returns the points of block `index` as x, y, z, x, y, z ... in the scanner's frame, m. They are valid until
   /// `scratch` changes. A point without a return may be NaN or 0 0 0.

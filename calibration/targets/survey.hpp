@@ -14,6 +14,7 @@ namespace hueline::calibration {
 /// scans.
 struct Survey {};
 
+/// A sphere target with its surveyed place.
 struct SurveyedTarget {
   std::string name;
   Point<Survey> position;  ///< centre of the sphere
@@ -23,6 +24,7 @@ struct SurveyedTarget {
   std::vector<std::string> stations;  ///< stations that are to see it; empty: all
 };
 
+/// A station of the scanner with its surveyed place.
 struct SurveyedStation {
   std::string name;
   Point<Survey> position;         ///< origin of the scanner's frame

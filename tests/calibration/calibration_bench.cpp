@@ -1,4 +1,4 @@
-// Proofs that take long: many runs against known truth. Counters are the result; times are beside the point.
+// Proofs that take long: many runs against known truth. The counters are the result; the times do not matter.
 //   calibration_bench --benchmark_filter=lens_trials
 #include <fmt/format.h>
 
@@ -16,8 +16,8 @@
 namespace hueline::calibration {
 namespace {
 
-/// 200 calibrations of one lens from boards with corner noise: how many have focal lengths and principal point within
-/// 0.3 px and within three of their own sigma.
+/// Calibrates one lens 200 times from boards with corner noise. Counts how often focal lengths and principal point are
+/// within 0.3 px and within three of their own sigmas.
 void lens_trials(benchmark::State& state) {
   const bool is_fisheye = state.range(0) != 0;
   const fusion::CameraIntrinsics lens = is_fisheye ? test::fisheye_lens() : test::plane_lens();
@@ -62,7 +62,7 @@ void lens_trials(benchmark::State& state) {
     state.counters["corner_sigma_px"] = std::sqrt(noise2 / kRuns);
   }
 }
-/// What boards are worth: standard deviations stated for views taken in different ways, 0.1 px of noise.
+/// Compares ways to take views of a board by the sigmas that they lead to, with 0.1 px of noise.
 void lens_views(benchmark::State& state) {
   test::SimulatedBoards what = test::good_views();
   const int way = static_cast<int>(state.range(0));
@@ -93,8 +93,8 @@ void lens_views(benchmark::State& state) {
     state.counters["box_share"] = box;
   }
 }
-/// 200 resections from 20 points (lens 0: 1224 px wide, 1: fisheye, 2: 2448 px wide): errors beside the standard
-/// deviations stated, and the share inside three of them.
+/// Makes 200 resections from 20 points (lens 0: 1224 px wide, 1: fisheye, 2: 2448 px wide). Compares the errors with
+/// the stated standard deviations and counts those within three of them.
 void resection_trials(benchmark::State& state) {
   const fusion::CameraIntrinsics lens = state.range(0) == 0   ? test::plane_lens()
                                         : state.range(0) == 1 ? test::fisheye_lens()
@@ -129,7 +129,8 @@ void resection_trials(benchmark::State& state) {
     state.counters["within_3sigma_%"] = 100.0 * within / (6 * runs);
   }
 }
-/// A scanner's mounting by a hundred made-up drives there and back; argument: metres of street.
+/// Calibrates the mounting of a scanner in a hundred simulated drives in both directions. The argument is the length of
+/// the street in metres.
 void boresight_trials(benchmark::State& state) {
   const int kRuns = hueline::test::sized(100, 1);
   for (auto _ : state) {
@@ -174,7 +175,7 @@ void metres(benchmark::internal::Benchmark* b) {
 }
 BENCHMARK(boresight_trials)->Apply(metres)->Iterations(1)->Unit(benchmark::kSecond);
 
-/// Objects measured through the calibrated chain, with 20 views of the board.
+/// Measures objects with a calibrated lens and mounting, from 20 views of the board.
 void measured_objects(benchmark::State& state) {
   for (auto _ : state) {
     const auto measured = test::measure_objects(static_cast<int>(state.range(0)), 20, {}, 5);

@@ -19,7 +19,7 @@ using sim::Vec3;
 constexpr int kColumns = 14, kRows = 10;  // inner corners
 constexpr double kSquare_m = 0.04;
 
-/// Numbers in a row from one seed.
+/// A sequence of random numbers from one seed.
 class Draw {
  public:
   Draw(std::uint64_t seed, std::uint64_t stream) : seed_(seed), stream_(0x6D6561ull + stream) {}
@@ -35,7 +35,7 @@ struct BoardPose {
   Vec3 centre;  ///< lens frame, m
 };
 
-/// Turns +z into `axis`.
+/// Returns a rotation that turns +z into `axis`.
 sim::Mat3 facing(Vec3 axis) {
   const Vec3 right =
                  sim::normalised(std::abs(axis.y) < 0.9 ? sim::cross({0, 1, 0}, axis) : sim::cross({1, 0, 0}, axis)),
@@ -43,12 +43,12 @@ sim::Mat3 facing(Vec3 axis) {
   return {{right.x, down.x, axis.x, right.y, down.y, axis.y, right.z, down.z, axis.z}};
 }
 
-/// Corner of the squares' raster, 0 0 is the first inner one, about the board's middle.
+/// Returns a corner of the grid of squares, relative to the board's middle. (0, 0) is the first inner corner.
 Vec3 corner(double column, double row) {
   return {kSquare_m * (column - (kColumns - 1) / 2.0), kSquare_m * (row - (kRows - 1) / 2.0), 0};
 }
 
-/// The board with its outermost squares is wholly in the image.
+/// Returns whether the whole board, with its outermost squares, is in the image.
 bool is_whole(const sim::TrueLens& lens, const BoardPose& pose) {
   for (int side = 0; side < 4; ++side)
     for (int i = -1; i <= std::max(kColumns, kRows); ++i) {
@@ -65,7 +65,7 @@ bool is_whole(const sim::TrueLens& lens, const BoardPose& pose) {
   return true;
 }
 
-/// Directions at the pixels' corners; 0 0 0 beyond the field of view.
+/// Returns the directions at the corners of the pixels; 0 0 0 outside the field of view.
 std::vector<Vec3> directions(const sim::TrueLens& lens) {
   std::vector<Vec3> out;
   for (int v = 0; v <= lens.height; ++v)
@@ -166,8 +166,8 @@ std::string nominal_rig(const sim::Scenario& scenario, std::uint32_t panorama_wi
     for (const double m : T.R.m) numbers += fmt::format("{}{}", numbers.empty() ? "" : ", ", m);
     return fmt::format("{{position_m: [{}, {}, {}], rotation_matrix: [{}]}}", T.p.x, T.p.y, T.p.z, numbers);
   };
-  // The drawing of the head has no tolerances; tape measure and level are a degree and two centimetres off; a boresight
-  // calibration leaves a fiftieth of a degree and some millimetres.
+  // The drawing of the head has no tolerances. Tape measure and level are wrong by a degree and two centimetres. A
+  // boresight calibration leaves a fiftieth of a degree and some millimetres.
   const sim::Pose T_body_head{
       truth.T_body_head.R * sim::rotation_zyx(sim::radians(0.8), sim::radians(-0.9), sim::radians(1)),
       truth.T_body_head.p + Vec3{0.02, -0.015, 0.01}};
@@ -199,7 +199,7 @@ std::string nominal_rig(const sim::Scenario& scenario, std::uint32_t panorama_wi
     else if (is("distortion:"))
       line = "      distortion: [0, 0, 0, 0]";
     else if (is("T_head_lens:")) {
-      // Lens 0 to 4 are 72 degrees apart, each on its side; lens 5 looks up.
+      // Lenses 0 to 4 are 72 degrees apart, each mounted on its side; lens 5 looks up.
       const double turn = sim::radians(-72.0 * static_cast<double>(lens));
       const sim::Mat3 level{{0, 0, 1, 0, 1, 0, -1, 0, 0}};
       line = "      T_head_lens: " + mounting(lens < 5 ? sim::Pose{sim::rotation_z(turn) * level,

@@ -1,8 +1,13 @@
-// Objects measured through the panorama with a rig that the calibration tools have found, against the simulator's
-// truth. tests/apps/measure/measure_test.sh shows the steps; docs/calibration.md has the command and its figures.
-//   measuring_proof inputs SCENARIO OUT VIEWS POINTS [PANORAMA_WIDTH [LENSES]]    boards, points.csv, nominal.yaml,
-//   true.yaml measuring_proof picks SCENARIO SIM RIG OUT COUNT [PICK_PX [nearest|any [CLEAR_PX]]]    picks.csv,
-//   truth.csv measuring_proof judge MEASURED.csv TRUTH.csv [MOST_PLANE_RMS_M]
+// Measures objects through the panorama with a rig that the calibration tools have found, and compares them with the
+// simulator's truth. tests/apps/measure/measure_test.sh shows the steps; docs/calibration.md has the command and its
+// figures.
+//
+//   measuring_proof inputs SCENARIO OUT VIEWS POINTS [PANORAMA_WIDTH [LENSES]]
+//     writes the boards, points.csv, nominal.yaml and true.yaml
+//   measuring_proof picks SCENARIO SIM RIG OUT COUNT [PICK_PX [nearest|any [CLEAR_PX]]]
+//     writes picks.csv and truth.csv
+//   measuring_proof judge MEASURED.csv TRUTH.csv [MOST_PLANE_RMS_M]
+//     compares the measured coordinates with the truth
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -59,13 +64,13 @@ int inputs(const std::vector<std::string>& words) {
              : 1;
 }
 
-/// Things that nobody measures: what moves, and single leaves.
+/// Returns false for what nobody measures: moving objects and single leaves.
 bool is_object(const std::string& surface, const sim::World& world, std::uint16_t id) {
   return id > 1 && !world.is_moving(id) && surface.rfind("crown", 0) != 0 && surface.rfind("flowers", 0) != 0;
 }
 
-/// True if all around the pixel, so many pixels off, the lens sees the same thing: an operator does not pick what shows
-/// between two leaves.
+/// Returns true if the lens sees the same object in eight directions around the pixel. An operator does not pick what
+/// shows between two leaves.
 bool is_clear(const sim::World& world, const sim::Moment& moment, const sim::TrueLens& lens,
               const sim::Pose& T_enu_lens, sim::TruePixel pixel, double around_px, std::uint16_t surface) {
   for (int k = 0; k < 8 && around_px > 0; ++k) {
@@ -80,7 +85,7 @@ bool is_clear(const sim::World& world, const sim::Moment& moment, const sim::Tru
   return true;
 }
 
-/// Up to so many true returns of each thing, spread over the drive.
+/// Returns a limited number of true returns of each object, spread over the drive.
 Result<std::map<std::uint16_t, std::vector<sim::TrueReturn>>> objects_of(sim::TruthReader& truth,
                                                                          const sim::World& world, std::uint64_t seed) {
   constexpr std::uint64_t kEach = 400;
@@ -93,7 +98,7 @@ Result<std::map<std::uint16_t, std::vector<sim::TrueReturn>>> objects_of(sim::Tr
     for (const sim::TrueReturn& one : *packet) {
       ++index;
       if (!is_object(truth.header().surfaces.at(one.surface), world, one.surface)) continue;
-      // Reservoir: each return of a thing is kept with the same probability.
+      // Reservoir sampling: each return of an object is kept with the same probability.
       const std::uint64_t place = sim::counter_bits(seed, kStream, index) % ++seen[one.surface];
       auto& mine = out[one.surface];
       if (mine.size() < kEach)
@@ -158,7 +163,8 @@ int picks(const std::vector<std::string>& words) {
           if (!is_clear(world, world.moment(exposure.exposure_mid_gps_ns), lens, T_enu_head * lens.T_head_lens, *pixel,
                         clear_px, object.surface))
             continue;
-          // Where the user's panorama, stitched with the rig of his calibration, shows this pixel: if it does.
+          // The place at which the user's panorama, stitched with the rig of his calibration, shows this pixel, if it
+          // shows it.
           const auto at = panorama.panorama_pixel({static_cast<int>(i), {pixel->u, pixel->v}});
           const auto back = at ? panorama.lens_pixel(*at) : std::nullopt;
           if (!back || back->lens != static_cast<int>(i)) continue;
@@ -222,10 +228,10 @@ struct Errors {
   }
 };
 
-/// A surface's kind: its name without its number.
+/// Returns the kind of a surface: its name without its number.
 std::string kind(const std::string& surface) { return surface.substr(0, surface.find_last_not_of(" 0123456789") + 1); }
 
-/// A reason without its figures.
+/// Returns a reason without its figures.
 std::string without_numbers(const std::string& why) {
   std::string out;
   for (const char c : why)

@@ -13,7 +13,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// Forty metres there and back, few rays: seconds with all checks of a debug build.
+/// Forty metres in both directions with few rays, so that all checks of a debug build take seconds.
 PassesSetting small() {
   PassesSetting out;
   out.length_m = 40;
@@ -101,7 +101,8 @@ TEST(Boresight, TwoScannersShareTheirPlanes) {
   ASSERT_TRUE(found.ok()) << found.error().message;
   const Eigen::VectorXd error = boresight_error(*found, passes);
   for (Eigen::Index i = 0; i < 12; ++i) EXPECT_LT(std::abs(error[i]), 3.5 * std::sqrt(found->covariance(i, i))) << i;
-  // Both turn with the same POS: against each other they are known far better than against the body.
+  // Both scanners rotate with the same POS. Their rotation relative to each other is therefore known much better than
+  // that relative to the body.
   const double apart = std::sqrt(found->covariance(2, 2) + found->covariance(8, 8) - 2 * found->covariance(2, 8));
   EXPECT_LT(apart, 0.3 * std::sqrt(found->covariance(2, 2)));
   EXPECT_LT(std::abs(error[2] - error[8]), 3.5 * apart);
@@ -150,7 +151,7 @@ TEST(ReturnStore, IsBoundedAndStillFindsIt) {
   ReturnStore::Config store;
   store.most_returns = 20'000;
   const auto passes = simulate_passes(setting, store);
-  EXPECT_LE(passes.drive.returns.size(), 25'000U);  // the last stretch comes on top
+  EXPECT_LE(passes.drive.returns.size(), 25'000U);  // the last stretch is added to the limit
   EXPECT_GT(passes.drive.returns.size(), 8'000U);
   const auto found = find_boresight(passes.drive, coarse());
   ASSERT_TRUE(found.ok()) << found.error().message;
@@ -158,7 +159,7 @@ TEST(ReturnStore, IsBoundedAndStillFindsIt) {
 }
 
 TEST(Passes, BeginAfterAGapOrATurn) {
-  // Twenty metres each: there, a turn at 60 m, back.
+  // Twenty metres each: forward, a turn at 60 m, and back.
   const std::vector<WayStretch> way = {{0, 0}, {20, 0.1}, {40, 0}, {60, 1.6}, {62, 3.0}, {80, 3.1}, {200, 3.1}};
   EXPECT_THAT(passes_of({0, 1, 2}, way, {}), ElementsAre(0, 0, 0));
   EXPECT_THAT(passes_of({1, 2, 3, 4, 5}, way, {}), ElementsAre(0, 0, 1, 2, 2));

@@ -13,7 +13,7 @@ struct Box {
   Eigen::Vector3d low, high;
 };
 
-/// Houses on both sides with gaps and bays, things parked at the kerb.
+/// Houses on both sides with gaps and bays, and objects parked at the kerb.
 std::vector<Box> street(const PassesSetting& setting, std::mt19937_64& random) {
   std::uniform_real_distribution<double> share(0, 1);
   std::vector<Box> out;
@@ -43,7 +43,7 @@ double hit(const Box& box, const Eigen::Vector3d& from, const Eigen::Vector3d& i
   return in < out ? in : 1e9;
 }
 
-/// The way: north on the right, half a circle, south on the other side.
+/// Returns the pose on the path: north on the right side, a half circle, south on the other side.
 Transform<Enu, Body> pose_at(double way, double time, const PassesSetting& setting) {
   constexpr double kLane = 2.5;
   const double arc = kPi * kLane;

@@ -83,8 +83,8 @@ TEST(LensCalibration, ChoosesTheModelThatPredictsBetter) {
   }
 }
 
-/// Few noisy views of a fisheye: a plane lens bends far enough to fit them, and cannot pose a view that it has not
-/// seen.
+/// With few noisy views of a fisheye, a plane lens bends far enough to fit them, but cannot pose a view that it was not
+/// fitted to.
 TEST(LensCalibration, AModelThatCannotPoseHeldBackViewsIsNotChosen) {
   const auto lens = fisheye_lens();
   test::SimulatedBoards what;
@@ -107,7 +107,7 @@ TEST(LensCalibration, AModelThatCannotPoseHeldBackViewsIsNotChosen) {
   EXPECT_LT(brown.rms_px, *fisheye.predicted_rms_px)
       << "its fit looks better than what the other predicts: that is what the case is about";
 
-  // By name it is fitted, and its trial says what it is worth.
+  // If its name is given the model is fitted, and its trial reports the failure.
   const auto asked = calibrate_lens(what.board, views, lens.width, lens.height, {.model = LensModel::Brown});
   ASSERT_TRUE(asked.ok()) << asked.error().message;
   EXPECT_EQ(asked->trials[0].unpredicted.size(), 1u);
@@ -178,7 +178,7 @@ TEST(LensCalibration, RefusesWhatDoesNotFixALens) {
   auto views = simulate_boards(lens, {.views = 2});
   EXPECT_THAT(calibrate_lens(board, views, lens.width, lens.height, {}).error().message,
               testing::HasSubstr("3 are needed"));
-  // One and the same view many times over: nothing tells focal length from distance.
+  // The same view many times does not separate focal length from distance.
   views = simulate_boards(lens, {.views = 1, .tilt_deg = 0});
   views.resize(6, views[0]);
   EXPECT_FALSE(calibrate_lens(board, views, lens.width, lens.height, {.model = LensModel::Brown}).ok())

@@ -1,4 +1,4 @@
-// Lens calibration on images that this project has not made: real ones with published values, and ones of another
+// Lens calibration on images that this project has not made: real images with published values, and images of another
 // simulator.
 #include <gtest/gtest.h>
 
@@ -56,14 +56,14 @@ TEST(RealBoards, OpencvsLeftCameraByThePublishedProcedure) {
   if (!std::filesystem::exists(left_images()[0]))
     GTEST_SKIP() << "Debian's package opencv-doc is not installed: " << left_images()[0];
   const Board board{BoardKind::Chessboard, 9, 6, 0.025, 0, ""};
-  // A window of 11 px each way, as OpenCV's sample has it, and nothing left out.
+  // The window is 11 px each way, as in OpenCV's sample, and nothing is left out.
   const Seen seen = see(board, left_images(), 11);
   ASSERT_EQ(seen.views.size(), 13u);
   const auto found =
       calibrate_lens(board, seen.views, seen.width, seen.height,
                      {.model = LensModel::Brown, .one_focal = true, .corner_limit_sigma = 1e9, .view_limit = 1e9});
   ASSERT_TRUE(found.ok()) << found.error().message;
-  // The sample stops refining at steps of 0.1 px; ours goes on.
+  // The sample stops refining at steps of 0.1 px; this program continues.
   EXPECT_NEAR(found->adjusted.rms_px, kPublishedRms_px, 0.03);
   const auto ours = found->adjusted.lens.parameters();
   for (int i = 0; i < 9; ++i) {
@@ -88,7 +88,7 @@ TEST(RealBoards, OpencvsLeftCameraWithItsOwnWindow) {
   EXPECT_LE(adjusted.rms_px, 0.2)
       << "half of the published one: its window held neighbouring corners in left02, where squares are 15 px wide";
   const auto ours = adjusted.lens.parameters();
-  // The published values carry the published residuals: their own sigma is larger by that.
+  // The published values have the published residuals, so that their own sigma is larger by this factor.
   const double larger = kPublishedRms_px / adjusted.rms_px;
   for (int i = 0; i < 9; ++i) {
     const double sigma = std::sqrt(adjusted.covariance(i, i));
@@ -110,7 +110,7 @@ TEST(RealBoards, AnotherSimulatorsBoard) {
   const Board board{BoardKind::Chessboard, 17, 7, 0.05, 0, ""};
   const Seen seen = see(board, numbered(data_file.parent_path(), "", {1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23}));
   EXPECT_EQ(seen.views.size(), 12u);
-  // All but one stand square before the camera: only together with one focal length do they fix it.
+  // All boards but one are parallel to the image. They determine the lens only with a single focal length.
   const auto found =
       calibrate_lens(board, seen.views, seen.width, seen.height, {.model = LensModel::Brown, .one_focal = true});
   ASSERT_TRUE(found.ok()) << found.error().message;

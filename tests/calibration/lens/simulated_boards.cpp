@@ -62,7 +62,7 @@ std::vector<BoardView> simulate_boards(const fusion::CameraIntrinsics& lens, con
     const Eigen::Vector2d aim((uniform(random) + 1) / 2 * lens.width, (uniform(random) + 1) / 2 * lens.height);
     const auto axis = camera.unproject(aim);
     if (!axis) continue;
-    // The board faces the lens from where it is, tilted.
+    // The board faces the lens from its place, with a tilt.
     const double share = (uniform(random) + 1) / 2;
     const double distance =
         size * (what.nearest + (what.farthest - what.nearest) * share) * std::min(1.0, lens.focal_px.x() / lens.width);

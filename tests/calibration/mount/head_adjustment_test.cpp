@@ -1,4 +1,5 @@
-// Grey levels adjusted to laser intensities, in a street of two painted walls whose images are made here, ray by ray.
+// Adjustment of grey levels to laser intensities, in a street of two painted walls. The test computes the images ray by
+// ray.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -20,14 +21,14 @@ struct Street {
   Transform<Body, CameraHead> truth{Eigen::Quaterniond(Eigen::AngleAxisd(1.57, Eigen::Vector3d::UnitZ())), kHead};
 };
 
-/// Paint of the walls, 0 to 1, as soft as what a pixel blurs.
+/// Paint of the walls, 0 to 1. It is as soft as the blur of a pixel.
 double paint(double y, double z, double seed) {
   return 0.5 + 0.2 * std::sin(2.6 * y + 4.2 * z + seed) + 0.15 * std::sin(-5.8 * y + 3.4 * z + 3 * seed) +
          0.15 * std::sin(1.6 * y - 6.2 * z + 2 * seed);
 }
 
-/// `gain`: of the images, other in every lens, with light lost towards the corners. `late_s`: how much later than said
-/// the images are made.
+/// `gain` is the gain of the images, different for each lens, with light loss towards the corners. `late_s` is how much
+/// later than their times the images are taken.
 Street street(double late_s, double gain, bool has_relation) {
   Street out;
   for (const double side : {1.0, -1.0}) {
@@ -48,7 +49,7 @@ Street street(double late_s, double gain, bool has_relation) {
   const auto uniform = [&](double from, double to) {
     return from + (to - from) * static_cast<double>(random() >> 11) * 0x1p-53;
   };
-  // The lenses are alike and have no distortion.
+  // The lenses are equal and have no distortion.
   std::vector<Eigen::Vector3d> directions;
   for (int v = 0; v < 240; ++v)
     for (int u = 0; u < 320; ++u) directions.emplace_back((u - 159.5) / 200, (v - 119.5) / 200, 1);

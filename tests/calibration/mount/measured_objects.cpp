@@ -12,8 +12,8 @@
 namespace hueline::calibration::test {
 namespace {
 
-/// The laser's surface where a pixel looks: a plane through the returns that fall nearest to the pixel, cut with the
-/// pixel's ray.
+/// Returns the point of the laser's surface at a pixel: the pixel's ray meets a plane through the returns that are
+/// nearest to the pixel.
 std::optional<Eigen::Vector3d> measure(const LensValues& lens, const Transform<Scanner, Lens>& T_scanner_lens,
                                        const std::vector<Eigen::Vector3d>& returns, const Eigen::Vector2d& pixel) {
   struct Near {
@@ -59,14 +59,14 @@ MeasuredObjects measure_objects(int count, int board_views, const MeasuringNoise
   std::mt19937 random(seed + 17);
   std::uniform_real_distribution<double> uniform(0, 1);
   std::normal_distribution<double> normal;
-  // The scanner sits level on the vehicle: its axes are those of Body.
+  // The scanner is level on the vehicle, so that its axes are those of Body.
   double plane2 = 0, height2 = 0;
   while (out.points < count) {
     const Eigen::Vector2d pixel(20 + uniform(random) * (truth.width - 41), 20 + uniform(random) * (truth.height - 41));
     const auto ray = camera.unproject(pixel);
     if (!ray) continue;
     const Eigen::Vector3d object = (targets.T_scanner_lens * Point<Lens>{(4 + 26 * uniform(random)) * ray->xyz}).xyz;
-    // A wall through it, up to 50 degrees oblique, scanned every 8 cm.
+    // A wall through the object, up to 50 degrees oblique, with a return every 8 cm.
     const Eigen::Vector3d facing = -object.normalized();
     const Eigen::Vector3d across = facing.unitOrthogonal();
     const Eigen::Quaterniond tilt(Eigen::AngleAxisd(50 * kRadPerDeg * (2 * uniform(random) - 1), across));

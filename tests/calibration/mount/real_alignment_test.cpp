@@ -1,4 +1,4 @@
-// Image and laser laid over each other without targets, on a real pair whose pose somebody else has published.
+// Alignment of image and laser without targets, on a real pair with a pose that somebody else has published.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -51,7 +51,7 @@ TEST(RealAlignment, FindsThePublishedPoseFromTwoDegreesOff) {
                                           truth.translation};
   AlignmentConfig config;
   config.groups = 0;
-  config.use_relation = false;  // one image has too few patches for it
+  config.use_relation = false;  // one image has too few patches for this step
   const auto found = align_head({lens}, {shot}, start, config);
   ASSERT_TRUE(found.ok()) << found.error().message;
   const double error_deg = found->T_body_head.rotation.angularDistance(truth.rotation) / kRadPerDeg;

@@ -1,4 +1,4 @@
-// Space resection against simulated points, against OpenCV's, and against a board of another simulator.
+// Space resection compared with simulated points, with OpenCV's, and with a board of another simulator.
 #include "calibration/mount/resection.hpp"
 
 #include <gmock/gmock.h>
@@ -74,7 +74,7 @@ TEST(Resection, IsAsGoodAsItSays) {
   EXPECT_LT(std::sqrt(centre2), 0.005);
 }
 
-/// All three axes together, and the centre in space.
+/// Tests all three axes together, and the centre in space.
 TEST(Resection, PointsTakenAsAdvisedFixTheMount) {
   const auto lens = test::large_plane_lens();
   double turn2 = 0, centre2 = 0;
@@ -149,7 +149,7 @@ TEST(Resection, RefusesWhatFixesNoPose) {
   points = good.points;
   for (auto& p : points) std::swap(p.p_scanner.x(), p.p_scanner.y());
   EXPECT_THAT(refusal(lens_values(lens), points), testing::HasSubstr("two axes are exchanged"));
-  // All on one line.
+  // All points are on one line.
   points = good.points;
   const Eigen::Vector3d a = points[0].p_scanner, b = points[1].p_scanner;
   const fusion::CameraModel camera(lens);
@@ -158,7 +158,7 @@ TEST(Resection, RefusesWhatFixesNoPose) {
     points[i].pixel = *camera.project(good.T_scanner_lens.inverse() * Point<Scanner>{points[i].p_scanner});
   }
   EXPECT_THAT(refusal(lens_values(lens), points), testing::HasSubstr("near a line"));
-  // Pixels of one image with points of another place.
+  // The pixels of one image with the points of another place.
   points = good.points;
   const auto other = simulate_points(lens, {.count = 12, .seed = 99});
   for (std::size_t i = 0; i < points.size(); ++i) points[i].p_scanner = other.points[i].p_scanner;
@@ -188,7 +188,7 @@ TEST(CorrespondenceFile, ReadsAndRefuses) {
   EXPECT_THAT(refusal_of("u_px,v_px,x_m,y_m,z_m\n1,2,0,0,0\n"), testing::HasSubstr("never filled in"));
 }
 
-/// Paper: 13 points, 0.1 m. A thousand are measured_objects in calibration_bench.
+/// The paper has 13 points and 0.1 m. measured_objects in calibration_bench has a thousand.
 TEST(MeasuredObjects, ThirteenCheckPointsThroughTheCalibratedChain) {
   const auto measured = test::measure_objects(13, 8, {}, 5);
   ASSERT_EQ(measured.points, 13);

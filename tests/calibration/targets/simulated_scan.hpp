@@ -30,7 +30,7 @@ class MemoryScan : public ScanBlocks {
 
 inline Eigen::Vector3d eigen(const sim::Vec3& v) { return {v.x, v.y, v.z}; }
 
-/// A station as the simulator knows it and as the program gets it.
+/// A station with its truth in the simulator and with what the program gets of it.
 struct SimulatedStation {
   std::shared_ptr<const sim::StaticSite> site;
   std::vector<sim::SphereTruth> truth;

@@ -10,7 +10,8 @@
 namespace hueline::calibration {
 namespace {
 
-/// Hits on the scanner's side of a sphere, beams spread evenly over its disc; noise along and across the beam.
+/// Returns hits on the scanner's side of a sphere. Beams are spread evenly over its disc, with noise along and across
+/// the beam.
 std::vector<Eigen::Vector3f> hits(const Eigen::Vector3d& centre, double radius, std::size_t count,
                                   const ScannerNoise& noise, std::mt19937& random) {
   std::uniform_real_distribution<double> even(-1, 1);
@@ -36,7 +37,7 @@ TEST(SphereFit, LinearFitMeetsAnExactSphere) {
   const auto points = hits(centre, 0.145, 40, {1e-9, 1e-9, 0}, random);
   const auto fit = fit_linear(points);
   ASSERT_TRUE(fit);
-  EXPECT_NEAR(fit->radius, 0.145, 2e-4);  // float points: 4 um steps at 100 m
+  EXPECT_NEAR(fit->radius, 0.145, 2e-4);  // coordinates in float have steps of 4 um at 100 m
   EXPECT_LT((fit->centre_scanner - centre).norm(), 3e-4);
   EXPECT_GT(fit->roundness, 0.999);
 }
@@ -50,8 +51,8 @@ TEST(SphereFit, RefusesPlanesAndThreePoints) {
   EXPECT_FALSE(fit_known_radius(std::span(plane).first(3), 0.1, {50.07, 0, 0}, {}));
 }
 
-// Known radius against linear, at the range where a target has few noisy points on one side, and the stated covariance
-// against the errors.
+// Compares the fit with known radius and the linear fit at a range where a target has few noisy points on one side, and
+// the stated covariance with the errors.
 TEST(SphereFit, KnownRadiusIsUnbiasedWithATrueCovariance) {
   std::mt19937 random(2);
   const ScannerNoise noise;

@@ -14,7 +14,7 @@ namespace {
 
 using testing::Test;
 
-/// One station, simulated once: a coarse panorama with the windows that hold the targets, decoys and clutter.
+/// One station, simulated once: a coarse panorama, with fine windows around targets, decoys and clutter.
 const SimulatedStation& simulated(int station) {
   const auto make = [](int index) {
     sim::StaticSiteConfig site;
@@ -59,7 +59,7 @@ TEST(StationOrientation, FindsEveryTargetThatWasHitAndNoDecoy) {
       EXPECT_LT((result->adjusted.orientation.survey_from_scanner(outcome.centre_scanner) - truth).norm(), 0.04)
           << station.site->spheres[k].name;
     }
-    // The scanner's place within five of the sigmas that the adjustment states.
+    // The scanner's place must be within five of the sigmas that the adjustment states.
     for (int axis = 0; axis < 3; ++axis)
       EXPECT_LT(std::abs(result->adjusted.orientation.T_survey_scanner.translation[axis] - place[axis]),
                 5 * std::sqrt(result->adjusted.covariance(3 + axis, 3 + axis)));
@@ -144,7 +144,8 @@ TEST(StationOrientation, RefusesTargetsOnALine) {
   expect_refused(orient(station, targets), "one line");
 }
 
-/// A scanner and a few spheres in a room. The scanner's axes are the survey's turned by 30 degrees about up.
+/// A scanner and a few spheres in a room. The scanner's axes are those of the survey, rotated by 30 degrees about the
+/// vertical.
 struct Room {
   std::vector<SurveyedTarget> targets;
   SurveyedStation station{"room", {{100, 200, 10}}, {}, {}};
@@ -191,13 +192,13 @@ TEST(StationOrientation, AFieldOfThreeMetresIsEnough) {
 }
 
 TEST(StationOrientation, ANarrowFieldSaysWhatItLeavesOpen) {
-  // 3 m long and a tenth as wide.
+  // The field is 3 m long and a tenth as wide.
   const Eigen::Vector3d places[] = {{-1.5, 4.0, 0.0}, {1.5, 4.0, 0.05}, {0.0, 4.0, 0.4}};
   expect_refused(Room(places).orient(), "too near one line");
   expect_refused(Room(places).orient(), "while the centres are known to");
 }
 
-/// Target places around two stations, seen without noise or with it.
+/// Target places around two stations, with or without noise.
 TEST(Adjustment, StationsThatShareTargetsHelpEachOther) {
   const Orientation truth[] = {
       {{Eigen::Quaterniond(Eigen::AngleAxisd(2.0, Eigen::Vector3d(0.02, 0.01, 1).normalized())),
@@ -228,7 +229,7 @@ TEST(Adjustment, StationsThatShareTargetsHelpEachOther) {
             1e-6);
   EXPECT_LT(both->chi_squared, 1e-6);
   EXPECT_EQ(both->freedom, 30 - 12);
-  // One target moved 30 mm in one scan: a plain residual appears there.
+  // One target is moved by 30 mm in one scan, and a clear residual appears there.
   observations[2].centre_scanner.x() += 0.030;
   const auto disturbed = adjust(start, targets, observations, {}, false);
   ASSERT_TRUE(disturbed.ok());

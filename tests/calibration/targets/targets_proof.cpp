@@ -1,6 +1,6 @@
-// Stations like those of the published work, simulated with their truth: what is found, what is kept falsely, and how
-// far the oriented scans are off, against the Cramer-Rao bound of the same noise and hits. docs/calibration.md has the
-// command and its figures.
+// Simulates stations like those of the published work with their truth. It reports which targets are found, what is
+// kept falsely, and how wrong the oriented scans are, compared with the Cramer-Rao bound of the same noise and hits.
+// docs/calibration.md has the command and its figures.
 #include <fmt/format.h>
 
 #include <Eigen/LU>
@@ -18,27 +18,28 @@
 namespace hueline::calibration {
 namespace {
 
-/// One difference: the covariance of its own target's centre, and how the station's pose moves it.
+/// One difference, with the covariance of its own target's centre and its derivative by the station's pose.
 struct Difference {
   Eigen::Vector3d off;
   Eigen::Matrix3d own;
   Eigen::Matrix<double, 3, 6> lever;
 };
 
-/// Squared differences in plane and height, what the bound expects of them, and how far chance alone takes them from
-/// it.
+/// Sums of squared differences in plane and height, with the values that the bound expects and their standard deviation
+/// by chance.
 struct Differences {
   struct Sum {
     double square = 0, expected = 0, variance = 0;  // m^2, m^2, m^4
-    /// Root mean square over its bound, and that ratio's own standard deviation if the bound is met exactly.
+    /// Returns the rms over its bound. chance() returns the standard deviation of that ratio if the bound is met
+    /// exactly.
     double ratio() const { return expected > 0 ? std::sqrt(square / expected) : 0; }
     double chance() const { return expected > 0 ? std::sqrt(variance) / (2 * expected) : 0; }
   };
   Sum plane, space, height;
   std::size_t count = 0;
 
-  /// All differences of a station together: they share its pose, of covariance Q. `pose_sign`: -1 where the pose was
-  /// fitted to them.
+  /// Adds all differences of a station together, because they share its pose with the covariance Q. `pose_sign` is -1
+  /// if the pose was fitted to them.
   void add(const std::vector<Difference>& all, const Eigen::Matrix<double, 6, 6>& Q, double pose_sign) {
     for (std::size_t i = 0; i < all.size(); ++i)
       for (std::size_t j = 0; j < all.size(); ++j) {
@@ -84,7 +85,7 @@ Eigen::Matrix3d matrix(const std::array<double, 9>& m) {
   return out;
 }
 
-/// The bound of one centre: its hits, and the range error that they share.
+/// Returns the bound of one centre from its hits and from the range error that they share.
 Eigen::Matrix3d centre_bound(const SimulatedStation& station, std::size_t i) {
   const Eigen::Vector3d sight = eigen(station.site->spheres[i].centre).normalized();
   const double common = station.site->config.common_range_sigma_m;
@@ -97,7 +98,7 @@ void judge(const SimulatedStation& station, const Result<StationResult>& result,
   tally.points += station.xyz.size() / 3;
   for (const auto& sphere : site.spheres) tally.decoys += sphere.kind == sim::SphereKind::Decoy;
   const double survey = site.config.survey_sigma_m * site.config.survey_sigma_m;
-  // Information of the pose from the targets that take part, about the site's axes.
+  // The information about the pose from the targets that take part, about the site's axes.
   Eigen::Matrix<double, 6, 6> N = Eigen::Matrix<double, 6, 6>::Zero();
   const auto lever = [](const Eigen::Vector3d& p) {
     Eigen::Matrix<double, 3, 6> A;
@@ -141,7 +142,7 @@ void judge(const SimulatedStation& station, const Result<StationResult>& result,
                     static_cast<unsigned long long>(station.truth[i].hits), outcome.reason.c_str());
       continue;
     }
-    // Found where the target truly is, in the scanner's frame: else it is another thing.
+    // The target must be found at its true place in the scanner's frame. Otherwise it is another object.
     const sim::Vec3 true_scanner = sim::transposed(site.R_site_scanner) * sphere.centre;
     if ((outcome.centre_scanner - eigen(true_scanner)).norm() > 0.06) {
       ++tally.false_kept;
@@ -204,7 +205,7 @@ double peak_memory_mb() {
   return 0;
 }
 
-/// One station of `points` points on disk: the whole run against reading and writing alone, in the same run.
+/// Runs one station of `points` points on disk and compares the time with reading and writing alone, in the same run.
 int time_on_disk(const std::string& folder, std::uint64_t points, std::uint64_t seed) {
   sim::StaticSiteConfig config;
   config.seed = seed;
@@ -244,7 +245,7 @@ int time_on_disk(const std::string& folder, std::uint64_t points, std::uint64_t 
     std::printf("read once %.3f s; read to orientation %.3f s: %.2f times (at most 2); peak memory %.0f MB\n", reading,
                 whole, whole / reading, peak_memory_mb());
     if (!result.ok()) return std::printf("%s\n", result.error().message.c_str()), 1;
-    // Writing alone: the same bytes to another file.
+    // The time of writing alone: the same bytes to another file.
     const Eigen::Vector3d origin = result->adjusted.orientation.T_survey_scanner.translation.array().round();
     begin = std::chrono::steady_clock::now();
     {
