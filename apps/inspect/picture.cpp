@@ -10,14 +10,16 @@
 #include "config/section.hpp"
 #include "runtime/recording.hpp"
 #include "storage/cloud_picture.hpp"
+#include "storage/file_writer.hpp"
 #include "storage/las_reader.hpp"
 
 namespace hueline::apps {
 namespace {
 
 struct Options {
-  std::string cloud, above, street;
+  std::string cloud, above, street, moving;
   double at = 0.35, eye_height_m = 2.2, heading_deg = -1;
+  double drive_s = storage::MovingViewConfig().drive_s, speed = storage::MovingViewConfig().speed;
 };
 
 /// Estimates where the vehicle was at the share `at` of the drive. The centre of the points of a short time lies along
@@ -55,11 +57,10 @@ Result<storage::StreetViewConfig> viewpoint(const Options& options) {
   return view;
 }
 
-/// Writes a picture and prints its line. Returns `status`, or the picture's own status if the cloud or the picture
-/// failed.
-int finish(const std::string& path, const storage::RgbImage& image, const std::string& said, const Status& read,
-           int status) {
-  if (const Status written = storage::write_png(path, image); !written.ok()) {
+/// Says what is to say of a picture that was written. Returns `status`, or the picture's own status if the cloud or the
+/// picture failed.
+int finish(const std::string& path, const Status& written, const std::string& said, const Status& read, int status) {
+  if (!written.ok()) {
     log_error(written.error().message);
     return kOutputRefused;
   }
@@ -69,12 +70,21 @@ int finish(const std::string& path, const storage::RgbImage& image, const std::s
   return kInputUnreadable;
 }
 
+Status write_file(const std::string& path, storage::ByteView bytes) {
+  auto file = storage::FileWriter::create(path, storage::IfExists::Replace);
+  if (!file.ok()) return file.error();
+  if (Status written = file->write(bytes); !written.ok()) return written;
+  return file->close();
+}
+
 int picture(Options options) {
-  if (options.above.empty() && options.street.empty())
-    throw config::ConfigError("picture: give --above PNG, --street PNG or both");
+  if (options.above.empty() && options.street.empty() && options.moving.empty())
+    throw config::ConfigError("picture: give --above PNG, --street PNG, --moving WEBP or several of them");
   for (const std::string& path : {options.above, options.street})
     if (!path.empty() && !path.ends_with(".png"))
       throw config::ConfigError(path + ": a picture is written as PNG; give a name that ends in .png");
+  if (!options.moving.empty() && !options.moving.ends_with(".webp"))
+    throw config::ConfigError(options.moving + ": a moving picture is written as WebP; give a name that ends in .webp");
   options.cloud = runtime::drive_file(options.cloud, "cloud.las");
   int status = kDone;
   if (!options.above.empty()) {
@@ -84,35 +94,55 @@ int picture(Options options) {
       return kInputUnreadable;
     }
     status = finish(
-        options.above, view->image,
+        options.above, storage::write_png(options.above, view->image),
         fmt::format(": {:.3f} m a pixel, upper left at {:.1f} E {:.1f} N", view->cell_m, view->west, view->north),
         view->read, status);
     if (status == kOutputRefused) return status;
   }
-  if (options.street.empty()) return status;
-  const auto at = viewpoint(options);
-  const Result<storage::StreetView> view =
-      at.ok() ? storage::picture_from_street(options.cloud, *at) : Result<storage::StreetView>(at.error());
+  if (!options.street.empty()) {
+    const auto at = viewpoint(options);
+    const Result<storage::StreetView> view =
+        at.ok() ? storage::picture_from_street(options.cloud, *at) : Result<storage::StreetView>(at.error());
+    if (!view.ok()) {
+      log_error(view.error().message);
+      return kInputUnreadable;
+    }
+    status = finish(options.street, storage::write_png(options.street, view->image), {}, view->read, status);
+    if (status == kOutputRefused) return status;
+  }
+  if (options.moving.empty()) return status;
+  storage::MovingViewConfig config;
+  config.start = options.at;
+  config.drive_s = options.drive_s;
+  config.speed = options.speed;
+  const auto view = storage::picture_while_driving(options.cloud, config);
   if (!view.ok()) {
     log_error(view.error().message);
     return kInputUnreadable;
   }
-  return finish(options.street, view->image, {}, view->read, status);
+  return finish(options.moving, write_file(options.moving, view->webp),
+                fmt::format(": {} frames, {:.0f} kB", view->frames, static_cast<double>(view->webp.size()) / 1000),
+                view->read, status);
 }
 
 }  // namespace
 
 void add_picture(Command& all) {
   auto options = std::make_shared<Options>();
-  Command command = all.command("picture", "draw a cloud (LAS) from above and from the street");
+  Command command = all.command("picture", "draw a cloud (LAS) from above, from the street, and while it is coloured");
   command.required("CLOUD", options->cloud, "cloud.las, any other LAS file of version 1.0 to 1.4, or a drive's folder");
   command.option("--above", options->above, "PNG file for the view from above");
   command.option("--street", options->street, "PNG file for a view along the street");
-  command.setting("--at", options->at, "viewpoint of the street view, as a share of the drive", {0.0, 0.9});
+  command.setting("--at", options->at,
+                  "viewpoint of the street view and begin of the moving picture, as a share of the drive", {0.0, 0.9});
   command.setting("--eye-height", options->eye_height_m, "height of the viewpoint above the lowest point around it, m");
   command.option("--heading", options->heading_deg,
                  "direction of the street view, degrees clockwise from grid north; default: along the drive");
-  command.reads(options->cloud).writes(options->above).writes(options->street);
+  command.option("--moving", options->moving,
+                 "WebP file for a moving picture of the street while it is measured (grey) and coloured");
+  command.setting("--seconds", options->drive_s, "duration of the drive that the moving picture shows, s", {0.5, 60});
+  command.setting("--speed", options->speed, "speed of the moving picture, as a multiple of the drive's", {0.5, 20});
+  command.reads(options->cloud).writes(options->above).writes(options->street).writes(options->moving);
   command.runs([options] { return picture(*options); });
 }
 

@@ -22,8 +22,9 @@ told 2 "hueline rig: give a command: show" rig
 told 2 "hueline replay: RECORDING is required" replay --out d
 told 2 "hueline capture --help says what may be given" capture
 told 2 "threads.*1 (-|to) 64" replay x --out d --threads 0
-told 2 "picture: give --above PNG, --street PNG or both" picture cloud.las
+told 2 "picture: give --above PNG, --street PNG, --moving WEBP or several of them" picture cloud.las
 told 2 "a.jpg: a picture is written as PNG" picture cloud.las --above a.jpg
+told 2 "a.gif: a moving picture is written as WebP" picture cloud.las --moving a.gif
 for command in "" capture replay simulate verify score colour "calibrate lens" "calibrate mount" "calibrate boresight" "calibrate targets" "calibrate targets-example" measure "rig show" \
                inspect picture; do
   ends 0 "$hueline" $command --help
@@ -79,6 +80,7 @@ printf 'no format at all\n' >words.txt
 told 3 "words.txt: none of the formats that are known" inspect words.txt
 told 3 "No such file" inspect absent.las
 told 3 "No such file" picture absent.las --above a.png
+told 3 "No such file" picture absent.las --moving a.webp
 mkfifo pipe.pcd pipe.gps
 told 3 "pipe.pcd is a pipe, not a file" inspect pipe.pcd
 told 3 "is a device, not a file" inspect /dev/zero

@@ -38,6 +38,8 @@ refused "$own" rig.svg -- "$hueline" rig show rig.svg --out rig.svg
 cp drive/drive.mcap cloud.png
 refused "$own" cloud.png -- "$hueline" picture cloud.png --above cloud.png
 refused "$own" cloud.png -- "$hueline" picture cloud.png --street cloud.png
+mv cloud.png cloud.webp
+refused "$own" cloud.webp -- "$hueline" picture cloud.webp --moving cloud.webp
 for option in --write-rig --clocks --sights; do refused "$own" scenario.yaml -- "$hueline" simulate scenario.yaml --out sim $option scenario.yaml; done
 [ ! -e sim ] || fail "a drive was rendered before the output was refused"
 
