@@ -1,4 +1,5 @@
-// The users' documents against the readers of the files they describe: examples load, and no key is missing.
+// Checks the users' documents against the readers of the files that they describe: every example loads, and no key is
+// missing.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +23,7 @@ std::string document(const char* name) {
   return text.str();
 }
 
-/// What stands between "```yaml" and "```".
+/// Returns the texts between "```yaml" and "```".
 std::vector<std::string> examples(const std::string& text) {
   const std::string begin = "```yaml\n", end = "```";
   std::vector<std::string> out;
@@ -35,7 +36,8 @@ std::vector<std::string> examples(const std::string& text) {
   return out;
 }
 
-/// The keys that a reader knows in one mapping of `root`: it says so when it meets one that it does not know.
+/// Collects the keys that a reader knows in one mapping of `root`. It finds them in the error that the reader gives for
+/// an unknown key.
 void collect_known(const YAML::Node& root, YAML::Node at, std::set<std::string>& keys) {
   if (at.IsMap()) {
     at["no_such_key"] = 1;

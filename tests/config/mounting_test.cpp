@@ -10,7 +10,7 @@ namespace {
 Mounting read(const std::string& text) { return read_config<Mounting>(Section::load_text(text, "rig.yaml")); }
 
 TEST(Mounting, ThreeFormsSayTheSame) {
-  // Scanner turned 90 deg to the left about z: its forward (y) looks along the body's -x.
+  // The scanner is turned 90 deg to the left about z, so its forward axis (y) points along the body's -x.
   const auto a = read("position_m: [1, 2, 3]\nrotation_deg: [0, 0, 90]\n");
   const auto b = read("position_m: [1, 2, 3]\nrotation_matrix: [0, -1, 0, 1, 0, 0, 0, 0, 1]\n");
   const auto c = read("position_m: [1, 2, 3]\nquaternion_wxyz: [0.70710678, 0, 0, 0.70710678]\n");

@@ -99,7 +99,7 @@ TEST(Shipped, JpegPlanesReachTheDecoderAndLeaveTheTransportItsBytes) {
   EXPECT_EQ(camera->sent_format(), PixelFormat::Mono8);
   EXPECT_EQ(std::count(decoder.planes.is_used.begin(), decoder.planes.is_used.end(), true), 6);
 
-  // Without the lens that looks up, its planes are nobody's.
+  // Without the lens that looks up, no lens has its planes.
   std::string text = rig.text;
   const std::size_t last = text.find("    - name: lens5"), end = text.find("\ncolouring:");
   ASSERT_NE(last, std::string::npos);

@@ -1,5 +1,5 @@
-// A kind of device that the program does not know, added by a folder (toy_scanner/) and one line (kTypes): its rig is
-// read, its packets become points.
+// Adds a kind of device that the program does not have, by a folder (toy_scanner/) and one line (kTypes). Its rig is
+// read, and its packets become points.
 #include <gtest/gtest.h>
 
 #include "config/section.hpp"
@@ -67,7 +67,8 @@ TEST(AddedDevice, ItsPacketsBecomePoints) {
     packet.bytes = Buffer::copy_of(bytes);
     pipeline.process(packet);
   };
-  // Ten seconds of standing at a place, heading north; the scanner sees two points ahead, and one too near.
+  // The vehicle stands for ten seconds at one place, heading north. The scanner sees two points ahead, and one too
+  // near.
   const std::array<std::array<float, 3>, 3> seen{{{0, 10, 0}, {5, 10, 0}, {0, 1, 0}}};
   for (std::int64_t at_ms = 0; at_ms < 10'000; at_ms += 10) {
     const GpsTime now = from_gps_week(2300, std::chrono::milliseconds(100'000'000 + at_ms));

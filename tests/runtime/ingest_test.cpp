@@ -114,9 +114,9 @@ TEST(Ingest, AFloodOfFaultsIsRecordedAtThePromisedRateAndNoUnitOfItIsLost) {
     const Fault fault{kLaser, FaultKind::Malformed, now, 2, "a datagram was cut off"};
     Packet packet{kLaser, PacketKind::Fault, false, 0, now, Buffer::copy_of(encode_fault(fault))};
     if (i % 2)
-      bench.ingest.submit(std::move(packet), now);  // of a source
+      bench.ingest.submit(std::move(packet), now);  // from a source
     else
-      bench.ingest.submit(fault);  // of a reader
+      bench.ingest.submit(fault);  // from a reader
     if (i % 10 == 0) bench.ingest.submit(packet_of(kPos), now), ++wires;
   }
   bench.ingest.tell_the_rest({});

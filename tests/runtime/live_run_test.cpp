@@ -20,7 +20,7 @@ Packet packet_of(SensorId sensor, std::size_t bytes = 100) {
   return {sensor, PacketKind::Wire, false, 0, drivers::host_now(), Buffer::copy_of(std::vector<std::byte>(bytes))};
 }
 
-/// Sends some packets, then is silent until it is stopped.
+/// Sends some packets, then stays silent until it is stopped.
 class Quiet : public PacketSource {
  public:
   explicit Quiet(int packets) : left_(packets) {}
@@ -36,7 +36,7 @@ class Quiet : public PacketSource {
   int left_;
 };
 
-/// A device whose library does not come back until it is let go.
+/// A device whose library does not return until it is released.
 class Stuck : public PacketSource {
  public:
   explicit Stuck(std::binary_semaphore& let_go) : let_go_(let_go) {}
@@ -59,7 +59,7 @@ std::unique_ptr<storage::JournalWriter> journal_at(const std::filesystem::path& 
   return std::make_unique<storage::JournalWriter>(std::move(*journal));
 }
 
-/// Wire packets that a reader of the file finds, and whether the file is whole.
+/// Returns the number of wire packets that a reader finds in the file, and whether the file is whole.
 std::pair<int, bool> found_in(const std::filesystem::path& path) {
   auto reader = storage::JournalReader::open(path);
   if (!reader.ok()) return {0, false};

@@ -14,7 +14,7 @@
 namespace hueline::runtime {
 namespace {
 
-/// A drive's folder that goes with the test.
+/// A drive's folder that is removed with the test.
 struct Folder {
   std::filesystem::path path;
   Folder() {
@@ -49,7 +49,7 @@ TEST(Outputs, TheViewBeginsWithTheFirstPoseAndKnowsWhatWasSaidBefore) {
   out.on_sync_state({}, 1, SyncState::Acquiring);
   out.on_origin(solution(100).position);
   for (int i = 0; i < 5; ++i) out.on_solution(solution(100 + i));
-  // No point was ever coloured.
+  // no point was coloured
   ASSERT_TRUE(out.finish().ok());
 
   auto reader = storage::McapReader::open(folder.path / "view.mcap");
@@ -67,7 +67,7 @@ TEST(Outputs, TheViewBeginsWithTheFirstPoseAndKnowsWhatWasSaidBefore) {
   EXPECT_GT(earliest, 1'600'000'000'000'000'000u) << "something was shown in 1980";
 }
 
-/// A disk on which so much is left.
+/// A disk with this much free space.
 class DiskWith final : public storage::Disk {
  public:
   int create(const std::filesystem::path&, storage::IfExists, std::unique_ptr<storage::DiskFile>&) override {
@@ -118,7 +118,8 @@ TEST(Outputs, TheCloudLeavesTheDisksLastSpaceToTheRecording) {
   disk.left = 1000;
   out.on_cloud(block(102), path);
   disk.left = INT64_MAX;
-  out.on_cloud(block(103), path);  // there is room again, but a gap would be no beginning
+  // There is room again, but a file with a gap would not be the beginning of a replay's file.
+  out.on_cloud(block(103), path);
   ASSERT_EQ(told.size(), 1u) << "once, when it happens";
   EXPECT_NE(told[0].find("the raw recording goes on"), std::string::npos) << told[0];
   const Status finished = out.finish();

@@ -24,7 +24,7 @@ TEST(DrivenTime, GoesWithTheStampsOfTheSensorsTogether) {
   EXPECT_EQ(driven.of(packet_at(1, seconds(1004))), seconds(4));
 }
 
-/// A log whose pieces are counted from zero beside a capture that is stamped since 1970.
+/// A log whose pieces are counted from zero, beside a capture file that is stamped since 1970.
 TEST(DrivenTime, OfSensorsWithZerosOfTheirOwnIsThatOfTheLonger) {
   DrivenTime driven(seconds(5));
   nanoseconds last{0};
@@ -45,7 +45,7 @@ TEST(DrivenTime, PassesOverStepsOfAClock) {
   EXPECT_EQ(driven.of(packet_at(1, seconds(21))), seconds(3));
 }
 
-/// The wait for any packet is bounded by the drive before it, whatever its stamp.
+/// The wait for a packet is bounded by the drive before it, whatever its stamp is.
 TEST(Pacer, DoesNotWaitForAWildStamp) {
   Pacer pacer(1);
   pacer.take(packet_at(1, seconds(10)));

@@ -12,7 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Plays a script of packets and errors; time goes on 1 s with each step.
+/// Plays a script of packets and errors. Time moves on by 1 s with each step.
 class Script : public PacketSource {
  public:
   struct OpenFails {};
@@ -95,7 +95,7 @@ TEST(Reader, StopEndsABackOff) {
   EXPECT_EQ(reader.state(), Reader::State::Ended);
 }
 
-/// Connects for as long as it is asked to, in steps.
+/// Takes as long to connect as the test asks for, in steps.
 class Slow : public PacketSource {
  public:
   Slow(int steps, int& closed) : steps_(steps), closed_(closed) {}
@@ -135,7 +135,7 @@ TEST(Reader, AStopEndsAConnectionThatIsOnItsWay) {
   EXPECT_EQ(closed, 1);
 }
 
-// Opened again, a file would begin anew and its packets be recorded twice.
+// A file that is opened again would start from its beginning, and its packets would be recorded twice.
 TEST(Reader, ABrokenRecordingIsNotReadAgain) {
   const std::vector<std::string> expected{"packet", "Malformed"};
   EXPECT_EQ(run({}, {Packet{}, ErrorCode::Malformed, Packet{}}, true, false), expected);

@@ -1,4 +1,5 @@
-// A disk that answers as disks do when they fail: what the recorder then says of its recording is true.
+// Runs a recorder on a disk that fails as real disks do, and checks that what the recorder then says of its recording
+// is true.
 #include <gtest/gtest.h>
 
 #include <cerrno>
@@ -16,11 +17,12 @@ using test::sample_packets;
 using test::TemporaryFolder;
 using test::time_of;
 
-/// The kernel's disk, but the call of that number (from 1) of a kind has another answer; after it all is well again.
+/// The kernel's disk, except that one numbered call (from 1) of a kind has another answer. The calls after it work
+/// again.
 struct Answers {
   int append_number = 0, append_answer = 0;
   int sync_number = 0, sync_answer = 0;
-  std::uint64_t most_bytes = ~std::uint64_t{0};  ///< that one append takes
+  std::uint64_t most_bytes = ~std::uint64_t{0};  ///< that one append() takes
   int appends = 0, syncs = 0;
 };
 
@@ -59,7 +61,7 @@ class AnsweringDisk final : public Disk {
   Answers& answers_;
 };
 
-/// Packets one millisecond apart; everything is synced at the first and every 100 ms.
+/// Packets one millisecond apart. Everything is synced at the first packet and every 100 ms.
 std::vector<Packet> packets_of_time() {
   auto packets = sample_packets(400);
   for (std::size_t i = 0; i < packets.size(); ++i)
@@ -84,7 +86,7 @@ TEST(FailingDisk, ASyncThatFailsOnceLeavesOnlyWhatWasSyncedBefore) {
   for (const int answer : {-EIO, -EROFS, -ENOSPC}) {
     const TemporaryFolder folder;
     Answers answers;
-    answers.sync_number = 4;  // one when it is made, two good ones on the way
+    answers.sync_number = 4;  // one sync happens at the creation, and two succeed on the way
     answers.sync_answer = answer;
     AnsweringDisk disk(answers);
     const auto packets = packets_of_time();
@@ -100,7 +102,7 @@ TEST(FailingDisk, ASyncThatFailsOnceLeavesOnlyWhatWasSyncedBefore) {
   }
 }
 
-/// Whatever devices stamp: a day ahead and back again, or all the same.
+/// The devices stamp a day ahead and back again, or all the same.
 TEST(FailingDisk, SyncsGoByTheRecordersClockAndNotByStamps) {
   int tame = 0;
   for (const bool is_wild : {false, true}) {
@@ -187,7 +189,7 @@ TEST(PlaceOfAFile, IsToldWhenSomebodyElseTakesItAway) {
     ASSERT_FALSE(place.ok());
     EXPECT_EQ(place.error().code, ErrorCode::Unavailable);
     EXPECT_NE(place.error().message.find("was deleted"), std::string::npos) << place.error().message;
-    // What the message says to do does save it.
+    // The command in the message does save the recording.
     const std::size_t from = place.error().message.find("/proc/");
     ASSERT_NE(from, std::string::npos);
     const std::string reached = place.error().message.substr(from, place.error().message.find(' ', from) - from);

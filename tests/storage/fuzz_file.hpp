@@ -11,7 +11,8 @@
 
 namespace hueline::test {
 
-/// A file for writers, removed with it. Not in memory: its path there is a link, through which nothing is written.
+/// A file for writers, removed with this object. It is not a file in memory, because its path there would be a link,
+/// and the program does not write through links.
 class WrittenFile {
  public:
   WrittenFile() {

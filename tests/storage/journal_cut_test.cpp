@@ -1,4 +1,4 @@
-// Recordings that ended badly: killed, cut at any byte, damaged in the middle.
+// Recordings that ended badly: the program was killed, the file was cut at any byte, or it is damaged in the middle.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -22,10 +22,11 @@ using test::write_file;
 struct Recording {
   std::string bytes;
   std::vector<Packet> packets;
-  std::vector<std::pair<std::size_t, std::size_t>> chunks;  // first byte after the chunk record, packets up to it
+  // First byte behind the chunk record, number of packets up to it.
+  std::vector<std::pair<std::size_t, std::size_t>> chunks;
 };
 
-/// Small chunks; where they end is found by the flushes, not by the reader under test.
+/// Makes a recording with small chunks. The flushes show where the chunks end, not the reader under test.
 Recording make_recording(const std::filesystem::path& path) {
   Recording r;
   r.packets = sample_packets(21, 4200);
@@ -73,7 +74,7 @@ TEST(CutJournal, GivesAllWholeChunksWhereverItIsCut) {
     while (true) {
       const auto packet = (*reader)->next({});
       if (!packet) {
-        // Behind the last chunk all packets are there; the missing end is still told.
+        // Behind the last chunk all packets are there, and the missing end is still reported.
         ASSERT_EQ(packet.error().code, ErrorCode::Truncated) << "cut at " << size << ": " << packet.error().message;
         break;
       }

@@ -123,7 +123,7 @@ TEST(RawPacket, IsWhatProtobufWrites) {
     EXPECT_EQ(theirs.shed(), p.shed);
     EXPECT_EQ(theirs.sensor(), p.sensor);
     EXPECT_EQ(theirs.payload().size(), p.bytes.size());
-    // and the other way round: protobuf leaves out what is zero
+    // The same is checked the other way round; protobuf leaves out fields that are zero.
     const std::string encoded = theirs.SerializeAsString();
     const auto back = decode_raw_packet(Buffer::copy_of(as_bytes(encoded)));
     ASSERT_TRUE(back);

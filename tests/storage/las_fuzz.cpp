@@ -1,5 +1,5 @@
-// Any bytes as a LAS file: no crash, no endless loop; and the same from a whole cloud with edits, which reaches
-// further.
+// Reads any bytes as a LAS file: no crash, no endless loop. Then it reads a whole cloud with edits, which reaches
+// further code.
 #include <cstdint>
 
 #include "storage/las_reader.hpp"
@@ -19,7 +19,7 @@ std::string small_cloud() {
   return file.contents();
 }
 
-/// Where everyone can see it, so that the reading is not left out.
+/// This is global, so that the compiler does not leave out the reading.
 double read_sum = 0;
 
 void read_all(const std::string& bytes) {
@@ -37,7 +37,7 @@ void read_all(const std::string& bytes) {
       if (const auto time = reader->gps_time(p)) sum += static_cast<double>(count_ns(*time));
     }
   }
-  if (read * reader->header().point_size > bytes.size()) std::abort();  // more points than there are bytes
+  if (read * reader->header().point_size > bytes.size()) std::abort();  // more points than the bytes can hold
   read_sum += sum + static_cast<double>(reader->wkt().size());
 }
 
@@ -48,7 +48,7 @@ double fuzz_read_sum() { return read_sum; }
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::string whole = small_cloud();
   std::string file = whole;
-  const std::size_t edits = size ? data[0] % 12u : 0;  // few, so that much of the file stays whole
+  const std::size_t edits = size ? data[0] % 12u : 0;  // few edits, so that much of the file stays whole
   for (std::size_t i = 1; i + 3 <= size && i < 1 + 3 * edits; i += 3)
     file[(static_cast<std::size_t>(data[i]) << 8 | data[i + 1]) % file.size()] = static_cast<char>(data[i + 2]);
   read_all(file);

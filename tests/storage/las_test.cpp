@@ -83,7 +83,7 @@ TEST(Las, TheSampleCloudHasEveryField) {
   });
 }
 
-/// A field that ColouredPoint does not have: how many exposures see the point, and how well its time is known.
+/// A point with fields that ColouredPoint does not have: how many exposures see it, and how well its time is known.
 struct SeenPoint : ColouredPoint {
   std::uint8_t views = 0;
   std::uint16_t time_sigma = 0;
@@ -249,7 +249,7 @@ TEST(LasReader, TellsACutFileAfterItsWholePoints) {
   }
 }
 
-/// Files of other versions, by hand from the ASPRS tables.
+/// Files of other versions, written by hand from the tables of ASPRS.
 TEST(LasReader, ReadsOlderVersionsAndFormats) {
   const TemporaryFolder folder;
   for (int format = 0; format <= 5; ++format) {

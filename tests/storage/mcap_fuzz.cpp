@@ -1,4 +1,5 @@
-// Any bytes as a recording: no crash, no endless loop, and what is delivered lies inside the file's size.
+// Reads any bytes as a recording: no crash, no endless loop, and everything that is returned lies inside the file's
+// size.
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -16,11 +17,12 @@ namespace {
 using namespace hueline;
 using namespace hueline::storage;
 
-/// The fuzzer's bytes do not know how to be an MCAP file: they are edits (offset, byte) of a small whole recording,
-/// whose chunk CRCs are then made right again so that the edits reach the records inside.
+/// Returns an edited recording. The fuzzer's bytes would hardly ever form an MCAP file, so they are edits (offset,
+/// byte) of a small whole recording. The CRCs of its chunks are then corrected, so that the edits reach the records
+/// inside.
 std::string edited(std::string file, const std::uint8_t* data, std::size_t size) {
   if (size == 0) return file;
-  std::size_t edits = data[0] % 12u;  // few, so that much of the file stays whole
+  std::size_t edits = data[0] % 12u;  // few edits, so that much of the file stays whole
   for (++data, --size; size >= 3 && edits > 0; data += 3, size -= 3, --edits) {
     const std::size_t at = (static_cast<std::size_t>(data[0]) << 8 | data[1]) % file.size();
     file[at] = static_cast<char>(data[2]);
@@ -57,7 +59,7 @@ std::string small_recording(Compression compression) {
   return file.contents();
 }
 
-/// Where everyone can see it, so that the reading is not left out.
+/// This is global, so that the compiler does not leave out the reading.
 std::uint64_t read_bytes = 0;
 
 void read_all(const std::string& bytes) {
@@ -73,7 +75,7 @@ void read_all(const std::string& bytes) {
       break;
     }
   }
-  if (errors > bytes.size()) std::abort();  // each damaged record is told once
+  if (errors > bytes.size()) std::abort();  // each damaged record is reported once
   read_bytes += touched;
 }
 

@@ -56,7 +56,7 @@ TEST(McapWriter, CountsWhatItWrites) {
   EXPECT_EQ(reader->attachments().at(0).data, "a: 1\n");
 }
 
-/// A chunk that says how much it unpacks to, and holds nothing that could.
+/// Returns a chunk that claims an unpacked size, but holds nothing that could give it.
 std::string hollow_chunk(std::uint64_t unpacked) {
   const auto number = [](auto value) { return std::string(reinterpret_cast<const char*>(&value), sizeof value); };
   const std::string content = number(std::uint64_t{0}) + number(std::uint64_t{0}) + number(unpacked) +

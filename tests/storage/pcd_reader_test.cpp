@@ -27,7 +27,7 @@ TEST(Pcd, ReadsAscii) {
 }
 
 TEST(Pcd, ReadsCompressedColumns) {
-  // Two points x = 1, 1 (u8) and y = 7, 8 (u16), as literals: columns, then LZF of control byte n-1.
+  // Two points with x = 1, 1 (u8) and y = 7, 8 (u16), stored by columns, as LZF literals with control byte n - 1.
   std::string text = "FIELDS x y\nSIZE 1 2\nTYPE U U\nPOINTS 2\nDATA binary_compressed\n";
   auto bytes = bytes_of(text);
   for (int b : {7, 0, 0, 0, 6, 0, 0, 0, 5, 1, 1, 7, 0, 8, 0}) bytes.push_back(static_cast<std::byte>(b));
@@ -38,8 +38,8 @@ TEST(Pcd, ReadsCompressedColumns) {
   EXPECT_EQ(cloud->column("y")[1], 8);
 }
 
-/// What PCL writes of a structure with spaces: x y z, 4 bytes of nothing, intensity, no bytes of nothing, ring, 6 bytes
-/// of nothing.
+/// PCL writes such a header for a structure with gaps: x y z, 4 bytes of padding, intensity, 0 bytes of padding, ring,
+/// 6 bytes of padding.
 constexpr const char* kPadded =
     "VERSION 0.7\nFIELDS x y z _ intensity _ ring _\nSIZE 4 4 4 1 4 1 2 1\nTYPE F F F U F U U U\nCOUNT 1 1 1 4 1 0 1 "
     "6\n";
@@ -79,7 +79,7 @@ TEST(Pcd, PassesOverPaddingOfCompressedColumns) {
   for (const float value : {4.5F, 14.5F}) put(columns, value);
   for (const std::uint16_t ring : {std::uint16_t{5}, std::uint16_t{15}}) put(columns, ring);
   for (int i = 0; i < 12; ++i) put(columns, std::uint8_t{0xEE});
-  std::vector<std::byte> packed;  // literals only: runs of at most 32
+  std::vector<std::byte> packed;  // only literals, in runs of at most 32
   for (std::size_t at = 0; at < columns.size(); at += 32) {
     const auto run = std::span(columns).subspan(at, std::min<std::size_t>(32, columns.size() - at));
     packed.push_back(static_cast<std::byte>(run.size() - 1));
@@ -114,7 +114,7 @@ TEST(Pcd, ReadsEveryTypeThatTheFormatHas) {
   for (std::size_t i = 0; i < std::size(wanted); ++i) EXPECT_EQ(cloud->columns[i][0], wanted[i]) << cloud->fields[i];
 }
 
-/// What is refused is so for what its header says, not for what memory there is or how long it would take.
+/// A file is refused for what its header says, not for the memory that is free or the time that it would take.
 TEST(Pcd, RefusesMoreThanItsLimitsAndNamesThem) {
   const auto said = [](const std::string& text) {
     const auto cloud = decode_pcd(bytes_of(text), "t");

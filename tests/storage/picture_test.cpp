@@ -12,7 +12,7 @@ namespace {
 
 using test::TemporaryFolder;
 
-/// A flat square of points in one colour, `step` m apart.
+/// Adds a flat square of points in one colour, `step` m apart.
 void add_square(CloudBlock& block, Eigen::Vector3d corner, Eigen::Vector3d side_a, Eigen::Vector3d side_b, double step,
                 Rgb colour, ColourState state = ColourState::Direct) {
   const auto count_a = static_cast<int>(side_a.norm() / step), count_b = static_cast<int>(side_b.norm() / step);
@@ -62,9 +62,9 @@ TEST(TopView, ShowsTheHighestPointWhereItIs) {
   add_square(block, {-20, -10, 0}, {40, 0, 0}, {0, 20, 0}, 0.05, kBlue);  // ground
   add_square(block, {10, 5, 4}, {5, 0, 0}, {0, 4, 0}, 0.05, kRed);        // a roof in the north-east
   add_square(block, {-15, -8, 9}, {3, 0, 0}, {0, 3, 0}, 0.05, kGreen,
-             ColourState::NoExposure);  // higher, but uncoloured
+             ColourState::NoExposure);  // higher, but without a colour
   block.points.push_back({});
-  block.points.back().east = 5000;  // one stray return must not shrink the rest
+  block.points.back().east = 5000;  // one stray return must not shrink the picture of the rest
   const Eigen::Vector3d origin = write_cloud(folder / "cloud.las", block);
   TopViewConfig config;
   config.longest_side_px = 800;
@@ -73,7 +73,7 @@ TEST(TopView, ShowsTheHighestPointWhereItIs) {
   EXPECT_EQ(view->image.width, 800);
   EXPECT_LT(view->cell_m, 0.1);
   const auto at = [&](double east, double north) {
-    // Map scale and convergence move these points by centimetres only.
+    // The scale of the map and the convergence move these points by centimetres only.
     return view->image.at(static_cast<int>((origin.x() + east - view->west) / view->cell_m),
                           static_cast<int>((view->north - origin.y() - north) / view->cell_m));
   };
@@ -81,7 +81,7 @@ TEST(TopView, ShowsTheHighestPointWhereItIs) {
   EXPECT_EQ(at(0, 0), kBlue);
   EXPECT_EQ(at(-14, -7), kBlue) << "a coloured point goes before an uncoloured one above it";
   EXPECT_EQ(at(-5, 3), kBlue);
-  // The scale bar is as long as it says.
+  // The scale bar is as long as its text says.
   int longest = 0;
   for (int y = view->image.height - 60; y < view->image.height; ++y)
     for (int x = 0, run = 0; x < view->image.width; ++x)
@@ -99,7 +99,7 @@ TEST(StreetView, HidesWhatIsBehindAndKeepsLeftAndRight) {
   const Eigen::Vector3d origin = write_cloud(folder / "cloud.las", block);
   StreetViewConfig config;
   config.position = origin;
-  // The map's north is turned against the true one by the convergence of the meridians; so is the view.
+  // The north of the map is turned against true north by the convergence of the meridians, and so is the view.
   auto projection = Projection::create(block.origin);
   const Eigen::Vector3d ahead = projection->project_exactly(0, 100, 0) - origin;
   config.heading = std::atan2(ahead.x(), ahead.y());
@@ -119,7 +119,7 @@ TEST(StreetView, HidesWhatIsBehindAndKeepsLeftAndRight) {
   EXPECT_EQ(view->image.at(320, 400), kBlue);
   EXPECT_NE(view->image.at(320, 20), kRed) << "sky";
 
-  config.heading += std::numbers::pi;  // turned round there is nothing
+  config.heading += std::numbers::pi;  // in the opposite direction there is nothing
   const auto back = picture_from_street(folder / "cloud.las", config);
   ASSERT_TRUE(back);
   EXPECT_NE(back->image.at(320, 240), kRed);

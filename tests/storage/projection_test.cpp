@@ -46,11 +46,13 @@ TEST(Projection, IsWithinATenthOfAMillimetreOfProj) {
 }
 
 TEST(Projection, FindsAKnownPoint) {
-  // The peg of UTM: on the central meridian of zone 32 (9 E) at the equator easting is 500 000 m, northing 0.
+  // A known point of UTM: on the central meridian of zone 32 (9 E) at the equator, easting is 500 000 m and northing is
+  // 0.
   auto peg = Projection::create({0.0, 9 * kRad, 0}, 32632);
   ASSERT_TRUE(peg) << peg.error().message;
   EXPECT_LT((peg->project(0, 0, 0) - Eigen::Vector3d(500'000, 0, 0)).norm(), 1e-6);
-  // 1 km east there is 0.9996 km on the map (k0), up to the curvature over that distance; height is the ellipsoid's.
+  // 1 km east of it is 0.9996 km on the map (k0), up to the curvature over that distance. The height is that above the
+  // ellipsoid.
   const Eigen::Vector3d p = peg->project(1000, 0, 0);
   EXPECT_NEAR(p.x(), 500'999.6, 1e-3);
   EXPECT_NEAR(p.z(), 1000.0 * 1000.0 / (2 * 6'378'137.0), 1e-4);
@@ -99,7 +101,7 @@ TEST(Projection, WritesWktThatProjReadsAsTheSameCrsWithEllipsoidalHeight) {
   auto projection = Projection::create({48.137 * kRad, 11.575 * kRad, 560});
   PJ* crs = proj_create(nullptr, projection->wkt().c_str());
   ASSERT_NE(crs, nullptr) << projection->wkt();
-  // PROJ takes the pair as one CRS with three axes, or as a compound: either way positions must come out the same.
+  // PROJ takes the pair as one CRS with three axes, or as a compound CRS. Both must give the same positions.
   PJ* from = proj_create(nullptr, "EPSG:4979");
   PJ* stated = proj_create_crs_to_crs_from_pj(nullptr, from, crs, nullptr, nullptr);
   ASSERT_NE(stated, nullptr);

@@ -9,7 +9,7 @@ namespace hueline::test {
 
 inline Geodetic sample_origin() { return {48.137 * std::numbers::pi / 180, 11.575 * std::numbers::pi / 180, 560.25}; }
 
-/// A ramp of points around the origin, every field different from its neighbours'.
+/// Returns a ramp of points around the origin. Every field of a point differs from those of its neighbours.
 inline CloudBlock sample_cloud(std::size_t count, std::size_t first = 0) {
   CloudBlock block{sample_origin(), {}};
   for (std::size_t i = first; i < first + count; ++i) {

@@ -8,7 +8,7 @@
 
 namespace hueline::test {
 
-/// Three sensors, two texts, some facts.
+/// Returns a header with three sensors, two texts and some notes.
 inline storage::JournalHeader sample_header() {
   return {{{"hueline", "system"}, {"laser_front", "velodyne_vlp16"}, {"head", "gige_camera"}, {"pos", "novatel_oem7"}},
           {{"rig.yaml", "application/yaml", "name: van\nsensors: []\n"},
@@ -22,8 +22,8 @@ inline Buffer pattern_buffer(std::size_t size, std::uint32_t seed) {
   return Buffer::copy_of(bytes);
 }
 
-/// `count` packets of every kind and size: empty, small, larger than what is copied, an image now and then. Sequences
-/// have gaps; arrival stamps of different sensors overlap.
+/// Returns `count` packets of every kind and size: empty, small, larger than what is copied, and an image now and then.
+/// Their sequences have gaps, and the arrival stamps of different sensors overlap.
 inline std::vector<Packet> sample_packets(int count, std::size_t image_bytes = 20000) {
   std::vector<Packet> packets;
   for (int i = 0; i < count; ++i) {
@@ -47,7 +47,7 @@ inline std::vector<Packet> sample_packets(int count, std::size_t image_bytes = 2
   return packets;
 }
 
-/// For JournalWriter: a recorder whose clock goes with the packets.
+/// Returns the time for JournalWriter of a recorder whose clock runs with the packets.
 inline nanoseconds time_of(const Packet& packet) { return packet.received.time_since_epoch(); }
 
 inline bool same(const Packet& a, const Packet& b) {

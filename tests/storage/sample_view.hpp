@@ -8,7 +8,7 @@ namespace hueline::test {
 
 inline GpsTime sample_start() { return *from_utc({2026, 3, 1, 0, 0, 0, 0}); }
 
-/// 50 solutions at 100 Hz, 1e-4 degrees north a step, heading east.
+/// Returns 50 solutions at 100 Hz, 1e-4 degrees further north at each step, heading east.
 inline std::vector<InsSolution> sample_solutions() {
   std::vector<InsSolution> all;
   for (int i = 0; i < 50; ++i) {
@@ -23,7 +23,7 @@ inline std::vector<InsSolution> sample_solutions() {
   return all;
 }
 
-/// A Bayer image of one colour.
+/// Returns a Bayer image of one colour.
 inline Exposure sample_exposure(GpsTime time) {
   Exposure e;
   e.exposure_mid = time;
@@ -38,7 +38,7 @@ inline Exposure sample_exposure(GpsTime time) {
   return e;
 }
 
-/// A little of everything that a view can hold.
+/// Writes a view with some of everything that a view can hold.
 inline Status write_sample_view(const std::filesystem::path& path) {
   storage::ViewWriter::Config config;
   config.image_longest_px = 320;

@@ -20,7 +20,7 @@ fs::path file_of(const std::string& name, const std::string& bytes) {
   return path;
 }
 
-/// Points that fill several blocks; exact in float, in millimetres and as text.
+/// Returns points that fill several blocks and are exact in float, in millimetres and as text.
 std::vector<float> some_points(std::size_t count) {
   std::vector<float> xyz;
   for (std::size_t i = 0; i < 3 * count; ++i)

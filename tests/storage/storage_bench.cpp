@@ -28,7 +28,7 @@ std::filesystem::path file(const char* suffix) {
          ("hueline_bench_" + std::to_string(::getpid()) + suffix);
 }
 
-/// One second of a drive: 10 images of 30 MB (brief: 1 MB), 1500 laser packets, 300 of the POS.
+/// Returns one second of a drive: 10 images of 30 MB (brief: 1 MB), 1500 packets of the laser, 300 of the POS.
 std::vector<Packet> one_second() {
   const Buffer image = test::pattern_buffer(test::sized<std::size_t>(30'000'000, 1'000'000), 1),
                laser = test::pattern_buffer(1206, 2), pos = test::pattern_buffer(120, 3);
@@ -47,7 +47,7 @@ std::vector<Packet> one_second() {
 
 double seconds(Clock::time_point from) { return std::chrono::duration<double>(Clock::now() - from).count(); }
 
-/// The plain way: the same bytes in the same number by write(2), ending with fdatasync.
+/// Writes the same bytes by the same number of write(2) calls, then calls fdatasync.
 double plain_write(const std::filesystem::path& path, const std::vector<Packet>& packets) {
   const auto start = Clock::now();
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
@@ -66,7 +66,7 @@ double journal_write(const std::filesystem::path& path, const std::vector<Packet
   JournalWriter::Config config;
   config.if_exists = IfExists::Replace;
   config.compression = compression;
-  config.sync_interval = nanoseconds(0);  // as the plain way: once, at the end
+  config.sync_interval = nanoseconds(0);  // once, at the end, as the plain writes do
   const auto start = Clock::now();
   auto writer = JournalWriter::create(path, test::sample_header(), config);
   if (!writer) throw std::runtime_error(writer.error().message);
@@ -76,7 +76,7 @@ double journal_write(const std::filesystem::path& path, const std::vector<Packet
   return seconds(start);
 }
 
-/// Fails the benchmark unless the journal gives back each of them.
+/// Fails the benchmark unless the journal returns each of these packets.
 void expect_written(benchmark::State& state, const std::filesystem::path& path, const std::vector<Packet>& packets) {
   auto reader = JournalReader::open(path);
   std::size_t same = 0;
@@ -90,7 +90,7 @@ void expect_written(benchmark::State& state, const std::filesystem::path& path, 
   test::expect(state, same == packets.size(), "the journal gives back every packet");
 }
 
-/// ratio: speed of the journal over that of plain writes, turn about in the same run.
+/// ratio: speed of the journal divided by that of plain writes, measured alternately in the same run.
 void journal_against_plain_write(benchmark::State& state) {
   const auto packets = one_second();
   const auto path = file(".bin");
@@ -114,7 +114,7 @@ void journal_against_plain_write(benchmark::State& state) {
 }
 BENCHMARK(journal_against_plain_write)->UseManualTime()->Iterations(test::sized(8, 1))->Unit(benchmark::kMillisecond);
 
-/// Small packets only: what a packet costs.
+/// Measures the cost of a packet, with small packets only.
 void journal_small_packets(benchmark::State& state) {
   std::vector<Packet> packets;
   const Buffer laser = test::pattern_buffer(1206, 2);
@@ -149,7 +149,7 @@ void journal_read(benchmark::State& state) {
 }
 BENCHMARK(journal_read)->Unit(benchmark::kMillisecond);
 
-/// per_copy: time of writing a cloud over that of copying its points in memory.
+/// per_copy: time of writing a cloud divided by the time of copying its points in memory.
 void las_against_memory_copy(benchmark::State& state) {
   const CloudBlock cloud = test::sample_cloud(test::sized(2'000'000, 20'000));
   std::vector<ColouredPoint> copy(cloud.points.size());
@@ -169,7 +169,7 @@ void las_against_memory_copy(benchmark::State& state) {
     state.SetIterationTime(took);
     if (!writer->close()) throw std::runtime_error("close");
   }
-  // Number of points in the header of LAS 1.4.
+  // number of points in the header of LAS 1.4
   std::uint64_t points = 0;
   std::ifstream(path, std::ios::binary).seekg(247).read(reinterpret_cast<char*>(&points), sizeof points);
   test::expect(state, points == cloud.points.size() && std::filesystem::file_size(path) > 30 * points,

@@ -6,11 +6,11 @@
 #include "core/measurements.hpp"
 #include "drivers/device.hpp"
 
-/// A scanner that nobody makes, to show all that adding one takes: this folder, and one line where the kinds of devices
-/// are listed.
+/// A made-up scanner that shows all that is needed to add one: this folder, and one line where the kinds of devices are
+/// listed.
 namespace hueline::toy {
 
-/// The word `toy_scanner` of a rig.
+/// The device with the word `toy_scanner` in a rig.
 extern const drivers::DeviceType kToyScanner;
 
 /// "TOY" and a letter, the time in ns of GPS (8 bytes), and for each point x, y, z in m (4 bytes each). 'S' is the
