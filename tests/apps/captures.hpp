@@ -8,7 +8,7 @@
 
 #include "tests/support/temporary_folder.hpp"
 
-/// What is in a capture, read a second time and by other means than the drivers do: for comparison.
+/// Reads what is in a capture file a second time, by other means than the drivers do, for comparison.
 namespace hueline::test {
 
 template <class T>
@@ -19,12 +19,12 @@ T little(const std::string& bytes, std::size_t at) {
 }
 
 struct Datagram {
-  double time_s = 0;  ///< since the capture's first
+  double time_s = 0;  ///< since the first frame of the capture
   std::string payload;
 };
 
-/// Classic little-endian pcap of Ethernet frames, IPv4 without fragments: what Velodyne captures are. Stops at the
-/// first record that is not whole.
+/// Reads classic little-endian pcap files of Ethernet frames with IPv4 without fragments, which captures of a Velodyne
+/// are. Stops at the first record that is not whole.
 inline std::vector<Datagram> datagrams_of(const std::filesystem::path& path) {
   const std::string file = contents(path);
   std::vector<Datagram> out;
@@ -47,13 +47,14 @@ inline std::vector<Datagram> datagrams_of(const std::filesystem::path& path) {
 }
 
 struct Oem7Message {
-  double time_s = 0;  ///< since the first, by the headers' GPS times; steps that are none of a stream (INSCONFIG names
-                      ///< the time of its setting) count as none
-  unsigned id = 0;    ///< 0: bytes between messages
+  /// Since the first message, by the GPS times of the headers; steps that no stream has (INSCONFIG names the time of
+  /// its setting) are left out.
+  double time_s = 0;
+  unsigned id = 0;  ///< 0: bytes between two messages
   std::string bytes;
 };
 
-/// Follows the headers' lengths from sync to sync; CRCs are not looked at.
+/// Follows the lengths in the headers from sync to sync. It does not check CRCs.
 inline std::vector<Oem7Message> oem7_messages_of(const std::string& file) {
   std::vector<Oem7Message> out;
   double now = 0, last = 0;
@@ -75,7 +76,8 @@ inline std::vector<Oem7Message> oem7_messages_of(const std::string& file) {
   return out;
 }
 
-/// The manual's numbers of the messages in the recordings (OEM7 Commands and Logs Reference, SPAN logs).
+/// Counts the messages of the recordings by the names that the manual gives their numbers (OEM7 Commands and Logs
+/// Reference, SPAN logs).
 inline std::map<std::string, std::uint64_t> counted_by_name(const std::vector<Oem7Message>& messages) {
   const std::map<unsigned, std::string> names{
       {42, "BESTPOS"},      {93, "RXSTATUS"},     {99, "BESTVEL"},    {101, "TIME"},       {507, "INSPVA"},

@@ -1,5 +1,5 @@
-// Every fault of the registry through decoders, sync and fusion: nothing given out is silently wrong, the fault is
-// told, what it does not touch stays, and no byte is left unexplained.
+// Runs every fault of the registry through decoders, sync and fusion. No output may be silently wrong, the fault must
+// be reported, what it does not concern must stay, and every byte must be explained.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,8 @@ using sim::FaultType;
 
 constexpr double kBegin = FaultyDrive::kFaultBegin, kEnd = FaultyDrive::kFaultEnd;
 
-/// Every fault of what the devices send, on each of them; those of the computer's disk: recording_faults_test.cpp.
+/// Returns every fault of the data that the devices send, on each of them. Faults of the computer's disk are tested in
+/// recording_faults_test.cpp.
 std::vector<FaultLine> all_lines() {
   std::vector<FaultLine> out;
   for (const sim::FaultEntry& entry : sim::fault_registry())
@@ -31,17 +32,17 @@ std::vector<FaultLine> all_lines() {
       out.back().target = target;
       const bool is_rare = target == FaultTarget::Pps || target == FaultTarget::LaserStatus;
       if (is_rare && entry.unit && entry.unit == std::string("share"))
-        out.back().strength = 1;  // of two edges, twenty datagrams
+        out.back().strength = 1;  // strength for two edges, or twenty datagrams
     }
   const auto add = [&](FaultType type, double strength, FaultTarget target) {
     out.push_back(FaultLine::usual(type, kBegin, kEnd - kBegin));
     out.back().strength = strength;
     out.back().target = target;
   };
-  // A clock that stepped needs five pulses to be found again: early, so that the drive shows it.
+  // A clock that stepped needs five pulses to be found again, so the step comes early enough for the drive to show it.
   for (FaultLine& line : out)
     if (line.type == FaultType::HostClockStep) line.at_s = FaultyDrive::kSensorsBegin + 1.6;
-  // The other direction of what has one, and other strengths that the field knows.
+  // These are the other directions of faults that have two, and further strengths that occur in the field.
   add(FaultType::InsLabel, -1, FaultTarget::Pos);
   add(FaultType::UtcOffset, -18, FaultTarget::Pos);
   add(FaultType::UtcOffset, -18, FaultTarget::LaserStatus);
@@ -89,17 +90,16 @@ TEST_P(Faults, AreSurvivedAndTold) {
              clean_after = clean.sum(kEnd + 1.5, FaultyDrive::kSensorsEnd - 0.2);
   const auto all = out.sum(0, 1e9);
 
-  // Nothing that is given out is silently wrong.
+  // No output is silently wrong.
   EXPECT_EQ(out.strange_batches, 0u);
   EXPECT_EQ(out.wrong_laser, 0u) << words(out);
   EXPECT_EQ(out.wrong_exposures, 0u) << words(out);
   EXPECT_LE(all.misplaced, all.judged / 1000) << "largest " << out.largest_place_error_m << " m\n" << words(out);
-  // Points just before a leap may still be coloured by the exposure just behind it; the leap itself is told.
+  // Points just before a leap may still be coloured by the exposure just behind it. The leap itself is reported.
   EXPECT_LE(all.wrong_pixel, line.type == FaultType::PositionJump ? all.judged / 100 : all.judged / 1000) << words(out);
 
-  // It is told, or does not matter.
-  // Position datagrams repeat themselves: one more or less says nothing. And a second that is named a little too late
-  // is no contradiction.
+  // The fault is reported, or it does not matter. Position datagrams repeat themselves, so one more or less changes
+  // nothing. A second that is named a little too late is no contradiction.
   const bool is_repeated = line.target == FaultTarget::LaserStatus && line.type <= FaultType::LateDelivery &&
                            line.type != FaultType::Truncation;
   const bool is_late_name = line.target == FaultTarget::Pos && line.type == FaultType::PpsLabel && line.strength < 0;
@@ -120,7 +120,7 @@ TEST_P(Faults, AreSurvivedAndTold) {
     EXPECT_GE(during.points, clean_during.points * 99 / 100) << words(out);
   }
 
-  // What lies before is untouched, what lies behind is as good again.
+  // The data before the fault is unchanged, and the data behind it is as good again.
   EXPECT_GE(before.points, clean_before.points * 98 / 100);
   EXPECT_GE(share(before.coloured, before.points), share(clean_before.coloured, clean_before.points) - 0.02)
       << words(out);
@@ -137,7 +137,7 @@ FaultyOutcome outcome_of(FaultType type, FaultTarget target, std::optional<doubl
   return FaultyDrive::shared().run({line});
 }
 
-/// What is lost on the way is told lost: as many units, once.
+/// What is lost on the way is reported as lost, once, with the right number of units.
 TEST(Faults, LossesAreToldWithTheirNumber) {
   for (const auto& [type, target] :
        {std::pair(FaultType::PacketLoss, FaultTarget::Laser), std::pair(FaultType::BurstLoss, FaultTarget::Laser),
@@ -154,7 +154,7 @@ TEST(Faults, LossesAreToldWithTheirNumber) {
   EXPECT_EQ(bus.told[FaultKind::Lost] + 1, bus.hits.at(0)) << "frames, and the bus itself";
 }
 
-/// What comes late, broken, or under another time is not lost, nor is what was never sent.
+/// Data that comes late, damaged, or under another time is not lost, and neither is data that was never sent.
 TEST(Faults, NothingElseIsToldLost) {
   using enum FaultType;
   for (const auto& [type, strength] : std::vector<std::pair<FaultType, std::optional<double>>>{{Stall, {}},
@@ -184,14 +184,14 @@ TEST(Faults, NothingElseIsToldLost) {
   }
 }
 
-/// A PPS source that gives, besides its edges, five times a second ones that it stamps so far off now: they enter as
-/// live packets do.
+/// Runs a drive with a PPS source that sends, besides its edges, five edges a second whose stamps are off by these
+/// times. They enter as live packets do.
 void expect_unharmed_by_edges_off(std::vector<nanoseconds> offs) {
   FaultyDrive& drive = FaultyDrive::shared();
   const FaultyOutcome& clean = drive.clean();
   runtime::PacketQueue record({100'000}), pipeline({100'000});
   runtime::Ingest ingest(std::vector<runtime::Ingest::Sensor>(drive.sensors()), record, pipeline, {100'000});
-  std::map<std::uint64_t, std::uint64_t> sequences;  // in the drive, by Ingest's
+  std::map<std::uint64_t, std::uint64_t> sequences;  // number in the drive, by the sequence of Ingest
   HostTime now{}, lied{};
   std::uint64_t edge = 0, lies = 0;
   const auto submit = [&](Packet packet, const auto& process) {

@@ -21,8 +21,8 @@
 namespace hueline::test {
 namespace {
 
-// Small images, few returns, but every packet, pulse and solution of a drive at full rate. The UTC hour turns in the
-// middle of the faults' time.
+// The images are small and the returns are few, but every packet, pulse and solution of a drive comes at full rate. The
+// UTC hour turns in the middle of the faults' time.
 constexpr const char* kScenario = R"(
 seed: 11
 duration_s: 8
@@ -36,7 +36,7 @@ camera: {rate_hz: 10, lens_width: 64, lens_height: 54, antialias: false}
 wheel: {rate_hz: 50}
 )";
 
-constexpr std::size_t kQueueBytes = 2'000'000;  // two seconds of this drive
+constexpr std::size_t kQueueBytes = 2'000'000;  // holds two seconds of this drive
 constexpr double kSigmas = 5, kSlackUs = 20;
 constexpr double kPlaceSlack_m = 0.3;
 constexpr double kPixelLimit = 45;  // of 8000 columns: 2 degrees
@@ -62,7 +62,7 @@ class Watcher : public runtime::Summary {
   }
 
   void on_wheel(const StampedWheelSpeed& wheel) override {
-    // In the middle of the control unit's cycle of 20 ms, by the end of the frame.
+    // The time is the middle of the control unit's cycle of 20 ms. It follows from the end of the frame.
     const double error_us = static_cast<double>(count_ns(wheel.time) + 10'000'000 - drive_.begin_gps_ns -
                                                 (wheel.wheel.received - apps::kSimulatedHostBegin).count()) *
                             1e-3;
@@ -81,7 +81,7 @@ class Watcher : public runtime::Summary {
     out_.exposures[event->number] = compare("exposure", event->number, count_ns(exposure.exposure_mid),
                                             truth.exposure_start_gps_ns + truth.exposure_ns / 2, exposure.sigma,
                                             exposure.state, out_.wrong_exposures);
-    // Its colours are those of the picture that it brings, whatever its number.
+    // The colours are those of the picture that the exposure brings, whatever its number is.
     for (const sim::CameraExposure& e : drive_.exposures)
       if (e.image_file == event->image_file) picture_of_[exposure.index] = e.number;
   }
@@ -104,7 +104,7 @@ class Watcher : public runtime::Summary {
       ++counts.judged;
       out_.largest_place_error_m = std::max(out_.largest_place_error_m, verdict->place_error_m);
       if (verdict->place_error_m > kSigmas * static_cast<double>(point.sigma_m) + kPlaceSlack_m) ++counts.misplaced;
-      // A place that is known to be uncertain makes the pixel so.
+      // If the place of a point is known to be uncertain, its pixel is uncertain too.
       const double seen_under =
           kSigmas * static_cast<double>(point.sigma_m) / std::max(0.5, verdict->distance_m) * kPixelsPerRadian;
       if (verdict->error_px > kPixelLimit + seen_under) ++counts.wrong_pixel;
@@ -177,7 +177,7 @@ FaultyDrive::FaultyDrive() {
   nowhere.pps_socket = "/nowhere/pps.sock";
   rig_ = config::parse_rig(apps::simulated_rig(scenario_, nowhere, "lens"), "simulated rig");
   sim::Judge::Config judge;
-  judge.match_ns = 3'000;  // a point that is given another time has no truth of its own
+  judge.match_ns = 3'000;  // a point that was given another time has no truth of its own
   judge_ = std::make_unique<sim::Judge>(
       require(sim::Judge::open(scenario_, drive_.cache_dir + "/truth.bin", judge), "truth"));
 }
@@ -187,7 +187,7 @@ sim::FaultyTimeline FaultyDrive::timeline(const std::vector<sim::FaultLine>& lin
   config.seed = scenario_.seed;
   config.laser_model = scenario_.laser.model;
   sim::FaultyTimeline spoilt = require(sim::build_faulty_timeline(drive_, config, lines), "timeline");
-  // What the rig asks its receiver for: one kind of solution, not all that the simulator offers.
+  // Keeps what the rig asks its receiver for: one kind of solution, not all that the simulator offers.
   std::erase_if(spoilt.timeline.events, [](const sim::WireEvent& event) {
     const auto id = static_cast<sim::NovatelId>(event.log.id);
     return event.channel == sim::WireChannel::Pos &&
@@ -210,7 +210,7 @@ RecordedOutcome FaultyDrive::record(const std::vector<sim::FaultLine>& lines,
   apps::RecoveredRecording recovered =
       require(apps::judge_recording(out.capture, file, drive_, spoilt.timeline, rig_, 1), "reading back");
   out.facts = recovered.facts;
-  // The replay, as `hueline replay` runs it.
+  // The replay runs as in `hueline replay`.
   runtime::Recording recording = require(runtime::Recording::open(file.string()), "opening");
   apps::CloudPrint cloud;
   apps::CloudPrintSink sink(cloud);
@@ -259,7 +259,7 @@ FaultyOutcome FaultyDrive::run(const std::vector<sim::FaultLine>& lines, const E
   pipeline.flush();
   pipeline.report(watcher);
   const auto report = watcher.json();
-  // Whatever was spoilt: each return is a point, or is counted with its reason.
+  // Whatever the fault was, each return is a point or is counted with its reason.
   std::uint64_t told_returns = report.at("points").at("total").get<std::uint64_t>();
   for (const auto& [reason, count] : report.at("points").at("not_placed").items())
     told_returns += count.get<std::uint64_t>();

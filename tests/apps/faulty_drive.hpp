@@ -15,66 +15,67 @@
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/judge.hpp"
 
-/// A short simulated drive through the whole pipeline, spoilt by lines of a scenario, and everything that it gave held
-/// against the truth.
+/// Runs a short simulated drive through the whole pipeline, with the faults of a scenario, and compares everything that
+/// it gave with the truth.
 namespace hueline::test {
 
-/// What came of one run.
+/// The result of one run.
 struct FaultyOutcome {
   struct Stamp {
-    double error_us = 0, sigma_us = 0;  ///< against the truth
+    double error_us = 0, sigma_us = 0;  ///< error against the truth, and the claimed sigma
     bool is_locked = false;
   };
   std::map<std::uint32_t, Stamp> laser;      ///< by number of the packet in the drive
-  std::map<std::uint32_t, Stamp> exposures;  ///< by number of the exposure; those that were given a time
-  std::uint64_t wheels = 0;                  ///< words of the wheel encoder
-  double largest_wheel_error_us = 0;         ///< of their times; means nothing where the host's clock is at fault
+  std::map<std::uint32_t, Stamp> exposures;  ///< by number of the exposure; only those that were given a time
+  std::uint64_t wheels = 0;                  ///< messages of the wheel encoder
+  /// Of the times of these messages; without meaning if the host's clock is at fault.
+  double largest_wheel_error_us = 0;
   std::uint64_t batches = 0, strange_batches = 0, unmatched_exposures = 0, images = 0;
-  std::vector<std::string> wrong_stamps;  ///< beyond 5 sigma and 20 us, in words
+  std::vector<std::string> wrong_stamps;  ///< stamps that are wrong by more than 5 sigma and 20 us, in words
   std::uint64_t wrong_laser = 0, wrong_exposures = 0;
 
-  std::map<FaultKind, std::uint64_t> told;      ///< counts by kind
-  std::map<SensorId, std::uint64_t> told_lost;  ///< by sensor
-  std::uint64_t missing = 0;        ///< datagrams, logs, images, edges, frames that were sent and did not come
-  std::vector<std::string> faults;  ///< in words
+  std::map<FaultKind, std::uint64_t> told;      ///< counts of reported faults by kind
+  std::map<SensorId, std::uint64_t> told_lost;  ///< units that were reported as lost, by sensor
+  std::uint64_t missing = 0;        ///< datagrams, logs, images, edges and frames that were sent and did not come
+  std::vector<std::string> faults;  ///< the faults in words
 
-  /// Of the points fired in a tenth of a second of drive time.
+  /// The points that were fired in a tenth of a second of drive time.
   struct Tenth {
     std::uint32_t points = 0, coloured = 0, judged = 0;
-    std::uint32_t misplaced = 0;    ///< farther than 5 sigma and 0.3 m from where they are
-    std::uint32_t wrong_pixel = 0;  ///< coloured by a pixel more than 2 degrees off
+    std::uint32_t misplaced = 0;    ///< farther than 5 sigma and 0.3 m from their true place
+    std::uint32_t wrong_pixel = 0;  ///< coloured by a pixel that is wrong by more than 2 degrees
   };
   std::vector<Tenth> tenths;
   Tenth sum(double from_s, double to_s) const;
   double largest_place_error_m = 0;
 
-  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> bytes;  ///< of each sensor: received, explained
-  std::vector<std::size_t> hits;                                         ///< of each line
+  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> bytes;  ///< bytes of each sensor: received, explained
+  std::vector<std::size_t> hits;                                         ///< hits of each line
 };
 
-/// What came of a run on a computer whose disk or program failed.
+/// The result of a run on a computer whose disk or program failed.
 struct RecordedOutcome {
   apps::SimulatedCapture capture;
   score::RecordingFacts facts;
 };
 
-/// The drive is rendered once for all processes that use it.
+/// Renders the drive once for all processes that use it.
 class FaultyDrive {
  public:
-  /// Times of the drive, s after its beginning.
+  /// Times of the drive, in s after its beginning.
   static constexpr double kSensorsBegin = 10, kFaultBegin = 13, kFaultEnd = 15, kSensorsEnd = 18;
   static FaultyDrive& shared();
-  /// `enter` is given each packet and what processes it; without it packets are processed as they come.
+  /// `Enter` is given each packet, and the function that processes it. Without it, packets are processed as they come.
   using Enter = std::function<void(const Packet&, const std::function<void(const Packet&)>& process)>;
   FaultyOutcome run(const std::vector<sim::FaultLine>& lines, const Enter& enter = {}) const;
-  /// The same drive, captured onto a disk with these faults and read back. `before_reading` may do to the file what no
-  /// disk does.
+  /// Captures the same drive onto a disk with these faults, and reads it back. `before_reading` may change the file in
+  /// ways that no disk does.
   RecordedOutcome record(const std::vector<sim::FaultLine>& lines,
                          const std::function<void(const std::filesystem::path&)>& before_reading = {}) const;
   SensorId pos() const { return rig_.sync.pos; }
   SensorId pps() const { return rig_.sync.clock.pps; }
-  std::size_t sensors() const { return rig_.sensors.size() + 1; }  // hueline itself included
-  /// Without faults; run once a process.
+  std::size_t sensors() const { return rig_.sensors.size() + 1; }  // with hueline itself
+  /// Returns the outcome without faults. It is run once in each process.
   const FaultyOutcome& clean();
 
  private:

@@ -18,8 +18,8 @@ extern char** environ;
 
 namespace hueline::test {
 
-/// `hueline ARGUMENTS` as a user starts it, in a process of its own; output and errors go to one file. Killed with the
-/// object.
+/// Runs `hueline ARGUMENTS` as a user starts it, in a process of its own. Output and errors go to one file. The
+/// destructor kills the process.
 class Program {
  public:
   Program(const std::vector<std::string>& arguments, std::filesystem::path output) : output_(std::move(output)) {
@@ -44,14 +44,14 @@ class Program {
     waitpid(pid_, nullptr, 0);
   }
 
-  /// Its exit status; -1 if a signal ended it.
+  /// Waits for the end and returns the exit status; -1 if a signal ended the program.
   int wait() {
     int status = -1;
     waitpid(pid_, &status, 0);
     pid_ = 0;
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
-  /// True once it has ended; its status is then for wait().
+  /// Returns true once the program has ended. wait() then returns its status.
   bool has_ended() const {
     siginfo_t info{};
     return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == pid_;
@@ -63,7 +63,7 @@ class Program {
   pid_t pid_ = 0;
 };
 
-/// Runs to the end.
+/// A program that ran to its end.
 struct Ran {
   int status;
   std::string said;
@@ -77,7 +77,7 @@ inline Ran run(const std::vector<std::string>& arguments) {
 
 inline nlohmann::json read_json(const std::filesystem::path& path) { return nlohmann::json::parse(contents(path)); }
 
-/// The entry of summary.json (or of `inspect --json`) for a sensor.
+/// Returns the entry of a sensor in summary.json, or in the output of `inspect --json`.
 inline nlohmann::json sensor_entry(const nlohmann::json& summary, const std::string& name) {
   for (const auto& sensor : summary.at("sensors"))
     if (sensor.at("name") == name) return sensor;

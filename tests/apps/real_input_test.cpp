@@ -16,14 +16,14 @@
 #include "program.hpp"
 #include "storage/journal_reader.hpp"
 
-/// Real devices' bytes on real sockets into the program as a user starts it. What must be in the recording is known
-/// from the captures, which the tests read by themselves.
+/// Sends the bytes of real devices on real sockets to the program as a user starts it. The captures say what must be in
+/// the recording; the tests read them by their own code.
 namespace hueline::apps {
 namespace {
 using namespace hueline::test;
 using Clock = std::chrono::steady_clock;
 
-/// A socket at 127.0.0.1; `port` 0: any that is free.
+/// A socket at 127.0.0.1. `port` 0 takes any free port.
 class Socket {
  public:
   Socket(int type, std::uint16_t port) : fd_(socket(AF_INET, type | SOCK_CLOEXEC, 0)) {
@@ -57,7 +57,7 @@ class Socket {
   int fd_;
 };
 
-/// UDP ports that nobody has at this moment, told apart.
+/// Returns different UDP ports that are free at this moment.
 std::vector<std::uint16_t> free_udp_ports(std::size_t count) {
   std::vector<std::unique_ptr<Socket>> held;
   std::vector<std::uint16_t> ports;
@@ -66,7 +66,7 @@ std::vector<std::uint16_t> free_udp_ports(std::size_t count) {
   return ports;
 }
 
-/// Whether somebody listens there: datagrams sent before would be nobody's.
+/// Returns whether a socket listens there. Datagrams that are sent before would be lost.
 bool is_bound(std::uint16_t port) {
   std::ifstream table("/proc/net/udp");
   char wanted[16];
@@ -85,7 +85,7 @@ struct Due {
   Wire wire;
 };
 
-/// The scanners' datagrams in the captures' own rhythm.
+/// Sends the scanners' datagrams in the rhythm of their captures.
 void send_scanners(std::vector<Due> plan) {
   std::stable_sort(plan.begin(), plan.end(), [](const Due& a, const Due& b) { return a.time_s < b.time_s; });
   const Socket out(SOCK_DGRAM, 0);
@@ -96,7 +96,7 @@ void send_scanners(std::vector<Due> plan) {
   }
 }
 
-/// The receiver's messages at their own times, to the one client.
+/// Sends the receiver's messages at their own times to the one client.
 void send_receiver(int client, const std::vector<Oem7Message>& messages) {
   const auto begin = Clock::now();
   for (const auto& message : messages) {
@@ -150,9 +150,9 @@ std::vector<std::string> payloads(const std::vector<Datagram>& datagrams, std::s
   return out;
 }
 
-/// Echoes between 0.5 and 130 m in data packets, by the manual's layout alone: 12 blocks of 100 bytes, 32 records of 3
-/// bytes from the 4th on, steps of 2 mm; in dual mode (0x39) two blocks a firing, an echo that is the last and the
-/// strongest stands in both.
+/// Counts echoes between 0.5 and 130 m in data packets, by the layout in the manual alone: 12 blocks of 100 bytes, 32
+/// records of 3 bytes from the 4th byte on, steps of 2 mm. In dual mode (0x39) a firing has two blocks, and an echo
+/// that is both the last and the strongest stands in both.
 std::uint64_t echoes_in(const std::vector<Datagram>& datagrams) {
   std::uint64_t count = 0;
   for (const auto& datagram : datagrams) {
@@ -171,13 +171,13 @@ std::uint64_t echoes_in(const std::vector<Datagram>& datagrams) {
 
 struct Scanner {
   const char *name, *model, *capture;
-  std::size_t data_packets, position_packets;  // as the recordings' own description counts them
+  std::size_t data_packets, position_packets;  // as the descriptions of the recordings count them
 };
 constexpr Scanner kScanners[] = {{"dual", "VLP-16", "velodyne/vlp16_scans.pcap", 603, 0},
                                  {"gps", "VLP-16", "velodyne/vlp16_gps.pcap", 293, 57},
                                  {"hdl", "HDL-32E", "velodyne/hdl32e.pcap", 500, 0}};
 
-/// Everything of the captures is recorded, and the summary counts what the captures hold.
+/// Everything in the captures is recorded, and the summary counts what they hold.
 void expect_whole(const std::filesystem::path& dir, const std::string& receiver_log) {
   const Recorded recorded = read_recording(dir / "drive.mcap");
   const auto summary = read_json(dir / "summary.json");
@@ -185,7 +185,7 @@ void expect_whole(const std::filesystem::path& dir, const std::string& receiver_
     SCOPED_TRACE(scanner.name);
     const auto sent = datagrams_of(data_dir() / scanner.capture);
     ASSERT_EQ(sent.size(), scanner.data_packets + scanner.position_packets);
-    // Two ports are two queues of the kernel: the order holds within a port.
+    // Two ports have two queues in the kernel, so the order holds only within a port.
     EXPECT_EQ(recorded.of_size(scanner.name, 1206), payloads(sent, 1206));
     EXPECT_EQ(recorded.of_size(scanner.name, 512), payloads(sent, 512));
     EXPECT_EQ(recorded.packets.at(scanner.name).size(), sent.size());
@@ -207,7 +207,7 @@ void expect_whole(const std::filesystem::path& dir, const std::string& receiver_
   EXPECT_EQ(pos.at("decoded").at("malformed_bytes"), 0);
   EXPECT_EQ(summary.at("journal").at("sequence_gaps"), 0);
 
-  // Each echo is either in the cloud or counted with a reason.
+  // Each echo is in the cloud, or is counted with a reason.
   std::uint64_t echoes = 0, told = summary.at("points").at("total").get<std::uint64_t>();
   for (const Scanner& scanner : kScanners) echoes += echoes_in(datagrams_of(data_dir() / scanner.capture));
   for (const auto& [reason, count] : summary.at("points").at("not_placed").items()) told += count.get<std::uint64_t>();
@@ -228,7 +228,7 @@ TEST(RealInput, DevicesOnSocketsAreRecordedWholeAndReplayedToTheSameBytes) {
   const auto ports = free_udp_ports(6);
   std::string rig = "rig: real\nsensors:\n  - name: pos\n    driver: novatel\n    tcp: {host: 127.0.0.1, port: " +
                     std::to_string(server.port()) + "}\n" +
-                    "    accept_alignment_complete: true\n";  // the vehicle of this recording stands
+                    "    accept_alignment_complete: true\n";  // the vehicle of this recording does not move
   for (std::size_t i = 0; i < 3; ++i)
     rig += std::string("  - name: ") + kScanners[i].name + "\n    driver: velodyne\n    model: " + kScanners[i].model +
            "\n    udp: {ports: [" + std::to_string(ports[2 * i]) + ", " + std::to_string(ports[2 * i + 1]) +
@@ -290,7 +290,7 @@ TEST(RealInput, FilesAsSourcesAreRecordedWhole) {
            "}\n    T_body_scanner: {position_m: [0, 0, 1], rotation_deg: [0, 0, 0]}\n";
   write_file(dir / "rig.yaml", rig + "colouring: {method: lens}\n");
   const Ran capture = run({"capture", dir / "rig.yaml", "--out", dir / "drive", "--until-silent", "--quiet"});
-  // Nothing relates the log's time to the scanners': recorded, and said.
+  // Nothing relates the log's time to that of the scanners. The data is recorded, and the program says so.
   EXPECT_EQ(capture.status, 5) << capture.said;
   EXPECT_NE(capture.said.find("no point could be placed"), std::string::npos) << capture.said;
   expect_whole(dir / "drive", log);
@@ -300,10 +300,10 @@ TEST(RealInput, FilesAsSourcesAreRecordedWhole) {
   EXPECT_EQ(contents(dir / "drive" / "summary.json"), contents(dir / "again" / "summary.json"));
 }
 
-/// A capture file far larger than the queues: it is read as fast as it is recorded, no faster.
+/// The capture file is far larger than the queues. It is read only as fast as it is recorded.
 TEST(RealInput, AFileLargerThanTheBuffersIsRecordedWhole) {
   HUELINE_REQUIRE_DATA("velodyne/vlp16_scans.pcap");
-  constexpr int kTimes = 40;  // 30 MB through buffers of 16 MB in all
+  constexpr int kTimes = 40;  // 30 MB go through buffers of 16 MB in all
   TemporaryFolder dir;
   const std::string capture = contents(data_file);
   std::string large = capture.substr(0, 24);

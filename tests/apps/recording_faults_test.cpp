@@ -1,6 +1,6 @@
-// The computer's own faults: a disk that is slow, full or made read-only, a program that is killed, a power cut. What
-// the recording promises is found, nothing else is in it, what is lost is told, and its replay is that of the packets
-// themselves.
+// Tests the faults of the computer itself: a disk that is slow, full or made read-only, a program that is killed, a
+// power cut. The recording holds what it promises and nothing else, what is lost is reported, and its replay equals
+// that of the packets themselves.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -81,7 +81,7 @@ TEST(RecordingFaults, ADiskMadeReadOnlyHoldsAtLeastWhatTheProgramSays) {
   EXPECT_LE(out.facts.end_lost_s, 2.6) << "2 s since the last sync, and until a write is refused";
 }
 
-/// However the program ends, at any of these times.
+/// The program may end in this way at any of these times.
 void expect_end_lost(FaultType type, Death death, double most_s, std::initializer_list<double> times_s) {
   for (const double at_s : times_s) {
     const RecordedOutcome out = FaultyDrive::shared().record({line_of(type, at_s)});
@@ -118,7 +118,7 @@ TEST(RecordingFaults, ADiskThatLiesIsNoticed) {
   EXPECT_GT(whole.facts.untold_bytes, 100'000u);
 }
 
-/// Every fault of the registry that happens here is above, and does what its entry says.
+/// Every fault of the registry that happens to the computer is tested above, and does what its entry says.
 TEST(RecordingFaults, AreWhatTheRegistrySays) {
   for (const sim::FaultEntry& entry : sim::fault_registry()) {
     if (!sim::FaultyDisk::concerns(entry.type)) continue;

@@ -19,7 +19,7 @@
 #include "sim/wire/timeline.hpp"
 #include "storage/las_reader.hpp"
 
-/// Rigs of files: captures and logs that other recorders made of one drive.
+/// Tests rigs of files: capture files and logs that other recorders made of one drive.
 namespace hueline::apps {
 namespace {
 
@@ -27,9 +27,9 @@ using namespace hueline::test;
 using std::chrono::seconds;
 using testing::HasSubstr;
 
-constexpr int kDrive_s = 14;  // the live clock needs ten of them
+constexpr int kDrive_s = 14;  // the live clock needs ten of these seconds
 
-/// Northwards at 10 m/s, over the turn of a UTC hour.
+/// Returns a drive northwards at 10 m/s, over the turn of a UTC hour.
 sim::Drive drive_of_files() {
   sim::Drive drive = sim::test::short_drive(kDrive_s);
   drive.exposures.clear();
@@ -49,8 +49,8 @@ std::string rig_of_files(const std::filesystem::path& dir, bool pos_first = true
   return "rig: files\nsensors:\n" + (pos_first ? pos + laser : laser + pos) + "colouring: {method: lens}\n";
 }
 
-/// As two other programs recorded it: a receiver's log, and a capture by a computer whose clock is hours off and
-/// drifts.
+/// Writes the drive as two other programs would record it: a receiver's log, and a capture file of a computer whose
+/// clock is hours wrong and drifts.
 void write_files(const sim::Timeline& timeline, const std::filesystem::path& dir, nanoseconds wall_clock_error) {
   PcapWriter capture;
   std::string log;
@@ -72,7 +72,7 @@ void write_files(const sim::Timeline& timeline, const std::filesystem::path& dir
 struct Place {
   double x, y, z, sigma;
 };
-/// By time of firing and ring.
+/// Returns the points of a cloud by time of firing and ring.
 std::map<std::pair<std::int64_t, std::uint64_t>, Place> cloud_of(const std::filesystem::path& path) {
   std::map<std::pair<std::int64_t, std::uint64_t>, Place> out;
   auto reader = storage::LasReader::open(path);
@@ -95,7 +95,7 @@ std::uint64_t not_placed(const nlohmann::json& summary) {
   return sum;
 }
 
-/// The same drive, live: the timeline's packets as they arrive at a rig with a pulse per second.
+/// Captures the same drive live: the timeline's packets, as they arrive at a rig with a pulse per second.
 void capture_live(const sim::Drive& drive, const sim::Timeline& timeline, const std::filesystem::path& dir) {
   const config::Rig rig = config::parse_rig(
       std::string("rig: live\nsensors:\n  - {name: pps, driver: pps, socket: /none}\n"
@@ -115,7 +115,7 @@ void capture_live(const sim::Drive& drive, const sim::Timeline& timeline, const 
   ASSERT_TRUE((*outputs)->finish().ok());
 }
 
-/// A rig whose points cannot be placed: the summary says why, and every return is counted once.
+/// Captures a rig whose points cannot be placed. The summary must say why, and count every return once.
 nlohmann::json refused(const std::string& log, std::string& said, const std::string& ports = "") {
   TemporaryFolder dir;
   write_file(dir / "drive.gps", log);
@@ -158,13 +158,13 @@ TEST(FileRig, PlacesWhatTheLiveRigPlaces) {
     worst_m = std::max(worst_m, std::hypot(place.x - other.x, place.y - other.y, place.z - other.z));
     worst_sigma = std::max(worst_sigma, std::abs(place.sigma - other.sigma));
   }
-  EXPECT_LE(worst_m, 0.001);  // a step of the file
+  EXPECT_LE(worst_m, 0.001);  // one step of the file's coordinates
   EXPECT_LE(worst_sigma, 1e-4);
   ASSERT_EQ(summary.at("clocks").size(), 1u);
   EXPECT_EQ(summary.at("clocks")[0].at("clock"), "laser");
   EXPECT_EQ(summary.at("clocks")[0].at("state"), "Locked");
 
-  // What the recording says of itself, and at a pace.
+  // Checks what the recording says of itself, and a replay at a pace.
   const Ran inspected = run({"inspect", "--json", dir / "drive" / "drive.mcap"});
   const auto found = nlohmann::json::parse(inspected.said);
   EXPECT_NEAR(found.at("duration_s").get<double>(), kDrive_s, 0.5) << inspected.said;
@@ -175,7 +175,7 @@ TEST(FileRig, PlacesWhatTheLiveRigPlaces) {
   for (const char* file : {"cloud.las", "view.mcap", "summary.json"})
     EXPECT_TRUE(contents(dir / "drive" / file) == contents(dir / "again" / file)) << file;
 
-  // Neither threads nor the order in the rig decide the order of the journal.
+  // Neither the number of threads nor the order in the rig changes the order of the journal.
   ASSERT_EQ(run({"capture", dir / "rig.yaml", "--out", dir / "second", "--quiet"}).status, 0);
   EXPECT_TRUE(contents(dir / "drive" / "drive.mcap") == contents(dir / "second" / "drive.mcap"));
   write_file(dir / "rig.yaml", rig_of_files(dir.path(), false));
@@ -183,7 +183,7 @@ TEST(FileRig, PlacesWhatTheLiveRigPlaces) {
   EXPECT_EQ(cloud_of(dir / "turned" / "cloud.las").size(), files.size());
 }
 
-/// Navigation solutions at 100 Hz, driving north from there.
+/// Returns navigation solutions at 100 Hz, driving north from `begin` on.
 std::string solutions(GpsTime begin, seconds length, std::uint32_t status = 3) {
   std::string log;
   for (int i = 0; i <= 100 * length.count(); ++i) {
@@ -208,7 +208,7 @@ std::string rig_of_gps_capture(const std::filesystem::path& log) {
          "\ncolouring: {method: lens}\n";
 }
 
-/// A real scanner on PPS with a valid GPRMC of 2016-01-21 08:18:02 UTC, and a log of the same time.
+/// The data of a real scanner on PPS with a valid GPRMC of 2016-01-21 08:18:02 UTC, and a log of the same time.
 TEST(FileRig, PlacesARealCaptureBesideALogOfItsTime) {
   HUELINE_REQUIRE_DATA("velodyne/vlp16_gps.pcap");
   TemporaryFolder dir;
@@ -224,7 +224,7 @@ TEST(FileRig, PlacesARealCaptureBesideALogOfItsTime) {
     ASSERT_NEAR(static_cast<double>(key.first) * 500e-9, to_seconds(begin.time_since_epoch()) + 2.53, 0.2);
 }
 
-/// A log that begins long before and ends long after the capture: more than poses are kept of at once.
+/// The log begins long before the capture file and ends long after it. It has more poses than are kept at once.
 TEST(FileRig, ReadsALongLogNoFartherThanTheCaptureNeeds) {
   HUELINE_REQUIRE_DATA("velodyne/vlp16_gps.pcap");
   TemporaryFolder dir;
@@ -235,7 +235,7 @@ TEST(FileRig, ReadsALongLogNoFartherThanTheCaptureNeeds) {
   EXPECT_EQ(read_json(dir / "drive" / "summary.json").at("points").at("total"), 73486) << capture.said;
 }
 
-/// The sender's log in ASCII: the same poses.
+/// Returns the same poses as the sender's log in ASCII.
 std::string in_ascii(GpsTime begin, seconds length) {
   std::string log = "\r\n<OK\r\n[COM1]";
   for (int i = 0; i <= 100 * length.count(); ++i) {
@@ -298,7 +298,7 @@ TEST(FileRig, SaysWhyNothingIsPlaced) {
   EXPECT_THAT(reason(refused(solutions(begin + std::chrono::hours(1), seconds(5)), said)),
               HasSubstr("older than the first good POS solution"));
 
-  // A wrong port: nothing is decoded, and the ports of the capture are said.
+  // The port is wrong, so nothing is decoded, and the message names the ports of the capture file.
   refused(solutions(begin, seconds(5)), said, ", ports: [2400]");
   EXPECT_THAT(said, HasSubstr("laser      no packet came"));
   EXPECT_THAT(said, HasSubstr("there are datagrams to the ports 2368 (293), 8308 (57)"));

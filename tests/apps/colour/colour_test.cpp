@@ -12,9 +12,9 @@
 #include "storage/pcd_reader.hpp"
 #include "storage/png.hpp"
 
-/// `hueline colour` on a real image and the laser cloud of the same moment. Whether the two coincide is judged by what
-/// a projection knows nothing of: where the laser sees a depth edge, where it sees sky behind, and how strongly the
-/// road reflects.
+/// Runs `hueline colour` on a real image and the laser cloud of the same moment. Whether the two coincide is judged by
+/// data that the projection does not use: where the laser sees a depth edge, where it sees sky behind, and how strongly
+/// the road reflects.
 namespace hueline::apps {
 namespace {
 using namespace hueline::test;
@@ -23,10 +23,10 @@ using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 struct CloudPoint {
   Eigen::Vector3d xyz;
   double range = 0, azimuth_deg = 0, intensity = 0;
-  bool is_edge = false;  // the near side of a jump between neighbours of a ring
+  bool is_edge = false;  // the near side of a jump between neighbours in a ring
 };
 
-/// The scanner's rings lie 0.15 degrees apart or more, the returns of a ring 0.2 degrees.
+/// The rings of the scanner are at least 0.15 degrees apart, the returns of a ring 0.2 degrees.
 std::vector<CloudPoint> read_cloud(const std::filesystem::path& path) {
   const auto cloud = storage::read_pcd(path);
   const auto x = cloud->column("x"), y = cloud->column("y"), z = cloud->column("z"),
@@ -55,7 +55,7 @@ class Grey {
   explicit Grey(const storage::RgbImage& image) : width_(image.width), height_(image.height) {
     for (const auto& p : image.pixels) values_.push_back(0.299 * p[0] + 0.587 * p[1] + 0.114 * p[2]);
   }
-  /// Each pass: [1 2 1] / 4 along rows and columns.
+  /// Applies [1 2 1] / 4 along rows and columns in each pass.
   void blur(int passes) {
     for (int pass = 0; pass < passes; ++pass)
       for (const int step : {1, width_}) {
@@ -66,7 +66,7 @@ class Grey {
                        4;
       }
   }
-  /// How fast it changes along the rows.
+  /// Returns how fast the grey value changes along the rows.
   Grey across() const {
     Grey out = *this;
     for (std::size_t i = 1; i + 1 < values_.size(); ++i) out.values_[i] = std::abs(values_[i + 1] - values_[i - 1]) / 2;
@@ -92,8 +92,8 @@ class Grey {
 
 struct Alignment {
   double edges = 0;        ///< mean change of grey across the columns at the laser's depth edges
-  double silhouettes = 0;  ///< contrast to the sky at returns above the roofs: 0 if they lie on sky
-  double road = 0;         ///< correlation of the road's reflectivity with its brightness: zebra, lane lines
+  double silhouettes = 0;  ///< contrast to the sky at returns above the roofs; 0 if they lie on sky
+  double road = 0;         ///< correlation of the road's reflectivity with its brightness (zebra crossing, lane lines)
 };
 
 class Coloured {
@@ -168,19 +168,19 @@ TEST(Colour, ARealShotCoincidesWithItsImage) {
   };
   const Coloured given = shoot("given", mount_file);
 
-  // Every point of the cloud, in its order; the colour is the image's at the point's pixel.
+  // The file has every point of the cloud in its order, with the image's colour at the point's pixel.
   const auto image = storage::read_png(data_file);
   ASSERT_EQ(given.colours.size(), cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) ASSERT_LT((given.places[i] - cloud[i].xyz).norm(), 1e-6);
   const auto coloured = static_cast<std::size_t>(std::count(given.is_coloured.begin(), given.is_coloured.end(), true));
-  EXPECT_GT(coloured, 8500u);  // of some 9900 that the lens sees
-  EXPECT_LT(coloured, 9925u);  // some of which stand behind others
+  EXPECT_GT(coloured, 8500u);  // of about 9900 that the lens sees
+  EXPECT_LT(coloured, 9925u);  // some of these are hidden by others
   const auto overlay = storage::read_png(dir / "given" / "overlay.png");
   ASSERT_TRUE(overlay.ok());
   EXPECT_EQ(overlay->width, 1920);
   EXPECT_EQ(overlay->height, 1200);
 
-  // The lens and the mounting a second time, straight from the files.
+  // The lens and the mounting are read a second time, directly from the files.
   const auto lens_json = read_json(lens).begin()->at("param"),
              mount_json = read_json(mount_file).begin()->at("param").at("sensor_calib").at("data");
   const auto& K = lens_json.at("cam_K").at("data");
@@ -191,7 +191,7 @@ TEST(Colour, ARealShotCoincidesWithItsImage) {
       mount.R(r, c) = mount_json[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)].get<double>();
     mount.t(r) = mount_json[static_cast<std::size_t>(r)][3].get<double>();
   }
-  double farthest = 0, strangest = 0;  // px; steps of 255 outside the four pixels around
+  double farthest = 0, strangest = 0;  // px; grey steps of up to 255 outside the four pixels around
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     if (!given.is_coloured[i]) continue;
     const Eigen::Vector3d p = mount.R * cloud[i].xyz + mount.t;
@@ -214,8 +214,8 @@ TEST(Colour, ARealShotCoincidesWithItsImage) {
 
   EXPECT_LE(strangest, 1.0);
 
-  // The same with the laser turned by half a degree about each axis of the lens: 18 px, about the optical axis 8 px at
-  // the border.
+  // The same is done with the laser turned by half a degree about each axis of the lens. That moves points by 18 px,
+  // and about the optical axis by 8 px at the border.
   Grey grey(*image);
   grey.blur(2);
   Grey changes = grey.across();

@@ -10,8 +10,8 @@
 #include "storage/las_reader.hpp"
 #include "storage/png.hpp"
 
-/// The files that `hueline colour` reads and writes, by a cloud of five points before a lens that looks along the
-/// scanner's x axis.
+/// Tests the files that `hueline colour` reads and writes, with a cloud of five points before a lens that looks along
+/// the scanner's x axis.
 namespace hueline::apps {
 namespace {
 using namespace hueline::test;
@@ -28,7 +28,7 @@ constexpr std::array<LaserPoint, 5> kPoints = {{{10.0F, 1.25F, -0.5F, 17.0F, 3, 
                                                 {30.0F, -40.0F, 2.0F, 33.25F, 0, 1678066887.9}}};
 
 constexpr int kWidth = 160, kHeight = 120;
-/// Focal length and principal point of an image `scale` times as large.
+/// Returns the lens of an image that is `scale` times as large.
 std::string lens_yaml(int width, int height, double scale = 1) {
   const auto at = [&](double centre) { return std::to_string((centre + 0.5) * scale - 0.5); };
   const std::string focal = std::to_string(100 * scale);
@@ -36,7 +36,7 @@ std::string lens_yaml(int width, int height, double scale = 1) {
          "\n  focal_px: [" + focal + ", " + focal + "]\n  principal_point_px: [" + at(79.5) + ", " + at(59.5) +
          "]\n  distortion: [0, 0, 0, 0, 0]\n";
 }
-/// Lens x right, y down, z forward; scanner x forward, y left, z up.
+/// Lens: x right, y down, z forward. Scanner: x forward, y left, z up.
 constexpr const char* kMounting =
     "T_lens_scanner:\n  position_m: [0, 0, 0]\n  rotation_matrix: [0, -1, 0, 0, 0, -1, 1, 0, 0]\n";
 
@@ -75,7 +75,7 @@ class Shot : public testing::Test {
       words.push_back(word);
     return run(words);
   }
-  /// All of cloud.las; records stay good as long as the test.
+  /// Returns all points of cloud.las. Their records stay valid as long as the test.
   std::vector<storage::LasPoint> cloud() {
     reader = std::make_unique<storage::LasReader>(storage::LasReader::open(dir / "out" / "cloud.las").value());
     std::vector<storage::LasPoint> points;
@@ -127,7 +127,7 @@ TEST_F(Shot, ColourRefusesAnImageOfAnotherSize) {
   ASSERT_EQ(colour("image.png", {"lower.yaml", "mounting.yaml"}, "same-pixels").status, 0);
   EXPECT_NEAR(extra(cloud()[0], "image_v"), 64.5, 1e-4);
 
-  // Twice as large: the same place in the picture.
+  // The image is twice as large, and the point has the same place in the picture.
   ASSERT_TRUE(storage::write_png(dir / "large.png", picture(2)).ok());
   EXPECT_EQ(colour("large.png").status, 2);
   ASSERT_EQ(colour("large.png", {"lens.yaml", "mounting.yaml"}, "scaled").status, 0);
@@ -168,7 +168,7 @@ TEST_F(Shot, ATurnInExifIsNotMade) {
   const auto jpeg = storage::encode_jpeg(picture(), 100);
   ASSERT_TRUE(jpeg.ok());
   std::string bytes(reinterpret_cast<const char*>(jpeg->data()), jpeg->size());
-  // One entry: orientation (0x0112) 6, the camera held upright.
+  // One EXIF entry: orientation (0x0112) 6, for a camera that was held upright.
   bytes.insert(2, std::string("\xFF\xE1\x00\x22"
                               "Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0",
                               36));
@@ -176,13 +176,14 @@ TEST_F(Shot, ATurnInExifIsNotMade) {
   const Ran ran = colour("turned.jpg");
   ASSERT_EQ(ran.status, 0) << ran.said;
   EXPECT_NEAR(cloud()[0].red / 257.0, 67, 4);
-  // calibrate reads it the same way: of the lens's size (and finds that five points align nothing).
+  // `calibrate` reads the image in the same way: it has the size of the lens. It then finds that five points align
+  // nothing.
   const Ran aligned = run({"calibrate", "mount", "--image", dir / "turned.jpg", "--cloud", dir / "cloud.pcd", "--lens",
                            dir / "lens.yaml", "--start", dir / "mounting.yaml"});
   EXPECT_EQ(aligned.said.find("--image-size"), std::string::npos) << aligned.said;
 }
 
-/// A real shot whose best place lies 3 deg beside its published pose: one half of the scene finds that place too, the
+/// The best pose of this real shot lies 3 deg beside its published pose. One half of the scene finds that pose too, the
 /// other does not.
 TEST_F(Shot, APairThatDoesNotFixItsPoseGivesNone) {
   HUELINE_REQUIRE_DATA("lidar_camera/second/0.pcd");

@@ -1,5 +1,5 @@
-// A kind of device that the program does not know, added by a folder (tests/runtime/toy_scanner) and one line
-// (types()): inspect knows its files.
+// Adds a kind of device that the program does not have, by a folder (tests/runtime/toy_scanner) and one line (types()).
+// `inspect` then recognises its files.
 #include <gtest/gtest.h>
 
 #include "apps/inspect/inspect.hpp"
