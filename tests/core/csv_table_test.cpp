@@ -16,7 +16,7 @@ std::string why(std::string_view text) {
   return table.ok() ? "" : table.error().message;
 }
 
-/// However people's programs write it.
+/// The same table in every form in which people's programs write it.
 TEST(CsvTable, ReadsTheSameFromEveryFormOfTheSameTable) {
   for (const char* text : {"name,x_m,count\nA,1.5,3\nB,-2e1,\n", "name,x_m,count\r\nA,1.5,3\r\nB,-2e1,",
                            "\xEF\xBB\xBFname;x_m;count\nA;1.5;3\nB;-2e1;\n",
@@ -76,7 +76,7 @@ TEST(CsvTable, TheCallerSaysWhatIsWrongWithAColumn) {
             "t.csv:1: column 'y' is unknown; allowed: name, x_m (metres), lens, count");
 }
 
-/// Anything may be handed over for a table: it is one, or the line is named.
+/// Any bytes may be handed over as a table. Either they are one, or the error names the line.
 TEST(CsvTable, SurvivesBrokenBytes) {
   std::mt19937 random(1);
   const std::string good = "\xEF\xBB\xBF# points\r\nname,x_m,lens,count\r\nA,1.5,l0,3\r\nB,2.5,l1,4\r\nC,-3,,\r\n";

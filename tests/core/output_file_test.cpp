@@ -22,7 +22,7 @@ using test::TemporaryFolder;
 using test::write_file;
 using testing::HasSubstr;
 
-/// Everything that writes goes through open_output(): both ways of asking have to say the same.
+/// All writing goes through open_output(). The attempt and the check beforehand must give the same answer.
 void expect_refused(const fs::path& path, const std::string& why) {
   const Status before = check_output(path);
   ASSERT_FALSE(before.ok()) << path;
@@ -126,7 +126,7 @@ TEST(OutputFolder, KeepsOtherProgramsFilesOutUntilItsProcessEnds) {
   ASSERT_EQ(::pipe(started), 0);
   const pid_t child = ::fork();
   ASSERT_GE(child, 0);
-  if (child == 0) {  // another program that holds the folder; only what is safe behind fork()
+  if (child == 0) {  // another program that holds the folder; only what is safe after fork()
     const int fd = ::open(folder.path().c_str(), O_RDONLY | O_DIRECTORY);
     const char answer = ::flock(fd, LOCK_EX | LOCK_NB) == 0 ? 'y' : 'n';
     if (::write(started[1], &answer, 1) != 1) ::_exit(1);

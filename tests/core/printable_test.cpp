@@ -45,8 +45,8 @@ TEST(Printable, EscapesWhatIsNoUtf8) {
             "a");
 }
 
-/// Code points of text that must be UTF-8, by another way than the function's own: the count of continuation bytes that
-/// a lead says.
+/// Counts the code points of text that must be UTF-8 in another way than the function does: by the number of
+/// continuation bytes that a lead byte announces.
 bool is_safe(const std::string& text) {
   for (std::size_t i = 0; i < text.size();) {
     const auto lead = static_cast<unsigned char>(text[i++]);
@@ -74,8 +74,8 @@ TEST(Printable, MakesAnythingSafeAndOnlyOnce) {
     const std::string shown = printable(text);
     ASSERT_TRUE(is_safe(shown)) << i;
     ASSERT_EQ(printable(shown), shown) << i;
-    // A fault with it goes through the journal and comes out safe; so does one that an older program recorded as it
-    // came.
+    // A fault with this text passes through the journal and becomes safe, also if an older program recorded it
+    // unchanged.
     auto bytes = encode_fault({1, FaultKind::Refused, {}, 1, text});
     ASSERT_EQ(decode_fault(1, {}, bytes)->detail, shown);
     bytes.resize(9);

@@ -34,7 +34,7 @@ cv::Matx33d camera_matrix(const CameraIntrinsics& k) {
   return {k.focal_px.x(), 0, k.principal_point_px.x(), 0, k.focal_px.y(), k.principal_point_px.y(), 0, 0, 1};
 }
 
-/// Directions over the cone up to `angle`, at several distances.
+/// Returns directions over the cone up to `angle`, at several distances.
 std::vector<Eigen::Vector3d> cone(double angle) {
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i <= 40; ++i) {
@@ -93,7 +93,8 @@ TEST(CameraModel, UnprojectIsTheInverseOverTheWholeField) {
       ASSERT_TRUE(pixel);
       const auto back = model.unproject(*pixel);
       ASSERT_TRUE(back) << p.transpose() << " of field " << model.max_angle();
-      // Near the end of an invertible range a pixel says little about the angle: the pixel must come back in any case.
+      // Near the end of an invertible range, the pixel hardly depends on the angle. But the pixel must be reproduced in
+      // any case.
       const auto again = model.project({back->xyz});
       ASSERT_TRUE(again);
       EXPECT_LT((*again - *pixel).norm(), 1e-10 * (1000 + pixel->norm()));

@@ -1,4 +1,5 @@
-// Which exposure a point belongs to, and what a stream may lack: images, solutions, whole cameras, order.
+// Which exposure a point belongs to, and what happens if the stream lacks images, solutions, whole cameras or its
+// order.
 #include <gtest/gtest.h>
 
 #include "fusion/colouring.hpp"
@@ -46,7 +47,7 @@ TEST(Windows, ALostImageLeavesItsWindowUncolouredAndKept) {
           EXPECT_EQ(p.exposure, kNoExposure);
           EXPECT_EQ(p.quality, 0);
         } else if (p.state == ColourState::Neighbour) {
-          // The nearer one, or the other where the nearer does not see it.
+          // The nearer exposure, or the other one where the nearer does not see the point.
           EXPECT_TRUE(p.exposure == 2 || p.exposure == 4);
           from_nearer += p.exposure == (t < exposure_time(3) ? 2u : 4u);
         }

@@ -125,7 +125,7 @@ TEST(Hole, IsFilledFromTheNearestExposureThatSeesThePoint) {
     Eigen::Vector2d pixel;
     ASSERT_TRUE(true_pixel(test, out.truth_base[i], from, p.lens, pixel));
     EXPECT_LT((pixel - Eigen::Vector2d(p.u, p.v)).norm(), 0.01);
-    // No exposure nearer in time sees it in the middle of a lens.
+    // No exposure that is nearer in time sees the point in the middle of a lens.
     for (int nearer = 0; nearer < 10; ++nearer) {
       if (std::abs(exposure_time(nearer) - t) >= std::abs(exposure_time(from) - t) - 1e-6 || is_in_hole(i, nearer))
         continue;
@@ -155,7 +155,7 @@ TEST(Mask, PartsOfTheVehicleNeverGiveAColour) {
         EXPECT_LT(p.v, 178.0f);
       } else {
         EXPECT_FALSE(p.u > 3000 && p.u < 5000 && p.v > 2601) << p.u << ' ' << p.v;
-        if (p.state == ColourState::Direct) {  // not scaled by a gain: green tells the row that was sampled
+        if (p.state == ColourState::Direct) {  // not scaled by a gain, so green shows the row that was sampled
           EXPECT_LT(p.green, 0.9 * 180);
         }
       }

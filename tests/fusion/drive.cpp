@@ -73,8 +73,8 @@ Vector3 Drive::point_in(const Geodetic& origin, const Vector3& p_base) const {
 void Drive::pose_in(const Geodetic& origin, double t, Matrix3& R, Vector3& p) const {
   const Vector3 p_base = motion_.position(t);
   p = point_in(origin, p_base);
-  // Columns by differences of exact points 1 km away: a rotation between two local levels, no formula shared with
-  // core/.
+  // The columns are differences of exact points 1 km away: a rotation between two local levels that shares no formula
+  // with core/.
   const Matrix3 R_base_body = motion_.R_base_body(t);
   for (int i = 0; i < 3; ++i) R.col(i) = (point_in(origin, p_base + 1000.0 * R_base_body.col(i)) - p) / 1000.0;
 }

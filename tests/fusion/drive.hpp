@@ -8,9 +8,9 @@
 #include "core/stamped.hpp"
 #include "fusion/rig_geometry.hpp"
 
-/// A drive with known truth, for tests: analytic motion, laser returns and images made with mathematics of their own
-/// (GeographicLib and the papers' matrices written out), so that a sign error in fusion/ has nothing here to hide
-/// behind.
+/// A simulated drive with known truth. Motion, laser returns and images are made with separate mathematics
+/// (GeographicLib, and the papers' matrices written out), so that a sign error in fusion/ cannot be hidden by the same
+/// error here.
 namespace hueline::test {
 
 using Matrix3 = Eigen::Matrix3d;
@@ -35,13 +35,13 @@ inline GpsTime at(double t) { return gps_time_ns(kStart) + from_seconds(t); }
 class Drive {
  public:
   explicit Drive(const Motion& motion);
-  /// What a POS reports at t: geodetic position, velocity and attitude against the level at that position.
+  /// Returns what a POS reports at t: geodetic position, velocity, and attitude in the level at that position.
   InsSolution solution(double t) const;
-  /// Body pose against the local level at `origin` (any geodetic place), exact.
+  /// Calculates the exact body pose in the local level at `origin` (any geodetic place).
   void pose_in(const Geodetic& origin, double t, Matrix3& R, Vector3& p) const;
-  /// A point given against the base level, expressed against the level at `origin`.
+  /// Converts a point from the base level to the level at `origin`.
   Vector3 point_in(const Geodetic& origin, const Vector3& p_base) const;
-  /// The laser return that hits p_base at the firing time.
+  /// Returns the laser return that hits p_base at the firing time.
   LaserReturn hit(const Vector3& p_base, double t, double batch_t, const fusion::LaserMount& mount) const;
   const Motion& motion() const { return motion_; }
 
@@ -54,16 +54,17 @@ class Drive {
 fusion::RigGeometry ladybug_rig(fusion::LensModel model);
 constexpr SensorId kCamera = 10, kLaser = 20;
 
-/// An RGB image of the whole stack, each pixel from colour(x, y, channel).
+/// Makes an RGB image of the whole stack, with each pixel from colour(x, y, channel).
 Image make_image(std::uint32_t width, std::uint32_t height, PixelFormat format,
                  const std::function<double(std::uint32_t, std::uint32_t, int)>& colour);
 Exposure make_exposure(std::uint32_t index, double t, const Image& image);
 
-/// Packets of `per_batch` returns over [from, to): points scattered deterministically on the road and on two facades.
+/// Makes packets of `per_batch` returns over [from, to). The points are scattered deterministically on the road and on
+/// two facades.
 std::vector<StampedLaserBatch> scan(const Drive& drive, const fusion::LaserMount& mount, double from, double to,
                                     double packet_rate, int per_batch, std::vector<Vector3>* truth_base = nullptr);
 
-/// Pixel of a point of the head's frame in a lens, with formulas written out once more.
+/// Calculates the pixel of a point of the head's frame in a lens, with formulas written out separately.
 bool project_truth(const fusion::LensMount& lens, const Vector3& p_head, Eigen::Vector2d& pixel);
 
 }  // namespace hueline::test

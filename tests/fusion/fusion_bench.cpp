@@ -6,15 +6,15 @@
 #include "fusion/colouring.hpp"
 #include "tests/support/bench.hpp"
 
-/// Cost of a point in the whole stage (placing, choosing exposure and lens, projecting, sampling) against the cost of
-/// only reading the same pixels from the same images in the same order. Images of six lenses of 2448 x 2048, raw Bayer;
-/// a scanner of 32 rings.
+/// Measures the cost of a point in the whole stage (placing, choosing exposure and lens, projecting, sampling),
+/// compared with only reading the same pixels from the same images in the same order. The images are raw Bayer of six
+/// lenses of 2448 x 2048; the scanner has 32 rings.
 namespace hueline::fusion {
 namespace {
 using namespace hueline::test;
 using Clock = std::chrono::steady_clock;
 
-/// Seconds of processor time of all threads: comparable even where the machine has other work.
+/// Returns the processor time of all threads in seconds. It can be compared even if the machine has other work.
 double cpu_seconds() {
   timespec t{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
@@ -53,7 +53,7 @@ const Workload& workload(LensModel model) {
   }
   for (int i = 0; i <= static_cast<int>(200 * (kSeconds + 2)); ++i) w.solutions.push_back(w.drive.solution(i / 200.0));
   for (unsigned i = 0; i < static_cast<unsigned>((kSeconds + 1.5) / kInterval); ++i) {
-    // Each is another picture: a camera that shows the same one from two places is frozen.
+    // Each image differs, because a camera that shows the same picture from two places is frozen.
     const auto pixel = [i](std::uint32_t x, std::uint32_t y, int c) {
       return static_cast<double>((x * 7 + y * 13 + static_cast<unsigned>(c) * 50 + i * 29) & 127u) + 60;
     };
@@ -90,7 +90,7 @@ const Workload& workload(LensModel model) {
   return w;
 }
 
-/// Reads the pixels that a sample needs (12 of a 4 x 4 neighbourhood) at each point's place; ns a point.
+/// Reads the pixels that a sample needs (12 of a 4 x 4 neighbourhood) at each point's place. Returns ns for each point.
 double gather_ns(const Workload& w, const std::vector<CloudBlock>& blocks) {
   std::vector<const std::uint8_t*> places;
   const std::size_t stride = kWidth;

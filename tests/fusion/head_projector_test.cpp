@@ -7,7 +7,8 @@
 namespace hueline::fusion {
 namespace {
 
-/// The float path of a full-size Ladybug lens against the exact model, up to fields of view that no lens of today has.
+/// Compares the float path of a full-size Ladybug lens with the exact model, up to fields of view that no lens of today
+/// has.
 TEST(FloatLens, EqualsTheExactModelToAThousandthOfAPixel) {
   for (const LensModel model : {LensModel::Brown, LensModel::KannalaBrandt}) {
     for (const double field : {0.6, 1.2, 1.5, 1.9, 2.3, 2.49}) {
@@ -34,7 +35,7 @@ TEST(HeadProjector, TheNearestAxisWinsAndAMissingImageIsPassedOver) {
   EXPECT_EQ(sight.lens, 1);
   ASSERT_TRUE(projector.see(0.5f, 0, 10, has_image, 0, sight));
   EXPECT_EQ(sight.lens, 5);
-  EXPECT_FALSE(projector.see(0.1f, 0, -10, has_image, 0, sight));  // nobody looks down
+  EXPECT_FALSE(projector.see(0.1f, 0, -10, has_image, 0, sight));  // no lens looks down
   EXPECT_FALSE(projector.see(10, 0, 0, has_none, 0, sight));
   EXPECT_FALSE(projector.see(0, 0, 0, has_image, 0, sight));
 }

@@ -10,7 +10,8 @@ namespace hueline::fusion {
 namespace {
 using ::testing::HasSubstr;
 
-/// A wall ahead (north of the lens), a return every 3 cm with 1 cm of noise, turned by `oblique` about the vertical.
+/// Makes a wall ahead (north of the lens), turned by `oblique` about the vertical, with a return every 3 cm and 1 cm of
+/// noise.
 std::vector<SurfacePoint> wall(double distance_m, double oblique_deg, double west_m, double east_m, unsigned seed,
                                double noise_m = 0.01) {
   std::mt19937 random(seed);
@@ -44,7 +45,7 @@ TEST(ObjectMeasurement, FindsWhereTheRayMeetsAnObliqueWall) {
                std::pow(5e-4 * 10 * std::tan(50 * 3.14159265358979 / 180), 2)) /
               kRuns;
   }
-  // Without an error of the ray only the wall's own remains, and it is what is stated.
+  // If the ray has no error, only the wall's error remains, and it agrees with the stated sigma.
   EXPECT_LT(std::sqrt(square), 0.01);
   EXPECT_NEAR(std::sqrt(square / stated), 1, 0.3);
 }
@@ -55,12 +56,12 @@ TEST(ObjectMeasurement, StatesWhatThePixelLeavesOpen) {
   ASSERT_TRUE(found.ok());
   EXPECT_NEAR(std::sqrt(found->covariance(0, 0)), 0.01, 0.001);  // east and up: 10 m x 1 mrad
   EXPECT_NEAR(std::sqrt(found->covariance(2, 2)), 0.01, 0.001);
-  EXPECT_LT(std::sqrt(found->covariance(1, 1)), 0.007);  // along: the wall's own
+  EXPECT_LT(std::sqrt(found->covariance(1, 1)), 0.007);  // along the ray: the wall's own error
 }
 
 TEST(ObjectMeasurement, TakesTheNearerOfTwoThingsOnOneRay) {
   auto points = wall(14, 0, -1, 1, 1);
-  for (auto& point : points) point.from_enu.x() = -5;  // what is behind the post was scanned past it
+  for (auto& point : points) point.from_enu.x() = -5;  // the scanner saw past the post what is behind it
   const auto post = wall(8, 0, -0.15, 0.15, 2);
   points.insert(points.end(), post.begin(), post.end());
   const auto on_post = measure_object({{0, 0, 0}, Eigen::Vector3d::UnitY(), 5e-4}, points, {});
@@ -72,7 +73,7 @@ TEST(ObjectMeasurement, TakesTheNearerOfTwoThingsOnOneRay) {
 }
 
 TEST(ObjectMeasurement, LooksThroughWhatStoodThereAtOtherTimes) {
-  // A car's side, 5 m ahead while it passed; before and after, the wall behind it was scanned from the same place.
+  // The side of a car that passes 5 m ahead. Before and after, the wall behind it was scanned from the same place.
   auto points = wall(9, 0, -1, 1, 1);
   const auto car = wall(5, 0, -1, 1, 2);
   points.insert(points.end(), car.begin(), car.end());
@@ -80,7 +81,7 @@ TEST(ObjectMeasurement, LooksThroughWhatStoodThereAtOtherTimes) {
   const auto found = measure_object(ray, points, {});
   ASSERT_TRUE(found.ok()) << found.error().message;
   EXPECT_NEAR(found->distance_m, 9, 0.02);
-  // The same board as a thing that stays: what is behind it was scanned past its side.
+  // The same board as a thing that stays: the scanner saw past its side what is behind it.
   for (std::size_t i = 0; i < points.size() - car.size(); ++i) points[i].from_enu.x() = -9;
   const auto stays = measure_object(ray, points, {});
   ASSERT_TRUE(stays.ok()) << stays.error().message;
@@ -96,7 +97,7 @@ TEST(ObjectMeasurement, RefusesWithAReasonWhatCannotBeMeasured) {
   EXPECT_THAT(reason(ray, {}), HasSubstr("saw nothing"));
   EXPECT_THAT(reason(ray, wall(10, 0, 0.1, 1, 1)), HasSubstr("no object has points all around"));
   auto points = wall(14, 0, -1, 1, 1);
-  for (auto& point : points) point.from_enu.x() = -5;  // what is behind the post was scanned past it
+  for (auto& point : points) point.from_enu.x() = -5;  // the scanner saw past the post what is behind it
   const auto post = wall(8, 0, -0.15, 0.15, 2);
   points.insert(points.end(), post.begin(), post.end());
   EXPECT_THAT(reason({{0, 0, 0}, Eigen::Vector3d(0.0215, 1, 0).normalized(), 1e-3}, points),

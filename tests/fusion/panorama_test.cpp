@@ -17,8 +17,8 @@ PanoramaShape ladybug_shape() { return {}; }
 
 TEST(Panorama, AxesByHand) {
   const Panorama p(ladybug_shape());
-  // Seen from inside, 8000 x 4000: forward in the middle, right (head -y) a quarter farther to the right, up at the
-  // upper edge.
+  // Seen from inside, 8000 x 4000: forward is in the middle, right (head -y) is a quarter of the width to the right of
+  // it, up is at the upper edge.
   EXPECT_NEAR((*p.pixel_of({{1, 0, 0}}) - Eigen::Vector2d(3999.5, 1999.5)).norm(), 0, 1e-9);
   EXPECT_NEAR((*p.pixel_of({{0, -1, 0}}) - Eigen::Vector2d(5999.5, 1999.5)).norm(), 0, 1e-9);
   EXPECT_NEAR((*p.pixel_of({{0, 1, 0}}) - Eigen::Vector2d(1999.5, 1999.5)).norm(), 0, 1e-9);
@@ -70,12 +70,12 @@ TEST(SphereChain, EqualsThePaperFromEcefToPixel) {
   for (int i = 0; i < 50; ++i) {
     const double lat = origin.latitude + 2e-6 * std::sin(i), lon = origin.longitude + 3e-6 * std::cos(2 * i),
                  h = 558 + 0.3 * i;
-    // Ours: ECEF -> ENU -> Body -> head -> pixel.
+    // This project: ECEF -> ENU -> Body -> head -> pixel.
     const Transform<Enu, Body> T_enu_body{rotation_enu_body(attitude), Vector3(0.5, 0.25, -0.125)};
     const Point<Ecef> p_ecef = to_ecef({lat, lon, h});
     const Point<CameraHead> p_head = (T_enu_body * T_body_head).inverse() * (ecef_from_enu(origin).inverse() * p_ecef);
     const Eigen::Vector2d ours = *panorama.pixel_of({p_head.xyz});
-    // The paper's, with GeographicLib for step 1 and the matrices of steps 2 and 3 written out.
+    // The paper: GeographicLib for step 1, and the matrices of steps 2 and 3 written out.
     Vector3 p_enu;
     level.Forward(lat * 180 / pi, lon * 180 / pi, h, p_enu.x(), p_enu.y(), p_enu.z());
     const Vector3 p_imu = paper_enu_from_imu(attitude.roll, attitude.pitch, attitude.heading).transpose() *
@@ -92,8 +92,8 @@ TEST(SphereChain, EqualsThePaperFromEcefToPixel) {
 }
 
 TEST(SphereChain, AttitudeAxesByHand) {
-  // The paper's rows for single angles. Heading 90 degrees: forward is east. Pitch up: forward rises. Roll: the right
-  // side sinks.
+  // The paper's rows for single angles. At heading 90 degrees, forward is east. With positive pitch, forward rises.
+  // With positive roll, the right side sinks.
   EXPECT_LT((paper_enu_from_imu(0, 0, pi / 2) * Vector3::UnitY() - Vector3::UnitX()).norm(), 1e-12);
   EXPECT_GT((paper_enu_from_imu(0, 0.1, 0) * Vector3::UnitY()).z(), 0.09);
   EXPECT_LT((paper_enu_from_imu(0.1, 0, 0) * Vector3::UnitX()).z(), -0.09);
@@ -116,7 +116,7 @@ TEST(StitchedPanorama, PixelToLensAndBack) {
         const Eigen::Vector2d back = *stitched.panorama_pixel(*lens);
         EXPECT_NEAR(std::remainder(back.x() - u, 8000) * std::sin(pi * v / 4000), 0, 1e-5);
         EXPECT_NEAR(back.y(), v, 1e-5);
-        // Independent: the point on the sphere of 20 m, projected by the tests' own formulas.
+        // Independent of StitchedPanorama: the point on the sphere of 20 m, projected by the tests' own formulas.
         const double azimuth = -(u - 3999.5) * 2 * pi / 8000, polar = (v + 0.5) * pi / 4000;
         Eigen::Vector2d truth;
         project_truth(
@@ -137,7 +137,7 @@ TEST(StitchedPanorama, PixelToLensAndBack) {
 TEST(StitchedPanorama, ParallaxIsThePapers) {
   CameraHeadGeometry head = ladybug_rig(LensModel::KannalaBrandt).head;
   const StitchedPanorama stitched(head);
-  // Between two lenses the lens's centre is seen at the steepest angle: half of 72 degrees off its axis.
+  // Between two lenses, the lens's centre is seen at the steepest angle: half of 72 degrees off the lens's axis.
   const Vector3 direction(std::cos(0.6), std::sin(-0.6), 0);
   const auto at_true_distance = stitched.lens_pixel_of_point({4.4 * direction});
   const Eigen::Vector2d shown = *stitched.panorama_pixel(*at_true_distance);

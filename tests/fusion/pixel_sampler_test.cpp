@@ -14,7 +14,7 @@ Rgb sample_at(const Image& image, double u, double v) {
   return sample(view_of(image), x, y, static_cast<float>(u - x), static_cast<float>(v - y));
 }
 
-/// Slopes chosen so that each pixel's value is a whole number: the ramp in memory is exact.
+/// The slopes are chosen so that each pixel's value is a whole number, and the ramp in memory is exact.
 double ramp(double x, double y, int channel) {
   return channel == 0 ? 10 + 2 * x + y : channel == 1 ? 200 - x - 2 * y : 40 + 3 * x - y;
 }
@@ -53,7 +53,7 @@ TEST_P(AllFormats, WholePixelsOfTheirOwnColourAreReadUnchanged) {
 }
 
 TEST(PixelSampler, ReadsNothingFartherThanItsReach) {
-  // An image of exactly 5 x 5: everything at the centre pixel must stay inside (AddressSanitizer watches).
+  // An image of exactly 5 x 5: all reads at the centre pixel must stay inside (AddressSanitizer checks it).
   for (const PixelFormat format : {PixelFormat::BayerRG8, PixelFormat::BayerBG8, PixelFormat::BayerGR8,
                                    PixelFormat::BayerGB8, PixelFormat::Mono8, PixelFormat::Rgb8}) {
     const Image image = make_image(5, 5, format, [](std::uint32_t, std::uint32_t, int) { return 77.0; });

@@ -48,9 +48,9 @@ Transform<Lens, Scanner> recorded_extrinsics() {
   return {Eigen::Quaterniond(R).normalized(), {-0.0322306, -0.352079, -0.574468}};
 }
 
-/// How strongly the image differs from the sky at the points above the roofs (masts, traffic lights, their arms, tree
-/// tops), all points shifted by (du, dv): 0 where they fall on sky. Each silhouette is a depth edge, and thin: a wrong
-/// projection slides off it.
+/// Returns how strongly the image differs from the sky at the points above the roofs (masts, traffic lights, their
+/// arms, tree tops), with all points shifted by (du, dv). It is 0 if they fall on sky. Each silhouette is a thin depth
+/// edge, so with a wrong projection the points fall beside it.
 double silhouette_contrast(const RawView& image, const std::vector<ShotPoint>& shots, int du, int dv) {
   constexpr double kAboveRoofs = 400, kFullContrast = 40;
   const auto grey = [&](int x, int y) {
@@ -90,8 +90,8 @@ TEST(RealRecording, DepthEdgesLieOnImageEdges) {
       static_cast<double>(std::count_if(shots.begin(), shots.end(), [](const ShotPoint& p) { return p.is_in_image; })),
       9925, 50);
 
-  // The supplied calibration itself is good to a few pixels: the figure must peak near no shift at all, and fall on all
-  // sides.
+  // The supplied calibration is itself good to a few pixels, so the contrast must be largest near no shift and fall on
+  // all sides.
   Eigen::Vector2i best(99, 99);
   double strongest = 0;
   for (int dv = -24; dv <= 24; dv += 2) {
@@ -110,7 +110,8 @@ TEST(RealRecording, DepthEdgesLieOnImageEdges) {
       contrast(0, 0), strongest, best.x(), best.y(), contrast(-4, 0), contrast(4, 0), contrast(0, -4), contrast(0, 4),
       contrast(-12, 0), contrast(12, 0), contrast(0, -12), contrast(0, 12));
   EXPECT_LE(best.cwiseAbs().maxCoeff(), 4);
-  // To the right alone it still rises a little, because the recording's calibration lies 2 px to the left of the peak.
+  // To the right alone it still rises a little, because the recording's calibration lies 2 px to the left of the
+  // maximum.
   EXPECT_GT(contrast(0, 0), 0.25 * (contrast(-4, 0) + contrast(4, 0) + contrast(0, -4) + contrast(0, 4)));
   for (const auto& [du, dv] : {std::pair{-12, 0}, {12, 0}, {0, -12}, {0, 12}})
     EXPECT_GT(contrast(0, 0), contrast(du, dv));
@@ -131,7 +132,7 @@ TEST(RealRecording, ColoursComeFromTheImage) {
   for (const ShotPoint& p : shots) {
     if (p.state != ColourState::Direct) continue;
     ++coloured;
-    // Between the darkest and the brightest of the four pixels around.
+    // The colour lies between the darkest and the brightest of the four pixels around.
     const auto x = static_cast<std::size_t>(p.u), y = static_cast<std::size_t>(p.v);
     const std::uint8_t* q = view.data + y * view.stride + 3 * x;
     const auto [low, high] = std::minmax({q[0], q[3], q[view.stride], q[view.stride + 3]});

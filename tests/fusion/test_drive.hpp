@@ -14,9 +14,9 @@ namespace hueline::test {
 constexpr double kInterval = 0.25;
 constexpr double kFirstExposure = 0.1;
 
-/// Red grows to the right, green downwards inside each lens, blue names the exposure.
+/// Makes an image in which red grows to the right and green downwards inside each lens; blue identifies the exposure.
 Image ramp_image(double blue);
-/// One brightness everywhere.
+/// Makes an image of one colour.
 Image flat_image(double red, double green, double blue);
 
 struct TestDrive {
@@ -24,7 +24,7 @@ struct TestDrive {
   fusion::RigGeometry rig = ladybug_rig(fusion::LensModel::KannalaBrandt);
   fusion::Colouring::Config config;
   double until = 2.0;
-  std::vector<int> lost;  ///< exposures never delivered
+  std::vector<int> lost;  ///< exposures that are never delivered
   std::function<Image(int)> image = [](int i) { return ramp_image(10.0 * i); };
   std::function<void(Exposure&)> alter = [](Exposure&) {};
   std::function<bool(double)> has_solution = [](double) { return true; };
@@ -38,21 +38,21 @@ struct Outcome {
   Geodetic origin;
   fusion::ColouringCounts counts;
   std::vector<Fault> faults;
-  std::vector<Vector3> truth_base;  ///< in the order of the returns fed
+  std::vector<Vector3> truth_base;  ///< in the order of the returns given to the stage
 };
 
-/// Feeds everything in the order in which it would arrive: images 80 ms after their middle.
+/// Runs the stage with everything in the order in which it would arrive; images arrive 80 ms after their middle.
 Outcome run(const TestDrive& test);
 
 std::uint64_t count_state(const Outcome& out, ColourState state);
-/// Whatever becomes of returns and exposures is counted, once.
+/// Expects that each return and each exposure is counted exactly once.
 void expect_every_return_accounted_for(const Outcome& out);
 
 double exposure_time(int index);
-/// A point of the base level in the head's frame at an exposure, by the tests' own mathematics.
+/// Returns a point of the base level in the head's frame at an exposure, by the tests' own mathematics.
 Vector3 in_head_at(const TestDrive& test, const Vector3& p_base, double t);
-/// The pixel where the point must lie in an exposure and lens; `onto_sphere` > 0: moved along its ray to that radius
-/// first.
+/// Calculates the pixel where the point must lie in an exposure and lens. With `onto_sphere` > 0, the point is first
+/// moved along its ray to that radius.
 bool true_pixel(const TestDrive& test, const Vector3& p_base, int exposure, int lens, Eigen::Vector2d& pixel,
                 double onto_sphere = 0);
 

@@ -42,7 +42,7 @@ TEST(Trajectory, At200HzFarBelowATenthOfAMillimetreAnd5Microradians) {
 }
 
 TEST(Trajectory, FarFromTheOriginTheLevelIsTilted) {
-  // 40 km from the origin: reported attitudes are against a level tilted by 6 mrad.
+  // At 40 km from the origin, the reported attitudes refer to a level that is tilted by 6 mrad.
   const Drive drive(Motion{.speed = 2000, .turn_rate = 1e-4, .shake = 1.0});
   const Trajectory trajectory = filled(drive, 0, 20, 50);
   const double t = 19.513;
@@ -60,7 +60,7 @@ TEST(Trajectory, SaysWhyThereIsNoPose) {
   Trajectory trajectory{Trajectory::Config{}};
   EXPECT_EQ(trajectory.pose_at(at(0)).reason, NoPose::NoSolution);
   for (int i = 0; i <= 20; ++i) trajectory.add(drive.solution(i / 200.0));
-  for (int i = 0; i < 60; ++i) {  // 0.3 s during which the receiver does not trust itself
+  for (int i = 0; i < 60; ++i) {  // 0.3 s during which the receiver does not call its solution good
     InsSolution bad = drive.solution(0.105 + i / 200.0);
     bad.is_good = false;
     trajectory.add(bad);

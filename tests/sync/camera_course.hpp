@@ -18,7 +18,7 @@ inline ExposureMatcher::Config matcher_config() {
   return c;
 }
 
-/// A camera against a perfect host clock: what matching alone does.
+/// A camera with a perfect host clock, to test the matching alone.
 struct CameraCourse {
   std::vector<Exposure> out;
   std::vector<Fault> faults;
@@ -29,7 +29,7 @@ struct CameraCourse {
       : matcher(config), camera(simulated) {
     EXPECT_EQ(config.validate(), "");
     simulated.run(drive);
-    // The inverse of the host clock, by bisection: truth, not an estimate.
+    // Inverts the host clock by bisection, so the result is truth and not an estimate.
     const auto gps = [&](HostTime h) {
       GpsTime low = drive.begin - seconds(10), high = drive.begin + seconds(3600);
       while (high - low > nanoseconds(1)) {
@@ -61,7 +61,7 @@ struct CameraCourse {
       }
       const double error =
           std::abs(static_cast<double>((e.exposure_mid - camera.truth.at(e.image.packet_sequence)).count()));
-      // A wrong mark would be off by an interval, with a sigma of a microsecond: the one thing that must not happen.
+      // A wrong mark would give an error of one interval with a sigma of a microsecond. This must never happen.
       EXPECT_LE(error, 5 * static_cast<double>(e.sigma.count())) << "exposure " << i << " " << name(e.timing);
       if (e.timing == ExposureTiming::EventMark) {
         EXPECT_EQ(error, 0) << "exposure " << i;

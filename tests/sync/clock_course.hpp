@@ -12,7 +12,7 @@ namespace hueline::test {
 using sync::GpsStamp;
 using sync::HostClockModel;
 
-/// What a model said during a drive, against the truth.
+/// What a model stated during a drive, compared with the truth.
 struct Course {
   struct Sample {
     GpsTime truth;
@@ -46,7 +46,7 @@ struct Course {
       if (s.truth >= t) return s.state;
     return samples.back().state;
   }
-  /// Whatever is offered for use must be the right second: the rule that has no exception.
+  /// Every time that is offered for use must have the right second, without exception.
   void expect_never_wrong_by(nanoseconds limit) const {
     for (const Sample& s : samples)
       if (s.can_stamp && s.stamp) {

@@ -3,7 +3,7 @@
 
 #include "tests/sync/clock_course.hpp"
 
-/// The stated sigma against the error that it describes, over simulated hours.
+/// Compares the stated sigma with the error that it describes, over simulated hours.
 namespace hueline::sync {
 namespace {
 
@@ -24,12 +24,12 @@ TEST_P(SigmaIsTrue, OverHours) {
   const GpsTime begin = drive.begin;
   drive.pps(gaussian(c.jitter_us), [&](GpsTime t) {
     const auto s = std::chrono::duration_cast<seconds>(t - begin).count();
-    return c.dropouts && (s % 613 > 560 || s % 37 == 5);  // 52 s without, and single ones
+    return c.dropouts && (s % 613 > 560 || s % 37 == 5);  // 52 s without edges, and single lost ones
   });
   drive.labels(kPos, late(30, 20));
   drive.ins(5, late(4, 2));
   Course run(drive, clock_config());
-  // After ten minutes everything has been measured.
+  // After ten minutes, all properties of the clock have been measured.
   std::vector<double> normalised, holdover;
   for (const auto& s : run.samples)
     if (s.truth > begin + seconds(600) && s.can_stamp)

@@ -251,7 +251,7 @@ TEST(ExposureMatcher, GivenACounterThatWrapsThenMatchingGoesOn) {
   SimulatedCamera silent;
   silent.truth = camera.truth;
   silent.exposures = camera.exposures;
-  // Everything has been said already; this camera adds nothing of its own.
+  // All data have been given already; this camera adds nothing of its own.
   drive.end = drive.begin;
   CameraCourse run(drive, silent, config);
   EXPECT_EQ(run.counts().by_mark, camera.truth.size());

@@ -11,7 +11,7 @@ using testing::HasSubstr;
 
 constexpr SensorId kOther = 9;
 
-/// What every rig has: pulses, labels of the POS 30-100 ms late, solutions at 20 Hz.
+/// The usual rig: pulses, labels of the POS 30 to 100 ms late, solutions at 20 Hz.
 void usual(Drive& drive, double jitter_us = 3, Drive::When lost = Drive::never) {
   drive.pps(gaussian(jitter_us), lost);
   drive.labels(kPos, late(30, 20));
@@ -149,13 +149,13 @@ TEST(HostClockModel, GivenAJitterBurstThenSigmaGrowsWithItAndTheLockIsKept) {
 
 TEST(HostClockModel, GivenPulsesThatMoveToAnotherPhaseThenItStartsAnewAndSaysSo) {
   Drive drive(some_begin(), seconds(200));
-  // The receiver first pulses 0.3 s off the second (no fix yet), then steps to the second.
+  // The receiver's pulses are first 0.3 s off the second (no fix yet), then they step to the second.
   const GpsTime step = drive.begin + seconds(60);
   drive.pps([&](Random& r, GpsTime t) { return us(r.gauss(3)) + (t < step ? ms(300) : ms(0)); });
   drive.labels(kPos, late(330, 20), constant(seconds(0)), [&](GpsTime t) { return t < step; });
   drive.ins(20, late(4, 2));
   HostClockModel::Config config = clock_config();
-  config.label.decisive_latency = ms(150);  // 0.3 s off: arrivals do not settle it
+  config.label.decisive_latency = ms(150);  // 0.3 s off, so arrivals do not settle it
   Course run(drive, config);
   EXPECT_EQ(run.model.state(), SyncState::Locked);
   EXPECT_EQ(run.model.counts().restarts, 1u);
@@ -164,7 +164,7 @@ TEST(HostClockModel, GivenPulsesThatMoveToAnotherPhaseThenItStartsAnewAndSaysSo)
 }
 
 TEST(HostClockModel, GivenALabelThatWasWrongFromTheStartThenItIsHeldBackAndChanged) {
-  // A trusted receiver that is 18 s off for its first minute, then right: what it says is all there is.
+  // A trusted receiver is 18 s off for its first minute, then right. There is no other source.
   Drive drive(some_begin(), seconds(300));
   const GpsTime mended = drive.begin + seconds(60);
   const auto shift = [=](GpsTime t) { return t < mended ? seconds(-18) : seconds(0); };

@@ -11,7 +11,7 @@ namespace {
 using namespace hueline::test;
 using testing::HasSubstr;
 
-/// A locked host and one scanner. Batches before `from` are not judged: the host was not locked yet.
+/// A locked host and one scanner. Batches before `from` are not judged, because the host was not locked yet.
 struct LaserCourse {
   std::vector<StampedLaserBatch> out;
   std::vector<Fault> faults;
@@ -67,7 +67,7 @@ struct LaserCourse {
   }
 };
 
-/// So near before a UTC hour that a drive of a minute crosses it.
+/// So shortly before a UTC hour that a drive of a minute crosses it.
 GpsTime before_the_hour() { return *from_utc({2024, 5, 6, 13, 59, 30, 250'000'000}); }
 
 TEST(LaserClock, GivenADisciplinedScannerWhenTheUtcHourTurnsThenTimeGoesOn) {
@@ -137,7 +137,8 @@ TEST(LaserClock, GivenPulsesButNoLabelThenTheCounterIsRightAndItsSecondsAreFound
   Drive drive(some_begin(), seconds(60));
   SimulatedLaser laser;
   laser.stamp = counts(k32Bits_us, CounterOrigin::Own);
-  // Powered up a whole number of seconds before it begins anew, which is no whole number of seconds later.
+  // The scanner is powered up at a whole second, so that its counter starts again during the drive. The period is not a
+  // whole number of seconds.
   const GpsTime power_up = Drive::ceil_second(some_begin() + seconds(30)) - seconds(4294);
   laser.clock_error = [=](GpsTime) { return of_unix(400'000 * k32Bits_us) - power_up; };
   LaserCourse run(drive, laser);
@@ -188,7 +189,7 @@ TEST(LaserClock, GivenALeapSecondThatTheScannerDoesNotKnowThenTheHostCorrectsIt)
   const GpsTime leap = *from_utc({2017, 1, 1, 0, 0, 0, 0});
   Drive drive(leap - seconds(30), seconds(60));
   SimulatedLaser laser;
-  laser.leap = seconds(17);  // and it stays there: the scanner is a second ahead of UTC afterwards
+  laser.leap = seconds(17);  // it stays so: the scanner is a second ahead of UTC afterwards
   LaserCourse run(drive, laser);
   run.expect_all_within(us(1));
 }
@@ -242,7 +243,7 @@ TEST(LaserClock, GivenPpsLostInTheScannerThenItHoldsOverThenGoesByArrival) {
   const GpsTime lost = some_begin() + seconds(30);
   SimulatedLaser laser;
   laser.clock = [=](GpsTime t) { return t > lost ? SyncState::Unlocked : SyncState::Locked; };
-  laser.clock_error = [=](GpsTime t) {  // 15 ppm from when it is alone
+  laser.clock_error = [=](GpsTime t) {  // 15 ppm from the time at which it runs free
     return nanoseconds(t > lost ? static_cast<std::int64_t>(to_seconds(t - lost) * 15e3) : 0);
   };
   LaserCourse run(drive, laser);
@@ -254,7 +255,7 @@ TEST(LaserClock, GivenPpsLostInTheScannerThenItHoldsOverThenGoesByArrival) {
 TEST(LaserClock, GivenAStalledNetworkThenLatePacketsKeepTheirTime) {
   Drive drive(some_begin(), seconds(60));
   SimulatedLaser laser;
-  // For 0.8 s nothing is delivered; then all at once.
+  // Nothing is delivered for 0.8 s, then everything at once.
   const GpsTime stall = some_begin() + seconds(30);
   laser.latency = [=](Random&, GpsTime t) {
     const nanoseconds into = t - stall;

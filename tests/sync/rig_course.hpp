@@ -20,7 +20,7 @@ inline Synchroniser::Config rig_config() {
   c.cameras.resize(1);
   c.cameras[0].camera = kCamera;
   c.cameras[0].strobe_delay = us(20);
-  c.hold_images = 400;  // a test's images have no pixels
+  c.hold_images = 400;  // images in tests have no pixels
   c.cameras[0].pending_limit = 400;
   return c;
 }
@@ -28,14 +28,14 @@ inline Synchroniser::Config rig_config() {
 struct Outcome {
   SyncOutput all;
   Synchroniser sync;
-  /// `punctual`: images keep to latency_max, so that the watermark's promise holds.
+  /// `punctual`: images keep latency_max, so that the promise of the watermark holds.
   Outcome(Drive& drive, const Synchroniser::Config& c, bool punctual = true) : sync(c) {
     EXPECT_EQ(c.validate(), "");
     std::optional<GpsTime> watermark;
     for (auto& [received, m] : drive.stream.sorted()) {
       const std::size_t lasers = all.laser.size(), exposures = all.exposures.size();
       sync.process(m, all);
-      // The promise that fusion builds on.
+      // The promise on which fusion relies.
       if (watermark) {
         for (std::size_t i = lasers; i < all.laser.size(); ++i) {
           EXPECT_GE(all.laser[i].time, *watermark);

@@ -11,7 +11,7 @@ using testing::HasSubstr;
 
 constexpr SensorId kOther = 9;
 
-/// What every rig has: pulses, labels of the POS 30-100 ms late, solutions at 20 Hz.
+/// The usual rig: pulses, labels of the POS 30 to 100 ms late, solutions at 20 Hz.
 void usual(Drive& drive, double jitter_us = 3, Drive::When lost = Drive::never) {
   drive.pps(gaussian(jitter_us), lost);
   drive.labels(kPos, late(30, 20));
@@ -97,7 +97,7 @@ TEST_P(SecondSourceIsWrong, GivenNobodyTrustedThenItDoesNotLock) {
   config.label.trusted = kSystemSensor;
   Course run(drive, config);
   run.expect_never_wrong_by(us(100));
-  // A source before any possible drive is no opinion at all; any other difference leaves the second open.
+  // A source with a time before any possible drive is ignored. Any other difference leaves the second open.
   EXPECT_EQ(run.model.state(), GetParam().shift_s < -1'000'000 ? SyncState::Locked : SyncState::Acquiring);
   EXPECT_THAT(run.details(FaultKind::LabelConflict), HasSubstr(GetParam().said));
 }
@@ -149,7 +149,7 @@ TEST(SecondLabel, GivenAReceiverWithoutAlmanacThenItsUtcOffsetIsRefused) {
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_EQ(faults[0].kind, FaultKind::LabelConflict);
   EXPECT_EQ(model.utc_offset(some_begin()), seconds(18));
-  // One more than the table is a leap second that the table does not know yet.
+  // One second more than the table is a leap second that the table does not contain yet.
   model.add(TimeLabel{kPos, host_time_ns(6), GpsTime(std::chrono::ceil<seconds>(some_begin().time_since_epoch())),
                       seconds(19), true});
   EXPECT_EQ(model.utc_offset(some_begin()), seconds(19));

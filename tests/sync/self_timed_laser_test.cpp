@@ -11,7 +11,7 @@ namespace {
 using namespace hueline::test;
 using testing::HasSubstr;
 
-/// A scanner read from a file: ten packets and a status a second, by a clock that is its own.
+/// A scanner that was read from a file: ten packets and a status each second, by its own clock.
 struct Course {
   HostClockModel leaps{HostClockModel::Config{}};
   SelfTimedLaser clock;
@@ -19,7 +19,7 @@ struct Course {
   std::vector<Fault> faults;
   std::vector<GpsTime> truth;
   GpsTime now;
-  const HostTime first = host_time_ns(123'000'000'000);  // some recorder's clock
+  const HostTime first = host_time_ns(123'000'000'000);  // the clock of some recorder
   const GpsTime begin = now;
   SyncState says = SyncState::Locked;
   Stamping stamp = counts(std::chrono::hours(1));
@@ -64,7 +64,7 @@ struct Course {
 
 TEST(SelfTimedLaser, GivenPpsAndLabelsThenItsOwnCounterIsGpsTimeFromTheFirstPacketOn) {
   Course run;
-  run.drive(30);  // the UTC hour turns
+  run.drive(30);  // the UTC hour changes
   run.end();
   EXPECT_EQ(run.out.size(), run.truth.size());
   run.expect_true();

@@ -7,16 +7,16 @@
 /// Scanners, cameras and strobes for a Drive, with their truth and their faults.
 namespace hueline::test {
 
-/// A scanner's stamp at an instant of UTC, ns since 1970, leap seconds not counted: what a device says whose clock
-/// shows it.
+/// A scanner's stamp at an instant of UTC (ns since 1970, leap seconds not counted): what a device whose clock shows
+/// that instant sends.
 using Stamping = std::function<LaserTime(std::int64_t utc_ns)>;
-/// Microseconds of a counter that begins anew after each period since 1970.
+/// Makes stamps of a counter of microseconds that starts again after each period since 1970.
 Stamping counts(nanoseconds period, CounterOrigin origin = CounterOrigin::Utc);
 constexpr nanoseconds k32Bits_us{(std::int64_t{1} << 32U) * 1000};
-/// While 18 leap seconds hold.
+/// Valid while there are 18 leap seconds.
 GpsTime of_unix(nanoseconds since_1970);
 
-/// Each kind of stamp that a scanner may have, with an instant at which a counter of that kind begins anew.
+/// Each kind of stamp that a scanner may have, with an instant at which a counter of that kind starts again.
 struct StampKind {
   const char* name;
   Stamping stamp;
@@ -29,16 +29,17 @@ struct SimulatedLaser {
   SensorId sensor = kLaser;
   double rate_hz = 50;
   seconds leap{18};
-  Drive::Shift clock_error = [](GpsTime) { return nanoseconds(0); };  ///< added to the true time before it is counted
+  Drive::Shift clock_error = [](GpsTime) { return nanoseconds(0); };  ///< added to the true time before it is stamped
   Drive::Delay latency = [](Random& r, GpsTime) { return ms(1.45 + r.exponential(0.15)); };
   Stamping stamp = counts(std::chrono::hours(1));
-  std::function<SyncState(GpsTime)> clock = [](GpsTime) { return SyncState::Locked; };  ///< as it says
-  std::map<std::uint64_t, GpsTime> truth;                                               ///< by packet sequence
+  /// The state that the scanner reports.
+  std::function<SyncState(GpsTime)> clock = [](GpsTime) { return SyncState::Locked; };
+  std::map<std::uint64_t, GpsTime> truth;  ///< by packet sequence
 
   void run(Drive& drive);
 };
 
-/// A strobed camera: each exposure gives a mark at its start (less `strobe_delay`) and, later, an image.
+/// A camera with a strobe. Each exposure gives a mark at its start (minus `strobe_delay`) and, later, an image.
 struct SimulatedCamera {
   SensorId sensor = kCamera;
   int input = 1;
@@ -53,9 +54,9 @@ struct SimulatedCamera {
   std::function<int(int)> mark_copies = [](int) { return 1; };
   std::function<int(int)> image_copies = [](int) { return 1; };
   std::function<nanoseconds(int)> extra_latency = [](int) { return nanoseconds(0); };
-  int restart_at = -1;                     ///< exposure from which frame numbers and clock begin anew
+  int restart_at = -1;                     ///< from this exposure on, frame numbers and clock start again
   std::map<std::uint64_t, GpsTime> truth;  ///< exposure_mid by Image::packet_sequence
-  std::vector<GpsTime> spurious;           ///< marks of nothing
+  std::vector<GpsTime> spurious;           ///< marks that belong to no exposure
   int exposures = 0;
 
   void run(Drive& drive);

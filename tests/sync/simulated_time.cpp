@@ -15,13 +15,13 @@ Oscillator::Oscillator(GpsTime begin, seconds life, Form form, std::uint64_t see
     const double t = static_cast<double>(s);
     const double rate_ppb = form.rate_ppm * 1e3 + walk + form.ramp_ppb_per_s * t +
                             form.swing_ppm * 1e3 * std::sin(6.283185307179586 * t / form.swing_s);
-    phase += rate_ppb + random.gauss(form.phase_walk_us * 1e3);  // 1 ppb for a second is a nanosecond
+    phase += rate_ppb + random.gauss(form.phase_walk_us * 1e3);  // 1 ppb during one second is a nanosecond
   }
 }
 
 HostTime Oscillator::host(GpsTime t) const {
   const std::int64_t ns = (t - begin_).count();
-  // Before the beginning and after the end the nearest second's rate goes on.
+  // Before the beginning and after the end, the rate of the nearest second continues.
   const auto last = static_cast<std::int64_t>(phase_.size()) - 2;
   const std::int64_t k = std::clamp<std::int64_t>(ns / 1'000'000'000, 0, last);
   const double part = static_cast<double>(ns - k * 1'000'000'000) * 1e-9;

@@ -9,8 +9,8 @@
 #include "core/calendar.hpp"
 #include "core/measurements.hpp"
 
-/// Truth for the tests of sync/: an oscillator that wanders, and devices that speak late. GPS time is the truth; the
-/// host's clock is made from it. Nothing here is shared with what is tested.
+/// Truth for the tests of sync/: an oscillator with wander, and devices whose messages arrive late. GPS time is the
+/// truth, and the host's clock is derived from it. No code is shared with what is tested.
 namespace hueline::test {
 
 using std::chrono::milliseconds;
@@ -32,7 +32,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-/// A host clock of so many seconds of life against GPS time.
+/// A host clock against GPS time, for a given number of seconds.
 class Oscillator {
  public:
   struct Form {
@@ -55,7 +55,7 @@ class Oscillator {
 inline nanoseconds us(double v) { return nanoseconds(std::llround(v * 1e3)); }
 inline nanoseconds ms(double v) { return nanoseconds(std::llround(v * 1e6)); }
 
-/// Measurements in the order in which a computer would have ingested them.
+/// Measurements in the order in which a computer would have received them.
 class Stream {
  public:
   void add(HostTime received, Measurement m);
@@ -65,7 +65,7 @@ class Stream {
   std::vector<std::pair<HostTime, Measurement>> items_;
 };
 
-/// A drive: who speaks when. Each source is switched on by a call; the arguments are its faults.
+/// A drive with its sources. One call switches on one source; the arguments are the faults of the source.
 class Drive {
  public:
   Drive(GpsTime first, seconds life, Oscillator::Form form, std::uint64_t seed = 1)
@@ -78,14 +78,14 @@ class Drive {
   using Shift = std::function<nanoseconds(GpsTime)>;
   static bool never(GpsTime) { return false; }
 
-  /// `jitter`: added to the true edge; `lost`: no edge then.
+  /// `jitter` is added to the true edge; there is no edge when `lost` is true.
   void pps(Delay jitter, When lost = never);
   void edge_at(HostTime h, std::uint64_t sequence) { stream.add(h, PpsEdge{kPps, h, sequence}); }
 
-  /// A label of each whole second, `delay` after it, saying the second plus `shift`.
+  /// Adds a label of each whole second, `delay` after it; it names the second plus `shift`.
   void labels(
       SensorId sensor, Delay delay, Shift shift = [](GpsTime) { return nanoseconds(0); }, When lost = never);
-  /// Navigation solutions at `rate_hz`, `delay` after their instant.
+  /// Adds navigation solutions at `rate_hz`, each `delay` after its instant.
   void ins(
       double rate_hz, Delay delay, Shift shift = [](GpsTime) { return nanoseconds(0); }, SensorId sensor = kPos);
   static GpsTime ceil_second(GpsTime t) { return GpsTime(std::chrono::ceil<seconds>(t.time_since_epoch())); }

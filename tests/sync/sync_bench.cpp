@@ -2,7 +2,7 @@
 #include "tests/support/bench.hpp"
 #include "tests/sync/simulated_rig.hpp"
 
-/// What stamping costs, a laser batch of 384 returns at a time, in a locked rig with one camera and one POS.
+/// Measures the cost of stamping, with laser batches of 384 returns, in a locked rig with one camera and one POS.
 namespace hueline::sync {
 namespace {
 
@@ -27,7 +27,7 @@ void stamp(benchmark::State& state, SyncState clock) {
   config.lasers[0].sensor = kLaser;
   config.cameras.resize(1);
   config.cameras[0].camera = kCamera;
-  config.hold_images = 400;  // of the seconds before the clock locks; these images have no pixels
+  config.hold_images = 400;  // from the seconds before the clock locks; these images have no pixels
   const auto& items = drive.stream.sorted();
   std::int64_t batches = 0, as_meant = 0;
   for (auto run : state) {

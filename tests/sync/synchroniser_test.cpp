@@ -23,7 +23,7 @@ TEST(Synchroniser, GivenAWholeRigWhenItDrivesThenEverythingIsStampedToMicrosecon
 
   ASSERT_EQ(outcome.all.laser.size(), laser.truth.size());
   for (const StampedLaserBatch& b : outcome.all.laser) {
-    EXPECT_LE(std::abs((b.time - laser.truth.at(b.packet_sequence)).count()), 1000);  // its own microseconds, cut off
+    EXPECT_LE(std::abs((b.time - laser.truth.at(b.packet_sequence)).count()), 1000);  // its own microseconds, truncated
     EXPECT_EQ(b.state, SyncState::Locked);
   }
   ASSERT_EQ(outcome.all.exposures.size(), camera.truth.size());
@@ -37,7 +37,7 @@ TEST(Synchroniser, GivenAWholeRigWhenItDrivesThenEverythingIsStampedToMicrosecon
   for (const Fault& f : outcome.all.faults) ADD_FAILURE() << name(f.kind) << " " << f.detail;
 }
 
-/// Pulses, labels, solutions; the scanner and the camera as they are.
+/// Pulses, labels and solutions; scanner and camera are unchanged.
 void usual(Drive& drive, Drive::When pps_lost = Drive::never, Drive::When labels_lost = Drive::never) {
   drive.pps(gaussian(3), pps_lost);
   drive.labels(
@@ -73,11 +73,11 @@ TEST(Synchroniser, GivenLabelsThatComeLateWhenLockedThenWhatWasHeldIsStampedToo)
 
 TEST(Synchroniser, GivenAClockThatNeverLocksThenEveryMeasurementIsNamedOnce) {
   Drive drive(some_begin(), seconds(60));
-  drive.pps(gaussian(3));  // pulses, and nobody says which
+  drive.pps(gaussian(3));  // pulses, but no source names their second
   SimulatedLaser laser;
   laser.run(drive);
   SimulatedCamera camera;
-  camera.mark_lost = [](int) { return true; };  // marks would tell the time
+  camera.mark_lost = [](int) { return true; };  // marks would show the time
   camera.run(drive);
   std::size_t statuses = 0;
   for (const auto& item : drive.stream.sorted()) statuses += std::holds_alternative<LaserStatus>(item.second) ? 1 : 0;
@@ -209,7 +209,7 @@ TEST(Synchroniser, GivenASensorWithoutARoleThenItIsSaid) {
 
 TEST(Synchroniser, GivenAWeekRolloverAnHourTurnAndEveryKindOfTroubleThenNothingIsWrongWithoutSayingSo) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    // The GPS week ends 18 s before the UTC day: both turn in the middle.
+    // The GPS week ends 18 s before the UTC day. Both change in the middle of the drive.
     Drive drive(from_gps_week(2300, seconds(kSecondsPerWeek - 60) + ms(250)), seconds(120), {-25, 0.1, 5, 0.2, 0, 900},
                 seed);
     Random dice(seed);

@@ -1,5 +1,5 @@
-// Wheel messages of a vehicle whose way is known, through the whole stage: their times, and their way held against the
-// POS's.
+// Wheel messages of a vehicle whose motion is known, through the whole stage: their times, and their distance compared
+// with that of the POS.
 #include "sync/wheel_odometer.hpp"
 
 #include <gmock/gmock.h>
@@ -15,21 +15,21 @@ using namespace hueline::test;
 
 constexpr SensorId kWheel = 7;
 
-/// Stands for 5 s, then 8 m/s.
+/// The vehicle stands for 5 s, then accelerates by 1 m/s^2 up to 8 m/s.
 double true_speed(double s) { return std::clamp(s - 5, 0.0, 8.0); }
 double true_way(double s) { return s < 5 ? 0 : s < 13 ? (s - 5) * (s - 5) / 2 : 32 + (s - 13) * 8; }
 
 struct WheelCourse {
   WheelOdometer::Config config;
-  std::function<double(double)> says = true_speed;  // at s after the beginning
+  std::function<double(double)> says = true_speed;  // speed that the encoder reports, s after the beginning
   std::function<bool(double)> is_lost = [](double) { return false; };
-  bool counts = false;                         // pulses as well
-  double adapter_ppm = 0;                      // of its own counter; 0: it has none
+  bool counts = false;                         // it counts pulses too
+  double adapter_ppm = 0;                      // rate error of the adapter's own counter; 0: it has none
   double latency_ms = 0.05, jitter_ms = 0.05;  // of the kernel's stamp
   bool pos_is_good = true;
 
   std::vector<StampedWheelSpeed> out;
-  std::vector<GpsTime> truth;  // of each that was sent
+  std::vector<GpsTime> truth;  // of each message that was sent
   std::vector<Fault> faults;
   std::optional<WheelOdometer> odometer;
 
