@@ -10,8 +10,8 @@ namespace hueline::drivers {
 
 /// Decides which gaps in a sequence of datagrams are losses. A datagram that was overtaken on its way fills its gap
 /// later; a gap that is still open after `patience` is lost. Without the wait, such a datagram would be counted twice,
-/// as lost and as late. The caller chooses what a position is; positions increase. Thread safety: none; one thread
-/// calls all functions.
+/// as lost and as late. The caller chooses what a position is; positions increase.
+/// Thread safety: none; one thread calls all functions.
 class GapTrial {
  public:
   explicit GapTrial(nanoseconds patience = std::chrono::milliseconds(100)) : patience_(patience) {}
@@ -29,6 +29,7 @@ class GapTrial {
         return;
       }
   }
+  /// A gap that is a loss.
   struct Lost {
     std::uint64_t missing;
     std::int64_t width;  ///< from the datagram before to the one behind

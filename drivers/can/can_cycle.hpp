@@ -10,8 +10,8 @@
 namespace hueline::drivers {
 
 /// Learns the period of a message that its control unit sends regularly, from the latest intervals. With it, losses of
-/// messages without a counter can be found, and how often a counter wrapped meanwhile. Thread safety: none; one thread
-/// calls all functions.
+/// messages without a counter can be found, and how often a counter wrapped meanwhile.
+/// Thread safety: none; one thread calls all functions.
 class CanCycle {
  public:
   /// Takes a message. Returns how many messages should have come since the one before and did not. Returns 0 until the

@@ -18,7 +18,8 @@ struct CanLogEntry {
 
 /// Reads text logs of CAN buses line by line: Vector's ASC (classic, FD and error frames; ids and data in the number
 /// base that the file names), and what `candump -L` or `candump -t a` writes. What it knows about ASC comes from its
-/// published description and from logs. Thread safety: none; one thread reads one log.
+/// published description and from logs.
+/// Thread safety: none; one thread reads one log.
 class CanLogParser {
  public:
   /// Reads the next line. Returns a frame, or nothing if the line has none (header, comment, another event). Error:

@@ -40,10 +40,10 @@ void CanSignal::visit(Keys& keys) {
       is_signed);
   keys.number({"scale", "", "The value is bits x `scale` + `offset`. Pulses and counters have neither."}, scale,
               {-1e9, 1e9});
-  keys.number({"offset", "", "As `scale` says."}, offset, {-1e9, 1e9});
+  keys.number({"offset", "", "The value is bits x `scale` + `offset`."}, offset, {-1e9, 1e9});
   keys.number({"min", "",
-               "The least value. A value outside `min` and `max` is the sender's mark for no value: fault Implausible. "
-               "Both 0: anything."},
+               "The smallest value. Senders mark a missing value by one outside `min` to `max`, which causes fault "
+               "Implausible. If both are 0, every value is allowed."},
               min, {-1e15, 1e15});
   keys.number({"max", "", "The largest value."}, max, {-1e15, 1e15});
 }

@@ -13,6 +13,7 @@ namespace hueline::drivers {
 /// bit.
 enum class BitOrder : std::uint8_t { Little, Big };
 
+/// One number in the data of a frame: value = raw bits x scale + offset.
 struct CanSignal {
   int start_bit = 0;
   int bits = 8;  ///< 1 to 64

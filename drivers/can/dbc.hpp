@@ -10,11 +10,13 @@
 /// DBC files (Vector's text format), in which a vehicle's maker describes the messages on its buses.
 namespace hueline::drivers {
 
+/// One signal of a message (a line `SG_`).
 struct DbcSignal {
   std::string name, unit;
   bool is_multiplexed = false;  ///< only in some frames, selected by another signal; such signals are not read
   CanSignal signal;
 };
+/// One message with its signals (a line `BO_`).
 struct DbcMessage {
   std::uint32_t id = 0;
   bool is_extended = false;

@@ -11,6 +11,7 @@
 
 namespace hueline::drivers {
 
+/// Deleter of GRef.
 struct Unreference {
   void operator()(gpointer object) const { g_object_unref(object); }
 };

@@ -12,8 +12,8 @@ namespace hueline::drivers {
 /// Decodes four grey JPEGs, one for each place of the Bayer cell, into one mosaic, in one pass: the planes of one row
 /// of cells are decoded side by side, and only finished rows of the mosaic are written to memory.
 /// It uses the accurate DCT, whose SIMD and plain versions agree bit for bit, so every machine gives the same bytes.
-/// Keep a decoder and use it again, because its tables and memory are reused. Thread safety: none; one thread calls all
-/// functions.
+/// Keep a decoder and use it again, because its tables and memory are reused.
+/// Thread safety: none; one thread calls all functions.
 class BayerJpegDecoder {
  public:
   /// Where the mosaic is written.

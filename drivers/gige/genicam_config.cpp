@@ -38,20 +38,25 @@ void GenicamConfig::visit(Keys& keys) {
   keys.whole({"packet_size", "bytes", "The size of a packet with its IP and UDP headers: 0, or at least 576.",
               "0: the largest that gets through"},
              packet_size, {0, 16'000});
-  keys.duration({"packet_delay_us", "us", "The time between packets, for where a switch or the host loses bursts."},
+  keys.duration({"packet_delay_us", "us",
+                 "The time between packets. A longer time helps if a switch or the computer loses bursts."},
                 packet_delay, {0, 10'000});
-  keys.flag({"packet_resend", "", "Whether missing packets are asked for again."}, packet_resend);
+  keys.flag({"packet_resend", "", "Whether missing packets are requested again."}, packet_resend);
   keys.flag({"packet_socket", "",
-             "Whether the UDP stack is bypassed where that is permitted (CAP_NET_RAW). Never on loopback."},
+             "Whether the kernel's UDP stack is bypassed if that is permitted (CAP_NET_RAW). It is never bypassed on "
+             "loopback."},
             packet_socket);
-  keys.whole(
-      {"realtime_priority", "",
-       "The priority of the receiving thread. It needs CAP_SYS_NICE; without it the thread is normal.", "0: normal"},
-      realtime_priority, {0, 99});
+  keys.whole({"realtime_priority", "",
+              "The real-time priority of the receiving thread. It needs CAP_SYS_NICE; without it the thread has normal "
+              "priority.",
+              "0: normal"},
+             realtime_priority, {0, 99});
   // The sum of the two largest values fits into the memory of a guest (guest::kMostSlots).
-  keys.whole({"stream_buffers", "images", "How many images the transport may be filling."}, stream_buffers, {2, 1000});
-  keys.whole({"images_in_flight", "images", "How many images recorder and pipeline may hold."}, images_in_flight,
-             {1, 10'000});
+  keys.whole({"stream_buffers", "images", "How many images the transport may fill or hold ready."}, stream_buffers,
+             {2, 1000});
+  keys.whole(
+      {"images_in_flight", "images", "How many further images the recorder and the pipeline may hold at a time."},
+      images_in_flight, {1, 10'000});
 }
 
 KeyError GenicamConfig::validate() const {

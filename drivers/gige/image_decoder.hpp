@@ -20,7 +20,8 @@ enum class ImagePayload : std::uint8_t {
 };
 
 /// Makes an Image of each image packet. Use one decoder for each camera. Its result depends on the packets and Config
-/// only. Thread safety: none; one thread calls all functions.
+/// only.
+/// Thread safety: none; one thread calls all functions.
 ///
 /// - ImagePayload::Rows: Image::buffer is the packet's buffer; nothing is copied.
 /// - ImagePayload::JpegPlanes: Image::buffer is the mosaic, which is decoded at once. A lens with a plane that is

@@ -37,6 +37,7 @@ constexpr std::uint32_t kImageMagic = 0x31474D49;
 constexpr std::uint16_t kImageVersion = 1;
 constexpr std::size_t kImageHeaderSize = 64;
 
+/// Whether an image is complete, and if not, why. The numbers are those in the packet.
 enum class ImageStatus : std::uint32_t {
   Complete = 0,
   MissingPackets = 1,  ///< the next image began before this one was whole
@@ -47,6 +48,7 @@ enum class ImageStatus : std::uint32_t {
 };
 const char* name(ImageStatus status);
 
+/// The fields of the header.
 struct ImageHeader {
   std::uint32_t width = 0, height = 0, stride = 0;
   std::uint32_t pfnc = 0;  ///< pixel format, PFNC code
@@ -62,6 +64,7 @@ struct ImageHeader {
 /// Convert between a pixel format and its PFNC code. pixel_format_of() returns nothing for a format that is not read.
 std::uint32_t pfnc_code(PixelFormat format);
 std::optional<PixelFormat> pixel_format_of(std::uint32_t pfnc);
+/// Returns the size of one pixel.
 std::uint32_t bytes_per_pixel(PixelFormat format);
 
 /// Writes the 64 bytes of the header to `out`.

@@ -19,6 +19,7 @@ namespace hueline::drivers {
 /// except interrupt().
 class ImageStream {
  public:
+  /// A finished image.
   struct Done {
     HostTime received{};  ///< when the last byte of the image had arrived
     ImageHeader header;
@@ -42,6 +43,7 @@ class ImageStream {
   void interrupt();
   bool is_interrupted() const { return is_interrupted_; }
 
+  /// Returns what this stream has counted so far.
   ImageStreamCounts counts() const;
 
  private:

@@ -19,12 +19,12 @@ std::uint32_t get_be32(std::span<const std::byte> bytes, std::size_t at) {
 
 void JpegPlanesLayout::visit(Keys& keys) {
   keys.whole({"lens_columns", "",
-              "`jpeg_planes`: lens images lie side by side in rows of so many (1, 2, 3 or 6), lens 0 in the upper left "
-              "corner. `offset_px` of a lens says where it lies."},
+              "For `jpeg_planes`: the number of lens images in one row of the image (1, 2, 3 or 6). Lens 0 is in the "
+              "upper left corner. `offset_px` of a lens says where its image lies."},
              lens_columns, {1, 6});
   keys.wholes({"plane_places", "",
-               "`jpeg_planes`: the place in the Bayer cell of the first to fourth plane, each once. 0 is upper left, 1 "
-               "upper right, 2 lower left, 3 lower right."},
+               "For `jpeg_planes`: the places in the Bayer cell of the first to fourth plane, each place once. 0 is "
+               "upper left, 1 upper right, 2 lower left, 3 lower right."},
               plane_places, {0, 3});
 }
 

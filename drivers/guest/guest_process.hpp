@@ -15,8 +15,8 @@ namespace hueline::drivers::guest {
 constexpr int kGuestSocket = 3;
 
 /// One process of a guest program, from its start until it is reaped. It inherits only the socket to the host. Its
-/// standard input and output are /dev/null. Its standard error is kept for the text that says how it ended. Thread
-/// safety: none; one thread calls all functions.
+/// standard input and output are /dev/null. Its standard error is kept for the text that says how it ended.
+/// Thread safety: none; one thread calls all functions.
 class GuestProcess {
  public:
   /// Starts the program. Error: Unavailable, if the program is missing or cannot be run.

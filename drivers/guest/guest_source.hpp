@@ -30,7 +30,8 @@ namespace hueline::drivers {
 /// close() takes at most Config::stop_within; a guest that needs longer is killed.
 ///
 /// If a guest ends without a message, its last will (protocol.hpp) is sent, so that the device accepts the next guest
-/// at once. Thread safety: none; one thread calls all functions. Buffers may outlive the source.
+/// at once.
+/// Thread safety: none; one thread calls all functions. Buffers may outlive the source.
 class GuestSource final : public PacketSource {
  public:
   struct Config {

@@ -16,7 +16,9 @@ class PacketMemory {
   virtual Status prepare(std::size_t packet_bytes) = 0;
   /// Returns memory for a packet, or an empty buffer if all is in use.
   virtual MutableBuffer acquire(std::size_t bytes) = 0;
+  /// Returns the memory that packets occupy now.
   virtual std::size_t bytes_in_use() const = 0;
+  /// Returns the memory that packets may occupy at most.
   virtual std::size_t limit_bytes() const = 0;
 };
 

@@ -63,6 +63,7 @@ struct Memory {
   std::uint64_t slot_bytes = 0;
   std::uint32_t slots = 0;
 };
+/// Slots that the guest may write.
 struct GiveBack {
   std::vector<std::uint32_t> slots;
 };
@@ -77,18 +78,22 @@ struct LastWill {
   std::uint16_t from_port = 0, to_port = 0;
   std::vector<std::byte> datagram;  ///< at most 64 bytes
 };
+/// Asks for memory for packets of at most this size.
 struct NeedMemory {
   std::uint64_t packet_bytes = 0;
 };
 struct Running {};
+/// A slot holds a packet of `bytes` bytes, received at `received`.
 struct Done {
   std::uint32_t slot = 0;
   std::uint64_t bytes = 0;
   HostTime received{};
 };
+/// Something was lost.
 struct Loss {
   Fault fault;  ///< its sensor is not sent
 };
+/// The guest cannot go on, and ends.
 struct Failed {
   Error error;
 };
@@ -96,6 +101,7 @@ struct Failed {
 using ToGuest = std::variant<Config, Memory, GiveBack, Stop>;
 using ToHost = std::variant<Alive, LastWill, NeedMemory, Running, Done, Loss, Failed>;
 
+/// Encode a message as the table above says. Longer texts of errors and faults are cut.
 std::vector<std::byte> encode(const ToGuest& message);
 std::vector<std::byte> encode(const ToHost& message);
 /// Decode a message. Error: Malformed (unknown kind, wrong size, or a value out of its range). Texts become printable

@@ -32,8 +32,8 @@ class Mapping {
 
 /// The host's end of the memory that holds the packets of a guest: a memfd of equal slots, sealed so that nobody can
 /// shrink it while it is read. Each slot belongs to the guest, which may write it, or is lent to readers as a Buffer,
-/// or has come back from them. Buffers keep the memory alive. Thread-safe, because the last reader of a buffer gives
-/// its slot back from its own thread.
+/// or has come back from them. Buffers keep the memory alive.
+/// Thread-safe, because the last reader of a buffer gives its slot back from its own thread.
 class SlotMemory final : public BufferLender, public std::enable_shared_from_this<SlotMemory> {
  public:
   /// Makes the memory. Errors: Invalid (a size beyond the bounds of protocol.hpp), Io.

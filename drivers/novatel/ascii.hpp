@@ -26,8 +26,8 @@ const NovatelMessageInfo* find_novatel_ascii(std::string_view name);
 
 /// Decodes a line from its '#' or '%' to its check sum, and ignores what follows. Source: OEM7 Commands and Logs
 /// Reference Manual, "ASCII" and "32-Bit CRC". Errors: Unsupported (no ASCII log), Truncated (no check sum), Malformed
-/// (the check sum, the header, or a field of a log that is used). Thread safety: may be called from several threads at
-/// the same time.
+/// (the check sum, the header, or a field of a log that is used).
+/// Thread safety: may be called from several threads at the same time.
 Result<NovatelAsciiLog> decode_novatel_ascii(std::string_view line);
 
 }  // namespace hueline::drivers

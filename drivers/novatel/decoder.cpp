@@ -27,11 +27,11 @@ std::string_view trimmed(std::string_view text) {
 }  // namespace
 
 void NovatelDecoder::Config::visit(Keys& keys) {
-  keys.flag({"accept_alignment_complete", "",
-             "Whether points are placed also while the receiver says \"alignment complete\": it navigates, but has not "
-             "moved enough to keep its specification. This is for "
-             "trying a rig on a standing vehicle."},
-            accepts_alignment_complete);
+  keys.flag(
+      {"accept_alignment_complete", "",
+       "Whether points are also placed while the receiver says \"alignment complete\": it navigates, but the vehicle "
+       "has not moved enough for it to keep its specification. Use this to try a rig on a standing vehicle."},
+      accepts_alignment_complete);
 }
 
 KeyError NovatelDecoder::Config::validate() const {

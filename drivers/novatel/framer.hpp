@@ -14,7 +14,8 @@ namespace hueline::drivers {
 
 /// Splits the byte stream of a receiver into messages: OEM7 binary with long or short header, mixed with text (answers
 /// `<OK`, prompts `[COM1]`, ASCII logs). It does not interpret messages. How the stream is cut into packets does not
-/// change what it finds. It reads no clock. Thread safety: none; one thread calls all functions.
+/// change what it finds. It reads no clock.
+/// Thread safety: none; one thread calls all functions.
 ///
 /// A message is valid if its CRC holds. If not, the search goes on one byte after its first byte, so an intact message
 /// that begins inside the claimed length of a broken one is found. Skipped bytes are always reported. Text is

@@ -25,7 +25,8 @@ std::optional<ImuScale> imu_scale(int imu_type);
 /// Makes an ImuSample of raw and of corrected messages, with the same meaning for both. Raw messages hold counts of one
 /// sample in the order z, -y, x, in the IMU's own frame. Corrected messages hold radians and m/s in the vehicle frame,
 /// from which the receiver has removed gravity and the earth's rotation; both are added again with the latest attitude.
-/// The result depends on the messages only. Thread safety: none; one thread calls all functions.
+/// The result depends on the messages only.
+/// Thread safety: none; one thread calls all functions.
 class NovatelImu {
  public:
   struct Config {
@@ -52,6 +53,9 @@ class NovatelImu {
   /// Forgets the attitude, because the stream was interrupted.
   void forget() { has_attitude_ = false; }
 
+  /// These functions decode the body of the message in their name. They return nothing if the scale, the rate or the
+  /// attitude that they need is not known, if RAWIMUX reports an error of the IMU, or if a field has an impossible
+  /// value.
   std::optional<ImuSample> decode_rawimu(std::span<const std::byte> body) const;
   /// Decodes a sample, after it has learned the type that the message names.
   std::optional<ImuSample> decode_rawimux(std::span<const std::byte> body);

@@ -10,7 +10,8 @@ namespace hueline::drivers {
 
 /// Counts how many messages of one log are missing, from the times in their headers. A log that the receiver outputs at
 /// a fixed rate steps by exactly its period, however long its way to this computer takes. The period is learned from
-/// the log itself. Thread safety: none; one thread calls all functions.
+/// the log itself.
+/// Thread safety: none; one thread calls all functions.
 ///
 /// A gap counts only after four later messages, two of which came one period apart: a lower rate makes gaps as well,
 /// but no step of one period. A message that comes late within these four fills its gap. The class forgets everything
@@ -19,6 +20,7 @@ namespace hueline::drivers {
 /// time. These signs mean another rate, a restart or another clock.
 class LogCycle {
  public:
+  /// A step of the times that is longer than the period.
   struct Gap {
     GpsTime before{}, after{};  ///< times of the messages on both sides
     std::uint64_t missing = 0;

@@ -22,8 +22,8 @@ namespace hueline::drivers {
 /// many missing logs as they can have been. Logs that the receiver did not output: logs of the inertial filter, if many
 /// (8 or more) are missing in a row while other messages came in both halves of the gap, and the line lost none of them
 /// shortly before.
-/// Lost event marks are not found here; the images without a mark show them. Thread safety: none; one thread calls all
-/// functions.
+/// Lost event marks are not found here; the images without a mark show them.
+/// Thread safety: none; one thread calls all functions.
 class LogLosses {
  public:
   /// Takes a message whose check sum held, in the order of the stream. `info` belongs to its id, and is null if the id

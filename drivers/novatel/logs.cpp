@@ -33,13 +33,13 @@ void NovatelLogs::Config::visit(Keys& keys) {
                                          });
                                 },
                                 "^[ -~]{1,200}$"};
-  keys.flag({"unlog_first", "",
-             "Whether UNLOGALL THISPORT is sent first, so that nothing is left of what was asked for before."},
-            unlog_first);
-  keys.texts({"commands", "",
-              "Lines that are sent before the LOG commands as they are: SETINSTRANSLATION, EVENTINCONTROL and others.",
-              "none"},
-             commands, command);
+  keys.flag(
+      {"unlog_first", "", "Whether UNLOGALL THISPORT is sent first. It stops the logs that were asked for before."},
+      unlog_first);
+  keys.texts(
+      {"commands", "",
+       "Lines that are sent unchanged before the LOG commands, such as SETINSTRANSLATION or EVENTINCONTROL.", "none"},
+      commands, command);
   keys.number({"ins_rate_hz", "Hz", "The rate of INSPVASB, the trajectory."}, ins_rate_hz, {0, 200});
   keys.number({"ins_extended_rate_hz", "Hz", "The rate of INSPVAXB, the trajectory with its sigmas."},
               ins_extended_rate_hz, {0, 200});

@@ -31,6 +31,7 @@ enum class NovatelStamp : std::uint8_t {
   Regular,
 };
 
+/// What is known about the messages with one id.
 struct NovatelMessageInfo {
   std::uint16_t id;
   const char* name;

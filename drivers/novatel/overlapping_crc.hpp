@@ -13,7 +13,8 @@ namespace hueline::drivers {
 ///
 /// A range that overlaps no earlier one is hashed directly. For the others the class keeps the CRC of every prefix of
 /// the stretch. The CRC register is linear, so the CRC of [begin, end) is prefix(end) xor (prefix(begin) advanced by
-/// end - begin zero bytes). Thread safety: none; one thread calls all functions.
+/// end - begin zero bytes).
+/// Thread safety: none; one thread calls all functions.
 class OverlappingCrc {
  public:
   /// Returns the CRC of `bytes`, which begin at `position` of the stream and are at most 65599. `position` must not be

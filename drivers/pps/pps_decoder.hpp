@@ -9,7 +9,8 @@
 namespace hueline::drivers {
 
 /// Makes a PpsEdge of each PPS packet. Use one decoder for each sensor. Its result depends on the packets and Config
-/// only. Thread safety: none; one thread calls all functions.
+/// only.
+/// Thread safety: none; one thread calls all functions.
 ///
 /// Only the configured edge becomes a measurement; the other one is counted as ignored. Faults:
 /// - Lost: a gap between two sequence numbers, with the number of edges.

@@ -24,12 +24,14 @@ constexpr std::size_t kPpsPacketSize = 24;
 enum class PpsEdgeKind : std::uint8_t { Assert = 1, Clear = 2 };
 const char* name(PpsEdgeKind kind);
 
+/// The fields of a PPS packet.
 struct PpsPacket {
   PpsEdgeKind edge = PpsEdgeKind::Assert;
   std::uint64_t sequence = 0;
   HostTime time{};  ///< the edge at the input, as the interrupt handler stamped it
 };
 
+/// Encodes a PPS packet.
 std::array<std::byte, kPpsPacketSize> encode_pps(const PpsPacket& packet);
 /// Decodes a PPS packet. Error: Malformed (wrong size, magic or edge).
 Result<PpsPacket> decode_pps(std::span<const std::byte> bytes);

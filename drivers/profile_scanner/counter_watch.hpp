@@ -6,9 +6,11 @@
 namespace hueline::drivers {
 
 /// Follows a device's 32-bit counter of its datagrams, which wraps. Tells which datagrams are missing, came late or
-/// came twice. A late one was reported as missing before. Thread safety: none; one thread calls all functions.
+/// came twice. A late one was reported as missing before.
+/// Thread safety: none; one thread calls all functions.
 class CounterWatch {
  public:
+  /// How a datagram follows those before it.
   enum class Verdict : std::uint8_t {
     InOrder,  ///< the first datagram, or the next one
     Gap,      ///< `missing` datagrams before it have not come so far
@@ -16,6 +18,7 @@ class CounterWatch {
     Twice,    ///< came before
     Leap,     ///< too far from the newest for a loss: the device restarted, or the number is broken
   };
+  /// The result of add(); `missing` is set for Gap.
   struct Seen {
     Verdict verdict = Verdict::InOrder;
     std::uint32_t missing = 0;

@@ -26,11 +26,11 @@ LaserTime time_of(const ProfileHeader& header) {
 }  // namespace
 
 void ProfileScannerDecoder::Config::visit(Keys& keys) {
-  keys.whole({"scanner_id", "",
-              "The scanner's number, as its datagrams name it. Datagrams of other scanners on its ports are fault "
-              "WrongDevice.",
-              "0: the first that speaks"},
-             scanner_id, {0, 65535});
+  keys.whole(
+      {"scanner_id", "",
+       "The scanner's number in its datagrams. Datagrams of other scanners on its ports cause fault WrongDevice.",
+       "0: the first that sends"},
+      scanner_id, {0, 65535});
   keys.number({"min_range_m", "m", "Nearer returns are dropped."}, min_range_m, {0, 1000});
   keys.number({"max_range_m", "m", "Farther returns are dropped. It is above `min_range_m`."}, max_range_m,
               {0, 10'000});

@@ -9,8 +9,8 @@
 
 namespace hueline::drivers {
 
-/// Computes the returns of a data datagram from ranges and angles. It does not deal with faults or packets. Thread
-/// safety: none; one thread calls it, because it owns scratch space and the directions of the latest angle step.
+/// Computes the returns of a data datagram from ranges and angles. It does not deal with faults or packets.
+/// Thread safety: none; one thread calls it, because it owns scratch space and the directions of the latest angle step.
 class ProfileScannerKernel {
  public:
   explicit ProfileScannerKernel(const ProfileScannerDecoder::Config& config);

@@ -39,7 +39,8 @@
 ///       26     2  0
 ///       28     4  second of the latest PPS edge
 ///
-/// The functions check the fields. Thread safety: they may be called from several threads at the same time.
+/// The functions check the fields.
+/// Thread safety: they may be called from several threads at the same time.
 namespace hueline::drivers {
 
 constexpr std::uint32_t kProfileMagic = 0x31465250;  ///< "PRF1"
@@ -66,6 +67,7 @@ struct ProfileHeader {
   std::uint32_t second = 0, nanosecond = 0;  ///< data: emission of the first pulse; status: time of sending
 };
 
+/// The fields of a data datagram after those of every datagram.
 struct ProfileData {
   std::uint32_t line = 0;             ///< turn of the mirror in which the first pulse was emitted
   std::uint32_t angle = 0;            ///< of the mirror at the first pulse, 2^-32 turns
@@ -76,6 +78,7 @@ struct ProfileData {
   std::span<const std::byte> returns;
 };
 
+/// The fields of a status datagram after those of every datagram.
 struct ProfileStatus {
   PulseStatus pps;
   bool has_label = false;         ///< whether a receiver's message named the seconds

@@ -9,8 +9,8 @@ namespace hueline::drivers {
 
 /// The common base of TcpSource and SerialSource: reads a file descriptor that delivers bytes without message
 /// boundaries. After each open it sends the device a text (the dialogue), for devices that send nothing until they are
-/// asked. One packet holds the bytes of one read; the decoder finds where a message ends. Thread safety: none; one
-/// thread calls all functions.
+/// asked. One packet holds the bytes of one read; the decoder finds where a message ends.
+/// Thread safety: none; one thread calls all functions.
 class ByteStreamSource : public PacketSource {
  public:
   struct Config {

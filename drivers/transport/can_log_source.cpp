@@ -33,7 +33,7 @@ Line read_line(std::istream& in, std::string& line) {
 void CanLogSource::Config::visit(Keys& keys) {
   keys.text(required("file", "", "A log of the bus: Vector's ASC, or what `candump -L` or `candump -t a` writes."),
             path);
-  keys.whole({"channel", "", "Of an ASC file, the channel to read.", "0: all"}, channel, {0, 255});
+  keys.whole({"channel", "", "The channel that is read from an ASC file.", "0: all"}, channel, {0, 255});
 }
 
 KeyError CanLogSource::Config::validate() const {

@@ -14,8 +14,8 @@ namespace hueline::drivers {
 /// Reads the frames of a log of a CAN bus (drivers/can/can_log.hpp) as fast as they are asked for. The packets have the
 /// form of CanSource's packets. `received` is the time stamp in the log: the clock of the computer that logged takes
 /// the place of HostTime. So do not use this source together with live sources in one drive. Lines that break the
-/// format of the log are counted, and one Fault Malformed reports them at the end. Thread safety: none; one thread
-/// calls all functions.
+/// format of the log are counted, and one Fault Malformed reports them at the end.
+/// Thread safety: none; one thread calls all functions.
 class CanLogSource final : public PacketSource {
  public:
   struct Config {

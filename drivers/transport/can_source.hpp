@@ -22,7 +22,8 @@ namespace hueline::drivers {
 ///
 /// Errors: next() returns Disconnected if the interface is set down or disappears; open() returns Unavailable until it
 /// is back. Bus-off leaves the interface up; it arrives as an error frame, and so does the restart after it. Fault
-/// packets: Overflow, if the socket's buffer or the pool was full. Thread safety: none; one thread calls all functions.
+/// packets: Overflow, if the socket's buffer or the pool was full.
+/// Thread safety: none; one thread calls all functions.
 class CanSource final : public PacketSource {
  public:
   struct Config {

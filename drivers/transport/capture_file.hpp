@@ -27,8 +27,9 @@ struct CaptureFrame {
 
 /// Reads capture files frame by frame: classic pcap (either byte order, microseconds or nanoseconds) and pcapng
 /// (sections, interfaces, enhanced, simple and old packet blocks; other blocks are skipped). All whole frames are
-/// returned before an error. Thread safety: none; one thread calls all functions. Sources: draft-ietf-opsawg-pcap,
-/// draft-ietf-opsawg-pcapng.
+/// returned before an error.
+/// Thread safety: none; one thread calls all functions.
+/// Sources: draft-ietf-opsawg-pcap, draft-ietf-opsawg-pcapng.
 class CaptureFile {
  public:
   /// Opens a file and reads its header. Errors: those of InputFile; Unsupported (neither format), Truncated (the header

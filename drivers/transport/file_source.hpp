@@ -11,7 +11,8 @@ namespace hueline::drivers {
 
 /// Reads any file of bytes piece by piece, such as a receiver's own log (*.gps). The file does not say when its bytes
 /// arrived. So `received` is invented: it starts at `first_received` and grows by `interval` with each piece. It says
-/// nothing about clocks. Thread safety: none; one thread calls all functions.
+/// nothing about clocks.
+/// Thread safety: none; one thread calls all functions.
 class FileSource final : public PacketSource {
  public:
   struct Config {

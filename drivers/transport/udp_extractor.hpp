@@ -21,6 +21,7 @@ std::optional<IpAddress> parse_ip_address(const std::string& text);
 /// Writes an address in its usual form: 192.168.1.201 or fd00::c9.
 std::string to_text(const IpAddress& address);
 
+/// One UDP datagram of a capture.
 struct UdpDatagram {
   IpAddress source{}, destination{};
   std::uint16_t source_port = 0, destination_port = 0;
@@ -44,7 +45,8 @@ struct ExtractCounts {
 /// and raw IP; IPv4, whose fragments it joins, and IPv6 with extension headers (fragmented IPv6 is counted as dropped).
 /// It ignores checksums, because captures on the sending host do not have them filled in. It ignores the length in the
 /// IP header if the length in the UDP header fits what was captured, because VeloView writes 1234 into the IP header of
-/// datagrams of any size. Thread safety: none; one thread calls all functions.
+/// datagrams of any size.
+/// Thread safety: none; one thread calls all functions.
 class UdpExtractor {
  public:
   /// Returns the datagram in `frame`. Returns nothing if the frame holds no whole datagram, or not yet; counts() says

@@ -56,16 +56,16 @@ struct UdpSource::Datagram {
 
 void UdpSource::Config::visit(Keys& keys) {
   keys.wholes(
-      required("ports", "", "The UDP ports of the device. What comes on several ports is told apart by the decoder."),
+      required("ports", "",
+               "The UDP ports of the device. The decoder distinguishes by content what comes on several ports."),
       ports, {1, 65535}, {1});
   keys.text({"bind_address", "",
              "The computer's own address on the interface that the device is connected to. 0.0.0.0 listens on all "
              "interfaces."},
             bind_address, kIpv4Address);
   keys.text({"source_address", "",
-             "The device's address. Datagrams from other addresses are fault WrongDevice. Without it, all that comes "
-             "is taken for one device's, and a second "
-             "sender is told as that fault too.",
+             "The device's address. Datagrams from other addresses cause fault WrongDevice. Without it, datagrams from "
+             "every address are used, and a second sender causes the same fault.",
              "any"},
             source_address, kIpv4Address);
   keys.text({"multicast_group", "", "The multicast group to join, within 224.0.0.0 to 239.255.255.255.", "none"},

@@ -55,13 +55,13 @@ nanoseconds within_half_hour(nanoseconds d) {
 }  // namespace
 
 void VelodyneDecoder::Config::visit(Keys& keys) {
-  keys.choice(required("model", "",
-                       "The scanner's model. The timing of its packets has to agree (1.327 ms and 0.553 ms between "
-                       "data packets; half of it in dual-return mode), else "
-                       "fault WrongDevice. The factory byte need not agree: old VLP-16s bear the HDL-32E's. A Puck "
-                       "LITE is a VLP-16."),
-              model, {{"VLP-16", VelodyneModel::Vlp16}, {"HDL-32E", VelodyneModel::Hdl32e}});
-  keys.choice({"returns", "", "Which returns of a firing are kept, of a scanner in dual-return mode."}, returns,
+  keys.choice(
+      required("model", "",
+               "The scanner's model. The time between its data packets has to agree with it, or there is fault "
+               "WrongDevice: 1.327 ms for a VLP-16, 0.553 ms for an HDL-32E, half of that in dual-return mode. The "
+               "factory byte may differ, because old VLP-16s send that of the HDL-32E. A Puck LITE is a VLP-16."),
+      model, {{"VLP-16", VelodyneModel::Vlp16}, {"HDL-32E", VelodyneModel::Hdl32e}});
+  keys.choice({"returns", "", "Which returns of a firing are kept if the scanner is in dual-return mode."}, returns,
               {{"all", ReturnChoice::All}, {"strongest", ReturnChoice::Strongest}, {"last", ReturnChoice::Last}});
   keys.number({"min_range_m", "m", "Nearer returns are dropped."}, min_range_m, {0, 131});
   keys.number({"max_range_m", "m", "Farther returns are dropped. It is above `min_range_m`."}, max_range_m, {0, 200});
@@ -70,9 +70,9 @@ void VelodyneDecoder::Config::visit(Keys& keys) {
   keys.angle({"azimuth_end_deg", "deg", "... to here, through 0 if it is smaller than `azimuth_begin_deg`."},
              azimuth_end, {0, 360});
   keys.flag({"detects_lost", "",
-             "Whether gaps between time stamps are told as lost packets. The part of the circle that the scanner "
-             "itself is set not to send is known by the jump of "
-             "its azimuth. Say false if the scanner leaves out packets otherwise."},
+             "Whether gaps between time stamps are reported as lost packets. The part of the circle that the scanner "
+             "is set not to send is recognised by the jump of its azimuth and does not count. Set it to false if the "
+             "scanner leaves out packets in another way."},
             detects_lost);
 }
 

@@ -57,8 +57,8 @@ struct VelodyneBlocks;
 /// A scanner that is set to a field of view sends nothing over the rest of the circle. The first packet whose azimuth
 /// jumps over that part shows where it is. From then on the time of turning through it does not count as lost packets.
 ///
-/// Thread safety: none; one thread calls all functions. Sources: VLP-16 User Manual 63-9243 chapter 9, HDL-32E User's
-/// Manual.
+/// Thread safety: none; one thread calls all functions.
+/// Sources: VLP-16 User Manual 63-9243 chapter 9, HDL-32E User's Manual.
 class VelodyneDecoder final : public Decoder {
  public:
   struct Config {

@@ -31,6 +31,7 @@ constexpr int kVelodyneFiringsPerBlock = 32;  ///< firings in a block
 constexpr std::size_t kVelodyneDataBytes = 1206;
 constexpr std::size_t kVelodynePositionBytes = 512;
 
+/// Where one laser points.
 struct VelodyneLaser {
   double elevation_deg = 0;
   double vertical_offset_mm = 0;  ///< of the beam's origin above the scanner's origin, along z

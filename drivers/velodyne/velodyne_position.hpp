@@ -19,8 +19,8 @@ struct RmcSentence {
 };
 
 /// Decodes a sentence from its '$' to its checksum, and ignores what follows. Errors: Malformed (form, checksum,
-/// field), Unsupported (a sound sentence that is not RMC), Truncated. Thread safety: may be called from several threads
-/// at the same time.
+/// field), Unsupported (a sound sentence that is not RMC), Truncated.
+/// Thread safety: may be called from several threads at the same time.
 Result<RmcSentence> decode_rmc(std::string_view text);
 
 /// The content of a position packet (UDP port 8308). Source: VLP-16 User Manual, section 9.3.3. 512 bytes, little

@@ -18,8 +18,8 @@ bool is_told_by_timing(std::uint8_t product);
 
 /// Recognises the model by the time between the stamps of data packets, which is the duration of twelve blocks: 1.327
 /// ms for a VLP-16, 0.553 ms for an HDL-32E, and half of that in dual-return mode. The factory byte alone is not
-/// enough, because VLP-16s with old firmware send that of the HDL-32E. Thread safety: none; one thread calls all
-/// functions.
+/// enough, because VLP-16s with old firmware send that of the HDL-32E.
+/// Thread safety: none; one thread calls all functions.
 class VelodyneTiming {
  public:
   /// Takes a data packet, in the order of arrival.

@@ -38,7 +38,7 @@ struct SpeedKeys : SignalKeys {
   double metres_per_second = 1;
 
   void visit(Keys& keys) {
-    keys.choice(required("unit", "", "The unit of the speed behind its scale and offset."), metres_per_second,
+    keys.choice(required("unit", "", "The unit of the speed after `scale` and `offset`."), metres_per_second,
                 {{"m/s", 1.0}, {"km/h", 1 / 3.6}, {"mph", 0.44704}});
     SignalKeys::visit(keys);
   }
@@ -55,7 +55,7 @@ struct PulseKeys : SignalKeys {
   double metres_per_pulse = 0;
 
   void visit(Keys& keys) {
-    keys.number(required("metres_per_pulse", "m", "The circumference of the tyre over the pulses of a turn."),
+    keys.number(required("metres_per_pulse", "m", "The circumference of the tyre divided by the pulses of one turn."),
                 metres_per_pulse, kMetresPerPulse);
     SignalKeys::visit(keys);
   }
@@ -95,23 +95,23 @@ struct MessageKeys {
       for (const SpeedKeys& one : speeds) message.speeds.push_back(one.speed());
     std::vector<PulseKeys> pulses;
     if (keys.list({"pulses", "",
-                   "Signals that count the pulses of wheels and begin anew at 0 behind their `max`, or where their "
-                   "bits end, each with its `metres_per_pulse`. They are "
-                   "in one message of a sensor.",
+                   "Signals that count the pulses of wheels, each with its `metres_per_pulse`. A count starts again at "
+                   "0 after its `max`, or where its bits end. Only one message of a sensor may have pulses.",
                    "none"},
                   pulses))
       for (const PulseKeys& one : pulses) message.pulses.push_back({one.signal, one.metres_per_pulse});
     std::optional<SignalKeys> counter;
     if (keys.section({"counter", "",
-                      "A signal that rises by one from message to message, from its `min` to its `max` or to where its "
-                      "bits end. Gaps are fault Lost, repeats are fault "
-                      "Spurious.",
+                      "A signal that grows by one from message to message, from its `min` to its `max` or to where its "
+                      "bits end. Gaps cause fault Lost, and repeats fault Spurious.",
                       "none"},
                      counter))
       message.counter = counter->signal;
-    keys.section({"checksum", "",
-                  "The check sum over all bytes but the one that holds it. A wrong one is fault Malformed.", "none"},
-                 message.checksum);
+    keys.section(
+        {"checksum", "",
+         "The check sum over all bytes except the one that holds it. A wrong check sum causes fault Malformed.",
+         "none"},
+        message.checksum);
   }
   KeyError validate() const { return message.validate(); }
 };
@@ -121,7 +121,8 @@ struct MessageKeys {
 void WheelDecoder::Checksum::visit(Keys& keys) {
   keys.choice(required("kind", "", "How the check sum is made."), kind,
               {{"xor", CanChecksum::Xor}, {"crc8_j1850", CanChecksum::Crc8J1850}, {"crc8_h2f", CanChecksum::Crc8H2f}});
-  keys.whole(required("byte", "", "The place of the byte that holds it."), byte, {0, 63});
+  keys.whole(required("byte", "", "The position of the byte that holds the check sum; the first byte is 0."), byte,
+             {0, 63});
 }
 
 KeyError WheelDecoder::Message::validate() const {
@@ -142,7 +143,7 @@ KeyError WheelDecoder::Message::validate() const {
 
 void WheelDecoder::Config::visit(Keys& keys) {
   std::vector<MessageKeys> described;
-  if (keys.list(required("messages", "", "The messages that tell of the wheels."), described)) {
+  if (keys.list(required("messages", "", "The messages that have signals of the wheels."), described)) {
     messages.clear();
     for (MessageKeys& one : described) messages.push_back(std::move(one.message));
   }

@@ -29,17 +29,20 @@ namespace hueline::drivers {
 /// What one of the last three faults concerns gives no measurement.
 class WheelDecoder final : public Decoder {
  public:
+  /// A count of wheel pulses.
   struct Pulses {
     /// The pulse counter. It starts again at its min after its max, or at 0 where its bits end. Scale and offset are
     /// not used.
     CanSignal signal;
     double metres_per_pulse = 0;  ///< greater than 0, at most 10
   };
+  /// How a message is checked.
   struct Checksum {
     CanChecksum kind = CanChecksum::Xor;
     std::size_t byte = 0;  ///< position of the byte that holds the check sum
     void visit(Keys& keys);
   };
+  /// One message of the bus that has signals of the wheels.
   struct Message {
     std::uint32_t id = 0;
     bool is_extended = false;       ///< the id has 29 bits
