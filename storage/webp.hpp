@@ -10,7 +10,8 @@ struct WebPAnimEncoder;
 namespace hueline::storage {
 
 /// Makes an animated WebP of pictures that come one after another. Only the compressed pictures are kept in memory. The
-/// same pictures give the same bytes. Thread-bound. Move-only.
+/// same pictures give the same bytes. Move-only.
+/// Thread safety: none; one thread calls all functions.
 class WebpAnimation {
  public:
   /// `quality`: of the lossy compression, 0 (small) to 100. Errors: Invalid (sides from 1 to 16383 px).
