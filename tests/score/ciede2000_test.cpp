@@ -50,8 +50,8 @@ TEST(Ciede2000, PublishedPairs) {
   static_assert(std::size(kPublished) == 34);
   for (std::size_t i = 0; i < std::size(kPublished); ++i) {
     const auto& [one, other, difference] = kPublished[i];
-    // Pair 14's hues are 180 degrees apart to the last printed digit: the formula jumps there, and rounding picks a
-    // side.
+    // The hues of pair 14 are 180 degrees apart to the last printed digit. The formula jumps there, and rounding
+    // decides on which side it is.
     const bool is_on_the_jump = i == 13;
     const double got = ciede2000(one, other);
     if (is_on_the_jump && std::abs(got - 4.7461) < 1e-4) continue;
@@ -67,7 +67,7 @@ TEST(Ciede2000, NothingIsNothing) {
   EXPECT_NEAR(ciede2000({0, 0, 0}, {100, 0, 0}), 100, 1e-9);
 }
 
-// CIE 15 by way of IEC 61966-2-1; the figures are those of any table of sRGB's primaries in L*a*b* (D65).
+// CIE 15 with IEC 61966-2-1. The figures stand in every table of sRGB's primaries in L*a*b* (D65).
 TEST(LabOfRgb, Primaries) {
   const LabOfRgb lab(LabOfRgb::Encoding::Srgb);
   const auto expect = [&](std::array<std::uint8_t, 3> rgb, Lab wanted) {
@@ -82,7 +82,7 @@ TEST(LabOfRgb, Primaries) {
   expect({0, 255, 0}, {87.73, -86.18, 83.18});
   expect({0, 0, 255}, {32.30, 79.19, -107.86});
   expect({119, 119, 119}, {50.03, 0, 0});
-  // Linear: 55 of 255 is 21.6 % of the light, whose lightness is 53.6.
+  // Linear: 55 of 255 is 21.6 % of the light, which has a lightness of 53.6.
   EXPECT_NEAR(LabOfRgb(LabOfRgb::Encoding::Linear)({55, 55, 55}).L, 53.57, 0.05);
 }
 

@@ -23,7 +23,7 @@ double value(const ScenarioScore& score, const char* metric) {
 
 TEST(TimeFigures, ByHand) {
   ScenarioScore score;
-  // Errors of 1, -3, 2 and 10 us; stated sigma 2 us: 1, 1.5, 1 and 5 sigma.
+  // Errors of 1, -3, 2 and 10 us with a stated sigma of 2 us are 0.5, 1.5, 1 and 5 sigma.
   std::vector<ExposureError> errors{{0, 1, 2, true, {0.03, 0, 0.04}, 0.01},
                                     {1, -3, 2, true, {0, 0, 0}, 0.02},
                                     {2, 2, 2, false, {}, 0},
@@ -95,7 +95,7 @@ TEST(Comparison, DirectionNoiseAndLostValues) {
   EXPECT_EQ(verdict("coloured_share", {0.9, {}}, {0.89, {}}), Verdict::Worse);
   EXPECT_EQ(verdict("coloured_share", {0.9, {}}, {0.95, {}}), Verdict::Better);
   EXPECT_EQ(verdict("unexplained_bytes", {0.0, {}}, {1.0, {}}), Verdict::Worse);
-  // Too sure and too unsure are equally wrong.
+  // A sigma that is too small is as wrong as one that is too large.
   EXPECT_EQ(verdict("exposure_time_coverage_95", {0.95, {}}, {0.85, {}}), Verdict::Worse);
   EXPECT_EQ(verdict("exposure_time_coverage_95", {0.5, {}}, {1.0, {}}), Verdict::Better);
   EXPECT_EQ(verdict("exposure_time_coverage_95", {0.97, {}}, {0.93, {}}), Verdict::Same);
@@ -150,8 +150,8 @@ TEST(SeamFigures, AStepOfLightnessIsFoundUnderTextureAndNoise) {
     draw = draw * 1664525u + 1013904223u;
     return static_cast<double>(draw >> 8) / 16777216.0 - 0.5;
   };
-  // A wall of 8 m x 2 m, textured; exposure 1 is 3 L* brighter than 0; lens 1 of exposure 0 is 1 L* darker than its
-  // lens 0.
+  // A textured wall of 8 m x 2 m. Exposure 1 is 3 L* brighter than exposure 0; lens 1 of exposure 0 is 1 L* darker than
+  // lens 0 of the same exposure.
   for (int i = 0; i < 60000; ++i) {
     const sim::Vec3 place{8 * (noise() + 0.5), 0.1, 2 * (noise() + 0.5)};
     const Lab truth{50 + 20 * noise(), 10 * noise(), 5 * noise()};
@@ -163,7 +163,7 @@ TEST(SeamFigures, AStepOfLightnessIsFoundUnderTextureAndNoise) {
   }
   ScenarioScore score;
   seams.report(score);
-  // At L* = 50 a dE00 is 1 L*.
+  // At L* = 50 one dE00 is one L*.
   EXPECT_NEAR(value(score, "exposure_seam_de00"), 3, 0.15);
   EXPECT_NEAR(value(score, "lens_seam_de00"), 1, 0.1);
   ScenarioScore none;
@@ -182,7 +182,7 @@ TEST(MetricTable, NamesAreUniqueAndDocumented) {
         << metric.name << " is not in docs/score.md";
     EXPECT_EQ(find_metric(metric.name), &metric);
   }
-  // The names that other people's programs read.
+  // Programs of other people read these names.
   for (const char* name :
        {"exposure_time_rms_us",     "exposure_time_p99_us", "exposure_time_coverage_95", "pose_position_rms_m",
         "pose_attitude_rms_deg",    "reprojection_rms_px",  "reprojection_near_rms_px",  "coloured_share",

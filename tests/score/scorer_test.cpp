@@ -13,7 +13,7 @@ namespace {
 using sim::TrueReturn;
 using sim::Vec3;
 
-/// One short furnished drive; claims are made from its truth and spoilt by known amounts.
+/// One short furnished drive. Claims are made from its truth and spoilt by known amounts.
 class ScorerTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -46,7 +46,7 @@ class ScorerTest : public testing::Test {
     return std::move(*scorer);
   }
   static Vec3 place(const TrueReturn& r) { return {r.east, r.north, r.up}; }
-  /// What a perfect program says of a return, from the lens `sight`.
+  /// Returns what a perfect program says of a return, coloured by the lens of `sight`.
   static PointClaim perfect(const TrueReturn& r, const std::optional<Outlook::Sight>& sight) {
     PointClaim out;
     out.claim.fired_gps_ns = r.fired_gps_ns;
@@ -62,7 +62,7 @@ class ScorerTest : public testing::Test {
     out.claim.red = r.red, out.claim.green = r.green, out.claim.blue = r.blue;
     return out;
   }
-  /// A lens that has the return in its image; with `truly`, one that is not hidden by anything.
+  /// Returns a lens that has the return in its image; with `truly`, one from which nothing hides it.
   static std::optional<Outlook::Sight> sight_of(const TrueReturn& r, bool truly) {
     for (const std::uint32_t e : outlook_->nearest_exposures(r.fired_gps_ns, 9))
       for (std::size_t lens = 0; lens < outlook_->lens_count(); ++lens)
@@ -104,13 +104,13 @@ TEST_F(ScorerTest, WhatIsBeforeAndBehindAPlaceIsSeen) {
     if (!sight || sight->distance_m < 2) continue;
     const auto& e = exposures_[sight->exposure];
     const Vec3 head{e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]};
-    // A metre nearer there is air; a metre farther there is something in between.
+    // At a place one metre nearer there is only air; at a place one metre farther, something is in between.
     for (const double metres : {-1.0, 1.0}) {
       const Vec3 other = place(r) + metres * normalised(place(r) - head);
       const auto moved = outlook_->sight(sight->exposure, sight->lens, other);
       if (!moved) continue;
       const auto met = outlook_->look(*moved, other).met;
-      // The lens is a few centimetres from the head's centre: along outlines its ray may miss.
+      // The lens is a few centimetres away from the head's centre, so its ray may miss the thing along an outline.
       asked += met == (metres < 0 ? Outlook::Met::Behind : Outlook::Met::Before) ? 1 : 0;
     }
   }
@@ -144,15 +144,15 @@ TEST_F(ScorerTest, KnownErrorsComeBackAsFigures) {
   add_exposures(scorer, 5000, {0.03, 0, -0.04});
   std::uint64_t hidden = 0, coloured = 0, number = 0;
   for (const TrueReturn& r : returns_) {
-    const auto sight = sight_of(r, false);  // whatever has it in its image, hidden or not
+    const auto sight = sight_of(r, false);  // any lens that has it in its image, hidden or not
     PointClaim claim = perfect(r, sight);
-    // Every second point 12 steps too bright.
+    // Every second point is 12 steps too bright.
     if (coloured % 2 == 0) claim.claim.red = claim.claim.green = claim.claim.blue = 255;
     if (sight && r.surface != 1) {
       ++coloured;
       hidden += outlook_->look(*sight, place(r)).met != Outlook::Met::Place ? 1 : 0;
     }
-    // One in ten points is put 2 m off, one in ten 3 cm; one in ten is stamped between two firings.
+    // One point in ten is put 2 m off, one in ten 3 cm off, and one in ten is stamped between two firings.
     const Vec3 up = T_ecef_scene().R * Vec3{0, 0, 1};
     ++number;
     if (number % 10 == 0) claim.claim.place_ecef = *claim.claim.place_ecef + 2 * up;

@@ -1,4 +1,4 @@
-// Automatic exposure and rolling shutter: what they do to images, and that the truth knows it.
+// Automatic exposure and rolling shutter: their effects on images, and that the truth contains them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ struct Made {
   PanoramicCamera camera;
 };
 
-/// Into the tunnel after a second or two, out again before the end.
+/// A drive that enters the tunnel after a second or two and leaves it before the end.
 Scenario tunnel_drive() {
   Scenario s = quiet_scenario();
   s.scene = SceneKind::Tunnel;
@@ -57,9 +57,9 @@ TEST(AutoExposure, OpensInTheDarkAndClosesInTheSunWithADelay) {
     if (first_inside == 0 && s > 24) first_inside = n;
   }
   EXPECT_GT(inside, 3 * outside);
-  // The image that first sees the dark is still exposed for the light.
+  // The first image in the dark is still exposed for the light.
   EXPECT_LT(made.camera.lens_gains(first_inside)[5], 0.5 * inside);
-  // The lens that looks at the sky is closed more than those that look at the road.
+  // The lens that looks at the sky has a smaller gain than those that look at the road.
   EXPECT_LT(made.camera.lens_gains(0)[5], 0.8 * made.camera.lens_gains(0)[0]);
 }
 
@@ -120,7 +120,7 @@ TEST(RollingShutter, EachRowIsThatOfAGlobalShutterAtItsTime) {
     }
   }
   EXPECT_GE(sheared, 10u);
-  // Nothing to shear where nothing moves.
+  // Where nothing moves, nothing is sheared.
   scenario.drive.stand_s = 100;
   scenario.drive.accelerate_s = 60;
   scenario.street.moving_cars = 0;
@@ -158,7 +158,7 @@ TEST(RollingShutter, TheJudgeLooksFromWhereTheRowWasExposed) {
       };
       const auto naive = row_at(31.5);
       if (!naive || !lens.contains(*naive)) continue;
-      // By bisection: the row on which the point falls when that row is exposed.
+      // Find by bisection the row on which the point falls when that row is exposed.
       double low = -1, high = 64;
       for (int i = 0; i < 50; ++i) {
         const double middle = (low + high) / 2;

@@ -12,8 +12,9 @@
 #include "sim/wire/velodyne_encode.hpp"
 #include "small_scenario.hpp"
 
-/// The program's geometry against the simulator's: a drive without noise, its laser through real datagrams, coloured by
-/// fusion and judged. What is left is quantisation: whole microseconds of the scanner's stamp, float in the projection.
+/// Compares the geometry of the program with that of the simulator: a drive without noise, its laser through real
+/// datagrams, coloured by fusion and judged. Only quantisation is left: whole microseconds of the scanner's stamp, and
+/// floats in the projection.
 namespace hueline::sim {
 namespace {
 
@@ -127,7 +128,7 @@ Judge colour_and_judge(const Scenario& scenario, const Drive& drive, fusion::Col
         StampedLaserBatch stamped;
         stamped.sensor = kLaser;
         stamped.packet_sequence = sequence;
-        stamped.time = gps_time_ns(p.first_firing_gps_ns / 1000 * 1000);  // all that the wire says
+        stamped.time = gps_time_ns(p.first_firing_gps_ns / 1000 * 1000);  // the wire carries whole microseconds
         stamped.state = SyncState::Locked;
         stamped.returns = std::move(batch->returns);
         colouring.add(std::move(stamped));

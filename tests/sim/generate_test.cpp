@@ -50,7 +50,7 @@ TEST(Generate, SameBytesForOneThreadAndThree) {
   EXPECT_EQ(a->exposures.size(), 2u);
   EXPECT_EQ(a->exposures[0].width, 3 * 76u);
   EXPECT_EQ(content(a->cache_dir + "/" + a->exposures[0].image_file).size(), 3u * 76 * 2 * 64);
-  // Found again: nothing is rendered, so no progress is told.
+  // The drive is found in the cache. Nothing is rendered, so no progress is reported.
   int calls = 0;
   const auto again = generate(scenario, one.path(), [&](const std::string&, double) { ++calls; });
   ASSERT_TRUE(again.ok());
@@ -103,7 +103,7 @@ TEST(Generate, BrokenFilesAreErrors) {
   EXPECT_EQ(generate(scenario, folder.path()).error().code, ErrorCode::Malformed);
 }
 
-/// Rebuilds each point from nothing but the wire's numbers and the true pose, by the manual's formula.
+/// Computes each point again from the numbers on the wire and the true pose only, by the formula of the manual.
 void check_packets(LaserModel model, std::int64_t firing_ns, std::int64_t laser_ns, int firings, int step) {
   const TemporaryFolder folder("hueline-genlaser");
   Scenario scenario = small_scenario();
@@ -143,7 +143,7 @@ void check_packets(LaserModel model, std::int64_t firing_ns, std::int64_t laser_
           motion.T_enu_body(fired) *
           (rig.T_body_scanner * (d * Vec3{std::cos(el) * std::sin(az), std::cos(el) * std::cos(az), std::sin(el)}));
       worst = std::max(worst, length(p - Vec3{t.beam_east, t.beam_north, t.beam_up}));
-      // The true hit lies on the beam, half a wire unit away at most.
+      // The true hit is on the beam, at most half a unit of the wire away.
       worst_range = std::max(worst_range, length(Vec3{t.east - t.beam_east, t.north - t.beam_north, t.up - t.beam_up}));
     }
     EXPECT_EQ(found, truth[i].size());
@@ -175,7 +175,7 @@ TEST(Generate, LaserNoiseHasItsSize) {
     }
   const auto n = static_cast<double>(count);
   EXPECT_NEAR(std::sqrt(sum2 / n), 0.02, 0.0005);
-  EXPECT_NEAR(sum / n, 0.02 * std::sqrt(2 / kPi), 0.0005);  // mean of a half normal distribution
+  EXPECT_NEAR(sum / n, 0.02 * std::sqrt(2 / kPi), 0.0005);  // the mean of a half-normal distribution
   scenario.noise = false;
   const auto quiet = generate(scenario, folder.path());
   ASSERT_TRUE(quiet.ok());

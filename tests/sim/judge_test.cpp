@@ -17,7 +17,7 @@
 namespace hueline::sim {
 namespace {
 
-/// One quiet drive for all tests: no noise, no vignetting, furnished street.
+/// One drive for all tests: no noise, no vignetting, furnished street.
 class JudgeTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -56,7 +56,7 @@ class JudgeTest : public testing::Test {
   static inline Drive* drive_ = nullptr;
 };
 
-/// The chain again, from the scenario alone: true place to the pixel of each lens that holds it.
+/// Computes from the scenario alone, separately from the judge, the pixel of each lens that shows a true place.
 struct Seer {
   explicit Seer(const Scenario& s) : motion(s), rig(rig_truth(s)) {}
   std::optional<TruePixel> pixel(const CameraExposure& e, std::size_t lens, Vec3 p_enu) const {
@@ -79,7 +79,7 @@ TEST_F(JudgeTest, TrueClaimsHaveNoErrorAndShiftedOnesHaveTheirs) {
       const auto pixel = seer.pixel(e, lens, {r.beam_east, r.beam_north, r.beam_up});
       if (!pixel) continue;
       Claim claim;
-      claim.fired_gps_ns = r.fired_gps_ns + 900;  // the wire's whole microseconds
+      claim.fired_gps_ns = r.fired_gps_ns + 900;  // the wire carries whole microseconds
       claim.channel = r.channel;
       claim.exposure = e.number;
       claim.lens = lens;
@@ -88,12 +88,12 @@ TEST_F(JudgeTest, TrueClaimsHaveNoErrorAndShiftedOnesHaveTheirs) {
       claim.red = r.red, claim.green = r.green, claim.blue = r.blue;
       const auto verdict = judge.judge(claim);
       ASSERT_TRUE(verdict);
-      // 0.5 um of the truth file's unit at 0.5 m or more.
+      // The unit of the truth file makes an error of 0.5 um at a distance of 0.5 m or more.
       EXPECT_LT(verdict->error_px, 2e-3);
       EXPECT_EQ(verdict->colour_difference, 0);
       EXPECT_EQ(verdict->surface, r.surface);
       judge.add(claim);
-      // A shift along the columns near the centre: 1 / focal length radians.
+      // One pixel along the columns near the centre is 1 / focal length radians.
       if (std::hypot(pixel->u - 76, pixel->v - 64) < 8) {
         claim.u += 0.25;
         claim.green = static_cast<std::uint8_t>(claim.green ^ 8);
@@ -146,7 +146,7 @@ TEST_F(JudgeTest, PanoramaByHand) {
   EXPECT_NEAR(judge.panorama_pixel({-1, -1e-9, 0}).u, 7999.5 - 1e-6, 1e-5);
   const Vec3 d = normalised({-0.3, 0.8, -0.2});
   EXPECT_LT(angle_between(judge.panorama_direction(judge.panorama_pixel(d)), d), 1e-14);
-  // Two pixels along the horizon.
+  // A shift of two pixels along the horizon.
   EXPECT_NEAR(angle_between(judge.panorama_direction({100, 1999.5}), judge.panorama_direction({102, 1999.5})),
               2 * 2 * kPi / 8000, 1e-12);
 }
@@ -178,8 +178,8 @@ TEST_F(JudgeTest, PlacesAreComparedInEcef) {
   EXPECT_NEAR(judge.judge(claim)->place_error_m, 0.03, 1e-6);
 }
 
-/// Laser and camera tell of one world: the colours that the laser's truth has fit the raw image best where the points
-/// project to, and worse the farther the image is shifted.
+/// Laser and camera must show the same world: the colours in the laser's truth fit the raw image best where the points
+/// project to, and fit worse the farther the image is shifted.
 TEST_F(JudgeTest, RenderedPixelsShowWhatTheLaserHit) {
   const Seer seer(*scenario_);
   const Judge judge = open();
@@ -187,7 +187,7 @@ TEST_F(JudgeTest, RenderedPixelsShowWhatTheLaserHit) {
   std::ifstream in(drive_->cache_dir + "/" + e.image_file, std::ios::binary);
   const std::string image{std::istreambuf_iterator<char>(in), {}};
   constexpr int kReach = 2;
-  std::array<std::array<double, 2 * kReach + 1>, 2> misfit{};  // shifted along u, along v
+  std::array<std::array<double, 2 * kReach + 1>, 2> misfit{};  // shifted along u, and along v
   std::size_t count = 0;
   for (const TrueReturn& r : returns(1)) {
     if (judge.surfaces()[r.surface].rfind("crown", 0) == 0) continue;  // leaves are smaller than a pixel

@@ -17,7 +17,7 @@ bool holds(const std::vector<TruePixel>& p, double x, double y) {
 
 TEST(MaskOutline, HoldsEachMarkedPixelInFewCorners) {
   constexpr int kWidth = 120, kHeight = 100;
-  // A wavy roof on the lower border and a disk apart from it.
+  // A wavy roof on the lower border, and a separate disk.
   std::vector<std::uint8_t> mask(kWidth * kHeight);
   int marked = 0;
   for (int y = 0; y < kHeight; ++y)

@@ -15,7 +15,7 @@ namespace hueline::sim {
 namespace {
 
 TEST(Earth, KnownPlaces) {
-  // The axes of the ellipsoid, by hand.
+  // The axes of the ellipsoid, computed by hand.
   const Vec3 equator = ecef_from_geodetic({0, 0, 0});
   EXPECT_DOUBLE_EQ(equator.x, 6378137.0);
   const Vec3 pole = ecef_from_geodetic({kPi / 2, 1.0, 0});
@@ -59,9 +59,9 @@ TEST(Lenses, LookWhereALadybugLooks) {
     const double azimuth = -72.0 * static_cast<double>(i);  // clockwise seen from above
     const Vec3 expected = i < 5 ? Vec3{std::cos(radians(azimuth)), std::sin(radians(azimuth)), 0} : Vec3{0, 0, 1};
     EXPECT_LT(degrees(angle_between(axis, expected)), 0.5) << "lens " << i;
-    // It sits where it looks: 60 mm out along its own axis. The rotation order cannot be another one.
+    // A lens is 60 mm from the centre along its own axis, which no other order of rotations gives.
     EXPECT_LT(degrees(angle_between(lens.T_head_lens.p, expected)), 2.0) << "lens " << i;
-    // The sensors lie on their side.
+    // The sensors lie on their sides.
     if (i < 5) {
       EXPECT_LT((lens.T_head_lens.R * Vec3{1, 0, 0}).z, -0.999);
     }
@@ -168,7 +168,7 @@ TEST(Motion, TurnsAreDrivenThereAndBackAndNothingJumps) {
       EXPECT_LT(length(acceleration), 4.6) << "that of braking";
       last_acceleration = acceleration;
       const double speed = std::hypot(state.velocity_enu.x, state.velocity_enu.y), heading = motion.turned_heading(t);
-      // Forward, and the nose where the way goes.
+      // The vehicle moves forward and its nose points along the motion.
       if (speed > 0.01) {
         EXPECT_LT(std::hypot(state.velocity_enu.x / speed - std::sin(heading),
                              state.velocity_enu.y / speed - std::cos(heading)),
@@ -188,7 +188,7 @@ TEST(Motion, TurnsAreDrivenThereAndBackAndNothingJumps) {
     EXPECT_NEAR(turned - motion.turned_heading(scenario.begin_gps_ns()), radians(30) - std::copysign(2 * kPi, lane),
                 0.5)
         << "on the way out again";
-    // Halfway on the first way back: the other side of the road, against the line.
+    // In the middle of the first way back the vehicle is on the other side of the road and drives against the line.
     const Vec3 back = motion.state(scenario.sensors_begin_gps_ns() + 38'000'000'000).T_enu_body.p;
     const double s = motion.along(scenario.sensors_begin_gps_ns() + 38'000'000'000);
     const Vec3 expected = motion.centre_line().place(s, -lane);
@@ -228,7 +228,7 @@ TEST(Ins, WithoutNoiseIsTheTruthInTheVehiclesOwnLevel) {
       transposed(R_ecef_enu(origin)) *
       (ecef_from_geodetic({s.latitude_rad, s.longitude_rad, s.ellipsoidal_height_m}) - ecef_from_geodetic(origin));
   EXPECT_LT(length(p_scene - motion.state(s.gps_ns).T_enu_body.p), 5e-9);
-  // Meridian convergence: at distance x east, north of here differs from north at the origin by x tan(latitude) / R.
+  // Meridian convergence: at a distance x to the east, north differs from north at the origin by x tan(latitude) / R.
   const double expected = motion.state(s.gps_ns).heading + p_scene.x * std::tan(origin.latitude) / 6.39e6;
   EXPECT_NEAR(s.heading_rad, expected, 3e-8);
 }
@@ -252,7 +252,7 @@ TEST(Ins, ErrorsHaveTheSizeThatTheScenarioAsksFor) {
   EXPECT_NEAR(std::sqrt(height / n), 0.015, 0.0015);
 }
 
-/// Errors of place and heading at the end of an outage, over many drives; and what the POS claims.
+/// Errors of position and heading at the end of an outage over many drives, and what the POS claims of them.
 struct OutageEnd {
   double place_rms = 0, heading_rms = 0, claimed_place = 0, claimed_heading = 0;
   std::uint8_t before = 0, inside = 0, after = 0;
@@ -301,7 +301,7 @@ TEST(Ins, DriftsInAnOutageAsItsGradeAndClaimsWhatIsTrue) {
     EXPECT_GT(minute.place_rms, least);
     EXPECT_LT(minute.place_rms, most);
     EXPECT_GT(minute.place_rms, 3 * short_one.place_rms) << "errors grow faster than the time";
-    // Sixty drives tell a sigma to a tenth; the wheel's claim does not split along and across.
+    // Sixty drives determine a sigma to a tenth. The claim with a wheel sensor does not separate along and across.
     EXPECT_NEAR(minute.place_rms / minute.claimed_place, 1, 0.35);
     EXPECT_NEAR(minute.heading_rms / minute.claimed_heading, 1, 0.3);
     EXPECT_NEAR(short_one.place_rms / short_one.claimed_place, 1, 0.35);

@@ -28,12 +28,12 @@ TEST(PanoramicCamera, NoiseIsThatOfItsElectrons) {
   Scenario scenario = linear_scenario();
   const auto quiet = expose(scenario);
   scenario.noise = true;
-  scenario.camera.full_well_electrons = 400;  // strong, so that rounding to 8 bits does not matter
+  scenario.camera.full_well_electrons = 400;  // so strong that rounding to 8 bits does not matter
   scenario.camera.read_noise_electrons = 5;
   const auto noisy = expose(scenario);
   double sum = 0, sum2 = 0, n = 0;
   for (std::size_t i = 0; i < quiet.size(); ++i) {
-    if (quiet[i] < 40 || quiet[i] > 160) continue;  // clear of clipping
+    if (quiet[i] < 40 || quiet[i] > 160) continue;  // not near clipping
     const double light = quiet[i] / 255.0;
     const double sigma = 255 * std::sqrt(light * 400 + 25) / 400;
     const double z = (noisy[i] - quiet[i]) / sigma;
@@ -61,7 +61,7 @@ TEST(PanoramicCamera, VignettingTakesItsShareAtTheCorner) {
   const auto plain = expose(scenario);
   scenario.camera.vignetting = 0.5;
   const auto dimmed = expose(scenario);
-  // Brightest loss over the six lens images: half at the far corner, nothing in the middle.
+  // The brightness that the six lens images lose: half at the far corner, nothing in the middle.
   double most = 0, middle = 1;
   const int width = 3 * 76;
   for (int lens = 0; lens < 6; ++lens)

@@ -1,4 +1,4 @@
-// Each point rebuilt from nothing but the wire's numbers and the true pose.
+// Each point is computed again from the numbers on the wire and the true pose only.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ Scenario profile_scenario() {
   s.noise = false;
   s.laser.model = LaserModel::Profile;
   s.laser.lines_per_s = 110;
-  s.laser.points_per_s = 70'000;  // a period and a step that are no round numbers
+  s.laser.points_per_s = 70'000;  // the period and the step are no round numbers
   s.laser.mount = {.x_m = 0.1, .y_m = -1.2, .z_m = 1.9, .rot_x_deg = -90, .rot_y_deg = 1, .rot_z_deg = 35};
   return s;
 }
@@ -30,7 +30,7 @@ TEST(ProfileScanner, PacketsAreExactButForTheWire) {
   const auto drive = generate(scenario, folder.path());
   ASSERT_TRUE(drive.ok()) << drive.error().message;
   EXPECT_TRUE(drive->laser.empty());
-  ASSERT_EQ(drive->profile.size(), 274u);  // 0.8 s of 70 000 pulses, 204 a packet
+  ASSERT_EQ(drive->profile.size(), 274u);  // 70 000 pulses a second for 0.8 s, 204 in a packet
   auto reader = TruthReader::open(drive->cache_dir + "/truth.bin");
   ASSERT_TRUE(reader.ok());
   const Motion motion(scenario);
@@ -79,7 +79,7 @@ TEST(ProfileScanner, TheMirrorsAxisLiesAlongTheDrivingDirectionAndAngleZeroIsDow
 
 TEST(ProfileScanner, EveryFaultCanBeDoneToItsDatagrams) {
   Scenario scenario = profile_scenario();
-  scenario.start_time_of_week_s = 3600 + 18 - 2;  // the UTC hour turns two seconds in
+  scenario.start_time_of_week_s = 3600 + 18 - 2;  // a UTC hour begins after two seconds
   Drive drive;
   drive.begin_gps_ns = scenario.begin_gps_ns();
   drive.end_gps_ns = drive.begin_gps_ns + 3'000'000'000;

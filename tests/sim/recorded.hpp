@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-/// The tests' own small readers of recordings: enough to compare bytes, nothing shared with the program.
+/// The tests' own small readers of recordings. They read enough to compare bytes and share nothing with the program.
 namespace hueline::sim::test {
 
 inline std::vector<std::byte> read_file(const std::filesystem::path& path) {
@@ -27,7 +27,7 @@ T load(std::span<const std::byte> bytes, std::size_t at) {
   return value;
 }
 
-/// UDP payloads of a little-endian Ethernet pcap without VLANs or IP options.
+/// Returns the UDP payloads of a little-endian Ethernet pcap without VLANs or IP options.
 inline std::vector<std::vector<std::byte>> udp_payloads(const std::filesystem::path& pcap) {
   constexpr std::size_t kHeaders = 14 + 20 + 8;
   const std::vector<std::byte> file = read_file(pcap);
@@ -44,7 +44,7 @@ inline std::vector<std::vector<std::byte>> udp_payloads(const std::filesystem::p
   return payloads;
 }
 
-/// NovAtel messages of a recording without errors, CRC included.
+/// Returns the NovAtel messages of a recording without errors, with their CRCs.
 inline std::vector<std::vector<std::byte>> novatel_messages(std::span<const std::byte> file) {
   std::vector<std::vector<std::byte>> messages;
   for (std::size_t at = 0; at + 12 <= file.size();) {

@@ -27,19 +27,19 @@ TEST(OwnVehicle, IsInViewOfTheLensesThatLookDownOnIt) {
       continue;
     }
     EXPECT_GT(seen, mask.size() / 50) << "the roof is in view of lens " << lens;
-    // The image's x axis points down: the vehicle is in the last columns, the sky in the first.
+    // The image's x axis points down, so the vehicle is in the last columns and the sky in the first.
     for (std::size_t row = 0; row < 128; ++row)
       for (std::size_t column = 0; column < 40; ++column) EXPECT_EQ(mask[152 * row + column], 0) << "lens " << lens;
   }
 }
 
 TEST(OwnVehicle, ByHand) {
-  // From above straight down onto the roof of the cabin at 0.85 m.
+  // A ray from above straight down onto the roof of the cabin at 0.85 m.
   const auto roof = own_vehicle_on_ray({0.7, -1.9, 3}, {0, 0, -1});
   ASSERT_TRUE(roof);
   EXPECT_NEAR(roof->distance_m, 2.15, 1e-12);
   EXPECT_EQ(roof->normal_body.z, 1);
-  // From the right at the height of the doors.
+  // A ray from the right at the height of the doors.
   const auto door = own_vehicle_on_ray({5, 0, 0}, {-1, 0, 0});
   ASSERT_TRUE(door);
   EXPECT_NEAR(door->distance_m, 4.1, 1e-12);
@@ -74,12 +74,12 @@ TEST(Lasers, TablesOfTheManuals) {
 }
 
 TEST(Texture, FiltersKeepTheMean) {
-  // A share of a long footprint is the duty of the pattern; a short footprint sees one or the other.
+  // A long footprint sees the duty cycle of the pattern; a short one sees either part.
   EXPECT_NEAR(covered_periodic(3.21f, 40.0f, 1.0f, 0.2f, 0.5f), 0.3f, 1e-3f);
   EXPECT_NEAR(covered_periodic(7.35f, 0.01f, 1.0f, 0.2f, 0.5f), 1.0f, 1e-4f);
   EXPECT_NEAR(covered_periodic(-6.35f, 0.01f, 1.0f, 0.2f, 0.5f), 0.0f, 1e-4f);
   EXPECT_NEAR(covered(0.0f, 2.0f, 0.0f, 5.0f), 0.5f, 1e-6f);
-  // Energy: averaging many fine samples is the same as one wide one.
+  // The average of many fine samples equals one wide sample.
   double fine = 0;
   for (int i = 0; i < 1000; ++i)
     fine += covered_periodic(-0.6f + 1.7f * (static_cast<float>(i) + 0.5f) / 1000.0f, 1e-3f, 0.7f, 0.1f, 0.25f);

@@ -1,4 +1,4 @@
-// Each scene's promises, asked of the world by rays.
+// Checks by rays what each scene promises.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -54,7 +54,7 @@ TEST_P(EveryScene, IsValidAndLeavesTheVehicleRoom) {
   std::size_t hits = 0;
   for (double t = 0; t < 8; t += 0.25) {
     const Pose T = made.motion.T_enu_body(made.at(t));
-    // Along its flanks and across its roof nothing stands in the vehicle's way, from hub height to above the masts.
+    // Nothing is in the vehicle's way along its flanks and across its roof, from hub height to above the masts.
     for (const double side : {-1.02, 1.02})
       for (const double up : {-0.4, 0.3, 1.0, 1.7, 2.1}) {
         const Seen seen = made.look(t, T * Vec3{side, -2.2, up}, T.R * Vec3{0, 1, 0}, 60);
@@ -147,7 +147,7 @@ TEST(Traffic, OthersMoveAndSaySo) {
   EXPECT_TRUE(meets("overtaking"));
   EXPECT_TRUE(meets("pedestrian"));
   EXPECT_TRUE(meets("crossing"));
-  // The same moment extrapolated over a packet's time agrees with the moment itself.
+  // A moment extrapolated over the time of a packet agrees with the moment itself.
   const Moment base = made.world.moment(made.at(3)), later = made.world.moment(made.at(3.001)),
                guessed = made.world.moment(base, made.at(3.001), later.T_enu_body);
   for (std::size_t i = 0; i < later.T_enu_mover.size(); ++i)
@@ -164,10 +164,10 @@ TEST(Targets, SpheresStandWhereTheTruthSays) {
     EXPECT_TRUE(target.radius_m == 0.145 || target.radius_m == 0.0725);
     EXPECT_EQ(made.world.surfaces()[target.surface].rfind("target", 0), 0u);
     const Seen seen = made.look(2, eye, to);
-    if (seen.surface != target.surface) continue;  // another one, or the mast, is before it
+    if (seen.surface != target.surface) continue;  // another target or the mast is in front of it
     ++visible;
     EXPECT_NEAR(seen.distance_m, length(to) - target.radius_m, 2e-4);
-    // Off the middle: still the sphere, at its radius.
+    // A ray beside the middle still hits the sphere, at its radius.
     const Vec3 across = normalised(cross(to, Vec3{0, 0, 1}));
     const Seen edge = made.look(2, eye, target.centre + 0.7 * target.radius_m * across - eye);
     ASSERT_EQ(edge.surface, target.surface);

@@ -6,10 +6,11 @@
 
 namespace hueline::sim::test {
 
-/// 2024-03-05 12:59:58.25 UTC: the UTC hour ends 1.75 s after the drive began.
+/// 2024-03-05 12:59:58.25 UTC. The next UTC hour begins 1.75 s after the drive began.
 constexpr GpsNs kBegin = (1'393'678'798LL + 18) * 1'000'000'000LL + 250'000'000LL;
 
-/// A drive without a world: `seconds` of INS at 100 Hz, VLP-16 packets back to back, an exposure each half second.
+/// Returns a drive without a world: `seconds` of POS solutions at 100 Hz, VLP-16 packets without gaps, and an exposure
+/// each half second.
 inline Drive short_drive(int seconds) {
   Drive drive;
   drive.begin_gps_ns = kBegin;

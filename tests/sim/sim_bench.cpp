@@ -8,7 +8,7 @@ namespace {
 
 using namespace hueline::sim;
 
-/// The demo's scene, built once.
+/// The scene of the demo, built once.
 struct Bench {
   Bench()
       : motion(scenario), world(scenario, motion), camera(scenario, motion, world), scanner(scenario, motion, world) {}
@@ -23,7 +23,7 @@ const Bench& bench() {
   return instance;
 }
 
-/// One exposure of six lenses; items: pixels. Shadow and outline samples come on top.
+/// Measures one exposure of six lenses; an item is a pixel. Samples of shadows and outlines are not counted as items.
 void images(benchmark::State& state) {
   std::size_t number = 10;
   std::int64_t pixels = 0;
@@ -45,7 +45,7 @@ void images(benchmark::State& state) {
 }
 BENCHMARK(images)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-/// Packets of 384 firings; items: firings.
+/// Measures packets of 384 firings; an item is a firing.
 void laser_packets(benchmark::State& state) {
   std::size_t index = 5000;
   std::size_t returns = 0;

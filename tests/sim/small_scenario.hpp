@@ -9,7 +9,8 @@
 
 namespace hueline::sim {
 
-/// Not quite a second in motion, small images: a second to render under sanitizers.
+/// Returns a scenario with less than a second of motion and small images, which takes a second to render under
+/// sanitizers.
 inline Scenario small_scenario() {
   Scenario s;
   s.duration_s = 0.8;
@@ -24,7 +25,7 @@ inline Scenario small_scenario() {
   return s;
 }
 
-/// A folder of the test's own, gone with it.
+/// A temporary folder of the test. The destructor removes it.
 class TemporaryFolder {
  public:
   explicit TemporaryFolder(const std::string& name)

@@ -1,5 +1,5 @@
-// A photograph around the scene: every direction has the pixel that it should, and nothing but what cameras see
-// changes.
+// A photograph around the scene: every direction must show the right pixel, and nothing but what cameras see may
+// change.
 #include "sim/surroundings.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-/// Red grows with the column, green with the row.
+/// Makes an image in which red grows with the column and green with the row.
 void write_ramp(const std::filesystem::path& file, int width, int height, int quality = 100) {
   std::vector<unsigned char> rgb;
   for (int y = 0; y < height; ++y)
@@ -44,7 +44,7 @@ double srgb(float linear) { return linear <= 0.0031308f ? 12.92 * linear : 1.055
 TEST(Surroundings, EveryDirectionHasItsPixel) {
   const TemporaryFolder folder("surroundings");
   const auto file = std::filesystem::path(folder.path()) / "ramp.jpg";
-  constexpr int kWidth = 64, kHeight = 32;  // half a pixel's error is 0.008 of red, 0.016 of green
+  constexpr int kWidth = 64, kHeight = 32;  // an error of half a pixel is 0.008 of red or 0.016 of green
   write_ramp(file, kWidth, kHeight);
   const double centre_deg = 30;
   const auto loaded = Surroundings::load(file, centre_deg);
@@ -61,7 +61,7 @@ TEST(Surroundings, EveryDirectionHasItsPixel) {
     }
   EXPECT_NEAR(red_off / count, 0, 0.001);
   EXPECT_NEAR(green_off / count, 0, 0.001);
-  // A wide cone sees the mean; straight up and down there is no column.
+  // A wide cone sees the mean. Straight up and down no column is defined.
   EXPECT_NEAR(srgb((*loaded)->at(direction(centre_deg / 360 * kTurn, 0), 0.5f).g), 0.5, 0.05);
   for (const double up : {-1.0, 1.0}) EXPECT_NEAR(srgb((*loaded)->at({0, 0, up}, 0.001f).g), 0.5 - up / 2, 0.01);
 }

@@ -1,4 +1,4 @@
-// Which exposures saw a return, held against the images themselves.
+// Compares which exposures saw a return with the images themselves.
 #include "sim/visibility.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@
 namespace hueline::sim {
 namespace {
 
-/// A busy street, big enough images, no noise, linear.
+/// A busy street with images that are large enough, without noise, in linear light.
 Scenario busy_scenario() {
   Scenario s = small_scenario();
   s.noise = false;
@@ -111,7 +111,7 @@ TEST_F(VisibilityTest, ImagesShowWhatIsVisibleAndSomethingElseWhereItIsNot) {
 TEST_F(VisibilityTest, SightsOfEveryReturnAreThoseOfTheWorldForAnyNumberOfThreads) {
   Scenario scenario = busy_scenario();
   scenario.duration_s = 0.5;
-  scenario.noise = true;  // so that most returns drop out: every sight costs rays
+  scenario.noise = true;  // so that most returns drop out, because every sight costs rays
   scenario.laser.dropout_probability = 0.9;
   scenario.camera.lens_width = 76;
   scenario.camera.lens_height = 64;
@@ -174,17 +174,19 @@ TEST_F(VisibilityTest, TruthTellsMovingSurfacesAndUnshadedColours) {
     const std::string& name = header_->surfaces[r.surface];
     EXPECT_EQ(r.is_moving, name.starts_with("moving")) << name;
     moving += r.is_moving;
-    // What is seen is the surface's own colour times light: never more than sun and sky together give.
+    // The colour that is seen is the surface's own colour times the light, which is at most that of sun and sky
+    // together.
     for (std::size_t k = 0; k < 3; ++k) {
       const double coded = r.albedo[k] / 255.0,
                    albedo = coded <= 0.04045 ? coded / 12.92 : std::pow((coded + 0.055) / 1.055, 2.4);
-      const bool mirrors = name.find("car") != std::string::npos || r.is_moving;  // glass and paint add the sky
+      // glass and paint add reflections of the sky
+      const bool mirrors = name.find("car") != std::string::npos || r.is_moving;
       EXPECT_TRUE(mirrors || r.surface == 1 || r.light[k] <= 1.45 * albedo + 0.01) << name;
     }
     if (name == "road") ++road[r.albedo[0]];
   }
   EXPECT_GT(moving, 100u);
-  // One surface, sun or shadow: a narrow range of its own colours beside the paint on it.
+  // One surface in sun or shadow has a narrow range of its own colours, beside the paint on it.
   std::size_t all = 0, dark = 0;
   for (const auto& [level, count] : road) {
     all += count;

@@ -1,5 +1,5 @@
-// The wheel encoder: its way against the motion's own velocity, its frames against their description, its bus on a
-// socket.
+// The wheel encoder: its distances against the velocity of the motion, its frames against their description, and its
+// bus on a socket.
 #include "sim/wheel_model.hpp"
 
 #include <arpa/inet.h>
@@ -32,7 +32,7 @@ TEST(WheelModel, CountsTheWayThatTheVelocityGoes) {
   const Motion motion(s);
   const auto samples = simulate_wheel(s, motion);
   ASSERT_EQ(samples.size(), static_cast<std::size_t>((s.end_gps_ns() - s.begin_gps_ns()) / 20'000'000 + 1));
-  // By small steps over velocity and heading, which the model does not look at.
+  // The expected distance is integrated in small steps from velocity and heading, which the model does not use.
   double way = 0, turned = 0, by_speed = 0;
   double heading = motion.state(s.begin_gps_ns()).heading;
   for (GpsNs t = s.begin_gps_ns(); t < s.end_gps_ns(); t += 1'000'000) {

@@ -13,8 +13,8 @@
 #include "tests/sim/short_drive.hpp"
 
 #ifdef __SANITIZE_THREAD__
-// Aravis and GLib are not built with ThreadSanitizer: it cannot see the queue by which a stream's thread hands an image
-// over. Only the client of this test reads such images.
+// Aravis and GLib are not built with ThreadSanitizer, so it cannot see the queue by which the thread of a stream hands
+// over an image. Only the client of this test reads such images.
 extern "C" const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() {
   return "called_from_lib:libaravis-0.8.so\n"
@@ -30,7 +30,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A client as any program would be: Aravis's camera and stream classes, sockets without privileges.
+/// A client like that of any program: the camera and stream classes of Aravis, and sockets without privileges.
 class AravisClient {
  public:
   struct Seen {
@@ -92,14 +92,15 @@ class AravisClient {
   unsigned packet_bytes_ = 0;
 };
 
-/// An address of lo that is this process's own: GVCP has one port, and other tests have cameras too.
+/// Returns an address of lo that only this process uses, because GVCP has a fixed port and other tests have cameras
+/// too.
 std::string address() {
   const int pid = ::getpid();
   return "127." + std::to_string(64 + (pid >> 14) % 64) + "." + std::to_string((pid >> 7) % 128) + "." +
          std::to_string(1 + pid % 128);
 }
 
-/// Every image different, every pixel different from its neighbours.
+/// Makes images that all differ, and whose pixels differ from their neighbours.
 Bytes picture(std::uint32_t width, std::uint32_t height, std::uint32_t number) {
   Bytes pixels(std::size_t{width} * height);
   std::uint32_t x = 2654435761U * (number + 1);
@@ -142,12 +143,12 @@ class CameraTest : public testing::Test {
     config.camera->height = height;
     return config;
   }
-  /// Plays and expects each image once, whole, in order, with the counter and frame id of its exposure.
+  /// Plays the drive and expects each image once, complete and in order, with the counter and frame id of its exposure.
   void expect_every_image(const Player::Config& config, const Timeline& timeline) {
     auto player = Player::open(config).value();
     AravisClient client(address().c_str());
     ASSERT_NE(client.camera(), nullptr);
-    EXPECT_GT(client.packet_bytes(), 8900U);  // Aravis halves its way up to it
+    EXPECT_GT(client.packet_bytes(), 8900U);  // Aravis approaches it by halving steps
     EXPECT_EQ(player->wait_until_ready(0, {}).error().code, ErrorCode::TimedOut);
     client.start();
     ASSERT_TRUE(player->wait_until_ready(2'000'000'000, {}).ok());
@@ -291,7 +292,7 @@ TEST(GvcpControl, SurvivesBrokenDatagrams) {
   for (int i = 0; i < 20'000; ++i) {
     Bytes datagram(static_cast<std::size_t>(random.between(0, 40)));
     for (std::byte& b : datagram) b = static_cast<std::byte>(random.next());
-    if (datagram.size() > 8 && i % 4 != 0) {  // mostly something that looks like a command
+    if (datagram.size() > 8 && i % 4 != 0) {  // most datagrams look like a command
       datagram[0] = std::byte{0x42};
       datagram[2] = std::byte{0};
       datagram[3] = static_cast<std::byte>(2 * random.between(0, 70));

@@ -23,7 +23,7 @@ namespace {
 using namespace std::chrono_literals;
 using test::load;
 
-/// Our end of a socket, by the plain system calls.
+/// The test's end of a socket, by plain system calls.
 class Peer {
  public:
   explicit Peer(int fd) : fd_(fd) {}
@@ -56,7 +56,7 @@ class Peer {
     return fd;
   }
   void say(const std::string& text) { EXPECT_EQ(::send(fd_, text.data(), text.size(), 0), ssize_t(text.size())); }
-  /// One recv; empty after `wait` without anything.
+  /// Calls recv once. Returns an empty value if nothing came within `wait`.
   Bytes hear(std::chrono::milliseconds wait = 300ms) {
     pollfd p{fd_, POLLIN, 0};
     if (::poll(&p, 1, static_cast<int>(wait.count())) <= 0) return {};
@@ -86,7 +86,8 @@ class Peer {
   int fd_;
 };
 
-/// Hears a peer out in a thread of its own, so that no kernel buffer decides a test.
+/// Reads everything that a peer sends, in a thread of its own, so that no buffer of the kernel decides the result of a
+/// test.
 class Listener {
  public:
   explicit Listener(Peer& peer)
@@ -99,7 +100,7 @@ class Listener {
             if (!b.empty()) heard_.push_back(std::move(b));
           }
         }) {}
-  /// Everything until a silence of 100 ms after this call.
+  /// Returns everything until a silence of 100 ms after this call.
   const std::vector<Bytes>& finish() {
     thread_.request_stop();
     if (thread_.joinable()) thread_.join();
@@ -128,7 +129,7 @@ TEST(PosSubscriptions, ObeysLogCommandsAsAReceiverDoes) {
   EXPECT_EQ(s.execute("log icom1 timeb ontime 1"), kAnswer);
   EXPECT_EQ(s.execute("LOG MARK1TIMEB ONNEW"), kAnswer);
   EXPECT_EQ(s.execute("LOG BESTPOSB ONCE"), kAnswer);
-  EXPECT_THAT(s.execute("LOG INSPVASA ONTIME 1"), testing::HasSubstr("<ERROR"));  // ASCII is not given
+  EXPECT_THAT(s.execute("LOG INSPVASA ONTIME 1"), testing::HasSubstr("<ERROR"));  // ASCII logs are not offered
   EXPECT_THAT(s.execute("LOG NOSUCHB ONNEW"), testing::HasSubstr("<ERROR"));
   EXPECT_THAT(s.execute("LOG TIMEB ONTIME zero"), testing::HasSubstr("Period"));
   EXPECT_THAT(s.execute("LOG TIMEB SOMETIMES"), testing::HasSubstr("Trigger"));
@@ -262,7 +263,7 @@ TEST(Player, EverythingArrivesOnceInOrderAndAtItsTime) {
   EXPECT_EQ(report.of(WireChannel::LaserData).sent, data);
   EXPECT_EQ(report.of(WireChannel::Pps).sent, edges);
   EXPECT_EQ(report.of(WireChannel::LaserData).failed, 0U);
-  EXPECT_LT(report.of(WireChannel::LaserData).mean_lateness_ns, 20e6);  // a busy machine, not a broken clock
+  EXPECT_LT(report.of(WireChannel::LaserData).mean_lateness_ns, 20e6);  // the machine may be busy, but the clock works
   RecordProperty("latest_us", std::to_string(report.of(WireChannel::LaserData).latest_ns / 1000));
 }
 

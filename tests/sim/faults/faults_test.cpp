@@ -1,4 +1,4 @@
-// The registry of faults and what its lines do to a timeline, held against the timeline without them.
+// The registry of faults, and what its lines do to a timeline compared with the timeline without them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr GpsNs kBegin = (2381LL * 604800 + 302397) * kNsPerSecond;
 
-/// Six seconds on the spot: 100 solutions, 200 packets and ten exposures a second.
+/// A drive of six seconds on the spot with 100 solutions, 200 packets and ten exposures a second.
 Drive drive() {
   Drive d;
   d.begin_gps_ns = kBegin;
@@ -69,7 +69,7 @@ TEST(FaultRegistry, NamesEachFaultOnceInTheOrderOfItsType) {
   EXPECT_EQ(find_fault("no_such_fault"), nullptr);
 }
 
-/// What `clock` was off at the sample nearest to `seconds` of the drive.
+/// Returns the offset of `clock` at the sample nearest to `seconds` of the drive.
 ClockSample at(const std::vector<ClockSample>& samples, VehicleClock clock, double seconds) {
   ClockSample best;
   double nearest = 1e9;
@@ -126,16 +126,17 @@ TEST(ClockTruth, StepsAndDriftsOfFaultsAreInIt) {
   EXPECT_EQ(at(samples, VehicleClock::Receiver, 5.5).offset_ns, 0);
 
   lines.clear();
-  add(FaultType::HostClockDrift, 1, 2, 40);  // ramps up to 40 us/s within two seconds, and stays
+  add(FaultType::HostClockDrift, 1, 2, 40);  // grows to 40 us/s within two seconds and stays
   const auto drifting = build_faulty_timeline(drive(), {}, lines);
   ASSERT_TRUE(drifting.ok());
   const auto host = true_clocks(drifting->timeline, lines);
-  EXPECT_NEAR(at(host, VehicleClock::Host, 2.0).rate_ppb, 20'000, 1'100);  // half way up; a rate is of the 0.1 s before
+  // half of the growth; a rate is that of the 0.1 s before
+  EXPECT_NEAR(at(host, VehicleClock::Host, 2.0).rate_ppb, 20'000, 1'100);
   EXPECT_NEAR(at(host, VehicleClock::Host, 5.0).rate_ppb, 40'000, 15);
   EXPECT_NEAR(static_cast<double>(at(host, VehicleClock::Host, 5.0).offset_ns), 40e3 + 80e3, 10);
 }
 
-/// Every fault of what the devices send, on each of them.
+/// Returns every fault of what the devices send, on each device that it can hit.
 std::vector<FaultLine> all_lines() {
   std::vector<FaultLine> out;
   for (const FaultEntry& entry : fault_registry())
@@ -144,7 +145,7 @@ std::vector<FaultLine> all_lines() {
       out.push_back(FaultLine::usual(entry.type, 2, 2));
       out.back().target = target;
       if (target == FaultTarget::Pps && entry.unit && entry.unit == std::string("share"))
-        out.back().strength = 1;  // of two edges
+        out.back().strength = 1;  // there are only two edges
     }
   return out;
 }
@@ -163,14 +164,14 @@ TEST_P(EachFault, ChangesTheTimelineOnlyFromItsBeginningAndTheSameWayTwice) {
   EXPECT_TRUE(same(spoilt->timeline, build_faulty_timeline(clean_drive, {}, {line})->timeline));
   EXPECT_TRUE(std::is_sorted(spoilt->timeline.events.begin(), spoilt->timeline.events.end(),
                              [](const auto& a, const auto& b) { return a.at_ns < b.at_ns; }));
-  // Latencies of up to 60 ms lie between an instant and its packet.
+  // Latencies of up to 60 ms lie between a time and its packet.
   const auto before = [&](const WireEvent& e) { return e.at_ns < line.begin_ns() - 100'000'000; };
   std::vector<WireEvent> a, b;
   std::copy_if(clean.events.begin(), clean.events.end(), std::back_inserter(a), before);
   std::copy_if(spoilt->timeline.events.begin(), spoilt->timeline.events.end(), std::back_inserter(b), before);
   EXPECT_TRUE(
       std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) { return same(x, y); }));
-  if (line.type == FaultType::HourWrapLate) return;  // no hour turns in this drive
+  if (line.type == FaultType::HourWrapLate) return;  // no UTC hour begins in this drive
   EXPECT_GT(spoilt->hits.at(0), 0u);
   EXPECT_FALSE(same(clean, spoilt->timeline));
 }
@@ -212,7 +213,7 @@ TEST(FaultyTimeline, LosesTheShareThatTheLineSays) {
   EXPECT_EQ(count(with(line_of(FaultType::PosGap, 0, FaultTarget::Pos)), WireChannel::Pos, 101), 6u);
 }
 
-/// Rear left pulses, by their place in the frame.
+/// Returns the pulses of the rear left wheel, read at their place in the frame.
 std::vector<int> pulses(const Timeline& t) {
   std::vector<int> out;
   for (const WireEvent& e : t.events)

@@ -1,4 +1,4 @@
-// The disk of a computer that fails: what it takes, how long, and what is left of it.
+// The disk of a failing computer: what it accepts, how long it takes, and what is left.
 #include "sim/faults/faulty_disk.hpp"
 
 #include <gtest/gtest.h>
@@ -117,7 +117,7 @@ TEST(FaultyDisk, APowerCutKeepsWhatWasSyncedAndSomePagesOfTheRest) {
       torn += range.begin % 4096 != 0;
     }
     EXPECT_NEAR(static_cast<double>(lost), 0.46 * kRest,
-                0.06 * kRest);  // four tenths, and a tenth of the others' bytes
+                0.06 * kRest);  // four tenths of the pages, and a tenth of the bytes of the others
     EXPECT_GT(torn, 50u);
     if (seed > 1) differ |= remains.zeros.front().begin != kSynced;
   }

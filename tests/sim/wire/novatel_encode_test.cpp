@@ -13,7 +13,7 @@ namespace {
 using test::load;
 using Message = std::vector<std::byte>;
 
-/// Takes fields one after the other.
+/// Reads fields one after the other.
 class Fields {
  public:
   Fields(const Message& message, std::size_t at) : message_(message), at_(at) {}
@@ -77,7 +77,7 @@ Message encode_again(const Message& m) {
       return encode_bestpos(header, f);
     }
     case NovatelId::Time: {
-      // The calendar comes from our own arithmetic, the receiver's clock figures from the message.
+      // The calendar is computed by the simulator; the figures of the receiver's clock are those of the message.
       TimeFields f = time_fields((header.week * 604'800'000LL + header.milliseconds) * 1'000'000LL);
       in.into(f.clock_status, f.offset_s, f.offset_sigma_s, f.utc_offset_s);
       return encode_time(header, f);

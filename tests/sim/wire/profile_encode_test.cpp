@@ -1,4 +1,4 @@
-// The encoder against bytes written out by hand from docs/formats.md.
+// Compares the encoder with bytes that were written by hand from docs/formats.md.
 #include "sim/wire/profile_encode.hpp"
 
 #include <gtest/gtest.h>

@@ -57,13 +57,13 @@ TEST(Timeline, IsOrderedCompleteAndRepeatable) {
       std::equal(timeline->events.begin(), timeline->events.end(), build_timeline(drive, other)->events.begin(), same));
 }
 
-/// Root mean square of MARK1TIME against the true strobes, us.
+/// Returns the root mean square of MARK1TIME minus the true strobe, us.
 double mark_error_us(const Drive& drive, const TimelineConfig& config) {
   const Timeline timeline = *build_timeline(drive, config);
   const auto marks = of(timeline, WireChannel::Pos, 1130);
   double sum = 0;
   for (std::size_t i = 0; i < marks.size(); ++i) {
-    double seconds = 0;  // of the week: behind the header of 28 bytes and the week
+    double seconds = 0;  // of the week; stands after the header of 28 bytes and the week
     std::memcpy(&seconds, marks[i].payload.data() + 32, sizeof seconds);
     const GpsNs in_week = drive.exposures[i].exposure_start_gps_ns % (604'800 * std::int64_t{1'000'000'000});
     sum += std::pow(seconds * 1e6 - static_cast<double>(in_week) * 1e-3, 2);
@@ -97,7 +97,7 @@ TEST(Timeline, NothingLeavesADeviceBeforeItHappened) {
   };
   const auto lasers = of(timeline, WireChannel::LaserData);
   for (std::size_t i = 0; i < lasers.size(); ++i) {
-    // 23 sequences and 15 firings after the first one.
+    // The last firing is 23 sequences and 15 firings after the first.
     expect_latency(lasers[i].at_ns, drive.laser[i].first_firing_gps_ns + 1'306'368, 20'000, 60'000);
   }
   const auto solutions = of(timeline, WireChannel::Pos, 508);
@@ -118,7 +118,7 @@ TEST(Timeline, NothingLeavesADeviceBeforeItHappened) {
 TEST(Timeline, PpsEdgesAreTheWholeSecondsWithTheirErrors) {
   const Timeline timeline = *build_timeline(short_drive(3), {});
   const auto edges = of(timeline, WireChannel::Pps);
-  ASSERT_EQ(edges.size(), 3U);  // the drive began a quarter past its second
+  ASSERT_EQ(edges.size(), 3U);  // the drive began a quarter of a second after a full second
   EXPECT_EQ(edges[0].edge_ns, 750'000'000 + 40);
   EXPECT_EQ(edges[1].edge_ns, 1'750'000'000 - 70);
   EXPECT_EQ(edges[0].sequence, 1U);
@@ -179,12 +179,12 @@ TEST(Timeline, ASecondScannerComesBesideTheFirst) {
     }
     ASSERT_LT(event.laser, 2);
     ++datagrams[event.laser];
-    // The scanner's number, u16 at 6: a receiver tells them apart even on one port.
+    // The scanner's number (u16 at 6) distinguishes scanners for a receiver, even on one port.
     EXPECT_EQ(std::to_integer<int>(event.payload[6]), event.laser + 1);
   }
   for (const WireEvent& event : alone->events)
     others_alone += event.channel != WireChannel::LaserData && event.channel != WireChannel::LaserPosition;
-  EXPECT_EQ(datagrams[0], 30u);  // 20 of data, 10 of status
+  EXPECT_EQ(datagrams[0], 30u);  // 20 of data and 10 of status
   EXPECT_EQ(datagrams[1], 30u);
   EXPECT_EQ(others, others_alone);
   EXPECT_TRUE(std::is_sorted(both.events.begin(), both.events.end(),

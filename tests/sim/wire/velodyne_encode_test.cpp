@@ -15,10 +15,11 @@ namespace {
 using test::load;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-/// 2016-01-21 08:00:00 UTC, 17 leap seconds then, 18 in the simulator's calendar: a whole UTC hour of the simulator.
+/// 2016-01-21 08:00:00 UTC. There were 17 leap seconds then; the simulator's calendar always has 18. It is a full UTC
+/// hour of the simulator.
 constexpr GpsNs kUtcHour = (1'137'398'400LL + 18) * 1'000'000'000LL;
 
-/// What encode_laser_data was given, read back from a recorded packet.
+/// Reads from a recorded packet what encode_laser_data() was given.
 LaserPacket parse(const std::vector<std::byte>& bytes) {
   LaserPacket packet;
   for (std::size_t block = 0; block < 12; ++block) {
@@ -70,7 +71,7 @@ TEST(VelodyneEncode, RecordedPositionPacketComesOutAgain) {
 }
 
 TEST(VelodyneEncode, GprmcEqualsTheRecordedSentence) {
-  // From vlp16_gps.pcap; one calendar second later because the simulator always has 18 leap seconds.
+  // From vlp16_gps.pcap, one second later in the calendar, because the simulator always has 18 leap seconds.
   RmcReport report;
   report.gps_ns = kUtcHour + (18 * 60 + 2) * 1'000'000'000LL;
   report.latitude_rad = (36 + 49.7478558 / 60) * kDegree;
