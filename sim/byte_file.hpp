@@ -83,7 +83,7 @@ class ByteReader {
   bool bytes(void* data, std::size_t size) {
     if (!status_.ok()) return false;
     if (size > left_ || std::fread(data, 1, size, file_.get()) != size) {
-      fail("ends in the middle");
+      fail("ends before it is complete");
       return false;
     }
     left_ -= size;
@@ -107,7 +107,7 @@ class ByteReader {
   /// Returns true if `count` items of `size` bytes each can still be in the file. Call it before memory is reserved for
   /// them.
   bool fits(std::uint64_t count, std::uint64_t size) {
-    if (status_.ok() && count > left_ / size) fail("says that it holds more than it does");
+    if (status_.ok() && count > left_ / size) fail("states more items than it can hold");
     return status_.ok();
   }
   /// Records that the file is malformed. The message is the file's path followed by `what`.

@@ -67,7 +67,7 @@ Result<Judge> Judge::open(const Scenario& scenario, const std::string& truth_fil
   auto reader = TruthReader::open(truth_file);
   if (!reader.ok()) return reader.error();
   if (reader->header().scenario != scenario.text())
-    return Error{ErrorCode::Invalid, truth_file + " is the truth of another scenario than the one given"};
+    return Error{ErrorCode::Invalid, truth_file + " holds the truth of another scenario"};
   Judge judge(scenario, config);
   judge.header_ = reader->header();
   const GeodeticPlace origin = scene_origin(scenario);

@@ -137,9 +137,9 @@ KeyError Scenario::validate() const {
   if (laser.min_range_m >= laser.max_range_m) return {"laser.min_range_m", "must be below laser.max_range_m"};
   if (alley.near_m > alley.far_m) return {"alley.near_m", "must not be above alley.far_m"};
   if (scene == SceneKind::Tunnel && street.curve_deg != 0)
-    return {"street.curve_deg", "must be 0 with scene tunnel: it is straight"};
+    return {"street.curve_deg", "must be 0 with scene tunnel, because a tunnel is straight"};
   if (scene == SceneKind::Traffic && street.road_width_m < 11)
-    return {"street.road_width_m", "must be at least 11 with scene traffic: two lanes each way"};
+    return {"street.road_width_m", "must be at least 11 with scene traffic, which has two lanes each way"};
   if (std::abs(drive.lane_offset_m) > street.road_width_m / 2 - 1)
     return {"drive.lane_offset_m", "must keep the vehicle on the road"};
   if (const std::string wrong = check_turns(*this); !wrong.empty()) return {"", wrong};

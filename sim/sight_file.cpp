@@ -70,7 +70,8 @@ Status write_sights(const Scenario& scenario, const Drive& drive, const std::str
       group[count].returns = std::move(*returns);
     }
     if (options.stop.stop_requested())
-      return Error{ErrorCode::Stopped, "stopped while asking who saw what; " + path + " is not whole"};
+      return Error{ErrorCode::Stopped,
+                   "stopped while finding which exposures saw which return; " + path + " is incomplete"};
     std::atomic<std::size_t> next{0};
     const auto work = [&] {
       for (std::size_t i; (i = next.fetch_add(1)) < count;) look(group[i]);
@@ -86,7 +87,7 @@ Status write_sights(const Scenario& scenario, const Drive& drive, const std::str
       out.bytes(group[i].seen.data(), group[i].seen.size() * sizeof(std::uint16_t));
     }
     if (progress && count > 0 && !group[count - 1].returns.empty())
-      progress("asking who saw what",
+      progress("finding which exposures saw which return",
                static_cast<double>(group[count - 1].returns.back().fired_gps_ns - drive.begin_gps_ns) /
                    static_cast<double>(drive.end_gps_ns - drive.begin_gps_ns));
   }

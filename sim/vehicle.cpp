@@ -138,7 +138,8 @@ std::string check_turns(const Scenario& c) {
     return "duration_s is too short for drive.turns: at least " + text_of(std::ceil(c.duration_s - left)) + " s";
   const double beyond = kStreetBegins_m - (drive.turns.back().at_m - stretch_m(drive, left));
   if (drive.turns.size() % 2 == 1 && beyond > 0)
-    return "duration_s is too long for drive.turns: the way back leaves the street behind its beginning; at most " +
+    return "duration_s is too long for drive.turns: on the way back the vehicle passes the beginning of the street; at "
+           "most " +
            text_of(std::floor(c.duration_s - beyond / drive.speed)) + " s";
   return {};
 }

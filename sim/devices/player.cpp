@@ -74,7 +74,7 @@ Status Player::wait_until_ready(std::int64_t timeout_ns, const std::stop_token& 
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped while waiting for the devices' clients"};
     if (monotonic_raw_ns() > deadline) {
       missing.pop_back();
-      return Error{ErrorCode::TimedOut, "the simulated vehicle waited in vain:" + missing};
+      return Error{ErrorCode::TimedOut, "the simulated vehicle waited in vain for the program:" + missing};
     }
     std::this_thread::sleep_for(kPollInterval);
   }

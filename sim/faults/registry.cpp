@@ -137,7 +137,7 @@ std::string FaultLine::validate() const {
   if (!(strength >= entry.least && strength <= entry.most))
     return fmt::format("strength: {} of {} is not within {} .. {}", strength, entry.name, entry.least, entry.most);
   if (std::find(entry.targets.begin(), entry.targets.end(), target) == entry.targets.end())
-    return fmt::format("target: {} does not happen to {}", entry.name, sim::name(target));
+    return fmt::format("target: {} cannot happen to {}", entry.name, sim::name(target));
   return {};
 }
 

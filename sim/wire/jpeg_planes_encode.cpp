@@ -22,7 +22,7 @@ Result<Bytes> encode_jpeg_planes(const JpegPlanesImage& image) {
   if (lens_width < 2 || lens_height < 2 || lens_width % 2 || lens_height % 2 || image.lenses > kMostLenses ||
       image.lenses > std::size_t{image.lens_columns} * image.lens_rows ||
       image.mosaic.size() != std::size_t{image.width} * image.height)
-    return Error{ErrorCode::Invalid, "JPEG planes are made of up to six lens images of even sides"};
+    return Error{ErrorCode::Invalid, "JPEG planes need a mosaic of at most six lens images with even sides"};
   const JpegHandle encoder(tjInitCompress());
   if (!encoder) return Error{ErrorCode::Exhausted, "no memory for a JPEG encoder"};
 

@@ -366,13 +366,14 @@ std::string TimelineConfig::validate() const {
 
 Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config, const DeviceErrors& errors) {
   if (std::string problem = config.validate(); !problem.empty()) return Error{ErrorCode::Invalid, std::move(problem)};
-  if (drive.end_gps_ns <= drive.begin_gps_ns) return Error{ErrorCode::Invalid, "a drive ends after it begins"};
+  if (drive.end_gps_ns <= drive.begin_gps_ns)
+    return Error{ErrorCode::Invalid, "the drive does not end after it begins"};
   if (!in_time_order(drive.ins, [](const InsSample& s) { return s.gps_ns; }) ||
       !in_time_order(drive.laser, [](const LaserPacket& p) { return p.first_firing_gps_ns; }) ||
       !in_time_order(drive.profile, [](const ProfilePacket& p) { return p.first_pulse_gps_ns; }) ||
       !in_time_order(drive.wheel, [](const WheelSample& s) { return s.gps_ns; }) ||
       !in_time_order(drive.exposures, [](const CameraExposure& e) { return e.exposure_start_gps_ns; })) {
-    return Error{ErrorCode::Invalid, "a drive's samples, packets and exposures are in the order of time"};
+    return Error{ErrorCode::Invalid, "the drive's samples, packets and exposures are not all in the order of time"};
   }
   Builder builder(drive, config, errors);
   if (Status added = builder.add_laser(); !added) return added.error();
