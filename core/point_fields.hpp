@@ -44,53 +44,55 @@ PointField(Value Point::*, Rest...) -> PointField<Point, Value>;
 
 /// The fields in the order of cloud.las's extra bytes and of view.mcap's fields.
 inline constexpr auto kPointFields = std::tuple{
-    PointField{&ColouredPoint::east, "east", "m", "Place east of the cloud's origin, in the local level there.",
+    PointField{&ColouredPoint::east, "east", "m",
+               "Place east of the cloud's origin, in the local level at that origin.",
                las_own("x", "easting in the map, steps of 1 mm"), "x"},
-    PointField{&ColouredPoint::north, "north", "m", "Place north of it.",
+    PointField{&ColouredPoint::north, "north", "m", "Place north of the cloud's origin.",
                las_own("y", "northing in the map, steps of 1 mm"), "y"},
-    PointField{&ColouredPoint::up, "up", "m", "Place above it.",
+    PointField{&ColouredPoint::up, "up", "m", "Place above the cloud's origin.",
                las_own("z", "height above the WGS84 ellipsoid, steps of 1 mm; no geoid is applied"), "z"},
     PointField{&ColouredPoint::time, "time", "ns", "When the laser fired: GPS time since 1980-01-06.",
                las_own("GPS time", "GPS seconds - 1e9, which LAS calls adjusted standard GPS time")},
     PointField{&ColouredPoint::red, "red", "", "Red part of the sampled colour.", las_own("red", "times 257"), "red",
                std::uint8_t{0}},
-    PointField{&ColouredPoint::green, "green", "", "Green part of it.", las_own("green", "times 257"), "green",
-               std::uint8_t{0}},
-    PointField{&ColouredPoint::blue, "blue", "", "Blue part of it.", las_own("blue", "times 257"), "blue",
-               std::uint8_t{0}},
+    PointField{&ColouredPoint::green, "green", "", "Green part of the sampled colour.", las_own("green", "times 257"),
+               "green", std::uint8_t{0}},
+    PointField{&ColouredPoint::blue, "blue", "", "Blue part of the sampled colour.", las_own("blue", "times 257"),
+               "blue", std::uint8_t{0}},
     PointField{&ColouredPoint::reflectivity, "reflectivity", "",
-               "Strength of the echo, as the scanner gives it in 0 .. 255.", las_own("intensity", "times 257"),
+               "Strength of the echo as the scanner gives it, 0 to 255.", las_own("intensity", "times 257"),
                "intensity"},
-    PointField{&ColouredPoint::return_number, "return number", "", "Which echo of its pulse it is; 1 is the nearest.",
+    PointField{&ColouredPoint::return_number, "return number", "",
+               "Number of the echo among those of its firing; 1 is the nearest.",
                las_own("return number", "as it is, at most the number of returns")},
-    PointField{&ColouredPoint::return_count, "return count", "", "How many echoes the pulse had.",
+    PointField{&ColouredPoint::return_count, "return count", "", "Number of echoes of the firing.",
                las_own("number of returns", "as it is, at most 15")},
-    PointField{&ColouredPoint::sensor, "sensor", "", "The scanner, by its number in the rig.",
+    PointField{&ColouredPoint::sensor, "sensor", "", "The scanner: its number in the rig.",
                las_own("point source id", "as it is")},
     PointField{&ColouredPoint::exposure, "exposure", "",
-               "Index in the drive, by time, of the exposure that gave the colour.",
+               "Index of the exposure that gave the colour; the exposures of a drive are numbered by time.",
                las_extra("exposure", "exposure that gave the colour"), "", kNoExposure},
     PointField{&ColouredPoint::channel, "channel", "", "Ring of the laser, from the lowest elevation.",
                las_extra("channel", "laser channel")},
-    PointField{&ColouredPoint::lens, "lens", "", "The lens that was sampled: its place in `head.lenses`.",
+    PointField{&ColouredPoint::lens, "lens", "", "The lens that was sampled: its index in `head.lenses`.",
                las_extra("lens", "lens that was sampled"), "", kNoLens},
     PointField{&ColouredPoint::quality, "quality", "",
-               "How good the colour is, 1 to 255 best: by the pixel's distance from the border, the exposure's in "
-               "time, and the clock's state.",
+               "Quality of the colour, from 1 to 255 (best). It depends on the pixel's distance from the border, the "
+               "exposure's distance in time, and the clock's state.",
                las_extra("quality", "0 uncoloured ... 255 best"), "quality", std::uint8_t{0}},
     PointField{&ColouredPoint::state, "colour state", "",
-               "0 Direct: coloured by the exposure that owns its time. 1 Neighbour: by one nearby, for the owner sees "
-               "the vehicle or nothing there. 2 NoExposure: without "
-               "a colour, for no usable exposure owns its time. 3 Outside: without a colour, for no exposure near "
-               "enough sees it.",
+               "0 Direct: coloured by the exposure that owns its time. 1 Neighbour: coloured by a nearby exposure, "
+               "because the owner sees the vehicle or nothing there. 2 NoExposure: no colour, because no usable "
+               "exposure owns its time. 3 Outside: no colour, because no exposure that is near enough sees it.",
                las_extra("colour_state", "0 own 1 neighbour 2.. uncoloured")},
     PointField{&ColouredPoint::sigma_m, "sigma", "m", "One sigma of the place, from pose, time and range.",
                las_extra("sigma", "1-sigma position uncertainty, m")},
     PointField{&ColouredPoint::u, "u", "px",
-               "Column of the pixel that was sampled, of the lens image or, with `method: panorama`, of the panorama; "
-               "centres at whole numbers.",
+               "Column of the pixel that was sampled, in the lens image or, with `method: panorama`, in the panorama. "
+               "Pixel centres have whole numbers.",
                las_extra("image_u", "column that was sampled, px")},
-    PointField{&ColouredPoint::v, "v", "px", "Row of that pixel.", las_extra("image_v", "row that was sampled, px")},
+    PointField{&ColouredPoint::v, "v", "px", "Row of the pixel that was sampled.",
+               las_extra("image_v", "row that was sampled, px")},
 };
 
 /// Returns the number that is stored for a field's value: the whole number of a code, the nanoseconds of a time.
