@@ -56,34 +56,39 @@ struct StreetView {
 /// those of LasReader.
 Result<StreetView> picture_from_street(const std::filesystem::path& las, const StreetViewConfig& config);
 
+/// Settings of picture_while_driving(). validate() returns an empty text if they are valid, else a sentence.
 struct MovingViewConfig {
-  double start = 0.35;                    ///< 0 ... 0.95: share of the cloud's time at which the picture begins
-  double drive_s = 11;                    ///< 0.5 ... 60: how much of the drive it shows
-  double speed = 2.5;                     ///< 0.5 ... 20: times as fast as the drive
-  double frames_per_s = 14;               ///< 1 ... 50
-  int width = 640, height = 360;          ///< px, 16 ... 4096
-  double brightening = 1.15;              ///< 0.2 ... 5: exponent of the curve that lifts dark colours
-  double quality = 60;                    ///< 0 ... 100: of the lossy compression
-  double horizontal_view = 1.05;          ///< rad, 0.2 ... 2.6: width of the view
-  double behind_m = 36, above_m = 19;     ///< the eye's place, from the vehicle's place on the ground
-  double ahead_m = 4;                     ///< the point on the ground, before the vehicle, that the eye looks at
-  double reach_m = 45;                    ///< returns farther from the vehicle are not drawn
-  double before_s = 10;                   ///< returns of so much time before the begin are drawn too
-  std::uint64_t most_points = 4'000'000;  ///< 1000 ...: held in memory; of more, an even share is taken
+  double start = 0.35;                 ///< share of the cloud's time at which the picture begins, 0 ... 0.95
+  double drive_s = 11;                 ///< duration of the drive that it shows, s, 0.5 ... 60
+  double speed = 2.5;                  ///< speed as a multiple of the drive's, 0.5 ... 20
+  double frames_per_s = 14;            ///< 1 ... 50
+  int width = 640, height = 360;       ///< px, 16 ... 4096
+  double brightening = 1.15;           ///< exponent of the curve that lifts dark colours, 0.2 ... 5
+  double quality = 60;                 ///< quality of the lossy compression, 0 ... 100
+  double horizontal_view = 1.05;       ///< width of the view, rad, 0.2 ... 2.6
+  double behind_m = 36, above_m = 19;  ///< place of the eye behind and above the vehicle's place on the ground, m
+  double ahead_m = 4;    ///< distance of the point on the ground, before the vehicle, at which the eye looks, m
+  double reach_m = 45;   ///< returns farther from the vehicle are not drawn
+  double before_s = 10;  ///< returns from this time before the begin are drawn too
+  std::uint64_t most_points = 4'000'000;  ///< points in memory, 1000 or more; if there are more, an even share is taken
   std::string validate() const;
 };
+/// The result of picture_while_driving().
 struct MovingView {
   Bytes webp;      ///< the file
-  int frames = 0;  ///< pictures in it
+  int frames = 0;  ///< number of pictures in it
   Status read;     ///< as in TopView
 };
-/// Shows the street as it is measured and coloured, from an eye that follows the vehicle, as an animated WebP. A return
-/// appears when its laser fired (the point's time). It is grey, by the strength of its echo, until the last return
-/// which the exposure of its colour owns has been fired; then it takes its colour. Returns without a colour stay grey.
-/// A file without our fields `exposure` and `colour_state` shows its colours at once.
-/// The vehicle's place is taken from the cloud itself: the middle of the ground that was hit within a short time.
+/// Shows the street while it is measured and coloured, from an eye that follows the vehicle, as an animated WebP.
+///
+/// A return appears when its laser fired (the point's time). It is grey, by the strength of its echo, until the last
+/// return that belongs to the exposure of its colour has been fired. Then it takes its colour. Returns without a colour
+/// stay grey. A file without the fields `exposure` and `colour_state` of this program shows its colours at once. The
+/// place of the vehicle is taken from the cloud itself: it is the middle of the ground that was hit within a short
+/// time.
+///
 /// Reads the file twice and holds at most `most_points` points. Errors: those of LasReader; Unsupported (points without
-/// times); Invalid (configuration; fewer than 0.5 s or too few points at that place).
+/// times); Invalid (configuration; less than 0.5 s of drive, or too few points at that place).
 Result<MovingView> picture_while_driving(const std::filesystem::path& las, const MovingViewConfig& config = {});
 
 }  // namespace hueline::storage

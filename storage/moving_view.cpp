@@ -15,8 +15,8 @@
 namespace hueline::storage {
 namespace {
 
-constexpr int kFiner = 2;       // each frame is drawn this many times larger, and reduced
-constexpr double kLeast = 0.5;  // s of drive
+constexpr int kFiner = 2;       // each frame is drawn this many times larger, then reduced
+constexpr double kLeast = 0.5;  // shortest duration of the drive, s
 
 /// Times and brightness of a whole file.
 struct Extent {
@@ -25,7 +25,7 @@ struct Extent {
   Status read;
 };
 
-/// Calls `visit` for each point. Truncated after all points of a cut file.
+/// Calls `visit` for each point. Returns Truncated after all points of a cut file.
 template <class Visit>
 Status for_each_point(LasReader& reader, Visit&& visit) {
   reader.rewind();
@@ -48,17 +48,17 @@ Result<Extent> extent_of(LasReader& reader) {
   return e;
 }
 
-/// A return as it is drawn. Times are s since the picture begins; places are m from the first point that is held.
+/// A return as it is drawn. Times are s since the picture begins, places are m from the first point that is held.
 struct Shown {
   Eigen::Vector3f place;
-  float fired, coloured;  // `coloured`: the time at which it takes `colour`
+  float fired, coloured;  // `coloured` is the time at which it takes `colour`
   std::uint32_t exposure;
   Rgb colour;
-  std::uint8_t grey;  // of its echo, shown until then
+  std::uint8_t grey;  // of its echo; shown until then
 };
 
-/// Keeps every n-th of the points that are offered; n is the smallest power of two for which they fit. Which points
-/// are kept depends on their order alone.
+/// Keeps every n-th of the points that it is offered, where n is the smallest power of two for which they fit. The
+/// order of the points alone decides which are kept.
 class EvenShare {
  public:
   explicit EvenShare(std::uint64_t most) : most_(most) {}
@@ -79,10 +79,10 @@ class EvenShare {
   std::vector<Shown> points_;
 };
 
-/// The vehicle's way over the ground, estimated from the returns alone.
+/// The path of the vehicle over the ground, estimated from the returns alone.
 class Way {
  public:
-  /// `points` in the order of their times.
+  /// `points` must be in the order of their times.
   explicit Way(const std::vector<Shown>& points) {
     constexpr double kStep = 0.25;  // s
     for (std::size_t begin = 0; begin < points.size();) {
@@ -94,8 +94,8 @@ class Way {
   }
   bool empty() const { return knots_.empty(); }
 
-  /// Returns the vehicle's place on the ground: the value at `time` of a straight line that is fitted to the knots
-  /// around it. A mean of the knots would be pulled inwards at both ends.
+  /// Returns the place of the vehicle on the ground: the value at `time` of a straight line that is fitted to the knots
+  /// around it. A mean of the knots would be too far inside at both ends.
   Eigen::Vector3d at(double time) const {
     constexpr double kSmoothing = 1.2;  // s, one sigma
     Eigen::Vector3d sum = Eigen::Vector3d::Zero(), sum_t = Eigen::Vector3d::Zero();
@@ -109,8 +109,8 @@ class Way {
     if (determinant < 1e-9 * weights * weights) return sum / weights;
     return (t2 * sum - t1 * sum_t) / determinant;
   }
-  /// Returns the direction from the place `behind` m back on the way to the place at `time`; rad, clockwise from grid
-  /// north. If the way does not reach back so far, it is the direction of the whole way.
+  /// Returns the direction from the place `behind` m back on the path to the place at `time`, rad, clockwise from grid
+  /// north. If the path does not reach back so far, it is the direction of the whole path.
   double heading(double time, double behind) const {
     const Eigen::Vector3d here = at(time);
     Eigen::Vector3d way = knots_.back().ground - knots_.front().ground;
@@ -127,8 +127,8 @@ class Way {
     double time;
     Eigen::Vector3d ground;
   };
-  /// Adds the place of the vehicle while `points` were measured: the median of what lies within 0.5 m of the height
-  /// below which a twentieth of them lies.
+  /// Adds the place of the vehicle while `points` were measured. The height below which a twentieth of the points lies
+  /// is taken as the ground; the place is the median of the points within 0.5 m of it.
   void add(std::span<const Shown> points) {
     if (points.size() < 20) return;
     std::vector<float> heights;
@@ -156,14 +156,14 @@ struct Scene {
   Status read;
 };
 
-/// The returns that the picture needs, from `begin` - before_s to `begin` + `length`.
+/// Returns the points that the picture needs, from `begin` - before_s to `begin` + `length`.
 Result<Scene> scene_of(LasReader& reader, const Extent& extent, double begin, double length,
                        const MovingViewConfig& config) {
   const LasExtraField* state = reader.extra_field(las_extra_name<&ColouredPoint::state>());
   const LasExtraField* exposure = reader.extra_field(las_extra_name<&ColouredPoint::exposure>());
   const PointColour colour(reader, extent.brightest_colour < 256, extent.brightest_intensity);
   const double brightest = std::max<std::uint16_t>(1, extent.brightest_intensity);
-  std::map<std::uint32_t, float> ends;  // of exposures: when the last return that they own was fired
+  std::map<std::uint32_t, float> ends;  // for each exposure, the time when the last return that belongs to it was fired
   EvenShare share(config.most_points);
   std::optional<Eigen::Vector3d> base;
   std::array<std::uint8_t, 256> lifted;
@@ -174,7 +174,7 @@ Result<Scene> scene_of(LasReader& reader, const Extent& extent, double begin, do
   const Status read = for_each_point(reader, [&](const LasPoint& p) {
     if (!p.time) return;
     const double t = *p.time - begin;
-    if (!(t >= -config.before_s && t <= length + 3)) return;  // the way beyond the end turns the eye
+    if (!(t >= -config.before_s && t <= length + 3)) return;  // the path beyond the end still turns the eye
     const Eigen::Vector3d place(p.x, p.y, p.z);
     if (!place.allFinite()) return;
     if (!base) base = place;
@@ -200,7 +200,7 @@ Result<Scene> scene_of(LasReader& reader, const Extent& extent, double begin, do
     if (const auto end = ends.find(p.exposure); end != ends.end()) p.coloured = std::max(p.fired, end->second);
   Way way(points);
   if (way.empty()) return Error{ErrorCode::Invalid, "too few points for a moving picture at that place"};
-  // What is far from the vehicle is thin and of little use to the eye.
+  // Points far from the vehicle are sparse and show little.
   std::vector<Eigen::Vector3d> places;
   constexpr double kStep = 0.1;
   for (double t = -config.before_s; t <= length + kStep; t += kStep) places.push_back(way.at(t));
@@ -219,7 +219,7 @@ Rgb background(int row, int height) {
 }
 
 RgbImage frame_at(const Scene& scene, double now, const MovingViewConfig& config) {
-  const int margin = 8 * kFiner;  // what lies at the border has neighbours outside
+  const int margin = 8 * kFiner;  // so that pixels at the border have neighbours outside
   const int width = config.width * kFiner + 2 * margin, height = config.height * kFiner + 2 * margin;
   const double focal = config.width * kFiner / 2.0 / std::tan(config.horizontal_view / 2);
   const double heading = scene.way.heading(now, config.behind_m);
@@ -301,7 +301,7 @@ Result<MovingView> picture_while_driving(const std::filesystem::path& las, const
   if (!animation) return animation.error();
   const int frames = std::max(1, static_cast<int>(std::lround(length / config.speed * config.frames_per_s)));
   const auto shown_at = [&](int frame) { return static_cast<int>(std::lround(frame * 1000 / config.frames_per_s)); };
-  constexpr int kRestMs = 800;  // the last frame stays, so that it can be looked at
+  constexpr int kRestMs = 800;  // the last frame stays for people to look at
   for (int i = 0; i < frames; ++i) {
     const double now = std::min(length, i * config.speed / config.frames_per_s);
     const int duration = shown_at(i + 1) - shown_at(i) + (i + 1 == frames ? kRestMs : 0);

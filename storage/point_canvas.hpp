@@ -4,17 +4,19 @@
 
 #include "storage/png.hpp"
 
-/// What the perspective pictures of a cloud share: the view from one eye, and a picture with a depth for each pixel.
+/// The parts that the perspective pictures of a cloud share: the view from one eye, and a picture with a depth for each
+/// pixel.
 namespace hueline::storage {
 
 /// The view of a pinhole camera. Pixel (0, 0) is the centre of the upper left pixel.
 class PointView {
  public:
-  /// `eye` in the cloud's coordinates, m; `heading` clockwise from grid north, `pitch` up positive, rad; `focal`, px.
+  /// `eye` is in the cloud's coordinates, m. `heading` is clockwise from grid north and `pitch` positive upwards, rad.
+  /// `focal` is in px.
   PointView(const Eigen::Vector3d& eye, double heading, double pitch, double focal, int width, int height);
 
   struct Seen {
-    double x, y;   ///< px; means nothing where the depth is not positive
+    double x, y;   ///< px; without meaning if the depth is not positive
     double depth;  ///< m along the optical axis; negative behind the eye
   };
   Seen project(const Eigen::Vector3d& point) const {

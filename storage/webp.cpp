@@ -24,7 +24,8 @@ Result<WebpAnimation> WebpAnimation::create(int width, int height, double qualit
   WebPAnimEncoderOptions options;
   if (!WebPAnimEncoderOptionsInit(&options))
     return Error{ErrorCode::Unsupported, "WebP: another version of libwebpmux"};
-  // Each picture stands for itself: the camera moves, so hardly a pixel stays the same, and none may shine through.
+  // Each picture is stored whole. The camera moves, so hardly a pixel stays the same, and no old pixel may show
+  // through.
   options.kmin = 0;
   options.kmax = 1;
   WebPAnimEncoder* encoder = WebPAnimEncoderNew(width, height, &options);
@@ -58,7 +59,7 @@ Result<Bytes> WebpAnimation::finish() {
   if (time_ms_ == 0) return Error{ErrorCode::Invalid, "WebP: an animation without pictures"};
   WebPData data;
   WebPDataInit(&data);
-  // The end has a time of its own: it is how long the last picture is shown.
+  // The encoder needs a time for the end. It decides how long the last picture is shown.
   if (!WebPAnimEncoderAdd(encoder_.get(), nullptr, time_ms_, nullptr) ||
       !WebPAnimEncoderAssemble(encoder_.get(), &data))
     return library_error("the animation cannot be put together", encoder_.get());

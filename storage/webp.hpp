@@ -9,12 +9,13 @@ struct WebPAnimEncoder;
 
 namespace hueline::storage {
 
-/// Makes an animated WebP of pictures that come one after another. Only the compressed pictures are kept in memory. The
-/// same pictures give the same bytes. Move-only.
+/// Makes an animated WebP of pictures that follow each other. Only the compressed pictures are kept in memory. The same
+/// pictures give the same bytes. Move-only.
 /// Thread safety: none; one thread calls all functions.
 class WebpAnimation {
  public:
-  /// `quality`: of the lossy compression, 0 (small) to 100. Errors: Invalid (sides from 1 to 16383 px).
+  /// Creates an empty animation. `quality` of the lossy compression is 0 (small) to 100. Errors: Invalid if a side is
+  /// not from 1 to 16383 px.
   static Result<WebpAnimation> create(int width, int height, double quality);
 
   /// Shows `image` for `duration_ms` (1 or more). Errors: Invalid (another size than the animation's, no duration);

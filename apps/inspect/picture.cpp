@@ -57,8 +57,8 @@ Result<storage::StreetViewConfig> viewpoint(const Options& options) {
   return view;
 }
 
-/// Says what is to say of a picture that was written. Returns `status`, or the picture's own status if the cloud or the
-/// picture failed.
+/// Reports a picture that was written. Returns `status`, or the picture's own status if the cloud or the picture
+/// failed.
 int finish(const std::string& path, const Status& written, const std::string& said, const Status& read, int status) {
   if (!written.ok()) {
     log_error(written.error().message);

@@ -17,11 +17,11 @@ using test::TemporaryFolder;
 struct Frame {
   RgbImage image;
   int shown_until_ms = 0;
-  /// Pixels that the colour of the test's street has, and pixels of light grey.
+  /// Number of pixels in the colour of the test's street, and of pixels in light grey.
   int red = 0, grey = 0;
 };
 
-/// The frames as libwebp's decoder gives them.
+/// Returns the frames that libwebp's decoder finds.
 std::vector<Frame> decode(const Bytes& file) {
   const WebPData data{reinterpret_cast<const std::uint8_t*>(file.data()), file.size()};
   const std::unique_ptr<WebPAnimDecoder, void (*)(WebPAnimDecoder*)> decoder(WebPAnimDecoderNew(&data, nullptr),
@@ -50,7 +50,7 @@ std::vector<Frame> decode(const Bytes& file) {
 
 constexpr double kSpeed = 8;  // m/s, northwards
 
-/// Flat red ground, measured within 8 m of a vehicle for 10 s; an exposure owns each `exposure_s`.
+/// Returns flat red ground, measured for 10 s within 8 m of a vehicle. An exposure owns each `exposure_s`.
 CloudBlock street(double exposure_s, ColourState state = ColourState::Direct) {
   CloudBlock block{test::sample_origin(), {}};
   for (int i = 0; i < 40'000; ++i) {
@@ -72,7 +72,7 @@ void write_cloud(const std::filesystem::path& path, const CloudBlock& block) {
   EXPECT_TRUE(writer && writer->append(block) && writer->close());
 }
 
-/// Eight seconds from the begin on, four frames a second of drive.
+/// Settings for eight seconds from the begin on, with four frames a second of drive.
 MovingViewConfig quick() {
   MovingViewConfig config;
   config.start = 0;
