@@ -21,6 +21,7 @@ using Figures = std::map<std::string, Figure>;
 /// A chart of figures. Curves are drawn in the given order, which also decides their colours.
 struct Chart {
   enum class Kind { Lines, Bars, Points };
+  /// A curve, a set of bars or a set of points.
   struct Curve {
     std::string label;
     std::vector<std::pair<double, double>> points;  ///< x, y

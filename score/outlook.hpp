@@ -30,6 +30,7 @@ class Outlook {
   };
   /// What the ray met. Before: something else, which hides the place. Behind: nothing is at the place any more.
   enum class Met { Place, Before, Behind };
+  /// What a ray met, in relation to the place and in detail.
   struct Look {
     Met met = Met::Place;
     sim::Seen seen;
@@ -58,6 +59,7 @@ class Outlook {
   /// lenses choose their gains themselves, the true colour is therefore given at the geometric mean of the gains that
   /// they chose.
   const sim::Tone& tone() const { return tone_; }
+  /// Returns the geometric mean of the factors of all lenses at all exposures.
   double mean_lens_gain() const { return mean_lens_gain_; }
 
   const sim::World& world() const { return world_; }
@@ -84,6 +86,7 @@ class Outlook {
   std::vector<Station> stations_;
 };
 
+/// Returns how the 8 bits of a scenario's camera encode light.
 LabOfRgb::Encoding encoding_of(const sim::Scenario& scenario);
 
 }  // namespace hueline::score

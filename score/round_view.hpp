@@ -19,6 +19,7 @@ class RoundView {
 
   /// `T_enu_head` is the pose of the viewer; its forward direction is the middle of the picture.
   explicit RoundView(const sim::Pose& T_enu_head);
+  /// Adds a point. `difference` is the CIEDE2000 difference of `claimed` and `truth`.
   void add(sim::Vec3 place_enu, std::array<std::uint8_t, 3> claimed, std::array<std::uint8_t, 3> truth,
            double difference);
   /// Returns the three pictures.

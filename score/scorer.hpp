@@ -48,7 +48,9 @@ class Scorer {
   /// (configuration).
   static Result<Scorer> open(const sim::Scenario& scenario, const std::string& cache_dir, const Config& config);
 
+  /// Adds an exposure. An exposure that the camera did not make is ignored.
   void add(const ExposureClaim& exposure);
+  /// Adds a point, coloured or not.
   void add(const PointClaim& point);
   /// Casts the rays and computes the figures. Call it after everything was added. `progress` gets 0 .. 1.
   ScenarioScore finish(const std::string& name, const std::map<std::string, DeviceBytes>& devices,

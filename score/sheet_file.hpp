@@ -21,6 +21,7 @@ struct RunNotes {
   std::string determinism;  ///< what was compared, in a sentence
   double wall_s = 0;
 };
+/// Returns the notes as JSON.
 std::string notes_json(const Sheet& sheet, const RunNotes& notes);
 
 /// Reads the figures of a score.json. Errors: Io, Malformed.

@@ -80,6 +80,7 @@ class ByteReader {
     left_ = static_cast<std::uint64_t>(std::max(0L, std::ftell(file_.get())));
     std::rewind(file_.get());
   }
+  /// Reads `size` bytes. Returns false if that fails.
   bool bytes(void* data, std::size_t size) {
     if (!status_.ok()) return false;
     if (size > left_ || std::fread(data, 1, size, file_.get()) != size) {
@@ -114,6 +115,7 @@ class ByteReader {
   void fail(const std::string& what) {
     if (status_.ok()) status_ = Error{ErrorCode::Malformed, path_ + " " + what};
   }
+  /// Returns the first failure, if there was one.
   const Status& status() const { return status_; }
   /// Returns how many bytes are not read yet.
   std::uint64_t left() const { return left_; }

@@ -23,8 +23,8 @@ struct InsSample {
   double roll_rad = 0, pitch_rad = 0, heading_rad = 0;
   /// The sigmas that the POS claims: position east, north, up (m), velocity likewise (m/s), roll, pitch, heading (rad).
   std::array<double, 9> sigma{};
-  std::uint8_t status =
-      3;  ///< INS status as NovAtel counts it: 3 good solution, 6 good solution without GNSS, 2 high variance
+  /// INS status as NovAtel counts it: 3 good solution, 6 good solution without GNSS, 2 high variance.
+  std::uint8_t status = 3;
   bool has_gnss = true;
 };
 
@@ -32,8 +32,8 @@ struct InsSample {
 struct LaserPacket {
   GpsNs first_firing_gps_ns = 0;
   std::array<std::uint16_t, 12> azimuth_centideg{};  ///< azimuth of each block, hundredths of a degree
-  std::vector<std::uint16_t>
-      distance_2mm;  ///< 12 x 32 distances in units of 2 mm, in the maker's order of lasers; 0 means no return
+  /// 12 x 32 distances in units of 2 mm, in the maker's order of lasers; 0 means no return.
+  std::vector<std::uint16_t> distance_2mm;
   std::vector<std::uint8_t> reflectivity;  ///< 12 x 32 reflectivities in the same order
 };
 
@@ -94,16 +94,16 @@ struct TrueExposure {
 
 /// A drive, rendered before it is played. It is a function of the scenario, whose seed is a part of it.
 struct Drive {
-  double origin_latitude_rad = 0, origin_longitude_rad = 0,
-         origin_height_m = 0;  ///< place of the scene's origin, where its local level touches the ellipsoid
+  /// Place of the scene's origin, the origin of its local level.
+  double origin_latitude_rad = 0, origin_longitude_rad = 0, origin_height_m = 0;
   GpsNs begin_gps_ns = 0, end_gps_ns = 0;
   std::vector<InsSample> ins;
   std::vector<LaserPacket> laser;
   std::vector<ProfilePacket> profile;  ///< filled instead of `laser` where the scanner is a profile scanner
   std::vector<WheelSample> wheel;
   std::vector<CameraExposure> exposures;
-  std::vector<std::int64_t>
-      pps_edge_error_ns;  ///< for each whole second from begin_gps_ns: stamp of the edge minus the true second
+  /// For each whole second from begin_gps_ns: stamp of the edge minus the true second.
+  std::vector<std::int64_t> pps_edge_error_ns;
   std::string cache_dir;  ///< folder that holds the images and the truth
 };
 

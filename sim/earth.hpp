@@ -5,6 +5,7 @@
 /// The simulator's own WGS84. Angles are in rad, heights above the ellipsoid in m.
 namespace hueline::sim {
 
+/// Geodetic coordinates.
 struct GeodeticPlace {
   double latitude = 0, longitude = 0, height = 0;
 };

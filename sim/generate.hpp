@@ -14,6 +14,7 @@ namespace hueline::sim {
 /// the thread that called `generate()`, at most about ten times a second.
 using Progress = std::function<void(const std::string& stage, double share)>;
 
+/// How to render.
 struct GenerateOptions {
   unsigned threads = 0;  ///< number of threads; 0: as many as the machine has. The result does not depend on it
   std::stop_token stop;

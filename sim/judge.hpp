@@ -44,6 +44,7 @@ class Spread {
  public:
   void add(double x);
   std::uint64_t count() const { return count_; }
+  /// Returns the root mean square; 0 without values.
   double rms() const;
   double max() const { return max_; }
   /// Returns the smallest value that the share `share` of the values do not exceed.
@@ -84,6 +85,7 @@ class Judge {
   /// Returns the direction (unit length) in the head's frame of a pixel of the panorama.
   Vec3 panorama_direction(TruePixel pixel) const;
 
+  /// The distributions of the errors of all judged claims.
   struct Figures {
     Spread error_px, colour_difference, place_error_m;
   };

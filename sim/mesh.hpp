@@ -61,6 +61,7 @@ struct TexturePoint {
 /// grows from corner 0 to 1 and v from corner 0 to 3.
 class Mesh {
  public:
+  /// One quad; `corner` holds indices into vertices() and texture().
   struct Face {
     QuadTag tag;
     std::array<std::uint32_t, 4> corner;

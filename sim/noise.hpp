@@ -62,7 +62,9 @@ enum Stream : std::uint64_t {
 /// draws among the arguments of one call, because compilers evaluate arguments in different orders.
 struct Draw {
   std::uint64_t seed, stream, index = 0;
+  /// Returns a number in [lo, hi).
   double operator()(double lo, double hi) { return lo + (hi - lo) * uniform(seed, stream, index++); }
+  /// Returns a whole number in 0 .. n - 1.
   std::uint32_t below(std::uint32_t n) { return static_cast<std::uint32_t>(counter_bits(seed, stream, index++) % n); }
 };
 

@@ -25,6 +25,7 @@ struct RigTruth {
   std::vector<std::uint8_t> own_vehicle_mask(std::size_t lens) const;
 };
 
+/// Returns the true geometry of a scenario's sensors.
 RigTruth rig_truth(const Scenario& scenario);
 
 /// One laser of a scanner with several beams.
@@ -59,6 +60,7 @@ struct ProfileTiming {
     return static_cast<std::uint64_t>(index) * static_cast<std::uint64_t>(angle_step);
   }
 };
+/// Returns the timing of a profile scanner with the rates of `laser`.
 ProfileTiming profile_timing(const LaserConfig& laser);
 
 }  // namespace hueline::sim

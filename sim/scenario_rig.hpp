@@ -18,6 +18,7 @@ struct MountConfig {
   double rot_x_deg = 0, rot_y_deg = 0, rot_z_deg = 0;
 
   void visit(Keys& keys);
+  /// Returns the mounting as a transform from the sensor's frame into Body.
   Pose T_body_sensor() const {
     return {rotation_zyx(radians(rot_x_deg), radians(rot_y_deg), radians(rot_z_deg)), {x_m, y_m, z_m}};
   }
@@ -41,7 +42,7 @@ struct LaserConfig {
   double range_sigma_m = 0.012;
   double dropout_probability = 0.002;
   double min_range_m = 0.5, max_range_m = 100.0;
-  /// VLP-16: whether lasers start up to 11.2 mm above or below the optical centre, as its manual lists
+  /// VLP-16: whether lasers start up to 11.2 mm above or below the optical centre, as its manual lists.
   bool vertical_offsets = true;
   MountConfig mount{.x_m = 0.02, .y_m = -1.28, .z_m = 1.83, .rot_x_deg = 28.0, .rot_y_deg = 0.6, .rot_z_deg = -0.9};
 

@@ -20,12 +20,14 @@ enum class SceneKind : std::uint8_t {
   Targets,  ///< an open pit with sphere targets on tripods and things that look like them
 };
 
+/// The scene `alley`.
 struct AlleyConfig {
   double near_m = 2.0, far_m = 5.0;  ///< least and largest distance of a wall from the vehicle's path
 
   void visit(Keys& keys);
 };
 
+/// The scene `traffic`.
 struct TrafficConfig {
   double spacing_m = 34.0;  ///< distance between oncoming vehicles of a lane; each lane has street.moving_cars of them
   int overtaking_cars = 3;
@@ -35,6 +37,7 @@ struct TrafficConfig {
   void visit(Keys& keys);
 };
 
+/// The scene `tunnel`.
 struct TunnelConfig {
   double from_m = 22.0, length_m = 46.0;  ///< along the centre line
   double height_m = 5.2;
@@ -43,6 +46,7 @@ struct TunnelConfig {
   void visit(Keys& keys);
 };
 
+/// The scene `targets`.
 struct TargetsConfig {
   int large = 6, small = 4;  ///< number of spheres of 145 mm and of 72.5 mm radius
   int decoys = 8;            ///< number of balls of other sizes, domes, barrels and boulders

@@ -39,7 +39,9 @@ void add_end(Scene& scene, const Scenario& scenario, const CentreLine& line, Dra
 
 /// Returns the colours of Scene::paints.
 std::vector<Albedo> usual_paints();
+/// Adds a tree with its foot at `foot`. `number` is a part of the names of its surfaces and decides its tint.
 void add_tree(Scene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32_t number);
+/// Adds a lamp post with its foot at `foot` and its arm in the direction `towards_road`.
 void add_lamp(Scene& scene, Vec3 foot, Vec3 towards_road, std::uint32_t number);
 /// Add one car, van or person to the mesh of a shape, in the frame T.
 void add_car(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint);

@@ -62,6 +62,7 @@ constexpr char kTruthMagic[] = "HLTRUTH2";
 class TruthWriter {
  public:
   TruthWriter(const std::string& path, const TruthHeader& header);
+  /// Writes the returns of one packet. `scanner_enu` is the place of the scanner at `first_firing`.
   void packet(GpsNs first_firing, Vec3 scanner_enu, std::span<const TrueReturn> returns);
   Status close() { return out_.close(); }
 

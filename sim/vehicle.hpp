@@ -47,6 +47,7 @@ class Motion {
  public:
   explicit Motion(const Scenario& scenario);
 
+  /// Returns the true pose and velocity at time `t`.
   TrueState state(GpsNs t) const;
   Pose T_enu_body(GpsNs t) const { return state(t).T_enu_body; }
   /// Returns the distance along the centre line, m; 0 before the start. It decreases while the vehicle drives back.

@@ -49,6 +49,7 @@ class World {
   Moment moment(const Moment& base, GpsNs t, const Pose& T_enu_body) const;
 
   static constexpr std::size_t kBatch = 8;
+  /// A ray, and the range of distances in which it can hit something.
   struct Ray {
     Vec3 origin, direction;  ///< in the scene's local level; the direction has unit length
     double near_m = 0.01, far_m = 1000;

@@ -21,6 +21,7 @@ class CanSender {
     std::string validate() const;
   };
 
+  /// Opens the socket. Errors: Invalid (configuration), or what the system says of the socket or interface.
   static Result<std::unique_ptr<CanSender>> open(const Config& config);
 
   /// Sends a struct can_frame. Returns false if the kernel refused it.

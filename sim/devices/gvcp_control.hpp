@@ -38,6 +38,7 @@ class GvcpControl {
   /// dropped one.
   bool check_heartbeat(std::int64_t now_ns);
 
+  /// Returns whether a client controls the camera.
   bool is_controlled() const { return is_controlled_; }
   CameraRegisters& registers() { return *registers_; }
 

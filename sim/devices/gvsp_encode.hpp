@@ -13,6 +13,7 @@ namespace hueline::sim {
 /// Size of the IP, UDP and GVSP headers: the part of the stream packet size that is not data.
 constexpr std::uint32_t kGvspOverheadBytes = 20 + 8 + 8;
 
+/// Status of a stream packet. Resent: sent again on request. Unavailable: no longer kept by the camera.
 enum class GvspStatus : std::uint16_t { Success = 0, Resent = 0x0100, Unavailable = 0x800C };
 
 /// An image as its leader packet announces it.
@@ -28,6 +29,7 @@ struct GvspImage {
 /// is n + 1.
 std::uint32_t gvsp_data_packets(const GvspImage& image, std::uint32_t packet_bytes);
 
+/// Encode the packets that announce an image and end it.
 Bytes encode_gvsp_leader(const GvspImage& image, GvspStatus status);
 Bytes encode_gvsp_trailer(const GvspImage& image, std::uint32_t packet_id, GvspStatus status);
 /// Encodes the 8 bytes before the pixels of a data packet. With status Unavailable and without pixels they are the

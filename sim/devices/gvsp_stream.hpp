@@ -47,6 +47,7 @@ class GvspStream {
     std::uint64_t seed = 1;                ///< seed of the lost packets
     std::string validate() const;
   };
+  /// Numbers of packets and requests since the stream was opened.
   struct Counts {
     std::uint64_t packets_sent = 0, packets_lost_on_purpose = 0, packets_resent = 0, resends_refused = 0;
     std::uint64_t packets_failed = 0;  ///< refused by the kernel
@@ -55,7 +56,9 @@ class GvspStream {
   GvspStream(const Config& config, FileDescriptor socket)
       : config_(config), socket_(std::move(socket)), losses_(config.seed, kStreamWireFault) {}
 
+  /// Sets where and what to stream. Called whenever a client changed the camera's registers.
   void set_target(const StreamTarget& target);
+  /// Returns whether a client has started the acquisition.
   bool is_active() const;
   /// Sends one image, paced, and returns when its trailer has left. Errors: Unavailable (no client has started the
   /// acquisition), Invalid (the client's region is not inside the image), Stopped.

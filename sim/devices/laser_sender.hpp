@@ -22,6 +22,7 @@ class LaserSender {
     std::string validate() const;
   };
 
+  /// Opens the socket. Errors: Invalid (configuration), or what the system says of the socket.
   static Result<std::unique_ptr<LaserSender>> open(const Config& config);
 
   /// Send a datagram. Return false if the kernel refused it.

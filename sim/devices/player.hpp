@@ -41,6 +41,7 @@ struct PlayReport {
   const ChannelReport& of(WireChannel channel) const { return channels[static_cast<std::size_t>(channel)]; }
 };
 
+/// How far a timeline is played.
 struct PlayProgress {
   std::int64_t drive_ns = 0, duration_ns = 0;
   std::uint64_t events = 0;
@@ -64,6 +65,7 @@ class Player {
     std::string validate() const;
   };
 
+  /// Opens all devices. Errors: Invalid (configuration), and those of the devices.
   static Result<std::unique_ptr<Player>> open(const Config& config);
   explicit Player(const Config& config) : config_(config) {}
 

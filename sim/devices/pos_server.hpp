@@ -30,12 +30,15 @@ class PosServer {
     std::size_t client_buffer_bytes = 1U << 20U;
     std::string validate() const;
   };
+  /// Numbers of logs since the server was opened.
   struct Counts {
     std::uint64_t logs_sent = 0;      ///< handed to a client; counted for each client
     std::uint64_t logs_unwanted = 0;  ///< logs that no client had asked for
     std::uint64_t logs_dropped = 0;   ///< logs that were wanted by a client whose buffer was full
   };
 
+  /// Opens the port and starts the thread that serves clients. Errors: Invalid (configuration), or what the system says
+  /// of the port.
   static Result<std::unique_ptr<PosServer>> open(const Config& config);
   explicit PosServer(const Config& config) : config_(config) {}
   ~PosServer();

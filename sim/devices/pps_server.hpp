@@ -26,12 +26,15 @@ class PpsServer {
     std::string validate() const;
   };
 
+  /// Opens the socket and starts the thread that accepts clients. Errors: Invalid (configuration; the path exists and
+  /// is not a socket), or what the system says of the socket.
   static Result<std::unique_ptr<PpsServer>> open(const Config& config);
   explicit PpsServer(const Config& config) : config_(config) {}
   ~PpsServer();
 
   /// Sends an edge to every client; never waits. Returns how many clients could not take it.
   int publish(std::uint64_t sequence, std::int64_t edge_monotonic_raw_ns);
+  /// Returns the number of connected clients.
   int clients() const;
 
  private:

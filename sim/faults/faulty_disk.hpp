@@ -27,6 +27,7 @@ class FaultyDisk {
   /// Returns true for faults that happen in this class and not to what the devices send.
   static bool concerns(FaultType type);
 
+  /// How the program ends.
   enum class Death { None, ProcessKill, PowerCut };
   /// Returns how the program ends by the earliest of the lines that end it; `death_ns()` says when.
   Death death() const { return death_; }

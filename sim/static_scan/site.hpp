@@ -11,6 +11,7 @@
 /// calibration/.
 namespace hueline::sim {
 
+/// What a sphere is for: a target that orients the scan, a target that checks the orientation, or no target at all.
 enum class SphereKind { Orientation, Check, Decoy };
 
 /// A sphere. Coordinates are in the site's frame: x east, y north, z up, origin at the scanner, m.

@@ -11,6 +11,7 @@
 /// Faults between a device and the computer, applied to a Timeline. They are seeded: the same rules do the same damage.
 namespace hueline::sim {
 
+/// What can happen to an event on its way.
 enum class WireFault : std::uint8_t {
   Drop,       ///< made but lost on the way; counts of PPS edges and images show a gap
   Miss,       ///< never made; later counts have no gap

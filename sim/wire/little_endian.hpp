@@ -37,6 +37,7 @@ class LittleEndianWriter {
 
   std::size_t size() const { return bytes_.size(); }
   const Bytes& bytes() const { return bytes_; }
+  /// Moves the bytes out; the writer must not be used afterwards.
   Bytes take() { return std::move(bytes_); }
 
  private:

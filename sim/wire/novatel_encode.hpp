@@ -13,6 +13,7 @@
 /// bit. Pure functions, reentrant.
 namespace hueline::sim {
 
+/// Message ids of the manual.
 enum class NovatelId : std::uint16_t {
   Bestpos = 42,
   Time = 101,
@@ -32,6 +33,7 @@ struct NovatelLog {
   NovatelId id;
   bool has_short_header;
 };
+/// Returns all logs that the simulated receiver can send.
 std::span<const NovatelLog> novatel_logs();
 
 /// Fields of both kinds of header. The short one carries only week and milliseconds.
@@ -58,6 +60,7 @@ struct PvaFields {
   double roll_deg = 0, pitch_deg = 0, azimuth_deg = 0;
   std::uint32_t status = 3;  ///< INS_SOLUTION_GOOD
 };
+/// Returns the fields of a log about a sample; the functions below do the same for the other logs.
 PvaFields pva_fields(const InsSample& sample);
 /// Encodes a log; `id` is Inspva, Inspvas or Mark1Pva.
 Bytes encode_pva(NovatelId id, const NovatelHeader& header, const PvaFields& fields);
@@ -149,6 +152,7 @@ struct NovatelPeek {
   std::uint16_t id = 0;
   std::uint32_t milliseconds = 0;
 };
+/// Returns id and milliseconds of an encoded log, with either kind of header.
 NovatelPeek peek_novatel(std::span<const std::byte> message);
 
 }  // namespace hueline::sim

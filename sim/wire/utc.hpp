@@ -29,6 +29,7 @@ struct WeekTime {
   std::uint32_t week = 0;
   std::int64_t time_of_week_ns = 0;
 };
+/// Returns week and time of week of a GPS time.
 WeekTime week_time(GpsNs gps_ns);
 
 }  // namespace hueline::sim
