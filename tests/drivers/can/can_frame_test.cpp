@@ -1,4 +1,4 @@
-// Frames in their two packet forms, in logs, and what error frames say.
+// Frames in their two kinds of packets and in logs, and what error frames report.
 #include "drivers/can/can_frame.hpp"
 
 #include <gtest/gtest.h>
@@ -60,7 +60,7 @@ TEST(CanPacket, BrokenOnesAreRefused) {
   EXPECT_FALSE(decode_can_packet(bytes, out).ok());
 }
 
-// By hand from the gateway's description of its format.
+// Written by hand from the gateway's description of its format.
 const std::vector<std::byte> kDatagram =
     bytes_of({2,    0,    7,    0,    4,                      // version, data, number, 4 frames
               0,    0,    0,    0xB2, 2,         0xAA, 0xBB,  // 0B2, two bytes
@@ -130,7 +130,7 @@ TEST(CanLog, ARealRecordingIsReadWhole) {
   std::vector<Fault> faults;
   const auto packets = test::read_can_log(data_file.string(), faults);
   EXPECT_TRUE(faults.empty());
-  // As `awk '{print $3}' | sort | uniq -c` counts them.
+  // The expected numbers are those of `awk '{print $3}' | sort | uniq -c`.
   EXPECT_EQ(names(packets), (std::map<std::string, int>{
                                 {"010", 79}, {"011", 265}, {"012", 159}, {"064", 795}, {"065", 79}, {"066", 80}}));
   EXPECT_EQ(packets.front().received, HostTime(nanoseconds(19'968'000)));
@@ -178,7 +178,7 @@ TEST(CanLog, OtherBasesFdAndCandump) {
     EXPECT_FALSE(fd.take(broken).ok()) << broken;
 }
 
-/// A length code of 9 .. 15 in a classic frame is 8 bytes; FD frames may stand in the classic form.
+/// A length code of 9 to 15 in a classic frame means 8 bytes. FD frames may come in the classic form.
 TEST(CanLog, LengthCodesBeyondEight) {
   CanLogParser asc;
   auto entry = asc.take(
@@ -197,7 +197,7 @@ TEST(CanLog, LengthCodesBeyondEight) {
   EXPECT_FALSE(asc.take(" 0.000000 1  123  Rx   d D 00 01 02").ok());
 }
 
-/// What `candump -t a` writes for people, with and without the columns of -x.
+/// The output of `candump -t a` for people, with and without the columns of -x.
 TEST(CanLog, CandumpForPeople) {
   CanLogParser log;
   auto entry = log.take(" (1436509052.249713)  can0  123   [8]  11 22 33 44 55 66 77 88");

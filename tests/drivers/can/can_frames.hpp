@@ -8,7 +8,7 @@
 #include "drivers/can/can_frame.hpp"
 #include "drivers/transport/can_log_source.hpp"
 
-/// Frames and packets as tests need them.
+/// Frames and packets for tests.
 namespace hueline::test {
 
 inline drivers::CanFrame can_frame(std::uint32_t id, std::initializer_list<int> bytes) {
@@ -34,7 +34,7 @@ inline std::vector<std::byte> bytes_of(std::initializer_list<int> bytes) {
   for (const int byte : bytes) out.push_back(static_cast<std::byte>(byte));
   return out;
 }
-/// All packets of a log; faults beside.
+/// All packets of a log, and its faults apart.
 inline std::vector<Packet> read_can_log(const std::string& path, std::vector<Fault>& faults, int channel = 0) {
   drivers::CanLogSource source(3, {path, channel});
   std::vector<Packet> out;

@@ -36,7 +36,7 @@ TEST(CanSignal, BitsAreFoundWhereTheFieldCountsThem) {
   EXPECT_EQ(static_cast<std::uint64_t>(raw(7, 64, BitOrder::Big)), 0x123456789ABCDEF0u);
 }
 
-/// Slow and by the definition: for each bit its place.
+/// A slow version by the definition: the place of each bit.
 std::uint64_t bit_by_bit(const Data& data, const CanSignal& signal) {
   std::vector<int> places;  // from the least significant
   if (signal.order == BitOrder::Little) {
@@ -88,7 +88,7 @@ std::size_t signals(const std::vector<DbcMessage>& messages) {
 TEST(Dbc, MakersFilesAreReadWhole) {
   HUELINE_REQUIRE_DATA("can/vw_mqb.dbc");
   const auto vw = read_dbc(data_file);
-  // As grep counts '^BO_ ' and '^ *SG_ '.
+  // The expected numbers are those that grep counts for '^BO_ ' and '^ *SG_ '.
   EXPECT_EQ(vw.size(), 113u);
   EXPECT_EQ(signals(vw), 1348u);
   const auto tesla = read_dbc(test::data_dir() / "can/tesla_can.dbc");
@@ -111,7 +111,7 @@ TEST(Dbc, MakersFilesAreReadWhole) {
   const CanSignal& left = esp->signals.at(0).signal;
   EXPECT_EQ(esp->signals[0].name, "ESP_HL_Radgeschw_02");
   EXPECT_EQ(esp->signals[0].unit, "Unit_KiloMeterPerHour");
-  // 50 km/h are 6667 x 0.0075 km/h: 0x1A0B.
+  // 50 km/h are 6667 x 0.0075 km/h, which is 0x1A0B.
   const Data data{0x0B, 0x1A, 0, 0, 0, 0, 0, 0};
   EXPECT_DOUBLE_EQ(left.value(data), 50.0025);
   const Data all_ones{0xFF, 0xFF, 0, 0, 0, 0, 0, 0};
@@ -132,7 +132,7 @@ TEST(Dbc, ABrokenSignalIsRefusedWithItsReason) {
 }
 
 TEST(CanChecksum, KnownValues) {
-  // "123456789": the check values of the published CRC catalogues; the byte that would hold the sum is left out.
+  // "123456789" has check values in published CRC catalogues. The byte that would hold the sum is left out.
   std::vector<std::uint8_t> digits;
   for (const char c : std::string("123456789")) digits.push_back(static_cast<std::uint8_t>(c));
   digits.push_back(0x77);

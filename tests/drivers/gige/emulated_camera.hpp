@@ -12,8 +12,9 @@
 
 namespace hueline::test {
 
-/// The simulator's GigE Vision camera, streaming for as long as it lives. Its stamps count images, and an image's stamp
-/// says what is painted on it: a receiver can tell whether an image is whole, and its own.
+/// The simulator's GigE Vision camera, which streams as long as the object lives. Its stamps count images, and the
+/// stamp of an image says what is painted on it. So a receiver can tell whether an image is whole and has its own
+/// stamp.
 class EmulatedCamera {
  public:
   struct Config {

@@ -8,8 +8,7 @@
 
 namespace hueline::test {
 
-/// Aravis's GigE Vision camera in this process, with pixels that say where they belong and which exposure and gain were
-/// set.
+/// Aravis's GigE Vision camera in this process. Its pixels say where they belong, and which exposure and gain were set.
 class FakeCamera {
  public:
   FakeCamera(const char* interface, const char* serial) : camera_(arv_gv_fake_camera_new(interface, serial)) {
@@ -20,11 +19,11 @@ class FakeCamera {
   FakeCamera& operator=(const FakeCamera&) = delete;
 
   bool is_running() const { return arv_gv_fake_camera_is_running(camera_); }
-  /// Share of the stream's packets that the camera itself forgets to send.
+  /// Sets the share of the stream's packets that the camera does not send.
   void lose(double ratio) { g_object_set(camera_, "gvsp-lost-ratio", ratio, nullptr); }
   std::uint32_t exposure_us() const { return exposure_us_; }
   std::uint32_t gain() const { return gain_; }
-  /// Where the client wants its images: anybody on the network may read that from a camera.
+  /// Returns the address to which the client wants its images. Any computer on the network may read that from a camera.
   std::uint16_t stream_port() const {
     guint32 port = 0;
     arv_fake_camera_read_register(arv_gv_fake_camera_get_fake_camera(camera_), 0xD00, &port);

@@ -2,13 +2,13 @@
 
 #include "tests/drivers/gige/gige_reader.hpp"
 
-// AravisSource and a camera on two machines: network namespaces with a virtual cable between them.
+// AravisSource and a camera on two computers: network namespaces with a virtual cable between them.
 namespace hueline::drivers {
 namespace {
 
 using test::FakeCamera;
 
-// Mean size of the packets that came in, from this thread's network.
+// Returns the mean size of the packets that this thread's network received.
 double bytes_per_packet(const std::string& interface) {
   std::ifstream file("/proc/thread-self/net/dev");
   std::string word;
@@ -18,7 +18,7 @@ double bytes_per_packet(const std::string& interface) {
   return bytes / packets;
 }
 
-// Two machines and a cable with jumbo frames between them.
+// Two computers and a cable with jumbo frames between them.
 class GigeCable : public Gige {
  protected:
   void SetUp() override {

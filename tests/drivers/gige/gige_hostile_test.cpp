@@ -35,15 +35,16 @@ class GigeHostile : public Gige {
     ASSERT_EQ(read(*source_, seconds(30), images(3)).images.size(), 3U);
     guest_ = source_->guest_pid();
   }
-  /// Images as they come until `count` whole ones were there. The camera's own address disturbs the images whose
-  /// packets it forges, and Aravis takes a hundred frame ids before the last one for late; everything else must be as
+  /// Reads images until `count` whole ones have come. Datagrams from the camera's own address disturb the images whose
+  /// packets they forge, and Aravis treats a hundred frame ids before the latest as late. Everything else must be as
   /// painted.
   void expect_images(std::size_t count) {
     const auto whole = [](const Catch& c) {
       return static_cast<std::size_t>(
           std::ranges::count_if(c.images, [](const Image& i) { return i.is_complete && is_as_painted(i); }));
     };
-    // Forged packets may leave their bytes in an image: it is not kept beyond the next one, so that the slots go round.
+    // Forged packets may leave their bytes in an image, so it is kept only until the next one, and its slot is used
+    // again.
     std::size_t seen = 0;
     Catch caught;
     for (int i = 0; i < 200 && seen < count && !caught.ended; ++i)
@@ -92,7 +93,7 @@ TEST_F(GigeHostile, DatagramsFromTheCamerasAddressNeitherKillNorFillMemory) {
   EXPECT_LT(peak_memory_kb(guest_) - before_kb, 100'000U);
 }
 
-/// What the filter does with a datagram, by the kernel: through a pair of sockets.
+/// Returns what the filter does with a datagram: the kernel runs it on a pair of sockets.
 class GvspFilter : public testing::Test {
  protected:
   void SetUp() override {

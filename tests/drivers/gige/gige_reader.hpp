@@ -15,7 +15,7 @@
 #include "tests/drivers/gige/fake_camera.hpp"
 #include "tests/drivers/transport/network_lab.hpp"
 
-// What the tests of AravisSource share: a camera's settings, reading for a while, looking at pixels.
+// What the tests of AravisSource share: the settings of a camera, reading for some time, looking at pixels.
 namespace hueline::drivers {
 
 using std::chrono::milliseconds;
@@ -30,7 +30,7 @@ inline AravisSource::Config at_loopback() {
   return config;
 }
 
-/// The same camera through a process of its own.
+/// The same camera through a guest, a process of its own.
 inline GuestSource::Config guest_of(const AravisSource::Config& camera) {
   GuestSource::Config config;
   config.driver = "genicam";
@@ -39,13 +39,13 @@ inline GuestSource::Config guest_of(const AravisSource::Config& camera) {
   config.hung_after = std::chrono::milliseconds(5000);  // a busy machine is no hanging library
   return config;
 }
-/// open() until it says something else than TimedOut.
+/// Calls open() until it returns something else than TimedOut.
 inline Status open(PacketSource& source) {
   for (;;)
     if (Status opened = source.open(); opened.ok() || opened.error().code != ErrorCode::TimedOut) return opened;
 }
 
-// What came within `limit`, or until `enough` says so.
+// What came within `limit`, or until `enough` returned true.
 struct Catch {
   std::vector<Packet> packets;
   std::vector<Image> images;
@@ -97,7 +97,7 @@ inline bool is_as_painted(const Image& image) {
 
 class Gige : public testing::Test {
  protected:
-  // Without a network of its own the test runs on the machine's loopback, where another camera may hold the port.
+  // Without a network of its own, the test runs on the computer's loopback, where another camera may hold the port.
   static void SetUpTestSuite() { has_own_network = test::enter_own_network(); }
   void SetUp() override {
     if (!has_own_network)

@@ -3,9 +3,9 @@
 #include "tests/drivers/gige/gige_reader.hpp"
 
 #ifdef __SANITIZE_THREAD__
-// GLib, GIO and Aravis are not built with ThreadSanitizer, so it cannot see their locks: what it finds between their
-// own threads is left out, and the signal of a lost camera, which GObject's lock hands over. The receiving thread is
-// watched.
+// GLib, GIO and Aravis are not built with ThreadSanitizer, which therefore cannot see their locks. What it reports
+// between their own threads is suppressed, and so is the signal of a lost camera, which GObject's lock protects. The
+// receiving thread is checked.
 extern "C" const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() {
   return "called_from_lib:libglib-2.0.so\ncalled_from_lib:libgio-2.0.so\ncalled_from_lib:libgobject-2.0.so\n"
@@ -13,7 +13,7 @@ extern "C" const char* __tsan_default_suppressions() {
 }
 #endif
 
-// AravisSource against Aravis's own fake GigE Vision camera: real sockets, real protocol.
+// AravisSource with Aravis's own fake GigE Vision camera: real sockets, real protocol.
 namespace hueline::drivers {
 namespace {
 
@@ -31,8 +31,8 @@ TEST_F(Gige, ImagesArriveWholeInPlaceAndInOrder) {
   const HostTime before = host_now();
   const Status opened = source.open();
   ASSERT_TRUE(opened.ok()) << opened.error().message;
-  // Aravis enlarges its socket's buffer at the first packet: on a busy machine the first images may already have
-  // overrun it.
+  // Aravis enlarges the buffer of its socket at the first packet. On a busy computer the first images may have overrun
+  // it before.
   read(source, seconds(5), images(3));
   const Catch caught = read(source, seconds(5), images(20));
   ASSERT_EQ(caught.images.size(), 20U);
@@ -52,7 +52,7 @@ TEST_F(Gige, ImagesArriveWholeInPlaceAndInOrder) {
     EXPECT_GT(image.received, caught.images[i - 1].received);
     EXPECT_GT(image.time, caught.images[i - 1].time);
   }
-  // 19 periods of 20 ms: the rate was set. Generous above for a loaded machine.
+  // 19 periods of 20 ms show that the rate was set. The upper limit is generous, for a loaded computer.
   const nanoseconds span = caught.images.back().time - caught.images.front().time;
   EXPECT_GT(span, milliseconds(340));
   EXPECT_EQ(camera.exposure_us(), 2345U);
@@ -159,7 +159,7 @@ TEST_F(Gige, KilledCameraIsDisconnectedAndItsSuccessorOpens) {
   const HostTime killed = host_now();
   const Catch rest = read(source, seconds(20), [](const Catch&) { return false; });
   EXPECT_EQ(rest.ended, ErrorCode::Disconnected);
-  // Heartbeat once a second, 5 s of retries, the last of which waits 3 s.
+  // A heartbeat each second, then 5 s of retries, the last of which waits 3 s.
   EXPECT_LT(host_now() - killed, seconds(12));
   GTEST_LOG_(INFO) << "disconnected after " << to_seconds(host_now() - killed) << " s";
   camera.emplace("127.0.0.1", "GV01");

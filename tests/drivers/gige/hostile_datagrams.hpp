@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-/// Datagrams that no camera sends, to a camera's client: what anybody on its network could do.
+/// Sends a camera's client datagrams that no camera sends, as any computer on its network could.
 namespace hueline::test {
 
 class HostileSender {
@@ -31,24 +31,25 @@ class HostileSender {
   bool is_ready() const { return is_ready_; }
   std::uint64_t sent() const { return sent_; }
 
-  /// The two that kill Aravis 0.8.26: a trailer behind a million packets, then data of one of them.
+  /// The two datagrams that kill Aravis 0.8.26: a trailer after a million packets, then data of one of them.
   void kill(std::uint16_t frame_id) {
     send(packet(frame_id, 2, 1'000'000, 8));
     send(packet(frame_id, 3, 999'000, 1400));
   }
-  /// Twenty that have it allocate gigabytes: trailers of as many images behind as many packets as there are numbers.
+  /// Datagrams that make it allocate gigabytes: trailers of twenty images, with plain and with extended ids, each after
+  /// the largest number of packets.
   void fill_memory(std::uint16_t frame_id) {
     for (std::uint16_t i = 0; i < 20; ++i) send(packet(static_cast<std::uint16_t>(frame_id + i), 2, 0xfffffe, 8));
     for (std::uint32_t i = 0; i < 20; ++i) send(extended_packet(frame_id + i, 2, 0x03fffffe, 8));
   }
-  /// A leader of many parts, each of which claims to be as large as 48 bits say.
+  /// A leader of many parts, each of which claims the largest size that 48 bits can hold.
   void claim_parts(std::uint16_t frame_id) {
     auto leader = packet(frame_id, 1, 255, 12 + 255 * 48);
     for (std::size_t i = 20; i < leader.size(); ++i) leader[i] = 0xff;
     leader[10] = 0x00, leader[11] = 0x0a;
     send(leader);
   }
-  /// Anything: random content type, number, length, sometimes extended ids, sometimes nothing that has a header.
+  /// Random datagrams: content type, number and length, some with extended ids, some without room for a header.
   void anything(std::mt19937& random, std::size_t count) {
     const auto below = [&](std::uint32_t limit) {
       return std::uniform_int_distribution<std::uint32_t>(0, limit - 1)(random);

@@ -27,7 +27,7 @@ std::vector<Measurement> decode(ImageDecoder& decoder, const Packet& packet) {
   decoder.decode(packet, out);
   return out;
 }
-// "Lost 3" for a fault, "image 7" for an image.
+// Returns "Lost 3" for a fault, "image 7" for an image.
 std::vector<std::string> told(ImageDecoder& decoder, const Packet& packet) {
   std::vector<std::string> words;
   for (const auto& m : decode(decoder, packet)) {
@@ -73,7 +73,7 @@ TEST(ImagePacket, PixelFormatsAreThoseOfThePfnc) {
   for (const auto format : {PixelFormat::Mono8, PixelFormat::BayerRG8, PixelFormat::BayerBG8, PixelFormat::BayerGR8,
                             PixelFormat::BayerGB8, PixelFormat::Rgb8})
     EXPECT_EQ(pixel_format_of(pfnc_code(format)), format);
-  // As the camera description of Aravis's fake camera has them.
+  // The codes are those in the description of Aravis's fake camera.
   EXPECT_EQ(pfnc_code(PixelFormat::BayerBG8), 17301515U);
   EXPECT_EQ(pfnc_code(PixelFormat::BayerGB8), 17301514U);
   EXPECT_EQ(pfnc_code(PixelFormat::BayerGR8), 17301512U);

@@ -5,8 +5,8 @@
 
 #include "drivers/gige/image_decoder.hpp"
 
-// The input is one image packet; if its first byte is odd the fixed part of the header is mended, so that the fields
-// behind it are reached. An image that comes out lies within the packet, and every byte is counted once.
+// The input is one image packet. If its first byte is odd, the fixed part of the header is repaired, so that the fields
+// after it are reached. An image that comes out lies within the packet, and every byte is counted once.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hueline;
   std::vector<std::byte> bytes(size);

@@ -1,6 +1,6 @@
-// A Ladybug5's exposure, 24 JPEGs of 1224 x 1024, into the mosaic, against turbojpeg decoding the same JPEGs one after
-// the other into planes, and against a copy of the mosaic. The pictures are those of the street, rendered once, with
-// the sensor's noise.
+// A Ladybug5's exposure, 24 JPEGs of 1224 x 1024, decoded into the mosaic. It is compared with turbojpeg, which decodes
+// the same JPEGs one after the other into planes, and with a copy of the mosaic. The pictures are those of the street,
+// rendered once, with the sensor's noise.
 #include <turbojpeg.h>
 
 #include <cstdlib>
@@ -38,8 +38,8 @@ const Exposure& exposure() {
   return made;
 }
 
-/// Grey levels by which the first `lenses` lens images differ from those of the mosaic, on average; 255 if the image
-/// has another size.
+/// Returns the mean difference in grey levels between the first `lenses` lens images and those of the mosaic, or 255 if
+/// the image has another size.
 double difference(const Measurement& measured, std::uint32_t lenses) {
   const auto* image = std::get_if<Image>(&measured);
   const auto& mosaic = exposure().mosaic;

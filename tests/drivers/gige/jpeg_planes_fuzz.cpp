@@ -2,9 +2,9 @@
 
 #include "tests/drivers/gige/jpeg_planes_packets.hpp"
 
-// The input patches a whole exposure of JPEG planes (six lenses of 32 x 24 px): 4 bytes a patch, place (16 bits),
-// value, and how: set or flip; a last odd byte cuts the exposure. Whatever comes of it: bytes are counted once, an
-// image has all its pixels, what is told lost is zero, and the same bytes give the same image.
+// The input patches a whole exposure of JPEG planes (six lenses of 32 x 24 px). A patch has 4 bytes: place (16 bits),
+// value, and whether to set or to flip. A last odd byte cuts the exposure. Whatever comes, bytes are counted once, an
+// image has all its pixels, the regions that are reported lost are zero, and the same bytes give the same image.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hueline;
   constexpr std::uint32_t kWidth = 32, kHeight = 24;

@@ -7,10 +7,11 @@
 #include "drivers/gige/image_decoder.hpp"
 #include "sim/wire/jpeg_planes_encode.hpp"
 
-/// Exposures as JPEG planes, made by the simulator's encoder and wrapped as the camera's source hands them on.
+/// Exposures as JPEG planes, made by the simulator's encoder and packed as the camera's source delivers them.
 namespace hueline::test {
 
-/// A mosaic of `columns` x 6 / columns lens images. Smooth, and different at each place of the cell and in each lens.
+/// Makes a mosaic of `columns` x 6 / columns lens images. It is smooth, and different at each place of the cell and in
+/// each lens.
 inline std::vector<std::uint8_t> lens_mosaic(std::uint32_t columns, std::uint32_t lens_width,
                                              std::uint32_t lens_height) {
   const std::uint32_t rows = 6 / columns, width = columns * lens_width, height = rows * lens_height;
@@ -37,7 +38,7 @@ inline std::vector<std::byte> jpeg_planes(const std::vector<std::uint8_t>& mosai
   return bytes.ok() ? *bytes : std::vector<std::byte>();
 }
 
-/// In a buffer of rows of 64 bytes, filled up with zeros.
+/// Puts the planes into a buffer of rows of 64 bytes, padded with zeros.
 inline Packet planes_packet(const std::vector<std::byte>& planes, std::uint64_t frame_id = 1,
                             drivers::ImageStatus status = drivers::ImageStatus::Complete) {
   constexpr std::uint32_t kRow = 64;
@@ -69,7 +70,7 @@ inline std::uint32_t be32(const std::vector<std::byte>& bytes, std::size_t at) {
   for (std::size_t i = 0; i < 4; ++i) value = value << 8 | std::to_integer<std::uint32_t>(bytes[at + i]);
   return value;
 }
-/// Where a plane lies, read from the table.
+/// Returns where a plane lies, from the table.
 struct PlacedPlane {
   std::size_t offset, size;
 };

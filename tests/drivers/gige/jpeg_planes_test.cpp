@@ -1,5 +1,5 @@
-// Camera images of 24 JPEGs. Pixels are held against turbojpeg's decoding of each plane by itself, and against the
-// mosaic that went in.
+// Camera images of 24 JPEGs. The pixels are compared with turbojpeg's decoding of each single plane, and with the
+// mosaic that was encoded.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
@@ -39,7 +39,7 @@ std::uint8_t pixel(const Image& image, std::uint32_t x, std::uint32_t y) {
 std::uint64_t counted(const ImageDecoder& decoder) {
   return decoder.counts().decoded_bytes + decoder.counts().ignored_bytes + decoder.counts().malformed_bytes;
 }
-/// Largest difference of a lens's pixels from the mosaic's.
+/// Returns the largest difference between a lens's pixels and those of the mosaic.
 int worst(const Image& image, const std::vector<std::uint8_t>& mosaic, std::uint32_t columns, std::uint32_t lens) {
   int largest = 0;
   for (std::uint32_t y = 0; y < kLensHeight; ++y)
@@ -85,7 +85,7 @@ TEST_F(JpegPlanesTest, MosaicIsThatOfTheLenses) {
     EXPECT_TRUE(image.is_complete);
     EXPECT_TRUE(image.lost.empty());
     ASSERT_EQ(image.pixels().size(), mosaic.size());
-    // Neighbouring places differ by 30, lenses by 15: a plane in a wrong place shows.
+    // Neighbouring places differ by 30 and lenses by 15, so a plane in a wrong place shows.
     for (std::uint32_t lens = 0; lens < 6; ++lens)
       EXPECT_LE(worst(image, mosaic, columns, lens), 6) << columns << " " << lens;
     EXPECT_EQ(counted(decoder), packet.bytes.size());
@@ -127,7 +127,7 @@ TEST_F(JpegPlanesTest, PlanesGoWhereTheSettingSays) {
 TEST_F(JpegPlanesTest, ABrokenPlaneCostsItsLensAlone) {
   auto broken = planes_;
   const auto [offset, size] = placed(planes_, 2, 1);
-  // Markers in the middle of the samples: the decoder runs out of bits.
+  // With markers in the middle of the samples, the decoder runs out of bits.
   for (std::size_t i = size / 2; i < size; ++i) broken[offset + i] = std::byte{0xFF};
   ImageDecoder decoder(config_);
   const Packet packet = planes_packet(broken);

@@ -16,8 +16,8 @@
 #include "drivers/guest/guest_side.hpp"
 #include "drivers/transport/host_clock.hpp"
 
-// A guest that misbehaves as its settings say: what a library can do to its process, and what a broken or hostile guest
-// can say.
+// A guest that misbehaves as its settings say. It does what a library can do to its process, and sends what a broken or
+// hostile guest can send.
 namespace hueline::drivers {
 namespace {
 
@@ -49,7 +49,7 @@ std::string rights() {
   return text;
 }
 
-/// Packets full of their number, until the library does what `mode` says.
+/// Sends packets filled with their number, until the library does what `mode` says.
 class Library final : public PacketSource {
  public:
   Library(std::string mode, std::shared_ptr<PacketMemory> memory)

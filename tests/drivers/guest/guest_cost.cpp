@@ -20,9 +20,9 @@
 #include "tests/drivers/gige/emulated_camera.hpp"
 #include "tests/drivers/transport/network_lab.hpp"
 
-// What it costs that the receiver of a camera is a process of its own: the same camera, the same reader, Aravis in this
-// process and in a guest, turn by turn in one run. Usage: guest_cost [MB_PER_SECOND [SECONDS_A_TURN [TURNS]]];
-// docs/performance.md has its figures.
+// Measures what it costs that the receiver of a camera is a process of its own. The same camera and the same reader are
+// used with Aravis in this process and in a guest, alternately in one run. Usage: guest_cost [MB_PER_SECOND
+// [SECONDS_A_TURN [TURNS]]]. docs/performance.md has the figures.
 namespace hueline::drivers {
 namespace {
 
@@ -37,7 +37,7 @@ struct Use {
   double cpu_s = 0;
   std::int64_t faults = 0, switches = 0;
 };
-/// Of this process, and of guests that have ended.
+/// Returns what this process and the guests that have ended have used.
 Use used() {
   Use use;
   for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
@@ -92,7 +92,7 @@ Turn read(PacketSource& source, nanoseconds time) {
       if (!image) continue;
       ++turn.images;
       turn.incomplete += !image->is_complete;
-      // Every tenth by its pixels: to look at all of them would be most of the cost.
+      // Only every tenth image is checked by its pixels, because checking all would be most of the cost.
       if (image->is_complete && turn.images % 10 == 1) turn.wrong += !test::EmulatedCamera::is_as_painted(*image);
     }
   }

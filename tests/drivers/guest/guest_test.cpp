@@ -15,8 +15,8 @@
 #include "drivers/guest/guest_source.hpp"
 #include "drivers/transport/host_clock.hpp"
 
-// GuestSource against a guest that does whatever a library can do to its process. How long things take is left to the
-// machine; the limits below only end a test that would never end.
+// GuestSource with a guest that does whatever a library can do to its process. The test does not limit how long things
+// take on a busy computer; the limits below only end a test that would never end.
 namespace hueline::drivers {
 namespace {
 
@@ -96,7 +96,7 @@ TEST(Guest, PacketsComeInOrderAndInTheMemoryThatTheGuestWrote) {
   }
   std::ranges::sort(places);
   EXPECT_EQ(std::ranges::unique(places).begin(), places.end()) << "a slot was lent twice";
-  // Every slot is held here: the guest has nothing to write into, and goes on when one is back.
+  // Every slot is held here, so the guest has nothing to write into. It goes on when one is returned.
   EXPECT_EQ(source.next({}).error().code, ErrorCode::TimedOut);
 }
 

@@ -21,10 +21,10 @@
 #include "tests/drivers/gige/hostile_datagrams.hpp"
 #include "tests/drivers/transport/network_lab.hpp"
 
-// Cameras that are lost, restarted and attacked, and guests that are killed, many at a time and for as long as asked;
-// every image that comes is looked at. Usage: guest_torture [--cameras N] [--losses N] [--restarts N] [--kills N]
-// [--in-process] [--seed N]. Ends with 1 if an image is not what its camera sent, or if a camera is not back within a
-// minute. --in-process has Aravis in this process: what it does to a program.
+// Cameras are lost, restarted and attacked, and guests are killed, many at a time and for as long as asked. Every image
+// that comes is checked. Usage: guest_torture [--cameras N] [--losses N] [--restarts N] [--kills N] [--in-process]
+// [--seed N]. It ends with 1 if an image is not what its camera sent, or if a camera is not back within a minute.
+// --in-process runs Aravis in this process and shows what it does to a program.
 namespace hueline::drivers {
 namespace {
 
@@ -48,7 +48,7 @@ struct Tally {
 
 enum class Trouble { Loss, Restart, Kill };
 
-/// One camera with its reader, on an address of its own.
+/// One camera with its reader, on its own address.
 class Lane {
  public:
   Lane(int number, const Options& options, Tally& tally)
@@ -107,7 +107,7 @@ class Lane {
 
  private:
   void switch_on() {
-    // A guest of another lane that is just being started has a copy of the old camera's sockets, until it has closed
+    // A guest of another lane that is just being started has copies of the old camera's sockets until it has closed
     // what is not its own.
     for (int tries = 0; tries < 40 && (tries == 0 || !camera_->problem().empty()); ++tries) {
       if (tries > 0) std::this_thread::sleep_for(50ms);
@@ -118,7 +118,7 @@ class Lane {
       std::exit(2);
     }
   }
-  /// False when the source is over.
+  /// Returns false when the source is over.
   bool read(int images) {
     ImageDecoder decoder({});
     for (const HostTime begin = host_now(); images > 0 && host_now() - begin < 1s;) {

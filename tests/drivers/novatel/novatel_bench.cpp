@@ -1,4 +1,4 @@
-// Decoding against the least that any decoder has to do: one CRC-32 pass over the same bytes.
+// Decoding compared with the least that any decoder has to do: one CRC-32 pass over the same bytes.
 #include <libdeflate.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 
 using namespace hueline;
 
-/// A second of a busy receiver: 200 INSPVAS, one each of the slow ones.
+/// One second of a busy receiver: 200 INSPVAS, and one of each slow log.
 test::Bytes one_second() {
   test::Bytes all;
   for (int k = 0; k < 200; ++k) {
@@ -63,7 +63,7 @@ void decode(benchmark::State& state) {
   state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations()) * static_cast<std::int64_t>(bytes.size()));
 }
 
-/// A second of random bytes: resynchronisation at every one.
+/// One second of random bytes: the framer searches at every one of them.
 void decode_noise(benchmark::State& state) {
   test::Bytes bytes(20000);
   std::uint32_t x = 1;
@@ -77,15 +77,15 @@ void decode_noise(benchmark::State& state) {
   }
   const DecodeCounts& counts = decoder.counts();
   const auto fed = static_cast<std::uint64_t>(state.iterations()) * bytes.size();
-  // What may begin a message is held back for the next bytes.
+  // Bytes that may begin a message are held for the next call.
   test::expect(state,
                counts.decoded_bytes == 0 && counts.malformed_bytes + counts.ignored_bytes > fed - bytes.size() / 2,
                "the noise is passed over");
   state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations()) * static_cast<std::int64_t>(bytes.size()));
 }
 
-/// A hostile one: headers every ten bytes, each of which claims the next 32 kB. `hashed_per_byte` says why it is no
-/// slower.
+/// One second of hostile bytes: headers every ten bytes, each of which claims the next 32 kB. `hashed_per_byte` shows
+/// why this is not slower.
 void frame_nested_lengths(benchmark::State& state) {
   struct Nothing : drivers::NovatelFramer::Sink {
     void on_message(const drivers::NovatelMessage&) override {}

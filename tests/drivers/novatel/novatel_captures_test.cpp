@@ -1,5 +1,5 @@
-// Recordings of real receivers. Numbers of messages, CRC states and the values below were taken from the files with an
-// independent reader (Python struct and zlib), not from the decoder.
+// Recordings of real receivers. The numbers of messages, the CRC states and the values below come from an independent
+// reader (Python struct and zlib), not from the decoder.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -75,7 +75,7 @@ TEST(NovatelCaptures, BestposBeginsWithTheAnswersToItsCommands) {
   EXPECT_EQ(messages,
             (Names{{"INSPVAS", 10}, {"BESTPOS", 5}, {"BESTVEL", 5}, {"PSRDOP2", 2}, {"INSPVAX", 2}, {"BESTUTM", 2}}));
   EXPECT_EQ(d.counts.malformed_bytes, 0u);
-  // 104 bytes of text, and the messages that become nothing.
+  // 104 bytes of text, and the messages that become no measurement.
   EXPECT_EQ(d.counts.ignored_bytes, 104u + 5 * (28 + 44 + 4) + 2 * (28 + 36 + 4) + 2 * (28 + 80 + 4));
 
   const auto fixes = all_of<GnssFix>(d.measurements);
@@ -92,7 +92,7 @@ TEST(NovatelCaptures, BestposBeginsWithTheAnswersToItsCommands) {
 
 TEST(NovatelCaptures, InspvaxAndInspvasAgreeOnTheSameInstant) {
   HUELINE_REQUIRE_DATA("novatel/bestpos.gps");
-  // The receiver says the same thing in two messages, one with the height above the geoid, one above the ellipsoid.
+  // The receiver gives the same place in two messages, one with the height above the geoid, one above the ellipsoid.
   int pairs = 0;
   const Decoded d = decode_file(data_file);
   const auto solutions = all_of<InsSolution>(d.measurements);
@@ -132,7 +132,7 @@ TEST(NovatelCaptures, Ins1) {
   EXPECT_NEAR(sigmas[0].sigma[0], 2.295344114303589, 1e-7);
   EXPECT_NEAR(sigmas[0].sigma[1], 2.299515724182129, 1e-7);
   EXPECT_NEAR(sigmas[0].sigma[8], 14.40955924987793 * kRadPerDeg, 1e-7);
-  // A parked car: what the accelerometers feel is gravity (Calgary, 1080 m: 9.808 m/s^2), upwards; it does not turn but
+  // The car is parked: the accelerometers measure gravity (Calgary, 1080 m: 9.808 m/s^2), upwards, and it turns only
   // with the earth.
   const auto samples = all_of<ImuSample>(d.measurements);
   ASSERT_EQ(samples.size(), 10u);
@@ -179,8 +179,8 @@ TEST(NovatelCaptures, Time) {
 
 TEST(NovatelCaptures, SyncErrorIsOneHeaderThatClaimsMoreThanTheFile) {
   HUELINE_REQUIRE_DATA("novatel/binary_sync_error.BIN");
-  // AA 44 12 FF ... FF FF, then zeros: a header of 255 and a body of 65535 bytes, two more than the file has. No
-  // message in it.
+  // AA 44 12 FF ... FF FF, then zeros: a header of 255 and a body of 65535 bytes, two more than the file has. There is
+  // no message in it.
   const Decoded d = decode_file(data_file);
   EXPECT_TRUE(d.counts.messages.empty());
   EXPECT_EQ(d.counts.malformed_bytes, 65792u);

@@ -11,7 +11,7 @@
 
 #include "core/decoder.hpp"
 
-/// OEM7 messages made from the manual's tables, byte by byte, with a CRC that is computed bit by bit: nothing shared
+/// Makes OEM7 messages byte by byte from the manual's tables, with a CRC that is computed bit by bit. It shares nothing
 /// with what is tested.
 namespace hueline::test {
 
@@ -79,7 +79,7 @@ inline Bytes short_message(unsigned id, unsigned week, std::uint32_t millisecond
   return p.bytes;
 }
 
-/// Wire units: deg, m, m/s.
+/// In the units of the message: degrees, m, m/s.
 struct Pva {
   unsigned week = 2300;
   double seconds = 100000.0;
@@ -138,7 +138,7 @@ std::vector<T> all_of(const std::vector<Measurement>& measurements) {
   return found;
 }
 
-/// Everything in a measurement that a split must not change, as text.
+/// Returns as text everything in a measurement that must not depend on how the stream is cut.
 std::string described(const Measurement& measurement);
 
 }  // namespace hueline::test

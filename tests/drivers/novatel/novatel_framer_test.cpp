@@ -1,4 +1,4 @@
-// Broken bytes: nothing intact is lost, every byte is accounted for, and everything is said.
+// Broken bytes: no intact message is lost, every byte is counted, and every loss is reported.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 using test::all_of;
 using test::Bytes;
 
-/// Message k of a stream; recognised by its time.
+/// Message k of a stream. Its time identifies it.
 Bytes numbered(int k) {
   return test::inspvas({.week = 2300, .seconds = 1000.0 + k * 0.005, .latitude_deg = 48, .longitude_deg = 11});
 }
@@ -47,8 +47,8 @@ Outcome decode_whole(const Bytes& bytes) {
 }
 
 TEST(NovatelFramer, CorruptionNeverLosesAnIntactMessage) {
-  // 400 streams of 40 messages; in some of them bytes are changed, cut out or put in. Whatever message was not touched
-  // must come out, and the bytes must add up.
+  // 400 streams of 40 messages. In some of them bytes are changed, cut out or inserted. Every message that was not
+  // touched must come out, and the bytes must add up.
   for (unsigned seed = 0; seed < 400; ++seed) {
     std::mt19937 random(seed);
     Bytes stream;
@@ -72,7 +72,7 @@ TEST(NovatelFramer, CorruptionNeverLosesAnIntactMessage) {
         default:
           intact.push_back(k);
       }
-      // Sometimes noise between messages, sometimes with a header's beginning in it.
+      // Sometimes there is noise between messages, and sometimes the beginning of a header in it.
       if (random() % 5 == 0)
         for (auto n = random() % 30; n > 0; --n) stream.push_back(static_cast<std::byte>(random()));
       if (random() % 20 == 0)
@@ -96,7 +96,8 @@ TEST(NovatelFramer, CorruptionNeverLosesAnIntactMessage) {
 }
 
 TEST(NovatelFramer, MessageInsideTheClaimedLengthOfABrokenOneIsFound) {
-  // A header of unknown id claiming 20 kB, then good messages: found once the claim is refuted, or at the end.
+  // A header with an unknown id claims 20 kB, and good messages follow. They are found when the claim turns out to be
+  // wrong, or at the end.
   Bytes stream = test::long_message(4000, 2300, 0, Bytes(20000));
   stream.resize(40);  // header and the beginning of the body
   for (int k = 0; k < 10; ++k) {
@@ -230,8 +231,8 @@ TEST(NovatelDecoder, NamesOfMessagesAreBounded) {
   EXPECT_EQ(out.counts.ignored_bytes, stream.size());
 }
 
-/// Headers every ten bytes, each of which claims the next 32 kB, then an intact message: only the last byte of a claim
-/// refutes it.
+/// Headers every ten bytes, each of which claims the next 32 kB, then an intact message. Only the last byte of a claim
+/// shows that it is wrong.
 Bytes nested_lengths(std::size_t size) {
   const Bytes header = test::long_message(4000, 2300, 0, Bytes(32000));
   Bytes stream;

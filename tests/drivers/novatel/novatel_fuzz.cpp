@@ -1,4 +1,4 @@
-// Any bytes, cut anywhere: no crash, every byte accounted for, the same messages wherever the cut is.
+// Any bytes, cut anywhere: no crash, every byte counted, and the same messages wherever the cut is.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>

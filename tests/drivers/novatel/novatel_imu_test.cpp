@@ -21,7 +21,7 @@ std::vector<Measurement> decoded(const test::Bytes& bytes, const NovatelDecoder:
   return out;
 }
 
-/// Wire order: z, -y, x of the velocity increments, then of the angles.
+/// In the order of the message: z, -y, x of the velocity increments, then of the angles.
 test::Bytes rawimusx(unsigned type, double seconds, const std::array<std::int32_t, 6>& counts, unsigned info = 4) {
   Put p;
   p.u8(info).u8(type).u16(2209).f64(seconds).u32(0xea59fe00u);
@@ -31,8 +31,8 @@ test::Bytes rawimusx(unsigned type, double seconds, const std::array<std::int32_
 
 TEST(NovatelImu, ManualsRawimusxExample) {
   // %RAWIMUSXA,2209,491674.014;04,41,2209,491674.013699,ea59fe00,329308016,-2706935,4508389,196192,417138,-1000837: an
-  // Epson G320 at rest. By hand: 0.2 mg / 65536 / 125 a count times 125 a second: 329308016 * 0.2 / 65536 * 9.80665e-3
-  // = 9.855 m/s^2 upwards.
+  // Epson G320 at rest. Computed by hand: 0.2 mg / 65536 / 125 a count, times 125 a second: 329308016 * 0.2 / 65536 *
+  // 9.80665e-3 = 9.855 m/s^2 upwards.
   const auto samples =
       all_of<ImuSample>(decoded(rawimusx(41, 491674.013699, {329308016, -2706935, 4508389, 196192, 417138, -1000837})));
   ASSERT_EQ(samples.size(), 1u);
@@ -47,7 +47,7 @@ TEST(NovatelImu, ManualsRawimusxExample) {
 }
 
 TEST(NovatelImu, UnitsOfEachKindOfImu) {
-  // One count, as the manual's table words it.
+  // One count, as in the manual's table.
   const double foot = 0.3048, arcsec = kPi / 180 / 3600;
   EXPECT_DOUBLE_EQ(imu_scale(8)->rad_per_count, 1.0 / 524288);
   EXPECT_DOUBLE_EQ(imu_scale(8)->mps_per_count, 1.0 / 16384);
@@ -75,8 +75,8 @@ TEST(NovatelImu, ImuErrorsAndUnknownTypesGiveNoSample) {
 }
 
 TEST(NovatelImu, RotationOfTheMounting) {
-  // RBV of 90 deg about z: the vehicle's axes are the IMU's turned by +90 about z: vehicle x = IMU y, vehicle y = minus
-  // IMU x.
+  // RBV of 90 degrees about z: the vehicle's axes are the IMU's, turned by +90 degrees about z. So vehicle x = IMU y,
+  // and vehicle y = minus IMU x.
   NovatelDecoder::Config config;
   config.imu = {.rate_hz = 1, .rad_per_count = 1, .mps_per_count = 1, .rotation_rbv_deg = {0, 0, 90}};
   const auto samples = all_of<ImuSample>(decoded(rawimusx(250, 1, {0, 0, 1, 0, -1, 0}), config));
@@ -96,8 +96,8 @@ test::Bytes corrimus(unsigned week, double seconds, std::uint32_t samples, const
 TEST(NovatelImu, CorrectedIncrementsGetGravityAndEarthRotationBack) {
   NovatelDecoder::Config config;
   config.imu.imu_type = 41;  // 125 Hz
-  // On the equator, height 0, nose east, rolled 30 deg to the right; accelerating forward with 2 m/s^2, turning with
-  // 0.1 rad/s.
+  // On the equator at height 0, with the nose to the east, rolled 30 degrees to the right, accelerating forward with 2
+  // m/s^2 and turning with 0.1 rad/s.
   const auto pose = test::inspvas({.week = 2300, .seconds = 99.95, .roll_deg = 30, .azimuth_deg = 90});
   const auto out =
       decoded(test::joined({pose, corrimus(2300, 100, 25, {0, 0, 0.02, 0, 0.4, 0})}), config);  // 25 samples: 0.2 s
@@ -105,12 +105,12 @@ TEST(NovatelImu, CorrectedIncrementsGetGravityAndEarthRotationBack) {
   ASSERT_EQ(samples.size(), 1u);
   const double g = 9.7803253359;  // WGS84, equator
   EXPECT_NEAR((samples[0].specific_force_body - Eigen::Vector3d(-g * 0.5, 2, g * std::sqrt(0.75))).norm(), 0, 1e-9);
-  // Nose east: north is to the left, and after the roll 30 deg below the left side's direction.
+  // The nose points east, so north is to the left and, after the roll, 30 degrees below the direction of the left side.
   const double w = 7.292115e-5;
   EXPECT_NEAR((samples[0].angular_rate_body - Eigen::Vector3d(-w * std::sqrt(0.75), 0, 0.1 - w * 0.5)).norm(), 0,
               1e-12);
 
-  // Without an attitude, or with one that is too old, gravity has no direction.
+  // Without an attitude, or with one that is too old, the direction of gravity is not known.
   EXPECT_TRUE(all_of<ImuSample>(decoded(corrimus(2300, 100, 25, {0, 0, 0, 0, 0, 0}), config)).empty());
   EXPECT_TRUE(
       all_of<ImuSample>(decoded(test::joined({pose, corrimus(2300, 100.5, 25, {0, 0, 0, 0, 0, 0})}), config)).empty());

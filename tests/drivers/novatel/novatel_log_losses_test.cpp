@@ -1,4 +1,4 @@
-// Logs that never came, told from the times of those that did.
+// Logs that never came, found from the times of those that came.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -21,7 +21,7 @@ using testing::ElementsAre;
 
 constexpr std::int64_t kWeekMs = 604'800'000;
 
-/// A log on its way.
+/// A log on its way to the computer.
 struct Sent {
   std::int64_t ms = 0;  ///< its header's time, of all weeks
   std::int64_t arrives_us = 0;
@@ -37,8 +37,8 @@ Bytes log_bytes(unsigned id, std::int64_t ms, unsigned time_status = kFineSteeri
   return long_message(id, week, in_week, Bytes(body), time_status);
 }
 
-/// INSPVAS every `period_ms`, INSSTDEV, BESTPOS and TIME every second, each with a latency of its own; on one line, so
-/// in order.
+/// INSPVAS every `period_ms`, and INSSTDEV, BESTPOS and TIME every second, each with its own latency. They are on one
+/// line, so they stay in order.
 std::vector<Sent> stream(std::int64_t begin_ms, std::int64_t length_ms, std::int64_t period_ms, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<Sent> out;
@@ -88,7 +88,7 @@ constexpr std::int64_t kKnown_us = 10'000'000;  // all periods are known after n
 struct Losses {
   std::uint64_t lost = 0, told = 0;
 };
-/// A share of all logs is lost by chance for 15 s.
+/// For 15 s a share of all logs is lost by chance.
 Losses lose(std::int64_t begin, std::int64_t period_ms, double share, unsigned seed) {
   std::mt19937 random(seed);
   Line line;
@@ -106,7 +106,7 @@ Losses lose(std::int64_t begin, std::int64_t period_ms, double share, unsigned s
 }
 
 RC_GTEST_PROP(NovatelLosses, AreToldWithTheirNumberWhateverTheShareThatIsLost, ()) {
-  // The week ends in the middle of it, or not.
+  // In some cases the week ends in the middle.
   const std::int64_t begin = *rc::gen::element(kBegin, 2301 * kWeekMs - 15'000);
   const Losses found = lose(begin, *rc::gen::element(5, 10, 20, 100), *rc::gen::element(0.01, 0.1, 0.3, 0.5),
                             *rc::gen::inRange(0u, 1'000'000u));
@@ -114,7 +114,7 @@ RC_GTEST_PROP(NovatelLosses, AreToldWithTheirNumberWhateverTheShareThatIsLost, (
 }
 
 TEST(NovatelLosses, ARunThatALossyLineLosesByChanceIsNotTheFiltersDoing) {
-  // Eight and more logs of the filter in a row, with others between them.
+  // Eight and more logs of the filter in a row, while others come between them.
   const Losses found = lose(kBegin, 100, 0.5, 136'300);
   EXPECT_EQ(found.lost, 93u);
   EXPECT_EQ(found.told, found.lost);
@@ -219,7 +219,7 @@ TEST(NovatelLosses, LogsGivenWhenSomethingChangesAreNone) {
   EXPECT_EQ(line.lost(), 0u);
 }
 
-/// A receiver that starts anew, or whose clock is set, says nothing about what came between.
+/// After a restart of the receiver, or after its clock was set, nothing is known about the time between.
 TEST(NovatelLosses, AClockThatIsSetIsNoLoss) {
   for (const std::int64_t jump :
        std::initializer_list<std::int64_t>{1000, -1000, 3'600'000, 18'000, 1024 * kWeekMs, -1024 * kWeekMs}) {
@@ -249,7 +249,7 @@ TEST(NovatelLosses, NoTimeOrAnotherConnectionBeginsAnew) {
   }
 }
 
-/// Over datagrams one may overtake another.
+/// Over datagrams, one log may overtake another.
 TEST(NovatelLosses, WhatComesLateIsNotLost) {
   Line line;
   std::uint64_t lost = 0;

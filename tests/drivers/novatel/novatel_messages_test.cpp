@@ -1,4 +1,4 @@
-// Meaning of messages: values worked out by hand, the manual's own examples, and decode(encode(x)) == x.
+// The meaning of messages: values computed by hand, the manual's own examples, and decode(encode(x)) == x.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
@@ -31,7 +31,7 @@ std::vector<Measurement> decoded(const test::Bytes& bytes, const NovatelDecoder:
 }
 
 TEST(NovatelCrc, ManualExamples) {
-  // The manual's ASCII logs carry the same CRC over their text, from behind '#' or '%' to before '*'.
+  // The manual's ASCII logs have the same CRC over their text, from after '#' or '%' to before '*'.
   const auto crc = [](std::string_view text) { return novatel_crc32(test::text_bytes(text)); };
   EXPECT_EQ(
       crc("TIMEA,USB1,0,50.5,FINESTEERING,2209,515163.000,02000020,9924,16809;VALID,-2.501488425e-09,6.133312031e-10,"
@@ -108,7 +108,7 @@ TEST(NovatelAscii, NamesWhatItDoesNotUseAndRefusesWhatIsBroken) {
   EXPECT_EQ(decoder.counts().messages.at("text"), 1u);
 }
 
-/// Receivers before OEM7 have one antenna and leave other numbers where OEM7 says which it is.
+/// Receivers before OEM7 have one antenna, and put other numbers where OEM7 names the antenna.
 TEST(NovatelMessages, TheReservedBitsOfOlderReceiversAreNoOtherAntenna) {
   Put body;
   body.u32(0)
@@ -131,7 +131,7 @@ TEST(NovatelMessages, TheReservedBitsOfOlderReceiversAreNoOtherAntenna) {
 }
 
 TEST(NovatelMessages, Mark1TimeByHand) {
-  // The manual's example: week 1358 = 0x054E; 422621.0000005 s = 0x4119CB740000218E.
+  // The manual's example: week 1358 is 0x054E, and 422621.0000005 s is 0x4119CB740000218E.
   Put body;
   for (const unsigned byte : {0x4Eu, 0x05u, 0u, 0u, 0x8Eu, 0x21u, 0u, 0u, 0x74u, 0xCBu, 0x19u, 0x41u}) body.u8(byte);
   body.f64(-1.398163614e-08).f64(7.812745577e-08).f64(-14.000000002).u32(0);
@@ -142,7 +142,7 @@ TEST(NovatelMessages, Mark1TimeByHand) {
   EXPECT_EQ(marks[0].input, 1);
   EXPECT_TRUE(marks[0].is_valid);
   EXPECT_EQ(marks[0].sensor, 7);
-  // Its precise time bounds the host clock, not the header's milliseconds.
+  // Its precise time bounds the host clock, not the milliseconds in the header.
   const auto arrivals = all_of<TimedArrival>(out);
   ASSERT_EQ(arrivals.size(), 1u);
   EXPECT_EQ(arrivals[0].time, marks[0].time);
@@ -210,12 +210,12 @@ TEST(NovatelMessages, TimeOfTheManualsExample) {
 
 TEST(NovatelMessages, TimeIsDoubtedForAReason) {
   const UtcTime utc{2022, 5, 13, 23, 5, 45, 0};
-  // Calendar one second off: somebody's leap second is wrong.
+  // The calendar time is one second off, because somebody's leap second is wrong.
   auto out = decoded(time_message(2209, 515164000, utc, -18));
   EXPECT_FALSE(all_of<TimeLabel>(out).at(0).is_valid);
   ASSERT_EQ(all_of<Fault>(out).size(), 1u);
   EXPECT_EQ(all_of<Fault>(out)[0].kind, FaultKind::LabelConflict);
-  // UTC not known yet (0) or a warning (2): no offset, the GPS second still holds.
+  // UTC is not known yet (0), or is a warning (2): there is no offset, but the GPS second is still right.
   for (const std::uint32_t status : {0u, 2u}) {
     out = decoded(time_message(2209, 515163000, {1980, 1, 6, 0, 0, 0, 0}, 0, status));
     EXPECT_FALSE(all_of<TimeLabel>(out).at(0).utc_offset);
@@ -224,7 +224,7 @@ TEST(NovatelMessages, TimeIsDoubtedForAReason) {
   EXPECT_FALSE(all_of<TimeLabel>(decoded(time_message(2209, 515163000, utc, -18, 1, 1))).at(0).is_valid);  // CONVERGING
   EXPECT_FALSE(
       all_of<TimeLabel>(decoded(time_message(2209, 515163000, utc, -18, 1, 0, 100))).at(0).is_valid);  // COARSE
-  // Logged twice a second, the half second belongs to the edge before it.
+  // If TIME is logged twice a second, the one at the half second belongs to the edge before it.
   EXPECT_EQ(all_of<TimeLabel>(decoded(time_message(2209, 515163500, utc, -18, 0))).at(0).second,
             from_gps_week(2209, seconds(515163)));
 }
@@ -237,7 +237,7 @@ TEST(NovatelMessages, TimeInsideALeapSecond) {
 }
 
 TEST(NovatelMessages, AttitudeTurnsTheBodyAsTheManualSays) {
-  // Azimuth 90: the nose points east. Pitch 10: the nose is up. Roll 10: the right side is down.
+  // Azimuth 90 means that the nose points east, pitch 10 that the nose is up, roll 10 that the right side is down.
   const auto R = [](double roll, double pitch, double azimuth) {
     const auto out = decoded(test::inspvas({.roll_deg = roll, .pitch_deg = pitch, .azimuth_deg = azimuth}));
     return rotation_enu_body(all_of<InsSolution>(out).at(0).attitude).toRotationMatrix();
@@ -253,10 +253,10 @@ TEST(NovatelMessages, StatusDecidesWhatIsGood) {
   for (const auto& [status, good] : cases) {
     const auto out = decoded(test::inspvas({.status = status}));
     EXPECT_EQ(all_of<InsSolution>(out).at(0).is_good, good) << status;
-    // With short headers only, the filter's state vouches for the clock.
+    // With short headers only, the state of the filter shows that the clock is fine.
     EXPECT_EQ(all_of<TimedArrival>(out).size(), good ? 1u : 0u) << status;
   }
-  // A long header said that time is coarse: what follows in short headers is doubted.
+  // A long header said that the time is coarse, so what follows with short headers is doubted.
   const auto out = decoded(test::joined({test::mark_time(1130, 2300, 1, 0, 0, 100), test::inspvas({})}));
   EXPECT_FALSE(all_of<InsSolution>(out).at(0).is_good);
   EXPECT_TRUE(all_of<TimedArrival>(out).empty());

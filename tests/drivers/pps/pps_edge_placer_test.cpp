@@ -13,7 +13,8 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-// Host clock and wall clock of a made-up machine: the wall clock leads by `lead` at host time 0 and runs `ppm` fast.
+// The host clock and the wall clock of an invented computer: the wall clock leads by `lead` at host time 0 and runs
+// `ppm` fast.
 constexpr nanoseconds kLead = seconds(1'700'000'000);
 struct Wall {
   nanoseconds lead = kLead;
@@ -36,7 +37,7 @@ TEST(EdgePlacer, SlewIsNoStepAndIsInterpolated) {
   EXPECT_FALSE(step_between(before, after));
   const auto placed = place_edge(wall.at(milliseconds(10'500)), before, after);
   ASSERT_TRUE(placed);
-  // Two seconds at 500 ppm are 1 ms; interpolation leaves less than a microsecond of it.
+  // Two seconds at 500 ppm are 1 ms. Interpolation leaves less than a microsecond of it.
   EXPECT_LT(std::chrono::abs(*placed - HostTime(milliseconds(10'500))), microseconds(1));
 }
 
@@ -47,8 +48,8 @@ TEST(EdgePlacer, AStepIsMeasuredWithItsSign) {
   EXPECT_EQ(*step, hours(1));
 }
 
-// The property that matters: whatever is set, whenever, a placed edge is right; a step longer than the wait never costs
-// one.
+// The property that matters: whatever the clock is set to, and whenever, an edge that is placed is right. A step that
+// is longer than the wait never costs an edge.
 TEST(EdgePlacer, AnyStepAtAnyMomentNeverMovesAnEdge) {
   std::mt19937_64 random(1);
   const nanoseconds begin = seconds(5), end = begin + milliseconds(100);
@@ -63,7 +64,7 @@ TEST(EdgePlacer, AnyStepAtAnyMomentNeverMovesAnEdge) {
     const auto placed = place_edge(stamp, old_wall.read(begin), new_wall.read(end));
     if (placed) {
       ++placed_edges;
-      // The wrong reading is off by the whole step; the right one is exact.
+      // The wrong reading is off by the whole step. The right one is exact.
       ASSERT_LT(std::chrono::abs(*placed - HostTime(edge)), microseconds(1)) << to_seconds(step);
     } else {
       ++refused_edges;
@@ -76,7 +77,7 @@ TEST(EdgePlacer, AnyStepAtAnyMomentNeverMovesAnEdge) {
 
 TEST(EdgePlacer, AnEdgeOutsideBothReadingsIsRefused) {
   const Wall wall, between{kLead + hours(2)};
-  // Set forward and back between the readings: no difference left, and the stamp is two hours away.
+  // The clock is set forward and back between the readings: they do not differ, but the stamp is two hours away.
   EXPECT_FALSE(
       place_edge(between.at(milliseconds(1050)), wall.read(milliseconds(1000)), wall.read(milliseconds(1100))));
 }

@@ -5,8 +5,8 @@
 
 #include "drivers/pps/pps_decoder.hpp"
 
-// One input is a run of messages of 24 bytes and a rest. Noise alone seldom begins with the magic, so every other
-// message is given it and a small edge number. Every byte is counted once, whatever comes.
+// One input is a run of messages of 24 bytes and a rest. Noise seldom begins with the magic, so every second message
+// gets it and a small edge number. Whatever comes, every byte is counted exactly once.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hueline;
   drivers::PpsDecoder decoder({});

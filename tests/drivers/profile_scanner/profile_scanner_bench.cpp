@@ -1,4 +1,4 @@
-// Decoding against the floor: copying the same returns, datagram by datagram, into vectors of their own.
+// Decoding compared with the least effort: copying the same returns, datagram by datagram, into vectors.
 #include "tests/drivers/profile_scanner/profile_scanner_packets.hpp"
 #include "tests/support/bench.hpp"
 
@@ -11,8 +11,8 @@ struct Workload {
   std::int64_t returns = 0;
 };
 
-/// A tenth of a second of a scanner of 1.2 M pulses and 250 lines a second. A sixth of the pulses meet the sky, a sixth
-/// leaves: three returns.
+/// A tenth of a second of a scanner with 1.2 M pulses and 250 lines a second. A sixth of the pulses meet the sky, and a
+/// sixth meet leaves, which give three returns.
 Workload datagrams(unsigned pulses_per_datagram, bool has_jitter) {
   Workload out;
   std::uint64_t pulse = 0;

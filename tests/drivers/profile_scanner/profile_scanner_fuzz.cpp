@@ -1,4 +1,5 @@
-// Any datagram, and runs of them: no crash, every byte counted once, every return inside what the configuration allows.
+// Any datagram, and runs of them: no crash, every byte counted once, and every return inside what the configuration
+// allows.
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -22,7 +23,7 @@ void check(const LaserReturn& r) {
   require(r.channel == 0 && r.return_number >= 1 && r.return_number <= r.return_count && r.return_count <= 15);
 }
 
-/// A sound head before any bytes: mutations reach what lies behind the first checks.
+/// Puts a sound header before any bytes, so that mutations reach what follows the first checks.
 std::vector<std::byte> behind_a_head(std::span<const std::byte> input, std::uint32_t counter, bool is_status) {
   test::ProfileDatagram head;
   head.kind = is_status ? 2 : 1;
@@ -33,7 +34,7 @@ std::vector<std::byte> behind_a_head(std::span<const std::byte> input, std::uint
   const auto length = static_cast<std::uint16_t>(out.size());
   std::memcpy(out.data() + 12, &length, 2);
   if (is_status || out.size() < 44) return out;
-  // As many returns as fill the rest, after a table whose pulses have them.
+  // As many returns as fill the rest, after a table whose pulses have as many.
   const std::size_t pulses = (out.size() - 44) / 7;
   const auto n = static_cast<std::uint16_t>(pulses);
   std::memcpy(out.data() + 40, &n, 2);

@@ -70,7 +70,7 @@ inline Packet profile_packet(std::span<const std::byte> bytes, std::int64_t rece
   return packet;
 }
 
-/// What a decoder made of datagrams so far.
+/// What a decoder has made of the datagrams so far.
 struct ProfileDecoded {
   explicit ProfileDecoded(const drivers::ProfileScannerDecoder::Config& config = {}) : decoder(5, config) {}
   void feed(std::span<const std::byte> bytes, std::int64_t received_ns = 0) {
@@ -85,7 +85,7 @@ struct ProfileDecoded {
       if (const T* value = std::get_if<T>(&m)) found.push_back(*value);
     return found;
   }
-  /// Each fault as "Kind count: detail".
+  /// Returns each fault as "Kind count: detail".
   std::vector<std::string> faults() const {
     std::vector<std::string> found;
     for (const Fault& f : all<Fault>())

@@ -1,4 +1,5 @@
-// A profile scanner's datagrams, written by hand from the format's document: fields, time, losses, broken bytes.
+// Datagrams of a profile scanner, written by hand from the description of the format: fields, time, losses, broken
+// bytes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +21,7 @@ using testing::IsEmpty;
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-/// Four pulses an eighth of a turn apart, beginning at a quarter: one return, none, three, one.
+/// Four pulses an eighth of a turn apart, beginning at a quarter of a turn: one return, none, three, one.
 ProfileDatagram four_pulses() {
   ProfileDatagram d;
   d.angle = 0x40000000;
@@ -45,7 +46,7 @@ TEST(ProfileScanner, PlacesAndTimesFollowFromTheFields) {
   EXPECT_NEAR(r[0].azimuth, kTurn / 4, 1e-6);
   EXPECT_EQ(r[0].reflectivity, 50);
   EXPECT_EQ(r[0].return_count, 1);
-  // Two steps on: half a turn, -y.
+  // Two steps later: half a turn, so -y.
   const float ranges[] = {2, 4, 200};
   const int reflectivities[] = {100, 255, 0};
   for (int i = 0; i < 3; ++i) {
@@ -86,7 +87,7 @@ TEST(ProfileScanner, ALongDatagramTurnsThroughZeroWithoutLosingTheAngle) {
     ASSERT_NEAR(r.azimuth, angle, 1e-6);
   }
   EXPECT_LT(worst, 1e-5);
-  // Turning the other way is the same with a negative step.
+  // A mirror that turns the other way has a negative step.
   d.step = -858'993;
   d.counter = 1;
   decoded.feed(d);
@@ -162,7 +163,7 @@ TEST(ProfileScanner, WhatIsMissingLateOrDoubleIsToldOnce) {
     d.counter = counter;
     decoded.feed(d, now += 2'000'000'000);
   };
-  // The count wraps without a loss; status datagrams have their own.
+  // The counter wraps without a loss. Status datagrams have their own counter.
   for (const std::uint32_t counter : {0xFFFFFFFEu, 0xFFFFFFFFu, 0u, 1u}) data(counter);
   decoded.feed(test::profile_status(77), now);
   EXPECT_THAT(decoded.faults(), IsEmpty());
@@ -238,7 +239,7 @@ TEST(ProfileScanner, AnotherScannerOnTheSamePortIsNotMixedIn) {
 }
 
 TEST(ProfileScanner, RangesAndAnglesOutsideTheLimitsAreDropped) {
-  // Kept: a window through zero, and 5 to 15 m.
+  // The window of angles goes through zero, and ranges from 5 to 15 m are kept.
   ProfileDecoded decoded({.min_range_m = 5, .max_range_m = 15, .angle_begin = kTurn * 7 / 8, .angle_end = kTurn / 8});
   ProfileDatagram d;
   d.step = 0x10000000;  // sixteen of a turn

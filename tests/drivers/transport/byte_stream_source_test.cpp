@@ -1,4 +1,4 @@
-// TCP against a server in the test, the serial line on a pseudo-terminal, files.
+// TCP with a server in the test, the serial line on a pseudo-terminal, and files.
 #include <gtest/gtest.h>
 
 #include <arpa/inet.h>
@@ -37,7 +37,7 @@ class Descriptor {
   int fd_;
 };
 
-/// A receiver's port, in the test's own thread: connections wait in the backlog.
+/// A receiver's port in the test's own thread. Connections wait in the backlog.
 class Server {
  public:
   explicit Server(int port = 0) : listener_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -80,7 +80,7 @@ std::string receive_text(const Descriptor& from, std::size_t size) {
 std::string text_of(const Packet& packet) {
   return {reinterpret_cast<const char*>(packet.bytes.data()), packet.bytes.size()};
 }
-/// Packets until `size` bytes are there.
+/// Reads packets until they have `size` bytes.
 std::string gather(PacketSource& source, std::size_t size) {
   std::string all;
   for (int tries = 0; all.size() < size && tries < 50; ++tries) {
@@ -238,7 +238,8 @@ TEST(SerialSource, RawBytesBothWays) {
   SerialSource source(config);
   ASSERT_TRUE(source.open().ok());
   EXPECT_EQ(receive_text(pty.master, 11), "LOG TIMEB\r\n");  // no CR/LF conversion on the way out
-  // What a terminal would eat: XON, XOFF, interrupt, end of file, CR, DEL, and 0xFF, which parity marking doubles.
+  // Bytes that a terminal would interpret: XON, XOFF, interrupt, end of file, CR, DEL, and 0xFF, which parity marking
+  // doubles.
   const std::string tricky("\x11\x13\x03\x04\r\n\x7F\xFF\xAA\x44\x12\x00\x1A", 13);
   send_text(pty.master, tricky);
   EXPECT_EQ(gather(source, tricky.size()), tricky);

@@ -1,4 +1,4 @@
-// What CanSource says where there is no CAN; frames of a real interface: tests/vm/can_test.cpp.
+// What CanSource reports where there is no CAN. tests/vm/can_test.cpp has the frames of a real interface.
 #include "drivers/transport/can_source.hpp"
 
 #include <gtest/gtest.h>

@@ -23,7 +23,7 @@ TEST_P(HostClock, AStampMadeNowConvertsIntoTheBracketOfTwoHostReadings) {
     const HostTime after = host_now();
     const ClockOffset offset = sample_clock_offset(GetParam());
     const HostTime converted = to_host_time(to_nanoseconds(stamp), offset);
-    // The only slack is the sampled pair's own window, and the slewing (500 ppm) over the few microseconds between.
+    // The only tolerance is the window of the sampled pair, and slewing (500 ppm) over the few microseconds between.
     const nanoseconds slack = offset.half_window + nanoseconds(100) + (host_now() - before) / 1000;
     EXPECT_GE(converted, before - slack);
     EXPECT_LE(converted, after + slack);

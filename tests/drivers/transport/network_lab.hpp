@@ -15,11 +15,11 @@
 
 #include "core/bounded_queue.hpp"
 
-/// Networks of a test's own: nothing outside is touched, and fixed ports (GigE Vision's 3956) collide with nobody's.
+/// Networks for one test: nothing outside is changed, and fixed ports (3956 of GigE Vision) do not collide.
 namespace hueline::test {
 
-/// The calling thread, and threads it starts later, get a network namespace with nothing but a loopback interface.
-/// False without the privilege (root, or unprivileged user namespaces); then everything stays as it was.
+/// Gives the calling thread, and the threads that it starts later, a network namespace with only a loopback interface.
+/// Returns false without the privilege (root, or unprivileged user namespaces); then nothing is changed.
 inline bool enter_own_network() {
   if (::unshare(CLONE_NEWNET) != 0 && ::unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) return false;
   const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
@@ -31,14 +31,14 @@ inline bool enter_own_network() {
   return is_up;
 }
 
-/// A command's success, in the caller's network.
+/// Runs a command in the caller's network. Returns whether it succeeded.
 inline bool run(const std::string& command) { return std::system((command + " >/dev/null 2>&1").c_str()) == 0; }
 
-/// Another machine: a thread in a network namespace of its own that runs what it is given.
+/// Another computer: a thread in its own network namespace that runs what it is given.
 class OtherMachine {
  public:
   OtherMachine() : thread_([this](std::stop_token stop) { work(stop); }) {}
-  /// 0: no privilege.
+  /// 0 without the privilege.
   pid_t id() { return id_.get_future().get(); }
   void run_there(std::function<void()> job) {
     std::packaged_task<void()> task(std::move(job));

@@ -213,7 +213,8 @@ TEST(PcapSource, ACaptureWithoutTheDeviceSaysWhatItHolds) {
   EXPECT_THAT(read.faults[0].detail, HasSubstr("1 of a link type that is not read (105)"));
 }
 
-/// Two scanners of one kind on one port, both delivered, since nothing says which one is meant: it must be told.
+/// Two scanners of one kind send to one port. Both are delivered, because nothing says which one is meant; so it must
+/// be reported.
 TEST(PcapSource, ASecondDeviceIsTold) {
   const auto from = [](std::uint8_t last_number, const std::string& payload) {
     Bytes frame = plain(payload, 2368);

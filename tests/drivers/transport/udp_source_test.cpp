@@ -12,7 +12,7 @@ namespace {
 
 constexpr SensorId kSensor = 7;
 
-/// Sends from a loopback address of its own, as another device would.
+/// Sends from its own loopback address, as another device would.
 class Sender {
  public:
   explicit Sender(const char* from = "127.0.0.1") : fd_(::socket(AF_INET, SOCK_DGRAM, 0)) {
@@ -68,7 +68,7 @@ struct Received {
   }
 };
 
-/// Everything that is there, until the source says TimedOut.
+/// Reads all packets, until the source returns TimedOut.
 Received drain(UdpSource& source) {
   Received received;
   for (;;) {
@@ -101,8 +101,8 @@ TEST(UdpSource, DeliversDatagramsWholeWithTheirArrivalTime) {
   ASSERT_EQ(received.wire.size(), 100u);
   for (std::size_t i = 0; i < 100; ++i) {
     EXPECT_EQ(text(received.wire[i]), std::string(1206, static_cast<char>(i)));
-    // The kernel's stamp, not the time of reading: the reader began after the last was sent. 50 us for the clocks'
-    // slew.
+    // `received` is the kernel's stamp, not the time of reading: the reader began after the last datagram was sent. 50
+    // us allow for slewing of the clocks.
     EXPECT_GE(received.wire[i].received, before - std::chrono::microseconds(50));
     EXPECT_LE(received.wire[i].received, after + std::chrono::microseconds(50));
     if (i > 0) {
@@ -178,7 +178,7 @@ TEST(UdpSource, AnotherDeviceIsNotDeliveredButCounted) {
   Received received = drain(source);
   ASSERT_EQ(received.wire.size(), 1u);
   EXPECT_EQ(text(received.wire[0]), "ours");
-  // Those of one reading together.
+  // One fault for the datagrams of one read.
   ASSERT_GE(received.faults.size(), 1u);
   EXPECT_LT(received.faults.size(), 30u);
   EXPECT_EQ(received.faults[0].kind, FaultKind::WrongDevice);
@@ -186,7 +186,7 @@ TEST(UdpSource, AnotherDeviceIsNotDeliveredButCounted) {
   EXPECT_EQ(received.count(FaultKind::WrongDevice), 30u);
 }
 
-/// Without a source_address both are delivered, and it is told.
+/// Without a source_address both senders are delivered, and the second one is reported.
 TEST(UdpSource, ASecondDeviceIsTold) {
   UdpSource source(kSensor, loopback(), BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());

@@ -1,4 +1,4 @@
-// Decoding against the floor: copying the same returns, packet by packet, into vectors of their own.
+// Decoding compared with the least effort: copying the same returns, packet by packet, into vectors.
 #include "tests/drivers/velodyne/velodyne_packets.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/test_data.hpp"

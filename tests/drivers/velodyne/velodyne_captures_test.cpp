@@ -1,5 +1,5 @@
-// Real recordings against independent truth: another decoder's cloud of a VLP-16 in dual-return mode, the GPS sentences
-// that a VLP-16 echoed, and the geometry that an HDL-32E must have.
+// Real recordings compared with independent truth: another decoder's cloud of a VLP-16 in dual-return mode, the GPS
+// sentences that a VLP-16 repeated, and the geometry that an HDL-32E must have.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -49,7 +49,7 @@ std::vector<Expected> read_cloud(const std::filesystem::path& path) {
   return cloud;
 }
 
-/// One of our returns with what the raw packet says about it.
+/// One of this decoder's returns, with what the raw packet says about it.
 struct Candidate {
   const LaserReturn* ours;
   int block, shot;  // block: the even (last) or odd (strongest) one of its pair
@@ -59,14 +59,15 @@ struct Candidate {
   bool is_matched = false;
 };
 
-/// How the other decoder (nebula) comes to its azimuths and times in dual-return mode, found from its cloud: it walks
-/// the twelve blocks as if each had a successor two blocks on, but keeps the azimuth to begin with one block behind.
-/// So:
-///  - even blocks 0-8 are interpolated to the next pair, as ours are, and rounded to 0.01 deg;
-///  - the last pair is not interpolated at all: each firing has the pair's own azimuth;
-///  - odd blocks 1-9 (second returns) have the next pair's azimuth, not interpolated: ahead of the truth by up to a
-///  step.
-/// Its times are those of the single-return table, though a pair is one firing: (block + its parity) * 55.296 us late.
+/// How the other decoder (nebula) computes azimuths and times in dual-return mode, found from its cloud. It walks
+/// through the twelve blocks as if the successor of each were two blocks further, but takes the azimuth at the
+/// beginning from one block before. So:
+///  - even blocks 0-8 are interpolated to the next pair, as here, and rounded to 0.01 degrees;
+///  - the last pair is not interpolated: each firing has the pair's own azimuth;
+///  - odd blocks 1-9 (second returns) have the next pair's azimuth without interpolation: ahead of the truth by up to a
+/// step.
+/// Its times are those of the single-return table, although a pair is one firing: (block + its parity) * 55.296 us
+/// late.
 void tell(Candidate& c, std::span<const std::byte> packet) {
   const auto azimuth = [&](int block) {
     const std::byte* p = packet.data() + 100 * block + 2;
@@ -105,7 +106,7 @@ TEST(VelodyneCaptures, ADualReturnRevolutionEqualsTheCloudOfAnotherDecoder) {
   const std::vector<LaserBatch> batches = only<LaserBatch>(measurements);
   ASSERT_EQ(batches.size(), 603u);
 
-  // The revolution is the file's last whole one; by channel and range in 2 mm steps.
+  // The revolution is the last whole one of the file. It is indexed by channel and by range in steps of 2 mm.
   constexpr std::size_t kFirst = 451;
   std::map<std::pair<int, int>, std::vector<Candidate>> candidates;
   for (std::size_t p = kFirst; p < packets.size(); ++p)
@@ -128,21 +129,21 @@ TEST(VelodyneCaptures, ADualReturnRevolutionEqualsTheCloudOfAnotherDecoder) {
     double best_distance = 1e9;
     for (Candidate& c : candidates[{e.channel, static_cast<int>(std::lround(e.distance / 0.002))}]) {
       if (c.is_matched || c.ours->reflectivity != e.reflectivity) continue;
-      // Time parts what has the same range, channel and told azimuth: the two sequences of a block.
+      // Returns with the same range, channel and azimuth differ in time: they are of the two sequences of a block.
       const double d = std::abs(wrap_deg(c.told_deg - expected_deg)) + 1e-7 * std::abs(c.told_us - expected_us);
       if (d < best_distance) best = &c, best_distance = d;
     }
     ASSERT_NE(best, nullptr) << "no return of channel " << e.channel << " at " << e.distance << " m";
     best->is_matched = true;
     const LaserReturn& r = *best->ours;
-    // Their axes: x forward, y left.
+    // Their axes are x forward, y left.
     const double dx = r.x + e.y, dy = r.y - e.x, dz = r.z - e.z;
     const double deg = wrap_deg(r.azimuth / kRadPerDeg - expected_deg), us = r.time_offset_ns * 1e-3 - expected_us;
     all.add(deg, std::sqrt(dx * dx + dy * dy + dz * dz), us);
     Largest& kind = best->block % 2 ? second_return : best->block == 10 ? last_pair : same_rule;
     kind.add(deg, std::hypot(dx, dy), us);
 
-    // Ours, moved to where the other decoder's rule puts it: what remains is not explained.
+    // This decoder's return, moved to where the other decoder's rule puts it. The rest is not explained.
     const double in_plane = std::hypot(r.x, r.y);
     const double moved_x = in_plane * std::sin(best->told_deg * kRadPerDeg),
                  moved_y = in_plane * std::cos(best->told_deg * kRadPerDeg);
@@ -172,7 +173,7 @@ TEST(VelodyneCaptures, ADualReturnRevolutionEqualsTheCloudOfAnotherDecoder) {
   EXPECT_LT(unexplained.time_us, 0.25);        // it goes through a double of seconds since 1970: steps of 0.24 us
   EXPECT_LT(largest_z_m, 0.01125);             // manual, table 9-1: 11.2 mm
 
-  // And nothing of ours is missing there. It cuts the revolution by azimuth inside its first and last packet.
+  // No return is missing in the other cloud. It cuts the revolution by azimuth inside its first and last packet.
   std::size_t missing = 0;
   for (const auto& [key, list] : candidates)
     for (const Candidate& c : list)
@@ -184,12 +185,14 @@ TEST(VelodyneCaptures, DualReturnPacketsFollowEachOtherAsTheTimingTableSays) {
   HUELINE_REQUIRE_DATA("velodyne/vlp16_scans.pcap");
   VelodyneDecoder decoder(5, {});
   const std::vector<LaserBatch> batches = only<LaserBatch>(decode_all(decoder, capture_packets(data_file.string())));
-  // Six pairs of 110.592 us a packet: the stamps' own mean step is the independent measure of the firing table.
+  // A packet has six pairs of 110.592 us. The mean step of the stamps is an independent measurement of the firing
+  // table.
   const double mean_us = to_seconds(test::counter(batches.back().time) - test::counter(batches.front().time)) * 1e6 /
                          static_cast<double>(batches.size() - 1);
   std::printf("mean step of the stamps %.4f us, table %.4f us\n", mean_us, 6 * 110.592);
   EXPECT_NEAR(mean_us, 6 * 110.592, 0.01);
-  // Across packets the azimuth goes on where the last block was continued to: the first firing of the next packet.
+  // From packet to packet the azimuth continues where the last block was extended to: at the first firing of the next
+  // packet.
   double largest_deg = 0;
   for (std::size_t i = 0; i + 1 < batches.size(); ++i) {
     const auto &a = batches[i].returns, &b = batches[i + 1].returns;
@@ -204,7 +207,7 @@ TEST(VelodyneCaptures, DualReturnPacketsFollowEachOtherAsTheTimingTableSays) {
   EXPECT_LT(largest_deg, 0.05);
 }
 
-/// As VeloView saves it: position packets with a wrong IP length, and the factory byte of an HDL-32E.
+/// A capture as VeloView saves it: position packets with a wrong IP length, and the factory byte of an HDL-32E.
 TEST(VelodyneCaptures, AVlp16OfOldFirmwareIsDecodedWhole) {
   HUELINE_REQUIRE_DATA("velodyne/vlp16_product_21.pcap");
   const auto packets = test::capture_packets(data_file.string());
@@ -235,7 +238,8 @@ TEST(VelodyneCaptures, AVlp16WithGpsIsLockedAndNamesItsSecond) {
   for (const LaserStatus& s : status) {
     EXPECT_EQ(s.clock, SyncState::Locked);
     EXPECT_EQ(s.words, "PPS locked, RMC valid");
-    // Data and position packets have one counter: no more than two data packets from those that arrived next to it.
+    // Data and position packets have the same counter, so a position packet is at most two data packets from those that
+    // arrived next to it.
     double nearest_s = 1;
     for (const LaserBatch& b : batches)
       nearest_s = std::min(nearest_s, std::abs(to_seconds(test::counter(b.time) - test::counter(*s.time))));
@@ -244,7 +248,7 @@ TEST(VelodyneCaptures, AVlp16WithGpsIsLockedAndNamesItsSecond) {
   ASSERT_EQ(labels.size(), 1u);
   EXPECT_TRUE(labels[0].is_valid);
   EXPECT_EQ(iso_utc(labels[0].second), "2016-01-21T08:18:02.000Z");
-  // 17 leap seconds then: GPS time of week of Thursday 08:18:19.
+  // There were 17 leap seconds then: GPS time of week of Thursday 08:18:19.
   EXPECT_EQ(to_gps_week(labels[0].second).week, 1880);
   EXPECT_EQ(to_gps_week(labels[0].second).time_of_week, std::chrono::seconds(4 * 86400 + 8 * 3600 + 18 * 60 + 2 + 17));
   EXPECT_EQ(decoder.counts().decoded_bytes, 293u * 1206 + 57u * 512);

@@ -32,13 +32,14 @@ TEST(VelodyneDecoder, Vlp16SingleTakesTimeAzimuthAndPlaceOfEachFiring) {
             LaserTime(LaserCounter{CounterOrigin::Utc, std::chrono::hours(1), nanoseconds(123'456'789'000)}));
   const auto& returns = d.batches[0].returns;
   ASSERT_EQ(returns.size(), 384u);
-  // Manual 63-9243, table 9-1, written out again: elevation (deg) and vertical offset (mm) of laser 0...15.
+  // Manual 63-9243, table 9-1, typed again: elevation (degrees) and vertical offset (mm) of lasers 0 to 15.
   const double elevation[16] = {-15, 1, -13, 3, -11, 5, -9, 7, -7, 9, -5, 11, -3, 13, -1, 15};
   const double offset_mm[16] = {11.2, -0.7, 9.7, -2.2, 8.1, -3.7, 6.6, -5.1,
                                 5.1,  -6.6, 3.7, -8.1, 2.2, -9.7, 0.7, -11.2};
   for (std::size_t i = 0; i < returns.size(); ++i) {
     const std::size_t block = i / 32, sequence = i % 32 / 16, laser = i % 16;
-    // Section 9.3.1: 55.296 us a sequence, 2.304 us a laser; two sequences a block, and the azimuth turns on meanwhile.
+    // Section 9.3.1: 55.296 us for a sequence, 2.304 us for a laser; two sequences in a block, while the azimuth goes
+    // on.
     const double in_block_us = 55.296 * static_cast<double>(sequence) + 2.304 * static_cast<double>(laser);
     const double azimuth = (90 + 0.4 * (static_cast<double>(block) + in_block_us / 110.592)) * kRadPerDeg;
     const double el = elevation[laser] * kRadPerDeg;
@@ -65,7 +66,8 @@ TEST(VelodyneDecoder, Hdl32eFiresAllLasersOnceABlock) {
     const double block = static_cast<double>(i / 32), laser = static_cast<double>(i % 32);
     EXPECT_EQ(returns[i].time_offset_ns, std::lround(46080 * block + 1152 * laser));
     EXPECT_NEAR(returns[i].azimuth, 0.16 * kRadPerDeg * (block + laser * 1.152 / 46.08), 1e-6);
-    // The lower bank is fired in the even places, the upper in the odd ones: rings 0, 16, 1, 17 ...
+    // The lasers of the lower bank fire at the even places, those of the upper bank at the odd ones: rings 0, 16, 1,
+    // 17, ...
     EXPECT_EQ(returns[i].channel, i % 2 == 0 ? i % 32 / 2 : 16 + i % 32 / 2);
     const double elevation = std::asin(returns[i].z / 10) / kRadPerDeg;
     EXPECT_NEAR(elevation, -30.67 + returns[i].channel * 4.0 / 3, 0.011);
@@ -76,7 +78,7 @@ TEST(VelodyneDecoder, AStampOfTheLastFiringIsTakenBackToTheFirst) {
   auto config = hdl32e();
   config.stamp = PacketStamp::LastFiring;
   VelodyneDecoder decoder(5, config);
-  // HDL-32E manual, appendix E: -542.592 us for the first firing; the hour turns.
+  // HDL-32E manual, appendix E: the first firing is 542.592 us earlier. The hour turns.
   Decoded d = decode(decoder, velodyne_data(turning(0, 16), 1'000, 0x37, 0x21));
   EXPECT_EQ(test::counter(d.batches.at(0).time).count(), 1'000'000 - 542'592);
   decoder.reset();

@@ -1,4 +1,4 @@
-// What a VelodyneDecoder says of packets that are lost, late, broken or somebody else's.
+// What a VelodyneDecoder reports about packets that are lost, late, broken or of another device.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ using test::turning;
 using test::velodyne_data;
 using Blocks = test::VelodyneBlocksOfPacket;
 
-/// What the end of the stream tells.
+/// Returns what the end of the stream gives.
 std::vector<Fault> at_the_end(VelodyneDecoder& decoder) {
   std::vector<Measurement> out;
   decoder.flush(out);
@@ -24,7 +24,7 @@ std::vector<Fault> at_the_end(VelodyneDecoder& decoder) {
 }
 
 TEST(VelodyneFaults, ALostPacketIsCountedAndLeavesItsNeighboursAlone) {
-  // The same packet decoded with and without the packets around it.
+  // The same packet is decoded with and without the packets around it.
   VelodyneDecoder alone(5, {}), gap(5, {});
   const auto first = velodyne_data(turning(1000, 40), 10'000, 0x37, 0x22);
   const auto fourth = velodyne_data(turning(1000 + 3 * 480, 40), 10'000 + 3 * 1327, 0x37, 0x22);
@@ -64,7 +64,7 @@ TEST(VelodyneFaults, GapsAreSeenThroughTheHourAndAcrossLongOutages) {
   EXPECT_TRUE(at(1'800'002'654, 7202.1027).empty());  // measured from the newest, not from the late one
 }
 
-/// Packets that overtake each other are late, not lost; a truncated one has come.
+/// Packets that overtake each other are late, not lost. A packet that is cut short has come.
 TEST(VelodyneFaults, WhatComesLateOrBrokenIsNotLost) {
   VelodyneDecoder decoder(5, {});
   std::map<FaultKind, std::uint64_t> told;
@@ -101,7 +101,7 @@ TEST(VelodyneFaults, BrokenBlocksAreLeftOutAndCounted) {
   EXPECT_EQ(d.faults[0].kind, FaultKind::Malformed);
   ASSERT_EQ(d.batches.size(), 1u);
   EXPECT_EQ(d.batches[0].returns.size(), 320u);
-  // The block before a broken one goes on at the packet's rate.
+  // The block before a broken one continues at the packet's rate.
   for (const LaserReturn& r : d.batches[0].returns)
     EXPECT_NEAR(r.azimuth, (10 + 0.4 * r.time_offset_ns / 110592.0) * kRadPerDeg, 1e-6);
   EXPECT_EQ(decoder.counts().malformed_bytes, 200u);
@@ -144,13 +144,14 @@ TEST(VelodyneFaults, WrongBytesAreCountedAndSaid) {
   EXPECT_EQ(decoder.counts().malformed_bytes, bytes);
 }
 
-/// The stream of a VLP-16 that is set to a field of view: blocks from `begin_deg` to `end_deg`, twelve to a packet
-/// without regard to the silence between revolutions. The packet's stamp is its first block's.
+/// The stream of a VLP-16 that is set to a field of view. Its blocks go from `begin_deg` to `end_deg`, twelve in a
+/// packet, whether or not the silence between revolutions is inside a packet. The packet's stamp is that of its first
+/// block.
 class FieldOfView {
  public:
   FieldOfView(double begin_deg, double end_deg) : begin_(begin_deg), end_(end_deg) {}
 
-  /// The next packet's bytes; the time of its arrival goes on with it.
+  /// Returns the next packet and advances the time of its arrival.
   test::Bytes next() {
     Blocks blocks = turning(0, 0);
     double stamp_us = 0;
@@ -251,7 +252,7 @@ TEST(VelodyneFaults, AProductWithoutNameIsWrittenOnce) {
       "data packet of product 0x28 (VLP-32C), timed as a HDL-32E's; the rig names a VLP-16 (0x22): the key model");
 }
 
-/// VLP-16s of old firmware bear the HDL-32E's byte; nothing of theirs is lost, the first packets included.
+/// VLP-16s with old firmware send the HDL-32E's byte. None of their packets is lost, not even the first ones.
 TEST(VelodyneFaults, TheTimingOutranksTheFactoryByte) {
   for (const bool is_dual : {false, true}) {
     VelodyneDecoder decoder(5, {});
@@ -272,7 +273,7 @@ TEST(VelodyneFaults, TheTimingOutranksTheFactoryByte) {
   }
 }
 
-/// And a rig that believes the byte is told so.
+/// If the rig names the model of the byte, the fault says so.
 TEST(VelodyneFaults, ARigThatNamesTheByteOfAnotherTimingIsTold) {
   VelodyneDecoder::Config config;
   config.model = VelodyneModel::Hdl32e;
@@ -289,7 +290,7 @@ TEST(VelodyneFaults, ARigThatNamesTheByteOfAnotherTimingIsTold) {
   EXPECT_NE(said.find("timed as a VLP-16's"), std::string::npos) << said;
 }
 
-/// A Puck Hi-Res is timed as a VLP-16, but its lasers look elsewhere.
+/// A Puck Hi-Res has the timing of a VLP-16, but other elevations.
 TEST(VelodyneFaults, AModelOfTheSameTimingIsNotTakenForAnother) {
   VelodyneDecoder decoder(5, {});
   for (std::uint32_t i = 0; i < 30; ++i) {

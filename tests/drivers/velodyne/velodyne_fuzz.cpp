@@ -1,4 +1,5 @@
-// Any datagram, and runs of them: no crash, every byte counted once, every return inside what the configuration allows.
+// Any datagram, and runs of them: no crash, every byte counted once, and every return inside what the configuration
+// allows.
 #include <cmath>
 #include <cstdlib>
 
@@ -34,7 +35,7 @@ void run(VelodyneModel model, std::span<const std::byte> input) {
     received += 700'000;
   };
   feed(input);
-  // As if the bytes were many packets: the state between packets meets any two neighbours.
+  // The same bytes as many packets, so that the state between packets meets any two neighbours.
   for (const std::size_t size : {kVelodyneDataBytes, kVelodynePositionBytes})
     for (std::size_t at = 0; at + size <= input.size() && at < 8 * size; at += size) feed(input.subspan(at, size));
   decoder.flush(out);  // what is held until the timing has spoken is in the counts from here on

@@ -11,7 +11,7 @@
 #include "drivers/velodyne/velodyne_decoder.hpp"
 #include "tests/support/pcap_writer.hpp"
 
-/// Velodyne packets for tests: made by hand from the manual's tables, or out of a real capture.
+/// Velodyne packets for tests, made by hand from the manual's tables or taken from a real capture.
 namespace hueline::test {
 
 struct VelodyneShot {
@@ -44,7 +44,7 @@ inline Bytes velodyne_position(std::uint32_t stamp_us, unsigned pps, const std::
   return out.bytes();
 }
 
-/// "$...*hh\r\n" around the body.
+/// Returns "$...*hh\r\n" with the body in it.
 inline std::string nmea_sentence(const std::string& body) {
   unsigned sum = 0;
   for (const char c : body) sum ^= static_cast<unsigned char>(c);
@@ -79,10 +79,11 @@ std::vector<T> only(const std::vector<Measurement>& measurements) {
   return found;
 }
 
-/// The scanner's counter at its stamp; throws where it is none.
+/// Returns the scanner's counter in a stamp. Throws if the stamp has none.
 inline nanoseconds counter(const LaserTime& stamp) { return std::get<LaserCounter>(stamp).value; }
 
-/// Every shot of a packet at 10 m and reflectivity 100, azimuth rising by `step` a block (or pair).
+/// Makes a packet with every return at 10 m and reflectivity 100, whose azimuth rises by `step` from block to block (or
+/// pair to pair).
 inline VelodyneBlocksOfPacket turning(unsigned first, unsigned step, bool is_dual = false) {
   VelodyneBlocksOfPacket blocks;
   for (unsigned b = 0; b < 12; ++b) {

@@ -24,7 +24,7 @@ std::vector<Measurement> decode(VelodyneDecoder& decoder, std::uint32_t stamp_us
 }
 
 TEST(Rmc, NamesTheUtcSecondOfAPublishedSentence) {
-  // The sentence of the HDL-32E manual's appendix B, its blanks left out and the checksum formed anew.
+  // The sentence of the HDL-32E manual's appendix B, without its blanks and with a new checksum.
   const Result<RmcSentence> r =
       decode_rmc(nmea_sentence("GPRMC,214042,A,3708.3087,N,12139.5146,W,000.0,000.0,160311,014.8,E,A"));
   ASSERT_TRUE(r.ok()) << r.error().message;
@@ -58,7 +58,7 @@ TEST(Rmc, RefusesWhatItCannotTrust) {
 
 TEST(VelodynePosition, ALateSentenceDoesNotLabelTheNewEdgeWithTheOldSecond) {
   const GpsTime second = *from_utc({2016, 1, 21, 8, 18, 2, 0});
-  // Counter 18 min 2.4 s, sentence of that second; then 18 min 3.1 s, and the sentence is still the old one.
+  // The counter is at 18 min 2.4 s with the sentence of that second; then at 18 min 3.1 s, still with the old sentence.
   VelodyneDecoder decoder(5, {});
   auto labels = only<TimeLabel>(decode(decoder, 1'082'400'000, 2, rmc("081802.00", "210116")));
   ASSERT_EQ(labels.size(), 1u);
@@ -68,7 +68,7 @@ TEST(VelodynePosition, ALateSentenceDoesNotLabelTheNewEdgeWithTheOldSecond) {
   ASSERT_EQ(labels.size(), 1u);
   EXPECT_EQ(labels[0].second, second + std::chrono::seconds(1));
   EXPECT_TRUE(labels[0].is_valid);
-  // The same second again, now by its own sentence: nothing new.
+  // The same second again, now with its own sentence, gives no further label.
   EXPECT_TRUE(only<TimeLabel>(decode(decoder, 1'083'700'000, 2, rmc("081803.00", "210116"), 1'300'000'000)).empty());
 }
 
@@ -76,7 +76,7 @@ TEST(VelodynePosition, TheHourTheDayAndTheYearMayTurnBetweenSentenceAndEdge) {
   VelodyneDecoder decoder(5, {});
   const auto labels = only<TimeLabel>(decode(decoder, 200'000, 2, rmc("235959.00", "311216")));
   ASSERT_EQ(labels.size(), 1u);
-  // 2016 ended with a leap second, which the sentence of 23:59:59 precedes: the edge after it is 23:59:60.
+  // 2016 ended with a leap second, before which the sentence of 23:59:59 came: the edge after it is 23:59:60.
   EXPECT_EQ(labels[0].second, *from_utc({2016, 12, 31, 23, 59, 60, 0}));
   VelodyneDecoder other(5, {});
   EXPECT_EQ(only<TimeLabel>(decode(other, 200'000, 2, rmc("235959.00", "311217"))).at(0).second,
@@ -121,7 +121,7 @@ TEST(VelodynePosition, StatusTellsCounterLockAndSentence) {
   status = only<LaserStatus>(decode(decoder, 42, 9, rmc("081802.00", "210116"))).at(0);
   EXPECT_EQ(status.clock, SyncState::Unlocked);
   EXPECT_EQ(status.words, "PPS status 9, RMC valid");
-  // A broken sentence: the status stands, the sentence is counted.
+  // A broken sentence: the status is used, and the sentence is counted as malformed.
   std::string broken = rmc("081802.00", "210116");
   broken[10] = '?';
   const auto out = decode(decoder, 43, 2, broken, 5'000'000'000);

@@ -23,8 +23,8 @@ CanSignal signal(int start, int bits, double scale = 1) {
   return out;
 }
 
-/// 0B2: two speeds of 0.01 m/s, a counter of 4 bits in byte 4, a check sum in byte 5. 1A0: two counts of pulses of 2
-/// cm.
+/// Message 0B2 has two speeds of 0.01 m/s, a counter of 4 bits in byte 4 and a check sum in byte 5. Message 1A0 has two
+/// counts of pulses of 2 cm.
 WheelDecoder::Config config() {
   WheelDecoder::Config out;
   WheelDecoder::Message speeds;
@@ -129,7 +129,7 @@ TEST(WheelDecoder, WhatIsNoSpeedIsNotUsed) {
   EXPECT_DOUBLE_EQ(*d.wheels[0].speed, 10.0);
   EXPECT_DOUBLE_EQ(*d.wheels[1].speed, 10.1);
   EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Implausible, 4}}));
-  // What stays is believed in the end.
+  // A speed that stays is accepted in the end.
   for (int i = 4; i < 24; ++i) d.take(speeds(3000, 3000, i), 1.0 + 0.02 * i);
   EXPECT_DOUBLE_EQ(*d.wheels.back().speed, 30.0);
 }
@@ -185,7 +185,7 @@ TEST(WheelDecoder, BusOffIsToldOnceAndItsEndToo) {
   d.take(can_error(CAN_ERR_RESTARTED), 3.0);
   d.take(speeds(0, 0, 2), 3.1);
   EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Disconnected, 1}, {FaultKind::Reconnected, 1}}));
-  // Without a word about the restart, frames tell it.
+  // Without an error frame about the restart, the next frame shows it.
   d.take(can_error(CAN_ERR_BUSOFF), 4.0);
   d.take(speeds(0, 0, 3), 5.0);
   EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Disconnected, 2}, {FaultKind::Reconnected, 2}}));
@@ -194,14 +194,15 @@ TEST(WheelDecoder, BusOffIsToldOnceAndItsEndToo) {
   EXPECT_EQ(d.faults[FaultKind::Malformed], 100u);
 }
 
-/// The same on a slow vehicle: its pulses do not wrap within 0.1 s.
+/// The same on a slow vehicle, whose pulses do not wrap within 0.1 s.
 WheelDecoder::Config slow() {
   WheelDecoder::Config out = config();
   out.max_speed = 20;
   return out;
 }
 
-/// 20 ms apart with the jitter of an interrupt; one is lost here, one there, and two seconds of both to a bus-off.
+/// The messages come 20 ms apart with the jitter of an interrupt. Single ones of each are lost, and bus-off takes two
+/// seconds of both.
 TEST(WheelDecoder, LossesAreCountedByTheCycleWhereNoCounterCan) {
   Decoded d(slow());
   std::uint64_t lost = 0, sent = 0;
@@ -267,8 +268,8 @@ TEST(WheelDecoder, DatagramsOfAGatewayAreCounted) {
 
 TEST(WheelDecoder, SignalsOfARealLogAreThoseOfAnotherReader) {
   HUELINE_REQUIRE_DATA("can/issue_1256.asc");
-  // Bytes 0 and 1 of 011 as if 0.001 m/s; bits 3 to 7 of 064 count its messages. The figures are those of a few lines
-  // of Python.
+  // Bytes 0 and 1 of 011 are read as if they had 0.001 m/s; bits 3 to 7 of 064 count its messages. The expected figures
+  // come from a few lines of Python.
   WheelDecoder::Config first, second;
   first.messages.resize(1);
   first.messages[0].id = 0x11;

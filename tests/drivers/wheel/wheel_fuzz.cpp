@@ -8,8 +8,9 @@
 #include "drivers/can/dbc.hpp"
 #include "drivers/wheel/wheel_decoder.hpp"
 
-// Packets of random lengths: as they are, or made into one of the two forms so that what lies behind their heads is
-// reached; the same bytes as text of a log and of a DBC file. Every byte is counted once, whatever comes.
+// Packets of random lengths, unchanged or made into one of the two kinds, so that what follows their headers is
+// reached. The same bytes are also read as text of a log and of a DBC file. Whatever comes, every byte is counted
+// exactly once.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hueline;
   drivers::WheelDecoder::Config config;
