@@ -44,10 +44,10 @@ Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& q) {
 
 class Estimation {
  public:
-  Estimation(const BoresightDrive& drive, const BoresightConfig& config, WayCorrection way)
+  Estimation(const BoresightDrive& drive, const BoresightConfig& config, TrajectoryCorrection trajectory)
       : drive_(drive),
         config_(config),
-        state_{{}, std::move(way)},
+        state_{{}, std::move(trajectory)},
         scanners_(drive.scanners.size()),
         mounts_(static_cast<Eigen::Index>(6 * scanners_)) {
     for (const auto& scanner : drive.scanners) state_.mounts.push_back(scanner.T_body_scanner);
@@ -82,7 +82,7 @@ class Estimation {
 Status Estimation::search(const Level& level) {
   std::vector<Eigen::Vector3d> points;
   points.reserve(drive_.returns.size());
-  for (const BoresightReturn& one : drive_.returns) points.push_back(placed(one, state_));
+  for (const BoresightReturn& one : drive_.returns) points.push_back(place_return(one, state_));
   PatchConfig wanted;
   wanted.voxel_m = level.voxel_m;
   wanted.gate_m = level.gate_m;
@@ -149,7 +149,7 @@ void Estimation::step(const Level& level, bool is_finest) {
       if (last_.off[s].size() > 30) unit_[s] *= std::clamp(median(last_.off[s]) / 0.6745, 0.2, 5.0);
   Eigen::MatrixXd information = last_.information;
   Eigen::VectorXd gradient = last_.gradient;
-  state_.way.add_prior(information, gradient, mounts_);
+  state_.trajectory.add_prior(information, gradient, mounts_);
   for (std::size_t s = 0; s < scanners_; ++s) {
     const auto& T = state_.mounts[s];
     const auto& T_before = drive_.scanners[s].T_body_scanner;
@@ -169,12 +169,12 @@ void Estimation::step(const Level& level, bool is_finest) {
       T.rotation = (Eigen::Quaterniond(Eigen::AngleAxisd(angle, of.head<3>() / angle)) * T.rotation).normalized();
     T.translation += of.tail<3>();
   }
-  state_.way.move(by.tail(by.size() - mounts_));
+  state_.trajectory.move(by.tail(by.size() - mounts_));
   moved_ += by.head(mounts_);
 }
 
 Eigen::MatrixXd Estimation::covariance() const {
-  Eigen::MatrixXd information = mount_information(last_, state_.way);
+  Eigen::MatrixXd information = mount_information(last_, state_.trajectory);
   for (std::size_t s = 0; s < scanners_; ++s)
     information.diagonal().segment<6>(static_cast<Eigen::Index>(6 * s)) += information_before(s, false);
   return covariance_with_held(information, held_, config_.sigma_lever_m);
@@ -311,7 +311,7 @@ Result<Boresight> find_boresight(const BoresightDrive& drive, const BoresightCon
   float end = 0;
   for (const BoresightReturn& one : drive.returns) end = std::max(end, one.time_s);
   return Estimation(drive, config,
-                    WayCorrection(drive.sigmas, static_cast<double>(end), {config.knot_s, config.correlation_s}))
+                    TrajectoryCorrection(drive.sigmas, static_cast<double>(end), {config.knot_s, config.correlation_s}))
       .run();
 }
 

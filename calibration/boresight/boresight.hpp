@@ -13,8 +13,8 @@ namespace hueline::calibration {
 struct BoresightConfig {
   double sigma_lever_m = 0.02;  ///< one sigma of the measured lever arm, each axis
   double correlation_s = 90;    ///< correlation time of the POS's slow errors
-  /// Time between the knots of the path's corrections. A drive that would have more than 400 knots has them farther
-  /// apart.
+  /// Time between the knots of the corrections of the trajectory. A drive that would have more than 400 knots has them
+  /// farther apart.
   double knot_s = 1;
   /// Least share of the information about a lever-arm value that must come from the data. A value with a smaller share
   /// keeps its measured value.
@@ -67,8 +67,8 @@ struct Boresight {
 /// The conditions are those of Skaloud and Lichti, "Rigorous approach to bore-sight self-calibration in airborne laser
 /// scanning", ISPRS Journal 61 (2006) 47-59, equations (2) to (4). This function differs in three points: it minimises
 /// distances and eliminates the planes, it also estimates lever arms, and it has the slow errors of the POS as unknowns
-/// (WayCorrection). Without those unknowns the covariance would describe the laser's noise alone. The shares are the
-/// diagonal of the averaging kernel (Rodgers, Inverse Methods for Atmospheric Sounding, 2000, section 2.4).
+/// (TrajectoryCorrection). Without those unknowns the covariance would describe the laser's noise alone. The shares are
+/// the diagonal of the averaging kernel (Rodgers, Inverse Methods for Atmospheric Sounding, 2000, section 2.4).
 ///
 /// The estimation goes from large voxels and wide gates to small ones and looks for the patches again with each better
 /// mounting. The start may be wrong by a degree and a decimetre.

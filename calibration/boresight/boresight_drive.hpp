@@ -25,8 +25,8 @@ struct BoresightReturn {
 };
 
 /// A piece of the vehicle's path that is so short that all of it sees a place from one side.
-struct WayStretch {
-  double way_m = 0;    ///< path length from the beginning of the drive to the beginning of the stretch
+struct DriveStretch {
+  double path_m = 0;   ///< path length from the beginning of the drive to the beginning of the stretch
   double heading = 0;  ///< heading at its beginning, rad, clockwise from north
 };
 
@@ -49,7 +49,7 @@ struct BoresightScanner {
 struct BoresightDrive {
   std::vector<BoresightScanner> scanners;
   std::vector<BoresightReturn> returns;  ///< in the order of their stretches
-  std::vector<WayStretch> stretches;
+  std::vector<DriveStretch> stretches;
   std::vector<PosSigma> sigmas;  ///< in the order of time, one second or more apart
 };
 

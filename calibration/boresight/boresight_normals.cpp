@@ -15,15 +15,15 @@ Eigen::Quaterniond turned(const Eigen::Vector3d& by) {
   return angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, by / angle)) : Eigen::Quaterniond::Identity();
 }
 
-constexpr int kRow = 18;  // six columns of the mounting, twice six of the path correction
+constexpr int kRow = 18;  // six columns of the mounting, twice six of the trajectory correction
 constexpr int kFewest = 12, kFewestOfPass = 4;
 constexpr int kFits = 2;
 
 /// A return with everything that the adjustment of its patch needs.
 struct Look {
   Eigen::Vector3d p_enu, q_body, arm_body;  // the return in Body, with and without the lever arm
-  Eigen::Quaterniond q_enu_body;            // with the path correction
-  WayCorrection::Place place;
+  Eigen::Quaterniond q_enu_body;            // with the trajectory correction
+  TrajectoryCorrection::Place place;
   double sigma_range_m, range_m, sigma = 1, off = 0, weight = 0;
   std::size_t scanner;
 };
@@ -37,8 +37,8 @@ class PatchNormals {
     for (const std::uint32_t i : patch.returns) {
       const BoresightReturn& one = drive.returns[i];
       Look look;
-      look.place = state.way.at(static_cast<double>(one.time_s));
-      const Vector6d correction = state.way.value(look.place);
+      look.place = state.trajectory.at(static_cast<double>(one.time_s));
+      const Vector6d correction = state.trajectory.value(look.place);
       look.q_enu_body = one.q_enu_body.cast<double>() * turned(correction.tail<3>());
       look.scanner = one.scanner;
       look.arm_body = state.mounts[one.scanner].rotation * one.p_scanner.cast<double>();
@@ -97,12 +97,12 @@ class PatchNormals {
     for (const Look& look : looks_) {
       if (!(look.weight > 0)) continue;
       const Eigen::Vector3d m = look.q_enu_body.conjugate() * normal_, r = look.p_enu - origin_ - centre_;
-      Vector6d mount, way;
+      Vector6d mount, trajectory;
       mount << look.arm_body.cross(m), m;
-      way << normal_, look.q_body.cross(m);
+      trajectory << normal_, look.q_body.cross(m);
       Eigen::Matrix<double, kRow, 1> row;
-      row << mount, (1 - look.place.share) * way.cwiseProduct(state_.way.sigma(look.place.knot)),
-          look.place.share * way.cwiseProduct(state_.way.sigma(look.place.knot + 1));
+      row << mount, (1 - look.place.share) * trajectory.cwiseProduct(state_.trajectory.sigma(look.place.knot)),
+          look.place.share * trajectory.cwiseProduct(state_.trajectory.sigma(look.place.knot + 1));
       const Eigen::Vector3d plane(u.dot(r), v.dot(r), -1);
       const std::array<Eigen::Index, 3> at{static_cast<Eigen::Index>(6 * look.scanner), knots[look.place.knot],
                                            knots[look.place.knot + 1]};
@@ -153,8 +153,8 @@ class PatchNormals {
 
   void weigh() {
     if (weights_.gate_m > 0) return weigh_robust();
-    std::vector<int> together(state_.way.knots() * state_.mounts.size(), 0);
-    const auto group = [&](const Look& look) { return look.scanner * state_.way.knots() + look.place.knot; };
+    std::vector<int> together(state_.trajectory.knots() * state_.mounts.size(), 0);
+    const auto group = [&](const Look& look) { return look.scanner * state_.trajectory.knots() + look.place.knot; };
     for (Look& look : looks_) {
       see(look);
       look.weight = std::abs(look.off) < weights_.reject * look.sigma;
@@ -185,8 +185,8 @@ class PatchNormals {
 
 }  // namespace
 
-Eigen::Vector3d placed(const BoresightReturn& one, const BoresightState& state) {
-  const Vector6d correction = state.way.value(state.way.at(static_cast<double>(one.time_s)));
+Eigen::Vector3d place_return(const BoresightReturn& one, const BoresightState& state) {
+  const Vector6d correction = state.trajectory.value(state.trajectory.at(static_cast<double>(one.time_s)));
   const Eigen::Vector3d p_body = (state.mounts[one.scanner] * Point<Scanner>{one.p_scanner.cast<double>()}).xyz;
   return one.body_enu + correction.head<3>() + one.q_enu_body.cast<double>() * (turned(correction.tail<3>()) * p_body);
 }
@@ -194,7 +194,7 @@ Eigen::Vector3d placed(const BoresightReturn& one, const BoresightState& state) 
 BoresightNormals boresight_normals(const BoresightDrive& drive, const std::vector<Patch>& patches,
                                    const BoresightState& state, const BoresightWeights& weights) {
   const auto mounts = static_cast<Eigen::Index>(6 * state.mounts.size()),
-             all = mounts + static_cast<Eigen::Index>(6 * state.way.knots());
+             all = mounts + static_cast<Eigen::Index>(6 * state.trajectory.knots());
   BoresightNormals out;
   out.information = Eigen::MatrixXd::Zero(all, all);
   out.gradient = Eigen::VectorXd::Zero(all);

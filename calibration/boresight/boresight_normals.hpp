@@ -5,21 +5,21 @@
 
 #include "calibration/boresight/boresight_drive.hpp"
 #include "calibration/boresight/patches.hpp"
-#include "calibration/boresight/way_correction.hpp"
+#include "calibration/boresight/trajectory_correction.hpp"
 
 namespace hueline::calibration {
 
-/// The estimated values: the mountings of all scanners and the corrections of the path. The planes are not part of the
-/// state; each plane is the best one for a given state.
+/// The estimated values: the mountings of all scanners and the corrections of the trajectory. The planes are not part
+/// of the state; each plane is the best one for a given state.
 struct BoresightState {
   std::vector<Transform<Body, Scanner>> mounts;
-  WayCorrection way;
+  TrajectoryCorrection trajectory;
 };
 
-/// Returns the place of a return in Enu, with the mounting and the path correction of `state`:
+/// Returns the place of a return in Enu, with the mounting and the trajectory correction of `state`:
 ///   p_enu = p_body + dp + R_enu_body exp(theta) (R_body_scanner p_scanner + lever arm)
 /// This is equation (2) of Skaloud and Lichti 2006 with the POS's errors dp and theta added.
-Eigen::Vector3d placed(const BoresightReturn& one, const BoresightState& state);
+Eigen::Vector3d place_return(const BoresightReturn& one, const BoresightState& state);
 
 /// The values from which the weight of a return's distance from its plane is computed.
 struct BoresightWeights {
@@ -40,7 +40,8 @@ struct BoresightWeights {
 
 /// The normal equations of all patches, and statistics of the returns that they use.
 struct BoresightNormals {
-  /// Six rows a scanner (rotation about Body's axes in rad, lever arm in m), then the state of the path correction.
+  /// Six rows a scanner (rotation about Body's axes in rad, lever arm in m), then the state of the trajectory
+  /// correction.
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
   Eigen::MatrixXd without_pos;           ///< information about the mountings if the poses had no error
@@ -56,7 +57,7 @@ struct BoresightNormals {
 /// Returns the normal equations of the distances of returns from their planes,
 ///   e = n' (p_enu - c),   de = n' dp + (q x m)' theta + (R_body_scanner p x m)' turn + m' lever,   m = R_enu_body' n,
 /// with q in Body. The plane of each patch (two tilts and a shift) is eliminated by the Schur complement. The prior of
-/// the path correction is not included.
+/// the trajectory correction is not included.
 ///
 /// In least squares a hundred thousand returns would count as so many independent observations. Patterns of a hundredth
 /// of a millimetre would then seem significant, for example the height of a lever arm times the sine of the vehicle's

@@ -21,7 +21,7 @@ double unit(std::size_t i) { return i < 3 ? 1 / kRadPerDeg : 1; }
 
 std::string boresight_text(const Boresight& found) {
   std::string out = fmt::format(
-      "{} flat places seen in two passes or more ({} face across the way, {} along it, {} up), {} returns, {:.1f} mm "
+      "{} flat places seen in two passes or more ({} face across the path, {} along it, {} up), {} returns, {:.1f} mm "
       "rms from their planes\n",
       found.patches, found.facing[0], found.facing[1], found.facing[2], found.returns, found.rms_m * 1e3);
   if (!found.is_settled)

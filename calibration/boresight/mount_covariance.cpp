@@ -4,11 +4,11 @@
 
 namespace hueline::calibration {
 
-Eigen::MatrixXd mount_information(const BoresightNormals& normals, const WayCorrection& way) {
+Eigen::MatrixXd mount_information(const BoresightNormals& normals, const TrajectoryCorrection& trajectory) {
   const Eigen::Index mounts = normals.without_pos.rows(), rest = normals.information.rows() - mounts;
   Eigen::MatrixXd information = normals.information;
   Eigen::VectorXd unused = Eigen::VectorXd::Zero(information.rows());
-  way.add_prior(information, unused, mounts);
+  trajectory.add_prior(information, unused, mounts);
   const Eigen::MatrixXd B = information.topRightCorner(mounts, rest);
   const Eigen::MatrixXd X = information.bottomRightCorner(rest, rest).llt().solve(B.transpose());
   return information.topLeftCorner(mounts, mounts) - B * X;

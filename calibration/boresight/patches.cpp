@@ -113,16 +113,16 @@ void choose(std::vector<std::pair<std::uint64_t, Patch>>& found, std::size_t mos
 
 }  // namespace
 
-std::vector<std::uint8_t> passes_of(const std::vector<std::uint32_t>& stretches, const std::vector<WayStretch>& way,
+std::vector<std::uint8_t> passes_of(const std::vector<std::uint32_t>& stretches, const std::vector<DriveStretch>& drive,
                                     const PatchConfig& config) {
   std::vector<std::uint8_t> out;
   std::uint8_t pass = 0;
   for (std::size_t i = 0, first = 0; i < stretches.size(); ++i) {
     const double turned =
-        std::abs(std::remainder(way[stretches[i]].heading - way[stretches[first]].heading, 2 * std::numbers::pi)) *
+        std::abs(std::remainder(drive[stretches[i]].heading - drive[stretches[first]].heading, 2 * std::numbers::pi)) *
         180 / std::numbers::pi;
     const bool is_new = i > 0 && (turned > config.pass_turn_deg ||
-                                  way[stretches[i]].way_m - way[stretches[i - 1]].way_m > config.pass_gap_m);
+                                  drive[stretches[i]].path_m - drive[stretches[i - 1]].path_m > config.pass_gap_m);
     if (is_new && pass < 255) {
       ++pass;
       first = i;

@@ -41,7 +41,7 @@ struct PatchesFound {
 
 /// Returns the number of the pass, from 0, to which each of `stretches` belongs. `stretches` are the stretches from
 /// which one place was seen, in increasing order.
-std::vector<std::uint8_t> passes_of(const std::vector<std::uint32_t>& stretches, const std::vector<WayStretch>& way,
+std::vector<std::uint8_t> passes_of(const std::vector<std::uint32_t>& stretches, const std::vector<DriveStretch>& drive,
                                     const PatchConfig& config);
 
 /// Cuts space into voxels and returns those in which the returns of at least two passes lie near one plane. The method

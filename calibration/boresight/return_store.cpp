@@ -55,7 +55,7 @@ void ReturnStore::add(std::size_t scanner, const Eigen::Vector3f& p_scanner, Gps
   if (offered_++ == 0) begin_ = fired;
   const double range = static_cast<double>(p_scanner.norm());
   if (!(range >= config_.near_m && range <= config_.far_m)) return;
-  step_way(T_enu_body);
+  step_path(T_enu_body);
   const double time_s = to_seconds(fired - begin_);
   if (drive_.sigmas.empty() || time_s >= drive_.sigmas.back().time_s + kSigmaStep_s)
     drive_.sigmas.push_back({time_s, sigma.position, sigma.attitude});
@@ -89,15 +89,15 @@ void ReturnStore::add(std::size_t scanner, const Eigen::Vector3f& p_scanner, Gps
        static_cast<std::uint32_t>(drive_.stretches.size() - 1), static_cast<std::uint16_t>(scanner), 0, block_level}};
 }
 
-void ReturnStore::step_way(const Transform<Enu, Body>& T_enu_body) {
+void ReturnStore::step_path(const Transform<Enu, Body>& T_enu_body) {
   const double heading = attitude_from_enu_body(T_enu_body.rotation).heading;
-  WayStretch next{0, heading};
+  DriveStretch next{0, heading};
   if (!drive_.stretches.empty()) {
-    const WayStretch& running = drive_.stretches.back();
+    const DriveStretch& running = drive_.stretches.back();
     const double far = (T_enu_body.translation - stretch_begin_).norm(),
                  turned = std::abs(std::remainder(heading - running.heading, 2 * std::numbers::pi));
     if (far < config_.stretch_m && turned < config_.stretch_deg * std::numbers::pi / 180) return;
-    next.way_m = running.way_m + far;
+    next.path_m = running.path_m + far;
     close_stretch();
   }
   stretch_begin_ = T_enu_body.translation;

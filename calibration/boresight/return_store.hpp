@@ -48,7 +48,7 @@ class ReturnStore {
     std::uint64_t priority;
     BoresightReturn one;
   };
-  void step_way(const Transform<Enu, Body>& T_enu_body);
+  void step_path(const Transform<Enu, Body>& T_enu_body);
   void close_stretch();
   void thin();
 

@@ -160,11 +160,11 @@ TEST(ReturnStore, IsBoundedAndStillFindsIt) {
 
 TEST(Passes, BeginAfterAGapOrATurn) {
   // Twenty metres each: forward, a turn at 60 m, and back.
-  const std::vector<WayStretch> way = {{0, 0}, {20, 0.1}, {40, 0}, {60, 1.6}, {62, 3.0}, {80, 3.1}, {200, 3.1}};
-  EXPECT_THAT(passes_of({0, 1, 2}, way, {}), ElementsAre(0, 0, 0));
-  EXPECT_THAT(passes_of({1, 2, 3, 4, 5}, way, {}), ElementsAre(0, 0, 1, 2, 2));
-  EXPECT_THAT(passes_of({2, 5}, way, {}), ElementsAre(0, 1));
-  EXPECT_THAT(passes_of({5, 6}, way, {}), ElementsAre(0, 1)) << "the same track again, later";
+  const std::vector<DriveStretch> drive = {{0, 0}, {20, 0.1}, {40, 0}, {60, 1.6}, {62, 3.0}, {80, 3.1}, {200, 3.1}};
+  EXPECT_THAT(passes_of({0, 1, 2}, drive, {}), ElementsAre(0, 0, 0));
+  EXPECT_THAT(passes_of({1, 2, 3, 4, 5}, drive, {}), ElementsAre(0, 0, 1, 2, 2));
+  EXPECT_THAT(passes_of({2, 5}, drive, {}), ElementsAre(0, 1));
+  EXPECT_THAT(passes_of({5, 6}, drive, {}), ElementsAre(0, 1)) << "the same track again, later";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "calibration/boresight/way_correction.hpp"
+#include "calibration/boresight/trajectory_correction.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ Vector6d six_of(const PosSigma& sigma) {
 
 }  // namespace
 
-WayCorrection::WayCorrection(const std::vector<PosSigma>& sigmas, double end_s, const Config& config) {
+TrajectoryCorrection::TrajectoryCorrection(const std::vector<PosSigma>& sigmas, double end_s, const Config& config) {
   const double most = static_cast<double>(std::max<std::size_t>(config.most_knots, 2) - 1);
   knot_s_ = std::max(config.knot_s, end_s / most);
   keep_ = std::exp(-knot_s_ / config.correlation_s);
@@ -34,20 +34,21 @@ WayCorrection::WayCorrection(const std::vector<PosSigma>& sigmas, double end_s, 
   state_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * count));
 }
 
-WayCorrection::Place WayCorrection::at(double time_s) const {
+TrajectoryCorrection::Place TrajectoryCorrection::at(double time_s) const {
   const double place = std::clamp(time_s / knot_s_, 0.0, static_cast<double>(knots() - 1));
   const std::size_t knot = std::min(static_cast<std::size_t>(place), knots() - 2);
   return {knot, place - static_cast<double>(knot)};
 }
 
-Vector6d WayCorrection::value(const Place& place) const {
+Vector6d TrajectoryCorrection::value(const Place& place) const {
   const auto of = [&](std::size_t knot) -> Vector6d {
     return sigma_[knot].cwiseProduct(state_.segment<6>(static_cast<Eigen::Index>(6 * knot)));
   };
   return (1 - place.share) * of(place.knot) + place.share * of(place.knot + 1);
 }
 
-void WayCorrection::add_prior(Eigen::MatrixXd& information, Eigen::VectorXd& gradient, Eigen::Index first) const {
+void TrajectoryCorrection::add_prior(Eigen::MatrixXd& information, Eigen::VectorXd& gradient,
+                                     Eigen::Index first) const {
   const double fresh = 1 / (1 - keep_ * keep_);
   for (Eigen::Index i = 0; i < state_.size(); ++i) {
     const Eigen::Index at = first + i, before = at - 6;

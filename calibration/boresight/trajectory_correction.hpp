@@ -15,7 +15,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 ///   x(k+1) = exp(-dt / tau) x(k) + w,   var w = sigma^2 (1 - exp(-2 dt / tau))
 /// (Gelb, Applied Optimal Estimation, 1974, section 3.6). The state is in units of sigma, so that the sigma may change
 /// during the drive.
-class WayCorrection {
+class TrajectoryCorrection {
  public:
   struct Config {
     /// time between two knots
@@ -24,7 +24,7 @@ class WayCorrection {
     std::size_t most_knots = 400;  ///< a longer drive has its knots farther apart
   };
   /// `sigmas` are in the order of time; `end_s` is the time of the last return.
-  WayCorrection(const std::vector<PosSigma>& sigmas, double end_s, const Config& config);
+  TrajectoryCorrection(const std::vector<PosSigma>& sigmas, double end_s, const Config& config);
 
   /// The position of a time between the knots `knot` and `knot + 1`.
   struct Place {
