@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The gate: the quick sheet of the program as users run it, from a cold cache, against the committed figures. Fails if anything is worse
-# beyond its noise, or if the number of threads shows. New figures become the standard by committing OUT/score.json as docs/score/quick.json.
+# The gate: runs the quick sheet of the program as users run it, with an empty cache, and compares it with the committed figures. It fails if a figure is worse
+# beyond its noise, or if the number of threads changes a result. Commit OUT/score.json as docs/score/quick.json to make new figures the standard.
 # usage: gate.sh HUELINE SOURCE_DIR WORK_DIR
 set -euo pipefail
 hueline=$1 source=$2 work=$3

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What a user may hand to calibrate lens and calibrate mount by mistake: refused, with the reason. (calibrate targets: calibrate_targets_test.sh)
+# Inputs that a user may give to calibrate lens and calibrate mount by mistake. Each must be refused with its reason. (calibrate targets: calibrate_targets_test.sh)
 # usage: calibrate_bad_input_test.sh HUELINE MEASURING_PROOF
 set -euo pipefail
 hueline=$1 proof=$2
@@ -17,7 +17,7 @@ grep -E "^name|,lens0," in/points.csv >one.csv
 ends 0 mount in/points.csv
 ends 0 mount one.csv
 
-# Units.
+# Wrong units.
 change '$5 *= 3.28084; $6 *= 3.28084; $7 *= 3.28084' feet.csv
 ends 3 mount feet.csv
 says "points 1/3.281 as far away: wrong units, feet taken for metres"
@@ -30,7 +30,7 @@ says "mm.csv:[0-9]+: the point is [0-9]+ m from the scanner; are these millimetr
 sed '1s/x_m/x_ft/' one.csv >unit.csv
 ends 3 mount unit.csv
 says "unit.csv:1: column 'x_ft' is unknown; allowed: .*metres"
-# Axes.
+# Wrong axes.
 change 't = $5; $5 = $6; $6 = t' xy.csv
 ends 3 mount xy.csv
 says "two axes are exchanged"
@@ -40,7 +40,7 @@ says "rotated by 90 deg from its pose in the rig: the points' axes are not the s
 change 't = $3; $3 = $4; $4 = t' uv.csv
 ends 3 mount uv.csv
 says "two axes are exchanged"
-# Two lenses, two places of the vehicle mixed up.
+# Points of another lens, points of two places of the vehicle, and points of a lens that the rig does not have.
 sed 's/,lens0,/,lens3,/' one.csv >lens.csv
 ends 3 mount lens.csv
 says "lens 'lens3': the lens would be rotated"
@@ -50,7 +50,7 @@ says "agree|rotated|from its place in the rig"
 sed 's/,lens0,/,lens9,/' one.csv >absent.csv
 ends 3 mount absent.csv
 says "the rig has no lens 'lens9'"
-# Too little.
+# Too few points, and a missing column.
 head -3 one.csv >two.csv
 ends 3 mount two.csv
 says "2 points; a resection needs 4"
@@ -62,7 +62,7 @@ lens() { "$hueline" calibrate lens "$@" --spacing-m 0.04; }
 boards=in/boards/lens0
 ends 3 lens $boards/01.png $boards/02.png --size 14x10
 says "2 views with the board; 3 are needed"
-# A picture of one pixel comes first: the lens has the size of the views, not of the first image.
+# The first picture has one pixel. The size of the lens is that of the views, not of the first image.
 echo iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNgAAAAAgABSK+kcQAAAABJRU5ErkJggg== | base64 -d >other.png
 ends 0 lens other.png $boards --size 14x10 --model kannala_brandt
 says "3 of 4 images"

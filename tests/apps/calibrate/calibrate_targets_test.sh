@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Static scans oriented as a user does it: simulate, orient, look at what came; then every input that must be refused, with its reason.
+# Orients static scans as a user does: simulates them, orients them and checks the results; then gives every input that must be refused, with its reason.
 # usage: calibrate_targets_test.sh HUELINE
 set -euo pipefail
 hueline=$1

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Objects measured through the panorama, from calibration to coordinates, as a user does it: boards -> lenses, points -> mountings, the
-# fragments pasted into the rig, a drive, pixels picked, coordinates; held against the simulator's truth.
+# Measures objects through the panorama as a user does, from calibration to coordinates: lenses from boards, mountings from points, the fragments
+# in the rig, a drive, picked pixels, and coordinates, which are compared with the simulator's truth.
 # usage: measure_test.sh HUELINE MEASURING_PROOF OUT [SCENARIO VIEWS POINTS PANORAMA_WIDTH OBJECTS MOST_RMS_M LENSES]
-# Without a scenario: a small one (seconds), one calibrated lens, and the inputs that must be refused.
+# Without a scenario the test uses a small one (seconds) with one calibrated lens, and also gives the inputs that must be refused.
 set -euo pipefail
 hueline=$1 proof=$2 out=$3
 mkdir -p "$out"
@@ -12,7 +12,7 @@ if [ $# -lt 4 ]; then
 fi
 fail() { echo "FAILED: $*"; [ ! -e "$out/said.txt" ] || cat "$out/said.txt"; exit 1; }
 
-# Fragments take the places of the same keys of their lens, each line as the tool wrote it behind the blanks of its place.
+# A fragment replaces the same keys of its lens. Each of its lines is indented as its place in the rig requires.
 paste_fragments() {  # rig, folder of lens fragments or "", folder of mount fragments or ""
   awk -v lenses="$2" -v mounts="$3" '
     function paste(file, blanks, line, any) {
@@ -45,7 +45,7 @@ grep -q "method: .*lens" "$out/rig.yaml" && grep -q "method: .*mount" "$out/rig.
 "$proof" picks "$scenario" "$out/sim" "$out/rig.yaml" "$out" "$objects" 0.5 "${PICKS:-nearest}" "${CLEAR_PX:-3}"
 measure() { "$hueline" measure --scenario "$scenario" --sim "$out/sim" --rig "$out/rig.yaml" --picks "$1" --sigma-turn-deg 0.03 "${@:2}"; }
 if [ $# -lt 4 ]; then
-  # The small rig has one calibrated lens: objects in the others would be measured with the maker's drawing.
+  # The small rig has one calibrated lens. Objects in the other lenses would be measured with the maker's drawing.
   "$hueline" measure --scenario "$scenario" --sim "$out/sim" --rig "$out/rig.yaml" --picks "$out/picks.csv" --out "$out/all.csv"
   awk -F, '/^#/ {next} $1 == "name" {next} $3 == "lens0" {print $1}' "$out/all.csv" >"$out/mine.txt"
   for file in picks truth; do

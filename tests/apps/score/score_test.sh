@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# hueline score on a drive of seconds: against itself nothing changes; against better figures it fails and says which; what is broken is
-# refused.
+# Runs hueline score on a drive of seconds. Against itself nothing changes; against better figures it fails and says which figures are worse; a broken
+# file is refused.
 # usage: score_test.sh HUELINE SOURCE_DIR
 set -euo pipefail
 hueline=$1 source=$2
@@ -19,7 +19,7 @@ grep -q '"unexplained_bytes": 0.0' one/score.json || { cat one/score.json; fail 
 ! grep -q 'https\?://' one/score.html || fail "the page asks for something from elsewhere"
 
 want 0 "$hueline" score --sheet ./sheet.yaml --out two --cache one/drives --threads 1 --against one/score.json
-# But for the clock on the wall: the same text.
+# The text must be the same, except for wall-clock figures.
 for run in one two; do grep -v 'realtime_factor\|points_per_second' $run/score.json >$run.txt; done
 cmp one.txt two.txt || fail "a second run gave other figures"
 

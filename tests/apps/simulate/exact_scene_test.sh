@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A shipped scenario without noise, cut short and with small images: what is left of the reprojection error is geometry and the
-# wire's own steps, at most 0.01 px of an 8000 x 4000 panorama.
+# Runs a shipped scenario without noise, shortened and with small images. The remaining reprojection error comes from geometry and from the
+# resolution of the wire formats, and must be at most 0.01 px of an 8000 x 4000 panorama.
 # usage: exact_scene_test.sh HUELINE SOURCE_DIR SCENARIO
 set -euo pipefail
 hueline=$1 source=$2 name=$3
