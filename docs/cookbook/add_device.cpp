@@ -1,4 +1,4 @@
-// A range finder that hueline does not know, as a device of a rig: lines of text, a range in metres each.
+// Makes a device of a rig from a range finder that hueline does not know: each line of its text is a range in metres.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -28,7 +28,7 @@ class FinderDecoder final : public Decoder {
 
  private:
   const SensorId sensor_;
-  std::string line_;  // may begin in one packet and end in the next
+  std::string line_;  // a line may begin in one packet and end in the next
   DecodeCounts counts_;
 };
 struct Finder final : drivers::Device {

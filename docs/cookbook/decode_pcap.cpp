@@ -1,4 +1,4 @@
-// The returns of a Velodyne VLP-16's capture file: how many there are, and how far they reach.
+// Decodes a capture file of a Velodyne VLP-16, and prints the number of its returns and the range of the farthest.
 #include <algorithm>
 #include <cstdio>
 
@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
       if (packet.error().code == ErrorCode::EndOfData) break;
       return std::fprintf(stderr, "%s\n", packet.error().message.c_str()), 3;
     }
-    if (packet->kind != PacketKind::Wire) continue;  // a fault that the source found
+    if (packet->kind != PacketKind::Wire) continue;  // the source reports a fault
     decoder.decode(*packet, measurements);
     for (const Measurement& measurement : measurements) {
       if (const auto* batch = std::get_if<LaserBatch>(&measurement)) {

@@ -1,4 +1,4 @@
-// A rig file as a picture; what is wrong with the file is told with its line.
+// Draws a rig file. If the file is wrong, the message names the line.
 #include <cstdio>
 #include <fstream>
 

@@ -1,4 +1,4 @@
-// What the simulator knows of a drive: where the exposures were taken, and what the laser truly hit.
+// Reads what the simulator knows of a drive: the number of its exposures, and the surfaces that the laser truly hit.
 #include <cstdio>
 #include <map>
 

@@ -1,5 +1,4 @@
-// A recorded drive once more through decoders, clocks and colouring; every thousandth coloured point goes to standard
-// output.
+// Runs a recorded drive through decoders, clocks and colouring, and prints every thousandth point.
 #include <cstdio>
 
 #include "runtime/pipeline.hpp"
@@ -7,7 +6,7 @@
 
 using namespace hueline;
 
-// A sink takes what it wants of what leaves the pipeline.
+// A sink receives the products of the pipeline. It overrides the functions of the products that it uses.
 class CsvSink final : public runtime::ProductSink {
  public:
   void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override {
