@@ -7,7 +7,7 @@
 namespace hueline::apps {
 
 /// A simulated disk below a recording. The model decides what is accepted and what survives; the bytes are in a real
-/// file. It holds one file at a time. Thread safety: none.
+/// file. It holds one file at a time. Thread safety: one thread per object.
 class SimulatedDisk final : public storage::Disk {
  public:
   /// `model` must outlive it.

@@ -13,7 +13,7 @@ namespace hueline::calibration {
 /// each stretch of the path it keeps a few returns, which a hash selects. A pass of a place therefore leaves the same
 /// number of returns whether the vehicle drove by or stood there for a long time. The same returns in the same order
 /// always give the same sample.
-/// Thread safety: none; one thread calls all functions.
+/// Thread safety: one thread per object.
 class ReturnStore {
  public:
   struct Config {
