@@ -19,7 +19,7 @@ struct Observation {
   std::uint16_t surface = 0;
   bool has_exposure = false;  ///< false: nothing below is set
   bool is_visible = false;    ///< whether some lens of one of the nine exposures nearest in time sees it
-  /// At the nearest exposure no lens has it in its image, or the mapping vehicle hides it from all lenses that have.
+  /// At the nearest exposure no lens has it in its image, or the own vehicle hides it from all lenses that have.
   bool is_in_hole = false;
   bool is_moving = false;  ///< whether its surface moves by itself
   std::optional<GivenColour> given;

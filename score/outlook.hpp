@@ -16,7 +16,7 @@ namespace hueline::score {
 /// functions are thread-safe.
 class Outlook {
  public:
-  /// A place is hidden from a lens if the ray meets something more than this before the place.
+  /// A ray meets a place if it meets something no farther than this before or behind it.
   static constexpr double kTolerance_m = 0.05;
 
   /// A place of the scene's local level in the image of a lens at an exposure.

@@ -80,7 +80,7 @@ class Scorer {
   SeamFigures seams_;
   std::optional<RoundView> view_;
   sim::Spread latency_, place_;
-  std::uint64_t world_returns_ = 0;  // true returns that are not on the mapping vehicle
+  std::uint64_t world_returns_ = 0;  // true returns that are not on the own vehicle
   std::uint64_t points_ = 0, own_ = 0, coloured_ = 0, unmatched_ = 0, misplaced_ = 0, at_the_end_ = 0;
 };
 

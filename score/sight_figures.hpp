@@ -18,7 +18,7 @@ class SightFigures {
   /// `surfaces` are the names of the surfaces. They must outlive this object.
   explicit SightFigures(const std::vector<std::string>& surfaces) : surfaces_(surfaces) {}
 
-  /// Adds one sampled true return that is not on the mapping vehicle.
+  /// Adds one sampled true return that is not on the own vehicle.
   void add(const Observation& observation);
   /// Adds the figures visible_coloured_share, wrong_surface_*, colour_de00_edge_median, colour_de00_smooth_median,
   /// edge_smooth_ratio, hole_* and moving_contaminated_share.

@@ -13,9 +13,9 @@ struct VehicleContact {
   int part = 0;
 };
 
-/// Returns the first of the mapping vehicle's own parts (a van, made of boxes in Body) on a ray. A part that contains
-/// the origin of the ray is left out, because a lens sits inside its head and a scanner's beam starts inside its
-/// housing.
+/// Returns the first part of the own vehicle on a ray. The own vehicle carries the sensors; it is a van made of boxes
+/// in Body. A part that contains the origin of the ray is left out, because a lens sits inside its head and a scanner's
+/// beam starts inside its housing.
 std::optional<VehicleContact> own_vehicle_on_ray(Vec3 origin_body, Vec3 direction_body);
 
 }  // namespace hueline::sim

@@ -20,7 +20,7 @@ struct RigTruth {
   int column_of(std::size_t lens) const { return static_cast<int>(lens) % stack_columns * lenses[lens].width; }
   int row_of(std::size_t lens) const { return static_cast<int>(lens) / stack_columns * lenses[lens].height; }
 
-  /// Returns 255 for each pixel of a lens that shows the mapping vehicle itself and 0 for the others, row by row, width
+  /// Returns 255 for each pixel of a lens that shows the own vehicle and 0 for the others, row by row, width
   /// x height of the lens.
   std::vector<std::uint8_t> own_vehicle_mask(std::size_t lens) const;
 };

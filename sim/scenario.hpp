@@ -92,7 +92,7 @@ struct InsConfig {
   double attitude_white_deg = 0.0004;
   /// Every grade but Custom sets the sigmas above and the five values below (ins_outage.cpp names its sources).
   InsGrade grade = InsGrade::Custom;
-  double gyro_bias_deg_h = 0.3;  ///< residual bias after the filter; it grows into the attitude of an outage
+  double gyro_bias_deg_h = 0.3;  ///< residual bias after the filter; it makes the attitude drift in an outage
   double angle_random_walk_deg_sqrt_h = 0.02;
   double velocity_random_walk_sqrt_h = 0.02;  ///< m/s/sqrt(h)
   double accelerometer_bias_ug = 60;          ///< residual bias after the filter
@@ -120,7 +120,7 @@ struct Scenario {
   double lead_in_s = 4.0;    ///< time before that, in which only POS and PPS run and the vehicle stands; whole seconds
   bool noise = true;         ///< false: no random errors; the quantisation on the wire stays
   int start_gps_week = 2381;
-  int start_time_of_week_s = 302403;  ///< the default crosses a full UTC hour after 15 s; 18 leap seconds
+  int start_time_of_week_s = 302403;  ///< with the default (and 18 leap seconds) a full UTC hour begins 15 s later
   /// Place of the road where s = 0.
   double origin_latitude_deg = 48.1372, origin_longitude_deg = 11.5755, origin_height_m = 565.0;
   SceneKind scene = SceneKind::Street;

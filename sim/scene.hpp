@@ -39,7 +39,7 @@ struct Mover {
   double speed = 0;               ///< m/s along its own forward axis
   double along = -1;              ///< 1: with the drive, -1: against it, 0: across
   double across = 0;              ///< 1: to the right, -1: to the left
-  double from_s = -62, to_s = 0;
+  double from_s = -62, to_s = 0;  ///< m along the centre line
 };
 
 /// A straight roofed box without sun. Daylight enters at its ends; lamps give the rest of the light.

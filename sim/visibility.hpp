@@ -10,7 +10,7 @@ namespace hueline::sim {
 enum class Sight : std::uint8_t {
   Visible,     ///< nothing is between lens and place
   Outside,     ///< the place is outside the lens's image or field of view
-  OwnVehicle,  ///< the mapping vehicle is in front of the place
+  OwnVehicle,  ///< the own vehicle is in front of the place
   Occluded,    ///< something else is in front of the place
   /// The place was on something that moves by itself and is elsewhere at the exposure.
   Moved,

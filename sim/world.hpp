@@ -16,7 +16,7 @@ namespace hueline::sim {
 struct Seen {
   bool is_hit = false;
   double distance_m = 0;
-  std::uint16_t surface = 0;  ///< index into World::surfaces(); 0: nothing, 1: the mapping vehicle
+  std::uint16_t surface = 0;  ///< index into World::surfaces(); 0: nothing, 1: the own vehicle
   Material material = Material::Asphalt;
   /// Number of the face in its mesh; two neighbouring rays with different faces lie on both sides of an outline or
   /// edge.
@@ -61,7 +61,7 @@ class World {
   const std::vector<std::string>& surfaces() const { return scene_.surfaces; }
   const std::vector<SphereTarget>& targets() const { return scene_.targets; }
   /// Returns true if the surface moves by itself (other cars, people); false for the rest of the scene and for the
-  /// mapping vehicle.
+  /// own vehicle.
   bool is_moving(std::uint16_t surface) const;
 
  private:

@@ -20,7 +20,7 @@ enum class WireChannel : std::uint8_t { LaserData, LaserPosition, Pos, Pps, Came
 constexpr std::size_t kWireChannels = 6;
 const char* name(WireChannel channel);
 
-/// WireEvent::number of events that are none of the device's units: foreign packets, messages about the bus itself
+/// WireEvent::number of events that are none of the device's units: foreign packets, messages about the bus itself.
 constexpr std::uint32_t kNoUnit = UINT32_MAX;
 
 /// One thing that a device sends.
@@ -29,15 +29,15 @@ struct WireEvent {
   /// of the frame.
   std::int64_t at_ns = 0;
   WireChannel channel = WireChannel::LaserData;
-  /// LaserData, LaserPosition: the datagram; Pos: one log; Wheel: a struct can_frame; Pps, Camera: empty
+  /// LaserData, LaserPosition: the datagram; Pos: one log; Wheel: a struct can_frame; Pps, Camera: empty.
   Bytes payload;
 
-  /// Pos: what the payload was when it was made; id 0: bytes that belong to no log
+  /// Pos: what the payload was when it was made; id 0: bytes that belong to no log.
   NovatelPeek log;
   std::uint32_t piece_bytes = 0;  ///< Pos: size of the pieces in which the bytes are sent; 0: all at once
 
   std::int64_t edge_ns = 0;  ///< Pps: drive time of the edge, including its error
-  /// Pps: the source's own count of edges; Camera: the camera's count of exposures, from 0
+  /// Pps: the source's own count of edges; Camera: the camera's count of exposures, from 0.
   std::uint64_t sequence = 0;
   std::int64_t camera_counter_ns = 0;  ///< Camera: the counter value that was latched for this image
   std::int64_t latched_ns = 0;         ///< Camera: drive time at which it was really latched
@@ -69,7 +69,7 @@ struct TimelineConfig {
   std::uint64_t seed = 1;
   LaserModel laser_model = LaserModel::Vlp16;  ///< scanner that Drive::laser is of
   LaserReturnMode laser_return_mode = LaserReturnMode::Strongest;
-  /// WireEvent::laser; a profile scanner's datagrams carry the number laser + 1
+  /// WireEvent::laser; a profile scanner's datagrams carry the number laser + 1.
   std::uint8_t laser = 0;
 
   Latency laser_data{20'000, 60'000};                   ///< after the packet's last firing
