@@ -51,13 +51,15 @@ void decode(benchmark::State& state) {
     packets.push_back(test::packet_of(std::span(bytes).subspan(at, std::min(piece, bytes.size() - at))));
   drivers::NovatelDecoder decoder({});
   std::vector<Measurement> out;
+  std::ptrdiff_t marks = 0;  // the decoder passes on each mark once, however often the same bytes come
   for (auto _ : state) {
     out.clear();
     for (const Packet& packet : packets) decoder.decode(packet, out);
+    marks += count<EventMark>(out);
     benchmark::DoNotOptimize(out.data());
   }
   test::expect(state,
-               count<InsSolution>(out) == 200 && count<EventMark>(out) == 1 &&
+               count<InsSolution>(out) == 200 && marks == 1 &&
                    decoder.counts().decoded_bytes == static_cast<std::uint64_t>(state.iterations()) * bytes.size(),
                "every message is decoded");
   state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations()) * static_cast<std::int64_t>(bytes.size()));
