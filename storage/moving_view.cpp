@@ -185,8 +185,9 @@ Result<Scene> scene_of(LasReader& reader, const Extent& extent, double begin, do
                 lift(colour(p)),
                 static_cast<std::uint8_t>(120 + 130 * std::sqrt(p.intensity / brightest))};
     if (state && exposure && colour.is_coloured(p)) {
-      shown.exposure = static_cast<std::uint32_t>(LasReader::extra(p, *exposure));
-      if (LasReader::extra(p, *state) == static_cast<double>(ColourState::Direct)) {
+      const double number = LasReader::extra(p, *exposure);
+      if (number >= 0 && number < kNoExposure) shown.exposure = static_cast<std::uint32_t>(number);
+      if (shown.exposure != kNoExposure && LasReader::extra(p, *state) == static_cast<double>(ColourState::Direct)) {
         const auto [at, is_new] = ends.try_emplace(shown.exposure, shown.fired);
         if (!is_new) at->second = std::max(at->second, shown.fired);
       }
