@@ -4,7 +4,6 @@
 #include <filesystem>
 
 #include "apps/calibrate/calibrate.hpp"
-#include "apps/calibrate/drive_returns.hpp"
 #include "apps/calibrate/drive_source.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
@@ -16,6 +15,7 @@
 #include "core/angle.hpp"
 #include "core/output_file.hpp"
 #include "runtime/pipeline.hpp"
+#include "survey/drive_returns.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -45,12 +45,12 @@ config::Rig put_off(config::Rig rig, const Options& options, int number) {
 
 /// Reads the drive once. `fed` receives the status at its end.
 BoresightDrive gather(DriveSource& source, const config::Rig& rig, const Options& options, ProgressBar& bar,
-                      Status& fed, DriveReturns::Counts& counts) {
+                      Status& fed, survey::DriveReturns::Counts& counts) {
   ReturnStore::Config wanted;
   wanted.near_m = options.near_m;
   wanted.far_m = options.far_m;
   if (const std::string wrong = wanted.validate(); !wrong.empty()) throw config::ConfigError(wrong);
-  DriveReturns returns(rig, wanted);
+  survey::DriveReturns returns(rig, wanted);
   config::Rig uncoloured = rig;
   uncoloured.geometry.lasers.clear();  // only times and poses are needed, so that no point is coloured
   runtime::Pipeline pipeline(uncoloured, 1, returns);
@@ -141,7 +141,7 @@ int calibrate(const Options& options) {
   int status = kDone;
   for (int number = 0; number < options.starts; ++number) {
     Status fed;
-    DriveReturns::Counts counts;
+    survey::DriveReturns::Counts counts;
     const BoresightDrive drive = gather(*source, put_off(source->rig, options, number), options, bar, fed, counts);
     if (!fed.ok()) {
       log_warning(fed.error().message);

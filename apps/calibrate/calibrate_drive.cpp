@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "apps/calibrate/calibrate.hpp"
-#include "apps/calibrate/drive_shots.hpp"
 #include "apps/calibrate/drive_source.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
@@ -18,6 +17,7 @@
 #include "core/angle.hpp"
 #include "core/output_file.hpp"
 #include "runtime/pipeline.hpp"
+#include "survey/drive_shots.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -99,9 +99,9 @@ int calibrate_drive(const DriveFiles& files) {
   }
   if (source->scenario)
     for (auto& camera : source->rig.sync.cameras) camera.strobe_delay += from_seconds(files.off_ms * 1e-3);
-  DriveShots::Config wanted;
+  survey::DriveShots::Config wanted;
   wanted.every = files.every;
-  DriveShots gathered(source->rig, wanted);
+  survey::DriveShots gathered(source->rig, wanted);
   Status fed;
   {
     config::Rig uncoloured = source->rig;

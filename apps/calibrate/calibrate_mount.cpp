@@ -19,6 +19,7 @@
 #include "core/csv_table.hpp"
 #include "core/input_file.hpp"
 #include "core/output_file.hpp"
+#include "survey/lens_values.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -126,7 +127,7 @@ int resect_lenses(const Options& options) {
       status = kInputUnreadable;
       continue;
     }
-    const auto found = resect(lens_values(lens->intrinsics), seen.points,
+    const auto found = resect(survey::lens_values(lens->intrinsics), seen.points,
                               {.sigma_px = options.sigma_px, .sigma_point_m = options.sigma_point_m});
     const std::string wrong = !found.ok()     ? found.error().message
                               : lens->nominal ? far_from_nominal(found->T_scanner_lens, *lens->nominal, options)

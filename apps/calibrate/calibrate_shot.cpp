@@ -15,21 +15,11 @@
 #include "config/section.hpp"
 #include "core/output_file.hpp"
 #include "storage/pcd_reader.hpp"
+#include "survey/lens_values.hpp"
 
 namespace hueline::apps {
 
 using namespace calibration;
-
-LensValues lens_values(const fusion::CameraIntrinsics& lens) {
-  LensValues out;
-  out.model = lens.model == fusion::LensModel::Brown ? LensModel::Brown : LensModel::KannalaBrandt;
-  out.width = lens.width;
-  out.height = lens.height;
-  out.focal_px = lens.focal_px;
-  out.principal_point_px = lens.principal_point_px;
-  out.distortion = lens.distortion;
-  return out;
-}
 
 namespace {
 
@@ -83,7 +73,7 @@ int calibrate_shot(const ShotFiles& files) {
                                                            image->height, files.image, other_size(files.image_size));
   // All data are of one moment. The scanner takes the place of the vehicle, and the lens that of the head.
   AlignmentLens lens;
-  lens.values = lens_values(intrinsics);
+  lens.values = survey::lens_values(intrinsics);
   lens.max_angle = intrinsics.max_angle;
   AlignmentShot shot;
   shot.image = *image;

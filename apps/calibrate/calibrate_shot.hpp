@@ -2,9 +2,6 @@
 
 #include <string>
 
-#include "calibration/lens/lens_values.hpp"
-#include "fusion/camera_model.hpp"
-
 namespace hueline::apps {
 
 /// Options of `calibrate mount` without targets for one image and one cloud of the same moment.
@@ -15,8 +12,5 @@ struct ShotFiles {
 };
 /// Calibrates the pose of the lens and prints the result. Returns the exit status.
 int calibrate_shot(const ShotFiles& files);
-
-/// Converts a rig's lens to the form that the calibration uses.
-calibration::LensValues lens_values(const fusion::CameraIntrinsics& lens);
 
 }  // namespace hueline::apps

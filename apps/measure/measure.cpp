@@ -6,7 +6,6 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
-#include "apps/measure/object_measuring.hpp"
 #include "config/section.hpp"
 #include "core/angle.hpp"
 #include "core/csv_table.hpp"
@@ -15,6 +14,7 @@
 #include "core/output_file.hpp"
 #include "runtime/pipeline.hpp"
 #include "storage/projection.hpp"
+#include "survey/object_measuring.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -24,7 +24,8 @@ struct Options {
   double around_s = 2, sigma_px = 0.5, sigma_turn_deg = 0.02;
 };
 
-std::string table(const std::vector<PickOutcome>& outcomes, const Geodetic& origin, storage::Projection& projection) {
+std::string table(const std::vector<survey::PickOutcome>& outcomes, const Geodetic& origin,
+                  storage::Projection& projection) {
   std::string out = fmt::format(
       "# east_m, north_m, up_m: local level at latitude {:.3f}, longitude {:.3f} deg, height {:.0f} m; easting_m, "
       "northing_m: {} (EPSG:{}); heights above the ellipsoid\n"
@@ -34,7 +35,7 @@ std::string table(const std::vector<PickOutcome>& outcomes, const Geodetic& orig
       origin.latitude / kRadPerDeg, origin.longitude / kRadPerDeg, origin.ellipsoidal_height, projection.crs_name(),
       projection.epsg());
   const auto T_ecef_enu = ecef_from_enu(origin);
-  for (const PickOutcome& one : outcomes) {
+  for (const survey::PickOutcome& one : outcomes) {
     out += fmt::format(
         "{},{},{},{:.3f},{:.3f},{},", one.pick.name, one.pick.exposure, one.lens, one.lens_pixel.x(),
         one.lens_pixel.y(),
@@ -66,7 +67,7 @@ int measure(const Options& options) {
   if (!options.scenario.empty() && options.cache.empty()) throw config::ConfigError("give --sim with --scenario");
   const auto text = read_input(options.picks, kMostTable, "a table");
   if (!text.ok()) throw config::ConfigError(text.error().message);
-  const auto picks = parse_object_picks(*text, options.picks);
+  const auto picks = survey::parse_object_picks(*text, options.picks);
   if (!picks.ok()) {
     log_error(picks.error().message);
     return kInputUnreadable;
@@ -80,12 +81,12 @@ int measure(const Options& options) {
   }
   if (source->rig.geometry.head.lenses.empty())
     throw config::ConfigError("the rig has no camera head: there is no image to pick in");
-  ObjectMeasuring::Config config;
+  survey::ObjectMeasuring::Config config;
   config.around = nanoseconds(std::llround(options.around_s * 1e9));
   config.pick_sigma_px = options.sigma_px;
   config.turn_sigma_deg = options.sigma_turn_deg;
   if (const std::string wrong = config.validate(); !wrong.empty()) throw config::ConfigError(wrong);
-  ObjectMeasuring measuring(source->rig, *picks, config);
+  survey::ObjectMeasuring measuring(source->rig, *picks, config);
   Status fed;
   {
     runtime::Pipeline pipeline(source->rig, 2, measuring);

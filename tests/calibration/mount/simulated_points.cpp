@@ -6,17 +6,6 @@
 
 namespace hueline::calibration::test {
 
-LensValues lens_values(const fusion::CameraIntrinsics& lens) {
-  LensValues out;
-  out.model = lens.model == fusion::LensModel::Brown ? LensModel::Brown : LensModel::KannalaBrandt;
-  out.width = lens.width;
-  out.height = lens.height;
-  out.focal_px = lens.focal_px;
-  out.principal_point_px = lens.principal_point_px;
-  out.distortion = lens.distortion;
-  return out;
-}
-
 Shot simulate_points(const fusion::CameraIntrinsics& lens, const SimulatedPoints& what) {
   const fusion::CameraModel camera(lens);
   std::mt19937 random(what.seed);

@@ -37,8 +37,6 @@ struct Shot {
 };
 Shot simulate_points(const fusion::CameraIntrinsics& lens, const SimulatedPoints& what);
 
-LensValues lens_values(const fusion::CameraIntrinsics& lens);
-
 /// Returns the rotation about the lens's axes (rad) and the shift of the centre (m) from the true pose to the one
 /// found.
 Eigen::Matrix<double, 6, 1> pose_error(const Transform<Scanner, Lens>& found, const Transform<Scanner, Lens>& truth);

@@ -1,10 +1,10 @@
-#include "apps/measure/object_picks.hpp"
+#include "survey/object_picks.hpp"
 
 #include <fmt/format.h>
 
 #include "core/csv_table.hpp"
 
-namespace hueline::apps {
+namespace hueline::survey {
 
 Result<std::vector<ObjectPick>> parse_object_picks(const std::string& text, const std::string& file) {
   const auto table = CsvTable::parse(
@@ -26,4 +26,4 @@ Result<std::vector<ObjectPick>> parse_object_picks(const std::string& text, cons
   return out;
 }
 
-}  // namespace hueline::apps
+}  // namespace hueline::survey

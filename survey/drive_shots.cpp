@@ -1,12 +1,12 @@
-#include "apps/calibrate/drive_shots.hpp"
+#include "survey/drive_shots.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "apps/calibrate/calibrate_shot.hpp"
+#include "survey/lens_values.hpp"
 
-namespace hueline::apps {
+namespace hueline::survey {
 
 using namespace calibration;
 
@@ -227,4 +227,4 @@ std::vector<AlignmentShot> DriveShots::shots() {
   return out;
 }
 
-}  // namespace hueline::apps
+}  // namespace hueline::survey

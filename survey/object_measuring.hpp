@@ -5,44 +5,46 @@
 #include <optional>
 #include <vector>
 
-#include "apps/measure/object_picks.hpp"
 #include "config/rig.hpp"
 #include "fusion/object_measurement.hpp"
 #include "fusion/panorama.hpp"
 #include "runtime/products.hpp"
+#include "survey/object_picks.hpp"
 
-namespace hueline::apps {
+namespace hueline::survey {
 
-/// What became of a pick.
+/// The result of one pick.
 struct PickOutcome {
   ObjectPick pick;
-  std::string lens;  ///< whose pixel it is; of a panorama, what it leads to
-  Eigen::Vector2d lens_pixel = Eigen::Vector2d::Zero();
-  std::optional<GpsTime> exposed;                   ///< middle of the exposure; empty: there is no such exposure
-  Result<fusion::MeasuredObject> object = Error{};  ///< in the local level of the drive, or why there is none
+  std::string lens;  ///< name of the lens; for a pick in the panorama, the lens that its pixel comes from
+  Eigen::Vector2d lens_pixel = Eigen::Vector2d::Zero();  ///< the pick in the image of that lens
+  std::optional<GpsTime> exposed;                   ///< middle of the exposure; empty: the drive has no such exposure
+  Result<fusion::MeasuredObject> object = Error{};  ///< in the Enu frame of the drive, or why there is none
 };
 
-/// Measures picked objects by the points that leave the pipeline: a ProductSink. A point is held for as long as an
-/// exposure that may look at it can still come, so memory does not grow with the drive. Thread-bound (the pipeline's).
+/// Measures objects that were picked in images, with the points that a runtime::Pipeline makes. Give it to the pipeline
+/// as sink, process the drive, then call finish(). It keeps a point as long as an exposure that sees the point can
+/// still come, so its memory does not grow with the drive. Thread safety: none; the thread of the pipeline calls it.
 class ObjectMeasuring : public runtime::ProductSink {
  public:
   struct Config {
     nanoseconds around{2'000'000'000};  ///< points fired so long before or after the exposure are used
-    double pick_sigma_px = 0.5;         ///< of the picked pixel, each coordinate
-    double turn_sigma_deg = 0.02;       ///< of a lens against the scanner: its calibration record says it
+    double pick_sigma_px = 0.5;         ///< sigma of each coordinate of a picked pixel
+    double turn_sigma_deg = 0.02;  ///< sigma of the turn of a lens against the scanner, from its calibration record
     fusion::ObjectMeasurementConfig surface;
+    /// Returns which value is outside which range; empty: none.
     std::string validate() const;
   };
-  /// `config.validate()` must be empty. `rig` must outlive it.
+  /// `config.validate()` must be empty. `rig` must outlive the object.
   ObjectMeasuring(const config::Rig& rig, const std::vector<ObjectPick>& picks, const Config& config);
 
   void on_origin(const Geodetic& origin) override { origin_ = origin; }
   void on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) override;
   void on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) override;
 
-  /// After the pipeline's flush: every pick in its order.
+  /// Returns the results in the order of the picks. Call it once, after the flush of the pipeline.
   std::vector<PickOutcome> finish();
-  /// Of the local level; empty where nothing was placed.
+  /// Returns the origin of the Enu frame; empty: no point could be placed.
   const std::optional<Geodetic>& origin() const { return origin_; }
 
  private:
@@ -76,4 +78,4 @@ class ObjectMeasuring : public runtime::ProductSink {
   std::optional<Geodetic> origin_;
 };
 
-}  // namespace hueline::apps
+}  // namespace hueline::survey

@@ -7,7 +7,7 @@
 
 #include "core/result.hpp"
 
-namespace hueline::apps {
+namespace hueline::survey {
 
 /// An object that somebody picked in an image.
 struct ObjectPick {
@@ -22,4 +22,4 @@ struct ObjectPick {
 /// Errors: Malformed, with the line.
 Result<std::vector<ObjectPick>> parse_object_picks(const std::string& text, const std::string& file);
 
-}  // namespace hueline::apps
+}  // namespace hueline::survey

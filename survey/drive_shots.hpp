@@ -9,21 +9,27 @@
 #include "config/rig.hpp"
 #include "runtime/products.hpp"
 
-namespace hueline::apps {
+namespace hueline::survey {
 
-/// Gathers what aligning image and laser needs from a drive: some exposures, the laser around each, and the way of the
-/// vehicle between. Feed a Pipeline with it as sink, then take the shots. What it holds does not grow with the drive.
+/// Gathers what the alignment of images and laser points needs of a drive: some exposures, the laser points around each
+/// of them, and the motion of the vehicle at the exposure. Give it to a runtime::Pipeline as sink, process the drive,
+/// then call shots(). Its memory does not grow with the drive. Thread safety: none; the thread of the pipeline calls
+/// it.
 class DriveShots : public runtime::ProductSink {
  public:
   struct Config {
-    int every = 4;                   ///< every so many exposures of a camera
-    nanoseconds reach{550'000'000};  ///< laser returns this far from an exposure: five revolutions each side
-    std::size_t most_exposures =
-        80;  ///< beyond, every other one is given up and `every` doubled: they stay spread over the drive
-    std::size_t most_samples = 160'000;  ///< of an exposure; beyond, they are thinned out, outlines last
+    int every = 4;  ///< one of so many exposures of a camera is used
+    /// Laser returns are used so long before and after an exposure. The default is five and a half revolutions at 10
+    /// Hz.
+    nanoseconds reach{550'000'000};
+    /// Largest number of exposures. When there are more, every other one is dropped and `every` is doubled, so that
+    /// they stay spread over the drive.
+    std::size_t most_exposures = 80;
+    std::size_t most_samples = 160'000;  ///< of an exposure; samples on outlines are dropped last
     std::uint32_t most_width = 1300;     ///< px; wider images are shrunk by a whole factor
-    double least_speed = 0.0;            ///< m/s; slower exposures are left out (they see the same again)
+    double least_speed = 0.0;            ///< m/s; exposures at a lower speed are left out: they show the same again
   };
+  /// `rig` must outlive the object.
   DriveShots(const config::Rig& rig, const Config& config);
 
   void on_settled_laser(const StampedLaserBatch& batch, const fusion::Trajectory& trajectory) override;
@@ -31,11 +37,11 @@ class DriveShots : public runtime::ProductSink {
   void on_exposure(const Exposure& exposure) override;
   void on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) override;
 
-  /// The end of the drive: what waits is decided. Then the shots, in order of time.
+  /// Returns the shots in order of time. Call it once, after the flush of the pipeline.
   std::vector<calibration::AlignmentShot> shots();
-  /// After shots().
+  /// Returns the number of exposures that the shots come from. Call it after shots().
   std::size_t exposures() const { return kept_count_; }
-  /// The head's lenses as the shots' images have them.
+  /// Returns the lenses of the head, scaled to the images of the shots.
   std::vector<calibration::AlignmentLens> lenses() const;
 
  private:
@@ -66,4 +72,4 @@ class DriveShots : public runtime::ProductSink {
   std::size_t kept_count_ = 0;
 };
 
-}  // namespace hueline::apps
+}  // namespace hueline::survey

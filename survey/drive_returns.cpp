@@ -1,9 +1,9 @@
-#include "apps/calibrate/drive_returns.hpp"
+#include "survey/drive_returns.hpp"
 
 #include <algorithm>
 #include <vector>
 
-namespace hueline::apps {
+namespace hueline::survey {
 
 using namespace calibration;
 
@@ -59,4 +59,4 @@ void DriveReturns::on_settled_laser(const StampedLaserBatch& batch, const fusion
   }
 }
 
-}  // namespace hueline::apps
+}  // namespace hueline::survey

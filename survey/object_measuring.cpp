@@ -1,4 +1,4 @@
-#include "apps/measure/object_measuring.hpp"
+#include "survey/object_measuring.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "core/angle.hpp"
 
-namespace hueline::apps {
+namespace hueline::survey {
 namespace {
 
 /// How much later than a point the exposure may come out that looks at it, beside Config::around: exposures wait for
@@ -163,4 +163,4 @@ std::vector<PickOutcome> ObjectMeasuring::finish() {
   return out;
 }
 
-}  // namespace hueline::apps
+}  // namespace hueline::survey
