@@ -12,8 +12,11 @@ namespace hueline::apps {
 /// Thread safety: none; one thread calls all functions.
 class ProgressBar {
  public:
+  explicit ProgressBar(bool is_shown = true) : is_shown_(is_shown) {}
+
   /// Shows the stage of the work and the share of it that is done, 0 ... 1.
   void show(const std::string& stage, double share) {
+    if (!is_shown_) return;
     const int tenth = static_cast<int>(share * 10);
     if (is_terminal_) {
       const auto filled = static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * 30);
@@ -32,6 +35,7 @@ class ProgressBar {
   }
 
  private:
+  const bool is_shown_;
   const bool is_terminal_ = isatty(STDERR_FILENO) != 0;
   std::string stage_;
   int tenth_ = -1;

@@ -4,10 +4,10 @@
 #include <filesystem>
 
 #include "apps/calibrate/calibrate.hpp"
-#include "apps/calibrate/drive_source.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/progress_bar.hpp"
+#include "apps/simulate/drive_source.hpp"
 #include "apps/simulate/simulated_rig.hpp"
 #include "calibration/boresight/boresight_report.hpp"
 #include "calibration/mount/mount_report.hpp"
@@ -23,7 +23,8 @@ namespace {
 using namespace calibration;
 
 struct Options {
-  std::string recording, scenario, cache, rig, out, date;
+  DriveOptions drive;
+  std::string out, date;
   double off_deg = 0, off_m = 0, lever_sigma_m = 0.02, correlation_s = 90, near_m = 2, far_m = 35;
   int starts = 1;
 };
@@ -101,7 +102,7 @@ void warn_of_lever_arms(const Boresight& found, double sigma_m) {
 Status write_results(const Options& options, const Boresight& found, const std::string& date) {
   const auto folder = OutputFolder::open(options.out);
   if (!folder.ok()) return folder.error();
-  const std::string data = options.recording.empty() ? options.scenario : options.recording;
+  const std::string data = options.drive.recording.empty() ? options.drive.scenario : options.drive.recording;
   std::vector<std::pair<std::string, std::string>> files{{"boresight.json", boresight_json(found)}};
   for (std::size_t s = 0; s < found.scanners.size(); ++s) {
     const auto& T = found.scanners[s].T_body_scanner;
@@ -119,13 +120,11 @@ Status write_results(const Options& options, const Boresight& found, const std::
 }
 
 int calibrate(const Options& options) {
-  if (options.recording.empty() == options.scenario.empty())
-    throw config::ConfigError("give one of --recording and --scenario");
-  if (!options.scenario.empty() && options.cache.empty()) throw config::ConfigError("give --sim with --scenario");
-  if (options.scenario.empty() && (options.off_deg > 0 || options.off_m > 0 || options.starts > 1))
+  options.drive.check();
+  if (options.drive.scenario.empty() && (options.off_deg > 0 || options.off_m > 0 || options.starts > 1))
     throw config::ConfigError("--off-deg, --off-m and --starts are for a --scenario, whose truth is known");
   ProgressBar bar;
-  auto source = DriveSource::open(options.recording, options.scenario, options.cache, options.rig, bar);
+  auto source = DriveSource::open(options.drive, bar);
   bar.end();
   if (!source.ok()) {
     log_error(source.error().message);
@@ -180,12 +179,10 @@ void add_calibrate_boresight(Command& calibrate_command) {
   auto options = std::make_shared<Options>();
   Command command = calibrate_command.command(
       "boresight", "find the mounting of a scanner from planes that a drive passes at least twice");
-  command.option("--recording", options->recording, "drive.mcap of a drive along the same street in both directions");
-  command.option("--scenario", options->scenario,
-                 "a simulated drive instead of a recording; the difference from the truth is printed as well");
-  command.option("--sim", options->cache, "with --scenario: folder of simulated drives");
-  command.option("--rig", options->rig,
-                 "rig with the measured T_body_scanner as the start; default: the rig of the recording");
+  options->drive.declare(
+      command, {.recording = "--recording",
+                .recording_help = "drive.mcap of a drive along the same street in both directions",
+                .rig_help = "rig with the measured T_body_scanner as the start; default: the rig of the recording"});
   command.setting("--lever-sigma-m", options->lever_sigma_m, "standard deviation of the measured lever arm, each axis",
                   {.least = 0.0001, .most = 1});
   command.setting("--correlation-s", options->correlation_s, "correlation time of the POS's slow errors",
@@ -207,7 +204,7 @@ void add_calibrate_boresight(Command& calibrate_command) {
       "Drive slowly along a street with buildings, a minute in each direction, with a U-turn. A value that the\n"
       "drive does not determine (most often the lever arm's height) stays as measured, and the output says so.\n"
       "docs/calibration.md");
-  command.reads(options->recording).reads(options->scenario).reads(options->rig).writes_into(options->out);
+  command.writes_into(options->out);
   command.runs([options] { return calibrate(*options); });
 }
 

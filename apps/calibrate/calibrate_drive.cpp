@@ -8,10 +8,10 @@
 #include <numbers>
 
 #include "apps/calibrate/calibrate.hpp"
-#include "apps/calibrate/drive_source.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/progress_bar.hpp"
+#include "apps/simulate/drive_source.hpp"
 #include "apps/simulate/simulated_rig.hpp"
 #include "calibration/mount/mount_report.hpp"
 #include "core/angle.hpp"
@@ -66,7 +66,7 @@ Status write_fragment(const DriveFiles& files, const Alignment& found, std::size
   CalibrationRecord record;
   record.method = "mount";
   record.date = files.date;
-  record.data = {files.recording.empty() ? files.scenario : files.recording,
+  record.data = {files.drive.recording.empty() ? files.drive.scenario : files.drive.recording,
                  fmt::format("{} lens images, no targets", images),
                  fmt::format("images later than said by {:.2f} ms: add to strobe_delay_us", found.time_offset_s * 1e3)};
   record.parameters = {"turn_head_x_deg", "turn_head_y_deg", "turn_head_z_deg", "time_offset_ms"};
@@ -91,7 +91,7 @@ Status write_fragment(const DriveFiles& files, const Alignment& found, std::size
 
 int calibrate_drive(const DriveFiles& files) {
   ProgressBar bar;
-  auto source = DriveSource::open(files.recording, files.scenario, files.cache, files.rig, bar);
+  auto source = DriveSource::open(files.drive, bar);
   if (!source.ok()) {
     bar.end();
     log_error(source.error().message);

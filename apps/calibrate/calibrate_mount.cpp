@@ -27,9 +27,9 @@ namespace {
 using namespace calibration;
 
 struct Options {
-  std::string points, rig, lens_file, scanner, out, date;
+  DriveOptions drive;
+  std::string points, lens_file, scanner, out, date;
   std::string image, cloud, start, image_size = "refuse";
-  std::string recording, scenario, cache;
   int every = 4, starts = 1;
   double search_time_ms = 50, off_deg = 0, off_ms = 0;
   double sigma_px = 1, sigma_point_m = 0.01, search_deg = 3, far_deg = 30, far_m = 0.5;
@@ -56,14 +56,14 @@ KnownRig known_of(const Options& options) {
     out.lenses.push_back({"", config::read_config<fusion::CameraIntrinsics>(root.section("lens")), {}});
     return out;
   }
-  const config::Rig rig = config::load_rig(options.rig);
+  const config::Rig rig = config::load_rig(options.drive.rig);
   const fusion::LaserMount* laser = nullptr;
   for (const auto& one : rig.geometry.lasers)
     if (options.scanner.empty() || rig.sensor_names()[one.sensor] == options.scanner) {
       laser = &one;
       break;
     }
-  if (!laser) throw config::ConfigError(fmt::format("{}: has no scanner {}", options.rig, options.scanner));
+  if (!laser) throw config::ConfigError(fmt::format("{}: has no scanner {}", options.drive.rig, options.scanner));
   out.T_body_scanner = laser->T_body_scanner;
   out.T_body_head = rig.geometry.head.T_body_head;
   for (const auto& lens : rig.geometry.head.lenses)
@@ -120,9 +120,10 @@ int resect_lenses(const Options& options) {
     });
     if (lens == known.lenses.end()) {
       log_error("{}: {} '{}'", options.points,
-                options.rig.empty() ? "without a rig all points must be of one lens; leave the column lens out, or "
-                                      "give --rig: there are some of lens"
-                                    : "the rig has no lens",
+                options.drive.rig.empty()
+                    ? "without a rig all points must be of one lens; leave the column lens out, or "
+                      "give --rig: there are some of lens"
+                    : "the rig has no lens",
                 seen.lens);
       status = kInputUnreadable;
       continue;
@@ -192,8 +193,6 @@ void add_calibrate_mount(Command& calibrate) {
                                       "lens or head by aligning images with laser points");
   command.option("--points", options->points,
                  "CSV with u_px, v_px, x_m, y_m, z_m (in the scanner's frame), optionally name and lens");
-  command.option("--rig", options->rig,
-                 "rig file with lenses, scanner and head; the result is T_head_lens of each lens");
   command.option("--lens", options->lens_file,
                  "without --rig: lens.yaml of calibrate lens; the result is T_lens_scanner, for hueline colour");
   command.option("--scanner", options->scanner, "name of the scanner in the rig; default: the first one");
@@ -215,11 +214,12 @@ void add_calibrate_mount(Command& calibrate) {
                   kImageSizeWords);
   command.setting("--search-deg", options->search_deg, "largest error of the start, about each axis",
                   {.least = 0.1, .most = 15});
-  command.option("--recording", options->recording,
-                 "without targets: drive.mcap of a drive; the result is T_body_head and the time offset of the images");
-  command.option("--scenario", options->scenario,
-                 "a simulated drive instead of a recording; the difference from the truth is printed as well");
-  command.option("--sim", options->cache, "with --scenario: folder of simulated drives");
+  options->drive.declare(
+      command,
+      {.recording = "--recording",
+       .recording_help =
+           "without targets: drive.mcap of a drive; the result is T_body_head and the time offset of the images",
+       .rig_help = "rig file with lenses, scanner and head; with --points the result is T_head_lens of each lens"});
   command.setting("--off-deg", options->off_deg, "with --scenario: rotation error of the start against the rig",
                   {.least = 0, .most = 15});
   command.setting("--off-ms", options->off_ms, "with --scenario: error that is added to the times of the images",
@@ -233,12 +233,11 @@ void add_calibrate_mount(Command& calibrate) {
   command.option("--date", options->date, "date of the result, YYYY-MM-DD; default: today");
   command.option("--out", options->out, "folder for a rig fragment and, with --points, a JSON report for each lens");
   command.reads(options->points)
-      .reads(options->rig)
       .reads(options->lens_file)
       .reads(options->image)
       .reads(options->cloud)
       .reads(options->start);
-  command.reads(options->recording).reads(options->scenario).writes_into(options->out);
+  command.writes_into(options->out);
   command.runs([options] {
     if (!options->image.empty() || !options->cloud.empty()) {
       if (options->image.empty() || options->cloud.empty() || options->start.empty() || options->lens_file.empty())
@@ -247,15 +246,15 @@ void add_calibrate_mount(Command& calibrate) {
       return calibrate_shot({options->image, options->cloud, options->lens_file, options->start, options->out, date,
                              options->image_size, options->search_deg});
     }
-    if (!options->recording.empty() || !options->scenario.empty()) {
-      if (!options->scenario.empty() && options->cache.empty()) throw config::ConfigError("give --sim with --scenario");
+    if (!options->drive.recording.empty() || !options->drive.scenario.empty()) {
+      options->drive.check();
       const std::string date = options->date.empty() ? today() : options->date;
-      return calibrate_drive({options->recording, options->scenario, options->cache, options->rig, options->out, date,
-                              options->search_deg, options->search_time_ms, options->off_deg, options->off_ms,
-                              options->starts, options->every});
+      return calibrate_drive({options->drive, options->out, date, options->search_deg, options->search_time_ms,
+                              options->off_deg, options->off_ms, options->starts, options->every});
     }
     if (options->points.empty()) throw config::ConfigError("give --points, --image and --cloud, or --recording");
-    if (options->rig.empty() == options->lens_file.empty()) throw config::ConfigError("give one of --rig and --lens");
+    if (options->drive.rig.empty() == options->lens_file.empty())
+      throw config::ConfigError("give one of --rig and --lens");
     return resect_lenses(*options);
   });
 }

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "apps/calibrate/drive_source.hpp"
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "apps/simulate/drive_source.hpp"
 #include "config/section.hpp"
 #include "core/angle.hpp"
 #include "core/csv_table.hpp"
@@ -20,7 +20,8 @@ namespace hueline::apps {
 namespace {
 
 struct Options {
-  std::string recording, scenario, cache, rig, picks, out;
+  DriveOptions drive;
+  std::string picks, out;
   double around_s = 2, sigma_px = 0.5, sigma_turn_deg = 0.02;
 };
 
@@ -62,9 +63,7 @@ std::string table(const std::vector<survey::PickOutcome>& outcomes, const Geodet
 }
 
 int measure(const Options& options) {
-  if (options.recording.empty() == options.scenario.empty())
-    throw config::ConfigError("give a recording (drive.mcap), or --scenario with --sim");
-  if (!options.scenario.empty() && options.cache.empty()) throw config::ConfigError("give --sim with --scenario");
+  options.drive.check();
   const auto text = read_input(options.picks, kMostTable, "a table");
   if (!text.ok()) throw config::ConfigError(text.error().message);
   const auto picks = survey::parse_object_picks(*text, options.picks);
@@ -73,7 +72,7 @@ int measure(const Options& options) {
     return kInputUnreadable;
   }
   ProgressBar bar;
-  auto source = DriveSource::open(options.recording, options.scenario, options.cache, options.rig, bar);
+  auto source = DriveSource::open(options.drive, bar);
   bar.end();
   if (!source.ok()) {
     log_error(source.error().message);
@@ -124,13 +123,12 @@ int measure(const Options& options) {
 void add_measure(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command(kMeasure.word, kMeasure.help);
-  command.option("RECORDING", options->recording, "drive.mcap");
-  command.option("--scenario", options->scenario, "a simulated drive instead of a recording");
-  command.option("--sim", options->cache, "with --scenario: folder of simulated drives");
+  options->drive.declare(command, {.recording = "RECORDING",
+                                   .recording_help = "drive.mcap",
+                                   .rig_help = "calibrated rig; default: the rig of the recording"});
   command.required("--picks", options->picks,
                    "CSV with exposure (as in cloud.las), u_px, v_px, optionally name and lens; without lens the pixel "
                    "is in the panorama");
-  command.option("--rig", options->rig, "calibrated rig; default: the rig of the recording");
   command.setting("--around-s", options->around_s,
                   "laser points within this time before and after the exposure are used", {.least = 0.01, .most = 600});
   command.setting("--sigma-px", options->sigma_px, "standard deviation of a picked coordinate",
@@ -139,11 +137,7 @@ void add_measure(Command& all) {
                   "standard deviation of the lens's rotation relative to the scanner, from its calibration record",
                   {.least = 0, .most = 10});
   command.option("--out", options->out, "CSV file to write; default: print it");
-  command.reads(options->recording)
-      .reads(options->scenario)
-      .reads(options->rig)
-      .reads(options->picks)
-      .writes(options->out);
+  command.reads(options->picks).writes(options->out);
   command.runs([options] { return measure(*options); });
 }
 

@@ -8,21 +8,17 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "apps/simulate/drive_source.hpp"
 #include "apps/simulate/point_claim.hpp"
-#include "apps/simulate/simulated_recording.hpp"
-#include "apps/simulate/simulated_rig.hpp"
-#include "config/scenario.hpp"
 #include "runtime/pipeline.hpp"
-#include "runtime/recording.hpp"
-#include "sim/faults/faulty_timeline.hpp"
-#include "sim/generate.hpp"
 #include "sim/judge.hpp"
 
 namespace hueline::apps {
 namespace {
 
 struct Options {
-  std::string scenario, cache, recording, rig, method = "lens";
+  DriveOptions drive;
+  std::string method = "lens";
   double max_rms_px = 0;
   bool json = false;
 };
@@ -93,47 +89,24 @@ class Judging : public runtime::ProductSink {
   std::uint64_t points_ = 0, coloured_ = 0;
 };
 
-/// Feeds the pipeline from a recording, or from the scenario itself.
-Status feed(const sim::Scenario& scenario, const sim::Drive& drive, runtime::Recording* recording,
-            const config::Rig& rig, runtime::Pipeline& pipeline) {
-  const auto use = [&](const Packet& packet) {
-    pipeline.process(packet);
-    return true;
-  };
-  if (recording) return recording->for_each(use);
-  const auto timeline = sim::scenario_timeline(scenario, drive);
-  if (!timeline.ok()) return timeline.error();
-  return for_each_simulated_packet(drive, timeline->timeline, rig, use);
-}
-
 int verify(const Options& options) {
-  const sim::Scenario scenario = config::load_scenario(options.scenario);
-  const auto drive = sim::generate(scenario, options.cache);
-  if (!drive.ok()) {
-    log_error(drive.error().message);
-    return kInputUnreadable;
+  ProgressBar silent(false);
+  auto source = DriveSource::open(options.drive, silent, options.method);
+  if (!source.ok()) {
+    log_error(source.error().message);
+    return opening_status(source.error());
   }
-  runtime::Recording recorded;
-  const bool has_recording = !options.recording.empty();
-  if (has_recording) {
-    auto opened = runtime::Recording::open(options.recording, options.rig);
-    if (!opened.ok()) {
-      log_error(opened.error().message);
-      return opening_status(opened.error());
-    }
-    recorded = std::move(*opened);
-  } else {
-    recorded.rig = options.rig.empty() ? config::parse_rig(simulated_rig(scenario, {}, options.method), "simulated rig")
-                                       : config::load_rig(options.rig);
-  }
-  auto judge = sim::Judge::open(scenario, drive->cache_dir + "/truth.bin", {});
+  auto judge = sim::Judge::open(*source->scenario, source->drive->cache_dir + "/truth.bin", {});
   if (!judge.ok()) {
     log_error(judge.error().message);
     return kInputUnreadable;
   }
-  Judging sink(*judge, recorded.rig.colouring.method == fusion::ColourMethod::Panorama);
-  runtime::Pipeline pipeline(recorded.rig, 2, sink);
-  const Status fed = feed(scenario, *drive, has_recording ? &recorded : nullptr, recorded.rig, pipeline);
+  Judging sink(*judge, source->rig.colouring.method == fusion::ColourMethod::Panorama);
+  runtime::Pipeline pipeline(source->rig, 2, sink);
+  const Status fed = source->feed(silent, [&](const Packet& packet) {
+    pipeline.process(packet);
+    return true;
+  });
   pipeline.flush();
   const auto json = sink.json();
   if (options.json) {
@@ -168,17 +141,15 @@ int verify(const Options& options) {
 void add_verify(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command(kVerify.word, kVerify.help);
-  command.option(
-      "RECORDING", options->recording,
-      "drive.mcap of a capture of the scenario; default: the scenario's own bytes, without the effects of real time");
-  command.required("--scenario", options->scenario, "the scenario that was driven (YAML)");
-  command.required("--sim", options->cache, "folder of simulated drives (simulate --out)");
-  command.option("--rig", options->rig,
-                 "another rig instead of the recorded one or of the scenario's perfect calibration");
+  options->drive.declare(
+      command, {.recording = "RECORDING",
+                .recording_help = "drive.mcap of a capture of the scenario; default: the scenario's own bytes, without "
+                                  "the effects of real time",
+                .rig_help = "another rig instead of the recorded one or of the scenario's perfect calibration",
+                .needs_scenario = true});
   command.setting("--method", options->method, "without RECORDING: lens or panorama", {"lens", "panorama"});
   command.option("--max-rms-px", options->max_rms_px, "exit status 6 if the root mean square is larger");
   command.flag("--json", options->json, "print JSON, for programs");
-  command.reads(options->scenario).reads(options->recording).reads(options->rig);
   command.runs([options] { return verify(*options); });
 }
 

@@ -1,4 +1,4 @@
-#include "apps/calibrate/drive_source.hpp"
+#include "apps/simulate/drive_source.hpp"
 
 #include <fmt/format.h>
 
@@ -12,23 +12,24 @@
 
 namespace hueline::apps {
 
-Result<DriveSource> DriveSource::open(const std::string& recording, const std::string& scenario,
-                                      const std::string& cache, const std::string& rig_file, ProgressBar& bar) {
+Result<DriveSource> DriveSource::open(const DriveOptions& options, ProgressBar& bar, const std::string& method) {
   DriveSource out;
-  if (!recording.empty()) {
-    auto opened = runtime::Recording::open(recording, rig_file);
+  if (!options.scenario.empty()) {
+    out.scenario = config::load_scenario(options.scenario);
+    auto drive = sim::generate(*out.scenario, options.cache,
+                               [&](const std::string& stage, double share) { bar.show("rendering " + stage, share); });
+    if (!drive.ok()) return drive.error();
+    out.drive = std::move(*drive);
+  }
+  if (!options.recording.empty()) {
+    auto opened = runtime::Recording::open(options.recording, options.rig);
     if (!opened.ok()) return opened.error();
     out.rig = opened->rig;
     out.recording = std::move(*opened);
-    return out;
+  } else {
+    out.rig = options.rig.empty() ? config::parse_rig(simulated_rig(*out.scenario, {}, method), "simulated rig")
+                                  : config::load_rig(options.rig);
   }
-  out.scenario = config::load_scenario(scenario);
-  auto drive = sim::generate(*out.scenario, cache,
-                             [&](const std::string& stage, double share) { bar.show("rendering " + stage, share); });
-  if (!drive.ok()) return drive.error();
-  out.drive = std::move(*drive);
-  out.rig = rig_file.empty() ? config::parse_rig(simulated_rig(*out.scenario, {}, "lens"), "simulated rig")
-                             : config::load_rig(rig_file);
   return out;
 }
 
