@@ -10,7 +10,6 @@
 #include "drivers/gige/aravis_camera.hpp"
 #include "drivers/gige/aravis_source.hpp"
 #include "drivers/gige/gvsp_filter.hpp"
-#include "drivers/guest/config_text.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -50,7 +49,7 @@ std::optional<guest::LastWill> last_will(ArvDevice& device) {
 }  // namespace
 
 Result<std::unique_ptr<PacketSource>> make_aravis_guest(guest::HostLink& link) {
-  const auto config = read_config<GenicamConfig>(link.config().text);
+  const auto config = GenicamConfig::from_text(link.config().text);
   if (!config) return config.error();
   if (std::string problem = config->validate(); !problem.empty()) return Error{ErrorCode::Invalid, std::move(problem)};
   AravisSurroundings surroundings;

@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/keys.hpp"
 #include "core/measurements.hpp"
+#include "core/result.hpp"
 #include "core/time.hpp"
 
 namespace hueline::drivers {
@@ -56,35 +58,17 @@ struct GenicamConfig {
   void visit(Keys& keys);
   KeyError validate() const;
 
-  /// Visits every member with its name. drivers/guest/config_text.hpp writes and reads the settings of a guest with
-  /// this list.
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& each) {
-    each("address", self.address);
-    each("interface", self.interface);
-    each("id", self.id);
-    each("serial", self.serial);
-    each("width", self.width);
-    each("height", self.height);
-    each("offset_x", self.offset_x);
-    each("offset_y", self.offset_y);
-    each("pixel_format", self.pixel_format);
-    each("exposure", self.exposure);
-    each("gain", self.gain);
-    each("frame_rate_hz", self.frame_rate_hz);
-    each("trigger_source", self.trigger_source);
-    each("trigger_activation", self.trigger_activation);
-    each("features", self.features);
-    each("packet_size", self.packet_size);
-    each("packet_delay", self.packet_delay);
-    each("packet_resend", self.packet_resend);
-    each("packet_socket", self.packet_socket);
-    each("socket_buffer_bytes", self.socket_buffer_bytes);
-    each("give_up_after", self.give_up_after);
-    each("realtime_priority", self.realtime_priority);
-    each("stream_buffers", self.stream_buffers);
-    each("images_in_flight", self.images_in_flight);
-  }
+  /// Returns all settings as text for the guest that runs the camera (drivers/guest/config_text.hpp).
+  std::string to_text() const;
+  /// Reads what to_text() wrote. Errors: Malformed, with the key that is wrong.
+  static Result<GenicamConfig> from_text(std::string_view text);
+
+ private:
+  /// Declares every member: the keys of visit(), and what a rig file does not set in this Config.
+  void visit_all(Keys& keys);
 };
+
+/// Declares a key whose value is one of the pixel formats of cameras.
+bool visit_pixel_format(Keys& keys, const Key& key, PixelFormat& format);
 
 }  // namespace hueline::drivers

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "drivers/guest/config_text.hpp"
 #include "drivers/guest/guest_source.hpp"
 
 namespace hueline::drivers {
@@ -11,13 +10,7 @@ void GenicamDevice::visit(Keys& keys) {
   keys.whole(required("width", "px", "The width of the delivered image. An image of another size is fault WrongSize."),
              width_, {1, 65535});
   keys.whole(required("height", "px", "The height of the delivered image."), height_, {1, 65535});
-  keys.choice(required("pixel_format", "", "The pixel format of the delivered image."), pixel_format_,
-              {{name(PixelFormat::Mono8), PixelFormat::Mono8},
-               {name(PixelFormat::BayerRG8), PixelFormat::BayerRG8},
-               {name(PixelFormat::BayerBG8), PixelFormat::BayerBG8},
-               {name(PixelFormat::BayerGR8), PixelFormat::BayerGR8},
-               {name(PixelFormat::BayerGB8), PixelFormat::BayerGB8},
-               {name(PixelFormat::Rgb8), PixelFormat::Rgb8}});
+  visit_pixel_format(keys, required("pixel_format", "", "The pixel format of the delivered image."), pixel_format_);
   keys.kinds({"payload", "",
               "What the camera sends. `jpeg_planes`: six lenses as 24 grey JPEGs, one a place of the Bayer cell "
               "([formats](formats.md#jpeg-planes)). The camera then keeps "
@@ -45,7 +38,7 @@ std::unique_ptr<PacketSource> GenicamDevice::make_source(SensorId sensor, const 
   GuestSource::Config guest;
   guest.sensor = sensor;
   guest.driver = kGenicam.word;
-  guest.text = write_config(source());
+  guest.text = source().to_text();
   guest.slots = camera_.stream_buffers + camera_.images_in_flight;
   return std::make_unique<GuestSource>(std::move(guest));
 }

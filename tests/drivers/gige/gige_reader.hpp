@@ -9,7 +9,6 @@
 
 #include "drivers/gige/aravis_source.hpp"
 #include "drivers/gige/image_decoder.hpp"
-#include "drivers/guest/config_text.hpp"
 #include "drivers/guest/guest_source.hpp"
 #include "drivers/transport/host_clock.hpp"
 #include "tests/drivers/gige/fake_camera.hpp"
@@ -34,7 +33,7 @@ inline AravisSource::Config at_loopback() {
 inline GuestSource::Config guest_of(const AravisSource::Config& camera) {
   GuestSource::Config config;
   config.driver = "genicam";
-  config.text = write_config(camera);
+  config.text = camera.to_text();
   config.slots = camera.stream_buffers + camera.images_in_flight;
   config.hung_after = std::chrono::milliseconds(5000);  // a busy machine is no hanging library
   return config;

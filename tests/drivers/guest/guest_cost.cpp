@@ -14,7 +14,6 @@
 
 #include "drivers/gige/aravis_source.hpp"
 #include "drivers/gige/image_decoder.hpp"
-#include "drivers/guest/config_text.hpp"
 #include "drivers/guest/guest_source.hpp"
 #include "drivers/transport/host_clock.hpp"
 #include "tests/drivers/gige/emulated_camera.hpp"
@@ -127,7 +126,7 @@ int run(double megabytes, double time_s, int turns) {
   config.height = kHeight;
   GuestSource::Config guest;
   guest.driver = "genicam";
-  guest.text = write_config(config);
+  guest.text = config.to_text();
   fmt::print("{} x {} at {:.2f} Hz: {:.0f} MB/s, {} turns of {:.0f} s each\n", kWidth, kHeight, rate_hz, megabytes,
              turns, time_s);
   fmt::print("{:<12} {:>9} {:>10} {:>6} {:>11} {:>12} {:>12}\n", "Aravis is", "images/s", "incomplete", "lost",

@@ -14,7 +14,6 @@
 
 #include "drivers/gige/aravis_source.hpp"
 #include "drivers/gige/image_decoder.hpp"
-#include "drivers/guest/config_text.hpp"
 #include "drivers/guest/guest_source.hpp"
 #include "drivers/transport/host_clock.hpp"
 #include "tests/drivers/gige/emulated_camera.hpp"
@@ -62,7 +61,7 @@ class Lane {
     } else {
       GuestSource::Config guest;
       guest.driver = "genicam";
-      guest.text = write_config(config);
+      guest.text = config.to_text();
       auto made = std::make_unique<GuestSource>(guest);
       guest_ = made.get();
       source_ = std::move(made);
