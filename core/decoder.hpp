@@ -36,7 +36,8 @@ struct DecodeCounts {
 class Decoder {
  public:
   virtual ~Decoder() = default;
-  /// Decodes one packet, whose kind is Wire, and appends its measurements to `out`.
+  /// Decodes one packet, whose kind is Wire, and appends its measurements to `out`. They are of the
+  /// sensor that the packet is of.
   virtual void decode(const Packet& packet, std::vector<Measurement>& out) = 0;
   /// Ends the stream: no more bytes follow, because the recording ended or the source was opened again. Decides about
   /// bytes that were held back for a message that never became complete, and appends the whole messages behind them.

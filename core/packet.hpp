@@ -2,6 +2,8 @@
 
 #include <memory>
 #include <stop_token>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/buffer.hpp"
@@ -36,6 +38,12 @@ struct Packet {
 };
 using PacketPtr = std::shared_ptr<const Packet>;
 
+/// Returns the packet of a fault that a source noticed at `time`.
+inline Packet fault_packet(HostTime time, FaultKind kind, std::uint64_t count, std::string detail) {
+  const Fault fault{kSystemSensor, kind, time, count, std::move(detail)};
+  return {kSystemSensor, PacketKind::Fault, false, 0, time, Buffer::copy_of(encode_fault(fault))};
+}
+
 /// Interface of everything that delivers packets: hardware, recordings, simulated devices and test data.
 /// Thread safety: none; one reader thread makes all calls.
 class PacketSource {
@@ -45,10 +53,10 @@ class PacketSource {
   /// Invalid, Io. TimedOut means that opening continues and needs longer than about 100 ms: the caller checks whether
   /// it shall stop, and calls again.
   virtual Status open() = 0;
-  /// Returns the next packet, with `sensor`, `kind`, `received` and `bytes` set. Waits for about 100 ms at most, then
-  /// returns TimedOut. After Disconnected the caller waits and opens the source again. EndOfData means the end of a
-  /// recording. Losses that the transport itself can see (drop counters of the kernel, incomplete images) are returned
-  /// as Fault packets.
+  /// Returns the next packet, with `kind`, `received` and `bytes` set. A source does not know which sensor of the rig
+  /// it belongs to: its reader sets `sensor`. Waits for about 100 ms at most, then returns TimedOut. After Disconnected
+  /// the caller waits and opens the source again. EndOfData means the end of a recording. Losses that the transport
+  /// itself can see (drop counters of the kernel, incomplete images) are returned as Fault packets.
   virtual Result<Packet> next(std::stop_token stop) = 0;
   /// Closes the source.
   virtual void close() = 0;

@@ -46,9 +46,9 @@ class Device {
   /// Returns whose clock stamps the arrivals of the packets of make_source().
   virtual Arrivals arrivals() const { return Arrivals::Live; }
   /// Makes the source of the device's packets. The source is not opened yet.
-  virtual std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const = 0;
+  virtual std::unique_ptr<PacketSource> make_source(const BufferPool& pool) const = 0;
   /// Makes the device's decoder. Live capture, replay and `inspect` use the same decoder.
-  virtual std::unique_ptr<Decoder> make_decoder(SensorId sensor) const = 0;
+  virtual std::unique_ptr<Decoder> make_decoder() const = 0;
 };
 
 /// A device with Role::Camera.

@@ -38,13 +38,12 @@ std::vector<runtime::LiveRun::Source> make_sources(const config::Rig& rig, const
     runtime::Reader::Config reader;
     reader.silent_after = std::chrono::milliseconds(static_cast<std::int64_t>(sensor.silent_after_s * 1000));
     reader.is_recording = sensor.device->arrivals() != drivers::Arrivals::Live;
-    sources.push_back(
-        {sensor.id, sensor.name, sensor.device->make_source(sensor.id, pool), reader, sensor.type->is_sheddable});
+    sources.push_back({sensor.id, sensor.name, sensor.device->make_source(pool), reader, sensor.type->is_sheddable});
   }
   if (!rig.sync.self_timed) return sources;
   std::vector<runtime::FileMerge::Input> files;
   for (std::size_t i = 0; i < sources.size(); ++i)
-    files.push_back({std::move(sources[i].source), rig.sensors[i].device->make_decoder(rig.sensors[i].id),
+    files.push_back({std::move(sources[i].source), rig.sensors[i].device->make_decoder(),
                      rig.sensors[i].device->arrivals() == drivers::Arrivals::Recorded});
   const auto merge = std::make_shared<runtime::FileMerge>(
       std::move(files), runtime::FileMerge::Config{.agreeing_labels = rig.sync.clock.label.agreeing});

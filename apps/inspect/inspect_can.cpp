@@ -23,7 +23,7 @@ struct Message {
 }  // namespace
 
 Inspection inspect_can_log(const std::string& path) {
-  drivers::CanLogSource source(1, {path, 0});
+  drivers::CanLogSource source({path, 0});
   if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
   Inspection out;
   std::map<std::string, Message> messages;

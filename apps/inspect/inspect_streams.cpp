@@ -130,7 +130,7 @@ Inspection inspect_mcap(const std::string& path) {
   }
 
   std::vector<Stream> streams(recording->rig.sensors.size() + 1);
-  for (const auto& sensor : recording->rig.sensors) streams[sensor.id].decoder = sensor.device->make_decoder(sensor.id);
+  for (const auto& sensor : recording->rig.sensors) streams[sensor.id].decoder = sensor.device->make_decoder();
   std::uint64_t packets = 0, gaps = 0, expected = 0;
   runtime::DrivenTime driven(std::chrono::hours(1));
   nanoseconds duration{0};
@@ -236,7 +236,7 @@ constexpr std::size_t kMostSenders = 64;
 
 Inspection inspect_capture_file(const std::string& path, drivers::DeviceTypes types) {
   Inspection out;
-  drivers::PcapSource source(1, {.path = path, .ports = {}, .source_address = {}});
+  drivers::PcapSource source({.path = path, .ports = {}, .source_address = {}});
   if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
   std::map<std::size_t, std::uint64_t> sizes;
   const std::vector<Listening> listening = listen_to(path, types);
@@ -302,7 +302,7 @@ Inspection inspect_device_log(const std::string& path, const drivers::DeviceType
   drivers::FileSource source(config);
   if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
   Stream stream;
-  stream.decoder = type.make()->make_decoder(1);
+  stream.decoder = type.make()->make_decoder();
   std::uint64_t bytes = 0;
   for (;;) {
     Result<Packet> packet = source.next({});

@@ -10,9 +10,8 @@ using namespace hueline;
 
 class FinderDecoder final : public Decoder {
  public:
-  explicit FinderDecoder(SensorId sensor) : sensor_(sensor) {}
   void decode(const Packet& packet, std::vector<Measurement>& out) override {
-    LaserBatch batch{sensor_, packet.received, packet.sequence, {}, {}};
+    LaserBatch batch{packet.sensor, packet.received, packet.sequence, {}, {}};
     for (const std::byte byte : packet.bytes.bytes()) {
       line_ += static_cast<char>(byte);
       if (byte != std::byte{'\n'}) continue;
@@ -27,7 +26,6 @@ class FinderDecoder final : public Decoder {
   const DecodeCounts& counts() const override { return counts_; }
 
  private:
-  const SensorId sensor_;
   std::string line_;  // a line may begin in one packet and end in the next
   DecodeCounts counts_;
 };
@@ -35,10 +33,10 @@ struct Finder final : drivers::Device {
   void visit(Keys& keys) override { keys.text(required("file", "", "What the range finder wrote."), file.path); }
   KeyError validate() const override { return {}; }
   drivers::Arrivals arrivals() const override { return drivers::Arrivals::Unknown; }
-  std::unique_ptr<PacketSource> make_source(SensorId, const BufferPool&) const override {
+  std::unique_ptr<PacketSource> make_source(const BufferPool&) const override {
     return std::make_unique<drivers::FileSource>(file);
   }
-  std::unique_ptr<Decoder> make_decoder(SensorId id) const override { return std::make_unique<FinderDecoder>(id); }
+  std::unique_ptr<Decoder> make_decoder() const override { return std::make_unique<FinderDecoder>(); }
   drivers::FileSource::Config file;
 };
 const drivers::DeviceType kFinder{"finder", drivers::Role::Laser, true, drivers::make_device<Finder>};
@@ -50,8 +48,8 @@ int main(int argc, char** argv) {
   const std::string head = "rig: t\ncolouring: {method: lens}\nsensors:\n  - {name: f, driver: finder, file: ";
   const std::string text = head + argv[1] + ", " + mount + "}\n";
   const config::Rig rig = config::parse_rig(text, "rig.yaml", types);
-  const auto source = rig.sensors[0].device->make_source(1, BufferPool(1 << 20));
-  const auto decoder = rig.sensors[0].device->make_decoder(1);
+  const auto source = rig.sensors[0].device->make_source(BufferPool(1 << 20));
+  const auto decoder = rig.sensors[0].device->make_decoder();
   if (const Status opened = source->open(); !opened.ok()) return std::puts(opened.error().message.c_str()), 3;
   std::vector<Measurement> out;
   for (auto packet = source->next({}); packet.ok(); packet = source->next({})) decoder->decode(*packet, out);

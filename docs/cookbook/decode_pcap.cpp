@@ -8,11 +8,10 @@
 int main(int argc, char** argv) {
   using namespace hueline;
   if (argc != 2) return std::fprintf(stderr, "usage: decode_pcap FILE.pcap\n"), 2;
-  constexpr SensorId kLaser{1};
-  drivers::PcapSource source(kLaser, {.path = argv[1], .ports = {}, .source_address = {}});
+  drivers::PcapSource source({.path = argv[1], .ports = {}, .source_address = {}});
   if (const Status opened = source.open(); !opened.ok())
     return std::fprintf(stderr, "%s\n", opened.error().message.c_str()), 3;
-  drivers::VelodyneDecoder decoder(kLaser, {});
+  drivers::VelodyneDecoder decoder({});
 
   std::vector<Measurement> measurements;
   std::size_t returns = 0;

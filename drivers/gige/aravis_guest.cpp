@@ -57,7 +57,7 @@ Result<std::unique_ptr<PacketSource>> make_aravis_guest(guest::HostLink& link) {
   surroundings.on_control = [&link](ArvDevice& device) {
     if (auto will = last_will(device)) link.send(*will);
   };
-  return std::unique_ptr<PacketSource>(std::make_unique<AravisSource>(*config, 1, std::move(surroundings)));
+  return std::unique_ptr<PacketSource>(std::make_unique<AravisSource>(*config, std::move(surroundings)));
 }
 
 }  // namespace hueline::drivers

@@ -65,9 +65,8 @@ struct AravisSource::Open {
   }
 };
 
-AravisSource::AravisSource(Config config, SensorId sensor, AravisSurroundings surroundings)
+AravisSource::AravisSource(Config config, AravisSurroundings surroundings)
     : config_(std::move(config)),
-      sensor_(sensor),
       surroundings_(std::move(surroundings)),
       memory_(surroundings_.memory
                   ? surroundings_.memory
@@ -102,7 +101,7 @@ Result<Packet> AravisSource::next(std::stop_token stop) {
     auto image = stream.wait(kWait, stop);
     const bool is_last = !image && stream.is_interrupted();
     look_for_losses(host_now(), is_last);
-    if (image) return Packet{sensor_, PacketKind::Wire, false, 0, image->received, std::move(image->packet)};
+    if (image) return Packet{kSystemSensor, PacketKind::Wire, false, 0, image->received, std::move(image->packet)};
   }
   if (!open_->faults.empty()) {
     Packet fault = std::move(open_->faults.front());
@@ -119,9 +118,7 @@ void AravisSource::look_for_losses(HostTime now, bool is_last) {
   open_->last_look = now;
   const ImageStreamCounts seen = open_->stream->counts(), told = std::exchange(open_->told, seen);
   const auto fault = [&](FaultKind kind, std::uint64_t count, std::string detail) {
-    if (count == 0) return;
-    const Fault made{sensor_, kind, now, count, std::move(detail)};
-    open_->faults.push_back({sensor_, PacketKind::Fault, false, 0, now, Buffer::copy_of(encode_fault(made))});
+    if (count > 0) open_->faults.push_back(fault_packet(now, kind, count, std::move(detail)));
   };
   const std::uint64_t incomplete = seen.incomplete_images - told.incomplete_images;
   fault(FaultKind::Lost, incomplete,

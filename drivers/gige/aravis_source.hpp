@@ -57,7 +57,7 @@ struct AravisSurroundings {
 class AravisSource : public PacketSource {
  public:
   using Config = GenicamConfig;
-  explicit AravisSource(Config config, SensorId sensor = 1, AravisSurroundings surroundings = {});
+  explicit AravisSource(Config config, AravisSurroundings surroundings = {});
   ~AravisSource() override;
 
   Status open() override;
@@ -72,7 +72,6 @@ class AravisSource : public PacketSource {
   void look_for_losses(HostTime now, bool is_last);
 
   const Config config_;
-  const SensorId sensor_;
   const AravisSurroundings surroundings_;
   const std::shared_ptr<PacketMemory> memory_;
   std::unique_ptr<Open> open_;

@@ -34,18 +34,15 @@ KeyError GenicamDevice::validate() const {
 }
 
 // Aravis runs in a process of its own (hueline-guest), because it may crash.
-std::unique_ptr<PacketSource> GenicamDevice::make_source(SensorId sensor, const BufferPool&) const {
+std::unique_ptr<PacketSource> GenicamDevice::make_source(const BufferPool&) const {
   GuestSource::Config guest;
-  guest.sensor = sensor;
   guest.driver = kGenicam.word;
   guest.text = source().to_text();
   guest.slots = camera_.stream_buffers + camera_.images_in_flight;
   return std::make_unique<GuestSource>(std::move(guest));
 }
 
-std::unique_ptr<Decoder> GenicamDevice::make_decoder(SensorId) const {
-  return std::make_unique<ImageDecoder>(decoder());
-}
+std::unique_ptr<Decoder> GenicamDevice::make_decoder() const { return std::make_unique<ImageDecoder>(decoder()); }
 
 void GenicamDevice::use_only(const std::vector<PixelRegion>& regions) {
   const std::uint32_t width = width_ / planes_.lens_columns, height = height_ / planes_.lens_rows();

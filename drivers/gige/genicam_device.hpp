@@ -11,8 +11,8 @@ class GenicamDevice final : public CameraDevice {
  public:
   void visit(Keys& keys) override;
   KeyError validate() const override;
-  std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const override;
-  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override;
+  std::unique_ptr<PacketSource> make_source(const BufferPool& pool) const override;
+  std::unique_ptr<Decoder> make_decoder() const override;
 
   nanoseconds exposure() const override { return camera_.exposure.value_or(nanoseconds(0)); }
   PixelFormat sent_format() const override { return source().pixel_format; }

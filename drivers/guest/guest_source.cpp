@@ -125,7 +125,7 @@ Result<std::optional<GuestSource::Event>> GuestSource::handle(ToHost& message) {
             Buffer bytes = is_handed_over_ ? memory_->lend(done.slot, done.bytes) : Buffer();
             if (bytes.empty())
               return broken(fmt::format("it gave {} bytes in slot {}, which is not so", done.bytes, done.slot));
-            return Nothing(Packet{config_.sensor, PacketKind::Wire, false, 0, done.received, std::move(bytes)});
+            return Nothing(Packet{kSystemSensor, PacketKind::Wire, false, 0, done.received, std::move(bytes)});
           },
           [this](Loss& loss) -> Outcome {
             if (!is_possible(loss.fault.time))
@@ -136,8 +136,7 @@ Result<std::optional<GuestSource::Event>> GuestSource::handle(ToHost& message) {
             }
             if (++losses_ > kMostLossesASecond)
               return broken(fmt::format("it told of more than {} losses a second", kMostLossesASecond));
-            loss.fault.sensor = config_.sensor;
-            return Nothing(Packet{config_.sensor, PacketKind::Fault, false, 0, loss.fault.time,
+            return Nothing(Packet{kSystemSensor, PacketKind::Fault, false, 0, loss.fault.time,
                                   Buffer::copy_of(encode_fault(loss.fault))});
           },
           [this](Failed& failed) -> Outcome {

@@ -35,7 +35,6 @@ namespace hueline::drivers {
 class GuestSource final : public PacketSource {
  public:
   struct Config {
-    SensorId sensor = 1;
     std::filesystem::path program = guest::guest_program();
     std::string driver;                          ///< the driver of the guest, by the rig's word
     std::string text;                            ///< the driver's settings, as config_text.hpp writes them

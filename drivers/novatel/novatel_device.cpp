@@ -21,7 +21,7 @@ void NovatelDevice::visit(Keys& keys) {
 // value() is safe: the rig's reader has already checked the logs.
 std::string NovatelDevice::dialogue() const { return logs_ ? novatel_dialogue(*logs_).value() : std::string(); }
 
-std::unique_ptr<PacketSource> NovatelDevice::make_source(SensorId, const BufferPool&) const {
+std::unique_ptr<PacketSource> NovatelDevice::make_source(const BufferPool&) const {
   if (!file_.empty()) {
     FileSource::Config file;
     file.path = file_;
@@ -37,9 +37,7 @@ std::unique_ptr<PacketSource> NovatelDevice::make_source(SensorId, const BufferP
   return std::make_unique<TcpSource>(tcp);
 }
 
-std::unique_ptr<Decoder> NovatelDevice::make_decoder(SensorId) const {
-  return std::make_unique<NovatelDecoder>(decoder_);
-}
+std::unique_ptr<Decoder> NovatelDevice::make_decoder() const { return std::make_unique<NovatelDecoder>(decoder_); }
 
 namespace {
 

@@ -17,8 +17,8 @@ class NovatelDevice final : public Device {
   void visit(Keys& keys) override;
   KeyError validate() const override { return decoder_.validate(); }
   Arrivals arrivals() const override { return file_.empty() ? Arrivals::Live : Arrivals::Unknown; }
-  std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const override;
-  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override;
+  std::unique_ptr<PacketSource> make_source(const BufferPool& pool) const override;
+  std::unique_ptr<Decoder> make_decoder() const override;
 
   /// Returns the commands that the receiver is sent after each connection. It is empty if the rig asks for no logs.
   std::string dialogue() const;

@@ -135,7 +135,7 @@ Result<Packet> KernelPps::deliver(const Seen& seen, const ClockReading& look) {
                  fmt::format("{}: {} edge {} refused, CLOCK_REALTIME was set near it ({:+.6f} s)", path_, name(edge_),
                              sequence_, to_seconds(step.value_or(nanoseconds(0)))));
   const auto bytes = encode_pps({edge_, sequence_, *edge});
-  Packet packet{sensor_, PacketKind::Wire, false, 0, *edge, Buffer::copy_of(bytes)};
+  Packet packet{kSystemSensor, PacketKind::Wire, false, 0, *edge, Buffer::copy_of(bytes)};
   if (!step) return packet;
   held_ = std::move(packet);
   return fault(now, 1,
@@ -143,8 +143,7 @@ Result<Packet> KernelPps::deliver(const Seen& seen, const ClockReading& look) {
 }
 
 Packet KernelPps::fault(const ClockReading& now, std::uint64_t count, std::string detail) const {
-  const Fault made{sensor_, FaultKind::ClockStep, now.at, count, std::move(detail)};
-  return {sensor_, PacketKind::Fault, false, 0, now.at, Buffer::copy_of(encode_fault(made))};
+  return fault_packet(now.at, FaultKind::ClockStep, count, std::move(detail));
 }
 
 // An open file outlives its device and is merely silent. So the node shows whether the device is gone: it is missing,

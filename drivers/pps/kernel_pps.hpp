@@ -12,8 +12,7 @@ namespace hueline::drivers {
 /// Reads PPS edges from /dev/ppsN (RFC 2783, linux/pps.h). PpsSource says what it promises.
 class KernelPps : public PacketSource {
  public:
-  KernelPps(SensorId sensor, std::string path, PpsEdgeKind edge)
-      : sensor_(sensor), path_(std::move(path)), edge_(edge) {}
+  KernelPps(std::string path, PpsEdgeKind edge) : path_(std::move(path)), edge_(edge) {}
   ~KernelPps() override { close(); }
   KernelPps(const KernelPps&) = delete;
   KernelPps& operator=(const KernelPps&) = delete;
@@ -35,7 +34,6 @@ class KernelPps : public PacketSource {
   Packet fault(const ClockReading& now, std::uint64_t count, std::string detail) const;
   bool is_gone() const;
 
-  const SensorId sensor_;
   const std::string path_;
   const PpsEdgeKind edge_;
   int fd_ = -1;

@@ -26,15 +26,14 @@ class PpsDevice final : public Device {
                 {{"assert", PpsEdgeKind::Assert}, {"clear", PpsEdgeKind::Clear}});
   }
   KeyError validate() const override { return {}; }
-  std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool&) const override {
+  std::unique_ptr<PacketSource> make_source(const BufferPool&) const override {
     const bool is_socket = !socket_.empty();
     return std::make_unique<PpsSource>(
-        PpsSource::Config{.sensor = sensor,
-                          .interface = is_socket ? PpsSource::Interface::Socket : PpsSource::Interface::Kernel,
+        PpsSource::Config{.interface = is_socket ? PpsSource::Interface::Socket : PpsSource::Interface::Kernel,
                           .path = is_socket ? socket_ : device_,
                           .edge = edge_});
   }
-  std::unique_ptr<Decoder> make_decoder(SensorId) const override {
+  std::unique_ptr<Decoder> make_decoder() const override {
     return std::make_unique<PpsDecoder>(PpsDecoder::Config{.edge = edge_});
   }
 

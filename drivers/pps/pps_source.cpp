@@ -12,8 +12,8 @@ namespace hueline::drivers {
 namespace {
 
 std::unique_ptr<PacketSource> make(const PpsSource::Config& config) {
-  if (config.interface == PpsSource::Interface::Socket) return std::make_unique<SocketPps>(config.sensor, config.path);
-  return std::make_unique<KernelPps>(config.sensor, config.path, config.edge);
+  if (config.interface == PpsSource::Interface::Socket) return std::make_unique<SocketPps>(config.path);
+  return std::make_unique<KernelPps>(config.path, config.edge);
 }
 
 }  // namespace

@@ -28,7 +28,6 @@ class PpsSource : public PacketSource {
  public:
   enum class Interface : std::uint8_t { Kernel, Socket };
   struct Config {
-    SensorId sensor = 1;
     Interface interface = Interface::Kernel;
     std::string path = "/dev/pps0";          ///< path of the device or of the socket
     PpsEdgeKind edge = PpsEdgeKind::Assert;  ///< kernel only: the edge that is captured; give PpsDecoder the same one

@@ -53,7 +53,7 @@ Result<Packet> SocketPps::next(std::stop_token stop) {
     return Error{ErrorCode::Disconnected, fmt::format("PPS socket {}: {}", path_, why)};
   }
   const std::span<const std::byte> message(bytes.data(), static_cast<std::size_t>(size));
-  Packet packet{sensor_, PacketKind::Wire, false, 0, host_now(), Buffer::copy_of(message)};
+  Packet packet{kSystemSensor, PacketKind::Wire, false, 0, host_now(), Buffer::copy_of(message)};
   if (const auto edge = decode_pps(message)) packet.received = edge->time;
   return packet;
 }

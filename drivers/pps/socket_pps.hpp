@@ -9,7 +9,7 @@ namespace hueline::drivers {
 /// Reads PPS edges from a local SOCK_SEQPACKET socket. PpsSource says what it promises.
 class SocketPps : public PacketSource {
  public:
-  SocketPps(SensorId sensor, std::string path) : sensor_(sensor), path_(std::move(path)) {}
+  explicit SocketPps(std::string path) : path_(std::move(path)) {}
   ~SocketPps() override { close(); }
   SocketPps(const SocketPps&) = delete;
   SocketPps& operator=(const SocketPps&) = delete;
@@ -19,7 +19,6 @@ class SocketPps : public PacketSource {
   void close() override;
 
  private:
-  const SensorId sensor_;
   const std::string path_;
   int fd_ = -1;
 };

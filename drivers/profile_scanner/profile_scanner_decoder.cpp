@@ -47,8 +47,8 @@ KeyError ProfileScannerDecoder::Config::validate() const {
   return {};
 }
 
-ProfileScannerDecoder::ProfileScannerDecoder(SensorId sensor, const Config& config)
-    : sensor_(sensor), config_(config), kernel_(std::make_unique<ProfileScannerKernel>(config)) {
+ProfileScannerDecoder::ProfileScannerDecoder(const Config& config)
+    : config_(config), kernel_(std::make_unique<ProfileScannerKernel>(config)) {
   if (config.scanner_id != 0) scanner_ = static_cast<std::uint16_t>(config.scanner_id);
 }
 
@@ -61,6 +61,7 @@ void ProfileScannerDecoder::reset() {
 }
 
 void ProfileScannerDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
+  sensor_ = packet.sensor;
   const Result<ProfileHeader> header = decode_profile_header(packet.bytes.bytes());
   if (!header) return malformed(packet, header.error().message, out);
   if (!is_ours(packet, *header, out)) return;

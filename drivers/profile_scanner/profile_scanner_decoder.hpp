@@ -47,7 +47,7 @@ class ProfileScannerDecoder final : public Decoder {
     KeyError validate() const;
   };
 
-  ProfileScannerDecoder(SensorId sensor, const Config& config);
+  explicit ProfileScannerDecoder(const Config& config);
   ~ProfileScannerDecoder() override;
   ProfileScannerDecoder(const ProfileScannerDecoder&) = delete;
   ProfileScannerDecoder& operator=(const ProfileScannerDecoder&) = delete;
@@ -67,7 +67,7 @@ class ProfileScannerDecoder final : public Decoder {
   void label(const Packet& packet, const ProfileHeader& header, const ProfileStatus& status,
              std::vector<Measurement>& out);
 
-  SensorId sensor_;
+  SensorId sensor_ = kSystemSensor;  // of the packet that is decoded, or was last
   Config config_;
   std::unique_ptr<ProfileScannerKernel> kernel_;
   DecodeCounts counts_;

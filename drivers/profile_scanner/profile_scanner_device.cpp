@@ -14,7 +14,7 @@ class ProfileListener final : public CaptureListener {
     const auto header = decode_profile_header(datagram.bytes.bytes());
     if (!header.ok()) return {};
     return HeardDevice{"profile scanner " + std::to_string(header->scanner),
-                       std::make_unique<ProfileScannerDecoder>(SensorId{1}, ProfileScannerDecoder::Config{})};
+                       std::make_unique<ProfileScannerDecoder>(ProfileScannerDecoder::Config{})};
   }
   bool is_decodable(const Packet& datagram) const override { return is_profile_datagram(datagram.bytes.bytes()); }
 };

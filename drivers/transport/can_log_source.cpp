@@ -63,7 +63,6 @@ Status CanLogSource::open() {
 Result<Packet> CanLogSource::next(std::stop_token stop) {
   if (!file_) return Error{ErrorCode::Disconnected, config_.path + " is not open"};
   Packet packet;
-  packet.sensor = sensor_;
   std::string line;
   for (Line kind = read_line(*file_, line); kind != Line::None; kind = read_line(*file_, line)) {
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stop was asked for"};
@@ -82,13 +81,8 @@ Result<Packet> CanLogSource::next(std::stop_token stop) {
     return packet;
   }
   if (file_->bad()) return io_error("read " + config_.path, errno);
-  if (const std::uint64_t count = std::exchange(malformed_, 0); count > 0) {
-    packet.kind = PacketKind::Fault;
-    packet.received = last_;
-    packet.bytes = Buffer::copy_of(
-        encode_fault({sensor_, FaultKind::Malformed, last_, count, config_.path + ": " + first_malformed_}));
-    return packet;
-  }
+  if (const std::uint64_t count = std::exchange(malformed_, 0); count > 0)
+    return fault_packet(last_, FaultKind::Malformed, count, config_.path + ": " + first_malformed_);
   return Error{ErrorCode::EndOfData, config_.path + ": end of log"};
 }
 

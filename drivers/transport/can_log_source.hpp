@@ -26,7 +26,7 @@ class CanLogSource final : public PacketSource {
     KeyError validate() const;
   };
 
-  CanLogSource(SensorId sensor, Config config) : sensor_(sensor), config_(std::move(config)) {}
+  explicit CanLogSource(Config config) : config_(std::move(config)) {}
 
   Status open() override;
   Result<Packet> next(std::stop_token stop) override;
@@ -36,7 +36,6 @@ class CanLogSource final : public PacketSource {
   }
 
  private:
-  const SensorId sensor_;
   const Config config_;
   std::optional<InputFile> input_;  // protects the file from being overwritten by this program while it is read
   std::optional<std::ifstream> file_;

@@ -61,8 +61,7 @@ KeyError CanSource::Config::validate() const {
   return {};
 }
 
-CanSource::CanSource(SensorId sensor, Config config, BufferPool pool)
-    : sensor_(sensor), config_(std::move(config)), pool_(std::move(pool)) {}
+CanSource::CanSource(Config config, BufferPool pool) : config_(std::move(config)), pool_(std::move(pool)) {}
 
 CanSource::~CanSource() { close(); }
 
@@ -215,7 +214,6 @@ void CanSource::deliver(Slot& slot, std::size_t size, const ClockOffset& offset)
   std::copy(bytes.begin(), bytes.end(), buffer.data());
   std::memcpy(buffer.data() + kCanHeaderSize, &slot.frame, frame);
   Packet packet;
-  packet.sensor = sensor_;
   packet.kind = PacketKind::Wire;
   packet.received = received;
   packet.bytes = std::move(buffer).share();
@@ -223,12 +221,7 @@ void CanSource::deliver(Slot& slot, std::size_t size, const ClockOffset& offset)
 }
 
 void CanSource::push_overflow(HostTime time, std::uint64_t count, std::string detail) {
-  Packet packet;
-  packet.sensor = sensor_;
-  packet.kind = PacketKind::Fault;
-  packet.received = time;
-  packet.bytes = Buffer::copy_of(encode_fault({sensor_, FaultKind::Overflow, time, count, std::move(detail)}));
-  pending_.push_back(std::move(packet));
+  pending_.push_back(fault_packet(time, FaultKind::Overflow, count, std::move(detail)));
 }
 
 }  // namespace hueline::drivers

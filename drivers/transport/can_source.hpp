@@ -37,7 +37,7 @@ class CanSource final : public PacketSource {
     KeyError validate() const;
   };
 
-  CanSource(SensorId sensor, Config config, BufferPool pool);
+  CanSource(Config config, BufferPool pool);
   ~CanSource() override;
   CanSource(const CanSource&) = delete;
   CanSource& operator=(const CanSource&) = delete;
@@ -53,7 +53,6 @@ class CanSource final : public PacketSource {
   void push_overflow(HostTime time, std::uint64_t count, std::string detail);
   Error gone(const std::string& attempted, int why) const;
 
-  const SensorId sensor_;
   const Config config_;
   BufferPool pool_;
   std::vector<Slot> slots_;

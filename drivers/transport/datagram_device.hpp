@@ -18,12 +18,8 @@ class DatagramDevice final : public Device {
   }
   KeyError validate() const override { return decoder_.validate(); }
   Arrivals arrivals() const override { return input_.arrivals(); }
-  std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const override {
-    return input_.make(sensor, pool);
-  }
-  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override {
-    return std::make_unique<DeviceDecoder>(sensor, decoder_);
-  }
+  std::unique_ptr<PacketSource> make_source(const BufferPool& pool) const override { return input_.make(pool); }
+  std::unique_ptr<Decoder> make_decoder() const override { return std::make_unique<DeviceDecoder>(decoder_); }
 
  private:
   DatagramInput input_;

@@ -8,9 +8,9 @@ void DatagramInput::visit(Keys& keys) {
   keys.section({"pcap", "", "A capture file instead of the device."}, pcap);
 }
 
-std::unique_ptr<PacketSource> DatagramInput::make(SensorId sensor, const BufferPool& pool) const {
-  if (pcap) return std::make_unique<PcapSource>(sensor, *pcap);
-  return std::make_unique<UdpSource>(sensor, udp.value(), pool);
+std::unique_ptr<PacketSource> DatagramInput::make(const BufferPool& pool) const {
+  if (pcap) return std::make_unique<PcapSource>(*pcap);
+  return std::make_unique<UdpSource>(udp.value(), pool);
 }
 
 }  // namespace hueline::drivers

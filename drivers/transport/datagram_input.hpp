@@ -18,7 +18,7 @@ struct DatagramInput {
   void visit(Keys& keys);
   Arrivals arrivals() const { return pcap ? Arrivals::Recorded : Arrivals::Live; }
   /// Makes the source that is set, not opened yet.
-  std::unique_ptr<PacketSource> make(SensorId sensor, const BufferPool& pool) const;
+  std::unique_ptr<PacketSource> make(const BufferPool& pool) const;
 };
 
 }  // namespace hueline::drivers

@@ -65,18 +65,13 @@ void PcapSource::watch_sender(const UdpDatagram& datagram) {
     first_heard_ = last_;
     return;
   }
-  tell({sensor_, FaultKind::WrongDevice, last_, 1,
-        fmt::format("{}: datagrams of {} and of {} are taken for one device's: name its source_address, or its ports",
-                    config_.path, to_text(*first_sender_), to_text(sender_))});
+  tell(FaultKind::WrongDevice, 1,
+       fmt::format("{}: datagrams of {} and of {} are taken for one device's: name its source_address, or its ports",
+                   config_.path, to_text(*first_sender_), to_text(sender_)));
 }
 
-void PcapSource::tell(const Fault& fault) {
-  Packet packet;
-  packet.sensor = sensor_;
-  packet.kind = PacketKind::Fault;
-  packet.received = fault.time;
-  packet.bytes = Buffer::copy_of(encode_fault(fault));
-  waiting_.push_back(std::move(packet));
+void PcapSource::tell(FaultKind kind, std::uint64_t count, std::string detail) {
+  waiting_.push_back(fault_packet(last_, kind, count, std::move(detail)));
 }
 
 Result<Packet> PcapSource::next(std::stop_token stop) {
@@ -107,7 +102,6 @@ Result<Packet> PcapSource::next(std::stop_token stop) {
     }
     watch_sender(*datagram);
     Packet packet;
-    packet.sensor = sensor_;
     packet.received = last_;
     packet.bytes = Buffer::copy_of(datagram->payload);
     ++delivered_;
@@ -122,15 +116,14 @@ void PcapSource::finish(Error why) {
   extractor_.finish();
   const ExtractCounts& c = extractor_.counts();
   if (const std::uint64_t lost = c.cut_off + c.malformed + c.fragments_dropped + c.unknown_link; lost > 0)
-    tell({sensor_, FaultKind::Malformed, last_, lost,
-          fmt::format("{}: frames not delivered: {} cut off by the capture, {} with broken headers, {} fragments of "
-                      "datagrams that are not whole, {} of "
-                      "a link type that is not read{}",
-                      config_.path, c.cut_off, c.malformed, c.fragments_dropped, c.unknown_link,
-                      c.unknown_link > 0 ? fmt::format(" ({})", c.unknown_link_type) : std::string())});
+    tell(FaultKind::Malformed, lost,
+         fmt::format("{}: frames not delivered: {} cut off by the capture, {} with broken headers, {} fragments of "
+                     "datagrams that are not whole, {} of "
+                     "a link type that is not read{}",
+                     config_.path, c.cut_off, c.malformed, c.fragments_dropped, c.unknown_link,
+                     c.unknown_link > 0 ? fmt::format(" ({})", c.unknown_link_type) : std::string()));
   if (delivered_ == 0)
-    tell({sensor_, FaultKind::WrongDevice, last_, std::max<std::uint64_t>(1, filtered_ + c.not_udp),
-          config_.path + ": " + others()});
+    tell(FaultKind::WrongDevice, std::max<std::uint64_t>(1, filtered_ + c.not_udp), config_.path + ": " + others());
 }
 
 /// Says in words what a capture without a datagram of the device holds instead.

@@ -38,7 +38,7 @@ class PcapSource final : public PacketSource {
     KeyError validate() const;
   };
 
-  PcapSource(SensorId sensor, Config config) : sensor_(sensor), config_(std::move(config)) {}
+  explicit PcapSource(Config config) : config_(std::move(config)) {}
 
   /// Opens the file. When called again, it begins at the first frame of the file again.
   Status open() override;
@@ -55,11 +55,10 @@ class PcapSource final : public PacketSource {
  private:
   bool is_wanted(const UdpDatagram& datagram) const;
   void watch_sender(const UdpDatagram& datagram);
-  void tell(const Fault& fault);
+  void tell(FaultKind kind, std::uint64_t count, std::string detail);
   void finish(Error why);
   std::string others() const;
 
-  SensorId sensor_;
   Config config_;
   std::optional<IpAddress> source_;
   std::optional<CaptureFile> file_;

@@ -93,8 +93,7 @@ KeyError UdpSource::Config::validate() const {
   return {};
 }
 
-UdpSource::UdpSource(SensorId sensor, Config config, BufferPool pool)
-    : sensor_(sensor), config_(std::move(config)), pool_(std::move(pool)) {}
+UdpSource::UdpSource(Config config, BufferPool pool) : config_(std::move(config)), pool_(std::move(pool)) {}
 
 UdpSource::~UdpSource() { close(); }
 
@@ -259,7 +258,7 @@ Status UdpSource::read(Socket& socket) {
 
 template <class Detail>
 void UdpSource::note_stranger(HostTime received, Detail&& detail) {
-  if (strangers_.count++ == 0) strangers_ = {sensor_, FaultKind::WrongDevice, received, 1, detail()};
+  if (strangers_.count++ == 0) strangers_ = {kSystemSensor, FaultKind::WrongDevice, received, 1, detail()};
 }
 
 void UdpSource::deliver(Socket& socket, Datagram& d, const ClockOffset& offset) {
@@ -300,20 +299,11 @@ void UdpSource::deliver(Socket& socket, Datagram& d, const ClockOffset& offset) 
   packet.kind = PacketKind::Wire;
   packet.received = received;
   packet.bytes = std::move(d.buffer).share();
-  push(std::move(packet));
+  pending_.push_back(std::move(packet));
 }
 
 void UdpSource::push_fault(HostTime time, FaultKind kind, std::uint64_t count, std::string detail) {
-  Packet packet;
-  packet.kind = PacketKind::Fault;
-  packet.received = time;
-  packet.bytes = Buffer::copy_of(encode_fault({sensor_, kind, time, count, std::move(detail)}));
-  push(std::move(packet));
-}
-
-void UdpSource::push(Packet packet) {
-  packet.sensor = sensor_;
-  pending_.push_back(std::move(packet));
+  pending_.push_back(fault_packet(time, kind, count, std::move(detail)));
 }
 
 }  // namespace hueline::drivers

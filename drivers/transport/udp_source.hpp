@@ -51,7 +51,7 @@ class UdpSource final : public PacketSource {
     KeyError validate() const;
   };
 
-  UdpSource(SensorId sensor, Config config, BufferPool pool);
+  UdpSource(Config config, BufferPool pool);
   ~UdpSource() override;
   UdpSource(const UdpSource&) = delete;
   UdpSource& operator=(const UdpSource&) = delete;
@@ -80,9 +80,7 @@ class UdpSource final : public PacketSource {
   template <class Detail>
   void note_stranger(HostTime received, Detail&& detail);
   void push_fault(HostTime time, FaultKind kind, std::uint64_t count, std::string detail);
-  void push(Packet packet);
 
-  SensorId sensor_;
   Config config_;
   BufferPool pool_;
   std::vector<Socket> sockets_;

@@ -84,11 +84,8 @@ KeyError VelodyneDecoder::Config::validate() const {
   return {};
 }
 
-VelodyneDecoder::VelodyneDecoder(SensorId sensor, const Config& config)
-    : sensor_(sensor),
-      config_(config),
-      table_(velodyne_table(config.model)),
-      kernel_(std::make_unique<VelodyneKernel>(config)) {}
+VelodyneDecoder::VelodyneDecoder(const Config& config)
+    : config_(config), table_(velodyne_table(config.model)), kernel_(std::make_unique<VelodyneKernel>(config)) {}
 
 VelodyneDecoder::~VelodyneDecoder() = default;
 
@@ -108,6 +105,7 @@ void VelodyneDecoder::reset() {
 }
 
 void VelodyneDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
+  sensor_ = packet.sensor;
   while (const auto lost = gaps_.settled(packet.received)) tell_lost(*lost, packet.received, out);
   if (packet.bytes.size() == kVelodyneDataBytes) return decode_data(packet, out);
   if (packet.bytes.size() == kVelodynePositionBytes) return decode_position_packet(packet, out);

@@ -78,7 +78,7 @@ class VelodyneDecoder final : public Decoder {
     KeyError validate() const;
   };
 
-  VelodyneDecoder(SensorId sensor, const Config& config);
+  explicit VelodyneDecoder(const Config& config);
   ~VelodyneDecoder() override;
   VelodyneDecoder(const VelodyneDecoder&) = delete;
   VelodyneDecoder& operator=(const VelodyneDecoder&) = delete;
@@ -103,7 +103,7 @@ class VelodyneDecoder final : public Decoder {
   void tell_lost(const GapTrial::Lost& lost, HostTime time, std::vector<Measurement>& out) const;
   void malformed(const Packet& packet, std::size_t bytes, const std::string& what, std::vector<Measurement>& out);
 
-  SensorId sensor_;
+  SensorId sensor_ = kSystemSensor;  // of the packet that is decoded, or was last
   Config config_;
   const VelodyneTable& table_;
   std::unique_ptr<VelodyneKernel> kernel_;

@@ -19,7 +19,7 @@ std::uint8_t product_of(const Packet& data) { return static_cast<std::uint8_t>(d
 /// Returns the model of the Velodyne at this address by its first packets' timing, or nothing where the factory byte
 /// decides.
 std::optional<VelodyneModel> timed_model(const std::string& path, const std::string& address) {
-  PcapSource source(1, {.path = path, .ports = {}, .source_address = address});
+  PcapSource source({.path = path, .ports = {}, .source_address = address});
   if (!source.open().ok()) return {};
   VelodyneTiming timing;
   for (int packets = 0; packets < 10'000; ++packets) {
@@ -50,7 +50,7 @@ class VelodyneListener final : public CaptureListener {
       if (!has_its_byte) name += ", by its timing (factory byte of " + velodyne_product_name(product) + ")";
       VelodyneDecoder::Config config;
       config.model = model;
-      return HeardDevice{std::move(name), std::make_unique<VelodyneDecoder>(SensorId{1}, config)};
+      return HeardDevice{std::move(name), std::make_unique<VelodyneDecoder>(config)};
     }
     unknown_.emplace(sender, product);
     return {};

@@ -27,8 +27,7 @@ std::string id_text(const WheelDecoder::Message& message) {
 
 }  // namespace
 
-WheelDecoder::WheelDecoder(SensorId sensor, Config config)
-    : sensor_(sensor), config_(std::move(config)), states_(config_.messages.size()) {
+WheelDecoder::WheelDecoder(Config config) : config_(std::move(config)), states_(config_.messages.size()) {
   for (const Message& message : config_.messages)
     for (const CanSignal& signal : message.speeds) is_directional_ |= signal.is_signed || signal.offset < 0;
 }
@@ -45,6 +44,7 @@ void WheelDecoder::tell(FaultKind kind, HostTime time, std::uint64_t count, std:
 }
 
 void WheelDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
+  sensor_ = packet.sensor;
   const HostTime received = packet.received;
   CanPacket parsed;
   const Status whole = decode_can_packet(packet.bytes.bytes(), parsed);

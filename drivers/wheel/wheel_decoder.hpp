@@ -64,7 +64,7 @@ class WheelDecoder final : public Decoder {
     KeyError validate() const;
   };
 
-  WheelDecoder(SensorId sensor, Config config);
+  explicit WheelDecoder(Config config);
 
   void decode(const Packet& packet, std::vector<Measurement>& out) override;
   void reset() override;
@@ -96,7 +96,7 @@ class WheelDecoder final : public Decoder {
             std::string detail) const;
   bool takes_datagram(std::uint8_t sequence, HostTime received, std::vector<Measurement>& out);
 
-  const SensorId sensor_;
+  SensorId sensor_ = kSystemSensor;  // of the packet that is decoded, or was last
   const Config config_;
   std::vector<State> states_;  // one for each message
   bool is_directional_ = false;

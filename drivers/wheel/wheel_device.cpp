@@ -26,14 +26,12 @@ class WheelDevice final : public OdometerDevice {
   }
   KeyError validate() const override { return decoder_.validate(); }
   Arrivals arrivals() const override { return log_ ? Arrivals::Recorded : Arrivals::Live; }
-  std::unique_ptr<PacketSource> make_source(SensorId sensor, const BufferPool& pool) const override {
-    if (log_) return std::make_unique<CanLogSource>(sensor, *log_);
-    if (cannelloni_) return std::make_unique<UdpSource>(sensor, *cannelloni_, pool);
-    return std::make_unique<CanSource>(sensor, can_.value(), pool);
+  std::unique_ptr<PacketSource> make_source(const BufferPool& pool) const override {
+    if (log_) return std::make_unique<CanLogSource>(*log_);
+    if (cannelloni_) return std::make_unique<UdpSource>(*cannelloni_, pool);
+    return std::make_unique<CanSource>(can_.value(), pool);
   }
-  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override {
-    return std::make_unique<WheelDecoder>(sensor, decoder_);
-  }
+  std::unique_ptr<Decoder> make_decoder() const override { return std::make_unique<WheelDecoder>(decoder_); }
   bool is_by_gateway() const override { return cannelloni_.has_value(); }
 
  private:

@@ -54,6 +54,7 @@ std::vector<std::string> run(std::deque<bool> opens, std::deque<Script::Step> st
   record.close();
   std::vector<std::string> said;
   while (auto packet = record.pop()) {
+    EXPECT_EQ((*packet)->sensor, 1);
     if ((*packet)->kind == PacketKind::Wire)
       said.push_back("packet");
     else

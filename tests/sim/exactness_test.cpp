@@ -111,7 +111,7 @@ Judge colour_and_judge(const Scenario& scenario, const Drive& drive, fusion::Col
   fusion::Colouring colouring(config, rig, sink);
   for (const InsSample& s : drive.ins) colouring.add(solution_of(s));
   for (const CameraExposure& e : drive.exposures) colouring.add(exposure_of(e, drive.cache_dir));
-  drivers::VelodyneDecoder decoder(kLaser, {});
+  drivers::VelodyneDecoder decoder({});
   std::uint64_t sequence = 0;
   for (const LaserPacket& p : drive.laser) {
     const auto bytes = encode_laser_data(p, LaserModel::Vlp16, LaserReturnMode::Strongest);

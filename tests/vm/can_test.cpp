@@ -106,7 +106,7 @@ Heard hear(CanSource& source, int silence = 2) {
 }
 
 TEST(Can, FramesComeAsTheyWereSentWithTheKernelsStamp) {
-  CanSource source(3, on("vx0"), BufferPool(1 << 20));
+  CanSource source(on("vx0"), BufferPool(1 << 20));
   const Status opened = source.open();
   ASSERT_TRUE(opened.ok()) << opened.error().message;
   const Sender other("vx1");
@@ -147,7 +147,7 @@ TEST(Can, FramesComeAsTheyWereSentWithTheKernelsStamp) {
 }
 
 TEST(Can, ErrorFramesAreFramesLikeOthersAndTold) {
-  CanSource source(3, on("vcan0"), BufferPool(1 << 20));
+  CanSource source(on("vcan0"), BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
   const Sender same("vcan0");
   ASSERT_TRUE(same.send(frame(CAN_ERR_FLAG | CAN_ERR_BUSOFF, {0, 0, 0, 0, 0, 0, 0, 0})));
@@ -164,7 +164,7 @@ TEST(Can, ErrorFramesAreFramesLikeOthersAndTold) {
 TEST(Can, WhatTheSocketCouldNotHoldIsCounted) {
   CanSource::Config config = on("vx0");
   config.receive_buffer_bytes = 16384;
-  CanSource source(3, config, BufferPool(1 << 20));
+  CanSource source(config, BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
   const Sender other("vx1");
   constexpr int kFrames = 2000;
@@ -181,7 +181,7 @@ TEST(Can, WhatTheSocketCouldNotHoldIsCounted) {
 }
 
 TEST(Can, AnInterfaceThatGoesAndComesBack) {
-  CanSource source(3, on("vx0"), BufferPool(1 << 20));
+  CanSource source(on("vx0"), BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
   sh("ip link set vx0 down");
   const Heard down = hear(source, 20);
@@ -209,7 +209,7 @@ TEST(Can, AnInterfaceThatGoesAndComesBack) {
   const Sender other("vx1");
   ASSERT_TRUE(other.send(frame(0x124, {})));
   EXPECT_EQ(hear(source).frames.size(), 1u);
-  CanSource wrong(3, on("lo"), BufferPool(1 << 20));
+  CanSource wrong(on("lo"), BufferPool(1 << 20));
   EXPECT_EQ(wrong.open().error().code, ErrorCode::Invalid) << "an interface of another kind";
 }
 
@@ -286,10 +286,10 @@ Decoded decode(WheelDecoder& decoder, const Heard& heard) {
 
 TEST(Can, AnAdapterGoesOffTheBusAndComesBack) {
   SerialAdapter adapter;
-  CanSource source(3, on(adapter.interface), BufferPool(1 << 20));
+  CanSource source(on(adapter.interface), BufferPool(1 << 20));
   const Status opened = source.open();
   ASSERT_TRUE(opened.ok()) << opened.error().message;
-  WheelDecoder decoder(3, esp19());
+  WheelDecoder decoder(esp19());
   adapter.say("t0B280B1A0B1A00000000");  // 50 km/h
   adapter.say("sw128100");               // error warning
   adapter.say("e1a");                    // acknowledge missing
@@ -317,7 +317,7 @@ TEST(Can, AnAdapterGoesOffTheBusAndComesBack) {
 }
 
 TEST(Can, TheSimulatedVehicleDrivesOnAnInterface) {
-  CanSource source(3, on("vx0"), BufferPool(1 << 20));
+  CanSource source(on("vx0"), BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
   sim::CanSender::Config config;
   config.interface = "vx1";
@@ -336,7 +336,7 @@ TEST(Can, TheSimulatedVehicleDrivesOnAnInterface) {
   ASSERT_TRUE((*bus)->send(sim::encode_bus_off()));
   WheelDecoder::Config rig = esp19();
   rig.max_acceleration = 1000;
-  WheelDecoder decoder(3, rig);
+  WheelDecoder decoder(rig);
   const Decoded said = decode(decoder, hear(source));
   ASSERT_EQ(said.wheels.size(), 100u);
   for (int i = 0; i < 100; ++i) EXPECT_NEAR(*said.wheels[static_cast<std::size_t>(i)].speed, 0.1 * i, 0.0011) << i;

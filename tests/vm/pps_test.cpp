@@ -119,7 +119,7 @@ std::vector<nanoseconds> lateness(const std::vector<Pulse>& made, const std::vec
 }
 
 TEST_F(PpsDevice, EdgesComeWithTheirTimes) {
-  PpsSource source({.sensor = 5});
+  PpsSource source({});
   const auto opened = source.open();
   ASSERT_TRUE(opened.ok()) << opened.error().message;
   PpsDecoder decoder({});

@@ -229,7 +229,7 @@ TEST(CanLog, BrokenLinesAreCountedAtTheEnd) {
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_EQ(faults[0].count, 3u) << "also the line that is no line";
   EXPECT_NE(faults[0].detail.find("line 2"), std::string::npos) << faults[0].detail;
-  CanLogSource missing(1, {"/no/such/file.asc", 0});
+  CanLogSource missing({"/no/such/file.asc", 0});
   EXPECT_FALSE(missing.open().ok());
 }
 

@@ -36,7 +36,7 @@ inline std::vector<std::byte> bytes_of(std::initializer_list<int> bytes) {
 }
 /// All packets of a log, and its faults apart.
 inline std::vector<Packet> read_can_log(const std::string& path, std::vector<Fault>& faults, int channel = 0) {
-  drivers::CanLogSource source(3, {path, channel});
+  drivers::CanLogSource source({path, channel});
   std::vector<Packet> out;
   if (!source.open().ok()) return out;
   for (;;) {

@@ -39,7 +39,7 @@ Workload datagrams(unsigned pulses_per_datagram, bool has_jitter) {
 
 void decode(benchmark::State& state, unsigned pulses, bool has_jitter) {
   const Workload work = datagrams(pulses, has_jitter);
-  drivers::ProfileScannerDecoder decoder(5, {});
+  drivers::ProfileScannerDecoder decoder({});
   std::vector<Measurement> out;
   std::int64_t returns = 0, bytes = 0;
   for (const Packet& packet : work.packets) bytes += static_cast<std::int64_t>(packet.bytes.size());
@@ -60,7 +60,7 @@ void decode(benchmark::State& state, unsigned pulses, bool has_jitter) {
 
 void copy(benchmark::State& state, unsigned pulses) {
   std::vector<Measurement> decoded;
-  drivers::ProfileScannerDecoder decoder(5, {});
+  drivers::ProfileScannerDecoder decoder({});
   const Workload work = datagrams(pulses, false);
   for (const Packet& packet : work.packets) decoder.decode(packet, decoded);
   std::vector<Measurement> out;

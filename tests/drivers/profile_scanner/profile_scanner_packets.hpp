@@ -72,7 +72,7 @@ inline Packet profile_packet(std::span<const std::byte> bytes, std::int64_t rece
 
 /// What a decoder has made of the datagrams so far.
 struct ProfileDecoded {
-  explicit ProfileDecoded(const drivers::ProfileScannerDecoder::Config& config = {}) : decoder(5, config) {}
+  explicit ProfileDecoded(const drivers::ProfileScannerDecoder::Config& config = {}) : decoder(config) {}
   void feed(std::span<const std::byte> bytes, std::int64_t received_ns = 0) {
     decoder.decode(profile_packet(bytes, received_ns), out);
     fed += bytes.size();

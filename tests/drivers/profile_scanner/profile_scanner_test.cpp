@@ -36,6 +36,7 @@ TEST(ProfileScanner, PlacesAndTimesFollowFromTheFields) {
   decoded.feed(four_pulses());
   const auto batches = decoded.all<LaserBatch>();
   ASSERT_EQ(batches.size(), 1u);
+  EXPECT_EQ(batches[0].sensor, 5);
   const auto& r = batches[0].returns;
   ASSERT_EQ(r.size(), 5u);
   // A quarter of a turn from +y, clockwise seen from +z, is +x.

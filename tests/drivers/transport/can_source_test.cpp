@@ -7,7 +7,7 @@ namespace hueline::drivers {
 namespace {
 
 TEST(CanSource, AMissingInterfaceIsAskedForAgain) {
-  CanSource source(3, {.interface = "hueline_none"}, BufferPool(1 << 20));
+  CanSource source({.interface = "hueline_none"}, BufferPool(1 << 20));
   for (int i = 0; i < 2; ++i) {
     const Status opened = source.open();
     ASSERT_FALSE(opened.ok());
@@ -23,7 +23,7 @@ TEST(CanSource, ConfigIsChecked) {
   EXPECT_NE((CanSource::Config{.interface = "sixteen_letters_"}.validate()), "");
   EXPECT_NE((CanSource::Config{.interface = "can0", .batch = 0}.validate()), "");
   EXPECT_EQ((CanSource::Config{.interface = "can0"}.validate()), "");
-  CanSource source(3, {}, BufferPool(1 << 20));
+  CanSource source({}, BufferPool(1 << 20));
   EXPECT_EQ(source.open().error().code, ErrorCode::Invalid);
 }
 

@@ -21,7 +21,6 @@ using test::TemporaryFile;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr SensorId kSensor = 3;
 constexpr std::int64_t kTime = 1'700'000'000'123'456'789;
 
 struct Read {
@@ -45,10 +44,9 @@ Read read_all(PcapSource& source) {
       if (read.ends.size() > 3) return read;
       continue;
     }
-    EXPECT_EQ(packet->sensor, kSensor);
     const std::span<const std::byte> bytes = packet->bytes.bytes();
     if (packet->kind == PacketKind::Fault) {
-      read.faults.push_back(*decode_fault(kSensor, packet->received, bytes));
+      read.faults.push_back(*decode_fault(kSystemSensor, packet->received, bytes));
     } else {
       read.payloads.emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());
       read.times.push_back(count_ns(packet->received));
@@ -60,7 +58,7 @@ Read read_all(PcapSource& source) {
 Read read_bytes(std::span<const std::byte> bytes, PcapSource::Config config = {}) {
   const TemporaryFile file("capture", bytes);
   config.path = file.path();
-  PcapSource source(kSensor, config);
+  PcapSource source(config);
   return read_all(source);
 }
 
@@ -180,7 +178,7 @@ TEST(PcapSource, AWrongIpLengthIsNoReasonWhereUdpsOwnFits) {
 
 TEST(PcapSource, ARealCaptureOfVeloViewLosesNoPositionPacket) {
   HUELINE_REQUIRE_DATA("velodyne/vlp16_product_21.pcap");
-  PcapSource source(kSensor, {data_file.string(), {}, {}});
+  PcapSource source({data_file.string(), {}, {}});
   const Read read = read_all(source);
   EXPECT_EQ(read.payloads.size(), 100u);
   EXPECT_EQ(
@@ -285,7 +283,7 @@ TEST(PcapSource, ABrokenLengthIsMalformedAndNothingElseIsLost) {
   EXPECT_EQ(read.ends[0].code, ErrorCode::Malformed);
   EXPECT_EQ(read.ends[1].code, ErrorCode::EndOfData);
   EXPECT_EQ(read_bytes(ByteWriter(false).text("not a capture at all").bytes()).ends.at(0).code, ErrorCode::Unsupported);
-  PcapSource absent(kSensor, {"/nonexistent/drive.pcap", {}, {}});
+  PcapSource absent({"/nonexistent/drive.pcap", {}, {}});
   const Status status = absent.open();
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.error().code, ErrorCode::Io);
@@ -369,7 +367,7 @@ TEST(PcapSource, RealCapturesGiveTheirDatagrams) {
                                                                         {"vlp16_scans.pcap", {{1206, 603}}}};
   for (const auto& [name, expected] : sizes) {
     HUELINE_REQUIRE_DATA("velodyne/" + name);
-    PcapSource source(kSensor, {data_file.string(), {}, {}});
+    PcapSource source({data_file.string(), {}, {}});
     const Read read = read_all(source);
     std::map<std::size_t, std::size_t> found;
     for (const std::string& payload : read.payloads) ++found[payload.size()];
@@ -381,7 +379,7 @@ TEST(PcapSource, RealCapturesGiveTheirDatagrams) {
 
 TEST(PcapSource, ARealPcapngGivesItsDatagrams) {
   HUELINE_REQUIRE_DATA("sick/rms1000.pcapng");
-  PcapSource source(kSensor, {data_file.string(), {}, {}});
+  PcapSource source({data_file.string(), {}, {}});
   const Read read = read_all(source);
   ASSERT_EQ(read.ends.size(), 1u);
   EXPECT_EQ(read.ends[0].code, ErrorCode::EndOfData) << read.ends[0].message;

@@ -10,8 +10,6 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr SensorId kSensor = 7;
-
 /// Sends from its own loopback address, as another device would.
 class Sender {
  public:
@@ -77,7 +75,6 @@ Received drain(UdpSource& source) {
       EXPECT_EQ(packet.error().code, ErrorCode::TimedOut) << packet.error().message;
       return received;
     }
-    EXPECT_EQ(packet->sensor, kSensor);
     if (packet->kind == PacketKind::Wire) {
       received.wire.push_back(*packet);
     } else {
@@ -89,7 +86,7 @@ Received drain(UdpSource& source) {
 }
 
 TEST(UdpSource, DeliversDatagramsWholeWithTheirArrivalTime) {
-  UdpSource source(kSensor, loopback(), BufferPool(1 << 20));
+  UdpSource source(loopback(), BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
   const Sender sender;
   drain(source);  // the kernel begins to stamp arrivals a moment after the first socket has asked for it
@@ -112,7 +109,7 @@ TEST(UdpSource, DeliversDatagramsWholeWithTheirArrivalTime) {
 }
 
 TEST(UdpSource, TwoPortsAreOneSourceInOrderOfArrival) {
-  UdpSource source(kSensor, loopback(2), BufferPool(1 << 20));
+  UdpSource source(loopback(2), BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
   const Sender sender;
   const auto ports = source.bound_ports();
@@ -132,7 +129,7 @@ TEST(UdpSource, TwoPortsAreOneSourceInOrderOfArrival) {
 TEST(UdpSource, EveryDatagramThatTheKernelDroppedIsCounted) {
   UdpSource::Config config = loopback();
   config.receive_buffer_bytes = 4096;
-  UdpSource source(kSensor, config, BufferPool(1 << 20));
+  UdpSource source(config, BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
   const Sender sender;
   const std::uint16_t port = source.bound_ports()[0];
@@ -150,7 +147,7 @@ TEST(UdpSource, EveryDatagramThatTheKernelDroppedIsCounted) {
 TEST(UdpSource, AFullPoolIsCountedAndRecoversWhenBuffersComeBack) {
   UdpSource::Config config = loopback();
   config.batch = 8;
-  UdpSource source(kSensor, config, BufferPool(16 * 2048));
+  UdpSource source(config, BufferPool(16 * 2048));
   ASSERT_TRUE(source.open().ok());
   const Sender sender;
   const std::uint16_t port = source.bound_ports()[0];
@@ -169,7 +166,7 @@ TEST(UdpSource, AFullPoolIsCountedAndRecoversWhenBuffersComeBack) {
 TEST(UdpSource, AnotherDeviceIsNotDeliveredButCounted) {
   UdpSource::Config config = loopback();
   config.source_address = "127.0.0.3";
-  UdpSource source(kSensor, config, BufferPool(1 << 20));
+  UdpSource source(config, BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
   const Sender right("127.0.0.3"), wrong("127.0.0.9");
   const std::uint16_t port = source.bound_ports()[0];
@@ -188,7 +185,7 @@ TEST(UdpSource, AnotherDeviceIsNotDeliveredButCounted) {
 
 /// Without a source_address both senders are delivered, and the second one is reported.
 TEST(UdpSource, ASecondDeviceIsTold) {
-  UdpSource source(kSensor, loopback(), BufferPool(1 << 20));
+  UdpSource source(loopback(), BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
   const Sender first("127.0.0.3"), second("127.0.0.9");
   const std::uint16_t port = source.bound_ports()[0];
@@ -206,7 +203,7 @@ TEST(UdpSource, ASecondDeviceIsTold) {
 TEST(UdpSource, ADatagramTooLongIsFlaggedBeforeItsStump) {
   UdpSource::Config config = loopback();
   config.max_datagram_bytes = 100;
-  UdpSource source(kSensor, config, BufferPool(1 << 20));
+  UdpSource source(config, BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
   const Sender sender;
   sender.send(source.bound_ports()[0], std::string(101, 'a'));
@@ -223,7 +220,7 @@ TEST(UdpSource, JoinsAMulticastGroup) {
   config.bind_address = "0.0.0.0";
   config.multicast_group = "239.255.77.1";
   config.multicast_interface = "127.0.0.1";
-  UdpSource source(kSensor, config, BufferPool(1 << 20));
+  UdpSource source(config, BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
   const Sender sender;
   sender.multicast_by("127.0.0.1");
@@ -234,25 +231,25 @@ TEST(UdpSource, JoinsAMulticastGroup) {
 }
 
 TEST(UdpSource, SaysWhatItCannotOpen) {
-  UdpSource first(kSensor, loopback(), BufferPool(1 << 20));
+  UdpSource first(loopback(), BufferPool(1 << 20));
   ASSERT_TRUE(first.open().ok());
   UdpSource::Config config = loopback();
   config.ports = first.bound_ports();
-  UdpSource second(kSensor, config, BufferPool(1 << 20));
+  UdpSource second(config, BufferPool(1 << 20));
   const Status taken = second.open();
   ASSERT_FALSE(taken.ok());
   EXPECT_EQ(taken.error().code, ErrorCode::Unavailable);
   EXPECT_NE(taken.error().message.find(std::to_string(config.ports[0])), std::string::npos) << taken.error().message;
 
   config.bind_address = "127.0.0.256";
-  const Status wrong = UdpSource(kSensor, config, BufferPool(1 << 20)).open();
+  const Status wrong = UdpSource(config, BufferPool(1 << 20)).open();
   ASSERT_FALSE(wrong.ok());
   EXPECT_EQ(wrong.error().code, ErrorCode::Invalid);
   EXPECT_NE(wrong.error().message.find("bind_address"), std::string::npos);
 }
 
 TEST(UdpSource, SilenceTimesOutAndAStopIsObeyed) {
-  UdpSource source(kSensor, loopback(), BufferPool(1 << 20));
+  UdpSource source(loopback(), BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
   const HostTime before = host_now();
   EXPECT_EQ(source.next({}).error().code, ErrorCode::TimedOut);

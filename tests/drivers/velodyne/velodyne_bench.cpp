@@ -20,7 +20,7 @@ Capture load(const char* file, VelodyneModel model) {
     if (packet.bytes.size() == kVelodyneDataBytes) capture.packets.push_back(std::move(packet));
   VelodyneDecoder::Config config;
   config.model = model;
-  VelodyneDecoder decoder(1, config);
+  VelodyneDecoder decoder(config);
   std::vector<Measurement> out;
   for (const Packet& packet : capture.packets) decoder.decode(packet, out);
   capture.batches = test::only<LaserBatch>(out);
@@ -33,7 +33,7 @@ void decode(benchmark::State& state, const char* file, VelodyneModel model) {
   if (capture.packets.empty()) return state.SkipWithError(test::kNoRecording);
   VelodyneDecoder::Config config;
   config.model = model;
-  VelodyneDecoder decoder(1, config);
+  VelodyneDecoder decoder(config);
   std::vector<Measurement> out;
   std::int64_t returns = 0;
   for (auto _ : state) {

@@ -100,7 +100,7 @@ TEST(VelodyneCaptures, ADualReturnRevolutionEqualsTheCloudOfAnotherDecoder) {
   ASSERT_EQ(packets.size(), 603u);
   const std::vector<Expected> cloud = read_cloud(test::data_dir() / "velodyne/vlp16_scans_expected.pcd");
   ASSERT_EQ(cloud.size(), 14831u);
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   const std::vector<Measurement> measurements = decode_all(decoder, packets);
   EXPECT_TRUE(only<Fault>(measurements).empty());
   const std::vector<LaserBatch> batches = only<LaserBatch>(measurements);
@@ -183,7 +183,7 @@ TEST(VelodyneCaptures, ADualReturnRevolutionEqualsTheCloudOfAnotherDecoder) {
 
 TEST(VelodyneCaptures, DualReturnPacketsFollowEachOtherAsTheTimingTableSays) {
   HUELINE_REQUIRE_DATA("velodyne/vlp16_scans.pcap");
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   const std::vector<LaserBatch> batches = only<LaserBatch>(decode_all(decoder, capture_packets(data_file.string())));
   // A packet has six pairs of 110.592 us. The mean step of the stamps is an independent measurement of the firing
   // table.
@@ -212,7 +212,7 @@ TEST(VelodyneCaptures, AVlp16OfOldFirmwareIsDecodedWhole) {
   HUELINE_REQUIRE_DATA("velodyne/vlp16_product_21.pcap");
   const auto packets = test::capture_packets(data_file.string());
   ASSERT_EQ(packets.size(), 100u);
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   std::vector<Measurement> out;
   for (const Packet& packet : packets) decoder.decode(packet, out);
   decoder.flush(out);
@@ -226,7 +226,7 @@ TEST(VelodyneCaptures, AVlp16OfOldFirmwareIsDecodedWhole) {
 
 TEST(VelodyneCaptures, AVlp16WithGpsIsLockedAndNamesItsSecond) {
   HUELINE_REQUIRE_DATA("velodyne/vlp16_gps.pcap");
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   const std::vector<Packet> packets = capture_packets(data_file.string());
   const std::vector<Measurement> measurements = decode_all(decoder, packets);
   for (const Fault& fault : only<Fault>(measurements)) ADD_FAILURE() << name(fault.kind) << " " << fault.detail;
@@ -259,7 +259,7 @@ TEST(VelodyneCaptures, AnHdl32eTurnsEvenlyAndSeesPlausibleRanges) {
   HUELINE_REQUIRE_DATA("velodyne/hdl32e.pcap");
   VelodyneDecoder::Config config;
   config.model = VelodyneModel::Hdl32e;
-  VelodyneDecoder decoder(5, config);
+  VelodyneDecoder decoder(config);
   const std::vector<Packet> packets = capture_packets(data_file.string());
   const std::vector<Measurement> measurements = decode_all(decoder, packets);
   for (const Fault& fault : only<Fault>(measurements)) ADD_FAILURE() << name(fault.kind) << " " << fault.detail;

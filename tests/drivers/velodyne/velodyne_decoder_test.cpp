@@ -24,10 +24,11 @@ VelodyneDecoder::Config hdl32e() {
 }
 
 TEST(VelodyneDecoder, Vlp16SingleTakesTimeAzimuthAndPlaceOfEachFiring) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   const Decoded d = decode(decoder, velodyne_data(turning(9000, 40), 123'456'789, 0x37, 0x22));
   EXPECT_TRUE(d.faults.empty());
   ASSERT_EQ(d.batches.size(), 1u);
+  EXPECT_EQ(d.batches[0].sensor, 5) << "the packet's";
   EXPECT_EQ(d.batches[0].time,
             LaserTime(LaserCounter{CounterOrigin::Utc, std::chrono::hours(1), nanoseconds(123'456'789'000)}));
   const auto& returns = d.batches[0].returns;
@@ -57,7 +58,7 @@ TEST(VelodyneDecoder, Vlp16SingleTakesTimeAzimuthAndPlaceOfEachFiring) {
 }
 
 TEST(VelodyneDecoder, Hdl32eFiresAllLasersOnceABlock) {
-  VelodyneDecoder decoder(5, hdl32e());
+  VelodyneDecoder decoder(hdl32e());
   const Decoded d = decode(decoder, velodyne_data(turning(0, 16), 1'000'000, 0x37, 0x21));
   ASSERT_EQ(d.batches.size(), 1u);
   const auto& returns = d.batches[0].returns;
@@ -77,7 +78,7 @@ TEST(VelodyneDecoder, Hdl32eFiresAllLasersOnceABlock) {
 TEST(VelodyneDecoder, AStampOfTheLastFiringIsTakenBackToTheFirst) {
   auto config = hdl32e();
   config.stamp = PacketStamp::LastFiring;
-  VelodyneDecoder decoder(5, config);
+  VelodyneDecoder decoder(config);
   // HDL-32E manual, appendix E: the first firing is 542.592 us earlier. The hour turns.
   Decoded d = decode(decoder, velodyne_data(turning(0, 16), 1'000, 0x37, 0x21));
   EXPECT_EQ(test::counter(d.batches.at(0).time).count(), 1'000'000 - 542'592);
@@ -87,7 +88,7 @@ TEST(VelodyneDecoder, AStampOfTheLastFiringIsTakenBackToTheFirst) {
 }
 
 TEST(VelodyneDecoder, TheAzimuthIsInterpolatedThroughNorth) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   const Decoded d = decode(decoder, velodyne_data(turning(35780, 40), 0, 0x37, 0x22));
   ASSERT_EQ(d.batches.at(0).returns.size(), 384u);
   double before = 357.7;
@@ -119,7 +120,7 @@ TEST(VelodyneDecoder, DualReturnsAreMergedOrCountedByRange) {
   const auto of_pair = [&](ReturnChoice choice) {
     VelodyneDecoder::Config config;
     config.returns = choice;
-    VelodyneDecoder decoder(5, config);
+    VelodyneDecoder decoder(config);
     const Decoded decoded = decode(decoder, packet);
     std::vector<LaserReturn> found;
     for (const LaserReturn& r : decoded.batches.at(0).returns)
@@ -162,7 +163,7 @@ TEST(VelodyneDecoder, RangeAndAzimuthWindowsAreClosedIntervals) {
   config.azimuth_begin = 359.5 * kRadPerDeg;
   config.azimuth_end = 0.5 * kRadPerDeg;
   ASSERT_EQ(config.validate(), "");
-  VelodyneDecoder decoder(5, config);
+  VelodyneDecoder decoder(config);
   const Decoded d = decode(decoder, velodyne_data(blocks, 0, 0x37, 0x22));
   std::size_t expected = 0;
   for (int b = 0; b < 12; ++b)

@@ -25,7 +25,7 @@ std::vector<Fault> at_the_end(VelodyneDecoder& decoder) {
 
 TEST(VelodyneFaults, ALostPacketIsCountedAndLeavesItsNeighboursAlone) {
   // The same packet is decoded with and without the packets around it.
-  VelodyneDecoder alone(5, {}), gap(5, {});
+  VelodyneDecoder alone({}), gap({});
   const auto first = velodyne_data(turning(1000, 40), 10'000, 0x37, 0x22);
   const auto fourth = velodyne_data(turning(1000 + 3 * 480, 40), 10'000 + 3 * 1327, 0x37, 0x22);
   const Decoded expected = decode(alone, fourth, 4'000'000);
@@ -43,7 +43,7 @@ TEST(VelodyneFaults, ALostPacketIsCountedAndLeavesItsNeighboursAlone) {
 }
 
 TEST(VelodyneFaults, GapsAreSeenThroughTheHourAndAcrossLongOutages) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   const auto at = [&](std::uint32_t stamp_us, double received_s) {
     return decode(decoder, velodyne_data(turning(0, 40), stamp_us, 0x37, 0x22), std::llround(received_s * 1e9)).faults;
   };
@@ -66,7 +66,7 @@ TEST(VelodyneFaults, GapsAreSeenThroughTheHourAndAcrossLongOutages) {
 
 /// Packets that overtake each other are late, not lost. A packet that is cut short has come.
 TEST(VelodyneFaults, WhatComesLateOrBrokenIsNotLost) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   std::map<FaultKind, std::uint64_t> told;
   std::int64_t received_ns = 0;
   const auto at = [&](std::uint32_t number, std::size_t bytes = 1206) {
@@ -95,7 +95,7 @@ TEST(VelodyneFaults, BrokenBlocksAreLeftOutAndCounted) {
   Blocks blocks = turning(1000, 40);
   blocks[4].flag = 0xDDFF;
   blocks[7].azimuth = 36000;
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   const Decoded d = decode(decoder, velodyne_data(blocks, 0, 0x37, 0x22));
   ASSERT_EQ(d.faults.size(), 1u);
   EXPECT_EQ(d.faults[0].kind, FaultKind::Malformed);
@@ -111,7 +111,7 @@ TEST(VelodyneFaults, BrokenBlocksAreLeftOutAndCounted) {
 TEST(VelodyneFaults, BlocksBehindAnAzimuthJumpHaveNoTime) {
   Blocks blocks = turning(1000, 40);
   for (std::size_t b = 9; b < 12; ++b) blocks[b].azimuth += 9000;
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   const Decoded d = decode(decoder, velodyne_data(blocks, 0, 0x37, 0x22));
   ASSERT_EQ(d.faults.size(), 1u);
   EXPECT_EQ(d.faults[0].kind, FaultKind::NoTime);
@@ -120,7 +120,7 @@ TEST(VelodyneFaults, BlocksBehindAnAzimuthJumpHaveNoTime) {
 }
 
 TEST(VelodyneFaults, WrongBytesAreCountedAndSaid) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   std::vector<Fault> faults;
   std::uint64_t bytes = 0;
   const auto feed = [&](const test::Bytes& packet, std::int64_t received_ns) {
@@ -179,7 +179,7 @@ class FieldOfView {
 };
 
 TEST(VelodyneFaults, APartOfTheCircleThatIsNotSentIsNotLost) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   FieldOfView scanner(320, 40);
   std::map<FaultKind, std::uint64_t> told;
   const auto feed = [&](int packets) {
@@ -207,7 +207,7 @@ TEST(VelodyneFaults, APartOfTheCircleThatIsNotSentIsNotLost) {
 }
 
 TEST(VelodyneFaults, BlocksWithoutTimeAreSaid) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   FieldOfView scanner(320, 40);
   std::uint64_t blocks = 0, jumped = 0;
   for (int i = 0; i < 340; ++i) {
@@ -222,7 +222,7 @@ TEST(VelodyneFaults, BlocksWithoutTimeAreSaid) {
 }
 
 TEST(VelodyneFaults, AnotherModelIsNamed) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   std::vector<Fault> faults;
   for (std::uint32_t i = 0; i < 30; ++i) {
     const Decoded d = decode(decoder, velodyne_data(turning(16 * i, 16), 553 * i, 0x37, 0x21), 553'000 * i);
@@ -237,7 +237,7 @@ TEST(VelodyneFaults, AnotherModelIsNamed) {
 
 TEST(VelodyneFaults, AProductWithoutNameIsWrittenOnce) {
   const auto detail_of = [](std::uint8_t product) {
-    VelodyneDecoder decoder(5, {});
+    VelodyneDecoder decoder({});
     std::string detail;
     for (std::uint32_t i = 0; i < 30; ++i) {
       const Decoded d = decode(decoder, velodyne_data(turning(16 * i, 16), 553 * i, 0x37, product), 553'000 * i);
@@ -255,7 +255,7 @@ TEST(VelodyneFaults, AProductWithoutNameIsWrittenOnce) {
 /// VLP-16s with old firmware send the HDL-32E's byte. None of their packets is lost, not even the first ones.
 TEST(VelodyneFaults, TheTimingOutranksTheFactoryByte) {
   for (const bool is_dual : {false, true}) {
-    VelodyneDecoder decoder(5, {});
+    VelodyneDecoder decoder({});
     std::vector<Measurement> out;
     for (std::uint32_t i = 0; i < 50; ++i) {
       const std::uint32_t stamp = (is_dual ? 6636 : 13271) * i / 10;
@@ -277,7 +277,7 @@ TEST(VelodyneFaults, TheTimingOutranksTheFactoryByte) {
 TEST(VelodyneFaults, ARigThatNamesTheByteOfAnotherTimingIsTold) {
   VelodyneDecoder::Config config;
   config.model = VelodyneModel::Hdl32e;
-  VelodyneDecoder decoder(5, config);
+  VelodyneDecoder decoder(config);
   std::size_t batches = 0;
   std::string said;
   for (std::uint32_t i = 0; i < 100; ++i) {
@@ -292,7 +292,7 @@ TEST(VelodyneFaults, ARigThatNamesTheByteOfAnotherTimingIsTold) {
 
 /// A Puck Hi-Res has the timing of a VLP-16, but other elevations.
 TEST(VelodyneFaults, AModelOfTheSameTimingIsNotTakenForAnother) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   for (std::uint32_t i = 0; i < 30; ++i) {
     const Decoded d =
         decode(decoder, velodyne_data(turning(40 * i, 40), 1327 * i, 0x37, 0x24), std::int64_t{1'327'000} * i);

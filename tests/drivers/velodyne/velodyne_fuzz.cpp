@@ -25,7 +25,7 @@ void check(const LaserReturn& r) {
 void run(VelodyneModel model, std::span<const std::byte> input) {
   VelodyneDecoder::Config config;
   config.model = model;
-  VelodyneDecoder decoder(1, config);
+  VelodyneDecoder decoder(config);
   std::vector<Measurement> out;
   std::uint64_t fed = 0;
   std::int64_t received = 0;

@@ -61,7 +61,7 @@ inline Packet packet_of(std::span<const std::byte> bytes, std::int64_t received_
 }
 
 inline std::vector<Packet> capture_packets(const std::string& path) {
-  drivers::PcapSource source(5, {path, {}, {}});
+  drivers::PcapSource source({path, {}, {}});
   std::vector<Packet> packets;
   if (!source.open().ok()) return packets;
   for (Result<Packet> p = source.next({}); p.ok(); p = source.next({})) {

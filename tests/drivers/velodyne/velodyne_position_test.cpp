@@ -59,7 +59,7 @@ TEST(Rmc, RefusesWhatItCannotTrust) {
 TEST(VelodynePosition, ALateSentenceDoesNotLabelTheNewEdgeWithTheOldSecond) {
   const GpsTime second = *from_utc({2016, 1, 21, 8, 18, 2, 0});
   // The counter is at 18 min 2.4 s with the sentence of that second; then at 18 min 3.1 s, still with the old sentence.
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   auto labels = only<TimeLabel>(decode(decoder, 1'082'400'000, 2, rmc("081802.00", "210116")));
   ASSERT_EQ(labels.size(), 1u);
   EXPECT_EQ(labels[0].second, second);
@@ -73,19 +73,19 @@ TEST(VelodynePosition, ALateSentenceDoesNotLabelTheNewEdgeWithTheOldSecond) {
 }
 
 TEST(VelodynePosition, TheHourTheDayAndTheYearMayTurnBetweenSentenceAndEdge) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   const auto labels = only<TimeLabel>(decode(decoder, 200'000, 2, rmc("235959.00", "311216")));
   ASSERT_EQ(labels.size(), 1u);
   // 2016 ended with a leap second, before which the sentence of 23:59:59 came: the edge after it is 23:59:60.
   EXPECT_EQ(labels[0].second, *from_utc({2016, 12, 31, 23, 59, 60, 0}));
-  VelodyneDecoder other(5, {});
+  VelodyneDecoder other({});
   EXPECT_EQ(only<TimeLabel>(decode(other, 200'000, 2, rmc("235959.00", "311217"))).at(0).second,
             *from_utc({2018, 1, 1, 0, 0, 0, 0}));
 }
 
 TEST(VelodynePosition, LabelsAreValidOnlyWithALockAndAnActiveFix) {
   const auto is_valid = [](unsigned pps, char status) {
-    VelodyneDecoder decoder(5, {});
+    VelodyneDecoder decoder({});
     return only<TimeLabel>(decode(decoder, 1'082'400'000, pps, rmc("081802.00", "210116", status))).at(0).is_valid;
   };
   EXPECT_TRUE(is_valid(2, 'A'));
@@ -96,13 +96,13 @@ TEST(VelodynePosition, LabelsAreValidOnlyWithALockAndAnActiveFix) {
 }
 
 TEST(VelodynePosition, NoLabelNearTheEdge) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   EXPECT_TRUE(only<TimeLabel>(decode(decoder, 1'082'000'010, 2, rmc("081801.00", "210116"))).empty());
   EXPECT_TRUE(only<TimeLabel>(decode(decoder, 1'082'999'990, 2, rmc("081802.00", "210116"))).empty());
 }
 
 TEST(VelodynePosition, ACounterThatDisagreesWithTheSentenceIsAConflict) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   const auto out = decode(decoder, 1'100'400'000, 2, rmc("081802.00", "210116"));
   const auto labels = only<TimeLabel>(out);
   ASSERT_EQ(labels.size(), 1u);
@@ -113,7 +113,7 @@ TEST(VelodynePosition, ACounterThatDisagreesWithTheSentenceIsAConflict) {
 }
 
 TEST(VelodynePosition, StatusTellsCounterLockAndSentence) {
-  VelodyneDecoder decoder(5, {});
+  VelodyneDecoder decoder({});
   auto status = only<LaserStatus>(decode(decoder, 42, 1, "")).at(0);
   EXPECT_EQ(test::counter(*status.time), nanoseconds(42'000));
   EXPECT_EQ(status.clock, SyncState::Acquiring);

@@ -46,7 +46,7 @@ struct Decoded {
   std::string last_fault;
   std::uint64_t bytes = 0;
 
-  explicit Decoded(WheelDecoder::Config c = config()) : decoder(3, std::move(c)) {}
+  explicit Decoded(WheelDecoder::Config c = config()) : decoder(std::move(c)) {}
   void collect(std::vector<Measurement>& out) {
     for (Measurement& m : out) {
       if (auto* wheel = std::get_if<WheelSpeed>(&m)) wheels.push_back(*wheel);
@@ -84,6 +84,7 @@ TEST(WheelDecoder, AMessageIsTheMeanOfItsWheels) {
   d.take(speeds(1000, 1020, 3), 5.0);
   d.end();
   ASSERT_EQ(d.wheels.size(), 1u);
+  EXPECT_EQ(d.wheels[0].sensor, 3);
   EXPECT_DOUBLE_EQ(*d.wheels[0].speed, 10.1);
   EXPECT_EQ(d.wheels[0].received, HostTime(std::chrono::seconds(5)));
   EXPECT_FALSE(d.wheels[0].distance_m);

@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   config.messages[0].counter->bits = 4;
   config.messages[1].id = 2;
   config.messages[1].pulses.push_back({drivers::CanSignal{}, 0.02});
-  drivers::WheelDecoder decoder(1, config);
+  drivers::WheelDecoder decoder(config);
   std::vector<Measurement> out;
   std::size_t given = 0;
   std::int64_t time = 0;

@@ -12,7 +12,7 @@ constexpr std::size_t kHeadBytes = 12, kPointBytes = 12;
 
 class ToyDecoder final : public Decoder {
  public:
-  ToyDecoder(SensorId sensor, double min_range_m) : sensor_(sensor), min_range_m_(min_range_m) {}
+  explicit ToyDecoder(double min_range_m) : min_range_m_(min_range_m) {}
 
   void decode(const Packet& packet, std::vector<Measurement>& out) override {
     const auto bytes = packet.bytes.bytes();
@@ -20,7 +20,7 @@ class ToyDecoder final : public Decoder {
         std::memcmp(bytes.data(), "TOY", 3) != 0) {
       counts_.malformed_bytes += bytes.size();
       ++counts_.malformed_messages;
-      out.push_back(Fault{sensor_, FaultKind::Malformed, packet.received, 1, "not a packet of a toy scanner"});
+      out.push_back(Fault{packet.sensor, FaultKind::Malformed, packet.received, 1, "not a packet of a toy scanner"});
       return;
     }
     counts_.decoded_bytes += bytes.size();
@@ -29,12 +29,13 @@ class ToyDecoder final : public Decoder {
     const GpsTime time = gps_time_ns(time_ns);
     if (bytes[3] == std::byte{'S'}) {
       ++counts_.of("status");
-      out.push_back(LaserStatus{sensor_, packet.received, time, SyncState::Locked, "locked"});
-      out.push_back(TimeLabel{sensor_, packet.received, std::chrono::floor<std::chrono::seconds>(time), {}, true});
+      out.push_back(LaserStatus{packet.sensor, packet.received, time, SyncState::Locked, "locked"});
+      out.push_back(
+          TimeLabel{packet.sensor, packet.received, std::chrono::floor<std::chrono::seconds>(time), {}, true});
       return;
     }
     ++counts_.of("data");
-    LaserBatch batch{sensor_, packet.received, packet.sequence, time, {}};
+    LaserBatch batch{packet.sensor, packet.received, packet.sequence, time, {}};
     for (std::size_t at = kHeadBytes; at < bytes.size(); at += kPointBytes) {
       LaserReturn one;
       std::memcpy(&one.x, bytes.data() + at, 4);
@@ -49,7 +50,6 @@ class ToyDecoder final : public Decoder {
   const DecodeCounts& counts() const override { return counts_; }
 
  private:
-  const SensorId sensor_;
   const double min_range_m_;
   DecodeCounts counts_;
 };
@@ -62,14 +62,12 @@ class ToyScanner final : public drivers::Device {
   }
   KeyError validate() const override { return check_keys(*this); }
   drivers::Arrivals arrivals() const override { return drivers::Arrivals::Recorded; }
-  std::unique_ptr<PacketSource> make_source(SensorId, const BufferPool&) const override {
+  std::unique_ptr<PacketSource> make_source(const BufferPool&) const override {
     drivers::FileSource::Config file;
     file.path = file_;
     return std::make_unique<drivers::FileSource>(file);
   }
-  std::unique_ptr<Decoder> make_decoder(SensorId sensor) const override {
-    return std::make_unique<ToyDecoder>(sensor, min_range_m_);
-  }
+  std::unique_ptr<Decoder> make_decoder() const override { return std::make_unique<ToyDecoder>(min_range_m_); }
 
  private:
   std::string file_;
@@ -82,7 +80,7 @@ class ToyListener final : public drivers::CaptureListener {
  public:
   std::optional<drivers::HeardDevice> listen(const Packet& datagram, const std::string&) override {
     if (!is_decodable(datagram)) return {};
-    return drivers::HeardDevice{"toy scanner", std::make_unique<ToyDecoder>(SensorId{1}, 0)};
+    return drivers::HeardDevice{"toy scanner", std::make_unique<ToyDecoder>(0)};
   }
   bool is_decodable(const Packet& datagram) const override {
     const auto bytes = datagram.bytes.bytes();
