@@ -12,6 +12,11 @@ namespace hueline::sync {
 /// Limits the rate of repeated faults without losing any count. A fault is reported at once, and then at most once
 /// every `interval`, with the count since the last report. So a spurious edge every second gives one line in ten
 /// seconds. Thread safety: one thread per object.
+///
+/// The reports pass through runtime::FaultRate afterwards, which has another task. It bounds floods of every kind of
+/// fault, one second each, and recognises a trouble by the words of its detail. Here the code names the trouble by its
+/// topic, so a detail may change its words, and a trouble that lasts for the whole drive gives a line in ten seconds
+/// instead of one a second.
 class FaultLog {
  public:
   explicit FaultLog(nanoseconds interval = std::chrono::seconds(10)) : interval_(interval) {}
