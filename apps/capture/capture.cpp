@@ -130,17 +130,165 @@ class Silence {
   int quiet_s_ = 0;
 };
 
+/// Returns the limits of the queues: half of the memory may wait for the recorder, and a quarter for the pipeline.
+runtime::LiveRun::Config queue_limits(double buffer_megabytes) {
+  runtime::LiveRun::Config config;
+  config.record_queue.weight = static_cast<std::size_t>(buffer_megabytes * 0.5e6);
+  config.pipeline_queue.weight = static_cast<std::size_t>(buffer_megabytes * 0.25e6);
+  return config;
+}
+
+/// Returns what the program says if it is ended before it could finish: what is whole and what is not.
+std::string last_words(const runtime::LiveRun& run, const std::string& recording) {
+  return run.is_recording_closed() && run.recording().ok()
+             ? fmt::format(
+                   "ended at once: {0} is whole; cloud.las, view.mcap and summary.json are not: hueline replay {0}",
+                   recording)
+             : fmt::format(
+                   "ended at once: the disk did not take the end of {0}; hueline inspect {0} says how far it is whole",
+                   recording);
+}
+
+/// A run in progress, and what watch_run() reads and updates each second.
+struct Watched {
+  runtime::LiveRun& run;
+  runtime::DiskReserve& reserve;
+  const std::atomic<std::uint64_t>& points;
+  bool is_live;  ///< at least one sensor is a device, not a recording
+};
+
+/// Shows the progress until the sources end, a stop is requested, or the options say that it is time to end. Returns
+/// false if it has reported that drive.mcap is no longer in its place.
+bool watch_run(const Watched& watched, const Options& options, const StopSignals& signals) {
+  runtime::LiveRun& run = watched.run;
+  Progress progress(options.quiet);
+  Silence silence;
+  bool is_in_place = true;
+  const HostTime begin = drivers::host_now();
+  while (!run.wait_until_over(std::chrono::seconds(1), signals.asked())) {
+    if (signals.asked().stop_requested()) {
+      progress.end();
+      log_info("stop asked for: processing what has come; a second Ctrl-C ends at once");
+      break;
+    }
+    if (is_in_place && !run.place().ok()) {
+      progress.end();
+      is_in_place = false;
+      log_error(run.place().error().message);
+    }
+    const double seconds = to_seconds(drivers::host_now() - begin);
+    watched.reserve.note(run.recorded_bytes(), seconds);
+    progress.show(seconds, run, watched.points.load(std::memory_order_relaxed));
+    // A tick moves stream time on when every device is silent. Recordings have their own time.
+    if (watched.is_live)
+      run.ingest().submit(Packet{kSystemSensor, PacketKind::Tick, false, 0, drivers::host_now(), {}});
+    if (options.seconds > 0 && seconds >= options.seconds) break;
+    if (options.ends_when_silent && silence.lasts(run)) break;
+  }
+  progress.end();
+  return is_in_place;
+}
+
+/// Logs how many packets of each sensor are missing in the cloud or in the recording, and why.
+void log_missing_packets(const config::Rig& rig, const runtime::LiveRun& run, bool is_cut) {
+  for (const auto& sensor : rig.sensors) {
+    const auto counts = run.ingest().counts(sensor.id);
+    if (counts.shed)
+      log_warning("{}: {} packets recorded but not fused: the pipeline was too slow; a replay fuses the same points",
+                  sensor.name, counts.shed);
+    if (counts.refused && run.recording().ok())
+      log_error("{}: {} packets neither recorded nor fused: {}", sensor.name, counts.refused,
+                is_cut ? "the disk was too slow, or they came while it ended at once" : "the disk was too slow");
+  }
+}
+
+/// How a capture ended.
+struct Ending {
+  bool is_cut = false;  ///< a second Ctrl-C ended it at once
+  Status recorded;      ///< error of drive.mcap, with the number of packets that are whole and lost
+  Status place;         ///< why drive.mcap is no longer where it was created
+  Status finished;      ///< first error of the other files
+};
+
+/// Returns the error of the recording, with the number of packets that are whole and lost, or ok.
+Status recorded_part(const runtime::LiveRun& run) {
+  const Status recorded = run.recording();
+  if (recorded.ok()) return {};
+  return Error{recorded.error().code,
+               fmt::format("recording ended early: {}; drive.mcap holds the first {} packets, whole; the {} after them "
+                           "are lost",
+                           recorded.error().message, run.packets_recorded(), run.packets_lost_at_the_end())};
+}
+
+/// Adds to the summary what went wrong with the recording at its end. A place that was lost earlier is in the summary
+/// already.
+void summarise(const Ending& ending, bool was_in_place, const runtime::LiveRun& run, runtime::Summary& summary) {
+  if (!ending.recorded.ok())
+    summary.on_fault({kSystemSensor, FaultKind::DiskFull, drivers::host_now(), run.packets_lost_at_the_end(),
+                      ending.recorded.error().message});
+  if (was_in_place && !ending.place.ok())
+    summary.on_fault({kSystemSensor, FaultKind::DiskFull, drivers::host_now(), run.packets_recorded(),
+                      ending.place.error().message});
+  if (ending.is_cut) summary.on_early_end("ended at once: a replay of drive.mcap makes cloud, view and summary whole");
+}
+
+/// Logs the first file that is not whole. Returns the exit status, which is kDone if all files are whole.
+int status_of_files(const Ending& ending, const runtime::LiveRun& run, const std::string& recording) {
+  if (!ending.recorded.ok()) {
+    log_error(ending.recorded.error().message);
+    return kOutputRefused;
+  }
+  if (!ending.place.ok()) {
+    log_error(
+        "{} is not the recording of this drive: it was deleted, moved or replaced meanwhile; what was deleted is lost",
+        recording);
+    return kOutputRefused;
+  }
+  if (!ending.finished.ok()) {
+    log_error("{}; the raw recording is whole: hueline replay {}", ending.finished.error().message, recording);
+    return kOutputRefused;
+  }
+  if (!ending.is_cut) return kDone;
+  log_warning(
+      "ended at once: {0} is whole{1}; cloud.las, view.mcap and summary.json end early: hueline replay {0}", recording,
+      run.packets_left_behind() ? fmt::format(" but for {} packets that waited for the disk", run.packets_left_behind())
+                                : "");
+  return kStopped;
+}
+
+/// Logs which sources could not be read to their end, or that nothing came or could be placed. Returns the exit status.
+int status_of_sources(const runtime::LiveRun& run, const runtime::Summary& summary, const std::string& recording) {
+  int status = kDone;
+  for (const auto& reader : run.readers()) {
+    if (reader->outcome().ok()) continue;
+    log_error("{}: {}; everything that was whole before it is recorded and used", reader->sensor_name(),
+              reader->outcome().error().message);
+    status = kInputUnreadable;
+  }
+  if (status != kDone) return status;
+  if (summary.wire_packets() == 0) {
+    log_error(
+        "nothing came from any sensor: see the faults above; check that the devices are on and that the rig has their "
+        "addresses");
+    return kNothingCame;
+  }
+  if (summary.points() == 0) {
+    log_warning("no point could be placed: the summary above says why; {} holds everything that came", recording);
+    return kNothingCame;
+  }
+  return kDone;
+}
+
 int capture(const Options& options) {
   StopSignals signals;  // before any thread
   const config::Rig rig = config::load_rig(options.rig);
   const std::filesystem::path dir = options.out;
-
   auto outputs = runtime::Outputs::create(rig, dir, [](const std::string& trouble) { log_error("{}", trouble); });
   if (!outputs.ok()) {
     log_error(outputs.error().message);
     return outputs.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
   }
-  const std::filesystem::path recording = dir / "drive.mcap";
+  const std::string recording = (dir / "drive.mcap").string();
   auto journal = storage::JournalWriter::create(recording, runtime::journal_header(rig));
   if (!journal.ok()) {
     log_error(journal.error().message);
@@ -152,138 +300,42 @@ int capture(const Options& options) {
   sink.keep(reserve);
   runtime::Pipeline pipeline(rig, options.threads, sink);
   std::atomic<std::uint64_t> points{0};
+  const auto process = [&](const Packet& packet) {
+    sink.summary().on_packet(packet);
+    pipeline.process(packet);
+    points.store(sink.summary().points(), std::memory_order_relaxed);
+  };
   const BufferPool pool(static_cast<std::size_t>(options.buffer_megabytes * 1e6));
-  runtime::LiveRun::Config config;
-  config.record_queue.weight = static_cast<std::size_t>(options.buffer_megabytes * 0.5e6);
-  config.pipeline_queue.weight = static_cast<std::size_t>(options.buffer_megabytes * 0.25e6);
-  runtime::LiveRun run(
-      make_sources(rig, pool), std::make_unique<storage::JournalWriter>(std::move(*journal)),
-      [&](const Packet& packet) {
-        sink.summary().on_packet(packet);
-        pipeline.process(packet);
-        points.store(sink.summary().points(), std::memory_order_relaxed);
-      },
-      config);
+  runtime::LiveRun run(make_sources(rig, pool), std::make_unique<storage::JournalWriter>(std::move(*journal)), process,
+                       queue_limits(options.buffer_megabytes));
   const StopSignals::Duty duty(
-      signals, [&] { return run.is_recording_closed(); },
-      [&] {
-        return run.is_recording_closed() && run.recording().ok()
-                   ? fmt::format(
-                         "ended at once: {0} is whole; cloud.las, view.mcap and summary.json are not: hueline replay "
-                         "{0}",
-                         recording.string())
-                   : fmt::format(
-                         "ended at once: the disk did not take the end of {0}; hueline inspect {0} says how far it is "
-                         "whole",
-                         recording.string());
-      });
+      signals, [&] { return run.is_recording_closed(); }, [&] { return last_words(run, recording); });
   log_info("capturing {} into {}; Ctrl-C ends with everything written, a second Ctrl-C ends at once", rig.name,
            dir.string());
   const bool is_live = std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const auto& sensor) {
     return sensor.device->arrivals() == drivers::Arrivals::Live;
   });
   run.start();
-
-  Progress progress(options.quiet);
-  Status told_place;
-  Silence silence;
-  const HostTime begin = drivers::host_now();
-  while (!run.wait_until_over(std::chrono::seconds(1), signals.asked())) {
-    if (signals.asked().stop_requested()) {
-      progress.end();
-      log_info("stop asked for: processing what has come; a second Ctrl-C ends at once");
-      break;
-    }
-    if (told_place.ok() && !run.place().ok()) {
-      progress.end();
-      told_place = run.place();
-      log_error(told_place.error().message);
-    }
-    const double seconds = to_seconds(drivers::host_now() - begin);
-    reserve.note(run.recorded_bytes(), seconds);
-    progress.show(seconds, run, points.load(std::memory_order_relaxed));
-    // A tick moves stream time on when every device is silent. Recordings have their own time.
-    if (is_live) run.ingest().submit(Packet{kSystemSensor, PacketKind::Tick, false, 0, drivers::host_now(), {}});
-    if (options.seconds > 0 && seconds >= options.seconds) break;
-    if (options.ends_when_silent && silence.lasts(run)) break;
-  }
-  progress.end();
+  const bool was_in_place = watch_run({run, reserve, points, is_live}, options, signals);
   run.stop(signals.at_once());
-  const bool is_cut = run.are_products_cut() || signals.at_once().stop_requested();
-  if (!is_cut) pipeline.flush();
+
+  Ending ending;
+  ending.is_cut = run.are_products_cut() || signals.at_once().stop_requested();
+  if (!ending.is_cut) pipeline.flush();
   pipeline.report(sink.summary());
-  for (const auto& sensor : rig.sensors) {
-    const auto counts = run.ingest().counts(sensor.id);
-    if (counts.shed)
-      log_warning("{}: {} packets recorded but not fused: the pipeline was too slow; a replay fuses the same points",
-                  sensor.name, counts.shed);
-    if (counts.refused && run.recording().ok())
-      log_error("{}: {} packets neither recorded nor fused: {}", sensor.name, counts.refused,
-                is_cut ? "the disk was too slow, or they came while it ended at once" : "the disk was too slow");
-  }
-  const Status recorded = run.recording();
-  std::string lost;
-  if (!recorded.ok()) {
-    const std::uint64_t missing = run.packets_lost_at_the_end();
-    lost = fmt::format(
-        "recording ended early: {}; drive.mcap holds the first {} packets, whole; the {} after them are lost",
-        recorded.error().message, run.packets_recorded(), missing);
-    sink.summary().on_fault({kSystemSensor, FaultKind::DiskFull, drivers::host_now(), missing, lost});
-  }
-  const Status place = run.place();
-  if (told_place.ok() && !place.ok())
-    sink.summary().on_fault(
-        {kSystemSensor, FaultKind::DiskFull, drivers::host_now(), run.packets_recorded(), place.error().message});
-  if (is_cut) sink.summary().on_early_end("ended at once: a replay of drive.mcap makes cloud, view and summary whole");
-  const Status finished = sink.finish();
+  log_missing_packets(rig, run, ending.is_cut);
+  ending.recorded = recorded_part(run);
+  ending.place = run.place();
+  summarise(ending, was_in_place, run, sink.summary());
+  ending.finished = sink.finish();
   std::fputs(sink.summary().text().c_str(), stdout);
-  if (!recorded.ok()) {
-    log_error(lost);
-    return kOutputRefused;
+  const int status = status_of_files(ending, run, recording);
+  // A reader that a device's library holds cannot be joined. The process ends without it.
+  if (status == kStopped && run.is_a_reader_stuck()) {
+    (void)flush_standard_output();
+    std::_Exit(kStopped);
   }
-  if (!place.ok()) {
-    log_error(
-        "{} is not the recording of this drive: it was deleted, moved or replaced meanwhile; what was deleted is lost",
-        recording.string());
-    return kOutputRefused;
-  }
-  if (!finished.ok()) {
-    log_error("{}; the raw recording is whole: hueline replay {}", finished.error().message, recording.string());
-    return kOutputRefused;
-  }
-  if (is_cut) {
-    log_warning("ended at once: {0} is whole{1}; cloud.las, view.mcap and summary.json end early: hueline replay {0}",
-                recording.string(),
-                run.packets_left_behind()
-                    ? fmt::format(" but for {} packets that waited for the disk", run.packets_left_behind())
-                    : "");
-    // A reader that a device's library holds cannot be joined. The process ends without it.
-    if (run.is_a_reader_stuck()) {
-      (void)flush_standard_output();
-      std::_Exit(kStopped);
-    }
-    return kStopped;
-  }
-  bool read_whole = true;
-  for (const auto& reader : run.readers()) {
-    if (reader->outcome().ok()) continue;
-    log_error("{}: {}; everything that was whole before it is recorded and used", reader->sensor_name(),
-              reader->outcome().error().message);
-    read_whole = false;
-  }
-  if (!read_whole) return kInputUnreadable;
-  if (sink.summary().wire_packets() == 0) {
-    log_error(
-        "nothing came from any sensor: see the faults above; check that the devices are on and that the rig has their "
-        "addresses");
-    return kNothingCame;
-  }
-  if (sink.summary().points() == 0) {
-    log_warning("no point could be placed: the summary above says why; {} holds everything that came",
-                recording.string());
-    return kNothingCame;
-  }
-  return kDone;
+  return status != kDone ? status : status_of_sources(run, sink.summary(), recording);
 }
 
 }  // namespace
