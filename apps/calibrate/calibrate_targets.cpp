@@ -92,12 +92,16 @@ UtcTime utc_of(const std::string& date) {
   return t;
 }
 
-int calibrate_targets(const Options& options) {
-  const TargetsConfig config = config_of(options);
-  TargetsRunNotes notes;
-  notes.date = options.date.empty() ? today() : options.date;
-  notes.program = fmt::format("hueline {} ({})", runtime::kVersion, runtime::kGitRevision);
-  const UtcTime date = utc_of(notes.date);
+/// What the surveyor gives: targets, stations, and the scan file of each station.
+struct Survey {
+  std::vector<SurveyedTarget> targets;
+  std::vector<SurveyedStation> stations;
+  std::map<std::string, std::string> scans;  ///< by name of the station
+};
+
+/// Reads both tables. Throws config::ConfigError if a table is wrong, or if they do not fit to each other and to the
+/// scans.
+Survey read_survey(const Options& options) {
   const auto targets_text = read_input(options.targets, kMostTable, "a table"),
              stations_text = read_input(options.stations, kMostTable, "a table");
   for (const auto* text : {&targets_text, &stations_text})
@@ -107,60 +111,127 @@ int calibrate_targets(const Options& options) {
   const auto stations = parse_stations(*stations_text, options.stations);
   if (!targets.ok()) throw config::ConfigError(targets.error().message);
   if (!stations.ok()) throw config::ConfigError(stations.error().message);
-  std::optional<storage::ScanFormat> format;
-  if (!options.format.empty()) format = storage::scan_format(options.format);
   for (const SurveyedTarget& target : *targets)
     for (const std::string& name : target.stations)
       if (std::ranges::none_of(*stations, [&](const auto& s) { return s.name == name; }))
         throw config::ConfigError(fmt::format("{}: target {} names station {}, which {} does not have", options.targets,
                                               target.name, name, options.stations));
-  const auto scans = scans_of(options, *stations);
-  if (scans.empty())
+  Survey survey{*targets, *stations, scans_of(options, *stations)};
+  if (survey.scans.empty())
     throw config::ConfigError("no scan: give --scan STATION=FILE, or the column scan in " + options.stations);
+  return survey;
+}
 
+/// A station whose scan is oriented.
+struct OrientedScan {
+  StationResult result;
+  std::string words;  ///< name and format of the file
+};
+
+/// Orients the scan of one station. Errors: those of the file and of orient_station(); Truncated if the file has fewer
+/// points than its header counts.
+Result<OrientedScan> orient_scan(const std::string& path, const std::optional<storage::ScanFormat>& format,
+                                 const Survey& survey, std::size_t station, const TargetsConfig& config) {
+  const auto scan = storage::ScanFile::open(path, format);
+  if (!scan.ok()) return scan.error();
+  const auto result = orient_station(ScanFileBlocks(*scan), survey.stations, station, survey.targets, config);
+  if (!result.ok()) return result.error();
+  if (scan->layout().points && result->points_read != *scan->layout().points)
+    return Error{ErrorCode::Truncated, fmt::format("{}: {} points of the {} that its header counts", path,
+                                                   result->points_read, *scan->layout().points)};
+  return OrientedScan{*result, fmt::format("{} ({})", path, scan->layout().words)};
+}
+
+/// The stations that were oriented, in the order of the table. The vectors have one entry for each of them.
+struct OrientedStations {
   std::vector<StationResult> results;
   std::vector<std::string> files;
-  int status = kDone;
-  for (std::size_t i = 0; i < stations->size(); ++i) {
-    const auto found = scans.find((*stations)[i].name);
-    if (found == scans.end()) continue;
-    const std::string& path = found->second;
-    const double reading = options.time_reading ? time_of_reading(path) : 0;
-    std::optional<Result<StationResult>> result;
-    std::string words;
-    const double whole = seconds_of([&] {
-      const auto scan = storage::ScanFile::open(path, format);
-      if (!scan.ok()) {
-        result.emplace(scan.error());
-        return;
-      }
-      words = fmt::format("{} ({})", path, scan->layout().words);
-      result.emplace(orient_station(ScanFileBlocks(*scan), *stations, i, *targets, config));
-      if (result->ok() && scan->layout().points && (*result)->points_read != *scan->layout().points)
-        result.emplace(Error{ErrorCode::Truncated, fmt::format("{}: {} points of the {} that its header counts", path,
-                                                               (*result)->points_read, *scan->layout().points)});
-    });
-    if (!result->ok()) {
-      const Error& error = result->error();
+  int status = kDone;  ///< exit status for the last station that could not be oriented
+};
+
+/// Orients the scan of each station that has one, and prints a line for each. Adds the scans and the refused stations
+/// to `notes`.
+OrientedStations orient_stations(const Options& options, const Survey& survey,
+                                 const std::optional<storage::ScanFormat>& format, const TargetsConfig& config,
+                                 TargetsRunNotes& notes) {
+  OrientedStations out;
+  for (std::size_t i = 0; i < survey.stations.size(); ++i) {
+    const auto found = survey.scans.find(survey.stations[i].name);
+    if (found == survey.scans.end()) continue;
+    const double reading = options.time_reading ? time_of_reading(found->second) : 0;
+    std::optional<Result<OrientedScan>> oriented;
+    const double whole = seconds_of([&] { oriented.emplace(orient_scan(found->second, format, survey, i, config)); });
+    if (!oriented->ok()) {
+      const Error& error = oriented->error();
       log_error(error.message);
       notes.refused.push_back(error.message);
-      status = error.code == ErrorCode::Invalid || error.code == ErrorCode::Exhausted ? kNothingCame : kInputUnreadable;
+      out.status =
+          error.code == ErrorCode::Invalid || error.code == ErrorCode::Exhausted ? kNothingCame : kInputUnreadable;
       continue;
     }
-    const StationResult& one = **result;
-    std::size_t used = 0;
-    for (const TargetOutcome& outcome : one.targets) used += outcome.state == TargetState::Used;
-    fmt::print("{}: {} of {} targets used, {} points in {:.2f} s", (*stations)[i].name, used, one.targets.size(),
-               one.points_read, whole);
+    const StationResult& result = (*oriented)->result;
+    fmt::print("{}: {} of {} targets used, {} points in {:.2f} s", survey.stations[i].name,
+               std::ranges::count(result.targets, TargetState::Used, &TargetOutcome::state), result.targets.size(),
+               result.points_read, whole);
     if (options.time_reading) fmt::print("; reading alone {:.2f} s: {:.2f} times", reading, whole / reading);
     fmt::print("\n");
-    results.push_back(one);
-    notes.scans.push_back(words);
-    files.push_back(path);
+    out.results.push_back(result);
+    out.files.push_back(found->second);
+    notes.scans.push_back((*oriented)->words);
   }
-  if (results.empty()) return status;
+  return out;
+}
+
+/// Writes targets.json, targets.html and orientation.yaml, and prints their names.
+Status write_reports(const fs::path& out, const std::vector<StationResult>& results, const Survey& survey,
+                     const TargetsConfig& config, const TargetsRunNotes& notes) {
+  const auto& stations = survey.stations;
+  const auto& targets = survey.targets;
+  Status done = write_output(out / "targets.json", targets_json(results, stations, targets, config, notes));
+  if (done.ok()) done = write_output(out / "targets.html", targets_page(results, stations, targets, config, notes));
+  if (done.ok()) done = write_output(out / "orientation.yaml", targets_yaml(results, stations, targets, notes));
+  fmt::print("{}\n{}\n{}\n", (out / "targets.json").string(), (out / "targets.html").string(),
+             (out / "orientation.yaml").string());
+  return done;
+}
+
+/// Writes the scan `file` in the survey frame as `path`, and prints how many points it has and how long that took.
+Status write_cloud(const std::string& file, const std::optional<storage::ScanFormat>& format,
+                   const Orientation& orientation, storage::ScanCloudWriter::Format cloud_format, const fs::path& path,
+                   const UtcTime& date) {
+  const Eigen::Vector3d origin = orientation.T_survey_scanner.translation.array().round();
+  Status done;
+  const double writing = seconds_of([&] {
+    const auto scan = storage::ScanFile::open(file, format);
+    const auto cloud = scan.ok() ? write_oriented(*scan, orientation, origin, cloud_format, path, date)
+                                 : Result<OrientedCloud>(scan.error());
+    if (!cloud.ok()) {
+      done = cloud.error();
+      return;
+    }
+    fmt::print("{}: {} points", path.string(), cloud->written);
+    if (cloud->without_return > 0) fmt::print(", {} without a return left out", cloud->without_return);
+    if (cloud_format == storage::ScanCloudWriter::Format::Float32)
+      fmt::print("; float32 x y z from east {:.0f} north {:.0f} up {:.0f}", origin.x(), origin.y(), origin.z());
+  });
+  if (done.ok()) fmt::print("; {:.2f} s\n", writing);
+  return done;
+}
+
+int calibrate_targets(const Options& options) {
+  const TargetsConfig config = config_of(options);
+  TargetsRunNotes notes;
+  notes.date = options.date.empty() ? today() : options.date;
+  notes.program = fmt::format("hueline {} ({})", runtime::kVersion, runtime::kGitRevision);
+  const UtcTime date = utc_of(notes.date);
+  const Survey survey = read_survey(options);
+  std::optional<storage::ScanFormat> format;
+  if (!options.format.empty()) format = storage::scan_format(options.format);
+  OrientedStations oriented = orient_stations(options, survey, format, config, notes);
+  std::vector<StationResult>& results = oriented.results;
+  if (results.empty()) return oriented.status;
   if (results.size() > 1 && config.method == CentreMethod::KnownRadius)
-    if (Status done = adjust_together(results, *stations, *targets, config); !done.ok())
+    if (Status done = adjust_together(results, survey.stations, survey.targets, config); !done.ok())
       throw config::ConfigError(done.error().message);
 
   const auto folder = OutputFolder::open(options.out);
@@ -169,40 +240,19 @@ int calibrate_targets(const Options& options) {
     return kOutputRefused;
   }
   const fs::path out(options.out);
-  Status done = write_output(out / "targets.json", targets_json(results, *stations, *targets, config, notes));
-  if (done.ok()) done = write_output(out / "targets.html", targets_page(results, *stations, *targets, config, notes));
-  if (done.ok()) done = write_output(out / "orientation.yaml", targets_yaml(results, *stations, *targets, notes));
-  fmt::print("{}\n{}\n{}\n", (out / "targets.json").string(), (out / "targets.html").string(),
-             (out / "orientation.yaml").string());
+  Status done = write_reports(out, results, survey, config, notes);
+  using CloudFormat = storage::ScanCloudWriter::Format;
+  const CloudFormat cloud_format = options.write == "las" ? CloudFormat::Las : CloudFormat::Float32;
   for (std::size_t i = 0; i < results.size() && done.ok() && options.write != "none"; ++i) {
-    const bool is_las = options.write == "las";
-    const std::string& name = (*stations)[results[i].station].name;
-    const fs::path path = out / (name + (is_las ? ".las" : ".f32"));
-    const Orientation& orientation = results[i].adjusted.orientation;
-    const Eigen::Vector3d origin = orientation.T_survey_scanner.translation.array().round();
-    const double writing = seconds_of([&] {
-      const auto scan = storage::ScanFile::open(files[i], format);
-      const auto cloud = scan.ok() ? write_oriented(*scan, orientation, origin,
-                                                    is_las ? storage::ScanCloudWriter::Format::Las
-                                                           : storage::ScanCloudWriter::Format::Float32,
-                                                    path, date)
-                                   : Result<OrientedCloud>(scan.error());
-      if (!cloud.ok()) {
-        done = cloud.error();
-        return;
-      }
-      fmt::print("{}: {} points", path.string(), cloud->written);
-      if (cloud->without_return > 0) fmt::print(", {} without a return left out", cloud->without_return);
-      if (!is_las)
-        fmt::print("; float32 x y z from east {:.0f} north {:.0f} up {:.0f}", origin.x(), origin.y(), origin.z());
-    });
-    if (done.ok()) fmt::print("; {:.2f} s\n", writing);
+    const std::string& name = survey.stations[results[i].station].name;
+    done = write_cloud(oriented.files[i], format, results[i].adjusted.orientation, cloud_format,
+                       out / (name + (cloud_format == CloudFormat::Las ? ".las" : ".f32")), date);
   }
   if (!done.ok()) {
     log_error(done.error().message);
     return kOutputRefused;
   }
-  return status;
+  return oriented.status;
 }
 
 }  // namespace
