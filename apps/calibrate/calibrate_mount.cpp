@@ -103,7 +103,77 @@ std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transf
   return {};
 }
 
-int resect_lenses(const Options& options) {
+/// Returns the lens of the points. Null, with a logged error, if there is none.
+const KnownLens* lens_of(const LensCorrespondences& seen, const KnownRig& known, const Options& options) {
+  const auto lens = std::find_if(known.lenses.begin(), known.lenses.end(), [&](const KnownLens& one) {
+    return one.name == seen.lens || (seen.lens.empty() && known.lenses.size() == 1);
+  });
+  if (lens != known.lenses.end()) return &*lens;
+  log_error("{}: {} '{}'", options.points,
+            options.drive.rig.empty() ? "without a rig all points must be of one lens; leave the column lens out, or "
+                                        "give --rig: there are some of lens"
+                                      : "the rig has no lens",
+            seen.lens);
+  return nullptr;
+}
+
+/// Returns the pose of the lens from its points. Nothing, with a logged error, if the points do not give one that can
+/// be right.
+std::optional<Resection> resect_lens(const LensCorrespondences& seen, const KnownLens& lens, const Options& options) {
+  const auto found = resect(survey::lens_values(lens.intrinsics), seen.points,
+                            {.sigma_px = options.sigma_px, .sigma_point_m = options.sigma_point_m});
+  const std::string wrong = !found.ok()    ? found.error().message
+                            : lens.nominal ? far_from_nominal(found->T_scanner_lens, *lens.nominal, options)
+                                           : "";
+  if (wrong.empty()) return *found;
+  log_error("lens '{}': {}", seen.lens, wrong);
+  return std::nullopt;
+}
+
+/// Prints the pose, its standard deviations (those of `record`) and the points that were left out.
+void print_resection(const LensCorrespondences& seen, const Resection& found, const CalibrationRecord& record) {
+  std::string said = fmt::format("lens '{}': {} of {} points, rms {:.3f} px, sigma of unit weight {:.2f}\n", seen.lens,
+                                 found.used, seen.points.size(), found.rms_px, found.unit_sigma);
+  said += fmt::format(
+      "  centre in the scanner's frame {:.4f} {:.4f} {:.4f} m +- {:.1f} {:.1f} {:.1f} mm, turn +- {:.4f} {:.4f} "
+      "{:.4f} deg\n",
+      found.T_scanner_lens.translation.x(), found.T_scanner_lens.translation.y(), found.T_scanner_lens.translation.z(),
+      record.sigma[3] * 1e3, record.sigma[4] * 1e3, record.sigma[5] * 1e3, record.sigma[0], record.sigma[1],
+      record.sigma[2]);
+  for (std::size_t i = 0; i < seen.points.size(); ++i)
+    if (!found.is_used[i])
+      said += fmt::format("  left out: point {}, {:.1f} px off\n", seen.points[i].name, found.residuals[i].norm());
+  std::fputs(said.c_str(), stdout);
+}
+
+/// Returns the pose for a rig file: T_head_lens if the scanner and the head are known, otherwise T_lens_scanner.
+/// `record` is that of the rotation in the scanner's frame.
+std::string rig_fragment(const KnownRig& known, const Resection& found, const CalibrationRecord& record) {
+  if (!known.T_body_scanner) {
+    const auto back = found.T_scanner_lens.inverse();
+    return mounting_yaml("T_lens_scanner", back.rotation, back.translation, record, 0);
+  }
+  // The chain of docs/methods equations 15 and 16. The rig has the transformation from scanner to body; `capture`
+  // reads the pose of the lens in its head.
+  const Transform<CameraHead, Scanner> T_head_scanner = known.T_body_head->inverse() * *known.T_body_scanner;
+  const Transform<CameraHead, Lens> T_head_lens = T_head_scanner * found.T_scanner_lens;
+  const auto in_head = mount_record(found.covariance, T_head_scanner.rotation.toRotationMatrix(), record.date,
+                                    record.data, found.rms_px);
+  return mounting_yaml("T_head_lens", T_head_lens.rotation, T_head_lens.translation, in_head, 0);
+}
+
+/// Writes the fragment and the report of one lens into the folder `out`.
+Status write_resection(const std::string& out, const LensCorrespondences& seen, const Resection& found,
+                       const std::string& fragment) {
+  const auto folder = OutputFolder::open(out);
+  if (!folder.ok()) return folder.error();
+  const std::filesystem::path stem = std::filesystem::path(out) / (seen.lens.empty() ? "lens" : seen.lens);
+  Status done = write_output(stem.string() + ".yaml", fragment);
+  if (done.ok()) done = write_output(stem.string() + ".json", resection_json(seen.lens, seen.points, found));
+  return done;
+}
+
+int resect_lenses(const Options& options, const std::string& date) {
   const auto text = read_input(options.points, kMostTable, "a table");
   if (!text.ok()) throw config::ConfigError(text.error().message);
   const auto read = parse_correspondences(*text, options.points);
@@ -112,76 +182,45 @@ int resect_lenses(const Options& options) {
     return kInputUnreadable;
   }
   const KnownRig known = known_of(options);
-  const std::string date = options.date.empty() ? today() : options.date;
   int status = kDone;
   for (const LensCorrespondences& seen : *read) {
-    const auto lens = std::find_if(known.lenses.begin(), known.lenses.end(), [&](const KnownLens& one) {
-      return one.name == seen.lens || (seen.lens.empty() && known.lenses.size() == 1);
-    });
-    if (lens == known.lenses.end()) {
-      log_error("{}: {} '{}'", options.points,
-                options.drive.rig.empty()
-                    ? "without a rig all points must be of one lens; leave the column lens out, or "
-                      "give --rig: there are some of lens"
-                    : "the rig has no lens",
-                seen.lens);
-      status = kInputUnreadable;
-      continue;
-    }
-    const auto found = resect(survey::lens_values(lens->intrinsics), seen.points,
-                              {.sigma_px = options.sigma_px, .sigma_point_m = options.sigma_point_m});
-    const std::string wrong = !found.ok()     ? found.error().message
-                              : lens->nominal ? far_from_nominal(found->T_scanner_lens, *lens->nominal, options)
-                                              : "";
-    if (!wrong.empty()) {
-      log_error("lens '{}': {}", seen.lens, wrong);
+    const KnownLens* lens = lens_of(seen, known, options);
+    const auto found = lens ? resect_lens(seen, *lens, options) : std::nullopt;
+    if (!found) {
       status = kInputUnreadable;
       continue;
     }
     const std::vector<std::string> data = {fmt::format("{} of {} points of {}", found->used, seen.points.size(),
                                                        std::filesystem::path(options.points).filename().string())};
-    const auto plain = mount_record(found->covariance, Eigen::Matrix3d::Identity(), date, data, found->rms_px);
-    std::string said = fmt::format("lens '{}': {} of {} points, rms {:.3f} px, sigma of unit weight {:.2f}\n",
-                                   seen.lens, found->used, seen.points.size(), found->rms_px, found->unit_sigma);
-    said += fmt::format(
-        "  centre in the scanner's frame {:.4f} {:.4f} {:.4f} m +- {:.1f} {:.1f} {:.1f} mm, turn +- {:.4f} {:.4f} "
-        "{:.4f} deg\n",
-        found->T_scanner_lens.translation.x(), found->T_scanner_lens.translation.y(),
-        found->T_scanner_lens.translation.z(), plain.sigma[3] * 1e3, plain.sigma[4] * 1e3, plain.sigma[5] * 1e3,
-        plain.sigma[0], plain.sigma[1], plain.sigma[2]);
-    for (std::size_t i = 0; i < seen.points.size(); ++i)
-      if (!found->is_used[i])
-        said += fmt::format("  left out: point {}, {:.1f} px off\n", seen.points[i].name, found->residuals[i].norm());
-    std::fputs(said.c_str(), stdout);
+    const auto record = mount_record(found->covariance, Eigen::Matrix3d::Identity(), date, data, found->rms_px);
+    print_resection(seen, *found, record);
     if (options.out.empty()) continue;
-    const auto folder = OutputFolder::open(options.out);
-    if (!folder.ok()) {
-      log_error(folder.error().message);
+    const Status written = write_resection(options.out, seen, *found, rig_fragment(known, *found, record));
+    if (!written.ok()) {
+      log_error(written.error().message);
       return kOutputRefused;
-    }
-    const std::string stem = seen.lens.empty() ? "lens" : seen.lens;
-    // The chain of docs/methods equations 15 and 16. The rig has the transformation from scanner to body; `capture`
-    // reads the pose of the lens in its head.
-    std::string fragment;
-    if (known.T_body_scanner) {
-      const Transform<CameraHead, Scanner> T_head_scanner = known.T_body_head->inverse() * *known.T_body_scanner;
-      const Transform<CameraHead, Lens> T_head_lens = T_head_scanner * found->T_scanner_lens;
-      const auto record =
-          mount_record(found->covariance, T_head_scanner.rotation.toRotationMatrix(), date, data, found->rms_px);
-      fragment = mounting_yaml("T_head_lens", T_head_lens.rotation, T_head_lens.translation, record, 0);
-    } else {
-      const auto back = found->T_scanner_lens.inverse();
-      fragment = mounting_yaml("T_lens_scanner", back.rotation, back.translation, plain, 0);
-    }
-    for (const auto& [file, what] : {std::pair{stem + ".yaml", fragment},
-                                     std::pair{stem + ".json", resection_json(seen.lens, seen.points, *found)}}) {
-      if (const Status written = write_output(std::filesystem::path(options.out) / file, what); !written.ok()) {
-        log_error(written.error().message);
-        return kOutputRefused;
-      }
     }
   }
   return status;
+}
+
+/// Runs the way of calibrating that the options ask for. Throws config::ConfigError if one of its options is missing.
+int calibrate_mount(const Options& options) {
+  const std::string date = options.date.empty() ? today() : options.date;
+  if (!options.image.empty() || !options.cloud.empty()) {
+    if (options.image.empty() || options.cloud.empty() || options.start.empty() || options.lens_file.empty())
+      throw config::ConfigError("without targets: give --image, --cloud, --lens and --start");
+    return calibrate_shot({options.image, options.cloud, options.lens_file, options.start, options.out, date,
+                           options.image_size, options.search_deg});
+  }
+  if (!options.drive.recording.empty() || !options.drive.scenario.empty()) {
+    options.drive.check();
+    return calibrate_drive({options.drive, options.out, date, options.search_deg, options.search_time_ms,
+                            options.off_deg, options.off_ms, options.starts, options.every});
+  }
+  if (options.points.empty()) throw config::ConfigError("give --points, --image and --cloud, or --recording");
+  if (options.drive.rig.empty() == options.lens_file.empty()) throw config::ConfigError("give one of --rig and --lens");
+  return resect_lenses(options, date);
 }
 
 }  // namespace
@@ -238,25 +277,7 @@ void add_calibrate_mount(Command& calibrate) {
       .reads(options->cloud)
       .reads(options->start);
   command.writes_into(options->out);
-  command.runs([options] {
-    if (!options->image.empty() || !options->cloud.empty()) {
-      if (options->image.empty() || options->cloud.empty() || options->start.empty() || options->lens_file.empty())
-        throw config::ConfigError("without targets: give --image, --cloud, --lens and --start");
-      const std::string date = options->date.empty() ? today() : options->date;
-      return calibrate_shot({options->image, options->cloud, options->lens_file, options->start, options->out, date,
-                             options->image_size, options->search_deg});
-    }
-    if (!options->drive.recording.empty() || !options->drive.scenario.empty()) {
-      options->drive.check();
-      const std::string date = options->date.empty() ? today() : options->date;
-      return calibrate_drive({options->drive, options->out, date, options->search_deg, options->search_time_ms,
-                              options->off_deg, options->off_ms, options->starts, options->every});
-    }
-    if (options->points.empty()) throw config::ConfigError("give --points, --image and --cloud, or --recording");
-    if (options->drive.rig.empty() == options->lens_file.empty())
-      throw config::ConfigError("give one of --rig and --lens");
-    return resect_lenses(*options);
-  });
+  command.runs([options] { return calibrate_mount(*options); });
 }
 
 }  // namespace hueline::apps
