@@ -96,18 +96,24 @@ void print(const LensCalibration& found, const LensReportContext& context) {
   std::fputs(out.c_str(), stdout);
 }
 
-int run(const Options& options) {
-  const Board board = board_of(options);
-  const auto images = images_of(options.images);
-  LensReportContext context;
-  context.date = options.date.empty() ? today() : options.date;
-  // All images of a lens have one size. The size used is the one in which the board was found most often, because the
-  // first image may be a picture of the setup.
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<BoardView>> by_size;
+using Size = std::pair<std::uint32_t, std::uint32_t>;  // width and height, px
+
+/// The views of the board in images of one size.
+struct SeenBoards {
+  Size size;
+  std::vector<BoardView> views;     ///< empty if no image shows the board
+  std::vector<std::string> unseen;  ///< images that are left out, and why
+};
+
+/// Finds the board in the images. All images of a lens have one size. The size used is the one in which the board was
+/// found most often, because the first image may be a picture of the setup.
+SeenBoards find_boards(const std::vector<std::filesystem::path>& images, const Board& board) {
+  SeenBoards out;
+  std::map<Size, std::vector<BoardView>> by_size;
   for (const auto& path : images) {
     const auto image = read_grey_image(path.string());
     if (!image.ok()) {
-      context.unseen.push_back(image.error().message);
+      out.unseen.push_back(image.error().message);
       continue;
     }
     auto corners = find_board(*image, board);
@@ -115,17 +121,41 @@ int run(const Options& options) {
       by_size[{static_cast<std::uint32_t>(image->width), static_cast<std::uint32_t>(image->height)}].push_back(
           {path.filename().string(), std::move(*corners)});
     else
-      context.unseen.push_back(path.filename().string() + ": " + corners.error().message);
+      out.unseen.push_back(path.filename().string() + ": " + corners.error().message);
   }
   const auto most = std::ranges::max_element(by_size, {}, [](const auto& one) { return one.second.size(); });
-  const auto [width, height] = most == by_size.end() ? std::pair(0u, 0u) : most->first;
+  if (most == by_size.end()) return out;
+  out.size = most->first;
+  out.views = most->second;
   for (const auto& [size, seen] : by_size)
-    if (size != std::pair(width, height))
+    if (size != out.size)
       for (const BoardView& view : seen)
-        context.unseen.push_back(
-            fmt::format("{}: {} x {} px, most views have {} x {}", view.name, size.first, size.second, width, height));
-  const std::vector<BoardView> views = most == by_size.end() ? std::vector<BoardView>{} : most->second;
-  if (views.empty()) {
+        out.unseen.push_back(fmt::format("{}: {} x {} px, most views have {} x {}", view.name, size.first, size.second,
+                                         out.size.first, out.size.second));
+  return out;
+}
+
+/// Writes lens.yaml, lens.json and lens.html into the folder, and prints their names.
+Status write_reports(const std::filesystem::path& out, const LensCalibration& found, const LensReportContext& context) {
+  const auto folder = OutputFolder::open(out);
+  if (!folder.ok()) return folder.error();
+  for (const auto& [file, text] :
+       {std::pair{"lens.yaml", "lens:\n" + lens_fragment(found, context, 2)},
+        std::pair{"lens.json", lens_json(found, context)}, std::pair{"lens.html", lens_html(found, context)}}) {
+    if (const Status written = write_output(out / file, text); !written.ok()) return written;
+    std::fputs(((out / file).string() + "\n").c_str(), stdout);
+  }
+  return {};
+}
+
+int run(const Options& options) {
+  const Board board = board_of(options);
+  const auto images = images_of(options.images);
+  LensReportContext context;
+  context.date = options.date.empty() ? today() : options.date;
+  const SeenBoards seen = find_boards(images, board);
+  context.unseen = seen.unseen;
+  if (seen.views.empty()) {
     for (const auto& text : context.unseen) log_warning("left out: {}", text);
     log_error("none of {} images shows the board: is --size right ({})?", images.size(),
               board.kind == BoardKind::Chessboard ? "inner corners, not squares" : "as the board's maker counts it");
@@ -134,7 +164,7 @@ int run(const Options& options) {
   LensCalibrationConfig config;
   if (options.model != "auto") config.model = options.model == "brown" ? LensModel::Brown : LensModel::KannalaBrandt;
   config.one_focal = options.one_focal;
-  const auto found = calibrate_lens(board, views, width, height, config);
+  const auto found = calibrate_lens(board, seen.views, seen.size.first, seen.size.second, config);
   if (!found.ok()) {
     for (const auto& text : context.unseen) log_warning("left out: {}", text);
     log_error(found.error().message);
@@ -150,20 +180,9 @@ int run(const Options& options) {
         "that --size is that of the whole board, that the board is plane, and that the images are sharp",
         found->adjusted.sigma_px);
   if (options.out.empty()) return kDone;
-  const std::filesystem::path out = options.out;
-  const auto folder = OutputFolder::open(out);
-  if (!folder.ok()) {
-    log_error(folder.error().message);
+  if (const Status written = write_reports(options.out, *found, context); !written.ok()) {
+    log_error(written.error().message);
     return kOutputRefused;
-  }
-  for (const auto& [file, text] :
-       {std::pair{"lens.yaml", "lens:\n" + lens_fragment(*found, context, 2)},
-        std::pair{"lens.json", lens_json(*found, context)}, std::pair{"lens.html", lens_html(*found, context)}}) {
-    if (const Status written = write_output(out / file, text); !written.ok()) {
-      log_error(written.error().message);
-      return kOutputRefused;
-    }
-    std::fputs(((out / file).string() + "\n").c_str(), stdout);
   }
   return kDone;
 }
