@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -40,6 +41,45 @@ std::string notes_text(const storage::ShotCloudNotes& notes) {
   return out;
 }
 
+/// The points that the cloud has a place for, and their colours; both have the same order.
+struct PlacedPoints {
+  std::vector<Point<Scanner>> points;
+  std::vector<storage::ShotColour> colours;
+};
+
+/// Returns the points of the cloud, without colours yet. Error: Malformed if a field is missing.
+Result<PlacedPoints> placed_points(const storage::PcdCloud& cloud, const std::string& file) {
+  const auto x = cloud.column("x"), y = cloud.column("y"), z = cloud.column("z");
+  if (x.empty() || y.empty() || z.empty()) return Error{ErrorCode::Malformed, file + ": has no fields x, y, z"};
+  PlacedPoints out;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i]) || !std::isfinite(z[i])) continue;
+    out.points.push_back({{x[i], y[i], z[i]}});
+    out.colours.push_back({.row = i});
+  }
+  return out;
+}
+
+/// Writes what was found for each point into its colour.
+void set_colours(const std::vector<fusion::ShotPoint>& shot, std::vector<storage::ShotColour>& colours) {
+  for (std::size_t i = 0; i < shot.size(); ++i) {
+    storage::ShotColour& out = colours[i];
+    out.state = shot[i].state;
+    if (shot[i].is_in_image) out.u = shot[i].u, out.v = shot[i].v;
+    if (shot[i].state == ColourState::Direct) out.red = shot[i].red, out.green = shot[i].green, out.blue = shot[i].blue;
+  }
+}
+
+/// Draws the points over the image and writes the picture.
+Status write_overlay(const std::filesystem::path& path, const std::vector<fusion::ShotPoint>& shot,
+                     const fusion::RawView& view) {
+  const fusion::RgbRaster raster = fusion::draw_points(shot, view, {});
+  storage::RgbImage drawn(static_cast<int>(raster.width), static_cast<int>(raster.height), {});
+  for (std::size_t i = 0; i < drawn.pixels.size(); ++i)
+    drawn.pixels[i] = {raster.pixels[3 * i], raster.pixels[3 * i + 1], raster.pixels[3 * i + 2]};
+  return storage::write_png(path, drawn);
+}
+
 int colour(const Options& options) {
   const ShotCalibration calibration = read_shot_calibration(options.calibration);
   if (!calibration.intrinsics)
@@ -53,33 +93,18 @@ int colour(const Options& options) {
     log_error(!image.ok() ? image.error().message : cloud.error().message);
     return kInputUnreadable;
   }
-  const auto x = cloud->column("x"), y = cloud->column("y"), z = cloud->column("z");
-  if (x.empty() || y.empty() || z.empty()) {
-    log_error("{}: has no fields x, y, z", options.cloud);
+  auto placed = placed_points(*cloud, options.cloud);
+  if (!placed.ok()) {
+    log_error(placed.error().message);
     return kInputUnreadable;
-  }
-  std::vector<Point<Scanner>> points;
-  std::vector<storage::ShotColour> colours;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (!std::isfinite(x[i]) || !std::isfinite(y[i]) || !std::isfinite(z[i])) continue;
-    points.push_back({{x[i], y[i], z[i]}});
-    colours.push_back({.row = i});
   }
   const fusion::CameraIntrinsics lens = fit_to_image(*calibration.intrinsics, calibration.lens_file, image->width,
                                                      image->height, options.image, other_size(options.image_size));
   const fusion::RawView view{reinterpret_cast<const std::uint8_t*>(image->pixels.data()), std::size_t{3} * lens.width,
                              lens.width, lens.height, PixelFormat::Rgb8};
   const auto shot =
-      fusion::colour_single_shot(points, *calibration.T_lens_scanner, fusion::CameraModel(lens), view, {});
-  std::size_t coloured = 0, hidden = 0;
-  for (std::size_t i = 0; i < shot.size(); ++i) {
-    storage::ShotColour& out = colours[i];
-    out.state = shot[i].state;
-    if (shot[i].is_in_image) out.u = shot[i].u, out.v = shot[i].v;
-    if (shot[i].state == ColourState::Direct) out.red = shot[i].red, out.green = shot[i].green, out.blue = shot[i].blue;
-    coloured += shot[i].state == ColourState::Direct;
-    hidden += shot[i].is_in_image && shot[i].is_hidden;
-  }
+      fusion::colour_single_shot(placed->points, *calibration.T_lens_scanner, fusion::CameraModel(lens), view, {});
+  set_colours(shot, placed->colours);
 
   const auto folder = OutputFolder::open(options.out);
   if (!folder.ok()) {
@@ -88,21 +113,19 @@ int colour(const Options& options) {
   }
   const auto las_path = std::filesystem::path(options.out) / "cloud.las";
   const auto png_path = std::filesystem::path(options.out) / "overlay.png";
-  const auto written = storage::write_shot_cloud(las_path, *cloud, colours);
+  const auto written = storage::write_shot_cloud(las_path, *cloud, placed->colours);
   Status done = written.ok() ? Status() : Status(written.error());
-  const fusion::RgbRaster raster = fusion::draw_points(shot, view, {});
-  storage::RgbImage drawn(static_cast<int>(raster.width), static_cast<int>(raster.height), {});
-  for (std::size_t i = 0; i < drawn.pixels.size(); ++i)
-    drawn.pixels[i] = {raster.pixels[3 * i], raster.pixels[3 * i + 1], raster.pixels[3 * i + 2]};
-  if (done.ok()) done = storage::write_png(png_path, drawn);
+  if (done.ok()) done = write_overlay(png_path, shot, view);
   if (!done.ok()) {
     log_error(done.error().message);
     return kOutputRefused;
   }
+  const auto coloured = std::ranges::count(shot, ColourState::Direct, &fusion::ShotPoint::state);
+  const auto hidden = std::ranges::count_if(shot, [](const auto& p) { return p.is_in_image && p.is_hidden; });
   std::fputs(fmt::format("{} points, {} coloured, {} hidden behind nearer ones, {} outside the image, {} without a "
                          "place left out\n{}\n{}\n",
-                         x.size(), coloured, hidden, points.size() - coloured - hidden, x.size() - points.size(),
-                         las_path.string(), png_path.string())
+                         cloud->points(), coloured, hidden, std::ssize(placed->points) - coloured - hidden,
+                         cloud->points() - placed->points.size(), las_path.string(), png_path.string())
                  .c_str(),
              stdout);
   std::fputs(notes_text(*written).c_str(), stdout);
