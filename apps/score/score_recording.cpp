@@ -67,6 +67,24 @@ const char* word(sim::FaultyDisk::Death death) {
   return "";
 }
 
+/// Adds to the facts how many lost packets of each sensor no fault reports, or are reported though they are not lost.
+void count_untold(const std::map<SensorId, Losses>& losses_of, score::RecordingFacts& facts) {
+  for (const auto& [sensor, losses] : losses_of) {
+    const std::uint64_t untold =
+        losses.packets > losses.told ? losses.packets - losses.told : losses.told - losses.packets;
+    facts.untold += untold;
+    if (losses.packets > 0) facts.untold_bytes += losses.bytes * untold / losses.packets;
+  }
+}
+
+/// Returns how the recording ended, and what was found when it was read back.
+std::string end_text(const SimulatedCapture& capture, const Found& found) {
+  const std::string ended = capture.death != sim::FaultyDisk::Death::None ? word(capture.death)
+                            : capture.recording.ok()                      ? "recorded to the end"
+                                                                          : "the recording ended early";
+  return fmt::format("{}; reading it back: {}, {} damaged places", ended, name(found.end()), found.damaged());
+}
+
 }  // namespace
 
 Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, const std::filesystem::path& file,
@@ -129,17 +147,9 @@ Result<RecoveredRecording> judge_recording(const SimulatedCapture& capture, cons
   if (!is_end_told)
     for (const auto& [sensor, losses] : behind)
       inside[sensor].packets += losses.packets, inside[sensor].bytes += losses.bytes;
-  for (const auto& [sensor, losses] : inside) {
-    const std::uint64_t untold =
-        losses.packets > losses.told ? losses.packets - losses.told : losses.told - losses.packets;
-    facts.untold += untold;
-    if (losses.packets > 0) facts.untold_bytes += losses.bytes * untold / losses.packets;
-  }
+  count_untold(inside, facts);
   facts.end_lost_s = to_seconds(capture.end - last);
-  const std::string ended = capture.death != sim::FaultyDisk::Death::None ? word(capture.death)
-                            : capture.recording.ok()                      ? "recorded to the end"
-                                                                          : "the recording ended early";
-  facts.end = fmt::format("{}; reading it back: {}, {} damaged places", ended, name(found.end()), found.damaged());
+  facts.end = end_text(capture, found);
   return out;
 }
 

@@ -128,6 +128,68 @@ Result<Recorded> record(const sim::Scenario& scenario, const sim::Drive& drive, 
   return Recorded{std::move(*capture), std::move(*recovered), std::move(*recording)};
 }
 
+/// The pipeline with its sink, as the packets of a simulated drive come to it.
+class ScoredPipeline {
+ public:
+  /// The images of the sensor `camera` show the true exposures `numbers`, in this order. `scorer` must outlive this
+  /// object.
+  ScoredPipeline(score::Scorer& scorer, const config::Rig& rig, int threads, GpsTime drive_begin, SensorId camera,
+                 std::vector<std::uint32_t> numbers)
+      : sink_(scorer, rig, drive_begin),
+        pipeline_(rig, threads, sink_),
+        camera_(camera),
+        numbers_(std::move(numbers)) {}
+
+  /// Takes note of a packet that came to the computer. Call this for all of them, in order, each before process().
+  void announce(PacketKind kind, SensorId sensor, std::uint64_t sequence) {
+    if (kind == PacketKind::Wire && sensor == camera_) sink_.set_image(sequence, numbers_[images_++]);
+  }
+  void process(const Packet& packet) {
+    sink_.set_now(packet.received);
+    const auto began = Clock::now();
+    pipeline_.process(packet);
+    inside_ += Clock::now() - began;
+  }
+  /// Ends the stream.
+  void finish() {
+    sink_.set_now({});
+    const auto began = Clock::now();
+    pipeline_.flush();
+    inside_ += Clock::now() - began - sink_.spent();
+    sink_.finish();
+  }
+
+  const ScoreSink& sink() const { return sink_; }
+  const runtime::Pipeline& pipeline() const { return pipeline_; }
+  /// Returns the time that the pipeline took, without that of the sink.
+  double seconds() const { return std::chrono::duration<double>(inside_).count(); }
+
+ private:
+  ScoreSink sink_;
+  runtime::Pipeline pipeline_;
+  const SensorId camera_;
+  const std::vector<std::uint32_t> numbers_;
+  std::size_t images_ = 0;
+  Clock::duration inside_{0};
+};
+
+/// Records the drive on a disk with the scenario's faults, and calls `use` with the packets that are read back from it.
+/// Announces all packets that came. Errors: those of record(); Io if the recording cannot be read.
+Result<RecoveredRecording> feed_from_disk(const sim::Scenario& scenario, const sim::Drive& drive,
+                                          const sim::Timeline& timeline, const config::Rig& rig, int threads,
+                                          const std::string& cache, ScoredPipeline& pipeline,
+                                          const std::function<bool(const Packet&)>& use) {
+  const ScratchFolder folder(cache);
+  if (folder.path().empty()) return io_error("make a folder in " + cache, errno);
+  auto recorded = record(scenario, drive, timeline, rig, threads, folder.path() / "drive.mcap");
+  if (!recorded.ok()) return recorded.error();
+  for (const auto& packet : recorded->capture.packets) pipeline.announce(packet.kind, packet.sensor, packet.sequence);
+  // The way in which the recording ends is among its figures, so that only Io is an error here.
+  if (const Status read = recorded->recording.for_each(use); !read.ok() && read.error().code == ErrorCode::Io)
+    return read.error();
+  return std::move(recorded->recovered);
+}
+
 }  // namespace
 
 Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::string& name, const std::string& cache,
@@ -149,69 +211,47 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
       score::Scorer::open(scenario, drive->cache_dir, {.ray_returns = ray_returns, .seed = 1, .threads = threads});
   if (!scorer.ok()) return scorer.error();
 
-  ScoreSink sink(*scorer, rig, gps_time_ns(drive->begin_gps_ns));
-  runtime::Pipeline pipeline(rig, threads, sink);
   Devices devices;
   count_units(sent->timeline, timeline, rig, devices);
   const SensorId camera = sensors_of_channels(rig)[static_cast<std::size_t>(sim::WireChannel::Camera)];
   forgive_unmade_images(scenario, spoilt->hits, devices[camera]);
-  const auto numbers = pictures(*drive, timeline);
-  Clock::duration inside{0};
+  ScoredPipeline pipeline(*scorer, rig, threads, gps_time_ns(drive->begin_gps_ns), camera, pictures(*drive, timeline));
   const auto use = [&](const Packet& packet) {
     if (packet.sequence % 512 == 0)
       progress(name + ": colouring",
                std::min(1.0, static_cast<double>(packet.sequence) / static_cast<double>(timeline.events.size())));
     devices[packet.sensor].received_bytes += packet.kind == PacketKind::Wire ? packet.bytes.size() : 0;
-    sink.set_now(packet.received);
-    const auto began = Clock::now();
     pipeline.process(packet);
-    inside += Clock::now() - began;
     return true;
-  };
-  auto set_image = [&, images = std::size_t{0}](SensorId sensor, std::uint64_t sequence) mutable {
-    if (sensor == camera) sink.set_image(sequence, numbers[images++]);
   };
   const auto is_of_disk = [](const sim::FaultLine& line) { return sim::FaultyDisk::concerns(line.type); };
   std::optional<RecoveredRecording> recovered;
-  Status fed;
   if (std::any_of(scenario.faults.begin(), scenario.faults.end(), is_of_disk)) {
     progress(name + ": recording", 0);
-    const ScratchFolder folder(cache);
-    if (folder.path().empty()) return io_error("make a folder in " + cache, errno);
-    auto recorded = record(scenario, *drive, timeline, rig, threads, folder.path() / "drive.mcap");
-    if (!recorded.ok()) return recorded.error();
-    for (const auto& packet : recorded->capture.packets)
-      if (packet.kind == PacketKind::Wire) set_image(packet.sensor, packet.sequence);
-    recovered = std::move(recorded->recovered);
-    // The way in which the recording ends is among its figures, so that only Io is an error here.
-    if (const Status read = recorded->recording.for_each(use); !read.ok() && read.error().code == ErrorCode::Io)
-      fed = read;
+    auto read_back = feed_from_disk(scenario, *drive, timeline, rig, threads, cache, pipeline, use);
+    if (!read_back.ok()) return read_back.error();
+    recovered = std::move(*read_back);
   } else {
-    fed = for_each_simulated_packet(*drive, timeline, rig, [&](const Packet& packet) {
-      if (packet.kind == PacketKind::Wire) set_image(packet.sensor, packet.sequence);
+    const Status fed = for_each_simulated_packet(*drive, timeline, rig, [&](const Packet& packet) {
+      pipeline.announce(packet.kind, packet.sensor, packet.sequence);
       return use(packet);
     });
+    if (!fed.ok()) return fed.error();
   }
-  if (!fed.ok()) return fed.error();
-  sink.set_now({});
-  const auto began = Clock::now();
-  pipeline.flush();
-  inside += Clock::now() - began - sink.spent();
-  sink.finish();
+  pipeline.finish();
 
   ScoredRun run;
-  run.cloud = sink.cloud();
+  run.cloud = pipeline.sink().cloud();
   std::optional<score::RecordingFacts> facts;
   if (recovered) {
     facts = recovered->facts;
     facts->is_same_cloud = recovered->cloud == run.cloud;
   }
-  run.score = scorer->finish(name, account(rig, pipeline, devices, sink.told_lost()),
+  run.score = scorer->finish(name, account(rig, pipeline.pipeline(), devices, pipeline.sink().told_lost()),
                              [&](double share) { progress(name + ": casting rays", share); });
   score::add_recording_figures(facts, run.score);
-  const double seconds = std::chrono::duration<double>(inside).count();
-  run.score.figures["realtime_factor"] = {scenario.duration_s / seconds, {}};
-  run.score.figures["points_per_second"] = {static_cast<double>(run.cloud.points()) / seconds, {}};
+  run.score.figures["realtime_factor"] = {scenario.duration_s / pipeline.seconds(), {}};
+  run.score.figures["points_per_second"] = {static_cast<double>(run.cloud.points()) / pipeline.seconds(), {}};
   return run;
 }
 
