@@ -43,6 +43,112 @@ Matrix37 derivative(const Orientation& orientation, const Eigen::Vector3d& p_sca
   return A;
 }
 
+/// The normal equations of the adjustment, with seven unknowns a station: rotation, translation and scale. The places
+/// of the targets are eliminated. All coordinates of the survey are relative to one origin.
+class NormalEquations {
+ public:
+  NormalEquations(std::size_t stations, bool estimate_scale)
+      : estimate_scale_(estimate_scale),
+        N_(Eigen::MatrixXd::Zero(index(stations), index(stations))),
+        n_(Eigen::VectorXd::Zero(index(stations))) {
+    if (estimate_scale) return;
+    for (std::size_t s = 0; s < stations; ++s) N_(index(s) + 6, index(s) + 6) = 1;
+  }
+
+  /// Adds the surveyed place of a station. `off` is this place minus the present one.
+  void add_prior(std::size_t station, const Eigen::Vector3d& off, double sigma_m) {
+    const Eigen::Index at = index(station);
+    const double weight = 1 / (sigma_m * sigma_m);
+    N_.block<3, 3>(at + 3, at + 3) += weight * Eigen::Matrix3d::Identity();
+    n_.segment<3>(at + 3) += weight * off;
+    chi_squared_ += weight * off.squaredNorm();
+  }
+
+  /// Adds all observations of one target. Returns its adjusted place.
+  Eigen::Vector3d add_target(const Eigen::Vector3d& surveyed, double sigma_m,
+                             const std::vector<CentreObservation>& observations,
+                             const std::vector<AdjustedStation>& stations) {
+    struct Part {
+      Eigen::Index at;
+      Matrix37 A;
+      Eigen::Matrix3d W;
+      Eigen::Vector3d predicted;
+    };
+    std::vector<Part> parts;
+    const double prior = 1 / (sigma_m * sigma_m);
+    Eigen::Matrix3d M = prior * Eigen::Matrix3d::Identity();
+    Eigen::Vector3d m = prior * surveyed;
+    for (const CentreObservation& seen : observations) {
+      const Orientation& orientation = stations[seen.station].orientation;
+      const Eigen::Matrix3d R = orientation.scale * orientation.T_survey_scanner.rotation.toRotationMatrix();
+      Part part{index(seen.station), derivative(orientation, seen.centre_scanner),
+                (R * seen.covariance * R.transpose()).inverse(), orientation.survey_from_scanner(seen.centre_scanner)};
+      if (!estimate_scale_) part.A.col(6).setZero();
+      M += part.W;
+      m += part.W * part.predicted;
+      parts.push_back(part);
+    }
+    // The target's own place is eliminated. It is the weighted mean of what the stations and the survey give.
+    const Eigen::Matrix3d M_inverse = M.inverse();
+    const Eigen::Vector3d place = M_inverse * m;
+    chi_squared_ += prior * (place - surveyed).squaredNorm();
+    for (const Part& a : parts) {
+      const Eigen::Vector3d off = place - a.predicted;
+      chi_squared_ += off.dot(a.W * off);
+      n_.segment<7>(a.at) += a.A.transpose() * (a.W * off);
+      N_.block<7, 7>(a.at, a.at) += a.A.transpose() * a.W * a.A;
+      for (const Part& b : parts) N_.block<7, 7>(a.at, b.at) -= a.A.transpose() * a.W * M_inverse * b.W * b.A;
+    }
+    return place;
+  }
+
+  /// Factorises the equations. Returns false if they do not determine all unknowns.
+  bool factorise() {
+    // Rotations are of order 1 and translations of order 100 m. Scaling to a unit diagonal makes the smallest pivot
+    // show what is not determined.
+    unit_ = N_.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    solver_.compute(unit_.asDiagonal() * N_ * unit_.asDiagonal());
+    return solver_.vectorD().minCoeff() > 1e-10;
+  }
+  /// Returns the changes of the unknowns. Call factorise() before.
+  Eigen::VectorXd step() const { return unit_.asDiagonal() * solver_.solve(unit_.asDiagonal() * n_); }
+  /// Returns the covariance of the unknowns. Call factorise() before.
+  Eigen::MatrixXd inverse() const { return unit_.asDiagonal() * solver_.solve(Eigen::MatrixXd(unit_.asDiagonal())); }
+  double chi_squared() const { return chi_squared_; }
+  /// Returns the index of a station's first unknown.
+  static Eigen::Index index(std::size_t station) { return static_cast<Eigen::Index>(7 * station); }
+
+ private:
+  bool estimate_scale_;
+  Eigen::MatrixXd N_;
+  Eigen::VectorXd n_, unit_;
+  Eigen::LDLT<Eigen::MatrixXd> solver_;
+  double chi_squared_ = 0;
+};
+
+/// Changes the orientations by one step of the adjustment.
+void apply_step(const Eigen::VectorXd& step, bool estimate_scale, std::vector<AdjustedStation>& stations) {
+  for (std::size_t s = 0; s < stations.size(); ++s) {
+    Orientation& orientation = stations[s].orientation;
+    const Eigen::Index at = NormalEquations::index(s);
+    const Eigen::Vector3d half = step.segment<3>(at) / 2;
+    orientation.T_survey_scanner.rotation =
+        (rotation_from_rodrigues(half) * orientation.T_survey_scanner.rotation).normalized();
+    orientation.T_survey_scanner.translation += step.segment<3>(at + 3);
+    if (estimate_scale) orientation.scale += step[at + 6];
+  }
+}
+
+/// Sets the covariance of each station. A scale that is not estimated has none.
+void set_covariances(const Eigen::MatrixXd& inverse, bool estimate_scale, std::vector<AdjustedStation>& stations) {
+  for (std::size_t s = 0; s < stations.size(); ++s) {
+    stations[s].covariance = inverse.block<7, 7>(NormalEquations::index(s), NormalEquations::index(s));
+    if (estimate_scale) continue;
+    stations[s].covariance.row(6).setZero();
+    stations[s].covariance.col(6).setZero();
+  }
+}
+
 }  // namespace
 
 std::optional<Eigen::Vector3d> rodrigues_parameters(const Eigen::Quaterniond& rotation) {
@@ -87,7 +193,6 @@ Eigen::Matrix3d AdjustedStation::covariance_of(const Eigen::Vector3d& p_scanner)
 Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const SurveyedPoint> targets,
                           std::span<const CentreObservation> observations,
                           std::span<const std::optional<SurveyedPoint>> station_priors, bool estimate_scale) {
-  const auto size = static_cast<Eigen::Index>(start.size() * 7);
   if (targets.empty() || start.empty()) return Error{ErrorCode::Invalid, "nothing to adjust"};
   // Projected coordinates have seven digits before the point. Subtracting an origin keeps precision in the computation.
   const Eigen::Vector3d origin = targets[0].position_survey;
@@ -98,90 +203,27 @@ Result<Adjustment> adjust(std::span<const Orientation> start, std::span<const Su
     out.stations[s].orientation.T_survey_scanner.translation -= origin;
   }
   for (const SurveyedPoint& target : targets) out.targets_survey.push_back(target.position_survey - origin);
-  std::vector<std::vector<std::size_t>> seen(targets.size());
-  for (std::size_t i = 0; i < observations.size(); ++i) seen[observations[i].target].push_back(i);
+  std::vector<std::vector<CentreObservation>> seen(targets.size());
+  for (const CentreObservation& one : observations) seen[one.target].push_back(one);
 
-  Eigen::MatrixXd N(size, size);
-  Eigen::VectorXd n(size);
   for (out.steps = 1; out.steps <= 50; ++out.steps) {
-    N.setZero();
-    n.setZero();
-    out.chi_squared = 0;
-    for (std::size_t s = 0; s < start.size(); ++s) {
-      const auto at = static_cast<Eigen::Index>(7 * s);
-      if (!estimate_scale) N(at + 6, at + 6) = 1;
-      if (s >= station_priors.size() || !station_priors[s]) continue;
-      const double weight = 1 / (station_priors[s]->sigma_m * station_priors[s]->sigma_m);
-      const Eigen::Vector3d off =
-          station_priors[s]->position_survey - origin - out.stations[s].orientation.T_survey_scanner.translation;
-      N.block<3, 3>(at + 3, at + 3) += weight * Eigen::Matrix3d::Identity();
-      n.segment<3>(at + 3) += weight * off;
-      out.chi_squared += weight * off.squaredNorm();
-    }
-    for (std::size_t k = 0; k < targets.size(); ++k) {
-      if (seen[k].empty()) continue;
-      struct Part {
-        Eigen::Index at;
-        Matrix37 A;
-        Eigen::Matrix3d W;
-        Eigen::Vector3d predicted;
-      };
-      std::vector<Part> parts;
-      const double prior = 1 / (targets[k].sigma_m * targets[k].sigma_m);
-      Eigen::Matrix3d M = prior * Eigen::Matrix3d::Identity();
-      const Eigen::Vector3d surveyed = targets[k].position_survey - origin;
-      Eigen::Vector3d m = prior * surveyed;
-      for (const std::size_t i : seen[k]) {
-        const CentreObservation& seen_here = observations[i];
-        const Orientation& orientation = out.stations[seen_here.station].orientation;
-        const Eigen::Matrix3d R = orientation.scale * orientation.T_survey_scanner.rotation.toRotationMatrix();
-        Part part{static_cast<Eigen::Index>(7 * seen_here.station), derivative(orientation, seen_here.centre_scanner),
-                  (R * seen_here.covariance * R.transpose()).inverse(),
-                  orientation.survey_from_scanner(seen_here.centre_scanner)};
-        if (!estimate_scale) part.A.col(6).setZero();
-        M += part.W;
-        m += part.W * part.predicted;
-        parts.push_back(part);
-      }
-      // The target's own place is eliminated. It is the weighted mean of what the stations and the survey give.
-      const Eigen::Matrix3d M_inverse = M.inverse();
-      const Eigen::Vector3d place = M_inverse * m;
-      out.targets_survey[k] = place;
-      out.chi_squared += prior * (place - surveyed).squaredNorm();
-      for (const Part& a : parts) {
-        const Eigen::Vector3d off = place - a.predicted;
-        out.chi_squared += off.dot(a.W * off);
-        n.segment<7>(a.at) += a.A.transpose() * (a.W * off);
-        N.block<7, 7>(a.at, a.at) += a.A.transpose() * a.W * a.A;
-        for (const Part& b : parts) N.block<7, 7>(a.at, b.at) -= a.A.transpose() * a.W * M_inverse * b.W * b.A;
-      }
-    }
-    // Rotations are of order 1 and translations of order 100 m. Scaling to a unit diagonal makes the smallest pivot
-    // show what is not determined.
-    const Eigen::VectorXd unit = N.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::LDLT<Eigen::MatrixXd> solver(unit.asDiagonal() * N * unit.asDiagonal());
-    if (!(solver.vectorD().minCoeff() > 1e-10))
+    NormalEquations equations(start.size(), estimate_scale);
+    for (std::size_t s = 0; s < std::min(start.size(), station_priors.size()); ++s)
+      if (const auto& prior = station_priors[s])
+        equations.add_prior(s,
+                            prior->position_survey - origin - out.stations[s].orientation.T_survey_scanner.translation,
+                            prior->sigma_m);
+    for (std::size_t k = 0; k < targets.size(); ++k)
+      if (!seen[k].empty())
+        out.targets_survey[k] =
+            equations.add_target(targets[k].position_survey - origin, targets[k].sigma_m, seen[k], out.stations);
+    out.chi_squared = equations.chi_squared();
+    if (!equations.factorise())
       return Error{ErrorCode::Invalid, "the targets do not determine every station's orientation"};
-    const Eigen::VectorXd step = unit.asDiagonal() * solver.solve(unit.asDiagonal() * n);
-    for (std::size_t s = 0; s < start.size(); ++s) {
-      Orientation& orientation = out.stations[s].orientation;
-      const auto at = static_cast<Eigen::Index>(7 * s);
-      const Eigen::Vector3d half = step.segment<3>(at) / 2;
-      orientation.T_survey_scanner.rotation =
-          (rotation_from_rodrigues(half) * orientation.T_survey_scanner.rotation).normalized();
-      orientation.T_survey_scanner.translation += step.segment<3>(at + 3);
-      if (estimate_scale) orientation.scale += step[at + 6];
-    }
+    const Eigen::VectorXd step = equations.step();
+    apply_step(step, estimate_scale, out.stations);
     if (step.cwiseAbs().maxCoeff() < 1e-9 || (out.steps > 8 && step.cwiseAbs().maxCoeff() < 1e-7)) {
-      const Eigen::MatrixXd Q = unit.asDiagonal() * solver.solve(Eigen::MatrixXd(unit.asDiagonal()));
-      for (std::size_t s = 0; s < start.size(); ++s) {
-        const auto at = static_cast<Eigen::Index>(7 * s);
-        out.stations[s].covariance = Q.block<7, 7>(at, at);
-        if (!estimate_scale) {
-          out.stations[s].covariance.row(6).setZero();
-          out.stations[s].covariance.col(6).setZero();
-        }
-      }
+      set_covariances(equations.inverse(), estimate_scale, out.stations);
       break;
     }
   }
