@@ -102,6 +102,44 @@ bool lens_covariance(ceres::Problem& problem, double* lens, std::vector<Pose>& p
   return true;
 }
 
+/// Adds the lens as a parameter block, with `fixed` held, and a residual block for each corner.
+void add_corners(const Board& board, std::span<const BoardView> views, LensModel model,
+                 const LensAdjustmentConfig& config, const std::vector<int>& fixed, double* lens,
+                 std::vector<Pose>& poses, ceres::Problem& problem) {
+  problem.AddParameterBlock(lens, kLensParameters);
+  if (!fixed.empty()) problem.SetManifold(lens, new ceres::SubsetManifold(kLensParameters, fixed));
+  problem.SetParameterLowerBound(lens, 0, 1.0);
+  problem.SetParameterLowerBound(lens, 1, 1.0);
+  for (std::size_t v = 0; v < views.size(); ++v)
+    for (const SeenCorner& corner : views[v].corners)
+      problem.AddResidualBlock(corner_cost(board, corner, model, config.one_focal),
+                               config.robust_px > 0 ? new ceres::CauchyLoss(config.robust_px) : nullptr, lens,
+                               poses[v].data());
+}
+
+/// Minimises the residuals and returns the final cost. Error: Unavailable if the minimisation does not converge.
+Result<double> solve(const LensAdjustmentConfig& config, double* lens, std::vector<Pose>& poses,
+                     ceres::Problem& problem) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_SCHUR;
+  options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (Pose& pose : poses) options.linear_solver_ordering->AddElementToGroup(pose.data(), 0);
+  options.linear_solver_ordering->AddElementToGroup(lens, 1);
+  options.max_num_iterations = config.max_iterations;
+  // A robust fit may stop early, because a least-squares fit follows it.
+  const bool is_first = config.robust_px > 0;
+  options.function_tolerance = is_first ? 1e-7 : 1e-12;
+  options.gradient_tolerance = 1e-14;
+  options.parameter_tolerance = is_first ? 1e-8 : 1e-11;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  if (!summary.IsSolutionUsable())
+    return Error{ErrorCode::Unavailable, "the adjustment does not converge: " + summary.message};
+  return summary.final_cost;
+}
+
 }  // namespace
 
 Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> views, const LensValues& start,
@@ -124,39 +162,15 @@ Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> 
     return Error{ErrorCode::Invalid, fmt::format("{} corners in {} views are too few for {} unknowns", corners,
                                                  views.size(), out.unknowns)};
 
-  ceres::Problem::Options ownership;
-  ceres::Problem problem(ownership);
-  problem.AddParameterBlock(lens.data(), kLensParameters);
-  if (!fixed.empty()) problem.SetManifold(lens.data(), new ceres::SubsetManifold(kLensParameters, fixed));
-  problem.SetParameterLowerBound(lens.data(), 0, 1.0);
-  problem.SetParameterLowerBound(lens.data(), 1, 1.0);
-  for (std::size_t v = 0; v < views.size(); ++v)
-    for (const SeenCorner& corner : views[v].corners)
-      problem.AddResidualBlock(corner_cost(board, corner, start.model, config.one_focal),
-                               config.robust_px > 0 ? new ceres::CauchyLoss(config.robust_px) : nullptr, lens.data(),
-                               poses[v].data());
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_SCHUR;
-  options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (Pose& pose : poses) options.linear_solver_ordering->AddElementToGroup(pose.data(), 0);
-  options.linear_solver_ordering->AddElementToGroup(lens.data(), 1);
-  options.max_num_iterations = config.max_iterations;
-  // A robust fit may stop early, because a least-squares fit follows it.
-  const bool is_first = config.robust_px > 0;
-  options.function_tolerance = is_first ? 1e-7 : 1e-12;
-  options.gradient_tolerance = 1e-14;
-  options.parameter_tolerance = is_first ? 1e-8 : 1e-11;
-  options.num_threads = 1;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  if (!summary.IsSolutionUsable())
-    return Error{ErrorCode::Unavailable, "the adjustment does not converge: " + summary.message};
+  ceres::Problem problem;
+  add_corners(board, views, start.model, config, fixed, lens.data(), poses, problem);
+  const auto cost = solve(config, lens.data(), poses, problem);
+  if (!cost.ok()) return cost.error();
 
   if (config.one_focal) lens[1] = lens[0];
   out.lens = start;
   out.lens.set_parameters(lens);
-  out.cost = summary.final_cost;
+  out.cost = *cost;
   double sum = 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
     out.poses.push_back(pose_of(poses[v]));

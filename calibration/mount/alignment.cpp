@@ -166,6 +166,34 @@ Found search(const std::vector<AlignmentLens>& lenses, const std::vector<Alignme
   return out;
 }
 
+/// Returns an error if the result cannot be right: too few outlines, or a place at the edge of the search.
+Status check(const Found& found, const AlignmentConfig& config) {
+  if (config.use_outlines && found.outlines < kFewestOutlines)
+    return Error{
+        ErrorCode::Unavailable,
+        fmt::format(
+            "the images show {} outlines of near objects, and {} are needed: drive past posts, trees and corners",
+            found.outlines, kFewestOutlines)};
+  const double bound = config.search_deg * kRadPerDeg * 0.999;
+  if (found.correction.head<3>().cwiseAbs().maxCoeff() >= bound ||
+      (config.search_time_s > 0 && std::abs(found.correction[3]) >= 0.999 * config.search_time_s))
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("the best result is at the edge of the search ({:.2f}, {:.2f}, {:.2f} deg): the error of "
+                             "the start is larger than the search, or image and laser do not fit together",
+                             found.correction[0] / kRadPerDeg, found.correction[1] / kRadPerDeg,
+                             found.correction[2] / kRadPerDeg)};
+  return {};
+}
+
+/// Sets what the search has found.
+void set_found(const Found& found, const Transform<Body, CameraHead>& start, Alignment& out) {
+  out.T_body_head = corrected(start, found.correction);
+  out.time_offset_s = found.correction[3];
+  out.score_start = found.score_start;
+  out.score = found.score;
+  out.samples = found.outlines + found.samples;
+}
+
 }  // namespace
 
 std::string AlignmentConfig::validate() const {
@@ -188,26 +216,9 @@ Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std
   std::vector<std::size_t> all(shots.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
   Found found = search(lenses, shots, all, start, config, nullptr);
-  if (config.use_outlines && found.outlines < kFewestOutlines)
-    return Error{
-        ErrorCode::Unavailable,
-        fmt::format(
-            "the images show {} outlines of near objects, and {} are needed: drive past posts, trees and corners",
-            found.outlines, kFewestOutlines)};
-  const double bound = config.search_deg * kRadPerDeg * 0.999;
-  if (found.correction.head<3>().cwiseAbs().maxCoeff() >= bound ||
-      (config.search_time_s > 0 && std::abs(found.correction[3]) >= 0.999 * config.search_time_s))
-    return Error{ErrorCode::Unavailable,
-                 fmt::format("the best result is at the edge of the search ({:.2f}, {:.2f}, {:.2f} deg): the error of "
-                             "the start is larger than the search, or image and laser do not fit together",
-                             found.correction[0] / kRadPerDeg, found.correction[1] / kRadPerDeg,
-                             found.correction[2] / kRadPerDeg)};
+  if (const Status good = check(found, config); !good.ok()) return good.error();
   Alignment out;
-  out.T_body_head = corrected(start, found.correction);
-  out.time_offset_s = found.correction[3];
-  out.score_start = found.score_start;
-  out.score = found.score;
-  out.samples = found.outlines + found.samples;
+  set_found(found, start, out);
   out.shots = shots.size();
   AlignmentConfig fine = config;
   if (config.use_relation) {
@@ -226,11 +237,7 @@ Result<Alignment> align_head(const std::vector<AlignmentLens>& lenses, const std
     // The search had left out its last steps, because the adjustment was to follow.
     fine.use_relation = false;
     found = search(lenses, shots, all, start, fine, &found.correction);
-    out.T_body_head = corrected(start, found.correction);
-    out.time_offset_s = found.correction[3];
-    out.score_start = found.score_start;
-    out.score = found.score;
-    out.samples = found.outlines + found.samples;
+    set_found(found, start, out);
   }
   const std::size_t groups =
       std::min({static_cast<std::size_t>(std::max(0, config.groups)), kMostGroups, shots.size()});

@@ -38,6 +38,55 @@ Eigen::Matrix4d pull_of(const std::vector<HeadNormals>& shots, const std::vector
   return out * static_cast<double>(parts) / static_cast<double>(parts - 1);
 }
 
+/// Returns the widths of blur, from the expected error of the start to the finest, px.
+std::vector<float> blurs_of(double focal_px) {
+  std::vector<float> out;
+  for (auto blur = static_cast<float>(2 * focal_px * kBegin); blur > 1; blur /= 2) out.push_back(blur);
+  out.push_back(1.0F);
+  return out;
+}
+
+/// Returns the step to the optimum. The last of the four unknowns, the time, is 0 unless `free` is 4.
+/// Error: Unavailable if too few patches contribute, or if they do not determine the rotation.
+Result<HeadCorrection> step_of(const HeadNormals& sum, Eigen::Index free) {
+  if (sum.patches < kFewestPatches)
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("laser intensity follows the grey levels in {} patches of the images; {} are needed",
+                             sum.patches, kFewestPatches)};
+  const Eigen::MatrixXd information = sum.information.topLeftCorner(free, free);
+  const Eigen::LDLT<Eigen::MatrixXd> factors(information);
+  const Eigen::MatrixXd inverse = factors.solve(Eigen::MatrixXd::Identity(free, free));
+  if (!(factors.isPositive() && inverse.allFinite() &&
+        inverse.topLeftCorner(3, 3).trace() < kWeakestTurn * kWeakestTurn))
+    return Error{
+        ErrorCode::Unavailable,
+        "the patches in which laser intensity follows the grey levels do not determine the rotation of the head"};
+  HeadCorrection by = HeadCorrection::Zero();
+  by.head(free) = -factors.solve(sum.gradient.head(free));
+  return by;
+}
+
+/// Returns the covariance of the result from the differences between parts of the shots. Neighbouring shots see the
+/// same objects and therefore have common errors. Stretches of the drive are independent of each other. So are lenses,
+/// because each lens has its own calibration error in all of its images.
+Eigen::Matrix4d covariance_of(const std::vector<AlignmentShot>& shots, const std::vector<HeadNormals>& of_shots,
+                              const HeadNormals& sum, std::size_t groups, std::size_t lenses, Eigen::Index free,
+                              double focal_px) {
+  std::vector<std::size_t> stretches, of_lens;
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    stretches.push_back(i * groups / shots.size());
+    of_lens.push_back(shots[i].lens);
+  }
+  const Eigen::MatrixXd inverse =
+      Eigen::LDLT<Eigen::MatrixXd>(Eigen::MatrixXd(sum.information.topLeftCorner(free, free)))
+          .solve(Eigen::MatrixXd::Identity(free, free));
+  const Eigen::Matrix4d pulls = pull_of(of_shots, stretches, groups) + pull_of(of_shots, of_lens, lenses);
+  Eigen::Matrix4d out = Eigen::Matrix4d::Zero();
+  out.topLeftCorner(free, free) = inverse * pulls.topLeftCorner(free, free) * inverse;
+  out.topLeftCorner<3, 3>().diagonal().array() += std::pow(kFinest_px / focal_px, 2);
+  return out;
+}
+
 }  // namespace
 
 Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, const std::vector<AlignmentShot>& shots,
@@ -47,10 +96,8 @@ Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, con
   HeadAdjustment out;
   out.T_body_head = start;
   out.time_offset_s = time_offset_s;
-  std::vector<float> blurs;
   const double focal = lenses[shots[0].lens].values.focal_px.mean();
-  for (auto blur = static_cast<float>(2 * focal * kBegin); blur > 1; blur /= 2) blurs.push_back(blur);
-  blurs.push_back(1.0F);
+  const std::vector<float> blurs = blurs_of(focal);
   const Eigen::Index free = time_is_free ? 4 : 3;
   std::vector<HeadNormals> of_shots(shots.size());
   HeadNormals sum;
@@ -66,20 +113,9 @@ Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, con
             relation.normals(i, out.T_body_head, out.time_offset_s, blurs[level], is_last ? 1 : kStrideWhenBlurred);
         sum += of_shots[i];
       }
-      if (sum.patches < kFewestPatches)
-        return Error{ErrorCode::Unavailable,
-                     fmt::format("laser intensity follows the grey levels in {} patches of the images; {} are needed",
-                                 sum.patches, kFewestPatches)};
-      const Eigen::MatrixXd information = sum.information.topLeftCorner(free, free);
-      const Eigen::LDLT<Eigen::MatrixXd> factors(information);
-      const Eigen::MatrixXd inverse = factors.solve(Eigen::MatrixXd::Identity(free, free));
-      if (!(factors.isPositive() && inverse.allFinite() &&
-            inverse.topLeftCorner(3, 3).trace() < kWeakestTurn * kWeakestTurn))
-        return Error{
-            ErrorCode::Unavailable,
-            "the patches in which laser intensity follows the grey levels do not determine the rotation of the head"};
-      HeadCorrection by = HeadCorrection::Zero();
-      by.head(free) = -factors.solve(sum.gradient.head(free));
+      const auto wanted = step_of(sum, free);
+      if (!wanted.ok()) return wanted.error();
+      HeadCorrection by = *wanted;
       // The linearisation is valid only within the width of the blur.
       const double reach = static_cast<double>(blurs[level]) / focal;
       if (by.head<3>().norm() > reach) by *= reach / by.head<3>().norm();
@@ -103,19 +139,7 @@ Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, con
   out.samples = sum.samples;
   const std::size_t groups = std::min(static_cast<std::size_t>(std::max(0, config.groups)), shots.size());
   if (groups < 2) return out;
-  // Neighbouring shots see the same objects and therefore have common errors. Stretches of the drive are independent of
-  // each other. So are lenses, because each lens has its own calibration error in all of its images.
-  std::vector<std::size_t> stretches, of_lens;
-  for (std::size_t i = 0; i < shots.size(); ++i) {
-    stretches.push_back(i * groups / shots.size());
-    of_lens.push_back(shots[i].lens);
-  }
-  const Eigen::MatrixXd inverse =
-      Eigen::LDLT<Eigen::MatrixXd>(Eigen::MatrixXd(sum.information.topLeftCorner(free, free)))
-          .solve(Eigen::MatrixXd::Identity(free, free));
-  const Eigen::Matrix4d pulls = pull_of(of_shots, stretches, groups) + pull_of(of_shots, of_lens, lenses.size());
-  out.covariance.topLeftCorner(free, free) = inverse * pulls.topLeftCorner(free, free) * inverse;
-  out.covariance.topLeftCorner<3, 3>().diagonal().array() += std::pow(kFinest_px / focal, 2);
+  out.covariance = covariance_of(shots, of_shots, sum, groups, lenses.size(), free, focal);
   return out;
 }
 

@@ -146,6 +146,81 @@ std::string what_would_fit(const LensValues& lens, std::vector<Correspondence> p
                      mirrored.agreeing);
 }
 
+/// Returns the direction of each point's pixel. Error: Invalid if a pixel has none or a point is not finite.
+Result<std::vector<Eigen::Vector3d>> rays_of(const LensValues& lens, const std::vector<Correspondence>& points) {
+  std::vector<Eigen::Vector3d> rays;
+  for (const Correspondence& point : points) {
+    const auto ray = lens.direction(point.pixel);
+    if (!ray || !point.p_scanner.allFinite())
+      return Error{ErrorCode::Invalid,
+                   fmt::format("point {} at ({:.1f}, {:.1f}) px: no direction of the lens falls on this pixel",
+                               point.name, point.pixel.x(), point.pixel.y())};
+    rays.push_back(*ray);
+  }
+  return rays;
+}
+
+/// Returns 1 over the standard deviation of each point's pixel. The start is good enough to compute it from the
+/// distances.
+std::vector<double> weights_of(const LensValues& lens, const std::vector<Correspondence>& points,
+                               const Transform<Lens, Scanner>& start, const ResectionConfig& config) {
+  std::vector<double> weights;
+  for (const Correspondence& point : points) {
+    const double distance = std::max(0.1, (start * Point<Scanner>{point.p_scanner}).xyz.norm());
+    weights.push_back(1.0 / std::hypot(config.sigma_px, lens.focal_px.mean() * config.sigma_point_m / distance));
+  }
+  return weights;
+}
+
+/// Returns which points agree with `T`. They are compared with the noise of those that were used for it.
+std::vector<bool> agreeing_with(const Transform<Lens, Scanner>& T, const LensValues& lens,
+                                const std::vector<Correspondence>& points, const std::vector<double>& weights,
+                                const std::vector<bool>& used, double outlier_sigma) {
+  std::vector<double> radii;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (used[i]) radii.push_back(weights[i] * pixel_error(lens, T, points[i]));
+  std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
+  // Few points determine the noise badly.
+  const double scale = radii[radii.size() / 2] / kMedianOfRadius * (1 + 5.0 / static_cast<double>(radii.size()));
+  std::vector<bool> agreeing(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    agreeing[i] = weights[i] * pixel_error(lens, T, points[i]) <= std::max(outlier_sigma * scale, 1e-6);
+  return agreeing;
+}
+
+/// Fits the pose to the points that agree with each other, and sets `used` to them. They are at least `needed`, or the
+/// fit before is kept.
+Fit fit_majority(const LensValues& lens, const std::vector<Correspondence>& points, const std::vector<double>& weights,
+                 const Transform<Lens, Scanner>& start, const ResectionConfig& config, int needed,
+                 std::vector<bool>& used) {
+  used.resize(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) used[i] = pixel_error(lens, start, points[i]) < 3 * config.agree_px;
+  Fit found = fit(lens, points, used, weights, start, 2.0);
+  for (int round = 0; round < 4 && found.ok; ++round) {
+    const auto again = agreeing_with(found.T, lens, points, weights, used, config.outlier_sigma);
+    if (std::count(again.begin(), again.end(), true) < needed || (round > 0 && again == used)) break;
+    used = again;
+    found = fit(lens, points, used, weights, found.T, 0);
+  }
+  return found;
+}
+
+/// Sets the residuals of all points, and the statistics of those that were used.
+void set_residuals(const LensValues& lens, const std::vector<Correspondence>& points,
+                   const std::vector<double>& weights, const Transform<Lens, Scanner>& T, Resection& out) {
+  double sum = 0, weighted = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto pixel = lens.project((T * Point<Scanner>{points[i].p_scanner}).xyz);
+    out.residuals.push_back(pixel ? Eigen::Vector2d(points[i].pixel - *pixel)
+                                  : Eigen::Vector2d(kNowhere_px, kNowhere_px));
+    if (!out.is_used[i]) continue;
+    sum += out.residuals.back().squaredNorm();
+    weighted += weights[i] * weights[i] * out.residuals.back().squaredNorm();
+  }
+  out.rms_px = std::sqrt(sum / out.used);
+  out.unit_sigma = std::sqrt(weighted / (2 * out.used - 6));
+}
+
 }  // namespace
 
 std::string ResectionConfig::validate() const {
@@ -164,16 +239,9 @@ Result<Resection> resect(const LensValues& lens, const std::vector<Correspondenc
     return Error{ErrorCode::Invalid,
                  fmt::format("there are {} points; a resection needs 4, and 10 or more to estimate its own error",
                              points.size())};
-  std::vector<Eigen::Vector3d> rays;
-  for (const Correspondence& point : points) {
-    const auto ray = lens.direction(point.pixel);
-    if (!ray || !point.p_scanner.allFinite())
-      return Error{ErrorCode::Invalid,
-                   fmt::format("point {} at ({:.1f}, {:.1f}) px: no direction of the lens falls on this pixel",
-                               point.name, point.pixel.x(), point.pixel.y())};
-    rays.push_back(*ray);
-  }
-  const Start start = best_start(lens, points, rays, config.agree_px);
+  const auto rays = rays_of(lens, points);
+  if (!rays.ok()) return rays.error();
+  const Start start = best_start(lens, points, *rays, config.agree_px);
   const int needed = std::max(4, static_cast<int>((points.size() + 1) / 2));
   if (start.agreeing == 0)
     return Error{ErrorCode::Unavailable,
@@ -181,48 +249,16 @@ Result<Resection> resect(const LensValues& lens, const std::vector<Correspondenc
   if (start.agreeing < needed)
     return Error{ErrorCode::Unavailable,
                  fmt::format("only {} of {} points agree on one pose within {} px{}", start.agreeing, points.size(),
-                             config.agree_px, what_would_fit(lens, points, rays, config.agree_px))};
-  // The start is good enough to compute the weights from the distances.
-  std::vector<double> weights;
-  for (const Correspondence& point : points) {
-    const double distance = std::max(0.1, (start.T * Point<Scanner>{point.p_scanner}).xyz.norm());
-    weights.push_back(1.0 / std::hypot(config.sigma_px, lens.focal_px.mean() * config.sigma_point_m / distance));
-  }
-  std::vector<bool> used(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) used[i] = pixel_error(lens, start.T, points[i]) < 3 * config.agree_px;
-  Fit found = fit(lens, points, used, weights, start.T, 2.0);
-  for (int round = 0; round < 4 && found.ok; ++round) {
-    // Points are compared with the noise of the majority. Few points determine that noise badly.
-    std::vector<double> radii;
-    for (std::size_t i = 0; i < points.size(); ++i)
-      if (used[i]) radii.push_back(weights[i] * pixel_error(lens, found.T, points[i]));
-    std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
-    const double scale = radii[radii.size() / 2] / kMedianOfRadius * (1 + 5.0 / static_cast<double>(radii.size()));
-    std::vector<bool> again(points.size());
-    for (std::size_t i = 0; i < points.size(); ++i)
-      again[i] = weights[i] * pixel_error(lens, found.T, points[i]) <= std::max(config.outlier_sigma * scale, 1e-6);
-    if (std::count(again.begin(), again.end(), true) < needed || (round > 0 && again == used)) break;
-    used = again;
-    found = fit(lens, points, used, weights, found.T, 0);
-  }
+                             config.agree_px, what_would_fit(lens, points, *rays, config.agree_px))};
+  const auto weights = weights_of(lens, points, start.T, config);
   Resection out;
-  out.used = static_cast<int>(std::count(used.begin(), used.end(), true));
+  const Fit found = fit_majority(lens, points, weights, start.T, config, needed, out.is_used);
+  out.used = static_cast<int>(std::count(out.is_used.begin(), out.is_used.end(), true));
   if (!found.ok || out.used < needed)
     return Error{ErrorCode::Unavailable,
                  fmt::format("only {} of {} points agree with each other", out.used, points.size())};
   out.T_scanner_lens = found.T.inverse();
-  out.is_used = used;
-  double sum = 0, weighted = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto pixel = lens.project((found.T * Point<Scanner>{points[i].p_scanner}).xyz);
-    out.residuals.push_back(pixel ? Eigen::Vector2d(points[i].pixel - *pixel)
-                                  : Eigen::Vector2d(kNowhere_px, kNowhere_px));
-    if (!used[i]) continue;
-    sum += out.residuals.back().squaredNorm();
-    weighted += weights[i] * weights[i] * out.residuals.back().squaredNorm();
-  }
-  out.rms_px = std::sqrt(sum / out.used);
-  out.unit_sigma = std::sqrt(weighted / (2 * out.used - 6));
+  set_residuals(lens, points, weights, found.T, out);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(found.normal);
   const Eigen::MatrixXd inverse = eigen.eigenvectors() *
                                   eigen.eigenvalues().cwiseMax(1e-12).cwiseInverse().asDiagonal() *
