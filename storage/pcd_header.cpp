@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 namespace hueline::storage {
 namespace {
@@ -14,6 +15,37 @@ bool is_known_type(char type, std::size_t size) {
 
 Error malformed(const std::string& name, std::size_t line, const std::string& what) {
   return {ErrorCode::Malformed, fmt::format("{}:{}: not a PCD header: {}", name, line, what)};
+}
+
+/// Returns the encoding of this name, or nothing.
+std::optional<PcdEncoding> encoding_of(std::string_view name) {
+  if (name == "ascii") return PcdEncoding::Ascii;
+  if (name == "binary") return PcdEncoding::Binary;
+  if (name == "binary_compressed") return PcdEncoding::Compressed;
+  return {};
+}
+
+/// Checks that the lines of the header fit together and that its types can be read. `line` is that of DATA.
+Status check_columns(const PcdHeader& header, const std::string& name, std::size_t line) {
+  const std::size_t n = header.fields.size();
+  if (n == 0 || header.sizes.size() != n || header.types.size() != n || header.counts.size() != n)
+    return malformed(name, line,
+                     fmt::format("FIELDS names {} fields, SIZE has {}, TYPE {} and COUNT {}", n, header.sizes.size(),
+                                 header.types.size(), header.counts.size()));
+  std::size_t columns = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    // Fields of padding, and fields with no values, are not read, so their size and type are not checked.
+    const bool is_read = header.counts[i] > 0 && !header.is_padding(i);
+    if (is_read && !is_known_type(header.types[i], header.sizes[i]))
+      return malformed(name, line,
+                       fmt::format("field {}: type {} of {} bytes; known: I and U of 1, 2, 4, 8, F of 4, 8",
+                                   header.fields[i], header.types[i], header.sizes[i]));
+    columns += header.counts[i];
+  }
+  if (columns > kMostPcdColumns)
+    return Error{ErrorCode::Unsupported,
+                 fmt::format("{}: has {} columns; clouds of at most {} are read", name, columns, kMostPcdColumns)};
+  return {};
 }
 
 }  // namespace
@@ -63,34 +95,13 @@ Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name
     }
     if (key != "DATA") continue;
     if (words.size() != 2) return malformed(name, line_number, "DATA has no encoding, or more than one");
-    if (words[1] == "ascii")
-      header.encoding = PcdEncoding::Ascii;
-    else if (words[1] == "binary")
-      header.encoding = PcdEncoding::Binary;
-    else if (words[1] == "binary_compressed")
-      header.encoding = PcdEncoding::Compressed;
-    else
+    const auto encoding = encoding_of(words[1]);
+    if (!encoding)
       return malformed(name, line_number,
                        fmt::format("DATA is '{}'; allowed: ascii, binary, binary_compressed", words[1]));
+    header.encoding = *encoding;
     if (header.counts.empty()) header.counts.assign(header.fields.size(), 1);
-    const std::size_t n = header.fields.size();
-    if (n == 0 || header.sizes.size() != n || header.types.size() != n || header.counts.size() != n)
-      return malformed(name, line_number,
-                       fmt::format("FIELDS names {} fields, SIZE has {}, TYPE {} and COUNT {}", n, header.sizes.size(),
-                                   header.types.size(), header.counts.size()));
-    std::size_t columns = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      // Fields of padding, and fields with no values, are not read, so their size and type are not checked.
-      const bool is_read = header.counts[i] > 0 && !header.is_padding(i);
-      if (is_read && !is_known_type(header.types[i], header.sizes[i]))
-        return malformed(name, line_number,
-                         fmt::format("field {}: type {} of {} bytes; known: I and U of 1, 2, 4, 8, F of 4, 8",
-                                     header.fields[i], header.types[i], header.sizes[i]));
-      columns += header.counts[i];
-    }
-    if (columns > kMostPcdColumns)
-      return Error{ErrorCode::Unsupported,
-                   fmt::format("{}: has {} columns; clouds of at most {} are read", name, columns, kMostPcdColumns)};
+    if (const Status good = check_columns(header, name, line_number); !good.ok()) return good.error();
     if (!has_points) header.points = std::min<std::size_t>(width * height, 2'000'000'000u);
     header.data_begin = begin;
     return header;

@@ -144,6 +144,81 @@ void choose_steps(const std::array<std::span<const double>, 3>& xyz, std::span<c
   header.scale.fill(step);
 }
 
+/// The extra bytes of the points: how the file describes them, and the values of those that the cloud has.
+struct ExtraFields {
+  std::vector<LasExtraField> described;  ///< the cloud's fields, then those of the sampled pixel
+  std::vector<Kept> kept;                ///< of the cloud's fields
+};
+
+/// Gives each field of the cloud except its coordinates a name that is free in LAS.
+ExtraFields extra_fields(const PcdCloud& cloud) {
+  ExtraFields out;
+  std::set<std::string> used = {kImageU, kImageV, kState};
+  for (std::size_t f = 0; f < cloud.fields.size(); ++f) {
+    const std::string& field = cloud.fields[f];
+    if (field == "x" || field == "y" || field == "z" || field == "_") continue;
+    const std::string plain = (is_taken(field) ? "cloud_" + field : field).substr(0, 28);
+    std::string name = plain;
+    for (int again = 2; !used.insert(name).second; ++again) name = fmt::format("{}_{}", plain, again);
+    out.described.push_back({name, "as the cloud has it", las_type(cloud.types[f])});
+    out.kept.push_back({cloud.columns[f], out.described.back().type});
+  }
+  out.described.push_back({kImageU, "column that was sampled, px", LasType::F32});
+  out.described.push_back({kImageV, "row that was sampled, px", LasType::F32});
+  out.described.push_back({kState, "0 coloured 3 uncoloured", LasType::U8});
+  return out;
+}
+
+/// What a point record needs of the cloud.
+struct Columns {
+  std::array<std::span<const double>, 3> xyz;
+  std::span<const double> intensity, time;  ///< empty if the cloud has none
+  double intensity_scale;
+};
+
+/// Returns the header of a file with these points. Its bounds are still missing.
+LasHeader header_of(const Columns& columns, std::span<const ShotColour> points,
+                    const std::vector<LasExtraField>& described, std::size_t record_of_fields_bytes) {
+  LasHeader header;
+  header.global_encoding = kLasWkt;
+  header.system_identifier = header.generating_software = "hueline";
+  header.header_size = kLasHeaderSize14;
+  header.vlr_count = 1;
+  header.point_offset = static_cast<std::uint32_t>(kLasHeaderSize14 + record_of_fields_bytes);
+  header.point_format = kFormat;
+  std::size_t size = las_point_size(kFormat);
+  for (const LasExtraField& field : described) size += size_of(field.type);
+  header.point_size = static_cast<std::uint16_t>(size);
+  header.point_count = header.points_by_return[0] = points.size();
+  choose_steps(columns.xyz, points, header);
+  return header;
+}
+
+/// Returns the coordinates of a point in steps of the header.
+std::array<std::int32_t, 3> steps_of(const Columns& columns, std::size_t row, const LasHeader& header) {
+  std::array<std::int32_t, 3> out;
+  for (std::size_t k = 0; k < 3; ++k)
+    out[k] = static_cast<std::int32_t>(std::nearbyint((columns.xyz[k][row] - header.offset[k]) / header.scale[k]));
+  return out;
+}
+
+void append_point(Bytes& out, const std::array<std::int32_t, 3>& steps, const ShotColour& p, const Columns& columns,
+                  const std::vector<Kept>& kept) {
+  const auto intensity = columns.intensity, time = columns.time;
+  for (const std::int32_t step : steps) append(out, step);
+  const double strength =
+      intensity.empty() || !std::isfinite(intensity[p.row]) ? 0 : intensity[p.row] * columns.intensity_scale;
+  append(out, static_cast<std::uint16_t>(std::clamp(std::nearbyint(strength), 0.0, 65535.0)));
+  append(out, std::uint8_t{0x11});                           // return 1 of 1
+  for (int i = 0; i < 3; ++i) append(out, std::uint8_t{0});  // flags, classification, user data
+  append(out, std::int16_t{0});                              // scan angle
+  append(out, std::uint16_t{0});                             // point source
+  append(out, time.empty() || !std::isfinite(time[p.row]) ? 0.0 : time[p.row]);
+  for (const std::uint8_t colour : {p.red, p.green, p.blue}) append(out, static_cast<std::uint16_t>(colour * 257));
+  for (const Kept& field : kept) append_value(out, field.values[p.row], field.type);
+  append(out, p.u), append(out, p.v), append(out, static_cast<std::uint8_t>(p.state));
+}
+
 }  // namespace
 
 Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const PcdCloud& cloud,
@@ -153,46 +228,20 @@ Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const
     if (axis.empty() && cloud.points() > 0)
       return Error{ErrorCode::Invalid, path.string() + ": the cloud has no fields x, y, z"};
 
-  std::vector<LasExtraField> described;
-  std::vector<Kept> kept;
-  std::set<std::string> used = {kImageU, kImageV, kState};
-  for (std::size_t f = 0; f < cloud.fields.size(); ++f) {
-    const std::string& field = cloud.fields[f];
-    if (field == "x" || field == "y" || field == "z" || field == "_") continue;
-    const std::string plain = (is_taken(field) ? "cloud_" + field : field).substr(0, 28);
-    std::string name = plain;
-    for (int again = 2; !used.insert(name).second; ++again) name = fmt::format("{}_{}", plain, again);
-    described.push_back({name, "as the cloud has it", las_type(cloud.types[f])});
-    kept.push_back({cloud.columns[f], described.back().type});
-  }
-  if (described.size() > kMostFields)
+  const ExtraFields fields = extra_fields(cloud);
+  if (fields.kept.size() > kMostFields)
     return Error{ErrorCode::Invalid, fmt::format("{}: the cloud has {} fields; LAS can keep {}", path.string(),
-                                                 described.size(), kMostFields)};
-  described.push_back({kImageU, "column that was sampled, px", LasType::F32});
-  described.push_back({kImageV, "row that was sampled, px", LasType::F32});
-  described.push_back({kState, "0 coloured 3 uncoloured", LasType::U8});
-
+                                                 fields.kept.size(), kMostFields)};
   ShotCloudNotes notes;
   notes.intensity_field = first_of(cloud, {"intensity", "reflectivity"});
   const auto intensity = cloud.column(notes.intensity_field);
   if (!notes.intensity_field.empty()) notes.intensity_scale = intensity_scale(intensity);
   notes.time_field = first_of(cloud, {"timestamp", "time_stamp", "time", "gps_time", "t", "offset_time"});
-  const auto time = cloud.column(notes.time_field);
+  const Columns columns{xyz, intensity, cloud.column(notes.time_field), notes.intensity_scale};
 
-  LasHeader header;
   Bytes record_of_fields;
-  append_vlr(record_of_fields, {"LASF_Spec", 4, "Extra bytes", encode_extra_fields(described)});
-  header.global_encoding = kLasWkt;
-  header.system_identifier = header.generating_software = "hueline";
-  header.header_size = kLasHeaderSize14;
-  header.vlr_count = 1;
-  header.point_offset = static_cast<std::uint32_t>(kLasHeaderSize14 + record_of_fields.size());
-  header.point_format = kFormat;
-  std::size_t size = las_point_size(kFormat);
-  for (const LasExtraField& field : described) size += size_of(field.type);
-  header.point_size = static_cast<std::uint16_t>(size);
-  header.point_count = header.points_by_return[0] = points.size();
-  choose_steps(xyz, points, header);
+  append_vlr(record_of_fields, {"LASF_Spec", 4, "Extra bytes", encode_extra_fields(fields.described)});
+  LasHeader header = header_of(columns, points, fields.described, record_of_fields.size());
   notes.step_m = header.scale[0];
   notes.offset_m = header.offset;
 
@@ -204,24 +253,12 @@ Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const
   low.fill(std::numeric_limits<std::int32_t>::max());
   high.fill(std::numeric_limits<std::int32_t>::min());
   for (const ShotColour& p : points) {
+    const auto steps = steps_of(columns, p.row, header);
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto steps =
-          static_cast<std::int32_t>(std::nearbyint((xyz[k][p.row] - header.offset[k]) / header.scale[k]));
-      low[k] = std::min(low[k], steps);
-      high[k] = std::max(high[k], steps);
-      append(out, steps);
+      low[k] = std::min(low[k], steps[k]);
+      high[k] = std::max(high[k], steps[k]);
     }
-    const double strength =
-        intensity.empty() || !std::isfinite(intensity[p.row]) ? 0 : intensity[p.row] * notes.intensity_scale;
-    append(out, static_cast<std::uint16_t>(std::clamp(std::nearbyint(strength), 0.0, 65535.0)));
-    append(out, std::uint8_t{0x11});                           // return 1 of 1
-    for (int i = 0; i < 3; ++i) append(out, std::uint8_t{0});  // flags, classification, user data
-    append(out, std::int16_t{0});                              // scan angle
-    append(out, std::uint16_t{0});                             // point source
-    append(out, time.empty() || !std::isfinite(time[p.row]) ? 0.0 : time[p.row]);
-    for (const std::uint8_t colour : {p.red, p.green, p.blue}) append(out, static_cast<std::uint16_t>(colour * 257));
-    for (const Kept& field : kept) append_value(out, field.values[p.row], field.type);
-    append(out, p.u), append(out, p.v), append(out, static_cast<std::uint8_t>(p.state));
+    append_point(out, steps, p, columns, fields.kept);
     if (out.size() < kBuffered) continue;
     if (Status written = file->write(out); !written) return written.error();
     out.clear();
