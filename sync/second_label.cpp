@@ -111,25 +111,22 @@ std::string SecondLabel::explain(SensorId sensor, std::int64_t difference) const
                      describe_offset(difference));
 }
 
-SecondLabel::Decision SecondLabel::decide(HostTime now) const {
-  Decision out;
-  std::vector<Verdict> verdicts;
+std::vector<SecondLabel::Verdict> SecondLabel::verdicts(HostTime now, std::vector<Conflict>& conflicts) const {
+  std::vector<Verdict> out;
   for (const Source& source : sources_) {
     const Candidate* c = settled(source, now);
     if (!c) continue;
     if (gps_time_ns(0) + std::chrono::seconds(c->N) < config_.not_before) {
       // N counts from the first pulse, so N seconds after the epoch is the time of the first pulse.
-      out.conflicts.push_back(
-          {source.sensor, 0,
-           fmt::format("sensor {} says {}: before any possible drive; its week number has rolled over", source.sensor,
-                       iso_utc(gps_time_ns(0) + std::chrono::seconds(c->N)))});
+      conflicts.push_back({source.sensor, 0,
+                           fmt::format("sensor {} says {}: before any possible drive; its week number has rolled over",
+                                       source.sensor, iso_utc(gps_time_ns(0) + std::chrono::seconds(c->N)))});
       continue;
     }
-    auto v = std::find_if(verdicts.begin(), verdicts.end(),
-                          [&](const Verdict& known) { return known.sensor == source.sensor; });
-    if (v == verdicts.end()) {
-      verdicts.push_back({source.sensor, {}, {}, false, 0});
-      v = verdicts.end() - 1;
+    auto v = std::find_if(out.begin(), out.end(), [&](const Verdict& known) { return known.sensor == source.sensor; });
+    if (v == out.end()) {
+      out.push_back({source.sensor, {}, {}, false, 0});
+      v = out.end() - 1;
     }
     if (source.kind == Evidence::Arrival) {
       v->arrivals = c->N;
@@ -139,51 +136,53 @@ SecondLabel::Decision SecondLabel::decide(HostTime now) const {
       v->label_support = c->older + c->newer;
     }
   }
+  return out;
+}
 
-  // The N of each source. A source that contradicts itself has none.
-  struct Opinion {
-    SensorId sensor;
-    std::int64_t N;
-    bool decisive;
-  };
-  std::vector<Opinion> opinions;
-  for (const Verdict& v : verdicts) {
+std::vector<SecondLabel::Opinion> SecondLabel::opinions(HostTime now, std::vector<Conflict>& conflicts) const {
+  std::vector<Opinion> out;
+  for (const Verdict& v : verdicts(now, conflicts)) {
     if (v.decisive) {
       const std::int64_t difference = v.labels ? *v.labels - *v.arrivals : 0;
       if (difference > 0 || difference < -config_.late_seconds) {
-        out.conflicts.push_back(
+        conflicts.push_back(
             {v.sensor, difference,
              fmt::format("sensor {}: its time labels and the arrival of its other messages differ by {}", v.sensor,
                          describe_offset(difference))});
         if (v.sensor != config_.trusted) continue;
       }
-      opinions.push_back({v.sensor, *v.arrivals, true});
+      out.push_back({v.sensor, *v.arrivals, true});
     } else if (v.labels && config_.allow_labels_alone &&
                v.label_support >= static_cast<std::uint64_t>(config_.agreeing_alone) &&
                (!v.arrivals || *v.arrivals <= *v.labels)) {
-      opinions.push_back({v.sensor, *v.labels, false});
+      out.push_back({v.sensor, *v.labels, false});
     }
   }
-  if (opinions.empty()) return out;
+  return out;
+}
 
-  const auto trusted = std::find_if(opinions.begin(), opinions.end(), [&](const Opinion& o) {
+SecondLabel::Decision SecondLabel::decide(HostTime now) const {
+  Decision out;
+  const std::vector<Opinion> all = opinions(now, out.conflicts);
+  if (all.empty()) return out;
+  const auto trusted = std::find_if(all.begin(), all.end(), [&](const Opinion& o) {
     return config_.trusted != kSystemSensor && o.sensor == config_.trusted;
   });
   // Without a trusted source, the others are compared with the strongest opinion.
-  const Opinion& reference =
-      trusted != opinions.end()
-          ? *trusted
-          : *std::max_element(opinions.begin(), opinions.end(),
-                              [](const Opinion& a, const Opinion& b) { return a.decisive < b.decisive; });
+  const Opinion& reference = trusted != all.end()
+                                 ? *trusted
+                                 : *std::max_element(all.begin(), all.end(), [](const Opinion& a, const Opinion& b) {
+                                     return a.decisive < b.decisive;
+                                   });
   bool unanimous = true;
-  for (const Opinion& o : opinions) {
+  for (const Opinion& o : all) {
     const std::int64_t difference = o.N - reference.N;
     const bool merely_late = reference.decisive && !o.decisive && difference < 0 && difference >= -config_.late_seconds;
     if (difference == 0 || merely_late) continue;
     unanimous = false;
     out.conflicts.push_back({o.sensor, difference, explain(o.sensor, difference)});
   }
-  if (trusted != opinions.end() || unanimous) {
+  if (trusted != all.end() || unanimous) {
     out.N = reference.N;
     out.from_arrivals = reference.decisive;
   }

@@ -98,13 +98,24 @@ class SecondLabel {
     HostTime half_began{};
     std::vector<Candidate> candidates;  // at most 16
   };
+  /// What the evidence of one sensor says.
   struct Verdict {
     SensorId sensor{};
     std::optional<std::int64_t> labels, arrivals;
     bool decisive = false;
     std::uint64_t label_support = 0;
   };
+  /// The N of one sensor.
+  struct Opinion {
+    SensorId sensor{};
+    std::int64_t N = 0;
+    bool decisive = false;
+  };
   const Candidate* settled(const Source& source, HostTime now) const;
+  /// Returns a verdict for each sensor with settled evidence. Times before any possible drive are conflicts.
+  std::vector<Verdict> verdicts(HostTime now, std::vector<Conflict>& conflicts) const;
+  /// Returns the N of each sensor that has one. A sensor that contradicts itself has none, unless it is trusted.
+  std::vector<Opinion> opinions(HostTime now, std::vector<Conflict>& conflicts) const;
   std::string explain(SensorId sensor, std::int64_t difference) const;
 
   Config config_;
