@@ -52,6 +52,51 @@ constexpr float kGainDark = 8.0f, kGainBright = 247.0f;  // beyond these limits 
 constexpr float kGainLimit = 4.0f;
 constexpr float kBelowHorizon = 0.3f;  // sine of the depression angle beyond which a point counts as near the hole
 
+/// Returns the colour that the exposures of a moment show at a place, 0 to 255, or nothing if they do not show it.
+/// `depression` is set to the sine of the angle below the head's horizon.
+std::optional<std::array<float, 3>> colour_at(const HeadProjector& projector, const Moment& moment,
+                                              const Eigen::Vector3d& p_enu, float& depression) {
+  if (!moment.viewpoint) return std::nullopt;
+  const HeadPoint h = in_head(*moment.viewpoint, p_enu.x(), p_enu.y(), p_enu.z());
+  Sight sight;
+  if (!projector.see(h.x, h.y, h.z, moment.has_image.data(), moment.blind, sight)) return std::nullopt;
+  depression = -h.z / std::sqrt(h.x * h.x + h.y * h.y + h.z * h.z);
+  const FloatLens& lens = projector.lenses()[sight.lens];
+  const Rgb c = sample_sight(lens, moment.pictures[lens.camera], sight);
+  return std::array<float, 3>{c.red, c.green, c.blue};
+}
+
+/// Ratios of the owner's colour to that of one neighbour, in each channel. Those of points below the horizon are kept
+/// separately, because these points lie around the hole that is filled.
+struct ColourRatios {
+  std::array<std::vector<float>, 3> around, below;
+
+  void add(const std::array<float, 3>& in_owner, const std::array<float, 3>& in_neighbour, bool is_below) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float a = in_owner[c], b = in_neighbour[c];
+      if (a < kGainDark || b < kGainDark || a > kGainBright || b > kGainBright) continue;
+      around[c].push_back(a / b);
+      if (is_below) below[c].push_back(a / b);
+    }
+  }
+  /// Sets the gain to the medians, because moving objects, edges and parallax disturb both ends in the same way.
+  /// Returns false if a channel has too few ratios; its gain is then left as it is. Reorders the ratios.
+  bool measure(std::array<float, 3>& gain) {
+    bool is_measured = true;
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::vector<float>& ratios = below[c].size() >= kGainEnough ? below[c] : around[c];
+      if (ratios.size() < kGainEnough) {
+        is_measured = false;
+        continue;
+      }
+      const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+      std::nth_element(ratios.begin(), middle, ratios.end());
+      gain[c] = std::clamp(*middle, 1.0f / kGainLimit, kGainLimit);
+    }
+    return is_measured;
+  }
+};
+
 }  // namespace
 
 bool Colouring::try_moment(const Moment& moment, const ColourGain* gain, ColouredPoint& point) const {
@@ -152,10 +197,7 @@ void Colouring::measure_gains(Moment& owner, int owner_index, const std::vector<
   for (const StampedLaserBatch& batch : batches) collect(batch);
   for (const StampedLaserBatch& batch : pending_) collect(batch);
 
-  // Ratios owner / neighbour in each channel. Those of points below the horizon are kept separately, because these
-  // points lie around the hole that is filled.
-  using Ratios = std::array<std::vector<float>, 3>;
-  std::vector<Ratios> around(neighbours.size()), below(neighbours.size());
+  std::vector<ColourRatios> ratios(neighbours.size());
   const std::size_t stride = std::max<std::size_t>(1, returns / kGainSamples);
   std::size_t counter = 0;
   for (const StampedLaserBatch* batch : own) {
@@ -165,47 +207,18 @@ void Colouring::measure_gains(Moment& owner, int owner_index, const std::vector<
       const auto [pose, reason] = trajectory_.pose_at(batch->time + nanoseconds(r.time_offset_ns));
       if (!pose) continue;
       const Eigen::Vector3d p = (pose->T_enu_body * (mount.T_body_scanner * Point<Scanner>{{r.x, r.y, r.z}})).xyz;
-      const auto colour_in = [&](const Moment& moment, float& depression) -> std::optional<std::array<float, 3>> {
-        if (!moment.viewpoint) return std::nullopt;
-        const HeadPoint h = in_head(*moment.viewpoint, p.x(), p.y(), p.z());
-        Sight sight;
-        if (!projector_.see(h.x, h.y, h.z, moment.has_image.data(), moment.blind, sight)) return std::nullopt;
-        depression = -h.z / std::sqrt(h.x * h.x + h.y * h.y + h.z * h.z);
-        const FloatLens& lens = projector_.lenses()[sight.lens];
-        const Rgb c = sample_sight(lens, moment.pictures[lens.camera], sight);
-        return std::array<float, 3>{c.red, c.green, c.blue};
-      };
       float depression = 0, unused = 0;
-      const auto in_owner = colour_in(owner, depression);
+      const auto in_owner = colour_at(projector_, owner, p, depression);
       if (!in_owner) continue;
-      for (std::size_t n = 0; n < neighbours.size(); ++n) {
-        const auto in_neighbour = colour_in(timeline_.at(neighbours[n]), unused);
-        if (!in_neighbour) continue;
-        for (std::size_t c = 0; c < 3; ++c) {
-          const float a = (*in_owner)[c], b = (*in_neighbour)[c];
-          if (a < kGainDark || b < kGainDark || a > kGainBright || b > kGainBright) continue;
-          around[n][c].push_back(a / b);
-          if (depression > kBelowHorizon) below[n][c].push_back(a / b);
-        }
-      }
+      for (std::size_t n = 0; n < neighbours.size(); ++n)
+        if (const auto in_neighbour = colour_at(projector_, timeline_.at(neighbours[n]), p, unused))
+          ratios[n].add(*in_owner, *in_neighbour, depression > kBelowHorizon);
     }
   }
   for (std::size_t n = 0; n < neighbours.size(); ++n) {
     ColourGain gain{timeline_.at(neighbours[n]).serial, {1.0f, 1.0f, 1.0f}};
-    bool is_measured = true;
-    for (std::size_t c = 0; c < 3; ++c) {
-      std::vector<float>& ratios = below[n][c].size() >= kGainEnough ? below[n][c] : around[n][c];
-      if (ratios.size() < kGainEnough) {
-        is_measured = false;
-        continue;
-      }
-      // The median, because moving objects, edges and parallax disturb both ends in the same way.
-      const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-      std::nth_element(ratios.begin(), middle, ratios.end());
-      gain.gain[c] = std::clamp(*middle, 1.0f / kGainLimit, kGainLimit);
-    }
     ++counts_.gain_pairs;
-    if (!is_measured) ++counts_.gain_pairs_unmeasured;
+    if (!ratios[n].measure(gain.gain)) ++counts_.gain_pairs_unmeasured;
     owner.gains->push_back(gain);
   }
 }
