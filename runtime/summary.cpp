@@ -172,6 +172,38 @@ std::uint64_t Summary::lost(FaultKind kind) const {
   return sum;
 }
 
+nlohmann::ordered_json Summary::wheels_json(const Wheels& wheels) const {
+  nlohmann::ordered_json out = {{"sensor", sensors_[wheels.sensor].name}};
+  for (const auto& [kind, way] : {std::pair("speeds", wheels.speeds), std::pair("pulses", wheels.pulses)}) {
+    if (way.messages == 0) continue;
+    out[kind] = {{"messages", way.messages},
+                 {"distance_m", way.wheels_m},
+                 {"compared_s", way.compared_s},
+                 {"compared_distance_m", way.compared_wheels_m},
+                 {"compared_pos_distance_m", way.compared_pos_m},
+                 {"disagreeing_s", way.disagreeing_s}};
+  }
+  return out;
+}
+
+nlohmann::ordered_json Summary::sensor_json(const Sensor& sensor) {
+  nlohmann::ordered_json out = {
+      {"name", sensor.name}, {"packets", sensor.packets}, {"bytes", sensor.bytes}, {"shed", sensor.shed}};
+  out["decoded"] = {{"decoded_bytes", sensor.decoded.decoded_bytes},
+                    {"ignored_bytes", sensor.decoded.ignored_bytes},
+                    {"malformed_bytes", sensor.decoded.malformed_bytes},
+                    {"messages", sensor.decoded.messages}};
+  auto& faults = out["faults"] = nlohmann::ordered_json::array();
+  for (const auto& [kind, line] : sensor.faults)
+    faults.push_back({{"kind", name(kind)},
+                      {"events", line.events},
+                      {"count", line.count},
+                      {"meaning", explanation(kind)},
+                      {"first", line.first},
+                      {"last", line.last}});
+  return out;
+}
+
 nlohmann::ordered_json Summary::json() const {
   nlohmann::ordered_json out;
   out["journal"] = {{"packets", packets_}, {"bytes", bytes_}, {"sequence_gaps", gaps_}};
@@ -207,19 +239,7 @@ nlohmann::ordered_json Summary::json() const {
                       {"incomplete_images", incomplete_images_},
                       {"time_sigma_rms_us", exposure_sigma_.rms_us()},
                       {"time_sigma_largest_us", exposure_sigma_.largest_us}};
-  for (const Wheels& wheels : wheels_) {
-    nlohmann::ordered_json one = {{"sensor", sensors_[wheels.sensor].name}};
-    for (const auto& [kind, way] : {std::pair("speeds", wheels.speeds), std::pair("pulses", wheels.pulses)}) {
-      if (way.messages == 0) continue;
-      one[kind] = {{"messages", way.messages},
-                   {"distance_m", way.wheels_m},
-                   {"compared_s", way.compared_s},
-                   {"compared_distance_m", way.compared_wheels_m},
-                   {"compared_pos_distance_m", way.compared_pos_m},
-                   {"disagreeing_s", way.disagreeing_s}};
-    }
-    out["wheels"].push_back(one);
-  }
+  for (const Wheels& wheels : wheels_) out["wheels"].push_back(wheels_json(wheels));
   auto& clocks = out["clocks"] = nlohmann::ordered_json::array();
   for (const auto& change : changes_)
     clocks.push_back({{"clock", change.clock < sensors_.size() ? sensors_[change.clock].name : "?"},
@@ -227,23 +247,7 @@ nlohmann::ordered_json Summary::json() const {
                       {"state", name(change.state)}});
   if (change_count_ > changes_.size()) out["clock_changes_not_listed"] = change_count_ - changes_.size();
   auto& sensors = out["sensors"] = nlohmann::ordered_json::array();
-  for (const auto& sensor : sensors_) {
-    nlohmann::ordered_json one = {
-        {"name", sensor.name}, {"packets", sensor.packets}, {"bytes", sensor.bytes}, {"shed", sensor.shed}};
-    one["decoded"] = {{"decoded_bytes", sensor.decoded.decoded_bytes},
-                      {"ignored_bytes", sensor.decoded.ignored_bytes},
-                      {"malformed_bytes", sensor.decoded.malformed_bytes},
-                      {"messages", sensor.decoded.messages}};
-    auto& faults = one["faults"] = nlohmann::ordered_json::array();
-    for (const auto& [kind, line] : sensor.faults)
-      faults.push_back({{"kind", name(kind)},
-                        {"events", line.events},
-                        {"count", line.count},
-                        {"meaning", explanation(kind)},
-                        {"first", line.first},
-                        {"last", line.last}});
-    sensors.push_back(one);
-  }
+  for (const auto& sensor : sensors_) sensors.push_back(sensor_json(sensor));
   return out;
 }
 

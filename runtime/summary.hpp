@@ -73,6 +73,9 @@ class Summary : public ProductSink {
     double rms_us() const;
   };
 
+  nlohmann::ordered_json wheels_json(const Wheels& wheels) const;
+  static nlohmann::ordered_json sensor_json(const Sensor& sensor);
+
   std::vector<Sensor> sensors_;
   std::vector<Wheels> wheels_;
   std::uint64_t points_ = 0, packets_ = 0, bytes_ = 0, gaps_ = 0, next_sequence_ = 0;
