@@ -7,6 +7,77 @@
 namespace hueline::sim {
 namespace {
 constexpr std::size_t kSlots = 12 * 32;
+
+void read_trajectory(ByteReader& in, std::vector<InsSample>& samples) {
+  const auto count = in.number<std::uint64_t>();
+  if (in.fits(count, 154)) samples.resize(count);
+  for (InsSample& s : samples) {
+    s.gps_ns = in.number<GpsNs>();
+    for (double* x : {&s.latitude_rad, &s.longitude_rad, &s.ellipsoidal_height_m, &s.velocity_east, &s.velocity_north,
+                      &s.velocity_up, &s.roll_rad, &s.pitch_rad, &s.heading_rad})
+      *x = in.number<double>();
+    for (double& x : s.sigma) x = in.number<double>();
+    s.status = in.number<std::uint8_t>();
+    s.has_gnss = in.number<std::uint8_t>() != 0;
+  }
+}
+
+void read_laser(ByteReader& in, std::vector<LaserPacket>& packets) {
+  const auto count = in.number<std::uint64_t>();
+  if (in.fits(count, 32 + 3 * kSlots)) packets.resize(count);
+  for (LaserPacket& p : packets) {
+    p.first_firing_gps_ns = in.number<GpsNs>();
+    in.bytes(p.azimuth_centideg.data(), 24);
+    p.distance_2mm.resize(kSlots);
+    p.reflectivity.resize(kSlots);
+    in.bytes(p.distance_2mm.data(), 2 * kSlots);
+    in.bytes(p.reflectivity.data(), kSlots);
+  }
+}
+
+void read_exposures(ByteReader& in, std::vector<CameraExposure>& exposures) {
+  const auto count = in.number<std::uint64_t>();
+  if (in.fits(count, 32)) exposures.resize(count);
+  for (CameraExposure& e : exposures) {
+    e.number = in.number<std::uint32_t>();
+    e.exposure_start_gps_ns = in.number<GpsNs>();
+    e.exposure_ns = in.number<std::int64_t>();
+    e.width = in.number<std::uint32_t>();
+    e.height = in.number<std::uint32_t>();
+    e.image_file = in.text();
+  }
+}
+
+void read_profiles(ByteReader& in, std::vector<ProfilePacket>& packets) {
+  const auto count = in.number<std::uint64_t>();
+  if (in.fits(count, 32)) packets.resize(count);
+  for (ProfilePacket& p : packets) {
+    p.first_pulse_gps_ns = in.number<GpsNs>();
+    p.line = in.number<std::uint32_t>();
+    p.angle = in.number<std::uint32_t>();
+    p.angle_step = in.number<std::int32_t>();
+    p.period_ps = in.number<std::uint32_t>();
+    const auto pulses = in.number<std::uint32_t>(), returns = in.number<std::uint32_t>();
+    if (!in.fits(pulses, 1) || !in.fits(returns, 6)) return;
+    p.counts.resize(pulses);
+    p.range_100um.resize(returns);
+    p.reflectance_1e4.resize(returns);
+    in.bytes(p.counts.data(), pulses);
+    in.bytes(p.range_100um.data(), std::size_t{4} * returns);
+    in.bytes(p.reflectance_1e4.data(), std::size_t{2} * returns);
+  }
+}
+
+void read_wheel(ByteReader& in, std::vector<WheelSample>& samples) {
+  const auto count = in.number<std::uint64_t>();
+  if (in.fits(count, 48)) samples.resize(count);
+  for (WheelSample& s : samples) {
+    s.gps_ns = in.number<GpsNs>();
+    for (double& x : s.speed) x = in.number<double>();
+    for (std::uint32_t& x : s.pulses) x = in.number<std::uint32_t>();
+  }
+}
+
 }  // namespace
 
 Status write_drive(const Drive& d, const std::string& path) {
@@ -73,68 +144,15 @@ Result<Drive> read_drive(const std::string& path) {
   for (double* x : {&d.origin_latitude_rad, &d.origin_longitude_rad, &d.origin_height_m}) *x = in.number<double>();
   d.begin_gps_ns = in.number<GpsNs>();
   d.end_gps_ns = in.number<GpsNs>();
-  auto count = in.number<std::uint64_t>();
-  if (in.fits(count, 154)) d.ins.resize(count);
-  for (InsSample& s : d.ins) {
-    s.gps_ns = in.number<GpsNs>();
-    for (double* x : {&s.latitude_rad, &s.longitude_rad, &s.ellipsoidal_height_m, &s.velocity_east, &s.velocity_north,
-                      &s.velocity_up, &s.roll_rad, &s.pitch_rad, &s.heading_rad})
-      *x = in.number<double>();
-    for (double& x : s.sigma) x = in.number<double>();
-    s.status = in.number<std::uint8_t>();
-    s.has_gnss = in.number<std::uint8_t>() != 0;
-  }
-  count = in.number<std::uint64_t>();
-  if (in.fits(count, 32 + 3 * kSlots)) d.laser.resize(count);
-  for (LaserPacket& p : d.laser) {
-    p.first_firing_gps_ns = in.number<GpsNs>();
-    in.bytes(p.azimuth_centideg.data(), 24);
-    p.distance_2mm.resize(kSlots);
-    p.reflectivity.resize(kSlots);
-    in.bytes(p.distance_2mm.data(), 2 * kSlots);
-    in.bytes(p.reflectivity.data(), kSlots);
-  }
-  count = in.number<std::uint64_t>();
-  if (in.fits(count, 32)) d.exposures.resize(count);
-  for (CameraExposure& e : d.exposures) {
-    e.number = in.number<std::uint32_t>();
-    e.exposure_start_gps_ns = in.number<GpsNs>();
-    e.exposure_ns = in.number<std::int64_t>();
-    e.width = in.number<std::uint32_t>();
-    e.height = in.number<std::uint32_t>();
-    e.image_file = in.text();
-  }
-  count = in.number<std::uint64_t>();
-  if (in.fits(count, 8)) d.pps_edge_error_ns.resize(count);
+  read_trajectory(in, d.ins);
+  read_laser(in, d.laser);
+  read_exposures(in, d.exposures);
+  const auto edges = in.number<std::uint64_t>();
+  if (in.fits(edges, 8)) d.pps_edge_error_ns.resize(edges);
   for (auto& e : d.pps_edge_error_ns) e = in.number<std::int64_t>();
-  if (in.status().ok() && in.left() != 0) {
-    count = in.number<std::uint64_t>();
-    if (in.fits(count, 32)) d.profile.resize(count);
-    for (ProfilePacket& p : d.profile) {
-      p.first_pulse_gps_ns = in.number<GpsNs>();
-      p.line = in.number<std::uint32_t>();
-      p.angle = in.number<std::uint32_t>();
-      p.angle_step = in.number<std::int32_t>();
-      p.period_ps = in.number<std::uint32_t>();
-      const auto pulses = in.number<std::uint32_t>(), returns = in.number<std::uint32_t>();
-      if (!in.fits(pulses, 1) || !in.fits(returns, 6)) break;
-      p.counts.resize(pulses);
-      p.range_100um.resize(returns);
-      p.reflectance_1e4.resize(returns);
-      in.bytes(p.counts.data(), pulses);
-      in.bytes(p.range_100um.data(), std::size_t{4} * returns);
-      in.bytes(p.reflectance_1e4.data(), std::size_t{2} * returns);
-    }
-  }
-  if (in.status().ok() && in.left() != 0) {
-    count = in.number<std::uint64_t>();
-    if (in.fits(count, 48)) d.wheel.resize(count);
-    for (WheelSample& s : d.wheel) {
-      s.gps_ns = in.number<GpsNs>();
-      for (double& x : s.speed) x = in.number<double>();
-      for (std::uint32_t& x : s.pulses) x = in.number<std::uint32_t>();
-    }
-  }
+  // A drive without a profile scanner and a wheel encoder ends here.
+  if (in.status().ok() && in.left() != 0) read_profiles(in, d.profile);
+  if (in.status().ok() && in.left() != 0) read_wheel(in, d.wheel);
   if (in.status().ok() && in.left() != 0) in.fail("goes on after its end");
   if (!in.status().ok()) return in.status().error();
   d.cache_dir = std::filesystem::path(path).parent_path().string();

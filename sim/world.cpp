@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "sim/own_vehicle.hpp"
 #include "sim/world_contact.hpp"
@@ -128,7 +129,40 @@ void set(RTCRay& ray, Vec3 o, Vec3 d, float near_m, float far_m) {
   ray.flags = 0;
 }
 
+/// Returns the hit of a moving thing's shape that is nearer than `far_m`, or nothing.
+std::optional<RTCRayHit> hit_by(const Pose& T_mover_enu, const World::Ray& ray, double far_m, RTCScene shape) {
+  RTCRayHit out{};
+  set(out.ray, T_mover_enu * ray.origin, T_mover_enu.R * ray.direction, static_cast<float>(ray.near_m),
+      static_cast<float>(far_m));
+  out.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext alone;
+  rtcInitIntersectContext(&alone);
+  rtcIntersect1(shape, &alone, &out);
+  if (out.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  return out;
+}
+
 }  // namespace
+
+void World::Contact::set_hit(const Mesh& mesh, unsigned prim, float hu, float hv, double distance, Seen& seen) {
+  const Mesh::Face& f = mesh.faces()[prim];
+  // Embree divides a quad into the triangles (0, 1, 3) and (2, 3, 1); hu + hv says which one was hit.
+  const auto& t = mesh.texture();
+  const bool first = hu + hv <= 1;
+  const auto &a = t[f.corner[first ? 0 : 2]], &b = t[f.corner[first ? 1 : 3]], &d = t[f.corner[first ? 3 : 1]];
+  const float p = first ? hu : 1 - hu, q = first ? hv : 1 - hv;
+  face = &f;
+  u = a[0] + p * (b[0] - a[0]) + q * (d[0] - a[0]);
+  v = a[1] + p * (b[1] - a[1]) + q * (d[1] - a[1]);
+  grad_u = wide(f.grad_u);
+  grad_v = wide(f.grad_v);
+  seen.is_hit = true;
+  seen.distance_m = distance;
+  seen.surface = f.tag.surface;
+  seen.material = f.tag.material;
+  seen.face = prim;
+  seen.normal = wide(f.normal);
+}
 
 void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> seen,
                   std::span<Contact> contacts) const {
@@ -158,41 +192,14 @@ void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> s
     Contact& c = contacts[i];
     s = {};
     c = {};
-    double limit = ray.far_m;
-    const auto take = [&](const Mesh& mesh, unsigned prim, float hu, float hv, double distance) {
-      const Mesh::Face& f = mesh.faces()[prim];
-      // Embree divides a quad into the triangles (0, 1, 3) and (2, 3, 1); hu + hv says which one was hit.
-      const auto& t = mesh.texture();
-      const bool first = hu + hv <= 1;
-      const auto &a = t[f.corner[first ? 0 : 2]], &b = t[f.corner[first ? 1 : 3]], &d = t[f.corner[first ? 3 : 1]];
-      const float p = first ? hu : 1 - hu, q = first ? hv : 1 - hv;
-      c.face = &f;
-      c.u = a[0] + p * (b[0] - a[0]) + q * (d[0] - a[0]);
-      c.v = a[1] + p * (b[1] - a[1]) + q * (d[1] - a[1]);
-      c.grad_u = wide(f.grad_u);
-      c.grad_v = wide(f.grad_v);
-      limit = distance;
-      s.is_hit = true;
-      s.distance_m = distance;
-      s.surface = f.tag.surface;
-      s.material = f.tag.material;
-      s.face = prim;
-      s.normal = wide(f.normal);
-    };
     if (packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
-      take(scene_.still, packet.hit.primID[i], packet.hit.u[i], packet.hit.v[i], packet.ray.tfar[i]);
+      c.set_hit(scene_.still, packet.hit.primID[i], packet.hit.u[i], packet.hit.v[i], packet.ray.tfar[i], s);
     for (std::size_t k = 0; k < at.T_enu_mover.size(); ++k) {
       const std::size_t shape = scene_.movers[k].shape;
       if (!passes(scene_.shapes[shape], at.T_enu_mover[k], ray.origin, ray.direction)) continue;
-      RTCRayHit single{};
-      set(single.ray, at.T_mover_enu[k] * ray.origin, at.T_mover_enu[k].R * ray.direction,
-          static_cast<float>(ray.near_m), static_cast<float>(limit));
-      single.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-      RTCIntersectContext alone;
-      rtcInitIntersectContext(&alone);
-      rtcIntersect1(embree_->shapes[shape], &alone, &single);
-      if (single.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
-      take(scene_.shapes[shape].mesh, single.hit.primID, single.hit.u, single.hit.v, single.ray.tfar);
+      const auto hit = hit_by(at.T_mover_enu[k], ray, s.is_hit ? s.distance_m : ray.far_m, embree_->shapes[shape]);
+      if (!hit) continue;
+      c.set_hit(scene_.shapes[shape].mesh, hit->hit.primID, hit->hit.u, hit->hit.v, hit->ray.tfar, s);
       s.surface = scene_.movers[k].surface;
       s.face += 0x40000000u;
       const Mat3& R = at.T_enu_mover[k].R;
@@ -201,7 +208,7 @@ void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> s
       c.grad_v = R * c.grad_v;
     }
     if (const auto own = own_vehicle_on_ray(at.T_body_enu * ray.origin, at.T_body_enu.R * ray.direction);
-        own && own->distance_m < limit) {
+        own && own->distance_m < (s.is_hit ? s.distance_m : ray.far_m)) {
       s = {};
       c = {};
       s.is_hit = true;

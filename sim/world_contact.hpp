@@ -11,6 +11,9 @@ struct World::Contact {
   Vec3 grad_u, grad_v;
   bool in_sun = false;
   int own_part = -1;
+
+  /// Describes a hit of a face, here and in `seen`. `hu` and `hv` are Embree's coordinates in the quad.
+  void set_hit(const Mesh& mesh, unsigned prim, float hu, float hv, double distance, Seen& seen);
 };
 
 }  // namespace hueline::sim
