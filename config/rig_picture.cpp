@@ -10,7 +10,7 @@
 namespace hueline::config {
 namespace {
 
-constexpr double kPanel = 480, kMargin = 30, kAxis_px = 42;
+constexpr double kPanel = 480, kMargin = 30, kGap = 16, kAxis_px = 42;
 
 std::string escaped(const std::string& text) {
   std::string out;
@@ -115,91 +115,116 @@ std::string direction_text(const Eigen::Vector3d& d) {
   return fmt::format("{:.1f} deg from forward, {:+.1f} deg up", heading, up);
 }
 
-}  // namespace
+/// What is drawn of a rig: the scanners and the head in Body, the lenses in the head, and a row of numbers for each.
+struct Drawing {
+  std::vector<Drawn> things, lenses;
+  std::vector<std::string> rows;
+};
 
-std::string rig_svg(const Rig& rig) {
-  const View plan{"from above, forward is up", {1, 0, 0}, {0, 1, 0}},
-      side{"from the right, forward is right", {0, 1, 0}, {0, 0, 1}};
-  const auto& head = rig.geometry.head;
-  const bool has_head = !head.lenses.empty();
-  std::vector<Drawn> things;
-  std::vector<std::string> rows = {"in Body (x right, y forward, z up; origin: the POS's centre of navigation)",
-                                   fmt::format("{:5} {:16} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8}   {}", "", "", "x m",
-                                               "y m", "z m", "Rx deg", "Ry deg", "Rz deg", "")};
+Drawing drawing_of(const Rig& rig) {
+  Drawing out;
+  out.rows = {"in Body (x right, y forward, z up; origin: the POS's centre of navigation)",
+              fmt::format("{:5} {:16} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8}   {}", "", "", "x m", "y m", "z m",
+                          "Rx deg", "Ry deg", "Rz deg", "")};
   int number = 0;
   for (const auto& laser : rig.geometry.lasers) {
     const std::string mark = fmt::format("L{}", ++number);
     const auto& T = laser.T_body_scanner;
-    things.push_back({mark, T.translation, T.rotation.toRotationMatrix()});
-    rows.push_back(numbers_row(mark, rig.sensor_names()[laser.sensor], T.translation, T.rotation,
-                               "spin axis " + direction_text(T.rotation * Eigen::Vector3d::UnitZ())));
+    out.things.push_back({mark, T.translation, T.rotation.toRotationMatrix()});
+    out.rows.push_back(numbers_row(mark, rig.sensor_names()[laser.sensor], T.translation, T.rotation,
+                                   "spin axis " + direction_text(T.rotation * Eigen::Vector3d::UnitZ())));
   }
-  std::vector<Drawn> lenses;
-  if (has_head) {
-    const auto& T = head.T_body_head;
-    things.push_back({"H", T.translation, T.rotation.toRotationMatrix()});
-    rows.push_back(numbers_row("H", "head", T.translation, T.rotation,
-                               "x axis " + direction_text(T.rotation * Eigen::Vector3d::UnitX())));
-    rows.emplace_back();
-    rows.emplace_back("in the head (x forward, y left, z up); directions in Body");
-    for (std::size_t i = 0; i < head.lenses.size(); ++i) {
-      const auto& lens = head.lenses[i];
-      lenses.push_back({std::to_string(i), lens.T_head_lens.translation, lens.T_head_lens.rotation.toRotationMatrix()});
-      rows.push_back(
-          numbers_row(std::to_string(i), lens.name, lens.T_head_lens.translation, lens.T_head_lens.rotation,
-                      "looks " + direction_text(T.rotation * (lens.T_head_lens.rotation * Eigen::Vector3d::UnitZ()))));
-    }
+  const auto& head = rig.geometry.head;
+  if (head.lenses.empty()) return out;
+  const auto& T = head.T_body_head;
+  out.things.push_back({"H", T.translation, T.rotation.toRotationMatrix()});
+  out.rows.push_back(numbers_row("H", "head", T.translation, T.rotation,
+                                 "x axis " + direction_text(T.rotation * Eigen::Vector3d::UnitX())));
+  out.rows.emplace_back();
+  out.rows.emplace_back("in the head (x forward, y left, z up); directions in Body");
+  for (std::size_t i = 0; i < head.lenses.size(); ++i) {
+    const auto& T_head_lens = head.lenses[i].T_head_lens;
+    const std::string mark = std::to_string(i);
+    out.lenses.push_back({mark, T_head_lens.translation, T_head_lens.rotation.toRotationMatrix()});
+    out.rows.push_back(
+        numbers_row(mark, head.lenses[i].name, T_head_lens.translation, T_head_lens.rotation,
+                    "looks " + direction_text(T.rotation * (T_head_lens.rotation * Eigen::Vector3d::UnitZ()))));
   }
-  std::string body;
-  constexpr double kTop = 50;
+  return out;
+}
+
+/// Returns the two views of the things in Body, side by side.
+std::string body_panels(const std::vector<Drawn>& things, double y) {
+  const View plan{"from above, forward is up", {1, 0, 0}, {0, 1, 0}},
+      side{"from the right, forward is right", {0, 1, 0}, {0, 0, 1}};
+  std::string out;
   double x = kMargin;
   for (const View& view : {plan, side}) {
-    Panel panel(x, kTop, view, things, 1.0);
+    Panel panel(x, y, view, things, 1.0);
     panel.draw({"Body", Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()}, false);
     for (const Drawn& thing : things) panel.draw(thing, true);
-    body += panel.svg();
-    x += kPanel + 16;
+    out += panel.svg();
+    x += kPanel + kGap;
   }
-  double y = kTop + kPanel + 16;
-  if (has_head) {
-    x = kMargin;
-    const View head_plan{"the head from above, its x is up", {0, -1, 0}, {1, 0, 0}},
-        head_side{"the head from its right, its x is right", {1, 0, 0}, {0, 0, 1}};
-    for (const View& view : {head_plan, head_side}) {
-      Panel panel(x, y, view, lenses, 0.05);
-      panel.draw({"H", Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity() * 0.6}, false);
-      for (const Drawn& lens : lenses) {
-        panel.draw(lens, true);
-        panel.line(lens.p, lens.p + lens.axes.col(2) * (2.0 * kAxis_px / panel.px_per_m()), "sight");
-      }
-      body += panel.svg();
-      x += kPanel + 16;
+  return out;
+}
+
+/// Returns the two views of the lenses in their head, side by side.
+std::string head_panels(const std::vector<Drawn>& lenses, double y) {
+  const View plan{"the head from above, its x is up", {0, -1, 0}, {1, 0, 0}},
+      side{"the head from its right, its x is right", {1, 0, 0}, {0, 0, 1}};
+  std::string out;
+  double x = kMargin;
+  for (const View& view : {plan, side}) {
+    Panel panel(x, y, view, lenses, 0.05);
+    panel.draw({"H", Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity() * 0.6}, false);
+    for (const Drawn& lens : lenses) {
+      panel.draw(lens, true);
+      panel.line(lens.p, lens.p + lens.axes.col(2) * (2.0 * kAxis_px / panel.px_per_m()), "sight");
     }
-    y += kPanel + 16;
+    out += panel.svg();
+    x += kPanel + kGap;
+  }
+  return out;
+}
+
+/// Returns the beginning of the page: its size, the styles and the title.
+std::string page_head(const std::string& title, double width, double height) {
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} "
+      "{1:.0f}\"><style>"
+      "text{{font:13px "
+      "sans-serif;fill:#222}}.head{{font-size:20px}}.title{{font-size:12px;fill:#666}}.row{{font:12.5px "
+      "monospace}}"
+      ".panel{{fill:#fbfbfb;stroke:#ccc}}line{{stroke-width:2.2;stroke-linecap:round}}.axis_x{{stroke:#d0312d}}."
+      "axis_y{{stroke:#2e8b3d}}"
+      ".axis_z{{stroke:#2b5fc0}}.lever{{stroke:#999;stroke-width:1;stroke-dasharray:4 4}}.ruler{{stroke:#444}}"
+      ".sight{{stroke:#2b5fc0;stroke-width:1;stroke-dasharray:2 4}}.mark{{font-size:12px}}</style><rect "
+      "width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
+      "<text x=\"{2}\" y=\"34\" class=\"head\">{3}</text><text x=\"{4:.0f}\" y=\"34\" text-anchor=\"end\" "
+      "class=\"title\">axes: x red, y green, z blue; dashed: lever arms</text>",
+      width, height, kMargin, escaped(title), width - kMargin);
+}
+
+}  // namespace
+
+std::string rig_svg(const Rig& rig) {
+  const Drawing drawing = drawing_of(rig);
+  double y = 50;
+  std::string body = body_panels(drawing.things, y);
+  y += kPanel + kGap;
+  if (!drawing.lenses.empty()) {
+    body += head_panels(drawing.lenses, y);
+    y += kPanel + kGap;
   }
   y += 16;
-  for (const std::string& row : rows) {
+  for (const std::string& row : drawing.rows) {
     if (!row.empty())
       body += fmt::format("<text x=\"{}\" y=\"{:.0f}\" class=\"row\" xml:space=\"preserve\">{}</text>", kMargin, y,
                           escaped(row));
     y += 17;
   }
-  const double width = 2 * kMargin + 2 * kPanel + 16;
-  return fmt::format(
-             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} "
-             "{1:.0f}\"><style>"
-             "text{{font:13px "
-             "sans-serif;fill:#222}}.head{{font-size:20px}}.title{{font-size:12px;fill:#666}}.row{{font:12.5px "
-             "monospace}}"
-             ".panel{{fill:#fbfbfb;stroke:#ccc}}line{{stroke-width:2.2;stroke-linecap:round}}.axis_x{{stroke:#d0312d}}."
-             "axis_y{{stroke:#2e8b3d}}"
-             ".axis_z{{stroke:#2b5fc0}}.lever{{stroke:#999;stroke-width:1;stroke-dasharray:4 4}}.ruler{{stroke:#444}}"
-             ".sight{{stroke:#2b5fc0;stroke-width:1;stroke-dasharray:2 4}}.mark{{font-size:12px}}</style><rect "
-             "width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
-             "<text x=\"{2}\" y=\"34\" class=\"head\">{3}</text><text x=\"{4:.0f}\" y=\"34\" text-anchor=\"end\" "
-             "class=\"title\">axes: x red, y green, z blue; dashed: lever arms</text>",
-             width, y + 10, kMargin, escaped(rig.name), width - kMargin) +
-         body + "</svg>\n";
+  return page_head(rig.name, 2 * kMargin + 2 * kPanel + kGap, y + 10) + body + "</svg>\n";
 }
 
 }  // namespace hueline::config
