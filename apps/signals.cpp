@@ -6,6 +6,7 @@
 #include <csignal>
 #include <ctime>
 #include <optional>
+#include <utility>
 
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
@@ -91,26 +92,26 @@ void StopSignals::watch(const std::stop_token& over) {
 }
 
 bool StopSignals::has_done_its_duty() {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return duty_ == nullptr || duty_->is_done_();
 }
 
 void StopSignals::leave() {
   // The output below may block for ever if another process holds the terminal or the log. The alarm ends it then.
   alarm(2);
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   log_warning(duty_ != nullptr ? duty_->last_words_() : "ended at once: what was being written is not whole");
   _exit(kStopped);
 }
 
 StopSignals::Duty::Duty(StopSignals& signals, std::function<bool()> is_done, std::function<std::string()> last_words)
     : signals_(signals), is_done_(std::move(is_done)), last_words_(std::move(last_words)) {
-  std::lock_guard lock(signals_.mutex_);
+  Lock lock(signals_.mutex_);
   signals_.duty_ = this;
 }
 
 StopSignals::Duty::~Duty() {
-  std::lock_guard lock(signals_.mutex_);
+  Lock lock(signals_.mutex_);
   signals_.duty_ = nullptr;
 }
 

@@ -3,10 +3,11 @@
 #include <chrono>
 #include <condition_variable>
 #include <functional>
-#include <mutex>
 #include <stop_token>
 #include <string>
 #include <thread>
+
+#include "core/mutex.hpp"
 
 namespace hueline::apps {
 
@@ -58,8 +59,8 @@ class StopSignals {
   [[noreturn]] void leave();
 
   std::stop_source asked_, at_once_;
-  std::mutex mutex_;
-  Duty* duty_ = nullptr;
+  Mutex mutex_;
+  Duty* duty_ HUELINE_GUARDED_BY(mutex_) = nullptr;
   std::jthread watcher_;
 };
 

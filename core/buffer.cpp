@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <mutex>
 #include <new>
 #include <vector>
+
+#include "core/mutex.hpp"
 
 namespace hueline {
 
@@ -14,10 +15,10 @@ struct PoolState {
   ~PoolState();
 
   const std::size_t limit_bytes;
-  mutable std::mutex mutex;
-  std::size_t in_use = 0;  // handed out now, by capacity
-  std::size_t idle = 0;    // waiting in `free`, by capacity
-  std::array<std::vector<detail::BufferBlock*>, 64> free;
+  mutable Mutex mutex;
+  std::size_t in_use HUELINE_GUARDED_BY(mutex) = 0;  // handed out now, by capacity
+  std::size_t idle HUELINE_GUARDED_BY(mutex) = 0;    // waiting in `free`, by capacity
+  std::array<std::vector<detail::BufferBlock*>, 64> free HUELINE_GUARDED_BY(mutex);
 };
 
 namespace {
@@ -66,7 +67,7 @@ void detail::release(BufferBlock* block) {
   if (!block->pool) return destroy(block);
   const std::shared_ptr<PoolState> pool = std::move(block->pool);
   {
-    std::lock_guard lock(pool->mutex);
+    Lock lock(pool->mutex);
     pool->in_use -= block->capacity;
     if (pool->in_use + pool->idle + block->capacity <= pool->limit_bytes) {
       pool->free[size_class(block->capacity)].push_back(block);
@@ -111,7 +112,7 @@ MutableBuffer BufferPool::acquire(std::size_t size) {
   detail::BufferBlock* block = nullptr;
   std::vector<detail::BufferBlock*> evicted;  // freed outside the lock
   {
-    std::lock_guard lock(state_->mutex);
+    Lock lock(state_->mutex);
     if (state_->in_use + capacity > state_->limit_bytes) return {};
     auto& reusable = state_->free[size_class(capacity)];
     if (!reusable.empty()) {
@@ -138,7 +139,7 @@ MutableBuffer BufferPool::acquire(std::size_t size) {
 }
 
 std::size_t BufferPool::bytes_in_use() const {
-  std::lock_guard lock(state_->mutex);
+  Lock lock(state_->mutex);
   return state_->in_use;
 }
 std::size_t BufferPool::limit_bytes() const { return state_->limit_bytes; }

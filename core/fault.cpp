@@ -9,17 +9,6 @@
 
 namespace hueline {
 
-const char* name(ErrorCode code) {
-  constexpr std::array names{"EndOfData", "TimedOut", "Stopped",     "Disconnected", "Unavailable", "Malformed",
-                             "Truncated", "Invalid",  "Unsupported", "Exhausted",    "Io"};
-  const auto i = static_cast<std::size_t>(code);
-  return i < names.size() ? names[i] : "?";
-}
-
-Error io_error(const std::string& attempted, int errno_value) {
-  return {ErrorCode::Io, fmt::format("{}: {}", attempted, std::strerror(errno_value))};
-}
-
 const char* name(FaultKind kind) {
   constexpr std::array<const char*, kFaultKinds> names{
       "Disconnected", "Reconnected", "Silent",        "Overflow", "Malformed",  "Lost",

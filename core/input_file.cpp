@@ -6,8 +6,9 @@
 
 #include <cerrno>
 #include <map>
-#include <mutex>
 #include <utility>
+
+#include "core/mutex.hpp"
 
 namespace hueline {
 namespace {
@@ -15,8 +16,8 @@ namespace {
 /// Counts how many times each file is open for reading. The kernel's identity of a file is the same in the whole
 /// program, so this table is one for the whole program.
 struct OpenInputs {
-  std::mutex mutex;
-  std::map<std::pair<dev_t, ino_t>, int> count;
+  Mutex mutex;
+  std::map<std::pair<dev_t, ino_t>, int> count HUELINE_GUARDED_BY(mutex);
 };
 OpenInputs& open_inputs() {
   static OpenInputs inputs;
@@ -29,7 +30,7 @@ const char* kind_of(mode_t mode) { return S_ISFIFO(mode) ? "a pipe" : S_ISSOCK(m
 
 bool is_open_input(const struct stat& facts) {
   OpenInputs& inputs = open_inputs();
-  const std::lock_guard lock(inputs.mutex);
+  const Lock lock(inputs.mutex);
   return inputs.count.contains({facts.st_dev, facts.st_ino});
 }
 
@@ -58,7 +59,7 @@ InputFile::InputFile(std::filesystem::path path, int fd, const struct stat& fact
       device_(facts.st_dev),
       inode_(facts.st_ino) {
   OpenInputs& inputs = open_inputs();
-  const std::lock_guard lock(inputs.mutex);
+  const Lock lock(inputs.mutex);
   ++inputs.count[{device_, inode_}];
 }
 
@@ -82,7 +83,7 @@ InputFile::~InputFile() {
   if (fd_ < 0) return;
   {
     OpenInputs& inputs = open_inputs();
-    const std::lock_guard lock(inputs.mutex);
+    const Lock lock(inputs.mutex);
     const auto found = inputs.count.find({device_, inode_});
     if (--found->second == 0) inputs.count.erase(found);
   }

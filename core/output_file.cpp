@@ -8,20 +8,20 @@
 
 #include <cerrno>
 #include <chrono>
-#include <mutex>
 #include <set>
 #include <thread>
 #include <utility>
 
 #include "core/input_file.hpp"
+#include "core/mutex.hpp"
 
 namespace hueline {
 namespace {
 
 /// The folders that this program itself holds. Its own lock does not prevent it from writing there.
 struct HeldFolders {
-  std::mutex mutex;
-  std::set<std::pair<dev_t, ino_t>> folders;
+  Mutex mutex;
+  std::set<std::pair<dev_t, ino_t>> folders HUELINE_GUARDED_BY(mutex);
 };
 HeldFolders& held_folders() {
   static HeldFolders held;
@@ -48,7 +48,7 @@ bool is_held_by_another(const std::filesystem::path& folder) {
   bool is_held = ::flock(fd, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   if (is_held && ::fstat(fd, &facts) == 0) {
     HeldFolders& held = held_folders();
-    const std::lock_guard lock(held.mutex);
+    const Lock lock(held.mutex);
     is_held = !held.folders.contains({facts.st_dev, facts.st_ino});
   }
   ::close(fd);
@@ -196,7 +196,7 @@ Result<OutputFolder> OutputFolder::open(const std::filesystem::path& path) {
   struct stat facts {};
   if (::fstat(fd, &facts) == 0) {
     HeldFolders& held = held_folders();
-    const std::lock_guard lock(held.mutex);
+    const Lock lock(held.mutex);
     held.folders.insert({facts.st_dev, facts.st_ino});
   }
   return OutputFolder(path, fd);
@@ -216,7 +216,7 @@ OutputFolder::~OutputFolder() {
   struct stat facts {};
   if (::fstat(fd_, &facts) == 0) {
     HeldFolders& held = held_folders();
-    const std::lock_guard lock(held.mutex);
+    const Lock lock(held.mutex);
     held.folders.erase({facts.st_dev, facts.st_ino});
   }
   ::close(fd_);

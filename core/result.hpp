@@ -30,8 +30,17 @@ struct Error {
   std::string message;
 };
 
+namespace detail {
+/// Says on standard error that the program asked a Result for what it does not hold, and aborts. `error`: what the
+/// Result holds, or null if it holds a value.
+[[noreturn]] void end_of_wrong_result(const Error* error);
+}  // namespace detail
+
 /// A value or an Error. Errors at run time are returned in it; exceptions are used at start-up only, and none crosses a
-/// thread. `value()` requires ok(); `error()` requires !ok().
+/// thread.
+///
+/// Ask ok() before value(), `*`, `->` or error(). Asking for the value of an error, or the error of a value, is an
+/// error of programming: the program says which error was overlooked and aborts, in every build.
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -40,14 +49,20 @@ class [[nodiscard]] Result {
 
   bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
-  T& value() & { return *std::get_if<0>(&state_); }
-  const T& value() const& { return *std::get_if<0>(&state_); }
-  T&& value() && { return std::move(*std::get_if<0>(&state_)); }
+  T& value() & { return const_cast<T&>(std::as_const(*this).value()); }
+  const T& value() const& {
+    if (const T* value = std::get_if<0>(&state_)) return *value;
+    detail::end_of_wrong_result(&error());
+  }
+  T&& value() && { return std::move(value()); }
   T& operator*() & { return value(); }
   const T& operator*() const& { return value(); }
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
-  const Error& error() const { return *std::get_if<1>(&state_); }
+  const Error& error() const {
+    if (const Error* error = std::get_if<1>(&state_)) return *error;
+    detail::end_of_wrong_result(nullptr);
+  }
 
  private:
   std::variant<T, Error> state_;
@@ -60,7 +75,10 @@ class [[nodiscard]] Result<void> {
   Result(Error error) : error_(std::move(error)) {}
   bool ok() const { return !error_; }
   explicit operator bool() const { return ok(); }
-  const Error& error() const { return *error_; }
+  const Error& error() const {
+    if (error_) return *error_;
+    detail::end_of_wrong_result(nullptr);
+  }
 
  private:
   std::optional<Error> error_;

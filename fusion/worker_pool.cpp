@@ -10,20 +10,21 @@ WorkerPool::~WorkerPool() {
   for (std::jthread& thread : threads_) thread.request_stop();
 }
 
-void WorkerPool::take_pieces(std::unique_lock<std::mutex>& lock) {
+void WorkerPool::take_pieces() {
   while (work_ != nullptr && next_ < count_) {
     const std::size_t piece = next_++;
     const auto& work = *work_;
-    lock.unlock();
+    mutex_.unlock();
     work(piece);
-    lock.lock();
+    mutex_.lock();
     if (--unfinished_ == 0) done_.notify_all();
   }
 }
 
 void WorkerPool::serve(std::stop_token stop) {
-  std::unique_lock lock(mutex_);
-  while (wake_.wait(lock, stop, [this] { return work_ != nullptr && next_ < count_; })) take_pieces(lock);
+  Lock lock(mutex_);
+  while (wake_.wait(lock, stop, [this]() HUELINE_REQUIRES(mutex_) { return work_ != nullptr && next_ < count_; }))
+    take_pieces();
 }
 
 void WorkerPool::run(std::size_t count, const std::function<void(std::size_t)>& work) {
@@ -31,13 +32,13 @@ void WorkerPool::run(std::size_t count, const std::function<void(std::size_t)>& 
     for (std::size_t i = 0; i < count; ++i) work(i);
     return;
   }
-  std::unique_lock lock(mutex_);
+  Lock lock(mutex_);
   work_ = &work;
   next_ = 0;
   count_ = unfinished_ = count;
   if (count > 1) wake_.notify_all();
-  take_pieces(lock);
-  done_.wait(lock, [this] { return unfinished_ == 0; });
+  take_pieces();
+  done_.wait(lock, [this]() HUELINE_REQUIRES(mutex_) { return unfinished_ == 0; });
   work_ = nullptr;
 }
 

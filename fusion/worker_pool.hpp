@@ -3,9 +3,10 @@
 #include <condition_variable>
 #include <cstddef>
 #include <functional>
-#include <mutex>
 #include <thread>
 #include <vector>
+
+#include "core/mutex.hpp"
 
 namespace hueline::fusion {
 
@@ -24,13 +25,14 @@ class WorkerPool {
 
  private:
   void serve(std::stop_token stop);
-  void take_pieces(std::unique_lock<std::mutex>& lock);
+  void take_pieces() HUELINE_REQUIRES(mutex_);
 
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable_any wake_;
   std::condition_variable_any done_;
-  const std::function<void(std::size_t)>* work_ = nullptr;
-  std::size_t next_ = 0, count_ = 0, unfinished_ = 0;
+  const std::function<void(std::size_t)>* work_ HUELINE_GUARDED_BY(mutex_) = nullptr;
+  std::size_t next_ HUELINE_GUARDED_BY(mutex_) = 0, count_ HUELINE_GUARDED_BY(mutex_) = 0,
+                    unfinished_ HUELINE_GUARDED_BY(mutex_) = 0;
   std::vector<std::jthread> threads_;  // declared last, so that the threads end before the members that they use
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "core/calendar.hpp"
 
@@ -63,13 +64,13 @@ std::vector<std::unique_ptr<PacketSource>> FileMerge::sources(const std::shared_
 }
 
 HostTime FileMerge::position() const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return position_;
 }
 
 Status FileMerge::open(std::size_t index) {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return opening_ == index; });
+  Lock lock(mutex_);
+  changed_.wait(lock, [&]() HUELINE_REQUIRES(mutex_) { return opening_ == index; });
   File& file = *files_[index];
   const Status opened = file.input.source->open();
   file.is_open = opened.ok();
@@ -84,7 +85,7 @@ void FileMerge::opened(std::size_t index) {
 }
 
 void FileMerge::close(std::size_t index) {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   File& file = *files_[index];
   if (file.is_open) file.input.source->close();
   file.is_open = false;
@@ -97,12 +98,12 @@ void FileMerge::close(std::size_t index) {
 }
 
 Result<Packet> FileMerge::next(std::size_t index, std::stop_token stop) {
-  std::unique_lock lock(mutex_);
+  Lock lock(mutex_);
   opened(index);
   if (turn_ == index) turn_.reset();
   File& file = *files_[index];
   if (!file.is_open) return Error{ErrorCode::Disconnected, "the file is not open"};
-  const auto is_my_turn = [&] {
+  const auto is_my_turn = [&]() HUELINE_REQUIRES(mutex_) {
     if (turn_ || opening_ < files_.size()) return false;
     if (!has_begun_) {
       for (const auto& each : files_)

@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "core/decoder.hpp"
+#include "core/mutex.hpp"
 #include "core/packet.hpp"
 #include "sync/labelled_time.hpp"
 
@@ -64,22 +64,22 @@ class FileMerge {
   Status open(std::size_t index);
   Result<Packet> next(std::size_t index, std::stop_token stop);
   void close(std::size_t index);
-  void opened(std::size_t index);
+  void opened(std::size_t index) HUELINE_REQUIRES(mutex_);
   void read(File& file, std::stop_token stop);
   void look_ahead(File& file, std::stop_token stop);
-  void begin();
-  void set_key(File& file);
+  void begin() HUELINE_REQUIRES(mutex_);
+  void set_key(File& file) HUELINE_REQUIRES(mutex_);
   std::optional<HostTime> own_time(const File& file, const Ahead& ahead) const;
-  std::optional<std::size_t> first() const;
+  std::optional<std::size_t> first() const HUELINE_REQUIRES(mutex_);
 
   const Config config_;
-  mutable std::mutex mutex_;
+  mutable Mutex mutex_;
   std::condition_variable_any changed_;
   std::vector<std::unique_ptr<File>> files_;
-  std::size_t opening_ = 0;          // the file that is next to be opened
-  std::optional<std::size_t> turn_;  // the file whose packet is being handed on
-  bool has_begun_ = false, is_self_timed_ = false;
-  HostTime position_{};
+  std::size_t opening_ HUELINE_GUARDED_BY(mutex_) = 0;          // the file that is next to be opened
+  std::optional<std::size_t> turn_ HUELINE_GUARDED_BY(mutex_);  // the file whose packet is being handed on
+  bool has_begun_ HUELINE_GUARDED_BY(mutex_) = false, is_self_timed_ HUELINE_GUARDED_BY(mutex_) = false;
+  HostTime position_ HUELINE_GUARDED_BY(mutex_){};
 };
 
 }  // namespace hueline::runtime

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 namespace hueline::runtime {
 namespace {
@@ -30,7 +32,7 @@ Ingest::Ingest(std::vector<Sensor> sensors, PacketQueue& record, PacketQueue& pi
       counts_(sensors_.size()) {}
 
 bool Ingest::submit(Packet packet, HostTime arrived) {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   newest_ = std::max(newest_, arrived);
   if (packet.received > arrived + kMostAhead || packet.received < arrived - kMostBehind) {
     const double off_s = to_seconds(packet.received.time_since_epoch()) - to_seconds(arrived.time_since_epoch());
@@ -46,7 +48,7 @@ bool Ingest::submit(Packet packet, HostTime arrived) {
 }
 
 bool Ingest::submit(Packet packet) {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   newest_ = std::max(newest_, packet.received);
   return take(std::move(packet));
 }
@@ -82,11 +84,11 @@ bool Ingest::wait_for_room(std::stop_token stop) {
 bool Ingest::tell_the_rest(std::stop_token stop) {
   while (true) {
     {
-      std::lock_guard lock(mutex_);
+      Lock lock(mutex_);
       if (!refused_untold_.empty() && record_.has_room_for(kRoomToTell)) tell_refused(newest_);
       faults_.flush();
       auto untold = faults_.take();
-      std::erase_if(untold, [&](const Fault& fault) { return place(packet_of(fault)); });
+      std::erase_if(untold, [&](const Fault& fault) HUELINE_REQUIRES(mutex_) { return place(packet_of(fault)); });
       if (refused_untold_.empty() && untold.empty()) return true;
       for (Fault& fault : untold) faults_.take_back(std::move(fault));
     }
@@ -127,12 +129,12 @@ bool Ingest::place(Packet packet) {
 }
 
 Ingest::Counts Ingest::counts(SensorId sensor) const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return counts_.at(sensor);
 }
 
 std::uint64_t Ingest::next_sequence() const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return next_sequence_;
 }
 

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <map>
-#include <mutex>
 #include <vector>
 
 #include "core/bounded_queue.hpp"
+#include "core/mutex.hpp"
 #include "core/packet.hpp"
 #include "runtime/fault_rate.hpp"
 
@@ -67,22 +67,21 @@ class Ingest {
   std::uint64_t next_sequence() const;
 
  private:
-  // All of these are called under mutex_.
-  bool take(Packet packet);
-  bool place(Packet packet);
-  void tell_refused(HostTime now);
-  void tell_faults();
+  bool take(Packet packet) HUELINE_REQUIRES(mutex_);
+  bool place(Packet packet) HUELINE_REQUIRES(mutex_);
+  void tell_refused(HostTime now) HUELINE_REQUIRES(mutex_);
+  void tell_faults() HUELINE_REQUIRES(mutex_);
 
   const std::vector<Sensor> sensors_;
   PacketQueue& record_;
   PacketQueue& pipeline_;
   const PacketQueue::Limits soft_;
-  mutable std::mutex mutex_;
-  std::uint64_t next_sequence_ = 0;
-  std::vector<Counts> counts_;
-  std::map<SensorId, std::uint64_t> refused_untold_;
-  HostTime newest_{};  // newest arrival
-  FaultRate faults_;
+  mutable Mutex mutex_;
+  std::uint64_t next_sequence_ HUELINE_GUARDED_BY(mutex_) = 0;
+  std::vector<Counts> counts_ HUELINE_GUARDED_BY(mutex_);
+  std::map<SensorId, std::uint64_t> refused_untold_ HUELINE_GUARDED_BY(mutex_);
+  HostTime newest_ HUELINE_GUARDED_BY(mutex_){};  // newest arrival
+  FaultRate faults_ HUELINE_GUARDED_BY(mutex_);
 };
 
 }  // namespace hueline::runtime

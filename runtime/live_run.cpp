@@ -1,5 +1,7 @@
 #include "runtime/live_run.hpp"
 
+#include <utility>
+
 #include "drivers/transport/host_clock.hpp"
 #include "runtime/thread_name.hpp"
 
@@ -33,7 +35,7 @@ void LiveRun::start() {
     reader_threads_.emplace_back([this, reader = reader.get()](std::stop_token stop) {
       name_this_thread("read " + reader->sensor_name());
       reader->run(stop);
-      std::lock_guard lock(mutex_);
+      Lock lock(mutex_);
       --readers_left_;
       changed_.notify_all();
     });
@@ -42,12 +44,13 @@ void LiveRun::start() {
 bool LiveRun::is_over() const { return readers_left_ == 0 || !recording().ok(); }
 
 bool LiveRun::wait_until_over(std::chrono::milliseconds time, const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
-  return changed_.wait_for(lock, stop, time, [this] { return readers_left_ == 0 || !recording_.ok(); });
+  Lock lock(mutex_);
+  return changed_.wait_for(lock, stop, time,
+                           [this]() HUELINE_REQUIRES(mutex_) { return readers_left_ == 0 || !recording_.ok(); });
 }
 
 Status LiveRun::recording() const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return recording_;
 }
 
@@ -57,7 +60,7 @@ void LiveRun::record() {
   const Status closed = recorder_.close();
   recorded_bytes_.store(recorder_.bytes_written(), std::memory_order_relaxed);
   recording_closed_ = true;
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   if (place_.ok()) place_ = recorder_.place();
   if (recording_.ok()) recording_ = done.ok() ? closed : done;
   changed_.notify_all();
@@ -67,7 +70,7 @@ void LiveRun::record() {
 void LiveRun::tell_place() {
   if (recorder_.place().ok() || !place().ok()) return;
   {
-    std::lock_guard lock(mutex_);
+    Lock lock(mutex_);
     place_ = recorder_.place();
   }
   ingest_->submit(Fault{kSystemSensor, FaultKind::DiskFull, drivers::host_now(), recorder_.packets_taken(),
@@ -75,7 +78,7 @@ void LiveRun::tell_place() {
 }
 
 Status LiveRun::place() const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return place_;
 }
 
@@ -102,7 +105,7 @@ Status LiveRun::record_until_the_end() {
     }
     if (packet) recorded_up_to_ = (*packet)->sequence;
     {
-      std::lock_guard lock(mutex_);
+      Lock lock(mutex_);
       recording_ = done;
       changed_.notify_all();
     }
@@ -137,7 +140,7 @@ void LiveRun::stop(const std::stop_token& at_once) {
   const std::stop_callback hurry_then(at_once, [this] { hurry(); });
   for (auto& thread : reader_threads_) thread.request_stop();
   {
-    std::unique_lock lock(mutex_);
+    Lock lock(mutex_);
     changed_.wait(lock, at_once, [this] { return readers_left_ == 0; });
   }
   ingest_->tell_the_rest(at_once);

@@ -4,11 +4,11 @@
 #include <condition_variable>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "core/mutex.hpp"
 #include "runtime/ingest.hpp"
 #include "runtime/reader.hpp"
 #include "runtime/recorder.hpp"
@@ -92,9 +92,9 @@ class LiveRun {
   std::vector<std::unique_ptr<Reader>> readers_;
   Recorder recorder_;
   const std::function<void(const Packet&)> process_;
-  mutable std::mutex mutex_;
+  mutable Mutex mutex_;
   std::condition_variable_any changed_;  // notified when readers_left_ or recording_ changes
-  Status recording_, place_;
+  Status recording_ HUELINE_GUARDED_BY(mutex_), place_ HUELINE_GUARDED_BY(mutex_);
   std::atomic<std::uint64_t> recorded_bytes_{0};
   /// No packet from this sequence on is processed. Set when the recording fails, so that the cloud does not contain
   /// more than the recording.

@@ -166,7 +166,7 @@ void ImageStream::take_finished() {
   const std::uint64_t missing = is_gige_ ? info("n_missing_packets") : 0;
   while (ArvBuffer* buffer = arv_stream_try_pop_buffer(stream)) {
     --given_;
-    std::lock_guard lock(mutex_);
+    Lock lock(mutex_);
     finished_.push_back({GRef<ArvBuffer>(buffer), now, missing});
   }
   changed_.notify_one();
@@ -175,8 +175,9 @@ void ImageStream::take_finished() {
 std::optional<ImageStream::Done> ImageStream::wait(std::chrono::milliseconds wait, std::stop_token stop) {
   Finished done;
   {
-    std::unique_lock lock(mutex_);
-    if (!changed_.wait_for(lock, stop, wait, [&] { return !finished_.empty() || is_interrupted_; }) ||
+    Lock lock(mutex_);
+    if (!changed_.wait_for(lock, stop, wait,
+                           [&]() HUELINE_REQUIRES(mutex_) { return !finished_.empty() || is_interrupted_; }) ||
         finished_.empty())
       return std::nullopt;
     done = std::move(finished_.front());
@@ -227,7 +228,7 @@ ImageHeader ImageStream::describe(ArvBuffer* buffer, std::uint64_t missing_packe
 
 void ImageStream::interrupt() {
   {
-    std::lock_guard lock(mutex_);
+    Lock lock(mutex_);
     is_interrupted_ = true;
   }
   changed_.notify_all();

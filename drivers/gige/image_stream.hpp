@@ -4,11 +4,11 @@
 #include <condition_variable>
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <stop_token>
 
 #include "core/buffer.hpp"
+#include "core/mutex.hpp"
 #include "drivers/gige/aravis_camera.hpp"
 #include "drivers/gige/image_packet.hpp"
 
@@ -68,9 +68,9 @@ class ImageStream {
   bool is_gige_ = false;                     // set before the stream gets its first buffer
   std::uint64_t missing_packets_ = 0;        // of the stream up to the latest image
 
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable_any changed_;
-  std::deque<Finished> finished_;
+  std::deque<Finished> finished_ HUELINE_GUARDED_BY(mutex_);
   std::atomic<bool> is_interrupted_{false};
 };
 

@@ -11,6 +11,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "drivers/guest/guest_limits.hpp"
 #include "drivers/transport/host_clock.hpp"
@@ -57,8 +58,8 @@ Result<ToGuest> receive(int socket, FileDescriptor& descriptor, std::span<std::b
 
 Status GuestMemory::prepare(std::size_t packet_bytes) {
   if (const Status asked = ask_(packet_bytes); !asked) return asked;
-  std::unique_lock lock(mutex_);
-  if (!changed_.wait_for(lock, kMemoryWithin, [this] { return has_begun_; }))
+  Lock lock(mutex_);
+  if (!changed_.wait_for(lock, kMemoryWithin, [this]() HUELINE_REQUIRES(mutex_) { return has_begun_; }))
     return Error{ErrorCode::Unavailable, "the host gives no memory"};
   if (slot_bytes_ < packet_bytes) return Error{ErrorCode::Invalid, "the host's slots are too small"};
   return {};
@@ -69,7 +70,7 @@ Status GuestMemory::map(const Memory& memory, int fd) {
   if (const Status limited = limit_memory(bytes + kMemoryToStream); !limited) return limited;
   auto mapping = Mapping::map(fd, bytes, true);
   if (!mapping) return mapping.error();
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   mapping_ = std::move(mapping).value();
   slot_bytes_ = memory.slot_bytes;
   slots_ = memory.slots;
@@ -81,7 +82,7 @@ Status GuestMemory::map(const Memory& memory, int fd) {
 bool GuestMemory::add(const std::vector<std::uint32_t>& slots) {
   std::vector<Buffer> back;  // destroyed outside the lock, which give_back() takes
   {
-    std::lock_guard lock(mutex_);
+    Lock lock(mutex_);
     for (const std::uint32_t slot : slots) {
       if (slot >= slots_) return false;
       if (has_begun_ && !with_host_[slot].empty())
@@ -100,21 +101,21 @@ std::uint32_t GuestMemory::slot_of(const std::byte* data) const {
 }
 
 std::uint32_t GuestMemory::hand_out(Buffer packet) {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   const std::uint32_t slot = slot_of(packet.data());
   with_host_[slot] = std::move(packet);
   return slot;
 }
 
 void GuestMemory::give_back(const std::byte* data) noexcept {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   free_.push_back(slot_of(data));
 }
 
 MutableBuffer GuestMemory::acquire(std::size_t bytes) {
   std::span<std::byte> memory;
   {
-    std::lock_guard lock(mutex_);
+    Lock lock(mutex_);
     if (free_.empty() || bytes > slot_bytes_) return {};
     memory = mapping_.bytes().subspan(free_.back() * slot_bytes_, bytes);
     free_.pop_back();
@@ -123,12 +124,12 @@ MutableBuffer GuestMemory::acquire(std::size_t bytes) {
 }
 
 std::size_t GuestMemory::bytes_in_use() const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return (slots_ - free_.size()) * slot_bytes_;
 }
 
 std::size_t GuestMemory::limit_bytes() const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return slots_ * slot_bytes_;
 }
 

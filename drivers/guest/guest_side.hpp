@@ -4,13 +4,14 @@
 #include <condition_variable>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "core/mutex.hpp"
 #include "core/packet.hpp"
 #include "drivers/guest/packet_memory.hpp"
 #include "drivers/guest/protocol.hpp"
@@ -39,17 +40,18 @@ class GuestMemory final : public PacketMemory, public BufferLender, public std::
   void give_back(const std::byte* data) noexcept override;
 
  private:
-  std::uint32_t slot_of(const std::byte* data) const;
+  std::uint32_t slot_of(const std::byte* data) const HUELINE_REQUIRES(mutex_);
 
   const std::function<Status(std::uint64_t)> ask_;
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  Mapping mapping_;
-  std::uint64_t slot_bytes_ = 0;
-  std::size_t slots_ = 0;
-  bool has_begun_ = false;           // whether the first slots have come
-  std::vector<std::uint32_t> free_;  // the slot given back last is used first, because its pages are already in memory
-  std::vector<Buffer> with_host_;
+  mutable Mutex mutex_;
+  std::condition_variable_any changed_;
+  Mapping mapping_ HUELINE_GUARDED_BY(mutex_);
+  std::uint64_t slot_bytes_ HUELINE_GUARDED_BY(mutex_) = 0;
+  std::size_t slots_ HUELINE_GUARDED_BY(mutex_) = 0;
+  bool has_begun_ HUELINE_GUARDED_BY(mutex_) = false;  // whether the first slots have come
+  // The slot given back last is used first, because its pages are already in memory.
+  std::vector<std::uint32_t> free_ HUELINE_GUARDED_BY(mutex_);
+  std::vector<Buffer> with_host_ HUELINE_GUARDED_BY(mutex_);
 };
 
 /// The guest's connection to its host. A thread of its own receives messages, and sends Alive while the library's

@@ -31,7 +31,11 @@ Mapping::~Mapping() {
 }
 
 SlotMemory::SlotMemory(FileDescriptor file, Mapping mapping, std::uint64_t slot_bytes, std::size_t slots)
-    : file_(std::move(file)), mapping_(std::move(mapping)), slot_bytes_(slot_bytes), states_(slots, State::Guest) {
+    : file_(std::move(file)),
+      mapping_(std::move(mapping)),
+      slot_bytes_(slot_bytes),
+      slots_(slots),
+      states_(slots, State::Guest) {
   returned_.reserve(slots);
 }
 
@@ -52,7 +56,7 @@ Result<std::shared_ptr<SlotMemory>> SlotMemory::create(std::uint64_t packet_byte
 }
 
 std::vector<std::uint32_t> SlotMemory::hand_over() {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   returned_.clear();
   std::vector<std::uint32_t> free;
   for (std::uint32_t slot = 0; slot < states_.size(); ++slot) {
@@ -64,7 +68,7 @@ std::vector<std::uint32_t> SlotMemory::hand_over() {
 }
 
 std::vector<std::uint32_t> SlotMemory::take_returned() {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   std::vector<std::uint32_t> taken(returned_);
   returned_.clear();  // keeps its reserved memory
   for (const std::uint32_t slot : taken) states_[slot] = State::Guest;
@@ -73,7 +77,7 @@ std::vector<std::uint32_t> SlotMemory::take_returned() {
 
 Buffer SlotMemory::lend(std::uint32_t slot, std::uint64_t bytes) {
   {
-    std::lock_guard lock(mutex_);
+    Lock lock(mutex_);
     if (slot >= states_.size() || states_[slot] != State::Guest || bytes == 0 || bytes > slot_bytes_) return {};
     states_[slot] = State::Lent;
   }
@@ -83,7 +87,7 @@ Buffer SlotMemory::lend(std::uint32_t slot, std::uint64_t bytes) {
 void SlotMemory::give_back(const std::byte* data) noexcept {
   const auto slot =
       static_cast<std::uint32_t>(static_cast<std::uint64_t>(data - mapping_.bytes().data()) / slot_bytes_);
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   states_[slot] = State::Returned;
   returned_.push_back(slot);
 }

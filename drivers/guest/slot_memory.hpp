@@ -2,11 +2,12 @@
 
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/buffer.hpp"
+#include "core/mutex.hpp"
 #include "core/result.hpp"
 #include "drivers/transport/file_descriptor.hpp"
 
@@ -41,7 +42,7 @@ class SlotMemory final : public BufferLender, public std::enable_shared_from_thi
 
   int fd() const { return file_.get(); }
   std::uint64_t slot_bytes() const { return slot_bytes_; }
-  std::size_t slots() const { return states_.size(); }
+  std::size_t slots() const { return slots_; }
 
   /// Gives all slots that nobody reads to a new guest, after the old one is dead. Returns them.
   std::vector<std::uint32_t> hand_over();
@@ -60,9 +61,11 @@ class SlotMemory final : public BufferLender, public std::enable_shared_from_thi
   const FileDescriptor file_;
   const Mapping mapping_;
   const std::uint64_t slot_bytes_;
-  std::mutex mutex_;
-  std::vector<State> states_;
-  std::vector<std::uint32_t> returned_;  // has room for all slots, so that give_back() allocates nothing
+  const std::size_t slots_;
+  Mutex mutex_;
+  std::vector<State> states_ HUELINE_GUARDED_BY(mutex_);
+  std::vector<std::uint32_t> returned_
+      HUELINE_GUARDED_BY(mutex_);  // has room for all slots, so that give_back() allocates nothing
 };
 
 }  // namespace hueline::drivers::guest

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "sim/devices/drive_clock.hpp"
 
@@ -122,23 +124,23 @@ std::string GvspStream::Config::validate() const {
 void GvspStream::set_target(const StreamTarget& target) {
   const int discover = target.may_fragment ? IP_PMTUDISC_DONT : IP_PMTUDISC_PROBE;
   ::setsockopt(socket_.get(), IPPROTO_IP, IP_MTU_DISCOVER, &discover, sizeof(discover));
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   if (target.is_active && !target_.is_active) ++acquisitions_;
   target_ = target;
 }
 
 bool GvspStream::is_active() const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return target_.is_active;
 }
 
 GvspStream::Counts GvspStream::counts() const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return counts_;
 }
 
 void GvspStream::send_test_packet() {
-  std::unique_lock lock(mutex_);
+  Lock lock(mutex_);
   const StreamTarget stream = target_;
   lock.unlock();
   const Bytes packet(stream.packet_bytes - kUdpOverheadBytes);
@@ -149,7 +151,7 @@ void GvspStream::send_test_packet() {
 void GvspStream::send_again(const GvcpResend& request) {
   std::optional<SentImage> found;
   {
-    std::lock_guard lock(mutex_);
+    Lock lock(mutex_);
     for (const SentImage& kept : kept_) {
       if (kept.image.block_id == request.block_id) found = kept;
     }
@@ -174,12 +176,12 @@ void GvspStream::send_again(const GvcpResend& request) {
     if (batch.is_full() || refusals.is_full()) flush();
   }
   flush();
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   counts_.packets_resent += sent;
 }
 
 Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
+  Lock lock(mutex_);
   const StreamTarget stream = target_;
   const std::uint64_t acquisition = acquisitions_;
   lock.unlock();

@@ -4,10 +4,12 @@
 
 #include <cstdint>
 #include <deque>
-#include <mutex>
 #include <stop_token>
+#include <string>
+#include <utility>
 
 #include "core/buffer.hpp"
+#include "core/mutex.hpp"
 #include "core/result.hpp"
 #include "sim/devices/gvcp_control.hpp"
 #include "sim/devices/gvsp_encode.hpp"
@@ -83,11 +85,11 @@ class GvspStream {
   const Config config_;
   const FileDescriptor socket_;
 
-  mutable std::mutex mutex_;
-  StreamTarget target_;  // guarded by mutex_, like the three below
-  std::uint64_t acquisitions_ = 0;
-  std::deque<SentImage> kept_;
-  Counts counts_;
+  mutable Mutex mutex_;
+  StreamTarget target_ HUELINE_GUARDED_BY(mutex_);
+  std::uint64_t acquisitions_ HUELINE_GUARDED_BY(mutex_) = 0;
+  std::deque<SentImage> kept_ HUELINE_GUARDED_BY(mutex_);
+  Counts counts_ HUELINE_GUARDED_BY(mutex_);
 
   // Used by the thread that sends.
   SeededRandom losses_;

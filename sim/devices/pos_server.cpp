@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <utility>
 
 namespace hueline::sim {
 namespace {
@@ -47,7 +48,7 @@ PosServer::~PosServer() {
 
 void PosServer::publish(std::span<const std::byte> log, const NovatelPeek& what, std::size_t piece_bytes) {
   const std::span<const char> bytes(reinterpret_cast<const char*>(log.data()), log.size());
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   bool is_wanted = false;
   for (const auto& client : clients_) {
     const bool wants = what.id == 0 ? !client->subscriptions.empty() : client->subscriptions.wants(what);
@@ -66,18 +67,18 @@ void PosServer::publish(std::span<const std::byte> log, const NovatelPeek& what,
 }
 
 int PosServer::listening_clients() const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return static_cast<int>(std::count_if(clients_.begin(), clients_.end(),
                                         [](const auto& c) { return !c->is_gone && !c->subscriptions.empty(); }));
 }
 
 PosServer::Counts PosServer::counts() const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return counts_;
 }
 
 bool PosServer::is_drained() const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return std::all_of(clients_.begin(), clients_.end(), [](const auto& c) { return c->is_gone || c->unsent.empty(); });
 }
 
@@ -135,7 +136,7 @@ void PosServer::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     waiting.assign({{listener_.get(), POLLIN, 0}, {wake_.get(), POLLIN, 0}});
     {
-      std::lock_guard lock(mutex_);
+      Lock lock(mutex_);
       std::erase_if(clients_, [](const auto& c) { return c->is_gone; });
       for (const auto& client : clients_) {
         const auto events = static_cast<short>(client->unsent.empty() ? POLLIN : POLLIN | POLLOUT);
@@ -145,7 +146,7 @@ void PosServer::run(const std::stop_token& stop) {
     if (::poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR) return;
     if ((waiting[1].revents & POLLIN) != 0) clear_wake(wake_);
 
-    std::lock_guard lock(mutex_);
+    Lock lock(mutex_);
     for (std::size_t i = 2; i < waiting.size(); ++i) {  // only this thread adds and removes clients
       Client& client = *clients_[i - 2];
       if ((waiting[i].revents & POLLOUT) != 0) flush(client);

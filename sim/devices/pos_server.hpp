@@ -4,12 +4,12 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "core/mutex.hpp"
 #include "core/result.hpp"
 #include "sim/devices/pos_commands.hpp"
 #include "sim/devices/socket.hpp"
@@ -64,16 +64,16 @@ class PosServer {
     bool is_gone = false;
   };
   void run(const std::stop_token& stop);
-  void accept_client();
-  void read_commands(Client& client);
-  void send(Client& client, std::span<const char> bytes);
-  void flush(Client& client);
+  void accept_client() HUELINE_REQUIRES(mutex_);
+  void read_commands(Client& client) HUELINE_REQUIRES(mutex_);
+  void send(Client& client, std::span<const char> bytes) HUELINE_REQUIRES(mutex_);
+  void flush(Client& client) HUELINE_REQUIRES(mutex_);
 
   const Config config_;
   FileDescriptor listener_, wake_;
-  mutable std::mutex mutex_;
-  std::vector<std::unique_ptr<Client>> clients_;  // guarded by mutex_, like counts_
-  Counts counts_;
+  mutable Mutex mutex_;
+  std::vector<std::unique_ptr<Client>> clients_ HUELINE_GUARDED_BY(mutex_);
+  Counts counts_ HUELINE_GUARDED_BY(mutex_);
   std::jthread thread_;  // last member, because it must stop before the members that it uses are destroyed
 };
 

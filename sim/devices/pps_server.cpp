@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "sim/wire/little_endian.hpp"
 
@@ -63,7 +64,7 @@ int PpsServer::publish(std::uint64_t sequence, std::int64_t edge_monotonic_raw_n
   message.put(sequence);
   message.put(edge_monotonic_raw_ns);
   int refused = 0;
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   for (const FileDescriptor& client : clients_) {
     const ssize_t sent = ::send(client.get(), message.bytes().data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent != static_cast<ssize_t>(message.size())) ++refused;
@@ -72,7 +73,7 @@ int PpsServer::publish(std::uint64_t sequence, std::int64_t edge_monotonic_raw_n
 }
 
 int PpsServer::clients() const {
-  std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   return static_cast<int>(clients_.size());
 }
 
@@ -82,13 +83,13 @@ void PpsServer::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     waiting.assign({{listener_.get(), POLLIN, 0}, {wake_.get(), POLLIN, 0}});
     {
-      std::lock_guard lock(mutex_);
+      Lock lock(mutex_);
       for (const FileDescriptor& client : clients_) waiting.push_back({client.get(), POLLIN, 0});
     }
     if (::poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR) return;
     if ((waiting[1].revents & POLLIN) != 0) clear_wake(wake_);
 
-    std::lock_guard lock(mutex_);
+    Lock lock(mutex_);
     for (std::size_t i = waiting.size(); i-- > 2;) {
       char ignored[64];
       if (waiting[i].revents == 0 || ::recv(waiting[i].fd, ignored, sizeof(ignored), MSG_DONTWAIT) > 0) continue;

@@ -2,11 +2,11 @@
 
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "core/mutex.hpp"
 #include "core/result.hpp"
 #include "sim/devices/socket.hpp"
 
@@ -42,8 +42,8 @@ class PpsServer {
 
   const Config config_;
   FileDescriptor listener_, wake_;
-  mutable std::mutex mutex_;
-  std::vector<FileDescriptor> clients_;  // guarded by mutex_
+  mutable Mutex mutex_;
+  std::vector<FileDescriptor> clients_ HUELINE_GUARDED_BY(mutex_);
   std::jthread thread_;
 };
 
