@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cctype>
+#include <utility>
 
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"

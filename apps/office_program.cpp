@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <string>
 
 #include "apps/exit_code.hpp"
 #include "core/standard_streams.hpp"

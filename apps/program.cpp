@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <string>
 
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <span>
 #include <sstream>
+#include <utility>
 
 #include "config/rig.hpp"
 #include "config/section.hpp"

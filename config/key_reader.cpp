@@ -1,5 +1,9 @@
 #include "config/key_reader.hpp"
 
+#include <string>
+#include <utility>
+#include <vector>
+
 #include <fmt/format.h>
 
 namespace hueline::config {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <utility>
 
 #include "config/key_reader.hpp"
 #include "config/shipped.hpp"

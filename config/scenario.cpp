@@ -1,6 +1,8 @@
 #include "config/scenario.hpp"
 
 #include <filesystem>
+#include <utility>
+#include <vector>
 
 #include "config/key_reader.hpp"
 #include "config/shipped.hpp"

@@ -131,13 +131,11 @@ struct KeyKinds {
 template <class T>
 /// Wraps `config`, which must outlive the result. A Config without validate() has no further check.
 KeyGroup group_of(T& config) {
-  return {[&config](Keys& keys) { config.visit(keys); },
-          [&config]() -> KeyError {
-            if constexpr (requires { config.validate(); })
-              return config.validate();
-            else
-              return {};
-          }};
+  const auto walk = [&config](Keys& keys) { config.visit(keys); };
+  if constexpr (requires { config.validate(); })
+    return {walk, [&config] { return KeyError(config.validate()); }};
+  else
+    return {walk, [] { return KeyError{}; }};
 }
 
 /// Interface of the visitors of a list of keys. Each call names one key and the member that holds it. A visitor that
@@ -244,7 +242,7 @@ class Keys {
   template <class T>
   bool section(const Key& key, std::optional<T>& inside) {
     return take_section(key, {inside.has_value(), [&inside] {
-                                if (!inside) inside.emplace();
+                                if (!inside) inside = T{};
                                 return group_of(*inside);
                               }});
   }

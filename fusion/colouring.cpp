@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <numbers>
+#include <utility>
 
 #include "fusion/colouring_piece.hpp"
 #include "fusion/worker_pool.hpp"

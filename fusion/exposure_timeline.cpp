@@ -1,6 +1,7 @@
 #include "fusion/exposure_timeline.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace hueline::fusion {
 namespace {

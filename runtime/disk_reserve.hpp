@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <utility>
 
 #include "core/result.hpp"
 #include "storage/disk.hpp"

@@ -4,6 +4,8 @@
 
 #include <deque>
 #include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 #include "core/calendar.hpp"
 #include "storage/las_writer.hpp"

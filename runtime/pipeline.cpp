@@ -1,5 +1,9 @@
 #include "runtime/pipeline.hpp"
 
+#include <algorithm>
+#include <string>
+#include <utility>
+
 #include <fmt/format.h>
 
 #include "core/printable.hpp"

@@ -10,8 +10,7 @@
 
 namespace hueline::runtime {
 
-/// Writes the packets that the recorder's thread takes from its queue. Reads no clock.
-/// Thread safety: none; one thread calls all functions.
+/// Writes the packets that the recorder's thread takes from its queue. Reads no clock. Thread-bound.
 class Recorder {
  public:
   explicit Recorder(std::unique_ptr<storage::JournalWriter> journal) : journal_(std::move(journal)) {}

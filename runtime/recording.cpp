@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <utility>
 
 #include "config/section.hpp"
 #include "runtime/version.hpp"

@@ -1,6 +1,8 @@
 #include "score/colour_figures.hpp"
 
 #include <cmath>
+#include <string>
+#include <utility>
 
 namespace hueline::score {
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <string>
 
 #include "score/ciede2000.hpp"
 #include "score/figures.hpp"

@@ -1,5 +1,7 @@
 #include "score/observation.hpp"
 
+#include <vector>
+
 namespace hueline::score {
 namespace {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "score/colour_figures.hpp"
 #include "sim/noise.hpp"

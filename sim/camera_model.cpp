@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <thread>
+#include <utility>
 
 #include "sim/exposure_control.hpp"
 #include "sim/noise.hpp"

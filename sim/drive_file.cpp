@@ -1,6 +1,7 @@
 #include "sim/drive_file.hpp"
 
 #include <filesystem>
+#include <vector>
 
 #include "sim/byte_file.hpp"
 

@@ -9,6 +9,8 @@
 #include <filesystem>
 #include <optional>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "sim/camera_model.hpp"
 #include "sim/drive_file.hpp"

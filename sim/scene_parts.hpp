@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "sim/noise.hpp"
 #include "sim/scene.hpp"
 

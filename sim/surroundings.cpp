@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
+#include <utility>
 
 #include "core/input_file.hpp"
 #include "sim/jpeg_handle.hpp"

@@ -1,5 +1,6 @@
 #include "sim/wheel_model.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "sim/noise.hpp"

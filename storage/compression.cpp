@@ -4,6 +4,7 @@
 #include <zstd.h>
 
 #include <memory>
+#include <string>
 
 namespace hueline::storage {
 namespace {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "core/result.hpp"
 #include "storage/byte_order.hpp"
 

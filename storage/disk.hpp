@@ -16,8 +16,7 @@ namespace hueline::storage {
 
 using hueline::IfExists;
 
-/// A file that is open for writing. The destructor closes it and reports no error.
-/// Thread safety: none; one thread calls all functions.
+/// A file that is open for writing. Thread-bound. The destructor closes it and reports no error.
 class DiskFile {
  public:
   virtual ~DiskFile() = default;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "core/result.hpp"
 #include "storage/byte_order.hpp"
@@ -13,8 +14,7 @@
 namespace hueline::storage {
 
 /// A file of which every write, sync and close is checked. It remembers the first error with its errno, and every later
-/// call returns that error: nothing is written behind a gap. Move-only.
-/// Thread safety: none; one thread calls all functions.
+/// call returns that error: nothing is written behind a gap. Thread-bound. Move-only.
 class FileWriter {
  public:
   /// Creates the file. `disk` must outlive it.

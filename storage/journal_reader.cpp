@@ -1,5 +1,8 @@
 #include "storage/journal_reader.hpp"
 
+#include <string>
+#include <utility>
+
 #include "storage/raw_packet.hpp"
 
 namespace hueline::storage {

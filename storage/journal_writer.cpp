@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <set>
+#include <string>
+#include <utility>
 
 #include "storage/descriptor_set.hpp"
 #include "storage/raw_packet.hpp"

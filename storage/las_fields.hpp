@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstring>
+#include <string>
+#include <vector>
 
 #include "core/point_fields.hpp"
 #include "storage/las_format.hpp"

@@ -1,6 +1,8 @@
 #include "storage/las_reader.hpp"
 
 #include <algorithm>
+#include <string>
+#include <utility>
 
 namespace hueline::storage {
 namespace {

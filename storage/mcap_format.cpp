@@ -1,5 +1,7 @@
 #include "storage/mcap_format.hpp"
 
+#include <utility>
+
 #include "storage/crc32.hpp"
 
 namespace hueline::storage {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <string>
+#include <utility>
 
 #include "storage/compression.hpp"
 #include "storage/crc32.hpp"

@@ -1,6 +1,9 @@
 #include "storage/mcap_writer.hpp"
 
 #include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "storage/crc32.hpp"
 

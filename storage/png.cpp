@@ -3,6 +3,7 @@
 #include <png.h>
 
 #include <cstring>
+#include <string>
 
 #include "core/input_file.hpp"
 #include "storage/file_writer.hpp"

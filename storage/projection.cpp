@@ -4,6 +4,8 @@
 #include <proj.h>
 
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "core/angle.hpp"
 

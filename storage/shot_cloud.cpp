@@ -7,6 +7,7 @@
 #include <initializer_list>
 #include <limits>
 #include <set>
+#include <vector>
 
 #include "storage/file_writer.hpp"
 #include "storage/las_fields.hpp"

@@ -1,5 +1,8 @@
 #include "storage/view_writer.hpp"
 
+#include <string>
+#include <utility>
+
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "storage/descriptor_set.hpp"

@@ -1,5 +1,7 @@
 #include "survey/object_picks.hpp"
 
+#include <utility>
+
 #include <fmt/format.h>
 
 #include "core/csv_table.hpp"

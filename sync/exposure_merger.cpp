@@ -1,6 +1,7 @@
 #include "sync/exposure_merger.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace hueline::sync {
 

@@ -1,6 +1,7 @@
 #include "sync/self_timed_laser.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace hueline::sync {
 

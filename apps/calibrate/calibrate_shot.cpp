@@ -4,7 +4,10 @@
 
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "apps/calibrate/calibrate.hpp"
 #include "apps/colour/shot_calibration.hpp"

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "calibration/targets/station_orientation.hpp"
 #include "core/calendar.hpp"

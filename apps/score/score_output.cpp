@@ -1,6 +1,9 @@
 #include "apps/score/score_output.hpp"
 
+#include <algorithm>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "core/output_file.hpp"
 #include "score/sheet_text.hpp"

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <map>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/simulate/simulated_recording.hpp"
 #include "runtime/pipeline.hpp"

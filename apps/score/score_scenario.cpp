@@ -1,10 +1,15 @@
 #include "apps/score/score_scenario.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/score/score_recording.hpp"
 #include "apps/score/score_sink.hpp"

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 
 #include "apps/score/cloud_print.hpp"
 #include "core/result.hpp"

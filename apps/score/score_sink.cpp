@@ -1,6 +1,8 @@
 #include "apps/score/score_sink.hpp"
 
+#include <algorithm>
 #include <set>
+#include <string>
 
 #include "apps/simulate/point_claim.hpp"
 #include "apps/simulate/simulated_recording.hpp"

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "apps/simulate/simulated_recording.hpp"
 #include "apps/simulate/simulated_rig.hpp"

@@ -1,6 +1,8 @@
 #include "apps/simulate/simulated_capture.hpp"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include "apps/simulate/simulated_disk.hpp"
 #include "apps/simulate/simulated_recording.hpp"

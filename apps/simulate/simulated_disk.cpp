@@ -1,7 +1,11 @@
 #include "apps/simulate/simulated_disk.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
+#include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace hueline::apps {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+
 #include "core/result.hpp"
 #include "sim/faults/faulty_disk.hpp"
 #include "storage/disk.hpp"

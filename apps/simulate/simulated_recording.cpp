@@ -7,6 +7,8 @@
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
+#include <utility>
+#include <vector>
 
 #include "drivers/can/can_frame.hpp"
 #include "drivers/gige/image_packet.hpp"

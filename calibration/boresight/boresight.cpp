@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "calibration/boresight/boresight_normals.hpp"
 #include "calibration/boresight/mount_covariance.hpp"

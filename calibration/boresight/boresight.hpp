@@ -3,6 +3,7 @@
 #include <array>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "calibration/boresight/boresight_drive.hpp"
 #include "core/result.hpp"

@@ -1,5 +1,7 @@
 #include "calibration/boresight/boresight_report.hpp"
 
+#include <utility>
+
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>

@@ -6,6 +6,8 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace hueline::calibration {
 namespace {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 #include "calibration/boresight/boresight_drive.hpp"
 #include "core/time.hpp"

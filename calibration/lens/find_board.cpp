@@ -8,7 +8,9 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "calibration/lens/find_board.hpp"
 #include "core/input_file.hpp"

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "calibration/lens/board.hpp"
 
 namespace hueline::calibration {

@@ -4,7 +4,9 @@
 #include <ceres/rotation.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 
 namespace hueline::calibration {
 namespace {

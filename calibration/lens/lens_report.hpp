@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "calibration/lens/lens_calibration.hpp"
 #include "core/calibration_record.hpp"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <opencv2/calib3d.hpp>
+#include <vector>
 
 namespace hueline::calibration {
 

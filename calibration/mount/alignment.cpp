@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "calibration/mount/alignment_score.hpp"
 #include "calibration/mount/head_adjustment.hpp"

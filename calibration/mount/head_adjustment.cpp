@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "calibration/mount/intensity_relation.hpp"
 #include "core/angle.hpp"

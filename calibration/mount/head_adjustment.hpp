@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "calibration/mount/alignment.hpp"
 
 namespace hueline::calibration {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "calibration/mount/resection.hpp"
 #include "core/calibration_record.hpp"

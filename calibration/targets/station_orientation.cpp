@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "calibration/targets/station_search.hpp"
 #include "core/angle.hpp"

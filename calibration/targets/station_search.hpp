@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "calibration/targets/station_orientation.hpp"
 
 /// A part of orient_station: the search for the targets of one station in its scan.

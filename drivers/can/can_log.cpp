@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <linux/can/error.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <span>

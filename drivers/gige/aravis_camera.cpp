@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <mutex>
+#include <string>
 
 #include "drivers/gige/image_packet.hpp"
 #include "drivers/transport/file_descriptor.hpp"

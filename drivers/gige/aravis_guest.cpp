@@ -6,6 +6,8 @@
 #include <array>
 #include <cstring>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "drivers/gige/aravis_camera.hpp"
 #include "drivers/gige/aravis_source.hpp"

@@ -5,6 +5,8 @@
 #include <bit>
 #include <deque>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "drivers/gige/aravis_camera.hpp"
 #include "drivers/gige/image_stream.hpp"

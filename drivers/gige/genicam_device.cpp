@@ -1,6 +1,9 @@
 #include "drivers/gige/genicam_device.hpp"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "drivers/guest/guest_source.hpp"
 

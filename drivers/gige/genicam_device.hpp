@@ -1,5 +1,8 @@
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include "drivers/device.hpp"
 #include "drivers/gige/genicam_config.hpp"
 #include "drivers/gige/image_decoder.hpp"

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <filesystem>
 #include <string>
+#include <utility>
 
 #include "core/result.hpp"
 #include "drivers/transport/file_descriptor.hpp"

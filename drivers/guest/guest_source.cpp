@@ -10,6 +10,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "drivers/transport/host_clock.hpp"
 
@@ -28,6 +29,8 @@ template <class... Ts>
 struct Overloaded : Ts... {
   using Ts::operator()...;
 };
+template <class... Ts>
+Overloaded(Ts...) -> Overloaded<Ts...>;
 
 sockaddr_in address(const std::array<std::uint8_t, 4>& bytes, std::uint16_t port) {
   sockaddr_in out{};

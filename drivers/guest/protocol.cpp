@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstring>
+#include <utility>
 #include <variant>
 
 namespace hueline::drivers::guest {
@@ -77,6 +78,8 @@ template <class... Ts>
 struct Overloaded : Ts... {
   using Ts::operator()...;
 };
+template <class... Ts>
+Overloaded(Ts...) -> Overloaded<Ts...>;
 
 Error malformed(std::uint32_t kind, std::string_view what) {
   return {ErrorCode::Malformed, fmt::format("message {}: {}", kind, what)};

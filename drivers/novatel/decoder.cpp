@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "drivers/novatel/ascii.hpp"
 #include "drivers/novatel/messages.hpp"

@@ -3,6 +3,7 @@
 #include <array>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 #include "core/decoder.hpp"
 #include "core/keys.hpp"

@@ -1,6 +1,7 @@
 #include "drivers/novatel/log_cycle.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace hueline::drivers {
 namespace {

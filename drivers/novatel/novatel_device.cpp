@@ -1,5 +1,7 @@
 #include "drivers/novatel/novatel_device.hpp"
 
+#include <memory>
+
 #include "drivers/transport/file_source.hpp"
 
 namespace hueline::drivers {

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/packet.hpp"
 #include "drivers/pps/edge_placer.hpp"

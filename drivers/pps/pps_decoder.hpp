@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/decoder.hpp"
 #include "drivers/pps/pps_packet.hpp"

@@ -1,5 +1,8 @@
 #include "drivers/pps/pps_device.hpp"
 
+#include <memory>
+#include <string>
+
 #include <sys/un.h>
 
 #include "drivers/pps/pps_decoder.hpp"

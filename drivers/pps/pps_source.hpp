@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "core/packet.hpp"
 #include "drivers/pps/pps_packet.hpp"

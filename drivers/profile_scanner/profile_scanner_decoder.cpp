@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <numbers>
+#include <utility>
 
 #include "core/calendar.hpp"
 #include "drivers/profile_scanner/profile_scanner_kernel.hpp"

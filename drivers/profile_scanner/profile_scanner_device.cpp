@@ -1,5 +1,8 @@
 #include "drivers/profile_scanner/profile_scanner_device.hpp"
 
+#include <memory>
+#include <string>
+
 #include "drivers/profile_scanner/profile_scanner_decoder.hpp"
 #include "drivers/profile_scanner/profile_scanner_wire.hpp"
 #include "drivers/transport/datagram_device.hpp"

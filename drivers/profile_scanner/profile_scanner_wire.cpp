@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
+#include <string>
+#include <utility>
 
 namespace hueline::drivers {
 namespace {

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/input_file.hpp"
 #include "core/keys.hpp"

@@ -13,6 +13,8 @@
 
 #include <cerrno>
 #include <cstring>
+#include <string>
+#include <utility>
 
 namespace hueline::drivers {
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "core/keys.hpp"
 #include "drivers/transport/byte_stream_source.hpp"
 

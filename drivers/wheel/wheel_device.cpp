@@ -1,5 +1,7 @@
 #include "drivers/wheel/wheel_device.hpp"
 
+#include <memory>
+
 #include "drivers/transport/can_log_source.hpp"
 #include "drivers/transport/can_source.hpp"
 #include "drivers/transport/udp_source.hpp"

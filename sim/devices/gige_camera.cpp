@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <utility>
 
 #include "sim/devices/drive_clock.hpp"
 #include "sim/devices/network_interface.hpp"

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "sim/devices/camera_registers.hpp"
 #include "sim/wire/little_endian.hpp"

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "apps/simulate/point_claim.hpp"
 #include "apps/simulate/simulated_recording.hpp"

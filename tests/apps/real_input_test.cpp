@@ -11,10 +11,10 @@
 #include <sstream>
 #include <thread>
 
-#include "../support/test_data.hpp"
-#include "captures.hpp"
-#include "program.hpp"
 #include "storage/journal_reader.hpp"
+#include "tests/apps/captures.hpp"
+#include "tests/apps/program.hpp"
+#include "tests/support/test_data.hpp"
 
 /// Sends the bytes of real devices on real sockets to the program as a user starts it. The captures say what must be in
 /// the recording; the tests read them by their own code.

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "fusion/colouring.hpp"
-#include "test_drive.hpp"
+#include "tests/fusion/test_drive.hpp"
 
 namespace hueline::fusion {
 namespace {

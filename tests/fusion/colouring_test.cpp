@@ -5,7 +5,7 @@
 #include <map>
 #include <numbers>
 
-#include "test_drive.hpp"
+#include "tests/fusion/test_drive.hpp"
 
 namespace hueline::fusion {
 namespace {

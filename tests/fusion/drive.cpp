@@ -1,8 +1,9 @@
-#include "drive.hpp"
+#include "tests/fusion/drive.hpp"
 
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <utility>
 
 namespace hueline::test {
 using std::numbers::pi;

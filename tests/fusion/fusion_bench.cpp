@@ -2,8 +2,8 @@
 #include <ctime>
 #include <numbers>
 
-#include "drive.hpp"
 #include "fusion/colouring.hpp"
+#include "tests/fusion/drive.hpp"
 #include "tests/support/bench.hpp"
 
 /// Measures the cost of a point in the whole stage (placing, choosing exposure and lens, projecting, sampling),

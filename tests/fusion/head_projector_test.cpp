@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drive.hpp"
+#include "tests/fusion/drive.hpp"
 
 namespace hueline::fusion {
 namespace {

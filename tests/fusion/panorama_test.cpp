@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/geodesy.hpp"
-#include "drive.hpp"
+#include "tests/fusion/drive.hpp"
 
 namespace hueline::fusion {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "drive.hpp"
 #include "fusion/pixel_mask.hpp"
+#include "tests/fusion/drive.hpp"
 
 namespace hueline::fusion {
 namespace {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <map>
 
-#include "../support/pcd.hpp"
-#include "../support/test_data.hpp"
-#include "drive.hpp"
+#include "tests/fusion/drive.hpp"
+#include "tests/support/pcd.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace hueline::fusion {
 namespace {

@@ -1,4 +1,4 @@
-#include "test_drive.hpp"
+#include "tests/fusion/test_drive.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
-#include "drive.hpp"
 #include "fusion/colouring.hpp"
+#include "tests/fusion/drive.hpp"
 
 /// Runs the whole stage on a small drive with known truth.
 namespace hueline::test {

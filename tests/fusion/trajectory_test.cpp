@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-#include "drive.hpp"
+#include "tests/fusion/drive.hpp"
 
 namespace hueline::fusion {
 namespace {

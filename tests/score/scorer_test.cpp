@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "../sim/small_scenario.hpp"
 #include "sim/earth.hpp"
 #include "sim/generate.hpp"
 #include "sim/ins_model.hpp"
+#include "tests/sim/small_scenario.hpp"
 
 namespace hueline::score {
 namespace {

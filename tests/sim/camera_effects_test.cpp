@@ -7,7 +7,7 @@
 #include "sim/camera_model.hpp"
 #include "sim/generate.hpp"
 #include "sim/judge.hpp"
-#include "small_scenario.hpp"
+#include "tests/sim/small_scenario.hpp"
 
 namespace hueline::sim {
 namespace {

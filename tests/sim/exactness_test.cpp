@@ -10,7 +10,7 @@
 #include "sim/generate.hpp"
 #include "sim/judge.hpp"
 #include "sim/wire/velodyne_encode.hpp"
-#include "small_scenario.hpp"
+#include "tests/sim/small_scenario.hpp"
 
 /// Compares the geometry of the program with that of the simulator: a drive without noise, its laser through real
 /// datagrams, coloured by fusion and judged. Only quantisation is left: whole microseconds of the scanner's stamp, and

@@ -9,7 +9,7 @@
 #include "sim/rig_truth.hpp"
 #include "sim/truth_file.hpp"
 #include "sim/vehicle.hpp"
-#include "small_scenario.hpp"
+#include "tests/sim/small_scenario.hpp"
 
 namespace hueline::sim {
 namespace {

@@ -12,7 +12,7 @@
 #include "sim/generate.hpp"
 #include "sim/ins_model.hpp"
 #include "sim/vehicle.hpp"
-#include "small_scenario.hpp"
+#include "tests/sim/small_scenario.hpp"
 
 namespace hueline::sim {
 namespace {

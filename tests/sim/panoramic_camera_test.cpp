@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "sim/camera_model.hpp"
-#include "small_scenario.hpp"
+#include "tests/sim/small_scenario.hpp"
 
 namespace hueline::sim {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "sim/own_vehicle.hpp"
 #include "sim/world.hpp"
-#include "small_scenario.hpp"
+#include "tests/sim/small_scenario.hpp"
 
 namespace hueline::sim {
 namespace {

@@ -10,7 +10,7 @@
 #include <numbers>
 
 #include "sim/world.hpp"
-#include "small_scenario.hpp"
+#include "tests/sim/small_scenario.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace hueline::sim {

@@ -14,7 +14,7 @@
 #include "sim/generate.hpp"
 #include "sim/sight_file.hpp"
 #include "sim/truth_file.hpp"
-#include "small_scenario.hpp"
+#include "tests/sim/small_scenario.hpp"
 
 namespace hueline::sim {
 namespace {

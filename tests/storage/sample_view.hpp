@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "core/calendar.hpp"
 #include "storage/view_writer.hpp"
 #include "tests/storage/sample_cloud.hpp"

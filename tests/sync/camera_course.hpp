@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <vector>
 
 #include "sync/exposure_matcher.hpp"
 #include "tests/sync/simulated_rig.hpp"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "sync/host_clock_model.hpp"
 #include "tests/sync/simulated_time.hpp"

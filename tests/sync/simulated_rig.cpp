@@ -1,6 +1,7 @@
 #include "tests/sync/simulated_rig.hpp"
 
 #include <algorithm>
+#include <vector>
 
 namespace hueline::test {
 

@@ -7,17 +7,17 @@
 #include <map>
 #include <span>
 
-#include "../drivers/novatel_encoder.hpp"
-#include "../sim/short_drive.hpp"
-#include "../support/pcap_writer.hpp"
-#include "../support/test_data.hpp"
 #include "apps/simulate/simulated_recording.hpp"
 #include "core/calendar.hpp"
-#include "program.hpp"
 #include "runtime/outputs.hpp"
 #include "runtime/pipeline.hpp"
 #include "sim/wire/timeline.hpp"
 #include "storage/las_reader.hpp"
+#include "tests/apps/program.hpp"
+#include "tests/drivers/novatel/novatel_encoder.hpp"
+#include "tests/sim/short_drive.hpp"
+#include "tests/support/pcap_writer.hpp"
+#include "tests/support/test_data.hpp"
 
 /// Tests rigs of files: capture files and logs that other recorders made of one drive.
 namespace hueline::apps {

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <map>
 
-#include "../support/test_data.hpp"
-#include "program.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/pcd_reader.hpp"
 #include "storage/png.hpp"
+#include "tests/apps/program.hpp"
+#include "tests/support/test_data.hpp"
 
 /// Runs `hueline colour` on a real image and the laser cloud of the same moment. Whether the two coincide is judged by
 /// data that the projection does not use: where the laser sees a depth edge, where it sees sky behind, and how strongly
@@ -52,7 +52,7 @@ std::vector<CloudPoint> read_cloud(const std::filesystem::path& path) {
 
 class Grey {
  public:
-  explicit Grey(const storage::RgbImage& image) : width_(image.width), height_(image.height) {
+  explicit Grey(const storage::RgbImage& image) : width_(image.width) {
     for (const auto& p : image.pixels) values_.push_back(0.299 * p[0] + 0.587 * p[1] + 0.114 * p[2]);
   }
   /// Applies [1 2 1] / 4 along rows and columns in each pass.
@@ -86,7 +86,7 @@ class Grey {
   }
 
  private:
-  int width_, height_;
+  int width_;
   std::vector<double> values_;
 };
 

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstring>
 
-#include "../support/test_data.hpp"
-#include "program.hpp"
 #include "storage/image_view.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/png.hpp"
+#include "tests/apps/program.hpp"
+#include "tests/support/test_data.hpp"
 
 /// Tests the files that `hueline colour` reads and writes, with a cloud of five points before a lens that looks along
 /// the scanner's x axis.

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <vector>
 
 #include "apps/simulate/simulated_rig.hpp"
 #include "sim/noise.hpp"

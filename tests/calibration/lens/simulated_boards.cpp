@@ -1,9 +1,11 @@
 #include "tests/calibration/lens/simulated_boards.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
 
 namespace hueline::calibration::test {
 

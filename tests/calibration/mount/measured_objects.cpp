@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "calibration/lens/lens_calibration.hpp"
 #include "core/angle.hpp"

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <initializer_list>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/measurements.hpp"

@@ -4,7 +4,10 @@
 #include <cstdint>
 #include <memory>
 #include <stop_token>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "core/buffer.hpp"
 #include "core/measurements.hpp"

@@ -12,6 +12,7 @@
 #include <future>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "core/bounded_queue.hpp"
 

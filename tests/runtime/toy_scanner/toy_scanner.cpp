@@ -2,6 +2,9 @@
 
 #include <cmath>
 #include <cstring>
+#include <memory>
+#include <string>
+#include <utility>
 
 #include "drivers/transport/file_source.hpp"
 
