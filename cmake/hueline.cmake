@@ -28,9 +28,11 @@ if(HUELINE_SANITIZE STREQUAL "address")
   # smaller than its use has a red zone behind it. Together they cost a tenth of the build.
   target_compile_options(hueline_options INTERFACE -fsanitize=address,undefined -fno-sanitize=null,object-size
                          -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_compile_definitions(hueline_options INTERFACE HUELINE_SANITIZE_ADDRESS)
   target_link_options(hueline_options INTERFACE -fsanitize=address,undefined)
 elseif(HUELINE_SANITIZE STREQUAL "thread")
   target_compile_options(hueline_options INTERFACE -fsanitize=thread)
+  target_compile_definitions(hueline_options INTERFACE HUELINE_SANITIZE_THREAD)
   target_link_options(hueline_options INTERFACE -fsanitize=thread)
 endif()
 # What a test says is not optimised: under the sanitizers that would be half of what it costs to compile. What it tests is.

@@ -44,8 +44,11 @@ class Buffer {
     if (block_) block_->references.fetch_add(1, std::memory_order_relaxed);
   }
   Buffer(Buffer&& other) noexcept : block_(std::exchange(other.block_, nullptr)) {}
-  Buffer& operator=(Buffer other) noexcept {
-    std::swap(block_, other.block_);
+  // Not one operator that takes its operand by value: in templates clang 14 forgets to destroy the operand of `x = {}`.
+  Buffer& operator=(const Buffer& other) noexcept { return *this = Buffer(other); }
+  Buffer& operator=(Buffer&& other) noexcept {
+    Buffer taken(std::move(other));
+    std::swap(block_, taken.block_);
     return *this;
   }
   ~Buffer() {

@@ -42,7 +42,7 @@ Status give_up_rights() {
 }
 
 Status limit_memory([[maybe_unused]] std::size_t more_bytes) {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(HUELINE_SANITIZE_ADDRESS) && !defined(HUELINE_SANITIZE_THREAD)
   std::size_t pages = 0;
   if (!(std::ifstream("/proc/self/statm") >> pages)) return io_error("read the size of this process", errno);
   const rlim_t bytes = pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + more_bytes;

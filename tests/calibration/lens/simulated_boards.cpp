@@ -61,7 +61,10 @@ std::vector<BoardView> simulate_boards(const fusion::CameraIntrinsics& lens, con
   const double size = 2 * middle.norm();
   std::vector<BoardView> out;
   for (int tries = 0; tries < 100000 && static_cast<int>(out.size()) < what.views; ++tries) {
-    const Eigen::Vector2d aim((uniform(random) + 1) / 2 * lens.width, (uniform(random) + 1) / 2 * lens.height);
+    // One draw a statement: compilers order the arguments of a call as they like.
+    const double down = (uniform(random) + 1) / 2;
+    const double right = (uniform(random) + 1) / 2;
+    const Eigen::Vector2d aim(right * lens.width, down * lens.height);
     const auto axis = camera.unproject(aim);
     if (!axis) continue;
     // The board faces the lens from its place, with a tilt.
@@ -79,7 +82,9 @@ std::vector<BoardView> simulate_boards(const fusion::CameraIntrinsics& lens, con
     for (std::size_t i = 0; i < what.board.corner_count(); ++i) {
       const auto pixel = camera.project(Point<Lens>{R * (what.board.corner(i) - middle) + distance * axis->xyz});
       if (!pixel || !camera.in_image(*pixel, 5)) break;
-      view.corners.push_back({i, *pixel + Eigen::Vector2d(noise(random), noise(random))});
+      const double noise_v = noise(random);
+      const double noise_u = noise(random);
+      view.corners.push_back({i, *pixel + Eigen::Vector2d(noise_u, noise_v)});
     }
     if (view.corners.size() == what.board.corner_count()) out.push_back(std::move(view));
   }

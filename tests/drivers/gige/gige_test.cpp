@@ -2,7 +2,7 @@
 
 #include "tests/drivers/gige/gige_reader.hpp"
 
-#ifdef __SANITIZE_THREAD__
+#ifdef HUELINE_SANITIZE_THREAD
 // GLib, GIO and Aravis are not built with ThreadSanitizer, which therefore cannot see their locks. What it reports
 // between their own threads is suppressed, and so is the signal of a lost camera, which GObject's lock protects. The
 // receiving thread is checked.

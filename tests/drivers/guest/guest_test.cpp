@@ -154,7 +154,7 @@ TEST_P(GuestMisdeed, IsAFaultOfItsDeviceAndANewGuestIsStarted) {
 }
 const std::vector<Misdeed> kMisdeeds {
   {"aborts", "signal 6"}, {"aborts", "resource deadlock avoided?[2J"},
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which have their own ends for these
+#if !defined(HUELINE_SANITIZE_ADDRESS) && !defined(HUELINE_SANITIZE_THREAD)  // which have their own ends for these
       {"reads nowhere", "signal 11"}, {"eats memory", "bad_alloc"},
 #endif
       {"exits", "status 7"}, {"exits well", "status 0"}, {"hangs", "hangs"}, {"stops", "hangs"},

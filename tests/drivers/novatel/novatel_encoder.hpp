@@ -95,7 +95,10 @@ inline Bytes pva_body(const Pva& v) {
   p.f64(v.north).f64(v.east).f64(v.up).f64(v.roll_deg).f64(v.pitch_deg).f64(v.azimuth_deg).u32(v.status);
   return p.bytes;
 }
-inline std::uint32_t milliseconds_of(double seconds) { return static_cast<std::uint32_t>(seconds * 1000.0); }
+/// Returns 0 for what no header can say.
+inline std::uint32_t milliseconds_of(double seconds) {
+  return seconds >= 0 && seconds < 4e6 ? static_cast<std::uint32_t>(seconds * 1000.0) : 0;
+}
 inline Bytes inspvas(const Pva& v) { return short_message(508, v.week, milliseconds_of(v.seconds), pva_body(v)); }
 
 inline Bytes mark_time(unsigned id, unsigned week, double seconds, double clock_offset = 0,

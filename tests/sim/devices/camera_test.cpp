@@ -12,7 +12,7 @@
 #include "sim/devices/player.hpp"
 #include "tests/sim/short_drive.hpp"
 
-#ifdef __SANITIZE_THREAD__
+#ifdef HUELINE_SANITIZE_THREAD
 // Aravis and GLib are not built with ThreadSanitizer, so it cannot see the queue by which the thread of a stream hands
 // over an image. Only the client of this test reads such images.
 extern "C" const char* __tsan_default_suppressions();
