@@ -9,7 +9,7 @@
 namespace hueline::apps {
 
 /// Shows the progress of slow work on standard error: a bar on a terminal, otherwise a line for every tenth.
-/// Thread-bound.
+/// Thread safety: none; one thread calls all functions.
 class ProgressBar {
  public:
   explicit ProgressBar(bool is_shown = true) : is_shown_(is_shown) {}

@@ -23,7 +23,8 @@ class ConfigError : public std::runtime_error {
 std::string read_configuration(const std::string& path);
 
 /// One mapping of a YAML file, read strictly. A key that is missing, has the wrong type or is out of range is an error
-/// at its line. Duplicate keys are errors too, and finish() refuses every key that was not asked for. Thread-bound.
+/// at its line. Duplicate keys are errors too, and finish() refuses every key that was not asked for.
+/// Thread safety: none; one thread calls all functions.
 class Section {
  public:
   /// Reads a whole file or text. `name` stands for the file in messages.

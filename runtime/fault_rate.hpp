@@ -17,7 +17,8 @@ namespace hueline::runtime {
 ///
 /// Two faults are the same trouble if their sensor, their kind and the words of their detail are equal; numbers between
 /// the words may differ. Of one sensor and kind at most kTroubles are kept apart, and all others share one entry. So
-/// the memory is bounded, and a flood gives at most kTroubles + 1 faults an interval. Reads no clock. Thread-bound.
+/// the memory is bounded, and a flood gives at most kTroubles + 1 faults an interval. Reads no clock.
+/// Thread safety: none; one thread calls all functions.
 class FaultRate {
  public:
   static constexpr std::size_t kTroubles = 8;

@@ -17,7 +17,7 @@ namespace hueline::runtime {
 
 /// Writes everything in a drive's folder besides the raw recording: cloud.las, view.mcap and summary.json. Capture and
 /// replay use the same class. A write that fails is reported once and ends that file; the other files continue.
-/// Thread-bound (the pipeline's thread).
+/// Thread safety: none; the pipeline's thread calls all functions.
 class Outputs : public ProductSink {
  public:
   /// Called at once, on the thread that writes, with the reason why a file ends early.

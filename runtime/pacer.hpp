@@ -10,7 +10,8 @@ namespace hueline::runtime {
 
 /// Measures how long a drive had been running when its packets came. It uses the packets' stamps and trusts none of
 /// them alone: the time of each sensor starts at its own first packet, and a step of its stamps backwards or by more
-/// than `longest_step` counts as a step of its clock. Thread-bound.
+/// than `longest_step` counts as a step of its clock.
+/// Thread safety: none; one thread calls all functions.
 class DrivenTime {
  public:
   explicit DrivenTime(nanoseconds longest_step) : longest_step_(longest_step) {}
@@ -41,7 +42,8 @@ class DrivenTime {
 };
 
 /// Slows a replay down to the pace of the drive. It decides only the pace: the output does not depend on it. It skips
-/// the time of long gaps without packets. Thread-bound.
+/// the time of long gaps without packets.
+/// Thread safety: none; one thread calls all functions.
 class Pacer {
  public:
   /// `speed` 1 is real time. 0 means no pacing, as fast as possible.

@@ -17,7 +17,8 @@ namespace hueline::runtime {
 
 /// Decodes, synchronises and fuses, one packet at a time, and gives the products to a sink. The products are a function
 /// of the packets alone: the pipeline reads no clock and opens no file, and the number of colouring workers does not
-/// change them. Thread-bound.
+/// change them.
+/// Thread safety: none; one thread calls all functions.
 class Pipeline {
  public:
   /// `threads` is the number of colouring workers. `sink` must outlive the pipeline.

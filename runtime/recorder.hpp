@@ -10,7 +10,8 @@
 
 namespace hueline::runtime {
 
-/// Writes the packets that the recorder's thread takes from its queue. Reads no clock. Thread-bound.
+/// Writes the packets that the recorder's thread takes from its queue. Reads no clock.
+/// Thread safety: none; one thread calls all functions.
 class Recorder {
  public:
   explicit Recorder(std::unique_ptr<storage::JournalWriter> journal) : journal_(std::move(journal)) {}

@@ -15,7 +15,8 @@
 namespace hueline::runtime {
 
 /// Counts what a drive gave and what it lost, and writes it as JSON and as text. Everything in it follows from the
-/// journal, so a live run and a replay agree. Thread-bound (the pipeline's thread).
+/// journal, so a live run and a replay agree.
+/// Thread safety: none; the pipeline's thread calls all functions.
 class Summary : public ProductSink {
  public:
   /// `sensors` has the names by SensorId; index 0 is hueline itself.

@@ -16,7 +16,8 @@ namespace hueline::storage {
 
 using hueline::IfExists;
 
-/// A file that is open for writing. Thread-bound. The destructor closes it and reports no error.
+/// A file that is open for writing. The destructor closes it and reports no error.
+/// Thread safety: none; one thread calls all functions.
 class DiskFile {
  public:
   virtual ~DiskFile() = default;

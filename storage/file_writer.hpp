@@ -14,7 +14,8 @@
 namespace hueline::storage {
 
 /// A file of which every write, sync and close is checked. It remembers the first error with its errno, and every later
-/// call returns that error: nothing is written behind a gap. Thread-bound. Move-only.
+/// call returns that error: nothing is written behind a gap. Move-only.
+/// Thread safety: none; one thread calls all functions.
 class FileWriter {
  public:
   /// Creates the file. `disk` must outlive it.

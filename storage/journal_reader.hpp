@@ -10,7 +10,8 @@
 namespace hueline::storage {
 
 /// A recording as a packet source. It returns the packets in their recorded order with their recorded sequence, kind
-/// and shed mark. It reads finished recordings and recordings that were cut. It never waits. Thread-bound.
+/// and shed mark. It reads finished recordings and recordings that were cut. It never waits.
+/// Thread safety: none; one thread calls all functions.
 class JournalReader final : public PacketSource {
  public:
   /// Opens the file and reads its header. Errors: Io; Malformed or Truncated if the file is no recording; Unsupported

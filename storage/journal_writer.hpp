@@ -11,11 +11,12 @@
 
 namespace hueline::storage {
 
-/// Writes the raw recording: every packet in ingest order, bytes as received, in one MCAP file. Thread-bound (the
-/// recorder's thread). Payloads of 4 KiB and more are not copied; their buffers are held until their chunk is written,
-/// at most `chunk_bytes` or `chunk_time` later.
+/// Writes the raw recording: every packet in ingest order, bytes as received, in one MCAP file. Payloads of 4 KiB and
+/// more are not copied; their buffers are held until their chunk is written, at most `chunk_bytes` or `chunk_time`
+/// later.
 ///
 /// A failed write is returned by that append() and by all later ones. What was recorded before stays readable.
+/// Thread safety: none; the recorder's thread calls all functions.
 class JournalWriter {
  public:
   struct Config {

@@ -22,7 +22,8 @@ struct LasPoint {
   ByteView record;                             ///< the stored bytes; valid until the next call of next()
 };
 
-/// Streams the points of a LAS 1.0 to 1.4 file, point formats 0 to 8. Thread-bound. Move-only.
+/// Streams the points of a LAS 1.0 to 1.4 file, point formats 0 to 8. Move-only.
+/// Thread safety: none; one thread calls all functions.
 class LasReader {
  public:
   /// Opens the file and reads its header and records. Errors: Io; Malformed; Truncated (inside the header); Unsupported

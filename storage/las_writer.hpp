@@ -11,12 +11,13 @@
 namespace hueline::storage {
 
 /// Writes the coloured cloud as LAS 1.4, point format 7: adjusted standard GPS time, steps of 1 mm, CRS as OGC WKT,
-/// 8-bit colours times 257, and extra bytes as the list of point fields says (core/point_fields.hpp). Thread-bound.
-/// Reads no clock: the same blocks give the same bytes.
+/// 8-bit colours times 257, and extra bytes as the list of point fields says (core/point_fields.hpp). Reads no clock:
+/// the same blocks give the same bytes.
 ///
 /// The header is updated every `header_every` points and by flush(), so a killed program leaves a file that can be read
 /// up to that update. The first failed write is remembered and returned by all later calls. The file then ends with its
 /// last whole write, and its header fits that.
+/// Thread safety: none; one thread calls all functions.
 class LasWriter {
  public:
   struct Config {

@@ -21,10 +21,11 @@ struct McapMessage {
 
 /// Reads an MCAP file from front to back, whether it is finished or not. The summary is not needed, it is only checked.
 /// Chunks may be uncompressed, lz4 or zstd. A chunk may have at most 512 MiB uncompressed, and all compressed chunks
-/// together at most 8 GiB or 64 times the size of the file, whichever is more. Thread-bound. Move-only.
+/// together at most 8 GiB or 64 times the size of the file, whichever is more. Move-only.
 ///
 /// The CRC of each chunk is checked before any part of it is returned. At the end the CRC of the data section, the CRC
 /// of the summary and the number of messages are checked as well.
+/// Thread safety: none; one thread calls all functions.
 class McapReader {
  public:
   /// Opens the file and reads up to the first message, so that the records before it are known.

@@ -14,11 +14,11 @@
 namespace hueline::storage {
 
 /// Writes an MCAP file: chunks with CRC and message indexes, and at the end a summary with statistics and indexes.
-/// Payloads given as Buffer go to the kernel without a copy. Thread-bound. Reads no clock: the same calls give the same
-/// bytes.
+/// Payloads given as Buffer go to the kernel without a copy. Reads no clock: the same calls give the same bytes.
 ///
 /// The first failed write is remembered and returned by every later call. The file is then cut back to its last whole
 /// record, and close() still writes the summary if there is room, so that the recorded part reads as a complete file.
+/// Thread safety: none; one thread calls all functions.
 class McapWriter {
  public:
   struct Config {

@@ -20,8 +20,8 @@ int utm_epsg(const Geodetic& place);
 ///
 /// In each cube of 256 m a quadratic polynomial, fitted to PROJ, places the points. It was within 2e-7 m of PROJ
 /// wherever it was tried. In a cube whose corners it does not meet within 1e-5 m, PROJ is asked for each point. The
-/// result of a point depends on that point alone, not on other points, their order or the thread. Thread-bound, because
-/// it keeps the cubes. Move-only.
+/// result of a point depends on that point alone, not on other points, their order or the thread. Move-only.
+/// Thread safety: none, because it keeps the cubes; one thread calls all functions.
 class Projection {
  public:
   /// Creates the projection. `epsg` 0 means the UTM zone of the origin. Error: Invalid, with a sentence, if the code is

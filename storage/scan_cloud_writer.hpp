@@ -12,8 +12,8 @@
 namespace hueline::storage {
 
 /// Writes the bare coordinates of a cloud of any size, as LAS 1.4 (point format 6, steps of 1 mm, no CRS) or as float32
-/// x y z about an origin. Thread-bound. close() finishes the header of the LAS file. The first failed write is
-/// remembered.
+/// x y z about an origin. close() finishes the header of the LAS file. The first failed write is remembered.
+/// Thread safety: none; one thread calls all functions.
 class ScanCloudWriter {
  public:
   enum class Format { Las, Float32 };

@@ -16,8 +16,8 @@ class Message;
 namespace hueline::storage {
 
 /// Writes `view.mcap`, an MCAP file of Foxglove messages for people to look at. It opens in Foxglove Studio and in any
-/// other reader of these public schemas. Thread-bound. Reads no clock: the same calls give the same bytes. Time stamps
-/// are UTC, as Foxglove expects.
+/// other reader of these public schemas. Reads no clock: the same calls give the same bytes. Time stamps are UTC, as
+/// Foxglove expects.
 ///
 /// | topic | message | frame |
 /// |---|---|---|
@@ -28,6 +28,7 @@ namespace hueline::storage {
 /// | /log | foxglove.Log | |
 ///
 /// The first failed write is remembered and returned by all later calls.
+/// Thread safety: none; one thread calls all functions.
 class ViewWriter {
  public:
   struct Config {

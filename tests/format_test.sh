@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Every source file is laid out as .clang-format says. To lay out the files that are not: tests/format_test.sh --fix
+# Checks that every source file is laid out as .clang-format says. tests/format_test.sh --fix lays out the files that are not.
 set -euo pipefail
 cd "$(dirname "$(realpath "$0")")/.."
 how=(--dry-run --Werror)

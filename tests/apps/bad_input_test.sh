@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Files that are cut, broken or absent, and disks that are full, through the program as a user runs it: what is whole is used, the
-# rest is told with its place, and the exit status says so. Exits 77 (a skip) without the recordings.
+# Runs the program as a user does on files that are cut, damaged or absent, and on disks that are full. What is whole is used, the rest is
+# reported with its place, and the exit status says so. Exits 77 (a skip) without the recordings.
 # usage: bad_input_test.sh HUELINE DATA
 set -euo pipefail
 hueline=$1 data=${HUELINE_DATA:-$2}
@@ -11,7 +11,7 @@ cd "$work"
 scans=$data/velodyne/vlp16_scans.pcap
 source "$(dirname "$(realpath "$0")")/program.sh"
 ends() { local want=$1; shift; local got=0; timeout 60 "$@" >said.txt 2>&1 || got=$?; [ $got = "$want" ] || fail "'$*' gave $got, not $want"; }
-# Packets of a sensor in a recording, a damaged one too.
+# Prints the packets of a sensor in a recording, also in a damaged one.
 packets() { { "$hueline" inspect "$1" --json 2>/dev/null || true; } | sed -n "/\"name\": \"$2\"/,/}/s/.*\"packets\": \([0-9]*\).*/\1/p" | head -1; }
 laser_rig() {
   printf 'rig: file\nsensors:\n  - name: laser\n    driver: velodyne\n    model: VLP-16\n    pcap: {file: %s}\n' "$1"
@@ -19,7 +19,7 @@ laser_rig() {
 }
 put() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }  # FILE OFFSET BYTES
 
-# Every frame of this capture takes 16 + 1248 bytes behind a header of 24.
+# Every frame of this capture file takes 16 + 1248 bytes behind a header of 24.
 head -c $((24 + 1264 * 79 + 700)) "$scans" >cut.pcap
 laser_rig cut.pcap >cut.yaml
 ends 3 "$hueline" capture cut.yaml --out cut --quiet
@@ -35,7 +35,7 @@ ends 3 "$hueline" capture broken.yaml --out broken --quiet
 says "broken.pcap: record claims 4294967295 bytes at byte $((24 + 1264 * 100))"
 [ "$(packets broken/drive.mcap laser)" = 100 ] || fail "a broken capture was not read up to its break, once"
 
-# Two scanners of one kind in one capture are two devices; a rig that takes them for one is told so.
+# Two scanners of one kind in one capture file are two devices. A rig that takes them for one gets a fault.
 frames=$((1264 * 40))
 { head -c $((24 + frames)) "$scans"; head -c $((24 + frames)) "$scans" | tail -c $frames; } >twins.pcap
 for i in $(seq 40 79); do put twins.pcap $((24 + 1264 * i + 16 + 29)) '\x07'; done  # the last number of the sender's address
@@ -46,7 +46,7 @@ laser_rig twins.pcap >twins.yaml
 ends 5 "$hueline" capture twins.yaml --out twins --quiet
 says "WrongDevice x40"
 
-# Frames of which the capture kept only the beginning.
+# The capture kept only the beginning of some frames.
 { head -c 24 "$scans"; head -c $((24 + 16 + 96)) "$scans" | tail -c $((16 + 96)); } >short.pcap
 put short.pcap $((24 + 8)) '\x60\x00\x00\x00'
 ends 3 "$hueline" inspect short.pcap
@@ -56,7 +56,7 @@ laser_rig absent.pcap >absent.yaml
 ends 3 "$hueline" capture absent.yaml --out absent --quiet
 says "error laser: open absent.pcap: No such file"
 
-# A wrong bit inside one of the receiver's messages: that one is left out and named, all others are decoded.
+# One bit inside one of the receiver's messages is wrong. That message is left out and named, and all others are decoded.
 messages() { "$hueline" inspect "$1" --json | sed -n "s/.*\"$2\": \([0-9]*\).*/\1/p" | head -1; }
 cp "$data/novatel/ins1.gps" crc.gps; chmod u+w crc.gps
 put crc.gps 5000 '\x55'
@@ -67,7 +67,7 @@ says "Malformed x104 .*104 bytes skipped, 1 broken message among them, first INS
 [ "$(messages crc.gps INSPVAS)" = $((whole - 1)) ] || fail "more than the broken message is missing"
 "$hueline" inspect crc/drive.mcap --json | grep -q "\"bytes\": $(stat -c %s crc.gps)" || fail "the broken message is not recorded"
 
-# A recording of several chunks, one of them broken, and disks that fill up.
+# A recording of several chunks, one of which is damaged, and disks that fill up.
 { cat "$scans"; for i in $(seq 19); do tail -c +25 "$scans"; done; } >large.pcap
 laser_rig large.pcap >large.yaml
 ends 5 "$hueline" capture large.yaml --out large --quiet

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What a new user does wrong, and files that are not what they should be: told in a sentence, with the exit status that
-# docs/operating.md lists, and soon. Started from a folder of its own, as an installed program is.
+# Mistakes of a new user, and files that are not what they should be. Each is reported soon, in a sentence, with the exit status that
+# docs/operating.md lists. The program runs in a folder of its own, as an installed program does.
 # usage: command_line_test.sh HUELINE SOURCE
 set -euo pipefail
 hueline=$1 source=$2
@@ -11,7 +11,7 @@ source "$source/tests/apps/program.sh"
 told() { local want=$1 sentence=$2; shift 2; ends "$want" timeout 60 "$hueline" "$@"; says "$sentence"; }
 never_says() { ! grep -qE -- "$1" said.txt || fail "told: $1"; }
 
-# Typing errors are told as that, not by what is missing because of them.
+# A typing error is reported as such, and not as the word that is missing because of it.
 told 2 "hueline: unknown command captur; did you mean capture\?" captur rig.yaml --out d
 told 2 "hueline capture: unknown option --thread; did you mean --threads\?" capture rig.yaml --thread 2
 told 2 "hueline calibrate: unknown command lense; did you mean lens\?" calibrate lense
@@ -31,7 +31,7 @@ for command in "" capture replay simulate verify score colour "calibrate lens" "
   [ "$(wc -l <said.txt)" -gt 5 ] || fail "no help for '$command'"
 done
 
-# Rigs: 2, with the key that is wrong and nothing about scenarios.
+# Rigs: the status is 2, the message names the wrong key, and it does not speak of scenarios.
 rig() { printf 'rig: t\nsensors:\n  - {name: pos, driver: novatel, %s}\ncolouring: {method: lens}\n' "$1"; }
 rig 'port: COM3' >port.yaml
 told 2 "port.yaml:3: 'sensors\[0\]': give exactly one of tcp, serial, file; here are: port" inspect port.yaml
@@ -53,7 +53,7 @@ told 2 "absent.yaml: cannot be read: open absent.yaml: No such file" capture abs
 told 2 "Is a directory" capture . --out d
 [ ! -e d ] || fail "a refused rig made a folder"
 
-# What comes with the program is found from anywhere; a path always wins.
+# What comes with the program is found from anywhere. A path always wins.
 told 2 "qick: no such file is here, and none of the sheets .*did you mean quick\?; those are: full, quick" score --sheet qick --out o
 told 0 "rig" inspect "$source/config/rigs/street.yaml"
 told 0 "score sheet" inspect "$source/config/sheets/quick.yaml"
@@ -61,7 +61,7 @@ told 0 "duration_s" inspect "$source/config/scenarios/street.yaml"
 ends 0 "$hueline" rig show street --out street.svg
 head -c 20000 /dev/zero >nothing.gps
 
-# Recordings by their drive's folder, and files that are none.
+# A recording is named by its drive's folder, or a file is no recording.
 rig 'file: nothing.gps' >file.yaml
 ends 5 "$hueline" capture file.yaml --out drive --quiet
 told 0 "hueline recording" inspect drive
@@ -87,7 +87,7 @@ told 3 "is a device, not a file" inspect /dev/zero
 rig 'file: pipe.gps' >pipe.yaml
 told 3 "pipe.gps is a pipe, not a file" capture pipe.yaml --out piped --quiet
 
-# A scanner of a kind that is not known: told with its factory byte, and no success.
+# A scanner of an unknown kind is reported with its factory byte, and the command does not succeed.
 octal() { printf '%b' "$1"; }
 { octal '\0324\0303\0262\0241\02\0\04\0'; head -c 8 /dev/zero; octal '\0\0\01\0\01\0\0\0'  # pcap, Ethernet
   for second in 1 2 3; do
@@ -98,7 +98,8 @@ octal() { printf '%b' "$1"; }
 told 3 "unknown.pcap: a Velodyne of product 0x99; known: 0x22 \(VLP-16\), 0x21 \(HDL-32E\): it is counted, not decoded" inspect unknown.pcap
 says '^datagrams +3'
 
-# How far it is: a line that stays is written when something changes and each minute; on a terminal one line, each second.
+# Progress: where every line stays, a line is written when something changes and once a minute. On a terminal one line is rewritten each
+# second.
 printf 'rig: nobody\nsensors:\n  - {name: pps, driver: pps, socket: pps.sock}\ncolouring: {method: lens}\n' >nobody.yaml
 ends 5 "$hueline" capture nobody.yaml --out lines --seconds 4
 [ "$(grep -c 'MB recorded' said.txt)" = 1 ] || fail "nothing changed in 4 s, and that was told $(grep -c 'MB recorded' said.txt) times"
@@ -106,7 +107,7 @@ script -qec "$hueline capture nobody.yaml --out rewritten --seconds 4" /dev/null
 [ "$(tr '\r' '\n' <said.txt | grep -c 'MB recorded')" -ge 3 ] || fail "the line of a terminal stands still"
 [ "$(grep -c 'MB recorded' said.txt)" -le 2 ] || fail "the line of a terminal is not rewritten"
 
-# Files that would take memory and minutes: refused by a limit that is told.
+# Files that would take much memory and minutes are refused with the limit in the message.
 { printf 'a: ['; head -c 20000000 /dev/zero | tr '\0' 1; printf ']\n'; } >large.yaml
 told 2 "large.yaml has 20.0 MB; a configuration of more than 1 MB is not read" inspect large.yaml
 told 2 "a configuration of more than 1 MB is not read" capture large.yaml --out d

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# cmake --install gives what a stranger needs: the cookbook is built outside the tree against what was installed, and each program is run;
-# the installed programs find each other.
+# `cmake --install` gives what a user of the libraries needs. The cookbook is built outside the tree against what was installed, and each
+# of its programs is run. The installed programs find each other.
 # usage: cookbook_test.sh BUILD_DIR SOURCE_DIR DATA_DIR
 set -euo pipefail
 build=$1 source=$2 data=$3

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What a command reads, or another one is writing, is never written over; links are not followed; and it is told before the work.
+# A command never overwrites what it reads, or what another command is writing. Links are not followed. The refusal comes before the work.
 # usage: outputs_refused_test.sh HUELINE
 set -euo pipefail
 hueline=$1
@@ -8,7 +8,7 @@ capturing=
 trap '[ -z "$capturing" ] || kill -9 $capturing 2>/dev/null || true; rm -rf "$work"' EXIT
 cd "$work"
 source "$(dirname "$(realpath "$0")")/program.sh"
-# refused SENTENCE INPUT... -- COMMAND...: exit status 4, the sentence, and the inputs as they were.
+# refused SENTENCE INPUT... -- COMMAND...: expects exit status 4, the sentence, and unchanged inputs.
 refused() {
   local sentence=$1 inputs=(); shift
   while [ "$1" != -- ]; do inputs+=("$1"); shift; done; shift
@@ -21,7 +21,7 @@ own='refused, this command reads that file'
 link='refused, it is a symbolic link'
 busy='refused, another capture, replay or the like is writing into that folder'
 
-# A drive of a file that says nothing: raw, whole, without points.
+# The drive of an empty file: a raw recording, whole, without points.
 head -c 20000 /dev/zero >nothing.gps
 printf 'rig: log\nsensors:\n  - {name: pos, driver: novatel, file: nothing.gps}\ncolouring: {method: lens}\n' >rig.yaml
 ends 5 "$hueline" capture rig.yaml --out drive --quiet
@@ -43,7 +43,7 @@ refused "$own" cloud.webp -- "$hueline" picture cloud.webp --moving cloud.webp
 for option in --write-rig --clocks --sights; do refused "$own" scenario.yaml -- "$hueline" simulate scenario.yaml --out sim $option scenario.yaml; done
 [ ! -e sim ] || fail "a drive was rendered before the output was refused"
 
-# Names that a folder's files have: links of both kinds to the recording itself, and to something else.
+# The files of a folder are links of both kinds, to the recording itself and to something else.
 mkdir again
 for name in cloud.las view.mcap summary.json; do
   ln drive/drive.mcap again/$name
@@ -62,10 +62,10 @@ echo "of another drive" >again/view.mcap
 ends 5 "$hueline" replay drive --out again
 [ "$(sha256sum <backup.mcap)" = "$before" ] || fail "a file was written over through its second name"
 [ ! -s again/view.mcap ] && [ ! -s again/cloud.las ] || fail "a replay left an earlier one's results"
-# Replaying beside the recording itself is what people do.
+# People often replay into the folder of the recording itself.
 ends 5 "$hueline" replay drive/drive.mcap --out drive
 
-# A capture that runs; its folder is its own as long as it lives, however it ends.
+# A capture runs. Its folder is its own as long as it lives, however it ends.
 printf 'rig: live\nsensors:\n  - name: laser\n    driver: velodyne\n    model: VLP-16\n    udp: {ports: [29368], bind_address: 127.0.0.1}\n' >live.yaml
 printf '    T_body_scanner: {position_m: [0, 0, 1], rotation_deg: [0, 0, 0]}\ncolouring: {method: lens}\n' >>live.yaml
 "$hueline" capture live.yaml --out live --quiet >capture.txt 2>&1 &
@@ -82,7 +82,7 @@ kill -9 $capturing; wait $capturing 2>/dev/null || true
 capturing=
 ends 5 "$hueline" replay drive --out live
 
-# Told before the work, not after it: a folder that is not there, a folder in a file's place, no rights.
+# These are refused before the work: a folder that does not exist, a folder in a file's place, missing rights.
 ends 4 "$hueline" measure drive --picks picks.csv --out absent/table.csv
 says "write absent/table.csv: No such file or directory; the folder does not exist"
 ends 4 "$hueline" measure drive --picks picks.csv --out again

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The program started with descriptors 0, 1 and 2 closed: nothing that is meant for the terminal gets into a file. And with a standard
-# output that takes nothing: every command says so and does not end as if all were well.
+# The program is started with descriptors 0, 1 and 2 closed: output for the terminal must not get into a file. Then its standard output
+# accepts nothing: every command reports this and does not end as if all were well.
 # usage: standard_streams_test.sh HUELINE MEASURING_PROOF
 set -euo pipefail
 hueline=$1 proof=$2
@@ -19,7 +19,7 @@ sensors:
     messages: [{id: 341, speeds: [{unit: km/h, start_bit: 0, bits: 16, scale: 0.01}]}]
 colouring: {method: lens}
 YAML
-# No point can be placed: status 5. The recording is what matters.
+# No point can be placed, so the status is 5. The test needs the recording only.
 ends 5 "$hueline" capture rig.yaml --out usual
 for closed in 0 1 2 012; do
   for command in capture replay; do
@@ -44,7 +44,7 @@ refused "$hueline" inspect usual/drive.mcap
 refused "$hueline" inspect rig.yaml --json
 refused "$hueline" --help
 refused "$hueline" --version
-# A status that says more stays.
+# A status that says more is kept.
 got=0; "$hueline" replay usual/drive.mcap --out again >/dev/full 2>said.txt || got=$?
 [ $got = 5 ] || fail "replay on a full disk gave $got, not 5"
 says "standard output: .*No space left"

@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# A disk that gets full while a vehicle drives: cloud and view end first and leave the rest to the recording; when another program then
-# takes that too, the recording ends whole; a replay elsewhere gives everything that was recorded, and begins with what the live run wrote.
+# The disk becomes full while a vehicle drives. Cloud and view end first and leave the rest to the recording. When another program then
+# takes that space too, the recording ends whole. A replay elsewhere gives everything that was recorded, and begins with what the live run
+# wrote.
 # usage: disk_reserve_test.sh HUELINE SOURCE_DIR
 set -euo pipefail
-# A disk of its own: a small one in memory, in a namespace that may mount it; and a network of its own, for other tests use the same ports.
+# The test has a disk of its own, a small one in memory, in a namespace that may mount it. It also has a network of its own, because other
+# tests use the same ports.
 if [ -z "${OWN_SPACE-}" ]; then
   unshare -rmn true 2>/dev/null || { echo "SKIPPED: this user may not make namespaces, so there is no small disk to fill"; exit 77; }
   OWN_SPACE=1 exec unshare -rmn "$0" "$@"
@@ -19,7 +21,7 @@ scenario=$source/tests/scenarios/short.yaml
 ports="--pps-socket $work/pps.sock --data-port 42470 --position-port 48410 --pos-port 43103 --can-port 40102 --address 127.0.0.3"
 $hueline simulate "$scenario" --out sim --write-rig rig.yaml $ports >devices.txt 2>&1
 
-# drive MEGABYTES: a whole drive onto a disk of that size; its status is in $status, what it said in said.txt.
+# drive MEGABYTES: captures a whole drive onto a disk of that size. Its status is in $status, its output in said.txt.
 drive() {
   mount -t tmpfs -o "size=$1m" disk disk
   $hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 & local devices=$!
@@ -31,7 +33,8 @@ drive() {
 little() { od -An -tu"$3" -j"$2" -N"$3" "$1" | tr -d ' '; }
 points() { little "$1" 247 8; }
 
-# The recording makes 64 MB and five minutes of its own rate its own: 90 MB are too few for that from some moment of the drive on.
+# 64 MB, and the data of five minutes at the recording's own rate, are kept for the recording. From some moment of the drive on, 90 MB are
+# too few for that.
 drive 90
 [ $status = 4 ] || fail "a disk with too little room gave $status, not 4"
 says "cloud.las, view.mcap: .*they end here, a replay makes them whole; the raw recording goes on"
@@ -47,13 +50,13 @@ if [ "$(points disk/drive/cloud.las)" -gt 0 ]; then
 fi
 umount disk; rm -rf again
 
-# Another program takes what was kept: the recording ends there, whole, and says so.
+# Another program takes the space that was kept. The recording ends there, whole, and says so.
 drive 90 taken
 [ $status = 4 ] || fail "a full disk gave $status, not 4"
 says "recording ended early: .*No space left on device.*drive.mcap holds the first [0-9]+ packets, whole"
 held=$(sed -n 's/.*drive.mcap holds the first \([0-9]*\) packets, whole.*/\1/p' said.txt | head -1)
 rm disk/others.bin
-# Its end mark may not have found room either: then it is read as one that was cut off, whole up to there.
+# There may have been no room for its end mark. It is then read as a recording that was cut, whole up to there.
 got=0; $hueline inspect disk/drive/drive.mcap >said.txt 2>&1 || got=$?
 case $got in 0) ;; 3) says "the recording was cut off; whole up to byte" ;; *) fail "inspect gave $got" ;; esac
 says "^packets +$held\$"

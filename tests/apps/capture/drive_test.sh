@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The whole program as a user runs it: emulated devices on real sockets, a capture, and replays to the same bytes for 1, 2 and 4
-# threads and for 0.5x, 1x and unlimited speed. Then what must be refused is refused.
+# Runs the whole program as a user does: emulated devices on real sockets, a capture, and replays that give the same bytes for 1, 2 and 4
+# threads and for 0.5x, 1x and unlimited speed. Then it checks what must be refused.
 # usage: drive_test.sh HUELINE SOURCE_DIR
 set -euo pipefail
 hueline=$1 source=$2
@@ -27,11 +27,11 @@ done
 points=$($hueline inspect drive/cloud.las --json | sed -n 's/.*"points": \([0-9]*\).*/\1/p')
 [ "$points" -gt 100000 ] || fail "only $points points"
 $hueline verify drive/drive.mcap --scenario "$scenario" --sim sim --max-rms-px 1.0 || fail "reprojection"
-# The wheel encoder came over its own socket, and its way is the POS's.
+# The wheel encoder came over its own socket, and its distance is that of the POS.
 [ "$(grep -c '"disagreeing_s": 0.0' drive/summary.json)" = 2 ] || { grep -A20 '"wheels"' drive/summary.json; fail "the wheels' way is not the POS's"; }
 $hueline inspect drive/drive.mcap --json | grep -q '"wheel_speeds": [3-9][0-9][0-9]' || fail "too few words of the wheels"
 
-# Bad input: a clear error, the right status, and what was there stays.
+# A bad input gives a clear error and the right status, and existing files stay as they are.
 refused() { local want=$1; shift; local got=0; "$@" >said.txt 2>&1 || got=$?; [ $got = "$want" ] || { cat said.txt; fail "'$*' gave $got, not $want"; }; }
 sed 's/event_input/event_imput/' rig.yaml >typo.yaml
 refused 2 $hueline capture typo.yaml --out x
@@ -41,14 +41,14 @@ cmp drive/cloud.las t1/cloud.las || fail "a refused capture touched the drive"
 refused 4 $hueline replay drive/drive.mcap --out /proc/nowhere
 mkdir blocked; mkdir blocked/cloud.las
 refused 4 $hueline replay drive/drive.mcap --out blocked
-# A disk that takes no more behind the first megabyte.
+# The disk takes no more after the first megabyte.
 (ulimit -f 1024; refused 4 $hueline replay drive/drive.mcap --out limit)
 grep -q "cloud.las.*File too large" said.txt || { cat said.txt; fail "the refused write is not told"; }
 kept=$($hueline inspect limit/cloud.las --json | sed -n 's/.*"points": \([0-9]*\).*/\1/p')
 grep -q "$((points - kept)) points not written: refused by the disk" said.txt || { cat said.txt; fail "the points that are in no file are not counted"; }
 [ "$kept" -gt 1000 ] || fail "of a cloud that hit the limit of its size $kept points are left"
 
-# A camera that sends another size than the rig says: told, not coloured, recorded.
+# A camera sends another size than the rig says: this is reported, and its images are recorded, but not used for colours.
 images=$(sed -n 's/^ *width: \([0-9]*\)$/\1/p' rig.yaml | head -1)
 sed "s/^    width: $images\$/    width: $((images + 16))/" rig.yaml >size.yaml
 $hueline replay drive/drive.mcap --rig size.yaml --out size >said.txt 2>&1 || { cat said.txt; fail "replay of images of another size"; }

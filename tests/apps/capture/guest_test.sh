@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The camera's library dies, hangs and cannot reach its camera while a drive is captured: nothing else notices, and a replay gives the same
-# bytes. In a network of its own, in which an interface's address can come later.
+# The camera's library dies, hangs and cannot reach its camera while a drive is captured. Nothing else is affected, and a replay gives the
+# same bytes. The test runs in a network of its own, in which an interface can get its address later.
 # usage: guest_test.sh HUELINE SOURCE_DIR
 set -euo pipefail
 if [ "${3-}" != inside ]; then
@@ -18,16 +18,17 @@ ports="--pps-socket $work/pps.sock"
 $hueline simulate "$scenario" --out sim --write-rig rig.yaml $ports >/dev/null
 
 guest_of() { pgrep -P "$1" -x hueline-guest || true; }
-# wait_for WHAT COMMAND...: until the command gives something, at most a minute
+# wait_for WHAT COMMAND...: waits until the command prints something, at most a minute
 wait_for() { local what=$1; shift; for _ in $(seq 600); do [ -z "$("$@")" ] || return 0; sleep 0.1; done; fail "in vain: $what"; }
-# What stands so often in the recording, which is flushed once a second while it is made.
+# told TEXT N: prints yes if TEXT stands at least N times in the recording, which is flushed once a second while it is made
 told() { [ "$(grep -aoF "$1" drive/drive.mcap | wc -l)" -lt "$2" ] || echo yes; }
 same_when_replayed() {
   $hueline replay "$1/drive.mcap" --out "$1-again" >/dev/null
   cmp "$1/cloud.las" "$1-again/cloud.las" && cmp "$1/view.mcap" "$1-again/view.mcap" || fail "a replay of $1 gives other bytes"
 }
 
-# A guest that is killed, one that hangs. The summary has the newest detail of a kind alone, which is that of the devices' end: the recording has all.
+# One guest is killed, one hangs. The summary has only the newest detail of a kind, which is that of the devices' end, so the recording is
+# searched.
 $hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 &
 $hueline capture rig.yaml --out drive --until-silent --seconds 60 --quiet >said.txt 2>&1 &
 capture=$!
@@ -38,7 +39,8 @@ for signal in KILL STOP; do
   guest=$(guest_of $capture)
   [ -n "$guest" ] || fail "no guest to send $signal to"
   kill -$signal $guest
-  # Not before it has its camera again: what breaks while it is still being opened is the same trouble, told once.
+  # This waits until the guest has its camera again. A failure while the camera is still being opened is the same trouble, which is
+  # reported once.
   wait_for "the camera after $signal" told "open again" $((comebacks += 1))
 done
 wait $capture || fail "the capture with broken guests gave $?"
@@ -48,7 +50,7 @@ grep -qa "so it hangs" drive/drive.mcap || { cat drive/summary.json; fail "the h
 [ "$($hueline inspect drive/cloud.las --json | sed -n 's/.*"points": \([0-9]*\).*/\1/p')" -gt 100000 ] || fail "too few points"
 same_when_replayed drive
 
-# An own address that this computer has not; then it has.
+# The rig names an own address that this computer does not have at first.
 sed 's/^    interface: .*/    interface: 10.77.79.109/' rig.yaml >later.yaml
 $hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 &
 $hueline capture later.yaml --out later --until-silent --seconds 60 --quiet >said.txt 2>&1 &
@@ -62,7 +64,7 @@ grep -qa "interface: this computer has no address 10.77.79.109" later/drive.mcap
 grep -q '"kind": "Reconnected"' later/summary.json || { cat later/summary.json; fail "the camera did not come"; }
 same_when_replayed later
 
-# Ctrl-C while the camera is being asked, which takes its library seconds.
+# Ctrl-C comes while the camera is being opened, which takes its library seconds.
 ip address add 10.77.79.110/32 dev lo
 sed 's/^    address: 127.0.0.1/    address: 10.77.79.110/; s/^    interface: .*/    interface: 10.77.79.110/' rig.yaml >absent.yaml
 $hueline capture absent.yaml --out absent --seconds 60 --quiet >said.txt 2>&1 &

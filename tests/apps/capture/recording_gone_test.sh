@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# drive.mcap deleted, moved, replaced and cut by somebody while it is recorded: told at once and at the end, status 4, and what can be
-# saved is saved as the message says.
+# drive.mcap is deleted, moved, replaced and cut while it is recorded. This is reported at once and at the end, the status is 4, and what
+# can be saved is saved as the message says.
 # usage: recording_gone_test.sh HUELINE
 set -euo pipefail
 hueline=$1
@@ -10,9 +10,9 @@ trap '[ -z "$capture" ] || kill -KILL $capture 2>/dev/null; rm -rf "$work"' EXIT
 cd "$work"
 source "$(dirname "$(realpath "$0")")/../program.sh"
 
-# Nobody is at the other end: a tick each second is recorded.
+# No device is at the other end. One tick a second is recorded.
 printf 'rig: nobody\nsensors:\n  - {name: pps, driver: pps, socket: pps.sock}\ncolouring: {method: lens}\n' >rig.yaml
-# DRIVE WHAT-HAPPENS: what it said is in said.txt.
+# DRIVE WHAT-HAPPENS: its output is in said.txt.
 happens() {
   "$hueline" capture rig.yaml --out "$1" --quiet >said.txt 2>&1 & capture=$!
   for i in $(seq 600); do if [ -s "$1/drive.mcap" ]; then break; fi; sleep 0.05; done

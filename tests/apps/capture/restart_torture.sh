@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# All devices of a vehicle restarted at once, again and again, without a word, while a capture runs with other programs beside it: the
-# capture goes on, every device is found again and its absence told, the recording is whole, and a replay gives the same bytes.
+# All devices of a vehicle restart at once, again and again, without notice, while a capture runs with other programs beside it. The
+# capture continues, every device is found again and its absence is reported, the recording is whole, and a replay gives the same bytes.
 # usage: restart_torture.sh HUELINE SOURCE_DIR [RESTARTS [SEED [BUSY_PROGRAMS [cameras]]]]
 # With "cameras" the head's camera is among the devices. The test suite runs a few restarts; 200 take about ten minutes.
 set -euo pipefail
@@ -20,13 +20,13 @@ cp whole.yaml rig.yaml
 $hueline capture rig.yaml --out drive --quiet >said.txt 2>&1 & capture=$!
 for ((i = 0; i < busy; ++i)); do (while :; do :; done) & done
 goes_on() { kill -0 $capture 2>/dev/null || { wait $capture && status=0 || status=$?; fail "the capture ended by itself ($status) $*"; }; }
-# The capture asks again with back-off: a device that it had not found again yet cannot be missed by it.
+# The capture tries again with back-off. A device that it has not found again yet cannot be reported as gone.
 found() { ss -Hxn | grep -q "ESTAB.* $work/pps.sock " && ss -Htn state established 'sport = :43201' | grep -q .; }
 recorded() { stat -c %s drive/drive.mcap 2>/dev/null || echo 0; }
 for ((i = 1; i <= restarts; ++i)); do
   before=$(recorded)
   $hueline simulate scenario.yaml --out sim --play --wait 60 $ports >devices.txt 2>&1 & devices=$!
-  # Not before something of theirs is recorded, so that each restart is one; however busy the computer is.
+  # This waits until something of the devices is recorded, so that each restart counts as one, however busy the computer is.
   for ((tenths = 0; ; ++tenths)); do
     if [ "$(recorded)" -gt $((before + 20000)) ] && found; then break; fi
     goes_on "before restart $i"
@@ -39,21 +39,22 @@ for ((i = 1; i <= restarts; ++i)); do
   wait $devices 2>/dev/null || true
   goes_on "at restart $i"
 done
-# Then they stay, to the end of their drive.
+# From now on they stay until the end of their drive.
 $hueline simulate scenario.yaml --out sim --play --wait 60 $ports >devices.txt 2>&1 || fail "devices at the end"
 goes_on "at the end"
 kill -INT $capture
 status=0; wait $capture || status=$?
 [ $status = 0 ] || [ $status = 5 ] || fail "the capture ended with $status"  # 5: a clock that starts anew so often may place nothing
 
-# told SENSOR KIND: the number of its faults
+# told SENSOR KIND: prints the number of its faults
 told() { awk -v sensor="$1" -v kind="$2" '/^[^ ]/{is_it = $1 == sensor} is_it && $1 == kind {sub("x", "", $2); sub(":", "", $2); n += $2} END{print n + 0}' said.txt; }
 for sensor in pps pos; do
   gone=$(told $sensor Disconnected) back=$(told $sensor Reconnected)
   [ "$gone" -ge "$restarts" ] || fail "$sensor went at $restarts restarts, $gone are told"
   [ "$back" -ge "$restarts" ] || fail "$sensor came back at $restarts restarts, $back are told"
 done
-# A camera that vanishes is missed after seconds only, and may not have been found again before the next restart: what was found went again.
+# The absence of a camera is noticed after seconds only, and the camera may not have been found again before the next restart. So only
+# some restarts are seen, but each return must follow an absence that was reported.
 if [ "$cameras" = cameras ]; then
   gone=$(($(told camera Disconnected) + $(told camera Silent))) back=$(told camera Reconnected)
   [ "$gone" -ge "$back" ] || fail "the camera came back $back times, and went or fell silent $gone times"

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# SIGINT, SIGTERM and SIGHUP, once and twice, at random moments of a capture's start, drive and end, with devices that answer and devices
-# that do not: the capture ends as docs/operating.md says, its recording is whole, and a replay gives what the live run gave.
+# Sends SIGINT, SIGTERM and SIGHUP, once and twice, at random moments of a capture's start, drive and end, with devices that answer and
+# devices that do not. The capture ends as docs/operating.md says, its recording is whole, and a replay gives what the live run gave.
 # usage: signals_test.sh HUELINE SOURCE_DIR [ROUNDS [SEED]]
 set -euo pipefail
-# Whoever runs this may be deaf to some of them (nohup, a shell's background), and that is inherited.
+# The parent of this test may ignore some of these signals (nohup, a shell's background), and that is inherited.
 if [ -z "${HEARS_SIGNALS-}" ]; then HEARS_SIGNALS=1 exec env --default-signal=HUP,INT,TERM "$0" "$@"; fi
-# A network of its own, where that is allowed: other tests use the same ports.
+# The test has a network of its own where that is allowed, because other tests use the same ports.
 if [ -z "${OWN_NETWORK-}" ] && unshare -rn ip link set lo up 2>/dev/null; then OWN_NETWORK=1 exec unshare -rn "$0" "$@"; fi
 [ -z "${OWN_NETWORK-}" ] || ip link set lo up
 hueline=$1 source=$2 rounds=${3:-8}
@@ -20,11 +20,11 @@ round=0
 scenario=$source/tests/scenarios/short.yaml
 ports="--pps-socket $work/pps.sock --data-port 42370 --position-port 48310 --pos-port 43003 --can-port 40002 --address 127.0.0.2"
 $hueline simulate "$scenario" --out sim --write-rig rig.yaml $ports >devices.txt
-# from .. to milliseconds, in seconds
+# Prints a random time from .. to milliseconds, in seconds.
 between() { local ms=$(($1 + (RANDOM * 32768 + RANDOM) % ($2 - $1))); printf '%d.%03d' $((ms / 1000)) $((ms % 1000)); }
 one_of() { local all=($@); echo "${all[RANDOM % ${#all[@]}]}"; }
 little() { od -An -tu"$3" -j"$2" -N"$3" "$1" | tr -d ' '; }
-# The points of a cloud that ends early are the first of the whole one's.
+# The points of a cloud that ends early are the first points of the whole cloud.
 is_prefix() {
   [ -s "$1" ] || return 0
   local at count size; at=$(little "$1" 96 4); size=$(little "$1" 105 2); count=$(little "$1" 247 8)
@@ -32,7 +32,7 @@ is_prefix() {
   [ "$(little "$2" 247 8)" -ge "$count" ] && cmp -n $((count * size)) "$1" "$2" "$at" "$at"
 }
 
-# A window that is closed: SIGHUP, and a terminal that answers every call with EIO. Under nohup it ends nothing.
+# A window is closed: SIGHUP comes, and the terminal answers every call with EIO. Under nohup this ends nothing.
 script -qec "$hueline capture rig.yaml --out window" /dev/null </dev/null >/dev/null 2>&1 & terminal=$!
 nohup "$hueline" capture rig.yaml --out deaf --seconds 3 >deaf.txt 2>&1 & deaf=$!
 for i in $(seq 100); do if [ -s window/drive.mcap ] && [ -s deaf/drive.mcap ]; then break; fi; sleep 0.1; done
@@ -57,11 +57,11 @@ for round in $(seq "$rounds"); do
     3) moment=$(between 2500 9000) ;; # it colours, or the drive is over
   esac
   are_silent=$(one_of yes no no)
-  # A computer that has not enough for it: its end takes long enough for a second signal to come before it.
+  # The computer is too slow for the capture, so its end takes long enough for a second signal to come before it.
   is_starved=$(one_of yes no)
   gap=$(one_of "$(between 0 400)" "$(between 510 700)" "$(between 510 1500)")
   $hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 & devices=$!
-  # A shell without a terminal starts what is in its background deaf to SIGINT.
+  # A shell without a terminal starts its background programs with SIGINT ignored.
   env --default-signal=INT "$hueline" capture rig.yaml --out drive >capture.txt 2>&1 & capture=$!
   sleep "$moment"
   if [ $is_starved = yes ]; then
@@ -83,7 +83,7 @@ for round in $(seq "$rounds"); do
   devices= capture= hog=
   what="$first $second at $moment s, $gap s, devices silent: $are_silent, starved: $is_starved: status $got after $took ms"
   if [ ! -e drive/drive.mcap ]; then
-    # Killed, as any program is, before it had begun anything.
+    # The signal came before the program had begun anything, so it was killed as any program is.
     case $got in 129 | 130 | 143) ;; *) fail "$what, and no recording" ;; esac
     unborn=$((unborn + 1))
     continue
@@ -95,7 +95,7 @@ for round in $(seq "$rounds"); do
        grep -q "ended at once" capture.txt || fail "$what: not told" ;;
     *) fail "$what" ;;
   esac
-  # A disk that takes seconds for its last sync is told; what it has is still read.
+  # A disk that takes seconds for its last sync is reported. What it holds is still read.
   if ! $hueline inspect drive/drive.mcap >inspected.txt 2>&1; then grep -q "the disk did not take the end" capture.txt || fail "$what: the recording is not whole"; fi
   replayed=0; $hueline replay drive/drive.mcap --out again >replayed.txt 2>&1 || replayed=$?
   case $replayed in 0 | 3 | 5) ;; *) fail "$what: its replay gave $replayed" ;; esac

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Two profile scanners and a camera of JPEG planes on real sockets: both scanners' points come, coloured, nothing is lost, and a replay
-# gives the same bytes.
+# Two profile scanners and a camera of JPEG planes send on real sockets. The points of both scanners come and are coloured, nothing is
+# lost, and a replay gives the same bytes.
 # usage: two_scanners_test.sh HUELINE SOURCE_DIR
 set -euo pipefail
 hueline=$1 scenario=$2/tests/scenarios/two_scanners.yaml second=$2/tests/scenarios/two_scanners_second.yaml
@@ -26,7 +26,7 @@ cmp drive/view.mcap again/view.mcap || fail "the replay's view is not the live r
 share=$(sed -nE 's/^points +[0-9]+, ([0-9]+)\.[0-9] % coloured.*/\1/p' said.txt)
 [ "$share" -ge 75 ] || fail "$share % coloured"
 
-# Another vehicle's drive is not put beside it.
+# A drive of another vehicle cannot be played beside this one.
 sed 's/^seed: .*/seed: 32/' "$second" >other.yaml
 status=0
 $hueline simulate "$scenario" --beside other.yaml --out sim >said.txt 2>&1 || status=$?

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Devices' words that are not UTF-8 or steer a terminal, through capture, replay and inspect: recorded as they came, shown safely.
+# Texts of devices that are not UTF-8, or that would control a terminal, go through capture, replay and inspect. They are recorded as they
+# came, and shown safely.
 # usage: device_text_test.sh HUELINE
 set -euo pipefail
 hueline=$1
@@ -21,7 +22,7 @@ cat >>rig.yaml <<'YAML'
     messages: [{id: 341, speeds: [{unit: km/h, start_bit: 0, bits: 16, scale: 0.01}]}]
 colouring: {method: lens}
 YAML
-# Bytes of a file that a terminal would obey, or that are no UTF-8.
+# The file has bytes that a terminal would obey, or that are no UTF-8.
 unsafe() { LC_ALL=C grep -qaP '[\x00-\x08\x0b-\x1f\x7f]' "$1" || ! iconv -f UTF-8 -t UTF-8 "$1" >/dev/null 2>&1; }
 safe() { unsafe "$1" && fail "$2 is not safe to show"; return 0; }
 

@@ -42,7 +42,7 @@ def program_takes(rig):
 rigs = {str(path): path.read_text() for path in (source / "config/rigs").glob("*.yaml")}
 for number, text in enumerate(re.findall(r"```yaml\n(.*?)```", (source / "docs/rig.md").read_text(), re.S)):
     rigs[f"docs/rig.md, example {number + 1}"] = text
-# Rigs that tests write: whole ones in here-documents.
+# Whole rigs that tests write in here-documents.
 for path in (source / "tests").rglob("*.sh"):
     for number, text in enumerate(re.findall(r"<<'?(?:EOF|END|RIG|YAML)'?[^\n]*\n(rig:.*?)\n(?:EOF|END|RIG|YAML)\n", path.read_text(), re.S)):
         if "$" not in text:

@@ -12,7 +12,7 @@ function readable(bytes) {
   };
 }
 
-// zlib.crc32 came with node 22.2: the plain table serves the older ones.
+// zlib.crc32 exists since node 22.2. The plain table serves older versions.
 const table = new Uint32Array(256).map((_, n) => {
   for (let k = 0; k < 8; k++) n = n & 1 ? (n >>> 1) ^ 0xedb88320 : n >>> 1;
   return n >>> 0;
@@ -40,8 +40,8 @@ export async function openMcap(path) {
   }
   assert.ok(stream.done(), "the stream reader saw the end of the file");
   assert.equal(stream.bytesRemaining(), 0);
-  // The library does not check the data section's CRC itself: everything before the DataEnd record, which ends where the summary
-  // starts.
+  // The library does not check the CRC of the data section, so it is checked here. It covers everything before the DataEnd record, which
+  // ends where the summary starts.
   const dataEndAt = Number(reader.footer.summaryStart) - (1 + 8 + 4);
   assert.equal(bytes[dataEndAt], 0x0f, "DataEnd stands before the summary");
   assert.equal(dataEnd.dataSectionCrc, crc32(bytes.subarray(0, dataEndAt)), "CRC of the data section");
@@ -57,7 +57,7 @@ export async function openMcap(path) {
   }
   const decode = (message) => types.get(reader.channelsById.get(message.channelId).schemaId).decode(message.data);
 
-  // What the summary says against what was read.
+  // Compares the summary with what was read.
   const { statistics } = reader;
   assert.equal(Number(statistics.messageCount), streamed.length);
   assert.equal(indexed.length, streamed.length);
