@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# usage: tidy_test.sh BUILD [FOLDER ...]
+# clang-tidy's short list (.clang-tidy) over the sources of the folders; without folders those that record and stamp.
+# BUILD is the folder of a clang build, e.g. build/dev.
+set -euo pipefail
+build=$(realpath "$1"); shift
+cd "$(dirname "$(realpath "$0")")/.."
+folders=("$@")
+((${#folders[@]})) || folders=(core runtime sync)
+mapfile -t files < <(find "${folders[@]}" -name '*.cpp')
+((${#files[@]} > 30)) || { echo "only ${#files[@]} source files found: this test looks in the wrong place"; exit 1; }
+printf '%s\0' "${files[@]}" | xargs -0 -n 8 -P 2 clang-tidy-14 -p "$build" --quiet 2>&1 |
+  { grep -v "warnings generated\|^Suppressed\|^Use -header-filter" || true; }
+[ "${PIPESTATUS[1]}" = 0 ] || { echo "clang-tidy found the errors above"; exit 1; }
+echo "${#files[@]} files without a finding of clang-tidy"
