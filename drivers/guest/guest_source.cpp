@@ -25,13 +25,6 @@ constexpr std::chrono::milliseconds kReapedWithin{1000};
 constexpr int kMostLossesASecond = 20;
 constexpr int kWillTries = 3, kWillAnswerMs = 50;
 
-template <class... Ts>
-struct Overloaded : Ts... {
-  using Ts::operator()...;
-};
-template <class... Ts>
-Overloaded(Ts...) -> Overloaded<Ts...>;
-
 sockaddr_in address(const std::array<std::uint8_t, 4>& bytes, std::uint16_t port) {
   sockaddr_in out{};
   out.sin_family = AF_INET;
@@ -111,7 +104,7 @@ Result<std::optional<GuestSource::Event>> GuestSource::handle(ToHost& message) {
   using Outcome = Result<std::optional<Event>>;
   using Nothing = std::optional<Event>;
   return std::visit(
-      Overloaded{
+      guest::Overloaded{
           [](Alive&) -> Outcome { return Nothing(); },
           [this](LastWill& will) -> Outcome {
             will_ = std::move(will);

@@ -74,13 +74,6 @@ class Reader {
   bool is_short_ = false;
 };
 
-template <class... Ts>
-struct Overloaded : Ts... {
-  using Ts::operator()...;
-};
-template <class... Ts>
-Overloaded(Ts...) -> Overloaded<Ts...>;
-
 Error malformed(std::uint32_t kind, std::string_view what) {
   return {ErrorCode::Malformed, fmt::format("message {}: {}", kind, what)};
 }

@@ -101,6 +101,14 @@ struct Failed {
 using ToGuest = std::variant<Config, Memory, GiveBack, Stop>;
 using ToHost = std::variant<Alive, LastWill, NeedMemory, Running, Done, Loss, Failed>;
 
+/// Makes one visitor of several functions, one for each kind of message.
+template <class... Ts>
+struct Overloaded : Ts... {
+  using Ts::operator()...;
+};
+template <class... Ts>
+Overloaded(Ts...) -> Overloaded<Ts...>;
+
 /// Encode a message as the table above says. Longer texts of errors and faults are cut.
 std::vector<std::byte> encode(const ToGuest& message);
 std::vector<std::byte> encode(const ToHost& message);
