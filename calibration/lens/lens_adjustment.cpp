@@ -8,6 +8,8 @@
 #include <cmath>
 #include <memory>
 
+#include "calibration/decompositions.hpp"
+
 namespace hueline::calibration {
 namespace {
 
@@ -92,11 +94,10 @@ bool lens_covariance(ceres::Problem& problem, double* lens, std::vector<Pose>& p
   // A unit diagonal is needed because focal lengths and k3 differ by ten powers of ten.
   const Eigen::VectorXd scale = reduced.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd unit = scale.asDiagonal() * reduced * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
-  if (!(eigen.eigenvalues()[0] > 1e-13)) return false;
-  const Eigen::MatrixXd inverse = scale.asDiagonal() * eigen.eigenvectors() *
-                                  eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() *
-                                  scale.asDiagonal();
+  const SymmetricEigen eigen = symmetric_eigen(unit);
+  if (!(eigen.values[0] > 1e-13)) return false;
+  const Eigen::MatrixXd inverse = scale.asDiagonal() * eigen.vectors * eigen.values.cwiseInverse().asDiagonal() *
+                                  eigen.vectors.transpose() * scale.asDiagonal();
   out.setZero();
   for (Eigen::Index i = 0; i < m; ++i)
     for (Eigen::Index j = 0; j < m; ++j)

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/decompositions.hpp"
+
 namespace hueline::calibration {
 namespace {
 
@@ -51,10 +53,10 @@ std::optional<Eigen::Matrix3d> board_homography(std::span<const Eigen::Vector2d>
     for (int c = 0; c < 3; ++c) A.middleCols<3>(3 * c) = cross * X[c];
     normal += A.transpose() * A;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> solver(normal);
-  if (!(solver.eigenvalues()[1] > 1e-12 * solver.eigenvalues()[8]))
+  const SymmetricEigen eigen = symmetric_eigen(normal);
+  if (!(eigen.values[1] > 1e-12 * eigen.values[8]))
     return std::nullopt;  // There is a second solution: the corners lie on a line.
-  const Eigen::Matrix3d H = Eigen::Map<const Eigen::Matrix3d>(solver.eigenvectors().col(0).data());
+  const Eigen::Matrix3d H = Eigen::Map<const Eigen::Matrix3d>(eigen.vectors.col(0).data());
   return Eigen::Matrix3d(H * unit);
 }
 
@@ -79,9 +81,9 @@ std::optional<LensValues> zhang_start(const Board& board, std::span<const BoardV
     const Eigen::Matrix<double, 5, 1> equal = conic_row(h, 0, 0) - conic_row(h, 1, 1);
     normal += orthogonal * orthogonal.transpose() + equal * equal.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 5, 5>> solver(normal);
-  if (!(solver.eigenvalues()[1] > 1e-10 * solver.eigenvalues()[4])) return std::nullopt;
-  Eigen::Matrix<double, 5, 1> b = solver.eigenvectors().col(0);
+  const SymmetricEigen eigen = symmetric_eigen(normal);
+  if (!(eigen.values[1] > 1e-10 * eigen.values[4])) return std::nullopt;
+  Eigen::Matrix<double, 5, 1> b = eigen.vectors.col(0);
   if (b[0] < 0) b = -b;
   if (!(b[0] > 0 && b[1] > 0)) return std::nullopt;
   const double cx = -b[2] / b[0], cy = -b[3] / b[1];
@@ -119,8 +121,8 @@ std::optional<BoardPose> board_pose(const Board& board, const BoardView& view, c
   *H /= size;
   Eigen::Matrix3d R;
   R << H->col(0), H->col(1), H->col(0).cross(H->col(1));
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  R = svd.matrixU() * svd.matrixV().transpose();
+  const SingularValues3 parts = singular_values(R);
+  R = parts.U * parts.V.transpose();
   if (R.determinant() < 0) return std::nullopt;
   const Eigen::AngleAxisd turn(R);
   return BoardPose{turn.angle() * turn.axis(), H->col(2)};

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/decompositions.hpp"
+
 namespace hueline::calibration {
 namespace {
 
@@ -259,10 +261,9 @@ Result<Resection> resect(const LensValues& lens, const std::vector<Correspondenc
                  fmt::format("only {} of {} points agree with each other", out.used, points.size())};
   out.T_scanner_lens = found.T.inverse();
   set_residuals(lens, points, weights, found.T, out);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(found.normal);
-  const Eigen::MatrixXd inverse = eigen.eigenvectors() *
-                                  eigen.eigenvalues().cwiseMax(1e-12).cwiseInverse().asDiagonal() *
-                                  eigen.eigenvectors().transpose();
+  const SymmetricEigen eigen = symmetric_eigen(found.normal);
+  const Eigen::MatrixXd inverse =
+      eigen.vectors * eigen.values.cwiseMax(1e-12).cwiseInverse().asDiagonal() * eigen.vectors.transpose();
   out.covariance = inverse * (out.unit_sigma * out.unit_sigma);
   // The pose is judged with the stated noise, because few points always fit well.
   const double turn = std::sqrt(inverse.topLeftCorner(3, 3).diagonal().maxCoeff()),

@@ -1,6 +1,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "calibration/mount/resection.hpp"
@@ -33,6 +34,15 @@ std::vector<double> real_roots(const std::array<double, 5>& a) {
   return out;
 }
 
+/// Returns three orthonormal directions, as columns, that a triangle fixes: along its first side, across that side in
+/// its plane, and normal to it.
+Eigen::Matrix3d axes_of(const std::array<Eigen::Vector3d, 3>& corners) {
+  const Eigen::Vector3d side = corners[1] - corners[0], normal = side.cross(corners[2] - corners[0]);
+  Eigen::Matrix3d axes;
+  axes << side.normalized(), normal.cross(side).normalized(), normal.normalized();
+  return axes;
+}
+
 }  // namespace
 
 std::vector<Transform<Lens, Scanner>> resect_three(const std::array<Eigen::Vector3d, 3>& rays,
@@ -50,6 +60,7 @@ std::vector<Transform<Lens, Scanner>> resect_three(const std::array<Eigen::Vecto
            4 * sum * cos_a * cos_b * cos_c + 2 * (b2 - a2) / b2 * cos_c * cos_c),
       4 * (q * (1 - q) * cos_b - (1 - sum) * cos_a * cos_c + 2 * c2 / b2 * cos_a * cos_a * cos_b),
       (q - 1) * (q - 1) - 4 * c2 / b2 * cos_a * cos_a};
+  const Eigen::Vector3d centre = (points[0] + points[1] + points[2]) / 3;
   std::vector<Transform<Lens, Scanner>> out;
   for (const double v : real_roots(quartic)) {
     const double below = 2 * (cos_c - v * cos_a);
@@ -58,13 +69,11 @@ std::vector<Transform<Lens, Scanner>> resect_three(const std::array<Eigen::Vecto
     const double s2 = b2 / (1 + v * v - 2 * v * cos_b);
     if (!(u > 0) || !(s2 > 0)) continue;
     const double s = std::sqrt(s2);
-    Eigen::Matrix3d from, to;
-    from << points[0], points[1], points[2];
-    to << s * rays[0], s * u * rays[1], s * v * rays[2];
-    const Eigen::Matrix4d T = Eigen::umeyama(from, to, false);
-    if (!T.allFinite()) continue;
-    out.push_back(
-        {Eigen::Quaterniond(Eigen::Matrix3d(T.topLeftCorner<3, 3>())).normalized(), T.topRightCorner<3, 1>()});
+    const std::array<Eigen::Vector3d, 3> seen = {s * rays[0], s * u * rays[1], s * v * rays[2]};
+    const Eigen::Quaterniond rotation(axes_of(seen) * axes_of(points).transpose());
+    const Eigen::Vector3d translation = (seen[0] + seen[1] + seen[2]) / 3 - rotation * centre;
+    if (!rotation.coeffs().allFinite() || !translation.allFinite()) continue;
+    out.push_back({rotation.normalized(), translation});
   }
   return out;
 }

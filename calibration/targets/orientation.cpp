@@ -4,9 +4,10 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+
+#include "calibration/decompositions.hpp"
 
 namespace hueline::calibration {
 namespace {
@@ -163,22 +164,22 @@ Eigen::Quaterniond rotation_from_rodrigues(const Eigen::Vector3d& abc) {
 std::optional<Orientation> orient_closed_form(std::span<const Eigen::Vector3d> scanner,
                                               std::span<const Eigen::Vector3d> survey) {
   if (scanner.size() < 3 || scanner.size() != survey.size()) return {};
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation(scanner, survey), Eigen::ComputeFullU | Eigen::ComputeFullV);
-  if (!(svd.singularValues()[1] > 1e-12 * svd.singularValues()[0])) return {};
+  const SingularValues3 parts = singular_values(correlation(scanner, survey));
+  if (!(parts.values[1] > 1e-12 * parts.values[0])) return {};
   Eigen::Matrix3d proper = Eigen::Matrix3d::Identity();
-  proper(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  proper(2, 2) = (parts.U * parts.V.transpose()).determinant() < 0 ? -1 : 1;
   Orientation out;
   out.T_survey_scanner.rotation =
-      Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * proper * svd.matrixV().transpose())).normalized();
+      Eigen::Quaterniond(Eigen::Matrix3d(parts.U * proper * parts.V.transpose())).normalized();
   out.T_survey_scanner.translation = mean_of(survey) - out.T_survey_scanner.rotation * mean_of(scanner);
   return out;
 }
 
 double mirrored_rms(std::span<const Eigen::Vector3d> scanner, std::span<const Eigen::Vector3d> survey) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation(scanner, survey), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const SingularValues3 parts = singular_values(correlation(scanner, survey));
   Eigen::Matrix3d improper = Eigen::Matrix3d::Identity();
-  improper(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? 1 : -1;
-  const Eigen::Matrix3d M = svd.matrixU() * improper * svd.matrixV().transpose();
+  improper(2, 2) = (parts.U * parts.V.transpose()).determinant() < 0 ? 1 : -1;
+  const Eigen::Matrix3d M = parts.U * improper * parts.V.transpose();
   const Eigen::Vector3d a = mean_of(scanner), b = mean_of(survey);
   double sum = 0;
   for (std::size_t i = 0; i < scanner.size(); ++i) sum += (survey[i] - b - M * (scanner[i] - a)).squaredNorm();

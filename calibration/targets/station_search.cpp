@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -10,6 +9,8 @@
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "calibration/decompositions.hpp"
 
 namespace hueline::calibration {
 
@@ -28,7 +29,7 @@ double spread_of(std::span<const Eigen::Vector3d> places) {
   for (const auto& p : places) mean += p / static_cast<double>(places.size());
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
   for (const auto& p : places) moments += (p - mean) * (p - mean).transpose();
-  const Eigen::Vector3d values = Eigen::JacobiSVD<Eigen::Matrix3d>(moments).singularValues();
+  const Eigen::Vector3d values = singular_values(moments).values;
   return values[0] > 0 ? std::sqrt(values[1] / values[0]) : 0;
 }
 

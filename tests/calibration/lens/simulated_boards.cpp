@@ -71,7 +71,9 @@ std::vector<BoardView> simulate_boards(const fusion::CameraIntrinsics& lens, con
     const double share = (uniform(random) + 1) / 2;
     const double distance =
         size * (what.nearest + (what.farthest - what.nearest) * share) * std::min(1.0, lens.focal_px.x() / lens.width);
-    const Eigen::Quaterniond facing = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis->xyz);
+    // The shortest rotation of the lens's axis onto the direction.
+    const Eigen::Quaterniond facing =
+        Eigen::Quaterniond(1 + axis->xyz.z(), -axis->xyz.y(), axis->xyz.x(), 0).normalized();
     const double about = std::numbers::pi * uniform(random), tilt_share = (uniform(random) + 1) / 2;
     const double tilt =
         (what.least_tilt_deg + (what.tilt_deg - what.least_tilt_deg) * tilt_share) * std::numbers::pi / 180;
