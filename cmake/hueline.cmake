@@ -27,7 +27,8 @@ if(HUELINE_SANITIZE STREQUAL "address")
   # Two checks of UBSan are left out, for AddressSanitizer finds the same faults: a null pointer is a bad address, and an object that is
   # smaller than its use has a red zone behind it. Together they cost a tenth of the build.
   target_compile_options(hueline_options INTERFACE -fsanitize=address,undefined -fno-sanitize=null,object-size
-                         -fno-sanitize-recover=all -fno-omit-frame-pointer)
+                         -fno-sanitize-recover=all -fno-omit-frame-pointer
+                         -fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/cmake/sanitizers.txt)
   target_compile_definitions(hueline_options INTERFACE HUELINE_SANITIZE_ADDRESS)
   target_link_options(hueline_options INTERFACE -fsanitize=address,undefined)
 elseif(HUELINE_SANITIZE STREQUAL "thread")
@@ -35,11 +36,15 @@ elseif(HUELINE_SANITIZE STREQUAL "thread")
   target_compile_definitions(hueline_options INTERFACE HUELINE_SANITIZE_THREAD)
   target_link_options(hueline_options INTERFACE -fsanitize=thread)
 endif()
-# Under the sanitizers a test's own files are not optimised, for that would be half of what they cost to compile. Tests that compute for
-# long are (OPTIMISED): the linker takes an inline function from the test's files, where it is slow, for the libraries too.
-add_library(hueline_test_options INTERFACE)
+# Under the sanitizers code that does not compute for long is not optimised and calls AddressSanitizer's checks instead of having them
+# written out at each access, for that would be half of what it costs to compile: the commands, and a test's own files. Tests that compute
+# for long are OPTIMISED: the linker takes an inline function from the test's files, where it is slow, for the libraries too.
+add_library(hueline_brief_options INTERFACE)
 if(HUELINE_SANITIZE)
-  target_compile_options(hueline_test_options INTERFACE -O0)
+  target_compile_options(hueline_brief_options INTERFACE -O0)
+endif()
+if(HUELINE_SANITIZE STREQUAL "address")
+  target_compile_options(hueline_brief_options INTERFACE -fsanitize-address-outline-instrumentation)
 endif()
 
 # Parsing the standard library, Eigen and fmt is half of what a small file costs. They are parsed once: a file that forgets to include one
@@ -53,10 +58,15 @@ if(HUELINE_PRECOMPILE)
   add_library(hueline_precompiled OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
   target_link_libraries(hueline_precompiled PRIVATE hueline_options)
   target_precompile_headers(hueline_precompiled PRIVATE ${headers})
+  if(HUELINE_SANITIZE)
+    add_library(hueline_precompiled_brief OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
+    target_link_libraries(hueline_precompiled_brief PRIVATE hueline_options hueline_brief_options)
+    target_precompile_headers(hueline_precompiled_brief PRIVATE ${headers})
+  endif()
   if(HUELINE_TESTS)
     find_package(GTest REQUIRED)
     add_library(hueline_precompiled_test OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
-    target_link_libraries(hueline_precompiled_test PRIVATE hueline_options hueline_test_options GTest::gmock)
+    target_link_libraries(hueline_precompiled_test PRIVATE hueline_options hueline_brief_options GTest::gmock)
     target_precompile_headers(hueline_precompiled_test PRIVATE ${headers} <gmock/gmock.h> <gtest/gtest.h>)
     add_library(hueline_precompiled_optimised_test OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
     target_link_libraries(hueline_precompiled_optimised_test PRIVATE hueline_options GTest::gmock)
@@ -69,12 +79,26 @@ function(hueline_precompile target precompiled)
   endif()
 endfunction()
 
-# hueline_module(core SOURCES a.cpp b.cpp DEPENDS hueline_core fmt::fmt): static library hueline_<name>.
+# hueline_brief(hueline): a library or program that does not compute for long.
+function(hueline_brief target)
+  target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:hueline_brief_options>)
+  if(HUELINE_SANITIZE)
+    hueline_precompile(${target} hueline_precompiled_brief)
+  else()
+    hueline_precompile(${target} hueline_precompiled)
+  endif()
+endfunction()
+
+# hueline_module(core SOURCES a.cpp b.cpp DEPENDS hueline_core fmt::fmt): static library hueline_<name>. BRIEF: it does not compute for long.
 function(hueline_module name)
-  cmake_parse_arguments(M "" "" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(M "BRIEF" "" "SOURCES;DEPENDS" ${ARGN})
   add_library(hueline_${name} STATIC ${M_SOURCES})
   target_link_libraries(hueline_${name} PUBLIC hueline_options ${M_DEPENDS})
-  hueline_precompile(hueline_${name} hueline_precompiled)
+  if(M_BRIEF)
+    hueline_brief(hueline_${name})
+  else()
+    hueline_precompile(hueline_${name} hueline_precompiled)
+  endif()
 endfunction()
 
 # hueline_test(core_time SOURCES time_test.cpp DEPENDS hueline_core [LABELS x]): one GoogleTest program, one ctest entry a test.
@@ -86,7 +110,7 @@ function(hueline_test name)
   if(T_OPTIMISED)
     hueline_precompile(${name}_test hueline_precompiled_optimised_test)
   else()
-    target_link_libraries(${name}_test PRIVATE hueline_test_options)
+    target_link_libraries(${name}_test PRIVATE hueline_brief_options)
     hueline_precompile(${name}_test hueline_precompiled_test)
   endif()
   if(NOT T_TIMEOUT)
@@ -127,7 +151,7 @@ function(hueline_bench name)
   cmake_parse_arguments(B "" "" "SOURCES;DEPENDS" ${ARGN})
   add_executable(${name}_bench ${B_SOURCES})
   target_link_libraries(${name}_bench PRIVATE ${B_DEPENDS} hueline_bench_main)
-  hueline_precompile(${name}_bench hueline_precompiled)
+  hueline_brief(${name}_bench)  # under the sanitizers it shows only that its work is done
   add_test(NAME bench.${name} COMMAND ${name}_bench --benchmark_min_time=0.000001)
   set_tests_properties(bench.${name} PROPERTIES ENVIRONMENT HUELINE_BENCH_BRIEF=1 SKIP_RETURN_CODE 77 TIMEOUT 300 LABELS bench)
 endfunction()
