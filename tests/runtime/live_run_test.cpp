@@ -39,8 +39,9 @@ class Quiet : public PacketSource {
 /// A device whose library does not return until it is released.
 class Stuck : public PacketSource {
  public:
-  explicit Stuck(std::binary_semaphore& let_go) : let_go_(let_go) {}
+  Stuck(std::atomic<bool>& is_stuck, std::binary_semaphore& let_go) : is_stuck_(is_stuck), let_go_(let_go) {}
   Status open() override {
+    is_stuck_ = true;
     let_go_.acquire();
     return Error{ErrorCode::Unavailable, "does not answer"};
   }
@@ -48,6 +49,7 @@ class Stuck : public PacketSource {
   void close() override {}
 
  private:
+  std::atomic<bool>& is_stuck_;
   std::binary_semaphore& let_go_;
 };
 
@@ -80,16 +82,17 @@ bool comes_true(Condition condition) {
 TEST(LiveRun, FlushesWhatItHasWhileADeviceIsSlowToLeave) {
   TemporaryFolder dir;
   std::binary_semaphore let_go(0);
+  std::atomic<bool> is_stuck = false;
   {
     std::vector<LiveRun::Source> sources;
     sources.push_back({1, "quiet", std::make_unique<Quiet>(3), {}, false});
-    sources.push_back({2, "stuck", std::make_unique<Stuck>(let_go), {}, false});
+    sources.push_back({2, "stuck", std::make_unique<Stuck>(is_stuck, let_go), {}, false});
     LiveRun::Config config;
     config.pause_after = 20ms;
     LiveRun run(
         std::move(sources), journal_at(dir / "drive.mcap"), [](const Packet&) {}, config);
     run.start();
-    ASSERT_TRUE(comes_true([&] { return run.ingest().counts(1).packets == 3; }));
+    ASSERT_TRUE(comes_true([&] { return run.ingest().counts(1).packets == 3 && is_stuck; }));
     std::jthread ending([&] { run.stop(); });
     EXPECT_TRUE(comes_true([&] { return found_in(dir / "drive.mcap").first == 3; }))
         << "a kill now would lose what came long ago";
@@ -106,11 +109,12 @@ TEST(LiveRun, FlushesWhatItHasWhileADeviceIsSlowToLeave) {
 TEST(LiveRun, EndsAtOnceAroundAStuckReaderAndABusyPipeline) {
   TemporaryFolder dir;
   std::binary_semaphore let_go(0), is_busy(0);
+  std::atomic<bool> is_stuck = false;
   std::stop_source at_once;
   {
     std::vector<LiveRun::Source> sources;
     sources.push_back({1, "quiet", std::make_unique<Quiet>(50), {}, false});
-    sources.push_back({2, "stuck", std::make_unique<Stuck>(let_go), {}, false});
+    sources.push_back({2, "stuck", std::make_unique<Stuck>(is_stuck, let_go), {}, false});
     std::atomic<int> processed = 0;
     LiveRun run(std::move(sources), journal_at(dir / "drive.mcap"),
                 [&](const Packet&) {
@@ -118,7 +122,7 @@ TEST(LiveRun, EndsAtOnceAroundAStuckReaderAndABusyPipeline) {
                 },
                 {});
     run.start();
-    ASSERT_TRUE(comes_true([&] { return run.ingest().counts(1).packets == 50 && processed == 1; }));
+    ASSERT_TRUE(comes_true([&] { return run.ingest().counts(1).packets == 50 && processed == 1 && is_stuck; }));
     std::jthread ending([&] { run.stop(at_once.get_token()); });
     at_once.request_stop();
     EXPECT_TRUE(comes_true([&] { return run.is_recording_closed(); }))
