@@ -11,9 +11,9 @@
 #include <sstream>
 #include <thread>
 
-#include "storage/journal_reader.hpp"
 #include "tests/apps/captures.hpp"
 #include "tests/apps/program.hpp"
+#include "tests/support/recorded_packets.hpp"
 #include "tests/support/test_data.hpp"
 
 /// Sends the bytes of real devices on real sockets to the program as a user starts it. The captures say what must be in
@@ -125,22 +125,13 @@ struct Recorded {
 
 Recorded read_recording(const std::filesystem::path& path) {
   Recorded out;
-  auto journal = storage::JournalReader::open(path);
-  if (!journal.ok()) {
-    ADD_FAILURE() << journal.error().message;
-    return out;
-  }
-  for (;;) {
-    const auto packet = (*journal)->next({});
-    if (!packet.ok()) {
-      EXPECT_EQ(packet.error().code, ErrorCode::EndOfData) << packet.error().message;
-      return out;
-    }
-    if (packet->kind != PacketKind::Wire) continue;
-    const auto bytes = packet->bytes.bytes();
-    out.packets[(*journal)->header().sensors.at(packet->sensor).name].emplace_back(
-        reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  }
+  test::for_each_recorded_packet(path, [&](const Packet& packet, const storage::JournalHeader& header) {
+    if (packet.kind != PacketKind::Wire) return;
+    const auto bytes = packet.bytes.bytes();
+    out.packets[header.sensors.at(packet.sensor).name].emplace_back(reinterpret_cast<const char*>(bytes.data()),
+                                                                    bytes.size());
+  });
+  return out;
 }
 
 std::vector<std::string> payloads(const std::vector<Datagram>& datagrams, std::size_t size) {

@@ -14,12 +14,12 @@
 #include "runtime/outputs.hpp"
 #include "runtime/pipeline.hpp"
 #include "sim/wire/timeline.hpp"
-#include "storage/journal_reader.hpp"
 #include "storage/las_reader.hpp"
 #include "tests/apps/program.hpp"
 #include "tests/drivers/novatel/novatel_encoder.hpp"
 #include "tests/sim/short_drive.hpp"
 #include "tests/support/pcap_writer.hpp"
+#include "tests/support/recorded_packets.hpp"
 #include "tests/support/test_data.hpp"
 
 /// Tests rigs of files: capture files and logs that other recorders made of one drive.
@@ -139,22 +139,13 @@ nlohmann::json refused(const std::string& log, std::string& said, const std::str
 std::vector<std::tuple<SensorId, PacketKind, bool, std::uint64_t, HostTime, std::string>> packets_of(
     const std::filesystem::path& file) {
   std::vector<std::tuple<SensorId, PacketKind, bool, std::uint64_t, HostTime, std::string>> out;
-  auto journal = storage::JournalReader::open(file);
-  if (!journal.ok()) {
-    ADD_FAILURE() << journal.error().message;
-    return out;
-  }
-  for (;;) {
-    const auto packet = (*journal)->next({});
-    if (!packet.ok()) {
-      EXPECT_EQ(packet.error().code, ErrorCode::EndOfData) << packet.error().message;
-      EXPECT_GT(out.size(), 1000u);
-      return out;
-    }
-    const auto bytes = packet->bytes.bytes();
-    out.emplace_back(packet->sensor, packet->kind, packet->shed, packet->sequence, packet->received,
+  test::for_each_recorded_packet(file, [&](const Packet& packet, const storage::JournalHeader&) {
+    const auto bytes = packet.bytes.bytes();
+    out.emplace_back(packet.sensor, packet.kind, packet.shed, packet.sequence, packet.received,
                      std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
-  }
+  });
+  EXPECT_GT(out.size(), 1000u);
+  return out;
 }
 std::string text_of(const Bytes& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 
