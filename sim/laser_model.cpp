@@ -27,6 +27,12 @@ Pose between(const Pose& a, const Pose& b, double share) {
   return out;
 }
 
+bool is_detected(const LaserConfig& config, const World::Ray& ray, const Seen& seen) {
+  if (config.detection_range_m == 0 || seen.material == Material::SignFace) return true;
+  const double cosine = std::abs(dot(seen.normal, ray.direction)), range = seen.distance_m / config.detection_range_m;
+  return seen.reflectance * cosine >= 0.1 * range * range;
+}
+
 ReturnTruth::ReturnTruth(const Scenario& scenario, const World& world)
     : world_(world), tone_(scenario.camera.tone_curve, scenario.camera.gain), unshaded_(ToneCurve::Srgb, 1) {}
 
@@ -107,7 +113,7 @@ FiredPacket Scanner::fire(std::size_t index) const {
         }
         world_.look(moment, rays, kBeamSpread, seen);
         for (std::size_t i = 0; i < World::kBatch; ++i) {
-          if (!seen[i].is_hit) continue;
+          if (!seen[i].is_hit || !is_detected(config, rays[i], seen[i])) continue;
           const std::size_t slot = block * 32 + static_cast<std::size_t>(sequence) * lasers + first + i;
           const std::uint64_t counter = index * 384 + slot;
           double range = seen[i].distance_m;

@@ -20,6 +20,9 @@ struct FiredPacket {
 /// vehicle's turn differs from its arc by at most 1e-7 rad then, and by 1e-10 rad over the 55 us of a firing sequence.
 Pose between(const Pose& a, const Pose& b, double share);
 
+/// Returns whether the light that comes back suffices (LaserConfig::detection_range_m). Retroreflectors always do.
+bool is_detected(const LaserConfig& config, const World::Ray& ray, const Seen& seen);
+
 /// Computes the truth of a return for any kind of scanner. The scanner fills in time and channel. Thread-safe.
 class ReturnTruth {
  public:

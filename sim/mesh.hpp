@@ -42,6 +42,7 @@ enum class Material : std::uint8_t {
   TargetWhite,
   Cloth,
   Skin,
+  Tarpaulin,  ///< of a lorry, with stripes and lettering; `QuadTag::style` selects its paint
 };
 
 /// What a quad is made of. `surface` is an index into the scene's list of names; `style` selects a variant (building,

@@ -75,7 +75,7 @@ FiredProfile ProfileScanner::fire(std::size_t index) const {
     }
     world_.look(moment, std::span(rays).first(count), kBeamSpread, std::span(seen).first(count));
     for (std::size_t i = 0; i < count; ++i) {
-      if (!seen[i].is_hit) continue;
+      if (!seen[i].is_hit || !is_detected(config, rays[i], seen[i])) continue;
       const auto counter = static_cast<std::uint64_t>(first + from) + i;
       double range = seen[i].distance_m;
       if (scenario_.noise) {

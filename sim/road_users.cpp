@@ -1,12 +1,20 @@
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "sim/scene_parts.hpp"
 
 namespace hueline::sim {
 
 std::vector<Albedo> usual_paints() {
-  return {{.55f, .02f, .02f}, {.02f, .08f, .38f}, {.75f, .75f, .73f}, {.05f, .05f, .055f}, {.70f, .50f, .03f},
-          {.03f, .28f, .10f}, {.38f, .40f, .42f}, {.42f, .16f, .03f}, {.03f, .30f, .42f}};
+  return {{.55f, .02f, .02f}, {.02f, .08f, .38f}, {.75f, .75f, .73f},   {.05f, .05f, .055f},
+          {.70f, .50f, .03f}, {.03f, .28f, .10f}, {.38f, .40f, .42f},   {.42f, .16f, .03f},
+          {.03f, .30f, .42f}, {.93f, .93f, .94f}, {.012f, .012f, .013f}};
+}
+
+std::uint32_t car_paint(const StreetConfig& street, std::uint32_t usual) {
+  constexpr std::uint32_t kSnowWhite = 9;
+  return street.car_paints == CarPaints::Usual ? usual : kSnowWhite + usual / 2 % 2;
 }
 
 void add_car(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint) {
@@ -84,6 +92,40 @@ void add_van(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t pai
   }
 }
 
+namespace {
+
+/// Adds the two wheels of an axle at `y`, whose outer faces are `half` from the middle.
+void add_axle(Mesh& mesh, const Pose& T, double y, double half, double radius, std::uint16_t surface) {
+  for (const double side : {-1.0, 1.0}) {
+    const auto rim = [&](int i) {
+      return T * Vec3{side * half, y + side * radius * std::cos(i * kPi / 8), radius * (1 + std::sin(i * kPi / 8))};
+    };
+    const auto uv = [&](int i) { return TexturePoint{std::cos(i * kPi / 8), std::sin(i * kPi / 8)}; };
+    for (int i = 0; i < 16; i += 2)
+      mesh.quad({rim(i), rim(i + 1), rim(i + 2), T * Vec3{side * half, y, radius}},
+                {{uv(i), uv(i + 1), uv(i + 2), {0, 0}}}, {Material::Tyre, surface, 0});
+  }
+}
+
+}  // namespace
+
+/// Adds a lorry with a tarpaulin over its load: 12.4 m long, its middle at the origin of T.
+void add_lorry(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint) {
+  const QuadTag tarp{Material::Tarpaulin, surface, paint}, steel{Material::Steel, surface, 0},
+      cab{Material::CarPaint, surface, paint}, glass{Material::CarGlass, surface, paint};
+  mesh.box(T, {-1.25, -6.2, 1.10}, {1.25, 3.7, 4.0}, tarp);
+  mesh.box(T, {-0.45, -6.1, 0.70}, {0.45, 6.0, 1.10}, steel);
+  mesh.box(T, {-1.20, -2.4, 0.45}, {1.20, 2.2, 0.95}, steel);  // guards between the axles
+  mesh.box(T, {-1.22, 4.1, 0.50}, {1.22, 6.2, 3.1}, cab);
+  const auto at = [&](double x, double y, double z) { return T * Vec3{x, y, z}; };
+  mesh.rectangle({at(1.1, 6.21, 1.75), at(-1.1, 6.21, 1.75), at(-1.1, 6.21, 2.75), at(1.1, 6.21, 2.75)}, glass);
+  mesh.rectangle({at(1.0, 6.21, 0.60), at(-1.0, 6.21, 0.60), at(-1.0, 6.21, 1.05), at(1.0, 6.21, 1.05)},
+                 {Material::CarEnd, surface, paint});
+  mesh.rectangle({at(1.23, 4.9, 1.7), at(1.23, 6.0, 1.7), at(1.23, 5.9, 2.6), at(1.23, 4.9, 2.6)}, glass);
+  mesh.rectangle({at(-1.23, 6.0, 1.7), at(-1.23, 4.9, 1.7), at(-1.23, 4.9, 2.6), at(-1.23, 5.9, 2.6)}, glass);
+  for (const double y : {-4.9, -3.6, 5.0}) add_axle(mesh, T, y, 1.24, 0.48, surface);
+}
+
 /// Adds a person in mid-stride, as the laser and the lenses see a walker at one moment. The limbs do not swing.
 void add_person(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t clothes) {
   const QuadTag trousers{Material::Cloth, surface, (clothes + 3) % 9}, coat{Material::Cloth, surface, clothes % 9},
@@ -98,6 +140,65 @@ void add_person(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t 
   mesh.rod(at(0.25, 0.24, 0.85), at(0.22, 0.0, 1.42), 0.055, 6, coat);
   mesh.rod(at(0, 0, 1.44), at(0, 0.01, 1.54), 0.06, 6, skin);
   mesh.ellipsoid(at(0, 0.01, 1.63), {0.095, 0.095, 0.13}, 8, 12, skin);
+}
+
+namespace {
+
+/// Returns the shape of a road user without a surface of its own; a mover has the surface.
+MovingShape shape_of(const RoadUserConfig& user) {
+  const auto paint = static_cast<std::uint32_t>(user.paint);
+  MovingShape shape;
+  switch (user.kind) {
+    case RoadUserKind::Car:
+      add_car(shape.mesh, {}, 0, paint);
+      break;
+    case RoadUserKind::Van:
+      shape = {{}, 1.2, 3.4};
+      add_van(shape.mesh, {}, 0, paint);
+      break;
+    case RoadUserKind::Lorry:
+      shape = {{}, 2.0, 6.8};
+      add_lorry(shape.mesh, {}, 0, paint);
+      break;
+    case RoadUserKind::Person:
+      shape = {{}, 0.9, 1.1};
+      add_person(shape.mesh, {}, 0, paint);
+      break;
+  }
+  return shape;
+}
+
+const char* name_of(RoadUserKind kind) {
+  switch (kind) {
+    case RoadUserKind::Car:
+      return "car";
+    case RoadUserKind::Van:
+      return "van";
+    case RoadUserKind::Lorry:
+      return "lorry";
+    case RoadUserKind::Person:
+      return "person";
+  }
+  return "?";
+}
+
+}  // namespace
+
+void add_road_users(Scene& scene, const Scenario& scenario, double drive_length) {
+  for (std::size_t i = 0; i < scenario.road_users.size(); ++i) {
+    const RoadUserConfig& user = scenario.road_users[i];
+    Mover mover;
+    mover.shape = scene.shapes.size();
+    mover.surface =
+        add_surface(scene, std::string("moving ") + name_of(user.kind) + " of the list " + std::to_string(i));
+    mover.s_m = user.at_m;
+    mover.lateral_m = user.lateral_m;
+    mover.speed = std::abs(user.speed);
+    mover.along = user.speed < 0 ? -1 : 1;
+    mover.to_s = drive_length + 80;
+    scene.shapes.push_back(shape_of(user));
+    scene.movers.push_back(mover);
+  }
 }
 
 }  // namespace hueline::sim

@@ -39,7 +39,9 @@ constexpr std::array kYoungKeys{"scene=",
                                 "ins.high_variance_m=",
                                 "laser.lines_per_s=",
                                 "laser.points_per_s=",
-                                "wheel."};
+                                "wheel.",
+                                "street.car_paints=",
+                                "laser.detection_range_m="};
 
 bool is_young(std::string_view line) {
   return std::any_of(kYoungKeys.begin(), kYoungKeys.end(), [&](std::string_view key) { return line.starts_with(key); });

@@ -17,6 +17,12 @@
 /// (scenario_keys.cpp); `validate()`, the fingerprint of the cache, the YAML loader and docs/scenario.md use that list.
 namespace hueline::sim {
 
+/// The colours of the cars that a scene has by itself.
+enum class CarPaints : std::uint8_t {
+  Usual,          ///< nine colours
+  BlackAndWhite,  ///< snow-white (reflectance 0.93) and black (0.012)
+};
+
 /// The street. Its centre line starts along the drive's heading and bends once. s is the distance along the centre line
 /// from the place where the vehicle starts, in m; lateral offsets count to the right.
 struct StreetConfig {
@@ -38,6 +44,7 @@ struct StreetConfig {
   /// Light of the sky as seen, in multiples of the clear sky's; 3 saturates a camera that exposes for the street.
   double sky_brightness = 1.0;
   bool furnished = true;  ///< false: there are ground and facades only
+  CarPaints car_paints = CarPaints::Usual;
 
   void visit(Keys& keys);
 };
@@ -129,6 +136,7 @@ struct Scenario {
   TrafficConfig traffic;
   TunnelConfig tunnel;
   TargetsConfig targets;
+  std::vector<RoadUserConfig> road_users;  ///< in addition to those of the scene
   DriveConfig drive;
   InsConfig ins;
   PpsConfig pps;

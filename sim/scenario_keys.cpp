@@ -25,6 +25,9 @@ void StreetConfig::visit(Keys& keys) {
                "the street."},
               sky_brightness, {0.1, 20});
   keys.flag({"furnished", "", "Whether there is more than ground and facades."}, furnished);
+  keys.choice({"car_paints", "",
+               "The colours of the scene's cars: nine usual ones, or snow-white (reflectance 0.93) and black (0.012)."},
+              car_paints, {{"usual", CarPaints::Usual}, {"black_and_white", CarPaints::BlackAndWhite}});
 }
 
 void TurnConfig::visit(Keys& keys) {
@@ -124,6 +127,22 @@ void TrafficConfig::visit(Keys& keys) {
              {0, 100});
 }
 
+void RoadUserConfig::visit(Keys& keys) {
+  keys.choice({"kind", "", "What the road user is. A lorry is 12.4 m long, 2.5 m wide and 4 m high."}, kind,
+              {{"car", RoadUserKind::Car},
+               {"van", RoadUserKind::Van},
+               {"lorry", RoadUserKind::Lorry},
+               {"person", RoadUserKind::Person}});
+  keys.number({"at_m", "m", "Where its middle is along the centre line when the sensors start."}, at_m, {-1000, 10000});
+  keys.number({"lateral_m", "m", "Its distance to the right of the centre line."}, lateral_m, {-20, 20});
+  keys.number({"speed", "m/s", "Its speed, which it keeps. Negative: against the direction of the drive."}, speed,
+              {-40, 40});
+  keys.whole({"paint", "",
+              "Its colour: 0 red, 1 blue, 2 white, 3 dark grey, 4 ochre, 5 green, 6 grey, 7 brown, 8 turquoise, 9 "
+              "snow-white, 10 black."},
+             paint, {0, 10});
+}
+
 void TunnelConfig::visit(Keys& keys) {
   keys.number({"from_m", "m", "Where the tunnel begins, along the centre line."}, from_m, {-40, 10000});
   keys.number({"length_m", "m", "The length of the tunnel."}, length_m, {5, 10000});
@@ -164,6 +183,12 @@ void LaserConfig::visit(Keys& keys) {
   keys.number({"dropout_probability", "", "The probability that a return is missing."}, dropout_probability, {0, 1});
   keys.number({"min_range_m", "m", "Nearer surfaces give no return. It is below `max_range_m`."}, min_range_m, {0, 10});
   keys.number({"max_range_m", "m", "Farther surfaces give no return."}, max_range_m, {1, 130});
+  keys.number(
+      {"detection_range_m", "m",
+       "The range at which a matt surface of reflectance 0.1 that faces the beam is only just measured. A return "
+       "is missing if it is weaker than that: strength is reflectance x cosine of the incidence / range^2. "
+       "0: every surface up to `max_range_m` gives a return."},
+      detection_range_m, {0, 1000});
   keys.flag(
       {"vertical_offsets", "", "VLP-16: whether the lasers start at the different heights that its manual lists."},
       vertical_offsets);
@@ -283,6 +308,7 @@ void Scenario::visit(Keys& keys) {
   keys.section({"traffic", "", "The settings of the scene `traffic`."}, traffic);
   keys.section({"tunnel", "", "The settings of the scene `tunnel`."}, tunnel);
   keys.section({"targets", "", "The settings of the scene `targets`."}, targets);
+  keys.list({"road_users", "", "Road users in addition to those of the scene.", "none"}, road_users);
   keys.section({"drive", "", "The motion of the vehicle."}, drive);
   keys.section({"ins", "", "The POS."}, ins);
   keys.section({"pps", "", "The pulse per second."}, pps);

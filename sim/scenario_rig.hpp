@@ -42,6 +42,9 @@ struct LaserConfig {
   double range_sigma_m = 0.012;
   double dropout_probability = 0.002;
   double min_range_m = 0.5, max_range_m = 100.0;
+  /// Range at which a matt surface of reflectance 0.1 that faces the beam is only just measured; 0: the scanner
+  /// measures every surface up to max_range_m.
+  double detection_range_m = 0;
   /// VLP-16: whether lasers start up to 11.2 mm above or below the optical centre, as its manual lists.
   bool vertical_offsets = true;
   MountConfig mount{.x_m = 0.02, .y_m = -1.28, .z_m = 1.83, .rot_x_deg = 28.0, .rot_y_deg = 0.6, .rot_z_deg = -0.9};

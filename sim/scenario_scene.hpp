@@ -46,6 +46,20 @@ struct TunnelConfig {
   void visit(Keys& keys);
 };
 
+/// What a road user is.
+enum class RoadUserKind : std::uint8_t { Car, Van, Lorry, Person };
+
+/// A road user that keeps its speed and its distance from the centre line through the whole drive.
+struct RoadUserConfig {
+  RoadUserKind kind = RoadUserKind::Car;
+  double at_m = 0;       ///< place of its middle along the centre line at the sensors' start
+  double lateral_m = 0;  ///< distance to the right of the centre line
+  double speed = 8;      ///< m/s; negative: against the direction of the drive
+  int paint = 0;         ///< index into usual_paints()
+
+  void visit(Keys& keys);
+};
+
 /// The scene `targets`.
 struct TargetsConfig {
   int large = 6, small = 4;  ///< number of spheres of 145 mm and of 72.5 mm radius

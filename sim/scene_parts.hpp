@@ -41,16 +41,22 @@ void add_end(Scene& scene, const Scenario& scenario, const CentreLine& line, Dra
 
 /// Returns the colours of Scene::paints.
 std::vector<Albedo> usual_paints();
+/// Returns the paint of a car that has the paint `usual` where cars have their usual colours.
+std::uint32_t car_paint(const StreetConfig& street, std::uint32_t usual);
 /// Adds a tree with its foot at `foot`. `number` is a part of the names of its surfaces and decides its tint.
 void add_tree(Scene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32_t number);
 /// Adds a lamp post with its foot at `foot` and its arm in the direction `towards_road`.
 void add_lamp(Scene& scene, Vec3 foot, Vec3 towards_road, std::uint32_t number);
-/// Add one car, van or person to the mesh of a shape, in the frame T.
+/// Add one car, van, lorry or person to the mesh of a shape, in the frame T.
 void add_car(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint);
 void add_van(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint);
+void add_lorry(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint);
 void add_person(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t clothes);
 /// Adds trees, lamps, signs, parked cars and the oncoming cars of the street.
 void add_furniture(Scene& scene, const Scenario& scenario, const CentreLine& line, double drive_length);
+
+/// Adds the road users that the scenario lists.
+void add_road_users(Scene& scene, const Scenario& scenario, double drive_length);
 
 /// Build whole scenes, one function for each SceneKind.
 Scene build_street(const Scenario& scenario, const CentreLine& line, double drive_length);

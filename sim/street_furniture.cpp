@@ -90,11 +90,11 @@ void add_furniture(Scene& scene, const Scenario& c, const CentreLine& line, doub
     const double h = line.heading(s) + (side > 0 ? 0 : kPi);
     const std::uint16_t id = add_surface(scene, "parked car " + std::to_string(number++));
     add_car(scene.still, {R_enu_body(0, 0, h), line.place(s, side * (half + 1.15), top)}, id,
-            static_cast<std::uint32_t>(i % 9));
+            car_paint(c.street, static_cast<std::uint32_t>(i % 9)));
   }
   if (c.scene == SceneKind::Traffic) return;
   scene.shapes.emplace_back();
-  add_car(scene.shapes.back().mesh, {}, 0, 4);
+  add_car(scene.shapes.back().mesh, {}, 0, car_paint(c.street, 4));
   for (int i = 0; i < c.street.moving_cars; ++i) {
     Mover car;
     car.surface = add_surface(scene, "moving car " + std::to_string(i));

@@ -63,6 +63,20 @@ Albedo lining(const TextureSample& t) {
   return mixed(concrete, tiles, covered(t.v, t.width_v, -1.0f, 2.6f));
 }
 
+/// A tarpaulin with straps, a stripe, and letters as blocks 0.9 m high.
+Albedo tarpaulin(const Albedo& paint, const TextureSample& t) {
+  const Albedo white{0.78f, 0.77f, 0.74f};
+  Albedo a = mixed(paint, white, covered(t.v, t.width_v, 0.35f, 0.55f));
+  const float cell = std::floor(t.u / 0.8f), kind = cell - 5 * std::floor(cell / 5);
+  const float letters = covered(t.v, t.width_v, 1.1f, 2.0f) * covered_periodic(t.u, t.width_u, 0.8f, 0.1f, 0.65f);
+  const float gap = covered_periodic(t.u, t.width_u, 0.8f, 0.28f, 0.48f) *
+                    covered(t.v, t.width_v, 1.25f + 0.1f * kind, 1.55f + 0.08f * kind);
+  if (kind < 4) a = mixed(a, white, letters * (1 - gap));
+  const float fold = smooth_noise(t.u / 0.5f, t.v / 2.0f, t.width_u / 0.5f, 211);
+  return mixed(scaled(a, 1 + 0.08f * fold), {0.05f, 0.05f, 0.06f},
+               0.8f * covered_periodic(t.u, t.width_u, 0.7f, 0.0f, 0.04f) * covered(t.v, t.width_v, -1.0f, 0.3f));
+}
+
 Albedo rock(const TextureSample& t) {
   const float w = std::max(t.width_u, t.width_v);
   const float bent = t.v + 0.5f * smooth_noise(t.u / 6.0f, t.v / 6.0f, w / 6.0f, 151);
@@ -113,6 +127,8 @@ Albedo scene_albedo_at(const Scene& scene, const TextureSample& t) {
     case Material::Cloth:
       return scaled(scene.paints[t.tag.style % scene.paints.size()],
                     0.9f + 0.1f * smooth_noise(t.u / 0.12f, t.v / 0.3f, w / 0.12f, 201));
+    case Material::Tarpaulin:
+      return tarpaulin(scene.paints[t.tag.style], t);
     case Material::Skin:
       return {0.52f, 0.33f, 0.24f};
     case Material::LampGlass:

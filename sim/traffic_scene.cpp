@@ -10,13 +10,13 @@ constexpr std::array<std::uint32_t, 4> kCarPaints{4, 0, 1, 2};
 constexpr std::size_t kVan = 4, kFirstPerson = 5;
 constexpr std::uint32_t kPeople = 4;
 
-void add_shapes(Scene& scene) {
+void add_shapes(Scene& scene, const StreetConfig& street) {
   for (const std::uint32_t paint : kCarPaints) {
     scene.shapes.emplace_back();
-    add_car(scene.shapes.back().mesh, {}, 0, paint);
+    add_car(scene.shapes.back().mesh, {}, 0, car_paint(street, paint));
   }
   scene.shapes.push_back({{}, 1.2, 3.4});
-  add_van(scene.shapes.back().mesh, {}, 0, 2);
+  add_van(scene.shapes.back().mesh, {}, 0, car_paint(street, 2));
   for (std::uint32_t i = 0; i < kPeople; ++i) {
     scene.shapes.push_back({{}, 0.9, 1.1});
     add_person(scene.shapes.back().mesh, {}, 0, 2 * i);
@@ -84,7 +84,7 @@ void add_people(Scene& scene, const Scenario& c, double length) {
 
 Scene build_traffic(const Scenario& c, const CentreLine& line, double length) {
   Scene scene = build_street(c, line, length);
-  add_shapes(scene);
+  add_shapes(scene, c.street);
   add_vehicles(scene, c, length);
   add_people(scene, c, length);
   return scene;

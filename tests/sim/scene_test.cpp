@@ -2,8 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <utility>
 
+#include "sim/laser_model.hpp"
 #include "sim/own_vehicle.hpp"
 #include "sim/world.hpp"
 #include "tests/sim/small_scenario.hpp"
@@ -152,6 +155,110 @@ TEST(Traffic, OthersMoveAndSaySo) {
                guessed = made.world.moment(base, made.at(3.001), later.T_enu_body);
   for (std::size_t i = 0; i < later.T_enu_mover.size(); ++i)
     EXPECT_LT(length(later.T_enu_mover[i].p - guessed.T_enu_mover[i].p), 1e-6);
+}
+
+TEST(RoadUsers, DriveWhereTheScenarioSaysAndAreMoving) {
+  Scenario s = scenario_of(SceneKind::Street);
+  s.street.furnished = false;
+  s.road_users = {{RoadUserKind::Lorry, 12, -1.5, 5, 1}, {RoadUserKind::Car, 60, -1.5, -7, 10}};
+  ASSERT_EQ(s.validate(), "");
+  const Made made(s);
+  const auto meets = [&](double t, double along, double up) {
+    // A ray from the right across the road.
+    const CentreLine& line = made.motion.centre_line();
+    const Vec3 from = line.place(along, 2.5, up), to = line.place(along, -3.4, up);
+    return made.look(t, from, to - from, 8);
+  };
+  for (const double t : {0.0, 1.5, 3.0}) {
+    const double middle = 12 + 5 * t;
+    for (const double off : {-6.1, 0.0, 3.6}) {
+      const Seen seen = meets(t, middle + off, 2.5);
+      ASSERT_TRUE(seen.is_hit) << "at " << t << " s, " << off << " m from the lorry's middle";
+      EXPECT_EQ(made.world.surfaces()[seen.surface], "moving lorry of the list 0");
+      EXPECT_TRUE(made.world.is_moving(seen.surface));
+      EXPECT_EQ(seen.material, Material::Tarpaulin);
+      EXPECT_NEAR(seen.distance_m, 2.5 + 1.5 - 1.25, 1e-3);
+    }
+    EXPECT_EQ(meets(t, middle + 6.0, 1.5).material, Material::CarPaint) << "the cab is in front";
+    EXPECT_FALSE(meets(t, middle - 6.4, 2.5).is_hit);
+    EXPECT_FALSE(meets(t, middle + 6.4, 2.5).is_hit);
+    const Seen car = meets(t, 60 - 7 * t, 0.6);
+    EXPECT_EQ(made.world.surfaces()[car.surface], "moving car of the list 1");
+    EXPECT_LT(car.albedo.g, 0.02f) << "paint 10 is black";
+  }
+}
+
+TEST(CarPaints, AreSnowWhiteOrBlackWhereTheScenarioSaysSo) {
+  Scenario s = scenario_of(SceneKind::Street);
+  s.street.parked_cars = 12;
+  const auto share_of_extremes = [](const Made& made) {
+    std::map<bool, std::size_t> extreme, white;
+    for (double t = 0; t < 8; t += 0.5) {
+      const Pose T = made.motion.T_enu_body(made.at(t));
+      for (int i = 0; i < 720; ++i)
+        for (const double el : {-25.0, -15.0, -9.0}) {
+          const double a = radians(i * 0.5), e = radians(el);
+          const Seen seen = made.look(t, T * Vec3{0, 0, 2.2},
+                                      Vec3{std::cos(e) * std::sin(a), std::cos(e) * std::cos(a), std::sin(e)});
+          if (seen.surface < 2 || seen.material != Material::CarPaint) continue;
+          ++extreme[seen.albedo.g > 0.92f || seen.albedo.g < 0.013f];
+          ++white[seen.albedo.g > 0.92f];
+        }
+    }
+    EXPECT_GT(extreme[true] + extreme[false], 500u);
+    return std::pair{static_cast<double>(extreme[true]) / static_cast<double>(extreme[true] + extreme[false]),
+                     static_cast<double>(white[true]) / static_cast<double>(white[true] + white[false])};
+  };
+  EXPECT_EQ(share_of_extremes(Made(s)).first, 0);
+  s.street.car_paints = CarPaints::BlackAndWhite;
+  const auto [extreme, white] = share_of_extremes(Made(s));
+  EXPECT_GT(extreme, 0.9) << "all but the seams of doors";
+  EXPECT_GT(white, 0.2);
+  EXPECT_LT(white, 0.8);
+}
+
+TEST(DetectionRange, LeavesOutWhatIsTooWeakAndNothingElse) {
+  Scenario s = scenario_of(SceneKind::Street);
+  s.street.car_paints = CarPaints::BlackAndWhite;
+  s.noise = false;
+  s.street.leaves_per_tree = 0;
+  const Made made(s);
+  Scenario limited = s;
+  limited.laser.detection_range_m = 12;
+  ASSERT_EQ(limited.validate(), "");
+  const Scanner all(s, made.motion, made.world), some(limited, made.motion, made.world);
+  std::size_t kept = 0, missing = 0, dark_missing = 0;
+  for (std::size_t packet = 0; packet < 1500; packet += 7) {
+    const FiredPacket whole = all.fire(packet), part = some.fire(packet);
+    std::size_t next = 0;
+    for (const TrueReturn& r : whole.returns) {
+      const bool is_kept = next < part.returns.size() && part.returns[next].fired_gps_ns == r.fired_gps_ns &&
+                           part.returns[next].channel == r.channel;
+      next += is_kept;
+      const Vec3 hit{r.east, r.north, r.up}, beam = hit - whole.scanner_enu;
+      const double t = static_cast<double>(r.fired_gps_ns - made.scenario.sensors_begin_gps_ns()) * 1e-9;
+      const Seen seen = made.look(t, whole.scanner_enu, beam);
+      if (seen.surface != r.surface || std::abs(seen.distance_m - length(beam)) > 0.02) continue;
+      double reflectance = 0;
+      for (const std::uint8_t coded : r.albedo) {
+        const double x = coded / 255.0;
+        reflectance += (x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4)) / 3;
+      }
+      const double range = length(beam), strength = reflectance * std::abs(dot(seen.normal, beam)) / range;
+      const double least = 0.1 * range * range / (12.0 * 12.0);
+      const bool is_mirror = seen.material == Material::SignFace;  // it sends the light back to the scanner
+      if (is_mirror || std::abs(strength / least - 1) > 0.3) {
+        EXPECT_EQ(is_kept, is_mirror || strength > least) << made.world.surfaces()[r.surface];
+      }
+      kept += is_kept;
+      missing += !is_kept;
+      dark_missing += !is_kept && r.albedo[1] < 40;
+    }
+    EXPECT_EQ(next, part.returns.size()) << "a limited scanner measures nothing that another does not";
+  }
+  EXPECT_GT(kept, 10'000u);
+  EXPECT_GT(missing, 1000u);
+  EXPECT_GT(dark_missing, 20u);
 }
 
 TEST(Targets, SpheresStandWhereTheTruthSays) {
