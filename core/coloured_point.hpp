@@ -39,6 +39,8 @@ struct ColouredPoint {
   /// Quality of the colour, from 0 (no colour) to 255 (best). It depends on the pixel's distance from the border, the
   /// distance in time and the clock's state.
   std::uint8_t quality = 0;
+  /// Confidence that the point lies on something that moves by itself, from 0 (no evidence) to 255 (certain).
+  std::uint8_t moving = 0;
   std::uint8_t reflectivity = 0;
   std::uint8_t return_number = 1, return_count = 1;
   std::uint16_t channel = 0;

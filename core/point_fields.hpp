@@ -80,6 +80,11 @@ inline constexpr auto kPointFields = std::tuple{
                "Quality of the colour, from 1 to 255 (best). It depends on the pixel's distance from the border, the "
                "exposure's distance in time, and the clock's state.",
                las_extra("quality", "0 uncoloured ... 255 best"), "quality", std::uint8_t{0}},
+    PointField{
+        &ColouredPoint::moving, "moving", "",
+        "Confidence that the point lies on something that moves by itself, from 0 (no evidence that it moves) to "
+        "255 (certain). The colouring does not look for motion yet, so that every point has 0.",
+        las_extra("moving", "0 no evidence ... 255 moves"), "moving"},
     PointField{&ColouredPoint::state, "colour state", "",
                "0 Direct: coloured by the exposure that owns its time. 1 Neighbour: coloured by a nearby exposure, "
                "because the owner sees the vehicle or nothing there. 2 NoExposure: no colour, because no usable "

@@ -27,6 +27,7 @@ inline CloudBlock sample_cloud(std::size_t count, std::size_t first = 0) {
     p.state = static_cast<ColourState>(i % 4);
     p.lens = static_cast<std::uint8_t>(i % 6);
     p.quality = static_cast<std::uint8_t>(255 - i % 256);
+    p.moving = static_cast<std::uint8_t>(i * 13);
     p.reflectivity = static_cast<std::uint8_t>(i * 3);
     p.return_count = static_cast<std::uint8_t>(1 + i % 2);
     p.return_number = static_cast<std::uint8_t>(1 + (i / 2) % p.return_count);
