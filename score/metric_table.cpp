@@ -59,14 +59,27 @@ constexpr std::array kMetrics = {
     Metric{"placed_share", "1", "points as a share of all true returns; the own vehicle is left out, here and below",
            Better::Higher, 0, 0.001, 0, false},
     Metric{"coloured_share", "1", "coloured points as a share of all true returns", Better::Higher, 0, 0.002, 0, false},
+    Metric{"coloured_share_bound", "1",
+           "what a perfect test of visibility would reach: share of sampled true returns that a lens truly saw in one "
+           "of the exposures that the colouring may use",
+           Better::Informative, 0, 0, 0, false},
     Metric{"visible_coloured_share", "1",
            "share that was coloured of those sampled true returns that a lens truly saw in one of the nine exposures "
            "nearest in time",
            Better::Higher, 0, 0.003, 0, false},
+    Metric{"visible_coloured_share_bound", "1",
+           "what a perfect test of visibility would reach: of the same returns, the share that a lens truly saw in one "
+           "of the exposures that the colouring may use",
+           Better::Informative, 0, 0, 0, false},
     Metric{"wrong_surface_share", "1",
            "share of sampled coloured points where the lens that coloured them met something else, more than 5 cm in "
            "front of them or behind them",
            Better::Lower, 0, 0.001, 0.05, false},
+    Metric{"wrong_surface_share_bound", "1",
+           "what even a perfect choice has if it colours every point that is in an image: of the sampled true returns "
+           "whose place is in the image of an exposure that the colouring may use and not behind the own vehicle, the "
+           "share that none truly saw",
+           Better::Informative, 0, 0, 0, false},
     Metric{"wrong_surface_edge_share", "1",
            "share of wrong surfaces among points within two lens pixels of an outline in the true image", Better::Lower,
            0, 0.004, 0.05, false},
@@ -92,6 +105,11 @@ constexpr std::array kMetrics = {
     Metric{"lens_seam_de00", "dE00",
            "step of colour across seams between two lenses of one exposure, median over seams", Better::Lower, 0, 0.08,
            0.05, false},
+    Metric{
+        "flicker_de00_p90", "dE00",
+        "colour difference of two neighbouring points of one still surface (0.1 m cubes) that have their colours from "
+        "different exposures or lenses, minus the difference of their true colours; 90th percentile of pairs",
+        Better::Lower, 0, 0.1, 0.03, false},
     Metric{"frame_swing_L", "L*",
            "root mean square of the change of the mean lightness error from one exposure to the next", Better::Lower, 0,
            0.05, 0.10, false},
@@ -106,6 +124,14 @@ constexpr std::array kMetrics = {
         "moving_contaminated_share", "1",
         "share of sampled coloured points with a wrong surface where the point, or what the lens met, moves by itself",
         Better::Lower, 0, 0.0008, 0.05, false},
+    Metric{"static_accuracy", "1",
+           "share of the points on things that stand still that are not told moving (`moving` below 128)",
+           Better::Higher, 0, 0.001, 0, false},
+    Metric{"dynamic_accuracy", "1",
+           "share of the points on things that move by themselves that are told moving (`moving` 128 or more)",
+           Better::Higher, 0, 0.005, 0, false},
+    Metric{"associated_accuracy", "1", "geometric mean of static_accuracy and dynamic_accuracy", Better::Higher, 0,
+           0.005, 0, false},
     Metric{
         "unexplained_bytes", "bytes",
         "bytes that the devices sent and that were neither decoded, ignored by name, malformed by name nor told lost",

@@ -29,6 +29,7 @@ sim::Pose head_of(const sim::TrueExposure& e) {
 
 std::string Scorer::Config::validate() const {
   if (ray_returns < 100 || ray_returns > 10'000'000) return "ray_returns must be 100 to 10000000";
+  if (neighbours < 0 || neighbours > 100) return "neighbours must be 0 to 100";
   return threads >= 1 && threads <= 256 ? "" : "threads must be 1 to 256";
 }
 
@@ -38,6 +39,7 @@ Scorer::Scorer(const sim::Scenario& scenario, sim::Judge judge, const Config& co
       begin_(scenario.begin_gps_ns()),
       lab_(encoding_of(scenario)),
       outlook_(std::make_unique<Outlook>(scenario, judge_.exposures())),
+      is_there_(judge_.exposures().size()),
       reprojection_(outlook_->rig()) {
   const sim::GeodeticPlace origin = sim::scene_origin(scenario);
   T_ecef_scene_ = {sim::R_ecef_enu(origin), sim::ecef_from_geodetic(origin)};
@@ -90,6 +92,7 @@ void Scorer::add(const ExposureClaim& claim) {
     error.attitude_error_deg = sim::degrees(std::atan2(length(axis), turn.m[0] + turn.m[4] + turn.m[8] - 1));
   }
   exposures_.push_back(error);
+  is_there_[claim.number] = claim.has_image && claim.T_ecef_head;
 }
 
 void Scorer::add(const PointClaim& point) {
@@ -104,6 +107,7 @@ void Scorer::add(const PointClaim& point) {
     return;
   }
   ++points_;
+  motion_.add(truth->is_moving, point.moving);
   const sim::Vec3 beam{truth->beam_east, truth->beam_north, truth->beam_up};
   if (claim.place_ecef) {
     const double off = length(*claim.place_ecef - T_ecef_scene_ * beam);
@@ -130,12 +134,17 @@ void Scorer::add(const PointClaim& point) {
   const sim::Vec3 place{truth->east, truth->north, truth->up};
   colour_.add(claim.exposure, given_lab, wanted_lab, difference);
   seams_.add(place, truth->surface, claim.exposure, claim.lens, given_lab, wanted_lab);
+  if (!truth->is_moving)
+    flicker_.add(place, truth->surface, key(*truth), claim.exposure, claim.lens, given_lab, wanted_lab);
   if (view_) view_->add(place, given, wanted, difference);
   if (is_sampled(*truth)) given_[key(*truth)] = {claim.exposure, claim.lens, difference};
 }
 
 std::vector<Observation> Scorer::observe_sample(const std::function<void(double)>& progress) const {
   std::vector<Observation> out(sample_.size());
+  std::vector<sim::GpsNs> mids;
+  for (const sim::TrueExposure& e : judge_.exposures()) mids.push_back(e.exposure_mid_gps_ns);
+  const Candidates candidates(mids, is_there_, config_.neighbours);
   std::atomic<std::size_t> next{0};
   constexpr std::size_t kAtOnce = 128;
   const auto work = [&](bool is_caller) {
@@ -143,7 +152,8 @@ std::vector<Observation> Scorer::observe_sample(const std::function<void(double)
       if (is_caller) progress(static_cast<double>(first) / static_cast<double>(sample_.size()));
       for (std::size_t i = first; i < std::min(first + kAtOnce, sample_.size()); ++i) {
         const auto found = given_.find(key(sample_[i]));
-        out[i] = observe(*outlook_, sample_[i], found == given_.end() ? std::nullopt : std::optional(found->second));
+        out[i] = observe(*outlook_, sample_[i], candidates,
+                         found == given_.end() ? std::nullopt : std::optional(found->second));
       }
     }
   };
@@ -177,6 +187,8 @@ ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string
   score.figures["coloured_share"] = share(coloured_);
   colour_.report(score);
   seams_.report(score);
+  flicker_.report(score);
+  motion_.report(score);
 
   SightFigures sights(outlook_->world().surfaces());
   for (const Observation& observation : observe_sample(progress)) sights.add(observation);

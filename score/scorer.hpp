@@ -10,6 +10,8 @@
 
 #include "score/byte_account.hpp"
 #include "score/colour_figures.hpp"
+#include "score/flicker_figures.hpp"
+#include "score/motion_figures.hpp"
 #include "score/observation.hpp"
 #include "score/reprojection_figures.hpp"
 #include "score/round_view.hpp"
@@ -23,6 +25,7 @@ struct PointClaim {
   /// `exposure` is the number of the true exposure. If the point is not coloured, only firing, channel and place count.
   sim::Claim claim;
   bool is_coloured = false;
+  std::uint8_t moving = 0;  ///< ColouredPoint::moving
   /// Time from the last needed input to the packet at which the point was given out; empty: given out at the end of the
   /// stream.
   std::optional<double> latency_ms;
@@ -34,6 +37,7 @@ struct ExposureClaim {
   sim::GpsNs mid_gps_ns = 0;
   double sigma_ns = 0;
   std::optional<sim::Pose> T_ecef_head;
+  bool has_image = true;  ///< whether the image is whole, so that it could give colours
 };
 
 /// Compares everything that the program says of one drive with the drive's truth and computes the figures of
@@ -44,6 +48,8 @@ class Scorer {
     /// Approximate number of true returns for which rays are cast; a hash of firing and channel selects them.
     std::size_t ray_returns = 40'000;
     std::uint64_t seed = 1;  ///< seed of that hash
+    /// How many exposures on each side of a firing the colouring may use; they are the candidates of the bounds.
+    int neighbours = 4;
     int threads = 1;  ///< threads that cast rays, including the caller; the figures do not depend on their number
     std::string validate() const;
   };
@@ -78,9 +84,12 @@ class Scorer {
   std::unordered_map<std::uint64_t, GivenColour> given_;  // of the sampled returns, by key()
 
   std::vector<ExposureError> exposures_;
+  std::vector<bool> is_there_;  // by exposure: whether the colouring got its image and its pose
   ReprojectionFigures reprojection_;
   ColourFigures colour_;
   SeamFigures seams_;
+  FlickerFigures flicker_;
+  MotionFigures motion_;
   std::optional<RoundView> view_;
   sim::Spread latency_, place_;
   std::uint64_t world_returns_ = 0;  // true returns that are not on the own vehicle

@@ -24,7 +24,8 @@ std::string digits(const Metric& metric, const Figure& figure) {
   if (unit == "bytes") return fmt::format("{:.0f}", x);
   if (unit == "1/s") return fmt::format("{:.2f} M", x * 1e-6);
   if (unit == "ms") return fmt::format("{:.0f}", x);
-  if (std::string_view(metric.name).ends_with("share")) return fmt::format("{:.4f}", x);
+  const std::string_view name = metric.name;
+  if (name.find("share") != name.npos || name.ends_with("accuracy")) return fmt::format("{:.4f}", x);
   if (x == 0) return "0";
   return fmt::format("{:.{}f}", x, std::clamp(2 - static_cast<int>(std::floor(std::log10(std::abs(x)))), 0, 5));
 }

@@ -25,7 +25,12 @@ void SightFigures::add(const Observation& o) {
   ++returns_;
   if (!o.has_exposure) return;
   if (o.is_in_hole) hole_coloured_.add(o.given.has_value());
-  if (o.is_visible) visible_coloured_.add(o.given.has_value());
+  coloured_bound_.add(o.is_seen_by_candidate);
+  if (o.is_in_candidate) wrong_bound_.add(!o.is_seen_by_candidate);
+  if (o.is_visible) {
+    visible_coloured_.add(o.given.has_value());
+    visible_coloured_bound_.add(o.is_seen_by_candidate);
+  }
   if (o.is_moving) ++moving_seen_;
   if (!o.given) return;
   (o.is_in_hole ? hole_ : outside_hole_).add(o.given->difference);
@@ -38,7 +43,10 @@ void SightFigures::add(const Observation& o) {
   wrong_occluded_.add(o.met == Outlook::Met::Before);
   wrong_by_ring_[o.edges.outline].add(is_wrong);
   wrong_by_kind_[kind_of(surfaces_[o.surface])].add(is_wrong);
-  if (is_wrong) wrong_colour_.add(o.given->difference);
+  if (is_wrong) {
+    wrong_colour_.add(o.given->difference);
+    wrong_needlessly_ += o.is_seen_by_candidate ? 1 : 0;
+  }
   (o.edges.any <= kEdgeRing ? edge_ : smooth_).add(o.given->difference);
   if (o.meets_moving) ++moving_seen_;
   contaminated_.add(is_wrong && (o.meets_moving || o.is_moving));
@@ -72,6 +80,9 @@ void SightFigures::report(ScenarioScore& score) const {
   constexpr const char* kNone = "no sampled point is coloured";
   f["visible_coloured_share"] = visible_coloured_.figure("no sampled return was seen by any lens");
   f["wrong_surface_share"] = wrong_.figure(kNone);
+  f["coloured_share_bound"] = coloured_bound_.figure("the camera made no exposure");
+  f["visible_coloured_share_bound"] = visible_coloured_bound_.figure("no sampled return was seen by any lens");
+  f["wrong_surface_share_bound"] = wrong_bound_.figure("no candidate has a sampled return in its image");
   Share at_edges;
   for (std::size_t ring = 0; ring <= kEdgeRing; ++ring) {
     at_edges.part += wrong_by_ring_[ring].part;
@@ -94,11 +105,12 @@ void SightFigures::report(ScenarioScore& score) const {
   f["edge_smooth_ratio"] = ratio(f["colour_de00_edge_median"], f["colour_de00_smooth_median"]);
   f["hole_de00_ratio"] = ratio(median(hole_, "no sampled point in the hole is coloured"),
                                median(outside_hole_, "no sampled point outside the hole is coloured"));
-  score.notes.push_back(
-      fmt::format("rays: {} sampled returns, {} coloured; {} of a wrong surface ({} hidden, {} moved away), their "
-                  "median dE00 {:.1f}; {} in the hole; {} beyond the lens's border",
-                  returns_, wrong_.whole, wrong_.part, wrong_occluded_.part, wrong_.part - wrong_occluded_.part,
-                  wrong_colour_.count() ? wrong_colour_.quantile(0.5) : 0.0, hole_coloured_.whole, not_in_lens_));
+  score.notes.push_back(fmt::format(
+      "rays: {} sampled returns, {} coloured; {} of a wrong surface ({} hidden, {} moved away; {} of them "
+      "truly seen by another exposure or lens of the window), their median dE00 {:.1f}; {} in the hole; {} "
+      "beyond the lens's border",
+      returns_, wrong_.whole, wrong_.part, wrong_occluded_.part, wrong_.part - wrong_occluded_.part, wrong_needlessly_,
+      wrong_colour_.count() ? wrong_colour_.quantile(0.5) : 0.0, hole_coloured_.whole, not_in_lens_));
 
   Chart colours{"Colour error, by where the point is", "dE00", "% of points below", Chart::Kind::Lines, true, {}, {}};
   colours.curves = {distribution("smooth", smooth_), distribution("near edges", edge_), distribution("hole", hole_),

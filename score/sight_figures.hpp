@@ -20,8 +20,8 @@ class SightFigures {
 
   /// Adds one sampled true return that is not on the own vehicle.
   void add(const Observation& observation);
-  /// Adds the figures visible_coloured_share, wrong_surface_*, colour_de00_edge_median, colour_de00_smooth_median,
-  /// edge_smooth_ratio, hole_* and moving_contaminated_share.
+  /// Adds the figures visible_coloured_share, wrong_surface_*, their bounds and that of coloured_share,
+  /// colour_de00_edge_median, colour_de00_smooth_median, edge_smooth_ratio, hole_* and moving_contaminated_share.
   void report(ScenarioScore& score) const;
 
  private:
@@ -42,10 +42,12 @@ class SightFigures {
   Chart chart_by_kind() const;
 
   const std::vector<std::string>& surfaces_;
+  Share coloured_bound_, visible_coloured_bound_, wrong_bound_;
   Share visible_coloured_, wrong_, wrong_occluded_, hole_coloured_, contaminated_;
   std::array<Share, kRings> wrong_by_ring_;
   std::map<std::string, Share> wrong_by_kind_;  // by the kind of surface
   sim::Spread edge_, smooth_, hole_, outside_hole_, wrong_colour_;
+  std::uint64_t wrong_needlessly_ = 0;  // a candidate saw the place
   std::uint64_t moving_seen_ = 0, returns_ = 0, not_in_lens_ = 0;
 };
 

@@ -212,8 +212,9 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   if (!sent.ok() || !spoilt.ok()) return !sent.ok() ? sent.error() : spoilt.error();
   const sim::Timeline& timeline = spoilt->timeline;
   const config::Rig rig = config::parse_rig(simulated_rig(scenario, {}, "lens"), "simulated rig");
-  auto scorer =
-      score::Scorer::open(scenario, drive->cache_dir, {.ray_returns = ray_returns, .seed = 1, .threads = threads});
+  auto scorer = score::Scorer::open(
+      scenario, drive->cache_dir,
+      {.ray_returns = ray_returns, .seed = 1, .neighbours = rig.colouring.neighbours, .threads = threads});
   if (!scorer.ok()) return scorer.error();
 
   Devices devices;

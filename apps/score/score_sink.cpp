@@ -26,8 +26,8 @@ void ScoreSink::on_exposure(const Exposure& exposure) {
   if (exposure.timing == ExposureTiming::Unmatched) return;
   const auto number = image_numbers_.find(exposure.image.packet_sequence);
   if (number == image_numbers_.end()) return;
-  stamped_.insert_or_assign(exposure.index,
-                            Stamped{number->second, exposure.exposure_mid, exposure.sigma, exposure.image.received});
+  stamped_.insert_or_assign(exposure.index, Stamped{number->second, exposure.exposure_mid, exposure.sigma,
+                                                    exposure.image.received, exposure.image.is_complete});
 }
 
 void ScoreSink::on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) {
@@ -62,6 +62,7 @@ void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_e
   out.claim = claim_of(point, T_ecef_enu, exposure == stamped_.end() ? kUnknownExposure : exposure->second.number,
                        is_panorama_);
   out.is_coloured = point.exposure != kNoExposure;
+  out.moving = point.moving;
   if (out.is_coloured && now_) {
     HostTime needed = kSimulatedHostBegin + (point.time - drive_begin_);
     if (exposure != stamped_.end()) needed = std::max(needed, exposure->second.arrived);
@@ -81,6 +82,7 @@ void ScoreSink::finish() {
     claim.mid_gps_ns = count_ns(stamped.mid);
     claim.sigma_ns = static_cast<double>(stamped.sigma.count());
     claim.T_ecef_head = stamped.T_ecef_head;
+    claim.has_image = stamped.has_image;
     scorer_.add(claim);
   }
 }

@@ -46,6 +46,7 @@ class ScoreSink : public runtime::ProductSink {
     GpsTime mid;
     nanoseconds sigma;
     HostTime arrived;
+    bool has_image;
     std::optional<sim::Pose> T_ecef_head{};  // set once the exposure is settled, if it has a pose
   };
   void take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu);

@@ -4,7 +4,9 @@
 
 #include "score/byte_account.hpp"
 #include "score/comparison.hpp"
+#include "score/flicker_figures.hpp"
 #include "score/metric_table.hpp"
+#include "score/motion_figures.hpp"
 #include "score/plot.hpp"
 #include "score/seam_figures.hpp"
 #include "score/sheet_file.hpp"
@@ -170,6 +172,50 @@ TEST(SeamFigures, AStepOfLightnessIsFoundUnderTextureAndNoise) {
   SeamFigures().report(none);
   EXPECT_FALSE(none.figures.at("exposure_seam_de00").value);
   EXPECT_FALSE(none.figures.at("lens_seam_de00").reason.empty());
+}
+
+TEST(FlickerFigures, CountsWhatTextureDoesNotExplain) {
+  // A wall with texture, coloured from two exposures in turn. One pair of neighbours in five has a step of 6 L* that is
+  // not in the truth; the others show the texture alone.
+  const auto p90 = [](double step, bool is_one_exposure) {
+    FlickerFigures flicker;
+    for (std::uint64_t i = 0; i < 40'000; ++i) {
+      const sim::Vec3 place{0.1 * static_cast<double>(i / 2) + 0.05, 0.05, 0.05};
+      const bool is_second = i % 2 == 1, is_stepped = i / 2 % 5 == 0;
+      const Lab truth{is_second ? 55.0 : 45.0, 0, 0};
+      const Lab claimed = truth + Lab{is_second && is_stepped ? step : 0.0, 0, 0};
+      const std::uint32_t exposure = is_second && !is_one_exposure ? 5 : 4;
+      flicker.add(place, 7, i, exposure, 0, claimed, truth);
+      flicker.add(place, 7, i + 1'000'000, exposure, 0, Lab{0, 0, 0}, truth);  // a later point of the same source
+    }
+    ScenarioScore score;
+    flicker.report(score);
+    return score.figures.at("flicker_de00_p90");
+  };
+  EXPECT_LT(p90(0, false).value.value_or(9), 1e-5) << "texture is no flicker";
+  EXPECT_NEAR(p90(6, false).value.value_or(-1), ciede2000({45, 0, 0}, {61, 0, 0}) - ciede2000({45, 0, 0}, {55, 0, 0}),
+              0.1);
+  EXPECT_LT(p90(-6, false).value.value_or(9), 1e-5) << "a texture that is washed out is none either";
+  EXPECT_FALSE(p90(6, true).value) << "one exposure and one lens cannot flicker";
+}
+
+TEST(MotionFigures, ByHand) {
+  MotionFigures motion;
+  // Of 10 points on a car 6 are told moving, of 40 on the road 4.
+  for (int i = 0; i < 10; ++i) motion.add(true, i < 6 ? (i < 3 ? 255 : 128) : (i < 8 ? 127 : 0));
+  for (int i = 0; i < 40; ++i) motion.add(false, i < 4 ? 200 : 0);
+  ScenarioScore score;
+  motion.report(score);
+  EXPECT_DOUBLE_EQ(value(score, "static_accuracy"), 0.9);
+  EXPECT_DOUBLE_EQ(value(score, "dynamic_accuracy"), 0.6);
+  EXPECT_DOUBLE_EQ(value(score, "associated_accuracy"), std::sqrt(0.54));
+  MotionFigures still;
+  still.add(false, 0);
+  ScenarioScore without;
+  still.report(without);
+  EXPECT_EQ(value(without, "static_accuracy"), 1);
+  EXPECT_FALSE(without.figures.at("dynamic_accuracy").value);
+  EXPECT_FALSE(without.figures.at("associated_accuracy").value);
 }
 
 TEST(MetricTable, NamesAreUniqueAndDocumented) {

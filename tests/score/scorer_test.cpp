@@ -129,6 +129,12 @@ TEST_F(ScorerTest, PerfectClaimsHaveNoError) {
   EXPECT_GT(value(score, "coloured_share"), 0.8);
   EXPECT_LT(value(score, "coloured_share"), 1) << "something is always hidden";
   EXPECT_EQ(value(score, "wrong_surface_share"), 0);
+  EXPECT_EQ(value(score, "visible_coloured_share_bound"), 1) << "every exposure was there";
+  EXPECT_NEAR(value(score, "coloured_share_bound"), value(score, "coloured_share"), 0.01)
+      << "who colours what was seen reaches the bound; the sample against all points";
+  EXPECT_GT(value(score, "wrong_surface_share_bound"), 0) << "something is in an image and hidden in all";
+  EXPECT_LT(value(score, "wrong_surface_share_bound"), 1 - value(score, "coloured_share_bound") + 0.01);
+  EXPECT_LT(value(score, "flicker_de00_p90"), 1e-5);
   EXPECT_LT(value(score, "colour_de00_p95"), 1e-5);
   EXPECT_LT(value(score, "exposure_seam_de00"), 1e-5);
   EXPECT_LT(value(score, "reprojection_rms_px"), 0.05) << "pixel of the hit against pixel of the wire's 2 mm";
@@ -182,6 +188,70 @@ TEST_F(ScorerTest, WhatIsNotGivenIsMissed) {
   EXPECT_NEAR(value(score, "visible_coloured_share"), 0.75, 0.03);
   EXPECT_FALSE(score.figures.at("exposure_time_rms_us").value);
   EXPECT_EQ(score.figures.at("exposure_time_rms_us").reason, "no exposure was stamped");
+}
+
+TEST_F(ScorerTest, TheBoundsAreOfTheExposuresThatCame) {
+  const auto bounds = [](std::uint32_t last, bool has_image, int neighbours) {
+    auto scorer = Scorer::open(*scenario_, drive_->cache_dir,
+                               {.ray_returns = 2000, .seed = 1, .neighbours = neighbours, .threads = 2});
+    EXPECT_TRUE(scorer.ok());
+    for (const auto& e : exposures_) {
+      const sim::Pose T{{e.R_enu_head}, Vec3{e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]}};
+      if (e.number > last) break;
+      scorer->add(ExposureClaim{e.number, e.exposure_mid_gps_ns, 3000, T_ecef_scene() * T, has_image});
+    }
+    return scorer->finish("bounds", {}, [](double) {});
+  };
+  const auto all = bounds(99, true, 4), one = bounds(0, true, 4), near = bounds(99, true, 0),
+             blind = bounds(99, false, 4);
+  EXPECT_GT(value(all, "coloured_share_bound"), value(one, "coloured_share_bound") + 0.05);
+  EXPECT_GT(value(one, "coloured_share_bound"), 0.05);
+  EXPECT_LT(value(one, "visible_coloured_share_bound"), 0.97) << "the other exposures saw more";
+  EXPECT_LE(value(near, "coloured_share_bound"), value(all, "coloured_share_bound")) << "a window of one exposure";
+  EXPECT_GT(value(near, "wrong_surface_share_bound"), value(all, "wrong_surface_share_bound"));
+  EXPECT_EQ(value(blind, "coloured_share_bound"), 0) << "images that were broken give nothing";
+  EXPECT_FALSE(blind.figures.at("wrong_surface_share_bound").value);
+}
+
+TEST(ScorerOfTraffic, WhatIsToldMovingIsHeldAgainstWhatMoves) {
+  const sim::TemporaryFolder folder("hueline-score-traffic");
+  sim::Scenario scenario = sim::small_scenario();
+  scenario.scene = sim::SceneKind::Traffic;
+  scenario.street.road_width_m = 14;
+  scenario.drive.lane_offset_m = 5.25;
+  const auto drive = sim::generate(scenario, folder.path());
+  ASSERT_TRUE(drive.ok()) << drive.error().message;
+  auto scorer = Scorer::open(scenario, drive->cache_dir, {.ray_returns = 100});
+  ASSERT_TRUE(scorer.ok()) << scorer.error().message;
+  auto reader = sim::TruthReader::open(drive->cache_dir + "/truth.bin");
+  ASSERT_TRUE(reader.ok());
+  std::uint64_t still = 0, told = 0, moving = 0, missed = 0;
+  for (;;) {
+    const auto packet = reader->next_packet();
+    if (!packet.ok()) break;
+    for (const TrueReturn& r : *packet) {
+      PointClaim claim;
+      claim.claim.fired_gps_ns = r.fired_gps_ns;
+      claim.claim.channel = r.channel;
+      const bool is_odd = r.channel % 4 == 1;  // a quarter of the rings says the opposite
+      claim.moving = r.is_moving != is_odd ? 250 : 10;
+      if (r.surface != 1) {
+        moving += r.is_moving ? 1 : 0;
+        missed += r.is_moving && is_odd ? 1 : 0;
+        still += r.is_moving ? 0 : 1;
+        told += !r.is_moving && is_odd ? 1 : 0;
+      }
+      scorer->add(claim);
+    }
+  }
+  const auto score = scorer->finish("traffic", {}, [](double) {});
+  ASSERT_GT(moving, 100u);
+  ASSERT_GT(told, 100u);
+  const double of_still = 1 - static_cast<double>(told) / static_cast<double>(still),
+               of_moving = 1 - static_cast<double>(missed) / static_cast<double>(moving);
+  EXPECT_LT(of_moving, 0.99);
+  EXPECT_NEAR(*score.figures.at("static_accuracy").value, of_still, 1e-12);
+  EXPECT_NEAR(*score.figures.at("dynamic_accuracy").value, of_moving, 1e-12);
 }
 
 }  // namespace
