@@ -21,6 +21,7 @@ void add_verify(Command& all);
 void add_score(Command& all);
 void add_calibrate(Command& all);
 void add_measure(Command& all);
+void add_panorama(Command& all);
 void add_keys(Command& all);
 /// The `inspect` of a simulator's scenario, which `hueline inspect` calls for such a file.
 void add_inspect_scenario(Command& all);
@@ -42,10 +43,12 @@ inline constexpr CommandName kCalibrate{"calibrate",
 inline constexpr CommandName kMeasure{
     "measure",
     "compute coordinates of objects that were picked in panorama or lens images, from the laser points there"};
+inline constexpr CommandName kPanorama{
+    "panorama", "join the lens images of exposures to panoramas, by the distances of the laser points"};
 inline constexpr CommandName kKeys{"keys", "update the tables of keys in a document from the key lists of the program"};
 inline constexpr CommandName kInspect{
     "inspect", "show what is in a file: a recording, cloud, capture file, receiver or bus log, rig or scenario"};
 /// The commands that `hueline` passes on to `hueline-office`.
-inline constexpr std::array kOfficeCommands{kSimulate, kVerify, kScore, kCalibrate, kMeasure, kKeys};
+inline constexpr std::array kOfficeCommands{kSimulate, kVerify, kScore, kCalibrate, kMeasure, kPanorama, kKeys};
 
 }  // namespace hueline::apps

@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
     add_score(all);
     add_calibrate(all);
     add_measure(all);
+    add_panorama(all);
     add_keys(all);
     add_inspect_scenario(all);
   });

@@ -27,23 +27,28 @@ Error too_many_pixels(const std::filesystem::path& path, std::uint64_t width, st
                                       " pixels; pictures of at most 134 million (16384 x 8192) are read"};
 }
 
-Status write_png(const std::filesystem::path& path, const RgbImage& picture) {
-  if (picture.width <= 0 || picture.height <= 0)
-    return Error{ErrorCode::Invalid, path.string() + ": a picture without pixels"};
+Result<Bytes> encode_png(RgbPixels picture) {
+  if (picture.width <= 0 || picture.height <= 0) return Error{ErrorCode::Invalid, "a picture without pixels"};
   png_image image = fresh_image();
   image.width = static_cast<png_uint_32>(picture.width);
   image.height = static_cast<png_uint_32>(picture.height);
   image.format = PNG_FORMAT_RGB;
-  png_alloc_size_t size = 0;
-  // The picture is encoded in memory first, so that a write error is noticed here.
-  if (!png_image_write_get_memory_size(image, size, 0, picture.pixels.data(), 0, nullptr))
-    return Error{ErrorCode::Invalid, path.string() + ": " + image.message};
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);  // asking for the size would compress it once more
   Bytes bytes(size);
-  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, picture.pixels.data(), 0, nullptr))
-    return Error{ErrorCode::Invalid, path.string() + ": " + image.message};
+  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, picture.data, 0, nullptr))
+    return Error{ErrorCode::Invalid, image.message};
+  bytes.resize(size);
+  return bytes;
+}
+
+Status write_png(const std::filesystem::path& path, const RgbImage& picture) {
+  // The picture is encoded in memory first, so that a write error is noticed here.
+  const std::uint8_t* pixels = picture.pixels.empty() ? nullptr : picture.pixels.data()->data();
+  const Result<Bytes> bytes = encode_png({pixels, picture.width, picture.height});
+  if (!bytes.ok()) return Error{bytes.error().code, path.string() + ": " + bytes.error().message};
   Result<FileWriter> file = FileWriter::create(path, IfExists::Replace);
   if (!file) return file.error();
-  if (Status written = file->write(ByteView(bytes).first(size)); !written) return written;
+  if (Status written = file->write(ByteView(*bytes)); !written) return written;
   return file->close();
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "storage/byte_order.hpp"
 
 namespace hueline::storage {
 
@@ -23,6 +24,15 @@ struct RgbImage {
   bool contains(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < height; }
 };
 
+/// The pixels of a picture in memory that somebody else owns: three bytes each, row by row without gaps.
+struct RgbPixels {
+  const std::uint8_t* data = nullptr;
+  int width = 0, height = 0;
+};
+
+/// Encodes a picture as PNG. It contains no time stamp: the same picture gives the same bytes. Errors: Invalid (no
+/// pixels).
+Result<Bytes> encode_png(RgbPixels picture);
 /// Writes a PNG file and replaces an existing one. It contains no time stamp: the same picture gives the same bytes.
 /// Errors: Invalid (no pixels), Io.
 Status write_png(const std::filesystem::path& path, const RgbImage& image);

@@ -30,7 +30,7 @@ foreach(module core drivers sync fusion storage sim score calibration config con
     file(STRINGS ${file} includes REGEX "^#include \"")
     foreach(line ${includes})
       string(REGEX REPLACE "^#include \"([a-z_]+)/.*" "\\1" folder "${line}")
-      if(module MATCHES "^apps/" AND line MATCHES "\"apps/(simulate|score|calibrate|measure)/|\"config/scenario.hpp")
+      if(module MATCHES "^apps/" AND line MATCHES "\"apps/(simulate|score|calibrate|measure|panorama)/|\"config/scenario.hpp")
         list(APPEND wrong "${file}: ${line}")
       endif()
       if(line MATCHES "\"drivers/(${devices})/" AND NOT module STREQUAL "drivers" AND NOT file MATCHES "/runtime/summary.cpp$")

@@ -1,0 +1,273 @@
+#include "survey/drive_panoramas.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <string_view>
+#include <utility>
+
+namespace hueline::survey {
+namespace {
+
+using std::numbers::pi;
+/// How much later than the points of its time an exposure may come, while sync learns a camera's relation.
+constexpr nanoseconds kLatestExposure{8'000'000'000};
+constexpr nanoseconds kPoseStep{500'000};
+
+std::optional<std::uint32_t> whole_number(std::string_view text) {
+  std::uint32_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || text.empty()) return {};
+  return value;
+}
+
+/// The view's axes in the local level (east, north, up), if its x axis points to `heading` and z up.
+Eigen::Quaterniond level_view(double heading) {
+  Eigen::Matrix3d R;
+  R.col(0) = Eigen::Vector3d(std::sin(heading), std::cos(heading), 0);
+  R.col(1) = Eigen::Vector3d(-std::cos(heading), std::sin(heading), 0);
+  R.col(2) = Eigen::Vector3d::UnitZ();
+  return Eigen::Quaterniond(R);
+}
+
+double heading_of(const Eigen::Vector3d& direction) {
+  const double heading = std::atan2(direction.x(), direction.y());
+  return heading < 0 ? heading + 2 * pi : heading;
+}
+
+}  // namespace
+
+bool ExposureChoice::has_number(std::uint32_t number) const {
+  return numbers.empty() || std::any_of(numbers.begin(), numbers.end(), [&](const auto& range) {
+           return range.first <= number && number <= range.second;
+         });
+}
+
+Result<ExposureChoice> ExposureChoice::parse(const std::string& text) {
+  ExposureChoice out;
+  const Error wrong{
+      ErrorCode::Invalid,
+      "'" + text + "' chooses no exposures; allowed: all, every:N, or numbers and ranges such as 3,7,20-30"};
+  if (text == "all") return out;
+  if (constexpr std::string_view kEvery = "every:"; text.starts_with(kEvery)) {
+    const auto every = whole_number(std::string_view(text).substr(kEvery.size()));
+    if (!every || *every == 0 || *every > 1'000'000) return wrong;
+    out.every = static_cast<int>(*every);
+    return out;
+  }
+  for (std::string_view left = text;;) {
+    const std::size_t comma = left.find(',');
+    const std::string_view part = left.substr(0, comma);
+    const std::size_t dash = part.find('-');
+    const auto first = whole_number(part.substr(0, dash));
+    const auto last = dash == std::string_view::npos ? first : whole_number(part.substr(dash + 1));
+    if (!first || !last || *last < *first) return wrong;
+    out.numbers.emplace_back(*first, *last);
+    if (comma == std::string_view::npos) return out;
+    left.remove_prefix(comma + 1);
+  }
+}
+
+DrivePanoramas::DrivePanoramas(const config::Rig& rig, const Config& config, Use use)
+    : rig_(rig),
+      config_(config),
+      use_(std::move(use)),
+      renderer_(rig.geometry.head, config.rendering),
+      pool_(config.threads),
+      depth_(config.depth),
+      width_(config.width > 0 ? config.width : renderer_.natural_width()) {}
+
+void DrivePanoramas::on_settled_laser(const StampedLaserBatch& batch, const fusion::Trajectory& trajectory) {
+  const GpsTime now = batch.time;
+  const auto& lasers = rig_.geometry.lasers;
+  const auto mount =
+      std::find_if(lasers.begin(), lasers.end(), [&](const auto& one) { return one.sensor == batch.sensor; });
+  if (mount != lasers.end()) {
+    georeference(batch, *mount, trajectory, kPoseStep, georeferenced_);
+    Placed placed;
+    placed.time = batch.time;
+    for (std::size_t i = 0; i < georeferenced_.size(); ++i) {
+      if (batch.returns[georeferenced_.source[i]].range_m < config_.own_vehicle_m) continue;
+      const Eigen::Vector3d p(georeferenced_.east[i], georeferenced_.north[i], georeferenced_.up[i]);
+      if (placed.points.empty()) placed.base_enu = p;
+      placed.points.push_back((p - placed.base_enu).cast<float>());
+    }
+    if (!placed.points.empty()) {
+      // Two scanners' packets may overtake each other.
+      auto after = placed_.end();
+      while (after != placed_.begin() && std::prev(after)->time > now) --after;
+      placed_.insert(after, std::move(placed));
+    }
+  }
+  while (!placed_.empty() && placed_.front().time < now - kLatestExposure - config_.around &&
+         (moments_.empty() || placed_.front().time < moments_.front().time - config_.around))
+    placed_.pop_front();
+  make_ready(now - config_.around);
+}
+
+void DrivePanoramas::on_exposure(const Exposure& exposure) {
+  const auto& cameras = renderer_.cameras();
+  const auto camera = std::find(cameras.begin(), cameras.end(), exposure.camera);
+  if (camera == cameras.end() || !wants_more_) return;
+  if (!config_.choice.numbers.empty()) exposures_.insert(exposure.index);
+  if (exposure.timing == ExposureTiming::Unmatched) {
+    ++counts_.without_time;
+    return;
+  }
+  if (!exposure.image.is_complete || !fusion::view_of(exposure.image).data) {
+    ++counts_.incomplete;
+    return;
+  }
+  const auto index = static_cast<std::size_t>(camera - cameras.begin());
+  const GpsTime time = exposure.exposure_mid;
+  const auto together = [&](const Moment& moment) {
+    const nanoseconds apart = moment.time > time ? moment.time - time : time - moment.time;
+    return apart <= rig_.colouring.together && moment.images[index].width == 0;
+  };
+  auto moment = std::find_if(moments_.rbegin(), moments_.rend(), together);
+  if (moment == moments_.rend()) {
+    Moment fresh;
+    fresh.exposure = exposure.index;
+    fresh.time = time;
+    fresh.sigma = exposure.sigma;
+    fresh.images.resize(cameras.size());
+    const auto& choice = config_.choice;
+    fresh.is_chosen = counts_.moments++ % static_cast<std::uint64_t>(choice.every) == 0 && choice.numbers.empty() &&
+                      (!choice.from || *choice.from <= time) && (!choice.to || time <= *choice.to);
+    auto at = moments_.end();
+    while (at != moments_.begin() && std::prev(at)->time > time) --at;
+    moment = std::make_reverse_iterator(std::next(moments_.insert(at, std::move(fresh))));
+  }
+  const auto& choice = config_.choice;
+  if (!choice.numbers.empty() && choice.has_number(exposure.index) && (!choice.from || *choice.from <= time) &&
+      (!choice.to || time <= *choice.to))
+    moment->is_chosen = true;
+  moment->exposure = std::min(moment->exposure, exposure.index);
+  Image& image = moment->images[index];
+  image = exposure.image;
+  // The other cameras of a moment may have the chosen number.
+  if (!moment->is_chosen && (choice.numbers.empty() || cameras.size() == 1)) image.buffer = {};
+  moment->blind |= renderer_.blind_lenses(exposure.camera, exposure.image.lost);
+  const std::size_t bytes = image.buffer.bytes().size();
+  moment->bytes += bytes;
+  waiting_bytes_ += bytes;
+  while (waiting_bytes_ > config_.most_waiting_bytes && moments_.front().is_settled) {
+    if (moments_.front().is_chosen) ++counts_.early;
+    make(moments_.front());
+    forget();
+  }
+}
+
+void DrivePanoramas::on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) {
+  for (Moment& moment : moments_) {
+    const nanoseconds apart =
+        moment.time > exposure.exposure_mid ? moment.time - exposure.exposure_mid : exposure.exposure_mid - moment.time;
+    if (apart > rig_.colouring.together || moment.is_settled) continue;
+    moment.is_settled = true;
+    moment.pose = trajectory.pose_at(moment.time).pose;
+  }
+  if (!config_.use_depth) make_ready(exposure.exposure_mid - rig_.colouring.together);
+}
+
+void DrivePanoramas::make_ready(GpsTime reached) {
+  while (!moments_.empty() && moments_.front().is_settled && moments_.front().time < reached) {
+    make(moments_.front());
+    forget();
+  }
+}
+
+void DrivePanoramas::forget() {
+  waiting_bytes_ -= moments_.front().bytes;
+  moments_.pop_front();
+}
+
+std::size_t DrivePanoramas::gather(const Moment& moment, const Transform<Enu, CameraHead>& T_enu_view) {
+  std::vector<Eigen::Vector3f> points;
+  const Eigen::Matrix3d R = T_enu_view.rotation.conjugate().toRotationMatrix();
+  const Eigen::Matrix3f R_float = R.cast<float>();
+  for (const Placed& placed : placed_) {
+    if (placed.time < moment.time - config_.around || placed.time > moment.time + config_.around) continue;
+    const Eigen::Vector3f base = (R * (placed.base_enu - T_enu_view.translation)).cast<float>();
+    for (const Eigen::Vector3f& p : placed.points) points.push_back(R_float * p + base);
+  }
+  depth_.clear();
+  depth_.add(points, pool_);
+  return points.size();
+}
+
+void DrivePanoramas::make(const Moment& moment) {
+  if (!moment.is_chosen || !wants_more_) return;
+  ++counts_.chosen;
+  if (!moment.pose || !origin_) {
+    ++counts_.without_pose;
+    return;
+  }
+  DrivePanorama out;
+  out.exposure = moment.exposure;
+  out.time = moment.time;
+  out.sigma = moment.sigma;
+  const auto& head = rig_.geometry.head;
+  const Transform<Enu, CameraHead> T_enu_head = moment.pose->T_enu_body * head.T_body_head;
+  out.centre_enu = {T_enu_head.translation};
+  out.sigma_horizontal_m = std::hypot(moment.pose->sigma_position.x(), moment.pose->sigma_position.y());
+  out.sigma_up_m = moment.pose->sigma_position.z();
+  // The level at the head is not that of the drive's origin: a kilometre away they differ by half a minute of arc.
+  const Transform<Ecef, Enu> T_ecef_enu = ecef_from_enu(*origin_);
+  out.centre = to_geodetic(T_ecef_enu * out.centre_enu);
+  const Eigen::Quaterniond R_level_enu = ecef_from_enu(out.centre).rotation.conjugate() * T_ecef_enu.rotation;
+  const Eigen::Quaterniond R_level_head = R_level_enu * T_enu_head.rotation;
+  out.head_heading = heading_of(R_level_head * Eigen::Vector3d::UnitX());
+
+  fusion::PanoramaView view;
+  view.shape.width = width_;
+  view.shape.height = width_ / 2;
+  if (config_.orientation == PanoramaOrientation::Head) {
+    const auto& shape = head.panorama;
+    view.shape.forward_column = (shape.forward() + 0.5) * width_ / shape.width - 0.5;
+    view.shape.is_clockwise = shape.is_clockwise;
+    const Eigen::Vector3d middle =
+        fusion::Panorama(view.shape).direction_of({(view.shape.width - 1) / 2.0, (view.shape.height - 1) / 2.0}).xyz;
+    const Eigen::Quaterniond R_head_middle(
+        Eigen::AngleAxisd(std::atan2(middle.y(), middle.x()), Eigen::Vector3d::UnitZ()));
+    const Eigen::Matrix3d R = (R_level_head * R_head_middle).toRotationMatrix();
+    out.heading = heading_of(R.col(0));
+    out.pitch = std::asin(std::clamp(R(2, 0), -1.0, 1.0));
+    out.roll = std::atan2(R(2, 1), R(2, 2));
+  } else {
+    out.heading = config_.orientation == PanoramaOrientation::North ? 0 : out.head_heading;
+    view.R_head_view = R_level_head.conjugate() * level_view(out.heading);
+  }
+  if (config_.use_depth) {
+    out.points = gather(moment, {T_enu_head.rotation * view.R_head_view, T_enu_head.translation});
+    depth_.close(pool_);
+    out.known_share = depth_.known_share();
+  }
+  std::vector<fusion::RawView> images;
+  for (const Image& image : moment.images)
+    images.push_back(image.width > 0 ? fusion::view_of(image) : fusion::RawView{});
+  out.rendered = renderer_.render(view, images, moment.blind, config_.use_depth ? &depth_ : nullptr, pool_);
+  ++counts_.made;
+  wants_more_ = use_(std::move(out));
+}
+
+std::optional<std::uint32_t> DrivePanoramas::missing_number() const {
+  for (const auto& [first, last] : config_.choice.numbers) {
+    std::uint32_t number = first;
+    for (auto at = exposures_.lower_bound(first); at != exposures_.end() && *at == number && number < last; ++at)
+      ++number;
+    if (!exposures_.contains(number)) return number;
+  }
+  return {};
+}
+
+void DrivePanoramas::finish() {
+  while (!moments_.empty()) {
+    make(moments_.front());
+    forget();
+  }
+}
+
+}  // namespace hueline::survey

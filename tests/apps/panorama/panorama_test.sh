@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# Panoramas of a short simulated drive as a user makes them: chosen exposures, sizes and orientations, the tags that other programs read, the
+# same bytes with any number of threads, and choices that must be refused.
+# usage: panorama_test.sh HUELINE SOURCE
+set -euo pipefail
+hueline=$1 source=$2
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+source "$source/tests/apps/program.sh"
+echo '{seed: 4, duration_s: 5, drive: {stand_s: 0, accelerate_s: 1}, camera: {rate_hz: 2, lens_width: 204, lens_height: 170}}' >small.yaml
+panorama() { "$hueline" panorama --scenario small.yaml --sim sim "$@"; }
+made() { ls "$1" | tr '\n' ' '; }
+
+ends 0 panorama --out all --size 512x256 --threads 1
+says "10 panoramas of 512 x 256 in all; the drive has 10 moments, 10 were chosen"
+[ "$(wc -l <all/panoramas.csv)" = 11 ] || fail "the table does not have a line for each panorama"
+ends 0 panorama --out again --size 512x256 --threads 3
+cmp all/panoramas.csv again/panoramas.csv
+for picture in all/*.jpg; do cmp "$picture" again/"$(basename "$picture")"; done
+
+ends 0 panorama --out some --exposures 2,4-5 --size 256x128 --format png
+[ "$(made some)" = "panorama_000002.png panorama_000004.png panorama_000005.png panoramas.csv " ] || fail "chosen by number: $(made some)"
+ends 0 panorama --out third --exposures every:3 --size 256x128
+[ "$(made third)" = "panorama_000000.jpg panorama_000003.jpg panorama_000006.jpg panorama_000009.jpg panoramas.csv " ] || fail "every third: $(made third)"
+from=$(awk -F, '$2 == 6 {print $3 - 0.1}' OFMT=%.3f CONVFMT=%.3f all/panoramas.csv)
+ends 0 panorama --out late --from "$from" --size 256x128
+[ "$(made late)" = "panorama_000006.jpg panorama_000007.jpg panorama_000008.jpg panorama_000009.jpg panoramas.csv " ] || fail "from $from on: $(made late)"
+
+# Methods and orientations differ; without --size the pixels are those of the lenses, here of 318 / 3 px a radian.
+ends 0 panorama --out natural --exposures 5
+says "1 panoramas of 66[0-9] x 33[0-9] in natural"
+for choice in "--method sphere" "--orientation north" "--orientation head" "--blend none" "--gains raw" "--vehicle show" "--around-s 0.2" "--fill 255,0,0"; do
+  ends 0 panorama --out other --exposures 5 $choice
+  ! cmp -s natural/panorama_000005.jpg other/panorama_000005.jpg || fail "$choice changes nothing"
+done
+
+told() { local want=$1 sentence=$2; shift 2; ends "$want" timeout 60 "$hueline" panorama "$@"; says "$sentence"; }
+simulated="--scenario small.yaml --sim sim"
+told 2 "give either a recording" --out x
+told 2 "out is required" $simulated
+told 2 "'3-' chooses no exposures; allowed: all, every:N, or numbers" $simulated --out x --exposures 3-
+told 2 "'5-3' chooses no exposures" $simulated --out x --exposures 5-3
+told 2 "'every:0' chooses no exposures" $simulated --out x --exposures every:0
+told 2 "size 1000x700: give WIDTHxHEIGHT" $simulated --out x --size 1000x700
+told 2 "size 20000x10000: give WIDTHxHEIGHT" $simulated --out x --size 20000x10000
+told 2 "fill 1,2: give red, green and blue" $simulated --out x --fill 1,2
+told 2 "to lies before --from" $simulated --out x --from 20 --to 10
+told 2 "method.*depth.*sphere" $simulated --out x --method cube
+told 5 "the drive has no exposure 77" $simulated --out x --exposures 3,77
+[ "$(made x)" = "panorama_000003.jpg panoramas.csv " ] || fail "the exposure that there is: $(made x)"
+told 5 "0 were chosen" $simulated --out y --from 10 --to 20
+told 4 "small.yaml" $simulated --out small.yaml
+told 3 "nothing.mcap" nothing.mcap --out z
+
+# What other programs read.
+if command -v exiftool >/dev/null; then
+  for picture in natural/panorama_000005.jpg some/panorama_000005.png; do
+    exiftool -a -s -n -G1 "$picture" >said.txt
+    says "GPSLatitude +: 48.13"
+    says "GPSLongitude +: 11.57"
+    says "GPSHPositioningError +: 0.0"
+    says "SubSecDateTimeOriginal +: 2025:08:27 11:59:5[0-9.]+\+00:00"
+    says "UsePanoramaViewer +: (True|1)"
+    says "ProjectionType +: equirectangular"
+    heading=$(awk -F, '$2 == 5 {print substr($10, 1, 4)}' natural/panoramas.csv)
+    says "GPSImgDirection +: $heading"
+    says "PoseHeadingDegrees +: $heading"
+  done
+fi
+echo "panorama: all as it should be"
