@@ -14,7 +14,7 @@ namespace {
 
 using std::numbers::pi;
 constexpr std::uint32_t kRowsOfPiece = 16;
-constexpr std::size_t kMostSeers = 8;
+constexpr std::size_t kMostSeers = 12;
 /// Lenses mix where the cosines of the angles between their axes and the direction differ by less than this: details,
 /// and coarse differences of brightness. Between two lenses 72 degrees apart the bands are 3 and 19 degrees wide.
 constexpr float kNarrow = 0.03f, kWide = 0.2f;
@@ -93,26 +93,38 @@ float median(std::vector<float>& values) {
 /// What render() knows while it draws one panorama.
 struct PanoramaRenderer::Scene {
   const PanoramaView& view;
-  std::span<const RawView> images;
   const DepthPanorama* depth;
-  std::vector<std::size_t> lenses;  // those that have an image
-  std::vector<LowImage> low;        // by lens; empty without an image
-  std::vector<std::array<float, 3>> gains;
+  std::vector<Eye> eyes;  // in order of their ranks
+  int ranks = 1;
   Eigen::Matrix3f R_head_view;
   float sphere_nearness;
 
-  /// Returns the unit direction in the view of a place in pixels, and how near things are there.
-  std::pair<Eigen::Vector3f, float> at(float u, float v) const {
-    const auto width = static_cast<float>(view.shape.width), height = static_cast<float>(view.shape.height);
-    float turn = (u - static_cast<float>(view.shape.forward())) / width;  // clockwise from forward, of a whole turn
+  /// A column or row of the view: sine and cosine of its angle, and its place as a fraction.
+  struct Line {
+    float sine, cosine, fraction;
+  };
+  Line column(double u) const {
+    double turn = (u - view.shape.forward()) / view.shape.width;  // clockwise from forward, of a whole turn
     if (!view.shape.is_clockwise) turn = -turn;
-    const float down = (v + 0.5f) / height;
-    const auto azimuth = turn * static_cast<float>(2 * pi), polar = down * static_cast<float>(pi);
-    const float sine = std::sin(polar);
-    const Eigen::Vector3f direction(sine * std::cos(azimuth), -sine * std::sin(azimuth), std::cos(polar));
-    const float across = turn + 0.5f;
-    return {direction, depth ? depth->nearness(across - std::floor(across), down) : sphere_nearness};
+    const double across = turn + 0.5;
+    return {static_cast<float>(std::sin(turn * 2 * pi)), static_cast<float>(std::cos(turn * 2 * pi)),
+            static_cast<float>(across - std::floor(across))};
   }
+  Line row(double v) const {
+    const double down = (v + 0.5) / view.shape.height;
+    return {static_cast<float>(std::sin(down * pi)), static_cast<float>(std::cos(down * pi)), static_cast<float>(down)};
+  }
+  static Eigen::Vector3f direction(const Line& column, const Line& row) {
+    return {row.sine * column.cosine, -row.sine * column.sine, row.cosine};
+  }
+  float nearness(const Line& column, const Line& row) const {
+    return depth ? depth->nearness(column.fraction, row.fraction) : sphere_nearness;
+  }
+};
+
+/// How much of a pixel each eye gives: details and coarse brightness.
+struct PanoramaRenderer::Weights {
+  std::array<float, kMostSeers> narrow{}, wide{};
 };
 
 Rgb PanoramaRenderer::LowImage::at(float x, float y) const {
@@ -133,11 +145,12 @@ PanoramaRenderer::PanoramaRenderer(const CameraHeadGeometry& head, const Config&
     : head_(head),
       config_(config),
       projector_(head, ColourMethod::Lens),
+      all_images_(projector_.cameras().size(), 1),
       hole_cosine_(config.hide_vehicle && head.nadir_half_angle > 0
                        ? static_cast<float>(std::cos(head.nadir_half_angle))
                        : 2.0f) {
   for (std::size_t i = 0; i < head_.lenses.size(); ++i) {
-    clearance_.push_back(config.hide_vehicle ? clearance_of(projector_.lenses()[i]) : std::vector<std::uint8_t>{});
+    clearance_.push_back(clearance_of(projector_.lenses()[i]));
     ramp_px_.push_back(static_cast<float>(kRamp * head_.lenses[i].intrinsics.focal_px.minCoeff()));
   }
 }
@@ -148,17 +161,45 @@ std::uint32_t PanoramaRenderer::natural_width() const {
   return 2 * static_cast<std::uint32_t>(std::lround(pi * focal));
 }
 
-/// Returns how well inside the usable part of its image a lens sees a place, from 0 (not) to 1.
-float PanoramaRenderer::ramp(std::size_t lens, const Sight& sight) const {
-  float inside = sight.border_px - static_cast<float>(kSampleReach);
-  if (const auto& clearance = clearance_[lens]; !clearance.empty()) {
-    const auto x = static_cast<std::size_t>(sight.x + 0.5f), y = static_cast<std::size_t>(sight.y + 0.5f);
-    inside = std::min(inside, static_cast<float>(clearance[y * projector_.lenses()[lens].width + x]));
-  }
-  return std::clamp(inside / ramp_px_[lens], 0.0f, 1.0f);
+bool PanoramaRenderer::is_seen(const Point<CameraHead>& p_head) const {
+  const Eigen::Vector3f p = p_head.xyz.cast<float>();
+  Sight sight;
+  return projector_.see(p.x(), p.y(), p.z(), all_images_.data(), 0, sight);
 }
 
-PanoramaRenderer::LowImage PanoramaRenderer::low_image(const FloatLens& lens, const RawView& image) const {
+PanoramaRenderer::Eye PanoramaRenderer::eye_of(const FloatLens& lens, const HeadShot& shot, int rank) const {
+  Eye eye{lens, shot.images[lens.camera], rank, {}, {}};
+  eye.lens.mask = {};  // clearance_ knows more
+  const Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> R(lens.R_lens_head.data());
+  const Eigen::Map<const Eigen::Vector3f> t(lens.t_lens_head.data());
+  const Eigen::Matrix3f R_head = R * shot.T_shot_head.rotation.toRotationMatrix().cast<float>();
+  const Eigen::Vector3f t_head = R * shot.T_shot_head.translation.cast<float>() + t;
+  const Eigen::Vector3f centre = -R_head.transpose() * t_head;
+  for (int i = 0; i < 9; ++i) eye.lens.R_lens_head[static_cast<std::size_t>(i)] = R_head(i / 3, i % 3);
+  for (int i = 0; i < 3; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    eye.lens.t_lens_head[at] = t_head[i];
+    eye.lens.axis[at] = R_head(2, i);
+    eye.centre[at] = centre[i];
+  }
+  return eye;
+}
+
+/// Returns how well inside the usable part of its image a lens sees a place, from 0 (not) to 1.
+float PanoramaRenderer::ramp(const Eye& eye, const Sight& sight) const {
+  float inside = sight.border_px - static_cast<float>(kSampleReach);
+  // The vehicle may be shown, but not where it was at another moment.
+  const auto& clearance = clearance_[eye.lens.index];
+  if (!clearance.empty() && (config_.hide_vehicle || eye.rank > 0)) {
+    const auto x = static_cast<std::size_t>(sight.x + 0.5f), y = static_cast<std::size_t>(sight.y + 0.5f);
+    inside = std::min(inside, static_cast<float>(clearance[y * eye.lens.width + x]));
+  }
+  return std::clamp(inside / ramp_px_[eye.lens.index], 0.0f, 1.0f);
+}
+
+PanoramaRenderer::LowImage PanoramaRenderer::low_image(const Eye& eye) const {
+  const FloatLens& lens = eye.lens;
+  const RawView& image = eye.image;
   const auto index = static_cast<std::size_t>(lens.index);
   const int cell = std::max(2, static_cast<int>(std::lround(kLowCell * lens.focal_x / 2)) * 2);
   LowImage out;
@@ -202,70 +243,112 @@ PanoramaRenderer::LowImage PanoramaRenderer::low_image(const FloatLens& lens, co
   return out;
 }
 
-/// Finds the lenses that see a place and may take part in its colour, in the order of their axes; only the first unless
-/// `all`.
-std::size_t PanoramaRenderer::seers(const Scene& scene, const Eigen::Vector3f& direction, float nearness, bool all,
+/// Finds out whether an eye sees a place of the head's frame.
+bool PanoramaRenderer::look(const Eye& eye, const Eigen::Vector3f& place, Seer& seer) const {
+  seer.eye = &eye;
+  if (!eye.lens.project(place.x(), place.y(), place.z(), seer.sight)) return false;
+  seer.ramp = ramp(eye, seer.sight);
+  return seer.ramp > 0;
+}
+
+/// Finds the eyes that may take part in the colour of a place, those of the panorama's moment first. Without a blend
+/// only the first counts.
+std::size_t PanoramaRenderer::seers(const Scene& scene, const Eigen::Vector3f& direction, float nearness,
                                     std::span<Seer> out) const {
   const Eigen::Vector3f d = scene.R_head_view * direction;
-  if (-d.z() >= hole_cosine_) return 0;
-  std::array<std::pair<float, std::size_t>, 32> order;
-  std::size_t candidates = 0;
-  for (const std::size_t i : scene.lenses) {
-    const FloatLens& lens = projector_.lenses()[i];
-    const float cosine = lens.axis[0] * d.x() + lens.axis[1] * d.y() + lens.axis[2] * d.z();
-    if (cosine < lens.cosine_limit - 0.3f || candidates == order.size()) continue;
-    std::size_t at = candidates++;
-    for (; at > 0 && order[at - 1].first < cosine; --at) order[at] = order[at - 1];
-    order[at] = {cosine, i};
-  }
-  const Eigen::Vector3f p = d / std::max(nearness, 1e-4f);
-  std::size_t found = 0;
-  float full = -2;  // cosine of the best lens that sees the place well inside its image
-  for (std::size_t i = 0; i < candidates && found < out.size(); ++i) {
-    if (order[i].first < full - kWide) break;
-    Seer& seer = out[found];
-    seer.lens = order[i].second;
-    seer.cosine = order[i].first;
-    if (!projector_.lenses()[seer.lens].project(p.x(), p.y(), p.z(), seer.sight)) continue;
-    seer.ramp = ramp(seer.lens, seer.sight);
-    if (!(seer.ramp > 0)) continue;
-    ++found;
-    if (!all) break;
-    if (seer.ramp >= 1) full = std::max(full, seer.cosine);
+  const Eigen::Vector3f place = d / std::max(nearness, 1e-4f);
+  const bool in_hole = -d.z() >= hole_cosine_;
+  const bool blends = config_.blend == PanoramaBlend::Bands;
+  std::size_t found = 0, next = 0;
+  for (int rank = 0; rank < scene.ranks && found < out.size(); ++rank) {
+    std::array<std::pair<float, std::size_t>, 32> order;
+    std::size_t candidates = 0;
+    for (; next < scene.eyes.size() && scene.eyes[next].rank == rank; ++next) {
+      if ((rank == 0 && in_hole) || candidates == order.size()) continue;
+      const FloatLens& lens = scene.eyes[next].lens;
+      float cosine = lens.axis[0] * d.x() + lens.axis[1] * d.y() + lens.axis[2] * d.z();
+      if (rank > 0) {
+        const auto& c = scene.eyes[next].centre;
+        const Eigen::Vector3f sight = place - Eigen::Vector3f(c[0], c[1], c[2]);
+        cosine = (lens.axis[0] * sight.x() + lens.axis[1] * sight.y() + lens.axis[2] * sight.z()) / sight.norm();
+      }
+      if (cosine < lens.cosine_limit - 0.3f) continue;
+      std::size_t at = candidates++;
+      for (; at > 0 && order[at - 1].first < cosine; --at) order[at] = order[at - 1];
+      order[at] = {cosine, next};
+    }
+    float full = -2;  // cosine of the best lens that sees the place well inside its image
+    for (std::size_t i = 0; i < candidates && found < out.size(); ++i) {
+      if (order[i].first < full - kWide) break;
+      if (!look(scene.eyes[order[i].second], place, out[found])) continue;
+      out[found].cosine = order[i].first;
+      if (out[found].ramp >= 1) full = std::max(full, out[found].cosine);
+      ++found;
+      if (!blends) return 1;
+    }
+    if (full > -2) break;
   }
   return found;
 }
 
-Rgb PanoramaRenderer::colour(const Scene& scene, std::span<const Seer> seen) const {
+namespace {
+
+/// Divides a pixel among the lenses of one moment: first among those whose cosine is within `band` of the best, each as
+/// far as its ramp allows; what these leave goes to the others. Returns the sum, 0 to 1, of what is written to
+/// `weights`.
+template <class Seer>
+float divide(std::span<const Seer> seen, float band, float* weights) {
+  float best = -2, in_band = 0, first = 0, rest = 0;
+  for (const Seer& seer : seen) best = std::max(best, seer.cosine);
+  const auto nearly = [&](const Seer& seer) { return std::max(0.0f, 1 - (best - seer.cosine) / band); };
+  for (const Seer& seer : seen) in_band += nearly(seer);
+  for (const Seer& seer : seen) {
+    first += nearly(seer) / in_band * seer.ramp;
+    rest += (1 - nearly(seer)) * seer.ramp;
+  }
+  const float left = (1 - first) / std::max(1.0f, rest);
+  float sum = 0;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const float b = nearly(seen[i]);
+    weights[i] = seen[i].ramp * (b / in_band + left * (1 - b));
+    sum += weights[i];
+  }
+  return sum;
+}
+
+}  // namespace
+
+Rgb PanoramaRenderer::colour(std::span<const Seer> seen) const {
   const auto sampled = [&](const Seer& seer) {
-    const FloatLens& lens = projector_.lenses()[seer.lens];
+    const FloatLens& lens = seer.eye->lens;
     const float left = std::floor(seer.sight.x), top = std::floor(seer.sight.y);
-    Rgb c = sample(scene.images[lens.camera], static_cast<int>(left) + static_cast<int>(lens.x_offset),
-                   static_cast<int>(top) + static_cast<int>(lens.y_offset), seer.sight.x - left, seer.sight.y - top);
-    const auto& gain = scene.gains[seer.lens];
+    const Rgb c =
+        sample(seer.eye->image, static_cast<int>(left) + static_cast<int>(lens.x_offset),
+               static_cast<int>(top) + static_cast<int>(lens.y_offset), seer.sight.x - left, seer.sight.y - top);
+    const auto& gain = seer.eye->gain;
     return Rgb{c.red * gain[0], c.green * gain[1], c.blue * gain[2]};
   };
   if (seen.size() == 1) return sampled(seen[0]);
-  // A lens that fades out loses more than any difference of cosines.
-  float best = -10;
-  for (const Seer& seer : seen) best = std::max(best, seer.cosine - 2 * (1 - seer.ramp));
-  float narrow_sum = 0, wide_sum = 0;
-  std::array<float, kMostSeers> narrow, wide;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const float worse = best - (seen[i].cosine - 2 * (1 - seen[i].ramp));
-    narrow_sum += narrow[i] = std::max(0.0f, kNarrow - worse);
-    wide_sum += wide[i] = std::max(0.0f, kWide - worse);
+  Weights weights;
+  float narrow_left = 1, wide_left = 1, narrow_sum = 0, wide_sum = 0;
+  for (std::size_t from = 0, to = 0; from < seen.size(); from = to) {
+    while (to < seen.size() && seen[to].eye->rank == seen[from].eye->rank) ++to;
+    const float narrow = divide(seen.subspan(from, to - from), kNarrow, &weights.narrow[from]),
+                wide = divide(seen.subspan(from, to - from), kWide, &weights.wide[from]);
+    for (std::size_t i = from; i < to; ++i) weights.narrow[i] *= narrow_left, weights.wide[i] *= wide_left;
+    narrow_sum += narrow_left * narrow, wide_sum += wide_left * wide;
+    narrow_left *= 1 - narrow, wide_left *= 1 - wide;
   }
   Rgb out;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    const float detail = narrow[i] / narrow_sum, coarse = wide[i] / wide_sum - detail;
+    const float detail = weights.narrow[i] / narrow_sum, coarse = weights.wide[i] / wide_sum - detail;
     if (detail > 0) {
       const Rgb c = sampled(seen[i]);
       out.red += detail * c.red, out.green += detail * c.green, out.blue += detail * c.blue;
     }
-    if (coarse != 0) {
-      const Rgb c = scene.low[seen[i].lens].at(seen[i].sight.x, seen[i].sight.y);
-      const auto& gain = scene.gains[seen[i].lens];
+    if (std::abs(coarse) > 1e-4f) {
+      const Rgb c = seen[i].eye->low.at(seen[i].sight.x, seen[i].sight.y);
+      const auto& gain = seen[i].eye->gain;
       out.red += coarse * gain[0] * c.red, out.green += coarse * gain[1] * c.green,
           out.blue += coarse * gain[2] * c.blue;
     }
@@ -273,33 +356,36 @@ Rgb PanoramaRenderer::colour(const Scene& scene, std::span<const Seer> seen) con
   return out;
 }
 
-std::vector<std::array<float, 3>> PanoramaRenderer::solve_gains(const Scene& scene, WorkerPool& pool) const {
+void PanoramaRenderer::solve_gains(Scene& scene, WorkerPool& pool) const {
   // The brightness of places that two lenses see, from the low images, which small errors of distance do not change.
   constexpr std::uint32_t kRows = 128, kColumns = 2 * kRows;
-  const std::size_t n = projector_.lenses().size();
+  const std::size_t n = scene.eyes.size();
   struct Pair {
     std::size_t a, b;
     std::array<float, 3> ratio;  // logarithm of a divided by b
   };
   std::vector<std::vector<Pair>> rows(kRows);
-  const float u_step = static_cast<float>(scene.view.shape.width) / kColumns,
-              v_step = static_cast<float>(scene.view.shape.height) / kRows;
-  pool.run(kRows, [&](std::size_t row) {
-    std::array<Seer, kMostSeers> seen;
-    for (std::uint32_t column = 0; column < kColumns; ++column) {
-      const auto [direction, nearness] = scene.at((static_cast<float>(column) + 0.5f) * u_step - 0.5f,
-                                                  (static_cast<float>(row) + 0.5f) * v_step - 0.5f);
-      const std::size_t count = seers(scene, direction, nearness, true, seen);
-      for (std::size_t i = 0; i < count; ++i)
-        for (std::size_t j = i + 1; j < count; ++j) {
-          Seer a = seen[i], b = seen[j];
-          if (a.lens > b.lens) std::swap(a, b);
-          const Rgb x = scene.low[a.lens].at(a.sight.x, a.sight.y), y = scene.low[b.lens].at(b.sight.x, b.sight.y);
-          const std::array<float, 3> xs{x.red, x.green, x.blue}, ys{y.red, y.green, y.blue};
-          const auto [low, high] = std::minmax({xs[0], xs[1], xs[2], ys[0], ys[1], ys[2]});
-          if (low < kDarkest || high > kBrightest) continue;
-          rows[row].push_back({a.lens, b.lens, {}});
-          for (std::size_t c = 0; c < 3; ++c) rows[row].back().ratio[c] = std::log(xs[c] / ys[c]);
+  pool.run(kRows, [&](std::size_t index) {
+    const Scene::Line row = scene.row((static_cast<double>(index) + 0.5) * scene.view.shape.height / kRows - 0.5);
+    std::vector<std::pair<std::size_t, Rgb>> seen;
+    for (std::uint32_t c = 0; c < kColumns; ++c) {
+      const Scene::Line column = scene.column((c + 0.5) * scene.view.shape.width / kColumns - 0.5);
+      const Eigen::Vector3f d = scene.R_head_view * Scene::direction(column, row);
+      const Eigen::Vector3f place = d / std::max(scene.nearness(column, row), 1e-4f);
+      seen.clear();
+      for (std::size_t i = 0; i < n; ++i) {
+        Seer seer;
+        if (!look(scene.eyes[i], place, seer)) continue;
+        const Rgb light = scene.eyes[i].low.at(seer.sight.x, seer.sight.y);
+        const auto [low, high] = std::minmax({light.red, light.green, light.blue});
+        if (low >= kDarkest && high <= kBrightest) seen.emplace_back(i, light);
+      }
+      for (std::size_t i = 0; i < seen.size(); ++i)
+        for (std::size_t j = i + 1; j < seen.size(); ++j) {
+          const Rgb &x = seen[i].second, &y = seen[j].second;
+          rows[index].push_back({seen[i].first,
+                                 seen[j].first,
+                                 {std::log(x.red / y.red), std::log(x.green / y.green), std::log(x.blue / y.blue)}});
         }
     }
   });
@@ -307,12 +393,11 @@ std::vector<std::array<float, 3>> PanoramaRenderer::solve_gains(const Scene& sce
   for (const auto& row : rows)
     for (const Pair& pair : row)
       for (std::size_t c = 0; c < 3; ++c) ratios[pair.a * n + pair.b][c].push_back(pair.ratio[c]);
-  std::vector<std::array<float, 3>> gains(n, {1.0f, 1.0f, 1.0f});
   for (std::size_t c = 0; c < 3; ++c) {
-    // Least squares over the medians. The weak wish for a factor of 1 keeps the mean of the logarithms at 0, and a lens
-    // that shares nothing as it is.
-    Eigen::MatrixXd N = Eigen::MatrixXd::Identity(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n)) * 1e-3;
-    Eigen::VectorXd y = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+    // Least squares over the medians. The weak wish for a factor of 1 leaves a lens that shares nothing as it is.
+    const auto size = static_cast<Eigen::Index>(n);
+    Eigen::MatrixXd N = Eigen::MatrixXd::Identity(size, size) * 1e-3;
+    Eigen::VectorXd y = Eigen::VectorXd::Zero(size);
     for (std::size_t a = 0; a < n; ++a)
       for (std::size_t b = a + 1; b < n; ++b) {
         auto& common = ratios[a * n + b][c];
@@ -323,87 +408,98 @@ std::vector<std::array<float, 3>> PanoramaRenderer::solve_gains(const Scene& sce
         y(i) -= weight * ratio, y(j) += weight * ratio;
       }
     const Eigen::VectorXd logarithms = N.ldlt().solve(y);
+    // The mean of the moment's own lenses stays.
+    double mean = 0, own = 0;
     for (std::size_t i = 0; i < n; ++i)
-      gains[i][c] = static_cast<float>(std::exp(logarithms(static_cast<Eigen::Index>(i))));
+      if (scene.eyes[i].rank == 0) mean += logarithms(static_cast<Eigen::Index>(i)), own += 1;
+    for (std::size_t i = 0; i < n; ++i)
+      scene.eyes[i].gain[c] =
+          static_cast<float>(std::exp(logarithms(static_cast<Eigen::Index>(i)) - mean / std::max(1.0, own)));
   }
-  return gains;
 }
 
 void PanoramaRenderer::render_rows(const Scene& scene, std::uint32_t from, std::uint32_t to, RgbRaster& out,
-                                   std::uint64_t& seen_pixels) const {
+                                   std::uint64_t& seen_pixels, std::uint64_t& filled_pixels) const {
   // Where the panorama is coarser than the lenses, a pixel is the mean of several samples.
   const int samples =
       std::clamp(static_cast<int>(std::lround(static_cast<double>(natural_width()) / out.width)), 1, 16);
-  const float step = 1.0f / static_cast<float>(samples);
+  const double step = 1.0 / samples;
+  std::vector<Scene::Line> columns;
+  for (std::uint32_t u = 0; u < out.width; ++u)
+    for (int i = 0; i < samples; ++i) columns.push_back(scene.column(u + (i + 0.5) * step - 0.5));
   std::array<Seer, kMostSeers> seen;
+  std::vector<Rgb> sums(out.width);
+  std::vector<std::array<int, 2>> found(out.width);  // samples, and those that the moment itself shows
   for (std::uint32_t v = from; v < to; ++v) {
+    std::fill(sums.begin(), sums.end(), Rgb{});
+    std::fill(found.begin(), found.end(), std::array<int, 2>{});
+    for (int j = 0; j < samples; ++j) {
+      const Scene::Line row = scene.row(v + (j + 0.5) * step - 0.5);
+      for (std::size_t i = 0; i < columns.size(); ++i) {
+        const std::size_t count =
+            seers(scene, Scene::direction(columns[i], row), scene.nearness(columns[i], row), seen);
+        if (count == 0) continue;
+        const Rgb c = colour(std::span(seen).first(count));
+        const std::size_t u = i / static_cast<std::size_t>(samples);
+        sums[u].red += c.red, sums[u].green += c.green, sums[u].blue += c.blue;
+        ++found[u][0];
+        found[u][1] += seen[0].eye->rank == 0;
+      }
+    }
     std::uint8_t* pixel = &out.pixels[3 * std::size_t{v} * out.width];
     for (std::uint32_t u = 0; u < out.width; ++u, pixel += 3) {
-      Rgb sum;
-      int found = 0;
-      for (int j = 0; j < samples; ++j)
-        for (int i = 0; i < samples; ++i) {
-          const auto [direction, nearness] =
-              scene.at(static_cast<float>(u) + (static_cast<float>(i) + 0.5f) * step - 0.5f,
-                       static_cast<float>(v) + (static_cast<float>(j) + 0.5f) * step - 0.5f);
-          const std::size_t count = seers(scene, direction, nearness, config_.blend == PanoramaBlend::Bands, seen);
-          if (count == 0) continue;
-          const Rgb c = colour(scene, std::span(seen).first(count));
-          sum.red += c.red, sum.green += c.green, sum.blue += c.blue;
-          ++found;
-        }
-      if (found == 0) {
+      if (found[u][0] == 0) {
         std::copy(config_.fill.begin(), config_.fill.end(), pixel);
         continue;
       }
-      ++seen_pixels;
-      const float scale = 1.0f / static_cast<float>(found);
-      const std::array<float, 3> mean{sum.red * scale, sum.green * scale, sum.blue * scale};
+      ++(found[u][1] > 0 ? seen_pixels : filled_pixels);
+      const float scale = 1.0f / static_cast<float>(found[u][0]);
+      const std::array<float, 3> mean{sums[u].red * scale, sums[u].green * scale, sums[u].blue * scale};
       for (std::size_t c = 0; c < 3; ++c)
         pixel[c] = static_cast<std::uint8_t>(std::clamp(mean[c] + 0.5f, 0.0f, 255.0f));
     }
   }
 }
 
-RenderedPanorama PanoramaRenderer::render(const PanoramaView& view, std::span<const RawView> images,
-                                          std::uint32_t blind, const DepthPanorama* depth, WorkerPool& pool) const {
+RenderedPanorama PanoramaRenderer::render(const PanoramaView& view, const HeadShot& shot,
+                                          std::span<const HeadShot> others, const DepthPanorama* depth,
+                                          WorkerPool& pool) const {
   Scene scene{view,
-              images,
               depth,
               {},
-              {},
-              {},
+              1 + static_cast<int>(others.size()),
               view.R_head_view.toRotationMatrix().cast<float>(),
               static_cast<float>(1 / head_.panorama.stitching_radius_m)};
-  const auto& lenses = projector_.lenses();
-  for (std::size_t i = 0; i < lenses.size(); ++i) {
-    const RawView& image = images[lenses[i].camera];
-    const bool fits = image.data && lenses[i].x_offset + lenses[i].width <= image.width &&
-                      lenses[i].y_offset + lenses[i].height <= image.height;
-    if (fits && (blind >> i & 1u) == 0) scene.lenses.push_back(i);
+  for (int rank = 0; rank < scene.ranks; ++rank) {
+    const HeadShot& from = rank == 0 ? shot : others[static_cast<std::size_t>(rank - 1)];
+    for (const FloatLens& lens : projector_.lenses()) {
+      const RawView& image = from.images[lens.camera];
+      const bool fits =
+          image.data && lens.x_offset + lens.width <= image.width && lens.y_offset + lens.height <= image.height;
+      if (fits && (from.blind >> lens.index & 1u) == 0) scene.eyes.push_back(eye_of(lens, from, rank));
+    }
   }
-  scene.low.resize(lenses.size());
-  scene.gains.assign(lenses.size(), {1.0f, 1.0f, 1.0f});
-  if (config_.blend == PanoramaBlend::Bands || config_.even_gains) {
-    pool.run(scene.lenses.size(), [&](std::size_t i) {
-      const FloatLens& lens = lenses[scene.lenses[i]];
-      scene.low[scene.lenses[i]] = low_image(lens, images[lens.camera]);
-    });
-    if (config_.even_gains) scene.gains = solve_gains(scene, pool);
-  }
+  if (config_.blend == PanoramaBlend::Bands || config_.even_gains)
+    pool.run(scene.eyes.size(), [&](std::size_t i) { scene.eyes[i].low = low_image(scene.eyes[i]); });
+  if (config_.even_gains) solve_gains(scene, pool);
   RenderedPanorama out;
   out.picture.width = view.shape.width;
   out.picture.height = view.shape.height;
   out.picture.pixels.resize(3 * std::size_t{view.shape.width} * view.shape.height);
-  std::vector<std::uint64_t> seen((view.shape.height + kRowsOfPiece - 1) / kRowsOfPiece);
+  std::vector<std::array<std::uint64_t, 2>> seen((view.shape.height + kRowsOfPiece - 1) / kRowsOfPiece);
   pool.run(seen.size(), [&](std::size_t piece) {
     const auto from = static_cast<std::uint32_t>(piece) * kRowsOfPiece;
-    render_rows(scene, from, std::min(view.shape.height, from + kRowsOfPiece), out.picture, seen[piece]);
+    render_rows(scene, from, std::min(view.shape.height, from + kRowsOfPiece), out.picture, seen[piece][0],
+                seen[piece][1]);
   });
-  std::uint64_t total = 0;
-  for (const std::uint64_t one : seen) total += one;
-  out.seen_share = static_cast<double>(total) / (static_cast<double>(view.shape.width) * view.shape.height);
-  out.gains = scene.gains;
+  const double pixels = static_cast<double>(view.shape.width) * view.shape.height;
+  for (const auto& [own, filled] : seen) {
+    out.seen_share += static_cast<double>(own) / pixels;
+    out.filled_share += static_cast<double>(filled) / pixels;
+  }
+  out.gains.assign(projector_.lenses().size(), {1.0f, 1.0f, 1.0f});
+  for (const Eye& eye : scene.eyes)
+    if (eye.rank == 0) out.gains[eye.lens.index] = eye.gain;
   return out;
 }
 

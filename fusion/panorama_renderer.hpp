@@ -32,11 +32,20 @@ enum class PanoramaBlend : std::uint8_t {
   Bands,
 };
 
+/// The images of one moment of the head.
+struct HeadShot {
+  std::span<const RawView> images;  ///< of PanoramaRenderer::cameras(); one without data is missing
+  std::uint32_t blind = 0;          ///< one bit for each lens that must not be used
+  /// From the head at the moment of the panorama to the head at the moment of these images.
+  Transform<CameraHead, CameraHead> T_shot_head{};
+};
+
 /// A panorama, and what is known about it.
 struct RenderedPanorama {
   RgbRaster picture;
   std::vector<std::array<float, 3>> gains;  ///< by lens: the factor on each channel
-  double seen_share = 0;                    ///< share of the pixels that a lens saw
+  double seen_share = 0;                    ///< share of the pixels that a lens of the moment saw
+  double filled_share = 0;                  ///< share of those that only a lens of another moment saw
 };
 
 /// Renders panoramas. It places each pixel's direction at the distance that a DepthPanorama gives, and samples each
@@ -67,10 +76,13 @@ class PanoramaRenderer {
     return projector_.blind_lenses(camera, lost);
   }
 
-  /// Renders one panorama. `images` are the images of cameras(); one without data is missing. `blind` has one bit for
-  /// each lens that must not be used. `depth` holds the distances in the axes of `view`; null: everything lies on the
-  /// stitching sphere of the head.
-  RenderedPanorama render(const PanoramaView& view, std::span<const RawView> images, std::uint32_t blind,
+  /// Returns whether a lens would show a place, outside the hole and the masks.
+  bool is_seen(const Point<CameraHead>& p_head) const;
+
+  /// Renders one panorama of the moment `shot`. What no lens sees there, because it is hidden by the vehicle or lies in
+  /// the hole, comes from `others`, the first of them that sees it. `depth` holds the distances in the axes of `view`;
+  /// null: everything lies on the stitching sphere of the head.
+  RenderedPanorama render(const PanoramaView& view, const HeadShot& shot, std::span<const HeadShot> others,
                           const DepthPanorama* depth, WorkerPool& pool) const;
 
  private:
@@ -81,24 +93,38 @@ class PanoramaRenderer {
     std::vector<float> pixels;
     Rgb at(float x, float y) const;
   };
-  /// A lens that sees a place.
+  /// A lens at one moment.
+  struct Eye {
+    FloatLens lens;  // from the head's frame at the moment of the panorama
+    RawView image;
+    int rank = 0;  // 0: the moment of the panorama; then the others in order
+    std::array<float, 3> centre;
+    LowImage low;
+    std::array<float, 3> gain{1.0f, 1.0f, 1.0f};
+  };
+  /// An eye that sees a place.
   struct Seer {
-    std::size_t lens;
+    const Eye* eye;
     Sight sight;
-    float cosine, ramp;
+    float cosine;  // of the angle between the lens's axis and the place
+    float ramp;    // how well inside the usable part of the image, 0 to 1
   };
   struct Scene;
-  float ramp(std::size_t lens, const Sight& sight) const;
-  LowImage low_image(const FloatLens& lens, const RawView& image) const;
-  std::size_t seers(const Scene& scene, const Eigen::Vector3f& direction, float nearness, bool all,
-                    std::span<Seer> out) const;
-  std::vector<std::array<float, 3>> solve_gains(const Scene& scene, WorkerPool& pool) const;
-  Rgb colour(const Scene& scene, std::span<const Seer> seen) const;
-  void render_rows(const Scene& scene, std::uint32_t from, std::uint32_t to, RgbRaster& out, std::uint64_t& seen) const;
+  struct Weights;
+  Eye eye_of(const FloatLens& lens, const HeadShot& shot, int rank) const;
+  float ramp(const Eye& eye, const Sight& sight) const;
+  LowImage low_image(const Eye& eye) const;
+  bool look(const Eye& eye, const Eigen::Vector3f& place, Seer& seer) const;
+  std::size_t seers(const Scene& scene, const Eigen::Vector3f& direction, float nearness, std::span<Seer> out) const;
+  void solve_gains(Scene& scene, WorkerPool& pool) const;
+  Rgb colour(std::span<const Seer> seen) const;
+  void render_rows(const Scene& scene, std::uint32_t from, std::uint32_t to, RgbRaster& out, std::uint64_t& seen,
+                   std::uint64_t& filled) const;
 
   CameraHeadGeometry head_;
   Config config_;
   HeadProjector projector_;
+  std::vector<std::uint8_t> all_images_;              // one for each camera: its image is there
   std::vector<std::vector<std::uint8_t>> clearance_;  // by lens: pixels to the nearest masked one; empty: no mask
   std::vector<float> ramp_px_;                        // by lens
   float hole_cosine_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -16,6 +17,11 @@ using std::numbers::pi;
 /// How much later than the points of its time an exposure may come, while sync learns a camera's relation.
 constexpr nanoseconds kLatestExposure{8'000'000'000};
 constexpr nanoseconds kPoseStep{500'000};
+/// What the vehicle hides comes from the exposures before and after that are the nearest beyond these distances. The
+/// far ones look at what lies behind the vehicle, which those on the way to it hide as well.
+constexpr std::array kFill_m{3.0, 6.0, 12.0};
+constexpr double kFillMost_m = 20.0;
+constexpr nanoseconds kFillAround{4'000'000'000};
 
 std::optional<std::uint32_t> whole_number(std::string_view text) {
   std::uint32_t value = 0;
@@ -87,10 +93,15 @@ void DrivePanoramas::on_settled_laser(const StampedLaserBatch& batch, const fusi
       std::find_if(lasers.begin(), lasers.end(), [&](const auto& one) { return one.sensor == batch.sensor; });
   if (mount != lasers.end()) {
     georeference(batch, *mount, trajectory, kPoseStep, georeferenced_);
+    const Transform<CameraHead, Scanner> T_head_scanner =
+        rig_.geometry.head.T_body_head.inverse() * mount->T_body_scanner;
     Placed placed;
     placed.time = batch.time;
     for (std::size_t i = 0; i < georeferenced_.size(); ++i) {
-      if (batch.returns[georeferenced_.source[i]].range_m < config_.own_vehicle_m) continue;
+      const LaserReturn& one = batch.returns[georeferenced_.source[i]];
+      if (one.range_m < config_.own_vehicle_m &&
+          !renderer_.is_seen(T_head_scanner * Point<Scanner>{{one.x, one.y, one.z}}))
+        continue;
       const Eigen::Vector3d p(georeferenced_.east[i], georeferenced_.north[i], georeferenced_.up[i]);
       if (placed.points.empty()) placed.base_enu = p;
       placed.points.push_back((p - placed.base_enu).cast<float>());
@@ -102,10 +113,10 @@ void DrivePanoramas::on_settled_laser(const StampedLaserBatch& batch, const fusi
       placed_.insert(after, std::move(placed));
     }
   }
-  while (!placed_.empty() && placed_.front().time < now - kLatestExposure - config_.around &&
+  while (!placed_.empty() && placed_.front().time < now - kLatestExposure - config_.around - kFillAround &&
          (moments_.empty() || placed_.front().time < moments_.front().time - config_.around))
     placed_.pop_front();
-  make_ready(now - config_.around);
+  make_ready(now - (fills() ? std::max(config_.around, kFillAround) : config_.around));
 }
 
 void DrivePanoramas::on_exposure(const Exposure& exposure) {
@@ -149,15 +160,17 @@ void DrivePanoramas::on_exposure(const Exposure& exposure) {
   Image& image = moment->images[index];
   image = exposure.image;
   // The other cameras of a moment may have the chosen number.
-  if (!moment->is_chosen && (choice.numbers.empty() || cameras.size() == 1)) image.buffer = {};
+  if (!moment->is_chosen && !fills() && (choice.numbers.empty() || cameras.size() == 1)) image.buffer = {};
   moment->blind |= renderer_.blind_lenses(exposure.camera, exposure.image.lost);
   const std::size_t bytes = image.buffer.bytes().size();
   moment->bytes += bytes;
   waiting_bytes_ += bytes;
   while (waiting_bytes_ > config_.most_waiting_bytes && moments_.front().is_settled) {
-    if (moments_.front().is_chosen) ++counts_.early;
-    make(moments_.front());
-    forget();
+    if (!moments_.front().is_done) {
+      if (moments_.front().is_chosen) ++counts_.early;
+      make(0);
+    }
+    forget_front();
   }
 }
 
@@ -173,15 +186,45 @@ void DrivePanoramas::on_settled_exposure(const Exposure& exposure, const fusion:
 }
 
 void DrivePanoramas::make_ready(GpsTime reached) {
-  while (!moments_.empty() && moments_.front().is_settled && moments_.front().time < reached) {
-    make(moments_.front());
-    forget();
-  }
+  for (std::size_t i = 0; i < moments_.size() && moments_[i].is_settled && moments_[i].time < reached; ++i)
+    if (!moments_[i].is_done) make(i);
+  // Later panoramas may need the images of earlier moments.
+  const nanoseconds kept = fills() ? kFillAround : nanoseconds(0);
+  while (!moments_.empty() && moments_.front().is_done && moments_.front().time < reached - kept) forget_front();
 }
 
-void DrivePanoramas::forget() {
+void DrivePanoramas::forget_front() {
   waiting_bytes_ -= moments_.front().bytes;
   moments_.pop_front();
+}
+
+std::vector<std::size_t> DrivePanoramas::neighbours(std::size_t index) const {
+  const Moment& own = moments_[index];
+  const auto place = [&](const Moment& moment) {
+    return (moment.pose->T_enu_body * rig_.geometry.head.T_body_head).translation;
+  };
+  std::vector<std::size_t> out;
+  for (const double least : kFill_m)
+    for (const int step : {-1, 1})
+      for (auto i = static_cast<std::ptrdiff_t>(index) + step; i >= 0 && i < std::ssize(moments_); i += step) {
+        const Moment& other = moments_[static_cast<std::size_t>(i)];
+        const nanoseconds apart = other.time > own.time ? other.time - own.time : own.time - other.time;
+        if (apart > kFillAround || !other.pose) continue;
+        const double away = (place(other) - place(own)).norm();
+        if (away > kFillMost_m) break;
+        if (away < least) continue;
+        if (std::find(out.begin(), out.end(), static_cast<std::size_t>(i)) == out.end())
+          out.push_back(static_cast<std::size_t>(i));
+        break;
+      }
+  return out;
+}
+
+std::vector<fusion::RawView> DrivePanoramas::views(const Moment& moment) const {
+  std::vector<fusion::RawView> out;
+  for (const Image& image : moment.images)
+    out.push_back(image.width > 0 && !image.buffer.bytes().empty() ? fusion::view_of(image) : fusion::RawView{});
+  return out;
 }
 
 std::size_t DrivePanoramas::gather(const Moment& moment, const Transform<Enu, CameraHead>& T_enu_view) {
@@ -198,7 +241,9 @@ std::size_t DrivePanoramas::gather(const Moment& moment, const Transform<Enu, Ca
   return points.size();
 }
 
-void DrivePanoramas::make(const Moment& moment) {
+void DrivePanoramas::make(std::size_t index) {
+  moments_[index].is_done = true;
+  const Moment& moment = moments_[index];
   if (!moment.is_chosen || !wants_more_) return;
   ++counts_.chosen;
   if (!moment.pose || !origin_) {
@@ -245,10 +290,20 @@ void DrivePanoramas::make(const Moment& moment) {
     depth_.close(pool_);
     out.known_share = depth_.known_share();
   }
-  std::vector<fusion::RawView> images;
-  for (const Image& image : moment.images)
-    images.push_back(image.width > 0 ? fusion::view_of(image) : fusion::RawView{});
-  out.rendered = renderer_.render(view, images, moment.blind, config_.use_depth ? &depth_ : nullptr, pool_);
+  const std::vector<fusion::RawView> images = views(moment);
+  std::vector<std::vector<fusion::RawView>> other_images;
+  std::vector<fusion::HeadShot> others;
+  if (fills()) {
+    const std::vector<std::size_t> near = neighbours(index);
+    for (const std::size_t i : near) other_images.push_back(views(moments_[i]));
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      const Moment& other = moments_[near[i]];
+      others.push_back(
+          {other_images[i], other.blind, (other.pose->T_enu_body * head.T_body_head).inverse() * T_enu_head});
+    }
+  }
+  out.rendered =
+      renderer_.render(view, {images, moment.blind, {}}, others, config_.use_depth ? &depth_ : nullptr, pool_);
   ++counts_.made;
   wants_more_ = use_(std::move(out));
 }
@@ -264,10 +319,9 @@ std::optional<std::uint32_t> DrivePanoramas::missing_number() const {
 }
 
 void DrivePanoramas::finish() {
-  while (!moments_.empty()) {
-    make(moments_.front());
-    forget();
-  }
+  for (std::size_t i = 0; i < moments_.size(); ++i)
+    if (!moments_[i].is_done) make(i);
+  moments_.clear();
 }
 
 }  // namespace hueline::survey

@@ -64,9 +64,12 @@ class DrivePanoramas : public runtime::ProductSink {
     ExposureChoice choice;
     std::uint32_t width = 0;  ///< px, even; 0: what the lenses resolve. The height is half of it
     PanoramaOrientation orientation = PanoramaOrientation::Heading;
+    /// What the vehicle hides comes from exposures before and after, from places near by. Needs use_depth.
+    bool fill_hole = true;
     bool use_depth = true;              ///< false: everything lies on the rig's stitching sphere
     nanoseconds around{2'000'000'000};  ///< points fired so long before or after the exposure give the distances
-    /// Returns nearer to their scanner are the vehicle's own and give no distances.
+    /// Returns nearer to their scanner give no distances if no lens could have shown them beside its masks: they are
+    /// the vehicle's own.
     double own_vehicle_m = 2.5;
     std::size_t most_waiting_bytes = std::size_t{2}
                                      << 30;  ///< of images; beyond it the oldest exposure is not waited for
@@ -115,7 +118,7 @@ class DrivePanoramas : public runtime::ProductSink {
     std::vector<Image> images;  // by camera of the renderer; without a buffer: missing
     std::size_t bytes = 0;
     std::uint32_t blind = 0;
-    bool is_settled = false;
+    bool is_settled = false, is_done = false;
     std::optional<fusion::Pose> pose;
   };
   /// Points of one batch, relative to its first one.
@@ -124,10 +127,13 @@ class DrivePanoramas : public runtime::ProductSink {
     Eigen::Vector3d base_enu;
     std::vector<Eigen::Vector3f> points;
   };
+  bool fills() const { return config_.fill_hole && config_.use_depth; }
   void make_ready(GpsTime reached);
-  void make(const Moment& moment);
+  void make(std::size_t index);
+  std::vector<std::size_t> neighbours(std::size_t index) const;
+  std::vector<fusion::RawView> views(const Moment& moment) const;
   std::size_t gather(const Moment& moment, const Transform<Enu, CameraHead>& T_enu_view);
-  void forget();
+  void forget_front();
 
   const config::Rig& rig_;
   Config config_;

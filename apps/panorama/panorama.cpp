@@ -26,7 +26,7 @@ namespace {
 struct Options {
   DriveOptions drive;
   std::string out, exposures = "all", size, method = "depth", orientation = "heading", blend = "bands", gains = "even",
-                   vehicle = "hide", fill = "64,64,64", format = "jpeg";
+                   vehicle = "fill", fill = "64,64,64", format = "jpeg";
   double from_s = std::nan(""), to_s = std::nan(""), around_s = 2;
   int quality = 92, threads = 2;
 };
@@ -83,7 +83,8 @@ survey::DrivePanoramas::Config configuration(const Options& options) {
   config.threads = options.threads;
   config.rendering.blend = options.blend == "none" ? fusion::PanoramaBlend::None : fusion::PanoramaBlend::Bands;
   config.rendering.even_gains = options.gains == "even";
-  config.rendering.hide_vehicle = options.vehicle == "hide";
+  config.rendering.hide_vehicle = options.vehicle != "show";
+  config.fill_hole = options.vehicle == "fill";
   const auto fill = numbers(options.fill, ',', 3);
   if (fill.empty() || *std::max_element(fill.begin(), fill.end()) > 255)
     throw config::ConfigError("--fill " + options.fill + ": give red, green and blue from 0 to 255, such as 64,64,64");
@@ -134,7 +135,7 @@ int panorama(const Options& options) {
   }
   std::string table =
       "file,exposure,gps_s,utc,latitude_deg,longitude_deg,ellipsoidal_height_m,sigma_horizontal_m,sigma_up_m,"
-      "heading_deg,pitch_deg,roll_deg,head_heading_deg,points,seen_share\n";
+      "heading_deg,pitch_deg,roll_deg,head_heading_deg,points,seen_share,filled_share\n";
   Status written;
   const auto use = [&](survey::DrivePanorama&& one) {
     const auto& picture = one.rendered.picture;
@@ -146,12 +147,12 @@ int panorama(const Options& options) {
         is_png ? storage::encode_png(pixels, tags) : storage::encode_jpeg(pixels, options.quality, tags);
     const std::string name = fmt::format("panorama_{:06}.{}", one.exposure, is_png ? "png" : "jpg");
     written = encoded.ok() ? write_file(folder->path() / name, *encoded) : Status(encoded.error());
-    table +=
-        fmt::format("{},{},{:.6f},{},{:.10f},{:.10f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{:.4f}\n",
-                    name, one.exposure, static_cast<double>(count_ns(one.time) / 1000) * 1e-6, iso_utc(one.time),
-                    one.centre.latitude / kRadPerDeg, one.centre.longitude / kRadPerDeg, one.centre.ellipsoidal_height,
-                    one.sigma_horizontal_m, one.sigma_up_m, one.heading / kRadPerDeg, one.pitch / kRadPerDeg,
-                    one.roll / kRadPerDeg, one.head_heading / kRadPerDeg, one.points, one.rendered.seen_share);
+    table += fmt::format(
+        "{},{},{:.6f},{},{:.10f},{:.10f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{:.4f},{:.4f}\n", name,
+        one.exposure, static_cast<double>(count_ns(one.time) / 1000) * 1e-6, iso_utc(one.time),
+        one.centre.latitude / kRadPerDeg, one.centre.longitude / kRadPerDeg, one.centre.ellipsoidal_height,
+        one.sigma_horizontal_m, one.sigma_up_m, one.heading / kRadPerDeg, one.pitch / kRadPerDeg, one.roll / kRadPerDeg,
+        one.head_heading / kRadPerDeg, one.points, one.rendered.seen_share, one.rendered.filled_share);
     return written.ok();
   };
   survey::DrivePanoramas making(source->rig, config, use);
@@ -212,8 +213,10 @@ void add_panorama(Command& all) {
   command.setting("--blend", options->blend, "how lenses meet: in bands, or abruptly", {"bands", "none"});
   command.setting("--gains", options->gains, "brightness of the lenses: made even where they overlap, or as it is",
                   {"even", "raw"});
-  command.setting("--vehicle", options->vehicle, "the masks of the vehicle and the hole: hidden or shown",
-                  {"hide", "show"});
+  command.setting(
+      "--vehicle", options->vehicle,
+      "what the vehicle hides and the hole below: filled from exposures near by, hidden, or the vehicle is shown",
+      {"fill", "hide", "show"});
   command.setting("--fill", options->fill, "colour of what no lens shows: red,green,blue");
   command.setting("--around-s", options->around_s, "laser points within this time before and after are used",
                   {.least = 0.05, .most = 60});

@@ -45,6 +45,15 @@ struct Room {
 
   /// `dim` is the factor on the light of lens 2.
   explicit Room(double dim = 1) {
+    photograph({}, 1, dim);
+    for (double polar = 0.005; polar < pi; polar += 0.01)
+      for (double azimuth = 0; azimuth < 2 * pi; azimuth += 0.01 / std::sin(polar))
+        points.push_back(on_wall({0, 0, 0}, Vector3(std::sin(polar) * std::cos(azimuth),
+                                                    std::sin(polar) * std::sin(azimuth), std::cos(polar)))
+                             .cast<float>());
+  }
+  /// Takes the image of a head at another place in the room. The light of all lenses is multiplied by `light`.
+  void photograph(const Transform<CameraHead, CameraHead>& T_room_head, double light, double dim = 1) {
     const auto& lenses = rig.head.lenses;
     std::vector<CameraModel> models;
     for (const LensMount& lens : lenses) models.emplace_back(lens.intrinsics);
@@ -52,18 +61,13 @@ struct Room {
     for (std::uint32_t y = 0; y < 256 * 6; ++y)
       for (std::uint32_t x = 0; x < 306; ++x)
         if (const auto ray = models[y / 256].unproject({double(x), double(y % 256)})) {
-          const auto& T = lenses[y / 256].T_head_lens;
+          const auto T = T_room_head * lenses[y / 256].T_head_lens;
           seen[std::size_t{y} * 306 + x] = on_wall(T.translation, T.rotation * ray->xyz);
         }
     image = make_image(306, 256 * 6, kFormat, [&](std::uint32_t x, std::uint32_t y, int c) {
       const auto& p = seen[std::size_t{y} * 306 + x];
-      return p ? (y / 256 == 2 ? dim : 1.0) * paint(*p, c) : 0.0;
+      return p ? (y / 256 == 2 ? dim : 1.0) * light * paint(*p, c) : 0.0;
     });
-    for (double polar = 0.005; polar < pi; polar += 0.01)
-      for (double azimuth = 0; azimuth < 2 * pi; azimuth += 0.01 / std::sin(polar))
-        points.push_back(on_wall({0, 0, 0}, Vector3(std::sin(polar) * std::cos(azimuth),
-                                                    std::sin(polar) * std::sin(azimuth), std::cos(polar)))
-                             .cast<float>());
   }
   RenderedPanorama render(const PanoramaRenderer::Config& config, bool use_depth, int threads = 2,
                           const PanoramaView& view = kView) const {
@@ -74,7 +78,8 @@ struct Room {
     depth.add(turned, pool);
     depth.close(pool);
     const RawView raw = view_of(image);
-    return PanoramaRenderer(rig.head, config).render(view, std::span(&raw, 1), 0, use_depth ? &depth : nullptr, pool);
+    return PanoramaRenderer(rig.head, config)
+        .render(view, {std::span(&raw, 1)}, {}, use_depth ? &depth : nullptr, pool);
   }
 };
 
@@ -146,16 +151,54 @@ TEST(PanoramaRenderer, FillsWhatNoLensSeesAndLeavesOutMasksAndMissingImages) {
   EXPECT_EQ(pixel(room.render(config, true), 320, 2), fill);
   PanoramaRenderer::Config shown = config;
   shown.hide_vehicle = false;
-  EXPECT_EQ(room.render(shown, true).picture.pixels, whole.picture.pixels);
+  EXPECT_EQ(pixel(room.render(shown, true), 320, 2), pixel(whole, 320, 2));
 
   const RawView nothing;
   WorkerPool pool(1);
-  const auto missing = PanoramaRenderer(room.rig.head, config).render(kView, std::span(&nothing, 1), 0, nullptr, pool);
+  const auto missing =
+      PanoramaRenderer(room.rig.head, config).render(kView, {std::span(&nothing, 1)}, {}, nullptr, pool);
   EXPECT_EQ(missing.seen_share, 0);
   EXPECT_EQ(pixel(missing, 320, 160), fill);
   const RawView raw = view_of(room.image);
-  const auto blind = PanoramaRenderer(room.rig.head, config).render(kView, std::span(&raw, 1), 1u << 5, nullptr, pool);
+  const auto blind =
+      PanoramaRenderer(room.rig.head, config).render(kView, {std::span(&raw, 1), 1u << 5}, {}, nullptr, pool);
   EXPECT_EQ(pixel(blind, 320, 2), fill);
+}
+
+TEST(PanoramaRenderer, FillsTheHoleFromAnotherPlace) {
+  const Room room;
+  // The same room, seen by a head that stood 0.6 m ahead and 0.3 m to the left, turned and darker.
+  Room other;
+  HeadShot shot;
+  shot.T_shot_head.rotation = Eigen::AngleAxisd(0.4, Vector3(0.1, 0.9, 0.2).normalized());
+  shot.T_shot_head.translation = -(shot.T_shot_head.rotation * Vector3(0.6, 0.3, 0));
+  other.photograph(shot.T_shot_head.inverse(), 0.8);
+  const RawView own_image = view_of(room.image), other_image = view_of(other.image);
+  shot.images = std::span(&other_image, 1);
+  WorkerPool pool(2);
+  DepthPanorama depth({.width = 1024});
+  depth.add(room.points, pool);
+  depth.close(pool);
+  const PanoramaRenderer renderer(room.rig.head, {});
+  const auto hidden = renderer.render(kView, {std::span(&own_image, 1)}, {}, &depth, pool);
+  const auto filled = renderer.render(kView, {std::span(&own_image, 1)}, std::span(&shot, 1), &depth, pool);
+  EXPECT_EQ(hidden.filled_share, 0);
+  EXPECT_EQ(filled.seen_share, hidden.seen_share);
+  EXPECT_GT(filled.filled_share, 0.05);
+  // Only what was not seen has changed, beside what fades.
+  double sum = 0;
+  int count = 0;
+  const Panorama panorama(kView.shape);
+  for (std::uint32_t v = 200; v < 320; ++v)
+    for (std::uint32_t u = 0; u < 640; ++u) {
+      const std::size_t at = 3 * (std::size_t{v} * 640 + u);
+      if (hidden.picture.pixels[at] != 64 || filled.picture.pixels[at] == 64) continue;
+      const Vector3 p = on_wall({0, 0, 0}, panorama.direction_of({double(u), double(v)}).xyz);
+      for (int c = 0; c < 3; ++c, ++count)
+        sum += std::abs(filled.picture.pixels[at + static_cast<std::size_t>(c)] - paint(p, c));
+    }
+  ASSERT_GT(count, 10'000);
+  EXPECT_LT(sum / count, 4);
 }
 
 TEST(PanoramaRenderer, AveragesWhereThePanoramaIsCoarserThanTheLenses) {

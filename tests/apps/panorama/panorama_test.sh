@@ -35,6 +35,14 @@ for choice in "--method sphere" "--orientation north" "--orientation head" "--bl
   ! cmp -s natural/panorama_000005.jpg other/panorama_000005.jpg || fail "$choice changes nothing"
 done
 
+# What the vehicle hides comes from other exposures, except where it never moves.
+share() { awk -F, -v column="$2" 'NR == 2 {print ($column > 0.15)}' "$1/panoramas.csv"; }
+ends 0 panorama --out hidden --exposures 5 --vehicle hide
+[ "$(share natural 16) $(share hidden 16)" = "1 0" ] || fail "the hole is not filled: $(tail -1 natural/panoramas.csv)"
+sed 's/stand_s: 0, accelerate_s: 1/stand_s: 5/' small.yaml >standing.yaml
+ends 0 "$hueline" panorama --scenario standing.yaml --sim sim --out standing --exposures 5
+[ "$(share standing 15) $(share standing 16)" = "1 0" ] || fail "filled without having moved: $(tail -1 standing/panoramas.csv)"
+
 told() { local want=$1 sentence=$2; shift 2; ends "$want" timeout 60 "$hueline" panorama "$@"; says "$sentence"; }
 simulated="--scenario small.yaml --sim sim"
 told 2 "give either a recording" --out x
