@@ -117,7 +117,10 @@ void Pipeline::take_synchronised() {
   }
   synchronised_.clear();
   give_settled(false);
-  if (const auto watermark = synchroniser_.watermark()) colouring_.advance(*watermark);
+  if (const auto watermark = synchroniser_.watermark()) {
+    colouring_.advance(*watermark);
+    sink_.on_watermark(*watermark);
+  }
   for (Fault& fault : colouring_.take_faults()) {
     fault.time = newest_;
     tell(std::move(fault));

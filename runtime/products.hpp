@@ -34,6 +34,8 @@ class ProductSink {
   /// wants_settled_laser() returns true.
   virtual void on_settled_laser(const StampedLaserBatch&, const fusion::Trajectory&) {}
   virtual bool wants_settled_laser() const { return false; }
+  /// Called with a time before which no exposure and no batch will come any more.
+  virtual void on_watermark(GpsTime) {}
   /// Called with every solution of the POS, good or not.
   virtual void on_solution(const InsSolution&) {}
   /// Called with a message of a wheel encoder and its time.

@@ -58,7 +58,6 @@ class DriveShots : public runtime::ProductSink {
     fusion::Pose pose;  // at its time
   };
   std::uint32_t shrink(const fusion::LensMount& lens) const;
-  calibration::GreyImage lens_image(const Exposure& exposure, const fusion::LensMount& lens) const;
   std::vector<calibration::LaserSample> samples_around(GpsTime mid, const Transform<Body, Enu>& T_body_enu) const;
   void decide(const Waiting& exposure);
   void thin();
