@@ -75,8 +75,8 @@ LabOfRgb::LabOfRgb(Encoding encoding) {
   }
 }
 
-Lab LabOfRgb::operator()(std::array<std::uint8_t, 3> rgb) const {
-  const double r = light_[rgb[0]], g = light_[rgb[1]], b = light_[rgb[2]];
+Lab LabOfRgb::of_light(const std::array<double, 3>& light) {
+  const auto [r, g, b] = light;
   // IEC 61966-2-1. The white is the sum of each row, so that greys are grey to the last bit.
   constexpr double m[3][3] = {{0.4124, 0.3576, 0.1805}, {0.2126, 0.7152, 0.0722}, {0.0193, 0.1192, 0.9505}};
   const auto row = [&](int i) {

@@ -24,7 +24,12 @@ class LabOfRgb {
  public:
   enum class Encoding { Srgb, Linear };  ///< Linear: the 8 bits are proportional to light
   explicit LabOfRgb(Encoding encoding);
-  Lab operator()(std::array<std::uint8_t, 3> rgb) const;
+  Lab operator()(std::array<std::uint8_t, 3> rgb) const { return of_light(light(rgb)); }
+  /// Returns the linear light of each channel; 1 is the light of 255.
+  std::array<double, 3> light(std::array<std::uint8_t, 3> rgb) const {
+    return {light_[rgb[0]], light_[rgb[1]], light_[rgb[2]]};
+  }
+  static Lab of_light(const std::array<double, 3>& light);
 
  private:
   std::array<double, 256> light_;

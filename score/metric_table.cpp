@@ -113,6 +113,18 @@ constexpr std::array kMetrics = {
     Metric{"frame_swing_L", "L*",
            "root mean square of the change of the mean lightness error from one exposure to the next", Better::Lower, 0,
            0.05, 0.10, false},
+    Metric{"held_out_de00_median", "dE00",
+           "difference between images that were left out of a second colouring and what its cloud predicts for them, "
+           "median over pixels; needs no truth",
+           Better::Lower, 0, 0.05, 0.03, false},
+    Metric{"held_out_within10_share", "1", "share of those pixels whose difference is 10 or less", Better::Higher, 0,
+           0.004, 0, false},
+    Metric{"depth_edge_missed_share", "1",
+           "share of the laser's depth edges in the images that have no image edge within 3 px; needs no truth",
+           Better::Lower, 0, 0.01, 0.03, false},
+    Metric{"depth_edge_missed_share_by_chance", "1",
+           "the same share for places 12 px beside the depth edges: what a quite wrong mounting or time would have",
+           Better::Informative, 0, 0, 0, false},
     Metric{"hole_coloured_share", "1",
            "share that was coloured of those sampled true returns that the exposure nearest in time cannot see, below "
            "all lenses or behind the own vehicle",

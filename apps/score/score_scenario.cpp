@@ -13,6 +13,8 @@
 
 #include "apps/score/score_recording.hpp"
 #include "apps/score/score_sink.hpp"
+#include "apps/score/sink_group.hpp"
+#include "apps/score/view_judges.hpp"
 #include "apps/simulate/simulated_recording.hpp"
 #include "apps/simulate/simulated_rig.hpp"
 #include "runtime/pipeline.hpp"
@@ -136,12 +138,13 @@ Result<Recorded> record(const sim::Scenario& scenario, const sim::Drive& drive, 
 /// The pipeline with its sink, as the packets of a simulated drive come to it.
 class ScoredPipeline {
  public:
-  /// The images of the sensor `camera` show the true exposures `numbers`, in this order. `scorer` must outlive this
-  /// object.
-  ScoredPipeline(score::Scorer& scorer, const config::Rig& rig, int threads, GpsTime drive_begin, SensorId camera,
-                 std::vector<std::uint32_t> numbers)
+  /// The images of the sensor `camera` show the true exposures `numbers`, in this order. `scorer` and `others` must
+  /// outlive this object.
+  ScoredPipeline(score::Scorer& scorer, const std::vector<runtime::ProductSink*>& others, const config::Rig& rig,
+                 int threads, GpsTime drive_begin, SensorId camera, std::vector<std::uint32_t> numbers)
       : sink_(scorer, rig, drive_begin),
-        pipeline_(rig, threads, sink_),
+        sinks_(with(others, sink_)),
+        pipeline_(rig, threads, sinks_),
         camera_(camera),
         numbers_(std::move(numbers)) {}
 
@@ -160,17 +163,23 @@ class ScoredPipeline {
     sink_.set_now({});
     const auto began = Clock::now();
     pipeline_.flush();
-    inside_ += Clock::now() - began - sink_.spent();
+    inside_ += Clock::now() - began - sinks_.spent();
     sink_.finish();
   }
 
   const ScoreSink& sink() const { return sink_; }
   const runtime::Pipeline& pipeline() const { return pipeline_; }
-  /// Returns the time that the pipeline took, without that of the sink.
+  /// Returns the time that the pipeline took, without that of the sinks.
   double seconds() const { return std::chrono::duration<double>(inside_).count(); }
 
  private:
+  static std::vector<runtime::ProductSink*> with(std::vector<runtime::ProductSink*> sinks, ScoreSink& sink) {
+    sinks.insert(sinks.begin(), &sink);
+    return sinks;
+  }
+
   ScoreSink sink_;
+  SinkGroup sinks_;
   runtime::Pipeline pipeline_;
   const SensorId camera_;
   const std::vector<std::uint32_t> numbers_;
@@ -221,7 +230,9 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   count_units(sent->timeline, timeline, rig, devices);
   const SensorId camera = sensors_of_channels(rig)[static_cast<std::size_t>(sim::WireChannel::Camera)];
   forgive_unmade_images(scenario, spoilt->hits, devices[camera]);
-  ScoredPipeline pipeline(*scorer, rig, threads, gps_time_ns(drive->begin_gps_ns), camera, pictures(*drive, timeline));
+  ViewJudges views(rig, threads, score::encoding_of(scenario));
+  ScoredPipeline pipeline(*scorer, views.sinks(), rig, threads, gps_time_ns(drive->begin_gps_ns), camera,
+                          pictures(*drive, timeline));
   const auto use = [&](const Packet& packet) {
     if (packet.sequence % 512 == 0)
       progress(name + ": colouring",
@@ -256,6 +267,7 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   run.score = scorer->finish(name, account(rig, pipeline.pipeline(), devices, pipeline.sink().told_lost()),
                              [&](double share) { progress(name + ": casting rays", share); });
   score::add_recording_figures(facts, run.score);
+  views.report(run.score);
   run.score.figures["realtime_factor"] = {scenario.duration_s / pipeline.seconds(), {}};
   run.score.figures["points_per_second"] = {static_cast<double>(run.cloud.points()) / pipeline.seconds(), {}};
   return run;

@@ -49,10 +49,8 @@ void ScoreSink::on_fault(const Fault& fault) {
 }
 
 void ScoreSink::on_cloud(const CloudBlock& block, const fusion::Trajectory&) {
-  const auto began = std::chrono::steady_clock::now();
   const auto T_ecef_enu = ecef_from_enu(block.origin);
   for (const ColouredPoint& point : block.points) take(point, T_ecef_enu);
-  spent_ += std::chrono::steady_clock::now() - began;
 }
 
 void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu) {

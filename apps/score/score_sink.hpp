@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <map>
 #include <vector>
 
@@ -37,8 +36,6 @@ class ScoreSink : public runtime::ProductSink {
   const CloudPrint& cloud() const { return cloud_; }
   /// Returns for each sensor how many units the Lost faults report.
   const std::map<SensorId, std::uint64_t>& told_lost() const { return told_lost_; }
-  /// Returns the time spent in this sink, which is subtracted from the pipeline's time.
-  std::chrono::nanoseconds spent() const { return spent_; }
 
  private:
   struct Stamped {
@@ -61,7 +58,6 @@ class ScoreSink : public runtime::ProductSink {
   std::map<SensorId, std::uint64_t> told_lost_;
   std::optional<HostTime> now_;
   CloudPrint cloud_;
-  std::chrono::nanoseconds spent_{0};
 };
 
 }  // namespace hueline::apps

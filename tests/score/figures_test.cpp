@@ -12,6 +12,7 @@
 #include "score/sheet_file.hpp"
 #include "score/sheet_text.hpp"
 #include "score/time_figures.hpp"
+#include "score/view_figures.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace hueline::score {
@@ -216,6 +217,42 @@ TEST(MotionFigures, ByHand) {
   EXPECT_EQ(value(without, "static_accuracy"), 1);
   EXPECT_FALSE(without.figures.at("dynamic_accuracy").value);
   EXPECT_FALSE(without.figures.at("associated_accuracy").value);
+}
+
+TEST(HeldOutFigures, OneFactorForALensIsNoErrorAndAColourIs) {
+  const LabOfRgb lab(LabOfRgb::Encoding::Linear);
+  // 400 greys in steps; every tenth pixel is predicted red. The image has twice the light.
+  std::vector<HeldOutPixel> pixels;
+  for (int i = 0; i < 400; ++i) {
+    const auto grey = static_cast<std::uint8_t>(20 + i % 100);
+    const auto twice = static_cast<std::uint8_t>(2 * grey);
+    pixels.push_back({{grey, grey, grey}, {twice, twice, twice}});
+    if (i % 10 == 0) pixels.back().predicted = {grey, 0, 0};
+  }
+  const auto figures = [&](std::span<const HeldOutPixel> view) {
+    HeldOutFigures held_out(LabOfRgb::Encoding::Linear);
+    held_out.add(view);
+    ScenarioScore score;
+    held_out.report(score);
+    return score.figures;
+  };
+  EXPECT_LT(figures(pixels).at("held_out_de00_median").value.value_or(9), 1e-5) << "the factor of two is removed";
+  EXPECT_NEAR(figures(pixels).at("held_out_within10_share").value.value_or(-1), 0.9, 1e-12);
+  for (int i = 0; i < 400; ++i) pixels[static_cast<std::size_t>(i)].seen[2] = 0;  // another colour everywhere
+  EXPECT_GT(figures(pixels).at("held_out_de00_median").value.value_or(0), 20);
+  EXPECT_LT(figures(pixels).at("held_out_within10_share").value.value_or(1), 0.1);
+  EXPECT_FALSE(figures(std::span(pixels).first(50)).at("held_out_de00_median").value) << "too few for the factor";
+}
+
+TEST(DepthEdgeFigures, ByHand) {
+  ScenarioScore score;
+  add_depth_edge_figures({.exposures = 2, .edges = 40, .missed = 10, .places = 160, .missed_there = 120}, score);
+  EXPECT_EQ(value(score, "depth_edge_missed_share"), 0.25);
+  EXPECT_EQ(value(score, "depth_edge_missed_share_by_chance"), 0.75);
+  ScenarioScore none;
+  add_depth_edge_figures({}, none);
+  EXPECT_FALSE(none.figures.at("depth_edge_missed_share").value);
+  EXPECT_FALSE(none.figures.at("depth_edge_missed_share_by_chance").reason.empty());
 }
 
 TEST(MetricTable, NamesAreUniqueAndDocumented) {
