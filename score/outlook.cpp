@@ -65,6 +65,10 @@ Outlook::Look Outlook::look(const Sight& sight, Vec3 place) const {
   Look out;
   world_.look(moment_of(sight), {&ray, 1}, static_cast<float>(1 / rig_.lenses[sight.lens].focal_x), {&out.seen, 1});
   const double distance = out.seen.is_hit ? out.seen.distance_m : ray.far_m;
+  if (out.seen.is_hidden_by_glass()) {
+    out.met = Met::Before;
+    return out;
+  }
   out.met = distance < sight.distance_m - kTolerance_m
                 ? Met::Before
                 : (distance > sight.distance_m + kTolerance_m ? Met::Behind : Met::Place);

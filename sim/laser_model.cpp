@@ -12,10 +12,13 @@ namespace {
 constexpr double kWireUnit = 0.002;    // unit of distances on Velodyne's wire, m
 constexpr float kBeamSpread = 0.003f;  // full width of the beam, rad
 
+/// Returns the share of the pulse that panes let pass, there and back.
+float both_ways(const Seen& seen) { return seen.transmitted * seen.transmitted; }
+
 std::uint8_t reflectivity_of(const Seen& seen) {
   // Matt targets have the values 0 .. 100, retroreflectors the values above.
   if (seen.material == Material::SignFace) return 220;
-  return static_cast<std::uint8_t>(std::clamp(100.0f * seen.reflectance, 1.0f, 100.0f));
+  return static_cast<std::uint8_t>(std::clamp(100.0f * seen.reflectance * both_ways(seen), 1.0f, 100.0f));
 }
 
 }  // namespace
@@ -30,7 +33,7 @@ Pose between(const Pose& a, const Pose& b, double share) {
 bool is_detected(const LaserConfig& config, const World::Ray& ray, const Seen& seen) {
   if (config.detection_range_m == 0 || seen.material == Material::SignFace) return true;
   const double cosine = std::abs(dot(seen.normal, ray.direction)), range = seen.distance_m / config.detection_range_m;
-  return seen.reflectance * cosine >= 0.1 * range * range;
+  return seen.reflectance * both_ways(seen) * cosine >= 0.1 * range * range;
 }
 
 ReturnTruth::ReturnTruth(const Scenario& scenario, const World& world)
@@ -43,10 +46,10 @@ TrueReturn ReturnTruth::of(const World::Ray& ray, const Seen& seen, double wire_
   const Vec3 beam = ray.origin + wire_range_m * ray.direction;
   truth.east = hit.x, truth.north = hit.y, truth.up = hit.z;
   truth.beam_east = beam.x, truth.beam_north = beam.y, truth.beam_up = beam.z;
-  const auto colour = tone_.perfect(seen.colour);
+  const auto colour = tone_.perfect(seen.own);
   truth.red = colour[0], truth.green = colour[1], truth.blue = colour[2];
   truth.albedo = unshaded_.perfect({seen.albedo.r, seen.albedo.g, seen.albedo.b});
-  truth.light = {seen.colour.r, seen.colour.g, seen.colour.b};
+  truth.light = {seen.own.r, seen.own.g, seen.own.b};
   truth.is_moving = world_.is_moving(seen.surface);
   return truth;
 }

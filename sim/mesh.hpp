@@ -42,6 +42,10 @@ enum class Material : std::uint8_t {
   TargetWhite,
   Cloth,
   Skin,
+  Pane,       ///< of glass; in Scene::sheer only
+  Openwork,   ///< a fence; style 0: bars, 1: chain link; in Scene::sheer only
+  Wire,       ///< the sheath of a wire; `QuadTag::style` is an index into Scene::wires; in Scene::sheer only
+  Interior,   ///< walls of a room with shelves
   Tarpaulin,  ///< of a lorry, with stripes and lettering; `QuadTag::style` selects its paint
 };
 

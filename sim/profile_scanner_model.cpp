@@ -16,7 +16,8 @@ constexpr float kBeamSpread = 0.0005f;  // full width of the beam, rad
 
 std::uint16_t reflectance_of(const Seen& seen) {
   if (seen.material == Material::SignFace) return 50'000;  // retroreflective: five times as bright as white
-  return static_cast<std::uint16_t>(std::lround(10'000 * std::clamp(seen.reflectance, 0.01f, 1.0f)));
+  return static_cast<std::uint16_t>(
+      std::lround(10'000 * std::clamp(seen.reflectance * seen.transmitted * seen.transmitted, 0.01f, 1.0f)));
 }
 
 }  // namespace

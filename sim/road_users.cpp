@@ -150,14 +150,15 @@ MovingShape shape_of(const RoadUserConfig& user) {
   MovingShape shape;
   switch (user.kind) {
     case RoadUserKind::Car:
+      shape.front_m = kCarFront;
       add_car(shape.mesh, {}, 0, paint);
       break;
     case RoadUserKind::Van:
-      shape = {{}, 1.2, 3.4};
+      shape = {{}, 1.2, 3.4, kVanFront};
       add_van(shape.mesh, {}, 0, paint);
       break;
     case RoadUserKind::Lorry:
-      shape = {{}, 2.0, 6.8};
+      shape = {{}, 2.0, 6.8, kLorryFront};
       add_lorry(shape.mesh, {}, 0, paint);
       break;
     case RoadUserKind::Person:
@@ -183,6 +184,20 @@ const char* name_of(RoadUserKind kind) {
 }
 
 }  // namespace
+
+void add_headlights(Scene& scene, const Scenario& scenario) {
+  const auto add_pair = [&](int carrier, double light, double aside, double ahead, double up) {
+    // Each gives half of the light, at 10 m.
+    const auto power = static_cast<float>(50 * light);
+    for (const double x : {-aside, aside})
+      scene.night_lamps.push_back({{x, ahead, up}, carrier, true, {power, 0.95f * power, 0.86f * power}});
+  };
+  if (scenario.drive.headlights > 0) add_pair(NightLamp::kOwnVehicle, scenario.drive.headlights, 0.65, 2.2, -0.15);
+  if (scenario.street.car_lights <= 0) return;
+  for (std::size_t i = 0; i < scene.movers.size(); ++i)
+    if (const double front = scene.shapes[scene.movers[i].shape].front_m; front > 0)
+      add_pair(static_cast<int>(i), scenario.street.car_lights, 0.62, front, 0.65);
+}
 
 void add_road_users(Scene& scene, const Scenario& scenario, double drive_length) {
   for (std::size_t i = 0; i < scenario.road_users.size(); ++i) {

@@ -41,6 +41,16 @@ constexpr std::array kYoungKeys{"scene=",
                                 "laser.points_per_s=",
                                 "wheel.",
                                 "street.car_paints=",
+                                "street.wetness=",
+                                "street.daylight=",
+                                "street.lamp_light=",
+                                "street.car_lights=",
+                                "street.glazed_fronts=",
+                                "street.wire_mm=",
+                                "street.stake_spacing_m=",
+                                "street.fence=",
+                                "glass.",
+                                "drive.headlights=",
                                 "laser.detection_range_m="};
 
 bool is_young(std::string_view line) {

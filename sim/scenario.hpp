@@ -23,6 +23,9 @@ enum class CarPaints : std::uint8_t {
   BlackAndWhite,  ///< snow-white (reflectance 0.93) and black (0.012)
 };
 
+/// Which fences stand between road and pavements.
+enum class Fence : std::uint8_t { None, Bars, ChainLink, Both };
+
 /// The street. Its centre line starts along the drive's heading and bends once. s is the distance along the centre line
 /// from the place where the vehicle starts, in m; lateral offsets count to the right.
 struct StreetConfig {
@@ -45,6 +48,15 @@ struct StreetConfig {
   double sky_brightness = 1.0;
   bool furnished = true;  ///< false: there are ground and facades only
   CarPaints car_paints = CarPaints::Usual;
+  double wetness = 0;  ///< 0: the ground is dry, 1: it is under water
+  /// Light of sun and sky, on the scene and as seen, in multiples of a clear day's.
+  double daylight = 1;
+  double lamp_light = 0;     ///< light of a street lamp on a white surface 1 m below, in multiples of the sun's; 0: off
+  double car_lights = 0;     ///< like DriveConfig::headlights, of every vehicle that moves; 0: off
+  double glazed_fronts = 0;  ///< share of the houses whose ground floor has panes with a room behind
+  double wire_mm = 0;        ///< diameter of the overhead wires; 0: there are none
+  double stake_spacing_m = 0;  ///< distance between stakes on the pavements; 0: there are none
+  Fence fence = Fence::None;
 
   void visit(Keys& keys);
 };
@@ -69,6 +81,8 @@ struct DriveConfig {
   double brake_s = 4.0;
   double halt_s = 1.0;        ///< time at the end
   double imu_height_m = 0.8;  ///< height of the body's origin above the road
+  /// Light of the vehicle's two headlights on a white surface 10 m ahead, in multiples of the sun's; 0: off.
+  double headlights = 0;
   /// Amplitudes of the suspension, which fade in with the speed.
   double roll_amplitude_deg = 0.35, pitch_amplitude_deg = 0.25, heave_amplitude_m = 0.012;
   /// In the order in which they come; between them the vehicle drives the road there and back.
@@ -136,6 +150,7 @@ struct Scenario {
   TrafficConfig traffic;
   TunnelConfig tunnel;
   TargetsConfig targets;
+  GlassConfig glass;
   std::vector<RoadUserConfig> road_users;  ///< in addition to those of the scene
   DriveConfig drive;
   InsConfig ins;

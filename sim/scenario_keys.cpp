@@ -28,6 +28,35 @@ void StreetConfig::visit(Keys& keys) {
   keys.choice({"car_paints", "",
                "The colours of the scene's cars: nine usual ones, or snow-white (reflectance 0.93) and black (0.012)."},
               car_paints, {{"usual", CarPaints::Usual}, {"black_and_white", CarPaints::BlackAndWhite}});
+  keys.number({"wetness", "",
+               "How wet roads and pavements are. Water darkens them and mirrors what is behind them, as Fresnel's "
+               "formula says for a refractive index of 1.33: clearly in puddles, which grow with this number, and "
+               "distorted and weaker between them."},
+              wetness, {0, 1});
+  keys.number({"daylight", "", "The light of sun and sky, on the scene and as seen, in multiples of a clear day's."},
+              daylight, {0, 1});
+  keys.number({"lamp_light", "",
+               "The light of a street lamp on a white surface 1 m below it, in multiples of the sun's. 0: lamps are "
+               "off."},
+              lamp_light, {0, 100});
+  keys.number({"car_lights", "",
+               "The light of the headlights of each other vehicle that moves, as `drive.headlights`. 0: they are off."},
+              car_lights, {0, 100});
+  keys.number({"glazed_fronts", "",
+               "The share of the houses that have panes of glass with a room behind them in their ground floor."},
+              glazed_fronts, {0, 1});
+  keys.number({"wire_mm", "mm",
+               "The diameter of the wires above and across the road and of the stays of its lamp poles. 0: there are "
+               "none."},
+              wire_mm, {0, 100});
+  keys.number(
+      {"stake_spacing_m", "m", "The distance between stakes of 30 mm diameter on the pavements. 0: there are none."},
+      stake_spacing_m, {0, 1000});
+  keys.choice({"fence", "",
+               "Fences along the kerbs, with gaps: bars of 20 mm every 120 mm, 1.1 m high; a chain link of 4 mm wire "
+               "with meshes of 50 mm, 1.9 m high; or (both) bars on the right and the chain link on the left."},
+              fence,
+              {{"none", Fence::None}, {"bars", Fence::Bars}, {"chain_link", Fence::ChainLink}, {"both", Fence::Both}});
 }
 
 void TurnConfig::visit(Keys& keys) {
@@ -51,6 +80,11 @@ void DriveConfig::visit(Keys& keys) {
   keys.number({"brake_s", "s", "How long the vehicle takes to halt."}, brake_s, {0.5, 60});
   keys.number({"halt_s", "s", "How long the vehicle stands at the end."}, halt_s, {0, 600});
   keys.number({"imu_height_m", "m", "The height of the body's origin above the road."}, imu_height_m, {0.2, 3});
+  keys.number(
+      {"headlights", "",
+       "The light of the vehicle's two headlights on a white surface 10 m ahead, in multiples of the sun's. They "
+       "are dipped: little of their light goes above the horizon. 0: they are off."},
+      headlights, {0, 100});
   keys.number({"roll_amplitude_deg", "deg",
                "The amplitude of the roll on the suspension. It fades in with the speed, like the next two."},
               roll_amplitude_deg, {0, 5});
@@ -127,6 +161,15 @@ void TrafficConfig::visit(Keys& keys) {
              {0, 100});
 }
 
+void GlassConfig::visit(Keys& keys) {
+  keys.number({"refractive_index", "",
+               "The refractive index of panes. Both surfaces of a pane reflect as Fresnel's formula says: 8 % together "
+               "at normal incidence, half of the light at 80 degrees."},
+              refractive_index, {1, 3});
+  keys.number({"transmittance", "", "The share of the light that the glass of a pane does not absorb on one passage."},
+              transmittance, {0, 1});
+}
+
 void RoadUserConfig::visit(Keys& keys) {
   keys.choice({"kind", "", "What the road user is. A lorry is 12.4 m long, 2.5 m wide and 4 m high."}, kind,
               {{"car", RoadUserKind::Car},
@@ -186,7 +229,8 @@ void LaserConfig::visit(Keys& keys) {
   keys.number(
       {"detection_range_m", "m",
        "The range at which a matt surface of reflectance 0.1 that faces the beam is only just measured. A return "
-       "is missing if it is weaker than that: strength is reflectance x cosine of the incidence / range^2. "
+       "is missing if it is weaker than that: strength is reflectance x cosine of the incidence / range^2, and less "
+       "behind panes. "
        "0: every surface up to `max_range_m` gives a return."},
       detection_range_m, {0, 1000});
   keys.flag(
@@ -308,6 +352,7 @@ void Scenario::visit(Keys& keys) {
   keys.section({"traffic", "", "The settings of the scene `traffic`."}, traffic);
   keys.section({"tunnel", "", "The settings of the scene `tunnel`."}, tunnel);
   keys.section({"targets", "", "The settings of the scene `targets`."}, targets);
+  keys.section({"glass", "", "The panes of glass."}, glass);
   keys.list({"road_users", "", "Road users in addition to those of the scene.", "none"}, road_users);
   keys.section({"drive", "", "The motion of the vehicle."}, drive);
   keys.section({"ins", "", "The POS."}, ins);

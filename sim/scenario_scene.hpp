@@ -46,6 +46,14 @@ struct TunnelConfig {
   void visit(Keys& keys);
 };
 
+/// The panes of glass of all scenes.
+struct GlassConfig {
+  double refractive_index = 1.52;
+  double transmittance = 0.92;  ///< share of the light that is left by what a pane absorbs on one passage
+
+  void visit(Keys& keys);
+};
+
 /// What a road user is.
 enum class RoadUserKind : std::uint8_t { Car, Van, Lorry, Person };
 

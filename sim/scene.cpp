@@ -35,6 +35,7 @@ std::uint16_t add_surface(Scene& scene, const std::string& name) {
 Scene build_scene(const Scenario& c, const CentreLine& line, double drive_length) {
   Scene scene = build(c, line, drive_length);
   add_road_users(scene, c, drive_length);
+  add_headlights(scene, c);
   scene.paints = usual_paints();
   scene.road_half_width_m = c.street.road_width_m / 2;
   scene.zebra_at_m = c.street.zebra_at_m;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/mesh.hpp"
+#include "sim/radiance.hpp"
 #include "sim/vehicle.hpp"
 
 namespace hueline::sim {
@@ -21,6 +22,7 @@ struct FacadeStyle {
   double bay_m = 2.4, storey_m = 3.1;  ///< grid of the windows above the ground floor
   double window_width_m = 1.2, window_height_m = 1.7;
   bool is_brick = false, has_shop = false;
+  bool is_glazed = false;  ///< panes with a room behind them in the ground floor, instead of painted windows
   std::uint32_t seed = 0;
 };
 
@@ -28,6 +30,7 @@ struct FacadeStyle {
 struct MovingShape {
   Mesh mesh;
   double centre_up_m = 0.7, reach_m = 2.7;  ///< height of the centre and radius of a sphere that contains the shape
+  double front_m = 0;                       ///< y of its headlights; 0: it has none
 };
 
 /// One moving thing. It moves along the centre line or across it at constant speed, and waits underground while its s
@@ -55,6 +58,24 @@ struct LightSource {
   float power = 1;  ///< light on a white surface 1 m below the lamp
 };
 
+/// A lamp that shines at night and throws shadows. It stands in the street, or moves with the vehicle that carries it.
+struct NightLamp {
+  static constexpr int kStill = -2, kOwnVehicle = -1;
+  Vec3 place;            ///< in the scene's local level, or in the frame of its carrier
+  int carrier = kStill;  ///< kStill, kOwnVehicle or an index into Scene::movers
+  /// Whether it shines ahead (y of its carrier), dipped. Otherwise it shines downwards.
+  bool is_headlight = false;
+  Radiance power;  ///< light on a white surface that faces it at 1 m
+};
+
+/// A straight piece of something round that may be thinner than a pixel: a wire, a rope, a stake. The world looks for
+/// it within a sheath, and knows which share of a pixel it fills.
+struct Wire {
+  Vec3 from, to;
+  double radius_m = 0.006;
+};
+constexpr double kSheathRadius = 0.12;  ///< m; pixels up to twice as wide see a wire with its true share
+
 /// A sphere whose true place is known.
 struct SphereTarget {
   std::uint16_t surface = 0;
@@ -65,6 +86,10 @@ struct SphereTarget {
 /// The whole world before any ray is cast. It is built from scenario and seed alone.
 struct Scene {
   Mesh still;  ///< what does not move, in the scene's local level
+  /// Panes, fences and the sheaths of wires: what light passes, through it or between its parts. It does not move and
+  /// throws no shadow.
+  Mesh sheer;
+  std::vector<Wire> wires;  ///< indexed by QuadTag::style of Material::Wire
   std::vector<MovingShape> shapes;
   std::vector<Mover> movers;
   std::vector<FacadeStyle> facades;  ///< indexed by QuadTag::style of Material::Facade and SideWall
@@ -72,6 +97,7 @@ struct Scene {
   std::vector<std::string> surfaces{"nothing", "own vehicle"};  ///< names, indexed by TrueReturn::surface
   std::vector<SphereTarget> targets;
   std::vector<LightSource> lamps;
+  std::vector<NightLamp> night_lamps;
   Enclosure enclosure;
   double road_half_width_m = 3.5, zebra_at_m = 0;
 };

@@ -45,9 +45,20 @@ std::vector<Albedo> usual_paints();
 std::uint32_t car_paint(const StreetConfig& street, std::uint32_t usual);
 /// Adds a tree with its foot at `foot`. `number` is a part of the names of its surfaces and decides its tint.
 void add_tree(Scene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32_t number);
+/// Adds a wire that hangs from `a` to `b` with its middle `sag` below the straight line.
+void add_wire(Scene& scene, Vec3 a, Vec3 b, double sag, double radius_m, std::uint16_t surface);
+/// Adds the wires, fences and stakes that the street has.
+void add_thin_things(Scene& scene, const StreetConfig& config, const CentreLine& line, double drive_length);
+/// Adds the room behind the panes of a house, and the panes. T is the frame of the house (add_building()), the opening
+/// reaches from `x0` to `x1` and from `z0` to `z1` in it.
+void add_showroom(Scene& scene, const Pose& T, double x0, double x1, double z0, double z1, std::uint32_t number);
+
 /// Adds a lamp post with its foot at `foot` and its arm in the direction `towards_road`.
-void add_lamp(Scene& scene, Vec3 foot, Vec3 towards_road, std::uint32_t number);
+void add_lamp(Scene& scene, const StreetConfig& street, Vec3 foot, Vec3 towards_road, std::uint32_t number);
+/// Adds the headlights of the own vehicle and of all vehicles that move.
+void add_headlights(Scene& scene, const Scenario& scenario);
 /// Add one car, van, lorry or person to the mesh of a shape, in the frame T.
+constexpr double kCarFront = 2.17, kVanFront = 2.75, kLorryFront = 6.26;  ///< y of their headlights, m
 void add_car(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint);
 void add_van(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint);
 void add_lorry(Mesh& mesh, const Pose& T, std::uint16_t surface, std::uint32_t paint);

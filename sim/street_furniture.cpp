@@ -27,7 +27,7 @@ void add_tree(Scene& scene, Vec3 foot, int leaves, Draw& draw, std::uint32_t tin
   }
 }
 
-void add_lamp(Scene& scene, Vec3 foot, Vec3 towards_road, std::uint32_t number) {
+void add_lamp(Scene& scene, const StreetConfig& street, Vec3 foot, Vec3 towards_road, std::uint32_t number) {
   const std::uint16_t id = add_surface(scene, "lamp " + std::to_string(number));
   const QuadTag steel{Material::Steel, id, 0};
   scene.still.cylinder(foot, 0.10, 0.05, 7.2, 12, steel);
@@ -35,6 +35,13 @@ void add_lamp(Scene& scene, Vec3 foot, Vec3 towards_road, std::uint32_t number) 
   const Pose T{{{towards_road.x, along.x, 0, towards_road.y, along.y, 0, 0, 0, 1}}, foot + Vec3{0, 0, 7.1}};
   scene.still.box(T, {-0.05, -0.04, 0}, {1.5, 0.04, 0.08}, steel);
   scene.still.box(T, {1.1, -0.14, 0.05}, {1.8, 0.14, 0.16}, steel);
+  if (street.lamp_light <= 0) return;
+  const auto at = [&](double x, double y) { return T * Vec3{x, y, 0.045}; };
+  scene.still.rectangle({at(1.12, 0.12), at(1.78, 0.12), at(1.78, -0.12), at(1.12, -0.12)},
+                        {Material::LampGlass, id, 0});
+  const auto light = static_cast<float>(street.lamp_light);
+  scene.night_lamps.push_back(
+      {T * Vec3{1.45, 0, -0.03}, NightLamp::kStill, false, {light, 0.80f * light, 0.52f * light}});
 }
 
 namespace {
@@ -73,13 +80,14 @@ void add_furniture(Scene& scene, const Scenario& c, const CentreLine& line, doub
     for (const double side : {-1.0, 1.0}) {
       const double at = s + (side > 0 ? 0 : c.street.pole_spacing_m / 2);
       const Vec3 foot = line.place(at, side * (half + 0.45), top);
-      add_lamp(scene, foot, normalised(line.place(at, 0, top) - foot), number++);
+      add_lamp(scene, c.street, foot, normalised(line.place(at, 0, top) - foot), number++);
     }
   for (const double offset : {-3.0, 6.5}) {
     const double side = offset < 0 ? 1.0 : -1.0, s = c.street.zebra_at_m + offset;
     const Vec3 forward = normalised(line.place(s + 1, 0) - line.place(s, 0));
     add_sign(scene, line.place(s, side * (half + 0.4), top), -side * forward, offset < 0 ? 1 : 0);
   }
+  add_thin_things(scene, c.street, line, length);
   number = 0;
   for (int i = 0; i < c.street.parked_cars; ++i) {
     const double side = i % 2 == 0 ? 1.0 : -1.0;
@@ -94,6 +102,7 @@ void add_furniture(Scene& scene, const Scenario& c, const CentreLine& line, doub
   }
   if (c.scene == SceneKind::Traffic) return;
   scene.shapes.emplace_back();
+  scene.shapes.back().front_m = kCarFront;
   add_car(scene.shapes.back().mesh, {}, 0, car_paint(c.street, 4));
   for (int i = 0; i < c.street.moving_cars; ++i) {
     Mover car;

@@ -96,7 +96,21 @@ void add_building(Scene& scene, Vec3 a, Vec3 b, double base, double depth, const
   const double w = style.width_m, h = style.height_m;
   const auto at = [&](double x, double y, double z) { return T * Vec3{x, y, z}; };
   Mesh& mesh = scene.still;
-  mesh.rectangle({at(0, 0, 0), at(w, 0, 0), at(w, 0, h), at(0, 0, h)}, {Material::Facade, front, index});
+  const auto wall = [&](double x0, double x1, double z0, double z1) {
+    mesh.quad({at(x0, 0, z0), at(x1, 0, z0), at(x1, 0, z1), at(x0, 0, z1)}, {{{x0, z0}, {x1, z0}, {x1, z1}, {x0, z1}}},
+              {Material::Facade, front, index});
+  };
+  if (style.is_glazed) {
+    // The wall around the opening has the texture that a whole wall has there.
+    const double x0 = 0.6, x1 = 0.72 * w - 0.35, z0 = 0.4, z1 = 2.85;
+    wall(0, x0, 0, h);
+    wall(x1, w, 0, h);
+    wall(x0, x1, 0, z0);
+    wall(x0, x1, z1, h);
+    add_showroom(scene, T, x0, x1, z0, z1, index);
+  } else {
+    mesh.rectangle({at(0, 0, 0), at(w, 0, 0), at(w, 0, h), at(0, 0, h)}, {Material::Facade, front, index});
+  }
   mesh.rectangle({at(w, 0, 0), at(w, depth, 0), at(w, depth, h), at(w, 0, h)}, {Material::SideWall, front, index});
   mesh.rectangle({at(0, depth, 0), at(0, 0, 0), at(0, 0, h), at(0, depth, h)}, {Material::SideWall, front, index});
   mesh.rectangle({at(w, depth, 0), at(0, depth, 0), at(0, depth, h), at(w, depth, h)},
@@ -136,6 +150,7 @@ void add_houses(Scene& scene, const Scenario& c, const CentreLine& line, double 
       scene.still.rectangle({a, b, b + Vec3{0, 0, top}, a + Vec3{0, 0, top}}, {Material::Brick, fence, 0});
     } else {
       FacadeStyle style = draw_facade(draw, length(b - a), row.least_storeys, row.more_storeys);
+      style.is_glazed = static_cast<double>(scrambled(style.seed) >> 11) * 0x1p-53 < c.street.glazed_fronts;
       add_building(scene, a, b, row.base_m, 11.0, style, c.street.furnished);
     }
     s += width + (draw(0, 1) < 0.2 ? 1.2 : 0.02);

@@ -156,6 +156,10 @@ Albedo sign_face(const Albedo& paint, const TextureSample& t) {
 
 }  // namespace
 
+float headlight_share(const TextureSample& t) {
+  return covered(std::fabs(t.u), t.width_u, 0.48f, 0.78f) * covered(t.v, t.width_v, 0.22f, 0.36f);
+}
+
 float tile_tint(float u, float v, float du, float dv, float w, std::uint32_t seed) {
   const float fade = std::clamp(1.6f - 1.2f * w / std::min(du, dv), 0.0f, 1.0f);
   return fade > 0 ? fade * cell_value(whole(u / du), whole(v / dv), seed) : 0.0f;
@@ -238,7 +242,7 @@ Albedo albedo_at(const Scene& scene, const TextureSample& t) {
     case Material::CarGlass:
       return {0.035f, 0.045f, 0.055f};
     case Material::CarEnd: {
-      const float lamp = covered(std::fabs(t.u), t.width_u, 0.48f, 0.78f) * covered(t.v, t.width_v, 0.22f, 0.36f);
+      const float lamp = headlight_share(t);
       const float plate = covered(t.u, t.width_u, -0.26f, 0.26f) * covered(t.v, t.width_v, 0.05f, 0.16f);
       return mixed(mixed(scaled(scene.paints[t.tag.style], 0.8f), {0.80f, 0.60f, 0.55f}, lamp), {0.75f, 0.75f, 0.70f},
                    plate);

@@ -18,6 +18,9 @@ Albedo albedo_at(const Scene& scene, const TextureSample& at);
 /// Returns the same for the materials of the scenes other than the street (texture_scenes.cpp).
 Albedo scene_albedo_at(const Scene& scene, const TextureSample& at);
 
+/// Returns the share of a footprint on Material::CarEnd that the glass of its lamps covers.
+float headlight_share(const TextureSample& at);
+
 /// Returns the share of a footprint of width w around x that lies in [a, b]: the exact box filter of a step texture.
 float covered(float x, float w, float a, float b);
 /// Returns the same for [a, b] repeated every `period`.

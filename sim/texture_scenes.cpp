@@ -77,6 +77,18 @@ Albedo tarpaulin(const Albedo& paint, const TextureSample& t) {
                0.8f * covered_periodic(t.u, t.width_u, 0.7f, 0.0f, 0.04f) * covered(t.v, t.width_v, -1.0f, 0.3f));
 }
 
+/// The wall of a room, with goods on shelves 0.5 m apart; `QuadTag::style` shifts their colours.
+Albedo interior(const TextureSample& t) {
+  static constexpr std::array<Albedo, 5> kGoods{
+      {{.18f, .03f, .03f}, {.17f, .13f, .02f}, {.03f, .07f, .16f}, {.16f, .155f, .14f}, {.03f, .12f, .05f}}};
+  const float column = std::floor(t.u / 0.4f), row = std::floor(t.v / 0.5f);
+  const auto pick = static_cast<std::uint32_t>(static_cast<std::int32_t>(3 * column + 7 * row) + 1000) + t.tag.style;
+  const float goods =
+      covered_periodic(t.u, t.width_u, 0.4f, 0.05f, 0.35f) * covered_periodic(t.v, t.width_v, 0.5f, 0.04f, 0.38f);
+  const float board = covered_periodic(t.v, t.width_v, 0.5f, 0.0f, 0.04f);
+  return mixed(mixed({0.09f, 0.085f, 0.075f}, kGoods[pick % kGoods.size()], goods), {0.06f, 0.035f, 0.02f}, board);
+}
+
 Albedo rock(const TextureSample& t) {
   const float w = std::max(t.width_u, t.width_v);
   const float bent = t.v + 0.5f * smooth_noise(t.u / 6.0f, t.v / 6.0f, w / 6.0f, 151);
@@ -127,6 +139,12 @@ Albedo scene_albedo_at(const Scene& scene, const TextureSample& t) {
     case Material::Cloth:
       return scaled(scene.paints[t.tag.style % scene.paints.size()],
                     0.9f + 0.1f * smooth_noise(t.u / 0.12f, t.v / 0.3f, w / 0.12f, 201));
+    case Material::Interior:
+      return interior(t);
+    case Material::Openwork:
+      return t.tag.style == 0 ? Albedo{0.03f, 0.14f, 0.07f} : Albedo{0.42f, 0.43f, 0.44f};
+    case Material::Wire:
+      return {0.10f, 0.09f, 0.08f};
     case Material::Tarpaulin:
       return tarpaulin(scene.paints[t.tag.style], t);
     case Material::Skin:

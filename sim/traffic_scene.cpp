@@ -13,9 +13,10 @@ constexpr std::uint32_t kPeople = 4;
 void add_shapes(Scene& scene, const StreetConfig& street) {
   for (const std::uint32_t paint : kCarPaints) {
     scene.shapes.emplace_back();
+    scene.shapes.back().front_m = kCarFront;
     add_car(scene.shapes.back().mesh, {}, 0, car_paint(street, paint));
   }
-  scene.shapes.push_back({{}, 1.2, 3.4});
+  scene.shapes.push_back({{}, 1.2, 3.4, kVanFront});
   add_van(scene.shapes.back().mesh, {}, 0, car_paint(street, 2));
   for (std::uint32_t i = 0; i < kPeople; ++i) {
     scene.shapes.push_back({{}, 0.9, 1.1});

@@ -135,7 +135,7 @@ Scene build_tunnel(const Scenario& c, const CentreLine& line, double length) {
       if (s > from - 5 && s < to + 5) continue;
       const double beside = draw(0, 3), along = draw(-1, 1);
       add_tree(scene, line.place(s + along, side * (road + 4 + beside)), c.street.leaves_per_tree, draw, number);
-      add_lamp(scene, line.place(s + 6, side * (road + 0.8)),
+      add_lamp(scene, c.street, line.place(s + 6, side * (road + 0.8)),
                normalised(line.place(s + 6, 0) - line.place(s + 6, side)), number++);
     }
   return scene;

@@ -47,6 +47,7 @@ Sight Visibility::sight(const TrueReturn& point, std::size_t index, std::size_t 
   world_.look(moment, std::span(&ray, 1), 0, std::span(&seen, 1));
   const double beyond = seen.is_hit ? seen.distance_m - distance : 1.0,
                same = kSamePlace + kSamePlacePerMetre * distance;
+  if (seen.is_hit && seen.is_hidden_by_glass()) return Sight::Occluded;
   if (seen.surface == point.surface && std::abs(beyond) <= same) return Sight::Visible;
   if (world_.is_moving(point.surface) && (seen.surface == point.surface || beyond > same)) return Sight::Moved;
   if (beyond >= -same) return Sight::Visible;

@@ -1,7 +1,5 @@
 #include "sim/world.hpp"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,8 +10,6 @@
 
 namespace hueline::sim {
 namespace {
-
-constexpr double kShadowBias = 2e-3;
 
 RTCScene load(RTCDevice device, const Mesh& mesh) {
   RTCScene scene = rtcNewScene(device);
@@ -39,20 +35,17 @@ Vec3 wide(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
 
-struct World::Embree {
-  RTCDevice device = nullptr;
-  RTCScene still = nullptr;
-  std::vector<RTCScene> shapes;
-  ~Embree() {
-    if (still) rtcReleaseScene(still);
-    for (RTCScene shape : shapes) rtcReleaseScene(shape);
-    if (device) rtcReleaseDevice(device);
-  }
-};
+World::Embree::~Embree() {
+  if (still) rtcReleaseScene(still);
+  if (sheer) rtcReleaseScene(sheer);
+  for (RTCScene shape : shapes) rtcReleaseScene(shape);
+  if (device) rtcReleaseDevice(device);
+}
 
 World::World(const Scenario& scenario, const Motion& motion)
     : motion_(motion),
       config_(scenario.street),
+      glass_(scenario.glass),
       begin_(scenario.sensors_begin_gps_ns()),
       scene_(build_scene(scenario, motion.centre_line(), motion.length_m())),
       surroundings_(scenario.surroundings),
@@ -64,6 +57,7 @@ World::World(const Scenario& scenario, const Motion& motion)
   // one thread builds the tree, so that it is the same every time
   embree_->device = rtcNewDevice("threads=1,set_affinity=0");
   embree_->still = load(embree_->device, scene_.still);
+  if (!scene_.sheer.faces().empty()) embree_->sheer = load(embree_->device, scene_.sheer);
   if (!scene_.movers.empty())
     for (const MovingShape& shape : scene_.shapes) embree_->shapes.push_back(load(embree_->device, shape.mesh));
 }
@@ -108,6 +102,21 @@ Moment World::moment(const Moment& base, GpsNs t, const Pose& T_enu_body) const 
 
 namespace {
 
+/// Returns the hit of a moving thing's shape that is nearer than `far_m`, or nothing.
+std::optional<RTCRayHit> hit_by(const Pose& T_mover_enu, const World::Ray& ray, double far_m, RTCScene shape) {
+  RTCRayHit out{};
+  set(out.ray, T_mover_enu * ray.origin, T_mover_enu.R * ray.direction, static_cast<float>(ray.near_m),
+      static_cast<float>(far_m));
+  out.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext alone;
+  rtcInitIntersectContext(&alone);
+  rtcIntersect1(shape, &alone, &out);
+  if (out.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  return out;
+}
+
+}  // namespace
+
 bool passes(const MovingShape& shape, const Pose& T_enu_mover, Vec3 origin, Vec3 direction) {
   const Vec3 from = origin - T_enu_mover.p - Vec3{0, 0, shape.centre_up_m};
   const double ahead = dot(from, direction), off2 = dot(from, from), reach2 = shape.reach_m * shape.reach_m;
@@ -128,21 +137,6 @@ void set(RTCRay& ray, Vec3 o, Vec3 d, float near_m, float far_m) {
   ray.id = 0;
   ray.flags = 0;
 }
-
-/// Returns the hit of a moving thing's shape that is nearer than `far_m`, or nothing.
-std::optional<RTCRayHit> hit_by(const Pose& T_mover_enu, const World::Ray& ray, double far_m, RTCScene shape) {
-  RTCRayHit out{};
-  set(out.ray, T_mover_enu * ray.origin, T_mover_enu.R * ray.direction, static_cast<float>(ray.near_m),
-      static_cast<float>(far_m));
-  out.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext alone;
-  rtcInitIntersectContext(&alone);
-  rtcIntersect1(shape, &alone, &out);
-  if (out.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
-  return out;
-}
-
-}  // namespace
 
 void World::Contact::set_hit(const Mesh& mesh, unsigned prim, float hu, float hv, double distance, Seen& seen) {
   const Mesh::Face& f = mesh.faces()[prim];
@@ -200,6 +194,7 @@ void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> s
       const auto hit = hit_by(at.T_mover_enu[k], ray, s.is_hit ? s.distance_m : ray.far_m, embree_->shapes[shape]);
       if (!hit) continue;
       c.set_hit(scene_.shapes[shape].mesh, hit->hit.primID, hit->hit.u, hit->hit.v, hit->ray.tfar, s);
+      c.mover = static_cast<int>(k);
       s.surface = scene_.movers[k].surface;
       s.face += 0x40000000u;
       const Mat3& R = at.T_enu_mover[k].R;
@@ -267,11 +262,25 @@ void World::find_shadows(const Moment& at, std::span<const Ray> rays, std::span<
   }
 }
 
-void World::look(const Moment& at, std::span<const Ray> rays, float cone, std::span<Seen> seen) const {
+void World::look_at_solids(const Moment& at, std::span<const Ray> rays, float cone, std::span<Seen> seen) const {
   std::array<Contact, kBatch> contacts;
   trace(at, rays, seen, contacts);
   find_shadows(at, rays, seen, contacts);
-  for (std::size_t i = 0; i < rays.size(); ++i) seen[i].colour = shade(rays[i], seen[i], contacts[i], cone);
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    seen[i].colour = seen[i].own = light_of(at, rays[i], seen[i], contacts[i], cone);
+}
+
+Radiance World::light_of(const Moment& at, const Ray& ray, Seen& seen, const Contact& contact, float cone) const {
+  const Radiance by_day = shade(ray, seen, contact, cone);
+  return scene_.night_lamps.empty() ? by_day : with_lamps(at, ray, seen, contact, cone, by_day);
+}
+
+void World::look(const Moment& at, std::span<const Ray> rays, float cone, std::span<Seen> seen) const {
+  look_at_solids(at, rays, cone, seen);
+  if (config_.wetness > 0)
+    for (std::size_t i = 0; i < rays.size(); ++i) add_water(at, rays[i], cone, seen[i]);
+  if (embree_->sheer)
+    for (std::size_t i = 0; i < rays.size(); ++i) look_through(at, rays[i], cone, seen[i]);
 }
 
 }  // namespace hueline::sim

@@ -7,7 +7,7 @@
 namespace hueline::sim {
 
 Radiance World::sky(Vec3 d, float cone) const {
-  const auto bright = static_cast<float>(config_.sky_brightness);
+  const auto bright = static_cast<float>(config_.sky_brightness * config_.daylight);
   if (surroundings_) {
     const Radiance c = surroundings_->at(d, cone);
     return {bright * c.r, bright * c.g, bright * c.b};
@@ -54,19 +54,27 @@ float World::lamplight(Vec3 place, Vec3 normal) const {
   return sum;
 }
 
+TextureSample World::sample(const Ray& ray, const Seen& s, const Contact& c, float cone) {
+  // The cone meets the surface in an ellipse. Along a texture axis t it is stretched to sqrt(1 + (t.d)^2 / (n.d)^2).
+  const double slant = std::max(1e-3, std::abs(dot(s.normal, ray.direction)));
+  const auto width = [&](Vec3 grad) {
+    const double steep = length(grad), along = steep > 0 ? dot(grad, ray.direction) / steep : 0.0;
+    return static_cast<float>(cone * s.distance_m * steep * std::sqrt(1 + along * along / (slant * slant)));
+  };
+  return {c.face->tag, c.u, c.v, width(c.grad_u), width(c.grad_v)};
+}
+
 Radiance World::shade(const Ray& ray, Seen& s, const Contact& c, float cone) const {
   if (!s.is_hit) return sky(ray.direction, cone);
   Albedo a;
   if (c.own_part >= 0) {
     a = c.own_part < 2 || c.own_part == 7 ? Albedo{.72f, .72f, .70f} : Albedo{.05f, .05f, .05f};
   } else {
-    // The cone meets the surface in an ellipse. Along a texture axis t it is stretched to sqrt(1 + (t.d)^2 / (n.d)^2).
-    const double slant = std::max(1e-3, std::abs(dot(s.normal, ray.direction)));
-    const auto width = [&](Vec3 grad) {
-      const double steep = length(grad), along = steep > 0 ? dot(grad, ray.direction) / steep : 0.0;
-      return static_cast<float>(cone * s.distance_m * steep * std::sqrt(1 + along * along / (slant * slant)));
-    };
-    a = albedo_at(scene_, {c.face->tag, c.u, c.v, width(c.grad_u), width(c.grad_v)});
+    a = albedo_at(scene_, sample(ray, s, c, cone));
+  }
+  if (config_.wetness > 0 && s.normal.z > kLevel && soaks(s.material)) {
+    const auto dark = static_cast<float>(1 - 0.45 * config_.wetness);
+    a = {dark * a.r, dark * a.g, dark * a.b};
   }
   s.reflectance = (a.r + a.g + a.b) / 3;
   s.albedo = a;
@@ -78,6 +86,8 @@ Radiance World::shade(const Ray& ray, Seen& s, const Contact& c, float cone) con
   const auto up = static_cast<float>(0.5 + 0.5 * s.normal.z);
   Radiance out{a.r * (sun * 1.02f + 0.25f * up + 0.13f * (1 - up)), a.g * (sun * 0.96f + 0.29f * up + 0.12f * (1 - up)),
                a.b * (sun * 0.86f + 0.37f * up + 0.11f * (1 - up))};
+  const auto day = static_cast<float>(config_.daylight);
+  if (day < 1) out = {day * out.r, day * out.g, day * out.b};
   if (scene_.enclosure.is_there) {
     const Vec3 place = ray.origin + s.distance_m * ray.direction;
     if (const float share = daylight(place); share < 1) {
@@ -90,7 +100,7 @@ Radiance World::shade(const Ray& ray, Seen& s, const Contact& c, float cone) con
   if (s.material == Material::CarGlass || s.material == Material::CarPaint) {
     const Vec3 mirrored = ray.direction - 2 * dot(ray.direction, s.normal) * s.normal;
     const float share = s.material == Material::CarGlass ? 0.22f : 0.05f;
-    const Radiance m = mirrored.z > 0 ? sky(mirrored, cone) : Radiance{0.15f, 0.15f, 0.15f};
+    const Radiance m = mirrored.z > 0 ? sky(mirrored, cone) : Radiance{0.15f * day, 0.15f * day, 0.15f * day};
     out = {out.r + share * m.r, out.g + share * m.g, out.b + share * m.b};
   }
   return out;

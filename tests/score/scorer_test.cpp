@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "sim/earth.hpp"
 #include "sim/generate.hpp"
 #include "sim/ins_model.hpp"
@@ -115,6 +117,42 @@ TEST_F(ScorerTest, WhatIsBeforeAndBehindAPlaceIsSeen) {
     }
   }
   EXPECT_GT(asked, 2 * returns_.size() / 61 * 6 / 10);
+}
+
+TEST(Outlook, APaneHidesWhatItHardlyLetsThrough) {
+  sim::Scenario scenario = sim::small_scenario();
+  scenario.street.curve_deg = 0;
+  scenario.street.furnished = false;
+  scenario.street.glazed_fronts = 1;
+  const sim::Motion motion(scenario);
+  const sim::GpsNs mid = scenario.sensors_begin_gps_ns() + 200'000'000;
+  const sim::Pose T = motion.T_enu_body(mid) * sim::rig_truth(scenario).T_body_head;
+  sim::TrueExposure exposure;
+  exposure.exposure_mid_gps_ns = mid;
+  exposure.R_enu_head = T.R.m;
+  exposure.p_enu_head = {T.p.x, T.p.y, T.p.z};
+  exposure.lens_gain.assign(6, 1.0f);
+  const Outlook outlook(scenario, {exposure});
+  std::size_t through = 0, hidden = 0;
+  for (double azimuth = 0; azimuth < 360; azimuth += 0.2)
+    for (const double down : {0.02, 0.05, 0.09, 0.14}) {
+      const double a = sim::radians(azimuth);
+      const sim::World::Ray ray{T.p, normalised(Vec3{std::sin(a), std::cos(a), -down}), 0.01, 100};
+      sim::Seen seen;
+      outlook.world().look(outlook.world().moment(mid), {&ray, 1}, 0, {&seen, 1});
+      if (!outlook.world().surfaces()[seen.surface].starts_with("room")) continue;
+      const Vec3 place = ray.origin + seen.distance_m * ray.direction;
+      for (std::size_t lens = 0; lens < outlook.lens_count(); ++lens)
+        if (const auto sight = outlook.sight(0, lens, place)) {
+          const Outlook::Look look = outlook.look(*sight, place);
+          if (std::abs(look.seen.distance_m - sight->distance_m) > 0.01) continue;  // seen past another frame
+          const bool is_hidden = look.seen.transmitted < 0.5f;
+          EXPECT_EQ(look.met, is_hidden ? Outlook::Met::Before : Outlook::Met::Place) << look.seen.transmitted;
+          ++(is_hidden ? hidden : through);
+        }
+    }
+  EXPECT_GT(through, 100u);
+  EXPECT_GT(hidden, 20u);
 }
 
 TEST_F(ScorerTest, PerfectClaimsHaveNoError) {

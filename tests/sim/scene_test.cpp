@@ -9,6 +9,7 @@
 #include "sim/laser_model.hpp"
 #include "sim/own_vehicle.hpp"
 #include "sim/world.hpp"
+#include "tests/sim/made_world.hpp"
 #include "tests/sim/small_scenario.hpp"
 
 namespace hueline::sim {
@@ -32,21 +33,6 @@ Scenario scenario_of(SceneKind kind) {
   if (kind == SceneKind::Targets) s.drive.stand_s = 8;
   return s;
 }
-
-struct Made {
-  explicit Made(const Scenario& s) : scenario(s), motion(s), world(s, motion) {}
-  GpsNs at(double seconds) const { return scenario.sensors_begin_gps_ns() + static_cast<GpsNs>(seconds * 1e9); }
-  Seen look(double seconds, Vec3 from, Vec3 direction, double far_m = 300) const {
-    const Moment moment = world.moment(at(seconds));
-    const World::Ray ray{from, normalised(direction), 0.01, far_m};
-    Seen seen;
-    world.look(moment, std::span(&ray, 1), 0.001f, std::span(&seen, 1));
-    return seen;
-  }
-  Scenario scenario;
-  Motion motion;
-  World world;
-};
 
 class EveryScene : public testing::TestWithParam<SceneKind> {};
 
