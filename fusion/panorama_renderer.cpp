@@ -24,6 +24,10 @@ constexpr double kLowCell = 0.015;  // width of a cell of a low image, rad
 constexpr int kLowBlur = 2;         // cells to each side, twice
 /// Levels of a low image that are neither too dark to measure nor saturated.
 constexpr float kDarkest = 6, kBrightest = 240;
+/// Of so many samples of a row, only the first is calculated in full where the lenses see them evenly.
+constexpr std::size_t kRun = 8;
+/// Samples count as even if the distances within a run move them by less than this from a straight line, px.
+constexpr float kUneven_px = 0.2f;
 constexpr std::size_t kFewestCommon = 30;  // places for a ratio between two lenses
 
 /// Returns the distance of each pixel to the nearest masked one, in pixels up to 255; empty without a mask.
@@ -98,11 +102,8 @@ struct PanoramaRenderer::Scene {
   int ranks = 1;
   Eigen::Matrix3f R_head_view;
   float sphere_nearness;
+  float px_per_nearness;  // the farthest that a place moves in a lens image if its nearness changes by 1 / m
 
-  /// A column or row of the view: sine and cosine of its angle, and its place as a fraction.
-  struct Line {
-    float sine, cosine, fraction;
-  };
   Line column(double u) const {
     double turn = (u - view.shape.forward()) / view.shape.width;  // clockwise from forward, of a whole turn
     if (!view.shape.is_clockwise) turn = -turn;
@@ -366,10 +367,10 @@ void PanoramaRenderer::solve_gains(Scene& scene, WorkerPool& pool) const {
   };
   std::vector<std::vector<Pair>> rows(kRows);
   pool.run(kRows, [&](std::size_t index) {
-    const Scene::Line row = scene.row((static_cast<double>(index) + 0.5) * scene.view.shape.height / kRows - 0.5);
+    const Line row = scene.row((static_cast<double>(index) + 0.5) * scene.view.shape.height / kRows - 0.5);
     std::vector<std::pair<std::size_t, Rgb>> seen;
     for (std::uint32_t c = 0; c < kColumns; ++c) {
-      const Scene::Line column = scene.column((c + 0.5) * scene.view.shape.width / kColumns - 0.5);
+      const Line column = scene.column((c + 0.5) * scene.view.shape.width / kColumns - 0.5);
       const Eigen::Vector3f d = scene.R_head_view * Scene::direction(column, row);
       const Eigen::Vector3f place = d / std::max(scene.nearness(column, row), 1e-4f);
       seen.clear();
@@ -418,32 +419,78 @@ void PanoramaRenderer::solve_gains(Scene& scene, WorkerPool& pool) const {
   }
 }
 
+/// Returns whether the same lenses see a run of samples well inside their images, at places that lie on straight lines.
+/// `first` and `last` are what the ends of the run see.
+bool PanoramaRenderer::is_even(const Scene& scene, const Line& row, std::span<const Line> run,
+                               std::span<const Seer> first, std::span<const Seer> last) {
+  if (first.empty() || first.size() != last.size()) return false;
+  for (std::size_t i = 0; i < first.size(); ++i)
+    if (first[i].eye != last[i].eye || first[i].eye->rank != 0 || first[i].ramp < 1 || last[i].ramp < 1 ||
+        std::abs(first[i].sight.x - last[i].sight.x) + std::abs(first[i].sight.y - last[i].sight.y) > 4.0f * kRun)
+      return false;
+  if (!scene.depth) return true;
+  const float from = scene.nearness(run.front(), row), to = scene.nearness(run.back(), row);
+  for (std::size_t i = 1; i + 1 < run.size(); ++i) {
+    const float straight = from + (to - from) * static_cast<float>(i) / static_cast<float>(run.size() - 1);
+    if (std::abs(scene.nearness(run[i], row) - straight) * scene.px_per_nearness > kUneven_px) return false;
+  }
+  return true;
+}
+
 void PanoramaRenderer::render_rows(const Scene& scene, std::uint32_t from, std::uint32_t to, RgbRaster& out,
                                    std::uint64_t& seen_pixels, std::uint64_t& filled_pixels) const {
   // Where the panorama is coarser than the lenses, a pixel is the mean of several samples.
   const int samples =
       std::clamp(static_cast<int>(std::lround(static_cast<double>(natural_width()) / out.width)), 1, 16);
   const double step = 1.0 / samples;
-  std::vector<Scene::Line> columns;
+  std::vector<Line> columns;
   for (std::uint32_t u = 0; u < out.width; ++u)
     for (int i = 0; i < samples; ++i) columns.push_back(scene.column(u + (i + 0.5) * step - 0.5));
   std::array<Seer, kMostSeers> seen;
   std::vector<Rgb> sums(out.width);
   std::vector<std::array<int, 2>> found(out.width);  // samples, and those that the moment itself shows
+  std::array<Seer, kMostSeers> next, between;
   for (std::uint32_t v = from; v < to; ++v) {
     std::fill(sums.begin(), sums.end(), Rgb{});
     std::fill(found.begin(), found.end(), std::array<int, 2>{});
     for (int j = 0; j < samples; ++j) {
-      const Scene::Line row = scene.row(v + (j + 0.5) * step - 0.5);
-      for (std::size_t i = 0; i < columns.size(); ++i) {
-        const std::size_t count =
-            seers(scene, Scene::direction(columns[i], row), scene.nearness(columns[i], row), seen);
-        if (count == 0) continue;
-        const Rgb c = colour(std::span(seen).first(count));
+      const Line row = scene.row(v + (j + 0.5) * step - 0.5);
+      const auto look_at = [&](std::size_t i, std::span<Seer> into) {
+        return seers(scene, Scene::direction(columns[i], row), scene.nearness(columns[i], row), into);
+      };
+      const auto add = [&](std::size_t i, std::span<const Seer> sees) {
+        if (sees.empty()) return;
+        const Rgb c = colour(sees);
         const std::size_t u = i / static_cast<std::size_t>(samples);
         sums[u].red += c.red, sums[u].green += c.green, sums[u].blue += c.blue;
         ++found[u][0];
-        found[u][1] += seen[0].eye->rank == 0;
+        found[u][1] += sees[0].eye->rank == 0;
+      };
+      std::size_t count = look_at(0, seen);
+      for (std::size_t i = 0;;) {
+        add(i, std::span(seen).first(count));
+        const std::size_t end = std::min(i + kRun, columns.size() - 1);
+        if (end == i) break;
+        const std::size_t next_count = look_at(end, next);
+        const bool even = is_even(scene, row, std::span(columns).subspan(i, end - i + 1), std::span(seen).first(count),
+                                  std::span(next).first(next_count));
+        for (std::size_t k = i + 1; k < end; ++k) {
+          if (!even) {
+            add(k, std::span(between).first(look_at(k, between)));
+            continue;
+          }
+          const float share = static_cast<float>(k - i) / static_cast<float>(end - i);
+          for (std::size_t s = 0; s < count; ++s) {
+            between[s] = seen[s];
+            between[s].sight.x += share * (next[s].sight.x - seen[s].sight.x);
+            between[s].sight.y += share * (next[s].sight.y - seen[s].sight.y);
+            between[s].cosine += share * (next[s].cosine - seen[s].cosine);
+          }
+          add(k, std::span(between).first(count));
+        }
+        std::swap(seen, next);
+        count = next_count;
+        i = end;
       }
     }
     std::uint8_t* pixel = &out.pixels[3 * std::size_t{v} * out.width];
@@ -469,7 +516,11 @@ RenderedPanorama PanoramaRenderer::render(const PanoramaView& view, const HeadSh
               {},
               1 + static_cast<int>(others.size()),
               view.R_head_view.toRotationMatrix().cast<float>(),
-              static_cast<float>(1 / head_.panorama.stitching_radius_m)};
+              static_cast<float>(1 / head_.panorama.stitching_radius_m),
+              0};
+  for (const LensMount& lens : head_.lenses)
+    scene.px_per_nearness = std::max(scene.px_per_nearness, static_cast<float>(lens.T_head_lens.translation.norm() *
+                                                                               lens.intrinsics.focal_px.maxCoeff()));
   for (int rank = 0; rank < scene.ranks; ++rank) {
     const HeadShot& from = rank == 0 ? shot : others[static_cast<std::size_t>(rank - 1)];
     for (const FloatLens& lens : projector_.lenses()) {

@@ -109,6 +109,10 @@ class PanoramaRenderer {
     float cosine;  // of the angle between the lens's axis and the place
     float ramp;    // how well inside the usable part of the image, 0 to 1
   };
+  /// A column or row of the view: sine and cosine of its angle, and its place as a fraction.
+  struct Line {
+    float sine, cosine, fraction;
+  };
   struct Scene;
   struct Weights;
   Eye eye_of(const FloatLens& lens, const HeadShot& shot, int rank) const;
@@ -118,6 +122,8 @@ class PanoramaRenderer {
   std::size_t seers(const Scene& scene, const Eigen::Vector3f& direction, float nearness, std::span<Seer> out) const;
   void solve_gains(Scene& scene, WorkerPool& pool) const;
   Rgb colour(std::span<const Seer> seen) const;
+  static bool is_even(const Scene& scene, const Line& row, std::span<const Line> run, std::span<const Seer> first,
+                      std::span<const Seer> last);
   void render_rows(const Scene& scene, std::uint32_t from, std::uint32_t to, RgbRaster& out, std::uint64_t& seen,
                    std::uint64_t& filled) const;
 
