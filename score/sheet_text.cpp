@@ -41,6 +41,9 @@ std::string terminal_table(const Sheet& sheet) {
   }
   out += '\n';
   for (const Metric& m : metrics()) {
+    if (std::none_of(sheet.begin(), sheet.end(),
+                     [&](const ScenarioScore& s) { return figure_of(s, m).value.has_value(); }))
+      continue;
     out += fmt::format("{:{}}", m.name, wide);
     for (std::size_t i = 0; i < sheet.size(); ++i)
       out += fmt::format("  {:>{}}", digits(m, figure_of(sheet[i], m)), columns[i]);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <thread>
@@ -9,10 +10,13 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/progress_bar.hpp"
+#include "apps/score/score_drive.hpp"
 #include "apps/score/score_output.hpp"
 #include "apps/score/score_scenario.hpp"
 #include "config/scenario.hpp"
+#include "config/section.hpp"
 #include "config/sheet.hpp"
+#include "runtime/recording.hpp"
 #include "runtime/version.hpp"
 #include "score/metric_table.hpp"
 #include "score/sheet_text.hpp"
@@ -22,6 +26,7 @@ namespace {
 
 struct Options {
   std::string sheet = "quick", out, cache, against;
+  std::string recording, rig;
   int threads = 0;
 };
 
@@ -49,17 +54,76 @@ std::string first_difference(const ScoredRun& a, const ScoredRun& b) {
   return {};
 }
 
-int run(const Options& options) {
+/// Reads the figures of another version, if there are any.
+Result<score::Sheet> read_before(const Options& options) {
+  return options.against.empty() ? score::Sheet() : score::read_score_json(options.against);
+}
+
+/// Prints and writes the results, and returns the exit status of a run whose input was read.
+int finish(const Options& options, const score::Sheet& before, const score::Sheet& sheet, score::RunNotes notes,
+           std::chrono::steady_clock::time_point began) {
+  const auto changes = options.against.empty() ? std::vector<score::Change>() : score::compare(before, sheet);
+  notes.revision = fmt::format("hueline {} ({})", runtime::kVersion, runtime::kGitRevision);
+  notes.machine = machine();
+  notes.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  std::fputs((score::terminal_table(sheet) + "\n" + notes.determinism + "\n").c_str(), stdout);
+  if (!changes.empty())
+    std::fputs(("\nagainst " + options.against + "\n" + score::terminal_changes(changes)).c_str(), stdout);
+  if (const Status written = write_score(options.out, sheet, notes, changes); !written.ok()) {
+    log_error(written.error().message);
+    return kOutputRefused;
+  }
+  std::fputs(fmt::format("\n{} s; look at {}/score.html\n", static_cast<int>(notes.wall_s), options.out).c_str(),
+             stdout);
+  const bool is_worse = std::any_of(changes.begin(), changes.end(),
+                                    [](const score::Change& c) { return c.verdict == score::Verdict::Worse; });
+  return is_worse || !notes.is_deterministic ? kNotAsExpected : kDone;
+}
+
+/// Returns the name of a drive: that of its folder, or of the file if it is not called drive.mcap.
+std::string name_of_drive(const std::string& recording) {
+  const std::filesystem::path file = std::filesystem::absolute(runtime::drive_file(recording)).lexically_normal();
+  return file.filename() == "drive.mcap" ? file.parent_path().filename().string() : file.stem().string();
+}
+
+int run_recording(const Options& options) {
+  const auto began = std::chrono::steady_clock::now();
+  const auto before = read_before(options);
+  if (!before.ok()) {
+    log_error(before.error().message);
+    return kInputUnreadable;
+  }
+  DriveOptions drive;
+  drive.recording = options.recording;
+  drive.rig = options.rig;
+  ProgressBar bar;
+  auto source = DriveSource::open(drive, bar);
+  if (!source.ok()) {
+    log_error(source.error().message);
+    return opening_status(source.error());
+  }
+  const ScoredDrive scored = score_drive(*source, name_of_drive(options.recording), threads_of(options), bar);
+  bar.end();
+  if (!scored.read.ok()) log_warning(scored.read.error().message);
+  score::RunNotes notes;
+  notes.command = fmt::format("hueline score --recording {}", options.recording);
+  notes.determinism = "the recording was read once; there is no truth, so that only some of the figures have a value";
+  const int status = finish(options, *before, {scored.score}, notes, began);
+  if (status == kDone && std::none_of(scored.score.figures.begin(), scored.score.figures.end(),
+                                      [](const auto& figure) { return figure.second.value.has_value(); })) {
+    log_error("no point of the recording could be seen in an image of it; hueline replay says what is missing");
+    return kNothingCame;
+  }
+  return status == kDone && !scored.read.ok() ? kInputUnreadable : status;
+}
+
+int run_sheet(const Options& options) {
   const auto began = std::chrono::steady_clock::now();
   const config::Sheet plan = config::load_sheet(options.sheet);
-  score::Sheet before;
-  if (!options.against.empty()) {
-    auto read = score::read_score_json(options.against);
-    if (!read.ok()) {
-      log_error(read.error().message);
-      return kInputUnreadable;
-    }
-    before = std::move(*read);
+  const auto before = read_before(options);
+  if (!before.ok()) {
+    log_error(before.error().message);
+    return kInputUnreadable;
   }
   // All files are read before the first drive, so that a typing error shows at once.
   std::vector<sim::Scenario> scenarios;
@@ -101,23 +165,8 @@ int run(const Options& options) {
     sheet.push_back(std::move(scored->score));
   }
   bar.end();
-  const auto changes = options.against.empty() ? std::vector<score::Change>() : score::compare(before, sheet);
   notes.command = fmt::format("hueline score --sheet {}", options.sheet);
-  notes.revision = fmt::format("hueline {} ({})", runtime::kVersion, runtime::kGitRevision);
-  notes.machine = machine();
-  notes.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  std::fputs((score::terminal_table(sheet) + "\n" + notes.determinism + "\n").c_str(), stdout);
-  if (!changes.empty())
-    std::fputs(("\nagainst " + options.against + "\n" + score::terminal_changes(changes)).c_str(), stdout);
-  if (const Status written = write_score(options.out, sheet, notes, changes); !written.ok()) {
-    log_error(written.error().message);
-    return kOutputRefused;
-  }
-  std::fputs(fmt::format("\n{} s; look at {}/score.html\n", static_cast<int>(notes.wall_s), options.out).c_str(),
-             stdout);
-  const bool is_worse = std::any_of(changes.begin(), changes.end(),
-                                    [](const score::Change& c) { return c.verdict == score::Verdict::Worse; });
-  return is_worse || !notes.is_deterministic ? kNotAsExpected : kDone;
+  return finish(options, *before, sheet, std::move(notes), began);
 }
 
 }  // namespace
@@ -127,6 +176,9 @@ void add_score(Command& all) {
   Command command = all.command(kScore.word, kScore.help);
   command.setting("--sheet", options->sheet,
                   "quick or full, which are installed with the program, or the file of another sheet");
+  command.option("--recording", options->recording,
+                 "a recording (drive.mcap) instead of a sheet: the figures that need no truth");
+  command.option("--rig", options->rig, "with --recording: another rig instead of the recorded one");
   command.required("--out", options->out, "folder for score.json, score_notes.json and score.html");
   command.option("--cache", options->cache,
                  "folder of rendered drives, which are used again for the same scenario; default: OUT/drives");
@@ -135,8 +187,13 @@ void add_score(Command& all) {
       "score.json of another version: prints what is better or worse beyond noise; exit status 6 if anything is worse");
   command.setting("--threads", options->threads, "threads of rendering and colouring; 0: as many as the computer has",
                   {0, 256});
-  command.reads(options->sheet).reads(options->against).writes_into(options->out);
-  command.runs([options] { return run(*options); });
+  command.reads(options->sheet).reads(options->against).reads(options->recording).reads(options->rig);
+  command.writes_into(options->out);
+  command.runs([options] {
+    if (options->recording.empty() && !options->rig.empty())
+      throw config::ConfigError("--rig is the rig of a recording: give --recording too");
+    return options->recording.empty() ? run_sheet(*options) : run_recording(*options);
+  });
 }
 
 }  // namespace hueline::apps

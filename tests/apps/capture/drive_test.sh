@@ -27,6 +27,15 @@ done
 points=$($hueline inspect drive/cloud.las --json | sed -n 's/.*"points": \([0-9]*\).*/\1/p')
 [ "$points" -gt 100000 ] || fail "only $points points"
 $hueline verify drive/drive.mcap --scenario "$scenario" --sim sim --max-rms-px 1.0 || fail "reprojection"
+# The figures that need no truth are those of the recording, and say so if they are of nothing.
+$hueline score --recording drive --out judged >said.txt 2>&1 || { cat said.txt; fail "score of a recording"; }
+python3 - judged/score.json <<'EOF' || fail "figures of the recording"
+import json, sys
+figures = json.load(open(sys.argv[1]))["drive"]
+known = {name for name, value in figures.items() if value is not None}
+assert known == {"held_out_de00_median", "held_out_within10_share", "depth_edge_missed_share", "depth_edge_missed_share_by_chance"}, known
+assert figures["held_out_de00_median"] < 6 and figures["held_out_within10_share"] > 0.7, figures
+EOF
 # The wheel encoder came over its own socket, and its distance is that of the POS.
 [ "$(grep -c '"disagreeing_s": 0.0' drive/summary.json)" = 2 ] || { grep -A20 '"wheels"' drive/summary.json; fail "the wheels' way is not the POS's"; }
 $hueline inspect drive/drive.mcap --json | grep -q '"wheel_speeds": [3-9][0-9][0-9]' || fail "too few words of the wheels"
@@ -54,6 +63,8 @@ sed "s/^    width: $images\$/    width: $((images + 16))/" rig.yaml >size.yaml
 $hueline replay drive/drive.mcap --rig size.yaml --out size >said.txt 2>&1 || { cat said.txt; fail "replay of images of another size"; }
 grep -q "points     $points, 0.0 % coloured" said.txt || { cat said.txt; fail "images of another size coloured points"; }
 grep -q "WrongSize.*is $images x [0-9]*; the rig says $((images + 16)) x" said.txt || { cat said.txt; fail "the size is not told"; }
+refused 5 $hueline score --recording drive --rig size.yaml --out judged_nothing
+grep -q "no point of the recording could be seen in an image" said.txt || { cat said.txt; fail "figures of nothing"; }
 head -c 1500000 drive/drive.mcap >cut.mcap
 refused 3 $hueline replay cut.mcap --out cut
 [ -s cut/cloud.las ] || fail "a cut recording gave nothing"
