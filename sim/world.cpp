@@ -117,27 +117,6 @@ std::optional<RTCRayHit> hit_by(const Pose& T_mover_enu, const World::Ray& ray, 
 
 }  // namespace
 
-bool passes(const MovingShape& shape, const Pose& T_enu_mover, Vec3 origin, Vec3 direction) {
-  const Vec3 from = origin - T_enu_mover.p - Vec3{0, 0, shape.centre_up_m};
-  const double ahead = dot(from, direction), off2 = dot(from, from), reach2 = shape.reach_m * shape.reach_m;
-  return off2 < reach2 || (ahead < 0 && off2 - ahead * ahead < reach2);
-}
-
-void set(RTCRay& ray, Vec3 o, Vec3 d, float near_m, float far_m) {
-  ray.org_x = static_cast<float>(o.x);
-  ray.org_y = static_cast<float>(o.y);
-  ray.org_z = static_cast<float>(o.z);
-  ray.dir_x = static_cast<float>(d.x);
-  ray.dir_y = static_cast<float>(d.y);
-  ray.dir_z = static_cast<float>(d.z);
-  ray.tnear = near_m;
-  ray.tfar = far_m;
-  ray.time = 0;
-  ray.mask = 0xFFFFFFFFu;
-  ray.id = 0;
-  ray.flags = 0;
-}
-
 void World::Contact::set_hit(const Mesh& mesh, unsigned prim, float hu, float hv, double distance, Seen& seen) {
   const Mesh::Face& f = mesh.faces()[prim];
   // Embree divides a quad into the triangles (0, 1, 3) and (2, 3, 1); hu + hv says which one was hit.
@@ -160,6 +139,8 @@ void World::Contact::set_hit(const Mesh& mesh, unsigned prim, float hu, float hv
 
 void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> seen,
                   std::span<Contact> contacts) const {
+  static constexpr Seen kNothing{};  // copying constants is faster than making them anew
+  static constexpr Contact kNoContact{};
   alignas(32) RTCRayHit8 packet{};
   alignas(32) std::array<int, 8> valid{};
   for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -184,8 +165,8 @@ void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> s
     const Ray& ray = rays[i];
     Seen& s = seen[i];
     Contact& c = contacts[i];
-    s = {};
-    c = {};
+    s = kNothing;
+    c = kNoContact;
     if (packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
       c.set_hit(scene_.still, packet.hit.primID[i], packet.hit.u[i], packet.hit.v[i], packet.ray.tfar[i], s);
     for (std::size_t k = 0; k < at.T_enu_mover.size(); ++k) {
@@ -204,8 +185,8 @@ void World::trace(const Moment& at, std::span<const Ray> rays, std::span<Seen> s
     }
     if (const auto own = own_vehicle_on_ray(at.T_body_enu * ray.origin, at.T_body_enu.R * ray.direction);
         own && own->distance_m < (s.is_hit ? s.distance_m : ray.far_m)) {
-      s = {};
-      c = {};
+      s = kNothing;
+      c = kNoContact;
       s.is_hit = true;
       s.distance_m = own->distance_m;
       s.surface = 1;
@@ -266,13 +247,12 @@ void World::look_at_solids(const Moment& at, std::span<const Ray> rays, float co
   std::array<Contact, kBatch> contacts;
   trace(at, rays, seen, contacts);
   find_shadows(at, rays, seen, contacts);
-  for (std::size_t i = 0; i < rays.size(); ++i)
-    seen[i].colour = seen[i].own = light_of(at, rays[i], seen[i], contacts[i], cone);
-}
-
-Radiance World::light_of(const Moment& at, const Ray& ray, Seen& seen, const Contact& contact, float cone) const {
-  const Radiance by_day = shade(ray, seen, contact, cone);
-  return scene_.night_lamps.empty() ? by_day : with_lamps(at, ray, seen, contact, cone, by_day);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    Seen& s = seen[i];
+    s.own = shade(rays[i], s, contacts[i], cone);
+    if (!scene_.night_lamps.empty()) s.own = with_lamps(at, rays[i], s, contacts[i], cone, s.own);
+    s.colour = s.own;
+  }
 }
 
 void World::look(const Moment& at, std::span<const Ray> rays, float cone, std::span<Seen> seen) const {

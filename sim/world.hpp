@@ -97,15 +97,13 @@ class World {
   float lamplight(Vec3 place, Vec3 normal) const;
   /// Returns where on its texture a ray meets a surface, and the size of its footprint there.
   static TextureSample sample(const Ray& ray, const Seen& seen, const Contact& contact, float cone);
-  /// Returns the light of a surface or of the sky, and fills in what `seen` says of the surface.
-  Radiance light_of(const Moment& at, const Ray& ray, Seen& seen, const Contact& contact, float cone) const;
   /// Adds the light of lamps to that of the day, on a surface and from lamps that are seen themselves.
   Radiance with_lamps(const Moment& at, const Ray& ray, const Seen& seen, const Contact& contact, float cone,
                       Radiance by_day) const;
   /// Returns whether nothing is between a place and a lamp. Neither the vehicle that carries the lamp nor panes, fences
   /// and wires count.
   bool is_lit_by(const Moment& at, const NightLamp& lamp, Vec3 place, Vec3 to, double distance_m) const;
-  /// The light of the day alone.
+  /// Returns the light of a surface by day, or of the sky, and fills in what `seen` says of the surface.
   Radiance shade(const Ray& ray, Seen& seen, const Contact& contact, float cone) const;
 
   const Motion& motion_;

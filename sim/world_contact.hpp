@@ -11,9 +11,26 @@ namespace hueline::sim {
 constexpr double kShadowBias = 2e-3;  ///< distance from a surface at which a ray to a light begins, m
 
 /// Returns whether a ray comes near a shape; the direction has unit length.
-bool passes(const MovingShape& shape, const Pose& T_enu_mover, Vec3 origin, Vec3 direction);
+inline bool passes(const MovingShape& shape, const Pose& T_enu_mover, Vec3 origin, Vec3 direction) {
+  const Vec3 from = origin - T_enu_mover.p - Vec3{0, 0, shape.centre_up_m};
+  const double ahead = dot(from, direction), off2 = dot(from, from), reach2 = shape.reach_m * shape.reach_m;
+  return off2 < reach2 || (ahead < 0 && off2 - ahead * ahead < reach2);
+}
 /// Sets origin, direction and range of one of Embree's rays.
-void set(RTCRay& ray, Vec3 origin, Vec3 direction, float near_m, float far_m);
+inline void set(RTCRay& ray, Vec3 o, Vec3 d, float near_m, float far_m) {
+  ray.org_x = static_cast<float>(o.x);
+  ray.org_y = static_cast<float>(o.y);
+  ray.org_z = static_cast<float>(o.z);
+  ray.dir_x = static_cast<float>(d.x);
+  ray.dir_y = static_cast<float>(d.y);
+  ray.dir_z = static_cast<float>(d.z);
+  ray.tnear = near_m;
+  ray.tfar = far_m;
+  ray.time = 0;
+  ray.mask = 0xFFFFFFFFu;
+  ray.id = 0;
+  ray.flags = 0;
+}
 
 /// A surface whose normal has a larger vertical part is level enough for water to stay on it.
 constexpr double kLevel = 0.7;

@@ -172,7 +172,7 @@ void World::look_through(const Moment& at, const Ray& ray, float cone, Seen& see
     }
     if (share <= 0 && !is_met) continue;
     find_shadows(at, {&ray, 1}, {&one, 1}, {&contact, 1});
-    one.own = light_of(at, ray, one, contact, cone);
+    one.own = with_lamps(at, ray, one, contact, cone, shade(ray, one, contact, cone));
     add(sum, open * share, one.own);
     open *= 1 - share;
     if (is_met && !met) {
