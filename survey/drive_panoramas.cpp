@@ -304,6 +304,7 @@ void DrivePanoramas::make(std::size_t index) {
   }
   out.rendered =
       renderer_.render(view, {images, moment.blind, {}}, others, config_.use_depth ? &depth_ : nullptr, pool_);
+  out.view = view;
   ++counts_.made;
   wants_more_ = use_(std::move(out));
 }

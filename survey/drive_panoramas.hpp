@@ -52,6 +52,7 @@ struct DrivePanorama {
   double head_heading = 0, heading = 0, pitch = 0, roll = 0;
   std::size_t points = 0;  ///< laser points that the distances come from
   double known_share = 0;  ///< share of the directions in which one of them lies
+  fusion::PanoramaView view;
   fusion::RenderedPanorama rendered;
 };
 
@@ -67,7 +68,7 @@ class DrivePanoramas : public runtime::ProductSink {
     /// What the vehicle hides comes from exposures before and after, from places near by. Needs use_depth.
     bool fill_hole = true;
     bool use_depth = true;              ///< false: everything lies on the rig's stitching sphere
-    nanoseconds around{2'000'000'000};  ///< points fired so long before or after the exposure give the distances
+    nanoseconds around{4'000'000'000};  ///< points fired so long before or after the exposure give the distances
     /// Returns nearer to their scanner give no distances if no lens could have shown them beside its masks: they are
     /// the vehicle's own.
     double own_vehicle_m = 2.5;

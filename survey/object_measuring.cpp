@@ -29,28 +29,36 @@ std::string ObjectMeasuring::Config::validate() const {
   return surface.validate();
 }
 
-ObjectMeasuring::ObjectMeasuring(const config::Rig& rig, const std::vector<ObjectPick>& picks, const Config& config)
+ObjectMeasuring::ObjectMeasuring(const config::Rig& rig, const std::vector<ObjectPick>& picks, const Config& config,
+                                 const std::map<std::uint32_t, fusion::PanoramaView>& panoramas)
     : rig_(rig), config_(config), panorama_(rig.geometry.head) {
   for (const ObjectPick& pick : picks) {
     Looking looking;
     looking.outcome.pick = pick;
-    aim(looking);
+    aim(looking, panoramas);
     shots_[pick.exposure].looking.push_back(looking_.size());
     looking_.push_back(std::move(looking));
   }
 }
 
 /// From the pixel to a lens and a direction in it.
-void ObjectMeasuring::aim(Looking& looking) const {
+void ObjectMeasuring::aim(Looking& looking, const std::map<std::uint32_t, fusion::PanoramaView>& panoramas) const {
   const ObjectPick& pick = looking.outcome.pick;
   const auto& head = rig_.geometry.head;
+  const auto made = panoramas.find(pick.exposure);
+  const auto& shape = made == panoramas.end() ? head.panorama : made->second.shape;
   fusion::LensPixel at{0, pick.pixel};
-  double pixel_rad = std::numbers::pi / head.panorama.height;
+  double pixel_rad = std::numbers::pi / shape.height;
   if (pick.lens.empty()) {
-    const auto& shape = head.panorama;
     if (!(pick.pixel.x() >= -0.5 && pick.pixel.x() < shape.width - 0.5 && pick.pixel.y() >= -0.5 &&
           pick.pixel.y() < shape.height - 0.5)) {
       looking.why_not = fmt::format("the pixel lies outside the panorama of {} x {}", shape.width, shape.height);
+      return;
+    }
+    if (made != panoramas.end()) {
+      looking.outcome.lens_pixel = pick.pixel;
+      looking.direction_lens = made->second.R_head_view * fusion::Panorama(shape).direction_of(pick.pixel).xyz;
+      looking.ray.sigma = std::hypot(config_.pick_sigma_px * pixel_rad, config_.turn_sigma_deg * kRadPerDeg);
       return;
     }
     const auto found = panorama_.lens_pixel(pick.pixel);
@@ -98,15 +106,18 @@ void ObjectMeasuring::on_settled_exposure(const Exposure& exposure, const fusion
     Looking& looking = looking_[i];
     looking.outcome.exposed = exposure.exposure_mid;
     if (!looking.why_not.empty()) continue;
-    const auto& lens = rig_.geometry.head.lenses[static_cast<std::size_t>(looking.lens)];
+    const auto& head = rig_.geometry.head;
+    const fusion::LensMount* lens = looking.lens < 0 ? nullptr : &head.lenses[static_cast<std::size_t>(looking.lens)];
     if (exposure.timing == ExposureTiming::Unmatched) {
       looking.why_not = "nothing tells when that exposure was";
     } else if (!pose.pose) {
       looking.why_not = fmt::format("no pose for the exposure: {}", fusion::name(pose.reason));
-    } else if (lens.camera != exposure.camera) {
-      looking.why_not = fmt::format("exposure {} is of another camera than lens '{}'", exposure.index, lens.name);
+    } else if (lens && lens->camera != exposure.camera) {
+      looking.why_not = fmt::format("exposure {} is of another camera than lens '{}'", exposure.index, lens->name);
     } else {
-      const Transform<Enu, Lens> T_enu_lens = pose.pose->T_enu_body * rig_.geometry.head.T_body_head * lens.T_head_lens;
+      const Transform<Enu, CameraHead> T_enu_head = pose.pose->T_enu_body * head.T_body_head;
+      const Transform<Enu, Lens> T_enu_lens =
+          lens ? T_enu_head * lens->T_head_lens : Transform<Enu, Lens>{T_enu_head.rotation, T_enu_head.translation};
       looking.ray.from_enu = T_enu_lens.translation;
       looking.ray.direction_enu = T_enu_lens.rotation * looking.direction_lens;
     }

@@ -9,6 +9,7 @@
 #include "config/rig.hpp"
 #include "fusion/object_measurement.hpp"
 #include "fusion/panorama.hpp"
+#include "fusion/panorama_renderer.hpp"
 #include "runtime/products.hpp"
 #include "survey/object_picks.hpp"
 
@@ -36,8 +37,11 @@ class ObjectMeasuring : public runtime::ProductSink {
     /// Returns which value is outside which range; empty: none.
     std::string validate() const;
   };
-  /// `config.validate()` must be empty. `rig` must outlive the object.
-  ObjectMeasuring(const config::Rig& rig, const std::vector<ObjectPick>& picks, const Config& config);
+  /// `config.validate()` must be empty. `rig` must outlive the object. Picks without a lens are pixels of the panorama
+  /// of their exposure in `panoramas`, which shows what the centre of the head sees. An exposure that is not there has
+  /// the rig's panorama, whose pixels come from the lenses through the stitching sphere.
+  ObjectMeasuring(const config::Rig& rig, const std::vector<ObjectPick>& picks, const Config& config,
+                  const std::map<std::uint32_t, fusion::PanoramaView>& panoramas = {});
 
   void on_origin(const Geodetic& origin) override { origin_ = origin; }
   void on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) override;
@@ -51,9 +55,9 @@ class ObjectMeasuring : public runtime::ProductSink {
  private:
   struct Looking {
     PickOutcome outcome;
-    std::string why_not;  ///< empty so far as it can be measured
-    int lens = -1;
-    Eigen::Vector3d direction_lens = Eigen::Vector3d::UnitZ();
+    std::string why_not;                                        ///< empty so far as it can be measured
+    int lens = -1;                                              ///< -1: the ray begins at the centre of the head
+    Eigen::Vector3d direction_lens = Eigen::Vector3d::UnitZ();  ///< in the lens, or in the head
     fusion::PickedRay ray;
     std::vector<fusion::SurfacePoint> points;
   };
@@ -67,7 +71,7 @@ class ObjectMeasuring : public runtime::ProductSink {
     Eigen::Vector3d p_enu, from_enu;  // the point; the scanner that fired
     float sigma_m;
   };
-  void aim(Looking& looking) const;
+  void aim(Looking& looking, const std::map<std::uint32_t, fusion::PanoramaView>& panoramas) const;
   void look(const Shot& shot, const Held& point);
 
   const config::Rig& rig_;

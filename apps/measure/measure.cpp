@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
@@ -15,13 +17,14 @@
 #include "runtime/pipeline.hpp"
 #include "storage/projection.hpp"
 #include "survey/object_measuring.hpp"
+#include "survey/panorama_table.hpp"
 
 namespace hueline::apps {
 namespace {
 
 struct Options {
   DriveOptions drive;
-  std::string picks, out;
+  std::string picks, panoramas, out;
   double around_s = 2, sigma_px = 0.5, sigma_turn_deg = 0.02;
 };
 
@@ -71,6 +74,17 @@ int measure(const Options& options) {
     log_error(picks.error().message);
     return kInputUnreadable;
   }
+  std::map<std::uint32_t, fusion::PanoramaView> panoramas;
+  if (!options.panoramas.empty()) {
+    const auto table_text = read_input(options.panoramas, kMostTable, "a table");
+    if (!table_text.ok()) throw config::ConfigError(table_text.error().message);
+    auto listed = survey::parse_panorama_table(*table_text, options.panoramas);
+    if (!listed.ok()) {
+      log_error(listed.error().message);
+      return kInputUnreadable;
+    }
+    panoramas = std::move(*listed);
+  }
   ProgressBar bar;
   auto source = DriveSource::open(options.drive, bar);
   bar.end();
@@ -85,7 +99,7 @@ int measure(const Options& options) {
   config.pick_sigma_px = options.sigma_px;
   config.turn_sigma_deg = options.sigma_turn_deg;
   if (const std::string wrong = config.validate(); !wrong.empty()) throw config::ConfigError(wrong);
-  survey::ObjectMeasuring measuring(source->rig, *picks, config);
+  survey::ObjectMeasuring measuring(source->rig, *picks, config, panoramas);
   Status fed;
   {
     runtime::Pipeline pipeline(source->rig, 2, measuring);
@@ -129,6 +143,8 @@ void add_measure(Command& all) {
   command.required("--picks", options->picks,
                    "CSV with exposure (as in cloud.las), u_px, v_px, optionally name and lens; without lens the pixel "
                    "is in the panorama");
+  command.option("--panoramas", options->panoramas,
+                 "panoramas.csv of hueline panorama: picks without a lens are pixels of its pictures");
   command.setting("--around-s", options->around_s,
                   "laser points within this time before and after the exposure are used", {.least = 0.01, .most = 600});
   command.setting("--sigma-px", options->sigma_px, "standard deviation of a picked coordinate",
@@ -137,7 +153,7 @@ void add_measure(Command& all) {
                   "standard deviation of the lens's rotation relative to the scanner, from its calibration record",
                   {.least = 0, .most = 10});
   command.option("--out", options->out, "CSV file to write; default: print it");
-  command.reads(options->picks).writes(options->out);
+  command.reads(options->picks).reads(options->panoramas).writes(options->out);
   command.runs([options] { return measure(*options); });
 }
 

@@ -11,7 +11,6 @@
 #include "apps/log.hpp"
 #include "apps/simulate/drive_source.hpp"
 #include "config/section.hpp"
-#include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "core/output_file.hpp"
 #include "runtime/pipeline.hpp"
@@ -19,6 +18,7 @@
 #include "storage/file_writer.hpp"
 #include "storage/photo_file.hpp"
 #include "survey/drive_panoramas.hpp"
+#include "survey/panorama_table.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -27,7 +27,7 @@ struct Options {
   DriveOptions drive;
   std::string out, exposures = "all", size, method = "depth", orientation = "heading", blend = "bands", gains = "even",
                    vehicle = "fill", fill = "64,64,64", format = "jpeg";
-  double from_s = std::nan(""), to_s = std::nan(""), around_s = 2;
+  double from_s = std::nan(""), to_s = std::nan(""), around_s = 4;
   int quality = 92, threads = 2;
 };
 
@@ -133,9 +133,7 @@ int panorama(const Options& options) {
     log_error(folder.error().message);
     return kOutputRefused;
   }
-  std::string table =
-      "file,exposure,gps_s,utc,latitude_deg,longitude_deg,ellipsoidal_height_m,sigma_horizontal_m,sigma_up_m,"
-      "heading_deg,pitch_deg,roll_deg,head_heading_deg,points,seen_share,filled_share\n";
+  std::string table = survey::panorama_table_head();
   Status written;
   const auto use = [&](survey::DrivePanorama&& one) {
     const auto& picture = one.rendered.picture;
@@ -147,12 +145,7 @@ int panorama(const Options& options) {
         is_png ? storage::encode_png(pixels, tags) : storage::encode_jpeg(pixels, options.quality, tags);
     const std::string name = fmt::format("panorama_{:06}.{}", one.exposure, is_png ? "png" : "jpg");
     written = encoded.ok() ? write_file(folder->path() / name, *encoded) : Status(encoded.error());
-    table += fmt::format(
-        "{},{},{:.6f},{},{:.10f},{:.10f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{:.4f},{:.4f}\n", name,
-        one.exposure, static_cast<double>(count_ns(one.time) / 1000) * 1e-6, iso_utc(one.time),
-        one.centre.latitude / kRadPerDeg, one.centre.longitude / kRadPerDeg, one.centre.ellipsoidal_height,
-        one.sigma_horizontal_m, one.sigma_up_m, one.heading / kRadPerDeg, one.pitch / kRadPerDeg, one.roll / kRadPerDeg,
-        one.head_heading / kRadPerDeg, one.points, one.rendered.seen_share, one.rendered.filled_share);
+    table += survey::panorama_table_line(one, name);
     return written.ok();
   };
   survey::DrivePanoramas making(source->rig, config, use);

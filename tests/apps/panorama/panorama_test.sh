@@ -43,6 +43,28 @@ sed 's/stand_s: 0, accelerate_s: 1/stand_s: 5/' small.yaml >standing.yaml
 ends 0 "$hueline" panorama --scenario standing.yaml --sim sim --out standing --exposures 5
 [ "$(share standing 15) $(share standing 16)" = "1 0" ] || fail "filled without having moved: $(tail -1 standing/panoramas.csv)"
 
+ends 0 panorama --out big --exposures 5 --size 4096x2048
+# A place that is picked in a lens image is the same place when it is picked where the panorama shows it.
+(echo exposure,u_px,v_px,lens; for lens in lens1 lens4; do for u in 108 116 124; do for v in 50 85 120; do echo "5,$u,$v,$lens"; done; done; done) >picks.csv
+measure() { "$hueline" measure --scenario small.yaml --sim sim "$@"; }
+ends 0 measure --picks picks.csv --out by_lens.csv
+# Where the panorama shows the coordinates, by the level at the head.
+awk -F, 'NR == FNR {if ($2 == 5) {lat = $5; lon = $6; up = $7; heading = $10}; next}
+  /^#/ {next}
+  $1 == "name" {print "name,exposure,u_px,v_px"; next}
+  $7 == "" {next}
+  {r = 3.14159265358979 / 180; n = ($16 - lat) * r * 6382000; e = ($17 - lon) * r * 6390000 * cos(lat * r); u = $15 - up
+   turn = atan2(e, n) / r - heading; while (turn < -180) turn += 360; while (turn > 180) turn -= 360
+   printf "%s,5,%.3f,%.3f\n", $1, (turn / 360 + 0.5) * 4096 - 0.5, (90 - atan2(u, sqrt(e * e + n * n)) / r) / 180 * 2048 - 0.5}' big/panoramas.csv by_lens.csv >in_panorama.csv
+ends 0 measure --picks in_panorama.csv --panoramas big/panoramas.csv --out by_panorama.csv
+awk -F, 'NR == FNR {e[$1] = $7; n[$1] = $8; u[$1] = $9; next}
+  /^#/ || $1 == "name" || $7 == "" {next}
+  {d = sqrt(($7 - e[$1]) ^ 2 + ($8 - n[$1]) ^ 2 + ($9 - u[$1]) ^ 2); near += d < 0.05}
+  END {exit near < 6}' by_lens.csv by_panorama.csv || { cp by_panorama.csv said.txt; fail "picked in a panorama: other places"; }
+sed 's/,4096,2048,/,4096,1000,/' big/panoramas.csv >odd.csv
+ends 3 measure --picks in_panorama.csv --panoramas odd.csv
+says "odd.csv:2: width_px is not twice height_px"
+
 told() { local want=$1 sentence=$2; shift 2; ends "$want" timeout 60 "$hueline" panorama "$@"; says "$sentence"; }
 simulated="--scenario small.yaml --sim sim"
 told 2 "give either a recording" --out x

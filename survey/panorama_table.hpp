@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "core/result.hpp"
+#include "fusion/panorama_renderer.hpp"
+#include "survey/drive_panoramas.hpp"
+
+/// The table panoramas.csv, which lies beside the panoramas of a drive (docs/formats.md).
+namespace hueline::survey {
+
+/// Returns the line with the names of the columns.
+std::string panorama_table_head();
+/// Returns the line of a panorama that lies in the file `name`.
+std::string panorama_table_line(const DrivePanorama& panorama, const std::string& name);
+
+/// Reads from the table how each panorama, by its exposure, is drawn: its size, and how it is turned against the head.
+/// `file` is the name of the table in messages. Errors: Malformed, with the line.
+Result<std::map<std::uint32_t, fusion::PanoramaView>> parse_panorama_table(const std::string& text,
+                                                                           const std::string& file);
+
+}  // namespace hueline::survey
