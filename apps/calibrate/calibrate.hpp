@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <string>
 
@@ -18,5 +19,9 @@ void add_calibrate_example(Command& calibrate);
 /// Returns today's date by the computer's clock, YYYY-MM-DD. The commands date their results; the estimations
 /// themselves read no clock.
 std::string today();
+
+/// Returns a rotation by `off_deg` about axis `number` of `count`, which are spread evenly over the sphere (Fibonacci
+/// lattice), to try an estimation from wrong starts. A single axis is not one of the frame's axes.
+Eigen::Quaterniond off_start(double off_deg, int number, int count);
 
 }  // namespace hueline::apps

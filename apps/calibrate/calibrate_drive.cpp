@@ -24,17 +24,10 @@ namespace {
 
 using namespace calibration;
 
-/// Rotates the head about axis `number` of `count` that are spread evenly over the sphere (Fibonacci lattice). A single
-/// axis is not one of the head's axes.
+/// Rotates the head about axis `number` of `count`.
 Transform<Body, CameraHead> put_off(Transform<Body, CameraHead> head, double off_deg, int number, int count) {
   if (!(off_deg > 0)) return head;
-  Eigen::Vector3d axis(1, -2, 1.5);
-  if (count > 1) {
-    const double z = 1 - (2 * number + 1.0) / count, around = number * 2.399963229728653;
-    axis = {std::sqrt(1 - z * z) * std::cos(around), std::sqrt(1 - z * z) * std::sin(around), z};
-  }
-  head.rotation =
-      (head.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(off_deg / kDegPerRad, axis.normalized()))).normalized();
+  head.rotation = (head.rotation * off_start(off_deg, number, count)).normalized();
   return head;
 }
 

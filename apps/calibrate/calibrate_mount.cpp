@@ -211,7 +211,7 @@ int calibrate_mount(const Options& options) {
     if (options.image.empty() || options.cloud.empty() || options.start.empty() || options.lens_file.empty())
       throw config::ConfigError("without targets: give --image, --cloud, --lens and --start");
     return calibrate_shot({options.image, options.cloud, options.lens_file, options.start, options.out, date,
-                           options.image_size, options.search_deg});
+                           options.image_size, options.search_deg, options.off_deg, options.starts});
   }
   if (!options.drive.recording.empty() || !options.drive.scenario.empty()) {
     options.drive.check();
@@ -259,12 +259,14 @@ void add_calibrate_mount(Command& calibrate) {
        .recording_help =
            "without targets: drive.mcap of a drive; the result is T_body_head and the time offset of the images",
        .rig_help = "rig file with lenses, scanner and head; with --points the result is T_head_lens of each lens"});
-  command.setting("--off-deg", options->off_deg, "with --scenario: rotation error of the start against the rig",
-                  {.least = 0, .most = 15});
+  command.setting(
+      "--off-deg", options->off_deg,
+      "with --scenario or --image: rotation error that is added to the start, to see whether the result is the same; "
+      "with --image nothing is written",
+      {.least = 0, .most = 15});
   command.setting("--off-ms", options->off_ms, "with --scenario: error that is added to the times of the images",
                   {.least = -500, .most = 500});
-  command.setting("--starts", options->starts,
-                  "with --scenario: number of directions of --off-deg, one calibration each",
+  command.setting("--starts", options->starts, "number of directions of --off-deg, one calibration each",
                   {.least = 1, .most = 100});
   command.setting("--search-time-ms", options->search_time_ms,
                   "largest time offset of the images; 0: their times are correct", {.least = 0, .most = 1000});

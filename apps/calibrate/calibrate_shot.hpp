@@ -9,6 +9,8 @@ struct ShotFiles {
   std::string image, cloud, lens, start, out, date;
   std::string image_size = "refuse";  ///< a word of apps/colour/shot_calibration.hpp
   double search_deg = 3;
+  double off_deg = 0;  ///< above 0: the start is rotated by this, and nothing is written
+  int starts = 1;      ///< number of directions of off_deg, one alignment each
 };
 /// Calibrates the pose of the lens and prints the result. Returns the exit status.
 int calibrate_shot(const ShotFiles& files);

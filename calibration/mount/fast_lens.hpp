@@ -50,6 +50,9 @@ struct FastLens {
   }
 };
 
+/// Returns a lens whose points are in its own frame.
+FastLens fast_lens(const LensValues& values, double max_angle);
+
 /// Returns a lens at one exposure for a head at `T_head_body` and an image that was taken `time_offset_s` later than
 /// its time says.
 FastLens fast_lens(const AlignmentLens& lens, const Transform<CameraHead, Body>& T_head_body, const AlignmentShot& shot,
