@@ -171,6 +171,7 @@ Status make(const Scenario& scenario, const fs::path& folder, const Progress& pr
 
   TruthHeader header{
       origin.latitude, origin.longitude, origin.height, scenario.text(), world.surfaces(), world.targets(), {}};
+  header.has_fine_light = scenario.street.daylight < 1;
   for (std::size_t i = 0; i < camera.exposure_count(); ++i) {
     const Pose T = camera.T_enu_head(i);
     header.exposures.push_back(

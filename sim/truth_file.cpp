@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace hueline::sim {
 namespace {
 constexpr double kUnit = 1e-6;  // m
 constexpr float kLightUnit = 1.0f / 16384;
+constexpr int kMostFiner = 10;  // binary digits
 constexpr std::size_t kReturnSize = 46;
 constexpr unsigned char kIsMoving = 1;
 
@@ -19,9 +21,18 @@ void put_place(std::vector<unsigned char>& out, double e, double n, double u, Ve
     out.insert(out.end(), p, p + 4);
   }
 }
+/// Returns how many binary digits finer than kLightUnit all three numbers of a light can be.
+int finer_digits(const std::array<float, 3>& light) {
+  const float largest = std::max({light[0], light[1], light[2]}) / kLightUnit;
+  int digits = 0;
+  while (digits < kMostFiner && std::ldexp(largest, digits + 1) < 65535.0f) ++digits;
+  return digits;
+}
+
 }  // namespace
 
-TruthWriter::TruthWriter(const std::string& path, const TruthHeader& h) : out_(path) {
+TruthWriter::TruthWriter(const std::string& path, const TruthHeader& h)
+    : out_(path), has_fine_light_(h.has_fine_light) {
   out_.bytes(kTruthMagic, 8);
   out_.number(h.origin_latitude_rad);
   out_.number(h.origin_longitude_rad);
@@ -63,9 +74,11 @@ void TruthWriter::packet(GpsNs first, Vec3 scanner, std::span<const TrueReturn> 
     put_place(block, r.beam_east, r.beam_north, r.beam_up, scanner);
     put_place(block, r.east, r.north, r.up, scanner);
     block.insert(block.end(), {r.red, r.green, r.blue, r.is_moving ? kIsMoving : static_cast<unsigned char>(0)});
-    block.insert(block.end(), {r.albedo[0], r.albedo[1], r.albedo[2], 0});
+    const int finer = has_fine_light_ ? finer_digits(r.light) : 0;
+    block.insert(block.end(), {r.albedo[0], r.albedo[1], r.albedo[2], static_cast<unsigned char>(finer)});
     for (const float x : r.light) {
-      const auto units = static_cast<std::uint16_t>(std::clamp(x / kLightUnit + 0.5f, 0.0f, 65535.0f));
+      const float exact = std::ldexp(x / kLightUnit, finer);
+      const auto units = static_cast<std::uint16_t>(std::clamp(exact + 0.5f, 0.0f, 65535.0f));
       block.push_back(static_cast<unsigned char>(units & 0xFF));
       block.push_back(static_cast<unsigned char>(units >> 8));
     }
@@ -144,11 +157,11 @@ Result<std::vector<TrueReturn>> TruthReader::next_packet() {
     r.red = p[32];
     r.green = p[33];
     r.blue = p[34];
-    if (p[35] > kIsMoving || p[39] != 0) in_.fail("has a return with unknown flags");
+    if (p[35] > kIsMoving || p[39] > kMostFiner) in_.fail("has a return with unknown flags");
     r.is_moving = p[35] == kIsMoving;
     for (std::size_t k = 0; k < 3; ++k) {
       r.albedo[k] = p[36 + k];
-      r.light[k] = kLightUnit * static_cast<float>(p[40 + 2 * k] | p[41 + 2 * k] << 8);
+      r.light[k] = std::ldexp(kLightUnit * static_cast<float>(p[40 + 2 * k] | p[41 + 2 * k] << 8), -p[39]);
     }
   }
   if (!in_.status().ok()) return in_.status().error();

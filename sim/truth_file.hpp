@@ -43,8 +43,8 @@
 ///       offset 32  u8[3]   red, green, blue
 ///       offset 35  u8      flags; 1: the surface moves by itself
 ///       offset 36  u8[3]   albedo
-///       offset 39  u8      0
-///       offset 40  u16[3]  light, 2^-14
+///       offset 39  u8      f: how many binary digits finer the unit of the light is; 0 by full daylight
+///       offset 40  u16[3]  light, 2^-(14 + f)
 namespace hueline::sim {
 
 /// What stands once in the file, before the packets.
@@ -54,6 +54,9 @@ struct TruthHeader {
   std::vector<std::string> surfaces;
   std::vector<SphereTarget> targets;
   std::vector<TrueExposure> exposures;
+  /// Whether dark returns have finer steps of light, as a night needs. It decides how returns are written and does not
+  /// stand in the file itself, where each return says it.
+  bool has_fine_light = false;
 };
 
 constexpr char kTruthMagic[] = "HLTRUTH2";
@@ -68,6 +71,7 @@ class TruthWriter {
 
  private:
   ByteWriter out_;
+  bool has_fine_light_;
 };
 
 /// Reads truth.bin, packet by packet.

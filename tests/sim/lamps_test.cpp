@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "sim/truth_file.hpp"
 #include "tests/sim/made_world.hpp"
 #include "tests/sim/small_scenario.hpp"
 
@@ -137,6 +139,30 @@ TEST(Night, OncomingLightsGlareAndTailLightsAreRed) {
   EXPECT_LT(rear.b, 0.2f * rear.r);
   EXPECT_GT(light_at(made, 0, line.place(29, -1.75)), 20 * light_at(made, 0, line.place(50, -1.75)))
       << "the road in front of the car, and the road behind it";
+}
+
+TEST(Night, TheTruthOfADarkReturnHasItsDigits) {
+  const TemporaryFolder folder("hueline-dark");
+  TrueReturn dark, bright;
+  dark.light = {3.1e-5f, 7.7e-4f, 1.23e-3f};
+  bright.light = {3.9f, 0.5f, 1.0f / 16384};
+  for (const bool is_fine : {false, true}) {
+    TruthHeader header;
+    header.has_fine_light = is_fine;
+    const std::string file = folder.path() + "/truth.bin";
+    TruthWriter writer(file, header);
+    writer.packet(0, {}, std::array{dark, bright});
+    ASSERT_TRUE(writer.close().ok());
+    auto reader = TruthReader::open(file);
+    ASSERT_TRUE(reader.ok());
+    const auto read = reader->next_packet();
+    ASSERT_TRUE(read.ok());
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float step = is_fine ? 6.1e-5f / 512 : 6.1e-5f;
+      EXPECT_NEAR((*read)[0].light[k], dark.light[k], 0.51f * step);
+      EXPECT_NEAR((*read)[1].light[k], bright.light[k], 3.1e-5f);
+    }
+  }
 }
 
 }  // namespace
