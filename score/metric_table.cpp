@@ -121,7 +121,7 @@ constexpr std::array kMetrics = {
            0.004, 0, false},
     Metric{"depth_edge_missed_share", "1",
            "share of the laser's depth edges in the images that have no image edge within 3 px; needs no truth",
-           Better::Lower, 0, 0.01, 0.03, false},
+           Better::Lower, 0, 0.015, 0.05, false},
     Metric{"depth_edge_missed_share_by_chance", "1",
            "the same share for places 12 px beside the depth edges: what a quite wrong mounting or time would have",
            Better::Informative, 0, 0, 0, false},

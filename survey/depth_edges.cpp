@@ -15,6 +15,10 @@ using calibration::GreyImage;
 // Neighbouring returns of a channel are nearer than this; farther ones have lost returns between them.
 const float kNeighbour_cos = std::cos(1.0f * std::numbers::pi_v<float> / 180);
 constexpr float kJump_m = 0.5f, kJump_share = 0.1f;
+// A thing is smooth where the ranges of so many neighbouring returns differ by less than this. Leaves are not, and
+// images of them have edges everywhere.
+constexpr float kSmooth_m = 0.1f, kSmooth_share = 0.02f;
+constexpr int kSmoothReturns = 5;
 constexpr float kNearest_m = 2.0f, kFarthest_m = 60.0f;  // nearer there is the own vehicle
 constexpr nanoseconds kAround{60'000'000};               // one revolution has all directions once
 // After the laser of its moment: while sync learns a camera's relation.
@@ -53,20 +57,31 @@ void DepthEdges::on_settled_laser(const StampedLaserBatch& batch, const fusion::
   const auto mount = std::find_if(rig_.lasers.begin(), rig_.lasers.end(),
                                   [&](const fusion::LaserMount& laser) { return laser.sensor == batch.sensor; });
   if (mount == rig_.lasers.end()) return;
-  std::vector<LastReturn>& channels = last_[batch.sensor];
-  for (const LaserReturn& r : batch.returns) {
-    if (!(r.range_m > 0) || r.return_number != 1) continue;
-    if (channels.size() <= r.channel) channels.resize(r.channel + std::size_t{1});
-    const LastReturn now{batch.time + nanoseconds(r.time_offset_ns), {r.x, r.y, r.z}, r.range_m};
-    const LastReturn before = std::exchange(channels[r.channel], now);
-    const LastReturn& near = before.range_m < now.range_m ? before : now;
-    if (before.range_m <= 0 || near.range_m < kNearest_m || near.range_m > kFarthest_m) continue;
-    if (std::abs(before.range_m - now.range_m) < kJump_m + kJump_share * near.range_m) continue;
-    if (before.p_scanner.dot(now.p_scanner) < kNeighbour_cos * before.p_scanner.norm() * now.p_scanner.norm()) continue;
+  std::vector<Channel>& channels = channels_[batch.sensor];
+  const auto add = [&](const Place& near) {
+    if (near.range_m < kNearest_m || near.range_m > kFarthest_m) return;
     if (const auto [pose, reason] = trajectory.pose_at(near.time); pose)
       edges_.push_back(
           {near.time,
            (pose->T_enu_body * (mount->T_body_scanner * Point<Scanner>{near.p_scanner.cast<double>()})).xyz});
+  };
+  for (const LaserReturn& r : batch.returns) {
+    if (!(r.range_m > 0) || r.return_number != 1) continue;
+    if (channels.size() <= r.channel) channels.resize(r.channel + std::size_t{1});
+    Channel& channel = channels[r.channel];
+    const Place now{batch.time + nanoseconds(r.time_offset_ns), {r.x, r.y, r.z}, r.range_m};
+    const Place before = std::exchange(channel.last, now);
+    const float jump = now.range_m - before.range_m, least = std::min(now.range_m, before.range_m);
+    const bool is_beside =
+        before.range_m > 0 && before.p_scanner.dot(now.p_scanner) >= kNeighbour_cos * before.range_m * now.range_m;
+    if (is_beside && std::abs(jump) < kSmooth_m + kSmooth_share * least) {
+      if (++channel.smooth == kSmoothReturns && channel.begin) add(*std::exchange(channel.begin, {}));
+      continue;
+    }
+    const bool is_edge = is_beside && std::abs(jump) >= kJump_m + kJump_share * least;
+    if (is_edge && jump > 0 && channel.smooth >= kSmoothReturns) add(before);
+    channel.begin = is_edge && jump < 0 ? std::optional(now) : std::nullopt;
+    channel.smooth = 1;
   }
   while (!edges_.empty() && edges_.front().time < batch.time - kLatestExposure) edges_.pop_front();
   while (!waiting_.empty() && waiting_.front().is_settled && waiting_.front().mid + 2 * kAround < batch.time) {

@@ -20,13 +20,13 @@ namespace hueline::survey {
 /// Thread safety: none; the thread of the pipeline calls it.
 ///
 /// A depth edge is the nearer one of two neighbouring returns of a channel whose ranges differ by more than 0.5 m and
-/// 10 % of the nearer. Edges within 60 ms of an exposure are projected into its image. An image edge is a gradient of 5
-/// grey levels a pixel. Arbitrary places are the same pixels, shifted by four times the radius in each of four
-/// directions.
+/// 10 % of the nearer, if at least five neighbouring returns on its side belong to one smooth thing. Edges within 60 ms
+/// of an exposure are projected into its image. An image edge is a gradient of 5 grey levels a pixel. Arbitrary places
+/// are the same pixels, shifted by four times the radius in each of four directions.
 class DepthEdges : public runtime::ProductSink {
  public:
   struct Config {
-    int every = 5;                    ///< one of so many moments is examined
+    int every = 2;                    ///< one of so many moments is examined
     double radius_px = 3.0;           ///< an image edge within this distance belongs to a depth edge
     nanoseconds together{5'000'000};  ///< exposures nearer than this are one moment
   };
@@ -59,10 +59,15 @@ class DepthEdges : public runtime::ProductSink {
     bool is_settled = false;
     std::optional<Transform<CameraHead, Enu>> T_head_enu;
   };
-  struct LastReturn {
+  struct Place {
     GpsTime time{};
     Eigen::Vector3f p_scanner = Eigen::Vector3f::Zero();
     float range_m = 0;  // 0: there is none
+  };
+  struct Channel {
+    Place last;
+    int smooth = 0;              // returns of a smooth thing so far, with `last`
+    std::optional<Place> begin;  // the first of them, if a depth edge is before it that is not used yet
   };
   void decide(const Waiting& exposure);
 
@@ -70,7 +75,7 @@ class DepthEdges : public runtime::ProductSink {
   Config config_;
   fusion::HeadProjector projector_;
   SomeMoments some_;
-  std::map<SensorId, std::vector<LastReturn>> last_;  // by channel
+  std::map<SensorId, std::vector<Channel>> channels_;
   std::deque<Edge> edges_;
   std::deque<Waiting> waiting_;
   Counts counts_;

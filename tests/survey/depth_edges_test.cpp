@@ -70,6 +70,15 @@ TEST(DepthEdges, AreOnlyWhereNeighbouringRangesDiffer) {
                 .edges,
             0u)
       << "a board before the sky has no second range";
+  EXPECT_EQ(counts_with(0,
+                        [](StampedLaserBatch& batch) {
+                          for (std::size_t i = 0; i < batch.returns.size(); ++i)
+                            if (LaserReturn& r = batch.returns[i]; r.range_m < 10)
+                              for (float* x : {&r.x, &r.y, &r.z, &r.range_m}) *x *= i / kRings % 4 < 2 ? 1.0f : 1.1f;
+                        })
+                .edges,
+            0u)
+      << "leaves in place of the board";
   EXPECT_EQ(counts_with(0, [](StampedLaserBatch& batch) { batch.time += std::chrono::milliseconds(200); }).edges, 0u)
       << "too long after the exposure";
 }
