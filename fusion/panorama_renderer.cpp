@@ -261,7 +261,9 @@ std::size_t PanoramaRenderer::seers(const Scene& scene, const Eigen::Vector3f& d
   const bool in_hole = -d.z() >= hole_cosine_;
   const bool blends = config_.blend == PanoramaBlend::Bands;
   std::size_t found = 0, next = 0;
-  for (int rank = 0; rank < scene.ranks && found < out.size(); ++rank) {
+  // The hole lies below the head. Above it, what no lens sees is mostly sky, of which other places know nothing.
+  const int ranks = d.z() < 0 ? scene.ranks : 1;
+  for (int rank = 0; rank < ranks && found < out.size(); ++rank) {
     std::array<std::pair<float, std::size_t>, 32> order;
     std::size_t candidates = 0;
     for (; next < scene.eyes.size() && scene.eyes[next].rank == rank; ++next) {

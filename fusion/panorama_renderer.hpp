@@ -79,9 +79,9 @@ class PanoramaRenderer {
   /// Returns whether a lens would show a place, outside the hole and the masks.
   bool is_seen(const Point<CameraHead>& p_head) const;
 
-  /// Renders one panorama of the moment `shot`. What no lens sees there, because it is hidden by the vehicle or lies in
-  /// the hole, comes from `others`, the first of them that sees it. `depth` holds the distances in the axes of `view`;
-  /// null: everything lies on the stitching sphere of the head.
+  /// Renders one panorama of the moment `shot`. What no lens sees below the head, because the vehicle hides it or it
+  /// lies in the hole, comes from `others`, the first of them that sees it. `depth` holds the distances in the axes of
+  /// `view`; null: everything lies on the stitching sphere of the head.
   RenderedPanorama render(const PanoramaView& view, const HeadShot& shot, std::span<const HeadShot> others,
                           const DepthPanorama* depth, WorkerPool& pool) const;
 
