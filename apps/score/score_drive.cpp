@@ -1,5 +1,7 @@
 #include "apps/score/score_drive.hpp"
 
+#include <string>
+
 #include "apps/score/sink_group.hpp"
 #include "apps/score/view_judges.hpp"
 #include "config/section.hpp"

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "apps/progress_bar.hpp"
 #include "apps/simulate/drive_source.hpp"
 #include "score/figures.hpp"
