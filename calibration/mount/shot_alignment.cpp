@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "calibration/mount/shot_pairs.hpp"
 #include "calibration/mount/shot_score.hpp"
@@ -220,6 +221,10 @@ Result<ShotAlignment> align_shot(const Shot& shot, const Transform<Lens, Scanner
   if (shot.image.width < 32 || shot.image.height < 32)
     return Error{ErrorCode::Invalid,
                  fmt::format("the image has {} x {} pixels; 32 are needed", shot.image.width, shot.image.height)};
+  if (shot.lens.width != static_cast<std::uint32_t>(shot.image.width) ||
+      shot.lens.height != static_cast<std::uint32_t>(shot.image.height))
+    return Error{ErrorCode::Invalid, fmt::format("the image has {} x {} pixels, and the lens {} x {}", shot.image.width,
+                                                 shot.image.height, shot.lens.width, shot.lens.height)};
   if (shot.intensity.size() != shot.p_scanner.size())
     return Error{ErrorCode::Invalid,
                  fmt::format("{} returns have {} intensities", shot.p_scanner.size(), shot.intensity.size())};

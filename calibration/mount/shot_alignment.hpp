@@ -14,12 +14,11 @@ namespace hueline::calibration {
 
 /// One image and one cloud of the same moment.
 struct Shot {
-  LensValues lens;
+  LensValues lens;         ///< with the size of the image
   double max_angle = 1.5;  ///< nothing beyond this angle from the axis is projected, rad
   GreyImage image;
-  std::vector<Eigen::Vector3f>
-      p_scanner;                 ///< returns in the scanner's frame, m; points that are not finite are left out
-  std::vector<float> intensity;  ///< of each return, of any scale
+  std::vector<Eigen::Vector3f> p_scanner;  ///< returns in the scanner's frame, m; NaN: none
+  std::vector<float> intensity;            ///< of each return, of any scale
 };
 
 /// Settings of align_shot().

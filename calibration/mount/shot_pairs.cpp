@@ -19,8 +19,8 @@ constexpr double kReachAcross = 2.2 * kRadPerDeg;  // largest angle to the neigh
 constexpr double kSameRing = 0.1 * kRadPerDeg;     // largest difference of elevation in a ring
 constexpr double kHidingCell = 0.3 * kRadPerDeg;   // cell of the grid of nearest returns seen from the lens
 constexpr float kHiddenShare = 1.15F, kHidden_m = 0.4F;
-constexpr double kMargin = 3.4 * kRadPerDeg;  // beside the image
-constexpr float kLeast_m = 0.5F;              // nearer returns are of the vehicle
+constexpr double kMargin = 3.4 * kRadPerDeg;      // beside the image
+constexpr float kLeast_m = 0.5F, kMost_m = 1e5F;  // nearer returns are of the vehicle; none is farther
 constexpr float kJumpShare = 0.1F;  // An outline is where the range leaves the surface by this share of the range, ...
 constexpr float kJump_m = 0.5F, kJumpAloneShare = 0.12F;  // ... and grows by this.
 constexpr float kSurfaceShare = 0.05F;                    // Two returns within this share are of one surface.
@@ -190,7 +190,8 @@ LaserPairs laser_pairs(const std::vector<Eigen::Vector3f>& p_scanner, const std:
   std::vector<Eigen::Vector3f> points;
   std::vector<float> strengths;
   for (std::size_t i = 0; i < p_scanner.size(); ++i) {
-    if (!p_scanner[i].allFinite() || !(p_scanner[i].norm() > kLeast_m)) continue;
+    const float range = p_scanner[i].norm();
+    if (!(range > kLeast_m && range < kMost_m)) continue;
     points.push_back(p_scanner[i]);
     strengths.push_back(intensity[i]);
   }

@@ -12,6 +12,7 @@
 #include <optional>
 #include <random>
 
+#include "calibration/mount/shot_pairs.hpp"
 #include "core/angle.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -204,6 +205,20 @@ TEST(ShotAlignment, DoesNotChooseAmongTheRotationsOfAFence) {
   EXPECT_FALSE(found->is_determined());
 }
 
+TEST(ShotAlignment, LeavesOutWhatNoScannerMeasures) {
+  const Scene scene = street(3);
+  Shot shot = shot_of(scene, scene, 1);
+  const auto expected = laser_pairs(shot.p_scanner, shot.intensity, true_pose(), shot.lens, shot.max_angle);
+  for (const float strange :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30F, 0.0F}) {
+    shot.p_scanner.emplace_back(strange, strange, strange);
+    shot.intensity.push_back(7);
+  }
+  const auto found = laser_pairs(shot.p_scanner, shot.intensity, true_pose(), shot.lens, shot.max_angle);
+  EXPECT_GT(expected.pairs.size(), 10000u);
+  EXPECT_EQ(found.pairs.size(), expected.pairs.size());
+}
+
 TEST(ShotAlignment, SaysThatAnEmptyRoadHasNoOutlines) {
   Scene road;
   road.marking = 0.25;
@@ -221,6 +236,9 @@ TEST(ShotAlignment, RefusesWhatItCannotUse) {
   ASSERT_FALSE(away.ok());
   EXPECT_EQ(away.error().code, ErrorCode::Unavailable);
   EXPECT_EQ(align_shot(shot, true_pose(), {.search_deg = 0}).error().code, ErrorCode::Invalid);
+  Shot larger = shot;
+  larger.lens.width = 1280;
+  EXPECT_EQ(align_shot(larger, true_pose(), {}).error().code, ErrorCode::Invalid);
   shot.intensity.pop_back();
   EXPECT_EQ(align_shot(shot, true_pose(), {}).error().code, ErrorCode::Invalid);
 }
