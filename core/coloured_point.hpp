@@ -16,8 +16,9 @@ enum class ColourState : std::uint8_t {
   NoExposure = 2,  ///< no colour: no usable exposure owns its time (lost image)
   Outside = 3,     ///< no colour: no usable exposure that is near enough sees that direction
   NoPose = 4,      ///< reserved for points that cannot be placed; such points are counted, not written
+  Hidden = 5,      ///< no colour: in every exposure that is near enough something nearer hides it
 };
-constexpr int kColourStates = 5;
+constexpr int kColourStates = 6;
 /// Returns the enumerator's name.
 const char* name(ColourState state);
 

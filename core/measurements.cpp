@@ -65,6 +65,8 @@ const char* name(ColourState state) {
       return "Outside";
     case ColourState::NoPose:
       return "NoPose";
+    case ColourState::Hidden:
+      return "Hidden";
   }
   return "?";
 }

@@ -85,11 +85,13 @@ inline constexpr auto kPointFields = std::tuple{
         "Confidence that the point lies on something that moves by itself, from 0 (no evidence that it moves) to "
         "255 (certain). The colouring does not look for motion yet, so that every point has 0.",
         las_extra("moving", "0 no evidence ... 255 moves"), "moving"},
-    PointField{&ColouredPoint::state, "colour state", "",
-               "0 Direct: coloured by the exposure that owns its time. 1 Neighbour: coloured by a nearby exposure, "
-               "because the owner sees the vehicle or nothing there. 2 NoExposure: no colour, because no usable "
-               "exposure owns its time. 3 Outside: no colour, because no exposure that is near enough sees it.",
-               las_extra("colour_state", "0 own 1 neighbour 2.. uncoloured")},
+    PointField{
+        &ColouredPoint::state, "colour state", "",
+        "0 Direct: coloured by the exposure that owns its time. 1 Neighbour: coloured by another exposure that "
+        "is near enough. 2 NoExposure: no colour, because there is no usable exposure near enough. 3 Outside: no "
+        "colour, because no exposure that is near enough has it in its image. 5 Hidden: no colour, because "
+        "something hides it in each of these exposures.",
+        las_extra("colour_state", "0 own 1 neighbour 2.. uncoloured")},
     PointField{&ColouredPoint::sigma_m, "sigma", "m", "One sigma of the place, from pose, time and range.",
                las_extra("sigma", "1-sigma position uncertainty, m")},
     PointField{&ColouredPoint::u, "u", "px",

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "fusion/colouring.hpp"
 #include "fusion/colouring_piece.hpp"
@@ -26,18 +27,6 @@ float trust(SyncState state) {
   return 0.25f;
 }
 
-struct HeadPoint {
-  float x, y, z;
-};
-
-/// The difference is calculated in double precision, because ENU coordinates of a long drive do not fit a float.
-HeadPoint in_head(const Moment::Viewpoint& view, double east, double north, double up) {
-  const auto dx = static_cast<float>(east - view.centre_enu.x()), dy = static_cast<float>(north - view.centre_enu.y()),
-             dz = static_cast<float>(up - view.centre_enu.z());
-  const auto& R = view.R_head_enu;
-  return {R[0] * dx + R[1] * dy + R[2] * dz, R[3] * dx + R[4] * dy + R[5] * dz, R[6] * dx + R[7] * dy + R[8] * dz};
-}
-
 Rgb sample_sight(const FloatLens& lens, const Moment::Picture& picture, const Sight& sight) {
   const auto x = static_cast<int>(sight.x),
              y = static_cast<int>(sight.y);  // not negative, because it is at least kSampleReach
@@ -57,10 +46,10 @@ constexpr float kBelowHorizon = 0.3f;  // sine of the depression angle beyond wh
 std::optional<std::array<float, 3>> colour_at(const HeadProjector& projector, const Moment& moment,
                                               const Eigen::Vector3d& p_enu, float& depression) {
   if (!moment.viewpoint) return std::nullopt;
-  const HeadPoint h = in_head(*moment.viewpoint, p_enu.x(), p_enu.y(), p_enu.z());
+  const auto h = moment.viewpoint->in_head(p_enu.x(), p_enu.y(), p_enu.z());
   Sight sight;
-  if (!projector.see(h.x, h.y, h.z, moment.has_image.data(), moment.blind, sight)) return std::nullopt;
-  depression = -h.z / std::sqrt(h.x * h.x + h.y * h.y + h.z * h.z);
+  if (!projector.see(h[0], h[1], h[2], moment.has_image.data(), moment.blind, sight)) return std::nullopt;
+  depression = -h[2] / std::sqrt(h[0] * h[0] + h[1] * h[1] + h[2] * h[2]);
   const FloatLens& lens = projector.lenses()[sight.lens];
   const Rgb c = sample_sight(lens, moment.pictures[lens.camera], sight);
   return std::array<float, 3>{c.red, c.green, c.blue};
@@ -99,11 +88,15 @@ struct ColourRatios {
 
 }  // namespace
 
-bool Colouring::try_moment(const Moment& moment, const ColourGain* gain, ColouredPoint& point) const {
-  if (!moment.viewpoint) return false;
-  const HeadPoint p = in_head(*moment.viewpoint, point.east, point.north, point.up);
-  Sight sight;
-  if (!projector_.see(p.x, p.y, p.z, moment.has_image.data(), moment.blind, sight)) return false;
+int confidence_of_moving(int free, int occupied) {
+  const int balance = 127 * (free - occupied) / (free + occupied + 1);
+  return is_moving(free, occupied) ? 128 + balance : free > 0 ? std::clamp(127 + balance, 1, 127) : 0;
+}
+
+bool is_moving(int free, int occupied) { return free >= 2 && free > occupied; }
+
+void Colouring::paint(const Moment& moment, const Found& found, const ColourGain* gain, ColouredPoint& point) const {
+  const Sight& sight = found.sight;
   const FloatLens& lens = projector_.lenses()[sight.lens];
   const Moment::Picture& picture = moment.pictures[lens.camera];
   Rgb colour = sample_sight(lens, picture, sight);
@@ -118,7 +111,8 @@ bool Colouring::try_moment(const Moment& moment, const ColourGain* gain, Coloure
   point.exposure = picture.exposure;
   point.lens = sight.lens;
   if (projector_.method() == ColourMethod::Panorama) {
-    projector_.panorama_pixel(p.x, p.y, p.z, point.u, point.v);
+    const auto [x, y, z] = moment.viewpoint->in_head(point.east, point.north, point.up);
+    projector_.panorama_pixel(x, y, z, point.u, point.v);
   } else {
     point.u = sight.x;
     point.v = sight.y;
@@ -128,40 +122,125 @@ bool Colouring::try_moment(const Moment& moment, const ColourGain* gain, Coloure
   const float timely = interval / (interval + away);
   const float border = std::min(1.0f, sight.border_px / kFullBorder);
   const float stamped = trust(moment.state) * (moment.timing == ExposureTiming::EventMark ? 1.0f : 0.8f);
-  point.quality = static_cast<std::uint8_t>(1.0f + 254.0f * timely * border * stamped);
-  return true;
+  // How far the laser points vouch for the line of sight.
+  constexpr std::array<float, 5> kVouched{0.0f, 0.4f, 0.6f, 0.8f, 1.0f};
+  const float vouched =
+      config_.choice == ExposureChoice::Visible ? kVouched[static_cast<std::size_t>(found.look)] : 1.0f;
+  point.quality = static_cast<std::uint8_t>(1.0f + 254.0f * timely * border * stamped * vouched);
 }
 
-void Colouring::colour_point(int owner, Piece& piece, ColouredPoint& point) const {
-  if (owner >= 0 && try_moment(timeline_.at(owner), nullptr, point)) {
-    point.state = ColourState::Direct;
-    return;
+LineOfSight Colouring::look_at(const Moment& moment, std::uint32_t cell, float nearness) const {
+  if (moment.glance && moment.glance->look(cell, nearness) == LineOfSight::Hidden) return LineOfSight::Hidden;
+  return moment.standing ? moment.standing->look(cell, nearness) : LineOfSight::Clear;
+}
+
+/// Colours a point from the moment that sees it most nearly as the scanner did, for the scanner did see it. What may
+/// lie between grows with the angle between the two lines.
+Colouring::Found Colouring::find_visible(const PlacedBatch& batch, std::size_t index, Piece& piece,
+                                         const ColouredPoint& point) const {
+  constexpr float kStep = 0.17f;  // what one step of LineOfSight costs, as an angle of parallax, rad
+  constexpr float kNever = 1e30f;
+  constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
+  const bool moves = is_moving(batch.free[index], batch.occupied[index]);
+  std::array<float, kMostCandidates> parallax;
+  const std::size_t count = std::min(piece.candidates.size(), parallax.size());
+  for (std::size_t k = 0; k < count; ++k) parallax[k] = piece.seen[k].parallax[index];
+  Found found;
+  float least = kNever;
+  while (count > 0) {
+    const auto next = std::min_element(parallax.begin(), parallax.begin() + static_cast<std::ptrdiff_t>(count));
+    if (*next >= least) break;
+    float cost = *next;
+    *next = kNever;
+    const auto k = static_cast<std::size_t>(next - parallax.begin());
+    const Moment& moment = timeline_.at(piece.candidates[k]);
+    const std::uint32_t cell = piece.seen[k].cell[index];
+    const float nearness = piece.seen[k].nearness[index];
+    const LineOfSight look = look_at(moment, cell, nearness);
+    // Where the point was is somewhere else at another moment, unless something as far away was there too.
+    const bool has_left = moves && std::chrono::abs(point.time - moment.time) > kAtOnce &&
+                          !(moment.glance && moment.glance->meets(cell, nearness));
+    if (look == LineOfSight::Hidden || has_left) {
+      found.is_hidden = true;
+      continue;
+    }
+    cost += kStep * static_cast<float>(static_cast<int>(LineOfSight::Clear) - static_cast<int>(look));
+    if (cost >= least) continue;
+    Sight sight;
+    if (!sees(moment, point, sight)) continue;
+    found.moment = piece.candidates[k];
+    found.sight = sight;
+    found.look = look;
+    least = cost;
   }
-  // An owner without a pose is treated as a lost image.
-  const bool is_lost = owner < 0 || !timeline_.at(owner).viewpoint;
+  return found;
+}
+
+/// Colours a point from the moment that owns it, or else from the nearest in time that sees its direction.
+Colouring::Found Colouring::find_nearest(int owner, bool is_lost, Piece& piece, const ColouredPoint& point) const {
+  Found found;
+  if (!is_lost && sees(timeline_.at(owner), point, found.sight)) {
+    found.moment = owner;
+    return found;
+  }
   const int per_side = is_lost ? config_.lost_image_neighbours : config_.neighbours;
   const nanoseconds reach = timeline_.interval() * per_side + timeline_.interval() / 2 + config_.window_slack;
-  if (per_side > 0) {
-    timeline_.neighbours_of(point.time, reach, per_side, owner, piece.candidates);
-    for (const int candidate : piece.candidates) {
-      const Moment& neighbour = timeline_.at(candidate);
-      const ColourGain* gain = is_lost ? nullptr : timeline_.at(owner).gain_of(neighbour.serial);
-      if (!try_moment(neighbour, gain, point)) continue;
-      point.state = ColourState::Neighbour;
-      return;
-    }
+  piece.candidates.clear();
+  if (per_side > 0) timeline_.neighbours_of(point.time, reach, per_side, owner, piece.candidates);
+  for (const int candidate : piece.candidates) {
+    if (!sees(timeline_.at(candidate), point, found.sight)) continue;
+    found.moment = candidate;
+    return found;
   }
-  const bool has_asked = !is_lost || (per_side > 0 && !piece.candidates.empty());
-  point.state = has_asked ? ColourState::Outside : ColourState::NoExposure;
+  return found;
 }
 
-void Colouring::colour_piece(const StampedLaserBatch& batch, Piece& piece, ColouredPoint* points) const {
+bool Colouring::sees(const Moment& moment, const ColouredPoint& point, Sight& sight) const {
+  if (!moment.viewpoint) return false;
+  const auto [x, y, z] = moment.viewpoint->in_head(point.east, point.north, point.up);
+  return projector_.see(x, y, z, moment.has_image.data(), moment.blind, sight);
+}
+
+void Colouring::colour_point(int owner, const PlacedBatch& batch, std::size_t index, Piece& piece,
+                             ColouredPoint& point) const {
+  // An owner without a pose is treated as a lost image.
+  const bool is_lost = owner < 0 || !timeline_.at(owner).viewpoint;
+  const Found found = config_.choice == ExposureChoice::Visible ? find_visible(batch, index, piece, point)
+                                                                : find_nearest(owner, is_lost, piece, point);
+  if (found.moment < 0) {
+    const bool has_asked = !is_lost || !piece.candidates.empty();
+    point.state = found.is_hidden ? ColourState::Hidden : has_asked ? ColourState::Outside : ColourState::NoExposure;
+    return;
+  }
+  const Moment& moment = timeline_.at(found.moment);
+  const bool is_own = found.moment == owner;
+  paint(moment, found, is_own || is_lost ? nullptr : timeline_.at(owner).gain_of(moment.serial), point);
+  point.state = is_own ? ColourState::Direct : ColourState::Neighbour;
+}
+
+void Colouring::find_candidates(PlacedBatch& batch, Piece& piece) const {
+  const int owner = timeline_.owner_of(batch.batch.time);
+  timeline_.neighbours_of(batch.batch.time, neighbour_reach(), config_.neighbours, owner, piece.candidates);
+  if (owner >= 0) piece.candidates.push_back(owner);
+  std::erase_if(piece.candidates, [&](int index) { return !timeline_.at(index).viewpoint; });
+  piece.seen.resize(piece.candidates.size());
+  for (std::size_t k = 0; k < piece.candidates.size(); ++k) {
+    const Moment::Viewpoint& viewpoint = *timeline_.at(piece.candidates[k]).viewpoint;
+    locate(grid_, viewpoint.relative_to(batch.placed.scanner_enu), batch.placed.places, piece.seen[k]);
+  }
+  ask_turns(batch, piece.asked);
+}
+
+void Colouring::colour_piece(PlacedBatch& placed_batch, Piece& piece, ColouredPoint* points) const {
   piece.by_state.fill(0);
-  const GeoreferencedBatch& placed = piece.placed;
+  const StampedLaserBatch& batch = placed_batch.batch;
+  const GeoreferencedBatch& placed = placed_batch.placed;
   // A batch lasts about a millisecond and a window at least a tenth of a second, so nearly always one moment owns the
   // whole batch.
-  const int owner_of_first = timeline_.owner_of(batch.time), owner_of_last = timeline_.owner_of(last_firing(batch));
+  const int owner_of_first = timeline_.owner_of(batch.time), owner_of_last = timeline_.owner_of(placed_batch.last);
   const bool is_one_window = owner_of_first == owner_of_last && owner_of_first >= 0;
+  // The candidates change with a point's time by less than matters within a batch.
+  if (config_.choice == ExposureChoice::Visible) find_candidates(placed_batch, piece);
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const LaserReturn& r = batch.returns[placed.source[i]];
     ColouredPoint& point = points[i];
@@ -175,38 +254,35 @@ void Colouring::colour_piece(const StampedLaserBatch& batch, Piece& piece, Colou
     point.return_count = r.return_count;
     point.channel = r.channel;
     point.sensor = batch.sensor;
-    colour_point(is_one_window && r.time_offset_ns >= 0 ? owner_of_first : timeline_.owner_of(point.time), piece,
-                 point);
+    point.moving = static_cast<std::uint8_t>(confidence_of_moving(placed_batch.free[i], placed_batch.occupied[i]));
+    colour_point(is_one_window && r.time_offset_ns >= 0 ? owner_of_first : timeline_.owner_of(point.time), placed_batch,
+                 i, piece, point);
     ++piece.by_state[static_cast<std::size_t>(point.state)];
   }
 }
 
-void Colouring::measure_gains(Moment& owner, int owner_index, const std::vector<StampedLaserBatch>& batches) {
+void Colouring::measure_gains(Moment& owner, int owner_index) {
   owner.gains.emplace();
   if (!owner.viewpoint) return;
   std::vector<int> neighbours;
   timeline_.neighbours_of(owner.time, neighbour_reach() + timeline_.interval(), config_.neighbours, owner_index,
                           neighbours);
-  std::vector<const StampedLaserBatch*> own;
+  std::vector<const GeoreferencedBatch*> own;
   std::size_t returns = 0;
-  const auto collect = [&](const StampedLaserBatch& batch) {
-    if (timeline_.owner_of(batch.time) != owner_index) return;
-    own.push_back(&batch);
-    returns += batch.returns.size();
-  };
-  for (const StampedLaserBatch& batch : batches) collect(batch);
-  for (const StampedLaserBatch& batch : pending_) collect(batch);
-
+  for (const PlacedBatch& batch : placed_) {
+    if (timeline_.owner_of(batch.batch.time) != owner_index) continue;
+    own.push_back(&batch.placed);
+    returns += batch.placed.places.size();
+  }
   std::vector<ColourRatios> ratios(neighbours.size());
   const std::size_t stride = std::max<std::size_t>(1, returns / kGainSamples);
   std::size_t counter = 0;
-  for (const StampedLaserBatch* batch : own) {
-    const LaserMount& mount = lasers_.at(batch->sensor);
-    for (const LaserReturn& r : batch->returns) {
-      if (counter++ % stride != 0 || !(r.range_m > 0)) continue;
-      const auto [pose, reason] = trajectory_.pose_at(batch->time + nanoseconds(r.time_offset_ns));
-      if (!pose) continue;
-      const Eigen::Vector3d p = (pose->T_enu_body * (mount.T_body_scanner * Point<Scanner>{{r.x, r.y, r.z}})).xyz;
+  for (const GeoreferencedBatch* batch : own) {
+    for (std::size_t i = 0; i < batch->places.size(); ++i) {
+      if (counter++ % stride != 0) continue;
+      const Eigen::Vector3d p =
+          batch->scanner_enu +
+          Eigen::Vector3f(batch->places.x[i], batch->places.y[i], batch->places.z[i]).cast<double>();
       float depression = 0, unused = 0;
       const auto in_owner = colour_at(projector_, owner, p, depression);
       if (!in_owner) continue;

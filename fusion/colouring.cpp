@@ -12,23 +12,29 @@
 
 namespace hueline::fusion {
 namespace {
+constexpr float kGroundStep_m = 0.1f, kGround_m = 2.5f;
 constexpr std::size_t kBatchesAtOnce =
     256;  // limits the working memory; about 100 000 points for packets of 384 returns
-}
+}  // namespace
 
 void Colouring::Config::visit(Keys& keys) {
   keys.choice(
       required("method", "", "Whether a point is projected into the lens directly, or by way of the panoramic sphere."),
       method, {{"lens", ColourMethod::Lens}, {"panorama", ColourMethod::Panorama}});
+  keys.choice({"choice", "",
+               "Which exposure gives a point its colour: the one that sees it most nearly as the scanner did and from "
+               "which nothing hides it, or the one nearest in time."},
+              choice, {{"visible", ExposureChoice::Visible}, {"nearest", ExposureChoice::Nearest}});
   keys.duration(
       {"exposure_interval_s", "s", "The time between exposures. An exposure owns the points around it.", "0: measured"},
       exposure_interval, {0, 60});
   // More on each side than Config::max_held_moments can hold would never be there.
-  keys.whole({"neighbours", "exposures", "How many exposures on each side may fill the hole and the masks."},
-             neighbours, {0, 15});
+  keys.whole(
+      {"neighbours", "exposures", "How many exposures on each side may give a point its colour besides its owner."},
+      neighbours, {0, 15});
   keys.whole({"lost_image_neighbours", "exposures",
-              "How many exposures away an image may be that colours the points of a lost image. 0: they stay without a "
-              "colour."},
+              "With choice: nearest, how many exposures away an image may be that colours the points of a lost image. "
+              "0: they stay without a colour."},
              lost_image_neighbours, {0, 15});
   keys.flag({"balance_neighbours", "",
              "Whether the brightness of filled points is adjusted to that of the exposure that owns them."},
@@ -69,6 +75,7 @@ Colouring::Colouring(const Config& config, const RigGeometry& rig, Sink sink)
       projector_(rig.head, config.method),
       timeline_({config.exposure_interval, config.exposure_interval_at_start, config.window_slack, config.together},
                 projector_.cameras().size()),
+      grid_(config.depth.cell),
       pool_(std::make_unique<WorkerPool>(config.threads)) {
   for (const LaserMount& laser : rig.lasers) lasers_[laser.sensor] = laser;
 }
@@ -170,8 +177,14 @@ void Colouring::add(const Exposure& exposure) {
   timeline_.add(exposure, camera, view, blind);
 }
 
-bool Colouring::is_ready(const StampedLaserBatch& batch) const {
-  const GpsTime last = last_firing(batch);
+bool Colouring::is_ready(const PlacedBatch& batch) const {
+  const GpsTime last = batch.last;
+  for (std::size_t i = 0; i < timeline_.size(); ++i) {
+    const Moment& moment = timeline_.at(static_cast<int>(i));
+    if (moment.time > last + neighbour_reach()) break;
+    if (moment.time + neighbour_reach() < batch.batch.time) continue;
+    if (!moment.is_pose_final) return false;
+  }
   const int windows = std::max(config_.neighbours, config_.lost_image_neighbours);
   // The (windows + 1)-th whole moment after the batch lies beyond every neighbour that the batch may use.
   const Moment* beyond = timeline_.nth_whole_after(last, windows + 1);
@@ -181,34 +194,157 @@ bool Colouring::is_ready(const StampedLaserBatch& batch) const {
 
 void Colouring::advance(GpsTime watermark) {
   watermark_ = watermark_ ? std::max(*watermark_, watermark) : watermark;
-  const std::size_t before = pending_.size();
+  const std::size_t before = coloured_;
+  place_ready(false);
   colour_ready(false);
   // Going through everything that waits at each call would cost more than the colouring.
-  if (pending_.size() != before || pending_.empty() || timeline_.size() > config_.max_held_moments) forget();
+  if (coloured_ != before || placed_.empty() || timeline_.size() > config_.max_held_moments) forget();
 }
 
 void Colouring::flush() {
+  place_ready(true);
   colour_ready(true);
   forget();
 }
 
-void Colouring::colour_ready(bool everything) {
-  std::vector<StampedLaserBatch> batches;
-  bool has_resolved = false;
+void Colouring::place_ready(bool everything) {
+  const std::size_t first = placed_.size();
   while (!pending_.empty()) {
+    const GpsTime last = last_firing(pending_.front());
     const bool is_forced = counts_.pending_returns > config_.max_pending_returns;
-    if (!everything && !is_ready(pending_.front())) {
+    const bool is_settled = trajectory_.is_settled(last) || (watermark_ && *watermark_ >= last + config_.max_lateness);
+    if (!everything && !is_settled && !is_forced) break;
+    placed_.push_back({std::move(pending_.front()), {}, last, next_number_++, {}, {}, 0});
+    pending_.pop_front();
+  }
+  pool_->run(placed_.size() - first, [&](std::size_t i) {
+    PlacedBatch& batch = placed_[first + i];
+    georeference(batch.batch, lasers_.at(batch.batch.sensor), trajectory_, config_.pose_step, batch.placed);
+    batch.free.assign(batch.placed.size(), 0);
+    batch.occupied.assign(batch.placed.size(), 0);
+  });
+}
+
+void Colouring::map_depths(GpsTime from, GpsTime to) {
+  if (config_.choice != ExposureChoice::Visible) return;
+  std::vector<Moment*> moments;
+  for (std::size_t i = 0; i < timeline_.size(); ++i) {
+    Moment& moment = timeline_.at(static_cast<int>(i));
+    if (!moment.viewpoint || moment.time < from - neighbour_reach() || moment.time > to + neighbour_reach()) continue;
+    if (!moment.standing) moment.standing.emplace(config_.depth);
+    if (!moment.glance) moment.glance.emplace(config_.depth);
+    moments.push_back(&moment);
+  }
+  finish_turns();
+  const auto judged = std::partition_point(placed_.begin(), placed_.end(),
+                                           [&](const PlacedBatch& batch) { return batch.number < next_judged_; });
+  pool_->run(static_cast<std::size_t>(placed_.end() - judged), [&](std::size_t i) {
+    thread_local SeenPlaces seen;
+    ask_turns(judged[static_cast<std::ptrdiff_t>(i)], seen);
+  });
+  next_judged_ = next_number_;
+  const auto add = [&](const Moment& moment, nanoseconds reach, std::uint64_t& next, DepthMap& map, bool is_glance) {
+    thread_local SeenPlaces seen;
+    RelativePlaces below;
+    for (const PlacedBatch& batch : placed_) {
+      if (batch.number < next || batch.last < moment.time - reach || batch.batch.time > moment.time + reach) continue;
+      const RelativePlaces& places = batch.placed.places;
+      locate(map.grid(), moment.viewpoint->relative_to(batch.placed.scanner_enu), places, seen);
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        const bool moves = is_moving(batch.free[i], batch.occupied[i]);
+        if (is_glance || !moves) map.add(seen.cell[i], seen.nearness[i]);
+        // What moves stands on the ground, but the beams may have met only its upper part.
+        for (float down = kGroundStep_m; is_glance && moves && down < kGround_m; down += kGroundStep_m) {
+          below.x.push_back(places.x[i]);
+          below.y.push_back(places.y[i]);
+          below.z.push_back(places.z[i] - down);
+        }
+      }
+      if (below.x.empty()) continue;
+      locate(map.grid(), moment.viewpoint->relative_to(batch.placed.scanner_enu), below, seen);
+      for (std::size_t i = 0; i < below.size(); ++i) map.add(seen.cell[i], seen.nearness[i]);
+      below = {};
+    }
+    map.close();
+    next = next_number_;
+  };
+  pool_->run(2 * moments.size(), [&](std::size_t i) {
+    Moment& moment = *moments[i / 2];
+    if (i % 2 == 0) {
+      add(moment, config_.depth_reach, moment.standing_next, *moment.standing, false);
+    } else {
+      add(moment, config_.glance, moment.glance_next, *moment.glance, true);
+    }
+  });
+}
+
+void Colouring::finish_turns() {
+  if (placed_.empty()) return;
+  const nanoseconds half = config_.turn / 2;
+  const GpsTime end = placed_.back().last;
+  for (const auto& [sensor, mount] : lasers_) {
+    const auto [next, is_new] = next_turn_time_.try_emplace(sensor, placed_.front().batch.time + half);
+    for (GpsTime& time = next->second; time + 2 * half < end; time += config_.turn_step) {
+      const auto [pose, reason] = trajectory_.pose_at(time);
+      if (!pose) continue;
+      const Transform<Enu, Scanner> T_enu_scanner = pose->T_enu_body * mount.T_body_scanner;
+      const Eigen::Matrix3d R = T_enu_scanner.inverse().rotation.toRotationMatrix();
+      Turn turn{time, {}, BeamMap(grid_)};
+      for (int k = 0; k < 9; ++k)
+        turn.viewpoint.R_head_enu[static_cast<std::size_t>(k)] = static_cast<float>(R(k / 3, k % 3));
+      turn.viewpoint.centre_enu = T_enu_scanner.translation;
+      SeenPlaces seen;
+      for (const PlacedBatch& batch : placed_) {
+        if (batch.batch.sensor != sensor || batch.last < time - half || batch.batch.time > time + half) continue;
+        locate(grid_, turn.viewpoint.relative_to(batch.placed.scanner_enu), batch.placed.places, seen);
+        for (std::size_t i = 0; i < seen.cell.size(); ++i) turn.beams.add(seen.cell[i], seen.nearness[i]);
+      }
+      turn.beams.finish();
+      turns_.push_back(std::move(turn));
+      ++next_turn_;
+    }
+  }
+}
+
+void Colouring::ask_turns(PlacedBatch& batch, SeenPlaces& seen) const {
+  const std::uint64_t first = next_turn_ - turns_.size();
+  const RelativePlaces& places = batch.placed.places;
+  for (std::uint64_t number = std::max(batch.next_turn, first); number < next_turn_; ++number) {
+    const Turn& turn = turns_[static_cast<std::size_t>(number - first)];
+    const nanoseconds away = turn.time > batch.batch.time ? turn.time - batch.last : batch.batch.time - turn.time;
+    // Points of the turn itself would only find themselves.
+    if (away < config_.turn || away > config_.turn_reach) continue;
+    locate(grid_, turn.viewpoint.relative_to(batch.placed.scanner_enu), places, seen);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Presence presence = turn.beams.ask(seen.cell[i], seen.nearness[i]);
+      batch.free[i] = static_cast<std::uint8_t>(batch.free[i] + (presence == Presence::Free));
+      batch.occupied[i] = static_cast<std::uint8_t>(batch.occupied[i] + (presence == Presence::Occupied));
+    }
+  }
+  batch.next_turn = next_turn_;
+}
+
+void Colouring::colour_ready(bool everything) {
+  if (coloured_ == placed_.size()) return;
+  resolve_viewpoints(everything);
+  std::size_t count = 0;
+  bool is_mapped = false;
+  while (coloured_ + count < placed_.size()) {
+    const bool is_forced = counts_.pending_returns > config_.max_pending_returns;
+    if (!everything && !is_ready(placed_[coloured_ + count])) {
       if (!is_forced) break;
       ++counts_.forced_batches;
     }
-    if (!has_resolved) resolve_viewpoints(everything);
-    has_resolved = true;
-    counts_.pending_returns -= pending_.front().returns.size();
-    batches.push_back(std::move(pending_.front()));
-    pending_.pop_front();
-    if (batches.size() == kBatchesAtOnce) colour_batches(batches);
+    if (!is_mapped)
+      map_depths(placed_[coloured_ + count].batch.time, placed_[coloured_ + count].last + timeline_.interval());
+    is_mapped = true;
+    counts_.pending_returns -= placed_[coloured_ + count].batch.returns.size();
+    if (++count == kBatchesAtOnce) {
+      colour_batches(count);
+      count = 0;
+    }
   }
-  if (!batches.empty()) colour_batches(batches);
+  if (count > 0) colour_batches(count);
 }
 
 void Colouring::resolve_viewpoints(bool everything) {
@@ -260,36 +396,45 @@ void Colouring::drop_frozen(Moment& moment) {
     moment.viewpoint.reset();
 }
 
-void Colouring::colour_batches(std::vector<StampedLaserBatch>& batches) {
+void Colouring::colour_batches(std::size_t count) {
+  const std::size_t begin = coloured_;
   if (config_.balance_neighbours && config_.neighbours > 0) {
-    for (const StampedLaserBatch& batch : batches) {
-      for (const GpsTime t : {batch.time, last_firing(batch)}) {
+    for (std::size_t i = 0; i < count; ++i) {
+      for (const GpsTime t : {placed_[begin + i].batch.time, placed_[begin + i].last}) {
         const int owner = timeline_.owner_of(t);
-        if (owner >= 0 && !timeline_.at(owner).gains) measure_gains(timeline_.at(owner), owner, batches);
+        if (owner >= 0 && !timeline_.at(owner).gains) measure_gains(timeline_.at(owner), owner);
       }
     }
   }
-  if (pieces_.size() < batches.size()) pieces_.resize(batches.size());
-  pool_->run(batches.size(), [&](std::size_t i) {
-    georeference(batches[i], lasers_.at(batches[i].sensor), trajectory_, config_.pose_step, pieces_[i].placed);
-  });
+  if (pieces_.size() < count) pieces_.resize(count);
   CloudBlock block;
-  std::vector<std::size_t> first(batches.size());
+  std::vector<std::size_t> first(count);
   std::size_t total = 0;
-  for (std::size_t i = 0; i < batches.size(); ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     first[i] = total;
-    total += pieces_[i].placed.size();
+    total += placed_[begin + i].placed.size();
   }
   block.points.resize(total);
-  pool_->run(batches.size(),
-             [&](std::size_t i) { colour_piece(batches[i], pieces_[i], block.points.data() + first[i]); });
-  for (std::size_t i = 0; i < batches.size(); ++i) {
-    counts_.empty_returns += pieces_[i].placed.empty;
-    for (std::size_t k = 0; k < kNoPoseReasons; ++k) counts_.no_pose[k] += pieces_[i].placed.no_pose[k];
+  pool_->run(count,
+             [&](std::size_t i) { colour_piece(placed_[begin + i], pieces_[i], block.points.data() + first[i]); });
+  for (std::size_t i = 0; i < count; ++i) {
+    const GeoreferencedBatch& placed = placed_[begin + i].placed;
+    counts_.empty_returns += placed.empty;
+    for (std::size_t k = 0; k < kNoPoseReasons; ++k) counts_.no_pose[k] += placed.no_pose[k];
     for (std::size_t k = 0; k < kColourStates; ++k) counts_.by_state[k] += pieces_[i].by_state[k];
   }
   counts_.points += total;
-  batches.clear();
+  coloured_ += count;
+  for (std::size_t i = 0; i < count; ++i) {
+    // Only the places are needed later.
+    PlacedBatch& batch = placed_[begin + i];
+    kept_returns_ += batch.placed.size();
+    batch.batch.returns = {};
+    GeoreferencedBatch kept;
+    kept.places = std::move(batch.placed.places);
+    kept.scanner_enu = batch.placed.scanner_enu;
+    batch.placed = std::move(kept);
+  }
   if (total == 0) return;
   block.origin = *trajectory_.origin();  // a point was placed, so there was a solution
   sink_(std::move(block));
@@ -303,8 +448,16 @@ void Colouring::forget() {
   if (!watermark_) return;
   GpsTime oldest = *watermark_ - config_.max_lateness;
   for (const StampedLaserBatch& batch : pending_) oldest = std::min(oldest, batch.time);
+  for (std::size_t i = coloured_; i < placed_.size(); ++i) oldest = std::min(oldest, placed_[i].batch.time);
   timeline_.forget_before(oldest - neighbour_reach());
   trajectory_.forget_before(oldest - neighbour_reach());
+  while (coloured_ > 0 &&
+         (placed_.front().batch.time < oldest - config_.depth_reach || kept_returns_ > config_.max_pending_returns)) {
+    kept_returns_ -= placed_.front().placed.places.size();
+    placed_.pop_front();
+    --coloured_;
+  }
+  while (!turns_.empty() && turns_.front().time < oldest - config_.turn_reach) turns_.pop_front();
 }
 
 }  // namespace hueline::fusion

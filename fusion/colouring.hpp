@@ -23,6 +23,16 @@ namespace hueline::fusion {
 
 class WorkerPool;
 
+/// Which exposure gives a point its colour.
+enum class ExposureChoice : std::uint8_t {
+  /// The exposure that sees the point most nearly as the scanner did and from which, as the laser points say, nothing
+  /// hides it.
+  Visible,
+  /// The exposure nearest in time, which owns the point (docs/methods, equation 7). Its neighbours fill only the hole
+  /// and the masks. Nothing is known about what hides a point.
+  Nearest,
+};
+
 /// Counts of what happened to all input. Each return is counted in exactly one of: points, no_pose, late_returns,
 /// empty_returns, unknown_laser_returns, pending_returns.
 struct ColouringCounts {
@@ -57,6 +67,7 @@ class Colouring {
  public:
   struct Config {
     ColourMethod method = ColourMethod::Lens;
+    ExposureChoice choice = ExposureChoice::Visible;
     Trajectory::Config trajectory;
     nanoseconds pose_step{500'000};  ///< largest distance between exact poses inside a batch
     /// The interval T between exposures in docs/methods, equation 7; 0: measured, as the median of the last intervals.
@@ -67,17 +78,27 @@ class Colouring {
     /// Exposures of different cameras of a head are one moment if they are closer together than this.
     nanoseconds together{5'000'000};
     /// How many windows away a neighbour may be that colours the points of a lost image; 0: they stay without a colour.
+    /// For ExposureChoice::Nearest.
     int lost_image_neighbours = 0;
-    /// How many exposures on each side may fill the hole and the masks.
+    /// How many exposures on each side may give a point its colour besides its owner.
     int neighbours = 4;
     /// Adjusts the brightness of filled points to that of the exposure that owns them.
     bool balance_neighbours = true;
     /// How far behind the watermark a solution, or data that exceeded their latency, may arrive.
     nanoseconds max_lateness{1'000'000'000};
-    /// How many returns may wait (32 bytes each). Beyond this, the oldest are coloured with what is there.
+    /// How many returns may wait (80 bytes each). Beyond this, the oldest are coloured with what is there. As many
+    /// coloured ones are kept for what they hide (14 bytes each).
     std::size_t max_pending_returns = 8'000'000;
     std::size_t max_held_moments = 32;  ///< how many moments with their images are held for neighbours
-    int threads = 1;                    ///< number of threads, the caller's included
+    DepthMap::Config depth;
+    /// Points of what stands still hide what is behind them in exposures up to this much earlier or later.
+    nanoseconds depth_reach{6'000'000'000};
+    /// Points of what moves hide what is behind them in exposures up to this much earlier or later.
+    nanoseconds glance{60'000'000};
+    /// A scanner's beams of `turn` are kept every `turn_step`. Beams up to `turn_reach` earlier or later say whether
+    /// the place of a point was free then, so whether the point moves.
+    nanoseconds turn{100'000'000}, turn_step{170'000'000}, turn_reach{2'500'000'000};
+    int threads = 1;  ///< number of threads, the caller's included
     void visit(Keys& keys);
     KeyError validate() const;
   };
@@ -108,15 +129,27 @@ class Colouring {
 
  private:
   struct Piece;
-  bool is_ready(const StampedLaserBatch& batch) const;
-  void colour_ready(bool everything);
-  void colour_batches(std::vector<StampedLaserBatch>& batches);
+  struct PlacedBatch;
+  struct Found;
+  struct Turn;
+  void place_ready(bool everything);
   void resolve_viewpoints(bool everything);
   void drop_frozen(Moment& moment);
-  void measure_gains(Moment& owner, int owner_index, const std::vector<StampedLaserBatch>& batches);
-  void colour_piece(const StampedLaserBatch& batch, Piece& piece, ColouredPoint* points) const;
-  void colour_point(int owner, Piece& piece, ColouredPoint& point) const;
-  bool try_moment(const Moment& moment, const ColourGain* gain, ColouredPoint& point) const;
+  void map_depths(GpsTime from, GpsTime to);
+  void finish_turns();
+  void ask_turns(PlacedBatch& batch, SeenPlaces& seen) const;
+  bool is_ready(const PlacedBatch& batch) const;
+  void colour_ready(bool everything);
+  void colour_batches(std::size_t count);
+  void measure_gains(Moment& owner, int owner_index);
+  void colour_piece(PlacedBatch& batch, Piece& piece, ColouredPoint* points) const;
+  void find_candidates(PlacedBatch& batch, Piece& piece) const;
+  void colour_point(int owner, const PlacedBatch& batch, std::size_t index, Piece& piece, ColouredPoint& point) const;
+  LineOfSight look_at(const Moment& moment, std::uint32_t cell, float nearness) const;
+  Found find_visible(const PlacedBatch& batch, std::size_t index, Piece& piece, const ColouredPoint& point) const;
+  Found find_nearest(int owner, bool is_lost, Piece& piece, const ColouredPoint& point) const;
+  bool sees(const Moment& moment, const ColouredPoint& point, Sight& sight) const;
+  void paint(const Moment& moment, const Found& found, const ColourGain* gain, ColouredPoint& point) const;
   void forget();
   void note(SensorId sensor, FaultKind kind, std::uint64_t count, std::string detail);
   GpsTime last_firing(const StampedLaserBatch& batch) const;
@@ -128,8 +161,16 @@ class Colouring {
   Trajectory trajectory_;
   HeadProjector projector_;
   ExposureTimeline timeline_;
+  DirectionGrid grid_;
   std::map<SensorId, LaserMount> lasers_;
-  std::deque<StampedLaserBatch> pending_;
+  std::deque<StampedLaserBatch> pending_;  // wait for their poses
+  std::deque<PlacedBatch> placed_;  // first those that are coloured and kept for depth maps, then those that wait
+  std::size_t coloured_ = 0;        // number of the former
+  std::size_t kept_returns_ = 0;    // returns in them
+  std::uint64_t next_number_ = 0, next_judged_ = 0;
+  std::deque<Turn> turns_;
+  std::uint64_t next_turn_ = 0;  // number of the turn that comes after the last of turns_
+  std::map<SensorId, GpsTime> next_turn_time_;
   std::vector<Piece> pieces_;
   std::unique_ptr<WorkerPool> pool_;
   std::optional<GpsTime> watermark_;

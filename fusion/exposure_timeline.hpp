@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/stamped.hpp"
+#include "fusion/depth_map.hpp"
 #include "fusion/pixel_sampler.hpp"
 #include "fusion/trajectory.hpp"
 
@@ -30,6 +31,19 @@ struct Moment {
   struct Viewpoint {
     std::array<float, 9> R_head_enu;  ///< row by row
     Eigen::Vector3d centre_enu;
+    /// Returns the head as seen from places relative to `origin`.
+    RelativeHead relative_to(const Eigen::Vector3d& origin) const {
+      const Eigen::Vector3f offset = (origin - centre_enu).cast<float>();
+      return {R_head_enu, {offset.x(), offset.y(), offset.z()}};
+    }
+    /// Returns a place in the head's frame. The difference is calculated in double precision, because ENU coordinates
+    /// of a long drive do not fit a float.
+    std::array<float, 3> in_head(double east, double north, double up) const {
+      const auto dx = static_cast<float>(east - centre_enu.x()), dy = static_cast<float>(north - centre_enu.y()),
+                 dz = static_cast<float>(up - centre_enu.z());
+      const auto& R = R_head_enu;
+      return {R[0] * dx + R[1] * dy + R[2] * dz, R[3] * dx + R[4] * dy + R[5] * dz, R[6] * dx + R[7] * dy + R[8] * dz};
+    }
   };
 
   std::uint64_t serial = 0;  ///< in order of arrival
@@ -42,7 +56,11 @@ struct Moment {
   std::uint32_t blind = 0;              ///< one bit for each lens; set if its part of an image was lost
   bool is_pose_final = false;
   std::optional<Viewpoint> viewpoint;
-  std::optional<std::vector<ColourGain>> gains;  ///< of the neighbours, once measured
+  /// What stands before the head, and what was before it at the moment itself, moving things among it. Empty until
+  /// points around the moment are coloured.
+  std::optional<DepthMap> standing, glance;
+  std::uint64_t standing_next = 0, glance_next = 0;  ///< numbers of the first batches that they do not have yet
+  std::optional<std::vector<ColourGain>> gains;      ///< of the neighbours, once measured
 
   bool is_whole() const;
   const ColourGain* gain_of(std::uint64_t neighbour) const;

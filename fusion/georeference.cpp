@@ -49,6 +49,9 @@ void put(const LaserReturn& r, std::uint32_t index, const Placement& a, const Pl
   out.east[place_index] = place[0];
   out.north[place_index] = place[1];
   out.up[place_index] = place[2];
+  out.places.x[place_index] = static_cast<float>(place[0] - out.scanner_enu.x());
+  out.places.y[place_index] = static_cast<float>(place[1] - out.scanner_enu.y());
+  out.places.z[place_index] = static_cast<float>(place[2] - out.scanner_enu.z());
   const double range = r.range_m;
   out.sigma_m[place_index] = static_cast<float>(std::sqrt(a.variance_position + range * range * a.variance_angle));
   out.source[place_index] = index;
@@ -62,6 +65,9 @@ void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const
     out.east.resize(size);
     out.north.resize(size);
     out.up.resize(size);
+    out.places.x.resize(size);
+    out.places.y.resize(size);
+    out.places.z.resize(size);
     out.sigma_m.resize(size);
     out.source.resize(size);
   };
@@ -82,6 +88,11 @@ void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const
   for (std::int64_t i = 0; i <= segments; ++i) {
     nodes[static_cast<std::size_t>(i)] =
         placement_at(start + nanoseconds(span * i / segments), sigma_time_s, mount, trajectory);
+  }
+  for (const Placement& node : nodes) {
+    if (node.reason != NoPose::None) continue;
+    out.scanner_enu = {node.rows[3], node.rows[7], node.rows[11]};
+    break;
   }
   std::size_t placed = 0;
   for (std::uint32_t i = 0; i < batch.returns.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/stamped.hpp"
+#include "fusion/direction_grid.hpp"
 #include "fusion/rig_geometry.hpp"
 #include "fusion/trajectory.hpp"
 
@@ -14,8 +15,11 @@ namespace hueline::fusion {
 /// counted and left out.
 struct GeoreferencedBatch {
   std::vector<double> east, north, up;  ///< m from the trajectory's origin
+  RelativePlaces places;                ///< the same, from `scanner_enu`
   std::vector<float> sigma_m;           ///< one sigma, all axes together
   std::vector<std::uint32_t> source;    ///< index in StampedLaserBatch::returns
+  /// Place of the scanner at the first firing that has a pose, m from the trajectory's origin.
+  Eigen::Vector3d scanner_enu = Eigen::Vector3d::Zero();
   std::array<std::uint64_t, kNoPoseReasons> no_pose{};
   std::uint64_t empty = 0;  ///< returns without a range, or with values that are not finite
   std::size_t size() const { return source.size(); }

@@ -110,6 +110,7 @@ bool FloatLens::project(float x, float y, float z, Sight& sight) const {
   sight.y = dy * focal_y + centre_y;
   sight.border_px = std::min(std::min(sight.x, last_x - sight.x), std::min(sight.y, last_y - sight.y));
   sight.lens = index;
+  sight.distance = distance;
   return sight.border_px >= static_cast<float>(kSampleReach);
 }
 

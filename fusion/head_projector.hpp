@@ -27,6 +27,7 @@ struct Sight {
   std::uint8_t lens = 0;
   float x = 0, y = 0;   ///< lens pixel to sample
   float border_px = 0;  ///< distance of that pixel from the border of the lens image
+  float distance = 0;   ///< of the point from the lens, m
 };
 
 /// One lens, prepared for calculation in single precision.

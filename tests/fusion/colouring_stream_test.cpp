@@ -28,6 +28,7 @@ TEST(Windows, ALostImageLeavesItsWindowUncolouredAndKept) {
     for (const double configured : {0.0, kInterval}) {  // T measured, T given
       TestDrive test;
       test.lost = {3};
+      test.config.choice = ExposureChoice::Nearest;
       test.config.neighbours = 0;
       test.config.lost_image_neighbours = bridged;
       test.config.exposure_interval = from_seconds(configured);
@@ -69,6 +70,7 @@ TEST(Windows, ExposuresThatCannotBeTrustedAreNeverUsed) {
   for (const auto& [spoil, counter] : faults) {
     TestDrive test;
     test.until = 1.5;
+    test.config.choice = ExposureChoice::Nearest;
     test.alter = [&, &spoil = spoil](Exposure& e) {
       if (e.index == 2 || e.index == 3) spoil(e);
     };

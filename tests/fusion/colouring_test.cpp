@@ -101,6 +101,7 @@ TEST(SphereMethod, PanoramaPixelAndRawPixelFollowThePaper) {
 
 TEST(Hole, IsFilledFromTheNearestExposureThatSeesThePoint) {
   TestDrive test;
+  test.config.choice = ExposureChoice::Nearest;
   test.rig.head.nadir_half_angle = 0.9;
   const Outcome out = run(test);
   expect_every_return_accounted_for(out);

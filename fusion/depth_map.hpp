@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "fusion/direction_grid.hpp"
+
+/// What was before the head at one exposure, as far as laser points say.
+namespace hueline::fusion {
+
+/// What the laser points say about the line of sight from the head to a place. A larger value is more certain.
+enum class LineOfSight : std::uint8_t {
+  Hidden,   ///< something nearer is in front of the place
+  Behind,   ///< the place lies behind the nearest point of its own cell, so it may be hidden
+  Beside,   ///< something nearer ends less than one cell beside the line
+  Guarded,  ///< something nearer ends within the guard around the line
+  Clear,    ///< nothing nearer lies within the guard
+};
+
+/// The distances at which laser points lie, as seen from the centre of the head, in the cells of a DirectionGrid. Each
+/// cell keeps the nearest point. close() then closes the gaps between the points of a surface and marks the cells
+/// beside the outline of something nearer.
+///
+/// Gaps are closed as mathematical morphology closes images: a window is as near as its nearest point, and a cell is as
+/// far as the farthest window that contains it. So a gap that is narrower than a window is filled, a plane stays what
+/// it is, and outlines do not grow. Within 15 degrees of straight up and straight down, gaps are closed less.
+///
+/// The lenses lie a few centimetres from the head's centre. What is nearer than a few metres is therefore seen by them
+/// in a direction that differs by a few cells.
+///
+/// Thread safety: one thread adds and closes; look() and meets() may then be called by many.
+class DepthMap {
+ public:
+  struct Config {
+    double cell = 0.01;             ///< width of a cell, rad
+    double gap = 0.02;              ///< a window reaches this far to each side, rad
+    double guard = 0.02;            ///< how far from an outline a line of sight is within the guard, rad
+    double tolerance_m = 0.15;      ///< a place is behind a point if it is farther by this
+    double tolerance_share = 0.02;  ///< and by this share of its distance
+    /// Nearer points are left out, m. They are the own vehicle's, which masks describe, and the lenses see them elsewhere.
+    double nearest_m = 1.5;
+    bool operator==(const Config&) const = default;
+  };
+
+  explicit DepthMap(const Config& config);
+  const DirectionGrid& grid() const { return grid_; }
+  /// Adds a point that locate() found.
+  void add(std::uint32_t cell, float nearness) {
+    float& nearest = nearest_[cell];
+    if (nearness <= nearest || nearness > most_) return;
+    nearest = nearness;
+    has_changed_ = true;
+  }
+  /// Closes the gaps and finds the outlines of what was added until now, if something was added since the last call.
+  /// look() and meets() do not know of later points.
+  void close();
+  /// Returns what is known about the line of sight to a place that locate() found.
+  LineOfSight look(std::uint32_t cell, float nearness) const {
+    const Bounds& bounds = bounds_[cell];
+    const float here = nearness * share_, slack = 1.0f - tolerance_ * nearness;
+    const auto is_before = [&](float bound) { return bound * slack > here; };
+    if (!is_before(bounds.guarded) && !is_before(bounds.own)) return LineOfSight::Clear;
+    if (is_before(bounds.whole)) return LineOfSight::Hidden;
+    if (is_before(bounds.own)) return LineOfSight::Behind;
+    return is_before(bounds.beside) ? LineOfSight::Beside : LineOfSight::Guarded;
+  }
+  /// Whether the nearest points in the direction of a place that locate() found are as far as the place itself.
+  bool meets(std::uint32_t cell, float nearness) const {
+    const float own = bounds_[cell].own * (1.0f - tolerance_ * nearness);
+    return own > 0.0f && own <= nearness * share_ &&
+           nearness * (1.0f - tolerance_ * nearness) <= bounds_[cell].own * share_;
+  }
+
+ private:
+  /// The nearness of what lies in and around a cell, 1/m; 0: nothing.
+  struct Bounds {
+    float whole;    ///< the farthest of the closed map in the cell and its neighbours
+    float own;      ///< the closed map in the cell, less its own slope
+    float beside;   ///< what ends at the cell or at a neighbour
+    float guarded;  ///< what ends within the guard
+  };
+
+  Config config_;
+  DirectionGrid grid_;
+  float tolerance_, share_, most_;
+  std::vector<float> nearest_;
+  std::vector<Bounds> bounds_;
+  bool has_changed_ = false;
+};
+
+}  // namespace hueline::fusion
