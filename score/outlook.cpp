@@ -9,15 +9,8 @@ using sim::Vec3;
 
 namespace {
 
-double mean_gain(const std::vector<sim::TrueExposure>& exposures) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (const sim::TrueExposure& e : exposures)
-    for (const float gain : e.lens_gain) {
-      sum += std::log(static_cast<double>(gain));
-      ++count;
-    }
-  return count ? std::exp(sum / static_cast<double>(count)) : 1.0;
+double reference_gain_of(const std::vector<sim::TrueExposure>& exposures) {
+  return exposures.empty() || exposures.front().lens_gain.empty() ? 1.0 : exposures.front().lens_gain.front();
 }
 
 }  // namespace
@@ -31,8 +24,8 @@ Outlook::Outlook(const sim::Scenario& scenario, const std::vector<sim::TrueExpos
       world_(scenario, motion_),
       rig_(sim::rig_truth(scenario)),
       shutter_(scenario),
-      mean_lens_gain_(mean_gain(exposures)),
-      tone_(scenario.camera.tone_curve, scenario.camera.gain * mean_lens_gain_),
+      reference_gain_(reference_gain_of(exposures)),
+      tone_(scenario.camera.tone_curve, scenario.camera.gain * reference_gain_),
       lab_(encoding_of(scenario)) {
   for (const sim::TrueExposure& e : exposures)
     stations_.push_back({e.exposure_mid_gps_ns,

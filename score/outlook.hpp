@@ -55,12 +55,12 @@ class Outlook {
   /// (the colour differs by more than 10 dE00).
   Edges edges_around(const Sight& sight, sim::Vec3 place) const;
 
-  /// Returns the tone of a perfect camera at the drive's mean gain. No camera knows how bright the world is; where
-  /// lenses choose their gains themselves, the true colour is therefore given at the geometric mean of the gains that
-  /// they chose.
+  /// Returns the tone of a perfect camera at one gain for the whole drive: that of the first lens at the first
+  /// exposure. No camera knows how bright the world is; where lenses choose their gains themselves, colours are
+  /// therefore relative to that image, as the colouring defines it.
   const sim::Tone& tone() const { return tone_; }
-  /// Returns the geometric mean of the factors of all lenses at all exposures.
-  double mean_lens_gain() const { return mean_lens_gain_; }
+  /// Returns the factor of that lens at that exposure.
+  double reference_gain() const { return reference_gain_; }
 
   const sim::World& world() const { return world_; }
   const sim::RigTruth& rig() const { return rig_; }
@@ -80,7 +80,7 @@ class Outlook {
   sim::World world_;
   sim::RigTruth rig_;
   sim::Shutter shutter_;
-  double mean_lens_gain_;
+  double reference_gain_;
   sim::Tone tone_;
   LabOfRgb lab_;
   std::vector<Station> stations_;

@@ -210,7 +210,7 @@ ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string
                                  "coloured ({} of them at the stream's end, without a latency), {} without truth; rays "
                                  "for one return in {}; true colours at {:.3f} of the nominal gain",
                                  judge_.true_returns(), judge_.true_returns() - world_returns_, points_ + own_,
-                                 coloured_, at_the_end_, unmatched_, one_in_, outlook_->mean_lens_gain()));
+                                 coloured_, at_the_end_, unmatched_, one_in_, outlook_->reference_gain()));
   if (view_) score.pictures = view_->pictures();
   return score;
 }
