@@ -5,12 +5,11 @@
 
 #include "fusion/colouring.hpp"
 #include "fusion/colouring_piece.hpp"
+#include "fusion/worker_pool.hpp"
 
 /// Chooses the exposure that gives a point its colour, and samples the colour.
 namespace hueline::fusion {
 namespace {
-
-std::uint8_t to_byte(float value) { return static_cast<std::uint8_t>(std::clamp(value + 0.5f, 0.0f, 255.0f)); }
 
 /// Returns how far stamps can be trusted in this state, 0 to 1.
 float trust(SyncState state) {
@@ -34,57 +33,36 @@ Rgb sample_sight(const FloatLens& lens, const Moment::Picture& picture, const Si
                 sight.x - static_cast<float>(x), sight.y - static_cast<float>(y));
 }
 
-constexpr float kFullBorder = 64.0f;        // distance from the border, px, from which the quality is not reduced
-constexpr std::size_t kGainSamples = 4096;  // returns that are used to measure the gain of one owner
-constexpr std::size_t kGainEnough = 32;     // fewest common points to measure a gain
-constexpr float kGainDark = 8.0f, kGainBright = 247.0f;  // beyond these limits there is noise or saturation
-constexpr float kGainLimit = 4.0f;
-constexpr float kBelowHorizon = 0.3f;  // sine of the depression angle beyond which a point counts as near the hole
+constexpr float kFullBorder = 64.0f;              // distance from the border, px, from which the quality is not reduced
+constexpr std::size_t kCommonPlaces = 3000;       // points that are looked at to compare the light of a moment's views
+constexpr int kComparedMoments = 4;               // earlier moments that a moment is compared with
+constexpr nanoseconds kLeastAround{250'000'000};  // their time before and after the moment
+constexpr float kEven = 0.12f;        // largest difference around a pixel whose light is compared, as a share
+constexpr float kSaturated = 250.0f;  // of a sampled value
+constexpr float kEvenReach_px = 2.0f;
 
-/// Returns the colour that the exposures of a moment show at a place, 0 to 255, or nothing if they do not show it.
-/// `depression` is set to the sine of the angle below the head's horizon.
-std::optional<std::array<float, 3>> colour_at(const HeadProjector& projector, const Moment& moment,
-                                              const Eigen::Vector3d& p_enu, float& depression) {
-  if (!moment.viewpoint) return std::nullopt;
-  const auto h = moment.viewpoint->in_head(p_enu.x(), p_enu.y(), p_enu.z());
-  Sight sight;
-  if (!projector.see(h[0], h[1], h[2], moment.has_image.data(), moment.blind, sight)) return std::nullopt;
-  depression = -h[2] / std::sqrt(h[0] * h[0] + h[1] * h[1] + h[2] * h[2]);
-  const FloatLens& lens = projector.lenses()[sight.lens];
-  const Rgb c = sample_sight(lens, moment.pictures[lens.camera], sight);
-  return std::array<float, 3>{c.red, c.green, c.blue};
+/// Returns the light that a lens shows at a sight; 0 in channels that are saturated, too dark, or not uniform around.
+std::array<float, 3> comparable_light(const Radiometry& radiometry, const FloatLens& lens,
+                                      const Moment::Picture& picture, const Sight& sight) {
+  const Rgb middle = sample_sight(lens, picture, sight);
+  std::array<float, 3> least{middle.red, middle.green, middle.blue}, most = least;
+  for (const auto& [dx, dy] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) {
+    Sight beside = sight;
+    beside.x += kEvenReach_px * static_cast<float>(dx);
+    beside.y += kEvenReach_px * static_cast<float>(dy);
+    const Rgb c = sample_sight(lens, picture, beside);
+    const std::array<float, 3> values{c.red, c.green, c.blue};
+    for (std::size_t k = 0; k < 3; ++k) {
+      least[k] = std::min(least[k], values[k]);
+      most[k] = std::max(most[k], values[k]);
+    }
+  }
+  std::array<float, 3> light = radiometry.linear(middle);
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!Radiometry::is_usable(least[k]) || !Radiometry::is_usable(most[k]) || most[k] - least[k] > kEven * most[k] + 3)
+      light[k] = 0;
+  return light;
 }
-
-/// Ratios of the owner's colour to that of one neighbour, in each channel. Those of points below the horizon are kept
-/// separately, because these points lie around the hole that is filled.
-struct ColourRatios {
-  std::array<std::vector<float>, 3> around, below;
-
-  void add(const std::array<float, 3>& in_owner, const std::array<float, 3>& in_neighbour, bool is_below) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float a = in_owner[c], b = in_neighbour[c];
-      if (a < kGainDark || b < kGainDark || a > kGainBright || b > kGainBright) continue;
-      around[c].push_back(a / b);
-      if (is_below) below[c].push_back(a / b);
-    }
-  }
-  /// Sets the gain to the medians, because moving objects, edges and parallax disturb both ends in the same way.
-  /// Returns false if a channel has too few ratios; its gain is then left as it is. Reorders the ratios.
-  bool measure(std::array<float, 3>& gain) {
-    bool is_measured = true;
-    for (std::size_t c = 0; c < 3; ++c) {
-      std::vector<float>& ratios = below[c].size() >= kGainEnough ? below[c] : around[c];
-      if (ratios.size() < kGainEnough) {
-        is_measured = false;
-        continue;
-      }
-      const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-      std::nth_element(ratios.begin(), middle, ratios.end());
-      gain[c] = std::clamp(*middle, 1.0f / kGainLimit, kGainLimit);
-    }
-    return is_measured;
-  }
-};
 
 }  // namespace
 
@@ -95,19 +73,25 @@ int confidence_of_moving(int free, int occupied) {
 
 bool is_moving(int free, int occupied) { return free >= 2 && free > occupied; }
 
-void Colouring::paint(const Moment& moment, const Found& found, const ColourGain* gain, ColouredPoint& point) const {
+bool Colouring::has_lost_light(const Moment& moment, const Sight& sight) const {
+  if (!moment.gains) return false;
+  const FloatLens& lens = projector_.lenses()[sight.lens];
+  const auto& scale = moment.gains->lenses[sight.lens].scale;
+  // A pixel that would saturate at the reference's gain as well has lost nothing.
+  if (std::min({scale[0], scale[1], scale[2]}) > 0.95f) return false;
+  const Rgb c = sample_sight(lens, moment.pictures[lens.camera], sight);
+  return std::max({c.red, c.green, c.blue}) > kSaturated;
+}
+
+void Colouring::paint(const Moment& moment, const Found& found, float adaptation, ColouredPoint& point) const {
   const Sight& sight = found.sight;
   const FloatLens& lens = projector_.lenses()[sight.lens];
   const Moment::Picture& picture = moment.pictures[lens.camera];
-  Rgb colour = sample_sight(lens, picture, sight);
-  if (gain != nullptr) {
-    colour.red *= gain->gain[0];
-    colour.green *= gain->gain[1];
-    colour.blue *= gain->gain[2];
-  }
-  point.red = to_byte(colour.red);
-  point.green = to_byte(colour.green);
-  point.blue = to_byte(colour.blue);
+  const auto colour = radiometry_.render(sample_sight(lens, picture, sight), moment.gains ? &*moment.gains : nullptr,
+                                         sight.lens, lens.off_axis(sight.x, sight.y), adaptation);
+  point.red = colour[0];
+  point.green = colour[1];
+  point.blue = colour[2];
   point.exposure = picture.exposure;
   point.lens = sight.lens;
   if (projector_.method() == ColourMethod::Panorama) {
@@ -138,13 +122,18 @@ LineOfSight Colouring::look_at(const Moment& moment, std::uint32_t cell, float n
 /// lie between grows with the angle between the two lines.
 Colouring::Found Colouring::find_visible(const PlacedBatch& batch, std::size_t index, Piece& piece,
                                          const ColouredPoint& point) const {
-  constexpr float kStep = 0.17f;  // what one step of LineOfSight costs, as an angle of parallax, rad
+  constexpr float kStep = 0.17f;            // what one step of LineOfSight costs, as an angle of parallax, rad
+  constexpr float kLostLight = 0.25f;       // what a saturated pixel costs, rad
+  constexpr float kPerNanosecond = 4e-12f;  // decides where a standing vehicle has many views alike, rad/ns
   constexpr float kNever = 1e30f;
   constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
   const bool moves = is_moving(batch.free[index], batch.occupied[index]);
   std::array<float, kMostCandidates> parallax;
   const std::size_t count = std::min(piece.candidates.size(), parallax.size());
-  for (std::size_t k = 0; k < count; ++k) parallax[k] = piece.seen[k].parallax[index];
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto away = static_cast<float>(std::abs((point.time - timeline_.at(piece.candidates[k]).time).count()));
+    parallax[k] = piece.seen[k].parallax[index] + kPerNanosecond * away;
+  }
   Found found;
   float least = kNever;
   while (count > 0) {
@@ -168,6 +157,8 @@ Colouring::Found Colouring::find_visible(const PlacedBatch& batch, std::size_t i
     if (cost >= least) continue;
     Sight sight;
     if (!sees(moment, point, sight)) continue;
+    if (has_lost_light(moment, sight)) cost += kLostLight;
+    if (cost >= least) continue;
     found.moment = piece.candidates[k];
     found.sight = sight;
     found.look = look;
@@ -214,7 +205,7 @@ void Colouring::colour_point(int owner, const PlacedBatch& batch, std::size_t in
   }
   const Moment& moment = timeline_.at(found.moment);
   const bool is_own = found.moment == owner;
-  paint(moment, found, is_own || is_lost ? nullptr : timeline_.at(owner).gain_of(moment.serial), point);
+  paint(moment, found, piece.adaptation, point);
   point.state = is_own ? ColourState::Direct : ColourState::Neighbour;
 }
 
@@ -241,6 +232,7 @@ void Colouring::colour_piece(PlacedBatch& placed_batch, Piece& piece, ColouredPo
   const bool is_one_window = owner_of_first == owner_of_last && owner_of_first >= 0;
   // The candidates change with a point's time by less than matters within a batch.
   if (config_.choice == ExposureChoice::Visible) find_candidates(placed_batch, piece);
+  piece.adaptation = radiometry_.adaptation(batch.time);
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const LaserReturn& r = batch.returns[placed.source[i]];
     ColouredPoint& point = points[i];
@@ -261,42 +253,80 @@ void Colouring::colour_piece(PlacedBatch& placed_batch, Piece& piece, ColouredPo
   }
 }
 
-void Colouring::measure_gains(Moment& owner, int owner_index) {
-  owner.gains.emplace();
-  if (!owner.viewpoint) return;
-  std::vector<int> neighbours;
-  timeline_.neighbours_of(owner.time, neighbour_reach() + timeline_.interval(), config_.neighbours, owner_index,
-                          neighbours);
-  std::vector<const GeoreferencedBatch*> own;
+std::vector<Radiometry::Place> Colouring::common_places(int newest) const {
+  const Moment& moment = timeline_.at(newest);
+  std::vector<const Moment*> seen_by;
+  for (int i = newest; i >= 0 && static_cast<int>(seen_by.size()) <= kComparedMoments; --i)
+    if (timeline_.at(i).viewpoint) seen_by.push_back(&timeline_.at(i));
+  const nanoseconds around = std::max(timeline_.interval(), kLeastAround);
+  const auto is_around = [&](const PlacedBatch& batch) {
+    return batch.last >= moment.time - around && batch.batch.time <= moment.time + around;
+  };
   std::size_t returns = 0;
-  for (const PlacedBatch& batch : placed_) {
-    if (timeline_.owner_of(batch.batch.time) != owner_index) continue;
-    own.push_back(&batch.placed);
-    returns += batch.placed.places.size();
-  }
-  std::vector<ColourRatios> ratios(neighbours.size());
-  const std::size_t stride = std::max<std::size_t>(1, returns / kGainSamples);
+  for (const PlacedBatch& batch : placed_)
+    if (is_around(batch)) returns += batch.placed.places.size();
+  const std::size_t stride = returns / kCommonPlaces + 1;
+  std::vector<Radiometry::Place> found, places;
+  RelativePlaces relative;
+  SeenPlaces seen;
   std::size_t counter = 0;
-  for (const GeoreferencedBatch* batch : own) {
-    for (std::size_t i = 0; i < batch->places.size(); ++i) {
-      if (counter++ % stride != 0) continue;
-      const Eigen::Vector3d p =
-          batch->scanner_enu +
-          Eigen::Vector3f(batch->places.x[i], batch->places.y[i], batch->places.z[i]).cast<double>();
-      float depression = 0, unused = 0;
-      const auto in_owner = colour_at(projector_, owner, p, depression);
-      if (!in_owner) continue;
-      for (std::size_t n = 0; n < neighbours.size(); ++n)
-        if (const auto in_neighbour = colour_at(projector_, timeline_.at(neighbours[n]), p, unused))
-          ratios[n].add(*in_owner, *in_neighbour, depression > kBelowHorizon);
+  for (const PlacedBatch& batch : placed_) {
+    if (!is_around(batch)) continue;
+    const GeoreferencedBatch& placed = batch.placed;
+    relative = {};
+    for (std::size_t i = 0; i < placed.places.size(); ++i) {
+      if (counter++ % stride != 0 || is_moving(batch.free[i], batch.occupied[i])) continue;
+      relative.x.push_back(placed.places.x[i]);
+      relative.y.push_back(placed.places.y[i]);
+      relative.z.push_back(placed.places.z[i]);
     }
+    places.assign(relative.size(), {});
+    for (const Moment* by : seen_by) {
+      const RelativeHead head = by->viewpoint->relative_to(placed.scanner_enu);
+      locate(grid_, head, relative, seen);
+      for (std::size_t i = 0; i < relative.size(); ++i) {
+        if (by != &moment && places[i].empty()) continue;  // only what the newest moment shows is compared
+        if (look_at(*by, seen.cell[i], seen.nearness[i]) != LineOfSight::Clear) continue;
+        const auto [x, y, z] = head.place(relative.x[i], relative.y[i], relative.z[i]);
+        for (const FloatLens& lens : projector_.lenses()) {
+          Sight sight;
+          if (by->has_image[lens.camera] == 0 || (by->blind >> lens.index & 1) != 0 || !lens.project(x, y, z, sight) ||
+              sight.border_px < kEvenReach_px + kSampleReach ||
+              lens.mask.covers(static_cast<std::uint32_t>(sight.x + 0.5f), static_cast<std::uint32_t>(sight.y + 0.5f)))
+            continue;
+          places[i].push_back({by->serial, lens.index, lens.off_axis(sight.x, sight.y),
+                               comparable_light(radiometry_, lens, by->pictures[lens.camera], sight)});
+        }
+      }
+    }
+    for (Radiometry::Place& place : places)
+      if (place.size() > 1) found.push_back(std::move(place));
   }
-  for (std::size_t n = 0; n < neighbours.size(); ++n) {
-    ColourGain gain{timeline_.at(neighbours[n]).serial, {1.0f, 1.0f, 1.0f}};
-    ++counts_.gain_pairs;
-    if (!ratios[n].measure(gain.gain)) ++counts_.gain_pairs_unmeasured;
-    owner.gains->push_back(gain);
+  return found;
+}
+
+void Colouring::measure_light(GpsTime to) {
+  if (config_.radiometry.rendering == Rendering::AsDelivered) return;
+  std::vector<int> fresh;
+  for (int i = 0; i < static_cast<int>(timeline_.size()); ++i) {
+    const Moment& moment = timeline_.at(i);
+    const bool is_mapped = moment.standing || config_.choice != ExposureChoice::Visible;
+    if (moment.viewpoint && is_mapped && !moment.is_compared && moment.time <= to + neighbour_reach())
+      fresh.push_back(i);
   }
+  if (fresh.empty()) return;
+  std::vector<std::vector<Radiometry::Place>> places(fresh.size());
+  pool_->run(fresh.size(), [&](std::size_t k) { places[k] = common_places(fresh[k]); });
+  for (std::size_t k = 0; k < fresh.size(); ++k) {
+    Moment& moment = timeline_.at(fresh[k]);
+    moment.is_compared = true;
+    radiometry_.add(moment.serial, moment.time, places[k]);
+  }
+  for (auto& [serial, gains] : radiometry_.settle(to))
+    for (std::size_t i = 0; i < timeline_.size(); ++i)
+      if (Moment& moment = timeline_.at(static_cast<int>(i)); moment.serial == serial) moment.gains = gains;
+  counts_.gain_pairs = radiometry_.pairs();
+  counts_.gain_pairs_unmeasured = radiometry_.pairs_too_few();
 }
 
 }  // namespace hueline::fusion

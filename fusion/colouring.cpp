@@ -36,13 +36,11 @@ void Colouring::Config::visit(Keys& keys) {
               "With choice: nearest, how many exposures away an image may be that colours the points of a lost image. "
               "0: they stay without a colour."},
              lost_image_neighbours, {0, 15});
-  keys.flag({"balance_neighbours", "",
-             "Whether the brightness of filled points is adjusted to that of the exposure that owns them."},
-            balance_neighbours);
   keys.duration({"max_lateness_s", "s",
                  "How far behind the other data a solution of the POS may arrive. Points wait this long for their "
                  "poses. Later data are recorded, but not fused."},
                 max_lateness, {0.01, 60});
+  radiometry.visit(keys);
   trajectory.visit(keys);
 }
 
@@ -75,6 +73,7 @@ Colouring::Colouring(const Config& config, const RigGeometry& rig, Sink sink)
       projector_(rig.head, config.method),
       timeline_({config.exposure_interval, config.exposure_interval_at_start, config.window_slack, config.together},
                 projector_.cameras().size()),
+      radiometry_(config.radiometry, rig.head.lenses.size()),
       grid_(config.depth.cell),
       pool_(std::make_unique<WorkerPool>(config.threads)) {
   for (const LaserMount& laser : rig.lasers) lasers_[laser.sensor] = laser;
@@ -335,8 +334,11 @@ void Colouring::colour_ready(bool everything) {
       if (!is_forced) break;
       ++counts_.forced_batches;
     }
-    if (!is_mapped)
-      map_depths(placed_[coloured_ + count].batch.time, placed_[coloured_ + count].last + timeline_.interval());
+    if (!is_mapped) {
+      const GpsTime to = placed_[coloured_ + count].last + timeline_.interval();
+      map_depths(placed_[coloured_ + count].batch.time, to);
+      measure_light(to);
+    }
     is_mapped = true;
     counts_.pending_returns -= placed_[coloured_ + count].batch.returns.size();
     if (++count == kBatchesAtOnce) {
@@ -398,14 +400,6 @@ void Colouring::drop_frozen(Moment& moment) {
 
 void Colouring::colour_batches(std::size_t count) {
   const std::size_t begin = coloured_;
-  if (config_.balance_neighbours && config_.neighbours > 0) {
-    for (std::size_t i = 0; i < count; ++i) {
-      for (const GpsTime t : {placed_[begin + i].batch.time, placed_[begin + i].last}) {
-        const int owner = timeline_.owner_of(t);
-        if (owner >= 0 && !timeline_.at(owner).gains) measure_gains(timeline_.at(owner), owner);
-      }
-    }
-  }
   if (pieces_.size() < count) pieces_.resize(count);
   CloudBlock block;
   std::vector<std::size_t> first(count);

@@ -17,6 +17,7 @@
 #include "fusion/exposure_timeline.hpp"
 #include "fusion/georeference.hpp"
 #include "fusion/head_projector.hpp"
+#include "fusion/radiometry.hpp"
 #include "fusion/trajectory.hpp"
 
 namespace hueline::fusion {
@@ -55,8 +56,7 @@ struct ColouringCounts {
   std::uint64_t exposures_frozen = 0;
   std::uint64_t moments_without_pose = 0;  ///< exposures without a pose; they give no colour
   std::uint64_t moments_crowded_out = 0;   ///< dropped early, because max_held_moments was reached
-  /// Measured ratios of brightness between an owner and a neighbour. Unmeasured are those with too few common points;
-  /// their ratio is 1.
+  /// Pairs of lens images that showed enough common places to compare their light, and those that did not.
   std::uint64_t gain_pairs = 0, gain_pairs_unmeasured = 0;
 };
 
@@ -82,8 +82,7 @@ class Colouring {
     int lost_image_neighbours = 0;
     /// How many exposures on each side may give a point its colour besides its owner.
     int neighbours = 4;
-    /// Adjusts the brightness of filled points to that of the exposure that owns them.
-    bool balance_neighbours = true;
+    Radiometry::Config radiometry;
     /// How far behind the watermark a solution, or data that exceeded their latency, may arrive.
     nanoseconds max_lateness{1'000'000'000};
     /// How many returns may wait (80 bytes each). Beyond this, the oldest are coloured with what is there. As many
@@ -141,7 +140,8 @@ class Colouring {
   bool is_ready(const PlacedBatch& batch) const;
   void colour_ready(bool everything);
   void colour_batches(std::size_t count);
-  void measure_gains(Moment& owner, int owner_index);
+  void measure_light(GpsTime to);
+  std::vector<Radiometry::Place> common_places(int newest) const;
   void colour_piece(PlacedBatch& batch, Piece& piece, ColouredPoint* points) const;
   void find_candidates(PlacedBatch& batch, Piece& piece) const;
   void colour_point(int owner, const PlacedBatch& batch, std::size_t index, Piece& piece, ColouredPoint& point) const;
@@ -149,7 +149,8 @@ class Colouring {
   Found find_visible(const PlacedBatch& batch, std::size_t index, Piece& piece, const ColouredPoint& point) const;
   Found find_nearest(int owner, bool is_lost, Piece& piece, const ColouredPoint& point) const;
   bool sees(const Moment& moment, const ColouredPoint& point, Sight& sight) const;
-  void paint(const Moment& moment, const Found& found, const ColourGain* gain, ColouredPoint& point) const;
+  bool has_lost_light(const Moment& moment, const Sight& sight) const;
+  void paint(const Moment& moment, const Found& found, float adaptation, ColouredPoint& point) const;
   void forget();
   void note(SensorId sensor, FaultKind kind, std::uint64_t count, std::string detail);
   GpsTime last_firing(const StampedLaserBatch& batch) const;
@@ -161,6 +162,7 @@ class Colouring {
   Trajectory trajectory_;
   HeadProjector projector_;
   ExposureTimeline timeline_;
+  Radiometry radiometry_;
   DirectionGrid grid_;
   std::map<SensorId, LaserMount> lasers_;
   std::deque<StampedLaserBatch> pending_;  // wait for their poses

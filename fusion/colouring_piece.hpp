@@ -14,6 +14,7 @@ struct Colouring::Piece {
   std::vector<int> candidates;   ///< indices of the moments that may give a colour
   std::vector<SeenPlaces> seen;  ///< for each candidate
   SeenPlaces asked;
+  float adaptation = 1;  ///< Radiometry::adaptation() at the batch
 };
 
 /// The moment that gives a point its colour.

@@ -27,6 +27,12 @@ struct RelativePlaces {
 struct RelativeHead {
   std::array<float, 9> R_head_enu;  ///< row by row
   std::array<float, 3> origin;      ///< of the places, in ENU axes, from the head's centre, m
+  /// Returns a place in the head's frame.
+  std::array<float, 3> place(float x, float y, float z) const {
+    const float dx = x + origin[0], dy = y + origin[1], dz = z + origin[2];
+    const auto& R = R_head_enu;
+    return {R[0] * dx + R[1] * dy + R[2] * dz, R[3] * dx + R[4] * dy + R[5] * dz, R[6] * dx + R[7] * dy + R[8] * dz};
+  }
 };
 
 /// Where the head sees places, one element for each place.

@@ -13,13 +13,6 @@ bool Moment::is_whole() const {
   return std::all_of(has_image.begin(), has_image.end(), [](std::uint8_t has) { return has != 0; });
 }
 
-const ColourGain* Moment::gain_of(std::uint64_t neighbour) const {
-  if (!gains) return nullptr;
-  const auto it =
-      std::find_if(gains->begin(), gains->end(), [&](const ColourGain& g) { return g.neighbour == neighbour; });
-  return it == gains->end() ? nullptr : &*it;
-}
-
 std::size_t ExposureTimeline::first_at_or_after(GpsTime t) const {
   return static_cast<std::size_t>(std::lower_bound(moments_.begin(), moments_.end(), t,
                                                    [](const Moment& m, GpsTime time) { return m.time < time; }) -

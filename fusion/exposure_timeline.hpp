@@ -9,15 +9,10 @@
 #include "core/stamped.hpp"
 #include "fusion/depth_map.hpp"
 #include "fusion/pixel_sampler.hpp"
+#include "fusion/radiometry.hpp"
 #include "fusion/trajectory.hpp"
 
 namespace hueline::fusion {
-
-/// The brightness of a moment divided by that of one of its neighbours, for each channel (docs/methods, equation 10).
-struct ColourGain {
-  std::uint64_t neighbour = 0;  ///< Moment::serial of the neighbour
-  std::array<float, 3> gain{1.0f, 1.0f, 1.0f};
-};
 
 /// One moment of the head: the images of all its cameras that were exposed together, and the head's pose.
 struct Moment {
@@ -60,10 +55,10 @@ struct Moment {
   /// points around the moment are coloured.
   std::optional<DepthMap> standing, glance;
   std::uint64_t standing_next = 0, glance_next = 0;  ///< numbers of the first batches that they do not have yet
-  std::optional<std::vector<ColourGain>> gains;      ///< of the neighbours, once measured
+  bool is_compared = false;                          ///< whether Radiometry knows it
+  std::optional<HeadGains> gains;                    ///< once found
 
   bool is_whole() const;
-  const ColourGain* gain_of(std::uint64_t neighbour) const;
 };
 
 /// The moments in order of time, and the rule that decides which of them owns an instant (docs/methods, equation 7).

@@ -72,6 +72,9 @@ FloatLens::FloatLens(const LensMount& mount)
   cosine_limit = static_cast<float>(std::cos(model.max_angle()));
   last_x = static_cast<float>(k.width - 1u);
   last_y = static_cast<float>(k.height - 1u);
+  const float wide = std::max(centre_x, last_x - centre_x) / focal_x,
+              high = std::max(centre_y, last_y - centre_y) / focal_y;
+  per_corner = 1 / (wide * wide + high * high);
   is_plane = k.model == LensModel::Brown;
   for (std::size_t i = 0; i < 5; ++i) distortion[i] = static_cast<float>(k.distortion[i]);
   x_offset = mount.x_offset;

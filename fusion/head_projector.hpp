@@ -36,12 +36,18 @@ struct FloatLens {
   /// Finds the pixel of a point of the head's frame. Returns false beyond the field of view, and nearer to the border
   /// than kSampleReach.
   bool project(float x, float y, float z, Sight& sight) const;
+  /// Returns the square of a pixel's distance from the principal point; 1 at the farthest corner.
+  float off_axis(float x, float y) const {
+    const float dx = (x - centre_x) / focal_x, dy = (y - centre_y) / focal_y;
+    return (dx * dx + dy * dy) * per_corner;
+  }
 
   std::array<float, 3> axis;         ///< optical axis in the head's frame
   std::array<float, 9> R_lens_head;  ///< row by row
   std::array<float, 3> t_lens_head;
   float focal_x, focal_y, centre_x, centre_y, cosine_limit, last_x, last_y;
-  bool is_plane;  ///< the model is Brown
+  float per_corner = 0;  ///< 1 / (square of the farthest corner's distance from the principal point)
+  bool is_plane;         ///< the model is Brown
   std::array<float, 5> distortion;
   /// For KannalaBrandt: (distorted angle) / sin(angle) as a polynomial in the cosine of the angle, mapped to [-1, 1].
   std::vector<float> series;

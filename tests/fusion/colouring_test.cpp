@@ -156,7 +156,7 @@ TEST(Mask, PartsOfTheVehicleNeverGiveAColour) {
         EXPECT_LT(p.v, 178.0f);
       } else {
         EXPECT_FALSE(p.u > 3000 && p.u < 5000 && p.v > 2601) << p.u << ' ' << p.v;
-        if (p.state == ColourState::Direct) {  // not scaled by a gain, so green shows the row that was sampled
+        if (p.state == ColourState::Direct) {  // green shows the row that was sampled
           EXPECT_LT(p.green, 0.9 * 180);
         }
       }
@@ -165,29 +165,30 @@ TEST(Mask, PartsOfTheVehicleNeverGiveAColour) {
   }
 }
 
-TEST(Balance, FilledPointsTakeTheBrightnessOfTheirOwner) {
+TEST(Radiometry, ImagesOfDifferentGainGiveOneColour) {
   TestDrive test;
   test.rig.head.nadir_half_angle = 0.9;
-  // Every second exposure is 40 % brighter, with a tint.
-  test.image = [](int i) { return i % 2 == 0 ? flat_image(100, 120, 80) : flat_image(140, 160, 120); };
-  const Outcome balanced = run(test);
-  test.config.balance_neighbours = false;
+  // Every second exposure has twice the light: 2 x 0.1274, 0.1878 and 0.0802, sRGB-coded.
+  test.image = [](int i) { return i % 2 == 0 ? flat_image(100, 120, 80) : flat_image(137.9, 164.1, 111.5); };
   const Outcome plain = run(test);
-  ASSERT_EQ(balanced.points.size(), plain.points.size());
-  int worst_balanced = 0, worst_plain = 0;
+  test.config.radiometry.rendering = Rendering::Consistent;
+  const Outcome consistent = run(test);
+  ASSERT_EQ(consistent.points.size(), plain.points.size());
+  int worst_consistent = 0, worst_plain = 0;
+  std::array<std::size_t, 2> of_state{};
   for (std::size_t i = 0; i < plain.points.size(); ++i) {
-    const ColouredPoint &a = balanced.points[i], &b = plain.points[i];
-    if (a.state != ColourState::Neighbour) continue;
-    const double t = to_seconds(a.time - at(0));
-    const int owner = static_cast<int>(std::floor((t - kFirstExposure) / kInterval + 0.5));
-    const int red = owner % 2 == 0 ? 100 : 140, green = owner % 2 == 0 ? 120 : 160, blue = owner % 2 == 0 ? 80 : 120;
-    worst_balanced =
-        std::max({worst_balanced, std::abs(a.red - red), std::abs(a.green - green), std::abs(a.blue - blue)});
-    worst_plain = std::max({worst_plain, std::abs(b.red - red), std::abs(b.green - green), std::abs(b.blue - blue)});
+    const ColouredPoint &a = consistent.points[i], &b = plain.points[i];
+    if (a.exposure == kNoExposure) continue;
+    ++of_state.at(static_cast<std::size_t>(a.state));
+    worst_consistent =
+        std::max({worst_consistent, std::abs(a.red - 100), std::abs(a.green - 120), std::abs(a.blue - 80)});
+    worst_plain = std::max({worst_plain, std::abs(b.red - 100), std::abs(b.green - 120), std::abs(b.blue - 80)});
   }
-  EXPECT_LE(worst_balanced, 1);
-  EXPECT_EQ(worst_plain, 40);
-  EXPECT_GT(balanced.counts.gain_pairs, 0u);
+  EXPECT_GT(of_state[0], 1000u);
+  EXPECT_GT(of_state[1], 100u);
+  EXPECT_LE(worst_consistent, 1);
+  EXPECT_EQ(worst_plain, 44);
+  EXPECT_GT(consistent.counts.gain_pairs, 0u);
 }
 
 TEST(Determinism, AnyNumberOfThreadsGivesTheSameBytes) {

@@ -20,6 +20,8 @@ Image ramp_image(double blue);
 Image flat_image(double red, double green, double blue);
 
 struct TestDrive {
+  /// Colours are as delivered: most images here are drawn on the lenses, and show no world.
+  TestDrive() { config.radiometry.rendering = fusion::Rendering::AsDelivered; }
   Drive drive{Motion{}};
   fusion::RigGeometry rig = ladybug_rig(fusion::LensModel::KannalaBrandt);
   fusion::Colouring::Config config;

@@ -1,0 +1,274 @@
+#include "fusion/radiometry.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <random>
+#include <vector>
+
+namespace hueline::fusion {
+namespace {
+
+constexpr std::size_t kLenses = 5;
+constexpr double kFalloffA = 0.14, kFalloffB = 0.04;
+constexpr double kInterval = 0.5;
+
+GpsTime at(double seconds) { return GpsTime(from_seconds(seconds)); }
+
+/// A row of places that a vehicle passes. At each moment it sees those around it: ahead through lens 0, beside it
+/// through lenses 1 and 2 alternately, behind it through lenses 3 and 4. Neighbouring lenses overlap.
+struct World {
+  std::function<double(int moment, std::size_t lens)> log_gain = [](int, std::size_t) { return 0.0; };
+  std::function<double(std::size_t lens, std::size_t channel)> log_balance = [](std::size_t, std::size_t) {
+    return 0.0;
+  };
+  /// Factor on the light of a place at a moment: 1 in the sun.
+  std::function<double(int place, int moment)> shade = [](int, int) { return 1.0; };
+  double noise = 0.03;
+  bool saturates = true;
+  static constexpr int kPlacesEach = 300, kReach = 3;  // places for each moment; moments from which a place is seen
+
+  double light(int place, std::size_t channel) const {
+    std::minstd_rand random(static_cast<unsigned>(place * 3) + static_cast<unsigned>(channel) + 1);
+    random.discard(3);
+    return std::exp(std::uniform_real_distribution<double>(std::log(0.05), std::log(0.6))(random));
+  }
+  std::vector<Radiometry::Place> places(int moment, std::mt19937& random) const {
+    std::normal_distribution<double> error(0, noise);
+    std::uniform_real_distribution<double> anywhere(0, 1);
+    std::vector<Radiometry::Place> out;
+    for (int p = (moment - kReach) * kPlacesEach; p < (moment + kReach) * kPlacesEach; ++p) {
+      Radiometry::Place place;
+      for (int m = moment; m >= std::max(0, moment - 4); --m) {
+        const double ahead = static_cast<double>(p) / kPlacesEach - m;
+        if (std::abs(ahead) > kReach) continue;
+        const std::size_t side = p % 2 == 0 ? 0 : 1;
+        std::vector<std::size_t> lenses;
+        if (ahead > 0.4) lenses.push_back(0);
+        if (std::abs(ahead) < 0.8) lenses.push_back(1 + side);
+        if (ahead < -0.4) lenses.push_back(3 + side);
+        for (const std::size_t lens : lenses) {
+          Radiometry::Glimpse g;
+          g.moment = static_cast<std::uint64_t>(m);
+          g.lens = static_cast<std::uint8_t>(lens);
+          const double q = anywhere(random);
+          g.off_axis = static_cast<float>(q);
+          for (std::size_t c = 0; c < 3; ++c) {
+            const double delivered =
+                light(p, c) * shade(p, m) *
+                std::exp(log_gain(m, lens) + log_balance(lens, c) - kFalloffA * q - kFalloffB * q * q + error(random));
+            // A lens does not tell how bright it is where it saturates, nor where there is only noise.
+            const bool is_usable = !saturates || (delivered < 0.85 && delivered > 0.01);
+            g.light[c] = is_usable ? static_cast<float>(delivered) : 0.0f;
+          }
+          place.push_back(g);
+        }
+      }
+      out.push_back(place);
+    }
+    return out;
+  }
+};
+
+struct Outcome {
+  std::map<std::uint64_t, HeadGains> gains;
+  Radiometry radiometry;
+};
+
+/// Adds moment after moment and settles each four moments later, as the colouring does.
+Outcome drive(const World& world, int moments, const Radiometry::Config& config = {}) {
+  Outcome out{{}, Radiometry(config, kLenses)};
+  std::mt19937 random(7);
+  for (int m = 0; m < moments; ++m) {
+    out.radiometry.add(static_cast<std::uint64_t>(m), at(m * kInterval), world.places(m, random));
+    if (m < 5) continue;
+    for (auto& [moment, gains] : out.radiometry.settle(at((m - 4) * kInterval))) out.gains[moment] = std::move(gains);
+  }
+  for (auto& [moment, gains] : out.radiometry.settle(at(1e6))) out.gains[moment] = std::move(gains);
+  return out;
+}
+
+/// Returns the largest error of a moment's gains, as a logarithm. The reference is lens 0 at moment 0.
+double worst_error(const World& world, const Outcome& out, int moment) {
+  double worst = 0;
+  for (std::size_t l = 0; l < kLenses; ++l)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double truth =
+          world.log_gain(moment, l) + world.log_balance(l, c) - world.log_gain(0, 0) - world.log_balance(0, c);
+      const double found = -std::log(out.gains.at(static_cast<std::uint64_t>(moment)).lenses[l].scale[c]);
+      worst = std::max(worst, std::abs(found - truth));
+    }
+  return worst;
+}
+
+double worst_error(const World& world, const Outcome& out, int first, int last) {
+  double worst = 0;
+  for (int m = first; m < last; ++m) worst = std::max(worst, worst_error(world, out, m));
+  return worst;
+}
+
+/// From daylight through a tunnel that is twelve times as dark, and out again. Each lens adapts at its own pace.
+double tunnel_gain(int moment, std::size_t lens) {
+  const double in = 1 / (1 + std::exp(-(moment - 20 - 0.4 * static_cast<double>(lens)) * 1.2)),
+               out = 1 / (1 + std::exp(-(moment - 40 - 0.4 * static_cast<double>(lens)) * 1.2));
+  return std::log(12.0) * (in - out) + 0.1 * static_cast<double>(lens);
+}
+double tunnel_shade(int place) {
+  const double x = static_cast<double>(place) / World::kPlacesEach;
+  return x > 20 && x < 40 ? 1 / 12.0 : 1.0;
+}
+
+TEST(Radiometry, FindsGainsBalanceAndVignetting) {
+  World world;
+  world.log_gain = [](int m, std::size_t l) { return 0.4 * std::sin(0.7 * m + static_cast<double>(l)); };
+  world.log_balance = [](std::size_t l, std::size_t c) {
+    return c == 0 ? 0.04 * static_cast<double>(l) : (c == 2 ? -0.03 * static_cast<double>(l) : 0.0);
+  };
+  const Outcome out = drive(world, 40);
+  ASSERT_EQ(out.gains.size(), 40u);
+  EXPECT_LT(worst_error(world, out, 0, 40), 0.02);
+  for (const auto& [a, b] : out.gains.at(39).falloff) {
+    EXPECT_NEAR(a + b, kFalloffA + kFalloffB, 0.01);  // at the corner
+    EXPECT_NEAR(0.5 * a + 0.25 * b, 0.5 * kFalloffA + 0.25 * kFalloffB, 0.01);
+  }
+}
+
+TEST(Radiometry, ThingsThatMoveAndShadowsThatMoveDoNotDisturb) {
+  World world;
+  world.log_gain = [](int m, std::size_t l) { return 0.3 * std::sin(0.5 * m + static_cast<double>(l)); };
+  // A quarter of the places is seen in another light, or is another thing, at every third moment.
+  world.shade = [](int p, int m) { return p % 4 == 0 && (p / 4 + m) % 3 == 0 ? 0.3 : 1.0; };
+  EXPECT_LT(worst_error(world, drive(world, 40), 0, 40), 0.03);
+}
+
+TEST(Radiometry, WhatIsInShadowStaysInShadow) {
+  World world;
+  world.shade = [](int p, int) { return (p / 200) % 2 == 0 ? 0.2 : 1.0; };
+  EXPECT_LT(worst_error(world, drive(world, 40), 0, 40), 0.02);
+}
+
+TEST(Radiometry, TunnelEndsWhereItBegan) {
+  World world;
+  world.log_gain = tunnel_gain;
+  world.shade = [](int p, int) { return tunnel_shade(p); };
+  const Outcome out = drive(world, 70);
+  EXPECT_LT(worst_error(world, out, 0, 70), 0.05);
+  EXPECT_LT(worst_error(world, out, 60, 70), 0.02);
+}
+
+TEST(Radiometry, DoesNotDriftInAThousandExposuresOfOneGain) {
+  const World world;
+  EXPECT_LT(worst_error(world, drive(world, 1000), 900, 1000), 0.01);
+}
+
+TEST(Radiometry, DriftsLittleInAThousandExposuresOfChangingGain) {
+  World world;
+  world.log_gain = [](int m, std::size_t l) { return 0.6 * std::sin(0.21 * m + static_cast<double>(l)); };
+  const double worst = worst_error(world, drive(world, 1000), 900, 1000);
+  std::printf("after 1000 exposures: %.4f\n", worst);
+  EXPECT_LT(worst, 0.05);
+}
+
+TEST(Radiometry, ALensThatSeesNothingCommonChangesAsTheOthers) {
+  for (const double amplitude : {0.0, 0.8}) {
+    World world;
+    world.saturates = false;
+    world.log_gain = [amplitude](int m, std::size_t) { return amplitude * std::sin(0.3 * m); };
+    std::mt19937 random(7);
+    Radiometry radiometry({}, kLenses);
+    for (int m = 0; m < 20; ++m) {
+      auto places = world.places(m, random);
+      for (Radiometry::Place& place : places)
+        for (Radiometry::Glimpse& g : place)
+          if (g.lens == 4) g.light = {};
+      radiometry.add(static_cast<std::uint64_t>(m), at(m * kInterval), places);
+      for (const auto& [moment, found] : radiometry.settle(at(m * kInterval)))
+        for (const float scale : found.lenses[4].scale)
+          EXPECT_NEAR(-std::log(scale), world.log_gain(m, 4), 0.03 + 0.1 * amplitude) << moment;
+    }
+  }
+}
+
+TEST(Radiometry, SettledGainsStayWhatTheyAre) {
+  World world;
+  world.log_gain = [](int m, std::size_t) { return 0.1 * (m % 3); };
+  std::mt19937 random(7);
+  Radiometry radiometry({}, kLenses);
+  for (int m = 0; m < 20; ++m) {
+    radiometry.add(static_cast<std::uint64_t>(m), at(m * kInterval), world.places(m, random));
+    for (const auto& [moment, gains] : radiometry.settle(at((m - 3) * kInterval)))
+      EXPECT_GT(static_cast<int>(moment), m - 5) << "moment " << moment << " was settled, and was told again at " << m;
+  }
+}
+
+TEST(Radiometry, OnlyUsableValuesAreCompared) {
+  EXPECT_FALSE(Radiometry::is_usable(255));
+  EXPECT_FALSE(Radiometry::is_usable(250));
+  EXPECT_TRUE(Radiometry::is_usable(200));
+  EXPECT_TRUE(Radiometry::is_usable(40));
+  EXPECT_FALSE(Radiometry::is_usable(5));
+}
+
+TEST(Radiometry, RendersLightInTheCurveOfTheCamera) {
+  for (const Response response : {Response::Srgb, Response::Linear, Response::Gamma}) {
+    Radiometry::Config config;
+    config.response = response;
+    const Radiometry radiometry(config, 1);
+    for (int value = 0; value < 256; ++value) {
+      const double x = value / 255.0;
+      const double light = response == Response::Linear  ? x
+                           : response == Response::Gamma ? std::pow(x, 2.2)
+                           : x <= 0.04045                ? x / 12.92
+                                                         : std::pow((x + 0.055) / 1.055, 2.4);
+      const double coded = light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
+      const auto v = static_cast<float>(value);
+      EXPECT_NEAR(radiometry.render({v, v, v}, nullptr, 0, 0, 1)[0], 255 * coded, 0.56) << value;
+    }
+  }
+}
+
+TEST(Radiometry, RendersTheLightThatAPixelWithoutGainAndVignettingWouldHave) {
+  const Radiometry radiometry({}, 1);
+  HeadGains gains;
+  gains.lenses.resize(1);
+  gains.lenses[0].scale = {0.5f, 1.0f, 2.0f};
+  gains.falloff.fill({0.1f, 0.2f});
+  const auto srgb = [](double x) { return 255 * (1.055 * std::pow(x, 1 / 2.4) - 0.055); };
+  const double lifted = std::exp(0.1 * 0.8 + 0.2 * 0.64);
+  const auto coded = static_cast<float>(srgb(0.2));
+  const auto colour = radiometry.render({coded, coded, coded}, &gains, 0, 0.8f, 1);
+  EXPECT_NEAR(colour[0], srgb(0.2 * 0.5 * lifted), 0.6);
+  EXPECT_NEAR(colour[1], srgb(0.2 * 1.0 * lifted), 0.6);
+  EXPECT_NEAR(colour[2], srgb(0.2 * 2.0 * lifted), 0.6);
+}
+
+TEST(Radiometry, EvenedLiftsATunnelSlowly) {
+  World world;
+  world.log_gain = tunnel_gain;
+  world.shade = [](int p, int) { return tunnel_shade(p); };
+  Radiometry::Config config;
+  EXPECT_EQ(drive(world, 70, config).radiometry.adaptation(at(15)), 1);
+  config.rendering = Rendering::Evened;
+  const Outcome out = drive(world, 70, config);
+  const float outside = out.radiometry.adaptation(at(33)), inside = out.radiometry.adaptation(at(15));
+  EXPECT_NEAR(inside / outside, std::pow(12, 0.75), 1.2);
+  for (double t = 7; t < 34; t += 0.1)
+    EXPECT_LT(std::abs(std::log(out.radiometry.adaptation(at(t + 0.1)) / out.radiometry.adaptation(at(t)))), 0.15) << t;
+  // However bright it becomes, a lighter surface remains lighter, and nothing saturates that did not.
+  int before = -1;
+  for (int value = 0; value < 256; value += 5) {
+    const auto v = static_cast<float>(value);
+    const int now = out.radiometry.render({v, v, v}, nullptr, 0, 0, inside)[0];
+    EXPECT_GE(now, before);
+    EXPECT_LT(now, 255);
+    before = now;
+  }
+}
+
+}  // namespace
+}  // namespace hueline::fusion
