@@ -76,14 +76,15 @@ inline constexpr auto kPointFields = std::tuple{
                las_extra("channel", "laser channel")},
     PointField{&ColouredPoint::lens, "lens", "", "The lens that was sampled: its index in `head.lenses`.",
                las_extra("lens", "lens that was sampled"), "", kNoLens},
-    PointField{&ColouredPoint::quality, "quality", "",
-               "Quality of the colour, from 1 to 255 (best). It depends on the pixel's distance from the border, the "
-               "exposure's distance in time, and the clock's state.",
-               las_extra("quality", "0 uncoloured ... 255 best"), "quality", std::uint8_t{0}},
+    PointField{
+        &ColouredPoint::quality, "quality", "",
+        "Quality of the colour, from 1 to 255 (best). It depends on the pixel's distance from the border, the "
+        "exposure's distance in time, the clock's state, and on how far laser points vouch for the line of sight.",
+        las_extra("quality", "0 uncoloured ... 255 best"), "quality", std::uint8_t{0}},
     PointField{
         &ColouredPoint::moving, "moving", "",
         "Confidence that the point lies on something that moves by itself, from 0 (no evidence that it moves) to "
-        "255 (certain). The colouring does not look for motion yet, so that every point has 0.",
+        "255 (certain); from 128 on it is more likely than not.",
         las_extra("moving", "0 no evidence ... 255 moves"), "moving"},
     PointField{
         &ColouredPoint::state, "colour state", "",

@@ -124,7 +124,9 @@ Colouring::Found Colouring::find_visible(const PlacedBatch& batch, std::size_t i
                                          const ColouredPoint& point) const {
   constexpr float kStep = 0.17f;            // what one step of LineOfSight costs, as an angle of parallax, rad
   constexpr float kLostLight = 0.25f;       // what a saturated pixel costs, rad
-  constexpr float kPerNanosecond = 4e-12f;  // decides where a standing vehicle has many views alike, rad/ns
+  constexpr float kPerNanosecond = 1e-10f;  // what poses and light drift apart between firing and exposure, rad/ns
+  constexpr float kSameLine = 0.02f;        // nothing fits between two lines with this parallax, rad
+  constexpr float kUsualSigma_m = 0.1f;     // poses of an undisturbed drive differ less in sigma
   constexpr float kNever = 1e30f;
   constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
   const bool moves = is_moving(batch.free[index], batch.occupied[index]);
@@ -132,7 +134,10 @@ Colouring::Found Colouring::find_visible(const PlacedBatch& batch, std::size_t i
   const std::size_t count = std::min(piece.candidates.size(), parallax.size());
   for (std::size_t k = 0; k < count; ++k) {
     const auto away = static_cast<float>(std::abs((point.time - timeline_.at(piece.candidates[k]).time).count()));
-    parallax[k] = piece.seen[k].parallax[index] + kPerNanosecond * away;
+    // After a leap of the POS its sigma is that of the leap: exposures on the other side see the point elsewhere.
+    const float leapt =
+        std::max(0.0f, std::abs(timeline_.at(piece.candidates[k]).viewpoint->sigma_m - point.sigma_m) - kUsualSigma_m);
+    parallax[k] = piece.seen[k].parallax[index] + kPerNanosecond * away + leapt * piece.seen[k].nearness[index];
   }
   Found found;
   float least = kNever;
@@ -145,7 +150,8 @@ Colouring::Found Colouring::find_visible(const PlacedBatch& batch, std::size_t i
     const Moment& moment = timeline_.at(piece.candidates[k]);
     const std::uint32_t cell = piece.seen[k].cell[index];
     const float nearness = piece.seen[k].nearness[index];
-    const LineOfSight look = look_at(moment, cell, nearness);
+    LineOfSight look = look_at(moment, cell, nearness);
+    if (look == LineOfSight::Hidden && piece.seen[k].parallax[index] < kSameLine) look = LineOfSight::Behind;
     // Where the point was is somewhere else at another moment, unless something as far away was there too.
     const bool has_left = moves && std::chrono::abs(point.time - moment.time) > kAtOnce &&
                           !(moment.glance && moment.glance->meets(cell, nearness));

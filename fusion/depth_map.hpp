@@ -38,7 +38,8 @@ class DepthMap {
     double guard = 0.02;            ///< how far from an outline a line of sight is within the guard, rad
     double tolerance_m = 0.15;      ///< a place is behind a point if it is farther by this
     double tolerance_share = 0.02;  ///< and by this share of its distance
-    /// Nearer points are left out, m. They are the own vehicle's, which masks describe, and the lenses see them elsewhere.
+    /// Nearer points are left out, m. They are the own vehicle's, which masks describe, and the lenses see them
+    /// elsewhere.
     double nearest_m = 1.5;
     bool operator==(const Config&) const = default;
   };

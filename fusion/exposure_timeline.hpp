@@ -26,6 +26,7 @@ struct Moment {
   struct Viewpoint {
     std::array<float, 9> R_head_enu;  ///< row by row
     Eigen::Vector3d centre_enu;
+    float sigma_m = 0;  ///< one sigma of the place, all axes together
     /// Returns the head as seen from places relative to `origin`.
     RelativeHead relative_to(const Eigen::Vector3d& origin) const {
       const Eigen::Vector3f offset = (origin - centre_enu).cast<float>();

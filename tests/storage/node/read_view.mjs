@@ -25,7 +25,7 @@ const points = clouds.reduce((sum, cloud) => sum + cloud.data.length / cloud.poi
 assert.equal(points, 1000, "every tenth of 10 000 points");
 assert.deepEqual(
   clouds[0].fields.map((f) => [f.name, f.offset]),
-  [["x", 0], ["y", 4], ["z", 8], ["red", 12], ["green", 13], ["blue", 14], ["alpha", 15], ["intensity", 16], ["quality", 17]],
+  [["x", 0], ["y", 4], ["z", 8], ["red", 12], ["green", 13], ["blue", 14], ["alpha", 15], ["intensity", 16], ["quality", 17], ["moving", 18]],
 );
 const jpeg = byTopic.get("/image/head").values[0].data;
 assert.deepEqual([jpeg[0], jpeg[1], jpeg.at(-2), jpeg.at(-1)], [0xff, 0xd8, 0xff, 0xd9], "a whole JPEG");
