@@ -76,7 +76,7 @@ LabOfRgb::LabOfRgb(Encoding encoding) {
 }
 
 Lab LabOfRgb::of_light(const std::array<double, 3>& light) {
-  const auto [r, g, b] = light;
+  const double r = light[0], g = light[1], b = light[2];
   // IEC 61966-2-1. The white is the sum of each row, so that greys are grey to the last bit.
   constexpr double m[3][3] = {{0.4124, 0.3576, 0.1805}, {0.2126, 0.7152, 0.0722}, {0.0193, 0.1192, 0.9505}};
   const auto row = [&](int i) {
