@@ -278,11 +278,16 @@ void Colouring::map_depths(GpsTime from, GpsTime to) {
 }
 
 void Colouring::finish_turns() {
-  if (placed_.empty()) return;
+  // Batches without a pose may be stamped out of all time; the turns must not count the years to them.
+  const auto has_places = [](const PlacedBatch& batch) { return batch.placed.places.size() > 0; };
+  const auto oldest = std::find_if(placed_.begin(), placed_.end(), has_places);
+  if (oldest == placed_.end()) return;
   const nanoseconds half = config_.turn / 2;
-  const GpsTime end = placed_.back().last;
+  const GpsTime begin = oldest->batch.time, end = std::find_if(placed_.rbegin(), placed_.rend(), has_places)->last;
   for (const auto& [sensor, mount] : lasers_) {
     const auto [next, is_new] = next_turn_time_.try_emplace(sensor, placed_.front().batch.time + half);
+    if (next->second + half < begin)
+      next->second += (begin - next->second - half) / config_.turn_step * config_.turn_step;
     for (GpsTime& time = next->second; time + 2 * half < end; time += config_.turn_step) {
       const auto [pose, reason] = trajectory_.pose_at(time);
       if (!pose) continue;
