@@ -66,13 +66,6 @@ std::array<float, 3> comparable_light(const Radiometry& radiometry, const FloatL
 
 }  // namespace
 
-int confidence_of_moving(int free, int occupied) {
-  const int balance = 127 * (free - occupied) / (free + occupied + 1);
-  return is_moving(free, occupied) ? 128 + balance : free > 0 ? std::clamp(127 + balance, 1, 127) : 0;
-}
-
-bool is_moving(int free, int occupied) { return free >= 2 && free > occupied; }
-
 bool Colouring::has_lost_light(const Moment& moment, const Sight& sight) const {
   if (!moment.gains) return false;
   const FloatLens& lens = projector_.lenses()[sight.lens];
@@ -113,15 +106,9 @@ void Colouring::paint(const Moment& moment, const Found& found, float adaptation
   point.quality = static_cast<std::uint8_t>(1.0f + 254.0f * timely * border * stamped * vouched);
 }
 
-LineOfSight Colouring::look_at(const Moment& moment, std::uint32_t cell, float nearness) const {
-  if (moment.glance && moment.glance->look(cell, nearness) == LineOfSight::Hidden) return LineOfSight::Hidden;
-  return moment.standing ? moment.standing->look(cell, nearness) : LineOfSight::Clear;
-}
-
 /// Colours a point from the moment that sees it most nearly as the scanner did, for the scanner did see it. What may
 /// lie between grows with the angle between the two lines.
-Colouring::Found Colouring::find_visible(const PlacedBatch& batch, std::size_t index, Piece& piece,
-                                         const ColouredPoint& point) const {
+Colouring::Found Colouring::find_visible(std::size_t index, Piece& piece, const ColouredPoint& point) const {
   constexpr float kStep = 0.17f;            // what one step of LineOfSight costs, as an angle of parallax, rad
   constexpr float kLostLight = 0.25f;       // what a saturated pixel costs, rad
   constexpr float kPerNanosecond = 1e-10f;  // what poses and light drift apart between firing and exposure, rad/ns
@@ -129,7 +116,7 @@ Colouring::Found Colouring::find_visible(const PlacedBatch& batch, std::size_t i
   constexpr float kUsualSigma_m = 0.1f;     // poses of an undisturbed drive differ less in sigma
   constexpr float kNever = 1e30f;
   constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
-  const bool moves = is_moving(batch.free[index], batch.occupied[index]);
+  const bool moves = piece.sightings[index].is_moving();
   std::array<float, kMostCandidates> parallax;
   const std::size_t count = std::min(piece.candidates.size(), parallax.size());
   for (std::size_t k = 0; k < count; ++k) {
@@ -150,7 +137,7 @@ Colouring::Found Colouring::find_visible(const PlacedBatch& batch, std::size_t i
     const Moment& moment = timeline_.at(piece.candidates[k]);
     const std::uint32_t cell = piece.seen[k].cell[index];
     const float nearness = piece.seen[k].nearness[index];
-    LineOfSight look = look_at(moment, cell, nearness);
+    LineOfSight look = Visibility::look(moment, cell, nearness);
     if (look == LineOfSight::Hidden && piece.seen[k].parallax[index] < kSameLine) look = LineOfSight::Behind;
     // Where the point was is somewhere else at another moment, unless something as far away was there too.
     const bool has_left = moves && std::chrono::abs(point.time - moment.time) > kAtOnce &&
@@ -198,11 +185,10 @@ bool Colouring::sees(const Moment& moment, const ColouredPoint& point, Sight& si
   return projector_.see(x, y, z, moment.has_image.data(), moment.blind, sight);
 }
 
-void Colouring::colour_point(int owner, const PlacedBatch& batch, std::size_t index, Piece& piece,
-                             ColouredPoint& point) const {
+void Colouring::colour_point(int owner, std::size_t index, Piece& piece, ColouredPoint& point) const {
   // An owner without a pose is treated as a lost image.
   const bool is_lost = owner < 0 || !timeline_.at(owner).viewpoint;
-  const Found found = config_.choice == ExposureChoice::Visible ? find_visible(batch, index, piece, point)
+  const Found found = config_.choice == ExposureChoice::Visible ? find_visible(index, piece, point)
                                                                 : find_nearest(owner, is_lost, piece, point);
   if (found.moment < 0) {
     const bool has_asked = !is_lost || !piece.candidates.empty();
@@ -223,9 +209,8 @@ void Colouring::find_candidates(PlacedBatch& batch, Piece& piece) const {
   piece.seen.resize(piece.candidates.size());
   for (std::size_t k = 0; k < piece.candidates.size(); ++k) {
     const Moment::Viewpoint& viewpoint = *timeline_.at(piece.candidates[k]).viewpoint;
-    locate(grid_, viewpoint.relative_to(batch.placed.scanner_enu), batch.placed.places, piece.seen[k]);
+    locate(visibility_.grid(), viewpoint.relative_to(batch.placed.scanner_enu), batch.placed.places, piece.seen[k]);
   }
-  ask_turns(batch, piece.asked);
 }
 
 void Colouring::colour_piece(PlacedBatch& placed_batch, Piece& piece, ColouredPoint* points) const {
@@ -236,6 +221,7 @@ void Colouring::colour_piece(PlacedBatch& placed_batch, Piece& piece, ColouredPo
   // whole batch.
   const int owner_of_first = timeline_.owner_of(batch.time), owner_of_last = timeline_.owner_of(placed_batch.last);
   const bool is_one_window = owner_of_first == owner_of_last && owner_of_first >= 0;
+  piece.sightings = visibility_.sightings(placed_batch);
   // The candidates change with a point's time by less than matters within a batch.
   if (config_.choice == ExposureChoice::Visible) find_candidates(placed_batch, piece);
   piece.adaptation = radiometry_.adaptation(batch.time);
@@ -252,9 +238,9 @@ void Colouring::colour_piece(PlacedBatch& placed_batch, Piece& piece, ColouredPo
     point.return_count = r.return_count;
     point.channel = r.channel;
     point.sensor = batch.sensor;
-    point.moving = static_cast<std::uint8_t>(confidence_of_moving(placed_batch.free[i], placed_batch.occupied[i]));
-    colour_point(is_one_window && r.time_offset_ns >= 0 ? owner_of_first : timeline_.owner_of(point.time), placed_batch,
-                 i, piece, point);
+    point.moving = static_cast<std::uint8_t>(piece.sightings[i].confidence_of_moving());
+    colour_point(is_one_window && r.time_offset_ns >= 0 ? owner_of_first : timeline_.owner_of(point.time), i, piece,
+                 point);
     ++piece.by_state[static_cast<std::size_t>(point.state)];
   }
 }
@@ -280,8 +266,9 @@ std::vector<Radiometry::Place> Colouring::common_places(int newest) const {
     if (!is_around(batch)) continue;
     const GeoreferencedBatch& placed = batch.placed;
     relative = {};
+    const Visibility::OfBatch sighted = visibility_.sightings(batch);
     for (std::size_t i = 0; i < placed.places.size(); ++i) {
-      if (counter++ % stride != 0 || is_moving(batch.free[i], batch.occupied[i])) continue;
+      if (counter++ % stride != 0 || sighted[i].is_moving()) continue;
       relative.x.push_back(placed.places.x[i]);
       relative.y.push_back(placed.places.y[i]);
       relative.z.push_back(placed.places.z[i]);
@@ -289,10 +276,10 @@ std::vector<Radiometry::Place> Colouring::common_places(int newest) const {
     places.assign(relative.size(), {});
     for (const Moment* by : seen_by) {
       const RelativeHead head = by->viewpoint->relative_to(placed.scanner_enu);
-      locate(grid_, head, relative, seen);
+      locate(visibility_.grid(), head, relative, seen);
       for (std::size_t i = 0; i < relative.size(); ++i) {
         if (by != &moment && places[i].empty()) continue;  // only what the newest moment shows is compared
-        if (look_at(*by, seen.cell[i], seen.nearness[i]) != LineOfSight::Clear) continue;
+        if (Visibility::look(*by, seen.cell[i], seen.nearness[i]) != LineOfSight::Clear) continue;
         const auto [x, y, z] = head.place(relative.x[i], relative.y[i], relative.z[i]);
         for (const FloatLens& lens : projector_.lenses()) {
           Sight sight;

@@ -12,7 +12,6 @@
 
 namespace hueline::fusion {
 namespace {
-constexpr float kGroundStep_m = 0.1f, kGround_m = 2.5f;
 constexpr std::size_t kBatchesAtOnce =
     256;  // limits the working memory; about 100 000 points for packets of 384 returns
 }  // namespace
@@ -74,7 +73,7 @@ Colouring::Colouring(const Config& config, const RigGeometry& rig, Sink sink)
       timeline_({config.exposure_interval, config.exposure_interval_at_start, config.window_slack, config.together},
                 projector_.cameras().size()),
       radiometry_(config.radiometry, rig.head.lenses.size()),
-      grid_(config.depth.cell),
+      visibility_(config.visibility),
       pool_(std::make_unique<WorkerPool>(config.threads)) {
   for (const LaserMount& laser : rig.lasers) lasers_[laser.sensor] = laser;
 }
@@ -213,15 +212,14 @@ void Colouring::place_ready(bool everything) {
     const bool is_forced = counts_.pending_returns > config_.max_pending_returns;
     const bool is_settled = trajectory_.is_settled(last) || (watermark_ && *watermark_ >= last + config_.max_lateness);
     if (!everything && !is_settled && !is_forced) break;
-    placed_.push_back({std::move(pending_.front()), {}, last, next_number_++, {}, {}, 0});
+    placed_.push_back({std::move(pending_.front()), {}, last, next_number_++, 0, {}});
     pending_.pop_front();
   }
   pool_->run(placed_.size() - first, [&](std::size_t i) {
     PlacedBatch& batch = placed_[first + i];
     georeference(batch.batch, lasers_.at(batch.batch.sensor), trajectory_, config_.pose_step, batch.placed);
-    batch.free.assign(batch.placed.size(), 0);
-    batch.occupied.assign(batch.placed.size(), 0);
   });
+  if (config_.choice == ExposureChoice::Visible) visibility_.add(placed_, everything, *pool_);
 }
 
 void Colouring::map_depths(GpsTime from, GpsTime to) {
@@ -230,102 +228,9 @@ void Colouring::map_depths(GpsTime from, GpsTime to) {
   for (std::size_t i = 0; i < timeline_.size(); ++i) {
     Moment& moment = timeline_.at(static_cast<int>(i));
     if (!moment.viewpoint || moment.time < from - neighbour_reach() || moment.time > to + neighbour_reach()) continue;
-    if (!moment.standing) moment.standing.emplace(config_.depth);
-    if (!moment.glance) moment.glance.emplace(config_.depth);
     moments.push_back(&moment);
   }
-  finish_turns();
-  const auto judged = std::partition_point(placed_.begin(), placed_.end(),
-                                           [&](const PlacedBatch& batch) { return batch.number < next_judged_; });
-  pool_->run(static_cast<std::size_t>(placed_.end() - judged), [&](std::size_t i) {
-    thread_local SeenPlaces seen;
-    ask_turns(judged[static_cast<std::ptrdiff_t>(i)], seen);
-  });
-  next_judged_ = next_number_;
-  const auto add = [&](const Moment& moment, nanoseconds reach, std::uint64_t& next, DepthMap& map, bool is_glance) {
-    thread_local SeenPlaces seen;
-    RelativePlaces below;
-    for (const PlacedBatch& batch : placed_) {
-      if (batch.number < next || batch.last < moment.time - reach || batch.batch.time > moment.time + reach) continue;
-      const RelativePlaces& places = batch.placed.places;
-      locate(map.grid(), moment.viewpoint->relative_to(batch.placed.scanner_enu), places, seen);
-      for (std::size_t i = 0; i < places.size(); ++i) {
-        const bool moves = is_moving(batch.free[i], batch.occupied[i]);
-        if (is_glance || !moves) map.add(seen.cell[i], seen.nearness[i]);
-        // What moves stands on the ground, but the beams may have met only its upper part.
-        for (float down = kGroundStep_m; is_glance && moves && down < kGround_m; down += kGroundStep_m) {
-          below.x.push_back(places.x[i]);
-          below.y.push_back(places.y[i]);
-          below.z.push_back(places.z[i] - down);
-        }
-      }
-      if (below.x.empty()) continue;
-      locate(map.grid(), moment.viewpoint->relative_to(batch.placed.scanner_enu), below, seen);
-      for (std::size_t i = 0; i < below.size(); ++i) map.add(seen.cell[i], seen.nearness[i]);
-      below = {};
-    }
-    map.close();
-    next = next_number_;
-  };
-  pool_->run(2 * moments.size(), [&](std::size_t i) {
-    Moment& moment = *moments[i / 2];
-    if (i % 2 == 0) {
-      add(moment, config_.depth_reach, moment.standing_next, *moment.standing, false);
-    } else {
-      add(moment, config_.glance, moment.glance_next, *moment.glance, true);
-    }
-  });
-}
-
-void Colouring::finish_turns() {
-  // Batches without a pose may be stamped out of all time; the turns must not count the years to them.
-  const auto has_places = [](const PlacedBatch& batch) { return batch.placed.places.size() > 0; };
-  const auto oldest = std::find_if(placed_.begin(), placed_.end(), has_places);
-  if (oldest == placed_.end()) return;
-  const nanoseconds half = config_.turn / 2;
-  const GpsTime begin = oldest->batch.time, end = std::find_if(placed_.rbegin(), placed_.rend(), has_places)->last;
-  for (const auto& [sensor, mount] : lasers_) {
-    const auto [next, is_new] = next_turn_time_.try_emplace(sensor, placed_.front().batch.time + half);
-    if (next->second + half < begin)
-      next->second += (begin - next->second - half) / config_.turn_step * config_.turn_step;
-    for (GpsTime& time = next->second; time + 2 * half < end; time += config_.turn_step) {
-      const auto [pose, reason] = trajectory_.pose_at(time);
-      if (!pose) continue;
-      const Transform<Enu, Scanner> T_enu_scanner = pose->T_enu_body * mount.T_body_scanner;
-      const Eigen::Matrix3d R = T_enu_scanner.inverse().rotation.toRotationMatrix();
-      Turn turn{time, {}, BeamMap(grid_)};
-      for (int k = 0; k < 9; ++k)
-        turn.viewpoint.R_head_enu[static_cast<std::size_t>(k)] = static_cast<float>(R(k / 3, k % 3));
-      turn.viewpoint.centre_enu = T_enu_scanner.translation;
-      SeenPlaces seen;
-      for (const PlacedBatch& batch : placed_) {
-        if (batch.batch.sensor != sensor || batch.last < time - half || batch.batch.time > time + half) continue;
-        locate(grid_, turn.viewpoint.relative_to(batch.placed.scanner_enu), batch.placed.places, seen);
-        for (std::size_t i = 0; i < seen.cell.size(); ++i) turn.beams.add(seen.cell[i], seen.nearness[i]);
-      }
-      turn.beams.finish();
-      turns_.push_back(std::move(turn));
-      ++next_turn_;
-    }
-  }
-}
-
-void Colouring::ask_turns(PlacedBatch& batch, SeenPlaces& seen) const {
-  const std::uint64_t first = next_turn_ - turns_.size();
-  const RelativePlaces& places = batch.placed.places;
-  for (std::uint64_t number = std::max(batch.next_turn, first); number < next_turn_; ++number) {
-    const Turn& turn = turns_[static_cast<std::size_t>(number - first)];
-    const nanoseconds away = turn.time > batch.batch.time ? turn.time - batch.last : batch.batch.time - turn.time;
-    // Points of the turn itself would only find themselves.
-    if (away < config_.turn || away > config_.turn_reach) continue;
-    locate(grid_, turn.viewpoint.relative_to(batch.placed.scanner_enu), places, seen);
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      const Presence presence = turn.beams.ask(seen.cell[i], seen.nearness[i]);
-      batch.free[i] = static_cast<std::uint8_t>(batch.free[i] + (presence == Presence::Free));
-      batch.occupied[i] = static_cast<std::uint8_t>(batch.occupied[i] + (presence == Presence::Occupied));
-    }
-  }
-  batch.next_turn = next_turn_;
+  visibility_.map(moments, placed_, *pool_);
 }
 
 void Colouring::colour_ready(bool everything) {
@@ -451,13 +356,16 @@ void Colouring::forget() {
   for (std::size_t i = coloured_; i < placed_.size(); ++i) oldest = std::min(oldest, placed_[i].batch.time);
   timeline_.forget_before(oldest - neighbour_reach());
   trajectory_.forget_before(oldest - neighbour_reach());
-  while (coloured_ > 0 &&
-         (placed_.front().batch.time < oldest - config_.depth_reach || kept_returns_ > config_.max_pending_returns)) {
+  const auto is_in_open_turn = [&](const PlacedBatch& batch) {
+    return config_.choice == ExposureChoice::Visible && batch.turn == 0 && batch.placed.places.size() > 0;
+  };
+  while (coloured_ > 0 && !is_in_open_turn(placed_.front()) &&
+         (placed_.front().batch.time < oldest - neighbour_reach() || kept_returns_ > config_.max_pending_returns)) {
     kept_returns_ -= placed_.front().placed.places.size();
     placed_.pop_front();
     --coloured_;
   }
-  while (!turns_.empty() && turns_.front().time < oldest - config_.turn_reach) turns_.pop_front();
+  visibility_.forget_before(oldest - neighbour_reach());
 }
 
 }  // namespace hueline::fusion

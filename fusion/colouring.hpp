@@ -19,6 +19,7 @@
 #include "fusion/head_projector.hpp"
 #include "fusion/radiometry.hpp"
 #include "fusion/trajectory.hpp"
+#include "fusion/visibility.hpp"
 
 namespace hueline::fusion {
 
@@ -86,17 +87,10 @@ class Colouring {
     /// How far behind the watermark a solution, or data that exceeded their latency, may arrive.
     nanoseconds max_lateness{1'000'000'000};
     /// How many returns may wait (80 bytes each). Beyond this, the oldest are coloured with what is there. As many
-    /// coloured ones are kept for what they hide (14 bytes each).
+    /// coloured ones are kept for what they hide (16 bytes each).
     std::size_t max_pending_returns = 8'000'000;
     std::size_t max_held_moments = 32;  ///< how many moments with their images are held for neighbours
-    DepthMap::Config depth;
-    /// Points of what stands still hide what is behind them in exposures up to this much earlier or later.
-    nanoseconds depth_reach{6'000'000'000};
-    /// Points of what moves hide what is behind them in exposures up to this much earlier or later.
-    nanoseconds glance{60'000'000};
-    /// A scanner's beams of `turn` are kept every `turn_step`. Beams up to `turn_reach` earlier or later say whether
-    /// the place of a point was free then, so whether the point moves.
-    nanoseconds turn{100'000'000}, turn_step{170'000'000}, turn_reach{2'500'000'000};
+    Visibility::Config visibility;
     int threads = 1;  ///< number of threads, the caller's included
     void visit(Keys& keys);
     KeyError validate() const;
@@ -128,15 +122,11 @@ class Colouring {
 
  private:
   struct Piece;
-  struct PlacedBatch;
   struct Found;
-  struct Turn;
   void place_ready(bool everything);
   void resolve_viewpoints(bool everything);
   void drop_frozen(Moment& moment);
   void map_depths(GpsTime from, GpsTime to);
-  void finish_turns();
-  void ask_turns(PlacedBatch& batch, SeenPlaces& seen) const;
   bool is_ready(const PlacedBatch& batch) const;
   void colour_ready(bool everything);
   void colour_batches(std::size_t count);
@@ -144,9 +134,8 @@ class Colouring {
   std::vector<Radiometry::Place> common_places(int newest) const;
   void colour_piece(PlacedBatch& batch, Piece& piece, ColouredPoint* points) const;
   void find_candidates(PlacedBatch& batch, Piece& piece) const;
-  void colour_point(int owner, const PlacedBatch& batch, std::size_t index, Piece& piece, ColouredPoint& point) const;
-  LineOfSight look_at(const Moment& moment, std::uint32_t cell, float nearness) const;
-  Found find_visible(const PlacedBatch& batch, std::size_t index, Piece& piece, const ColouredPoint& point) const;
+  void colour_point(int owner, std::size_t index, Piece& piece, ColouredPoint& point) const;
+  Found find_visible(std::size_t index, Piece& piece, const ColouredPoint& point) const;
   Found find_nearest(int owner, bool is_lost, Piece& piece, const ColouredPoint& point) const;
   bool sees(const Moment& moment, const ColouredPoint& point, Sight& sight) const;
   bool has_lost_light(const Moment& moment, const Sight& sight) const;
@@ -163,16 +152,13 @@ class Colouring {
   HeadProjector projector_;
   ExposureTimeline timeline_;
   Radiometry radiometry_;
-  DirectionGrid grid_;
+  Visibility visibility_;
   std::map<SensorId, LaserMount> lasers_;
   std::deque<StampedLaserBatch> pending_;  // wait for their poses
   std::deque<PlacedBatch> placed_;  // first those that are coloured and kept for depth maps, then those that wait
   std::size_t coloured_ = 0;        // number of the former
   std::size_t kept_returns_ = 0;    // returns in them
-  std::uint64_t next_number_ = 0, next_judged_ = 0;
-  std::deque<Turn> turns_;
-  std::uint64_t next_turn_ = 0;  // number of the turn that comes after the last of turns_
-  std::map<SensorId, GpsTime> next_turn_time_;
+  std::uint64_t next_number_ = 0;
   std::vector<Piece> pieces_;
   std::unique_ptr<WorkerPool> pool_;
   std::optional<GpsTime> watermark_;

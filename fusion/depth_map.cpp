@@ -19,102 +19,114 @@ namespace hueline::fusion {
 struct RowReach {
   int gap, guard;
 };
-/// What a closing works on. Each row has `pad` cells more on both sides, which repeat those of the other side.
-struct DepthClosing {
+/// A part of a map, and the working memory to close it. Around it lie `pad` columns on both sides and some rows, which
+/// its filters need. The columns go around, the rows end at the poles.
+struct DepthBlock {
   DepthMap::Config config;
-  int columns = 0, rows = 0, pad = 0, gap = 0, guard = 0;
+  int gap = 0, guard = 0;  ///< reach of the filters up and down, in cells
   float tolerance = 0, share = 0;
-  std::vector<RowReach> reach;
-  std::vector<float> closed, far, outline, guarded, slope, scratch;
-  std::ptrdiff_t stride() const { return columns + 2 * pad; }
-  std::size_t size() const { return static_cast<std::size_t>(stride()) * static_cast<std::size_t>(rows); }
+  std::vector<RowReach> reach;      ///< for each row of the map
+  int first_row = 0, rows = 0;      ///< rows of the map, with those around
+  int first_column = 0, width = 0;  ///< columns of the map, with those around; the first may be negative
+  std::vector<float> values;        ///< of all planes, with room around each, because vectors run over its ends
+  std::size_t plane_size = 0;
+  float* plane(std::size_t index) { return values.data() + index * plane_size + kRoom; }
+  static constexpr std::size_t kRoom = 64;
 };
-constexpr int kMostCells = 8;  // largest reach to the left and right
+/// The planes of a block.
+enum DepthPlane : std::size_t { kClosed, kFar, kOutline, kGuarded, kSlope, kScratch, kDepthPlanes };
+constexpr int kMostCells = 8;                        // largest reach to the left and right
+constexpr int kPad = 3 * kMostCells + 2;             // of three filters in sequence, and slopes
+constexpr int kBlockRows = 32, kBlockColumns = 128;  // what a block's filters work on fits the cache
 }  // namespace hueline::fusion
 #endif
 
 HWY_BEFORE_NAMESPACE();
 namespace hueline::fusion::HWY_NAMESPACE {
 
+namespace hn = hwy::HWY_NAMESPACE;
+using D = hn::CappedTag<float, 16>;
+using V = hn::Vec<D>;
+
 struct Nearer {
-  static float of(float a, float b) { return a > b ? a : b; }
+  static V of(V a, V b) { return hn::Max(a, b); }
 };
 struct Farther {
-  static float of(float a, float b) { return a < b ? a : b; }
+  static V of(V a, V b) { return hn::Min(a, b); }
 };
 
-/// Replaces each value by the extreme of those within the reach in its row and then in its column.
+/// Replaces each value by the extreme of those within the reach in its row and then in its column. Vectors run over the
+/// ends of rows, so the outermost columns become meaningless, as many as the reach.
 template <class Extreme, class ReachOf>
-void filter(std::vector<float>& values, DepthClosing& closing, int vertical, const ReachOf& reach_of) {
-  const std::ptrdiff_t stride = closing.stride();
-  std::vector<float>& scratch = closing.scratch;
-  for (int y = 0; y < closing.rows; ++y) {
-    const float* __restrict in = values.data() + y * stride;
-    float* __restrict out = scratch.data() + y * stride;
-    const int reach = reach_of(y);
-    for (std::ptrdiff_t x = 0; x < stride; ++x) out[x] = in[x];
-    for (int k = 1; k <= reach; ++k)
-      for (std::ptrdiff_t x = k; x < stride - k; ++x) out[x] = Extreme::of(out[x], Extreme::of(in[x - k], in[x + k]));
+void filter(DepthBlock& block, std::size_t from, std::size_t to, int vertical, const ReachOf& reach_of) {
+  const D d;
+  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  const std::ptrdiff_t stride = block.width;
+  const float* values = block.plane(from);
+  float *scratch = block.plane(kScratch), *result = block.plane(to);
+  for (int y = 0; y < block.rows; ++y) {
+    const float* in = values + y * stride;
+    float* out = scratch + y * stride;
+    const int reach = reach_of(block.reach[static_cast<std::size_t>(block.first_row + y)]);
+    for (std::ptrdiff_t x = 0; x < stride; x += lanes) {
+      V extreme = hn::LoadU(d, in + x);
+      for (int k = 1; k <= reach; ++k)
+        extreme = Extreme::of(extreme, Extreme::of(hn::LoadU(d, in + x - k), hn::LoadU(d, in + x + k)));
+      hn::StoreU(extreme, d, out + x);
+    }
   }
-  for (int y = 0; y < closing.rows; ++y) {
-    float* __restrict out = values.data() + y * stride;
-    const int first = std::max(0, y - vertical), last = std::min(closing.rows - 1, y + vertical);
-    std::memcpy(out, scratch.data() + first * stride, static_cast<std::size_t>(stride) * sizeof(float));
-    for (int k = first + 1; k <= last; ++k) {
-      const float* __restrict in = scratch.data() + k * stride;
-      for (std::ptrdiff_t x = 0; x < stride; ++x) out[x] = Extreme::of(out[x], in[x]);
+  for (int y = 0; y < block.rows; ++y) {
+    const int first = std::max(0, y - vertical), last = std::min(block.rows - 1, y + vertical);
+    for (std::ptrdiff_t x = 0; x < stride; x += lanes) {
+      V extreme = hn::LoadU(d, scratch + first * stride + x);
+      for (int k = first + 1; k <= last; ++k) extreme = Extreme::of(extreme, hn::LoadU(d, scratch + k * stride + x));
+      hn::StoreU(extreme, d, result + y * stride + x);
     }
   }
 }
 
 /// Returns the difference to the neighbour that is smaller in size; 0 if the two have different signs.
-inline float gentler(float back, float ahead) {
-  const float size_back = std::abs(back), size_ahead = std::abs(ahead);
-  const float smaller = size_back < size_ahead ? back : ahead;
-  return back * ahead > 0.0f ? smaller : 0.0f;
+inline V gentler(D d, V back, V ahead) {
+  const V smaller = hn::IfThenElse(hn::Lt(hn::Abs(back), hn::Abs(ahead)), back, ahead);
+  return hn::IfThenElseZero(hn::Gt(hn::Mul(back, ahead), hn::Zero(d)), smaller);
 }
 
-void close_gaps(const float* nearest, DepthClosing& closing) {
-  const std::ptrdiff_t stride = closing.stride();
-  const int columns = closing.columns, pad = closing.pad;
-  for (int y = 0; y < closing.rows; ++y) {
-    const float* in = nearest + static_cast<std::ptrdiff_t>(y) * columns;
-    float* out = closing.closed.data() + y * stride;
-    std::copy(in + columns - pad, in + columns, out);
-    std::copy(in, in + columns, out + pad);
-    std::copy(in, in + pad, out + pad + columns);
-  }
-  const auto gap = [&](int y) { return closing.reach[static_cast<std::size_t>(y)].gap; };
-  const auto guard = [&](int y) { return closing.reach[static_cast<std::size_t>(y)].guard; };
-  const auto one = [](int) { return 1; };
-  filter<Nearer>(closing.closed, closing, closing.gap, gap);
-  filter<Farther>(closing.closed, closing, closing.gap, gap);
-  closing.far = closing.closed;
-  filter<Farther>(closing.far, closing, 1, one);
+/// Fills the planes of `block` from the nearest points in kClosed.
+void close_gaps(DepthBlock& block) {
+  const auto gap = [](const RowReach& row) { return row.gap; };
+  const auto guard = [](const RowReach& row) { return row.guard; };
+  const auto one = [](const RowReach&) { return 1; };
+  filter<Nearer>(block, kClosed, kClosed, block.gap, gap);
+  filter<Farther>(block, kClosed, kClosed, block.gap, gap);
+  filter<Farther>(block, kClosed, kFar, 1, one);
   // An outline is where a neighbour is nearer than the cell's own slope explains. It is marked with the neighbour's
   // nearness.
-  const float tolerance = closing.tolerance, share = closing.share;
-  for (int y = 0; y < closing.rows; ++y) {
+  const D d;
+  const V tolerance = hn::Set(d, block.tolerance), share = hn::Set(d, block.share);
+  const std::ptrdiff_t stride = block.width;
+  for (int y = 0; y < block.rows; ++y) {
     const std::ptrdiff_t first = y * stride;
-    const float* __restrict here = closing.closed.data() + first;
-    const float* __restrict above = y > 0 ? here - stride : here;
-    const float* __restrict below = y + 1 < closing.rows ? here + stride : here;
-    float* __restrict mark = closing.outline.data() + first;
-    float* __restrict steep = closing.slope.data() + first;
-    for (std::ptrdiff_t x = 1; x < stride - 1; ++x) {
-      const float c = here[x], left = here[x - 1], right = here[x + 1], up = above[x], down = below[x];
-      const float along = gentler(c - left, right - c), across = gentler(c - up, down - c);
-      const float slack = tolerance * c * c + share * c;
-      float most = left > c - along + slack ? left : 0.0f;
-      most = Nearer::of(most, right > c + along + slack ? right : 0.0f);
-      most = Nearer::of(most, up > c - across + slack ? up : 0.0f);
-      mark[x] = Nearer::of(most, down > c + across + slack ? down : 0.0f);
-      steep[x] = std::abs(along) + std::abs(across);
+    const float* here = block.plane(kClosed) + first;
+    const float* above = y > 0 ? here - stride : here;
+    const float* below = y + 1 < block.rows ? here + stride : here;
+    float *mark = block.plane(kOutline) + first, *steep = block.plane(kSlope) + first;
+    for (std::ptrdiff_t x = 0; x < stride; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
+      const V c = hn::LoadU(d, here + x), left = hn::LoadU(d, here + x - 1), right = hn::LoadU(d, here + x + 1),
+              up = hn::LoadU(d, above + x), down = hn::LoadU(d, below + x);
+      const V along = gentler(d, hn::Sub(c, left), hn::Sub(right, c)),
+              across = gentler(d, hn::Sub(c, up), hn::Sub(down, c));
+      const V slack = hn::Add(hn::Mul(hn::Mul(tolerance, c), c), hn::Mul(share, c));
+      const auto nearer = [&](V beside, V expected) {
+        return hn::IfThenElseZero(hn::Gt(beside, hn::Add(expected, slack)), beside);
+      };
+      const V most = hn::Max(hn::Max(nearer(left, hn::Sub(c, along)), nearer(right, hn::Add(c, along))),
+                             hn::Max(nearer(up, hn::Sub(c, across)), nearer(down, hn::Add(c, across))));
+      hn::StoreU(most, d, mark + x);
+      hn::StoreU(hn::Add(hn::Abs(along), hn::Abs(across)), d, steep + x);
     }
   }
-  closing.guarded = closing.outline;
-  filter<Nearer>(closing.outline, closing, 1, one);
-  filter<Nearer>(closing.guarded, closing, closing.guard, guard);
+  filter<Nearer>(block, kOutline, kGuarded, block.guard, guard);
+  filter<Nearer>(block, kOutline, kOutline, 1, one);
 }
 
 }  // namespace hueline::fusion::HWY_NAMESPACE
@@ -127,28 +139,31 @@ HWY_EXPORT(close_gaps);
 
 int cells_of(double angle, double cell) { return std::max(1, static_cast<int>(std::lround(angle / cell))); }
 
-DepthClosing closing_of(const DepthMap::Config& config, const DirectionGrid& grid) {
-  DepthClosing closing;
-  closing.config = config;
-  closing.columns = grid.columns;
-  closing.rows = grid.rows;
-  closing.gap = cells_of(config.gap, config.cell);
-  closing.guard = cells_of(config.guard, config.cell);
-  closing.pad = std::min(grid.columns, 3 * kMostCells + 2);
-  closing.tolerance = static_cast<float>(config.tolerance_m);
-  closing.share = static_cast<float>(config.tolerance_share);
+/// Returns how many rows above and below a cell decide about it.
+int rows_around(const DepthBlock& block) { return 2 * block.gap + 1 + std::max(1, block.guard); }
+
+DepthBlock block_for(const DepthMap::Config& config, const DirectionGrid& grid) {
+  DepthBlock block;
+  block.config = config;
+  block.gap = cells_of(config.gap, config.cell);
+  block.guard = cells_of(config.guard, config.cell);
+  block.tolerance = static_cast<float>(config.tolerance_m);
+  block.share = static_cast<float>(config.tolerance_share);
   for (int row = 0; row < grid.rows; ++row) {
     const double width = std::cos(std::numbers::pi * ((row + 0.5) / grid.rows - 0.5));
     const auto reach = [&](int cells) {
       return std::min(kMostCells, static_cast<int>(std::lround(cells / std::max(width, 0.01))));
     };
-    closing.reach.push_back({reach(closing.gap), reach(closing.guard)});
+    block.reach.push_back({reach(block.gap), reach(block.guard)});
   }
-  for (std::vector<float>* values :
-       {&closing.closed, &closing.far, &closing.outline, &closing.guarded, &closing.slope, &closing.scratch})
-    values->assign(closing.size(), 0.0f);
-  return closing;
+  block.plane_size = static_cast<std::size_t>((kBlockRows + 2 * rows_around(block)) * (kBlockColumns + 2 * kPad)) +
+                     2 * DepthBlock::kRoom;
+  block.values.assign(kDepthPlanes * block.plane_size, 0.0f);
+  return block;
 }
+
+/// Returns an index that goes around.
+int around(int index, int size) { return (index % size + size) % size; }
 }  // namespace
 
 DepthMap::DepthMap(const Config& config)
@@ -158,21 +173,63 @@ DepthMap::DepthMap(const Config& config)
       share_(static_cast<float>(1.0 + config.tolerance_share)),
       most_(static_cast<float>(1.0 / config.nearest_m)),
       nearest_(grid_.size()),
-      bounds_(grid_.size()) {}
+      bounds_(grid_.size()),
+      has_changed_(grid_.size() / kStrip + 1) {}
 
 void DepthMap::close() {
-  if (!has_changed_) return;
-  has_changed_ = false;
-  // The memory of a closing is larger than the map, and maps are closed again and again.
-  thread_local DepthClosing closing;
-  if (closing.columns == 0 || closing.config != config_) closing = closing_of(config_, grid_);
-  HWY_DYNAMIC_DISPATCH(close_gaps)(nearest_.data(), closing);
-  for (int y = 0; y < grid_.rows; ++y) {
-    const auto padded = static_cast<std::size_t>(y * closing.stride() + closing.pad);
-    Bounds* bounds = bounds_.data() + static_cast<std::ptrdiff_t>(y) * grid_.columns;
-    for (std::size_t x = 0; x < static_cast<std::size_t>(grid_.columns); ++x)
-      bounds[x] = {closing.far[padded + x], closing.closed[padded + x] - closing.slope[padded + x],
-                   closing.outline[padded + x], closing.guarded[padded + x]};
+  // The memory of a block is the same for all maps, and maps are closed again and again.
+  thread_local DepthBlock block;
+  if (block.reach.empty() || block.config != config_) block = block_for(config_, grid_);
+  const int columns = grid_.columns, rows = grid_.rows;
+  const int above = rows_around(block);
+  const int block_rows = (rows + kBlockRows - 1) / kBlockRows,
+            block_columns = (columns + kBlockColumns - 1) / kBlockColumns;
+  // The blocks that a changed cell reaches.
+  std::vector<std::uint8_t> is_reached(static_cast<std::size_t>(block_rows * block_columns));
+  for (std::size_t strip = 0; strip < has_changed_.size(); ++strip) {
+    if (has_changed_[strip] == 0) continue;
+    has_changed_[strip] = 0;
+    const auto first = static_cast<int>(strip * kStrip), last = first + static_cast<int>(kStrip) - 1;
+    // A strip that goes on in the next row may have changed at any column.
+    const bool is_one_row = first / columns == last / columns;
+    const int left = is_one_row ? first % columns - kPad : 0, right = is_one_row ? last % columns + kPad : columns - 1;
+    const int low = std::max(0, first / columns - above), high = std::min(rows - 1, last / columns + above);
+    for (int x = 0; x < block_columns; ++x) {
+      const int begin = x * kBlockColumns, end = std::min(columns, begin + kBlockColumns);
+      const bool is_beside = right < begin || left >= end;
+      const bool is_around = left + columns < end || right - columns >= begin;
+      if (is_beside && !is_around) continue;
+      for (int y = low / kBlockRows; y <= high / kBlockRows; ++y)
+        is_reached[static_cast<std::size_t>(y * block_columns + x)] = 1;
+    }
+  }
+  for (int part = 0; part < block_rows * block_columns; ++part) {
+    if (is_reached[static_cast<std::size_t>(part)] == 0) continue;
+    const int row = part / block_columns * kBlockRows, column = part % block_columns * kBlockColumns;
+    const int end_row = std::min(rows, row + kBlockRows), end_column = std::min(columns, column + kBlockColumns);
+    block.first_row = std::max(0, row - above);
+    block.rows = std::min(rows, end_row + above) - block.first_row;
+    block.first_column = column - kPad;
+    block.width = end_column - column + 2 * kPad;
+    for (int y = 0; y < block.rows; ++y) {
+      const float* in = nearest_.data() + static_cast<std::ptrdiff_t>(block.first_row + y) * columns;
+      float* out = block.plane(kClosed) + static_cast<std::ptrdiff_t>(y) * block.width;
+      for (int x = 0; x < block.width;) {
+        const int from = around(block.first_column + x, columns), run = std::min(columns - from, block.width - x);
+        std::copy_n(in + from, run, out + x);
+        x += run;
+      }
+    }
+    HWY_DYNAMIC_DISPATCH(close_gaps)(block);
+    for (int y = row; y < end_row; ++y) {
+      const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(y - block.first_row) * block.width + kPad;
+      const float *far = block.plane(kFar) + first, *closed = block.plane(kClosed) + first,
+                  *slope = block.plane(kSlope) + first, *outline = block.plane(kOutline) + first,
+                  *guarded = block.plane(kGuarded) + first;
+      Bounds* bounds = bounds_.data() + static_cast<std::ptrdiff_t>(y) * columns + column;
+      for (std::ptrdiff_t x = 0; x < end_column - column; ++x)
+        bounds[x] = {far[x], closed[x] - slope[x], outline[x], guarded[x]};
+    }
   }
 }
 

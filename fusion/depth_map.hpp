@@ -51,10 +51,10 @@ class DepthMap {
     float& nearest = nearest_[cell];
     if (nearness <= nearest || nearness > most_) return;
     nearest = nearness;
-    has_changed_ = true;
+    has_changed_[cell / kStrip] = 1;
   }
-  /// Closes the gaps and finds the outlines of what was added until now, if something was added since the last call.
-  /// look() and meets() do not know of later points.
+  /// Closes the gaps and finds the outlines of what was added until now, in the parts of the map where something was
+  /// added since the last call. look() and meets() do not know of later points.
   void close();
   /// Returns what is known about the line of sight to a place that locate() found.
   LineOfSight look(std::uint32_t cell, float nearness) const {
@@ -74,6 +74,7 @@ class DepthMap {
   }
 
  private:
+  static constexpr std::uint32_t kStrip = 64;  // cells in sequence for which one flag tells whether they have changed
   /// The nearness of what lies in and around a cell, 1/m; 0: nothing.
   struct Bounds {
     float whole;    ///< the farthest of the closed map in the cell and its neighbours
@@ -87,7 +88,7 @@ class DepthMap {
   float tolerance_, share_, most_;
   std::vector<float> nearest_;
   std::vector<Bounds> bounds_;
-  bool has_changed_ = false;
+  std::vector<std::uint8_t> has_changed_;
 };
 
 }  // namespace hueline::fusion

@@ -55,9 +55,10 @@ struct Moment {
   /// What stands before the head, and what was before it at the moment itself, moving things among it. Empty until
   /// points around the moment are coloured.
   std::optional<DepthMap> standing, glance;
-  std::uint64_t standing_next = 0, glance_next = 0;  ///< numbers of the first batches that they do not have yet
-  bool is_compared = false;                          ///< whether Radiometry knows it
-  std::optional<HeadGains> gains;                    ///< once found
+  std::uint64_t next_turn = 0, next_glance = 0;  ///< numbers of the first turn and batch that they do not have yet
+  std::optional<GpsTime> newest_turn;            ///< middle of the newest turn when `standing` was last completed
+  bool is_compared = false;                      ///< whether Radiometry knows it
+  std::optional<HeadGains> gains;                ///< once found
 
   bool is_whole() const;
 };

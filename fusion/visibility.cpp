@@ -1,0 +1,234 @@
+#include "fusion/visibility.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "fusion/worker_pool.hpp"
+
+namespace hueline::fusion {
+namespace {
+constexpr float kGroundStep_m = 0.1f, kGround_m = 2.5f;
+constexpr float kSameLayer = 0.9f;        // of the nearness: points of a cell within this are of one surface
+constexpr std::uint64_t kBeamsEvery = 2;  // one turn in so many keeps its beams
+constexpr std::size_t kSkinPiece = 4096;  // points of a skin that a thread asks about at a time
+constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+constexpr std::array<float, 9> kEnuAxes{1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+/// The nearest and the farthest point of each cell. All cells are empty between two uses.
+struct Layers {
+  struct Cell {
+    float near = 0, far = 0;
+    std::uint32_t near_index = kNone, far_index = kNone;
+  };
+  std::vector<Cell> cells;
+};
+}  // namespace
+
+int Sightings::confidence_of_moving() const {
+  const int balance = 127 * (free - occupied) / (free + occupied + 1);
+  return is_moving() ? 128 + balance : free > 0 ? std::clamp(127 + balance, 1, 127) : 0;
+}
+
+void Visibility::add(std::deque<PlacedBatch>& placed, bool everything, WorkerPool& pool) {
+  const std::uint64_t first_new = first_turn_ + turns_.size();
+  const auto begin = std::partition_point(placed.begin(), placed.end(),
+                                          [&](const PlacedBatch& batch) { return batch.number < next_batch_; });
+  for (auto batch = begin; batch != placed.end(); ++batch) {
+    next_batch_ = batch->number + 1;
+    // Batches without a pose may be stamped out of all time.
+    if (batch->placed.size() == 0) continue;
+    for (auto& [sensor, open] : open_)
+      if (!open.batches.empty() && batch->batch.time >= open.begin + config_.turn) complete(open);
+    OpenTurn& open = open_[batch->batch.sensor];
+    if (open.batches.empty()) open.begin = batch->batch.time;
+    open.batches.push_back(&*batch);
+  }
+  if (everything)
+    for (auto& [sensor, open] : open_)
+      if (!open.batches.empty()) complete(open);
+  if (first_turn_ + turns_.size() > first_new) ask_around(pool, first_new);
+}
+
+void Visibility::complete(OpenTurn& open) {
+  thread_local Layers layers;
+  thread_local std::vector<SeenPlaces> seen;
+  layers.cells.resize(grid_.size());
+  seen.resize(std::max(seen.size(), open.batches.size()));
+  Turn turn;
+  turn.time = open.begin + config_.turn / 2;
+  turn.centre_enu = open.batches[open.batches.size() / 2]->placed.scanner_enu;
+  const bool keeps_beams = open.count++ % kBeamsEvery == 0;
+  if (keeps_beams) turn.beams.emplace(grid_);
+  const auto offset = [&](const PlacedBatch& batch) {
+    const Eigen::Vector3f from = (batch.placed.scanner_enu - turn.centre_enu).cast<float>();
+    return std::array<float, 3>{from.x(), from.y(), from.z()};
+  };
+  for (std::size_t b = 0; b < open.batches.size(); ++b) {
+    const PlacedBatch& batch = *open.batches[b];
+    locate(grid_, {kEnuAxes, offset(batch)}, batch.placed.places, seen[b]);
+    for (std::size_t i = 0; i < seen[b].cell.size(); ++i) {
+      Layers::Cell& cell = layers.cells[seen[b].cell[i]];
+      const float nearness = seen[b].nearness[i];
+      if (keeps_beams) turn.beams->add(seen[b].cell[i], nearness);
+      if (nearness > cell.near) cell.near = nearness;
+      if (cell.far == 0.0f || nearness < cell.far) cell.far = nearness;
+    }
+  }
+  const std::uint64_t number = first_turn_ + turns_.size();
+  for (std::size_t b = 0; b < open.batches.size(); ++b) {
+    PlacedBatch& batch = *open.batches[b];
+    const RelativePlaces& places = batch.placed.places;
+    const std::array<float, 3> from = offset(batch);
+    batch.turn = number;
+    batch.on_skin.resize(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      Layers::Cell& cell = layers.cells[seen[b].cell[i]];
+      const float nearness = seen[b].nearness[i];
+      const bool is_far = cell.far < kSameLayer * cell.near && nearness * nearness < cell.near * cell.far;
+      std::uint32_t& index = is_far ? cell.far_index : cell.near_index;
+      const bool stands_for_all = nearness == (is_far ? cell.far : cell.near);
+      if (index == kNone) {
+        index = static_cast<std::uint32_t>(turn.skin.size());
+        turn.skin.x.push_back(0);
+        turn.skin.y.push_back(0);
+        turn.skin.z.push_back(0);
+      }
+      if (stands_for_all) {
+        turn.skin.x[index] = places.x[i] + from[0];
+        turn.skin.y[index] = places.y[i] + from[1];
+        turn.skin.z[index] = places.z[i] + from[2];
+      }
+      batch.on_skin[i] = index;
+    }
+  }
+  for (std::size_t b = 0; b < open.batches.size(); ++b)
+    for (const std::uint32_t cell : seen[b].cell) layers.cells[cell] = {};
+  turn.sightings.resize(turn.skin.size());
+  if (keeps_beams) turn.beams->finish();
+  newest_ = std::max(newest_, turn.time);
+  turns_.push_back(std::move(turn));
+  open.batches.clear();
+}
+
+void Visibility::ask(Turn& turn, const Turn& beams, std::size_t begin, std::size_t end, const DirectionGrid& grid) {
+  thread_local RelativePlaces places;
+  thread_local SeenPlaces seen;
+  const auto part = [&](const std::vector<float>& from, std::vector<float>& to) {
+    to.assign(from.begin() + static_cast<std::ptrdiff_t>(begin), from.begin() + static_cast<std::ptrdiff_t>(end));
+  };
+  part(turn.skin.x, places.x);
+  part(turn.skin.y, places.y);
+  part(turn.skin.z, places.z);
+  const Eigen::Vector3f from = (turn.centre_enu - beams.centre_enu).cast<float>();
+  locate(grid, {kEnuAxes, {from.x(), from.y(), from.z()}}, places, seen);
+  const auto count = [](std::uint8_t& number, bool is_one_more) {
+    number = static_cast<std::uint8_t>(number + (is_one_more && number < 255));
+  };
+  for (std::size_t i = begin; i < end; ++i) {
+    const Presence presence = beams.beams->ask(seen.cell[i - begin], seen.nearness[i - begin]);
+    count(turn.sightings[i].free, presence == Presence::Free);
+    count(turn.sightings[i].occupied, presence == Presence::Occupied);
+  }
+}
+
+/// Asks the turns from `first` on about all turns, and the earlier turns about those.
+void Visibility::ask_around(WorkerPool& pool, std::uint64_t first) {
+  struct Piece {
+    std::size_t turn, begin, end;
+  };
+  std::vector<Piece> pieces;
+  const auto is_near = [&](const Turn& a, const Turn& b) {
+    const nanoseconds away = std::chrono::abs(a.time - b.time);
+    // A turn would only find its own points.
+    return away >= config_.turn && away <= config_.turn_reach;
+  };
+  const auto first_new = static_cast<std::size_t>(first - first_turn_);
+  for (std::size_t t = 0; t < turns_.size(); ++t) {
+    if (turns_[t].time + config_.turn_reach < turns_[first_new].time) continue;
+    for (std::size_t begin = 0; begin < turns_[t].skin.size(); begin += kSkinPiece)
+      pieces.push_back({t, begin, std::min(turns_[t].skin.size(), begin + kSkinPiece)});
+  }
+  pool.run(pieces.size(), [&](std::size_t i) {
+    const Piece& piece = pieces[i];
+    for (std::size_t b = piece.turn >= first_new ? 0 : first_new; b < turns_.size(); ++b)
+      if (turns_[b].beams && is_near(turns_[piece.turn], turns_[b]))
+        ask(turns_[piece.turn], turns_[b], piece.begin, piece.end, grid_);
+  });
+}
+
+void Visibility::map(const std::vector<Moment*>& moments, const std::deque<PlacedBatch>& placed,
+                     WorkerPool& pool) const {
+  const auto add_standing = [&](Moment& moment) {
+    if (moment.newest_turn && newest_ < *moment.newest_turn + config_.renewal) return;
+    thread_local SeenPlaces seen;
+    for (std::uint64_t number = std::max(first_turn_, moment.next_turn); number < first_turn_ + turns_.size();
+         ++number) {
+      const Turn& turn = turns_[static_cast<std::size_t>(number - first_turn_)];
+      if (std::chrono::abs(turn.time - moment.time) > config_.depth_reach) continue;
+      locate(grid_, moment.viewpoint->relative_to(turn.centre_enu), turn.skin, seen);
+      for (std::size_t i = 0; i < turn.skin.size(); ++i)
+        if (!turn.sightings[i].is_moving()) moment.standing->add(seen.cell[i], seen.nearness[i]);
+    }
+    moment.next_turn = first_turn_ + turns_.size();
+    moment.newest_turn = newest_;
+    moment.standing->close();
+  };
+  const auto add_glance = [&](Moment& moment) {
+    thread_local SeenPlaces seen;
+    RelativePlaces below;
+    auto batch = std::partition_point(placed.begin(), placed.end(),
+                                      [&](const PlacedBatch& b) { return b.number < moment.next_glance; });
+    for (; batch != placed.end(); ++batch) {
+      const RelativePlaces& places = batch->placed.places;
+      if (batch->turn == 0 && places.size() > 0) break;  // its turn is not complete
+      moment.next_glance = batch->number + 1;
+      if (batch->last < moment.time - config_.glance || batch->batch.time > moment.time + config_.glance) continue;
+      const RelativeHead head = moment.viewpoint->relative_to(batch->placed.scanner_enu);
+      const OfBatch sighted = sightings(*batch);
+      locate(grid_, head, places, seen);
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        moment.glance->add(seen.cell[i], seen.nearness[i]);
+        if (!sighted[i].is_moving()) continue;
+        // What moves stands on the ground, but the beams may have met only its upper part.
+        for (float down = kGroundStep_m; down < kGround_m; down += kGroundStep_m) {
+          below.x.push_back(places.x[i]);
+          below.y.push_back(places.y[i]);
+          below.z.push_back(places.z[i] - down);
+        }
+      }
+      if (below.size() == 0) continue;
+      locate(grid_, head, below, seen);
+      for (std::size_t i = 0; i < below.size(); ++i) moment.glance->add(seen.cell[i], seen.nearness[i]);
+      below = {};
+    }
+    moment.glance->close();
+  };
+  for (Moment* moment : moments) {
+    if (!moment->standing) moment->standing.emplace(config_.depth);
+    if (!moment->glance) moment->glance.emplace(config_.depth);
+  }
+  pool.run(2 * moments.size(), [&](std::size_t i) {
+    if (i % 2 == 0) {
+      add_standing(*moments[i / 2]);
+    } else {
+      add_glance(*moments[i / 2]);
+    }
+  });
+}
+
+Visibility::OfBatch Visibility::sightings(const PlacedBatch& batch) const {
+  OfBatch out;
+  if (batch.turn < first_turn_ || batch.turn == 0) return out;
+  out.sightings_ = turns_[static_cast<std::size_t>(batch.turn - first_turn_)].sightings.data();
+  out.on_skin_ = batch.on_skin.data();
+  return out;
+}
+
+void Visibility::forget_before(GpsTime time) {
+  while (!turns_.empty() && turns_.front().time + config_.turn < time - config_.depth_reach) {
+    turns_.pop_front();
+    ++first_turn_;
+  }
+}
+
+}  // namespace hueline::fusion

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/fault.hpp"
+#include "core/time.hpp"
+#include "fusion/beam_map.hpp"
+#include "fusion/depth_map.hpp"
+#include "fusion/exposure_timeline.hpp"
+#include "fusion/placed_batch.hpp"
+
+/// What the laser points of a drive say about lines of sight, and about what moves (docs/methods/visibility.md).
+namespace hueline::fusion {
+
+class WorkerPool;
+
+/// How many turns of a scanner found the place of a point free, and how many found something there.
+struct Sightings {
+  std::uint8_t free = 0, occupied = 0;
+  /// Whether the point belongs to something that moves.
+  bool is_moving() const { return free >= 2 && free > occupied; }
+  /// ColouredPoint::moving of the point: 128 or more if is_moving().
+  int confidence_of_moving() const;
+};
+
+/// Collects laser points as turns of their scanners, and makes the depth maps of moments from them.
+///
+/// A turn is what a scanner sends within a short time. Its skin is the nearest and the farthest point in each cell of a
+/// DirectionGrid at the scanner: the points that stand for all others of the turn. The skins of the turns around a
+/// moment are its depth map of what stands still. The beams of some turns are kept to ask whether the places of other
+/// turns' points were free then.
+///
+/// The result depends only on the calls. Thread safety: one thread makes the calls that change it; const functions may
+/// then be called by many threads.
+class Visibility {
+ public:
+  struct Config {
+    DepthMap::Config depth;
+    /// Points of what stands still hide what is behind them in exposures up to this much earlier or later.
+    nanoseconds depth_reach{6'000'000'000};
+    /// Points of what moves hide what is behind them in exposures up to this much earlier or later.
+    nanoseconds glance{60'000'000};
+    nanoseconds turn{100'000'000};  ///< duration of a turn
+    /// A map that is there already is completed when turns of this duration have come since.
+    nanoseconds renewal{400'000'000};
+    /// Beams up to `turn_reach` earlier or later say whether the place of a point was free then, so whether the point
+    /// moves.
+    nanoseconds turn_reach{2'500'000'000};
+  };
+
+  explicit Visibility(const Config& config) : config_(config), grid_(config.depth.cell) {}
+
+  const DirectionGrid& grid() const { return grid_; }
+  /// Adds the batches of `placed` that were not added yet, and completes the turns that end before the newest of them;
+  /// all turns if `everything`. The batches are those of the earlier calls with some more at the end and some fewer at
+  /// the begin.
+  void add(std::deque<PlacedBatch>& placed, bool everything, WorkerPool& pool);
+  /// Makes the maps of `moments`, which have viewpoints, from all that was added, or completes them if enough was added
+  /// since. `placed` is that of add().
+  void map(const std::vector<Moment*>& moments, const std::deque<PlacedBatch>& placed, WorkerPool& pool) const;
+  /// Returns what is known about the line of sight from a moment's viewpoint to a place that locate() found there.
+  static LineOfSight look(const Moment& moment, std::uint32_t cell, float nearness) {
+    if (moment.glance && moment.glance->look(cell, nearness) == LineOfSight::Hidden) return LineOfSight::Hidden;
+    return moment.standing ? moment.standing->look(cell, nearness) : LineOfSight::Clear;
+  }
+  /// The sightings of a batch's points.
+  class OfBatch {
+   public:
+    Sightings operator[](std::size_t index) const {
+      return sightings_ == nullptr ? Sightings{} : sightings_[on_skin_[index]];
+    }
+
+   private:
+    friend class Visibility;
+    const Sightings* sightings_ = nullptr;  // null if the batch's turn is not complete, or forgotten
+    const std::uint32_t* on_skin_ = nullptr;
+  };
+  OfBatch sightings(const PlacedBatch& batch) const;
+  /// Forgets the turns that no moment from `time` on needs.
+  void forget_before(GpsTime time);
+
+ private:
+  struct Turn {
+    GpsTime time{};  ///< its middle
+    Eigen::Vector3d centre_enu = Eigen::Vector3d::Zero();
+    RelativePlaces skin;  ///< from the centre
+    std::vector<Sightings> sightings;
+    std::optional<BeamMap> beams;
+  };
+  /// A turn that has not ended.
+  struct OpenTurn {
+    GpsTime begin{};
+    std::vector<PlacedBatch*> batches;
+    std::uint64_t count = 0;  ///< of the scanner's turns before
+  };
+  void complete(OpenTurn& open);
+  void ask_around(WorkerPool& pool, std::uint64_t first);
+  static void ask(Turn& turn, const Turn& beams, std::size_t begin, std::size_t end, const DirectionGrid& grid);
+
+  Config config_;
+  DirectionGrid grid_;
+  std::map<SensorId, OpenTurn> open_;
+  std::uint64_t next_batch_ = 0;  // number of the first batch that was not added yet
+  std::deque<Turn> turns_;
+  std::uint64_t first_turn_ = 1;  // number of the first of turns_; 0 is none
+  GpsTime newest_{};              // middle of the newest turn
+};
+
+}  // namespace hueline::fusion
