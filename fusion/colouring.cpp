@@ -312,16 +312,15 @@ void Colouring::drop_frozen(Moment& moment) {
 void Colouring::colour_batches(std::size_t count) {
   const std::size_t begin = coloured_;
   if (pieces_.size() < count) pieces_.resize(count);
-  CloudBlock block;
   std::vector<std::size_t> first(count);
   std::size_t total = 0;
   for (std::size_t i = 0; i < count; ++i) {
     first[i] = total;
     total += placed_[begin + i].placed.size();
   }
-  block.points.resize(total);
+  block_.points.resize(total);
   pool_->run(count,
-             [&](std::size_t i) { colour_piece(placed_[begin + i], pieces_[i], block.points.data() + first[i]); });
+             [&](std::size_t i) { colour_piece(placed_[begin + i], pieces_[i], block_.points.data() + first[i]); });
   for (std::size_t i = 0; i < count; ++i) {
     const GeoreferencedBatch& placed = placed_[begin + i].placed;
     counts_.empty_returns += placed.empty;
@@ -341,8 +340,8 @@ void Colouring::colour_batches(std::size_t count) {
     batch.placed = std::move(kept);
   }
   if (total == 0) return;
-  block.origin = *trajectory_.origin();  // a point was placed, so there was a solution
-  sink_(std::move(block));
+  block_.origin = *trajectory_.origin();  // a point was placed, so there was a solution
+  sink_(block_);
 }
 
 void Colouring::forget() {

@@ -95,7 +95,8 @@ class Colouring {
     void visit(Keys& keys);
     KeyError validate() const;
   };
-  using Sink = std::function<void(CloudBlock&&)>;
+  /// The block's memory is used again after the call.
+  using Sink = std::function<void(const CloudBlock&)>;
 
   /// `config.validate()` and `rig.validate()` must be empty. advance() and flush() call `sink`, with the points in
   /// order.
@@ -132,14 +133,19 @@ class Colouring {
   void colour_batches(std::size_t count);
   void measure_light(GpsTime to);
   std::vector<Radiometry::Place> common_places(int newest) const;
-  void colour_piece(PlacedBatch& batch, Piece& piece, ColouredPoint* points) const;
-  void find_candidates(PlacedBatch& batch, Piece& piece) const;
-  void colour_point(int owner, std::size_t index, Piece& piece, ColouredPoint& point) const;
-  Found find_visible(std::size_t index, Piece& piece, const ColouredPoint& point) const;
+  void colour_piece(const PlacedBatch& batch, Piece& piece, ColouredPoint* points) const;
+  void find_candidates(const PlacedBatch& batch, Piece& piece) const;
+  void choose_beside(const PlacedBatch& batch, const ColouredPoint* points, Piece& piece) const;
+  void paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const;
+  void colour_rest(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const;
+  template <class Predicate>
+  static void gather(const PlacedBatch& batch, const Predicate& is_wanted, Piece& piece);
+  Found find_visible(std::size_t index, bool moves, Piece& piece, const ColouredPoint& point) const;
   Found find_nearest(int owner, bool is_lost, Piece& piece, const ColouredPoint& point) const;
   bool sees(const Moment& moment, const ColouredPoint& point, Sight& sight) const;
-  bool has_lost_light(const Moment& moment, const Sight& sight) const;
-  void paint(const Moment& moment, const Found& found, float adaptation, ColouredPoint& point) const;
+  bool has_lost_light(const Moment& moment, const Sight& sight, const Rgb& pixel) const;
+  void paint(const Moment& moment, const Found& found, const std::array<std::uint8_t, 3>& colour,
+             ColouredPoint& point) const;
   void forget();
   void note(SensorId sensor, FaultKind kind, std::uint64_t count, std::string detail);
   GpsTime last_firing(const StampedLaserBatch& batch) const;
@@ -160,6 +166,7 @@ class Colouring {
   std::size_t kept_returns_ = 0;    // returns in them
   std::uint64_t next_number_ = 0;
   std::vector<Piece> pieces_;
+  CloudBlock block_;
   std::unique_ptr<WorkerPool> pool_;
   std::optional<GpsTime> watermark_;
   struct Fresh {

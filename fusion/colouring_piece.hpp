@@ -1,20 +1,12 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "fusion/colouring.hpp"
 
 namespace hueline::fusion {
-
-/// Working memory for one batch in the colouring. It is reused.
-struct Colouring::Piece {
-  std::array<std::uint64_t, kColourStates> by_state{};
-  std::vector<int> candidates;   ///< indices of the moments that may give a colour
-  std::vector<SeenPlaces> seen;  ///< for each candidate
-  Visibility::OfBatch sightings;
-  float adaptation = 1;  ///< Radiometry::adaptation() at the batch
-};
 
 /// The moment that gives a point its colour.
 struct Colouring::Found {
@@ -24,6 +16,32 @@ struct Colouring::Found {
   bool is_hidden = false;  ///< whether something hides the point in a moment that was asked
 };
 
-constexpr std::size_t kMostCandidates = 32;
+/// Working memory for one batch in the colouring. It is reused.
+struct Colouring::Piece {
+  std::array<std::uint64_t, kColourStates> by_state{};
+  std::vector<int> candidates;  ///< indices of the moments that may give a colour, the nearest in time first
+  Visibility::OfBatch sightings;
+  float adaptation = 1;      ///< Radiometry::adaptation() at the batch
+  std::vector<Found> found;  ///< for each point
+  // The points that one step looks at: their indices in the batch, and their places.
+  std::vector<std::uint32_t> group;
+  RelativePlaces places;
+  std::array<SeenPlaces, 2> beside;  ///< from the nearest moments before and after
+  std::vector<SeenPlaces> seen;      ///< of `places`, for each candidate
+  Sights sights;                     ///< of `places`
+  std::vector<Rgb> pixels;           ///< sampled, with what render_each() needs
+  std::vector<std::uint8_t> lenses;
+  std::vector<float> off_axis;
+  std::vector<std::array<std::uint8_t, 3>> colours;
+  std::vector<float> costs;  ///< of one point, for each candidate
+};
+
+/// Samples the image of a lens at a sight of that lens.
+inline Rgb sample_sight(const FloatLens& lens, const Moment::Picture& picture, const Sight& sight) {
+  // The coordinates are not negative, because they are at least kSampleReach.
+  const auto x = static_cast<int>(sight.x), y = static_cast<int>(sight.y);
+  return sample(picture.view, x + static_cast<int>(lens.x_offset), y + static_cast<int>(lens.y_offset),
+                sight.x - static_cast<float>(x), sight.y - static_cast<float>(y));
+}
 
 }  // namespace hueline::fusion

@@ -23,12 +23,12 @@ constexpr double kReference = 1e-4;     // of the first lens in the first moment
 constexpr double kHeld = 0.003;         // of a gain that nothing has changed
 constexpr double kReleased = 0.02;      // a gain that differs by more has been changed
 constexpr double kFalloff = 0.3;        // prior standard deviation of each term of the vignetting
-constexpr std::size_t kLargestTable = 65535;
+constexpr auto kLargestTable = static_cast<std::size_t>(RenderTables::kLargest);
 
 constexpr double kMiddleGrey = 0.16;  // where Evened puts the median of the light
 constexpr double kEvened = 0.75;      // share of the logarithmic difference that Evened removes
 constexpr double kSlow_s = 2.0;       // half width of the time over which Evened takes the mean
-constexpr float kShoulder = 0.7f;     // from which light on Evened softens highlights
+constexpr float kShoulder = RenderTables::kShoulder;
 
 double sq(double x) { return x * x; }
 

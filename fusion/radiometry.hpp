@@ -49,6 +49,15 @@ struct HeadGains {
   std::array<std::array<float, 2>, 3> falloff{};
 };
 
+/// What Radiometry::render() looks up.
+struct RenderTables {
+  const float* linear;        ///< light for each pixel value, 0 to 256
+  const std::uint8_t* coded;  ///< sRGB code for light, 0 to kLargest
+  bool is_evened;
+  static constexpr float kLargest = 65535.0f;
+  static constexpr float kShoulder = 0.7f;  ///< from which light on Rendering::Evened softens highlights
+};
+
 /// Finds the gains of all lenses and exposures and their vignetting from what they saw of common places, while the
 /// vehicle drives. Pixel values are light, coded by Response, times the gain of lens, exposure and channel, times the
 /// vignetting. Two views of one place therefore differ, in logarithms, by the difference of their gains and
@@ -92,6 +101,11 @@ class Radiometry {
   /// is.
   std::array<std::uint8_t, 3> render(const Rgb& pixel, const HeadGains* gains, std::size_t lens, float off_axis,
                                      float adaptation) const;
+
+  /// Writes the colour of each pixel to `colours`, the same as render() returns. `lens` and `off_axis` have an element
+  /// for each pixel. Uses the widest vector instructions that the processor has.
+  void render_each(std::span<const Rgb> pixels, const HeadGains* gains, const std::uint8_t* lens, const float* off_axis,
+                   float adaptation, std::array<std::uint8_t, 3>* colours) const;
 
   /// Whether a sampled value can be used to compare light: neither saturated nor too dark.
   static bool is_usable(float value) { return value >= kDarkest && value <= kBrightest; }

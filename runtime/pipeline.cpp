@@ -35,7 +35,7 @@ Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink)
       synchroniser_(rig.sync),
       max_lateness_(rig.colouring.max_lateness),
       colouring_(with_threads(rig.colouring, threads), rig.geometry,
-                 [this](CloudBlock&& block) { sink_.on_cloud(block, colouring_.trajectory()); }) {
+                 [this](const CloudBlock& block) { sink_.on_cloud(block, colouring_.trajectory()); }) {
   for (const auto& sensor : rig.sensors) decoders_[sensor.id] = sensor.device->make_decoder();
 }
 

@@ -32,7 +32,7 @@ HeldOutViews::HeldOutViews(const fusion::Colouring::Config& colouring, const fus
       sink_(std::move(sink)),
       projector_(rig.head, fusion::ColourMethod::Lens),
       some_(config.every, colouring.together),
-      colouring_(with_threads(colouring, config.threads), rig, [this](CloudBlock&& block) {
+      colouring_(with_threads(colouring, config.threads), rig, [this](const CloudBlock& block) {
         for (const ColouredPoint& p : block.points)
           points_.push_back({p.time, p.east, p.north, p.up, {p.red, p.green, p.blue}, p.exposure != kNoExposure});
       }) {}

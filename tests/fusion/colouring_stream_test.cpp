@@ -113,7 +113,7 @@ TEST(LostLens, CostsItsOwnPixelsAlone) {
 
 TEST(Lateness, LateBatchesAndExposuresAreCountedNotFused) {
   TestDrive test;
-  Colouring colouring(test.config, test.rig, [](CloudBlock&&) {});
+  Colouring colouring(test.config, test.rig, [](const CloudBlock&) {});
   const auto batches = scan(test.drive, test.rig.lasers[0], 0.2, 0.3, 100, 32);
   for (int i = 0; i < 400; ++i) colouring.add(test.drive.solution(i / 200.0));
   colouring.advance(at(1.9));
@@ -146,7 +146,7 @@ TEST(Lateness, ADeadCameraOrPosCannotStallTheStream) {
   std::uint64_t most_pending = 0;
   const auto batches = scan(no_camera.drive, no_camera.rig.lasers[0], 0.2, 20, 20, 16);
   std::uint64_t points = 0;
-  Colouring colouring(no_camera.config, no_camera.rig, [&](CloudBlock&& b) { points += b.points.size(); });
+  Colouring colouring(no_camera.config, no_camera.rig, [&](const CloudBlock& b) { points += b.points.size(); });
   for (std::size_t i = 0; i < batches.size(); ++i) {
     const double t = 0.2 + static_cast<double>(i) / 20;
     for (int k = 0; k < 10; ++k) colouring.add(no_camera.drive.solution(t + k / 200.0));
@@ -178,7 +178,7 @@ TEST(Bounds, PendingReturnsAndImagesAreLimited) {
   expect_every_return_accounted_for(out);
   EXPECT_GT(out.counts.forced_batches, 0u);
 
-  Colouring colouring(test.config, test.rig, [](CloudBlock&&) {});
+  Colouring colouring(test.config, test.rig, [](const CloudBlock&) {});
   for (int i = 0; i < 40; ++i) colouring.add(test.drive.solution(i / 200.0));
   for (int i = 0; i < 14; ++i)
     colouring.add(make_exposure(static_cast<std::uint32_t>(i), 0.1 + 0.01 * i, flat_image(1, 1, 1)));
@@ -193,7 +193,7 @@ TEST(ManyCameras, OneImageALensMakesOneMoment) {
   test.rig.head.lenses[1].y_offset = 0;
   std::vector<ColouredPoint> points;
   Colouring colouring(test.config, test.rig,
-                      [&](CloudBlock&& b) { points.insert(points.end(), b.points.begin(), b.points.end()); });
+                      [&](const CloudBlock& b) { points.insert(points.end(), b.points.begin(), b.points.end()); });
   for (int i = 0; i < 400; ++i) colouring.add(test.drive.solution(i / 200.0));
   for (auto& batch : scan(test.drive, test.rig.lasers[0], 0.7, 0.8, 100, 64)) colouring.add(batch);
   for (int i = 0; i < 6; ++i) {

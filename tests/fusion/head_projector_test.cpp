@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
+#include "core/coloured_point.hpp"
 #include "tests/fusion/drive.hpp"
 
 namespace hueline::fusion {
@@ -38,6 +41,48 @@ TEST(HeadProjector, TheNearestAxisWinsAndAMissingImageIsPassedOver) {
   EXPECT_FALSE(projector.see(0.1f, 0, -10, has_image, 0, sight));  // no lens looks down
   EXPECT_FALSE(projector.see(10, 0, 0, has_none, 0, sight));
   EXPECT_FALSE(projector.see(0, 0, 0, has_image, 0, sight));
+}
+
+TEST(HeadProjector, ManyPlacesAtOnceAreSeenAsOneByOne) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> along(-20, 20);
+  for (const LensModel model : {LensModel::Brown, LensModel::KannalaBrandt}) {
+    CameraHeadGeometry head = test::ladybug_rig(model).head;
+    head.lenses[1].masks = {{{40, 40}, {200, 40}, {200, 150}, {40, 150}}};
+    const HeadProjector projector(head, ColourMethod::Lens);
+    const std::vector<std::uint8_t> has_image(projector.cameras().size(), 1);
+    const RelativeHead at{{0, 1, 0, -1, 0, 0, 0, 0, 1}, {0.5f, -2, 0.25f}};
+    for (const std::size_t count : {0ul, 1ul, 15ul, 16ul, 4003ul}) {
+      RelativePlaces places;
+      for (std::size_t i = 0; i < count; ++i) {
+        places.x.push_back(along(random));
+        places.y.push_back(along(random));
+        places.z.push_back(0.3f * along(random));
+      }
+      for (const std::uint32_t blind : {0u, 4u}) {
+        Sights sights;
+        projector.see_each(at, places, has_image.data(), blind, sights);
+        std::size_t seen = 0, seen_one_by_one = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+          const auto [x, y, z] = at.place(places.x[i], places.y[i], places.z[i]);
+          Sight sight;
+          const bool is_seen = projector.see(x, y, z, has_image.data(), blind, sight);
+          seen_one_by_one += is_seen;
+          if (sights.lens[i] == kNoLens) continue;
+          ++seen;
+          ASSERT_TRUE(is_seen);
+          ASSERT_EQ(sights.lens[i], sight.lens);
+          ASSERT_EQ(sights.x[i], sight.x);
+          ASSERT_EQ(sights.y[i], sight.y);
+          ASSERT_EQ(sights.border_px[i], sight.border_px);
+        }
+        if (count > 100) {
+          EXPECT_GT(seen, seen_one_by_one * 8 / 10) << blind;
+          EXPECT_GT(seen_one_by_one, count / 2);
+        }
+      }
+    }
+  }
 }
 
 }  // namespace

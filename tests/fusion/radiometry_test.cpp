@@ -270,5 +270,40 @@ TEST(Radiometry, EvenedLiftsATunnelSlowly) {
   }
 }
 
+TEST(Radiometry, ManyPixelsAtOnceHaveTheColoursOfEach) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> value(-2, 257), share(0, 1);
+  for (const Rendering rendering : {Rendering::AsDelivered, Rendering::Consistent, Rendering::Evened}) {
+    Radiometry::Config config;
+    config.rendering = rendering;
+    const Radiometry radiometry(config, kLenses);
+    HeadGains gains;
+    for (std::size_t lens = 0; lens < kLenses; ++lens) {
+      HeadGains::OfLens of_lens;
+      for (float& scale : of_lens.scale) scale = 0.4f + 1.2f * share(random);
+      gains.lenses.push_back(of_lens);
+    }
+    gains.falloff = {{{0.2f, 0.05f}, {0.21f, 0.04f}, {0.25f, 0.03f}}};
+    for (const std::size_t count : {0ul, 5ul, 16ul, 1003ul}) {
+      std::vector<Rgb> pixels(count);
+      std::vector<std::uint8_t> lens(count);
+      std::vector<float> off_axis(count);
+      for (std::size_t i = 0; i < count; ++i) {
+        pixels[i].red = value(random);
+        pixels[i].green = value(random);
+        pixels[i].blue = value(random);
+        lens[i] = static_cast<std::uint8_t>(i % kLenses);
+        off_axis[i] = share(random);
+      }
+      for (const HeadGains* given : {static_cast<const HeadGains*>(nullptr), static_cast<const HeadGains*>(&gains)}) {
+        std::vector<std::array<std::uint8_t, 3>> colours(count);
+        radiometry.render_each(pixels, given, lens.data(), off_axis.data(), 1.7f, colours.data());
+        for (std::size_t i = 0; i < count; ++i)
+          ASSERT_EQ(colours[i], radiometry.render(pixels[i], given, lens[i], off_axis[i], 1.7f));
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hueline::fusion

@@ -25,7 +25,7 @@ double exposure_time(int index) { return kFirstExposure + kInterval * index; }
 
 Outcome run(const TestDrive& test) {
   Outcome outcome;
-  Colouring colouring(test.config, test.rig, [&](CloudBlock&& block) {
+  Colouring colouring(test.config, test.rig, [&](const CloudBlock& block) {
     outcome.origin = block.origin;
     outcome.points.insert(outcome.points.end(), block.points.begin(), block.points.end());
   });

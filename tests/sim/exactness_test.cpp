@@ -88,7 +88,7 @@ Judge colour_and_judge(const Scenario& scenario, const Drive& drive, fusion::Col
   EXPECT_TRUE(judge.ok());
   fusion::Colouring::Config config;
   config.method = method;
-  const auto sink = [&](CloudBlock&& block) {
+  const auto sink = [&](const CloudBlock& block) {
     const auto to_ecef_frame = ecef_from_enu(block.origin);
     for (const ColouredPoint& p : block.points) {
       if (p.state != ColourState::Direct && p.state != ColourState::Neighbour) continue;

@@ -1,0 +1,156 @@
+// This file is compiled once for each instruction set that the compiler supports. The program selects the best set of
+// the processor at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "fusion/sights.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <array>
+
+#include "core/coloured_point.hpp"
+#include "fusion/head_projector.hpp"
+#include "fusion/pixel_sampler.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace hueline::fusion::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D = hn::CappedTag<float, 16>;
+using V = hn::Vec<D>;
+
+/// HeadProjector::see() for one vector of places, with the lens whose axis is nearest. The operations are those of
+/// FloatLens::project(), in the same order, so the results have the same bits.
+struct VectorOfSights {
+  std::array<float, 16> x, y, border_px;
+  std::array<std::int32_t, 16> lens;  ///< -1: the lens does not show the place
+};
+
+void see_vector(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::uint32_t usable, float hole_cosine,
+                const RelativeHead& head, const float* px, const float* py, const float* pz, VectorOfSights& out) {
+  const D d;
+  const hn::RebindToSigned<D> whole;
+  const auto set = [d](float value) { return hn::Set(d, value); };
+  const auto times = [&](float factor, V v) { return hn::Mul(set(factor), v); };
+  const V dx = hn::Add(hn::LoadU(d, px), set(head.origin[0])), dy = hn::Add(hn::LoadU(d, py), set(head.origin[1])),
+          dz = hn::Add(hn::LoadU(d, pz), set(head.origin[2]));
+  const auto row = [&](const std::array<float, 9>& R, std::size_t k, V a, V b, V c) {
+    return hn::Add(hn::Add(times(R[k], a), times(R[k + 1], b)), times(R[k + 2], c));
+  };
+  const auto norm = [&](V a, V b, V c) {
+    return hn::Sqrt(hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c)));
+  };
+  const V x = row(head.R_head_enu, 0, dx, dy, dz), y = row(head.R_head_enu, 3, dx, dy, dz),
+          z = row(head.R_head_enu, 6, dx, dy, dz);
+  const auto is_in_hole = hn::Ge(hn::Sub(hn::Zero(d), z), times(hole_cosine, norm(x, y, z)));
+  V best = set(-1e30f), index = set(-1.0f);
+  for (const FloatLens& lens : lenses) {
+    if ((blind >> lens.index & 1u) != 0) continue;
+    const V along = hn::Add(hn::Add(times(lens.axis[0], x), times(lens.axis[1], y)), times(lens.axis[2], z));
+    const auto is_better = hn::Gt(along, best);
+    best = hn::IfThenElse(is_better, along, best);
+    index = hn::IfThenElse(is_better, set(static_cast<float>(lens.index)), index);
+  }
+  index = hn::IfThenElse(is_in_hole, set(-1.0f), index);
+  V sight_x = hn::Zero(d), sight_y = hn::Zero(d), border = hn::Zero(d), found = set(-1.0f);
+  for (const FloatLens& lens : lenses) {
+    if ((usable >> lens.index & 1u) == 0) continue;
+    const V number = set(static_cast<float>(lens.index));
+    const auto is_of_lens = hn::Eq(index, number);
+    if (hn::AllFalse(d, is_of_lens)) continue;
+    const auto& t = lens.t_lens_head;
+    const V lx = hn::Add(row(lens.R_lens_head, 0, x, y, z), set(t[0])),
+            ly = hn::Add(row(lens.R_lens_head, 3, x, y, z), set(t[1])),
+            lz = hn::Add(row(lens.R_lens_head, 6, x, y, z), set(t[2]));
+    const V distance = norm(lx, ly, lz), one = set(1.0f);
+    V across, down;
+    if (lens.is_plane) {
+      const V inverse = hn::Div(one, lz), ax = hn::Mul(lx, inverse), ay = hn::Mul(ly, inverse),
+              r2 = hn::Add(hn::Mul(ax, ax), hn::Mul(ay, ay));
+      const auto& [k1, k2, p1, p2, k3] = lens.distortion;
+      const V inner = hn::Add(set(k2), hn::Mul(r2, set(k3)));
+      const V radial = hn::Add(one, hn::Mul(r2, hn::Add(set(k1), hn::Mul(r2, inner))));
+      const V cross = hn::Mul(times(2.0f, ax), ay);
+      across =
+          hn::Add(hn::Add(hn::Mul(ax, radial), times(p1, cross)), times(p2, hn::Add(r2, hn::Mul(times(2.0f, ax), ax))));
+      down =
+          hn::Add(hn::Add(hn::Mul(ay, radial), times(p2, cross)), times(p1, hn::Add(r2, hn::Mul(times(2.0f, ay), ay))));
+    } else {
+      const V inverse = hn::Div(one, distance);
+      const V u = hn::Add(hn::Mul(hn::Mul(lz, inverse), set(lens.series_scale)), set(lens.series_shift));
+      V ratio = hn::Zero(d);
+      for (std::size_t i = lens.series.size(); i-- > 0;) ratio = hn::Add(hn::Mul(ratio, u), set(lens.series[i]));
+      across = hn::Mul(hn::Mul(lx, inverse), ratio);
+      down = hn::Mul(hn::Mul(ly, inverse), ratio);
+    }
+    const V sx = hn::Add(hn::Mul(across, set(lens.focal_x)), set(lens.centre_x)),
+            sy = hn::Add(hn::Mul(down, set(lens.focal_y)), set(lens.centre_y));
+    const V edge = hn::Min(hn::Min(sx, hn::Sub(set(lens.last_x), sx)), hn::Min(sy, hn::Sub(set(lens.last_y), sy)));
+    const auto is_before = hn::And(hn::Ge(lz, times(lens.cosine_limit, distance)), hn::Gt(distance, hn::Zero(d)));
+    const auto is_seen = hn::And(hn::And(is_of_lens, is_before), hn::Ge(edge, set(static_cast<float>(kSampleReach))));
+    sight_x = hn::IfThenElse(is_seen, sx, sight_x);
+    sight_y = hn::IfThenElse(is_seen, sy, sight_y);
+    border = hn::IfThenElse(is_seen, edge, border);
+    found = hn::IfThenElse(is_seen, number, found);
+  }
+  hn::StoreU(sight_x, d, out.x.data());
+  hn::StoreU(sight_y, d, out.y.data());
+  hn::StoreU(border, d, out.border_px.data());
+  hn::StoreU(hn::ConvertTo(whole, found), whole, out.lens.data());
+}
+
+void see_each(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::uint32_t usable, float hole_cosine,
+              const RelativeHead& head, const RelativePlaces& places, Sights& out) {
+  const D d;
+  const std::size_t lanes = hn::Lanes(d), count = places.size();
+  std::array<float, 16> x{}, y{}, z{};
+  VectorOfSights found;
+  for (std::size_t i = 0; i < count; i += lanes) {
+    const std::size_t left = std::min(lanes, count - i);
+    const float *px = places.x.data() + i, *py = places.y.data() + i, *pz = places.z.data() + i;
+    if (left < lanes) {
+      std::copy_n(px, left, x.begin());
+      std::copy_n(py, left, y.begin());
+      std::copy_n(pz, left, z.begin());
+      px = x.data();
+      py = y.data();
+      pz = z.data();
+    }
+    see_vector(lenses, blind, usable, hole_cosine, head, px, py, pz, found);
+    for (std::size_t k = 0; k < left; ++k) {
+      out.x[i + k] = found.x[k];
+      out.y[i + k] = found.y[k];
+      out.border_px[i + k] = found.border_px[k];
+      out.lens[i + k] = found.lens[k] < 0 ? kNoLens : static_cast<std::uint8_t>(found.lens[k]);
+    }
+  }
+}
+
+}  // namespace hueline::fusion::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace hueline::fusion {
+HWY_EXPORT(see_each);
+
+void HeadProjector::see_each(const RelativeHead& head, const RelativePlaces& places, const std::uint8_t* has_image,
+                             std::uint32_t blind, Sights& out) const {
+  out.x.resize(places.size());
+  out.y.resize(places.size());
+  out.border_px.resize(places.size());
+  out.lens.assign(places.size(), kNoLens);
+  if (method_ != ColourMethod::Lens) return;
+  std::uint32_t usable = 0;
+  for (const FloatLens& lens : lenses_)
+    if (has_image[lens.camera] != 0 && (blind >> lens.index & 1u) == 0) usable |= 1u << lens.index;
+  HWY_DYNAMIC_DISPATCH(see_each)(lenses_, blind, usable, hole_cosine_, head, places, out);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (out.lens[i] == kNoLens) continue;
+    const PixelMask& mask = lenses_[out.lens[i]].mask;
+    if (mask.covers(static_cast<std::uint32_t>(out.x[i] + 0.5f), static_cast<std::uint32_t>(out.y[i] + 0.5f)))
+      out.lens[i] = kNoLens;
+  }
+}
+
+}  // namespace hueline::fusion
+#endif
