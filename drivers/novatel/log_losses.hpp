@@ -9,9 +9,9 @@
 #include <unordered_map>
 
 #include "core/fault.hpp"
-#include "drivers/novatel/log_cycle.hpp"
 #include "drivers/novatel/message_table.hpp"
 #include "drivers/novatel/wire.hpp"
+#include "drivers/stream/log_cycle.hpp"
 
 namespace hueline::drivers {
 

@@ -9,7 +9,7 @@
 
 #include "core/calendar.hpp"
 #include "drivers/novatel/decoder.hpp"
-#include "drivers/novatel/log_cycle.hpp"
+#include "drivers/stream/log_cycle.hpp"
 #include "tests/drivers/novatel/novatel_encoder.hpp"
 
 namespace hueline::drivers {

@@ -1,4 +1,4 @@
-#include "drivers/novatel/log_cycle.hpp"
+#include "drivers/stream/log_cycle.hpp"
 
 #include <algorithm>
 #include <utility>

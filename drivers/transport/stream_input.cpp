@@ -1,0 +1,43 @@
+#include "drivers/transport/stream_input.hpp"
+
+#include <fmt/format.h>
+
+#include "drivers/transport/file_source.hpp"
+
+namespace hueline::drivers {
+
+void StreamInput::visit(Keys& keys, std::string_view log) {
+  if (has_datagrams)
+    keys.one_of({"tcp", "serial", "udp", "pcap", "file"});
+  else
+    keys.one_of({"tcp", "serial", "file"});
+  keys.section({"tcp", "", "The device on the network, by TCP."}, tcp);
+  keys.section({"serial", "", "The device on a serial port."}, serial);
+  if (has_datagrams) {
+    keys.section({"udp", "", "The device's datagrams from the network."}, udp);
+    keys.section({"pcap", "", "The device's datagrams in a capture file."}, pcap);
+  }
+  const std::string what =
+      fmt::format("{} It does not say when its bytes arrived, so no clock of the computer can be learnt from it.", log);
+  keys.text({"file", "", what}, file);
+}
+
+std::unique_ptr<PacketSource> StreamInput::make(const BufferPool& pool, const std::string& dialogue) const {
+  if (!file.empty()) {
+    FileSource::Config config;
+    config.path = file;
+    return std::make_unique<FileSource>(config);
+  }
+  if (udp) return std::make_unique<UdpSource>(*udp, pool);
+  if (pcap) return std::make_unique<PcapSource>(*pcap);
+  if (serial) {
+    SerialSource::Config config = *serial;
+    config.stream.dialogue = dialogue;
+    return std::make_unique<SerialSource>(config);
+  }
+  TcpSource::Config config = tcp.value();
+  config.stream.dialogue = dialogue;
+  return std::make_unique<TcpSource>(config);
+}
+
+}  // namespace hueline::drivers

@@ -1,0 +1,104 @@
+// NMEA 0183 sentences, made here by hand.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/angle.hpp"
+#include "core/calendar.hpp"
+#include "drivers/nmea/nmea_decoder.hpp"
+#include "tests/drivers/stream/stream_bytes.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+using namespace test;
+using testing::ElementsAre;
+
+Heard decode(const Bytes& bytes) {
+  NmeaDecoder decoder({});
+  Heard heard = hear(decoder, bytes, 1);
+  EXPECT_EQ(heard.bytes(), bytes.size());
+  return heard;
+}
+GpsTime utc(int day, int hour, int minute, int second, int ms = 0) {
+  return *from_utc({2026, 3, day, hour, minute, second, ms * 1'000'000});
+}
+
+TEST(Nmea, JoinsTheSentencesOfAnEpoch) {
+  const Bytes epoch = nmea("GNGGA,120000.00,4718.0000,N,00830.0000,E,4,12,0.8,400.123,M,50.000,M,1.0,0001") +
+                      nmea("GNRMC,120000.00,A,4718.0,N,00830.0,E,10.0,90.0,010326,,,R") +
+                      nmea("GNGST,120000.00,1,1,1,0,0.010,0.020,0.030");
+  const Heard heard = decode(epoch);
+  const auto fixes = heard.all<GnssFix>();
+  ASSERT_EQ(fixes.size(), 1u);
+  EXPECT_EQ(fixes[0].time, utc(1, 12, 0, 0));
+  EXPECT_EQ(fixes[0].type, FixType::RtkFixed);
+  EXPECT_NEAR(fixes[0].position.latitude, 47.3 * kRadPerDeg, 1e-15);
+  EXPECT_NEAR(fixes[0].position.longitude, 8.5 * kRadPerDeg, 1e-15);
+  EXPECT_DOUBLE_EQ(fixes[0].position.ellipsoidal_height, 450.123);
+  EXPECT_EQ(fixes[0].satellites, 12);
+  EXPECT_THAT(fixes[0].sigma_enu, ElementsAre(0.02, 0.01, 0.03));
+  ASSERT_EQ(heard.all<TimeLabel>().size(), 1u);
+  EXPECT_EQ(heard.all<TimeLabel>()[0].second, utc(1, 12, 0, 0));
+}
+
+TEST(Nmea, AFixWithoutADateHasNoTime) {
+  const Heard heard = decode(nmea("GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,50,M,,"));
+  EXPECT_TRUE(heard.all<GnssFix>().empty());
+  EXPECT_THAT(heard.faults(), ElementsAre(FaultKind::NoTime));
+}
+
+TEST(Nmea, MidnightBetweenPositionAndDate) {
+  const auto gga = [](const char* time) {
+    return nmea(std::string("GPGGA,") + time + ",4718.0,N,00830.0,E,1,8,1.0,400,M,50,M,,");
+  };
+  const Heard heard = decode(nmea("GPZDA,235959.00,01,03,2026,00,00") + gga("235959.00") + gga("235959.50") +
+                             gga("000000.00") + gga("000000.50") + nmea("GPZDA,000001.00,02,03,2026,00,00"));
+  std::vector<GpsTime> times;
+  for (const GnssFix& fix : heard.all<GnssFix>()) times.push_back(fix.time);
+  EXPECT_THAT(times, ElementsAre(utc(1, 23, 59, 59), utc(1, 23, 59, 59, 500), utc(2, 0, 0, 0), utc(2, 0, 0, 0, 500)));
+  EXPECT_TRUE(heard.faults().empty());
+}
+
+TEST(Nmea, AHeightWithoutTheGeoidIsNotTrusted) {
+  const Heard heard = decode(nmea("GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A") +
+                             nmea("GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,,M,,"));
+  EXPECT_GE(heard.all<GnssFix>().at(0).sigma_enu[2], 100);
+}
+
+TEST(Nmea, DatesThatContradictMakeNoLabel) {
+  const Heard heard =
+      decode(nmea("GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A") + nmea("GPZDA,120000,15,07,2006,00,00") +
+             nmea("GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,50,M,,"));
+  EXPECT_THAT(heard.faults(), ElementsAre(FaultKind::LabelConflict));
+  EXPECT_TRUE(heard.all<TimeLabel>().empty());
+}
+
+TEST(Nmea, AnInvalidReceiverMakesNoLabel) {
+  EXPECT_TRUE(decode(nmea("GPRMC,120000,V,,,,,,,010326,,,N")).all<TimeLabel>().empty());
+}
+
+TEST(Nmea, AttitudeOfPashrMakesASolution) {
+  const Heard heard = decode(nmea("GPRMC,120000.000,A,4718.0,N,00830.0,E,10.0,90.0,010326,,,R") +
+                             nmea("GPGGA,120000.000,4718.0,N,00830.0,E,5,8,1.0,400,M,50,M,,") +
+                             nmea("PASHR,120000.000,359.00,T,+1.00,-2.00,+0.00,0.010,0.020,0.030,2,1"));
+  const auto solutions = heard.all<InsSolution>();
+  ASSERT_EQ(solutions.size(), 1u);
+  EXPECT_TRUE(solutions[0].is_good);
+  EXPECT_NEAR(solutions[0].attitude.heading, 359 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(solutions[0].attitude.roll, 1 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(solutions[0].attitude.pitch, -2 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(solutions[0].velocity_enu.x(), 18520.0 / 3600, 1e-12);
+  EXPECT_NEAR(solutions[0].velocity_enu.y(), 0, 1e-12);
+  EXPECT_NEAR((*solutions[0].sigma)[8], 0.03 * kRadPerDeg, 1e-12);
+}
+
+TEST(Nmea, SentencesThatAreWrongAreNotUsed) {
+  const Heard heard = decode(nmea("GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A") +
+                             nmea("GPGGA,120000,4799.0,N,00830.0,E,1,8,1.0,400,M,50,M,,") +  // 99 minutes
+                             nmea("GPGGA,126000,4718.0,N,00830.0,E,1,8,1.0,400,M,50,M,,") +  // minute 60
+                             nmea("GPGGA,120000,9130.0,N,00830.0,E,1,8,1.0,400,M,50,M,,"));
+  EXPECT_TRUE(heard.all<GnssFix>().empty());
+}
+
+}  // namespace
+}  // namespace hueline::drivers
