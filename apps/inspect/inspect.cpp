@@ -19,8 +19,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Long enough for a whole message of any device, behind the comments at the head of a log.
+constexpr std::uint64_t kFirstBytes = 65536;
+
 Result<std::string> first_bytes(const InputFile& file) {
-  std::string head(static_cast<std::size_t>(std::min<std::uint64_t>(64, file.size())), '\0');
+  std::string head(static_cast<std::size_t>(std::min(kFirstBytes, file.size())), '\0');
   if (Status done = file.read(0, std::as_writable_bytes(std::span(head))); !done.ok()) return done.error();
   return head;
 }
@@ -83,7 +86,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types) {
   if (file->size() == 0) return {nullptr, Error{ErrorCode::Truncated, path + " is empty"}};
   const Result<std::string> first = first_bytes(*file);
   if (!first.ok()) return {nullptr, first.error()};
-  const std::string& head = *first;
+  const std::string head = first->substr(0, 64);
   const auto begins = [&](std::string_view magic) { return std::string_view(head).substr(0, magic.size()) == magic; };
   using namespace std::string_view_literals;
   if (begins("\x89MCAP0\r\n"sv)) return inspect_mcap(path);
@@ -103,7 +106,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types) {
   for (const drivers::DeviceType* type : types) {
     const drivers::DeviceFiles::Log& log = type->files.log;
     if (!log.format) continue;
-    if (ends_with(path, log.ending) || log.is_beginning(head)) return inspect_device_log(path, *type);
+    if (ends_with(path, log.ending) || log.is_beginning(*first)) return inspect_device_log(path, *type);
     logs += fmt::format("{} ({}), ", log.format, log.ending);
   }
   return {nullptr, Error{ErrorCode::Unsupported,

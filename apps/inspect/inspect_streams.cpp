@@ -5,6 +5,7 @@
 #include <map>
 
 #include "apps/inspect/inspect.hpp"
+#include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "core/printable.hpp"
 #include "drivers/transport/file_source.hpp"
@@ -26,9 +27,23 @@ struct Tally {
   std::map<std::string, std::uint64_t> faults;
   std::string last_fault;
   std::uint64_t returns = 0;
+  std::map<std::string, std::uint64_t> fixes;  // by their type
+  std::map<int, std::uint64_t> marks;          // by the input
+  std::map<std::string, std::uint64_t> solutions;
+  std::array<double, 6> extent{};  // least and greatest latitude, longitude (deg), height (m) of all positions
+  bool has_position = false;
   bool has_time = false;
   GpsTime first{}, last{};
 
+  void position(const Geodetic& place) {
+    const std::array<double, 3> values{place.latitude * kDegPerRad, place.longitude * kDegPerRad,
+                                       place.ellipsoidal_height};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      extent[2 * i] = has_position ? std::min(extent[2 * i], values[i]) : values[i];
+      extent[2 * i + 1] = has_position ? std::max(extent[2 * i + 1], values[i]) : values[i];
+    }
+    has_position = true;
+  }
   void time(GpsTime t) {
     if (!has_time) first = last = t;
     has_time = true;
@@ -43,8 +58,20 @@ struct Tally {
     static_assert(names.size() == std::variant_size_v<Measurement>);
     for (const auto& m : measured) {
       ++measurements[names[m.index()]];
-      if (const auto* solution = std::get_if<InsSolution>(&m)) time(solution->time);
-      if (const auto* fix = std::get_if<GnssFix>(&m)) time(fix->time);
+      if (const auto* solution = std::get_if<InsSolution>(&m)) {
+        time(solution->time);
+        position(solution->position);
+        ++solutions[solution->is_good ? "good" : "not_good"];
+      }
+      if (const auto* fix = std::get_if<GnssFix>(&m)) {
+        time(fix->time);
+        ++fixes[name(fix->type)];
+        if (fix->type != FixType::None) position(fix->position);
+      }
+      if (const auto* mark = std::get_if<EventMark>(&m)) {
+        time(mark->time);
+        ++marks[mark->input];
+      }
       if (const auto* batch = std::get_if<LaserBatch>(&m)) returns += batch->returns.size();
       if (const auto* status = std::get_if<LaserStatus>(&m)) ++scanner_clock[status->words];
       if (const auto* fault = std::get_if<Fault>(&m)) {
@@ -65,6 +92,14 @@ struct Tally {
     out["malformed_messages"] = counts.malformed_messages;
     out["messages"] = counts.messages;
     if (returns) out["laser_returns"] = returns;
+    if (has_position) {
+      out["latitude_deg"] = {extent[0], extent[1]};
+      out["longitude_deg"] = {extent[2], extent[3]};
+      out["ellipsoidal_height_m"] = {extent[4], extent[5]};
+    }
+    if (!fixes.empty()) out["fix_types"] = fixes;
+    if (!solutions.empty()) out["ins_solutions"] = solutions;
+    for (const auto& [input, count] : marks) out["event_marks_by_input"][std::to_string(input)] = count;
     if (!scanner_clock.empty()) out["scanner_clock"] = scanner_clock;
     out["measurements"] = measurements;
     if (!faults.empty()) {

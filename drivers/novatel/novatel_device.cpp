@@ -1,7 +1,9 @@
 #include "drivers/novatel/novatel_device.hpp"
 
 #include <memory>
+#include <span>
 
+#include "drivers/novatel/ascii.hpp"
 #include "drivers/transport/file_source.hpp"
 
 namespace hueline::drivers {
@@ -43,12 +45,20 @@ std::unique_ptr<Decoder> NovatelDevice::make_decoder() const { return std::make_
 
 namespace {
 
-/// OEM7 logs have no header and may begin in the middle of a message: the sync bytes of one stand among the first
-/// bytes.
+/// OEM7 logs have no header and may begin in the middle of a message: a whole message, binary or ASCII, stands among
+/// the first bytes.
 bool is_oem7_log(std::string_view first_bytes) {
-  using namespace std::string_view_literals;
-  return first_bytes.find("\xAA\x44\x12"sv) != std::string_view::npos ||
-         first_bytes.find("\xAA\x44\x13"sv) != std::string_view::npos;
+  struct Search final : NovatelFramer::Sink {
+    bool has_message = false;
+    void on_message(const NovatelMessage&) override { has_message = true; }
+    void on_text(std::string_view text, HostTime) override {
+      has_message |= decode_novatel_ascii(text.substr(0, text.find_last_not_of("\r\n") + 1)).ok();
+    }
+    void on_skipped(std::uint64_t, std::uint64_t, std::uint16_t, HostTime) override {}
+  } search;
+  NovatelFramer framer({});
+  framer.feed(std::as_bytes(std::span(first_bytes)), {}, search);
+  return search.has_message;
 }
 
 }  // namespace
