@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
     add_replay(all);
     add_rig(all);
     add_inspect(all);
+    add_extract(all);
     add_picture(all);
     add_colour(all);
     // These are listed for --help, and so that a mistyped one is recognised.

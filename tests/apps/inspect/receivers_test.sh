@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# Logs of receivers: recognised by what is in them, captured by a rig, and written out again as the maker's file, to the byte.
+# usage: receivers_test.sh HUELINE
+set -euo pipefail
+hueline=$1
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+source "$(dirname "$(realpath "$0")")/../program.sh"
+
+# UBX-NAV-PVT of 2026-03-01 00:00:00 UTC, behind a comment; the name says nothing.
+{
+  printf '# a log\n'
+  printf '\xb5\x62\x01\x07\x5c\x00\x50\x46\x00\x00\xea\x07\x03\x01\x00\x00\x00\x07\x19\x00\x00\x00\x00\x00\x00\x00\x03\x01\x00\x11'
+  printf '\x40\xff\x10\x05\x40\x6d\x31\x1c\x4b\xde\x06\x00\x80\x1a\x06\x00\x86\x05\x00\x00\xd0\x07\x00\x00'
+  printf '\x00%.0s' {1..20}
+  printf '\x64\x00\x00\x00'
+  printf '\x00%.0s' {1..20}
+} >body
+python3 - <<'PY'
+data = open('body', 'rb').read()
+message = data[data.index(b'\xb5\x62'):]
+message += bytes(6 + 0x5c - len(message))
+a = b = 0
+for byte in message[2:]:
+    a = (a + byte) & 255
+    b = (b + a) & 255
+open('receiver', 'wb').write(b'# a log\n' + message + bytes([a, b]))
+PY
+ends 0 "$hueline" inspect receiver
+says 'format +u-blox UBX'
+says 'NAV-PVT +1'
+says 'Single +1'
+says 'begin +2026-03-01T00:00:00.000Z'
+printf '$GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,50,M,,*78\r\n' >sentences
+ends 0 "$hueline" inspect sentences
+says 'NMEA 0183'
+says 'NoTime'
+printf 'rig: files\nsensors:\n  - {name: pos, driver: ublox, file: receiver}\ncolouring: {method: lens}\n' >rig.yaml
+ends 5 "$hueline" capture rig.yaml --out drive --quiet
+ends 0 "$hueline" extract drive --sensor pos --out again
+cmp receiver again || fail "the maker's file came out with other bytes"
+ends 2 "$hueline" extract drive --sensor camera --out other
+says "no sensor 'camera' in the recording; there are: pos"
+echo "receivers' logs are recognised and come out again"
