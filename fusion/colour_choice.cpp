@@ -18,6 +18,7 @@ constexpr float kPerNanosecond = 1e-10f;  // what poses and light drift apart be
 constexpr float kSameLine = 0.02f;        // nothing fits between two lines with this parallax, rad
 constexpr float kUsualSigma_m = 0.1f;     // poses of an undisturbed drive differ less in sigma
 constexpr float kNever = 1e30f;
+constexpr int kKnownMoments = 3;            // earlier ones, and later ones, that may give a provisional colour
 constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
 
 /// Returns how far stamps can be trusted in this state, 0 to 1.
@@ -47,14 +48,16 @@ float least_cost(const Moment& moment, const SeenPlaces& seen, std::size_t index
 }
 
 /// Returns what is known about the line of sight from a moment to a point.
-LineOfSight line_of_sight(const Moment& moment, const SeenPlaces& seen, std::size_t index, bool moves, GpsTime time) {
+LineOfSight line_of_sight(const Moment& moment, const SeenPlaces& seen, std::size_t index, bool moves, GpsTime time,
+                          bool is_provisional) {
   const std::uint32_t cell = seen.cell[index];
   const float nearness = seen.nearness[index];
   // Where a point was that moves is somewhere else at another moment, unless something as far away was there too.
   if (moves && std::chrono::abs(time - moment.time) > kAtOnce &&
       !(moment.glance && moment.glance->meets(cell, nearness)))
     return LineOfSight::Hidden;
-  const LineOfSight look = Visibility::look(moment, cell, nearness);
+  const LineOfSight look =
+      is_provisional && moment.early ? moment.early->look(cell, nearness) : Visibility::look(moment, cell, nearness);
   // The scanner saw the point, and nothing fits between.
   return look == LineOfSight::Hidden && seen.parallax[index] < kSameLine ? LineOfSight::Behind : look;
 }
@@ -65,10 +68,14 @@ float cost_of(LineOfSight look) {
 
 }  // namespace
 
-bool Colouring::has_lost_light(const Moment& moment, const Sight& sight, const Rgb& pixel) const {
-  if (!moment.gains || std::max({pixel.red, pixel.green, pixel.blue}) <= kSaturated) return false;
+const HeadGains* Colouring::gains_of(const Moment& moment, const Piece& piece) const {
+  return moment.gains ? &*moment.gains : piece.usual_gains;
+}
+
+bool Colouring::has_lost_light(const HeadGains* gains, const Sight& sight, const Rgb& pixel) const {
+  if (gains == nullptr || std::max({pixel.red, pixel.green, pixel.blue}) <= kSaturated) return false;
   // A pixel that would saturate at the reference's gain as well has lost nothing.
-  const auto& scale = moment.gains->lenses[sight.lens].scale;
+  const auto& scale = gains->lenses[sight.lens].scale;
   return std::min({scale[0], scale[1], scale[2]}) <= 0.95f;
 }
 
@@ -118,7 +125,7 @@ Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& p
     *next = kNever;
     const auto k = static_cast<std::size_t>(next - costs.begin());
     const Moment& moment = timeline_.at(piece.candidates[k]);
-    const LineOfSight look = line_of_sight(moment, piece.seen[k], index, moves, point.time);
+    const LineOfSight look = line_of_sight(moment, piece.seen[k], index, moves, point.time, piece.is_provisional);
     if (look == LineOfSight::Hidden) {
       found.is_hidden = true;
       continue;
@@ -128,7 +135,8 @@ Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& p
     Sight sight;
     if (!sees(moment, point, sight)) continue;
     const FloatLens& lens = projector_.lenses()[sight.lens];
-    if (has_lost_light(moment, sight, sample_sight(lens, moment.pictures[lens.camera], sight))) cost += kLostLight;
+    if (has_lost_light(gains_of(moment, piece), sight, sample_sight(lens, moment.pictures[lens.camera], sight)))
+      cost += kLostLight;
     if (cost >= least) continue;
     found.moment = piece.candidates[k];
     found.sight = sight;
@@ -170,7 +178,8 @@ void Colouring::choose_beside(const PlacedBatch& batch, const ColouredPoint* poi
     const std::size_t cheaper = cost[1] < cost[0] ? 1 : 0;
     for (const std::size_t side : {cheaper, 1 - cheaper}) {
       if (beside[side][0] == nullptr || cost[side] >= least) break;
-      const LineOfSight look = line_of_sight(*beside[side][0], piece.beside[side], i, moves, point.time);
+      const LineOfSight look =
+          line_of_sight(*beside[side][0], piece.beside[side], i, moves, point.time, piece.is_provisional);
       if (look != LineOfSight::Clear && beside[side][1] != nullptr)
         least_beyond = std::min(least_beyond, piece.beside[side].parallax[i] + drift(*beside[side][1], point.time));
       const float whole = cost[side] + cost_of(look);
@@ -195,6 +204,7 @@ Colouring::Found Colouring::find_nearest(int owner, bool is_lost, Piece& piece, 
   piece.candidates.clear();
   if (per_side > 0) timeline_.neighbours_of(point.time, reach, per_side, owner, piece.candidates);
   for (const int candidate : piece.candidates) {
+    if (timeline_.at(candidate).time > point.time + reach_ahead()) continue;
     if (!sees(timeline_.at(candidate), point, found.sight)) continue;
     found.moment = candidate;
     return found;
@@ -258,7 +268,8 @@ void Colouring::paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Pi
       found[i].sight = {sights.lens[k], sights.x[k], sights.y[k], sights.border_px[k], 0};
       const FloatLens& lens = projector_.lenses()[sights.lens[k]];
       const Rgb pixel = sample_sight(lens, moment.pictures[lens.camera], found[i].sight);
-      if (config_.choice == ExposureChoice::Visible && has_lost_light(moment, found[i].sight, pixel)) continue;
+      if (config_.choice == ExposureChoice::Visible && has_lost_light(gains_of(moment, piece), found[i].sight, pixel))
+        continue;
       found[i].moment = candidate;
       piece.group[shown++] = i;
       piece.pixels.push_back(pixel);
@@ -266,8 +277,8 @@ void Colouring::paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Pi
       piece.off_axis.push_back(lens.off_axis(sights.x[k], sights.y[k]));
     }
     piece.colours.resize(shown);
-    radiometry_.render_each(piece.pixels, moment.gains ? &*moment.gains : nullptr, piece.lenses.data(),
-                            piece.off_axis.data(), piece.adaptation, piece.colours.data());
+    radiometry_.render_each(piece.pixels, gains_of(moment, piece), piece.lenses.data(), piece.off_axis.data(),
+                            piece.adaptation, piece.colours.data());
     for (std::size_t k = 0; k < shown; ++k)
       paint(moment, found[piece.group[k]], piece.colours[k], points[piece.group[k]]);
   }
@@ -304,9 +315,7 @@ void Colouring::colour_rest(const PlacedBatch& batch, ColouredPoint* points, Pie
     const Rgb pixel = sample_sight(lens, moment.pictures[lens.camera], found.sight);
     const float off_axis = lens.off_axis(found.sight.x, found.sight.y);
     paint(moment, found,
-          radiometry_.render(pixel, moment.gains ? &*moment.gains : nullptr, found.sight.lens, off_axis,
-                             piece.adaptation),
-          point);
+          radiometry_.render(pixel, gains_of(moment, piece), found.sight.lens, off_axis, piece.adaptation), point);
   }
 }
 
@@ -316,7 +325,20 @@ void Colouring::find_candidates(const PlacedBatch& batch, Piece& piece) const {
   const int owner = timeline_.owner_of(batch.batch.time);
   timeline_.neighbours_of(batch.batch.time, neighbour_reach(), config_.neighbours, owner, piece.candidates);
   if (owner >= 0) piece.candidates.insert(piece.candidates.begin(), owner);
-  std::erase_if(piece.candidates, [&](int index) { return !timeline_.at(index).viewpoint; });
+  const GpsTime end = batch.batch.time + reach_ahead();
+  std::erase_if(piece.candidates,
+                [&](int index) { return !timeline_.at(index).viewpoint || timeline_.at(index).time > end; });
+}
+
+/// Finds the moments that may colour a batch before all of its exposures have come: the nearest of those that have
+/// maps.
+void Colouring::find_known(const PlacedBatch& batch, Piece& piece) const {
+  timeline_.neighbours_of(batch.batch.time, neighbour_reach() + timeline_.interval(), kKnownMoments, -1,
+                          piece.candidates);
+  std::erase_if(piece.candidates, [&](int index) {
+    const Moment& moment = timeline_.at(index);
+    return !moment.viewpoint || (config_.choice == ExposureChoice::Visible && !moment.standing && !moment.early);
+  });
 }
 
 void Colouring::colour_piece(const PlacedBatch& batch, Piece& piece, ColouredPoint* points) const {
@@ -348,12 +370,19 @@ void Colouring::colour_piece(const PlacedBatch& batch, Piece& piece, ColouredPoi
     return is_one_window ? first_owner : timeline_.owner_of(points[i].time);
   };
   if (config_.choice == ExposureChoice::Visible) {
-    find_candidates(batch, piece);
+    if (piece.is_provisional) {
+      find_known(batch, piece);
+    } else {
+      find_candidates(batch, piece);
+    }
     choose_beside(batch, points, piece);
   } else {
     piece.candidates.clear();
+    if (piece.is_provisional) find_known(batch, piece);
+    const int known = piece.candidates.empty() ? -1 : piece.candidates.front();
+    piece.candidates.clear();
     for (std::size_t i = 0; i < placed.size(); ++i) {
-      const int owner = owner_of(i);
+      const int owner = piece.is_provisional ? known : owner_of(i);
       if (owner < 0 || !timeline_.at(owner).viewpoint) continue;
       piece.found[i].moment = owner;
       if (std::find(piece.candidates.begin(), piece.candidates.end(), owner) == piece.candidates.end())

@@ -31,6 +31,11 @@ void Colouring::Config::visit(Keys& keys) {
   keys.whole(
       {"neighbours", "exposures", "How many exposures on each side may give a point its colour besides its owner."},
       neighbours, {0, 15});
+  keys.duration({"max_wait_s", "s",
+                 "How long a point waits after its firing for later exposures that may colour it. It always waits for "
+                 "half the time between exposures, so that the nearest one has come. Less gives colours sooner; more "
+                 "lets more later exposures show what was hidden."},
+                max_wait, {0.05, 60});
   keys.whole({"lost_image_neighbours", "exposures",
               "With choice: nearest, how many exposures away an image may be that colours the points of a lost image. "
               "0: they stay without a colour."},
@@ -114,6 +119,12 @@ nanoseconds Colouring::neighbour_reach() const {
   return timeline_.interval() * windows + timeline_.interval() / 2 + config_.window_slack;
 }
 
+/// How much later than a point's firing an exposure may be that colours it.
+nanoseconds Colouring::reach_ahead() const {
+  const nanoseconds owner = timeline_.interval() / 2 + config_.window_slack;
+  return std::max(owner, std::min(neighbour_reach(), config_.max_wait));
+}
+
 void Colouring::add(StampedLaserBatch batch) {
   counts_.returns += batch.returns.size();
   if (!lasers_.contains(batch.sensor)) {
@@ -176,18 +187,16 @@ void Colouring::add(const Exposure& exposure) {
 }
 
 bool Colouring::is_ready(const PlacedBatch& batch) const {
-  const GpsTime last = batch.last;
+  const GpsTime end = batch.last + reach_ahead();
+  const bool is_past = watermark_ && *watermark_ >= end;
+  // Exposures come in order of time, so a whole moment beyond the end is as good as the watermark.
+  if (!is_past && timeline_.nth_whole_after(end, 1) == nullptr) return false;
   for (std::size_t i = 0; i < timeline_.size(); ++i) {
     const Moment& moment = timeline_.at(static_cast<int>(i));
-    if (moment.time > last + neighbour_reach()) break;
-    if (moment.time + neighbour_reach() < batch.batch.time) continue;
-    if (!moment.is_pose_final) return false;
+    if (moment.time > end) break;
+    if (moment.time + neighbour_reach() >= batch.batch.time && !moment.is_pose_final) return false;
   }
-  const int windows = std::max(config_.neighbours, config_.lost_image_neighbours);
-  // The (windows + 1)-th whole moment after the batch lies beyond every neighbour that the batch may use.
-  const Moment* beyond = timeline_.nth_whole_after(last, windows + 1);
-  if (beyond != nullptr && trajectory_.is_settled(beyond->time)) return true;
-  return watermark_ && *watermark_ >= last + neighbour_reach() + config_.max_lateness;
+  return true;
 }
 
 void Colouring::advance(GpsTime watermark) {
@@ -220,6 +229,8 @@ void Colouring::place_ready(bool everything) {
     georeference(batch.batch, lasers_.at(batch.batch.sensor), trajectory_, config_.pose_step, batch.placed);
   });
   if (config_.choice == ExposureChoice::Visible) visibility_.add(placed_, everything, *pool_);
+  resolve_viewpoints(everything);
+  if (provisional_sink_ && placed_.size() > first) colour_provisionally(first);
 }
 
 void Colouring::map_depths(GpsTime from, GpsTime to) {
@@ -235,7 +246,6 @@ void Colouring::map_depths(GpsTime from, GpsTime to) {
 
 void Colouring::colour_ready(bool everything) {
   if (coloured_ == placed_.size()) return;
-  resolve_viewpoints(everything);
   std::size_t count = 0;
   bool is_mapped = false;
   while (coloured_ + count < placed_.size()) {
@@ -342,6 +352,37 @@ void Colouring::colour_batches(std::size_t count) {
   if (total == 0) return;
   block_.origin = *trajectory_.origin();  // a point was placed, so there was a solution
   sink_(block_);
+}
+
+/// Colours the placed batches from `first` on with what is there.
+void Colouring::colour_provisionally(std::size_t first) {
+  std::vector<Moment*> unmapped;
+  const HeadGains* gains = nullptr;
+  for (std::size_t i = 0; i < timeline_.size(); ++i) {
+    Moment& moment = timeline_.at(static_cast<int>(i));
+    if (moment.viewpoint && !moment.standing && !moment.early) unmapped.push_back(&moment);
+    if (moment.gains) gains = &*moment.gains;
+  }
+  if (config_.choice == ExposureChoice::Visible && !unmapped.empty()) visibility_.map_early(unmapped, *pool_);
+  const std::size_t count = placed_.size() - first;
+  if (pieces_.size() < count) pieces_.resize(count);
+  std::vector<std::size_t> begin(count);
+  std::size_t total = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    begin[i] = total;
+    total += placed_[first + i].placed.size();
+  }
+  if (total == 0) return;
+  block_.points.resize(total);
+  pool_->run(count, [&](std::size_t i) {
+    pieces_[i].is_provisional = true;
+    pieces_[i].usual_gains = gains;
+    colour_piece(placed_[first + i], pieces_[i], block_.points.data() + begin[i]);
+    pieces_[i].is_provisional = false;
+    pieces_[i].usual_gains = nullptr;
+  });
+  block_.origin = *trajectory_.origin();
+  provisional_sink_(block_);
 }
 
 void Colouring::forget() {

@@ -83,6 +83,8 @@ class Colouring {
     int lost_image_neighbours = 0;
     /// How many exposures on each side may give a point its colour besides its owner.
     int neighbours = 4;
+    /// How long after its firing a point waits for exposures that may colour it. It always waits for its owner.
+    nanoseconds max_wait{2'200'000'000};
     Radiometry::Config radiometry;
     /// How far behind the watermark a solution, or data that exceeded their latency, may arrive.
     nanoseconds max_lateness{1'000'000'000};
@@ -103,14 +105,18 @@ class Colouring {
   Colouring(const Config& config, const RigGeometry& rig, Sink sink);
   ~Colouring();
 
+  /// Also gives points a colour as soon as they have their places, for a live view: from the exposures that are there,
+  /// and whose poses are known. `sink` gets every placed point once, long before the other sink gets the same point
+  /// with its final colour. Counts and the final colours do not depend on it. Call this before anything is added.
+  void set_provisional_sink(Sink sink) { provisional_sink_ = std::move(sink); }
   /// Adds a solution, in order of time.
   void add(const InsSolution& solution);
   void add(const InsUncertainty& uncertainty) { trajectory_.add(uncertainty); }
   void add(StampedLaserBatch batch);
   void add(const Exposure& exposure);
   /// Colours what is ready. `watermark` is a time before which no laser batch and no exposure will come any more, as
-  /// sync promises. A batch is ready if its poses and neighbours have arrived, or if the watermark has passed them by
-  /// max_lateness.
+  /// sync promises. A batch is ready when no exposure that may colour it can come any more and their poses have
+  /// arrived, or the watermark has passed them by max_lateness.
   void advance(GpsTime watermark);
   /// Ends the stream: colours everything that waits with what is there.
   void flush();
@@ -131,10 +137,13 @@ class Colouring {
   bool is_ready(const PlacedBatch& batch) const;
   void colour_ready(bool everything);
   void colour_batches(std::size_t count);
+  void colour_provisionally(std::size_t first);
   void measure_light(GpsTime to);
   std::vector<Radiometry::Place> common_places(int newest) const;
   void colour_piece(const PlacedBatch& batch, Piece& piece, ColouredPoint* points) const;
   void find_candidates(const PlacedBatch& batch, Piece& piece) const;
+  void find_known(const PlacedBatch& batch, Piece& piece) const;
+  const HeadGains* gains_of(const Moment& moment, const Piece& piece) const;
   void choose_beside(const PlacedBatch& batch, const ColouredPoint* points, Piece& piece) const;
   void paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const;
   void colour_rest(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const;
@@ -143,17 +152,18 @@ class Colouring {
   Found find_visible(std::size_t index, bool moves, Piece& piece, const ColouredPoint& point) const;
   Found find_nearest(int owner, bool is_lost, Piece& piece, const ColouredPoint& point) const;
   bool sees(const Moment& moment, const ColouredPoint& point, Sight& sight) const;
-  bool has_lost_light(const Moment& moment, const Sight& sight, const Rgb& pixel) const;
+  bool has_lost_light(const HeadGains* gains, const Sight& sight, const Rgb& pixel) const;
   void paint(const Moment& moment, const Found& found, const std::array<std::uint8_t, 3>& colour,
              ColouredPoint& point) const;
   void forget();
   void note(SensorId sensor, FaultKind kind, std::uint64_t count, std::string detail);
   GpsTime last_firing(const StampedLaserBatch& batch) const;
   nanoseconds neighbour_reach() const;
+  nanoseconds reach_ahead() const;
 
   Config config_;
   RigGeometry rig_;
-  Sink sink_;
+  Sink sink_, provisional_sink_;
   Trajectory trajectory_;
   HeadProjector projector_;
   ExposureTimeline timeline_;

@@ -21,8 +21,10 @@ struct Colouring::Piece {
   std::array<std::uint64_t, kColourStates> by_state{};
   std::vector<int> candidates;  ///< indices of the moments that may give a colour, the nearest in time first
   Visibility::OfBatch sightings;
-  float adaptation = 1;      ///< Radiometry::adaptation() at the batch
-  std::vector<Found> found;  ///< for each point
+  float adaptation = 1;  ///< Radiometry::adaptation() at the batch
+  bool is_provisional = false;
+  const HeadGains* usual_gains = nullptr;  ///< of moments without gains; for provisional colours
+  std::vector<Found> found;                ///< for each point
   // The points that one step looks at: their indices in the batch, and their places.
   std::vector<std::uint32_t> group;
   RelativePlaces places;

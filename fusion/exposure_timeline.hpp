@@ -55,6 +55,8 @@ struct Moment {
   /// What stands before the head, and what was before it at the moment itself, moving things among it. Empty until
   /// points around the moment are coloured.
   std::optional<DepthMap> standing, glance;
+  /// The same as `standing`, from the points that were there when the moment came. For provisional colours.
+  std::optional<DepthMap> early;
   std::uint64_t next_turn = 0, next_glance = 0;  ///< numbers of the first turn and batch that they do not have yet
   std::optional<GpsTime> newest_turn;            ///< middle of the newest turn when `standing` was last completed
   bool is_compared = false;                      ///< whether Radiometry knows it

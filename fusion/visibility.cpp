@@ -156,22 +156,36 @@ void Visibility::ask_around(WorkerPool& pool, std::uint64_t first) {
   });
 }
 
+/// Adds what stands still in the turns from number `first` on.
+void Visibility::add_turns(const Moment& moment, std::uint64_t first, DepthMap& map) const {
+  thread_local SeenPlaces seen;
+  for (std::uint64_t number = std::max(first_turn_, first); number < first_turn_ + turns_.size(); ++number) {
+    const Turn& turn = turns_[static_cast<std::size_t>(number - first_turn_)];
+    if (std::chrono::abs(turn.time - moment.time) > config_.depth_reach) continue;
+    locate(grid_, moment.viewpoint->relative_to(turn.centre_enu), turn.skin, seen);
+    for (std::size_t i = 0; i < turn.skin.size(); ++i)
+      if (!turn.sightings[i].is_moving()) map.add(seen.cell[i], seen.nearness[i]);
+  }
+}
+
+void Visibility::map_early(const std::vector<Moment*>& moments, WorkerPool& pool) const {
+  pool.run(moments.size(), [&](std::size_t i) {
+    Moment& moment = *moments[i];
+    moment.early.emplace(config_.depth);
+    add_turns(moment, 0, *moment.early);
+    moment.early->close();
+  });
+}
+
 void Visibility::map(const std::vector<Moment*>& moments, const std::deque<PlacedBatch>& placed,
                      WorkerPool& pool) const {
   const auto add_standing = [&](Moment& moment) {
     if (moment.newest_turn && newest_ < *moment.newest_turn + config_.renewal) return;
-    thread_local SeenPlaces seen;
-    for (std::uint64_t number = std::max(first_turn_, moment.next_turn); number < first_turn_ + turns_.size();
-         ++number) {
-      const Turn& turn = turns_[static_cast<std::size_t>(number - first_turn_)];
-      if (std::chrono::abs(turn.time - moment.time) > config_.depth_reach) continue;
-      locate(grid_, moment.viewpoint->relative_to(turn.centre_enu), turn.skin, seen);
-      for (std::size_t i = 0; i < turn.skin.size(); ++i)
-        if (!turn.sightings[i].is_moving()) moment.standing->add(seen.cell[i], seen.nearness[i]);
-    }
+    add_turns(moment, moment.next_turn, *moment.standing);
     moment.next_turn = first_turn_ + turns_.size();
     moment.newest_turn = newest_;
     moment.standing->close();
+    moment.early.reset();
   };
   const auto add_glance = [&](Moment& moment) {
     thread_local SeenPlaces seen;

@@ -64,6 +64,8 @@ class Visibility {
   /// Makes the maps of `moments`, which have viewpoints, from all that was added, or completes them if enough was added
   /// since. `placed` is that of add().
   void map(const std::vector<Moment*>& moments, const std::deque<PlacedBatch>& placed, WorkerPool& pool) const;
+  /// Makes Moment::early of moments that have viewpoints, from the turns that are complete.
+  void map_early(const std::vector<Moment*>& moments, WorkerPool& pool) const;
   /// Returns what is known about the line of sight from a moment's viewpoint to a place that locate() found there.
   static LineOfSight look(const Moment& moment, std::uint32_t cell, float nearness) {
     if (moment.glance && moment.glance->look(cell, nearness) == LineOfSight::Hidden) return LineOfSight::Hidden;
@@ -86,6 +88,8 @@ class Visibility {
   void forget_before(GpsTime time);
 
  private:
+  struct Turn;
+  void add_turns(const Moment& moment, std::uint64_t first, DepthMap& map) const;
   struct Turn {
     GpsTime time{};  ///< its middle
     Eigen::Vector3d centre_enu = Eigen::Vector3d::Zero();

@@ -36,6 +36,9 @@ Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink)
       max_lateness_(rig.colouring.max_lateness),
       colouring_(with_threads(rig.colouring, threads), rig.geometry,
                  [this](const CloudBlock& block) { sink_.on_cloud(block, colouring_.trajectory()); }) {
+  if (sink.wants_provisional_cloud())
+    colouring_.set_provisional_sink(
+        [this](const CloudBlock& block) { sink_.on_provisional_cloud(block, colouring_.trajectory()); });
   for (const auto& sensor : rig.sensors) decoders_[sensor.id] = sensor.device->make_decoder();
 }
 

@@ -24,6 +24,11 @@ class ProductSink {
   virtual void on_origin(const Geodetic&) {}
   /// Called with points that have their places and colours.
   virtual void on_cloud(const CloudBlock&, const fusion::Trajectory&) {}
+  /// Called with points as soon as they have their places, long before on_cloud() gets them with their final colours:
+  /// they are coloured from the exposures that are there. For live views. This costs about as much as the final
+  /// colours, so it is called only if wants_provisional_cloud() returns true.
+  virtual void on_provisional_cloud(const CloudBlock&, const fusion::Trajectory&) {}
+  virtual bool wants_provisional_cloud() const { return false; }
   /// Called with an exposure and its image as soon as its time is known. Its pose may not be settled yet.
   virtual void on_exposure(const Exposure&) {}
   /// Called with the same exposure, without its image, once its pose is settled.

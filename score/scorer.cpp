@@ -194,15 +194,17 @@ ScenarioScore Scorer::finish(const std::string& name, const std::map<std::string
   for (const Observation& observation : observe_sample(progress)) sights.add(observation);
   sights.report(score);
 
-  const auto quantile = [&](double q) {
-    return latency_.count() ? Figure{latency_.quantile(q), {}}
-                            : Figure{{}, "no point was coloured before the stream's end"};
+  const auto quantile = [](const sim::Spread& latency, double q) {
+    return latency.count() ? Figure{latency.quantile(q), {}}
+                           : Figure{{}, "no point was coloured before the stream's end"};
   };
-  score.figures["latency_p50_ms"] = quantile(0.5);
-  score.figures["latency_p99_ms"] = quantile(0.99);
+  score.figures["provisional_latency_p99_ms"] = quantile(provisional_latency_, 0.99);
+  score.figures["latency_p50_ms"] = quantile(latency_, 0.5);
+  score.figures["latency_p99_ms"] = quantile(latency_, 0.99);
   Chart latency{
       "Latency from the last needed input", "ms of drive time", "% of points below", Chart::Kind::Lines, false, {}, {}};
-  latency.curves.push_back(distribution("", latency_));
+  latency.curves.push_back(distribution("final", latency_));
+  latency.curves.push_back(distribution("provisional", provisional_latency_));
   score.charts.push_back(std::move(latency));
   add_byte_figures(devices, score);
   score.notes.insert(score.notes.begin(),

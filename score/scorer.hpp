@@ -59,6 +59,8 @@ class Scorer {
 
   /// Adds an exposure. An exposure that the camera did not make is ignored.
   void add(const ExposureClaim& exposure);
+  /// Adds the latency of a point that got a provisional colour, ms.
+  void add_provisional(double latency_ms) { provisional_latency_.add(latency_ms); }
   /// Adds a point, coloured or not.
   void add(const PointClaim& point);
   /// Casts the rays and computes the figures. Call it after everything was added. `progress` gets 0 .. 1.
@@ -91,7 +93,7 @@ class Scorer {
   FlickerFigures flicker_;
   MotionFigures motion_;
   std::optional<RoundView> view_;
-  sim::Spread latency_, place_;
+  sim::Spread latency_, provisional_latency_, place_;
   std::uint64_t world_returns_ = 0;  // true returns that are not on the own vehicle
   std::uint64_t points_ = 0, own_ = 0, coloured_ = 0, unmatched_ = 0, misplaced_ = 0, at_the_end_ = 0;
 };

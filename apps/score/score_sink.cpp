@@ -24,6 +24,7 @@ ScoreSink::ScoreSink(score::Scorer& scorer, const config::Rig& rig, GpsTime driv
 
 void ScoreSink::on_exposure(const Exposure& exposure) {
   if (exposure.timing == ExposureTiming::Unmatched) return;
+  if (!first_exposure_) first_exposure_ = now_;
   const auto number = image_numbers_.find(exposure.image.packet_sequence);
   if (number == image_numbers_.end()) return;
   stamped_.insert_or_assign(exposure.index, Stamped{number->second, exposure.exposure_mid, exposure.sigma,
@@ -53,6 +54,27 @@ void ScoreSink::on_cloud(const CloudBlock& block, const fusion::Trajectory&) {
   for (const ColouredPoint& point : block.points) take(point, T_ecef_enu);
 }
 
+void ScoreSink::on_provisional_cloud(const CloudBlock& block, const fusion::Trajectory&) {
+  for (const ColouredPoint& point : block.points)
+    if (const auto latency = latency_ms(point)) scorer_.add_provisional(*latency);
+}
+
+void ScoreSink::on_laser(const StampedLaserBatch&) {
+  if (!first_laser_) first_laser_ = now_;
+}
+
+/// Returns the time since the last input that a coloured point needs; empty for points without a colour, and after the
+/// stream's end.
+std::optional<double> ScoreSink::latency_ms(const ColouredPoint& point) const {
+  if (point.exposure == kNoExposure || !now_) return std::nullopt;
+  // What came before the clock had locked and the camera's images were matched could not be placed or coloured earlier.
+  HostTime needed = std::max({kSimulatedHostBegin + (point.time - drive_begin_), first_laser_.value_or(*now_),
+                              first_exposure_.value_or(*now_)});
+  if (const auto exposure = stamped_.find(point.exposure); exposure != stamped_.end())
+    needed = std::max(needed, exposure->second.arrived);
+  return to_seconds(*now_ - needed) * 1e3;
+}
+
 void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu) {
   cloud_.add(point);
   const auto exposure = stamped_.find(point.exposure);
@@ -61,11 +83,7 @@ void ScoreSink::take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_e
                        is_panorama_);
   out.is_coloured = point.exposure != kNoExposure;
   out.moving = point.moving;
-  if (out.is_coloured && now_) {
-    HostTime needed = kSimulatedHostBegin + (point.time - drive_begin_);
-    if (exposure != stamped_.end()) needed = std::max(needed, exposure->second.arrived);
-    out.latency_ms = to_seconds(*now_ - needed) * 1e3;
-  }
+  out.latency_ms = latency_ms(point);
   scorer_.add(out);
 }
 

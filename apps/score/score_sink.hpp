@@ -26,6 +26,9 @@ class ScoreSink : public runtime::ProductSink {
   void set_now(std::optional<HostTime> received) { now_ = received; }
 
   void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override;
+  void on_provisional_cloud(const CloudBlock& block, const fusion::Trajectory&) override;
+  bool wants_provisional_cloud() const override { return true; }
+  void on_laser(const StampedLaserBatch&) override;
   void on_exposure(const Exposure& exposure) override;
   void on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) override;
   void on_fault(const Fault& fault) override;
@@ -46,6 +49,7 @@ class ScoreSink : public runtime::ProductSink {
     bool has_image;
     std::optional<sim::Pose> T_ecef_head{};  // set once the exposure is settled, if it has a pose
   };
+  std::optional<double> latency_ms(const ColouredPoint& point) const;
   void take(const ColouredPoint& point, const Transform<Ecef, Enu>& T_ecef_enu);
 
   score::Scorer& scorer_;
@@ -57,6 +61,7 @@ class ScoreSink : public runtime::ProductSink {
   std::map<std::uint32_t, Stamped> stamped_;  // by Exposure::index
   std::map<SensorId, std::uint64_t> told_lost_;
   std::optional<HostTime> now_;
+  std::optional<HostTime> first_laser_, first_exposure_;  // arrival of the packets since which they have times
   CloudPrint cloud_;
 };
 

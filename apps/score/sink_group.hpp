@@ -22,6 +22,15 @@ class SinkGroup : public runtime::ProductSink {
   void on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) override {
     each([&](ProductSink& sink) { sink.on_cloud(block, trajectory); });
   }
+  void on_provisional_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) override {
+    each([&](ProductSink& sink) {
+      if (sink.wants_provisional_cloud()) sink.on_provisional_cloud(block, trajectory);
+    });
+  }
+  bool wants_provisional_cloud() const override {
+    return std::any_of(sinks_.begin(), sinks_.end(),
+                       [](const ProductSink* sink) { return sink->wants_provisional_cloud(); });
+  }
   void on_exposure(const Exposure& exposure) override {
     each([&](ProductSink& sink) { sink.on_exposure(exposure); });
   }

@@ -23,6 +23,49 @@ TEST(Windows, EachExposureOwnsHalfAnIntervalOnBothSides) {
   EXPECT_EQ(count_state(out, ColourState::Neighbour), 0u);
 }
 
+TEST(Provisional, EveryPointGetsAColourAtOnceAndTheFinalOnesDoNotDependOnIt) {
+  for (const ExposureChoice choice : {ExposureChoice::Visible, ExposureChoice::Nearest}) {
+    TestDrive test;
+    test.config.choice = choice;
+    test.until = 6;
+    const Outcome without = run(test);
+    test.is_provisional = true;
+    for (const int threads : {1, 2}) {
+      test.config.threads = threads;
+      const Outcome with = run(test);
+      EXPECT_EQ(with.points, without.points);
+      ASSERT_EQ(with.provisional.size(), with.points.size());
+      std::size_t coloured = 0, later = 0;
+      for (std::size_t i = 0; i < with.points.size(); ++i) {
+        const ColouredPoint &early = with.provisional[i], &final = with.points[i];
+        ASSERT_EQ(early.time, final.time);
+        ASSERT_EQ(early.east, final.east);
+        coloured += early.exposure != kNoExposure;
+        later += early.exposure != kNoExposure && final.exposure != kNoExposure && final.exposure > early.exposure;
+      }
+      // Points before the first image was there have no colour yet.
+      EXPECT_GT(coloured, with.points.size() * 8 / 10);
+      EXPECT_GT(later, with.points.size() / 10);
+      EXPECT_LT(with.longest_provisional_wait_s, 0.02);
+    }
+  }
+}
+
+TEST(Windows, NoPointWaitsLongerThanItIsAllowed) {
+  for (const double max_wait : {0.3, 0.6, 1.0}) {
+    TestDrive test;
+    test.until = 6;
+    test.config.max_wait = from_seconds(max_wait);
+    const Outcome out = run(test);
+    expect_every_return_accounted_for(out);
+    EXPECT_GT(count_state(out, ColourState::Direct) + count_state(out, ColourState::Neighbour),
+              out.points.size() * 8 / 10);
+    // The images arrive 80 ms late, and nothing comes out between two images.
+    EXPECT_LT(out.longest_wait_s, std::max(max_wait, kInterval / 2) + kInterval + 0.1) << max_wait;
+    EXPECT_GT(out.longest_wait_s, 0.3) << max_wait;
+  }
+}
+
 TEST(Windows, ALostImageLeavesItsWindowUncolouredAndKept) {
   for (const int bridged : {0, 1}) {
     for (const double configured : {0.0, kInterval}) {  // T measured, T given

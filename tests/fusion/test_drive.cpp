@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -25,10 +26,21 @@ double exposure_time(int index) { return kFirstExposure + kInterval * index; }
 
 Outcome run(const TestDrive& test) {
   Outcome outcome;
+  double now = 0;
+  const auto wait = [&now](const CloudBlock& block, double& longest) {
+    for (const ColouredPoint& p : block.points)
+      if (p.exposure != kNoExposure) longest = std::max(longest, now - to_seconds(p.time - at(0)));
+  };
   Colouring colouring(test.config, test.rig, [&](const CloudBlock& block) {
     outcome.origin = block.origin;
+    wait(block, outcome.longest_wait_s);
     outcome.points.insert(outcome.points.end(), block.points.begin(), block.points.end());
   });
+  if (test.is_provisional)
+    colouring.set_provisional_sink([&](const CloudBlock& block) {
+      wait(block, outcome.longest_provisional_wait_s);
+      outcome.provisional.insert(outcome.provisional.end(), block.points.begin(), block.points.end());
+    });
   std::vector<StampedLaserBatch> batches;
   std::map<std::pair<SensorId, std::uint64_t>, std::vector<Vector3>> truth;
   for (const LaserMount& laser : test.rig.lasers) {
@@ -49,6 +61,7 @@ Outcome run(const TestDrive& test) {
   const int ticks = static_cast<int>((test.until + 0.3) * 200);
   for (int i = 0; i <= ticks; ++i) {
     const double t = i / 200.0;
+    now = t;
     if (test.has_solution(t)) colouring.add(test.drive.solution(t));
     while (next_batch < batches.size() && batches[next_batch].time < at(t)) colouring.add(batches[next_batch++]);
     const double mid = exposure_time(next_exposure);
@@ -60,7 +73,7 @@ Outcome run(const TestDrive& test) {
       }
       ++next_exposure;
     }
-    colouring.advance(at(t));
+    colouring.advance(at(std::min(t, exposure_time(next_exposure))));  // no exposure comes from before
   }
   colouring.flush();
   outcome.counts = colouring.counts();

@@ -33,10 +33,13 @@ struct TestDrive {
   int per_batch = 64;
   double packet_rate = 100;
   double flush_at = 1e9;
+  bool is_provisional = false;  ///< whether provisional colours are wanted
 };
 
 struct Outcome {
   std::vector<ColouredPoint> points;
+  std::vector<ColouredPoint> provisional;
+  double longest_wait_s = 0, longest_provisional_wait_s = 0;  ///< from a point's firing until it came out, if coloured
   Geodetic origin;
   fusion::ColouringCounts counts;
   std::vector<Fault> faults;
