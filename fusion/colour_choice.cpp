@@ -215,7 +215,7 @@ Colouring::Found Colouring::find_nearest(int owner, bool is_lost, Piece& piece, 
 bool Colouring::sees(const Moment& moment, const ColouredPoint& point, Sight& sight) const {
   if (!moment.viewpoint) return false;
   const auto [x, y, z] = moment.viewpoint->in_head(point.east, point.north, point.up);
-  return projector_.see(x, y, z, moment.has_image.data(), moment.blind, sight);
+  return projector_.see(x, y, z, moment.has_image.data(), moment.blind, sight, moment.viewpoint->motion);
 }
 
 /// Collects the indices and places of the points that are wanted.
@@ -244,8 +244,8 @@ void Colouring::paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Pi
         batch, [&](std::size_t i) { return found[i].moment == candidate; }, piece);
     if (piece.group.empty()) continue;
     const Sights& sights = piece.sights;
-    projector_.see_each(moment.viewpoint->relative_to(batch.placed.scanner_enu), piece.places, moment.has_image.data(),
-                        moment.blind, piece.sights);
+    projector_.see_each(moment.viewpoint->relative_to(batch.placed.scanner_enu), moment.viewpoint->motion, piece.places,
+                        moment.has_image.data(), moment.blind, piece.sights);
     // The pixels of a batch lie all over an image that no cache holds, so they are fetched while others are sampled.
     for (std::size_t k = 0; k < piece.group.size(); ++k) {
       if (sights.lens[k] == kNoLens) continue;

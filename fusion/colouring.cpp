@@ -14,6 +14,7 @@ namespace hueline::fusion {
 namespace {
 constexpr std::size_t kBatchesAtOnce =
     256;  // limits the working memory; about 100 000 points for packets of 384 returns
+constexpr nanoseconds kMotionAround{5'000'000};  // poses this far before and after an exposure tell how the head moves
 }  // namespace
 
 void Colouring::Config::visit(Keys& keys) {
@@ -273,7 +274,8 @@ void Colouring::resolve_viewpoints(bool everything) {
   for (std::size_t i = 0; i < timeline_.size(); ++i) {
     Moment& moment = timeline_.at(static_cast<int>(i));
     if (moment.is_pose_final) continue;
-    const bool is_final = everything || trajectory_.is_settled(moment.time) ||
+    const nanoseconds around = projector_.is_rolling() ? kMotionAround : nanoseconds(0);
+    const bool is_final = everything || trajectory_.is_settled(moment.time + around) ||
                           (watermark_ && *watermark_ >= moment.time + config_.max_lateness);
     if (!is_final) continue;
     moment.is_pose_final = true;
@@ -288,9 +290,30 @@ void Colouring::resolve_viewpoints(bool everything) {
     for (int k = 0; k < 9; ++k) viewpoint.R_head_enu[static_cast<std::size_t>(k)] = static_cast<float>(R(k / 3, k % 3));
     viewpoint.centre_enu = T_head_enu.inverse().translation;
     viewpoint.sigma_m = static_cast<float>(pose->sigma_position.norm());
+    if (projector_.is_rolling()) viewpoint.motion = motion_at(moment.time, T_head_enu);
     moment.viewpoint = viewpoint;
     drop_frozen(moment);
   }
+}
+
+/// Returns how the head moves, from the poses around; a head whose poses around are missing is taken to stand.
+HeadMotion Colouring::motion_at(GpsTime time, const Transform<CameraHead, Enu>& T_head_enu) const {
+  HeadMotion motion;
+  const auto [before, no_before] = trajectory_.pose_at(time - kMotionAround);
+  const auto [after, no_after] = trajectory_.pose_at(time + kMotionAround);
+  if (!before || !after) return motion;
+  const double duration = to_seconds(2 * kMotionAround);
+  const Transform<Enu, CameraHead> from = before->T_enu_body * rig_.head.T_body_head,
+                                   to = after->T_enu_body * rig_.head.T_body_head;
+  const Eigen::Vector3d velocity = T_head_enu.rotation * (to.translation - from.translation) / duration;
+  // What turns a standing point from the head's axes before to those after.
+  const Eigen::AngleAxisd turn(to.rotation.inverse() * from.rotation);
+  const Eigen::Vector3d rate = turn.axis() * (turn.angle() / duration);
+  for (int i = 0; i < 3; ++i) {
+    motion.velocity[static_cast<std::size_t>(i)] = static_cast<float>(velocity[i]);
+    motion.rate[static_cast<std::size_t>(i)] = static_cast<float>(rate[i]);
+  }
+  return motion;
 }
 
 void Colouring::drop_frozen(Moment& moment) {

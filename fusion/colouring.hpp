@@ -132,6 +132,7 @@ class Colouring {
   struct Found;
   void place_ready(bool everything);
   void resolve_viewpoints(bool everything);
+  HeadMotion motion_at(GpsTime time, const Transform<CameraHead, Enu>& T_head_enu) const;
   void drop_frozen(Moment& moment);
   void map_depths(GpsTime from, GpsTime to);
   bool is_ready(const PlacedBatch& batch) const;

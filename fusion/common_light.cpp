@@ -82,8 +82,8 @@ std::vector<Radiometry::Place> Colouring::common_places(int newest) const {
         const auto [x, y, z] = head.place(relative.x[i], relative.y[i], relative.z[i]);
         for (const FloatLens& lens : projector_.lenses()) {
           Sight sight;
-          if (by->has_image[lens.camera] == 0 || (by->blind >> lens.index & 1) != 0 || !lens.project(x, y, z, sight) ||
-              sight.border_px < kEvenReach_px + kSampleReach ||
+          if (by->has_image[lens.camera] == 0 || (by->blind >> lens.index & 1) != 0 ||
+              !lens.project(x, y, z, by->viewpoint->motion, sight) || sight.border_px < kEvenReach_px + kSampleReach ||
               lens.mask.covers(static_cast<std::uint32_t>(sight.x + 0.5f), static_cast<std::uint32_t>(sight.y + 0.5f)))
             continue;
           places[i].push_back({by->serial, lens.index, lens.off_axis(sight.x, sight.y),

@@ -8,6 +8,7 @@
 
 #include "core/stamped.hpp"
 #include "fusion/depth_map.hpp"
+#include "fusion/head_projector.hpp"
 #include "fusion/pixel_sampler.hpp"
 #include "fusion/radiometry.hpp"
 #include "fusion/trajectory.hpp"
@@ -27,6 +28,7 @@ struct Moment {
     std::array<float, 9> R_head_enu;  ///< row by row
     Eigen::Vector3d centre_enu;
     float sigma_m = 0;  ///< one sigma of the place, all axes together
+    HeadMotion motion;  ///< of a head with a rolling shutter
     /// Returns the head as seen from places relative to `origin`.
     RelativeHead relative_to(const Eigen::Vector3d& origin) const {
       const Eigen::Vector3f offset = (origin - centre_enu).cast<float>();

@@ -75,6 +75,8 @@ FloatLens::FloatLens(const LensMount& mount)
   const float wide = std::max(centre_x, last_x - centre_x) / focal_x,
               high = std::max(centre_y, last_y - centre_y) / focal_y;
   per_corner = 1 / (wide * wide + high * high);
+  row_time = static_cast<float>(to_seconds(mount.row_time));
+  middle_row = 0.5f * last_y;
   is_plane = k.model == LensModel::Brown;
   for (std::size_t i = 0; i < 5; ++i) distortion[i] = static_cast<float>(k.distortion[i]);
   x_offset = mount.x_offset;
@@ -115,6 +117,15 @@ bool FloatLens::project(float x, float y, float z, Sight& sight) const {
   sight.lens = index;
   sight.distance = distance;
   return sight.border_px >= static_cast<float>(kSampleReach);
+}
+
+bool FloatLens::project(float x, float y, float z, const HeadMotion& motion, Sight& sight) const {
+  if (!project(x, y, z, sight)) return false;
+  for (int step = 0; step < kRowSteps && row_time != 0.0f; ++step) {
+    const auto [mx, my, mz] = motion.place_after(x, y, z, row_time * (sight.y - middle_row));
+    if (!project(mx, my, mz, sight)) return false;
+  }
+  return true;
 }
 
 double FloatLens::largest_error_px(const CameraModel& model) const {
@@ -169,8 +180,8 @@ void HeadProjector::panorama_pixel(float x, float y, float z, float& u, float& v
   v = polar * (static_cast<float>(panorama_.height) / static_cast<float>(pi)) - 0.5f;
 }
 
-bool HeadProjector::see(float x, float y, float z, const std::uint8_t* has_image, std::uint32_t blind,
-                        Sight& sight) const {
+bool HeadProjector::see(float x, float y, float z, const std::uint8_t* has_image, std::uint32_t blind, Sight& sight,
+                        const HeadMotion& motion) const {
   if (is_in_hole(x, y, z)) return false;
   if (method_ == ColourMethod::Panorama) {
     if (!panorama_mask_.is_empty()) {
@@ -201,11 +212,15 @@ bool HeadProjector::see(float x, float y, float z, const std::uint8_t* has_image
     }
     if (chosen == nullptr) return false;
     tried |= 1u << chosen->index;
-    if (has_image[chosen->camera] == 0 || !chosen->project(x, y, z, sight)) continue;
+    if (has_image[chosen->camera] == 0 || !chosen->project(x, y, z, motion, sight)) continue;
     if (!chosen->mask.covers(static_cast<std::uint32_t>(sight.x + 0.5f), static_cast<std::uint32_t>(sight.y + 0.5f)))
       return true;
   }
   return false;
+}
+
+bool HeadProjector::is_rolling() const {
+  return std::any_of(lenses_.begin(), lenses_.end(), [](const FloatLens& lens) { return lens.row_time != 0.0f; });
 }
 
 std::uint32_t HeadProjector::blind_lenses(SensorId camera, const std::vector<PixelRegion>& lost) const {

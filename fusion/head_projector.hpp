@@ -14,6 +14,9 @@
 /// library.
 namespace hueline::fusion {
 
+/// How often the row of a rolling shutter is corrected. Each step leaves a twentieth of the error or less at 50 km/h.
+constexpr int kRowSteps = 3;
+
 /// How a point's pixel is found.
 enum class ColourMethod : std::uint8_t {
   /// Projects the point into the lens that sees it best, with the lens's distortion (docs/methods, equations 11 to 16).
@@ -37,12 +40,26 @@ struct Sights {
   std::vector<float> x, y, border_px;
 };
 
+/// How the head moves around the middle of an exposure, in its own axes. Rows of a rolling shutter that are exposed
+/// earlier or later see the world from elsewhere.
+struct HeadMotion {
+  std::array<float, 3> velocity{};  ///< m/s
+  std::array<float, 3> rate{};      ///< of rotation, rad/s
+  /// Returns where the head sees a standing point after `dt` s, to the first order (docs/methods, equation 33).
+  std::array<float, 3> place_after(float x, float y, float z, float dt) const {
+    return {x + dt * (rate[1] * z - rate[2] * y - velocity[0]), y + dt * (rate[2] * x - rate[0] * z - velocity[1]),
+            z + dt * (rate[0] * y - rate[1] * x - velocity[2])};
+  }
+};
+
 /// One lens, prepared for calculation in single precision.
 struct FloatLens {
   explicit FloatLens(const LensMount& mount);
   /// Finds the pixel of a point of the head's frame. Returns false beyond the field of view, and nearer to the border
   /// than kSampleReach.
   bool project(float x, float y, float z, Sight& sight) const;
+  /// The same for a head that moves: a rolling shutter's pixel is the one whose row sees the point.
+  bool project(float x, float y, float z, const HeadMotion& motion, Sight& sight) const;
   /// Returns the square of a pixel's distance from the principal point; 1 at the farthest corner.
   float off_axis(float x, float y) const {
     const float dx = (x - centre_x) / focal_x, dy = (y - centre_y) / focal_y;
@@ -53,8 +70,9 @@ struct FloatLens {
   std::array<float, 9> R_lens_head;  ///< row by row
   std::array<float, 3> t_lens_head;
   float focal_x, focal_y, centre_x, centre_y, cosine_limit, last_x, last_y;
-  float per_corner = 0;  ///< 1 / (square of the farthest corner's distance from the principal point)
-  bool is_plane;         ///< the model is Brown
+  float row_time = 0, middle_row = 0;  ///< s from one row to the next; the row to which the exposure's time belongs
+  float per_corner = 0;                ///< 1 / (square of the farthest corner's distance from the principal point)
+  bool is_plane;                       ///< the model is Brown
   std::array<float, 5> distortion;
   /// For KannalaBrandt: (distorted angle) / sin(angle) as a polynomial in the cosine of the angle, mapped to [-1, 1].
   std::vector<float> series;
@@ -76,12 +94,15 @@ class HeadProjector {
   /// Finds the lens that sees a point of the head's frame best, outside the hole and the masks. A lens sees nothing if
   /// its camera's image is missing (`has_image[camera]` is 0) or its bit in `blind` is set. Returns false if no lens
   /// sees the point.
-  bool see(float x, float y, float z, const std::uint8_t* has_image, std::uint32_t blind, Sight& sight) const;
+  bool see(float x, float y, float z, const std::uint8_t* has_image, std::uint32_t blind, Sight& sight,
+           const HeadMotion& motion = {}) const;
   /// Finds what see() finds for many places at once, where the lens whose axis is nearest shows a place. Other places,
   /// and all places with ColourMethod::Panorama, get kNoLens: see() has to be asked. Uses the widest vector
   /// instructions that the processor has; the results have the same bits with each of them.
-  void see_each(const RelativeHead& head, const RelativePlaces& places, const std::uint8_t* has_image,
-                std::uint32_t blind, Sights& out) const;
+  void see_each(const RelativeHead& head, const HeadMotion& motion, const RelativePlaces& places,
+                const std::uint8_t* has_image, std::uint32_t blind, Sights& out) const;
+  /// Whether a lens has a rolling shutter. If not, motion has no effect.
+  bool is_rolling() const;
   /// Returns one bit for each lens, set if the lens's pixels lie in a lost part of this camera's image.
   std::uint32_t blind_lenses(SensorId camera, const std::vector<PixelRegion>& lost) const;
   /// Calculates the panorama pixel of a point of the head's frame.

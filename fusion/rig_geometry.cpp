@@ -90,6 +90,10 @@ void LensMount::visit(Keys& keys) {
       required("T_head_lens", "", "Where the lens sits: a [mounting](#mountings), at most 5 m from the head's origin."),
       T_head_lens);
   intrinsics.visit(keys);
+  keys.duration({"row_time_us", "us",
+                 "Rolling shutter: the time from one row of the lens image to the next; negative if the last row is "
+                 "exposed first. The exposure's time is that of the middle row. 0: all rows are exposed at once."},
+                row_time, {-1000, 1000});
   visit_polygons(
       keys,
       {"masks", "", "Parts of the vehicle and dirt, in pixels of the lens image. Pixels inside them give no colour.",

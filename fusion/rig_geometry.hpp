@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/fault.hpp"
+#include "core/time.hpp"
 #include "fusion/camera_model.hpp"
 
 /// Where the sensors sit on the vehicle and what each lens looks like, in SI units and rad. config/ fills it from the
@@ -33,6 +34,9 @@ struct LensMount {
   std::string camera_name;                   ///< the camera whose image contains the lens image, as files name it
   SensorId camera{};                         ///< the same camera
   std::uint32_t x_offset = 0, y_offset = 0;  ///< place of the lens image's first pixel in the camera's image, px
+  /// Time from one row of the lens image to the next, if rows are exposed one after the other; negative if the last row
+  /// is the first. An exposure's time is that of the middle row.
+  nanoseconds row_time{0};
   /// In lens pixels: parts of the vehicle, dirt. Pixels inside give no colour.
   std::vector<Polygon> masks;
 

@@ -27,7 +27,8 @@ struct VectorOfSights {
 };
 
 void see_vector(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::uint32_t usable, float hole_cosine,
-                const RelativeHead& head, const float* px, const float* py, const float* pz, VectorOfSights& out) {
+                const RelativeHead& head, const HeadMotion& motion, const float* px, const float* py, const float* pz,
+                VectorOfSights& out) {
   const D d;
   const hn::RebindToSigned<D> whole;
   const auto set = [d](float value) { return hn::Set(d, value); };
@@ -59,35 +60,50 @@ void see_vector(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::
     const auto is_of_lens = hn::Eq(index, number);
     if (hn::AllFalse(d, is_of_lens)) continue;
     const auto& t = lens.t_lens_head;
-    const V lx = hn::Add(row(lens.R_lens_head, 0, x, y, z), set(t[0])),
-            ly = hn::Add(row(lens.R_lens_head, 3, x, y, z), set(t[1])),
-            lz = hn::Add(row(lens.R_lens_head, 6, x, y, z), set(t[2]));
-    const V distance = norm(lx, ly, lz), one = set(1.0f);
-    V across, down;
-    if (lens.is_plane) {
-      const V inverse = hn::Div(one, lz), ax = hn::Mul(lx, inverse), ay = hn::Mul(ly, inverse),
-              r2 = hn::Add(hn::Mul(ax, ax), hn::Mul(ay, ay));
-      const auto& [k1, k2, p1, p2, k3] = lens.distortion;
-      const V inner = hn::Add(set(k2), hn::Mul(r2, set(k3)));
-      const V radial = hn::Add(one, hn::Mul(r2, hn::Add(set(k1), hn::Mul(r2, inner))));
-      const V cross = hn::Mul(times(2.0f, ax), ay);
-      across =
-          hn::Add(hn::Add(hn::Mul(ax, radial), times(p1, cross)), times(p2, hn::Add(r2, hn::Mul(times(2.0f, ax), ax))));
-      down =
-          hn::Add(hn::Add(hn::Mul(ay, radial), times(p2, cross)), times(p1, hn::Add(r2, hn::Mul(times(2.0f, ay), ay))));
-    } else {
-      const V inverse = hn::Div(one, distance);
-      const V u = hn::Add(hn::Mul(hn::Mul(lz, inverse), set(lens.series_scale)), set(lens.series_shift));
-      V ratio = hn::Zero(d);
-      for (std::size_t i = lens.series.size(); i-- > 0;) ratio = hn::Add(hn::Mul(ratio, u), set(lens.series[i]));
-      across = hn::Mul(hn::Mul(lx, inverse), ratio);
-      down = hn::Mul(hn::Mul(ly, inverse), ratio);
+    V sx = hn::Zero(d), sy = hn::Zero(d), edge = hn::Zero(d);
+    auto is_seen = is_of_lens;
+    V mx = x, my = y, mz = z;
+    for (int step = 0; step <= (lens.row_time != 0.0f ? kRowSteps : 0); ++step) {
+      if (step > 0) {
+        const V dt = hn::Mul(set(lens.row_time), hn::Sub(sy, set(lens.middle_row)));
+        const auto after = [&](V from, V a, std::size_t i, V b, std::size_t k, std::size_t along) {
+          const V turned = hn::Sub(times(motion.rate[i], a), times(motion.rate[k], b));
+          return hn::Add(from, hn::Mul(dt, hn::Sub(turned, set(motion.velocity[along]))));
+        };
+        mx = after(x, z, 1, y, 2, 0);
+        my = after(y, x, 2, z, 0, 1);
+        mz = after(z, y, 0, x, 1, 2);
+      }
+      const V lx = hn::Add(row(lens.R_lens_head, 0, mx, my, mz), set(t[0])),
+              ly = hn::Add(row(lens.R_lens_head, 3, mx, my, mz), set(t[1])),
+              lz = hn::Add(row(lens.R_lens_head, 6, mx, my, mz), set(t[2]));
+      const V distance = norm(lx, ly, lz), one = set(1.0f);
+      V across, down;
+      if (lens.is_plane) {
+        const V inverse = hn::Div(one, lz), ax = hn::Mul(lx, inverse), ay = hn::Mul(ly, inverse),
+                r2 = hn::Add(hn::Mul(ax, ax), hn::Mul(ay, ay));
+        const auto& [k1, k2, p1, p2, k3] = lens.distortion;
+        const V inner = hn::Add(set(k2), hn::Mul(r2, set(k3)));
+        const V radial = hn::Add(one, hn::Mul(r2, hn::Add(set(k1), hn::Mul(r2, inner))));
+        const V cross = hn::Mul(times(2.0f, ax), ay);
+        across = hn::Add(hn::Add(hn::Mul(ax, radial), times(p1, cross)),
+                         times(p2, hn::Add(r2, hn::Mul(times(2.0f, ax), ax))));
+        down = hn::Add(hn::Add(hn::Mul(ay, radial), times(p2, cross)),
+                       times(p1, hn::Add(r2, hn::Mul(times(2.0f, ay), ay))));
+      } else {
+        const V inverse = hn::Div(one, distance);
+        const V u = hn::Add(hn::Mul(hn::Mul(lz, inverse), set(lens.series_scale)), set(lens.series_shift));
+        V ratio = hn::Zero(d);
+        for (std::size_t i = lens.series.size(); i-- > 0;) ratio = hn::Add(hn::Mul(ratio, u), set(lens.series[i]));
+        across = hn::Mul(hn::Mul(lx, inverse), ratio);
+        down = hn::Mul(hn::Mul(ly, inverse), ratio);
+      }
+      sx = hn::Add(hn::Mul(across, set(lens.focal_x)), set(lens.centre_x));
+      sy = hn::Add(hn::Mul(down, set(lens.focal_y)), set(lens.centre_y));
+      edge = hn::Min(hn::Min(sx, hn::Sub(set(lens.last_x), sx)), hn::Min(sy, hn::Sub(set(lens.last_y), sy)));
+      const auto is_before = hn::And(hn::Ge(lz, times(lens.cosine_limit, distance)), hn::Gt(distance, hn::Zero(d)));
+      is_seen = hn::And(is_seen, hn::And(is_before, hn::Ge(edge, set(static_cast<float>(kSampleReach)))));
     }
-    const V sx = hn::Add(hn::Mul(across, set(lens.focal_x)), set(lens.centre_x)),
-            sy = hn::Add(hn::Mul(down, set(lens.focal_y)), set(lens.centre_y));
-    const V edge = hn::Min(hn::Min(sx, hn::Sub(set(lens.last_x), sx)), hn::Min(sy, hn::Sub(set(lens.last_y), sy)));
-    const auto is_before = hn::And(hn::Ge(lz, times(lens.cosine_limit, distance)), hn::Gt(distance, hn::Zero(d)));
-    const auto is_seen = hn::And(hn::And(is_of_lens, is_before), hn::Ge(edge, set(static_cast<float>(kSampleReach))));
     sight_x = hn::IfThenElse(is_seen, sx, sight_x);
     sight_y = hn::IfThenElse(is_seen, sy, sight_y);
     border = hn::IfThenElse(is_seen, edge, border);
@@ -100,7 +116,7 @@ void see_vector(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::
 }
 
 void see_each(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::uint32_t usable, float hole_cosine,
-              const RelativeHead& head, const RelativePlaces& places, Sights& out) {
+              const RelativeHead& head, const HeadMotion& motion, const RelativePlaces& places, Sights& out) {
   const D d;
   const std::size_t lanes = hn::Lanes(d), count = places.size();
   std::array<float, 16> x{}, y{}, z{};
@@ -116,7 +132,7 @@ void see_each(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::ui
       py = y.data();
       pz = z.data();
     }
-    see_vector(lenses, blind, usable, hole_cosine, head, px, py, pz, found);
+    see_vector(lenses, blind, usable, hole_cosine, head, motion, px, py, pz, found);
     for (std::size_t k = 0; k < left; ++k) {
       out.x[i + k] = found.x[k];
       out.y[i + k] = found.y[k];
@@ -133,8 +149,8 @@ HWY_AFTER_NAMESPACE();
 namespace hueline::fusion {
 HWY_EXPORT(see_each);
 
-void HeadProjector::see_each(const RelativeHead& head, const RelativePlaces& places, const std::uint8_t* has_image,
-                             std::uint32_t blind, Sights& out) const {
+void HeadProjector::see_each(const RelativeHead& head, const HeadMotion& motion, const RelativePlaces& places,
+                             const std::uint8_t* has_image, std::uint32_t blind, Sights& out) const {
   out.x.resize(places.size());
   out.y.resize(places.size());
   out.border_px.resize(places.size());
@@ -143,7 +159,7 @@ void HeadProjector::see_each(const RelativeHead& head, const RelativePlaces& pla
   std::uint32_t usable = 0;
   for (const FloatLens& lens : lenses_)
     if (has_image[lens.camera] != 0 && (blind >> lens.index & 1u) == 0) usable |= 1u << lens.index;
-  HWY_DYNAMIC_DISPATCH(see_each)(lenses_, blind, usable, hole_cosine_, head, places, out);
+  HWY_DYNAMIC_DISPATCH(see_each)(lenses_, blind, usable, hole_cosine_, head, motion, places, out);
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (out.lens[i] == kNoLens) continue;
     const PixelMask& mask = lenses_[out.lens[i]].mask;

@@ -64,7 +64,7 @@ std::string wheel_yaml(const sim::Scenario& scenario, const SimulatedAddresses& 
       bus, std::min(1000.0, 500 / scenario.wheel.rate_hz), per_pulse, per_pulse);
 }
 
-std::string lens_yaml(const sim::RigTruth& rig, std::size_t i) {
+std::string lens_yaml(const sim::RigTruth& rig, std::size_t i, double row_time_us) {
   const sim::TrueLens& lens = rig.lenses[i];
   const bool fisheye = lens.model == sim::LensModel::KannalaBrandt;
   std::string out = fmt::format(
@@ -75,6 +75,7 @@ std::string lens_yaml(const sim::RigTruth& rig, std::size_t i) {
       i, rig.column_of(i), rig.row_of(i), lens.width, lens.height, fisheye ? "kannala_brandt" : "brown", lens.focal_x,
       lens.focal_y, lens.centre_x, lens.centre_y, numbers(lens.distortion.data(), fisheye ? 4 : 5),
       sim::degrees(lens.theta_max), transform(lens.T_head_lens));
+  if (row_time_us != 0) out += fmt::format("      row_time_us: {}\n", row_time_us);
   const auto outlines =
       sim::mask_outline(rig.own_vehicle_mask(i), lens.width, lens.height, kMaskMargin_px, kMaskTolerance_px);
   if (!outlines.empty()) out += "      masks:  # the vehicle itself\n";
@@ -122,7 +123,8 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
   out += fmt::format(
       "head:\n  T_body_head: {}\n  panorama: {{width: 8000, height: 4000, stitching_radius_m: 20}}\n  lenses:\n",
       transform(rig.T_body_head));
-  for (std::size_t i = 0; i < rig.lenses.size(); ++i) out += lens_yaml(rig, i);
+  for (std::size_t i = 0; i < rig.lenses.size(); ++i)
+    out += lens_yaml(rig, i, scenario.camera.shutter == sim::ShutterKind::Rolling ? scenario.camera.row_time_us : 0);
   out += fmt::format("\ncolouring:\n  method: {}\n  exposure_interval_s: {}\n\ncloud:\n  crs: utm\n", method,
                      1.0 / scenario.camera.rate_hz);
   return out;

@@ -48,9 +48,12 @@ TEST(HeadProjector, ManyPlacesAtOnceAreSeenAsOneByOne) {
   std::uniform_real_distribution<float> along(-20, 20);
   for (const LensModel model : {LensModel::Brown, LensModel::KannalaBrandt}) {
     CameraHeadGeometry head = test::ladybug_rig(model).head;
+    head.lenses[0].row_time = nanoseconds(80'000);
+    head.lenses[3].row_time = nanoseconds(-30'000);
     head.lenses[1].masks = {{{40, 40}, {200, 40}, {200, 150}, {40, 150}}};
     const HeadProjector projector(head, ColourMethod::Lens);
     const std::vector<std::uint8_t> has_image(projector.cameras().size(), 1);
+    const HeadMotion motion{{14, 0.3f, -0.2f}, {0.1f, -0.2f, 0.6f}};
     const RelativeHead at{{0, 1, 0, -1, 0, 0, 0, 0, 1}, {0.5f, -2, 0.25f}};
     for (const std::size_t count : {0ul, 1ul, 15ul, 16ul, 4003ul}) {
       RelativePlaces places;
@@ -61,12 +64,12 @@ TEST(HeadProjector, ManyPlacesAtOnceAreSeenAsOneByOne) {
       }
       for (const std::uint32_t blind : {0u, 4u}) {
         Sights sights;
-        projector.see_each(at, places, has_image.data(), blind, sights);
+        projector.see_each(at, motion, places, has_image.data(), blind, sights);
         std::size_t seen = 0, seen_one_by_one = 0;
         for (std::size_t i = 0; i < count; ++i) {
           const auto [x, y, z] = at.place(places.x[i], places.y[i], places.z[i]);
           Sight sight;
-          const bool is_seen = projector.see(x, y, z, has_image.data(), blind, sight);
+          const bool is_seen = projector.see(x, y, z, has_image.data(), blind, sight, motion);
           seen_one_by_one += is_seen;
           if (sights.lens[i] == kNoLens) continue;
           ++seen;
