@@ -1,20 +1,25 @@
 #include <array>
 
+#include "drivers/applanix/applanix_device.hpp"
 #include "drivers/device.hpp"
 #include "drivers/gige/genicam_device.hpp"
 #include "drivers/nmea/nmea_device.hpp"
 #include "drivers/novatel/novatel_device.hpp"
+#include "drivers/oxts/oxts_device.hpp"
 #include "drivers/pps/pps_device.hpp"
 #include "drivers/profile_scanner/profile_scanner_device.hpp"
+#include "drivers/septentrio/septentrio_device.hpp"
 #include "drivers/ublox/ublox_device.hpp"
 #include "drivers/velodyne/velodyne_device.hpp"
 #include "drivers/wheel/wheel_device.hpp"
+#include "drivers/xsens/xsens_device.hpp"
 
 namespace hueline::drivers {
 
 DeviceTypes device_types() {
-  static constexpr std::array<const DeviceType*, 8> kTypes{
-      &kVelodyne, &kProfileScanner, &kNovatel, &kUblox, &kGenicam, &kPps, &kWheel, &kNmea,
+  static constexpr std::array<const DeviceType*, 12> kTypes{
+      &kVelodyne, &kProfileScanner, &kNovatel, &kApplanix, &kSeptentrio, &kUblox,
+      &kXsens,    &kOxts,           &kGenicam, &kPps,      &kWheel,      &kNmea,
   };
   return kTypes;
 }

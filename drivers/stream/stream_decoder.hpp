@@ -49,6 +49,12 @@ class StreamDecoder : public Decoder, private MessageFramer::Sink {
     measurement.received = received;
     out_->emplace_back(std::move(measurement));
   }
+  /// Appends a measurement of this sensor that has no arrival.
+  template <class T>
+  void emit(T measurement) {
+    measurement.sensor = sensor_;
+    out_->emplace_back(std::move(measurement));
+  }
   /// Appends measurements whose `received` is set, as those of this sensor.
   void emit_all(std::vector<Measurement> made) {
     for (Measurement& measurement : made) {

@@ -4,8 +4,12 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "drivers/applanix/applanix_decoder.hpp"
 #include "drivers/nmea/nmea_decoder.hpp"
+#include "drivers/oxts/oxts_decoder.hpp"
+#include "drivers/septentrio/septentrio_decoder.hpp"
 #include "drivers/ublox/ublox_decoder.hpp"
+#include "drivers/xsens/xsens_decoder.hpp"
 
 using namespace hueline;
 
@@ -47,5 +51,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::size_t cut = size < 2 ? 0 : data[0] * size / 256;
   try_decoder<drivers::UbloxDecoder>("ublox", all, cut);
   try_decoder<drivers::NmeaDecoder>("nmea", all, cut);
+  try_decoder<drivers::ApplanixDecoder>("applanix", all, cut);
+  try_decoder<drivers::OxtsDecoder>("oxts", all, cut);
+  try_decoder<drivers::SeptentrioDecoder>("septentrio", all, cut);
+  try_decoder<drivers::XsensDecoder>("xsens", all, cut);
   return 0;
 }

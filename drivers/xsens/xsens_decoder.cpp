@@ -1,0 +1,263 @@
+#include "drivers/xsens/xsens_decoder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/angle.hpp"
+#include "core/calendar.hpp"
+#include "drivers/xsens/xbus_form.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+std::vector<std::unique_ptr<MessageForm>> forms() {
+  std::vector<std::unique_ptr<MessageForm>> out;
+  out.push_back(std::make_unique<XbusForm>());
+  return out;
+}
+
+constexpr std::uint8_t kMtData2 = 0x36, kError = 0x42;
+/// The kinds of data that are read, without the bits of their format.
+enum Data : std::uint16_t {
+  kUtcTime = 0x1010,
+  kPacketCounter = 0x1020,
+  kQuaternion = 0x2010,
+  kRotationMatrix = 0x2020,
+  kEuler = 0x2030,
+  kAcceleration = 0x4020,
+  kAltitude = 0x5020,
+  kLatLon = 0x5040,
+  kGnssPvt = 0x7010,
+  kRateOfTurn = 0x8020,
+  kVelocity = 0xD010,
+  kStatusWord = 0xE020,
+};
+enum Frame : int { kEnu = 0, kNed = 4, kNwu = 8 };
+
+/// Up to four numbers, or none.
+struct Numbers {
+  bool is_there = false;
+  std::array<double, 4> values{};
+  explicit operator bool() const { return is_there; }
+  double operator[](std::size_t i) const { return values[i]; }
+  Eigen::Vector3d vector() const { return {values[0], values[1], values[2]}; }
+};
+
+/// Reads `count` numbers in the format that the lowest two bits of the identifier name.
+Numbers numbers(std::uint16_t id, std::span<const std::byte> data, std::size_t count) {
+  constexpr std::size_t kSizes[] = {4, 4, 6, 8};  // float, fixed point 12.20, fixed point 16.32, double
+  const std::size_t size = kSizes[id & 3];
+  Numbers out;
+  if (data.size() != size * count) return out;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t at = i * size;
+    double& value = out.values[i];
+    switch (id & 3) {
+      case 0:
+        value = static_cast<double>(stream_field_big<float>(data, at));
+        break;
+      case 1:
+        value = static_cast<double>(stream_field_big<std::int32_t>(data, at)) / (1 << 20);
+        break;
+      case 2:  // the fraction comes before the whole part
+        value = static_cast<double>(stream_field_big<std::int16_t>(data, at + 4)) +
+                static_cast<double>(stream_field_big<std::uint32_t>(data, at)) / 4294967296.0;
+        break;
+      default:
+        value = stream_field_big<double>(data, at);
+    }
+    if (!std::isfinite(value)) return {};
+  }
+  out.is_there = true;
+  return out;
+}
+
+/// Returns UTC at `at` of the data: year, month, day, hour, minute, second.
+UtcTime calendar(std::span<const std::byte> data, std::size_t at) {
+  const auto u8 = [&](std::size_t i) { return static_cast<int>(data[at + i]); };
+  return {stream_field_big<std::uint16_t>(data, at), u8(2), u8(3), u8(4), u8(5), u8(6), 0};
+}
+
+/// Body (right, forward, up) in the axes of the sensor (forward, left, up).
+Eigen::Matrix3d sensor_from_body() {
+  Eigen::Matrix3d out;
+  out << 0, 1, 0, -1, 0, 0, 0, 0, 1;
+  return out;
+}
+Eigen::Matrix3d enu_from_nwu() {
+  Eigen::Matrix3d out;
+  out << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  return out;
+}
+
+}  // namespace
+
+XsensDecoder::XsensDecoder(const Config&) : StreamDecoder(forms()) {}
+
+void XsensDecoder::forget() {
+  seconds_.forget();
+  counter_.reset();
+}
+
+bool XsensDecoder::take(const Message& message) {
+  const auto id = static_cast<std::uint8_t>(message.bytes[2]);
+  const std::size_t header = message.bytes[3] == std::byte{255} ? 6 : 4;
+  const auto data = message.bytes.subspan(header, message.bytes.size() - header - 1);
+  name(id == kMtData2 ? "MTData2" : id == kError ? "Error" : fmt::format("MID {:02X}", id));
+  if (id == kError && !data.empty())
+    fault(FaultKind::Refused, message.received, 1,
+          fmt::format("the device answered with error {}", static_cast<int>(data[0])));
+  return id == kMtData2 && take_data(data, message.received);
+}
+
+bool XsensDecoder::take_data(std::span<const std::byte> data, HostTime received) {
+  std::optional<GpsTime> time;
+  Numbers position, altitude, velocity, acceleration, rate;
+  bool has_orientation = false;
+  Eigen::Matrix3d R_enu_sensor = Eigen::Matrix3d::Identity();
+  std::optional<std::uint32_t> status;
+  int velocity_frame = kEnu;
+  bool is_used = false;
+  while (data.size() >= 3) {
+    const auto id = stream_field_big<std::uint16_t>(data, 0);
+    const auto size = static_cast<std::size_t>(data[2]);
+    if (data.size() < 3 + size) break;
+    const auto value = data.subspan(3, size);
+    data = data.subspan(3 + size);
+    const int frame = id & 0x0C;
+    switch (id & 0xFFF0) {
+      case kUtcTime:
+        // The bits of the last byte: the date, the time of day and the leap seconds are valid.
+        if (size == 12 && (static_cast<unsigned>(value[11]) & 7) == 7)
+          if (const auto whole = from_utc(calendar(value, 4)))
+            time = *whole + nanoseconds(std::min(stream_field_big<std::uint32_t>(value, 0), 999'999'999u));
+        break;
+      case kPacketCounter:
+        if (size == 2) count(stream_field_big<std::uint16_t>(value, 0), received);
+        break;
+      case kQuaternion:
+      case kEuler: {
+        const bool is_quaternion = (id & 0xFFF0) == kQuaternion;
+        const auto found = numbers(id, value, is_quaternion ? 4 : 3);
+        fault_once(frame == kNed, is_ned_, FaultKind::Implausible, received,
+                   "the orientation is in north-east-down, whose axes depend on the device's settings: not used; set "
+                   "the output to ENU or NWU");
+        if (!found || frame == kNed) break;
+        Eigen::Quaterniond q;
+        if (is_quaternion) {
+          q = Eigen::Quaterniond(found[0], found[1], found[2], found[3]);
+        } else {
+          q = Eigen::AngleAxisd(found[2] * kRadPerDeg, Eigen::Vector3d::UnitZ()) *
+              Eigen::AngleAxisd(found[1] * kRadPerDeg, Eigen::Vector3d::UnitY()) *
+              Eigen::AngleAxisd(found[0] * kRadPerDeg, Eigen::Vector3d::UnitX());
+        }
+        if (std::abs(q.norm() - 1) > 0.01) break;
+        const Eigen::Matrix3d R = q.normalized().toRotationMatrix();
+        R_enu_sensor = frame == kNwu ? Eigen::Matrix3d(enu_from_nwu() * R) : R;
+        has_orientation = true;
+        break;
+      }
+      case kAcceleration:
+        acceleration = numbers(id, value, 3);
+        break;
+      case kRateOfTurn:
+        rate = numbers(id, value, 3);
+        break;
+      case kAltitude:
+        altitude = numbers(id, value, 1);
+        break;
+      case kLatLon:
+        position = numbers(id, value, 2);
+        break;
+      case kVelocity:
+        velocity = numbers(id, value, 3);
+        velocity_frame = frame;
+        break;
+      case kStatusWord:
+        if (size == 4) status = stream_field_big<std::uint32_t>(value, 0);
+        break;
+      case kGnssPvt:
+        is_used |= take_fix(value, received);
+        break;
+      default:
+        break;
+    }
+  }
+  const bool needs_time = acceleration || has_orientation || position;
+  fault_once(needs_time && !time, has_no_time_, FaultKind::NoTime, received,
+             "no UTC time, or one that is not fully resolved: ask the device for UtcTime; nothing is stamped");
+  if (!time) return is_used;
+  if (auto second = seconds_.take(*time, {})) emit(*second, received);
+  if (acceleration && rate) {
+    const Eigen::Matrix3d R_body_sensor = sensor_from_body().transpose();
+    ImuSample sample;
+    sample.time = *time;
+    sample.specific_force_body = R_body_sensor * acceleration.vector();
+    sample.angular_rate_body = R_body_sensor * rate.vector();
+    emit(sample, received);
+    is_used = true;
+  }
+  if (has_orientation && position && altitude && velocity && std::abs(position[0]) <= 90 &&
+      std::abs(position[1]) <= 180 && std::abs(altitude[0]) < 1e5) {
+    InsSolution solution;
+    solution.time = *time;
+    solution.position = {position[0] * kRadPerDeg, position[1] * kRadPerDeg, altitude[0]};
+    const Eigen::Vector3d v = velocity.vector();
+    solution.velocity_enu = velocity_frame == kNed   ? Eigen::Vector3d(v.y(), v.x(), -v.z())
+                            : velocity_frame == kNwu ? Eigen::Vector3d(-v.y(), v.x(), v.z())
+                                                     : v;
+    solution.attitude = attitude_from_enu_body(Eigen::Quaterniond(R_enu_sensor * sensor_from_body()));
+    solution.status = status.value_or(0);
+    constexpr std::uint32_t kFilterValid = 2, kGnssFix = 4;
+    solution.is_good = status && (*status & kFilterValid) != 0 && (*status & kGnssFix) != 0;
+    emit(std::move(solution), received);
+    is_used = true;
+  }
+  return is_used;
+}
+
+bool XsensDecoder::take_fix(std::span<const std::byte> pvt, HostTime received) {
+  if (pvt.size() < 84 || (static_cast<unsigned>(pvt[11]) & 7) != 7) return false;
+  const auto i32 = [&](std::size_t at) { return static_cast<double>(stream_field_big<std::int32_t>(pvt, at)); };
+  const auto whole = from_utc(calendar(pvt, 4));
+  const auto nano = stream_field_big<std::int32_t>(pvt, 16);
+  const auto flags = static_cast<unsigned>(pvt[21]);
+  if (!whole || std::abs(nano) > 1'000'000'000) return false;
+  GnssFix fix;
+  fix.time = *whole + nanoseconds(nano);
+  const auto kind = static_cast<unsigned>(pvt[20]);
+  if ((flags & 1) != 0 && (kind == 2 || kind == 3 || kind == 4)) {
+    const unsigned carrier = flags >> 6;
+    fix.type = carrier == 2       ? FixType::RtkFixed
+               : carrier == 1     ? FixType::RtkFloat
+               : (flags & 2) != 0 ? FixType::Dgnss
+                                  : FixType::Single;
+  }
+  fix.satellites = static_cast<int>(pvt[22]);
+  fix.position = {i32(28) * 1e-7 * kRadPerDeg, i32(24) * 1e-7 * kRadPerDeg, i32(32) * 1e-3};
+  const double plane = stream_field_big<std::uint32_t>(pvt, 40) * 1e-3 / std::numbers::sqrt2;
+  fix.sigma_enu = {{plane, plane, stream_field_big<std::uint32_t>(pvt, 44) * 1e-3}};
+  emit(fix, received);
+  return true;
+}
+
+void XsensDecoder::count(std::uint16_t counter, HostTime received) {
+  if (counter_) {
+    const auto ahead = static_cast<std::uint16_t>(counter - *counter_);
+    // More than half the range ahead is a restart.
+    if (ahead > 1 && ahead < 0x8000)
+      fault(FaultKind::Lost, received, std::uint64_t{ahead} - 1u,
+            fmt::format("MTData2: {} packets are missing, by their counter", ahead - 1));
+  }
+  counter_ = counter;
+}
+
+}  // namespace hueline::drivers

@@ -1,0 +1,30 @@
+#include "drivers/xsens/xsens_device.hpp"
+
+#include <string_view>
+
+#include "drivers/stream/recognise.hpp"
+#include "drivers/stream/stream_device.hpp"
+#include "drivers/xsens/xbus_form.hpp"
+#include "drivers/xsens/xsens_decoder.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+struct Traits {
+  static constexpr const char* kLog = "A file of the device (Xbus messages with MTData2).";
+  static constexpr bool kHasDatagrams = false;
+  using Logs = void;
+};
+
+bool is_xsens_log(std::string_view first_bytes) { return has_message<XbusForm>(first_bytes); }
+
+}  // namespace
+
+constinit const DeviceType kXsens{
+    .word = "xsens",
+    .role = Role::Pos,
+    .is_sheddable = false,
+    .make = make_device<StreamDevice<XsensDecoder, Traits>>,
+    .files = {.log = {.format = "Xsens MTi", .ending = ".mtb", .is_beginning = is_xsens_log}}};
+
+}  // namespace hueline::drivers
