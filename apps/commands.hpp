@@ -14,6 +14,7 @@ void add_rig(Command& all);
 void add_colour(Command& all);
 void add_inspect(Command& all);
 void add_extract(Command& all);
+void add_decode(Command& all);
 void add_picture(Command& all);
 
 /// The commands that need the simulator or an adjustment, and with them Embree, Ceres and OpenCV, in `hueline-office`.

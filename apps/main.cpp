@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
     add_rig(all);
     add_inspect(all);
     add_extract(all);
+    add_decode(all);
     add_picture(all);
     add_colour(all);
     // These are listed for --help, and so that a mistyped one is recognised.

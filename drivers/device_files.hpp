@@ -7,6 +7,7 @@
 
 #include "core/decoder.hpp"
 #include "core/packet.hpp"
+#include "core/result.hpp"
 
 /// How `hueline inspect` recognises what a device sent in files that do not name the device.
 namespace hueline::drivers {
@@ -15,6 +16,7 @@ namespace hueline::drivers {
 struct HeardDevice {
   std::string name;  ///< for people: "velodyne VLP-16"
   std::unique_ptr<Decoder> decoder;
+  std::string note{};  ///< what the user must know of the decoding, such as which angles are used; may be empty
 };
 
 /// Finds the devices of one kind among the senders of a capture file. Each file that is inspected has a listener of its
@@ -27,6 +29,11 @@ class CaptureListener {
   virtual std::optional<HeardDevice> listen(const Packet& datagram, const std::string& sender) = 0;
   /// Returns whether a datagram of a recognised device is one that its decoder reads. The others are only counted.
   virtual bool is_decodable(const Packet& datagram) const = 0;
+  /// Gives the listener a file in which the maker or the device itself describes one device: its angles, its packets.
+  /// It is called before listen(). Errors: Unsupported if the file describes no device of this kind; Malformed, Io.
+  virtual Status use_description(const std::string& file) {
+    return Error{ErrorCode::Unsupported, file + ": describes no device of this kind"};
+  }
   /// Returns, for people, what resembles a device of this kind but is no known model of it, and which models are known.
   /// Empty: there is no such thing in the file.
   virtual std::string unknown_models() const { return {}; }

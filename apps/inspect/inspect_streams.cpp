@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 
+#include "apps/inspect/capture_devices.hpp"
 #include "apps/inspect/inspect.hpp"
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
@@ -214,68 +215,13 @@ Inspection inspect_mcap(const std::string& path) {
   return out;
 }
 
-namespace {
-
-/// A kind of device that may be heard in a capture, and what listens for it.
-struct Listening {
-  const char* kind;
-  std::unique_ptr<drivers::CaptureListener> listener;
-};
-
-/// Those whose datagrams have a signature come first.
-std::vector<Listening> listen_to(const std::string& path, drivers::DeviceTypes types) {
-  std::vector<Listening> out;
-  for (const bool has_signature : {true, false})
-    for (const drivers::DeviceType* type : types)
-      if (const auto& capture = type->files.capture; capture.listen && capture.has_signature == has_signature)
-        out.push_back({capture.kind, capture.listen(path)});
-  return out;
-}
-
-/// Why nothing of a capture was decoded.
-std::string why_undecoded(std::uint64_t datagrams, const std::vector<Listening>& listening) {
-  if (datagrams == 0) return "holds no UDP datagram: devices are read from UDP alone";
-  std::string kinds, unknown;
-  for (const Listening& one : listening) {
-    kinds += (kinds.empty() ? "" : " or ") + std::string(one.kind);
-    if (const std::string models = one.listener->unknown_models(); !models.empty())
-      unknown += (unknown.empty() ? "" : "; ") + models;
-  }
-  if (unknown.empty()) return fmt::format("none of its datagrams is one of {}: they are counted, not decoded", kinds);
-  return unknown + ": it is counted, not decoded";
-}
-
-/// A sender of a capture, and the device that it is if one was recognised.
-struct Sender {
-  std::string address{}, name{};
-  const drivers::CaptureListener* recognised_by = nullptr;
-  Stream stream{};
-
-  void take(const Packet& packet, const std::vector<Listening>& listening) {
-    for (const Listening& one : listening) {
-      if (recognised_by) break;
-      auto device = one.listener->listen(packet, address);
-      if (!device) continue;
-      recognised_by = one.listener.get();
-      name = std::move(device->name);
-      stream.decoder = std::move(device->decoder);
-    }
-    if (recognised_by && recognised_by->is_decodable(packet)) stream.take(packet);
-  }
-};
-
-/// A capture of a vehicle has a handful; one of a whole network is not for us.
-constexpr std::size_t kMostSenders = 64;
-
-}  // namespace
-
 Inspection inspect_capture_file(const std::string& path, drivers::DeviceTypes types) {
   Inspection out;
   drivers::PcapSource source({.path = path, .ports = {}, .source_address = {}});
   if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
   std::map<std::size_t, std::uint64_t> sizes;
-  const std::vector<Listening> listening = listen_to(path, types);
-  std::map<drivers::IpAddress, Sender> senders;
+  CaptureDevices devices(path, types);
+  std::map<const CaptureDevice*, Tally> tallies;
   Tally untaken;  // faults of the file itself
   std::uint64_t packets = 0;
   HostTime first{}, last{};
@@ -299,11 +245,11 @@ Inspection inspect_capture_file(const std::string& path, drivers::DeviceTypes ty
     if (!packets++) first = packet->received;
     last = packet->received;
     ++sizes[packet->bytes.size()];
-    const drivers::IpAddress address = source.sender();
-    auto sender = senders.find(address);
-    if (sender == senders.end() && senders.size() < kMostSenders)
-      sender = senders.emplace(address, Sender{.address = drivers::to_text(address)}).first;
-    if (sender != senders.end()) sender->second.take(*packet, listening);
+    CaptureDevice* device = devices.find(*packet, source.sender(), source.destination_port());
+    if (!device) continue;
+    std::vector<Measurement> measured;
+    device->decoder->decode(*packet, measured);
+    tallies[device].take(measured);
   }
   out.found = std::make_unique<Json>();
   Json& json = *out.found;
@@ -311,22 +257,22 @@ Inspection inspect_capture_file(const std::string& path, drivers::DeviceTypes ty
   json["datagrams"] = packets;
   json["duration_s"] = to_seconds(last - first);
   for (const auto& [size, count] : sizes) json["datagrams_by_size"][std::to_string(size)] = count;
-  const auto known = std::count_if(senders.begin(), senders.end(),
-                                   [](const auto& sender) { return sender.second.recognised_by != nullptr; });
-  for (auto& [address, device] : senders) {
-    if (!device.recognised_by) continue;
-    device.stream.finish();
-    Json& one = known == 1 ? json : json["devices"].emplace_back();
+  for (const CaptureDevice& device : devices.devices()) {
+    std::vector<Measurement> rest;
+    device.decoder->flush(rest);
+    tallies[&device].take(rest);
+    Json& one = devices.devices().size() == 1 ? json : json["devices"].emplace_back();
     one["device"] = device.name;
-    one["source_address"] = device.address;
-    one["decoded"] = device.stream.tally.json(device.stream.decoder->counts());
+    one["source_address"] = drivers::to_text(device.address);
+    if (!device.note.empty()) one["note"] = device.note;
+    one["decoded"] = tallies[&device].json(device.decoder->counts());
   }
   if (!untaken.faults.empty()) {
     json["faults"] = untaken.faults;
     json["last_fault"] = untaken.last_fault;
   }
-  if (known == 0 && out.trouble.ok())
-    out.trouble = Error{ErrorCode::Unsupported, path + ": " + why_undecoded(packets, listening)};
+  if (devices.devices().empty() && out.trouble.ok())
+    out.trouble = Error{ErrorCode::Unsupported, path + ": " + devices.why_undecoded(packets)};
   return out;
 }
 

@@ -101,6 +101,7 @@ Result<Packet> PcapSource::next(std::stop_token stop) {
       if (other_sources_.size() < kMostOthers) ++other_sources_[datagram->source];
       continue;
     }
+    destination_port_ = datagram->destination_port;
     watch_sender(*datagram);
     Packet packet;
     packet.received = last_;

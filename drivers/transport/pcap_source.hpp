@@ -48,6 +48,8 @@ class PcapSource final : public PacketSource {
 
   /// Returns the address that sent the latest datagram of the device.
   const IpAddress& sender() const { return sender_; }
+  /// Returns the port to which the latest datagram was sent.
+  std::uint16_t destination_port() const { return destination_port_; }
   /// Returns what became of the frames so far.
   const ExtractCounts& counts() const { return extractor_.counts(); }
   /// Returns the number of datagrams that were skipped because of their port or their source address.
@@ -67,6 +69,7 @@ class PcapSource final : public PacketSource {
   std::optional<Error> ended_;
   std::optional<IpAddress> first_sender_;
   IpAddress sender_{};
+  std::uint16_t destination_port_ = 0;
   HostTime first_heard_{};      // time of the first sender's latest datagram
   std::deque<Packet> waiting_;  // faults, and the datagram after them
   HostTime last_{};

@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "apps/commands.hpp"
+#include "apps/decode/decode_capture.hpp"
+#include "apps/exit_code.hpp"
+#include "apps/log.hpp"
+#include "core/calendar.hpp"
+
+namespace hueline::apps {
+namespace {
+
+struct Options {
+  std::string capture, out, near;
+  std::vector<std::string> calibration;
+};
+
+/// Reads "2016-01-21T08:18:02Z", the seconds and the Z may be missing.
+std::optional<GpsTime> parse_utc(const std::string& text) {
+  UtcTime utc;
+  char rest[8] = "";
+  const int found = std::sscanf(text.c_str(), "%4d-%2d-%2dT%2d:%2d%7s", &utc.year, &utc.month, &utc.day, &utc.hour,
+                                &utc.minute, rest);
+  if (found < 5) return {};
+  const std::string tail = rest;
+  if (!tail.empty() && tail != "Z" && std::sscanf(rest, ":%2d", &utc.second) != 1) return {};
+  return from_utc(utc);
+}
+
+std::string text_of(const DecodedScanner& scanner) {
+  std::string out = fmt::format("{} at {}: {} points", scanner.name, scanner.address, scanner.points);
+  if (scanner.points_by_return.size() > 1)
+    for (const auto& [number, count] : scanner.points_by_return) out += fmt::format(", return {}: {}", number, count);
+  if (scanner.points > 0) out += "\n  " + scanner.cloud.string();
+  out += "\n  time: " + scanner.clock;
+  if (scanner.begin) out += fmt::format("\n  from {} to {}", iso_utc(*scanner.begin), iso_utc(*scanner.end));
+  if (!scanner.note.empty()) out += "\n  " + scanner.note;
+  for (const auto& [kind, count] : scanner.faults)
+    out += fmt::format("\n  {} {}: {}", count, kind, scanner.fault_details.at(kind));
+  return out + "\n";
+}
+
+int decode(const Options& options) {
+  const auto ending = std::filesystem::path(options.out).extension();
+  if (ending != ".las" && ending != ".pcd") {
+    log_error(options.out + ": the name of the cloud ends with .las or .pcd, which chooses the format");
+    return kWrongUse;
+  }
+  DecodeOptions what;
+  what.capture = options.capture;
+  what.out = options.out;
+  what.descriptions = options.calibration;
+  what.trusts_arrivals = options.near == "arrivals";
+  if (!options.near.empty() && !what.trusts_arrivals) {
+    what.near = parse_utc(options.near);
+    if (!what.near) {
+      log_error("--near " + options.near + ": give a UTC time such as 2016-01-21T08:18, or the word arrivals");
+      return kWrongUse;
+    }
+  }
+  const auto decoded = decode_capture(what);
+  if (!decoded.ok()) {
+    log_error(decoded.error().message);
+    return kInputUnreadable;
+  }
+  std::uint64_t points = 0;
+  for (const DecodedScanner& scanner : decoded->scanners) {
+    std::fputs(text_of(scanner).c_str(), stdout);
+    points += scanner.points;
+  }
+  for (const std::string& one : decoded->not_supported) log_error("not supported: " + one);
+  if (!decoded->trouble.ok()) log_error(decoded->trouble.error().message);
+  if (!decoded->written.ok()) {
+    log_error(decoded->written.error().message);
+    return kOutputRefused;
+  }
+  if (points == 0) {
+    log_error(options.capture + ": no scanner in it gave a point");
+    return decoded->trouble.ok() && decoded->not_supported.empty() ? kNothingCame : kInputUnreadable;
+  }
+  return decoded->trouble.ok() && decoded->not_supported.empty() ? kDone : kInputUnreadable;
+}
+
+}  // namespace
+
+void add_decode(Command& all) {
+  auto options = std::make_shared<Options>();
+  Command command =
+      all.command("decode", "make clouds of the laser scanners in a capture file, in each scanner's own frame");
+  command.required("FILE", options->capture, "pcap or pcapng file with the datagrams of known scanners");
+  command.required("--out", options->out,
+                   "cloud to write: .las or .pcd; with several scanners, each gets its address in the name");
+  command.option("--calibration", options->calibration,
+                 "files that describe a scanner of the capture, such as its angles; those that lie beside the capture "
+                 "are found");
+  command.option("--near", options->near,
+                 "for a scanner that counts within the hour and names no hour: a UTC time within half an hour of the "
+                 "first datagram, or the word arrivals to believe the capture file's own times");
+  command.reads(options->capture).reads(options->calibration).writes(options->out);
+  command.runs([options] { return decode(*options); });
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,141 @@
+// Clouds of the scanners in a capture file: of a made-up scanner, and of real ones.
+#include <gtest/gtest.h>
+
+#include "apps/decode/decode_capture.hpp"
+#include "core/calendar.hpp"
+#include "storage/las_reader.hpp"
+#include "storage/pcd_reader.hpp"
+#include "tests/runtime/toy_scanner/toy_scanner.hpp"
+#include "tests/support/pcap_writer.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace hueline {
+namespace {
+
+using apps::decode_capture;
+using apps::DecodeOptions;
+using test::TemporaryFile;
+
+constexpr std::int64_t kTime_s = 1'700'000'000;
+
+std::vector<const drivers::DeviceType*> types() {
+  std::vector<const drivers::DeviceType*> all(drivers::device_types().begin(), drivers::device_types().end());
+  all.push_back(&toy::kToyScanner);
+  return all;
+}
+
+std::string toy_data() {
+  const std::array<std::array<float, 3>, 2> seen{{{0, 10, 0}, {5, 10, 1}}};
+  const auto sent = toy::encode('D', from_gps_week(2300, std::chrono::seconds(100'000)), seen);
+  return {reinterpret_cast<const char*>(sent.data()), sent.size()};
+}
+
+/// A capture of these payloads, each sent to its port.
+test::Bytes capture(const std::vector<std::pair<std::string, unsigned>>& sent) {
+  test::PcapWriter pcap;
+  for (const auto& [payload, port] : sent)
+    pcap.frame(kTime_s * 1'000'000'000, test::ethernet_frame(test::ipv4_packet(test::udp_segment(payload, port))));
+  return pcap.bytes();
+}
+
+DecodeOptions decoding(const TemporaryFile& file, const TemporaryFile& out) {
+  DecodeOptions options;
+  options.capture = file.path();
+  options.out = out.path();
+  return options;
+}
+
+TEST(Decode, WritesThePointsOfAScannerWithTheirTimes) {
+  const auto known = types();
+  const TemporaryFile file("decode.pcap", capture({{toy_data(), 5000}, {"noise", 5000}, {toy_data(), 5000}}));
+  const TemporaryFile pcd("decode.pcd", {}), las("decode.las", {});
+  const auto decoded = decode_capture(decoding(file, pcd), known);
+  ASSERT_TRUE(decoded.ok()) << decoded.error().message;
+  ASSERT_EQ(decoded->scanners.size(), 1u);
+  EXPECT_EQ(decoded->scanners[0].points, 4u);
+  const auto cloud = storage::read_pcd(pcd.path());
+  ASSERT_TRUE(cloud.ok()) << cloud.error().message;
+  ASSERT_EQ(cloud->points(), 4u);
+  EXPECT_EQ(cloud->column("x")[1], 5);
+  EXPECT_EQ(cloud->column("z")[3], 1);
+  const GpsTime fired = from_gps_week(2300, std::chrono::seconds(100'000));
+  EXPECT_EQ(cloud->column("time")[0], to_seconds(to_unix(fired).time_since_epoch()));
+
+  ASSERT_TRUE(decode_capture(decoding(file, las), known).ok());
+  auto reader = storage::LasReader::open(las.path());
+  ASSERT_TRUE(reader.ok()) << reader.error().message;
+  std::vector<storage::LasPoint> points;
+  ASSERT_TRUE(reader->next(points).ok());
+  ASSERT_EQ(points.size(), 4u);
+  EXPECT_NEAR(points[1].x, 5, 1e-9);
+  EXPECT_EQ(reader->gps_time(points[0]), fired);
+}
+
+TEST(Decode, GivesEachScannerACloudOfItsOwn) {
+  const auto known = types();
+  const TemporaryFile file("decode_two.pcap", capture({{toy_data(), 5000}, {toy_data(), 5001}, {toy_data(), 5001}}));
+  const TemporaryFile out("decode_two.pcd", {});
+  const auto decoded = decode_capture(decoding(file, out), known);
+  ASSERT_TRUE(decoded.ok()) << decoded.error().message;
+  ASSERT_EQ(decoded->scanners.size(), 2u);
+  EXPECT_EQ(decoded->scanners[0].points, 2u);
+  EXPECT_EQ(decoded->scanners[1].points, 4u);
+  for (const auto& scanner : decoded->scanners) {
+    EXPECT_EQ(storage::read_pcd(scanner.cloud.string())->points(), scanner.points);
+    std::filesystem::remove(scanner.cloud);
+  }
+}
+
+TEST(Decode, TellsAScannerThatItDoesNotKnow) {
+  const TemporaryFile file("decode_unknown.pcap", capture({{toy_data(), 5000}}));
+  const TemporaryFile out("decode_unknown.las", {});
+  const auto alone = decode_capture(decoding(file, out));
+  ASSERT_FALSE(alone.ok());
+  EXPECT_EQ(alone.error().code, ErrorCode::Unsupported);
+  EXPECT_NE(alone.error().message.find("not supported"), std::string::npos) << alone.error().message;
+
+  // Beside one that is known, it is told too.
+  std::vector<std::pair<std::string, unsigned>> sent{{toy_data(), 5000}};
+  for (int i = 0; i < 30; ++i) sent.emplace_back(std::string(900, 'x'), 6000);
+  const TemporaryFile mixed("decode_mixed.pcap", capture(sent));
+  const auto known = types();
+  const auto decoded = decode_capture(decoding(mixed, out), known);
+  ASSERT_TRUE(decoded.ok()) << decoded.error().message;
+  ASSERT_EQ(decoded->not_supported.size(), 1u);
+  EXPECT_NE(decoded->not_supported[0].find("port 6000"), std::string::npos) << decoded->not_supported[0];
+}
+
+TEST(Decode, ACutFileGivesWhatIsWholeAndSaysSo) {
+  test::Bytes bytes = capture({{toy_data(), 5000}, {toy_data(), 5000}});
+  bytes.resize(bytes.size() - 3);
+  const TemporaryFile file("decode_cut.pcap", bytes), out("decode_cut.pcd", {});
+  const auto known = types();
+  const auto decoded = decode_capture(decoding(file, out), known);
+  ASSERT_TRUE(decoded.ok()) << decoded.error().message;
+  EXPECT_EQ(decoded->scanners.at(0).points, 2u);
+  EXPECT_FALSE(decoded->trouble.ok());
+}
+
+TEST(Decode, TheHourOfAVelodyneComesFromItsReceiverOrTheUser) {
+  HUELINE_REQUIRE_DATA("velodyne/vlp16_gps.pcap");
+  const TemporaryFile out("decode_gps.las", {});
+  DecodeOptions options;
+  options.capture = data_file.string();
+  options.out = out.path();
+  const auto labelled = decode_capture(options);
+  ASSERT_TRUE(labelled.ok()) << labelled.error().message;
+  ASSERT_TRUE(labelled->scanners.at(0).begin);
+  EXPECT_EQ(iso_utc(*labelled->scanners[0].begin), "2016-01-21T08:18:02.340Z");
+
+  options.capture = (test::data_dir() / "velodyne/vlp16_scans.pcap").string();
+  const auto unlabelled = decode_capture(options);
+  ASSERT_TRUE(unlabelled.ok());
+  EXPECT_FALSE(unlabelled->scanners.at(0).begin) << "nothing in the file names the hour";
+  options.near = from_utc({.year = 2023, .month = 1, .day = 11, .hour = 1, .minute = 10});
+  const auto told = decode_capture(options);
+  ASSERT_TRUE(told.ok());
+  EXPECT_EQ(iso_utc(told->scanners.at(0).begin.value()), "2023-01-11T01:02:20.554Z");
+}
+
+}  // namespace
+}  // namespace hueline
