@@ -35,6 +35,15 @@ constexpr std::int64_t kMaxLag_s = 2;
 
 constexpr int kCircle = 36000;  // in 0.01 degrees
 
+/// The mirror's rate is measured between packets that are not farther apart, and believed up to the highest rate.
+constexpr nanoseconds kTurnMeasured = std::chrono::milliseconds(5);
+constexpr double kMostTurnRate = 40.0 * kCircle;
+
+/// A packet continues the blocks before it if it lies one step of the mirror further, within this share of the step and
+/// 0.01 degrees.
+constexpr double kContinues = 0.4;
+constexpr int kContinuesAtLeast = 5;
+
 /// Blocks that lie deeper than this (0.01 degrees) inside the silent part mean that the field of view was changed.
 /// Nearer to its edge they come from variations of the motor.
 constexpr int kSilentEdge = 100;
@@ -59,13 +68,20 @@ void VelodyneDecoder::Config::visit(Keys& keys) {
   keys.choice(
       required("model", "",
                "The scanner's model. The time between its data packets has to agree with it, or there is fault "
-               "WrongDevice: 1.327 ms for a VLP-16, 0.553 ms for an HDL-32E, half of that in dual-return mode. The "
+               "WrongDevice: 1.327 ms for a VLP-16 or Puck Hi-Res, 0.553 ms for an HDL-32E, 0.664 ms for a VLP-32C, "
+               "0.166 ms for a VLS-128 (Alpha Prime), half of that, of a VLS-128 a third, in dual-return mode. The "
                "factory byte may differ, because old VLP-16s send that of the HDL-32E. A Puck LITE is a VLP-16."),
-      model, {{"VLP-16", VelodyneModel::Vlp16}, {"HDL-32E", VelodyneModel::Hdl32e}});
+      model,
+      {{"VLP-16", VelodyneModel::Vlp16},
+       {"HDL-32E", VelodyneModel::Hdl32e},
+       {"Puck Hi-Res", VelodyneModel::PuckHiRes},
+       {"VLP-32C", VelodyneModel::Vlp32c},
+       {"VLS-128", VelodyneModel::Vls128}});
   keys.choice({"returns", "", "Which returns of a firing are kept if the scanner is in dual-return mode."}, returns,
               {{"all", ReturnChoice::All}, {"strongest", ReturnChoice::Strongest}, {"last", ReturnChoice::Last}});
   keys.number({"min_range_m", "m", "Nearer returns are dropped."}, min_range_m, {0, 131});
-  keys.number({"max_range_m", "m", "Farther returns are dropped. It is above `min_range_m`."}, max_range_m, {0, 200});
+  keys.number({"max_range_m", "m", "Farther returns are dropped. It is above `min_range_m`.", "none is dropped"},
+              max_range_m, {0, 300});
   keys.angle({"azimuth_begin_deg", "deg", "Azimuths are kept clockwise from here ..."}, azimuth_begin,
              {0, 360, Ends::MinOnly});
   keys.angle({"azimuth_end_deg", "deg", "... to here, through 0 if it is smaller than `azimuth_begin_deg`."},
@@ -79,7 +95,8 @@ void VelodyneDecoder::Config::visit(Keys& keys) {
 
 KeyError VelodyneDecoder::Config::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
-  if (max_range_m <= min_range_m) return not_allowed("max_range_m", number_text(max_range_m), "more than min_range_m");
+  if (max_range_m && *max_range_m <= min_range_m)
+    return not_allowed("max_range_m", number_text(*max_range_m), "more than min_range_m");
   if (azimuth_begin == azimuth_end)
     return {"azimuth_end_deg", "is equal to azimuth_begin_deg, so no azimuth would be kept; allowed: another one"};
   return {};
@@ -92,6 +109,7 @@ VelodyneDecoder::~VelodyneDecoder() = default;
 
 void VelodyneDecoder::flush(std::vector<Measurement>& out) {
   if (!held_.empty()) judge_held(timing_.model(1) == config_.model, out);
+  refuse_behind(out);
   while (const auto lost = gaps_.drain()) tell_lost(*lost, previous_->received, out);
 }
 
@@ -101,6 +119,8 @@ void VelodyneDecoder::reset() {
   for (const Packet& packet : std::exchange(held_, {})) counts_.ignored_bytes += packet.bytes.size();
   is_other_byte_ours_.reset();
   silent_part_.reset();
+  if (behind_) counts_.ignored_bytes += kBlockBytes * static_cast<std::size_t>(std::exchange(behind_, {})->blocks);
+  turn_rate_ = 0;
   gaps_ = GapTrial();
   last_label_.reset();
 }
@@ -141,7 +161,7 @@ bool VelodyneDecoder::is_ours(const Packet& packet, std::vector<Measurement>& ou
   const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kProductAt]);
   if (product == table_.product_id) {
     const auto model = timing_.model(kPairsAgainst);
-    if (!model || *model == config_.model) return true;
+    if (!model || velodyne_table(*model).packet_period(false) == table_.packet_period(false)) return true;
     wrong_device(packet, out);
     return false;
   }
@@ -202,18 +222,20 @@ void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& o
   std::copy(bytes.begin(), bytes.end(), newest_bytes_.begin());
 
   const bool is_dual = mode == kDual;
-  const nanoseconds duration = table_.block_period() * (is_dual ? kVelodyneBlocks / 2 : kVelodyneBlocks);
-  if (config_.stamp == PacketStamp::LastFiring) {
-    first_firing -= duration - table_.sequence_period + table_.firing_period * (table_.lasers - 1);
-    if (first_firing < nanoseconds(0)) first_firing += kHour;
-  }
+  const nanoseconds duration = table_.packet_period(is_dual);
+  first_firing += table_.first_firing;
+  if (config_.stamp == PacketStamp::LastFiring)
+    first_firing -= duration - table_.sequence_period + table_.firing_time(table_.count() - 1);
+  if (first_firing < nanoseconds(0)) first_firing += kHour;
+  if (duration == table_.block_period()) learn_turn_rate(bytes, first_firing);
 
   LaserBatch batch;
   batch.sensor = sensor_;
   batch.received = packet.received;
   batch.packet_sequence = packet.sequence;
   batch.time = within_hour(first_firing);
-  const VelodyneBlocks blocks = kernel_->decode(bytes, is_dual, batch.returns);
+  date_behind(bytes, first_firing, out);
+  const VelodyneBlocks blocks = kernel_->decode(bytes, is_dual, turn_rate_, batch.returns);
   const std::size_t bad_bytes = kBlockBytes * static_cast<std::size_t>(blocks.malformed + blocks.untimed);
   if (blocks.malformed > 0)
     malformed(packet, blocks.decoded ? bad_bytes : bytes.size(),
@@ -225,16 +247,66 @@ void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& o
   if (blocks.decoded == 0) return;
 
   check_gap(packet, first_firing, duration, blocks, out);
+  if (blocks.behind > 0) hold_behind(packet, blocks);
   if (blocks.untimed > 0) {
     out.push_back(Fault{
         sensor_, FaultKind::NoTime, packet.received, static_cast<std::uint64_t>(blocks.untimed),
-        fmt::format(
-            "{}: the azimuth jumps from {:.2f} to {:.2f} deg inside a packet; the blocks behind have no known time",
-            table_.name, blocks.last_azimuth / 100.0, blocks.jump_azimuth / 100.0)});
+        fmt::format("{}: the azimuth jumps twice inside a packet; the blocks behind have no known time", table_.name)});
   }
-  counts_.decoded_bytes += bytes.size() - bad_bytes;
+  counts_.decoded_bytes += bytes.size() - bad_bytes - kBlockBytes * static_cast<std::size_t>(blocks.behind);
   ++counts_.messages[is_dual ? "data dual" : mode == kLast ? "data last" : "data strongest"];
   out.push_back(std::move(batch));
+}
+
+void VelodyneDecoder::hold_behind(const Packet& packet, const VelodyneBlocks& blocks) {
+  Behind& behind = behind_.emplace();
+  behind.batch.sensor = sensor_;
+  behind.batch.received = packet.received;
+  behind.batch.packet_sequence = packet.sequence;
+  behind.batch.returns = kernel_->behind();
+  behind.duration = blocks.behind_duration;
+  behind.blocks = blocks.behind;
+  behind.begin_azimuth = blocks.last_azimuth;
+  behind.last_azimuth = blocks.behind_azimuth;
+  behind.jump_azimuth = blocks.jump_azimuth;
+  behind.turn_rate = blocks.turn_rate > 0 ? blocks.turn_rate : turn_rate_;
+}
+
+/// Dates what is held by the packet that follows it, if that packet's azimuth goes on where the held blocks end.
+void VelodyneDecoder::date_behind(std::span<const std::byte> next, nanoseconds first_firing,
+                                  std::vector<Measurement>& out) {
+  if (!behind_) return;
+  const double turn = behind_->turn_rate * to_seconds(table_.block_period());
+  const int azimuth = static_cast<int>(next[2]) | static_cast<int>(next[3]) << 8;
+  const int turned = (azimuth - behind_->last_azimuth + kCircle) % kCircle;
+  if (!(turn > 0) || std::abs(turned - turn) > kContinues * turn + kContinuesAtLeast) return refuse_behind(out);
+  nanoseconds time = first_firing - behind_->duration;
+  if (time < nanoseconds(0)) time += kHour;
+  behind_->batch.time = within_hour(time);
+  counts_.decoded_bytes += kBlockBytes * static_cast<std::size_t>(behind_->blocks);
+  out.push_back(std::move(behind_->batch));
+  behind_.reset();
+}
+
+void VelodyneDecoder::refuse_behind(std::vector<Measurement>& out) {
+  if (!behind_) return;
+  counts_.malformed_bytes += kBlockBytes * static_cast<std::size_t>(behind_->blocks);
+  out.push_back(Fault{
+      sensor_, FaultKind::NoTime, behind_->batch.received, static_cast<std::uint64_t>(behind_->blocks),
+      fmt::format("{}: the azimuth jumps from {:.2f} to {:.2f} deg inside a packet, and no packet follows that would "
+                  "date the blocks behind",
+                  table_.name, behind_->begin_azimuth / 100.0, behind_->jump_azimuth / 100.0)});
+  behind_.reset();
+}
+
+/// Measures the mirror's rate between packets, for packets of one azimuth.
+void VelodyneDecoder::learn_turn_rate(std::span<const std::byte> bytes, nanoseconds stamp) {
+  if (!previous_) return;
+  const nanoseconds passed = within_half_hour(stamp - previous_->stamp);
+  if (passed <= nanoseconds(0) || passed > kTurnMeasured) return;
+  const int azimuth = static_cast<int>(bytes[2]) | static_cast<int>(bytes[3]) << 8;
+  const double rate = (azimuth - previous_->azimuth + kCircle) % kCircle / to_seconds(passed);
+  if (rate < kMostTurnRate) turn_rate_ = rate;
 }
 
 void VelodyneDecoder::learn_silent_part(const VelodyneBlocks& blocks) {
@@ -244,7 +316,7 @@ void VelodyneDecoder::learn_silent_part(const VelodyneBlocks& blocks) {
       if (inside > kSilentEdge && inside < silent_part_->width - kSilentEdge) silent_part_.reset();
       if (!silent_part_) break;
     }
-  if (blocks.untimed == 0) return;
+  if (blocks.behind == 0) return;
   silent_part_ = SilentPart{blocks.last_azimuth, (blocks.jump_azimuth - blocks.last_azimuth + kCircle) % kCircle};
 }
 
@@ -261,8 +333,9 @@ nanoseconds VelodyneDecoder::silent_time(const Previous& from, nanoseconds moved
 
 void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration,
                                 const VelodyneBlocks& blocks, std::vector<Measurement>& out) {
-  const std::optional<Previous> before = std::exchange(
-      previous_, Previous{stamp, duration, packet.received, nanoseconds(0), blocks.first_azimuth, blocks.turn_rate});
+  const std::optional<Previous> before =
+      std::exchange(previous_, Previous{stamp, duration, packet.received, nanoseconds(0), blocks.first_azimuth,
+                                        blocks.turn_rate > 0 ? blocks.turn_rate : turn_rate_});
   if (!before) return learn_silent_part(blocks);
   const std::uint64_t broken = std::exchange(broken_, 0);
   const nanoseconds waited = packet.received - before->received;

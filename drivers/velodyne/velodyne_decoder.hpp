@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,9 +32,9 @@ enum class PacketStamp : std::uint8_t { FirstFiring, LastFiring };
 class VelodyneKernel;
 struct VelodyneBlocks;
 
-/// Decodes the packets of a VLP-16 or HDL-32E. Each data packet gives one LaserBatch, even if no return is left. Each
-/// position packet gives a LaserStatus and, once a second, a TimeLabel. The two kinds differ in size, so one UDP source
-/// may carry both ports.
+/// Decodes the packets of the scanners in VelodyneModel. Each data packet gives one LaserBatch, even if no return is
+/// left. Each position packet gives a LaserStatus and, once a second, a TimeLabel. The two kinds differ in size, so one
+/// UDP source may carry both ports.
 ///
 /// LaserBatch::time is the first firing of the packet, in the scanner's microseconds past the UTC hour. A return has
 /// the time and the azimuth of its own firing. The azimuth is interpolated between two blocks; after the last block it
@@ -48,7 +49,7 @@ struct VelodyneBlocks;
 /// - Malformed: wrong size, flag, return mode, azimuth or counter.
 /// - WrongDevice: a packet of another model.
 /// - Lost: packets missing between two stamps, reported 0.1 s later, because a packet that was overtaken fills the gap.
-/// - NoTime: blocks after a jump of the azimuth.
+/// - NoTime: blocks behind a jump of the azimuth, if the next packet is missing or does not continue them.
 /// - ClockStep: the stamp jumped relative to the arrival.
 /// - Late: a packet that is older than the one before.
 /// - Spurious: the same packet came again.
@@ -56,16 +57,18 @@ struct VelodyneBlocks;
 ///
 /// A scanner that is set to a field of view sends nothing over the rest of the circle. The first packet whose azimuth
 /// jumps over that part shows where it is. From then on the time of turning through it does not count as lost packets.
+/// The blocks behind such a jump are dated by the stamp of the next packet, whose azimuth continues theirs, and come as
+/// a batch of their own before that packet's.
 ///
 /// Thread safety: none; one thread calls all functions.
-/// Sources: VLP-16 User Manual 63-9243 chapter 9, HDL-32E User's Manual.
+/// Sources: VLP-16 User Manual 63-9243 chapter 9, HDL-32E User's Manual, those of VLP-32C and VLS-128.
 class VelodyneDecoder final : public Decoder {
  public:
   struct Config {
     VelodyneModel model = VelodyneModel::Vlp16;
     ReturnChoice returns = ReturnChoice::All;
     double min_range_m = 0.5;  ///< nearer returns are dropped, such as those of the housing and the vehicle's roof
-    double max_range_m = 130;
+    std::optional<double> max_range_m;  ///< farther returns are dropped; without it all are kept
     /// The azimuths that are kept, rad, clockwise from begin to end (through 0 if end < begin). The default keeps all.
     double azimuth_begin = 0;
     double azimuth_end = 6.283185307179586;
@@ -99,6 +102,10 @@ class VelodyneDecoder final : public Decoder {
              std::vector<Measurement>& out);
   void check_gap(const Packet& packet, nanoseconds stamp, nanoseconds duration, const VelodyneBlocks& blocks,
                  std::vector<Measurement>& out);
+  void hold_behind(const Packet& packet, const VelodyneBlocks& blocks);
+  void date_behind(std::span<const std::byte> next, nanoseconds first_firing, std::vector<Measurement>& out);
+  void refuse_behind(std::vector<Measurement>& out);
+  void learn_turn_rate(std::span<const std::byte> bytes, nanoseconds stamp);
   void learn_silent_part(const VelodyneBlocks& blocks);
   void tell_lost(const GapTrial::Lost& lost, HostTime time, std::vector<Measurement>& out) const;
   void malformed(const Packet& packet, std::size_t bytes, const std::string& what, std::vector<Measurement>& out);
@@ -121,12 +128,23 @@ class VelodyneDecoder final : public Decoder {
   struct SilentPart {
     int begin, width;
   };
+  /// The returns behind a jump of the azimuth, until the next packet dates them.
+  struct Behind {
+    LaserBatch batch;
+    nanoseconds duration;  ///< of their blocks, up to the next packet's first firing
+    int blocks;
+    int begin_azimuth, last_azimuth;  ///< in front of the jump, and of the last block behind it, 0.01 degrees
+    int jump_azimuth;
+    double turn_rate;
+  };
   nanoseconds silent_time(const Previous& from, nanoseconds moved) const;
 
   VelodyneTiming timing_;
   std::vector<Packet> held_;  // packets with a factory byte of another model, until their timing is known
   std::optional<bool> is_other_byte_ours_;
   std::optional<SilentPart> silent_part_;
+  std::optional<Behind> behind_;
+  double turn_rate_ = 0;                        // of the latest packets, 0.01 degrees a second
   std::array<std::byte, 1206> newest_bytes_{};  // the latest data packet, to recognise a copy of it
   std::optional<Previous> previous_;
   GapTrial gaps_;             // positions are Previous::travelled, ns

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <cstring>
 
 namespace hueline::drivers {
 namespace {
@@ -18,7 +18,20 @@ constexpr std::size_t kBlockBytes = 100;
 constexpr double kMaxRevolutionsPerSecond = 40;
 constexpr int kTremble = 20;
 
+/// The second bytes of the flags of a VLS-128's four blocks.
+constexpr unsigned kBankFlags[] = {0xEE, 0xDD, 0xCC, 0xBB};
+
 unsigned u16(const std::byte* p) { return static_cast<unsigned>(p[0]) | static_cast<unsigned>(p[1]) << 8; }
+
+/// Reads the three bytes of each firing: distance in the lower half of the word, then reflectivity. The fourth byte is
+/// the next firing's or, behind the last block, the stamp's.
+void load_firings(const std::byte* block, std::array<std::uint32_t, kVelodyneFiringsPerBlock>& words) {
+  const std::byte* p = block + 4;
+  for (std::uint32_t& word : words) {
+    std::memcpy(&word, p, 4);
+    p += 3;
+  }
+}
 
 }  // namespace
 
@@ -26,12 +39,15 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
     : table_(velodyne_table(config.model)),
       choice_(config.returns),
       // A range of 0 steps means "no return", whatever the configuration says.
-      nearest_(std::max(1u, static_cast<unsigned>(std::ceil(config.min_range_m / table_.range_step_m - 1e-6)))),
-      span_(static_cast<unsigned>(std::min(65535.0, std::floor(config.max_range_m / table_.range_step_m + 1e-6))) -
+      nearest_(std::max(1, static_cast<std::int32_t>(std::ceil(config.min_range_m / table_.range_step_m - 1e-6)))),
+      span_((config.max_range_m ? static_cast<std::int32_t>(
+                                      std::min(65535.0, std::floor(*config.max_range_m / table_.range_step_m + 1e-6)))
+                                : 65535) -
             nearest_),
       range_step_(static_cast<float>(table_.range_step_m)),
       window_begin_(static_cast<float>(config.azimuth_begin)),
       max_step_(static_cast<int>(kMaxRevolutionsPerSecond * kCircle * to_seconds(table_.block_period()))),
+      firings_(static_cast<std::size_t>(table_.banks())),
       sin_(kCircle),
       cos_(kCircle) {
   double width = config.azimuth_end - config.azimuth_begin;
@@ -42,22 +58,26 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
     sin_[static_cast<std::size_t>(i)] = static_cast<float>(std::sin(2 * kPi * i / kCircle));
     cos_[static_cast<std::size_t>(i)] = static_cast<float>(std::cos(2 * kPi * i / kCircle));
   }
-  for (int firing = 0; firing < kVelodyneFiringsPerBlock; ++firing) {
-    const auto f = static_cast<std::size_t>(firing);
-    const int laser = firing % table_.lasers;
-    const VelodyneLaser& l = table_.laser[static_cast<std::size_t>(laser)];
-    const auto offset = table_.sequence_period * (firing / table_.lasers) + table_.firing_period * laser;
-    std::uint16_t ring = 0;
-    for (int other = 0; other < table_.lasers; ++other)
-      if (table_.laser[static_cast<std::size_t>(other)].elevation_deg < l.elevation_deg) ++ring;
-    const double elevation = l.elevation_deg * kPi / 180;
-    firings_.sin_elevation[f] = static_cast<float>(std::sin(elevation));
-    firings_.cos_elevation[f] = static_cast<float>(std::cos(elevation));
-    firings_.vertical_offset[f] = static_cast<float>(l.vertical_offset_mm * 1e-3);
-    firings_.fraction[f] = static_cast<float>(to_seconds(offset) / to_seconds(table_.block_period()));
-    firings_.offset_ns[f] = static_cast<std::int32_t>(offset.count());
-    firings_.channel[f] = ring;
-  }
+  for (std::size_t bank = 0; bank < firings_.size(); ++bank)
+    for (std::size_t f = 0; f < kFirings; ++f) {
+      const int firing = static_cast<int>(bank * kFirings + f);
+      const int laser = firing % table_.count();
+      const VelodyneLaser& l = table_.lasers[static_cast<std::size_t>(laser)];
+      const auto offset = table_.sequence_period * (firing / table_.count()) + table_.firing_time(laser);
+      const auto ring = std::ranges::count_if(
+          table_.lasers, [&](const VelodyneLaser& other) { return other.elevation_deg < l.elevation_deg; });
+      const double elevation = l.elevation_deg * kPi / 180, azimuth = l.azimuth_deg * kPi / 180;
+      Firings& table = firings_[bank];
+      table.sin_elevation[f] = static_cast<float>(std::sin(elevation));
+      table.cos_elevation[f] = static_cast<float>(std::cos(elevation));
+      table.vertical_offset[f] = static_cast<float>(l.vertical_offset_mm * 1e-3);
+      table.sin_azimuth[f] = static_cast<float>(std::sin(azimuth));
+      table.cos_azimuth[f] = static_cast<float>(std::cos(azimuth));
+      table.azimuth[f] = static_cast<float>(azimuth);
+      table.fraction[f] = static_cast<float>(to_seconds(offset) / to_seconds(table_.block_period()));
+      table.offset_ns[f] = static_cast<std::int32_t>(offset.count());
+      table.channel[f] = static_cast<std::uint32_t>(ring);
+    }
 }
 
 int VelodyneKernel::step(int from, int to) const {
@@ -67,172 +87,198 @@ int VelodyneKernel::step(int from, int to) const {
 
 bool VelodyneKernel::is_plausible(int step) const { return step >= -kTremble && step <= max_step_; }
 
-VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_dual,
+bool VelodyneKernel::is_block(const std::byte* block, int bank) const {
+  return block[0] == std::byte{0xFF} && static_cast<unsigned>(block[1]) == kBankFlags[bank] &&
+         u16(block + 2) < static_cast<unsigned>(kCircle);
+}
+
+VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_dual, double turn_rate,
                                       std::vector<LaserReturn>& returns) {
-  const int blocks_per_unit = is_dual ? 2 : 1;
+  const int banks = table_.banks();
+  const int copies = is_dual ? 2 : 1;          // blocks of the same firings
+  const int blocks_per_unit = banks * copies;  // blocks of the same azimuth
   const int units = kVelodyneBlocks / blocks_per_unit;
   const auto block = [&](int i) { return bytes.data() + kBlockBytes * static_cast<std::size_t>(i); };
-  const auto is_block = [&](int i) {
-    return u16(block(i)) == 0xEEFF && u16(block(i) + 2) < static_cast<unsigned>(kCircle);
-  };
 
   std::array<Unit, kVelodyneBlocks> unit;
+  std::array<bool, kVelodyneBlocks> is_good{};
   VelodyneBlocks result;
   for (int u = 0; u < units; ++u) {
     const int first = u * blocks_per_unit;
     auto& [azimuth, is_valid] = unit[static_cast<std::size_t>(u)];
-    azimuth = static_cast<int>(u16(block(first) + 2));
-    is_valid = is_block(first) &&
-               (!is_dual || (is_block(first + 1) && u16(block(first + 1) + 2) == static_cast<unsigned>(azimuth)));
-    if (!is_valid) result.malformed += blocks_per_unit;
+    for (int i = first; i < first + blocks_per_unit; i += copies) {
+      const int bank = (i - first) / copies;
+      const int found = static_cast<int>(u16(block(i) + 2));
+      const bool good = is_block(block(i), bank) && (!is_valid || found == azimuth) &&
+                        (!is_dual || (is_block(block(i + 1), bank) && std::memcmp(block(i), block(i + 1), 4) == 0));
+      if (good && !is_valid) azimuth = found;
+      is_valid |= good;
+      is_good[static_cast<std::size_t>(i)] = good;
+      if (!good) result.malformed += copies;
+    }
   }
 
-  // The azimuth steps between neighbouring blocks of this packet. A jump (the scanner's field of view, a broken
+  // The azimuth steps between neighbouring units of this packet. A jump (the scanner's field of view, a broken
   // encoder) ends what the packet's stamp can date, because the packet does not say how long the scanner was silent.
   std::array<int, kVelodyneBlocks> steps{};
   std::array<bool, kVelodyneBlocks> has_step{};
-  int sum = 0, number = 0, timed_units = units;
-  int sum_behind = 0, number_behind = 0;
-  for (int u = 0; u + 1 < units; ++u) {
+  int sum = 0, number = 0;
+  int jump = units, second_jump = units;  // the first units behind
+  for (int u = 0; u + 1 < second_jump; ++u) {
     const auto i = static_cast<std::size_t>(u);
     if (!unit[i].is_valid || !unit[i + 1].is_valid) continue;
     steps[i] = step(unit[i].azimuth, unit[i + 1].azimuth);
-    if (timed_units < units) {
-      if (!is_plausible(steps[i])) continue;
-      sum_behind += steps[i];
-      ++number_behind;
-    } else if (!is_plausible(steps[i])) {
-      timed_units = u + 1;
-      result.jump_azimuth = unit[i + 1].azimuth;
-    } else {
-      has_step[i] = true;
+    has_step[i] = is_plausible(steps[i]);
+    if (has_step[i]) {
       sum += steps[i];
       ++number;
+    } else if (jump == units) {
+      jump = u + 1;
+      result.jump_azimuth = unit[i + 1].azimuth;
+    } else {
+      second_jump = u + 1;
     }
   }
-  const float mean_step = number ? static_cast<float>(sum) / static_cast<float>(number) : 0.0f;
-  if (number + number_behind > 0)
-    result.turn_rate =
-        static_cast<double>(sum + sum_behind) / (number + number_behind) / to_seconds(table_.block_period());
+  const double period_s = to_seconds(table_.block_period());
+  const float mean_step = number      ? static_cast<float>(sum) / static_cast<float>(number)
+                          : units > 1 ? 0.0f
+                                      : static_cast<float>(turn_rate * period_s);
+  if (number > 0) result.turn_rate = static_cast<double>(sum) / number / period_s;
 
   LaserReturn* out = scratch_.data();
+  LaserReturn* end_of_timed = out;
   for (int u = 0; u < units; ++u) {
     const auto i = static_cast<std::size_t>(u);
     if (!unit[i].is_valid) continue;
-    if (u >= timed_units) {
-      result.untimed += blocks_per_unit;
-      continue;
+    const bool is_behind = u >= jump;
+    const auto unit_ns = static_cast<std::int32_t>(table_.block_period().count() * (is_behind ? u - jump : u));
+    for (int b = u * blocks_per_unit; b < (u + 1) * blocks_per_unit; b += copies) {
+      if (!is_good[static_cast<std::size_t>(b)]) continue;
+      if (u >= second_jump) {
+        result.untimed += copies;
+        continue;
+      }
+      const Firings& firings = firings_[static_cast<std::size_t>((b - u * blocks_per_unit) / copies)];
+      fill_directions(firings, unit[i].azimuth, has_step[i] ? static_cast<float>(steps[i]) : mean_step);
+      out = is_dual ? decode_pair(firings, block(b), block(b + 1), unit_ns, out)
+                    : decode_single(firings, block(b), unit_ns, out);
+      if (is_behind) {
+        result.behind += copies;
+        result.behind_azimuth = unit[i].azimuth;
+        continue;
+      }
+      end_of_timed = out;
+      if (result.decoded == 0) result.first_azimuth = unit[i].azimuth;
+      result.last_azimuth = unit[i].azimuth;
+      result.decoded += copies;
     }
-    fill_directions(unit[i].azimuth, has_step[i] ? static_cast<float>(steps[i]) : mean_step);
-    const auto block_ns = static_cast<std::int32_t>(table_.block_period().count() * u);
-    if (is_dual)
-      out = decode_pair(block(2 * u), block(2 * u + 1), block_ns, out);
-    else
-      out = decode_single(block(u), block_ns, out);
-    if (result.decoded == 0) result.first_azimuth = unit[i].azimuth;
-    result.last_azimuth = unit[i].azimuth;
-    result.decoded += blocks_per_unit;
   }
-  returns.assign(scratch_.data(), out);
+  result.behind_duration = table_.block_period() * (units - jump);
+  returns.assign(scratch_.data(), end_of_timed);
+  behind_.assign(end_of_timed, out);
   return result;
 }
 
-void VelodyneKernel::fill_directions(int azimuth, float step) {
+void VelodyneKernel::fill_directions(const Firings& firings, int azimuth, float step) {
   const float sin_block = sin_[static_cast<std::size_t>(azimuth)], cos_block = cos_[static_cast<std::size_t>(azimuth)];
   const float block_rad = static_cast<float>(azimuth) * kRadPerCount;
   const float step_rad = step * kRadPerCount;  // at most 0.03 rad, so the error of the series below is at most 4e-8
-  for (std::size_t f = 0; f < kVelodyneFiringsPerBlock; ++f) {
-    const float turn = step_rad * firings_.fraction[f];
+  for (std::size_t f = 0; f < kFirings; ++f) {
+    const float turn = step_rad * firings.fraction[f];
     const float turn2 = turn * turn;
     const float sin_turn = turn - turn * turn2 / 6.0f;
     const float cos_turn = 1.0f - turn2 / 2.0f;
-    directions_.x[f] = firings_.cos_elevation[f] * (sin_block * cos_turn + cos_block * sin_turn);
-    directions_.y[f] = firings_.cos_elevation[f] * (cos_block * cos_turn - sin_block * sin_turn);
-    const float sum = block_rad + turn;
+    const float s = firings.sin_azimuth[f] * cos_turn + firings.cos_azimuth[f] * sin_turn;
+    const float c = firings.cos_azimuth[f] * cos_turn - firings.sin_azimuth[f] * sin_turn;
+    directions_.x[f] = firings.cos_elevation[f] * (sin_block * c + cos_block * s);
+    directions_.y[f] = firings.cos_elevation[f] * (cos_block * c - sin_block * s);
+    const float sum = block_rad + firings.azimuth[f] + turn;
     directions_.azimuth[f] = sum >= kTwoPi ? sum - kTwoPi : sum < 0.0f ? sum + kTwoPi : sum;
   }
   if (!has_window_) return;
-  for (std::size_t f = 0; f < kVelodyneFiringsPerBlock; ++f) {
+  for (std::size_t f = 0; f < kFirings; ++f) {
     const float past = directions_.azimuth[f] - window_begin_;
-    directions_.is_inside[f] = (past < 0.0f ? past + kTwoPi : past) <= window_width_;
+    directions_.is_inside[f] = (past < 0.0f ? past + kTwoPi : past) <= window_width_ ? 1 : 0;
   }
 }
 
-inline bool VelodyneKernel::keeps(std::size_t firing, unsigned distance) const {
-  return (distance - nearest_ <= span_) & (!has_window_ | directions_.is_inside[firing]);
-}
-
-/// Writes the return in place. If it were made elsewhere and copied, the copy would have to wait for the small stores.
-inline void VelodyneKernel::write(LaserReturn& r, std::size_t firing, unsigned distance, unsigned reflectivity,
-                                  std::int32_t block_ns) const {
-  const float range = static_cast<float>(distance) * range_step_;
-  const float x = range * directions_.x[firing], y = range * directions_.y[firing];
-  const float z = range * firings_.sin_elevation[firing] + firings_.vertical_offset[firing];
-  const float azimuth = directions_.azimuth[firing];
-  const std::int32_t offset_ns = block_ns + firings_.offset_ns[firing];
-  const std::uint16_t channel = firings_.channel[firing];
-  r.x = x;
-  r.y = y;
-  r.z = z;
-  r.range_m = range;
-  r.azimuth = azimuth;
-  r.time_offset_ns = offset_ns;
-  r.channel = channel;
-  r.reflectivity = static_cast<std::uint8_t>(reflectivity);
-  r.return_number = 1;
-  r.return_count = 1;
-}
-
-LaserReturn* VelodyneKernel::decode_single(const std::byte* block, std::int32_t block_ns, LaserReturn* out) const {
-  const std::byte* p = block + 4;
-  for (std::size_t f = 0; f < kVelodyneFiringsPerBlock; ++f, p += 3) {
-    const unsigned distance = u16(p);
-    // Write the return in any case: whether there is one is nearly random, and a wrong branch prediction costs more
-    // than the store.
-    write(*out, f, distance, static_cast<unsigned>(p[2]), block_ns);
-    out += keeps(f, distance);
+/// Fills the lanes with what depends on distance and direction, and with whether that distance is kept.
+inline void VelodyneKernel::fill_places(const Firings& firings, const std::array<std::int32_t, kFirings>& distance,
+                                        std::int32_t block_ns, Lanes& lanes) const {
+  const float range_step = range_step_;
+  const std::int32_t nearest = nearest_, span = span_;
+  for (std::size_t f = 0; f < kFirings; ++f) {
+    const float range = static_cast<float>(distance[f]) * range_step;
+    lanes.x[f] = range * directions_.x[f];
+    lanes.y[f] = range * directions_.y[f];
+    lanes.z[f] = range * firings.sin_elevation[f] + firings.vertical_offset[f];
+    lanes.range[f] = range;
+    lanes.azimuth[f] = directions_.azimuth[f];
+    lanes.time_ns[f] = block_ns + firings.offset_ns[f];
+    const std::int32_t past = distance[f] - nearest;
+    lanes.keep[f] = static_cast<std::uint32_t>(past >= 0) & static_cast<std::uint32_t>(past <= span);
   }
-  return out;
+  if (!has_window_) return;
+  for (std::size_t f = 0; f < kFirings; ++f) lanes.keep[f] &= directions_.is_inside[f];
 }
 
-LaserReturn* VelodyneKernel::decode_pair(const std::byte* last, const std::byte* strongest, std::int32_t block_ns,
-                                         LaserReturn* out) const {
-  const std::byte *a = last + 4, *b = strongest + 4;
-  for (std::size_t f = 0; f < kVelodyneFiringsPerBlock; ++f, a += 3, b += 3) {
-    unsigned near = u16(a), far = u16(b);
-    auto near_reflectivity = static_cast<unsigned>(a[2]), far_reflectivity = static_cast<unsigned>(b[2]);
-    // A firing with one return has it in both blocks, or in one of them only.
-    if (near == far || near == 0 || far == 0) {
-      const bool uses_a = near != 0;
-      const unsigned distance = uses_a ? near : far;
-      write(*out, f, distance, uses_a ? near_reflectivity : far_reflectivity, block_ns);
-      out += keeps(f, distance);
-      continue;
-    }
-    // The even block holds the last return. The odd one holds the strongest, or the second strongest if the strongest
-    // is the last.
-    const bool last_is_far = near > far;
-    if (last_is_far) {
-      std::swap(near, far);
-      std::swap(near_reflectivity, far_reflectivity);
-    }
-    const bool wants_near =
-        choice_ == ReturnChoice::All || (choice_ == ReturnChoice::Last           ? !last_is_far
-                                         : near_reflectivity != far_reflectivity ? near_reflectivity > far_reflectivity
-                                                                                 : last_is_far);
-    const bool wants_far = choice_ == ReturnChoice::All || !wants_near;
-    if (wants_near && keeps(f, near)) {
-      write(*out, f, near, near_reflectivity, block_ns);
-      out->return_count = 2;
-      ++out;
-    }
-    if (wants_far && keeps(f, far)) {
-      write(*out, f, far, far_reflectivity, block_ns);
-      out->return_number = out->return_count = 2;
-      ++out;
-    }
+LaserReturn* VelodyneKernel::decode_single(const Firings& firings, const std::byte* block, std::int32_t block_ns,
+                                           LaserReturn* out) {
+  alignas(16) std::array<std::uint32_t, kFirings> words;
+  alignas(16) std::array<std::int32_t, kFirings> distance;
+  load_firings(block, words);
+  for (std::size_t f = 0; f < kFirings; ++f) {
+    distance[f] = static_cast<std::int32_t>(words[f] & 0xFFFFU);
+    near_.tags[f] = tags_of(firings.channel[f], words[f] >> 16U & 0xFFU, 1);
+    near_.return_count[f] = 1;
   }
-  return out;
+  fill_places(firings, distance, block_ns, near_);
+  return write_returns(near_, kFirings, out);
+}
+
+/// The even block holds the last return. The odd one holds the strongest, or the second strongest if the strongest is
+/// the last. A firing with one return has it in both blocks, or in one of them only.
+LaserReturn* VelodyneKernel::decode_pair(const Firings& firings, const std::byte* last, const std::byte* strongest,
+                                         std::int32_t block_ns, LaserReturn* out) {
+  alignas(16) std::array<std::uint32_t, kFirings> last_words, strongest_words;
+  alignas(16) std::array<std::int32_t, kFirings> near, far;
+  alignas(16) std::array<std::uint32_t, kFirings> wants_near, wants_far;
+  load_firings(last, last_words);
+  load_firings(strongest, strongest_words);
+  const std::uint32_t wants_all = choice_ == ReturnChoice::All ? 1 : 0,
+                      wants_last = choice_ == ReturnChoice::Last ? 1 : 0;
+  for (std::size_t f = 0; f < kFirings; ++f) {
+    const std::uint32_t a = last_words[f] & 0xFFFFU, b = strongest_words[f] & 0xFFFFU;
+    const std::uint32_t ra = last_words[f] >> 16U & 0xFFU, rb = strongest_words[f] >> 16U & 0xFFU;
+    const std::uint32_t is_pair =
+        static_cast<std::uint32_t>(a != b) & static_cast<std::uint32_t>(a != 0) & static_cast<std::uint32_t>(b != 0);
+    const std::uint32_t last_is_far =
+        static_cast<std::uint32_t>(static_cast<std::int32_t>(a) > static_cast<std::int32_t>(b));
+    // Of a pair the smaller distance is near; of one return it is the one that is not 0, and `a` of two equal ones.
+    const bool near_is_b = is_pair != 0 ? last_is_far != 0 : a == 0;
+    const std::uint32_t near_reflectivity = near_is_b ? rb : ra, far_reflectivity = near_is_b ? ra : rb;
+    near[f] = static_cast<std::int32_t>(near_is_b ? b : a);
+    far[f] = static_cast<std::int32_t>(near_is_b ? a : b);
+    const std::uint32_t near_is_stronger =
+        near_reflectivity != far_reflectivity
+            ? static_cast<std::uint32_t>(static_cast<std::int32_t>(near_reflectivity) >
+                                         static_cast<std::int32_t>(far_reflectivity))
+            : last_is_far;
+    const std::uint32_t chosen_near = wants_last ? 1U - last_is_far : near_is_stronger;
+    wants_near[f] = (1U - is_pair) | wants_all | chosen_near;
+    wants_far[f] = is_pair & (wants_all | (1U - chosen_near));
+    near_.tags[f] = tags_of(firings.channel[f], near_reflectivity, 1);
+    far_.tags[f] = tags_of(firings.channel[f], far_reflectivity, 2);
+    near_.return_count[f] = 1U + is_pair;
+    far_.return_count[f] = 2;
+  }
+  fill_places(firings, near, block_ns, near_);
+  fill_places(firings, far, block_ns, far_);
+  for (std::size_t f = 0; f < kFirings; ++f) {
+    near_.keep[f] &= wants_near[f];
+    far_.keep[f] &= wants_far[f];
+  }
+  return write_returns(near_, far_, kFirings, out);
 }
 
 }  // namespace hueline::drivers

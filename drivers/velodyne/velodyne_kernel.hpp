@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/measurements.hpp"
+#include "drivers/return_lanes.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
 
 namespace hueline::drivers {
@@ -15,10 +16,13 @@ namespace hueline::drivers {
 struct VelodyneBlocks {
   int decoded = 0;    ///< blocks that became returns
   int malformed = 0;  ///< blocks with a wrong flag or azimuth or, in dual-return mode, a wrong partner
-  int untimed = 0;    ///< blocks after a jump of the azimuth
-  int first_azimuth = 0, last_azimuth = 0;  ///< of the blocks with a known time, 0.01 degrees
-  int jump_azimuth = 0;                     ///< of the first block after the jump, if there is one, 0.01 degrees
-  double turn_rate = 0;                     ///< of the mirror, 0.01 degrees a second; 0 if not known
+  int behind = 0;     ///< blocks behind a jump of the azimuth, whose returns are those of VelodyneKernel::behind()
+  int untimed = 0;    ///< blocks behind a second jump; they are not decoded
+  int first_azimuth = 0, last_azimuth = 0;      ///< of the blocks with a known time, 0.01 degrees
+  int jump_azimuth = 0;                         ///< of the first block behind the jump, if there is one, 0.01 degrees
+  int behind_azimuth = 0;                       ///< of the last block behind it
+  std::chrono::nanoseconds behind_duration{0};  ///< of the blocks behind it
+  double turn_rate = 0;                         ///< of the mirror, 0.01 degrees a second; 0 if not known
 };
 
 /// Computes the returns of a data packet. Its tables are made once; for each packet there are only loads,
@@ -28,49 +32,64 @@ class VelodyneKernel {
  public:
   explicit VelodyneKernel(const VelodyneDecoder::Config& config);
 
-  /// Decodes a packet of 1206 bytes. Replaces `returns` by those of the packet, in the order of firing.
-  VelodyneBlocks decode(std::span<const std::byte> bytes, bool is_dual, std::vector<LaserReturn>& returns);
+  /// Decodes a packet of 1206 bytes. Replaces `returns` by those of the packet, in the order of the blocks. `turn_rate`
+  /// is that of the packets before, 0.01 degrees a second; it is used if this packet has no two azimuths to measure it.
+  VelodyneBlocks decode(std::span<const std::byte> bytes, bool is_dual, double turn_rate,
+                        std::vector<LaserReturn>& returns);
+
+  /// Returns the returns behind the azimuth jump of the latest packet. Their times count from the first block there:
+  /// how long the scanner was silent at the jump, the packet does not say.
+  std::vector<LaserReturn>& behind() { return behind_; }
 
  private:
-  /// One azimuth of a packet: one block, or in dual-return mode the two blocks of a pair.
+  static constexpr std::size_t kFirings = kVelodyneFiringsPerBlock;
+  using Lanes = ReturnLanes<kFirings>;
+  using Floats = std::array<float, kFirings>;
+
+  /// The blocks of one azimuth: one block or, in dual-return mode, a pair; of a scanner with several banks a sequence.
   struct Unit {
     int azimuth = 0;  ///< in 0.01 degrees
     bool is_valid = false;
   };
   /// Constants of each firing of a block. Each quantity has its own array, so that loops over them vectorise.
   struct Firings {
-    std::array<float, kVelodyneFiringsPerBlock> sin_elevation, cos_elevation, vertical_offset;
-    std::array<float, kVelodyneFiringsPerBlock> fraction;  ///< of the block's duration, at which the laser fires
-    std::array<std::int32_t, kVelodyneFiringsPerBlock> offset_ns;
-    std::array<std::uint16_t, kVelodyneFiringsPerBlock> channel;
+    alignas(16) Floats sin_elevation, cos_elevation, vertical_offset;
+    alignas(16) Floats sin_azimuth, cos_azimuth;  ///< of the laser's azimuth against the block's
+    alignas(16) Floats azimuth;                   ///< the same angle, rad
+    alignas(16) Floats fraction;                  ///< of the sequence's or block's duration, at which the laser fires
+    alignas(16) std::array<std::int32_t, kFirings> offset_ns;
+    alignas(16) std::array<std::uint32_t, kFirings> channel;
   };
-  /// The directions of one azimuth, for each firing of a block.
+  /// The directions of one block, for each of its firings.
   struct Directions {
-    std::array<float, kVelodyneFiringsPerBlock> azimuth, x, y;
-    std::array<bool, kVelodyneFiringsPerBlock> is_inside;
+    alignas(16) Floats azimuth, x, y;
+    alignas(16) std::array<std::uint32_t, kFirings> is_inside;
   };
 
   int step(int from, int to) const;
   bool is_plausible(int step) const;
-  void fill_directions(int azimuth, float step);
-  void write(LaserReturn& r, std::size_t firing, unsigned distance, unsigned reflectivity, std::int32_t block_ns) const;
-  LaserReturn* decode_single(const std::byte* block, std::int32_t block_ns, LaserReturn* out) const;
-  LaserReturn* decode_pair(const std::byte* last, const std::byte* strongest, std::int32_t block_ns,
-                           LaserReturn* out) const;
-  bool keeps(std::size_t firing, unsigned distance) const;
+  bool is_block(const std::byte* block, int bank) const;
+  void fill_directions(const Firings& firings, int azimuth, float step);
+  LaserReturn* decode_single(const Firings& firings, const std::byte* block, std::int32_t block_ns, LaserReturn* out);
+  LaserReturn* decode_pair(const Firings& firings, const std::byte* last, const std::byte* strongest,
+                           std::int32_t block_ns, LaserReturn* out);
+  void fill_places(const Firings& firings, const std::array<std::int32_t, kFirings>& distance, std::int32_t block_ns,
+                   Lanes& lanes) const;
 
   const VelodyneTable& table_;
   ReturnChoice choice_;
-  unsigned nearest_, span_;  ///< in range steps; ranges from nearest_ to nearest_ + span_ are kept
+  std::int32_t nearest_, span_;  ///< in range steps; ranges from nearest_ to nearest_ + span_ are kept
   float range_step_;
   bool has_window_;
   float window_begin_, window_width_;
   int max_step_;
-  Firings firings_{};
+  std::vector<Firings> firings_;  ///< by bank
   std::vector<float> sin_, cos_;  ///< indexed by azimuth, 0.01 degrees
   Directions directions_{};
+  Lanes near_{}, far_{};
+  std::vector<LaserReturn> behind_;
   /// It has room for one more return than a packet, because a return is written before it is known whether it is kept.
-  std::array<LaserReturn, kVelodyneBlocks * kVelodyneFiringsPerBlock + 1> scratch_;
+  std::array<LaserReturn, kVelodyneBlocks * kFirings + 1> scratch_;
 };
 
 }  // namespace hueline::drivers

@@ -12,8 +12,6 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr std::array kModels{VelodyneModel::Vlp16, VelodyneModel::Hdl32e};
-
 std::uint8_t product_of(const Packet& data) { return static_cast<std::uint8_t>(data.bytes.bytes().back()); }
 
 /// Returns the model of the Velodyne at this address by its first packets' timing, or nothing where the factory byte
@@ -28,7 +26,9 @@ std::optional<VelodyneModel> timed_model(const std::string& path, const std::str
     if (packet->kind != PacketKind::Wire || packet->bytes.size() != kVelodyneDataBytes) continue;
     if (!is_told_by_timing(product_of(*packet))) return {};
     timing.add(packet->bytes.bytes());
-    if (const auto model = timing.model(3)) return model;
+    // Other models have factory bytes of their own.
+    if (const auto model = timing.model(3))
+      return *model == VelodyneModel::Vlp16 || *model == VelodyneModel::Hdl32e ? model : std::nullopt;
   }
   return {};
 }
@@ -42,7 +42,7 @@ class VelodyneListener final : public CaptureListener {
     const std::uint8_t product = product_of(datagram);
     if (unknown_.contains({sender, product})) return {};
     const auto timed = timed_model(path_, sender);
-    for (const VelodyneModel model : kModels) {
+    for (const VelodyneModel model : kVelodyneModels) {
       const VelodyneTable& table = velodyne_table(model);
       const bool has_its_byte = table.product_id == product;
       if (timed ? model != *timed : !has_its_byte) continue;
@@ -67,7 +67,7 @@ class VelodyneListener final : public CaptureListener {
     std::string named, known;
     for (const std::uint8_t product : products)
       named += fmt::format("{}{}", named.empty() ? "" : ", ", velodyne_product_name(product));
-    for (const VelodyneModel model : kModels)
+    for (const VelodyneModel model : kVelodyneModels)
       known += fmt::format("{}0x{:02X} ({})", known.empty() ? "" : ", ", velodyne_table(model).product_id,
                            velodyne_table(model).name);
     return fmt::format("a Velodyne of product {}; known: {}", named, known);

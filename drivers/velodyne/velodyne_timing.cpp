@@ -2,11 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <numeric>
+
 namespace hueline::drivers {
 namespace {
 
 constexpr std::size_t kStampAt = 1200, kModeAt = 1204;
 constexpr std::byte kDual{0x39};
+/// A Puck Hi-Res has the timing of a VLP-16.
+constexpr std::array kTimed{VelodyneModel::Vlp16, VelodyneModel::Hdl32e, VelodyneModel::Vlp32c, VelodyneModel::Vls128};
 constexpr int kMostVotes = 1'000'000;
 
 }  // namespace
@@ -46,9 +51,8 @@ void VelodyneTiming::add(std::span<const std::byte> bytes) {
   const std::chrono::nanoseconds stamp = std::chrono::microseconds(stamp_us);
   if (last_) {
     const auto step = stamp - *last_;
-    for (const VelodyneModel model : {VelodyneModel::Vlp16, VelodyneModel::Hdl32e}) {
-      const auto duration =
-          velodyne_table(model).block_period() * (bytes[kModeAt] == kDual ? kVelodyneBlocks / 2 : kVelodyneBlocks);
+    for (const VelodyneModel model : kTimed) {
+      const auto duration = velodyne_table(model).packet_period(bytes[kModeAt] == kDual);
       int& votes = votes_[static_cast<std::size_t>(model)];
       // Stamps are whole microseconds, so a step may be off by a little.
       if (std::chrono::abs(step - duration) <= duration / 100 && votes < kMostVotes) ++votes;
@@ -58,11 +62,9 @@ void VelodyneTiming::add(std::span<const std::byte> bytes) {
 }
 
 std::optional<VelodyneModel> VelodyneTiming::model(int least) const {
-  for (const VelodyneModel model : {VelodyneModel::Vlp16, VelodyneModel::Hdl32e}) {
-    const auto m = static_cast<std::size_t>(model);
-    if (votes_[m] >= least && votes_[1 - m] * 10 <= votes_[m]) return model;
-  }
-  return {};
+  const auto most = std::ranges::max_element(votes_);
+  if (*most < least || std::reduce(votes_.begin(), votes_.end()) - *most > *most / 10) return {};
+  return static_cast<VelodyneModel>(most - votes_.begin());
 }
 
 }  // namespace hueline::drivers

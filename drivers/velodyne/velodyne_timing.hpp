@@ -16,21 +16,21 @@ std::string velodyne_product_name(std::uint8_t product);
 /// which has the timing of a VLP-16 but other elevations.
 bool is_told_by_timing(std::uint8_t product);
 
-/// Recognises the model by the time between the stamps of data packets, which is the duration of twelve blocks: 1.327
-/// ms for a VLP-16, 0.553 ms for an HDL-32E, and half of that in dual-return mode. The factory byte alone is not
-/// enough, because VLP-16s with old firmware send that of the HDL-32E.
-/// Thread safety: none; one thread calls all functions.
+/// Recognises the model by the time between the stamps of data packets, which is the duration of their blocks: 1.327 ms
+/// for a VLP-16 (and for a Puck Hi-Res, which it cannot tell from one), 0.553 ms for an HDL-32E, 0.664 ms for a
+/// VLP-32C, 0.166 ms for a VLS-128, and less in dual-return mode. The factory byte alone is not enough, because VLP-16s
+/// with old firmware send that of the HDL-32E. Thread safety: none; one thread calls all functions.
 class VelodyneTiming {
  public:
   /// Takes a data packet, in the order of arrival.
   void add(std::span<const std::byte> bytes);
-  /// Returns the model that at least `least` pairs of packets confirm, if at most a tenth as many confirm the other
-  /// one. Returns nothing if it is not known yet.
+  /// Returns the model that at least `least` pairs of packets confirm, if at most a tenth as many confirm any other.
+  /// Returns nothing if it is not known yet.
   std::optional<VelodyneModel> model(int least) const;
 
  private:
   std::optional<std::chrono::nanoseconds> last_;
-  std::array<int, 2> votes_{};  // by VelodyneModel
+  std::array<int, kVelodyneModels.size()> votes_{};  // by VelodyneModel
 };
 
 }  // namespace hueline::drivers
