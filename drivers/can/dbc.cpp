@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <bit>
 #include <charconv>
 #include <utility>
 
@@ -56,9 +58,17 @@ Result<DbcSignal> parse_dbc_signal(std::string_view line) {
   if (!in.take("SG_")) return bad("SG_");
   out.name = in.word(":");
   if (out.name.empty()) return bad("the name");
-  // "M" alone marks the signal that selects the others. It is in every frame itself.
-  const std::string_view selector = in.word(":");
+  // "M" alone marks the signal that selects the others; "m3" is selected by 3; "m3M" is and does both.
+  std::string_view selector = in.word(":");
   out.is_multiplexed = selector.starts_with('m');
+  out.is_selector = selector.ends_with('M');
+  if (out.is_multiplexed) {
+    std::uint64_t value = 0;
+    const char* end = selector.data() + selector.size() - (out.is_selector ? 1 : 0);
+    if (const auto [at, error] = std::from_chars(selector.data() + 1, end, value); error != std::errc() || at != end)
+      return bad("the number behind m");
+    out.selected_by.emplace_back(value, value);
+  }
   if (!in.take(":")) return bad("':'");
   int order = 0;
   if (!in.number(out.signal.start_bit) || !in.take("|") || !in.number(out.signal.bits)) return bad("start|bits");
@@ -82,37 +92,209 @@ Result<DbcSignal> parse_dbc_signal(std::string_view line) {
     if (end == std::string_view::npos) return bad("the end of \"unit\"");
     out.unit = in.rest.substr(0, end);
   }
-  if (const std::string wrong = out.signal.validate(); !wrong.empty())
-    return Error{ErrorCode::Malformed, out.name + ": " + wrong};
+  // Makers' files hold values beyond what a rig may give, such as a largest value of 1.8e19.
+  const CanSignal& s = out.signal;
+  if (s.bits < 1 || s.bits > 64 || s.start_bit < 0 || s.start_bit > 511 || s.needed_bytes() > 64)
+    return Error{ErrorCode::Malformed,
+                 fmt::format("{}: {} bits from bit {} on do not fit into a frame; allowed: 1 to 64 "
+                             "bits in 64 bytes",
+                             out.name, s.bits, s.start_bit)};
+  if (s.scale == 0) return Error{ErrorCode::Malformed, out.name + ": scale is 0; allowed: a number other than 0"};
+  return out;
+}
+
+namespace {
+
+/// Cuts a text into lines. A line whose quotation marks are open goes on in the next one, unless it is one of a message
+/// or a signal: comments (CM_) may hold anything, also what looks like a message.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : rest_(text) {}
+  /// Sets `line` and its number. Returns false at the end.
+  bool next(std::string_view& line, std::size_t& number) {
+    if (rest_.empty()) return false;
+    number = ++number_;
+    std::size_t end = 0;
+    bool is_open = false;
+    Scanner begin{rest_.substr(0, 256)};
+    const bool is_one_line = begin.take("SG_ ") || begin.take("BO_ ");
+    for (; end < rest_.size() && (is_open || rest_[end] != '\n'); ++end) {
+      if (!is_one_line && rest_[end] == '"' && (end == 0 || rest_[end - 1] != '\\')) is_open = !is_open;
+      if (rest_[end] == '\n') ++number_;
+    }
+    if (is_open) {  // an open quotation mark without its end: the line alone, not the rest of the file
+      number_ = number;
+      end = std::min(rest_.find('\n'), rest_.size());
+    }
+    line = rest_.substr(0, end);
+    rest_.remove_prefix(std::min(end + 1, rest_.size()));
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    return true;
+  }
+
+ private:
+  std::string_view rest_;
+  std::size_t number_ = 0;
+};
+
+/// The highest bit marks ids of 29 bits. Some files leave it out where the id has more than 11 bits anyway.
+bool has_29_bits(std::uint32_t id) { return (id & 0x80000000) != 0 || (id & 0x1FFFFFFF) > 0x7FF; }
+
+DbcSignal* find_signal(Dbc& dbc, std::uint32_t id, std::string_view name) {
+  for (DbcMessage& message : dbc.messages) {
+    if (message.id != (id & 0x1FFFFFFF) || message.is_extended != has_29_bits(id)) continue;
+    for (DbcSignal& signal : message.signals)
+      if (signal.name == name) return &signal;
+  }
+  return nullptr;
+}
+
+/// Reads `ID NAME 0 "off" 1 "on" ;` behind VAL_. A table without an id belongs to no message.
+void take_words(Scanner in, Dbc& dbc) {
+  std::uint32_t id = 0;
+  if (!in.number(id)) return;
+  DbcSignal* signal = find_signal(dbc, id, in.word());
+  if (!signal) return;
+  for (std::int64_t value = 0; in.number(value);) {
+    if (!in.take("\"")) return;
+    std::size_t end = 0;
+    while (end < in.rest.size() && (in.rest[end] != '"' || (end > 0 && in.rest[end - 1] == '\\'))) ++end;
+    signal->words[value] = in.rest.substr(0, end);
+    in.rest.remove_prefix(std::min(end + 1, in.rest.size()));
+  }
+}
+
+/// Reads `ID NAME SELECTOR 0-0, 3-5 ;` behind SG_MUL_VAL_.
+void take_selection(Scanner in, Dbc& dbc) {
+  std::uint32_t id = 0;
+  if (!in.number(id)) return;
+  DbcSignal* signal = find_signal(dbc, id, in.word());
+  if (!signal) return;
+  signal->selector = in.word();
+  signal->is_multiplexed = true;
+  signal->selected_by.clear();
+  std::uint64_t from = 0, to = 0;
+  while (in.number(from) && in.take("-") && in.number(to)) {
+    signal->selected_by.emplace_back(from, to);
+    if (!in.take(",")) break;
+  }
+}
+
+/// Reads `ID NAME : 1 ;` behind SIG_VALTYPE_: 1 float, 2 double.
+void take_number_type(Scanner in, std::size_t line, Dbc& dbc) {
+  std::uint32_t id = 0;
+  int type = 0;
+  if (!in.number(id)) return;
+  DbcSignal* signal = find_signal(dbc, id, in.word(":"));
+  if (!signal || !in.take(":") || !in.number(type)) return;
+  if ((type == 1 && signal->signal.bits != 32) || (type == 2 && signal->signal.bits != 64))
+    dbc.troubles.push_back(
+        fmt::format("line {}: {} is no floating-point number of {} bits", line, signal->name, signal->signal.bits));
+  else
+    signal->number = type == 1 ? DbcNumber::Float : type == 2 ? DbcNumber::Double : DbcNumber::Integer;
+}
+
+/// Gives multiplexed signals the selector of their message, where no SG_MUL_VAL_ named another one.
+void name_selectors(Dbc& dbc) {
+  for (DbcMessage& message : dbc.messages) {
+    const auto selects_all = [](const DbcSignal& signal) { return signal.is_selector && !signal.is_multiplexed; };
+    const auto selector = std::ranges::find_if(message.signals, selects_all);
+    for (DbcSignal& signal : message.signals)
+      if (signal.is_multiplexed && signal.selector.empty() && selector != message.signals.end())
+        signal.selector = selector->name;
+  }
+}
+
+double number_value(const DbcSignal& signal, std::span<const std::uint8_t> data) {
+  if (signal.number == DbcNumber::Integer) return signal.signal.value(data);
+  const auto bits = static_cast<std::uint64_t>(signal.signal.raw(data));
+  const double bare = signal.number == DbcNumber::Double
+                          ? std::bit_cast<double>(bits)
+                          : static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
+  return bare * signal.signal.scale + signal.signal.offset;
+}
+
+/// Returns whether the frame has the signal. Selectors may be selected themselves; `depth` ends circles.
+bool is_there(const DbcMessage& message, const DbcSignal& signal, std::span<const std::uint8_t> data, int depth = 0) {
+  if (signal.signal.needed_bytes() > data.size() || depth > 8) return false;
+  if (!signal.is_multiplexed) return true;
+  const auto selector = std::ranges::find(message.signals, signal.selector, &DbcSignal::name);
+  if (selector == message.signals.end() || !is_there(message, *selector, data, depth + 1)) return false;
+  const std::int64_t value = selector->signal.raw(data);
+  return std::ranges::any_of(signal.selected_by, [&](const auto& range) {
+    return value >= 0 && static_cast<std::uint64_t>(value) >= range.first &&
+           static_cast<std::uint64_t>(value) <= range.second;
+  });
+}
+
+}  // namespace
+
+const DbcMessage* Dbc::find(std::uint32_t id, bool is_extended) const {
+  for (const DbcMessage& message : messages)
+    if (message.id == id && message.is_extended == is_extended) return &message;
+  return nullptr;
+}
+
+Dbc read_dbc(std::string_view text) {
+  Dbc out;
+  Lines lines(text);
+  std::string_view line;
+  bool has_message = false;
+  for (std::size_t number = 0; lines.next(line, number);) {
+    Scanner in{line};
+    const auto trouble = [&](const std::string& what) {
+      out.troubles.push_back(fmt::format("line {}: {}", number, what));
+    };
+    if (in.take("BO_ ")) {
+      DbcMessage message;
+      std::uint32_t id = 0;
+      has_message = false;
+      if (!in.number(id)) {
+        trouble("BO_ without an id");
+        continue;
+      }
+      message.is_extended = has_29_bits(id);
+      message.id = id & 0x1FFFFFFF;
+      message.name = in.word(":");
+      if (!in.take(":") || !in.number(message.length)) {
+        trouble(fmt::format("BO_ {} without a length", id));
+        continue;
+      }
+      has_message = true;
+      out.messages.push_back(std::move(message));
+    } else if (in.take("SG_ ")) {
+      Result<DbcSignal> signal = parse_dbc_signal(line);
+      if (!signal.ok())
+        trouble(signal.error().message);
+      else if (!has_message)
+        trouble("SG_ before any BO_");
+      else
+        out.messages.back().signals.push_back(std::move(*signal));
+    } else if (in.take("VAL_ ")) {
+      take_words(in, out);
+    } else if (in.take("SG_MUL_VAL_ ")) {
+      take_selection(in, out);
+    } else if (in.take("SIG_VALTYPE_ ")) {
+      take_number_type(in, number, out);
+    }
+  }
+  name_selectors(out);
   return out;
 }
 
 Result<std::vector<DbcMessage>> parse_dbc(std::string_view text) {
-  std::vector<DbcMessage> out;
-  std::size_t number = 0;
-  while (!text.empty()) {
-    ++number;
-    const std::size_t end = text.find('\n');
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    Scanner in{line};
-    if (in.take("BO_ ")) {
-      DbcMessage message;
-      std::uint32_t id = 0;
-      if (!in.number(id)) return Error{ErrorCode::Malformed, fmt::format("line {}: BO_ without an id", number)};
-      message.is_extended = (id & 0x80000000) != 0;
-      message.id = id & 0x1FFFFFFF;
-      message.name = in.word(":");
-      if (!in.take(":") || !in.number(message.length))
-        return Error{ErrorCode::Malformed, fmt::format("line {}: BO_ {} without a length", number, id)};
-      out.push_back(std::move(message));
-    } else if (in.take("SG_ ")) {
-      Result<DbcSignal> signal = parse_dbc_signal(line);
-      if (!signal.ok()) return Error{ErrorCode::Malformed, fmt::format("line {}: {}", number, signal.error().message)};
-      if (out.empty()) return Error{ErrorCode::Malformed, fmt::format("line {}: SG_ before any BO_", number)};
-      out.back().signals.push_back(std::move(*signal));
-    }
+  Dbc dbc = read_dbc(text);
+  if (!dbc.troubles.empty()) return Error{ErrorCode::Malformed, dbc.troubles.front()};
+  return std::move(dbc.messages);
+}
+
+std::vector<DbcValue> decode(const DbcMessage& message, std::span<const std::uint8_t> data) {
+  std::vector<DbcValue> out;
+  for (const DbcSignal& signal : message.signals) {
+    if (!is_there(message, signal, data)) continue;
+    DbcValue value{&signal, signal.signal.raw(data), number_value(signal, data), nullptr};
+    if (const auto word = signal.words.find(value.raw); word != signal.words.end()) value.word = &word->second;
+    out.push_back(value);
   }
   return out;
 }

@@ -68,9 +68,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (entry.ok() && *entry && (*entry)->frame.length > drivers::kCanDataMost) std::abort();
     at = end + 1;
   }
-  if (const auto dbc = drivers::parse_dbc(text); dbc.ok())
-    for (const auto& message : *dbc)
-      for (const auto& signal : message.signals)
-        if (!signal.signal.validate().empty()) std::abort();
+  const std::vector<std::uint8_t> frame(64, 0xA5);
+  for (const auto& message : drivers::read_dbc(text).messages) {
+    for (const auto& signal : message.signals)
+      if (signal.signal.bits < 1 || signal.signal.bits > 64 || signal.signal.needed_bytes() > frame.size())
+        std::abort();
+    for (std::size_t bytes : {0u, 1u, 8u, 64u})
+      for (const auto& value : drivers::decode(message, std::span(frame).first(bytes)))
+        if (value.signal->signal.needed_bytes() > bytes) std::abort();
+  }
   return 0;
 }
