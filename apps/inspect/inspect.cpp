@@ -75,7 +75,7 @@ int show(const Inspection& inspection, bool as_json) {
   return inspection.trouble.error().code == ErrorCode::Invalid ? kWrongUse : kInputUnreadable;
 }
 
-Inspection inspect_file(const std::string& named, drivers::DeviceTypes types) {
+Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, const std::string& dbc_path) {
   const std::string path = runtime::drive_file(named);
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
@@ -101,7 +101,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types) {
   // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time.
   if (ends_with(path, ".asc") || begins("date "sv) ||
       ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos))
-    return inspect_can_log(path);
+    return inspect_can_log(path, dbc_path);
   std::string logs;
   for (const drivers::DeviceType* type : types) {
     const drivers::DeviceFiles::Log& log = type->files.log;

@@ -24,8 +24,9 @@ int show(const Inspection& inspection, bool as_json);
 /// without a signature. Formats: recordings and views of this program (MCAP), clouds (LAS, PCD), capture files (pcap,
 /// pcapng), logs of CAN buses (ASC, candump), DBC files, YAML of rigs, scenarios, sheets and calibrations, and the
 /// files of the devices `types`, as their DeviceType says (drivers/device_files.hpp). The folder of a drive stands for
-/// its recording.
-Inspection inspect_file(const std::string& path, drivers::DeviceTypes types = drivers::device_types());
+/// its recording. `dbc_path`: the DBC file that describes a log of a CAN bus, if there is one.
+Inspection inspect_file(const std::string& path, drivers::DeviceTypes types = drivers::device_types(),
+                        const std::string& dbc_path = {});
 
 // One function for each format. `path` exists and has the signature of that format.
 Inspection inspect_mcap(const std::string& path);
@@ -33,7 +34,8 @@ Inspection inspect_mcap(const std::string& path);
 Inspection inspect_capture_file(const std::string& path, drivers::DeviceTypes types);
 /// Reads a file of a device's bytes (DeviceFiles::Log) with that device's decoder.
 Inspection inspect_device_log(const std::string& path, const drivers::DeviceType& type);
-Inspection inspect_can_log(const std::string& path);
+/// Says what the signals were, if `dbc_path` names a DBC file.
+Inspection inspect_can_log(const std::string& path, const std::string& dbc_path);
 Inspection inspect_dbc(const std::string& path);
 Inspection inspect_las(const std::string& path);
 Inspection inspect_pcd(const std::string& path);

@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
+#include <string>
+#include <utility>
 
 #include "apps/inspect/inspect.hpp"
 #include "core/input_file.hpp"
@@ -14,15 +17,63 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// A signal of a message, as a DBC file describes it.
+struct Signal {
+  const drivers::DbcSignal* described = nullptr;
+  std::uint64_t count = 0;
+  double least = 0, greatest = 0, last = 0;
+  std::map<std::string, std::uint64_t> words;
+
+  void take(const drivers::DbcValue& value) {
+    described = value.signal;
+    least = count == 0 ? value.value : std::min(least, value.value);
+    greatest = count == 0 ? value.value : std::max(greatest, value.value);
+    last = value.value;
+    ++count;
+    if (value.word) ++words[*value.word];
+  }
+  Json json() const {
+    Json out = {{"frames", count}, {"min", least}, {"max", greatest}, {"last", last}};
+    if (!described->unit.empty()) out["unit"] = described->unit;
+    if (!words.empty()) out["words"] = words;
+    return out;
+  }
+};
+
 struct Message {
   std::uint64_t count = 0;
   int shortest = 64, longest = 0;
   HostTime first{}, last{};
+  std::string name;
+  std::map<std::string, Signal> signals;
 };
+
+Result<drivers::Dbc> load_dbc(const std::string& path) {
+  const auto text = read_input(path, 50'000'000, "a DBC");
+  if (!text.ok()) return text.error();
+  return drivers::read_dbc(*text);
+}
+
+/// Says where a multiplexed signal is: "multiplexed by Selector: 3, 5 .. 7".
+std::string selection(const drivers::DbcSignal& signal) {
+  std::string out;
+  if (signal.is_selector) out += " selector";
+  if (!signal.is_multiplexed) return out;
+  std::string values;
+  for (const auto& [from, to] : signal.selected_by)
+    values += (values.empty() ? "" : ", ") + (from == to ? fmt::format("{}", from) : fmt::format("{} .. {}", from, to));
+  return out + fmt::format(" multiplexed by {}: {}", signal.selector, values);
+}
 
 }  // namespace
 
-Inspection inspect_can_log(const std::string& path) {
+Inspection inspect_can_log(const std::string& path, const std::string& dbc_path) {
+  drivers::Dbc dbc;
+  if (!dbc_path.empty()) {
+    auto loaded = load_dbc(dbc_path);
+    if (!loaded.ok()) return {nullptr, loaded.error()};
+    dbc = std::move(*loaded);
+  }
   drivers::CanLogSource source({path, 0});
   if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
   Inspection out;
@@ -57,6 +108,11 @@ Inspection inspect_can_log(const std::string& path) {
     message.last = packet->received;
     message.shortest = std::min<int>(message.shortest, frame.length);
     message.longest = std::max<int>(message.longest, frame.length);
+    const drivers::DbcMessage* described = dbc.find(frame.id, frame.is_extended);
+    if (!described || frame.is_remote) continue;
+    message.name = described->name;
+    for (const drivers::DbcValue& value : drivers::decode(*described, frame.bytes()))
+      message.signals[value.signal->name].take(value);
   }
   out.found = std::make_unique<Json>();
   Json& json = *out.found;
@@ -70,6 +126,8 @@ Inspection inspect_can_log(const std::string& path) {
     if (message.shortest != message.longest) one["bytes_least"] = message.shortest;
     if (message.count > 1)
       one["mean_period_ms"] = 1e3 * to_seconds(message.last - message.first) / static_cast<double>(message.count - 1);
+    if (!message.name.empty()) one["name"] = message.name;
+    for (const auto& [name, signal] : message.signals) one["signals"][name] = signal.json();
     list.push_back(one);
   }
   if (!errors.empty()) json["errors"] = errors;
@@ -77,27 +135,34 @@ Inspection inspect_can_log(const std::string& path) {
 }
 
 Inspection inspect_dbc(const std::string& path) {
-  const auto text = read_input(path, 50'000'000, "a DBC");
-  if (!text.ok()) return {nullptr, text.error()};
-  const auto parsed = drivers::parse_dbc(*text);
-  if (!parsed.ok()) return {nullptr, parsed.error()};
+  const auto dbc = load_dbc(path);
+  if (!dbc.ok()) return {nullptr, dbc.error()};
   Inspection out;
   out.found = std::make_unique<Json>();
   Json& json = *out.found;
   json["format"] = "DBC";
   auto& messages = json["messages"] = Json::array();
-  for (const drivers::DbcMessage& message : *parsed) {
+  for (const drivers::DbcMessage& message : dbc->messages) {
     Json one = {
         {"name", message.name}, {"id", message.id}, {"extended", message.is_extended}, {"bytes", message.length}};
     for (const drivers::DbcSignal& signal : message.signals) {
       const auto& s = signal.signal;
-      one["signals"][signal.name] =
-          fmt::format("{}|{}@{}{} ({},{}) [{}|{}] \"{}\"{}", s.start_bit, s.bits,
-                      s.order == drivers::BitOrder::Little ? 1 : 0, s.is_signed ? '-' : '+', s.scale, s.offset, s.min,
-                      s.max, signal.unit, signal.is_multiplexed ? " multiplexed" : "");
+      const char* number = signal.number == drivers::DbcNumber::Float    ? " float"
+                           : signal.number == drivers::DbcNumber::Double ? " double"
+                                                                         : "";
+      std::string text = fmt::format("{}|{}@{}{} ({},{}) [{}|{}] \"{}\"{}{}", s.start_bit, s.bits,
+                                     s.order == drivers::BitOrder::Little ? 1 : 0, s.is_signed ? '-' : '+', s.scale,
+                                     s.offset, s.min, s.max, signal.unit, number, selection(signal));
+      for (const auto& [value, word] : signal.words) text += fmt::format(" {}={}", value, word);
+      one["signals"][signal.name] = text;
     }
     messages.push_back(one);
   }
+  if (!dbc->troubles.empty())
+    out.trouble = Error{
+        ErrorCode::Malformed,
+        fmt::format("{}: {}{}", path, dbc->troubles.front(),
+                    dbc->troubles.size() > 1 ? fmt::format(", and {} more", dbc->troubles.size() - 1) : std::string())};
   return out;
 }
 

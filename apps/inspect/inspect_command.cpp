@@ -8,15 +8,16 @@ namespace hueline::apps {
 
 void add_inspect(Command& all) {
   struct Options {
-    std::string path;
+    std::string path, dbc;
     bool json = false;
   };
   auto options = std::make_shared<Options>();
   Command command = all.command(kInspect.word, kInspect.help);
   command.required("FILE", options->path, "a file of hueline or of a device, or a drive's folder");
+  command.option("--dbc", options->dbc, "a DBC file: says what the signals in a log of a CAN bus were");
   command.flag("--json", options->json, "print JSON, for programs");
   command.runs([options] {
-    const Inspection inspection = inspect_file(options->path);
+    const Inspection inspection = inspect_file(options->path, drivers::device_types(), options->dbc);
     if (!inspection.may_be_scenario) return show(inspection, options->json);
     std::string hueline = "hueline", word = kInspect.word, json = "--json";
     std::vector<char*> words = {hueline.data(), word.data(), options->path.data()};
