@@ -33,21 +33,11 @@ std::vector<std::unique_ptr<MessageForm>> forms() {
 constexpr int kFirstWeek = 1668;  // of 2012
 
 enum Scale : int { kGps = 1, kUtc = 2 };
-enum GroupNumber : int {
-  kNavigation = 1,
-  kErrors = 2,
-  kGnssStatus = 3,
-  kEvent1 = 5,
-  kEvent2 = 6,
-  kPulse = 7,
-  kEvent3 = 30,
-  kEvent6 = 33
-};
+enum GroupNumber : int { kNavigation = 1, kErrors = 2, kGnssStatus = 3, kEvent1 = 5, kEvent2 = 6, kPulse = 7 };
 
 std::optional<int> event_input(int number) {
-  if (number == kEvent1 || number == kEvent2) return number - kEvent1 + 1;
-  if (number >= kEvent3 && number <= kEvent6) return number - kEvent3 + 3;
-  return {};
+  if (number != kEvent1 && number != kEvent2) return {};
+  return number - kEvent1 + 1;
 }
 
 std::size_t least_bytes(int number) {

@@ -15,7 +15,7 @@ namespace hueline::drivers {
 ///   group                                      measurement
 ///   1  position, velocity, attitude            InsSolution
 ///   2  their errors                            InsUncertainty
-///   5, 6  event 1, 2; 30 to 33  event 3 to 6   EventMark
+///   5, 6  event 1, 2                           EventMark
 ///   7  time of the pulse                       TimeLabel, if the POS calls itself synchronised
 ///   3  GNSS status                             the GPS week and the leap seconds, which no other group has
 ///   4  IMU; 10  status; raw data               recorded and counted

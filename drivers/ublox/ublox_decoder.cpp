@@ -84,8 +84,10 @@ constexpr std::int64_t kWeekMs = kSecondsPerWeek * 1000;
 constexpr double kLabelAccuracy_s = 0.1;  // a clock that is farther off may name the wrong second
 constexpr double kMarkAccuracy_s = 1e-6;
 
-FixType fix_type(std::uint8_t fix, bool is_ok, bool is_differential, int carrier) {
-  if (!is_ok || fix == 0 || fix == kFixDeadReckoning || fix > kFixTimeOnly) return FixType::None;
+/// A position beyond the receiver's own limits (its flag "fix OK" is not set) is a position all the same: its sigmas
+/// say how good it is.
+FixType fix_type(std::uint8_t fix, bool is_differential, int carrier) {
+  if (fix == 0 || fix == kFixDeadReckoning || fix > kFixTimeOnly) return FixType::None;
   if (carrier == 2) return FixType::RtkFixed;
   if (carrier == 1) return FixType::RtkFloat;
   return is_differential ? FixType::Dgnss : FixType::Single;
@@ -213,7 +215,7 @@ bool UbloxDecoder::take_navigation(std::uint8_t id, Payload payload, const Messa
       if (!outranks(id == kPvt ? kRankPvt : kRankPvat, received)) break;
       epoch.is_ok = (flags & 1) != 0;
       epoch.fix_type = u8(l.fix);
-      epoch.fix.type = fix_type(epoch.fix_type, epoch.is_ok, (flags & 2) != 0, flags >> 6);
+      epoch.fix.type = fix_type(epoch.fix_type, (flags & 2) != 0, flags >> 6);
       epoch.fix.satellites = u8(l.fix + 3);
       epoch.fix.position = place(payload, l.lon);
       epoch.fix.sigma_enu = axes(accuracy(payload, l.h_acc, 1e-3), accuracy(payload, l.h_acc + 4, 1e-3));
@@ -238,7 +240,7 @@ bool UbloxDecoder::take_navigation(std::uint8_t id, Payload payload, const Messa
       if (!outranks(kRankSol, received)) break;
       epoch.is_ok = (flags & 1) != 0;
       epoch.fix_type = u8(10);
-      epoch.fix.type = fix_type(epoch.fix_type, epoch.is_ok, (flags & 2) != 0, 0);
+      epoch.fix.type = fix_type(epoch.fix_type, (flags & 2) != 0, 0);
       epoch.fix.satellites = u8(47);
       const auto cm = [&](std::size_t at) {
         return static_cast<double>(stream_field<std::int32_t>(payload, at)) * 1e-2;
@@ -257,7 +259,7 @@ bool UbloxDecoder::take_navigation(std::uint8_t id, Payload payload, const Messa
       if (epoch.rank > kRankPosllh) break;
       epoch.is_ok = (u8(5) & 1) != 0;
       epoch.fix_type = u8(4);
-      epoch.fix.type = fix_type(epoch.fix_type, epoch.is_ok, (u8(5) & 2) != 0, 0);
+      epoch.fix.type = fix_type(epoch.fix_type, (u8(5) & 2) != 0, 0);
       break;
     case kHpposllh:
       if ((u8(3) & 1) != 0) break;  // invalid

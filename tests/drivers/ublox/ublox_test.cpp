@@ -102,7 +102,7 @@ TEST(Ublox, KindOfFixFollowsTheFlags) {
   EXPECT_EQ(type(3, 3), FixType::Dgnss);
   EXPECT_EQ(type(3, 0x43), FixType::RtkFloat);
   EXPECT_EQ(type(4, 0x83), FixType::RtkFixed);
-  EXPECT_EQ(type(3, 0), FixType::None);
+  EXPECT_EQ(type(3, 0), FixType::Single);  // beyond the receiver's limits of accuracy
   EXPECT_EQ(type(0, 1), FixType::None);
   EXPECT_EQ(type(1, 1), FixType::None);
   EXPECT_EQ(type(5, 1), FixType::Single);
