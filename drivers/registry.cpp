@@ -3,6 +3,7 @@
 #include "drivers/applanix/applanix_device.hpp"
 #include "drivers/device.hpp"
 #include "drivers/gige/genicam_device.hpp"
+#include "drivers/hesai/hesai_device.hpp"
 #include "drivers/nmea/nmea_device.hpp"
 #include "drivers/novatel/novatel_device.hpp"
 #include "drivers/oxts/oxts_device.hpp"
@@ -17,9 +18,9 @@
 namespace hueline::drivers {
 
 DeviceTypes device_types() {
-  static constexpr std::array<const DeviceType*, 12> kTypes{
-      &kVelodyne, &kProfileScanner, &kNovatel, &kApplanix, &kSeptentrio, &kUblox,
-      &kXsens,    &kOxts,           &kGenicam, &kPps,      &kWheel,      &kNmea,
+  static constexpr std::array<const DeviceType*, 13> kTypes{
+      &kVelodyne, &kHesai, &kProfileScanner, &kNovatel, &kApplanix, &kSeptentrio, &kUblox,
+      &kXsens,    &kOxts,  &kGenicam,        &kPps,     &kWheel,    &kNmea,
   };
   return kTypes;
 }

@@ -14,12 +14,12 @@ void require(bool holds) {
   if (!holds) std::abort();
 }
 
-void check(const LaserReturn& r) {
+void check(const LaserReturn& r, const VelodyneTable& table) {
   require(std::isfinite(r.x) && std::isfinite(r.y) && std::isfinite(r.z));
-  require(r.range_m >= 0.499f && r.range_m <= 130.001f);
+  require(r.range_m >= 0.499f && r.range_m <= static_cast<float>(65535.5 * table.range_step_m));
   require(r.azimuth >= 0 && r.azimuth < 6.2831855f);
   require(r.time_offset_ns >= 0 && r.time_offset_ns < 1'400'000);
-  require(r.channel < 32 && r.return_number >= 1 && r.return_number <= r.return_count);
+  require(r.channel < table.count() && r.return_number >= 1 && r.return_number <= r.return_count);
 }
 
 void run(VelodyneModel model, std::span<const std::byte> input) {
@@ -42,7 +42,7 @@ void run(VelodyneModel model, std::span<const std::byte> input) {
   for (const Measurement& m : out)
     if (const auto* batch = std::get_if<LaserBatch>(&m)) {
       require(std::get<LaserCounter>(batch->time).value < std::chrono::hours(1));
-      for (const LaserReturn& r : batch->returns) check(r);
+      for (const LaserReturn& r : batch->returns) check(r, velodyne_table(model));
     }
   const DecodeCounts& c = decoder.counts();
   require(c.decoded_bytes + c.ignored_bytes + c.malformed_bytes == fed);
@@ -52,7 +52,6 @@ void run(VelodyneModel model, std::span<const std::byte> input) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::span<const std::byte> input = std::as_bytes(std::span(data, size));
-  run(VelodyneModel::Vlp16, input);
-  run(VelodyneModel::Hdl32e, input);
+  for (const VelodyneModel model : kVelodyneModels) run(model, input);
   return 0;
 }

@@ -1,0 +1,75 @@
+#include "drivers/hesai/hesai_listener.hpp"
+
+#include <fmt/format.h>
+
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "drivers/hesai/hesai_angles.hpp"
+#include "drivers/hesai/hesai_decoder.hpp"
+#include "drivers/hesai/hesai_wire.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+class HesaiListener final : public CaptureListener {
+ public:
+  explicit HesaiListener(std::string path) : path_(std::move(path)) {}
+
+  Status use_description(const std::string& file) override {
+    auto angles = read_hesai_angles(file);
+    if (!angles.ok()) return angles.error();
+    given_.push_back(std::move(angles).value());
+    return {};
+  }
+
+  std::optional<HeardDevice> listen(const Packet& datagram, const std::string&) override {
+    const auto bytes = datagram.bytes.bytes();
+    const auto model = hesai_model(bytes);
+    if (!model) {
+      if (has_hesai_header(bytes) && unknown_.size() < 16)
+        unknown_.insert(fmt::format("{} channels in {} blocks, {} bytes", static_cast<unsigned>(bytes[6]),
+                                    static_cast<unsigned>(bytes[7]), bytes.size()));
+      return {};
+    }
+    const HesaiTable& table = hesai_table(*model);
+    HesaiDecoder::Config config;
+    config.model = *model;
+    std::optional<HesaiAngles> angles;
+    for (const HesaiAngles& one : given_)
+      if (one.elevations_deg.size() == table.beams.size()) angles = one;
+    if (!angles) angles = find_hesai_angles(path_, table);
+    if (angles) {
+      config.elevations_deg = angles->elevations_deg;
+      config.azimuths_deg = angles->azimuths_deg;
+    }
+    return HeardDevice{std::string("hesai ") + table.name, std::make_unique<HesaiDecoder>(config),
+                       angles ? "directions of the beams: " + angles->file
+                              : "directions of the beams: the model's nominal ones, which a scanner misses by some "
+                                "tenths of a degree; its own calibration file gives them"};
+  }
+
+  bool is_decodable(const Packet& datagram) const override {
+    return hesai_model(datagram.bytes.bytes()).has_value() || decode_hesai_gps(datagram.bytes.bytes()).has_value();
+  }
+
+  std::string unknown_models() const override {
+    std::string out;
+    for (const std::string& one : unknown_) out += (out.empty() ? "a Hesai with " : " or ") + one;
+    return out;
+  }
+
+ private:
+  const std::string path_;
+  std::vector<HesaiAngles> given_;
+  std::set<std::string> unknown_;
+};
+
+}  // namespace
+
+std::unique_ptr<CaptureListener> listen_for_hesai(const std::string& path) {
+  return std::make_unique<HesaiListener>(path);
+}
+
+}  // namespace hueline::drivers
