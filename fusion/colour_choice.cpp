@@ -254,7 +254,7 @@ void Colouring::paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Pi
       const auto x = static_cast<std::size_t>(sights.x[k]) + lens.x_offset,
                  y = static_cast<std::size_t>(sights.y[k]) + lens.y_offset;
       const std::size_t per_pixel = view.format == PixelFormat::Rgb8 ? 3 : 1;
-      for (std::size_t row = y - 1; row <= y + 2; ++row)
+      for (std::size_t row = y - kSampleReach + 1; row <= y + kSampleReach; ++row)
         __builtin_prefetch(view.data + row * view.stride + x * per_pixel);
     }
     piece.pixels.clear();

@@ -55,7 +55,7 @@ std::vector<float> fit_series(const CameraIntrinsics& k, double cosine_limit, do
 }  // namespace
 
 FloatLens::FloatLens(const LensMount& mount)
-    : mask(mount.masks, mount.intrinsics.width, mount.intrinsics.height, kSampleReach) {
+    : mask(mount.masks, mount.intrinsics.width, mount.intrinsics.height, kMixedReach) {
   const CameraIntrinsics& k = mount.intrinsics;
   const CameraModel model(k);
   const Transform<Lens, CameraHead> T_lens_head = mount.T_head_lens.inverse();

@@ -1,14 +1,17 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 
 #include "core/measurements.hpp"
 
-/// Samples the colour at a sub-pixel place of a raw image, without demosaicing the rest of it. The interpolation is
-/// bilinear on the lattice of each colour: red and blue on squares of 2 px, green on a diagonal lattice of sqrt(2) px.
-/// It is exact for a colour that changes linearly.
+/// Samples the colour at a sub-pixel place of a raw image, without demosaicing the rest of it. The four pixels around
+/// the place are demosaiced with the linear filters of Malvar, He and Cutler (High-quality linear interpolation for
+/// demosaicing of Bayer-patterned color images, ICASSP 2004): edges of things change all colours alike, so what a
+/// pixel's own colour does around it corrects the others, and edges get less coloured fringes. Between the four pixels
+/// the interpolation is bilinear. It is exact for a colour that changes linearly.
 namespace hueline::fusion {
 
 /// A colour, 0 to 255 in each channel. Mono8 gives three equal values.
@@ -31,39 +34,54 @@ RawView view_of(const Image& image);
 std::uint64_t content_of(const RawView& view);
 
 /// The sampler reads pixels up to this far from the requested place, px.
-constexpr int kSampleReach = 2;
+constexpr int kSampleReach = 3;
+/// Pixels farther away than this have a share of an eighth at most in what is sampled, px.
+constexpr int kMixedReach = 2;
 
 namespace detail {
 
 inline float at(const std::uint8_t* row, std::ptrdiff_t x) { return static_cast<float>(row[x]); }
 
-/// Interpolates bilinearly on the square lattice of pixels with the parity (px, py), whose spacing is 2.
-inline float sample_square(const RawView& image, int x, int y, float fx, float fy, int px, int py) {
-  const int odd_x = (x ^ px) & 1, odd_y = (y ^ py) & 1;
-  const float wx = 0.5f * (fx + static_cast<float>(odd_x)), wy = 0.5f * (fy + static_cast<float>(odd_y));
-  const std::uint8_t* upper = image.data + static_cast<std::size_t>(y - odd_y) * image.stride;
-  const std::uint8_t* lower = upper + 2 * image.stride;
-  const std::ptrdiff_t left = x - odd_x;
-  const float a = at(upper, left), b = at(upper, left + 2), c = at(lower, left), d = at(lower, left + 2);
-  const float top = a + wx * (b - a), bottom = c + wx * (d - c);
-  return top + wy * (bottom - top);
-}
+/// A pixel of a mosaic and what is around it, as sums.
+struct Surroundings {
+  Surroundings(const std::uint8_t* p, std::ptrdiff_t row)
+      : own(p[0]),
+        beside(p[-1] + p[1]),
+        above(p[-row] + p[row]),
+        beside2(p[-2] + p[2]),
+        above2(p[-2 * row] + p[2 * row]),
+        corners(p[-row - 1] + p[-row + 1] + p[row - 1] + p[row + 1]) {}
+  int own, beside, above, beside2, above2, corners;
 
-/// Interpolates bilinearly on the diagonal lattice of pixels with one parity of (x + y), whose spacing is sqrt(2).
-inline float sample_diagonal(const RawView& image, int x, int y, float fx, float fy, int parity) {
-  const int sum = x + y - parity, difference = x - y - parity;
-  const float a = 0.5f * (fx + fy + static_cast<float>(sum & 1)),
-              b = 0.5f * (fx - fy + static_cast<float>(difference & 1));
-  const int a_whole = a >= 1.0f ? 1 : 0;                    // a is in [0, 1.5)
-  const int b_whole = b >= 1.0f ? 1 : (b < 0.0f ? -1 : 0);  // b is in (-0.5, 1)
-  const int m = (sum >> 1) + a_whole, n = (difference >> 1) + b_whole;
-  const float wa = a - static_cast<float>(a_whole), wb = b - static_cast<float>(b_whole);
-  const std::ptrdiff_t left = m + n + parity;
-  const std::uint8_t* middle = image.data + static_cast<std::size_t>(m - n) * image.stride;
-  const float west = at(middle, left), south = at(middle + image.stride, left + 1);
-  const float north = at(middle - image.stride, left + 1), east = at(middle, left + 2);
-  const float near_row = west + wa * (south - west), far_row = north + wa * (east - north);
-  return near_row + wb * (far_row - near_row);
+  /// The colours that the pixel does not have, times 16. For a red or blue pixel: green, and blue or red.
+  int green() const { return 8 * own + 4 * (beside + above) - 2 * (beside2 + above2); }
+  int opposite() const { return 12 * own + 4 * corners - 3 * (beside2 + above2); }
+  /// For a green pixel: the colour of the pixels beside it, and of those above and below it.
+  int of_row() const { return 10 * own + 8 * beside - 2 * corners - 2 * beside2 + above2; }
+  int of_column() const { return 10 * own + 8 * above - 2 * corners - 2 * above2 + beside2; }
+};
+
+/// Interpolates in a mosaic whose red pixels have the parity (red_x, red_y).
+inline Rgb sample_mosaic(const RawView& image, int x, int y, float fx, float fy, int red_x, int red_y) {
+  const auto stride = static_cast<std::ptrdiff_t>(image.stride);
+  const std::uint8_t* first = image.data + y * stride + x;
+  // Of the four pixels around the place one is red, one blue, and two are green, one of them in the red pixel's row.
+  const std::ptrdiff_t right = (x ^ red_x) & 1, below = (y ^ red_y) & 1;
+  const std::uint8_t *red_row = first + below * stride, *blue_row = first + (1 - below) * stride;
+  const Surroundings red(red_row + right, stride), beside_red(red_row + 1 - right, stride),
+      above_red(blue_row + right, stride), blue(blue_row + 1 - right, stride);
+  const float column = right != 0 ? fx : 1.0f - fx, line = below != 0 ? fy : 1.0f - fy;
+  const float of_red = column * line, of_beside = (1.0f - column) * line, of_above = column * (1.0f - line),
+              of_blue = (1.0f - column) * (1.0f - line);
+  const auto mix = [&](int at_red, int at_beside, int at_above, int at_blue) {
+    const auto value = [](int times_16) { return static_cast<float>(std::clamp(times_16, 0, 16 * 255)); };
+    return (of_red * value(at_red) + of_beside * value(at_beside) + of_above * value(at_above) +
+            of_blue * value(at_blue)) *
+           (1 / 16.0f);
+  };
+  return {mix(16 * red.own, beside_red.of_row(), above_red.of_column(), blue.opposite()),
+          mix(red.green(), 16 * beside_red.own, 16 * above_red.own, blue.green()),
+          mix(red.opposite(), beside_red.of_column(), above_red.of_row(), 16 * blue.own)};
 }
 
 inline float sample_plain(const RawView& image, int x, int y, float fx, float fy, int step, int channel) {
@@ -101,9 +119,7 @@ inline Rgb sample(const RawView& image, int x, int y, float fx, float fy) {
       red_x = red_y = 1;
       break;
   }
-  // In the 2 x 2 cell, blue is diagonally opposite to red; green is at the other two places.
-  return {sample_square(image, x, y, fx, fy, red_x, red_y), sample_diagonal(image, x, y, fx, fy, 1 ^ red_x ^ red_y),
-          sample_square(image, x, y, fx, fy, 1 ^ red_x, 1 ^ red_y)};
+  return sample_mosaic(image, x, y, fx, fy, red_x, red_y);
 }
 
 }  // namespace hueline::fusion

@@ -28,8 +28,8 @@ INSTANTIATE_TEST_SUITE_P(Format, AllFormats,
 TEST_P(AllFormats, ColourRampsAreExactAtEverySubPixel) {
   const bool is_mono = GetParam() == PixelFormat::Mono8;
   const Image image = make_image(40, 36, GetParam(), ramp);
-  for (double u = 2.0; u <= 37.0; u += 0.13) {
-    for (double v = 2.0; v <= 33.0; v += 0.17) {
+  for (double u = kSampleReach; u <= 39.0 - kSampleReach; u += 0.13) {
+    for (double v = kSampleReach; v <= 35.0 - kSampleReach; v += 0.17) {
       const Rgb c = sample_at(image, u, v);
       EXPECT_NEAR(c.red, ramp(u, v, is_mono ? 1 : 0), 2e-3) << u << ' ' << v;
       EXPECT_NEAR(c.green, ramp(u, v, 1), 2e-3) << u << ' ' << v;
@@ -42,8 +42,8 @@ TEST_P(AllFormats, WholePixelsOfTheirOwnColourAreReadUnchanged) {
   const Image image = make_image(
       16, 16, GetParam(), [](std::uint32_t x, std::uint32_t y, int c) { return (x * 37 + y * 101 + c * 53) % 256; });
   const RawView view = view_of(image);
-  for (int y = 2; y < 14; ++y) {
-    for (int x = 2; x < 14; ++x) {
+  for (int y = kSampleReach; y < 16 - kSampleReach; ++y) {
+    for (int x = kSampleReach; x < 16 - kSampleReach; ++x) {
       const Rgb c = sample(view, x, y, 0, 0);
       const int step = GetParam() == PixelFormat::Rgb8 ? 3 : 1;
       const float stored = view.data[y * static_cast<int>(view.stride) + x * step];
@@ -53,12 +53,38 @@ TEST_P(AllFormats, WholePixelsOfTheirOwnColourAreReadUnchanged) {
 }
 
 TEST(PixelSampler, ReadsNothingFartherThanItsReach) {
-  // An image of exactly 5 x 5: all reads at the centre pixel must stay inside (AddressSanitizer checks it).
+  // An image of exactly so many pixels: all reads at the centre pixel must stay inside (AddressSanitizer checks it).
+  constexpr std::uint32_t kSize = 2 * kSampleReach + 1;
   for (const PixelFormat format : {PixelFormat::BayerRG8, PixelFormat::BayerBG8, PixelFormat::BayerGR8,
                                    PixelFormat::BayerGB8, PixelFormat::Mono8, PixelFormat::Rgb8}) {
-    const Image image = make_image(5, 5, format, [](std::uint32_t, std::uint32_t, int) { return 77.0; });
-    const Rgb c = sample_at(image, 2.0, 2.0);
+    const Image image = make_image(kSize, kSize, format, [](std::uint32_t, std::uint32_t, int) { return 77.0; });
+    const Rgb c = sample_at(image, kSampleReach, kSampleReach);
     EXPECT_FLOAT_EQ(c.red + c.green + c.blue, 231.0f);
+  }
+}
+
+TEST(PixelSampler, AGreyEdgeStaysGrey) {
+  // White frames before dark panes, at any angle: colours that are interpolated one by one would get fringes.
+  for (const double slope : {0.0, 0.4, 1.0, 3.0}) {
+    const auto edge = [slope](double x, double y, int) { return x + slope * y < 20 + 18 * slope ? 40.0 : 200.0; };
+    const Image image = make_image(40, 36, PixelFormat::BayerRG8, edge);
+    double sum = 0, most = 0;
+    int count = 0;
+    for (double u = 12; u <= 27; u += 0.31)
+      for (double v = 12; v <= 23; v += 0.29) {
+        const Rgb c = sample_at(image, u, v);
+        const double tint = std::max({c.red, c.green, c.blue}) - std::min({c.red, c.green, c.blue});
+        const double across = std::abs(u + slope * v - 20 - 18 * slope) / std::hypot(1, slope);
+        if (across > 2) {
+          EXPECT_LT(tint, across > 3.5 ? 0.01 : 60) << u << ' ' << v << ", slope " << slope;
+          continue;
+        }
+        sum += tint;
+        most = std::max(most, tint);
+        ++count;
+      }
+    EXPECT_LT(sum / count, 40) << slope;
+    EXPECT_LT(most, 130) << slope;
   }
 }
 
