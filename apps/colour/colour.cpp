@@ -12,16 +12,27 @@
 #include "apps/log.hpp"
 #include "config/section.hpp"
 #include "core/output_file.hpp"
+#include "fusion/shot_outlines.hpp"
 #include "fusion/single_shot.hpp"
+#include "storage/cloud_picture.hpp"
 #include "storage/image_file.hpp"
 #include "storage/pcd_reader.hpp"
+#include "storage/photo_file.hpp"
 #include "storage/shot_cloud.hpp"
 
 namespace hueline::apps {
 namespace {
 
+// The eye of the comparison, from the lens: where the lens's shadows in the cloud show.
+constexpr double kEyeAhead_m = 1, kEyeRight_m = 3.5, kEyeUp_m = 4, kEyeTurn = -0.12, kEyePitch = -0.2;
+constexpr int kPictureWidth_px = 560, kPictureHeight_px = 300, kPictureGap_px = 8, kJpegQuality = 75;
+constexpr double kPictureView = 1.0;    // width of the view, rad
+constexpr double kSplat_share = 0.005;  // radius of a point, of its distance
+constexpr double kLeastReach_px = 8;    // within which something nearer is looked for
+
 struct Options {
-  std::string image, cloud, out, image_size = "refuse";
+  std::string image, cloud, out, image_size = "refuse", visibility = "on";
+  bool compare = false;
   std::vector<std::string> calibration;
 };
 
@@ -80,6 +91,57 @@ Status write_overlay(const std::filesystem::path& path, const std::vector<fusion
   return storage::write_png(path, drawn);
 }
 
+/// Returns what can be said about wrong colours without truth.
+std::string outline_text(const std::vector<Point<Scanner>>& points, const std::vector<fusion::ShotPoint>& untested,
+                         const std::vector<fusion::ShotPoint>& tested) {
+  const double gap = fusion::ring_gap_px(untested);
+  const auto figures = fusion::judge_outlines(points, untested, tested, std::max(kLeastReach_px, gap));
+  if (figures.all.judged == 0) return "no point lies behind an outline whose two sides differ in colour\n";
+  const auto text = [](const fusion::OutlineShare& share) {
+    return fmt::format("{:.1f} % of {}", 100 * share.share(), share.judged);
+  };
+  return fmt::format(
+      "rings are {:.1f} px apart; of the points behind outlines whose sides differ in colour, {} have the nearer "
+      "side's: {} that the test of visibility keeps, {} that it refuses\n",
+      gap, text(figures.all), text(figures.kept), text(figures.refused));
+}
+
+/// Draws the cloud in the colours of each of two shots, side by side, as seen from above and behind the lens, where
+/// what is hidden from the lens shows. Points without a colour are grey.
+Status write_comparison(const std::filesystem::path& path, const storage::PcdCloud& cloud,
+                        std::vector<storage::ShotColour> colours, const Transform<Lens, Scanner>& T_lens_scanner,
+                        const std::array<std::vector<fusion::ShotPoint>, 2>& shots) {
+  const auto T_scanner_lens = T_lens_scanner.inverse();
+  const Eigen::Vector3d ahead = T_scanner_lens.rotation * Eigen::Vector3d::UnitZ();
+  storage::StreetViewConfig view;
+  view.heading = std::atan2(ahead.x(), ahead.y());
+  const Eigen::Vector3d level(std::sin(view.heading), std::cos(view.heading), 0), right(level.y(), -level.x(), 0);
+  view.position =
+      T_scanner_lens.translation + kEyeAhead_m * level + kEyeRight_m * right + kEyeUp_m * Eigen::Vector3d::UnitZ();
+  view.heading += kEyeTurn;
+  view.pitch = kEyePitch;
+  view.horizontal_view = kPictureView;
+  view.width = kPictureWidth_px;
+  view.height = kPictureHeight_px;
+  view.splat_share = kSplat_share;
+  storage::RgbImage both(2 * kPictureWidth_px + kPictureGap_px, kPictureHeight_px, {255, 255, 255});
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    set_colours(shots[i], colours);
+    const auto las = path.parent_path() / (i == 0 ? "untested.las" : "tested.las");
+    if (const auto written = storage::write_shot_cloud(las, cloud, colours); !written.ok()) return written.error();
+    const auto drawn = storage::picture_from_street(las, view);
+    std::error_code ignored;
+    std::filesystem::remove(las, ignored);
+    if (!drawn.ok()) return drawn.error();
+    const int left = static_cast<int>(i) * (kPictureWidth_px + kPictureGap_px);
+    for (int y = 0; y < kPictureHeight_px; ++y)
+      for (int x = 0; x < kPictureWidth_px; ++x) both.at(left + x, y) = drawn->image.at(x, y);
+  }
+  const auto jpeg = storage::encode_jpeg({both.pixels[0].data(), both.width, both.height}, kJpegQuality, {});
+  if (!jpeg.ok()) return jpeg.error();
+  return write_output(path, std::string_view(reinterpret_cast<const char*>(jpeg->data()), jpeg->size()));
+}
+
 int colour(const Options& options) {
   const ShotCalibration calibration = read_shot_calibration(options.calibration);
   if (!calibration.intrinsics)
@@ -102,8 +164,11 @@ int colour(const Options& options) {
                                                      image->height, options.image, other_size(options.image_size));
   const fusion::RawView view{reinterpret_cast<const std::uint8_t*>(image->pixels.data()), std::size_t{3} * lens.width,
                              lens.width, lens.height, PixelFormat::Rgb8};
-  const auto shot =
-      fusion::colour_single_shot(placed->points, *calibration.T_lens_scanner, fusion::CameraModel(lens), view, {});
+  const fusion::CameraModel model(lens);
+  const auto tested = fusion::colour_single_shot(placed->points, *calibration.T_lens_scanner, model, view, {});
+  const auto untested =
+      fusion::colour_single_shot(placed->points, *calibration.T_lens_scanner, model, view, {.test_visibility = false});
+  const auto& shot = options.visibility == "on" ? tested : untested;
   set_colours(shot, placed->colours);
 
   const auto folder = OutputFolder::open(options.out);
@@ -116,6 +181,9 @@ int colour(const Options& options) {
   const auto written = storage::write_shot_cloud(las_path, *cloud, placed->colours);
   Status done = written.ok() ? Status() : Status(written.error());
   if (done.ok()) done = write_overlay(png_path, shot, view);
+  const auto jpg_path = std::filesystem::path(options.out) / "compare.jpg";
+  if (done.ok() && options.compare)
+    done = write_comparison(jpg_path, *cloud, placed->colours, *calibration.T_lens_scanner, {untested, tested});
   if (!done.ok()) {
     log_error(done.error().message);
     return kOutputRefused;
@@ -128,7 +196,9 @@ int colour(const Options& options) {
                          cloud->points() - placed->points.size(), las_path.string(), png_path.string())
                  .c_str(),
              stdout);
+  if (options.compare) std::fputs((jpg_path.string() + "\n").c_str(), stdout);
   std::fputs(notes_text(*written).c_str(), stdout);
+  std::fputs(outline_text(placed->points, untested, tested).c_str(), stdout);
   if (coloured == 0)
     log_error(
         "no point lies in the image: check that the calibration belongs to this image and this laser, and that T leads "
@@ -148,6 +218,11 @@ void add_colour(Command& all) {
                    "files with the lens and the pose of the laser: YAML with lens: and T_lens_scanner:, "
                    "SensorsCalibration's .json, or a .txt file with K, D, T or of KITTI (docs/colour.md)");
   command.setting("--image-size", options->image_size, kImageSizeHelp, kImageSizeWords);
+  command.setting("--visibility", options->visibility,
+                  "on: points behind nearer ones get no colour; off: every point in the image gets one", {"on", "off"});
+  command.flag(
+      "--compare", options->compare,
+      "write compare.jpg, too: the cloud without (left) and with the test of visibility, from beside the lens");
   command.required("--out", options->out, "folder for cloud.las and overlay.png");
   command.reads(options->image).reads(options->cloud).reads(options->calibration).writes_into(options->out);
   command.runs([options] { return colour(*options); });
