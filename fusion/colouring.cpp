@@ -189,8 +189,11 @@ void Colouring::add(const Exposure& exposure) {
 
 bool Colouring::is_ready(const PlacedBatch& batch) const {
   const GpsTime end = batch.last + reach_ahead();
-  const bool is_past = watermark_ && *watermark_ >= end;
-  // Exposures come in order of time, so a whole moment beyond the end is as good as the watermark.
+  // Exposures come in order of time, so a whole moment beyond the end is as good as the watermark. An exposure that is
+  // due before the end, but has not come, may be late.
+  const auto newest = timeline_.newest();
+  const bool is_one_due = newest && *newest + timeline_.interval() <= end;
+  const bool is_past = watermark_ && *watermark_ >= (is_one_due ? end + config_.max_lateness : end);
   if (!is_past && timeline_.nth_whole_after(end, 1) == nullptr) return false;
   for (std::size_t i = 0; i < timeline_.size(); ++i) {
     const Moment& moment = timeline_.at(static_cast<int>(i));

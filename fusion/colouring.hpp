@@ -116,7 +116,8 @@ class Colouring {
   void add(const Exposure& exposure);
   /// Colours what is ready. `watermark` is a time before which no laser batch and no exposure will come any more, as
   /// sync promises. A batch is ready when no exposure that may colour it can come any more and their poses have
-  /// arrived, or the watermark has passed them by max_lateness.
+  /// arrived, or the watermark has passed them by max_lateness. An exposure that is due, but has not come, is waited
+  /// for as long, because it may be late.
   void advance(GpsTime watermark);
   /// Ends the stream: colours everything that waits with what is there.
   void flush();

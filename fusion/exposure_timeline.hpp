@@ -94,6 +94,8 @@ class ExposureTimeline {
   /// Finds the moments within `reach` of t, at most `per_side` before and after it and without `except`, the nearest
   /// first.
   void neighbours_of(GpsTime t, nanoseconds reach, int per_side, int except, std::vector<int>& found) const;
+  /// Returns the time of the newest moment that has come; empty before the first.
+  std::optional<GpsTime> newest() const { return last_time_; }
   /// Returns the n-th moment after t that is whole, counting from 1; nullptr if it has not come yet.
   const Moment* nth_whole_after(GpsTime t, int n) const;
 
