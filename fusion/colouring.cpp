@@ -194,7 +194,7 @@ bool Colouring::is_ready(const PlacedBatch& batch) const {
   const auto newest = timeline_.newest();
   const bool is_one_due = newest && *newest + timeline_.interval() <= end;
   const bool is_past = watermark_ && *watermark_ >= (is_one_due ? end + config_.max_lateness : end);
-  if (!is_past && timeline_.nth_whole_after(end, 1) == nullptr) return false;
+  if (!is_past && !timeline_.has_whole_after(end)) return false;
   for (std::size_t i = 0; i < timeline_.size(); ++i) {
     const Moment& moment = timeline_.at(static_cast<int>(i));
     if (moment.time > end) break;
@@ -345,18 +345,28 @@ void Colouring::drop_frozen(Moment& moment) {
     moment.viewpoint.reset();
 }
 
-void Colouring::colour_batches(std::size_t count) {
-  const std::size_t begin = coloured_;
+/// Colours `count` placed batches from `first` on into block_, provisionally or for good. Returns the number of points.
+std::size_t Colouring::fill_block(std::size_t first, std::size_t count, bool is_provisional,
+                                  const HeadGains* usual_gains) {
   if (pieces_.size() < count) pieces_.resize(count);
-  std::vector<std::size_t> first(count);
+  std::vector<std::size_t> begin(count);
   std::size_t total = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    first[i] = total;
-    total += placed_[begin + i].placed.size();
+    begin[i] = total;
+    total += placed_[first + i].placed.size();
   }
   block_.points.resize(total);
-  pool_->run(count,
-             [&](std::size_t i) { colour_piece(placed_[begin + i], pieces_[i], block_.points.data() + first[i]); });
+  pool_->run(count, [&](std::size_t i) {
+    pieces_[i].is_provisional = is_provisional;
+    pieces_[i].usual_gains = usual_gains;
+    colour_piece(placed_[first + i], pieces_[i], block_.points.data() + begin[i]);
+  });
+  if (total > 0) block_.origin = *trajectory_.origin();  // a point was placed, so there was a solution
+  return total;
+}
+
+void Colouring::colour_batches(std::size_t count) {
+  const std::size_t begin = coloured_, total = fill_block(begin, count, false, nullptr);
   for (std::size_t i = 0; i < count; ++i) {
     const GeoreferencedBatch& placed = placed_[begin + i].placed;
     counts_.empty_returns += placed.empty;
@@ -375,9 +385,7 @@ void Colouring::colour_batches(std::size_t count) {
     kept.scanner_enu = batch.placed.scanner_enu;
     batch.placed = std::move(kept);
   }
-  if (total == 0) return;
-  block_.origin = *trajectory_.origin();  // a point was placed, so there was a solution
-  sink_(block_);
+  if (total > 0) sink_(block_);
 }
 
 /// Colours the placed batches from `first` on with what is there.
@@ -390,25 +398,7 @@ void Colouring::colour_provisionally(std::size_t first) {
     if (moment.gains) gains = &*moment.gains;
   }
   if (config_.choice == ExposureChoice::Visible && !unmapped.empty()) visibility_.map_early(unmapped, *pool_);
-  const std::size_t count = placed_.size() - first;
-  if (pieces_.size() < count) pieces_.resize(count);
-  std::vector<std::size_t> begin(count);
-  std::size_t total = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    begin[i] = total;
-    total += placed_[first + i].placed.size();
-  }
-  if (total == 0) return;
-  block_.points.resize(total);
-  pool_->run(count, [&](std::size_t i) {
-    pieces_[i].is_provisional = true;
-    pieces_[i].usual_gains = gains;
-    colour_piece(placed_[first + i], pieces_[i], block_.points.data() + begin[i]);
-    pieces_[i].is_provisional = false;
-    pieces_[i].usual_gains = nullptr;
-  });
-  block_.origin = *trajectory_.origin();
-  provisional_sink_(block_);
+  if (fill_block(first, placed_.size() - first, true, gains) > 0) provisional_sink_(block_);
 }
 
 void Colouring::forget() {
@@ -422,6 +412,7 @@ void Colouring::forget() {
   for (std::size_t i = coloured_; i < placed_.size(); ++i) oldest = std::min(oldest, placed_[i].batch.time);
   timeline_.forget_before(oldest - neighbour_reach());
   trajectory_.forget_before(oldest - neighbour_reach());
+  // Visibility still holds the batches of turns that have not ended.
   const auto is_in_open_turn = [&](const PlacedBatch& batch) {
     return config_.choice == ExposureChoice::Visible && batch.turn == 0 && batch.placed.places.size() > 0;
   };

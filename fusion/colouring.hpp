@@ -138,6 +138,7 @@ class Colouring {
   void map_depths(GpsTime from, GpsTime to);
   bool is_ready(const PlacedBatch& batch) const;
   void colour_ready(bool everything);
+  std::size_t fill_block(std::size_t first, std::size_t count, bool is_provisional, const HeadGains* usual_gains);
   void colour_batches(std::size_t count);
   void colour_provisionally(std::size_t first);
   void measure_light(GpsTime to);

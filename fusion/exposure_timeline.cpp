@@ -87,11 +87,9 @@ void ExposureTimeline::neighbours_of(GpsTime t, nanoseconds reach, int per_side,
   }
 }
 
-const Moment* ExposureTimeline::nth_whole_after(GpsTime t, int n) const {
-  for (std::size_t i = first_at_or_after(t); i < moments_.size(); ++i) {
-    if (moments_[i].is_whole() && moments_[i].time > t && --n == 0) return &moments_[i];
-  }
-  return nullptr;
+bool ExposureTimeline::has_whole_after(GpsTime t) const {
+  return std::any_of(moments_.begin() + static_cast<std::ptrdiff_t>(first_at_or_after(t)), moments_.end(),
+                     [&](const Moment& moment) { return moment.is_whole() && moment.time > t; });
 }
 
 std::size_t ExposureTimeline::forget_before(GpsTime time) {

@@ -96,8 +96,8 @@ class ExposureTimeline {
   void neighbours_of(GpsTime t, nanoseconds reach, int per_side, int except, std::vector<int>& found) const;
   /// Returns the time of the newest moment that has come; empty before the first.
   std::optional<GpsTime> newest() const { return last_time_; }
-  /// Returns the n-th moment after t that is whole, counting from 1; nullptr if it has not come yet.
-  const Moment* nth_whole_after(GpsTime t, int n) const;
+  /// Returns whether a moment after t that is whole has come.
+  bool has_whole_after(GpsTime t) const;
 
   std::size_t size() const { return moments_.size(); }
   Moment& at(int index) { return moments_[static_cast<std::size_t>(index)]; }
