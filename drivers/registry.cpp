@@ -6,6 +6,7 @@
 #include "drivers/hesai/hesai_device.hpp"
 #include "drivers/nmea/nmea_device.hpp"
 #include "drivers/novatel/novatel_device.hpp"
+#include "drivers/ouster/ouster_device.hpp"
 #include "drivers/oxts/oxts_device.hpp"
 #include "drivers/pps/pps_device.hpp"
 #include "drivers/profile_scanner/profile_scanner_device.hpp"
@@ -18,9 +19,9 @@
 namespace hueline::drivers {
 
 DeviceTypes device_types() {
-  static constexpr std::array<const DeviceType*, 13> kTypes{
-      &kVelodyne, &kHesai, &kProfileScanner, &kNovatel, &kApplanix, &kSeptentrio, &kUblox,
-      &kXsens,    &kOxts,  &kGenicam,        &kPps,     &kWheel,    &kNmea,
+  static constexpr std::array<const DeviceType*, 14> kTypes{
+      &kVelodyne, &kHesai, &kOuster, &kProfileScanner, &kNovatel, &kApplanix, &kSeptentrio,
+      &kUblox,    &kXsens, &kOxts,   &kGenicam,        &kPps,     &kWheel,    &kNmea,
   };
   return kTypes;
 }

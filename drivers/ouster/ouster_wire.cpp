@@ -1,0 +1,90 @@
+#include "drivers/ouster/ouster_wire.hpp"
+
+#include <cstring>
+
+namespace hueline::drivers {
+namespace {
+
+constexpr std::size_t kLegacyImuBytes = 48;
+
+/// Returns `bytes` bytes as a number, the lowest first.
+std::uint64_t number_at(const std::byte* at, std::size_t bytes) {
+  std::uint64_t out = 0;
+  for (std::size_t i = bytes; i-- > 0;) out = out << 8U | static_cast<std::uint64_t>(at[i]);
+  return out;
+}
+
+/// Returns whether `count` columns begin at `first`, each `stride` bytes behind the one before, and follow each other.
+bool are_columns(const std::byte* first, std::size_t stride, int count, int most) {
+  const auto number = [&](int i) {
+    return static_cast<int>(number_at(first + stride * static_cast<std::size_t>(i) + 8, 2));
+  };
+  if (number(0) + count > most || number(0) % count != 0) return false;
+  for (int i = 1; i < count; ++i)
+    if (number(i) != number(0) + i) return false;
+  return true;
+}
+
+}  // namespace
+
+std::optional<OusterOther> ouster_other(std::span<const std::byte> datagram) {
+  if (datagram.size() == kLegacyImuBytes) return OusterOther::Imu;
+  // The types of both headers, with a frame number behind that says nothing.
+  if (datagram.size() < 64) return {};
+  if (datagram[0] == std::byte{2}) return OusterOther::Imu;
+  if (datagram[0] == std::byte{3}) return OusterOther::Zones;
+  return {};
+}
+
+OusterHeader decode_ouster_header(std::span<const std::byte> packet, const OusterMetadata& metadata) {
+  const std::byte* p = packet.data();
+  OusterHeader out;
+  if (metadata.is_legacy()) {
+    out.frame = static_cast<std::uint32_t>(number_at(p + 10, 2));
+    return out;
+  }
+  if (metadata.is_fusa) {
+    out.init_id = static_cast<std::uint32_t>(number_at(p + 1, 3));
+    out.frame = static_cast<std::uint32_t>(number_at(p + 4, 4));
+    out.serial = number_at(p + 11, 5);
+  } else {
+    out.frame = static_cast<std::uint32_t>(number_at(p + 2, 2));
+    out.init_id = static_cast<std::uint32_t>(number_at(p + 4, 3));
+    out.serial = number_at(p + 7, 5);
+  }
+  if (*out.serial == 0) out.serial.reset();
+  out.shuts_down = (static_cast<unsigned>(p[18]) & 0xFU) != 0;
+  out.limits_shots = (static_cast<unsigned>(p[19]) & 0xFU) != 0;
+  return out;
+}
+
+OusterColumn decode_ouster_column(const std::byte* column, const OusterMetadata& metadata) {
+  OusterColumn out;
+  out.time_ns = number_at(column, 8);
+  out.number = static_cast<int>(number_at(column + 8, 2));
+  const std::byte* status = metadata.is_legacy() ? column + metadata.column_bytes() - 4 : column + 10;
+  out.is_valid = (static_cast<unsigned>(*status) & 1U) != 0;
+  return out;
+}
+
+bool is_ouster_packet(std::span<const std::byte> datagram, const OusterMetadata& metadata) {
+  if (datagram.size() != metadata.packet_bytes()) return false;
+  if (!metadata.is_legacy() && datagram[0] != std::byte{1}) return false;
+  return are_columns(datagram.data() + metadata.head_bytes(), metadata.column_bytes(), metadata.columns_per_packet,
+                     metadata.columns_per_frame);
+}
+
+bool looks_like_ouster(std::span<const std::byte> datagram) {
+  constexpr int kColumns = 16, kMostColumns = 4096;
+  for (const OusterProfile& profile : ouster_profiles()) {
+    const bool is_legacy = &profile == ouster_profiles().data();
+    for (const std::size_t channels : {16U, 32U, 64U, 128U}) {
+      const std::size_t column = (is_legacy ? 20 : 12) + profile.pixel_bytes * channels, head = is_legacy ? 0 : 32;
+      if (datagram.size() != 2 * head + column * kColumns || (!is_legacy && datagram[0] != std::byte{1})) continue;
+      if (are_columns(datagram.data() + head, column, kColumns, kMostColumns)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace hueline::drivers
