@@ -12,6 +12,7 @@
 #include "drivers/profile_scanner/profile_scanner_device.hpp"
 #include "drivers/septentrio/septentrio_device.hpp"
 #include "drivers/ublox/ublox_device.hpp"
+#include "drivers/v4l2/v4l2_device.hpp"
 #include "drivers/velodyne/velodyne_device.hpp"
 #include "drivers/wheel/wheel_device.hpp"
 #include "drivers/xsens/xsens_device.hpp"
@@ -19,9 +20,9 @@
 namespace hueline::drivers {
 
 DeviceTypes device_types() {
-  static constexpr std::array<const DeviceType*, 14> kTypes{
-      &kVelodyne, &kHesai, &kOuster, &kProfileScanner, &kNovatel, &kApplanix, &kSeptentrio,
-      &kUblox,    &kXsens, &kOxts,   &kGenicam,        &kPps,     &kWheel,    &kNmea,
+  static constexpr std::array<const DeviceType*, 15> kTypes{
+      &kVelodyne, &kHesai, &kOuster,  &kProfileScanner, &kNovatel, &kApplanix, &kSeptentrio, &kUblox,
+      &kXsens,    &kOxts,  &kGenicam, &kV4l2,           &kPps,     &kWheel,    &kNmea,
   };
   return kTypes;
 }
