@@ -122,6 +122,8 @@ struct RigKeys {
     keys.section(required("colouring", "", "How points get their colour."), rig.colouring);
     keys.section({"cloud", "", "The map of `cloud.las`."}, cloud);
     keys.section({"time", "", "How long the clocks wait, and what they accept."}, rig.sync);
+    keys.section({"health", "", "What is accepted before the program warns, and before a drive is to be driven again."},
+                 rig.health);
   }
 
   /// Checks what concerns several sensors, and completes the Rig.

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "config/health_limits.hpp"
 #include "drivers/device.hpp"
 #include "fusion/colouring.hpp"
 #include "fusion/rig_geometry.hpp"
@@ -33,6 +34,7 @@ struct Rig {
   fusion::RigGeometry geometry;
   sync::Synchroniser::Config sync;
   fusion::Colouring::Config colouring;
+  HealthLimits health;
   std::string crs = "utm";  ///< "utm" (the zone of the drive's origin) or "EPSG:n"
 
   /// Returns the EPSG code of `crs`; 0 for the UTM zone of the drive.

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <utility>
@@ -17,7 +21,7 @@ namespace hueline {
 enum class PacketKind : std::uint8_t {
   Wire = 0,     ///< bytes of a device, exactly as received
   Fault = 1,    ///< the bytes of encode_fault(); made by a reader or by Ingest
-  Tick = 2,     ///< the tick of a watchdog; it has no bytes
+  Tick = 2,     ///< the tick of a watchdog; its bytes are those of encode_tick(), or none
   Command = 3,  ///< an operator's command, UTF-8
 };
 
@@ -42,6 +46,20 @@ using PacketPtr = std::shared_ptr<const Packet>;
 inline Packet fault_packet(HostTime time, FaultKind kind, std::uint64_t count, std::string detail) {
   const Fault fault{kSystemSensor, kind, time, count, std::move(detail)};
   return {kSystemSensor, PacketKind::Fault, false, 0, time, Buffer::copy_of(encode_fault(fault))};
+}
+
+/// Returns the bytes of a tick: how many bytes are free on the disk of the recording, as 8 bytes, little endian.
+inline std::vector<std::byte> encode_tick(std::uint64_t free_bytes) {
+  std::vector<std::byte> out(8);
+  for (std::size_t i = 0; i < 8; ++i) out[i] = static_cast<std::byte>(free_bytes >> (8 * i));
+  return out;
+}
+/// Returns what a tick says about the disk; empty if it says nothing.
+inline std::optional<std::uint64_t> decode_tick(std::span<const std::byte> bytes) {
+  if (bytes.size() != 8) return {};
+  std::uint64_t out = 0;
+  for (std::size_t i = 0; i < 8; ++i) out |= std::to_integer<std::uint64_t>(bytes[i]) << (8 * i);
+  return out;
 }
 
 /// Interface of everything that delivers packets: hardware, recordings, simulated devices and test data.

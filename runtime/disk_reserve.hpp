@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
@@ -27,6 +28,11 @@ class DiskReserve {
   void note(std::uint64_t recorded_bytes, double seconds);
   /// Returns the space that is kept at present, bytes.
   std::uint64_t bytes() const { return bytes_.load(std::memory_order_relaxed); }
+
+  /// Returns the space that is left on the disk of the recording, bytes.
+  std::uint64_t free_bytes() const {
+    return static_cast<std::uint64_t>(std::max<std::int64_t>(0, disk_.free_bytes(recording_)));
+  }
 
   /// Returns Exhausted if less space is free than is kept and `product` lies on the file system of the recording.
   Status check(const std::filesystem::path& product) const;

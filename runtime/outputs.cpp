@@ -12,17 +12,20 @@
 
 namespace hueline::runtime {
 
+/// A line of one of the two logs of the view.
+struct Outputs::Line {
+  std::optional<GpsTime> time;
+  storage::ViewWriter::Level level;
+  std::string who, text;
+  bool is_health = false;
+};
+
 struct Outputs::Files {
   storage::LasWriter::Config las_config;
   std::optional<storage::LasWriter> las;
   bool las_failed = false;
   std::optional<storage::ViewWriter> view;  // exists after the first good solution; its frame is the cloud's origin
   bool view_failed = false;
-  struct Line {
-    std::optional<GpsTime> time;
-    storage::ViewWriter::Level level;
-    std::string who, text;
-  };
   std::deque<Line> early;  // log lines until there are a view and a time at which to show them
   std::vector<std::string> sensors;
 };
@@ -74,14 +77,16 @@ void Outputs::view(Append append) {
   }
 }
 
-void Outputs::log(std::optional<GpsTime> time, storage::ViewWriter::Level level, const std::string& who,
-                  std::string text) {
+void Outputs::log(Line line) {
   constexpr std::size_t kEarly = 1000;  // the summary has the counts of all faults
-  if (!time) time = newest_;
-  if (files_->view && time) {
-    view([&](auto& out) { return out.append_log(*time, level, who, text); });
+  if (!line.time) line.time = newest_;
+  if (files_->view && line.time) {
+    view([&](auto& out) {
+      return line.is_health ? out.append_health(*line.time, line.level, line.who, line.text)
+                            : out.append_log(*line.time, line.level, line.who, line.text);
+    });
   } else if (!files_->view_failed && files_->early.size() < kEarly) {
-    files_->early.push_back({time, level, who, std::move(text)});
+    files_->early.push_back(std::move(line));
   }
 }
 
@@ -125,8 +130,7 @@ void Outputs::on_solution(const InsSolution& solution) {
   summary_.on_solution(solution);
   newest_ = solution.time;
   if (files_->view)
-    for (auto early = std::exchange(files_->early, {}); auto& line : early)
-      log(line.time, line.level, line.who, std::move(line.text));
+    for (auto early = std::exchange(files_->early, {}); auto& line : early) log(std::move(line));
   view([&](auto& out) { return out.append(solution); });
 }
 void Outputs::on_fix(const GnssFix& fix) {
@@ -134,13 +138,24 @@ void Outputs::on_fix(const GnssFix& fix) {
 }
 void Outputs::on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) {
   summary_.on_sync_state(time, clock, state);
-  log(time, storage::ViewWriter::Level::Info, files_->sensors.at(clock), name(state));
+  log({time, storage::ViewWriter::Level::Info, files_->sensors.at(clock), name(state)});
 }
 void Outputs::on_fault(const Fault& fault) {
   summary_.on_fault(fault);
   const std::string& who = files_->sensors.at(fault.sensor < files_->sensors.size() ? fault.sensor : kSystemSensor);
-  log({}, storage::ViewWriter::Level::Warning, who,
-      fmt::format("{} x{}: {}", name(fault.kind), fault.count, fault.detail));
+  log({{},
+       storage::ViewWriter::Level::Warning,
+       who,
+       fmt::format("{} x{}: {}", name(fault.kind), fault.count, fault.detail)});
+}
+void Outputs::on_health(const HealthChange& change) {
+  using Level = storage::ViewWriter::Level;
+  const Level level = change.level == HealthLevel::Alarm     ? Level::Error
+                      : change.level == HealthLevel::Warning ? Level::Warning
+                                                             : Level::Info;
+  log({change.time, level, change.sensor == kSystemSensor ? "drive" : files_->sensors.at(change.sensor), text(change),
+       true});
+  if (tell_health_) tell_health_(change);
 }
 
 Status Outputs::finish() {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "config/rig.hpp"
 #include "core/output_file.hpp"
@@ -35,6 +36,10 @@ class Outputs : public ProductSink {
   void on_fix(const GnssFix& fix) override;
   void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) override;
   void on_fault(const Fault& fault) override;
+  void on_health(const HealthChange& change) override;
+
+  /// Also gives each change of the health to `tell`, on the thread that writes.
+  void tell_health(std::function<void(const HealthChange&)> tell) { tell_health_ = std::move(tell); }
 
   /// To be called if a recording is being written at the same time: cloud and view then end where the disk's last space
   /// begins. `reserve` must outlive this object.
@@ -50,13 +55,15 @@ class Outputs : public ProductSink {
   Outputs(const config::Rig& rig, OutputFolder folder, Tell tell);
   void keep(const char* file, Status done);
   bool has_room();
-  void log(std::optional<GpsTime> time, storage::ViewWriter::Level level, const std::string& who, std::string text);
+  struct Line;
+  void log(Line line);
   template <class Append>
   void view(Append append);
 
   const OutputFolder folder_;
   const std::filesystem::path dir_;
   const Tell tell_;
+  std::function<void(const HealthChange&)> tell_health_;
   Summary summary_;
   std::unique_ptr<Files> files_;
   Status first_error_;

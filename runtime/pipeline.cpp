@@ -35,7 +35,11 @@ Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink)
       synchroniser_(rig.sync),
       max_lateness_(rig.colouring.max_lateness),
       colouring_(with_threads(rig.colouring, threads), rig.geometry,
-                 [this](const CloudBlock& block) { sink_.on_cloud(block, colouring_.trajectory()); }) {
+                 [this](const CloudBlock& block) {
+                   health_.on_cloud(block);
+                   sink_.on_cloud(block, colouring_.trajectory());
+                 }),
+      health_(rig) {
   if (sink.wants_provisional_cloud())
     colouring_.set_provisional_sink(
         [this](const CloudBlock& block) { sink_.on_provisional_cloud(block, colouring_.trajectory()); });
@@ -46,6 +50,7 @@ Pipeline::~Pipeline() = default;
 
 void Pipeline::process(const Packet& packet) {
   if (packet.shed) return;
+  health_.on_packet(packet);
   measurements_.clear();
   newest_ = std::max(newest_, packet.received);
   Decoder* decoder = packet.sensor < decoders_.size() ? decoders_[packet.sensor].get() : nullptr;
@@ -59,6 +64,17 @@ void Pipeline::process(const Packet& packet) {
   take_synchronised();
   faults_.advance(newest_);
   tell_held();
+  health_.advance(newest_, synchroniser_.stream_time(), synchroniser_.clock());
+  tell_health();
+}
+
+void Pipeline::give(const Fault& fault) {
+  health_.on_fault(fault);
+  sink_.on_fault(fault);
+}
+
+void Pipeline::tell_health() {
+  for (const HealthChange& change : health_.take()) sink_.on_health(change);
 }
 
 void Pipeline::take_fault(const Packet& packet, Decoder* decoder) {
@@ -71,7 +87,7 @@ void Pipeline::take_fault(const Packet& packet, Decoder* decoder) {
     decoder->flush(measurements_);
     decoder->reset();
   }
-  sink_.on_fault(*fault);
+  give(*fault);
 }
 
 void Pipeline::tell(Fault fault) {
@@ -81,11 +97,12 @@ void Pipeline::tell(Fault fault) {
 }
 
 void Pipeline::tell_held() {
-  for (const Fault& fault : faults_.take()) sink_.on_fault(fault);
+  for (const Fault& fault : faults_.take()) give(fault);
 }
 
 void Pipeline::take_measurements() {
   for (Measurement& measurement : measurements_) {
+    health_.on_measurement(measurement, synchroniser_.clock());
     if (const auto* fix = std::get_if<GnssFix>(&measurement)) sink_.on_fix(*fix);
     if (auto* fault = std::get_if<Fault>(&measurement)) {
       tell(std::move(*fault));
@@ -104,16 +121,19 @@ void Pipeline::take_synchronised() {
       sink_.on_origin(*colouring_.trajectory().origin());
       told_origin_ = true;
     }
+    health_.on_solution(solution);
     sink_.on_solution(solution);
   }
   for (const StampedWheelSpeed& wheel : synchronised_.wheels) sink_.on_wheel(wheel);
   for (const Exposure& exposure : synchronised_.exposures) {
+    health_.on_exposure(exposure);
     sink_.on_exposure(exposure);
     colouring_.add(exposure);
     unsettled_exposures_.push_back(exposure);
     unsettled_exposures_.back().image = {};  // the buffer of the image is not held here
   }
   for (StampedLaserBatch& batch : synchronised_.laser) {
+    health_.on_laser(batch);
     sink_.on_laser(batch);
     if (sink_.wants_settled_laser()) unsettled_batches_.push_back(batch);
     colouring_.add(std::move(batch));
@@ -147,6 +167,7 @@ void Pipeline::give_settled(bool everything) {
 }
 
 void Pipeline::flush() {
+  health_.finish();  // what follows is the end of the recording, not of a sensor
   measurements_.clear();
   for (const auto& decoder : decoders_)
     if (decoder) decoder->flush(measurements_);
@@ -161,6 +182,7 @@ void Pipeline::flush() {
   }
   faults_.flush();
   tell_held();
+  tell_health();
 }
 
 const DecodeCounts* Pipeline::counts(SensorId sensor) const {

@@ -9,6 +9,7 @@
 #include "core/packet.hpp"
 #include "fusion/colouring.hpp"
 #include "runtime/fault_rate.hpp"
+#include "runtime/health.hpp"
 #include "runtime/products.hpp"
 #include "runtime/summary.hpp"
 #include "sync/synchroniser.hpp"
@@ -34,6 +35,8 @@ class Pipeline {
   void report(Summary& summary) const;
   /// Returns the counts of a sensor's decoder; nullptr if the sensor has none.
   const DecodeCounts* counts(SensorId sensor) const;
+  /// Returns what was wrong so far; after flush(), of the whole drive.
+  const Health& health() const { return health_; }
 
  private:
   void take_fault(const Packet& packet, Decoder* decoder);
@@ -42,6 +45,8 @@ class Pipeline {
   void give_settled(bool everything);
   void tell(Fault fault);
   void tell_held();
+  void give(const Fault& fault);
+  void tell_health();
   const char* why_no_solution() const;
   void note_pos(Summary& summary) const;
 
@@ -57,6 +62,7 @@ class Pipeline {
   sync::SyncOutput synchronised_;
   HostTime newest_{};
   FaultRate faults_;  // faults that are made here; those of the journal were limited when they entered it
+  Health health_;
   bool told_origin_ = false;
 };
 

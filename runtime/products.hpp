@@ -7,6 +7,7 @@
 #include "core/measurements.hpp"
 #include "core/stamped.hpp"
 #include "fusion/trajectory.hpp"
+#include "runtime/health.hpp"
 
 namespace hueline::runtime {
 
@@ -53,6 +54,8 @@ class ProductSink {
   }
   /// Called with every fault: those of the journal, and those that decoders, clocks and colouring make.
   virtual void on_fault(const Fault&) {}
+  /// Called with every change of the drive's health.
+  virtual void on_health(const HealthChange&) {}
 };
 
 }  // namespace hueline::runtime

@@ -60,6 +60,8 @@ double share(std::uint64_t part, std::uint64_t whole) {
 
 }  // namespace
 
+std::string ins_status_words(std::uint32_t status) { return drivers::ins_status_name(status); }
+
 void Summary::SigmaStatistics::add(nanoseconds sigma) {
   const double us = to_seconds(sigma) * 1e6;
   ++count;

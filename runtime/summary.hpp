@@ -14,6 +14,9 @@
 
 namespace hueline::runtime {
 
+/// Returns the receiver's own status of a solution (InsSolution::status) in words for people.
+std::string ins_status_words(std::uint32_t status);
+
 /// Counts what a drive gave and what it lost, and writes it as JSON and as text. Everything in it follows from the
 /// journal, so a live run and a replay agree.
 /// Thread safety: none; the pipeline's thread calls all functions.

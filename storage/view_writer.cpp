@@ -76,6 +76,7 @@ Status ViewWriter::add_channels() {
   if (done) done = add(kTransform, "/tf", *foxglove::FrameTransform::descriptor(), "foxglove.FrameTransform");
   if (done) done = add(kFix, "/fix", *foxglove::LocationFix::descriptor(), "foxglove.LocationFix");
   if (done) done = add(kLog, "/log", *foxglove::Log::descriptor(), "foxglove.Log");
+  if (done) done = add(kHealth, "/health", *foxglove::Log::descriptor(), "foxglove.Log");
   if (!done) return done;
   const auto schema = mcap_.add_schema(
       {0, "foxglove.CompressedImage", "protobuf", descriptor_set(*foxglove::CompressedImage::descriptor())});
@@ -176,12 +177,21 @@ Status ViewWriter::append(const Exposure& exposure, const std::string& camera) {
 }
 
 Status ViewWriter::append_log(GpsTime time, Level level, const std::string& who, const std::string& text) {
+  return write_log(kLog, time, level, who, text);
+}
+
+Status ViewWriter::append_health(GpsTime time, Level level, const std::string& who, const std::string& text) {
+  return write_log(kHealth, time, level, who, text);
+}
+
+Status ViewWriter::write_log(Channel channel, GpsTime time, Level level, const std::string& who,
+                             const std::string& text) {
   foxglove::Log message;
   stamp(message, time);
   message.set_level(static_cast<foxglove::Log::Level>(level));
   message.set_name(who);
   message.set_message(text);
-  return write(kLog, time, message);
+  return write(channel, time, message);
 }
 
 Status ViewWriter::close() {

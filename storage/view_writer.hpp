@@ -25,7 +25,8 @@ namespace hueline::storage {
 /// | /pose, /tf | foxglove.PoseInFrame, foxglove.FrameTransform: Body in Enu | enu, body |
 /// | /fix | foxglove.LocationFix: height above the ellipsoid | antenna |
 /// | /image/NAME | foxglove.CompressedImage: a reduced JPEG | NAME |
-/// | /log | foxglove.Log | |
+/// | /log | foxglove.Log: faults and clocks | |
+/// | /health | foxglove.Log: what is wrong with which sensor, or is no longer | |
 ///
 /// The first failed write is remembered and returned by all later calls.
 /// Thread safety: none; one thread calls all functions.
@@ -57,6 +58,8 @@ class ViewWriter {
   Status append(const Exposure& exposure, const std::string& camera);
   /// Adds a line of the log. `who` is the name of its sensor.
   Status append_log(GpsTime time, Level level, const std::string& who, const std::string& text);
+  /// Adds a change of the health of a sensor or of the drive.
+  Status append_health(GpsTime time, Level level, const std::string& who, const std::string& text);
   /// Writes what waits, with summary and indexes, and closes the file.
   Status close();
 
@@ -64,10 +67,11 @@ class ViewWriter {
   std::uint64_t messages_written() const { return mcap_.statistics().message_count; }
 
  private:
-  enum Channel : std::uint16_t { kCloud = 1, kPose, kTransform, kFix, kLog, kFirstImage };
+  enum Channel : std::uint16_t { kCloud = 1, kPose, kTransform, kFix, kLog, kHealth, kFirstImage };
   ViewWriter(McapWriter mcap, const Geodetic& origin, const Config& config);
   Status add_channels();
   Status write(std::uint16_t channel, GpsTime time, const google::protobuf::Message& message);
+  Status write_log(Channel channel, GpsTime time, Level level, const std::string& who, const std::string& text);
   Status write_cloud();
 
   McapWriter mcap_;

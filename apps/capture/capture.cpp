@@ -11,6 +11,7 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/signals.hpp"
+#include "core/mutex.hpp"
 #include "core/standard_streams.hpp"
 #include "drivers/transport/host_clock.hpp"
 #include "runtime/file_merge.hpp"
@@ -68,6 +69,40 @@ const char* word(runtime::Reader::State state) {
   }
   return "?";
 }
+
+/// The changes of the health that wait to be shown. Thread-safe.
+class HealthLines {
+ public:
+  explicit HealthLines(const config::Rig& rig) : names_(rig.sensor_names()) { names_[kSystemSensor] = "drive"; }
+  void add(const runtime::HealthChange& change) {
+    Lock lock(mutex_);
+    changes_.push_back(change);
+  }
+  /// Logs them. `before` is called before the first one.
+  template <class Before>
+  void show(const Before& before) {
+    std::vector<runtime::HealthChange> changes;
+    {
+      Lock lock(mutex_);
+      changes.swap(changes_);
+    }
+    if (!changes.empty()) before();
+    for (const auto& change : changes) {
+      const std::string line = fmt::format("{}: {}", names_.at(change.sensor), text(change));
+      if (change.level == runtime::HealthLevel::Alarm)
+        log_error(line);
+      else if (change.level == runtime::HealthLevel::Warning)
+        log_warning("{}", line);
+      else
+        log_info("{}", line);
+    }
+  }
+
+ private:
+  std::vector<std::string> names_;
+  Mutex mutex_;
+  std::vector<runtime::HealthChange> changes_ HUELINE_GUARDED_BY(mutex_);
+};
 
 /// Shows the progress of the capture in one line. On a terminal the line is rewritten each second. Elsewhere, where
 /// every line stays, it is written each minute, and whenever a device's state changes or something is lost for the
@@ -154,6 +189,7 @@ struct Watched {
   runtime::LiveRun& run;
   runtime::DiskReserve& reserve;
   const std::atomic<std::uint64_t>& points;
+  HealthLines& health;
   bool is_live;  ///< at least one sensor is a device, not a recording
 };
 
@@ -176,12 +212,15 @@ bool watch_run(const Watched& watched, const Options& options, const StopSignals
       is_in_place = false;
       log_error(run.place().error().message);
     }
+    watched.health.show([&] { progress.end(); });
     const double seconds = to_seconds(drivers::host_now() - begin);
     watched.reserve.note(run.recorded_bytes(), seconds);
     progress.show(seconds, run, watched.points.load(std::memory_order_relaxed));
-    // A tick moves stream time on when every device is silent. Recordings have their own time.
+    // A tick moves stream time on when every device is silent, and says how much room the disk has. Recordings have
+    // their own time.
     if (watched.is_live)
-      run.ingest().submit(Packet{kSystemSensor, PacketKind::Tick, false, 0, drivers::host_now(), {}});
+      run.ingest().submit(Packet{kSystemSensor, PacketKind::Tick, false, 0, drivers::host_now(),
+                                 Buffer::copy_of(encode_tick(watched.reserve.free_bytes()))});
     if (options.seconds > 0 && seconds >= options.seconds) break;
     if (options.ends_when_silent && silence.lasts(run)) break;
   }
@@ -298,6 +337,8 @@ int capture(const Options& options) {
   runtime::Outputs& sink = **outputs;
   runtime::DiskReserve reserve(recording, storage::Disk::kernel());
   sink.keep(reserve);
+  HealthLines health(rig);
+  sink.tell_health([&](const runtime::HealthChange& change) { health.add(change); });
   runtime::Pipeline pipeline(rig, options.threads, sink);
   std::atomic<std::uint64_t> points{0};
   const auto process = [&](const Packet& packet) {
@@ -316,8 +357,9 @@ int capture(const Options& options) {
     return sensor.device->arrivals() == drivers::Arrivals::Live;
   });
   run.start();
-  const bool was_in_place = watch_run({run, reserve, points, is_live}, options, signals);
+  const bool was_in_place = watch_run({run, reserve, points, health, is_live}, options, signals);
   run.stop(signals.at_once());
+  health.show([] {});
 
   Ending ending;
   ending.is_cut = run.are_products_cut() || signals.at_once().stop_requested();
