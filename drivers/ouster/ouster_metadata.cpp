@@ -270,12 +270,16 @@ Result<OusterMetadata> parse_ouster_metadata(std::string_view text) {
 Result<OusterClock> parse_ouster_clock(std::string_view text) {
   const Json root = Json::parse(text, nullptr, false);
   if (root.is_discarded()) return Error{ErrorCode::Malformed, "the Ouster's time: not JSON"};
-  const Json* stamp = at(root, {"sensor", "timestamp"});
-  if (!stamp) return Error{ErrorCode::Unsupported, "not the time of an Ouster: sensor.timestamp is missing"};
+  // The answer to the text command of old firmware has no section `sensor` around it, and nothing of PTP.
+  const Json* sensor = at(root, {"sensor"});
+  if (!sensor) sensor = &root;
+  const Json* stamp = at(*sensor, {"timestamp"});
+  if (!stamp || !stamp->is_object())
+    return Error{ErrorCode::Unsupported, "not the time of an Ouster: sensor.timestamp is missing"};
   OusterClock out;
   out.mode = mode_of(text_at(*stamp, {"mode"}));
-  out.is_pulse_locked = is_true(at(root, {"sensor", "sync_pulse_in", "locked"}));
-  out.is_nmea_locked = is_true(at(root, {"sensor", "multipurpose_io", "nmea", "locked"}));
+  out.is_pulse_locked = is_true(at(*sensor, {"sync_pulse_in", "locked"}));
+  out.is_nmea_locked = is_true(at(*sensor, {"multipurpose_io", "nmea", "locked"}));
   out.ptp_state = text_at(root, {"ptp", "port_data_set", "port_state"});
   if (const Json* offset = at(root, {"ptp", "time_status_np", "master_offset"}); offset && offset->is_number())
     out.ptp_offset_ns = offset->get<double>();
