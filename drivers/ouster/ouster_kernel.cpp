@@ -1,6 +1,7 @@
 #include "drivers/ouster/ouster_kernel.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -31,6 +32,7 @@ OusterKernel::OusterKernel(const OusterMetadata& metadata, double min_range_m, d
       farthest_mm_(static_cast<std::int32_t>(std::floor(std::min(max_range_m, 2000.0) * 1e3 + 1e-6))),
       beam_m_(static_cast<float>(std::hypot(metadata.beam_x_m, metadata.beam_z_m))),
       scratch_(2 * channels_ * static_cast<std::size_t>(metadata.columns_per_packet) + 1) {
+  count_.fill(1);
   // The maker's sensor frame has x forward and y left.
   Eigen::Matrix3d R_scanner_sensor;
   R_scanner_sensor << 0, -1, 0, 1, 0, 0, 0, 0, 1;
@@ -52,7 +54,7 @@ OusterKernel::OusterKernel(const OusterMetadata& metadata, double min_range_m, d
     beams_.along[c] = static_cast<float>(std::cos(altitude) * std::cos(azimuth));
     beams_.left[c] = static_cast<float>(-std::cos(altitude) * std::sin(azimuth));
     beams_.up[c] = static_cast<float>(std::sin(altitude));
-    beams_.azimuth[c] = static_cast<float>(azimuth);
+    beams_.azimuth[c] = static_cast<float>(whole_turn(azimuth));
     beams_.ring[c] = static_cast<std::uint32_t>(
         std::ranges::count_if(metadata.altitudes_deg, [&](double other) { return other < metadata.altitudes_deg[c]; }));
   }
@@ -86,22 +88,16 @@ OusterColumns OusterKernel::decode(std::span<const std::byte> bytes, std::vector
       ++result.malformed;
       continue;
     }
-    const Turn& turn = turns_[static_cast<std::size_t>(column.number)];
+    const Turn turn = turns_[static_cast<std::size_t>(column.number)];
     const auto time_ns = static_cast<std::int32_t>(since_first);
     read_channels(bytes_of_column + metadata_.column_head_bytes());
     if (metadata_.profile->is_dual) {
       order_returns();
-      fill_lanes(turn, time_ns, near_, near_lanes_);
-      fill_lanes(turn, time_ns, far_, far_lanes_);
-      for (std::size_t c = 0; c < channels_; ++c) {
-        near_lanes_.return_count[c] = count_[c];
-        far_lanes_.return_count[c] = count_[c];
-        far_lanes_.tags[c] += 1U << 24U;
-      }
+      fill_lanes<false>(turn, time_ns);
+      fill_lanes<true>(turn, time_ns);
       out = write_returns(near_lanes_, far_lanes_, channels_, out);
     } else {
-      fill_lanes(turn, time_ns, near_, near_lanes_);
-      for (std::size_t c = 0; c < channels_; ++c) near_lanes_.return_count[c] = 1;
+      fill_lanes<false>(turn, time_ns);
       out = write_returns(near_lanes_, channels_, out);
     }
   }
@@ -111,11 +107,12 @@ OusterColumns OusterKernel::decode(std::span<const std::byte> bytes, std::vector
 
 /// Reads the first return of each channel into `near_` and the second into `far_`, as they are sent.
 void OusterKernel::read_channels(const std::byte* channels) {
-  const OusterProfile& profile = *metadata_.profile;
+  const OusterProfile profile = *metadata_.profile;
+  const std::size_t count = channels_;
   if (profile.pixel_bytes == 4) {
-    std::memcpy(first_words_.data(), channels, 4 * channels_);
+    std::memcpy(first_words_.data(), channels, 4 * count);
   } else {
-    for (std::size_t c = 0; c < channels_; ++c) {
+    for (std::size_t c = 0; c < count; ++c) {
       const std::byte* pixel = channels + profile.pixel_bytes * c;
       std::memcpy(&first_words_[c], pixel, 4);
       std::memcpy(&second_words_[c], pixel + 4, 4);
@@ -123,14 +120,15 @@ void OusterKernel::read_channels(const std::byte* channels) {
   }
   const std::uint32_t mask = profile.range_mask;
   const int range_shift = profile.range_shift;
-  const auto& reflectivities = profile.reflectivity_at < 4 ? first_words_ : second_words_;
   const auto reflectivity_shift = static_cast<int>(8 * (profile.reflectivity_at % 4));
-  for (std::size_t c = 0; c < channels_; ++c) {
+  for (std::size_t c = 0; c < count; ++c)
     near_.range_mm[c] = static_cast<std::int32_t>((first_words_[c] & mask) << range_shift);
-    near_.reflectivity[c] = reflectivities[c] >> reflectivity_shift & 0xFFU;
-  }
+  if (profile.reflectivity_at < 4)
+    for (std::size_t c = 0; c < count; ++c) near_.reflectivity[c] = first_words_[c] >> reflectivity_shift & 0xFFU;
+  else
+    for (std::size_t c = 0; c < count; ++c) near_.reflectivity[c] = second_words_[c] >> reflectivity_shift & 0xFFU;
   if (!profile.is_dual) return;
-  for (std::size_t c = 0; c < channels_; ++c) {
+  for (std::size_t c = 0; c < count; ++c) {
     far_.range_mm[c] = static_cast<std::int32_t>((second_words_[c] & mask) << range_shift);
     far_.reflectivity[c] = second_words_[c] >> reflectivity_shift & 0xFFU;
   }
@@ -138,28 +136,40 @@ void OusterKernel::read_channels(const std::byte* channels) {
 
 /// Puts the nearer return of each channel into `near_`. Equal ones are one.
 void OusterKernel::order_returns() {
-  for (std::size_t c = 0; c < channels_; ++c) {
-    const std::int32_t a = near_.range_mm[c], b = far_.range_mm[c];
-    const std::uint32_t ra = near_.reflectivity[c], rb = far_.reflectivity[c];
-    const bool swaps = (b != 0) & ((a == 0) | (b < a));
-    const bool is_one = (a == 0) | (b == 0) | (a == b);
-    near_.range_mm[c] = swaps ? b : a;
-    near_.reflectivity[c] = swaps ? rb : ra;
-    far_.range_mm[c] = is_one ? 0 : swaps ? a : b;
-    far_.reflectivity[c] = swaps ? ra : rb;
-    count_[c] = is_one ? 1U : 2U;
+  constexpr std::int32_t kNone = std::numeric_limits<std::int32_t>::max();  // behind every return
+  const std::size_t count = channels_;
+  for (std::size_t c = 0; c < count; ++c) {
+    const std::int32_t first = near_.range_mm[c], second = far_.range_mm[c];
+    const std::uint32_t of_first = near_.reflectivity[c], of_second = far_.reflectivity[c];
+    // All bits or none, because the compiler makes no vectors of branches.
+    const std::int32_t a = first | (-static_cast<std::int32_t>(first == 0) & kNone);
+    const std::int32_t b = second | (-static_cast<std::int32_t>(second == 0) & kNone);
+    const std::int32_t swaps = -static_cast<std::int32_t>(b < a), is_one = -static_cast<std::int32_t>(a == b);
+    const std::int32_t exchanged = (a ^ b) & swaps, near = a ^ exchanged, far = b ^ exchanged;
+    const std::int32_t no_far = is_one | -static_cast<std::int32_t>(far == kNone);
+    const std::uint32_t reflectivities = (of_first ^ of_second) & static_cast<std::uint32_t>(swaps);
+    near_.range_mm[c] = near & ~-static_cast<std::int32_t>(near == kNone);
+    near_.reflectivity[c] = of_first ^ reflectivities;
+    far_.range_mm[c] = far & ~no_far;
+    far_.reflectivity[c] = of_second ^ reflectivities;
+    count_[c] = static_cast<std::uint32_t>(2 + no_far);
   }
 }
 
-void OusterKernel::fill_lanes(const Turn& turn, std::int32_t time_ns, const Echoes& echoes,
-                              ReturnLanes<kMost>& lanes) const {
+/// Fills the lanes of the nearer or the farther returns. The lanes are chosen here and not given, so that the compiler
+/// sees that no two arrays overlap.
+template <bool kIsFar>
+void OusterKernel::fill_lanes(const Turn& turn, std::int32_t time_ns) {
+  const Echoes& echoes = kIsFar ? far_ : near_;
+  auto& lanes = kIsFar ? far_lanes_ : near_lanes_;
   const float ax = turn.along.x(), ay = turn.along.y(), az = turn.along.z();
   const float lx = turn.left.x(), ly = turn.left.y(), lz = turn.left.z();
   const float ux = up_.x(), uy = up_.y(), uz = up_.z();
   const float ox = turn.origin.x(), oy = turn.origin.y(), oz = turn.origin.z();
   const float beam_m = beam_m_, azimuth = turn.azimuth, two_pi = static_cast<float>(kTwoPi);
   const std::int32_t nearest = nearest_mm_, farthest = farthest_mm_;
-  for (std::size_t c = 0; c < channels_; ++c) {
+  const std::size_t count = channels_;
+  for (std::size_t c = 0; c < count; ++c) {
     const float range = static_cast<float>(echoes.range_mm[c]) * 1e-3f;
     const float beam = range - beam_m;
     const float along = beam * beams_.along[c], left = beam * beams_.left[c], up = beam * beams_.up[c];
@@ -168,13 +178,14 @@ void OusterKernel::fill_lanes(const Turn& turn, std::int32_t time_ns, const Echo
     lanes.z[c] = along * az + left * lz + up * uz + oz;
     lanes.range[c] = range;
     const float sum = azimuth + beams_.azimuth[c];
-    // In this order, because a little below 0 plus a turn is a whole turn.
-    const float positive = sum < 0.0f ? sum + two_pi : sum;
-    lanes.azimuth[c] = positive >= two_pi ? positive - two_pi : positive;
+    const std::int32_t is_beyond = -static_cast<std::int32_t>(sum >= two_pi);
+    lanes.azimuth[c] = sum - std::bit_cast<float>(std::bit_cast<std::int32_t>(two_pi) & is_beyond);
     lanes.time_ns[c] = time_ns;
-    lanes.tags[c] = tags_of(beams_.ring[c], echoes.reflectivity[c], 1);
-    lanes.keep[c] = static_cast<std::uint32_t>(echoes.range_mm[c] >= nearest) &
-                    static_cast<std::uint32_t>(echoes.range_mm[c] <= farthest);
+    lanes.tags[c] = tags_of(beams_.ring[c], echoes.reflectivity[c], kIsFar ? 2 : 1);
+    lanes.return_count[c] = count_[c];
+    // Both differences are negative if the range is kept; the sign is the topmost bit.
+    const std::int32_t before = nearest - 1 - echoes.range_mm[c], behind = echoes.range_mm[c] - farthest - 1;
+    lanes.keep[c] = static_cast<std::uint32_t>(before & behind) >> 31U;
   }
 }
 

@@ -52,7 +52,8 @@ class OusterKernel {
 
   void read_channels(const std::byte* channels);
   void order_returns();
-  void fill_lanes(const Turn& turn, std::int32_t time_ns, const Echoes& echoes, ReturnLanes<kMost>& lanes) const;
+  template <bool kIsFar>
+  void fill_lanes(const Turn& turn, std::int32_t time_ns);
 
   OusterMetadata metadata_;
   std::size_t channels_;
@@ -63,7 +64,7 @@ class OusterKernel {
   std::vector<Turn> turns_;  ///< by column
   alignas(16) std::array<std::uint32_t, kMost> first_words_{}, second_words_{};
   Echoes near_{}, far_{};
-  alignas(16) std::array<std::uint32_t, kMost> count_{};
+  alignas(16) std::array<std::uint32_t, kMost> count_{};  ///< of the returns of each firing
   ReturnLanes<kMost> near_lanes_{}, far_lanes_{};
   std::vector<LaserReturn> scratch_;
 };
