@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace hueline::drivers {
 namespace {
 
 constexpr std::size_t kMostDamage = 64;
 constexpr std::uint64_t kManyInARow = 8;
+constexpr double kByChance = 1e-6;  // a run of losses that is less likely than this had another cause
 
 bool is_of_filter(const NovatelMessageInfo& info) {
   return info.use == NovatelUse::InsPva || info.use == NovatelUse::InsPvaX || info.use == NovatelUse::InsStdev;
@@ -26,13 +28,16 @@ void LogLosses::take(const NovatelMessage& message, const NovatelMessageInfo* in
     if (const auto gap = log.cycle.take(time, message.received)) {
       const std::uint64_t broken = came_broken(log, gap->missing);
       log.cycle.excuse(broken);
-      if (broken == 0 && was_held_back(log, *gap))
+      if (broken == 0 && was_held_back(log, *gap)) {
         held_back_ = gap;
-      else
+      } else {
         log.since_loss = 0;
+        lost_of_all_ += gap->missing - broken;
+      }
     }
     log.since_loss = std::min(log.since_loss + 1, kWhole);
     log.newest = place_;
+    log.lost_until = lost_of_all_;
     settle(log);
   }
   seen_[next_seen_++ % seen_.size()] = {place_, time};
@@ -60,7 +65,7 @@ std::uint64_t LogLosses::came_broken(const Log& log, std::uint64_t missing) {
 
 /// Returns whether the receiver did not output the logs of the gap. That is so if many logs are missing in a row while
 /// other messages came in both halves of the gap: a line that was good before does not lose so selectively. A line that
-/// loses half of all messages can do so by chance.
+/// loses a third of all messages can do so by chance, above all those of a slow log.
 bool LogLosses::was_held_back(const Log& log, const LogCycle::Gap& gap) const {
   if (gap.missing < kManyInARow || !is_of_filter(*log.info) || log.since_loss < kWhole) return false;
   const GpsTime middle = gap.before + (gap.after - gap.before) / 2;
@@ -69,7 +74,11 @@ bool LogLosses::was_held_back(const Log& log, const LogCycle::Gap& gap) const {
     if (seen.place <= log.newest || seen.time <= gap.before || seen.time >= gap.after) continue;
     (seen.time < middle ? early : late) = true;
   }
-  return early && late;
+  if (!early || !late) return false;
+  const auto others_lost = static_cast<double>(lost_of_all_ - log.lost_until);
+  const auto others_came = static_cast<double>(place_ - 1 - log.newest);
+  const double lost_share = others_lost / (others_lost + others_came);
+  return std::pow(lost_share, static_cast<double>(gap.missing)) < kByChance;
 }
 
 void LogLosses::settle(Log& log) {

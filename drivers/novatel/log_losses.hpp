@@ -20,8 +20,8 @@ namespace hueline::drivers {
 ///
 /// Two kinds of missing logs are not lost. Logs that came broken: bytes that were skipped between two logs explain as
 /// many missing logs as they can have been. Logs that the receiver did not output: logs of the inertial filter, if many
-/// (8 or more) are missing in a row while other messages came in both halves of the gap, and the line lost none of them
-/// shortly before.
+/// (8 or more) are missing in a row while other messages came in both halves of the gap, the line lost none of them
+/// shortly before, and what it lost of the others meanwhile does not explain the gap by chance.
 /// Lost event marks are not found here; the images without a mark show them.
 /// Thread safety: none; one thread calls all functions.
 class LogLosses {
@@ -46,7 +46,8 @@ class LogLosses {
     const NovatelMessageInfo* info = nullptr;
     std::uint8_t antenna = 0;
     LogCycle cycle;
-    std::uint64_t newest = 0;  ///< position of its newest message in the stream, in messages
+    std::uint64_t newest = 0;      ///< position of its newest message in the stream, in messages
+    std::uint64_t lost_until = 0;  ///< lost_of_all_ when it came
     std::size_t wire_bytes = 0;
     std::uint64_t since_loss = kWhole;  ///< logs since the last loss, at most kWhole
   };
@@ -64,6 +65,7 @@ class LogLosses {
 
   std::unordered_map<std::uint32_t, Log> logs_;  // by message id and antenna
   std::uint64_t place_ = 0;                      // position of the newest message in the stream, in messages
+  std::uint64_t lost_of_all_ = 0;                // logs that the line lost until now, of all names
   std::deque<Damage> damage_;
   std::array<Seen, 64> seen_{};  // the newest messages, as a ring
   std::size_t next_seen_ = 0;

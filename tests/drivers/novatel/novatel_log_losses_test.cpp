@@ -120,6 +120,12 @@ TEST(NovatelLosses, ARunThatALossyLineLosesByChanceIsNotTheFiltersDoing) {
   EXPECT_EQ(found.told, found.lost);
 }
 
+TEST(NovatelLosses, NineOfASlowLogInARowAreLostIfTheLineLosesOfTheOthersToo) {
+  const Losses found = lose(kBegin, 100, 0.3, 482'860);
+  EXPECT_EQ(found.lost, 74u);
+  EXPECT_EQ(found.told, found.lost);
+}
+
 RC_GTEST_PROP(NovatelLosses, ABurstIsToldWhole, ()) {
   const auto sent = stream(kBegin, 30'000, 10, *rc::gen::inRange(0u, 1'000'000u));
   const auto first = *rc::gen::inRange<std::int64_t>(kKnown_us, 20'000'000),
