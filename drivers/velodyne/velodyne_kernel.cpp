@@ -255,16 +255,19 @@ LaserReturn* VelodyneKernel::decode_pair(const Firings& firings, const std::byte
     const std::uint32_t last_is_far =
         static_cast<std::uint32_t>(static_cast<std::int32_t>(a) > static_cast<std::int32_t>(b));
     // Of a pair the smaller distance is near; of one return it is the one that is not 0, and `a` of two equal ones.
-    const bool near_is_b = is_pair != 0 ? last_is_far != 0 : a == 0;
-    const std::uint32_t near_reflectivity = near_is_b ? rb : ra, far_reflectivity = near_is_b ? ra : rb;
-    near[f] = static_cast<std::int32_t>(near_is_b ? b : a);
-    far[f] = static_cast<std::int32_t>(near_is_b ? a : b);
+    const std::uint32_t near_is_b = (is_pair & last_is_far) | ((1U - is_pair) & static_cast<std::uint32_t>(a == 0));
+    // Masks instead of conditions, because compilers make branches of some of those.
+    const std::uint32_t takes_b = 0U - near_is_b;
+    const std::uint32_t near_reflectivity = (rb & takes_b) | (ra & ~takes_b),
+                        far_reflectivity = (ra & takes_b) | (rb & ~takes_b);
+    near[f] = static_cast<std::int32_t>((b & takes_b) | (a & ~takes_b));
+    far[f] = static_cast<std::int32_t>((a & takes_b) | (b & ~takes_b));
+    const std::uint32_t is_equal = static_cast<std::uint32_t>(near_reflectivity == far_reflectivity);
     const std::uint32_t near_is_stronger =
-        near_reflectivity != far_reflectivity
-            ? static_cast<std::uint32_t>(static_cast<std::int32_t>(near_reflectivity) >
-                                         static_cast<std::int32_t>(far_reflectivity))
-            : last_is_far;
-    const std::uint32_t chosen_near = wants_last ? 1U - last_is_far : near_is_stronger;
+        static_cast<std::uint32_t>(static_cast<std::int32_t>(near_reflectivity) >
+                                   static_cast<std::int32_t>(far_reflectivity)) |
+        (is_equal & last_is_far);
+    const std::uint32_t chosen_near = (wants_last & (1U - last_is_far)) | ((1U - wants_last) & near_is_stronger);
     wants_near[f] = (1U - is_pair) | wants_all | chosen_near;
     wants_far[f] = is_pair & (wants_all | (1U - chosen_near));
     near_.tags[f] = tags_of(firings.channel[f], near_reflectivity, 1);
