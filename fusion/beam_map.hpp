@@ -39,7 +39,7 @@ class BeamMap {
   }
 
  private:
-  /// The nearest and the farthest point in a cell and its neighbours, 1/m; 0: there is none.
+  /// The nearest and the farthest point in a cell and its neighbours, 1/m; `near` is 0 if there is none.
   struct Span {
     float near, far;
   };

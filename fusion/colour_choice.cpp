@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
 
+#include "fusion/agreement.hpp"
 #include "fusion/colouring.hpp"
 #include "fusion/colouring_piece.hpp"
 
@@ -20,6 +22,10 @@ constexpr float kUsualSigma_m = 0.1f;     // poses of an undisturbed drive diffe
 constexpr float kNever = 1e30f;
 constexpr int kKnownMoments = 3;            // earlier ones, and later ones, that may give a provisional colour
 constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
+// An exposure this near shows what moves at a place that it filled at the firing too.
+constexpr nanoseconds kOwnMoment{100'000'000};
+// How far an image is trusted to show a point, by its LineOfSight.
+constexpr std::array<float, 5> kTrust{0.2f, 0.7f, 0.95f, 0.98f, 1.0f};
 
 /// Returns how far stamps can be trusted in this state, 0 to 1.
 float trust(SyncState state) {
@@ -53,8 +59,8 @@ LineOfSight line_of_sight(const Moment& moment, const SeenPlaces& seen, std::siz
   const std::uint32_t cell = seen.cell[index];
   const float nearness = seen.nearness[index];
   // Where a point was that moves is somewhere else at another moment, unless something as far away was there too.
-  if (moves && std::chrono::abs(time - moment.time) > kAtOnce &&
-      !(moment.glance && moment.glance->meets(cell, nearness)))
+  const nanoseconds away = std::chrono::abs(time - moment.time);
+  if (moves && away > kAtOnce && !(away <= kOwnMoment && moment.glance && moment.glance->meets(cell, nearness)))
     return LineOfSight::Hidden;
   const LineOfSight look =
       is_provisional && moment.early ? moment.early->look(cell, nearness) : Visibility::look(moment, cell, nearness);
@@ -143,7 +149,33 @@ Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& p
     found.look = look;
     least = cost;
   }
+  if (found.moment >= 0 && found.look <= LineOfSight::Behind) take_agreed(index, moves, piece, point, found);
   return found;
+}
+
+/// Where the laser points leave open whether even the best moment sees the point, the images decide: those that see it
+/// show one colour, the others show what happens to be in front. Replaces the choice in `found` by the view that most
+/// others agree with.
+void Colouring::take_agreed(std::size_t index, bool moves, Piece& piece, const ColouredPoint& point,
+                            Found& found) const {
+  piece.witnesses.clear();
+  piece.views.clear();
+  for (std::size_t k = 0; k < piece.candidates.size(); ++k) {
+    const Moment& moment = timeline_.at(piece.candidates[k]);
+    Sight sight;
+    if (!sees(moment, point, sight)) continue;
+    const FloatLens& lens = projector_.lenses()[sight.lens];
+    const HeadGains* gains = gains_of(moment, piece);
+    const Rgb pixel = sample_sight(lens, moment.pictures[lens.camera], sight);
+    if (has_lost_light(gains, sight, pixel)) continue;
+    const LineOfSight look = line_of_sight(moment, piece.seen[k], index, moves, point.time, piece.is_provisional);
+    const float trust = kTrust[static_cast<std::size_t>(look)];
+    piece.witnesses.push_back(
+        {radiometry_.render(pixel, gains, sight.lens, lens.off_axis(sight.x, sight.y), piece.adaptation), trust,
+         trust / (1.0f + least_cost(moment, piece.seen[k], index, point))});
+    piece.views.push_back({piece.candidates[k], sight, look, found.is_hidden});
+  }
+  if (!piece.views.empty()) found = piece.views[most_agreed(piece.witnesses)];
 }
 
 /// Chooses for each point between the nearest moments before and after it, where no other can be better: along the way,

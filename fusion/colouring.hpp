@@ -82,7 +82,7 @@ class Colouring {
     /// For ExposureChoice::Nearest.
     int lost_image_neighbours = 0;
     /// How many exposures on each side may give a point its colour besides its owner.
-    int neighbours = 4;
+    int neighbours = 8;
     /// How long after its firing a point waits for exposures that may colour it. It always waits for its owner.
     nanoseconds max_wait{2'200'000'000};
     Radiometry::Config radiometry;
@@ -153,6 +153,7 @@ class Colouring {
   template <class Predicate>
   static void gather(const PlacedBatch& batch, const Predicate& is_wanted, Piece& piece);
   Found find_visible(std::size_t index, bool moves, Piece& piece, const ColouredPoint& point) const;
+  void take_agreed(std::size_t index, bool moves, Piece& piece, const ColouredPoint& point, Found& found) const;
   Found find_nearest(int owner, bool is_lost, Piece& piece, const ColouredPoint& point) const;
   bool sees(const Moment& moment, const ColouredPoint& point, Sight& sight) const;
   bool has_lost_light(const HeadGains* gains, const Sight& sight, const Rgb& pixel) const;

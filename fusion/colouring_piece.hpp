@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "fusion/agreement.hpp"
 #include "fusion/colouring.hpp"
 
 namespace hueline::fusion {
@@ -36,6 +37,9 @@ struct Colouring::Piece {
   std::vector<float> off_axis;
   std::vector<std::array<std::uint8_t, 3>> colours;
   std::vector<float> costs;  ///< of one point, for each candidate
+  // Of one point: the moments that show its place, and what they show.
+  std::vector<Found> views;
+  std::vector<Witness> witnesses;
 };
 
 /// Samples the image of a lens at a sight of that lens.

@@ -33,7 +33,7 @@ enum class LineOfSight : std::uint8_t {
 class DepthMap {
  public:
   struct Config {
-    double cell = 0.01;             ///< width of a cell, rad
+    double cell = 0.0075;           ///< width of a cell, rad
     double gap = 0.02;              ///< a window reaches this far to each side, rad
     double guard = 0.02;            ///< how far from an outline a line of sight is within the guard, rad
     double tolerance_m = 0.15;      ///< a place is behind a point if it is farther by this

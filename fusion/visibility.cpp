@@ -9,7 +9,6 @@ namespace hueline::fusion {
 namespace {
 constexpr float kGroundStep_m = 0.1f, kGround_m = 2.5f;
 constexpr float kSameLayer = 0.9f;        // of the nearness: points of a cell within this are of one surface
-constexpr std::uint64_t kBeamsEvery = 2;  // one turn in so many keeps its beams
 constexpr std::size_t kSkinPiece = 4096;  // points of a skin that a thread asks about at a time
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 constexpr std::array<float, 9> kEnuAxes{1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -54,11 +53,9 @@ void Visibility::complete(OpenTurn& open) {
   thread_local std::vector<SeenPlaces> seen;
   layers.cells.resize(grid_.size());
   seen.resize(std::max(seen.size(), open.batches.size()));
-  Turn turn;
+  Turn turn(beam_grid_);
   turn.time = open.begin + config_.turn / 2;
   turn.centre_enu = open.batches[open.batches.size() / 2]->placed.scanner_enu;
-  const bool keeps_beams = open.count++ % kBeamsEvery == 0;
-  if (keeps_beams) turn.beams.emplace(grid_);
   const auto offset = [&](const PlacedBatch& batch) {
     const Eigen::Vector3f from = (batch.placed.scanner_enu - turn.centre_enu).cast<float>();
     return std::array<float, 3>{from.x(), from.y(), from.z()};
@@ -69,7 +66,6 @@ void Visibility::complete(OpenTurn& open) {
     for (std::size_t i = 0; i < seen[b].cell.size(); ++i) {
       Layers::Cell& cell = layers.cells[seen[b].cell[i]];
       const float nearness = seen[b].nearness[i];
-      if (keeps_beams) turn.beams->add(seen[b].cell[i], nearness);
       if (nearness > cell.near) cell.near = nearness;
       if (cell.far == 0.0f || nearness < cell.far) cell.far = nearness;
     }
@@ -104,7 +100,12 @@ void Visibility::complete(OpenTurn& open) {
   for (std::size_t b = 0; b < open.batches.size(); ++b)
     for (const std::uint32_t cell : seen[b].cell) layers.cells[cell] = {};
   turn.sightings.resize(turn.skin.size());
-  if (keeps_beams) turn.beams->finish();
+  for (std::size_t b = 0; b < open.batches.size(); ++b) {
+    const PlacedBatch& batch = *open.batches[b];
+    locate(beam_grid_, {kEnuAxes, offset(batch)}, batch.placed.places, seen[b]);
+    for (std::size_t i = 0; i < seen[b].cell.size(); ++i) turn.beams.add(seen[b].cell[i], seen[b].nearness[i]);
+  }
+  turn.beams.finish();
   newest_ = std::max(newest_, turn.time);
   turns_.push_back(std::move(turn));
   open.batches.clear();
@@ -125,7 +126,7 @@ void Visibility::ask(Turn& turn, const Turn& beams, std::size_t begin, std::size
     number = static_cast<std::uint8_t>(number + (is_one_more && number < 255));
   };
   for (std::size_t i = begin; i < end; ++i) {
-    const Presence presence = beams.beams->ask(seen.cell[i - begin], seen.nearness[i - begin]);
+    const Presence presence = beams.beams.ask(seen.cell[i - begin], seen.nearness[i - begin]);
     count(turn.sightings[i].free, presence == Presence::Free);
     count(turn.sightings[i].occupied, presence == Presence::Occupied);
   }
@@ -151,8 +152,8 @@ void Visibility::ask_around(WorkerPool& pool, std::uint64_t first) {
   pool.run(pieces.size(), [&](std::size_t i) {
     const Piece& piece = pieces[i];
     for (std::size_t b = piece.turn >= first_new ? 0 : first_new; b < turns_.size(); ++b)
-      if (turns_[b].beams && is_near(turns_[piece.turn], turns_[b]))
-        ask(turns_[piece.turn], turns_[b], piece.begin, piece.end, grid_);
+      if (is_near(turns_[piece.turn], turns_[b]))
+        ask(turns_[piece.turn], turns_[b], piece.begin, piece.end, beam_grid_);
   });
 }
 

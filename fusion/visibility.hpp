@@ -33,7 +33,7 @@ struct Sightings {
 ///
 /// A turn is what a scanner sends within a short time. Its skin is the nearest and the farthest point in each cell of a
 /// DirectionGrid at the scanner: the points that stand for all others of the turn. The skins of the turns around a
-/// moment are its depth map of what stands still. The beams of some turns are kept to ask whether the places of other
+/// moment are its depth map of what stands still. The beams of each turn are kept to ask whether the places of other
 /// turns' points were free then.
 ///
 /// The result depends only on the calls. Thread safety: one thread makes the calls that change it; const functions may
@@ -49,12 +49,14 @@ class Visibility {
     nanoseconds turn{100'000'000};  ///< duration of a turn
     /// A map that is there already is completed when turns of this duration have come since.
     nanoseconds renewal{400'000'000};
+    /// Width of the cells of beams, rad. A beam speaks for its own cell and the neighbours of that.
+    double beam_cell = 0.01;
     /// Beams up to `turn_reach` earlier or later say whether the place of a point was free then, so whether the point
     /// moves.
     nanoseconds turn_reach{2'500'000'000};
   };
 
-  explicit Visibility(const Config& config) : config_(config), grid_(config.depth.cell) {}
+  explicit Visibility(const Config& config) : config_(config), grid_(config.depth.cell), beam_grid_(config.beam_cell) {}
 
   const DirectionGrid& grid() const { return grid_; }
   /// Adds the batches of `placed` that were not added yet, and completes the turns that end before the newest of them;
@@ -91,24 +93,24 @@ class Visibility {
   struct Turn;
   void add_turns(const Moment& moment, std::uint64_t first, DepthMap& map) const;
   struct Turn {
+    explicit Turn(const DirectionGrid& grid) : beams(grid) {}
     GpsTime time{};  ///< its middle
     Eigen::Vector3d centre_enu = Eigen::Vector3d::Zero();
     RelativePlaces skin;  ///< from the centre
     std::vector<Sightings> sightings;
-    std::optional<BeamMap> beams;
+    BeamMap beams;
   };
   /// A turn that has not ended.
   struct OpenTurn {
     GpsTime begin{};
     std::vector<PlacedBatch*> batches;
-    std::uint64_t count = 0;  ///< of the scanner's turns before
   };
   void complete(OpenTurn& open);
   void ask_around(WorkerPool& pool, std::uint64_t first);
   static void ask(Turn& turn, const Turn& beams, std::size_t begin, std::size_t end, const DirectionGrid& grid);
 
   Config config_;
-  DirectionGrid grid_;
+  DirectionGrid grid_, beam_grid_;
   std::map<SensorId, OpenTurn> open_;
   std::uint64_t next_batch_ = 0;  // number of the first batch that was not added yet
   std::deque<Turn> turns_;

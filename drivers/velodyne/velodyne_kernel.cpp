@@ -263,10 +263,9 @@ LaserReturn* VelodyneKernel::decode_pair(const Firings& firings, const std::byte
     near[f] = static_cast<std::int32_t>((b & takes_b) | (a & ~takes_b));
     far[f] = static_cast<std::int32_t>((a & takes_b) | (b & ~takes_b));
     const std::uint32_t is_equal = static_cast<std::uint32_t>(near_reflectivity == far_reflectivity);
-    const std::uint32_t near_is_stronger =
-        static_cast<std::uint32_t>(static_cast<std::int32_t>(near_reflectivity) >
-                                   static_cast<std::int32_t>(far_reflectivity)) |
-        (is_equal & last_is_far);
+    const std::uint32_t near_is_stronger = static_cast<std::uint32_t>(static_cast<std::int32_t>(near_reflectivity) >
+                                                                      static_cast<std::int32_t>(far_reflectivity)) |
+                                           (is_equal & last_is_far);
     const std::uint32_t chosen_near = (wants_last & (1U - last_is_far)) | ((1U - wants_last) & near_is_stronger);
     wants_near[f] = (1U - is_pair) | wants_all | chosen_near;
     wants_far[f] = is_pair & (wants_all | (1U - chosen_near));
