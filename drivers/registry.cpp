@@ -4,6 +4,7 @@
 #include "drivers/device.hpp"
 #include "drivers/gige/genicam_device.hpp"
 #include "drivers/hesai/hesai_device.hpp"
+#include "drivers/ladybug/ladybug_device.hpp"
 #include "drivers/nmea/nmea_device.hpp"
 #include "drivers/novatel/novatel_device.hpp"
 #include "drivers/ouster/ouster_device.hpp"
@@ -20,9 +21,9 @@
 namespace hueline::drivers {
 
 DeviceTypes device_types() {
-  static constexpr std::array<const DeviceType*, 15> kTypes{
+  static constexpr std::array<const DeviceType*, 16> kTypes{
       &kVelodyne, &kHesai, &kOuster,  &kProfileScanner, &kNovatel, &kApplanix, &kSeptentrio, &kUblox,
-      &kXsens,    &kOxts,  &kGenicam, &kV4l2,           &kPps,     &kWheel,    &kNmea,
+      &kXsens,    &kOxts,  &kGenicam, &kV4l2,           &kLadybug, &kPps,      &kWheel,      &kNmea,
   };
   return kTypes;
 }

@@ -174,7 +174,7 @@ void Synchroniser::take(EventMark& m, SyncOutput&) {
   if (config_.pos != kSystemSensor && m.sensor != config_.pos)
     return report_unknown_sensor(m.sensor, m.received, "event mark");
   if (m.is_valid) arrived(m.sensor, m.received, m.time);
-  if (config_.self_timed) return;  // cameras are never read from files, so marks are not needed
+  if (config_.self_timed) return;  // images of files are not matched
   hold(std::move(m));
 }
 void Synchroniser::take(LaserStatus& m, SyncOutput& out) {
@@ -196,6 +196,12 @@ void Synchroniser::take(LaserBatch& m, SyncOutput& out) {
 }
 void Synchroniser::take(Image& m, SyncOutput&) {
   if (!camera(m.sensor)) return report_unknown_sensor(m.sensor, m.received, "image");
+  if (config_.self_timed) {
+    ++counts_.never_stamped;
+    return faults_.add(
+        m.sensor, FaultKind::NoTime, "file", m.received,
+        "read from a file: images of files are not matched with the trajectory; recorded, without a time");
+  }
   hold(std::move(m));
 }
 

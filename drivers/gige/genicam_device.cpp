@@ -1,6 +1,5 @@
 #include "drivers/gige/genicam_device.hpp"
 
-#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -47,16 +46,7 @@ std::unique_ptr<PacketSource> GenicamDevice::make_source(const BufferPool&) cons
 
 std::unique_ptr<Decoder> GenicamDevice::make_decoder() const { return std::make_unique<ImageDecoder>(decoder()); }
 
-void GenicamDevice::use_only(const std::vector<PixelRegion>& regions) {
-  const std::uint32_t width = width_ / planes_.lens_columns, height = height_ / planes_.lens_rows();
-  for (std::uint32_t i = 0; i < planes_.is_used.size(); ++i) {
-    const std::uint32_t x = i % planes_.lens_columns * width, y = i / planes_.lens_columns * height;
-    planes_.is_used[i] = std::any_of(regions.begin(), regions.end(), [&](const PixelRegion& region) {
-      return region.x < x + width && x < region.x + region.width && region.y < y + height &&
-             y < region.y + region.height;
-    });
-  }
-}
+void GenicamDevice::use_only(const std::vector<PixelRegion>& regions) { planes_.use_only(regions, width_, height_); }
 
 GenicamConfig GenicamDevice::source() const {
   GenicamConfig out = camera_;

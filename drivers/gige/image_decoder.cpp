@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cstring>
-#include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -44,7 +42,7 @@ KeyError ImageDecoder::Config::validate() const {
   return planes.validate(width, height);
 }
 
-ImageDecoder::ImageDecoder(Config config) : config_(config), mosaics_(std::numeric_limits<std::size_t>::max()) {}
+ImageDecoder::ImageDecoder(Config config) : config_(config), planes_(config.width, config.height, config.planes) {}
 
 void ImageDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   const auto bytes = packet.bytes.bytes();
@@ -101,76 +99,17 @@ void ImageDecoder::take_rows(const ImageHeader& header, const Packet& packet, st
 }
 
 void ImageDecoder::take_planes(const ImageHeader& header, const Packet& packet, std::vector<Measurement>& out) {
-  const std::size_t size = packet.bytes.size();
   Image image = image_of(header, packet);
-  image.width = image.stride = config_.width;
-  image.height = config_.height;
   image.format = *config_.pixel_format;
   if (!image.is_complete) {
-    counts_.ignored_bytes += size;
+    image.width = image.stride = config_.width;
+    image.height = config_.height;
+    counts_.ignored_bytes += packet.bytes.size();
     out.push_back(std::move(image));
     return;
   }
-  const auto planes = read_jpeg_planes(packet.bytes.bytes().subspan(kImageHeaderSize, header.pixel_bytes()));
-  MutableBuffer mosaic = planes ? mosaics_.acquire(std::size_t{config_.width} * config_.height) : MutableBuffer();
-  if (!mosaic) {
-    counts_.malformed_bytes += size;
-    ++counts_.malformed_messages;
-    out.push_back(fault(
-        packet, FaultKind::Malformed, 1,
-        fmt::format("image {}: {}", header.frame_id, planes ? "no memory for its pixels" : planes.error().message)));
-    return;
-  }
-  auto* pixels = reinterpret_cast<std::uint8_t*>(mosaic.data());
-  std::size_t wanted = 0, lost_bytes = 0;
-  std::string first;
-  for (std::size_t lens = 0; lens < kHeadLenses; ++lens) {
-    const PixelRegion at = region_of(lens);
-    std::string why = config_.planes.is_used[lens] ? decode_lens(lens, *planes, pixels) : std::string();
-    if (config_.planes.is_used[lens]) ++wanted;
-    if (config_.planes.is_used[lens] && why.empty()) continue;
-    for (std::uint32_t row = 0; row < at.height; ++row)
-      std::memset(pixels + std::size_t{at.y + row} * config_.width + at.x, 0, at.width);
-    if (why.empty()) continue;
-    if (image.lost.empty()) first = fmt::format("lens {}: {}", lens, why);
-    image.lost.push_back(at);
-    for (const auto& plane : planes->planes[lens]) lost_bytes += plane.size();
-  }
-  // In a broken table planes may overlap, but each byte may be counted only once.
-  const bool is_all_lost = image.lost.size() == wanted;
-  lost_bytes = is_all_lost ? size : std::min(lost_bytes, size);
-  counts_.malformed_bytes += lost_bytes;
-  counts_.decoded_bytes += size - lost_bytes;
-  if (!image.lost.empty()) {
-    counts_.malformed_messages += image.lost.size();
-    counts_.messages["LensLost"] += image.lost.size();
-    out.push_back(
-        fault(packet, FaultKind::Malformed, image.lost.size(),
-              fmt::format("image {}: {} of {} lenses lost; {}", header.frame_id, image.lost.size(), wanted, first)));
-  }
-  if (is_all_lost) return;
-  image.buffer = std::move(mosaic).share();
-  out.push_back(std::move(image));
-}
-
-PixelRegion ImageDecoder::region_of(std::size_t lens) const {
-  const std::uint32_t columns = config_.planes.lens_columns, index = static_cast<std::uint32_t>(lens);
-  const std::uint32_t width = config_.width / columns, height = config_.height / config_.planes.lens_rows();
-  return {index % columns * width, index / columns * height, width, height};
-}
-
-std::string ImageDecoder::decode_lens(std::size_t lens, const JpegPlanes& planes, std::uint8_t* mosaic) {
-  BayerJpegDecoder::Planes by_place;
-  std::array<std::size_t, kCellPlaces> slot_of{};
-  for (std::size_t slot = 0; slot < kCellPlaces; ++slot) {
-    if (!planes.why_empty[lens][slot].empty()) return fmt::format("plane {} {}", slot, planes.why_empty[lens][slot]);
-    by_place[config_.planes.plane_places[slot]] = planes.planes[lens][slot];
-    slot_of[config_.planes.plane_places[slot]] = slot;
-  }
-  const PixelRegion at = region_of(lens);
-  const auto problem =
-      jpeg_.decode(by_place, {mosaic + std::size_t{at.y} * config_.width + at.x, config_.width, at.width, at.height});
-  return problem.why.empty() ? std::string() : fmt::format("plane {}: {}", slot_of[problem.place], problem.why);
+  planes_.decode(packet.bytes.bytes().subspan(kImageHeaderSize, header.pixel_bytes()), packet, std::move(image),
+                 counts_, out);
 }
 
 bool ImageDecoder::follow(std::uint64_t frame_id, const Packet& packet, std::vector<Measurement>& out) {

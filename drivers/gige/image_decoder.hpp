@@ -1,14 +1,13 @@
 #pragma once
 
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/decoder.hpp"
 #include "core/keys.hpp"
-#include "drivers/gige/bayer_jpeg.hpp"
 #include "drivers/gige/image_packet.hpp"
 #include "drivers/gige/jpeg_planes.hpp"
+#include "drivers/gige/planes_decoder.hpp"
 
 namespace hueline::drivers {
 
@@ -62,14 +61,10 @@ class ImageDecoder : public Decoder {
 
   void take_rows(const ImageHeader& header, const Packet& packet, std::vector<Measurement>& out);
   void take_planes(const ImageHeader& header, const Packet& packet, std::vector<Measurement>& out);
-  /// Decodes one lens into the mosaic. Returns why the lens is lost, or an empty text.
-  std::string decode_lens(std::size_t lens, const JpegPlanes& planes, std::uint8_t* mosaic);
-  PixelRegion region_of(std::size_t lens) const;
 
   const Config config_;
   std::optional<std::uint64_t> last_frame_id_;
-  BayerJpegDecoder jpeg_;
-  BufferPool mosaics_;  // grows with the number of mosaics that are held; released ones are reused
+  PlanesDecoder planes_;
   DecodeCounts counts_;
 };
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace hueline::drivers {
 namespace {
 
@@ -26,6 +28,17 @@ void JpegPlanesLayout::visit(Keys& keys) {
                "For `jpeg_planes`: the places in the Bayer cell of the first to fourth plane, each place once. 0 is "
                "upper left, 1 upper right, 2 lower left, 3 lower right."},
               plane_places, {0, 3});
+}
+
+void JpegPlanesLayout::use_only(const std::vector<PixelRegion>& regions, std::uint32_t width, std::uint32_t height) {
+  const std::uint32_t lens_width = width / lens_columns, lens_height = height / lens_rows();
+  for (std::uint32_t i = 0; i < is_used.size(); ++i) {
+    const std::uint32_t x = i % lens_columns * lens_width, y = i / lens_columns * lens_height;
+    is_used[i] = std::any_of(regions.begin(), regions.end(), [&](const PixelRegion& region) {
+      return region.x < x + lens_width && x < region.x + region.width && region.y < y + lens_height &&
+             y < region.y + region.height;
+    });
+  }
 }
 
 KeyError JpegPlanesLayout::validate(std::uint32_t width, std::uint32_t height) const {

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/keys.hpp"
+#include "core/measurements.hpp"
 #include "core/result.hpp"
 
 /// The layout of one exposure of a six-lens head as JPEG planes. Each lens image is split by the four places of its
@@ -56,6 +58,8 @@ struct JpegPlanesLayout {
 
   std::uint32_t lens_rows() const { return static_cast<std::uint32_t>(kHeadLenses) / lens_columns; }
   void visit(Keys& keys);
+  /// Takes only those lenses whose images, in a picture of this size, overlap one of `regions`.
+  void use_only(const std::vector<PixelRegion>& regions, std::uint32_t width, std::uint32_t height);
   /// Checks the layout for a picture of this size, in pixels.
   KeyError validate(std::uint32_t width, std::uint32_t height) const;
 };
