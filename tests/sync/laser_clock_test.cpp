@@ -146,6 +146,22 @@ TEST(LaserClock, GivenPulsesButNoLabelThenTheCounterIsRightAndItsSecondsAreFound
   for (const auto& b : run.out) ASSERT_EQ(b.state, SyncState::Locked);
 }
 
+TEST(LaserClock, GivenStampsSince1970OnAScaleThatNobodyNamesThenTheHostTellsTheSecondsAndItIsSaid) {
+  // UTC, TAI by PTP, a master that is two years behind, and a receiver's date that is a day ahead.
+  for (const int wrong_s : {0, 37, -74'986'812, 86'400}) {
+    SCOPED_TRACE(wrong_s);
+    Drive drive(some_begin(), seconds(40));
+    SimulatedLaser laser;
+    laser.stamp = [](std::int64_t utc_ns) {
+      return LaserCounter{CounterOrigin::Own, std::chrono::hours(876'000), nanoseconds(utc_ns)};
+    };
+    laser.clock_error = [=](GpsTime) { return seconds(wrong_s); };
+    LaserCourse run(drive, laser);
+    run.expect_all_within(us(1));
+    EXPECT_THAT(run.details(FaultKind::LabelConflict), HasSubstr("corrected"));
+  }
+}
+
 class WholeSeconds : public testing::TestWithParam<int> {};
 
 TEST_P(WholeSeconds, GivenAScannerOffByWholeSecondsFromTheStartThenItIsCorrectedAndSaid) {
