@@ -120,10 +120,11 @@ void OusterKernel::read_channels(const std::byte* channels) {
   }
   const std::uint32_t mask = profile.range_mask;
   const int range_shift = profile.range_shift;
-  const auto reflectivity_shift = static_cast<int>(8 * (profile.reflectivity_at % 4));
+  const std::size_t reflectivity_at = profile.reflectivity_at + (metadata_.has_wide_reflectivity ? 1 : 0);
+  const auto reflectivity_shift = static_cast<int>(8 * (reflectivity_at % 4));
   for (std::size_t c = 0; c < count; ++c)
     near_.range_mm[c] = static_cast<std::int32_t>((first_words_[c] & mask) << range_shift);
-  if (profile.reflectivity_at < 4)
+  if (reflectivity_at < 4)
     for (std::size_t c = 0; c < count; ++c) near_.reflectivity[c] = first_words_[c] >> reflectivity_shift & 0xFFU;
   else
     for (std::size_t c = 0; c < count; ++c) near_.reflectivity[c] = second_words_[c] >> reflectivity_shift & 0xFFU;

@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 namespace hueline::drivers {
@@ -108,6 +109,14 @@ void read_identity(const Sections& all, OusterMetadata& out) {
   out.reads_nmea = all.text("config_params", "multipurpose_io_mode") == "INPUT_NMEA_UART";
 }
 
+/// Returns whether firmware is older than 2.1. Firmware whose metadata do not name it is; what has a name that is no
+/// version is a maker's build of later years.
+bool is_before_2_1(const std::string& firmware) {
+  if (firmware.empty()) return true;
+  int major = 0, minor = 0;
+  return std::sscanf(firmware.c_str(), "v%d.%d", &major, &minor) == 2 && (major < 2 || (major == 2 && minor < 1));
+}
+
 Status read_format(const Sections& all, OusterMetadata& out) {
   // "1024x10": columns and frames a second.
   const std::string mode = all.text("config_params", "lidar_mode");
@@ -136,6 +145,7 @@ Status read_format(const Sections& all, OusterMetadata& out) {
     if (profile == known.name) out.profile = &known;
   if (!out.profile)
     return Error{ErrorCode::Unsupported, fmt::format("the Ouster's metadata: profile {} is not read", profile)};
+  out.has_wide_reflectivity = out.is_legacy() && is_before_2_1(out.firmware);
   const std::string header = word("header_type");
   out.is_fusa = header.empty() ? profile.starts_with("FUSA") : header == "FUSA";
 

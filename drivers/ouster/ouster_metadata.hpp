@@ -47,6 +47,8 @@ struct OusterMetadata {
   std::optional<std::uint32_t> init_id;  ///< of the initialisation at which the scanner told its metadata
   const OusterProfile* profile = nullptr;
   bool is_fusa = false;  ///< the packets have the header FUSA
+  /// The reflectivity has 16 bits, as firmware before 2.1 sends it in the LEGACY profile; the upper 8 are used.
+  bool has_wide_reflectivity = false;
   int channels = 0, columns_per_packet = 16, columns_per_frame = 0;
   int window_first = 0, window_last = 0;  ///< columns that are sent; through 0 if the first is larger
   std::vector<double> altitudes_deg;      ///< by channel

@@ -21,6 +21,7 @@ struct OusterText {
   std::string timestamp_mode = "TIME_FROM_INTERNAL_OSC", io_mode = "OFF";
   int nmea_leap_seconds = 0;
   std::string serial = "122000000001";
+  std::string firmware = "v3.0.1";
   int init_id = 77;
   double first_altitude_deg = 16;
 };
@@ -33,7 +34,7 @@ inline std::string ouster_metadata(const OusterText& t = {}) {
     azimuths += fmt::format("{}{}", c ? ", " : "", c % 2 ? -3 : 3);
   }
   return fmt::format(
-      R"({{"sensor_info": {{"prod_line": "OS-1-{0}", "prod_sn": "{1}", "build_rev": "v3.0.1", "initialization_id": {2}}},
+      R"({{"sensor_info": {{"prod_line": "OS-1-{0}", "prod_sn": "{1}", "build_rev": "{12}", "initialization_id": {2}}},
 "beam_intrinsics": {{"beam_altitude_angles": [{3}], "beam_azimuth_angles": [{4}],
   "beam_to_lidar_transform": [1,0,0,20, 0,1,0,0, 0,0,1,0, 0,0,0,1]}},
 "lidar_intrinsics": {{"lidar_to_sensor_transform": [-1,0,0,0, 0,-1,0,0, 0,0,1,36.18, 0,0,0,1]}},
@@ -44,7 +45,7 @@ inline std::string ouster_metadata(const OusterText& t = {}) {
   "nmea_leap_seconds": {10}, "header_type": "{11}"}}}}
 )",
       t.channels, t.serial, t.init_id, altitudes, azimuths, t.columns, t.window, t.profile, t.timestamp_mode, t.io_mode,
-      t.nmea_leap_seconds, t.header);
+      t.nmea_leap_seconds, t.header, t.firmware);
 }
 
 /// A data packet: 16 columns whose pixels are all the same bytes.

@@ -84,6 +84,19 @@ TEST(Ouster, TheProfilesHaveRangeAndReflectivityWhereTheMakerSays) {
   }
 }
 
+TEST(Ouster, OldFirmwareSendsTheReflectivityWith16Bits) {
+  OusterText text;
+  text.profile = "LEGACY";
+  OusterPacket packet;
+  packet.is_legacy = true;
+  packet.pixel = test::pixel_legacy(5000, 0x4321);
+  for (const auto& [firmware, expected] : std::vector<std::pair<std::string, int>>{
+           {"v2.0.0-rc.2", 0x43}, {"v1.14.0", 0x43}, {"", 0x43}, {"v2.1.1", 0x21}}) {
+    text.firmware = firmware;
+    EXPECT_EQ(returns_of(text, packet).at(0).reflectivity, expected) << firmware;
+  }
+}
+
 TEST(Ouster, TwoReturnsAreCountedByRangeAndEqualOnesAreOne) {
   OusterPacket packet;
   OusterText text;
