@@ -14,6 +14,8 @@ enum ExitCode : int {
   kNothingCame = 5,      ///< no device answered, or no point could be made
   kNotAsExpected = 6,    ///< verify, score: a figure is out of its bound
   kStopped = 7,          ///< stopped before the end; the output ends early
+  kDriveAgain = 8,       ///< capture, replay: the work is done, and the verdict is that the drive must be driven again
+  kNotReady = 9,         ///< check: the drive must not start
 };
 
 /// Returns the exit status of a command that could not open its recording: either the given rig is wrong, or the

@@ -22,7 +22,7 @@ A first drive, without any hardware:
   hueline inspect out/drive/drive.mcap                                   shows what is in the recording
 
 The folder of a drive holds drive.mcap (everything as received), cloud.las (coloured points), view.mcap (for Foxglove)
-and summary.json.
+summary.json, and report.html with the verdict.
 
 Exit status:
   0  the work is done
@@ -33,6 +33,8 @@ Exit status:
   5  no device sent anything, or no point could be made
   6  verify or score found a figure out of its bound
   7  stopped before the end
+  8  capture or replay: all is written, but the drive must be driven again
+  9  check: not ready for a drive
 
 Ctrl-C ends capture, replay and simulate; they finish the work on what has come. A second Ctrl-C ends them at once.)";
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/calendar.hpp"
+#include "runtime/report.hpp"
 #include "storage/las_writer.hpp"
 
 namespace hueline::runtime {
@@ -34,6 +35,7 @@ Outputs::Outputs(const config::Rig& rig, OutputFolder folder, Tell tell)
     : folder_(std::move(folder)),
       dir_(folder_.path()),
       tell_(std::move(tell)),
+      rig_(rig),
       summary_(rig.sensor_names()),
       files_(std::make_unique<Files>()) {
   files_->las_config.epsg = rig.epsg();
@@ -45,7 +47,7 @@ Outputs::~Outputs() = default;
 Result<std::unique_ptr<Outputs>> Outputs::create(const config::Rig& rig, const std::filesystem::path& dir, Tell tell) {
   auto folder = OutputFolder::open(dir);
   if (!folder.ok()) return folder.error();
-  for (const char* file : {"cloud.las", "view.mcap", "summary.json"})
+  for (const char* file : {"cloud.las", "view.mcap", "summary.json", "report.html"})
     if (Status done = check_output(dir / file); !done.ok()) return done.error();
   return std::unique_ptr<Outputs>(new Outputs(rig, std::move(*folder), std::move(tell)));
 }
@@ -102,6 +104,7 @@ void Outputs::on_origin(const Geodetic& origin) {
 
 void Outputs::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) {
   summary_.on_cloud(block, trajectory);
+  map_.on_cloud(block);
   if (!has_room()) return;
   view([&](auto& out) { return out.append(block); });
   if (files_->las_failed || block.points.empty()) return;
@@ -128,12 +131,14 @@ void Outputs::on_exposure(const Exposure& exposure) {
 }
 void Outputs::on_solution(const InsSolution& solution) {
   summary_.on_solution(solution);
+  map_.on_solution(solution);
   newest_ = solution.time;
   if (files_->view)
     for (auto early = std::exchange(files_->early, {}); auto& line : early) log(std::move(line));
   view([&](auto& out) { return out.append(solution); });
 }
 void Outputs::on_fix(const GnssFix& fix) {
+  map_.on_fix(fix);
   view([&](auto& out) { return out.append(fix); });
 }
 void Outputs::on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) {
@@ -158,7 +163,7 @@ void Outputs::on_health(const HealthChange& change) {
   if (tell_health_) tell_health_(change);
 }
 
-Status Outputs::finish() {
+Status Outputs::finish(const Health* health) {
   if (files_->las && !files_->las_failed) keep("cloud.las", files_->las->close());
   const bool ended_early = std::exchange(is_reserved_, false);
   reserve_ = nullptr;  // the ends of the files are small
@@ -176,6 +181,10 @@ Status Outputs::finish() {
   // If this run has no content for a file, the content of an earlier run must not stay there.
   if (!files_->las && !files_->las_failed) keep("cloud.las", write_output(dir_ / "cloud.las", {}));
   if (!files_->view && !files_->view_failed) keep("view.mcap", write_output(dir_ / "view.mcap", {}));
+  if (health != nullptr) {
+    summary_.on_verdict(*health, judge_drive(rig_, *health, summary_));
+    keep("report.html", write_output(dir_ / "report.html", drive_report(rig_, *summary_.verdict(), summary_, map_)));
+  }
   keep("summary.json",
        write_output(dir_ / "summary.json",
                     summary_.json().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n"));

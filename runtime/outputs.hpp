@@ -10,6 +10,7 @@
 #include "config/rig.hpp"
 #include "core/output_file.hpp"
 #include "runtime/disk_reserve.hpp"
+#include "runtime/drive_map.hpp"
 #include "runtime/products.hpp"
 #include "runtime/summary.hpp"
 #include "storage/view_writer.hpp"
@@ -46,7 +47,8 @@ class Outputs : public ProductSink {
   void keep(const DiskReserve& reserve) { reserve_ = &reserve; }
 
   /// Closes the files and writes summary.json. Returns the first error of any file.
-  Status finish();
+  /// With `health`, of the pipeline after its flush(), the drive is judged, and report.html is written.
+  Status finish(const Health* health = nullptr);
 
   Summary& summary() { return summary_; }
 
@@ -64,7 +66,9 @@ class Outputs : public ProductSink {
   const std::filesystem::path dir_;
   const Tell tell_;
   std::function<void(const HealthChange&)> tell_health_;
+  const config::Rig rig_;
   Summary summary_;
+  DriveMap map_;
   std::unique_ptr<Files> files_;
   Status first_error_;
   const DiskReserve* reserve_ = nullptr;

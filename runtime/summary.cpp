@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "drivers/novatel/messages.hpp"
 
@@ -53,6 +54,8 @@ const char* explanation(FaultKind kind) {
   }
   return "?";
 }
+
+constexpr const char* kWithoutRange = "without a range";
 
 double share(std::uint64_t part, std::uint64_t whole) {
   return whole ? static_cast<double>(part) / static_cast<double>(whole) : 0;
@@ -163,6 +166,45 @@ std::uint64_t Summary::coloured_points() const {
          by_state_[static_cast<std::size_t>(ColourState::Neighbour)];
 }
 
+double Summary::coloured_share() const { return share(coloured_points(), points_); }
+
+double Summary::placed_share() const {
+  std::uint64_t unplaced = 0;
+  for (const auto& [reason, returns] : unfused_)
+    if (reason != kWithoutRange) unplaced += returns;
+  return share(points_, points_ + unplaced);
+}
+
+void Summary::on_verdict(const Health& health, Verdict verdict) {
+  episodes_ = health.episodes();
+  episodes_not_kept_ = health.episodes_not_kept();
+  verdict_ = std::move(verdict);
+}
+
+bool Summary::had_trouble(SensorId sensor) const {
+  if (!verdict_) return true;
+  return std::ranges::any_of(
+      episodes_, [&](const HealthEpisode& one) { return one.sensor == sensor && one.level >= HealthLevel::Warning; });
+}
+
+nlohmann::ordered_json Summary::episode_json(const HealthEpisode& one) const {
+  nlohmann::ordered_json out = {{"sensor", one.sensor == kSystemSensor ? "drive" : sensors_.at(one.sensor).name},
+                                {"trouble", name(one.trouble)},
+                                {"level", name(one.level)},
+                                {"cause", one.cause},
+                                {"action", one.action},
+                                {"begin_s", one.begin_s},
+                                {"end_s", one.end_s}};
+  if (one.begin) out["begin"] = iso_utc(*one.begin);
+  if (one.end) out["end"] = iso_utc(*one.end);
+  out["length_m"] = one.end_m - one.begin_m;
+  if (one.place)
+    out["place"] = {{"latitude_deg", one.place->latitude * kDegPerRad},
+                    {"longitude_deg", one.place->longitude * kDegPerRad}};
+  out["lasts"] = one.lasts;
+  return out;
+}
+
 std::uint64_t Summary::wire_packets() const {
   std::uint64_t sum = 0;
   for (const auto& sensor : sensors_) sum += sensor.packets;
@@ -212,6 +254,12 @@ nlohmann::ordered_json Summary::json() const {
   nlohmann::ordered_json out;
   out["journal"] = {{"packets", packets_}, {"bytes", bytes_}, {"sequence_gaps", gaps_}};
   if (!ends_early_.empty()) out["ends_early"] = ends_early_;
+  if (verdict_) {
+    out["verdict"] = verdict_->json();
+    auto& troubles = out["health"] = nlohmann::ordered_json::array();
+    for (const HealthEpisode& one : episodes_) troubles.push_back(episode_json(one));
+    if (episodes_not_kept_ > 0) out["health_not_listed"] = episodes_not_kept_;
+  }
   if (solutions_)
     out["drive"] = {{"begin", iso_utc(first_)}, {"end", iso_utc(last_)},   {"duration_s", to_seconds(last_ - first_)},
                     {"path_m", path_m_},        {"solutions", solutions_}, {"good_solutions", good_solutions_}};
@@ -308,11 +356,21 @@ std::string Summary::text() const {
       if (sensor.shed) out += fmt::format(", {} shed (recorded, not fused)", sensor.shed);
       out += sensor.faults.empty() ? ", nothing lost\n" : "\n";
     }
+    // Faults without a consequence are events, such as connections at the beginning and at the end of a drive.
+    const bool are_events = !had_trouble(static_cast<SensorId>(&sensor - sensors_.data()));
+    if (are_events && !sensor.faults.empty()) {
+      std::string kinds;
+      for (const auto& [kind, line] : sensor.faults)
+        kinds += fmt::format("{}{} x{}", kinds.empty() ? "" : ", ", name(kind), line.count);
+      out += fmt::format("           events without a consequence: {}\n", kinds);
+      continue;
+    }
     for (const auto& [kind, line] : sensor.faults)
       out += fmt::format("           {} x{}{}: {}. {}\n", name(kind), line.count,
                          line.events == line.count ? "" : fmt::format(" ({} events)", line.events), explanation(kind),
                          line.last);
   }
+  if (verdict_) out += verdict_->text();
   return out;
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/decoder.hpp"
 #include "runtime/products.hpp"
+#include "runtime/verdict.hpp"
 #include "sync/wheel_odometer.hpp"
 
 namespace hueline::runtime {
@@ -48,6 +49,13 @@ class Summary : public ProductSink {
   std::uint64_t wire_packets() const;  ///< packets of devices, without faults and ticks
   /// Points with a colour: those of the states Direct and Neighbour.
   std::uint64_t coloured_points() const;
+  double coloured_share() const;  ///< of the points
+  /// Returns the share of the returns that became points. Returns without a range cannot become points and do not
+  /// count.
+  double placed_share() const;
+  /// Sets the health of the drive and its verdict, to be written.
+  void on_verdict(const Health& health, Verdict verdict);
+  const std::optional<Verdict>& verdict() const { return verdict_; }
   /// Returns the sum of the counts of all faults of this kind.
   std::uint64_t lost(FaultKind kind) const;
 
@@ -77,6 +85,9 @@ class Summary : public ProductSink {
     double rms_us() const;
   };
 
+  nlohmann::ordered_json episode_json(const HealthEpisode& episode) const;
+  /// Returns whether a fault of this sensor had a consequence: some trouble counted, or there was no verdict.
+  bool had_trouble(SensorId sensor) const;
   nlohmann::ordered_json wheels_json(const Wheels& wheels) const;
   static nlohmann::ordered_json sensor_json(const Sensor& sensor);
 
@@ -87,6 +98,9 @@ class Summary : public ProductSink {
   std::uint64_t returns_ = 0;
   std::map<std::string, std::uint64_t> unfused_, unwritten_;
   std::vector<std::string> notes_;
+  std::vector<HealthEpisode> episodes_;
+  std::uint64_t episodes_not_kept_ = 0;
+  std::optional<Verdict> verdict_;
   std::string ends_early_;  // empty if they do not
   std::array<std::uint64_t, 3> exposures_by_timing_{};
   std::uint64_t exposures_ = 0, incomplete_images_ = 0;

@@ -315,7 +315,7 @@ int status_of_sources(const runtime::LiveRun& run, const runtime::Summary& summa
     log_warning("no point could be placed: the summary above says why; {} holds everything that came", recording);
     return kNothingCame;
   }
-  return kDone;
+  return summary.verdict() && summary.verdict()->grade == runtime::Grade::Again ? kDriveAgain : kDone;
 }
 
 int capture(const Options& options) {
@@ -369,7 +369,7 @@ int capture(const Options& options) {
   ending.recorded = recorded_part(run);
   ending.place = run.place();
   summarise(ending, was_in_place, run, sink.summary());
-  ending.finished = sink.finish();
+  ending.finished = sink.finish(&pipeline.health());
   std::fputs(sink.summary().text().c_str(), stdout);
   const int status = status_of_files(ending, run, recording);
   // A reader that a device's library holds cannot be joined. The process ends without it.

@@ -21,6 +21,10 @@ struct Options {
   int threads = 2;
 };
 
+int status_of_verdict(const runtime::Summary& summary) {
+  return summary.verdict() && summary.verdict()->grade == runtime::Grade::Again ? kDriveAgain : kDone;
+}
+
 int replay(const Options& options) {
   StopSignals signals;
   auto recording = runtime::Recording::open(options.recording, options.rig);
@@ -50,7 +54,7 @@ int replay(const Options& options) {
   pipeline.flush();
   pipeline.report(sink.summary());
   if (stopped) sink.summary().on_early_end("stopped before the recording's end");
-  const Status finished = sink.finish();
+  const Status finished = sink.finish(&pipeline.health());
   std::fputs(sink.summary().text().c_str(), stdout);
   if (!finished.ok()) {
     log_error(finished.error().message);
@@ -64,7 +68,7 @@ int replay(const Options& options) {
     log_warning("stopped before the recording's end: cloud, view and summary end early");
     return kStopped;
   }
-  return sink.summary().points() ? kDone : kNothingCame;
+  return sink.summary().points() ? status_of_verdict(sink.summary()) : kNothingCame;
 }
 
 }  // namespace
@@ -75,7 +79,7 @@ void add_replay(Command& all) {
       "replay", "process a recording again with the same decoders, clocks and colouring; gives the same bytes");
   command.required("RECORDING", options->recording,
                    "drive.mcap or a drive's folder; a recording that was cut by a crash is read as far as it is whole");
-  command.required("--out", options->out, "folder for cloud.las, view.mcap and summary.json");
+  command.required("--out", options->out, "folder for cloud.las, view.mcap, summary.json and report.html");
   command.setting("--speed", options->speed,
                   "1: as fast as it was driven; 0.5: half as fast; 0: as fast as this computer can", {0.0, 1000.0});
   command.setting("--threads", options->threads, "number of colouring threads; it does not change the result", {1, 64});

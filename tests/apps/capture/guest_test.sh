@@ -23,7 +23,8 @@ wait_for() { local what=$1; shift; for _ in $(seq 600); do [ -z "$("$@")" ] || r
 # told TEXT N: prints yes if TEXT stands at least N times in the recording, which is flushed once a second while it is made
 told() { [ "$(grep -aoF "$1" drive/drive.mcap | wc -l)" -lt "$2" ] || echo yes; }
 same_when_replayed() {
-  $hueline replay "$1/drive.mcap" --out "$1-again" >/dev/null
+  # 8: a drive of seconds, of which the camera was away for a part
+  $hueline replay "$1/drive.mcap" --out "$1-again" >/dev/null || [ $? = 8 ]
   cmp "$1/cloud.las" "$1-again/cloud.las" && cmp "$1/view.mcap" "$1-again/view.mcap" || fail "a replay of $1 gives other bytes"
 }
 
@@ -43,7 +44,7 @@ for signal in KILL STOP; do
   # reported once.
   wait_for "the camera after $signal" told "open again" $((comebacks += 1))
 done
-wait $capture || fail "the capture with broken guests gave $?"
+wait $capture || [ $? = 8 ] || fail "the capture with broken guests failed"
 says 'Disconnected.*x2|Disconnected x[2-9]'
 grep -qa "ended by signal 9" drive/drive.mcap || { cat drive/summary.json; fail "the killed guest is not told"; }
 grep -qa "so it hangs" drive/drive.mcap || { cat drive/summary.json; fail "the hanging guest is not told"; }
@@ -59,7 +60,7 @@ wait_for "a recording" ls later/drive.mcap 2>/dev/null
 sleep 1
 kill -0 $capture || fail "the capture ended for an address that this computer has not"
 ip address add 10.77.79.109/32 dev lo
-wait $capture || fail "the capture with a late address gave $?"
+wait $capture || [ $? = 8 ] || fail "the capture with a late address failed"
 grep -qa "interface: this computer has no address 10.77.79.109" later/drive.mcap || { cat later/summary.json; fail "the missing address is not told"; }
 grep -q '"kind": "Reconnected"' later/summary.json || { cat later/summary.json; fail "the camera did not come"; }
 same_when_replayed later

@@ -10,6 +10,7 @@
 #include "apps/simulate/simulated_rig.hpp"
 #include "config/scenario.hpp"
 #include "runtime/pipeline.hpp"
+#include "runtime/verdict.hpp"
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
 
@@ -25,7 +26,8 @@ constexpr double kLeadIn = 4, kMistake = 10;  // s after the beginning; the lase
 
 class Health : public testing::Test {
  protected:
-  struct Heard : runtime::ProductSink {
+  struct Heard : runtime::Summary {
+    using runtime::Summary::Summary;
     std::vector<HealthChange> changes;
     void on_health(const HealthChange& change) override { changes.push_back(change); }
   };
@@ -50,8 +52,8 @@ class Health : public testing::Test {
     config.laser_model = scenario_->laser.model;
     const auto timeline = sim::build_faulty_timeline(*drive_, config, faults);
     ASSERT_TRUE(timeline.ok());
-    heard_.changes.clear();
-    runtime::Pipeline pipeline(rig, 1, heard_);
+    Heard heard(names_);
+    runtime::Pipeline pipeline(rig, 1, heard);
     std::uint64_t sequence = 0;
     ASSERT_TRUE(apps::for_each_simulated_packet(*drive_, timeline->timeline, rig, [&](const Packet& packet) {
                   Packet changed = packet;
@@ -63,11 +65,14 @@ class Health : public testing::Test {
                 }).ok());
     pipeline.flush();
     episodes_ = pipeline.health().episodes();
+    pipeline.report(heard);
+    verdict_ = runtime::judge_drive(rig, pipeline.health(), heard);
+    changes_ = std::move(heard.changes);
   }
 
   /// Returns the first change for the worse of a trouble of this sensor since then, or null.
   const HealthChange* find(const char* sensor, Trouble trouble, double begin_s = 0) const {
-    for (const HealthChange& change : heard_.changes)
+    for (const HealthChange& change : changes_)
       if (change.drive_s >= begin_s && names_.at(change.sensor) == sensor && change.trouble == trouble &&
           change.level != HealthLevel::Ok)
         return &change;
@@ -84,7 +89,7 @@ class Health : public testing::Test {
   }
   std::string told() const {
     std::string out;
-    for (const HealthChange& change : heard_.changes)
+    for (const HealthChange& change : changes_)
       out += std::to_string(change.drive_s) + " s " + names_.at(change.sensor) + ": " + text(change) + "\n";
     return out;
   }
@@ -97,7 +102,8 @@ class Health : public testing::Test {
   static sim::Scenario* scenario_;
   static sim::Drive* drive_;
   bool hides_shed_ = false;  // as in a capture, whose pipeline does not get them
-  Heard heard_;
+  std::vector<HealthChange> changes_;
+  runtime::Verdict verdict_;
   std::vector<std::string> names_{"hueline", "pps", "pos", "laser", "camera"};
   std::vector<runtime::HealthEpisode> episodes_;
 };
@@ -108,9 +114,10 @@ sim::FaultLine line(sim::FaultType type, double at_s, double for_s) { return sim
 
 TEST_F(Health, AFlawlessDriveIsGoodAndGivesNoWarning) {
   drive({});
-  for (const HealthChange& change : heard_.changes) EXPECT_LT(change.level, HealthLevel::Warning) << text(change);
-  ASSERT_FALSE(heard_.changes.empty());
+  for (const HealthChange& change : changes_) EXPECT_LT(change.level, HealthLevel::Warning) << text(change);
+  ASSERT_FALSE(changes_.empty());
   EXPECT_THAT(told(), HasSubstr("all is well"));
+  EXPECT_EQ(verdict_.grade, runtime::Grade::Good) << verdict_.text();
 }
 
 TEST_F(Health, TheLasersDataPortIsWrong) {
@@ -132,6 +139,8 @@ TEST_F(Health, TheStrobeIsOnAnotherInput) {
   ASSERT_NE(at, std::string::npos);
   drive({}, {}, rig.replace(at, 14, "event_input: 2"));
   expect("camera", Trouble::NoMarks, HealthLevel::Alarm, kLeadIn, "come at input 1, not at 2");
+  EXPECT_EQ(verdict_.grade, runtime::Grade::Again) << verdict_.text();
+  EXPECT_THAT(verdict_.text(), HasSubstr("0.0 % of the points are coloured (wanted: 80.0 %"));
 }
 
 TEST_F(Health, TheCamerasConnectionIsLost) {
@@ -193,6 +202,29 @@ TEST_F(Health, TheLaserFallsSilent) {
   EXPECT_NEAR(episodes_.back().begin_s, kMistake, 0.6);
   EXPECT_TRUE(episodes_.back().lasts);
   EXPECT_TRUE(episodes_.back().place);
+  EXPECT_EQ(verdict_.grade, runtime::Grade::Good) << "the laser ended with the drive\n" << verdict_.text();
+}
+
+TEST_F(Health, ThePosOnlyAlignsAndNothingIsPlaced) {
+  drive({line(sim::FaultType::PosNotGood, 0, 60)});
+  EXPECT_EQ(verdict_.grade, runtime::Grade::Again) << verdict_.text();
+  EXPECT_THAT(verdict_.text(), HasSubstr("no point was placed"));
+}
+
+TEST_F(Health, ALaserThatIsAwayForAWhileIsARemarkOrAReasonToDriveAgain) {
+  const auto away = [&](double seconds) {
+    drive({}, [&, seconds](Packet& packet, double at_s) {
+      return packet.sensor != id("laser") || at_s < 6 || at_s > 6 + seconds;
+    });
+  };
+  away(3.6);
+  EXPECT_EQ(verdict_.grade, runtime::Grade::Remarks) << verdict_.text();
+  ASSERT_EQ(verdict_.remarks.size(), 1u);
+  EXPECT_TRUE(verdict_.remarks[0].place);
+  EXPECT_THAT(verdict_.text(), HasSubstr("where: "));
+  away(7);
+  EXPECT_EQ(verdict_.grade, runtime::Grade::Again) << verdict_.text();
+  EXPECT_GT(verdict_.alarm_share, 0.1);
 }
 
 TEST_F(Health, TheDiskIsNearlyFull) {
