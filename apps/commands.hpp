@@ -10,6 +10,7 @@ namespace hueline::apps {
 /// The commands that a vehicle needs, in `hueline`.
 void add_capture(Command& all);
 void add_replay(Command& all);
+void add_check(Command& all);
 void add_rig(Command& all);
 void add_colour(Command& all);
 void add_inspect(Command& all);

@@ -1,0 +1,176 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/commands.hpp"
+#include "apps/exit_code.hpp"
+#include "apps/log.hpp"
+#include "apps/signals.hpp"
+#include "drivers/transport/host_clock.hpp"
+#include "runtime/live_run.hpp"
+#include "runtime/pipeline.hpp"
+#include "runtime/readiness.hpp"
+#include "runtime/recording.hpp"
+
+namespace hueline::apps {
+namespace {
+
+struct Options {
+  std::string rig, disk = ".";
+  double seconds = 6, hours = 4;
+  int threads = 2;
+};
+
+/// A file that is removed with this object.
+class PassingFile {
+ public:
+  explicit PassingFile(std::filesystem::path path) : path_(std::move(path)) {}
+  PassingFile(const PassingFile&) = delete;
+  PassingFile& operator=(const PassingFile&) = delete;
+  ~PassingFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  const std::filesystem::path path_;
+};
+
+/// Returns how fast the disk takes data, bytes/s, by writing 64 MB to it; below 0 if that is not possible.
+double disk_speed(const std::filesystem::path& path) {
+  const PassingFile file(path);
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (fd < 0) return -1;
+  constexpr std::size_t kPiece = 4 << 20;
+  constexpr int kPieces = 16;
+  const std::vector<char> piece(kPiece, 'h');
+  const auto begin = std::chrono::steady_clock::now();
+  bool done = true;
+  for (int i = 0; i < kPieces && done; ++i)
+    done = ::write(fd, piece.data(), piece.size()) == static_cast<ssize_t>(kPiece);
+  done = done && ::fdatasync(fd) == 0;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  ::close(fd);
+  return done ? static_cast<double>(kPiece) * kPieces / std::max(seconds, 1e-6) : -1;
+}
+
+/// Counts the points of the short run, and keeps why sensors are not there.
+class Heard : public runtime::ProductSink {
+ public:
+  void on_fault(const Fault& fault) override {
+    if (fault.kind == FaultKind::Disconnected || fault.kind == FaultKind::WrongDevice)
+      why_[fault.sensor] = fault.detail;
+  }
+  std::string why_not(SensorId sensor) const {
+    const auto found = why_.find(sensor);
+    return found == why_.end() ? "it has sent nothing" : "it is not there: " + found->second;
+  }
+  void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override { points_ += block.points.size(); }
+  void on_laser(const StampedLaserBatch& batch) override { returns_ += batch.returns.size(); }
+  double points() const { return static_cast<double>(std::max(points_, returns_)); }
+
+ private:
+  std::map<SensorId, std::string> why_;
+  std::uint64_t points_ = 0, returns_ = 0;
+};
+
+int check(const Options& options) {
+  StopSignals signals;  // before any thread
+  const config::Rig rig = config::load_rig(options.rig);
+  std::vector<runtime::Finding> findings = runtime::check_rig(rig);
+  const bool is_live = std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const config::Sensor& sensor) {
+    return sensor.device->arrivals() == drivers::Arrivals::Live;
+  });
+  runtime::HostFacts facts = runtime::read_host_facts();
+  const std::filesystem::path folder = options.disk;
+  facts.disk_bytes_per_s = disk_speed(folder / fmt::format(".hueline-check-{}", getpid()));
+  facts.free_bytes = storage::Disk::kernel().free_bytes(folder);
+  if (facts.disk_bytes_per_s < 0)
+    findings.push_back({true, "disk", fmt::format("64 MB cannot be written to {}", folder.string()),
+                        "check the folder, its rights and its room"});
+
+  if (is_live && facts.disk_bytes_per_s >= 0) {
+    const PassingFile recording(folder / fmt::format(".hueline-check-{}.mcap", getpid()));
+    auto journal = storage::JournalWriter::create(recording.path(), runtime::journal_header(rig));
+    if (!journal.ok()) {
+      log_error(journal.error().message);
+      return kOutputRefused;
+    }
+    Heard heard;
+    runtime::Pipeline pipeline(rig, options.threads, heard);
+    const BufferPool pool(std::size_t{512} << 20);
+    std::vector<runtime::LiveRun::Source> sources;
+    for (const auto& sensor : rig.sensors) {
+      runtime::Reader::Config reader;
+      reader.silent_after = std::chrono::milliseconds(static_cast<std::int64_t>(sensor.silent_after_s * 1000));
+      sources.push_back({sensor.id, sensor.name, sensor.device->make_source(pool), reader, sensor.type->is_sheddable});
+    }
+    runtime::LiveRun run(std::move(sources), std::make_unique<storage::JournalWriter>(std::move(*journal)),
+                         [&](const Packet& packet) { pipeline.process(packet); }, {});
+    log_info("listening to the sensors of {} for {:.0f} s", rig.name, options.seconds);
+    const HostTime begin = drivers::host_now();
+    run.start();
+    const auto passed = [&] { return to_seconds(drivers::host_now() - begin); };
+    while (passed() < options.seconds && !run.wait_until_over(std::chrono::milliseconds(500), signals.asked())) {
+      if (signals.asked().stop_requested()) break;
+      run.ingest().submit(Packet{kSystemSensor, PacketKind::Tick, false, 0, drivers::host_now(), {}});
+    }
+    const double seconds = std::max(passed(), 0.1);
+    run.stop(signals.at_once());
+    pipeline.flush();
+    for (const auto& sensor : rig.sensors) {
+      const auto counts = run.ingest().counts(sensor.id);
+      facts.recorded_bytes_per_s += static_cast<double>(counts.bytes) / seconds;
+      if (!pipeline.health().has_come(sensor.id)) {
+        fmt::print("{:10} not there\n", sensor.name);
+        findings.push_back({true, sensor.name, heard.why_not(sensor.id), "check power, cable, address and port"});
+        continue;
+      }
+      fmt::print("{:10} {:8.1f} packets/s {:8.2f} MB/s  {}\n", sensor.name,
+                 static_cast<double>(counts.packets) / seconds, static_cast<double>(counts.bytes) / seconds * 1e-6,
+                 runtime::name(pipeline.health().level(sensor.id)));
+    }
+    facts.points_per_s = heard.points() / seconds;
+    for (auto& finding : runtime::check_sensors(rig, pipeline.health())) findings.push_back(std::move(finding));
+    if (signals.asked().stop_requested()) return kStopped;
+  }
+  for (auto& finding : runtime::check_host(rig, facts, options.hours)) findings.push_back(std::move(finding));
+
+  std::stable_sort(findings.begin(), findings.end(),
+                   [](const runtime::Finding& a, const runtime::Finding& b) { return a.prevents > b.prevents; });
+  const auto missing = std::count_if(findings.begin(), findings.end(), [](const auto& one) { return one.prevents; });
+  for (const runtime::Finding& one : findings)
+    fmt::print("{} {}: {}; {}\n", one.prevents ? "MISSING" : "remark ", one.about, one.text, one.action);
+  if (missing > 0)
+    fmt::print("not ready: {} thing{} must be mended first\n", missing, missing == 1 ? "" : "s");
+  else
+    fmt::print("ready{}\n", findings.empty() ? "" : ", with remarks");
+  return missing > 0 ? kNotReady : kDone;
+}
+
+}  // namespace
+
+void add_check(Command& all) {
+  auto options = std::make_shared<Options>();
+  Command command = all.command(
+      "check", "before a drive: check rig, sensors, clocks, disk and computer, and say ready or what is missing");
+  command.required("RIG", options->rig, "rig file (YAML), or the name of a rig that comes with the program");
+  command.option("--disk", options->disk, "folder in which the drive will be recorded; it is tried with 64 MB");
+  command.setting("--hours", options->hours, "how long the drive will be, for the room on the disk", {0.0, 1000.0});
+  command.setting("--seconds", options->seconds, "how long the sensors are listened to", {3.0, 600.0});
+  command.footer(
+      "Nothing is kept of what the sensors send. The exit status is 0 if the drive may start, and 9 if not.");
+  command.reads(options->rig);
+  command.runs([options] { return check(*options); });
+}
+
+}  // namespace hueline::apps
