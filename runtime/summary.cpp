@@ -182,7 +182,7 @@ void Summary::on_verdict(const Health& health, Verdict verdict) {
 }
 
 bool Summary::had_trouble(SensorId sensor) const {
-  if (!verdict_) return true;
+  if (!verdict_ || verdict_->grade == Grade::Again) return true;
   return std::ranges::any_of(
       episodes_, [&](const HealthEpisode& one) { return one.sensor == sensor && one.level >= HealthLevel::Warning; });
 }

@@ -86,7 +86,8 @@ class Summary : public ProductSink {
   };
 
   nlohmann::ordered_json episode_json(const HealthEpisode& episode) const;
-  /// Returns whether a fault of this sensor had a consequence: some trouble counted, or there was no verdict.
+  /// Returns whether a fault of this sensor may have had a consequence: the sensor had a trouble, or the drive is not
+  /// usable.
   bool had_trouble(SensorId sensor) const;
   nlohmann::ordered_json wheels_json(const Wheels& wheels) const;
   static nlohmann::ordered_json sensor_json(const Sensor& sensor);
