@@ -10,9 +10,9 @@ int main(int argc, char** argv) {
   for (const CommandName& command : kOfficeCommands)
     if (argc > 1 && std::strcmp(argv[1], command.word) == 0) return run_office_program(argv);
   return run_program(argc, argv, [](Command& all) {
-    add_check(all);
     add_capture(all);
     add_replay(all);
+    add_check(all);
     add_rig(all);
     add_inspect(all);
     add_extract(all);
