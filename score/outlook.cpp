@@ -41,7 +41,7 @@ std::optional<Outlook::Sight> Outlook::sight(std::uint32_t exposure, std::size_t
   // The row gives the time, and the time moves the row. Each iteration changes the row by far less than one row.
   for (int turn = 0; turn < 3 && shutter_.is_rolling() && pixel; ++turn) {
     time = stations_[exposure].mid + shutter_.row_delay(pixel->v);
-    T_enu_lens = motion_.T_enu_body(time) * rig_.T_body_head * optics.T_head_lens;
+    T_enu_lens = motion_.T_enu_body(time) * rig_.T_body_head_at(time) * optics.T_head_lens;
     pixel = optics.project(inverse(T_enu_lens) * place);
   }
   if (!pixel || !optics.contains(*pixel)) return std::nullopt;

@@ -52,16 +52,28 @@ PanoramicCamera::PanoramicCamera(const Scenario& scenario, const Motion& motion,
 }
 
 Pose PanoramicCamera::T_enu_head(std::size_t number) const {
-  return motion_.T_enu_body(exposure_mid(number)) * rig_.T_body_head;
+  const GpsNs mid = exposure_mid(number);
+  return motion_.T_enu_body(mid) * rig_.T_body_head_at(mid);
 }
 
 std::vector<Moment> PanoramicCamera::moments(std::size_t number, double row) const {
   // The samples are spread evenly over the exposure; a single one is at its middle.
   std::vector<Moment> out;
   const int samples = scenario_.camera.blur_samples;
-  const GpsNs start = exposure_start(number) + shutter_.row_delay(row);
+  const GpsNs start = shutter_.true_start(number) + shutter_.row_delay(row);
   for (int i = 0; i < samples; ++i) out.push_back(world_.moment(start + exposure_ns() * (2 * i + 1) / (2 * samples)));
   return out;
+}
+
+void PanoramicCamera::expose_rows(std::size_t number, std::size_t lens, const Moments& all_rows, Block& block,
+                                  std::vector<std::uint8_t>& image) const {
+  Moments by_rows;
+  if (shutter_.is_rolling())
+    for (int row = 0; row < block.rows; ++row) by_rows.push_back(moments(number, block.first + row));
+  const Moments& used = shutter_.is_rolling() ? by_rows : all_rows;
+  render(lenses_[lens], used, block);
+  if (scenario_.camera.antialias) smooth_outlines(lenses_[lens], used, block);
+  develop(number, lens, block, image);
 }
 
 std::vector<std::uint8_t> PanoramicCamera::expose(std::size_t number, unsigned threads) const {
@@ -74,22 +86,27 @@ std::vector<std::uint8_t> PanoramicCamera::expose(std::size_t number, unsigned t
   const auto work = [&] {
     Block block;
     for (int task; (task = next.fetch_add(1)) < total;) {
-      const auto index = static_cast<std::size_t>(task / blocks);
       block.first = task % blocks * kBlockRows;
       block.rows = std::min(kBlockRows, scenario_.camera.lens_height - block.first);
-      Moments by_rows;
-      if (shutter_.is_rolling())
-        for (int row = 0; row < block.rows; ++row) by_rows.push_back(moments(number, block.first + row));
-      const Moments& used = shutter_.is_rolling() ? by_rows : all_rows;
-      render(lenses_[index], used, block);
-      if (scenario_.camera.antialias) smooth_outlines(lenses_[index], used, block);
-      develop(number, index, block, image);
+      expose_rows(number, static_cast<std::size_t>(task / blocks), all_rows, block, image);
     }
   };
   {
     std::vector<std::jthread> others;
     for (unsigned i = 1; i < threads; ++i) others.emplace_back(work);
     work();
+  }
+  return image;
+}
+
+std::vector<std::uint8_t> PanoramicCamera::expose_lens(std::size_t number, std::size_t lens) const {
+  const Moments all_rows{moments(number, 0.5 * (scenario_.camera.lens_height - 1))};
+  std::vector<std::uint8_t> image(static_cast<std::size_t>(rig_.image_width()) *
+                                  static_cast<std::size_t>(rig_.image_height()));
+  Block block;
+  for (block.first = 0; block.first < scenario_.camera.lens_height; block.first += kBlockRows) {
+    block.rows = std::min(kBlockRows, scenario_.camera.lens_height - block.first);
+    expose_rows(number, lens, all_rows, block, image);
   }
   return image;
 }
@@ -109,7 +126,7 @@ void PanoramicCamera::render(const Lens& lens, const Moments& moments, Block& bl
   const int tile_rows = by_row ? 1 : 2, tile_columns = by_row ? 8 : 4;
   for (int y = 0; y < block.rows; y += tile_rows)
     for (const Moment& moment : moments[by_row ? static_cast<std::size_t>(y) : 0]) {
-      const Pose T = moment.T_enu_body * rig_.T_body_head * lens.optics.T_head_lens;
+      const Pose T = moment.T_enu_body * rig_.T_body_head_at(moment.gps_ns) * lens.optics.T_head_lens;
       for (int x = 0; x < width; x += tile_columns) {
         std::size_t n = 0;
         for (int k = 0; k < 8; ++k) {
@@ -160,7 +177,7 @@ void PanoramicCamera::sample_outlines(const Lens& lens, const Moment& moment, co
                                       float share, std::span<const std::array<float, 2>> offsets, Block& block) const {
   const auto width = static_cast<std::size_t>(lens.optics.width);
   const auto first = static_cast<std::size_t>(block.first);
-  const Pose T = moment.T_enu_body * rig_.T_body_head * lens.optics.T_head_lens;
+  const Pose T = moment.T_enu_body * rig_.T_body_head_at(moment.gps_ns) * lens.optics.T_head_lens;
   std::array<World::Ray, World::kBatch> rays;
   std::array<Seen, World::kBatch> seen;
   std::array<std::size_t, World::kBatch> target;

@@ -30,6 +30,8 @@ class PanoramicCamera {
   /// Returns the raw bytes of one exposure. They do not depend on `threads`, because the noise of a pixel is a function
   /// of seed, exposure and pixel.
   std::vector<std::uint8_t> expose(std::size_t number, unsigned threads) const;
+  /// Returns the same for one lens; the others are black.
+  std::vector<std::uint8_t> expose_lens(std::size_t number, std::size_t lens) const;
 
  private:
   struct Lens {
@@ -43,6 +45,8 @@ class PanoramicCamera {
   /// The moments that are averaged over an exposure: one list for all rows, or one for each row with a rolling shutter.
   using Moments = std::vector<std::vector<Moment>>;
   std::vector<Moment> moments(std::size_t number, double row) const;
+  void expose_rows(std::size_t number, std::size_t lens, const Moments& all_rows, Block& block,
+                   std::vector<std::uint8_t>& image) const;
   void render(const Lens& lens, const Moments& moments, Block& block) const;
   void smooth_outlines(const Lens& lens, const Moments& moments, Block& block) const;
   void sample_outlines(const Lens& lens, const Moment& moment, const std::vector<std::size_t>& edges, float share,

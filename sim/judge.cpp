@@ -56,7 +56,8 @@ Pose Judge::T_enu_head(const TrueExposure& exposure, std::size_t lens, Vec3 p_en
   for (int i = 0; i < 3 && motion_; ++i) {
     const auto pixel = rig_.lenses[lens].project(inverse(T_enu_head * rig_.lenses[lens].T_head_lens) * p_enu);
     if (!pixel) break;
-    T_enu_head = motion_->T_enu_body(exposure.exposure_mid_gps_ns + shutter_.row_delay(pixel->v)) * rig_.T_body_head;
+    const GpsNs time = exposure.exposure_mid_gps_ns + shutter_.row_delay(pixel->v);
+    T_enu_head = motion_->T_enu_body(time) * rig_.T_body_head_at(time);
   }
   return T_enu_head;
 }

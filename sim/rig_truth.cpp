@@ -9,6 +9,11 @@ namespace hueline::sim {
 RigTruth rig_truth(const Scenario& c) {
   RigTruth rig;
   rig.T_body_head = c.camera.mount.T_body_sensor();
+  const HeadDriftConfig& drift = c.camera.drift;
+  rig.T_body_drifted_head = {
+      rig.T_body_head.R * rotation_zyx(radians(drift.rot_x_deg), radians(drift.rot_y_deg), radians(drift.rot_z_deg)),
+      rig.T_body_head.p};
+  rig.drifts_gps_ns = c.sensors_begin_gps_ns() + std::llround(drift.at_s * 1e9);
   rig.T_body_scanner = c.laser.mount.T_body_sensor();
   rig.stack_columns = c.camera.stack_columns;
   rig.stack_rows = c.camera.stack_rows;

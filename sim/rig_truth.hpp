@@ -10,10 +10,14 @@ namespace hueline::sim {
 /// True geometry of the simulated sensors, which a perfect calibration would find. Frames: Body x right, y forward, z
 /// up; head x forward, y left, z up; scanner x right, y forward (azimuth 0), z up along the spin axis.
 struct RigTruth {
-  Pose T_body_head, T_body_scanner;
+  Pose T_body_head, T_body_scanner;  ///< T_body_head: before a drift, as the rig has it
+  Pose T_body_drifted_head;          ///< from `drifts_gps_ns` on
+  GpsNs drifts_gps_ns = 0;
   std::vector<TrueLens> lenses;
   int stack_columns = 1, stack_rows = 1;
 
+  /// Returns the pose of the head in Body at a time.
+  const Pose& T_body_head_at(GpsNs time) const { return time < drifts_gps_ns ? T_body_head : T_body_drifted_head; }
   int image_width() const { return lenses.empty() ? 0 : lenses[0].width * stack_columns; }
   int image_height() const { return lenses.empty() ? 0 : lenses[0].height * stack_rows; }
   /// Return column and row of the first pixel of a lens in the stacked image.

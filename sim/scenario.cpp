@@ -51,7 +51,8 @@ constexpr std::array kYoungKeys{"scene=",
                                 "street.fence=",
                                 "glass.",
                                 "drive.headlights=",
-                                "laser.detection_range_m="};
+                                "laser.detection_range_m=",
+                                "camera.drift."};
 
 bool is_young(std::string_view line) {
   return std::any_of(kYoungKeys.begin(), kYoungKeys.end(), [&](std::string_view key) { return line.starts_with(key); });

@@ -267,6 +267,15 @@ void LensConfig::visit(Keys& keys) {
   keys.number({"centre_y_px", "px", "The row of the principal point in the rectified image."}, centre_y_px, {0, 10000});
 }
 
+void HeadDriftConfig::visit(Keys& keys) {
+  keys.number({"at_s", "s", "When the head drifts, after the sensors' start."}, at_s, {0, 36000});
+  keys.number({"rot_x_deg", "deg", "The head's rotation about its own axes: Rz Ry Rx, after that of its mounting."},
+              rot_x_deg, {-10, 10});
+  keys.number({"rot_y_deg", "deg", "See `rot_x_deg`."}, rot_y_deg, {-10, 10});
+  keys.number({"rot_z_deg", "deg", "See `rot_x_deg`."}, rot_z_deg, {-10, 10});
+  keys.number({"late_us", "us", "How much later than the strobe says the images are taken."}, late_us, {-50000, 50000});
+}
+
 void CameraConfig::visit(Keys& keys) {
   keys.number({"rate_hz", "Hz", "The rate of exposures."}, rate_hz, {0.1, 60});
   keys.number({"first_exposure_s", "s", "The first exposure, after the sensors' start."}, first_exposure_s, {0, 10});
@@ -320,6 +329,7 @@ void CameraConfig::visit(Keys& keys) {
               payload, {{"raw", ImagePayload::Raw}, {"jpeg_planes", ImagePayload::JpegPlanes}});
   keys.whole({"jpeg_quality", "", "The quality of the JPEGs."}, jpeg_quality, {1, 100});
   keys.section({"mount", "", "Where the head sits."}, mount);
+  keys.section({"drift", "", "A drift of the head that its calibration does not know of.", "none"}, drift);
   keys.list({"lenses", "", "The lenses. A list replaces all default lenses.", "a Ladybug5's six lenses"}, lenses);
 }
 

@@ -72,6 +72,18 @@ enum class ShutterKind { Global, Rolling };
 /// What the camera sends: the raw mosaic, or 24 JPEGs (wire/jpeg_planes_encode.hpp).
 enum class ImagePayload : std::uint8_t { Raw, JpegPlanes };
 
+/// A drift of the camera head that its calibration does not know of: from a moment on it is turned, or its images are
+/// taken later than its strobe says. The truth follows the drift; the rig of the scenario does not.
+struct HeadDriftConfig {
+  double at_s = 0;  ///< time after the sensors' start
+  /// Rotation of the head about its own axes: R_body_head = the mounting's x Rz Ry Rx.
+  double rot_x_deg = 0, rot_y_deg = 0, rot_z_deg = 0;
+  double late_us = 0;  ///< true middle of the exposure minus that by the strobe
+
+  bool is_there() const { return rot_x_deg != 0 || rot_y_deg != 0 || rot_z_deg != 0 || late_us != 0; }
+  void visit(Keys& keys);
+};
+
 /// The camera head. All lenses expose at one moment. Their raw images are stacked in one image, row by row: lens i
 /// stands in column i % columns and row i / columns.
 struct CameraConfig {
@@ -100,6 +112,7 @@ struct CameraConfig {
   ImagePayload payload = ImagePayload::Raw;
   int jpeg_quality = 85;  ///< jpeg_planes: quality of the 24 JPEGs
   MountConfig mount{.x_m = 0.03, .y_m = -0.35, .z_m = 1.85, .rot_x_deg = 0.4, .rot_y_deg = -0.7, .rot_z_deg = 90.8};
+  HeadDriftConfig drift;
   std::vector<LensConfig> lenses = ladybug5_lenses();
 
   void visit(Keys& keys);

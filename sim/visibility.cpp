@@ -30,12 +30,12 @@ Sight Visibility::sight(const TrueReturn& point, std::size_t index, std::size_t 
   const TrueLens& lens = rig_.lenses[index];
   const Vec3 p_enu{point.east, point.north, point.up};
   GpsNs t = shutter_.mid(number);
-  Pose T_enu_lens = motion_.T_enu_body(t) * rig_.T_body_head * lens.T_head_lens;
+  Pose T_enu_lens = motion_.T_enu_body(t) * rig_.T_body_head_at(t) * lens.T_head_lens;
   auto pixel = lens.project(inverse(T_enu_lens) * p_enu);
   // The row gives the time, and the time moves the row. Each iteration changes the row by far less than one row.
   for (int i = 0; i < 3 && shutter_.is_rolling() && pixel; ++i) {
     t = shutter_.mid(number) + shutter_.row_delay(pixel->v);
-    T_enu_lens = motion_.T_enu_body(t) * rig_.T_body_head * lens.T_head_lens;
+    T_enu_lens = motion_.T_enu_body(t) * rig_.T_body_head_at(t) * lens.T_head_lens;
     pixel = lens.project(inverse(T_enu_lens) * p_enu);
   }
   if (!pixel || !lens.contains(*pixel)) return Sight::Outside;
