@@ -8,11 +8,11 @@ install(TARGETS hueline hueline-office hueline-guest RUNTIME DESTINATION ${CMAKE
 
 set(libraries core drivers sync fusion storage config runtime)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/hueline)
-foreach(library options storage_proto ${libraries})
+foreach(library options storage_proto calibration_watch ${libraries})
   set_target_properties(hueline_${library} PROPERTIES EXPORT_NAME ${library})
   install(TARGETS hueline_${library} EXPORT hueline ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libraries)
 endforeach()
-foreach(library ${libraries})
+foreach(library calibration ${libraries})
   install(DIRECTORY ${library} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hueline COMPONENT libraries FILES_MATCHING PATTERN "*.hpp")
 endforeach()
 install(FILES ${PROJECT_BINARY_DIR}/runtime/include/runtime/version.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hueline/runtime COMPONENT libraries)

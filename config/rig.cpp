@@ -120,6 +120,7 @@ struct RigKeys {
          "none"},
         head);
     keys.section(required("colouring", "", "How points get their colour."), rig.colouring);
+    keys.section({"watch", "", "How images and laser are watched for a drift of mounting and times."}, rig.watch);
     keys.section({"cloud", "", "The map of `cloud.las`."}, cloud);
     keys.section({"time", "", "How long the clocks wait, and what they accept."}, rig.sync);
     keys.section({"health", "", "What is accepted before the program warns, and before a drive is to be driven again."},

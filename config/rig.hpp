@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/mount/calibration_watch.hpp"
 #include "config/health_limits.hpp"
 #include "drivers/device.hpp"
 #include "fusion/colouring.hpp"
@@ -35,6 +36,7 @@ struct Rig {
   sync::Synchroniser::Config sync;
   fusion::Colouring::Config colouring;
   HealthLimits health;
+  calibration::CalibrationWatchConfig watch;
   std::string crs = "utm";  ///< "utm" (the zone of the drive's origin) or "EPSG:n"
 
   /// Returns the EPSG code of `crs`; 0 for the UTM zone of the drive.

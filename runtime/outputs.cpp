@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <deque>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -40,6 +41,7 @@ Outputs::Outputs(const config::Rig& rig, OutputFolder folder, Tell tell)
       files_(std::make_unique<Files>()) {
   files_->las_config.epsg = rig.epsg();
   files_->sensors = rig.sensor_names();
+  for (const fusion::LensMount& lens : rig.geometry.head.lenses) cameras_.push_back(lens.camera);
 }
 
 Outputs::~Outputs() = default;
@@ -148,6 +150,9 @@ void Outputs::on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncSta
 void Outputs::on_fault(const Fault& fault) {
   summary_.on_fault(fault);
   const std::string& who = files_->sensors.at(fault.sensor < files_->sensors.size() ? fault.sensor : kSystemSensor);
+  const bool is_drift =
+      fault.kind == FaultKind::Implausible && std::ranges::find(cameras_, fault.sensor) != cameras_.end();
+  if (is_drift) tell_(fmt::format("{}: {}", who, fault.detail));
   log({{},
        storage::ViewWriter::Level::Warning,
        who,

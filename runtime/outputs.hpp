@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "config/rig.hpp"
 #include "core/output_file.hpp"
@@ -22,7 +23,8 @@ namespace hueline::runtime {
 /// Thread safety: none; the pipeline's thread calls all functions.
 class Outputs : public ProductSink {
  public:
-  /// Called at once, on the thread that writes, with the reason why a file ends early.
+  /// Called at once, on the thread that writes, with the reason why a file ends early, or with a drift of the
+  /// calibration, which somebody in the vehicle may mend.
   using Tell = std::function<void(const std::string& trouble)>;
 
   /// Creates the folder, locks it for this run and checks that the files can be written, so that a problem shows before
@@ -71,6 +73,7 @@ class Outputs : public ProductSink {
   DriveMap map_;
   std::unique_ptr<Files> files_;
   Status first_error_;
+  std::vector<SensorId> cameras_;  // only the watch over mounting and times doubts them
   const DiskReserve* reserve_ = nullptr;
   bool is_reserved_ = false;       // the disk's last space was reached
   std::optional<GpsTime> newest_;  // newest time of the POS; a fault without GPS time is shown at this time

@@ -44,6 +44,7 @@ Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink)
     colouring_.set_provisional_sink(
         [this](const CloudBlock& block) { sink_.on_provisional_cloud(block, colouring_.trajectory()); });
   for (const auto& sensor : rig.sensors) decoders_[sensor.id] = sensor.device->make_decoder();
+  if (rig.watch.images_per_s > 0 && !rig.geometry.head.lenses.empty()) watch_.emplace(rig.geometry, rig.watch);
 }
 
 Pipeline::~Pipeline() = default;
@@ -129,6 +130,7 @@ void Pipeline::take_synchronised() {
     health_.on_exposure(exposure);
     sink_.on_exposure(exposure);
     colouring_.add(exposure);
+    if (watch_) watch_->add(exposure);
     unsettled_exposures_.push_back(exposure);
     unsettled_exposures_.back().image = {};  // the buffer of the image is not held here
   }
@@ -136,6 +138,7 @@ void Pipeline::take_synchronised() {
     health_.on_laser(batch);
     sink_.on_laser(batch);
     if (sink_.wants_settled_laser()) unsettled_batches_.push_back(batch);
+    if (watch_) watch_->add(batch);
     colouring_.add(std::move(batch));
   }
   synchronised_.clear();
@@ -144,26 +147,37 @@ void Pipeline::take_synchronised() {
     colouring_.advance(*watermark);
     sink_.on_watermark(*watermark);
   }
-  for (Fault& fault : colouring_.take_faults()) {
+  take_faults();
+}
+
+void Pipeline::take_faults() {
+  std::vector<Fault> faults = colouring_.take_faults();
+  if (watch_)
+    for (Fault& fault : watch_->take_faults()) faults.push_back(std::move(fault));
+  for (Fault& fault : faults) {
     fault.time = newest_;
     tell(std::move(fault));
   }
 }
 
-/// Gives the settled exposures and batches to the sink. This comes before colouring, which forgets the old part of its
-/// trajectory; the trajectory keeps what max_lateness asks for.
+/// Gives the settled exposures and batches to the sink and the watch. This comes before colouring, which forgets the
+/// old part of its trajectory; the trajectory keeps what max_lateness asks for.
 void Pipeline::give_settled(bool everything) {
   const fusion::Trajectory& trajectory = colouring_.trajectory();
   const auto watermark = synchroniser_.watermark();
+  const auto is_pose_settled = [&](GpsTime time) {
+    const GpsTime end = time + kSettledAround;
+    return everything || trajectory.is_settled(end) || (watermark && *watermark >= end + max_lateness_);
+  };
   const auto is_settled = [&](const auto& waiting) {
-    const GpsTime end = end_of(waiting.front()) + kSettledAround;
-    return everything || waiting.size() > kMostUnsettled || trajectory.is_settled(end) ||
-           (watermark && *watermark >= end + max_lateness_);
+    return waiting.size() > kMostUnsettled || is_pose_settled(end_of(waiting.front()));
   };
   for (; !unsettled_exposures_.empty() && is_settled(unsettled_exposures_); unsettled_exposures_.pop_front())
     sink_.on_settled_exposure(unsettled_exposures_.front(), trajectory);
   for (; !unsettled_batches_.empty() && is_settled(unsettled_batches_); unsettled_batches_.pop_front())
     sink_.on_settled_laser(unsettled_batches_.front(), trajectory);
+  if (watch_ && (watermark || everything))
+    watch_->advance(everything ? GpsTime::max() : *watermark, trajectory, is_pose_settled);
 }
 
 void Pipeline::flush() {
@@ -176,10 +190,7 @@ void Pipeline::flush() {
   take_synchronised();
   give_settled(true);
   colouring_.flush();
-  for (Fault& fault : colouring_.take_faults()) {
-    fault.time = newest_;
-    tell(std::move(fault));
-  }
+  take_faults();
   faults_.flush();
   tell_held();
   tell_health();
@@ -215,6 +226,7 @@ void Pipeline::report(Summary& summary) const {
     if (decoders_[id]) summary.on_decoded(static_cast<SensorId>(id), decoders_[id]->counts());
   for (const sync::WheelOdometer& wheel : synchroniser_.wheels())
     summary.on_wheels(wheel.sensor(), wheel.speeds(), wheel.pulses());
+  if (watch_) summary.on_watch(watch_->report());
   const fusion::ColouringCounts& counts = colouring_.counts();
   for (int i = 1; i < fusion::kNoPoseReasons; ++i) {
     const auto reason = static_cast<fusion::NoPose>(i);

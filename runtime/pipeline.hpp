@@ -2,12 +2,14 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "config/rig.hpp"
 #include "core/decoder.hpp"
 #include "core/packet.hpp"
 #include "fusion/colouring.hpp"
+#include "runtime/drive_watch.hpp"
 #include "runtime/fault_rate.hpp"
 #include "runtime/health.hpp"
 #include "runtime/products.hpp"
@@ -43,6 +45,7 @@ class Pipeline {
   void take_measurements();
   void take_synchronised();
   void give_settled(bool everything);
+  void take_faults();
   void tell(Fault fault);
   void tell_held();
   void give(const Fault& fault);
@@ -56,6 +59,7 @@ class Pipeline {
   sync::Synchroniser synchroniser_;
   const nanoseconds max_lateness_;
   fusion::Colouring colouring_;
+  std::optional<DriveWatch> watch_;                  // empty: nothing is watched
   std::deque<Exposure> unsettled_exposures_;         // without their images
   std::deque<StampedLaserBatch> unsettled_batches_;  // only if the sink asks for them
   std::vector<Measurement> measurements_;

@@ -232,6 +232,45 @@ nlohmann::ordered_json Summary::wheels_json(const Wheels& wheels) const {
   return out;
 }
 
+nlohmann::ordered_json Summary::watch_json() const {
+  nlohmann::ordered_json out = {{"images", watch_->images},
+                                {"images_standing", watch_->standing},
+                                {"images_dropped", watch_->dropped},
+                                {"windows", watch_->windows},
+                                {"drifts", watch_->drifts}};
+  if (!watch_->last) return out;
+  const calibration::CalibrationDrift& last = *watch_->last;
+  const auto values = [](const calibration::HeadCorrection& by, const Eigen::Matrix4d& covariance) {
+    const Eigen::Vector3d turn = by.head<3>() * kDegPerRad;
+    const Eigen::Vector4d sigma = covariance.diagonal().cwiseSqrt();
+    return nlohmann::ordered_json{
+        {"turn_deg", {turn.x(), turn.y(), turn.z()}},
+        {"turn_sigma_deg", {sigma[0] * kDegPerRad, sigma[1] * kDegPerRad, sigma[2] * kDegPerRad}},
+        {"late_ms", by[3] * 1e3},
+        {"late_sigma_ms", sigma[3] * 1e3}};
+  };
+  out["last_window"] = {
+      {"begin", iso_utc(last.from)}, {"end", iso_utc(last.to)}, {"against_rig", values(last.error, last.covariance)}};
+  if (last.change_covariance(0, 0) > 0)
+    out["last_window"]["since_beginning"] = values(last.change, last.change_covariance);
+  return out;
+}
+
+std::string Summary::watch_text() const {
+  if (!watch_->last)
+    return fmt::format("watch      {} lens images compared with the laser, no full window to judge\n", watch_->images);
+  const calibration::CalibrationDrift& last = *watch_->last;
+  const bool has_change = last.change_covariance(0, 0) > 0;
+  const calibration::HeadCorrection& by = has_change ? last.change : last.error;
+  const Eigen::Vector4d sigma = (has_change ? last.change_covariance : last.covariance).diagonal().cwiseSqrt();
+  return fmt::format(
+      "watch      {} lens images compared with the laser, {} drifts; at the end, against the {}: head turned by "
+      "{:.3f}, "
+      "{:.3f}, {:.3f} deg (+- {:.3f}), images late by {:.3f} ms (+- {:.3f})\n",
+      watch_->images, watch_->drifts, has_change ? "beginning" : "rig", by.x() * kDegPerRad, by.y() * kDegPerRad,
+      by.z() * kDegPerRad, sigma.head<3>().maxCoeff() * kDegPerRad, by[3] * 1e3, sigma[3] * 1e3);
+}
+
 nlohmann::ordered_json Summary::sensor_json(const Sensor& sensor) {
   nlohmann::ordered_json out = {
       {"name", sensor.name}, {"packets", sensor.packets}, {"bytes", sensor.bytes}, {"shed", sensor.shed}};
@@ -291,6 +330,7 @@ nlohmann::ordered_json Summary::json() const {
                       {"incomplete_images", incomplete_images_},
                       {"time_sigma_rms_us", exposure_sigma_.rms_us()},
                       {"time_sigma_largest_us", exposure_sigma_.largest_us}};
+  if (watch_) out["watch"] = watch_json();
   for (const Wheels& wheels : wheels_) out["wheels"].push_back(wheels_json(wheels));
   auto& clocks = out["clocks"] = nlohmann::ordered_json::array();
   for (const auto& change : changes_)
@@ -332,6 +372,7 @@ std::string Summary::text() const {
       "{:.2f} us rms, {:.2f} us largest\n",
       exposures_, exposures_by_timing_[0], exposures_by_timing_[1], exposures_by_timing_[2], incomplete_images_,
       exposure_sigma_.rms_us(), exposure_sigma_.largest_us);
+  if (watch_) out += watch_text();
   for (const Wheels& wheels : wheels_)
     for (const auto& [kind, way] : {std::pair("speeds", wheels.speeds), std::pair("pulses", wheels.pulses)})
       if (way.messages > 0)

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/decoder.hpp"
+#include "runtime/drive_watch.hpp"
 #include "runtime/products.hpp"
 #include "runtime/verdict.hpp"
 #include "sync/wheel_odometer.hpp"
@@ -31,6 +32,8 @@ class Summary : public ProductSink {
   void on_decoded(SensorId sensor, const DecodeCounts& counts);
   /// Adds what a wheel encoder measured, and its comparison with the POS.
   void on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses);
+  /// Sets what the watch over mounting and times did and found.
+  void on_watch(const WatchReport& report) { watch_ = report; }
   /// To be called if the products end before the recording does. A replay makes them whole. `why` is a sentence.
   void on_early_end(const std::string& why) { ends_early_ = why; }
   void on_returns(std::uint64_t returns) { returns_ += returns; }      ///< decoded returns, of all scanners
@@ -90,10 +93,13 @@ class Summary : public ProductSink {
   /// usable.
   bool had_trouble(SensorId sensor) const;
   nlohmann::ordered_json wheels_json(const Wheels& wheels) const;
+  nlohmann::ordered_json watch_json() const;
+  std::string watch_text() const;
   static nlohmann::ordered_json sensor_json(const Sensor& sensor);
 
   std::vector<Sensor> sensors_;
   std::vector<Wheels> wheels_;
+  std::optional<WatchReport> watch_;  // empty: nothing was watched
   std::uint64_t points_ = 0, packets_ = 0, bytes_ = 0, gaps_ = 0, next_sequence_ = 0;
   std::array<std::uint64_t, kColourStates> by_state_{};
   std::uint64_t returns_ = 0;

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "survey/lens_image.hpp"
+#include "runtime/lens_image.hpp"
 
 namespace hueline::survey {
 namespace {
@@ -115,7 +115,7 @@ void DepthEdges::decide(const Waiting& exposure) {
   const std::uint32_t blind = projector_.blind_lenses(exposure.camera, exposure.image.lost);
   std::vector<GreyImage> images;
   for (const fusion::LensMount& lens : rig_.head.lenses)
-    images.push_back(lens.camera == exposure.camera ? grey_lens_image(exposure.image, lens) : GreyImage{});
+    images.push_back(lens.camera == exposure.camera ? runtime::grey_lens_image(exposure.image, lens) : GreyImage{});
   const double border = config_.radius_px + 2;
   const auto look = [&](const GreyImage& image, double x, double y, std::uint64_t& asked, std::uint64_t& missed) {
     if (x < border || y < border || x > image.width - 1 - border || y > image.height - 1 - border) return;

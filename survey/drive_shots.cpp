@@ -6,8 +6,8 @@
 #include <numbers>
 #include <utility>
 
-#include "survey/lens_image.hpp"
-#include "survey/lens_values.hpp"
+#include "runtime/lens_image.hpp"
+#include "runtime/lens_values.hpp"
 
 namespace hueline::survey {
 
@@ -21,23 +21,6 @@ constexpr nanoseconds kStep{10'000'000};
 constexpr nanoseconds kLatestExposure{
     8'000'000'000};  // after the laser of its moment: while sync learns a camera's relation
 constexpr std::size_t kFewestSamples = 100;
-
-/// The mean of each `cell` x `cell` pixels.
-GreyImage shrunk(const GreyImage& image, int cell) {
-  if (cell == 1) return image;
-  GreyImage out;
-  out.width = image.width / cell;
-  out.height = image.height / cell;
-  for (int y = 0; y < out.height; ++y)
-    for (int x = 0; x < out.width; ++x) {
-      int sum = 0;
-      for (int j = 0; j < cell; ++j)
-        for (int i = 0; i < cell; ++i)
-          sum += image.pixels[static_cast<std::size_t>((y * cell + j) * image.width + x * cell + i)];
-      out.pixels.push_back(static_cast<std::uint8_t>((sum + cell * cell / 2) / (cell * cell)));
-    }
-  return out;
-}
 
 }  // namespace
 
@@ -68,7 +51,7 @@ void DriveShots::on_exposure(const Exposure& exposure) {
   for (std::size_t i = 0; i < rig_.geometry.head.lenses.size(); ++i) {
     const auto& lens = rig_.geometry.head.lenses[i];
     if (lens.camera != exposure.camera) continue;
-    GreyImage image = shrunk(grey_lens_image(exposure.image, lens), static_cast<int>(shrink(lens)));
+    GreyImage image = runtime::grey_lens_image(exposure.image, lens, cell_of(lens));
     if (!image.pixels.empty()) waiting.images.emplace_back(i, std::move(image));
   }
   waiting_.push_back(std::move(waiting));
@@ -84,21 +67,11 @@ void DriveShots::on_settled_exposure(const Exposure& exposure, const fusion::Tra
   waiting->after = trajectory.pose_at(waiting->mid + kStep).pose;
 }
 
-std::uint32_t DriveShots::shrink(const fusion::LensMount& lens) const {
-  return (lens.intrinsics.width - 1) / config_.most_width + 1;
-}
+int DriveShots::cell_of(const fusion::LensMount& lens) const { return runtime::cell_for(lens, config_.most_width); }
 
 std::vector<AlignmentLens> DriveShots::lenses() const {
   std::vector<AlignmentLens> out;
-  for (const auto& lens : rig_.geometry.head.lenses) {
-    const double by = shrink(lens);
-    LensValues values = lens_values(lens.intrinsics);
-    values.width /= shrink(lens);
-    values.height /= shrink(lens);
-    values.focal_px /= by;
-    values.principal_point_px = ((values.principal_point_px.array() + 0.5) / by - 0.5).matrix();
-    out.push_back({values, lens.T_head_lens, lens.intrinsics.max_angle});
-  }
+  for (const auto& lens : rig_.geometry.head.lenses) out.push_back(runtime::alignment_lens(lens, cell_of(lens)));
   return out;
 }
 

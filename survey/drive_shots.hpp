@@ -57,7 +57,7 @@ class DriveShots : public runtime::ProductSink {
     StampedLaserBatch batch;
     fusion::Pose pose;  // at its time
   };
-  std::uint32_t shrink(const fusion::LensMount& lens) const;
+  int cell_of(const fusion::LensMount& lens) const;
   std::vector<calibration::LaserSample> samples_around(GpsTime mid, const Transform<Body, Enu>& T_body_enu) const;
   void decide(const Waiting& exposure);
   void thin();

@@ -19,7 +19,7 @@
 #include "core/csv_table.hpp"
 #include "core/input_file.hpp"
 #include "core/output_file.hpp"
-#include "survey/lens_values.hpp"
+#include "runtime/lens_values.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -120,7 +120,7 @@ const KnownLens* lens_of(const LensCorrespondences& seen, const KnownRig& known,
 /// Returns the pose of the lens from its points. Nothing, with a logged error, if the points do not give one that can
 /// be right.
 std::optional<Resection> resect_lens(const LensCorrespondences& seen, const KnownLens& lens, const Options& options) {
-  const auto found = resect(survey::lens_values(lens.intrinsics), seen.points,
+  const auto found = resect(runtime::lens_values(lens.intrinsics), seen.points,
                             {.sigma_px = options.sigma_px, .sigma_point_m = options.sigma_point_m});
   const std::string wrong = !found.ok()    ? found.error().message
                             : lens.nominal ? far_from_nominal(found->T_scanner_lens, *lens.nominal, options)

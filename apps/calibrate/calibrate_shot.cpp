@@ -19,8 +19,8 @@
 #include "config/section.hpp"
 #include "core/angle.hpp"
 #include "core/output_file.hpp"
+#include "runtime/lens_values.hpp"
 #include "storage/pcd_reader.hpp"
-#include "survey/lens_values.hpp"
 
 namespace hueline::apps {
 
@@ -52,7 +52,7 @@ Result<Shot> read_shot(const ShotFiles& files, const ShotCalibration& known) {
   if (const Status read = read_returns(files.cloud, shot); !read.ok()) return read.error();
   const fusion::CameraIntrinsics intrinsics = fit_to_image(*known.intrinsics, known.lens_file, image->width,
                                                            image->height, files.image, other_size(files.image_size));
-  shot.lens = survey::lens_values(intrinsics);
+  shot.lens = runtime::lens_values(intrinsics);
   shot.max_angle = intrinsics.max_angle;
   shot.image = std::move(*image);
   return shot;

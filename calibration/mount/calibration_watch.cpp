@@ -4,7 +4,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -20,20 +19,37 @@ constexpr double kMargin_deg = 0.5;  // beside the image; larger drifts are noti
 // ms.
 constexpr double kCommon_px = 0.05, kCommon_s = 1e-4;
 constexpr double kTrial_px = 0.3, kTrial_s = 2e-3;  // sizes of the trials that show how the gradient answers
-
-GpsTime::duration seconds(double s) {
-  return std::chrono::duration_cast<GpsTime::duration>(std::chrono::duration<double>(s));
-}
+constexpr double kOver = 0.5;                       // share of its limit below which a reported drift is over
 
 }  // namespace
 
-std::string CalibrationWatchConfig::validate() const {
-  if (!(block_s > 0 && block_s <= 600)) return fmt::format("block_s is {}; allowed: above 0, to 600 s", block_s);
-  if (!(window_s >= static_cast<double>(kFewestBlocks) * block_s && window_s <= 3600))
-    return fmt::format("window_s is {}; allowed: {} times block_s to 3600 s", window_s, kFewestBlocks);
-  if (!(least_turn_deg > 0 && least_time_ms > 0)) return "least_turn_deg and least_time_ms must be above 0";
-  if (!(sigmas >= 1)) return fmt::format("sigmas is {}; allowed: 1 or more", sigmas);
-  if (!(blur_px >= 0.5 && blur_px <= 20)) return fmt::format("blur_px is {}; allowed: 0.5 to 20 px", blur_px);
+void CalibrationWatchConfig::visit(Keys& keys) {
+  keys.number({"images_per_s", "1/s",
+               "How many lens images a second are compared with the laser points around them, the lenses in turn. 0: "
+               "nothing is watched."},
+              images_per_s, {0, 20});
+  keys.number({"window_s", "s",
+               "The images of the last seconds are compared with the rig, and with those of the first five minutes of "
+               "the drive. A drift is noticed within about this time."},
+              window_s, {30, 600});
+  keys.number({"least_turn_deg", "deg",
+               "Smaller rotations of the head are not reported. Twice as large ones are noticed where images and laser "
+               "show enough."},
+              least_turn_deg, {0.001, 10});
+  keys.number({"least_time_ms", "ms", "Smaller errors of the images' times are not reported."}, least_time_ms,
+              {0.01, 1000});
+  keys.number({"sigmas", "", "A drift is reported if it is so many times its own standard deviation."}, sigmas,
+              {3, 100});
+}
+
+KeyError CalibrationWatchConfig::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (!(block_s > 0 && block_s * static_cast<double>(kFewestBlocks) <= window_s))
+    return not_allowed("block_s", fmt::format("{}", block_s),
+                       fmt::format("above 0, to 1/{} of window_s", kFewestBlocks));
+  if (!(reference_s >= window_s)) return not_allowed("reference_s", fmt::format("{}", reference_s), "window_s or more");
+  if (!(history_s >= 0)) return not_allowed("history_s", fmt::format("{}", history_s), "0 or more");
+  if (!(blur_px >= 0.5 && blur_px <= 20)) return not_allowed("blur_px", fmt::format("{}", blur_px), "0.5 to 20 px");
   return {};
 }
 
@@ -51,11 +67,12 @@ WatchedShot& WatchedShot::operator+=(const WatchedShot& other) {
 WatchedShot CalibrationWatch::look_at(const AlignmentShot& shot, int axis) const {
   const std::vector<AlignmentShot> one{shot};
   const IntensityRelation relation(lenses_, one, T_body_head_, kMargin_deg);
+  const BlurredImage picture(shot.image, static_cast<float>(config_.blur_px));
   const double by = axis < 3 ? kTrial_px / lenses_[shot.lens].values.focal_px.mean() : kTrial_s;
   const auto normals_at = [&](double amount) {
     HeadCorrection there = HeadCorrection::Zero();
     there[axis] = amount;
-    return relation.normals(0, corrected(T_body_head_, there), there[3], static_cast<float>(config_.blur_px));
+    return relation.normals(0, picture, corrected(T_body_head_, there), there[3]);
   };
   const HeadNormals less = normals_at(-by), more = normals_at(by);
   WatchedShot out;
@@ -65,62 +82,95 @@ WatchedShot CalibrationWatch::look_at(const AlignmentShot& shot, int axis) const
   return out;
 }
 
-void CalibrationWatch::add(GpsTime exposure_mid, const WatchedShot& seen) {
-  if (blocks_.empty() || exposure_mid - blocks_.back().from >= seconds(config_.block_s)) {
-    const bool is_full =
-        !blocks_.empty() && blocks_.back().to - blocks_.front().from >= seconds(config_.window_s - config_.block_s);
-    if (is_full && !reference_) reference_ = estimate();
-    blocks_.push_back({exposure_mid, exposure_mid, {}});
-  }
-  Block& block = blocks_.back();
-  block.to = std::max(block.to, exposure_mid);
-  block.sum += seen;
-  while (block.to - blocks_.front().from > seconds(config_.window_s)) blocks_.pop_front();
+bool CalibrationWatch::add(GpsTime exposure_mid, const WatchedShot& seen) {
+  const bool is_complete = filling_ && exposure_mid - filling_->from >= from_seconds(config_.block_s);
+  if (is_complete) complete_block();
+  if (!filling_) filling_ = Block{exposure_mid, exposure_mid, {}};
+  filling_->to = std::max(filling_->to, exposure_mid);
+  filling_->sum += seen;
+  return is_complete;
 }
 
-std::optional<CalibrationWatch::Estimate> CalibrationWatch::estimate() const {
-  if (blocks_.size() < kFewestBlocks) return std::nullopt;
-  WatchedShot sum;
-  for (const Block& block : blocks_) sum += block.sum;
-  if (sum.patches < config_.fewest_patches) return std::nullopt;
-  const Eigen::Matrix4d inverse = sum.response.inverse();
-  if (!inverse.allFinite()) return std::nullopt;
-  // Differences of the stretches from their share of the sum are their noise.
-  Eigen::Matrix4d scatter = Eigen::Matrix4d::Zero();
-  for (const Block& block : blocks_) {
-    const Eigen::Vector4d left =
-        block.sum.gradient - sum.gradient * (static_cast<double>(block.sum.patches) / static_cast<double>(sum.patches));
-    scatter += left * left.transpose();
+void CalibrationWatch::complete_block() {
+  blocks_.push_back(*std::exchange(filling_, {}));
+  while (blocks_.back().to - blocks_.front().from > from_seconds(config_.window_s + config_.history_s))
+    blocks_.pop_front();
+  // What leaves the window belongs to the beginning of the drive, until that is over or something has drifted.
+  for (std::size_t i = 0; i < window_begin(); ++i) {
+    if (std::exchange(blocks_[i].has_left, true) || is_reference_closed_) continue;
+    reference_ += blocks_[i].sum;
+    is_reference_closed_ = static_cast<double>(++reference_blocks_) * config_.block_s >= config_.reference_s;
   }
-  const auto count = static_cast<double>(blocks_.size());
-  return Estimate{-inverse * sum.gradient, inverse * scatter * inverse.transpose() * (count / (count - 1)),
-                  sum.patches};
+  drift_ = judge();
+  is_reference_closed_ |= drift_ && drift_->has_changed;
 }
 
-std::optional<CalibrationDrift> CalibrationWatch::drift() const {
-  const auto now = estimate();
-  if (!now) return std::nullopt;
+/// Returns the index of the first stretch of the present window.
+std::size_t CalibrationWatch::window_begin() const {
+  std::size_t begin = blocks_.size();
+  const GpsTime first = blocks_.back().to - from_seconds(config_.window_s);
+  while (begin > 0 && blocks_[begin - 1].from >= first) --begin;
+  return begin;
+}
+
+/// Returns the covariance that the gradient of one patch would have, from the differences of neighbouring stretches.
+Eigen::Matrix4d CalibrationWatch::scatter() const {
+  Eigen::Matrix4d out = Eigen::Matrix4d::Zero();
+  std::size_t count = 0;
+  for (std::size_t i = 1; i < blocks_.size(); ++i) {
+    const WatchedShot &before = blocks_[i - 1].sum, &after = blocks_[i].sum;
+    if (before.patches == 0 || after.patches == 0) continue;
+    const auto p = static_cast<double>(before.patches), q = static_cast<double>(after.patches);
+    const Eigen::Vector4d by = after.gradient / q - before.gradient / p;
+    out += by * by.transpose() / (1 / p + 1 / q);
+    ++count;
+  }
+  return count + 1 < kFewestBlocks ? Eigen::Matrix4d::Constant(std::nan("")) : Eigen::Matrix4d(out / count);
+}
+
+/// Returns whether one of the four parameters is beyond its limit and its uncertainty. One that was beyond them before
+/// needs half of both.
+bool CalibrationWatch::is_beyond(const HeadCorrection& by, const Eigen::Matrix4d& covariance, int axis) const {
+  const double limit = axis < 3 ? config_.least_turn_deg * kRadPerDeg : config_.least_time_ms * 1e-3,
+               share = drift_ && (axis < 3 ? drift_->has_turned : drift_->is_late) ? kOver : 1;
+  return std::abs(by[axis]) > share * std::max(limit, config_.sigmas * std::sqrt(covariance(axis, axis)));
+}
+
+std::optional<CalibrationDrift> CalibrationWatch::judge() const {
+  const std::size_t begin = window_begin();
   CalibrationDrift out;
-  out.from = blocks_.front().from;
   out.to = blocks_.back().to;
-  out.patches = now->patches;
-  out.error = now->error;
-  out.covariance = now->covariance;
+  WatchedShot window, all;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    all += blocks_[i].sum;
+    if (i < begin) continue;
+    if (i == begin) out.from = blocks_[i].from;
+    window += blocks_[i].sum;
+  }
+  out.patches = window.patches;
+  if (window.patches < config_.fewest_patches ||
+      out.to - out.from < from_seconds(config_.window_s - 2 * config_.block_s))
+    return std::nullopt;
+  // The response of all stretches is the best known one.
+  const Eigen::Matrix4d step = -(all.response / static_cast<double>(all.patches)).inverse();
+  const Eigen::Matrix4d of_patch = step * scatter() * step.transpose();
+  if (!of_patch.allFinite()) return std::nullopt;
+  const auto mean = [](const WatchedShot& sum) -> Eigen::Vector4d {
+    return sum.gradient / static_cast<double>(sum.patches);
+  };
+  out.error = step * mean(window);
+  out.covariance = of_patch / static_cast<double>(window.patches);
+  if (reference_blocks_ >= kFewestBlocks && reference_.patches >= config_.fewest_patches) {
+    out.change = step * (mean(window) - mean(reference_));
+    out.change_covariance = out.covariance + of_patch / static_cast<double>(reference_.patches);
+  }
   out.covariance.topLeftCorner<3, 3>().diagonal().array() +=
       std::pow(kCommon_px / lenses_[0].values.focal_px.mean(), 2);
   out.covariance(3, 3) += kCommon_s * kCommon_s;
-  if (reference_) {
-    out.change = now->error - reference_->error;
-    out.change_covariance = now->covariance + reference_->covariance;
-  }
-  const auto is_sure = [&](const HeadCorrection& by, const Eigen::Matrix4d& covariance, int axis) {
-    const double limit = axis < 3 ? config_.least_turn_deg * kRadPerDeg : config_.least_time_ms * 1e-3;
-    return std::abs(by[axis]) > std::max(limit, config_.sigmas * std::sqrt(covariance(axis, axis)));
-  };
   for (int axis = 0; axis < 4; ++axis) {
-    const bool is_off =
-        is_sure(out.error, out.covariance, axis) || (reference_ && is_sure(out.change, out.change_covariance, axis));
-    (axis < 3 ? out.has_turned : out.is_late) |= is_off;
+    const bool has_changed = is_beyond(out.change, out.change_covariance, axis);
+    out.has_changed |= has_changed;
+    (axis < 3 ? out.has_turned : out.is_late) |= has_changed || is_beyond(out.error, out.covariance, axis);
   }
   return out;
 }

@@ -110,8 +110,8 @@ Result<HeadAdjustment> adjust_head(const std::vector<AlignmentLens>& lenses, con
         if (config.progress)
           config.progress(fmt::format("adjusting, blur {:.1f} px, step {}", blurs[level], step + 1),
                           static_cast<double>(i) / static_cast<double>(shots.size()));
-        of_shots[i] =
-            relation.normals(i, out.T_body_head, out.time_offset_s, blurs[level], is_last ? 1 : kStrideWhenBlurred);
+        of_shots[i] = relation.normals(i, BlurredImage(shots[i].image, blurs[level]), out.T_body_head,
+                                       out.time_offset_s, is_last ? 1 : kStrideWhenBlurred);
         sum += of_shots[i];
       }
       const auto wanted = step_of(sum, free);

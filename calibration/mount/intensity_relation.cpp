@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
 #include "core/angle.hpp"
 
@@ -24,31 +23,6 @@ constexpr int kReweightings = 3;
 constexpr double kHiddenCell_deg = 1.0;  // something nearer within one and a half cells hides ...
 // ... a sample that is farther away by this factor and this distance.
 constexpr float kHiddenShare = 1.2F, kHidden_m = 0.3F;
-
-/// A blurred image that can be read between pixels.
-class Picture {
- public:
-  Picture(const GreyImage& image, float blur_px) {
-    const cv::Mat grey(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data()));
-    grey.convertTo(values_, CV_32F, 1 / 255.0);
-    if (blur_px > 0) cv::GaussianBlur(values_, values_, {0, 0}, static_cast<double>(blur_px));
-  }
-  bool contains(float u, float v) const {
-    return u >= 1 && v >= 1 && u < static_cast<float>(values_.cols - 2) && v < static_cast<float>(values_.rows - 2);
-  }
-  float at(float u, float v) const {
-    const int x = static_cast<int>(u), y = static_cast<int>(v);
-    const float a = u - static_cast<float>(x), b = v - static_cast<float>(y);
-    const float* p = values_.ptr<float>(y) + x;
-    const float* q = values_.ptr<float>(y + 1) + x;
-    return (1 - b) * ((1 - a) * p[0] + a * p[1]) + b * ((1 - a) * q[0] + a * q[1]);
-  }
-  float slope_u(float u, float v) const { return at(u + 0.5F, v) - at(u - 0.5F, v); }
-  float slope_v(float u, float v) const { return at(u, v + 0.5F) - at(u, v - 0.5F); }
-
- private:
-  cv::Mat values_;
-};
 
 /// One sample in an image.
 struct Hit {
@@ -200,15 +174,15 @@ IntensityRelation::IntensityRelation(const std::vector<AlignmentLens>& lenses, c
     visible_.push_back(seen_by(lenses[shot.lens], shot, T_body_head.inverse(), margin_deg));
 }
 
-HeadNormals IntensityRelation::normals(std::size_t index, const Transform<Body, CameraHead>& T_body_head,
-                                       double time_offset_s, float blur_px, std::size_t stride) const {
+HeadNormals IntensityRelation::normals(std::size_t index, const BlurredImage& picture,
+                                       const Transform<Body, CameraHead>& T_body_head, double time_offset_s,
+                                       std::size_t stride) const {
   const AlignmentShot& shot = shots_[index];
   const AlignmentLens& lens = lenses_[shot.lens];
   const std::vector<LaserSample>& samples = *shot.samples;
   const Transform<CameraHead, Body> T_head_body = T_body_head.inverse();
   const FastLens fast = fast_lens(lens, T_head_body, shot, time_offset_s);
   const PixelMotion motion(lens, shot, T_head_body, fast);
-  const Picture picture(shot.image, blur_px);
   std::vector<Hit> hits;
   for (std::size_t at = 0; at < visible_[index].size(); at += stride) {
     const std::uint32_t i = visible_[index][at];
@@ -217,7 +191,7 @@ HeadNormals IntensityRelation::normals(std::size_t index, const Transform<Body, 
   }
   if (hits.empty()) return {};
   const double full = std::sqrt(kMeanSamples * shot.image.width * shot.image.height / static_cast<double>(hits.size()));
-  const int patch = std::max({shot.image.width / kPatchesAcross, static_cast<int>(kPatchOfBlur * blur_px),
+  const int patch = std::max({shot.image.width / kPatchesAcross, static_cast<int>(kPatchOfBlur * picture.blur_px()),
                               std::min(static_cast<int>(full), shot.image.width)}),
             across = shot.image.width / patch + 1;
   std::vector<std::vector<std::size_t>> patches(static_cast<std::size_t>(across * (shot.image.height / patch + 1)));

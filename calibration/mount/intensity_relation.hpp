@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "calibration/mount/alignment.hpp"
+#include "calibration/mount/blurred_image.hpp"
 #include "calibration/mount/fast_lens.hpp"
 
 namespace hueline::calibration {
@@ -30,11 +31,11 @@ class IntensityRelation {
                     const Transform<Body, CameraHead>& T_body_head, double margin_deg);
 
   std::size_t shots() const { return visible_.size(); }
-  /// Returns the normal equations of one shot, linearised at a head and a time offset, with the image blurred by
-  /// `blur_px`. The step that reduces the squares is -information^-1 gradient; its rotation is applied as in
+  /// Returns the normal equations of one shot, linearised at a head and a time offset, with its image as `picture`. The
+  /// step that reduces the squares is -information^-1 gradient; its rotation is applied as in
   /// corrected(). Every `stride`-th sample is used.
-  HeadNormals normals(std::size_t shot, const Transform<Body, CameraHead>& T_body_head, double time_offset_s,
-                      float blur_px, std::size_t stride = 1) const;
+  HeadNormals normals(std::size_t shot, const BlurredImage& picture, const Transform<Body, CameraHead>& T_body_head,
+                      double time_offset_s, std::size_t stride = 1) const;
 
  private:
   const std::vector<AlignmentLens>& lenses_;

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "calibration/lens/lens_calibration.hpp"
-#include "survey/lens_values.hpp"
+#include "runtime/lens_values.hpp"
 #include "tests/calibration/boresight/simulated_passes.hpp"
 #include "tests/calibration/lens/simulated_boards.hpp"
 #include "tests/calibration/mount/measured_objects.hpp"
@@ -83,7 +83,7 @@ void lens_views(benchmark::State& state) {
           least = least.cwiseMin(corner.pixel), most = most.cwiseMax(corner.pixel);
         box += (most - least).prod() / (lens.width * lens.height) / static_cast<double>(views.size() * kRuns);
       }
-      const auto found = adjust_lens(what.board, views, survey::lens_values(lens), {});
+      const auto found = adjust_lens(what.board, views, runtime::lens_values(lens), {});
       if (!found.ok()) return state.SkipWithError(found.error().message.c_str());
       focal2 += (found->covariance(0, 0) + found->covariance(1, 1)) / (2 * kRuns);
       centre2 += (found->covariance(2, 2) + found->covariance(3, 3)) / (2 * kRuns);
@@ -108,7 +108,7 @@ void resection_trials(benchmark::State& state) {
       test::SimulatedPoints what = {.count = 20, .noise_px = 1, .noise_m = 0.005, .seed = 5000 + run};
       if (state.range(0) == 3) what = test::good_points(5000 + run);
       const auto shot = test::simulate_points(lens, what);
-      const auto found = resect(survey::lens_values(lens), shot.points, {.sigma_px = 1, .sigma_point_m = 0.005});
+      const auto found = resect(runtime::lens_values(lens), shot.points, {.sigma_px = 1, .sigma_point_m = 0.005});
       if (!found.ok()) {
         ++failed;
         continue;

@@ -7,9 +7,9 @@ endforeach()
 set(score_may core sim score)
 set(config_may core config drivers sync fusion storage sim calibration)
 set(console_may core console)
-set(runtime_may core config drivers sync fusion storage runtime)
+set(runtime_may core config drivers sync fusion storage calibration runtime)
 set(survey_may core config fusion calibration runtime survey)
-# What a vehicle's program consists of: neither simulator nor adjustment.
+# What a vehicle's program consists of: neither simulator nor adjustment. Only the watch of calibration/ is part of it.
 foreach(command capture check inspect colour decode)
   set(apps/${command}_may core config drivers sync fusion storage runtime apps)
 endforeach()
@@ -34,6 +34,11 @@ foreach(module core drivers sync fusion storage sim score calibration config con
         list(APPEND wrong "${file}: ${line}")
       endif()
       if(line MATCHES "\"drivers/(${devices})/" AND NOT module STREQUAL "drivers" AND NOT file MATCHES "/runtime/summary.cpp$")
+        list(APPEND wrong "${file}: ${line}")
+      endif()
+      # What runs while driving uses the watch of calibration/ and the types that it shares, not the adjustments.
+      if(module MATCHES "^(config|runtime)$" AND folder STREQUAL "calibration" AND
+         NOT line MATCHES "\"calibration/(lens/(board|lens_values)|mount/(alignment|calibration_watch))\\.hpp\"")
         list(APPEND wrong "${file}: ${line}")
       endif()
       if(folder IN_LIST all AND NOT folder IN_LIST ${module}_may)

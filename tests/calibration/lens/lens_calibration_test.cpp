@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "survey/lens_values.hpp"
+#include "runtime/lens_values.hpp"
 #include "tests/calibration/lens/simulated_boards.hpp"
 
 namespace hueline::calibration {
@@ -22,7 +22,7 @@ TEST(LensValues, ProjectAsFusionDoes) {
   std::normal_distribution<double> normal;
   for (const auto& lens : {plane_lens(), fisheye_lens()}) {
     const fusion::CameraModel camera(lens);
-    const LensValues ours = survey::lens_values(lens);
+    const LensValues ours = runtime::lens_values(lens);
     int compared = 0;
     for (int i = 0; i < 2000; ++i) {
       const Eigen::Vector3d p(normal(random), normal(random), normal(random) + 0.8);
@@ -54,7 +54,7 @@ TEST(LensCalibration, WithoutNoiseFindsTheLensExactly) {
   for (const auto& lens : {plane_lens(), fisheye_lens()}) {
     const auto views = simulate_boards(lens, {.views = 5, .noise_px = 0});
     const auto found = calibrate_lens(test::SimulatedBoards{}.board, views, lens.width, lens.height,
-                                      {.model = survey::lens_values(lens).model});
+                                      {.model = runtime::lens_values(lens).model});
     ASSERT_TRUE(found.ok()) << found.error().message;
     EXPECT_LT((found->adjusted.lens.focal_px - lens.focal_px).norm(), 1e-4);
     EXPECT_LT((found->adjusted.lens.principal_point_px - lens.principal_point_px).norm(), 1e-4);
@@ -68,7 +68,7 @@ TEST(LensCalibration, ChoosesTheModelThatPredictsBetter) {
     const auto found = calibrate_lens(test::SimulatedBoards{}.board, views, lens.width, lens.height,
                                       {.model = std::nullopt, .folds = 2});
     ASSERT_TRUE(found.ok()) << found.error().message;
-    EXPECT_EQ(found->adjusted.lens.model, survey::lens_values(lens).model);
+    EXPECT_EQ(found->adjusted.lens.model, runtime::lens_values(lens).model);
     EXPECT_EQ(found->trials.size(), 2u);
   }
 }
@@ -127,9 +127,9 @@ TEST(LensCalibration, MeetsTheTruthWithinItsOwnSigma) {
       what.views = 10;
       what.seed = 100 + run;
       const auto found = calibrate_lens(what.board, simulate_boards(lens, what), lens.width, lens.height,
-                                        {.model = survey::lens_values(lens).model});
+                                        {.model = runtime::lens_values(lens).model});
       ASSERT_TRUE(found.ok()) << found.error().message;
-      const auto truth = survey::lens_values(lens).parameters(), ours = found->adjusted.lens.parameters();
+      const auto truth = runtime::lens_values(lens).parameters(), ours = found->adjusted.lens.parameters();
       for (int i = 0; i < 4; ++i) {
         const double error = ours[static_cast<std::size_t>(i)] - truth[static_cast<std::size_t>(i)];
         EXPECT_LT(std::abs(error), 1.2) << parameter_names(found->adjusted.lens.model)[static_cast<std::size_t>(i)];

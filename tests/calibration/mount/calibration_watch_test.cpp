@@ -216,17 +216,17 @@ TEST(CalibrationWatch, ForgetsWhatIsOlderThanItsWindow) {
     for (const WatchedShot& each : right_minute()) one.add(at_exposure(number++), each);
   ASSERT_TRUE(one.drift());
   EXPECT_FALSE(one.drift()->has_turned);
-  EXPECT_LE(one.drift()->to - one.drift()->from, std::chrono::seconds(60));
+  EXPECT_LE(one.drift()->to - one.drift()->from, std::chrono::seconds(45));
 }
 
 TEST(CalibrationWatch, SaysNothingWithoutARelation) {
   CalibrationWatch one = watch();
   for (int i = 0; i < kMinute; ++i) one.add(at_exposure(i), WatchedShot{});
   EXPECT_FALSE(one.drift());
-  EXPECT_EQ(CalibrationWatchConfig{}.validate(), "");
+  EXPECT_TRUE(CalibrationWatchConfig{}.validate().empty());
   CalibrationWatchConfig wrong;
   wrong.window_s = 10;
-  EXPECT_NE(wrong.validate().find("window_s is 10"), std::string::npos);
+  EXPECT_NE(wrong.validate().text().find("window_s is 10"), std::string::npos);
 }
 
 }  // namespace

@@ -11,14 +11,14 @@
 #include "calibration/mount/mount_report.hpp"
 #include "config/key_reader.hpp"
 #include "core/mounting.hpp"
-#include "survey/lens_values.hpp"
+#include "runtime/lens_values.hpp"
 #include "tests/calibration/mount/measured_objects.hpp"
 #include "tests/calibration/mount/simulated_points.hpp"
 
 namespace hueline::calibration {
 namespace {
 
-using survey::lens_values;
+using runtime::lens_values;
 using test::simulate_points;
 
 TEST(Resection, GrunertsEquationsHoldTheTruth) {
