@@ -125,6 +125,11 @@ constexpr std::array kMetrics = {
     Metric{"depth_edge_missed_share_by_chance", "1",
            "the same share for places 12 px beside the depth edges: what a quite wrong mounting or time would have",
            Better::Informative, 0, 0, 0, false},
+    Metric{"drift_noticed_s", "s",
+           "time from a drift of the head (`camera.drift`) to the fault Implausible of the camera", Better::Lower, 0, 1,
+           0.1, false},
+    Metric{"drift_false_alarms", "1", "faults Implausible of the camera while nothing had drifted", Better::Lower, 0, 0,
+           0, false},
     Metric{"hole_coloured_share", "1",
            "share that was coloured of those sampled true returns that the exposure nearest in time cannot see, below "
            "all lenses or behind the own vehicle",

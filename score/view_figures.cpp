@@ -77,4 +77,18 @@ void add_depth_edge_figures(const DepthEdgeFacts& facts, ScenarioScore& score) {
                                     facts.edges, facts.exposures, facts.missed));
 }
 
+void add_drift_figures(const std::vector<double>& told_s, std::optional<double> drift_s, ScenarioScore& score) {
+  Figure& noticed = score.figures["drift_noticed_s"];
+  noticed.reason = drift_s ? "the drift was not noticed" : "the head does not drift in this scenario";
+  double false_alarms = 0;
+  for (const double told : told_s) {
+    if (!drift_s || told < *drift_s) {
+      ++false_alarms;
+    } else if (!noticed.value) {
+      noticed = {told - *drift_s, {}};
+    }
+  }
+  score.figures["drift_false_alarms"] = {false_alarms, {}};
+}
+
 }  // namespace hueline::score

@@ -2,7 +2,9 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "score/ciede2000.hpp"
 #include "score/figures.hpp"
@@ -45,5 +47,9 @@ struct DepthEdgeFacts {
 };
 /// Adds the figures depth_edge_* and a note. They need no truth.
 void add_depth_edge_figures(const DepthEdgeFacts& facts, ScenarioScore& score);
+
+/// Adds the figures drift_*. `told_s` has the times at which a drift of the head was reported, and `drift_s` that at
+/// which it truly drifted, if it did; both in s since the beginning of the drive.
+void add_drift_figures(const std::vector<double>& told_s, std::optional<double> drift_s, ScenarioScore& score);
 
 }  // namespace hueline::score

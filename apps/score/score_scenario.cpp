@@ -135,6 +135,25 @@ Result<Recorded> record(const sim::Scenario& scenario, const sim::Drive& drive, 
   return Recorded{std::move(*capture), std::move(*recovered), std::move(*recording)};
 }
 
+/// Takes note of the drifts that the watch over mounting and times reports. Nothing else doubts a camera.
+class DriftReports : public runtime::ProductSink {
+ public:
+  explicit DriftReports(SensorId camera) : camera_(camera) {}
+  void on_fault(const Fault& fault) override {
+    if (fault.kind == FaultKind::Implausible && fault.sensor == camera_)
+      told_s_.push_back(to_seconds(fault.time - kSimulatedHostBegin));
+  }
+  void report(const sim::Scenario& scenario, score::ScenarioScore& score) const {
+    const sim::HeadDriftConfig& drift = scenario.camera.drift;
+    score::add_drift_figures(told_s_, drift.is_there() ? std::optional(scenario.lead_in_s + drift.at_s) : std::nullopt,
+                             score);
+  }
+
+ private:
+  const SensorId camera_;
+  std::vector<double> told_s_;  // since the beginning of the drive
+};
+
 /// The pipeline with its sink, as the packets of a simulated drive come to it.
 class ScoredPipeline {
  public:
@@ -231,7 +250,10 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   const SensorId camera = sensors_of_channels(rig)[static_cast<std::size_t>(sim::WireChannel::Camera)];
   forgive_unmade_images(scenario, spoilt->hits, devices[camera]);
   ViewJudges views(rig, threads, score::encoding_of(scenario));
-  ScoredPipeline pipeline(*scorer, views.sinks(), rig, threads, gps_time_ns(drive->begin_gps_ns), camera,
+  DriftReports drifts(camera);
+  std::vector<runtime::ProductSink*> sinks = views.sinks();
+  sinks.push_back(&drifts);
+  ScoredPipeline pipeline(*scorer, sinks, rig, threads, gps_time_ns(drive->begin_gps_ns), camera,
                           pictures(*drive, timeline));
   const auto use = [&](const Packet& packet) {
     if (packet.sequence % 512 == 0)
@@ -268,6 +290,7 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
                              [&](double share) { progress(name + ": casting rays", share); });
   score::add_recording_figures(facts, run.score);
   views.report(run.score);
+  drifts.report(scenario, run.score);
   run.score.figures["realtime_factor"] = {scenario.duration_s / pipeline.seconds(), {}};
   run.score.figures["points_per_second"] = {static_cast<double>(run.cloud.points()) / pipeline.seconds(), {}};
   return run;

@@ -255,6 +255,19 @@ TEST(DepthEdgeFigures, ByHand) {
   EXPECT_FALSE(none.figures.at("depth_edge_missed_share_by_chance").reason.empty());
 }
 
+TEST(ViewFigures, ADriftIsNoticedAfterItAndFalseBeforeIt) {
+  ScenarioScore none, drifted, missed;
+  add_drift_figures({12.0}, {}, none);
+  EXPECT_EQ(value(none, "drift_false_alarms"), 1);
+  EXPECT_FALSE(none.figures.at("drift_noticed_s").value);
+  add_drift_figures({12.0, 100.0, 120.0}, 75.0, drifted);
+  EXPECT_EQ(value(drifted, "drift_false_alarms"), 1);
+  EXPECT_EQ(value(drifted, "drift_noticed_s"), 25);
+  add_drift_figures({}, 75.0, missed);
+  EXPECT_EQ(value(missed, "drift_false_alarms"), 0);
+  EXPECT_EQ(missed.figures.at("drift_noticed_s").reason, "the drift was not noticed");
+}
+
 TEST(MetricTable, NamesAreUniqueAndDocumented) {
   std::ifstream in(test::source_dir() / "docs/score.md");
   const std::string document{std::istreambuf_iterator<char>(in), {}};
