@@ -47,6 +47,23 @@ std::array<float, 256> ranks_of(const std::array<std::size_t, 256>& counts) {
   return out;
 }
 
+constexpr int kRowSteps = 3;  // how often the row of a point is corrected; each step leaves a twentieth of the error
+
+/// Moves static points from where they are in Body at the middle of an exposure to where they are while their own row
+/// is exposed, which is `row_time_s` later for each row below the middle one.
+void move_to_rows(const AlignmentLens& lens, const Transform<Body, CameraHead>& T_body_head, double row_time_s,
+                  const AlignmentShot& shot, std::vector<LaserSample>& samples) {
+  const FastLens fast = fast_lens(lens, T_body_head.inverse(), shot, 0);
+  const Eigen::Vector3f velocity = shot.velocity_body.cast<float>(), rate = shot.turn_rate_body.cast<float>();
+  const auto row_s = static_cast<float>(row_time_s), middle = (static_cast<float>(lens.values.height) - 1) / 2;
+  for (LaserSample& sample : samples) {
+    const Eigen::Vector3f p = sample.p_body, by = velocity + rate.cross(p);
+    float u, v;
+    for (int step = 0; step < kRowSteps && fast.project(sample.p_body, u, v); ++step)
+      sample.p_body = p - by * (row_s * (v - middle));
+  }
+}
+
 /// A vector or its part as people read it, with its standard deviation along itself.
 struct Size {
   double value, sigma;
@@ -195,11 +212,18 @@ void DriveWatch::look(Waiting&& waiting) {
   AlignmentShot shot;
   shot.lens = waiting.lens;
   shot.image = std::move(waiting.image);
-  shot.samples = std::make_shared<const std::vector<LaserSample>>(samples_around(waiting.mid, motion.T_body_enu));
   shot.velocity_body = motion.velocity_body;
   shot.turn_rate_body = motion.turn_rate_body;
+  std::vector<LaserSample> samples = samples_around(waiting.mid, motion.T_body_enu);
+  if (const fusion::LensMount& lens = rig_.head.lenses[waiting.lens]; lens.row_time != nanoseconds(0)) {
+    const int cell = cell_for(lens, kMostWidth);
+    move_to_rows(alignment_lens(lens, cell), rig_.head.T_body_head, cell * to_seconds(lens.row_time), shot, samples);
+  }
+  shot.samples = std::make_shared<const std::vector<LaserSample>>(std::move(samples));
+  const WatchedShot seen = watch_.look_at(shot, waiting.axis);
   ++report_.images;
-  if (watch_.add(waiting.mid, watch_.look_at(shot, waiting.axis)) && watch_.drift()) tell();
+  report_.patches += seen.patches;
+  if (watch_.add(waiting.mid, seen) && watch_.drift()) tell();
 }
 
 /// Tells what the window that has just been judged shows, if it is new.

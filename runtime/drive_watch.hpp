@@ -18,6 +18,7 @@ namespace hueline::runtime {
 /// What a DriveWatch did and found, for the summary.
 struct WatchReport {
   std::uint64_t images = 0;    ///< lens images that were compared with the laser points around them
+  std::uint64_t patches = 0;   ///< in these images where grey levels and intensities are related
   std::uint64_t standing = 0;  ///< lens images that were left out because the vehicle stood or had no pose
   std::uint64_t dropped = 0;   ///< lens images that were left out because too much waited
   std::uint64_t windows = 0;   ///< how often there was a full window to judge
@@ -27,7 +28,8 @@ struct WatchReport {
 
 /// Watches while driving whether images and laser points still fit together as the rig says, and tells a fault
 /// Implausible of the camera when they do not (calibration/mount/calibration_watch.hpp). It takes lens images at a
-/// fixed rate of stream time, the lenses of the head in turn, and the returns around each of them.
+/// fixed rate of stream time, the lenses of the head in turn, and the returns around each of them. Rows of a rolling
+/// shutter are compared with where the returns were while they were exposed.
 ///
 /// Its work is bounded: so many images a second, each shrunk to at most 650 columns and compared with at most 100 000
 /// returns. So is its memory: the last four million returns (80 MB) and 64 lens images. Everything depends on the

@@ -233,11 +233,9 @@ nlohmann::ordered_json Summary::wheels_json(const Wheels& wheels) const {
 }
 
 nlohmann::ordered_json Summary::watch_json() const {
-  nlohmann::ordered_json out = {{"images", watch_->images},
-                                {"images_standing", watch_->standing},
-                                {"images_dropped", watch_->dropped},
-                                {"windows", watch_->windows},
-                                {"drifts", watch_->drifts}};
+  nlohmann::ordered_json out = {
+      {"images", watch_->images},          {"patches", watch_->patches}, {"images_standing", watch_->standing},
+      {"images_dropped", watch_->dropped}, {"windows", watch_->windows}, {"drifts", watch_->drifts}};
   if (!watch_->last) return out;
   const calibration::CalibrationDrift& last = *watch_->last;
   const auto values = [](const calibration::HeadCorrection& by, const Eigen::Matrix4d& covariance) {

@@ -77,6 +77,11 @@ void add_depth_edge_figures(const DepthEdgeFacts& facts, ScenarioScore& score) {
                                     facts.edges, facts.exposures, facts.missed));
 }
 
+void add_unwatched_drift_figures(ScenarioScore& score) {
+  for (const char* name : {"drift_noticed_s", "drift_false_alarms"})
+    score.figures[name].reason = "images and laser were not watched for a drift";
+}
+
 void add_drift_figures(const std::vector<double>& told_s, std::optional<double> drift_s, ScenarioScore& score) {
   Figure& noticed = score.figures["drift_noticed_s"];
   noticed.reason = drift_s ? "the drift was not noticed" : "the head does not drift in this scenario";

@@ -51,5 +51,7 @@ void add_depth_edge_figures(const DepthEdgeFacts& facts, ScenarioScore& score);
 /// Adds the figures drift_*. `told_s` has the times at which a drift of the head was reported, and `drift_s` that at
 /// which it truly drifted, if it did; both in s since the beginning of the drive.
 void add_drift_figures(const std::vector<double>& told_s, std::optional<double> drift_s, ScenarioScore& score);
+/// Adds the same figures without values: nothing was watched.
+void add_unwatched_drift_figures(ScenarioScore& score);
 
 }  // namespace hueline::score

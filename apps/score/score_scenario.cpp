@@ -138,12 +138,13 @@ Result<Recorded> record(const sim::Scenario& scenario, const sim::Drive& drive, 
 /// Takes note of the drifts that the watch over mounting and times reports. Nothing else doubts a camera.
 class DriftReports : public runtime::ProductSink {
  public:
-  explicit DriftReports(SensorId camera) : camera_(camera) {}
+  DriftReports(SensorId camera, bool is_watched) : camera_(camera), is_watched_(is_watched) {}
   void on_fault(const Fault& fault) override {
     if (fault.kind == FaultKind::Implausible && fault.sensor == camera_)
       told_s_.push_back(to_seconds(fault.time - kSimulatedHostBegin));
   }
   void report(const sim::Scenario& scenario, score::ScenarioScore& score) const {
+    if (!is_watched_) return score::add_unwatched_drift_figures(score);
     const sim::HeadDriftConfig& drift = scenario.camera.drift;
     score::add_drift_figures(told_s_, drift.is_there() ? std::optional(scenario.lead_in_s + drift.at_s) : std::nullopt,
                              score);
@@ -151,6 +152,7 @@ class DriftReports : public runtime::ProductSink {
 
  private:
   const SensorId camera_;
+  const bool is_watched_;
   std::vector<double> told_s_;  // since the beginning of the drive
 };
 
@@ -250,7 +252,7 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   const SensorId camera = sensors_of_channels(rig)[static_cast<std::size_t>(sim::WireChannel::Camera)];
   forgive_unmade_images(scenario, spoilt->hits, devices[camera]);
   ViewJudges views(rig, threads, score::encoding_of(scenario));
-  DriftReports drifts(camera);
+  DriftReports drifts(camera, rig.watch.images_per_s > 0);
   std::vector<runtime::ProductSink*> sinks = views.sinks();
   sinks.push_back(&drifts);
   ScoredPipeline pipeline(*scorer, sinks, rig, threads, gps_time_ns(drive->begin_gps_ns), camera,

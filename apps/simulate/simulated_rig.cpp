@@ -127,6 +127,8 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
     out += lens_yaml(rig, i, scenario.camera.shutter == sim::ShutterKind::Rolling ? scenario.camera.row_time_us : 0);
   out += fmt::format("\ncolouring:\n  method: {}\n  exposure_interval_s: {}\n\ncloud:\n  crs: utm\n", method,
                      1.0 / scenario.camera.rate_hz);
+  // Who lets the head drift wants to know whether it is noticed.
+  if (scenario.camera.drift.is_there()) out += "\nwatch: {images_per_s: 2}\n";
   return out;
 }
 

@@ -18,15 +18,30 @@ constexpr double kMargin_deg = 0.5;  // beside the image; larger drifts are noti
 // Least sigma of what all images have in common: simulated drives show 0.03 to 0.1 px (head_adjustment.cpp), and 0.1
 // ms.
 constexpr double kCommon_px = 0.05, kCommon_s = 1e-4;
+// How much of it changes from one part of a drive to another. Simulated streets show up to 0.01 px.
+constexpr double kVaries_px = 0.005, kVaries_s = 2e-5;
 constexpr double kTrial_px = 0.3, kTrial_s = 2e-3;  // sizes of the trials that show how the gradient answers
 constexpr double kOver = 0.5;                       // share of its limit below which a reported drift is over
+
+/// Returns the number of estimated standard deviations that a value exceeds as rarely as a normal one exceeds `sigmas`
+/// true ones: Student's distribution by the approximation of Wallace (Annals of Mathematical Statistics 30, 1959).
+double student(double sigmas, double freedom) {
+  const double by = sigmas * (8 * freedom + 3) / (8 * freedom + 1);
+  return std::sqrt(freedom * std::expm1(by * by / freedom));
+}
+
+/// Adds what stretches of a drive have in common to a covariance: a rotation that moves the images by `px`, and a time.
+void add_common(const AlignmentLens& lens, double px, double s, Eigen::Matrix4d& covariance) {
+  covariance.topLeftCorner<3, 3>().diagonal().array() += std::pow(px / lens.values.focal_px.mean(), 2);
+  covariance(3, 3) += s * s;
+}
 
 }  // namespace
 
 void CalibrationWatchConfig::visit(Keys& keys) {
   keys.number({"images_per_s", "1/s",
-               "How many lens images a second are compared with the laser points around them, the lenses in turn. 0: "
-               "nothing is watched."},
+               "How many lens images a second are compared with the laser points around them, the lenses in turn; 2 "
+               "notices small drifts within a minute. 0: nothing is watched."},
               images_per_s, {0, 20});
   keys.number({"window_s", "s",
                "The images of the last seconds are compared with the rig, and with those of the first five minutes of "
@@ -38,8 +53,10 @@ void CalibrationWatchConfig::visit(Keys& keys) {
               least_turn_deg, {0.001, 10});
   keys.number({"least_time_ms", "ms", "Smaller errors of the images' times are not reported."}, least_time_ms,
               {0.01, 1000});
-  keys.number({"sigmas", "", "A drift is reported if it is so many times its own standard deviation."}, sigmas,
-              {3, 100});
+  keys.number({"sigmas", "",
+               "A drift is reported if it is so many times its own standard deviation, or more while the standard "
+               "deviation is not well known: by Student's distribution."},
+              sigmas, {3, 20});
 }
 
 KeyError CalibrationWatchConfig::validate() const {
@@ -113,27 +130,30 @@ std::size_t CalibrationWatch::window_begin() const {
   return begin;
 }
 
-/// Returns the covariance that the gradient of one patch would have, from the differences of neighbouring stretches.
-Eigen::Matrix4d CalibrationWatch::scatter() const {
-  Eigen::Matrix4d out = Eigen::Matrix4d::Zero();
+/// Estimates the scatter from the differences of neighbouring stretches. Each stretch is in two of them, which leaves
+/// them two thirds of the degrees of freedom (von Neumann, Annals of Mathematical Statistics 12, 1941).
+CalibrationWatch::Scatter CalibrationWatch::scatter() const {
+  Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
   std::size_t count = 0;
   for (std::size_t i = 1; i < blocks_.size(); ++i) {
     const WatchedShot &before = blocks_[i - 1].sum, &after = blocks_[i].sum;
     if (before.patches == 0 || after.patches == 0) continue;
     const auto p = static_cast<double>(before.patches), q = static_cast<double>(after.patches);
     const Eigen::Vector4d by = after.gradient / q - before.gradient / p;
-    out += by * by.transpose() / (1 / p + 1 / q);
+    sum += by * by.transpose() / (1 / p + 1 / q);
     ++count;
   }
-  return count + 1 < kFewestBlocks ? Eigen::Matrix4d::Constant(std::nan("")) : Eigen::Matrix4d(out / count);
+  if (count + 1 < kFewestBlocks) return {Eigen::Matrix4d::Constant(std::nan("")), 0};
+  return {sum / static_cast<double>(count), 2.0 / 3 * static_cast<double>(count)};
 }
 
 /// Returns whether one of the four parameters is beyond its limit and its uncertainty. One that was beyond them before
 /// needs half of both.
-bool CalibrationWatch::is_beyond(const HeadCorrection& by, const Eigen::Matrix4d& covariance, int axis) const {
+bool CalibrationWatch::is_beyond(const HeadCorrection& by, const Eigen::Matrix4d& covariance, double sigmas,
+                                 int axis) const {
   const double limit = axis < 3 ? config_.least_turn_deg * kRadPerDeg : config_.least_time_ms * 1e-3,
                share = drift_ && (axis < 3 ? drift_->has_turned : drift_->is_late) ? kOver : 1;
-  return std::abs(by[axis]) > share * std::max(limit, config_.sigmas * std::sqrt(covariance(axis, axis)));
+  return std::abs(by[axis]) > share * std::max(limit, sigmas * std::sqrt(covariance(axis, axis)));
 }
 
 std::optional<CalibrationDrift> CalibrationWatch::judge() const {
@@ -153,8 +173,10 @@ std::optional<CalibrationDrift> CalibrationWatch::judge() const {
     return std::nullopt;
   // The response of all stretches is the best known one.
   const Eigen::Matrix4d step = -(all.response / static_cast<double>(all.patches)).inverse();
-  const Eigen::Matrix4d of_patch = step * scatter() * step.transpose();
+  const Scatter known = scatter();
+  const Eigen::Matrix4d of_patch = step * known.of_patch * step.transpose();
   if (!of_patch.allFinite()) return std::nullopt;
+  out.needed_sigmas = student(config_.sigmas, known.freedom);
   const auto mean = [](const WatchedShot& sum) -> Eigen::Vector4d {
     return sum.gradient / static_cast<double>(sum.patches);
   };
@@ -163,14 +185,14 @@ std::optional<CalibrationDrift> CalibrationWatch::judge() const {
   if (reference_blocks_ >= kFewestBlocks && reference_.patches >= config_.fewest_patches) {
     out.change = step * (mean(window) - mean(reference_));
     out.change_covariance = out.covariance + of_patch / static_cast<double>(reference_.patches);
+    add_common(lenses_[0], kVaries_px, kVaries_s, out.change_covariance);
   }
-  out.covariance.topLeftCorner<3, 3>().diagonal().array() +=
-      std::pow(kCommon_px / lenses_[0].values.focal_px.mean(), 2);
-  out.covariance(3, 3) += kCommon_s * kCommon_s;
+  add_common(lenses_[0], kCommon_px, kCommon_s, out.covariance);
   for (int axis = 0; axis < 4; ++axis) {
-    const bool has_changed = is_beyond(out.change, out.change_covariance, axis);
+    const bool has_changed = is_beyond(out.change, out.change_covariance, out.needed_sigmas, axis);
     out.has_changed |= has_changed;
-    (axis < 3 ? out.has_turned : out.is_late) |= has_changed || is_beyond(out.error, out.covariance, axis);
+    (axis < 3 ? out.has_turned : out.is_late) |=
+        has_changed || is_beyond(out.error, out.covariance, out.needed_sigmas, axis);
   }
   return out;
 }

@@ -15,12 +15,15 @@ namespace hueline::calibration {
 
 /// Settings of CalibrationWatch, and of runtime::DriveWatch, which feeds it. Only those of `visit` are keys of a rig.
 struct CalibrationWatchConfig {
-  double images_per_s = 1;  ///< so many lens images are looked at; 0: the watch is off
-  double window_s = 45;     ///< the images of the last seconds are held against those before them
+  /// So many lens images are looked at. 0: the watch is off, as long as the rate of its false alarms is not known
+  /// better.
+  double images_per_s = 0;
+  double window_s = 45;  ///< the images of the last seconds are held against those before them
   /// A drift is reported from these sizes on, half of what the watch has to notice. Smaller ones are never reported.
   double least_turn_deg = 0.015, least_time_ms = 0.5;
-  double sigmas = 6;                 ///< a drift is reported if it is this many times its standard deviation
-  double block_s = 5;                ///< length of the stretches whose differences give the uncertainty
+  /// A drift is reported if it is as improbable as this many standard deviations of a normal distribution.
+  double sigmas = 4.5;
+  double block_s = 3;                ///< length of the stretches whose differences give the uncertainty
   double reference_s = 300;          ///< so much of the beginning of the drive is what later windows are compared with
   double history_s = 300;            ///< stretches of so long give the uncertainty
   double blur_px = 1.5;              ///< standard deviation of the blur of the images
@@ -38,11 +41,14 @@ struct CalibrationDrift {
   /// Covariance of `error`, from the differences between stretches of the drive and from what all images may have in
   /// common: errors of the lenses and of the method.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
-  /// Change of `error` since the beginning of the drive, and its covariance. What all images have in common cancels, so
-  /// that the change is more certain. Zero while there is nothing to compare with.
+  /// Change of `error` since the beginning of the drive, and its covariance. Most of what all images have in common
+  /// cancels, so that the change is more certain. Zero while there is nothing to compare with.
   HeadCorrection change = HeadCorrection::Zero();
   Eigen::Matrix4d change_covariance = Eigen::Matrix4d::Zero();
   std::size_t patches = 0;
+  /// A drift has to be so many standard deviations: more than `sigmas` while few stretches tell what the standard
+  /// deviation is.
+  double needed_sigmas = 0;
   /// The error or its change is larger than its limit, and than its uncertainty allows.
   bool has_turned = false, is_late = false;
   bool has_changed = false;  ///< the change of one of them is
@@ -96,9 +102,13 @@ class CalibrationWatch {
   };
   void complete_block();
   std::size_t window_begin() const;
-  Eigen::Matrix4d scatter() const;
+  struct Scatter {
+    Eigen::Matrix4d of_patch;  // covariance that the gradient of one patch would have
+    double freedom = 0;        // degrees of freedom of this estimate
+  };
+  Scatter scatter() const;
   std::optional<CalibrationDrift> judge() const;
-  bool is_beyond(const HeadCorrection& by, const Eigen::Matrix4d& covariance, int axis) const;
+  bool is_beyond(const HeadCorrection& by, const Eigen::Matrix4d& covariance, double sigmas, int axis) const;
 
   std::vector<AlignmentLens> lenses_;
   Transform<Body, CameraHead> T_body_head_;

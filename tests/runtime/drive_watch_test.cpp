@@ -26,11 +26,12 @@ using calibration::CalibrationWatchConfig;
 constexpr double kWall_m = 6;
 constexpr int kWidth = 160, kHeight = 120;
 constexpr double kFocal = 107;
+const CalibrationWatchConfig kWatched{.images_per_s = 2};
 constexpr SensorId kLaser = 3, kLeft = 4, kRight = 5;
 
 GpsTime at(double s) { return gps_time_ns(1'400'000'000'000'000'000) + from_seconds(s); }
 
-fusion::RigGeometry rig() {
+fusion::RigGeometry rig(nanoseconds row_time = nanoseconds(0)) {
   fusion::RigGeometry out;
   fusion::LaserMount& laser = out.lasers.emplace_back();
   laser.sensor = kLaser;
@@ -39,6 +40,7 @@ fusion::RigGeometry rig() {
   for (const double side : {1.0, -1.0}) {
     fusion::LensMount& lens = out.head.lenses.emplace_back();
     lens.camera = side > 0 ? kLeft : kRight;
+    lens.row_time = row_time;
     lens.intrinsics.width = kWidth;
     lens.intrinsics.height = kHeight;
     lens.intrinsics.focal_px = {kFocal, kFocal};
@@ -63,6 +65,7 @@ double paint(double y, double z, double wall) {
 struct Street {
   double speed = 8;  // m/s
   double drift_at_s = 1e9, turn_z_deg = 0, late_s = 0;
+  double row_time_s = 0;  // from one row to the next; the exposure's time is that of the middle row
   bool has_right_camera = true;
 
   Eigen::Vector3d place(double s) const { return {0, speed * s, 0}; }
@@ -91,9 +94,10 @@ struct Street {
       T_body_head.rotation =
           T_body_head.rotation * Eigen::AngleAxisd(turn_z_deg * kRadPerDeg, Eigen::Vector3d::UnitZ());
     const Transform<Body, Lens> T = T_body_head * mount.T_head_lens;
-    const Eigen::Vector3d from = T.translation + place(s + (is_drifted ? late_s : 0));
     std::vector<std::byte> pixels;
-    for (int v = 0; v < kHeight; ++v)
+    for (int v = 0; v < kHeight; ++v) {
+      const double row_s = row_time_s * (v - (kHeight - 1) / 2.0);
+      const Eigen::Vector3d from = T.translation + place(s + row_s + (is_drifted ? late_s : 0));
       for (int u = 0; u < kWidth; ++u) {
         const Eigen::Vector3d along =
             T.rotation * Eigen::Vector3d((u - (kWidth - 1) / 2.0) / kFocal, (v - (kHeight - 1) / 2.0) / kFocal, 1);
@@ -101,6 +105,7 @@ struct Street {
         const Eigen::Vector3d p = from + along * ((wall - from.x()) / along.x());
         pixels.push_back(static_cast<std::byte>(std::clamp(220 * paint(p.y(), p.z(), wall), 0.0, 255.0)));
       }
+    }
     Exposure out;
     out.camera = mount.camera;
     out.exposure_mid = at(s);
@@ -115,7 +120,7 @@ struct Street {
 
   /// 10 ms of returns from both walls.
   StampedLaserBatch batch(double s) const {
-    std::mt19937_64 source(static_cast<std::uint64_t>(s * 1000));
+    std::mt19937_64 source(static_cast<std::uint64_t>(std::lround(s * 1000)));
     const auto uniform = [&](double low, double high) {
       return low + (high - low) * static_cast<double>(source() >> 11) * 0x1p-53;
     };
@@ -156,7 +161,7 @@ std::vector<std::pair<double, Fault>> drive(const Street& street, double until_s
 }
 
 TEST(DriveWatch, TellsOnceThatTheHeadHasTurned) {
-  DriveWatch watch(rig(), {});
+  DriveWatch watch(rig(), kWatched);
   const auto told = drive({.drift_at_s = 65, .turn_z_deg = 0.1}, 105, watch);
   ASSERT_EQ(told.size(), 1u);
   EXPECT_GT(told[0].first, 65);
@@ -171,7 +176,7 @@ TEST(DriveWatch, TellsOnceThatTheHeadHasTurned) {
 }
 
 TEST(DriveWatch, TellsThatTheImagesHaveBecomeLate) {
-  DriveWatch watch(rig(), {});
+  DriveWatch watch(rig(), kWatched);
   const auto told = drive({.drift_at_s = 65, .late_s = 0.004}, 105, watch);
   ASSERT_FALSE(told.empty());
   EXPECT_THAT(told[0].second.detail, testing::HasSubstr(" later than their times"));
@@ -185,14 +190,27 @@ TEST(DriveWatch, LooksAtTheImagesThatItsRateAllowsAndSaysNothingWhenNothingDrift
   EXPECT_GT(watch.report().windows, 0u);
 }
 
+/// At 8 m/s the vehicle moves 9 cm from the first row to the last, which looks like a turned head to who does not know.
+TEST(DriveWatch, KnowsWhenTheRowsOfARollingShutterAreExposed) {
+  const Street street{.row_time_s = 90e-6};
+  DriveWatch knows(rig(nanoseconds(90'000)), kWatched), does_not(rig(), kWatched);
+  EXPECT_TRUE(drive(street, 60, knows).empty());
+  drive(street, 60, does_not);
+  const auto turn_deg = [](const DriveWatch& watch) {
+    return watch.report().last ? watch.report().last->error.head<3>().norm() * kDegPerRad : std::nan("");
+  };
+  EXPECT_LT(turn_deg(knows), 0.05);
+  EXPECT_GT(turn_deg(does_not), 0.1);
+}
+
 TEST(DriveWatch, DoesNotWaitForACameraThatIsGone) {
-  DriveWatch watch(rig(), {});
+  DriveWatch watch(rig(), kWatched);
   EXPECT_TRUE(drive({.has_right_camera = false}, 30, watch).empty());
   EXPECT_GT(watch.report().images, 12u);
 }
 
 TEST(DriveWatch, AStandingVehicleShowsNothingNew) {
-  DriveWatch watch(rig(), {});
+  DriveWatch watch(rig(), kWatched);
   EXPECT_TRUE(drive({.speed = 0.1}, 40, watch).empty());
   EXPECT_EQ(watch.report().images, 0u);
   EXPECT_GT(watch.report().standing, 30u);
@@ -201,7 +219,7 @@ TEST(DriveWatch, AStandingVehicleShowsNothingNew) {
 
 /// Without a watermark nothing is ever decided; what waits is limited.
 TEST(DriveWatch, WhatWaitsIsLimited) {
-  DriveWatch watch(rig(), {});
+  DriveWatch watch(rig(), kWatched);
   const Street street;
   const Exposure exposure = street.exposure(0, 0), other = street.exposure(0, 1);
   for (int i = 0; i < 200; ++i) {

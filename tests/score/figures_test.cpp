@@ -266,6 +266,9 @@ TEST(ViewFigures, ADriftIsNoticedAfterItAndFalseBeforeIt) {
   add_drift_figures({}, 75.0, missed);
   EXPECT_EQ(value(missed, "drift_false_alarms"), 0);
   EXPECT_EQ(missed.figures.at("drift_noticed_s").reason, "the drift was not noticed");
+  ScenarioScore unwatched;
+  add_unwatched_drift_figures(unwatched);
+  EXPECT_FALSE(unwatched.figures.at("drift_false_alarms").value);
 }
 
 TEST(MetricTable, NamesAreUniqueAndDocumented) {

@@ -12,6 +12,7 @@ ports="--pps-socket $work/pps.sock --data-port 42368 --position-port 48308 --pos
 fail() { echo "FAILED: $*"; exit 1; }
 
 $hueline simulate "$scenario" --out sim --write-rig rig.yaml $ports
+echo 'watch: {images_per_s: 4}' >>rig.yaml
 $hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 &
 devices=$!
 $hueline capture rig.yaml --out drive --until-silent --seconds 60 --quiet || { cat devices.txt; fail "capture"; }
@@ -29,6 +30,16 @@ done
 grep -qE '"grade": "(good|usable with remarks)"' drive/summary.json || { sed -n '/"verdict"/,/"journal"/p' drive/summary.json; fail "the drive is not usable"; }
 [ "$(grep -c "<svg" drive/report.html)" = 1 ] || fail "the report has no map"
 cmp drive/report.html t1/report.html || fail "the replay's report differs"
+# The watch over mounting and times looked at the same images, and saw the same in them.
+watched() { python3 -c 'import json, sys; print(json.load(open(sys.argv[1]))["watch"])' "$1/summary.json"; }
+for run in t1 t2 t4 half real; do
+  [ "$(watched $run)" = "$(watched drive)" ] || { watched $run; watched drive; fail "$run watched otherwise than the live run"; }
+done
+python3 - drive/summary.json <<'EOF' || fail "nothing was watched"
+import json, sys
+watch = json.load(open(sys.argv[1]))["watch"]
+assert watch["images"] >= 4 and watch["patches"] > 20 and watch["images_dropped"] == 0, watch
+EOF
 points=$($hueline inspect drive/cloud.las --json | sed -n 's/.*"points": \([0-9]*\).*/\1/p')
 [ "$points" -gt 100000 ] || fail "only $points points"
 $hueline verify drive/drive.mcap --scenario "$scenario" --sim sim --max-rms-px 1.0 || fail "reprojection"

@@ -1,5 +1,5 @@
 // Drives simulated streets past the watch over mounting and times, and counts what it reports. Only what the watch
-// looks at is rendered: one lens image a second and the laser packets around it, in which an hour of street takes a
+// looks at is rendered: two lens images a second and the laser packets around them, in which an hour of street takes a
 // fraction of an hour. docs/calibration.md has the commands and their figures.
 //
 //   watch_proof SCENARIO FIRST_SEED DRIVES [THREADS]
@@ -36,6 +36,7 @@
 namespace hueline::apps::test {
 namespace {
 
+constexpr double kImagesPerSecond = 2;
 constexpr sim::GpsNs kAround_ns = 160'000'000;  // a little more than the watch uses
 
 /// What the watch said in one drive.
@@ -120,7 +121,8 @@ class Lasers {
 };
 
 DriveResult drive(const sim::Scenario& scenario) {
-  const config::Rig rig = config::parse_rig(simulated_rig(scenario, {}, "lens"), "simulated rig");
+  config::Rig rig = config::parse_rig(simulated_rig(scenario, {}, "lens"), "simulated rig");
+  rig.watch.images_per_s = kImagesPerSecond;
   const sim::Motion motion(scenario);
   const sim::World world(scenario, motion);
   const sim::PanoramicCamera camera(scenario, motion, world);
@@ -175,7 +177,7 @@ std::string line_of(std::uint64_t seed, const DriveResult& result) {
 
 int prove(const std::string& file, std::uint64_t first, std::size_t drives, unsigned threads) {
   sim::Scenario scenario = config::load_scenario(file);
-  scenario.camera.rate_hz = 1;  // the watch takes one image a second
+  scenario.camera.rate_hz = kImagesPerSecond;  // others would not be looked at
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
   std::vector<DriveResult> results(drives);
