@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/packet.hpp"
 #include "drivers/transport/text_exchange.hpp"

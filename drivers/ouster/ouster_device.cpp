@@ -1,5 +1,6 @@
 #include "drivers/ouster/ouster_device.hpp"
 
+#include <memory>
 #include <string>
 
 #include "drivers/ouster/ouster_asking.hpp"
