@@ -1,9 +1,11 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <numbers>
 
 #include "core/measurements.hpp"
 
@@ -26,6 +28,15 @@ struct ReturnLanes {
 /// Returns the four bytes of LaserReturn that begin at `channel`.
 constexpr std::uint32_t tags_of(std::uint32_t channel, std::uint32_t reflectivity, std::uint32_t return_number) {
   return channel | reflectivity << 16U | return_number << 24U;
+}
+
+/// Returns an angle of [-2 pi, 4 pi) within [0, 2 pi), rad. Terms that are added or not are masked, because GCC makes
+/// branches of conditional sums, and no vectors of a loop with branches.
+inline float in_circle(float angle) {
+  constexpr auto kTurn = static_cast<float>(2 * std::numbers::pi);
+  constexpr auto kBits = std::bit_cast<std::int32_t>(kTurn);
+  const float from_0 = angle + std::bit_cast<float>(kBits & -static_cast<std::int32_t>(angle < 0.0f));
+  return from_0 - std::bit_cast<float>(kBits & -static_cast<std::int32_t>(from_0 >= kTurn));
 }
 
 namespace detail {

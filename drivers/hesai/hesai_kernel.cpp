@@ -11,7 +11,6 @@ namespace hueline::drivers {
 namespace {
 
 constexpr int kCircle = 36000;  // in 0.01 degrees
-constexpr float kTwoPi = static_cast<float>(2 * std::numbers::pi);
 constexpr float kRadPerCount = static_cast<float>(2 * std::numbers::pi / kCircle);
 
 unsigned u16(const std::byte* p) { return static_cast<unsigned>(p[0]) | static_cast<unsigned>(p[1]) << 8U; }
@@ -105,8 +104,7 @@ void HesaiKernel::fill_lanes(const std::byte* units, int azimuth, std::int32_t b
     lanes_.y[c] = flat * (cos_block * channels_.cos_azimuth[c] - sin_block * channels_.sin_azimuth[c]);
     lanes_.z[c] = range * channels_.sin_elevation[c];
     lanes_.range[c] = range;
-    const float sum = block_rad + channels_.azimuth[c];
-    lanes_.azimuth[c] = sum >= kTwoPi ? sum - kTwoPi : sum < 0.0f ? sum + kTwoPi : sum;
+    lanes_.azimuth[c] = in_circle(block_rad + channels_.azimuth[c]);
     lanes_.time_ns[c] = block_ns + times[c];
     lanes_.tags[c] = tags_of(channels_.ring[c], words[c] >> 16U & 0xFFU, 1);
     lanes_.return_count[c] = 1;

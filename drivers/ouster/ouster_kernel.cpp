@@ -1,7 +1,6 @@
 #include "drivers/ouster/ouster_kernel.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -54,7 +53,7 @@ OusterKernel::OusterKernel(const OusterMetadata& metadata, double min_range_m, d
     beams_.along[c] = static_cast<float>(std::cos(altitude) * std::cos(azimuth));
     beams_.left[c] = static_cast<float>(-std::cos(altitude) * std::sin(azimuth));
     beams_.up[c] = static_cast<float>(std::sin(altitude));
-    beams_.azimuth[c] = static_cast<float>(whole_turn(azimuth));
+    beams_.azimuth[c] = static_cast<float>(azimuth);
     beams_.ring[c] = static_cast<std::uint32_t>(
         std::ranges::count_if(metadata.altitudes_deg, [&](double other) { return other < metadata.altitudes_deg[c]; }));
   }
@@ -167,7 +166,7 @@ void OusterKernel::fill_lanes(const Turn& turn, std::int32_t time_ns) {
   const float lx = turn.left.x(), ly = turn.left.y(), lz = turn.left.z();
   const float ux = up_.x(), uy = up_.y(), uz = up_.z();
   const float ox = turn.origin.x(), oy = turn.origin.y(), oz = turn.origin.z();
-  const float beam_m = beam_m_, azimuth = turn.azimuth, two_pi = static_cast<float>(kTwoPi);
+  const float beam_m = beam_m_, azimuth = turn.azimuth;
   const std::int32_t nearest = nearest_mm_, farthest = farthest_mm_;
   const std::size_t count = channels_;
   for (std::size_t c = 0; c < count; ++c) {
@@ -178,9 +177,7 @@ void OusterKernel::fill_lanes(const Turn& turn, std::int32_t time_ns) {
     lanes.y[c] = along * ay + left * ly + up * uy + oy;
     lanes.z[c] = along * az + left * lz + up * uz + oz;
     lanes.range[c] = range;
-    const float sum = azimuth + beams_.azimuth[c];
-    const std::int32_t is_beyond = -static_cast<std::int32_t>(sum >= two_pi);
-    lanes.azimuth[c] = sum - std::bit_cast<float>(std::bit_cast<std::int32_t>(two_pi) & is_beyond);
+    lanes.azimuth[c] = in_circle(azimuth + beams_.azimuth[c]);
     lanes.time_ns[c] = time_ns;
     lanes.tags[c] = tags_of(beams_.ring[c], echoes.reflectivity[c], kIsFar ? 2 : 1);
     lanes.return_count[c] = count_[c];

@@ -192,8 +192,7 @@ void VelodyneKernel::fill_directions(const Firings& firings, int azimuth, float 
     const float c = firings.cos_azimuth[f] * cos_turn - firings.sin_azimuth[f] * sin_turn;
     directions_.x[f] = firings.cos_elevation[f] * (sin_block * c + cos_block * s);
     directions_.y[f] = firings.cos_elevation[f] * (cos_block * c - sin_block * s);
-    const float sum = block_rad + firings.azimuth[f] + turn;
-    directions_.azimuth[f] = sum >= kTwoPi ? sum - kTwoPi : sum < 0.0f ? sum + kTwoPi : sum;
+    directions_.azimuth[f] = in_circle(block_rad + firings.azimuth[f] + turn);
   }
   if (!has_window_) return;
   for (std::size_t f = 0; f < kFirings; ++f) {
@@ -245,33 +244,30 @@ LaserReturn* VelodyneKernel::decode_pair(const Firings& firings, const std::byte
   alignas(16) std::array<std::uint32_t, kFirings> wants_near, wants_far;
   load_firings(last, last_words);
   load_firings(strongest, strongest_words);
-  const std::uint32_t wants_all = choice_ == ReturnChoice::All ? 1 : 0,
-                      wants_last = choice_ == ReturnChoice::Last ? 1 : 0;
+  // All bits or none, because GCC makes no vectors of a loop with branches.
+  const std::int32_t wants_all = choice_ == ReturnChoice::All ? -1 : 0,
+                     wants_last = choice_ == ReturnChoice::Last ? -1 : 0;
+  const auto mask = [](bool is_set) { return -static_cast<std::int32_t>(is_set); };
   for (std::size_t f = 0; f < kFirings; ++f) {
-    const std::uint32_t a = last_words[f] & 0xFFFFU, b = strongest_words[f] & 0xFFFFU;
-    const std::uint32_t ra = last_words[f] >> 16U & 0xFFU, rb = strongest_words[f] >> 16U & 0xFFU;
-    const std::uint32_t is_pair =
-        static_cast<std::uint32_t>(a != b) & static_cast<std::uint32_t>(a != 0) & static_cast<std::uint32_t>(b != 0);
-    const std::uint32_t last_is_far =
-        static_cast<std::uint32_t>(static_cast<std::int32_t>(a) > static_cast<std::int32_t>(b));
+    const auto a = static_cast<std::int32_t>(last_words[f] & 0xFFFFU),
+               b = static_cast<std::int32_t>(strongest_words[f] & 0xFFFFU);
+    const std::int32_t is_pair = ~(mask(a == b) | mask(a == 0) | mask(b == 0)), last_is_far = mask(a > b);
     // Of a pair the smaller distance is near; of one return it is the one that is not 0, and `a` of two equal ones.
-    const std::uint32_t near_is_b = (is_pair & last_is_far) | ((1U - is_pair) & static_cast<std::uint32_t>(a == 0));
-    // Masks instead of conditions, because compilers make branches of some of those.
-    const std::uint32_t takes_b = 0U - near_is_b;
-    const std::uint32_t near_reflectivity = (rb & takes_b) | (ra & ~takes_b),
-                        far_reflectivity = (ra & takes_b) | (rb & ~takes_b);
-    near[f] = static_cast<std::int32_t>((b & takes_b) | (a & ~takes_b));
-    far[f] = static_cast<std::int32_t>((a & takes_b) | (b & ~takes_b));
-    const std::uint32_t is_equal = static_cast<std::uint32_t>(near_reflectivity == far_reflectivity);
-    const std::uint32_t near_is_stronger = static_cast<std::uint32_t>(static_cast<std::int32_t>(near_reflectivity) >
-                                                                      static_cast<std::int32_t>(far_reflectivity)) |
-                                           (is_equal & last_is_far);
-    const std::uint32_t chosen_near = (wants_last & (1U - last_is_far)) | ((1U - wants_last) & near_is_stronger);
-    wants_near[f] = (1U - is_pair) | wants_all | chosen_near;
-    wants_far[f] = is_pair & (wants_all | (1U - chosen_near));
-    near_.tags[f] = tags_of(firings.channel[f], near_reflectivity, 1);
-    far_.tags[f] = tags_of(firings.channel[f], far_reflectivity, 2);
-    near_.return_count[f] = 1U + is_pair;
+    const std::int32_t near_is_b = (is_pair & last_is_far) | (~is_pair & mask(a == 0));
+    const std::uint32_t exchanged = (last_words[f] ^ strongest_words[f]) & static_cast<std::uint32_t>(near_is_b);
+    const std::uint32_t near_word = last_words[f] ^ exchanged, far_word = strongest_words[f] ^ exchanged;
+    near[f] = static_cast<std::int32_t>(near_word & 0xFFFFU);
+    far[f] = static_cast<std::int32_t>(far_word & 0xFFFFU);
+    const auto near_reflectivity = static_cast<std::int32_t>(near_word >> 16U & 0xFFU),
+               far_reflectivity = static_cast<std::int32_t>(far_word >> 16U & 0xFFU);
+    const std::int32_t near_is_stronger =
+        mask(near_reflectivity > far_reflectivity) | (mask(near_reflectivity == far_reflectivity) & last_is_far);
+    const std::int32_t chosen_near = (wants_last & ~last_is_far) | (~wants_last & near_is_stronger);
+    wants_near[f] = static_cast<std::uint32_t>(~is_pair | wants_all | chosen_near) & 1U;
+    wants_far[f] = static_cast<std::uint32_t>(is_pair & (wants_all | ~chosen_near)) & 1U;
+    near_.tags[f] = tags_of(firings.channel[f], static_cast<std::uint32_t>(near_reflectivity), 1);
+    far_.tags[f] = tags_of(firings.channel[f], static_cast<std::uint32_t>(far_reflectivity), 2);
+    near_.return_count[f] = 1U + (static_cast<std::uint32_t>(is_pair) & 1U);
     far_.return_count[f] = 2;
   }
   fill_places(firings, near, block_ns, near_);
