@@ -149,15 +149,15 @@ Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& p
     found.look = look;
     least = cost;
   }
-  if (found.moment >= 0 && found.look <= LineOfSight::Behind) take_agreed(index, moves, piece, point, found);
+  // What moves is somewhere else at other moments, so their images bear no witness.
+  if (!moves && found.moment >= 0 && found.look <= LineOfSight::Behind) take_agreed(index, piece, point, found);
   return found;
 }
 
 /// Where the laser points leave open whether even the best moment sees the point, the images decide: those that see it
 /// show one colour, the others show what happens to be in front. Replaces the choice in `found` by the view that most
 /// others agree with.
-void Colouring::take_agreed(std::size_t index, bool moves, Piece& piece, const ColouredPoint& point,
-                            Found& found) const {
+void Colouring::take_agreed(std::size_t index, Piece& piece, const ColouredPoint& point, Found& found) const {
   piece.witnesses.clear();
   piece.views.clear();
   for (std::size_t k = 0; k < piece.candidates.size(); ++k) {
@@ -168,7 +168,7 @@ void Colouring::take_agreed(std::size_t index, bool moves, Piece& piece, const C
     const HeadGains* gains = gains_of(moment, piece);
     const Rgb pixel = sample_sight(lens, moment.pictures[lens.camera], sight);
     if (has_lost_light(gains, sight, pixel)) continue;
-    const LineOfSight look = line_of_sight(moment, piece.seen[k], index, moves, point.time, piece.is_provisional);
+    const LineOfSight look = line_of_sight(moment, piece.seen[k], index, false, point.time, piece.is_provisional);
     const float trust = kTrust[static_cast<std::size_t>(look)];
     piece.witnesses.push_back(
         {radiometry_.render(pixel, gains, sight.lens, lens.off_axis(sight.x, sight.y), piece.adaptation), trust,

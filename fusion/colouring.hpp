@@ -153,7 +153,7 @@ class Colouring {
   template <class Predicate>
   static void gather(const PlacedBatch& batch, const Predicate& is_wanted, Piece& piece);
   Found find_visible(std::size_t index, bool moves, Piece& piece, const ColouredPoint& point) const;
-  void take_agreed(std::size_t index, bool moves, Piece& piece, const ColouredPoint& point, Found& found) const;
+  void take_agreed(std::size_t index, Piece& piece, const ColouredPoint& point, Found& found) const;
   Found find_nearest(int owner, bool is_lost, Piece& piece, const ColouredPoint& point) const;
   bool sees(const Moment& moment, const ColouredPoint& point, Sight& sight) const;
   bool has_lost_light(const HeadGains* gains, const Sight& sight, const Rgb& pixel) const;
