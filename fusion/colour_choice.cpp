@@ -20,6 +20,8 @@ constexpr float kPerNanosecond = 1e-10f;  // what poses and light drift apart be
 constexpr float kSameLine = 0.02f;        // nothing fits between two lines with this parallax, rad
 constexpr float kUsualSigma_m = 0.1f;     // poses of an undisturbed drive differ less in sigma
 constexpr float kNever = 1e30f;
+// On each side so many moments, the nearest, may colour a point even if they are no steps of the timeline.
+constexpr int kNearest = 3;
 constexpr int kKnownMoments = 3;            // earlier ones, and later ones, that may give a provisional colour
 constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
 // An exposure this near shows what moves at a place that it filled at the firing too.
@@ -234,7 +236,7 @@ Colouring::Found Colouring::find_nearest(int owner, bool is_lost, Piece& piece, 
   const int per_side = is_lost ? config_.lost_image_neighbours : config_.neighbours;
   const nanoseconds reach = timeline_.interval() * per_side + timeline_.interval() / 2 + config_.window_slack;
   piece.candidates.clear();
-  if (per_side > 0) timeline_.neighbours_of(point.time, reach, per_side, owner, piece.candidates);
+  if (per_side > 0) timeline_.neighbours_of(point.time, reach, per_side, per_side, owner, piece.candidates);
   for (const int candidate : piece.candidates) {
     if (timeline_.at(candidate).time > point.time + reach_ahead()) continue;
     if (!sees(timeline_.at(candidate), point, found.sight)) continue;
@@ -355,7 +357,7 @@ void Colouring::colour_rest(const PlacedBatch& batch, ColouredPoint* points, Pie
 /// a batch, which lasts about a millisecond.
 void Colouring::find_candidates(const PlacedBatch& batch, Piece& piece) const {
   const int owner = timeline_.owner_of(batch.batch.time);
-  timeline_.neighbours_of(batch.batch.time, neighbour_reach(), config_.neighbours, owner, piece.candidates);
+  timeline_.neighbours_of(batch.batch.time, reach_behind(), config_.neighbours, kNearest, owner, piece.candidates);
   if (owner >= 0) piece.candidates.insert(piece.candidates.begin(), owner);
   const GpsTime end = batch.batch.time + reach_ahead();
   std::erase_if(piece.candidates,
@@ -365,7 +367,7 @@ void Colouring::find_candidates(const PlacedBatch& batch, Piece& piece) const {
 /// Finds the moments that may colour a batch before all of its exposures have come: the nearest of those that have
 /// maps.
 void Colouring::find_known(const PlacedBatch& batch, Piece& piece) const {
-  timeline_.neighbours_of(batch.batch.time, neighbour_reach() + timeline_.interval(), kKnownMoments, -1,
+  timeline_.neighbours_of(batch.batch.time, neighbour_reach() + timeline_.interval(), kKnownMoments, kKnownMoments, -1,
                           piece.candidates);
   std::erase_if(piece.candidates, [&](int index) {
     const Moment& moment = timeline_.at(index);

@@ -30,7 +30,9 @@ void Colouring::Config::visit(Keys& keys) {
       exposure_interval, {0, 60});
   // More on each side than Config::max_held_moments can hold would never be there.
   keys.whole(
-      {"neighbours", "exposures", "How many exposures on each side may give a point its colour besides its owner."},
+      {"neighbours", "exposures",
+       "How many exposures on each side may give a point its colour besides its owner. Beyond the nearest three of a "
+       "side, they are 0.4 s apart."},
       neighbours, {0, 15});
   keys.duration({"max_wait_s", "s",
                  "How long a point waits after its firing for later exposures that may colour it. It always waits for "
@@ -120,6 +122,13 @@ nanoseconds Colouring::neighbour_reach() const {
   return timeline_.interval() * windows + timeline_.interval() / 2 + config_.window_slack;
 }
 
+/// How much earlier than a point's firing an exposure may be that colours it. Earlier ones cost no waiting, so this
+/// does not shrink with the time between exposures, as neighbour_reach() does.
+nanoseconds Colouring::reach_behind() const {
+  if (config_.choice == ExposureChoice::Nearest) return neighbour_reach();
+  return timeline_.step() * config_.neighbours + timeline_.interval() / 2 + config_.window_slack;
+}
+
 /// How much later than a point's firing an exposure may be that colours it.
 nanoseconds Colouring::reach_ahead() const {
   const nanoseconds owner = timeline_.interval() / 2 + config_.window_slack;
@@ -198,7 +207,7 @@ bool Colouring::is_ready(const PlacedBatch& batch) const {
   for (std::size_t i = 0; i < timeline_.size(); ++i) {
     const Moment& moment = timeline_.at(static_cast<int>(i));
     if (moment.time > end) break;
-    if (moment.time + neighbour_reach() >= batch.batch.time && !moment.is_pose_final) return false;
+    if (moment.time + reach_behind() >= batch.batch.time && !moment.is_pose_final) return false;
   }
   return true;
 }
@@ -242,7 +251,7 @@ void Colouring::map_depths(GpsTime from, GpsTime to) {
   std::vector<Moment*> moments;
   for (std::size_t i = 0; i < timeline_.size(); ++i) {
     Moment& moment = timeline_.at(static_cast<int>(i));
-    if (!moment.viewpoint || moment.time < from - neighbour_reach() || moment.time > to + neighbour_reach()) continue;
+    if (!moment.viewpoint || moment.time < from - reach_behind() || moment.time > to + neighbour_reach()) continue;
     moments.push_back(&moment);
   }
   visibility_.map(moments, placed_, *pool_);
@@ -410,19 +419,20 @@ void Colouring::forget() {
   GpsTime oldest = *watermark_ - config_.max_lateness;
   for (const StampedLaserBatch& batch : pending_) oldest = std::min(oldest, batch.time);
   for (std::size_t i = coloured_; i < placed_.size(); ++i) oldest = std::min(oldest, placed_[i].batch.time);
-  timeline_.forget_before(oldest - neighbour_reach());
-  trajectory_.forget_before(oldest - neighbour_reach());
+  timeline_.forget_before(oldest - reach_behind());
+  if (config_.choice == ExposureChoice::Visible) timeline_.keep_steps_before(oldest - neighbour_reach());
+  trajectory_.forget_before(oldest - reach_behind());
   // Visibility still holds the batches of turns that have not ended.
   const auto is_in_open_turn = [&](const PlacedBatch& batch) {
     return config_.choice == ExposureChoice::Visible && batch.turn == 0 && batch.placed.places.size() > 0;
   };
   while (coloured_ > 0 && !is_in_open_turn(placed_.front()) &&
-         (placed_.front().batch.time < oldest - neighbour_reach() || kept_returns_ > config_.max_pending_returns)) {
+         (placed_.front().batch.time < oldest - reach_behind() || kept_returns_ > config_.max_pending_returns)) {
     kept_returns_ -= placed_.front().placed.places.size();
     placed_.pop_front();
     --coloured_;
   }
-  visibility_.forget_before(oldest - neighbour_reach());
+  visibility_.forget_before(oldest - reach_behind());
 }
 
 }  // namespace hueline::fusion

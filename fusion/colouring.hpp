@@ -163,6 +163,7 @@ class Colouring {
   void note(SensorId sensor, FaultKind kind, std::uint64_t count, std::string detail);
   GpsTime last_firing(const StampedLaserBatch& batch) const;
   nanoseconds neighbour_reach() const;
+  nanoseconds reach_behind() const;
   nanoseconds reach_ahead() const;
 
   Config config_;

@@ -51,6 +51,9 @@ void ExposureTimeline::add(const Exposure& exposure, std::size_t camera, const R
   moment.has_image[camera] = 1;
   moment.blind = blind;
   measure_interval(moment.time);
+  // Half an interval earlier is as near to kApart as the next one would be.
+  moment.is_step = !last_step_ || std::chrono::abs(moment.time - *last_step_) >= kApart - interval_ / 2;
+  if (moment.is_step) last_step_ = moment.time;
   moments_.insert(moments_.begin() + static_cast<std::ptrdiff_t>(first_at_or_after(moment.time)), std::move(moment));
 }
 
@@ -65,15 +68,18 @@ int ExposureTimeline::nearest(GpsTime t, nanoseconds reach) const {
   return best;
 }
 
-void ExposureTimeline::neighbours_of(GpsTime t, nanoseconds reach, int per_side, int except,
+void ExposureTimeline::neighbours_of(GpsTime t, nanoseconds reach, int per_side, int nearest, int except,
                                      std::vector<int>& found) const {
   found.clear();
   auto after = static_cast<int>(first_at_or_after(t));
   int before = after - 1, taken_before = 0, taken_after = 0;
   const int size = static_cast<int>(moments_.size());
+  const auto is_left_out = [&](int index, int taken) {
+    return index == except || (taken >= nearest && !at(index).is_step);
+  };
   for (;;) {
-    if (before == except) --before;
-    if (after == except) ++after;
+    while (before >= 0 && is_left_out(before, taken_before)) --before;
+    while (after < size && is_left_out(after, taken_after)) ++after;
     const bool has_before = before >= 0 && taken_before < per_side && t - at(before).time <= reach;
     const bool has_after = after < size && taken_after < per_side && at(after).time - t <= reach;
     if (!has_before && !has_after) return;
@@ -92,13 +98,12 @@ bool ExposureTimeline::has_whole_after(GpsTime t) const {
                      [&](const Moment& moment) { return moment.is_whole() && moment.time > t; });
 }
 
-std::size_t ExposureTimeline::forget_before(GpsTime time) {
-  std::size_t dropped = 0;
-  while (!moments_.empty() && moments_.front().time < time) {
-    moments_.pop_front();
-    ++dropped;
-  }
-  return dropped;
+void ExposureTimeline::forget_before(GpsTime time) {
+  while (!moments_.empty() && moments_.front().time < time) moments_.pop_front();
+}
+
+void ExposureTimeline::keep_steps_before(GpsTime time) {
+  std::erase_if(moments_, [&](const Moment& moment) { return moment.time < time && !moment.is_step; });
 }
 
 }  // namespace hueline::fusion

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <deque>
@@ -62,7 +63,10 @@ struct Moment {
   std::uint64_t next_turn = 0, next_glance = 0;  ///< numbers of the first turn and batch that they do not have yet
   std::optional<GpsTime> newest_turn;            ///< middle of the newest turn when `standing` was last completed
   bool is_compared = false;                      ///< whether Radiometry knows it
-  std::optional<HeadGains> gains;                ///< once found
+  /// Whether it is one of those that are ExposureTimeline::kApart apart, and therefore serves points far from it in
+  /// time.
+  bool is_step = false;
+  std::optional<HeadGains> gains;  ///< once found
 
   bool is_whole() const;
 };
@@ -79,6 +83,10 @@ class ExposureTimeline {
     /// Exposures of different cameras are one moment if they are closer together than this.
     nanoseconds together{0};
   };
+  /// Time between moments that serve points far from them, unless the camera is slower. In this time a vehicle moves by
+  /// some metres, so that they see past different things.
+  static constexpr nanoseconds kApart{400'000'000};
+
   ExposureTimeline(const Rule& rule, std::size_t cameras) : rule_(rule), cameras_(cameras) {}
 
   /// Adds an exposure. `camera` is the camera's index in the rig's list, and `view` has data. `blind` has one bit for
@@ -92,8 +100,10 @@ class ExposureTimeline {
   /// Returns the index of the nearest moment with t in [S - reach, S + reach); -1 if there is none.
   int nearest(GpsTime t, nanoseconds reach) const;
   /// Finds the moments within `reach` of t, at most `per_side` before and after it and without `except`, the nearest
-  /// first.
-  void neighbours_of(GpsTime t, nanoseconds reach, int per_side, int except, std::vector<int>& found) const;
+  /// first. Those beyond the nearest `nearest` of a side are steps, so that a fast camera's moments reach as far as
+  /// those of a slow one.
+  void neighbours_of(GpsTime t, nanoseconds reach, int per_side, int nearest, int except,
+                     std::vector<int>& found) const;
   /// Returns the time of the newest moment that has come; empty before the first.
   std::optional<GpsTime> newest() const { return last_time_; }
   /// Returns whether a moment after t that is whole has come.
@@ -102,8 +112,12 @@ class ExposureTimeline {
   std::size_t size() const { return moments_.size(); }
   Moment& at(int index) { return moments_[static_cast<std::size_t>(index)]; }
   const Moment& at(int index) const { return moments_[static_cast<std::size_t>(index)]; }
-  /// Removes the moments before `time` and returns how many there were.
-  std::size_t forget_before(GpsTime time);
+  /// Returns about the time between two steps.
+  nanoseconds step() const { return std::max(interval_, kApart); }
+  /// Removes the moments before `time`.
+  void forget_before(GpsTime time);
+  /// Removes the moments before `time` that are no steps.
+  void keep_steps_before(GpsTime time);
   void drop_oldest() { moments_.pop_front(); }
 
  private:
@@ -114,7 +128,7 @@ class ExposureTimeline {
   std::size_t cameras_;
   std::deque<Moment> moments_;
   std::uint64_t next_serial_ = 0;
-  std::optional<GpsTime> last_time_;
+  std::optional<GpsTime> last_time_, last_step_;
   std::deque<nanoseconds> intervals_;
   nanoseconds interval_{rule_.interval.count() > 0 ? rule_.interval : rule_.interval_at_start};
 };
