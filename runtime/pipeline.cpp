@@ -11,8 +11,9 @@
 namespace hueline::runtime {
 namespace {
 
-constexpr nanoseconds kSettledAround{10'000'000};  // promised by ProductSink
-constexpr std::size_t kMostUnsettled = 10'000;     // limit for the time without a watermark
+constexpr nanoseconds kSettledAround{10'000'000};   // promised by ProductSink
+constexpr nanoseconds kAfterTheEnd{1'000'000'000};  // poses that the last data may need
+constexpr std::size_t kMostUnsettled = 10'000;      // limit for the time without a watermark
 
 GpsTime end_of(const Exposure& exposure) { return exposure.exposure_mid; }
 GpsTime end_of(const StampedLaserBatch& batch) {
@@ -28,8 +29,9 @@ fusion::Colouring::Config with_threads(fusion::Colouring::Config config, int thr
 
 }  // namespace
 
-Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink)
+Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink, PostTrajectory* trajectory)
     : sink_(sink),
+      trajectory_(trajectory),
       pos_(rig.sync.pos),
       decoders_(rig.sensors.size() + 1),
       synchroniser_(rig.sync),
@@ -117,14 +119,12 @@ void Pipeline::take_synchronised() {
   for (const auto& change : synchronised_.state_changes) sink_.on_sync_state(change.time, change.clock, change.to);
   for (Fault& fault : synchronised_.faults) tell(std::move(fault));
   for (const InsSolution& solution : synchronised_.ins) {
-    colouring_.add(solution);
-    if (!told_origin_ && colouring_.trajectory().origin()) {
-      sink_.on_origin(*colouring_.trajectory().origin());
-      told_origin_ = true;
-    }
     health_.on_solution(solution);
-    sink_.on_solution(solution);
+    if (trajectory_ == nullptr) take_solution(solution);
   }
+  if (trajectory_ != nullptr)
+    if (const auto now = synchroniser_.stream_time())
+      trajectory_->take_until(*now, [this](const InsSolution& solution) { take_solution(solution); });
   for (const StampedWheelSpeed& wheel : synchronised_.wheels) sink_.on_wheel(wheel);
   for (const Exposure& exposure : synchronised_.exposures) {
     health_.on_exposure(exposure);
@@ -148,6 +148,15 @@ void Pipeline::take_synchronised() {
     sink_.on_watermark(*watermark);
   }
   take_faults();
+}
+
+void Pipeline::take_solution(const InsSolution& solution) {
+  colouring_.add(solution);
+  if (!told_origin_ && colouring_.trajectory().origin()) {
+    sink_.on_origin(*colouring_.trajectory().origin());
+    told_origin_ = true;
+  }
+  sink_.on_solution(solution);
 }
 
 void Pipeline::take_faults() {
@@ -188,6 +197,9 @@ void Pipeline::flush() {
   take_measurements();
   synchroniser_.flush(synchronised_);
   take_synchronised();
+  if (trajectory_ != nullptr)
+    if (const auto now = synchroniser_.stream_time())
+      trajectory_->take_until(*now + kAfterTheEnd, [this](const InsSolution& solution) { take_solution(solution); });
   give_settled(true);
   colouring_.flush();
   take_faults();
@@ -227,6 +239,7 @@ void Pipeline::report(Summary& summary) const {
   for (const sync::WheelOdometer& wheel : synchroniser_.wheels())
     summary.on_wheels(wheel.sensor(), wheel.speeds(), wheel.pulses());
   if (watch_) summary.on_watch(watch_->report());
+  if (trajectory_ != nullptr) summary.on_trajectory(trajectory_->comparison());
   const fusion::ColouringCounts& counts = colouring_.counts();
   for (int i = 1; i < fusion::kNoPoseReasons; ++i) {
     const auto reason = static_cast<fusion::NoPose>(i);

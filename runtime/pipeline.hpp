@@ -12,6 +12,7 @@
 #include "runtime/drive_watch.hpp"
 #include "runtime/fault_rate.hpp"
 #include "runtime/health.hpp"
+#include "runtime/post_trajectory.hpp"
 #include "runtime/products.hpp"
 #include "runtime/summary.hpp"
 #include "sync/synchroniser.hpp"
@@ -25,7 +26,9 @@ namespace hueline::runtime {
 class Pipeline {
  public:
   /// `threads` is the number of colouring workers. `sink` must outlive the pipeline.
-  Pipeline(const config::Rig& rig, int threads, ProductSink& sink);
+  /// With `trajectory`, which must outlive the pipeline too, poses come from it; the POS's solutions then serve the
+  /// clocks and the health only.
+  Pipeline(const config::Rig& rig, int threads, ProductSink& sink, PostTrajectory* trajectory = nullptr);
   ~Pipeline();
 
   /// Takes a packet; packets must come in journal order. A packet that is marked as shed changes nothing.
@@ -44,6 +47,7 @@ class Pipeline {
   void take_fault(const Packet& packet, Decoder* decoder);
   void take_measurements();
   void take_synchronised();
+  void take_solution(const InsSolution& solution);
   void give_settled(bool everything);
   void take_faults();
   void tell(Fault fault);
@@ -54,6 +58,7 @@ class Pipeline {
   void note_pos(Summary& summary) const;
 
   ProductSink& sink_;
+  PostTrajectory* const trajectory_;  // null: the POS's solutions are used
   const SensorId pos_;
   std::vector<std::unique_ptr<Decoder>> decoders_;  // by SensorId; null for the system
   sync::Synchroniser synchroniser_;

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <optional>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "config/section.hpp"
 #include "runtime/version.hpp"
@@ -75,6 +78,36 @@ Status Recording::for_each(const std::function<bool(const Packet&)>& use) {
     if (first.ok()) first = error;
     if (error.code != ErrorCode::Malformed) return first;
   }
+}
+
+Status for_each_solution(const config::Rig& rig,
+                         const std::function<Status(const std::function<bool(const Packet&)>& take)>& feed,
+                         const std::function<void(const InsSolution&)>& use) {
+  std::unique_ptr<Decoder> decoder;
+  for (const auto& sensor : rig.sensors)
+    if (sensor.id == rig.sync.pos) decoder = sensor.device->make_decoder();
+  if (!decoder) return {};
+  std::optional<InsUncertainty> uncertainty;
+  std::vector<Measurement> measurements;
+  const auto take = [&] {
+    for (Measurement& measurement : measurements) {
+      if (const auto* sigma = std::get_if<InsUncertainty>(&measurement)) uncertainty = *sigma;
+      auto* solution = std::get_if<InsSolution>(&measurement);
+      if (solution == nullptr) continue;
+      if (!solution->sigma && uncertainty) solution->sigma = uncertainty->sigma;
+      use(*solution);
+    }
+    measurements.clear();
+  };
+  const Status read = feed([&](const Packet& packet) {
+    if (packet.sensor != rig.sync.pos || packet.shed || packet.kind != PacketKind::Wire) return true;
+    decoder->decode(packet, measurements);
+    take();
+    return true;
+  });
+  decoder->flush(measurements);
+  take();
+  return read;
 }
 
 }  // namespace hueline::runtime

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "config/rig.hpp"
+#include "core/measurements.hpp"
 #include "core/result.hpp"
 #include "storage/journal_reader.hpp"
 
@@ -32,5 +33,11 @@ struct Recording {
   /// Returns ok at a whole end.
   Status for_each(const std::function<bool(const Packet&)>& use);
 };
+
+/// Calls `use` for every solution of the rig's POS among the packets that `feed` gives, in order, with the sigma that
+/// the POS gave last. Returns the status of `feed`.
+Status for_each_solution(const config::Rig& rig,
+                         const std::function<Status(const std::function<bool(const Packet&)>& take)>& feed,
+                         const std::function<void(const InsSolution&)>& use);
 
 }  // namespace hueline::runtime

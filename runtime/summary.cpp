@@ -328,6 +328,7 @@ nlohmann::ordered_json Summary::json() const {
                       {"incomplete_images", incomplete_images_},
                       {"time_sigma_rms_us", exposure_sigma_.rms_us()},
                       {"time_sigma_largest_us", exposure_sigma_.largest_us}};
+  if (trajectory_) out["trajectory"] = trajectory_->json();
   if (watch_) out["watch"] = watch_json();
   for (const Wheels& wheels : wheels_) out["wheels"].push_back(wheels_json(wheels));
   auto& clocks = out["clocks"] = nlohmann::ordered_json::array();
@@ -370,6 +371,7 @@ std::string Summary::text() const {
       "{:.2f} us rms, {:.2f} us largest\n",
       exposures_, exposures_by_timing_[0], exposures_by_timing_[1], exposures_by_timing_[2], incomplete_images_,
       exposure_sigma_.rms_us(), exposure_sigma_.largest_us);
+  if (trajectory_) out += trajectory_->text();
   if (watch_) out += watch_text();
   for (const Wheels& wheels : wheels_)
     for (const auto& [kind, way] : {std::pair("speeds", wheels.speeds), std::pair("pulses", wheels.pulses)})

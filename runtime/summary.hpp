@@ -10,6 +10,7 @@
 
 #include "core/decoder.hpp"
 #include "runtime/drive_watch.hpp"
+#include "runtime/post_trajectory.hpp"
 #include "runtime/products.hpp"
 #include "runtime/verdict.hpp"
 #include "sync/wheel_odometer.hpp"
@@ -34,6 +35,8 @@ class Summary : public ProductSink {
   void on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses);
   /// Sets what the watch over mounting and times did and found.
   void on_watch(const WatchReport& report) { watch_ = report; }
+  /// Sets how the post-processed trajectory differs from the POS's solutions that it replaces.
+  void on_trajectory(const TrajectoryComparison& comparison) { trajectory_ = comparison; }
   /// To be called if the products end before the recording does. A replay makes them whole. `why` is a sentence.
   void on_early_end(const std::string& why) { ends_early_ = why; }
   void on_returns(std::uint64_t returns) { returns_ += returns; }      ///< decoded returns, of all scanners
@@ -99,7 +102,8 @@ class Summary : public ProductSink {
 
   std::vector<Sensor> sensors_;
   std::vector<Wheels> wheels_;
-  std::optional<WatchReport> watch_;  // empty: nothing was watched
+  std::optional<WatchReport> watch_;                // empty: nothing was watched
+  std::optional<TrajectoryComparison> trajectory_;  // empty: the POS's solutions were used
   std::uint64_t points_ = 0, packets_ = 0, bytes_ = 0, gaps_ = 0, next_sequence_ = 0;
   std::array<std::uint64_t, kColourStates> by_state_{};
   std::uint64_t returns_ = 0;

@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <string>
 
+#include "apps/capture/trajectory_options.hpp"
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
@@ -17,12 +20,23 @@ namespace {
 
 struct Options {
   std::string recording, out, rig;
+  TrajectoryOptions trajectory;
   double speed = 0;
   int threads = 2;
 };
 
 int status_of_verdict(const runtime::Summary& summary) {
   return summary.verdict() && summary.verdict()->grade == runtime::Grade::Again ? kDriveAgain : kDone;
+}
+
+/// Calls `use` with the POS's solutions of the recording. What is damaged in it is reported when it is replayed.
+Status for_each_own_solution(const Options& options, const std::function<void(const InsSolution&)>& use) {
+  auto recording = runtime::Recording::open(options.recording, options.rig);
+  if (!recording.ok()) return recording.error();
+  const Status read = runtime::for_each_solution(
+      recording->rig, [&](const auto& take) { return recording->for_each(take); }, use);
+  if (!read.ok()) log_warning("{}", read.error().message);
+  return {};
 }
 
 int replay(const Options& options) {
@@ -32,6 +46,12 @@ int replay(const Options& options) {
     log_error(recording.error().message);
     return opening_status(recording.error());
   }
+  auto opened = options.trajectory.open([&](const auto& use) { return for_each_own_solution(options, use); });
+  if (!opened.ok()) {
+    log_error(opened.error().message);
+    return opening_status(opened.error());
+  }
+  runtime::PostTrajectory* const trajectory = opened->get();
   auto outputs = runtime::Outputs::create(recording->rig, options.out,
                                           [](const std::string& trouble) { log_error("{}", trouble); });
   if (!outputs.ok()) {
@@ -39,7 +59,7 @@ int replay(const Options& options) {
     return outputs.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
   }
   runtime::Outputs& sink = **outputs;
-  runtime::Pipeline pipeline(recording->rig, options.threads, sink);
+  runtime::Pipeline pipeline(recording->rig, options.threads, sink, trajectory);
   runtime::Pacer pacer(options.speed);
   bool stopped = false;
   const Status read = recording->for_each([&](const Packet& packet) {
@@ -59,6 +79,10 @@ int replay(const Options& options) {
   if (!finished.ok()) {
     log_error(finished.error().message);
     return kOutputRefused;
+  }
+  if (trajectory != nullptr && !trajectory->status().ok()) {
+    log_error("{}: the cloud ends with it", trajectory->status().error().message);
+    return kInputUnreadable;
   }
   if (!read.ok()) {
     log_error("{}: everything that is whole was used", read.error().message);
@@ -86,6 +110,7 @@ void add_replay(Command& all) {
   command.option("--rig", options->rig,
                  "rig file to use instead of the recorded one, for a better calibration or another method; its sensors "
                  "must have the same names in the same order");
+  options->trajectory.declare(command);
   command.reads(options->recording).reads(options->rig).writes_into(options->out);
   command.runs([options] { return replay(*options); });
 }

@@ -19,6 +19,7 @@
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
 #include "sim/sight_file.hpp"
+#include "sim/true_trajectory.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -29,7 +30,7 @@ struct Options {
   std::string rig_file, method = "lens";
   double camera_link_mb_s = 0;
   int camera_packet = 9000;
-  std::string clocks_file, sights_file;
+  std::string clocks_file, sights_file, trajectory_file;
   bool play = false;
   double wait_s = 60;
   SimulatedAddresses at;
@@ -148,6 +149,9 @@ Status write_truth(const Options& options, const sim::Drive& drive, const sim::S
         !written.ok())
       return written;
   }
+  if (!options.trajectory_file.empty())
+    if (const Status written = sim::write_true_trajectory(scenario, drive, options.trajectory_file); !written.ok())
+      return written;
   if (options.sights_file.empty()) return {};
   const Status written = sim::write_sights(
       scenario, drive, options.sights_file, [&](const std::string& stage, double share) { bar.show(stage, share); },
@@ -219,6 +223,8 @@ void add_simulate(Command& all) {
   command.setting("--method", options->method, "with --write-rig: lens or panorama", {"lens", "panorama"});
   command.option("--beside", options->beside,
                  "another scenario of the same drive; its laser is the vehicle's second scanner, on the next ports");
+  command.option("--trajectory", options->trajectory_file,
+                 "also write the true trajectory as post-processing would deliver it (SBET)");
   command.option("--clocks", options->clocks_file,
                  "also write the true error of every clock, with the scenario's faults (CSV)");
   command.option("--sights", options->sights_file,
@@ -245,6 +251,7 @@ void add_simulate(Command& all) {
       .reads(options->beside)
       .writes(options->rig_file)
       .writes(options->clocks_file)
+      .writes(options->trajectory_file)
       .writes(options->sights_file);
   command.runs([options] { return simulate(*options); });
 }

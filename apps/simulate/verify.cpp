@@ -5,12 +5,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "apps/capture/trajectory_options.hpp"
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/simulate/drive_source.hpp"
 #include "apps/simulate/point_claim.hpp"
 #include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
 #include "sim/judge.hpp"
 
 namespace hueline::apps {
@@ -18,6 +20,7 @@ namespace {
 
 struct Options {
   DriveOptions drive;
+  TrajectoryOptions trajectory;
   std::string method = "lens";
   double max_rms_px = 0;
   bool json = false;
@@ -101,8 +104,18 @@ int verify(const Options& options) {
     log_error(judge.error().message);
     return kInputUnreadable;
   }
+  auto trajectory = options.trajectory.open([&](const auto& use) -> Status {
+    auto again = DriveSource::open(options.drive, silent, options.method);
+    if (!again.ok()) return again.error();
+    return runtime::for_each_solution(
+        again->rig, [&](const auto& take) { return again->feed(silent, take); }, use);
+  });
+  if (!trajectory.ok()) {
+    log_error(trajectory.error().message);
+    return opening_status(trajectory.error());
+  }
   Judging sink(*judge, source->rig.colouring.method == fusion::ColourMethod::Panorama);
-  runtime::Pipeline pipeline(source->rig, 2, sink);
+  runtime::Pipeline pipeline(source->rig, 2, sink, trajectory->get());
   const Status fed = source->feed(silent, [&](const Packet& packet) {
     pipeline.process(packet);
     return true;
@@ -112,6 +125,7 @@ int verify(const Options& options) {
   if (options.json) {
     std::fputs((json.dump(2) + "\n").c_str(), stdout);
   } else {
+    if (*trajectory) std::fputs((*trajectory)->comparison().text().c_str(), stdout);
     std::fputs(
         fmt::format(
             "{:9} points, {} coloured, {} judged, {} without truth\n"
@@ -147,6 +161,7 @@ void add_verify(Command& all) {
                                   "the effects of real time",
                 .rig_help = "another rig instead of the recorded one or of the scenario's perfect calibration",
                 .needs_scenario = true});
+  options->trajectory.declare(command);
   command.setting("--method", options->method, "without RECORDING: lens or panorama", {"lens", "panorama"});
   command.option("--max-rms-px", options->max_rms_px, "exit status 6 if the root mean square is larger");
   command.flag("--json", options->json, "print JSON, for programs");
