@@ -18,12 +18,7 @@ using drivers::Role;
 bool is_sensor_name(const std::string& text) {
   return text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos && text != "hueline";
 }
-bool is_crs(const std::string& text) {
-  return text == "utm" || (text.starts_with("EPSG:") && text.size() > 5 && text.size() <= 11 &&
-                           text.find_first_not_of("0123456789", 5) == std::string::npos);
-}
 const TextForm kSensorName{"small letters, digits and _, but not hueline", is_sensor_name, "^[a-z0-9_]+$"};
-const TextForm kCrs{"utm, or EPSG: and a number (EPSG:25832)", is_crs, "^(utm|EPSG:[0-9]{1,6})$"};
 
 /// The keys of one sensor: those that every sensor has, those of its device, and those that its role has for clocks and
 /// points.
@@ -88,23 +83,11 @@ struct SensorKeys {
   }
 };
 
-struct CloudKeys {
-  std::string crs = "utm";
-
-  void visit(Keys& keys) {
-    keys.text({"crs", "",
-               "The map of `cloud.las`: the UTM zone of the drive's origin, or a projected coordinate reference system "
-               "in metres."},
-              crs, kCrs);
-  }
-};
-
 /// The keys of a rig file, and the Rig that they become.
 struct RigKeys {
   drivers::DeviceTypes types;
   std::deque<SensorKeys> sensors{};
   std::optional<fusion::CameraHeadGeometry> head{};
-  CloudKeys cloud{};
   Rig rig{};
 
   void visit(Keys& keys) {
@@ -121,7 +104,7 @@ struct RigKeys {
         head);
     keys.section(required("colouring", "", "How points get their colour."), rig.colouring);
     keys.section({"watch", "", "How images and laser are watched for a drift of mounting and times."}, rig.watch);
-    keys.section({"cloud", "", "The map of `cloud.las`."}, cloud);
+    keys.section({"cloud", "", "The map of `cloud.las`."}, rig.map);
     keys.section({"time", "", "How long the clocks wait, and what they accept."}, rig.sync);
     keys.section({"health", "", "What is accepted before the program warns, and before a drive is to be driven again."},
                  rig.health);
@@ -129,7 +112,6 @@ struct RigKeys {
 
   /// Checks what concerns several sensors, and completes the Rig.
   KeyError complete() {
-    rig.crs = cloud.crs;
     for (std::size_t i = 0; i < sensors.size(); ++i) {
       SensorKeys& one = sensors[i];
       one.sensor.id = static_cast<SensorId>(i + 1);

@@ -9,6 +9,7 @@
 #include "drivers/device.hpp"
 #include "fusion/colouring.hpp"
 #include "fusion/rig_geometry.hpp"
+#include "storage/map_config.hpp"
 #include "sync/synchroniser.hpp"
 
 /// A rig file: the sensors of a vehicle, how they are reached, where they are mounted, and what is computed from their
@@ -37,10 +38,8 @@ struct Rig {
   fusion::Colouring::Config colouring;
   HealthLimits health;
   calibration::CalibrationWatchConfig watch;
-  std::string crs = "utm";  ///< "utm" (the zone of the drive's origin) or "EPSG:n"
+  storage::MapConfig map;  ///< of the cloud
 
-  /// Returns the EPSG code of `crs`; 0 for the UTM zone of the drive.
-  int epsg() const { return crs == "utm" ? 0 : std::stoi(crs.substr(5)); }
   /// Returns the names by SensorId; [0] is "hueline".
   std::vector<std::string> sensor_names() const;
 };

@@ -50,7 +50,7 @@ inline constexpr auto kPointFields = std::tuple{
     PointField{&ColouredPoint::north, "north", "m", "Place north of the cloud's origin.",
                las_own("y", "northing in the map, steps of 1 mm"), "y"},
     PointField{&ColouredPoint::up, "up", "m", "Place above the cloud's origin.",
-               las_own("z", "height above the WGS84 ellipsoid, steps of 1 mm; no geoid is applied"), "z"},
+               las_own("z", "height in the file's CRS, steps of 1 mm"), "z"},
     PointField{&ColouredPoint::time, "time", "ns", "When the laser fired: GPS time since 1980-01-06.",
                las_own("GPS time", "GPS seconds - 1e9, which LAS calls adjusted standard GPS time")},
     PointField{&ColouredPoint::red, "red", "", "Red part of the sampled colour.", las_own("red", "times 257"), "red",

@@ -39,7 +39,7 @@ Outputs::Outputs(const config::Rig& rig, OutputFolder folder, Tell tell)
       rig_(rig),
       summary_(rig.sensor_names()),
       files_(std::make_unique<Files>()) {
-  files_->las_config.epsg = rig.epsg();
+  files_->las_config.map = rig.map;
   files_->sensors = rig.sensor_names();
   for (const fusion::LensMount& lens : rig.geometry.head.lenses) cameras_.push_back(lens.camera);
 }
@@ -120,6 +120,8 @@ void Outputs::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajec
       return;
     }
     files_->las.emplace(std::move(*las));
+    const storage::MapOperation& map = files_->las->projection().operation();
+    summary_.on_map({map.crs(), map.name(), map.words()});
   }
   if (Status done = files_->las->append(block); !done.ok()) {
     files_->las_failed = true;

@@ -349,9 +349,10 @@ Status PostTrajectory::compare(const OwnSolutions& own) {
                     apart, other.median_horizontal(), config_.is_utc ? "GPS seconds" : "UTC",
                     config_.is_utc ? "--trajectory-time gps" : "--trajectory-time utc"));
   if (const double astray = all.share_astray(); astray > kMostAstray)
-    return invalid(fmt::format("lies {:.1f} m (median) from where the POS was, and farther from it for {:.0f} % of the "
-                               "time than sigmas and lever arms explain: it is of another drive",
-                               apart, astray * 100));
+    return invalid(
+        fmt::format("lies {:.1f} m (median) from where the POS was, and farther from it for {:.0f} % of the "
+                    "time than sigmas and lever arms explain: it is of another drive",
+                    apart, astray * 100));
   return choose_heading(all);
 }
 

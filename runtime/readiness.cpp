@@ -185,9 +185,9 @@ T first_of(const char* file, T otherwise) {
 
 /// Returns whether the message is about the map itself, not about the place that was tried.
 bool is_about_crs(const std::string& message) {
-  return std::ranges::any_of(
-      std::array{"is not known", "is not a projected", "heights of its own", "has no axes", "counts in"},
-      [&](const char* part) { return message.find(part) != std::string::npos; });
+  return std::ranges::any_of(std::array{"is not known", "is not a projected", "has no axes", "counts in",
+                                        "no GNSS service", "not a geographic", "cloud.geoid"},
+                             [&](const char* part) { return message.find(part) != std::string::npos; });
 }
 
 }  // namespace
@@ -201,10 +201,9 @@ std::vector<Finding> check_rig(const config::Rig& rig) {
   for (const auto& laser : rig.geometry.lasers)
     check_mounting(rig.sensor_names().at(laser.sensor), laser.T_body_scanner.translation, out);
   // Any place shows whether the numbers of the map are metres.
-  if (rig.epsg() != 0)
-    if (const auto map = storage::Projection::create({0.84, 0.16, 100}, rig.epsg());
-        !map.ok() && is_about_crs(map.error().message))
-      out.push_back({true, "rig", "cloud.crs: " + map.error().message, "name a projected system in metres, or utm"});
+  if (const auto map = storage::Projection::create({0.84, 0.16, 100}, rig.map);
+      !map.ok() && is_about_crs(map.error().message))
+    out.push_back({true, "rig", "cloud: " + map.error().message, "correct cloud.crs, datum or geoid in the rig"});
   return out;
 }
 

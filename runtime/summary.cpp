@@ -328,6 +328,7 @@ nlohmann::ordered_json Summary::json() const {
                       {"incomplete_images", incomplete_images_},
                       {"time_sigma_rms_us", exposure_sigma_.rms_us()},
                       {"time_sigma_largest_us", exposure_sigma_.largest_us}};
+  if (map_) out["map"] = {{"crs", map_->crs}, {"name", map_->name}, {"positions", map_->words}};
   if (trajectory_) out["trajectory"] = trajectory_->json();
   if (watch_) out["watch"] = watch_json();
   for (const Wheels& wheels : wheels_) out["wheels"].push_back(wheels_json(wheels));
@@ -371,6 +372,7 @@ std::string Summary::text() const {
       "{:.2f} us rms, {:.2f} us largest\n",
       exposures_, exposures_by_timing_[0], exposures_by_timing_[1], exposures_by_timing_[2], incomplete_images_,
       exposure_sigma_.rms_us(), exposure_sigma_.largest_us);
+  if (map_) out += fmt::format("map        {}, {}; positions {}\n", map_->crs, map_->name, map_->words);
   if (trajectory_) out += trajectory_->text();
   if (watch_) out += watch_text();
   for (const Wheels& wheels : wheels_)

@@ -35,6 +35,13 @@ class Summary : public ProductSink {
   void on_wheels(SensorId sensor, const sync::WheelOdometer::Way& speeds, const sync::WheelOdometer::Way& pulses);
   /// Sets what the watch over mounting and times did and found.
   void on_watch(const WatchReport& report) { watch_ = report; }
+  /// The map of cloud.las.
+  struct Map {
+    std::string crs;    ///< "EPSG:25832"
+    std::string name;   ///< "ETRS89 / UTM zone 32N"
+    std::string words;  ///< what was done to the POS's positions
+  };
+  void on_map(Map map) { map_ = std::move(map); }
   /// Sets how the post-processed trajectory differs from the POS's solutions that it replaces.
   void on_trajectory(const TrajectoryComparison& comparison) { trajectory_ = comparison; }
   /// To be called if the products end before the recording does. A replay makes them whole. `why` is a sentence.
@@ -103,6 +110,7 @@ class Summary : public ProductSink {
   std::vector<Sensor> sensors_;
   std::vector<Wheels> wheels_;
   std::optional<WatchReport> watch_;                // empty: nothing was watched
+  std::optional<Map> map_;                          // empty: there is no cloud
   std::optional<TrajectoryComparison> trajectory_;  // empty: the POS's solutions were used
   std::uint64_t points_ = 0, packets_ = 0, bytes_ = 0, gaps_ = 0, next_sequence_ = 0;
   std::array<std::uint64_t, kColourStates> by_state_{};

@@ -22,10 +22,12 @@ int day_of_year(const UtcTime& utc) {
   return static_cast<int>((day - sys_days(year{utc.year} / January / 1)).count()) + 1;
 }
 
+double decimal_year(const UtcTime& utc) { return utc.year + (day_of_year(utc) - 1) / 365.25; }
+
 }  // namespace
 
 std::string LasWriter::Config::validate() const {
-  if (epsg < 0) return "epsg must be 0 (UTM zone of the drive) or the code of a projected CRS";
+  if (KeyError wrong = map.validate(); !wrong.empty()) return wrong;
   if (!from_utc(created)) return "created must be a date since 1980-01-06";
   if (system_identifier.size() > 32) return "system_identifier must have at most 32 bytes";
   if (generating_software.size() > 32) return "generating_software must have at most 32 bytes";
@@ -48,7 +50,7 @@ LasWriter::~LasWriter() {
 Result<LasWriter> LasWriter::create(const std::filesystem::path& path, const Geodetic& origin, const Config& config,
                                     const std::vector<LasExtraField>& extra) {
   if (std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
-  Result<Projection> projection = Projection::create(origin, config.epsg);
+  Result<Projection> projection = Projection::create(origin, config.map, decimal_year(config.created));
   if (!projection) return projection.error();
   Result<FileWriter> file = FileWriter::create(path, config.if_exists);
   if (!file) return file.error();
@@ -59,7 +61,7 @@ Result<LasWriter> LasWriter::create(const std::filesystem::path& path, const Geo
 
 Status LasWriter::start(const std::vector<LasExtraField>& extra) {
   Bytes records;
-  append_vlr(records, {"LASF_Projection", 2112, "OGC WKT", projection_.wkt() + '\0'});
+  append_vlr(records, {"LASF_Projection", 2112, "OGC WKT", projection_.operation().wkt() + '\0'});
   append_vlr(records, {"LASF_Spec", 4, "Extra bytes", encode_extra_fields(extra)});
   header_.global_encoding = kLasAdjustedTime | kLasWkt;
   header_.system_identifier = config_.system_identifier;

@@ -21,7 +21,7 @@ namespace hueline::storage {
 class LasWriter {
  public:
   struct Config {
-    int epsg = 0;       ///< projected CRS of the cloud; 0: the UTM zone of the drive
+    MapConfig map;      ///< of the cloud; its epoch 0 is that of `created`
     UtcTime created{};  ///< creation date in the header; the date of the drive, not that of the clock
     std::string system_identifier = "hueline";    ///< in the LAS header, at most 32 bytes
     std::string generating_software = "hueline";  ///< in the LAS header, at most 32 bytes

@@ -1,13 +1,8 @@
 #include "storage/projection.hpp"
 
-#include <fmt/format.h>
-#include <proj.h>
-
 #include <cmath>
 #include <limits>
 #include <utility>
-
-#include "core/angle.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -16,121 +11,32 @@ constexpr double kSide = 256.0;      // m
 constexpr double kHalf = kSide / 2;  // also the step between the points of the fit
 constexpr double kFitWithin = 1e-5;  // m
 
-struct FreePj {
-  void operator()(PJ* p) const { proj_destroy(p); }
-};
-using PjPtr = std::unique_ptr<PJ, FreePj>;
-struct FreeContext {
-  void operator()(PJ_CONTEXT* c) const { proj_context_destroy(c); }
-};
-
 Eigen::Matrix<double, 10, 1> terms(double e, double n, double u) {
   Eigen::Matrix<double, 10, 1> t;
   t << 1, e, n, u, e * e, n * n, u * u, e * n, e * u, n * u;
   return t;
 }
 
-/// Returns a sentence that says why the CRS cannot be used. Empty if it is projected, in metres, without a vertical
-/// part, and used at `place`.
-std::string objection(PJ_CONTEXT* context, PJ* crs, const Geodetic& place) {
-  const PJ_TYPE type = proj_get_type(crs);
-  if (type == PJ_TYPE_COMPOUND_CRS)
-    return "has heights of its own; clouds carry ellipsoidal heights: name its horizontal part instead";
-  if (type != PJ_TYPE_PROJECTED_CRS) return "is not a projected CRS (map coordinates in metres are needed)";
-  const PjPtr axes(proj_crs_get_coordinate_system(context, crs));
-  double factor = 0;
-  const char* unit = nullptr;
-  if (!axes ||
-      !proj_cs_get_axis_info(context, axes.get(), 0, nullptr, nullptr, nullptr, &factor, &unit, nullptr, nullptr))
-    return "has no axes";
-  if (factor != 1.0) return fmt::format("counts in \"{}\"; only metres can be written", unit ? unit : "?");
-  double west = 0, south = 0, east = 0, north = 0;
-  const char* area = nullptr;
-  if (!proj_get_area_of_use(context, crs, &west, &south, &east, &north, &area) || west < -180) return {};
-  constexpr double kBeyond = 3.0;  // degrees by which a drive may leave the area of use
-  const double latitude = place.latitude * kDegPerRad, longitude = place.longitude * kDegPerRad;
-  const double width = east >= west ? east - west : east - west + 360;
-  double from_west = std::fmod(longitude - west + kBeyond + 720, 360);  // >= 0
-  if (from_west > width + 2 * kBeyond || latitude < south - kBeyond || latitude > north + kBeyond)
-    return fmt::format("is for {} (latitude {} to {}, longitude {} to {}), the drive is at {:.4f}, {:.4f}",
-                       area ? area : "?", south, north, west, east, latitude, longitude);
-  return {};
-}
-
-/// Returns the WKT with ellipsoidal heights. WKT 1 has no 3D CRS, so the heights are a vertical datum of type 2002 (OGC
-/// 01-009), which PROJ and GDAL understand.
-std::string with_ellipsoidal_height(const std::string& name, const std::string& projected) {
-  return "COMPD_CS[\"" + name + " + ellipsoidal height\"," + projected +
-         ",VERT_CS[\"Ellipsoid (metre)\",VERT_DATUM[\"Ellipsoid\",2002],UNIT[\"metre\",1,AUTHORITY[\"EPSG\",\"9001\"]],"
-         "AXIS[\"Up\",UP]]]";
-}
-
 }  // namespace
 
-struct Projection::Proj {
-  std::unique_ptr<PJ_CONTEXT, FreeContext> context;
-  PjPtr transformation;  // longitude, latitude in degrees, height -> easting, northing
-};
-
-int utm_epsg(const Geodetic& place) {
-  const double latitude = place.latitude * kDegPerRad, longitude = place.longitude * kDegPerRad;
-  int zone = static_cast<int>(std::floor((longitude + 180) / 6)) % 60 + 1;
-  if (latitude >= 56 && latitude < 64 && longitude >= 3 && longitude < 12) zone = 32;
-  if (latitude >= 72 && latitude < 84 && longitude >= 0 && longitude < 42)
-    zone = longitude < 9 ? 31 : longitude < 21 ? 33 : longitude < 33 ? 35 : 37;
-  return (latitude >= 0 ? 32600 : 32700) + zone;
-}
-
-Projection::Projection(const Geodetic& origin, int epsg, std::unique_ptr<Proj> proj)
-    : origin_(origin), epsg_(epsg), T_ecef_enu_(ecef_from_enu(origin)), proj_(std::move(proj)) {}
+Projection::Projection(const Geodetic& origin, MapOperation operation)
+    : origin_(origin), T_ecef_enu_(ecef_from_enu(origin)), operation_(std::move(operation)) {}
 // last_ points to a node of cubes_, which stays where it is when the map is moved.
 Projection::Projection(Projection&&) noexcept = default;
 Projection& Projection::operator=(Projection&&) noexcept = default;
 Projection::~Projection() = default;
 
-Result<Projection> Projection::create(const Geodetic& origin, int epsg) {
+Result<Projection> Projection::create(const Geodetic& origin, const MapConfig& map, double epoch) {
   if (!std::isfinite(origin.latitude) || !std::isfinite(origin.longitude) || !std::isfinite(origin.ellipsoidal_height))
     return Error{ErrorCode::Invalid, "the origin of the cloud is not a place"};
-  const int code = epsg == 0 ? utm_epsg(origin) : epsg;
-  auto proj = std::make_unique<Proj>();
-  proj->context.reset(proj_context_create());
-  PJ_CONTEXT* const context = proj->context.get();
-  proj_log_level(context, PJ_LOG_NONE);
-  proj_context_set_enable_network(context, 0);  // no grids, which may be there one day and not the next
-  const std::string named = "EPSG:" + std::to_string(code);
-  const PjPtr crs(proj_create(context, named.c_str()));
-  const char* const whose = epsg == 0 ? " (UTM zone of the drive)" : "";
-  if (!crs)
-    return Error{ErrorCode::Invalid,
-                 named + whose + " is not known to PROJ: give the code of a projected CRS, or 0 for UTM"};
-  if (const std::string why = objection(context, crs.get(), origin); !why.empty())
-    return Error{ErrorCode::Invalid, named + whose + " " + why};
-  const PjPtr wgs84(proj_create(context, "EPSG:4979"));
-  if (!wgs84) return Error{ErrorCode::Unavailable, "PROJ's database is missing (package proj-data)"};
-  const double latitude = origin.latitude * kDegPerRad, longitude = origin.longitude * kDegPerRad;
-  const std::unique_ptr<PJ_AREA, decltype(&proj_area_destroy)> area(proj_area_create(), &proj_area_destroy);
-  proj_area_set_bbox(area.get(), longitude - 0.01, latitude - 0.01, longitude + 0.01, latitude + 0.01);
-  const PjPtr as_stated(proj_create_crs_to_crs_from_pj(context, wgs84.get(), crs.get(), area.get(), nullptr));
-  if (as_stated) proj->transformation.reset(proj_normalize_for_visualization(context, as_stated.get()));
-  if (!proj->transformation) return Error{ErrorCode::Invalid, "PROJ has no transformation from WGS84 to " + named};
-  const char* const wkt_options[] = {"MULTILINE=NO", nullptr};
-  const char* const wkt = proj_as_wkt(context, crs.get(), PJ_WKT1_GDAL, wkt_options);
-  if (!wkt) return Error{ErrorCode::Invalid, named + " cannot be written as OGC WKT 1, which LAS needs"};
-  Projection projection(origin, code, std::move(proj));
-  projection.name_ = proj_get_name(crs.get());
-  projection.wkt_ = with_ellipsoidal_height(projection.name_, wkt);
-  if (!projection.project_exactly(0, 0, 0).allFinite())
-    return Error{ErrorCode::Invalid,
-                 fmt::format("{} cannot show latitude {:.4f}, longitude {:.4f}", named, latitude, longitude)};
-  return projection;
+  auto operation = MapOperation::create(origin, map, epoch);
+  if (!operation.ok()) return operation.error();
+  return Projection(origin, std::move(*operation));
 }
 
 Eigen::Vector3d Projection::project_exactly(double east, double north, double up) const {
-  const Geodetic place = to_geodetic(T_ecef_enu_ * Point<Enu>{{east, north, up}});
-  const PJ_COORD in =
-      proj_coord(place.longitude * kDegPerRad, place.latitude * kDegPerRad, place.ellipsoidal_height, HUGE_VAL);
-  const PJ_COORD out = proj_trans(proj_->transformation.get(), PJ_FWD, in);
-  return {out.xyz.x, out.xyz.y, place.ellipsoidal_height};
+  const auto [x, y, height] = operation_.apply(to_geodetic(T_ecef_enu_ * Point<Enu>{{east, north, up}}));
+  return {x, y, height};
 }
 
 Projection::Cube Projection::fit(std::int64_t east, std::int64_t north, std::int64_t up) const {

@@ -111,7 +111,7 @@ std::unique_ptr<Json> rig_facts(const std::string& path) {
   json["rig"] = rig.name;
   for (const auto& sensor : rig.sensors) json["sensors"][sensor.name] = sensor.driver();
   json["lenses"] = rig.geometry.head.lenses.size();
-  json["crs"] = rig.crs;
+  json["crs"] = rig.map.crs;
   return found;
 }
 

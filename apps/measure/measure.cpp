@@ -32,12 +32,12 @@ std::string table(const std::vector<survey::PickOutcome>& outcomes, const Geodet
                   storage::Projection& projection) {
   std::string out = fmt::format(
       "# east_m, north_m, up_m: local level at latitude {:.3f}, longitude {:.3f} deg, height {:.0f} m; easting_m, "
-      "northing_m: {} (EPSG:{}); heights above the ellipsoid\n"
+      "northing_m, height_m: {} ({}), positions of {}\n"
       "name,exposure,lens,u_px,v_px,exposed_gps_s,east_m,north_m,up_m,sigma_east_m,sigma_north_m,sigma_up_m,easting_m,"
       "northing_m,height_m,latitude_deg,longitude_deg,"
       "distance_m,oblique_deg,scatter_m,points,seconds,why_not\n",
-      origin.latitude / kRadPerDeg, origin.longitude / kRadPerDeg, origin.ellipsoidal_height, projection.crs_name(),
-      projection.epsg());
+      origin.latitude / kRadPerDeg, origin.longitude / kRadPerDeg, origin.ellipsoidal_height,
+      projection.operation().name(), projection.operation().crs(), projection.operation().words());
   const auto T_ecef_enu = ecef_from_enu(origin);
   for (const survey::PickOutcome& one : outcomes) {
     out += fmt::format(
@@ -116,7 +116,7 @@ int measure(const Options& options) {
     log_error("no point of the drive could be placed");
     return kNothingCame;
   }
-  auto projection = storage::Projection::create(*measuring.origin(), source->rig.epsg());
+  auto projection = storage::Projection::create(*measuring.origin(), source->rig.map);
   if (!projection.ok()) throw config::ConfigError(projection.error().message);
   const std::string result = table(outcomes, *measuring.origin(), *projection);
   if (options.out.empty()) {

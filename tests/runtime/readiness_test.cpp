@@ -84,10 +84,12 @@ TEST_F(RigCheck, FindsMarksThatNobodyAskedFor) {
   expect("camera", "asked for the marks of input 1 only");
 }
 
-TEST_F(RigCheck, FindsAMapThatIsNotProjected) {
-  rig_.crs = "EPSG:4326";
+TEST_F(RigCheck, FindsAMapThatCannotBeMade) {
+  rig_.map.crs = "EPSG:4326";
   expect("rig", "is not a projected CRS");
-  rig_.crs = "EPSG:2056";  // of Switzerland: the place that was tried does not matter
+  rig_.map.crs = "EPSG:2056";
+  expect("rig", "no GNSS service gives positions");
+  rig_.map.datum = "EPSG:4937";  // of Switzerland: the place that was tried does not matter
   EXPECT_EQ(text(check_rig(rig_)), "");
 }
 

@@ -218,7 +218,7 @@ TEST(LasWriter, SaysWhatIsWrong) {
   const TemporaryFolder folder;
   EXPECT_EQ(LasWriter::create("/nonexistent/cloud.las", sample_origin(), sample_config()).error().code, ErrorCode::Io);
   auto config = sample_config();
-  config.epsg = 4326;
+  config.map.crs = "EPSG:4326";
   EXPECT_EQ(LasWriter::create(folder / "cloud.las", sample_origin(), config).error().code, ErrorCode::Invalid);
   EXPECT_FALSE(std::filesystem::exists(folder / "cloud.las"));
   config = sample_config();

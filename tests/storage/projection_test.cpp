@@ -16,22 +16,30 @@ constexpr double kRad = std::numbers::pi / 180;
 struct Place {
   const char* name;
   double latitude, longitude, height;
-  int epsg, expected_epsg;
+  const char* crs;
+  const char* expected;
+  const char* datum = "";
+  double accuracy_m = 0.1;
 };
-const Place kPlaces[] = {
-    {"Munich", 48.137, 11.575, 560, 0, 32632},        {"Bergen", 60.39, 5.32, 40, 0, 32632},
-    {"Sydney", -33.86, 151.21, 30, 0, 32756},         {"Wuhan", 30.53, 114.36, 25, 4547, 4547},
-    {"Berlin", 52.52, 13.40, 35, 25833, 25833},       {"Paris Lambert", 48.85, 2.35, 35, 2154, 2154},
-    {"Zuerich Swiss", 47.37, 8.54, 450, 2056, 2056},  {"London OSGB", 51.5, -0.12, 20, 27700, 27700},
-    {"Quito", -0.18, -78.47, 2850, 0, 32717},         {"Web Mercator", 40.4, -3.7, 650, 3857, 3857},
-    {"Fiji at the edge", -17.0, 179.999, 5, 0, 32760}};
+const Place kPlaces[] = {{"Munich", 48.137, 11.575, 560, "utm", "EPSG:32632"},
+                         {"Bergen", 60.39, 5.32, 40, "utm", "EPSG:32632"},
+                         {"Sydney", -33.86, 151.21, 30, "utm", "EPSG:32756"},
+                         {"Wuhan", 30.53, 114.36, 25, "EPSG:4547", "EPSG:4547"},
+                         {"Berlin", 52.52, 13.40, 35, "EPSG:25833", "EPSG:25833"},
+                         {"Paris Lambert", 48.85, 2.35, 35, "EPSG:2154", "EPSG:2154"},
+                         {"Zuerich Swiss", 47.37, 8.54, 450, "EPSG:2056", "EPSG:2056", "EPSG:4937"},
+                         {"London OSGB", 51.5, -0.12, 20, "EPSG:27700", "EPSG:27700", "EPSG:4979", 3},
+                         {"Quito", -0.18, -78.47, 2850, "utm", "EPSG:32717"},
+                         {"Web Mercator", 40.4, -3.7, 650, "EPSG:3857", "EPSG:3857"},
+                         {"Fiji at the edge", -17.0, 179.999, 5, "utm", "EPSG:32760"}};
 
 TEST(Projection, IsWithinATenthOfAMillimetreOfProj) {
   std::mt19937_64 random(7);
   for (const Place& place : kPlaces) {
-    auto projection = Projection::create({place.latitude * kRad, place.longitude * kRad, place.height}, place.epsg);
+    auto projection = Projection::create({place.latitude * kRad, place.longitude * kRad, place.height},
+                                         {.crs = place.crs, .datum = place.datum, .accuracy_m = place.accuracy_m});
     ASSERT_TRUE(projection) << place.name << ": " << projection.error().message;
-    EXPECT_EQ(projection->epsg(), place.expected_epsg) << place.name;
+    EXPECT_EQ(projection->operation().crs(), place.expected) << place.name;
     double worst = 0;
     for (const double reach : {50.0, 2'000.0, 40'000.0}) {
       std::uniform_real_distribution<double> along(-reach, reach), up(-60, 250);
@@ -41,14 +49,15 @@ TEST(Projection, IsWithinATenthOfAMillimetreOfProj) {
       }
     }
     EXPECT_LT(worst, 1e-4) << place.name;
-    std::printf("%-18s EPSG:%-6d worst %.2e m\n", place.name, projection->epsg(), worst);
+    std::printf("%-18s %-10s worst %.2e m, %s\n", place.name, place.crs, worst,
+                projection->operation().words().c_str());
   }
 }
 
 TEST(Projection, FindsAKnownPoint) {
   // A known point of UTM: on the central meridian of zone 32 (9 E) at the equator, easting is 500 000 m and northing is
   // 0.
-  auto peg = Projection::create({0.0, 9 * kRad, 0}, 32632);
+  auto peg = Projection::create({0.0, 9 * kRad, 0}, {.crs = "EPSG:32632"});
   ASSERT_TRUE(peg) << peg.error().message;
   EXPECT_LT((peg->project(0, 0, 0) - Eigen::Vector3d(500'000, 0, 0)).norm(), 1e-6);
   // 1 km east of it is 0.9996 km on the map (k0), up to the curvature over that distance. The height is that above the
@@ -76,17 +85,17 @@ TEST(Projection, IsContinuousWhereCubesMeet) {
 
 TEST(Projection, RefusesAWrongCodeWithItsReason) {
   const Geodetic munich{48.137 * kRad, 11.575 * kRad, 560};
-  const std::pair<int, const char*> wrong[] = {{99999, "not known"},
-                                               {4326, "not a projected CRS"},
-                                               {2263, "only metres"},
-                                               {32756, "the drive is at"},
-                                               {7405, "heights of its own"}};
-  for (const auto& [epsg, reason] : wrong) {
-    const auto projection = Projection::create(munich, epsg);
-    ASSERT_FALSE(projection) << epsg;
+  const std::pair<const char*, const char*> wrong[] = {{"EPSG:99999", "not known"},
+                                                       {"EPSG:4326", "not a projected CRS"},
+                                                       {"EPSG:2263", "only metres"},
+                                                       {"EPSG:32756", "the drive is at"},
+                                                       {"EPSG:31468", "in which no GNSS service gives positions"}};
+  for (const auto& [crs, reason] : wrong) {
+    const auto projection = Projection::create(munich, {.crs = crs});
+    ASSERT_FALSE(projection) << crs;
     EXPECT_EQ(projection.error().code, ErrorCode::Invalid);
     EXPECT_NE(projection.error().message.find(reason), std::string::npos) << projection.error().message;
-    EXPECT_NE(projection.error().message.find(std::to_string(epsg)), std::string::npos) << projection.error().message;
+    EXPECT_NE(projection.error().message.find(crs), std::string::npos) << projection.error().message;
   }
   EXPECT_FALSE(Projection::create({NAN, 0, 0}));
 }
@@ -99,8 +108,8 @@ TEST(Projection, GivesNoPlaceForNoNumber) {
 
 TEST(Projection, WritesWktThatProjReadsAsTheSameCrsWithEllipsoidalHeight) {
   auto projection = Projection::create({48.137 * kRad, 11.575 * kRad, 560});
-  PJ* crs = proj_create(nullptr, projection->wkt().c_str());
-  ASSERT_NE(crs, nullptr) << projection->wkt();
+  PJ* crs = proj_create(nullptr, projection->operation().wkt().c_str());
+  ASSERT_NE(crs, nullptr) << projection->operation().wkt();
   // PROJ takes the pair as one CRS with three axes, or as a compound CRS. Both must give the same positions.
   PJ* from = proj_create(nullptr, "EPSG:4979");
   PJ* stated = proj_create_crs_to_crs_from_pj(nullptr, from, crs, nullptr, nullptr);

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <proj.h>
+
+#include <memory>
+#include <string>
+
+#include "core/geodesy.hpp"
+#include "core/result.hpp"
+#include "storage/map_config.hpp"
+
+namespace hueline::storage {
+
+struct FreeProj {
+  void operator()(PJ* p) const { proj_destroy(p); }
+  void operator()(PJ_CONTEXT* p) const { proj_context_destroy(p); }
+};
+using ProjObject = std::unique_ptr<PJ, FreeProj>;
+using ProjContext = std::unique_ptr<PJ_CONTEXT, FreeProj>;
+
+/// The way from the POS's positions to the map, as PROJ calculates it. No network and no guess: of the operations that
+/// PROJ knows for the place, the most accurate is taken; if that lacks a grid, or is worse than
+/// MapConfig::accuracy_m, the map is refused. Move-only. Thread safety: none.
+class MapOperation {
+ public:
+  /// `epoch` is the decimal year of the drive, which counts if MapConfig::epoch is 0. Errors: Invalid, with a sentence
+  /// that says what to do; Unavailable if PROJ's database is missing.
+  static Result<MapOperation> create(const Geodetic& place, const MapConfig& config, double epoch);
+
+  /// Returns {easting, northing, height}; not finite if the place cannot be shown.
+  std::array<double, 3> apply(const Geodetic& place) const;
+
+  const std::string& crs() const { return crs_; }    ///< "EPSG:25832+7837"
+  const std::string& name() const { return name_; }  ///< "ETRS89 / UTM zone 32N + DHHN2016 height"
+  const std::string& wkt() const { return wkt_; }    ///< a COMPD_CS as OGC WKT 1
+  /// What was done to the positions, in words: "ETRS89, the map's own datum; ellipsoidal heights".
+  const std::string& words() const { return words_; }
+
+ private:
+  Status choose(const Geodetic& place, const MapConfig& config, PJ* source, PJ* target);
+
+  ProjContext context_;
+  ProjObject to_map_;         // longitude, latitude in degrees, height -> easting, northing, height
+  ProjObject to_geoid_;       // longitude, latitude in degrees, height -> the same, above the geoid; null: none
+  bool has_heights_ = false;  // to_map_ gives heights
+  double epoch_ = 0;
+  std::string crs_, name_, wkt_, words_;
+};
+
+/// Returns the EPSG code of the WGS84 UTM zone at a place, with the exceptions around Norway and Svalbard.
+int utm_epsg(const Geodetic& place);
+
+}  // namespace hueline::storage

@@ -1,0 +1,159 @@
+// Maps with datums, epochs and heights, against cs2cs, PROJ's own program, and against published check points.
+#include "storage/map_operation.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "core/angle.hpp"
+
+namespace hueline::storage {
+namespace {
+
+using testing::HasSubstr;
+
+Geodetic place(double latitude_deg, double longitude_deg, double height = 100) {
+  return {latitude_deg * kRadPerDeg, longitude_deg * kRadPerDeg, height};
+}
+
+/// Returns what cs2cs says of a place: three numbers in the order of the target's axes.
+std::array<double, 3> cs2cs(const std::string& options, const std::string& from, const std::string& to,
+                            const Geodetic& at, double epoch) {
+  char command[512];
+  std::snprintf(command, sizeof command, "echo '%.12f %.12f %.6f %.6f' | PROJ_NETWORK=OFF cs2cs -f %%.6f %s %s %s",
+                at.latitude * kDegPerRad, at.longitude * kDegPerRad, at.ellipsoidal_height, epoch, options.c_str(),
+                from.c_str(), to.c_str());
+  std::array<double, 3> out{NAN, NAN, NAN};
+  if (std::FILE* pipe = ::popen(command, "r")) {
+    if (std::fscanf(pipe, "%lf %lf %lf", &out[0], &out[1], &out[2]) != 3) out[0] = NAN;
+    ::pclose(pipe);
+  }
+  return out;
+}
+
+struct Case {
+  const char* country;
+  Geodetic at;
+  MapConfig map;
+  const char* source;        // of cs2cs
+  bool north_first = false;  // the target's axes are northing, easting
+  bool keeps_height = false;
+  const char* options = "";
+};
+
+TEST(MapOperation, MeetsCs2csWithinAMillimetre) {
+  // The grids are those of Debian's proj-data.
+  const std::vector<Case> cases{
+      {"Germany, DHDN by the grid BETA2007",
+       place(50.11, 8.68),
+       {.crs = "EPSG:31467", .datum = "EPSG:4937", .accuracy_m = 1},
+       "EPSG:4937",
+       true,
+       true},
+      {"France, NTF by the grid ntf_r93",
+       place(47.2, 2.1),
+       {.crs = "EPSG:27572", .datum = "EPSG:4965", .accuracy_m = 1},
+       "EPSG:4965",
+       false,
+       true},
+      {"Switzerland, LV95", place(46.95, 7.44), {.crs = "EPSG:2056", .datum = "EPSG:4937"}, "EPSG:4937", false, true},
+      {"New Zealand, NZGD49 by the grid nzgd2kgrid0005",
+       place(-41.3, 174.8),
+       {.crs = "EPSG:27200", .datum = "EPSG:4959", .accuracy_m = 1},
+       "EPSG:4959",
+       false,
+       true},
+      {"Italy, from ITRF2014 at its epoch",
+       place(45.1, 9.2),
+       {.crs = "EPSG:25832", .datum = "EPSG:7912", .epoch = 2026.5},
+       "EPSG:7912"},
+      {"United States, heights above EGM96",
+       place(40.0, -105.2, 1600),
+       {.crs = "EPSG:32613+5773", .accuracy_m = 1},
+       "EPSG:4979"},
+      {"Sweden, SWEREF99 TM", place(59.3, 18.1), {.crs = "EPSG:3006"}, "EPSG:4977", true},
+      {"Poland, its own datum", place(52.2, 21.0), {.crs = "EPSG:2180"}, "EPSG:9701", true},
+  };
+  for (const Case& one : cases) {
+    const auto map = MapOperation::create(one.at, one.map, 2026.9);
+    ASSERT_TRUE(map.ok()) << one.country << ": " << map.error().message;
+    const auto ours = map->apply(one.at);
+    // --3d keeps the heights of systems that have two axes in EPSG.
+    auto theirs = cs2cs("--3d", one.source, one.map.crs, one.at, one.map.epoch != 0 ? one.map.epoch : 2026.9);
+    if (one.north_first) std::swap(theirs[0], theirs[1]);
+    std::printf("%-48s %s\n", one.country, map->words().c_str());
+    for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(ours[i], theirs[i], 1e-3) << one.country;
+    EXPECT_NEAR(ours[2], one.keeps_height ? one.at.ellipsoidal_height : theirs[2], 1e-3) << one.country;
+  }
+}
+
+TEST(MapOperation, MeetsAPublishedCheckPoint) {
+  // EPSG Guidance Note 7-2, transverse Mercator as used for UTM: none has a datum shift. swisstopo's own example of
+  // LV95: the fundamental point, the old observatory of Bern, has E 2 600 000, N 1 200 000; in ETRS89 its place is
+  // 46 deg 57' 3.89813" N, 7 deg 26' 19.07596" E (CHTRS95), height 602.03 m.
+  const Geodetic bern = place(46 + 57 / 60.0 + 3.89813 / 3600, 7 + 26 / 60.0 + 19.07596 / 3600, 602.03);
+  const auto map = MapOperation::create(bern, {.crs = "EPSG:2056", .datum = "EPSG:4937"}, 2026);
+  ASSERT_TRUE(map.ok()) << map.error().message;
+  const auto at = map->apply(bern);
+  EXPECT_NEAR(at[0], 2'600'000, 0.05);
+  EXPECT_NEAR(at[1], 1'200'000, 0.05);
+}
+
+TEST(MapOperation, AnItrfPositionMovesWithItsEpoch) {
+  const Geodetic at = place(50.1, 8.7);
+  const MapConfig itrf{.crs = "EPSG:25832", .datum = "EPSG:7912"};
+  const auto now = MapOperation::create(at, itrf, 2026.9), then = MapOperation::create(at, itrf, 2016.9),
+             etrs = MapOperation::create(at, {.crs = "EPSG:25832"}, 2026.9);
+  ASSERT_TRUE(now.ok() && then.ok() && etrs.ok());
+  const auto a = now->apply(at), b = then->apply(at), c = etrs->apply(at);
+  EXPECT_NEAR(std::hypot(a[0] - b[0], a[1] - b[1]), 0.25, 0.05) << "Eurasia moves by 2.5 cm a year";
+  EXPECT_GT(std::hypot(a[0] - c[0], a[1] - c[1]), 0.7);
+}
+
+TEST(MapOperation, AGeoidFileGivesTheHeightsThatPROJGives) {
+  const Geodetic at = place(40.0, -105.2, 1600);
+  const auto file = MapOperation::create(at, {.crs = "EPSG:32613", .geoid = "/usr/share/proj/egm96_15.gtx"}, 2026),
+             known = MapOperation::create(at, {.crs = "EPSG:32613+5773", .accuracy_m = 1}, 2026);
+  ASSERT_TRUE(file.ok() && known.ok()) << (file.ok() ? known.error().message : file.error().message);
+  EXPECT_NEAR(file->apply(at)[2], known->apply(at)[2], 1e-4);
+  EXPECT_GT(std::abs(file->apply(at)[2] - 1600), 10);
+  EXPECT_THAT(file->wkt(), HasSubstr("height by egm96_15.gtx"));
+  EXPECT_THAT(known->wkt(), HasSubstr("EGM96"));
+}
+
+TEST(MapOperation, WhatWouldBeAGuessIsRefusedWithWhatToDo) {
+  const auto refused = [](const Geodetic& at, const MapConfig& map) {
+    const auto made = MapOperation::create(at, map, 2026.9);
+    return made.ok() ? "not refused: " + made->words() : made.error().message;
+  };
+  const Geodetic frankfurt = place(50.11, 8.68);
+  EXPECT_THAT(refused(frankfurt, {.crs = "EPSG:31467"}), HasSubstr("say with cloud.datum"));
+  EXPECT_THAT(refused(frankfurt, {.crs = "EPSG:31467", .datum = "EPSG:4937"}), HasSubstr("cloud.accuracy_m"));
+  EXPECT_THAT(refused(frankfurt, {.crs = "EPSG:25832", .datum = "EPSG:4979"}), HasSubstr("cloud.accuracy_m"))
+      << "WGS 84 as such is known to 2 m only";
+  EXPECT_THAT(refused(frankfurt, {.crs = "EPSG:25832+7837"}), HasSubstr("which is not in PROJ's folders"))
+      << "the grid of the German quasigeoid is not in Debian";
+  EXPECT_THAT(refused(frankfurt, {.crs = "EPSG:25832", .datum = "EPSG:25832"}), HasSubstr("not a geographic CRS"));
+  EXPECT_THAT(refused(frankfurt, {.crs = "EPSG:25832", .geoid = "/nonexistent"}), HasSubstr("is no file"));
+  EXPECT_THAT(refused(frankfurt, {.crs = "EPSG:25832", .geoid = "/etc/passwd"}), HasSubstr("cloud.geoid"));
+  EXPECT_THAT(refused(frankfurt, {.crs = "EPSG:25832", .geoid = "/usr/share/proj/ntf_r93.gsb"}),
+              HasSubstr("cloud.geoid"));
+}
+
+TEST(MapConfig, TellsKeysThatAreWrong) {
+  EXPECT_TRUE(MapConfig{}.validate().empty());
+  EXPECT_TRUE((MapConfig{.crs = "EPSG:25832+7837", .datum = "EPSG:4937", .epoch = 2020}).validate().empty());
+  for (const char* crs : {"EPSG:", "EPSG:25832+", "EPSG:25832 + 7837", "WGS84", "EPSG:1234567"})
+    EXPECT_EQ((MapConfig{.crs = crs}).validate().key, "crs") << crs;
+  EXPECT_EQ((MapConfig{.epoch = 20}).validate().key, "epoch");
+  EXPECT_EQ((MapConfig{.datum = "ETRS89"}).validate().key, "datum");
+  EXPECT_EQ((MapConfig{.crs = "EPSG:25832+7837", .geoid = "a.gtx"}).validate().key, "geoid");
+}
+
+}  // namespace
+}  // namespace hueline::storage
