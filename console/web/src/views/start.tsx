@@ -1,0 +1,180 @@
+import { signal } from "@preact/signals";
+import { useEffect, useState } from "preact/hooks";
+import { Lamp } from "../parts/lamp";
+import { reason, useTask } from "../parts/task";
+import { get, post } from "../link/rest";
+import type { Check, CheckItem } from "../link/messages";
+import { consoleState, isDriving, mayOperate } from "../state/live";
+import { formatClock, t } from "../words/words";
+
+const rigs = signal<string[] | null>(null);
+const rig = signal("");
+const scenario = signal("");
+const check = signal<Check | null>(null);
+const wrong = signal("");
+
+const kPollMs = 500;
+
+/// Starts the check of the chosen rig and follows it. A newer call ends an older one.
+let run = 0;
+async function runCheck(): Promise<void> {
+  const mine = ++run;
+  check.value = null;
+  wrong.value = "";
+  if (!rig.value) return;
+  try {
+    await post("check", { rig: rig.value });
+    for (;;) {
+      await new Promise((wake) => setTimeout(wake, kPollMs));
+      const now = await get<Check>("check");
+      if (mine !== run) return;
+      check.value = now;
+      if (now.state !== "running") return;
+    }
+  } catch (error) {
+    if (mine === run) wrong.value = reason(error);
+  }
+}
+
+async function findRigs(): Promise<void> {
+  try {
+    const found = await get<{ rigs: { name: string }[] }>("rigs");
+    rigs.value = found.rigs.map((one) => one.name);
+    if (!rigs.value.includes(rig.value)) rig.value = rigs.value[0] ?? "";
+    if (mayOperate.value && !isDriving.value) await runCheck();
+  } catch (error) {
+    wrong.value = reason(error);
+  }
+}
+
+const lampOf = { ok: "ok", remark: "warning", missing: "alarm" } as const;
+
+function Item({ item }: { item: CheckItem }) {
+  return (
+    <li class={`item ${item.state}`}>
+      <Lamp level={lampOf[item.state]} word={t(`check.${item.state}`)} />
+      <div>
+        <b>{item.name}</b> <span lang="en">{item.text}</span>
+        {item.action && <p class="action">→ <span lang="en">{item.action}</span></p>}
+      </div>
+    </li>
+  );
+}
+
+function Answer() {
+  const now = check.value;
+  const driving = isDriving.value;
+  const isReady = now?.state === "done" && now.ready === true;
+  const kind = driving ? "running" : !now ? (wrong.value || !rig.value ? "unknown" : "checking")
+    : now.state === "running" ? "checking" : now.state !== "done" ? "unknown" : isReady ? "ready" : "not_ready";
+  const lamp = { running: "info", unknown: "none", checking: "waiting", ready: "ok", not_ready: "alarm" } as const;
+  return (
+    <p class={`answer ${kind}`} role="status">
+      <Lamp level={lamp[kind]} word={t(`start.${kind}`)} />
+    </p>
+  );
+}
+
+function Items() {
+  const items = check.value?.items ?? [];
+  const of = (state: CheckItem["state"]): CheckItem[] => items.filter((one) => one.state === state);
+  const missing = of("missing"), remarks = of("remark"), passed = of("ok");
+  return (
+    <div class="items">
+      {check.value?.error && <p class="wrong" role="alert" lang="en">{check.value.error}</p>}
+      {missing.length > 0 && <h2>{t("start.missing", { count: missing.length })}</h2>}
+      <ul>{missing.map((one, i) => <Item key={i} item={one} />)}</ul>
+      {remarks.length > 0 && <h2>{t("start.remarks", { count: remarks.length })}</h2>}
+      <ul>{remarks.map((one, i) => <Item key={i} item={one} />)}</ul>
+      {passed.length > 0 && (
+        <details>
+          <summary>{t("start.passed", { count: passed.length })}</summary>
+          <ul>{passed.map((one, i) => <Item key={i} item={one} />)}</ul>
+        </details>
+      )}
+    </div>
+  );
+}
+
+function StartForm() {
+  const task = useTask();
+  const [name, setName] = useState("");
+  const [override, setOverride] = useState("");
+  const state = consoleState.value;
+  const isReady = check.value?.ready === true;
+  const isSimulated = scenario.value !== "";
+  const isNameRight = /^[A-Za-z0-9._-]{0,64}$/.test(name);
+  const mustSayWhy = !isReady && !isSimulated;
+  const start = (): void =>
+    task.run(() =>
+      post("start", {
+        rig: rig.value,
+        ...(name && { name }),
+        ...(isSimulated && { simulate: scenario.value }),
+        ...(mustSayWhy && { override }),
+      }),
+    );
+  return (
+    <form class="start-form" onSubmit={(event) => { event.preventDefault(); start(); }}>
+      <label>
+        {t("start.rig")}
+        <select value={rig.value} onChange={(event) => { rig.value = event.currentTarget.value; void runCheck(); }}>
+          {(rigs.value ?? []).map((one) => <option key={one}>{one}</option>)}
+        </select>
+      </label>
+      {state?.allow_simulate && (
+        <label>
+          {t("start.scenario")}
+          <select value={scenario.value} onChange={(event) => (scenario.value = event.currentTarget.value)}>
+            <option value="">{t("start.scenario_none")}</option>
+            {state.scenarios.map((one) => <option key={one} value={one}>{t("start.scenario_one", { name: one })}</option>)}
+          </select>
+        </label>
+      )}
+      <label>
+        {t("start.name")}
+        <input type="text" value={name} autocomplete="off" aria-invalid={!isNameRight} onInput={(event) => setName(event.currentTarget.value)} />
+        {!isNameRight && <small class="wrong">{t("start.name_wrong")}</small>}
+      </label>
+      {isSimulated && !isReady && <p>{t("check.simulated")}</p>}
+      {mustSayWhy && check.value?.state === "done" && (
+        <label>
+          {t("start.override")}
+          <input type="text" value={override} maxLength={200} autocomplete="off" onInput={(event) => setOverride(event.currentTarget.value)} />
+          <small>{t("start.override_hint")}</small>
+        </label>
+      )}
+      <p class="wrong" role="alert">{task.wrong || wrong.value}</p>
+      <div class="buttons">
+        <button type="button" onClick={() => void runCheck()} disabled={check.value?.state === "running"}>{t("start.check")}</button>
+        <button type="submit" class="main" disabled={task.busy || !rig.value || !isNameRight || (mustSayWhy && override.trim() === "")}>
+          {task.busy ? t("start.starting") : t(mustSayWhy ? "start.go_anyway" : "start.go")}
+        </button>
+      </div>
+    </form>
+  );
+}
+
+/// May I start? The check runs by itself when the page is opened and when another rig is chosen.
+export function StartView() {
+  useEffect(() => void findRigs(), []);
+  const state = consoleState.value;
+  const isFailed = state?.state === "idle" && state.last !== null && state.last.exit_status !== 0;
+  return (
+    <div class="start-view">
+      <div class="judgement">
+        <Answer />
+        {check.value?.at && <p class="at">{check.value.rig} · {formatClock(check.value.at)}</p>}
+        {isFailed && (
+          <details class="failed" open>
+            <summary>{t("start.last_failed", { status: state.last!.exit_status })}</summary>
+            <pre lang="en">{state.last!.text}</pre>
+          </details>
+        )}
+        {!isDriving.value && <Items />}
+      </div>
+      {rigs.value?.length === 0 && <p class="wrong" role="alert">{t("start.no_rigs")}</p>}
+      {!mayOperate.value ? <p class="empty">{t("error.viewer")}</p> : !isDriving.value && <StartForm />}
+    </div>
+  );
+}

@@ -1,0 +1,347 @@
+// Plays hueline-console for the tests of the page: the same REST calls, headers and messages as docs/formats.md describes, about a made
+// street. A test changes what it says: mock.trouble(...), mock.well(...), mock.cut(). By hand:
+//   node mock_server.mjs PAGE_FOLDER PROTO_FOLDER [PORT]
+import fs from "node:fs";
+import http from "node:http";
+import path from "node:path";
+import { pathToFileURL } from "node:url";
+import protocol from "@foxglove/ws-protocol";
+import { WebSocketServer } from "ws";
+import { loadSchemas } from "./mock_schemas.mjs";
+import { kFields, kStride, pointsAt, vehicleAt } from "./mock_street.mjs";
+
+const kPolicy =
+  "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; font-src 'self'; connect-src 'self'; " +
+  "worker-src 'self' blob:; media-src 'self' blob:; manifest-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'";
+const kTypes = { ".html": "text/html; charset=utf-8", ".js": "text/javascript", ".css": "text/css", ".json": "application/json" };
+const kReport =
+  "<!doctype html><html lang=en><title>Report</title><style>body{font-family:sans-serif}</style><h1>Drive report</h1><p>good</p></html>";
+export const kUsers = { anna: { password: "a long word", role: "operator" }, victor: { password: "another word", role: "viewer" } };
+const kOrigin = { latitude_deg: 48.1, longitude_deg: 11.5, height_m: 520 };
+const kMetres = 111320;
+
+export const kSensors = [
+  { name: "laser", role: "scanner", driver: "velodyne", rate_hz: 754.2 },
+  { name: "head", role: "camera", driver: "genicam", rate_hz: 2.0 },
+  { name: "pos", role: "pos", driver: "novatel", rate_hz: 208.5 },
+  { name: "pps", role: "pps", driver: "pps", rate_hz: 1.0 },
+  { name: "wheel", role: "wheel", driver: "wheel", rate_hz: 100.0 },
+];
+
+export class Mock {
+  state = { state: "idle", drive: null, rig: null, since: null, allow_simulate: true, scenarios: ["short", "street"], last: null, feed: "none" };
+  check = { state: "none", rig: null, at: null, ready: null, items: [], error: "" };
+  /// What a check will answer.
+  checkItems = [
+    { name: "rig", state: "ok", text: "The rig contradicts nothing.", action: "" },
+    { name: "laser", state: "ok", text: "754 packets a second.", action: "" },
+    { name: "head", state: "ok", text: "2 images a second.", action: "" },
+    { name: "computer", state: "remark", text: "net.core.rmem_max is 212992 bytes.", action: "sysctl -w net.core.rmem_max=33554432" },
+    { name: "disk", state: "ok", text: "380 GB free, enough for 31 hours.", action: "" },
+  ];
+  drives = [
+    { name: "2026-11-20_0900", begin: "2026-11-20T09:00:00Z", duration_s: 3605, path_m: 24100, points: 9.1e8, coloured_share: 0.97, grade: "good", bytes: 9.4e10, running: false },
+    { name: "2026-11-19_1400", begin: "2026-11-19T14:00:00Z", duration_s: 1200, path_m: 8200, points: 3.1e8, coloured_share: 0.91, grade: "usable with remarks", bytes: 3.1e10, running: false },
+    { name: "2026-11-18_1100", begin: "2026-11-18T11:00:00Z", duration_s: 640, path_m: 3900, points: 1.4e8, coloured_share: 0.4, grade: "drive again", bytes: 1.6e10, running: false },
+  ];
+  calls = []; // what the page has asked: {method, path, body}
+  pointsPerMessage = 4000;
+  colouredShare = 0.97;
+  fix = "RtkFixed";
+  /// The drive runs this many times faster than the clock.
+  speed = 1;
+  marks = [];
+  drive_s = 0;
+
+  #server;
+  #foxglove;
+  #sockets = new WebSocketServer({ noServer: true, handleProtocols: (offered) => this.#foxglove.handleProtocols?.(offered) ?? [...offered][0] });
+  #schemas;
+  #page;
+  #image;
+  #channels = new Map();
+  #subscribed = new Set();
+  #timers = [];
+  #troubles = new Map(); // sensor or "drive" to its troubles
+  #events = [];
+  #seconds = [];
+  #session = { cookie: "s3cret", who: null };
+  #holdover = null;
+
+  constructor(page, protos, image) {
+    this.#page = page;
+    this.#schemas = loadSchemas(protos);
+    this.#image = image;
+  }
+
+  async start(port = 0) {
+    this.#foxglove = new protocol.FoxgloveServer({ name: "hueline-console" });
+    this.#foxglove.on("subscribe", (channel) => this.#onSubscribe(channel));
+    this.#foxglove.on("unsubscribe", (channel) => this.#subscribed.delete(channel));
+    this.#foxglove.on("error", () => {});
+    this.#addChannel("/hueline/console");
+    this.#server = http.createServer((request, response) => void this.#answer(request, response));
+    this.#server.on("upgrade", (request, socket, head) => {
+      if (!this.#isIn(request) || !request.url.startsWith("/ws")) return void socket.destroy();
+      this.#sockets.handleUpgrade(request, socket, head, (client) => this.#foxglove.handleConnection(client, request.socket.remoteAddress ?? ""));
+    });
+    await new Promise((done) => this.#server.listen(port, "127.0.0.1", done));
+    this.#timers.push(setInterval(() => this.#send("/hueline/console", this.state), 2000), setInterval(() => this.#tick(), 100));
+    return `http://127.0.0.1:${this.#server.address().port}`;
+  }
+  async stop() {
+    for (const timer of this.#timers) clearInterval(timer);
+    this.cut();
+    this.#server.closeAllConnections();
+    await new Promise((done) => this.#server.close(done));
+  }
+
+  /// Cuts every WebSocket, as a lost network does. The server then takes new ones at once.
+  cut() {
+    for (const client of this.#sockets.clients) client.terminate();
+  }
+
+  /// Something is wrong with a sensor, or with "drive".
+  trouble(who, trouble, level, cause, action = "") {
+    const list = this.#troubles.get(who) ?? [];
+    list.push({ trouble, level, cause, action, since_s: this.drive_s });
+    this.#troubles.set(who, list);
+    if (trouble === "holdover") this.#holdover = this.drive_s;
+    this.#event("health", level, who, cause, action);
+    this.#sendStatus();
+  }
+  /// All is well again.
+  well(who) {
+    this.#troubles.delete(who);
+    if (who === "pps") this.#holdover = null;
+    this.#event("health", "ok", who, "all is well");
+    this.#sendStatus();
+  }
+  event(kind, level, sensor, text) {
+    this.#event(kind, level, sensor, text);
+  }
+
+  /// As when POST /api/start has started a drive.
+  begin(drive = "2026-11-23_0100", rig = "street", isSimulated = false) {
+    Object.assign(this, { drive_s: 0, marks: [], isSimulated });
+    this.#events = [];
+    this.#seconds = [];
+    this.#troubles.clear();
+    this.#holdover = null;
+    Object.assign(this.state, { state: "driving", drive, rig, since: new Date().toISOString(), last: null, feed: "connected" });
+    for (const topic of ["/hueline/status", "/hueline/events", "/hueline/map"]) this.#addChannel(topic);
+    this.#addChannel("/cloud", "foxglove.PointCloud");
+    this.#addChannel("/pose", "foxglove.PoseInFrame");
+    this.#addChannel("/log", "foxglove.Log");
+    this.#addChannel("/image/head", "foxglove.CompressedImage");
+    this.#event("health", "ok", "drive", "all is well: every sensor is there, and points are placed");
+    this.#send("/hueline/console", this.state);
+  }
+  end(exit_status = 0, text = "good") {
+    const { drive } = this.state;
+    this.drives.unshift({ name: drive, begin: this.state.since, duration_s: this.drive_s, path_m: 8 * this.drive_s, points: 1e6, coloured_share: 0.97, grade: "good", bytes: 2e9, running: false });
+    for (const [topic, id] of this.#channels)
+      if (topic !== "/hueline/console") {
+        this.#foxglove.removeChannel(id);
+        this.#channels.delete(topic);
+        this.#subscribed.delete(id);
+      }
+    Object.assign(this.state, { state: "idle", drive: null, rig: null, since: null, feed: "none", last: { drive, exit_status, text } });
+    this.#send("/hueline/console", this.state);
+  }
+
+  // ---- WebSocket
+  #addChannel(topic, type) {
+    const json = { encoding: "json", schemaName: "", schemaEncoding: "jsonschema", schema: "{}" };
+    const protobuf = { encoding: "protobuf", schemaName: type, schemaEncoding: "protobuf", schema: type ? this.#schemas.base64(type) : "" };
+    this.#channels.set(topic, this.#foxglove.addChannel({ topic, ...(type ? protobuf : json) }));
+  }
+  #onSubscribe(channel) {
+    this.#subscribed.add(channel);
+    // The server sends what it remembers after the subscription, as hueline-console does.
+    setTimeout(() => {
+      if (channel === this.#channels.get("/hueline/console")) this.#send("/hueline/console", this.state);
+      if (channel === this.#channels.get("/hueline/events")) for (const event of this.#events) this.#send("/hueline/events", event);
+      if (channel === this.#channels.get("/hueline/map")) this.#sendMap(this.#seconds);
+    }, 0);
+  }
+  #bytes(topic, bytes) {
+    const id = this.#channels.get(topic);
+    if (id === undefined || !this.#subscribed.has(id)) return;
+    this.#foxglove.sendMessage(id, BigInt(Date.now()) * 1000000n, bytes);
+  }
+  #send(topic, json) {
+    this.#bytes(topic, Buffer.from(JSON.stringify(json)));
+  }
+  #proto(topic, type, message) {
+    const codec = this.#schemas.type(type);
+    this.#bytes(topic, codec.encode(codec.fromObject(message)).finish());
+  }
+  /// Sends bytes that are no message of the topic.
+  damage(topic) {
+    this.#bytes(topic, Buffer.from([0xff, 0xff, 0xff, 0xff, 0x07, 0x01]));
+  }
+
+  #event(kind, level, sensor, text, action = "") {
+    const event = { time: new Date().toISOString(), drive_s: this.drive_s, kind, level, sensor, text, action };
+    this.#events.push(event);
+    if (this.#events.length > 500) this.#events.shift();
+    this.#send("/hueline/events", event);
+  }
+  #sendMap(seconds) {
+    this.#send("/hueline/map", { origin: kOrigin, first_s: seconds[0]?.[0] ?? 0, seconds });
+  }
+  #place() {
+    const { east, north } = vehicleAt(this.drive_s);
+    return {
+      latitude_deg: kOrigin.latitude_deg + north / kMetres,
+      longitude_deg: kOrigin.longitude_deg + east / kMetres / Math.cos((kOrigin.latitude_deg * Math.PI) / 180),
+    };
+  }
+  #level(list) {
+    return ["alarm", "warning", "waiting"].find((level) => list.some((one) => one.level === level)) ?? "ok";
+  }
+  #status() {
+    const all = [...this.#troubles.values()].flat();
+    const t = this.drive_s;
+    return {
+      mode: "capture", rig: this.state.rig, drive: this.state.drive, since: this.state.since, drive_s: t, gps: new Date().toISOString(),
+      level: this.#level(all), simulated: this.isSimulated,
+      sensors: kSensors.map((sensor) => {
+        const troubles = this.#troubles.get(sensor.name) ?? [];
+        const worst = troubles.find((one) => one.level === "alarm") ?? troubles[0];
+        const isGone = troubles.some((one) => one.trouble === "gone" || one.trouble === "silent");
+        return {
+          ...sensor, state: isGone ? "silent" : "running", level: this.#level(troubles), trouble: worst?.trouble ?? null, cause: worst?.cause ?? "",
+          action: worst?.action ?? "", since_s: worst?.since_s ?? null, troubles, packets: Math.round(sensor.rate_hz * t), bytes: 1, bytes_per_s: sensor.rate_hz * 1206,
+          rate_hz: isGone ? 0 : sensor.rate_hz, age_s: isGone ? t - worst.since_s : 1 / sensor.rate_hz / 2, lost: 0, shed: 0, refused: 0,
+        };
+      }),
+      troubles: this.#troubles.get("drive") ?? [],
+      clocks: [{ name: "pps", state: this.#holdover === null ? "Locked" : "Holdover", sigma_s: 2.1e-6 + (this.#holdover === null ? 0 : (t - this.#holdover) * 1e-7),
+        residual_s: 4e-7 * Math.sin(t) + 2e-7 * Math.sin(7.3 * t), holdover_s: this.#holdover === null ? null : t - this.#holdover }],
+      pos: { status: "INS_SOLUTION_GOOD", is_good: true, sigma_horizontal_m: 0.018, sigma_vertical_m: 0.031, ...this.#place(), height_m: 520,
+        speed_m_s: 8, heading_deg: (vehicleAt(t).heading * 180) / Math.PI, fix: this.fix, satellites: 17 },
+      disk: { free_bytes: 3.8e11, bytes_per_s: 2.6e7, left_s: 14615 },
+      queues: [{ name: "record", packets: 3, share: 0.002 }, { name: "pipeline", packets: 80, share: 0.031 }],
+      points: Math.round(t * 5 * this.pointsPerMessage), coloured_share: this.colouredShare, exposures: Math.floor(2 * t), path_m: 8 * t, marks: this.marks, listeners_lost: 0,
+    };
+  }
+  #sendStatus() {
+    if (this.state.state === "driving" || this.state.state === "stopping") this.#send("/hueline/status", this.#status());
+  }
+  #tick() {
+    if (this.state.state !== "driving") return;
+    const before = Math.floor(this.drive_s);
+    this.drive_s += 0.1 * this.speed;
+    const t = this.drive_s, at = vehicleAt(t);
+    if (!this.isFrozen) this.#sendStatus();
+    this.#proto("/pose", "foxglove.PoseInFrame", {
+      frameId: "enu",
+      pose: { position: { x: at.east, y: at.north, z: 0 }, orientation: { x: 0, y: 0, z: Math.sin(-at.heading / 2), w: Math.cos(at.heading / 2) } },
+    });
+    if (Math.floor(t * 5) !== Math.floor((t - 0.1 * this.speed) * 5)) {
+      const data = pointsAt(t, this.pointsPerMessage, this.colouredShare);
+      this.#proto("/cloud", "foxglove.PointCloud", { frameId: "enu", pointStride: kStride, fields: kFields, data });
+    }
+    for (let second = before + 1; second <= Math.floor(t); ++second) {
+      const { east, north } = vehicleAt(second);
+      const points = this.hole ? 0 : 5 * this.pointsPerMessage;
+      const entry = [second, east, north, points, Math.round(points * this.colouredShare), 0.02, this.fix];
+      this.#seconds.push(entry);
+      this.#sendMap([entry]);
+      if (this.#image) this.#proto("/image/head", "foxglove.CompressedImage", { frameId: "head", format: "jpeg", data: this.#image });
+    }
+  }
+
+  // ---- REST
+  #isIn(request) {
+    return this.#session.who !== null && (request.headers.cookie ?? "").includes(`hueline_session=${this.#session.cookie}`);
+  }
+  async #answer(request, response) {
+    response.setHeader("Content-Security-Policy", kPolicy);
+    response.setHeader("X-Content-Type-Options", "nosniff");
+    const { pathname } = new URL(request.url, "http://localhost");
+    if (!pathname.startsWith("/api/")) return this.#file(pathname, response);
+    let text = "";
+    for await (const part of request) text += part;
+    const body = text ? JSON.parse(text) : {};
+    const call = pathname.slice(5);
+    this.calls.push({ method: request.method, path: call, body });
+    const say = (status, json) => response.writeHead(status, { "Content-Type": "application/json" }).end(JSON.stringify(json));
+    const deny = (status, error) => say(status, { error });
+    if (call === "login") {
+      const user = kUsers[body.name];
+      if (!user || user.password !== body.password) return deny(401, "Name or password is wrong.");
+      this.#session.who = { name: body.name, role: user.role, csrf: "token" };
+      response.setHeader("Set-Cookie", `hueline_session=${this.#session.cookie}; HttpOnly; SameSite=Strict; Path=/`);
+      return say(200, this.#session.who);
+    }
+    if (this.noUsers) return deny(503, "Nobody can log in yet. Make a user: hueline-console user add NAME --role operator");
+    if (!this.#isIn(request)) return deny(401, "Log in first.");
+    if (request.method === "POST" && request.headers["x-csrf"] !== "token") return deny(403, "The header X-Csrf is missing.");
+    if (request.method === "POST" && call !== "logout" && this.#session.who.role !== "operator") return deny(403, "Only operators may do this.");
+    return this.#call(`${request.method} ${call}`, body, say, deny, response);
+  }
+  #call(call, body, say, deny, response) {
+    const summary = /^GET drives\/([A-Za-z0-9._-]+)\/(summary\.json|report\.html)$/.exec(call);
+    if (summary) return this.#drive(summary[1], summary[2], say, deny, response);
+    switch (call) {
+      case "GET session": return say(200, this.#session.who);
+      case "POST logout": this.#session.who = null; return say(200, {});
+      case "GET state": return say(200, this.state);
+      case "GET rigs": return say(200, { rigs: [{ name: "street", from: "shipped" }, { name: "minimal", from: "shipped" }] });
+      case "GET check": return say(200, this.check);
+      case "POST check":
+        this.check = { state: "running", rig: body.rig, at: null, ready: null, items: [], error: "" };
+        setTimeout(() => {
+          const items = structuredClone(this.checkItems);
+          this.check = { state: "done", rig: body.rig, at: new Date().toISOString(), ready: !items.some((one) => one.state === "missing"), items, error: "" };
+        }, 700);
+        return say(202, { state: "checking" });
+      case "POST start":
+        if (this.state.state !== "idle") return deny(409, "A drive is running already.");
+        this.begin(body.name ?? "2026-11-23_0100", body.rig, Boolean(body.simulate));
+        return say(202, { drive: this.state.drive });
+      case "POST stop":
+        if (this.state.state === "idle") return deny(409, "Nothing is running.");
+        this.state.state = "stopping";
+        this.#send("/hueline/console", this.state);
+        setTimeout(() => this.end(), 800);
+        return say(202, {});
+      case "POST mark":
+        this.marks.push({ number: this.marks.length + 1, drive_s: this.drive_s, time: new Date().toISOString(), note: body.note, ...this.#place() });
+        this.#event("mark", "info", "operator", `mark ${this.marks.length}: ${body.note}`);
+        return say(200, {});
+      case "GET drives": return say(200, { drives: this.drives });
+      case "POST replay":
+        this.begin(body.drive);
+        return say(202, { drive: body.drive });
+    }
+    return deny(404, `There is no ${call}.`);
+  }
+  #drive(name, file, say, deny, response) {
+    const drive = this.drives.find((one) => one.name === name);
+    if (!drive) return deny(404, `There is no drive ${name}.`);
+    if (file === "report.html") {
+      response.setHeader("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'");
+      return response.writeHead(200, { "Content-Type": kTypes[".html"] }).end(kReport);
+    }
+    const remarks = drive.grade === "good" ? [] : [
+      { grade: drive.grade, sensor: "head", text: "without images for 64.0 s, more than the rig's 5.0 s", begin_s: 311, end_s: 375, length_m: 498 },
+      { grade: "usable with remarks", sensor: "pos", text: "pose sigma 0.084 m at worst, above the rig's 0.05 m", begin_s: 120, end_s: 131, length_m: 77 },
+    ];
+    return say(200, { verdict: { grade: drive.grade, remarks }, marks: [] });
+  }
+  #file(pathname, response) {
+    const file = path.join(this.#page, path.normalize(pathname === "/" ? "/index.html" : pathname));
+    if (!file.startsWith(this.#page) || !fs.existsSync(file)) return response.writeHead(404).end();
+    return response.writeHead(200, { "Content-Type": kTypes[path.extname(file)] ?? "application/octet-stream" }).end(fs.readFileSync(file));
+  }
+}
+
+if (import.meta.url === pathToFileURL(process.argv[1] ?? "").href) {
+  const [page, protos, port] = process.argv.slice(2);
+  const mock = new Mock(path.resolve(page), path.resolve(protos));
+  console.log(await mock.start(Number(port ?? 8766)), "users:", kUsers);
+}

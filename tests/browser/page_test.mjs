@@ -1,0 +1,333 @@
+// The operator's page in Chromium: what an operator does, what goes wrong, both languages, three sizes, and axe-core's rules of accessibility.
+import assert from "node:assert/strict";
+import fs from "node:fs";
+import path from "node:path";
+import test, { after, afterEach, before, beforeEach } from "node:test";
+import { createRequire } from "node:module";
+import { chromiumPath, kSizes, launch, login, newPage } from "./browser.mjs";
+import { Mock } from "./mock_server.mjs";
+
+if (!chromiumPath) {
+  console.log("SKIPPED: Chromium is not installed (apt install chromium)");
+  process.exit(0);
+}
+const source = process.env.HUELINE_SOURCE, folder = process.env.HUELINE_PAGE;
+const axe = fs.readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const views = ["start", "drive", "stop", "cloud", "images", "map", "clocks", "events", "marks", "drives"];
+
+let browser, mock, url, page;
+before(async () => {
+  browser = await launch();
+});
+after(() => browser.close());
+beforeEach(async () => {
+  mock = new Mock(folder, path.join(source, "storage/proto"), fs.readFileSync(path.join(source, "docs/images/shot_lidar_camera.jpg")));
+  url = await mock.start();
+});
+afterEach(async () => {
+  const wrong = page?.wrong ?? [];
+  await page?.context().close();
+  page = undefined;
+  await mock.stop();
+  assert.deepEqual(wrong, [], "the page threw, or broke the server's policy");
+});
+
+const open = async (view, options = {}) => {
+  page = await newPage(browser, options);
+  await login(page, url, options.name, options.password);
+  if (view) await page.goto(`${url}/#${view}`);
+  return page;
+};
+const see = (text, options = {}) => page.getByText(text, options).first().waitFor();
+const posts = (call) => mock.calls.filter((one) => one.method === "POST" && one.path === call);
+
+test("a wrong password is refused with a reason, a right one enters, and logging out leaves nothing", async () => {
+  page = await newPage(browser);
+  await page.goto(url);
+  await page.fill("input[name=name]", "anna");
+  await page.fill("input[name=password]", "wrong");
+  await page.click("button[type=submit]");
+  await see("Name or password is wrong.");
+  await page.fill("input[name=password]", "a long word");
+  await page.press("input[name=password]", "Enter");
+  await page.waitForSelector("nav.tabs");
+  await page.reload();
+  await page.waitForSelector("nav.tabs");
+  await page.click("button.menu");
+  await page.getByRole("button", { name: /Log out/ }).click();
+  await page.waitForSelector("input[name=password]");
+  await page.reload();
+  await page.waitForSelector("input[name=password]");
+});
+
+test("without users the page says how to make one", async () => {
+  mock.noUsers = true;
+  page = await newPage(browser);
+  await page.goto(url);
+  await see("hueline-console user add NAME");
+  assert.equal(await page.locator("input[name=password]").count(), 0);
+});
+
+test("start, drive, mark, stop, verdict", async () => {
+  await open();
+  await page.waitForSelector(".answer.ready");
+  await see("Remarks: 1.");
+  await page.getByRole("button", { name: "Start the drive" }).click();
+  await page.waitForSelector(".drive-view");
+  assert.deepEqual(posts("start")[0].body, { rig: "street" });
+  await page.waitForFunction(() => document.querySelectorAll(".sensor.ok").length === 5);
+  await page.waitForFunction(() => [...document.querySelectorAll(".card")].every((one) => one.classList.contains("ok")));
+  await see("ALL WELL");
+  await page.keyboard.press("m");
+  await page.fill("dialog input", "Kirche 教堂 ♜");
+  await page.keyboard.press("Enter");
+  await see("The mark is sent.");
+  assert.equal(posts("mark")[0].body.note, "Kirche 教堂 ♜");
+  await page.goto(`${url}/#marks`);
+  await see("Kirche 教堂 ♜");
+  await page.getByRole("button", { name: "Stop", exact: false }).click();
+  await page.getByRole("button", { name: "Go on driving" }).click();
+  assert.equal(posts("stop").length, 0, "stopping asks first");
+  await page.goto(`${url}/#drive`);
+  await page.locator(".actions .stop").click();
+  await page.getByRole("button", { name: "Stop the drive" }).click();
+  await page.goto(`${url}/#stop`);
+  await page.waitForSelector(".verdict-view .answer.good");
+  await see("You may leave the site.");
+  await page.frameLocator("iframe.report").getByText("Drive report").waitFor();
+});
+
+test("what is missing is named with what to do, and starting anyway needs a reason", async () => {
+  mock.checkItems.push({ name: "pps", state: "missing", text: "/dev/pps0 does not exist.", action: "sudo modprobe pps-gpio" });
+  await open();
+  await page.waitForSelector(".answer.not_ready");
+  await see("sudo modprobe pps-gpio");
+  const start = page.getByRole("button", { name: "Start anyway" });
+  assert.ok(await start.isDisabled());
+  await page.getByLabel("Reason to start although something is missing").fill("test of the scanner only");
+  await start.click();
+  await page.waitForSelector(".drive-view");
+  assert.deepEqual(posts("start")[0].body, { rig: "street", override: "test of the scanner only" });
+});
+
+test("the answer is read from a metre away", async () => {
+  for (const size of ["tablet", "phone"]) {
+    await open("start", { size });
+    await page.waitForSelector(".answer.ready");
+    const px = await page.$eval(".answer .word", (word) => parseFloat(getComputedStyle(word).fontSize));
+    // 96 px are an inch; letters of 9 mm height are read from a metre by the road-sign rule of 1:250 with reserve.
+    assert.ok(px >= 35, `letters of ${px} px on a ${size}`);
+    if (size === "tablet") await page.context().close();
+  }
+});
+
+test("an alarm comes within a second with cause and action, sounds, is acknowledged and stays until it is over", async () => {
+  await open();
+  mock.begin();
+  await page.waitForSelector(".sensor.ok");
+  await page.evaluate(() => {
+    window.tones = 0;
+    const start = OscillatorNode.prototype.start;
+    OscillatorNode.prototype.start = function (...when) {
+      ++window.tones;
+      return start.apply(this, when);
+    };
+  });
+  await page.mouse.click(640, 650); // sound is allowed after a touch
+  await page.evaluate(() => {
+    new MutationObserver(() => (window.alarmAt ??= document.querySelector(".alarms li.alarm") ? Date.now() : undefined)).observe(document.body, { childList: true, subtree: true });
+  });
+  await page.waitForTimeout(1500); // the browser starts its audio
+  const told = Date.now();
+  mock.trouble("head", "gone", "alarm", "connection lost: no heartbeat from 192.168.1.20", "Check the camera's cable.");
+  await page.waitForSelector(".alarms li.alarm");
+  const shown = await page.evaluate(() => window.alarmAt);
+  assert.ok(shown - told < 1000, `${shown - told} ms`);
+  console.log(`alarm shown after ${shown - told} ms`);
+  const alarm = page.locator(".alarms li.alarm");
+  const text = await alarm.innerText();
+  for (const part of ["ALARM", "head", "Connection lost", "no heartbeat", "Check the camera's cable."]) assert.ok(text.includes(part), part);
+  await page.waitForFunction(() => window.tones >= 3);
+  await page.waitForFunction(() => window.tones >= 6, undefined, { timeout: 8000 }); // again, until it is acknowledged
+  await page.waitForSelector(".bar.alarm");
+  await page.keyboard.press("a");
+  await page.waitForSelector(".alarms li.alarm.seen");
+  const tones = await page.evaluate(() => window.tones);
+  await page.waitForTimeout(3500);
+  assert.equal(await page.evaluate(() => window.tones), tones, "an acknowledged alarm is silent");
+  assert.equal(await page.locator(".alarms li.alarm.seen").count(), 1, "and in sight");
+  await page.getByRole("button", { name: "head: ALARM", exact: false }).click();
+  await page.locator(".sensor.alarm .more").getByText("no heartbeat").waitFor();
+  mock.well("head");
+  await page.waitForFunction(() => document.querySelectorAll(".alarms li").length === 0);
+  await see("ALL WELL");
+  mock.trouble("head", "gone", "alarm", "again", "");
+  await page.waitForSelector(".alarms li.alarm:not(.seen)");
+});
+
+test("each lamp has a shape and a word of its own, not colour alone", async () => {
+  await open();
+  mock.begin();
+  mock.trouble("pos", "weak_gnss", "warning", "DGNSS instead of RTK", "");
+  mock.trouble("laser", "silent", "alarm", "nothing for 2.0 s", "");
+  mock.trouble("pps", "no_clock", "waiting", "no label yet", "");
+  await page.waitForSelector(".sensor.waiting");
+  const lamps = await page.$$eval(".sensor .lamp", (all) => all.map((one) => [one.querySelector(".word").textContent, one.querySelector("svg").innerHTML]));
+  assert.deepEqual([...new Set(lamps.map(([word]) => word))].sort(), ["ALARM", "OK", "WAITING", "WARNING"]);
+  assert.equal(new Set(lamps.map(([word]) => word)).size, new Set(lamps.map(([, shape]) => shape)).size);
+});
+
+test("a lost connection is told at once, the data are marked as old, and it is back by itself", async () => {
+  await open();
+  mock.begin();
+  await page.waitForSelector(".sensor.ok");
+  mock.isFrozen = true;
+  await page.waitForSelector(".bar .link.lost");
+  assert.match(await page.innerText(".bar .link"), /old data: \d+/);
+  await page.waitForSelector(".drive-view.old");
+  mock.isFrozen = false;
+  await page.waitForFunction(() => !document.querySelector(".bar .link.lost"));
+  for (let round = 0; round < 3; ++round) {
+    mock.cut();
+    await page.waitForFunction(() => /live/.test(document.querySelector(".bar .link").textContent) && !document.querySelector(".drive-view.old"));
+  }
+  await page.goto(`${url}/#events`);
+  await page.waitForSelector(".events li");
+  assert.equal(await page.locator(".events li").count(), 1, "what the server tells again after a connection is not there twice");
+});
+
+test("events are filtered by level, sensor and words", async () => {
+  await open("events");
+  mock.begin();
+  for (let i = 0; i < 40; ++i) mock.event("fault", i % 4 === 0 ? "warning" : "info", i % 2 ? "laser" : "head", `datagram ${i} lost`);
+  await see("datagram 39 lost");
+  await page.getByLabel("Level").selectOption("warning");
+  await see("10 of 41 events");
+  await page.getByLabel("Sensor").selectOption("head");
+  await page.getByLabel("Search").fill("datagram 8 ");
+  await see("1 of 41 events");
+  await page.getByLabel("Search").fill("nothing like it");
+  await see("No event fits the filters.");
+});
+
+test("the cloud grows: its points are on the canvas, and damaged messages do not stop it", async () => {
+  await open("cloud");
+  mock.pointsPerMessage = 3000;
+  mock.begin();
+  await page.waitForFunction(() => /\d k points/.test(document.querySelector(".legend")?.textContent ?? ""));
+  mock.damage("/cloud");
+  const count = async () => parseFloat((await page.innerText(".legend")).replace(/[^\d.].*/s, ""));
+  const before = await count();
+  await page.waitForFunction((n) => parseFloat(document.querySelector(".legend").textContent) > n, before + 10);
+  // The picture has many colours where an empty one has two.
+  const png = await page.locator(".cloud-view canvas").screenshot();
+  assert.ok(png.length > 20000, `${png.length} bytes of picture`);
+  for (const mode of ["intensity", "height", "quality", "sigma", "exposure", "moving"]) await page.getByLabel("Show by").selectOption(mode);
+  await page.getByRole("button", { name: /Camera/ }).click();
+});
+
+test("images of each camera, the clocks' curves and the map come", async () => {
+  await open("images");
+  mock.speed = 3;
+  mock.begin();
+  await page.waitForFunction(() => document.querySelector(".images img")?.naturalWidth > 0);
+  await page.goto(`${url}/#clocks`);
+  await page.waitForSelector(".curve canvas");
+  mock.hole = true;
+  mock.fix = "Single";
+  await page.goto(`${url}/#map`);
+  await page.waitForFunction(() => /[1-9]\d* m without points, [1-9]\d* m with weak GNSS/.test(document.querySelector(".legend").textContent));
+});
+
+test("a viewer sees everything and can change nothing", async () => {
+  mock.begin();
+  await open("drive", { name: "victor", password: "another word" });
+  await page.waitForSelector(".sensor.ok");
+  assert.equal(await page.locator(".actions").count(), 0);
+  await page.goto(`${url}/#start`);
+  await see("You are logged in as a viewer.");
+  assert.equal(posts("start").length + posts("check").length, 0);
+});
+
+test("other drives have their verdicts, and one can be replayed", async () => {
+  await open("drives");
+  await page.getByText("2026-11-18_1100").click();
+  await page.waitForSelector(".verdict-view .answer.again");
+  await see("without images for 64.0 s");
+  await page.getByLabel("Speed").selectOption("5");
+  await page.getByRole("button", { name: /Replay/ }).click();
+  await page.waitForSelector(".drive-view");
+  assert.deepEqual(posts("replay")[0].body, { drive: "2026-11-18_1100", speed: 5 });
+});
+
+test("the whole page in Chinese, with what to do in Chinese too", async () => {
+  await open("start", { locale: "zh-CN" });
+  await see("就绪");
+  mock.begin();
+  mock.trouble("pps", "holdover", "warning", "no pulse for 3.0 s", "Check the PPS wire.");
+  await see("秒脉冲中断");
+  await see("检查 PPS 线缆");
+  assert.equal(await page.getAttribute("html", "lang"), "zh-CN");
+  for (const view of views) {
+    await page.goto(`${url}/#${view}`);
+    await page.waitForTimeout(150);
+    // What is English is marked as English, and is a sentence or a name of the program.
+    const english = await page.evaluate(() => {
+      const walk = document.createTreeWalker(document.querySelector(".frame"), NodeFilter.SHOW_TEXT);
+      const found = [];
+      while (walk.nextNode()) {
+        const text = walk.currentNode.textContent.trim();
+        if (/[A-Za-z]{4,} [A-Za-z]{3,}/.test(text) && !walk.currentNode.parentElement.closest("[lang=en]")) found.push(text);
+      }
+      return found;
+    });
+    assert.deepEqual(english.filter((text) => !/^INS SOLUTION/.test(text)), [], view);
+  }
+});
+
+for (const size of Object.keys(kSizes))
+  test(`nothing is too small to touch, and nothing is wider than the page: ${size}`, async () => {
+    await open("start", { size });
+    await page.waitForSelector(".answer.ready");
+    for (const view of views) {
+      if (view === "drive") mock.begin();
+      await page.goto(`${url}/#${view}`);
+      await page.waitForTimeout(300);
+      const small = await page.evaluate(() =>
+        [...document.querySelectorAll("button, a, select, input, summary")]
+          .filter((one) => one.checkVisibility() && !one.matches(".skip"))
+          .map((one) => [one.textContent.slice(0, 20), one.getBoundingClientRect()])
+          .filter(([, { width, height }]) => width < 44 || height < 43.5)
+          .map(([text, { width, height }]) => `${text} ${width} x ${height}`));
+      assert.deepEqual(small, [], view);
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert.ok(wide <= 0, `${view} is ${wide} px wider than the page`);
+    }
+  });
+
+for (const colorScheme of ["light", "dark"])
+  test(`axe-core finds no serious fault: ${colorScheme}`, async () => {
+    await open("start", { colorScheme });
+    await page.waitForSelector(".answer.ready");
+    const check = async (what) => {
+      const found = await page.evaluate(() => window.axe.run(document, { iframes: false, resultTypes: ["violations"] }));
+      const serious = found.violations.filter((one) => one.impact === "serious" || one.impact === "critical");
+      assert.deepEqual(serious.map((one) => `${one.id}: ${one.nodes[0].html} ${one.nodes[0].failureSummary}`), [], what);
+    };
+    await page.addInitScript(axe); // not subject to the page's policy, as a script of the page would be
+    await page.reload();
+    await page.waitForSelector(".answer.ready");
+    await check("start");
+    mock.begin();
+    mock.trouble("head", "gone", "alarm", "connection lost", "Check the cable.");
+    mock.trouble("pos", "weak_gnss", "warning", "DGNSS", "Find free sky.");
+    for (const view of views) {
+      await page.goto(`${url}/#${view}`);
+      await page.waitForTimeout(300);
+      await check(view);
+    }
+    await page.goto(`${url}/#drive`);
+    await page.locator(".sensor.alarm .line").click();
+    await page.locator(".actions .mark").click();
+    await check("mark");
+  });
