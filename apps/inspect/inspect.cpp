@@ -12,6 +12,7 @@
 #include "apps/log.hpp"
 #include "core/input_file.hpp"
 #include "core/printable.hpp"
+#include "drivers/can/blf.hpp"
 #include "runtime/recording.hpp"
 
 namespace hueline::apps {
@@ -98,8 +99,8 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
     return inspect_pcd(path);
   if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
   if (ends_with(path, ".dbc")) return inspect_dbc(path);
-  // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time.
-  if (ends_with(path, ".asc") || begins("date "sv) ||
+  // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time, a BLF with a signature.
+  if (drivers::is_blf(head) || ends_with(path, ".asc") || begins("date "sv) ||
       ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos))
     return inspect_can_log(path, dbc_path);
   std::string logs;
@@ -111,7 +112,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   }
   return {nullptr, Error{ErrorCode::Unsupported,
                          fmt::format("{}: none of the formats that are known: MCAP, LAS, pcap, pcapng, PCD, {}CAN logs "
-                                     "(.asc, candump -L), DBC, YAML rig or scenario",
+                                     "(.asc, .blf, candump -L), DBC, YAML rig or scenario",
                                      path, logs)}};
 }
 

@@ -147,9 +147,9 @@ Inspection inspect_dbc(const std::string& path) {
         {"name", message.name}, {"id", message.id}, {"extended", message.is_extended}, {"bytes", message.length}};
     for (const drivers::DbcSignal& signal : message.signals) {
       const auto& s = signal.signal;
-      const char* number = signal.number == drivers::DbcNumber::Float    ? " float"
-                           : signal.number == drivers::DbcNumber::Double ? " double"
-                                                                         : "";
+      const char* number = s.number == drivers::CanNumber::Float    ? " float"
+                           : s.number == drivers::CanNumber::Double ? " double"
+                                                                    : "";
       std::string text = fmt::format("{}|{}@{}{} ({},{}) [{}|{}] \"{}\"{}{}", s.start_bit, s.bits,
                                      s.order == drivers::BitOrder::Little ? 1 : 0, s.is_signed ? '-' : '+', s.scale,
                                      s.offset, s.min, s.max, signal.unit, number, selection(signal));

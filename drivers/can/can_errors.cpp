@@ -66,4 +66,12 @@ std::vector<CanTrouble> explain_can_error(const CanFrame& frame) {
   return out;
 }
 
+CanFrame broken_frame() {
+  CanFrame frame;
+  frame.is_error = true;
+  frame.id = CAN_ERR_PROT | CAN_ERR_BUSERROR;
+  frame.length = CAN_ERR_DLC;
+  return frame;
+}
+
 }  // namespace hueline::drivers

@@ -19,5 +19,7 @@ struct CanTrouble {
 /// break on the bus. The list is empty if the report is no problem for a listener (the bus recovered, or an arbitration
 /// was lost).
 std::vector<CanTrouble> explain_can_error(const CanFrame& frame);
+/// Returns the error frame that stands for an entry of a log which says no more than that a frame broke on the bus.
+CanFrame broken_frame();
 
 }  // namespace hueline::drivers

@@ -1,13 +1,14 @@
 #include "drivers/can/can_log.hpp"
 
 #include <fmt/format.h>
-#include <linux/can/error.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <span>
 #include <vector>
+
+#include "drivers/can/can_errors.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -153,9 +154,9 @@ Entry CanLogParser::take_asc(std::string_view line) {
     return Entry(std::nullopt);  // another event: "Start of measurement", statistics
   for (std::size_t i = channel + 1; i < std::min(words.size(), channel + 3); ++i)
     if (words[i] == "ErrorFrame") {
-      frame.is_error = true;
-      frame.id = CAN_ERR_PROT | CAN_ERR_BUSERROR;
-      frame.length = CAN_ERR_DLC;
+      const std::uint8_t bus = frame.bus;
+      frame = broken_frame();
+      frame.bus = bus;
       return Entry(out);
     }
   if (is_fd) {

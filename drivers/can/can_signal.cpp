@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <bit>
 #include <cmath>
 
 namespace hueline::drivers {
@@ -78,8 +79,13 @@ std::int64_t CanSignal::raw(std::span<const std::uint8_t> data) const {
 
 double CanSignal::value(std::span<const std::uint8_t> data) const {
   const std::int64_t bare = raw(data);
-  const double number = is_signed ? static_cast<double>(bare) : static_cast<double>(static_cast<std::uint64_t>(bare));
-  return number * scale + offset;
+  const auto bare_bits = static_cast<std::uint64_t>(bare);
+  const double plain = number == CanNumber::Double ? std::bit_cast<double>(bare_bits)
+                       : number == CanNumber::Float
+                           ? static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bare_bits)))
+                       : is_signed ? static_cast<double>(bare)
+                                   : static_cast<double>(bare_bits);
+  return plain * scale + offset;
 }
 
 CounterRange counter_range(const CanSignal& counter) {

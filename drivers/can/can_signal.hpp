@@ -13,12 +13,16 @@ namespace hueline::drivers {
 /// bit.
 enum class BitOrder : std::uint8_t { Little, Big };
 
+/// What the bits of a signal are: a whole number, or a floating-point number of 32 or 64 bits (IEEE 754).
+enum class CanNumber : std::uint8_t { Integer, Float, Double };
+
 /// One number in the data of a frame: value = raw bits x scale + offset.
 struct CanSignal {
   int start_bit = 0;
   int bits = 8;  ///< 1 to 64
   BitOrder order = BitOrder::Little;
   bool is_signed = false;
+  CanNumber number = CanNumber::Integer;
   double scale = 1, offset = 0;  ///< value = raw x scale + offset
   /// The allowed values. If both are 0, all values that the bits can hold (as in DBC files).
   double min = 0, max = 0;
@@ -30,7 +34,7 @@ struct CanSignal {
   std::size_t needed_bytes() const;
   /// Returns the bits as a number, sign-extended if the signal is signed. `data` must have needed_bytes().
   std::int64_t raw(std::span<const std::uint8_t> data) const;
-  /// Returns raw() x scale + offset.
+  /// Returns the number x scale + offset. It is not finite if the bits are a floating-point number that is not.
   double value(std::span<const std::uint8_t> data) const;
   /// Returns false for a value outside `min` to `max`. Senders mark "no value" so (usually all bits are set).
   bool allows(double value) const { return (min == 0 && max == 0) || (value >= min && value <= max); }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <utility>
 
@@ -191,7 +190,7 @@ void take_number_type(Scanner in, std::size_t line, Dbc& dbc) {
     dbc.troubles.push_back(
         fmt::format("line {}: {} is no floating-point number of {} bits", line, signal->name, signal->signal.bits));
   else
-    signal->number = type == 1 ? DbcNumber::Float : type == 2 ? DbcNumber::Double : DbcNumber::Integer;
+    signal->signal.number = type == 1 ? CanNumber::Float : type == 2 ? CanNumber::Double : CanNumber::Integer;
 }
 
 /// Gives multiplexed signals the selector of their message, where no SG_MUL_VAL_ named another one.
@@ -205,26 +204,35 @@ void name_selectors(Dbc& dbc) {
   }
 }
 
-double number_value(const DbcSignal& signal, std::span<const std::uint8_t> data) {
-  if (signal.number == DbcNumber::Integer) return signal.signal.value(data);
-  const auto bits = static_cast<std::uint64_t>(signal.signal.raw(data));
-  const double bare = signal.number == DbcNumber::Double
-                          ? std::bit_cast<double>(bits)
-                          : static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
-  return bare * signal.signal.scale + signal.signal.offset;
-}
+/// Selectors may be selected themselves. This limits how often, and so ends circles.
+constexpr std::size_t kSelectorsMost = 8;
 
-/// Returns whether the frame has the signal. Selectors may be selected themselves; `depth` ends circles.
-bool is_there(const DbcMessage& message, const DbcSignal& signal, std::span<const std::uint8_t> data, int depth = 0) {
-  if (signal.signal.needed_bytes() > data.size() || depth > 8) return false;
-  if (!signal.is_multiplexed) return true;
-  const auto selector = std::ranges::find(message.signals, signal.selector, &DbcSignal::name);
-  if (selector == message.signals.end() || !is_there(message, *selector, data, depth + 1)) return false;
-  const std::int64_t value = selector->signal.raw(data);
-  return std::ranges::any_of(signal.selected_by, [&](const auto& range) {
+bool has(const std::vector<std::pair<std::uint64_t, std::uint64_t>>& ranges, std::int64_t value) {
+  return std::ranges::any_of(ranges, [&](const auto& range) {
     return value >= 0 && static_cast<std::uint64_t>(value) >= range.first &&
            static_cast<std::uint64_t>(value) <= range.second;
   });
+}
+
+/// Returns the signal that selects `signal`, or null.
+const DbcSignal* selector_of(const DbcMessage& message, const DbcSignal& signal) {
+  const auto found = std::ranges::find(message.signals, signal.selector, &DbcSignal::name);
+  return found == message.signals.end() ? nullptr : &*found;
+}
+
+/// Returns whether the frame has the signal.
+bool is_there(const DbcMessage& message, const DbcSignal& signal, std::span<const std::uint8_t> data) {
+  const DbcSignal* one = &signal;
+  for (std::size_t depth = 0; depth <= kSelectorsMost; ++depth) {
+    if (one->signal.needed_bytes() > data.size()) return false;
+    if (!one->is_multiplexed) return true;
+    const DbcSignal* selector = selector_of(message, *one);
+    if (!selector || selector->signal.needed_bytes() > data.size() ||
+        !has(one->selected_by, selector->signal.raw(data)))
+      return false;
+    one = selector;
+  }
+  return false;
 }
 
 }  // namespace
@@ -288,11 +296,27 @@ Result<std::vector<DbcMessage>> parse_dbc(std::string_view text) {
   return std::move(dbc.messages);
 }
 
+bool DbcSelection::holds(std::span<const std::uint8_t> data) const {
+  return selector.needed_bytes() <= data.size() && has(values, selector.raw(data));
+}
+
+Result<std::vector<DbcSelection>> selections(const DbcMessage& message, const DbcSignal& signal) {
+  std::vector<DbcSelection> out;
+  for (const DbcSignal* one = &signal; one->is_multiplexed; one = selector_of(message, *one)) {
+    const DbcSignal* selector = selector_of(message, *one);
+    if (!selector || out.size() >= kSelectorsMost)
+      return Error{ErrorCode::Malformed,
+                   fmt::format("{}.{} is multiplexed, and the database does not say by what", message.name, one->name)};
+    out.push_back({selector->signal, one->selected_by});
+  }
+  return out;
+}
+
 std::vector<DbcValue> decode(const DbcMessage& message, std::span<const std::uint8_t> data) {
   std::vector<DbcValue> out;
   for (const DbcSignal& signal : message.signals) {
     if (!is_there(message, signal, data)) continue;
-    DbcValue value{&signal, signal.signal.raw(data), number_value(signal, data), nullptr};
+    DbcValue value{&signal, signal.signal.raw(data), signal.signal.value(data), nullptr};
     if (const auto word = signal.words.find(value.raw); word != signal.words.end()) value.word = &word->second;
     out.push_back(value);
   }

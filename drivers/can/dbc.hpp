@@ -15,9 +15,6 @@
 /// DBC files (Vector's text format), in which a vehicle's maker describes the messages on its buses.
 namespace hueline::drivers {
 
-/// What the bits of a signal are.
-enum class DbcNumber : std::uint8_t { Integer, Float, Double };
-
 /// One signal of a message (a line `SG_`).
 struct DbcSignal {
   std::string name, unit;
@@ -26,7 +23,6 @@ struct DbcSignal {
   bool is_selector = false;                                          ///< selects others ("M")
   std::string selector;                                              ///< empty if the signal is in every frame
   std::vector<std::pair<std::uint64_t, std::uint64_t>> selected_by;  ///< from .. to, both included
-  DbcNumber number = DbcNumber::Integer;
   CanSignal signal;
   std::map<std::int64_t, std::string> words;  ///< names of values (VAL_), by the bits
 };
@@ -65,6 +61,18 @@ Result<DbcSignal> parse_dbc_signal(std::string_view line);
 Dbc read_dbc(std::string_view text);
 /// As read_dbc(), for a text that has to be right. Error: Malformed, the first trouble.
 Result<std::vector<DbcMessage>> parse_dbc(std::string_view text);
+
+/// A signal that decides by its value whether a frame has another one.
+struct DbcSelection {
+  CanSignal selector;
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> values;  ///< from .. to, both included
+
+  /// Returns whether the frame with the data `data` has a value of `values`. False if it is too short.
+  bool holds(std::span<const std::uint8_t> data) const;
+};
+/// Returns the conditions under which a frame of `message` has `signal`: none, or those of its selector and of all that
+/// select the selector. Error: Malformed, if a selector is missing or the selectors are in a circle.
+Result<std::vector<DbcSelection>> selections(const DbcMessage& message, const DbcSignal& signal);
 
 /// Decodes the signals that a frame with the data `data` has: those that it is long enough for, and of the multiplexed
 /// ones those that are selected.

@@ -8,6 +8,7 @@
 #include "drivers/ouster/ouster_file.hpp"
 #include "drivers/ouster/ouster_listener.hpp"
 #include "drivers/transport/datagram_input.hpp"
+#include "drivers/transport/described_source.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -40,7 +41,7 @@ class OusterDevice final : public Device {
     DatagramInput input = input_;
     if (input.udp) input.udp->max_datagram_bytes = 65536;
     if (!ask_.empty()) return std::make_unique<OusterAskingSource>(input.make(pool), OusterAskingSource::Config{ask_});
-    return std::make_unique<OusterFileSource>(input.make(pool), metadata_);
+    return std::make_unique<DescribedSource>(input.make(pool), [path = metadata_] { return describe_ouster(path); });
   }
   std::unique_ptr<Decoder> make_decoder() const override { return std::make_unique<OusterDecoder>(decoder_); }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cerrno>
 #include <utility>
 
@@ -31,9 +32,10 @@ Line read_line(std::istream& in, std::string& line) {
 }  // namespace
 
 void CanLogSource::Config::visit(Keys& keys) {
-  keys.text(required("file", "", "A log of the bus: Vector's ASC, or what `candump -L` or `candump -t a` writes."),
-            path);
-  keys.whole({"channel", "", "The channel that is read from an ASC file.", "0: all"}, channel, {0, 255});
+  keys.text(
+      required("file", "", "A log of the bus: Vector's ASC or BLF, or what `candump -L` or `candump -t a` writes."),
+      path);
+  keys.whole({"channel", "", "The channel that is read from an ASC or BLF file.", "0: all"}, channel, {0, 255});
 }
 
 KeyError CanLogSource::Config::validate() const {
@@ -46,6 +48,18 @@ Status CanLogSource::open() {
   if (const std::string wrong = config_.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
   auto input = InputFile::open(config_.path);
   if (!input.ok()) return input.error();
+  parser_ = {};
+  line_ = malformed_ = 0;
+  first_malformed_.clear();
+  last_ = {};
+  std::array<std::byte, 4> head{};
+  if (input->size() >= head.size()) {
+    if (Status read = input->read(0, head); !read.ok()) return read;
+    if (is_blf({reinterpret_cast<const char*>(head.data()), head.size()})) {
+      blf_.emplace(std::move(*input));
+      return {};
+    }
+  }
   input_ = std::move(*input);
   file_.emplace(config_.path, std::ios::binary);
   if (!*file_) {
@@ -53,34 +67,45 @@ Status CanLogSource::open() {
     file_.reset();
     return io_error("open " + config_.path, why);
   }
-  parser_ = {};
-  line_ = malformed_ = 0;
-  first_malformed_.clear();
-  last_ = {};
   return {};
 }
 
-Result<Packet> CanLogSource::next(std::stop_token stop) {
-  if (!file_) return Error{ErrorCode::Disconnected, config_.path + " is not open"};
-  Packet packet;
+/// Returns the next frame of a text, or nothing at its end.
+Result<std::optional<CanLogEntry>> CanLogSource::next_line() {
   std::string line;
   for (Line kind = read_line(*file_, line); kind != Line::None; kind = read_line(*file_, line)) {
-    if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stop was asked for"};
     ++line_;
-    const Result<std::optional<CanLogEntry>> entry =
+    Result<std::optional<CanLogEntry>> entry =
         kind == Line::TooLong
             ? Error{ErrorCode::Malformed, fmt::format("a line of more than {} characters", kLongestLine)}
             : parser_.take(line);
+    if (!entry.ok()) return Error{ErrorCode::Malformed, fmt::format("line {}: {}", line_, entry.error().message)};
+    if (*entry) return entry;
+  }
+  if (file_->bad()) return io_error("read " + config_.path, errno);
+  return std::optional<CanLogEntry>();
+}
+
+Result<std::optional<CanLogEntry>> CanLogSource::next_entry() { return blf_ ? blf_->next() : next_line(); }
+
+Result<Packet> CanLogSource::next(std::stop_token stop) {
+  if (!file_ && !blf_) return Error{ErrorCode::Disconnected, config_.path + " is not open"};
+  for (;;) {
+    if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stop was asked for"};
+    const Result<std::optional<CanLogEntry>> entry = next_entry();
     if (!entry.ok()) {
-      if (malformed_++ == 0) first_malformed_ = fmt::format("line {}: {}", line_, entry.error().message);
+      if (entry.error().code != ErrorCode::Malformed && entry.error().code != ErrorCode::Truncated)
+        return entry.error();
+      if (malformed_++ == 0) first_malformed_ = entry.error().message;
       continue;
     }
-    if (!*entry || (config_.channel != 0 && (*entry)->frame.bus != config_.channel)) continue;
+    if (!*entry) break;
+    if (config_.channel != 0 && (*entry)->frame.bus != config_.channel) continue;
+    Packet packet;
     packet.received = last_ = HostTime((*entry)->time);
     packet.bytes = Buffer::copy_of(encode_can_packet((*entry)->frame));
     return packet;
   }
-  if (file_->bad()) return io_error("read " + config_.path, errno);
   if (const std::uint64_t count = std::exchange(malformed_, 0); count > 0)
     return fault_packet(last_, FaultKind::Malformed, count, config_.path + ": " + first_malformed_);
   return Error{ErrorCode::EndOfData, config_.path + ": end of log"};

@@ -8,20 +8,21 @@
 #include "core/input_file.hpp"
 #include "core/keys.hpp"
 #include "core/packet.hpp"
+#include "drivers/can/blf.hpp"
 #include "drivers/can/can_log.hpp"
 
 namespace hueline::drivers {
 
-/// Reads the frames of a log of a CAN bus (drivers/can/can_log.hpp) as fast as they are asked for. The packets have the
-/// form of CanSource's packets. `received` is the time stamp in the log: the clock of the computer that logged takes
-/// the place of HostTime. So do not use this source together with live sources in one drive. Lines that break the
-/// format of the log are counted, and one Fault Malformed reports them at the end.
+/// Reads the frames of a log of a CAN bus (drivers/can/can_log.hpp, drivers/can/blf.hpp) as fast as they are asked for.
+/// The packets have the form of CanSource's packets. `received` is the time stamp in the log: the clock of the computer
+/// that logged takes the place of HostTime. So do not use this source together with live sources in one drive. What
+/// breaks the format of the log is counted, and one Fault Malformed reports it at the end.
 /// Thread safety: none; one thread calls all functions.
 class CanLogSource final : public PacketSource {
  public:
   struct Config {
     std::string path;
-    int channel = 0;  ///< number of the channel that is read from an ASC log; 0 reads all channels
+    int channel = 0;  ///< number of the channel that is read from an ASC or BLF log; 0 reads all channels
 
     void visit(Keys& keys);
     KeyError validate() const;
@@ -34,13 +35,17 @@ class CanLogSource final : public PacketSource {
   void close() override {
     file_.reset();
     input_.reset();
+    blf_.reset();
   }
 
  private:
+  Result<std::optional<CanLogEntry>> next_entry();
+  Result<std::optional<CanLogEntry>> next_line();
   const Config config_;
-  std::optional<InputFile> input_;  // protects the file from being overwritten by this program while it is read
-  std::optional<std::ifstream> file_;
+  std::optional<InputFile> input_;     // protects the file from being overwritten by this program while it is read
+  std::optional<std::ifstream> file_;  // a text
   CanLogParser parser_;
+  std::optional<BlfReader> blf_;
   std::uint64_t line_ = 0, malformed_ = 0;
   std::string first_malformed_;
   HostTime last_{};

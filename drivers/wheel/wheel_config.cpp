@@ -1,24 +1,51 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+
 #include "drivers/can/dbc.hpp"
 #include "drivers/wheel/wheel_decoder.hpp"
+#include "drivers/wheel/wheel_signal.hpp"
 
 namespace hueline::drivers {
 namespace {
 
-/// A signal as rig files describe it: by a line of a DBC file, or by single keys.
+/// The bits of a signal that no key has given yet. 0 bits are not allowed, so a file has to give the number.
+WheelSignal unknown_bits() {
+  WheelSignal out;
+  out.bits = 0;
+  return out;
+}
+
+/// A signal as rig files describe it: by its name in a database, by a line of a DBC file, or by single keys.
 struct SignalKeys {
   std::string dbc;
-  CanSignal signal{.bits = 0};  // 0 bits are not allowed, so a file has to give the number
+  WheelSignal signal = unknown_bits();
 
   void visit(Keys& keys) {
-    keys.one_of({"dbc", "start_bit"});
+    static const TextForm name{"MESSAGE.SIGNAL",
+                               [](const std::string& text) {
+                                 const std::size_t dot = text.find('.');
+                                 return dot != 0 && dot != std::string::npos && dot + 1 < text.size();
+                               },
+                               "^[^.]+[.].+$"};
+    keys.one_of({"signal", "dbc", "start_bit"});
+    if (keys.text({"signal", "",
+                   "The signal's name in the database of the sensor's key `dbc`, with that of its message, instead of "
+                   "all keys below. Of a multiplexed signal the frames that have it are used.",
+                   "none"},
+                  signal.name, name)) {
+      signal.bits = 8;  // until the database says it
+      return;
+    }
     if (keys.text({"dbc", "",
                    "A line of a DBC file, such as `SG_ NAME : 0\\|16@1+ (0.0075,0) [0\\|491.49] \"unit\" X`, instead "
                    "of all keys below.",
                    "none"},
                   dbc)) {
-      if (const auto parsed = parse_dbc_signal(dbc); parsed.ok()) signal = parsed->signal;
+      if (const auto parsed = parse_dbc_signal(dbc); parsed.ok()) signal = WheelSignal(parsed->signal);
       return;
     }
     signal.visit(keys);
@@ -28,7 +55,10 @@ struct SignalKeys {
     const auto parsed = parse_dbc_signal(dbc);
     if (!parsed.ok()) return {"dbc", "cannot be read: " + parsed.error().message};
     if (parsed->is_multiplexed)
-      return {"dbc", "is a multiplexed signal, which is not in every frame of its message; allowed: one that is"};
+      return {"dbc",
+              "is a multiplexed signal, which is not in every frame of its message; allowed: one that is, or its name "
+              "(`signal`) in "
+              "a database"};
     const KeyError wrong = signal.validate();
     return {wrong.empty() ? "" : "dbc", wrong.empty() ? "" : "says that " + wrong.text()};
   }
@@ -42,9 +72,10 @@ struct SpeedKeys : SignalKeys {
                 {{"m/s", 1.0}, {"km/h", 1 / 3.6}, {"mph", 0.44704}});
     SignalKeys::visit(keys);
   }
-  CanSignal speed() const {
-    CanSignal out = signal;
-    for (double* value : {&out.scale, &out.offset, &out.min, &out.max}) *value *= metres_per_second;
+  WheelSignal speed() const {
+    WheelSignal out = signal;
+    out.unit = metres_per_second;
+    if (out.name.empty()) out.multiply(metres_per_second);
     return out;
   }
 };
@@ -61,12 +92,23 @@ struct PulseKeys : SignalKeys {
   }
 };
 
+/// Checks what holds for signals that count, which have to be in every frame.
+KeyError check_count(const WheelSignal& count, const char* what) {
+  if (KeyError wrong = count.validate(); !wrong.empty()) return wrong;
+  if (!count.selections.empty())
+    return {"signal", fmt::format("is {}, which is multiplexed; allowed for {}: a signal that is in every frame",
+                                  count.name, what)};
+  if (count.number != CanNumber::Integer)
+    return {"signal", fmt::format("is {}, a floating-point number; allowed for {}: a whole number", count.name, what)};
+  if (count.bits > 32) return not_allowed("bits", std::to_string(count.bits), fmt::format("at most 32 for {}", what));
+  if (count.is_signed) return {"signed", fmt::format("is true; allowed for {}: false, for they count up", what)};
+  return {};
+}
+
 KeyError check_pulses(const WheelDecoder::Pulses& pulses) {
-  if (KeyError wrong = pulses.signal.validate(); !wrong.empty()) return wrong;
-  if (pulses.signal.bits > 32) return not_allowed("bits", std::to_string(pulses.signal.bits), "at most 32 for pulses");
+  if (KeyError wrong = check_count(pulses.signal, "pulses"); !wrong.empty()) return wrong;
   if (!kMetresPerPulse.has(pulses.metres_per_pulse))
     return not_allowed("metres_per_pulse", number_text(pulses.metres_per_pulse), kMetresPerPulse.allowed("m", false));
-  if (pulses.signal.is_signed) return {"signed", "is true; allowed for pulses: false, for they count up from 0"};
   if (pulses.signal.min != 0)
     return not_allowed("min", number_text(pulses.signal.min), "0 for pulses, which count up from there");
   if (counter_range(pulses.signal).count < 3)
@@ -74,10 +116,8 @@ KeyError check_pulses(const WheelDecoder::Pulses& pulses) {
   return {};
 }
 
-KeyError check_counter(const CanSignal& counter) {
-  if (KeyError wrong = counter.validate(); !wrong.empty()) return wrong;
-  if (counter.bits > 32) return not_allowed("bits", std::to_string(counter.bits), "at most 32 for a rolling counter");
-  if (counter.is_signed) return {"signed", "is true; allowed for a rolling counter: false"};
+KeyError check_counter(const WheelSignal& counter) {
+  if (KeyError wrong = check_count(counter, "a rolling counter"); !wrong.empty()) return wrong;
   if (counter_range(counter).count < 3)
     return not_allowed("bits", std::to_string(counter.bits),
                        "enough for the three values that a rolling counter has at least");
@@ -86,10 +126,13 @@ KeyError check_counter(const CanSignal& counter) {
 
 struct MessageKeys {
   WheelDecoder::Message message;
+  std::optional<std::uint32_t> id;
 
   void visit(Keys& keys) {
     keys.flag({"extended", "", "Whether `id` has 29 bits."}, message.is_extended);
-    keys.whole(required("id", "", "The message's id: 0 to 2047, or 29 bits."), message.id, {0, 0x1FFFFFFF});
+    if (keys.whole({"id", "", "The message's id: 0 to 2047, or 29 bits.", "that of the message of the named signals"},
+                   id, {0, 0x1FFFFFFF}))
+      message.id = *id;
     std::vector<SpeedKeys> speeds;
     if (keys.list({"speeds", "", "Signals of wheels whose mean is the speed, each with its `unit`.", "none"}, speeds))
       for (const SpeedKeys& one : speeds) message.speeds.push_back(one.speed());
@@ -113,7 +156,13 @@ struct MessageKeys {
          "none"},
         message.checksum);
   }
-  KeyError validate() const { return message.validate(); }
+  KeyError validate() const {
+    const bool has_names = !message.names().empty();
+    if (has_names && id)
+      return not_allowed("id", std::to_string(*id), "none beside named signals, whose message has it");
+    if (!has_names && !id) return {"id", "is missing; allowed: the message's id, or signals that name their message"};
+    return message.validate();
+  }
 };
 
 }  // namespace
@@ -123,6 +172,17 @@ void WheelDecoder::Checksum::visit(Keys& keys) {
               {{"xor", CanChecksum::Xor}, {"crc8_j1850", CanChecksum::Crc8J1850}, {"crc8_h2f", CanChecksum::Crc8H2f}});
   keys.whole(required("byte", "", "The position of the byte that holds the check sum; the first byte is 0."), byte,
              {0, 63});
+}
+
+std::vector<std::string> WheelDecoder::Message::names() const {
+  std::vector<std::string> out;
+  const auto add = [&](const WheelSignal& signal) {
+    if (!signal.name.empty()) out.push_back(signal.name);
+  };
+  for (const WheelSignal& signal : speeds) add(signal);
+  for (const Pulses& one : pulses) add(one.signal);
+  if (counter) add(*counter);
+  return out;
 }
 
 KeyError WheelDecoder::Message::validate() const {
@@ -142,6 +202,11 @@ KeyError WheelDecoder::Message::validate() const {
 }
 
 void WheelDecoder::Config::visit(Keys& keys) {
+  keys.text({"dbc", "",
+             "The vehicle's database (a DBC file), in which `signal` finds bits, scale and range of signals by their "
+             "names. The recording holds a copy, which a replay uses.",
+             "none"},
+            database);
   std::vector<MessageKeys> described;
   if (keys.list(required("messages", "", "The messages that have signals of the wheels."), described)) {
     messages.clear();
@@ -156,19 +221,68 @@ void WheelDecoder::Config::visit(Keys& keys) {
 KeyError WheelDecoder::Config::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
   if (messages.empty()) return not_allowed("messages", "an empty list", "one message or more");
+  if (has_names() && database.empty())
+    return {"dbc", "is missing, and signals are named; allowed: the DBC file that has them"};
+  if (!has_names() && !database.empty())
+    return not_allowed("dbc", database, "none where no signal is named (`signal`)");
   std::size_t counting = 0;
   for (std::size_t i = 0; i < messages.size(); ++i) {
     const Message& message = messages[i];
     const std::string place = fmt::format("messages[{}]", i);
     if (KeyError wrong = message.validate(); !wrong.empty()) return wrong.inside(place);
     for (std::size_t j = 0; j < i; ++j)
-      if (messages[j].id == message.id && messages[j].is_extended == message.is_extended)
+      if (message.names().empty() && messages[j].names().empty() && messages[j].id == message.id &&
+          messages[j].is_extended == message.is_extended)
         return KeyError{"id", fmt::format("is {}, as in a message above; allowed: each id once", message.id)}.inside(
             place);
     if (!message.pulses.empty() && counting++ > 0)
       return KeyError{"pulses", "are in a message above already; allowed: pulses of one message alone"}.inside(place);
   }
   return {};
+}
+
+bool WheelDecoder::Config::has_names() const {
+  return std::ranges::any_of(messages, [](const Message& message) { return !message.names().empty(); });
+}
+
+Result<std::vector<WheelDecoder::Message>> WheelDecoder::Config::find_signals(std::string_view dbc) const {
+  const Dbc described = read_dbc(dbc);
+  std::vector<Message> out = messages;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    Message& message = out[i];
+    const DbcMessage* of = nullptr;
+    Status status;
+    const auto find = [&](WheelSignal& signal) {
+      if (signal.name.empty() || !status.ok()) return;
+      auto found = find_signal(described, signal);
+      if (!found.ok()) {
+        status = found.error();
+      } else if (of && of != found->message) {
+        status =
+            Error{ErrorCode::Invalid, fmt::format("{} is not in {}, as the signals before; allowed: signals of one "
+                                                  "message in each item of messages",
+                                                  signal.name, of->name)};
+      } else {
+        of = found->message;
+        signal = std::move(found->signal);
+      }
+    };
+    for (WheelSignal& signal : message.speeds) find(signal);
+    for (Pulses& one : message.pulses) find(one.signal);
+    if (message.counter) find(*message.counter);
+    if (!status.ok()) return status.error();
+    if (of) {
+      message.id = of->id;
+      message.is_extended = of->is_extended;
+    }
+    KeyError wrong = message.validate();
+    for (std::size_t j = 0; j < i && wrong.empty(); ++j)
+      if (out[j].id == message.id && out[j].is_extended == message.is_extended)
+        wrong = {"signal", fmt::format("is of message {}, as in an item above; allowed: each message once",
+                                       of ? of->name : std::to_string(message.id))};
+    if (!wrong.empty()) return Error{ErrorCode::Invalid, wrong.inside(fmt::format("messages[{}]", i)).text()};
+  }
+  return out;
 }
 
 }  // namespace hueline::drivers

@@ -15,7 +15,8 @@ constexpr double kLongestStep_s = 1.0;  // older speeds say nothing about the ne
 
 std::size_t needed_bytes(const WheelDecoder::Message& message) {
   std::size_t needed = message.checksum ? message.checksum->byte + 1 : 0;
-  for (const CanSignal& signal : message.speeds) needed = std::max(needed, signal.needed_bytes());
+  for (const WheelSignal& signal : message.speeds)
+    if (signal.selections.empty()) needed = std::max(needed, signal.needed_bytes());
   for (const auto& pulses : message.pulses) needed = std::max(needed, pulses.signal.needed_bytes());
   if (message.counter) needed = std::max(needed, message.counter->needed_bytes());
   return needed;
@@ -28,8 +29,27 @@ std::string id_text(const WheelDecoder::Message& message) {
 }  // namespace
 
 WheelDecoder::WheelDecoder(Config config) : config_(std::move(config)), states_(config_.messages.size()) {
-  for (const Message& message : config_.messages)
-    for (const CanSignal& signal : message.speeds) is_directional_ |= signal.is_signed || signal.offset < 0;
+  if (!config_.has_names()) use(config_.messages);
+}
+
+void WheelDecoder::use(std::vector<Message> messages) {
+  messages_ = std::move(messages);
+  is_directional_ = false;
+  for (const Message& message : messages_)
+    for (const WheelSignal& signal : message.speeds)
+      is_directional_ |= signal.is_signed || signal.offset < 0 || signal.number != CanNumber::Integer;
+}
+
+/// Looks up the named signals in the vehicle's database.
+void WheelDecoder::take_database(std::string_view text, HostTime received, std::vector<Measurement>& out) {
+  ++counts_.of("database");
+  if (!config_.has_names()) return;
+  auto found = config_.find_signals(text);
+  if (found.ok()) return use(std::move(*found));
+  messages_.clear();
+  is_waiting_told_ = true;
+  tell(FaultKind::WrongDevice, received, 1, out,
+       fmt::format("the recorded database does not have the signals of the rig: {}", found.error().message));
 }
 
 void WheelDecoder::reset() {
@@ -46,6 +66,13 @@ void WheelDecoder::tell(FaultKind kind, HostTime time, std::uint64_t count, std:
 void WheelDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   sensor_ = packet.sensor;
   const HostTime received = packet.received;
+  if (const auto database = decode_database_packet(packet.bytes.bytes())) {
+    counts_.decoded_bytes += packet.bytes.size();
+    return take_database(*database, received, out);
+  }
+  if (messages_.empty() && !std::exchange(is_waiting_told_, true))
+    tell(FaultKind::WrongDevice, received, 1, out,
+         "the rig names signals, and the recording holds no database (`dbc`) to find them in: nothing is decoded");
   CanPacket parsed;
   const Status whole = decode_can_packet(packet.bytes.bytes(), parsed);
   std::size_t rest = packet.bytes.size() - parsed.header_bytes;
@@ -103,12 +130,12 @@ WheelDecoder::Use WheelDecoder::take(const CanFrame& frame, HostTime received, s
     is_off_ = false;
     tell(FaultKind::Reconnected, received, 1, out, "frames come again after bus-off");
   }
-  const auto known = std::find_if(config_.messages.begin(), config_.messages.end(), [&](const Message& message) {
+  const auto known = std::find_if(messages_.begin(), messages_.end(), [&](const Message& message) {
     return message.id == frame.id && message.is_extended == frame.is_extended;
   });
-  if (frame.is_remote || known == config_.messages.end()) return Use::Ignored;
+  if (frame.is_remote || known == messages_.end()) return Use::Ignored;
   const Message& message = *known;
-  State& state = states_[static_cast<std::size_t>(known - config_.messages.begin())];
+  State& state = states_[static_cast<std::size_t>(known - messages_.begin())];
   const std::size_t needed = needed_bytes(message);
   if (frame.length < needed) {
     tell(FaultKind::Malformed, received, 1, out,
@@ -190,7 +217,14 @@ std::optional<double> WheelDecoder::read_speed(const Message& message, State& st
   if (message.speeds.empty()) return {};
   double sum = 0;
   int count = 0;
-  for (const CanSignal& signal : message.speeds) {
+  for (const WheelSignal& signal : message.speeds) {
+    if (!signal.is_in(frame.bytes())) continue;
+    if (frame.length < signal.needed_bytes()) {
+      tell(FaultKind::Malformed, received, 1, out,
+           fmt::format("message {} has {} bytes, its multiplexed signal {} needs {}", id_text(message), frame.length,
+                       signal.name, signal.needed_bytes()));
+      continue;
+    }
     const double value = signal.value(frame.bytes());
     if (signal.allows(value) && std::abs(value) <= config_.max_speed) {
       sum += value;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/decoder.hpp"
@@ -11,11 +12,13 @@
 #include "drivers/can/can_errors.hpp"
 #include "drivers/can/can_frame.hpp"
 #include "drivers/can/can_signal.hpp"
+#include "drivers/wheel/wheel_signal.hpp"
 
 namespace hueline::drivers {
 
 /// Decodes a vehicle's wheel encoder on its CAN bus: speeds and pulse counts, whose messages and signals the rig
-/// describes. Each message with one of them becomes one WheelSpeed, the mean of its wheels.
+/// describes, or names in a database (DBC). Each message with one of them becomes one WheelSpeed, the mean of its
+/// wheels.
 ///
 /// Faults:
 /// - Disconnected, Reconnected: bus-off and restart, from error frames.
@@ -25,15 +28,16 @@ namespace hueline::drivers {
 /// - Malformed: a message is too short, its check sum is wrong, or frames break on the bus.
 /// - Implausible: a value outside the signal's range, a speed or acceleration that the vehicle cannot have, or pulses
 ///   that may have wrapped meanwhile.
+/// - WrongDevice: the signals are named, and the database does not describe them, or is not there.
 ///
-/// What one of the last three faults concerns gives no measurement.
+/// What one of the three before the last faults concerns gives no measurement.
 class WheelDecoder final : public Decoder {
  public:
   /// A count of wheel pulses.
   struct Pulses {
     /// The pulse counter. It starts again at its min after its max, or at 0 where its bits end. Scale and offset are
     /// not used.
-    CanSignal signal;
+    WheelSignal signal;
     double metres_per_pulse = 0;  ///< greater than 0, at most 10
   };
   /// How a message is checked.
@@ -45,16 +49,20 @@ class WheelDecoder final : public Decoder {
   /// One message of the bus that has signals of the wheels.
   struct Message {
     std::uint32_t id = 0;
-    bool is_extended = false;       ///< the id has 29 bits
-    std::vector<CanSignal> speeds;  ///< in m/s
-    std::vector<Pulses> pulses;     ///< in one message of a sensor at most
+    bool is_extended = false;         ///< the id has 29 bits
+    std::vector<WheelSignal> speeds;  ///< in m/s
+    std::vector<Pulses> pulses;       ///< in one message of a sensor at most
     /// A counter that grows by one from message to message. It starts again at its min after its max, or at 0 where its
     /// bits end.
-    std::optional<CanSignal> counter;
+    std::optional<WheelSignal> counter;
     std::optional<Checksum> checksum;
+    /// Returns the names of the signals that a database describes.
+    std::vector<std::string> names() const;
     KeyError validate() const;
   };
   struct Config {
+    /// Path of the DBC file that describes the named signals. The decoder does not read it: a packet brings its text.
+    std::string database;
     std::vector<Message> messages;
     double sigma_speed = 0.05;  ///< m/s, greater than 0, at most 10
     double max_speed = 70;      ///< m/s, greater than 0, at most 200; a faster speed is not used
@@ -62,6 +70,11 @@ class WheelDecoder final : public Decoder {
     double max_acceleration = 15;
     void visit(Keys& keys);
     KeyError validate() const;
+    /// Returns whether signals are named.
+    bool has_names() const;
+    /// Returns the messages, with the bits of the named signals from the text of a DBC file. Error: Invalid, which
+    /// names the signal.
+    Result<std::vector<Message>> find_signals(std::string_view dbc) const;
   };
 
   explicit WheelDecoder(Config config);
@@ -94,11 +107,15 @@ class WheelDecoder final : public Decoder {
                                       std::vector<Measurement>& out);
   void tell(FaultKind kind, HostTime time, std::uint64_t count, std::vector<Measurement>& out,
             std::string detail) const;
+  void take_database(std::string_view text, HostTime received, std::vector<Measurement>& out);
+  void use(std::vector<Message> messages);
   bool takes_datagram(std::uint8_t sequence, HostTime received, std::vector<Measurement>& out);
 
   SensorId sensor_ = kSystemSensor;  // of the packet that is decoded, or was last
   const Config config_;
-  std::vector<State> states_;  // one for each message
+  std::vector<Message> messages_;  // with the bits of all signals; empty until they are known
+  std::vector<State> states_;      // one for each message
+  bool is_waiting_told_ = false;   // frames came before the database, and this was told
   bool is_directional_ = false;
   bool is_off_ = false;  // whether the bus is off
   std::optional<std::uint8_t> datagram_;

@@ -1,9 +1,14 @@
 #include "drivers/wheel/wheel_device.hpp"
 
+#include <cstddef>
 #include <memory>
+#include <utility>
+#include <vector>
 
+#include "core/input_file.hpp"
 #include "drivers/transport/can_log_source.hpp"
 #include "drivers/transport/can_source.hpp"
+#include "drivers/transport/described_source.hpp"
 #include "drivers/transport/udp_source.hpp"
 #include "drivers/wheel/wheel_decoder.hpp"
 
@@ -29,14 +34,28 @@ class WheelDevice final : public OdometerDevice {
   KeyError validate() const override { return decoder_.validate(); }
   Arrivals arrivals() const override { return log_ ? Arrivals::Recorded : Arrivals::Live; }
   std::unique_ptr<PacketSource> make_source(const BufferPool& pool) const override {
-    if (log_) return std::make_unique<CanLogSource>(*log_);
-    if (cannelloni_) return std::make_unique<UdpSource>(*cannelloni_, pool);
-    return std::make_unique<CanSource>(can_.value(), pool);
+    if (decoder_.database.empty()) return make_bus(pool);
+    return std::make_unique<DescribedSource>(make_bus(pool), [config = decoder_] { return describe(config); });
   }
   std::unique_ptr<Decoder> make_decoder() const override { return std::make_unique<WheelDecoder>(decoder_); }
   bool is_by_gateway() const override { return cannelloni_.has_value(); }
 
  private:
+  /// Returns the packet of the database, if it describes the signals of the rig.
+  static Result<std::vector<std::byte>> describe(const WheelDecoder::Config& config) {
+    constexpr std::uint64_t kMostBytes = 16'000'000;
+    const auto text = read_input(config.database, kMostBytes, "a DBC");
+    if (!text.ok()) return text.error();
+    const auto found = config.find_signals(*text);
+    if (!found.ok()) return Error{ErrorCode::Invalid, config.database + ": " + found.error().message};
+    return encode_database_packet(*text);
+  }
+  std::unique_ptr<PacketSource> make_bus(const BufferPool& pool) const {
+    if (log_) return std::make_unique<CanLogSource>(*log_);
+    if (cannelloni_) return std::make_unique<UdpSource>(*cannelloni_, pool);
+    return std::make_unique<CanSource>(can_.value(), pool);
+  }
+
   std::optional<CanSource::Config> can_;
   std::optional<UdpSource::Config> cannelloni_;
   std::optional<CanLogSource::Config> log_;

@@ -13,6 +13,7 @@
 #include "drivers/ouster/ouster_decoder.hpp"
 #include "drivers/ouster/ouster_file.hpp"
 #include "drivers/ouster/ouster_listener.hpp"
+#include "drivers/transport/described_source.hpp"
 #include "tests/drivers/ouster/ouster_packets.hpp"
 #include "tests/drivers/velodyne/velodyne_packets.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -374,7 +375,7 @@ TEST(OusterMetadata, WhatIsWrongIsNamed) {
   EXPECT_NE(message(test::ouster_metadata(flat)).find("beyond 90"), std::string::npos);
 }
 
-TEST(OusterFileSource, TheMetadataComeBeforeTheFirstPacketWithItsArrival) {
+TEST(OusterFile, TheMetadataComeBeforeTheFirstPacketWithItsArrival) {
   class One final : public PacketSource {
    public:
     Status open() override { return {}; }
@@ -390,7 +391,7 @@ TEST(OusterFileSource, TheMetadataComeBeforeTheFirstPacketWithItsArrival) {
   const test::TemporaryFolder folder;
   const auto file = folder / "metadata.json";
   std::ofstream(file) << test::ouster_metadata();
-  OusterFileSource source(std::make_unique<One>(), file.string());
+  DescribedSource source(std::make_unique<One>(), [&] { return describe_ouster(file.string()); });
   ASSERT_TRUE(source.open().ok());
   EXPECT_EQ(source.next({}).error().code, ErrorCode::TimedOut);
   const auto first = source.next({});
@@ -403,7 +404,7 @@ TEST(OusterFileSource, TheMetadataComeBeforeTheFirstPacketWithItsArrival) {
   EXPECT_EQ(second->received, host_time_ns(1002));
   EXPECT_EQ(source.next({})->received, host_time_ns(1003));
 
-  OusterFileSource missing(std::make_unique<One>(), (folder / "none.json").string());
+  DescribedSource missing(std::make_unique<One>(), [&] { return describe_ouster((folder / "none.json").string()); });
   EXPECT_EQ(missing.open().error().code, ErrorCode::Invalid);
 }
 

@@ -1,16 +1,53 @@
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
 #include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "core/input_file.hpp"
+#include "drivers/can/blf.hpp"
 #include "drivers/can/can_log.hpp"
 #include "drivers/can/dbc.hpp"
 #include "drivers/wheel/wheel_decoder.hpp"
 
+namespace {
+
+/// Reads the bytes as a binary log, behind its header and in a container.
+void read_blf(const std::uint8_t* data, std::size_t size) {
+  using namespace hueline;
+  const int fd = ::memfd_create("log", MFD_CLOEXEC);
+  if (fd < 0) std::abort();
+  const std::array<std::uint8_t, 8> head{'L', 'O', 'G', 'G', 8, 0, 0, 0};
+  std::vector<std::uint8_t> container{'L', 'O', 'B', 'J', 16, 0, 1, 0, 0, 0, 0, 0, 10};
+  container.resize(32);
+  for (std::size_t i = 0; i < 4; ++i) container[8 + i] = static_cast<std::uint8_t>((32 + size) >> (8 * i));
+  if (::write(fd, head.data(), head.size()) < 0 || ::write(fd, container.data(), container.size()) < 0 ||
+      ::write(fd, data, size) < 0 || ::write(fd, data, size) < 0)
+    std::abort();
+  auto file = InputFile::open("/proc/self/fd/" + std::to_string(fd));
+  if (!file.ok()) std::abort();
+  drivers::BlfReader log(std::move(*file));
+  // Each call takes a byte of the log at least.
+  for (std::size_t calls = 0;; ++calls) {
+    if (calls > 3 * size + 100) std::abort();
+    const auto entry = log.next();
+    if (entry.ok() && !*entry) break;
+    if (entry.ok() && (*entry)->frame.length > drivers::kCanDataMost) std::abort();
+  }
+  ::close(fd);
+}
+
+}  // namespace
+
 // Packets of random lengths, unchanged or made into one of the two kinds, so that what follows their headers is
-// reached. The same bytes are also read as text of a log and of a DBC file. Whatever comes, every byte is counted
-// exactly once.
+// reached. The same bytes are also read as text of a log, as a binary log and as a DBC file. Whatever comes, every byte
+// is counted exactly once.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hueline;
   drivers::WheelDecoder::Config config;
@@ -68,6 +105,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (entry.ok() && *entry && (*entry)->frame.length > drivers::kCanDataMost) std::abort();
     at = end + 1;
   }
+  read_blf(data, size);
   const std::vector<std::uint8_t> frame(64, 0xA5);
   for (const auto& message : drivers::read_dbc(text).messages) {
     for (const auto& signal : message.signals)
