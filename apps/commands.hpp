@@ -15,6 +15,8 @@ void add_rig(Command& all);
 void add_colour(Command& all);
 void add_inspect(Command& all);
 void add_extract(Command& all);
+void add_cut(Command& all);
+void add_recover(Command& all);
 void add_decode(Command& all);
 void add_picture(Command& all);
 

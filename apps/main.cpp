@@ -16,6 +16,8 @@ int main(int argc, char** argv) {
     add_rig(all);
     add_inspect(all);
     add_extract(all);
+    add_cut(all);
+    add_recover(all);
     add_decode(all);
     add_picture(all);
     add_colour(all);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr nanoseconds kCompareEvery{100'000'000}, kStretch{10'000'000'000}, kLongestGap{1'000'000'000};
 constexpr std::size_t kMostCompared = 2'000'000;  // two days at ten a second
-constexpr nanoseconds kBefore{10'000'000'000};    // what may be held from before the POS's first solution
+constexpr nanoseconds kBefore{2'000'000'000};     // what may be held from before the POS's first solution
 constexpr std::size_t kMostStretches = 10;
 constexpr double kOtherPoint_m = 5;  // no two points of a vehicle are farther apart
 constexpr double kMostAstray = 0.25;

@@ -347,8 +347,9 @@ std::string Summary::text() const {
   std::string out;
   if (!ends_early_.empty()) out += fmt::format("ends early {}\n", ends_early_);
   if (solutions_)
-    out += fmt::format("drive      {} to {} ({:.1f} s, {:.0f} m), {} of {} POS solutions good\n", iso_utc(first_),
-                       iso_utc(last_), to_seconds(last_ - first_), path_m_, good_solutions_, solutions_);
+    out += fmt::format("drive      {} to {} ({:.1f} s, {:.0f} m), {} of {} {} good\n", iso_utc(first_), iso_utc(last_),
+                       to_seconds(last_ - first_), path_m_, good_solutions_, solutions_,
+                       trajectory_ ? "poses of the trajectory" : "POS solutions");
   for (const auto& [status, state] : solutions_by_status_)
     out += fmt::format("           {} POS solutions not used, {:.1f} s; the receiver says: {}\n", state.solutions,
                        to_seconds(state.lasted), drivers::ins_status_name(status));

@@ -33,6 +33,8 @@ cp "$(dirname "$(realpath "$0")")/../../config/scenarios/square.yaml" scenario.y
 refused "$own" drive/drive.mcap -- "$hueline" measure drive/drive.mcap --picks picks.csv --out drive/drive.mcap
 refused "$own" drive/drive.mcap -- "$hueline" measure drive --picks picks.csv --out drive/../drive/drive.mcap
 refused "$own" picks.csv -- "$hueline" measure drive --picks picks.csv --out picks.csv
+refused "$own" drive/drive.mcap -- "$hueline" cut drive --out drive/drive.mcap
+refused "$own" drive/drive.mcap -- "$hueline" recover drive/drive.mcap --out drive/../drive/drive.mcap
 cp rig.yaml rig.svg
 refused "$own" rig.svg -- "$hueline" rig show rig.svg --out rig.svg
 cp drive/drive.mcap cloud.png

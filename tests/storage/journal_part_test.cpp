@@ -1,0 +1,135 @@
+// Parts of recordings, and what is whole of damaged ones, as recordings of their own.
+#include "storage/journal_part.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "storage/journal_writer.hpp"
+#include "tests/storage/sample_packets.hpp"
+#include "tests/support/recorded_packets.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace hueline::storage {
+namespace {
+
+using test::sample_header;
+using test::sample_packets;
+
+class JournalParts : public testing::Test {
+ protected:
+  void write(const std::vector<Packet>& packets) {
+    JournalWriter::Config config;
+    config.chunk_bytes = 1 << 16;
+    config.if_exists = IfExists::Replace;
+    auto writer = JournalWriter::create(whole_, sample_header(), config);
+    ASSERT_TRUE(writer.ok());
+    for (const Packet& packet : packets) ASSERT_TRUE(writer->append(packet, test::time_of(packet)).ok());
+    ASSERT_TRUE(writer->close().ok());
+  }
+  CopiedPart copy(const JournalPart& part) {
+    auto journal = JournalReader::open(whole_);
+    EXPECT_TRUE(journal.ok());
+    const auto copied = copy_part(**journal, "whole.mcap", part, part_);
+    EXPECT_TRUE(copied.ok()) << copied.error().message;
+    return *copied;
+  }
+  std::vector<Packet> read() {
+    std::vector<Packet> out;
+    test::for_each_recorded_packet(part_, [&](const Packet& packet, const JournalHeader& header) {
+      EXPECT_EQ(header.sensors, sample_header().sensors);
+      EXPECT_EQ(header.files, sample_header().files);
+      EXPECT_THAT(header.about.at("part_of"), testing::HasSubstr("whole.mcap"));
+      out.push_back(packet);
+    });
+    return out;
+  }
+  static bool equal_but_for_sequence(Packet a, const Packet& b) {
+    a.sequence = b.sequence;
+    return test::same(a, b);
+  }
+
+  test::TemporaryFolder folder_;
+  const std::filesystem::path whole_ = folder_ / "whole.mcap", part_ = folder_ / "part.mcap";
+};
+
+TEST_F(JournalParts, TheWholeIsTheSameWithTheSameGaps) {
+  const auto packets = sample_packets(500);
+  write(packets);
+  const CopiedPart copied = copy({});
+  const auto part = read();
+  ASSERT_EQ(part.size(), packets.size());
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    EXPECT_TRUE(equal_but_for_sequence(packets[i], part[i])) << i;
+    EXPECT_EQ(part[i].sequence, packets[i].sequence - packets[0].sequence) << i;
+  }
+  EXPECT_EQ(copied.packets, packets.size());
+  EXPECT_TRUE(copied.end.ok());
+}
+
+TEST_F(JournalParts, TimeIsThatOfTheNewestPacketSoFar) {
+  const auto packets = sample_packets(500);
+  write(packets);
+  const CopiedPart copied = copy({.from_s = 0.1, .to_s = 0.2});
+  const auto part = read();
+  // The stamps of the sensors overlap by up to 2 ms; one packet comes every 0.7 ms.
+  ASSERT_NEAR(static_cast<double>(part.size()), 0.1 / 0.0007, 5);
+  EXPECT_EQ(part[0].sequence, 0u);
+  const auto first = std::find_if(packets.begin(), packets.end(),
+                                  [&](const Packet& packet) { return equal_but_for_sequence(packet, part[0]); });
+  ASSERT_NE(first, packets.end());
+  EXPECT_EQ(copied.before, static_cast<std::uint64_t>(first - packets.begin()));
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    const Packet& old = *(first + static_cast<std::ptrdiff_t>(i));
+    EXPECT_TRUE(equal_but_for_sequence(old, part[i])) << i;
+    EXPECT_EQ(part[i].sequence, old.sequence - first->sequence) << i;
+  }
+  EXPECT_TRUE(copied.ends_early);
+}
+
+TEST_F(JournalParts, SensorsThatAreLeftOutAreNoGaps) {
+  const auto packets = sample_packets(300);
+  write(packets);
+  const CopiedPart copied = copy({.left_out = {false, false, true}});
+  const auto part = read();
+  std::uint64_t gaps = 0, old_gaps = 0;
+  for (std::size_t i = 1; i < part.size(); ++i) gaps += part[i].sequence - part[i - 1].sequence - 1;
+  for (std::size_t i = 1; i < packets.size(); ++i) old_gaps += packets[i].sequence - packets[i - 1].sequence - 1;
+  for (const Packet& packet : part) EXPECT_NE(packet.sensor, 2);
+  EXPECT_EQ(gaps, old_gaps) << "those that the capture lost";
+  EXPECT_EQ(part.size() + copied.of_others, packets.size());
+  EXPECT_GT(copied.of_others, 90u);
+}
+
+TEST_F(JournalParts, WhatIsWholeOfADamagedRecordingIsRecovered) {
+  const auto packets = sample_packets(500);
+  write(packets);
+  std::string bytes = test::contents(whole_);
+  const std::string before = bytes;
+  for (const std::size_t at : {bytes.size() / 3, bytes.size() / 2}) bytes[at] = static_cast<char>(~bytes[at]);
+  bytes.resize(bytes.size() * 4 / 5);
+  test::write_file(whole_, bytes);
+  const CopiedPart copied = copy({});
+  EXPECT_EQ(copied.damaged_chunks, 2u);
+  EXPECT_FALSE(copied.first_damage.empty());
+  EXPECT_EQ(copied.end.error().code, ErrorCode::Truncated);
+  EXPECT_EQ(test::contents(whole_), bytes) << "the old one is only read";
+  const auto part = read();  // whole
+  EXPECT_EQ(part.size(), copied.packets);
+  EXPECT_GT(part.size(), packets.size() / 2);
+  EXPECT_LT(part.size(), packets.size());
+  std::size_t at = 0;
+  for (const Packet& packet : part) {
+    while (at < packets.size() && !equal_but_for_sequence(packets[at], packet)) ++at;
+    ASSERT_LT(at, packets.size()) << "a packet that was never recorded";
+    EXPECT_EQ(packet.sequence, packets[at].sequence - packets[0].sequence);
+  }
+}
+
+}  // namespace
+}  // namespace hueline::storage
