@@ -117,6 +117,10 @@ export class Mock {
     this.#event("health", "ok", who, "all is well");
     this.#sendStatus();
   }
+  mark(note) {
+    this.marks.push({ number: this.marks.length + 1, drive_s: this.drive_s, time: new Date().toISOString(), note, ...this.#place() });
+    this.#event("mark", "info", "operator", `mark ${this.marks.length}: ${note}`);
+  }
   event(kind, level, sensor, text) {
     this.#event(kind, level, sensor, text);
   }
@@ -310,8 +314,7 @@ export class Mock {
         setTimeout(() => this.end(), 800);
         return say(202, {});
       case "POST mark":
-        this.marks.push({ number: this.marks.length + 1, drive_s: this.drive_s, time: new Date().toISOString(), note: body.note, ...this.#place() });
-        this.#event("mark", "info", "operator", `mark ${this.marks.length}: ${body.note}`);
+        this.mark(body.note);
         return say(200, {});
       case "GET drives": return say(200, { drives: this.drives });
       case "POST replay":

@@ -108,7 +108,7 @@ export interface ConsoleState {
   since: string | null;
   allow_simulate: boolean;
   scenarios: string[];
-  last: { drive: string; exit_status: number; text: string } | null;
+  last: { drive: string; what?: string; exit_status: number; text: string } | null; // what: capture, replay or simulate
   feed?: "connected" | "none" | "lost";
 }
 

@@ -160,16 +160,16 @@ export function drawMap(
   }
 
   // At the upper right, which nothing covers: the scale, and north.
-  const bar = roundStep(130 / sight.scale), left = width - 60 - bar * sight.scale;
+  const bar = roundStep(130 / sight.scale), right = width - 16, left = right - bar * sight.scale;
   canvas.fillStyle = canvas.strokeStyle = ink.text;
   canvas.lineWidth = 3;
   canvas.beginPath();
-  canvas.moveTo(left, 44);
-  canvas.lineTo(left, 54);
-  canvas.lineTo(width - 60, 54);
-  canvas.lineTo(width - 60, 44);
+  canvas.moveTo(left, 92);
+  canvas.lineTo(left, 102);
+  canvas.lineTo(right, 102);
+  canvas.lineTo(right, 92);
   canvas.stroke();
-  canvas.fillText(bar >= 1000 ? `${bar / 1000} km` : `${bar} m`, left + 8, 36);
+  canvas.fillText(bar >= 1000 ? `${bar / 1000} km` : `${bar} m`, left + 8, 84);
   canvas.textAlign = "center";
   canvas.fillText("N", width - 28, 24);
   canvas.textAlign = "start";

@@ -4,13 +4,13 @@ import { language } from "../state/settings";
 import { formatDriveTime, known, t } from "../words/words";
 import { Lamp } from "./lamp";
 
-const kShown = 3;
+const narrow = matchMedia("(max-width: 700px)"); // a telephone shows one, so that the view below stays in sight
 
 export const whoseName = (sensor: string): string =>
   sensor === "drive" || sensor === "console" ? t(`word.${sensor}`) : sensor;
 
-/// Cause and action of a trouble. The program's own sentence names values; in Chinese the translated title and action stand
-/// before it.
+/// Cause and action of a trouble. The program's own sentence names values; in Chinese the translated action stands
+/// before it, under the translated title.
 export function Explanation({ trouble, cause, action }: { trouble: string | null; cause: string; action: string }) {
   const translated = trouble !== null && known("todo", trouble) !== trouble;
   const own = language.value === "zh" && translated;
@@ -18,7 +18,7 @@ export function Explanation({ trouble, cause, action }: { trouble: string | null
     <dl class="explanation">
       <dt>{t("word.cause")}</dt>
       <dd>
-        {(own || !cause) && trouble && <span>{known("trouble", trouble)} </span>}
+        {!cause && trouble && <span>{known("trouble", trouble)} </span>}
         {cause && <span lang="en">{cause}</span>}
       </dd>
       {(action || translated) && (
@@ -62,7 +62,8 @@ export function Alarms() {
   const [all, setAll] = useState(false);
   // New ones first, so that none hides behind those that are known.
   const list = [...unacknowledged.value, ...alarms.value.filter(isAcknowledged)];
-  const shown = all ? list : list.slice(0, kShown);
+  const most = narrow.matches ? 1 : 3;
+  const shown = all ? list : list.slice(0, most);
   return (
     <section class="alarms" aria-label={t("alarms.label")} aria-live="assertive">
       {shown.length > 0 && (
@@ -72,11 +73,11 @@ export function Alarms() {
           ))}
         </ul>
       )}
-      {(list.length > kShown || unacknowledged.value.length > 2) && (
+      {(list.length > most || unacknowledged.value.length > 2) && (
         <p class="more">
-          {list.length > kShown && (
+          {list.length > most && (
             <button type="button" onClick={() => setAll(!all)}>
-              {all ? t("alarms.fewer") : t("alarms.more", { count: list.length - kShown })}
+              {all ? t("alarms.fewer") : t("alarms.more", { count: list.length - most })}
             </button>
           )}
           {unacknowledged.value.length > 2 && (

@@ -21,12 +21,13 @@ function Curve({ word, value, isLog }: { word: "clocks.residual" | "clocks.sigma
   const key = `${names.join(" ")} ${theme.value}`;
   useEffect(() => {
     if (names.length === 0) return;
+    const height = (): number => Math.max(160, host.current!.clientHeight - (names.length > 1 ? 40 : 8));
     const ink = theme.value === "day" ? "#1b1f24" : "#e6e6e6", grid = theme.value === "day" ? "#d0d4d9" : "#3a4048";
     const axis = { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid }, font: "14px system-ui" };
     const made = new uPlot(
       {
         width: host.current!.clientWidth,
-        height: Math.max(160, host.current!.clientHeight - 40),
+        height: height(),
         legend: { show: names.length > 1 }, // one clock is named above
         scales: { x: { time: false }, y: isLog ? { distr: 3 } : {} },
         axes: [
@@ -50,7 +51,7 @@ function Curve({ word, value, isLog }: { word: "clocks.residual" | "clocks.sigma
       host.current!,
     );
     plot.current = made;
-    const observer = new ResizeObserver(() => made.setSize({ width: host.current!.clientWidth, height: Math.max(160, host.current!.clientHeight - 40) }));
+    const observer = new ResizeObserver(() => made.setSize({ width: host.current!.clientWidth, height: height() }));
     observer.observe(host.current!);
     return () => {
       observer.disconnect();
@@ -74,6 +75,7 @@ function Curve({ word, value, isLog }: { word: "clocks.residual" | "clocks.sigma
 export function ClocksView() {
   void clockVersion.value;
   const now = status.value?.clocks ?? [];
+  const isTold = [...clockSamples.values()].some((samples) => samples.some((one) => one.residual_s !== null));
   if (clockSamples.size === 0) return <p class="empty">{t("clocks.none")}</p>;
   return (
     <div class="clocks-view">
@@ -85,7 +87,7 @@ export function ClocksView() {
           </span>
         ))}
       </p>
-      <Curve word="clocks.residual" value={(one) => one.residual_s} isLog={false} />
+      {isTold && <Curve word="clocks.residual" value={(one) => one.residual_s} isLog={false} />}
       <Curve word="clocks.sigma" value={(one) => one.sigma_s} isLog />
     </div>
   );

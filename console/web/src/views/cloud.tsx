@@ -84,7 +84,7 @@ function Controls() {
         {t("cloud.size")}
         <input type="range" min={0.5} max={4} step={0.5} value={size.value} onInput={(event) => (size.value = event.currentTarget.valueAsNumber)} />
       </label>
-      <label>
+      <label class="most">
         {t("cloud.most")}
         <select value={capacity.value} onChange={(event) => (capacity.value = Number(event.currentTarget.value))}>
           {capacities.map((one) => <option key={one} value={one}>{t("cloud.millions", { count: one })}</option>)}

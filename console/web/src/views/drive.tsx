@@ -3,7 +3,7 @@ import { useState } from "preact/hooks";
 import { Explanation } from "../parts/alarms";
 import { Lamp } from "../parts/lamp";
 import type { Level, Sensor, Status, Trouble } from "../link/messages";
-import { oldBy, status } from "../state/live";
+import { isDriving, oldBy, status } from "../state/live";
 import {
   formatAge, formatBytes, formatCount, formatDriveTime, formatLength, formatNumber, formatShare, formatTime, known, t,
 } from "../words/words";
@@ -169,7 +169,7 @@ function PointsCard({ now }: { now: Status }) {
 /// Is all well? One line a sensor, and a card for what the sensors make together.
 export function DriveView() {
   const now = status.value;
-  if (!now) return <p class="empty">{t("drive.none")}</p>;
+  if (!now) return <p class="empty">{t(isDriving.value ? "start.starting" : "drive.none")}</p>;
   return (
     <div class={`drive-view${oldBy.value > 0 ? " old" : ""}`}>
       <section class="sensors" aria-label={t("drive.sensors")}>

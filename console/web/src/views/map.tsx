@@ -11,7 +11,7 @@ const inks: Record<"day" | "night", Ink> = {
   night: { paper: "#0b0e12", grid: "#232a32", text: "#e6e6e6", coloured: "#4cd07d", pale: "#ffb347", hole: "#ff6b6b", weak: "#6d55a8", vehicle: "#7fb2ff" },
 };
 
-const kLegendPx = 100; // at the lower edge, and buttons at the upper one
+const kLegendPx = 100, kTallLegendPx = 160; // at the lower edge; buttons take less at the upper one
 
 /// Places of the marks on the map. Over a drive's extent the earth's curvature is far below a pixel.
 function placed(marks: readonly Mark[], origin: MapPart["origin"]): (Mark & { east: number; north: number })[] {
@@ -55,7 +55,7 @@ export function MapView() {
     const w = Math.round(width * ratio), h = Math.round(height * ratio);
     if (element.width !== w || element.height !== h) [element.width, element.height] = [w, h];
     const last = seconds.at(-1);
-    if (how.value === "whole") sight.current = whole(seconds, width, height, kLegendPx);
+    if (how.value === "whole") sight.current = whole(seconds, width, height, width < 700 ? kTallLegendPx : kLegendPx);
     else if (how.value === "vehicle" && last) sight.current = { ...sight.current, east: last[1], north: last[2] };
     const context = element.getContext("2d");
     if (context)

@@ -216,7 +216,7 @@ export const catalogue = {
   "cloud.by.moving": ["moving", "移动目标"],
   "cloud.size": ["Point size", "点大小"],
   "cloud.most": ["At most", "最多"],
-  "cloud.millions": ["{count} million", "{count} 百万"],
+  "cloud.millions": ["{count} million", "{count}00 万"],
   "cloud.no_webgl": ["This browser has no WebGL 2, so the cloud cannot be shown. Switch hardware acceleration on, or use a current Chromium or Firefox.", "此浏览器不支持 WebGL 2，无法显示点云。请启用硬件加速，或使用新版 Chromium 或 Firefox。"],
   "cloud.low": ["low", "低"],
   "cloud.high": ["high", "高"],
