@@ -11,6 +11,7 @@
 #include "drivers/oxts/oxts_device.hpp"
 #include "drivers/pps/pps_device.hpp"
 #include "drivers/profile_scanner/profile_scanner_device.hpp"
+#include "drivers/sbet/sbet_device.hpp"
 #include "drivers/septentrio/septentrio_device.hpp"
 #include "drivers/ublox/ublox_device.hpp"
 #include "drivers/v4l2/v4l2_device.hpp"
@@ -21,9 +22,9 @@
 namespace hueline::drivers {
 
 DeviceTypes device_types() {
-  static constexpr std::array<const DeviceType*, 16> kTypes{
-      &kVelodyne, &kHesai, &kOuster,  &kProfileScanner, &kNovatel, &kApplanix, &kSeptentrio, &kUblox,
-      &kXsens,    &kOxts,  &kGenicam, &kV4l2,           &kLadybug, &kPps,      &kWheel,      &kNmea,
+  static constexpr std::array<const DeviceType*, 17> kTypes{
+      &kVelodyne, &kHesai,   &kOuster, &kProfileScanner, &kNovatel, &kApplanix, &kSeptentrio, &kUblox, &kXsens,
+      &kOxts,     &kGenicam, &kV4l2,   &kLadybug,        &kPps,     &kWheel,    &kNmea,       &kSbet,
   };
   return kTypes;
 }

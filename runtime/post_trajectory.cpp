@@ -40,80 +40,24 @@ double median(std::vector<double> values) {
 /// The solutions of the file from front to back. Their headings are those of Heading::MinusWander until they are given.
 class PostTrajectory::Solutions {
  public:
-  struct One {
-    InsSolution solution;
-    double wander = 0;
-  };
+  using One = drivers::SbetSolutions::One;
   Solutions(drivers::SbetFile file, const Config& config, int week)
-      : file_(std::move(file)), config_(config), week_(week) {}
+      : file_(std::move(file)), solutions_({week, config.is_utc, config.point_body}) {}
 
   /// Returns the next solution. Errors: those of SbetFile::next().
   Result<One> next() {
-    if (!here_) {
-      auto first = read();
-      if (!first.ok()) return first.error();
-      here_ = std::move(*first);
-      move_on();
-    } else if (!after_) {
-      return end_;
-    } else {
-      before_ = std::exchange(here_, std::exchange(after_, {}));
-      move_on();
+    while (!end_) {
+      const auto record = file_.next();
+      if (!record.ok()) end_ = record.error();
+      if (auto one = end_ ? solutions_.finish() : solutions_.take(*record)) return std::move(*one);
     }
-    give_velocity();
-    return *here_;
+    return *end_;
   }
-  const drivers::SbetFile::Counts& counts() const { return file_.counts(); }
 
  private:
-  void move_on() {
-    auto next = read();
-    if (next.ok()) {
-      after_ = std::move(*next);
-    } else {
-      end_ = next.error();
-    }
-  }
-
-  Result<One> read() {
-    auto read = file_.next();
-    if (!read.ok()) return read.error();
-    const drivers::SbetRecord& record = *read;
-    One out;
-    InsSolution& solution = out.solution;
-    out.wander = record.wander;
-    solution.time = from_gps_week(week_, from_seconds(record.second));
-    if (config_.is_utc) solution.time += utc_offset_from_table(solution.time);
-    solution.attitude = {record.roll, record.pitch, record.platform_heading - record.wander};
-    solution.position = record.position;
-    if (!config_.point_body.xyz.isZero()) {
-      const Transform<Ecef, Enu> T_ecef_enu = ecef_from_enu(record.position);
-      solution.position =
-          to_geodetic(T_ecef_enu * Point<Enu>{rotation_enu_body(solution.attitude) * -config_.point_body.xyz});
-    }
-    solution.is_good = true;
-    solution.sigma = record.sigma;
-    return out;
-  }
-
-  /// The velocity at a record, from the places before and after it, or from one of them at an end or a gap.
-  void give_velocity() {
-    const auto is_near = [&](const std::optional<One>& other) {
-      return other && std::chrono::abs(other->solution.time - here_->solution.time) <= kLongestGap;
-    };
-    const InsSolution& from = is_near(before_) ? before_->solution : here_->solution;
-    const InsSolution& to = is_near(after_) ? after_->solution : here_->solution;
-    if (from.time == to.time) return;
-    const Vector<Ecef> way = to_ecef(to.position) - to_ecef(from.position);
-    here_->solution.velocity_enu =
-        (ecef_from_enu(here_->solution.position).inverse() * way).xyz / to_seconds(to.time - from.time);
-  }
-
   drivers::SbetFile file_;
-  const Config config_;
-  const int week_;
-  std::optional<One> before_, here_, after_;
-  Error end_{ErrorCode::EndOfData, ""};
+  drivers::SbetSolutions solutions_;
+  std::optional<Error> end_;
 };
 
 /// The comparison with the POS, one pair of solutions after the other.

@@ -11,7 +11,8 @@
 
 #include "core/frames.hpp"
 #include "core/measurements.hpp"
-#include "drivers/sbet/sbet_file.hpp"
+#include "drivers/trajectory/sbet_file.hpp"
+#include "drivers/trajectory/sbet_solutions.hpp"
 
 namespace hueline::runtime {
 

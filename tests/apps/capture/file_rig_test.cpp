@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <span>
@@ -197,6 +198,61 @@ TEST(FileRig, PlacesWhatTheLiveRigPlaces) {
   write_file(dir / "rig.yaml", rig_of_files(dir.path(), false));
   ASSERT_EQ(run({"capture", dir / "rig.yaml", "--out", dir / "turned", "--quiet"}).status, 0);
   EXPECT_EQ(cloud_of(dir / "turned" / "cloud.las").size(), files.size());
+}
+
+/// Writes the solutions of a drive as an SBET: the trajectory that an office has calculated from them.
+void write_sbet(const sim::Drive& drive, const std::filesystem::path& file) {
+  std::string bytes;
+  for (const sim::InsSample& one : drive.ins) {
+    const std::array<double, 17> record{to_seconds(to_gps_week(gps_time_ns(one.gps_ns)).time_of_week),
+                                        one.latitude_rad,
+                                        one.longitude_rad,
+                                        one.ellipsoidal_height_m,
+                                        0,
+                                        0,
+                                        0,
+                                        one.roll_rad,
+                                        one.pitch_rad,
+                                        one.heading_rad};
+    bytes.append(reinterpret_cast<const char*>(record.data()), sizeof(record));
+  }
+  write_file(file, bytes);
+}
+
+/// A scanner's capture file and a trajectory from post-processing are enough: no log of the POS.
+TEST(FileRig, PlacesByATrajectoryFromPostProcessingAlone) {
+  TemporaryFolder dir;
+  const sim::Drive drive = drive_of_files();
+  const auto timeline = sim::build_timeline(drive, {});
+  ASSERT_TRUE(timeline.ok()) << timeline.error().message;
+  write_files(*timeline, dir.path(), seconds(0));
+  write_file(dir / "rig.yaml", rig_of_files(dir.path()));
+  ASSERT_EQ(run({"capture", dir / "rig.yaml", "--out", dir / "log", "--quiet"}).status, 0);
+  write_sbet(drive, dir / "drive.sbet");
+  std::string rig = rig_of_files(dir.path());
+  const std::string by_log = "driver: novatel, file: " + (dir / "drive.gps").string();
+  ASSERT_NE(rig.find(by_log), std::string::npos);
+  const auto rig_with = [&](const std::string& week) {
+    std::string changed = rig;
+    return changed.replace(changed.find(by_log), by_log.size(),
+                           "driver: sbet, file: " + (dir / "drive.sbet").string() + week);
+  };
+  write_file(dir / "rig.yaml", rig_with(""));
+  EXPECT_THAT(run({"capture", dir / "rig.yaml", "--out", dir / "none", "--quiet"}).said, HasSubstr("week"));
+  write_file(dir / "rig.yaml", rig_with(fmt::format(", week: {}", to_gps_week(gps_time_ns(drive.begin_gps_ns)).week)));
+  const Ran capture = run({"capture", dir / "rig.yaml", "--out", dir / "sbet", "--quiet"});
+  ASSERT_EQ(capture.status, 0) << capture.said;
+  const auto by_novatel = cloud_of(dir / "log" / "cloud.las"), by_sbet = cloud_of(dir / "sbet" / "cloud.las");
+  EXPECT_GT(by_sbet.size(), 1'000'000u);
+  EXPECT_EQ(by_sbet.size(), by_novatel.size());
+  double worst_m = 0;
+  for (const auto& [key, place] : by_novatel) {
+    const auto found = by_sbet.find(key);
+    ASSERT_NE(found, by_sbet.end()) << "fired at " << key.first << ", ring " << key.second;
+    const Place& other = found->second;
+    worst_m = std::max(worst_m, std::hypot(place.x - other.x, place.y - other.y, place.z - other.z));
+  }
+  EXPECT_LE(worst_m, 0.002);
 }
 
 /// Returns navigation solutions at 100 Hz, driving north from `begin` on.

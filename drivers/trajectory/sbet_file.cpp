@@ -1,44 +1,20 @@
-#include "drivers/sbet/sbet_file.hpp"
+#include "drivers/trajectory/sbet_file.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <span>
 #include <utility>
 
-#include "core/calendar.hpp"
 #include "drivers/stream/message_form.hpp"
 
 namespace hueline::drivers {
 namespace {
 
-constexpr std::size_t kPoseDoubles = 17, kAccuracyDoubles = 10, kRecordsAtOnce = 512;
-constexpr double kWeek_s = static_cast<double>(kSecondsPerWeek);
+constexpr std::size_t kAccuracyDoubles = 10, kRecordsAtOnce = 512;
 constexpr double kAccuracyHolds_s = 2;
 constexpr double kRadPerArcMinute = std::numbers::pi / (180.0 * 60.0);
-
-/// Returns `second` with the weeks that have ended since `last` added, if the file counts from 0 again at their ends.
-double continued(double second, const std::optional<double>& last) {
-  while (last && second < *last - kWeek_s / 2) second += kWeek_s;
-  return second;
-}
-
-/// Returns what cannot be true of a record; empty if nothing.
-std::string impossible(std::span<const double> v) {
-  const auto wrong = [](const char* what, double value, const char* unit) {
-    return fmt::format("a {} of {:.6g} {}", what, value, unit);
-  };
-  // A week's seconds may go on beyond its end.
-  if (!(v[0] >= 0 && v[0] < 3 * kWeek_s)) return wrong("time", v[0], "s of the week");
-  if (!(std::abs(v[1]) <= std::numbers::pi / 2)) return wrong("latitude", v[1], "rad");
-  if (!(std::abs(v[2]) <= 2 * std::numbers::pi)) return wrong("longitude", v[2], "rad");
-  if (!(std::abs(v[3]) < 1e5)) return wrong("height", v[3], "m");
-  for (std::size_t i = 7; i < 11; ++i)
-    if (!(std::abs(v[i]) <= 4 * std::numbers::pi)) return wrong("angle", v[i], "rad");
-  return {};
-}
 
 }  // namespace
 
@@ -62,11 +38,11 @@ Result<SbetFile> SbetFile::open(const std::string& sbet, const std::string& smrm
   auto file = InputFile::open(sbet), again = InputFile::open(sbet);
   if (!file.ok()) return file.error();
   if (!again.ok()) return again.error();
-  SbetFile out(Records(std::move(*file), kPoseDoubles));
-  Records look(std::move(*again), kPoseDoubles);
+  SbetFile out(Records(std::move(*file), kSbetDoubles));
+  Records look(std::move(*again), kSbetDoubles);
   const auto first = look.next();
   if (!first.ok()) return first.error();
-  const std::string why = !*first ? std::string("less than one record") : impossible(**first);
+  const std::string why = !*first ? std::string("less than one record") : impossible_sbet(**first);
   if (!why.empty())
     return Error{ErrorCode::Malformed,
                  fmt::format("{}: begins with {}, so it is no SBET: 17 doubles a record, little endian, beginning with "
@@ -102,7 +78,7 @@ Status SbetFile::read_accuracy() {
       ++counts_.impossible;
       continue;
     }
-    const double second = continued(v[0], last_accuracy_);
+    const double second = continued_second(v[0], last_accuracy_);
     last_accuracy_ = second;
     after_ = Accuracy{second,
                       {v[2], v[1], v[3], v[5], v[4], v[6], v[7] * kRadPerArcMinute, v[8] * kRadPerArcMinute,
@@ -130,22 +106,17 @@ Result<SbetRecord> SbetFile::next() {
     if (!read.ok()) return read.error();
     if (!*read) return Error{ErrorCode::EndOfData, poses_.path() + ": end"};
     const std::vector<double>& v = **read;
-    if (!impossible(v).empty()) {
+    if (!impossible_sbet(v).empty()) {
       ++counts_.impossible;
       continue;
     }
-    SbetRecord record;
-    record.second = continued(v[0], last_second_);
+    SbetRecord record = sbet_record(v);
+    record.second = continued_second(record.second, last_second_);
     if (last_second_ && record.second <= *last_second_) {
       ++counts_.out_of_order;
       continue;
     }
     last_second_ = record.second;
-    record.position = {v[1], v[2], v[3]};
-    record.roll = v[7];
-    record.pitch = v[8];
-    record.platform_heading = v[9];
-    record.wander = v[10];
     if (accuracies_)
       if (Status taken = take_accuracy(record); !taken.ok()) return taken.error();
     ++counts_.records;

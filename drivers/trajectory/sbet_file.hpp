@@ -8,33 +8,15 @@
 #include <utility>
 #include <vector>
 
-#include "core/geodesy.hpp"
 #include "core/input_file.hpp"
 #include "core/result.hpp"
+#include "drivers/trajectory/sbet_record.hpp"
 
-/// SBET and SMRMSG, the files in which programs hand over a trajectory that they have calculated after the drive
-/// (Applanix's "smoothed best estimate of trajectory" and its accuracies). Both have no header: records of doubles,
-/// little endian.
+/// SBET (sbet_record.hpp) with SMRMSG, the file of its accuracies: records of 10 doubles, little endian.
 ///
-///   SBET, 136 bytes: time (s of the GPS week), latitude, longitude (rad), height above the ellipsoid (m),
-///     velocity x, y, z (m/s), roll, pitch, platform heading, wander angle (rad), acceleration and angular rate x, y, z
-///   SMRMSG, 80 bytes: time, position north, east, down (m), velocity north, east, down (m/s), each as one sigma,
-///     roll, pitch, heading (arc minutes)
-///
-/// Velocities are not read: POSPac writes them along the wander frame (x and y are turned from north and west by the
-/// wander angle), others along the vehicle, and nothing in the file says which. The positions tell the velocity.
+///   time (s of the GPS week), position north, east, down (m), velocity north, east, down (m/s), each as one sigma,
+///   roll, pitch, heading (arc minutes)
 namespace hueline::drivers {
-
-/// A record of an SBET.
-struct SbetRecord {
-  double second = 0;  ///< s of the GPS week; goes on beyond the end of the week
-  Geodetic position{};
-  double roll = 0, pitch = 0;   ///< rad, as in Attitude
-  double platform_heading = 0;  ///< rad, clockwise from the x axis of the wander frame
-  double wander = 0;            ///< rad; that axis is turned by it from north, counterclockwise
-  /// One sigma, in the order of InsSolution::sigma, if there is an SMRMSG and it has a record within 2 s.
-  std::optional<std::array<double, 9>> sigma;
-};
 
 /// Reads an SBET from front to back, with the SMRMSG beside it. Thread safety: none.
 class SbetFile {

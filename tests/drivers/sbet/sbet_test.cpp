@@ -1,5 +1,5 @@
 // Trajectories of post-processing programs: real records, and files that are none.
-#include "drivers/sbet/sbet_file.hpp"
+#include "drivers/trajectory/sbet_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "core/calendar.hpp"
+#include "drivers/sbet/sbet_decoder.hpp"
+#include "tests/drivers/stream/stream_bytes.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -137,6 +140,59 @@ TEST_F(Sbet, AnyBytesAreReadToTheirEnd) {
     }
     EXPECT_EQ(file->counts().records + file->counts().out_of_order + file->counts().impossible, records.size());
   }
+}
+
+std::string text_of(const std::vector<std::vector<double>>& records) {
+  std::string out;
+  for (const auto& record : records) out.append(reinterpret_cast<const char*>(record.data()), record.size() * 8);
+  return out;
+}
+
+class SbetStream : public Sbet {
+ protected:
+  static test::Heard decode(const std::string& bytes, const SbetDecoder::Config& config, std::size_t at_once) {
+    SbetDecoder decoder(config);
+    return test::hear(decoder, test::bytes_of(bytes), at_once);
+  }
+};
+
+TEST_F(SbetStream, RecordsBecomeSolutionsWithTheVelocityOfTheirPlaces) {
+  std::vector<std::vector<double>> records;
+  for (int i = 0; i < 50; ++i) {
+    records.push_back(pose(604799.9 + 0.005 * i));
+    records.back()[1] += 10.0 * 0.005 * i / 6'380'000;  // 10 m/s to the north, about
+    records.back()[3] += 0.5 * 0.005 * i;
+  }
+  for (const std::size_t at_once : {1, 136, 4096}) {
+    const auto heard = decode(text_of(records), {.week = 2400}, at_once);
+    const auto solutions = heard.all<InsSolution>();
+    ASSERT_EQ(solutions.size(), records.size());
+    EXPECT_EQ(solutions[0].time, from_gps_week(2400, from_seconds(604799.9)));
+    EXPECT_EQ(solutions[40].time, from_gps_week(2401, from_seconds(0.1)));
+    for (const InsSolution& one : solutions) {
+      EXPECT_NEAR(one.velocity_enu.y(), 10, 0.05);
+      EXPECT_NEAR(one.velocity_enu.x(), 0, 1e-6);
+      EXPECT_NEAR(one.velocity_enu.z(), 0.5, 1e-3);
+      EXPECT_NEAR(one.attitude.heading, 0.9, 1e-12) << "platform heading 1 minus wander angle 0.1";
+      EXPECT_TRUE(one.is_good);
+    }
+    EXPECT_EQ(heard.all<TimeLabel>().size(), 2u);
+    EXPECT_EQ(heard.bytes(), records.size() * kSbetBytes);
+    EXPECT_TRUE(heard.faults().empty());
+  }
+  using Heading = SbetDecoder::Heading;
+  const auto plain = decode(text_of(records), {.week = 1, .is_utc = true, .heading = Heading::Platform}, 500);
+  EXPECT_NEAR(plain.all<InsSolution>()[3].attitude.heading, 1.0, 1e-12);
+  EXPECT_EQ(plain.all<InsSolution>()[0].time, from_gps_week(1, from_seconds(604799.9)) + utc_offset_from_table({}));
+}
+
+TEST_F(SbetStream, WhatIsNoRecordIsToldAndTheNextOnesAreRead) {
+  const auto heard =
+      decode(text_of({pose(10), pose(10.1), pose(10.2, 7.0), pose(10.3), pose(10.25), pose(10.4)}) + "abc", {}, 100);
+  EXPECT_EQ(heard.all<InsSolution>().size(), 4u);
+  EXPECT_EQ(heard.counts.malformed_bytes, kSbetBytes + 3);
+  EXPECT_THAT(heard.faults(), testing::IsSupersetOf({FaultKind::NoTime, FaultKind::Malformed}));
+  EXPECT_EQ(heard.bytes(), 6 * kSbetBytes + 3);
 }
 
 }  // namespace
