@@ -200,6 +200,60 @@ test("the map tells driven, pale, hole and weak apart, and sums their lengths", 
   for (const [most, step] of [[9, 5], [10, 10], [0.3, 0.2], [4999, 2000]]) assert.ok(Math.abs(roundStep(most) / step - 1) < 1e-9);
 });
 
+const { Frames, rigid, compose, inverse } = await load("images/frames.ts");
+const { overlay, project } = await load("images/project.ts");
+const half = Math.SQRT1_2;
+const pinhole = { frame: "lens/front", width: 1000, height: 800, isFisheye: false, D: [], fx: 500, fy: 500, cx: 500, cy: 400 };
+
+test("laser points are drawn where the lens saw them", () => {
+  const frames = new Frames();
+  // The head is 2 m above the body, its lens looks ahead: body y is the lens's z, body x its x, body z is up.
+  frames.mount("body", "head", rigid({ x: 0, y: 0, z: 0, w: 1 }, { x: 0, y: 0, z: 2 }));
+  frames.mount("head", "lens/front", rigid({ x: -half, y: 0, z: 0, w: half }, { x: 0, y: 0.1, z: 0 }));
+  // The vehicle drives east at 10 m/s: turned by 90 degrees clockwise.
+  const east = { x: 0, y: 0, z: -half, w: half };
+  frames.pose(1_000_000_000n, east, { x: 100, y: 50, z: 0 });
+  frames.pose(1_100_000_000n, east, { x: 101, y: 50, z: 0 });
+  const T = inverse(compose(frames.bodyAt(1_050_000_000n), frames.onBody("lens/front")));
+  // 10 m ahead of the lens, 1 m to the right (south), 0.5 m above it.
+  const [seen] = overlay(new Float32Array([100.5 + 0.1 + 10, 49, 2.5]), [{ model: pinhole, T_lens_enu: T }]);
+  assert.ok(Math.abs(seen[0] - 550) < 1e-3 && Math.abs(seen[1] - 375) < 1e-3, String(seen));
+  assert.ok(Math.abs(seen[2] - Math.hypot(10, 1, 0.5)) < 1e-4);
+  assert.equal(overlay(new Float32Array([90, 50, 2]), [{ model: pinhole, T_lens_enu: T }]).length, 0, "what is behind is not seen");
+  const hidden = overlay(new Float32Array([110.6, 50, 2, 130.6, 50, 2]), [{ model: pinhole, T_lens_enu: T }]);
+  assert.equal(hidden.length, 1, "what is behind something is not drawn");
+  assert.equal(frames.bodyAt(2_000_000_000n), undefined);
+  assert.equal(frames.bodyAt(900_000_000n), undefined);
+  assert.equal(frames.onBody("lens/other"), undefined);
+  frames.mount("a", "b", rigid(east, { x: 0, y: 0, z: 0 }));
+  frames.mount("b", "a", rigid(east, { x: 0, y: 0, z: 0 }));
+  assert.equal(frames.onBody("a"), undefined, "a ring of frames ends");
+});
+
+test("distortion follows OpenCV's formulas and does not fold points back", () => {
+  // Worked by hand for x' = 0.2, y' = 0.1: r2 = 0.05.
+  const D = [0.1, 0.01, 0.001, 0.002, 0.0005];
+  const radial = 1 + 0.1 * 0.05 + 0.01 * 0.0025 + 0.0005 * 0.000125;
+  const [u, v] = project({ ...pinhole, D }, 0.2, 0.1, 1);
+  assert.ok(Math.abs(u - (500 * (0.2 * radial + 2 * 0.001 * 0.02 + 0.002 * (0.05 + 0.08)) + 500)) < 1e-9);
+  assert.ok(Math.abs(v - (500 * (0.1 * radial + 0.001 * (0.05 + 0.02) + 2 * 0.002 * 0.02) + 400)) < 1e-9);
+  assert.equal(project({ ...pinhole, D: [-0.5] }, 1, 0, 1), undefined);
+  const fisheye = { ...pinhole, isFisheye: true, D: [0.02, 0, 0, 0] };
+  const a = Math.PI / 4;
+  assert.ok(Math.abs(project(fisheye, 1, 0, 1)[0] - (500 * (a + 0.02 * a ** 3) + 500)) < 1e-9);
+  assert.ok(project(fisheye, 1, 0, -0.05), "a fisheye sees beyond 90 degrees");
+  assert.deepEqual(project(fisheye, 0, 0, 1), [500, 400]);
+  assert.equal(project(fisheye, 0, 1, -5), undefined);
+});
+
+test("a pixel of an image that lenses share belongs to one lens", () => {
+  const T = rigid({ x: 0, y: 0, z: 0, w: 1 }, { x: 0, y: 0, z: 0 });
+  const left = { ...pinhole, cx: 250 }, right = { ...pinhole, cx: 750 };
+  const seen = overlay(new Float32Array([2, 0, 5]), [{ model: left, T_lens_enu: T }, { model: right, T_lens_enu: T }]);
+  assert.deepEqual(seen.map(([u]) => u), [450, 950]);
+  assert.equal(overlay(new Float32Array([3, 0, 5]), [{ model: left, T_lens_enu: T }, { model: right, T_lens_enu: T }]).length, 0);
+});
+
 const { catalogue } = await load("words/catalogue.ts");
 const code = fs.readdirSync(path.join(source, "console/web/src"), { recursive: true })
   .filter((file) => /\.tsx?$/.test(file) && !file.endsWith("catalogue.ts"))

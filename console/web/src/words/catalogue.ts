@@ -225,6 +225,8 @@ export const catalogue = {
   // images
   "images.none": ["No image has come yet. A camera sends one a second.", "尚未收到影像。每个相机每秒发送一幅。"],
   "images.large": ["Show large", "放大显示"],
+  "images.points": ["Laser points over the images", "在影像上叠加激光点"],
+  "images.shown": ["{count} laser points, red near, blue far", "{count} 个激光点，红近蓝远"],
   "images.alt": ["Newest image of {name}", "{name} 的最新影像"],
 
   // map
