@@ -13,6 +13,7 @@
 #include "drivers/profile_scanner/profile_scanner_device.hpp"
 #include "drivers/sbet/sbet_device.hpp"
 #include "drivers/septentrio/septentrio_device.hpp"
+#include "drivers/sick/sick_device.hpp"
 #include "drivers/ublox/ublox_device.hpp"
 #include "drivers/v4l2/v4l2_device.hpp"
 #include "drivers/velodyne/velodyne_device.hpp"
@@ -22,9 +23,9 @@
 namespace hueline::drivers {
 
 DeviceTypes device_types() {
-  static constexpr std::array<const DeviceType*, 17> kTypes{
-      &kVelodyne, &kHesai,   &kOuster, &kProfileScanner, &kNovatel, &kApplanix, &kSeptentrio, &kUblox, &kXsens,
-      &kOxts,     &kGenicam, &kV4l2,   &kLadybug,        &kPps,     &kWheel,    &kNmea,       &kSbet,
+  static constexpr std::array<const DeviceType*, 18> kTypes{
+      &kVelodyne, &kHesai, &kOuster,  &kProfileScanner, &kSick,    &kNovatel, &kApplanix, &kSeptentrio, &kUblox,
+      &kXsens,    &kOxts,  &kGenicam, &kV4l2,           &kLadybug, &kPps,     &kWheel,    &kNmea,       &kSbet,
   };
   return kTypes;
 }

@@ -8,6 +8,7 @@
 #include "drivers/nmea/nmea_decoder.hpp"
 #include "drivers/oxts/oxts_decoder.hpp"
 #include "drivers/septentrio/septentrio_decoder.hpp"
+#include "drivers/sick/sick_decoder.hpp"
 #include "drivers/ublox/ublox_decoder.hpp"
 #include "drivers/xsens/xsens_decoder.hpp"
 
@@ -49,6 +50,7 @@ void try_decoder(const char* name, std::span<const std::byte> all, std::size_t a
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto all = std::as_bytes(std::span(data, size));
   const std::size_t cut = size < 2 ? 0 : data[0] * size / 256;
+  try_decoder<drivers::SickDecoder>("sick", all, cut);
   try_decoder<drivers::UbloxDecoder>("ublox", all, cut);
   try_decoder<drivers::NmeaDecoder>("nmea", all, cut);
   try_decoder<drivers::ApplanixDecoder>("applanix", all, cut);
