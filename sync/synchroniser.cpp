@@ -94,7 +94,12 @@ Synchroniser::Synchroniser(Config config)
     self_timed_.emplace_back(own);
     self_timed_states_.push_back(SyncState::Unlocked);
   }
-  for (const auto& c : config_.cameras) cameras_.emplace_back(c);
+  for (ExposureMatcher::Config c : config_.cameras) {
+    // Without marks, an image of a file is timed by what it says itself (take_image_of_file()).
+    if (config_.self_timed && c.mark_input == 0 && !c.counter_offset) c.counter_offset = nanoseconds(0);
+    cameras_.emplace_back(c);
+  }
+  told_.resize(cameras_.size());
   for (const auto& w : config_.wheels) wheels_.emplace_back(w);
 }
 
@@ -130,7 +135,11 @@ void Synchroniser::take(TimeLabel& m, SyncOutput& out) {
   }
   if (listed(config_.label_sources, m.sensor)) clock_.add(m);
 }
-void Synchroniser::take(TimedArrival& m, SyncOutput&) { arrived(m.sensor, m.received, m.time); }
+void Synchroniser::take(TimedArrival& m, SyncOutput&) {
+  std::size_t i = 0;
+  if (config_.self_timed && camera(m.sensor, &i)) told_[i] = m;
+  arrived(m.sensor, m.received, m.time);
+}
 void Synchroniser::take(GnssFix& m, SyncOutput&) { arrived(m.sensor, m.received, m.time); }
 void Synchroniser::take(ImuSample& m, SyncOutput&) { arrived(m.sensor, m.received, m.time); }
 void Synchroniser::take(Fault&, SyncOutput&) {}  // it is already in the journal
@@ -174,8 +183,11 @@ void Synchroniser::take(EventMark& m, SyncOutput&) {
   if (config_.pos != kSystemSensor && m.sensor != config_.pos)
     return report_unknown_sensor(m.sensor, m.received, "event mark");
   if (m.is_valid) arrived(m.sensor, m.received, m.time);
-  if (config_.self_timed) return;  // images of files are not matched
-  hold(std::move(m));
+  if (!config_.self_timed) return hold(std::move(m));
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
+    cameras_[i].add(m, scratch_);
+    exposures_.add(i, scratch_);
+  }
 }
 void Synchroniser::take(LaserStatus& m, SyncOutput& out) {
   if (!laser(m.sensor)) return report_unknown_sensor(m.sensor, m.received, "laser status");
@@ -195,14 +207,31 @@ void Synchroniser::take(LaserBatch& m, SyncOutput& out) {
     hold(std::move(m));
 }
 void Synchroniser::take(Image& m, SyncOutput&) {
-  if (!camera(m.sensor)) return report_unknown_sensor(m.sensor, m.received, "image");
-  if (config_.self_timed) {
-    ++counts_.never_stamped;
-    return faults_.add(
-        m.sensor, FaultKind::NoTime, "file", m.received,
-        "read from a file: images of files are not matched with the trajectory; recorded, without a time");
-  }
+  std::size_t i = 0;
+  if (!camera(m.sensor, &i)) return report_unknown_sensor(m.sensor, m.received, "image");
+  if (config_.self_timed) return take_image_of_file(m, i);
   hold(std::move(m));
+}
+
+void Synchroniser::take_image_of_file(Image& m, std::size_t index) {
+  const ExposureMatcher::Config& given = config_.cameras[index];
+  std::optional<GpsTime> told;
+  if (given.counter_offset) {
+    told = gps_time_ns(count_ns(m.time)) + *given.counter_offset;
+  } else if (told_[index] && told_[index]->received == m.received) {
+    told = told_[index]->time;
+    m.time = DeviceTime<CameraCounter>(told->time_since_epoch());
+  }
+  if (!told) {
+    ++counts_.never_stamped;
+    return faults_.add(m.sensor, FaultKind::NoTime, "file", m.received,
+                       "read from a file, and its stamp is on no time scale that is known: recorded, without a time "
+                       "(counter_offset_s says which it is)");
+  }
+  // It came within the latencies that the matcher expects: a file has no arrivals that could contradict.
+  const GpsStamp arrival{*told + (given.latency_min + given.latency_max) / 2, nanoseconds(0), SyncState::Locked};
+  cameras_[index].add(std::move(m), arrival, scratch_);
+  exposures_.add(index, scratch_);
 }
 
 void Synchroniser::take(WheelSpeed& m, SyncOutput&) {
@@ -372,9 +401,20 @@ void Synchroniser::settle_self_timed(SyncOutput& out) {
     slowest = slowest ? std::min(*slowest, safe) : safe;
     stream_time_ = stream_time_ ? std::max(*stream_time_, *own.newest()) : *own.newest();
   }
+  // The POS brings the marks, and the files are read in the order of their times.
+  if (newest_solution_ && !cameras_.empty()) {
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      cameras_[i].advance(*newest_solution_, newest_, scratch_);
+      exposures_.add(i, scratch_);
+      slowest = std::min(*slowest, cameras_[i].watermark(*newest_solution_));
+    }
+    exposures_.merge(cameras_, newest_solution_, out.exposures, faults_);
+    slowest = exposures_.earliest(*slowest);
+  }
   if (!is_waiting && slowest && stream_time_) watermark_ = watermark_ ? std::max(*watermark_, *slowest) : *slowest;
   // A file that has ended delivers no more. The files are read side by side, so nothing comes from far behind the POS.
   if (watermark_ && newest_solution_) watermark_ = std::max(*watermark_, *newest_solution_ - kFarBehind);
+  for (ExposureMatcher& c : cameras_) c.drain(out.faults);
   for (WheelOdometer& w : wheels_) w.drain(out.faults);
   clock_.drain(out.faults);
   faults_.drain(out.faults);

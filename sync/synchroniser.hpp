@@ -58,7 +58,9 @@ struct SyncOutput {
 ///
 /// With Config::self_timed, all measurements come from files, whose arrivals have no common time base. Then there is no
 /// clock of the computer to learn: each scanner is stamped by its own clock (SelfTimedLaser), and the stream time is
-/// what the devices say.
+/// what the devices say. An image has the time that it gives itself (a TimedArrival of its sensor with the same
+/// `received`, or its counter with ExposureMatcher::Config::counter_offset). That time stands for the arrival by which
+/// the image finds its event mark; without event input it is the time of the exposure.
 class Synchroniser {
  public:
   struct Config {
@@ -131,6 +133,7 @@ class Synchroniser {
   void take(EventMark& m, SyncOutput& out);
   void take(LaserBatch& m, SyncOutput& out);
   void take(Image& m, SyncOutput& out);
+  void take_image_of_file(Image& m, std::size_t camera);
   void take(WheelSpeed& m, SyncOutput& out);
   void take(Fault& m, SyncOutput& out);
 
@@ -155,6 +158,7 @@ class Synchroniser {
   std::vector<SyncState> self_timed_states_;  // the states last reported
   std::vector<ExposureMatcher> cameras_;
   std::vector<WheelOdometer> wheels_;
+  std::vector<std::optional<TimedArrival>> told_;  // by camera: the time that its latest image of a file gives itself
   ExposureMerger exposures_;
   std::vector<Exposure> scratch_;  // used within one call
   FaultLog faults_;

@@ -278,5 +278,85 @@ TEST(Synchroniser, GivenSettingsOutOfRangeThenTheSentenceNamesTheKey) {
   EXPECT_THAT(c.validate(), testing::HasSubstr("different sensors"));
 }
 
+/// Images of a file: their arrivals mean nothing, and each says its own time 3 ms late.
+struct ImagesOfFile {
+  Synchroniser sync;
+  SyncOutput out;
+  const GpsTime begin = some_begin();
+  explicit ImagesOfFile(int mark_input, std::optional<nanoseconds> offset = {})
+      : sync([&] {
+          Synchroniser::Config c = rig_config();
+          c.self_timed = true;
+          c.lasers.clear();
+          c.cameras[0].mark_input = mark_input;
+          c.cameras[0].counter_offset = offset;
+          c.cameras[0].strobe_delay = nanoseconds(0);
+          return c;
+        }()) {}
+  static constexpr nanoseconds kLate{3'000'000};
+  void drive(bool tells_time, bool has_marks) {
+    for (int i = 0; i < 400; ++i) {
+      const GpsTime now = begin + i * ms(10);
+      InsSolution pose;
+      pose.sensor = kPos;
+      pose.time = now;
+      pose.is_good = true;
+      sync.process(pose, out);
+      if (i % 25 != 10) continue;
+      if (has_marks) sync.process(EventMark{kPos, {}, now, 1, true, 0}, out);
+      const HostTime received = host_time_ns(1000 + i);
+      if (tells_time) sync.process(TimedArrival{kCamera, received, now + kLate}, out);
+      Image image;
+      image.sensor = kCamera;
+      image.received = received;
+      image.frame_id = static_cast<std::uint64_t>(i / 25);
+      image.packet_sequence = image.frame_id;
+      image.time = DeviceTime<CameraCounter>((now + kLate).time_since_epoch() - seconds(1000));
+      image.is_complete = true;
+      sync.process(std::move(image), out);
+    }
+    sync.flush(out);
+  }
+  GpsTime truth(const Exposure& e) const {
+    return begin + (10 + 25 * static_cast<int>(e.image.packet_sequence)) * ms(10);
+  }
+};
+
+TEST(Synchroniser, ImagesOfFilesTakeTheMarksThatTheirOwnTimeFinds) {
+  ImagesOfFile files(1);
+  files.drive(true, true);
+  ASSERT_EQ(files.out.exposures.size(), 16u);
+  const nanoseconds half = files.out.exposures[0].exposure_mid - files.truth(files.out.exposures[0]);
+  EXPECT_LE(half, ms(5));
+  for (const Exposure& e : files.out.exposures) {
+    EXPECT_EQ(e.timing, ExposureTiming::EventMark);
+    EXPECT_EQ(e.exposure_mid - files.truth(e), half) << "the clock of the camera is 3 ms late, the marks are not";
+  }
+  EXPECT_TRUE(files.out.faults.empty()) << files.out.faults[0].detail;
+}
+
+TEST(Synchroniser, ImagesOfFilesWithoutMarksHaveTheirOwnTime) {
+  for (const bool has_offset : {false, true}) {
+    ImagesOfFile files(0, has_offset ? std::optional<nanoseconds>(seconds(1000)) : std::nullopt);
+    files.drive(!has_offset, false);
+    ASSERT_EQ(files.out.exposures.size(), 16u) << has_offset;
+    for (const Exposure& e : files.out.exposures) {
+      EXPECT_EQ(e.timing, ExposureTiming::CameraClock);
+      EXPECT_EQ(e.exposure_mid - files.truth(e),
+                files.out.exposures[0].exposure_mid - files.truth(files.out.exposures[0]));
+      EXPECT_GE(e.exposure_mid - files.truth(e), ImagesOfFile::kLate);
+    }
+  }
+}
+
+TEST(Synchroniser, ImagesOfFilesWithoutATimeAreToldAndNotUsed) {
+  ImagesOfFile files(1);
+  files.drive(false, true);
+  EXPECT_TRUE(files.out.exposures.empty());
+  ASSERT_FALSE(files.out.faults.empty());
+  EXPECT_EQ(files.out.faults[0].kind, FaultKind::NoTime);
+  EXPECT_EQ(files.sync.counts().never_stamped, 16u);
+}
+
 }  // namespace
 }  // namespace hueline::sync
