@@ -10,6 +10,7 @@
 
 #include "core/calendar.hpp"
 #include "runtime/report.hpp"
+#include "runtime/view_rig.hpp"
 #include "storage/las_writer.hpp"
 
 namespace hueline::runtime {
@@ -95,7 +96,7 @@ void Outputs::log(Line line) {
 }
 
 void Outputs::on_origin(const Geodetic& origin) {
-  auto created = storage::ViewWriter::create(dir_ / "view.mcap", origin, {});
+  auto created = storage::ViewWriter::create(dir_ / "view.mcap", origin, view_rig(rig_), {});
   if (created.ok()) {
     files_->view.emplace(std::move(*created));
   } else {

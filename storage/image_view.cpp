@@ -27,6 +27,16 @@ std::array<std::size_t, 4> quad_colours(PixelFormat format) {
 
 }  // namespace
 
+std::uint32_t reduction(const Image& image, int longest_px) {
+  const bool is_bayer = image.format != PixelFormat::Rgb8 && image.format != PixelFormat::Mono8;
+  const std::uint32_t longest = std::max(image.width, image.height);
+  std::uint32_t cell = (longest + static_cast<std::uint32_t>(longest_px) - 1) / static_cast<std::uint32_t>(longest_px);
+  if (is_bayer) cell += cell & 1;  // whole quads only
+  cell = std::min(cell, std::min(image.width, image.height));
+  if (is_bayer) cell = std::max(cell & ~1u, 2u);
+  return cell;
+}
+
 Result<RgbImage> reduced_view(const Image& image, int longest_px) {
   const bool rgb = image.format == PixelFormat::Rgb8, mono = image.format == PixelFormat::Mono8;
   const std::uint64_t row_bytes = std::uint64_t{image.width} * (rgb ? 3 : 1);
@@ -35,11 +45,7 @@ Result<RgbImage> reduced_view(const Image& image, int longest_px) {
     return Error{ErrorCode::Invalid, "an image of " + std::to_string(image.width) + " x " +
                                          std::to_string(image.height) + " pixels does not fit its " +
                                          std::to_string(image.buffer.size()) + " bytes"};
-  const std::uint32_t longest = std::max(image.width, image.height);
-  std::uint32_t cell = (longest + static_cast<std::uint32_t>(longest_px) - 1) / static_cast<std::uint32_t>(longest_px);
-  if (!rgb && !mono) cell += cell & 1;  // whole quads only
-  cell = std::min(cell, std::min(image.width, image.height));
-  if (!rgb && !mono) cell = std::max(cell & ~1u, 2u);
+  const std::uint32_t cell = reduction(image, longest_px);
   const std::array<std::size_t, 4> quad = quad_colours(image.format);
   const auto* const pixels = reinterpret_cast<const std::uint8_t*>(image.pixels().data());
 

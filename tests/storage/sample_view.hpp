@@ -40,11 +40,32 @@ inline Exposure sample_exposure(GpsTime time) {
   return e;
 }
 
+/// Returns a scanner, and a camera "head" with two lenses side by side in its image of 640 x 320 pixels.
+inline storage::ViewRig sample_view_rig() {
+  storage::ViewRig rig;
+  Transform<Body, Scanner> T_body_scanner;
+  T_body_scanner.translation = {0.1, 0.2, 1.5};
+  rig.scanners.emplace_back("laser_front", T_body_scanner);
+  rig.T_body_head.rotation = Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ());
+  for (const std::uint32_t i : {0u, 1u}) {
+    storage::ViewLens lens;
+    lens.name = i == 0 ? "left" : "right";
+    lens.camera = "head";
+    lens.is_fisheye = i == 1;
+    lens.focal_px = {300, 310};
+    lens.principal_point_px = {159.5, 149.5};
+    lens.distortion = i == 0 ? std::vector{0.1, 0.01, 1e-3, 2e-3, 1e-4} : std::vector{0.02, 0.03, 0.0, 0.0};
+    lens.x_offset = 320 * i;
+    rig.lenses.push_back(lens);
+  }
+  return rig;
+}
+
 /// Writes a view with some of everything that a view can hold.
 inline Status write_sample_view(const std::filesystem::path& path) {
   storage::ViewWriter::Config config;
-  config.image_longest_px = 320;
-  auto view = storage::ViewWriter::create(path, sample_origin(), config);
+  config.messages.image_longest_px = 320;
+  auto view = storage::ViewWriter::create(path, sample_origin(), sample_view_rig(), config);
   if (!view) return view.error();
   Status done = view->append(sample_cloud(4'000));
   if (done) done = view->append(sample_cloud(6'000, 4'000));

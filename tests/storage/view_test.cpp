@@ -3,13 +3,15 @@
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
 
+#include <map>
 #include <numbers>
 
 #include "storage/image_view.hpp"
 #include "storage/mcap_reader.hpp"
 #include "storage/view_fields.hpp"
+#include "storage_proto/foxglove/CameraCalibration.pb.h"
 #include "storage_proto/foxglove/CompressedImage.pb.h"
-#include "storage_proto/foxglove/FrameTransform.pb.h"
+#include "storage_proto/foxglove/FrameTransforms.pb.h"
 #include "storage_proto/foxglove/LocationFix.pb.h"
 #include "storage_proto/foxglove/Log.pb.h"
 #include "tests/storage/sample_view.hpp"
@@ -87,7 +89,8 @@ TEST(ViewFields, AMadeUpFieldIsOneEntryOfTheList) {
 TEST(ViewWriter, PutsTheVehicleWhereItIs) {
   const TemporaryFolder folder;
   ASSERT_TRUE(test::write_sample_view(folder / "view.mcap"));
-  const auto transforms = messages_of<foxglove::FrameTransform>(folder / "view.mcap", "/tf");
+  auto transforms = messages_of<foxglove::FrameTransform>(folder / "view.mcap", "/tf");
+  std::erase_if(transforms, [](const auto& one) { return one.child_frame_id() != "body"; });
   ASSERT_EQ(transforms.size(), 5u) << "one in 100 ms of 50 solutions at 100 Hz";
   const auto& last = transforms.back();
   // test::sample_solutions: 11.13 m north in each step of 1e-4 degrees, heading east
@@ -102,6 +105,45 @@ TEST(ViewWriter, PutsTheVehicleWhereItIs) {
   EXPECT_NEAR(fixes[0].latitude(), 48.137, 1e-9);
   EXPECT_NEAR(fixes[0].position_covariance(8), 0.09, 1e-9);
   EXPECT_EQ(messages_of<foxglove::Log>(folder / "view.mcap", "/log").at(0).level(), foxglove::Log::WARNING);
+}
+
+TEST(ViewWriter, HasAWayFromEveryFrameToEnu) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(test::write_sample_view(folder / "view.mcap"));
+  std::map<std::string, std::string> parents;
+  for (const auto& one : messages_of<foxglove::FrameTransform>(folder / "view.mcap", "/tf"))
+    parents[one.child_frame_id()] = one.parent_frame_id();
+  const auto mounted = messages_of<foxglove::FrameTransforms>(folder / "view.mcap", "/tf_static");
+  ASSERT_EQ(mounted.size(), 1u);
+  for (const auto& one : mounted[0].transforms()) parents[one.child_frame_id()] = one.parent_frame_id();
+  const std::map<std::string, std::string> expected{{"antenna", "enu"},     {"body", "enu"},
+                                                    {"head", "body"},       {"lens/left", "head"},
+                                                    {"lens/right", "head"}, {"scanner/laser_front", "body"}};
+  EXPECT_EQ(parents, expected);
+  EXPECT_NEAR(mounted[0].transforms(0).translation().z(), 1.5, 1e-12);
+}
+
+TEST(ViewWriter, DescribesALensInTheReducedImage) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(test::write_sample_view(folder / "view.mcap"));
+  const auto images = messages_of<foxglove::CompressedImage>(folder / "view.mcap", "/image/head");
+  const auto lenses = messages_of<foxglove::CameraCalibration>(folder / "view.mcap", "/camera/right");
+  ASSERT_EQ(lenses.size(), images.size());
+  const auto& right = lenses[0];
+  EXPECT_EQ(right.frame_id(), "lens/right");
+  EXPECT_EQ(right.width(), 320u);
+  EXPECT_EQ(right.height(), 160u);
+  EXPECT_EQ(right.distortion_model(), "kannala_brandt");
+  ASSERT_EQ(right.d_size(), 4);
+  // Two pixels become one. The optical axis is at column 320 + 159.5 of the camera's image, which is the border of its
+  // columns 479 and 480, the border of columns 239 and 240 halved: pixel centres have whole numbers.
+  EXPECT_DOUBLE_EQ(right.k(0), 150);
+  EXPECT_DOUBLE_EQ(right.k(2), 239.5);
+  EXPECT_DOUBLE_EQ(right.k(4), 155);
+  EXPECT_DOUBLE_EQ(right.k(5), 74.5);
+  EXPECT_DOUBLE_EQ(right.p(2), 239.5);
+  EXPECT_EQ(messages_of<foxglove::CameraCalibration>(folder / "view.mcap", "/camera/left").at(0).distortion_model(),
+            "plumb_bob");
 }
 
 TEST(ViewWriter, ShowsImagesAsJpeg) {
