@@ -22,7 +22,7 @@ enum class PacketKind : std::uint8_t {
   Wire = 0,     ///< bytes of a device, exactly as received
   Fault = 1,    ///< the bytes of encode_fault(); made by a reader or by Ingest
   Tick = 2,     ///< the tick of a watchdog; its bytes are those of encode_tick(), or none
-  Command = 3,  ///< an operator's command, UTF-8
+  Command = 3,  ///< an operator's command: the bytes of encode_command()
 };
 
 /// The smallest unit that a transport delivers whole: a datagram, a piece of a byte stream, a camera image, a PPS edge.

@@ -109,8 +109,9 @@ class Health {
   /// Returns the troubles of the drive in the order of their beginnings; those beyond kMostEpisodes are only counted.
   const std::vector<HealthEpisode>& episodes() const { return episodes_; }
   std::uint64_t episodes_not_kept() const { return not_kept_; }
-  double drive_s() const { return to_seconds(active_); }  ///< since the first packet
-  double path_m() const { return path_m_; }               ///< driven so far
+  double drive_s() const { return to_seconds(active_); }           ///< since the first packet
+  double path_m() const { return path_m_; }                        ///< driven so far
+  const std::optional<Geodetic>& place() const { return place_; }  ///< of the last good solution
   /// Returns when the last packet of any sensor came, s after the first packet.
   double last_packet_s() const { return to_seconds(last_any_); }
   /// Returns whether the sensor has ever sent a packet.

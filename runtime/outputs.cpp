@@ -171,6 +171,11 @@ void Outputs::on_health(const HealthChange& change) {
   if (tell_health_) tell_health_(change);
 }
 
+void Outputs::on_command(const OperatorCommand& command) {
+  summary_.on_command(command);
+  log({command.time, storage::ViewWriter::Level::Info, "operator", text(command)});
+}
+
 Status Outputs::finish(const Health* health) {
   if (files_->las && !files_->las_failed) keep("cloud.las", files_->las->close());
   const bool ended_early = std::exchange(is_reserved_, false);

@@ -40,6 +40,7 @@ class Outputs : public ProductSink {
   void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) override;
   void on_fault(const Fault& fault) override;
   void on_health(const HealthChange& change) override;
+  void on_command(const OperatorCommand& command) override;
 
   /// Also gives each change of the health to `tell`, on the thread that writes.
   void tell_health(std::function<void(const HealthChange&)> tell) { tell_health_ = std::move(tell); }
@@ -53,6 +54,7 @@ class Outputs : public ProductSink {
   Status finish(const Health* health = nullptr);
 
   Summary& summary() { return summary_; }
+  const DriveMap& map() const { return map_; }
 
  private:
   struct Files;

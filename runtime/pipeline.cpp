@@ -69,6 +69,14 @@ void Pipeline::process(const Packet& packet) {
   tell_held();
   health_.advance(newest_, synchroniser_.stream_time(), synchroniser_.clock());
   tell_health();
+  if (packet.kind == PacketKind::Command) take_command(packet);
+}
+
+void Pipeline::take_command(const Packet& packet) {
+  Result<DriveCommand> command = decode_command(packet.bytes.bytes());
+  if (!command.ok()) return tell({kSystemSensor, FaultKind::Malformed, packet.received, 1, command.error().message});
+  sink_.on_command(
+      {std::move(*command), health_.drive_s(), health_.path_m(), synchroniser_.stream_time(), health_.place()});
 }
 
 void Pipeline::give(const Fault& fault) {

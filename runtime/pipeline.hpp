@@ -42,8 +42,10 @@ class Pipeline {
   const DecodeCounts* counts(SensorId sensor) const;
   /// Returns what was wrong so far; after flush(), of the whole drive.
   const Health& health() const { return health_; }
+  const sync::Synchroniser& synchroniser() const { return synchroniser_; }
 
  private:
+  void take_command(const Packet& packet);
   void take_fault(const Packet& packet, Decoder* decoder);
   void take_measurements();
   void take_synchronised();

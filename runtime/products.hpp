@@ -4,12 +4,25 @@
 #include <string>
 
 #include "core/coloured_point.hpp"
+#include "core/drive_command.hpp"
 #include "core/measurements.hpp"
 #include "core/stamped.hpp"
 #include "fusion/trajectory.hpp"
 #include "runtime/health.hpp"
 
 namespace hueline::runtime {
+
+/// A command of the operator, with the moment and the place at which it entered the journal.
+struct OperatorCommand {
+  DriveCommand command;
+  double drive_s = 0;             ///< s after the first packet of the recording
+  double path_m = 0;              ///< driven so far
+  std::optional<GpsTime> time;    ///< if GPS time is known
+  std::optional<Geodetic> place;  ///< where the vehicle was, if a good solution came before
+};
+
+/// Returns the command as a line for people: "mark: NOTE", "stop".
+std::string text(const OperatorCommand& command);
 
 /// Receives what leaves the pipeline. The journal alone decides the order. A sink overrides the functions that it
 /// needs. All are called on the pipeline's thread.
@@ -56,6 +69,8 @@ class ProductSink {
   virtual void on_fault(const Fault&) {}
   /// Called with every change of the drive's health.
   virtual void on_health(const HealthChange&) {}
+  /// Called with every command of the operator.
+  virtual void on_command(const OperatorCommand&) {}
 };
 
 }  // namespace hueline::runtime

@@ -83,7 +83,7 @@ Line line_of(const DriveMap::Second& second, bool measures, bool has_cameras, co
   return has_cameras && share < limits.coloured_share ? Line::Colourless : Line::Coloured;
 }
 
-std::string map_svg(const config::Rig& rig, const Verdict& verdict, const DriveMap& map) {
+std::string map_svg(const config::Rig& rig, const Verdict& verdict, const Summary& summary, const DriveMap& map) {
   const auto& seconds = map.seconds();
   const MapFrame frame(seconds);
   if (frame.is_empty()) return "<p>There is no map: no good solution of the POS came.</p>\n";
@@ -133,6 +133,15 @@ std::string map_svg(const config::Rig& rig, const Verdict& verdict, const DriveM
         "y=\"{2:.1f}\">{3}</text></g>\n",
         at.x, at.y, at.y + 4, number);
   }
+  for (std::size_t i = 0; i < summary.marks().size(); ++i) {
+    const OperatorCommand& mark = summary.marks()[i];
+    if (!mark.place) continue;
+    const Place at = frame.pixel(*mark.place);
+    out += fmt::format(
+        "<g class=\"mark\"><path d=\"M{0:.1f} {1:.1f}v-16\"/><rect x=\"{2:.1f}\" y=\"{3:.1f}\" width=\"26\" "
+        "height=\"14\"/><text x=\"{4:.1f}\" y=\"{5:.1f}\">M{6}</text></g>\n",
+        at.x, at.y, at.x - 13, at.y - 30, at.x, at.y - 19, i + 1);
+  }
   // A bar of a round length.
   double bar_m = 1;
   for (const double step : {2.0, 2.5, 2.0, 2.0, 2.5, 2.0, 2.0, 2.5, 2.0, 2.0, 2.5, 2.0, 2.0, 2.5, 2.0})
@@ -146,7 +155,7 @@ std::string map_svg(const config::Rig& rig, const Verdict& verdict, const DriveM
   return out +
          "</svg>\n<p class=\"key\"><i class=\"coloured\"></i>coloured <i class=\"colourless\"></i>too few colours "
          "<i class=\"empty\"></i>no points <i class=\"driven\"></i>driven only <i class=\"weak\"></i>weak GNSS or pose "
-         "&#9312; place of a remark</p>\n";
+         "&#9312; place of a remark; M1 mark of the operator</p>\n";
 }
 
 void row(std::string& out, const char* what, const std::string& value, const std::string& wanted = {}) {
@@ -200,6 +209,25 @@ std::string figures(const config::Rig& rig, const Summary& summary, const DriveM
   return out + "</table>\n";
 }
 
+std::string marks_table(const Summary& summary) {
+  constexpr std::size_t kListed = 40;
+  if (summary.marks().empty()) return {};
+  std::string out = "<h2>Marks of the operator</h2>\n<table>\n";
+  for (std::size_t i = 0; i < summary.marks().size() && i < kListed; ++i) {
+    const OperatorCommand& mark = summary.marks()[i];
+    out += fmt::format("<tr><th>M{}</th><td>{}{}</td><td>{}</td></tr>\n", i + 1,
+                       mark.time ? iso_utc(*mark.time) : fmt::format("{:.1f} s", mark.drive_s),
+                       mark.place ? fmt::format(", {:.6f} {:.6f}", mark.place->latitude * kDegPerRad,
+                                                mark.place->longitude * kDegPerRad)
+                                  : "",
+                       escaped(mark.command.note));
+  }
+  out += "</table>\n";
+  if (summary.marks().size() > kListed)
+    out += fmt::format("<p>{} more are in summary.json.</p>\n", summary.marks().size() - kListed);
+  return out;
+}
+
 constexpr const char* kStyle = R"(
 body{font:14px/1.35 system-ui,sans-serif;color:#111;background:#fff;max-width:760px;margin:16px auto;padding:0 16px}
 h1{font-size:20px;margin:0 0 4px}h2{font-size:15px;margin:12px 0 4px}
@@ -211,6 +239,7 @@ polyline.driven{stroke:#999;stroke-width:2}polyline.coloured{stroke:#12813f}
 polyline.colourless{stroke:#d98200;stroke-dasharray:7 5}polyline.empty{stroke:#c0001c;stroke-dasharray:2 6}
 circle.weak{fill:none;stroke:#1a4fc4;stroke-width:1.2}
 g.place circle{fill:#fff;stroke:#111;stroke-width:1.5}g.place text{font:bold 11px sans-serif;text-anchor:middle}
+g.mark path{stroke:#6a1b9a;stroke-width:2}g.mark rect{fill:#6a1b9a}g.mark text{font:bold 11px sans-serif;fill:#fff;text-anchor:middle}
 path.bar{stroke:#111;stroke-width:3}text.bar{font:12px sans-serif}
 .key i{display:inline-block;width:26px;height:0;border-top:4px solid;vertical-align:middle;margin:0 4px 0 10px}
 .key{font-size:12px;margin:2px 0}
@@ -231,7 +260,7 @@ std::string drive_report(const config::Rig& rig, const Verdict& verdict, const S
       "content=\"width=device-width\"><title>Drive of {0}: {1}</title>\n<style>{2}</style></head>\n<body>\n"
       "<h1>Drive of the rig {0}</h1>\n<p class=\"grade {3}\">{1}</p>\n",
       escaped(rig.name), name(verdict.grade), kStyle, kClasses[static_cast<std::size_t>(verdict.grade)]);
-  out += map_svg(rig, verdict, map);
+  out += map_svg(rig, verdict, summary, map);
   out += "<h2>What to drive again, and remarks</h2>\n";
   if (verdict.remarks.empty()) out += "<p>Nothing: nothing was missing while the vehicle moved.</p>\n";
   if (!verdict.remarks.empty()) out += "<ol>\n";
@@ -250,6 +279,7 @@ std::string drive_report(const config::Rig& rig, const Verdict& verdict, const S
   if (!verdict.remarks.empty()) out += "</ol>\n";
   if (verdict.remarks.size() > kListed)
     out += fmt::format("<p>{} more are in summary.json.</p>\n", verdict.remarks.size() - kListed);
+  out += marks_table(summary);
   out += "<h2>Figures</h2>\n" + figures(rig, summary, map);
   return out +
          "<footer>hueline; the thresholds are the keys <code>health</code> of the rig.</footer>\n</body></html>\n";

@@ -152,6 +152,32 @@ void Summary::on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncSta
   if (changes_.size() < kMostChanges) changes_.push_back({time, clock, state});
 }
 
+void Summary::on_command(const OperatorCommand& command) {
+  if (command.command.kind != DriveCommand::Kind::Mark) return;
+  if (marks_.size() < kMostMarks)
+    marks_.push_back(command);
+  else
+    ++marks_not_kept_;
+}
+
+nlohmann::ordered_json Summary::marks_json() const {
+  auto out = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < marks_.size(); ++i) {
+    const OperatorCommand& mark = marks_[i];
+    nlohmann::ordered_json one = {{"number", i + 1},
+                                  {"drive_s", mark.drive_s},
+                                  {"path_m", mark.path_m},
+                                  {"time", nullptr},
+                                  {"note", mark.command.note}};
+    if (mark.time) one["time"] = iso_utc(*mark.time);
+    if (mark.place)
+      one["place"] = {{"latitude_deg", mark.place->latitude * kDegPerRad},
+                      {"longitude_deg", mark.place->longitude * kDegPerRad}};
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
 void Summary::on_fault(const Fault& fault) {
   Sensor& sensor = sensors_[fault.sensor < sensors_.size() ? fault.sensor : kSystemSensor];
   FaultLine& line = sensor.faults[fault.kind];
@@ -308,6 +334,8 @@ nlohmann::ordered_json Summary::json() const {
     out["drive"]["not_good"]["other"] = other_statuses_.solutions;
     out["drive"]["not_good_s"]["other"] = to_seconds(other_statuses_.lasted);
   }
+  if (!marks_.empty()) out["marks"] = marks_json();
+  if (marks_not_kept_ > 0) out["marks_not_listed"] = marks_not_kept_;
   nlohmann::ordered_json states;
   for (int i = 0; i < kColourStates; ++i)
     if (by_state_[static_cast<std::size_t>(i)])
@@ -384,6 +412,11 @@ std::string Summary::text() const {
             "{:.1f} of {:.1f} s\n",
             way.messages, kind, sensors_[wheels.sensor].name, way.wheels_m, way.compared_wheels_m, way.compared_pos_m,
             way.disagreeing_s, way.compared_s);
+  for (std::size_t i = 0; i < marks_.size(); ++i)
+    out += fmt::format("mark {:5} {} {}\n", i + 1,
+                       marks_[i].time ? iso_utc(*marks_[i].time) : fmt::format("{:.1f} s", marks_[i].drive_s),
+                       marks_[i].command.note);
+  if (marks_not_kept_ > 0) out += fmt::format("           {} later marks are not listed\n", marks_not_kept_);
   for (const auto& change : changes_)
     out += fmt::format("clock      {:24} {} {}\n", change.time ? iso_utc(*change.time) : "without GPS time",
                        change.clock < sensors_.size() ? sensors_[change.clock].name : "?", name(change.state));

@@ -57,8 +57,14 @@ class Summary : public ProductSink {
   void on_solution(const InsSolution& solution) override;
   void on_sync_state(std::optional<GpsTime> time, SensorId clock, SyncState state) override;
   void on_fault(const Fault& fault) override;
+  void on_command(const OperatorCommand& command) override;
 
   std::uint64_t points() const { return points_; }
+  std::uint64_t exposures() const { return exposures_; }
+  double path_m() const { return path_m_; }
+  /// Returns the operator's marks, in order; those beyond kMostMarks are only counted.
+  const std::vector<OperatorCommand>& marks() const { return marks_; }
+  static constexpr std::size_t kMostMarks = 10'000;
   std::uint64_t wire_packets() const;  ///< packets of devices, without faults and ticks
   /// Points with a colour: those of the states Direct and Neighbour.
   std::uint64_t coloured_points() const;
@@ -98,6 +104,7 @@ class Summary : public ProductSink {
     double rms_us() const;
   };
 
+  nlohmann::ordered_json marks_json() const;
   nlohmann::ordered_json episode_json(const HealthEpisode& episode) const;
   /// Returns whether a fault of this sensor may have had a consequence: the sensor had a trouble, or the drive is not
   /// usable.
@@ -144,6 +151,8 @@ class Summary : public ProductSink {
   };
   // Enough for hours with an antenna under trees. A source with wrong data can cause any number of changes.
   static constexpr std::size_t kMostChanges = 10'000;
+  std::vector<OperatorCommand> marks_;
+  std::uint64_t marks_not_kept_ = 0;
   std::vector<Change> changes_;
   std::uint64_t change_count_ = 0;
 };
