@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/mutex.hpp"
@@ -77,6 +78,9 @@ class LiveRun {
   /// Packets that came after the last recorded one and are lost, if the recording failed. Valid after stop().
   std::uint64_t packets_lost_at_the_end() const { return ingest_->next_sequence() - recorder_.end_sequence(); }
   std::size_t waiting_to_be_processed() const { return pipeline_.size(); }
+  /// Return the packets and their bytes that wait for the recorder and for the pipeline. Thread-safe.
+  std::pair<std::size_t, std::size_t> waiting_to_be_recorded() const { return {record_.size(), record_.weight()}; }
+  std::pair<std::size_t, std::size_t> waiting_in_pipeline() const { return {pipeline_.size(), pipeline_.weight()}; }
   const std::vector<std::unique_ptr<Reader>>& readers() const { return readers_; }
 
  private:

@@ -3,17 +3,21 @@
 
 #include <algorithm>
 #include <atomic>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <utility>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/signals.hpp"
+#include "core/feed_protocol.hpp"
 #include "core/mutex.hpp"
 #include "core/standard_streams.hpp"
 #include "drivers/transport/host_clock.hpp"
+#include "runtime/feed.hpp"
 #include "runtime/file_merge.hpp"
 #include "runtime/live_run.hpp"
 #include "runtime/outputs.hpp"
@@ -31,6 +35,7 @@ struct Options {
   double buffer_megabytes = 2048;
   bool ends_when_silent = false;
   bool quiet = false;
+  bool has_no_feed = false;
 };
 
 std::vector<runtime::LiveRun::Source> make_sources(const config::Rig& rig, const BufferPool& pool) {
@@ -318,6 +323,60 @@ int status_of_sources(const runtime::LiveRun& run, const runtime::Summary& summa
   return summary.verdict() && summary.verdict()->grade == runtime::Grade::Again ? kDriveAgain : kDone;
 }
 
+/// Returns what the live feed shows of a running capture. Called on the feed's thread.
+runtime::LiveState live_state(const runtime::LiveRun& run, const runtime::DiskReserve& reserve,
+                              const runtime::LiveRun::Config& limits) {
+  runtime::LiveState live;
+  for (const auto& reader : run.readers()) {
+    const auto counts = run.ingest().counts(reader->sensor());
+    const char* state = reader->state() == runtime::Reader::State::Silent ? "silent" : word(reader->state());
+    live.sensors.push_back({state, counts.shed, counts.refused});
+  }
+  const auto queue = [](const char* name, std::pair<std::size_t, std::size_t> filled,
+                        const runtime::PacketQueue::Limits& most) {
+    const auto share = [](std::size_t part, std::size_t whole) {
+      return static_cast<double>(part) / static_cast<double>(whole);
+    };
+    return runtime::LiveState::Queue{name, filled.first,
+                                     std::max(share(filled.first, most.items), share(filled.second, most.weight))};
+  };
+  live.queues.push_back(queue("record", run.waiting_to_be_recorded(), limits.record_queue));
+  live.queues.push_back(queue("pipeline", run.waiting_in_pipeline(), limits.pipeline_queue));
+  live.recorded_bytes = run.recorded_bytes();
+  live.free_bytes = reserve.free_bytes();
+  return live;
+}
+
+/// The running capture as the feed's thread may reach it: not before it runs, and not after its end. Thread-safe.
+class Reachable {
+ public:
+  void set(runtime::LiveRun* run) {
+    const Lock lock(mutex_);
+    run_ = run;
+  }
+  runtime::LiveState state(const runtime::DiskReserve& reserve, const runtime::LiveRun::Config& limits) {
+    const Lock lock(mutex_);
+    return run_ ? live_state(*run_, reserve, limits) : runtime::LiveState{};
+  }
+  /// Lets a command of the operator enter the journal.
+  Status take(const DriveCommand& command) {
+    const Lock lock(mutex_);
+    if (!run_) return Error{ErrorCode::Unavailable, "the drive is not recorded at this moment"};
+    const bool is_again = command.kind == DriveCommand::Kind::Stop && std::exchange(stops_, true);
+    if (is_again) return {};  // a second signal would end at once
+    if (!run_->ingest().submit(Packet{kSystemSensor, PacketKind::Command, false, 0, drivers::host_now(),
+                                      Buffer::copy_of(encode_command(command))}))
+      return Error{ErrorCode::Exhausted, "the disk is too slow at this moment: try again"};
+    if (command.kind == DriveCommand::Kind::Stop) ::kill(::getpid(), SIGTERM);  // as Ctrl-C does
+    return {};
+  }
+
+ private:
+  Mutex mutex_;
+  runtime::LiveRun* run_ HUELINE_GUARDED_BY(mutex_) = nullptr;
+  bool stops_ HUELINE_GUARDED_BY(mutex_) = false;
+};
+
 int capture(const Options& options) {
   StopSignals signals;  // before any thread
   const config::Rig rig = config::load_rig(options.rig);
@@ -339,16 +398,32 @@ int capture(const Options& options) {
   sink.keep(reserve);
   HealthLines health(rig);
   sink.tell_health([&](const runtime::HealthChange& change) { health.add(change); });
-  runtime::Pipeline pipeline(rig, options.threads, sink);
+  Reachable reachable;
+  const runtime::LiveRun::Config limits = queue_limits(options.buffer_megabytes);
+  std::unique_ptr<runtime::Feed> live;
+  if (!options.has_no_feed) {
+    auto made =
+        runtime::Feed::create(dir / feed::kSocketName, rig, sink,
+                              {.mode = "capture",
+                               .drive = std::filesystem::absolute(dir).lexically_normal().filename().string(),
+                               .live = [&] { return reachable.state(reserve, limits); },
+                               .on_command = [&](const DriveCommand& command) { return reachable.take(command); }});
+    if (made.ok())
+      live = std::move(*made);
+    else
+      log_warning("no live feed: {}; the capture goes on without it", made.error().message);
+  }
+  runtime::Pipeline pipeline(rig, options.threads, live ? static_cast<runtime::ProductSink&>(*live) : sink);
   std::atomic<std::uint64_t> points{0};
   const auto process = [&](const Packet& packet) {
     sink.summary().on_packet(packet);
     pipeline.process(packet);
+    if (live) live->note(packet, pipeline);
     points.store(sink.summary().points(), std::memory_order_relaxed);
   };
   const BufferPool pool(static_cast<std::size_t>(options.buffer_megabytes * 1e6));
   runtime::LiveRun run(make_sources(rig, pool), std::make_unique<storage::JournalWriter>(std::move(*journal)), process,
-                       queue_limits(options.buffer_megabytes));
+                       limits);
   const StopSignals::Duty duty(
       signals, [&] { return run.is_recording_closed(); }, [&] { return last_words(run, recording); });
   log_info("capturing {} into {}; Ctrl-C ends with everything written, a second Ctrl-C ends at once", rig.name,
@@ -357,13 +432,16 @@ int capture(const Options& options) {
     return sensor.device->arrivals() == drivers::Arrivals::Live;
   });
   run.start();
+  reachable.set(&run);
   const bool was_in_place = watch_run({run, reserve, points, health, is_live}, options, signals);
   run.stop(signals.at_once());
+  reachable.set(nullptr);
   health.show([] {});
 
   Ending ending;
   ending.is_cut = run.are_products_cut() || signals.at_once().stop_requested();
   if (!ending.is_cut) pipeline.flush();
+  if (live) live->finish(pipeline);
   pipeline.report(sink.summary());
   log_missing_packets(rig, run, ending.is_cut);
   ending.recorded = recorded_part(run);
@@ -398,6 +476,7 @@ void add_capture(Command& all) {
   command.flag("--until-silent", options->ends_when_silent,
                "end when all devices have been silent or gone for 3 s (for emulated drives)");
   command.flag("--quiet", options->quiet, "print no progress line");
+  command.flag("--no-feed", options->has_no_feed, "make no live feed (the socket `feed` in the drive's folder)");
   command.footer(
       "Faults (a pulled cable, a silent device, lost packets) are recorded, and summed up at the end. The other "
       "devices "

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -10,6 +12,8 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/signals.hpp"
+#include "core/feed_protocol.hpp"
+#include "runtime/feed.hpp"
 #include "runtime/outputs.hpp"
 #include "runtime/pacer.hpp"
 #include "runtime/pipeline.hpp"
@@ -23,6 +27,7 @@ struct Options {
   TrajectoryOptions trajectory;
   double speed = 0;
   int threads = 2;
+  bool has_no_feed = false;
 };
 
 int status_of_verdict(const runtime::Summary& summary) {
@@ -59,7 +64,24 @@ int replay(const Options& options) {
     return outputs.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
   }
   runtime::Outputs& sink = **outputs;
-  runtime::Pipeline pipeline(recording->rig, options.threads, sink, trajectory);
+  std::unique_ptr<runtime::Feed> live;
+  if (!options.has_no_feed) {
+    const std::filesystem::path folder = options.out;
+    auto made = runtime::Feed::create(
+        folder / feed::kSocketName, recording->rig, sink,
+        {.mode = "replay",
+         .drive = std::filesystem::absolute(folder).lexically_normal().filename().string(),
+         .live = {},
+         .on_command = [](const DriveCommand& command) -> Status {
+           if (command.kind == DriveCommand::Kind::Stop) return ::kill(::getpid(), SIGTERM), Status();
+           return Error{ErrorCode::Unsupported, "a replay takes no marks: they belong to the drive's own recording"};
+         }});
+    if (made.ok())
+      live = std::move(*made);
+    else
+      log_warning("no live feed: {}; the replay goes on without it", made.error().message);
+  }
+  runtime::Pipeline pipeline(recording->rig, options.threads, live ? static_cast<runtime::ProductSink&>(*live) : sink, trajectory);
   runtime::Pacer pacer(options.speed);
   bool stopped = false;
   const Status read = recording->for_each([&](const Packet& packet) {
@@ -69,9 +91,11 @@ int replay(const Options& options) {
     if (stopped) return false;
     sink.summary().on_packet(packet);
     pipeline.process(packet);
+    if (live) live->note(packet, pipeline);
     return true;
   });
   pipeline.flush();
+  if (live) live->finish(pipeline);
   pipeline.report(sink.summary());
   if (stopped) sink.summary().on_early_end("stopped before the recording's end");
   const Status finished = sink.finish(&pipeline.health());
@@ -107,6 +131,7 @@ void add_replay(Command& all) {
   command.setting("--speed", options->speed,
                   "1: as fast as it was driven; 0.5: half as fast; 0: as fast as this computer can", {0.0, 1000.0});
   command.setting("--threads", options->threads, "number of colouring threads; it does not change the result", {1, 64});
+  command.flag("--no-feed", options->has_no_feed, "make no live feed (the socket `feed` in the folder of --out)");
   command.option("--rig", options->rig,
                  "rig file to use instead of the recorded one, for a better calibration or another method; its sensors "
                  "must have the same names in the same order");

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct Options {
   std::string rig, disk = ".";
   double seconds = 6, hours = 4;
   int threads = 2;
+  bool is_json = false;
 };
 
 /// A file that is removed with this object.
@@ -87,6 +89,7 @@ int check(const Options& options) {
   StopSignals signals;  // before any thread
   const config::Rig rig = config::load_rig(options.rig);
   std::vector<runtime::Finding> findings = runtime::check_rig(rig);
+  std::vector<nlohmann::ordered_json> present;  // for --json: the sensors that are there
   const bool is_live = std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const config::Sensor& sensor) {
     return sensor.device->arrivals() == drivers::Arrivals::Live;
   });
@@ -131,13 +134,15 @@ int check(const Options& options) {
       const auto counts = run.ingest().counts(sensor.id);
       facts.recorded_bytes_per_s += static_cast<double>(counts.bytes) / seconds;
       if (!pipeline.health().has_come(sensor.id)) {
-        fmt::print("{:10} not there\n", sensor.name);
+        if (!options.is_json) fmt::print("{:10} not there\n", sensor.name);
         findings.push_back({true, sensor.name, heard.why_not(sensor.id), "check power, cable, address and port"});
         continue;
       }
-      fmt::print("{:10} {:8.1f} packets/s {:8.2f} MB/s  {}\n", sensor.name,
-                 static_cast<double>(counts.packets) / seconds, static_cast<double>(counts.bytes) / seconds * 1e-6,
-                 runtime::name(pipeline.health().level(sensor.id)));
+      const std::string heard_of = fmt::format(
+          "{:8.1f} packets/s {:8.2f} MB/s  {}", static_cast<double>(counts.packets) / seconds,
+          static_cast<double>(counts.bytes) / seconds * 1e-6, runtime::name(pipeline.health().level(sensor.id)));
+      if (!options.is_json) fmt::print("{:10} {}\n", sensor.name, heard_of);
+      present.push_back({{"name", sensor.name}, {"state", "ok"}, {"text", heard_of}, {"action", ""}});
     }
     facts.points_per_s = heard.points() / seconds;
     for (auto& finding : runtime::check_sensors(rig, pipeline.health())) findings.push_back(std::move(finding));
@@ -147,6 +152,24 @@ int check(const Options& options) {
 
   std::stable_sort(findings.begin(), findings.end(),
                    [](const runtime::Finding& a, const runtime::Finding& b) { return a.prevents > b.prevents; });
+  if (options.is_json) {
+    nlohmann::ordered_json items = nlohmann::ordered_json::array();
+    bool is_ready = true;
+    for (const runtime::Finding& one : findings) {
+      is_ready = is_ready && !one.prevents;
+      items.push_back({{"name", one.about},
+                       {"state", one.prevents ? "missing" : "remark"},
+                       {"text", one.text},
+                       {"action", one.action}});
+    }
+    // A sensor with a finding is not ok.
+    for (auto& one : present)
+      if (std::none_of(findings.begin(), findings.end(), [&](const auto& found) { return found.about == one["name"]; }))
+        items.push_back(std::move(one));
+    const nlohmann::ordered_json out = {{"rig", rig.name}, {"ready", is_ready}, {"items", items}};
+    fmt::print("{}\n", out.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    return is_ready ? kDone : kNotReady;
+  }
   const auto missing = std::count_if(findings.begin(), findings.end(), [](const auto& one) { return one.prevents; });
   for (const runtime::Finding& one : findings)
     fmt::print("{} {}: {}; {}\n", one.prevents ? "MISSING" : "remark ", one.about, one.text, one.action);
@@ -167,6 +190,7 @@ void add_check(Command& all) {
   command.option("--disk", options->disk, "folder in which the drive will be recorded; it is tried with 64 MB");
   command.setting("--hours", options->hours, "how long the drive will be, for the room on the disk", {0.0, 1000.0});
   command.setting("--seconds", options->seconds, "how long the sensors are listened to", {3.0, 600.0});
+  command.flag("--json", options->is_json, "print the findings as JSON");
   command.footer(
       "Nothing is kept of what the sensors send. The exit status is 0 if the drive may start, and 9 if not.");
   command.reads(options->rig);
