@@ -7,16 +7,20 @@
 #include <cmath>
 #include <map>
 #include <span>
+#include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "apps/simulate/simulated_recording.hpp"
 #include "core/calendar.hpp"
 #include "runtime/outputs.hpp"
 #include "runtime/pipeline.hpp"
+#include "sim/wire/jpeg_planes_encode.hpp"
 #include "sim/wire/timeline.hpp"
 #include "storage/las_reader.hpp"
 #include "tests/apps/program.hpp"
+#include "tests/drivers/ladybug/pgr_writer.hpp"
 #include "tests/drivers/novatel/novatel_encoder.hpp"
 #include "tests/sim/short_drive.hpp"
 #include "tests/support/pcap_writer.hpp"
@@ -374,6 +378,87 @@ TEST(FileRig, SaysWhyNothingIsPlaced) {
   refused(solutions(begin, seconds(5)), said, ", ports: [2400]");
   EXPECT_THAT(said, HasSubstr("laser      no packet came"));
   EXPECT_THAT(said, HasSubstr("there are datagrams to the ports 2368 (293), 8308 (57)"));
+}
+
+/// The drive's exposures in a stream file of a Ladybug, each of one grey that its number gives. The camera's clock is
+/// on UTC but for `error`; its stamp is the end of the exposure.
+void write_pgr_file(const sim::Drive& drive, const std::filesystem::path& file, nanoseconds error) {
+  PgrStream stream;
+  for (const sim::CameraExposure& exposure : drive.exposures) {
+    const std::vector<std::uint8_t> mosaic(144 * 64, static_cast<std::uint8_t>(40 + 6 * exposure.number));
+    sim::JpegPlanesImage image;
+    image.mosaic = mosaic;
+    image.width = 144;
+    image.height = 64;
+    image.sequence = exposure.number;
+    image.quality = 100;
+    const std::int64_t end = exposure.exposure_start_gps_ns + exposure.exposure_ns + error.count();
+    image.unix_us = (end + 315'964'782'000'000'000) / 1000;
+    const auto bytes = sim::encode_jpeg_planes(image);
+    ASSERT_TRUE(bytes.ok());
+    stream.images.push_back(*bytes);
+  }
+  write_file(file, text_of(write_pgr(stream)));
+}
+
+/// A Ladybug's stream file beside the log and the capture file colours the points, each by the exposure of its time:
+/// by the receiver's event marks, which correct the camera's clock, or by the camera's clock alone.
+TEST(FileRig, ALadybugsStreamFileColoursThePoints) {
+  TemporaryFolder dir;
+  sim::Drive drive = drive_of_files();
+  drive.exposures = sim::test::short_drive(kDrive_s).exposures;
+  const auto timeline = sim::build_timeline(drive, {});
+  ASSERT_TRUE(timeline.ok()) << timeline.error().message;
+  write_files(*timeline, dir.path(), std::chrono::hours(3));
+  for (const bool has_marks : {true, false}) {
+    write_pgr_file(drive, dir / "drive-000000.pgr", has_marks ? std::chrono::milliseconds(7) : nanoseconds(0));
+    std::string rig = rig_of_files(dir.path());
+    rig = rig.substr(0, rig.find("colouring:"));
+    rig += fmt::format(
+        "  - {{name: camera, driver: ladybug, file: {}, width: 144, height: 64, pixel_format: BayerRG8, lens_columns: "
+        "3,\n"
+        "     stamp: utc, stamp_event: exposure_end, exposure_us: 2000, event_input: {}}}\n"
+        "head:\n  T_body_head: {{position_m: [0, 0, 2], rotation_deg: [0, 0, 90]}}\n"
+        "  panorama: {{width: 800, height: 400, stitching_radius_m: 20}}\n"
+        "  lenses:\n    - {{name: front, camera: camera, offset_px: [0, 0], width: 48, height: 32, model: brown,\n"
+        "       focal_px: [16, 16], principal_point_px: [23.5, 15.5], distortion: [],\n"
+        "       T_head_lens: {{position_m: [0, 0, 0], rotation_matrix: [0, 0, 1, -1, 0, 0, 0, -1, 0]}}}}\n"
+        "colouring: {{method: lens, choice: nearest, rendering: as_delivered, neighbours: 0}}\n",
+        (dir / "drive-000000.pgr").string(), has_marks ? 1 : 0);
+    write_file(dir / "rig.yaml", rig);
+    const std::string out = has_marks ? "marks" : "clock";
+    // One lens sees a third of the points: the verdict is to drive again.
+    const Ran capture = run({"capture", dir / "rig.yaml", "--out", dir / out, "--quiet"});
+    EXPECT_EQ(capture.status, 8) << capture.said;
+    const auto summary = read_json(dir / out / "summary.json");
+    const auto& timing = summary.at("exposures").at("by_timing");
+    const auto images = drive.exposures.size();
+    EXPECT_EQ(timing.at(has_marks ? "EventMark" : "CameraClock").get<std::size_t>(), images) << timing.dump();
+
+    auto reader = storage::LasReader::open(dir / out / "cloud.las");
+    ASSERT_TRUE(reader.ok());
+    const auto &number = *reader->extra_field("exposure"), &state = *reader->extra_field("colour_state");
+    std::vector<storage::LasPoint> batch;
+    std::uint64_t coloured = 0, wrong_colour = 0, wrong_time = 0;
+    while (reader->next(batch).ok() && !batch.empty())
+      for (const auto& p : batch) {
+        if (storage::LasReader::extra(p, state) > 1) continue;
+        ++coloured;
+        const auto index = static_cast<std::size_t>(storage::LasReader::extra(p, number));
+        ASSERT_LT(index, images);
+        wrong_colour += std::abs(p.red / 257.0 - (40.0 + 6.0 * static_cast<double>(index))) > 3 ? 1U : 0U;
+        const double away_s =
+            1e-9 * static_cast<double>(count_ns(*reader->gps_time(p)) - drive.exposures[index].exposure_start_gps_ns);
+        wrong_time += std::abs(away_s - 0.001) > 0.252 ? 1U : 0U;  // half the interval, and the length of a packet
+      }
+    EXPECT_GT(coloured, 100'000u) << capture.said;
+    EXPECT_EQ(wrong_colour, 0u);
+    EXPECT_EQ(wrong_time, 0u);
+    const Ran replay = run({"replay", dir / out / "drive.mcap", "--out", dir / "again"});
+    EXPECT_EQ(replay.status, 8) << replay.said;
+    for (const char* file : {"cloud.las", "summary.json"})
+      EXPECT_TRUE(contents(dir / out / file) == contents(dir / "again" / file)) << file;
+  }
 }
 
 }  // namespace
