@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "storage/laz_format.hpp"
+
 namespace hueline::storage {
 namespace {
 
@@ -42,8 +44,8 @@ Status LasReader::read_records() {
   Result<LasHeader> header = decode_las_header(head);
   if (!header) return header.error();
   header_ = *header;
-  if (header_.point_format & 0x80)
-    return Error{ErrorCode::Unsupported, "the points are compressed (LAZ): unpack them first"};
+  const bool is_compressed = header_.point_format & kLazFlag;
+  header_.point_format &= static_cast<std::uint8_t>(~kLazFlag);
   if (header_.point_format > kLargestFormat)
     return Error{ErrorCode::Unsupported, "point format " + std::to_string(header_.point_format) + ": 0 to 8 are read"};
   const std::size_t least = las_point_size(header_.point_format);
@@ -51,7 +53,8 @@ Status LasReader::read_records() {
     return Error{ErrorCode::Malformed, "points of " + std::to_string(header_.point_size) + " bytes: format " +
                                            std::to_string(header_.point_format) + " needs " + std::to_string(least)};
   if (header_.point_offset > file_.size()) return Error{ErrorCode::Truncated, "the file ends before its first point"};
-  available_ = std::min(header_.point_count, (file_.size() - header_.point_offset) / header_.point_size);
+  if (!is_compressed)
+    available_ = std::min(header_.point_count, (file_.size() - header_.point_offset) / header_.point_size);
 
   std::uint64_t offset = header_.header_size;
   for (std::uint32_t i = 0; i < header_.vlr_count; ++i) {
@@ -82,6 +85,68 @@ Status LasReader::read_records() {
       std::erase_if(extra_, [&](const auto& f) { return f.offset + size_of(f.type) > header_.point_size; });
     }
     vlrs_.push_back(std::move(vlr));
+  }
+  if (!is_compressed) return {};
+  const auto laz = std::find_if(vlrs_.begin(), vlrs_.end(), [](const LasVlr& v) {
+    return v.user_id == "laszip encoded" && v.record_id == kLazRecord;
+  });
+  if (laz == vlrs_.end())
+    return Error{ErrorCode::Malformed, "the points are compressed, and the LAZ record is missing"};
+  return find_chunks(*laz);
+}
+
+/// Reads where the chunks are: from the table, or from the chunks themselves if the table is not there.
+Status LasReader::find_chunks(const LasVlr& vlr) {
+  const LazRecord kind{header_.point_format, header_.point_size};
+  if (!is_laz_record(kind))
+    return Error{ErrorCode::Unsupported, "compressed points (LAZ) of format " + std::to_string(kind.format) +
+                                             ": 6 to 8 are read; unpack the file first"};
+  const Result<std::uint32_t> chunk_points = read_laz_vlr(as_bytes(vlr.data), kind);
+  if (!chunk_points) return chunk_points.error();
+  chunk_points_ = *chunk_points;
+  const std::uint64_t begin = header_.point_offset + sizeof(std::uint64_t);
+  if (begin > file_.size()) return Error{ErrorCode::Truncated, "the file ends before its first point"};
+  std::uint64_t place = 0;
+  if (Status done = file_.read(header_.point_offset, std::as_writable_bytes(std::span(&place, 1))); !done) return done;
+  const bool has_points = chunk_points_ == kLazVariableChunks;
+  bool is_whole = false;
+  if (place != header_.point_offset && place < file_.size()) {
+    constexpr std::uint64_t kLargestTable = 64 << 20;
+    Bytes bytes(static_cast<std::size_t>(std::min(file_.size() - place, kLargestTable)));
+    if (Status done = file_.read(place, bytes); !done) return done;
+    const auto table = decode_laz_table(bytes, has_points, (file_.size() - begin) / kind.size);
+    std::uint64_t at = begin;
+    is_whole = table.ok();
+    for (std::size_t i = 0; is_whole && i < table->size(); ++i) {
+      const LazChunkSize& size = (*table)[i];
+      is_whole = size.bytes >= kind.size && size.bytes <= file_.size() - at;
+      if (!is_whole) break;
+      chunks_.push_back({at, size.bytes, available_, has_points ? size.points : chunk_points_});
+      at += size.bytes;
+      available_ += chunks_.back().points;
+    }
+    // The last chunk of equal ones may be smaller; the header's count says it. While the file was written, only whole
+    // chunks were counted.
+    is_whole = is_whole && available_ >= header_.point_count;
+  }
+  if (!is_whole)
+    if (Status walked = walk_chunks(begin); !walked) return walked;
+  available_ = std::min(available_, header_.point_count);
+  return {};
+}
+
+Status LasReader::walk_chunks(std::uint64_t at) {
+  const LazRecord kind{header_.point_format, header_.point_size};
+  Bytes head(laz_chunk_head(kind));
+  chunks_.clear();
+  available_ = 0;
+  while (available_ < header_.point_count && at + head.size() <= file_.size()) {
+    if (Status done = file_.read(at, head); !done) return done;
+    const LazChunkSize size = measure_laz_chunk(head, kind);
+    if (size.points == 0 || size.points > chunk_points_ || size.bytes > file_.size() - at) break;
+    chunks_.push_back({at, size.bytes, available_, size.points});
+    at += size.bytes;
+    available_ += size.points;
   }
   return {};
 }
@@ -167,6 +232,46 @@ void LasReader::decode(ByteView r, LasPoint& p) const {
   }
 }
 
+/// Puts the next `count` records, which the file has, into the buffer.
+Status LasReader::fill(std::size_t count) {
+  buffer_.resize(count * header_.point_size);
+  if (is_compressed()) return fill_from_chunks(count);
+  return file_.read(header_.point_offset + read_ * header_.point_size, buffer_);
+}
+
+Status LasReader::fill_from_chunks(std::size_t count) {
+  const LazRecord kind{header_.point_format, header_.point_size};
+  for (std::size_t done = 0; done < count;) {
+    const std::uint64_t number = read_ + done;
+    const auto after =
+        std::upper_bound(chunks_.begin(), chunks_.end(), number, [](auto n, const Chunk& c) { return n < c.first; });
+    const auto index = static_cast<std::size_t>(after - chunks_.begin()) - 1;
+    const Chunk& chunk = chunks_[index];
+    if (unpacked_ != index) {
+      unpacked_.reset();
+      packed_.resize(static_cast<std::size_t>(chunk.bytes));
+      Status read = file_.read(chunk.offset, packed_);
+      if (read) read = decode_laz_chunk(packed_, kind, chunk.points, unpacked_records_);
+      if (!read) {
+        Error error = read.error();
+        if (error.code != ErrorCode::Io)
+          error.message = file_.path().string() + ": chunk " + std::to_string(index) + " at byte " +
+                          std::to_string(chunk.offset) + ": " + error.message;
+        return error;
+      }
+      unpacked_ = index;
+    }
+    const std::size_t skip = static_cast<std::size_t>(number - chunk.first) * kind.size;
+    if (skip >= unpacked_records_.size())
+      return Error{ErrorCode::Malformed, file_.path().string() + ": chunk " + std::to_string(index) +
+                                             " has fewer points than the table of chunks counts"};
+    const std::size_t bytes = std::min(unpacked_records_.size() - skip, (count - done) * kind.size);
+    std::memcpy(buffer_.data() + done * kind.size, unpacked_records_.data() + skip, bytes);
+    done += bytes / kind.size;
+  }
+  return {};
+}
+
 Status LasReader::next(std::vector<LasPoint>& out, std::size_t most) {
   const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(most, available_ - read_));
   out.clear();
@@ -176,8 +281,7 @@ Status LasReader::next(std::vector<LasPoint>& out, std::size_t most) {
                                            ": it holds " + std::to_string(available_) + " of the " +
                                            std::to_string(header_.point_count) + " points that its header counts"};
   }
-  buffer_.resize(count * header_.point_size);
-  if (Status done = file_.read(header_.point_offset + read_ * header_.point_size, buffer_); !done) return done;
+  if (Status done = fill(count); !done) return done;
   read_ += count;
   out.resize(count);
   for (std::size_t i = 0; i < count; ++i)

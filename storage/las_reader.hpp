@@ -22,12 +22,14 @@ struct LasPoint {
   ByteView record;                             ///< the stored bytes; valid until the next call of next()
 };
 
-/// Streams the points of a LAS 1.0 to 1.4 file, point formats 0 to 8. Move-only.
+/// Streams the points of a LAS 1.0 to 1.4 file, point formats 0 to 8, and of a LAZ 1.4 file, point formats 6 to 8.
+/// If the table of a LAZ file's chunks is missing, because the file was cut, the chunks are found one after another, up
+/// to the last whole one. Memory: one chunk. Move-only.
 /// Thread safety: none; one thread calls all functions.
 class LasReader {
  public:
   /// Opens the file and reads its header and records. Errors: Io; Malformed; Truncated (inside the header); Unsupported
-  /// (compressed LAZ, other point formats).
+  /// (other point formats, other kinds of LAZ).
   static Result<LasReader> open(const std::filesystem::path& path);
 
   const LasHeader& header() const { return header_; }
@@ -53,10 +55,16 @@ class LasReader {
   Status next(std::vector<LasPoint>& out, std::size_t most = 65536);
   /// Begins again at the first point.
   void rewind() { read_ = 0; }
+  /// Returns whether the points are compressed.
+  bool is_compressed() const { return chunk_points_ != 0; }
 
  private:
   explicit LasReader(InputFile file) : file_(std::move(file)) {}
   Status read_records();
+  Status find_chunks(const LasVlr& vlr);
+  Status walk_chunks(std::uint64_t at);
+  Status fill(std::size_t count);
+  Status fill_from_chunks(std::size_t count);
   void decode(ByteView record, LasPoint& point) const;
 
   InputFile file_;
@@ -65,6 +73,16 @@ class LasReader {
   std::vector<LasExtraField> extra_;
   std::uint64_t read_ = 0, available_ = 0;
   Bytes buffer_;
+
+  /// A chunk of a LAZ file.
+  struct Chunk {
+    std::uint64_t offset = 0, bytes = 0, first = 0;  // in the file; number of its first point
+    std::uint32_t points = 0;
+  };
+  std::uint32_t chunk_points_ = 0;  // 0: the file is not compressed
+  std::vector<Chunk> chunks_;
+  std::optional<std::size_t> unpacked_;  // the chunk whose records are in `unpacked_records_`
+  Bytes packed_, unpacked_records_;
 };
 
 }  // namespace hueline::storage

@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <future>
 #include <limits>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "storage/laz_format.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -14,7 +18,12 @@ constexpr double kStep = 0.001;       // m
 constexpr double kOffsetStep = 1000;  // offsets are whole kilometres, so that the numbers in the header are short
 constexpr int kFormat = 7;
 
-constexpr std::size_t kBuffered = 16384;  // points in one write
+constexpr std::size_t kBuffered = 16384;  // points in one write of LAS
+
+/// The record that holds the table of a LAZ file while it is written, and the bytes of each of its two places.
+constexpr const char* kTableUser = "hueline";
+constexpr std::uint16_t kTableRecord = 1;
+constexpr std::size_t kTableRoom = 32'760;
 
 int day_of_year(const UtcTime& utc) {
   using namespace std::chrono;
@@ -26,12 +35,29 @@ double decimal_year(const UtcTime& utc) { return utc.year + (day_of_year(utc) - 
 
 }  // namespace
 
+/// What a LAZ file needs besides the header: chunks that are being compressed, and the table of those in the file.
+struct LasWriter::Compression {
+  struct Chunk {
+    std::future<Result<Bytes>> bytes;
+    Tally tally;  // of all points up to this chunk's end
+    std::uint32_t points = 0;
+  };
+  LazRecord kind;
+  std::deque<Chunk> chunks;  // in the order of the file
+  std::vector<LazChunkSize> table;
+  std::uint64_t room = 0;  // where the first place for the table begins; 0: there is none
+  bool second_place = false;
+};
+
+LasWriter::LasWriter(LasWriter&&) noexcept = default;
+
 std::string LasWriter::Config::validate() const {
   if (KeyError wrong = map.validate(); !wrong.empty()) return wrong;
   if (!from_utc(created)) return "created must be a date since 1980-01-06";
   if (system_identifier.size() > 32) return "system_identifier must have at most 32 bytes";
   if (generating_software.size() > 32) return "generating_software must have at most 32 bytes";
   if (header_every == 0) return "header_every must be at least 1";
+  if (threads < 1) return "threads must be at least 1";
   return {};
 }
 
@@ -70,19 +96,35 @@ Status LasWriter::start(const std::vector<LasExtraField>& extra) {
   header_.creation_day = day_of_year(config_.created);
   header_.header_size = kLasHeaderSize14;
   header_.vlr_count = 2;
-  header_.point_offset = static_cast<std::uint32_t>(kLasHeaderSize14 + records.size());
   header_.point_format = kFormat;
   std::size_t size = las_point_size(kFormat);
   for (const LasExtraField& field : extra) size += size_of(field.type);
   header_.point_size = static_cast<std::uint16_t>(size);
-  buffer_.resize(kBuffered * size);
+  buffer_.resize((config_.compress ? kLazChunkPoints : kBuffered) * size);
+  if (config_.compress) {
+    laz_ = std::make_unique<Compression>();
+    laz_->kind = {kFormat, size};
+    header_.point_format |= kLazFlag;
+    append_vlr(records, laz_vlr(laz_->kind, kLazChunkPoints));
+    ++header_.vlr_count;
+    if (config_.header_every != Config::kOnlyAtTheEnd) {
+      laz_->room = kLasHeaderSize14 + records.size() + kLasVlrHead;
+      append_vlr(records, {kTableUser, kTableRecord, "chunk table until the end", std::string(2 * kTableRoom, '\0')});
+      ++header_.vlr_count;
+    }
+  }
+  header_.point_offset = static_cast<std::uint32_t>(kLasHeaderSize14 + records.size());
   header_.scale.fill(kStep);
   const Eigen::Vector3d origin = projection_.project(0, 0, 0);
   for (std::size_t k = 0; k < 2; ++k)
     header_.offset[k] = std::floor(origin[static_cast<Eigen::Index>(k)] / kOffsetStep) * kOffsetStep;
+  // Before the chunks of a LAZ file stands where its table is. That it is in this very place means that there is none
+  // yet; programs then read the chunks one after another.
+  if (laz_) storage::append(records, std::uint64_t{header_.point_offset});
   const Bytes head = encode_las_header(header_);
   const ByteView pieces[] = {head, records};
-  return file_.write(pieces);
+  if (Status written = file_.write(pieces); !written) return written;
+  return laz_ && laz_->room ? write_table(false) : Status{};
 }
 
 /// Encodes the point into the buffer and counts it. Returns where its extra bytes begin, or null for a point that is
@@ -143,20 +185,73 @@ Status LasWriter::keep_header() {
   return flush();
 }
 
+/// Passes on the points in the buffer: to the file, or to a thread that compresses them.
 Status LasWriter::write_points() {
   if (error_) return *error_;
+  if (!laz_) return write_records(ByteView(buffer_.data(), std::exchange(used_, 0)), tally_);
+  while (laz_->chunks.size() >= static_cast<std::size_t>(config_.threads))
+    if (Status written = write_chunk(); !written) return written;
+  submit_chunk();
+  return {};
+}
+
+void LasWriter::submit_chunk() {
+  if (used_ == 0) return;
+  Bytes records(buffer_.size());
+  records.swap(buffer_);
+  records.resize(std::exchange(used_, 0));
+  const auto points = static_cast<std::uint32_t>(records.size() / header_.point_size);
+  // Where no thread can be had, the chunk is compressed when it is written.
+  const auto where = config_.threads == 1 ? std::launch::deferred : std::launch::async | std::launch::deferred;
+  laz_->chunks.push_back(
+      {std::async(where, [records = std::move(records), kind = laz_->kind] { return encode_laz_chunk(records, kind); }),
+       tally_, points});
+}
+
+/// Writes the oldest chunk that is being compressed, and waits for it if necessary.
+Status LasWriter::write_chunk() {
+  Compression::Chunk chunk = std::move(laz_->chunks.front());
+  laz_->chunks.pop_front();
+  const Result<Bytes> bytes = chunk.bytes.get();
+  const Status written = bytes ? write_records(*bytes, chunk.tally) : fail(bytes.error());
+  if (written) laz_->table.push_back({bytes->size(), chunk.points});
+  return written;
+}
+
+/// Writes bytes that hold all points up to `tally` that are not in the file yet.
+Status LasWriter::write_records(ByteView records, const Tally& tally) {
   const std::uint64_t whole = file_.size();
-  const Status written = file_.write(ByteView(buffer_.data(), used_));
-  used_ = 0;
+  const Status written = file_.write(records);
   if (written) {
-    in_file_ = tally_;
+    in_file_ = tally;
     return {};
   }
-  error_ = written.error();
+  (void)fail(written.error());
+  // The part that is in the file stays readable.
+  if (file_.cut_back(whole) && (!laz_ || write_table(laz_->room == 0))) (void)write_header();
+  return written;
+}
+
+/// Remembers the error. The points that are not in the file yet will not come there any more.
+Status LasWriter::fail(Error error) {
+  error_ = std::move(error);
   counts_.lost += tally_.points - in_file_.points;
   counts_.written = in_file_.points;
-  if (file_.cut_back(whole)) (void)write_header();  // the part that is in the file stays readable
-  return written;
+  return *error_;
+}
+
+Status LasWriter::write_table(bool at_end) {
+  const Bytes table = encode_laz_table(laz_->table, false);
+  std::uint64_t place = file_.size();
+  if (at_end) {
+    if (Status written = file_.write(table); !written) return written;
+  } else {
+    if (table.size() > kTableRoom) return {};  // the table of before stays
+    place = laz_->room + (laz_->second_place ? kTableRoom : 0);
+    laz_->second_place = !laz_->second_place;
+    if (Status written = file_.overwrite(place, table); !written) return written;
+  }
+  return file_.overwrite(header_.point_offset, std::as_bytes(std::span(&place, 1)));
 }
 
 Status LasWriter::write_header() {
@@ -170,15 +265,24 @@ Status LasWriter::write_header() {
 }
 
 Status LasWriter::flush() {
-  if (Status written = write_points(); !written) return written;
-  Status counted = write_header();
-  if (!counted) error_ = counted.error();
-  return counted;
+  if (error_) return *error_;
+  Status done;
+  if (laz_) {
+    while (done && !laz_->chunks.empty()) done = write_chunk();
+    if (done && laz_->room) done = write_table(false);
+  } else {
+    done = write_points();
+  }
+  if (done) done = write_header();
+  if (!done && !error_) error_ = done.error();
+  return done;
 }
 
 Status LasWriter::close() {
   if (!file_.is_open()) return Error{ErrorCode::Invalid, path().string() + " is closed"};
-  const Status flushed = flush();
+  if (laz_ && !error_) submit_chunk();
+  Status flushed = flush();
+  if (flushed && laz_) flushed = write_table(true);
   const Status closed = file_.close();
   return flushed ? closed : flushed;
 }

@@ -10,22 +10,30 @@
 
 namespace hueline::storage {
 
-/// Writes the coloured cloud as LAS 1.4, point format 7: adjusted standard GPS time, steps of 1 mm, CRS as OGC WKT,
-/// 8-bit colours times 257, and extra bytes as the list of point fields says (core/point_fields.hpp). Reads no clock:
-/// the same blocks give the same bytes.
+/// Writes the coloured cloud as LAS or LAZ 1.4, point format 7: adjusted standard GPS time, steps of 1 mm, CRS as OGC
+/// WKT, 8-bit colours times 257, and extra bytes as the list of point fields says (core/point_fields.hpp). Reads no
+/// clock: the same blocks give the same bytes.
 ///
 /// The header is updated every `header_every` points and by flush(), so a killed program leaves a file that can be read
-/// up to that update. The first failed write is remembered and returned by all later calls. The file then ends with its
+/// up to that update. The chunks of a LAZ file need their table for that, which belongs behind the last of them: until
+/// close() the table of the chunks so far is in a record of its own before the points, in two places by turns, so that
+/// a whole one is there at any moment. It has room for some 800 million points; LasReader finds the chunks behind
+/// these too.
+///
+/// The first failed write is remembered and returned by all later calls. The file then ends with its
 /// last whole write, and its header fits that.
-/// Thread safety: none; one thread calls all functions.
+/// Thread safety: none; one thread calls all functions. Threads of its own compress while it continues.
 class LasWriter {
  public:
   struct Config {
+    static constexpr std::uint64_t kOnlyAtTheEnd = 0xFFFFFFFFFFFFFFFF;  ///< for header_every
     MapConfig map;      ///< of the cloud; its epoch 0 is that of `created`
     UtcTime created{};  ///< creation date in the header; the date of the drive, not that of the clock
     std::string system_identifier = "hueline";    ///< in the LAS header, at most 32 bytes
     std::string generating_software = "hueline";  ///< in the LAS header, at most 32 bytes
     std::uint64_t header_every = 1'000'000;       ///< points between two updates of the header
+    bool compress = false;                        ///< LAZ instead of LAS
+    int threads = 1;                              ///< that compress; they do not change the bytes
     IfExists if_exists = IfExists::Replace;
     std::string validate() const;
   };
@@ -43,7 +51,7 @@ class LasWriter {
   static Result<LasWriter> create(const std::filesystem::path& path, const Geodetic& origin, const Config& config) {
     return create(path, origin, config, las_extra_fields<Fields>());
   }
-  LasWriter(LasWriter&&) noexcept = default;
+  LasWriter(LasWriter&&) noexcept;
   LasWriter& operator=(LasWriter&&) = delete;
   /// Closes the file if close() was not called. Errors are then not reported.
   ~LasWriter();
@@ -54,7 +62,8 @@ class LasWriter {
   /// for another list.
   template <const auto& Fields, class Point>
   Status append(const Geodetic& origin, std::span<const Point> points);
-  /// Hands all points so far to the kernel, together with the header that counts them.
+  /// Hands all points so far to the kernel, together with the header that counts them; of a LAZ file those of the
+  /// chunks that are full.
   Status flush();
   /// Does what flush() does, writes everything to the medium and closes the file.
   Status close();
@@ -70,7 +79,14 @@ class LasWriter {
   LasWriter(FileWriter file, Projection projection, const Config& config);
   Status start(const std::vector<LasExtraField>& extra);
   Status check(const Geodetic& origin, std::size_t extra_size) const;
+  struct Compression;
+  struct Tally;
   Status write_points();
+  Status write_records(ByteView records, const Tally& tally);
+  Status fail(Error error);
+  Status write_chunk();
+  Status write_table(bool at_end);
+  void submit_chunk();
   Status write_header();
   Status keep_header();
   std::byte* encode(const ColouredPoint& point);
@@ -88,6 +104,7 @@ class LasWriter {
   };
   Tally tally_, in_file_;
   std::optional<Error> error_;
+  std::unique_ptr<Compression> laz_;  // null for LAS
   Bytes buffer_;
   std::size_t used_ = 0;
   std::uint64_t next_header_ = 0;

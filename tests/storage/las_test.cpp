@@ -305,7 +305,7 @@ TEST(LasReader, RefusesWhatItCannotRead) {
   bytes[104] = static_cast<char>(7 | 0x80);
   test::write_file(folder / "laz.las", bytes);
   const auto laz = LasReader::open(folder / "laz.las");
-  EXPECT_EQ(laz.error().code, ErrorCode::Unsupported);
+  EXPECT_EQ(laz.error().code, ErrorCode::Malformed);
   EXPECT_NE(laz.error().message.find("LAZ"), std::string::npos);
 }
 

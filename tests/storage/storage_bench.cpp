@@ -11,6 +11,7 @@
 
 #include "storage/journal_reader.hpp"
 #include "storage/journal_writer.hpp"
+#include "storage/las_reader.hpp"
 #include "storage/las_writer.hpp"
 #include "tests/storage/sample_cloud.hpp"
 #include "tests/storage/sample_packets.hpp"
@@ -179,5 +180,45 @@ void las_against_memory_copy(benchmark::State& state) {
   state.counters["per_copy"] = writing / copying;
 }
 BENCHMARK(las_against_memory_copy)->UseManualTime()->Iterations(test::sized(5, 1))->Unit(benchmark::kMillisecond);
+
+/// The same with LAZ, once with one thread that compresses and once with two. space: bytes of the file divided by those
+/// of LAS.
+void laz_against_memory_copy(benchmark::State& state) {
+  const CloudBlock cloud = test::sample_cloud(test::sized(2'000'000, 120'000));
+  std::vector<ColouredPoint> copy(cloud.points.size());
+  const auto path = file(".laz");
+  double copying = 0, writing = 0;
+  for (auto _ : state) {
+    auto start = Clock::now();
+    std::memcpy(static_cast<void*>(copy.data()), cloud.points.data(), cloud.points.size() * sizeof(ColouredPoint));
+    benchmark::ClobberMemory();
+    copying += seconds(start);
+    start = Clock::now();
+    LasWriter::Config config;
+    config.compress = true;
+    config.threads = static_cast<int>(state.range(0));
+    auto writer = LasWriter::create(path, cloud.origin, config);
+    if (!writer) throw std::runtime_error(writer.error().message);
+    if (!writer->append(cloud) || !writer->close()) throw std::runtime_error("append");
+    const double took = seconds(start);
+    writing += took;
+    state.SetIterationTime(took);
+  }
+  std::uint64_t points = 0;
+  auto reader = LasReader::open(path);
+  for (std::vector<LasPoint> read; reader && reader->next(read) && !read.empty();) points += read.size();
+  test::expect(state, points == cloud.points.size(), "every point is written");
+  state.counters["space"] =
+      static_cast<double>(std::filesystem::file_size(path)) / static_cast<double>(points * reader->header().point_size);
+  std::filesystem::remove(path);
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(cloud.points.size()));
+  state.counters["per_copy"] = writing / copying;
+}
+BENCHMARK(laz_against_memory_copy)
+    ->Arg(1)
+    ->Arg(2)
+    ->UseManualTime()
+    ->Iterations(test::sized(3, 1))
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -50,10 +50,23 @@ bool write_recordings(const std::filesystem::path& folder) {
   return json.good();
 }
 
+/// Writes the cloud as LAZ: in one piece, and as a program does that may be killed.
+bool write_laz(const std::filesystem::path& folder, const CloudBlock& cloud, LasWriter::Config config) {
+  config.compress = true;
+  for (const char* name : {"cloud.laz", "cloud_live.laz"}) {
+    config.header_every = name == std::string_view("cloud.laz") ? LasWriter::Config::kOnlyAtTheEnd : 50'000;
+    auto writer = LasWriter::create(folder / name, cloud.origin, config);
+    if (!writer) return !failed(writer.error());
+    if (failed(writer->append(cloud)) || failed(writer->close())) return false;
+  }
+  return true;
+}
+
 bool write_cloud(const std::filesystem::path& folder) {
-  const CloudBlock cloud = test::sample_cloud(20'000);
+  const CloudBlock cloud = test::sample_cloud(60'000);
   LasWriter::Config config;
   config.created = {2026, 3, 1, 12, 0, 0, 0};
+  if (!write_laz(folder, cloud, config)) return false;
   auto writer = LasWriter::create(folder / "cloud.las", cloud.origin, config);
   if (!writer) return !failed(writer.error());
   if (failed(writer->append(cloud)) || failed(writer->close())) return false;

@@ -1,0 +1,112 @@
+#include "storage/laz_format.hpp"
+
+#include <array>
+#include <string>
+
+#include "storage/arithmetic_coder.hpp"
+
+namespace hueline::storage {
+namespace {
+
+constexpr std::uint16_t kLayeredChunks = 3, kArithmetic = 0, kItemVersion = 3;
+/// Numbers of the items of a record.
+enum Item : std::uint16_t { kPoint14Item = 10, kRgb14Item = 11, kRgbNir14Item = 12, kByte14Item = 14 };
+
+struct ItemSize {
+  Item item;
+  std::size_t size;
+};
+std::vector<ItemSize> items_of(const LazRecord& kind) {
+  std::vector<ItemSize> items{{kPoint14Item, 30}};
+  if (kind.format == 7) items.push_back({kRgb14Item, 6});
+  if (kind.format == 8) items.push_back({kRgbNir14Item, 8});
+  if (const std::size_t extra = kind.size - las_point_size(kind.format); extra > 0)
+    items.push_back({kByte14Item, extra});
+  return items;
+}
+
+/// Codes the entries of a table, each as the difference to the one before.
+template <class Coder>
+void code_table(Coder& coder, std::vector<LazChunkSize>& chunks, bool has_points) {
+  IntegerModel model(32, 2);
+  LazChunkSize last;
+  const auto code = [&](std::uint64_t before, std::uint64_t value, std::size_t context) {
+    return static_cast<std::uint32_t>(
+        model.code(coder, static_cast<std::int32_t>(before), static_cast<std::int32_t>(value), context));
+  };
+  for (LazChunkSize& chunk : chunks) {
+    if (has_points) chunk.points = code(last.points, chunk.points, 0);
+    chunk.bytes = code(last.bytes, chunk.bytes, 1);
+    last = chunk;
+  }
+}
+
+}  // namespace
+
+LasVlr laz_vlr(const LazRecord& kind, std::uint32_t chunk_points) {
+  Bytes data;
+  append(data, kLayeredChunks);
+  append(data, kArithmetic);
+  append(data, std::uint8_t{3}), append(data, std::uint8_t{4});  // version of the format: 3.4
+  append(data, std::uint16_t{0});
+  append(data, std::uint32_t{0});  // options
+  append(data, chunk_points);
+  append(data, std::int64_t{-1}), append(data, std::int64_t{-1});  // special records behind the points: none
+  const std::vector<ItemSize> items = items_of(kind);
+  append(data, static_cast<std::uint16_t>(items.size()));
+  for (const ItemSize& item : items) {
+    append(data, static_cast<std::uint16_t>(item.item));
+    append(data, static_cast<std::uint16_t>(item.size));
+    append(data, kItemVersion);
+  }
+  return {"laszip encoded", kLazRecord, "compression of the points",
+          std::string(reinterpret_cast<const char*>(data.data()), data.size())};
+}
+
+Result<std::uint32_t> read_laz_vlr(ByteView data, const LazRecord& kind) {
+  ByteReader in(data);
+  const auto compressor = in.take<std::uint16_t>(), coder = in.take<std::uint16_t>();
+  in.take_bytes(1 + 1 + 2 + 4);
+  const auto chunk_points = in.take<std::uint32_t>();
+  in.take_bytes(8 + 8);
+  const auto count = in.take<std::uint16_t>();
+  if (compressor != kLayeredChunks || coder != kArithmetic)
+    return Error{ErrorCode::Unsupported, "LAZ with compressor " + std::to_string(compressor) +
+                                             ": layered chunks of LAS 1.4 (3) are read; unpack the file first"};
+  const std::vector<ItemSize> items = items_of(kind);
+  bool fits = count == items.size();
+  for (std::size_t i = 0; i < count && fits; ++i) {
+    const auto item = in.take<std::uint16_t>(), size = in.take<std::uint16_t>(), version = in.take<std::uint16_t>();
+    fits = item == items[i].item && size == items[i].size && (version == 3 || version == 4);
+  }
+  if (!in.ok() || !fits || chunk_points == 0)
+    return Error{ErrorCode::Malformed, "the LAZ record does not describe the points that the header describes"};
+  return chunk_points;
+}
+
+Bytes encode_laz_table(const std::vector<LazChunkSize>& chunks, bool has_points) {
+  Bytes out;
+  append(out, std::uint32_t{0});  // version
+  append(out, static_cast<std::uint32_t>(chunks.size()));
+  if (chunks.empty()) return out;
+  ArithmeticEncoder coder;
+  std::vector<LazChunkSize> entries = chunks;
+  code_table(coder, entries, has_points);
+  append(out, coder.finish());
+  return out;
+}
+
+Result<std::vector<LazChunkSize>> decode_laz_table(ByteView bytes, bool has_points, std::uint64_t most) {
+  ByteReader in(bytes);
+  const auto version = in.take<std::uint32_t>(), count = in.take<std::uint32_t>();
+  if (!in.ok() || version != 0 || count > most)
+    return Error{ErrorCode::Malformed, "the table of the compressed chunks is damaged"};
+  std::vector<LazChunkSize> chunks(count);
+  if (count == 0) return chunks;
+  ArithmeticDecoder coder(in.take_bytes(in.remaining()));
+  code_table(coder, chunks, has_points);
+  if (coder.passed_end()) return Error{ErrorCode::Malformed, "the table of the compressed chunks is damaged"};
+  return chunks;
+}
+
+}  // namespace hueline::storage

@@ -1,0 +1,265 @@
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <random>
+
+#include "storage/las_reader.hpp"
+#include "storage/las_writer.hpp"
+#include "storage/laz_chunk.hpp"
+#include "storage/laz_format.hpp"
+#include "tests/storage/sample_cloud.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace hueline::storage {
+namespace {
+
+using test::sample_cloud;
+using test::sample_origin;
+using test::TemporaryFolder;
+
+LasWriter::Config compressed(int threads = 1, std::uint64_t header_every = 1'000'000) {
+  LasWriter::Config config;
+  config.created = {2026, 3, 1, 12, 0, 0, 0};
+  config.compress = true;
+  config.threads = threads;
+  config.header_every = header_every;
+  return config;
+}
+
+void write_cloud(const std::filesystem::path& path, const CloudBlock& cloud, const LasWriter::Config& config) {
+  auto writer = LasWriter::create(path, sample_origin(), config);
+  ASSERT_TRUE(writer) << writer.error().message;
+  ASSERT_TRUE(writer->append(cloud));
+  ASSERT_TRUE(writer->close());
+  EXPECT_EQ(writer->counts().written, cloud.points.size());
+}
+
+Bytes contents(const std::filesystem::path& path) {
+  Bytes bytes(std::filesystem::file_size(path));
+  std::ifstream(path, std::ios::binary)
+      .read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  return bytes;
+}
+
+/// Returns the records of all points that can be read, and how the reading ended.
+Bytes records_of(const std::filesystem::path& path, Status& end, std::size_t step = 65536) {
+  Bytes out;
+  auto reader = LasReader::open(path);
+  end = reader ? Status{} : Status{reader.error()};
+  std::vector<LasPoint> points;
+  while (end) {
+    end = reader->next(points, step);
+    if (points.empty()) break;
+    for (const LasPoint& point : points) append(out, point.record);
+  }
+  return out;
+}
+Bytes records_of(const std::filesystem::path& path) {
+  Status end;
+  Bytes records = records_of(path, end);
+  EXPECT_TRUE(end) << end.error().message;
+  return records;
+}
+
+/// Records in which every field takes ordinary and rare values, with jumps, also of the times.
+Bytes wild_records(const LazRecord& kind, std::size_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  const auto often = [&](unsigned one_in) { return random() % one_in == 0; };
+  Bytes records(count * kind.size);
+  double time = 1e8;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::span<std::byte> r = std::span(records).subspan(i * kind.size, kind.size);
+    const auto n = static_cast<double>(i);
+    put(r, 0, often(900) ? static_cast<std::int32_t>(random()) : static_cast<std::int32_t>(1e5 * std::sin(n * 0.01)));
+    put(r, 4, often(900) ? INT32_MIN : static_cast<std::int32_t>(3e5 * std::cos(n * 0.003) + random() % 9));
+    put(r, 8, static_cast<std::int32_t>(random() % 5000) - 2500);
+    put(r, 12, static_cast<std::uint16_t>(random() % 256 * 257));
+    const unsigned returns = 1 + static_cast<unsigned>(random()) % 5;
+    const unsigned usual = (1 + static_cast<unsigned>(random()) % returns) | returns << 4;
+    put(r, 14, static_cast<std::uint8_t>(often(50) ? random() : usual));
+    put(r, 15, static_cast<std::uint8_t>(0x10 | (often(9) ? random() & 0xCF : 0)));
+    put(r, 16, static_cast<std::uint8_t>(often(40) ? random() : random() % 7));
+    put(r, 17, static_cast<std::uint8_t>(random() % 3 * 80));
+    put(r, 18, static_cast<std::int16_t>(often(3) ? random() : 100));
+    put(r, 20, static_cast<std::uint16_t>(often(20) ? random() : 1 + random() % 3));
+    if (often(2)) time += 55.296e-6 * (often(5) ? static_cast<double>(random() % 700) - 30 : 1);
+    put(r, 22, often(300) ? std::bit_cast<double>(std::uint64_t{random()} << 32 | random()) : often(99) ? -0.0 : time);
+    for (std::size_t at = 30; at < kind.size; ++at)
+      r[at] = static_cast<std::byte>(at % 3 == 0 ? 5 : at % 3 == 1 ? random() % 4 : random());
+    if (kind.format >= 7 && often(3)) r[32] = r[34] = r[30], r[33] = r[35] = r[31];  // grey
+  }
+  return records;
+}
+
+TEST(LazChunk, GivesBackEveryRecordOfEveryFormat) {
+  for (const LazRecord kind :
+       {LazRecord{6, 30}, LazRecord{6, 31}, LazRecord{7, 36}, LazRecord{7, 58}, LazRecord{8, 38}, LazRecord{8, 47}})
+    for (const std::size_t count : {1u, 2u, 3u, 512u, 513u, 514u, 20'000u}) {
+      const Bytes records = wild_records(kind, count, static_cast<unsigned>(count));
+      const auto chunk = encode_laz_chunk(records, kind);
+      ASSERT_TRUE(chunk) << chunk.error().message;
+      const LazChunkSize size = measure_laz_chunk(*chunk, kind);
+      EXPECT_EQ(size.points, count);
+      EXPECT_EQ(size.bytes, chunk->size());
+      Bytes back;
+      const Status decoded = decode_laz_chunk(*chunk, kind, count, back);
+      ASSERT_TRUE(decoded) << decoded.error().message;
+      EXPECT_TRUE(back == records) << "format " << kind.format << ", " << kind.size << " bytes, " << count << " points";
+      EXPECT_FALSE(decode_laz_chunk(*chunk, kind, count - 1, back)) << "more points than are allowed";
+    }
+}
+
+TEST(LazChunk, RefusesSeveralScannerChannels) {
+  const LazRecord kind{7, 36};
+  Bytes records = wild_records(kind, 10, 1);
+  records[5 * kind.size + 15] ^= std::byte{0x20};
+  EXPECT_EQ(encode_laz_chunk(records, kind).error().code, ErrorCode::Invalid);
+}
+
+TEST(LazChunk, ADamagedChunkIsAnErrorOrOtherPoints) {
+  const LazRecord kind{7, 40};
+  const Bytes whole = *encode_laz_chunk(wild_records(kind, 700, 3), kind);
+  std::mt19937 random(4);
+  Bytes back;
+  for (int i = 0; i < 300; ++i) {
+    Bytes damaged = whole;
+    for (int k = 0; k < 3; ++k) damaged[random() % damaged.size()] = static_cast<std::byte>(random());
+    if (decode_laz_chunk(damaged, kind, 1000, back)) EXPECT_EQ(back.size() % kind.size, 0u);
+    damaged.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(random() % whole.size()));
+    EXPECT_FALSE(decode_laz_chunk(damaged, kind, 1000, back)) << "cut to " << damaged.size() << " bytes";
+  }
+}
+
+TEST(LazFormat, GivesBackTheTable) {
+  const std::vector<LazChunkSize> chunks{{700'000, 50'000}, {1, 1}, {0xFFFFFFFF, 0xFFFFFFFE}, {700'001, 50'000}};
+  for (const bool has_points : {false, true}) {
+    const auto back = decode_laz_table(encode_laz_table(chunks, has_points), has_points, 4);
+    ASSERT_TRUE(back);
+    ASSERT_EQ(back->size(), 4u);
+    for (std::size_t i = 0; i < 4; ++i) {
+      EXPECT_EQ((*back)[i].bytes, chunks[i].bytes);
+      EXPECT_EQ((*back)[i].points, has_points ? chunks[i].points : 0);
+    }
+    EXPECT_FALSE(decode_laz_table(encode_laz_table(chunks, has_points), has_points, 3));
+  }
+}
+
+TEST(Laz, HasTheRecordsOfTheLasFileInHalfTheSpace) {
+  const TemporaryFolder folder;
+  const CloudBlock cloud = sample_cloud(120'000);
+  LasWriter::Config plain = compressed();
+  plain.compress = false;
+  write_cloud(folder / "cloud.las", cloud, plain);
+  const Bytes records = records_of(folder / "cloud.las");
+  ASSERT_EQ(records.size(), 120'000u * 58);
+  write_cloud(folder / "cloud.laz", cloud, compressed());
+  for (const std::size_t step : {1000u, 65536u, 500'000u}) {
+    Status end;
+    EXPECT_TRUE(records_of(folder / "cloud.laz", end, step) == records) << "in steps of " << step;
+    EXPECT_TRUE(end);
+  }
+  EXPECT_LT(std::filesystem::file_size(folder / "cloud.laz"), std::filesystem::file_size(folder / "cloud.las") / 2);
+  for (const int threads : {2, 3}) {
+    write_cloud(folder / "more.laz", cloud, compressed(threads));
+    EXPECT_TRUE(contents(folder / "more.laz") == contents(folder / "cloud.laz")) << threads << " threads";
+  }
+}
+
+TEST(Laz, AnEmptyCloudIsAFileToo) {
+  const TemporaryFolder folder;
+  for (const std::uint64_t header_every : {std::uint64_t{1000}, LasWriter::Config::kOnlyAtTheEnd}) {
+    write_cloud(folder / "cloud.laz", {sample_origin(), {}}, compressed(1, header_every));
+    EXPECT_TRUE(records_of(folder / "cloud.laz").empty());
+  }
+}
+
+TEST(Laz, AKilledWriterLeavesAFileThatReadsToItsLastHeader) {
+  const TemporaryFolder folder;
+  const auto path = folder / "cloud.laz";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    auto writer = LasWriter::create(path, sample_origin(), compressed(1, 60'000));
+    for (std::size_t i = 0; i < 36; ++i)
+      if (!writer->append(sample_cloud(5'000, i * 5'000))) ::_exit(1);
+    ::_exit(0);
+  }
+  int result = 0;
+  ::waitpid(child, &result, 0);
+  ASSERT_EQ(result, 0);
+  write_cloud(folder / "whole.laz", sample_cloud(180'000), compressed());
+  const Bytes whole = records_of(folder / "whole.laz");
+  const Bytes read = records_of(path);
+  ASSERT_EQ(read.size(), 150'000u * 58) << "the last update came at 180 000 points, when three chunks were full";
+  EXPECT_TRUE(std::equal(read.begin(), read.end(), whole.begin()));
+}
+
+TEST(Laz, ACutFileReadsToItsLastWholeChunk) {
+  const TemporaryFolder folder;
+  const auto path = folder / "cloud.laz";
+  write_cloud(path, sample_cloud(220'000), compressed());
+  const Bytes whole = records_of(path);
+  const auto size = std::filesystem::file_size(path);
+  std::size_t last = whole.size();
+  for (const double part : {0.9999, 0.9, 0.7, 0.5, 0.3, 0.1}) {
+    std::filesystem::resize_file(path, static_cast<std::uintmax_t>(part * static_cast<double>(size)));
+    Status end;
+    const Bytes read = records_of(path, end);
+    EXPECT_EQ(end.error().code, ErrorCode::Truncated);
+    EXPECT_LE(read.size(), last);
+    EXPECT_EQ(read.size() % (50'000 * 58), read.size() == whole.size() ? 20'000u * 58 : 0u);
+    EXPECT_GE(read.size() + 50'000 * 58, static_cast<std::size_t>(part * static_cast<double>(whole.size()))) << part;
+    EXPECT_TRUE(std::equal(read.begin(), read.end(), whole.begin()));
+    last = read.size();
+    if (last == whole.size()) continue;
+  }
+}
+
+TEST(Laz, WhatWasWrittenBeforeARefusedWriteReads) {
+  const TemporaryFolder folder;
+  const auto path = folder / "cloud.laz";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1'500'000, 1'500'000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    auto writer = LasWriter::create(path, sample_origin(), compressed(2));
+    const Status appended = writer->append(sample_cloud(600'000));
+    if (appended || appended.error().code != ErrorCode::Io) ::_exit(1);
+    const Status closed = writer->close();
+    if (closed || closed.error().message != appended.error().message) ::_exit(2);
+    if (writer->counts().written == 0 || writer->counts().lost == 0) ::_exit(3);
+    if (writer->header().point_count != writer->counts().written) ::_exit(4);
+    ::_exit(0);
+  }
+  int result = 0;
+  ::waitpid(child, &result, 0);
+  ASSERT_EQ(WEXITSTATUS(result), 0);
+  const Bytes read = records_of(path);
+  EXPECT_GE(read.size(), 50'000u * 58);
+  EXPECT_EQ(read.size() % (50'000 * 58), 0u);
+}
+
+TEST(LasReader, SaysWhichLazItDoesNotRead) {
+  const TemporaryFolder folder;
+  const auto path = folder / "cloud.laz";
+  write_cloud(path, sample_cloud(10), compressed());
+  const Bytes whole = contents(path);
+  const auto open_with = [&](std::size_t at, std::uint8_t byte) {
+    Bytes other = whole;
+    other[at] = std::byte{byte};
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char*>(other.data()), static_cast<std::streamsize>(other.size()));
+    auto reader = LasReader::open(path);
+    return reader ? std::string() : reader.error().message;
+  };
+  EXPECT_NE(open_with(104, 0x83).find("of format 3: 6 to 8 are read"), std::string::npos);
+  EXPECT_NE(open_with(105, 60).find("does not describe the points"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hueline::storage
