@@ -38,8 +38,11 @@ struct Rig {
   fusion::Colouring::Config colouring;
   HealthLimits health;
   calibration::CalibrationWatchConfig watch;
-  storage::MapConfig map;  ///< of the cloud
+  storage::MapConfig map;         ///< of the cloud
+  bool compressed_cloud = false;  ///< whether the cloud is written as cloud.laz instead of cloud.las
 
+  /// Returns the name of the file of the coloured points.
+  const char* cloud_file() const { return compressed_cloud ? "cloud.laz" : "cloud.las"; }
   /// Returns the names by SensorId; [0] is "hueline".
   std::vector<std::string> sensor_names() const;
 };

@@ -41,6 +41,8 @@ Outputs::Outputs(const config::Rig& rig, OutputFolder folder, Tell tell)
       summary_(rig.sensor_names()),
       files_(std::make_unique<Files>()) {
   files_->las_config.map = rig.map;
+  files_->las_config.compress = rig.compressed_cloud;
+  files_->las_config.threads = 2;  // beside the thread that writes; only LAZ uses them
   files_->sensors = rig.sensor_names();
   for (const fusion::LensMount& lens : rig.geometry.head.lenses) cameras_.push_back(lens.camera);
 }
@@ -50,7 +52,7 @@ Outputs::~Outputs() = default;
 Result<std::unique_ptr<Outputs>> Outputs::create(const config::Rig& rig, const std::filesystem::path& dir, Tell tell) {
   auto folder = OutputFolder::open(dir);
   if (!folder.ok()) return folder.error();
-  for (const char* file : {"cloud.las", "view.mcap", "summary.json", "report.html"})
+  for (const char* file : {rig.cloud_file(), "view.mcap", "summary.json", "report.html"})
     if (Status done = check_output(dir / file); !done.ok()) return done.error();
   return std::unique_ptr<Outputs>(new Outputs(rig, std::move(*folder), std::move(tell)));
 }
@@ -65,10 +67,10 @@ void Outputs::keep(const char* file, Status done) {
 /// beginning of what the replay writes.
 bool Outputs::has_room() {
   if (is_reserved_ || reserve_ == nullptr) return !is_reserved_;
-  const Status room = reserve_->check(dir_ / "cloud.las");
+  const Status room = reserve_->check(dir_ / rig_.cloud_file());
   if (room.ok()) return true;
   is_reserved_ = true;
-  keep("cloud.las, view.mcap",
+  keep((rig_.cloud_file() + std::string(", view.mcap")).c_str(),
        Error{ErrorCode::Exhausted, room.error().message + ": they end here, a replay makes them whole"});
   return false;
 }
@@ -114,10 +116,10 @@ void Outputs::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajec
   if (!files_->las) {
     // This is the date of the drive, not of the run, because a replay must give the same bytes.
     files_->las_config.created = to_utc(block.points.front().time);
-    auto las = storage::LasWriter::create(dir_ / "cloud.las", block.origin, files_->las_config);
+    auto las = storage::LasWriter::create(dir_ / rig_.cloud_file(), block.origin, files_->las_config);
     if (!las.ok()) {
       files_->las_failed = true;
-      keep("cloud.las", las.error());
+      keep(rig_.cloud_file(), las.error());
       return;
     }
     files_->las.emplace(std::move(*las));
@@ -126,7 +128,7 @@ void Outputs::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajec
   }
   if (Status done = files_->las->append(block); !done.ok()) {
     files_->las_failed = true;
-    keep("cloud.las", done);
+    keep(rig_.cloud_file(), done);
   }
 }
 
@@ -177,7 +179,7 @@ void Outputs::on_command(const OperatorCommand& command) {
 }
 
 Status Outputs::finish(const Health* health) {
-  if (files_->las && !files_->las_failed) keep("cloud.las", files_->las->close());
+  if (files_->las && !files_->las_failed) keep(rig_.cloud_file(), files_->las->close());
   const bool ended_early = std::exchange(is_reserved_, false);
   reserve_ = nullptr;  // the ends of the files are small
   view([](auto& out) { return out.close(); });
@@ -192,7 +194,10 @@ Status Outputs::finish(const Health* health) {
     summary_.on_unwritten("refused by the disk", summary_.points() - (counts.written + counts.refused));
   }
   // If this run has no content for a file, the content of an earlier run must not stay there.
-  if (!files_->las && !files_->las_failed) keep("cloud.las", write_output(dir_ / "cloud.las", {}));
+  const auto other_cloud = dir_ / (rig_.compressed_cloud ? "cloud.las" : "cloud.laz");
+  if (std::error_code error; !std::filesystem::remove(other_cloud, error) && error)
+    keep(other_cloud.filename().c_str(), io_error("remove " + other_cloud.string(), error.value()));
+  if (!files_->las && !files_->las_failed) keep(rig_.cloud_file(), write_output(dir_ / rig_.cloud_file(), {}));
   if (!files_->view && !files_->view_failed) keep("view.mcap", write_output(dir_ / "view.mcap", {}));
   if (health != nullptr) {
     summary_.on_verdict(*health, judge_drive(rig_, *health, summary_));

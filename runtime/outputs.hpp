@@ -18,9 +18,9 @@
 
 namespace hueline::runtime {
 
-/// Writes everything in a drive's folder besides the raw recording: cloud.las, view.mcap and summary.json. Capture and
-/// replay use the same class. A write that fails is reported once and ends that file; the other files continue.
-/// Thread safety: none; the pipeline's thread calls all functions.
+/// Writes everything in a drive's folder besides the raw recording: cloud.las or cloud.laz, view.mcap and summary.json.
+/// Capture and replay use the same class. A write that fails is reported once and ends that file; the other files
+/// continue. Thread safety: none; the pipeline's thread calls all functions.
 class Outputs : public ProductSink {
  public:
   /// Called at once, on the thread that writes, with the reason why a file ends early, or with a drift of the

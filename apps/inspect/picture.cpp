@@ -85,7 +85,7 @@ int picture(Options options) {
       throw config::ConfigError(path + ": a picture is written as PNG; give a name that ends in .png");
   if (!options.moving.empty() && !options.moving.ends_with(".webp"))
     throw config::ConfigError(options.moving + ": a moving picture is written as WebP; give a name that ends in .webp");
-  options.cloud = runtime::drive_file(options.cloud, "cloud.las");
+  options.cloud = runtime::drive_file(runtime::drive_file(options.cloud, "cloud.las"), "cloud.laz");
   int status = kDone;
   if (!options.above.empty()) {
     const auto view = storage::picture_from_above(options.cloud);
@@ -130,7 +130,8 @@ int picture(Options options) {
 void add_picture(Command& all) {
   auto options = std::make_shared<Options>();
   Command command = all.command("picture", "draw a cloud (LAS) from above, from the street, and while it is coloured");
-  command.required("CLOUD", options->cloud, "cloud.las, any other LAS file of version 1.0 to 1.4, or a drive's folder");
+  command.required("CLOUD", options->cloud,
+                   "cloud.las or cloud.laz, any other LAS file of version 1.0 to 1.4, or a drive's folder");
   command.option("--above", options->above, "PNG file for the view from above");
   command.option("--street", options->street, "PNG file for a view along the street");
   command.setting("--at", options->at,
