@@ -17,6 +17,7 @@ void add_inspect(Command& all);
 void add_extract(Command& all);
 void add_cut(Command& all);
 void add_recover(Command& all);
+void add_export(Command& all);
 void add_decode(Command& all);
 void add_picture(Command& all);
 

@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
     add_extract(all);
     add_cut(all);
     add_recover(all);
+    add_export(all);
     add_decode(all);
     add_picture(all);
     add_colour(all);

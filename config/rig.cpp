@@ -102,6 +102,7 @@ struct RigKeys {
   drivers::DeviceTypes types;
   std::deque<SensorKeys> sensors{};
   std::optional<fusion::CameraHeadGeometry> head{};
+  CloudKeys cloud{};
   Rig rig{};
 
   void visit(Keys& keys) {

@@ -43,7 +43,9 @@ Bytes encode_las_header(const LasHeader& h) {
   for (const double s : h.scale) append(out, s);
   for (const double o : h.offset) append(out, o);
   for (std::size_t k = 0; k < 3; ++k) append(out, h.maximum[k]), append(out, h.minimum[k]);
-  out.resize(out.size() + 8 + 8 + 4);  // waveforms and extended records, not used
+  append(out, std::uint64_t{0});  // waveforms, not used
+  append(out, h.evlr_offset);
+  append(out, h.evlr_count);
   append(out, h.point_count);
   for (const std::uint64_t n : h.points_by_return) append(out, n);
   return out;
@@ -78,7 +80,9 @@ Result<LasHeader> decode_las_header(ByteView bytes) {
   for (double& o : h.offset) o = in.take<double>();
   for (std::size_t k = 0; k < 3; ++k) h.maximum[k] = in.take<double>(), h.minimum[k] = in.take<double>();
   if (h.version_minor == 4) {
-    in.take_bytes(8 + 8 + 4);
+    in.take_bytes(8);
+    h.evlr_offset = in.take<std::uint64_t>();
+    h.evlr_count = in.take<std::uint32_t>();
     const auto count = in.take<std::uint64_t>();
     std::array<std::uint64_t, 15> by_return{};
     for (auto& n : by_return) n = in.take<std::uint64_t>();
@@ -95,6 +99,15 @@ void append_vlr(Bytes& out, const LasVlr& vlr) {
   append(out, static_cast<std::uint16_t>(vlr.data.size()));
   append_text(out, vlr.description, 32);
   append(out, as_bytes(vlr.data));
+}
+
+void append_evlr_head(Bytes& out, const std::string& user_id, std::uint16_t record_id, const std::string& description,
+                      std::uint64_t size) {
+  append(out, std::uint16_t{0});
+  append_text(out, user_id, 16);
+  append(out, record_id);
+  append(out, size);
+  append_text(out, description, 32);
 }
 
 std::size_t size_of(LasType type) {

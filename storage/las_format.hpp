@@ -37,6 +37,8 @@ struct LasHeader {
   std::array<double, 3> scale{1, 1, 1}, offset{}, minimum{}, maximum{};
   std::uint64_t point_count = 0;
   std::array<std::uint64_t, 15> points_by_return{};
+  std::uint64_t evlr_offset = 0;  ///< where the first extended record begins, behind the points; 0: there is none
+  std::uint32_t evlr_count = 0;
 };
 
 /// Returns the 375 bytes of a header of version 1.4. The point counts of older versions are 0, as point formats 6 and
@@ -47,6 +49,9 @@ Result<LasHeader> decode_las_header(ByteView bytes);
 
 /// Appends a variable length record: 54 bytes of head, then its data.
 void append_vlr(Bytes& out, const LasVlr& vlr);
+/// Appends the 60 bytes of head of an extended variable length record with `size` bytes of data.
+void append_evlr_head(Bytes& out, const std::string& user_id, std::uint16_t record_id, const std::string& description,
+                      std::uint64_t size);
 
 /// Types of extra bytes, with their numbers in the file.
 enum class LasType : std::uint8_t { U8 = 1, I8, U16, I16, U32, I32, U64, I64, F32, F64 };

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/standard_streams.hpp"
+#include "products/cloud_export.hpp"
 #include "storage/crc32.hpp"
 #include "storage/journal_writer.hpp"
 #include "storage/las_writer.hpp"
@@ -62,6 +63,15 @@ bool write_laz(const std::filesystem::path& folder, const CloudBlock& cloud, Las
   return true;
 }
 
+/// Writes cloud.las as COPC with small nodes, several of which are filled at once.
+bool write_copc(const std::filesystem::path& folder) {
+  products::CloudExport config;
+  config.node_points = 200;
+  config.held_points = 25'000;
+  const auto written = products::export_copc(folder / "cloud.las", folder / "cloud.copc.laz", config);
+  return written ? true : !failed(written.error());
+}
+
 bool write_cloud(const std::filesystem::path& folder) {
   const CloudBlock cloud = test::sample_cloud(60'000);
   LasWriter::Config config;
@@ -69,7 +79,7 @@ bool write_cloud(const std::filesystem::path& folder) {
   if (!write_laz(folder, cloud, config)) return false;
   auto writer = LasWriter::create(folder / "cloud.las", cloud.origin, config);
   if (!writer) return !failed(writer.error());
-  if (failed(writer->append(cloud)) || failed(writer->close())) return false;
+  if (failed(writer->append(cloud)) || failed(writer->close()) || !write_copc(folder)) return false;
   std::ofstream json(folder / "cloud.json");
   json.precision(17);
   json << "[";

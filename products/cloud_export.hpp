@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+
+#include "core/result.hpp"
+
+/// Writes a finished cloud in another form: the records stay as they are, byte for byte.
+namespace hueline::products {
+
+struct CloudExport {
+  int threads = 2;  ///< that compress; they do not change the bytes
+  /// COPC: about how many points a node of the octree gets, at least 1.
+  std::uint32_t node_points = 50'000;
+  /// COPC: how many records are held in memory at once. A cloud with more is read several times.
+  std::uint64_t held_points = 8'000'000;
+};
+
+/// What was written.
+struct ExportedCloud {
+  std::uint64_t points = 0, bytes = 0;
+  std::size_t nodes = 0;     ///< chunks; with COPC the nodes of the octree
+  bool source_was_cut = false;  ///< the cloud ended before its header says: what is whole was written
+};
+
+/// Writes a LAS or LAZ cloud of the point formats 6 to 8 as LAZ 1.4 with chunks of 50 000 points.
+/// Errors: those of LasReader; Invalid for another point format or several scanner channels; Io.
+Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::filesystem::path& out,
+                                 const CloudExport& options);
+
+/// Writes such a cloud as COPC 1.0 (copc.io), a LAZ 1.4 file whose chunks are the nodes of an octree. A node holds a
+/// sample of the points below it that a hash of their numbers chooses, and its children hold the rest, so each level
+/// has even density without borders between nodes. Every point is in one node; the same cloud gives the same bytes.
+/// Memory: the points of `held_points`, and at most 100 MB for counts. Errors: as export_laz().
+Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std::filesystem::path& out,
+                                  const CloudExport& options);
+
+}  // namespace hueline::products

@@ -1,0 +1,39 @@
+#include "products/cloud_export.hpp"
+#include "products/laz_file.hpp"
+#include "storage/las_reader.hpp"
+
+namespace hueline::products {
+
+Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::filesystem::path& out,
+                                 const CloudExport& options) {
+  auto reader = storage::LasReader::open(cloud);
+  if (!reader) return reader.error();
+  auto file = LazFile::create(out, reader->header(), lasting_records(reader->records()), storage::kLazChunkPoints,
+                              options.threads);
+  if (!file) return file.error();
+  file->header().point_count = 0;
+  file->header().points_by_return = {};
+  ExportedCloud done;
+  std::vector<storage::LasPoint> points;
+  while (true) {
+    const Status read = reader->next(points, storage::kLazChunkPoints);
+    if (!read && read.error().code != ErrorCode::Truncated) return read.error();
+    done.source_was_cut = !read;
+    if (points.empty()) break;
+    storage::Bytes records;
+    for (const storage::LasPoint& point : points) {
+      storage::append(records, point.record);
+      if (point.return_number >= 1) ++file->header().points_by_return[point.return_number - 1u];
+    }
+    file->header().point_count += points.size();
+    if (Status added = file->add(std::move(records)); !added) return added.error();
+  }
+  if (Status ended = file->end_chunks(); !ended) return ended.error();
+  done.points = file->header().point_count;
+  done.bytes = file->size();
+  done.nodes = file->places().size();
+  if (Status closed = file->close(); !closed) return closed.error();
+  return done;
+}
+
+}  // namespace hueline::products
