@@ -18,7 +18,7 @@ struct CloudExport {
 /// What was written.
 struct ExportedCloud {
   std::uint64_t points = 0, bytes = 0;
-  std::size_t nodes = 0;     ///< chunks; with COPC the nodes of the octree
+  std::size_t nodes = 0;        ///< chunks; with COPC the nodes of the octree
   bool source_was_cut = false;  ///< the cloud ended before its header says: what is whole was written
 };
 

@@ -19,9 +19,9 @@ using storage::Bytes;
 using storage::LasPoint;
 using storage::LasReader;
 
-constexpr std::uint32_t kDeepest = 20;           // levels below the root: 3 x 20 bits fit into a code
-constexpr std::size_t kMostCells = 4'000'000;    // that are counted; with more, two levels of cells become one
-constexpr std::uint32_t kPageLevels = 5;         // of the octree in one page of the hierarchy
+constexpr std::uint32_t kDeepest = 20;         // levels below the root: 3 x 20 bits fit into a code
+constexpr std::size_t kMostCells = 4'000'000;  // that are counted; with more, two levels of cells become one
+constexpr std::uint32_t kPageLevels = 5;       // of the octree in one page of the hierarchy
 constexpr std::size_t kInfoSize = 160;
 constexpr std::size_t kEvlrHead = 60;
 
@@ -55,8 +55,8 @@ class Cube {
     for (std::size_t k = 0; k < 3; ++k) {
       std::int32_t value;
       std::memcpy(&value, record.data() + 4 * k, sizeof value);
-      cell[k] = static_cast<std::uint64_t>(
-          std::clamp((value * scale_[k] + shift_[k]) / edge_ * kCells, 0.0, kCells - 1));
+      cell[k] =
+          static_cast<std::uint64_t>(std::clamp((value * scale_[k] + shift_[k]) / edge_ * kCells, 0.0, kCells - 1));
     }
     for (std::uint32_t bit = kDeepest; bit-- > 0;)
       for (const std::uint64_t c : cell) code = code << 1 | (c >> bit & 1);
@@ -294,10 +294,9 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
   if (!file) return file.error();
 
   std::vector<std::uint64_t> sizes(tree.size());
-  if (auto read = for_each_point(*reader,
-                                 [&](const LasPoint& point, std::uint64_t number) {
-                                   ++sizes[tree.node_of(cube.code(point.record), number)];
-                                 });
+  if (auto read = for_each_point(
+          *reader,
+          [&](const LasPoint& point, std::uint64_t number) { ++sizes[tree.node_of(cube.code(point.record), number)]; });
       !read)
     return read.error();
   std::vector<std::size_t> filled;  // the nodes that got points, as the chunks of the file
@@ -334,7 +333,8 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
   file->header().evlr_count = 1;
   const std::string info = info_record(cube, cube.edge() / std::sqrt(options.node_points), evlr_at + kEvlrHead,
                                        first_page, first_time, last_time);
-  if (Status written = file->overwrite(storage::kLasHeaderSize14 + storage::kLasVlrHead, storage::as_bytes(info)); !written)
+  if (Status written = file->overwrite(storage::kLasHeaderSize14 + storage::kLasVlrHead, storage::as_bytes(info));
+      !written)
     return written.error();
   ExportedCloud done{header.point_count, file->size(), file->places().size(), *was_cut};
   if (Status closed = file->close(); !closed) return closed.error();

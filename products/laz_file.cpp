@@ -11,8 +11,8 @@ Result<LazFile> LazFile::create(const std::filesystem::path& path, const storage
                                 const std::vector<storage::LasVlr>& records, std::uint32_t chunk_points, int threads) {
   const storage::LazRecord kind{header.point_format, header.point_size};
   if (!storage::is_laz_record(kind))
-    return Error{ErrorCode::Invalid, "point format " + std::to_string(kind.format) +
-                                         " cannot be written as LAZ 1.4: formats 6 to 8 can"};
+    return Error{ErrorCode::Invalid,
+                 "point format " + std::to_string(kind.format) + " cannot be written as LAZ 1.4: formats 6 to 8 can"};
   auto file = storage::FileWriter::create(path, IfExists::Replace);
   if (!file) return file.error();
   LazFile out(std::move(*file));
@@ -43,9 +43,8 @@ Status LazFile::add(Bytes records) {
   const auto points = static_cast<std::uint32_t>(records.size() / kind_.size);
   // Where no thread can be had, the chunk is compressed when it is written.
   const auto where = threads_ == 1 ? std::launch::deferred : std::launch::async | std::launch::deferred;
-  waiting_.push_back({std::async(where, [records = std::move(records), kind = kind_] {
-                        return storage::encode_laz_chunk(records, kind);
-                      }),
+  waiting_.push_back({std::async(where, [records = std::move(records),
+                                         kind = kind_] { return storage::encode_laz_chunk(records, kind); }),
                       points});
   return {};
 }

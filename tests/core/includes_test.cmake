@@ -8,7 +8,7 @@ set(score_may core sim score)
 set(config_may core config drivers sync fusion storage sim calibration)
 set(console_may core console)
 set(runtime_may core config drivers sync fusion storage calibration runtime)
-set(products_may core storage products)
+set(products_may core fusion storage products)
 set(survey_may core config fusion calibration runtime survey)
 # What a vehicle's program consists of: neither simulator nor adjustment. Only the watch of calibration/ is part of it.
 foreach(command capture check inspect colour decode)

@@ -34,8 +34,7 @@ std::vector<std::string> records_of(const std::filesystem::path& path) {
   auto reader = LasReader::open(path);
   EXPECT_TRUE(reader) << reader.error().message;
   for (std::vector<LasPoint> points; reader && reader->next(points, 7000) && !points.empty();)
-    for (const LasPoint& p : points)
-      out.emplace_back(reinterpret_cast<const char*>(p.record.data()), p.record.size());
+    for (const LasPoint& p : points) out.emplace_back(reinterpret_cast<const char*>(p.record.data()), p.record.size());
   return out;
 }
 
