@@ -89,8 +89,8 @@ struct CloudKeys {
 
   void visit(Keys& keys) {
     keys.choice({"format", "",
-                 "Whether the cloud is written as `cloud.las`, or compressed as `cloud.laz`, which takes a fifth to a "
-                 "third of the space and the time of half a processor core for a million points a second."},
+                 "Whether the cloud is written as `cloud.las`, or compressed as `cloud.laz`, which takes two "
+                 "fifths of the space and the time of half a processor core for a million points a second."},
                 compressed, {{"las", false}, {"laz", true}});
     map.visit(keys);
   }
