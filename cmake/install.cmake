@@ -4,7 +4,7 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-install(TARGETS hueline hueline-office hueline-guest RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
+install(TARGETS hueline hueline-office hueline-guest hueline-console RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
 
 set(libraries core drivers sync fusion storage config runtime)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/hueline)

@@ -81,7 +81,8 @@ int replay(const Options& options) {
     else
       log_warning("no live feed: {}; the replay goes on without it", made.error().message);
   }
-  runtime::Pipeline pipeline(recording->rig, options.threads, live ? static_cast<runtime::ProductSink&>(*live) : sink, trajectory);
+  runtime::Pipeline pipeline(recording->rig, options.threads, live ? static_cast<runtime::ProductSink&>(*live) : sink,
+                             trajectory);
   runtime::Pacer pacer(options.speed);
   bool stopped = false;
   const Status read = recording->for_each([&](const Packet& packet) {

@@ -45,7 +45,7 @@ assert any(row[3] > 0 for row in rows.values()), "seconds of the map with points
 # The stop ends the drive; asked twice, it does not cut it off.
 feed.command(7, "stop")
 feed.command(8, "stop")
-feed.until(lambda f: False, 60)
+feed.until(lambda f: False, 200)
 assert feed.ended and feed.answers[7] == feed.answers[8] == "", feed.answers
 # It has not read for seconds. What came then is the newest.
 asleep.until(lambda f: False, 5)

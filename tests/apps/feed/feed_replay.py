@@ -12,5 +12,5 @@ feed.command(1, "mark", "no")
 assert feed.until(lambda f: 1 in f.answers) and "replay" in feed.answers[1], feed.answers
 status = feed.messages["/hueline/status"][-1][1]
 assert status["mode"] == "replay" and status["disk"] is None and all(s["state"] == "replay" for s in status["sensors"]), status
-feed.until(lambda f: False, 60)
+feed.until(lambda f: False, 200)
 assert feed.ended

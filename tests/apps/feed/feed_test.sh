@@ -22,7 +22,7 @@ got=0; wait $capture || got=$?
 [ $got = 0 ] || [ $got = 8 ] || { cat capture.txt; fail "the capture gave $got"; }
 [ ! -e drive/feed ] || fail "the socket is still there"
 ends $got $hueline replay drive --out alone --no-feed
-$hueline replay drive --out heard --speed 1 >/dev/null 2>&1 & replay=$!
+$hueline replay drive --out heard --speed 2 >/dev/null 2>&1 & replay=$!
 PYTHONPATH=$source/tests/apps/feed python3 "$source/tests/apps/feed/feed_replay.py" heard >said.txt 2>&1 || fail "the listener of the replay"
 got=0; wait $replay || got=$?
 for run in alone heard; do

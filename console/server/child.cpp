@@ -1,0 +1,73 @@
+#include "console/server/child.hpp"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "core/printable.hpp"
+
+namespace hueline::console {
+
+Result<Child> Child::start(const std::vector<std::string>& words, const std::filesystem::path& said,
+                           const std::filesystem::path& printed) {
+  std::vector<char*> argv;
+  for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  constexpr int kWrite = O_WRONLY | O_CREAT | O_TRUNC;
+  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, said.c_str(), kWrite, 0644);
+  if (printed.empty())
+    posix_spawn_file_actions_adddup2(&files, STDERR_FILENO, STDOUT_FILENO);
+  else
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, printed.c_str(), kWrite, 0644);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  // The console blocks and ignores signals that the program must get.
+  sigset_t none, all;
+  sigemptyset(&none);
+  sigfillset(&all);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setsigdefault(&attributes, &all);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  Child child;
+  const int failed = ::posix_spawn(&child.pid_, argv[0], &files, &attributes, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&files);
+  posix_spawnattr_destroy(&attributes);
+  if (failed != 0) return io_error(words.front() + " cannot be started", failed);
+  return child;
+}
+
+std::optional<int> Child::take_end() {
+  if (pid_ <= 0) return {};
+  int status = 0;
+  const pid_t got = ::waitpid(pid_, &status, WNOHANG);
+  if (got == 0) return {};
+  pid_ = -1;
+  if (got < 0) return 0;  // somebody else has waited for it
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+void Child::ask_to_end() const {
+  if (pid_ > 0) ::kill(pid_, SIGTERM);
+}
+
+std::string last_lines(const std::filesystem::path& file, std::size_t bytes) {
+  std::ifstream in(file, std::ios::binary | std::ios::ate);
+  if (!in) return {};
+  const auto size = static_cast<std::size_t>(std::max<std::streamoff>(0, in.tellg()));
+  in.seekg(static_cast<std::streamoff>(size - std::min(size, bytes)));
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (size > bytes) text.erase(0, std::min(text.size(), text.find('\n') + 1));
+  return printable(text, LineEnds::Keep);
+}
+
+}  // namespace hueline::console

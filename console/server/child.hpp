@@ -1,0 +1,37 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace hueline::console {
+
+/// A program that the console has started, in a session of its own: it goes on when the console ends.
+class Child {
+ public:
+  Child() = default;
+  /// Starts `words` (the first is the program's path) without a shell. Its input is empty; what it prints goes into the
+  /// file `said`, or in two files if `printed` is given: standard output there. Error: Io.
+  static Result<Child> start(const std::vector<std::string>& words, const std::filesystem::path& said,
+                             const std::filesystem::path& printed = {});
+  bool is_running() const { return pid_ > 0; }
+  pid_t pid() const { return pid_; }
+  /// Returns the exit status once the program has ended, 128 + its number if a signal ended it; nothing before, and
+  /// nothing again afterwards.
+  std::optional<int> take_end();
+  /// Asks it to end (SIGTERM).
+  void ask_to_end() const;
+
+ private:
+  pid_t pid_ = -1;
+};
+
+/// Returns the last lines of a file, at most `bytes` bytes of valid UTF-8.
+std::string last_lines(const std::filesystem::path& file, std::size_t bytes);
+
+}  // namespace hueline::console

@@ -1,0 +1,441 @@
+#include "console/server/drive_control.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <csignal>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <utility>
+
+#include "console/server/users.hpp"
+#include "core/drive_command.hpp"
+
+namespace hueline::console {
+namespace {
+
+using nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+namespace fs = std::filesystem;
+
+constexpr auto kLookEvery = std::chrono::milliseconds(100);
+constexpr auto kSearchEvery = std::chrono::milliseconds(500);
+constexpr std::size_t kMostDrives = 5000;
+constexpr std::uintmax_t kMostSummary = 64'000'000;
+
+std::string utc(const char* format) {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[64];
+  return {text, std::strftime(text, sizeof text, format, &parts)};
+}
+
+/// Reads a JSON file; null if that is not possible.
+ordered_json read_json(const fs::path& file) {
+  std::error_code failed;
+  const auto size = fs::file_size(file, failed);
+  if (failed || size > kMostSummary) return {};
+  std::ifstream in(file, std::ios::binary);
+  return ordered_json::parse(std::string{std::istreambuf_iterator<char>(in), {}}, nullptr, false);
+}
+
+/// Returns the value at `path` in `json`, or null.
+ordered_json value_at(const ordered_json& json, std::initializer_list<const char*> path) {
+  const ordered_json* at = &json;
+  for (const char* key : path) {
+    if (!at->is_object() || !at->contains(key)) return {};
+    at = &(*at)[key];
+  }
+  return *at;
+}
+
+std::vector<std::string> yaml_files(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code failed;
+  if (folder.empty()) return names;
+  for (fs::directory_iterator at(folder, failed), end; !failed && at != end && names.size() < kMostDrives;
+       at.increment(failed))
+    if (at->path().extension() == ".yaml" && is_plain_name(at->path().stem().string()))
+      names.push_back(at->path().stem().string());
+  std::ranges::sort(names);
+  return names;
+}
+
+const std::vector<std::string> kSimulatedPorts = {"--data-port", "42368",    "--position-port", "48308",
+                                                  "--pos-port",  "43001",    "--can-port",      "40000",
+                                                  "--address",   "127.0.0.2"};
+
+}  // namespace
+
+DriveControl::DriveControl(boost::asio::io_context& io, Places places)
+    : io_(io),
+      places_(std::move(places)),
+      timer_(io),
+      check_({{"state", "none"},
+              {"rig", nullptr},
+              {"at", nullptr},
+              {"ready", nullptr},
+              {"items", ordered_json::array()},
+              {"error", ""}}) {}
+
+void DriveControl::start() {
+  std::error_code ignored;
+  fs::create_directories(work(""), ignored);
+  find_feed();
+  look();
+}
+
+fs::path DriveControl::work(const std::string& file) const { return places_.drives / ".console" / file; }
+
+void DriveControl::look() {
+  watch_programs();
+  if (!feed_ && Clock::now() - looked_ >= kSearchEvery) find_feed();
+  changed();
+  timer_.expires_after(kLookEvery);
+  timer_.async_wait([this](boost::system::error_code failed) {
+    if (!failed) look();
+  });
+}
+
+/// Tells a change of the state.
+void DriveControl::changed() {
+  std::string now = state_json().dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  if (now == told_) return;
+  told_ = std::move(now);
+  if (on_change) on_change();
+}
+
+void DriveControl::find_feed() {
+  looked_ = Clock::now();
+  std::error_code failed;
+  for (const fs::path& folder : {places_.drives, places_.drives / ".replay"}) {
+    std::size_t seen = 0;
+    for (fs::directory_iterator at(folder, failed), end; !failed && at != end && seen < kMostDrives;
+         at.increment(failed), ++seen) {
+      std::error_code ignored;
+      const fs::path socket = at->path() / feed::kSocketName;
+      if (fs::is_socket(socket, ignored) && try_feed(socket)) return;
+    }
+    failed.clear();
+  }
+}
+
+bool DriveControl::try_feed(const fs::path& socket) {
+  auto link = FeedLink::connect(io_, socket);
+  if (!link.ok()) return false;  // left there by a program that was killed
+  feed_ = *link;
+  feed_path_ = socket;
+  const auto next = [this, weak = std::weak_ptr(feed_)](const auto& again) -> void {
+    const auto link_now = weak.lock();
+    if (!link_now) return;
+    link_now->read(
+        [this, again](const feed::FrameReader::Frame& frame) {
+          const ordered_json json =
+              frame.kind == feed::Kind::Message ? ordered_json() : ordered_json::parse(frame.content, nullptr, false);
+          if (frame.kind == feed::Kind::Hello && json.is_object()) {
+            is_replay_ = json.value("mode", "") == "replay";
+            drive_ = json.value("drive", "");
+            rig_ = json.value("rig", "");
+            since_ = json.value("since", "");
+            if (step_ != Step::Stopping) step_ = Step::Running;
+            if (const std::string why = std::exchange(override_, {}); !why.empty() && !is_replay_)
+              (void)mark("started although the check said not ready: " + why, [](const std::string&) {});
+            changed();
+          }
+          if (frame.kind == feed::Kind::Answer && json.is_object())
+            if (const auto found = commands_.find(json.value("id", std::uint64_t{0})); found != commands_.end()) {
+              const auto done = std::move(found->second);
+              commands_.erase(found);
+              done(json.value("error", ""));
+            }
+          again(again);
+        },
+        [this] {
+          feed_.reset();
+          for (auto& [id, done] : std::exchange(commands_, {})) done("the drive has ended");
+          if (!capture_.is_running()) step_ = Step::Idle;
+          changed();
+        });
+  };
+  next(next);
+  return true;
+}
+
+/// Takes the end of a program: it becomes `last` of the state.
+void DriveControl::take_end(const char* what, Child& child, const fs::path& said) {
+  const auto status = child.take_end();
+  if (!status) return;
+  last_ = {{"drive", drive_}, {"what", what}, {"exit_status", *status}, {"text", last_lines(said, 4000)}};
+  step_ = Step::Idle;
+  player_.ask_to_end();
+}
+
+void DriveControl::watch_programs() {
+  if (checker_.is_running())
+    if (const auto status = checker_.take_end()) {
+      const ordered_json found = read_json(work("check.json"));
+      check_["state"] = "failed";
+      if (found.is_object() && found.contains("items")) {
+        check_["state"] = "done";
+        check_["ready"] = found.value("ready", false);
+        check_["items"] = found["items"];
+      } else {
+        check_["error"] =
+            fmt::format("the check ended with status {}: {}", *status, last_lines(work("check.log"), 2000));
+      }
+    }
+  if (renderer_.is_running())
+    if (const auto status = renderer_.take_end()) {
+      if (*status != 0 || step_ == Step::Stopping) {
+        last_ = {{"drive", drive_},
+                 {"what", "simulate"},
+                 {"exit_status", *status},
+                 {"text", last_lines(work("simulate.log"), 4000)}};
+        step_ = Step::Idle;
+      } else {
+        std::vector<std::string> words{places_.hueline,
+                                       "simulate",
+                                       places_.scenarios / (scenario_ + ".yaml"),
+                                       "--out",
+                                       work("sim-" + scenario_),
+                                       "--play",
+                                       "--pps-socket",
+                                       work("pps.sock")};
+        words.insert(words.end(), kSimulatedPorts.begin(), kSimulatedPorts.end());
+        auto player = Child::start(words, work("devices.log"));
+        if (player.ok()) player_ = *player;
+        const Status run = player.ok() ? run_capture(work("sim-" + scenario_ + ".yaml")) : Status(player.error());
+        if (!run.ok()) {
+          last_ = {{"drive", drive_}, {"what", "capture"}, {"exit_status", 1}, {"text", run.error().message}};
+          step_ = Step::Idle;
+        }
+      }
+    }
+  if (capture_.is_running()) take_end(is_replay_ ? "replay" : "capture", capture_, work("capture.log"));
+  if (player_.is_running()) (void)player_.take_end();
+}
+
+const char* DriveControl::state_word() const {
+  switch (step_) {
+    case Step::Idle:
+      break;
+    case Step::Rendering:
+    case Step::Starting:
+      return "starting";
+    case Step::Running:
+      return is_replay_ ? "replaying" : "driving";
+    case Step::Stopping:
+      return "stopping";
+  }
+  return checker_.is_running() ? "checking" : "idle";
+}
+
+ordered_json DriveControl::state_json() const {
+  const bool is_there = step_ != Step::Idle;
+  const auto known = [&](const std::string& text) {
+    return is_there && !text.empty() ? ordered_json(text) : ordered_json();
+  };
+  return {{"state", state_word()},
+          {"drive", known(drive_)},
+          {"rig", known(rig_)},
+          {"since", known(since_)},
+          {"allow_simulate", !places_.scenarios.empty()},
+          {"scenarios", yaml_files(places_.scenarios)},
+          {"last", last_}};
+}
+
+ordered_json DriveControl::check_json() const {
+  ordered_json out = check_;
+  if (checker_.is_running()) out["state"] = "running";
+  return out;
+}
+
+ordered_json DriveControl::rigs_json() const {
+  auto rigs = ordered_json::array();
+  for (const std::string& name : yaml_files(places_.rigs)) rigs.push_back({{"name", name}, {"from", "folder"}});
+  return {{"rigs", rigs}};
+}
+
+ordered_json DriveControl::drives_json() const {
+  struct Found {
+    fs::path folder;
+    fs::file_time_type time;
+  };
+  std::vector<Found> found;
+  std::error_code failed;
+  for (fs::directory_iterator at(places_.drives, failed), end; !failed && at != end && found.size() < kMostDrives;
+       at.increment(failed)) {
+    std::error_code ignored;
+    const fs::path recording = at->path() / "drive.mcap";
+    if (is_plain_name(at->path().filename().string()) && fs::is_regular_file(recording, ignored))
+      found.push_back({at->path(), fs::last_write_time(recording, ignored)});
+  }
+  std::ranges::sort(found, std::greater(), &Found::time);
+  constexpr std::size_t kMostListed = 200;
+  auto drives = ordered_json::array();
+  for (std::size_t i = 0; i < std::min(found.size(), kMostListed); ++i) {
+    const fs::path& folder = found[i].folder;
+    const ordered_json summary = read_json(folder / "summary.json");
+    std::error_code ignored;
+    std::uintmax_t bytes = 0;
+    for (fs::directory_iterator at(folder, ignored), end; !ignored && at != end; at.increment(ignored)) {
+      std::error_code none;
+      if (const auto size = at->is_regular_file(none) ? at->file_size(none) : 0; !none) bytes += size;
+    }
+    drives.push_back({{"name", folder.filename().string()},
+                      {"begin", value_at(summary, {"drive", "begin"})},
+                      {"duration_s", value_at(summary, {"drive", "duration_s"})},
+                      {"path_m", value_at(summary, {"drive", "path_m"})},
+                      {"points", value_at(summary, {"points", "total"})},
+                      {"coloured_share", value_at(summary, {"points", "coloured_share"})},
+                      {"grade", value_at(summary, {"verdict", "grade"})},
+                      {"bytes", bytes},
+                      {"running", feed_ && feed_path_.parent_path() == folder}});
+  }
+  return {{"drives", drives}};
+}
+
+Result<std::string> DriveControl::rig_path(const std::string& rig) const {
+  const auto names = yaml_files(places_.rigs);
+  if (std::ranges::find(names, rig) == names.end())
+    return Error{ErrorCode::Invalid, "there is no such rig; GET /api/rigs lists them"};
+  return (places_.rigs / (rig + ".yaml")).string();
+}
+
+bool DriveControl::is_busy() const {
+  return step_ != Step::Idle || feed_ || capture_.is_running() || renderer_.is_running() || checker_.is_running();
+}
+
+Status DriveControl::check(const std::string& rig, double seconds) {
+  if (is_busy())
+    return Error{ErrorCode::Unavailable, fmt::format("the console is {}: wait, or stop the drive", state_word())};
+  const auto path = rig_path(rig);
+  if (!path.ok()) return path.error();
+  auto checker = Child::start(
+      {places_.hueline, "check", *path, "--json", "--disk", places_.drives, "--seconds",
+       fmt::format("{:.1f}", std::clamp(seconds, 3.0, 60.0)), "--hours", fmt::format("{:.1f}", places_.check_hours)},
+      work("check.log"), work("check.json"));
+  if (!checker.ok()) return checker.error();
+  checker_ = *checker;
+  check_ = {{"state", "running"},
+            {"rig", rig},
+            {"at", utc("%Y-%m-%dT%H:%M:%SZ")},
+            {"ready", nullptr},
+            {"items", ordered_json::array()},
+            {"error", ""}};
+  changed();
+  return {};
+}
+
+Status DriveControl::run_capture(const std::string& rig) {
+  std::vector<std::string> words{places_.hueline, "capture", rig, "--out", places_.drives / drive_, "--quiet"};
+  if (!scenario_.empty()) words.emplace_back("--until-silent");
+  auto capture = Child::start(words, work("capture.log"));
+  if (!capture.ok()) return capture.error();
+  capture_ = *capture;
+  step_ = Step::Starting;
+  return {};
+}
+
+Result<std::string> DriveControl::drive(const std::string& rig, const std::string& name, const std::string& scenario,
+                                        const std::string& override_reason) {
+  if (is_busy())
+    return Error{ErrorCode::Unavailable, fmt::format("the console is {}: wait, or stop the drive", state_word())};
+  if (!name.empty() && !is_plain_name(name))
+    return Error{ErrorCode::Invalid,
+                 "the name of a drive has 1 to 64 letters, digits, '.', '_' or '-' and begins with "
+                 "a letter or digit"};
+  const std::string drive = name.empty() ? utc("%Y-%m-%d_%H%M%S") : name;
+  std::error_code ignored;
+  if (fs::exists(places_.drives / drive, ignored))
+    return Error{ErrorCode::Unavailable, "a drive of this name is there already: choose another name"};
+  if (Status checked = check_note(override_reason); !checked.ok()) return checked.error();
+  is_replay_ = false;
+  scenario_ = scenario;
+  drive_ = drive;
+  rig_ = rig;
+  since_ = utc("%Y-%m-%dT%H:%M:%SZ");
+  if (!scenario.empty()) {
+    const auto names = yaml_files(places_.scenarios);
+    if (std::ranges::find(names, scenario) == names.end())
+      return Error{ErrorCode::Invalid, "there is no such scenario: the console was started without it"};
+    std::vector<std::string> words{
+        places_.hueline,         "simulate",    places_.scenarios / (scenario + ".yaml"), "--out",
+        work("sim-" + scenario), "--write-rig", work("sim-" + scenario + ".yaml"),        "--pps-socket",
+        work("pps.sock")};
+    words.insert(words.end(), kSimulatedPorts.begin(), kSimulatedPorts.end());
+    auto renderer = Child::start(words, work("simulate.log"));
+    if (!renderer.ok()) return renderer.error();
+    renderer_ = *renderer;
+    step_ = Step::Rendering;
+  } else {
+    const auto path = rig_path(rig);
+    if (!path.ok()) return path.error();
+    if (Status run = run_capture(*path); !run.ok()) return run.error();
+  }
+  override_ = override_reason;
+  last_ = nullptr;
+  changed();
+  return drive;
+}
+
+Result<std::string> DriveControl::replay(const std::string& drive, double speed) {
+  if (is_busy())
+    return Error{ErrorCode::Unavailable, fmt::format("the console is {}: wait, or stop the drive", state_word())};
+  const auto recording = file_of(drive, "drive.mcap");
+  if (!recording.ok()) return recording.error();
+  std::error_code ignored;
+  fs::remove_all(places_.drives / ".replay", ignored);  // the last replay: it can be made again
+  auto replay = Child::start({places_.hueline, "replay", *recording, "--out", places_.drives / ".replay" / drive,
+                              "--speed", fmt::format("{:.3f}", std::clamp(speed, 0.0, 1000.0))},
+                             work("capture.log"));
+  if (!replay.ok()) return replay.error();
+  capture_ = *replay;
+  is_replay_ = true;
+  scenario_.clear();
+  drive_ = drive;
+  since_ = utc("%Y-%m-%dT%H:%M:%SZ");
+  step_ = Step::Starting;
+  last_ = nullptr;
+  changed();
+  return drive;
+}
+
+Status DriveControl::stop() {
+  if (step_ == Step::Idle) return Error{ErrorCode::Unavailable, "nothing runs that could be stopped"};
+  if (step_ == Step::Stopping) return {};
+  if (feed_)
+    feed_->send(feed::Kind::Command, ordered_json{{"id", next_command_++}, {"command", "stop"}}.dump());
+  else
+    capture_.ask_to_end();
+  renderer_.ask_to_end();
+  step_ = Step::Stopping;
+  changed();
+  return {};
+}
+
+Status DriveControl::mark(const std::string& note, std::function<void(const std::string& error)> done) {
+  if (Status checked = check_note(note); !checked.ok()) return checked;
+  if (!feed_ || is_replay_) return Error{ErrorCode::Unavailable, "no drive is recorded that could be marked"};
+  constexpr std::size_t kMostOpen = 100;
+  if (commands_.size() >= kMostOpen) return Error{ErrorCode::Unavailable, "the drive does not answer: try again"};
+  const std::uint64_t id = next_command_++;
+  commands_[id] = std::move(done);
+  feed_->send(feed::Kind::Command, ordered_json{{"id", id}, {"command", "mark"}, {"note", note}}.dump());
+  return {};
+}
+
+Result<fs::path> DriveControl::file_of(const std::string& drive, const std::string& file) const {
+  if (!is_plain_name(drive)) return Error{ErrorCode::Invalid, "this is no name of a drive"};
+  const fs::path path = places_.drives / drive / file;
+  std::error_code ignored;
+  // A link could lead anywhere.
+  if (fs::symlink_status(path, ignored).type() != fs::file_type::regular)
+    return Error{ErrorCode::Unavailable, fmt::format("the drive has no {} (yet)", file)};
+  return path;
+}
+
+}  // namespace hueline::console

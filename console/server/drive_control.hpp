@@ -1,0 +1,93 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "console/server/child.hpp"
+#include "console/server/feed_link.hpp"
+#include "core/result.hpp"
+
+namespace hueline::console {
+
+/// Where the console finds programs and files.
+struct Places {
+  std::filesystem::path drives;     ///< a folder for each drive
+  std::filesystem::path hueline;    ///< the program
+  std::filesystem::path rigs;       ///< rig files (YAML) of the vehicle; may be empty
+  std::filesystem::path scenarios;  ///< scenarios that may be driven without devices; empty: none
+  double check_hours = 4;           ///< how long the drive will be, for the check of the disk
+};
+
+/// The drive, as the console controls it: it starts and stops programs, and finds a drive that runs already, which it
+/// knows by the feed's socket in its folder. A drive does not depend on the console: killed and started again, the
+/// console finds it.
+/// Thread safety: none; all functions and callbacks on the thread of `io`.
+class DriveControl {
+ public:
+  DriveControl(boost::asio::io_context& io, Places places);
+
+  /// Begins to look for drives, and to watch the programs.
+  void start();
+  /// Called when state_json() has changed.
+  std::function<void()> on_change;
+
+  nlohmann::ordered_json state_json() const;
+  nlohmann::ordered_json check_json() const;
+  nlohmann::ordered_json rigs_json() const;
+  nlohmann::ordered_json drives_json() const;
+  /// Returns the socket of the running drive's feed; empty while there is none.
+  std::filesystem::path feed() const { return feed_ ? feed_path_ : std::filesystem::path(); }
+
+  // The operator's commands. Errors: Invalid (a wrong value), Unavailable (the wrong state), Io.
+  Status check(const std::string& rig, double seconds);
+  /// Returns the name of the drive.
+  Result<std::string> drive(const std::string& rig, const std::string& name, const std::string& scenario,
+                            const std::string& override_reason);
+  Result<std::string> replay(const std::string& drive, double speed);
+  Status stop();
+  /// `done` gets the answer of the running drive: empty if the mark is in the journal.
+  Status mark(const std::string& note, std::function<void(const std::string& error)> done);
+  /// Returns the path of a file in the folder of a drive. Errors: Invalid; Unavailable if it is not there.
+  Result<std::filesystem::path> file_of(const std::string& drive, const std::string& file) const;
+
+ private:
+  enum class Step { Idle, Rendering, Starting, Running, Stopping };
+  void look();
+  void watch_programs();
+  void find_feed();
+  bool try_feed(const std::filesystem::path& socket);
+  void take_end(const char* what, Child& child, const std::filesystem::path& said);
+  Status run_capture(const std::string& rig);
+  void changed();
+  std::filesystem::path work(const std::string& file) const;
+  Result<std::string> rig_path(const std::string& rig) const;
+  bool is_busy() const;
+  const char* state_word() const;
+
+  boost::asio::io_context& io_;
+  const Places places_;
+  boost::asio::steady_timer timer_;
+  Step step_ = Step::Idle;
+  bool is_replay_ = false;
+  std::string drive_, rig_, scenario_, since_;
+  Child capture_, player_, renderer_, checker_;
+  std::filesystem::path feed_path_;
+  std::shared_ptr<FeedLink> feed_;  // while a drive runs: for its hello and for commands
+  std::chrono::steady_clock::time_point looked_{};
+  nlohmann::ordered_json last_, check_;
+  std::uint64_t next_command_ = 1;
+  std::map<std::uint64_t, std::function<void(const std::string&)>> commands_;
+  std::string override_;  // why a drive was started although the check said not ready; told to the drive as a mark
+  std::string told_;
+};
+
+}  // namespace hueline::console

@@ -1,0 +1,367 @@
+#!/usr/bin/env python3
+"""The console as a browser and as an attacker use it: login, roles, CSRF, a drive of emulated devices, and what must be refused.
+usage: server_test.py CONSOLE HUELINE SOURCE_DIR"""
+import base64
+import hashlib
+import http.client
+import json
+import os
+import re
+import select
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+
+console, hueline, source = sys.argv[1:4]
+work = tempfile.mkdtemp()
+users = work + "/users.json"
+page = work + "/page"
+os.makedirs(page + "/assets")
+open(page + "/index.html", "w").write("<!doctype html><title>page</title>")
+open(page + "/assets/a-1.js", "w").write("1")
+open(work + "/secret.json", "w").write("secret")
+shutil.copytree(source + "/config/rigs", work + "/rigs")
+os.makedirs(work + "/scenarios")
+short = open(source + "/tests/scenarios/short.yaml").read()
+open(work + "/scenarios/short.yaml", "w").write(re.sub("(?m)^duration_s: .*", "duration_s: 25", short))  # the console restarts meanwhile
+environment = dict(os.environ, XDG_CONFIG_HOME=work + "/config")
+
+
+class Console:
+    def __init__(self, *words):
+        self.process = subprocess.Popen(
+            [console, "serve", "--drives", work + "/drives", "--rigs", work + "/rigs", "--page", page, "--users", users, "--port", "0",
+             "--hueline", hueline, "--allow-simulate", work + "/scenarios", *words],
+            stderr=subprocess.PIPE, env=environment, text=True)
+        self.said = ""
+        while "the console is at" not in self.said:
+            line = self.process.stderr.readline()
+            assert line, self.said
+            self.said += line
+        self.port = int(re.search(r":(\d+)/;", self.said)[1])
+        os.set_blocking(self.process.stderr.fileno(), False)
+        self.cookie = self.csrf = None
+
+    def ask(self, method, path, body=None, headers=None, csrf=True):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+        all_headers = {}
+        if method == "POST":
+            all_headers["Content-Type"] = "application/json"
+            if csrf and self.csrf:
+                all_headers["X-Csrf"] = self.csrf
+        if self.cookie:
+            all_headers["Cookie"] = self.cookie
+        all_headers.update(headers or {})
+        connection.request(method, path, None if body is None else body if isinstance(body, bytes) else json.dumps(body), all_headers)
+        answer = connection.getresponse()
+        data = answer.read()
+        self.headers = answer.headers
+        if answer.headers["Content-Type"] == "application/json" and answer.status != 204:
+            data = json.loads(data)
+            if answer.status >= 400:
+                assert data["error"], path
+        return answer.status, data
+
+    def log_in(self, name, password):
+        self.cookie = self.csrf = None
+        status, data = self.ask("POST", "/api/login", {"name": name, "password": password})
+        if status == 200:
+            self.cookie = self.headers["Set-Cookie"].split(";")[0]
+            self.csrf = data["csrf"]
+        return status, data
+
+    def until(self, state, seconds=60):
+        end = time.time() + seconds
+        while time.time() < end:
+            now = self.ask("GET", "/api/state")[1]
+            if now["state"] == state:
+                return now
+            time.sleep(0.1)
+        raise AssertionError((state, now))
+
+
+class WebSocket:
+    """As little of RFC 6455 as a test needs."""
+
+    def __init__(self, port, path="/ws", protocols="foxglove.websocket.v1", **headers):
+        self.socket = socket.create_connection(("127.0.0.1", port), 20)
+        key = base64.b64encode(os.urandom(16)).decode()
+        lines = [f"GET {path} HTTP/1.1", f"Host: 127.0.0.1:{port}", "Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13",
+                 f"Sec-WebSocket-Key: {key}", f"Sec-WebSocket-Protocol: {protocols}", *(f"{k}: {v}" for k, v in headers.items())]
+        self.socket.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
+        self.bytes = b""
+        while b"\r\n\r\n" not in self.bytes:
+            got = self.socket.recv(4096)
+            assert got, self.bytes
+            self.bytes += got
+        head, self.bytes = self.bytes.split(b"\r\n\r\n", 1)
+        self.status = int(head.split()[1])
+        found = re.search(rb"Sec-WebSocket-Protocol: (\S+)", head)
+        self.protocol = found[1].decode() if found else None
+        if self.status == 101:
+            assert base64.b64encode(hashlib.sha1((key + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11").encode()).digest()) in head
+        self.topics, self.by_id, self.messages, self.ops = {}, {}, {}, []
+        self.closed = False
+
+    def send(self, payload, code=1):
+        mask = os.urandom(4)
+        size = struct.pack("!B", 0x80 | len(payload)) if len(payload) < 126 else struct.pack("!BH", 0xFE, len(payload)) if len(payload) < 65536 else struct.pack("!BQ", 0xFF, len(payload))
+        self.socket.sendall(bytes([0x80 | code]) + size + mask + bytes(b ^ mask[i % 4] for i, b in enumerate(payload)))
+
+    def op(self, **json_of_it):
+        self.send(json.dumps(json_of_it).encode())
+
+    def read(self, seconds):
+        end = time.time() + seconds
+        while not self.closed and (left := end - time.time()) > 0:
+            while self.frame():
+                pass
+            if not select.select([self.socket], [], [], left)[0]:
+                return
+            try:
+                got = self.socket.recv(1 << 20)
+            except ConnectionError:
+                got = b""
+            self.closed = not got
+            self.bytes += got
+
+    def frame(self):
+        if len(self.bytes) < 2:
+            return False
+        size, at = self.bytes[1] & 127, 2
+        if size == 126 and len(self.bytes) >= 4:
+            (size,), at = struct.unpack_from("!H", self.bytes, 2), 4
+        elif size == 127 and len(self.bytes) >= 10:
+            (size,), at = struct.unpack_from("!Q", self.bytes, 2), 10
+        elif size >= 126:
+            return False
+        if len(self.bytes) < at + size:
+            return False
+        code, payload, self.bytes = self.bytes[0] & 15, self.bytes[at:at + size], self.bytes[at + size:]
+        if code == 1:
+            message = json.loads(payload)
+            self.ops.append(message)
+            for channel in message.get("channels", []):
+                self.topics[channel["topic"]] = channel
+                self.by_id[channel["id"]] = channel
+        elif code == 2:
+            kind, subscription, ns = struct.unpack_from("<BIQ", payload)
+            assert kind == 1
+            channel = self.by_id[subscription]  # tests subscribe with the id of the channel
+            data = json.loads(payload[13:]) if channel["encoding"] == "json" else payload[13:]
+            self.messages.setdefault(channel["topic"], []).append(data)
+        elif code == 8:
+            self.closed = True
+        return True
+
+    def subscribe(self, *topics):
+        self.op(op="subscribe", subscriptions=[{"id": self.topics[t]["id"], "channelId": self.topics[t]["id"]} for t in topics])
+
+    def until(self, ready, seconds=30):
+        end = time.time() + seconds
+        while not ready() and not self.closed and time.time() < end:
+            self.read(0.1)
+        assert ready(), (self.topics.keys(), {t: len(m) for t, m in self.messages.items()}, self.ops[-3:])
+
+
+def add_user(name, role, password):
+    subprocess.run([console, "user", "add", name, "--role", role, "--users", users], input=password + "\n", text=True, check=True, stdout=subprocess.DEVNULL)
+
+
+def connections_of(process):
+    return len([f for f in os.listdir(f"/proc/{process.pid}/fd") if os.path.islink(f"/proc/{process.pid}/fd/{f}")])
+
+
+running = []
+try:
+    # Nobody can log in before there is a user, and there is no password that works anyway.
+    server = Console("--plain")
+    running.append(server)
+    assert "user add" in server.said
+    assert server.ask("GET", "/api/session")[0] == 503
+    assert server.log_in("admin", "admin")[0] == 503
+    add_user("anna", "operator", "correct horse")
+    add_user("vera", "viewer", "battery staple")
+    assert subprocess.run([console, "user", "add", "x", "--users", users], input="short\n", text=True, capture_output=True).returncode == 2
+
+    # The page, and nothing beside it.
+    status, data = server.ask("GET", "/")
+    assert status == 200 and b"<title>page" in data
+    csp = server.headers["Content-Security-Policy"]
+    assert "default-src 'none'" in csp and "unsafe" not in csp, csp
+    assert server.headers["X-Content-Type-Options"] == "nosniff" and server.headers["Cache-Control"] == "no-cache"
+    assert server.ask("GET", "/assets/a-1.js")[0] == 200 and "immutable" in server.headers["Cache-Control"]
+    for path in ("/../secret.json", "/assets/../../secret.json", "/%2e%2e/secret.json", "//etc/passwd", "/assets//a-1.js", "/.hidden", "/assets"):
+        assert server.ask("GET", path)[0] == 404, path
+
+    # Login, roles, CSRF, Origin.
+    assert server.ask("GET", "/api/state")[0] == 401
+    assert server.log_in("anna", "wrong password")[0] == 401
+    status, data = server.log_in("vera", "battery staple")
+    assert status == 200 and data["role"] == "viewer", data
+    cookie = server.headers["Set-Cookie"]
+    assert "HttpOnly" in cookie and "SameSite=Strict" in cookie, cookie
+    assert server.ask("GET", "/api/state")[1]["state"] == "idle"
+    assert server.ask("POST", "/api/stop", {})[0] == 403
+    assert server.log_in("anna", "correct horse")[0] == 200
+    assert server.ask("POST", "/api/stop", {}, csrf=False)[0] == 403
+    assert server.ask("POST", "/api/stop", {}, {"Origin": "http://evil.example"})[0] == 403
+    assert server.ask("POST", "/api/stop", {}, {"Origin": f"http://127.0.0.1:{server.port}"})[0] == 409
+    assert server.ask("POST", "/api/stop", {}, {"Content-Type": "text/plain"})[0] == 415
+    assert server.ask("POST", "/api/stop", b"[]")[0] == 400
+    assert server.ask("POST", "/api/stop", b'{"a":\xff}')[0] == 400
+    assert server.ask("DELETE", "/api/state")[0] == 405
+    assert server.ask("GET", "/api/nothing")[0] == 404
+    assert server.ask("POST", "/api/start", {"rig": "../../etc/passwd"})[0] == 400
+    assert server.ask("POST", "/api/start", {"rig": "street", "name": "../x"})[0] == 400
+    assert server.ask("POST", "/api/start", {"rig": "street", "simulate": "../short"})[0] == 400
+    assert server.ask("POST", "/api/replay", {"drive": "none"})[0] == 409
+    assert server.ask("GET", "/api/drives/../summary.json")[0] in (400, 404)
+    assert server.ask("GET", "/api/drives/x/drive.mcap")[0] == 404
+    assert server.ask("POST", "/api/mark", {"note": "x"})[0] == 409
+    assert "street" in [r["name"] for r in server.ask("GET", "/api/rigs")[1]["rigs"]]
+
+    # What is too large, too slow, or no HTTP.
+    assert server.ask("POST", "/api/mark", {"note": "x" * 70000})[0] == 413
+    assert server.ask("GET", "/", headers={"X-Large": "x" * 20000})[0] == 431
+    slow = socket.create_connection(("127.0.0.1", server.port))
+    slow.sendall(b"GET / HTTP/1.1\r\n")
+    garbage = socket.create_connection(("127.0.0.1", server.port))
+    garbage.sendall(b"\x16\x03\x01\x02\x00\x01\x00\n\n\n\n")
+    garbage.settimeout(15)
+    assert b"400" in garbage.recv(1000) or True
+    began = time.time()
+    slow.settimeout(20)
+    ended = False
+    while time.time() - began < 15 and not ended:
+        try:
+            slow.sendall(b"X-A: b\r\n")  # a byte now and then gives no more time
+        except OSError:
+            ended = True
+            break
+        ended = bool(select.select([slow], [], [], 0.5)[0]) and slow.recv(100) == b""
+    assert ended and 8 < time.time() - began < 14, time.time() - began
+
+    # A flood of connections is turned away; who is there stays.
+    flood = []
+    for _ in range(400):
+        try:
+            flood.append(socket.create_connection(("127.0.0.1", server.port), 5))
+        except OSError:
+            break
+    time.sleep(0.5)
+    assert connections_of(server.process) < 300, connections_of(server.process)
+    for one in flood:
+        one.close()
+    time.sleep(0.5)
+    assert server.ask("GET", "/api/state")[0] == 200
+
+    # WebSockets: only who may, only known protocols.
+    assert WebSocket(server.port).status == 401
+    own = {"Cookie": server.cookie}
+    assert WebSocket(server.port, Origin="http://evil.example", **own).status == 403
+    assert WebSocket(server.port, protocols="chat", **own).status == 400
+    assert WebSocket(server.port, path="/?token=" + "0" * 64).status == 401
+    token = subprocess.run([console, "user", "token", "vera", "--users", users], text=True, check=True, capture_output=True).stdout.strip()
+    both = [WebSocket(server.port, path="/?token=" + token, protocols="foxglove.sdk.v1"), WebSocket(server.port, protocols="foxglove.websocket.v1, foxglove.sdk.v1", **own)]
+    assert [one.protocol for one in both] == ["foxglove.sdk.v1", "foxglove.websocket.v1"], [one.status for one in both]
+    for one in both:
+        one.until(lambda: "/hueline/console" in one.topics)
+        assert one.ops[0]["op"] == "serverInfo", one.ops
+        one.subscribe("/hueline/console")
+        one.until(lambda: one.messages.get("/hueline/console"))
+    big = WebSocket(server.port, **own)
+    big.send(b"x" * 70000)
+    big.read(3)
+    assert big.closed, "a message of 70 kB"
+    bad = WebSocket(server.port, **own)
+    bad.send(b'{"op":"\xff"}')
+    bad.read(3)
+    assert bad.closed, "text that is no UTF-8"
+    deep = WebSocket(server.port, **own)
+    deep.send(b"[" * 60000)
+    deep.op(op="dance")
+    deep.until(lambda: any(m["op"] == "status" for m in deep.ops))
+
+    # A drive of emulated devices.
+    status, data = server.ask("POST", "/api/start", {"rig": "street", "simulate": "short", "name": "first", "override": "no time"})
+    assert status == 202 and data["drive"] == "first", data
+    assert server.ask("POST", "/api/start", {"rig": "street"})[0] == 409
+    state = server.until("driving", 90)
+    assert state["drive"] == "first" and state["rig"], state
+    for one in both:
+        one.until(lambda: "/hueline/status" in one.topics)
+        one.subscribe("/hueline/status", "/hueline/events")
+        one.until(lambda: one.messages.get("/hueline/status") and one.messages.get("/hueline/events"))
+    # The console is killed; the drive goes on, and the next console finds it.
+    stuck = WebSocket(server.port, **own)
+    stuck.until(lambda: "/hueline/status" in stuck.topics)
+    server.process.kill()
+    server.process.wait()
+    server = Console("--plain")
+    running.append(server)
+    assert server.log_in("anna", "correct horse")[0] == 200
+    assert server.until("driving", 5)["drive"] == "first"
+    watcher = WebSocket(server.port, Cookie=server.cookie)
+    sleeper = WebSocket(server.port, Cookie=server.cookie)  # never reads
+    for one in (watcher, sleeper):
+        one.until(lambda: "/cloud" in one.topics, 60)
+        one.subscribe(*one.topics)
+    status, data = server.ask("POST", "/api/mark", {"note": "bump \u2713"})
+    assert status == 200, data
+    watcher.until(lambda: any(m["text"] == "bump \u2713" for m in watcher.messages.get("/hueline/events", [])))
+    watcher.until(lambda: watcher.messages.get("/cloud") and watcher.messages.get("/image/camera") and watcher.messages.get("/tf_static"))
+    assert server.ask("POST", "/api/stop", {})[0] == 202
+    # It stops within its own time. What it says at its end is no child of this console.
+    watcher.until(lambda: any(m["op"] == "unadvertise" for m in watcher.ops), 60)
+    server.until("idle", 60)
+    for _ in range(100):
+        if os.path.exists(work + "/drives/first/summary.json") and os.path.getsize(work + "/drives/first/summary.json") > 100:
+            break
+        time.sleep(0.2)
+    status, summary = server.ask("GET", "/api/drives/first/summary.json")
+    assert status == 200 and [m["note"] for m in summary["marks"]] == ["started although the check said not ready: no time", "bump \u2713"], summary.get("marks")
+    status, report = server.ask("GET", "/api/drives/first/report.html")
+    assert status == 200 and b"bump" in report and "sandbox" in server.headers["Content-Security-Policy"]
+    drives = server.ask("GET", "/api/drives")[1]["drives"]
+    assert drives[0]["name"] == "first" and drives[0]["bytes"] > 1e5 and drives[0]["grade"], drives
+    # The same bytes as a replay makes without anybody.
+    subprocess.run([hueline, "replay", work + "/drives/first", "--out", work + "/alone", "--no-feed"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    for file in ("cloud.las", "view.mcap", "report.html"):
+        assert open(f"{work}/drives/first/{file}", "rb").read() == open(f"{work}/alone/{file}", "rb").read(), file
+
+    # A replay is shown in the same way.
+    assert server.ask("POST", "/api/replay", {"drive": "first", "speed": 1})[0] == 202
+    server.until("replaying", 30)
+    assert server.ask("POST", "/api/stop", {})[0] == 202
+    server.until("idle", 30)
+
+    # Wrong passwords are limited, also for who knows the right one now.
+    codes = [server.log_in("anna", f"wrong {i}")[0] for i in range(7)]
+    assert codes == [401] * 5 + [429] * 2 and int(server.headers["Retry-After"]) > 0, codes
+    assert server.log_in("anna", "correct horse")[0] == 429
+
+    # TLS with a certificate made on first use, which is kept.
+    secure = Console()
+    running.append(secure)
+    first = re.search("SHA-256 is (\\S+)", secure.said)[1]
+    out = subprocess.run(["openssl", "s_client", "-connect", f"127.0.0.1:{secure.port}"], input="", text=True, capture_output=True).stdout
+    assert "TLSv1.3" in out, out
+    assert os.stat(work + "/config/hueline/console-key.pem").st_mode & 0o777 == 0o600
+    secure.process.terminate()
+    secure.process.wait(10)
+    again = Console()
+    running.append(again)
+    assert re.search("SHA-256 is (\\S+)", again.said)[1] == first
+    refused = subprocess.run([console, "serve", "--drives", work + "/drives", "--plain", "--address", "0.0.0.0"], text=True, capture_output=True, env=environment)
+    assert refused.returncode == 2 and "--plain" in refused.stderr, refused
+    print("login, drive, kill, replay, TLS: as they should be")
+finally:
+    for one in running:
+        one.process.kill()
+    shutil.rmtree(work, ignore_errors=True)
