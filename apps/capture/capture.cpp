@@ -362,12 +362,13 @@ class Reachable {
   Status take(const DriveCommand& command) {
     const Lock lock(mutex_);
     if (!run_) return Error{ErrorCode::Unavailable, "the drive is not recorded at this moment"};
-    const bool is_again = command.kind == DriveCommand::Kind::Stop && std::exchange(stops_, true);
-    if (is_again) return {};  // a second signal would end at once
+    const bool is_stop = command.kind == DriveCommand::Kind::Stop;
+    if (is_stop && stops_) return {};  // a second signal would end at once
     if (!run_->ingest().submit(Packet{kSystemSensor, PacketKind::Command, false, 0, drivers::host_now(),
                                       Buffer::copy_of(encode_command(command))}))
-      return Error{ErrorCode::Exhausted, "the disk is too slow at this moment: try again"};
-    if (command.kind == DriveCommand::Kind::Stop) ::kill(::getpid(), SIGTERM);  // as Ctrl-C does
+      return Error{ErrorCode::Exhausted, "not recorded: the drive is ending, or its disk is too slow at this moment"};
+    if (is_stop) ::kill(::getpid(), SIGTERM);  // as Ctrl-C does
+    stops_ = stops_ || is_stop;
     return {};
   }
 
