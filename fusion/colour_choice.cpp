@@ -18,7 +18,7 @@ constexpr float kStep = 0.17f;            // what one step of LineOfSight costs,
 constexpr float kLostLight = 0.25f;       // what a saturated pixel costs, rad
 constexpr float kPerNanosecond = 1e-10f;  // what poses and light drift apart between firing and exposure, rad/ns
 constexpr float kSameLine = 0.02f;        // nothing fits between two lines with this parallax, rad
-constexpr float kUsualSigma_m = 0.1f;     // poses of an undisturbed drive differ less in sigma
+constexpr float kElsewhere = 0.02f;       // an exposure that sees a point so far from where it is shows another, rad
 constexpr float kNever = 1e30f;
 // On each side so many moments, the nearest, may colour a point even if they are no steps of the timeline.
 constexpr int kNearest = 3;
@@ -48,11 +48,19 @@ float drift(const Moment& moment, GpsTime time) {
   return kPerNanosecond * static_cast<float>(std::abs((time - moment.time).count()));
 }
 
-/// Returns what a moment costs for a point if nothing lies between, rad.
-float least_cost(const Moment& moment, const SeenPlaces& seen, std::size_t index, const ColouredPoint& point) {
-  // After a leap of the POS its sigma is that of the leap: exposures on the other side see the point elsewhere.
-  const float leapt = std::max(0.0f, std::abs(moment.viewpoint->sigma_m - point.sigma_m) - kUsualSigma_m);
-  return seen.parallax[index] + drift(moment, point.time) + leapt * seen.nearness[index];
+/// Returns what a moment costs for a point if nothing lies between, rad; kNever if a leap of the POS lies between the
+/// two, by which the image shows the point elsewhere.
+float least_cost(const Moment& moment, const SeenPlaces& seen, std::size_t index, const LeapBetween& leap,
+                 const ColouredPoint& point) {
+  const float off = leap.position_m * seen.nearness[index] + leap.angle;
+  if (off > kElsewhere) return kNever;
+  return seen.parallax[index] + drift(moment, point.time) + off;
+}
+
+LeapBetween leap_between(const Moment& moment, const GeoreferencedBatch& placed) {
+  const Leap& leapt = moment.viewpoint->leapt;
+  return {static_cast<float>((leapt.position - placed.leapt.position).norm()),
+          static_cast<float>((leapt.attitude - placed.leapt.attitude).norm())};
 }
 
 /// Returns what is known about the line of sight from a moment to a point.
@@ -123,7 +131,7 @@ Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& p
   std::vector<float>& costs = piece.costs;
   costs.resize(piece.candidates.size());
   for (std::size_t k = 0; k < costs.size(); ++k)
-    costs[k] = least_cost(timeline_.at(piece.candidates[k]), piece.seen[k], index, point);
+    costs[k] = least_cost(timeline_.at(piece.candidates[k]), piece.seen[k], index, piece.leaps[k], point);
   Found found;
   float least = kNever;
   while (!costs.empty()) {
@@ -164,8 +172,9 @@ void Colouring::take_agreed(std::size_t index, Piece& piece, const ColouredPoint
   piece.views.clear();
   for (std::size_t k = 0; k < piece.candidates.size(); ++k) {
     const Moment& moment = timeline_.at(piece.candidates[k]);
+    const float least = least_cost(moment, piece.seen[k], index, piece.leaps[k], point);
     Sight sight;
-    if (!sees(moment, point, sight)) continue;
+    if (least >= kNever || !sees(moment, point, sight)) continue;
     const FloatLens& lens = projector_.lenses()[sight.lens];
     const HeadGains* gains = gains_of(moment, piece);
     const Rgb pixel = sample_sight(lens, moment.pictures[lens.camera], sight);
@@ -174,7 +183,7 @@ void Colouring::take_agreed(std::size_t index, Piece& piece, const ColouredPoint
     const float trust = kTrust[static_cast<std::size_t>(look)];
     piece.witnesses.push_back(
         {radiometry_.render(pixel, gains, sight.lens, lens.off_axis(sight.x, sight.y), piece.adaptation), trust,
-         trust / (1.0f + least_cost(moment, piece.seen[k], index, point))});
+         trust / (1.0f + least)});
     piece.views.push_back({piece.candidates[k], sight, look, found.is_hidden});
   }
   if (!piece.views.empty()) found = piece.views[most_agreed(piece.witnesses)];
@@ -187,6 +196,7 @@ void Colouring::choose_beside(const PlacedBatch& batch, const ColouredPoint* poi
   // The nearest candidates before and after the batch, and those after them.
   std::array<std::array<const Moment*, 2>, 2> beside{};
   std::array<int, 2> nearest{-1, -1};
+  std::array<LeapBetween, 2> leap{};
   for (const int candidate : piece.candidates) {
     const Moment& moment = timeline_.at(candidate);
     const auto side = static_cast<std::size_t>(moment.time > batch.batch.time);
@@ -198,15 +208,18 @@ void Colouring::choose_beside(const PlacedBatch& batch, const ColouredPoint* poi
     }
   }
   for (std::size_t side = 0; side < 2; ++side)
-    if (beside[side][0] != nullptr)
+    if (beside[side][0] != nullptr) {
+      leap[side] = leap_between(*beside[side][0], batch.placed);
       locate(visibility_.grid(), beside[side][0]->viewpoint->relative_to(batch.placed.scanner_enu), batch.placed.places,
              piece.beside[side]);
+    }
   for (std::size_t i = 0; i < batch.placed.size(); ++i) {
     const ColouredPoint& point = points[i];
     const bool moves = piece.sightings[i].is_moving();
     std::array<float, 2> cost{kNever, kNever};
     for (std::size_t side = 0; side < 2; ++side)
-      if (beside[side][0] != nullptr) cost[side] = least_cost(*beside[side][0], piece.beside[side], i, point);
+      if (beside[side][0] != nullptr)
+        cost[side] = least_cost(*beside[side][0], piece.beside[side], i, leap[side], point);
     Found& found = piece.found[i];
     float least = kNever, least_beyond = kNever;
     const std::size_t cheaper = cost[1] < cost[0] ? 1 : 0;
@@ -326,9 +339,12 @@ void Colouring::colour_rest(const PlacedBatch& batch, ColouredPoint* points, Pie
   if (piece.group.empty()) return;
   if (is_visible) {
     piece.seen.resize(std::max(piece.seen.size(), piece.candidates.size()));
-    for (std::size_t k = 0; k < piece.candidates.size(); ++k)
-      locate(visibility_.grid(), timeline_.at(piece.candidates[k]).viewpoint->relative_to(batch.placed.scanner_enu),
-             piece.places, piece.seen[k]);
+    piece.leaps.clear();
+    for (std::size_t k = 0; k < piece.candidates.size(); ++k) {
+      const Moment& moment = timeline_.at(piece.candidates[k]);
+      piece.leaps.push_back(leap_between(moment, batch.placed));
+      locate(visibility_.grid(), moment.viewpoint->relative_to(batch.placed.scanner_enu), piece.places, piece.seen[k]);
+    }
   }
   for (std::size_t k = 0; k < piece.group.size(); ++k) {
     const std::uint32_t i = piece.group[k];

@@ -301,7 +301,7 @@ void Colouring::resolve_viewpoints(bool everything) {
     Moment::Viewpoint viewpoint;
     for (int k = 0; k < 9; ++k) viewpoint.R_head_enu[static_cast<std::size_t>(k)] = static_cast<float>(R(k / 3, k % 3));
     viewpoint.centre_enu = T_head_enu.inverse().translation;
-    viewpoint.sigma_m = static_cast<float>(pose->sigma_position.norm());
+    viewpoint.leapt = pose->leapt;
     if (projector_.is_rolling()) viewpoint.motion = motion_at(moment.time, T_head_enu);
     moment.viewpoint = viewpoint;
     drop_frozen(moment);

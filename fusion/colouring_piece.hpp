@@ -17,6 +17,11 @@ struct Colouring::Found {
   bool is_hidden = false;  ///< whether something hides the point in a moment that was asked
 };
 
+/// What the POS leapt between a moment and a batch; nothing if it leapt back.
+struct LeapBetween {
+  float position_m = 0, angle = 0;  // m, rad
+};
+
 /// Working memory for one batch in the colouring. It is reused.
 struct Colouring::Piece {
   std::array<std::uint64_t, kColourStates> by_state{};
@@ -31,6 +36,7 @@ struct Colouring::Piece {
   RelativePlaces places;
   std::array<SeenPlaces, 2> beside;  ///< from the nearest moments before and after
   std::vector<SeenPlaces> seen;      ///< of `places`, for each candidate
+  std::vector<LeapBetween> leaps;    ///< between the batch and each candidate
   Sights sights;                     ///< of `places`
   std::vector<Rgb> pixels;           ///< sampled, with what render_each() needs
   std::vector<std::uint8_t> lenses;

@@ -28,7 +28,7 @@ struct Moment {
   struct Viewpoint {
     std::array<float, 9> R_head_enu;  ///< row by row
     Eigen::Vector3d centre_enu;
-    float sigma_m = 0;  ///< one sigma of the place, all axes together
+    Leap leapt;         ///< Pose::leapt
     HeadMotion motion;  ///< of a head with a rolling shutter
     /// Returns the head as seen from places relative to `origin`.
     RelativeHead relative_to(const Eigen::Vector3d& origin) const {

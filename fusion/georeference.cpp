@@ -10,6 +10,7 @@ namespace {
 struct Placement {
   std::array<double, 12> rows{};
   double variance_position = 0, variance_angle = 0;  // m^2, rad^2
+  Leap leapt;
   NoPose reason = NoPose::None;
 };
 
@@ -25,6 +26,7 @@ Placement placement_at(GpsTime time, double sigma_time_s, const LaserMount& moun
       placement.rows[static_cast<std::size_t>(4 * row + column)] = R(row, column);
     placement.rows[static_cast<std::size_t>(4 * row + 3)] = T_enu_scanner.translation[row];
   }
+  placement.leapt = pose->leapt;
   const double along = pose->velocity_enu.norm() * sigma_time_s;
   placement.variance_position =
       pose->sigma_position.squaredNorm() + along * along + mount.sigma_range_m * mount.sigma_range_m;
@@ -92,6 +94,7 @@ void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const
   for (const Placement& node : nodes) {
     if (node.reason != NoPose::None) continue;
     out.scanner_enu = {node.rows[3], node.rows[7], node.rows[11]};
+    out.leapt = node.leapt;
     break;
   }
   std::size_t placed = 0;

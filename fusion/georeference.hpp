@@ -20,6 +20,7 @@ struct GeoreferencedBatch {
   std::vector<std::uint32_t> source;    ///< index in StampedLaserBatch::returns
   /// Place of the scanner at the first firing that has a pose, m from the trajectory's origin.
   Eigen::Vector3d scanner_enu = Eigen::Vector3d::Zero();
+  Leap leapt;  ///< Pose::leapt at that firing
   std::array<std::uint64_t, kNoPoseReasons> no_pose{};
   std::uint64_t empty = 0;  ///< returns without a range, or with values that are not finite
   std::size_t size() const { return source.size(); }

@@ -122,6 +122,7 @@ void Trajectory::add(const InsSolution& solution) {
   }
   s.own_sigma_position = s.sigma_position;
   s.own_sigma_attitude = s.sigma_attitude;
+  if (!solutions_.empty()) s.leapt = solutions_.back().leapt;
   judge_leap(s);
   solutions_.push_back(s);
   ++counts_.used;
@@ -162,6 +163,8 @@ void Trajectory::judge_leap(Solution& now) {
       doubt += leap;
       if (doubt.norm() < 0.2 * leap.norm()) doubt.setZero();  // it leapt back
     };
+    now.leapt.position += leapt_.position;
+    now.leapt.attitude += leapt_.attitude;
     settle(doubt_.position, leapt_.position);
     settle(doubt_.attitude, leapt_.attitude);
   }
@@ -212,7 +215,11 @@ Trajectory::PoseOrReason Trajectory::pose_at(GpsTime time) const {
   auto after = static_cast<std::size_t>(after_it - solutions_.begin());
   if (solutions_[after - 1].time == time) {
     const Solution& exact = solutions_[after - 1];
-    return {Pose{{exact.q_enu_body, exact.position}, exact.velocity, exact.sigma_position, exact.sigma_attitude},
+    return {Pose{{exact.q_enu_body, exact.position},
+                 exact.velocity,
+                 exact.sigma_position,
+                 exact.sigma_attitude,
+                 exact.leapt},
             NoPose::None};
   }
   const Solution &a = solutions_[after - 1], &b = solutions_[after];
@@ -235,6 +242,7 @@ Trajectory::PoseOrReason Trajectory::pose_at(GpsTime time) const {
   };
   pose.sigma_position = grown(a.sigma_position, b.sigma_position, config_.sigma_acceleration);
   pose.sigma_attitude = grown(a.sigma_attitude, b.sigma_attitude, config_.sigma_angular_acceleration);
+  pose.leapt = s < 0.5 ? a.leapt : b.leapt;
   return {pose, NoPose::None};
 }
 

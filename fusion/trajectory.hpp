@@ -23,12 +23,20 @@ constexpr int kNoPoseReasons = 5;
 /// Returns the reason in words, for people.
 const char* name(NoPose reason);
 
+/// How far the POS's solutions leapt, as a sum of vectors: a leap and the leap back add to nothing.
+struct Leap {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< Enu, m
+  Eigen::Vector3d attitude = Eigen::Vector3d::Zero();  ///< rotation vector in Enu, rad
+};
+
 /// The pose of the vehicle at one instant, in the local level at the drive's origin.
 struct Pose {
   Transform<Enu, Body> T_enu_body;
   Eigen::Vector3d velocity_enu = Eigen::Vector3d::Zero();    ///< m/s
   Eigen::Vector3d sigma_position = Eigen::Vector3d::Zero();  ///< one sigma east, north, up, m
   Eigen::Vector3d sigma_attitude = Eigen::Vector3d::Zero();  ///< one sigma roll, pitch, heading, rad
+  /// The sum of all leaps before. Two poses fit together as well as their sigmas say only if it is the same for both.
+  Leap leapt;
 };
 
 /// Interpolates the POS's solutions to a continuous trajectory.
@@ -99,9 +107,7 @@ class Trajectory {
     Eigen::Quaterniond q_enu_body;
     Eigen::Vector3d position, velocity, sigma_position, sigma_attitude;
     Eigen::Vector3d own_sigma_position, own_sigma_attitude;  // without the doubt from leaps
-  };
-  struct Leap {
-    Eigen::Vector3d position = Eigen::Vector3d::Zero(), attitude = Eigen::Vector3d::Zero();  // Enu, m and rad
+    Leap leapt;                                              // the sum of all leaps up to this one
   };
   void judge_leap(Solution& solution);
   Eigen::Quaterniond attitude_between(std::size_t after, double h, double s) const;

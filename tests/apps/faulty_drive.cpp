@@ -26,7 +26,7 @@ namespace {
 // UTC hour turns in the middle of the faults' time.
 constexpr const char* kScenario = R"(
 seed: 11
-duration_s: 8
+duration_s: 9
 lead_in_s: 10
 start_time_of_week_s: 302404
 street: {furnished: false}

@@ -64,7 +64,8 @@ struct RecordedOutcome {
 class FaultyDrive {
  public:
   /// Times of the drive, in s after its beginning.
-  static constexpr double kSensorsBegin = 10, kFaultBegin = 13, kFaultEnd = 15, kSensorsEnd = 18;
+  static constexpr double kSensorsBegin = 10, kFaultBegin = 13, kFaultEnd = 15, kSensorsEnd = 19;
+  static constexpr double kExposureInterval = 0.1;
   static FaultyDrive& shared();
   /// `Enter` is given each packet, and the function that processes it. Without it, packets are processed as they come.
   using Enter = std::function<void(const Packet&, const std::function<void(const Packet&)>& process)>;

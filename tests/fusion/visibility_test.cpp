@@ -113,7 +113,7 @@ TEST_F(AlongAWall, TheBoxHidesTheWallOnlyAtItsOwnMoment) {
   const auto moment_at = [](double t) {
     Moment moment;
     moment.time = at(t);
-    moment.viewpoint = Moment::Viewpoint{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {kSpeed * t, 0, 2.2}, 0, {}};
+    moment.viewpoint = Moment::Viewpoint{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {kSpeed * t, 0, 2.2}, {}, {}};
     return moment;
   };
   Moment with_box = moment_at(1.0), later = moment_at(1.6);
