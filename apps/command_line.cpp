@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cctype>
+#include <filesystem>
+#include <string_view>
 #include <utility>
 
 #include "apps/exit_code.hpp"
@@ -61,6 +64,48 @@ std::string unknown_word(const CLI::App& all, int argc, char** argv) {
     path += " " + word;
   }
   return {};
+}
+
+/// Returns the words that a choice of an option allows; empty if it is free. CLI11 gives them as text: "{a,b}".
+std::vector<std::string> choices_of(const CLI::Option& option) {
+  std::vector<std::string> out;
+  const std::string type = option.get_type_name();
+  const auto begin = type.find('{'), end = type.rfind('}');
+  if (begin == std::string::npos || end == std::string::npos || end < begin) return out;
+  for (std::size_t at = begin + 1; at <= end;) {
+    const std::size_t comma = std::min(type.find(',', at), end);
+    out.push_back(type.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return out;
+}
+
+/// Returns what may stand in the place of the last of the words, for the completion of a shell. Empty: a file, or a
+/// value of the user's own.
+std::vector<std::string> completions(const CLI::App& all, const std::vector<std::string>& words) {
+  const CLI::App* app = &all;
+  const CLI::Option* waiting = nullptr;  // the option whose value comes next
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    const std::string& word = words[i];
+    if (std::exchange(waiting, nullptr) != nullptr) continue;
+    if (word.starts_with('-')) {
+      const CLI::Option* option = app->get_option_no_throw(word);
+      if (option != nullptr && option->get_items_expected_min() > 0) waiting = option;
+      continue;
+    }
+    for (const CLI::App* below : app->get_subcommands(nullptr))
+      if (below->get_name() == word) {
+        app = below;
+        break;
+      }
+  }
+  if (waiting != nullptr) return choices_of(*waiting);
+  const std::string last = words.empty() ? "" : words.back();
+  if (!last.starts_with('-')) return names_of(app->get_subcommands(nullptr));
+  std::vector<std::string> out;
+  for (const CLI::Option* option : app->get_options())
+    for (const std::string& name : option->get_lnames()) out.push_back("--" + name);
+  return out;
 }
 
 /// Returns the error that CLI11 found, with the command that it is about and where to read more.
@@ -191,13 +236,17 @@ void Command::runs(std::function<int()> work) {
 
 int run_command_line(int argc, char** argv, const std::string& about, const std::string& version,
                      const std::string& footer, const std::function<void(Command&)>& add_commands) {
-  CLI::App app{about};
+  CLI::App app{about, std::filesystem::path(argv[0]).filename().string()};
   app.footer(footer);
   app.set_version_flag("--version", version);
   std::function<int()> chosen;
   Command all(app, chosen);
   all.needs_command();
   add_commands(all);
+  if (argc > 1 && std::string_view(argv[1]) == kComplete) {
+    for (const std::string& word : completions(app, {argv + 2, argv + argc})) fmt::print("{}\n", word);
+    return kDone;
+  }
   app.failure_message(complaint);
   if (const std::string unknown = unknown_word(app, argc, argv); !unknown.empty()) {
     std::fprintf(stderr, "%s\n%s --help says what may be given\n", unknown.c_str(),

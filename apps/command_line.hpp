@@ -73,8 +73,13 @@ class Command {
   Files files_;
 };
 
+/// The word with which a shell asks a program what may stand in the place of the last word that follows it
+/// (packaging/completion.bash).
+inline constexpr const char* kComplete = "--complete";
+
 /// Runs the whole program: reads the words, runs the chosen command and returns its exit status. Wrong words give 2,
-/// with the word that was probably meant. Exceptions of the command pass through.
+/// with the word that was probably meant. Exceptions of the command pass through. After kComplete it prints what the
+/// shell asks for, one word a line.
 int run_command_line(int argc, char** argv, const std::string& about, const std::string& version,
                      const std::string& footer, const std::function<void(Command&)>& add_commands);
 

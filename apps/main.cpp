@@ -7,8 +7,11 @@
 /// `hueline`: the commands that a vehicle needs. It starts hueline-office, which lies beside it, for all others.
 int main(int argc, char** argv) {
   using namespace hueline::apps;
+  // A shell that completes asks for the words of an office command when a word follows it.
+  const bool completes = argc > 1 && std::strcmp(argv[1], kComplete) == 0;
+  const char* const word = completes ? (argc > 3 ? argv[2] : "") : (argc > 1 ? argv[1] : "");
   for (const CommandName& command : kOfficeCommands)
-    if (argc > 1 && std::strcmp(argv[1], command.word) == 0) return run_office_program(argv);
+    if (std::strcmp(word, command.word) == 0) return run_office_program(argv);
   return run_program(argc, argv, [](Command& all) {
     add_capture(all);
     add_replay(all);
