@@ -26,7 +26,8 @@ ImageStreamCounts operator+(const ImageStreamCounts& a, const ImageStreamCounts&
           .underruns = a.underruns + b.underruns,
           .missing_packets = a.missing_packets + b.missing_packets,
           .resent_packets = a.resent_packets + b.resent_packets,
-          .broken_packets = a.broken_packets + b.broken_packets};
+          .broken_packets = a.broken_packets + b.broken_packets,
+          .ignored_bytes = a.ignored_bytes + b.ignored_bytes};
 }
 
 /// Images in a pool of this process.
@@ -55,7 +56,9 @@ struct AravisSource::Open {
   std::unique_ptr<ImageStream> stream;
   ImageStreamCounts told;  // counts of losses that faults have already reported
   HostTime last_look{};
-  std::deque<Packet> faults;  // faults that next() still has to return
+  ImageStreamCounts at_image;  // counts when an image came last
+  bool counts_anew = false;    // the camera has restarted, and the stream ignores its images
+  std::deque<Packet> faults;   // faults that next() still has to return
 
   // Releasing the camera object joins the heartbeat thread. Until then that thread may report to `stream` that the
   // camera is gone, so the stream is stopped here but outlives the camera object.
@@ -97,11 +100,12 @@ Result<Packet> AravisSource::next(std::stop_token stop) {
   if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped"};
   if (!open_) return Error{ErrorCode::Disconnected, "camera: not open"};
   ImageStream& stream = *open_->stream;
-  if (open_->faults.empty()) {
+  if (open_->faults.empty() && !open_->counts_anew) {
     // If the pool is exhausted, the stream gets no buffers, and its underruns are reported.
     (void)stream.top_up();
     auto image = stream.wait(kWait, stop);
     const bool is_last = !image && stream.is_interrupted();
+    look_for_restart(image.has_value());
     look_for_losses(host_now(), is_last);
     if (image) return Packet{kSystemSensor, PacketKind::Wire, false, 0, image->received, std::move(image->packet)};
   }
@@ -111,8 +115,23 @@ Result<Packet> AravisSource::next(std::stop_token stop) {
     return fault;
   }
   if (stream.is_interrupted()) return Error{ErrorCode::Disconnected, "camera: no longer answers"};
+  if (open_->counts_anew) return Error{ErrorCode::Disconnected, "camera: counts its images anew"};
   if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped"};
   return Error{ErrorCode::TimedOut, {}};
+}
+
+/// A camera that has restarted counts its images anew. Aravis takes those numbered below the last for late ones and
+/// ignores up to a hundred of them, so the stream must be opened again.
+void AravisSource::look_for_restart(bool has_image) {
+  const ImageStreamCounts seen = open_->stream->counts();
+  ImageStreamCounts& before = open_->at_image;
+  if (has_image || seen.incomplete_images != before.incomplete_images || seen.underruns != before.underruns)
+    before = seen;
+  const std::uint64_t ignored = (seen.ignored_bytes - before.ignored_bytes) / open_->stream->payload_bytes();
+  if (ignored == 0) return;
+  open_->faults.push_back(fault_packet(host_now(), FaultKind::Lost, ignored,
+                                       "images are numbered below those before: the camera has restarted"));
+  open_->counts_anew = true;
 }
 
 void AravisSource::look_for_losses(HostTime now, bool is_last) {

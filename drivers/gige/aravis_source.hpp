@@ -23,6 +23,8 @@ struct ImageStreamCounts {
   std::uint64_t missing_packets = 0;
   std::uint64_t resent_packets = 0;  ///< packets that came after they were requested again
   std::uint64_t broken_packets = 0;  ///< packets with an error code, and images that are larger than their buffer
+  /// Bytes that came and belong to no image: of images that were given up, or that are numbered below those before.
+  std::uint64_t ignored_bytes = 0;
 };
 
 /// What an AravisSource gets from the process around it. Leave the members empty if the source is used alone.
@@ -46,11 +48,11 @@ struct AravisSurroundings {
 /// Errors of open(): Unavailable if the camera is absent, silent or held by another program, or if this computer does
 /// not have the address that `interface` names. Invalid if the camera is not the one that Config names, or refuses a
 /// setting; asking again does not help.
-/// Errors of next(): Disconnected when the camera stops answering its heartbeat. That takes 3 to 9 s after a GigE
-/// camera is gone; for a USB camera it is immediate.
-/// Fault packets, at most one of each kind a second, each with its count: Lost (incomplete images), Overflow (no buffer
-/// was free), Malformed (packets with errors). Incomplete images are delivered and marked. Images that are lost
-/// entirely show as a gap in the frame id, and ImageDecoder counts them.
+/// Errors of next(): Disconnected when the camera stops answering its heartbeat, 3 to 9 s after a GigE camera is gone
+/// and at once for a USB camera; and an image after a camera that has restarted counts its images from 1 again. Fault
+/// packets, at most one of each kind a second, each with its count: Lost (incomplete images), Overflow (no buffer was
+/// free), Malformed (packets with errors). Incomplete images are delivered and marked. Images that are lost entirely
+/// show as a gap in the frame id, and ImageDecoder counts them.
 ///
 /// Thread safety: none; one thread calls all functions. next() waits at most about 100 ms. open() and close() take
 /// several seconds if the camera does not answer.
@@ -69,6 +71,7 @@ class AravisSource : public PacketSource {
 
  private:
   struct Open;  // the camera and its stream
+  void look_for_restart(bool has_image);
   void look_for_losses(HostTime now, bool is_last);
 
   const Config config_;

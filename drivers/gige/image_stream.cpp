@@ -244,7 +244,8 @@ ImageStreamCounts ImageStream::counts() const {
           .underruns = info("n_underruns"),
           .missing_packets = of_gige("n_missing_packets"),
           .resent_packets = of_gige("n_resent_packets"),
-          .broken_packets = of_gige("n_error_packets") + of_gige("n_size_mismatch_errors")};
+          .broken_packets = of_gige("n_error_packets") + of_gige("n_size_mismatch_errors"),
+          .ignored_bytes = of_gige("n_ignored_bytes")};
 }
 
 }  // namespace hueline::drivers

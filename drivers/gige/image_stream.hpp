@@ -43,6 +43,8 @@ class ImageStream {
   void interrupt();
   bool is_interrupted() const { return is_interrupted_; }
 
+  /// Returns the bytes of one image.
+  std::size_t payload_bytes() const { return payload_; }
   /// Returns what this stream has counted so far.
   ImageStreamCounts counts() const;
 

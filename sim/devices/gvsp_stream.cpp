@@ -189,11 +189,12 @@ Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
   Result<Buffer> pixels = region(image, stream);
   if (!pixels) return pixels.error();
 
-  // A camera numbers its images from 1 in each acquisition.
-  if (acquisition != numbered_acquisition_) {
+  // A camera numbers its images from 1 in each acquisition, and when it has restarted.
+  if (acquisition != numbered_acquisition_ || image.sequence < last_sequence_) {
     numbered_acquisition_ = acquisition;
     first_sequence_ = image.sequence;
   }
+  last_sequence_ = image.sequence;
   SentImage sent;
   sent.pixels = std::move(pixels).value();
   sent.has_pixels = true;

@@ -93,7 +93,7 @@ class GvspStream {
 
   // Used by the thread that sends.
   SeededRandom losses_;
-  std::uint64_t numbered_acquisition_ = 0, first_sequence_ = 0;
+  std::uint64_t numbered_acquisition_ = 0, first_sequence_ = 0, last_sequence_ = 0;
 };
 
 }  // namespace hueline::sim

@@ -25,6 +25,7 @@ class EmulatedCamera {
     std::uint32_t width = 320, height = 240;
     double rate_hz = 50;
     double link_bytes_per_second = 110e6;
+    std::int64_t restarts_at = 0;  ///< the images are counted from 1 again after this one, once; 0: never
   };
   explicit EmulatedCamera(const Config& config) {
     for (std::size_t i = 0; i < paintings_.size(); ++i) {
@@ -61,11 +62,13 @@ class EmulatedCamera {
   }
   void stream(const Config& config, const std::stop_token& stop) {
     auto due = std::chrono::steady_clock::now();
+    std::int64_t restarts_at = config.restarts_at;
     for (std::int64_t number = 1; !stop.stop_requested(); ++number) {
       due += std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / config.rate_hz));
       (void)camera_->send({static_cast<std::uint64_t>(number), number, config.width, config.height,
                            paintings_[static_cast<std::size_t>(number % 4)]},
                           stop);
+      if (number == restarts_at) number = restarts_at = 0;
       std::this_thread::sleep_until(due);
     }
   }

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include "tests/drivers/gige/emulated_camera.hpp"
 #include "tests/drivers/gige/gige_reader.hpp"
 
 #ifdef HUELINE_SANITIZE_THREAD
@@ -108,6 +109,29 @@ TEST_F(Gige, SilentCameraTimesOut) {
     EXPECT_EQ(nothing.error().code, ErrorCode::TimedOut);
     EXPECT_LT(host_now() - asked, milliseconds(500));
   }
+}
+
+TEST_F(Gige, ACameraThatCountsItsImagesAnewIsOpenedAgainWithinASecond) {
+  test::EmulatedCamera camera({.rate_hz = 20, .restarts_at = 60});
+  ASSERT_EQ(camera.problem(), "");
+  AravisSource::Config config = at_loopback();
+  config.frame_rate_hz = 0;
+  AravisSource source(config);
+  ASSERT_TRUE(source.open().ok());
+  // Until it restarts, and then nothing until that is noticed.
+  const Catch before = read(
+      source, seconds(20), [](const Catch& c) { return c.ended.has_value(); }, false);
+  EXPECT_EQ(before.ended, ErrorCode::Disconnected);
+  ASSERT_GE(before.images.size(), 20U);
+  const HostTime last = before.images.back().received;
+  EXPECT_LT(host_now() - last, milliseconds(700));
+  EXPECT_GE(before.faults.at(FaultKind::Lost), 1U);
+  ASSERT_TRUE(source.open().ok());
+  const Catch after = read(source, seconds(5), images(5));
+  ASSERT_EQ(after.images.size(), 5U);
+  EXPECT_LT(after.images.front().frame_id, 60U);
+  EXPECT_LT(after.images.front().received - last, seconds(1));
+  for (const Image& image : after.images) EXPECT_TRUE(test::EmulatedCamera::is_as_painted(image)) << image.frame_id;
 }
 
 TEST_F(Gige, LostPacketsGiveFlaggedImagesAndACountedFault) {
