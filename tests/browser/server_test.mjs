@@ -52,7 +52,8 @@ try {
   await page.getByLabel("Sensors").selectOption("camera_lost");
   await page.getByLabel("Name of the drive").fill("today");
   await page.locator(".start-form .main").click();
-  await page.waitForSelector(".drive-view .sensor");
+  // The simulator makes the whole drive before it begins.
+  await page.waitForSelector(".drive-view .sensor", { timeout: 300000 });
 
   // Is all well?
   await page.waitForFunction(() => {
@@ -104,5 +105,6 @@ try {
 } finally {
   await browser.close();
   server.kill("SIGTERM");
-  fs.rmSync(work, { recursive: true, force: true });
+  // A drive that still runs writes to the folder, which must not hide what went wrong.
+  fs.rmSync(work, { recursive: true, force: true, maxRetries: 20, retryDelay: 500 });
 }
