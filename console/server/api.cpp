@@ -210,11 +210,12 @@ void Api::post(const Request& request, const Session& session, const Answered& a
                                      text_in(*body, "override")));
   if (request.path == "/api/replay")
     return answer_drive(drive_.replay(text_in(*body, "drive"), number_in(*body, "speed", 1)));
-  if (request.path == "/api/stop") return answer_status(drive_.stop(), ordered_json::object());
-  if (request.path == "/api/mark") {
-    const Status sent = drive_.mark(text_in(*body, "note"), [answered](const std::string& error) {
-      answered(error.empty() ? json_answer(ordered_json::object()) : refuse(409, error));
-    });
+  const bool is_stop = request.path == "/api/stop";
+  if (is_stop || request.path == "/api/mark") {
+    const auto done = [answered, is_stop](const std::string& error) {
+      answered(error.empty() ? json_answer(ordered_json::object(), is_stop ? 202 : 200) : refuse(409, error));
+    };
+    const Status sent = is_stop ? drive_.stop(done) : drive_.mark(text_in(*body, "note"), done);
     if (!sent.ok()) answered(refuse(status_of(sent.error()), sent.error().message));
     return;
   }

@@ -404,15 +404,25 @@ Result<std::string> DriveControl::replay(const std::string& drive, double speed)
   return drive;
 }
 
-Status DriveControl::stop() {
+Status DriveControl::stop(std::function<void(const std::string& error)> done) {
   if (step_ == Step::Idle) return Error{ErrorCode::Unavailable, "nothing runs that could be stopped"};
-  if (step_ == Step::Stopping) return {};
-  if (feed_)
-    feed_->send(feed::Kind::Command, ordered_json{{"id", next_command_++}, {"command", "stop"}}.dump());
-  else
-    capture_.ask_to_end();
-  renderer_.ask_to_end();
-  step_ = Step::Stopping;
+  const Step before = std::exchange(step_, Step::Stopping);
+  if (before == Step::Stopping || !feed_) {
+    if (before != Step::Stopping) capture_.ask_to_end();
+    renderer_.ask_to_end();
+    changed();
+    done({});
+    return {};
+  }
+  const std::uint64_t id = next_command_++;
+  commands_[id] = [this, before, done = std::move(done)](const std::string& error) {
+    // A drive whose feed has ended has stopped. One that refuses goes on, and may be asked again.
+    if (error.empty() || !feed_) return done({});
+    step_ = before;
+    changed();
+    done(error);
+  };
+  feed_->send(feed::Kind::Command, ordered_json{{"id", id}, {"command", "stop"}}.dump());
   changed();
   return {};
 }

@@ -53,7 +53,8 @@ class DriveControl {
   Result<std::string> drive(const std::string& rig, const std::string& name, const std::string& scenario,
                             const std::string& override_reason);
   Result<std::string> replay(const std::string& drive, double speed);
-  Status stop();
+  /// `done` gets the answer of the running drive: empty if it ends.
+  Status stop(std::function<void(const std::string& error)> done);
   /// `done` gets the answer of the running drive: empty if the mark is in the journal.
   Status mark(const std::string& note, std::function<void(const std::string& error)> done);
   /// Returns the path of a file in the folder of a drive. Errors: Invalid; Unavailable if it is not there.

@@ -15,6 +15,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 console, hueline, source = sys.argv[1:4]
@@ -83,6 +84,48 @@ class Console:
                 return now
             time.sleep(0.1)
         raise AssertionError((state, now))
+
+
+class RefusingDrive:
+    """Plays the feed of a drive: it refuses the first command, takes the second, and ends when it is told."""
+
+    def __init__(self, folder):
+        os.makedirs(folder)
+        self.path = folder + "/feed"
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self.socket.bind(self.path)
+        self.socket.listen()
+        self.links = []
+        self.errors = ["the disk is too slow", ""]
+        threading.Thread(target=self.run, daemon=True).start()
+
+    def run(self):
+        while True:
+            try:
+                link = self.socket.accept()[0]
+            except OSError:
+                return
+            self.links.append(link)
+            self.send(link, 1, {"protocol": "hueline.feed.1", "mode": "capture", "rig": "street", "drive": "stubborn", "since": "", "pid": os.getpid()})
+            threading.Thread(target=self.answer, args=[link], daemon=True).start()
+
+    def send(self, link, kind, json_value):
+        content = json.dumps(json_value).encode()
+        link.sendall(struct.pack("<IB", len(content), kind) + content)
+
+    def answer(self, link):
+        stream = link.makefile("rb")
+        while header := stream.read(5):
+            size, kind = struct.unpack("<IB", header)
+            content = json.loads(stream.read(size))
+            if kind == 66:
+                self.send(link, 4, {"id": content["id"], "error": self.errors.pop(0)})
+
+    def end(self):
+        self.socket.close()
+        os.unlink(self.path)
+        for link in self.links:
+            link.shutdown(socket.SHUT_RDWR)
 
 
 class WebSocket:
@@ -225,6 +268,16 @@ try:
     assert server.ask("GET", "/api/drives/x/drive.mcap")[0] == 404
     assert server.ask("POST", "/api/mark", {"note": "x"})[0] == 409
     assert "street" in [r["name"] for r in server.ask("GET", "/api/rigs")[1]["rigs"]]
+
+    # A drive that refuses to stop goes on, says why, and is asked again.
+    drive = RefusingDrive(work + "/drives/stubborn")
+    server.until("driving", 10)
+    status, data = server.ask("POST", "/api/stop", {})
+    assert status == 409 and data["error"] == "the disk is too slow", (status, data)
+    assert server.ask("GET", "/api/state")[1]["state"] == "driving"
+    assert server.ask("POST", "/api/stop", {})[0] == 202
+    drive.end()
+    server.until("idle", 10)
 
     # What is too large, too slow, or no HTTP.
     assert server.ask("POST", "/api/mark", {"note": "x" * 70000})[0] == 413
