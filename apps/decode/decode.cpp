@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "apps/commands.hpp"
+#include "apps/decode/decode_bag.hpp"
 #include "apps/decode/decode_capture.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
@@ -43,6 +44,49 @@ std::string text_of(const DecodedScanner& scanner) {
   return out + "\n";
 }
 
+/// Says what was decoded, and returns the exit status.
+int tell(const DecodedCapture& decoded, const std::string& file) {
+  std::uint64_t points = 0;
+  for (const DecodedScanner& scanner : decoded.scanners) {
+    std::fputs(text_of(scanner).c_str(), stdout);
+    points += scanner.points;
+  }
+  for (const std::string& one : decoded.not_supported) log_error("not supported: " + one);
+  if (!decoded.trouble.ok()) log_error(decoded.trouble.error().message);
+  if (!decoded.written.ok()) {
+    log_error(decoded.written.error().message);
+    return kOutputRefused;
+  }
+  const bool is_whole = decoded.trouble.ok() && decoded.not_supported.empty();
+  if (points == 0) {
+    log_error(file + ": no scanner in it gave a point");
+    return is_whole ? kNothingCame : kInputUnreadable;
+  }
+  return is_whole ? kDone : kInputUnreadable;
+}
+
+/// Decodes a recording of ROS.
+int decode_recording(const DecodeOptions& options) {
+  const auto bag = decode_bag(options);
+  if (!bag.ok()) {
+    log_error(bag.error().message);
+    return bag.error().code == ErrorCode::Io ? kOutputRefused : kInputUnreadable;
+  }
+  std::map<std::string, std::string> used = bag->unused;
+  for (auto& [topic, why] : used) why = "not used: " + why;
+  for (const DecodedScanner& scanner : bag->decoded.scanners)
+    used[scanner.address] = fmt::format("{}: {} points", scanner.name, scanner.points);
+  for (const rosbag::TopicCount& one : bag->read.topics)
+    if (one.file.extension() == ".json") used[one.topic.name] = "metadata of an Ouster";
+  std::fputs(topic_table(bag->read.topics, used).c_str(), stdout);
+  if (bag->read.damages > 0)
+    log_error("{} damaged parts were skipped; the first: {}", bag->read.damages, bag->read.first_damage);
+  if (!bag->read.end.ok()) log_error(bag->read.end.error().message);
+  const int status = tell(bag->decoded, options.capture);
+  const bool is_whole = bag->read.damages == 0 && bag->read.end.ok();
+  return status == kDone && !is_whole ? kInputUnreadable : status;
+}
+
 int decode(const Options& options) {
   const auto ending = std::filesystem::path(options.out).extension();
   if (ending != ".las" && ending != ".pcd") {
@@ -61,38 +105,28 @@ int decode(const Options& options) {
       return kWrongUse;
     }
   }
+  if (rosbag::is_bag(what.capture)) return decode_recording(what);
   const auto decoded = decode_capture(what);
   if (!decoded.ok()) {
     log_error(decoded.error().message);
     return kInputUnreadable;
   }
-  std::uint64_t points = 0;
-  for (const DecodedScanner& scanner : decoded->scanners) {
-    std::fputs(text_of(scanner).c_str(), stdout);
-    points += scanner.points;
-  }
-  for (const std::string& one : decoded->not_supported) log_error("not supported: " + one);
-  if (!decoded->trouble.ok()) log_error(decoded->trouble.error().message);
-  if (!decoded->written.ok()) {
-    log_error(decoded->written.error().message);
-    return kOutputRefused;
-  }
-  if (points == 0) {
-    log_error(options.capture + ": no scanner in it gave a point");
-    return decoded->trouble.ok() && decoded->not_supported.empty() ? kNothingCame : kInputUnreadable;
-  }
-  return decoded->trouble.ok() && decoded->not_supported.empty() ? kDone : kInputUnreadable;
+  return tell(*decoded, what.capture);
 }
 
 }  // namespace
 
 void add_decode(Command& all) {
   auto options = std::make_shared<Options>();
-  Command command =
-      all.command("decode", "make clouds of the laser scanners in a capture file, in each scanner's own frame");
-  command.required("FILE", options->capture, "pcap or pcapng file with the datagrams of known scanners");
-  command.required("--out", options->out,
-                   "cloud to write: .las or .pcd; with several scanners, each gets its address in the name");
+  Command command = all.command(
+      "decode",
+      "make clouds of the laser scanners in a capture file or a recording of ROS, in each scanner's own frame");
+  command.required("FILE", options->capture,
+                   "pcap or pcapng file with the datagrams of known scanners, or a recording of ROS that holds them: "
+                   "MCAP, .db3 or a folder of them, .bag");
+  command.required(
+      "--out", options->out,
+      "cloud to write: .las or .pcd; with several scanners, each gets its address or its topic in the name");
   command.option("--calibration", options->calibration,
                  "files that describe a scanner of the capture, such as its angles; those that lie beside the capture "
                  "are found");

@@ -1,0 +1,54 @@
+#include <map>
+#include <utility>
+
+#include "rosbag/bag.hpp"
+#include "storage/mcap_reader.hpp"
+
+namespace hueline::rosbag {
+namespace {
+
+class McapBag final : public Bag {
+ public:
+  explicit McapBag(storage::McapReader reader) : reader_(std::move(reader)) {}
+
+  const std::vector<BagTopic>& topics() const override { return topics_.all(); }
+  Result<BagMessage> next() override {
+    auto message = reader_.next();
+    if (!message.ok()) return message.error();
+    const auto topic = topic_of(message->channel);
+    if (!topic) return Error{ErrorCode::Malformed, "a message of one topic too many was skipped"};
+    return BagMessage{*topic, UnixTime(nanoseconds(static_cast<std::int64_t>(message->log_time))),
+                      std::move(message->data)};
+  }
+
+ private:
+  std::optional<std::size_t> topic_of(std::uint16_t number) {
+    const storage::McapChannel& channel = reader_.channels().at(number);
+    const auto known = by_channel_.find(number);
+    if (known != by_channel_.end() && topics_.all()[known->second].name == channel.topic) return known->second;
+    BagTopic topic{channel.topic, {}, drivers::RosEncoding::Cdr, {}};
+    const auto schema = reader_.schemas().find(channel.schema_id);
+    if (schema != reader_.schemas().end()) topic.type = drivers::ros_type(schema->second.name);
+    if (channel.message_encoding == "ros1")
+      topic.encoding = drivers::RosEncoding::Ros1;
+    else if (channel.message_encoding != "cdr")
+      topic.trouble = "its messages are not of ROS but \"" + channel.message_encoding + "\"";
+    const auto index = topics_.add(std::move(topic));
+    if (index) by_channel_[number] = *index;
+    return index;
+  }
+
+  storage::McapReader reader_;
+  TopicList topics_;
+  std::map<std::uint16_t, std::size_t> by_channel_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Bag>> open_mcap_bag(const std::filesystem::path& path) {
+  auto reader = storage::McapReader::open(path);
+  if (!reader.ok()) return reader.error();
+  return std::unique_ptr<Bag>(std::make_unique<McapBag>(std::move(*reader)));
+}
+
+}  // namespace hueline::rosbag
