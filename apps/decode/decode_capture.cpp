@@ -86,11 +86,15 @@ using Take = std::function<void(std::size_t device, std::vector<Measurement>&)>;
 /// Reads the file and calls `take` for the measurements of each device, which has the same number in every reading.
 Result<DecodedCapture> read_capture(const DecodeOptions& options, CaptureDevices& devices, const Take& take) {
   DecodedCapture out;
-  drivers::PcapSource source({.path = options.capture, .ports = {}, .source_address = {}});
+  drivers::PcapSource source(
+      {.path = options.capture, .ports = {}, .source_address = {}, .protocol = drivers::PcapSource::Protocol::All});
   if (Status opened = source.open(); !opened.ok()) return opened.error();
-  std::uint64_t datagrams = 0;
+  std::uint64_t packets = 0;
   std::vector<Measurement> measured;
   std::map<const CaptureDevice*, std::size_t> numbers;
+  const auto number_of = [&](const CaptureDevice& device) {
+    return numbers.emplace(&device, numbers.size()).first->second;
+  };
   for (;;) {
     Result<Packet> packet = source.next({});
     if (!packet.ok()) {
@@ -100,27 +104,20 @@ Result<DecodedCapture> read_capture(const DecodeOptions& options, CaptureDevices
     }
     if (packet->kind == PacketKind::Fault) {
       const auto fault = decode_fault(1, packet->received, packet->bytes.bytes());
-      if (fault.ok() && fault->kind == FaultKind::Malformed && out.trouble.ok())
-        out.trouble = Error{ErrorCode::Malformed, fault->detail};
-      continue;
+      const bool is_loss =
+          fault.ok() && (fault->kind == FaultKind::Malformed || fault->kind == FaultKind::Disconnected);
+      if (is_loss && out.trouble.ok()) out.trouble = Error{ErrorCode::Malformed, fault->detail};
+    } else {
+      ++packets;
     }
-    ++datagrams;
-    CaptureDevice* device = devices.find(*packet, source.sender(), source.destination_port());
-    if (!device) continue;
-    const std::size_t number = numbers.emplace(device, numbers.size()).first->second;
     measured.clear();
-    device->decoder->decode(*packet, measured);
-    take(number, measured);
+    if (const CaptureDevice* device = devices.take(*packet, source, measured)) take(number_of(*device), measured);
   }
-  for (const auto& [device, number] : numbers) {
-    measured.clear();
-    device->decoder->flush(measured);
-    take(number, measured);
-  }
+  devices.finish([&](const CaptureDevice& device, std::vector<Measurement>& last) { take(number_of(device), last); });
   if (devices.devices().empty()) {
-    if (!out.trouble.ok() && datagrams == 0) return out.trouble.error();
+    if (!out.trouble.ok() && packets == 0) return out.trouble.error();
     return Error{ErrorCode::Unsupported,
-                 fmt::format("{}: not supported: {}", options.capture, devices.why_undecoded(datagrams))};
+                 fmt::format("{}: not supported: {}", options.capture, devices.why_undecoded(packets))};
   }
   return out;
 }
@@ -234,7 +231,7 @@ std::vector<std::string> not_supported(const CaptureDevices& devices) {
   for (const auto& [from, sent] : devices.strangers()) {
     const auto& [address, port] = from;
     if (sent.datagrams >= kLeastDatagrams && sent.bytes / sent.datagrams >= kLeastMeanBytes)
-      out.push_back(fmt::format("{} datagrams of {} bytes on average from {} to port {}: of no device that is known",
+      out.push_back(fmt::format("{} packets of {} bytes on average from {}, port {}: of no device that is known",
                                 sent.datagrams, sent.bytes / sent.datagrams, drivers::to_text(address), port));
   }
   return out;

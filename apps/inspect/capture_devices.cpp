@@ -8,11 +8,13 @@ namespace hueline::apps {
 namespace {
 
 /// A capture of a vehicle has a handful; one of a whole network is not for us.
-constexpr std::size_t kMostDevices = 64, kMostStrangers = 64;
+constexpr std::size_t kMostDevices = 64, kMostStrangers = 64, kMostStreams = 256;
+/// As `inspect` reads of a file of one device's bytes to recognise it.
+constexpr std::size_t kBeginningBytes = 64 << 10;
 
 }  // namespace
 
-CaptureDevices::CaptureDevices(const std::string& path, drivers::DeviceTypes types) {
+CaptureDevices::CaptureDevices(const std::string& path, drivers::DeviceTypes types) : types_(types) {
   for (const bool has_signature : {true, false})
     for (const drivers::DeviceType* type : types)
       if (const auto& capture = type->files.capture; capture.listen && capture.has_signature == has_signature)
@@ -41,8 +43,8 @@ CaptureDevice* CaptureDevices::recognise(const Packet& datagram, const drivers::
     if (only && one.type != only) continue;
     auto heard = one.listener->listen(datagram, drivers::to_text(sender));
     if (!heard) continue;
-    return &devices_.emplace_back(CaptureDevice{one.type, std::move(heard->name), sender, port,
-                                                std::move(heard->decoder), std::move(heard->note)});
+    return &devices_.emplace_back(CaptureDevice{
+        one.type, std::move(heard->name), sender, port, {}, std::move(heard->decoder), std::move(heard->note)});
   }
   return nullptr;
 }
@@ -50,7 +52,7 @@ CaptureDevice* CaptureDevices::recognise(const Packet& datagram, const drivers::
 CaptureDevice* CaptureDevices::find(const Packet& datagram, const drivers::IpAddress& sender, std::uint16_t port) {
   CaptureDevice* elsewhere = nullptr;  // reads such datagrams, but was recognised at another port
   for (CaptureDevice& device : devices_) {
-    if (device.address != sender || !listener_of(device.type).is_decodable(datagram)) continue;
+    if (device.stream || device.address != sender || !listener_of(device.type).is_decodable(datagram)) continue;
     if (device.port == port) return &device;
     if (!elsewhere) elsewhere = &device;
   }
@@ -58,13 +60,104 @@ CaptureDevice* CaptureDevices::find(const Packet& datagram, const drivers::IpAdd
   // its own, belongs to the device that is known.
   if (CaptureDevice* found = recognise(datagram, sender, port, elsewhere ? elsewhere->type : nullptr)) return found;
   if (elsewhere) return elsewhere;
+  count_stranger(datagram, sender, port);
+  return nullptr;
+}
+
+void CaptureDevices::count_stranger(const Packet& packet, const drivers::IpAddress& sender, std::uint16_t port) {
   auto stranger = strangers_.find({sender, port});
   if (stranger == strangers_.end() && strangers_.size() < kMostStrangers)
     stranger = strangers_.emplace(std::pair(sender, port), Stranger{}).first;
-  if (stranger == strangers_.end()) return nullptr;
+  if (stranger == strangers_.end()) return;
   ++stranger->second.datagrams;
-  stranger->second.bytes += datagram.bytes.size();
+  stranger->second.bytes += packet.bytes.size();
+}
+
+CaptureDevice* CaptureDevices::find(const drivers::TcpFlow& stream) {
+  const auto known = std::ranges::find(devices_, stream, &CaptureDevice::stream);
+  return known == devices_.end() ? nullptr : &*known;
+}
+
+/// Recognises a device from the beginning of its stream, as `inspect` recognises a file of its bytes.
+CaptureDevice* CaptureDevices::recognise(const drivers::TcpFlow& stream, Unknown& unknown) {
+  if (devices_.size() >= kMostDevices || unknown.bytes == unknown.judged_bytes) return nullptr;
+  unknown.judged_bytes = unknown.bytes;
+  std::string beginning;
+  for (const Packet& packet : unknown.packets)
+    beginning.append(reinterpret_cast<const char*>(packet.bytes.bytes().data()), packet.bytes.size());
+  for (const drivers::DeviceType* type : types_) {
+    const drivers::DeviceFiles::Log& log = type->files.log;
+    if (!log.is_beginning || !log.is_beginning(beginning)) continue;
+    return &devices_.emplace_back(CaptureDevice{type,
+                                                fmt::format("{} ({}), by TCP", type->word, log.format),
+                                                stream.source,
+                                                stream.source_port,
+                                                stream,
+                                                type->make()->make_decoder(),
+                                                {}});
+  }
   return nullptr;
+}
+
+CaptureDevice* CaptureDevices::take_stream(const Packet& packet, const drivers::TcpFlow& stream,
+                                           std::vector<Measurement>& out) {
+  if (CaptureDevice* known = find(stream)) {
+    if (packet.kind == PacketKind::Wire) {
+      known->decoder->decode(packet, out);
+    } else if (const auto fault = decode_fault(packet.sensor, packet.received, packet.bytes.bytes());
+               fault.ok() && fault->kind == FaultKind::Disconnected) {
+      known->decoder->flush(out);
+      known->decoder->reset();
+    }
+    return known;
+  }
+  if (stream.source_port > stream.destination_port) return nullptr;  // what a computer asks the device for
+  if (packet.kind != PacketKind::Wire) {
+    unknown_.erase(stream);  // what follows is not the continuation
+    return nullptr;
+  }
+  count_stranger(packet, stream.source, stream.source_port);
+  if (!unknown_.contains(stream) && unknown_.size() >= kMostStreams) return nullptr;
+  Unknown& unknown = unknown_[stream];
+  if (unknown.is_given_up) return nullptr;
+  unknown.packets.push_back(packet);
+  unknown.bytes += packet.bytes.size();
+  // Judged anew only when it has doubled, so that the work is in proportion to the bytes.
+  const bool is_enough = unknown.bytes >= kBeginningBytes;
+  if (!is_enough && unknown.bytes < 2 * unknown.judged_bytes) return nullptr;
+  CaptureDevice* device = recognise(stream, unknown);
+  if (device) {
+    for (const Packet& held : unknown.packets) device->decoder->decode(held, out);
+    unknown_.erase(stream);
+    strangers_.erase({stream.source, stream.source_port});
+  } else if (is_enough) {
+    unknown = {.packets = {}, .bytes = 0, .judged_bytes = 0, .is_given_up = true};
+  }
+  return device;
+}
+
+CaptureDevice* CaptureDevices::take(const Packet& packet, const drivers::PcapSource& source,
+                                    std::vector<Measurement>& out) {
+  if (const auto& stream = source.flow()) return take_stream(packet, *stream, out);
+  if (packet.kind != PacketKind::Wire) return nullptr;
+  CaptureDevice* device = find(packet, source.sender(), source.destination_port());
+  if (device) device->decoder->decode(packet, out);
+  return device;
+}
+
+void CaptureDevices::finish(const std::function<void(CaptureDevice&, std::vector<Measurement>&)>& take) {
+  std::map<const CaptureDevice*, std::vector<Measurement>> late;
+  for (auto& [stream, unknown] : unknown_)
+    if (CaptureDevice* device = recognise(stream, unknown)) {
+      for (const Packet& held : unknown.packets) device->decoder->decode(held, late[device]);
+      strangers_.erase({stream.source, stream.source_port});
+    }
+  unknown_.clear();
+  for (CaptureDevice& device : devices_) {
+    std::vector<Measurement>& measured = late[&device];
+    device.decoder->flush(measured);
+    take(device, measured);
+  }
 }
 
 std::string CaptureDevices::unknown_models() const {
@@ -75,13 +168,18 @@ std::string CaptureDevices::unknown_models() const {
   return out;
 }
 
-std::string CaptureDevices::why_undecoded(std::uint64_t datagrams) const {
-  if (datagrams == 0) return "holds no UDP datagram: devices are read from UDP alone";
-  std::string kinds;
+std::string CaptureDevices::why_undecoded(std::uint64_t packets) const {
+  if (packets == 0) return "holds neither UDP datagrams nor TCP streams";
+  if (const std::string unknown = unknown_models(); !unknown.empty()) return unknown + ": it is counted, not decoded";
+  std::string kinds, streams;
   for (const Listening& one : listening_)
     kinds += (kinds.empty() ? "" : " or ") + std::string(one.type->files.capture.kind);
-  if (const std::string unknown = unknown_models(); !unknown.empty()) return unknown + ": it is counted, not decoded";
-  return fmt::format("none of its datagrams is one of {}: they are counted, not decoded", kinds);
+  for (const drivers::DeviceType* type : types_)
+    if (type->files.log.is_beginning) streams += (streams.empty() ? "" : ", ") + std::string(type->files.log.format);
+  return fmt::format(
+      "none of its datagrams is one of {}, and none of its TCP streams begins as {}: they are counted, "
+      "not decoded",
+      kinds, streams);
 }
 
 }  // namespace hueline::apps

@@ -217,15 +217,18 @@ Inspection inspect_mcap(const std::string& path) {
 
 Inspection inspect_capture_file(const std::string& path, drivers::DeviceTypes types) {
   Inspection out;
-  drivers::PcapSource source({.path = path, .ports = {}, .source_address = {}});
+  drivers::PcapSource source(
+      {.path = path, .ports = {}, .source_address = {}, .protocol = drivers::PcapSource::Protocol::All});
   if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
   std::map<std::size_t, std::uint64_t> sizes;
   CaptureDevices devices(path, types);
   std::map<const CaptureDevice*, Tally> tallies;
   Tally untaken;  // faults of the file itself
-  std::uint64_t packets = 0;
+  std::uint64_t packets = 0, datagrams = 0, stream_bytes = 0;
   HostTime first{}, last{};
+  std::vector<Measurement> measured;
   for (;;) {
+    measured.clear();
     Result<Packet> packet = source.next({});
     if (!packet.ok()) {
       if (packet.error().code == ErrorCode::EndOfData) break;
@@ -238,29 +241,30 @@ Inspection inspect_capture_file(const std::string& path, drivers::DeviceTypes ty
       untaken.take({Measurement(*fault)});
       // Several devices are listed below. Frames that could not be delivered are a file that was read in part or not at
       // all.
-      if ((fault->kind == FaultKind::Malformed || packets == 0) && out.trouble.ok())
-        out.trouble = Error{ErrorCode::Malformed, fault->detail};
+      const bool is_loss = fault->kind == FaultKind::Malformed || fault->kind == FaultKind::Disconnected;
+      if ((is_loss || packets == 0) && out.trouble.ok()) out.trouble = Error{ErrorCode::Malformed, fault->detail};
+      if (const CaptureDevice* device = devices.take(*packet, source, measured)) tallies[device].take(measured);
       continue;
     }
     if (!packets++) first = packet->received;
     last = packet->received;
-    ++sizes[packet->bytes.size()];
-    CaptureDevice* device = devices.find(*packet, source.sender(), source.destination_port());
-    if (!device) continue;
-    std::vector<Measurement> measured;
-    device->decoder->decode(*packet, measured);
-    tallies[device].take(measured);
+    if (source.flow()) {
+      stream_bytes += packet->bytes.size();
+    } else {
+      ++datagrams;
+      ++sizes[packet->bytes.size()];
+    }
+    if (const CaptureDevice* device = devices.take(*packet, source, measured)) tallies[device].take(measured);
   }
+  devices.finish([&](const CaptureDevice& device, std::vector<Measurement>& rest) { tallies[&device].take(rest); });
   out.found = std::make_unique<Json>();
   Json& json = *out.found;
   json["format"] = "pcap";
-  json["datagrams"] = packets;
+  json["datagrams"] = datagrams;
+  if (stream_bytes > 0) json["tcp_bytes"] = stream_bytes;
   json["duration_s"] = to_seconds(last - first);
   for (const auto& [size, count] : sizes) json["datagrams_by_size"][std::to_string(size)] = count;
   for (const CaptureDevice& device : devices.devices()) {
-    std::vector<Measurement> rest;
-    device.decoder->flush(rest);
-    tallies[&device].take(rest);
     Json& one = devices.devices().size() == 1 ? json : json["devices"].emplace_back();
     one["device"] = device.name;
     one["source_address"] = drivers::to_text(device.address);

@@ -4,18 +4,11 @@
 #include <span>
 
 #include "drivers/novatel/ascii.hpp"
-#include "drivers/transport/file_source.hpp"
 
 namespace hueline::drivers {
 
 void NovatelDevice::visit(Keys& keys) {
-  keys.one_of({"tcp", "serial", "file"});
-  keys.section({"tcp", "", "The receiver on the network."}, tcp_);
-  keys.section({"serial", "", "The receiver on a serial port."}, serial_);
-  keys.text({"file", "",
-             "A log of the receiver, binary or ASCII (`#...A`, `%...A`). It does not say when its bytes arrived, so no "
-             "clock of the computer can be learnt from it."},
-            file_);
+  input_.visit(keys, "A log of the receiver, binary or ASCII (`#...A`, `%...A`).");
   keys.section({"logs", "", "What the receiver is asked for after each connection. `{}` asks for the defaults.",
                 "nothing is sent"},
                logs_);
@@ -25,20 +18,8 @@ void NovatelDevice::visit(Keys& keys) {
 // value() is safe: the rig's reader has already checked the logs.
 std::string NovatelDevice::dialogue() const { return logs_ ? novatel_dialogue(*logs_).value() : std::string(); }
 
-std::unique_ptr<PacketSource> NovatelDevice::make_source(const BufferPool&) const {
-  if (!file_.empty()) {
-    FileSource::Config file;
-    file.path = file_;
-    return std::make_unique<FileSource>(file);
-  }
-  if (serial_) {
-    SerialSource::Config serial = *serial_;
-    serial.stream.dialogue = dialogue();
-    return std::make_unique<SerialSource>(serial);
-  }
-  TcpSource::Config tcp = tcp_.value();
-  tcp.stream.dialogue = dialogue();
-  return std::make_unique<TcpSource>(tcp);
+std::unique_ptr<PacketSource> NovatelDevice::make_source(const BufferPool& pool) const {
+  return input_.make(pool, dialogue());
 }
 
 std::unique_ptr<Decoder> NovatelDevice::make_decoder() const { return std::make_unique<NovatelDecoder>(decoder_); }

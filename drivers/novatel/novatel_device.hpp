@@ -7,8 +7,7 @@
 #include "drivers/device.hpp"
 #include "drivers/novatel/decoder.hpp"
 #include "drivers/novatel/logs.hpp"
-#include "drivers/transport/serial_source.hpp"
-#include "drivers/transport/tcp_source.hpp"
+#include "drivers/transport/stream_input.hpp"
 
 namespace hueline::drivers {
 
@@ -17,7 +16,7 @@ class NovatelDevice final : public Device {
  public:
   void visit(Keys& keys) override;
   KeyError validate() const override { return decoder_.validate(); }
-  Arrivals arrivals() const override { return file_.empty() ? Arrivals::Live : Arrivals::Unknown; }
+  Arrivals arrivals() const override { return input_.arrivals(); }
   std::unique_ptr<PacketSource> make_source(const BufferPool& pool) const override;
   std::unique_ptr<Decoder> make_decoder() const override;
 
@@ -25,9 +24,7 @@ class NovatelDevice final : public Device {
   std::string dialogue() const;
 
  private:
-  std::optional<TcpSource::Config> tcp_;
-  std::optional<SerialSource::Config> serial_;
-  std::string file_;
+  StreamInput input_;
   std::optional<NovatelLogs::Config> logs_;
   NovatelDecoder::Config decoder_;
 };

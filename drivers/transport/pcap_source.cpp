@@ -23,9 +23,10 @@ void PcapSource::Config::visit(Keys& keys) {
                      "A pcap or pcapng file. It is read as fast as it can be recorded, and is refused beside sensors "
                      "that are devices."),
             path);
-  keys.wholes({"ports", "", "The destination ports of the datagrams to read.", "all"}, ports, {1, 65535});
-  keys.text({"source_address", "", "The address of the device whose datagrams are read.", "all"}, source_address,
-            address);
+  keys.wholes(
+      {"ports", "", "The destination ports of the datagrams to read; of a TCP connection, the device's port.", "all"},
+      ports, {1, 65535});
+  keys.text({"source_address", "", "The address of the device whose data are read.", "all"}, source_address, address);
 }
 
 KeyError PcapSource::Config::validate() const {
@@ -41,8 +42,13 @@ Status PcapSource::open() {
   if (!file) return file.error();
   file_.emplace(std::move(file).value());
   extractor_ = {};
+  streams_ = {};
+  read_.reset();
   ended_.reset();
   first_sender_.reset();
+  flow_.reset();
+  device_flow_.reset();
+  told_flow_.reset();
   waiting_.clear();
   last_ = {};
   filtered_ = delivered_ = 0;
@@ -51,10 +57,76 @@ Status PcapSource::open() {
   return {};
 }
 
-bool PcapSource::is_wanted(const UdpDatagram& datagram) const {
-  if (source_ && datagram.source != *source_) return false;
-  return config_.ports.empty() ||
-         std::find(config_.ports.begin(), config_.ports.end(), datagram.destination_port) != config_.ports.end();
+bool PcapSource::is_wanted(const IpAddress& source, std::uint16_t port) const {
+  if (source_ && source != *source_) return false;
+  return config_.ports.empty() || std::find(config_.ports.begin(), config_.ports.end(), port) != config_.ports.end();
+}
+
+void PcapSource::skip(const IpAddress& source, std::uint16_t port) {
+  ++filtered_;
+  if (other_ports_.size() < kMostOthers) ++other_ports_[port];
+  if (other_sources_.size() < kMostOthers) ++other_sources_[source];
+}
+
+void PcapSource::take(const UdpDatagram& datagram) {
+  if (!is_wanted(datagram.source, datagram.destination_port)) return skip(datagram.source, datagram.destination_port);
+  flow_.reset();
+  destination_port_ = datagram.destination_port;
+  watch_sender(datagram);
+  Packet packet;
+  packet.received = last_;
+  packet.bytes = Buffer::copy_of(datagram.payload);
+  ++delivered_;
+  waiting_.push_back(std::move(packet));
+}
+
+/// Decides whether a piece is of the device's stream. A device's new connection takes the place of its old one.
+bool PcapSource::is_of_device(const TcpPiece& piece) {
+  const TcpFlow& flow = piece.flow;
+  const bool is_named = source_ || !config_.ports.empty();
+  if (!is_wanted(flow.source, flow.source_port) || (!is_named && flow.source_port > flow.destination_port)) {
+    skip(flow.source, flow.source_port);
+    return false;
+  }
+  if (!device_flow_) device_flow_ = flow;
+  if (flow == *device_flow_) return true;
+  const bool is_same_device = flow.source == device_flow_->source && flow.source_port == device_flow_->source_port;
+  if (is_same_device && (piece.is_beginning || piece.received - piece_heard_ > kReplacedAfter)) {
+    tell(FaultKind::Disconnected, 1, fmt::format("{}: {} has a new connection", config_.path, to_text(flow.source)));
+    tell(FaultKind::Reconnected, 1, "connected again");
+    device_flow_ = flow;
+    return true;
+  }
+  if (told_flow_ != flow)
+    tell(FaultKind::WrongDevice, 1,
+         fmt::format("{}: {} port {} sends to port {} while {} port {} sends to port {}: its bytes are left out; name "
+                     "the device's source_address, or its ports",
+                     config_.path, to_text(flow.source), flow.source_port, flow.destination_port,
+                     to_text(device_flow_->source), device_flow_->source_port, device_flow_->destination_port));
+  told_flow_ = flow;
+  ++filtered_;
+  return false;
+}
+
+void PcapSource::take(TcpPiece piece) {
+  if (config_.protocol == Protocol::Tcp && !is_of_device(piece)) return;
+  flow_ = piece.flow;
+  sender_ = piece.flow.source;
+  destination_port_ = piece.flow.destination_port;
+  piece_heard_ = piece.received;
+  if (piece.is_interrupted) {
+    tell(FaultKind::Disconnected, std::max<std::uint64_t>(1, piece.missing),
+         piece.missing > 0 ? fmt::format("{}: {} bytes that {} sent by TCP are missing in the capture", config_.path,
+                                         piece.missing, to_text(sender_))
+                           : fmt::format("{}: {} has a new connection", config_.path, to_text(sender_)));
+    tell(FaultKind::Reconnected, 1, "the stream goes on");
+  }
+  if (piece.bytes.empty()) return;
+  Packet packet;
+  packet.received = piece.received;
+  packet.bytes = Buffer::copy_of(piece.bytes);
+  ++delivered_;
+  waiting_.push_back(std::move(packet));
 }
 
 /// Reports a second sender. Scanners send to the same port unless they are set otherwise; two scanners taken for one
@@ -82,33 +154,28 @@ Result<Packet> PcapSource::next(std::stop_token stop) {
       waiting_.pop_front();
       return packet;
     }
+    if (std::optional<TcpPiece> piece = streams_.next()) {
+      take(std::move(*piece));
+      continue;
+    }
+    if (read_) finish(*std::exchange(read_, std::nullopt));
+    if (!waiting_.empty()) continue;
     if (ended_) return std::exchange(*ended_, Error{ErrorCode::EndOfData, config_.path + ": end of capture"});
     if (!file_) return Error{ErrorCode::Disconnected, "capture " + config_.path + " is not open"};
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stop was asked for"};
     Result<CaptureFrame> frame = file_->next();
     if (!frame) {
-      finish(frame.error());
+      read_ = frame.error();
+      streams_.finish();
       continue;
     }
     const HostTime time(frame->time);
     // pcapng's simple packet blocks have no time; they get the time of the frame before.
     if (count_ns(time) != 0) last_ = time;
     const std::optional<UdpDatagram> datagram = extractor_.extract(*frame);
-    if (!datagram) continue;
-    if (!is_wanted(*datagram)) {
-      ++filtered_;
-      if (other_ports_.size() < kMostOthers) ++other_ports_[datagram->destination_port];
-      if (other_sources_.size() < kMostOthers) ++other_sources_[datagram->source];
-      continue;
-    }
-    destination_port_ = datagram->destination_port;
-    watch_sender(*datagram);
-    Packet packet;
-    packet.received = last_;
-    packet.bytes = Buffer::copy_of(datagram->payload);
-    ++delivered_;
-    if (waiting_.empty()) return packet;
-    waiting_.push_back(std::move(packet));
+    if (datagram && config_.protocol != Protocol::Tcp) take(*datagram);
+    if (const auto& segment = extractor_.segment(); segment && config_.protocol != Protocol::Udp)
+      streams_.take(*segment, last_);
   }
 }
 
@@ -117,32 +184,42 @@ void PcapSource::finish(Error why) {
   ended_ = std::move(why);
   extractor_.finish();
   const ExtractCounts& c = extractor_.counts();
-  if (const std::uint64_t lost = c.cut_off + c.malformed + c.fragments_dropped + c.unknown_link; lost > 0)
+  const std::uint64_t segments = config_.protocol == Protocol::Udp ? 0 : c.tcp_broken;
+  if (const std::uint64_t lost = c.cut_off + c.malformed + c.fragments_dropped + c.unknown_link + segments; lost > 0)
     tell(FaultKind::Malformed, lost,
          fmt::format("{}: frames not delivered: {} cut off by the capture, {} with broken headers, {} fragments of "
                      "datagrams that are not whole, {} of "
                      "a link type that is not read{}",
-                     config_.path, c.cut_off, c.malformed, c.fragments_dropped, c.unknown_link,
+                     config_.path, c.cut_off, c.malformed + segments, c.fragments_dropped, c.unknown_link,
                      c.unknown_link > 0 ? fmt::format(" ({})", c.unknown_link_type) : std::string()));
   if (delivered_ == 0)
     tell(FaultKind::WrongDevice, std::max<std::uint64_t>(1, filtered_ + c.not_udp), config_.path + ": " + others());
 }
 
-/// Says in words what a capture without a datagram of the device holds instead.
+/// Says in words what a capture without data of the device holds instead.
 std::string PcapSource::others() const {
   const ExtractCounts& c = extractor_.counts();
+  const char* wanted = config_.protocol == Protocol::Udp   ? "no UDP datagram"
+                       : config_.protocol == Protocol::Tcp ? "no TCP stream"
+                                                           : "neither UDP datagrams nor TCP streams";
   if (filtered_ > 0) {
     std::string ports, sources;
     for (const auto& [port, count] : other_ports_)
       ports += fmt::format("{}{} ({})", ports.empty() ? "" : ", ", port, count);
     for (const auto& [source, count] : other_sources_)
       sources += fmt::format("{}{} ({})", sources.empty() ? "" : ", ", to_text(source), count);
-    return fmt::format("no datagram of the rig's ports and address; there are datagrams to the ports {}, from {}",
-                       ports, sources);
+    if (config_.protocol == Protocol::Tcp)
+      return fmt::format("{} of the rig's ports and address; there are streams from the ports {}, of {}", wanted, ports,
+                         sources);
+    return fmt::format("{} of the rig's ports and address; there are datagrams to the ports {}, from {}", wanted, ports,
+                       sources);
   }
-  if (c.tcp > 0) return fmt::format("no UDP datagram; {} frames are of TCP connections, which are not read", c.tcp);
-  if (c.not_udp > 0) return fmt::format("no UDP datagram; {} frames are of other protocols", c.not_udp);
-  return "no UDP datagram";
+  if (config_.protocol == Protocol::Udp && c.tcp > 0)
+    return fmt::format("{}; {} frames are of TCP connections", wanted, c.tcp);
+  if (config_.protocol == Protocol::Tcp && c.datagrams > 0)
+    return fmt::format("{}; there are {} UDP datagrams", wanted, c.datagrams);
+  if (c.not_udp > 0) return fmt::format("{}; {} frames are of other protocols", wanted, c.not_udp);
+  return wanted;
 }
 
 }  // namespace hueline::drivers

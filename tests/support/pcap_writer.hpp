@@ -59,6 +59,22 @@ inline Bytes udp_segment(const std::string& payload, unsigned port) {
       .text(payload)
       .bytes();
 }
+/// Returns a TCP segment. `flags` is the byte of control bits: 0x02 SYN, 0x10 ACK.
+inline Bytes tcp_segment(std::span<const std::byte> payload, std::uint32_t sequence, unsigned source_port,
+                         unsigned destination_port, unsigned flags = 0x10) {
+  return ByteWriter(true)
+      .u16(source_port)
+      .u16(destination_port)
+      .u32(sequence)
+      .u32(0)
+      .u8(0x80)  // 32 bytes of header: 12 bytes of options
+      .u8(flags)
+      .u16(65535)
+      .u32(0)
+      .zeros(12)
+      .raw(payload)
+      .bytes();
+}
 /// Returns an IPv4 packet. `offset` is in bytes. The packet is a fragment if `offset` is not zero or `has_more` is set.
 inline Bytes ipv4_packet(std::span<const std::byte> body, unsigned identification = 1, std::size_t offset = 0,
                          bool has_more = false, unsigned protocol = 17) {

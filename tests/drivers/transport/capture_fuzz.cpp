@@ -3,7 +3,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "drivers/transport/udp_extractor.hpp"
+#include "drivers/transport/ip_extractor.hpp"
+#include "drivers/transport/tcp_streams.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hueline;
@@ -13,9 +14,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!stream) return 0;
   Result<CaptureFile> file = CaptureFile::from_stream(stream, "fuzz");
   if (!file) return 0;
-  UdpExtractor extractor;
+  IpExtractor extractor;
+  TcpStreams streams;
   std::size_t captured = 0, delivered = 0, frames = 0;
   unsigned sum = 0;
+  const auto take_pieces = [&] {
+    while (const auto piece = streams.next()) {
+      delivered += piece->bytes.size();
+      if (piece->missing > 0 && !piece->is_interrupted) std::abort();
+    }
+  };
   for (Result<CaptureFrame> frame = file->next(); frame.ok(); frame = file->next()) {
     ++frames;
     captured += frame->bytes.size();
@@ -23,7 +31,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       delivered += datagram->payload.size();
       for (const std::byte byte : datagram->payload) sum += static_cast<unsigned>(byte);  // every byte is readable
     }
+    if (const auto& segment = extractor.segment()) streams.take(*segment, HostTime(frame->time));
+    take_pieces();
   }
+  streams.finish();
+  take_pieces();
   extractor.finish();
   const ExtractCounts& c = extractor.counts();
   if (captured > size || delivered > captured || c.datagrams > frames) std::abort();

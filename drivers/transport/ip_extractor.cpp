@@ -1,4 +1,4 @@
-#include "drivers/transport/udp_extractor.hpp"
+#include "drivers/transport/ip_extractor.hpp"
 
 #include <arpa/inet.h>
 
@@ -93,7 +93,8 @@ std::string to_text(const IpAddress& address) {
   return text.data();
 }
 
-std::optional<UdpDatagram> UdpExtractor::extract(const CaptureFrame& frame) {
+std::optional<UdpDatagram> IpExtractor::extract(const CaptureFrame& frame) {
+  segment_.reset();
   const Layer3 layer = network_layer(frame);
   const bool is_cut = frame.length > frame.bytes.size();
   switch (layer.network) {
@@ -112,7 +113,7 @@ std::optional<UdpDatagram> UdpExtractor::extract(const CaptureFrame& frame) {
   return {};
 }
 
-std::optional<UdpDatagram> UdpExtractor::ipv4(std::span<const std::byte> packet, bool is_cut) {
+std::optional<UdpDatagram> IpExtractor::ipv4(std::span<const std::byte> packet, bool is_cut) {
   const auto lost = [&](std::uint64_t& counter) {
     ++counter;
     return std::nullopt;
@@ -122,16 +123,24 @@ std::optional<UdpDatagram> UdpExtractor::ipv4(std::span<const std::byte> packet,
   const std::size_t header = 4 * (static_cast<std::size_t>(packet[0]) & 0x0F), total = be16(packet.data() + 2);
   if (static_cast<unsigned>(packet[0]) >> 4 != 4 || header < 20) return lost(counts_.malformed);
   if (header > packet.size()) return lost(broken);
-  if (const auto protocol = static_cast<std::uint8_t>(packet[9]); protocol != kUdp) {
-    counts_.tcp += protocol == kTcp ? 1 : 0;
-    return lost(counts_.not_udp);
-  }
   const std::uint16_t flags = be16(packet.data() + 6);
   const bool has_more = (flags & 0x2000) != 0;
   const std::size_t offset = 8 * static_cast<std::size_t>(flags & 0x1FFF);
   UdpDatagram datagram;
   datagram.source = mapped(packet.data() + 12);
   datagram.destination = mapped(packet.data() + 16);
+  if (const auto protocol = static_cast<std::uint8_t>(packet[9]); protocol != kUdp) {
+    if (protocol == kTcp) {
+      const bool is_fragment = has_more || offset != 0;
+      // A total length of 0 comes from segmentation offload.
+      const std::size_t size = is_fragment      ? 0
+                               : total == 0     ? packet.size() - header
+                               : total < header ? 0
+                                                : total - header;
+      tcp(packet.subspan(header), size, datagram);
+    }
+    return lost(counts_.not_udp);
+  }
   // Bytes beyond UDP's own length are padding: frames shorter than 60 bytes are padded on the wire.
   if (!has_more && offset == 0) return udp(packet.subspan(header), is_cut, datagram);
   // A total length of 0 comes from segmentation offload.
@@ -144,7 +153,7 @@ std::optional<UdpDatagram> UdpExtractor::ipv4(std::span<const std::byte> packet,
   return udp(joined_, false, datagram);
 }
 
-bool UdpExtractor::join(const FragmentKey& key, std::size_t offset, bool is_last, std::span<const std::byte> piece) {
+bool IpExtractor::join(const FragmentKey& key, std::size_t offset, bool is_last, std::span<const std::byte> piece) {
   ++counts_.fragments;
   if (piece.empty() || offset + piece.size() > kMaxDatagram) {
     ++counts_.fragments_dropped;
@@ -179,12 +188,12 @@ bool UdpExtractor::join(const FragmentKey& key, std::size_t offset, bool is_last
   return false;
 }
 
-void UdpExtractor::finish() {
+void IpExtractor::finish() {
   for (const auto& [key, partial] : partials_) counts_.fragments_dropped += partial.pieces.size();
   partials_.clear();
 }
 
-std::optional<UdpDatagram> UdpExtractor::ipv6(std::span<const std::byte> packet, bool is_cut) {
+std::optional<UdpDatagram> IpExtractor::ipv6(std::span<const std::byte> packet, bool is_cut) {
   std::uint64_t& broken = is_cut ? counts_.cut_off : counts_.malformed;
   if (packet.size() < 40) {
     ++broken;
@@ -210,14 +219,17 @@ std::optional<UdpDatagram> UdpExtractor::ipv6(std::span<const std::byte> packet,
     return {};
   }
   if (next != kUdp) {
-    counts_.tcp += next == kTcp ? 1 : 0;
+    if (next == kTcp) {
+      const std::size_t length = be16(packet.data() + 4), before = packet.size() - 40 - body.size();
+      tcp(body, length == 0 ? body.size() : length < before ? 0 : length - before, datagram);
+    }
     ++counts_.not_udp;
     return {};
   }
   return udp(body, is_cut, datagram);
 }
 
-std::optional<UdpDatagram> UdpExtractor::udp(std::span<const std::byte> segment, bool is_cut, UdpDatagram datagram) {
+std::optional<UdpDatagram> IpExtractor::udp(std::span<const std::byte> segment, bool is_cut, UdpDatagram datagram) {
   const std::size_t length = segment.size() < 8 ? 0 : be16(segment.data() + 4);
   if (length < 8 || length > segment.size()) {
     ++(is_cut ? counts_.cut_off : counts_.malformed);
@@ -228,6 +240,27 @@ std::optional<UdpDatagram> UdpExtractor::udp(std::span<const std::byte> segment,
   datagram.payload = segment.subspan(8, length - 8);
   ++counts_.datagrams;
   return datagram;
+}
+
+/// Takes the segment of `size` bytes, of which the capture may have kept only the beginning.
+void IpExtractor::tcp(std::span<const std::byte> segment, std::size_t size, const UdpDatagram& between) {
+  constexpr unsigned kSyn = 0x02;
+  ++counts_.tcp;
+  const std::size_t header = segment.size() < 20 ? 0 : 4 * (static_cast<std::size_t>(segment[12]) >> 4);
+  if (header < 20 || header > segment.size() || header > size) {
+    ++counts_.tcp_broken;
+    return;
+  }
+  TcpSegment& out = segment_.emplace();
+  out.source = between.source;
+  out.destination = between.destination;
+  out.source_port = be16(segment.data());
+  out.destination_port = be16(segment.data() + 2);
+  out.sequence = be32(segment.data() + 4);
+  out.is_first = (static_cast<unsigned>(segment[13]) & kSyn) != 0;
+  const std::size_t whole = size - header;
+  out.payload = segment.subspan(header, std::min(whole, segment.size() - header));
+  out.cut_off = whole - out.payload.size();
 }
 
 }  // namespace hueline::drivers

@@ -25,7 +25,17 @@ std::string to_text(const IpAddress& address);
 struct UdpDatagram {
   IpAddress source{}, destination{};
   std::uint16_t source_port = 0, destination_port = 0;
-  std::span<const std::byte> payload;  ///< valid until the next call of UdpExtractor::extract()
+  std::span<const std::byte> payload;  ///< valid until the next call of IpExtractor::extract()
+};
+
+/// One segment of a TCP connection.
+struct TcpSegment {
+  IpAddress source{}, destination{};
+  std::uint16_t source_port = 0, destination_port = 0;
+  std::uint32_t sequence = 0;          ///< number of the first byte of the payload, or of the SYN before it
+  bool is_first = false;               ///< SYN: the sender begins a connection
+  std::size_t cut_off = 0;             ///< bytes after the payload that the capture did not keep
+  std::span<const std::byte> payload;  ///< valid until the next call of IpExtractor::extract()
 };
 
 /// What became of the frames of a capture. Each frame is counted once.
@@ -33,6 +43,7 @@ struct ExtractCounts {
   std::uint64_t datagrams = 0;
   std::uint64_t not_udp = 0;            ///< ARP, TCP, ...
   std::uint64_t tcp = 0;                ///< the frames of not_udp that are TCP
+  std::uint64_t tcp_broken = 0;         ///< the frames of tcp whose segment is not whole and cannot be used
   std::uint64_t unknown_link = 0;       ///< frames of a link type that is not read
   std::uint32_t unknown_link_type = 0;  ///< the latest link type of these
   std::uint64_t cut_off = 0;            ///< UDP datagrams of which the capture kept only the beginning
@@ -41,17 +52,19 @@ struct ExtractCounts {
   std::uint64_t fragments_dropped = 0;  ///< fragments of datagrams that never became whole
 };
 
-/// Takes UDP datagrams out of link-layer frames. It reads Ethernet with VLAN tags, Linux cooked (1 and 2), BSD loopback
-/// and raw IP; IPv4, whose fragments it joins, and IPv6 with extension headers (fragmented IPv6 is counted as dropped).
-/// It ignores checksums, because captures on the sending host do not have them filled in. It ignores the length in the
-/// IP header if the length in the UDP header fits what was captured, because VeloView writes 1234 into the IP header of
-/// datagrams of any size.
-/// Thread safety: none; one thread calls all functions.
-class UdpExtractor {
+/// Takes UDP datagrams and TCP segments out of link-layer frames. It reads Ethernet with VLAN tags, Linux cooked (1 and
+/// 2), BSD loopback and raw IP; IPv4, whose fragments it joins, and IPv6 with extension headers (fragmented IPv6 is
+/// counted as dropped). Fragments of TCP are not joined, because TCP avoids them. It ignores checksums, because
+/// captures on the sending host do not have them filled in. It ignores the length in the IP header if the length in the
+/// UDP header fits what was captured, because VeloView writes 1234 into the IP header of datagrams of any size. Thread
+/// safety: none; one thread calls all functions.
+class IpExtractor {
  public:
   /// Returns the datagram in `frame`. Returns nothing if the frame holds no whole datagram, or not yet; counts() says
   /// why.
   std::optional<UdpDatagram> extract(const CaptureFrame& frame);
+  /// Returns the TCP segment of the frame that extract() was given last, or nothing if it holds none.
+  const std::optional<TcpSegment>& segment() const { return segment_; }
   /// Counts the fragments that still wait as dropped. Call it after the last frame.
   void finish();
   const ExtractCounts& counts() const { return counts_; }
@@ -70,9 +83,11 @@ class UdpExtractor {
   std::optional<UdpDatagram> ipv4(std::span<const std::byte> packet, bool is_cut);
   std::optional<UdpDatagram> ipv6(std::span<const std::byte> packet, bool is_cut);
   std::optional<UdpDatagram> udp(std::span<const std::byte> segment, bool is_cut, UdpDatagram datagram);
+  void tcp(std::span<const std::byte> segment, std::size_t size, const UdpDatagram& between);
   bool join(const FragmentKey& key, std::size_t offset, bool is_last, std::span<const std::byte> piece);
 
   ExtractCounts counts_;
+  std::optional<TcpSegment> segment_;
   std::map<FragmentKey, Partial> partials_;
   std::vector<std::byte> joined_;
   std::uint64_t age_ = 0;
