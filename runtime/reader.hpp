@@ -18,7 +18,8 @@ class Reader {
  public:
   struct Config {
     std::chrono::milliseconds first_back_off{250};  ///< doubled at each failure
-    std::chrono::milliseconds longest_back_off{5000};
+    /// A device that returns streams again within 2 s: this, and what its opening takes.
+    std::chrono::milliseconds longest_back_off{1500};
     /// The device is connected, but sends no packet for this long: a Fault Silent, once for each silence.
     std::chrono::milliseconds silent_after{3000};
     /// The source is a file. It is read no faster than its packets are recorded and processed. It is read only once: an
