@@ -5,12 +5,14 @@
 #include "drivers/gige/genicam_device.hpp"
 #include "drivers/hesai/hesai_device.hpp"
 #include "drivers/ladybug/ladybug_device.hpp"
+#include "drivers/livox/livox_device.hpp"
 #include "drivers/nmea/nmea_device.hpp"
 #include "drivers/novatel/novatel_device.hpp"
 #include "drivers/ouster/ouster_device.hpp"
 #include "drivers/oxts/oxts_device.hpp"
 #include "drivers/pps/pps_device.hpp"
 #include "drivers/profile_scanner/profile_scanner_device.hpp"
+#include "drivers/robosense/robosense_device.hpp"
 #include "drivers/sbet/sbet_device.hpp"
 #include "drivers/septentrio/septentrio_device.hpp"
 #include "drivers/sick/sick_device.hpp"
@@ -23,9 +25,10 @@
 namespace hueline::drivers {
 
 DeviceTypes device_types() {
-  static constexpr std::array<const DeviceType*, 18> kTypes{
-      &kVelodyne, &kHesai, &kOuster,  &kProfileScanner, &kSick,    &kNovatel, &kApplanix, &kSeptentrio, &kUblox,
-      &kXsens,    &kOxts,  &kGenicam, &kV4l2,           &kLadybug, &kPps,     &kWheel,    &kNmea,       &kSbet,
+  static constexpr std::array<const DeviceType*, 20> kTypes{
+      &kVelodyne, &kHesai,    &kOuster,     &kLivox, &kRobosense, &kProfileScanner, &kSick,
+      &kNovatel,  &kApplanix, &kSeptentrio, &kUblox, &kXsens,     &kOxts,           &kGenicam,
+      &kV4l2,     &kLadybug,  &kPps,        &kWheel, &kNmea,      &kSbet,
   };
   return kTypes;
 }

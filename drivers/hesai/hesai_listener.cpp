@@ -18,7 +18,7 @@ class HesaiListener final : public CaptureListener {
   explicit HesaiListener(std::string path) : path_(std::move(path)) {}
 
   Status use_description(const std::string& file) override {
-    auto angles = read_hesai_angles(file);
+    auto angles = read_beam_angles(file);
     if (!angles.ok()) return angles.error();
     given_.push_back(std::move(angles).value());
     return {};
@@ -36,8 +36,8 @@ class HesaiListener final : public CaptureListener {
     const HesaiTable& table = hesai_table(*model);
     HesaiDecoder::Config config;
     config.model = *model;
-    std::optional<HesaiAngles> angles;
-    for (const HesaiAngles& one : given_)
+    std::optional<BeamAngles> angles;
+    for (const BeamAngles& one : given_)
       if (one.elevations_deg.size() == table.beams.size()) angles = one;
     if (!angles) angles = find_hesai_angles(path_, table);
     if (angles) {
@@ -62,7 +62,7 @@ class HesaiListener final : public CaptureListener {
 
  private:
   const std::string path_;
-  std::vector<HesaiAngles> given_;
+  std::vector<BeamAngles> given_;
   std::set<std::string> unknown_;
 };
 

@@ -61,7 +61,7 @@ TEST(InspectOfAnAddedDevice, HearsItInACapture) {
   EXPECT_EQ(seen.found->at("decoded").at("malformed_bytes"), 0) << "the noise is counted, not decoded";
   const auto unknown = inspect_file(file.path());
   ASSERT_FALSE(unknown.trouble.ok());
-  EXPECT_NE(unknown.trouble.error().message.find("none of its datagrams is one of a Hesai or a profile scanner"),
+  EXPECT_NE(unknown.trouble.error().message.find("none of its datagrams is one of a Hesai or a Livox or"),
             std::string::npos)
       << unknown.trouble.error().message;
 }

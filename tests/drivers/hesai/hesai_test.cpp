@@ -23,7 +23,7 @@ using test::only;
 /// Compares a quarter of the other decoder's cloud, in front and to the right, with the returns of the recording; its
 /// axes are the same. The whole clouds are as near; they take a long time with sanitizers.
 void compare(const std::string& name, HesaiModel model, const std::string& angles_file, std::size_t points) {
-  const auto angles = read_hesai_angles((test::data_dir() / "hesai" / angles_file).string());
+  const auto angles = read_beam_angles((test::data_dir() / "hesai" / angles_file).string());
   ASSERT_TRUE(angles.ok()) << angles.error().message;
   HesaiDecoder::Config config;
   config.model = model;

@@ -1,0 +1,45 @@
+#include "drivers/beam_angles.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <sstream>
+
+#include "core/input_file.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+constexpr std::uint64_t kMostBytes = 1'000'000;
+constexpr std::size_t kMostChannels = 1024;
+
+}  // namespace
+
+Result<BeamAngles> read_beam_angles(const std::string& path) {
+  const auto text = read_input(path, kMostBytes, "a calibration file");
+  if (!text.ok()) return text.error();
+  BeamAngles out;
+  out.file = path;
+  std::istringstream lines(*text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    std::ranges::replace(line, ',', ' ');
+    std::istringstream words(line);
+    double channel = 0, elevation = 0, azimuth = 0;
+    if (!(words >> channel)) continue;  // names of the columns, or an empty line
+    if (!(words >> elevation >> azimuth) || !(std::abs(elevation) <= 90) || !(std::abs(azimuth) <= 360))
+      return Error{ErrorCode::Unsupported, fmt::format("{}:{}: no line \"channel,elevation,azimuth\"", path, number)};
+    if (channel != static_cast<double>(out.elevations_deg.size() + 1) || out.elevations_deg.size() >= kMostChannels)
+      return Error{ErrorCode::Malformed, fmt::format("{}:{}: channel {} where {} is expected", path, number, channel,
+                                                     out.elevations_deg.size() + 1)};
+    out.elevations_deg.push_back(elevation);
+    out.azimuths_deg.push_back(azimuth);
+  }
+  if (out.elevations_deg.empty())
+    return Error{ErrorCode::Unsupported, path + ": no line \"channel,elevation,azimuth\""};
+  return out;
+}
+
+}  // namespace hueline::drivers

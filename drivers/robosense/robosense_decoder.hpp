@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/decoder.hpp"
+#include "core/keys.hpp"
+#include "drivers/robosense/robosense_wire.hpp"
+
+namespace hueline::drivers {
+
+/// Decodes the packets of RoboSense scanners that rotate (RobosenseModel). The directions of the beams are those of the
+/// scanner's own description, which it sends about once a second; packets of points before the first one are not used.
+/// Each packet of points gives one LaserBatch, even if no return is left. No recording of such a scanner was there to
+/// check the decoder (robosense_wire.hpp).
+///
+/// LaserBatch::time is the first firing of the packet. It is a date only while the scanner says that it follows a
+/// receiver, or PTP whose time scale the rig states; otherwise it is a reading of the scanner's own counter. A return
+/// has the time of its own firing, and the azimuth of the block, of the time in it, and of the beam. Two returns of a
+/// firing are counted by range; equal ones are one. Frame: Scanner (z up, y forward at azimuth 0, x right; azimuth
+/// clockwise from above), with the origin on the axis where the maker has it.
+///
+/// Faults:
+/// - Malformed: a wrong size or signature, a block without its flag, a time that cannot be.
+/// - Implausible: points before the first description (not used); a description without angles.
+/// - WrongDevice: points of a model that is not known, or of another model than before.
+/// - NoTime: the scanner follows no reference though the rig says that it does; the packet is not used.
+/// - Lost, Late, Spurious: by the stamps, as not every model counts its packets.
+/// - ClockStep: the stamp jumped relative to the arrival, or the scanner follows another clock from now on.
+///
+/// Thread safety: none; one thread calls all functions.
+class RobosenseDecoder final : public Decoder {
+ public:
+  /// What the scanner's clock follows.
+  enum class Reference : std::uint8_t {
+    Told,    ///< what its description says; the time scale of PTP it does not say
+    PtpUtc,  ///< PTP with the UTC time scale
+    PtpTai,  ///< PTP with TAI
+  };
+  struct Config {
+    Reference reference = Reference::Told;
+    std::optional<double> range_unit_m;  ///< of the ranges in the packets; without it the model's
+    double min_range_m = 0.1;            ///< nearer returns are dropped, such as those of the housing
+    std::optional<double> max_range_m;   ///< farther returns are dropped; without it all are kept
+    /// The directions of the beams, in the order of the channels, in place of the description's. Both are empty, or
+    /// have as many as the scanner has beams.
+    std::vector<double> elevations_deg, azimuths_deg;
+
+    void visit(Keys& keys);
+    KeyError validate() const;
+  };
+
+  /// `description`: a packet with the scanner's description, if one is known before the first packet.
+  explicit RobosenseDecoder(const Config& config, std::vector<std::byte> description = {})
+      : config_(config), description_bytes_(std::move(description)) {}
+
+  void decode(const Packet& packet, std::vector<Measurement>& out) override;
+  void reset() override;
+  const DecodeCounts& counts() const override { return counts_; }
+
+ private:
+  struct Previous {
+    UnixTime time;
+    HostTime received;
+  };
+  struct Block {
+    double azimuth = 0, step = 0;  ///< rad; the step is what the scanner turns in one firing period
+    double time_us = 0;            ///< after the packet's
+  };
+
+  void tell(const Packet& packet, FaultKind kind, std::uint64_t count, std::string what,
+            std::vector<Measurement>& out) const;
+  void refuse(const Packet& packet, FaultKind kind, const std::string& what, std::vector<Measurement>& out);
+  void decode_description(const Packet& packet, std::vector<Measurement>& out);
+  bool use_description(RobosenseModel model);
+  bool use_given_angles(RobosenseModel& model);
+  bool is_known(const Packet& packet, std::vector<Measurement>& out);
+  std::optional<LaserTime> time_of(UnixTime stamp) const;
+  bool follow(const Packet& packet, UnixTime stamp, std::vector<Measurement>& out);
+  void tell_clock(const Packet& packet, UnixTime stamp, const LaserTime& time, std::vector<Measurement>& out);
+  std::size_t decode_points(std::span<const std::byte> bytes, std::vector<LaserReturn>& out) const;
+  std::vector<Block> blocks_of(std::span<const std::byte> bytes) const;
+  bool is_dual(std::span<const std::byte> bytes) const;
+  double packet_us(std::span<const std::byte> bytes) const;
+
+  SensorId sensor_ = kSystemSensor;
+  Config config_;
+  std::vector<std::byte> description_bytes_;  ///< newest description; its meaning depends on the model
+  std::optional<RobosenseModel> heard_;       ///< as the packets of points say it
+  const RobosenseTable* table_ = nullptr;
+  RobosenseDescription description_;
+  std::vector<std::uint16_t> rings_;  ///< of each beam, counted from the lowest elevation
+  DecodeCounts counts_;
+  bool is_waiting_told_ = false;
+  std::optional<Previous> previous_;
+  std::optional<std::int64_t> told_second_;
+  std::optional<SyncState> told_state_;
+};
+
+}  // namespace hueline::drivers
