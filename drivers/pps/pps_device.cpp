@@ -1,47 +1,74 @@
 #include "drivers/pps/pps_device.hpp"
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include <sys/un.h>
 
+#include "drivers/pps/gpio_pps.hpp"
 #include "drivers/pps/pps_decoder.hpp"
 #include "drivers/pps/pps_source.hpp"
 
 namespace hueline::drivers {
 namespace {
 
+const TextForm kAbsolute{"an absolute path", [](const std::string& text) { return text.starts_with('/'); }, "^/"};
+
+/// Keys of `gpio`.
+struct GpioKeys : GpioLine {
+  void visit(Keys& keys) {
+    keys.text(required("chip", "", "The GPIO chip, such as /dev/gpiochip0."), chip, kAbsolute);
+    keys.whole(required("line", "", "Number of the line in the chip, as gpioinfo prints it."), line, {0, 65535});
+  }
+};
+
 class PpsDevice final : public Device {
  public:
   void visit(Keys& keys) override {
-    static const TextForm absolute{"an absolute path", [](const std::string& text) { return text.starts_with('/'); },
-                                   "^/"};
     static const TextForm short_path{
         "a path of at most 107 characters",
         [](const std::string& text) { return text.size() < sizeof(sockaddr_un::sun_path); }, "^.{1,107}$"};
-    keys.one_of({"device", "socket"});
-    keys.text({"device", "", "The kernel's PPS device, such as /dev/pps0."}, device_, absolute);
+    keys.one_of({"device", "socket", "serial", "gpio"});
+    keys.text({"device", "", "The kernel's PPS device, such as /dev/pps0."}, device_, kAbsolute);
     keys.text({"socket", "",
                "Instead of a device, a local SOCK_SEQPACKET socket that sends the 24 bytes of [formats](formats.md). A "
                "relative path begins where the program was started."},
               socket_, short_path);
+    keys.text(
+        {"serial", "",
+         "Instead of a device, a serial port with the pulse at its carrier-detect input (DCD), such as /dev/ttyS0. "
+         "The kernel's module pps_ldisc stamps it. The port serves nothing else meanwhile."},
+        serial_, kAbsolute);
+    keys.section({"gpio", "", "Instead of a device, a line of a GPIO chip. `assert` is its rising edge."}, gpio_);
     keys.choice({"edge", "", "The edge that is the second. A level converter may invert it."}, edge_,
                 {{"assert", PpsEdgeKind::Assert}, {"clear", PpsEdgeKind::Clear}});
   }
   KeyError validate() const override { return {}; }
   std::unique_ptr<PacketSource> make_source(const BufferPool&) const override {
-    const bool is_socket = !socket_.empty();
-    return std::make_unique<PpsSource>(
-        PpsSource::Config{.interface = is_socket ? PpsSource::Interface::Socket : PpsSource::Interface::Kernel,
-                          .path = is_socket ? socket_ : device_,
-                          .edge = edge_});
+    using Interface = PpsSource::Interface;
+    PpsSource::Config config{.interface = Interface::Kernel, .path = device_, .line = 0, .edge = edge_};
+    if (!socket_.empty()) {
+      config.interface = Interface::Socket;
+      config.path = socket_;
+    } else if (!serial_.empty()) {
+      config.interface = Interface::Serial;
+      config.path = serial_;
+    } else if (gpio_) {
+      config.interface = Interface::Gpio;
+      config.path = gpio_->chip;
+      config.line = gpio_->line;
+    }
+    return std::make_unique<PpsSource>(std::move(config));
   }
   std::unique_ptr<Decoder> make_decoder() const override {
     return std::make_unique<PpsDecoder>(PpsDecoder::Config{.edge = edge_});
   }
 
  private:
-  std::string device_, socket_;
+  std::string device_, socket_, serial_;
+  std::optional<GpioKeys> gpio_;
   PpsEdgeKind edge_ = PpsEdgeKind::Assert;
 };
 

@@ -4,7 +4,9 @@
 
 #include <fmt/format.h>
 
+#include "drivers/pps/gpio_pps.hpp"
 #include "drivers/pps/kernel_pps.hpp"
+#include "drivers/pps/serial_pps.hpp"
 #include "drivers/pps/socket_pps.hpp"
 
 namespace hueline::drivers {
@@ -13,6 +15,9 @@ namespace {
 
 std::unique_ptr<PacketSource> make(const PpsSource::Config& config) {
   if (config.interface == PpsSource::Interface::Socket) return std::make_unique<SocketPps>(config.path);
+  if (config.interface == PpsSource::Interface::Serial) return std::make_unique<SerialPps>(config.path, config.edge);
+  if (config.interface == PpsSource::Interface::Gpio)
+    return std::make_unique<GpioPps>(GpioLine{config.path, config.line}, config.edge);
   return std::make_unique<KernelPps>(config.path, config.edge);
 }
 
