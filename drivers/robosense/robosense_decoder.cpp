@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 #include <utility>
 
 #include "core/calendar.hpp"
@@ -81,6 +82,7 @@ KeyError RobosenseDecoder::Config::validate() const {
 }
 
 void RobosenseDecoder::reset() {
+  sequence_.reset();
   previous_.reset();
   told_second_.reset();
   told_state_.reset();
@@ -88,8 +90,8 @@ void RobosenseDecoder::reset() {
 
 void RobosenseDecoder::tell(const Packet& packet, FaultKind kind, std::uint64_t count, std::string what,
                             std::vector<Measurement>& out) const {
-  out.push_back(
-      Fault{sensor_, kind, packet.received, count, std::string(table_ ? table_->name : "RoboSense") + ": " + what});
+  const char* name = table_ ? table_->name : solid_ ? solid_ : "RoboSense";
+  out.push_back(Fault{sensor_, kind, packet.received, count, std::string(name) + ": " + what});
 }
 
 void RobosenseDecoder::refuse(const Packet& packet, FaultKind kind, const std::string& what,
@@ -106,6 +108,7 @@ void RobosenseDecoder::refuse(const Packet& packet, FaultKind kind, const std::s
 void RobosenseDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   sensor_ = packet.sensor;
   const auto bytes = packet.bytes.bytes();
+  if (const auto solid = decode_robosense_solid(bytes)) return decode_solid(packet, *solid, out);
   if (is_robosense_description(bytes)) return decode_description(packet, out);
   if (!is_robosense_points(bytes))
     return refuse(packet, FaultKind::Malformed,
@@ -132,6 +135,42 @@ void RobosenseDecoder::decode(const Packet& packet, std::vector<Measurement>& ou
   }
   counts_.decoded_bytes += bytes.size() - bad_bytes;
   ++counts_.messages[is_dual(bytes) ? "points dual" : "points"];
+  out.push_back(std::move(batch));
+}
+
+void RobosenseDecoder::decode_solid(const Packet& packet, const RobosenseSolidPacket& data,
+                                    std::vector<Measurement>& out) {
+  if (table_ || heard_ || (solid_ && std::string_view(solid_) != data.name))
+    return refuse(packet, FaultKind::WrongDevice, "points of another model than before: two scanners at one port?",
+                  out);
+  solid_ = data.name;
+  const Clock clock = data.follows_ptp ? Clock::Ptp : Clock::Free;
+  if (previous_ && clock != description_.clock) {
+    previous_.reset();
+    told_state_.reset();
+    tell(packet, FaultKind::ClockStep, 1, "it follows another clock from now on, or none", out);
+  }
+  description_.clock = clock;
+  if (!data.time) return refuse(packet, FaultKind::Malformed, "a time that cannot be", out);
+  const auto time = time_of(*data.time);
+  if (!time) return refuse(packet, FaultKind::NoTime, "it does not follow PTP, though the rig says so: not used", out);
+  if (!follow(packet, *data.time, out)) return;
+  // Numbers begin again with each frame, whose length is not known.
+  if (sequence_ && data.sequence > *sequence_ + 1) {
+    const unsigned missing = data.sequence - *sequence_ - 1u;
+    tell(packet, FaultKind::Lost, missing, fmt::format("{} packets missing", missing), out);
+  }
+  sequence_ = data.sequence;
+  tell_clock(packet, *data.time, *time, out);
+  LaserBatch batch;
+  batch.sensor = sensor_;
+  batch.received = packet.received;
+  batch.packet_sequence = packet.sequence;
+  batch.time = *time;
+  decode_robosense_solid_points(packet.bytes.bytes(), data, config_.min_range_m, config_.max_range_m.value_or(1e9),
+                                batch.returns);
+  counts_.decoded_bytes += packet.bytes.size();
+  ++counts_.messages[data.is_dual ? "points dual" : "points"];
   out.push_back(std::move(batch));
 }
 
@@ -261,13 +300,18 @@ bool RobosenseDecoder::follow(const Packet& packet, UnixTime stamp, std::vector<
     return true;
   }
   previous_ = Previous{stamp, packet.received};
+  if (table_) tell_gap(packet, since, out);
+  return true;
+}
+
+/// Tells packets that are missing by the stamps.
+void RobosenseDecoder::tell_gap(const Packet& packet, nanoseconds since, std::vector<Measurement>& out) {
   const double span_us = packet_us(packet.bytes.bytes()), packets = static_cast<double>(since.count()) * 1e-3 / span_us;
   const double blind = description_.blind_rad / kTurn / description_.revolutions_hz * 1e6 / span_us;
   if (packets > 1.5 + blind && since < kLongestGap) {
     const auto missing = static_cast<std::uint64_t>(std::max(1LL, std::llround(packets - blind) - 1));
     tell(packet, FaultKind::Lost, missing, fmt::format("{} packets missing", missing), out);
   }
-  return true;
 }
 
 /// Says once a second what the stamps are worth, and which second it is.
@@ -304,14 +348,16 @@ std::vector<RobosenseDecoder::Block> RobosenseDecoder::blocks_of(std::span<const
     return u16(bytes, kHeadBytes + block * kBlockBytes + 2) * 0.01 / 180 * std::numbers::pi;
   };
   double time_us = 0, last_step = nominal * firings;
+  bool has_gap = false;
   for (std::size_t block = 0; block < kRobosenseBlocks; block += together) {
     double step = last_step, period_us = table_->firing_period_us * firings;
     if (block + together < kRobosenseBlocks) {
       const double turned = in_turn(azimuth(block + together) - azimuth(block));
-      if (turned <= kLargestStep)
+      if (turned <= kLargestStep) {
         step = last_step = turned;
-      else
-        period_us = turned / (kTurn * description_.revolutions_hz) * 1e6;  // the window ended, and began again
+      } else if (!std::exchange(has_gap, true)) {  // the window ended, and began again: once in a packet at most
+        period_us = turned / (kTurn * description_.revolutions_hz) * 1e6;
+      }
     }
     for (std::size_t i = block; i < block + together; ++i) out[i] = {azimuth(block), step / firings, time_us};
     time_us += period_us;

@@ -8,14 +8,16 @@
 
 #include "core/decoder.hpp"
 #include "core/keys.hpp"
+#include "drivers/robosense/robosense_solid.hpp"
 #include "drivers/robosense/robosense_wire.hpp"
 
 namespace hueline::drivers {
 
-/// Decodes the packets of RoboSense scanners that rotate (RobosenseModel). The directions of the beams are those of the
-/// scanner's own description, which it sends about once a second; packets of points before the first one are not used.
-/// Each packet of points gives one LaserBatch, even if no return is left. No recording of such a scanner was there to
-/// check the decoder (robosense_wire.hpp).
+/// Decodes the packets of RoboSense scanners: of those that rotate (RobosenseModel), and of the M1 and the E1, which do
+/// not and whose packets say all (robosense_solid.hpp). Of a scanner that rotates the directions of the beams are those
+/// of the scanner's own description, which it sends about once a second; packets of points before the first one are not
+/// used. Each packet of points gives one LaserBatch, even if no return is left. No recording of such a scanner was
+/// there to check the decoder.
 ///
 /// LaserBatch::time is the first firing of the packet. It is a date only while the scanner says that it follows a
 /// receiver, or PTP whose time scale the rig states; otherwise it is a reading of the scanner's own counter. A return
@@ -28,7 +30,7 @@ namespace hueline::drivers {
 /// - Implausible: points before the first description (not used); a description without angles.
 /// - WrongDevice: points of a model that is not known, or of another model than before.
 /// - NoTime: the scanner follows no reference though the rig says that it does; the packet is not used.
-/// - Lost, Late, Spurious: by the stamps, as not every model counts its packets.
+/// - Lost, Late, Spurious: by the stamps, as not every model counts its packets; of M1 and E1 Lost by their count.
 /// - ClockStep: the stamp jumped relative to the arrival, or the scanner follows another clock from now on.
 ///
 /// Thread safety: none; one thread calls all functions.
@@ -74,12 +76,14 @@ class RobosenseDecoder final : public Decoder {
   void tell(const Packet& packet, FaultKind kind, std::uint64_t count, std::string what,
             std::vector<Measurement>& out) const;
   void refuse(const Packet& packet, FaultKind kind, const std::string& what, std::vector<Measurement>& out);
+  void decode_solid(const Packet& packet, const RobosenseSolidPacket& data, std::vector<Measurement>& out);
   void decode_description(const Packet& packet, std::vector<Measurement>& out);
   bool use_description(RobosenseModel model);
   bool use_given_angles(RobosenseModel& model);
   bool is_known(const Packet& packet, std::vector<Measurement>& out);
   std::optional<LaserTime> time_of(UnixTime stamp) const;
   bool follow(const Packet& packet, UnixTime stamp, std::vector<Measurement>& out);
+  void tell_gap(const Packet& packet, nanoseconds since, std::vector<Measurement>& out);
   void tell_clock(const Packet& packet, UnixTime stamp, const LaserTime& time, std::vector<Measurement>& out);
   std::size_t decode_points(std::span<const std::byte> bytes, std::vector<LaserReturn>& out) const;
   std::vector<Block> blocks_of(std::span<const std::byte> bytes) const;
@@ -91,6 +95,8 @@ class RobosenseDecoder final : public Decoder {
   std::vector<std::byte> description_bytes_;  ///< newest description; its meaning depends on the model
   std::optional<RobosenseModel> heard_;       ///< as the packets of points say it
   const RobosenseTable* table_ = nullptr;
+  const char* solid_ = nullptr;              ///< name of a scanner that does not rotate
+  std::optional<std::uint16_t> sequence_{};  ///< its newest
   RobosenseDescription description_;
   std::vector<std::uint16_t> rings_;  ///< of each beam, counted from the lowest elevation
   DecodeCounts counts_;

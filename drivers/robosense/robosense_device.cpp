@@ -16,6 +16,9 @@
 namespace hueline::drivers {
 namespace {
 
+constexpr const char* kUnchecked =
+    "the decoder follows the maker's manuals: no recording of such a scanner was there to check it";
+
 /// Returns the first description that the scanner sends in a capture. It comes once a second, and a scanner sends at
 /// most a few thousand packets in that time.
 std::vector<std::byte> find_description(const std::string& path, const std::string& address) {
@@ -44,6 +47,9 @@ class RobosenseListener final : public CaptureListener {
 
   std::optional<HeardDevice> listen(const Packet& datagram, const std::string& sender) override {
     const auto bytes = datagram.bytes.bytes();
+    if (const auto solid = decode_robosense_solid(bytes))
+      return HeardDevice{std::string("robosense ") + solid->name,
+                         std::make_unique<RobosenseDecoder>(RobosenseDecoder::Config{}), kUnchecked};
     if (!is_robosense_points(bytes)) return {};
     auto model = robosense_model(bytes);
     if (!model) {
@@ -69,17 +75,18 @@ class RobosenseListener final : public CaptureListener {
                  ? "directions of the beams: the scanner's own description"
                  : "the file has no description of the scanner (DIFOP, usually port 7788), which has the directions of "
                    "its beams: without it, or a calibration file, there are no points";
-    note += "; the decoder follows the maker's manuals: no recording of such a scanner was there to check it";
+    note += std::string("; ") + kUnchecked;
     return HeardDevice{std::string("robosense ") + robosense_table(*model).name,
                        std::make_unique<RobosenseDecoder>(config, std::move(description)), std::move(note)};
   }
   bool is_decodable(const Packet& datagram) const override {
-    return is_robosense_points(datagram.bytes.bytes()) || is_robosense_description(datagram.bytes.bytes());
+    const auto bytes = datagram.bytes.bytes();
+    return is_robosense_points(bytes) || is_robosense_description(bytes) || decode_robosense_solid(bytes);
   }
   std::string unknown_models() const override {
     std::string out;
     for (const std::string& one : unknown_) out += (out.empty() ? "a RoboSense of type " : " or ") + one;
-    return out.empty() ? out : out + "; known: RS-LiDAR-16 and -32, RS-Bpearl, RS-Helios";
+    return out.empty() ? out : out + "; known: RS-LiDAR-16 and -32, RS-Bpearl, RS-Helios, RS-LiDAR-M1 and -E1";
   }
 
  private:

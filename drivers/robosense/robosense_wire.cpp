@@ -11,6 +11,8 @@ constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr std::array<unsigned, 8> kPoints{0x55, 0xAA, 0x05, 0x0A, 0x5A, 0xA5, 0x50, 0xA0};
 constexpr std::array<unsigned, 4> kHeliosPoints{0x55, 0xAA, 0x05, 0x5A};
 constexpr std::array<unsigned, 8> kDescription{0xA5, 0xFF, 0x00, 0x5A, 0x11, 0x11, 0x55, 0x55};
+constexpr unsigned kSlowestRpm = 60;
+constexpr std::size_t kSecondBlockAt = 142;
 constexpr std::size_t kTimeAt = 20, kModelAt = 30, kVersionAt = 32;
 constexpr std::size_t kSpeedAt = 8, kWindowAt = 32, kReturnsAt = 300, kSyncAt = 301, kReversedAt = 337, kGpsAt = 357;
 constexpr std::size_t kElevationsAt = 468, kAzimuthsAt = 564, kRs16ElevationsAt = 1165;
@@ -108,7 +110,9 @@ bool is_robosense_points(std::span<const std::byte> bytes) {
 bool is_robosense_description(std::span<const std::byte> bytes) { return begins(bytes, kDescription); }
 
 std::optional<RobosenseModel> robosense_model(std::span<const std::byte> bytes) {
-  if (begins(bytes, kHeliosPoints)) return RobosenseModel::Helios;
+  // The Airy has the same signature and larger blocks.
+  if (begins(bytes, kHeliosPoints))
+    return u16(bytes, kSecondBlockAt) == 0xFFEE ? std::optional(RobosenseModel::Helios) : std::nullopt;
   if (!begins(bytes, kPoints)) return {};
   for (const std::size_t at : {kModelAt + 1, kModelAt}) {
     if (u8(bytes, at) == 1) return RobosenseModel::Rs16;
@@ -122,7 +126,8 @@ std::optional<RobosenseDescription> decode_robosense_description(std::span<const
                                                                  RobosenseModel& model) {
   if (!is_robosense_description(bytes)) return {};
   RobosenseDescription out;
-  if (const unsigned rpm = u16(bytes, kSpeedAt); rpm > 0) out.revolutions_hz = rpm / 60.0;
+  // A scanner that starts or stands still sends 0. No model turns so slowly that a packet would last for seconds.
+  if (const unsigned rpm = u16(bytes, kSpeedAt); rpm >= kSlowestRpm) out.revolutions_hz = rpm / 60.0;
   const unsigned first = u16(bytes, kWindowAt), last = u16(bytes, kWindowAt + 2);
   const unsigned seen = (last > first ? last : last + 36000) - first;
   out.blind_rad = seen < 36000 ? (36000 - seen) * 0.01 * kRadPerDeg : 0;

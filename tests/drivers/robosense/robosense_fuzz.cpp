@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (std::size_t i = 0; i < filled.size() && !input.empty(); ++i) filled[i] = input[i % input.size()];
   constexpr unsigned kPoints[] = {0x55, 0xAA, 0x05, 0x0A, 0x5A, 0xA5, 0x50, 0xA0};
   constexpr unsigned kDescription[] = {0xA5, 0xFF, 0x00, 0x5A, 0x11, 0x11, 0x55, 0x55};
-  for (unsigned model = 0; model < 5; ++model) {
+  for (unsigned model = 0; model < 7; ++model) {
     RobosenseDecoder decoder({});
     std::vector<Measurement> out;
     std::uint64_t fed = 0;
@@ -24,6 +24,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       fed += datagram.size();
     };
     feed(input);
+    if (model > 4) {  // M1 and E1
+      auto solid = filled;
+      solid.resize(model == 5 ? 1210 : 1200);
+      constexpr unsigned kSolid[] = {0x55, 0xAA, 0x5A, 0xA5};
+      for (std::size_t i = 0; i < 4; ++i) solid[i] = static_cast<std::byte>(kSolid[i]);
+      for (std::size_t i = 10; i < 20; ++i) solid[i] = std::byte{0};
+      feed(solid);
+    }
     auto points = filled, description = filled;
     for (std::size_t i = 0; i < 8; ++i) {
       points[i] = static_cast<std::byte>(kPoints[i]);
