@@ -34,15 +34,15 @@ done
 # Rigs: the status is 2, the message names the wrong key, and it does not speak of scenarios.
 rig() { printf 'rig: t\nsensors:\n  - {name: pos, driver: novatel, %s}\ncolouring: {method: lens}\n' "$1"; }
 rig 'port: COM3' >port.yaml
-told 2 "port.yaml:3: 'sensors\[0\]': give exactly one of tcp, serial, file; here are: port" inspect port.yaml
+told 2 "port.yaml:3: 'sensors\[0\]': give exactly one of tcp, serial, pcap, file; here are: port" inspect port.yaml
 never_says scenario
-told 2 "'sensors\[0\]': give exactly one of tcp, serial, file" capture port.yaml --out d
+told 2 "'sensors\[0\]': give exactly one of tcp, serial, pcap, file" capture port.yaml --out d
 rig 'serial: {port: COM3, baud: 115200}' >serial.yaml
 told 2 "key 'sensors\[0\].serial.device' is missing; here are: port, baud" inspect serial.yaml
 sed 's/position_m:/position_mm:/' "$source/config/rigs/street.yaml" >mm.yaml
 told 2 "position_m' is missing; is 'position_mm' meant for it\?" inspect mm.yaml
 rig 'fiel: a.gps' >typo.yaml
-told 2 "give exactly one of tcp, serial, file; here are: fiel" inspect typo.yaml
+told 2 "give exactly one of tcp, serial, pcap, file; here are: fiel" inspect typo.yaml
 printf 'duraton_s: 5\n' >scenario.yaml
 told 2 "key 'duraton_s' is not known \(did you mean duration_s\?\)" inspect scenario.yaml
 printf 'rig: [\n' >broken.yaml
