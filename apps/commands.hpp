@@ -19,6 +19,7 @@ void add_cut(Command& all);
 void add_recover(Command& all);
 void add_export(Command& all);
 void add_decode(Command& all);
+void add_import(Command& all);
 void add_picture(Command& all);
 
 /// The commands that need the simulator or an adjustment, and with them Embree, Ceres and OpenCV, in `hueline-office`.

@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
     add_recover(all);
     add_export(all);
     add_decode(all);
+    add_import(all);
     add_picture(all);
     add_colour(all);
     // These are listed for --help, and so that a mistyped one is recognised.

@@ -1,0 +1,170 @@
+#include "apps/import/bag_survey.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "drivers/ros/ros_datagrams.hpp"
+#include "drivers/ros/ros_image.hpp"
+
+namespace hueline::apps {
+namespace {
+
+using drivers::RosPoseRank;
+using drivers::RosReader;
+
+std::string without_slash(std::string frame) {
+  if (frame.starts_with('/')) frame.erase(0, 1);  // ROS 1's first tf wrote one
+  return frame;
+}
+
+std::optional<CameraFacts> take_facts(RosReader in) {
+  CameraFacts out;
+  in.take_header();
+  out.height = in.take<std::uint32_t>();
+  out.width = in.take<std::uint32_t>();
+  out.model = in.take_string();
+  out.distortion.resize(in.take_count(8));
+  for (double& value : out.distortion) value = in.take<double>();
+  std::array<double, 9> k{};
+  for (double& value : k) value = in.take<double>();
+  out.fx = k[0], out.cx = k[2], out.fy = k[4], out.cy = k[5];
+  const bool is_sound = in.ok() && out.fx > 0 && out.fy > 0;
+  return is_sound ? std::optional(out) : std::nullopt;
+}
+
+std::string parent_of(const std::string& topic) { return topic.substr(0, topic.rfind('/') + 1); }
+
+/// Sees the messages one after another.
+class Surveyor {
+ public:
+  explicit Surveyor(bool has_origin) : has_origin_(has_origin) {}
+
+  void take(const rosbag::BagTopic& topic, const Buffer& data) {
+    const RosReader in(data.bytes(), topic.encoding);
+    if (drivers::carries_image(topic.type)) return take_image(topic.name, topic.type, in);
+    if (topic.type == "sensor_msgs/CameraInfo") {
+      if (const auto facts = take_facts(in)) out.facts.emplace(topic.name, *facts);
+      return;
+    }
+    const bool is_tree = topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage";
+    if (is_tree && topic.name.ends_with("tf_static")) {
+      out.tree.take(in);
+      return;
+    }
+    const RosPoseRank rank = drivers::pose_rank(topic.type);
+    if (rank == RosPoseRank::Local && !has_origin_) return;
+    if (rank == RosPoseRank::Part) {
+      parts_.insert(topic.type);
+      if (topic.type == "sensor_msgs/Imu") take_frame(rank, topic.name, in);
+      if (parts_.size() == 2) out.pose = std::max(out.pose, rank);
+      return;
+    }
+    if (rank != RosPoseRank::None) take_frame(rank, topic.name, in);
+    out.pose = std::max(out.pose, rank);
+    if (drivers::carries_datagrams(topic.type) && topic.type.find("Packet") == std::string::npos)
+      out.frames.emplace(topic.name, without_slash(RosReader(in).take_header().frame));
+    if (topic.type == "nebula_msgs/NebulaPackets")
+      out.frames.emplace(topic.name, without_slash(RosReader(in).take_header().frame));
+  }
+
+  BagSurvey out;
+
+ private:
+  void take_image(const std::string& name, const std::string& type, RosReader in) {
+    BagSurvey::Camera& camera = out.cameras[name];
+    if (camera.width > 0) return;
+    const auto image = drivers::take_image(type, in, 0);
+    if (!image.ok()) {
+      camera.why = image.error().message;
+      return;
+    }
+    camera = {image->format, without_slash(image->header.frame), image->width, image->height, {}};
+  }
+  void take_frame(RosPoseRank rank, const std::string& name, RosReader in) {
+    if (out.frames.contains(name)) return;
+    std::string frame = in.take_header().frame;
+    if (rank == RosPoseRank::Local) frame = in.take_string();  // the child of the pose
+    out.frames[name] = without_slash(frame);
+    if (rank >= rank_of_frame_) out.pose_frame = out.frames[name];
+    rank_of_frame_ = std::max(rank_of_frame_, rank);
+  }
+
+  bool has_origin_;
+  std::set<std::string> parts_;
+  RosPoseRank rank_of_frame_ = RosPoseRank::None;
+};
+
+}  // namespace
+
+bool FrameTree::take(RosReader in) {
+  constexpr std::size_t kMostFrames = 10'000;
+  const std::uint32_t count = in.take_count(8 * 7);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::string parent = without_slash(in.take_header().frame), child = without_slash(in.take_string());
+    Eigen::Vector3d t;
+    for (double& value : t) value = in.take<double>();
+    const auto x = in.take<double>(), y = in.take<double>(), z = in.take<double>(), w = in.take<double>();
+    const Eigen::Quaterniond q(w, x, y, z);
+    if (!in.ok()) return false;
+    if (!t.allFinite() || !(std::abs(q.norm() - 1) < 0.01) || parents_.size() == kMostFrames) continue;
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.linear() = q.normalized().toRotationMatrix();
+    T.translation() = t;
+    parents_[child] = {parent, T};
+  }
+  return true;
+}
+
+std::vector<std::pair<std::string, Eigen::Isometry3d>> FrameTree::to_root(const std::string& frame) const {
+  std::vector<std::pair<std::string, Eigen::Isometry3d>> out{{frame, Eigen::Isometry3d::Identity()}};
+  constexpr std::size_t kDeepest = 100;  // a circle ends here
+  for (auto found = parents_.find(frame); found != parents_.end() && out.size() < kDeepest;
+       found = parents_.find(found->second.frame))
+    out.emplace_back(found->second.frame, found->second.T_parent_child * out.back().second);
+  return out;
+}
+
+std::optional<Eigen::Isometry3d> FrameTree::place(const std::string& of, const std::string& in) const {
+  const auto from = to_root(of), to = to_root(in);
+  for (const auto& [frame, T_frame_of] : from)
+    for (const auto& [other, T_frame_in] : to)
+      if (frame == other) return T_frame_in.inverse() * T_frame_of;
+  return {};
+}
+
+bool FrameTree::has(const std::string& frame) const {
+  return parents_.contains(frame) ||
+         std::ranges::any_of(parents_, [&](const auto& one) { return one.second.frame == frame; });
+}
+
+const CameraFacts* BagSurvey::facts_of(const std::string& topic) const {
+  const CameraFacts* best = nullptr;
+  std::size_t longest = 1;  // more than the slash that all have
+  for (const auto& [name, one] : facts) {
+    const std::string path = parent_of(name);
+    if (!topic.starts_with(path) || path.size() <= longest) continue;
+    longest = path.size();
+    best = &one;
+  }
+  return best || facts.size() != 1 || cameras.size() != 1 ? best : &facts.begin()->second;
+}
+
+Result<BagSurvey> survey_bag(const std::filesystem::path& path, bool has_origin) {
+  auto bag = rosbag::open_bag(path);
+  if (!bag.ok()) return bag.error();
+  Surveyor surveyor(has_origin);
+  for (;;) {
+    const auto message = (*bag)->next();
+    if (message.ok()) {
+      const rosbag::BagTopic& topic = (*bag)->topics()[message->topic];
+      if (topic.trouble.empty()) surveyor.take(topic, message->data);
+    } else if (message.error().code != ErrorCode::Malformed) {
+      return std::move(surveyor.out);
+    }
+  }
+}
+
+}  // namespace hueline::apps

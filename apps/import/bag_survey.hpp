@@ -1,0 +1,63 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/frames.hpp"
+#include "core/result.hpp"
+#include "drivers/ros/ros_pose.hpp"
+#include "rosbag/bag.hpp"
+
+namespace hueline::apps {
+
+/// The tree of frames that /tf_static of a recording describes.
+class FrameTree {
+ public:
+  /// Takes the transforms of a tf2_msgs/TFMessage. Returns false if it is broken.
+  bool take(drivers::RosReader message);
+  /// Returns the place of frame `of` in frame `in`, or nothing if the tree does not join them.
+  std::optional<Eigen::Isometry3d> place(const std::string& of, const std::string& in) const;
+  bool has(const std::string& frame) const;
+
+ private:
+  struct Parent {
+    std::string frame;
+    Eigen::Isometry3d T_parent_child;
+  };
+  std::vector<std::pair<std::string, Eigen::Isometry3d>> to_root(const std::string& frame) const;
+  std::map<std::string, Parent> parents_;  // by child
+};
+
+/// What sensor_msgs/CameraInfo says of a camera.
+struct CameraFacts {
+  std::uint32_t width = 0, height = 0;
+  std::string model;
+  std::vector<double> distortion;
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+};
+
+/// What one reading of a recording tells of its topics, before anything is written.
+struct BagSurvey {
+  struct Camera {
+    std::string format, frame;  ///< of the first image that can be read
+    std::uint32_t width = 0, height = 0;
+    std::string why;  ///< why its images cannot be read
+  };
+  std::map<std::string, Camera> cameras;      ///< by topic
+  std::map<std::string, CameraFacts> facts;   ///< by topic of CameraInfo
+  std::map<std::string, std::string> frames;  ///< of each scanner's and pose's first message with a header, by topic
+  drivers::RosPoseRank pose = drivers::RosPoseRank::None;
+  std::string pose_frame;
+  FrameTree tree;
+
+  /// Returns the facts of the camera whose images are at `topic`, or null: those with the longest common path.
+  const CameraFacts* facts_of(const std::string& topic) const;
+};
+
+/// Reads a recording to its end or its damage. `has_origin`: nav_msgs/Odometry can be used.
+Result<BagSurvey> survey_bag(const std::filesystem::path& path, bool has_origin);
+
+}  // namespace hueline::apps

@@ -1,0 +1,74 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/commands.hpp"
+#include "apps/decode/decode_bag.hpp"
+#include "apps/exit_code.hpp"
+#include "apps/import/import_bag.hpp"
+#include "apps/log.hpp"
+
+namespace hueline::apps {
+namespace {
+
+struct Options {
+  std::string bag, out, origin;
+};
+
+/// Reads "48.1, 11.5, 560": latitude and longitude in degrees, ellipsoidal height in metres.
+std::optional<Geodetic> parse_origin(const std::string& text) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  double latitude = 0, longitude = 0, height = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf ,%lf ,%lf %c", &latitude, &longitude, &height, &rest) != 3) return {};
+  if (!(std::abs(latitude) <= 90) || !(std::abs(longitude) <= 180) || !(std::abs(height) < 1e5)) return {};
+  return Geodetic{latitude * kDegree, longitude * kDegree, height};
+}
+
+int import_recording(const Options& options) {
+  ImportOptions what{options.bag, options.out, {}};
+  if (!options.origin.empty()) {
+    what.origin = parse_origin(options.origin);
+    if (!what.origin) {
+      log_error("--origin " + options.origin +
+                ": give latitude, longitude (deg) and ellipsoidal height (m): 48.1,11.5,560");
+      return kWrongUse;
+    }
+  }
+  const auto done = import_bag(what);
+  if (!done.ok()) {
+    log_error(done.error().message);
+    return done.error().code == ErrorCode::Io ? kOutputRefused : kInputUnreadable;
+  }
+  std::fputs(topic_table(done->topics, done->became).c_str(), stdout);
+  fmt::print("{}/drive.mcap: {} packets; {}/rig.yaml describes their sensors\n", options.out, done->packets,
+             options.out);
+  for (const std::string& one : done->to_do) log_warning("{}", one);
+  if (done->damages > 0) log_error("{} damaged parts were skipped; the first: {}", done->damages, done->first_damage);
+  if (!done->end.ok()) log_error(done->end.error().message);
+  if (done->packets == 0) return kNothingCame;
+  return done->damages > 0 || !done->end.ok() ? kInputUnreadable : kDone;
+}
+
+}  // namespace
+
+void add_import(Command& all) {
+  auto options = std::make_shared<Options>();
+  Command command = all.command("import", "make a drive of a recording of ROS, with a rig file to complete");
+  command.required("RECORDING", options->bag, "MCAP, .db3, a folder of them, or .bag").reads(options->bag);
+  command.required("--out", options->out, "folder of the drive").writes_into(options->out);
+  command.option("--origin", options->origin,
+                 "latitude, longitude (deg), ellipsoidal height (m) of the origin of nav_msgs/Odometry");
+  command.footer(
+      "Datagrams of scanners are taken as they are; images and poses become packets of devices that hueline knows. The "
+      "table says what each topic became. Then complete DRIVE/rig.yaml and run: hueline replay DRIVE --rig "
+      "DRIVE/rig.yaml");
+  command.runs([options] { return import_recording(*options); });
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geodesy.hpp"
+#include "core/result.hpp"
+#include "rosbag/scanner_files.hpp"
+
+namespace hueline::apps {
+
+/// What import_bag() reads.
+struct ImportOptions {
+  std::string bag;                 ///< rosbag::open_bag()
+  std::filesystem::path out;       ///< folder of the drive
+  std::optional<Geodetic> origin;  ///< of the local coordinates of nav_msgs/Odometry
+};
+
+/// What import_bag() made.
+struct ImportedBag {
+  std::vector<rosbag::TopicCount> topics;
+  std::map<std::string, std::string> became;  ///< what a topic became, or why it could not be used, by its name
+  std::vector<std::string> to_do;             ///< what the user has to enter into the rig before a replay
+  std::uint64_t packets = 0;
+  std::uint64_t damages = 0;
+  std::string first_damage;
+  Status end;  ///< why the recording could not be read to its end
+};
+
+/// Makes a drive of a recording of ROS: `out`/drive.mcap, whose packets are those of the devices that hueline knows,
+/// and `out`/rig.yaml, which describes them.
+/// - Datagrams of scanners are taken as they are (drivers/ros/ros_datagrams.hpp).
+/// - Images become packets of a V4L2 camera (drivers/ros/ros_image.hpp).
+/// - The best pose becomes logs of a NovAtel receiver (drivers/ros/ros_pose.hpp).
+/// - Mountings are those of /tf_static, lenses those of sensor_msgs/CameraInfo.
+/// A packet counts as received at the stamp that the driver of ROS gave it, which is on one clock for all topics; the
+/// recorder's time stands in where there is none.
+/// Errors: those of rosbag::open_bag(); Unsupported if no topic can be used; Io.
+Result<ImportedBag> import_bag(const ImportOptions& options);
+
+}  // namespace hueline::apps

@@ -1,0 +1,233 @@
+#include "drivers/ros/ros_pose.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "core/calendar.hpp"
+#include "drivers/novatel/crc32.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::uint16_t kInspva = 507, kInsstdev = 2051;
+constexpr std::uint8_t kFineSteering = 180;
+constexpr std::uint32_t kSolutionGood = 3;
+// A receiver's log is expected to arrive this long after its time (HostClockModel::Config::arrival_latency), so logs
+// that are made here do.
+constexpr nanoseconds kLatency = std::chrono::milliseconds(3);
+constexpr std::size_t kMostTurns = 20'000;
+
+/// The bytes of one log.
+class Log {
+ public:
+  template <class T>
+  Log& put(T value) {
+    const auto* from = reinterpret_cast<const std::byte*>(&value);
+    bytes_.insert(bytes_.end(), from, from + sizeof value);
+    return *this;
+  }
+  /// Returns the log with its head and its CRC.
+  std::vector<std::byte> whole(std::uint16_t id, GpsTime time) const {
+    const GpsWeekTime week = to_gps_week(time);
+    Log out;
+    out.put(std::uint8_t{0xAA}).put(std::uint8_t{0x44}).put(std::uint8_t{0x12}).put(std::uint8_t{28});
+    out.put(id).put(std::uint8_t{0}).put(std::uint8_t{0x20}).put(static_cast<std::uint16_t>(bytes_.size()));
+    out.put(std::uint16_t{0}).put(std::uint8_t{0}).put(kFineSteering).put(static_cast<std::uint16_t>(week.week));
+    out.put(static_cast<std::uint32_t>(week.time_of_week / std::chrono::milliseconds(1)));
+    out.put(std::uint64_t{0});
+    out.bytes_.insert(out.bytes_.end(), bytes_.begin(), bytes_.end());
+    out.put(novatel_crc32(out.bytes_));
+    return out.bytes_;
+  }
+
+ private:
+  std::vector<std::byte> bytes_;
+};
+
+/// The values of INSPVA, in its order and units.
+struct Pva {
+  GpsTime time{};
+  std::array<double, 3> place{};     ///< latitude and longitude, deg; ellipsoidal height, m
+  std::array<double, 3> velocity{};  ///< north, east, up, m/s
+  std::array<double, 3> angles{};    ///< roll, pitch, azimuth, deg
+  std::uint32_t status = kSolutionGood;
+  std::optional<std::array<float, 9>> sigma;  ///< in the same order and units
+};
+
+RosPose::Logs logs_of(const Pva& pva, UnixTime received) {
+  std::vector<std::byte> bytes;
+  if (pva.sigma) {
+    Log sigma;
+    for (const float value : *pva.sigma) sigma.put(value);
+    sigma.put(std::uint64_t{0}).put(std::uint64_t{0});
+    bytes = sigma.whole(kInsstdev, pva.time);
+  }
+  const GpsWeekTime week = to_gps_week(pva.time);
+  Log log;
+  log.put(static_cast<std::uint32_t>(week.week)).put(to_seconds(week.time_of_week));
+  for (const auto* three : {&pva.place, &pva.velocity, &pva.angles})
+    for (const double value : *three) log.put(value);
+  log.put(pva.status);
+  const auto whole = log.whole(kInspva, pva.time);
+  bytes.insert(bytes.end(), whole.begin(), whole.end());
+  return {received, Buffer::copy_of(bytes)};
+}
+
+Eigen::Quaterniond take_quaternion(RosReader& in) {
+  const auto x = in.take<double>(), y = in.take<double>(), z = in.take<double>(), w = in.take<double>();
+  return {w, x, y, z};
+}
+bool is_rotation(const Eigen::Quaterniond& q) { return std::abs(q.norm() - 1) < 0.01; }
+
+bool is_place(const Geodetic& g) {
+  return std::abs(g.latitude) <= std::numbers::pi / 2 && std::abs(g.longitude) <= std::numbers::pi &&
+         std::abs(g.ellipsoidal_height) < 1e5;
+}
+
+}  // namespace
+
+RosPoseRank pose_rank(std::string_view type) {
+  if (type == "novatel_oem7_msgs/Oem7RawMsg") return RosPoseRank::Logs;
+  if (type == "novatel_oem7_msgs/INSPVAX" || type == "novatel_oem7_msgs/INSPVA") return RosPoseRank::Solution;
+  if (type == "nav_msgs/Odometry") return RosPoseRank::Local;
+  if (type == "sensor_msgs/NavSatFix" || type == "sensor_msgs/Imu") return RosPoseRank::Part;
+  return RosPoseRank::None;
+}
+
+bool RosPose::take(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out) {
+  switch (rank_) {
+    case RosPoseRank::Logs: {
+      const RosHeader header = message.take_header();
+      const auto bytes = message.take_byte_sequence();
+      if (!message.ok()) return false;
+      out.push_back({count_ns(header.stamp) > 0 ? header.stamp : recorded, Buffer::copy_of(bytes)});
+      return true;
+    }
+    case RosPoseRank::Solution:
+      return take_solution(type, message, out);
+    case RosPoseRank::Local:
+      return take_odometry(message, out);
+    case RosPoseRank::Part:
+      return type == "sensor_msgs/Imu" ? take_imu(message) : take_fix(message, out);
+    case RosPoseRank::None:
+      break;
+  }
+  return false;
+}
+
+bool RosPose::take_solution(std::string_view type, RosReader in, std::vector<Logs>& out) {
+  const bool is_extended = type == "novatel_oem7_msgs/INSPVAX";
+  const RosHeader header = in.take_header();
+  in.take_string();  // nov_header: name, id, type, sequence, time status
+  in.take<std::uint16_t>();
+  in.take<std::uint8_t>();
+  in.take<std::uint32_t>();
+  in.take<std::uint8_t>();
+  const auto week = in.take<std::uint16_t>();
+  const auto milliseconds = in.take<std::uint32_t>();
+  Pva pva;
+  pva.time = from_gps_week(week, std::chrono::milliseconds(milliseconds));
+  if (is_extended) {
+    pva.status = in.take<std::uint32_t>();
+    in.take<std::uint32_t>();  // kind of position
+  }
+  for (double& value : pva.place) value = in.take<double>();
+  if (is_extended) pva.place[2] += static_cast<double>(in.take<float>());  // above the geoid, plus its undulation
+  for (double& value : pva.velocity) value = in.take<double>();
+  for (double& value : pva.angles) value = in.take<double>();
+  if (is_extended) {
+    pva.sigma.emplace();
+    for (float& value : *pva.sigma) value = in.take<float>();
+  } else {
+    pva.status = in.take<std::uint32_t>();
+  }
+  if (!in.ok() || week == 0) return false;
+  out.push_back(logs_of(pva, header.stamp));
+  return true;
+}
+
+bool RosPose::take_imu(RosReader in) {
+  Turn turn;
+  turn.time = in.take_header().stamp;
+  turn.q_enu_flu = take_quaternion(in);
+  const auto covariance = in.take<double>();
+  // By its definition, a sensor without orientation says so with a covariance of -1.
+  if (!in.ok() || covariance == -1 || !is_rotation(turn.q_enu_flu)) return false;
+  turn.q_enu_flu.normalize();
+  if (turns_.size() == kMostTurns) turns_.pop_front();
+  turns_.push_back(turn);
+  return true;
+}
+
+bool RosPose::take_fix(RosReader in, std::vector<Logs>& out) {
+  Pose now;
+  now.time = in.take_header().stamp;
+  const auto status = in.take<std::int8_t>();
+  in.take<std::uint16_t>();
+  now.place.latitude = in.take<double>() * kDegree;
+  now.place.longitude = in.take<double>() * kDegree;
+  now.place.ellipsoidal_height = in.take<double>();
+  std::array<double, 9> covariance{};
+  for (double& value : covariance) value = in.take<double>();
+  const bool has_covariance = in.take<std::uint8_t>() != 0;
+  if (!in.ok() || status < 0 || !is_place(now.place)) return false;
+  if (has_covariance)
+    now.sigma_enu = Eigen::Vector3d(covariance[0], covariance[4], covariance[8]).cwiseMax(0).cwiseSqrt();
+  const auto before = last_;
+  last_ = now;
+  if (!before || now.time <= before->time) return true;
+  const double span = to_seconds(now.time - before->time);
+  const Eigen::Vector3d a = to_ecef(before->place).xyz, step = to_ecef(now.place).xyz - a;
+  const Eigen::Vector3d velocity = ecef_from_enu(now.place).rotation.conjugate() * step / span;
+  while (!turns_.empty() && turns_.front().time <= now.time) {
+    const Turn turn = turns_.front();
+    turns_.pop_front();
+    if (turn.time <= before->time) continue;
+    Pose pose = now;
+    pose.time = turn.time;
+    pose.place = to_geodetic({a + step * (to_seconds(turn.time - before->time) / span)});
+    pose.q_enu_flu = turn.q_enu_flu;
+    give(pose, velocity, out);
+  }
+  return true;
+}
+
+bool RosPose::take_odometry(RosReader in, std::vector<Logs>& out) {
+  Pose now;
+  now.time = in.take_header().stamp;
+  in.take_string();
+  Eigen::Vector3d enu;
+  for (double& value : enu) value = in.take<double>();
+  now.q_enu_flu = take_quaternion(in);
+  if (!in.ok() || !origin_ || !is_rotation(now.q_enu_flu) || !(enu.norm() < 1e6)) return false;
+  now.q_enu_flu.normalize();
+  now.place = to_geodetic(ecef_from_enu(*origin_) * Point<Enu>{enu});
+  const auto before = last_;
+  last_ = now;
+  if (!before || now.time <= before->time) return true;
+  const Eigen::Vector3d step = to_ecef(now.place).xyz - to_ecef(before->place).xyz;
+  give(now, ecef_from_enu(now.place).rotation.conjugate() * step / to_seconds(now.time - before->time), out);
+  return true;
+}
+
+void RosPose::give(const Pose& pose, const Eigen::Vector3d& velocity, std::vector<Logs>& out) const {
+  // From x right, y forward to x forward, y left: a quarter turn.
+  const Eigen::Quaterniond flu_from_body(Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitZ()));
+  const Attitude attitude = attitude_from_enu_body(pose.q_enu_flu * flu_from_body);
+  Pva pva;
+  pva.time = from_unix(pose.time);
+  pva.place = {pose.place.latitude / kDegree, pose.place.longitude / kDegree, pose.place.ellipsoidal_height};
+  pva.velocity = {velocity.y(), velocity.x(), velocity.z()};
+  pva.angles = {attitude.roll / kDegree, attitude.pitch / kDegree, attitude.heading / kDegree};
+  if (pose.sigma_enu) {
+    // Messages of this kind say little about velocity and attitude: 0.1 m/s, 0.2 deg, heading 0.5 deg.
+    const Eigen::Vector3f s = pose.sigma_enu->cast<float>();
+    pva.sigma = {s.y(), s.x(), s.z(), 0.1f, 0.1f, 0.1f, 0.2f, 0.2f, 0.5f};
+  }
+  out.push_back(logs_of(pva, pose.time + kLatency));
+}
+
+}  // namespace hueline::drivers

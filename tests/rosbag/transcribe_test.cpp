@@ -1,0 +1,183 @@
+// Poses and images of messages of ROS, read back by the decoders of the devices whose packets they become.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string_view>
+#include <variant>
+
+#include "core/calendar.hpp"
+#include "drivers/device.hpp"
+#include "drivers/ros/ros_image.hpp"
+#include "drivers/ros/ros_pose.hpp"
+#include "drivers/v4l2/v4l2_decoder.hpp"
+#include "tests/rosbag/sample_bag.hpp"
+
+namespace hueline {
+namespace {
+
+using drivers::RosEncoding;
+using drivers::RosPose;
+using drivers::RosPoseRank;
+using drivers::RosReader;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::int64_t kBegin_ns = 1'700'000'000'000'000'000;
+
+std::vector<Measurement> decoded(const std::vector<RosPose::Logs>& logs) {
+  std::unique_ptr<Decoder> decoder;
+  for (const auto* type : drivers::device_types())
+    if (std::string_view(type->word) == "novatel") decoder = type->make()->make_decoder();
+  std::vector<Measurement> out;
+  for (const auto& one : logs)
+    decoder->decode({1, PacketKind::Wire, false, 0, host_time_ns(count_ns(one.received)), one.bytes}, out);
+  decoder->flush(out);
+  return out;
+}
+template <class T>
+std::vector<T> all_of(const std::vector<Measurement>& measurements) {
+  std::vector<T> out;
+  for (const Measurement& one : measurements)
+    if (const auto* found = std::get_if<T>(&one)) out.push_back(*found);
+  return out;
+}
+RosReader reader(const test::RosWriter& message) {
+  return {std::as_bytes(std::span(message.bytes())), RosEncoding::Cdr};
+}
+
+test::RosWriter fix(std::int64_t ns, double latitude, double longitude, double height) {
+  test::RosWriter out(RosEncoding::Cdr);
+  out.header(ns, "gps").put(std::int8_t{0}).put(std::uint16_t{1}).put(latitude).put(longitude).put(height);
+  for (const double variance : {4.0, 0.0, 0.0, 0.0, 9.0, 0.0, 0.0, 0.0, 16.0}) out.put(variance);
+  return out.put(std::uint8_t{2});
+}
+test::RosWriter imu(std::int64_t ns, const std::array<double, 4>& xyzw, double covariance = 0) {
+  test::RosWriter out(RosEncoding::Cdr);
+  out.header(ns, "imu");
+  for (const double value : xyzw) out.put(value);
+  return out.put(covariance);
+}
+
+TEST(RosPose, KeepsTheValuesOfAReceiver) {
+  test::RosWriter message(RosEncoding::Cdr);
+  message.header(kBegin_ns, "ins").text("INSPVAX").put(std::uint16_t{1465}).put(std::uint8_t{0});
+  message.put(std::uint32_t{0}).put(std::uint8_t{180}).put(std::uint16_t{2300}).put(std::uint32_t{123'456'005});
+  message.put(std::uint32_t{3}).put(std::uint32_t{56}).put(48.1).put(-11.5).put(500.0).put(47.5f);
+  message.put(1.0).put(2.0).put(-3.0).put(4.0).put(-5.0).put(300.0);
+  for (int i = 1; i <= 9; ++i) message.put(static_cast<float>(i));
+  std::vector<RosPose::Logs> logs;
+  RosPose pose(RosPoseRank::Solution, {});
+  ASSERT_TRUE(pose.take("novatel_oem7_msgs/INSPVAX", reader(message), UnixTime{}, logs));
+  const auto measurements = decoded(logs);
+  const auto solutions = all_of<InsSolution>(measurements);
+  ASSERT_EQ(solutions.size(), 1u);
+  const InsSolution& one = solutions[0];
+  EXPECT_EQ(one.time, from_gps_week(2300, std::chrono::milliseconds(123'456'005)));
+  EXPECT_EQ(count_ns(one.received), kBegin_ns);
+  EXPECT_TRUE(one.is_good);
+  EXPECT_NEAR(one.position.latitude, 48.1 * kDegree, 1e-12);
+  EXPECT_NEAR(one.position.longitude, -11.5 * kDegree, 1e-12);
+  EXPECT_NEAR(one.position.ellipsoidal_height, 547.5, 1e-9);
+  EXPECT_TRUE(one.velocity_enu.isApprox(Eigen::Vector3d(2, 1, -3), 1e-12));
+  EXPECT_NEAR(one.attitude.roll, 4 * kDegree, 1e-12);
+  EXPECT_NEAR(one.attitude.pitch, -5 * kDegree, 1e-12);
+  EXPECT_NEAR(one.attitude.heading, 300 * kDegree, 1e-12);
+  const auto sigmas = all_of<InsUncertainty>(measurements);
+  ASSERT_EQ(sigmas.size(), 1u);
+  const std::array<double, 9> expected{2, 1, 3, 5, 4, 6, 7 * kDegree, 8 * kDegree, 9 * kDegree};
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(sigmas[0].sigma[i], expected[i], 1e-9) << i;
+}
+
+TEST(RosPose, JoinsPositionsWithOrientations) {
+  RosPose pose(RosPoseRank::Part, {});
+  std::vector<RosPose::Logs> logs;
+  const double c = std::cos(std::numbers::pi / 4);
+  // Forward is east; then a quarter turn to the left, north; then nose 30 deg up towards the east.
+  const double up = std::sin(-15 * kDegree), along = std::cos(15 * kDegree);
+  ASSERT_TRUE(pose.take("sensor_msgs/NavSatFix", reader(fix(kBegin_ns, 10, 20, 100)), UnixTime{}, logs));
+  ASSERT_TRUE(pose.take("sensor_msgs/Imu", reader(imu(kBegin_ns + 250'000'000, {0, 0, 0, 1})), UnixTime{}, logs));
+  ASSERT_TRUE(pose.take("sensor_msgs/Imu", reader(imu(kBegin_ns + 500'000'000, {0, 0, c, c})), UnixTime{}, logs));
+  ASSERT_TRUE(
+      pose.take("sensor_msgs/Imu", reader(imu(kBegin_ns + 1'000'000'000, {0, up, 0, along})), UnixTime{}, logs));
+  EXPECT_FALSE(pose.take("sensor_msgs/Imu", reader(imu(kBegin_ns + 1, {0, 0, 0, 1}, -1)), UnixTime{}, logs))
+      << "a sensor that says that it has no orientation";
+  ASSERT_TRUE(
+      pose.take("sensor_msgs/NavSatFix", reader(fix(kBegin_ns + 1'000'000'000, 10, 20, 104)), UnixTime{}, logs));
+  const auto solutions = all_of<InsSolution>(decoded(logs));
+  ASSERT_EQ(solutions.size(), 3u);
+  EXPECT_EQ(solutions[0].time, from_unix(UnixTime(nanoseconds(kBegin_ns + 250'000'000))));
+  EXPECT_NEAR(solutions[0].position.ellipsoidal_height, 101, 1e-6);
+  EXPECT_NEAR(solutions[1].position.ellipsoidal_height, 102, 1e-6);
+  EXPECT_NEAR(solutions[0].velocity_enu.z(), 4, 1e-6);
+  EXPECT_NEAR(solutions[0].attitude.heading, 90 * kDegree, 1e-9);
+  EXPECT_NEAR(std::remainder(solutions[1].attitude.heading, 2 * std::numbers::pi), 0, 1e-9);
+  EXPECT_NEAR(solutions[2].attitude.pitch, 30 * kDegree, 1e-9);
+  EXPECT_NEAR(solutions[2].attitude.heading, 90 * kDegree, 1e-9);
+}
+
+TEST(RosPose, PlacesLocalMetresAtTheirOrigin) {
+  const Geodetic origin{10 * kDegree, 20 * kDegree, 100};
+  RosPose pose(RosPoseRank::Local, origin);
+  std::vector<RosPose::Logs> logs;
+  for (int i = 0; i < 2; ++i) {
+    test::RosWriter message(RosEncoding::Cdr);
+    message.header(kBegin_ns + i * 100'000'000, "odom").text("base_link").put(0.0).put(0.0).put(5.0 + i);
+    message.put(0.0).put(0.0).put(0.0).put(1.0);
+    ASSERT_TRUE(pose.take("nav_msgs/Odometry", reader(message), UnixTime{}, logs));
+  }
+  const auto solutions = all_of<InsSolution>(decoded(logs));
+  ASSERT_EQ(solutions.size(), 1u);
+  EXPECT_NEAR(solutions[0].position.ellipsoidal_height, 106, 1e-6);
+  EXPECT_NEAR(solutions[0].position.latitude, origin.latitude, 1e-12);
+  EXPECT_NEAR(solutions[0].velocity_enu.z(), 10, 1e-6);
+}
+
+TEST(RosImage, GivesThePixelsAndTheTime) {
+  test::RosWriter message(RosEncoding::Cdr);
+  message.header(kBegin_ns + 42, "camera").put(std::uint32_t{2}).put(std::uint32_t{3}).text("bayer_rggb8");
+  message.put(std::uint8_t{0}).put(std::uint32_t{4}).sequence("abc-def-");  // rows of 4 bytes, 3 of them pixels
+  const auto image = drivers::take_image("sensor_msgs/Image", reader(message), 7);
+  ASSERT_TRUE(image.ok()) << image.error().message;
+  EXPECT_EQ(image->format, "RGGB");
+  std::uint32_t code = 0;
+  std::memcpy(&code, image->format.data(), 4);
+  drivers::V4l2Decoder decoder({.width = 3, .height = 2, .fourcc = code});
+  std::vector<Measurement> out;
+  decoder.decode({1, PacketKind::Wire, false, 0, HostTime{}, image->packet}, out);
+  const auto images = all_of<Image>(out);
+  ASSERT_EQ(images.size(), 1u);
+  EXPECT_TRUE(images[0].is_complete);
+  EXPECT_EQ(images[0].format, PixelFormat::BayerRG8);
+  EXPECT_EQ(count_ns(images[0].time), kBegin_ns + 42);
+  ASSERT_EQ(images[0].stride, 4u);
+  EXPECT_EQ(std::to_integer<char>(images[0].pixels()[4]), 'd');
+
+  test::RosWriter deep(RosEncoding::Cdr);
+  deep.header(kBegin_ns, "camera").put(std::uint32_t{2}).put(std::uint32_t{3}).text("32FC1");
+  deep.put(std::uint8_t{0}).put(std::uint32_t{12}).sequence(std::string(24, 'x'));
+  const auto refused = drivers::take_image("sensor_msgs/Image", reader(deep), 0);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("32FC1"), std::string::npos);
+}
+
+TEST(RosMessages, CutAnywhereAreRefused) {
+  test::RosWriter message(RosEncoding::Cdr);
+  message.header(kBegin_ns, "camera").put(std::uint32_t{2}).put(std::uint32_t{3}).text("mono8");
+  message.put(std::uint8_t{0}).put(std::uint32_t{3}).sequence("abcdef");
+  for (const auto& [type, whole] : {std::pair<std::string, std::string>{"sensor_msgs/Image", message.bytes()},
+                                    {"sensor_msgs/NavSatFix", fix(kBegin_ns, 10, 20, 30).bytes()}})
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+      const std::string cut = whole.substr(0, size);
+      const RosReader in(std::as_bytes(std::span(cut)), RosEncoding::Cdr);
+      RosPose pose(RosPoseRank::Part, {});
+      std::vector<RosPose::Logs> logs;
+      EXPECT_FALSE(drivers::carries_image(type) ? drivers::take_image(type, in, 0).ok()
+                                                : pose.take(type, in, UnixTime{}, logs))
+          << type << " cut to " << size;
+    }
+}
+
+}  // namespace
+}  // namespace hueline
