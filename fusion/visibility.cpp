@@ -8,7 +8,11 @@
 namespace hueline::fusion {
 namespace {
 constexpr float kGroundStep_m = 0.1f, kGround_m = 2.5f;
-constexpr float kSameLayer = 0.9f;        // of the nearness: points of a cell within this are of one surface
+constexpr float kSameLayer = 0.9f;  // of the nearness: points of a cell within this are of one surface
+// Points of a skin are of one surface if their cells are this near and their nearness differs by this share at most.
+constexpr int kBesideRows = 5, kBesideColumns = 2;
+constexpr float kSameSurface = 0.04f;
+constexpr unsigned kOutvoted = 3;         // times as many sightings outvote those of a point
 constexpr std::size_t kSkinPiece = 4096;  // points of a skin that a thread asks about at a time
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 constexpr std::array<float, 9> kEnuAxes{1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -21,6 +25,32 @@ struct Layers {
   };
   std::vector<Cell> cells;
 };
+
+/// Lists for each point of a skin the points in the cells around it that are as far away: those of the same surface.
+void find_neighbours(const DirectionGrid& grid, const Layers& layers, const RelativePlaces& skin,
+                     std::vector<std::uint32_t>& first, std::vector<std::uint32_t>& neighbours) {
+  thread_local SeenPlaces seen;
+  locate(grid, {kEnuAxes, {0, 0, 0}}, skin, seen);
+  first.clear();
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    first.push_back(static_cast<std::uint32_t>(neighbours.size()));
+    const auto row = static_cast<int>(seen.cell[i]) / grid.columns,
+               column = static_cast<int>(seen.cell[i]) % grid.columns;
+    const float nearness = seen.nearness[i];
+    const auto take = [&](std::uint32_t index) {
+      if (index == kNone || index == i) return;
+      if (std::abs(seen.nearness[index] - nearness) <= kSameSurface * nearness) neighbours.push_back(index);
+    };
+    for (int r = std::max(0, row - kBesideRows); r <= std::min(grid.rows - 1, row + kBesideRows); ++r)
+      for (int c = column - kBesideColumns; c <= column + kBesideColumns; ++c) {
+        const Layers::Cell& cell = layers.cells[static_cast<std::size_t>(r) * static_cast<std::size_t>(grid.columns) +
+                                                static_cast<std::size_t>((c + grid.columns) % grid.columns)];
+        take(cell.near_index);
+        take(cell.far_index);
+      }
+  }
+  first.push_back(static_cast<std::uint32_t>(neighbours.size()));
+}
 }  // namespace
 
 int Sightings::confidence_of_moving() const {
@@ -97,8 +127,10 @@ void Visibility::complete(OpenTurn& open) {
       batch.on_skin[i] = index;
     }
   }
+  find_neighbours(grid_, layers, turn.skin, turn.first_neighbour, turn.neighbours);
   for (std::size_t b = 0; b < open.batches.size(); ++b)
     for (const std::uint32_t cell : seen[b].cell) layers.cells[cell] = {};
+  turn.own.resize(turn.skin.size());
   turn.sightings.resize(turn.skin.size());
   for (std::size_t b = 0; b < open.batches.size(); ++b) {
     const PlacedBatch& batch = *open.batches[b];
@@ -122,13 +154,28 @@ void Visibility::ask(Turn& turn, const Turn& beams, std::size_t begin, std::size
   part(turn.skin.z, places.z);
   const Eigen::Vector3f from = (turn.centre_enu - beams.centre_enu).cast<float>();
   locate(grid, {kEnuAxes, {from.x(), from.y(), from.z()}}, places, seen);
-  const auto count = [](std::uint8_t& number, bool is_one_more) {
-    number = static_cast<std::uint8_t>(number + (is_one_more && number < 255));
+  const auto count = [](std::uint16_t& number, bool is_one_more) {
+    number = static_cast<std::uint16_t>(number + (is_one_more && number < 1000));
   };
   for (std::size_t i = begin; i < end; ++i) {
     const Presence presence = beams.beams.ask(seen.cell[i - begin], seen.nearness[i - begin]);
-    count(turn.sightings[i].free, presence == Presence::Free);
-    count(turn.sightings[i].occupied, presence == Presence::Occupied);
+    count(turn.own[i].free, presence == Presence::Free);
+    count(turn.own[i].occupied, presence == Presence::Occupied);
+  }
+}
+
+void Visibility::sum_sightings(Turn& turn) {
+  for (std::size_t i = 0; i < turn.own.size(); ++i) {
+    unsigned free = turn.own[i].free, occupied = turn.own[i].occupied;
+    for (std::uint32_t k = turn.first_neighbour[i]; k < turn.first_neighbour[i + 1]; ++k) {
+      free += turn.own[turn.neighbours[k]].free;
+      occupied += turn.own[turn.neighbours[k]].occupied;
+    }
+    // Where a surface meets another one, as a wheel the road, a point that moves by itself is outvoted by less.
+    const bool keeps_own = turn.own[i].is_moving() && kOutvoted * free > occupied;
+    turn.sightings[i] = keeps_own ? turn.own[i]
+                                  : Sightings{static_cast<std::uint16_t>(std::min(free, 65535u)),
+                                              static_cast<std::uint16_t>(std::min(occupied, 65535u))};
   }
 }
 
@@ -154,6 +201,9 @@ void Visibility::ask_around(WorkerPool& pool, std::uint64_t first) {
     for (std::size_t b = piece.turn >= first_new ? 0 : first_new; b < turns_.size(); ++b)
       if (is_near(turns_[piece.turn], turns_[b]))
         ask(turns_[piece.turn], turns_[b], piece.begin, piece.end, beam_grid_);
+  });
+  pool.run(turns_.size(), [&](std::size_t t) {
+    if (turns_[t].time + config_.turn_reach >= turns_[first_new].time) sum_sightings(turns_[t]);
   });
 }
 

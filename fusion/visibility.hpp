@@ -20,9 +20,10 @@ namespace hueline::fusion {
 
 class WorkerPool;
 
-/// How many turns of a scanner found the place of a point free, and how many found something there.
+/// How many turns of a scanner found the place of a point free, and how many found something there; summed over the
+/// points beside it on the same surface.
 struct Sightings {
-  std::uint8_t free = 0, occupied = 0;
+  std::uint16_t free = 0, occupied = 0;
   /// Whether the point belongs to something that moves.
   bool is_moving() const { return free >= 2 && free > occupied; }
   /// ColouredPoint::moving of the point: 128 or more if is_moving().
@@ -96,8 +97,11 @@ class Visibility {
     explicit Turn(const DirectionGrid& grid) : beams(grid) {}
     GpsTime time{};  ///< its middle
     Eigen::Vector3d centre_enu = Eigen::Vector3d::Zero();
-    RelativePlaces skin;  ///< from the centre
-    std::vector<Sightings> sightings;
+    RelativePlaces skin;               ///< from the centre
+    std::vector<Sightings> own;        ///< of each point of the skin alone
+    std::vector<Sightings> sightings;  ///< the sum over the point and its neighbours
+    /// The neighbours of each point on the same surface: those of point i from first_neighbour[i] to the next.
+    std::vector<std::uint32_t> first_neighbour, neighbours;
     BeamMap beams;
   };
   /// A turn that has not ended.
@@ -106,6 +110,7 @@ class Visibility {
     std::vector<PlacedBatch*> batches;
   };
   void complete(OpenTurn& open);
+  static void sum_sightings(Turn& turn);
   void ask_around(WorkerPool& pool, std::uint64_t first);
   static void ask(Turn& turn, const Turn& beams, std::size_t begin, std::size_t end, const DirectionGrid& grid);
 
