@@ -26,7 +26,8 @@ void log_error(fmt::format_string<First, Rest...> format, First&& first, Rest&&.
   log_error(fmt::format(format, std::forward<First>(first), std::forward<Rest>(rest)...));
 }
 
-/// Sets the form of a line: time, coloured level, text. Call it once, before the first message.
+/// Sets the form of a line: time, coloured level, text; for the journal of systemd the text with its level. Call it
+/// once, before the first message.
 void set_up_log();
 
 }  // namespace hueline::apps

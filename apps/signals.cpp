@@ -73,14 +73,21 @@ void StopSignals::watch(const std::stop_token& over) {
     asked = now;
     return true;
   };
-  const auto wait_for_ask = [&] {
-    while (!over.stop_requested())
-      if (comes({}) && !over.stop_requested() && is_new_ask()) return true;
+  // Returns true when a request came or the time is over; false if nobody waits for one any more.
+  const auto wait_for_ask = [&](std::optional<std::chrono::milliseconds> time) {
+    const auto begin = Clock::now();
+    while (!over.stop_requested()) {
+      const auto passed = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begin);
+      if (time && passed >= *time) return true;
+      if (time ? comes(*time - passed) : comes({}))
+        if (!over.stop_requested() && is_new_ask()) return true;
+    }
     return false;
   };
-  if (!wait_for_ask()) return;
+  if (!wait_for_ask({})) return;
   asked_.request_stop();
-  if (!wait_for_ask()) return;
+  const std::chrono::milliseconds limit(end_within_ms_);
+  if (!wait_for_ask(limit.count() > 0 ? std::optional(limit) : std::nullopt)) return;
   at_once_.request_stop();
   const auto begin = Clock::now();
   while (!over.stop_requested()) {

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <stop_token>
 #include <string>
@@ -28,6 +30,10 @@ class StopSignals {
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
+
+  /// Lets the end last at most this long after the first request. Then it is as if a second one had come. Call it
+  /// before the work begins. 0: as long as it takes.
+  void end_within(std::chrono::milliseconds time) { end_within_ms_ = time.count(); }
 
   /// Waits at most `time` for a request to stop. Returns true once there was one.
   bool wait_for(std::chrono::milliseconds time) const;
@@ -59,6 +65,7 @@ class StopSignals {
   [[noreturn]] void leave();
 
   std::stop_source asked_, at_once_;
+  std::atomic<std::int64_t> end_within_ms_{0};
   Mutex mutex_;
   Duty* duty_ HUELINE_GUARDED_BY(mutex_) = nullptr;
   std::jthread watcher_;

@@ -14,6 +14,13 @@ install(DIRECTORY config/scenarios DESTINATION ${CMAKE_INSTALL_DATADIR}/hueline 
 foreach(program hueline hueline-console)
   install(FILES packaging/completion.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME ${program} COMPONENT capture)
 endforeach()
+# The service of a capture computer: packaging/ has a folder for each of systemd's programs that reads one.
+install(FILES packaging/systemd/hueline@.service packaging/systemd/hueline-console.service DESTINATION lib/systemd/system COMPONENT capture)
+install(FILES packaging/udev/60-hueline.rules DESTINATION lib/udev/rules.d COMPONENT capture)
+install(FILES packaging/sysctl/60-hueline.conf DESTINATION lib/sysctl.d COMPONENT capture)
+install(FILES packaging/tmpfiles/hueline.conf DESTINATION lib/tmpfiles.d COMPONENT capture)
+install(FILES packaging/sysusers/hueline.conf DESTINATION lib/sysusers.d COMPONENT capture)
+install(DIRECTORY packaging/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hueline-capture COMPONENT capture)
 
 set(libraries core drivers sync fusion storage config runtime)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/hueline)

@@ -47,7 +47,10 @@ set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 set(same_version "(= ${package_version}-${package_release})")
 set(CPACK_DEBIAN_CAPTURE_PACKAGE_NAME hueline-capture)
 set(CPACK_DEBIAN_CAPTURE_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_CAPTURE_PACKAGE_DEPENDS proj-data)
+set(CPACK_DEBIAN_CAPTURE_PACKAGE_DEPENDS "proj-data, systemd")
+set(CPACK_DEBIAN_CAPTURE_PACKAGE_RECOMMENDS "chrony, udev")
+set(CPACK_DEBIAN_CAPTURE_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/debian/postinst ${PROJECT_SOURCE_DIR}/packaging/debian/prerm
+    ${PROJECT_SOURCE_DIR}/packaging/debian/postrm)
 set(CPACK_COMPONENT_CAPTURE_DESCRIPTION "mobile mapping: records the sensors of a vehicle and colours its points
 Records a panoramic camera, laser scanners, a POS (GNSS/INS) and its pulse
 per second, byte by byte as received, and colours the laser points while the

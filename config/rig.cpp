@@ -120,6 +120,10 @@ struct RigKeys {
     keys.section(required("colouring", "", "How points get their colour."), rig.colouring);
     keys.section({"watch", "", "How images and laser are watched for a drift of mounting and times."}, rig.watch);
     keys.section({"cloud", "", "The file of the coloured points."}, cloud);
+    keys.number({"end_within_s", "s",
+                 "How long a drive may take to end after it was asked to, for a vehicle whose ignition cuts the power. "
+                 "Then it ends at once: `drive.mcap` is whole, cloud and view end early. 0: as long as it takes."},
+                rig.end_within_s, {0, 3600});
     keys.section({"time", "", "How long the clocks wait, and what they accept."}, rig.sync);
     keys.section({"health", "", "What is accepted before the program warns, and before a drive is to be driven again."},
                  rig.health);

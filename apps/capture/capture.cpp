@@ -1,3 +1,4 @@
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -5,6 +6,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -12,6 +14,7 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "apps/service_manager.hpp"
 #include "apps/signals.hpp"
 #include "core/feed_protocol.hpp"
 #include "core/mutex.hpp"
@@ -29,7 +32,7 @@ namespace {
 
 struct Options {
   std::string rig;
-  std::string out;
+  std::string out, drives;
   int threads = 2;
   double seconds = 0;  // 0: until stopped
   double buffer_megabytes = 2048;
@@ -220,6 +223,9 @@ bool watch_run(const Watched& watched, const Options& options, const StopSignals
     watched.health.show([&] { progress.end(); });
     const double seconds = to_seconds(drivers::host_now() - begin);
     watched.reserve.note(run.recorded_bytes(), seconds);
+    service_manager::tell_alive(fmt::format("{:.0f} s, {:.1f} MB recorded, {} points", seconds,
+                                            static_cast<double>(run.recorded_bytes()) / 1e6,
+                                            watched.points.load(std::memory_order_relaxed)));
     progress.show(seconds, run, watched.points.load(std::memory_order_relaxed));
     // A tick moves stream time on when every device is silent, and says how much room the disk has. Recordings have
     // their own time.
@@ -378,10 +384,38 @@ class Reachable {
   bool stops_ HUELINE_GUARDED_BY(mutex_) = false;
 };
 
+/// Makes a folder for a new drive in `drives`, named by the time in UTC.
+Result<std::filesystem::path> make_drive_folder(const std::filesystem::path& drives) {
+  const std::string time = fmt::format("{:%Y-%m-%d_%H%M%S}", fmt::gmtime(std::time(nullptr)));
+  // A drive that begins again within a second, or a clock that was set back, finds its name taken.
+  constexpr int kMostOfOneName = 1000;
+  for (int i = 1; i <= kMostOfOneName; ++i) {
+    const auto folder = drives / (i == 1 ? time : fmt::format("{}_{}", time, i));
+    std::error_code failed;
+    if (std::filesystem::create_directory(folder, failed)) return folder;
+    if (failed) return Error{ErrorCode::Io, fmt::format("{}: {}", folder.string(), failed.message())};
+  }
+  return Error{ErrorCode::Io, fmt::format("{}: {} drives are named {}: is the computer's clock set?", drives.string(),
+                                          kMostOfOneName, time)};
+}
+
 int capture(const Options& options) {
   StopSignals signals;  // before any thread
   const config::Rig rig = config::load_rig(options.rig);
-  const std::filesystem::path dir = options.out;
+  signals.end_within(std::chrono::milliseconds(static_cast<std::int64_t>(rig.end_within_s * 1000)));
+  if (options.out.empty() == options.drives.empty()) {
+    log_error("give --out FOLDER for this drive, or --drives FOLDER, in which it gets a folder of its own");
+    return kWrongUse;
+  }
+  std::filesystem::path dir = options.out;
+  if (options.out.empty()) {
+    auto made = make_drive_folder(options.drives);
+    if (!made.ok()) {
+      log_error(made.error().message);
+      return kOutputRefused;
+    }
+    dir = std::move(*made);
+  }
   auto outputs = runtime::Outputs::create(rig, dir, [](const std::string& trouble) { log_error("{}", trouble); });
   if (!outputs.ok()) {
     log_error(outputs.error().message);
@@ -434,7 +468,9 @@ int capture(const Options& options) {
   });
   run.start();
   reachable.set(&run);
+  service_manager::tell_ready();
   const bool was_in_place = watch_run({run, reserve, points, health, is_live}, options, signals);
+  service_manager::tell_stopping();
   run.stop(signals.at_once());
   reachable.set(nullptr);
   health.show([] {});
@@ -467,9 +503,10 @@ void add_capture(Command& all) {
   command.required("RIG", options->rig,
                    "rig file (YAML) with sensors, mountings and colouring, or the name of a rig that comes with the "
                    "program (street, ladybug5, ...)");
-  command.required(
-      "--out", options->out,
-      "folder of the drive; it is created if it does not exist; an existing recording is never overwritten");
+  command.option("--out", options->out,
+                 "folder of the drive; it is created if it does not exist; an existing recording is never overwritten");
+  command.option("--drives", options->drives,
+                 "in place of --out: folder of drives, in which this one gets a folder named by the time in UTC");
   command.setting("--threads", options->threads, "number of colouring threads; it does not change the result", {1, 64});
   command.setting("--seconds", options->seconds, "end after this many seconds; 0: run until Ctrl-C", {0.0, 1e6});
   command.setting("--buffer", options->buffer_megabytes, "memory for data that waits for the disk and for fusion, MB",
@@ -482,7 +519,7 @@ void add_capture(Command& all) {
       "Faults (a pulled cable, a silent device, lost packets) are recorded, and summed up at the end. The other "
       "devices "
       "continue.");
-  command.reads(options->rig).writes_into(options->out);
+  command.reads(options->rig).writes_into(options->out).writes_into(options->drives);
   command.runs([options] { return capture(*options); });
 }
 

@@ -32,6 +32,10 @@ holds hueline-capture '^./usr/bin/hueline(|-guest|-console)$'
 holds hueline-capture '^./usr/share/hueline/console/index.html$'
 lacks hueline-capture 'hueline-office|include|\.a$|simulat|scor'
 ! needs hueline-capture | grep -E 'embree|opencv|ceres|-dev' || fail "a vehicle needs too much"
+for part in systemd/system/hueline@.service systemd/system/hueline-console.service udev/rules.d/60-hueline.rules sysctl.d/60-hueline.conf sysusers.d/hueline.conf \
+  tmpfiles.d/hueline.conf; do
+  holds hueline-capture "^./usr/lib/$part$"
+done
 holds hueline-tools '^./usr/bin/hueline-office$'
 needs hueline-tools | grep -q "hueline-capture (= " || fail "the tools may be of another version"
 holds libhueline-dev '^./usr/lib/cmake/hueline/hueline-config.cmake$'
@@ -66,7 +70,7 @@ ends 0 hueline --version
 says "^hueline [0-9.]+ \([0-9a-f]{7,}"
 ends 0 hueline --help
 ends 2 hueline-console --plain
-ports="--data-port 43368 --position-port 49308 --pos-port 44001 --can-port 41000 --pps-socket $work/pps.sock --address 127.0.0.3"
+ports="--data-port 43368 --position-port 49308 --pos-port 44001 --can-port 41000 --pps-socket $work/pps.sock --address 127.0.0.9"
 ends 0 hueline simulate "$source/tests/scenarios/short.yaml" --out sim --write-rig rig.yaml $ports
 hueline simulate "$source/tests/scenarios/short.yaml" --out sim --play $ports >devices.txt 2>&1 & devices=$!
 hueline capture rig.yaml --out drive --until-silent --seconds 60 --quiet >said.txt 2>&1 || [ $? = 8 ] || fail "no drive"
