@@ -11,6 +11,7 @@ namespace hueline::apps {
 void add_capture(Command& all);
 void add_replay(Command& all);
 void add_check(Command& all);
+void add_doctor(Command& all);
 void add_rig(Command& all);
 void add_colour(Command& all);
 void add_inspect(Command& all);

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
     add_capture(all);
     add_replay(all);
     add_check(all);
+    add_doctor(all);
     add_rig(all);
     add_inspect(all);
     add_extract(all);

@@ -34,7 +34,7 @@ Exit status:
   6  verify or score found a figure out of its bound
   7  stopped before the end
   8  capture or replay: all is written, but the drive must be driven again
-  9  check: not ready for a drive
+  9  check: not ready for a drive; doctor: something is left to set
 
 Ctrl-C ends capture, replay and simulate; they finish the work on what has come. A second Ctrl-C ends them at once.)";
 

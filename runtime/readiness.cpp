@@ -10,10 +10,11 @@
 #include <fstream>
 #include <map>
 #include <numbers>
-#include <set>
 #include <utility>
 
 #include "core/angle.hpp"
+#include "runtime/host_settings.hpp"
+#include "runtime/sensor_values.hpp"
 #include "storage/projection.hpp"
 
 namespace hueline::runtime {
@@ -21,58 +22,8 @@ namespace {
 
 using drivers::Role;
 
-constexpr std::int64_t kWantedBuffer = 8'000'000;  // bytes: a quarter of a second of a camera at 30 MB/s
-constexpr double kPointBytes = 58;                 // of cloud.las
-constexpr double kVehicle_m = 10;                  // no sensor is farther from the centre of navigation
-
-/// Collects the values of a device's keys as text, by their names ("udp.ports").
-class KeyValues final : public Keys {
- public:
-  std::map<std::string, std::string> values;
-  void one_of(std::initializer_list<const char*>) override {}
-
- private:
-  bool note(const Key& key, std::string value) {
-    if (!value.empty()) values[prefix_ + std::string(key.name)] = std::move(value);
-    return false;
-  }
-  bool take_number(const Key& key, std::optional<double>& value, const Range&, bool) override {
-    return note(key, value ? number_text(*value) : "");
-  }
-  bool take_flag(const Key& key, bool& value) override { return note(key, value ? "true" : "false"); }
-  bool take_text(const Key& key, std::string& value, const TextForm&) override { return note(key, value); }
-  bool take_word(const Key& key, std::optional<std::size_t>& chosen, const std::vector<std::string>& words) override {
-    return note(key, chosen ? words[*chosen] : "");
-  }
-  bool take_numbers(const Key& key, std::vector<double>& numbers, const Range&, Count, bool) override {
-    std::string text;
-    for (const double number : numbers) text += number_text(number) + " ";
-    return note(key, text);
-  }
-  bool take_texts(const Key& key, std::vector<std::string>& texts, const TextForm&) override {
-    std::string all;
-    for (const std::string& text : texts) all += text + " ";
-    return note(key, all);
-  }
-  bool take_section(const Key& key, const KeySection& section) override {
-    if (!section.is_there) return false;
-    const std::string before = prefix_;
-    prefix_ += std::string(key.name) + ".";
-    section.make().visit(*this);
-    prefix_ = before;
-    return false;
-  }
-  bool take_list(const Key&, const KeyList&, Count) override { return false; }
-  bool take_kind(const Key&, const KeyKinds&) override { return false; }
-  std::string prefix_;
-};
-
-std::map<std::string, std::string> values_of(const config::Sensor& sensor) {
-  KeyValues keys;
-  // Declaring keys to a visitor that writes nothing changes nothing; it is not const because readers do write.
-  const_cast<drivers::Device&>(*sensor.device).visit(keys);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
-  return std::move(keys.values);
-}
+constexpr double kPointBytes = 58;  // of cloud.las
+constexpr double kVehicle_m = 10;   // no sensor is farther from the centre of navigation
 
 /// Adds a finding for each pair of sensors that are reached in the same way.
 void find_shared_addresses(const config::Rig& rig, std::vector<Finding>& out) {
@@ -227,13 +178,12 @@ std::vector<Finding> check_host(const config::Rig& rig, const HostFacts& facts, 
     has_udp |= sensor.type->role == Role::Laser;
   }
   // A camera's library runs in a process without the right to exceed the limit.
-  if (facts.rmem_max >= 0 && facts.rmem_max < kWantedBuffer && (has_camera || (has_udp && !facts.has_net_admin)))
+  if (facts.rmem_max >= 0 && facts.rmem_max < kWantedReceiveBuffer && (has_camera || (has_udp && !facts.has_net_admin)))
     out.push_back(
         {false, "computer",
          fmt::format("net.core.rmem_max is {}: too small for the sockets of camera and scanner", facts.rmem_max),
-         "sysctl -w net.core.rmem_max=33554432"});
-  static const std::set<std::string> kSlow{"hpet", "acpi_pm", "jiffies", "refined-jiffies", "pit"};
-  if (kSlow.contains(facts.clock_source))
+         "hueline doctor --fix, or sysctl -w net.core.rmem_max=33554432"});
+  if (is_slow_clock_source(facts.clock_source))
     out.push_back({false, "computer", "its clock source is " + facts.clock_source + ": coarse, and slow to read",
                    "find in the kernel's log why tsc was given up"});
   if (has_camera && !facts.has_guest)
