@@ -12,7 +12,7 @@ enum ExitCode : int {
   kInputUnreadable = 3,  ///< an input could not be read, or only in part; the whole part was used
   kOutputRefused = 4,    ///< an output could not be written; what was written before is whole
   kNothingCame = 5,      ///< no device answered, or no point could be made
-  kNotAsExpected = 6,    ///< verify, score: a figure is out of its bound
+  kNotAsExpected = 6,    ///< verify, score, replay --expect: a figure is out of its bound
   kStopped = 7,          ///< stopped before the end; the output ends early
   kDriveAgain = 8,       ///< capture, replay: the work is done, and the verdict is that the drive must be driven again
   kNotReady = 9,         ///< check: the drive must not start

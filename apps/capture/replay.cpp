@@ -7,12 +7,14 @@
 #include <memory>
 #include <string>
 
+#include "apps/capture/expectation.hpp"
 #include "apps/capture/trajectory_options.hpp"
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/signals.hpp"
 #include "core/feed_protocol.hpp"
+#include "core/output_file.hpp"
 #include "runtime/feed.hpp"
 #include "runtime/outputs.hpp"
 #include "runtime/pacer.hpp"
@@ -23,7 +25,7 @@ namespace hueline::apps {
 namespace {
 
 struct Options {
-  std::string recording, out, rig;
+  std::string recording, out, rig, expect, write_expect, junit;
   TrajectoryOptions trajectory;
   double speed = 0;
   int threads = 2;
@@ -42,6 +44,36 @@ Status for_each_own_solution(const Options& options, const std::function<void(co
       recording->rig, [&](const auto& take) { return recording->for_each(take); }, use);
   if (!read.ok()) log_warning("{}", read.error().message);
   return {};
+}
+
+/// Compares the products with what is expected of them. Returns the exit status of the replay, whose own is `status`.
+int judge(const Options& options, int status) {
+  if (!options.write_expect.empty()) {
+    const Status written = write_expectation(options.write_expect, options.out);
+    if (written.ok()) return status;
+    log_error(written.error().message);
+    return kOutputRefused;
+  }
+  if (options.expect.empty()) return status;
+  const auto results = compare_with_expectation(options.expect, options.out);
+  if (!results.ok()) {
+    log_error(results.error().message);
+    return opening_status(results.error());
+  }
+  bool is_as_expected = true;
+  for (const Expected& one : *results) {
+    if (one.problem.empty()) continue;
+    log_error("{}: {}", one.name, one.problem);
+    is_as_expected = false;
+  }
+  if (!options.junit.empty())
+    if (const Status written = write_output(options.junit, junit_of(*results, options.recording)); !written.ok()) {
+      log_error(written.error().message);
+      return kOutputRefused;
+    }
+  if (!is_as_expected) return kNotAsExpected;
+  log_info("all {} figures are as expected", results->size());
+  return kDone;
 }
 
 int replay(const Options& options) {
@@ -117,7 +149,7 @@ int replay(const Options& options) {
     log_warning("stopped before the recording's end: cloud, view and summary end early");
     return kStopped;
   }
-  return sink.summary().points() ? status_of_verdict(sink.summary()) : kNothingCame;
+  return judge(options, sink.summary().points() ? status_of_verdict(sink.summary()) : kNothingCame);
 }
 
 }  // namespace
@@ -137,7 +169,12 @@ void add_replay(Command& all) {
                  "rig file to use instead of the recorded one, for a better calibration or another method; its sensors "
                  "must have the same names in the same order");
   options->trajectory.declare(command);
-  command.reads(options->recording).reads(options->rig).writes_into(options->out);
+  command.option("--expect", options->expect,
+                 "file of what the products must be (docs/formats.md); the exit status is 0 if they are, and 6 if not");
+  command.option("--junit", options->junit, "with --expect: also write the results as a test report (JUnit's XML)");
+  command.option("--write-expect", options->write_expect, "write such a file of what the products are");
+  command.reads(options->recording).reads(options->rig).reads(options->expect).writes_into(options->out);
+  command.writes(options->junit).writes(options->write_expect);
   command.runs([options] { return replay(*options); });
 }
 
