@@ -49,6 +49,11 @@ void ExposureMatcher::Config::visit(Keys& keys) {
       {"stamp_delay_us", "us", "The time from that event to the time stamp. It is used with `counter_offset_s` only."},
       stamp_delay, {-1e6, 1e6});
   keys.duration(
+      {"stamp_sigma_us", "us",
+       "One standard deviation of the camera's time stamp. That of a computer's clock when an image had come, "
+       "as in recordings of ROS, is thousands."},
+      relation.clock_sigma, {0.01, 1e6});
+  keys.duration(
       {"latency_min_ms", "ms", "The smallest time from the start of the exposure to the arrival of the whole image."},
       latency_min, {0, 5000});
   keys.duration({"latency_max_ms", "ms",

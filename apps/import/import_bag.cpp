@@ -33,6 +33,9 @@ using std::chrono::milliseconds;
 constexpr std::uint64_t kProbePackets = 4000;
 /// How long after its exposure an image counts as received: less than the rig's latency_max_ms below.
 constexpr nanoseconds kImageLatency = milliseconds(20);
+/// One sigma that an image's header.stamp gets: drivers take the time when they had the image, some ms after the
+// exposure.
+constexpr int kHeaderStampSigma_us = 10'000;
 
 /// A sensor of the rig that is made, and the topic that it is read from.
 struct Planned {
@@ -105,8 +108,10 @@ class Planner {
          fmt::format(
              "  - name: {0}  # {1}\n    driver: v4l2\n    device: /dev/video0\n    width: {2}\n    height: {3}\n"
              "    format: {4}\n    event_input: 0\n    counter_offset_s: {5}  # header.stamp is UTC since 1970\n"
-             "    stamp_event: exposure_start\n    latency_min_ms: 0\n    latency_max_ms: 200\n",
-             name, topic, camera.width, camera.height, camera.format, offset.count()),
+             "    stamp_event: exposure_start\n    stamp_sigma_us: {6}  # NOT KNOWN: how far header.stamp is from "
+             "that\n"
+             "    latency_min_ms: 0\n    latency_max_ms: 200\n",
+             name, topic, camera.width, camera.height, camera.format, offset.count(), kHeaderStampSigma_us),
          Planned::Kind::Camera,
          {}});
     result_.became[topic] = fmt::format("sensor {}: {} x {}, {}", name, camera.width, camera.height, camera.format);
