@@ -145,8 +145,9 @@ TEST(Bag, ACutFileGivesWhatIsWholeAndSaysSo) {
       ASSERT_LE(read.messages.size(), all.size());
       for (std::size_t i = 0; i < read.messages.size(); ++i) EXPECT_TRUE(same(read.messages[i], all[i]));
       // An MCAP file has a summary behind its messages, and .bag may end behind any record.
-      if (read.messages.size() < all.size() && path.extension() != ".bag")
+      if (read.messages.size() < all.size() && path.extension() != ".bag") {
         EXPECT_TRUE(read.end != ErrorCode::EndOfData || read.damages > 0);
+      }
     }
   }
 }
