@@ -417,4 +417,11 @@ try:
 finally:
     for one in running:
         one.process.kill()
+    # The emulated devices of the console that was killed would keep their ports until their drive ends.
+    for pid in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            if work.encode() in open(f"/proc/{pid}/cmdline", "rb").read():
+                os.kill(int(pid), signal.SIGKILL)
+        except OSError:
+            pass
     shutil.rmtree(work, ignore_errors=True)
