@@ -60,7 +60,8 @@ rm disk/others.bin
 got=0; $hueline inspect disk/drive/drive.mcap >said.txt 2>&1 || got=$?
 case $got in 0) ;; 3) says "the recording was cut off; whole up to byte" ;; *) fail "inspect gave $got" ;; esac
 says "^packets +$held\$"
+# What was recorded until then may be too little for a good drive: on a slow machine, not even the camera's clock is known by then.
 replayed=0; $hueline replay disk/drive/drive.mcap --out again >said.txt 2>&1 || replayed=$?
-case $replayed in "$got" | 5) ;; *) fail "the replay gave $replayed" ;; esac
+case $replayed in "$got" | 5 | 8) ;; *) fail "the replay gave $replayed" ;; esac
 umount disk
 echo "the disk's last space is the recording's, and when that is taken it holds what it says"
