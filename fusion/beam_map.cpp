@@ -1,8 +1,62 @@
-#include "fusion/beam_map.hpp"
+// This file is compiled once for each instruction set that the compiler supports. The program selects the best set of
+// the processor at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "fusion/beam_map.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
 #include <algorithm>
 
+#include "fusion/beam_map.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace hueline::fusion::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// One vector of places. `spans` has the nearest and the farthest point of each cell in turn.
+template <class D>
+void count_vector(D d, const float* spans, const std::uint32_t* cell, const float* nearness, std::uint32_t* counts) {
+  const hn::Rebind<std::int32_t, D> whole;
+  const hn::Rebind<std::uint32_t, D> bits;
+  const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+  const auto index = hn::BitCast(whole, hn::ShiftLeft<1>(hn::LoadU(bits, cell)));
+  const auto near = hn::GatherIndex(d, spans, index),
+             far = hn::GatherIndex(d, spans, hn::Add(index, hn::Set(whole, 1)));
+  const auto place = hn::LoadU(d, nearness), distance = hn::Div(one, hn::Max(place, hn::Set(d, 1e-10f)));
+  // Ground that is seen at a grazing angle spans much distance within a cell.
+  const auto slack =
+      hn::Add(hn::Set(d, 0.25f), hn::Mul(hn::Mul(hn::Set(d, 0.002f), distance), distance));  // m, and 1/m
+  const auto is_known = hn::And(hn::Gt(near, zero), hn::Gt(place, zero));
+  const auto is_free = hn::And(is_known, hn::Lt(hn::Mul(hn::Add(distance, slack), near), one));
+  const auto is_met = hn::And(hn::AndNot(is_free, is_known), hn::Lt(hn::Mul(hn::Sub(distance, slack), far), one));
+  const auto before = hn::LoadU(bits, counts);
+  const auto most = hn::Set(bits, PresenceCount::kMost);
+  const auto add_if = [&](auto count, auto is_one_more, std::uint32_t unit) {
+    return hn::IfThenElseZero(hn::And(hn::RebindMask(bits, is_one_more), hn::Lt(count, most)), hn::Set(bits, unit));
+  };
+  const auto more = hn::Or(add_if(hn::And(before, hn::Set(bits, 0xFFFFU)), is_free, 1U),
+                           add_if(hn::ShiftRight<16>(before), is_met, 1U << 16));
+  hn::StoreU(hn::Add(before, more), bits, counts);
+}
+
+void count(const float* spans, const SeenPlaces& seen, PresenceCount* counts) {
+  static_assert(sizeof(PresenceCount) == sizeof(std::uint32_t));
+  const hn::CappedTag<float, 16> d;
+  const hn::CappedTag<float, 1> single;
+  const std::size_t lanes = hn::Lanes(d);
+  std::size_t i = 0;
+  for (; i + lanes <= seen.cell.size(); i += lanes)
+    count_vector(d, spans, seen.cell.data() + i, seen.nearness.data() + i, &counts[i].bits);
+  for (; i < seen.cell.size(); ++i)
+    count_vector(single, spans, seen.cell.data() + i, seen.nearness.data() + i, &counts[i].bits);
+}
+
+}  // namespace hueline::fusion::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace hueline::fusion {
+HWY_EXPORT(count);
 
 BeamMap::BeamMap(const DirectionGrid& grid) : grid_(grid), nearest_(grid.size(), 0.0f) {}
 
@@ -38,4 +92,9 @@ void BeamMap::finish() {
   nearest_ = {};
 }
 
+void BeamMap::count(const SeenPlaces& seen, PresenceCount* counts) const {
+  HWY_DYNAMIC_DISPATCH(count)(&spans_.data()->near, seen, counts);
+}
+
 }  // namespace hueline::fusion
+#endif

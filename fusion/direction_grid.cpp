@@ -67,21 +67,22 @@ void locate_vector(D d, const RelativeHead& head, float columns, float rows, con
   hn::StoreU(hn::Sqrt(side), d, parallax);
 }
 
-void locate(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, SeenPlaces& out) {
+void locate(const DirectionGrid& grid, const RelativeHead& head, const float* px, const float* py, const float* pz,
+            SeenPlaces& out) {
   const hn::CappedTag<float, 16> d;
-  const std::size_t lanes = hn::Lanes(d), count = places.size();
+  const std::size_t lanes = hn::Lanes(d), count = out.cell.size();
   const auto columns = static_cast<float>(grid.columns), rows = static_cast<float>(grid.rows);
   std::size_t i = 0;
   for (; i + lanes <= count; i += lanes)
-    locate_vector(d, head, columns, rows, places.x.data() + i, places.y.data() + i, places.z.data() + i,
-                  out.cell.data() + i, out.nearness.data() + i, out.parallax.data() + i);
+    locate_vector(d, head, columns, rows, px + i, py + i, pz + i, out.cell.data() + i, out.nearness.data() + i,
+                  out.parallax.data() + i);
   if (i == count) return;
   std::array<float, 16> x{}, y{}, z{}, nearness{}, parallax{};
   std::array<std::uint32_t, 16> cell{};
   const auto last = static_cast<std::ptrdiff_t>(count - i), first = static_cast<std::ptrdiff_t>(i);
-  std::copy_n(places.x.begin() + first, last, x.begin());
-  std::copy_n(places.y.begin() + first, last, y.begin());
-  std::copy_n(places.z.begin() + first, last, z.begin());
+  std::copy_n(px + first, last, x.begin());
+  std::copy_n(py + first, last, y.begin());
+  std::copy_n(pz + first, last, z.begin());
   locate_vector(d, head, columns, rows, x.data(), y.data(), z.data(), cell.data(), nearness.data(), parallax.data());
   std::copy_n(cell.begin(), last, out.cell.begin() + first);
   std::copy_n(nearness.begin(), last, out.nearness.begin() + first);
@@ -99,11 +100,17 @@ DirectionGrid::DirectionGrid(double cell)
     : columns(std::max(8, static_cast<int>(std::lround(2 * std::numbers::pi / cell)))),
       rows(std::max(4, static_cast<int>(std::lround(std::numbers::pi / cell)))) {}
 
+void locate(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, std::size_t begin,
+            std::size_t end, SeenPlaces& out) {
+  out.cell.resize(end - begin);
+  out.nearness.resize(end - begin);
+  out.parallax.resize(end - begin);
+  HWY_DYNAMIC_DISPATCH(locate)
+  (grid, head, places.x.data() + begin, places.y.data() + begin, places.z.data() + begin, out);
+}
+
 void locate(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, SeenPlaces& out) {
-  out.cell.resize(places.size());
-  out.nearness.resize(places.size());
-  out.parallax.resize(places.size());
-  HWY_DYNAMIC_DISPATCH(locate)(grid, head, places, out);
+  locate(grid, head, places, 0, places.size(), out);
 }
 }  // namespace hueline::fusion
 #endif

@@ -47,5 +47,8 @@ struct SeenPlaces {
 /// Calculates where the head sees the places. Places at the head's centre get a nearness of 0. Uses the widest vector
 /// instructions that the processor has; the results have the same bits with each of them.
 void locate(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, SeenPlaces& out);
+/// The same for the places from index `begin` to `end`.
+void locate(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, std::size_t begin,
+            std::size_t end, SeenPlaces& out);
 
 }  // namespace hueline::fusion

@@ -1,6 +1,8 @@
 #include "fusion/visibility.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <cstring>
 #include <utility>
 
 #include "fusion/worker_pool.hpp"
@@ -10,10 +12,13 @@ namespace {
 constexpr float kGroundStep_m = 0.1f, kGround_m = 2.5f;
 constexpr float kSameLayer = 0.9f;  // of the nearness: points of a cell within this are of one surface
 // Points of a skin are of one surface if their cells are this near and their nearness differs by this share at most.
-constexpr int kBesideRows = 5, kBesideColumns = 2;
+constexpr std::size_t kBesideRows = 5, kBesideColumns = 2;
 constexpr float kSameSurface = 0.04f;
-constexpr unsigned kOutvoted = 3;         // times as many sightings outvote those of a point
-constexpr std::size_t kSkinPiece = 4096;  // points of a skin that a thread asks about at a time
+constexpr std::size_t kMostNeighbours = 24;      // of a dense scanner every second or third is enough
+constexpr std::uint64_t kSumEvery = 4;           // new turns, after which the earlier ones are summed again
+constexpr unsigned kOutvoted = 3;                // times as many sightings outvote those of a point
+constexpr nanoseconds kLateTurn{1'000'000'000};  // a turn of another scanner may be complete so much later
+constexpr std::size_t kSkinPiece = 4096;         // points of a skin that a thread asks about at a time
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 constexpr std::array<float, 9> kEnuAxes{1, 0, 0, 0, 1, 0, 0, 0, 1};
 
@@ -24,30 +29,60 @@ struct Layers {
     std::uint32_t near_index = kNone, far_index = kNone;
   };
   std::vector<Cell> cells;
+  /// A bit for each row of a column, whether its cell holds a point; with room for the rows around a cell.
+  std::vector<std::uint8_t> is_used;
+  std::size_t column_bytes = 0;
+
+  void fit(const DirectionGrid& grid) {
+    if (cells.size() == grid.size()) return;
+    cells.assign(grid.size(), {});
+    column_bytes = static_cast<std::size_t>(grid.rows) / 8 + 2 + sizeof(std::uint64_t);
+    is_used.assign(column_bytes * static_cast<std::size_t>(grid.columns), 0);
+  }
+  void mark_used(std::size_t row, std::size_t column) {
+    is_used[column * column_bytes + (row + 8) / 8] |= static_cast<std::uint8_t>(1U << row % 8);
+  }
+  void clear(std::size_t cell, std::size_t row, std::size_t column) {
+    cells[cell] = {};
+    is_used[column * column_bytes + (row + 8) / 8] = 0;
+  }
+  /// Returns a bit for each row from `kBesideRows` below to `kBesideRows` above `row`, whether its cell holds a point.
+  std::uint64_t used_beside(std::size_t row, std::size_t column) const {
+    const std::size_t first = row + 8 - kBesideRows;
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, is_used.data() + column * column_bytes + first / 8, sizeof bits);
+    return bits >> first % 8 & ((1U << (2 * kBesideRows + 1)) - 1);
+  }
 };
+static_assert((1 + kMostNeighbours) * PresenceCount::kMost < 1U << 16);
+static_assert(kBesideRows <= 8 && std::endian::native == std::endian::little);
 
 /// Lists for each point of a skin the points in the cells around it that are as far away: those of the same surface.
 void find_neighbours(const DirectionGrid& grid, const Layers& layers, const RelativePlaces& skin,
                      std::vector<std::uint32_t>& first, std::vector<std::uint32_t>& neighbours) {
   thread_local SeenPlaces seen;
+  std::vector<std::uint32_t> beside;
   locate(grid, {kEnuAxes, {0, 0, 0}}, skin, seen);
+  const auto columns = static_cast<std::size_t>(grid.columns);
   first.clear();
   for (std::size_t i = 0; i < skin.size(); ++i) {
     first.push_back(static_cast<std::uint32_t>(neighbours.size()));
-    const auto row = static_cast<int>(seen.cell[i]) / grid.columns,
-               column = static_cast<int>(seen.cell[i]) % grid.columns;
+    const std::size_t row = seen.cell[i] / columns, column = seen.cell[i] % columns;
     const float nearness = seen.nearness[i];
     const auto take = [&](std::uint32_t index) {
       if (index == kNone || index == i) return;
-      if (std::abs(seen.nearness[index] - nearness) <= kSameSurface * nearness) neighbours.push_back(index);
+      if (std::abs(seen.nearness[index] - nearness) <= kSameSurface * nearness) beside.push_back(index);
     };
-    for (int r = std::max(0, row - kBesideRows); r <= std::min(grid.rows - 1, row + kBesideRows); ++r)
-      for (int c = column - kBesideColumns; c <= column + kBesideColumns; ++c) {
-        const Layers::Cell& cell = layers.cells[static_cast<std::size_t>(r) * static_cast<std::size_t>(grid.columns) +
-                                                static_cast<std::size_t>((c + grid.columns) % grid.columns)];
+    beside.clear();
+    for (std::size_t c = column + columns - kBesideColumns; c <= column + columns + kBesideColumns; ++c)
+      for (std::uint64_t bits = layers.used_beside(row, c % columns); bits != 0; bits &= bits - 1) {
+        const std::size_t r = row + static_cast<std::size_t>(std::countr_zero(bits)) - kBesideRows;
+        const Layers::Cell& cell = layers.cells[r * columns + c % columns];
         take(cell.near_index);
         take(cell.far_index);
       }
+    const std::size_t stride = beside.size() / (kMostNeighbours + 1) + 1;
+    for (std::size_t k = 0; k < beside.size(); k += stride) neighbours.push_back(beside[k]);
   }
   first.push_back(static_cast<std::uint32_t>(neighbours.size()));
 }
@@ -75,13 +110,14 @@ void Visibility::add(std::deque<PlacedBatch>& placed, bool everything, WorkerPoo
   if (everything)
     for (auto& [sensor, open] : open_)
       if (!open.batches.empty()) complete(open);
-  if (first_turn_ + turns_.size() > first_new) ask_around(pool, first_new);
+  if (first_turn_ + turns_.size() > first_new) ask_around(pool, first_new, everything);
 }
 
 void Visibility::complete(OpenTurn& open) {
   thread_local Layers layers;
   thread_local std::vector<SeenPlaces> seen;
-  layers.cells.resize(grid_.size());
+  layers.fit(grid_);
+  const auto columns = static_cast<std::size_t>(grid_.columns);
   seen.resize(std::max(seen.size(), open.batches.size()));
   Turn turn(beam_grid_);
   turn.time = open.begin + config_.turn / 2;
@@ -96,6 +132,7 @@ void Visibility::complete(OpenTurn& open) {
     for (std::size_t i = 0; i < seen[b].cell.size(); ++i) {
       Layers::Cell& cell = layers.cells[seen[b].cell[i]];
       const float nearness = seen[b].nearness[i];
+      if (cell.near == 0.0f) layers.mark_used(seen[b].cell[i] / columns, seen[b].cell[i] % columns);
       if (nearness > cell.near) cell.near = nearness;
       if (cell.far == 0.0f || nearness < cell.far) cell.far = nearness;
     }
@@ -129,7 +166,7 @@ void Visibility::complete(OpenTurn& open) {
   }
   find_neighbours(grid_, layers, turn.skin, turn.first_neighbour, turn.neighbours);
   for (std::size_t b = 0; b < open.batches.size(); ++b)
-    for (const std::uint32_t cell : seen[b].cell) layers.cells[cell] = {};
+    for (const std::uint32_t cell : seen[b].cell) layers.clear(cell, cell / columns, cell % columns);
   turn.own.resize(turn.skin.size());
   turn.sightings.resize(turn.skin.size());
   for (std::size_t b = 0; b < open.batches.size(); ++b) {
@@ -143,44 +180,30 @@ void Visibility::complete(OpenTurn& open) {
   open.batches.clear();
 }
 
-void Visibility::ask(Turn& turn, const Turn& beams, std::size_t begin, std::size_t end, const DirectionGrid& grid) {
-  thread_local RelativePlaces places;
+void Visibility::ask(Turn& turn, const Turn& beams, std::size_t begin, std::size_t end) const {
   thread_local SeenPlaces seen;
-  const auto part = [&](const std::vector<float>& from, std::vector<float>& to) {
-    to.assign(from.begin() + static_cast<std::ptrdiff_t>(begin), from.begin() + static_cast<std::ptrdiff_t>(end));
-  };
-  part(turn.skin.x, places.x);
-  part(turn.skin.y, places.y);
-  part(turn.skin.z, places.z);
   const Eigen::Vector3f from = (turn.centre_enu - beams.centre_enu).cast<float>();
-  locate(grid, {kEnuAxes, {from.x(), from.y(), from.z()}}, places, seen);
-  const auto count = [](std::uint16_t& number, bool is_one_more) {
-    number = static_cast<std::uint16_t>(number + (is_one_more && number < 1000));
-  };
-  for (std::size_t i = begin; i < end; ++i) {
-    const Presence presence = beams.beams.ask(seen.cell[i - begin], seen.nearness[i - begin]);
-    count(turn.own[i].free, presence == Presence::Free);
-    count(turn.own[i].occupied, presence == Presence::Occupied);
-  }
+  locate(beam_grid_, {kEnuAxes, {from.x(), from.y(), from.z()}}, turn.skin, begin, end, seen);
+  beams.beams.count(seen, turn.own.data() + begin);
 }
 
 void Visibility::sum_sightings(Turn& turn) {
   for (std::size_t i = 0; i < turn.own.size(); ++i) {
-    unsigned free = turn.own[i].free, occupied = turn.own[i].occupied;
-    for (std::uint32_t k = turn.first_neighbour[i]; k < turn.first_neighbour[i + 1]; ++k) {
-      free += turn.own[turn.neighbours[k]].free;
-      occupied += turn.own[turn.neighbours[k]].occupied;
-    }
+    const PresenceCount own = turn.own[i];
+    PresenceCount sum = own;
+    for (std::uint32_t k = turn.first_neighbour[i]; k < turn.first_neighbour[i + 1]; ++k)
+      sum += turn.own[turn.neighbours[k]];
+    const auto sightings = [](PresenceCount count) {
+      return Sightings{static_cast<std::uint16_t>(count.free()), static_cast<std::uint16_t>(count.occupied())};
+    };
     // Where a surface meets another one, as a wheel the road, a point that moves by itself is outvoted by less.
-    const bool keeps_own = turn.own[i].is_moving() && kOutvoted * free > occupied;
-    turn.sightings[i] = keeps_own ? turn.own[i]
-                                  : Sightings{static_cast<std::uint16_t>(std::min(free, 65535u)),
-                                              static_cast<std::uint16_t>(std::min(occupied, 65535u))};
+    const bool keeps_own = sightings(own).is_moving() && kOutvoted * sum.free() > sum.occupied();
+    turn.sightings[i] = sightings(keeps_own ? own : sum);
   }
 }
 
-/// Asks the turns from `first` on about all turns, and the earlier turns about those.
-void Visibility::ask_around(WorkerPool& pool, std::uint64_t first) {
+/// Asks the turns from `first` on about all turns, and the earlier turns about those. `everything`: none will follow.
+void Visibility::ask_around(WorkerPool& pool, std::uint64_t first, bool everything) {
   struct Piece {
     std::size_t turn, begin, end;
   };
@@ -192,18 +215,26 @@ void Visibility::ask_around(WorkerPool& pool, std::uint64_t first) {
   };
   const auto first_new = static_cast<std::size_t>(first - first_turn_);
   for (std::size_t t = 0; t < turns_.size(); ++t) {
-    if (turns_[t].time + config_.turn_reach < turns_[first_new].time) continue;
+    if (turns_[t].own.empty() || turns_[t].time + config_.turn_reach < turns_[first_new].time) continue;
     for (std::size_t begin = 0; begin < turns_[t].skin.size(); begin += kSkinPiece)
       pieces.push_back({t, begin, std::min(turns_[t].skin.size(), begin + kSkinPiece)});
   }
   pool.run(pieces.size(), [&](std::size_t i) {
     const Piece& piece = pieces[i];
     for (std::size_t b = piece.turn >= first_new ? 0 : first_new; b < turns_.size(); ++b)
-      if (is_near(turns_[piece.turn], turns_[b]))
-        ask(turns_[piece.turn], turns_[b], piece.begin, piece.end, beam_grid_);
+      if (is_near(turns_[piece.turn], turns_[b])) ask(turns_[piece.turn], turns_[b], piece.begin, piece.end);
   });
+  const bool is_due = everything || first / kSumEvery != (first_turn_ + turns_.size()) / kSumEvery;
   pool.run(turns_.size(), [&](std::size_t t) {
-    if (turns_[t].time + config_.turn_reach >= turns_[first_new].time) sum_sightings(turns_[t]);
+    Turn& turn = turns_[t];
+    const bool is_over = turn.time + config_.turn_reach + kLateTurn < turns_[first_new].time;
+    if (!turn.own.empty() && (is_due || is_over || t >= first_new)) sum_sightings(turn);
+    if (is_over) {
+      // Nothing is added to its sightings any more.
+      turn.own = {};
+      turn.first_neighbour = {};
+      turn.neighbours = {};
+    }
   });
 }
 

@@ -98,9 +98,10 @@ class Visibility {
     GpsTime time{};  ///< its middle
     Eigen::Vector3d centre_enu = Eigen::Vector3d::Zero();
     RelativePlaces skin;               ///< from the centre
-    std::vector<Sightings> own;        ///< of each point of the skin alone
+    std::vector<PresenceCount> own;    ///< of each point of the skin alone
     std::vector<Sightings> sightings;  ///< the sum over the point and its neighbours
-    /// The neighbours of each point on the same surface: those of point i from first_neighbour[i] to the next.
+    /// The neighbours of each point on the same surface: those of point i from first_neighbour[i] to the next. They and
+    /// `own` are there as long as other turns may come that are asked about this one.
     std::vector<std::uint32_t> first_neighbour, neighbours;
     BeamMap beams;
   };
@@ -111,8 +112,8 @@ class Visibility {
   };
   void complete(OpenTurn& open);
   static void sum_sightings(Turn& turn);
-  void ask_around(WorkerPool& pool, std::uint64_t first);
-  static void ask(Turn& turn, const Turn& beams, std::size_t begin, std::size_t end, const DirectionGrid& grid);
+  void ask_around(WorkerPool& pool, std::uint64_t first, bool everything);
+  void ask(Turn& turn, const Turn& beams, std::size_t begin, std::size_t end) const;
 
   Config config_;
   DirectionGrid grid_, beam_grid_;

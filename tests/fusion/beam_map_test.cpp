@@ -4,9 +4,12 @@
 
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 namespace hueline::fusion {
 namespace {
+
+enum class Presence { Unknown, Free, Occupied };
 
 /// A turn of a scanner at the origin with rings 2 degrees apart, before a wall in the east.
 class BeforeAWall : public testing::Test {
@@ -30,7 +33,10 @@ class BeforeAWall : public testing::Test {
   }
   Presence ask(double x, double y, double z) const {
     const SeenPlaces seen = at(x, y, z);
-    return beams.ask(seen.cell[0], seen.nearness[0]);
+    PresenceCount count;
+    beams.count(seen, &count);
+    EXPECT_LE(count.free() + count.occupied(), 1U);
+    return count.free() > 0 ? Presence::Free : count.occupied() > 0 ? Presence::Occupied : Presence::Unknown;
   }
   DirectionGrid grid{0.01};
   BeamMap beams{grid};
@@ -58,6 +64,41 @@ TEST_F(BeforeAWall, SaysNothingOfDirectionsWithoutBeams) {
   EXPECT_EQ(ask(-6, 0, 0), Presence::Unknown);
   EXPECT_EQ(ask(1, 0, 5), Presence::Unknown);
   EXPECT_EQ(ask(0, 0, 0), Presence::Unknown);
+}
+
+TEST_F(BeforeAWall, CountsEachOfManyPlacesAsItCountsOne) {
+  // As many as fill no whole number of vectors.
+  RelativePlaces places;
+  for (int i = 0; i < 1001; ++i) {
+    const double part = 0.3 + 0.0011 * i;
+    places.x.push_back(static_cast<float>(12 * part));
+    places.y.push_back(static_cast<float>(-0.004 * i));
+    places.z.push_back(static_cast<float>(0.001 * (i % 300)));
+  }
+  SeenPlaces seen;
+  locate(grid, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, places, seen);
+  std::vector<PresenceCount> counts(places.size());
+  for (int turn = 0; turn < 3; ++turn) beams.count(seen, counts.data());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Presence one = ask(places.x[i], places.y[i], places.z[i]);
+    EXPECT_EQ(counts[i].free(), one == Presence::Free ? 3U : 0U) << i;
+    EXPECT_EQ(counts[i].occupied(), one == Presence::Occupied ? 3U : 0U) << i;
+  }
+}
+
+TEST_F(BeforeAWall, CountsUpToALimitThatLetsSumsFit) {
+  const SeenPlaces free = at(6, -2, 0), wall = at(12, -4, 0);
+  PresenceCount of_free, of_wall;
+  for (int turn = 0; turn < 1500; ++turn) {
+    beams.count(free, &of_free);
+    beams.count(wall, &of_wall);
+  }
+  EXPECT_EQ(of_free.free(), PresenceCount::kMost);
+  EXPECT_EQ(of_wall.occupied(), PresenceCount::kMost);
+  PresenceCount sum;
+  for (int i = 0; i < 65; ++i) sum += of_wall;
+  EXPECT_EQ(sum.occupied(), 65 * PresenceCount::kMost);
+  EXPECT_EQ(sum.free(), 0U);
 }
 
 }  // namespace
