@@ -8,6 +8,7 @@
 
 #include "config/key_reader.hpp"
 #include "config/shipped.hpp"
+#include "drivers/stamped_device.hpp"
 
 namespace hueline::config {
 namespace {
@@ -164,6 +165,8 @@ struct RigKeys {
         laser.sensor = id;
         laser.latency_min = one.sensor.type->laser.latency_min;
         laser.pending_limit = one.sensor.type->laser.pending_limit;
+        if (const auto* stamped = dynamic_cast<const drivers::StampedDevice*>(one.device.get()))
+          laser.latency_min_sigma = laser.discipline.sigma = stamped->stamp_sigma();
         return {};
       }
       case Role::Camera:

@@ -13,6 +13,7 @@
 #include "drivers/pps/pps_device.hpp"
 #include "drivers/profile_scanner/profile_scanner_device.hpp"
 #include "drivers/robosense/robosense_device.hpp"
+#include "drivers/ros_cloud/ros_cloud_device.hpp"
 #include "drivers/sbet/sbet_device.hpp"
 #include "drivers/septentrio/septentrio_device.hpp"
 #include "drivers/sick/sick_device.hpp"
@@ -25,10 +26,10 @@
 namespace hueline::drivers {
 
 DeviceTypes device_types() {
-  static constexpr std::array<const DeviceType*, 20> kTypes{
-      &kVelodyne, &kHesai,    &kOuster,     &kLivox, &kRobosense, &kProfileScanner, &kSick,
-      &kNovatel,  &kApplanix, &kSeptentrio, &kUblox, &kXsens,     &kOxts,           &kGenicam,
-      &kV4l2,     &kLadybug,  &kPps,        &kWheel, &kNmea,      &kSbet,
+  static constexpr std::array<const DeviceType*, 21> kTypes{
+      &kVelodyne, &kHesai,   &kOuster,   &kLivox,      &kRobosense, &kProfileScanner, &kRosCloud,
+      &kSick,     &kNovatel, &kApplanix, &kSeptentrio, &kUblox,     &kXsens,          &kOxts,
+      &kGenicam,  &kV4l2,    &kLadybug,  &kPps,        &kWheel,     &kNmea,           &kSbet,
   };
   return kTypes;
 }

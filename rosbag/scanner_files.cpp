@@ -18,7 +18,10 @@ std::uint16_t usual_port(const std::string& type) { return type.find("ouster") =
 /// A topic with the file that is written of it.
 class TopicFile {
  public:
-  TopicFile(BagTopic topic, std::filesystem::path path) : path_(std::move(path)) { count_.topic = std::move(topic); }
+  TopicFile(BagTopic topic, std::filesystem::path path) : path_(std::move(path)) {
+    count_.topic = std::move(topic);
+    count_.name = path_.filename().string();
+  }
 
   Status take(const BagMessage& message, std::uint64_t most_packets) {
     ++count_.messages;

@@ -14,6 +14,7 @@ namespace hueline::rosbag {
 /// A topic of a recording, and what became of its messages.
 struct TopicCount {
   BagTopic topic;
+  std::string name;  ///< of its files, without an ending: the topic's as plain_name(), and different from all others
   std::uint64_t messages = 0, bytes = 0;
   std::uint64_t broken = 0;           ///< messages that do not have the form of their type
   std::uint64_t packets = 0;          ///< datagrams in them that were written

@@ -122,8 +122,8 @@ void add_decode(Command& all) {
       "decode",
       "make clouds of the laser scanners in a capture file or a recording of ROS, in each scanner's own frame");
   command.required("FILE", options->capture,
-                   "pcap or pcapng file with the datagrams of known scanners, or a recording of ROS that holds them: "
-                   "MCAP, .db3 or a folder of them, .bag");
+                   "pcap or pcapng file with the datagrams of known scanners, or a recording of ROS that holds them or "
+                   "point clouds: MCAP, .db3 or a folder of them, .bag");
   command.required(
       "--out", options->out,
       "cloud to write: .las or .pcd; with several scanners, each gets its address or its topic in the name");

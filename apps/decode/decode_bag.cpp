@@ -9,8 +9,10 @@
 #include <system_error>
 #include <utility>
 
+#include "apps/decode/decode_clouds.hpp"
 #include "core/output_file.hpp"
 #include "core/printable.hpp"
+#include "drivers/ros/ros_cloud.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -37,16 +39,31 @@ class PassingFolder {
   std::filesystem::path path_;
 };
 
-/// Takes over what one topic gave.
-void add(DecodedBag& out, const rosbag::TopicCount& topic, DecodedCapture decoded) {
-  for (DecodedScanner& scanner : decoded.scanners) {
-    scanner.address = topic.topic.name;
-    out.decoded.scanners.push_back(std::move(scanner));
-  }
-  for (const std::string& one : decoded.not_supported)
-    out.decoded.not_supported.push_back(topic.topic.name + ": " + one);
+/// Takes over what topics gave.
+void add(DecodedBag& out, DecodedCapture decoded) {
+  for (DecodedScanner& scanner : decoded.scanners) out.decoded.scanners.push_back(std::move(scanner));
+  for (std::string& one : decoded.not_supported) out.decoded.not_supported.push_back(std::move(one));
   if (out.decoded.written.ok()) out.decoded.written = decoded.written;
   if (out.decoded.trouble.ok()) out.decoded.trouble = decoded.trouble;
+}
+
+/// Decodes the packets of one topic.
+void add_packets(DecodedBag& out, const DecodeOptions& options, const rosbag::TopicCount& topic) {
+  auto decoded = decode_capture(options);
+  if (!decoded.ok()) {
+    std::string why = decoded.error().message;
+    if (why.starts_with(options.capture)) why.erase(0, options.capture.size() + 2);
+    out.unused[topic.topic.name] = why;
+    return;
+  }
+  for (DecodedScanner& scanner : decoded->scanners) scanner.address = topic.topic.name;
+  for (std::string& one : decoded->not_supported) one = topic.topic.name + ": " + one;
+  add(out, std::move(*decoded));
+}
+
+bool has_packets(const rosbag::TopicCount& one) { return one.file.extension() == ".pcap"; }
+bool has_clouds(const rosbag::TopicCount& one) {
+  return one.topic.trouble.empty() && drivers::carries_cloud(one.topic.type);
 }
 
 }  // namespace
@@ -59,22 +76,25 @@ Result<DecodedBag> decode_bag(const DecodeOptions& options) {
   DecodedBag out;
   out.read = std::move(*files);
   const auto scanners = std::ranges::count_if(
-      out.read.topics, [](const rosbag::TopicCount& one) { return one.file.extension() == ".pcap"; });
+      out.read.topics, [](const rosbag::TopicCount& one) { return has_packets(one) || has_clouds(one); });
+  const auto file_of = [&](const rosbag::TopicCount& topic) {
+    if (scanners <= 1) return options.out;
+    return std::filesystem::path(options.out)
+        .replace_filename(options.out.stem().string() + "-" + topic.name + options.out.extension().string());
+  };
+  std::map<std::string, std::filesystem::path> clouds;
   for (const rosbag::TopicCount& topic : out.read.topics) {
-    if (topic.file.extension() != ".pcap") continue;
+    if (has_clouds(topic)) clouds[topic.topic.name] = file_of(topic);
+    if (!has_packets(topic)) continue;
     DecodeOptions one = options;
     one.capture = topic.file;
-    if (scanners > 1)
-      one.out.replace_filename(options.out.stem().string() + "-" + topic.file.stem().string() +
-                               options.out.extension().string());
-    auto decoded = decode_capture(one);
-    if (decoded.ok()) {
-      add(out, topic, std::move(*decoded));
-      continue;
-    }
-    std::string why = decoded.error().message;
-    if (why.starts_with(one.capture)) why.erase(0, one.capture.size() + 2);
-    out.unused[topic.topic.name] = why;
+    one.out = file_of(topic);
+    add_packets(out, one, topic);
+  }
+  if (!clouds.empty()) {
+    auto decoded = decode_clouds(options, clouds, out.unused);
+    if (!decoded.ok()) return decoded.error();
+    add(out, std::move(*decoded));
   }
   return out;
 }

@@ -65,6 +65,8 @@ class RosReader {
   /// Returns false after a read that did not fit.
   bool ok() const { return ok_; }
   std::size_t remaining() const { return bytes_.size() - at_; }
+  RosEncoding encoding() const { return encoding_; }
+  bool is_big_endian() const { return is_big_endian_; }
 
  private:
   void align(std::size_t size);

@@ -1,0 +1,155 @@
+#include "drivers/ros/ros_cloud.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <utility>
+
+namespace hueline::drivers {
+namespace {
+
+struct FieldType {
+  const char* name;
+  std::size_t bytes;
+};
+/// The types of sensor_msgs/PointField, by their numbers.
+constexpr std::array<FieldType, 9> kTypes{{{"", 0},
+                                           {"int8", 1},
+                                           {"uint8", 1},
+                                           {"int16", 2},
+                                           {"uint16", 2},
+                                           {"int32", 4},
+                                           {"uint32", 4},
+                                           {"float32", 4},
+                                           {"float64", 8}}};
+constexpr std::uint8_t kUint8 = 2, kUint32 = 6, kFloat32 = 7;
+
+template <class T>
+double read(std::span<const std::byte> bytes, bool is_big_endian) {
+  std::byte turned[sizeof(T)];
+  for (std::size_t i = 0; i < sizeof(T); ++i) turned[i] = bytes[is_big_endian ? sizeof(T) - 1 - i : i];
+  T value{};
+  std::memcpy(&value, turned, sizeof value);
+  return static_cast<double>(value);
+}
+
+Error malformed(std::string what) { return {ErrorCode::Malformed, "a point cloud " + std::move(what)}; }
+
+Result<RosCloud> take_point_cloud2(RosReader& in) {
+  RosCloud out;
+  out.header = in.take_header();
+  out.height = in.take<std::uint32_t>();
+  out.width = in.take<std::uint32_t>();
+  std::vector<RosField> fields;
+  const std::uint32_t count = in.take_count(4 + 4 + 1 + 4);
+  for (std::uint32_t i = 0; i < count && in.ok(); ++i) {
+    RosField field;
+    field.name = in.take_string();
+    field.offset = in.take<std::uint32_t>();
+    field.type = in.take<std::uint8_t>();
+    in.take<std::uint32_t>();  // how many values follow each other: the first is used
+    fields.push_back(std::move(field));
+  }
+  out.is_big_endian = in.take<std::uint8_t>() != 0;
+  out.point_step = in.take<std::uint32_t>();
+  out.row_step = in.take<std::uint32_t>();
+  out.data = in.take_byte_sequence();
+  if (!in.ok()) return malformed("that ends before its points do");
+  for (RosField& field : fields)
+    if (field.type > 0 && field.type < kTypes.size() && field.offset + kTypes[field.type].bytes <= out.point_step)
+      out.fields.push_back(std::move(field));
+  if (out.width == 0 || out.height == 0) {
+    out.width = out.height = 0;
+    return out;
+  }
+  // Many writers leave the length of the only row wrong.
+  const std::uint64_t row = std::uint64_t{out.width} * out.point_step;
+  if (out.height == 1) out.row_step = static_cast<std::size_t>(row);
+  const bool fits = out.row_step >= row && row <= out.data.size() &&
+                    (out.data.size() - row) / std::max<std::size_t>(out.row_step, 1) >= out.height - 1;
+  if (out.point_step == 0 || !fits)
+    return malformed(fmt::format("of {} x {} points of {} bytes, {} bytes a row, does not fit into its {} bytes",
+                                 out.width, out.height, out.point_step, out.row_step, out.data.size()));
+  return out;
+}
+
+/// A point of Livox: uint32 offset_time (ns), float32 x, y, z (m), uint8 reflectivity, tag, line.
+Result<RosCloud> take_livox(RosReader& in, RosEncoding encoding) {
+  constexpr std::size_t kPoint = 19, kAligned = 20;
+  RosCloud out;
+  out.header = in.take_header();
+  const auto base = in.take<std::uint64_t>();
+  in.take<std::uint32_t>();  // the number of points, which the sequence repeats
+  in.take_bytes(4);          // number of the scanner, reserved
+  const std::uint32_t count = in.take_count(kPoint);
+  out.point_step = encoding == RosEncoding::Cdr ? kAligned : kPoint;
+  out.is_big_endian = in.is_big_endian();
+  if (base > 0 && base < std::uint64_t{1} << 62U)
+    out.time_base = UnixTime(nanoseconds(static_cast<std::int64_t>(base)));
+  out.fields = {{"offset_time", 0, kUint32},  {"x", 4, kFloat32},  {"y", 8, kFloat32},  {"z", 12, kFloat32},
+                {"reflectivity", 16, kUint8}, {"tag", 17, kUint8}, {"line", 18, kUint8}};
+  // Behind the last point no bytes are needed for the alignment of a next one.
+  if (count > 0) out.data = in.take_bytes(std::uint64_t{count - 1} * out.point_step + kPoint);
+  if (!in.ok()) return malformed("of a Livox that ends before its points do");
+  out.width = count;
+  out.height = count > 0 ? 1 : 0;
+  out.row_step = count * out.point_step;
+  return out;
+}
+
+}  // namespace
+
+bool carries_cloud(std::string_view type) {
+  return type == "sensor_msgs/PointCloud2" || type == "livox_ros_driver/CustomMsg" ||
+         type == "livox_ros_driver2/CustomMsg" || type == "livox_interfaces/CustomMsg";
+}
+
+const char* type_name(const RosField& field) { return kTypes[field.type].name; }
+
+const RosField* RosCloud::find(std::string_view name) const {
+  const auto found = std::ranges::find(fields, name, &RosField::name);
+  return found == fields.end() ? nullptr : &*found;
+}
+
+double value_of(const RosCloud& cloud, const RosField& field, std::span<const std::byte> point) {
+  const auto bytes = point.subspan(field.offset, kTypes[field.type].bytes);
+  switch (field.type) {
+    case 1:
+      return read<std::int8_t>(bytes, cloud.is_big_endian);
+    case 2:
+      return read<std::uint8_t>(bytes, cloud.is_big_endian);
+    case 3:
+      return read<std::int16_t>(bytes, cloud.is_big_endian);
+    case 4:
+      return read<std::uint16_t>(bytes, cloud.is_big_endian);
+    case 5:
+      return read<std::int32_t>(bytes, cloud.is_big_endian);
+    case 6:
+      return read<std::uint32_t>(bytes, cloud.is_big_endian);
+    case 7:
+      return read<float>(bytes, cloud.is_big_endian);
+    default:
+      return read<double>(bytes, cloud.is_big_endian);
+  }
+}
+
+Result<RosCloud> take_cloud(std::string_view type, RosReader message) {
+  auto out = type == "sensor_msgs/PointCloud2" ? take_point_cloud2(message) : take_livox(message, message.encoding());
+  if (!out.ok()) return out.error();
+  for (const char* axis : {"x", "y", "z"}) {
+    const RosField* field = out->find(axis);
+    if (!field || is_whole(*field)) {
+      std::string has;
+      for (const RosField& one : out->fields)
+        has += fmt::format("{}{} {}", has.empty() ? "" : ", ", type_name(one), one.name);
+      return Error{ErrorCode::Unsupported,
+                   fmt::format("a point cloud without x, y and z as float32 or float64; it has {}",
+                               has.empty() ? "no fields" : has)};
+    }
+  }
+  return out;
+}
+
+}  // namespace hueline::drivers

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "drivers/device.hpp"
+
+namespace hueline::drivers {
+
+/// The scanner behind point clouds of ROS. It cannot be captured: `hueline import` makes its packets of a recording.
+extern const DeviceType kRosCloud;
+
+}  // namespace hueline::drivers
