@@ -7,6 +7,7 @@
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "core/geodesy.hpp"
+#include "runtime/disk_outlook.hpp"
 #include "runtime/summary.hpp"
 
 namespace hueline::runtime {
@@ -15,7 +16,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double kRateSpan_s = 2;
-constexpr double kPointBytes = 58;  // of cloud.las
 
 const char* word(drivers::Role role) {
   switch (role) {
@@ -140,7 +140,8 @@ ordered_json StatusWriter::status(const DriveState& state, const std::optional<L
   auto& queues = out["queues"] = ordered_json::array();
   if (live) {
     const double bytes_per_s = rate(now.recorded_bytes, before.recorded_bytes, span_s);
-    const double fill = bytes_per_s + kPointBytes * rate(now.points, before.points, span_s);
+    const double fill =
+        bytes_per_s + cloud_bytes_a_point(rig_.compressed_cloud) * rate(now.points, before.points, span_s);
     out["disk"] = {{"free_bytes", live->free_bytes}, {"bytes_per_s", bytes_per_s}, {"left_s", nullptr}};
     if (fill > 0) out["disk"]["left_s"] = static_cast<double>(live->free_bytes) / fill;
     for (const auto& queue : live->queues)

@@ -20,7 +20,6 @@ constexpr nanoseconds kLongestGap{1'100'000'000};        // that counts as time;
 constexpr nanoseconds kAtOnce{std::chrono::seconds(2)};  // for sigmas, which vary
 constexpr nanoseconds kFaultLasts{std::chrono::seconds(10)};
 constexpr nanoseconds kAllSilent{std::chrono::seconds(8)};  // longer than the silence that ends a drive by itself
-constexpr double kPointBytes = 58;                          // of cloud.las
 constexpr double kReserve = 64e6;                           // bytes of the disk that the products leave
 
 double seconds(nanoseconds time) { return to_seconds(time); }
@@ -90,7 +89,11 @@ std::string text(const HealthChange& change) {
 std::uint64_t Health::Recent::sum() const { return std::accumulate(slots_.begin(), slots_.end(), std::uint64_t{0}); }
 
 Health::Health(const config::Rig& rig)
-    : limits_(rig.health), pos_(rig.sync.pos), pps_(rig.sync.clock.pps), is_self_timed_(rig.sync.self_timed) {
+    : limits_(rig.health),
+      pos_(rig.sync.pos),
+      pps_(rig.sync.clock.pps),
+      is_self_timed_(rig.sync.self_timed),
+      point_bytes_(cloud_bytes_a_point(rig.compressed_cloud)) {
   sensors_.resize(rig.sensors.size() + 1);
   sensors_[0].name = "drive";
   for (const auto& sensor : rig.sensors) {
@@ -108,7 +111,10 @@ void Health::on_packet(const Packet& packet) {
   next_sequence_ = packet.sequence + 1;
   bytes_ += packet.bytes.size();
   if (packet.kind == PacketKind::Tick) {
-    if (const auto free = decode_tick(packet.bytes.bytes())) free_bytes_ = *free;
+    if (const auto free = decode_tick(packet.bytes.bytes())) {
+      free_bytes_ = *free;
+      outlook_.note(seconds(active_), *free);
+    }
     return;
   }
   all_packets_.add(1);
@@ -509,9 +515,15 @@ void Health::judge_points(const sync::HostClockModel& clock) {
 
 void Health::judge_disk() {
   if (!free_bytes_) return;
-  const double rate =
-      (static_cast<double>(bytes_) + kPointBytes * static_cast<double>(all_points_)) / std::max(seconds(active_), 5.0);
-  const double free = static_cast<double>(*free_bytes_),
+  // Before the fall of the free space is known, what this drive itself writes is all that is known. It also counts
+  // where the disk is so full that the products end.
+  const double written =
+      (static_cast<double>(bytes_) + point_bytes_ * static_cast<double>(all_points_)) / std::max(seconds(active_), 5.0);
+  const double free = static_cast<double>(*free_bytes_);
+  const auto fill = outlook_.fill();
+  const double rate = !fill                  ? written
+                      : free < 10 * kReserve ? std::max(*fill, written)
+                                             : *fill,
                left_min = std::max(0.0, free - kReserve) / std::max(rate, 1.0) / 60;
   set(kSystemSensor, Trouble::Disk,
       left_min < limits_.disk_left_alarm_min ? HealthLevel::Alarm

@@ -10,6 +10,7 @@
 #include "core/coloured_point.hpp"
 #include "core/packet.hpp"
 #include "core/stamped.hpp"
+#include "runtime/disk_outlook.hpp"
 #include "sync/host_clock_model.hpp"
 
 namespace hueline::runtime {
@@ -181,6 +182,7 @@ class Health {
   const config::HealthLimits limits_;
   const SensorId pos_, pps_;
   const bool is_self_timed_;
+  const double point_bytes_;     // of the cloud's file
   std::vector<Sensor> sensors_;  // by SensorId; [0] is the drive
   std::optional<HostTime> now_;
   std::optional<GpsTime> gps_;
@@ -203,6 +205,7 @@ class Health {
   double path_m_ = 0;
   std::uint64_t bytes_ = 0, all_points_ = 0;
   std::optional<std::uint64_t> free_bytes_;
+  DiskOutlook outlook_;
   bool is_over_ = false;
   std::vector<HealthChange> changes_;
   std::vector<HealthEpisode> episodes_;

@@ -22,8 +22,7 @@ namespace {
 
 using drivers::Role;
 
-constexpr double kPointBytes = 58;  // of cloud.las
-constexpr double kVehicle_m = 10;   // no sensor is farther from the centre of navigation
+constexpr double kVehicle_m = 10;  // no sensor is farther from the centre of navigation
 
 /// Adds a finding for each pair of sensors that are reached in the same way.
 void find_shared_addresses(const config::Rig& rig, std::vector<Finding>& out) {
@@ -189,7 +188,7 @@ std::vector<Finding> check_host(const config::Rig& rig, const HostFacts& facts, 
   if (has_camera && !facts.has_guest)
     out.push_back({true, "computer", "hueline-guest is missing beside the program: no camera can be read",
                    "install it beside hueline"});
-  const double rate = facts.recorded_bytes_per_s + kPointBytes * facts.points_per_s;
+  const double rate = facts.recorded_bytes_per_s + cloud_bytes_a_point(rig.compressed_cloud) * facts.points_per_s;
   if (facts.free_bytes >= 0 && rate > 0) {
     const double room_h = std::max(0.0, static_cast<double>(facts.free_bytes) - 64e6) / rate / 3600;
     if (room_h < hours)

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+namespace hueline::runtime {
+
+/// Returns what a point of the cloud's file takes on the disk, bytes: the size of its record in cloud.las
+/// (las_fields.hpp), or two fifths of it as LAZ, which is what drives take in the mean (docs/formats.md).
+constexpr double cloud_bytes_a_point(bool is_compressed) { return is_compressed ? 0.4 * 58 : 58; }
+
+/// Foresees how fast a disk becomes full, by how its free space has changed in the last two minutes. So everything
+/// counts that writes on the disk or makes room on it: the recording, the products, a ring, and other programs. Thread
+/// safety: none; one thread calls all functions.
+class DiskOutlook {
+ public:
+  static constexpr double kWindow_s = 120, kLeast_s = 20;
+
+  /// Takes the free space at a time, which does not fall, s.
+  void note(double at_s, std::uint64_t free_bytes);
+  /// Returns how fast the free space falls, bytes/s; 0 if it does not fall. Empty until kLeast_s are known.
+  std::optional<double> fill() const;
+
+ private:
+  struct Sample {
+    double at_s;
+    double free_bytes;
+  };
+  std::deque<Sample> samples_;  // a second apart or more
+};
+
+}  // namespace hueline::runtime
