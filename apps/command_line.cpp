@@ -148,7 +148,10 @@ Command& Command::writes_into(const std::string& value) {
 int Command::run(const Files& files, const std::function<int()>& work) {
   std::vector<InputFile> inputs;  // open until the work is done
   const auto hold = [&](const std::string& path) {
-    if (auto file = InputFile::open(runtime::drive_file(path)); file.ok()) inputs.push_back(std::move(*file));
+    constexpr std::size_t kMostHeld = 500;  // a program may have 1024 files open
+    for (const auto& segment : storage::find_segments(runtime::drive_file(path)))
+      if (auto file = InputFile::open(segment.path); file.ok() && inputs.size() < kMostHeld)
+        inputs.push_back(std::move(*file));
   };
   for (const std::string* path : files.inputs) hold(*path);
   for (const auto* list : files.input_lists)

@@ -7,7 +7,7 @@
 
 namespace hueline::runtime {
 
-LiveRun::LiveRun(std::vector<Source> sources, std::unique_ptr<storage::JournalWriter> journal,
+LiveRun::LiveRun(std::vector<Source> sources, std::unique_ptr<storage::SegmentedJournal> journal,
                  std::function<void(const Packet&)> process, Config config)
     : config_(config),
       record_(config.record_queue),

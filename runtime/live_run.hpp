@@ -37,7 +37,7 @@ class LiveRun {
   };
 
   /// `process` is called on the pipeline thread for each packet, in ingest order.
-  LiveRun(std::vector<Source> sources, std::unique_ptr<storage::JournalWriter> journal,
+  LiveRun(std::vector<Source> sources, std::unique_ptr<storage::SegmentedJournal> journal,
           std::function<void(const Packet&)> process, Config config);
   ~LiveRun();
 
@@ -77,6 +77,8 @@ class LiveRun {
   std::uint64_t packets_recorded() const { return recorder_.packets_recorded(); }
   /// Packets that came after the last recorded one and are lost, if the recording failed. Valid after stop().
   std::uint64_t packets_lost_at_the_end() const { return ingest_->next_sequence() - recorder_.end_sequence(); }
+  /// The files of the recording. Valid after stop().
+  const storage::SegmentedJournal& journal() const { return recorder_.journal(); }
   std::size_t waiting_to_be_processed() const { return pipeline_.size(); }
   /// Return the packets and their bytes that wait for the recorder and for the pipeline. Thread-safe.
   std::pair<std::size_t, std::size_t> waiting_to_be_recorded() const { return {record_.size(), record_.weight()}; }

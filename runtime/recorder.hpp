@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "storage/journal_writer.hpp"
+#include "storage/segmented_journal.hpp"
 
 namespace hueline::runtime {
 
@@ -14,7 +14,7 @@ namespace hueline::runtime {
 /// Thread safety: none; one thread calls all functions.
 class Recorder {
  public:
-  explicit Recorder(std::unique_ptr<storage::JournalWriter> journal) : journal_(std::move(journal)) {}
+  explicit Recorder(std::unique_ptr<storage::SegmentedJournal> journal) : journal_(std::move(journal)) {}
 
   /// Takes a packet. `now` is the time of any clock that does not step. It decides when data goes from memory to the
   /// kernel and to the medium, independently of the packets' stamps. The first error ends the recording: no packet may
@@ -30,6 +30,7 @@ class Recorder {
   const Status& place() const { return place_; }
   std::uint64_t packets_taken() const { return taken_; }
 
+  const storage::SegmentedJournal& journal() const { return *journal_; }
   std::uint64_t bytes_written() const { return journal_->bytes_written(); }
   /// Packets that are certainly in the file. Valid after close().
   std::uint64_t packets_recorded() const { return journal_->packets_on_medium(); }
@@ -43,7 +44,7 @@ class Recorder {
   struct Gap {
     std::uint64_t packets_before, size;
   };
-  std::unique_ptr<storage::JournalWriter> journal_;
+  std::unique_ptr<storage::SegmentedJournal> journal_;
   bool is_resting_ = false;
   std::optional<std::chrono::nanoseconds> looked_;  // by the clock of take()
   std::uint64_t taken_ = 0, next_sequence_ = 0;

@@ -78,6 +78,12 @@ class KernelDisk final : public Disk {
 
 }  // namespace
 
+int Disk::remove(const std::filesystem::path& path) { return ::unlink(path.c_str()) == 0 ? 0 : -errno; }
+
+int Disk::link(const std::filesystem::path& target, const std::filesystem::path& path) {
+  return ::symlink(target.c_str(), path.c_str()) == 0 ? sync_folder(path) : -errno;
+}
+
 Disk& Disk::kernel() {
   static KernelDisk disk;
   return disk;

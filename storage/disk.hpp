@@ -52,6 +52,11 @@ class Disk {
   /// Creates the file and returns 0, or minus errno as open_output() does. The entry of a created file in its folder is
   /// already on the medium, so a power cut does not lose the file's name.
   virtual int create(const std::filesystem::path& path, IfExists if_exists, std::unique_ptr<DiskFile>& file) = 0;
+  /// Removes a file, or a symbolic link and not what it leads to. Returns 0 or minus errno.
+  virtual int remove(const std::filesystem::path& path);
+  /// Creates the symbolic link `path` that leads to `target`. Its entry is on the medium afterwards. Returns 0 or minus
+  /// errno.
+  virtual int link(const std::filesystem::path& target, const std::filesystem::path& path);
   /// Returns the number of bytes that can still be written to the file system of that file; INT64_MAX if that is
   /// unknown.
   virtual std::int64_t free_bytes(const std::filesystem::path&) { return INT64_MAX; }

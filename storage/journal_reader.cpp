@@ -1,65 +1,116 @@
 #include "storage/journal_reader.hpp"
 
+#include <fmt/format.h>
+
 #include <string>
 #include <utility>
 
 #include "storage/raw_packet.hpp"
 
 namespace hueline::storage {
+namespace {
 
-Result<std::unique_ptr<JournalReader>> JournalReader::open(const std::filesystem::path& path) {
-  Result<McapReader> mcap = McapReader::open(path);
-  if (!mcap) return mcap.error();
-  std::unique_ptr<JournalReader> reader(new JournalReader(path, std::move(*mcap)));
-  if (Status read = reader->read_header(); !read) return read.error();
-  return reader;
-}
-
-Status JournalReader::read_header() {
-  header_ = {};
+Result<JournalHeader> read_header(const std::filesystem::path& path, McapReader& mcap) {
+  JournalHeader header;
   bool described = false;
-  for (const McapMetadata& metadata : mcap_->metadata())
+  for (const McapMetadata& metadata : mcap.metadata())
     if (metadata.name == kJournalMetadata) {
-      header_.about = metadata.values;
-      const std::string format = header_.about["format"];
-      header_.about.erase("format");
+      header.about = metadata.values;
+      const std::string format = header.about["format"];
+      header.about.erase("format");
       if (format != kJournalFormat)
-        return Error{ErrorCode::Unsupported, path_.string() + " has recording format \"" + format +
+        return Error{ErrorCode::Unsupported, path.string() + " has recording format \"" + format +
                                                  "\", this program reads " + kJournalFormat + ": use a newer one"};
       described = true;
     }
-  for (const auto& [id, channel] : mcap_->channels()) {
-    const auto schema = mcap_->schemas().find(channel.schema_id);
-    if (schema == mcap_->schemas().end() || schema->second.name != kRawPacketSchema) continue;
+  for (const auto& [id, channel] : mcap.channels()) {
+    const auto schema = mcap.schemas().find(channel.schema_id);
+    if (schema == mcap.schemas().end() || schema->second.name != kRawPacketSchema) continue;
     const auto value = [&facts = channel.metadata](const char* key) {
       const auto found = facts.find(key);
       return found == facts.end() ? std::string() : found->second;
     };
-    if (header_.sensors.size() <= id) header_.sensors.resize(id + std::size_t{1});
-    header_.sensors[id] = {value("name"), value("device")};
+    if (header.sensors.size() <= id) header.sensors.resize(id + std::size_t{1});
+    header.sensors[id] = {value("name"), value("device")};
   }
-  for (const McapAttachment& file : mcap_->attachments())
-    header_.files.push_back({file.name, file.media_type, file.data});
-  if (described && !header_.sensors.empty()) return {};
+  for (const McapAttachment& file : mcap.attachments()) header.files.push_back({file.name, file.media_type, file.data});
+  if (described && !header.sensors.empty()) return header;
   // A file that was cut inside its header returns that error instead.
-  Result<McapMessage> first = mcap_->next();
+  Result<McapMessage> first = mcap.next();
   if (!first && first.error().code != ErrorCode::EndOfData) return first.error();
-  return Error{ErrorCode::Unsupported, path_.string() + " is an MCAP file, but not a recording of raw packets"};
+  return Error{ErrorCode::Unsupported, path.string() + " is an MCAP file, but not a recording of raw packets"};
 }
 
-Status JournalReader::open() {
-  if (mcap_ && untouched_) return {};
+/// Returns what the last segment says of the others; nothing if it cannot be read.
+SegmentPlace place_of_newest(const std::vector<Segment>& segments) {
+  if (segments.size() < 2) return {};
+  auto mcap = McapReader::open(segments.back().path);
+  if (!mcap.ok()) return {};
+  const auto header = read_header(segments.back().path, *mcap);
+  return header.ok() ? SegmentPlace::of(*header) : SegmentPlace();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<JournalReader>> JournalReader::open(const std::filesystem::path& path) {
+  std::unique_ptr<JournalReader> reader(new JournalReader(path));
+  if (Status opened = reader->open_first(); !opened) return opened.error();
+  return reader;
+}
+
+Status JournalReader::open_first() {
   Result<McapReader> mcap = McapReader::open(path_);
   if (!mcap) return mcap.error();
+  Result<JournalHeader> header = read_header(path_, *mcap);
+  if (!header) return header.error();
+  header_ = std::move(*header);
   mcap_ = std::move(*mcap);
+  recording_ = SegmentPlace::of(header_).recording;
+  segments_ = {first_of(path_)};
+  segments_.front().path = path_;
+  if (!recording_.empty()) {
+    const std::vector<Segment> found = find_segments(path_);
+    if (found.front().path == path_) segments_ = found;
+  }
+  newest_ = place_of_newest(segments_);
+  if (newest_.recording != recording_) newest_ = {};
+  file_size_ = mcap_->file_size();
+  for (std::size_t i = 1; i < segments_.size(); ++i) {
+    std::error_code unknown;
+    if (const auto size = std::filesystem::file_size(segments_[i].path, unknown); !unknown) file_size_ += size;
+  }
+  at_ = 0;
+  bytes_before_ = 0;
+  last_sequence_.reset();
+  end_.reset();
   untouched_ = true;
-  return read_header();
+  return {};
 }
+
+Status JournalReader::open() { return mcap_ && untouched_ ? Status() : open_first(); }
 
 Result<Packet> JournalReader::next(std::stop_token stop) {
   if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped while reading " + path_.string()};
-  if (!mcap_) return Error{ErrorCode::Invalid, path_.string() + " is not open"};
+  if (end_) return *end_;
+  if (!mcap_ && segments_.empty()) return Error{ErrorCode::Invalid, path_.string() + " is not open"};
   untouched_ = false;
+  while (true) {
+    Result<Packet> packet = next_of_segment();
+    if (packet) {
+      last_sequence_ = packet->sequence;
+      return packet;
+    }
+    const ErrorCode code = packet.error().code;
+    const bool is_over = code == ErrorCode::EndOfData || code == ErrorCode::Truncated || code == ErrorCode::Io ||
+                         code == ErrorCode::Unsupported;
+    if (!is_over || !is_other_segment_left()) return packet;
+    if (Status gone_on = go_on(packet.error()); !gone_on) return gone_on.error();
+  }
+}
+
+Result<Packet> JournalReader::next_of_segment() {
+  // A segment that could not be opened has been reported.
+  if (!mcap_) return Error{ErrorCode::EndOfData, "end of " + segments_[at_].path.string()};
   while (true) {
     Result<McapMessage> message = mcap_->next();
     if (!message) return message.error();
@@ -69,12 +120,57 @@ Result<Packet> JournalReader::next(std::stop_token stop) {
     if (schema == mcap_->schemas().end() || schema->second.name != kRawPacketSchema) continue;
     Result<Packet> packet = decode_raw_packet(message->data);
     if (packet && packet->sensor != message->channel)
-      return Error{ErrorCode::Malformed,
-                   path_.string() + ": a packet of sensor " + std::to_string(packet->sensor) + " on " + channel.topic};
+      return Error{ErrorCode::Malformed, segments_[at_].path.string() + ": a packet of sensor " +
+                                             std::to_string(packet->sensor) + " on " + channel.topic};
     return packet;
   }
 }
 
-void JournalReader::close() { mcap_.reset(); }
+/// Opens the next segment. Returns Malformed if something is missing between the two; reading goes on in any case.
+Status JournalReader::go_on(const Error& end) {
+  const Segment before = segments_[at_];
+  if (mcap_) bytes_before_ += mcap_->file_size();
+  mcap_.reset();
+  const Segment& present = segments_[++at_];
+  const auto left_out = [&](const std::string& why) {
+    return Error{ErrorCode::Malformed, why + "; this segment of the recording is left out"};
+  };
+  Result<McapReader> mcap = McapReader::open(present.path);
+  Result<JournalHeader> header = mcap.ok() ? read_header(present.path, *mcap) : Result<JournalHeader>(mcap.error());
+  if (!header.ok()) {
+    // A program that was killed as it began a segment leaves one without a header, behind which nothing came.
+    if (!is_other_segment_left()) {
+      end_ = Error{ErrorCode::Truncated, header.error().message};
+      return *end_;
+    }
+    return left_out(header.error().message);
+  }
+  if (SegmentPlace::of(*header).recording != recording_ || header->sensors != header_.sensors)
+    return left_out(present.path.string() + " is of another recording than " + segments_.front().path.string());
+  mcap_ = std::move(*mcap);
+  return check_place(*header, before, end);
+}
+
+/// Checks that a segment goes on where the one before ended.
+Status JournalReader::check_place(const JournalHeader& header, const Segment& before, const Error& end) {
+  const Segment& present = segments_[at_];
+  const SegmentPlace place = SegmentPlace::of(header);
+  std::uint32_t missing = 0;
+  for (std::uint32_t number = before.number + 1; number < present.number; ++number)
+    missing += !newest_.is_removed(number) && !place.is_removed(number);
+  if (missing > 0)
+    return Error{ErrorCode::Malformed,
+                 fmt::format("{} of the segments between {} and {} are missing: copy them beside the others", missing,
+                             before.path.string(), present.path.string())};
+  if (present.number != before.number + 1 || !place.follows || !last_sequence_ || *place.follows == *last_sequence_)
+    return {};
+  return Error{ErrorCode::Malformed,
+               fmt::format("{}; {} goes on behind what is missing", end.message, present.path.string())};
+}
+
+void JournalReader::close() {
+  mcap_.reset();
+  segments_.clear();
+}
 
 }  // namespace hueline::storage

@@ -1,20 +1,27 @@
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "core/packet.hpp"
 #include "storage/journal_header.hpp"
+#include "storage/journal_segments.hpp"
 #include "storage/mcap_reader.hpp"
 
 namespace hueline::storage {
 
-/// A recording as a packet source. It returns the packets in their recorded order with their recorded sequence, kind
-/// and shed mark. It reads finished recordings and recordings that were cut. It never waits.
-/// Thread safety: none; one thread calls all functions.
+/// A recording as a packet source, in one file or in segments, which are read one after the other. It returns the
+/// packets in their recorded order with their recorded sequence, kind and shed mark. It reads finished recordings and
+/// recordings that were cut. It never waits. Thread safety: none; one thread calls all functions.
 class JournalReader final : public PacketSource {
  public:
-  /// Opens the file and reads its header. Errors: Io; Malformed or Truncated if the file is no recording; Unsupported
+  /// Opens the file and reads its header. If the file is a segment, those that follow it are read too; of `drive.mcap`
+  /// that is the whole drive. Errors: Io; Malformed or Truncated if the file is no recording; Unsupported
   /// if the MCAP file holds no raw packets.
   static Result<std::unique_ptr<JournalReader>> open(const std::filesystem::path& path);
 
@@ -26,24 +33,39 @@ class JournalReader final : public PacketSource {
   /// - EndOfData: everything was read and the recording is whole.
   /// - Truncated: the recording was cut (program killed, power lost, disk full). All whole packets were returned
   ///   before, and the message names the byte.
-  /// - Malformed: a chunk is damaged and was skipped. Call again to continue.
+  /// - Malformed: a chunk is damaged and was skipped; or a segment is missing, is no part of this recording, or does
+  /// not
+  ///   begin where the one before ended. Call again to continue. Segments that a ring has removed are no error.
   /// - Io.
   ///
   /// EndOfData, Truncated and Io are repeated by later calls.
   Result<Packet> next(std::stop_token stop) override;
   void close() override;
 
-  /// The position of the reader in the file, to show progress.
-  std::uint64_t position() const { return mcap_ ? mcap_->position() : 0; }
-  std::uint64_t file_size() const { return mcap_ ? mcap_->file_size() : 0; }
+  /// The position of the reader in the files, to show progress.
+  std::uint64_t position() const { return bytes_before_ + (mcap_ ? mcap_->position() : 0); }
+  std::uint64_t file_size() const { return file_size_; }
+  /// The files, in their order.
+  const std::vector<Segment>& segments() const { return segments_; }
 
  private:
-  JournalReader(std::filesystem::path path, McapReader mcap) : path_(std::move(path)), mcap_(std::move(mcap)) {}
-  Status read_header();
+  explicit JournalReader(std::filesystem::path path) : path_(std::move(path)) {}
+  Status open_first();
+  Result<Packet> next_of_segment();
+  bool is_other_segment_left() const { return at_ + 1 < segments_.size(); }
+  Status go_on(const Error& end);
+  Status check_place(const JournalHeader& header, const Segment& before, const Error& end);
 
-  std::filesystem::path path_;
-  std::optional<McapReader> mcap_;
-  JournalHeader header_;
+  const std::filesystem::path path_;
+  std::vector<Segment> segments_;
+  std::size_t at_ = 0;              // the segment that mcap_ reads
+  std::optional<McapReader> mcap_;  // empty: it could not be opened
+  JournalHeader header_;            // of the first segment
+  std::string recording_;           // SegmentPlace::recording of the first segment
+  SegmentPlace newest_;             // of the last segment: it knows what the ring has removed
+  std::optional<std::uint64_t> last_sequence_;
+  std::optional<Error> end_;  // how the last segment ended, if it could not be opened
+  std::uint64_t bytes_before_ = 0, file_size_ = 0;
   bool untouched_ = true;  // open() right after the static open() does not read the header again
 };
 

@@ -59,6 +59,8 @@ class JournalWriter {
   Status close() { return writer_.close(); }
 
   std::uint64_t bytes_written() const { return writer_.bytes_written(); }
+  /// Bytes of packets that wait for their chunk.
+  std::uint64_t bytes_waiting() const { return writer_.bytes_waiting(); }
   /// Packets in the file. Packets that still wait for their chunk are not counted yet.
   std::uint64_t packets_written() const { return writer_.statistics().message_count; }
   /// Packets that are certainly on the medium, which are those of the last sync. After close() these are all packets

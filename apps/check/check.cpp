@@ -103,7 +103,7 @@ int check(const Options& options) {
 
   if (is_live && facts.disk_bytes_per_s >= 0) {
     const PassingFile recording(folder / fmt::format(".hueline-check-{}.mcap", getpid()));
-    auto journal = storage::JournalWriter::create(recording.path(), runtime::journal_header(rig));
+    auto journal = storage::SegmentedJournal::create(recording.path(), runtime::journal_header(rig));
     if (!journal.ok()) {
       log_error(journal.error().message);
       return kOutputRefused;
@@ -117,7 +117,7 @@ int check(const Options& options) {
       reader.silent_after = std::chrono::milliseconds(static_cast<std::int64_t>(sensor.silent_after_s * 1000));
       sources.push_back({sensor.id, sensor.name, sensor.device->make_source(pool), reader, sensor.type->is_sheddable});
     }
-    runtime::LiveRun run(std::move(sources), std::make_unique<storage::JournalWriter>(std::move(*journal)),
+    runtime::LiveRun run(std::move(sources), std::make_unique<storage::SegmentedJournal>(std::move(*journal)),
                          [&](const Packet& packet) { pipeline.process(packet); }, {});
     log_info("listening to the sensors of {} for {:.0f} s", rig.name, options.seconds);
     const HostTime begin = drivers::host_now();

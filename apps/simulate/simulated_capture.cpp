@@ -21,7 +21,7 @@ std::int64_t drive_ns(HostTime t) { return (t - kSimulatedHostBegin).count(); }
 /// The recorder and its queue, run step by step.
 class Steps {
  public:
-  Steps(const config::Rig& rig, sim::FaultyDisk& disk, std::unique_ptr<storage::JournalWriter> journal,
+  Steps(const config::Rig& rig, sim::FaultyDisk& disk, std::unique_ptr<storage::SegmentedJournal> journal,
         std::size_t queue_bytes)
       : disk_(disk),
         record_({runtime::LiveRun::Config().record_queue.items, queue_bytes}),
@@ -110,13 +110,13 @@ Result<SimulatedCapture> capture_on_faulty_disk(const sim::Drive& drive, const s
                                                 const std::filesystem::path& file, std::size_t queue_bytes) {
   SimulatedDisk simulated(disk);
   disk.set_now(0);
-  storage::JournalWriter::Config config;
-  config.if_exists = storage::IfExists::Replace;
-  auto journal = storage::JournalWriter::create(file, runtime::journal_header(rig), config, simulated);
+  storage::SegmentedJournal::Config config;
+  config.segment.if_exists = storage::IfExists::Replace;
+  auto journal = storage::SegmentedJournal::create(file, runtime::journal_header(rig), config, simulated);
   if (!journal.ok()) return journal.error();
   SimulatedCapture out;
   {
-    Steps steps(rig, disk, std::make_unique<storage::JournalWriter>(std::move(*journal)), queue_bytes);
+    Steps steps(rig, disk, std::make_unique<storage::SegmentedJournal>(std::move(*journal)), queue_bytes);
     bool is_running = true;
     const Status fed = for_each_simulated_packet(drive, timeline, rig, [&](const Packet& packet) {
       is_running = steps.run_until(drive_ns(packet.received));

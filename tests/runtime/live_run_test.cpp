@@ -53,12 +53,12 @@ class Stuck : public PacketSource {
   std::binary_semaphore& let_go_;
 };
 
-std::unique_ptr<storage::JournalWriter> journal_at(const std::filesystem::path& path) {
+std::unique_ptr<storage::SegmentedJournal> journal_at(const std::filesystem::path& path) {
   storage::JournalHeader header;
   for (const char* name : {"hueline", "quiet", "stuck"}) header.sensors.push_back({name, name});
-  auto journal = storage::JournalWriter::create(path, header);
+  auto journal = storage::SegmentedJournal::create(path, header);
   EXPECT_TRUE(journal.ok());
-  return std::make_unique<storage::JournalWriter>(std::move(*journal));
+  return std::make_unique<storage::SegmentedJournal>(std::move(*journal));
 }
 
 /// Returns the number of wire packets that a reader finds in the file, and whether the file is whole.

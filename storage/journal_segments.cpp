@@ -1,0 +1,105 @@
+#include "storage/journal_segments.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <string_view>
+#include <system_error>
+
+namespace hueline::storage {
+namespace {
+
+constexpr std::size_t kDigits = 6;
+constexpr std::uint32_t kMostSegments = 999'999;
+
+template <class Number>
+std::optional<Number> number_of(std::string_view text) {
+  Number out{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return {};
+  return out;
+}
+
+/// Returns runs of numbers as "1-4,7".
+std::string written(const std::vector<bool>& removed) {
+  std::string out;
+  for (std::size_t i = 0; i < removed.size(); ++i) {
+    if (!removed[i]) continue;
+    std::size_t last = i;
+    while (last + 1 < removed.size() && removed[last + 1]) ++last;
+    out += fmt::format("{}{}", out.empty() ? "" : ",", i);
+    if (last > i) out += fmt::format("-{}", last);
+    i = last;
+  }
+  return out;
+}
+
+std::vector<bool> read_runs(std::string_view text) {
+  std::vector<bool> out;
+  while (!text.empty()) {
+    const std::string_view run = text.substr(0, text.find(','));
+    text.remove_prefix(std::min(text.size(), run.size() + 1));
+    const std::size_t dash = run.find('-');
+    const auto first = number_of<std::uint32_t>(run.substr(0, dash));
+    const auto last = dash == std::string_view::npos ? first : number_of<std::uint32_t>(run.substr(dash + 1));
+    if (!first || !last || *last < *first || *last > kMostSegments) continue;
+    if (out.size() <= *last) out.resize(*last + std::size_t{1});
+    for (std::size_t i = *first; i <= *last; ++i) out[i] = true;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::filesystem::path segment_path(const std::filesystem::path& first, std::uint32_t number) {
+  if (number <= 1) return first;
+  return first.parent_path() /
+         fmt::format("{}.{:0{}}{}", first.stem().string(), number, kDigits, first.extension().string());
+}
+
+Segment first_of(const std::filesystem::path& segment) {
+  const std::filesystem::path stem = segment.stem();
+  const std::string digits = stem.has_extension() ? stem.extension().string().substr(1) : std::string();
+  if (digits.size() != kDigits || digits.find_first_not_of("0123456789") != std::string::npos) return {1, segment};
+  const auto number = number_of<std::uint32_t>(digits);
+  if (!number || *number < 2) return {1, segment};
+  return {*number, segment.parent_path() / (stem.stem().string() + segment.extension().string())};
+}
+
+std::vector<Segment> find_segments(const std::filesystem::path& named) {
+  const Segment first = first_of(named);
+  std::vector<Segment> out;
+  std::error_code failed;
+  const std::filesystem::path folder = named.has_parent_path() ? named.parent_path() : ".";
+  for (std::filesystem::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
+    const Segment found = first_of(named.parent_path() / at->path().filename());
+    if (found.path == first.path && found.number >= first.number)
+      out.push_back({found.number, segment_path(first.path, found.number)});
+  }
+  std::ranges::sort(out, {}, &Segment::number);
+  const bool is_absent = out.empty() || out.front().number != first.number;
+  return is_absent ? std::vector<Segment>{{first.number, named}} : out;
+}
+
+SegmentPlace SegmentPlace::of(const JournalHeader& header) {
+  const auto text = [&](const char* key) {
+    const auto found = header.about.find(key);
+    return found == header.about.end() ? std::string() : found->second;
+  };
+  SegmentPlace out;
+  out.recording = text(kSegmentRecording);
+  out.number = std::max(1u, number_of<std::uint32_t>(text(kSegmentNumber)).value_or(1));
+  out.follows = number_of<std::uint64_t>(text(kSegmentFollows));
+  out.removed = read_runs(text(kSegmentRemoved));
+  return out;
+}
+
+void SegmentPlace::put_into(JournalHeader& header) const {
+  header.about[kSegmentRecording] = recording;
+  header.about[kSegmentNumber] = std::to_string(number);
+  if (follows) header.about[kSegmentFollows] = std::to_string(*follows);
+  if (const std::string numbers = written(removed); !numbers.empty()) header.about[kSegmentRemoved] = numbers;
+}
+
+}  // namespace hueline::storage

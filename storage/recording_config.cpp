@@ -1,0 +1,63 @@
+#include "storage/recording_config.hpp"
+
+#include <fmt/format.h>
+
+#include <random>
+#include <utility>
+
+namespace hueline::storage {
+
+void RecordingConfig::visit(Keys& keys) {
+  keys.number({"segment_mb", "MB",
+               "The recording goes on in a new file, a segment, before a file becomes larger than this. All commands "
+               "read `drive.mcap` and its segments as one recording.",
+               "one file"},
+              segment_mb, {0, 1e7});
+  keys.number({"segment_min", "min", "The same after this time.", "one file"}, segment_min, {0, 1e5});
+  keys.number({"ring_gb", "GB",
+               "When all segments together are larger, the oldest are removed. The first segment stays. Those that an "
+               "operator's mark protects stay beside the ring and take no room of it.",
+               "everything is kept"},
+              ring_gb, {0, 1e6});
+  keys.number(
+      {"ring_h", "h", "Segments whose data is older are removed, with the same exceptions.", "everything is kept"},
+      ring_h, {0, 1e5});
+  keys.number({"mark_before_min", "min", "What a ring keeps of the time before a mark."}, mark_before_min, {0, 1e5});
+  keys.number({"mark_after_min", "min", "What a ring keeps of the time after a mark."}, mark_after_min, {0, 1e5});
+  keys.texts({"volumes", "",
+              "Folders on other disks, where the recording goes on when less than 64 MB are left on its own disk, or "
+              "when that disk fails. The drive's folder then has symbolic links to those segments.",
+              "none"},
+             volumes);
+}
+
+KeyError RecordingConfig::validate() const {
+  if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  const bool has_segments = segment_mb > 0 || segment_min > 0;
+  for (const auto& [key, value] : {std::pair("ring_gb", ring_gb), std::pair("ring_h", ring_h)})
+    if (value > 0 && !has_segments)
+      return {key, "needs segments, which are what a ring removes; allowed: only beside segment_mb or segment_min"};
+  if (ring_gb > 0 && ring_gb * 1000 < 2 * segment_mb)
+    return not_allowed("ring_gb", number_text(ring_gb), "0, or room for two segments of segment_mb at least");
+  return {};
+}
+
+SegmentedJournal::Config RecordingConfig::journal(std::string name) const {
+  SegmentedJournal::Config out;
+  out.segment_bytes = static_cast<std::uint64_t>(segment_mb * 1e6);
+  out.segment_time = from_seconds(segment_min * 60);
+  out.ring_bytes = static_cast<std::uint64_t>(ring_gb * 1e9);
+  out.ring_time = from_seconds(ring_h * 3600);
+  out.mark_before = from_seconds(mark_before_min * 60);
+  out.mark_after = from_seconds(mark_after_min * 60);
+  out.volumes.assign(volumes.begin(), volumes.end());
+  out.recording = std::move(name);
+  return out;
+}
+
+std::string random_recording_name() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}", random(), random());
+}
+
+}  // namespace hueline::storage
