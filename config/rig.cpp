@@ -121,6 +121,7 @@ struct RigKeys {
     keys.section(required("colouring", "", "How points get their colour."), rig.colouring);
     keys.section({"watch", "", "How images and laser are watched for a drift of mounting and times."}, rig.watch);
     keys.section({"cloud", "", "The file of the coloured points."}, cloud);
+    keys.section({"recording", "", "How the recording is split into files, and what of it is kept."}, rig.recording);
     keys.number({"end_within_s", "s",
                  "How long a drive may take to end after it was asked to, for a vehicle whose ignition cuts the power. "
                  "Then it ends at once: `drive.mcap` is whole, cloud and view end early. 0: as long as it takes."},

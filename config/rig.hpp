@@ -10,6 +10,7 @@
 #include "fusion/colouring.hpp"
 #include "fusion/rig_geometry.hpp"
 #include "storage/map_config.hpp"
+#include "storage/recording_config.hpp"
 #include "sync/synchroniser.hpp"
 
 /// A rig file: the sensors of a vehicle, how they are reached, where they are mounted, and what is computed from their
@@ -41,6 +42,8 @@ struct Rig {
   double end_within_s = 0;        ///< the end of a drive is cut off after this long; 0: never
   storage::MapConfig map;         ///< of the cloud
   bool compressed_cloud = false;  ///< whether the cloud is written as cloud.laz instead of cloud.las
+
+  storage::RecordingConfig recording;
 
   /// Returns the name of the file of the coloured points.
   const char* cloud_file() const { return compressed_cloud ? "cloud.laz" : "cloud.las"; }

@@ -1,5 +1,7 @@
 #include "runtime/live_run.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "drivers/transport/host_clock.hpp"
@@ -77,6 +79,18 @@ void LiveRun::tell_place() {
                         recorder_.place().error().message});
 }
 
+void LiveRun::keep_news() {
+  auto news = recorder_.take_news();
+  if (news.empty()) return;
+  Lock lock(mutex_);
+  std::ranges::move(news, std::back_inserter(news_));
+}
+
+std::vector<storage::SegmentedJournal::News> LiveRun::take_news() {
+  Lock lock(mutex_);
+  return std::exchange(news_, {});
+}
+
 Status LiveRun::place() const {
   Lock lock(mutex_);
   return place_;
@@ -99,6 +113,7 @@ Status LiveRun::record_until_the_end() {
     }
     const Status done = packet ? recorder_.take(**packet, now.time_since_epoch()) : recorder_.pause();
     recorded_bytes_.store(recorder_.bytes_written(), std::memory_order_relaxed);
+    keep_news();
     if (done.ok()) {
       tell_place();
       continue;

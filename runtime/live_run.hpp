@@ -70,6 +70,8 @@ class LiveRun {
   /// Returns why drive.mcap is no longer where it was created, though it is still written (Recorder::place).
   /// Thread-safe.
   Status place() const;
+  /// Returns what happened to the files of the recording since the last call. Thread-safe.
+  std::vector<storage::SegmentedJournal::News> take_news();
   const Ingest& ingest() const { return *ingest_; }
   Ingest& ingest() { return *ingest_; }
   std::uint64_t recorded_bytes() const { return recorded_bytes_.load(std::memory_order_relaxed); }
@@ -88,6 +90,7 @@ class LiveRun {
  private:
   void record();
   void tell_place();
+  void keep_news();
   Status record_until_the_end();
   void process_all();
   void hurry();
@@ -101,6 +104,7 @@ class LiveRun {
   mutable Mutex mutex_;
   std::condition_variable_any changed_;  // notified when readers_left_ or recording_ changes
   Status recording_ HUELINE_GUARDED_BY(mutex_), place_ HUELINE_GUARDED_BY(mutex_);
+  std::vector<storage::SegmentedJournal::News> news_ HUELINE_GUARDED_BY(mutex_);
   std::atomic<std::uint64_t> recorded_bytes_{0};
   /// No packet from this sequence on is processed. Set when the recording fails, so that the cloud does not contain
   /// more than the recording.

@@ -31,6 +31,7 @@ class Recorder {
   std::uint64_t packets_taken() const { return taken_; }
 
   const storage::SegmentedJournal& journal() const { return *journal_; }
+  std::vector<storage::SegmentedJournal::News> take_news() { return journal_->take_news(); }
   std::uint64_t bytes_written() const { return journal_->bytes_written(); }
   /// Packets that are certainly in the file. Valid after close().
   std::uint64_t packets_recorded() const { return journal_->packets_on_medium(); }

@@ -316,6 +316,9 @@ nlohmann::ordered_json Summary::sensor_json(const Sensor& sensor) {
 nlohmann::ordered_json Summary::json() const {
   nlohmann::ordered_json out;
   out["journal"] = {{"packets", packets_}, {"bytes", bytes_}, {"sequence_gaps", gaps_}};
+  if (removed_.segments > 0)
+    out["journal"]["removed_by_ring"] = {
+        {"segments", removed_.segments}, {"packets", removed_.packets}, {"bytes", removed_.bytes}};
   if (!ends_early_.empty()) out["ends_early"] = ends_early_;
   if (verdict_) {
     out["verdict"] = verdict_->json();
@@ -386,6 +389,10 @@ std::string Summary::text() const {
                        other_statuses_.solutions, to_seconds(other_statuses_.lasted));
   out += fmt::format("journal    {} packets, {:.1f} MB, {} gaps in the sequence\n", packets_,
                      static_cast<double>(bytes_) / 1e6, gaps_);
+  if (removed_.segments > 0)
+    out +=
+        fmt::format("           the ring removed {} segments with {} packets, {:.1f} MB: a replay does not have them\n",
+                    removed_.segments, removed_.packets, static_cast<double>(removed_.bytes) / 1e6);
   out += fmt::format("points     {}, {:.1f} % coloured", points_, 100 * share(coloured_points(), points_));
   for (int i = 0; i < kColourStates; ++i)
     if (by_state_[static_cast<std::size_t>(i)])

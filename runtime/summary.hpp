@@ -13,6 +13,7 @@
 #include "runtime/post_trajectory.hpp"
 #include "runtime/products.hpp"
 #include "runtime/verdict.hpp"
+#include "storage/journal_segments.hpp"
 #include "sync/wheel_odometer.hpp"
 
 namespace hueline::runtime {
@@ -42,6 +43,8 @@ class Summary : public ProductSink {
     std::string words;  ///< what was done to the POS's positions
   };
   void on_map(Map map) { map_ = std::move(map); }
+  /// Sets what a ring has removed of the recording, as the recording itself says.
+  void on_removed(const storage::RemovedSegments& removed) { removed_ = removed; }
   /// Sets how the post-processed trajectory differs from the POS's solutions that it replaces.
   void on_trajectory(const TrajectoryComparison& comparison) { trajectory_ = comparison; }
   /// To be called if the products end before the recording does. A replay makes them whole. `why` is a sentence.
@@ -116,7 +119,8 @@ class Summary : public ProductSink {
 
   std::vector<Sensor> sensors_;
   std::vector<Wheels> wheels_;
-  std::optional<WatchReport> watch_;                // empty: nothing was watched
+  std::optional<WatchReport> watch_;  // empty: nothing was watched
+  storage::RemovedSegments removed_;
   std::optional<Map> map_;                          // empty: there is no cloud
   std::optional<TrajectoryComparison> trajectory_;  // empty: the POS's solutions were used
   std::uint64_t points_ = 0, packets_ = 0, bytes_ = 0, gaps_ = 0, next_sequence_ = 0;

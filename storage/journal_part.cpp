@@ -48,7 +48,9 @@ class Choice {
 Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, const JournalPart& part,
                              const std::filesystem::path& to) {
   JournalHeader header = journal.header();
-  for (const char* key : {kSegmentRecording, kSegmentNumber, kSegmentFollows, kSegmentRemoved}) header.about.erase(key);
+  for (const char* key : {kSegmentRecording, kSegmentNumber, kSegmentFollows, kSegmentRemoved, kSegmentRemovedPackets,
+                          kSegmentRemovedBytes})
+    header.about.erase(key);
   header.about["part_of"] = fmt::format("{}, {} s to {}", name, part.from_s,
                                         part.to_s ? fmt::format("{} s", *part.to_s) : std::string("its end"));
   JournalWriter::Config config;

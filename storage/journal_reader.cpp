@@ -41,13 +41,17 @@ Result<JournalHeader> read_header(const std::filesystem::path& path, McapReader&
   return Error{ErrorCode::Unsupported, path.string() + " is an MCAP file, but not a recording of raw packets"};
 }
 
-/// Returns what the last segment says of the others; nothing if it cannot be read.
-SegmentPlace place_of_newest(const std::vector<Segment>& segments) {
-  if (segments.size() < 2) return {};
-  auto mcap = McapReader::open(segments.back().path);
-  if (!mcap.ok()) return {};
-  const auto header = read_header(segments.back().path, *mcap);
-  return header.ok() ? SegmentPlace::of(*header) : SegmentPlace();
+/// Returns what the last segment of the recording says of the others. A program that was killed may have left one
+/// without a header, or somebody a file of another recording, behind it.
+SegmentPlace place_of_newest(const std::vector<Segment>& segments, const std::string& recording) {
+  for (std::size_t i = segments.size(); i-- > 1;) {
+    auto mcap = McapReader::open(segments[i].path);
+    if (!mcap.ok()) continue;
+    const auto header = read_header(segments[i].path, *mcap);
+    if (!header.ok()) continue;
+    if (SegmentPlace place = SegmentPlace::of(*header); place.recording == recording) return place;
+  }
+  return {};
 }
 
 }  // namespace
@@ -72,8 +76,7 @@ Status JournalReader::open_first() {
     const std::vector<Segment> found = find_segments(path_);
     if (found.front().path == path_) segments_ = found;
   }
-  newest_ = place_of_newest(segments_);
-  if (newest_.recording != recording_) newest_ = {};
+  newest_ = place_of_newest(segments_, recording_);
   file_size_ = mcap_->file_size();
   for (std::size_t i = 1; i < segments_.size(); ++i) {
     std::error_code unknown;

@@ -47,6 +47,8 @@ class JournalReader final : public PacketSource {
   std::uint64_t file_size() const { return file_size_; }
   /// The files, in their order.
   const std::vector<Segment>& segments() const { return segments_; }
+  /// What a ring has removed of the recording, as its last segment says.
+  RemovedSegments removed() const { return newest_.removed_so_far(); }
 
  private:
   explicit JournalReader(std::filesystem::path path) : path_(std::move(path)) {}

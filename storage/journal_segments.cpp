@@ -11,7 +11,6 @@ namespace hueline::storage {
 namespace {
 
 constexpr std::size_t kDigits = 6;
-constexpr std::uint32_t kMostSegments = 999'999;
 
 template <class Number>
 std::optional<Number> number_of(std::string_view text) {
@@ -92,6 +91,8 @@ SegmentPlace SegmentPlace::of(const JournalHeader& header) {
   out.number = std::max(1u, number_of<std::uint32_t>(text(kSegmentNumber)).value_or(1));
   out.follows = number_of<std::uint64_t>(text(kSegmentFollows));
   out.removed = read_runs(text(kSegmentRemoved));
+  out.removed_packets = number_of<std::uint64_t>(text(kSegmentRemovedPackets)).value_or(0);
+  out.removed_bytes = number_of<std::uint64_t>(text(kSegmentRemovedBytes)).value_or(0);
   return out;
 }
 
@@ -99,7 +100,15 @@ void SegmentPlace::put_into(JournalHeader& header) const {
   header.about[kSegmentRecording] = recording;
   header.about[kSegmentNumber] = std::to_string(number);
   if (follows) header.about[kSegmentFollows] = std::to_string(*follows);
-  if (const std::string numbers = written(removed); !numbers.empty()) header.about[kSegmentRemoved] = numbers;
+  const std::string numbers = written(removed);
+  if (numbers.empty()) return;
+  header.about[kSegmentRemoved] = numbers;
+  header.about[kSegmentRemovedPackets] = std::to_string(removed_packets);
+  header.about[kSegmentRemovedBytes] = std::to_string(removed_bytes);
+}
+
+RemovedSegments SegmentPlace::removed_so_far() const {
+  return {static_cast<std::uint64_t>(std::ranges::count(removed, true)), removed_packets, removed_bytes};
 }
 
 }  // namespace hueline::storage

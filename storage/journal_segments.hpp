@@ -16,7 +16,14 @@ namespace hueline::storage {
 constexpr const char* kSegmentRecording = "recording";  ///< the same random word in all segments of a recording
 constexpr const char* kSegmentNumber = "segment";       ///< counted from 1
 constexpr const char* kSegmentFollows = "follows";      ///< sequence of the last packet before; absent in the first
-constexpr const char* kSegmentRemoved = "removed";      ///< numbers that the ring has removed: "1-4,7"
+constexpr const char* kSegmentRemoved = "removed";      ///< numbers that the ring has removed: "2-4,7"
+constexpr const char *kSegmentRemovedPackets = "removed_packets", *kSegmentRemovedBytes = "removed_bytes";  ///< in them
+constexpr std::uint32_t kMostSegments = 999'999;
+
+/// What a ring has removed of a recording.
+struct RemovedSegments {
+  std::uint64_t segments = 0, packets = 0, bytes = 0;
+};
 
 /// A segment in a folder.
 struct Segment {
@@ -39,11 +46,13 @@ struct SegmentPlace {
   std::uint32_t number = 1;
   std::optional<std::uint64_t> follows;
   std::vector<bool> removed;  ///< by number; may be shorter
+  std::uint64_t removed_packets = 0, removed_bytes = 0;
 
   /// Reads it from the notes of a header. Notes that are no numbers count as absent.
   static SegmentPlace of(const JournalHeader& header);
   /// Writes it into the notes.
   void put_into(JournalHeader& header) const;
+  RemovedSegments removed_so_far() const;
   bool is_removed(std::uint32_t segment) const { return segment < removed.size() && removed[segment]; }
 };
 

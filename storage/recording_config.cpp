@@ -1,6 +1,8 @@
 #include "storage/recording_config.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <random>
 #include <utility>
@@ -33,6 +35,7 @@ void RecordingConfig::visit(Keys& keys) {
 
 KeyError RecordingConfig::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
+  if (segment_mb > 0 && segment_mb < 1) return not_allowed("segment_mb", number_text(segment_mb), "0, or 1 and more");
   const bool has_segments = segment_mb > 0 || segment_min > 0;
   for (const auto& [key, value] : {std::pair("ring_gb", ring_gb), std::pair("ring_h", ring_h)})
     if (value > 0 && !has_segments)
@@ -53,6 +56,16 @@ SegmentedJournal::Config RecordingConfig::journal(std::string name) const {
   out.volumes.assign(volumes.begin(), volumes.end());
   out.recording = std::move(name);
   return out;
+}
+
+std::string volume_trouble(const std::filesystem::path& volume, const std::filesystem::path& drive) {
+  struct stat there {
+  }, own{};
+  if (::stat(volume.c_str(), &there) != 0 || !S_ISDIR(there.st_mode)) return "is no folder: is its disk mounted?";
+  if (::access(volume.c_str(), W_OK | X_OK) != 0) return "cannot be written to: check its rights";
+  if (::stat(drive.c_str(), &own) == 0 && own.st_dev == there.st_dev)
+    return "lies on the same disk as the recording: is its own disk mounted?";
+  return {};
 }
 
 std::string random_recording_name() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,10 @@ struct RecordingConfig {
   SegmentedJournal::Config journal(std::string name) const;
   bool operator==(const RecordingConfig&) const = default;
 };
+
+/// Returns why a volume cannot take over a recording in the folder `drive`, as the rest of a sentence about the volume:
+/// it is no folder, nothing can be written there, or it lies on the same disk. Empty: it can.
+std::string volume_trouble(const std::filesystem::path& volume, const std::filesystem::path& drive);
 
 /// Returns a random word that names a recording among others.
 std::string random_recording_name();

@@ -1,5 +1,7 @@
 #include "storage/segmented_journal.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 #include <utility>
@@ -51,13 +53,19 @@ Result<SegmentedJournal> SegmentedJournal::create(const std::filesystem::path& p
   SegmentedJournal out(path, header, config, disk);
   auto writer = JournalWriter::create(path, out.header_of(1), config.segment, disk);
   if (!writer.ok()) return writer.error();
+  if (const auto there = find_segments(path); config.splits() && there.back().number > 1) {
+    (void)writer->close();
+    (void)disk.remove(path);
+    return Error{ErrorCode::Io, there.back().path.string() + " is a segment of another recording, whose " +
+                                    path.filename().string() + " is not there: record into another folder"};
+  }
   out.writer_ = std::make_unique<JournalWriter>(std::move(*writer));
   return out;
 }
 
 /// Returns whether the packet belongs into the next segment.
 bool SegmentedJournal::is_due(const Packet& packet, nanoseconds now) {
-  if (!config_.splits() || is_empty_) return false;
+  if (!config_.splits() || is_empty_ || number_ == kMostSegments) return false;
   if (tried_ && now - *tried_ < kTryAgain) return false;
   constexpr std::uint64_t kHead = 64;  // of the message
   const std::uint64_t size = writer_->bytes_written() + writer_->bytes_waiting() + packet.bytes.size() + kHead;
@@ -81,7 +89,13 @@ Status SegmentedJournal::append(const Packet& packet, nanoseconds now) {
     const bool is_full = volume_ < config_.volumes.size() &&
                          disk_->free_bytes(writer_->path()) < static_cast<std::int64_t>(config_.volume_reserve);
     // If there can be no next segment, this one goes on.
-    tried_ = split(now, volume_ + is_full).ok() ? std::nullopt : std::optional(now);
+    const Status done = split(now, volume_ + is_full);
+    tried_ = done.ok() ? std::nullopt : std::optional(now);
+    if (!done.ok()) {
+      ++failed_splits_;
+      tell_once(told_split_, fmt::format("the recording goes on in {}, because its next segment cannot be begun: {}",
+                                         writer_->path().string(), done.error().message));
+    }
   }
   if (!begun_) begun_ = now;
   if (config_.volumes.empty()) {
@@ -126,6 +140,10 @@ void SegmentedJournal::trim_waiting() {
   }
 }
 
+void SegmentedJournal::tell_once(bool& is_told, std::string text) {
+  if (!std::exchange(is_told, true)) news_.push_back({true, std::move(text)});
+}
+
 /// Remembers what the ring and the next header must know of the packet.
 void SegmentedJournal::note(const Packet& packet) {
   if (!config_.splits()) return;
@@ -150,12 +168,18 @@ Result<std::unique_ptr<JournalWriter>> SegmentedJournal::create_on(std::size_t v
         std::filesystem::absolute(config_.volumes[volume - 1]) /
         (std::filesystem::absolute(first_).parent_path().filename().string() + "-" + config_.recording.substr(0, 8));
     std::error_code failed;
-    std::filesystem::create_directories(folder, failed);
+    // The volume's own folder is not created: without its disk it would be a folder of the system's disk.
+    std::filesystem::create_directory(folder, failed);
     if (failed) return output_error("create " + folder.string(), failed.value());
     file = folder / in_folder.filename();
   }
+  if (std::error_code unknown; std::filesystem::exists(file, unknown))
+    return Error{ErrorCode::Io, file.string() + " exists already"};
   auto writer = JournalWriter::create(file, header, config_.segment, *disk_);
-  if (!writer.ok()) return writer.error();
+  if (!writer.ok()) {
+    (void)disk_->remove(file);  // what is left of it would be in the way of the next attempt
+    return writer.error();
+  }
   if (volume > 0) {
     link_ = in_folder;
     if (const int result = disk_->link(file, in_folder); result != 0) {
@@ -172,10 +196,13 @@ Result<std::unique_ptr<JournalWriter>> SegmentedJournal::create_on(std::size_t v
 Status SegmentedJournal::split(nanoseconds now, std::size_t least_volume, bool is_rest_kept) {
   const std::filesystem::path present_link = link_;
   const std::vector<std::uint32_t> old = too_old();
-  const std::vector<bool> removed_before = place_.removed;
+  const SegmentPlace before = place_;
   for (const std::uint32_t number : old) {
+    const auto one = std::ranges::find(closed_, number, &Closed::number);
     if (place_.removed.size() <= number) place_.removed.resize(number + std::size_t{1});
     place_.removed[number] = true;
+    place_.removed_packets += one->packets;
+    place_.removed_bytes += one->bytes;
   }
   Status why;
   for (std::size_t volume = least_volume; volume <= config_.volumes.size(); ++volume) {
@@ -189,25 +216,35 @@ Status SegmentedJournal::split(nanoseconds now, std::size_t least_volume, bool i
     writer_ = std::move(*next);
     link_ = next_link;
     ++number_;
-    volume_ = volume;
+    if (std::exchange(volume_, volume) != volume)
+      news_.push_back({true, fmt::format("the recording goes on in {}: {}", writer_->path().string(),
+                                         !why.ok()      ? why.error().message
+                                         : is_rest_kept ? "the disk before it refused to write"
+                                                        : "the disk before it is full")});
     begun_ = now;
     looked_.reset();
     is_empty_ = true;
     is_protected_ = false;
     waiting_.clear();
     waiting_first_ = 0;
+    if (before.removed.empty() && !old.empty())
+      news_.push_back(
+          {false, "the ring is full: from now on it removes the oldest segments, but not what is around marks"});
     remove(old);
     return {};
   }
   link_ = present_link;
-  place_.removed = removed_before;
+  place_ = before;
   return why.ok() ? Status(Error{ErrorCode::Exhausted, "no volume is left"}) : why;
 }
 
 void SegmentedJournal::close_segment(bool is_rest_kept) {
   const Status closed = writer_->close();
   const bool is_safe = is_rest_kept && writer_->packets_on_medium() == writer_->packets_written();
-  if (first_error_.ok() && !is_safe) first_error_ = closed;
+  if (!closed.ok() && !is_safe) {
+    if (first_error_.ok()) first_error_ = closed;
+    tell_once(told_close_, fmt::format("a segment of the recording is not whole: {}", closed.error().message));
+  }
   bytes_before_ += writer_->bytes_written();
   packets_before_ += writer_->packets_written();
   on_medium_before_ += writer_->packets_on_medium();
@@ -236,11 +273,8 @@ void SegmentedJournal::remove(const std::vector<std::uint32_t>& numbers) {
     const auto one = std::ranges::find(closed_, number, &Closed::number);
     int result = disk_->remove(one->file);
     if (result == 0 && !one->link.empty()) result = disk_->remove(one->link);
-    if (result != 0 && result != -ENOENT && first_error_.ok())
-      first_error_ = output_error("remove " + one->file.string(), -result);
-    ++removed_.segments;
-    removed_.packets += one->packets;
-    removed_.bytes += one->bytes;
+    if (result != 0 && result != -ENOENT)
+      tell_once(told_removal_, output_error("remove the ring's " + one->file.string(), -result).message);
     closed_.erase(one);
   }
 }

@@ -21,11 +21,11 @@ namespace hueline::storage {
 /// volume ends, the next segment is created on the next volume, and its file in the drive's folder is a symbolic link.
 /// Packets that a failing volume did not take are written to the next one.
 ///
-/// A ring removes its oldest segments, but not the first one (it is the recording's name, and the beginning of its
-/// clocks), and none that holds a packet from `mark_before` before an operator's mark to `mark_after` after it. What
-/// marks protect is kept beside the ring and takes no room of it, so a later mark finds as much before it as an earlier
-/// one. A segment is named as removed in the header of a later one before it is removed.
-/// Thread safety: none; the recorder's thread calls all functions.
+/// A ring removes its oldest segments, but not the first one (its file has the recording's name, and it holds the
+/// beginning of the clocks), and none that holds a packet from `mark_before` before an operator's mark to `mark_after`
+/// after it. What marks protect is kept beside the ring and takes no room of it, so a later mark finds as much before
+/// it as an earlier one. A segment is named as removed in the header of a later one before it is removed. Thread
+/// safety: none; the recorder's thread calls all functions.
 class SegmentedJournal {
  public:
   struct Config {
@@ -43,9 +43,10 @@ class SegmentedJournal {
     /// Returns an empty text if the settings are valid, else a sentence.
     std::string validate() const;
   };
-  /// What a ring has removed so far.
-  struct Removed {
-    std::uint64_t segments = 0, packets = 0, bytes = 0;
+  /// Something about the files that the people in the vehicle must know, though no packet is lost.
+  struct News {
+    bool is_trouble;
+    std::string text;
   };
 
   /// Creates the first segment. `disk` must outlive the journal. Errors: those of JournalWriter::create().
@@ -69,9 +70,15 @@ class SegmentedJournal {
   std::uint64_t packets_on_medium() const { return on_medium_before_ + writer_->packets_on_medium(); }
 
   std::uint32_t segment() const { return number_; }  ///< number of the present segment
-  const Removed& removed() const { return removed_; }
+  /// What the ring has removed.
+  RemovedSegments removed() const { return place_.removed_so_far(); }
   /// Bytes of all segments that are there.
-  std::uint64_t bytes_kept() const { return bytes_written() - removed_.bytes; }
+  std::uint64_t bytes_kept() const { return bytes_written() - place_.removed_bytes; }
+  /// How often the recording could not go on in a new file, and went on in the one that it had.
+  std::uint64_t failed_splits() const { return failed_splits_; }
+  /// Returns what happened since the last call: the ring removes for the first time, another volume is used, the first
+  /// time that a segment cannot be begun, closed or removed.
+  std::vector<News> take_news() { return std::exchange(news_, {}); }
   std::size_t volume() const { return volume_; }  ///< 0: that of the drive's folder; else counted from 1
   /// The file of the present segment, on its volume.
   const std::filesystem::path& path() const { return writer_->path(); }
@@ -95,6 +102,7 @@ class SegmentedJournal {
   void remove(const std::vector<std::uint32_t>& numbers);
   void note(const Packet& packet);
   void trim_waiting();
+  void tell_once(bool& is_told, std::string text);
 
   std::filesystem::path first_;
   JournalHeader header_;
@@ -106,7 +114,9 @@ class SegmentedJournal {
   SegmentPlace place_;
   std::uint64_t bytes_before_ = 0, packets_before_ = 0, on_medium_before_ = 0;  // of the segments before this one
   std::deque<Closed> closed_;
-  Removed removed_;
+  std::uint64_t failed_splits_ = 0;
+  bool told_split_ = false, told_close_ = false, told_removal_ = false;
+  std::vector<News> news_;
   // The present segment.
   std::filesystem::path link_;
   std::optional<nanoseconds> begun_, looked_, tried_;  // by the clock of append()

@@ -1,6 +1,5 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,8 +8,8 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <functional>
 #include <memory>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,7 +43,6 @@ struct Options {
   bool ends_when_silent = false;
   bool quiet = false;
   bool has_no_feed = false;
-  storage::RecordingConfig recording;
 };
 
 std::vector<runtime::LiveRun::Source> make_sources(const config::Rig& rig, const BufferPool& pool) {
@@ -198,27 +196,24 @@ std::string last_words(const runtime::LiveRun& run, const std::string& recording
                    recording);
 }
 
-/// Returns the room for the recording, bytes: that of its disk and of the volumes on other disks.
-std::uint64_t free_bytes(const runtime::DiskReserve& reserve, const Options& options) {
-  std::uint64_t out = reserve.free_bytes();
-  struct stat own {
-  }, there{};
-  if (::stat(options.out.c_str(), &own) != 0) return out;
-  std::set<dev_t> disks{own.st_dev};
-  for (const std::string& volume : options.recording.volumes)
-    if (::stat(volume.c_str(), &there) == 0 && disks.insert(there.st_dev).second)
-      out += static_cast<std::uint64_t>(std::max<std::int64_t>(0, storage::Disk::kernel().free_bytes(volume)));
-  return out;
+/// Logs what happened to the files of the recording. `before` makes room for the first line.
+void log_news(runtime::LiveRun& run, const std::function<void()>& before) {
+  const auto news = run.take_news();
+  if (!news.empty()) before();
+  for (const auto& one : news) {
+    if (one.is_trouble)
+      log_warning("{}", one.text);
+    else
+      log_info("{}", one.text);
+  }
 }
 
-/// Logs of how many files the recording consists, and what a ring has removed.
+/// Logs how many files the recording has.
 void log_segments(const storage::SegmentedJournal& journal) {
-  if (journal.segment() == 1) return;
-  const auto& removed = journal.removed();
-  log_info("the recording is in {} segments", journal.segment() - removed.segments);
-  if (removed.segments > 0)
-    log_warning("the ring removed {} segments with {} packets, {:.1f} MB: a replay does not have them",
-                removed.segments, removed.packets, static_cast<double>(removed.bytes) * 1e-6);
+  if (journal.segment() > 1)
+    log_info("the recording is in {} segments", journal.segment() - journal.removed().segments);
+  if (journal.failed_splits() > 0)
+    log_warning("{} times the recording could not go on in a new file", journal.failed_splits());
 }
 
 /// A run in progress, and what watch_run() reads and updates each second.
@@ -249,6 +244,7 @@ bool watch_run(const Watched& watched, const Options& options, const StopSignals
       is_in_place = false;
       log_error(run.place().error().message);
     }
+    log_news(run, [&] { progress.end(); });
     watched.health.show([&] { progress.end(); });
     const double seconds = to_seconds(drivers::host_now() - begin);
     watched.reserve.note(run.recorded_bytes(), seconds);
@@ -260,7 +256,7 @@ bool watch_run(const Watched& watched, const Options& options, const StopSignals
     // their own time.
     if (watched.is_live)
       run.ingest().submit(Packet{kSystemSensor, PacketKind::Tick, false, 0, drivers::host_now(),
-                                 Buffer::copy_of(encode_tick(free_bytes(watched.reserve, options)))});
+                                 Buffer::copy_of(encode_tick(watched.reserve.free_bytes()))});
     if (options.seconds > 0 && seconds >= options.seconds) break;
     if (options.ends_when_silent && silence.lasts(run)) break;
   }
@@ -432,10 +428,6 @@ int capture(const Options& options) {
   StopSignals signals;  // before any thread
   const config::Rig rig = config::load_rig(options.rig);
   signals.end_within(std::chrono::milliseconds(static_cast<std::int64_t>(rig.end_within_s * 1000)));
-  if (const KeyError wrong = options.recording.validate(); !wrong.empty()) {
-    log_error("the recording's {}", wrong.text());
-    return kWrongUse;
-  }
   if (options.out.empty() == options.drives.empty()) {
     log_error("give --out FOLDER for this drive, or --drives FOLDER, in which it gets a folder of its own");
     return kWrongUse;
@@ -456,14 +448,18 @@ int capture(const Options& options) {
   }
   const std::string recording = (dir / "drive.mcap").string();
   auto journal = storage::SegmentedJournal::create(recording, runtime::journal_header(rig),
-                                                   options.recording.journal(storage::random_recording_name()));
+                                                   rig.recording.journal(storage::random_recording_name()));
   if (!journal.ok()) {
     log_error(journal.error().message);
     return kOutputRefused;
   }
 
+  for (const std::string& volume : rig.recording.volumes)
+    if (const std::string trouble = storage::volume_trouble(volume, dir); !trouble.empty())
+      log_warning("recording.volumes: {} {}", volume, trouble);
+
   runtime::Outputs& sink = **outputs;
-  runtime::DiskReserve reserve(recording, storage::Disk::kernel());
+  runtime::DiskReserve reserve(recording, storage::Disk::kernel(), rig.recording.volumes);
   sink.keep(reserve);
   HealthLines health(rig);
   sink.tell_health([&](const runtime::HealthChange& change) { health.add(change); });
@@ -515,7 +511,9 @@ int capture(const Options& options) {
   if (live) live->finish(pipeline);
   pipeline.report(sink.summary());
   log_missing_packets(rig, run, ending.is_cut);
+  log_news(run, [] {});
   log_segments(run.journal());
+  sink.summary().on_removed(run.journal().removed());
   ending.recorded = recorded_part(run);
   ending.place = run.place();
   summarise(ending, was_in_place, run, sink.summary());
@@ -546,18 +544,6 @@ void add_capture(Command& all) {
   command.setting("--seconds", options->seconds, "end after this many seconds; 0: run until Ctrl-C", {0.0, 1e6});
   command.setting("--buffer", options->buffer_megabytes, "memory for data that waits for the disk and for fusion, MB",
                   {16.0, 1e6});
-  storage::RecordingConfig& recording = options->recording;
-  command.setting("--segment-mb", recording.segment_mb, "most MB of one file of the recording; 0: any", {0, 1e7});
-  command.setting("--segment-min", recording.segment_min, "longest minutes of one file; 0: any", {0, 1e5});
-  command.setting("--ring-gb", recording.ring_gb,
-                  "most GB of the recording: its oldest files are removed, but for what a mark protects; 0: any",
-                  {0, 1e6});
-  command.setting("--ring-h", recording.ring_h, "most hours of the recording, likewise; 0: any", {0, 1e5});
-  command.setting("--mark-before", recording.mark_before_min, "minutes before a mark that it protects", {0, 1e5});
-  command.setting("--mark-after", recording.mark_after_min, "minutes after a mark that it protects", {0, 1e5});
-  command.option("--volume", recording.volumes,
-                 "folder on another disk, where the recording goes on when its disk is full; several are used one "
-                 "after the other");
   command.flag("--until-silent", options->ends_when_silent,
                "end when all devices have been silent or gone for 3 s (for emulated drives)");
   command.flag("--quiet", options->quiet, "print no progress line");

@@ -130,6 +130,7 @@ int replay(const Options& options) {
   pipeline.flush();
   if (live) live->finish(pipeline);
   pipeline.report(sink.summary());
+  sink.summary().on_removed(recording->journal->removed());
   if (stopped) sink.summary().on_early_end("stopped before the recording's end");
   const Status finished = sink.finish(&pipeline.health());
   std::fputs(sink.summary().text().c_str(), stdout);

@@ -16,10 +16,12 @@
 #include "apps/log.hpp"
 #include "apps/signals.hpp"
 #include "drivers/transport/host_clock.hpp"
+#include "runtime/disk_reserve.hpp"
 #include "runtime/live_run.hpp"
 #include "runtime/pipeline.hpp"
 #include "runtime/readiness.hpp"
 #include "runtime/recording.hpp"
+#include "storage/recording_config.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -96,7 +98,11 @@ int check(const Options& options) {
   runtime::HostFacts facts = runtime::read_host_facts();
   const std::filesystem::path folder = options.disk;
   facts.disk_bytes_per_s = disk_speed(folder / fmt::format(".hueline-check-{}", getpid()));
-  facts.free_bytes = storage::Disk::kernel().free_bytes(folder);
+  facts.free_bytes = static_cast<std::int64_t>(
+      runtime::DiskReserve(folder, storage::Disk::kernel(), rig.recording.volumes).free_bytes());
+  for (const std::string& volume : rig.recording.volumes)
+    if (const std::string trouble = storage::volume_trouble(volume, folder); !trouble.empty())
+      findings.push_back({false, "disk", volume + " " + trouble, "mend it, or take it out of recording.volumes"});
   if (facts.disk_bytes_per_s < 0)
     findings.push_back({true, "disk", fmt::format("64 MB cannot be written to {}", folder.string()),
                         "check the folder, its rights and its room"});

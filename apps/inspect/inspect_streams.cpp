@@ -198,6 +198,12 @@ Inspection inspect_mcap(const std::string& path) {
   json["packets"] = packets;
   json["duration_s"] = to_seconds(duration);
   json["sequence_gaps"] = gaps;
+  if (const auto& segments = recording->journal->segments(); segments.size() > 1) {
+    json["segments"] = segments.size();
+    if (const auto removed = recording->journal->removed(); removed.segments > 0)
+      json["removed_by_ring"] = {
+          {"segments", removed.segments}, {"packets", removed.packets}, {"bytes", removed.bytes}};
+  }
   auto& sensors = json["sensors"] = Json::array();
   for (std::size_t id = 0; id < streams.size(); ++id) {
     Stream& stream = streams[id];

@@ -36,7 +36,10 @@ class SmallDisk final : public Disk {
   std::map<std::string, std::int64_t> room;  ///< by folder; a folder that is not named has room for ever
   bool tells_its_room = true;                ///< otherwise a full volume shows by a refused write only
 
+  bool creates_nothing = false;
+
   int create(const std::filesystem::path& path, IfExists if_exists, std::unique_ptr<DiskFile>& file) override {
+    if (creates_nothing) return -EDQUOT;
     int fd = -1;
     if (const int result = open_output(path, if_exists, fd); result != 0) return result;
     ::close(fd);
@@ -264,7 +267,12 @@ TEST(SegmentedJournal, ARingOfAThousandWrapsKeepsWhatMarksProtect) {
     ASSERT_LE(journal->bytes_kept(), kRing + kSegment + protected_bytes) << i;
   }
   ASSERT_TRUE(journal->close().ok());
-  EXPECT_GT(journal->removed().segments, 1000u);
+  const RemovedSegments removed = journal->removed();
+  EXPECT_GT(removed.segments, 1000u);
+  const auto news = journal->take_news();
+  ASSERT_EQ(news.size(), 1u) << "it is told once";
+  EXPECT_THAT(news[0].text, HasSubstr("the ring is full"));
+  EXPECT_FALSE(news[0].is_trouble);
   std::uint64_t bytes = 0;
   for (const auto& file : std::filesystem::directory_iterator(folder.path())) bytes += file.file_size();
   EXPECT_EQ(bytes, journal->bytes_kept());
@@ -280,6 +288,74 @@ TEST(SegmentedJournal, ARingOfAThousandWrapsKeepsWhatMarksProtect) {
         ASSERT_TRUE(is_there[i]) << i;
       }
   EXPECT_TRUE(is_there.front() && is_there.back());
+
+  // The recording itself says what was removed, also when a kill has left a last segment without a header.
+  const auto expect_told = [&] {
+    auto reader = JournalReader::open(folder / "drive.mcap");
+    ASSERT_TRUE(reader.ok());
+    const RemovedSegments told = (*reader)->removed();
+    EXPECT_EQ(told.segments, removed.segments);
+    EXPECT_EQ(told.packets, removed.packets);
+    EXPECT_EQ(told.bytes, removed.bytes);
+  };
+  expect_told();
+  test::write_file(segment_path(folder / "drive.mcap", journal->segment() + 1), "");
+  expect_told();
+  EXPECT_THAT(read(folder / "drive.mcap").troubles, testing::IsEmpty());
+}
+
+TEST(SegmentedJournal, ASplitThatFailsIsToldOnceAndTriedAgain) {
+  TemporaryFolder folder;
+  SmallDisk disk;
+  const auto packets = sample_packets(1000, 3000);
+  auto journal = SegmentedJournal::create(folder / "drive.mcap", sample_header(), small_segments(100'000), disk);
+  ASSERT_TRUE(journal.ok());
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    disk.creates_nothing = i >= 200 && i < 600;
+    const Status done = journal->append(packets[i], std::chrono::milliseconds(100 * i));
+    ASSERT_TRUE(done.ok()) << i << ' ' << done.error().message;
+  }
+  ASSERT_TRUE(journal->close().ok());
+  EXPECT_NEAR(static_cast<double>(journal->failed_splits()), 38, 2) << "each second of 40 s, once the segment is full";
+  const auto news = journal->take_news();
+  ASSERT_EQ(news.size(), 1u);
+  EXPECT_TRUE(news[0].is_trouble);
+  EXPECT_THAT(news[0].text, HasSubstr("next segment cannot be begun"));
+  EXPECT_THAT(journal->take_news(), testing::IsEmpty());
+  const Found found = read(folder / "drive.mcap");
+  EXPECT_THAT(found.troubles, testing::IsEmpty());
+  expect_same(found.packets, packets);
+  EXPECT_GT(journal->segment(), 4u) << "it is split again";
+}
+
+TEST(SegmentedJournal, SegmentsOfAnotherDriveAreNotMixedWithThisOne) {
+  TemporaryFolder folder;
+  SmallDisk disk;
+  test::write_file(folder / "drive.000007.mcap", "of a drive whose first file was moved away");
+  const auto refused = SegmentedJournal::create(folder / "drive.mcap", sample_header(), small_segments(100'000), disk);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, HasSubstr("drive.000007.mcap is a segment of another recording"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "drive.mcap"));
+  EXPECT_TRUE(SegmentedJournal::create(folder / "drive.mcap", sample_header(), {}, disk).ok()) << "it is never split";
+}
+
+TEST(SegmentedJournal, AVolumeThatIsNotThereIsNotMade) {
+  TemporaryFolder folder, second;
+  EXPECT_THAT(volume_trouble(folder / "nothing", second.path()), HasSubstr("is its disk mounted?"));
+  EXPECT_THAT(volume_trouble(folder.path(), second.path()), HasSubstr("lies on the same disk"));
+  EXPECT_EQ(volume_trouble("/dev/shm", "/proc"), "");
+  SmallDisk disk;
+  disk.room = {{folder.path().string(), 300'000}};
+  SegmentedJournal::Config config = small_segments(0);
+  config.volumes = {folder / "unmounted", second.path()};
+  auto journal = SegmentedJournal::create(folder / "drive.mcap", sample_header(), config, disk);
+  ASSERT_TRUE(journal.ok());
+  const auto packets = sample_packets(500, 3000);
+  for (std::size_t i = 0; i < packets.size(); ++i)
+    ASSERT_TRUE(journal->append(packets[i], std::chrono::milliseconds(100 * i)).ok());
+  EXPECT_TRUE(journal->close().ok());
+  EXPECT_FALSE(std::filesystem::exists(folder / "unmounted"));
+  expect_same(read(folder / "drive.mcap").packets, packets);
 }
 
 class FullVolumes : public testing::TestWithParam<bool> {};
@@ -303,6 +379,10 @@ TEST_P(FullVolumes, TheRecordingGoesOnOnTheNextOne) {
   const Status closed = journal->close();
   EXPECT_TRUE(closed.ok()) << closed.error().message;
   EXPECT_EQ(journal->volume(), 2u);
+  const auto news = journal->take_news();
+  ASSERT_EQ(news.size(), 2u);
+  EXPECT_THAT(news[0].text, HasSubstr(second.path().string()));
+  EXPECT_THAT(news[1].text, HasSubstr(third.path().string()));
   const Found found = read(folder / "drive.mcap");
   EXPECT_EQ(found.end, ErrorCode::EndOfData);
   EXPECT_THAT(found.troubles, testing::IsEmpty());
@@ -338,6 +418,8 @@ TEST(SegmentedJournal, SaysWhichSettingIsWrong) {
   EXPECT_THAT(keys.validate().text(), HasSubstr("segment_mb"));
   keys.segment_mb = 600;
   EXPECT_THAT(keys.validate().text(), HasSubstr("room for two segments"));
+  keys.segment_mb = 0.5;
+  EXPECT_THAT(keys.validate().text(), HasSubstr("segment_mb"));
   keys.segment_mb = 500;
   EXPECT_EQ(keys.validate().text(), "");
 }
