@@ -13,8 +13,7 @@ class NoSource final : public PacketSource {
  public:
   Status open() override {
     return Error{ErrorCode::Unsupported,
-                 "point clouds of ROS cannot be captured: hueline import makes a drive of a recording, for hueline "
-                 "replay"};
+                 "point clouds of ROS cannot be captured; hueline decode reads those of a recording"};
   }
   Result<Packet> next(std::stop_token) override { return Error{ErrorCode::EndOfData, "no source"}; }
   void close() override {}

@@ -4,7 +4,7 @@
 
 namespace hueline::drivers {
 
-/// The scanner behind point clouds of ROS. It cannot be captured: `hueline import` makes its packets of a recording.
+/// The scanner behind point clouds of ROS. It cannot be captured: a packet is a message of a recording.
 extern const DeviceType kRosCloud;
 
 }  // namespace hueline::drivers
