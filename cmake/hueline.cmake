@@ -15,8 +15,12 @@ target_compile_options(hueline_options INTERFACE $<BUILD_INTERFACE:$<$<CXX_COMPI
 # Aravis asks for -pthread. Precompiled headers serve only what is compiled with the same options, so everything is.
 target_compile_options(hueline_options INTERFACE $<BUILD_INTERFACE:-pthread>)
 target_compile_options(hueline_options INTERFACE -fno-math-errno
-                       # The same bytes on every machine of a kind: no contraction of a*b+c that depends on the compiler's mood.
+                       # The same bytes on every machine: no contraction of a*b+c that depends on the compiler's mood.
                        -ffp-contract=off)
+if(CMAKE_SYSTEM_PROCESSOR STREQUAL "aarch64")
+  # Eigen would fuse multiplications and additions, as it cannot on every machine.
+  target_compile_options(hueline_options INTERFACE -U__ARM_FEATURE_FMA)
+endif()
 target_include_directories(hueline_options INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/hueline>)
 target_link_libraries(hueline_options INTERFACE Threads::Threads fmt::fmt)
 # Libraries' own headers are not ours to warn about.
@@ -73,6 +77,12 @@ if(HUELINE_PRECOMPILE)
     target_precompile_headers(hueline_precompiled_optimised_test PRIVATE ${headers} <gmock/gmock.h> <gtest/gtest.h>)
   endif()
 endif()
+# Files that are compiled once for each instruction set. GCC 12 crashes in <arm_sve.h> after a precompiled header.
+function(hueline_vectorised)
+  if(CMAKE_SYSTEM_PROCESSOR STREQUAL "aarch64")
+    set_source_files_properties(${ARGN} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
+  endif()
+endfunction()
 function(hueline_precompile target precompiled)
   if(HUELINE_PRECOMPILE)
     target_precompile_headers(${target} REUSE_FROM ${precompiled})

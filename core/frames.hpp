@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "core/portable_math.hpp"
+
 /// Coordinate frames as types: T_enu_body * T_body_camera compiles, the reverse does not. The axes are defined here;
 /// docs/conventions.md describes them in words.
 namespace hueline {
@@ -85,8 +87,9 @@ struct Attitude {
 /// Returns R_enu_body: a turn by roll about +y, then by pitch about +x, then by heading about -z (docs/methods,
 /// equation 2).
 inline Eigen::Quaterniond rotation_enu_body(const Attitude& a) {
-  return Eigen::AngleAxisd(-a.heading, Eigen::Vector3d::UnitZ()) *
-         Eigen::AngleAxisd(a.pitch, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(a.roll, Eigen::Vector3d::UnitY());
+  using portable::rotation_about, Eigen::Vector3d;
+  return rotation_about(Vector3d::UnitZ(), -a.heading) * rotation_about(Vector3d::UnitX(), a.pitch) *
+         rotation_about(Vector3d::UnitY(), a.roll);
 }
 
 /// Inverse of rotation_enu_body(). The heading is in [0, 2 pi). At a pitch of +-90 deg the roll is set to 0.
@@ -94,12 +97,12 @@ inline Attitude attitude_from_enu_body(const Eigen::Quaterniond& q) {
   const Eigen::Matrix3d R = q.toRotationMatrix();
   Attitude a;
   const double s = std::min(1.0, std::max(-1.0, R(2, 1)));
-  a.pitch = std::asin(s);
+  a.pitch = portable::asin(s);
   if (std::abs(s) < 1.0 - 1e-12) {
-    a.roll = std::atan2(-R(2, 0), R(2, 2));
-    a.heading = std::atan2(R(0, 1), R(1, 1));
+    a.roll = portable::atan2(-R(2, 0), R(2, 2));
+    a.heading = portable::atan2(R(0, 1), R(1, 1));
   } else {
-    a.heading = std::atan2(-R(1, 0), R(0, 0));
+    a.heading = portable::atan2(-R(1, 0), R(0, 0));
   }
   if (a.heading < 0) a.heading += 2.0 * 3.14159265358979323846;
   return a;

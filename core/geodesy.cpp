@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/portable_math.hpp"
+
 namespace hueline {
 namespace {
 constexpr double kA = 6378137.0;            // semi-major axis, m
@@ -12,31 +14,31 @@ constexpr double kEp2 = kE2 / (1.0 - kE2);  // second eccentricity squared
 }  // namespace
 
 Point<Ecef> to_ecef(const Geodetic& g) {
-  const double s = std::sin(g.latitude), c = std::cos(g.latitude);
+  const double s = portable::sin(g.latitude), c = portable::cos(g.latitude);
   const double n = kA / std::sqrt(1.0 - kE2 * s * s);
-  return {{(n + g.ellipsoidal_height) * c * std::cos(g.longitude),
-           (n + g.ellipsoidal_height) * c * std::sin(g.longitude), (n * (1.0 - kE2) + g.ellipsoidal_height) * s}};
+  return {{(n + g.ellipsoidal_height) * c * portable::cos(g.longitude),
+           (n + g.ellipsoidal_height) * c * portable::sin(g.longitude), (n * (1.0 - kE2) + g.ellipsoidal_height) * s}};
 }
 
 Geodetic to_geodetic(const Point<Ecef>& p) {
   const double x = p.xyz.x(), y = p.xyz.y(), z = p.xyz.z();
-  const double rho = std::hypot(x, y);
-  double beta = std::atan2(z * kA, rho * kB);  // reduced latitude
+  const double rho = portable::hypot(x, y);
+  double beta = portable::atan2(z * kA, rho * kB);  // reduced latitude
   double latitude = 0;
   for (int i = 0; i < 2; ++i) {
-    const double sb = std::sin(beta), cb = std::cos(beta);
-    latitude = std::atan2(z + kEp2 * kB * sb * sb * sb, rho - kE2 * kA * cb * cb * cb);
-    beta = std::atan2((1.0 - kF) * std::sin(latitude), std::cos(latitude));
+    const double sb = portable::sin(beta), cb = portable::cos(beta);
+    latitude = portable::atan2(z + kEp2 * kB * sb * sb * sb, rho - kE2 * kA * cb * cb * cb);
+    beta = portable::atan2((1.0 - kF) * portable::sin(latitude), portable::cos(latitude));
   }
-  const double s = std::sin(latitude), c = std::cos(latitude);
+  const double s = portable::sin(latitude), c = portable::cos(latitude);
   // The distance along the normal, from both components; this is stable at the poles too.
   const double height = rho * c + z * s - kA * std::sqrt(1.0 - kE2 * s * s);
-  return {latitude, std::atan2(y, x), height};
+  return {latitude, portable::atan2(y, x), height};
 }
 
 Transform<Ecef, Enu> ecef_from_enu(const Geodetic& origin) {
-  const double sb = std::sin(origin.latitude), cb = std::cos(origin.latitude);
-  const double sl = std::sin(origin.longitude), cl = std::cos(origin.longitude);
+  const double sb = portable::sin(origin.latitude), cb = portable::cos(origin.latitude);
+  const double sl = portable::sin(origin.longitude), cl = portable::cos(origin.longitude);
   Eigen::Matrix3d R;
   R << -sl, -sb * cl, cb * cl,  //
       cl, -sb * sl, cb * sl,    //

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/angle.hpp"
+#include "core/portable_math.hpp"
 
 namespace hueline {
 namespace {
@@ -43,9 +44,9 @@ KeyError Mounting::validate() const {
 Eigen::Quaterniond Mounting::rotation() const {
   if (!rotation_deg.empty()) {
     const Eigen::Vector3d a = Eigen::Vector3d(rotation_deg[0], rotation_deg[1], rotation_deg[2]) * kRadPerDeg;
-    return Eigen::Quaterniond(Eigen::AngleAxisd(a.z(), Eigen::Vector3d::UnitZ()) *
-                              Eigen::AngleAxisd(a.y(), Eigen::Vector3d::UnitY()) *
-                              Eigen::AngleAxisd(a.x(), Eigen::Vector3d::UnitX()));
+    using portable::rotation_about, Eigen::Vector3d;
+    return rotation_about(Vector3d::UnitZ(), a.z()) * rotation_about(Vector3d::UnitY(), a.y()) *
+           rotation_about(Vector3d::UnitX(), a.x());
   }
   if (!rotation_matrix.empty()) return Eigen::Quaterniond(matrix_of(rotation_matrix)).normalized();
   if (!quaternion_wxyz.empty()) return quaternion_of(quaternion_wxyz).normalized();

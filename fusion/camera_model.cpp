@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/calibration_record.hpp"
+#include "core/portable_math.hpp"
 
 namespace hueline::fusion {
 namespace {
@@ -52,7 +53,7 @@ KeyError CameraIntrinsics::validate() const {
 
 CameraModel::CameraModel(const CameraIntrinsics& intrinsics) : intrinsics_(intrinsics) {
   if (intrinsics_.model == LensModel::Brown) {
-    max_angle_ = std::min({intrinsics_.max_angle, kPlaneLimit, std::atan(radial_limit_brown())});
+    max_angle_ = std::min({intrinsics_.max_angle, kPlaneLimit, portable::atan(radial_limit_brown())});
     return;
   }
   // Finds the first angle at which the image radius stops growing.
@@ -85,15 +86,15 @@ double CameraModel::radial_limit_brown() const {
   // Returns the tangent of the angle up to which the map keeps its orientation in every direction around the axis,
   // including the tangential terms.
   constexpr int kSteps = 4000, kDirections = 64;
-  const double end = std::tan(std::min(intrinsics_.max_angle, kPlaneLimit));
-  const double end_angle = std::atan(end);
+  const double end = portable::tan(std::min(intrinsics_.max_angle, kPlaneLimit));
+  const double end_angle = portable::atan(end);
   for (int i = 1; i <= kSteps; ++i) {
-    const double r = std::tan(end_angle * i / kSteps);
+    const double r = portable::tan(end_angle * i / kSteps);
     for (int j = 0; j < kDirections; ++j) {
       const double a = 2.0 * std::numbers::pi * j / kDirections;
-      const Eigen::Matrix2d jacobian = distort_brown({r * std::cos(a), r * std::sin(a)}).jacobian;
+      const Eigen::Matrix2d jacobian = distort_brown({r * portable::cos(a), r * portable::sin(a)}).jacobian;
       if (jacobian.determinant() <= 0 || jacobian.trace() <= 0) {
-        return std::tan(end_angle * (i - 1) / kSteps) * kInvertibleShare;
+        return portable::tan(end_angle * (i - 1) / kSteps) * kInvertibleShare;
       }
     }
   }
@@ -114,8 +115,8 @@ double CameraModel::distort_angle_slope(double angle) const {
 
 std::optional<Eigen::Vector2d> CameraModel::project(const Point<Lens>& p_lens) const {
   const Eigen::Vector3d& p = p_lens.xyz;
-  const double across = std::hypot(p.x(), p.y());
-  const double angle = std::atan2(across, p.z());
+  const double across = portable::hypot(p.x(), p.y());
+  const double angle = portable::atan2(across, p.z());
   if (!(angle <= max_angle_) || !(across + std::abs(p.z()) > 0)) return std::nullopt;
   Eigen::Vector2d distorted;
   if (intrinsics_.model == LensModel::Brown) {
@@ -143,13 +144,13 @@ std::optional<Vector<Lens>> CameraModel::unproject(const Eigen::Vector2d& pixel)
       angle = next;
       if (step < kNewtonStep) break;
     }
-    const double across = radius > 0 ? std::sin(angle) / radius : 0.0;
-    return Vector<Lens>{{target.x() * across, target.y() * across, std::cos(angle)}};
+    const double across = radius > 0 ? portable::sin(angle) / radius : 0.0;
+    return Vector<Lens>{{target.x() * across, target.y() * across, portable::cos(angle)}};
   }
 
   // First solves the radial part alone by bisection, which always converges; then uses Newton's method in the plane
   // with all terms.
-  const double radius = target.norm(), limit = std::tan(max_angle_);
+  const double radius = target.norm(), limit = portable::tan(max_angle_);
   const auto& [k1, k2, p1, p2, k3] = intrinsics_.distortion;
   double low = 0, high = limit;
   for (int i = 0; i < 40; ++i) {

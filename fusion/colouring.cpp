@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/portable_math.hpp"
 #include "fusion/colouring_piece.hpp"
 #include "fusion/worker_pool.hpp"
 
@@ -319,8 +320,7 @@ HeadMotion Colouring::motion_at(GpsTime time, const Transform<CameraHead, Enu>& 
                                    to = after->T_enu_body * rig_.head.T_body_head;
   const Eigen::Vector3d velocity = T_head_enu.rotation * (to.translation - from.translation) / duration;
   // What turns a standing point from the head's axes before to those after.
-  const Eigen::AngleAxisd turn(to.rotation.inverse() * from.rotation);
-  const Eigen::Vector3d rate = turn.axis() * (turn.angle() / duration);
+  const Eigen::Vector3d rate = portable::rotation_vector(to.rotation.inverse() * from.rotation) / duration;
   for (int i = 0; i < 3; ++i) {
     motion.velocity[static_cast<std::size_t>(i)] = static_cast<float>(velocity[i]);
     motion.rate[static_cast<std::size_t>(i)] = static_cast<float>(rate[i]);

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <numbers>
 
+#include "core/portable_math.hpp"
 #include "fusion/depth_map.hpp"
 
 #ifndef HUELINE_FUSION_DEPTH_MAP_ONCE
@@ -150,7 +151,7 @@ DepthBlock block_for(const DepthMap::Config& config, const DirectionGrid& grid) 
   block.tolerance = static_cast<float>(config.tolerance_m);
   block.share = static_cast<float>(config.tolerance_share);
   for (int row = 0; row < grid.rows; ++row) {
-    const double width = std::cos(std::numbers::pi * ((row + 0.5) / grid.rows - 0.5));
+    const double width = portable::cos(std::numbers::pi * ((row + 0.5) / grid.rows - 0.5));
     const auto reach = [&](int cells) {
       return std::min(kMostCells, static_cast<int>(std::lround(cells / std::max(width, 0.01))));
     };

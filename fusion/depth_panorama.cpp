@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/portable_math.hpp"
 #include "fusion/worker_pool.hpp"
 
 namespace hueline::fusion {
@@ -91,9 +92,9 @@ void DepthPanorama::add(std::span<const Eigen::Vector3f> points, WorkerPool& poo
     for (const Eigen::Vector3f& p : points.subspan(from, std::min(kPointsOfPiece, points.size() - from))) {
       const float across = std::sqrt(p.x() * p.x() + p.y() * p.y()), distance = std::sqrt(p.squaredNorm());
       if (!(distance > 0.05f) || !std::isfinite(distance)) continue;
-      const auto row =
-          std::min<std::int64_t>(height_ - 1, static_cast<std::int64_t>(std::atan2(across, p.z()) * columns_per_rad));
-      const auto column = static_cast<std::int64_t>(middle - std::atan2(p.y(), p.x()) * columns_per_rad);
+      const auto row = std::min<std::int64_t>(
+          height_ - 1, static_cast<std::int64_t>(portable::atan2(across, p.z()) * columns_per_rad));
+      const auto column = static_cast<std::int64_t>(middle - portable::atan2(p.y(), p.x()) * columns_per_rad);
       // Towards the poles a cell gets narrower than a point.
       const auto half = std::min<std::int64_t>(
           static_cast<std::int64_t>(0.5f * distance / std::max(across, 1e-3f * distance)), width_ / 8);
@@ -105,7 +106,7 @@ void DepthPanorama::add(std::span<const Eigen::Vector3f> points, WorkerPool& poo
 }
 
 int DepthPanorama::reach_of_row(std::uint32_t row) const {
-  const double sine = std::sin((row + 0.5) * pi / height_), cells = config_.gap * width_ / (2 * pi);
+  const double sine = portable::sin((row + 0.5) * pi / height_), cells = config_.gap * width_ / (2 * pi);
   return std::min(static_cast<int>(std::lround(cells / std::max(sine, 1e-3))), static_cast<int>(width_ / 8));
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/portable_math.hpp"
 #include "fusion/pixel_sampler.hpp"
 
 namespace hueline::fusion {
@@ -36,16 +37,16 @@ std::vector<double> powers_from_chebyshev(const std::vector<double>& chebyshev) 
 std::vector<float> fit_series(const CameraIntrinsics& k, double cosine_limit, double focal_px) {
   const double middle = 0.5 * (1.0 + cosine_limit), half = 0.5 * (1.0 - cosine_limit);
   const auto value = [&](double t) {
-    const double angle = std::acos(std::clamp(middle + half * t, -1.0, 1.0)), a2 = angle * angle;
-    const double ratio = angle < 1e-7 ? 1.0 : angle / std::sin(angle);
+    const double angle = portable::acos(std::clamp(middle + half * t, -1.0, 1.0)), a2 = angle * angle;
+    const double ratio = angle < 1e-7 ? 1.0 : angle / portable::sin(angle);
     return ratio *
            (1.0 + a2 * (k.distortion[0] + a2 * (k.distortion[1] + a2 * (k.distortion[2] + a2 * k.distortion[3]))));
   };
   std::vector<double> chebyshev(kSeriesTerms, 0.0);
   for (int j = 0; j < kSeriesTerms; ++j) {
-    const double phase = pi * (j + 0.5) / kSeriesTerms, f = value(std::cos(phase));
+    const double phase = pi * (j + 0.5) / kSeriesTerms, f = value(portable::cos(phase));
     for (int n = 0; n < kSeriesTerms; ++n)
-      chebyshev[static_cast<std::size_t>(n)] += (n == 0 ? 1.0 : 2.0) / kSeriesTerms * f * std::cos(n * phase);
+      chebyshev[static_cast<std::size_t>(n)] += (n == 0 ? 1.0 : 2.0) / kSeriesTerms * f * portable::cos(n * phase);
   }
   while (chebyshev.size() > 2 && std::abs(chebyshev.back()) * focal_px < 2e-5) chebyshev.pop_back();
   const std::vector<double> powers = powers_from_chebyshev(chebyshev);
@@ -69,7 +70,7 @@ FloatLens::FloatLens(const LensMount& mount)
   focal_y = static_cast<float>(k.focal_px.y());
   centre_x = static_cast<float>(k.principal_point_px.x());
   centre_y = static_cast<float>(k.principal_point_px.y());
-  cosine_limit = static_cast<float>(std::cos(model.max_angle()));
+  cosine_limit = static_cast<float>(portable::cos(model.max_angle()));
   last_x = static_cast<float>(k.width - 1u);
   last_y = static_cast<float>(k.height - 1u);
   const float wide = std::max(centre_x, last_x - centre_x) / focal_x,
@@ -135,14 +136,14 @@ double FloatLens::largest_error_px(const CameraModel& model) const {
   for (int i = 1; i < 60; ++i) {
     for (int j = 0; j < 24; ++j) {
       const double angle = model.max_angle() * i / 60.0, turn = 2.0 * pi * j / 24.0;
-      const Eigen::Vector3d p_lens(10.0 * std::sin(angle) * std::cos(turn), 10.0 * std::sin(angle) * std::sin(turn),
-                                   10.0 * std::cos(angle));
+      const Eigen::Vector3d p_lens(10.0 * portable::sin(angle) * portable::cos(turn),
+                                   10.0 * portable::sin(angle) * portable::sin(turn), 10.0 * portable::cos(angle));
       const Eigen::Vector3f p_head = R.transpose() * (p_lens.cast<float>() - t);
       Sight sight;
       if (!project(p_head.x(), p_head.y(), p_head.z(), sight)) continue;
       const auto exact = model.project({p_lens});
       if (!exact) continue;
-      largest = std::max(largest, std::hypot(sight.x - exact->x(), sight.y - exact->y()));
+      largest = std::max(largest, portable::hypot(sight.x - exact->x(), sight.y - exact->y()));
     }
   }
   return largest;
@@ -152,7 +153,7 @@ HeadProjector::HeadProjector(const CameraHeadGeometry& head, ColourMethod method
     : method_(method),
       panorama_(head.panorama),
       stitching_radius_(static_cast<float>(head.panorama.stitching_radius_m)),
-      hole_cosine_(head.nadir_half_angle > 0 ? static_cast<float>(std::cos(head.nadir_half_angle)) : 2.0f) {
+      hole_cosine_(head.nadir_half_angle > 0 ? static_cast<float>(portable::cos(head.nadir_half_angle)) : 2.0f) {
   if (method == ColourMethod::Panorama) {
     panorama_mask_ = PixelMask(head.panorama_masks, panorama_.width, panorama_.height, 0);
   }
@@ -172,7 +173,8 @@ bool HeadProjector::is_in_hole(float x, float y, float z) const {
 
 void HeadProjector::panorama_pixel(float x, float y, float z, float& u, float& v) const {
   const float width = static_cast<float>(panorama_.width);
-  const float azimuth = std::atan2(y, x), polar = std::atan2(std::sqrt(x * x + y * y), z);
+  const auto azimuth = static_cast<float>(portable::atan2(y, x)),
+             polar = static_cast<float>(portable::atan2(std::sqrt(x * x + y * y), z));
   u = static_cast<float>(panorama_.forward()) +
       (panorama_.is_clockwise ? -azimuth : azimuth) * (width / static_cast<float>(2.0 * pi));
   if (u < -0.5f) u += width;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/portable_math.hpp"
 #include "fusion/surface_cut.hpp"
 
 namespace hueline::fusion {
@@ -31,7 +32,7 @@ std::vector<std::uint8_t> things_not_there(const std::vector<NearPoint>& near, c
 
 /// Returns the angle between the ray and the normal of the surface, degrees.
 double oblique_deg(const SurfaceCut& cut) {
-  return std::acos(std::min(1.0, std::abs(cut.normal.z()))) * 180 / std::numbers::pi;
+  return portable::acos(std::min(1.0, std::abs(cut.normal.z()))) * 180 / std::numbers::pi;
 }
 
 /// Returns an error if what the ray meets is not a solid surface that the laser has measured well.
@@ -66,7 +67,8 @@ Status check_edges(const SurfaceCut& cut, const PickedRay& ray, const std::vecto
                    const std::vector<std::uint8_t>& is_through, const ObjectMeasurementConfig& config) {
   for (int k = 0; k < 8; ++k) {
     const double turn = k * std::numbers::pi / 4, aside = config.edge_sigma * ray.sigma * cut.ahead;
-    const auto beside = first_cut(near, is_through, aside * Eigen::Vector2d(std::cos(turn), std::sin(turn)), config);
+    const auto beside =
+        first_cut(near, is_through, aside * Eigen::Vector2d(portable::cos(turn), portable::sin(turn)), config);
     if (!beside)
       return cannot(fmt::format("an edge: the surface at {:.1f} m ends within {:.2f} m of where the pixel looks",
                                 cut.ahead, aside));
@@ -141,7 +143,7 @@ Result<MeasuredObject> measure_object(const PickedRay& ray, std::span<const Surf
   double common = 0;
   for (const std::size_t i : cut->points) {
     seconds.push_back(points[near[i].index].seconds);
-    common += std::pow(points[near[i].index].sigma_m, 2) / (3.0 * static_cast<double>(cut->points.size()));
+    common += portable::square(points[near[i].index].sigma_m) / (3.0 * static_cast<double>(cut->points.size()));
   }
   std::nth_element(seconds.begin(), seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2), seconds.end());
   out.seconds = seconds[seconds.size() / 2];

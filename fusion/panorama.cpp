@@ -5,6 +5,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::fusion {
 using std::numbers::pi;
 
@@ -12,8 +14,8 @@ std::optional<Eigen::Vector2d> Panorama::pixel_of(const Vector<CameraHead>& dire
   const Eigen::Vector3d& d = direction.xyz;
   const double length = d.norm();
   if (!(length > 0) || !std::isfinite(length)) return std::nullopt;
-  const double azimuth = std::atan2(d.y(), d.x());  // anticlockwise from forward, seen from above
-  const double polar = std::atan2(std::hypot(d.x(), d.y()), d.z());
+  const double azimuth = portable::atan2(d.y(), d.x());  // anticlockwise from forward, seen from above
+  const double polar = portable::atan2(portable::hypot(d.x(), d.y()), d.z());
   const double width = shape_.width;
   double u = shape_.forward() + (shape_.is_clockwise ? -azimuth : azimuth) * width / (2.0 * pi);
   u -= width * std::floor((u + 0.5) / width);
@@ -25,7 +27,8 @@ Vector<CameraHead> Panorama::direction_of(const Eigen::Vector2d& pixel) const {
   const double turned = (pixel.x() - shape_.forward()) * 2.0 * pi / shape_.width;
   const double azimuth = shape_.is_clockwise ? -turned : turned;
   const double polar = std::clamp((pixel.y() + 0.5) * pi / shape_.height, 0.0, pi);
-  return {{std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar)}};
+  return {{portable::sin(polar) * portable::cos(azimuth), portable::sin(polar) * portable::sin(azimuth),
+           portable::cos(polar)}};
 }
 
 StitchedPanorama::StitchedPanorama(const CameraHeadGeometry& head) : head_(head), panorama_(head.panorama) {

@@ -7,6 +7,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "core/portable_math.hpp"
 #include "fusion/worker_pool.hpp"
 
 namespace hueline::fusion {
@@ -108,12 +109,13 @@ struct PanoramaRenderer::Scene {
     double turn = (u - view.shape.forward()) / view.shape.width;  // clockwise from forward, of a whole turn
     if (!view.shape.is_clockwise) turn = -turn;
     const double across = turn + 0.5;
-    return {static_cast<float>(std::sin(turn * 2 * pi)), static_cast<float>(std::cos(turn * 2 * pi)),
+    return {static_cast<float>(portable::sin(turn * 2 * pi)), static_cast<float>(portable::cos(turn * 2 * pi)),
             static_cast<float>(across - std::floor(across))};
   }
   Line row(double v) const {
     const double down = (v + 0.5) / view.shape.height;
-    return {static_cast<float>(std::sin(down * pi)), static_cast<float>(std::cos(down * pi)), static_cast<float>(down)};
+    return {static_cast<float>(portable::sin(down * pi)), static_cast<float>(portable::cos(down * pi)),
+            static_cast<float>(down)};
   }
   static Eigen::Vector3f direction(const Line& column, const Line& row) {
     return {row.sine * column.cosine, -row.sine * column.sine, row.cosine};
@@ -148,7 +150,7 @@ PanoramaRenderer::PanoramaRenderer(const CameraHeadGeometry& head, const Config&
       projector_(head, ColourMethod::Lens),
       all_images_(projector_.cameras().size(), 1),
       hole_cosine_(config.hide_vehicle && head.nadir_half_angle > 0
-                       ? static_cast<float>(std::cos(head.nadir_half_angle))
+                       ? static_cast<float>(portable::cos(head.nadir_half_angle))
                        : 2.0f) {
   for (std::size_t i = 0; i < head_.lenses.size(); ++i) {
     clearance_.push_back(clearance_of(projector_.lenses()[i]));
@@ -386,9 +388,9 @@ void PanoramaRenderer::solve_gains(Scene& scene, WorkerPool& pool) const {
       for (std::size_t i = 0; i < seen.size(); ++i)
         for (std::size_t j = i + 1; j < seen.size(); ++j) {
           const Rgb &x = seen[i].second, &y = seen[j].second;
-          rows[index].push_back({seen[i].first,
-                                 seen[j].first,
-                                 {std::log(x.red / y.red), std::log(x.green / y.green), std::log(x.blue / y.blue)}});
+          const auto ratio = [](float a, float b) { return static_cast<float>(portable::log(a / b)); };
+          rows[index].push_back(
+              {seen[i].first, seen[j].first, {ratio(x.red, y.red), ratio(x.green, y.green), ratio(x.blue, y.blue)}});
         }
     }
   });
@@ -417,7 +419,7 @@ void PanoramaRenderer::solve_gains(Scene& scene, WorkerPool& pool) const {
       if (scene.eyes[i].rank == 0) mean += logarithms(static_cast<Eigen::Index>(i)), own += 1;
     for (std::size_t i = 0; i < n; ++i)
       scene.eyes[i].gain[c] =
-          static_cast<float>(std::exp(logarithms(static_cast<Eigen::Index>(i)) - mean / std::max(1.0, own)));
+          static_cast<float>(portable::exp(logarithms(static_cast<Eigen::Index>(i)) - mean / std::max(1.0, own)));
   }
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::fusion {
 namespace {
 
@@ -37,14 +39,14 @@ double decoded(Response response, double gamma, double x) {
     case Response::Linear:
       return x;
     case Response::Gamma:
-      return std::pow(x, gamma);
+      return portable::pow(x, gamma);
     case Response::Srgb:
       break;
   }
-  return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+  return x <= 0.04045 ? x / 12.92 : portable::pow((x + 0.055) / 1.055, 2.4);
 }
 
-double srgb(double x) { return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055; }
+double srgb(double x) { return x <= 0.0031308 ? 12.92 * x : 1.055 * portable::pow(x, 1 / 2.4) - 0.055; }
 
 double middle(std::vector<double>& values) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -111,10 +113,10 @@ void Radiometry::add(std::uint64_t moment, GpsTime time, std::span<const Place> 
         for (std::size_t c = 0; c < 3; ++c)
           if (a.light[c] > 0 && b.light[c] > 0)
             differences[c].push_back(
-                {std::log(static_cast<double>(a.light[c]) / static_cast<double>(b.light[c])), q, q2});
+                {portable::log(static_cast<double>(a.light[c]) / static_cast<double>(b.light[c])), q, q2});
       }
       // Green is nearest to luminance.
-      if (a.light[kGreen] > 0) shot.levels.push_back({std::log(static_cast<double>(a.light[kGreen])), a.lens});
+      if (a.light[kGreen] > 0) shot.levels.push_back({portable::log(static_cast<double>(a.light[kGreen])), a.lens});
     }
   }
   shots_.push_back(std::move(shot));
@@ -293,7 +295,7 @@ std::vector<std::pair<std::uint64_t, HeadGains>> Radiometry::settle(GpsTime unti
     gains.lenses.resize(lenses_);
     for (std::size_t c = 0; c < 3; ++c) {
       for (std::size_t l = 0; l < lenses_; ++l)
-        gains.lenses[l].scale[c] = static_cast<float>(std::exp(-shots_[s].gain[l][c]));
+        gains.lenses[l].scale[c] = static_cast<float>(portable::exp(-shots_[s].gain[l][c]));
       gains.falloff[c] = {static_cast<float>(falloff_[c][0]), static_cast<float>(falloff_[c][1])};
     }
     changed.emplace_back(shots_[s].moment, std::move(gains));
@@ -321,7 +323,7 @@ std::array<float, 3> Radiometry::linear(const Rgb& pixel) const {
 
 float Radiometry::adaptation(GpsTime time) const {
   if (config_.rendering != Rendering::Evened) return 1;
-  double sum = 0, weights = 0, nearest = 1e9, level_of_nearest = std::log(kMiddleGrey);
+  double sum = 0, weights = 0, nearest = 1e9, level_of_nearest = portable::log(kMiddleGrey);
   for (const Shot& shot : shots_) {
     if (!shot.level) continue;
     const double away = std::abs(to_seconds(shot.time - time));
@@ -334,7 +336,7 @@ float Radiometry::adaptation(GpsTime time) const {
     weights += weight;
   }
   const double level = weights > 0 ? sum / weights : level_of_nearest;
-  return static_cast<float>(std::exp(kEvened * (std::log(kMiddleGrey) - level)));
+  return static_cast<float>(portable::exp(kEvened * (portable::log(kMiddleGrey) - level)));
 }
 
 std::array<std::uint8_t, 3> Radiometry::render(const Rgb& pixel, const HeadGains* gains, std::size_t lens,

@@ -25,19 +25,23 @@ void render_vector(const RenderTables& tables, const HeadGains* gains, const Rgb
   const hn::RebindToSigned<D> whole;
   const auto set = [d](float value) { return hn::Set(d, value); };
   const V zero = hn::Zero(d), one = set(1.0f);
-  std::array<V, 3> light;
-  hn::LoadInterleaved3(d, &pixels->red, light[0], light[1], light[2]);
-  for (V& value : light) {
+  // Vectors whose length only the processor knows cannot be elements of arrays.
+  V red, green, blue;
+  hn::LoadInterleaved3(d, &pixels->red, red, green, blue);
+  const auto linear = [&](V value) {
     const V x = hn::Min(hn::Max(value, zero), set(255.0f));
     const auto index = hn::ConvertTo(whole, x);
     const V low = hn::GatherIndex(d, tables.linear, index),
             high = hn::GatherIndex(d, tables.linear, hn::Add(index, hn::Set(whole, 1)));
-    value = hn::Add(low, hn::Mul(hn::Sub(x, hn::ConvertTo(d, index)), hn::Sub(high, low)));
-  }
+    return hn::Add(low, hn::Mul(hn::Sub(x, hn::ConvertTo(d, index)), hn::Sub(high, low)));
+  };
+  red = linear(red);
+  green = linear(green);
+  blue = linear(blue);
   if (gains != nullptr) {
     const V q = hn::LoadU(d, off_axis);
     const auto first = hn::Mul(hn::LoadU(whole, lens), hn::Set(whole, 3));
-    for (std::size_t c = 0; c < 3; ++c) {
+    const auto at_reference = [&](V light, std::size_t c) {
       const auto& [a, b] = gains->falloff[c];
       const V u = hn::Mul(q, hn::Add(set(a), hn::Mul(q, set(b))));
       V passed = hn::Add(set(1 / 6.0f), hn::Mul(u, set(1 / 24.0f)));
@@ -45,21 +49,29 @@ void render_vector(const RenderTables& tables, const HeadGains* gains, const Rgb
       passed = hn::Add(one, hn::Mul(u, hn::Add(one, hn::Mul(u, passed))));
       const V scale =
           hn::GatherIndex(d, gains->lenses[0].scale.data(), hn::Add(first, hn::Set(whole, static_cast<int>(c))));
-      light[c] = hn::Mul(light[c], hn::Mul(scale, passed));
-    }
+      return hn::Mul(light, hn::Mul(scale, passed));
+    };
+    red = at_reference(red, 0);
+    green = at_reference(green, 1);
+    blue = at_reference(blue, 2);
   }
   if (tables.is_evened) {
     const V given = set(adaptation), shoulder = set(RenderTables::kShoulder), rest = set(1 - RenderTables::kShoulder);
-    const V brightest = hn::Mul(given, hn::Max(hn::Max(light[0], light[1]), light[2]));
+    const V brightest = hn::Mul(given, hn::Max(hn::Max(red, green), blue));
     const V over = hn::Div(hn::Sub(brightest, shoulder), rest);
     const V softened = hn::Div(hn::Add(shoulder, hn::Div(hn::Mul(rest, over), hn::Add(one, over))), brightest);
     const V factor = hn::IfThenElse(hn::Gt(brightest, shoulder), hn::Mul(given, softened), given);
-    for (V& value : light) value = hn::Mul(value, factor);
+    red = hn::Mul(red, factor);
+    green = hn::Mul(green, factor);
+    blue = hn::Mul(blue, factor);
   }
-  for (std::size_t c = 0; c < 3; ++c) {
-    const V x = hn::Add(hn::Mul(hn::Min(hn::Max(light[c], zero), one), set(RenderTables::kLargest)), set(0.5f));
-    hn::StoreU(hn::ConvertTo(whole, x), whole, out[c].data());
-  }
+  const auto store = [&](V light, std::array<std::int32_t, 16>& index) {
+    const V x = hn::Add(hn::Mul(hn::Min(hn::Max(light, zero), one), set(RenderTables::kLargest)), set(0.5f));
+    hn::StoreU(hn::ConvertTo(whole, x), whole, index.data());
+  };
+  store(red, out[0]);
+  store(green, out[1]);
+  store(blue, out[2]);
 }
 
 void render_each(const RenderTables& tables, const HeadGains* gains, std::span<const Rgb> pixels,

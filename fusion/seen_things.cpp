@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::fusion {
 namespace {
 
@@ -65,7 +67,7 @@ bool stand_around(const std::vector<Eigen::Vector2d>& points, double radius_m) {
   constexpr int kDirections = 16;
   for (int k = 0; k < kDirections; ++k) {
     const double turn = 2 * std::numbers::pi * k / kDirections;
-    const Eigen::Vector2d direction(std::cos(turn), std::sin(turn));
+    const Eigen::Vector2d direction(portable::cos(turn), portable::sin(turn));
     if (std::none_of(points.begin(), points.end(),
                      [&](const Eigen::Vector2d& p) { return p.dot(direction) > radius_m; }))
       return false;

@@ -9,6 +9,8 @@
 
 #include <Eigen/Core>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::fusion {
 namespace {
 
@@ -23,7 +25,7 @@ constexpr std::size_t kFewest = 3;   // points that give a colour
 Eigen::Vector3d lab_of(const ShotPoint& p) {
   const auto linear = [](std::uint8_t v) {
     const double c = v / 255.0;
-    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+    return c <= 0.04045 ? c / 12.92 : portable::pow((c + 0.055) / 1.055, 2.4);
   };
   const double r = linear(p.red), g = linear(p.green), b = linear(p.blue);
   const auto f = [](double t) { return t > 216.0 / 24389 ? std::cbrt(t) : (24389.0 / 27 * t + 16) / 116; };
@@ -64,7 +66,7 @@ class Cells {
       for (int y = column(p.v - reach); y <= column(p.v + reach); ++y)
         if (const auto cell = cells_.find({x, y}); cell != cells_.end())
           for (const std::size_t i : cell->second)
-            if (std::hypot(points_[i].u - p.u, points_[i].v - p.v) <= reach) use(i);
+            if (portable::hypot(points_[i].u - p.u, points_[i].v - p.v) <= reach) use(i);
   }
 
  private:
@@ -97,7 +99,7 @@ OutlineFigures judge_outlines(std::span<const Point<Scanner>> places, std::span<
       if ((places[j].xyz - places[i].xyz).norm() < surface_m) {
         own.push_back(lab_of(points[j]));
       } else if (is_before(points[j], points[i]) &&
-                 std::hypot(points[j].u - points[i].u, points[j].v - points[i].v) <= reach_px) {
+                 portable::hypot(points[j].u - points[i].u, points[j].v - points[i].v) <= reach_px) {
         nearer.push_back(lab_of(points[j]));
       }
     });

@@ -8,6 +8,8 @@
 #include <limits>
 #include <numeric>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::fusion {
 namespace {
 
@@ -128,11 +130,12 @@ RgbRaster draw_points(std::span<const ShotPoint> points, const RawView& image, c
   }
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return points[a].distance_m > points[b].distance_m; });
-  const double scale = 1.0 / std::log(drawing.far_m / drawing.near_m);
+  const double scale = 1.0 / portable::log(drawing.far_m / drawing.near_m);
   const int half = drawing.size_px / 2;
   for (const std::size_t i : order) {
     const ShotPoint& p = points[i];
-    const auto colour = rainbow(std::log(std::max(static_cast<double>(p.distance_m), 1e-3) / drawing.near_m) * scale);
+    const auto colour =
+        rainbow(portable::log(std::max(static_cast<double>(p.distance_m), 1e-3) / drawing.near_m) * scale);
     const int u = static_cast<int>(std::lround(p.u)), v = static_cast<int>(std::lround(p.v));
     for (int y = std::max(0, v - half); y <= std::min(static_cast<int>(raster.height) - 1, v + half); ++y) {
       for (int x = std::max(0, u - half); x <= std::min(static_cast<int>(raster.width) - 1, u + half); ++x) {

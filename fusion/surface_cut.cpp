@@ -6,6 +6,8 @@
 #include <numeric>
 #include <span>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::fusion {
 namespace {
 
@@ -53,16 +55,16 @@ SurfaceCut cut_surface(const std::vector<NearPoint>& near, std::span<const std::
     const Eigen::Vector2d axis = solver.eigenvectors().col(k);
     const double sum = solver.eigenvalues()[k];
     if (std::sqrt(std::max(0.0, sum) / count) < narrow_m) {
-      unknown += std::pow(off.dot(axis), 2);
+      unknown += portable::square(off.dot(axis));
       continue;
     }
     slope += axis * (mixed.dot(axis) / sum);
-    leverage += std::pow(off.dot(axis), 2) / sum;
+    leverage += portable::square(off.dot(axis)) / sum;
     ++unknowns;
   }
   double square = 0;
   for (const std::size_t i : points)
-    square += std::pow(near[i].ahead - mean_ahead - slope.dot(near[i].across - mean), 2);
+    square += portable::square(near[i].ahead - mean_ahead - slope.dot(near[i].across - mean));
   const double noise = std::sqrt(square / std::max(1.0, count - unknowns));
   cut.ahead = mean_ahead + slope.dot(off);
   cut.normal = Eigen::Vector3d(slope.x(), slope.y(), -1).normalized();
@@ -70,7 +72,7 @@ SurfaceCut cut_surface(const std::vector<NearPoint>& near, std::span<const std::
   cut.sigma_m = std::sqrt(noise * noise * leverage + unknown);  // an unknown slope counts as 45 degrees
   cut.off_m = 1e9;
   for (const std::size_t i : points)
-    cut.off_m = std::min(cut.off_m, std::hypot((near[i].across - at).norm(), near[i].ahead - cut.ahead));
+    cut.off_m = std::min(cut.off_m, portable::hypot((near[i].across - at).norm(), near[i].ahead - cut.ahead));
   cut.points.assign(points.begin(), points.end());
   return cut;
 }

@@ -6,22 +6,16 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::fusion {
 namespace {
-
-/// Returns the rotation vector of a unit quaternion, for the shorter way round.
-Eigen::Vector3d log_of(const Eigen::Quaterniond& q) {
-  const double sign = q.w() < 0 ? -1.0 : 1.0;
-  const Eigen::Vector3d v = sign * q.vec();
-  const double sine = v.norm(), cosine = sign * q.w();
-  return sine < 1e-12 ? Eigen::Vector3d(2.0 * v) : Eigen::Vector3d(v * (2.0 * std::atan2(sine, cosine) / sine));
-}
 
 Eigen::Quaterniond exp_of(const Eigen::Vector3d& rotation) {
   const double angle = rotation.norm();
   if (angle < 1e-12) return {1.0, 0.5 * rotation.x(), 0.5 * rotation.y(), 0.5 * rotation.z()};
-  const double scale = std::sin(0.5 * angle) / angle;
-  return {std::cos(0.5 * angle), scale * rotation.x(), scale * rotation.y(), scale * rotation.z()};
+  const double scale = portable::sin(0.5 * angle) / angle;
+  return {portable::cos(0.5 * angle), scale * rotation.x(), scale * rotation.y(), scale * rotation.z()};
 }
 
 double round_to(double value, double grid) { return std::round(value / grid) * grid; }
@@ -141,10 +135,10 @@ void Trajectory::judge_leap(Solution& now) {
     return;
   }
   const Eigen::Vector3d off = now.position - last.position - 0.5 * dt * (last.velocity + now.velocity);
-  const Eigen::Vector3d turned = log_of(last.q_enu_body.conjugate() * now.q_enu_body);
+  const Eigen::Vector3d turned = portable::rotation_vector(last.q_enu_body.conjugate() * now.q_enu_body);
   const Eigen::Vector3d bent = has_omega_ ? Eigen::Vector3d(turned - dt * omega_body_) : Eigen::Vector3d::Zero();
   const auto limit = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double slack, double acceleration) {
-    return 3.0 * std::hypot(a.norm(), b.norm()) + slack + 0.5 * acceleration * dt * dt;
+    return 3.0 * portable::hypot(a.norm(), b.norm()) + slack + 0.5 * acceleration * dt * dt;
   };
   const bool leaps = off.norm() > limit(last.own_sigma_position, now.own_sigma_position, config_.leap_slack_m,
                                         config_.leap_acceleration);
@@ -180,7 +174,7 @@ void Trajectory::judge_leap(Solution& now) {
 Eigen::Quaterniond Trajectory::attitude_between(std::size_t after, double h, double s) const {
   const Solution &a = solutions_[after - 1], &b = solutions_[after];
   const Eigen::Quaterniond a_inverse = a.q_enu_body.conjugate();
-  const Eigen::Vector3d step = log_of(a_inverse * b.q_enu_body);
+  const Eigen::Vector3d step = portable::rotation_vector(a_inverse * b.q_enu_body);
   Eigen::Vector3d turned = s * step;
   // Newton's form of the interpolation polynomial through the rotation vectors at the times -u, 0, 1 and 1 + w, in
   // units of h. Each neighbour that is there gives one more term.
@@ -192,13 +186,13 @@ Eigen::Quaterniond Trajectory::attitude_between(std::size_t after, double h, dou
   Eigen::Vector3d bend = Eigen::Vector3d::Zero();
   const double basis = s * (s - 1.0);
   if (use_left) {
-    const Eigen::Vector3d left = log_of(a_inverse * solutions_[after - 2].q_enu_body);
+    const Eigen::Vector3d left = portable::rotation_vector(a_inverse * solutions_[after - 2].q_enu_body);
     bend = (left + u * step) / (u * (u + 1.0));
     turned += basis * bend;
   }
   if (use_right) {
     const double x = 1.0 + w;
-    const Eigen::Vector3d right = log_of(a_inverse * solutions_[after + 1].q_enu_body);
+    const Eigen::Vector3d right = portable::rotation_vector(a_inverse * solutions_[after + 1].q_enu_body);
     const Eigen::Vector3d rest = right - x * step - x * (x - 1.0) * bend;
     turned += use_left ? Eigen::Vector3d(rest * (basis * (s + u) / (x * (x - 1.0) * (x + u))))
                        : Eigen::Vector3d(rest * (basis / (x * (x - 1.0))));

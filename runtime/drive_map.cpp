@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::runtime {
 namespace {
 
@@ -23,7 +25,7 @@ void DriveMap::on_solution(const InsSolution& solution) {
   Second* second = at(second_of(solution.time));
   if (second == nullptr) return;
   if (!second->place) second->place = solution.position;
-  if (solution.sigma) second->sigma_m = static_cast<float>(std::hypot((*solution.sigma)[0], (*solution.sigma)[1]));
+  if (solution.sigma) second->sigma_m = static_cast<float>(portable::hypot((*solution.sigma)[0], (*solution.sigma)[1]));
 }
 
 void DriveMap::on_fix(const GnssFix& fix) {

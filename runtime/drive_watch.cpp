@@ -12,6 +12,7 @@
 
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
+#include "core/portable_math.hpp"
 #include "runtime/lens_image.hpp"
 #include "runtime/lens_values.hpp"
 
@@ -151,11 +152,10 @@ void DriveWatch::settle(const fusion::Trajectory& trajectory, const std::functio
     const auto here = trajectory.pose_at(one.mid).pose, before = trajectory.pose_at(one.mid - kAround).pose,
                after = trajectory.pose_at(one.mid + kAround).pose;
     if (!here || !before || !after || here->velocity_enu.norm() < kLeastSpeed) continue;
-    const Eigen::AngleAxisd turn(before->T_enu_body.rotation.conjugate() * after->T_enu_body.rotation);
-    const double angle = std::remainder(turn.angle(), 2 * std::numbers::pi);
+    const Eigen::Vector3d turn =
+        portable::rotation_vector(before->T_enu_body.rotation.conjugate() * after->T_enu_body.rotation);
     const Transform<Body, Enu> T_body_enu = here->T_enu_body.inverse();
-    one.motion =
-        Motion{T_body_enu, T_body_enu.rotation * here->velocity_enu, turn.axis() * (angle / (2 * to_seconds(kAround)))};
+    one.motion = Motion{T_body_enu, T_body_enu.rotation * here->velocity_enu, turn / (2 * to_seconds(kAround))};
   }
 }
 

@@ -7,6 +7,7 @@
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "core/geodesy.hpp"
+#include "core/portable_math.hpp"
 #include "runtime/disk_outlook.hpp"
 #include "runtime/summary.hpp"
 
@@ -126,7 +127,7 @@ ordered_json StatusWriter::status(const DriveState& state, const std::optional<L
     out["pos"] = {{"status", ins_status_words(solution->status)}, {"is_good", solution->is_good}};
     auto& pos = out["pos"];
     pos["sigma_horizontal_m"] =
-        solution->sigma ? ordered_json(std::hypot((*solution->sigma)[0], (*solution->sigma)[1])) : ordered_json();
+        solution->sigma ? ordered_json(portable::hypot((*solution->sigma)[0], (*solution->sigma)[1])) : ordered_json();
     pos["sigma_vertical_m"] = solution->sigma ? ordered_json((*solution->sigma)[2]) : ordered_json();
     pos["latitude_deg"] = solution->position.latitude * kDegPerRad;
     pos["longitude_deg"] = solution->position.longitude * kDegPerRad;

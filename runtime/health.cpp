@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "core/geodesy.hpp"
+#include "core/portable_math.hpp"
 #include "runtime/summary.hpp"
 
 namespace hueline::runtime {
@@ -209,7 +210,7 @@ void Health::on_solution(const InsSolution& solution) {
   if (!solution.is_good) return;
   last_good_ = active_;
   if (solution.sigma) {
-    pose_sigma_m_ = std::hypot((*solution.sigma)[0], (*solution.sigma)[1]);
+    pose_sigma_m_ = portable::hypot((*solution.sigma)[0], (*solution.sigma)[1]);
     last_sigma_ = active_;
     if (pose_sigma_m_ <= limits_.pose_sigma_m || !pose_ok_) pose_ok_ = active_;
   }

@@ -11,6 +11,7 @@
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "core/geodesy.hpp"
+#include "core/portable_math.hpp"
 
 namespace hueline::runtime {
 namespace {
@@ -68,7 +69,7 @@ struct PostTrajectory::Differences {
     Eigen::Vector3d enu, body;
     double roll = 0, pitch = 0, heading = 0, wander = 0;
     double axis_sigma = 0;  // of the horizontal difference, each axis; 0: not known
-    double horizontal() const { return std::hypot(enu.x(), enu.y()); }
+    double horizontal() const { return portable::hypot(enu.x(), enu.y()); }
     /// The difference of the headings if that of the trajectory is read as `rule` says.
     double heading_by(Heading rule) const { return wrapped(heading + wander * static_cast<double>(rule)); }
   };
@@ -105,8 +106,8 @@ struct PostTrajectory::Differences {
       out.heading = wrapped(angle_between(a.attitude.heading, b.attitude.heading, share) - own.attitude.heading);
       out.wander = between(before_->wander, after_->wander, share);
       if (own.sigma) {
-        double square = std::pow((*own.sigma)[0], 2) + std::pow((*own.sigma)[1], 2);
-        if (a.sigma) square += std::pow((*a.sigma)[0], 2) + std::pow((*a.sigma)[1], 2);
+        double square = portable::square((*own.sigma)[0]) + portable::square((*own.sigma)[1]);
+        if (a.sigma) square += portable::square((*a.sigma)[0]) + portable::square((*a.sigma)[1]);
         out.axis_sigma = std::sqrt(square / 2);
       }
       return out;
@@ -183,9 +184,9 @@ void PostTrajectory::Differences::find_stretches(Heading rule, TrajectoryCompari
     std::size_t end = begin;
     for (; end < pairs.size() && pairs[end].time - stretch.begin < kStretch; ++end) {
       stretch.end = pairs[end].time;
-      stretch.horizontal_m += std::pow(pairs[end].horizontal(), 2);
-      stretch.up_m += std::pow(pairs[end].enu.z(), 2);
-      stretch.heading += std::pow(pairs[end].heading_by(rule), 2);
+      stretch.horizontal_m += portable::square(pairs[end].horizontal());
+      stretch.up_m += portable::square(pairs[end].enu.z());
+      stretch.heading += portable::square(pairs[end].heading_by(rule));
     }
     const auto n = static_cast<double>(end - begin);
     stretch.horizontal_m = std::sqrt(stretch.horizontal_m / n);
@@ -398,7 +399,7 @@ std::string TrajectoryComparison::text() const {
     out += fmt::format("           it covers {} to {} only; the drive lasted from {} to {}\n", iso_utc(begin),
                        iso_utc(end), iso_utc(drive_begin), iso_utc(drive_end));
   const bool is_constant = deviation_body[0] + deviation_body[1] < 0.05;
-  if (is_constant && std::hypot(mean_body[0], mean_body[1]) > 0.1)
+  if (is_constant && portable::hypot(mean_body[0], mean_body[1]) > 0.1)
     out += fmt::format(
         "           it lies {:.2f} m to the right and {:.2f} m before the POS's point all the time: "
         "if it is of another point of the vehicle, say --trajectory-point\n",

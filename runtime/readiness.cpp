@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/angle.hpp"
+#include "core/portable_math.hpp"
 #include "runtime/host_settings.hpp"
 #include "runtime/sensor_values.hpp"
 #include "storage/projection.hpp"
@@ -96,12 +97,12 @@ void check_lenses(const fusion::CameraHeadGeometry& head, std::vector<Finding>& 
     const Eigen::Matrix3d R = (head.T_body_head.rotation * lens.T_head_lens.rotation).toRotationMatrix();
     if (std::abs(R(2, 2)) > 0.7) continue;  // looks up or down
     const Eigen::Vector3d in_lens = R.transpose() * Eigen::Vector3d(0, 0, -1);
-    down[lens.name] = std::atan2(in_lens.y(), in_lens.x());
-    sum_x += std::cos(down[lens.name]);
-    sum_y += std::sin(down[lens.name]);
+    down[lens.name] = portable::atan2(in_lens.y(), in_lens.x());
+    sum_x += portable::cos(down[lens.name]);
+    sum_y += portable::sin(down[lens.name]);
   }
   if (down.size() < 3) return;
-  const double most = std::atan2(sum_y, sum_x);
+  const double most = portable::atan2(sum_y, sum_x);
   for (const auto& [name, angle] : down) {
     const double off_deg = std::abs(std::remainder(angle - most, 2 * std::numbers::pi)) * kDegPerRad;
     if (off_deg > 60)

@@ -12,6 +12,7 @@
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "core/geodesy.hpp"
+#include "core/portable_math.hpp"
 
 namespace hueline::runtime {
 namespace {
@@ -109,7 +110,7 @@ std::string map_svg(const config::Rig& rig, const Verdict& verdict, const Summar
     }
     const Place at = frame.pixel(*second.place);
     const Line now = line_of(second, i >= begin && i < end, !rig.sync.cameras.empty(), rig.health);
-    if (last && now == kind && std::hypot(at.x - last->x, at.y - last->y) < 0.7) continue;  // nothing to see
+    if (last && now == kind && portable::hypot(at.x - last->x, at.y - last->y) < 0.7) continue;  // nothing to see
     if (now != kind && last) {
       points += fmt::format("{:.1f},{:.1f} ", at.x, at.y);
       write();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include "core/angle.hpp"
@@ -14,6 +15,7 @@
 namespace hueline::storage {
 namespace {
 
+constexpr double kSameMap_m = 1e-6;
 constexpr double kNear = 0.01;  // degrees around the place for which operations are chosen
 using FreeList = decltype(&proj_list_destroy);
 using List = std::unique_ptr<PJ_OBJ_LIST, FreeList>;
@@ -86,6 +88,34 @@ std::string missing_grids(PJ_CONTEXT* context, PJ* operation) {
                        url && *url ? fmt::format(" ({})", url) : std::string());
   }
   return out;
+}
+
+/// Returns the parameters of an operation that is a transverse Mercator map and nothing else.
+std::optional<TransverseMercator::Parameters> transverse_mercator_of(PJ_CONTEXT* context, const PJ* operation,
+                                                                     const PJ* source) {
+  constexpr std::string_view kMethod = "9807";  // EPSG's code of the method
+  constexpr int kParameters = 5;
+  const char* code = nullptr;
+  if (proj_get_type(operation) != PJ_TYPE_CONVERSION ||
+      !proj_coordoperation_get_method_info(context, operation, nullptr, nullptr, &code) || code == nullptr ||
+      code != kMethod || proj_coordoperation_get_param_count(context, operation) != kParameters)
+    return {};
+  // In rad and m: latitude and longitude of the origin, scale, easting and northing, in the order of EPSG's registry.
+  std::array<double, kParameters> values{};
+  for (int i = 0; i < kParameters; ++i) {
+    double value = 0, unit = 0;
+    if (!proj_coordoperation_get_param(context, operation, i, nullptr, nullptr, nullptr, &value, nullptr, &unit,
+                                       nullptr, nullptr, nullptr, nullptr))
+      return {};
+    values[static_cast<std::size_t>(i)] = value * unit;
+  }
+  const ProjObject ellipsoid(proj_get_ellipsoid(context, source));
+  double semi_major = 0, inverse_flattening = 0;
+  if (!ellipsoid ||
+      !proj_ellipsoid_get_parameters(context, ellipsoid.get(), &semi_major, nullptr, nullptr, &inverse_flattening))
+    return {};
+  const double flattening = inverse_flattening == 0 ? 0 : 1 / inverse_flattening;
+  return TransverseMercator::Parameters{semi_major, flattening, values[0], values[1], values[2], values[3], values[4]};
 }
 
 }  // namespace
@@ -229,6 +259,14 @@ Status MapOperation::choose(const Geodetic& place, const MapConfig& config, PJ* 
     if (accuracy > 0) words_ += fmt::format(" ({} m)", accuracy);
     if (proj_degree_input(to_map_.get(), PJ_FWD) == 0 && proj_angular_input(to_map_.get(), PJ_FWD) != 0)
       return Error{ErrorCode::Invalid, "takes angles in radians, which is not expected"};
+    if (const auto parameters = transverse_mercator_of(context, operation.get(), source)) {
+      transverse_mercator_.emplace(*parameters);
+      const std::array<double, 3> wanted = apply_proj(place);
+      const auto [easting, northing] = transverse_mercator_->apply(place);
+      // A CRS whose axes or units are not what they seem is left to PROJ.
+      if (!(std::abs(easting - wanted[0]) < kSameMap_m && std::abs(northing - wanted[1]) < kSameMap_m))
+        transverse_mercator_.reset();
+    }
     return {};
   }
   return Error{ErrorCode::Invalid,
@@ -236,6 +274,15 @@ Status MapOperation::choose(const Geodetic& place, const MapConfig& config, PJ* 
 }
 
 std::array<double, 3> MapOperation::apply(const Geodetic& place) const {
+  // With no step but the map itself, heights stay what they are.
+  if (transverse_mercator_ && !to_geoid_) {
+    const auto [easting, northing] = transverse_mercator_->apply(place);
+    return {easting, northing, place.ellipsoidal_height};
+  }
+  return apply_proj(place);
+}
+
+std::array<double, 3> MapOperation::apply_proj(const Geodetic& place) const {
   PJ_COORD in = proj_coord(place.longitude * kDegPerRad, place.latitude * kDegPerRad, place.ellipsoidal_height,
                            epoch_ > 0 ? epoch_ : HUGE_VAL);
   const PJ_COORD out = proj_trans(to_map_.get(), PJ_FWD, in);

@@ -3,11 +3,13 @@
 #include <proj.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/geodesy.hpp"
 #include "core/result.hpp"
 #include "storage/map_config.hpp"
+#include "storage/transverse_mercator.hpp"
 
 namespace hueline::storage {
 
@@ -18,8 +20,9 @@ struct FreeProj {
 using ProjObject = std::unique_ptr<PJ, FreeProj>;
 using ProjContext = std::unique_ptr<PJ_CONTEXT, FreeProj>;
 
-/// The way from the POS's positions to the map, as PROJ calculates it. No network and no guess: of the operations that
-/// PROJ knows for the place, the most accurate is taken; if that lacks a grid, or is worse than
+/// The way from the POS's positions to the map, as PROJ finds it. PROJ calculates it too, but for a transverse Mercator
+/// map on the positions' own datum: TransverseMercator gives the same bits on every machine. No network and no guess:
+/// of the operations that PROJ knows for the place, the most accurate is taken; if that lacks a grid, or is worse than
 /// MapConfig::accuracy_m, the map is refused. Move-only. Thread safety: none.
 class MapOperation {
  public:
@@ -38,11 +41,13 @@ class MapOperation {
 
  private:
   Status choose(const Geodetic& place, const MapConfig& config, PJ* source, PJ* target);
+  std::array<double, 3> apply_proj(const Geodetic& place) const;
 
   ProjContext context_;
-  ProjObject to_map_;         // longitude, latitude in degrees, height -> easting, northing, height
-  ProjObject to_geoid_;       // longitude, latitude in degrees, height -> the same, above the geoid; null: none
-  bool has_heights_ = false;  // to_map_ gives heights
+  ProjObject to_map_;    // longitude, latitude in degrees, height -> easting, northing, height
+  ProjObject to_geoid_;  // longitude, latitude in degrees, height -> the same, above the geoid; null: none
+  std::optional<TransverseMercator> transverse_mercator_;  // in place of the plane coordinates of to_map_
+  bool has_heights_ = false;                               // to_map_ gives heights
   double epoch_ = 0;
   std::string crs_, name_, wkt_, words_;
 };

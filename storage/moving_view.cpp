@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "core/portable_math.hpp"
 #include "storage/cloud_picture.hpp"
 #include "storage/las_fields.hpp"
 #include "storage/point_canvas.hpp"
@@ -101,7 +102,7 @@ class Way {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero(), sum_t = Eigen::Vector3d::Zero();
     double weights = 0, t1 = 0, t2 = 0;
     for (const Knot& k : knots_) {
-      const double dt = k.time - time, w = std::exp(-0.5 * dt * dt / (kSmoothing * kSmoothing)) + 1e-12;
+      const double dt = k.time - time, w = portable::exp(-0.5 * dt * dt / (kSmoothing * kSmoothing)) + 1e-12;
       weights += w, t1 += w * dt, t2 += w * dt * dt;
       sum += w * k.ground, sum_t += w * dt * k.ground;
     }
@@ -119,7 +120,7 @@ class Way {
         way = gone;
         break;
       }
-    return std::atan2(way.x(), way.y());
+    return portable::atan2(way.x(), way.y());
   }
 
  private:
@@ -168,8 +169,8 @@ Result<Scene> scene_of(LasReader& reader, const Extent& extent, double begin, do
   std::optional<Eigen::Vector3d> base;
   std::array<std::uint8_t, 256> lifted;
   for (std::size_t v = 0; v < lifted.size(); ++v)
-    lifted[v] =
-        static_cast<std::uint8_t>(std::lround(255 * std::pow(static_cast<double>(v) / 255, 1 / config.brightening)));
+    lifted[v] = static_cast<std::uint8_t>(
+        std::lround(255 * portable::pow(static_cast<double>(v) / 255, 1 / config.brightening)));
   const auto lift = [&lifted](Rgb c) { return Rgb{lifted[c[0]], lifted[c[1]], lifted[c[2]]}; };
   const Status read = for_each_point(reader, [&](const LasPoint& p) {
     if (!p.time) return;
@@ -222,15 +223,15 @@ Rgb background(int row, int height) {
 RgbImage frame_at(const Scene& scene, double now, const MovingViewConfig& config) {
   const int margin = 8 * kFiner;  // so that pixels at the border have neighbours outside
   const int width = config.width * kFiner + 2 * margin, height = config.height * kFiner + 2 * margin;
-  const double focal = config.width * kFiner / 2.0 / std::tan(config.horizontal_view / 2);
+  const double focal = config.width * kFiner / 2.0 / portable::tan(config.horizontal_view / 2);
   const double heading = scene.way.heading(now, config.behind_m);
   const Eigen::Vector3d eye = scene.way.at(now) -
-                              config.behind_m * Eigen::Vector3d(std::sin(heading), std::cos(heading), 0) +
+                              config.behind_m * Eigen::Vector3d(portable::sin(heading), portable::cos(heading), 0) +
                               Eigen::Vector3d(0, 0, config.above_m);
-  const double pitch = -std::atan2(config.above_m, config.behind_m + config.ahead_m);
+  const double pitch = -portable::atan2(config.above_m, config.behind_m + config.ahead_m);
   const PointView view(eye, heading, pitch, focal, width, height);
 
-  const double nearest = 0.3 * std::hypot(config.behind_m, config.above_m);  // nearer walls would hide the street
+  const double nearest = 0.3 * portable::hypot(config.behind_m, config.above_m);  // nearer walls would hide the street
   PointCanvas canvas(width, height);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) canvas.image.at(x, y) = background(y, height);

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <vector>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::storage {
 namespace {
 
@@ -37,10 +39,11 @@ std::vector<Neighbour> neighbours_within(double radius, int count) {
   std::vector<Neighbour> all;
   for (int k = 0; k < count; ++k) {
     const double r = radius * std::sqrt((k + 0.5) / count), angle = k * std::numbers::pi * (3 - std::sqrt(5.0));
-    const int dx = static_cast<int>(std::lround(r * std::cos(angle))),
-              dy = static_cast<int>(std::lround(r * std::sin(angle)));
+    const int dx = static_cast<int>(std::lround(r * portable::cos(angle))),
+              dy = static_cast<int>(std::lround(r * portable::sin(angle)));
     if (dx == 0 && dy == 0) continue;
-    const double turn = std::atan2(dy, dx) / (2 * std::numbers::pi) + 1.0 + 1.0 / 16;  // the axes lie inside a sector
+    const double turn =
+        portable::atan2(dy, dx) / (2 * std::numbers::pi) + 1.0 + 1.0 / 16;  // the axes lie inside a sector
     all.push_back({dx, dy, 1u << (static_cast<int>(turn * 8) % 8), 1.0f / static_cast<float>(dx * dx + dy * dy)});
   }
   return all;
@@ -50,8 +53,8 @@ std::vector<Neighbour> neighbours_within(double radius, int count) {
 
 PointView::PointView(const Eigen::Vector3d& eye, double heading, double pitch, double focal, int width, int height)
     : eye_(eye), focal_(focal), cx_((width - 1) / 2.0), cy_((height - 1) / 2.0) {
-  const double ch = std::cos(heading), sh = std::sin(heading);
-  const double cp = std::cos(pitch), sp = std::sin(pitch);
+  const double ch = portable::cos(heading), sh = portable::sin(heading);
+  const double cp = portable::cos(pitch), sp = portable::sin(pitch);
   forward_ = {sh * cp, ch * cp, sp};
   right_ = {ch, -sh, 0};
   down_ = forward_.cross(right_);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/portable_math.hpp"
 #include "storage/cloud_picture.hpp"
 #include "storage/point_canvas.hpp"
 #include "storage/point_colour.hpp"
@@ -50,7 +51,7 @@ Result<StreetView> picture_from_street(const std::filesystem::path& las, const S
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) canvas.image.at(x, y) = sky(y, height);
 
-  const double focal = config.width / 2.0 / std::tan(config.horizontal_view / 2);
+  const double focal = config.width / 2.0 / portable::tan(config.horizontal_view / 2);
   const PointView view_of(config.position, config.heading, config.pitch, focal, width, height);
   reader->rewind();
   Status cut;

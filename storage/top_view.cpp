@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/portable_math.hpp"
 #include "storage/cloud_picture.hpp"
 #include "storage/drawing.hpp"
 #include "storage/point_colour.hpp"
@@ -60,7 +61,7 @@ std::pair<double, double> span_without(std::vector<float> values, double share) 
 
 /// Returns the largest of 1, 2 and 5 times a power of ten that is not above x.
 double round_length(double x) {
-  const double power = std::pow(10.0, std::floor(std::log10(x)));
+  const double power = portable::pow(10.0, std::floor(std::log10(x)));
   for (const double step : {5.0, 2.0})
     if (step * power <= x) return step * power;
   return power;

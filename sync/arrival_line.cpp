@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::sync {
 
 std::string ArrivalLine::Config::validate() const {
@@ -109,7 +111,8 @@ std::optional<ArrivalLine::Estimate> ArrivalLine::at(std::int64_t x_ns) const {
   if (window_.empty()) return {};
   const double dx = static_cast<double>(x_ns - x0_) - line_x_;
   const double delay = line_delay_ + slope_ * dx;
-  return Estimate{delay0_ + static_cast<std::int64_t>(std::llround(delay)), std::hypot(scatter_, slope_sigma_ * dx)};
+  return Estimate{delay0_ + static_cast<std::int64_t>(std::llround(delay)),
+                  portable::hypot(scatter_, slope_sigma_ * dx)};
 }
 
 std::optional<std::int64_t> ArrivalLine::event_of(std::int64_t y_ns) const {

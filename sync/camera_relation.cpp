@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::sync {
 
 std::string CameraRelation::Config::validate() const {
@@ -49,10 +51,10 @@ void CameraRelation::fit() {
     xy += (x(p) - mean_x_) * (y(p) - mean_y_);
   }
   for (int pass = 0; pass < 2; ++pass) {
-    spread_ = xx + std::pow(scatter_ / (config_.rate_sigma_ppm * 1e-6), 2);
+    spread_ = xx + portable::square(scatter_ / (config_.rate_sigma_ppm * 1e-6));
     slope_ = xy / spread_;
     double sum = 0;
-    for (const Pair& p : pairs_) sum += std::pow(y(p) - mean_y_ - slope_ * (x(p) - mean_x_), 2);
+    for (const Pair& p : pairs_) sum += portable::square(y(p) - mean_y_ - slope_ * (x(p) - mean_x_));
     if (pairs_.size() > 2) scatter_ = std::max(floor, std::sqrt(sum / (n - 2)));
   }
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::sync {
 namespace {
 
@@ -63,7 +65,7 @@ void ClockBank::update(double phase_ns, double widened) {
     m.readings = kScaleMemory * m.readings + 1;
     m.scale = std::max((kPriorReadings * prior_.jitter_ns2 + m.sum_squares) / (kPriorReadings + m.readings),
                        floor_.jitter_ns2);
-    m.log_likelihood = kLikelihoodMemory * m.log_likelihood - 0.5 * (std::log(S * m.scale) + square / m.scale);
+    m.log_likelihood = kLikelihoodMemory * m.log_likelihood - 0.5 * (portable::log(S * m.scale) + square / m.scale);
   }
   collapse();
 }
@@ -76,7 +78,7 @@ void ClockBank::collapse() {
     best = std::max(best, m.weight);
   }
   double sum = 0;
-  for (Model& m : models_) sum += m.weight = std::exp(m.weight - best);
+  for (Model& m : models_) sum += m.weight = portable::exp(m.weight - best);
   state_.setZero();
   noise_ = {0, 0, 0};
   for (Model& m : models_) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::sync {
 namespace {
 
@@ -25,13 +27,13 @@ std::string ClockFilter::Config::validate() const {
 
 ClockFilter::ClockFilter(Config config)
     : config_(config),
-      bank_({std::pow(config.jitter_us * 1e3, 2), std::pow(config.phase_walk_us * 1e3, 2),
-             std::pow(config.frequency_walk_ppb, 2)},
-            {std::pow(config.jitter_floor_us * 1e3, 2), 0, std::pow(config.frequency_walk_floor_ppb, 2)}) {}
+      bank_({portable::square(config.jitter_us * 1e3), portable::square(config.phase_walk_us * 1e3),
+             portable::square(config.frequency_walk_ppb)},
+            {portable::square(config.jitter_floor_us * 1e3), 0, portable::square(config.frequency_walk_floor_ppb)}) {}
 
 void ClockFilter::start(HostTime edge) {
   // The rate limit is taken as three sigma. 1 ppm is 1000 ns/s.
-  bank_.start(std::pow(config_.rate_limit_ppm * 1e3 / 3, 2));
+  bank_.start(portable::square(config_.rate_limit_ppm * 1e3 / 3));
   started_ = true;
   anchor_ = edge;
   anchor_pulse_ns_ = 0;
@@ -62,7 +64,7 @@ double ClockFilter::jitter_variance() const {
     const double scale = 1.4826 * *middle;
     if (scale * scale > 4 * variance) variance = scale * scale;
   }
-  return std::max(variance, std::pow(config_.jitter_floor_us * 1e3, 2));
+  return std::max(variance, portable::square(config_.jitter_floor_us * 1e3));
 }
 
 ClockFilter::Innovation ClockFilter::examine(HostTime edge) const {
@@ -109,7 +111,7 @@ std::int64_t ClockFilter::pulse_ns_at(HostTime t) const {
 
 double ClockFilter::sigma_ns_at(HostTime t) const {
   return std::sqrt(std::max(0.0, covariance_after(to_seconds(t - anchor_))(0, 0)) +
-                   std::pow(config_.edge_bias_us * 1e3, 2));
+                   portable::square(config_.edge_bias_us * 1e3));
 }
 
 }  // namespace hueline::sync

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::sync {
 namespace {
 
@@ -286,7 +288,8 @@ void ExposureMatcher::emit_unmatched(Pending& pending, const std::string& why, s
   GpsTime mid = guess(pending);
   if (last_out_) mid = std::max(mid, *last_out_ + nanoseconds(1));
   last_out_ = mid;
-  const double sigma = std::hypot(ns(config_.latency_max - config_.latency_min), std::abs(ns(mid - guess(pending))));
+  const double sigma =
+      portable::hypot(ns(config_.latency_max - config_.latency_min), std::abs(ns(mid - guess(pending))));
   out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))),
                  SyncState::Unlocked, ExposureTiming::Unmatched, std::move(pending.image)});
 }

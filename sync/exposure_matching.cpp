@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/portable_math.hpp"
 #include "sync/exposure_matcher.hpp"
 
 namespace hueline::sync {
@@ -29,8 +30,8 @@ void ExposureMatcher::time_without_mark(Pending& pending, std::vector<Exposure>&
     // The fastest delivery took latency_min from the start of the exposure. The true value may be anywhere up to
     // latency_max.
     const GpsTime start = gps_time_ns(pending.counter + line->delay_ns) - config_.latency_min;
-    const double sigma = std::hypot(line->sigma_ns, ns(pending.arrival.sigma),
-                                    ns(config_.latency_max - config_.latency_min) / std::sqrt(12.0));
+    const double sigma = portable::hypot(line->sigma_ns, ns(pending.arrival.sigma),
+                                         ns(config_.latency_max - config_.latency_min) / std::sqrt(12.0));
     emit(pending, start - config_.strobe_delay, sigma, ExposureTiming::CameraClock, out);
     return;
   }
@@ -72,7 +73,7 @@ void ExposureMatcher::compare_with_trusted() {
   const std::int64_t counter = pending_.back().counter;
   const CameraRelation::Prediction before = trusted_->predict(counter), now = relation_.predict(counter);
   const nanoseconds moved = now.mark - before.mark;
-  if (std::abs(ns(moved)) <= kGateSigmas * std::hypot(before.sigma_ns, now.sigma_ns) + ns(kFitsAgain)) {
+  if (std::abs(ns(moved)) <= kGateSigmas * portable::hypot(before.sigma_ns, now.sigma_ns) + ns(kFitsAgain)) {
     trusted_.reset();
     return;
   }
@@ -141,7 +142,7 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
     missed_in_a_row_ = 0;
     latencies_.push_back(pending.arrival.time - mark.time);
     if (latencies_.size() > kLatencies) latencies_.pop_front();
-    emit(pending, mark.time, std::hypot(ns(config_.mark_sigma), near.size() > 1 ? ns(spread) : 0.0, ns(doubt_)),
+    emit(pending, mark.time, portable::hypot(ns(config_.mark_sigma), near.size() > 1 ? ns(spread) : 0.0, ns(doubt_)),
          ExposureTiming::EventMark, out);
     return true;
   }
@@ -166,7 +167,7 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
     ++counts_.lost_marks;
     faults_.add(config_.camera, FaultKind::Lost, "mark", pending.image.received,
                 "no event mark where the camera's clock expects one: timed by the camera's clock");
-    emit(pending, predicted.mark, std::hypot(predicted.sigma_ns, ns(config_.mark_sigma), ns(doubt_)),
+    emit(pending, predicted.mark, portable::hypot(predicted.sigma_ns, ns(config_.mark_sigma), ns(doubt_)),
          ExposureTiming::CameraClock, out);
   }
   const bool others = std::any_of(marks_.begin(), marks_.end(), [&](const Mark& m) {
@@ -200,7 +201,7 @@ bool ExposureMatcher::match_by_arrival(Pending& pending, bool final, std::vector
   for (Mark* m : possible) m->used = true;
   note_bounce(possible.size() - 1, pending.image.received);
   emit(pending, possible.front()->time,
-       std::hypot(ns(config_.mark_sigma), ns(possible.back()->time - possible.front()->time)),
+       portable::hypot(ns(config_.mark_sigma), ns(possible.back()->time - possible.front()->time)),
        ExposureTiming::EventMark, out);
   return true;
 }

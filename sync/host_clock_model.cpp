@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/calendar.hpp"
+#include "core/portable_math.hpp"
 
 namespace hueline::sync {
 namespace {
@@ -239,7 +240,7 @@ std::optional<GpsStamp> HostClockModel::stamp_from_arrivals(HostTime t) const {
   const auto event = line_.event_of(count_ns(t));
   if (!event) return {};
   const double sigma =
-      std::hypot(line_.at(*event)->sigma_ns, static_cast<double>(config_.arrival_latency_sigma.count()));
+      portable::hypot(line_.at(*event)->sigma_ns, static_cast<double>(config_.arrival_latency_sigma.count()));
   return GpsStamp{gps_time_ns(*event) + config_.arrival_latency,
                   nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))), SyncState::Acquiring};
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/portable_math.hpp"
 #include "sync/labelled_time.hpp"
 
 namespace hueline::sync {
@@ -16,7 +17,7 @@ using std::chrono::seconds;
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 nanoseconds sigma_of(double a, double b, double c = 0) {
-  return nanoseconds(static_cast<std::int64_t>(std::ceil(std::hypot(a, b, c))));
+  return nanoseconds(static_cast<std::int64_t>(std::ceil(portable::hypot(a, b, c))));
 }
 double ns(nanoseconds d) { return static_cast<double>(d.count()); }
 
@@ -201,9 +202,9 @@ void LaserClock::emit_by_arrival(Seen&& seen, bool by_line, std::vector<StampedL
   const auto line = by_line ? line_.at(seen.counter) : std::nullopt;
   const std::int64_t arrival_ns = line ? seen.counter + line->delay_ns : count_ns(seen.arrival.time);
   const GpsTime time = std::min(gps_time_ns(arrival_ns), seen.arrival.time) - config_.latency_min;
-  const nanoseconds sigma =
-      sigma_of(ns(config_.latency_min_sigma),
-               line ? std::hypot(line->sigma_ns, ns(disputed)) : ns(std::max(doubt, disputed)), ns(seen.arrival.sigma));
+  const nanoseconds sigma = sigma_of(
+      ns(config_.latency_min_sigma),
+      line ? portable::hypot(line->sigma_ns, ns(disputed)) : ns(std::max(doubt, disputed)), ns(seen.arrival.sigma));
   out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time, sigma, SyncState::Acquiring,
                  std::move(seen.batch.returns)});
 }

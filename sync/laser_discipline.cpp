@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::sync {
 
 std::string LaserDiscipline::Config::validate() const {
@@ -21,7 +23,7 @@ std::optional<LaserDiscipline::Trust> LaserDiscipline::trust(GpsTime time, bool 
   if (!last_held_) return {};
   const double drift = static_cast<double>((time - *last_held_).count()) * config_.drift_ppm * 1e-6;
   if (drift < 0 || drift > static_cast<double>(drift_limit.count())) return {};
-  const double sigma = std::hypot(static_cast<double>(config_.sigma.count()), drift);
+  const double sigma = portable::hypot(static_cast<double>(config_.sigma.count()), drift);
   return Trust{nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))), SyncState::Holdover};
 }
 

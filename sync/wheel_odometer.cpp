@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::sync {
 namespace {
 
@@ -57,7 +59,7 @@ std::optional<GpsStamp> WheelOdometer::stamp(const WheelSpeed& wheel, const Host
   if (!out) return {};
   out->time -= config_.age;
   const auto sigma = [](nanoseconds s) { return static_cast<double>(s.count()); };
-  out->sigma = nanoseconds(std::llround(std::hypot(sigma(out->sigma), sigma(config_.stamp_sigma), line_sigma_ns)));
+  out->sigma = nanoseconds(std::llround(portable::hypot(sigma(out->sigma), sigma(config_.stamp_sigma), line_sigma_ns)));
   return out;
 }
 
@@ -127,7 +129,8 @@ void WheelOdometer::add(const InsSolution& solution) {
     return;
   }
   const double heading = solution.attitude.heading;
-  const double along = solution.velocity_enu.x() * std::sin(heading) + solution.velocity_enu.y() * std::cos(heading);
+  const double along =
+      solution.velocity_enu.x() * portable::sin(heading) + solution.velocity_enu.y() * portable::cos(heading);
   const double speed = std::abs(along) < kStanding ? 0 : is_directional_ ? along : std::abs(along);
   double metres = 0;
   if (!pos_.empty()) {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/angle.hpp"
+#include "core/portable_math.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -25,8 +26,8 @@ HesaiKernel::HesaiKernel(const HesaiDecoder::Config& config)
       cos_(kCircle),
       scratch_(table_.beams.size() * static_cast<std::size_t>(table_.blocks) + 1) {
   for (int i = 0; i < kCircle; ++i) {
-    sin_[static_cast<std::size_t>(i)] = static_cast<float>(std::sin(2 * std::numbers::pi * i / kCircle));
-    cos_[static_cast<std::size_t>(i)] = static_cast<float>(std::cos(2 * std::numbers::pi * i / kCircle));
+    sin_[static_cast<std::size_t>(i)] = static_cast<float>(portable::sin(2 * std::numbers::pi * i / kCircle));
+    cos_[static_cast<std::size_t>(i)] = static_cast<float>(portable::cos(2 * std::numbers::pi * i / kCircle));
   }
   const auto beam = [&](std::size_t c) {
     if (config.elevations_deg.empty()) return table_.beams[c];
@@ -37,10 +38,10 @@ HesaiKernel::HesaiKernel(const HesaiDecoder::Config& config)
     std::uint32_t ring = 0;
     for (std::size_t other = 0; other < table_.beams.size(); ++other)
       ring += beam(other).elevation_deg < beam(c).elevation_deg ? 1 : 0;
-    channels_.sin_elevation[c] = static_cast<float>(std::sin(elevation));
-    channels_.cos_elevation[c] = static_cast<float>(std::cos(elevation));
-    channels_.sin_azimuth[c] = static_cast<float>(std::sin(azimuth));
-    channels_.cos_azimuth[c] = static_cast<float>(std::cos(azimuth));
+    channels_.sin_elevation[c] = static_cast<float>(portable::sin(elevation));
+    channels_.cos_elevation[c] = static_cast<float>(portable::cos(elevation));
+    channels_.sin_azimuth[c] = static_cast<float>(portable::sin(azimuth));
+    channels_.cos_azimuth[c] = static_cast<float>(portable::cos(azimuth));
     channels_.azimuth[c] = static_cast<float>(azimuth);
     channels_.time_ns[c] = table_.times[c];
     channels_.time_of_second_ns[c] = table_.times_of_second.empty() ? table_.times[c] : table_.times_of_second[c];

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "core/portable_math.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -263,7 +264,7 @@ void LivoxDecoder::decode_points(const LivoxPacket& data, std::vector<LaserRetur
       made.y = static_cast<float>(one.x);
       made.z = static_cast<float>(one.z);
       made.range_m = static_cast<float>(range);
-      const double azimuth = std::atan2(one.y, one.x);
+      const double azimuth = portable::atan2(one.y, one.x);
       made.azimuth = static_cast<float>(azimuth < 0 ? azimuth + 2 * std::numbers::pi : azimuth);
       made.time_offset_ns = static_cast<std::int32_t>(std::lround(interval * static_cast<double>(firing)));
       made.reflectivity = one.reflectivity;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -112,8 +114,9 @@ std::optional<LivoxPacket> second_generation(std::span<const std::byte> bytes) {
 }
 
 LivoxReturn spherical(double range, double zenith, double azimuth, std::byte reflectivity) {
-  return {range * std::sin(zenith) * std::cos(azimuth), range * std::sin(zenith) * std::sin(azimuth),
-          range * std::cos(zenith), static_cast<std::uint8_t>(reflectivity)};
+  return {range * portable::sin(zenith) * portable::cos(azimuth),
+          range * portable::sin(zenith) * portable::sin(azimuth), range * portable::cos(zenith),
+          static_cast<std::uint8_t>(reflectivity)};
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
+#include "core/portable_math.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -246,7 +247,7 @@ void NmeaEpoch::close(std::vector<Measurement>& out) {
     solution.attitude = *epoch.attitude;
     if (epoch.speed && epoch.track) {
       const double track = *epoch.track * kRadPerDeg;
-      solution.velocity_enu = {*epoch.speed * std::sin(track), *epoch.speed * std::cos(track), 0};
+      solution.velocity_enu = {*epoch.speed * portable::sin(track), *epoch.speed * portable::cos(track), 0};
     }
     solution.is_good = epoch.is_aligned && fix.type != FixType::None && epoch.has_height;
     solution.status = static_cast<std::uint32_t>(epoch.quality);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/angle.hpp"
+#include "core/portable_math.hpp"
 #include "drivers/novatel/messages.hpp"
 
 namespace hueline::drivers {
@@ -16,7 +17,7 @@ constexpr double kEarthRate = 7.292115e-5;  // rad/s
 
 /// Returns the WGS84 normal gravity (Somigliana's formula) with the free-air term, m/s^2.
 double normal_gravity(const Geodetic& g) {
-  const double s2 = std::sin(g.latitude) * std::sin(g.latitude);
+  const double s2 = portable::sin(g.latitude) * portable::sin(g.latitude);
   return 9.7803253359 * (1 + 0.00193185265241 * s2) / std::sqrt(1 - 0.00669437999013 * s2) -
          3.086e-6 * g.ellipsoidal_height;
 }
@@ -90,11 +91,11 @@ std::string NovatelImu::Config::validate() const {
 NovatelImu::NovatelImu(const Config& config) : config_(config) {
   // RBV turns the axes of the IMU frame about z, then the new x, then the new y, into the axes of the vehicle frame.
   // The product of these rotations has the vehicle's axes in IMU coordinates as its columns.
-  using Eigen::AngleAxisd, Eigen::Vector3d;
+  using portable::rotation_about, Eigen::Vector3d;
   const auto& a = config_.rotation_rbv_deg;
   const Eigen::Matrix3d R_imu_body =
-      (AngleAxisd(a[2] * kRadPerDeg, Vector3d::UnitZ()) * AngleAxisd(a[0] * kRadPerDeg, Vector3d::UnitX()) *
-       AngleAxisd(a[1] * kRadPerDeg, Vector3d::UnitY()))
+      (rotation_about(Vector3d::UnitZ(), a[2] * kRadPerDeg) * rotation_about(Vector3d::UnitX(), a[0] * kRadPerDeg) *
+       rotation_about(Vector3d::UnitY(), a[1] * kRadPerDeg))
           .toRotationMatrix();
   R_body_imu_ = R_imu_body.transpose();
   learn_type(config_.imu_type);
@@ -114,8 +115,8 @@ void NovatelImu::learn_attitude(const InsSolution& solution) {
   attitude_time_ = solution.time;
   R_body_enu_ = rotation_enu_body(solution.attitude).toRotationMatrix().transpose();
   gravity_enu_ = {0, 0, normal_gravity(solution.position)};
-  earth_rate_enu_ =
-      kEarthRate * Eigen::Vector3d(0, std::cos(solution.position.latitude), std::sin(solution.position.latitude));
+  earth_rate_enu_ = kEarthRate * Eigen::Vector3d(0, portable::cos(solution.position.latitude),
+                                                 portable::sin(solution.position.latitude));
 }
 
 std::optional<ImuSample> NovatelImu::decode_rawimu(std::span<const std::byte> body) const {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -78,7 +80,7 @@ bool LogLosses::was_held_back(const Log& log, const LogCycle::Gap& gap) const {
   const auto others_lost = static_cast<double>(lost_of_all_ - log.lost_until);
   const auto others_came = static_cast<double>(place_ - 1 - log.newest);
   const double lost_share = others_lost / (others_lost + others_came);
-  return std::pow(lost_share, static_cast<double>(gap.missing)) < kByChance;
+  return portable::pow(lost_share, static_cast<double>(gap.missing)) < kByChance;
 }
 
 void LogLosses::settle(Log& log) {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/angle.hpp"
+#include "core/portable_math.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -29,7 +30,7 @@ OusterKernel::OusterKernel(const OusterMetadata& metadata, double min_range_m, d
       channels_(static_cast<std::size_t>(metadata.channels)),
       nearest_mm_(std::max(1, static_cast<std::int32_t>(std::ceil(min_range_m * 1e3 - 1e-6)))),
       farthest_mm_(static_cast<std::int32_t>(std::floor(std::min(max_range_m, 2000.0) * 1e3 + 1e-6))),
-      beam_m_(static_cast<float>(std::hypot(metadata.beam_x_m, metadata.beam_z_m))),
+      beam_m_(static_cast<float>(portable::hypot(metadata.beam_x_m, metadata.beam_z_m))),
       scratch_(2 * channels_ * static_cast<std::size_t>(metadata.columns_per_packet) + 1) {
   count_.fill(1);
   // The maker's sensor frame has x forward and y left.
@@ -40,19 +41,19 @@ OusterKernel::OusterKernel(const OusterMetadata& metadata, double min_range_m, d
   for (int column = 0; column < metadata.columns_per_frame; ++column) {
     // The encoder counts clockwise seen from above.
     const double encoder = -kTwoPi * column / metadata.columns_per_frame;
-    const Eigen::Vector3d along = R * Eigen::Vector3d(std::cos(encoder), std::sin(encoder), 0);
+    const Eigen::Vector3d along = R * Eigen::Vector3d(portable::cos(encoder), portable::sin(encoder), 0);
     Turn turn;
     turn.along = along.cast<float>();
-    turn.left = (R * Eigen::Vector3d(-std::sin(encoder), std::cos(encoder), 0)).cast<float>();
+    turn.left = (R * Eigen::Vector3d(-portable::sin(encoder), portable::cos(encoder), 0)).cast<float>();
     turn.origin = (along * metadata.beam_x_m + R.col(2) * metadata.beam_z_m).cast<float>();
-    turn.azimuth = static_cast<float>(whole_turn(std::atan2(along.x(), along.y())));
+    turn.azimuth = static_cast<float>(whole_turn(portable::atan2(along.x(), along.y())));
     turns_.push_back(turn);
   }
   for (std::size_t c = 0; c < channels_; ++c) {
     const double altitude = metadata.altitudes_deg[c] * kRadPerDeg, azimuth = metadata.azimuths_deg[c] * kRadPerDeg;
-    beams_.along[c] = static_cast<float>(std::cos(altitude) * std::cos(azimuth));
-    beams_.left[c] = static_cast<float>(-std::cos(altitude) * std::sin(azimuth));
-    beams_.up[c] = static_cast<float>(std::sin(altitude));
+    beams_.along[c] = static_cast<float>(portable::cos(altitude) * portable::cos(azimuth));
+    beams_.left[c] = static_cast<float>(-portable::cos(altitude) * portable::sin(azimuth));
+    beams_.up[c] = static_cast<float>(portable::sin(altitude));
     beams_.azimuth[c] = static_cast<float>(azimuth);
     beams_.ring[c] = static_cast<std::uint32_t>(
         std::ranges::count_if(metadata.altitudes_deg, [&](double other) { return other < metadata.altitudes_deg[c]; }));

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <numbers>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -43,7 +45,7 @@ void ProfileScannerKernel::fill_steps(std::int32_t step, std::size_t pulses) {
   sin_.resize(std::max(pulses, sin_.size()));
   cos_.resize(sin_.size());
   // Turns a unit vector step by step. The error is 1e-16 a step, so 1e-11 rad over the longest datagram.
-  const double s = std::sin(step * kAngleUnit), c = std::cos(step * kAngleUnit);
+  const double s = portable::sin(step * kAngleUnit), c = portable::cos(step * kAngleUnit);
   double x = 0, y = 1;
   for (std::size_t k = 0; k < sin_.size(); ++k) {
     sin_[k] = x;
@@ -59,7 +61,7 @@ void ProfileScannerKernel::decode(const ProfileData& data, std::vector<LaserRetu
   fill_steps(data.angle_step, pulses);
   // Room for one more return than the datagram has, because a return is written before it is known whether it is kept.
   if (scratch_.size() <= most) scratch_.resize(most + 1);
-  const double s = std::sin(data.angle * kAngleUnit), c = std::cos(data.angle * kAngleUnit);
+  const double s = portable::sin(data.angle * kAngleUnit), c = portable::cos(data.angle * kAngleUnit);
   LaserReturn* out = scratch_.data();
   const std::byte* wire = data.returns.data();
   std::uint32_t angle = data.angle;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "core/portable_math.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -412,12 +413,12 @@ std::size_t RobosenseDecoder::decode_points(std::span<const std::byte> bytes, st
       }
       const double elevation = description_.elevations[beam];
       for (std::size_t i = 0; i < count; ++i) {
-        const double range = unit * echoes[i].range, across = range * std::cos(elevation);
+        const double range = unit * echoes[i].range, across = range * portable::cos(elevation);
         if (range < config_.min_range_m || range > farthest) continue;
         LaserReturn made;
-        made.x = static_cast<float>(across * std::sin(azimuth) + table_->lens_radius_m * std::sin(turned));
-        made.y = static_cast<float>(across * std::cos(azimuth) + table_->lens_radius_m * std::cos(turned));
-        made.z = static_cast<float>(range * std::sin(elevation) + table_->lens_height_m);
+        made.x = static_cast<float>(across * portable::sin(azimuth) + table_->lens_radius_m * portable::sin(turned));
+        made.y = static_cast<float>(across * portable::cos(azimuth) + table_->lens_radius_m * portable::cos(turned));
+        made.z = static_cast<float>(range * portable::sin(elevation) + table_->lens_height_m);
         made.range_m = static_cast<float>(range);
         made.azimuth = std::min(static_cast<float>(in_turn(azimuth)), 6.2831850f);
         made.time_offset_ns = static_cast<std::int32_t>(std::lround((blocks[block].time_us + after_us) * 1e3));

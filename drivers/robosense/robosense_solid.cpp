@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -23,7 +25,7 @@ LaserReturn made_of(double x, double y, double z, double range) {
   out.y = static_cast<float>(x);
   out.z = static_cast<float>(z);
   out.range_m = static_cast<float>(range);
-  const double azimuth = std::atan2(y, x);
+  const double azimuth = portable::atan2(y, x);
   out.azimuth = std::min(static_cast<float>(azimuth < 0 ? azimuth + 2 * std::numbers::pi : azimuth), 6.2831850f);
   return out;
 }
@@ -74,8 +76,9 @@ void decode_robosense_solid_points(std::span<const std::byte> bytes, const Robos
       if (!is_kept(range)) continue;
       const double elevation = kRadPerHundredth * (static_cast<int>(u16(bytes, at + 2)) - 32768);
       const double azimuth = kRadPerHundredth * (static_cast<int>(u16(bytes, at + 4)) - 32768);
-      LaserReturn made = made_of(range * std::cos(elevation) * std::cos(azimuth),
-                                 range * std::cos(elevation) * std::sin(azimuth), range * std::sin(elevation), range);
+      LaserReturn made =
+          made_of(range * portable::cos(elevation) * portable::cos(azimuth),
+                  range * portable::cos(elevation) * portable::sin(azimuth), range * portable::sin(elevation), range);
       made.time_offset_ns = static_cast<std::int32_t>(1000 * u8(bytes, head));
       made.channel = static_cast<std::uint16_t>(point);
       made.reflectivity = static_cast<std::uint8_t>(bytes[at + 6]);

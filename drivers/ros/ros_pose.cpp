@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/calendar.hpp"
+#include "core/portable_math.hpp"
 #include "drivers/novatel/crc32.hpp"
 
 namespace hueline::drivers {
@@ -215,7 +216,7 @@ bool RosPose::take_odometry(RosReader in, std::vector<Logs>& out) {
 
 void RosPose::give(const Pose& pose, const Eigen::Vector3d& velocity, std::vector<Logs>& out) const {
   // From x right, y forward to x forward, y left: a quarter turn.
-  const Eigen::Quaterniond flu_from_body(Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitZ()));
+  const Eigen::Quaterniond flu_from_body = portable::rotation_about(Eigen::Vector3d::UnitZ(), -std::numbers::pi / 2);
   const Attitude attitude = attitude_from_enu_body(pose.q_enu_flu * flu_from_body);
   Pva pva;
   pva.time = from_unix(pose.time);

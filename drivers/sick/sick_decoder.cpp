@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "core/portable_math.hpp"
 #include "drivers/sick/cola_form.hpp"
 
 namespace hueline::drivers {
@@ -204,8 +205,8 @@ std::vector<LaserReturn> SickDecoder::returns_of(const SickScan& scan) const {
         continue;
       LaserReturn one;
       one.range_m = static_cast<float>(range);
-      one.x = static_cast<float>(range * std::cos(angle));
-      one.y = static_cast<float>(range * std::sin(angle));
+      one.x = static_cast<float>(range * portable::cos(angle));
+      one.y = static_cast<float>(range * portable::sin(angle));
       const double turned = angle - kTurn * std::floor(angle / kTurn);
       one.azimuth = static_cast<float>(turned < kTurn - 1e-6 ? turned : 0.0);
       one.time_offset_ns = static_cast<std::int32_t>(

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -55,8 +57,8 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
   has_window_ = width < 2 * kPi - 1e-9;
   window_width_ = static_cast<float>(width);
   for (int i = 0; i < kCircle; ++i) {
-    sin_[static_cast<std::size_t>(i)] = static_cast<float>(std::sin(2 * kPi * i / kCircle));
-    cos_[static_cast<std::size_t>(i)] = static_cast<float>(std::cos(2 * kPi * i / kCircle));
+    sin_[static_cast<std::size_t>(i)] = static_cast<float>(portable::sin(2 * kPi * i / kCircle));
+    cos_[static_cast<std::size_t>(i)] = static_cast<float>(portable::cos(2 * kPi * i / kCircle));
   }
   for (std::size_t bank = 0; bank < firings_.size(); ++bank)
     for (std::size_t f = 0; f < kFirings; ++f) {
@@ -68,11 +70,11 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
           table_.lasers, [&](const VelodyneLaser& other) { return other.elevation_deg < l.elevation_deg; });
       const double elevation = l.elevation_deg * kPi / 180, azimuth = l.azimuth_deg * kPi / 180;
       Firings& table = firings_[bank];
-      table.sin_elevation[f] = static_cast<float>(std::sin(elevation));
-      table.cos_elevation[f] = static_cast<float>(std::cos(elevation));
+      table.sin_elevation[f] = static_cast<float>(portable::sin(elevation));
+      table.cos_elevation[f] = static_cast<float>(portable::cos(elevation));
       table.vertical_offset[f] = static_cast<float>(l.vertical_offset_mm * 1e-3);
-      table.sin_azimuth[f] = static_cast<float>(std::sin(azimuth));
-      table.cos_azimuth[f] = static_cast<float>(std::cos(azimuth));
+      table.sin_azimuth[f] = static_cast<float>(portable::sin(azimuth));
+      table.cos_azimuth[f] = static_cast<float>(portable::cos(azimuth));
       table.azimuth[f] = static_cast<float>(azimuth);
       table.fraction[f] = static_cast<float>(to_seconds(offset) / to_seconds(table_.block_period()));
       table.offset_ns[f] = static_cast<std::int32_t>(offset.count());

@@ -13,6 +13,7 @@
 
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
+#include "core/portable_math.hpp"
 #include "drivers/xsens/xbus_form.hpp"
 
 namespace hueline::drivers {
@@ -155,9 +156,10 @@ bool XsensDecoder::take_data(std::span<const std::byte> data, HostTime received)
         if (is_quaternion) {
           q = Eigen::Quaterniond(found[0], found[1], found[2], found[3]);
         } else {
-          q = Eigen::AngleAxisd(found[2] * kRadPerDeg, Eigen::Vector3d::UnitZ()) *
-              Eigen::AngleAxisd(found[1] * kRadPerDeg, Eigen::Vector3d::UnitY()) *
-              Eigen::AngleAxisd(found[0] * kRadPerDeg, Eigen::Vector3d::UnitX());
+          using portable::rotation_about, Eigen::Vector3d;
+          q = rotation_about(Vector3d::UnitZ(), found[2] * kRadPerDeg) *
+              rotation_about(Vector3d::UnitY(), found[1] * kRadPerDeg) *
+              rotation_about(Vector3d::UnitX(), found[0] * kRadPerDeg);
         }
         if (std::abs(q.norm() - 1) > 0.01) break;
         const Eigen::Matrix3d R = q.normalized().toRotationMatrix();
