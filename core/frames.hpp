@@ -104,7 +104,9 @@ inline Attitude attitude_from_enu_body(const Eigen::Quaterniond& q) {
   } else {
     a.heading = portable::atan2(-R(1, 0), R(0, 0));
   }
-  if (a.heading < 0) a.heading += 2.0 * 3.14159265358979323846;
+  constexpr double kTurn = 2.0 * 3.14159265358979323846;
+  if (a.heading < 0) a.heading += kTurn;
+  if (a.heading >= kTurn) a.heading = 0;  // it was less than 0 by less than the last place
   return a;
 }
 

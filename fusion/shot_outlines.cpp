@@ -28,7 +28,7 @@ Eigen::Vector3d lab_of(const ShotPoint& p) {
     return c <= 0.04045 ? c / 12.92 : portable::pow((c + 0.055) / 1.055, 2.4);
   };
   const double r = linear(p.red), g = linear(p.green), b = linear(p.blue);
-  const auto f = [](double t) { return t > 216.0 / 24389 ? std::cbrt(t) : (24389.0 / 27 * t + 16) / 116; };
+  const auto f = [](double t) { return t > 216.0 / 24389 ? portable::pow(t, 1.0 / 3) : (24389.0 / 27 * t + 16) / 116; };
   const double x = f((0.4124564 * r + 0.3575761 * g + 0.1804375 * b) / 0.95047),
                y = f(0.2126729 * r + 0.7151522 * g + 0.0721750 * b),
                z = f((0.0193339 * r + 0.1191920 * g + 0.9503041 * b) / 1.08883);

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/portable_math.hpp"
 #include "storage/cloud_picture.hpp"
 #include "storage/drawing.hpp"
 #include "storage/point_colour.hpp"
@@ -59,9 +58,11 @@ std::pair<double, double> span_without(std::vector<float> values, double share) 
   return {from - margin, to + margin};
 }
 
-/// Returns the largest of 1, 2 and 5 times a power of ten that is not above x.
+/// Returns the largest of 1, 2 and 5 times a power of ten that is not above x, which is more than 0.
 double round_length(double x) {
-  const double power = portable::pow(10.0, std::floor(std::log10(x)));
+  double power = 1;
+  while (10 * power <= x) power *= 10;
+  while (power > x) power /= 10;
   for (const double step : {5.0, 2.0})
     if (step * power <= x) return step * power;
   return power;

@@ -10,6 +10,8 @@
 #include <numbers>
 #include <utility>
 
+#include "core/portable_math.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -46,7 +48,7 @@ LaserTime laser_time(UnixTime time) {
 std::uint16_t channel_of(double ring) { return ring > 0 ? static_cast<std::uint16_t>(std::min(ring, 65535.0)) : 0; }
 
 double azimuth_of(double x, double y) {
-  const double angle = std::atan2(y, x);
+  const double angle = portable::atan2(y, x);
   return angle < 0 ? angle + 2 * std::numbers::pi : angle;
 }
 
@@ -238,7 +240,7 @@ void RosCloudDecoder::give(const Packet& packet, const RosCloud& cloud, const st
     }
     const auto point = cloud.point(one.index);
     const auto place = *returns.place(point);
-    const double range = std::hypot(place.x, place.y, place.z);
+    const double range = portable::hypot(place.x, place.y, place.z);
     if (range < config_.min_range_m || range > farthest) continue;
     LaserReturn r;
     r.x = static_cast<float>(place.x);

@@ -76,5 +76,12 @@ TEST(Transform, InverseAndChain) {
       (T_enu_body.inverse() * (T_enu_body * Point<Body>{{7, 8, 9}})).xyz.isApprox(Eigen::Vector3d(7, 8, 9), 1e-14));
 }
 
+TEST(Attitude, HasAHeadingBelowAWholeTurn) {
+  // A hair west of north.
+  const Attitude a =
+      attitude_from_enu_body(Eigen::Quaterniond(std::sqrt(1 - 1e-36), 0.0, 0.0, 1e-18) * rotation_enu_body({}));
+  EXPECT_EQ(a.heading, 0.0);
+}
+
 }  // namespace
 }  // namespace hueline
