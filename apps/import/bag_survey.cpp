@@ -37,21 +37,54 @@ std::optional<CameraFacts> take_facts(RosReader in) {
 
 std::string parent_of(const std::string& topic) { return topic.substr(0, topic.rfind('/') + 1); }
 
+/// Sees the first clouds of one topic: enough to know how far they are apart.
+class CloudSurvey {
+ public:
+  void take(const rosbag::BagTopic& topic, const rosbag::BagMessage& message, BagSurvey::Cloud& out) {
+    constexpr int kMost = 50;
+    if (seen_ == kMost) return;
+    const auto cloud = drivers::take_cloud(topic.type, {message.data.bytes(), topic.encoding});
+    if (!cloud.ok()) {
+      out.why = cloud.error().message;
+      return;
+    }
+    ++seen_;
+    const UnixTime stamp = cloud->header.stamp;
+    if (last_ && stamp > *last_) period_ = std::min(period_.value_or(stamp - *last_), stamp - *last_);
+    last_ = stamp;
+    out.frame = without_slash(cloud->header.frame);
+    out.points = std::max(out.points, cloud->size());
+    // The second cloud says how long a turn is.
+    if ((!out.config || seen_ == 2) && drivers::recognise_times(*cloud, {}))
+      out.config = drivers::RosCloudDecoder::suited(topic.type, topic.encoding, *cloud,
+                                                    period_.value_or(std::chrono::milliseconds(100)));
+    if (!out.config || count_ns(stamp) == 0) return;
+    const nanoseconds delay = message.received - (stamp + drivers::RosCloudDecoder::end_of(*cloud, out.config->times));
+    out.delay = std::min(out.delay.value_or(delay), delay);
+  }
+
+ private:
+  int seen_ = 0;
+  std::optional<UnixTime> last_;
+  std::optional<nanoseconds> period_;
+};
+
 /// Sees the messages one after another.
 class Surveyor {
  public:
   explicit Surveyor(bool has_origin) : has_origin_(has_origin) {}
 
-  void take(const rosbag::BagTopic& topic, const Buffer& data) {
-    const RosReader in(data.bytes(), topic.encoding);
+  void take(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
+    const RosReader in(message.data.bytes(), topic.encoding);
+    if (drivers::carries_cloud(topic.type)) return clouds_[topic.name].take(topic, message, out.clouds[topic.name]);
     if (drivers::carries_image(topic.type)) return take_image(topic.name, topic.type, in);
     if (topic.type == "sensor_msgs/CameraInfo") {
       if (const auto facts = take_facts(in)) out.facts.emplace(topic.name, *facts);
       return;
     }
     const bool is_tree = topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage";
-    if (is_tree && topic.name.ends_with("tf_static")) {
-      out.tree.take(in);
+    if (is_tree) {
+      out.tree.take(in, topic.name.ends_with("tf_static"));
       return;
     }
     const RosPoseRank rank = drivers::pose_rank(topic.type);
@@ -93,14 +126,16 @@ class Surveyor {
   }
 
   bool has_origin_;
+  std::map<std::string, CloudSurvey> clouds_;
   std::set<std::string> parts_;
   RosPoseRank rank_of_frame_ = RosPoseRank::None;
 };
 
 }  // namespace
 
-bool FrameTree::take(RosReader in) {
+bool FrameTree::take(RosReader in, bool is_static) {
   constexpr std::size_t kMostFrames = 10'000;
+  constexpr double kSame = 1e-6;
   const std::uint32_t count = in.take_count(8 * 7);
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::string parent = without_slash(in.take_header().frame), child = without_slash(in.take_string());
@@ -113,7 +148,12 @@ bool FrameTree::take(RosReader in) {
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.linear() = q.normalized().toRotationMatrix();
     T.translation() = t;
-    parents_[child] = {parent, T};
+    const auto [known, is_new] = parents_.try_emplace(child, Parent{parent, T, is_static});
+    if (is_new || (known->second.is_static && !is_static)) continue;
+    if (is_static)
+      known->second = {parent, T, true};
+    else
+      known->second.moves |= known->second.frame != parent || !known->second.T_parent_child.isApprox(T, kSame);
   }
   return true;
 }
@@ -121,7 +161,7 @@ bool FrameTree::take(RosReader in) {
 std::vector<std::pair<std::string, Eigen::Isometry3d>> FrameTree::to_root(const std::string& frame) const {
   std::vector<std::pair<std::string, Eigen::Isometry3d>> out{{frame, Eigen::Isometry3d::Identity()}};
   constexpr std::size_t kDeepest = 100;  // a circle ends here
-  for (auto found = parents_.find(frame); found != parents_.end() && out.size() < kDeepest;
+  for (auto found = parents_.find(frame); found != parents_.end() && !found->second.moves && out.size() < kDeepest;
        found = parents_.find(found->second.frame))
     out.emplace_back(found->second.frame, found->second.T_parent_child * out.back().second);
   return out;
@@ -160,7 +200,7 @@ Result<BagSurvey> survey_bag(const std::filesystem::path& path, bool has_origin)
     const auto message = (*bag)->next();
     if (message.ok()) {
       const rosbag::BagTopic& topic = (*bag)->topics()[message->topic];
-      if (topic.trouble.empty()) surveyor.take(topic, message->data);
+      if (topic.trouble.empty()) surveyor.take(topic, *message);
     } else if (message.error().code != ErrorCode::Malformed) {
       return std::move(surveyor.out);
     }

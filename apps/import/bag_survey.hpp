@@ -8,16 +8,18 @@
 
 #include "core/frames.hpp"
 #include "core/result.hpp"
+#include "drivers/ros/ros_cloud_decoder.hpp"
 #include "drivers/ros/ros_pose.hpp"
 #include "rosbag/bag.hpp"
 
 namespace hueline::apps {
 
-/// The tree of frames that /tf_static of a recording describes.
+/// The tree of frames that do not move against each other: those of /tf_static, and those of /tf whose transform stays
+/// the same, as tf's static_transform_publisher sends it.
 class FrameTree {
  public:
-  /// Takes the transforms of a tf2_msgs/TFMessage. Returns false if it is broken.
-  bool take(drivers::RosReader message);
+  /// Takes the transforms of a tf2_msgs/TFMessage. `is_static`: of /tf_static. Returns false if it is broken.
+  bool take(drivers::RosReader message, bool is_static);
   /// Returns the place of frame `of` in frame `in`, or nothing if the tree does not join them.
   std::optional<Eigen::Isometry3d> place(const std::string& of, const std::string& in) const;
   bool has(const std::string& frame) const;
@@ -26,6 +28,7 @@ class FrameTree {
   struct Parent {
     std::string frame;
     Eigen::Isometry3d T_parent_child;
+    bool is_static = false, moves = false;
   };
   std::vector<std::pair<std::string, Eigen::Isometry3d>> to_root(const std::string& frame) const;
   std::map<std::string, Parent> parents_;  // by child
@@ -46,7 +49,18 @@ struct BagSurvey {
     std::uint32_t width = 0, height = 0;
     std::string why;  ///< why its images cannot be read
   };
+  /// The point clouds of one topic.
+  struct Cloud {
+    /// How they are read (RosCloudDecoder::suited); nothing: no message of it has a return.
+    std::optional<drivers::RosCloudDecoder::Config> config;
+    std::string frame;
+    std::size_t points = 0;  ///< of the largest of the first messages
+    /// The shortest time from a message's last point to the recorder's time; negative if stamps are ahead of it.
+    std::optional<nanoseconds> delay;
+    std::string why;  ///< why its messages cannot be read
+  };
   std::map<std::string, Camera> cameras;      ///< by topic
+  std::map<std::string, Cloud> clouds;        ///< by topic
   std::map<std::string, CameraFacts> facts;   ///< by topic of CameraInfo
   std::map<std::string, std::string> frames;  ///< of each scanner's and pose's first message with a header, by topic
   drivers::RosPoseRank pose = drivers::RosPoseRank::None;

@@ -33,11 +33,12 @@ struct ImportedBag {
 /// Makes a drive of a recording of ROS: `out`/drive.mcap, whose packets are those of the devices that hueline knows,
 /// and `out`/rig.yaml, which describes them.
 /// - Datagrams of scanners are taken as they are (drivers/ros/ros_datagrams.hpp).
+/// - Point clouds, of scanners whose packets are not there, are taken as they are (drivers/ros/ros_cloud_decoder.hpp).
 /// - Images become packets of a V4L2 camera (drivers/ros/ros_image.hpp).
 /// - The best pose becomes logs of a NovAtel receiver (drivers/ros/ros_pose.hpp).
 /// - Mountings are those of /tf_static, lenses those of sensor_msgs/CameraInfo.
 /// A packet counts as received at the stamp that the driver of ROS gave it, which is on one clock for all topics; the
-/// recorder's time stands in where there is none.
+/// recorder's time stands in where there is none. A cloud counts as received at its last point.
 /// Errors: those of rosbag::open_bag(); Unsupported if no topic can be used; Io.
 Result<ImportedBag> import_bag(const ImportOptions& options);
 

@@ -1,0 +1,251 @@
+#include "apps/import/import_rig.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+#include <string_view>
+#include <utility>
+
+namespace hueline::apps {
+namespace {
+
+/// One sigma that an image's header.stamp gets: drivers take the time when they had the image, some ms after the
+/// exposure.
+constexpr int kImageStampSigma_us = 10'000;
+/// Stamps that are farther from the recorder's time are of another clock.
+constexpr nanoseconds kSameClock = std::chrono::seconds(2);
+/// Frames that do not move with the vehicle, by REP 105 and habit.
+constexpr std::array<std::string_view, 5> kStanding{"map", "odom", "world", "earth", "camera_init"};
+
+/// Six numbers as the mounting of a rig file. `T_a_b` maps coordinates of b into a.
+std::string mounting(const Eigen::Isometry3d& T_a_b) {
+  const Eigen::Quaterniond q(T_a_b.linear());
+  const Eigen::Vector3d& t = T_a_b.translation();
+  return fmt::format("{{position_m: [{:.6f}, {:.6f}, {:.6f}], quaternion_wxyz: [{:.9f}, {:.9f}, {:.9f}, {:.9f}]}}",
+                     t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z());
+}
+/// A turn about the vertical axis, deg.
+Eigen::Isometry3d turn(double degrees) {
+  return Eigen::Isometry3d(Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d::UnitZ()));
+}
+/// From ROS's vehicle axes (x forward, y left, REP 103) to those of Body (x right, y forward).
+Eigen::Isometry3d body_from_ros() { return turn(90); }
+
+const char* word_of(drivers::RosTimeUnit unit) {
+  constexpr std::array<const char*, 5> kWords{"auto", "s", "ms", "us", "ns"};
+  return kWords[static_cast<std::size_t>(unit)];
+}
+const char* word_of(drivers::RosTimeZero zero) {
+  constexpr std::array<const char*, 4> kWords{"auto", "stamp", "date", "first"};
+  return kWords[static_cast<std::size_t>(zero)];
+}
+
+/// The keys of a sensor that reads point clouds.
+std::string keys_of(const drivers::RosCloudDecoder::Config& config) {
+  using Message = drivers::RosCloudDecoder::Message;
+  std::string out = fmt::format("    driver: ros_cloud\n    message: {}\n    encoding: {}\n",
+                                config.message == Message::Livox ? "livox" : "point_cloud2", name(config.encoding));
+  if (config.stamp_is_enough)
+    out += "    stamp_is_enough: true  # the points have no times of their own\n";
+  else
+    out += fmt::format("    time_field: '{}'\n    time_unit: {}\n    time_zero: {}\n", config.times.field,
+                       word_of(config.times.unit), word_of(config.times.zero));
+  return out + fmt::format("    stamp_sigma_us: {}  # NOT KNOWN: {}\n    intensity_full: {}\n",
+                           config.stamp_sigma / std::chrono::microseconds(1),
+                           config.stamp_is_enough ? "half of the time between two messages"
+                                                  : "how far header.stamp is from the moment that it names",
+                           number_text(config.intensity_full));
+}
+
+}  // namespace
+
+void ImportRig::add_pose(const std::vector<rosbag::TopicCount>& topics) {
+  if (survey_->pose == drivers::RosPoseRank::None) {
+    to_do_.push_back("the recording has no pose that can be used: a replay places no points");
+    return;
+  }
+  std::string from;
+  for (const auto& one : topics)
+    if (drivers::pose_rank(one.topic.type) == survey_->pose) {
+      from += (from.empty() ? "" : ", ") + one.topic.name;
+      became_[one.topic.name] = "sensor pos";
+    }
+  const bool is_by_stamp = survey_->pose == drivers::RosPoseRank::Part || survey_->pose == drivers::RosPoseRank::Local;
+  if (is_by_stamp)
+    to_do_.push_back(
+        "the times of the poses are header.stamp, taken for UTC; how late it is is NOT KNOWN, and no sigma "
+        "of the points has it: 10 ms at 10 m/s are 0.1 m");
+  sensors_.push_back({free_name("pos"), {}, "", ImportedSensor::Kind::Pose});
+  sensors_.back().yaml =
+      fmt::format("  - name: {}  # {}{}\n    driver: novatel\n    tcp: {{host: 127.0.0.1, port: 3001}}\n",
+                  sensors_.back().name, from, is_by_stamp ? "; its times are header.stamp, NOT KNOWN how late" : "");
+}
+
+void ImportRig::add_scanner(const rosbag::TopicCount& topic, const CaptureDevice& device, const std::string& metadata,
+                            Buffer description) {
+  const std::string word = device.type->word;
+  const std::string name = free_name(rosbag::plain_name(topic.topic.name));
+  std::string model = device.name.substr(std::min(word.size() + 1, device.name.size()));
+  model = model.substr(0, model.find(','));
+  std::string yaml = fmt::format("  - name: {}  # {}\n    driver: {}\n    udp: {{ports: [{}]}}\n", name,
+                                 topic.topic.name, word, word == "ouster" ? 7502 : 2368);
+  yaml += metadata.empty() ? fmt::format("    model: {}\n", model) : fmt::format("    metadata: {}\n", metadata);
+  // ROS's driver for Velodyne turns their axes (x right) to x forward; others keep those of their maker.
+  const Eigen::Isometry3d axes = word == "velodyne" ? turn(-90) : Eigen::Isometry3d::Identity();
+  const auto found = survey_->frames.find(topic.topic.name);
+  const std::string frame = found == survey_->frames.end() ? "" : found->second;
+  yaml += scanner_mounting(name, frame, axes);
+  if (!frame.empty()) packets_in_[frame] = topic.topic.name;
+  sensors_.push_back({name, topic.topic.name, yaml, ImportedSensor::Kind::Packets, std::move(description)});
+  became_[topic.topic.name] = fmt::format("sensor {}: {}", name, device.name);
+}
+
+/// Returns why the clouds of a topic are not used; empty: they are.
+std::string ImportRig::why_not_used(const std::string& topic, const BagSurvey::Cloud& cloud) const {
+  if (!cloud.config) return cloud.why.empty() ? "no message of it has a return" : cloud.why;
+  if (std::ranges::find(kStanding, cloud.frame) != kStanding.end())
+    return fmt::format("its frame {} does not move with the vehicle", cloud.frame);
+  if (const auto packets = packets_in_.find(cloud.frame); packets != packets_in_.end())
+    return fmt::format("the packets of {} are in the same frame", packets->second);
+  // Of several clouds in one frame, the others are made of one of them.
+  const auto worth = [](const BagSurvey::Cloud& one) {
+    return std::pair(one.config && !one.config->stamp_is_enough, one.points);
+  };
+  for (const auto& [other, one] : survey_->clouds)
+    if (other != topic && one.config && one.frame == cloud.frame &&
+        (worth(one) > worth(cloud) || (worth(one) == worth(cloud) && other < topic)))
+      return fmt::format("{} is in the same frame", other);
+  return {};
+}
+
+void ImportRig::add_clouds() {
+  for (const auto& [topic, cloud] : survey_->clouds) {
+    if (const std::string why = why_not_used(topic, cloud); !why.empty())
+      became_[topic] = "not used: " + why;
+    else
+      add_cloud(topic, cloud);
+  }
+}
+
+void ImportRig::add_cloud(const std::string& topic, const BagSurvey::Cloud& cloud) {
+  const std::string name = free_name(rosbag::plain_name(topic));
+  ImportedSensor sensor{name, topic, fmt::format("  - name: {}  # {}\n", name, topic), ImportedSensor::Kind::Cloud};
+  sensor.times = cloud.config->times;
+  if (cloud.delay && std::chrono::abs(*cloud.delay) > kSameClock) {
+    sensor.stamp_shift = *cloud.delay;
+    to_do_.push_back(
+        fmt::format("{}: its stamps are {:.3f} s from the recorder's times, so they are of another clock. The shortest "
+                    "of these delays is taken for the difference of the clocks: the points are late by the part of it "
+                    "that the way to the recorder took",
+                    name, to_seconds(*cloud.delay)));
+  }
+  if (cloud.config->stamp_is_enough)
+    to_do_.push_back(
+        fmt::format("{}: its points have no times of their own. All of a message get header.stamp, with a "
+                    "sigma of {:.0f} ms: see stamp_sigma_us",
+                    name, to_seconds(cloud.config->stamp_sigma) * 1e3));
+  sensor.yaml += keys_of(*cloud.config) + scanner_mounting(name, cloud.frame, Eigen::Isometry3d::Identity());
+  became_[topic] = fmt::format("sensor {}: {}", name, in_words(cloud.config->times));
+  sensors_.push_back(std::move(sensor));
+}
+
+void ImportRig::add_camera(const std::string& topic, const BagSurvey::Camera& camera, std::chrono::seconds offset) {
+  const std::string name = free_name(rosbag::plain_name(topic));
+  sensors_.push_back(
+      {name, topic,
+       fmt::format(
+           "  - name: {0}  # {1}\n    driver: v4l2\n    device: /dev/video0\n    width: {2}\n    height: {3}\n"
+           "    format: {4}\n    event_input: 0\n    counter_offset_s: {5}  # header.stamp is UTC since 1970\n"
+           "    stamp_event: exposure_start\n    stamp_sigma_us: {6}  # NOT KNOWN: how far header.stamp is from "
+           "that\n"
+           "    latency_min_ms: 0\n    latency_max_ms: 200\n",
+           name, topic, camera.width, camera.height, camera.format, offset.count(), kImageStampSigma_us),
+       ImportedSensor::Kind::Camera});
+  became_[topic] = fmt::format("sensor {}: {} x {}, {}", name, camera.width, camera.height, camera.format);
+  lenses_ += lens(name, topic, camera);
+}
+
+std::string ImportRig::text() const {
+  std::string out =
+      "# Made of a recording of ROS. Check what is marked as NOT KNOWN, then: hueline replay FOLDER --rig "
+      "FOLDER/rig.yaml --out ...\nrig: imported\nsensors:\n";
+  for (const ImportedSensor& one : sensors_) out += one.yaml;
+  if (!lenses_.empty())
+    out += fmt::format(
+        "head:  # its axes are those of ROS's vehicle frame\n  T_body_head: {}\n  panorama: {{width: 8000, height: "
+        "4000, stitching_radius_m: 20}}\n  lenses:\n{}",
+        mounting(body_from_ros()), lenses_);
+  return out + "colouring: {method: lens}\n";
+}
+
+std::string ImportRig::lens(const std::string& name, const std::string& topic, const BagSurvey::Camera& camera) {
+  const CameraFacts* facts = survey_->facts_of(topic);
+  const bool is_fisheye = facts && (facts->model == "equidistant" || facts->model == "fisheye");
+  const bool is_known = facts && (is_fisheye || facts->model == "plumb_bob" || facts->distortion.empty());
+  if (!is_known)
+    to_do_.push_back(fmt::format("the lens of {}: {}", name,
+                                 facts ? "its distortion is of the model \"" + facts->model + "\", which is not read"
+                                       : std::string("the recording does not say its calibration")));
+  CameraFacts used = facts ? *facts : CameraFacts{};
+  // A CameraInfo of another size is that of an image that was scaled.
+  if (!facts) used.fx = used.fy = camera.width, used.cx = camera.width * 0.5, used.cy = camera.height * 0.5;
+  if (!is_known) used.distortion.clear();
+  used.distortion.resize(std::min<std::size_t>(used.distortion.size(), is_fisheye ? 4 : 5));
+  const auto place = place_of(camera.frame);
+  // Without a tree: looking forward.
+  Eigen::Isometry3d forward = Eigen::Isometry3d::Identity();
+  forward.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return fmt::format(
+      "    - name: {0}\n      camera: {0}\n      offset_px: [0, 0]\n      width: {1}\n      height: {2}\n      "
+      "model: {3}{4}\n"
+      "      focal_px: [{5:.6f}, {6:.6f}]\n      principal_point_px: [{7:.6f}, {8:.6f}]\n      distortion: [{9}]\n"
+      "      T_head_lens: {10}{11}\n",
+      name, camera.width, camera.height, is_fisheye ? "kannala_brandt" : "brown", is_known ? "" : "  # NOT KNOWN",
+      used.fx, used.fy, used.cx, used.cy, fmt::join(used.distortion, ", "), mounting(place.value_or(forward)),
+      where_from("T_head_lens", name, camera.frame, place.has_value()));
+}
+
+/// Returns the frame that stands for the vehicle's body.
+std::string ImportRig::base() const {
+  return survey_->tree.has(survey_->pose_frame) ? survey_->pose_frame : "base_link";
+}
+
+std::optional<Eigen::Isometry3d> ImportRig::place_of(const std::string& frame) const {
+  return frame.empty() ? std::nullopt : survey_->tree.place(frame, base());
+}
+
+/// Returns the remark behind a mounting, and tells what is to be entered if it is not known.
+std::string ImportRig::where_from(const std::string& key, const std::string& sensor, const std::string& frame,
+                                  bool is_known) {
+  if (is_known) {
+    ++mounted_;
+    return fmt::format("  # {} in {}, by the recording's tree of frames", frame, base());
+  }
+  std::string why = fmt::format("the tree of frames does not join its frame {} with {}", frame, base());
+  if (frame.empty())
+    why = "its messages name no frame";
+  else if (!survey_->tree.has(frame))
+    why = fmt::format("the tree of frames does not have its frame {}", frame);
+  else if (!survey_->tree.has(base()))
+    why = fmt::format("the tree of frames does not have the frame {} of the vehicle", base());
+  to_do_.push_back(fmt::format("{} of {} is not known: {}", key, sensor, why));
+  return "  # NOT KNOWN: " + why;
+}
+
+std::string ImportRig::scanner_mounting(const std::string& name, const std::string& frame,
+                                        const Eigen::Isometry3d& axes) {
+  const auto place = place_of(frame);
+  return fmt::format("    T_body_scanner: {}{}\n",
+                     mounting(place ? body_from_ros() * *place * axes : Eigen::Isometry3d::Identity()),
+                     where_from("T_body_scanner", name, frame, place.has_value()));
+}
+
+std::string ImportRig::free_name(std::string name) const {
+  const auto is_taken = [&] { return std::ranges::find(sensors_, name, &ImportedSensor::name) != sensors_.end(); };
+  while (is_taken() || name == "hueline") name += "_";
+  return name;
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/import/bag_survey.hpp"
+#include "apps/inspect/capture_devices.hpp"
+#include "core/buffer.hpp"
+#include "rosbag/scanner_files.hpp"
+
+namespace hueline::apps {
+
+/// How long after its exposure an image counts as received: less than `latency_max_ms` of the rig that is made.
+constexpr nanoseconds kImportedImageLatency = std::chrono::milliseconds(20);
+
+/// A sensor of the rig that is made, and the topic that it is read from.
+struct ImportedSensor {
+  std::string name, topic, yaml;
+  enum class Kind : std::uint8_t { Pose, Packets, Camera, Cloud } kind{};
+  Buffer description{};  ///< of an Ouster: the packet of its metadata
+  /// Of clouds: added to header.stamp, so that it is on the clock of the other topics.
+  nanoseconds stamp_shift{0};
+  drivers::RosTimeRule times{};  ///< of clouds
+};
+
+/// Makes the rig of a recording of ROS, and says what has to be entered by hand.
+/// Thread safety: none.
+class ImportRig {
+ public:
+  explicit ImportRig(const BagSurvey& survey) : survey_(&survey) {}
+
+  void add_pose(const std::vector<rosbag::TopicCount>& topics);
+  void add_scanner(const rosbag::TopicCount& topic, const CaptureDevice& device, const std::string& metadata,
+                   Buffer description);
+  /// Adds the point clouds of the scanners that are not there yet. Call it after all add_scanner().
+  void add_clouds();
+  /// `offset` is GPS time minus Unix time.
+  void add_camera(const std::string& topic, const BagSurvey::Camera& camera, std::chrono::seconds offset);
+
+  std::string text() const;
+  const std::vector<ImportedSensor>& sensors() const { return sensors_; }
+  /// Returns what a topic became, or why it could not be used, by its name.
+  const std::map<std::string, std::string>& became() const { return became_; }
+  const std::vector<std::string>& to_do() const { return to_do_; }
+  /// How many sensors and lenses got their mountings from the tree of frames.
+  int mounted() const { return mounted_; }
+
+ private:
+  void add_cloud(const std::string& topic, const BagSurvey::Cloud& cloud);
+  std::string why_not_used(const std::string& topic, const BagSurvey::Cloud& cloud) const;
+  std::string lens(const std::string& name, const std::string& topic, const BagSurvey::Camera& camera);
+  std::string base() const;
+  std::optional<Eigen::Isometry3d> place_of(const std::string& frame) const;
+  std::string where_from(const std::string& key, const std::string& sensor, const std::string& frame, bool is_known);
+  std::string scanner_mounting(const std::string& name, const std::string& frame, const Eigen::Isometry3d& axes);
+  std::string free_name(std::string name) const;
+
+  const BagSurvey* survey_;
+  std::vector<ImportedSensor> sensors_;
+  std::map<std::string, std::string> became_;
+  std::vector<std::string> to_do_;
+  std::map<std::string, std::string> packets_in_;  // topics of packets, by their frame
+  std::string lenses_;
+  int mounted_ = 0;
+};
+
+}  // namespace hueline::apps

@@ -1,0 +1,110 @@
+#include "apps/import/transcriber.hpp"
+
+#include <algorithm>
+
+#include "drivers/ros/ros_image.hpp"
+
+namespace hueline::apps {
+namespace {
+
+constexpr nanoseconds kPatience = std::chrono::seconds(5);
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;
+
+drivers::RosReader reader(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
+  return {message.data.bytes(), topic.encoding};
+}
+
+}  // namespace
+
+Status OrderedJournal::add(SensorId sensor, UnixTime received, Buffer bytes) {
+  waiting_bytes_ += bytes.size();
+  const HostTime time = host_time_ns(count_ns(received));
+  newest_ = std::max(newest_, time);
+  waiting_.push({{time, next_++}, {sensor, PacketKind::Wire, false, 0, time, std::move(bytes)}});
+  while (!waiting_.empty() && (newest_ - waiting_.top().key.first > kPatience || waiting_bytes_ > kMostBytes))
+    if (Status done = write(); !done.ok()) return done;
+  return {};
+}
+
+Status OrderedJournal::close() {
+  while (!waiting_.empty())
+    if (Status done = write(); !done.ok()) return done;
+  return writer_.close();
+}
+
+Status OrderedJournal::write() {
+  Packet packet = waiting_.top().packet;
+  waiting_.pop();
+  waiting_bytes_ -= packet.bytes.size();
+  packet.sequence = written_++;
+  return writer_.append(packet, nanoseconds(0));
+}
+
+Transcriber::Transcriber(const std::vector<ImportedSensor>& sensors, drivers::RosPoseRank rank,
+                         std::optional<Geodetic> origin, OrderedJournal& journal)
+    : sensors_(sensors), rank_(rank), pose_(rank, origin), journal_(journal) {
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const auto id = static_cast<SensorId>(i + 1);
+    if (sensors[i].kind == ImportedSensor::Kind::Pose)
+      pos_ = id;
+    else
+      ids_[sensors[i].topic] = id;
+    descriptions_[id] = sensors[i].description;
+  }
+}
+
+Status Transcriber::take(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
+  if (pos_ != kSystemSensor && drivers::pose_rank(topic.type) == rank_) return take_pose(topic, message);
+  const auto id = ids_.find(topic.name);
+  if (id == ids_.end()) return {};
+  switch (sensors_[id->second - 1u].kind) {
+    case ImportedSensor::Kind::Camera:
+      return take_image(id->second, topic, message);
+    case ImportedSensor::Kind::Cloud:
+      return take_cloud(id->second, topic, message);
+    case ImportedSensor::Kind::Packets:
+      return take_datagrams(id->second, topic, message);
+    case ImportedSensor::Kind::Pose:
+      break;
+  }
+  return {};
+}
+
+Status Transcriber::take_pose(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
+  logs_.clear();
+  if (!pose_.take(topic.type, reader(topic, message), message.received, logs_)) ++unread[topic.name];
+  for (const auto& one : logs_)
+    if (Status done = journal_.add(pos_, one.received, one.bytes); !done.ok()) return done;
+  return {};
+}
+
+/// A cloud is recorded as it is, at the time of its last point. A broken one is recorded too, at the recorder's time.
+Status Transcriber::take_cloud(SensorId id, const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
+  const ImportedSensor& sensor = sensors_[id - 1u];
+  UnixTime received = message.received;
+  if (const auto cloud = drivers::take_cloud(topic.type, reader(topic, message)); !cloud.ok())
+    ++unread[topic.name];
+  else if (count_ns(cloud->header.stamp) != 0)
+    received = cloud->header.stamp + drivers::RosCloudDecoder::end_of(*cloud, sensor.times) + sensor.stamp_shift;
+  return journal_.add(id, received, message.data);
+}
+
+Status Transcriber::take_image(SensorId id, const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
+  const auto image = drivers::take_image(topic.type, reader(topic, message), images_[id]++);
+  if (!image.ok()) return ++unread[topic.name], Status();
+  return journal_.add(id, image->header.stamp + kImportedImageLatency, image->packet);
+}
+
+Status Transcriber::take_datagrams(SensorId id, const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
+  datagrams_.clear();
+  if (!drivers::take_datagrams(topic.type, reader(topic, message), datagrams_)) ++unread[topic.name];
+  for (const auto& one : datagrams_) {
+    const UnixTime received = one.stamp.value_or(message.received);
+    if (auto& text = descriptions_[id]; !text.empty())
+      if (Status done = journal_.add(id, received, std::exchange(text, {})); !done.ok()) return done;
+    if (Status done = journal_.add(id, received, Buffer::copy_of(one.bytes)); !done.ok()) return done;
+  }
+  return {};
+}
+
+}  // namespace hueline::apps
