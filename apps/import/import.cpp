@@ -18,6 +18,7 @@ namespace {
 
 struct Options {
   std::string bag, out, origin;
+  std::vector<std::string> clouds;
 };
 
 /// Reads "48.1, 11.5, 560": latitude and longitude in degrees, ellipsoidal height in metres.
@@ -31,7 +32,7 @@ std::optional<Geodetic> parse_origin(const std::string& text) {
 }
 
 int import_recording(const Options& options) {
-  ImportOptions what{options.bag, options.out, {}};
+  ImportOptions what{options.bag, options.out, {}, options.clouds};
   if (!options.origin.empty()) {
     what.origin = parse_origin(options.origin);
     if (!what.origin) {
@@ -43,6 +44,7 @@ int import_recording(const Options& options) {
   const auto done = import_bag(what);
   if (!done.ok()) {
     log_error(done.error().message);
+    if (done.error().code == ErrorCode::Invalid) return kWrongUse;
     return done.error().code == ErrorCode::Io ? kOutputRefused : kInputUnreadable;
   }
   std::fputs(topic_table(done->topics, done->became).c_str(), stdout);
@@ -64,6 +66,8 @@ void add_import(Command& all) {
   command.required("--out", options->out, "folder of the drive").writes_into(options->out);
   command.option("--origin", options->origin,
                  "latitude, longitude (deg), ellipsoidal height (m) of the origin of nav_msgs/Odometry");
+  command.option("--clouds", options->clouds,
+                 "topics of the point clouds to take; default: of each frame the one with times and the most points");
   command.footer(
       "Datagrams of scanners are taken as they are; images and poses become packets of devices that hueline knows. The "
       "table says what each topic became. Then complete DRIVE/rig.yaml and run: hueline replay DRIVE --rig "

@@ -119,7 +119,11 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   ImportRig sensors(*survey);
   sensors.add_pose(files->topics);
   if (Status done = add_scanners(*files, options.out, sensors, out); !done.ok()) return done.error();
-  sensors.add_clouds();
+  for (const std::string& topic : options.clouds)
+    if (!survey->clouds.contains(topic))
+      return Error{ErrorCode::Invalid,
+                   fmt::format("--clouds {}: the recording has no point clouds of that topic", topic)};
+  sensors.add_clouds(options.clouds);
   for (const auto& [topic, camera] : survey->cameras) {
     if (camera.width > 0)
       sensors.add_camera(topic, camera, *offset);

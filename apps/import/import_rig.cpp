@@ -103,8 +103,10 @@ void ImportRig::add_scanner(const rosbag::TopicCount& topic, const CaptureDevice
 }
 
 /// Returns why the clouds of a topic are not used; empty: they are.
-std::string ImportRig::why_not_used(const std::string& topic, const BagSurvey::Cloud& cloud) const {
+std::string ImportRig::why_not_used(const std::string& topic, const BagSurvey::Cloud& cloud,
+                                    const std::vector<std::string>& wanted) const {
   if (!cloud.config) return cloud.why.empty() ? "no message of it has a return" : cloud.why;
+  if (!wanted.empty()) return std::ranges::find(wanted, topic) != wanted.end() ? "" : "--clouds does not name it";
   if (std::ranges::find(kStanding, cloud.frame) != kStanding.end())
     return fmt::format("its frame {} does not move with the vehicle", cloud.frame);
   if (const auto packets = packets_in_.find(cloud.frame); packets != packets_in_.end())
@@ -116,13 +118,13 @@ std::string ImportRig::why_not_used(const std::string& topic, const BagSurvey::C
   for (const auto& [other, one] : survey_->clouds)
     if (other != topic && one.config && one.frame == cloud.frame &&
         (worth(one) > worth(cloud) || (worth(one) == worth(cloud) && other < topic)))
-      return fmt::format("{} is in the same frame", other);
+      return fmt::format("{} is in the same frame; if they are of two scanners, name both with --clouds", other);
   return {};
 }
 
-void ImportRig::add_clouds() {
+void ImportRig::add_clouds(const std::vector<std::string>& wanted) {
   for (const auto& [topic, cloud] : survey_->clouds) {
-    if (const std::string why = why_not_used(topic, cloud); !why.empty())
+    if (const std::string why = why_not_used(topic, cloud, wanted); !why.empty())
       became_[topic] = "not used: " + why;
     else
       add_cloud(topic, cloud);

@@ -35,8 +35,9 @@ class ImportRig {
   void add_pose(const std::vector<rosbag::TopicCount>& topics);
   void add_scanner(const rosbag::TopicCount& topic, const CaptureDevice& device, const std::string& metadata,
                    Buffer description);
-  /// Adds the point clouds of the scanners that are not there yet. Call it after all add_scanner().
-  void add_clouds();
+  /// Adds the point clouds of the topics `wanted`; if there are none, the best of each frame whose scanner is not there
+  /// yet. Call it after all add_scanner().
+  void add_clouds(const std::vector<std::string>& wanted);
   /// `offset` is GPS time minus Unix time.
   void add_camera(const std::string& topic, const BagSurvey::Camera& camera, std::chrono::seconds offset);
 
@@ -50,7 +51,8 @@ class ImportRig {
 
  private:
   void add_cloud(const std::string& topic, const BagSurvey::Cloud& cloud);
-  std::string why_not_used(const std::string& topic, const BagSurvey::Cloud& cloud) const;
+  std::string why_not_used(const std::string& topic, const BagSurvey::Cloud& cloud,
+                           const std::vector<std::string>& wanted) const;
   std::string lens(const std::string& name, const std::string& topic, const BagSurvey::Camera& camera);
   std::string base() const;
   std::optional<Eigen::Isometry3d> place_of(const std::string& frame) const;

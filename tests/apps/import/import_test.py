@@ -178,6 +178,9 @@ with tempfile.TemporaryDirectory() as work:
     said = run("import", "world.db3", "--out", "drive")
     for wanted in ("/points", "/left/image_raw", "/inspvax", "/chatter", "my_msgs/Chatter"):
         assert wanted in said, f"{wanted} is not told:\n{said}"
+    assert "--clouds does not name it" not in said
+    run("import", "world.db3", "--out", "other", "--clouds", "/chatter", status=2)
+    assert run("import", "world.db3", "--out", "named", "--clouds", "/points") == said.replace("drive/", "named/")
     rig = open("drive/rig.yaml").read()
     assert "the tree of frames: mountings of the rig" in said and rig.count("by the recording's tree of frames") == 2, said + rig
     assert "driver: ros_cloud" in rig and "time_field: 'time'" in rig and "time_unit: s" in rig, rig
