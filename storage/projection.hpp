@@ -13,9 +13,9 @@ namespace hueline::storage {
 
 /// Transforms Enu coordinates at an origin to easting, northing and height on a map, m.
 ///
-/// In each cube of 256 m a quadratic polynomial, fitted to PROJ, places the points. It was within 2e-7 m of PROJ
-/// wherever it was tried. In a cube whose corners it does not meet within 1e-5 m, PROJ is asked for each point. The
-/// result of a point depends on that point alone, not on other points, their order or the thread. Move-only.
+/// In each cube of 256 m a quadratic polynomial, fitted to the MapOperation, places the points. It was within 2e-7 m of
+/// PROJ wherever it was tried. In a cube whose corners it does not meet within 1e-5 m, the operation is asked for each
+/// point. The result of a point depends on that point alone, not on other points, their order or the thread. Move-only.
 /// Thread safety: none, because it keeps the cubes; one thread calls all functions.
 class Projection {
  public:
@@ -28,7 +28,7 @@ class Projection {
 
   /// Returns {easting, northing, height}. The values are not finite if the place cannot be projected.
   Eigen::Vector3d project(double east, double north, double up);
-  /// Returns the same by PROJ itself, for checks.
+  /// Returns the same by the MapOperation itself, for checks.
   Eigen::Vector3d project_exactly(double east, double north, double up) const;
 
   const Geodetic& origin() const { return origin_; }
@@ -38,7 +38,7 @@ class Projection {
  private:
   struct Cube {
     std::int64_t east = 0, north = 0, up = 0;  // indices of the cube; its centre is (index + 0.5) * side
-    bool exact = false;                        // the polynomial does not fit: ask PROJ
+    bool exact = false;                        // the polynomial does not fit: ask the operation
     /// Columns: constant, e, n, u, ee, nn, uu, en, eu, nu in units of half a side.
     Eigen::Matrix<double, 3, 10> coefficients;
   };
