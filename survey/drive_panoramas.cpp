@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <numbers>
-#include <string_view>
 #include <utility>
 
 namespace hueline::survey {
@@ -22,13 +20,6 @@ constexpr nanoseconds kPoseStep{500'000};
 constexpr std::array kFill_m{3.0, 6.0, 12.0};
 constexpr double kFillMost_m = 20.0;
 constexpr nanoseconds kFillAround{4'000'000'000};
-
-std::optional<std::uint32_t> whole_number(std::string_view text) {
-  std::uint32_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || text.empty()) return {};
-  return value;
-}
 
 /// The view's axes in the local level (east, north, up), if its x axis points to `heading` and z up.
 Eigen::Quaterniond level_view(double heading) {
@@ -45,37 +36,6 @@ double heading_of(const Eigen::Vector3d& direction) {
 }
 
 }  // namespace
-
-bool ExposureChoice::has_number(std::uint32_t number) const {
-  return numbers.empty() || std::any_of(numbers.begin(), numbers.end(), [&](const auto& range) {
-           return range.first <= number && number <= range.second;
-         });
-}
-
-Result<ExposureChoice> ExposureChoice::parse(const std::string& text) {
-  ExposureChoice out;
-  const Error wrong{
-      ErrorCode::Invalid,
-      "'" + text + "' chooses no exposures; allowed: all, every:N, or numbers and ranges such as 3,7,20-30"};
-  if (text == "all") return out;
-  if (constexpr std::string_view kEvery = "every:"; text.starts_with(kEvery)) {
-    const auto every = whole_number(std::string_view(text).substr(kEvery.size()));
-    if (!every || *every == 0 || *every > 1'000'000) return wrong;
-    out.every = static_cast<int>(*every);
-    return out;
-  }
-  for (std::string_view left = text;;) {
-    const std::size_t comma = left.find(',');
-    const std::string_view part = left.substr(0, comma);
-    const std::size_t dash = part.find('-');
-    const auto first = whole_number(part.substr(0, dash));
-    const auto last = dash == std::string_view::npos ? first : whole_number(part.substr(dash + 1));
-    if (!first || !last || *last < *first) return wrong;
-    out.numbers.emplace_back(*first, *last);
-    if (comma == std::string_view::npos) return out;
-    left.remove_prefix(comma + 1);
-  }
-}
 
 DrivePanoramas::DrivePanoramas(const config::Rig& rig, const Config& config, Use use)
     : rig_(rig),
@@ -147,15 +107,13 @@ void DrivePanoramas::on_exposure(const Exposure& exposure) {
     fresh.images.resize(cameras.size());
     const auto& choice = config_.choice;
     fresh.is_chosen = counts_.moments++ % static_cast<std::uint64_t>(choice.every) == 0 && choice.numbers.empty() &&
-                      (!choice.from || *choice.from <= time) && (!choice.to || time <= *choice.to);
+                      choice.has_time(time);
     auto at = moments_.end();
     while (at != moments_.begin() && std::prev(at)->time > time) --at;
     moment = std::make_reverse_iterator(std::next(moments_.insert(at, std::move(fresh))));
   }
   const auto& choice = config_.choice;
-  if (!choice.numbers.empty() && choice.has_number(exposure.index) && (!choice.from || *choice.from <= time) &&
-      (!choice.to || time <= *choice.to))
-    moment->is_chosen = true;
+  if (!choice.numbers.empty() && choice.has_number(exposure.index) && choice.has_time(time)) moment->is_chosen = true;
   moment->exposure = std::min(moment->exposure, exposure.index);
   Image& image = moment->images[index];
   image = exposure.image;

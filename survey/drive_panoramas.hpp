@@ -15,22 +15,10 @@
 #include "fusion/georeference.hpp"
 #include "fusion/panorama_renderer.hpp"
 #include "fusion/worker_pool.hpp"
+#include "runtime/exposure_choice.hpp"
 #include "runtime/products.hpp"
 
 namespace hueline::survey {
-
-/// Which exposures of a drive become panoramas.
-struct ExposureChoice {
-  int every = 1;  ///< the first of so many moments, counted from the first of the drive
-  /// Numbers of exposures as in cloud.las, as ranges with both ends; empty: all.
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> numbers;
-  std::optional<GpsTime> from, to;  ///< both ends belong to it
-
-  /// Returns whether `number` lies in one of the ranges, or there is none.
-  bool has_number(std::uint32_t number) const;
-  /// Reads "all", "every:N", or numbers and ranges such as "3,7,20-30". Errors: Invalid, with what is allowed.
-  static Result<ExposureChoice> parse(const std::string& text);
-};
 
 /// How a panorama lies in the world.
 enum class PanoramaOrientation : std::uint8_t {
@@ -62,7 +50,7 @@ struct DrivePanorama {
 class DrivePanoramas : public runtime::ProductSink {
  public:
   struct Config {
-    ExposureChoice choice;
+    runtime::ExposureChoice choice;
     std::uint32_t width = 0;  ///< px, even; 0: what the lenses resolve. The height is half of it
     PanoramaOrientation orientation = PanoramaOrientation::Heading;
     /// What the vehicle hides comes from exposures before and after, from places near by. Needs use_depth.

@@ -66,7 +66,7 @@ std::optional<GpsTime> gps_time(double seconds) {
 
 survey::DrivePanoramas::Config configuration(const Options& options) {
   survey::DrivePanoramas::Config config;
-  auto choice = survey::ExposureChoice::parse(options.exposures);
+  auto choice = runtime::ExposureChoice::parse(options.exposures);
   if (!choice.ok()) throw config::ConfigError("--exposures: " + choice.error().message);
   config.choice = *choice;
   config.choice.from = gps_time(options.from_s);

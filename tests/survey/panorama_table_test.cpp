@@ -51,6 +51,8 @@ TEST(PanoramaTable, RefusesWhatIsNoPanorama) {
             std::string::npos);
 }
 
+using runtime::ExposureChoice;
+
 TEST(ExposureChoice, ReadsNumbersRangesAndSteps) {
   const auto all = ExposureChoice::parse("all");
   ASSERT_TRUE(all.ok());
