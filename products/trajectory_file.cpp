@@ -7,17 +7,12 @@
 
 #include "core/calendar.hpp"
 #include "products/trajectory_export.hpp"
+#include "products/utc_text.hpp"
 
 namespace hueline::products {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-
-std::string utc_text(GpsTime time) {
-  const UtcTime utc = to_utc(time);
-  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:06}Z", utc.year, utc.month, utc.day, utc.hour, utc.minute,
-                     utc.second, utc.nanosecond / 1000);
-}
 
 /// Returns the text with the characters that XML and JSON reserve left out.
 std::string plain(const std::string& text) {

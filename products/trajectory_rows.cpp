@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "products/place_sigma.hpp"
 #include "products/trajectory_export.hpp"
 
 namespace hueline::products {
@@ -61,12 +62,7 @@ void TrajectoryRows::give(GpsTime time) {
                  (before ? before : at)->T_enu_body.rotation * config_.point_body.xyz) /
                 dt;
   row.velocity_enu = here_from_origin * velocity;
-  // The angles' sigmas move the point across its arm.
-  const Eigen::Vector3d axes[] = {at->T_enu_body.rotation * Eigen::Vector3d::UnitY(),
-                                  at->T_enu_body.rotation * Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()};
-  Eigen::Vector3d variance = at->sigma_position.cwiseAbs2();
-  for (Eigen::Index k = 0; k < 3; ++k) variance += (axes[k].cross(arm) * at->sigma_attitude[k]).cwiseAbs2();
-  row.sigma_position = variance.cwiseSqrt();
+  row.sigma_position = place_sigma(*at, arm);
   row.sigma_attitude = at->sigma_attitude;
   use_(row);
 }

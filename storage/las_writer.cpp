@@ -31,9 +31,9 @@ int day_of_year(const UtcTime& utc) {
   return static_cast<int>((day - sys_days(year{utc.year} / January / 1)).count()) + 1;
 }
 
-double decimal_year(const UtcTime& utc) { return utc.year + (day_of_year(utc) - 1) / 365.25; }
-
 }  // namespace
+
+double decimal_year(const UtcTime& utc) { return utc.year + (day_of_year(utc) - 1) / 365.25; }
 
 /// What a LAZ file needs besides the header: chunks that are being compressed, and the table of those in the file.
 struct LasWriter::Compression {

@@ -10,6 +10,9 @@
 
 namespace hueline::storage {
 
+/// Returns a day as a decimal year, in which the epochs of coordinates are given.
+double decimal_year(const UtcTime& utc);
+
 /// Writes the coloured cloud as LAS or LAZ 1.4, point format 7: adjusted standard GPS time, steps of 1 mm, CRS as OGC
 /// WKT, 8-bit colours times 257, and extra bytes as the list of point fields says (core/point_fields.hpp). Reads no
 /// clock: the same blocks give the same bytes.

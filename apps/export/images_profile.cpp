@@ -1,0 +1,154 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <deque>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "apps/exit_code.hpp"
+#include "apps/export/profile.hpp"
+#include "apps/log.hpp"
+#include "config/section.hpp"
+#include "core/output_file.hpp"
+#include "products/image_export.hpp"
+#include "runtime/exposure_choice.hpp"
+#include "runtime/pipeline.hpp"
+#include "runtime/recording.hpp"
+#include "runtime/version.hpp"
+
+namespace hueline::apps {
+namespace {
+
+/// Passes on the exposures that are chosen.
+class Chosen : public runtime::ProductSink {
+ public:
+  Chosen(products::ImageExport& images, const runtime::ExposureChoice& choice, nanoseconds together)
+      : images_(images), choice_(choice), together_(together) {}
+
+  void on_origin(const Geodetic& origin) override { images_.set_origin(origin); }
+  void on_exposure(const Exposure& exposure) override {
+    if (is_chosen(exposure)) images_.add(exposure);
+  }
+  void on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) override {
+    status_ = images_.settle(exposure, trajectory);
+  }
+  void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override { images_.add(block); }
+  const Status& status() const { return status_; }
+
+ private:
+  bool is_chosen(const Exposure& exposure) {
+    if (!choice_.has_number(exposure.index) || !choice_.has_time(exposure.exposure_mid)) return false;
+    if (choice_.every == 1) return true;
+    // The exposures of several cameras at one moment are chosen or left together.
+    constexpr std::size_t kRecent = 64;
+    const GpsTime time = exposure.exposure_mid;
+    for (const auto& [other, is_one] : recent_)
+      if ((time > other ? time - other : other - time) <= together_) return is_one;
+    recent_.emplace_back(time, moments_++ % choice_.every == 0);
+    if (recent_.size() > kRecent) recent_.pop_front();
+    return recent_.back().second;
+  }
+
+  products::ImageExport& images_;
+  runtime::ExposureChoice choice_;
+  nanoseconds together_;
+  std::deque<std::pair<GpsTime, bool>> recent_;
+  std::int64_t moments_ = 0;
+  Status status_;
+};
+
+class ImagesProfile : public ExportProfile {
+ public:
+  const char* word() const override { return "images"; }
+  const char* help() const override {
+    return "the lens images of the exposures, with their poses: COLMAP's text model, nerfstudio's transforms.json, "
+           "poses.csv";
+  }
+  bool writes_folder() const override { return true; }
+
+  void declare(Command& command) override {
+    command.setting("--exposures", exposures_, "images: all, every:N, or numbers and ranges such as 3,7,20-30");
+    command.option("--from", from_s_, "images: only exposures from this GPS time on, s");
+    command.option("--to", to_s_, "images: only exposures up to this GPS time, s");
+    command.setting("--lens", lens_, "images: pixels as recorded, or undistorted", {"recorded", "pinhole"});
+    command.setting("--format", format_, "images: format of the pictures", {"jpeg", "png"});
+    command.setting("--quality", quality_, "images: quality of JPEG pictures", {.least = 1, .most = 100});
+    command.setting("--points", points_, "images: most points of the cloud that are written with the poses",
+                    {.least = 0, .most = 10'000'000});
+  }
+
+  int run(const ExportWords& words) override {
+    auto choice = runtime::ExposureChoice::parse(exposures_);
+    if (!choice.ok()) throw config::ConfigError("--exposures: " + choice.error().message);
+    if (!std::isnan(from_s_)) choice->from = GpsTime(from_seconds(from_s_));
+    if (!std::isnan(to_s_)) choice->to = GpsTime(from_seconds(to_s_));
+    if (choice->from && choice->to && *choice->to < *choice->from) throw config::ConfigError("--to lies before --from");
+    auto recording = runtime::Recording::open(words.drive, words.rig);
+    if (!recording.ok()) {
+      log_error(recording.error().message);
+      return opening_status(recording.error());
+    }
+    const config::Rig& rig = recording->rig;
+    if (rig.geometry.head.lenses.empty())
+      throw config::ConfigError("the rig has no camera head: there are no images to write");
+    auto folder = OutputFolder::open(words.out);
+    if (!folder.ok()) {
+      log_error(folder.error().message);
+      return kOutputRefused;
+    }
+    products::ImageExport::Config config;
+    config.pixels = lens_ == "pinhole" ? products::LensPixels::Pinhole : products::LensPixels::Recorded;
+    config.is_png = format_ == "png";
+    config.quality = quality_;
+    config.most_points = static_cast<std::size_t>(points_);
+    config.threads = words.threads;
+    config.software = std::string("hueline ") + runtime::kVersion;
+    products::ImageExport images(folder->path(), rig.geometry.head, rig.map, config);
+    Chosen sink(images, *choice, rig.colouring.together);
+    Status read;
+    {
+      runtime::Pipeline pipeline(rig, words.threads, sink);
+      read = recording->for_each([&](const Packet& packet) {
+        pipeline.process(packet);
+        return sink.status().ok();
+      });
+      pipeline.flush();
+    }
+    if (const Status finished = images.finish(); !finished.ok()) {
+      log_error(finished.error().message);
+      return finished.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
+    }
+    return tell(words, images, read);
+  }
+
+ private:
+  static int tell(const ExportWords& words, const products::ImageExport& images, const Status& read) {
+    const auto& counts = images.counts();
+    fmt::print("{}: {} pictures of {} exposures\n", words.out, counts.pictures, counts.exposures);
+    const auto warn = [](std::uint64_t count, const char* what) {
+      if (count > 0) log_warning("{} {}", count, what);
+    };
+    warn(counts.without_time, "exposures have no time, so no pose");
+    warn(counts.incomplete, "exposures are left out, because their image lacks parts");
+    warn(counts.lost_lenses, "pictures are left out, because a part of their image could not be decoded");
+    warn(counts.without_pose, "exposures have no pose, because solutions of the POS are missing there");
+    warn(counts.early, "exposures are left out, because their pose came too late for the memory");
+    for (const std::string& one : images.missing_tables()) log_warning("{}", one);
+    if (!read.ok()) {
+      log_error("{}: everything that is whole was used", read.error().message);
+      return kInputUnreadable;
+    }
+    return counts.pictures == 0 ? kNothingCame : kDone;
+  }
+
+  std::string exposures_ = "all", lens_ = "recorded", format_ = "jpeg";
+  double from_s_ = std::nan(""), to_s_ = std::nan("");
+  int quality_ = 95, points_ = 200'000;
+};
+
+}  // namespace
+
+std::unique_ptr<ExportProfile> make_images_profile() { return std::make_unique<ImagesProfile>(); }
+
+}  // namespace hueline::apps

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/command_line.hpp"
+
+namespace hueline::apps {
+
+/// What every profile of `hueline export` is told.
+struct ExportWords {
+  std::string drive;  ///< a drive's folder, a recording or a cloud
+  std::string rig;    ///< a rig file to use instead of the recorded one; empty: none
+  std::string out;
+  int threads = 2;
+};
+
+/// A kind of file, or of a folder of files, that `hueline export` writes. A new one is a class in a file of its own and
+/// a line in export_profiles().
+class ExportProfile {
+ public:
+  virtual ~ExportProfile() = default;
+  virtual const char* word() const = 0;  ///< behind --profile
+  virtual const char* help() const = 0;  ///< its line of the help
+  virtual bool writes_folder() const { return false; }
+  /// Declares the options that only this profile has. Their help begins with the profile's word.
+  virtual void declare(Command& command) { (void)command; }
+  /// Writes. Returns the exit status (apps/exit_code.hpp).
+  virtual int run(const ExportWords& words) = 0;
+};
+
+std::unique_ptr<ExportProfile> make_laz_profile();
+std::unique_ptr<ExportProfile> make_copc_profile();
+std::unique_ptr<ExportProfile> make_trajectory_profile();
+std::unique_ptr<ExportProfile> make_images_profile();
+
+}  // namespace hueline::apps

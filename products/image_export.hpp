@@ -1,0 +1,92 @@
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/stamped.hpp"
+#include "fusion/rig_geometry.hpp"
+#include "fusion/trajectory.hpp"
+#include "fusion/worker_pool.hpp"
+#include "products/image_tables.hpp"
+#include "products/lens_picture.hpp"
+#include "products/point_sample.hpp"
+
+namespace hueline::products {
+
+/// Writes the lens images of a drive's exposures with tables of their poses, for reconstruction from images. Give it
+/// exposures with their images as they come, then the same exposures once their poses are settled. Images are held in
+/// between, at most `most_waiting_bytes`. The files do not depend on the number of threads.
+/// Thread safety: none; one thread calls all functions.
+class ImageExport {
+ public:
+  struct Config {
+    LensPixels pixels = LensPixels::Recorded;
+    bool is_png = false;               ///< PNG instead of JPEG
+    int quality = 95;                  ///< of JPEG, 1 to 100
+    std::size_t most_points = 200'000;  ///< of the sample of the cloud
+    int threads = 2;
+    std::string software;                                          ///< for the pictures' EXIF data
+    std::size_t most_waiting_bytes = std::size_t{2} << 30;  ///< of images
+  };
+  struct Counts {
+    std::uint64_t exposures = 0;     ///< that were given
+    std::uint64_t pictures = 0;      ///< written
+    std::uint64_t without_time = 0;  ///< exposures that nothing stamped
+    std::uint64_t incomplete = 0;    ///< exposures whose image lacks parts
+    std::uint64_t without_pose = 0;  ///< exposures at whose time the trajectory has no pose
+    std::uint64_t lost_lenses = 0;   ///< lens images of complete exposures in which a part could not be decoded
+    std::uint64_t early = 0;         ///< exposures whose pose did not come before the memory was full
+  };
+
+  /// `folder` exists. `head` must outlive the object.
+  ImageExport(const std::filesystem::path& folder, const fusion::CameraHeadGeometry& head,
+              const storage::MapConfig& map, const Config& config);
+
+  /// Sets the origin of the local level of the drive. Call it before the first settled exposure.
+  void set_origin(const Geodetic& origin) { origin_ = origin; }
+  /// Takes an exposure with its image. Its index is its number in the names of files.
+  void add(const Exposure& exposure);
+  /// Takes points of the cloud for the sample.
+  void add(const CloudBlock& block) { sample_.add(block); }
+  /// Writes the pictures of an exposure that was added. Errors: those of the tables; Io. After an error nothing more is
+  /// written.
+  Status settle(const Exposure& exposure, const fusion::Trajectory& trajectory);
+  /// Writes the ends of the tables. Errors: Io; an earlier error.
+  Status finish();
+
+  const Counts& counts() const { return counts_; }
+  /// Returns why a table could not be written for this rig; the others were.
+  const std::vector<std::string>& missing_tables() const { return missing_tables_; }
+
+ private:
+  struct Waiting {
+    SensorId camera{};
+    std::uint32_t index = 0;
+    Image image;
+  };
+  Status open_tables(GpsTime first);
+  Status write(const Waiting& exposure, GpsTime time, nanoseconds sigma, const fusion::Pose& pose);
+
+  std::filesystem::path folder_;
+  const fusion::CameraHeadGeometry& head_;
+  storage::MapConfig map_;
+  Config config_;
+  fusion::WorkerPool pool_;
+  std::vector<LensPicture> pictures_;  // of the lenses of the head
+  std::vector<PictureLens> lenses_;    // the same in the tables
+  std::vector<std::unique_ptr<ImageTable>> tables_;
+  std::vector<std::string> missing_tables_;
+  std::optional<Geodetic> origin_;
+  std::deque<Waiting> waiting_;
+  std::size_t waiting_bytes_ = 0;
+  PointSample sample_;
+  Counts counts_;
+  Status status_;
+};
+
+}  // namespace hueline::products
