@@ -5,9 +5,10 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <hwy/aligned_allocator.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numbers>
 
 #include "core/portable_math.hpp"
@@ -26,19 +27,24 @@ struct DepthBlock {
   DepthMap::Config config;
   int gap = 0, guard = 0;  ///< reach of the filters up and down, in cells
   float tolerance = 0, share = 0;
-  std::vector<RowReach> reach;      ///< for each row of the map
-  int first_row = 0, rows = 0;      ///< rows of the map, with those around
-  int first_column = 0, width = 0;  ///< columns of the map, with those around; the first may be negative
-  std::vector<float> values;        ///< of all planes, with room around each, because vectors run over its ends
+  std::vector<RowReach> reach;                ///< for each row of the map
+  int first_row = 0, rows = 0;                ///< rows of the map, with those around
+  int pad = 0, width = 0;                     ///< columns around on each side, and all columns; multiples of kLanes
+  hwy::AlignedFreeUniquePtr<float[]> values;  ///< of all planes, with room around each for vectors that begin beside it
   std::size_t plane_size = 0;
-  float* plane(std::size_t index) { return values.data() + index * plane_size + kRoom; }
+  float* plane(std::size_t index) { return values.get() + index * plane_size + kRoom; }
   static constexpr std::size_t kRoom = 64;
 };
 /// The planes of a block.
 enum DepthPlane : std::size_t { kClosed, kFar, kOutline, kGuarded, kSlope, kScratch, kDepthPlanes };
+constexpr int kLanes = 16;                           // of the widest vectors
 constexpr int kMostCells = 8;                        // largest reach to the left and right
-constexpr int kPad = 3 * kMostCells + 2;             // of three filters in sequence, and slopes
 constexpr int kBlockRows = 32, kBlockColumns = 128;  // what a block's filters work on fits the cache
+
+constexpr int whole_lanes(int columns) { return (columns + kLanes - 1) / kLanes * kLanes; }
+/// Returns how many columns beside a cell decide about it: two filters that close, slopes, and one that guards.
+constexpr int columns_around(const RowReach& reach) { return 2 * reach.gap + 1 + std::max(1, reach.guard); }
+constexpr int kMostAround = whole_lanes(columns_around({kMostCells, kMostCells}));
 }  // namespace hueline::fusion
 #endif
 
@@ -46,7 +52,7 @@ HWY_BEFORE_NAMESPACE();
 namespace hueline::fusion::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using D = hn::CappedTag<float, 16>;
+using D = hn::CappedTag<float, kLanes>;
 using V = hn::Vec<D>;
 
 struct Nearer {
@@ -70,18 +76,24 @@ void filter(DepthBlock& block, std::size_t from, std::size_t to, int vertical, c
     float* out = scratch + y * stride;
     const int reach = reach_of(block.reach[static_cast<std::size_t>(block.first_row + y)]);
     for (std::ptrdiff_t x = 0; x < stride; x += lanes) {
-      V extreme = hn::LoadU(d, in + x);
+      V extreme = hn::Load(d, in + x);
       for (int k = 1; k <= reach; ++k)
         extreme = Extreme::of(extreme, Extreme::of(hn::LoadU(d, in + x - k), hn::LoadU(d, in + x + k)));
-      hn::StoreU(extreme, d, out + x);
+      hn::Store(extreme, d, out + x);
     }
   }
-  for (int y = 0; y < block.rows; ++y) {
-    const int first = std::max(0, y - vertical), last = std::min(block.rows - 1, y + vertical);
+  // Two rows have all but one of the rows around them in common.
+  for (int y = 0; y < block.rows; y += 2) {
+    const int end = block.rows - 1, next = std::min(y + 1, end);
+    const int first = std::max(0, y - vertical), last = std::min(end, next + vertical);
+    const int begin_shared = std::max(0, next - vertical), end_shared = std::min(end, y + vertical);
     for (std::ptrdiff_t x = 0; x < stride; x += lanes) {
-      V extreme = hn::LoadU(d, scratch + first * stride + x);
-      for (int k = first + 1; k <= last; ++k) extreme = Extreme::of(extreme, hn::LoadU(d, scratch + k * stride + x));
-      hn::StoreU(extreme, d, result + y * stride + x);
+      const float* column = scratch + x;
+      V shared = hn::Load(d, column + begin_shared * stride);
+      for (int k = begin_shared + 1; k <= end_shared; ++k)
+        shared = Extreme::of(shared, hn::Load(d, column + k * stride));
+      hn::Store(Extreme::of(shared, hn::Load(d, column + first * stride)), d, result + y * stride + x);
+      hn::Store(Extreme::of(shared, hn::Load(d, column + last * stride)), d, result + next * stride + x);
     }
   }
 }
@@ -112,8 +124,8 @@ void close_gaps(DepthBlock& block) {
     const float* below = y + 1 < block.rows ? here + stride : here;
     float *mark = block.plane(kOutline) + first, *steep = block.plane(kSlope) + first;
     for (std::ptrdiff_t x = 0; x < stride; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
-      const V c = hn::LoadU(d, here + x), left = hn::LoadU(d, here + x - 1), right = hn::LoadU(d, here + x + 1),
-              up = hn::LoadU(d, above + x), down = hn::LoadU(d, below + x);
+      const V c = hn::Load(d, here + x), left = hn::LoadU(d, here + x - 1), right = hn::LoadU(d, here + x + 1),
+              up = hn::Load(d, above + x), down = hn::Load(d, below + x);
       const V along = gentler(d, hn::Sub(c, left), hn::Sub(right, c)),
               across = gentler(d, hn::Sub(c, up), hn::Sub(down, c));
       const V slack = hn::Add(hn::Mul(hn::Mul(tolerance, c), c), hn::Mul(share, c));
@@ -122,12 +134,33 @@ void close_gaps(DepthBlock& block) {
       };
       const V most = hn::Max(hn::Max(nearer(left, hn::Sub(c, along)), nearer(right, hn::Add(c, along))),
                              hn::Max(nearer(up, hn::Sub(c, across)), nearer(down, hn::Add(c, across))));
-      hn::StoreU(most, d, mark + x);
-      hn::StoreU(hn::Add(hn::Abs(along), hn::Abs(across)), d, steep + x);
+      hn::Store(most, d, mark + x);
+      hn::Store(hn::Add(hn::Abs(along), hn::Abs(across)), d, steep + x);
     }
   }
   filter<Nearer>(block, kOutline, kGuarded, block.guard, guard);
   filter<Nearer>(block, kOutline, kOutline, 1, one);
+}
+
+/// Writes the four bounds of `columns` cells from column `pad` on of a row of the block, cell by cell.
+void write_bounds(DepthBlock& block, int row, int columns, float* bounds) {
+  const D d;
+  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * block.width + block.pad;
+  const float *far = block.plane(kFar) + first, *closed = block.plane(kClosed) + first,
+              *slope = block.plane(kSlope) + first, *outline = block.plane(kOutline) + first,
+              *guarded = block.plane(kGuarded) + first;
+  std::ptrdiff_t x = 0;
+  for (; x + lanes <= columns; x += lanes)
+    hn::StoreInterleaved4(hn::Load(d, far + x), hn::Sub(hn::Load(d, closed + x), hn::Load(d, slope + x)),
+                          hn::Load(d, outline + x), hn::Load(d, guarded + x), d, bounds + 4 * x);
+  for (; x < columns; ++x) {
+    float* cell = bounds + 4 * x;
+    cell[0] = far[x];
+    cell[1] = closed[x] - slope[x];
+    cell[2] = outline[x];
+    cell[3] = guarded[x];
+  }
 }
 
 }  // namespace hueline::fusion::HWY_NAMESPACE
@@ -137,6 +170,7 @@ HWY_AFTER_NAMESPACE();
 namespace hueline::fusion {
 namespace {
 HWY_EXPORT(close_gaps);
+HWY_EXPORT(write_bounds);
 
 int cells_of(double angle, double cell) { return std::max(1, static_cast<int>(std::lround(angle / cell))); }
 
@@ -157,10 +191,20 @@ DepthBlock block_for(const DepthMap::Config& config, const DirectionGrid& grid) 
     };
     block.reach.push_back({reach(block.gap), reach(block.guard)});
   }
-  block.plane_size = static_cast<std::size_t>((kBlockRows + 2 * rows_around(block)) * (kBlockColumns + 2 * kPad)) +
-                     2 * DepthBlock::kRoom;
-  block.values.assign(kDepthPlanes * block.plane_size, 0.0f);
+  block.plane_size =
+      static_cast<std::size_t>((kBlockRows + 2 * rows_around(block)) * (kBlockColumns + 2 * kMostAround)) +
+      2 * DepthBlock::kRoom;
+  block.values = hwy::AllocateAligned<float>(kDepthPlanes * block.plane_size);
+  std::fill_n(block.values.get(), kDepthPlanes * block.plane_size, 0.0f);
   return block;
+}
+
+/// Returns how many columns beside a cell of these rows decide about it, at the most.
+int widest(const DepthBlock& block, int first_row, int last_row) {
+  int most = 0;
+  for (int row = first_row; row <= last_row; ++row)
+    most = std::max(most, columns_around(block.reach[static_cast<std::size_t>(row)]));
+  return most;
 }
 
 /// Returns an index that goes around.
@@ -193,8 +237,10 @@ void DepthMap::close() {
     const auto first = static_cast<int>(strip * kStrip), last = first + static_cast<int>(kStrip) - 1;
     // A strip that goes on in the next row may have changed at any column.
     const bool is_one_row = first / columns == last / columns;
-    const int left = is_one_row ? first % columns - kPad : 0, right = is_one_row ? last % columns + kPad : columns - 1;
     const int low = std::max(0, first / columns - above), high = std::min(rows - 1, last / columns + above);
+    const int beside = widest(block, low, high);
+    const int left = is_one_row ? first % columns - beside : 0,
+              right = is_one_row ? last % columns + beside : columns - 1;
     for (int x = 0; x < block_columns; ++x) {
       const int begin = x * kBlockColumns, end = std::min(columns, begin + kBlockColumns);
       const bool is_beside = right < begin || left >= end;
@@ -210,27 +256,22 @@ void DepthMap::close() {
     const int end_row = std::min(rows, row + kBlockRows), end_column = std::min(columns, column + kBlockColumns);
     block.first_row = std::max(0, row - above);
     block.rows = std::min(rows, end_row + above) - block.first_row;
-    block.first_column = column - kPad;
-    block.width = end_column - column + 2 * kPad;
+    block.pad = whole_lanes(widest(block, block.first_row, block.first_row + block.rows - 1));
+    block.width = whole_lanes(end_column - column) + 2 * block.pad;
     for (int y = 0; y < block.rows; ++y) {
       const float* in = nearest_.data() + static_cast<std::ptrdiff_t>(block.first_row + y) * columns;
       float* out = block.plane(kClosed) + static_cast<std::ptrdiff_t>(y) * block.width;
       for (int x = 0; x < block.width;) {
-        const int from = around(block.first_column + x, columns), run = std::min(columns - from, block.width - x);
+        const int from = around(column - block.pad + x, columns), run = std::min(columns - from, block.width - x);
         std::copy_n(in + from, run, out + x);
         x += run;
       }
     }
     HWY_DYNAMIC_DISPATCH(close_gaps)(block);
-    for (int y = row; y < end_row; ++y) {
-      const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(y - block.first_row) * block.width + kPad;
-      const float *far = block.plane(kFar) + first, *closed = block.plane(kClosed) + first,
-                  *slope = block.plane(kSlope) + first, *outline = block.plane(kOutline) + first,
-                  *guarded = block.plane(kGuarded) + first;
-      Bounds* bounds = bounds_.data() + static_cast<std::ptrdiff_t>(y) * columns + column;
-      for (std::ptrdiff_t x = 0; x < end_column - column; ++x)
-        bounds[x] = {far[x], closed[x] - slope[x], outline[x], guarded[x]};
-    }
+    for (int y = row; y < end_row; ++y) HWY_DYNAMIC_DISPATCH(write_bounds)
+    (block, y - block.first_row, end_column - column,
+     &bounds_[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)]
+          .whole);
   }
 }
 

@@ -75,7 +75,7 @@ class DepthMap {
 
  private:
   static constexpr std::uint32_t kStrip = 64;  // cells in sequence for which one flag tells whether they have changed
-  /// The nearness of what lies in and around a cell, 1/m; 0: nothing.
+  /// The nearness of what lies in and around a cell, 1/m; 0: nothing. close() writes the four in sequence.
   struct Bounds {
     float whole;    ///< the farthest of the closed map in the cell and its neighbours
     float own;      ///< the closed map in the cell, less its own slope
