@@ -22,6 +22,8 @@ void add_export(Command& all);
 void add_decode(Command& all);
 void add_import(Command& all);
 void add_picture(Command& all);
+/// The `verify` of a recording; that of a simulator's scenario is in `hueline-office`.
+void add_verify_recording(Command& all);
 
 /// The commands that need the simulator or an adjustment, and with them Embree, Ceres and OpenCV, in `hueline-office`.
 void add_simulate(Command& all);
@@ -56,7 +58,7 @@ inline constexpr CommandName kPanorama{
 inline constexpr CommandName kKeys{"keys", "update the tables of keys in a document from the key lists of the program"};
 inline constexpr CommandName kInspect{
     "inspect", "show what is in a file: a recording, cloud, capture file, receiver or bus log, rig or scenario"};
-/// The commands that `hueline` passes on to `hueline-office`.
-inline constexpr std::array kOfficeCommands{kSimulate, kVerify, kScore, kCalibrate, kMeasure, kPanorama, kKeys};
+/// The commands that `hueline` passes on to `hueline-office`. It passes on kVerify too if a scenario is named.
+inline constexpr std::array kOfficeCommands{kSimulate, kScore, kCalibrate, kMeasure, kPanorama, kKeys};
 
 }  // namespace hueline::apps

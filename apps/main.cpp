@@ -1,8 +1,14 @@
+#include <algorithm>
 #include <cstring>
+#include <string_view>
 
 #include "apps/commands.hpp"
 #include "apps/office_program.hpp"
 #include "apps/program.hpp"
+
+namespace {
+bool names_scenario(const std::string_view word) { return word.starts_with("--scenario"); }
+}  // namespace
 
 /// `hueline`: the commands that a vehicle needs. It starts hueline-office, which lies beside it, for all others.
 int main(int argc, char** argv) {
@@ -12,6 +18,8 @@ int main(int argc, char** argv) {
   const char* const word = completes ? (argc > 3 ? argv[2] : "") : (argc > 1 ? argv[1] : "");
   for (const CommandName& command : kOfficeCommands)
     if (std::strcmp(word, command.word) == 0) return run_office_program(argv);
+  if (std::strcmp(word, kVerify.word) == 0 && std::any_of(argv + 2, argv + argc, names_scenario))
+    return run_office_program(argv);
   return run_program(argc, argv, [](Command& all) {
     add_capture(all);
     add_replay(all);
@@ -19,6 +27,7 @@ int main(int argc, char** argv) {
     add_doctor(all);
     add_rig(all);
     add_inspect(all);
+    add_verify_recording(all);
     add_extract(all);
     add_cut(all);
     add_recover(all);

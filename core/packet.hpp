@@ -23,6 +23,7 @@ enum class PacketKind : std::uint8_t {
   Fault = 1,    ///< the bytes of encode_fault(); made by a reader or by Ingest
   Tick = 2,     ///< the tick of a watchdog; its bytes are those of encode_tick(), or none
   Command = 3,  ///< an operator's command: the bytes of encode_command()
+  Ledger = 4,   ///< what has entered until here, by sensor: the bytes of encode_ledger() (runtime/ledger.hpp)
 };
 
 /// The smallest unit that a transport delivers whole: a datagram, a piece of a byte stream, a camera image, a PPS edge.

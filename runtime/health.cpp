@@ -118,6 +118,7 @@ void Health::on_packet(const Packet& packet) {
     }
     return;
   }
+  if (packet.kind == PacketKind::Ledger) return;
   all_packets_.add(1);
   if (packet.kind != PacketKind::Wire || packet.sensor == kSystemSensor || packet.sensor >= sensors_.size()) return;
   Sensor& sensor = sensors_[packet.sensor];

@@ -9,6 +9,7 @@
 namespace hueline::runtime {
 namespace {
 
+constexpr const char* kRefused = "recorder's queue was full: not recorded; the disk is too slow";
 constexpr std::size_t kRoomToTell = 1024;  // bytes, for a fault with its text
 
 Packet packet_of(const Fault& fault) {
@@ -29,7 +30,7 @@ Ingest::Ingest(std::vector<Sensor> sensors, PacketQueue& record, PacketQueue& pi
       record_(record),
       pipeline_(pipeline),
       soft_{pipeline_limits.items / 4 * 3, pipeline_limits.weight / 4 * 3},
-      counts_(sensors_.size()) {}
+      ledger_{std::vector<Ledger::Sensor>(sensors_.size())} {}
 
 bool Ingest::submit(Packet packet, HostTime arrived) {
   Lock lock(mutex_);
@@ -55,6 +56,15 @@ bool Ingest::submit(Packet packet) {
 
 bool Ingest::submit(const Fault& fault) { return submit(packet_of(fault)); }
 
+bool Ingest::submit_ledger() {
+  Lock lock(mutex_);
+  return place_ledger();
+}
+
+bool Ingest::place_ledger() {
+  return place({kSystemSensor, PacketKind::Ledger, false, 0, newest_, Buffer::copy_of(encode_ledger(ledger_))});
+}
+
 bool Ingest::take(Packet packet) {
   if (packet.kind == PacketKind::Fault) {
     Result<Fault> fault = decode_fault(packet.sensor, packet.received, packet.bytes.bytes());
@@ -76,6 +86,8 @@ void Ingest::tell_faults() {
     if (!place(packet_of(fault))) faults_.take_back(std::move(fault));
 }
 
+bool Ingest::is_refusal(const Fault& fault) { return fault.kind == FaultKind::Overflow && fault.detail == kRefused; }
+
 bool Ingest::wait_for_room(std::stop_token stop) {
   // mutex_ is not held here, so that the other readers can continue.
   return record_.wait_until_below(0.5, stop) && pipeline_.wait_until_below(0.5, stop);
@@ -89,7 +101,7 @@ bool Ingest::tell_the_rest(std::stop_token stop) {
       faults_.flush();
       auto untold = faults_.take();
       std::erase_if(untold, [&](const Fault& fault) HUELINE_REQUIRES(mutex_) { return place(packet_of(fault)); });
-      if (refused_untold_.empty() && untold.empty()) return true;
+      if (refused_untold_.empty() && untold.empty() && place_ledger()) return true;
       for (Fault& fault : untold) faults_.take_back(std::move(fault));
     }
     if (!record_.wait_until_below(0.5, stop)) return false;
@@ -99,8 +111,7 @@ bool Ingest::tell_the_rest(std::stop_token stop) {
 void Ingest::tell_refused(HostTime now) {
   const auto untold = std::exchange(refused_untold_, {});
   for (const auto& [sensor, count] : untold) {
-    if (!place(packet_of({sensor, FaultKind::Overflow, now, count,
-                          "recorder's queue was full: not recorded; the disk is too slow"}))) {
+    if (!place(packet_of({sensor, FaultKind::Overflow, now, count, kRefused}))) {
       refused_untold_[sensor] += count;  // still no room: reported later, with the counts that are added until then
     }
   }
@@ -108,29 +119,34 @@ void Ingest::tell_refused(HostTime now) {
 
 bool Ingest::place(Packet packet) {
   const SensorId sensor = packet.sensor < sensors_.size() ? packet.sensor : kSystemSensor;
-  Counts& counts = counts_[sensor];
+  Ledger::Sensor& counts = ledger_.sensors[sensor];
   const std::size_t weight = packet.bytes.size() + 64;
+  const bool is_wire = packet.kind == PacketKind::Wire;
   packet.sequence = next_sequence_++;
   // Only Ingest fills the pipeline's queue, so a packet that fits here still fits below.
   packet.shed = !pipeline_.has_room_for(weight) ||
-                (packet.kind == PacketKind::Wire && sensors_[sensor].is_sheddable &&
+                (is_wire && sensors_[sensor].is_sheddable &&
                  (pipeline_.size() >= soft_.items || pipeline_.weight() + weight > soft_.weight));
   const auto shared = std::make_shared<const Packet>(std::move(packet));
   if (!record_.try_push(shared, weight)) {
     ++counts.refused;
-    if (shared->kind == PacketKind::Wire) ++refused_untold_[sensor];
+    if (is_wire) {
+      ++counts.refused_wire;
+      ++refused_untold_[sensor];
+    }
     return false;
   }
   ++counts.packets;
+  if (is_wire) ++counts.wire;
   counts.bytes += shared->bytes.size();
   if (shared->shed) ++counts.shed;
   if (!shared->shed) pipeline_.try_push(shared, weight);
   return true;
 }
 
-Ingest::Counts Ingest::counts(SensorId sensor) const {
+Ledger::Sensor Ingest::counts(SensorId sensor) const {
   Lock lock(mutex_);
-  return counts_.at(sensor);
+  return ledger_.sensors.at(sensor);
 }
 
 std::uint64_t Ingest::next_sequence() const {

@@ -7,6 +7,7 @@
 #include "core/mutex.hpp"
 #include "core/packet.hpp"
 #include "runtime/fault_rate.hpp"
+#include "runtime/ledger.hpp"
 
 namespace hueline::runtime {
 
@@ -24,6 +25,8 @@ using PacketQueue = BoundedQueue<PacketPtr>;
 ///   all others only when it is full.
 /// - Faults are recorded at the rate that FaultRate allows, whoever makes them. The exceptions are Disconnected,
 ///   Reconnected and Silent, which a reader makes and on which decoders act: each of these is recorded at once.
+/// - From time to time, and at the end, the ledger is recorded: how many packets of each sensor entered and were
+///   refused until then. A reader of the recording proves with it that nothing is missing (LedgerCheck).
 /// - A source may give a wrong stamp, but this computer's own time of the arrival is right. So no packet is recorded as
 ///   received later than it arrived, or more than a minute before. Behind Ingest, stream time is never ahead of the
 ///   computer's clock.
@@ -32,10 +35,6 @@ class Ingest {
   /// What Ingest must know about a sensor.
   struct Sensor {
     bool is_sheddable = false;
-  };
-  /// Counts of one sensor: packets and bytes that entered, packets of them that were shed, packets that were refused.
-  struct Counts {
-    std::uint64_t packets = 0, bytes = 0, shed = 0, refused = 0;
   };
 
   /// `sensors` is indexed by SensorId; index 0 is the system. The weights of the queues are bytes.
@@ -53,22 +52,31 @@ class Ingest {
   bool submit(Packet packet);
   /// Takes a fault that was noticed before packets are recorded. It becomes a packet like any other.
   bool submit(const Fault& fault);
+  /// Records what has entered until now, as a packet of PacketKind::Ledger with the stamp of the newest arrival.
+  /// Returns false if the recorder's queue refused it.
+  bool submit_ledger();
 
   /// Waits until recorder and pipeline have half of their queues free. Sources that can wait call this before each
   /// packet, so that none of their packets is shed or refused. Returns false if stopped or closed.
   bool wait_for_room(std::stop_token stop);
 
-  /// Ends the ingest when no more packets come. Waits until the recorder has room, and reports what was refused and the
-  /// faults that were not reported yet. Returns false if stopped or closed before that was done.
+  /// Whether this fault tells of packets that the recorder's queue refused. Other faults of FaultKind::Overflow tell of
+  /// packets that never came here.
+  static bool is_refusal(const Fault& fault);
+
+  /// Ends the ingest when no more packets come. Waits until the recorder has room, reports what was refused and the
+  /// faults that were not reported yet, and records the ledger. Returns false if stopped or closed before that was
+  /// done.
   bool tell_the_rest(std::stop_token stop);
 
-  Counts counts(SensorId sensor) const;
+  Ledger::Sensor counts(SensorId sensor) const;
   /// Returns the sequence of the next packet, which is the number of packets that were accepted or refused so far.
   std::uint64_t next_sequence() const;
 
  private:
   bool take(Packet packet) HUELINE_REQUIRES(mutex_);
   bool place(Packet packet) HUELINE_REQUIRES(mutex_);
+  bool place_ledger() HUELINE_REQUIRES(mutex_);
   void tell_refused(HostTime now) HUELINE_REQUIRES(mutex_);
   void tell_faults() HUELINE_REQUIRES(mutex_);
 
@@ -78,7 +86,7 @@ class Ingest {
   const PacketQueue::Limits soft_;
   mutable Mutex mutex_;
   std::uint64_t next_sequence_ HUELINE_GUARDED_BY(mutex_) = 0;
-  std::vector<Counts> counts_ HUELINE_GUARDED_BY(mutex_);
+  Ledger ledger_ HUELINE_GUARDED_BY(mutex_);
   std::map<SensorId, std::uint64_t> refused_untold_ HUELINE_GUARDED_BY(mutex_);
   HostTime newest_ HUELINE_GUARDED_BY(mutex_){};  // newest arrival
   FaultRate faults_ HUELINE_GUARDED_BY(mutex_);

@@ -26,21 +26,31 @@ class Choice {
       return Fate::LeaveOut;
     }
     if (!std::exchange(has_first_, true)) first_ = packet.sequence;
+    if (packet.kind == PacketKind::Ledger && is_new_order()) {
+      ++ledgers_;
+      return Fate::LeaveOut;
+    }
     if (packet.sensor < part_.left_out.size() && part_.left_out[packet.sensor]) {
       ++result_.of_others;
       return Fate::LeaveOut;
     }
     return Fate::Keep;
   }
-  std::uint64_t sequence_of(const Packet& packet) const { return packet.sequence - first_ - result_.of_others; }
+  std::uint64_t sequence_of(const Packet& packet) const {
+    return packet.sequence - first_ - result_.of_others - ledgers_;
+  }
 
  private:
+  /// Whether packets get another sequence than they had.
+  bool is_new_order() const { return first_ > 0 || std::ranges::count(part_.left_out, true) > 0; }
+
   const JournalPart& part_;
   CopiedPart& result_;
   bool has_begun_ = false, has_first_ = false;
   HostTime begin_{};
   nanoseconds newest_{0};
-  std::uint64_t first_ = 0;  // sequence of the first packet of the time that is kept
+  std::uint64_t first_ = 0;    // sequence of the first packet of the time that is kept
+  std::uint64_t ledgers_ = 0;  // left out, because they count what is in the old recording
 };
 
 }  // namespace

@@ -30,7 +30,8 @@ struct CopiedPart {
 
 /// Copies packets of a recording into a new one, which is whole, whatever state the old one is in. Packets keep bytes,
 /// times and marks. Their sequence begins at 0 and has the gaps of the old one, so packets that the capture lost stay
-/// missing and those that are left out do not. The header says where the new one is from.
+/// missing and those that are left out do not. The ledgers of the old one are left out if sequences change. The header
+/// says where the new one is from.
 ///
 /// Errors: of the new file, which is then as far as it came; Unsupported if there is nothing to write. The old file is
 /// only read.

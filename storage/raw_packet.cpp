@@ -75,7 +75,7 @@ Result<Packet> decode_raw_packet(const Buffer& message) {
         packet.received = host_time_ns(static_cast<std::int64_t>(value));
         break;
       case kKind:
-        sound = sound && value <= static_cast<std::uint64_t>(PacketKind::Command);
+        sound = sound && value <= static_cast<std::uint64_t>(PacketKind::Ledger);
         packet.kind = static_cast<PacketKind>(sound ? value : 0);
         break;
       case kShed:

@@ -225,6 +225,9 @@ struct Watched {
   bool is_live;  ///< at least one sensor is a device, not a recording
 };
 
+/// Of a recording that is cut off, what came behind its last ledger is proved by the sequence alone.
+constexpr std::uint64_t kTicksPerLedger = 10;
+
 /// Shows the progress until the sources end, a stop is requested, or the options say that it is time to end. Returns
 /// false if it has reported that drive.mcap is no longer in its place.
 bool watch_run(const Watched& watched, const Options& options, const StopSignals& signals) {
@@ -232,6 +235,7 @@ bool watch_run(const Watched& watched, const Options& options, const StopSignals
   Progress progress(options.quiet);
   Silence silence;
   bool is_in_place = true;
+  std::uint64_t ticks = 0;
   const HostTime begin = drivers::host_now();
   while (!run.wait_until_over(std::chrono::seconds(1), signals.asked())) {
     if (signals.asked().stop_requested()) {
@@ -254,9 +258,11 @@ bool watch_run(const Watched& watched, const Options& options, const StopSignals
     progress.show(seconds, run, watched.points.load(std::memory_order_relaxed));
     // A tick moves stream time on when every device is silent, and says how much room the disk has. Recordings have
     // their own time.
-    if (watched.is_live)
+    if (watched.is_live) {
       run.ingest().submit(Packet{kSystemSensor, PacketKind::Tick, false, 0, drivers::host_now(),
                                  Buffer::copy_of(encode_tick(watched.reserve.free_bytes()))});
+      if (++ticks % kTicksPerLedger == 0) run.ingest().submit_ledger();
+    }
     if (options.seconds > 0 && seconds >= options.seconds) break;
     if (options.ends_when_silent && silence.lasts(run)) break;
   }

@@ -96,7 +96,7 @@ TEST(Ingest, AStampThatCannotBeIsTheArrivalAndIsTold) {
   submit(now + std::chrono::microseconds(300));
   bench.ingest.tell_the_rest({});
   const auto recorded = drain(bench.record);
-  ASSERT_EQ(recorded.size(), 6u);
+  ASSERT_EQ(recorded.size(), 7u);
   EXPECT_EQ(recorded[0]->received, now - std::chrono::milliseconds(3));
   EXPECT_EQ(fault_in(*recorded[1]).kind, FaultKind::ClockStep);
   EXPECT_EQ(recorded[2]->received, now);
@@ -104,6 +104,7 @@ TEST(Ingest, AStampThatCannotBeIsTheArrivalAndIsTold) {
   EXPECT_EQ(recorded[4]->received, now + std::chrono::microseconds(300));
   EXPECT_EQ(fault_in(*recorded[5]).count, 1u) << "of the same trouble: told with the end";
   EXPECT_LE(recorded[5]->received, now);
+  EXPECT_EQ(recorded[6]->kind, PacketKind::Ledger);
 }
 
 TEST(Ingest, AFloodOfFaultsIsRecordedAtThePromisedRateAndNoUnitOfItIsLost) {
@@ -139,8 +140,9 @@ TEST(Ingest, AFaultThatTheRecorderRefusedIsToldLater) {
   bench.record.pop();
   EXPECT_TRUE(bench.ingest.tell_the_rest({}));
   const auto recorded = drain(bench.record);
-  ASSERT_EQ(recorded.size(), 1u);
+  ASSERT_EQ(recorded.size(), 2u);
   EXPECT_EQ(fault_in(*recorded[0]).count, 7u);
+  EXPECT_EQ(recorded[1]->kind, PacketKind::Ledger);
 }
 
 TEST(Ingest, WhatADecoderActsOnIsNotHeldBack) {

@@ -106,6 +106,26 @@ TEST_F(JournalParts, SensorsThatAreLeftOutAreNoGaps) {
   EXPECT_GT(copied.of_others, 90u);
 }
 
+TEST_F(JournalParts, LedgersAreKeptWhereTheSequenceIs) {
+  auto packets = sample_packets(300);
+  for (std::size_t i = 0; i < packets.size(); ++i) packets[i].sequence = i;
+  for (const std::size_t i : {100u, 299u}) packets[i].kind = PacketKind::Ledger;
+  write(packets);
+  const auto ledgers = [](const std::vector<Packet>& read) {
+    return std::ranges::count(read, PacketKind::Ledger, &Packet::kind);
+  };
+  (void)copy({});
+  EXPECT_EQ(ledgers(read()), 2);
+  for (const JournalPart& part : {JournalPart{.from_s = 0.02, .to_s = {}, .left_out = {}},
+                                  JournalPart{.from_s = 0, .to_s = {}, .left_out = {false, true}}}) {
+    (void)copy(part);
+    const auto kept = read();
+    EXPECT_EQ(ledgers(kept), 0);
+    ASSERT_GT(kept.size(), 100u);
+    for (std::size_t i = 0; i < kept.size(); ++i) ASSERT_EQ(kept[i].sequence, i) << "what is left out leaves no gap";
+  }
+}
+
 TEST_F(JournalParts, WhatIsWholeOfADamagedRecordingIsRecovered) {
   const auto packets = sample_packets(500);
   write(packets);

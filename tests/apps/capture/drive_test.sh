@@ -30,6 +30,21 @@ done
 [ -s drive/drive.000003.mcap ] && [ "$(stat -c %s drive/drive.000002.mcap)" -lt 2100000 ] || { ls -l drive; fail "segments"; }
 $hueline cut drive --out whole.mcap >/dev/null && $hueline replay whole.mcap --out whole >/dev/null || fail "one file of the segments"
 for file in cloud.las view.mcap; do cmp drive/$file whole/$file || fail "$file of one file is not that of the segments"; done
+# The ledgers prove that all is there, and of a segment that was lost they name the sources.
+$hueline verify drive >proved.txt || { cat proved.txt; fail "verify of a whole recording"; }
+grep -q "^whole: the .* packets are all that entered, by" proved.txt || { cat proved.txt; fail "the proof"; }
+cp -r drive lost && rm lost/drive.000002.mcap
+$hueline verify drive --json >whole.json
+status=0; $hueline verify lost --json >lost.json 2>said.txt || status=$?
+python3 - $status <<'EOF' || { cat lost.json said.txt; fail "verify of a recording that lost a segment"; }
+import json, sys
+whole, lost = json.load(open("whole.json")), json.load(open("lost.json"))
+assert sys.argv[1] == "3" and whole["is_whole"] and not lost["is_whole"]
+missing = [row["missing"] for row in lost["sources"]]
+assert sum(missing) == whole["packets"] - lost["packets"] > 1000, missing
+for before, after in zip(whole["sources"], lost["sources"]):
+    assert after["recorded"] + after["missing"] == before["recorded"] == after["received"], after
+EOF
 # The replay judges as the capture did. (That a flawless drive is good is tested without real time: on a busy computer the devices themselves
 # are late.)
 grep -qE '"grade": "(good|usable with remarks)"' drive/summary.json || { sed -n '/"verdict"/,/"journal"/p' drive/summary.json; fail "the drive is not usable"; }
