@@ -30,7 +30,7 @@ class FeedServer {
     std::size_t depth = 1;  ///< messages that wait for a slow listener at most; older ones are lost
     bool is_kept = false;   ///< a new listener of the channel gets its last message at once
   };
-  static constexpr std::size_t kMostListeners = 64;
+  static constexpr std::size_t kMostListeners = 128;
 
   /// Answers a command of a listener: an error, which is told to the listener, or ok.
   using OnCommand = std::function<Status(const std::string& command, const std::string& note)>;

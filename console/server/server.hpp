@@ -29,7 +29,7 @@ class Server {
     std::uint16_t port = 8765;                 ///< 0: any free one
     boost::asio::ssl::context* tls = nullptr;  ///< null: plain HTTP. It must outlive the server.
     std::size_t most_connections = 256;
-    std::size_t most_sockets = 48;          ///< WebSockets; each is a listener of the feed
+    std::size_t most_sockets = 112;         ///< WebSockets; each is a listener of the feed
     std::chrono::seconds request_time{10};  ///< for TLS, a header and a body together
     std::chrono::seconds idle_time{60};     ///< between two requests
   };
