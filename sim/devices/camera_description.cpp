@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "sim/devices/camera_registers.hpp"
+#include "sim/devices/u3v_registers.hpp"
 
 namespace hueline::sim {
 namespace {
@@ -17,13 +18,16 @@ namespace reg = camera_register;
 /// it.
 class Description {
  public:
+  explicit Description(CameraTransport transport)
+      : byte_order_(transport == CameraTransport::GigeVision ? "BigEndian" : "LittleEndian") {}
+
   /// Adds a register of four bytes that is no feature itself.
   void word(std::string_view name, std::uint32_t address, std::string_view access = "RW") {
     text_ += fmt::format(
         R"(<IntReg Name="{}"><Address>{:#x}</Address><Length>4</Length><AccessMode>{}</AccessMode><pPort>Device</pPort><Cachable>NoCache</Cachable>)"
-        R"(<Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>)"
+        R"(<Sign>Unsigned</Sign><Endianess>{}</Endianess></IntReg>)"
         "\n",
-        name, address, access);
+        name, address, access, byte_order_);
   }
   /// Adds bits of a big-endian register, counted from the most significant one.
   void bits(std::string_view name, std::uint32_t address, int first, int last) {
@@ -98,18 +102,41 @@ class Description {
 
  private:
   void feature(std::string_view name) { features_ += fmt::format("<pFeature>{}</pFeature>", name); }
+  const std::string_view byte_order_;
   std::string features_, text_;
 };
 
+/// Adds who the camera is, which each transport keeps in registers of its own.
+void add_identity(Description& d, CameraTransport transport) {
+  if (transport == CameraTransport::GigeVision) {
+    d.text("DeviceVendorName", reg::kMaker, 32);
+    d.text("DeviceModelName", reg::kModel, 32);
+    d.text("DeviceVersion", reg::kVersion, 32);
+    d.text("DeviceManufacturerInfo", reg::kMakerInformation, 48);
+    d.text("DeviceID", reg::kSerial, 16);
+  } else {
+    d.text("DeviceVendorName", u3v_register::kMaker, 64);
+    d.text("DeviceModelName", u3v_register::kModel, 64);
+    d.text("DeviceVersion", u3v_register::kVersion, 64);
+    d.text("DeviceManufacturerInfo", u3v_register::kMakerInformation, 64);
+    d.text("DeviceSerialNumber", u3v_register::kSerial, 64);
+  }
+}
+
+/// Adds the size of the packets that a GigE Vision camera sends.
+void add_packet_size(Description& d, std::uint32_t max_packet_bytes) {
+  d.bits("StreamPacketSizeBits", reg::kStreamPacketSize, 16, 31);
+  d.bits("StreamFireTestBit", reg::kStreamPacketSize, 0, 0);
+  d.integer("GevSCPSPacketSize", "StreamPacketSizeBits",
+            fmt::format("<Min>576</Min><Max>{}</Max><Inc>4</Inc>", max_packet_bytes));
+  d.command("GevSCPSFireTestPacket", "StreamFireTestBit", 1);
+}
+
 }  // namespace
 
-std::string camera_description(std::uint32_t max_packet_bytes) {
-  Description d;
-  d.text("DeviceVendorName", reg::kMaker, 32);
-  d.text("DeviceModelName", reg::kModel, 32);
-  d.text("DeviceVersion", reg::kVersion, 32);
-  d.text("DeviceManufacturerInfo", reg::kMakerInformation, 48);
-  d.text("DeviceID", reg::kSerial, 16);
+std::string camera_description(CameraTransport transport, std::uint32_t max_packet_bytes) {
+  Description d(transport);
+  add_identity(d, transport);
 
   d.integer("SensorWidth", reg::kSensorWidth, "", "RO");
   d.integer("SensorHeight", reg::kSensorHeight, "", "RO");
@@ -128,8 +155,7 @@ std::string camera_description(std::uint32_t max_packet_bytes) {
   d.word("AcquisitionReg", reg::kAcquisition, "WO");
   d.command("AcquisitionStart", "AcquisitionReg", 1);
   d.command("AcquisitionStop", "AcquisitionReg", 0);
-  d.number("AcquisitionFrameRate", reg::kFramePeriodUs, "1000000 / FROM", "1000000 / TO",
-           "<Min>0.1</Min><Max>1000</Max>");
+  d.number("AcquisitionFrameRate", reg::kFrameRateMilliHz, "FROM * 1000", "TO / 1000", "<Min>0.1</Min><Max>1000</Max>");
   d.raw(
       "TriggerSelector",
       R"(<Integer Name="TriggerSelectorValue"><Value>0</Value></Integer><Enumeration Name="TriggerSelector" NameSpace="Standard">)"
@@ -147,11 +173,7 @@ std::string camera_description(std::uint32_t max_packet_bytes) {
         R"(<pVariable Name="HEIGHT">Height</pVariable><pVariable Name="FORMAT">PixelFormat</pVariable>)"
         R"(<Formula>WIDTH * HEIGHT * ((FORMAT &gt;&gt; 16) &amp; 0xFF) / 8</Formula></IntSwissKnife>)");
   d.raw("TLParamsLocked", R"(<Integer Name="TLParamsLocked"><Value>0</Value><Min>0</Min><Max>1</Max></Integer>)");
-  d.bits("StreamPacketSizeBits", reg::kStreamPacketSize, 16, 31);
-  d.bits("StreamFireTestBit", reg::kStreamPacketSize, 0, 0);
-  d.integer("GevSCPSPacketSize", "StreamPacketSizeBits",
-            fmt::format("<Min>576</Min><Max>{}</Max><Inc>4</Inc>", max_packet_bytes));
-  d.command("GevSCPSFireTestPacket", "StreamFireTestBit", 1);
+  if (transport == CameraTransport::GigeVision) add_packet_size(d, max_packet_bytes);
   return d.whole();
 }
 

@@ -5,8 +5,13 @@
 
 namespace hueline::sim {
 
+/// How the emulated camera is connected: it decides the byte order of its registers, and the addresses of those that
+/// are the same for all makers.
+enum class CameraTransport : std::uint8_t { GigeVision, Usb3Vision };
+
 /// Returns the GenICam description of the emulated camera (GenApi schema 1.0, names of the Standard Features Naming
-/// Convention), which maps its features to registers. `max_packet_bytes` is the largest stream packet that it offers.
-std::string camera_description(std::uint32_t max_packet_bytes);
+/// Convention), which maps its features to registers. `max_packet_bytes` is the largest stream packet that a GigE
+/// Vision camera offers.
+std::string camera_description(CameraTransport transport, std::uint32_t max_packet_bytes = 0);
 
 }  // namespace hueline::sim

@@ -6,7 +6,6 @@
 #include <array>
 #include <cstring>
 #include <functional>
-#include <optional>
 
 #include "sim/devices/big_endian.hpp"
 #include "sim/devices/camera_description.hpp"
@@ -27,6 +26,12 @@ constexpr std::size_t kSerialBytes = 16;
 constexpr std::uint32_t kRegisterBytes = 0x11000;  // the description stands after the registers
 constexpr std::uint32_t kHeartbeatMs = 3000, kFirstPacketBytes = 1400;
 
+void put_text(std::vector<std::byte>& memory, std::uint32_t at, std::string_view text) {
+  std::memcpy(memory.data() + at, text.data(), text.size());
+}
+
+}  // namespace
+
 std::optional<std::uint32_t> pixel_format_number(const std::string& name) {
   constexpr std::array<std::pair<const char*, std::uint32_t>, 5> kFormats{{{"BayerRG8", reg::kBayerRG8},
                                                                            {"BayerBG8", reg::kBayerBG8},
@@ -38,12 +43,6 @@ std::optional<std::uint32_t> pixel_format_number(const std::string& name) {
   }
   return {};
 }
-
-void put_text(std::vector<std::byte>& memory, std::uint32_t at, std::string_view text) {
-  std::memcpy(memory.data() + at, text.data(), text.size());
-}
-
-}  // namespace
 
 std::string CameraRegisters::Config::validate() const {
   if (serial.empty() || serial.size() >= kSerialBytes)
@@ -62,7 +61,7 @@ std::string CameraRegisters::Config::validate() const {
 
 Result<std::unique_ptr<CameraRegisters>> CameraRegisters::create(const Config& config) {
   if (std::string problem = config.validate(); !problem.empty()) return Error{ErrorCode::Invalid, std::move(problem)};
-  const std::string xml = camera_description(config.max_packet_bytes);
+  const std::string xml = camera_description(CameraTransport::GigeVision, config.max_packet_bytes);
   std::vector<std::byte> memory(kRegisterBytes + xml.size());
   put_text(memory, kRegisterBytes, xml);
   put_text(memory, reg::kMaker, kCameraMaker);
@@ -86,7 +85,7 @@ Result<std::unique_ptr<CameraRegisters>> CameraRegisters::create(const Config& c
   registers->set(reg::kHeight, config.height);
   registers->set(reg::kPixelFormat, *pixel_format_number(config.pixel_format));
   registers->set(reg::kAcquisitionMode, 1);
-  registers->set(reg::kFramePeriodUs, 100'000);
+  registers->set(reg::kFrameRateMilliHz, 10'000);
   registers->set(reg::kExposureUs, 10'000);
   registers->set(reg::kGainAuto, 1);
   registers->set(kGvcpCapability, kCanWriteMemory | kCanResendPackets);

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -22,7 +23,7 @@ constexpr std::uint32_t kMaker = 0x048, kModel = 0x068, kVersion = 0x088, kMaker
 constexpr std::uint32_t kWidth = 0x10000, kHeight = 0x10004, kOffsetX = 0x10008, kOffsetY = 0x1000C,
                         kSensorWidth = 0x10010, kSensorHeight = 0x10014;
 constexpr std::uint32_t kPixelFormat = 0x10018, kAcquisition = 0x1001C, kAcquisitionMode = 0x10020,
-                        kFramePeriodUs = 0x10024;
+                        kFrameRateMilliHz = 0x10024;
 constexpr std::uint32_t kTriggerMode = 0x10028, kTriggerSource = 0x1002C, kTriggerActivation = 0x10030;
 constexpr std::uint32_t kExposureUs = 0x10034, kGain = 0x10038, kGainAuto = 0x1003C;
 constexpr std::uint32_t kHeartbeatTimeoutMs = 0x938, kPrivilege = 0xA00;
@@ -32,6 +33,10 @@ constexpr std::uint32_t kStreamPort = 0xD00, kStreamPacketSize = 0xD04, kStreamP
 constexpr std::uint32_t kMono8 = 0x01080001, kBayerGR8 = 0x01080008, kBayerRG8 = 0x01080009, kBayerGB8 = 0x0108000A,
                         kBayerBG8 = 0x0108000B;
 }  // namespace camera_register
+
+/// Returns the number of a pixel format that the emulated cameras have: BayerRG8, BayerBG8, BayerGR8, BayerGB8 or
+/// Mono8.
+std::optional<std::uint32_t> pixel_format_number(const std::string& name);
 
 /// The memory of a GigE Vision camera: its registers and its GenICam description (camera_description.hpp). Thread
 /// safety: none.

@@ -136,10 +136,10 @@ void GigeCamera::follow_registers() {
                               config_.max_packet_bytes);
   s.packet_delay_ns = memory.get(reg::kStreamPacketDelay);  // the counter has ticks of 1 ns
   s.pixel_format = memory.get(reg::kPixelFormat);
-  s.width = memory.get(reg::kWidth);
-  s.height = memory.get(reg::kHeight);
-  s.offset_x = memory.get(reg::kOffsetX);
-  s.offset_y = memory.get(reg::kOffsetY);
+  s.region.width = memory.get(reg::kWidth);
+  s.region.height = memory.get(reg::kHeight);
+  s.region.offset_x = memory.get(reg::kOffsetX);
+  s.region.offset_y = memory.get(reg::kOffsetY);
   s.may_fragment = (memory.get(reg::kStreamPacketSize) & kDoNotFragmentBit) == 0;
   stream_->set_target(s);
 }

@@ -27,32 +27,6 @@ bool pace(std::int64_t due_ns, const std::stop_token& stop) {
   return !stop.stop_requested();
 }
 
-/// Returns the client's region of the image: the image itself or a part of it.
-Result<Buffer> region(const CameraImage& image, const StreamTarget& stream) {
-  if (image.pixels.size() != std::size_t{image.width} * image.height) {
-    return Error{ErrorCode::Invalid,
-                 fmt::format("image {} does not hold {} x {} bytes", image.sequence, image.width, image.height)};
-  }
-  if (image.ignores_region) return image.pixels;
-  if (stream.width == image.width && stream.height == image.height && stream.offset_x == 0 && stream.offset_y == 0) {
-    return image.pixels;
-  }
-  if (stream.width == 0 || stream.height == 0 || stream.width > image.width || stream.height > image.height ||
-      stream.offset_x > image.width - stream.width || stream.offset_y > image.height - stream.height) {
-    return Error{ErrorCode::Invalid,
-                 fmt::format("the client's region {} x {} at ({}, {}) is not inside the image of {} x {}", stream.width,
-                             stream.height, stream.offset_x, stream.offset_y, image.width, image.height)};
-  }
-  Bytes cut;
-  cut.reserve(std::size_t{stream.width} * stream.height);
-  for (std::uint32_t row = 0; row < stream.height; ++row) {
-    const auto from =
-        image.pixels.bytes().subspan(std::size_t{stream.offset_y + row} * image.width + stream.offset_x, stream.width);
-    cut.insert(cut.end(), from.begin(), from.end());
-  }
-  return Buffer::copy_of(cut);
-}
-
 }  // namespace
 
 /// Collects packets that are due together and sends them in one system call, because a system call costs as much as
@@ -186,7 +160,7 @@ Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
   const std::uint64_t acquisition = acquisitions_;
   lock.unlock();
   if (!stream.is_active) return Error{ErrorCode::Unavailable, "nobody has started the camera's acquisition"};
-  Result<Buffer> pixels = region(image, stream);
+  Result<Buffer> pixels = cut_region(image, stream.region);
   if (!pixels) return pixels.error();
 
   // A camera numbers its images from 1 in each acquisition, and when it has restarted.
@@ -204,10 +178,10 @@ Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
   sent.image.block_id = static_cast<std::uint16_t>((image.sequence - first_sequence_) % 65535 + 1);
   sent.image.timestamp = static_cast<std::uint64_t>(image.counter_ns);
   sent.image.pixel_format = stream.pixel_format;
-  sent.image.width = image.ignores_region ? image.width : stream.width;
-  sent.image.height = image.ignores_region ? image.height : stream.height;
-  sent.image.offset_x = stream.offset_x;
-  sent.image.offset_y = stream.offset_y;
+  sent.image.width = image.ignores_region ? image.width : stream.region.width;
+  sent.image.height = image.ignores_region ? image.height : stream.region.height;
+  sent.image.offset_x = stream.region.offset_x;
+  sent.image.offset_y = stream.region.offset_y;
   sent.image.payload_bytes = sent.pixels.size();
   lock.lock();
   kept_.push_back(sent);

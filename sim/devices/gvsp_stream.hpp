@@ -11,22 +11,13 @@
 #include "core/buffer.hpp"
 #include "core/mutex.hpp"
 #include "core/result.hpp"
+#include "sim/devices/camera_image.hpp"
 #include "sim/devices/gvcp_control.hpp"
 #include "sim/devices/gvsp_encode.hpp"
 #include "sim/devices/socket.hpp"
 #include "sim/wire/seeded_random.hpp"
 
 namespace hueline::sim {
-
-/// An image to deliver.
-struct CameraImage {
-  std::uint64_t sequence = 0;   ///< the camera's count of exposures; a gap becomes a gap in the frame ids
-  std::int64_t counter_ns = 0;  ///< time stamp of the stream packets
-  std::uint32_t width = 0, height = 0;
-  Buffer pixels;                      ///< width x height bytes
-  std::uint32_t missing_packets = 0;  ///< number of its data packets that are never sent, not even on request
-  bool ignores_region = false;        ///< sent whole, whatever region the client has set
-};
 
 /// What a client wants streamed, and to which address, from the camera's registers.
 struct StreamTarget {
@@ -35,7 +26,8 @@ struct StreamTarget {
   std::uint32_t packet_bytes = 1400;  ///< including IP and UDP headers
   std::uint32_t packet_delay_ns = 0;
   bool may_fragment = true;
-  std::uint32_t pixel_format = 0, width = 0, height = 0, offset_x = 0, offset_y = 0;
+  std::uint32_t pixel_format = 0;
+  CameraRegion region;
 };
 
 /// The stream side of a GigE Vision camera. It sends images as paced packets and keeps them for a while so that packets
