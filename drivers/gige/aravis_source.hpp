@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "core/packet.hpp"
 #include "drivers/gige/genicam_config.hpp"
@@ -49,7 +50,9 @@ struct AravisSurroundings {
 /// not have the address that `interface` names. Invalid if the camera is not the one that Config names, or refuses a
 /// setting; asking again does not help.
 /// Errors of next(): Disconnected when the camera stops answering its heartbeat, 3 to 9 s after a GigE camera is gone
-/// and at once for a USB camera; and an image after a camera that has restarted counts its images from 1 again. Fault
+/// and at once for a USB camera; an image after a camera that has restarted counts its images from 1 again; and when a
+/// USB camera that runs freely (Config::frame_rate_hz) sends no image for 2 s or five periods, because its endpoint is
+/// halted or the kernel has no memory for its transfers. A USB camera with a trigger is only silent then. Fault
 /// packets, at most one of each kind a second, each with its count: Lost (incomplete images), Overflow (no buffer was
 /// free), Malformed (packets with errors). Incomplete images are delivered and marked. Images that are lost entirely
 /// show as a gap in the frame id, and ImageDecoder counts them.
@@ -72,6 +75,7 @@ class AravisSource : public PacketSource {
  private:
   struct Open;  // the camera and its stream
   void look_for_restart(bool has_image);
+  std::optional<Error> look_for_silence(HostTime now);
   void look_for_losses(HostTime now, bool is_last);
 
   const Config config_;
