@@ -6,15 +6,18 @@
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/extract/arrival_times.hpp"
 #include "apps/log.hpp"
 #include "runtime/recording.hpp"
 #include "storage/file_writer.hpp"
+#include "storage/pcap_writer.hpp"
 
 namespace hueline::apps {
 namespace {
 
 struct Options {
   std::string recording, sensor, out;
+  int port = 2368;
 };
 
 /// Returns the sensor of that name, or says which there are.
@@ -25,6 +28,64 @@ Result<SensorId> find_sensor(const runtime::Recording& recording, const std::str
     known += (known.empty() ? "" : ", ") + sensor.name;
   }
   return Error{ErrorCode::Invalid, fmt::format("no sensor '{}' in the recording; there are: {}", name, known)};
+}
+
+/// What was written, and how reading and writing ended.
+struct Extracted {
+  std::uint64_t packets = 0, bytes = 0;
+  Status read, written;
+  std::string how;  ///< of the sentence about it
+};
+
+Extracted extract_bytes(runtime::Recording& recording, SensorId sensor, const Options& options) {
+  Extracted out;
+  out.how = "as received";
+  auto file = storage::FileWriter::create(options.out, IfExists::Replace);
+  if (!file.ok()) {
+    out.written = file.error();
+    return out;
+  }
+  out.read = recording.for_each([&](const Packet& packet) {
+    if (packet.sensor != sensor || packet.kind != PacketKind::Wire) return true;
+    out.written = file->write(packet.bytes.bytes());
+    ++out.packets;
+    out.bytes += packet.bytes.size();
+    return out.written.ok();
+  });
+  if (out.written.ok()) out.written = file->close();
+  return out;
+}
+
+/// Writes a capture file of the datagrams, with the times of their arrival.
+Extracted extract_datagrams(runtime::Recording& recording, SensorId sensor, const Options& options) {
+  Extracted out;
+  auto times = ArrivalTimes::open(recording);
+  if (!times.ok()) {
+    out.read = times.error();
+    return out;
+  }
+  auto file = storage::PcapWriter::create(options.out);
+  if (!file.ok()) {
+    out.written = file.error();
+    return out;
+  }
+  bool is_by_clock = true;
+  out.read = recording.for_each([&](const Packet& packet) {
+    times->take(packet);
+    if (packet.sensor != sensor || packet.kind != PacketKind::Wire) return true;
+    const auto time = times->of(packet.received);
+    is_by_clock = time.has_value();
+    out.written = file->write(time.value_or(UnixTime(packet.received.time_since_epoch())),
+                              static_cast<std::uint16_t>(options.port), packet.bytes.bytes());
+    ++out.packets;
+    out.bytes += packet.bytes.size();
+    return out.written.ok();
+  });
+  if (out.written.ok()) out.written = file->close();
+  out.how = is_by_clock ? "as datagrams with the times of their arrival by the drive's clock (UTC)"
+                        : "as datagrams with the arrival times as recorded, because the clock of this drive was never "
+                          "known: their distances are right, the day may be any";
+  return out;
 }
 
 int extract(const Options& options) {
@@ -38,31 +99,25 @@ int extract(const Options& options) {
     log_error(sensor.error().message);
     return kWrongUse;
   }
-  auto file = storage::FileWriter::create(options.out, IfExists::Replace);
-  if (!file.ok()) {
-    log_error(file.error().message);
+  const bool is_capture = options.out.ends_with(".pcap");
+  const drivers::DeviceType& type = *recording->rig.sensors[*sensor - 1u].type;
+  if (is_capture && !type.files.capture.listen) {
+    log_error("{}: {} sends no datagrams, so a capture file cannot hold it; give --out another ending", options.out,
+              options.sensor);
+    return kWrongUse;
+  }
+  const Extracted done =
+      is_capture ? extract_datagrams(*recording, *sensor, options) : extract_bytes(*recording, *sensor, options);
+  if (!done.written.ok()) {
+    log_error(done.written.error().message);
     return kOutputRefused;
   }
-  std::uint64_t packets = 0, bytes = 0;
-  Status written;
-  const Status read = recording->for_each([&](const Packet& packet) {
-    if (packet.sensor != *sensor || packet.kind != PacketKind::Wire) return true;
-    written = file->write(packet.bytes.bytes());
-    ++packets;
-    bytes += packet.bytes.size();
-    return written.ok();
-  });
-  if (written.ok()) written = file->close();
-  if (!written.ok()) {
-    log_error(written.error().message);
-    return kOutputRefused;
-  }
-  fmt::print("{}: {} bytes of {} packets of {}, as received\n", options.out, bytes, packets, options.sensor);
-  if (!read.ok()) {
-    log_error("{}: everything that is whole was written", read.error().message);
+  fmt::print("{}: {} bytes of {} packets of {}, {}\n", options.out, done.bytes, done.packets, options.sensor, done.how);
+  if (!done.read.ok()) {
+    log_error("{}: everything that is whole was written", done.read.error().message);
     return kInputUnreadable;
   }
-  return packets == 0 ? kNothingCame : kDone;
+  return done.packets == 0 ? kNothingCame : kDone;
 }
 
 }  // namespace
@@ -74,10 +129,14 @@ void add_extract(Command& all) {
   command.required("RECORDING", options->recording, "drive.mcap, or a drive's folder").reads(options->recording);
   command.required("--sensor", options->sensor, "the sensor's name in the rig");
   command.required("--out", options->out, "the file to write").writes(options->out);
+  command.setting("--port", options->port, "of a .pcap: the UDP port to which the datagrams are addressed",
+                  {.least = 1, .most = 65535});
   command.footer(
       "The file holds the bytes of all packets in their order, nothing added and nothing left out: of a receiver the "
       "log that it would have written itself (UBX, SBF, OEM7, POS groups), with its raw observations for "
-      "post-processing. Of a scanner it holds the payloads of the datagrams without their borders.");
+      "post-processing. Of a scanner it is a capture file if the name of --out ends in .pcap: its datagrams with the "
+      "times of their arrival, for the maker's viewer, Wireshark and other decoders; otherwise their payloads without "
+      "borders.");
   command.runs([options] { return extract(*options); });
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 namespace hueline::apps {
 namespace {
@@ -49,7 +50,8 @@ CaptureDevice* CaptureDevices::recognise(const Packet& datagram, const drivers::
   return nullptr;
 }
 
-CaptureDevice* CaptureDevices::find(const Packet& datagram, const drivers::IpAddress& sender, std::uint16_t port) {
+CaptureDevice* CaptureDevices::find(const Packet& datagram, const drivers::IpAddress& sender, std::uint16_t port,
+                                    std::vector<Measurement>& out) {
   CaptureDevice* elsewhere = nullptr;  // reads such datagrams, but was recognised at another port
   for (CaptureDevice& device : devices_) {
     if (device.stream || device.address != sender || !listener_of(device.type).is_decodable(datagram)) continue;
@@ -58,19 +60,49 @@ CaptureDevice* CaptureDevices::find(const Packet& datagram, const drivers::IpAdd
   }
   // A datagram by which a device is recognised makes one for its port; any other, such as a status that has a port of
   // its own, belongs to the device that is known.
-  if (CaptureDevice* found = recognise(datagram, sender, port, elsewhere ? elsewhere->type : nullptr)) return found;
+  if (CaptureDevice* found = recognise(datagram, sender, port, elsewhere ? elsewhere->type : nullptr)) {
+    decode_what_came_before(*found, out);
+    return found;
+  }
   if (elsewhere) return elsewhere;
-  count_stranger(datagram, sender, port);
+  Stranger* stranger = count_stranger(datagram, sender, port);
+  if (stranger && stranger->first_bytes + datagram.bytes.size() <= kBeginningBytes) {
+    stranger->first.push_back(datagram);
+    stranger->first_bytes += datagram.bytes.size();
+  }
   return nullptr;
 }
 
-void CaptureDevices::count_stranger(const Packet& packet, const drivers::IpAddress& sender, std::uint16_t port) {
+void CaptureDevices::decode_what_came_before(CaptureDevice& device, std::vector<Measurement>& out) {
+  const drivers::CaptureListener& listener = listener_of(device.type);
+  for (auto it = strangers_.begin(); it != strangers_.end();) {
+    Stranger& stranger = it->second;
+    if (it->first.first != device.address || stranger.first.empty()) {
+      ++it;
+      continue;
+    }
+    const auto its_own = std::erase_if(stranger.first, [&](const Packet& one) {
+      if (!listener.is_decodable(one)) return false;
+      device.decoder->decode(one, out);
+      --stranger.datagrams;
+      stranger.bytes -= one.bytes.size();
+      return true;
+    });
+    // Those that were not kept are like those that were.
+    const bool are_all_its_own = its_own > 0 && stranger.first.empty();
+    it = are_all_its_own ? strangers_.erase(it) : std::next(it);
+  }
+}
+
+CaptureDevices::Stranger* CaptureDevices::count_stranger(const Packet& packet, const drivers::IpAddress& sender,
+                                                         std::uint16_t port) {
   auto stranger = strangers_.find({sender, port});
   if (stranger == strangers_.end() && strangers_.size() < kMostStrangers)
     stranger = strangers_.emplace(std::pair(sender, port), Stranger{}).first;
-  if (stranger == strangers_.end()) return;
+  if (stranger == strangers_.end()) return nullptr;
   ++stranger->second.datagrams;
   stranger->second.bytes += packet.bytes.size();
+  return &stranger->second;
 }
 
 CaptureDevice* CaptureDevices::find(const drivers::TcpFlow& stream) {
@@ -140,7 +172,7 @@ CaptureDevice* CaptureDevices::take(const Packet& packet, const drivers::PcapSou
                                     std::vector<Measurement>& out) {
   if (const auto& stream = source.flow()) return take_stream(packet, *stream, out);
   if (packet.kind != PacketKind::Wire) return nullptr;
-  CaptureDevice* device = find(packet, source.sender(), source.destination_port());
+  CaptureDevice* device = find(packet, source.sender(), source.destination_port(), out);
   if (device) device->decoder->decode(packet, out);
   return device;
 }

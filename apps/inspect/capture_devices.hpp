@@ -58,6 +58,10 @@ class CaptureDevices {
   /// What a sender sent to one port that belongs to no device.
   struct Stranger {
     std::uint64_t datagrams = 0, bytes = 0;
+    /// The first datagrams. They are the device's if it is recognised later: a scanner that spins up sends its status
+    /// before its first points.
+    std::vector<Packet> first{};
+    std::uint64_t first_bytes = 0;
   };
   using Strangers = std::map<std::pair<drivers::IpAddress, std::uint16_t>, Stranger>;
   /// Returns the datagrams, and the pieces of streams, that belong to no device. Their senders are bounded in number.
@@ -75,11 +79,13 @@ class CaptureDevices {
     std::size_t bytes = 0, judged_bytes = 0;
     bool is_given_up = false;
   };
-  CaptureDevice* find(const Packet& datagram, const drivers::IpAddress& sender, std::uint16_t port);
+  CaptureDevice* find(const Packet& datagram, const drivers::IpAddress& sender, std::uint16_t port,
+                      std::vector<Measurement>& out);
+  void decode_what_came_before(CaptureDevice& device, std::vector<Measurement>& out);
   CaptureDevice* find(const drivers::TcpFlow& stream);
   CaptureDevice* take_stream(const Packet& packet, const drivers::TcpFlow& stream, std::vector<Measurement>& out);
   CaptureDevice* recognise(const drivers::TcpFlow& stream, Unknown& unknown);
-  void count_stranger(const Packet& packet, const drivers::IpAddress& sender, std::uint16_t port);
+  Stranger* count_stranger(const Packet& packet, const drivers::IpAddress& sender, std::uint16_t port);
   CaptureDevice* recognise(const Packet& datagram, const drivers::IpAddress& sender, std::uint16_t port,
                            const drivers::DeviceType* only);
   const drivers::CaptureListener& listener_of(const drivers::DeviceType* type) const;

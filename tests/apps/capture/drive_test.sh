@@ -45,6 +45,29 @@ assert sum(missing) == whole["packets"] - lost["packets"] > 1000, missing
 for before, after in zip(whole["sources"], lost["sources"]):
     assert after["recorded"] + after["missing"] == before["recorded"] == after["received"], after
 EOF
+# The scanner's datagrams as a capture file: all of them decode, also the status that it sent before its first points, and each arrived after
+# the firings that it tells of, by the scanner's own clock.
+$hueline extract drive --sensor laser --out laser.pcap >said.txt && grep -q "by the drive's clock (UTC)" said.txt || { cat said.txt; fail "extract of datagrams"; }
+$hueline decode laser.pcap --out laser.las >said.txt 2>&1 || { cat said.txt; fail "decode of the extracted datagrams"; }
+python3 - drive/summary.json <<'EOF' || fail "the extracted datagrams"
+import json, re, struct, sys
+data, at, lags = open("laser.pcap", "rb").read(), 24, []
+packets = 0
+while at < len(data):
+    seconds, ns, size, _ = struct.unpack_from("<IIII", data, at)
+    payload = data[at + 16 + 28:at + 16 + size]
+    packets += 1
+    if len(payload) == 1206:
+        lags.append((seconds % 3600 + ns * 1e-9 - struct.unpack_from("<I", payload, 1200)[0] * 1e-6 + 1800) % 3600 - 1800)
+    at += 16 + size
+summary = json.load(open(sys.argv[1]))
+assert [packets] == [one["packets"] for one in summary["sensors"] if one["name"] == "laser"], packets
+lags.sort()
+# A datagram is complete 1.33 ms after its first firing; on a busy computer it comes later.
+assert 0.0013 < lags[0] and lags[len(lags) // 2] < 0.1, (lags[0], lags[len(lags) // 2])
+points = int(re.search(r"(\d+) points", open("said.txt").read())[1])
+assert points == summary["points"]["returns"], (points, summary["points"])
+EOF
 # The replay judges as the capture did. (That a flawless drive is good is tested without real time: on a busy computer the devices themselves
 # are late.)
 grep -qE '"grade": "(good|usable with remarks)"' drive/summary.json || { sed -n '/"verdict"/,/"journal"/p' drive/summary.json; fail "the drive is not usable"; }
