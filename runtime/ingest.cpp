@@ -30,7 +30,8 @@ Ingest::Ingest(std::vector<Sensor> sensors, PacketQueue& record, PacketQueue& pi
       record_(record),
       pipeline_(pipeline),
       soft_{pipeline_limits.items / 4 * 3, pipeline_limits.weight / 4 * 3},
-      ledger_{std::vector<Ledger::Sensor>(sensors_.size())} {}
+      ledger_{std::vector<Ledger::Sensor>(sensors_.size())},
+      shed_(sensors_.size()) {}
 
 bool Ingest::submit(Packet packet, HostTime arrived) {
   Lock lock(mutex_);
@@ -139,14 +140,29 @@ bool Ingest::place(Packet packet) {
   ++counts.packets;
   if (is_wire) ++counts.wire;
   counts.bytes += shared->bytes.size();
-  if (shared->shed) ++counts.shed;
-  if (!shared->shed) pipeline_.try_push(shared, weight);
+  if (!shared->shed) {
+    pipeline_.try_push(shared, weight);
+    return true;
+  }
+  ++counts.shed;
+  Shed& shed = shed_[sensor];
+  ++shed.packets;
+  shed.bytes += shared->bytes.size();
+  if (is_wire) {
+    ++shed.wire;
+    shed.wire_bytes += shared->bytes.size();
+  }
   return true;
 }
 
 Ledger::Sensor Ingest::counts(SensorId sensor) const {
   Lock lock(mutex_);
   return ledger_.sensors.at(sensor);
+}
+
+Ingest::Shed Ingest::shed(SensorId sensor) const {
+  Lock lock(mutex_);
+  return shed_.at(sensor);
 }
 
 std::uint64_t Ingest::next_sequence() const {

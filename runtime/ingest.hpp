@@ -70,6 +70,11 @@ class Ingest {
   bool tell_the_rest(std::stop_token stop);
 
   Ledger::Sensor counts(SensorId sensor) const;
+  /// Packets of a sensor that were shed, and the bytes of their payloads; of these those of PacketKind::Wire.
+  struct Shed {
+    std::uint64_t packets = 0, bytes = 0, wire = 0, wire_bytes = 0;
+  };
+  Shed shed(SensorId sensor) const;
   /// Returns the sequence of the next packet, which is the number of packets that were accepted or refused so far.
   std::uint64_t next_sequence() const;
 
@@ -87,6 +92,7 @@ class Ingest {
   mutable Mutex mutex_;
   std::uint64_t next_sequence_ HUELINE_GUARDED_BY(mutex_) = 0;
   Ledger ledger_ HUELINE_GUARDED_BY(mutex_);
+  std::vector<Shed> shed_ HUELINE_GUARDED_BY(mutex_);
   std::map<SensorId, std::uint64_t> refused_untold_ HUELINE_GUARDED_BY(mutex_);
   HostTime newest_ HUELINE_GUARDED_BY(mutex_){};  // newest arrival
   FaultRate faults_ HUELINE_GUARDED_BY(mutex_);

@@ -94,6 +94,17 @@ void Summary::on_packet(const Packet& packet) {
   if (packet.shed) ++sensor.shed;
 }
 
+void Summary::on_shed(SensorId sensor, const Ingest::Shed& shed) {
+  packets_ += shed.packets;
+  bytes_ += shed.bytes;
+  gaps_ -= std::min(gaps_, shed.packets);
+  if (sensor >= sensors_.size()) return;
+  Sensor& one = sensors_[sensor];
+  one.packets += shed.wire;
+  one.bytes += shed.wire_bytes;
+  one.shed += shed.packets;
+}
+
 void Summary::on_decoded(SensorId sensor, const DecodeCounts& counts) {
   if (sensor < sensors_.size()) sensors_[sensor].decoded = counts;
 }

@@ -10,6 +10,7 @@
 
 #include "core/decoder.hpp"
 #include "runtime/drive_watch.hpp"
+#include "runtime/ingest.hpp"
 #include "runtime/post_trajectory.hpp"
 #include "runtime/products.hpp"
 #include "runtime/verdict.hpp"
@@ -29,7 +30,11 @@ class Summary : public ProductSink {
   /// `sensors` has the names by SensorId; index 0 is hueline itself.
   explicit Summary(std::vector<std::string> sensors);
 
-  void on_packet(const Packet& packet);  ///< every packet of the journal, also shed ones
+  /// Takes a packet of the journal; in a replay shed ones too, which a live run does not see: it tells them by
+  /// on_shed().
+  void on_packet(const Packet& packet);
+  /// Adds a sensor's packets that are in the journal and were not given to on_packet(), because they were shed.
+  void on_shed(SensorId sensor, const Ingest::Shed& shed);
   /// Sets the counts of a sensor's decoder.
   void on_decoded(SensorId sensor, const DecodeCounts& counts);
   /// Adds what a wheel encoder measured, and its comparison with the POS.

@@ -301,9 +301,13 @@ Status recorded_part(const runtime::LiveRun& run) {
                            recorded.error().message, run.packets_recorded(), run.packets_lost_at_the_end())};
 }
 
-/// Adds to the summary what went wrong with the recording at its end. A place that was lost earlier is in the summary
-/// already.
-void summarise(const Ending& ending, bool was_in_place, const runtime::LiveRun& run, runtime::Summary& summary) {
+/// Adds to the summary what the pipeline did not see, and what went wrong with the recording at its end. A place that
+/// was lost earlier is in the summary already.
+void summarise(const Ending& ending, bool was_in_place, const config::Rig& rig, const runtime::LiveRun& run,
+               runtime::Summary& summary) {
+  // A replay sees the packets that were shed in the recording.
+  for (std::size_t sensor = 0; sensor <= rig.sensors.size(); ++sensor)
+    summary.on_shed(static_cast<SensorId>(sensor), run.ingest().shed(static_cast<SensorId>(sensor)));
   if (!ending.recorded.ok())
     summary.on_fault({kSystemSensor, FaultKind::DiskFull, drivers::host_now(), run.packets_lost_at_the_end(),
                       ending.recorded.error().message});
@@ -522,7 +526,7 @@ int capture(const Options& options) {
   sink.summary().on_removed(run.journal().removed());
   ending.recorded = recorded_part(run);
   ending.place = run.place();
-  summarise(ending, was_in_place, run, sink.summary());
+  summarise(ending, was_in_place, rig, run, sink.summary());
   ending.finished = sink.finish(&pipeline.health());
   std::fputs(sink.summary().text().c_str(), stdout);
   const int status = status_of_files(ending, run, recording);

@@ -43,6 +43,29 @@ TEST(Summary, CountsPointsLossesAndGaps) {
   EXPECT_THAT(summary.text(), ::testing::HasSubstr("Lost x10"));
 }
 
+TEST(Summary, OfALiveRunTellsTheShedPacketsThatAReplaySees) {
+  // The pipeline takes nothing: its queue holds two packets.
+  PacketQueue record({1000}), pipeline({2});
+  Ingest ingest({{}, {false}, {true}}, record, pipeline, {2});
+  for (int i = 0; i < 20; ++i) {
+    Packet packet;
+    packet.sensor = i % 3 == 0 ? 1 : 2;
+    packet.bytes = Buffer::copy_of(std::vector<std::byte>(static_cast<std::size_t>(100 + i)));
+    ingest.submit(std::move(packet));
+    if (i == 15) pipeline.pop();
+  }
+  Summary live({"hueline", "pos", "laser"}), replay({"hueline", "pos", "laser"});
+  record.close();
+  while (const auto packet = record.pop()) {
+    replay.on_packet(**packet);
+    if (!(*packet)->shed) live.on_packet(**packet);
+  }
+  EXPECT_NE(live.json(), replay.json());
+  for (const SensorId sensor : {kSystemSensor, SensorId{1}, SensorId{2}}) live.on_shed(sensor, ingest.shed(sensor));
+  EXPECT_EQ(live.json(), replay.json());
+  EXPECT_GT(replay.json()["sensors"][2]["shed"], 10);
+}
+
 TEST(Summary, HoldsNoMoreThanItSaysHoweverASourceLies) {
   Summary summary({"hueline", "pos"});
   for (std::uint32_t i = 0; i < 20'000; ++i) {
