@@ -101,12 +101,17 @@ std::string Verdict::text() const {
   for (std::size_t i = 0; i < remarks.size() && i < 3; ++i)
     reasons += fmt::format("{}{}: {}", i == 0 ? "" : "; ", remarks[i].sensor, remarks[i].text);
   if (remarks.size() > 3) reasons += fmt::format("; and {} more", remarks.size() - 3);
-  int told = 0;
-  for (const Remark& one : remarks)
-    if (one.place && told++ < 3)
-      places += fmt::format("{}{:.0f} s for {:.0f} s and {:.0f} m at {:.6f} {:.6f}", places.empty() ? "" : "; ",
-                            one.begin_s, one.end_s - one.begin_s, one.length_m, one.place->latitude * kDegPerRad,
-                            one.place->longitude * kDegPerRad);
+  std::vector<const Remark*> told;
+  for (const Remark& one : remarks) {
+    // Two sensors may have been in trouble on the same stretch, which is driven once.
+    const bool is_within =
+        std::ranges::any_of(told, [&](const Remark* t) { return t->begin_s <= one.begin_s && one.end_s <= t->end_s; });
+    if (!one.place || is_within || told.size() == 3) continue;
+    told.push_back(&one);
+    places += fmt::format("{}{:.0f} s for {:.0f} s and {:.0f} m at {:.6f} {:.6f}", places.empty() ? "" : "; ",
+                          one.begin_s, one.end_s - one.begin_s, one.length_m, one.place->latitude * kDegPerRad,
+                          one.place->longitude * kDegPerRad);
+  }
   return fmt::format("verdict    {}\n           {}\n           {}\n", name(grade),
                      reasons.empty() ? "nothing was missing while the vehicle moved" : reasons,
                      places.empty() ? "report.html has the map and the figures" : "where: " + places);

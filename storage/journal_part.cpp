@@ -74,7 +74,7 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
     if (!packet.ok()) {
       if (packet.error().code == ErrorCode::EndOfData) break;
       if (packet.error().code == ErrorCode::Malformed) {
-        if (result.damaged_chunks++ == 0) result.first_damage = packet.error().message;
+        if (result.damages++ == 0) result.first_damage = packet.error().message;
         continue;
       }
       result.end = packet.error();

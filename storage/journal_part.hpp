@@ -23,7 +23,7 @@ struct CopiedPart {
   std::uint64_t packets = 0, bytes = 0;     ///< written, and bytes of their payloads
   std::uint64_t before = 0, of_others = 0;  ///< left out: before the time, and of sensors that are left out
   bool ends_early = false;                  ///< the recording was not read to its end, because `to_s` was reached
-  std::uint64_t damaged_chunks = 0;         ///< skipped
+  std::uint64_t damages = 0;                ///< damaged chunks that were skipped, and segments that are missing
   std::string first_damage;                 ///< why; empty if nothing was damaged
   Status end;                               ///< ok, or how the recording ends if it does not end well
 };

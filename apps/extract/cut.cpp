@@ -68,13 +68,12 @@ int cut(const Options& options, bool recovers) {
     fmt::print("; left out: {} packets before {} s, {} of sensors that were not wanted", result->before, options.from_s,
                result->of_others);
   fmt::print("\n");
-  if (result->damaged_chunks > 0)
-    log_warning("{} damaged chunks of {} could not be read; the first: {}", result->damaged_chunks, path,
-                result->first_damage);
+  if (result->damages > 0)
+    log_warning("{} parts of {} are damaged or missing; the first: {}", result->damages, path, result->first_damage);
   if (!result->end.ok()) log_warning("{}", result->end.error().message);
   if (result->packets == 0) return kNothingCame;
   // Who recovers a recording expects it to be damaged.
-  const bool is_whole = result->damaged_chunks == 0 && result->end.ok();
+  const bool is_whole = result->damages == 0 && result->end.ok();
   return is_whole || recovers ? kDone : kInputUnreadable;
 }
 

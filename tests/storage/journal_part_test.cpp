@@ -135,7 +135,7 @@ TEST_F(JournalParts, WhatIsWholeOfADamagedRecordingIsRecovered) {
   bytes.resize(bytes.size() * 4 / 5);
   test::write_file(whole_, bytes);
   const CopiedPart copied = copy({});
-  EXPECT_EQ(copied.damaged_chunks, 2u);
+  EXPECT_EQ(copied.damages, 2u);
   EXPECT_FALSE(copied.first_damage.empty());
   EXPECT_EQ(copied.end.error().code, ErrorCode::Truncated);
   EXPECT_EQ(test::contents(whole_), bytes) << "the old one is only read";
