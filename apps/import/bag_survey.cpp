@@ -97,9 +97,7 @@ class Surveyor {
     }
     if (rank != RosPoseRank::None) take_frame(rank, topic.name, in);
     out.pose = std::max(out.pose, rank);
-    if (drivers::carries_datagrams(topic.type) && topic.type.find("Packet") == std::string::npos)
-      out.frames.emplace(topic.name, without_slash(RosReader(in).take_header().frame));
-    if (topic.type == "nebula_msgs/NebulaPackets")
+    if (drivers::have_header(topic.type))
       out.frames.emplace(topic.name, without_slash(RosReader(in).take_header().frame));
   }
 

@@ -12,13 +12,16 @@ struct Layout {
   bool has_header = false;      ///< std_msgs/Header comes first
   bool is_many = false;         ///< then a sequence of packets, instead of one
   bool has_stamp = false;       ///< each packet begins with its time
+  bool has_own_header = false;  ///< each packet of a sequence begins with a std_msgs/Header
+  std::size_t flag_bytes = 0;   ///< bytes that say what the packet is
   std::size_t fixed_bytes = 0;  ///< its bytes are an array of this size; 0: a sequence
   bool has_size = false;        ///< behind the array, how many of its bytes were received
   bool has_sender = false;      ///< address and port of the sender lie before the bytes
 };
 
 constexpr std::size_t kVelodyne = 1206, kPandar = 1500, kRobosense = 1248;
-constexpr std::array<Layout, 13> kLayouts{{
+constexpr std::size_t kRslidarFlags = 2;  // whether it is a status packet, and whether a frame begins with it
+constexpr std::array<Layout, 19> kLayouts{{
     {.type = "velodyne_msgs/VelodyneScan",
      .has_header = true,
      .is_many = true,
@@ -45,6 +48,20 @@ constexpr std::array<Layout, 13> kLayouts{{
      .has_stamp = true,
      .fixed_bytes = kRobosense},
     {.type = "robosense_msgs/RobosensePacket", .has_stamp = true, .fixed_bytes = kRobosense},
+    {.type = "rslidar_msgs/rslidarScan",
+     .has_header = true,
+     .is_many = true,
+     .has_stamp = true,
+     .fixed_bytes = kRobosense},
+    {.type = "rslidar_msgs/rslidarPacket", .has_stamp = true, .fixed_bytes = kRobosense},
+    {.type = "rslidar_msg/RslidarScan",
+     .has_header = true,
+     .is_many = true,
+     .has_own_header = true,
+     .flag_bytes = kRslidarFlags},
+    {.type = "rslidar_msg/RslidarPacket", .has_header = true, .flag_bytes = kRslidarFlags},
+    {.type = "hesai_ros_driver/UdpFrame", .has_header = true, .is_many = true, .has_stamp = true, .has_size = true},
+    {.type = "hesai_ros_driver/UdpPacket", .has_stamp = true, .has_size = true},
 }};
 
 const Layout* find_layout(std::string_view type) {
@@ -56,6 +73,11 @@ const Layout* find_layout(std::string_view type) {
 
 bool carries_datagrams(std::string_view type) { return find_layout(type) != nullptr; }
 
+bool have_header(std::string_view type) {
+  const Layout* layout = find_layout(type);
+  return layout && layout->has_header;
+}
+
 bool take_datagrams(std::string_view type, RosReader message, std::vector<RosDatagram>& out) {
   const Layout* layout = find_layout(type);
   if (!layout) return false;
@@ -64,6 +86,8 @@ bool take_datagrams(std::string_view type, RosReader message, std::vector<RosDat
   for (std::uint32_t i = 0; i < count && message.ok(); ++i) {
     RosDatagram one;
     if (layout->has_stamp) one.stamp = message.take_time();
+    if (layout->has_own_header) message.take_header();
+    message.take_bytes(layout->flag_bytes);
     if (layout->has_sender) {
       message.take_string();
       message.take<std::int32_t>();

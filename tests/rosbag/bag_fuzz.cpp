@@ -66,8 +66,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const auto encoding : {drivers::RosEncoding::Cdr, drivers::RosEncoding::Ros1}) {
     const auto message = std::as_bytes(std::span(data, size));
     std::vector<drivers::RosDatagram> datagrams;
-    for (const char* type : {"velodyne_msgs/VelodyneScan", "pandar_msgs/PandarScan", "nebula_msgs/NebulaPackets",
-                             "ouster_ros/PacketMsg", "udp_msgs/UdpPacket"})
+    for (const char* type :
+         {"velodyne_msgs/VelodyneScan", "pandar_msgs/PandarScan", "nebula_msgs/NebulaPackets",
+          "rslidar_msg/RslidarScan", "hesai_ros_driver/UdpFrame", "ouster_ros/PacketMsg", "udp_msgs/UdpPacket"})
       drivers::take_datagrams(type, {message, encoding}, datagrams);
     for (const auto& one : datagrams)
       for (const std::byte b : one.bytes) read_bytes += static_cast<std::uint8_t>(b);

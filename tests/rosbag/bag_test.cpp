@@ -182,9 +182,18 @@ std::string scan_of(const Layout& layout, const std::vector<std::string>& packet
   test::RosWriter out(layout.encoding);
   const std::string type = layout.type;
   if (type == "ouster_ros/PacketMsg") return out.sequence(packets[0]).bytes();
+  if (type == "rslidar_msg/RslidarPacket")
+    return out.header(kBegin_ns, "laser").raw(std::string("\0\1", 2)).sequence(packets[0]).bytes();
   out.header(kBegin_ns, "laser").put(static_cast<std::uint32_t>(packets.size()));
   for (std::size_t i = 0; i < packets.size(); ++i) {
+    if (type == "rslidar_msg/RslidarScan") {
+      out.header(kBegin_ns, "laser").raw(std::string("\0\1", 2)).sequence(packets[i]);
+      continue;
+    }
     out.time(kBegin_ns + static_cast<std::int64_t>(i) * 1'000'000);
+    if (type == "rslidar_msgs/rslidarScan") out.raw(packets[i] + std::string(1248 - packets[i].size(), '\0'));
+    if (type == "hesai_ros_driver/UdpFrame")
+      out.sequence(packets[i]).put(static_cast<std::uint32_t>(packets[i].size()));
     if (type == "velodyne_msgs/VelodyneScan") out.raw(packets[i]);
     if (type == "nebula_msgs/NebulaPackets") out.sequence(packets[i]);
     if (type == "pandar_msgs/PandarScan")
@@ -200,7 +209,10 @@ TEST(ScannerFiles, HoldTheDatagramsOfEveryKindOfMessage) {
   for (const Layout& layout :
        {Layout{"velodyne_msgs/VelodyneScan", RosEncoding::Cdr}, Layout{"velodyne_msgs/VelodyneScan", RosEncoding::Ros1},
         Layout{"pandar_msgs/PandarScan", RosEncoding::Cdr}, Layout{"pandar_msgs/PandarScan", RosEncoding::Ros1},
-        Layout{"nebula_msgs/NebulaPackets", RosEncoding::Cdr}, Layout{"ouster_ros/PacketMsg", RosEncoding::Cdr}}) {
+        Layout{"nebula_msgs/NebulaPackets", RosEncoding::Cdr}, Layout{"ouster_ros/PacketMsg", RosEncoding::Cdr},
+        Layout{"hesai_ros_driver/UdpFrame", RosEncoding::Cdr}, Layout{"hesai_ros_driver/UdpFrame", RosEncoding::Ros1},
+        Layout{"rslidar_msg/RslidarPacket", RosEncoding::Cdr}, Layout{"rslidar_msg/RslidarPacket", RosEncoding::Ros1},
+        Layout{"rslidar_msg/RslidarScan", RosEncoding::Cdr}, Layout{"rslidar_msgs/rslidarScan", RosEncoding::Ros1}}) {
     SCOPED_TRACE(std::string(layout.type) + name(layout.encoding));
     const test::TemporaryFolder folder;
     const std::vector<SampleMessage> messages{
@@ -217,13 +229,16 @@ TEST(ScannerFiles, HoldTheDatagramsOfEveryKindOfMessage) {
     EXPECT_EQ(files->topics[0].broken, 0u);
     drivers::PcapSource source({.path = files->topics[0].file.string(), .ports = {}, .source_address = {}});
     ASSERT_TRUE(source.open().ok());
-    const std::size_t expected = std::string(layout.type) == "ouster_ros/PacketMsg" ? 1 : 3;
+    const std::string type = layout.type;
+    const std::size_t expected = type == "ouster_ros/PacketMsg" || type == "rslidar_msg/RslidarPacket" ? 1 : 3;
     for (std::size_t i = 0; i < expected; ++i) {
       const auto packet = source.next({});
       ASSERT_TRUE(packet.ok()) << packet.error().message;
       const auto bytes = packet->bytes.bytes();
-      EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()), packets[i]);
-      EXPECT_EQ(count_ns(packet->received), kBegin_ns + static_cast<std::int64_t>(i) * 1'000'000);
+      EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 1206)),
+                packets[i]);
+      const bool has_no_stamp = type == "rslidar_msg/RslidarScan";
+      EXPECT_EQ(count_ns(packet->received), kBegin_ns + (has_no_stamp ? 0 : static_cast<std::int64_t>(i) * 1'000'000));
     }
     EXPECT_EQ(source.next({}).error().code, ErrorCode::EndOfData);
   }
