@@ -2,17 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/runtime/sample_packet.hpp"
+
 namespace hueline::runtime {
 namespace {
 
 constexpr SensorId kPos = 1, kLaser = 2;
-
-Packet packet_of(SensorId sensor, std::size_t size = 100) {
-  Packet packet;
-  packet.sensor = sensor;
-  packet.bytes = Buffer::copy_of(std::vector<std::byte>(size));
-  return packet;
-}
 
 struct Bench {
   Bench(PacketQueue::Limits record_limits, PacketQueue::Limits pipeline_limits)

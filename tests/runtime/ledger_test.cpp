@@ -12,18 +12,12 @@
 #include <vector>
 
 #include "runtime/ingest.hpp"
+#include "tests/runtime/sample_packet.hpp"
 
 namespace hueline::runtime {
 namespace {
 
 constexpr SensorId kPos = 1, kLaser = 2;
-
-Packet packet_of(SensorId sensor, std::size_t size = 100) {
-  Packet packet;
-  packet.sensor = sensor;
-  packet.bytes = Buffer::copy_of(std::vector<std::byte>(size));
-  return packet;
-}
 
 /// What a capture records: two sensors, with a ledger after every 100 packets and at the end. The recorder's queue
 /// holds `room` packets and is emptied after every 20.

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/runtime/sample_packet.hpp"
+
 namespace hueline::runtime {
 namespace {
 
@@ -48,10 +50,7 @@ TEST(Summary, OfALiveRunTellsTheShedPacketsThatAReplaySees) {
   PacketQueue record({1000}), pipeline({2});
   Ingest ingest({{}, {false}, {true}}, record, pipeline, {2});
   for (int i = 0; i < 20; ++i) {
-    Packet packet;
-    packet.sensor = i % 3 == 0 ? 1 : 2;
-    packet.bytes = Buffer::copy_of(std::vector<std::byte>(static_cast<std::size_t>(100 + i)));
-    ingest.submit(std::move(packet));
+    ingest.submit(packet_of(i % 3 == 0 ? 1 : 2, static_cast<std::size_t>(100 + i)));
     if (i == 15) pipeline.pop();
   }
   Summary live({"hueline", "pos", "laser"}), replay({"hueline", "pos", "laser"});
