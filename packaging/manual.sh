@@ -26,8 +26,8 @@ page capture hueline-console
 # hueline's own page, without what is below it: that belongs to two packages.
 for word in $(hueline --complete ""); do
   folder=capture
-  # inspect is in both programs: the tools' one is for scenarios.
-  [[ $office == *" $word "* && $word != inspect ]] && folder=tools
+  # inspect and verify are in both programs: the tools' ones are for scenarios.
+  [[ $office == *" $word "* && $word != inspect && $word != verify ]] && folder=tools
   page $folder hueline "$word"
 done
 help2man --no-info --section 1 --manual "User Commands" --version-string "hueline $version" \
