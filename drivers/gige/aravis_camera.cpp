@@ -7,8 +7,14 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <initializer_list>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <system_error>
+#include <utility>
 
 #include "drivers/gige/image_packet.hpp"
 #include "drivers/transport/file_descriptor.hpp"
@@ -66,6 +72,26 @@ Result<GRef<ArvCamera>> connect_at(const std::string& interface, const std::stri
   return camera;
 }
 
+constexpr const char* kGigeVision = "GigEVision";
+constexpr const char* kUsb3Vision = "USB3Vision";
+
+/// While an object of this class lives, Aravis looks for cameras on these transports only. The choice, and the list of
+/// the cameras that were found, belong to the whole process, so two cameras do not search at the same time.
+class LookOn {
+ public:
+  explicit LookOn(std::initializer_list<const char*> transports) : lock_(searching()) {
+    for (unsigned i = 0; i < arv_get_n_interfaces(); ++i) arv_disable_interface(arv_get_interface_id(i));
+    for (const char* transport : transports) arv_enable_interface(transport);
+  }
+
+ private:
+  static std::mutex& searching() {
+    static std::mutex mutex;
+    return mutex;
+  }
+  std::lock_guard<std::mutex> lock_;
+};
+
 Result<GRef<ArvCamera>> connect_by_name(const std::string& id, const OnControl& on_control) {
   GError* error = nullptr;
   GRef<ArvCamera> camera(arv_camera_new(id.c_str(), &error));
@@ -75,18 +101,41 @@ Result<GRef<ArvCamera>> connect_by_name(const std::string& id, const OnControl& 
   return camera;
 }
 
-Result<GRef<ArvCamera>> connect_by_serial(const std::string& serial, const OnControl& on_control) {
-  std::string id;
-  {
-    // Aravis has one list of devices for the whole process, so two cameras must not search at the same time.
-    static std::mutex list;
-    std::lock_guard lock(list);
-    arv_update_device_list();
-    for (unsigned i = 0; i < arv_get_n_devices() && id.empty(); ++i)
-      if (const char* found = arv_get_device_serial_nbr(i); found && serial == found) id = arv_get_device_id(i);
+/// Returns whether a device with this serial number is on USB, camera or not.
+bool is_on_usb(const std::string& serial) {
+  std::error_code failed;
+  for (std::filesystem::directory_iterator i("/sys/bus/usb/devices", failed), end; !failed && i != end;
+       i.increment(failed)) {
+    std::string found;
+    if (std::getline(std::ifstream(i->path() / "serial"), found) && found == serial) return true;
   }
-  if (id.empty()) return Error{ErrorCode::Unavailable, fmt::format("no camera with serial number {}", serial)};
-  return connect_by_name(id, on_control);
+  return false;
+}
+
+/// Connects to the camera with this serial number if it is on `transport`.
+std::optional<Result<GRef<ArvCamera>>> connect_on(const char* transport, const std::string& serial,
+                                                  const OnControl& on_control) {
+  const LookOn only({transport});
+  arv_update_device_list();
+  for (unsigned i = 0; i < arv_get_n_devices(); ++i)
+    if (const char* found = arv_get_device_serial_nbr(i); found && serial == found)
+      return connect_by_name(arv_get_device_id(i), on_control);
+  return {};
+}
+
+/// Looks on USB only if the kernel has a device with this number there, because Aravis opens every device of the
+/// computer to look at it, and on Ethernet only if it is not on USB, because that takes a second.
+Result<GRef<ArvCamera>> connect_by_serial(const std::string& serial, const OnControl& on_control) {
+  if (is_on_usb(serial))
+    if (auto camera = connect_on(kUsb3Vision, serial, on_control)) return std::move(*camera);
+  if (auto camera = connect_on(kGigeVision, serial, on_control)) return std::move(*camera);
+  if (!is_on_usb(serial)) return Error{ErrorCode::Unavailable, fmt::format("no camera with serial number {}", serial)};
+  // It may have come while Ethernet was searched.
+  if (auto camera = connect_on(kUsb3Vision, serial, on_control)) return std::move(*camera);
+  return Error{ErrorCode::Unavailable,
+               fmt::format("serial: {} is on USB, but it is no USB3 Vision camera, or this program may not open it; "
+                           "the package's rule /usr/lib/udev/rules.d/60-hueline.rules gives the right",
+                           serial)};
 }
 
 bool is_loopback(ArvGvDevice* device) {
@@ -189,11 +238,17 @@ Error take_error(std::string_view attempted, GError* error) {
 }
 
 Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config, const OnControl& on_control) {
-  auto camera = !config.address.empty() && !config.interface.empty()
-                    ? connect_at(config.interface, config.address, on_control)
-                : !config.address.empty() ? connect_by_name(config.address, on_control)
-                : !config.id.empty()      ? connect_by_name(config.id, on_control)
-                                          : connect_by_serial(config.serial, on_control);
+  auto camera = [&] {
+    if (!config.address.empty() && !config.interface.empty())
+      return connect_at(config.interface, config.address, on_control);
+    if (config.address.empty() && config.id.empty()) return connect_by_serial(config.serial, on_control);
+    if (config.address.empty()) {
+      const LookOn both({kUsb3Vision, kGigeVision});
+      return connect_by_name(config.id, on_control);
+    }
+    const LookOn only({kGigeVision});
+    return connect_by_name(config.address, on_control);
+  }();
   if (!camera) return camera;
   if (!config.serial.empty()) {
     GError* error = nullptr;
