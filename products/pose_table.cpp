@@ -8,7 +8,7 @@
 #include "core/portable_math.hpp"
 #include "products/image_tables.hpp"
 #include "products/text_file.hpp"
-#include "products/utc_text.hpp"
+#include "core/utc_text.hpp"
 
 namespace hueline::products {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "core/calendar.hpp"
 #include "products/trajectory_export.hpp"
-#include "products/utc_text.hpp"
+#include "core/utc_text.hpp"
 
 namespace hueline::products {
 namespace {

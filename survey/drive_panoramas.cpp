@@ -214,6 +214,7 @@ void DrivePanoramas::make(std::size_t index) {
   out.sigma = moment.sigma;
   const auto& head = rig_.geometry.head;
   const Transform<Enu, CameraHead> T_enu_head = moment.pose->T_enu_body * head.T_body_head;
+  out.origin = *origin_;
   out.centre_enu = {T_enu_head.translation};
   out.sigma_horizontal_m = std::hypot(moment.pose->sigma_position.x(), moment.pose->sigma_position.y());
   out.sigma_up_m = moment.pose->sigma_position.z();
@@ -227,7 +228,8 @@ void DrivePanoramas::make(std::size_t index) {
   fusion::PanoramaView view;
   view.shape.width = width_;
   view.shape.height = width_ / 2;
-  if (config_.orientation == PanoramaOrientation::Head) {
+  out.is_level = config_.orientation != PanoramaOrientation::Head;
+  if (!out.is_level) {
     const auto& shape = head.panorama;
     view.shape.forward_column = (shape.forward() + 0.5) * width_ / shape.width - 0.5;
     view.shape.is_clockwise = shape.is_clockwise;

@@ -32,12 +32,14 @@ struct DrivePanorama {
   std::uint32_t exposure = 0;  ///< the lowest number of the moment's exposures
   GpsTime time{};              ///< middle of the exposure
   nanoseconds sigma{0};
+  Geodetic origin;        ///< of the local level of the drive
   Point<Enu> centre_enu;  ///< the head's centre in the local level of the drive
   Geodetic centre;        ///< the same on the earth
   double sigma_horizontal_m = 0, sigma_up_m = 0;
   /// Heading (0 to 2 pi), pitch and roll of the head's x axis, and of the middle of the picture, in the local level at
   /// the head, rad.
   double head_heading = 0, heading = 0, pitch = 0, roll = 0;
+  bool is_level = true;    ///< the pixels are gravity-aligned: the middle row is the horizon
   std::size_t points = 0;  ///< laser points that the distances come from
   double known_share = 0;  ///< share of the directions in which one of them lies
   fusion::PanoramaView view;

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/angle.hpp"
-#include "core/calendar.hpp"
 #include "core/csv_table.hpp"
+#include "core/utc_text.hpp"
 
 namespace hueline::survey {
 namespace {
@@ -38,24 +38,29 @@ constexpr std::array kColumns{"file",
                               "q_head_view_w",
                               "q_head_view_x",
                               "q_head_view_y",
-                              "q_head_view_z"};
+                              "q_head_view_z",
+                              "easting_m",
+                              "northing_m",
+                              "height_m",
+                              "pixels_are_gravity_aligned"};
 
 }  // namespace
 
 std::string panorama_table_head() { return fmt::format("{}\n", fmt::join(kColumns, ",")); }
 
-std::string panorama_table_line(const DrivePanorama& one, const std::string& name) {
+std::string panorama_table_line(const DrivePanorama& one, const std::string& name, const Eigen::Vector3d& place) {
   const auto& shape = one.view.shape;
   const Eigen::Quaterniond& q = one.view.R_head_view;
   return fmt::format(
       "{},{},{:.6f},{},{:.10f},{:.10f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{:.4f},{:.4f},{},{},{:.4f},{"
       "},"
-      "{:.10f},{:.10f},{:.10f},{:.10f}\n",
-      name, one.exposure, static_cast<double>(count_ns(one.time) / 1000) * 1e-6, iso_utc(one.time),
+      "{:.10f},{:.10f},{:.10f},{:.10f},{:.4f},{:.4f},{:.4f},{}\n",
+      name, one.exposure, static_cast<double>(count_ns(one.time) / 1000) * 1e-6, utc_text(one.time),
       one.centre.latitude / kRadPerDeg, one.centre.longitude / kRadPerDeg, one.centre.ellipsoidal_height,
       one.sigma_horizontal_m, one.sigma_up_m, one.heading / kRadPerDeg, one.pitch / kRadPerDeg, one.roll / kRadPerDeg,
       one.head_heading / kRadPerDeg, one.points, one.rendered.seen_share, one.rendered.filled_share, shape.width,
-      shape.height, shape.forward(), shape.is_clockwise ? 1 : 0, q.w(), q.x(), q.y(), q.z());
+      shape.height, shape.forward(), shape.is_clockwise ? 1 : 0, q.w(), q.x(), q.y(), q.z(), place.x(), place.y(),
+      place.z(), one.is_level ? 1 : 0);
 }
 
 Result<std::map<std::uint32_t, fusion::PanoramaView>> parse_panorama_table(const std::string& text,

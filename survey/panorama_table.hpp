@@ -13,8 +13,9 @@ namespace hueline::survey {
 
 /// Returns the line with the names of the columns.
 std::string panorama_table_head();
-/// Returns the line of a panorama that lies in the file `name`.
-std::string panorama_table_line(const DrivePanorama& panorama, const std::string& name);
+/// Returns the line of a panorama that lies in the file `name`. `place` is its easting, northing and height on the map,
+/// m.
+std::string panorama_table_line(const DrivePanorama& panorama, const std::string& name, const Eigen::Vector3d& place);
 
 /// Reads from the table how each panorama, by its exposure, is drawn: its size, and how it is turned against the head.
 /// `file` is the name of the table in messages. Errors: Malformed, with the line.

@@ -9,6 +9,7 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "apps/panorama/import_tables.hpp"
 #include "apps/simulate/drive_source.hpp"
 #include "config/section.hpp"
 #include "core/calendar.hpp"
@@ -18,7 +19,6 @@
 #include "storage/file_writer.hpp"
 #include "storage/photo_file.hpp"
 #include "survey/drive_panoramas.hpp"
-#include "survey/panorama_table.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -133,7 +133,7 @@ int panorama(const Options& options) {
     log_error(folder.error().message);
     return kOutputRefused;
   }
-  std::string table = survey::panorama_table_head();
+  PanoramaTables tables(source->rig);
   Status written;
   const auto use = [&](survey::DrivePanorama&& one) {
     const auto& picture = one.rendered.picture;
@@ -145,7 +145,7 @@ int panorama(const Options& options) {
         is_png ? storage::encode_png(pixels, tags) : storage::encode_jpeg(pixels, options.quality, tags);
     const std::string name = fmt::format("panorama_{:06}.{}", one.exposure, is_png ? "png" : "jpg");
     written = encoded.ok() ? write_file(folder->path() / name, *encoded) : Status(encoded.error());
-    table += survey::panorama_table_line(one, name);
+    if (written.ok()) written = tables.add(one, name, one.is_level || head.panorama.is_clockwise);
     return written.ok();
   };
   survey::DrivePanoramas making(source->rig, config, use);
@@ -160,10 +160,10 @@ int panorama(const Options& options) {
   }
   making.finish();
   bar.end();
-  if (written.ok()) written = write_output(folder->path() / "panoramas.csv", table);
+  if (written.ok()) written = tables.write(folder->path());
   if (!written.ok()) {
     log_error(written.error().message);
-    return kOutputRefused;
+    return written.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
   }
   if (!fed.ok()) log_warning(fed.error().message);
   const auto& counts = making.counts();

@@ -20,11 +20,15 @@ DrivePanorama sample() {
   return one;
 }
 
+std::string line_of(const DrivePanorama& one, const char* name) {
+  return panorama_table_line(one, name, {691605.0646, 5334756.5432, 567.6025});
+}
+
 TEST(PanoramaTable, GivesBackHowPanoramasAreDrawn) {
   DrivePanorama second = sample();
   second.exposure = 13;
-  const auto read = parse_panorama_table(
-      panorama_table_head() + panorama_table_line(sample(), "a.jpg") + panorama_table_line(second, "b.jpg"), "t.csv");
+  const auto read =
+      parse_panorama_table(panorama_table_head() + line_of(sample(), "a.jpg") + line_of(second, "b.jpg"), "t.csv");
   ASSERT_TRUE(read.ok()) << read.error().message;
   ASSERT_EQ(read->size(), 2u);
   const fusion::PanoramaView& view = read->at(12);
@@ -37,16 +41,16 @@ TEST(PanoramaTable, GivesBackHowPanoramasAreDrawn) {
 
 TEST(PanoramaTable, RefusesWhatIsNoPanorama) {
   const auto said = [](const std::string& from, const std::string& to) {
-    std::string text = panorama_table_head() + panorama_table_line(sample(), "a.jpg");
+    std::string text = panorama_table_head() + line_of(sample(), "a.jpg");
     text.replace(text.find(from), from.size(), to);
     const auto read = parse_panorama_table(text, "t.csv");
     return read.ok() ? "" : read.error().message;
   };
   EXPECT_EQ(said("a.jpg", "b.jpg"), "");
   EXPECT_NE(said(",4096,2048,", ",4096,1000,").find("t.csv:2: width_px is not twice height_px"), std::string::npos);
-  EXPECT_NE(said(",0.93937", ",0.5").find("are no rotation"), std::string::npos) << panorama_table_line(sample(), "a");
+  EXPECT_NE(said(",0.93937", ",0.5").find("are no rotation"), std::string::npos) << line_of(sample(), "a");
   EXPECT_NE(said("width_px", "wide").find("width_px"), std::string::npos);
-  const std::string line = panorama_table_line(sample(), "a.jpg");
+  const std::string line = line_of(sample(), "a.jpg");
   EXPECT_NE(parse_panorama_table(panorama_table_head() + line + line, "t.csv").error().message.find("twice"),
             std::string::npos);
 }

@@ -217,7 +217,7 @@ def check_tables(folder, sights, is_recorded):
                 worst[name] = max(worst[name], math.dist(pixel, wanted))
     print(folder, found, "places;", ", ".join(f"{name} {px:.4f} px" for name, px in worst.items()))
     # The map's scale and the bending of its straight lines are in the third; the others are exact but for the POS.
-    if found < 2000 or max(worst.values()) > 0.2:
+    if found < 500 or max(worst.values()) > 0.2:
         fail("places are not where the lenses saw them")
     if not 1000 <= len(points) <= 20000:
         fail(f"{len(points)} points")
@@ -234,7 +234,7 @@ def check_tables(folder, sights, is_recorded):
 def check_colours(recorded, pinhole, images, straight):
     """Undistorted pictures show the same things as recorded ones."""
     same, shifted, count = 0, 0, 0
-    for file in sorted(images)[:18]:
+    for file in sorted(images)[:6]:
         a, b = read_png(os.path.join(recorded, file)), read_png(os.path.join(pinhole, file))
         (R, t, camera), (_, _, other) = images[file], straight[file]
         if a[:2] != camera[1:3] or b[:2] != other[1:3]:

@@ -64,8 +64,8 @@ void write_sights(const sim::Scenario& scenario, const sim::TruthReader& truth, 
     const sim::Moment moment = world.moment(exposure.exposure_mid_gps_ns);
     for (std::size_t lens = 0; lens < rig.lenses.size(); ++lens) {
       const sim::Pose T_enu_lens = moment.T_enu_body * rig.T_body_head * rig.lenses[lens].T_head_lens;
-      for (int v = 3; v < rig.lenses[lens].height; v += 11)
-        for (int u = 3; u < rig.lenses[lens].width; u += 13) {
+      for (int v = 3; v < rig.lenses[lens].height; v += 23)
+        for (int u = 3; u < rig.lenses[lens].width; u += 25) {
           const auto direction = rig.lenses[lens].ray(u, v);
           if (!direction) continue;
           const sim::World::Ray ray{T_enu_lens.p, T_enu_lens.R * *direction};

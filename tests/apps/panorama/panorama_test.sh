@@ -10,7 +10,7 @@ cd "$work"
 source "$source/tests/apps/program.sh"
 echo '{seed: 4, duration_s: 5, drive: {stand_s: 0, accelerate_s: 1}, camera: {rate_hz: 2, lens_width: 204, lens_height: 170}}' >small.yaml
 panorama() { "$hueline" panorama --scenario small.yaml --sim sim "$@"; }
-made() { ls "$1" | tr '\n' ' '; }
+made() { ls "$1" | grep '^panorama' | tr '\n' ' '; }
 
 ends 0 panorama --out all --size 512x256 --threads 1
 says "10 panoramas of 512 x 256 in all; the drive has 10 moments, 10 were chosen"
@@ -61,6 +61,18 @@ awk -F, 'NR == FNR {e[$1] = $7; n[$1] = $8; u[$1] = $9; next}
   /^#/ || $1 == "name" || $7 == "" {next}
   {d = sqrt(($7 - e[$1]) ^ 2 + ($8 - n[$1]) ^ 2 + ($9 - u[$1]) ^ 2); near += d < 0.05}
   END {exit near < 6}' by_lens.csv by_panorama.csv || { cp by_panorama.csv said.txt; fail "picked in a panorama: other places"; }
+# The tables of other programs lead to the same pixels, of level panoramas and of those in the head's own axes.
+ends 0 panorama --out tilted --exposures 5 --size 4096x2048 --orientation head
+for folder in big tilted; do
+  for table in pano-poses pointerra; do
+    ends 0 python3 "$source/tests/apps/panorama/import_tables_test.py" "$folder" $table by_lens.csv picked.csv
+    ends 0 measure --picks picked.csv --panoramas $folder/panoramas.csv --out by_table.csv
+    awk -F, 'NR == FNR {e[$1] = $7; n[$1] = $8; u[$1] = $9; next}
+      /^#/ || $1 == "name" || $7 == "" {next}
+      {d = sqrt(($7 - e[$1]) ^ 2 + ($8 - n[$1]) ^ 2 + ($9 - u[$1]) ^ 2); near += d < 0.05}
+      END {exit near < 6}' by_lens.csv by_table.csv || { cp by_table.csv said.txt; fail "$folder/$table.csv leads to other places"; }
+  done
+done
 sed 's/,4096,2048,/,4096,1000,/' big/panoramas.csv >odd.csv
 ends 3 measure --picks in_panorama.csv --panoramas odd.csv
 says "odd.csv:2: width_px is not twice height_px"

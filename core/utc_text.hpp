@@ -6,7 +6,7 @@
 
 #include "core/calendar.hpp"
 
-namespace hueline::products {
+namespace hueline {
 
 /// Formats a time for tables: ISO 8601 in UTC with microseconds, "2026-03-01T12:34:56.789012Z".
 inline std::string utc_text(GpsTime time) {
@@ -15,4 +15,4 @@ inline std::string utc_text(GpsTime time) {
                      utc.second, utc.nanosecond / 1000);
 }
 
-}  // namespace hueline::products
+}  // namespace hueline
