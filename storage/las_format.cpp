@@ -25,7 +25,7 @@ constexpr std::size_t kExtraField = 192;
 Bytes encode_las_header(const LasHeader& h) {
   Bytes out;
   append(out, as_bytes("LASF"));
-  append(out, std::uint16_t{0});  // file source id
+  append(out, h.file_source_id);
   append(out, h.global_encoding);
   out.resize(out.size() + 16);  // GUID, not used
   append(out, std::uint8_t{1});
@@ -57,7 +57,7 @@ Result<LasHeader> decode_las_header(ByteView bytes) {
   if (!in.ok() || !std::equal(signature.begin(), signature.end(), as_bytes("LASF").begin()))
     return Error{ErrorCode::Malformed, "not a LAS file (its first bytes are not LASF)"};
   LasHeader h;
-  in.take<std::uint16_t>();
+  h.file_source_id = in.take<std::uint16_t>();
   h.global_encoding = in.take<std::uint16_t>();
   in.take_bytes(16);
   const int major = in.take<std::uint8_t>();

@@ -28,6 +28,7 @@ struct LasVlr {
 /// The public header. Numbers are in the units of the file.
 struct LasHeader {
   int version_minor = 4;
+  std::uint16_t file_source_id = 0;  ///< number of the strip (flight line); 0: the file is no strip
   std::uint16_t global_encoding = 0;
   std::string system_identifier, generating_software;
   int creation_year = 0, creation_day = 0;

@@ -3,12 +3,18 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/exit_code.hpp"
 #include "apps/export/profile.hpp"
 #include "apps/log.hpp"
+#include "config/section.hpp"
+#include "core/output_file.hpp"
 #include "products/cloud_export.hpp"
+#include "products/cloud_split.hpp"
 #include "runtime/recording.hpp"
+#include "storage/las_reader.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -18,15 +24,78 @@ std::string cloud_of(const std::string& path) {
   return runtime::drive_file(runtime::drive_file(path, "cloud.las"), "cloud.laz");
 }
 
+/// Returns the times at which the strips of a drive end, by the path that its POS gave.
+Result<std::vector<GpsTime>> ends_of_strips(const ExportWords& words, double length_m) {
+  auto recording = runtime::Recording::open(words.drive, words.rig);
+  if (!recording.ok())
+    return Error{recording.error().code, recording.error().message +
+                                             " (strips by distance need the drive's folder or its recording, because "
+                                             "a cloud does not hold the path)"};
+  products::PathStrips path(length_m);
+  const Status read = runtime::for_each_solution(
+      recording->rig, [&](const auto& take) { return recording->for_each(take); },
+      [&](const InsSolution& solution) {
+        if (!solution.is_good) return;
+        const Eigen::Vector3d p = to_ecef(solution.position).xyz;
+        path.add(solution.time, {p.x(), p.y(), p.z()});
+      });
+  if (!read.ok()) log_warning("{}: the path is known as far as the recording is whole", read.error().message);
+  return path.ends();
+}
+
+int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc, const products::CloudExport& config) {
+  const auto split = products::CloudSplit::parse(words.split);
+  if (!split.ok()) throw config::ConfigError("--split: " + split.error().message);
+  std::vector<GpsTime> ends;
+  if (split->kind == products::CloudSplit::Kind::Distance) {
+    auto known = ends_of_strips(words, split->size);
+    if (!known.ok()) {
+      log_error(known.error().message);
+      return opening_status(known.error());
+    }
+    ends = std::move(*known);
+  }
+  auto folder = OutputFolder::open(words.out);
+  if (!folder.ok()) {
+    log_error(folder.error().message);
+    return kOutputRefused;
+  }
+  const auto done = products::split_cloud(cloud, folder->path(), *split, ends, is_copc, config);
+  if (!done.ok()) {
+    log_error(done.error().message);
+    return opening_status(done.error());
+  }
+  const auto source = storage::LasReader::open(cloud);
+  const Status indexed = products::write_part_index(folder->path() / "index.geojson", done->parts,
+                                                    source.ok() ? source->wkt() : std::string());
+  if (!indexed.ok()) {
+    log_error(indexed.error().message);
+    return kOutputRefused;
+  }
+  std::uint64_t points = 0, bytes = 0;
+  for (const products::CloudPart& part : done->parts) {
+    points += part.points;
+    bytes += part.bytes;
+  }
+  fmt::print("{}: {} points in {} {}, {} bytes; index.geojson says where\n", words.out, points, done->parts.size(),
+             split->kind == products::CloudSplit::Kind::Tile ? "tiles" : "strips", bytes);
+  if (!done->source_was_cut) return kDone;
+  log_error("{} ends before its last point: everything that is whole was written", cloud);
+  return kInputUnreadable;
+}
+
 class LazProfile : public ExportProfile {
  public:
   const char* word() const override { return "laz"; }
   const char* help() const override { return "the cloud as LAZ 1.4 with all its fields, extra bytes included"; }
 
+  bool writes_folder(const ExportWords& words) const override { return !words.split.empty(); }
+
   int run(const ExportWords& words) override {
     products::CloudExport config;
     config.threads = words.threads;
     const std::string cloud = cloud_of(words.drive);
+    if (!words.split.empty()) return write_parts(words, cloud, is_copc(), config);
     const auto done = write(cloud, words.out, config);
     if (!done.ok()) {
       log_error(done.error().message);
@@ -43,6 +112,7 @@ class LazProfile : public ExportProfile {
   }
 
  protected:
+  virtual bool is_copc() const { return false; }
   virtual const char* parts() const { return "chunks"; }
   virtual Result<products::ExportedCloud> write(const std::string& cloud, const std::string& out,
                                                 const products::CloudExport& config) const {
@@ -58,6 +128,7 @@ class CopcProfile : public LazProfile {
   }
 
  protected:
+  bool is_copc() const override { return true; }
   const char* parts() const override { return "nodes of an octree"; }
   Result<products::ExportedCloud> write(const std::string& cloud, const std::string& out,
                                         const products::CloudExport& config) const override {

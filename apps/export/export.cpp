@@ -27,7 +27,7 @@ struct Export {
   int run() {
     ExportProfile& chosen =
         **std::find_if(profiles.begin(), profiles.end(), [&](const auto& one) { return one->word() == profile; });
-    const Status allowed = chosen.writes_folder() ? check_output_folder(words.out) : check_output(words.out);
+    const Status allowed = chosen.writes_folder(words) ? check_output_folder(words.out) : check_output(words.out);
     if (!allowed.ok()) {
       log_error(allowed.error().message);
       return kOutputRefused;
@@ -51,10 +51,13 @@ void add_export(Command& all) {
     footer += (footer.empty() ? "" : "\n") + words.back() + "  " + one->help();
   }
   command.setting("--profile", data->profile, "what to write", words);
-  command.required("--out", data->words.out, "the file to write; with the profile images a folder");
+  command.required("--out", data->words.out, "the file to write; with the profile images and with --split a folder");
   command.setting("--threads", data->words.threads, "number of threads that compress; it does not change the files",
                   {1, 64});
-  command.option("--rig", data->words.rig, "images, trajectory: rig file to use instead of the recorded one")
+  command.option("--split", data->words.split,
+                 "laz, copc: parts of the cloud in the folder --out: strips of the drive (time:60s, distance:500m) or "
+                 "tiles of the map (tile:100m)");
+  command.option("--rig", data->words.rig, "images, trajectory, distance: rig file to use instead of the recorded one")
       .reads(data->words.rig);
   for (const auto& one : data->profiles) one->declare(command);
   command.footer(footer);

@@ -65,7 +65,7 @@ class ImagesProfile : public ExportProfile {
     return "the lens images of the exposures, with their poses: COLMAP's text model, nerfstudio's transforms.json, "
            "poses.csv";
   }
-  bool writes_folder() const override { return true; }
+  bool writes_folder(const ExportWords&) const override { return true; }
 
   void declare(Command& command) override {
     command.setting("--exposures", exposures_, "images: all, every:N, or numbers and ranges such as 3,7,20-30");

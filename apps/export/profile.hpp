@@ -13,6 +13,7 @@ struct ExportWords {
   std::string drive;  ///< a drive's folder, a recording or a cloud
   std::string rig;    ///< a rig file to use instead of the recorded one; empty: none
   std::string out;
+  std::string split;  ///< how a cloud is cut; empty: it is not
   int threads = 2;
 };
 
@@ -23,7 +24,10 @@ class ExportProfile {
   virtual ~ExportProfile() = default;
   virtual const char* word() const = 0;  ///< behind --profile
   virtual const char* help() const = 0;  ///< its line of the help
-  virtual bool writes_folder() const { return false; }
+  virtual bool writes_folder(const ExportWords& words) const {
+    (void)words;
+    return false;
+  }
   /// Declares the options that only this profile has. Their help begins with the profile's word.
   virtual void declare(Command& command) { (void)command; }
   /// Writes. Returns the exit status (apps/exit_code.hpp).

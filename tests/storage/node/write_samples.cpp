@@ -6,8 +6,10 @@
 
 #include "core/standard_streams.hpp"
 #include "products/cloud_export.hpp"
+#include "products/cloud_split.hpp"
 #include "storage/crc32.hpp"
 #include "storage/journal_writer.hpp"
+#include "storage/las_reader.hpp"
 #include "storage/las_writer.hpp"
 #include "tests/storage/sample_cloud.hpp"
 #include "tests/storage/sample_packets.hpp"
@@ -72,6 +74,19 @@ bool write_copc(const std::filesystem::path& folder) {
   return written ? true : !failed(written.error());
 }
 
+/// Writes cloud.las as tiles.
+bool write_parts(const std::filesystem::path& folder) {
+  const std::filesystem::path parts = folder / "parts";
+  std::error_code error;
+  std::filesystem::remove_all(parts, error);
+  std::filesystem::create_directory(parts, error);
+  const auto written =
+      products::split_cloud(folder / "cloud.las", parts, *products::CloudSplit::parse("tile:50m"), {}, false, {});
+  if (!written) return !failed(written.error());
+  const auto cloud = LasReader::open(folder / "cloud.las");
+  return cloud && !failed(products::write_part_index(parts / "index.geojson", written->parts, cloud->wkt()));
+}
+
 bool write_cloud(const std::filesystem::path& folder) {
   const CloudBlock cloud = test::sample_cloud(60'000);
   LasWriter::Config config;
@@ -79,7 +94,8 @@ bool write_cloud(const std::filesystem::path& folder) {
   if (!write_laz(folder, cloud, config)) return false;
   auto writer = LasWriter::create(folder / "cloud.las", cloud.origin, config);
   if (!writer) return !failed(writer.error());
-  if (failed(writer->append(cloud)) || failed(writer->close()) || !write_copc(folder)) return false;
+  if (failed(writer->append(cloud)) || failed(writer->close()) || !write_copc(folder) || !write_parts(folder))
+    return false;
   std::ofstream json(folder / "cloud.json");
   json.precision(17);
   json << "[";
