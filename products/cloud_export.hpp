@@ -34,4 +34,9 @@ Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::
 Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std::filesystem::path& out,
                                   const CloudExport& options);
 
+/// Writes a LAS or LAZ cloud as binary little-endian PLY with all its fields: places as doubles, colours with 8 bits,
+/// extra bytes under their own names. A field with a scale, or of 64 bits, becomes a double. Memory: a batch of points.
+/// Errors: those of LasReader; Io.
+Result<ExportedCloud> export_ply(const std::filesystem::path& cloud, const std::filesystem::path& out);
+
 }  // namespace hueline::products

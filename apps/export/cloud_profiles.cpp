@@ -136,9 +136,29 @@ class CopcProfile : public LazProfile {
   }
 };
 
+class PlyProfile : public LazProfile {
+ public:
+  const char* word() const override { return "ply"; }
+  const char* help() const override { return "the cloud as binary PLY with all its fields"; }
+  bool writes_folder(const ExportWords&) const override { return false; }
+
+  int run(const ExportWords& words) override {
+    if (!words.split.empty()) throw config::ConfigError("--split: the profile ply writes one file; laz and copc can");
+    return LazProfile::run(words);
+  }
+
+ protected:
+  const char* parts() const override { return "piece"; }
+  Result<products::ExportedCloud> write(const std::string& cloud, const std::string& out,
+                                        const products::CloudExport&) const override {
+    return products::export_ply(cloud, out);
+  }
+};
+
 }  // namespace
 
 std::unique_ptr<ExportProfile> make_laz_profile() { return std::make_unique<LazProfile>(); }
 std::unique_ptr<ExportProfile> make_copc_profile() { return std::make_unique<CopcProfile>(); }
+std::unique_ptr<ExportProfile> make_ply_profile() { return std::make_unique<PlyProfile>(); }
 
 }  // namespace hueline::apps
