@@ -13,6 +13,7 @@
 #include "core/output_file.hpp"
 #include "core/portable_math.hpp"
 #include "products/place_sigma.hpp"
+#include "products/recorded_jpeg.hpp"
 #include "storage/las_writer.hpp"
 #include "storage/photo_file.hpp"
 
@@ -55,6 +56,28 @@ ImageExport::ImageExport(const std::filesystem::path& folder, const fusion::Came
   }
 }
 
+/// Returns whether an image of the camera can be the picture of a lens as it is.
+bool ImageExport::copies_jpeg(SensorId camera) const {
+  if (config_.is_png || config_.pixels != LensPixels::Recorded) return false;
+  const auto is_of = [&](const fusion::LensMount& lens) { return lens.camera == camera; };
+  const auto lens = std::find_if(head_.lenses.begin(), head_.lenses.end(), is_of);
+  return lens != head_.lenses.end() && lens->x_offset == 0 && lens->y_offset == 0 &&
+         std::count_if(head_.lenses.begin(), head_.lenses.end(), is_of) == 1;
+}
+
+void ImageExport::add(const Packet& packet) {
+  constexpr std::size_t kMostHeld = std::size_t{512} << 20;  // bytes
+  if (packet.kind != PacketKind::Wire || packet.shed || !copies_jpeg(packet.sensor) ||
+      !may_hold_jpeg(packet.bytes.bytes()))
+    return;
+  packets_.push_back({packet.sensor, packet.sequence, packet.bytes});
+  packet_bytes_ += packet.bytes.size();
+  while (packet_bytes_ > kMostHeld && packets_.size() > 1) {
+    packet_bytes_ -= packets_.front().bytes.size();
+    packets_.pop_front();
+  }
+}
+
 void ImageExport::add(const Exposure& exposure) {
   ++counts_.exposures;
   if (exposure.timing == ExposureTiming::Unmatched) {
@@ -66,7 +89,14 @@ void ImageExport::add(const Exposure& exposure) {
     return;
   }
   waiting_bytes_ += exposure.image.buffer.size();
-  waiting_.push_back({exposure.camera, exposure.index, exposure.image});
+  Buffer jpeg;
+  std::erase_if(packets_, [&](const HeldPacket& held) {
+    if (held.sensor != exposure.image.sensor || held.sequence > exposure.image.packet_sequence) return false;
+    if (held.sequence == exposure.image.packet_sequence) jpeg = held.bytes;
+    packet_bytes_ -= held.bytes.size();
+    return true;
+  });
+  waiting_.push_back({exposure.camera, exposure.index, exposure.image, std::move(jpeg)});
   while (waiting_bytes_ > config_.most_waiting_bytes && waiting_.size() > 1) {
     ++counts_.early;
     waiting_bytes_ -= waiting_.front().image.buffer.size();
@@ -124,6 +154,7 @@ Status ImageExport::write(const Waiting& exposure, GpsTime time, nanoseconds sig
   }
   std::vector<TakenPicture> taken(chosen.size());
   std::vector<Result<storage::Bytes>> files(chosen.size(), Result<storage::Bytes>(Error{}));
+  std::vector<std::uint8_t> is_copied(chosen.size(), 0);
   const fusion::RawView view = fusion::view_of(exposure.image);
   const Transform<Ecef, Enu> T_ecef_enu = ecef_from_enu(*origin_);
   pool_.run(chosen.size(), [&](std::size_t n) {
@@ -139,6 +170,12 @@ Status ImageExport::write(const Waiting& exposure, GpsTime time, nanoseconds sig
     picture.sigma_position = place_sigma(pose, picture.T_enu_lens.translation - pose.T_enu_body.translation);
     picture.sigma_attitude = pose.sigma_attitude;
 
+    if (view.width == shown.width && view.height == shown.height)
+      if (storage::Bytes jpeg = recorded_jpeg(exposure.jpeg.bytes(), shown.width, shown.height); !jpeg.empty()) {
+        files[n] = std::move(jpeg);
+        is_copied[n] = 1;
+        return;
+      }
     const Point<Ecef> place = T_ecef_enu * Point<Enu>{picture.T_enu_lens.translation};
     storage::PhotoTags tags;
     tags.software = config_.software;
@@ -169,6 +206,7 @@ Status ImageExport::write(const Waiting& exposure, GpsTime time, nanoseconds sig
     if (Status closed = file->close(); !closed) return closed;
     for (const auto& table : tables_) table->add(taken[n]);
     ++counts_.pictures;
+    counts_.copied += is_copied[n];
   }
   return {};
 }

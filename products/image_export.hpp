@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/packet.hpp"
 #include "core/stamped.hpp"
 #include "fusion/rig_geometry.hpp"
 #include "fusion/trajectory.hpp"
@@ -36,6 +37,7 @@ class ImageExport {
   struct Counts {
     std::uint64_t exposures = 0;     ///< that were given
     std::uint64_t pictures = 0;      ///< written
+    std::uint64_t copied = 0;        ///< of them, JPEGs as received
     std::uint64_t without_time = 0;  ///< exposures that nothing stamped
     std::uint64_t incomplete = 0;    ///< exposures whose image lacks parts
     std::uint64_t without_pose = 0;  ///< exposures at whose time the trajectory has no pose
@@ -47,6 +49,9 @@ class ImageExport {
   ImageExport(const std::filesystem::path& folder, const fusion::CameraHeadGeometry& head,
               const storage::MapConfig& map, const Config& config);
 
+  /// Takes a packet before the pipeline gets it. JPEGs of a camera with one lens are written as they were received, so
+  /// they are held until their exposure comes; where that is impossible, the decoded image is compressed again.
+  void add(const Packet& packet);
   /// Sets the origin of the local level of the drive. Call it before the first settled exposure.
   void set_origin(const Geodetic& origin) { origin_ = origin; }
   /// Takes an exposure with its image. Its index is its number in the names of files.
@@ -68,7 +73,14 @@ class ImageExport {
     SensorId camera{};
     std::uint32_t index = 0;
     Image image;
+    Buffer jpeg;  // the packet that holds it; empty: none
   };
+  struct HeldPacket {
+    SensorId sensor{};
+    std::uint64_t sequence = 0;
+    Buffer bytes;
+  };
+  bool copies_jpeg(SensorId camera) const;
   Status open_tables(GpsTime first);
   Status write(const Waiting& exposure, GpsTime time, nanoseconds sigma, const fusion::Pose& pose);
 
@@ -84,6 +96,8 @@ class ImageExport {
   std::optional<Geodetic> origin_;
   std::deque<Waiting> waiting_;
   std::size_t waiting_bytes_ = 0;
+  std::deque<HeldPacket> packets_;
+  std::size_t packet_bytes_ = 0;
   PointSample sample_;
   Counts counts_;
   Status status_;

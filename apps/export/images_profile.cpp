@@ -110,6 +110,7 @@ class ImagesProfile : public ExportProfile {
     {
       runtime::Pipeline pipeline(rig, words.threads, sink);
       read = recording->for_each([&](const Packet& packet) {
+        images.add(packet);
         pipeline.process(packet);
         return sink.status().ok();
       });
@@ -125,7 +126,8 @@ class ImagesProfile : public ExportProfile {
  private:
   static int tell(const ExportWords& words, const products::ImageExport& images, const Status& read) {
     const auto& counts = images.counts();
-    fmt::print("{}: {} pictures of {} exposures\n", words.out, counts.pictures, counts.exposures);
+    fmt::print("{}: {} pictures of {} exposures{}\n", words.out, counts.pictures, counts.exposures,
+               counts.copied == 0 ? "" : fmt::format(", {} of them JPEGs as received", counts.copied));
     const auto warn = [](std::uint64_t count, const char* what) {
       if (count > 0) log_warning("{} {}", count, what);
     };
