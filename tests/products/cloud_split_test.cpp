@@ -28,7 +28,8 @@ class Split : public testing::Test {
  protected:
   static constexpr std::size_t kPoints = 60'000;
   void SetUp() override {
-    auto writer = storage::LasWriter::create(folder_ / "cloud.las", test::sample_origin(), {});
+    const storage::LasWriter::Config config;
+    auto writer = storage::LasWriter::create(folder_ / "cloud.las", test::sample_origin(), config);
     ASSERT_TRUE(writer && writer->append(test::sample_cloud(kPoints)) && writer->close());
     std::filesystem::create_directory(folder_ / "parts");
   }

@@ -94,7 +94,8 @@ bool write_cloud(const std::filesystem::path& folder) {
   if (!write_laz(folder, cloud, config)) return false;
   auto writer = LasWriter::create(folder / "cloud.las", cloud.origin, config);
   if (!writer) return !failed(writer.error());
-  if (failed(writer->append(cloud)) || failed(writer->close()) || !write_copc(folder) || !write_parts(folder))
+  if (failed(writer->append(cloud)) || failed(writer->close()) || !write_copc(folder) || !write_parts(folder) ||
+      !products::export_ply(folder / "cloud.las", folder / "cloud.ply"))
     return false;
   std::ofstream json(folder / "cloud.json");
   json.precision(17);
