@@ -141,7 +141,8 @@ class Splitter {
     std::vector<Key> out;
     std::vector<std::uint64_t> open;  // where each open part ends
     for (const auto& [key, plan] : in_order) {
-      std::erase_if(open, [&](std::uint64_t end) { return end < plan->first_index; });
+      const std::uint64_t begin = plan->first_index;
+      std::erase_if(open, [begin](std::uint64_t end) { return end < begin; });
       if (open.size() >= kMostOpen) continue;
       open.push_back(plan->last_index);
       out.push_back(key);
