@@ -36,6 +36,8 @@ sim::U3vCamera::Config camera_config() {
   sim::U3vCamera::Config config;
   config.width = kWidth;
   config.height = kHeight;
+  // Aravis waits no longer for an answer, and a busy machine may run nothing for longer than the usual 200 ms.
+  config.response_ms = 1000;
   return config;
 }
 
