@@ -1,8 +1,13 @@
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <numbers>
+#include <random>
+#include <utility>
+#include <vector>
 
 #include "fusion/colouring.hpp"
+#include "fusion/depth_map.hpp"
 #include "tests/fusion/drive.hpp"
 #include "tests/support/bench.hpp"
 
@@ -171,6 +176,46 @@ void colour_drive(benchmark::State& state, LensModel model, ColourMethod method,
     state.counters["ratio"] = stage_ns / gather;
   }
 }
+
+/// Closing a depth map after each turn of a scanner, against writing the memory that holds the result.
+void close_depth_map(benchmark::State& state) {
+  const DirectionGrid grid(DepthMap::Config{}.cell);
+  constexpr std::uint32_t kBelow = 40, kAbove = 40;  // rows around the horizon that the scanner sees
+  const std::size_t points = sized(std::size_t{20'000}, std::size_t{2'000});
+  std::mt19937 random(3);
+  std::vector<std::pair<std::uint32_t, float>> turn(points);
+  for (auto& [cell, nearness] : turn) {
+    const auto below = [&](std::uint32_t end) { return static_cast<std::uint32_t>(random() % end); };
+    const std::uint32_t row = static_cast<std::uint32_t>(grid.rows) / 2 - kBelow + below(kBelow + kAbove);
+    cell = row * static_cast<std::uint32_t>(grid.columns) + below(static_cast<std::uint32_t>(grid.columns));
+    nearness = 1.0f / static_cast<float>(4 + random() % 40);
+  }
+  std::vector<float> floor(4 * grid.size());
+  double closing_s = 0, writing_s = 0;
+  std::uint64_t hidden = 0;
+  float filler = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    DepthMap map{DepthMap::Config{}};
+    for (const auto& [cell, nearness] : turn) map.add(cell, nearness);
+    state.ResumeTiming();
+    double begin = cpu_seconds();
+    map.close();
+    closing_s += cpu_seconds() - begin;
+    state.PauseTiming();
+    begin = cpu_seconds();
+    std::fill(floor.begin(), floor.end(), filler += 1);
+    benchmark::DoNotOptimize(floor.data());
+    writing_s += cpu_seconds() - begin;
+    hidden = 0;
+    for (const auto& [cell, nearness] : turn) hidden += map.look(cell, 0.2f * nearness) == LineOfSight::Hidden;
+    state.ResumeTiming();
+  }
+  if (hidden < points / 2) state.SkipWithError("places far behind the points are not hidden: the map was not closed");
+  state.counters["ns/point"] = closing_s / static_cast<double>(state.iterations()) / static_cast<double>(points) * 1e9;
+  state.counters["ratio"] = closing_s / writing_s;
+}
+BENCHMARK(close_depth_map)->Unit(benchmark::kMillisecond);
 
 BENCHMARK_CAPTURE(colour_drive, brown_lens, LensModel::Brown, ColourMethod::Lens, ExposureChoice::Visible)
     ->Arg(1)
