@@ -95,13 +95,18 @@ class LazProfile : public ExportProfile {
     products::CloudExport config;
     config.threads = words.threads;
     const std::string cloud = cloud_of(words.drive);
+    std::error_code ignored;
+    if (std::filesystem::is_directory(cloud, ignored)) {
+      log_error("{} is a folder without cloud.las or cloud.laz in it: a replay of its drive.mcap makes the cloud",
+                cloud);
+      return kInputUnreadable;
+    }
     if (!words.split.empty()) return write_parts(words, cloud, is_copc(), config);
     const auto done = write(cloud, words.out, config);
     if (!done.ok()) {
       log_error(done.error().message);
       return opening_status(done.error());
     }
-    std::error_code ignored;
     fmt::print("{}: {} points in {} {}, {} bytes, {:.3f} of the size of {}\n", words.out, done->points, done->nodes,
                parts(), done->bytes,
                static_cast<double>(done->bytes) / static_cast<double>(std::filesystem::file_size(cloud, ignored)),
