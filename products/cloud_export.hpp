@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "core/result.hpp"
 
@@ -38,5 +39,11 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
 /// extra bytes under their own names. A field with a scale, or of 64 bits, becomes a double. Memory: a batch of points.
 /// Errors: those of LasReader; Io.
 Result<ExportedCloud> export_ply(const std::filesystem::path& cloud, const std::filesystem::path& out);
+
+/// Writes a LAS or LAZ cloud as E57 (ASTM E2807): one scan in the cloud's own coordinates, with intensity, return,
+/// colours of 8 bits, and times in seconds after the first point's if the cloud has absolute times. `software` is told
+/// in the file. Memory: a batch of points. Errors: those of LasReader; Io.
+Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::filesystem::path& out,
+                                 const std::string& software);
 
 }  // namespace hueline::products

@@ -14,6 +14,7 @@
 #include "products/cloud_export.hpp"
 #include "products/cloud_split.hpp"
 #include "runtime/recording.hpp"
+#include "runtime/version.hpp"
 #include "storage/las_reader.hpp"
 
 namespace hueline::apps {
@@ -148,7 +149,8 @@ class PlyProfile : public LazProfile {
   bool writes_folder(const ExportWords&) const override { return false; }
 
   int run(const ExportWords& words) override {
-    if (!words.split.empty()) throw config::ConfigError("--split: the profile ply writes one file; laz and copc can");
+    if (!words.split.empty())
+      throw config::ConfigError(std::string("--split: the profile ") + word() + " writes one file; laz and copc can");
     return LazProfile::run(words);
   }
 
@@ -160,10 +162,25 @@ class PlyProfile : public LazProfile {
   }
 };
 
+class E57Profile : public PlyProfile {
+ public:
+  const char* word() const override { return "e57"; }
+  const char* help() const override {
+    return "the cloud as E57 (ASTM E2807): places, colours, intensity, returns, times";
+  }
+
+ protected:
+  Result<products::ExportedCloud> write(const std::string& cloud, const std::string& out,
+                                        const products::CloudExport&) const override {
+    return products::export_e57(cloud, out, std::string("hueline ") + runtime::kVersion);
+  }
+};
+
 }  // namespace
 
 std::unique_ptr<ExportProfile> make_laz_profile() { return std::make_unique<LazProfile>(); }
 std::unique_ptr<ExportProfile> make_copc_profile() { return std::make_unique<CopcProfile>(); }
+std::unique_ptr<ExportProfile> make_e57_profile() { return std::make_unique<E57Profile>(); }
 std::unique_ptr<ExportProfile> make_ply_profile() { return std::make_unique<PlyProfile>(); }
 
 }  // namespace hueline::apps

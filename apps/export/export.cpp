@@ -14,8 +14,8 @@ namespace {
 
 std::vector<std::unique_ptr<ExportProfile>> export_profiles() {
   std::vector<std::unique_ptr<ExportProfile>> all;
-  for (const auto make :
-       {make_laz_profile, make_copc_profile, make_ply_profile, make_images_profile, make_trajectory_profile})
+  for (const auto make : {make_laz_profile, make_copc_profile, make_ply_profile, make_e57_profile, make_images_profile,
+                          make_trajectory_profile})
     all.push_back(make());
   return all;
 }
@@ -44,7 +44,7 @@ void add_export(Command& all) {
   Command command = all.command("export", "write the results of a drive in the files that other programs import");
   command
       .required("DRIVE", data->words.drive,
-                "a drive's folder; or a cloud (.las, .laz) for the profiles laz, copc and ply")
+                "a drive's folder; or a cloud (.las, .laz) for the profiles laz, copc, ply and e57")
       .reads(data->words.drive);
   std::vector<std::string> words;
   std::string footer;

@@ -37,6 +37,7 @@ class ExportProfile {
 std::unique_ptr<ExportProfile> make_laz_profile();
 std::unique_ptr<ExportProfile> make_copc_profile();
 std::unique_ptr<ExportProfile> make_ply_profile();
+std::unique_ptr<ExportProfile> make_e57_profile();
 std::unique_ptr<ExportProfile> make_trajectory_profile();
 std::unique_ptr<ExportProfile> make_images_profile();
 

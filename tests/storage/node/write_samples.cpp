@@ -95,7 +95,8 @@ bool write_cloud(const std::filesystem::path& folder) {
   auto writer = LasWriter::create(folder / "cloud.las", cloud.origin, config);
   if (!writer) return !failed(writer.error());
   if (failed(writer->append(cloud)) || failed(writer->close()) || !write_copc(folder) || !write_parts(folder) ||
-      !products::export_ply(folder / "cloud.las", folder / "cloud.ply"))
+      !products::export_ply(folder / "cloud.las", folder / "cloud.ply") ||
+      !products::export_e57(folder / "cloud.las", folder / "cloud.e57", "hueline"))
     return false;
   std::ofstream json(folder / "cloud.json");
   json.precision(17);

@@ -1,0 +1,84 @@
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "products/cloud_export.hpp"
+#include "products/e57_file.hpp"
+#include "storage/las_reader.hpp"
+
+namespace hueline::products {
+namespace {
+
+using storage::LasPoint;
+constexpr std::size_t kBatch = 65536;  // points
+
+}  // namespace
+
+Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::filesystem::path& out,
+                                 const std::string& software) {
+  auto reader = storage::LasReader::open(cloud);
+  if (!reader) return reader.error();
+  E57Scan scan;
+  scan.name = cloud.stem().string();
+  scan.software = software;
+  scan.crs = reader->wkt();
+  scan.has_colour = reader->has_colour();
+  scan.has_intensity = true;
+  const bool has_time = (reader->header().global_encoding & storage::kLasAdjustedTime) != 0;
+  using Type = E57Field::Type;
+  std::vector<E57Field> fields{{"cartesianX", Type::Double}, {"cartesianY", Type::Double}, {"cartesianZ", Type::Double},
+                               {"intensity", Type::U16},     {"returnIndex", Type::U8},    {"returnCount", Type::U8}};
+  if (scan.has_colour)
+    fields.insert(fields.end(), {{"colorRed", Type::U8}, {"colorGreen", Type::U8}, {"colorBlue", Type::U8}});
+  if (has_time) fields.push_back({"timeStamp", Type::Double});
+  auto file = E57File::create(out, fields);
+  if (!file) return file.error();
+  scan.minimum.fill(std::numeric_limits<double>::infinity());
+  scan.maximum.fill(-std::numeric_limits<double>::infinity());
+  ExportedCloud done;
+  std::vector<LasPoint> points;
+  storage::Bytes bytes;
+  double first = 0, last = 0;  // adjusted standard GPS time of the first point, and the latest
+  while (true) {
+    const Status read = reader->next(points, kBatch);
+    if (!read && read.error().code != ErrorCode::Truncated) return read.error();
+    done.source_was_cut = !read;
+    if (points.empty()) break;
+    for (const LasPoint& p : points) {
+      bytes.clear();
+      const double place[] = {p.x, p.y, p.z};
+      for (std::size_t i = 0; i < 3; ++i) {
+        scan.minimum[i] = std::min(scan.minimum[i], place[i]);
+        scan.maximum[i] = std::max(scan.maximum[i], place[i]);
+        storage::append(bytes, place[i]);
+      }
+      storage::append(bytes, p.intensity);
+      // Counted from 0 here.
+      storage::append(bytes, static_cast<std::uint8_t>(p.return_number > 0 ? p.return_number - 1 : 0));
+      storage::append(bytes, p.return_count);
+      if (scan.has_colour)
+        for (const std::uint16_t one : {p.red, p.green, p.blue})
+          storage::append(bytes, static_cast<std::uint8_t>(one >> 8));
+      if (has_time) {
+        const double time = p.time.value_or(0);
+        if (file->points() == 0) first = last = time;
+        last = std::max(last, time);
+        storage::append(bytes, time - first);
+      }
+      if (Status written = file->add(bytes); !written) return written.error();
+    }
+  }
+  constexpr double kAdjustment_s = 1e9;  // of adjusted standard GPS time
+  if (has_time && file->points() > 0) {
+    scan.begin_s = first + kAdjustment_s;
+    scan.end_s = last + kAdjustment_s;
+  }
+  done.points = file->points();
+  done.nodes = 1;
+  if (Status closed = file->close(scan); !closed) return closed.error();
+  done.bytes = file->size();
+  return done;
+}
+
+}  // namespace hueline::products
