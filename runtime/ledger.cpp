@@ -110,7 +110,7 @@ void LedgerCheck::compare(const Ledger& ledger, std::uint64_t sequence) {
   contradictions_ += is_contradiction;
 }
 
-void LedgerCheck::finish() {
+void LedgerCheck::finish(std::uint64_t by_ring) {
   if (last_) accounts_.resize(std::max(accounts_.size(), last_->sensors.size()));
   for (std::size_t i = 0; i < accounts_.size(); ++i) {
     Account& one = accounts_[i];
@@ -120,9 +120,11 @@ void LedgerCheck::finish() {
     one.refused_wire = last.refused_wire;
     const std::uint64_t known = one.here + one.missing;
     if (ledgers_ > 0 && contradictions_ == 0 && last.packets + behind > known)
-      one.before = last.packets + behind - known;
-    one.received = known + one.before + one.refused;
+      one.removed = last.packets + behind - known;
+    one.received = known + one.removed + one.refused;
   }
+  if (by_ring == 0 || missing() != by_ring) return;
+  for (Account& one : accounts_) one.removed += std::exchange(one.missing, 0);
 }
 
 std::uint64_t LedgerCheck::missing() const {
@@ -130,9 +132,9 @@ std::uint64_t LedgerCheck::missing() const {
                          [](std::uint64_t sum, const Account& one) { return sum + one.missing; });
 }
 
-std::uint64_t LedgerCheck::before() const {
+std::uint64_t LedgerCheck::removed() const {
   return std::accumulate(accounts_.begin(), accounts_.end(), std::uint64_t{0},
-                         [](std::uint64_t sum, const Account& one) { return sum + one.before; });
+                         [](std::uint64_t sum, const Account& one) { return sum + one.removed; });
 }
 
 }  // namespace hueline::runtime

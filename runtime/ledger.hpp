@@ -32,7 +32,7 @@ std::vector<std::byte> encode_ledger(const Ledger& ledger);
 Result<Ledger> decode_ledger(std::span<const std::byte> bytes);
 
 /// Compares the packets of a recording with the ledgers in it. For each sensor, what had entered is the sum of what is
-/// here, what was refused, what is missing and what came before the recording begins.
+/// here, what was refused, what is missing and what was removed on purpose.
 /// Thread safety: none; one thread calls all functions.
 class LedgerCheck {
  public:
@@ -42,7 +42,7 @@ class LedgerCheck {
     std::uint64_t here = 0;      ///< in the recording
     std::uint64_t refused = 0;   ///< the recorder's queue had no room
     std::uint64_t missing = 0;   ///< given to the recorder, and not here
-    std::uint64_t before = 0;    ///< came before the recording begins
+    std::uint64_t removed = 0;   ///< removed by a ring, or came before the file that was named
     std::uint64_t bytes = 0;     ///< of the payloads that are here
     std::uint64_t wire = 0;      ///< of those here: packets of the device itself
     std::uint64_t shed = 0;      ///< of those here: not fused live
@@ -53,12 +53,13 @@ class LedgerCheck {
   explicit LedgerCheck(bool begins_late);
   /// Takes the packets of the recording, in their order.
   void take(const Packet& packet);
-  /// Closes the accounts. Call it once, after the last packet.
-  void finish();
+  /// Closes the accounts. Call it once, after the last packet. `by_ring`: how many packets the ring says that it has
+  /// removed. It does not say of which sensors they were, so they are told from missing ones by their sum alone.
+  void finish(std::uint64_t by_ring = 0);
 
   const std::vector<Account>& accounts() const { return accounts_; }  ///< by SensorId; valid after finish()
   std::uint64_t missing() const;                                      ///< sum of Account::missing
-  std::uint64_t before() const;                                       ///< sum of Account::before
+  std::uint64_t removed() const;                                      ///< sum of Account::removed
   std::uint64_t ledgers() const { return ledgers_; }
   /// Returns how many ledgers contradict the packets around them: more packets or other bytes than had entered, or sums
   /// that are not the ledger's place in the order.

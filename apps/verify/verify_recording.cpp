@@ -69,7 +69,8 @@ Status Found::trouble() const {
   if (!read.ok()) reasons.push_back(read.error().message);
   if (check.missing() > 0)
     reasons.push_back(
-        fmt::format("{} packets that were recorded are missing; the table says of which source", check.missing()));
+        fmt::format("{} packets that were recorded are missing; the table says of which source{}", check.missing(),
+                    removed.packets > 0 ? fmt::format(" ({} of them were removed by the ring)", removed.packets) : ""));
   if (check.contradictions() > 0)
     reasons.push_back(fmt::format("{} of {} ledgers contradict the packets around them: the file was changed",
                                   check.contradictions(), check.ledgers()));
@@ -77,8 +78,6 @@ Status Found::trouble() const {
     reasons.push_back(fmt::format("{} packets are missing in the sequence {}", check.gaps_behind_the_last(),
                                   check.ledgers() > 0 ? "behind the last ledger; of which source is not known"
                                                       : "and not told as refused; of which source is not known"));
-  if (!begins_late && check.before() > 0)
-    reasons.push_back(fmt::format("{} packets came before the first one that is here", check.before()));
   if (reasons.empty()) return {};
   return Error{ErrorCode::Truncated, fmt::format("not whole: {}", fmt::join(reasons, "; "))};
 }
@@ -91,19 +90,17 @@ std::string Found::words() const {
         packets);
   std::string out =
       fmt::format("whole: the {} packets are all that entered{}, by {} ledgers", packets,
-                  refusals() > 0 || check.before() > 0 ? " but for those that the table names" : "", check.ledgers());
+                  refusals() > 0 || check.removed() > 0 ? " but for those that the table names" : "", check.ledgers());
   if (check.behind_the_last() > 1)
     out += fmt::format("; of the last {} only the sequence is proved, because the recording ends without a ledger",
                        check.behind_the_last());
-  if (begins_late)
-    out += fmt::format("; {} packets came before this file begins, {} of them were removed by the ring", check.before(),
-                       removed.packets);
+  if (begins_late) out += fmt::format("; {} packets came before this file begins", check.removed());
   return out;
 }
 
 Json account_json(const Source& source, const runtime::LedgerCheck::Account& one) {
   Json out = {{"source", source.name},       {"received", one.received}, {"recorded", one.here},
-              {"refused", one.refused},      {"missing", one.missing},   {"before", one.before},
+              {"refused", one.refused},      {"missing", one.missing},   {"removed", one.removed},
               {"not_fused", one.shed},       {"bytes", one.bytes},       {"lost_in_buffers", source.kernel},
               {"lost_by_count", source.lost}};
   if (source.decoder) {
@@ -128,9 +125,9 @@ int show(const Found& found, bool as_json) {
     if (!trouble.ok()) out["error"] = trouble.error().message;
     std::fputs((out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n").c_str(), stdout);
   } else {
-    constexpr std::array columns{"received",  "recorded",        "refused",       "missing",           "before",
+    constexpr std::array columns{"received",  "recorded",        "refused",       "missing",           "removed",
                                  "not_fused", "lost_in_buffers", "lost_by_count", "malformed_messages"};
-    constexpr std::array heads{"received",  "recorded", "refused", "missing",  "before",
+    constexpr std::array heads{"received",  "recorded", "refused", "missing",  "removed",
                                "not fused", "buffers",  "gaps",    "malformed"};
     std::string text = fmt::format("{:16}", "source");
     for (const char* head : heads) text += fmt::format("{:>11}", head);
@@ -184,7 +181,7 @@ int verify(const Options& options) {
     source.take(measured);
   }
   found.removed = recording->journal->removed();
-  found.check.finish();
+  found.check.finish(found.removed.packets);
   return show(found, options.json);
 }
 
@@ -201,11 +198,11 @@ void add_verify_recording(Command& all) {
   command.flag("--json", options->json, "print JSON, for programs");
   command.footer(
       "The ledgers in a recording say how many packets of each source had entered. The table has a line for each:\n"
-      "  received   packets that reached the program: the sum of recorded, refused, missing and before\n"
+      "  received   packets that reached the program: the sum of recorded, refused, missing and removed\n"
       "  recorded   in the file\n"
       "  refused    not recorded, because the disk was too slow or full\n"
       "  missing    were recorded, and are not in the file any more\n"
-      "  before     came before the file begins: removed by a ring, or in a segment that was not named\n"
+      "  removed    by a ring, or in a segment before the one that was named\n"
       "  not fused  of those recorded: the program was too slow to use them while driving; a replay leaves them out "
       "too\n"
       "Losses on the way to the program:\n"

@@ -62,7 +62,7 @@ TEST(Ledger, ProvesThatAllThatEnteredIsThere) {
   EXPECT_EQ(check.accounts()[kLaser].received, 667u);
   for (const auto& one : check.accounts()) {
     EXPECT_EQ(one.here, one.received);
-    EXPECT_EQ(one.refused + one.missing + one.before, 0u);
+    EXPECT_EQ(one.refused + one.missing + one.removed, 0u);
   }
 }
 
@@ -71,7 +71,7 @@ TEST(Ledger, CountsWhatTheRecorderRefused) {
   const LedgerCheck check = checked(packets);
   EXPECT_EQ(check.contradictions(), 0u);
   EXPECT_EQ(check.missing(), 0u);
-  EXPECT_EQ(check.before(), 0u);
+  EXPECT_EQ(check.removed(), 0u);
   const auto &pos = check.accounts()[kPos], &laser = check.accounts()[kLaser];
   EXPECT_EQ(pos.here + pos.refused_wire, 333u + (pos.here - pos.wire));
   EXPECT_EQ(laser.wire + laser.refused_wire, 667u);
@@ -104,7 +104,7 @@ TEST(Ledger, SaysOfWhichSensorWhatIsMissingWas) {
       const auto& one = check.accounts()[sensor];
       EXPECT_EQ(one.missing, of_sensor(whole, sensor) - of_sensor(packets, sensor)) << "sensor " << sensor;
       EXPECT_EQ(one.received, checked(whole).accounts()[sensor].received);
-      EXPECT_EQ(one.received, one.here + one.refused + one.missing + one.before);
+      EXPECT_EQ(one.received, one.here + one.refused + one.missing + one.removed);
     }
   }
 }
@@ -115,8 +115,26 @@ TEST(Ledger, CountsWhatCameBeforeALaterBeginning) {
   EXPECT_EQ(checked(packets).missing(), 250u) << "nothing may be missing at the beginning";
   const LedgerCheck check = checked(packets, true);
   EXPECT_EQ(check.missing(), 0u);
-  EXPECT_EQ(check.before(), 250u);
+  EXPECT_EQ(check.removed(), 250u);
   EXPECT_EQ(check.contradictions(), 0u);
+}
+
+TEST(Ledger, KnowsWhatARingHasRemovedByItsNumber) {
+  const auto whole = recorded(100'000);
+  auto packets = whole;
+  packets.erase(packets.begin() + 150, packets.begin() + 480);
+  LedgerCheck ring(false);
+  for (const PacketPtr& packet : packets) ring.take(*packet);
+  ring.finish(330);
+  EXPECT_EQ(ring.missing(), 0u);
+  EXPECT_EQ(ring.removed(), 330u);
+  EXPECT_EQ(ring.accounts()[kLaser].removed, of_sensor(whole, kLaser) - of_sensor(packets, kLaser));
+  // One more is missing: it is not known which of all these it is.
+  packets.erase(packets.begin() + 10);
+  LedgerCheck lost(false);
+  for (const PacketPtr& packet : packets) lost.take(*packet);
+  lost.finish(330);
+  EXPECT_EQ(lost.missing(), 331u);
 }
 
 TEST(Ledger, ProvesOfACutEndTheSequenceAlone) {
