@@ -22,8 +22,8 @@ namespace {
 using storage::Bytes;
 using storage::LasPoint;
 
-constexpr std::size_t kMostOpen = 32;        // files
-constexpr std::size_t kMostParts = 100'000;  // that are counted
+constexpr std::size_t kMostOpen = 32;                     // files
+constexpr std::size_t kMostParts = 100'000;               // that are counted
 constexpr std::size_t kUserData = 17, kPointSource = 20;  // bytes of a record of the point formats 6 to 8
 constexpr std::size_t kBatch = 65536;                     // points that are read at once
 
@@ -91,7 +91,8 @@ class Splitter {
       return Key{static_cast<std::int64_t>(std::floor(point.x / split_.size)),
                  static_cast<std::int64_t>(std::floor(point.y / split_.size))};
     if (!time)
-      return Error{ErrorCode::Invalid, "the times of the cloud have no week: it cannot be cut into strips (tile:100m can)"};
+      return Error{ErrorCode::Invalid,
+                   "the times of the cloud have no week: it cannot be cut into strips (tile:100m can)"};
     if (split_.kind == CloudSplit::Kind::Time)
       return Key{count_ns(*time) / std::max<std::int64_t>(1, from_seconds(split_.size).count()), 0};
     return Key{std::upper_bound(ends_.begin(), ends_.end(), *time) - ends_.begin(), 0};
@@ -125,11 +126,10 @@ class Splitter {
     });
     if (!counted) return counted;
     if (plans_.empty()) return Error{ErrorCode::Invalid, "the cloud has no points"};
-    if (is_strip() && plans_.rbegin()->first.first - plans_.begin()->first.first >=
-                          static_cast<std::int64_t>(most))
-      return Error{ErrorCode::Invalid,
-                   fmt::format("the strips would have numbers above {}, which LAS does not have: give a greater size",
-                               most)};
+    if (is_strip() && plans_.rbegin()->first.first - plans_.begin()->first.first >= static_cast<std::int64_t>(most))
+      return Error{
+          ErrorCode::Invalid,
+          fmt::format("the strips would have numbers above {}, which LAS does not have: give a greater size", most)};
     return {};
   }
 

@@ -30,11 +30,11 @@ struct CloudSplit {
 
 /// A part of a cloud.
 struct CloudPart {
-  std::filesystem::path file;                ///< its name in the folder
-  std::uint16_t strip = 0;                   ///< point source id of all its points; 0: it is a tile
-  std::uint64_t points = 0, bytes = 0;       ///< of the file
+  std::filesystem::path file;                  ///< its name in the folder
+  std::uint16_t strip = 0;                     ///< point source id of all its points; 0: it is a tile
+  std::uint64_t points = 0, bytes = 0;         ///< of the file
   std::array<double, 3> minimum{}, maximum{};  ///< in the cloud's CRS
-  GpsTime first{}, last{};                   ///< the first and the last firing
+  GpsTime first{}, last{};                     ///< the first and the last firing
 };
 
 /// What was written.
@@ -49,16 +49,16 @@ struct SplitCloud {
 /// user data.
 ///
 /// The cloud is read once to count, and then as often as needed so that at most 32 files are open at once (as a rule
-/// once). Memory: a chunk for each thread and open file. `ends` are the times at which each strip but the last ends, for
-/// Kind::Distance. Errors: those of export_laz() and export_copc(); Invalid if strips are asked for and the points have no
-/// GPS time, or if there would be more than 65535 strips or 100 000 tiles.
+/// once). Memory: a chunk for each thread and open file. `ends` are the times at which each strip but the last ends,
+/// for Kind::Distance. Errors: those of export_laz() and export_copc(); Invalid if strips are asked for and the points
+/// have no GPS time, or if there would be more than 65535 strips or 100 000 tiles.
 Result<SplitCloud> split_cloud(const std::filesystem::path& cloud, const std::filesystem::path& folder,
                                const CloudSplit& split, const std::vector<GpsTime>& ends, bool is_copc,
                                const CloudExport& options);
 
-/// Writes the index of the parts as GeoJSON (RFC 7946): a rectangle for each part, in longitude and latitude on the datum
-/// of the cloud's CRS, with its file, number of points, bounds and times. Without a CRS the parts have no rectangles.
-/// Errors: Io.
+/// Writes the index of the parts as GeoJSON (RFC 7946): a rectangle for each part, in longitude and latitude on the
+/// datum of the cloud's CRS, with its file, number of points, bounds and times. Without a CRS the parts have no
+/// rectangles. Errors: Io.
 Status write_part_index(const std::filesystem::path& path, const std::vector<CloudPart>& parts, const std::string& wkt);
 
 /// Cuts a drive into strips of `length_m` by the places where the vehicle was. Steps below half a metre count once they

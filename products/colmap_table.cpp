@@ -29,8 +29,8 @@ class ColmapTable : public ImageTable {
   Status close(std::span<const ColouredPoint> points) override {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const ColouredPoint& p = points[i];
-      points_.add(fmt::format("{} {:.4f} {:.4f} {:.4f} {} {} {} 0\n", i + 1, p.east, p.north, p.up, p.red, p.green,
-                              p.blue));
+      points_.add(
+          fmt::format("{} {:.4f} {:.4f} {:.4f} {} {} {} 0\n", i + 1, p.east, p.north, p.up, p.red, p.green, p.blue));
     }
     const Status images = images_.close(), ended = points_.close();
     return images ? ended : images;
@@ -52,8 +52,8 @@ Result<std::unique_ptr<ImageTable>> make_colmap_table(const PictureSet& set) {
   for (std::size_t i = 0; i < set.lenses.size(); ++i) {
     const PictureLens& lens = set.lenses[i];
     const ColmapCamera camera = colmap_camera(lens.intrinsics);
-    cameras += fmt::format("# {}\n{} {} {} {}", lens.name, i + 1, camera.model, lens.intrinsics.width,
-                           lens.intrinsics.height);
+    cameras +=
+        fmt::format("# {}\n{} {} {} {}", lens.name, i + 1, camera.model, lens.intrinsics.width, lens.intrinsics.height);
     for (const double one : camera.parameters) cameras += fmt::format(" {:.10g}", one);
     cameras += '\n';
   }

@@ -53,8 +53,9 @@ std::string number_element(const std::string& name, double value) {
 }
 
 std::string time_element(const char* name, double gps_s) {
-  return fmt::format("<{0} type=\"Structure\">\n{1}<isAtomicClockReferenced type=\"Integer\">1</isAtomicClockReferenced>\n</{0}>\n",
-                     name, number_element("dateTimeValue", gps_s));
+  return fmt::format(
+      "<{0} type=\"Structure\">\n{1}<isAtomicClockReferenced type=\"Integer\">1</isAtomicClockReferenced>\n</{0}>\n",
+      name, number_element("dateTimeValue", gps_s));
 }
 
 }  // namespace
@@ -141,7 +142,8 @@ std::string E57File::description(const E57Scan& scan) const {
   out += "<data3D type=\"Vector\" allowHeterogeneousChildren=\"1\">\n<vectorChild type=\"Structure\">\n";
   out += text_element("guid", guid);
   out += text_element("name", scan.name);
-  if (scan.begin_s > 0) out += time_element("acquisitionStart", scan.begin_s) + time_element("acquisitionEnd", scan.end_s);
+  if (scan.begin_s > 0)
+    out += time_element("acquisitionStart", scan.begin_s) + time_element("acquisitionEnd", scan.end_s);
   if (points_ > 0) {
     out += "<cartesianBounds type=\"Structure\">\n";
     for (std::size_t i = 0; i < 3; ++i) {
@@ -160,8 +162,9 @@ std::string E57File::description(const E57Scan& scan) const {
   };
   if (scan.has_intensity) limits("intensityLimits", {"intensity"}, 65535);
   if (scan.has_colour) limits("colorLimits", {"colorRed", "colorGreen", "colorBlue"}, 255);
-  out += fmt::format("<points type=\"CompressedVector\" fileOffset=\"{}\" recordCount=\"{}\">\n<prototype type=\"Structure\">\n",
-                     kFileHeader, points_);
+  out += fmt::format(
+      "<points type=\"CompressedVector\" fileOffset=\"{}\" recordCount=\"{}\">\n<prototype type=\"Structure\">\n",
+      kFileHeader, points_);
   for (const E57Field& field : fields_)
     out += field.type == E57Field::Type::Double
                ? fmt::format("<{} type=\"Float\" precision=\"double\"/>\n", field.name)

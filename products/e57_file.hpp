@@ -27,7 +27,7 @@ struct E57Field {
 /// What an E57 file says of its scan.
 struct E57Scan {
   std::string name, software;
-  std::string crs;  ///< WKT; empty: unknown
+  std::string crs;                ///< WKT; empty: unknown
   double begin_s = 0, end_s = 0;  ///< GPS time of the first and the last point; 0: unknown
   std::array<double, 3> minimum{}, maximum{};
   bool has_colour = false, has_intensity = false;

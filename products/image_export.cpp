@@ -161,7 +161,8 @@ Status ImageExport::write(const Waiting& exposure, GpsTime time, nanoseconds sig
     const std::size_t lens = chosen[n];
     const auto& shown = lenses_[lens].intrinsics;
     TakenPicture& picture = taken[n];
-    picture.file = fmt::format("images/{}/{:06}.{}", lenses_[lens].name, exposure.index, config_.is_png ? "png" : "jpg");
+    picture.file =
+        fmt::format("images/{}/{:06}.{}", lenses_[lens].name, exposure.index, config_.is_png ? "png" : "jpg");
     picture.lens = lens;
     picture.exposure = exposure.index;
     picture.time = time;
@@ -179,8 +180,8 @@ Status ImageExport::write(const Waiting& exposure, GpsTime time, nanoseconds sig
     const Point<Ecef> place = T_ecef_enu * Point<Enu>{picture.T_enu_lens.translation};
     storage::PhotoTags tags;
     tags.software = config_.software;
-    tags.description = fmt::format("exposure {} of {}; altitude above the WGS84 ellipsoid", exposure.index,
-                                   lenses_[lens].name);
+    tags.description =
+        fmt::format("exposure {} of {}; altitude above the WGS84 ellipsoid", exposure.index, lenses_[lens].name);
     tags.taken = to_utc(time);
     tags.position = to_geodetic(place);
     tags.sigma_horizontal_m = std::hypot(picture.sigma_position.x(), picture.sigma_position.y());

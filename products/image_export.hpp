@@ -27,11 +27,11 @@ class ImageExport {
  public:
   struct Config {
     LensPixels pixels = LensPixels::Recorded;
-    bool is_png = false;               ///< PNG instead of JPEG
-    int quality = 95;                  ///< of JPEG, 1 to 100
+    bool is_png = false;                ///< PNG instead of JPEG
+    int quality = 95;                   ///< of JPEG, 1 to 100
     std::size_t most_points = 200'000;  ///< of the sample of the cloud
     int threads = 2;
-    std::string software;                                          ///< for the pictures' EXIF data
+    std::string software;                                   ///< for the pictures' EXIF data
     std::size_t most_waiting_bytes = std::size_t{2} << 30;  ///< of images
   };
   struct Counts {

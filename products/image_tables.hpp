@@ -31,7 +31,7 @@ struct TakenPicture {
   std::uint32_t exposure = 0;
   GpsTime time{};
   nanoseconds sigma_time{0};
-  Transform<Enu, Lens> T_enu_lens;  ///< in the local level of the drive
+  Transform<Enu, Lens> T_enu_lens;                           ///< in the local level of the drive
   Eigen::Vector3d sigma_position = Eigen::Vector3d::Zero();  ///< of the lens: one sigma east, north, up, m
   Eigen::Vector3d sigma_attitude = Eigen::Vector3d::Zero();  ///< of the vehicle: roll, pitch, heading, rad
 };
@@ -71,7 +71,8 @@ Result<std::unique_ptr<ImageTable>> make_pose_table(const PictureSet& set);
 struct OmegaPhiKappa {
   double omega = 0, phi = 0, kappa = 0;
 };
-/// `R_map_lens` turns the axes of the lens (core/frames.hpp) into those of the map. Where phi is 90 degrees, kappa is 0.
+/// `R_map_lens` turns the axes of the lens (core/frames.hpp) into those of the map. Where phi is 90 degrees, kappa is
+/// 0.
 OmegaPhiKappa omega_phi_kappa(const Eigen::Matrix3d& R_map_lens);
 
 }  // namespace hueline::products

@@ -137,9 +137,9 @@ std::vector<std::uint8_t> LensPicture::render(const fusion::RawView& image) cons
 }
 
 ColmapCamera colmap_camera(const fusion::CameraIntrinsics& lens) {
-  ColmapCamera out{"PINHOLE",
-                   {lens.focal_px.x(), lens.focal_px.y(), lens.principal_point_px.x() + 0.5,
-                    lens.principal_point_px.y() + 0.5}};
+  ColmapCamera out{
+      "PINHOLE",
+      {lens.focal_px.x(), lens.focal_px.y(), lens.principal_point_px.x() + 0.5, lens.principal_point_px.y() + 0.5}};
   const auto& k = lens.distortion;
   if (lens.model == fusion::LensModel::KannalaBrandt) {
     out.model = "OPENCV_FISHEYE";

@@ -21,12 +21,11 @@ class NerfstudioTable : public ImageTable {
     const auto& lens = set_.lenses[picture.lens].intrinsics;
     const Eigen::Matrix3d R = picture.T_enu_lens.rotation.toRotationMatrix();
     const Eigen::Vector3d& t = picture.T_enu_lens.translation;
-    file_.add(
-        fmt::format("{}\n{{\"file_path\":\"{}\",\"w\":{},\"h\":{},\"fl_x\":{:.8f},\"fl_y\":{:.8f},\"cx\":{:.8f},\"cy\":"
-                    "{:.8f}",
-                    std::exchange(has_frame_, true) ? "," : "", picture.file, lens.width, lens.height,
-                    lens.focal_px.x(), lens.focal_px.y(), lens.principal_point_px.x() + 0.5,
-                    lens.principal_point_px.y() + 0.5));
+    file_.add(fmt::format(
+        "{}\n{{\"file_path\":\"{}\",\"w\":{},\"h\":{},\"fl_x\":{:.8f},\"fl_y\":{:.8f},\"cx\":{:.8f},\"cy\":"
+        "{:.8f}",
+        std::exchange(has_frame_, true) ? "," : "", picture.file, lens.width, lens.height, lens.focal_px.x(),
+        lens.focal_px.y(), lens.principal_point_px.x() + 0.5, lens.principal_point_px.y() + 0.5));
     const auto& d = lens.distortion;
     if (lens.model == fusion::LensModel::KannalaBrandt)
       file_.add(fmt::format(",\"k1\":{:.12g},\"k2\":{:.12g},\"k3\":{:.12g},\"k4\":{:.12g}", d[0], d[1], d[2], d[3]));
@@ -78,9 +77,10 @@ Result<std::unique_ptr<ImageTable>> make_nerfstudio_table(const PictureSet& set)
   for (const PictureLens& lens : set.lenses)
     (lens.intrinsics.model == fusion::LensModel::KannalaBrandt ? is_fisheye : is_plane) = true;
   if (is_fisheye && is_plane)
-    return Error{ErrorCode::Unsupported,
-                 "transforms.json has one lens model for all pictures, and the lenses of this rig have two: undistorted "
-                 "pictures have one (--lens pinhole)"};
+    return Error{
+        ErrorCode::Unsupported,
+        "transforms.json has one lens model for all pictures, and the lenses of this rig have two: undistorted "
+        "pictures have one (--lens pinhole)"};
   auto file = TextFile::create(set.folder / "transforms.json");
   if (!file) return file.error();
   file->add(fmt::format(

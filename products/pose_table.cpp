@@ -6,9 +6,9 @@
 
 #include "core/angle.hpp"
 #include "core/portable_math.hpp"
+#include "core/utc_text.hpp"
 #include "products/image_tables.hpp"
 #include "products/text_file.hpp"
-#include "core/utc_text.hpp"
 
 namespace hueline::products {
 namespace {

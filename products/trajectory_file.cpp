@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "core/calendar.hpp"
-#include "products/trajectory_export.hpp"
 #include "core/utc_text.hpp"
+#include "products/trajectory_export.hpp"
 
 namespace hueline::products {
 namespace {

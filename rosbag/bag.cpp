@@ -13,10 +13,12 @@ namespace {
 
 enum class Kind : std::uint8_t { None, Mcap, Sqlite, Ros1, Compressed };
 
-constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16}, kRos1Magic = "#ROSBAG V", kZstdMagic = "\x28\xB5\x2F\xFD";
+constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16}, kRos1Magic = "#ROSBAG V",
+                                                                  kZstdMagic = "\x28\xB5\x2F\xFD";
 
 Kind kind_of(std::string_view first, const std::filesystem::path& path) {
-  const auto mcap = std::string_view(reinterpret_cast<const char*>(storage::kMcapMagic.data()), storage::kMcapMagic.size());
+  const auto mcap =
+      std::string_view(reinterpret_cast<const char*>(storage::kMcapMagic.data()), storage::kMcapMagic.size());
   if (first.starts_with(mcap)) return Kind::Mcap;
   if (first.starts_with(kSqliteMagic)) return Kind::Sqlite;
   if (first.starts_with(kRos1Magic)) return Kind::Ros1;
@@ -171,8 +173,7 @@ bool is_bag(const std::filesystem::path& path) {
   constexpr int kMostMessages = 1000;
   for (int read = 0; read < kMostMessages; ++read) {
     const auto message = (*bag)->next();
-    if (message.ok() ? (*bag)->topics()[message->topic].trouble.empty()
-                     : message.error().code != ErrorCode::Malformed)
+    if (message.ok() ? (*bag)->topics()[message->topic].trouble.empty() : message.error().code != ErrorCode::Malformed)
       return message.ok();
   }
   return false;

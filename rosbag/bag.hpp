@@ -43,7 +43,8 @@ class Bag {
   virtual const std::vector<BagTopic>& topics() const = 0;
   /// Returns the next message in the order of the file. Errors:
   /// - EndOfData: everything is read.
-  /// - Truncated, Io, Unsupported: nothing more can be read; all whole messages were returned before. Later calls repeat
+  /// - Truncated, Io, Unsupported: nothing more can be read; all whole messages were returned before. Later calls
+  /// repeat
   ///   it.
   /// - Malformed: something is damaged and was skipped. Call again to continue.
   virtual Result<BagMessage> next() = 0;

@@ -151,7 +151,8 @@ class Ros1Bag final : public Bag {
       chunk_ = data;
     } else {
       if ((unpacked_ += *size) > std::max(kUnpackedAnyway, kUnpackedShare * file_.size()))
-        return end(ErrorCode::Unsupported, "the chunks unpack to far more than the file's size: it is not read further");
+        return end(ErrorCode::Unsupported,
+                   "the chunks unpack to far more than the file's size: it is not read further");
       MutableBuffer memory = pool_.acquire(*size);
       Status done = compression == "bz2" ? unpack_bz2(data.bytes(), memory.bytes())
                                          : storage::decompress(compression, data.bytes(), memory.bytes());
@@ -185,8 +186,8 @@ class Ros1Bag final : public Bag {
     const auto connection = fields.number<std::uint32_t>("conn");
     if (op == Op::Connection && connection) {
       const Fields about(data.bytes());
-      const auto index = topics_.add(
-          {fields.text("topic"), drivers::ros_type(about.text("type")), drivers::RosEncoding::Ros1, {}});
+      const auto index =
+          topics_.add({fields.text("topic"), drivers::ros_type(about.text("type")), drivers::RosEncoding::Ros1, {}});
       if (index) by_connection_[*connection] = *index;
       return {};
     }
@@ -195,8 +196,8 @@ class Ros1Bag final : public Bag {
     const auto topic = connection ? by_connection_.find(*connection) : by_connection_.end();
     if (!time || topic == by_connection_.end())
       return damaged("a message without a time, or of a topic that the file does not describe, is skipped");
-    message = BagMessage{topic->second,
-                         UnixTime(std::chrono::seconds(*time & 0xFFFFFFFF) + nanoseconds(*time >> 32)), data};
+    message =
+        BagMessage{topic->second, UnixTime(std::chrono::seconds(*time & 0xFFFFFFFF) + nanoseconds(*time >> 32)), data};
     return {};
   }
 

@@ -153,9 +153,8 @@ class SqliteBag final : public Bag {
       return done;
     int step = SQLITE_ROW;
     while ((step = sqlite3_step(topics.get())) == SQLITE_ROW) {
-      BagTopic topic{column_text(topics.get(), 1), drivers::ros_type(column_text(topics.get(), 2)),
-                     drivers::RosEncoding::Cdr,
-                     {}};
+      BagTopic topic{
+          column_text(topics.get(), 1), drivers::ros_type(column_text(topics.get(), 2)), drivers::RosEncoding::Cdr, {}};
       const std::string format = column_text(topics.get(), 3);
       // Converters leave the format empty.
       if (format == "ros1")
