@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "console/server/child.hpp"
 #include "console/server/feed_link.hpp"
+#include "core/child.hpp"
 #include "core/result.hpp"
 
 namespace hueline::console {

@@ -4,9 +4,9 @@
 #include <chrono>
 #include <thread>
 
-#include "console/server/child.hpp"
 #include "console/server/sessions.hpp"
 #include "console/server/users.hpp"
+#include "core/child.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace hueline::console {

@@ -1,4 +1,4 @@
-#include "console/server/child.hpp"
+#include "core/child.hpp"
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -13,10 +13,10 @@
 
 #include "core/printable.hpp"
 
-namespace hueline::console {
+namespace hueline {
 
 Result<Child> Child::start(const std::vector<std::string>& words, const std::filesystem::path& said,
-                           const std::filesystem::path& printed) {
+                           const std::filesystem::path& printed, Session session) {
   std::vector<char*> argv;
   for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
@@ -31,13 +31,14 @@ Result<Child> Child::start(const std::vector<std::string>& words, const std::fil
     posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, printed.c_str(), kWrite, 0644);
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
-  // The console blocks and ignores signals that the program must get.
+  // Who starts it may block and ignore signals that the program must get.
   sigset_t none, all;
   sigemptyset(&none);
   sigfillset(&all);
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setsigdefault(&attributes, &all);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  const int own = session == Session::Own ? POSIX_SPAWN_SETSID : 0;
+  posix_spawnattr_setflags(&attributes, static_cast<short>(own | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF));
   Child child;
   const int failed = ::posix_spawn(&child.pid_, argv[0], &files, &attributes, argv.data(), environ);
   posix_spawn_file_actions_destroy(&files);
@@ -70,4 +71,4 @@ std::string last_lines(const std::filesystem::path& file, std::size_t bytes) {
   return printable(text, LineEnds::Keep);
 }
 
-}  // namespace hueline::console
+}  // namespace hueline
