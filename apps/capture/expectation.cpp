@@ -1,7 +1,6 @@
 #include "apps/capture/expectation.hpp"
 
 #include <fmt/format.h>
-#include <sodium.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "apps/sha256.hpp"
 #include "core/output_file.hpp"
 #include "core/printable.hpp"
 
@@ -22,26 +22,6 @@ namespace fs = std::filesystem;
 constexpr const char* kSummary = "summary.json";
 constexpr std::array kHashed{"cloud.las", "cloud.laz", "view.mcap"};
 constexpr std::array kHeld{"/verdict/grade", "/journal/packets", "/journal/sequence_gaps", "/points/total"};
-
-/// Returns the SHA-256 of a file in small hexadecimal digits, as sha256sum prints it.
-Result<std::string> sha256_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return Error{ErrorCode::Io, file.string() + ": cannot be opened"};
-  crypto_hash_sha256_state state;
-  crypto_hash_sha256_init(&state);
-  std::vector<char> piece(std::size_t{1} << 20);
-  while (in) {
-    in.read(piece.data(), static_cast<std::streamsize>(piece.size()));
-    crypto_hash_sha256_update(&state, reinterpret_cast<const unsigned char*>(piece.data()),
-                              static_cast<unsigned long long>(in.gcount()));
-  }
-  if (in.bad()) return Error{ErrorCode::Io, file.string() + ": cannot be read to its end"};
-  std::array<unsigned char, crypto_hash_sha256_BYTES> hash{};
-  crypto_hash_sha256_final(&state, hash.data());
-  std::string out;
-  for (const unsigned char byte : hash) out += fmt::format("{:02x}", byte);
-  return out;
-}
 
 /// Reads a JSON file. nlohmann::json's parser has its own stack: a deep file does not exhaust the program's.
 Result<Json> read_json(const fs::path& file) {

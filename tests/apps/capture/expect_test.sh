@@ -20,7 +20,7 @@ says "all 6 figures are as expected"
 expects() { echo "$2" >want.json; ends "$1" "$hueline" replay drive --out again --expect want.json --junit want.xml; }
 expects 6 '{"sha256": {"cloud.las": "00", "gone.las": "00"}, "summary": {"/verdict/grade": "go<od", "/points/total": {"least": 1}, "/nothing": 1, "/journal/packets": {"most": 1000}}}'
 says "sha256 cloud.las: expected 00, found [0-9a-f]{64}$"
-says "sha256 gone.las: .*cannot be opened"
+says "sha256 gone.las: open .*gone.las: No such file"
 says 'summary /verdict/grade: expected "go<od", found "drive again"'
 says 'summary /points/total: expected \{"least":1\}, found 0$'
 says "summary /nothing: expected 1, and summary.json has no such value"
