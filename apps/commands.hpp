@@ -32,6 +32,7 @@ void add_score(Command& all);
 void add_calibrate(Command& all);
 void add_measure(Command& all);
 void add_panorama(Command& all);
+void add_fleet(Command& all);
 void add_keys(Command& all);
 /// The `inspect` of a simulator's scenario, which `hueline inspect` calls for such a file.
 void add_inspect_scenario(Command& all);
@@ -55,10 +56,12 @@ inline constexpr CommandName kMeasure{
     "compute coordinates of objects that were picked in panorama or lens images, from the laser points there"};
 inline constexpr CommandName kPanorama{
     "panorama", "join the lens images of exposures to panoramas, by the distances of the laser points"};
+inline constexpr CommandName kFleet{
+    "fleet", "fuse many drives again, on this computer or on a cluster, and catalogue the results"};
 inline constexpr CommandName kKeys{"keys", "update the tables of keys in a document from the key lists of the program"};
 inline constexpr CommandName kInspect{
     "inspect", "show what is in a file: a recording, cloud, capture file, receiver or bus log, rig or scenario"};
 /// The commands that `hueline` passes on to `hueline-office`. It passes on kVerify too if a scenario is named.
-inline constexpr std::array kOfficeCommands{kSimulate, kScore, kCalibrate, kMeasure, kPanorama, kKeys};
+inline constexpr std::array kOfficeCommands{kSimulate, kScore, kCalibrate, kMeasure, kPanorama, kFleet, kKeys};
 
 }  // namespace hueline::apps

@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
     add_calibrate(all);
     add_measure(all);
     add_panorama(all);
+    add_fleet(all);
     add_keys(all);
     add_inspect_scenario(all);
   });

@@ -32,7 +32,7 @@ Exit status:
   4  an output could not be written
   5  no device sent anything, or no point could be made
   6  verify, score or replay --expect found a figure out of its bound
-  7  stopped before the end
+  7  stopped before the end; fleet: drives are still open
   8  capture or replay: all is written, but the drive must be driven again
   9  check: not ready for a drive; doctor: something is left to set
 

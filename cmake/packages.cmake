@@ -63,8 +63,9 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "hueline-capture ${same_version}")
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "mobile mapping: calibration, panoramas, simulator and score
 The office commands of hueline: they calibrate lenses and mountings, measure
-objects in images, join panoramas, simulate drives with their truth and
-judge the results of a version by it. `hueline' starts them.")
+objects in images, join panoramas, fuse many drives again, simulate drives
+with their truth and judge the results of a version by it. `hueline' starts
+them.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libhueline-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)

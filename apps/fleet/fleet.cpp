@@ -1,0 +1,192 @@
+#include "apps/fleet/fleet.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <system_error>
+
+#include "apps/commands.hpp"
+#include "apps/exit_code.hpp"
+#include "apps/fleet/state.hpp"
+#include "apps/fleet/submit.hpp"
+#include "apps/log.hpp"
+#include "apps/signals.hpp"
+#include "core/output_file.hpp"
+
+namespace hueline::apps {
+namespace {
+
+constexpr const char* kThreadsHelp = "number of colouring threads of each replay; it does not change the results";
+
+/// Calls `use` with the plan. Returns what `use` returns, or the exit status of a plan that cannot be read.
+template <class Use>
+int with_plan(const std::string& file, const Use& use) {
+  const auto plan = read_plan(file);
+  if (plan.ok()) return use(*plan);
+  log_error("{}", plan.error().message);
+  return opening_status(plan.error());
+}
+
+int plan_fleet(const FleetWish& wish, const std::string& out) {
+  const auto plan = make_plan(wish, out);
+  if (!plan.ok()) {
+    log_error("{}", plan.error().message);
+    return opening_status(plan.error());
+  }
+  if (const Status written = write_output(out, plan->json().dump(2) + "\n"); !written.ok()) {
+    log_error("{}", written.error().message);
+    return kOutputRefused;
+  }
+  fmt::print("{} drives; `hueline fleet run {}` does them, into {}\n", plan->tasks.size(), out,
+             plan->results().string());
+  return kDone;
+}
+
+int do_one(const FleetPlan& plan, const std::string& number, int threads) {
+  StopSignals signals;
+  std::size_t place = 0;
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), place);
+  if (error != std::errc() || end != number.data() + number.size() || place < 1 || place > plan.tasks.size()) {
+    log_error("task '{}': the tasks of {} have the numbers 1 to {}", number, plan.file.string(), plan.tasks.size());
+    return kWrongUse;
+  }
+  const FleetTask& task = plan.tasks[place - 1];
+  bool is_new = false;
+  const auto result = do_task(plan, task, hueline_replayer(threads), signals.asked(), &is_new);
+  tell_end(plan, place, result, is_new);
+  return result.ok() ? exit_status(result->end) : kOutputRefused;
+}
+
+void add_fleet_plan(Command& fleet) {
+  struct Options {
+    FleetWish wish;
+    std::string out;
+  };
+  auto options = std::make_shared<Options>();
+  options->wish.trajectory_time = "gps";
+  FleetWish& wish = options->wish;
+  Command command =
+      fleet.command("plan", "write which drives are fused again and with what, with the SHA-256 of every input");
+  command.required("DRIVES", wish.drives, "recordings, or folders of drives");
+  command.required("--out", options->out,
+                   "file of the plan, which ends with .json; the results come into the folder of that name without it");
+  command.option("--rig", wish.rig,
+                 "rig file to use instead of the recorded ones; {drive} stands for the drive's name");
+  command.option("--trajectory", wish.trajectory,
+                 "trajectory that was calculated after the drive (SBET); {drive} stands for the drive's name");
+  command.option("--trajectory-sigma", wish.trajectory_sigma, "its accuracies (SMRMSG); with {drive} too");
+  command.setting("--trajectory-time", wish.trajectory_time,
+                  "what its times are: seconds of the GPS week, or of the same week in UTC", {"gps", "utc"});
+  command.option(
+      "--trajectory-point", wish.trajectory_point,
+      "the point of the vehicle whose places it has, if it is not the POS's: right,forward,up of that, in m");
+  command.reads(wish.drives).writes(options->out);
+  command.runs([options] { return plan_fleet(options->wish, options->out); });
+}
+
+void add_fleet_run(Command& fleet) {
+  struct Options {
+    std::string plan;
+    int jobs = 1, threads = 2;
+  };
+  auto options = std::make_shared<Options>();
+  Command command =
+      fleet.command("run", "do the tasks of a plan on this computer; what is done already is not done again");
+  command.required("PLAN", options->plan, "file that `hueline fleet plan` has written");
+  command.setting("--jobs", options->jobs, "number of drives at a time", {1, 256});
+  command.setting("--threads", options->threads, kThreadsHelp, {1, 64});
+  command.reads(options->plan);
+  command.runs([options] {
+    return with_plan(options->plan, [&](const FleetPlan& plan) {
+      StopSignals signals;
+      return run_fleet(plan, options->jobs, hueline_replayer(options->threads), signals.asked());
+    });
+  });
+}
+
+void add_fleet_task(Command& fleet) {
+  struct Options {
+    std::string plan, number;
+    int threads = 2;
+  };
+  auto options = std::make_shared<Options>();
+  Command command = fleet.command("task", "do one task of a plan; this is what a cluster's scheduler calls");
+  command.required("PLAN", options->plan, "file that `hueline fleet plan` has written");
+  command.required("NUMBER", options->number, "number of the task, from 1 on");
+  command.setting("--threads", options->threads, kThreadsHelp, {1, 64});
+  command.reads(options->plan);
+  command.runs([options] {
+    return with_plan(options->plan,
+                     [&](const FleetPlan& plan) { return do_one(plan, options->number, options->threads); });
+  });
+}
+
+void add_fleet_status(Command& fleet) {
+  auto file = std::make_shared<std::string>();
+  Command command = fleet.command(
+      "status", "say how many drives are done, which have failed and why, and which are open; status 0: all are done");
+  command.required("PLAN", *file, "file that `hueline fleet plan` has written");
+  command.reads(*file);
+  command.runs([file] {
+    return with_plan(*file, [](const FleetPlan& plan) {
+      const FleetState state = FleetState::read(plan);
+      std::fputs(state.text(plan).c_str(), stdout);
+      return state.exit_status();
+    });
+  });
+}
+
+void add_fleet_submit(Command& fleet) {
+  struct Options {
+    std::string plan, engine = "slurm";
+    SubmitWish wish;
+    bool only_write = false;
+  };
+  auto options = std::make_shared<Options>();
+  SubmitWish& wish = options->wish;
+  Command command = fleet.command("submit", "give the tasks that are not done to the scheduler of a cluster");
+  command.required("PLAN", options->plan,
+                   "file that `hueline fleet plan` has written; it, the drives and the results must be on a disk that "
+                   "all computers of the cluster share");
+  command.setting("--engine", options->engine,
+                  "slurm: a job array, by sbatch; snakemake: a Snakefile, and the command that runs it",
+                  {"slurm", "snakemake"});
+  command.option("--partition", wish.partition, "Slurm: the partition");
+  command.option("--time", wish.time, "Slurm: the longest time of a task, such as 2:00:00");
+  command.option("--memory", wish.memory, "Slurm: the memory of a task, such as 8G");
+  command.setting("--threads", wish.threads, "processors of a task, and colouring threads of its replay", {1, 64});
+  command.setting("--at-once", wish.at_once, "Slurm: most tasks that run at the same time; 0: any number", {0, 1e6});
+  command.option("--sbatch", wish.further, "a further option for sbatch, such as --sbatch=--account=survey");
+  command.flag("--only-write", options->only_write, "write the scripts, and leave it to you to submit them");
+  command.reads(options->plan);
+  command.runs([options] {
+    return with_plan(options->plan, [&](const FleetPlan& plan) {
+      const auto tasks = FleetState::read(plan).to_do();
+      if (tasks.empty()) {
+        fmt::print("all {} drives are done, nothing is submitted\n", plan.tasks.size());
+        return static_cast<int>(kDone);
+      }
+      return options->engine == "slurm" ? submit_to_slurm(plan, tasks, options->wish, options->only_write)
+                                        : write_snakefile(plan, tasks, options->wish);
+    });
+  });
+}
+
+}  // namespace
+
+void add_fleet(Command& all) {
+  Command fleet = all.command(kFleet.word, kFleet.help);
+  fleet.needs_command();
+  add_fleet_plan(fleet);
+  add_fleet_run(fleet);
+  add_fleet_task(fleet);
+  add_fleet_status(fleet);
+  add_fleet_submit(fleet);
+}
+
+}  // namespace hueline::apps

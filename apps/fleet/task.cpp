@@ -1,0 +1,389 @@
+#include "apps/fleet/task.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "apps/exit_code.hpp"
+#include "apps/log.hpp"
+#include "apps/sha256.hpp"
+#include "core/child.hpp"
+#include "core/input_file.hpp"
+#include "core/output_file.hpp"
+#include "core/printable.hpp"
+#include "runtime/version.hpp"
+
+namespace hueline::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr const char *kResult = "result.json", *kLog = "log.txt", *kSummary = "summary.json";
+constexpr std::uint64_t kLargestJson = 100'000'000;  // bytes; the summary of a long drive takes thousands
+
+struct EndWords {
+  TaskEnd end;
+  const char *name, *words;
+  int status;
+};
+constexpr std::array kEnds{
+    EndWords{TaskEnd::Done, "done", "done", kDone},
+    EndWords{TaskEnd::Damaged, "damaged", "an input is damaged; the results are those of what is whole",
+             kInputUnreadable},
+    EndWords{TaskEnd::Empty, "empty", "no point could be made", kNothingCame},
+    EndWords{TaskEnd::InputChanged, "input_changed", "an input is not what it was when the plan was made",
+             kInputUnreadable},
+    EndWords{TaskEnd::InputMissing, "input_missing", "an input cannot be read", kInputUnreadable},
+    EndWords{TaskEnd::OtherProgram, "other_program", "another version of the program made the plan", kWrongUse},
+    EndWords{TaskEnd::Refused, "refused", "the rig or the trajectory does not fit the drive", kWrongUse},
+    EndWords{TaskEnd::OutputRefused, "output_refused", "the results could not be written", kOutputRefused},
+    EndWords{TaskEnd::Crashed, "crashed", "a signal ended the replay", kFailed},
+    EndWords{TaskEnd::Stopped, "stopped", "stopped before its end", kStopped},
+    EndWords{TaskEnd::Failed, "failed", "the replay failed", kFailed},
+};
+const EndWords& words_of(TaskEnd end) {
+  return *std::ranges::find_if(kEnds, [&](const EndWords& one) { return one.end == end; });
+}
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return ::gethostname(name.data(), name.size() - 1) == 0 ? printable(name.data()) : "?";
+}
+
+Result<Json> read_json(const fs::path& file) {
+  const auto text = read_input(file, kLargestJson, "a result");
+  if (!text.ok()) return text.error();
+  Json root = Json::parse(*text, nullptr, false);
+  if (!root.is_object()) return Error{ErrorCode::Malformed, file.string() + ": is not an object of JSON"};
+  return root;
+}
+
+std::string text_at(const Json& root, const char* pointer) {
+  const Json::json_pointer place(pointer);
+  return root.contains(place) && root.at(place).is_string() ? root.at(place).get<std::string>() : std::string();
+}
+
+/// Reads a result.json. Returns nothing if it is none.
+std::optional<TaskResult> result_of(const Json& root) {
+  TaskResult out;
+  const std::string word = text_at(root, "/status");
+  const auto end = std::ranges::find_if(kEnds, [&](const EndWords& one) { return word == one.name; });
+  if (end == kEnds.end()) return {};
+  out.end = end->end;
+  out.text = text_at(root, "/text");
+  out.verdict = text_at(root, "/verdict");
+  out.host = text_at(root, "/host");
+  if (const auto seconds = root.find("seconds"); seconds != root.end() && seconds->is_number())
+    out.seconds = seconds->get<double>();
+  const auto products = root.find("products");
+  if (products == root.end() || !products->is_object()) return out;
+  for (const auto& [file, product] : products->items()) {
+    const auto bytes = product.find("bytes");
+    if (fs::path(file).filename() != file || bytes == product.end() || !bytes->is_number_unsigned()) return {};
+    out.products[file] = {bytes->get<std::uint64_t>(), text_at(product, "/sha256")};
+  }
+  return out;
+}
+
+/// Returns what is wrong with the inputs: an end and its reason.
+std::optional<TaskResult> wrong_inputs(const FleetTask& task, const std::stop_token& stop) {
+  const auto wrong = [](TaskEnd end, std::string text) {
+    TaskResult out;
+    out.end = end;
+    out.text = std::move(text);
+    return out;
+  };
+  for (const FleetInput& input : task.inputs) {
+    const auto hash = sha256_of(input.file, stop);
+    if (!hash.ok())
+      return wrong(hash.error().code == ErrorCode::Stopped ? TaskEnd::Stopped : TaskEnd::InputMissing,
+                   hash.error().message);
+    if (*hash != input.sha256)
+      return wrong(TaskEnd::InputChanged,
+                   fmt::format("{}: its SHA-256 is {}, and was {} when the plan was made; restore the file, or make "
+                               "another plan",
+                               input.file.string(), *hash, input.sha256));
+  }
+  return {};
+}
+
+TaskEnd end_of(int status) {
+  switch (status) {
+    case kDone:
+    case kDriveAgain:  // the replay has done its work; the verdict says the rest
+      return TaskEnd::Done;
+    case kWrongUse:
+      return TaskEnd::Refused;
+    case kInputUnreadable:
+      return TaskEnd::Damaged;
+    case kOutputRefused:
+      return TaskEnd::OutputRefused;
+    case kNothingCame:
+      return TaskEnd::Empty;
+    case kStopped:
+      return TaskEnd::Stopped;
+    default:
+      return status > 128 ? TaskEnd::Crashed : TaskEnd::Failed;
+  }
+}
+
+/// Returns the last error in a log, in one line; the last lines if it has none.
+std::string last_words(const fs::path& log) {
+  constexpr std::string_view kError = " error ";
+  std::string text = last_lines(log, 2000);
+  while (text.ends_with('\n')) text.pop_back();
+  if (const auto at = text.rfind(kError); at != std::string::npos) text.erase(0, at + kError.size());
+  return printable(text);
+}
+
+/// Describes every file of the folder.
+Status describe_products(const fs::path& folder, std::map<std::string, FleetProduct>& products) {
+  std::error_code failed;
+  for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
+    if (!at->is_regular_file()) continue;
+    auto hash = sha256_of(at->path());
+    if (!hash.ok()) return hash.error();
+    products[at->path().filename().string()] = {at->file_size(), std::move(*hash)};
+  }
+  if (failed) return io_error("list " + folder.string(), failed.value());
+  return {};
+}
+
+Status move_to(const fs::path& from, const fs::path& to) {
+  std::error_code failed;
+  fs::rename(from, to, failed);
+  return failed ? Status(output_error(fmt::format("rename {} to {}", from.string(), to.string()), failed.value()))
+                : Status();
+}
+
+/// The folder in which one attempt at a task works. Its name begins with a full stop, so neither people nor programs
+/// take it for results. The destructor removes it.
+class Attempt {
+ public:
+  static Result<Attempt> begin(const FleetPlan& plan, const FleetTask& task) {
+    static std::atomic<unsigned> count{0};
+    const std::string prefix = "." + task.name + ".attempt.";
+    remove_dead(plan.results(), prefix);
+    auto folder =
+        OutputFolder::open(plan.results() / fmt::format("{}{}.{}.{}", prefix, host_name(), ::getpid(), ++count));
+    if (!folder.ok()) return folder.error();
+    // The replay holds the drive's folder, and this program the one above it.
+    Attempt out(std::move(*folder));
+    std::error_code failed;
+    fs::create_directory(out.drive(), failed);
+    if (failed) return output_error("make folder " + out.drive().string(), failed.value());
+    return out;
+  }
+  Attempt(Attempt&& other) noexcept = default;
+  Attempt& operator=(Attempt&&) = delete;
+  ~Attempt() {
+    if (!folder_) return;
+    std::error_code ignored;
+    fs::remove_all(folder_->path(), ignored);
+  }
+
+  fs::path drive() const { return folder_->path() / "drive"; }
+  fs::path log() const { return folder_->path() / kLog; }
+  fs::path old() const { return folder_->path() / "old"; }
+
+ private:
+  explicit Attempt(OutputFolder folder) : folder_(std::make_unique<OutputFolder>(std::move(folder))) {}
+
+  /// Removes what killed attempts have left: folders that nobody holds. That of a killed program whose replay still
+  /// writes remains until the next time.
+  static void remove_dead(const fs::path& results, const std::string& prefix) {
+    std::error_code ignored;
+    for (fs::directory_iterator at(results, ignored), end; !ignored && at != end; at.increment(ignored)) {
+      if (!at->path().filename().string().starts_with(prefix)) continue;
+      const auto folder = OutputFolder::open(at->path());
+      if (!folder.ok()) continue;
+      const auto drive = OutputFolder::open(at->path() / "drive");
+      std::error_code unknown;
+      if (drive.ok()) fs::remove_all(at->path(), unknown);
+    }
+  }
+
+  std::unique_ptr<OutputFolder> folder_;
+};
+
+/// Replays the drive into the attempt's folder.
+TaskResult replay_drive(const FleetTask& task, const Attempt& attempt, const Replayer& replay,
+                        const std::stop_token& stop) {
+  TaskResult out;
+  std::vector<std::string> words{task.recording().string(), "--out", attempt.drive().string(), "--no-feed"};
+  for (std::string& word : task.options()) words.push_back(std::move(word));
+  const auto status = replay(words, attempt.log(), stop);
+  if (!status.ok()) {
+    out.text = status.error().message;
+    return out;
+  }
+  out.end = end_of(*status);
+  if (stop.stop_requested() && !has_results(out.end)) out.end = TaskEnd::Stopped;
+  if (out.end != TaskEnd::Done) out.text = last_words(attempt.log());
+  if (out.end == TaskEnd::Crashed) out.text = fmt::format("signal {}; {}", *status - 128, out.text);
+  if (!has_results(out.end)) return out;
+  // A recording that cannot be opened at all gives the same status as one that is read in part.
+  const auto summary = read_json(attempt.drive() / kSummary);
+  if (!summary.ok()) {
+    out.text = out.end == TaskEnd::Done ? summary.error().message : out.text;
+    out.end = out.end == TaskEnd::Done ? TaskEnd::Failed : TaskEnd::InputMissing;
+    return out;
+  }
+  out.verdict = text_at(*summary, "/verdict/grade");
+  if (const Status read = describe_products(attempt.drive(), out.products); !read.ok()) {
+    out.end = TaskEnd::OutputRefused;
+    out.text = read.error().message;
+  }
+  return out;
+}
+
+/// Writes result.json and the log into the drive's folder, and gives it the name at which others look for it.
+Status publish(const Attempt& attempt, const TaskResult& result, const Json& question, const fs::path& place) {
+  std::error_code failed;
+  fs::create_directories(attempt.drive(), failed);
+  if (failed) return output_error("make folder " + attempt.drive().string(), failed.value());
+  if (fs::exists(attempt.log(), failed))
+    if (const Status moved = move_to(attempt.log(), attempt.drive() / kLog); !moved.ok()) return moved;
+  const std::string text = result.json(question).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  if (const Status written = write_output(attempt.drive() / kResult, text); !written.ok()) return written;
+  // A folder takes the place of none or of an empty one; another attempt may come first.
+  if (fs::exists(place, failed) && !fs::is_empty(place, failed))
+    if (const Status moved = move_to(place, attempt.old()); !moved.ok()) return moved;
+  return move_to(attempt.drive(), place);
+}
+
+}  // namespace
+
+const char* name(TaskEnd end) { return words_of(end).name; }
+const char* words(TaskEnd end) { return words_of(end).words; }
+int exit_status(TaskEnd end) { return words_of(end).status; }
+bool has_results(TaskEnd end) { return end == TaskEnd::Done || end == TaskEnd::Damaged || end == TaskEnd::Empty; }
+
+Json TaskResult::json(const Json& question) const {
+  Json out = {{"status", name(end)}, {"exit_status", exit_status(end)},
+              {"text", text},        {"verdict", verdict},
+              {"host", host},        {"seconds", seconds},
+              {"question", question}};
+  out["products"] = Json::object();
+  for (const auto& [file, product] : products)
+    out["products"][file] = {{"bytes", product.bytes}, {"sha256", product.sha256}};
+  return out;
+}
+
+fs::path results_of(const FleetPlan& plan, const FleetTask& task) { return plan.results() / task.name; }
+fs::path failure_of(const FleetPlan& plan, const FleetTask& task) { return plan.results() / (task.name + ".failed"); }
+
+std::optional<TaskResult> finished_result(const FleetPlan& plan, const FleetTask& task, Check check, std::string* why) {
+  const auto no = [&](std::string reason) {
+    if (why != nullptr) *why = std::move(reason);
+    return std::optional<TaskResult>();
+  };
+  const fs::path folder = results_of(plan, task);
+  std::error_code unknown;
+  // An engine may make an empty folder before it starts the task.
+  if (!fs::exists(folder, unknown) || fs::is_empty(folder, unknown)) return no({});
+  const auto root = read_json(folder / kResult);
+  if (!root.ok()) return no(root.error().message);
+  std::optional<TaskResult> out = result_of(*root);
+  if (!out || !has_results(out->end)) return no((folder / kResult).string() + ": is no result");
+  const auto question = root->find("question");
+  if (question == root->end() || *question != question_of(plan, task))
+    return no(folder.string() + ": has the results of other inputs, options or another program");
+  for (const auto& [file, product] : out->products) {
+    if (const auto bytes = fs::file_size(folder / file, unknown); unknown || bytes != product.bytes)
+      return no((folder / file).string() + ": is not as long as it was written");
+    if (check == Check::Sizes) continue;
+    const auto hash = sha256_of(folder / file);
+    if (!hash.ok()) return no(hash.error().message);
+    if (*hash != product.sha256) return no((folder / file).string() + ": is not what was written");
+  }
+  return out;
+}
+
+std::optional<TaskResult> failed_result(const FleetPlan& plan, const FleetTask& task) {
+  const auto root = read_json(failure_of(plan, task) / kResult);
+  if (!root.ok()) return {};
+  const auto question = root->find("question");
+  if (question == root->end() || *question != question_of(plan, task)) return {};
+  std::optional<TaskResult> out = result_of(*root);
+  return out && !has_results(out->end) ? out : std::nullopt;
+}
+
+Replayer hueline_replayer(int threads) {
+  return [threads](const std::vector<std::string>& words, const fs::path& log,
+                   const std::stop_token& stop) -> Result<int> {
+    std::error_code unread;
+    const fs::path self = fs::read_symlink("/proc/self/exe", unread);
+    std::vector<std::string> all{(self.parent_path() / "hueline").string(), "replay"};
+    all.insert(all.end(), words.begin(), words.end());
+    all.push_back(fmt::format("--threads={}", threads));
+    auto child = Child::start(all, log, {}, Child::Session::Parents);
+    if (!child.ok()) return child.error();
+    for (bool is_asked = false;;) {
+      if (const auto status = child->take_end()) return *status;
+      if (stop.stop_requested() && !std::exchange(is_asked, true)) child->ask_to_end();
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  };
+}
+
+Result<TaskResult> do_task(const FleetPlan& plan, const FleetTask& task, const Replayer& replay,
+                           const std::stop_token& stop, bool* is_new) {
+  if (is_new != nullptr) *is_new = false;
+  std::string why;
+  if (auto done = finished_result(plan, task, Check::Digests, &why)) return std::move(*done);
+  if (!why.empty()) log_warning("{}; the task is done again", why);
+  if (is_new != nullptr) *is_new = true;
+  const auto begin = std::chrono::steady_clock::now();
+  auto attempt = Attempt::begin(plan, task);
+  if (!attempt.ok()) return attempt.error();
+  TaskResult result;
+  if (plan.version != runtime::kVersion || plan.git_revision != runtime::kGitRevision) {
+    result.end = TaskEnd::OtherProgram;
+    result.text = fmt::format("the plan was made by {} ({}), and this is {} ({}): use that one, or make another plan",
+                              plan.version, plan.git_revision, runtime::kVersion, runtime::kGitRevision);
+  } else if (auto wrong = wrong_inputs(task, stop)) {
+    result = std::move(*wrong);
+  } else {
+    result = replay_drive(task, *attempt, replay, stop);
+  }
+  result.host = host_name();
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::error_code ignored;
+  // Somebody who stops a task wants to go on later: that is no failure to be told.
+  if (result.end == TaskEnd::Stopped) return result;
+  const Json question = question_of(plan, task);
+  if (has_results(result.end)) {
+    // Another attempt at the same task may have been faster.
+    if (auto done = finished_result(plan, task, Check::Digests)) return std::move(*done);
+    const Status published = publish(*attempt, result, question, results_of(plan, task));
+    if (published.ok()) {
+      fs::remove_all(failure_of(plan, task), ignored);
+      return result;
+    }
+    if (auto done = finished_result(plan, task, Check::Digests)) return std::move(*done);
+    result.end = TaskEnd::OutputRefused;
+    result.text = published.error().message;
+  }
+  result.verdict.clear();
+  result.products.clear();
+  fs::remove_all(attempt->drive(), ignored);
+  fs::remove_all(attempt->old(), ignored);
+  if (const Status written = publish(*attempt, result, question, failure_of(plan, task)); !written.ok())
+    log_error("{}", written.error().message);
+  return result;
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,416 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+#include <stdexcept>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "apps/exit_code.hpp"
+#include "apps/fleet/fleet.hpp"
+#include "apps/fleet/plan.hpp"
+#include "apps/fleet/state.hpp"
+#include "apps/fleet/submit.hpp"
+#include "apps/fleet/task.hpp"
+#include "apps/sha256.hpp"
+#include "core/output_file.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace hueline::apps {
+namespace {
+
+using test::contents;
+using test::TemporaryFolder;
+using test::write_file;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+/// A folder with drives whose recordings are short texts: a plan and a task know only their bytes.
+class Fleet : public ::testing::Test {
+ protected:
+  void add_drive(const std::string& name, const std::string& bytes) {
+    fs::create_directories(folder_ / name);
+    write_file(folder_ / name / "drive.mcap", bytes);
+    wish_.drives.push_back((folder_ / name).string());
+  }
+  FleetPlan plan() {
+    auto made = make_plan(wish_, folder_ / "plan.json");
+    if (!made.ok()) throw std::runtime_error(made.error().message);
+    return *made;
+  }
+  /// A replay that copies the recording: its products follow from its input.
+  Replayer copier(int status = kDone) {
+    return [this, status](const std::vector<std::string>& words, const fs::path& log, const std::stop_token&) {
+      ++replays_;
+      const fs::path out = words.at(2);
+      write_file(log, "12:00:00 info begins\n12:00:01 error something was wrong\n");
+      write_file(out / "cloud.las", "cloud of " + contents(words.at(0)));
+      write_file(out / "summary.json", R"({"verdict": {"grade": "good"}})");
+      return Result<int>(status);
+    };
+  }
+  Result<TaskResult> do_first(const FleetPlan& plan, const Replayer& replay) {
+    return do_task(plan, plan.tasks.front(), replay, {});
+  }
+  /// Names of everything in the folder of the results.
+  std::set<std::string> left(const FleetPlan& plan) {
+    std::set<std::string> out;
+    for (const auto& entry : fs::directory_iterator(plan.results())) out.insert(entry.path().filename().string());
+    return out;
+  }
+
+  const TemporaryFolder folder_;
+  FleetWish wish_{{}, {}, {}, {}, "gps", {}};
+  std::atomic<int> replays_{0};
+};
+
+TEST(Sha256, IsThatOfThePublishedVectors) {
+  const TemporaryFolder folder;
+  // FIPS 180-4 examples: one block, and a million times "a".
+  write_file(folder / "abc", "abc");
+  EXPECT_EQ(*sha256_of(folder / "abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  write_file(folder / "empty", "");
+  EXPECT_EQ(*sha256_of(folder / "empty"), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  write_file(folder / "a", std::string(1'000'000, 'a'));
+  EXPECT_EQ(*sha256_of(folder / "a"), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+  EXPECT_EQ(sha256_of(folder / "none").error().code, ErrorCode::Io);
+}
+
+TEST_F(Fleet, PlanNamesDrivesByTheEndsOfTheirPaths) {
+  add_drive("van1/monday", "a");
+  add_drive("van2/monday", "b");
+  add_drive("van2/tuesday", "c");
+  write_file(folder_ / "cut.mcap", "d");
+  wish_.drives.push_back((folder_ / "cut.mcap").string());
+  const FleetPlan made = plan();
+  std::vector<std::string> names;
+  for (const FleetTask& task : made.tasks) names.push_back(task.name);
+  EXPECT_THAT(names, ::testing::ElementsAre("van1_monday", "van2_monday", "tuesday", "cut"));
+  EXPECT_EQ(made.tasks[2].inputs[0].sha256, *sha256_of(folder_ / "van2/tuesday/drive.mcap"));
+  EXPECT_EQ(made.results(), folder_ / "plan");
+}
+
+TEST_F(Fleet, PlanHasEverySegmentAndTheFilesOfEachDrive) {
+  add_drive("one", "a");
+  add_drive("two", "b");
+  write_file(folder_ / "one/drive.000002.mcap", "more");
+  for (const char* file : {"rig.yaml", "one.out", "two.out", "one.sigma", "two.sigma"})
+    write_file(folder_ / file, file);
+  wish_.rig = folder_ / "rig.yaml";
+  wish_.trajectory = folder_ / "{drive}.out";
+  wish_.trajectory_sigma = folder_ / "{drive}.sigma";
+  wish_.trajectory_time = "utc";
+  wish_.trajectory_point = "-1,0,0.5";
+  const FleetPlan made = plan();
+  const FleetTask& one = made.tasks[0];
+  ASSERT_EQ(one.inputs.size(), 5U);
+  EXPECT_EQ(one.inputs[1].file, folder_ / "one/drive.000002.mcap");
+  EXPECT_EQ(one.recording(), folder_ / "one/drive.mcap");
+  EXPECT_THAT(made.tasks[1].options(), ::testing::ElementsAre("--rig=" + (folder_ / "rig.yaml").string(),
+                                                              "--trajectory=" + (folder_ / "two.out").string(),
+                                                              "--trajectory-sigma=" + (folder_ / "two.sigma").string(),
+                                                              "--trajectory-time=utc", "--trajectory-point=-1,0,0.5"));
+  // What is written is what is read.
+  write_file(made.file, made.json().dump());
+  const auto read = read_plan(made.file);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->json(), made.json());
+  EXPECT_EQ(question_of(*read, read->tasks[0]), question_of(made, made.tasks[0]));
+  EXPECT_NE(question_of(made, made.tasks[0]), question_of(made, made.tasks[1]));
+}
+
+TEST_F(Fleet, PlanTellsEveryInputThatCannotBeRead) {
+  add_drive("good", "a");
+  wish_.drives.insert(wish_.drives.begin(), (folder_ / "none1").string());
+  wish_.drives.push_back((folder_ / "none2").string());
+  const auto made = make_plan(wish_, folder_ / "plan.json");
+  ASSERT_FALSE(made.ok());
+  EXPECT_THAT(made.error().message, HasSubstr("none1: open "));
+  EXPECT_THAT(made.error().message, HasSubstr("none2: open "));
+  EXPECT_THAT(made.error().message, ::testing::Not(HasSubstr("good")));
+}
+
+TEST_F(Fleet, PlanRefusesWhatItCannotName) {
+  add_drive("one", "a");
+  const auto refused = [&](const fs::path& file) { return make_plan(wish_, file).error().message; };
+  EXPECT_THAT(refused(folder_ / "plan"), HasSubstr("ends with .json"));
+  wish_.drives.push_back((folder_ / "one").string() + "/");
+  EXPECT_THAT(refused(folder_ / "plan.json"), HasSubstr("named twice"));
+  wish_.drives.pop_back();
+  wish_.trajectory_sigma = "x";
+  EXPECT_THAT(refused(folder_ / "plan.json"), HasSubstr("belong to --trajectory"));
+  wish_.trajectory_sigma.clear();
+  add_drive("new\nline", "b");
+  EXPECT_THAT(refused(folder_ / "plan.json"), HasSubstr("signs that are not text"));
+}
+
+TEST_F(Fleet, PlanThatIsNoneIsRefusedWithItsPlace) {
+  add_drive("one", "a");
+  add_drive("two", "b");
+  const nlohmann::ordered_json good = plan().json();
+  const fs::path file = folder_ / "plan.json";
+  const auto refused = [&](const nlohmann::ordered_json& json) {
+    write_file(file, json.dump());
+    const auto read = read_plan(file);
+    return read.ok() ? std::string("read") : read.error().message;
+  };
+  EXPECT_EQ(refused(good), "read");
+  const auto with = [&](const char* pointer, nlohmann::ordered_json value) {
+    nlohmann::ordered_json changed = good;
+    changed[nlohmann::ordered_json::json_pointer(pointer)] = std::move(value);
+    return refused(changed);
+  };
+  EXPECT_THAT(with("/hueline_plan", 2), HasSubstr("/hueline_plan is not 1"));
+  EXPECT_THAT(with("/tasks", nlohmann::ordered_json::array()), HasSubstr("/tasks is missing or not a list"));
+  // Results are written beside each other, and nowhere else.
+  for (const char* name : {"", ".", "..", "../one", "a/b", "/tmp/x", ".one", "one.failed"})
+    EXPECT_THAT(with("/tasks/0/name", name), HasSubstr("/tasks/0 /name is not the name of a folder")) << name;
+  EXPECT_THAT(with("/tasks/1/name", "one"), HasSubstr("/tasks/1 /name is that of another task"));
+  EXPECT_THAT(with("/tasks/0/inputs/0/file", "drive.mcap"), HasSubstr("not an absolute path"));
+  EXPECT_THAT(with("/tasks/0/inputs/0/sha256", "00"), HasSubstr("64 hexadecimal digits"));
+  EXPECT_THAT(with("/tasks/0/inputs/0/role", "rig"), HasSubstr("/inputs/0 is not a recording"));
+  EXPECT_THAT(with("/tasks/0/inputs/0/role", "--expect"), HasSubstr("/role is not"));
+  EXPECT_THAT(with("/tasks/1/inputs/0/bytes", -1), HasSubstr("/tasks/1/inputs/0/bytes is missing or not a number"));
+}
+
+TEST_F(Fleet, DamagedPlanEndsInASentence) {
+  add_drive("one", "a");
+  add_drive("two", "b");
+  const std::string good = plan().json().dump(1);
+  std::mt19937 random(1);
+  int refused = 0;
+  for (int i = 0; i < 500; ++i) {
+    std::string bytes = good;
+    for (int k = 0; k < 3; ++k) bytes[random() % bytes.size()] = static_cast<char>(random() % 256);
+    if (i % 4 == 0) bytes.resize(random() % bytes.size());
+    write_file(folder_ / "plan.json", bytes);
+    const auto read = read_plan(folder_ / "plan.json");
+    if (read.ok()) continue;
+    ++refused;
+    EXPECT_THAT(read.error().message, HasSubstr("plan.json"));
+  }
+  EXPECT_GT(refused, 250);
+  write_file(folder_ / "plan.json", std::string(100'000, '['));
+  EXPECT_FALSE(read_plan(folder_ / "plan.json").ok());
+}
+
+TEST_F(Fleet, TaskIsDoneOnce) {
+  add_drive("one", "bytes");
+  const FleetPlan made = plan();
+  bool is_new = false;
+  const auto result = do_task(made, made.tasks[0], copier(), {}, &is_new);
+  ASSERT_TRUE(result.ok());
+  EXPECT_TRUE(is_new);
+  EXPECT_EQ(result->end, TaskEnd::Done);
+  EXPECT_EQ(result->verdict, "good");
+  EXPECT_EQ(contents(made.results() / "one/cloud.las"), "cloud of bytes");
+  EXPECT_EQ(result->products.at("cloud.las").sha256, *sha256_of(made.results() / "one/cloud.las"));
+  EXPECT_EQ(left(made), std::set<std::string>({"one"})) << "nothing else is left";
+  const auto again = do_task(made, made.tasks[0], copier(), {}, &is_new);
+  EXPECT_FALSE(is_new);
+  EXPECT_EQ(replays_, 1);
+  EXPECT_EQ(again->json({}), result->json({}));
+}
+
+TEST_F(Fleet, TaskIsDoneAgainIfItsResultsAreNotWhatWasWritten) {
+  add_drive("one", "bytes");
+  const FleetPlan made = plan();
+  const fs::path cloud = made.results() / "one/cloud.las";
+  ASSERT_TRUE(do_first(made, copier()).ok());
+  write_file(cloud, "cloud of byteS");
+  EXPECT_TRUE(finished_result(made, made.tasks[0], Check::Sizes)) << "a quick look does not read the files";
+  EXPECT_EQ(do_first(made, copier())->end, TaskEnd::Done);
+  EXPECT_EQ(contents(cloud), "cloud of bytes");
+  write_file(cloud, "");
+  EXPECT_FALSE(finished_result(made, made.tasks[0], Check::Sizes));
+  fs::remove(cloud);
+  EXPECT_EQ(do_first(made, copier())->end, TaskEnd::Done);
+  write_file(made.results() / "one/result.json", "{}");
+  EXPECT_EQ(do_first(made, copier())->end, TaskEnd::Done);
+  EXPECT_EQ(replays_, 4);
+  EXPECT_EQ(left(made), std::set<std::string>({"one"}));
+  // An engine may have made the folder before.
+  fs::remove_all(made.results() / "one");
+  fs::create_directory(made.results() / "one");
+  EXPECT_EQ(do_first(made, copier())->end, TaskEnd::Done);
+  // Another question has another answer.
+  write_file(folder_ / "one/drive.mcap", "other");
+  EXPECT_EQ(do_first(plan(), copier())->end, TaskEnd::Done);
+  EXPECT_EQ(contents(cloud), "cloud of other");
+}
+
+TEST_F(Fleet, InputThatChangedIsNamedAndNotReplayed) {
+  add_drive("one", "bytes");
+  const FleetPlan made = plan();
+  write_file(folder_ / "one/drive.mcap", "bytEs");
+  const auto result = do_first(made, copier());
+  EXPECT_EQ(result->end, TaskEnd::InputChanged);
+  EXPECT_THAT(result->text, HasSubstr("one/drive.mcap: its SHA-256 is "));
+  EXPECT_EQ(replays_, 0);
+  EXPECT_EQ(left(made), std::set<std::string>({"one.failed"}));
+  EXPECT_EQ(failed_result(made, made.tasks[0])->end, TaskEnd::InputChanged);
+  fs::remove(folder_ / "one/drive.mcap");
+  EXPECT_EQ(do_first(made, copier())->end, TaskEnd::InputMissing);
+  write_file(folder_ / "one/drive.mcap", "bytes");
+  EXPECT_EQ(do_first(made, copier())->end, TaskEnd::Done);
+  EXPECT_EQ(left(made), std::set<std::string>({"one"})) << "what had failed is not told any more";
+}
+
+TEST_F(Fleet, EveryEndOfAReplayHasItsCause) {
+  add_drive("one", "bytes");
+  const FleetPlan made = plan();
+  struct Case {
+    int status;
+    TaskEnd end;
+    int exit;
+  };
+  for (const Case& one : {Case{kDriveAgain, TaskEnd::Done, kDone}, Case{kInputUnreadable, TaskEnd::Damaged, 3},
+                          Case{kNothingCame, TaskEnd::Empty, 5}}) {
+    fs::remove_all(made.results());
+    const auto result = do_first(made, copier(one.status));
+    EXPECT_EQ(result->end, one.end);
+    EXPECT_EQ(exit_status(result->end), one.exit);
+    EXPECT_EQ(left(made), std::set<std::string>({"one"}));
+    EXPECT_EQ(do_first(made, copier())->end, one.end) << "it would end in the same way again";
+  }
+  for (const Case& one : {Case{kFailed, TaskEnd::Failed, 1}, Case{kWrongUse, TaskEnd::Refused, 2},
+                          Case{kOutputRefused, TaskEnd::OutputRefused, 4}, Case{128 + 9, TaskEnd::Crashed, 1},
+                          Case{128 + 11, TaskEnd::Crashed, 1}}) {
+    fs::remove_all(made.results());
+    const auto result = do_first(made, copier(one.status));
+    EXPECT_EQ(result->end, one.end);
+    EXPECT_EQ(exit_status(result->end), one.exit);
+    EXPECT_THAT(result->text, HasSubstr("something was wrong"));
+    EXPECT_EQ(left(made), std::set<std::string>({"one.failed"}));
+    EXPECT_TRUE(fs::exists(failure_of(made, made.tasks[0]) / "log.txt"));
+    EXPECT_FALSE(fs::exists(failure_of(made, made.tasks[0]) / "cloud.las")) << "nothing that looks finished";
+  }
+  const Replayer silent = [](const auto&, const auto&, const auto&) { return Result<int>(kDone); };
+  EXPECT_EQ(do_first(made, silent)->end, TaskEnd::Failed) << "a replay that claims to be done and wrote nothing";
+  const Replayer blind = [](const auto&, const auto&, const auto&) { return Result<int>(kInputUnreadable); };
+  EXPECT_EQ(do_first(made, blind)->end, TaskEnd::InputMissing);
+  const Replayer absent = [](const auto&, const auto&, const auto&) {
+    return Result<int>(Error{ErrorCode::Io, "hueline cannot be started"});
+  };
+  EXPECT_THAT(do_first(made, absent)->text, HasSubstr("cannot be started"));
+}
+
+TEST_F(Fleet, AnotherProgramDoesNotDoThePlan) {
+  add_drive("one", "bytes");
+  FleetPlan made = plan();
+  made.git_revision = "0000000";
+  const auto result = do_first(made, copier());
+  EXPECT_EQ(result->end, TaskEnd::OtherProgram);
+  EXPECT_THAT(result->text, HasSubstr("0000000"));
+  EXPECT_EQ(replays_, 0);
+}
+
+TEST_F(Fleet, StoppedTaskIsOpenAgain) {
+  add_drive("one", "bytes");
+  const FleetPlan made = plan();
+  std::stop_source stop;
+  const Replayer stopped = [&](const auto&, const auto&, const auto&) {
+    stop.request_stop();
+    return Result<int>(128 + 15);
+  };
+  EXPECT_EQ(do_task(made, made.tasks[0], stopped, stop.get_token())->end, TaskEnd::Stopped);
+  EXPECT_TRUE(left(made).empty());
+  EXPECT_EQ(FleetState::read(made).exit_status(), kStopped);
+}
+
+TEST_F(Fleet, WhatAKilledAttemptLeftIsRemoved) {
+  add_drive("one", "bytes");
+  add_drive("two", "bytes");
+  const FleetPlan made = plan();
+  fs::create_directories(made.results() / ".one.attempt.host.1.1/drive");
+  write_file(made.results() / ".one.attempt.host.1.1/drive/cloud.las", "half");
+  fs::create_directories(made.results() / ".two.attempt.host.1.1/drive");
+  const auto held = OutputFolder::open(made.results() / ".two.attempt.host.1.1");
+  ASSERT_TRUE(held.ok());
+  for (const FleetTask& task : made.tasks) EXPECT_EQ(do_task(made, task, copier(), {})->end, TaskEnd::Done);
+  EXPECT_EQ(left(made), std::set<std::string>({"one", "two", ".two.attempt.host.1.1"})) << "not that of a live one";
+}
+
+TEST_F(Fleet, SameTaskAtTheSameTimeGivesOneResult) {
+  add_drive("one", "bytes");
+  const FleetPlan made = plan();
+  for (int round = 0; round < 20; ++round) {
+    fs::remove_all(made.results());
+    fs::create_directory(made.results());
+    std::vector<std::jthread> programs;
+    std::array<TaskEnd, 4> ends{};
+    for (TaskEnd& end : ends)
+      programs.emplace_back([&] {
+        const auto result = do_first(made, copier());
+        end = result.ok() ? result->end : TaskEnd::Failed;
+      });
+    programs.clear();
+    EXPECT_THAT(ends, ::testing::Each(TaskEnd::Done));
+    EXPECT_TRUE(finished_result(made, made.tasks[0], Check::Digests));
+    EXPECT_EQ(left(made), std::set<std::string>({"one"}));
+  }
+}
+
+TEST_F(Fleet, RunGoesOnAfterAFailureAndTellsTheState) {
+  for (const char* name : {"a", "b", "c", "d"}) add_drive(name, name);
+  const FleetPlan made = plan();
+  EXPECT_EQ(FleetState::read(made).exit_status(), kStopped);
+  write_file(folder_ / "b/drive.mcap", "changed");
+  ::testing::internal::CaptureStdout();
+  EXPECT_EQ(run_fleet(made, 3, copier(), {}), kInputUnreadable);
+  const std::string said = ::testing::internal::GetCapturedStdout();
+  EXPECT_THAT(said, HasSubstr("3 of 4 drives done; 3 good\n"));
+  EXPECT_THAT(said, HasSubstr("1 failed, an input is not what it was when the plan was made: b\n"));
+  EXPECT_EQ(FleetState::read(made).to_do(), std::vector<std::size_t>({2}));
+  write_file(folder_ / "b/drive.mcap", "b");
+  ::testing::internal::CaptureStdout();
+  EXPECT_EQ(run_fleet(made, 1, copier(), {}), kDone);
+  EXPECT_THAT(::testing::internal::GetCapturedStdout(), HasSubstr("4 of 4 drives done; 4 good\n"));
+  EXPECT_EQ(replays_, 4);
+}
+
+TEST_F(Fleet, ScriptForSlurmHasTheTasksAndTheWords) {
+  add_drive("one", "a");
+  FleetPlan made = plan();
+  made.file = folder_ / "it's $(touch x).json";
+  SubmitWish wish{"day", "2:00:00", "8G", 4, 2, {}};
+  const auto script = slurm_script(made, {3, 5, 8}, wish, "/opt/hueline");
+  ASSERT_TRUE(script.ok());
+  for (const char* line : {"\n#SBATCH --array=0-2%2\n", "\n#SBATCH --partition=day\n", "\n#SBATCH --time=2:00:00\n",
+                           "\n#SBATCH --mem=8G\n", "\n#SBATCH --cpus-per-task=4\n", "\n#SBATCH --requeue\n",
+                           "\n#SBATCH --job-name=hueline-it_s___touch_x_\n"})
+    EXPECT_THAT(*script, HasSubstr(line));
+  // What the shell makes of it: the program is echo, which prints the words that it gets.
+  const auto echoed = slurm_script(made, {3, 5, 8}, wish, "/bin/echo");
+  write_file(folder_ / "array.sh", *echoed);
+  const std::string command = "cd " + folder_.path().string() + " && SLURM_ARRAY_TASK_ID=1 bash array.sh >said.txt";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  EXPECT_EQ(contents(folder_ / "said.txt"), "fleet task " + made.file.string() + " 5 --threads=4\n");
+  EXPECT_FALSE(fs::exists(folder_ / "x"));
+  wish.time = "1\nrm";
+  EXPECT_THAT(slurm_script(made, {1}, wish, "/opt/hueline").error().message, HasSubstr("--time '1"));
+  wish.time.clear();
+  made.file = folder_ / "100%.json";
+  EXPECT_THAT(slurm_script(made, {1}, wish, "/opt/hueline").error().message, HasSubstr("rename it"));
+}
+
+TEST_F(Fleet, SnakefileQuotesItsTexts) {
+  add_drive("one", "a");
+  FleetPlan made = plan();
+  made.file = folder_ / "say \"x\".json";
+  const std::string text = snakefile(made, {1, 4}, {}, "/opt/hueline");
+  EXPECT_THAT(text, HasSubstr("expand(\"{number}.done\", number=[1, 4])"));
+  EXPECT_THAT(text, HasSubstr("/say \\\"x\\\".json\"\n"));
+  EXPECT_THAT(text, HasSubstr("{params.hueline:q} fleet task {params.plan:q} {wildcards.number} --threads={threads}"));
+}
+
+}  // namespace
+}  // namespace hueline::apps

@@ -1,0 +1,68 @@
+#!/usr/bin/env bash
+# hueline fleet on one computer: drives that differ are planned and done, a run is killed with all it started, one drive is damaged; the
+# results are those of single replays, byte by byte.
+# usage: fleet_test.sh HUELINE IMAGE_PROOF SOURCE_DIR
+set -euo pipefail
+hueline=$1 proof=$2 source=$3
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+source "$source/tests/apps/program.sh"
+source "$source/tests/apps/fleet/drives.sh"
+
+make_drives 4
+cp -r drives/1 drives/cut
+truncate -s "$(($(stat -c %s drives/1/drive.mcap) * 6 / 10))" drives/cut/drive.mcap
+singles
+ends 0 "$hueline" fleet plan drives/* --out fleet.json
+says "5 drives; "
+# Written twice, it is the same plan.
+ends 0 "$hueline" fleet plan drives/* --out other.json
+cmp fleet.json other.json || fail "the plan changes"
+
+# The whole group is killed, as a computer that loses its power; nothing that is left looks finished.
+set -m  # a process group of its own
+"$hueline" fleet run fleet.json --jobs 2 >killed.txt 2>&1 & run=$!
+set +m
+for ((i = 0; i < 500; i++)); do compgen -G "fleet/.*/drive/cloud.las" >/dev/null && break; sleep 0.02; done
+kill -9 -- -$run
+wait $run 2>/dev/null || true
+compgen -G "fleet/.*/drive/cloud.las" >/dev/null || fail "the kill came too late: $(cat killed.txt)"
+ends 7 "$hueline" fleet status fleet.json
+for drive in fleet/[!.]*; do [ ! -e "$drive" ] || (cd "$drive" && result_is_whole) || fail "$drive looks finished"; done
+
+# A drive is damaged after it was planned.
+cp drives/3/drive.mcap saved.mcap
+printf 'X' | dd of=drives/3/drive.mcap bs=1 seek=100000 conv=notrunc status=none
+ends 3 "$hueline" fleet run fleet.json --jobs 2
+says "3 of 5 drives done; "
+says "1 failed, an input is not what it was when the plan was made: 3$"
+says "1 failed, an input is damaged; the results are those of what is whole: cut$"
+[ ! -e fleet/3 ] || fail "results of a damaged drive"
+same_as_singles 1 2 4 cut
+[ -z "$(compgen -G 'fleet/.*')" ] || fail "left: $(ls -A fleet)"
+
+# What is done stays as it is; what has failed is done.
+mv saved.mcap drives/3/drive.mcap
+before=$(stat -c %y%i fleet/1/cloud.las)
+ends 3 "$hueline" fleet task fleet.json 5
+ends 0 "$hueline" fleet task fleet.json 3
+ends 3 "$hueline" fleet run fleet.json
+says "4 of 5 drives done; "
+[ "$before" = "$(stat -c %y%i fleet/1/cloud.las)" ] || fail "a drive was done again"
+same_as_singles 1 2 3 4 cut
+ends 2 "$hueline" fleet task fleet.json 6
+says "have the numbers 1 to 5$"
+ends 3 "$hueline" fleet plan drives/1 drives/none --out more.json
+says "none: open .*No such file"
+[ ! -e more.json ] || fail "a plan without a drive"
+
+# Another rig gives other results, and those of a replay with it.
+sed 's/position_m: \[0.02,/position_m: [0.22,/' rig.yaml >better.yaml
+! cmp -s rig.yaml better.yaml || fail "the rig is the same"
+ends 0 "$hueline" fleet plan drives/1 --rig better.yaml --out better.json
+ends 0 "$hueline" fleet run better.json
+ends 0 "$hueline" replay drives/1 --rig better.yaml --out single/better --no-feed
+cmp single/better/cloud.las better/1/cloud.las || fail "the rig"
+! cmp -s single/1/cloud.las better/1/cloud.las || fail "the rig was not used"
+echo "a fleet was fused again to the bytes of single replays"
