@@ -13,6 +13,17 @@
 #include "core/input_file.hpp"
 
 namespace hueline::apps {
+namespace {
+
+using Hash = std::array<unsigned char, crypto_hash_sha256_BYTES>;
+
+std::string digits_of(const Hash& hash) {
+  std::string out;
+  for (const unsigned char byte : hash) out += fmt::format("{:02x}", byte);
+  return out;
+}
+
+}  // namespace
 
 Result<std::string> sha256_of(const std::filesystem::path& file, const std::stop_token& stop) {
   const auto in = InputFile::open(file);
@@ -27,11 +38,15 @@ Result<std::string> sha256_of(const std::filesystem::path& file, const std::stop
     crypto_hash_sha256_update(&state, reinterpret_cast<const unsigned char*>(piece.data()), size);
     at += size;
   }
-  std::array<unsigned char, crypto_hash_sha256_BYTES> hash{};
+  Hash hash{};
   crypto_hash_sha256_final(&state, hash.data());
-  std::string out;
-  for (const unsigned char byte : hash) out += fmt::format("{:02x}", byte);
-  return out;
+  return digits_of(hash);
+}
+
+std::string sha256_of_text(std::string_view text) {
+  Hash hash{};
+  crypto_hash_sha256(hash.data(), reinterpret_cast<const unsigned char*>(text.data()), text.size());
+  return digits_of(hash);
 }
 
 }  // namespace hueline::apps

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <stop_token>
 #include <string>
+#include <string_view>
 
 #include "core/result.hpp"
 
@@ -12,5 +13,8 @@ namespace hueline::apps {
 /// InputFile::open(); Io or Truncated if the file cannot be read to its end; Stopped if `stop` asks for it.
 /// Thread-safe.
 Result<std::string> sha256_of(const std::filesystem::path& file, const std::stop_token& stop = {});
+
+/// Returns the SHA-256 of a text in the same form.
+std::string sha256_of_text(std::string_view text);
 
 }  // namespace hueline::apps

@@ -9,9 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/fleet/catalogue.hpp"
 #include "apps/fleet/state.hpp"
 #include "apps/fleet/submit.hpp"
 #include "apps/log.hpp"
@@ -177,6 +179,51 @@ void add_fleet_submit(Command& fleet) {
   });
 }
 
+int catalogue(const std::vector<std::string>& named, const std::string& out) {
+  std::vector<CatalogueEntry> entries;
+  for (const std::string& one : named) {
+    if (!one.ends_with(".json")) {
+      entries.push_back(entry_of(one));
+      continue;
+    }
+    const int read = with_plan(one, [&](const FleetPlan& plan) {
+      for (const FleetTask& task : plan.tasks) entries.push_back(entry_of(plan, task));
+      return static_cast<int>(kDone);
+    });
+    if (read != kDone) return read;
+  }
+  int status = kDone;
+  for (const CatalogueEntry& entry : entries) {
+    if (!entry.rig.empty()) continue;
+    log_error("{}: {}", entry.name, entry.text);
+    status = kInputUnreadable;
+  }
+  const auto bytes = geopackage_of(entries);
+  const Status written = bytes.ok() ? write_output(out, *bytes) : Status(bytes.error());
+  if (!written.ok()) {
+    log_error("{}", written.error().message);
+    return kOutputRefused;
+  }
+  fmt::print("{} drives in {}\n", entries.size(), out);
+  return status;
+}
+
+void add_fleet_catalogue(Command& fleet) {
+  struct Options {
+    std::vector<std::string> named;
+    std::string out;
+  };
+  auto options = std::make_shared<Options>();
+  Command command = fleet.command(
+      "catalogue",
+      "write a GeoPackage of many drives: when, where, rig, verdict, figures, and the SHA-256 of the products");
+  command.required("DRIVES", options->named,
+                   "folders of drives, recordings, or plans (.json), of which all drives are taken");
+  command.required("--out", options->out, "the GeoPackage, such as fleet.gpkg");
+  command.reads(options->named).writes(options->out);
+  command.runs([options] { return catalogue(options->named, options->out); });
+}
+
 }  // namespace
 
 void add_fleet(Command& all) {
@@ -187,6 +234,7 @@ void add_fleet(Command& all) {
   add_fleet_task(fleet);
   add_fleet_status(fleet);
   add_fleet_submit(fleet);
+  add_fleet_catalogue(fleet);
 }
 
 }  // namespace hueline::apps

@@ -26,7 +26,7 @@ told 2 "picture: give --above PNG, --street PNG, --moving WEBP or several of the
 told 2 "a.jpg: a picture is written as PNG" picture cloud.las --above a.jpg
 told 2 "a.gif: a moving picture is written as WebP" picture cloud.las --moving a.gif
 for command in "" capture replay simulate verify score colour "calibrate lens" "calibrate mount" "calibrate boresight" "calibrate targets" "calibrate targets-example" measure "rig show" \
-               inspect panorama picture "fleet plan" "fleet run" "fleet task" "fleet submit" "fleet status"; do
+               inspect panorama picture "fleet plan" "fleet run" "fleet task" "fleet submit" "fleet status" "fleet catalogue"; do
   ends 0 "$hueline" $command --help
   [ "$(wc -l <said.txt)" -gt 5 ] || fail "no help for '$command'"
 done

@@ -15,7 +15,9 @@
 #include <vector>
 
 #include "apps/exit_code.hpp"
+#include "apps/fleet/catalogue.hpp"
 #include "apps/fleet/fleet.hpp"
+#include "apps/fleet/geopackage.hpp"
 #include "apps/fleet/plan.hpp"
 #include "apps/fleet/state.hpp"
 #include "apps/fleet/submit.hpp"
@@ -82,6 +84,44 @@ TEST(Sha256, IsThatOfThePublishedVectors) {
   write_file(folder / "a", std::string(1'000'000, 'a'));
   EXPECT_EQ(*sha256_of(folder / "a"), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
   EXPECT_EQ(sha256_of(folder / "none").error().code, ErrorCode::Io);
+}
+
+TEST(Sha256, OfATextIsThatOfItsFile) {
+  EXPECT_EQ(sha256_of_text("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(GeoPackage, KeepsEveryValueAndTellsWhatItCannotWrite) {
+  const auto made = [](const std::string& name) {
+    GeoPackage out;
+    out.add_lines("drives", "it's about \"drives\"", {{"name", "TEXT"}, {"size", "DOUBLE"}});
+    EXPECT_EQ(out.add_line("drives", {}, {name, 1.5}), 1);
+    EXPECT_EQ(out.add_line("drives", {{0.5, -1.5, 100}}, {GeoPackageValue(), GeoPackageValue()}), 2);
+    return *out.bytes("2026-11-23T00:00:00.000Z");
+  };
+  const std::string bytes = made("x'); DROP TABLE drives; --");
+  EXPECT_EQ(bytes.substr(0, 15), "SQLite format 3");
+  EXPECT_THAT(bytes, HasSubstr("x'); DROP TABLE drives; --"));
+  EXPECT_EQ(bytes, made("x'); DROP TABLE drives; --")) << "the same rows give the same bytes";
+  EXPECT_NE(bytes, made("y"));
+  GeoPackage wrong;
+  wrong.add_row("nowhere", {std::int64_t{1}});
+  const auto none = wrong.bytes("");
+  ASSERT_FALSE(none.ok());
+  EXPECT_THAT(none.error().message, HasSubstr("no such table: nowhere"));
+}
+
+TEST_F(Fleet, CatalogueHasDrivesThatAreNotDoneAndWhy) {
+  add_drive("one", "no recording");
+  const FleetPlan made = plan();
+  const CatalogueEntry open = entry_of(made, made.tasks[0]);
+  EXPECT_EQ(open.status, "open");
+  EXPECT_THAT(open.text, HasSubstr("drive.mcap"));
+  ASSERT_TRUE(do_first(made, copier()).ok());
+  const CatalogueEntry done = entry_of(made, made.tasks[0]);
+  EXPECT_EQ(done.status, "done");
+  EXPECT_EQ(done.verdict, "good");
+  EXPECT_EQ(done.products.size(), 2U);
+  EXPECT_TRUE(geopackage_of({open, done}).ok());
 }
 
 TEST_F(Fleet, PlanNamesDrivesByTheEndsOfTheirPaths) {

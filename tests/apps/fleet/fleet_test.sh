@@ -42,6 +42,21 @@ says "1 failed, an input is damaged; the results are those of what is whole: cut
 same_as_singles 1 2 4 cut
 [ -z "$(compgen -G 'fleet/.*')" ] || fail "left: $(ls -A fleet)"
 
+# The catalogue of it, with what is not done too. It is the same each time.
+ends 0 "$hueline" fleet catalogue fleet.json --out fleet.gpkg
+says "^5 drives in fleet.gpkg$"
+"$source/tests/apps/fleet/catalogue_check.py" fleet.gpkg fleet 1=done 2=done 3=input_changed 4=done cut=damaged || fail "the catalogue"
+ends 0 "$hueline" fleet catalogue fleet.json --out fleet2.gpkg
+cmp fleet.gpkg fleet2.gpkg || fail "the catalogue changes"
+# Drives without a plan: one with its products, one recording alone, one that is none.
+mkdir -p "driven/it's 4"
+cp single/4/* drives/4/drive.mcap "driven/it's 4"
+ends 3 "$hueline" fleet catalogue driven/* drives/2/drive.mcap rig.yaml --out driven.gpkg
+says "rig: .*rig.yaml"
+says "^3 drives in driven.gpkg$"
+told=$(ogrinfo -q -ro -dialect sqlite -sql "SELECT name, status, points > 0 AS p, (SELECT count(*) FROM products WHERE drive_fid = d.fid) AS n, line IS NULL AS l FROM drives d" driven.gpkg)
+[ "$(grep = <<<"$told" | sed 's/.*= //' | tr '\n' ' ')" = "it's 4 driven 1 4 0 2 driven (null) 0 0 rig driven (null) 0 1 " ] || fail "drives without a plan: $told"
+
 # What is done stays as it is; what has failed is done.
 mv saved.mcap drives/3/drive.mcap
 before=$(stat -c %y%i fleet/1/cloud.las)
@@ -65,4 +80,6 @@ ends 0 "$hueline" fleet run better.json
 ends 0 "$hueline" replay drives/1 --rig better.yaml --out single/better --no-feed
 cmp single/better/cloud.las better/1/cloud.las || fail "the rig"
 ! cmp -s single/1/cloud.las better/1/cloud.las || fail "the rig was not used"
+ends 0 "$hueline" fleet catalogue better.json --out better.gpkg
+ogrinfo -q -ro -al better.gpkg | grep -q "rig_sha256 .* = $(sha256sum better.yaml | cut -d' ' -f1)$" || fail "the catalogue's rig: $(ogrinfo -q -ro -al better.gpkg)"
 echo "a fleet was fused again to the bytes of single replays"

@@ -1,0 +1,173 @@
+#include "apps/fleet/catalogue.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "apps/fleet/geopackage.hpp"
+#include "apps/sha256.hpp"
+#include "config/section.hpp"
+#include "core/input_file.hpp"
+#include "core/printable.hpp"
+#include "runtime/drive_map.hpp"
+#include "runtime/recording.hpp"
+
+namespace hueline::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kLargestSummary = 100'000'000;  // bytes
+
+void note(CatalogueEntry& entry, const std::string& trouble) {
+  entry.text += (entry.text.empty() ? "" : "; ") + printable(trouble);
+}
+
+std::string text_at(const Json& root, const char* pointer) {
+  const Json::json_pointer place(pointer);
+  return root.contains(place) && root.at(place).is_string() ? root.at(place).get<std::string>() : std::string();
+}
+
+std::optional<double> number_at(const Json& root, const char* pointer) {
+  const Json::json_pointer place(pointer);
+  if (!root.contains(place) || !root.at(place).is_number()) return {};
+  return root.at(place).get<double>();
+}
+
+/// Takes the figures of a drive from its summary.json.
+void read_summary(CatalogueEntry& entry, const fs::path& folder) {
+  const auto text = read_input(folder / "summary.json", kLargestSummary, "a summary");
+  if (!text.ok()) return note(entry, text.error().message);
+  const Json root = Json::parse(*text, nullptr, false);
+  if (!root.is_object()) return note(entry, (folder / "summary.json").string() + " is not JSON");
+  entry.verdict = text_at(root, "/verdict/grade");
+  entry.begin = text_at(root, "/drive/begin");
+  entry.end = text_at(root, "/drive/end");
+  entry.duration_s = number_at(root, "/drive/duration_s");
+  entry.path_m = number_at(root, "/drive/path_m");
+  entry.coloured_share = number_at(root, "/points/coloured_share");
+  if (const auto points = number_at(root, "/points/total")) entry.points = static_cast<std::int64_t>(*points);
+}
+
+/// Takes rig and places from the recording. `rig` is the file that replaces the recorded one; empty: none does.
+void read_recording(CatalogueEntry& entry, const std::string& rig) {
+  try {
+    auto recording = runtime::Recording::open(entry.recording, rig);
+    if (!recording.ok()) return note(entry, recording.error().message);
+    entry.rig = recording->rig.name;
+    entry.rig_sha256 = sha256_of_text(recording->rig.text);
+    runtime::DriveMap map;
+    const Status read = runtime::for_each_solution(
+        recording->rig, [&](const auto& take) { return recording->for_each(take); },
+        [&](const InsSolution& solution) { map.on_solution(solution); });
+    if (!read.ok()) note(entry, read.error().message);
+    for (const runtime::DriveMap::Second& second : map.seconds())
+      if (second.place) entry.places.push_back(*second.place);
+  } catch (const config::ConfigError& e) {
+    note(entry, e.what());
+  }
+}
+
+GeoPackageValue value_of(const std::string& text) {
+  return text.empty() ? GeoPackageValue() : GeoPackageValue(printable(text));
+}
+template <class Number>
+GeoPackageValue value_of(const std::optional<Number>& number) {
+  return number ? GeoPackageValue(*number) : GeoPackageValue();
+}
+
+}  // namespace
+
+CatalogueEntry entry_of(const FleetPlan& plan, const FleetTask& task) {
+  CatalogueEntry entry;
+  entry.name = task.name;
+  entry.recording = task.recording().string();
+  entry.program = fmt::format("{} ({})", plan.version, plan.git_revision);
+  std::string rig;
+  for (const FleetInput& input : task.inputs) {
+    if (input.role == InputRole::Rig) rig = input.file.string();
+    if (input.role == InputRole::Trajectory) entry.trajectory_sha256 = input.sha256;
+  }
+  auto result = finished_result(plan, task, Check::Sizes);
+  if (result) {
+    entry.results = results_of(plan, task).string();
+    entry.products = std::move(result->products);
+    read_summary(entry, entry.results);
+  } else {
+    result = failed_result(plan, task);
+  }
+  entry.status = result ? name(result->end) : "open";
+  if (result && !result->text.empty()) note(entry, result->text);
+  read_recording(entry, rig);
+  return entry;
+}
+
+CatalogueEntry entry_of(const std::string& drive) {
+  CatalogueEntry entry;
+  const fs::path recording = fs::absolute(runtime::drive_file(drive)).lexically_normal();
+  const fs::path folder = recording.parent_path();
+  entry.recording = recording.string();
+  entry.status = "driven";
+  std::error_code unknown;
+  if (recording.stem() == "drive" && fs::exists(folder / "summary.json", unknown)) {
+    entry.name = folder.filename().string();
+    entry.results = folder.string();
+    read_summary(entry, folder);
+    for (const char* file : {"cloud.las", "cloud.laz", "report.html", "summary.json", "view.mcap"}) {
+      if (!fs::exists(folder / file, unknown)) continue;
+      auto hash = sha256_of(folder / file);
+      if (hash.ok())
+        entry.products[file] = {fs::file_size(folder / file, unknown), std::move(*hash)};
+      else
+        note(entry, hash.error().message);
+    }
+  } else {
+    entry.name = recording.stem() == "drive" ? folder.filename().string() : recording.stem().string();
+  }
+  read_recording(entry, {});
+  return entry;
+}
+
+Result<std::string> geopackage_of(const std::vector<CatalogueEntry>& entries) {
+  GeoPackage out;
+  out.add_lines("drives", "drives of the fleet, by the places of the POS",
+                {{"name", "TEXT"},
+                 {"status", "TEXT"},
+                 {"verdict", "TEXT"},
+                 {"begin_utc", "DATETIME"},
+                 {"end_utc", "DATETIME"},
+                 {"duration_s", "DOUBLE"},
+                 {"path_m", "DOUBLE"},
+                 {"points", "INTEGER"},
+                 {"coloured_share", "DOUBLE"},
+                 {"rig", "TEXT"},
+                 {"rig_sha256", "TEXT"},
+                 {"trajectory_sha256", "TEXT"},
+                 {"program", "TEXT"},
+                 {"recording", "TEXT"},
+                 {"results", "TEXT"},
+                 {"text", "TEXT"}});
+  out.add_table("products", "files of the drives' results, with their SHA-256",
+                {{"drive_fid", "INTEGER"}, {"file", "TEXT"}, {"bytes", "INTEGER"}, {"sha256", "TEXT"}});
+  // The end of the latest drive, not the time of this run: the same drives give the same catalogue.
+  std::string newest = "1970-01-01T00:00:00.000Z";
+  for (const CatalogueEntry& one : entries) {
+    newest = std::max(newest, one.end);
+    const std::int64_t drive = out.add_line(
+        "drives", one.places,
+        {value_of(one.name), value_of(one.status), value_of(one.verdict), value_of(one.begin), value_of(one.end),
+         value_of(one.duration_s), value_of(one.path_m), value_of(one.points), value_of(one.coloured_share),
+         value_of(one.rig), value_of(one.rig_sha256), value_of(one.trajectory_sha256), value_of(one.program),
+         value_of(one.recording), value_of(one.results), value_of(one.text)});
+    for (const auto& [file, product] : one.products)
+      out.add_row("products",
+                  {drive, value_of(file), static_cast<std::int64_t>(product.bytes), value_of(product.sha256)});
+  }
+  return out.bytes(newest);
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/fleet/plan.hpp"
+#include "apps/fleet/task.hpp"
+#include "core/geodesy.hpp"
+#include "core/result.hpp"
+
+/// The catalogue of many drives: what was driven when and where, with which rig, and what came of it, as a GeoPackage
+/// (docs/fleet.md).
+namespace hueline::apps {
+
+/// A drive in the catalogue. Empty texts and missing values are not known.
+struct CatalogueEntry {
+  std::string name, recording, results;  ///< the drive; its recording; the folder of its products
+  std::string status, text;              ///< of its task, or "open"; "driven" for a drive without a plan; and why
+  std::string verdict;
+  std::string begin, end;  ///< ISO 8601, UTC
+  std::optional<double> duration_s, path_m, coloured_share;
+  std::optional<std::int64_t> points;
+  std::string rig, rig_sha256, trajectory_sha256, program;
+  std::map<std::string, FleetProduct> products;
+  std::vector<Geodetic> places;  ///< one a second, of the POS's good solutions
+};
+
+/// Reads what is known of a task's drive. What cannot be read is told in `text` of the entry. Throws nothing.
+CatalogueEntry entry_of(const FleetPlan& plan, const FleetTask& task);
+/// Reads what is known of a drive from its own folder, or of a recording alone. Every product is read for its digest.
+CatalogueEntry entry_of(const std::string& drive);
+
+/// Returns the catalogue as a GeoPackage. Errors: Io.
+Result<std::string> geopackage_of(const std::vector<CatalogueEntry>& entries);
+
+}  // namespace hueline::apps
