@@ -18,6 +18,7 @@ void add_inspect(Command& all);
 void add_extract(Command& all);
 void add_cut(Command& all);
 void add_recover(Command& all);
+void add_merge(Command& all);
 void add_export(Command& all);
 void add_decode(Command& all);
 void add_import(Command& all);

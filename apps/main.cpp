@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
     add_extract(all);
     add_cut(all);
     add_recover(all);
+    add_merge(all);
     add_export(all);
     add_decode(all);
     add_import(all);

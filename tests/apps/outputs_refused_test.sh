@@ -35,6 +35,8 @@ refused "$own" drive/drive.mcap -- "$hueline" measure drive --picks picks.csv --
 refused "$own" picks.csv -- "$hueline" measure drive --picks picks.csv --out picks.csv
 refused "$own" drive/drive.mcap -- "$hueline" cut drive --out drive/drive.mcap
 refused "$own" drive/drive.mcap -- "$hueline" recover drive/drive.mcap --out drive/../drive/drive.mcap
+cp drive/drive.mcap second.mcap
+refused "$own" second.mcap -- "$hueline" merge drive second.mcap --rig rig.yaml --out second.mcap
 cp rig.yaml rig.svg
 refused "$own" rig.svg -- "$hueline" rig show rig.svg --out rig.svg
 cp drive/drive.mcap cloud.png
