@@ -13,6 +13,9 @@ namespace {
 
 constexpr double kSigmaOfDeviation = 1.4826;  // sigma of a normal distribution per median absolute deviation
 
+// Times beyond these are no times of a computer, but damage. Within them no sum or difference below overflows.
+constexpr nanoseconds kFarthestPair{std::int64_t{1} << 60}, kFarthest{std::int64_t{1} << 61};
+
 /// The difference of the clocks at a second that both saw. Numbers in ns are relative to those of the first pair, so
 /// that they are exact.
 struct Pair {
@@ -101,6 +104,10 @@ std::vector<Pair> pairs_of(const std::vector<SecondSeen>& first, const std::vect
     while (there != other.end() && there->second < one.second) ++there;
     if (there == other.end()) break;
     if (there->second != one.second || (!out.empty() && out.back().second == one.second)) continue;
+    const auto is_far = [](HostTime t) {
+      return t.time_since_epoch() > kFarthestPair || t.time_since_epoch() < -kFarthestPair;
+    };
+    if (is_far(one.at) || is_far(there->at)) continue;
     if (!begin) begin = {one.at, there->at};
     const nanoseconds at = there->at - begin->second, difference = one.at - begin->first - at;
     if (!out.empty() && static_cast<double>(at.count()) <= out.back().at) continue;  // a clock that was set back
@@ -173,6 +180,10 @@ Result<ClockRelation> ClockRelation::fit(const std::vector<SecondSeen>& first, c
   return out;
 }
 
+OtherTime ClockRelation::possible(OtherTime other) {
+  return std::clamp(other, OtherTime(-kFarthest), OtherTime(kFarthest));
+}
+
 ClockRelation::Place ClockRelation::place_of(OtherTime other) const {
   const auto after = std::ranges::upper_bound(knots_, other, {}, &Knot::at);
   Place out;
@@ -184,8 +195,9 @@ ClockRelation::Place ClockRelation::place_of(OtherTime other) const {
 }
 
 HostTime ClockRelation::convert(OtherTime other) const {
+  if (knots_.empty()) return HostTime(other.time_since_epoch());
+  other = possible(other);
   const HostTime same(other.time_since_epoch());
-  if (knots_.empty()) return same;
   const Place place = place_of(other);
   const double rate = place.left == place.right
                           ? knots_[place.left].rate
@@ -196,7 +208,7 @@ HostTime ClockRelation::convert(OtherTime other) const {
 
 nanoseconds ClockRelation::sigma(OtherTime other) const {
   if (knots_.empty()) return nanoseconds(0);
-  const Place place = place_of(other);
+  const Place place = place_of(possible(other));
   const Knot &left = knots_[place.left], &right = knots_[place.right];
   const double away = std::min(std::abs(place.after_left), std::abs(place.before_right));
   const double base = std::max(left.sigma_ns, right.sigma_ns), rate = std::max(left.rate_sigma, right.rate_sigma);

@@ -63,7 +63,8 @@ class ClockRelation {
     return fit(first, other, Config());
   }
 
-  /// Returns the time of the first clock. It is later for a later `other`.
+  /// Returns the time of the first clock. It is later for a later `other`. Times that no computer can have, 73 years
+  /// and more, are taken for the farthest that it can.
   HostTime convert(OtherTime other) const;
   /// Returns one sigma of convert(). It grows before the first and after the last common second, and in long gaps.
   nanoseconds sigma(OtherTime other) const;
@@ -80,6 +81,7 @@ class ClockRelation {
     double after_left = 0, before_right = 0;  // ns; negative outside
   };
   Place place_of(OtherTime other) const;
+  static OtherTime possible(OtherTime other);
 
   std::vector<Knot> knots_;
   std::vector<double> offsets_ns_;  // of the knots, relative to base_

@@ -115,6 +115,20 @@ TEST(ClockRelation, SigmaGrowsWithoutSeconds) {
   EXPECT_GT(sigma(3000), us(100)) << "after the last";
 }
 
+TEST(ClockRelation, TimesThatAreDamagedDoNotOverflow) {
+  Computer a(9, kFirstForm, host_time_ns(5'000'000'000)), b(10, kOtherForm, host_time_ns(77));
+  auto first = a.seen(0, 100), other = b.seen(0, 100);
+  first[3].at = HostTime::max();
+  first[4].at = HostTime::min();
+  other[5].at = HostTime::min();
+  other[6].at = HostTime::max();
+  const auto relation = ClockRelation::fit(first, other);
+  ASSERT_TRUE(relation.ok()) << relation.error().message;
+  EXPECT_EQ(relation->common_seconds(), 96u);
+  EXPECT_LT(relation->convert(OtherTime::min()), relation->convert(OtherTime::max()));
+  EXPECT_GT(relation->sigma(OtherTime::max()), seconds(1));
+}
+
 std::string refusal(const std::vector<SecondSeen>& first, const std::vector<SecondSeen>& other) {
   const auto relation = ClockRelation::fit(first, other);
   return relation.ok() ? std::string("joined") : relation.error().message;
