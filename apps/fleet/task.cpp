@@ -168,22 +168,41 @@ Status move_to(const fs::path& from, const fs::path& to) {
                 : Status();
 }
 
+/// Returns how the names of the folders begin in which attempts at this task work.
+std::string attempt_prefix(const FleetTask& task) { return "." + task.name + ".attempt."; }
+
+/// Removes what killed attempts at the task have left: folders that nobody holds. That of a killed program whose replay
+/// still writes remains until the next time.
+void remove_dead_attempts(const FleetPlan& plan, const FleetTask& task) {
+  const std::string prefix = attempt_prefix(task);
+  std::error_code ignored;
+  for (fs::directory_iterator at(plan.results(), ignored), end; !ignored && at != end; at.increment(ignored)) {
+    if (!at->path().filename().string().starts_with(prefix)) continue;
+    const auto folder = OutputFolder::open(at->path());
+    if (!folder.ok()) continue;
+    const auto drive = OutputFolder::open(at->path() / "drive");
+    std::error_code unknown;
+    if (drive.ok()) fs::remove_all(at->path(), unknown);
+  }
+}
+
 /// The folder in which one attempt at a task works. Its name begins with a full stop, so neither people nor programs
 /// take it for results. The destructor removes it.
 class Attempt {
  public:
   static Result<Attempt> begin(const FleetPlan& plan, const FleetTask& task) {
     static std::atomic<unsigned> count{0};
-    const std::string prefix = "." + task.name + ".attempt.";
-    remove_dead(plan.results(), prefix);
-    auto folder =
-        OutputFolder::open(plan.results() / fmt::format("{}{}.{}.{}", prefix, host_name(), ::getpid(), ++count));
+    const std::string unique = fmt::format("{}.{}.{}", host_name(), ::getpid(), ++count);
+    // It gets its name when it is held: others would take it for a dead one before.
+    const fs::path first = plan.results() / (".begin." + unique);
+    auto folder = OutputFolder::open(first);
     if (!folder.ok()) return folder.error();
     // The replay holds the drive's folder, and this program the one above it.
-    Attempt out(std::move(*folder));
+    Attempt out(std::move(*folder), plan.results() / (attempt_prefix(task) + unique));
     std::error_code failed;
-    fs::create_directory(out.drive(), failed);
-    if (failed) return output_error("make folder " + out.drive().string(), failed.value());
+    fs::create_directory(first / "drive", failed);
+    if (failed) return output_error("make folder " + first.string(), failed.value());
+    if (const Status named = move_to(first, out.path_); !named.ok()) return named.error();
     return out;
   }
   Attempt(Attempt&& other) noexcept = default;
@@ -191,31 +210,19 @@ class Attempt {
   ~Attempt() {
     if (!folder_) return;
     std::error_code ignored;
-    fs::remove_all(folder_->path(), ignored);
+    fs::remove_all(path_, ignored);
   }
 
-  fs::path drive() const { return folder_->path() / "drive"; }
-  fs::path log() const { return folder_->path() / kLog; }
-  fs::path old() const { return folder_->path() / "old"; }
+  fs::path drive() const { return path_ / "drive"; }
+  fs::path log() const { return path_ / kLog; }
+  fs::path old() const { return path_ / "old"; }
 
  private:
-  explicit Attempt(OutputFolder folder) : folder_(std::make_unique<OutputFolder>(std::move(folder))) {}
+  Attempt(OutputFolder folder, fs::path path)
+      : folder_(std::make_unique<OutputFolder>(std::move(folder))), path_(std::move(path)) {}
 
-  /// Removes what killed attempts have left: folders that nobody holds. That of a killed program whose replay still
-  /// writes remains until the next time.
-  static void remove_dead(const fs::path& results, const std::string& prefix) {
-    std::error_code ignored;
-    for (fs::directory_iterator at(results, ignored), end; !ignored && at != end; at.increment(ignored)) {
-      if (!at->path().filename().string().starts_with(prefix)) continue;
-      const auto folder = OutputFolder::open(at->path());
-      if (!folder.ok()) continue;
-      const auto drive = OutputFolder::open(at->path() / "drive");
-      std::error_code unknown;
-      if (drive.ok()) fs::remove_all(at->path(), unknown);
-    }
-  }
-
-  std::unique_ptr<OutputFolder> folder_;
+  std::unique_ptr<OutputFolder> folder_;  // held until it is removed
+  fs::path path_;
 };
 
 /// Replays the drive into the attempt's folder.
@@ -342,6 +349,7 @@ Replayer hueline_replayer(int threads) {
 Result<TaskResult> do_task(const FleetPlan& plan, const FleetTask& task, const Replayer& replay,
                            const std::stop_token& stop, bool* is_new) {
   if (is_new != nullptr) *is_new = false;
+  remove_dead_attempts(plan, task);
   std::string why;
   if (auto done = finished_result(plan, task, Check::Digests, &why)) return std::move(*done);
   if (!why.empty()) log_warning("{}; the task is done again", why);

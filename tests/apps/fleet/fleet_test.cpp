@@ -379,6 +379,15 @@ TEST_F(Fleet, WhatAKilledAttemptLeftIsRemoved) {
   EXPECT_EQ(left(made), std::set<std::string>({"one", "two", ".two.attempt.host.1.1"})) << "not that of a live one";
 }
 
+TEST_F(Fleet, WhatAKilledAttemptLeftIsRemovedFromADoneTaskToo) {
+  add_drive("one", "bytes");
+  const FleetPlan made = plan();
+  ASSERT_TRUE(do_first(made, copier()).ok());
+  fs::create_directories(made.results() / ".one.attempt.host.1.1/drive");
+  ASSERT_TRUE(do_first(made, copier()).ok());
+  EXPECT_EQ(left(made), std::set<std::string>({"one"}));
+}
+
 TEST_F(Fleet, SameTaskAtTheSameTimeGivesOneResult) {
   add_drive("one", "bytes");
   const FleetPlan made = plan();

@@ -82,4 +82,36 @@ cmp single/better/cloud.las better/1/cloud.las || fail "the rig"
 ! cmp -s single/1/cloud.las better/1/cloud.las || fail "the rig was not used"
 ends 0 "$hueline" fleet catalogue better.json --out better.gpkg
 ogrinfo -q -ro -al better.gpkg | grep -q "rig_sha256 .* = $(sha256sum better.yaml | cut -d' ' -f1)$" || fail "the catalogue's rig: $(ogrinfo -q -ro -al better.gpkg)"
+# A disk that is full, here a limit of the process: told as such, and nothing that looks finished.
+ends 0 "$hueline" fleet plan drives/1 --out full.json
+(ulimit -f 1000; ends 4 "$hueline" fleet run full.json)
+says "1 failed, the results could not be written: 1$"
+[ ! -e full/1 ] || fail "results that are cut"
+ends 0 "$hueline" fleet run full.json
+cmp single/1/cloud.las full/1/cloud.las || fail "after the disk was full"
+
+# A program that is killed alone, without its replay: the next attempt does not wait for that, and nothing is left in the end.
+ends 0 "$hueline" fleet plan drives/2 --out alone.json
+"$hueline" fleet task alone.json 1 >killed.txt 2>&1 & run=$!
+for ((i = 0; i < 500; i++)); do compgen -G "alone/.*/drive/cloud.las" >/dev/null && break; sleep 0.02; done
+kill -9 $run
+wait $run 2>/dev/null || true
+ends 0 "$hueline" fleet task alone.json 1
+cmp single/2/cloud.las alone/2/cloud.las || fail "after a kill"
+for ((i = 0; i < 100; i++)); do
+  ends 0 "$hueline" fleet task alone.json 1
+  [ "$(ls -A alone)" = 2 ] && break
+  sleep 0.2
+done
+[ "$(ls -A alone)" = 2 ] || fail "left: $(ls -A alone)"
+
+if command -v snakemake >/dev/null; then
+  ends 0 "$hueline" fleet plan drives/1 drives/4 --out "by snakemake.json"
+  ends 0 "$hueline" fleet submit "by snakemake.json" --engine snakemake
+  ends 0 bash -c "$(tail -n 1 said.txt)"
+  ends 0 "$hueline" fleet status "by snakemake.json"
+  cmp single/4/cloud.las "by snakemake/4/cloud.las" || fail "by Snakemake"
+else
+  echo "Snakemake is not installed: its part is left out"
+fi
 echo "a fleet was fused again to the bytes of single replays"
