@@ -22,6 +22,7 @@ constexpr float kElsewhere = 0.02f;       // an exposure that sees a point so fa
 constexpr float kNever = 1e30f;
 // On each side so many moments, the nearest, may colour a point even if they are no steps of the timeline.
 constexpr int kNearest = 3;
+constexpr std::size_t kAhead = 8;           // points for which the maps' memory is asked before they are looked at
 constexpr int kKnownMoments = 3;            // earlier ones, and later ones, that may give a provisional colour
 constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
 // An exposure this near shows what moves at a place that it filled at the firing too.
@@ -214,6 +215,9 @@ void Colouring::choose_beside(const PlacedBatch& batch, const ColouredPoint* poi
              piece.beside[side]);
     }
   for (std::size_t i = 0; i < batch.placed.size(); ++i) {
+    if (i + kAhead < batch.placed.size())
+      for (std::size_t side = 0; side < 2; ++side)
+        if (beside[side][0] != nullptr) Visibility::prefetch(*beside[side][0], piece.beside[side].cell[i + kAhead]);
     const ColouredPoint& point = points[i];
     const bool moves = piece.sightings[i].is_moving();
     std::array<float, 2> cost{kNever, kNever};
@@ -347,6 +351,9 @@ void Colouring::colour_rest(const PlacedBatch& batch, ColouredPoint* points, Pie
     }
   }
   for (std::size_t k = 0; k < piece.group.size(); ++k) {
+    if (is_visible && k + 1 < piece.group.size())
+      for (std::size_t c = 0; c < piece.candidates.size(); ++c)
+        Visibility::prefetch(timeline_.at(piece.candidates[c]), piece.seen[c].cell[k + 1]);
     const std::uint32_t i = piece.group[k];
     ColouredPoint& point = points[i];
     const int owner = timeline_.owner_of(point.time);

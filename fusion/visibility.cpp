@@ -12,7 +12,7 @@ namespace {
 constexpr float kGroundStep_m = 0.1f, kGround_m = 2.5f;
 constexpr float kSameLayer = 0.9f;  // of the nearness: points of a cell within this are of one surface
 // Points of a skin are of one surface if their cells are this near and their nearness differs by this share at most.
-constexpr std::size_t kBesideRows = 5, kBesideColumns = 2;
+constexpr std::uint32_t kBesideRows = 5, kBesideColumns = 2;
 constexpr float kSameSurface = 0.04f;
 constexpr std::size_t kMostNeighbours = 24;      // of a dense scanner every second or third is enough
 constexpr std::uint64_t kSumEvery = 4;           // new turns, after which the earlier ones are summed again
@@ -39,16 +39,16 @@ struct Layers {
     column_bytes = static_cast<std::size_t>(grid.rows) / 8 + 2 + sizeof(std::uint64_t);
     is_used.assign(column_bytes * static_cast<std::size_t>(grid.columns), 0);
   }
-  void mark_used(std::size_t row, std::size_t column) {
+  void mark_used(std::uint32_t row, std::uint32_t column) {
     is_used[column * column_bytes + (row + 8) / 8] |= static_cast<std::uint8_t>(1U << row % 8);
   }
-  void clear(std::size_t cell, std::size_t row, std::size_t column) {
+  void clear(std::uint32_t cell, std::uint32_t row, std::uint32_t column) {
     cells[cell] = {};
     is_used[column * column_bytes + (row + 8) / 8] = 0;
   }
   /// Returns a bit for each row from `kBesideRows` below to `kBesideRows` above `row`, whether its cell holds a point.
-  std::uint64_t used_beside(std::size_t row, std::size_t column) const {
-    const std::size_t first = row + 8 - kBesideRows;
+  std::uint64_t used_beside(std::uint32_t row, std::uint32_t column) const {
+    const std::uint32_t first = row + 8 - kBesideRows;
     std::uint64_t bits = 0;
     std::memcpy(&bits, is_used.data() + column * column_bytes + first / 8, sizeof bits);
     return bits >> first % 8 & ((1U << (2 * kBesideRows + 1)) - 1);
@@ -58,31 +58,36 @@ static_assert((1 + kMostNeighbours) * PresenceCount::kMost < 1U << 16);
 static_assert(kBesideRows <= 8 && std::endian::native == std::endian::little);
 
 /// Lists for each point of a skin the points in the cells around it that are as far away: those of the same surface.
-void find_neighbours(const DirectionGrid& grid, const Layers& layers, const RelativePlaces& skin,
+/// `cells` has the cell of each point.
+void find_neighbours(const DirectionGrid& grid, const Layers& layers, const std::vector<std::uint32_t>& cells,
                      std::vector<std::uint32_t>& first, std::vector<std::uint32_t>& neighbours) {
-  thread_local SeenPlaces seen;
-  std::vector<std::uint32_t> beside;
-  locate(grid, {kEnuAxes, {0, 0, 0}}, skin, seen);
-  const auto columns = static_cast<std::size_t>(grid.columns);
+  std::array<std::uint32_t, 2 * (2 * kBesideRows + 1) * (2 * kBesideColumns + 1)> beside;
+  const auto columns = static_cast<std::uint32_t>(grid.columns);
   first.clear();
-  for (std::size_t i = 0; i < skin.size(); ++i) {
+  first.reserve(cells.size() + 1);
+  for (std::uint32_t i = 0; i < cells.size(); ++i) {
     first.push_back(static_cast<std::uint32_t>(neighbours.size()));
-    const std::size_t row = seen.cell[i] / columns, column = seen.cell[i] % columns;
-    const float nearness = seen.nearness[i];
-    const auto take = [&](std::uint32_t index) {
-      if (index == kNone || index == i) return;
-      if (std::abs(seen.nearness[index] - nearness) <= kSameSurface * nearness) beside.push_back(index);
+    const std::uint32_t row = cells[i] / columns, column = cells[i] % columns;
+    const Layers::Cell& own = layers.cells[cells[i]];
+    const float nearness = own.far_index == i ? own.far : own.near, most = kSameSurface * nearness;
+    std::size_t count = 0;
+    const auto take = [&](std::uint32_t index, float of_other) {
+      // Written even if it is not taken: a branch that nobody can foresee would cost more.
+      beside[count] = index;
+      count += static_cast<std::size_t>((index != kNone) & (index != i) & (std::abs(of_other - nearness) <= most));
     };
-    beside.clear();
-    for (std::size_t c = column + columns - kBesideColumns; c <= column + columns + kBesideColumns; ++c)
-      for (std::uint64_t bits = layers.used_beside(row, c % columns); bits != 0; bits &= bits - 1) {
+    for (std::uint32_t c = column + columns - kBesideColumns; c <= column + columns + kBesideColumns; ++c) {
+      const std::uint32_t x = c >= 2 * columns ? c - 2 * columns : c >= columns ? c - columns : c;
+      const Layers::Cell* lowest = layers.cells.data() + x;
+      for (std::uint64_t bits = layers.used_beside(row, x); bits != 0; bits &= bits - 1) {
         const std::size_t r = row + static_cast<std::size_t>(std::countr_zero(bits)) - kBesideRows;
-        const Layers::Cell& cell = layers.cells[r * columns + c % columns];
-        take(cell.near_index);
-        take(cell.far_index);
+        const Layers::Cell& cell = lowest[r * columns];
+        take(cell.near_index, cell.near);
+        take(cell.far_index, cell.far);
       }
-    const std::size_t stride = beside.size() / (kMostNeighbours + 1) + 1;
-    for (std::size_t k = 0; k < beside.size(); k += stride) neighbours.push_back(beside[k]);
+    }
+    const std::size_t stride = count / (kMostNeighbours + 1) + 1;
+    for (std::size_t k = 0; k < count; k += stride) neighbours.push_back(beside[k]);
   }
   first.push_back(static_cast<std::uint32_t>(neighbours.size()));
 }
@@ -117,7 +122,7 @@ void Visibility::complete(OpenTurn& open) {
   thread_local Layers layers;
   thread_local std::vector<SeenPlaces> seen;
   layers.fit(grid_);
-  const auto columns = static_cast<std::size_t>(grid_.columns);
+  const auto columns = static_cast<std::uint32_t>(grid_.columns);
   seen.resize(std::max(seen.size(), open.batches.size()));
   Turn turn(beam_grid_);
   turn.time = open.begin + config_.turn / 2;
@@ -138,6 +143,7 @@ void Visibility::complete(OpenTurn& open) {
     }
   }
   const std::uint64_t number = first_turn_ + turns_.size();
+  std::vector<std::uint32_t> skin_cells;
   for (std::size_t b = 0; b < open.batches.size(); ++b) {
     PlacedBatch& batch = *open.batches[b];
     const RelativePlaces& places = batch.placed.places;
@@ -155,6 +161,7 @@ void Visibility::complete(OpenTurn& open) {
         turn.skin.x.push_back(0);
         turn.skin.y.push_back(0);
         turn.skin.z.push_back(0);
+        skin_cells.push_back(seen[b].cell[i]);
       }
       if (stands_for_all) {
         turn.skin.x[index] = places.x[i] + from[0];
@@ -164,9 +171,8 @@ void Visibility::complete(OpenTurn& open) {
       batch.on_skin[i] = index;
     }
   }
-  find_neighbours(grid_, layers, turn.skin, turn.first_neighbour, turn.neighbours);
-  for (std::size_t b = 0; b < open.batches.size(); ++b)
-    for (const std::uint32_t cell : seen[b].cell) layers.clear(cell, cell / columns, cell % columns);
+  find_neighbours(grid_, layers, skin_cells, turn.first_neighbour, turn.neighbours);
+  for (const std::uint32_t cell : skin_cells) layers.clear(cell, cell / columns, cell % columns);
   turn.own.resize(turn.skin.size());
   turn.sightings.resize(turn.skin.size());
   for (std::size_t b = 0; b < open.batches.size(); ++b) {

@@ -74,6 +74,11 @@ class Visibility {
     if (moment.glance && moment.glance->look(cell, nearness) == LineOfSight::Hidden) return LineOfSight::Hidden;
     return moment.standing ? moment.standing->look(cell, nearness) : LineOfSight::Clear;
   }
+  /// Asks for the memory that look() will read for a place in a cell.
+  static void prefetch(const Moment& moment, std::uint32_t cell) {
+    if (moment.glance) moment.glance->prefetch(cell);
+    if (moment.standing) moment.standing->prefetch(cell);
+  }
   /// The sightings of a batch's points.
   class OfBatch {
    public:
