@@ -286,6 +286,37 @@ void Colouring::gather(const PlacedBatch& batch, const Predicate& is_wanted, Pie
   }
 }
 
+/// Samples the moment's images at piece.sights, where a pixel is known, into piece.pixels.
+void Colouring::sample_sights(const Moment& moment, Piece& piece) const {
+  const Sights& sights = piece.sights;
+  piece.pixels.resize(sights.lens.size());
+  for (std::size_t camera = 0; camera < moment.pictures.size(); ++camera) {
+    const RawView& view = moment.pictures[camera].view;
+    const std::size_t per_pixel = view.format == PixelFormat::Rgb8 ? 3 : 1;
+    piece.in_image.clear();
+    piece.sight.clear();
+    for (std::size_t k = 0; k < sights.lens.size(); ++k) {
+      if (sights.lens[k] == kNoLens) continue;
+      const FloatLens& lens = projector_.lenses()[sights.lens[k]];
+      if (lens.camera != camera) continue;
+      const auto [x, y, fx, fy] = place_in_image(lens, sights.x[k], sights.y[k]);
+      piece.in_image.x.push_back(x);
+      piece.in_image.y.push_back(y);
+      piece.in_image.fx.push_back(fx);
+      piece.in_image.fy.push_back(fy);
+      piece.sight.push_back(static_cast<std::uint32_t>(k));
+      // The pixels of a batch lie all over an image that no cache holds, so they are fetched before they are sampled.
+      const std::uint8_t* pixel =
+          view.data + static_cast<std::size_t>(y) * view.stride + static_cast<std::size_t>(x) * per_pixel;
+      for (int row = 1 - kSampleReach; row <= kSampleReach; ++row)
+        __builtin_prefetch(pixel + row * static_cast<std::ptrdiff_t>(view.stride));
+    }
+    piece.samples.resize(piece.sight.size());
+    sample_each(view, piece.in_image, piece.samples.data());
+    for (std::size_t k = 0; k < piece.sight.size(); ++k) piece.pixels[piece.sight[k]] = piece.samples[k];
+  }
+}
+
 /// Colours the points whose moment is chosen, where the nearest lens shows them in good light. The others keep -1.
 void Colouring::paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const {
   std::vector<Found>& found = piece.found;
@@ -297,18 +328,7 @@ void Colouring::paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Pi
     const Sights& sights = piece.sights;
     projector_.see_each(moment.viewpoint->relative_to(batch.placed.scanner_enu), moment.viewpoint->motion, piece.places,
                         moment.has_image.data(), moment.blind, piece.sights);
-    // The pixels of a batch lie all over an image that no cache holds, so they are fetched while others are sampled.
-    for (std::size_t k = 0; k < piece.group.size(); ++k) {
-      if (sights.lens[k] == kNoLens) continue;
-      const FloatLens& lens = projector_.lenses()[sights.lens[k]];
-      const RawView& view = moment.pictures[lens.camera].view;
-      const auto x = static_cast<std::size_t>(sights.x[k]) + lens.x_offset,
-                 y = static_cast<std::size_t>(sights.y[k]) + lens.y_offset;
-      const std::size_t per_pixel = view.format == PixelFormat::Rgb8 ? 3 : 1;
-      for (std::size_t row = y - kSampleReach + 1; row <= y + kSampleReach; ++row)
-        __builtin_prefetch(view.data + row * view.stride + x * per_pixel);
-    }
-    piece.pixels.clear();
+    sample_sights(moment, piece);
     piece.lenses.clear();
     piece.off_axis.clear();
     std::size_t shown = 0;
@@ -318,15 +338,16 @@ void Colouring::paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Pi
       if (sights.lens[k] == kNoLens) continue;
       found[i].sight = {sights.lens[k], sights.x[k], sights.y[k], sights.border_px[k], 0};
       const FloatLens& lens = projector_.lenses()[sights.lens[k]];
-      const Rgb pixel = sample_sight(lens, moment.pictures[lens.camera], found[i].sight);
+      const Rgb pixel = piece.pixels[k];
       if (config_.choice == ExposureChoice::Visible && has_lost_light(gains_of(moment, piece), found[i].sight, pixel))
         continue;
       found[i].moment = candidate;
+      piece.pixels[shown] = pixel;
       piece.group[shown++] = i;
-      piece.pixels.push_back(pixel);
       piece.lenses.push_back(sights.lens[k]);
       piece.off_axis.push_back(lens.off_axis(sights.x[k], sights.y[k]));
     }
+    piece.pixels.resize(shown);
     piece.colours.resize(shown);
     radiometry_.render_each(piece.pixels, gains_of(moment, piece), piece.lenses.data(), piece.off_axis.data(),
                             piece.adaptation, piece.colours.data());
