@@ -276,13 +276,10 @@ void Colouring::gather(const PlacedBatch& batch, const Predicate& is_wanted, Pie
   piece.group.clear();
   for (std::size_t i = 0; i < from.size(); ++i)
     if (is_wanted(i)) piece.group.push_back(static_cast<std::uint32_t>(i));
-  piece.places.x.resize(piece.group.size());
-  piece.places.y.resize(piece.group.size());
-  piece.places.z.resize(piece.group.size());
+  piece.places.resize(piece.group.size());
   for (std::size_t k = 0; k < piece.group.size(); ++k) {
-    piece.places.x[k] = from.x[piece.group[k]];
-    piece.places.y[k] = from.y[piece.group[k]];
-    piece.places.z[k] = from.z[piece.group[k]];
+    const std::uint32_t i = piece.group[k];
+    piece.places.set(k, {from.x[i], from.y[i], from.z[i]});
   }
 }
 

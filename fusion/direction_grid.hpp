@@ -21,6 +21,16 @@ struct DirectionGrid {
 struct RelativePlaces {
   std::vector<float> x, y, z;
   std::size_t size() const { return x.size(); }
+  void resize(std::size_t size) {
+    x.resize(size);
+    y.resize(size);
+    z.resize(size);
+  }
+  void set(std::size_t index, const std::array<float, 3>& place) {
+    x[index] = place[0];
+    y[index] = place[1];
+    z[index] = place[2];
+  }
 };
 
 /// The head at one moment, as seen from the origin of RelativePlaces.

@@ -1,8 +1,7 @@
 #include "fusion/visibility.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
+#include <array>
 #include <utility>
 
 #include "fusion/worker_pool.hpp"
@@ -10,87 +9,12 @@
 namespace hueline::fusion {
 namespace {
 constexpr float kGroundStep_m = 0.1f, kGround_m = 2.5f;
-constexpr float kSameLayer = 0.9f;  // of the nearness: points of a cell within this are of one surface
-// Points of a skin are of one surface if their cells are this near and their nearness differs by this share at most.
-constexpr std::uint32_t kBesideRows = 5, kBesideColumns = 2;
-constexpr float kSameSurface = 0.04f;
-constexpr std::size_t kMostNeighbours = 24;      // of a dense scanner every second or third is enough
 constexpr std::uint64_t kSumEvery = 4;           // new turns, after which the earlier ones are summed again
 constexpr unsigned kOutvoted = 3;                // times as many sightings outvote those of a point
 constexpr nanoseconds kLateTurn{1'000'000'000};  // a turn of another scanner may be complete so much later
 constexpr std::size_t kSkinPiece = 4096;         // points of a skin that a thread asks about at a time
-constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 constexpr std::array<float, 9> kEnuAxes{1, 0, 0, 0, 1, 0, 0, 0, 1};
-
-/// The nearest and the farthest point of each cell. All cells are empty between two uses.
-struct Layers {
-  struct Cell {
-    float near = 0, far = 0;
-    std::uint32_t near_index = kNone, far_index = kNone;
-  };
-  std::vector<Cell> cells;
-  /// A bit for each row of a column, whether its cell holds a point; with room for the rows around a cell.
-  std::vector<std::uint8_t> is_used;
-  std::size_t column_bytes = 0;
-
-  void fit(const DirectionGrid& grid) {
-    if (cells.size() == grid.size()) return;
-    cells.assign(grid.size(), {});
-    column_bytes = static_cast<std::size_t>(grid.rows) / 8 + 2 + sizeof(std::uint64_t);
-    is_used.assign(column_bytes * static_cast<std::size_t>(grid.columns), 0);
-  }
-  void mark_used(std::uint32_t row, std::uint32_t column) {
-    is_used[column * column_bytes + (row + 8) / 8] |= static_cast<std::uint8_t>(1U << row % 8);
-  }
-  void clear(std::uint32_t cell, std::uint32_t row, std::uint32_t column) {
-    cells[cell] = {};
-    is_used[column * column_bytes + (row + 8) / 8] = 0;
-  }
-  /// Returns a bit for each row from `kBesideRows` below to `kBesideRows` above `row`, whether its cell holds a point.
-  std::uint64_t used_beside(std::uint32_t row, std::uint32_t column) const {
-    const std::uint32_t first = row + 8 - kBesideRows;
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, is_used.data() + column * column_bytes + first / 8, sizeof bits);
-    return bits >> first % 8 & ((1U << (2 * kBesideRows + 1)) - 1);
-  }
-};
-static_assert((1 + kMostNeighbours) * PresenceCount::kMost < 1U << 16);
-static_assert(kBesideRows <= 8 && std::endian::native == std::endian::little);
-
-/// Lists for each point of a skin the points in the cells around it that are as far away: those of the same surface.
-/// `cells` has the cell of each point.
-void find_neighbours(const DirectionGrid& grid, const Layers& layers, const std::vector<std::uint32_t>& cells,
-                     std::vector<std::uint32_t>& first, std::vector<std::uint32_t>& neighbours) {
-  std::array<std::uint32_t, 2 * (2 * kBesideRows + 1) * (2 * kBesideColumns + 1)> beside;
-  const auto columns = static_cast<std::uint32_t>(grid.columns);
-  first.clear();
-  first.reserve(cells.size() + 1);
-  for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    first.push_back(static_cast<std::uint32_t>(neighbours.size()));
-    const std::uint32_t row = cells[i] / columns, column = cells[i] % columns;
-    const Layers::Cell& own = layers.cells[cells[i]];
-    const float nearness = own.far_index == i ? own.far : own.near, most = kSameSurface * nearness;
-    std::size_t count = 0;
-    const auto take = [&](std::uint32_t index, float of_other) {
-      // Written even if it is not taken: a branch that nobody can foresee would cost more.
-      beside[count] = index;
-      count += static_cast<std::size_t>((index != kNone) & (index != i) & (std::abs(of_other - nearness) <= most));
-    };
-    for (std::uint32_t c = column + columns - kBesideColumns; c <= column + columns + kBesideColumns; ++c) {
-      const std::uint32_t x = c >= 2 * columns ? c - 2 * columns : c >= columns ? c - columns : c;
-      const Layers::Cell* lowest = layers.cells.data() + x;
-      for (std::uint64_t bits = layers.used_beside(row, x); bits != 0; bits &= bits - 1) {
-        const std::size_t r = row + static_cast<std::size_t>(std::countr_zero(bits)) - kBesideRows;
-        const Layers::Cell& cell = lowest[r * columns];
-        take(cell.near_index, cell.near);
-        take(cell.far_index, cell.far);
-      }
-    }
-    const std::size_t stride = count / (kMostNeighbours + 1) + 1;
-    for (std::size_t k = 0; k < count; k += stride) neighbours.push_back(beside[k]);
-  }
-  first.push_back(static_cast<std::uint32_t>(neighbours.size()));
-}
+static_assert((1 + TurnSkin::kMostNeighbours) * PresenceCount::kMost < 1U << 16);
 }  // namespace
 
 int Sightings::confidence_of_moving() const {
@@ -119,10 +43,8 @@ void Visibility::add(std::deque<PlacedBatch>& placed, bool everything, WorkerPoo
 }
 
 void Visibility::complete(OpenTurn& open) {
-  thread_local Layers layers;
   thread_local std::vector<SeenPlaces> seen;
-  layers.fit(grid_);
-  const auto columns = static_cast<std::uint32_t>(grid_.columns);
+  if (!skin_) skin_.emplace(grid_);
   seen.resize(std::max(seen.size(), open.batches.size()));
   Turn turn(beam_grid_);
   turn.time = open.begin + config_.turn / 2;
@@ -134,16 +56,9 @@ void Visibility::complete(OpenTurn& open) {
   for (std::size_t b = 0; b < open.batches.size(); ++b) {
     const PlacedBatch& batch = *open.batches[b];
     locate(grid_, {kEnuAxes, offset(batch)}, batch.placed.places, seen[b]);
-    for (std::size_t i = 0; i < seen[b].cell.size(); ++i) {
-      Layers::Cell& cell = layers.cells[seen[b].cell[i]];
-      const float nearness = seen[b].nearness[i];
-      if (cell.near == 0.0f) layers.mark_used(seen[b].cell[i] / columns, seen[b].cell[i] % columns);
-      if (nearness > cell.near) cell.near = nearness;
-      if (cell.far == 0.0f || nearness < cell.far) cell.far = nearness;
-    }
+    skin_->add(seen[b]);
   }
   const std::uint64_t number = first_turn_ + turns_.size();
-  std::vector<std::uint32_t> skin_cells;
   for (std::size_t b = 0; b < open.batches.size(); ++b) {
     PlacedBatch& batch = *open.batches[b];
     const RelativePlaces& places = batch.placed.places;
@@ -151,28 +66,14 @@ void Visibility::complete(OpenTurn& open) {
     batch.turn = number;
     batch.on_skin.resize(places.size());
     for (std::size_t i = 0; i < places.size(); ++i) {
-      Layers::Cell& cell = layers.cells[seen[b].cell[i]];
-      const float nearness = seen[b].nearness[i];
-      const bool is_far = cell.far < kSameLayer * cell.near && nearness * nearness < cell.near * cell.far;
-      std::uint32_t& index = is_far ? cell.far_index : cell.near_index;
-      const bool stands_for_all = nearness == (is_far ? cell.far : cell.near);
-      if (index == kNone) {
-        index = static_cast<std::uint32_t>(turn.skin.size());
-        turn.skin.x.push_back(0);
-        turn.skin.y.push_back(0);
-        turn.skin.z.push_back(0);
-        skin_cells.push_back(seen[b].cell[i]);
-      }
-      if (stands_for_all) {
-        turn.skin.x[index] = places.x[i] + from[0];
-        turn.skin.y[index] = places.y[i] + from[1];
-        turn.skin.z[index] = places.z[i] + from[2];
-      }
+      const auto [index, is_on_skin] = skin_->stand_in(seen[b].cell[i], seen[b].nearness[i]);
       batch.on_skin[i] = index;
+      if (index == turn.skin.size()) turn.skin.resize(index + 1);
+      if (is_on_skin) turn.skin.set(index, {places.x[i] + from[0], places.y[i] + from[1], places.z[i] + from[2]});
     }
   }
-  find_neighbours(grid_, layers, skin_cells, turn.first_neighbour, turn.neighbours);
-  for (const std::uint32_t cell : skin_cells) layers.clear(cell, cell / columns, cell % columns);
+  skin_->neighbours(turn.neighbours);
+  skin_->clear();
   turn.own.resize(turn.skin.size());
   turn.sightings.resize(turn.skin.size());
   for (std::size_t b = 0; b < open.batches.size(); ++b) {
@@ -197,8 +98,8 @@ void Visibility::sum_sightings(Turn& turn) {
   for (std::size_t i = 0; i < turn.own.size(); ++i) {
     const PresenceCount own = turn.own[i];
     PresenceCount sum = own;
-    for (std::uint32_t k = turn.first_neighbour[i]; k < turn.first_neighbour[i + 1]; ++k)
-      sum += turn.own[turn.neighbours[k]];
+    for (std::uint32_t k = turn.neighbours.first[i]; k < turn.neighbours.first[i + 1]; ++k)
+      sum += turn.own[turn.neighbours.indices[k]];
     const auto sightings = [](PresenceCount count) {
       return Sightings{static_cast<std::uint16_t>(count.free()), static_cast<std::uint16_t>(count.occupied())};
     };
@@ -238,7 +139,6 @@ void Visibility::ask_around(WorkerPool& pool, std::uint64_t first, bool everythi
     if (is_over) {
       // Nothing is added to its sightings any more.
       turn.own = {};
-      turn.first_neighbour = {};
       turn.neighbours = {};
     }
   });

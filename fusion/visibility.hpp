@@ -14,6 +14,7 @@
 #include "fusion/depth_map.hpp"
 #include "fusion/exposure_timeline.hpp"
 #include "fusion/placed_batch.hpp"
+#include "fusion/turn_skin.hpp"
 
 /// What the laser points of a drive say about lines of sight, and about what moves (docs/methods/visibility.md).
 namespace hueline::fusion {
@@ -105,9 +106,9 @@ class Visibility {
     RelativePlaces skin;               ///< from the centre
     std::vector<PresenceCount> own;    ///< of each point of the skin alone
     std::vector<Sightings> sightings;  ///< the sum over the point and its neighbours
-    /// The neighbours of each point on the same surface: those of point i from first_neighbour[i] to the next. They and
-    /// `own` are there as long as other turns may come that are asked about this one.
-    std::vector<std::uint32_t> first_neighbour, neighbours;
+    /// The neighbours of each point on the same surface. They and `own` are there as long as other turns may come that
+    /// are asked about this one.
+    IndexLists neighbours;
     BeamMap beams;
   };
   /// A turn that has not ended.
@@ -123,6 +124,7 @@ class Visibility {
   Config config_;
   DirectionGrid grid_, beam_grid_;
   std::map<SensorId, OpenTurn> open_;
+  std::optional<TurnSkin> skin_;  // of the turn that is being completed; made with the first
   std::uint64_t next_batch_ = 0;  // number of the first batch that was not added yet
   std::deque<Turn> turns_;
   std::uint64_t first_turn_ = 1;  // number of the first of turns_; 0 is none
