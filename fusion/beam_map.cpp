@@ -13,20 +13,24 @@ HWY_BEFORE_NAMESPACE();
 namespace hueline::fusion::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// One vector of places. `spans` has the nearest and the farthest point of each cell in turn.
+/// One vector of places. `spans` has the nearest and the farthest point of each cell in its lower and upper half.
 template <class D>
-void count_vector(D d, const float* spans, const std::uint32_t* cell, const float* nearness, std::uint32_t* counts) {
+void count_vector(D d, const std::uint32_t* spans, const std::uint32_t* cell, const float* nearness,
+                  std::uint32_t* counts) {
   const hn::Rebind<std::int32_t, D> whole;
   const hn::Rebind<std::uint32_t, D> bits;
   const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-  const auto index = hn::BitCast(whole, hn::ShiftLeft<1>(hn::LoadU(bits, cell)));
-  const auto near = hn::GatherIndex(d, spans, index),
-             far = hn::GatherIndex(d, spans, hn::Add(index, hn::Set(whole, 1)));
+  const auto span = hn::GatherIndex(bits, spans, hn::BitCast(whole, hn::LoadU(bits, cell)));
+  const auto decoded = [&](auto code) {
+    return hn::BitCast(d, hn::Add(hn::ShiftLeft<kDroppedBits>(code), hn::Set(bits, kFarthestBits)));
+  };
+  const auto near_code = hn::And(span, hn::Set(bits, 0xFFFFU));
+  const auto near = decoded(near_code), far = decoded(hn::ShiftRight<16>(span));
   const auto place = hn::LoadU(d, nearness), distance = hn::Div(one, hn::Max(place, hn::Set(d, 1e-10f)));
   // Ground that is seen at a grazing angle spans much distance within a cell.
   const auto slack =
       hn::Add(hn::Set(d, 0.25f), hn::Mul(hn::Mul(hn::Set(d, 0.002f), distance), distance));  // m, and 1/m
-  const auto is_known = hn::And(hn::Gt(near, zero), hn::Gt(place, zero));
+  const auto is_known = hn::And(hn::RebindMask(d, hn::Gt(near_code, hn::Zero(bits))), hn::Gt(place, zero));
   const auto is_free = hn::And(is_known, hn::Lt(hn::Mul(hn::Add(distance, slack), near), one));
   const auto is_met = hn::And(hn::AndNot(is_free, is_known), hn::Lt(hn::Mul(hn::Sub(distance, slack), far), one));
   const auto before = hn::LoadU(bits, counts);
@@ -39,7 +43,7 @@ void count_vector(D d, const float* spans, const std::uint32_t* cell, const floa
   hn::StoreU(hn::Add(before, more), bits, counts);
 }
 
-void count(const float* spans, const SeenPlaces& seen, PresenceCount* counts) {
+void count(const std::uint32_t* spans, const SeenPlaces& seen, PresenceCount* counts) {
   static_assert(sizeof(PresenceCount) == sizeof(std::uint32_t));
   const hn::CappedTag<float, 16> d;
   const hn::CappedTag<float, 1> single;
@@ -58,24 +62,24 @@ HWY_AFTER_NAMESPACE();
 namespace hueline::fusion {
 HWY_EXPORT(count);
 
-BeamMap::BeamMap(const DirectionGrid& grid) : grid_(grid), nearest_(grid.size(), 0.0f) {}
+BeamMap::BeamMap(const DirectionGrid& grid) : grid_(grid), nearest_(grid.size(), 0) {}
 
 void BeamMap::finish() {
-  constexpr float kNothing = 1e30f;
+  constexpr CodedNearness kNothing = 0xFFFF;
   const auto columns = static_cast<std::size_t>(grid_.columns), rows = static_cast<std::size_t>(grid_.rows);
   // Each loop is one that compilers turn into vector instructions. Rows go around, so they get a cell at both ends.
-  std::vector<float> near(nearest_.size()), far(nearest_.size()), ring_near(columns + 2), ring_far(columns + 2);
+  std::vector<CodedNearness> near(nearest_.size()), far(nearest_.size()), ring_near(columns + 2), ring_far(columns + 2);
   for (std::size_t row = 0; row < rows; ++row) {
-    const float* here = nearest_.data() + row * columns;
+    const CodedNearness* here = nearest_.data() + row * columns;
     for (std::size_t x = 0; x < columns; ++x) {
       ring_near[x + 1] = here[x];
-      ring_far[x + 1] = here[x] > 0.0f ? here[x] : kNothing;
+      ring_far[x + 1] = here[x] > 0 ? here[x] : kNothing;
     }
-    for (std::vector<float>* ring : {&ring_near, &ring_far}) {
+    for (std::vector<CodedNearness>* ring : {&ring_near, &ring_far}) {
       ring->front() = (*ring)[columns];
       ring->back() = (*ring)[1];
     }
-    float *near_row = near.data() + row * columns, *far_row = far.data() + row * columns;
+    CodedNearness *near_row = near.data() + row * columns, *far_row = far.data() + row * columns;
     for (std::size_t x = 0; x < columns; ++x) {
       near_row[x] = std::max(std::max(ring_near[x], ring_near[x + 1]), ring_near[x + 2]);
       far_row[x] = std::min(std::min(ring_far[x], ring_far[x + 1]), ring_far[x + 2]);
@@ -85,15 +89,17 @@ void BeamMap::finish() {
   for (std::size_t row = 0; row < rows; ++row) {
     const std::size_t here = row * columns, below = row > 0 ? here - columns : here,
                       above = row + 1 < rows ? here + columns : here;
-    for (std::size_t x = 0; x < columns; ++x)
-      spans_[here + x] = {std::max(std::max(near[below + x], near[here + x]), near[above + x]),
-                          std::min(std::min(far[below + x], far[here + x]), far[above + x])};
+    for (std::size_t x = 0; x < columns; ++x) {
+      const CodedNearness nearest = std::max(std::max(near[below + x], near[here + x]), near[above + x]),
+                          farthest = std::min(std::min(far[below + x], far[here + x]), far[above + x]);
+      spans_[here + x] = static_cast<std::uint32_t>(farthest) << 16 | nearest;
+    }
   }
   nearest_ = {};
 }
 
 void BeamMap::count(const SeenPlaces& seen, PresenceCount* counts) const {
-  HWY_DYNAMIC_DISPATCH(count)(&spans_.data()->near, seen, counts);
+  HWY_DYNAMIC_DISPATCH(count)(spans_.data(), seen, counts);
 }
 
 }  // namespace hueline::fusion

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "fusion/coded_nearness.hpp"
 #include "fusion/direction_grid.hpp"
 
 /// What the beams of a scanner say about places that other beams met at other times.
@@ -29,9 +31,7 @@ class BeamMap {
  public:
   explicit BeamMap(const DirectionGrid& grid);
   /// Adds a point that locate() found.
-  void add(std::uint32_t cell, float nearness) {
-    if (nearness > nearest_[cell]) nearest_[cell] = nearness;
-  }
+  void add(std::uint32_t cell, float nearness) { nearest_[cell] = std::max(nearest_[cell], coded(nearness)); }
   /// Ends the turn. count() may be called from then on.
   void finish();
   /// Counts for each of the places that locate() found whether the beams say anything about it. It was free if beams
@@ -40,13 +40,10 @@ class BeamMap {
   void count(const SeenPlaces& seen, PresenceCount* counts) const;
 
  private:
-  /// The nearest and the farthest point in a cell and its neighbours, 1/m; `near` is 0 if there is none.
-  struct Span {
-    float near, far;
-  };
   DirectionGrid grid_;
-  std::vector<float> nearest_;
-  std::vector<Span> spans_;
+  std::vector<CodedNearness> nearest_;
+  /// The nearest point in a cell and its neighbours, 0 if there is none, and in the upper half the farthest.
+  std::vector<std::uint32_t> spans_;
 };
 
 }  // namespace hueline::fusion

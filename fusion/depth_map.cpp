@@ -27,19 +27,20 @@ struct DepthBlock {
   DepthMap::Config config;
   int gap = 0, guard = 0;  ///< reach of the filters up and down, in cells
   float tolerance = 0, share = 0;
-  std::vector<RowReach> reach;                ///< for each row of the map
-  int first_row = 0, rows = 0;                ///< rows of the map, with those around
-  int pad = 0, width = 0;                     ///< columns around on each side, and all columns; multiples of kLanes
-  hwy::AlignedFreeUniquePtr<float[]> values;  ///< of all planes, with room around each for vectors that begin beside it
+  std::vector<RowReach> reach;  ///< for each row of the map
+  int first_row = 0, rows = 0;  ///< rows of the map, with those around
+  int pad = 0, width = 0;       ///< columns around on each side, and all columns; multiples of kLanes
+  /// Of all planes, with room around each for vectors that begin beside it.
+  hwy::AlignedFreeUniquePtr<CodedNearness[]> values;
   std::size_t plane_size = 0;
-  float* plane(std::size_t index) { return values.get() + index * plane_size + kRoom; }
+  CodedNearness* plane(std::size_t index) { return values.get() + index * plane_size + kRoom; }
   static constexpr std::size_t kRoom = 64;
 };
 /// The planes of a block.
-enum DepthPlane : std::size_t { kClosed, kFar, kOutline, kGuarded, kSlope, kScratch, kDepthPlanes };
-constexpr int kLanes = 16;                           // of the widest vectors
+enum DepthPlane : std::size_t { kClosed, kFar, kOutline, kGuarded, kOwn, kScratch, kDepthPlanes };
+constexpr int kLanes = 32;                           // of the widest vectors
 constexpr int kMostCells = 8;                        // largest reach to the left and right
-constexpr int kBlockRows = 32, kBlockColumns = 128;  // what a block's filters work on fits the cache
+constexpr int kBlockRows = 32, kBlockColumns = 256;  // what a block's filters work on fits the cache
 
 constexpr int whole_lanes(int columns) { return (columns + kLanes - 1) / kLanes * kLanes; }
 /// Returns how many columns beside a cell decide about it: two filters that close, slopes, and one that guards.
@@ -52,8 +53,10 @@ HWY_BEFORE_NAMESPACE();
 namespace hueline::fusion::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using D = hn::CappedTag<float, kLanes>;
+using D = hn::CappedTag<CodedNearness, kLanes>;
 using V = hn::Vec<D>;
+using F = hn::CappedTag<float, kLanes / 2>;
+using VF = hn::Vec<F>;
 
 struct Nearer {
   static V of(V a, V b) { return hn::Max(a, b); }
@@ -69,11 +72,11 @@ void filter(DepthBlock& block, std::size_t from, std::size_t to, int vertical, c
   const D d;
   const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
   const std::ptrdiff_t stride = block.width;
-  const float* values = block.plane(from);
-  float *scratch = block.plane(kScratch), *result = block.plane(to);
+  const CodedNearness* values = block.plane(from);
+  CodedNearness *scratch = block.plane(kScratch), *result = block.plane(to);
   for (int y = 0; y < block.rows; ++y) {
-    const float* in = values + y * stride;
-    float* out = scratch + y * stride;
+    const CodedNearness* in = values + y * stride;
+    CodedNearness* out = scratch + y * stride;
     const int reach = reach_of(block.reach[static_cast<std::size_t>(block.first_row + y)]);
     for (std::ptrdiff_t x = 0; x < stride; x += lanes) {
       V extreme = hn::Load(d, in + x);
@@ -88,7 +91,7 @@ void filter(DepthBlock& block, std::size_t from, std::size_t to, int vertical, c
     const int first = std::max(0, y - vertical), last = std::min(end, next + vertical);
     const int begin_shared = std::max(0, next - vertical), end_shared = std::min(end, y + vertical);
     for (std::ptrdiff_t x = 0; x < stride; x += lanes) {
-      const float* column = scratch + x;
+      const CodedNearness* column = scratch + x;
       V shared = hn::Load(d, column + begin_shared * stride);
       for (int k = begin_shared + 1; k <= end_shared; ++k)
         shared = Extreme::of(shared, hn::Load(d, column + k * stride));
@@ -99,9 +102,25 @@ void filter(DepthBlock& block, std::size_t from, std::size_t to, int vertical, c
 }
 
 /// Returns the difference to the neighbour that is smaller in size; 0 if the two have different signs.
-inline V gentler(D d, V back, V ahead) {
-  const V smaller = hn::IfThenElse(hn::Lt(hn::Abs(back), hn::Abs(ahead)), back, ahead);
+inline VF gentler(F d, VF back, VF ahead) {
+  const VF smaller = hn::IfThenElse(hn::Lt(hn::Abs(back), hn::Abs(ahead)), back, ahead);
   return hn::IfThenElseZero(hn::Gt(hn::Mul(back, ahead), hn::Zero(d)), smaller);
+}
+
+/// decoded() of a vector.
+inline VF load_decoded(const CodedNearness* from) {
+  const hn::Rebind<std::uint32_t, F> wide;
+  const auto code = hn::PromoteTo(wide, hn::LoadU(hn::Rebind<CodedNearness, F>(), from));
+  const auto bits = hn::Add(hn::ShiftLeft<kDroppedBits>(code), hn::Set(wide, kFarthestBits));
+  return hn::BitCast(F(), hn::IfThenElseZero(hn::Gt(code, hn::Zero(wide)), bits));
+}
+
+/// coded() of a vector.
+inline void store_coded(VF value, CodedNearness* to) {
+  const hn::RebindToSigned<F> whole;
+  const hn::Rebind<CodedNearness, F> codes;
+  const auto above = hn::Sub(hn::BitCast(whole, value), hn::Set(whole, static_cast<std::int32_t>(kFarthestBits)));
+  hn::StoreU(hn::DemoteTo(codes, hn::ShiftRight<kDroppedBits>(above)), codes, to);
 }
 
 /// Fills the planes of `block` from the nearest points in kClosed.
@@ -114,28 +133,28 @@ void close_gaps(DepthBlock& block) {
   filter<Farther>(block, kClosed, kFar, 1, one);
   // An outline is where a neighbour is nearer than the cell's own slope explains. It is marked with the neighbour's
   // nearness.
-  const D d;
-  const V tolerance = hn::Set(d, block.tolerance), share = hn::Set(d, block.share);
+  const F d;
+  const VF tolerance = hn::Set(d, block.tolerance), share = hn::Set(d, block.share);
   const std::ptrdiff_t stride = block.width;
   for (int y = 0; y < block.rows; ++y) {
     const std::ptrdiff_t first = y * stride;
-    const float* here = block.plane(kClosed) + first;
-    const float* above = y > 0 ? here - stride : here;
-    const float* below = y + 1 < block.rows ? here + stride : here;
-    float *mark = block.plane(kOutline) + first, *steep = block.plane(kSlope) + first;
+    const CodedNearness* here = block.plane(kClosed) + first;
+    const CodedNearness* above = y > 0 ? here - stride : here;
+    const CodedNearness* below = y + 1 < block.rows ? here + stride : here;
+    CodedNearness *mark = block.plane(kOutline) + first, *own = block.plane(kOwn) + first;
     for (std::ptrdiff_t x = 0; x < stride; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
-      const V c = hn::Load(d, here + x), left = hn::LoadU(d, here + x - 1), right = hn::LoadU(d, here + x + 1),
-              up = hn::Load(d, above + x), down = hn::Load(d, below + x);
-      const V along = gentler(d, hn::Sub(c, left), hn::Sub(right, c)),
-              across = gentler(d, hn::Sub(c, up), hn::Sub(down, c));
-      const V slack = hn::Add(hn::Mul(hn::Mul(tolerance, c), c), hn::Mul(share, c));
-      const auto nearer = [&](V beside, V expected) {
+      const VF c = load_decoded(here + x), left = load_decoded(here + x - 1), right = load_decoded(here + x + 1),
+               up = load_decoded(above + x), down = load_decoded(below + x);
+      const VF along = gentler(d, hn::Sub(c, left), hn::Sub(right, c)),
+               across = gentler(d, hn::Sub(c, up), hn::Sub(down, c));
+      const VF slack = hn::Add(hn::Mul(hn::Mul(tolerance, c), c), hn::Mul(share, c));
+      const auto nearer = [&](VF beside, VF expected) {
         return hn::IfThenElseZero(hn::Gt(beside, hn::Add(expected, slack)), beside);
       };
-      const V most = hn::Max(hn::Max(nearer(left, hn::Sub(c, along)), nearer(right, hn::Add(c, along))),
-                             hn::Max(nearer(up, hn::Sub(c, across)), nearer(down, hn::Add(c, across))));
-      hn::Store(most, d, mark + x);
-      hn::Store(hn::Add(hn::Abs(along), hn::Abs(across)), d, steep + x);
+      const VF most = hn::Max(hn::Max(nearer(left, hn::Sub(c, along)), nearer(right, hn::Add(c, along))),
+                              hn::Max(nearer(up, hn::Sub(c, across)), nearer(down, hn::Add(c, across))));
+      store_coded(most, mark + x);
+      store_coded(hn::Sub(c, hn::Add(hn::Abs(along), hn::Abs(across))), own + x);
     }
   }
   filter<Nearer>(block, kOutline, kGuarded, block.guard, guard);
@@ -143,21 +162,20 @@ void close_gaps(DepthBlock& block) {
 }
 
 /// Writes the four bounds of `columns` cells from column `pad` on of a row of the block, cell by cell.
-void write_bounds(DepthBlock& block, int row, int columns, float* bounds) {
+void write_bounds(DepthBlock& block, int row, int columns, CodedNearness* bounds) {
   const D d;
   const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
   const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * block.width + block.pad;
-  const float *far = block.plane(kFar) + first, *closed = block.plane(kClosed) + first,
-              *slope = block.plane(kSlope) + first, *outline = block.plane(kOutline) + first,
-              *guarded = block.plane(kGuarded) + first;
+  const CodedNearness *far = block.plane(kFar) + first, *own = block.plane(kOwn) + first,
+                      *outline = block.plane(kOutline) + first, *guarded = block.plane(kGuarded) + first;
   std::ptrdiff_t x = 0;
   for (; x + lanes <= columns; x += lanes)
-    hn::StoreInterleaved4(hn::Load(d, far + x), hn::Sub(hn::Load(d, closed + x), hn::Load(d, slope + x)),
-                          hn::Load(d, outline + x), hn::Load(d, guarded + x), d, bounds + 4 * x);
+    hn::StoreInterleaved4(hn::Load(d, far + x), hn::Load(d, own + x), hn::Load(d, outline + x),
+                          hn::Load(d, guarded + x), d, bounds + 4 * x);
   for (; x < columns; ++x) {
-    float* cell = bounds + 4 * x;
+    CodedNearness* cell = bounds + 4 * x;
     cell[0] = far[x];
-    cell[1] = closed[x] - slope[x];
+    cell[1] = own[x];
     cell[2] = outline[x];
     cell[3] = guarded[x];
   }
@@ -194,8 +212,8 @@ DepthBlock block_for(const DepthMap::Config& config, const DirectionGrid& grid) 
   block.plane_size =
       static_cast<std::size_t>((kBlockRows + 2 * rows_around(block)) * (kBlockColumns + 2 * kMostAround)) +
       2 * DepthBlock::kRoom;
-  block.values = hwy::AllocateAligned<float>(kDepthPlanes * block.plane_size);
-  std::fill_n(block.values.get(), kDepthPlanes * block.plane_size, 0.0f);
+  block.values = hwy::AllocateAligned<CodedNearness>(kDepthPlanes * block.plane_size);
+  std::fill_n(block.values.get(), kDepthPlanes * block.plane_size, CodedNearness{0});
   return block;
 }
 
@@ -259,8 +277,8 @@ void DepthMap::close() {
     block.pad = whole_lanes(widest(block, block.first_row, block.first_row + block.rows - 1));
     block.width = whole_lanes(end_column - column) + 2 * block.pad;
     for (int y = 0; y < block.rows; ++y) {
-      const float* in = nearest_.data() + static_cast<std::ptrdiff_t>(block.first_row + y) * columns;
-      float* out = block.plane(kClosed) + static_cast<std::ptrdiff_t>(y) * block.width;
+      const CodedNearness* in = nearest_.data() + static_cast<std::ptrdiff_t>(block.first_row + y) * columns;
+      CodedNearness* out = block.plane(kClosed) + static_cast<std::ptrdiff_t>(y) * block.width;
       for (int x = 0; x < block.width;) {
         const int from = around(column - block.pad + x, columns), run = std::min(columns - from, block.width - x);
         std::copy_n(in + from, run, out + x);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "fusion/coded_nearness.hpp"
 #include "fusion/direction_grid.hpp"
 
 /// What was before the head at one exposure, as far as laser points say.
@@ -48,9 +49,9 @@ class DepthMap {
   const DirectionGrid& grid() const { return grid_; }
   /// Adds a point that locate() found.
   void add(std::uint32_t cell, float nearness) {
-    float& nearest = nearest_[cell];
-    if (nearness <= nearest || nearness > most_) return;
-    nearest = nearness;
+    const CodedNearness code = coded(nearness);
+    if (code <= nearest_[cell] || nearness > most_) return;
+    nearest_[cell] = code;
     has_changed_[cell / kStrip] = 1;
   }
   /// Closes the gaps and finds the outlines of what was added until now, in the parts of the map where something was
@@ -62,7 +63,7 @@ class DepthMap {
   LineOfSight look(std::uint32_t cell, float nearness) const {
     const Bounds& bounds = bounds_[cell];
     const float here = nearness * share_, slack = 1.0f - tolerance_ * nearness;
-    const auto is_before = [&](float bound) { return bound * slack > here; };
+    const auto is_before = [&](CodedNearness bound) { return decoded(bound) * slack > here; };
     if (!is_before(bounds.guarded) && !is_before(bounds.own)) return LineOfSight::Clear;
     if (is_before(bounds.whole)) return LineOfSight::Hidden;
     if (is_before(bounds.own)) return LineOfSight::Behind;
@@ -70,25 +71,24 @@ class DepthMap {
   }
   /// Whether the nearest points in the direction of a place that locate() found are as far as the place itself.
   bool meets(std::uint32_t cell, float nearness) const {
-    const float own = bounds_[cell].own * (1.0f - tolerance_ * nearness);
-    return own > 0.0f && own <= nearness * share_ &&
-           nearness * (1.0f - tolerance_ * nearness) <= bounds_[cell].own * share_;
+    const float there = decoded(bounds_[cell].own), own = there * (1.0f - tolerance_ * nearness);
+    return own > 0.0f && own <= nearness * share_ && nearness * (1.0f - tolerance_ * nearness) <= there * share_;
   }
 
  private:
   static constexpr std::uint32_t kStrip = 64;  // cells in sequence for which one flag tells whether they have changed
-  /// The nearness of what lies in and around a cell, 1/m; 0: nothing. close() writes the four in sequence.
+  /// The nearness of what lies in and around a cell. close() writes the four in sequence.
   struct Bounds {
-    float whole;    ///< the farthest of the closed map in the cell and its neighbours
-    float own;      ///< the closed map in the cell, less its own slope
-    float beside;   ///< what ends at the cell or at a neighbour
-    float guarded;  ///< what ends within the guard
+    CodedNearness whole;    ///< the farthest of the closed map in the cell and its neighbours
+    CodedNearness own;      ///< the closed map in the cell, less its own slope
+    CodedNearness beside;   ///< what ends at the cell or at a neighbour
+    CodedNearness guarded;  ///< what ends within the guard
   };
 
   Config config_;
   DirectionGrid grid_;
   float tolerance_, share_, most_;
-  std::vector<float> nearest_;
+  std::vector<CodedNearness> nearest_;
   std::vector<Bounds> bounds_;
   std::vector<std::uint8_t> has_changed_;
 };
