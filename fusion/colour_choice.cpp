@@ -283,37 +283,6 @@ void Colouring::gather(const PlacedBatch& batch, const Predicate& is_wanted, Pie
   }
 }
 
-/// Samples the moment's images at piece.sights, where a pixel is known, into piece.pixels.
-void Colouring::sample_sights(const Moment& moment, Piece& piece) const {
-  const Sights& sights = piece.sights;
-  piece.pixels.resize(sights.lens.size());
-  for (std::size_t camera = 0; camera < moment.pictures.size(); ++camera) {
-    const RawView& view = moment.pictures[camera].view;
-    const std::size_t per_pixel = view.format == PixelFormat::Rgb8 ? 3 : 1;
-    piece.in_image.clear();
-    piece.sight.clear();
-    for (std::size_t k = 0; k < sights.lens.size(); ++k) {
-      if (sights.lens[k] == kNoLens) continue;
-      const FloatLens& lens = projector_.lenses()[sights.lens[k]];
-      if (lens.camera != camera) continue;
-      const auto [x, y, fx, fy] = place_in_image(lens, sights.x[k], sights.y[k]);
-      piece.in_image.x.push_back(x);
-      piece.in_image.y.push_back(y);
-      piece.in_image.fx.push_back(fx);
-      piece.in_image.fy.push_back(fy);
-      piece.sight.push_back(static_cast<std::uint32_t>(k));
-      // The pixels of a batch lie all over an image that no cache holds, so they are fetched before they are sampled.
-      const std::uint8_t* pixel =
-          view.data + static_cast<std::size_t>(y) * view.stride + static_cast<std::size_t>(x) * per_pixel;
-      for (int row = 1 - kSampleReach; row <= kSampleReach; ++row)
-        __builtin_prefetch(pixel + row * static_cast<std::ptrdiff_t>(view.stride));
-    }
-    piece.samples.resize(piece.sight.size());
-    sample_each(view, piece.in_image, piece.samples.data());
-    for (std::size_t k = 0; k < piece.sight.size(); ++k) piece.pixels[piece.sight[k]] = piece.samples[k];
-  }
-}
-
 /// Colours the points whose moment is chosen, where the nearest lens shows them in good light. The others keep -1.
 void Colouring::paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const {
   std::vector<Found>& found = piece.found;
@@ -325,7 +294,7 @@ void Colouring::paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Pi
     const Sights& sights = piece.sights;
     projector_.see_each(moment.viewpoint->relative_to(batch.placed.scanner_enu), moment.viewpoint->motion, piece.places,
                         moment.has_image.data(), moment.blind, piece.sights);
-    sample_sights(moment, piece);
+    piece.sampler.sample(projector_.lenses(), moment, sights, piece.pixels);
     piece.lenses.clear();
     piece.off_axis.clear();
     std::size_t shown = 0;

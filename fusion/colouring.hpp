@@ -148,7 +148,6 @@ class Colouring {
   void find_known(const PlacedBatch& batch, Piece& piece) const;
   const HeadGains* gains_of(const Moment& moment, const Piece& piece) const;
   void choose_beside(const PlacedBatch& batch, const ColouredPoint* points, Piece& piece) const;
-  void sample_sights(const Moment& moment, Piece& piece) const;
   void paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const;
   void colour_rest(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const;
   template <class Predicate>

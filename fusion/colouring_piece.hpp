@@ -6,6 +6,7 @@
 
 #include "fusion/agreement.hpp"
 #include "fusion/colouring.hpp"
+#include "fusion/sight_sampler.hpp"
 
 namespace hueline::fusion {
 
@@ -38,10 +39,8 @@ struct Colouring::Piece {
   std::vector<SeenPlaces> seen;      ///< of `places`, for each candidate
   std::vector<LeapBetween> leaps;    ///< between the batch and each candidate
   Sights sights;                     ///< of `places`
-  ImagePlaces in_image;              ///< of the sights in one camera's image,
-  std::vector<std::uint32_t> sight;  ///< their indices in `sights`,
-  std::vector<Rgb> samples;          ///< and what the image shows there
-  std::vector<Rgb> pixels;           ///< of each sight; then of those that are rendered, with what render_each() needs
+  SightSampler sampler;
+  std::vector<Rgb> pixels;  ///< of each sight; then of those that are rendered, with what render_each() needs
   std::vector<std::uint8_t> lenses;
   std::vector<float> off_axis;
   std::vector<std::array<std::uint8_t, 3>> colours;
@@ -50,25 +49,5 @@ struct Colouring::Piece {
   std::vector<Found> views;
   std::vector<Witness> witnesses;
 };
-
-/// A place in the image of a camera, as sample() takes it.
-struct PlaceInImage {
-  int x, y;
-  float fx, fy;
-};
-
-/// Returns the place in its camera's image of a pixel of a lens.
-inline PlaceInImage place_in_image(const FloatLens& lens, float lens_x, float lens_y) {
-  // The coordinates are not negative, because they are at least kSampleReach.
-  const auto x = static_cast<int>(lens_x), y = static_cast<int>(lens_y);
-  return {x + static_cast<int>(lens.x_offset), y + static_cast<int>(lens.y_offset), lens_x - static_cast<float>(x),
-          lens_y - static_cast<float>(y)};
-}
-
-/// Samples the image of a lens at a sight of that lens.
-inline Rgb sample_sight(const FloatLens& lens, const Moment::Picture& picture, const Sight& sight) {
-  const auto [x, y, fx, fy] = place_in_image(lens, sight.x, sight.y);
-  return sample(picture.view, x, y, fx, fy);
-}
 
 }  // namespace hueline::fusion

@@ -15,23 +15,22 @@ constexpr nanoseconds kLeastAround{250'000'000};  // their time before and after
 constexpr float kEven = 0.12f;  // largest difference around a pixel whose light is compared, as a share
 constexpr float kEvenReach_px = 2.0f;
 
-/// Returns the light that a lens shows at a sight; 0 in channels that are saturated, too dark, or not uniform around.
-std::array<float, 3> comparable_light(const Radiometry& radiometry, const FloatLens& lens,
-                                      const Moment::Picture& picture, const Sight& sight) {
-  const Rgb middle = sample_sight(lens, picture, sight);
-  std::array<float, 3> least{middle.red, middle.green, middle.blue}, most = least;
-  for (const auto& [dx, dy] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) {
-    Sight beside = sight;
-    beside.x += kEvenReach_px * static_cast<float>(dx);
-    beside.y += kEvenReach_px * static_cast<float>(dy);
-    const Rgb c = sample_sight(lens, picture, beside);
-    const std::array<float, 3> values{c.red, c.green, c.blue};
+/// The middle, and what is around it, px.
+constexpr std::array<std::array<float, 2>, 5> kLookedAt{
+    {{0, 0}, {-kEvenReach_px, 0}, {kEvenReach_px, 0}, {0, -kEvenReach_px}, {0, kEvenReach_px}}};
+
+/// Returns the light of the first of the pixels at kLookedAt; 0 in channels that are saturated, too dark, or not
+/// uniform around.
+std::array<float, 3> comparable_light(const Radiometry& radiometry, const Rgb* pixels) {
+  std::array<float, 3> least{pixels->red, pixels->green, pixels->blue}, most = least;
+  for (std::size_t i = 1; i < kLookedAt.size(); ++i) {
+    const std::array<float, 3> values{pixels[i].red, pixels[i].green, pixels[i].blue};
     for (std::size_t k = 0; k < 3; ++k) {
       least[k] = std::min(least[k], values[k]);
       most[k] = std::max(most[k], values[k]);
     }
   }
-  std::array<float, 3> light = radiometry.linear(middle);
+  std::array<float, 3> light = radiometry.linear(*pixels);
   for (std::size_t k = 0; k < 3; ++k)
     if (!Radiometry::is_usable(least[k]) || !Radiometry::is_usable(most[k]) || most[k] - least[k] > kEven * most[k] + 3)
       light[k] = 0;
@@ -56,7 +55,11 @@ std::vector<Radiometry::Place> Colouring::common_places(int newest) const {
   std::vector<Radiometry::Place> found, places;
   RelativePlaces relative;
   SeenPlaces seen;
-  std::size_t next = 0;  // index of the next return that is looked at, counted from the begin of the batch
+  SightSampler sampler;
+  Sights sights;  // kLookedAt of each view of a place
+  std::vector<Rgb> pixels;
+  std::vector<std::size_t> shown;  // the places of these views
+  std::size_t next = 0;            // index of the next return that is looked at, counted from the begin of the batch
   for (const PlacedBatch& batch : placed_) {
     if (!is_around(batch)) continue;
     const GeoreferencedBatch& placed = batch.placed;
@@ -76,6 +79,10 @@ std::vector<Radiometry::Place> Colouring::common_places(int newest) const {
     for (const Moment* by : seen_by) {
       const RelativeHead head = by->viewpoint->relative_to(placed.scanner_enu);
       locate(visibility_.grid(), head, relative, seen);
+      sights.lens.clear();
+      sights.x.clear();
+      sights.y.clear();
+      shown.clear();
       for (std::size_t i = 0; i < relative.size(); ++i) {
         if (by != &moment && places[i].empty()) continue;  // only what the newest moment shows is compared
         if (Visibility::look(*by, seen.cell[i], seen.nearness[i]) != LineOfSight::Clear) continue;
@@ -86,9 +93,20 @@ std::vector<Radiometry::Place> Colouring::common_places(int newest) const {
               !lens.project(x, y, z, by->viewpoint->motion, sight) || sight.border_px < kEvenReach_px + kSampleReach ||
               lens.mask.covers(static_cast<std::uint32_t>(sight.x + 0.5f), static_cast<std::uint32_t>(sight.y + 0.5f)))
             continue;
-          places[i].push_back({by->serial, lens.index, lens.off_axis(sight.x, sight.y),
-                               comparable_light(radiometry_, lens, by->pictures[lens.camera], sight)});
+          shown.push_back(i);
+          for (const auto& [dx, dy] : kLookedAt) {
+            sights.lens.push_back(lens.index);
+            sights.x.push_back(sight.x + dx);
+            sights.y.push_back(sight.y + dy);
+          }
         }
+      }
+      sampler.sample(projector_.lenses(), *by, sights, pixels);
+      for (std::size_t k = 0; k < shown.size(); ++k) {
+        const std::size_t at = k * kLookedAt.size();
+        const FloatLens& lens = projector_.lenses()[sights.lens[at]];
+        places[shown[k]].push_back({by->serial, lens.index, lens.off_axis(sights.x[at], sights.y[at]),
+                                    comparable_light(radiometry_, &pixels[at])});
       }
     }
     for (Radiometry::Place& place : places)

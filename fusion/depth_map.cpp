@@ -28,6 +28,7 @@ struct DepthBlock {
   int gap = 0, guard = 0;  ///< reach of the filters up and down, in cells
   float tolerance = 0, share = 0;
   std::vector<RowReach> reach;  ///< for each row of the map
+  std::vector<int> beside;      ///< for each row, how far to the left and right a change in it may reach, in columns
   int first_row = 0, rows = 0;  ///< rows of the map, with those around
   int pad = 0, width = 0;       ///< columns around on each side, and all columns; multiples of kLanes
   /// Of all planes, with room around each for vectors that begin beside it.
@@ -195,6 +196,14 @@ int cells_of(double angle, double cell) { return std::max(1, static_cast<int>(st
 /// Returns how many rows above and below a cell decide about it.
 int rows_around(const DepthBlock& block) { return 2 * block.gap + 1 + std::max(1, block.guard); }
 
+/// Returns how many columns beside a cell of these rows decide about it, at the most.
+int widest(const DepthBlock& block, int first_row, int last_row) {
+  int most = 0;
+  for (int row = first_row; row <= last_row; ++row)
+    most = std::max(most, columns_around(block.reach[static_cast<std::size_t>(row)]));
+  return most;
+}
+
 DepthBlock block_for(const DepthMap::Config& config, const DirectionGrid& grid) {
   DepthBlock block;
   block.config = config;
@@ -209,20 +218,15 @@ DepthBlock block_for(const DepthMap::Config& config, const DirectionGrid& grid) 
     };
     block.reach.push_back({reach(block.gap), reach(block.guard)});
   }
+  const int above = rows_around(block);
+  for (int row = 0; row < grid.rows; ++row)
+    block.beside.push_back(widest(block, std::max(0, row - above), std::min(grid.rows - 1, row + above)));
   block.plane_size =
       static_cast<std::size_t>((kBlockRows + 2 * rows_around(block)) * (kBlockColumns + 2 * kMostAround)) +
       2 * DepthBlock::kRoom;
   block.values = hwy::AllocateAligned<CodedNearness>(kDepthPlanes * block.plane_size);
   std::fill_n(block.values.get(), kDepthPlanes * block.plane_size, CodedNearness{0});
   return block;
-}
-
-/// Returns how many columns beside a cell of these rows decide about it, at the most.
-int widest(const DepthBlock& block, int first_row, int last_row) {
-  int most = 0;
-  for (int row = first_row; row <= last_row; ++row)
-    most = std::max(most, columns_around(block.reach[static_cast<std::size_t>(row)]));
-  return most;
 }
 
 /// Returns an index that goes around.
@@ -254,9 +258,11 @@ void DepthMap::close() {
     has_changed_[strip] = 0;
     const auto first = static_cast<int>(strip * kStrip), last = first + static_cast<int>(kStrip) - 1;
     // A strip that goes on in the next row may have changed at any column.
-    const bool is_one_row = first / columns == last / columns;
-    const int low = std::max(0, first / columns - above), high = std::min(rows - 1, last / columns + above);
-    const int beside = widest(block, low, high);
+    const int first_row = first / columns, last_row = std::min(rows - 1, last / columns);
+    const bool is_one_row = first_row == last_row;
+    const int low = std::max(0, first_row - above), high = std::min(rows - 1, last_row + above);
+    const int beside =
+        std::max(block.beside[static_cast<std::size_t>(first_row)], block.beside[static_cast<std::size_t>(last_row)]);
     const int left = is_one_row ? first % columns - beside : 0,
               right = is_one_row ? last % columns + beside : columns - 1;
     for (int x = 0; x < block_columns; ++x) {
