@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+#include <vector>
+
 #include "fusion/pixel_mask.hpp"
 #include "tests/fusion/drive.hpp"
+#include "tests/fusion/each_instruction_set.hpp"
 
 namespace hueline::fusion {
 namespace {
@@ -52,6 +56,31 @@ TEST_P(AllFormats, WholePixelsOfTheirOwnColourAreReadUnchanged) {
   }
 }
 
+TEST_P(AllFormats, ManyPlacesAreSampledAsSingleOnesAre) {
+  std::mt19937 random(5);
+  const Image image = make_image(
+      41, 37, GetParam(), [&](std::uint32_t, std::uint32_t, int) { return static_cast<double>(random() % 256); });
+  const RawView view = view_of(image);
+  with_each_instruction_set([&] {
+    for (std::size_t count = 0; count < 70; ++count) {
+      ImagePlaces places;
+      for (std::size_t i = 0; i < count; ++i) {
+        places.x.push_back(kSampleReach + static_cast<int>(random() % (41 - 2 * kSampleReach)));
+        places.y.push_back(kSampleReach + static_cast<int>(random() % (37 - 2 * kSampleReach)));
+        places.fx.push_back(static_cast<float>(random() % 1000) / 1000);
+        places.fy.push_back(static_cast<float>(random() % 1000) / 1000);
+      }
+      std::vector<Rgb> out(count);
+      sample_each(view, places, out.data());
+      for (std::size_t i = 0; i < count; ++i) {
+        const Rgb one = sample(view, places.x[i], places.y[i], places.fx[i], places.fy[i]);
+        ASSERT_TRUE(out[i].red == one.red && out[i].green == one.green && out[i].blue == one.blue)
+            << i << " of " << count;
+      }
+    }
+  });
+}
+
 TEST(PixelSampler, ReadsNothingFartherThanItsReach) {
   // An image of exactly so many pixels: all reads at the centre pixel must stay inside (AddressSanitizer checks it).
   constexpr std::uint32_t kSize = 2 * kSampleReach + 1;
@@ -60,6 +89,9 @@ TEST(PixelSampler, ReadsNothingFartherThanItsReach) {
     const Image image = make_image(kSize, kSize, format, [](std::uint32_t, std::uint32_t, int) { return 77.0; });
     const Rgb c = sample_at(image, kSampleReach, kSampleReach);
     EXPECT_FLOAT_EQ(c.red + c.green + c.blue, 231.0f);
+    Rgb again;
+    sample_each(view_of(image), {{kSampleReach}, {kSampleReach}, {0.0f}, {0.0f}}, &again);
+    EXPECT_FLOAT_EQ(again.red + again.green + again.blue, 231.0f);
   }
 }
 
