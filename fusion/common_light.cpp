@@ -78,7 +78,7 @@ std::vector<Radiometry::Place> Colouring::common_places(int newest) const {
     places.assign(relative.size(), {});
     for (const Moment* by : seen_by) {
       const RelativeHead head = by->viewpoint->relative_to(placed.scanner_enu);
-      locate(visibility_.grid(), head, relative, seen);
+      locate_cells(visibility_.grid(), head, relative, seen);
       sights.lens.clear();
       sights.x.clear();
       sights.y.clear();

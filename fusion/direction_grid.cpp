@@ -24,7 +24,7 @@ V eighth(D d, V smaller, V larger) {
 }
 
 /// One vector of places. Multiplications and additions stay apart, so that no instruction set rounds differently.
-template <class D>
+template <bool kWithParallax, class D>
 void locate_vector(D d, const RelativeHead& head, float columns, float rows, const float* px, const float* py,
                    const float* pz, std::uint32_t* cell, float* nearness, float* parallax) {
   const auto set = [d](float value) { return hn::Set(d, value); };
@@ -37,10 +37,14 @@ void locate_vector(D d, const RelativeHead& head, float columns, float rows, con
   };
   const auto inverse = [&](auto sum) { return hn::Div(one, hn::Sqrt(hn::Max(sum, set(1e-20f)))); };
   const auto from_head = squared(ex, ey, ez);
-  const auto near = inverse(from_head), per_range = inverse(squared(x, y, z));
-  const auto side =
-      squared(hn::Sub(hn::Mul(ex, near), hn::Mul(x, per_range)), hn::Sub(hn::Mul(ey, near), hn::Mul(y, per_range)),
-              hn::Sub(hn::Mul(ez, near), hn::Mul(z, per_range)));
+  const auto near = inverse(from_head);
+  if constexpr (kWithParallax) {
+    const auto per_range = inverse(squared(x, y, z));
+    const auto side =
+        squared(hn::Sub(hn::Mul(ex, near), hn::Mul(x, per_range)), hn::Sub(hn::Mul(ey, near), hn::Mul(y, per_range)),
+                hn::Sub(hn::Mul(ez, near), hn::Mul(z, per_range)));
+    hn::StoreU(hn::Sqrt(side), d, parallax);
+  }
   const auto& R = head.R_head_enu;
   const auto row_of = [&](std::size_t k) {
     return hn::Add(hn::Add(hn::Mul(set(R[k]), ex), hn::Mul(set(R[k + 1]), ey)), hn::Mul(set(R[k + 2]), ez));
@@ -64,18 +68,18 @@ void locate_vector(D d, const RelativeHead& head, float columns, float rows, con
   const auto index = hn::Add(hn::Mul(row, hn::Set(whole, static_cast<std::int32_t>(columns))), column);
   hn::StoreU(hn::BitCast(hn::Rebind<std::uint32_t, D>(), index), hn::Rebind<std::uint32_t, D>(), cell);
   hn::StoreU(hn::IfThenElse(hn::Gt(from_head, set(1e-6f)), near, zero), d, nearness);
-  hn::StoreU(hn::Sqrt(side), d, parallax);
 }
 
-void locate(const DirectionGrid& grid, const RelativeHead& head, const float* px, const float* py, const float* pz,
-            SeenPlaces& out) {
+template <bool kWithParallax>
+void locate_with(const DirectionGrid& grid, const RelativeHead& head, const float* px, const float* py, const float* pz,
+                 SeenPlaces& out) {
   const hn::CappedTag<float, 16> d;
   const std::size_t lanes = hn::Lanes(d), count = out.cell.size();
   const auto columns = static_cast<float>(grid.columns), rows = static_cast<float>(grid.rows);
   std::size_t i = 0;
   for (; i + lanes <= count; i += lanes)
-    locate_vector(d, head, columns, rows, px + i, py + i, pz + i, out.cell.data() + i, out.nearness.data() + i,
-                  out.parallax.data() + i);
+    locate_vector<kWithParallax>(d, head, columns, rows, px + i, py + i, pz + i, out.cell.data() + i,
+                                 out.nearness.data() + i, kWithParallax ? out.parallax.data() + i : nullptr);
   if (i == count) return;
   std::array<float, 16> x{}, y{}, z{}, nearness{}, parallax{};
   std::array<std::uint32_t, 16> cell{};
@@ -83,10 +87,20 @@ void locate(const DirectionGrid& grid, const RelativeHead& head, const float* px
   std::copy_n(px + first, last, x.begin());
   std::copy_n(py + first, last, y.begin());
   std::copy_n(pz + first, last, z.begin());
-  locate_vector(d, head, columns, rows, x.data(), y.data(), z.data(), cell.data(), nearness.data(), parallax.data());
+  locate_vector<kWithParallax>(d, head, columns, rows, x.data(), y.data(), z.data(), cell.data(), nearness.data(),
+                               parallax.data());
   std::copy_n(cell.begin(), last, out.cell.begin() + first);
   std::copy_n(nearness.begin(), last, out.nearness.begin() + first);
-  std::copy_n(parallax.begin(), last, out.parallax.begin() + first);
+  if (kWithParallax) std::copy_n(parallax.begin(), last, out.parallax.begin() + first);
+}
+
+void locate(const DirectionGrid& grid, const RelativeHead& head, const float* px, const float* py, const float* pz,
+            bool with_parallax, SeenPlaces& out) {
+  if (with_parallax) {
+    locate_with<true>(grid, head, px, py, pz, out);
+  } else {
+    locate_with<false>(grid, head, px, py, pz, out);
+  }
 }
 
 }  // namespace hueline::fusion::HWY_NAMESPACE
@@ -100,17 +114,24 @@ DirectionGrid::DirectionGrid(double cell)
     : columns(std::max(8, static_cast<int>(std::lround(2 * std::numbers::pi / cell)))),
       rows(std::max(4, static_cast<int>(std::lround(std::numbers::pi / cell)))) {}
 
-void locate(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, std::size_t begin,
-            std::size_t end, SeenPlaces& out) {
-  out.cell.resize(end - begin);
-  out.nearness.resize(end - begin);
-  out.parallax.resize(end - begin);
-  HWY_DYNAMIC_DISPATCH(locate)
-  (grid, head, places.x.data() + begin, places.y.data() + begin, places.z.data() + begin, out);
+void locate(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, SeenPlaces& out) {
+  out.cell.resize(places.size());
+  out.nearness.resize(places.size());
+  out.parallax.resize(places.size());
+  HWY_DYNAMIC_DISPATCH(locate)(grid, head, places.x.data(), places.y.data(), places.z.data(), true, out);
 }
 
-void locate(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, SeenPlaces& out) {
-  locate(grid, head, places, 0, places.size(), out);
+void locate_cells(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, std::size_t begin,
+                  std::size_t end, SeenPlaces& out) {
+  out.cell.resize(end - begin);
+  out.nearness.resize(end - begin);
+  out.parallax.clear();
+  HWY_DYNAMIC_DISPATCH(locate)
+  (grid, head, places.x.data() + begin, places.y.data() + begin, places.z.data() + begin, false, out);
+}
+
+void locate_cells(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, SeenPlaces& out) {
+  locate_cells(grid, head, places, 0, places.size(), out);
 }
 }  // namespace hueline::fusion
 #endif

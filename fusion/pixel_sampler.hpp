@@ -135,11 +135,11 @@ struct ImagePlaces {
   std::vector<std::int32_t> x, y;
   std::vector<float> fx, fy;
   std::size_t size() const { return x.size(); }
-  void clear() {
-    x.clear();
-    y.clear();
-    fx.clear();
-    fy.clear();
+  void resize(std::size_t size) {
+    x.resize(size);
+    y.resize(size);
+    fx.resize(size);
+    fy.resize(size);
   }
 };
 

@@ -55,7 +55,7 @@ void Visibility::complete(OpenTurn& open) {
   };
   for (std::size_t b = 0; b < open.batches.size(); ++b) {
     const PlacedBatch& batch = *open.batches[b];
-    locate(grid_, {kEnuAxes, offset(batch)}, batch.placed.places, seen[b]);
+    locate_cells(grid_, {kEnuAxes, offset(batch)}, batch.placed.places, seen[b]);
     skin_->add(seen[b]);
   }
   const std::uint64_t number = first_turn_ + turns_.size();
@@ -78,7 +78,7 @@ void Visibility::complete(OpenTurn& open) {
   turn.sightings.resize(turn.skin.size());
   for (std::size_t b = 0; b < open.batches.size(); ++b) {
     const PlacedBatch& batch = *open.batches[b];
-    locate(beam_grid_, {kEnuAxes, offset(batch)}, batch.placed.places, seen[b]);
+    locate_cells(beam_grid_, {kEnuAxes, offset(batch)}, batch.placed.places, seen[b]);
     for (std::size_t i = 0; i < seen[b].cell.size(); ++i) turn.beams.add(seen[b].cell[i], seen[b].nearness[i]);
   }
   turn.beams.finish();
@@ -90,7 +90,7 @@ void Visibility::complete(OpenTurn& open) {
 void Visibility::ask(Turn& turn, const Turn& beams, std::size_t begin, std::size_t end) const {
   thread_local SeenPlaces seen;
   const Eigen::Vector3f from = (turn.centre_enu - beams.centre_enu).cast<float>();
-  locate(beam_grid_, {kEnuAxes, {from.x(), from.y(), from.z()}}, turn.skin, begin, end, seen);
+  locate_cells(beam_grid_, {kEnuAxes, {from.x(), from.y(), from.z()}}, turn.skin, begin, end, seen);
   beams.beams.count(seen, turn.own.data() + begin);
 }
 
@@ -150,7 +150,7 @@ void Visibility::add_turns(const Moment& moment, std::uint64_t first, DepthMap& 
   for (std::uint64_t number = std::max(first_turn_, first); number < first_turn_ + turns_.size(); ++number) {
     const Turn& turn = turns_[static_cast<std::size_t>(number - first_turn_)];
     if (std::chrono::abs(turn.time - moment.time) > config_.depth_reach) continue;
-    locate(grid_, moment.viewpoint->relative_to(turn.centre_enu), turn.skin, seen);
+    locate_cells(grid_, moment.viewpoint->relative_to(turn.centre_enu), turn.skin, seen);
     for (std::size_t i = 0; i < turn.skin.size(); ++i)
       if (!turn.sightings[i].is_moving()) map.add(seen.cell[i], seen.nearness[i]);
   }
@@ -187,7 +187,7 @@ void Visibility::map(const std::vector<Moment*>& moments, const std::deque<Place
       if (batch->last < moment.time - config_.glance || batch->batch.time > moment.time + config_.glance) continue;
       const RelativeHead head = moment.viewpoint->relative_to(batch->placed.scanner_enu);
       const OfBatch sighted = sightings(*batch);
-      locate(grid_, head, places, seen);
+      locate_cells(grid_, head, places, seen);
       for (std::size_t i = 0; i < places.size(); ++i) {
         moment.glance->add(seen.cell[i], seen.nearness[i]);
         if (!sighted[i].is_moving()) continue;
@@ -199,7 +199,7 @@ void Visibility::map(const std::vector<Moment*>& moments, const std::deque<Place
         }
       }
       if (below.size() == 0) continue;
-      locate(grid_, head, below, seen);
+      locate_cells(grid_, head, below, seen);
       for (std::size_t i = 0; i < below.size(); ++i) moment.glance->add(seen.cell[i], seen.nearness[i]);
       below = {};
     }
