@@ -35,10 +35,9 @@ std::string seconds_of(const SurveyedJournal& journal) {
                      text(seconds.back()));
 }
 
+bool is_by_pulses(const SurveyedJournal& one) { return one.clock.by_pulses() == one.clock.seconds().size(); }
+
 std::string how(const SurveyedJournal& a, const SurveyedJournal& b) {
-  const auto is_by_pulses = [](const SurveyedJournal& one) {
-    return one.clock.by_pulses() == one.clock.seconds().size();
-  };
   return is_by_pulses(a) && is_by_pulses(b) ? "pulses" : "arrivals of messages";
 }
 
@@ -171,9 +170,10 @@ Result<MergePlan> plan_merge(const MergeWish& wish, std::vector<SurveyedJournal>
                     clock_text(journals[0], journal, *relation)));
     const auto sigma_at = [&](HostTime t) { return relation->sigma(sync::OtherTime(t.time_since_epoch())); };
     if (const nanoseconds sigma = std::max(sigma_at(journal.first), sigma_at(journal.last)); sigma > kWideSigma)
-      out.warnings.push_back(fmt::format("{}: the sigma of its restated times reaches {:.1f} ms, by {} {}",
-                                         journal.name, to_seconds(sigma) * 1e3, how(journals[0], journal),
-                                         "and where no common second is near"));
+      out.warnings.push_back(fmt::format(
+          "{}: the sigma of its restated times reaches {:.1f} ms, {}", journal.name, to_seconds(sigma) * 1e3,
+          is_by_pulses(journals[0]) && is_by_pulses(journal) ? "where no common second is near"
+                                                             : "because not both have recorded pulses"));
     told.push_back({{"name", journal.name},
                     {"rig", journal.recording.rig.name},
                     {"rig_file", fmt::format("rig_{}.yaml", i + 1)},

@@ -24,9 +24,10 @@ told 2 "hueline capture --help says what may be given" capture
 told 2 "threads.*1 (-|to) 64" replay x --out d --threads 0
 told 2 "picture: give --above PNG, --street PNG, --moving WEBP or several of them" picture cloud.las
 told 2 "a.jpg: a picture is written as PNG" picture cloud.las --above a.jpg
+told 2 "one recording is nothing to merge: name two or more" merge a.mcap --rig street --out b.mcap
 told 2 "a.gif: a moving picture is written as WebP" picture cloud.las --moving a.gif
 for command in "" capture replay simulate verify score colour "calibrate lens" "calibrate mount" "calibrate boresight" "calibrate targets" "calibrate targets-example" measure "rig show" \
-               inspect panorama picture "fleet plan" "fleet run" "fleet task" "fleet submit" "fleet status" "fleet catalogue"; do
+               inspect merge panorama picture "fleet plan" "fleet run" "fleet task" "fleet submit" "fleet status" "fleet catalogue"; do
   ends 0 "$hueline" $command --help
   [ "$(wc -l <said.txt)" -gt 5 ] || fail "no help for '$command'"
 done

@@ -406,6 +406,21 @@ TEST_F(TwoComputers, WhatTheRecordingsLeaveOpenIsRefusedOrChosen) {
   EXPECT_EQ(refusal(differing), "merged");
 }
 
+TEST_F(TwoComputers, WithoutPulsesArrivalsJoinThemToMilliseconds) {
+  const std::string a = record("a.mcap", rig_of(kFirst));
+  const nanoseconds offset = std::chrono::hours(5) + ms(1.5);
+  merge(wish({a, record("b.mcap", rig_of({"pos", "camera"}), moved(offset, 20e-6))}));
+  EXPECT_THAT(remarks_[1], HasSubstr("by arrivals of messages"));
+  EXPECT_THAT(warnings_, testing::Contains(HasSubstr("b.mcap: the sigma of its restated times reaches")));
+  const Restate clock = moved(offset, 20e-6);
+  for (int s = 0; s < 20; ++s) {
+    const HostTime t = apps::kSimulatedHostBegin + std::chrono::seconds(s);
+    const sync::OtherTime there(clock(t).time_since_epoch());
+    EXPECT_LT(std::chrono::abs(relation_.convert(there) - t), 3 * relation_.sigma(there)) << s;
+    EXPECT_LT(relation_.sigma(there), ms(20)) << s;
+  }
+}
+
 TEST_F(TwoComputers, ClocksThatCannotBeRelatedAreRefused) {
   const std::string a = record("a.mcap", rig_of(kFirst));
   const auto no_pulses = [](const std::string& sensor, std::uint64_t) { return sensor == "pps"; };
