@@ -25,6 +25,8 @@ namespace {
 
 constexpr const char* kThreadsHelp = "number of colouring threads of each replay; it does not change the results";
 
+std::string number_of(std::size_t drives) { return fmt::format("{} drive{}", drives, drives == 1 ? "" : "s"); }
+
 /// Calls `use` with the plan. Returns what `use` returns, or the exit status of a plan that cannot be read.
 template <class Use>
 int with_plan(const std::string& file, const Use& use) {
@@ -44,7 +46,7 @@ int plan_fleet(const FleetWish& wish, const std::string& out) {
     log_error("{}", written.error().message);
     return kOutputRefused;
   }
-  fmt::print("{} drives; `hueline fleet run {}` does them, into {}\n", plan->tasks.size(), out,
+  fmt::print("{0}; `hueline fleet run {1}` fuses into {2}\n", number_of(plan->tasks.size()), out,
              plan->results().string());
   return kDone;
 }
@@ -204,7 +206,7 @@ int catalogue(const std::vector<std::string>& named, const std::string& out) {
     log_error("{}", written.error().message);
     return kOutputRefused;
   }
-  fmt::print("{} drives in {}\n", entries.size(), out);
+  fmt::print("{} in {}\n", number_of(entries.size()), out);
   return status;
 }
 

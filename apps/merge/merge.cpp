@@ -32,6 +32,22 @@ int refuse(const Error& error, int status) {
   return status;
 }
 
+/// Finds before anything is read, which takes long, that a recording is not there or is named twice.
+Status check_names(const std::vector<std::string>& names) {
+  if (names.size() < 2) return Error{ErrorCode::Invalid, "one recording is nothing to merge: name two or more"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::error_code failed;
+    if (!std::filesystem::exists(names[i], failed))
+      return Error{ErrorCode::Io, fmt::format("open {}: {}", names[i],
+                                              failed ? failed.message() : "there is no such recording or folder")};
+    for (std::size_t k = 0; k < i; ++k)
+      if (std::filesystem::equivalent(names[k], names[i], failed))
+        return Error{ErrorCode::Invalid,
+                     fmt::format("{} and {} are the same: name each recording once", names[k], names[i])};
+  }
+  return {};
+}
+
 /// Returns an error if two of the recordings, or the output, are one file.
 Status check_files(const std::vector<SurveyedJournal>& journals, const std::string& out) {
   std::vector<std::pair<std::filesystem::path, std::string>> seen{{out, "--out"}};
@@ -72,8 +88,7 @@ bool tell(const runtime::MergedJournal& merged, const std::vector<std::string>& 
 
 int merge(Options& options) {
   MergeWish& wish = options.wish;
-  if (wish.recordings.size() < 2)
-    return refuse({ErrorCode::Invalid, "one recording is nothing to merge: name two or more"}, kWrongUse);
+  if (Status named = check_names(wish.recordings); !named.ok()) return refuse(named.error(), status_of(named.error()));
   StopSignals signals;
   wish.rig = config::load_rig(options.rig);
   wish.rig_name = options.rig;

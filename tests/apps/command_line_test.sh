@@ -25,6 +25,9 @@ told 2 "threads.*1 (-|to) 64" replay x --out d --threads 0
 told 2 "picture: give --above PNG, --street PNG, --moving WEBP or several of them" picture cloud.las
 told 2 "a.jpg: a picture is written as PNG" picture cloud.las --above a.jpg
 told 2 "one recording is nothing to merge: name two or more" merge a.mcap --rig street --out b.mcap
+touch a.mcap
+told 2 "a.mcap and ./a.mcap are the same: name each recording once" merge a.mcap ./a.mcap --rig street --out b.mcap
+told 3 "open nothere.mcap: there is no such recording or folder" merge a.mcap nothere.mcap --rig street --out b.mcap
 told 2 "a.gif: a moving picture is written as WebP" picture cloud.las --moving a.gif
 for command in "" capture replay simulate verify score colour "calibrate lens" "calibrate mount" "calibrate boresight" "calibrate targets" "calibrate targets-example" measure "rig show" \
                inspect merge panorama picture "fleet plan" "fleet run" "fleet task" "fleet submit" "fleet status" "fleet catalogue"; do
