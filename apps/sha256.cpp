@@ -1,12 +1,13 @@
 #include "apps/sha256.hpp"
 
 #include <fmt/format.h>
-#include <sodium.h>
+#include <openssl/evp.h>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -15,38 +16,52 @@
 namespace hueline::apps {
 namespace {
 
-using Hash = std::array<unsigned char, crypto_hash_sha256_BYTES>;
+/// OpenSSL's, because it uses the processor's own instructions: recordings of terabytes are read to be named. A result
+/// that OpenSSL refuses is an empty text, which is the SHA-256 of nothing.
+class Sha256 {
+ public:
+  Sha256() : state_(EVP_MD_CTX_new(), EVP_MD_CTX_free) {
+    is_good_ = state_ && EVP_DigestInit_ex(state_.get(), EVP_sha256(), nullptr) == 1;
+  }
+  void add(std::span<const std::byte> bytes) {
+    is_good_ = is_good_ && EVP_DigestUpdate(state_.get(), bytes.data(), bytes.size()) == 1;
+  }
+  std::string digits() {
+    std::array<unsigned char, 32> hash{};
+    if (!is_good_ || EVP_DigestFinal_ex(state_.get(), hash.data(), nullptr) != 1) return {};
+    std::string out;
+    for (const unsigned char byte : hash) out += fmt::format("{:02x}", byte);
+    return out;
+  }
 
-std::string digits_of(const Hash& hash) {
-  std::string out;
-  for (const unsigned char byte : hash) out += fmt::format("{:02x}", byte);
-  return out;
-}
+ private:
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> state_;
+  bool is_good_ = false;
+};
 
 }  // namespace
 
 Result<std::string> sha256_of(const std::filesystem::path& file, const std::stop_token& stop) {
   const auto in = InputFile::open(file);
   if (!in.ok()) return in.error();
-  crypto_hash_sha256_state state;
-  crypto_hash_sha256_init(&state);
+  Sha256 hash;
   std::vector<std::byte> piece(std::size_t{1} << 20);
   for (std::uint64_t at = 0; at < in->size();) {
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, file.string() + ": stopped before its end"};
     const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(piece.size(), in->size() - at));
     if (const Status read = in->read(at, std::span(piece).first(size)); !read.ok()) return read.error();
-    crypto_hash_sha256_update(&state, reinterpret_cast<const unsigned char*>(piece.data()), size);
+    hash.add(std::span(piece).first(size));
     at += size;
   }
-  Hash hash{};
-  crypto_hash_sha256_final(&state, hash.data());
-  return digits_of(hash);
+  std::string digits = hash.digits();
+  if (digits.empty()) return Error{ErrorCode::Unsupported, file.string() + ": OpenSSL has no SHA-256 on this computer"};
+  return digits;
 }
 
 std::string sha256_of_text(std::string_view text) {
-  Hash hash{};
-  crypto_hash_sha256(hash.data(), reinterpret_cast<const unsigned char*>(text.data()), text.size());
-  return digits_of(hash);
+  Sha256 hash;
+  hash.add(std::as_bytes(std::span(text)));
+  return hash.digits();
 }
 
 }  // namespace hueline::apps
