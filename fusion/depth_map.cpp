@@ -244,6 +244,8 @@ DepthMap::DepthMap(const Config& config)
       has_changed_(grid_.size() / kStrip + 1) {}
 
 void DepthMap::close() {
+  if (is_closed_) return;
+  is_closed_ = true;
   // The memory of a block is the same for all maps, and maps are closed again and again.
   thread_local DepthBlock block;
   if (block.reach.empty() || block.config != config_) block = block_for(config_, grid_);

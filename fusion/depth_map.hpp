@@ -53,6 +53,7 @@ class DepthMap {
     if (code <= nearest_[cell] || nearness > most_) return;
     nearest_[cell] = code;
     has_changed_[cell / kStrip] = 1;
+    is_closed_ = false;
   }
   /// Closes the gaps and finds the outlines of what was added until now, in the parts of the map where something was
   /// added since the last call. look() and meets() do not know of later points.
@@ -91,6 +92,7 @@ class DepthMap {
   std::vector<CodedNearness> nearest_;
   std::vector<Bounds> bounds_;
   std::vector<std::uint8_t> has_changed_;
+  bool is_closed_ = true;  // whether nothing was added since close()
 };
 
 }  // namespace hueline::fusion

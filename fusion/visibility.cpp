@@ -167,8 +167,11 @@ void Visibility::map_early(const std::vector<Moment*>& moments, WorkerPool& pool
 
 void Visibility::map(const std::vector<Moment*>& moments, const std::deque<PlacedBatch>& placed,
                      WorkerPool& pool) const {
+  // The batches before this one are in turns that are complete.
+  std::uint64_t end = next_batch_;
+  for (const auto& [sensor, open] : open_)
+    if (!open.batches.empty()) end = std::min(end, open.batches.front()->number);
   const auto add_standing = [&](Moment& moment) {
-    if (moment.newest_turn && newest_ < *moment.newest_turn + config_.renewal) return;
     add_turns(moment, moment.next_turn, *moment.standing);
     moment.next_turn = first_turn_ + turns_.size();
     moment.newest_turn = newest_;
@@ -180,10 +183,9 @@ void Visibility::map(const std::vector<Moment*>& moments, const std::deque<Place
     RelativePlaces below;
     auto batch = std::partition_point(placed.begin(), placed.end(),
                                       [&](const PlacedBatch& b) { return b.number < moment.next_glance; });
-    for (; batch != placed.end(); ++batch) {
+    moment.next_glance = end;
+    for (; batch != placed.end() && batch->number < end; ++batch) {
       const RelativePlaces& places = batch->placed.places;
-      if (batch->turn == 0 && places.size() > 0) break;  // its turn is not complete
-      moment.next_glance = batch->number + 1;
       if (batch->last < moment.time - config_.glance || batch->batch.time > moment.time + config_.glance) continue;
       const RelativeHead head = moment.viewpoint->relative_to(batch->placed.scanner_enu);
       const OfBatch sighted = sightings(*batch);
@@ -205,15 +207,20 @@ void Visibility::map(const std::vector<Moment*>& moments, const std::deque<Place
     }
     moment.glance->close();
   };
+  std::vector<std::pair<Moment*, bool>> due;  // and whether it is the map of what stands
   for (Moment* moment : moments) {
     if (!moment->standing) moment->standing.emplace(config_.depth);
     if (!moment->glance) moment->glance.emplace(config_.depth);
+    if (!moment->newest_turn || newest_ >= *moment->newest_turn + config_.renewal) due.emplace_back(moment, true);
+    if (moment->next_glance < end) due.emplace_back(moment, false);
   }
-  pool.run(2 * moments.size(), [&](std::size_t i) {
-    if (i % 2 == 0) {
-      add_standing(*moments[i / 2]);
+  if (due.empty()) return;  // as in most calls
+  pool.run(due.size(), [&](std::size_t i) {
+    const auto [moment, is_standing] = due[i];
+    if (is_standing) {
+      add_standing(*moment);
     } else {
-      add_glance(*moments[i / 2]);
+      add_glance(*moment);
     }
   });
 }
