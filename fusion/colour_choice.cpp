@@ -19,6 +19,7 @@ constexpr float kLostLight = 0.25f;       // what a saturated pixel costs, rad
 constexpr float kPerNanosecond = 1e-10f;  // what poses and light drift apart between firing and exposure, rad/ns
 constexpr float kSameLine = 0.02f;        // nothing fits between two lines with this parallax, rad
 constexpr float kElsewhere = 0.02f;       // an exposure that sees a point so far from where it is shows another, rad
+constexpr float kBeside_m = 0.15f, kBesideShare = 0.02f;  // so far apart may two points of one place be, in distance
 constexpr float kNever = 1e30f;
 // On each side so many moments, the nearest, may colour a point even if they are no steps of the timeline.
 constexpr int kNearest = 3;
@@ -64,6 +65,13 @@ LeapBetween leap_between(const Moment& moment, const GeoreferencedBatch& placed)
           static_cast<float>((leapt.attitude - placed.leapt.attitude).norm())};
 }
 
+/// Whether something was at the place of a point that moves at a moment near its firing too.
+bool was_there(const Moment& moment, GpsTime fired, std::uint32_t cell, float nearness) {
+  if (!moment.glance || !moment.standing) return false;
+  return moment.met.was_met(moment.glance->grid(), fired < moment.time, cell, nearness, kBeside_m, kBesideShare) ||
+         (moment.glance->meets(cell, nearness) && moment.standing->meets(cell, nearness));
+}
+
 /// Returns what is known about the line of sight from a moment to a point.
 LineOfSight line_of_sight(const Moment& moment, const SeenPlaces& seen, std::size_t index, bool moves, GpsTime time,
                           bool is_provisional) {
@@ -71,10 +79,12 @@ LineOfSight line_of_sight(const Moment& moment, const SeenPlaces& seen, std::siz
   const float nearness = seen.nearness[index];
   // Where a point was that moves is somewhere else at another moment, unless something as far away was there too.
   const nanoseconds away = std::chrono::abs(time - moment.time);
-  if (moves && away > kAtOnce && !(away <= kOwnMoment && moment.glance && moment.glance->meets(cell, nearness)))
+  if (moves && away > kAtOnce && !(away <= kOwnMoment && was_there(moment, time, cell, nearness)))
     return LineOfSight::Hidden;
-  const LineOfSight look =
+  LineOfSight look =
       is_provisional && moment.early ? moment.early->look(cell, nearness) : Visibility::look(moment, cell, nearness);
+  // No beam watched this line then: something may have come and gone, as a car so near that all beams pass over it.
+  if (look == LineOfSight::Clear && moment.glance && moment.glance->is_blank(cell)) look = LineOfSight::Guarded;
   // The scanner saw the point, and nothing fits between.
   return look == LineOfSight::Hidden && seen.parallax[index] < kSameLine ? LineOfSight::Behind : look;
 }

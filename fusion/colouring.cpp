@@ -15,6 +15,7 @@ namespace hueline::fusion {
 namespace {
 constexpr std::size_t kBatchesAtOnce =
     256;  // limits the working memory; about 100 000 points for packets of 384 returns
+constexpr nanoseconds kAdvance{10'000'000};      // so much is coloured at once, so that there is work for all threads
 constexpr nanoseconds kMotionAround{5'000'000};  // poses this far before and after an exposure tell how the head moves
 }  // namespace
 
@@ -215,6 +216,12 @@ bool Colouring::is_ready(const PlacedBatch& batch) const {
 
 void Colouring::advance(GpsTime watermark) {
   watermark_ = watermark_ ? std::max(*watermark_, watermark) : watermark;
+  const bool is_crowded = counts_.pending_returns > config_.max_pending_returns;
+  const GpsTime newest = pending_.empty() ? *watermark_ : pending_.back().time;
+  const bool is_new = *watermark_ >= worked_until_ + kAdvance || std::chrono::abs(newest - worked_newest_) >= kAdvance;
+  if (!is_new && !is_crowded) return;
+  worked_until_ = *watermark_;
+  worked_newest_ = newest;
   const std::size_t before = coloured_;
   place_ready(false);
   colour_ready(false);

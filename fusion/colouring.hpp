@@ -118,6 +118,7 @@ class Colouring {
   /// sync promises. A batch is ready when no exposure that may colour it can come any more and their poses have
   /// arrived, or the watermark has passed them by max_lateness. An exposure that is due, but has not come, is waited
   /// for as long, because it may be late.
+  /// The work is done in steps: when the watermark or the newest batch is 10 ms later than at the last step.
   void advance(GpsTime watermark);
   /// Ends the stream: colours everything that waits with what is there.
   void flush();
@@ -184,6 +185,7 @@ class Colouring {
   CloudBlock block_;
   std::unique_ptr<WorkerPool> pool_;
   std::optional<GpsTime> watermark_;
+  GpsTime worked_until_{}, worked_newest_{};  // watermark and newest batch when advance() did its work last
   struct Fresh {
     std::uint64_t content = 0;
     Moment::Viewpoint viewpoint;

@@ -15,7 +15,7 @@ enum class LineOfSight : std::uint8_t {
   Hidden,   ///< something nearer is in front of the place
   Behind,   ///< the place lies behind the nearest point of its own cell, so it may be hidden
   Beside,   ///< something nearer ends less than one cell beside the line
-  Guarded,  ///< something nearer ends within the guard around the line
+  Guarded,  ///< something nearer ends within the guard around the line, or no beam watched the line at the moment
   Clear,    ///< nothing nearer lies within the guard
 };
 
@@ -70,6 +70,8 @@ class DepthMap {
     if (is_before(bounds.own)) return LineOfSight::Behind;
     return is_before(bounds.beside) ? LineOfSight::Beside : LineOfSight::Guarded;
   }
+  /// Whether no point lies in the direction of a cell, nor so near to it that the gap would be closed.
+  bool is_blank(std::uint32_t cell) const { return bounds_[cell].own == 0; }
   /// Whether the nearest points in the direction of a place that locate() found are as far as the place itself.
   bool meets(std::uint32_t cell, float nearness) const {
     const float there = decoded(bounds_[cell].own), own = there * (1.0f - tolerance_ * nearness);

@@ -10,6 +10,7 @@
 #include "core/stamped.hpp"
 #include "fusion/depth_map.hpp"
 #include "fusion/head_projector.hpp"
+#include "fusion/met_things.hpp"
 #include "fusion/pixel_sampler.hpp"
 #include "fusion/radiometry.hpp"
 #include "fusion/trajectory.hpp"
@@ -58,6 +59,7 @@ struct Moment {
   /// What stands before the head, and what was before it at the moment itself, moving things among it. Empty until
   /// points around the moment are coloured.
   std::optional<DepthMap> standing, glance;
+  MetThings met;  ///< what moved around the moment; complete when `glance` is
   /// The same as `standing`, from the points that were there when the moment came. For provisional colours.
   std::optional<DepthMap> early;
   std::uint64_t next_turn = 0, next_glance = 0;  ///< numbers of the first turn and batch that they do not have yet

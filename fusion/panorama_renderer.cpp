@@ -64,10 +64,8 @@ std::vector<std::uint8_t> clearance_of(const FloatLens& lens) {
 
 /// Which channel a pixel of a raw image holds: 0 red, 1 green, 2 blue.
 int channel_of(PixelFormat format, std::uint32_t x, std::uint32_t y) {
-  std::uint32_t red_x = 0, red_y = 0;
-  if (format == PixelFormat::BayerGR8 || format == PixelFormat::BayerBG8) red_x = 1;
-  if (format == PixelFormat::BayerGB8 || format == PixelFormat::BayerBG8) red_y = 1;
-  const bool is_red_column = (x & 1u) == red_x, is_red_row = (y & 1u) == red_y;
+  const RedParity red = red_parity(format).value_or(RedParity{0, 0});
+  const bool is_red_column = static_cast<int>(x & 1u) == red.x, is_red_row = static_cast<int>(y & 1u) == red.y;
   return is_red_column == is_red_row ? (is_red_row ? 0 : 2) : 1;
 }
 

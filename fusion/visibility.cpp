@@ -186,11 +186,17 @@ void Visibility::map(const std::vector<Moment*>& moments, const std::deque<Place
     moment.next_glance = end;
     for (; batch != placed.end() && batch->number < end; ++batch) {
       const RelativePlaces& places = batch->placed.places;
-      if (batch->last < moment.time - config_.glance || batch->batch.time > moment.time + config_.glance) continue;
+      const auto is_within = [&](nanoseconds reach) {
+        return batch->last >= moment.time - reach && batch->batch.time <= moment.time + reach;
+      };
+      if (!is_within(config_.moving_glance)) continue;
+      const bool is_near = is_within(config_.glance);
       const RelativeHead head = moment.viewpoint->relative_to(batch->placed.scanner_enu);
       const OfBatch sighted = sightings(*batch);
       locate_cells(grid_, head, places, seen);
       for (std::size_t i = 0; i < places.size(); ++i) {
+        if (!is_near && !sighted[i].is_moving()) continue;
+        if (sighted[i].is_moving()) moment.met.add(batch->batch.time > moment.time, seen.cell[i], seen.nearness[i]);
         moment.glance->add(seen.cell[i], seen.nearness[i]);
         if (!sighted[i].is_moving()) continue;
         // What moves stands on the ground, but the beams may have met only its upper part.
@@ -206,6 +212,7 @@ void Visibility::map(const std::vector<Moment*>& moments, const std::deque<Place
       below = {};
     }
     moment.glance->close();
+    moment.met.sort();
   };
   std::vector<std::pair<Moment*, bool>> due;  // and whether it is the map of what stands
   for (Moment* moment : moments) {

@@ -46,8 +46,11 @@ class Visibility {
     DepthMap::Config depth;
     /// Points of what stands still hide what is behind them in exposures up to this much earlier or later.
     nanoseconds depth_reach{6'000'000'000};
-    /// Points of what moves hide what is behind them in exposures up to this much earlier or later.
+    /// All points hide what is behind them in exposures up to this much earlier or later.
     nanoseconds glance{60'000'000};
+    /// Points of what moves do so for this long: from where beams met a thing before the exposure to where they met it
+    /// after.
+    nanoseconds moving_glance{110'000'000};
     nanoseconds turn{100'000'000};  ///< duration of a turn
     /// A map that is there already is completed when turns of this duration have come since.
     nanoseconds renewal{400'000'000};

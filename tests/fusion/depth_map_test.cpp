@@ -53,6 +53,17 @@ TEST(DepthMap, KnowsNothingWithoutPoints) {
   EXPECT_EQ(look(map, {-300, 1, 20}), LineOfSight::Clear);
 }
 
+TEST(DepthMap, KnowsWhereNoBeamWent) {
+  DepthMap map({});
+  for (const Vector3d& p : rings_on_plane({0, 0, -1}, 2.5, 0.0349)) add(map, p);
+  map.close();
+  const auto is_blank = [&](const Vector3d& p) { return map.is_blank(seen_at(map.grid(), p).cell[0]); };
+  // The lowest ring meets the ground 3.65 m from the head. Between the rings, 2 degrees apart, the gaps are closed.
+  for (double x = 4; x < 8; x += 0.05) EXPECT_FALSE(is_blank({x, 0, -2.5})) << x;
+  for (double x = 1; x < 3.5; x += 0.05) EXPECT_TRUE(is_blank({x, 0, -2.5})) << x;
+  EXPECT_TRUE(is_blank({10, 0, 1}));
+}
+
 TEST(DepthMap, NoPlaneHidesItself) {
   for (const Vector3d& n : {Vector3d(0, 0, -1), Vector3d(1, 0, 0), Vector3d(0.6, 0.8, 0), Vector3d(0.3, 0, -0.954)}) {
     for (const double rings : {0.004, 0.0232, 0.0349}) {

@@ -136,6 +136,32 @@ TEST_F(AlongAWall, TheBoxHidesTheWallOnlyAtItsOwnMoment) {
   EXPECT_GT(clear_later, count * 9 / 10);
 }
 
+TEST_F(AlongAWall, TheBoxIsKnownToBeWhereItWasBeforeAndAfterAMoment) {
+  Visibility visibility(config);
+  drive(3);
+  visibility.add(placed, true, pool);
+  Moment moment;
+  const double t = 1.03;
+  moment.time = at(t);
+  moment.viewpoint = Moment::Viewpoint{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {kSpeed * t, 0, 2.2}, {}, {}};
+  visibility.map({&moment}, placed, pool);
+  const auto was_met = [&](double x, bool is_after) {
+    const Eigen::Vector3f p = (Vector3d(x, 6, 1) - moment.viewpoint->centre_enu).cast<float>();
+    SeenPlaces seen;
+    locate_cells(visibility.grid(), {moment.viewpoint->R_head_enu, {0, 0, 0}}, {{p.x()}, {p.y()}, {p.z()}}, seen);
+    return moment.met.was_met(visibility.grid(), is_after, seen.cell[0], seen.nearness[0], 0.15f, 0.02f);
+  };
+  // The box drives to the east. Each side lasts 0.11 s, in which the beams meet it once or twice.
+  const double back = 2 + kBoxSpeed * t, front = back + 4;
+  for (const bool is_after : {false, true}) {
+    for (double x = back + 1.6; x < front - 1.6; x += 0.1) EXPECT_TRUE(was_met(x, is_after)) << x << is_after;
+    EXPECT_FALSE(was_met(back - 2.5, is_after));
+    EXPECT_FALSE(was_met(front + 2.5, is_after));
+  }
+  EXPECT_FALSE(was_met(back - 0.3, true));
+  EXPECT_FALSE(was_met(front + 0.3, false));
+}
+
 TEST_F(AlongAWall, ForgetsTurns) {
   Visibility visibility(config);
   drive(2);
