@@ -45,6 +45,13 @@ holds hueline-doc '^./usr/share/doc/hueline-doc/docs/operating.md$'
 sort hueline-*.files libhueline-dev.files | grep -v '/$' | uniq -d >twice.txt
 [ ! -s twice.txt ] || fail "in two packages: $(cat twice.txt)"
 
+# The user of the services can be made, or no installation would end.
+if command -v systemd-sysusers >/dev/null; then
+  mkdir root/etc
+  systemd-sysusers --root="$work/root" hueline.conf >said.txt 2>&1 || fail "no user"
+  grep -q '^hueline:' root/etc/passwd || fail "no user hueline"
+fi
+
 # A page for each command, which starts with its name and what it does.
 PATH=$work/root/usr/bin:$PATH
 for command in $(hueline --complete ""); do
