@@ -45,8 +45,8 @@ struct DeviceFiles {
   struct Log {
     const char* format = nullptr;  ///< name of the format, for people; null: there are no such files
     const char* ending = "";       ///< of the file's name, with its dot
-    /// Returns whether the first bytes of a file (up to 64 KiB) are of this format. A file with `ending` is taken for
-    /// one in any case.
+    /// Returns whether the first bytes of a file (up to 64 KiB) are of this format. If no device's bytes
+    /// fit, the ending decides.
     bool (*is_beginning)(std::string_view first_bytes) = nullptr;
   };
   /// The device's UDP datagrams in a capture file (pcap, pcapng).

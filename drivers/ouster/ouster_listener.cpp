@@ -87,8 +87,7 @@ class OusterListener final : public CaptureListener {
              one->metadata.azimuths_deg == fitting.front()->metadata.azimuths_deg;
     });
     if (!is_clear) {
-      if (unknown_.size() < 16)
-        unknown_[bytes.size()] = fitting.empty() ? "" : fmt::format(" ({} files beside it fit)", fitting.size());
+      if (unknown_.size() < 16) unknown_[bytes.size()] = fitting.empty() ? "" : rivals(fitting);
       return {};
     }
     const Described& found = *fitting.front();
@@ -120,6 +119,15 @@ class OusterListener final : public CaptureListener {
   }
 
  private:
+  /// Says which files describe different scanners of whom each may be the one.
+  static std::string rivals(const std::vector<const Described*>& fitting) {
+    constexpr std::size_t kMostNamed = 4;
+    std::string names;
+    for (std::size_t i = 0; i < std::min(kMostNamed, fitting.size()); ++i)
+      names += (i == 0 ? "" : ", ") + std::filesystem::path(fitting[i]->file).filename().string();
+    return fmt::format(" ({} files fit and describe different scanners: {}{})", fitting.size(), names,
+                       fitting.size() > kMostNamed ? ", ..." : "");
+  }
   static bool fits(const Described& one, std::span<const std::byte> bytes) {
     if (!is_ouster_packet(bytes, one.metadata)) return false;
     const auto serial = decode_ouster_header(bytes, one.metadata).serial;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/packed_file.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -75,7 +77,9 @@ CaptureFile::Fill CaptureFile::fill(std::size_t size) {
 }
 
 Status CaptureFile::read_header() {
-  if (fill(4) != Fill::Whole) return error(ErrorCode::Truncated, "no capture header");
+  const Fill filled = fill(4);
+  if (filled == Fill::AtEnd) return error(ErrorCode::Truncated, "the file is empty");
+  if (filled == Fill::Cut) return error(ErrorCode::Truncated, "no capture header");
   const std::uint32_t magic = u32(buffer_.data());
   if (magic == kSectionBlock) {
     is_blocks_ = true;
@@ -84,8 +88,12 @@ Status CaptureFile::read_header() {
   }
   is_swapped_ = magic == swapped(kMicroseconds) || magic == swapped(kNanoseconds);
   const std::uint32_t native = is_swapped_ ? swapped(magic) : magic;
-  if (native != kMicroseconds && native != kNanoseconds)
+  if (native != kMicroseconds && native != kNanoseconds) {
+    fill(20);  // whatever there is
+    const std::string packed = how_to_unpack({reinterpret_cast<const char*>(buffer_.data()), buffer_.size()});
+    if (!packed.empty()) return Error{ErrorCode::Unsupported, name_ + " " + packed};
     return error(ErrorCode::Unsupported, fmt::format("neither pcap nor pcapng (magic {:08X})", magic));
+  }
   classic_ticks_per_second_ = native == kNanoseconds ? 1'000'000'000 : 1'000'000;
   if (fill(20) != Fill::Whole) return error(ErrorCode::Truncated, "pcap header is cut off");
   // The four bits above these hold the length of the frame check sequence.

@@ -11,6 +11,10 @@ namespace {
 constexpr std::uint8_t kTcp = 6, kUdp = 17, kFragmentHeader = 44;
 constexpr std::size_t kMaxPartials = 64;
 constexpr std::size_t kMaxDatagram = 65535;
+/// Fragments that are further apart are of two datagrams: the identification has 16 bits, and a scanner comes back to
+/// it within a minute. Linux waits as long for IPv4; RFC 8200 allows 60 s. It is a time of the capture, not of this
+/// program.
+constexpr nanoseconds kLongestGap = std::chrono::seconds(30);
 
 std::uint16_t be16(const std::byte* p) {
   return static_cast<std::uint16_t>(static_cast<unsigned>(p[0]) << 8 | static_cast<unsigned>(p[1]));
@@ -23,16 +27,21 @@ struct Layer3 {
   std::span<const std::byte> packet;
 };
 
-Layer3 by_ether_type(std::span<const std::byte> frame, std::size_t type_at) {
+/// `rest` is what follows the type and the header that it stands in.
+Layer3 of_ether_type(std::uint16_t type, std::span<const std::byte> rest) {
   for (;;) {
-    if (frame.size() < type_at + 2) return {};
-    const std::uint16_t type = be16(frame.data() + type_at);
-    const auto rest = frame.subspan(type_at + 2);
     if (type == 0x0800) return {Network::Ipv4, rest};
     if (type == 0x86DD) return {Network::Ipv6, rest};
-    if (type != 0x8100 && type != 0x88A8 && type != 0x9100) return {};
-    type_at += 4;  // skip a VLAN tag: its two bytes, then the next type
+    const bool is_vlan = type == 0x8100 || type == 0x88A8 || type == 0x9100;
+    if (!is_vlan || rest.size() < 4) return {};
+    type = be16(rest.data() + 2);  // behind the two bytes of the tag
+    rest = rest.subspan(4);
   }
+}
+
+Layer3 by_ether_type(std::span<const std::byte> frame, std::size_t type_at) {
+  if (frame.size() < type_at + 2) return {};
+  return of_ether_type(be16(frame.data() + type_at), frame.subspan(type_at + 2));
 }
 
 Layer3 by_version(std::span<const std::byte> packet) {
@@ -57,11 +66,8 @@ Layer3 network_layer(const CaptureFrame& frame) {
       return by_version(bytes);
     case 113:
       return by_ether_type(bytes, 14);  // Linux cooked
-    case 276: {                         // Linux cooked 2: the type comes first, and the header has 20 bytes
-      if (bytes.size() < 20) return {};
-      const std::uint16_t type = be16(bytes.data());
-      return {type == 0x0800 ? Network::Ipv4 : type == 0x86DD ? Network::Ipv6 : Network::Other, bytes.subspan(20)};
-    }
+    case 276:                           // Linux cooked 2: the type comes first, and the header has 20 bytes
+      return bytes.size() < 20 ? Layer3{} : of_ether_type(be16(bytes.data()), bytes.subspan(20));
     default:
       return {Network::UnknownLink, {}};
   }
@@ -95,6 +101,8 @@ std::string to_text(const IpAddress& address) {
 
 std::optional<UdpDatagram> IpExtractor::extract(const CaptureFrame& frame) {
   segment_.reset();
+  // Frames without a time have that of the frame before.
+  if (frame.time != nanoseconds{0}) now_ = frame.time;
   const Layer3 layer = network_layer(frame);
   const bool is_cut = frame.length > frame.bytes.size();
   switch (layer.network) {
@@ -148,7 +156,7 @@ std::optional<UdpDatagram> IpExtractor::ipv4(std::span<const std::byte> packet, 
   if (size < header) return lost(counts_.malformed);
   if (size > packet.size()) return lost(broken);
   const auto body = packet.subspan(header, size - header);
-  const FragmentKey key{be32(packet.data() + 12), be32(packet.data() + 16), be16(packet.data() + 4)};
+  const FragmentKey key{datagram.source, datagram.destination, be16(packet.data() + 4)};
   if (!join(key, offset, !has_more, body)) return {};
   return udp(joined_, false, datagram);
 }
@@ -160,7 +168,16 @@ bool IpExtractor::join(const FragmentKey& key, std::size_t offset, bool is_last,
     return false;
   }
   Partial& partial = partials_[key];
+  const auto same = partial.pieces.find(offset);
+  const bool is_again = same != partial.pieces.end() && std::ranges::equal(same->second, piece);
+  // What waits is of an earlier datagram, of which a fragment was lost: it must not become a part of this one.
+  const bool is_reused = (same != partial.pieces.end() && !is_again) || now_ - partial.latest > kLongestGap;
+  if (!partial.pieces.empty() && is_reused) {
+    counts_.fragments_dropped += partial.pieces.size();
+    partial = {};
+  }
   if (partial.pieces.empty()) partial.age = ++age_;
+  partial.latest = now_;
   if (is_last) partial.total = offset + piece.size();
   const auto next = partial.pieces.lower_bound(offset);
   const bool overlaps =
@@ -213,11 +230,7 @@ std::optional<UdpDatagram> IpExtractor::ipv6(std::span<const std::byte> packet, 
     next = static_cast<std::uint8_t>(body[0]);
     body = body.subspan(length);
   }
-  if (next == kFragmentHeader) {
-    ++counts_.fragments;
-    ++counts_.fragments_dropped;
-    return {};
-  }
+  if (next == kFragmentHeader) return ipv6_fragment(body, packet, is_cut, datagram);
   if (next != kUdp) {
     if (next == kTcp) {
       const std::size_t length = be16(packet.data() + 4), before = packet.size() - 40 - body.size();
@@ -227,6 +240,28 @@ std::optional<UdpDatagram> IpExtractor::ipv6(std::span<const std::byte> packet, 
     return {};
   }
   return udp(body, is_cut, datagram);
+}
+
+/// `body` begins with the fragment header of `packet`.
+std::optional<UdpDatagram> IpExtractor::ipv6_fragment(std::span<const std::byte> body,
+                                                      std::span<const std::byte> packet, bool is_cut,
+                                                      const UdpDatagram& between) {
+  constexpr std::size_t kHeader = 8;
+  const std::size_t length = be16(packet.data() + 4), before = packet.size() - 40 - body.size();
+  // A length of 0 comes from segmentation offload.
+  const std::size_t size = length == 0 ? body.size() : length < before ? 0 : length - before;
+  if (size < kHeader || size > body.size()) {
+    ++(is_cut ? counts_.cut_off : counts_.malformed);
+    return {};
+  }
+  if (static_cast<std::uint8_t>(body[0]) != kUdp) {
+    ++counts_.not_udp;
+    return {};
+  }
+  const std::uint16_t field = be16(body.data() + 2);
+  const FragmentKey key{between.source, between.destination, be32(body.data() + 4)};
+  if (!join(key, field & 0xFFF8U, (field & 1U) == 0, body.subspan(kHeader, size - kHeader))) return {};
+  return udp(joined_, false, between);
 }
 
 std::optional<UdpDatagram> IpExtractor::udp(std::span<const std::byte> segment, bool is_cut, UdpDatagram datagram) {

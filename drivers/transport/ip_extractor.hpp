@@ -53,8 +53,8 @@ struct ExtractCounts {
 };
 
 /// Takes UDP datagrams and TCP segments out of link-layer frames. It reads Ethernet with VLAN tags, Linux cooked (1 and
-/// 2), BSD loopback and raw IP; IPv4, whose fragments it joins, and IPv6 with extension headers (fragmented IPv6 is
-/// counted as dropped). Fragments of TCP are not joined, because TCP avoids them. It ignores checksums, because
+/// 2), BSD loopback and raw IP; IPv4 and IPv6 with extension headers, whose fragments it joins. Fragments of TCP are
+/// not joined, because TCP avoids them. It ignores checksums, because
 /// captures on the sending host do not have them filled in. It ignores the length in the IP header if the length in the
 /// UDP header fits what was captured, because VeloView writes 1234 into the IP header of datagrams of any size. Thread
 /// safety: none; one thread calls all functions.
@@ -70,18 +70,21 @@ class IpExtractor {
   const ExtractCounts& counts() const { return counts_; }
 
  private:
-  /// The fragments of one IPv4 datagram, by their offset in bytes. They never overlap, so together they are not larger
+  /// The fragments of one datagram, by their offset in bytes. They never overlap, so together they are not larger
   /// than a datagram.
   struct Partial {
     std::map<std::size_t, std::vector<std::byte>> pieces;
     std::size_t bytes = 0;  ///< sum over all pieces
     std::size_t total = 0;  ///< size of the whole datagram; 0 until the last fragment has come
+    nanoseconds latest{0};  ///< when its latest fragment was captured
     std::uint64_t age = 0;  ///< running number of the datagram's first fragment; the smallest is the oldest
   };
-  using FragmentKey = std::tuple<std::uint32_t, std::uint32_t, std::uint16_t>;
+  using FragmentKey = std::tuple<IpAddress, IpAddress, std::uint32_t>;  ///< source, destination, identification
 
   std::optional<UdpDatagram> ipv4(std::span<const std::byte> packet, bool is_cut);
   std::optional<UdpDatagram> ipv6(std::span<const std::byte> packet, bool is_cut);
+  std::optional<UdpDatagram> ipv6_fragment(std::span<const std::byte> body, std::span<const std::byte> packet,
+                                           bool is_cut, const UdpDatagram& between);
   std::optional<UdpDatagram> udp(std::span<const std::byte> segment, bool is_cut, UdpDatagram datagram);
   void tcp(std::span<const std::byte> segment, std::size_t size, const UdpDatagram& between);
   bool join(const FragmentKey& key, std::size_t offset, bool is_last, std::span<const std::byte> piece);
@@ -91,6 +94,7 @@ class IpExtractor {
   std::map<FragmentKey, Partial> partials_;
   std::vector<std::byte> joined_;
   std::uint64_t age_ = 0;
+  nanoseconds now_{0};  ///< time of the latest frame
 };
 
 }  // namespace hueline::drivers

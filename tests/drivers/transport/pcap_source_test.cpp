@@ -84,6 +84,7 @@ TEST(PcapSource, ReadsTheLinkTypesThatCapturesOfVehiclesHave) {
   const Bytes v6 = test::ipv6_packet(test::udp_segment("v6", 2368));
   const Bytes cooked = ByteWriter(true).zeros(14).u16(0x0800).raw(v4).bytes();
   const Bytes cooked2 = ByteWriter(true).u16(0x86DD).zeros(18).raw(v6).bytes();
+  const Bytes tagged2 = ByteWriter(true).u16(0x8100).zeros(18).u16(7).u16(0x0800).raw(v4).bytes();
   const Bytes loopback = ByteWriter(false).u32(2).raw(v4).bytes();
   const Bytes options = ByteWriter(true).u8(17).u8(0).zeros(6).raw(test::udp_segment("options", 2368)).bytes();
   const Bytes padded = ByteWriter(true).raw(test::ethernet_frame(v4)).zeros(14).bytes();
@@ -101,6 +102,7 @@ TEST(PcapSource, ReadsTheLinkTypesThatCapturesOfVehiclesHave) {
                {101, v6, "v6"},
                {113, cooked, "v4"},
                {276, cooked2, "v6"},
+               {276, tagged2, "v4"},
                {0, loopback, "v4"}};
   for (const auto& c : cases) {
     const Read read = read_bytes(PcapWriter(c.link).frame(kTime, c.frame).bytes());
@@ -127,6 +129,57 @@ TEST(PcapSource, JoinsFragmentsInAnyOrder) {
   EXPECT_THAT(lost.payloads, ElementsAre("next"));
   ASSERT_EQ(lost.faults.size(), 1u);
   EXPECT_EQ(lost.faults[0].count, 2u);
+}
+
+TEST(PcapSource, JoinsFragmentsOfIpv6) {
+  const Bytes segment = test::udp_segment(std::string(3000, 'f') + "end", 2368);
+  const std::span<const std::byte> whole(segment);
+  const auto fragment = [&](std::size_t offset, std::size_t size, bool has_more, std::uint8_t protocol = 17) {
+    const Bytes body = ByteWriter(true)
+                           .u8(protocol)
+                           .u8(0)
+                           .u16(static_cast<std::uint16_t>(offset | (has_more ? 1U : 0U)))
+                           .u32(77)
+                           .raw(whole.subspan(offset, size))
+                           .bytes();
+    return test::ethernet_frame(test::ipv6_packet(body, 44), 0x86DD);
+  };
+  const Bytes a = fragment(0, 1448, true), b = fragment(1448, 1448, true);
+  const Bytes c = fragment(2896, whole.size() - 2896, false);
+  for (const auto& order : {std::array{&a, &b, &c}, std::array{&c, &a, &b}}) {
+    PcapWriter file;
+    for (const Bytes* frame : order) file.frame(kTime, *frame);
+    const Read read = read_bytes(file.bytes());
+    EXPECT_THAT(read.payloads, ElementsAre(std::string(3000, 'f') + "end"));
+    EXPECT_TRUE(read.faults.empty());
+  }
+  const Read others = read_bytes(PcapWriter().frame(kTime, fragment(0, 1448, true, 6)).frame(kTime, a).bytes());
+  EXPECT_TRUE(others.payloads.empty());
+  ASSERT_FALSE(others.faults.empty());
+  EXPECT_EQ(others.faults[0].count, 1u);  // of UDP, and not whole
+}
+
+// The identification of a datagram comes back. A fragment that waits for one that was lost is not a part of the next.
+TEST(PcapSource, NeverJoinsFragmentsOfTwoDatagrams) {
+  const auto fragments = [](char fill) {
+    const Bytes segment = test::udp_segment(std::string(2000, fill), 2368);
+    const std::span<const std::byte> whole(segment);
+    return std::pair(test::ethernet_frame(test::ipv4_packet(whole.first(1480), 9, 0, true)),
+                     test::ethernet_frame(test::ipv4_packet(whole.subspan(1480), 9, 1480, false)));
+  };
+  const auto [a1, a2] = fragments('a');
+  const auto [b1, b2] = fragments('b');
+  const auto expect_b_alone = [](const Read& read) {
+    EXPECT_THAT(read.payloads, ElementsAre(std::string(2000, 'b')));
+    ASSERT_EQ(read.faults.size(), 1u);
+    EXPECT_EQ(read.faults[0].count, 1u);
+  };
+  constexpr std::int64_t kMinute = 60'000'000'000;
+  // Soon: the fragment at the same place has other bytes.
+  expect_b_alone(read_bytes(PcapWriter().frame(kTime, a1).frame(kTime + 1, b1).frame(kTime + 2, b2).bytes()));
+  // Late: no fragment stands at the same place before the datagram would be whole.
+  expect_b_alone(
+      read_bytes(PcapWriter().frame(kTime, a1).frame(kTime + kMinute, b2).frame(kTime + kMinute, b1).bytes()));
 }
 
 TEST(PcapSource, FragmentsThatOverlapAreNotKept) {
@@ -269,6 +322,19 @@ TEST(PcapSource, ATruncatedFileGivesAllThatIsWholeThenTheOffset) {
       EXPECT_THAT(read.ends[0].message, HasSubstr("byte " + std::to_string(second)));
     }
   }
+}
+
+TEST(PcapSource, AFileThatIsNoCaptureSaysWhatItIs) {
+  const auto why = [](const std::string& content) {
+    const Read read = read_bytes(std::as_bytes(std::span(content)));
+    return read.ends.empty() ? std::string() : read.ends.front().message;
+  };
+  using namespace std::string_literals;
+  EXPECT_THAT(why(""), HasSubstr("the file is empty"));
+  EXPECT_THAT(why("\x1f\x8b\x08\0 and so on"s), HasSubstr("unpack it with gunzip"));
+  EXPECT_THAT(why("\x28\xb5\x2f\xfd and so on"), HasSubstr("unpack it with zstd -d"));
+  EXPECT_THAT(why("version https://git-lfs.github.com/spec/v1\n"), HasSubstr("git lfs pull"));
+  EXPECT_THAT(why("some text"), HasSubstr("neither pcap nor pcapng"));
 }
 
 TEST(PcapSource, ABrokenLengthIsMalformedAndNothingElseIsLost) {

@@ -1,0 +1,20 @@
+#include "core/packed_file.hpp"
+
+#include <array>
+#include <utility>
+
+namespace hueline {
+
+std::string how_to_unpack(std::string_view first_bytes) {
+  using namespace std::string_view_literals;
+  if (first_bytes.starts_with("version https://git-lfs"))
+    return "is a pointer of Git LFS: get the file with git lfs pull";
+  constexpr std::array programs{std::pair("\x1f\x8b"sv, "gunzip"sv), std::pair("\x28\xb5\x2f\xfd"sv, "zstd -d"sv),
+                                std::pair("\xfd\x37\x7a\x58"sv, "xz -d"sv), std::pair("BZh"sv, "bunzip2"sv),
+                                std::pair("PK\x03\x04"sv, "unzip"sv)};
+  for (const auto& [magic, program] : programs)
+    if (first_bytes.starts_with(magic)) return "is compressed as a whole: unpack it with " + std::string(program);
+  return {};
+}
+
+}  // namespace hueline
