@@ -5,19 +5,17 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <string>
 
 #include "apps/exit_code.hpp"
+#include "core/child.hpp"
 #include "core/standard_streams.hpp"
 
 namespace hueline::apps {
 
 int run_office_program(char** argv) {
   open_standard_streams();
-  std::error_code unread;
-  const auto self = std::filesystem::read_symlink("/proc/self/exe", unread);
-  const std::string program = (self.parent_path() / "hueline-office").string();
+  const std::string program = program_beside_this("hueline-office").string();
   execv(program.c_str(), argv);
   std::fprintf(stderr,
                "hueline: '%s' is a command of %s, which cannot be started: %s; install it beside this program\n",

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <fstream>
 #include <iterator>
+#include <system_error>
 #include <utility>
 
 #include "core/printable.hpp"
@@ -59,6 +60,11 @@ std::optional<int> Child::take_end() {
 
 void Child::ask_to_end() const {
   if (pid_ > 0) ::kill(pid_, SIGTERM);
+}
+
+std::filesystem::path program_beside_this(const std::string& name) {
+  std::error_code unread;
+  return std::filesystem::read_symlink("/proc/self/exe", unread).parent_path() / name;
 }
 
 std::string last_lines(const std::filesystem::path& file, std::size_t bytes) {

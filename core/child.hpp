@@ -35,6 +35,9 @@ class Child {
   pid_t pid_ = -1;
 };
 
+/// Returns the path of the program of that name in the folder of the running one, where an installation has both.
+std::filesystem::path program_beside_this(const std::string& name);
+
 /// Returns the last lines of a file, at most `bytes` bytes of valid UTF-8.
 std::string last_lines(const std::filesystem::path& file, std::size_t bytes);
 

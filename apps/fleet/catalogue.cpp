@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 
 #include "apps/fleet/geopackage.hpp"
+#include "apps/fleet/json_file.hpp"
 #include "apps/sha256.hpp"
 #include "config/section.hpp"
-#include "core/input_file.hpp"
 #include "core/printable.hpp"
 #include "runtime/drive_map.hpp"
 #include "runtime/recording.hpp"
@@ -18,39 +17,23 @@
 namespace hueline::apps {
 namespace {
 
-using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
-
-constexpr std::uint64_t kLargestSummary = 100'000'000;  // bytes
 
 void note(CatalogueEntry& entry, const std::string& trouble) {
   entry.text += (entry.text.empty() ? "" : "; ") + printable(trouble);
 }
 
-std::string text_at(const Json& root, const char* pointer) {
-  const Json::json_pointer place(pointer);
-  return root.contains(place) && root.at(place).is_string() ? root.at(place).get<std::string>() : std::string();
-}
-
-std::optional<double> number_at(const Json& root, const char* pointer) {
-  const Json::json_pointer place(pointer);
-  if (!root.contains(place) || !root.at(place).is_number()) return {};
-  return root.at(place).get<double>();
-}
-
 /// Takes the figures of a drive from its summary.json.
 void read_summary(CatalogueEntry& entry, const fs::path& folder) {
-  const auto text = read_input(folder / "summary.json", kLargestSummary, "a summary");
-  if (!text.ok()) return note(entry, text.error().message);
-  const Json root = Json::parse(*text, nullptr, false);
-  if (!root.is_object()) return note(entry, (folder / "summary.json").string() + " is not JSON");
-  entry.verdict = text_at(root, "/verdict/grade");
-  entry.begin = text_at(root, "/drive/begin");
-  entry.end = text_at(root, "/drive/end");
-  entry.duration_s = number_at(root, "/drive/duration_s");
-  entry.path_m = number_at(root, "/drive/path_m");
-  entry.coloured_share = number_at(root, "/points/coloured_share");
-  if (const auto points = number_at(root, "/points/total")) entry.points = static_cast<std::int64_t>(*points);
+  const auto root = read_json(folder / "summary.json", "a summary");
+  if (!root.ok()) return note(entry, root.error().message);
+  entry.verdict = text_at(*root, "/verdict/grade");
+  entry.begin = text_at(*root, "/drive/begin");
+  entry.end = text_at(*root, "/drive/end");
+  entry.duration_s = number_at(*root, "/drive/duration_s");
+  entry.path_m = number_at(*root, "/drive/path_m");
+  entry.coloured_share = number_at(*root, "/points/coloured_share");
+  if (const auto points = number_at(*root, "/points/total")) entry.points = static_cast<std::int64_t>(*points);
 }
 
 /// Takes rig and places from the recording. `rig` is the file that replaces the recorded one; empty: none does.

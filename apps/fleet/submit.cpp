@@ -26,11 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path program_beside_this() {
-  std::error_code unread;
-  return fs::read_symlink("/proc/self/exe", unread).parent_path() / "hueline";
-}
-
 /// Returns the text as one word of a shell.
 std::string quoted(const std::string& text) {
   std::string out = "'";
@@ -163,7 +158,7 @@ int submit_to_slurm(const FleetPlan& plan, const std::vector<std::size_t>& tasks
   for (std::size_t begin = 0; begin < tasks.size(); begin += kMostArrayTasks) {
     const auto first = tasks.begin() + static_cast<std::ptrdiff_t>(begin);
     const auto last = tasks.begin() + static_cast<std::ptrdiff_t>(std::min(begin + kMostArrayTasks, tasks.size()));
-    const auto script = slurm_script(plan, {first, last}, wish, program_beside_this());
+    const auto script = slurm_script(plan, {first, last}, wish, program_beside_this("hueline"));
     if (!script.ok()) {
       log_error("{}", script.error().message);
       return kWrongUse;
@@ -185,7 +180,8 @@ int write_snakefile(const FleetPlan& plan, const std::vector<std::size_t>& tasks
   std::error_code ignored;
   for (const std::size_t number : tasks) fs::remove(folder / fmt::format("{}.done", number), ignored);
   const fs::path file = folder / "Snakefile";
-  if (const int written = write_script(file, snakefile(plan, tasks, wish, program_beside_this())); written != kDone)
+  if (const int written = write_script(file, snakefile(plan, tasks, wish, program_beside_this("hueline")));
+      written != kDone)
     return written;
   fmt::print("snakemake --snakefile {} --keep-going --cores all\n", quoted(file.string()));
   return kDone;

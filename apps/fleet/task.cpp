@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "apps/exit_code.hpp"
+#include "apps/fleet/json_file.hpp"
 #include "apps/log.hpp"
 #include "apps/sha256.hpp"
 #include "core/child.hpp"
@@ -31,7 +32,6 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 constexpr const char *kResult = "result.json", *kLog = "log.txt", *kSummary = "summary.json";
-constexpr std::uint64_t kLargestJson = 100'000'000;  // bytes; the summary of a long drive takes thousands
 
 struct EndWords {
   TaskEnd end;
@@ -62,19 +62,6 @@ std::string host_name() {
   return ::gethostname(name.data(), name.size() - 1) == 0 ? printable(name.data()) : "?";
 }
 
-Result<Json> read_json(const fs::path& file) {
-  const auto text = read_input(file, kLargestJson, "a result");
-  if (!text.ok()) return text.error();
-  Json root = Json::parse(*text, nullptr, false);
-  if (!root.is_object()) return Error{ErrorCode::Malformed, file.string() + ": is not an object of JSON"};
-  return root;
-}
-
-std::string text_at(const Json& root, const char* pointer) {
-  const Json::json_pointer place(pointer);
-  return root.contains(place) && root.at(place).is_string() ? root.at(place).get<std::string>() : std::string();
-}
-
 /// Reads a result.json. Returns nothing if it is none.
 std::optional<TaskResult> result_of(const Json& root) {
   TaskResult out;
@@ -85,8 +72,7 @@ std::optional<TaskResult> result_of(const Json& root) {
   out.text = text_at(root, "/text");
   out.verdict = text_at(root, "/verdict");
   out.host = text_at(root, "/host");
-  if (const auto seconds = root.find("seconds"); seconds != root.end() && seconds->is_number())
-    out.seconds = seconds->get<double>();
+  out.seconds = number_at(root, "/seconds").value_or(out.seconds);
   const auto products = root.find("products");
   if (products == root.end() || !products->is_object()) return out;
   for (const auto& [file, product] : products->items()) {
@@ -242,7 +228,7 @@ TaskResult replay_drive(const FleetTask& task, const Attempt& attempt, const Rep
   if (out.end == TaskEnd::Crashed) out.text = fmt::format("signal {}; {}", *status - 128, out.text);
   if (!has_results(out.end)) return out;
   // A recording that cannot be opened at all gives the same status as one that is read in part.
-  const auto summary = read_json(attempt.drive() / kSummary);
+  const auto summary = read_json(attempt.drive() / kSummary, "a result");
   if (!summary.ok()) {
     out.text = out.end == TaskEnd::Done ? summary.error().message : out.text;
     out.end = out.end == TaskEnd::Done ? TaskEnd::Failed : TaskEnd::InputMissing;
@@ -301,7 +287,7 @@ std::optional<TaskResult> finished_result(const FleetPlan& plan, const FleetTask
   std::error_code unknown;
   // An engine may make an empty folder before it starts the task.
   if (!fs::exists(folder, unknown) || fs::is_empty(folder, unknown)) return no({});
-  const auto root = read_json(folder / kResult);
+  const auto root = read_json(folder / kResult, "a result");
   if (!root.ok()) return no(root.error().message);
   std::optional<TaskResult> out = result_of(*root);
   if (!out || !has_results(out->end)) return no((folder / kResult).string() + ": is no result");
@@ -320,7 +306,7 @@ std::optional<TaskResult> finished_result(const FleetPlan& plan, const FleetTask
 }
 
 std::optional<TaskResult> failed_result(const FleetPlan& plan, const FleetTask& task) {
-  const auto root = read_json(failure_of(plan, task) / kResult);
+  const auto root = read_json(failure_of(plan, task) / kResult, "a result");
   if (!root.ok()) return {};
   const auto question = root->find("question");
   if (question == root->end() || *question != question_of(plan, task)) return {};
@@ -331,9 +317,7 @@ std::optional<TaskResult> failed_result(const FleetPlan& plan, const FleetTask& 
 Replayer hueline_replayer(int threads) {
   return [threads](const std::vector<std::string>& words, const fs::path& log,
                    const std::stop_token& stop) -> Result<int> {
-    std::error_code unread;
-    const fs::path self = fs::read_symlink("/proc/self/exe", unread);
-    std::vector<std::string> all{(self.parent_path() / "hueline").string(), "replay"};
+    std::vector<std::string> all{program_beside_this("hueline").string(), "replay"};
     all.insert(all.end(), words.begin(), words.end());
     all.push_back(fmt::format("--threads={}", threads));
     auto child = Child::start(all, log, {}, Child::Session::Parents);
