@@ -198,36 +198,30 @@ class TwoComputers : public testing::Test {
     EXPECT_GT(out.size(), 1000u);
     return out;
   }
+  static void process(const config::Rig& rig, runtime::Recording& recording, runtime::ProductSink& products) {
+    runtime::Pipeline pipeline(rig, 1, products);
+    EXPECT_TRUE(recording
+                    .for_each([&](const Packet& packet) {
+                      pipeline.process(packet);
+                      return true;
+                    })
+                    .ok());
+    pipeline.flush();
+  }
   /// Replays a recording, and returns the bytes of its cloud.
   std::string replay(const std::string& path) {
     const std::filesystem::path out = folder_ / "out";
     each(path, [&](const config::Rig& rig, runtime::Recording& recording) {
       auto outputs = runtime::Outputs::create(rig, out, [](const std::string&) {});
       ASSERT_TRUE(outputs.ok());
-      runtime::Pipeline pipeline(rig, 1, **outputs);
-      EXPECT_TRUE(recording
-                      .for_each([&](const Packet& packet) {
-                        pipeline.process(packet);
-                        return true;
-                      })
-                      .ok());
-      pipeline.flush();
+      process(rig, recording, **outputs);
       EXPECT_TRUE((*outputs)->finish().ok());
     });
     return contents(out / "cloud.las");
   }
   static std::vector<ColouredPoint> points(const std::string& path) {
     Cloud cloud;
-    each(path, [&](const config::Rig& rig, runtime::Recording& recording) {
-      runtime::Pipeline pipeline(rig, 1, cloud);
-      EXPECT_TRUE(recording
-                      .for_each([&](const Packet& packet) {
-                        pipeline.process(packet);
-                        return true;
-                      })
-                      .ok());
-      pipeline.flush();
-    });
+    each(path, [&](const config::Rig& rig, runtime::Recording& recording) { process(rig, recording, cloud); });
     return std::move(cloud.points);
   }
 
