@@ -108,7 +108,12 @@ int decode(const Options& options) {
   if (rosbag::is_bag(what.capture)) return decode_recording(what);
   const auto decoded = decode_capture(what);
   if (!decoded.ok()) {
-    log_error(decoded.error().message);
+    const bool is_other_recording =
+        decoded.error().code == ErrorCode::Unsupported && rosbag::open_bag(what.capture).ok();
+    log_error(is_other_recording ? what.capture +
+                                       ": a recording without messages of ROS that can be read; hueline inspect lists "
+                                       "what is in it"
+                                 : decoded.error().message);
     return kInputUnreadable;
   }
   return tell(*decoded, what.capture);

@@ -56,7 +56,13 @@ void add_packets(DecodedBag& out, const DecodeOptions& options, const rosbag::To
     out.unused[topic.topic.name] = why;
     return;
   }
-  for (DecodedScanner& scanner : decoded->scanners) scanner.address = topic.topic.name;
+  const std::string folder = topic.file.parent_path().string() + "/";
+  for (DecodedScanner& scanner : decoded->scanners) {
+    scanner.address = topic.topic.name;
+    // The folder passes; what is in it came from the recording.
+    if (const auto at = scanner.note.find(folder); at != std::string::npos)
+      scanner.note.replace(at, folder.size(), "the recording's ");
+  }
   for (std::string& one : decoded->not_supported) one = topic.topic.name + ": " + one;
   add(out, std::move(*decoded));
 }

@@ -142,7 +142,7 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   out.became.insert(sensors.became().begin(), sensors.became().end());
   out.to_do = sensors.to_do();
   if (sensors.sensors().empty())
-    return Error{ErrorCode::Unsupported, options.bag + ": no topic of it can be used; hueline decode names them"};
+    return Error{ErrorCode::Unsupported, options.bag + ": no topic of it can be used; hueline inspect lists them"};
 
   config::Rig rig;
   try {

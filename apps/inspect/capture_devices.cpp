@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
+#include <span>
 
 namespace hueline::apps {
 namespace {
@@ -209,9 +211,23 @@ std::string CaptureDevices::why_undecoded(std::uint64_t packets) const {
   for (const drivers::DeviceType* type : types_)
     if (type->files.log.is_beginning) streams += (streams.empty() ? "" : ", ") + std::string(type->files.log.format);
   return fmt::format(
-      "none of its datagrams is one of {}, and none of its TCP streams begins as {}: they are counted, "
-      "not decoded",
-      kinds, streams);
+      "none of its datagrams is one of {}, and none of its TCP streams begins as {}: they are counted, not decoded. It "
+      "holds {}",
+      kinds, streams, strangers_in_words());
+}
+
+std::string CaptureDevices::strangers_in_words() const {
+  constexpr std::size_t kMostNamed = 4;
+  std::vector<const Strangers::value_type*> senders;
+  for (const auto& one : strangers_) senders.push_back(&one);
+  std::ranges::stable_sort(senders, std::ranges::greater(), [](const auto* one) { return one->second.bytes; });
+  std::string out;
+  for (const auto* one : std::span(senders).first(std::min(kMostNamed, senders.size())))
+    out += fmt::format("{}{} packets of {} bytes on average from {}, port {}", out.empty() ? "" : "; ",
+                       one->second.datagrams, one->second.bytes / std::max<std::uint64_t>(1, one->second.datagrams),
+                       drivers::to_text(one->first.first), one->first.second);
+  if (senders.size() > kMostNamed) out += fmt::format("; and those of {} more senders", senders.size() - kMostNamed);
+  return out.empty() ? "no packet with content" : out;
 }
 
 }  // namespace hueline::apps

@@ -81,6 +81,7 @@ class CaptureDevices {
   };
   CaptureDevice* find(const Packet& datagram, const drivers::IpAddress& sender, std::uint16_t port,
                       std::vector<Measurement>& out);
+  std::string strangers_in_words() const;
   void decode_what_came_before(CaptureDevice& device, std::vector<Measurement>& out);
   CaptureDevice* find(const drivers::TcpFlow& stream);
   CaptureDevice* take_stream(const Packet& packet, const drivers::TcpFlow& stream, std::vector<Measurement>& out);

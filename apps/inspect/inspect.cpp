@@ -11,8 +11,10 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "core/input_file.hpp"
+#include "core/packed_file.hpp"
 #include "core/printable.hpp"
 #include "drivers/can/blf.hpp"
+#include "rosbag/bag.hpp"
 #include "runtime/recording.hpp"
 
 namespace hueline::apps {
@@ -29,8 +31,27 @@ Result<std::string> first_bytes(const InputFile& file) {
   return head;
 }
 
-bool ends_with(const std::string& path, std::string_view ending) {
-  return path.size() >= ending.size() && std::string_view(path).substr(path.size() - ending.size()) == ending;
+/// Returns whether a file's name has this ending, in small letters or large ones.
+bool ends_with(std::string_view path, std::string_view ending) {
+  const auto small = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  return path.size() >= ending.size() &&
+         std::ranges::equal(path.substr(path.size() - ending.size()), ending, {}, small, small);
+}
+
+/// Finds whose bytes a file holds: by what is in it, and by its name among those that both fit or if nothing fits.
+const drivers::DeviceType* type_of_log(drivers::DeviceTypes types, const std::string& path, std::string_view first) {
+  const drivers::DeviceType* by_bytes = nullptr;
+  const drivers::DeviceType* by_name = nullptr;
+  for (const drivers::DeviceType* type : types) {
+    const drivers::DeviceFiles::Log& log = type->files.log;
+    if (!log.format) continue;
+    const bool is_named = ends_with(path, log.ending);
+    const bool fits = log.is_beginning(first);
+    if (is_named && fits) return type;
+    if (fits && !by_bytes) by_bytes = type;
+    if (is_named && !by_name) by_name = type;
+  }
+  return by_bytes ? by_bytes : by_name;
 }
 
 /// Returns the JSON text. Names in files may have any encoding, so bytes that are no UTF-8 become U+FFFD.
@@ -79,9 +100,11 @@ int show(const Inspection& inspection, bool as_json) {
 Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, const std::string& dbc_path) {
   const std::string path = runtime::drive_file(named);
   std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored))
-    return {nullptr,
-            Error{ErrorCode::Io, path + " is a folder without drive.mcap in it: give a file, or a drive's folder"}};
+  const bool is_folder = std::filesystem::is_directory(path, ignored);
+  if (is_folder && rosbag::is_bag(path)) return inspect_bag(path);
+  if (is_folder)
+    return {nullptr, Error{ErrorCode::Io, path + " is a folder without drive.mcap in it, and without a recording of "
+                                                 "ROS: give a file, or a drive's folder"}};
   const auto file = InputFile::open(path);
   if (!file.ok()) return {nullptr, file.error()};
   if (file->size() == 0) return {nullptr, Error{ErrorCode::Truncated, path + " is empty"}};
@@ -91,6 +114,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   const auto begins = [&](std::string_view magic) { return std::string_view(head).substr(0, magic.size()) == magic; };
   using namespace std::string_view_literals;
   if (begins("\x89MCAP0\r\n"sv)) return inspect_mcap(path);
+  if (begins("#ROSBAG V"sv) || begins("SQLite format 3\0"sv)) return inspect_bag(path);
   if (begins("LASF"sv)) return inspect_las(path);
   for (const auto magic :
        {"\xa1\xb2\xc3\xd4"sv, "\xd4\xc3\xb2\xa1"sv, "\xa1\xb2\x3c\x4d"sv, "\x4d\x3c\xb2\xa1"sv, "\x0a\x0d\x0d\x0a"sv})
@@ -103,16 +127,16 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   if (drivers::is_blf(head) || ends_with(path, ".asc") || begins("date "sv) ||
       ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos))
     return inspect_can_log(path, dbc_path);
+  if (const drivers::DeviceType* type = type_of_log(types, path, *first)) return inspect_device_log(path, *type);
+  if (const std::string packed = how_to_unpack(head); !packed.empty())
+    return {nullptr, Error{ErrorCode::Unsupported, path + " " + packed}};
   std::string logs;
-  for (const drivers::DeviceType* type : types) {
-    const drivers::DeviceFiles::Log& log = type->files.log;
-    if (!log.format) continue;
-    if (ends_with(path, log.ending) || log.is_beginning(*first)) return inspect_device_log(path, *type);
-    logs += fmt::format("{} ({}), ", log.format, log.ending);
-  }
+  for (const drivers::DeviceType* type : types)
+    if (const drivers::DeviceFiles::Log& log = type->files.log; log.format)
+      logs += fmt::format("{} ({}), ", log.format, log.ending);
   return {nullptr, Error{ErrorCode::Unsupported,
-                         fmt::format("{}: none of the formats that are known: MCAP, LAS, pcap, pcapng, PCD, {}CAN logs "
-                                     "(.asc, .blf, candump -L), DBC, YAML rig or scenario",
+                         fmt::format("{}: none of the formats that are known: MCAP, .bag and .db3 of ROS, LAS, pcap, "
+                                     "pcapng, PCD, {}CAN logs (.asc, .blf, candump -L), DBC, YAML rig or scenario",
                                      path, logs)}};
 }
 

@@ -22,9 +22,9 @@ int show(const Inspection& inspection, bool as_json);
 
 /// Recognises the format by the first bytes of the file and reads the whole file. The name decides only between formats
 /// without a signature. Formats: recordings and views of this program (MCAP), clouds (LAS, PCD), capture files (pcap,
-/// pcapng), logs of CAN buses (ASC, candump), DBC files, YAML of rigs, scenarios, sheets and calibrations, and the
-/// files of the devices `types`, as their DeviceType says (drivers/device_files.hpp). The folder of a drive stands for
-/// its recording. `dbc_path`: the DBC file that describes a log of a CAN bus, if there is one.
+/// pcapng), recordings of ROS, logs of CAN buses (ASC, candump), DBC files, YAML of rigs, scenarios, sheets and
+/// calibrations, and the files of the devices `types`, as their DeviceType says (drivers/device_files.hpp). The folder
+/// of a drive stands for its recording. `dbc_path`: the DBC file that describes a log of a CAN bus, if there is one.
 Inspection inspect_file(const std::string& path, drivers::DeviceTypes types = drivers::device_types(),
                         const std::string& dbc_path = {});
 
@@ -32,7 +32,10 @@ Inspection inspect_file(const std::string& path, drivers::DeviceTypes types = dr
 Inspection inspect_mcap(const std::string& path);
 /// Lists the devices that one of `types` recognises among the senders.
 Inspection inspect_capture_file(const std::string& path, drivers::DeviceTypes types);
-/// Reads a file of a device's bytes (DeviceFiles::Log) with that device's decoder.
+/// Counts the messages of a recording of ROS (rosbag/bag.hpp) by topic.
+Inspection inspect_bag(const std::string& path);
+/// Reads a file of a device's bytes (DeviceFiles::Log) with that device's decoder. A file without one message of the
+/// device is in trouble.
 Inspection inspect_device_log(const std::string& path, const drivers::DeviceType& type);
 /// Says what the signals were, if `dbc_path` names a DBC file.
 Inspection inspect_can_log(const std::string& path, const std::string& dbc_path);

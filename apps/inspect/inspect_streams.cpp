@@ -31,19 +31,24 @@ struct Tally {
   std::map<std::string, std::uint64_t> fixes;  // by their type
   std::map<int, std::uint64_t> marks;          // by the input
   std::map<std::string, std::uint64_t> solutions;
-  std::array<double, 6> extent{};  // least and greatest latitude, longitude (deg), height (m) of all positions
+  std::array<double, 4> extent{};   // least and greatest latitude and longitude of all positions, deg
+  std::array<double, 2> heights{};  // least and greatest, m
   bool has_position = false;
+  bool has_height = false;
   bool has_time = false;
   GpsTime first{}, last{};
 
-  void position(const Geodetic& place) {
-    const std::array<double, 3> values{place.latitude * kDegPerRad, place.longitude * kDegPerRad,
-                                       place.ellipsoidal_height};
+  void position(const Geodetic& place, bool knows_height = true) {
+    const std::array<double, 2> values{place.latitude * kDegPerRad, place.longitude * kDegPerRad};
     for (std::size_t i = 0; i < values.size(); ++i) {
       extent[2 * i] = has_position ? std::min(extent[2 * i], values[i]) : values[i];
       extent[2 * i + 1] = has_position ? std::max(extent[2 * i + 1], values[i]) : values[i];
     }
     has_position = true;
+    if (!knows_height) return;
+    const double height = place.ellipsoidal_height;
+    heights = {has_height ? std::min(heights[0], height) : height, has_height ? std::max(heights[1], height) : height};
+    has_height = true;
   }
   void time(GpsTime t) {
     if (!has_time) first = last = t;
@@ -67,7 +72,8 @@ struct Tally {
       if (const auto* fix = std::get_if<GnssFix>(&m)) {
         time(fix->time);
         ++fixes[name(fix->type)];
-        if (fix->type != FixType::None) position(fix->position);
+        constexpr double kUnknownHeight_m = 100;  // the least sigma of a height that the receiver does not give
+        if (fix->type != FixType::None) position(fix->position, fix->sigma_enu[2] < kUnknownHeight_m);
       }
       if (const auto* mark = std::get_if<EventMark>(&m)) {
         time(mark->time);
@@ -96,7 +102,7 @@ struct Tally {
     if (has_position) {
       out["latitude_deg"] = {extent[0], extent[1]};
       out["longitude_deg"] = {extent[2], extent[3]};
-      out["ellipsoidal_height_m"] = {extent[4], extent[5]};
+      if (has_height) out["ellipsoidal_height_m"] = {heights[0], heights[1]};
     }
     if (!fixes.empty()) out["fix_types"] = fixes;
     if (!solutions.empty()) out["ins_solutions"] = solutions;
@@ -314,6 +320,10 @@ Inspection inspect_device_log(const std::string& path, const drivers::DeviceType
   json["bytes_unaccounted"] =
       static_cast<std::int64_t>(bytes) -
       static_cast<std::int64_t>(counts.decoded_bytes + counts.ignored_bytes + counts.malformed_bytes);
+  const bool has_message = std::ranges::any_of(counts.messages, [](const auto& one) { return one.first != "text"; });
+  if (!has_message && out.trouble.ok())
+    out.trouble = Error{ErrorCode::Malformed, fmt::format("{}: none of its {} bytes belong to a message of {}", path,
+                                                          bytes, type.files.log.format)};
   return out;
 }
 

@@ -1,4 +1,5 @@
 // Clouds of the scanners in a capture file: of a made-up scanner, and of real ones.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "apps/decode/decode_capture.hpp"
@@ -93,6 +94,9 @@ TEST(Decode, TellsAScannerThatItDoesNotKnow) {
   ASSERT_FALSE(alone.ok());
   EXPECT_EQ(alone.error().code, ErrorCode::Unsupported);
   EXPECT_NE(alone.error().message.find("not supported"), std::string::npos) << alone.error().message;
+  const std::string held =
+      fmt::format("It holds 1 packets of {} bytes on average from 192.168.1.201", toy_data().size());
+  EXPECT_NE(alone.error().message.find(held), std::string::npos) << alone.error().message;
 
   // Beside one that is known, it is told too.
   std::vector<std::pair<std::string, unsigned>> sent{{toy_data(), 5000}};

@@ -42,4 +42,19 @@ ends 0 "$hueline" extract drive --sensor pos --out again
 cmp receiver again || fail "the maker's file came out with other bytes"
 ends 2 "$hueline" extract drive --sensor camera --out other
 says "no sensor 'camera' in the recording; there are: pos"
+# The name decides only if the bytes do not, and a log without one message is no success.
+cp receiver misnamed.gps
+ends 0 "$hueline" inspect misnamed.gps
+says 'format +u-blox UBX'
+head -c 3000 /dev/zero >NOTHING.GPS
+ends 3 "$hueline" inspect NOTHING.GPS
+says 'none of its 3000 bytes belong to a message of NovAtel OEM7 binary'
+# No geoid: the height above the ellipsoid is not known, and none is shown.
+printf '$GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A*74\r\n$GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,,M,,*7D\r\n' >flat
+ends 0 "$hueline" inspect flat
+says 'latitude_deg +\[47.3'
+if grep -q height said.txt; then fail "a height that nobody gave is shown"; fi
+gzip -c receiver >receiver.gz
+ends 3 "$hueline" inspect receiver.gz
+says 'compressed as a whole: unpack it with gunzip'
 echo "receivers' logs are recognised and come out again"

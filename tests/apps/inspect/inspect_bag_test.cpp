@@ -1,0 +1,58 @@
+// What `hueline inspect` says of recordings of ROS.
+#include <gtest/gtest.h>
+
+#include <span>
+
+#include "apps/inspect/inspect.hpp"
+#include "tests/rosbag/sample_bag.hpp"
+#include "tests/support/pcap_writer.hpp"
+
+namespace hueline {
+namespace {
+
+using test::SampleMessage;
+using test::TemporaryFile;
+
+constexpr std::int64_t kTime_ns = 1'700'000'000'000'000'000;
+
+std::vector<SampleMessage> messages() {
+  return {{"/scan", "velodyne_msgs/VelodyneScan", kTime_ns, "12345"},
+          {"/text", "std_msgs/String", kTime_ns + 500'000'000, "1"},
+          {"/scan", "velodyne_msgs/VelodyneScan", kTime_ns + 2'000'000'000, "1234567"}};
+}
+
+void expect_the_topics(const std::string& path) {
+  const auto seen = apps::inspect_file(path);
+  ASSERT_TRUE(seen.trouble.ok()) << seen.trouble.error().message;
+  EXPECT_EQ(seen.found->at("format"), "recording of ROS");
+  EXPECT_EQ(seen.found->at("messages"), 3);
+  EXPECT_EQ(seen.found->at("begin"), "2023-11-14T22:13:20.000Z");
+  EXPECT_EQ(seen.found->at("duration_s"), 2.0);
+  const auto& topics = seen.found->at("topics");
+  ASSERT_EQ(topics.size(), 2u);
+  EXPECT_EQ(topics[0].at("topic"), "/scan");
+  EXPECT_EQ(topics[0].at("type"), "velodyne_msgs/VelodyneScan");
+  EXPECT_EQ(topics[0].at("messages"), 2);
+  EXPECT_EQ(topics[0].at("bytes"), 12);
+}
+
+TEST(InspectBag, CountsTheMessagesOfEachTopic) {
+  const TemporaryFile database("inspected.db3", {});
+  test::write_sqlite(database.path(), messages());
+  expect_the_topics(database.path());
+  const std::string bag = test::ros1_bag(messages(), "none", [](const std::string& chunk) { return chunk; });
+  expect_the_topics(TemporaryFile("inspected.bag", std::as_bytes(std::span(bag))).path());
+}
+
+TEST(InspectBag, ACutRecordingIsCountedAndTold) {
+  std::string bag = test::ros1_bag(messages(), "none", [](const std::string& chunk) { return chunk; });
+  bag.resize(bag.size() - 100);
+  const TemporaryFile file("inspected_cut.bag", std::as_bytes(std::span(bag)));
+  const auto seen = apps::inspect_file(file.path());
+  ASSERT_TRUE(seen.found);
+  EXPECT_EQ(seen.found->at("messages"), 2);
+  EXPECT_FALSE(seen.trouble.ok());
+}
+
+}  // namespace
+}  // namespace hueline
