@@ -206,10 +206,8 @@ void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& o
   const auto mode = static_cast<unsigned>(bytes[kModeAt]);
   std::uint32_t stamp_us = 0;
   for (std::size_t i = 0; i < 4; ++i) stamp_us |= static_cast<std::uint32_t>(bytes[kStampAt + i]) << (8 * i);
-  nanoseconds first_firing = std::chrono::microseconds(stamp_us);
-  if (first_firing >= kHour)
-    return malformed(packet, bytes.size(), fmt::format("{}: counter {} us is beyond the hour", table_.name, stamp_us),
-                     out);
+  // A scanner that learns of the new hour late, or never, counts on beyond its end.
+  nanoseconds first_firing = std::chrono::microseconds(stamp_us) % kHour;
 
   if (previous_ && previous_->stamp == first_firing && packet.received - previous_->received < kAgainWithin &&
       std::equal(bytes.begin(), bytes.end(), newest_bytes_.begin())) {

@@ -92,8 +92,7 @@ Result<VelodynePosition> decode_position(std::span<const std::byte> bytes) {
     return malformed(fmt::format("position packet of {} bytes; {} expected", bytes.size(), kVelodynePositionBytes));
   VelodynePosition position;
   for (std::size_t i = 0; i < 4; ++i) position.hour_us |= static_cast<std::uint32_t>(bytes[kStampAt + i]) << (8 * i);
-  if (position.hour_us >= 3'600'000'000u)
-    return malformed(fmt::format("position packet's counter {} us is beyond the hour", position.hour_us));
+  position.hour_us %= 3'600'000'000u;  // it may count on beyond the hour
   position.pps = pulse_status(static_cast<std::uint8_t>(bytes[kPpsAt]));
   const std::string_view room(reinterpret_cast<const char*>(bytes.data()) + kNmeaAt, kNmeaRoom);
   position.nmea = room.substr(0, room.find_first_of(std::string_view("\r\n\0", 3)));

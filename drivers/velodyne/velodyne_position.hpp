@@ -39,7 +39,7 @@ struct VelodynePosition {
   std::string_view nmea;
 };
 
-/// Decodes a position packet. Errors: Malformed (size, or a counter beyond the hour).
+/// Decodes a position packet. A counter beyond the hour is taken for one of the next. Errors: Malformed (size).
 Result<VelodynePosition> decode_position(std::span<const std::byte> bytes);
 
 /// The GPS second of the latest PPS edge when a position packet was assembled. The RMC sentence comes 10-700 ms late

@@ -67,7 +67,7 @@ constexpr FaultEntry kRegistry[] = {
     {T::HalfSecond, "half_second", {Laser}, "s", -0.9, 0.9, 0.5, "The scanner rounds its second wrongly: its counter is off by S although it reports PPS lock.", Told, {K::LabelConflict, K::ClockStep, K::NoTime}},
     {T::LaserPpsLoss, "laser_pps_loss", {Laser}, "ppm", -1000, 1000, 15, "The scanner has no PPS, drifts by S and reports this.", Told, {K::NoTime}},
     {T::LaserClockStep, "laser_clock_step", {Laser}, "s", -1000, 1000, -0.25, "The scanner's counter is off by S although it reports PPS lock.", Told, {K::LabelConflict, K::ClockStep, K::NoTime}},
-    {T::HourWrapLate, "hour_wrap_late", {Laser}, "ms", 1, 10000, 300, "If a UTC hour begins meanwhile, the scanner counts on beyond the hour for S.", Told, {K::Malformed}},
+    {T::HourWrapLate, "hour_wrap_late", {Laser}, "ms", 1, 10000, 300, "If a UTC hour begins meanwhile, the scanner counts on beyond the hour for S.", Immune, {}},
 
     {T::PosGap, "pos_gap", {Pos}, nullptr, 0, 0, 0, "The POS gives no solutions.", Told, {K::Lost, K::Silent}},
     {T::PosNotGood, "pos_not_good", {Pos}, "status", 0, 12, 2, "Solutions have the status S; 2 is high variance.", Told, {K::Implausible}},
