@@ -105,23 +105,34 @@ void LaserClock::process(LaserBatch batch, const HostClockModel& host, std::vect
     judge(out);
 }
 
-bool LaserClock::fits(const Seen& seen) const {
+bool LaserClock::fits(const Seen& seen) const { return seconds_behind(seen) == seconds(0); }
+
+/// Returns the whole seconds that are missing from a stamp; nothing if its error is not of whole seconds.
+std::optional<seconds> LaserClock::seconds_behind(const Seen& seen) const {
   const nanoseconds slack = config_.early + 3 * seen.arrival.sigma;
-  return residual(seen) >= -slack && residual(seen) <= config_.latency_max;
+  const seconds whole(floor_div((residual(seen) + slack).count(), 1'000'000'000));
+  if (residual(seen) - whole > config_.latency_max) return {};
+  return whole;
 }
 
-/// A scanner whose phase was wrong is trusted again after it has claimed lock and agreed with the host long enough.
+/// A scanner whose phase was wrong is trusted again after it has claimed lock and agreed with the host long enough, if
+/// need be but for whole seconds: a reference that is set during the drive may count from another instant then.
 void LaserClock::judge_anew(const Seen& seen) {
-  if (!discipline_.claims_lock() || !fits(seen)) {
-    fits_since_.reset();
+  const std::optional<seconds> behind = seconds_behind(seen);
+  if (!discipline_.claims_lock() || !behind) {
+    agrees_since_.reset();
     return;
   }
-  if (!fits_since_) fits_since_ = seen.batch.received;
-  if (seen.batch.received - *fits_since_ < 2 * config_.confirm) return;
-  fits_since_.reset();
+  if (!agrees_since_ || agrees_since_->behind != *behind) agrees_since_ = Agreement{seen.batch.received, *behind};
+  if (seen.batch.received - agrees_since_->received < 2 * config_.confirm) return;
+  agrees_since_.reset();
   untrusted_ = false;
+  correction_ += *behind;
   faults_.add(config_.sensor, FaultKind::LabelConflict, "phase", seen.batch.received,
-              "the scanner agrees with the host clock again: stamped by its PPS");
+              *behind == seconds(0) ? std::string("the scanner agrees with the host clock again: stamped by its PPS")
+                                    : fmt::format("the scanner agrees with the host clock again but for whole seconds: "
+                                                  "they are {} behind the host's; corrected",
+                                                  describe_offset(correction_.count())));
 }
 
 void LaserClock::judge(std::vector<StampedLaserBatch>& out) {

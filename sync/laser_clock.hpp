@@ -22,8 +22,8 @@ namespace hueline::sync {
 ///   in [-early, latency_max].
 /// - Batches that fail the check are held until `confirm` has passed. Then a shift by exactly whole seconds is
 ///   corrected (fault LabelConflict). Any other shift, above all by half a second, makes the scanner untrusted (fault
-///   LabelConflict) until it has agreed with the host for twice as long. Batches that were only delivered late keep
-///   their stamp.
+///   LabelConflict) until it has agreed with the host, but for whole seconds, for twice as long. Batches that were only
+///   delivered late keep their stamp.
 /// - A scanner that has lost its reference is stamped by its own crystal (Holdover, growing sigma).
 /// - A scanner that never had a reference, or lost it too long ago, is stamped by the smallest latency of its packets
 ///   (Acquiring, sigma of milliseconds, fault NoTime).
@@ -79,7 +79,13 @@ class LaserClock {
   };
   nanoseconds residual(const Seen& seen) const { return seen.arrival.time - (seen.nominal + correction_); }
   bool is_disciplined(HostTime at) const;
+  /// An untrusted scanner that has agreed with the host, but for whole seconds.
+  struct Agreement {
+    HostTime received;  // of its first batch
+    std::chrono::seconds behind;
+  };
   bool fits(const Seen& seen) const;
+  std::optional<std::chrono::seconds> seconds_behind(const Seen& seen) const;
   void judge_anew(const Seen& seen);
   std::int64_t unwrap(const LaserTime& time);
   void judge(std::vector<StampedLaserBatch>& out);
@@ -92,9 +98,9 @@ class LaserClock {
   Counts counts_;
   LaserDiscipline discipline_;
   std::chrono::seconds correction_{0};
-  bool untrusted_ = false;              // the phase was found to be wrong
-  std::optional<HostTime> fits_since_;  // since when an untrusted scanner has agreed
-  bool host_doubtful_ = false;          // is_doubtful() at the newest batch
+  bool untrusted_ = false;  // the phase was found to be wrong
+  std::optional<Agreement> agrees_since_;
+  bool host_doubtful_ = false;  // is_doubtful() at the newest batch
   std::deque<Seen> pending_;
   std::size_t pending_returns_ = 0;
   std::optional<LaserTime> last_stamp_;

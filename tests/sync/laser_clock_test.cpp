@@ -146,19 +146,69 @@ TEST(LaserClock, GivenPulsesButNoLabelThenTheCounterIsRightAndItsSecondsAreFound
   for (const auto& b : run.out) ASSERT_EQ(b.state, SyncState::Locked);
 }
 
+/// Stamps since 1970 of a scanner whose PTP master names no scale.
+Stamping since_1970() {
+  return [](std::int64_t utc_ns) {
+    return LaserCounter{CounterOrigin::Own, std::chrono::hours(876'000), nanoseconds(utc_ns)};
+  };
+}
+
 TEST(LaserClock, GivenStampsSince1970OnAScaleThatNobodyNamesThenTheHostTellsTheSecondsAndItIsSaid) {
   // UTC, TAI by PTP, a master that is two years behind, and a receiver's date that is a day ahead.
   for (const int wrong_s : {0, 37, -74'986'812, 86'400}) {
     SCOPED_TRACE(wrong_s);
     Drive drive(some_begin(), seconds(40));
     SimulatedLaser laser;
-    laser.stamp = [](std::int64_t utc_ns) {
-      return LaserCounter{CounterOrigin::Own, std::chrono::hours(876'000), nanoseconds(utc_ns)};
-    };
+    laser.stamp = since_1970();
     laser.clock_error = [=](GpsTime) { return seconds(wrong_s); };
     LaserCourse run(drive, laser);
     run.expect_all_within(us(1));
     EXPECT_THAT(run.details(FaultKind::LabelConflict), HasSubstr("corrected"));
+  }
+}
+
+/// A computer without a battery starts years behind, leads the scanner by PTP, and is set when it has satellites
+/// (ouster-lidar/ouster-sdk#176).
+TEST(LaserClock, GivenAMasterThatIsSetByYearsDuringTheDriveThenNoBatchIsWrong) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedLaser laser;
+  laser.stamp = since_1970();
+  const GpsTime set = some_begin() + seconds(30) + ms(7);
+  laser.clock_error = [=](GpsTime t) { return t < set ? seconds(-77'768'078) + ms(22) : ms(0); };
+  LaserCourse run(drive, laser);
+  run.expect_within_sigmas(5);
+  run.expect_all_within(ms(5));
+  for (const auto& b : run.out) {
+    if (b.time > set + seconds(5)) {
+      ASSERT_LE(std::abs(run.error(b).count()), us(1).count()) << to_seconds(b.time - set);
+    }
+  }
+  EXPECT_NE(run.details(FaultKind::LabelConflict), "");
+}
+
+/// Now and then one stamp is a second before 1970 (SICKAG/sick_scan_xd#411), or as late as a counter can be.
+TEST(LaserClock, GivenSingleStampsThatAreNonsenseThenTheyGoByArrivalAndTheOthersStay) {
+  for (const nanoseconds nonsense : {nanoseconds(seconds(-1)), nanoseconds(seconds(4'294'967'295))}) {
+    SCOPED_TRACE(to_seconds(nonsense));
+    Drive drive(some_begin(), seconds(60));
+    SimulatedLaser laser;
+    int stamped = 0, spoilt = 0;
+    laser.stamp = [&](std::int64_t utc_ns) {
+      const bool is_nonsense = ++stamped % 500 == 0;
+      spoilt += is_nonsense;
+      return LaserCounter{CounterOrigin::Utc, std::chrono::hours(876'000),
+                          is_nonsense ? nonsense : nanoseconds(utc_ns)};
+    };
+    LaserCourse run(drive, laser);
+    ASSERT_GT(spoilt, 3);
+    run.expect_within_sigmas(5);
+    int rough = 0;
+    for (const auto& b : run.out) {
+      rough += std::abs(run.error(b).count()) > us(1).count();
+      ASSERT_LE(std::abs(run.error(b).count()), ms(5).count());
+    }
+    EXPECT_LE(rough, spoilt) << "sound stamps were left";
+    EXPECT_EQ(run.clock.correction(), seconds(0));
   }
 }
 
