@@ -123,8 +123,10 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
     return inspect_pcd(path);
   if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
   if (ends_with(path, ".dbc")) return inspect_dbc(path);
-  // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time, a BLF with a signature.
-  if (drivers::is_blf(head) || ends_with(path, ".asc") || begins("date "sv) ||
+  // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time, a trace of version 1.1
+  // or later with that, a BLF with a signature.
+  if (drivers::is_blf(head) || ends_with(path, ".asc") || begins("date "sv) || ends_with(path, ".trc") ||
+      begins(";$FILEVERSION="sv) ||
       ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos))
     return inspect_can_log(path, dbc_path);
   if (const drivers::DeviceType* type = type_of_log(types, path, *first)) return inspect_device_log(path, *type);
@@ -134,10 +136,11 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   for (const drivers::DeviceType* type : types)
     if (const drivers::DeviceFiles::Log& log = type->files.log; log.format)
       logs += fmt::format("{} ({}), ", log.format, log.ending);
-  return {nullptr, Error{ErrorCode::Unsupported,
-                         fmt::format("{}: none of the formats that are known: MCAP, .bag and .db3 of ROS, LAS, pcap, "
-                                     "pcapng, PCD, {}CAN logs (.asc, .blf, candump -L), DBC, YAML rig or scenario",
-                                     path, logs)}};
+  return {nullptr,
+          Error{ErrorCode::Unsupported,
+                fmt::format("{}: none of the formats that are known: MCAP, .bag and .db3 of ROS, LAS, pcap, "
+                            "pcapng, PCD, {}CAN logs (.asc, .blf, .trc, candump -L), DBC, YAML rig or scenario",
+                            path, logs)}};
 }
 
 }  // namespace hueline::apps

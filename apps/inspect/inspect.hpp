@@ -22,9 +22,10 @@ int show(const Inspection& inspection, bool as_json);
 
 /// Recognises the format by the first bytes of the file and reads the whole file. The name decides only between formats
 /// without a signature. Formats: recordings and views of this program (MCAP), clouds (LAS, PCD), capture files (pcap,
-/// pcapng), recordings of ROS, logs of CAN buses (ASC, candump), DBC files, YAML of rigs, scenarios, sheets and
-/// calibrations, and the files of the devices `types`, as their DeviceType says (drivers/device_files.hpp). The folder
-/// of a drive stands for its recording. `dbc_path`: the DBC file that describes a log of a CAN bus, if there is one.
+/// pcapng), recordings of ROS, logs of CAN buses (ASC, BLF, TRC, candump), DBC files, YAML of rigs, scenarios, sheets
+/// and calibrations, and the files of the devices `types`, as their DeviceType says (drivers/device_files.hpp). The
+/// folder of a drive stands for its recording. `dbc_path`: the DBC file that describes a log of a CAN bus, if there is
+/// one.
 Inspection inspect_file(const std::string& path, drivers::DeviceTypes types = drivers::device_types(),
                         const std::string& dbc_path = {});
 

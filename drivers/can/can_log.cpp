@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <span>
@@ -33,18 +34,21 @@ bool whole(std::string_view word, T& value, int base = 10) {
   return error == std::errc() && end == word.data() + word.size();
 }
 
-/// Reads seconds such as "12.345678" exactly.
-bool seconds(std::string_view word, nanoseconds& out) {
+/// Reads a time such as "12.345678" exactly, whose unit has as many nanoseconds as 1 with `places` zeros.
+bool decimal(std::string_view word, std::size_t places, nanoseconds& out) {
   const std::size_t dot = word.find('.');
-  std::int64_t s = 0, fraction = 0;
-  if (dot == std::string_view::npos || !whole(word.substr(0, dot), s) || s < 0 || s > 9'000'000'000) return false;
+  if (dot == std::string_view::npos || dot == 0 || word[0] == '-') return false;
   std::string digits(word.substr(dot + 1));
-  if (digits.empty() || digits.size() > 9) return false;
-  digits.resize(9, '0');
-  if (!whole(digits, fraction)) return false;
-  out = nanoseconds(s * 1'000'000'000 + fraction);
+  if (digits.empty() || digits.size() > places) return false;
+  digits.resize(places, '0');
+  std::int64_t ns = 0;
+  if (!whole(std::string(word.substr(0, dot)) + digits, ns) || ns > 9'000'000'000'000'000'000) return false;
+  out = nanoseconds(ns);
   return true;
 }
+
+/// Reads seconds such as "12.345678".
+bool seconds(std::string_view word, nanoseconds& out) { return decimal(word, 9, out); }
 
 Error bad(std::string_view line, std::string_view what) {
   return {ErrorCode::Malformed, fmt::format("{} in '{}'", what, line.substr(0, 80))};
@@ -123,13 +127,106 @@ Entry take_candump(std::string_view line) {
   return Entry(out);
 }
 
+/// Returns the columns of a version of TRC below 2.1, whose files do not name them.
+std::string_view trc_columns(std::string_view version) {
+  if (version == "1.1") return "NOTILD";
+  if (version == "1.2") return "NOBTILD";
+  if (version == "1.3") return "NOBTIRLD";
+  return version.starts_with("2") ? "NOTIdlD" : "NOILD";
+}
+
+/// Returns the number of bytes that a length code means.
+std::size_t bytes_of_code(std::size_t code, bool is_fd) {
+  constexpr std::array<std::uint8_t, 16> kFdBytes = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
+  return is_fd ? kFdBytes[code] : std::min<std::size_t>(code, 8);
+}
+
+/// Sets what the type of a row says about its frame: Rx and Tx (version 1) or DT, FD, FB, FE, BI and RR (version 2).
+/// Returns false if the row has no frame: a warning, a status, error counters, an event.
+bool take_trc_type(std::string_view type, CanFrame& frame) {
+  frame.is_fd = type == "FD" || type == "FB" || type == "FE" || type == "BI";
+  frame.is_remote = type == "RR";
+  frame.is_local = type == "Tx";
+  return frame.is_fd || frame.is_remote || type == "DT" || type == "Rx" || type == "Tx";
+}
+
 }  // namespace
 
 Entry CanLogParser::take(std::string_view line) {
   const std::size_t begin = line.find_first_not_of(" \t\r");
   if (begin == std::string_view::npos) return Entry(std::nullopt);
-  if (line[begin] == '(') return take_candump(line.substr(begin));
-  return take_asc(line.substr(begin));
+  line.remove_prefix(begin);
+  if (line[0] == '(') return take_candump(line);
+  if (line[0] == ';') {
+    while (line.ends_with('\r') || line.ends_with(' ')) line.remove_suffix(1);
+    if (constexpr std::string_view kVersion = ";$FILEVERSION="; line.starts_with(kVersion))
+      columns_ = trc_columns(line.substr(kVersion.size()));
+    if (constexpr std::string_view kColumns = ";$COLUMNS="; line.starts_with(kColumns)) {
+      columns_ = line.substr(kColumns.size());
+      std::erase(columns_, ',');
+    }
+    return Entry(std::nullopt);
+  }
+  // Version 1.0 does not say what it is; its rows begin with their number and a bracket.
+  const std::size_t number = line.find_first_not_of("0123456789");
+  const bool is_row = number != std::string_view::npos && number > 0;
+  if (is_row && (line[number] == ')' || !columns_.empty())) return take_trc(line);
+  return columns_.empty() ? take_asc(line) : Entry(std::nullopt);
+}
+
+Entry CanLogParser::take_trc(std::string_view line) const {
+  const auto words = words_of(line);
+  CanLogEntry out;
+  CanFrame& frame = out.frame;
+  std::size_t at = 0, length = 0;
+  for (const char column : columns_.empty() ? trc_columns("1.0") : std::string_view(columns_)) {
+    if (column == 'D') break;
+    if (at == words.size()) return bad(line, "too few columns");
+    const std::string_view word = words[at++];
+    switch (column) {
+      case 'O':
+        if (!decimal(word, 6, out.time) && !decimal(std::string(word) + ".0", 6, out.time))
+          return bad(line, "no time in milliseconds");
+        break;
+      case 'T':
+        if (word == "ER" || word == "Error") {
+          const std::uint8_t bus = frame.bus;
+          frame = broken_frame();
+          frame.bus = bus;
+          return Entry(out);
+        }
+        if (!take_trc_type(word, frame)) return Entry(std::nullopt);
+        break;
+      case 'B':
+        if (word != "-" && !whole(word, frame.bus)) return bad(line, "no number of the bus");
+        break;
+      case 'I':
+        if (columns_.empty() && word == "FFFFFFFF") return Entry(std::nullopt);  // a warning of version 1.0
+        frame.is_extended = word.size() > 4;
+        if (!whole(word, frame.id, 16) || frame.id > (frame.is_extended ? 0x1FFFFFFFU : 0x7FFU))
+          return bad(line, "no id");
+        break;
+      case 'd':
+        frame.is_local = word == "Tx";
+        break;
+      case 'L':
+        if (!whole(word, length) || length > 15) return bad(line, "no length code");
+        length = bytes_of_code(length, frame.is_fd);
+        break;
+      case 'l':
+        if (!whole(word, length) || length > (frame.is_fd ? kCanDataMost : 8)) return bad(line, "no length");
+        break;
+      default:
+        break;  // the row's number, or what is not used
+    }
+  }
+  frame.is_remote |= at < words.size() && words[at] == "RTR";
+  if (frame.is_remote) return Entry(out);
+  if (words.size() < at + length) return bad(line, "a frame without its data");
+  for (std::size_t i = 0; i < length; ++i)
+    if (words[at + i].size() != 2 || !whole(words[at + i], frame.data[i], 16)) return bad(line, "a byte that is none");
+  frame.length = static_cast<std::uint8_t>(length);
+  return Entry(out);
 }
 
 Entry CanLogParser::take_asc(std::string_view line) {

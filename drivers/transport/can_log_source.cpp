@@ -33,9 +33,10 @@ Line read_line(std::istream& in, std::string& line) {
 
 void CanLogSource::Config::visit(Keys& keys) {
   keys.text(
-      required("file", "", "A log of the bus: Vector's ASC or BLF, or what `candump -L` or `candump -t a` writes."),
+      required("file", "",
+               "A log of the bus: Vector's ASC or BLF, PEAK's TRC, or what `candump -L` or `candump -t a` writes."),
       path);
-  keys.whole({"channel", "", "The channel that is read from an ASC or BLF file.", "0: all"}, channel, {0, 255});
+  keys.whole({"channel", "", "The channel that is read from an ASC, BLF or TRC file.", "0: all"}, channel, {0, 255});
 }
 
 KeyError CanLogSource::Config::validate() const {

@@ -22,7 +22,7 @@ class CanLogSource final : public PacketSource {
  public:
   struct Config {
     std::string path;
-    int channel = 0;  ///< number of the channel that is read from an ASC or BLF log; 0 reads all channels
+    int channel = 0;  ///< number of the channel that is read from an ASC, BLF or TRC log; 0 reads all channels
 
     void visit(Keys& keys);
     KeyError validate() const;

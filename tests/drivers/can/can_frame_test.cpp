@@ -219,6 +219,78 @@ TEST(CanLog, CandumpForPeople) {
     EXPECT_FALSE(log.take(broken).ok()) << broken;
 }
 
+/// The rows of PEAK's traces in each version. A row without a frame is a warning, a status or an event.
+TEST(CanLog, TracesOfPeak) {
+  struct Version {
+    std::vector<std::string> head;
+    std::string frame, extended, remote, error, none;
+  };
+  const std::vector<Version> versions = {{{},
+                                          "     1)     17535  0123  3  0A 0B 0C",
+                                          "2) 17535 18FEF100 1 7F",
+                                          "3) 17535 0123 4 RTR",
+                                          "",
+                                          "4) 17540 FFFFFFFF  4  00 00 00 08 -- -- -- -- BUSHEAVY"},
+                                         {{";$FILEVERSION=1.1\r", ";$STARTTIME=44548.6"},
+                                          "     1)     17535.4  Rx         0123  3  0A 0B 0C \r",
+                                          "2) 17535.4 Tx 18FEF100 1 7F",
+                                          "3) 17535.4 Rx 0123 4 RTR",
+                                          "5) 17540.3 Error 0008 4 00 02 00 00",
+                                          "4) 17540.3  Warng  FFFFFFFF  4  00 00 00 08  BUSHEAVY"},
+                                         {{";$FILEVERSION=1.3"},
+                                          "     1)     17535.400 2  Rx    0123 -  3    0A 0B 0C",
+                                          "2) 17535.4 2 Tx 18FEF100 - 1 7F",
+                                          "3) 17535.4 2 Rx 0123 - 4 RTR",
+                                          "5) 17540.3 2 Error 0008 - 4 00 02 00 00",
+                                          "4) 17540.3 2 Warng  FFFFFFFF - 4  00 00 00 08  BUSHEAVY"},
+                                         {{";$FILEVERSION=2.0", ";$COLUMNS=N,O,T,I,d,l,D"},
+                                          "      1     17535.400 DT     0123 Rx 3  0A 0B 0C",
+                                          "2 17535.4 DT 18FEF100 Tx 1 7F",
+                                          "3 17535.4 RR 0123 Rx 4",
+                                          "5 17540.3 ER Rx 04 00 02 00 00",
+                                          "      4     17540.300 ST          Rx    00 00 00 08"},
+                                         {{";$FILEVERSION=2.1", ";$COLUMNS=N,O,T,B,I,d,R,L,D"},
+                                          "      1     17535.400 DT 2      0123 Rx -  3    0A 0B 0C",
+                                          "2 17535.4 DT 2 18FEF100 Tx - 1 7F",
+                                          "3 17535.4 RR 2 0123 Rx - 4",
+                                          "5 17540.3 ER 2 - Rx - 5 04 00 02 00 00",
+                                          "4 17540.3 EV 2 User-defined event 4"}};
+  for (const Version& version : versions) {
+    CanLogParser log;
+    for (const std::string& line : version.head) EXPECT_FALSE(log.take(line)->has_value());
+    auto entry = log.take(version.frame);
+    ASSERT_TRUE(entry.ok() && *entry) << version.frame;
+    EXPECT_EQ((*entry)->time.count() / 100'000'000, 175);
+    EXPECT_EQ((*entry)->frame.id, 0x123u);
+    EXPECT_EQ((*entry)->frame.length, 3);
+    EXPECT_EQ((*entry)->frame.data[2], 0x0C);
+    EXPECT_FALSE((*entry)->frame.is_extended || (*entry)->frame.is_local || (*entry)->frame.is_remote);
+    EXPECT_EQ((*entry)->frame.bus, version.frame.find(" 2 ") == std::string::npos ? 0 : 2);
+    entry = log.take(version.extended);
+    ASSERT_TRUE(entry.ok() && *entry) << version.extended;
+    EXPECT_TRUE((*entry)->frame.is_extended);
+    EXPECT_EQ((*entry)->frame.is_local, !version.head.empty()) << "version 1.0 does not say who sent it";
+    EXPECT_EQ((*entry)->frame.id, 0x18FEF100u);
+    EXPECT_EQ((*entry)->frame.length, 1);
+    EXPECT_TRUE((*log.take(version.remote))->frame.is_remote) << version.remote;
+    if (!version.error.empty()) {
+      EXPECT_TRUE((*log.take(version.error))->frame.is_error) << version.error;
+    }
+    EXPECT_FALSE(log.take(version.none)->has_value()) << version.none;
+    EXPECT_FALSE(log.take(version.frame.substr(0, version.frame.find("0C"))).ok()) << "cut";
+    EXPECT_FALSE(log.take("7) 1x7").ok());
+  }
+  CanLogParser fd;
+  EXPECT_FALSE(fd.take(";$FILEVERSION=2.1")->has_value());
+  EXPECT_FALSE(fd.take(";$COLUMNS=N,O,T,I,d,L,D")->has_value());
+  const auto entry = fd.take("1 0.25 FB 0123 Rx 9 00 01 02 03 04 05 06 07 08 09 0A 0B");
+  ASSERT_TRUE(entry.ok() && *entry);
+  EXPECT_EQ((*entry)->time, nanoseconds(250'000));
+  EXPECT_TRUE((*entry)->frame.is_fd);
+  EXPECT_EQ((*entry)->frame.length, 12);
+  EXPECT_FALSE(fd.take("1 0.25 DT 0123 Rx 16 00").ok());
+}
+
 TEST(CanLog, BrokenLinesAreCountedAtTheEnd) {
   const auto path = std::filesystem::temp_directory_path() / ("hueline_can_log_" + std::to_string(::getpid()));
   std::ofstream(path) << "(1.0) can0 321#AA\n(2.0) can0 321#A\n(3.0) can0 32#AA\n(4.0) can0 321#BB\n(5.0) can0 321#CC "

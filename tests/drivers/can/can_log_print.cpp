@@ -1,6 +1,6 @@
-// Prints the frames of a CAN log for blf_peer_test.py, a line each: time in ns, channel, id, the letters of what the
-// frame is (x 29 bits, r remote, e error, f CAN FD, l local; - for none) and its data. Exit status 1: the log is not
-// read whole.
+// Prints the frames of a CAN log for can_log_peer_test.py, a line each: time in ns, channel, id, the letters of what
+// the frame is (x 29 bits, r remote, e error, f CAN FD, l local; - for none) and its data. Exit status 1: the log is
+// not read whole.
 #include <cinttypes>
 #include <cstdio>
 #include <string>

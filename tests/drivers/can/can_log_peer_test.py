@@ -1,7 +1,7 @@
 #!/usr/bin/python3 -W ignore
-"""Reads binary logs (BLF) beside python-can: one of random frames that python-can writes, and the files that are given.
+"""Reads logs (BLF, TRC) beside python-can: ones of random frames that python-can writes, and the files that are given.
 
-usage: blf_peer_test.py CAN_LOG_PRINT FRAMES FILE.blf...
+usage: can_log_peer_test.py CAN_LOG_PRINT FRAMES FILE.blf...
 Exit status 77: python-can (Debian: python3-can) is not there."""
 import os
 import random
@@ -12,6 +12,7 @@ import tempfile
 try:
     import can
     from can.io.blf import BLFReader, BLFWriter
+    from can.io.trc import TRCReader, TRCWriter
 except ImportError:
     print("python-can is not installed: skipped")
     sys.exit(77)
@@ -19,13 +20,14 @@ except ImportError:
 
 def random_log(path, count, seed):
     rng = random.Random(seed)
-    writer = BLFWriter(path, channel=2)
+    is_trace = path.endswith(".trc")  # python-can writes neither CAN FD, nor errors, nor requests into it
+    writer = TRCWriter(path) if is_trace else BLFWriter(path, channel=2)
     time = 1_700_000_000.0
     for _ in range(count):
         time += rng.choice([0.0, 1e-5, 0.001, 0.37])
-        extended, fd = rng.random() < 0.3, rng.random() < 0.3
+        extended, fd = rng.random() < 0.3, not is_trace and rng.random() < 0.3
         size = rng.choice([0, 1, 7, 8, 12, 20, 48, 64] if fd else range(9))
-        kind = rng.random()
+        kind = 1 if is_trace else rng.random()
         error, remote = kind < 0.05, not fd and 0.05 <= kind < 0.1
         data = bytes(rng.randrange(256) for _ in range(0 if remote else 8 if error else size))
         writer.on_message_received(can.Message(
@@ -36,7 +38,9 @@ def random_log(path, count, seed):
 
 
 def by_peer(path):
-    reader = BLFReader(path)
+    is_trace = path.endswith(".trc")
+    reader = TRCReader(path) if is_trace else BLFReader(path)
+    start = 0 if is_trace else None  # a trace's times are those since its beginning
     out = []
     for one in reader:
         kind = ""
@@ -48,7 +52,8 @@ def by_peer(path):
             kind += "f" if one.is_fd else ""
             kind += "" if one.is_rx else "l"
         data = "" if one.is_error_frame or one.is_remote_frame else bytes(one.data).hex()
-        out.append((one.timestamp - reader.start_timestamp, (one.channel + 1) & 0xFF,
+        channel = one.channel if is_trace else (one.channel + 1) & 0xFF
+        out.append((one.timestamp - (reader.start_timestamp if start is None else start), channel,
                     0 if one.is_error_frame else one.arbitration_id, kind or "-", data))
     return out
 
@@ -66,12 +71,13 @@ def by_hueline(program, path):
 def main():
     program, count = sys.argv[1], int(sys.argv[2])
     with tempfile.TemporaryDirectory() as folder:
-        made = os.path.join(folder, "random.blf")
-        random_log(made, count, 24)
-        for path in [made] + sys.argv[3:]:
+        made = [os.path.join(folder, name) for name in ("random.blf", "random.trc")]
+        for path in made:
+            random_log(path, count, 24)
+        for path in made + sys.argv[3:]:
             want, got = by_peer(path), by_hueline(program, path)
             assert want and len(want) == len(got), f"{path}: {len(got)} frames, python-can reads {len(want)}"
-            assert path != made or len(want) == count, f"{len(want)} of {count} frames were written"
+            assert path not in made or len(want) == count, f"{len(want)} of {count} frames were written"
             for i, (w, g) in enumerate(zip(want, got)):
                 # python-can keeps times as floating-point seconds since 1970: 0.2 us today.
                 assert w[1:] == g[1:] and abs(w[0] - g[0]) < 1e-6, f"{path}, frame {i}: {g}, python-can reads {w}"
