@@ -114,6 +114,8 @@ Inspection inspect_can_log(const std::string& path, const std::string& dbc_path)
     for (const drivers::DbcValue& value : drivers::decode(*described, frame.bytes()))
       message.signals[value.signal->name].take(value);
   }
+  if (frames == 0 && out.trouble.ok())
+    out.trouble = Error{ErrorCode::Malformed, path + ": no line of it is a frame of a CAN bus"};
   out.found = std::make_unique<Json>();
   Json& json = *out.found;
   json["format"] = "CAN log";

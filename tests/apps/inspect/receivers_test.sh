@@ -49,6 +49,13 @@ says 'format +u-blox UBX'
 head -c 3000 /dev/zero >NOTHING.GPS
 ends 3 "$hueline" inspect NOTHING.GPS
 says 'none of its 3000 bytes belong to a message of NovAtel OEM7 binary'
+# A log of a CAN bus by its bytes, and one without a frame.
+printf ';$FILEVERSION=1.1\r\n;\r\n   1)  17535.4  Tx  00000100  2  00 01 \r\n' >bus
+ends 0 "$hueline" inspect bus
+says 'id +00000100'
+printf ';$FILEVERSION=1.1\r\n;\r\n' >silent
+ends 3 "$hueline" inspect silent
+says 'silent: no line of it is a frame of a CAN bus'
 # No geoid: the height above the ellipsoid is not known, and none is shown.
 printf '$GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A*74\r\n$GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,,M,,*7D\r\n' >flat
 ends 0 "$hueline" inspect flat
