@@ -64,8 +64,7 @@ bool take_frame(std::uint32_t type, std::span<const std::byte> body, CanFrame& f
   const auto byte = [&](std::size_t at) { return std::to_integer<std::uint8_t>(body[at]); };
   if (body.size() < 2) return false;
   if (type == kError || type == kErrorExt || type == kFdError64) {
-    frame = broken_frame();
-    frame.bus = byte(0);
+    frame = broken_frame(byte(0));
     return true;
   }
   // Types 1, 86: channel (u16), flags, length code, id (u32), data.

@@ -66,8 +66,9 @@ std::vector<CanTrouble> explain_can_error(const CanFrame& frame) {
   return out;
 }
 
-CanFrame broken_frame() {
+CanFrame broken_frame(std::uint8_t bus) {
   CanFrame frame;
+  frame.bus = bus;
   frame.is_error = true;
   frame.id = CAN_ERR_PROT | CAN_ERR_BUSERROR;
   frame.length = CAN_ERR_DLC;

@@ -20,6 +20,6 @@ struct CanTrouble {
 /// was lost).
 std::vector<CanTrouble> explain_can_error(const CanFrame& frame);
 /// Returns the error frame that stands for an entry of a log which says no more than that a frame broke on the bus.
-CanFrame broken_frame();
+CanFrame broken_frame(std::uint8_t bus);
 
 }  // namespace hueline::drivers

@@ -54,12 +54,26 @@ Error bad(std::string_view line, std::string_view what) {
   return {ErrorCode::Malformed, fmt::format("{} in '{}'", what, line.substr(0, 80))};
 }
 
+/// Reads the digits of an id; `is_extended` is set already.
+bool take_digits(std::string_view word, int base, CanFrame& frame) {
+  return whole(word, frame.id, base) && frame.id <= (frame.is_extended ? 0x1FFFFFFFU : 0x7FFU);
+}
+
 bool take_id(std::string_view word, int base, CanFrame& frame) {
   if (word.ends_with('x')) {
     frame.is_extended = true;
     word.remove_suffix(1);
   }
-  return whole(word, frame.id, base) && frame.id <= (frame.is_extended ? 0x1FFFFFFFU : 0x7FFU);
+  return take_digits(word, base, frame);
+}
+
+/// Reads the first words as bytes of two hex digits each. Returns what is wrong; nothing if they are the frame's data.
+std::string_view take_bytes(std::span<const std::string_view> words, std::size_t count, CanFrame& frame) {
+  if (words.size() < count) return "a frame without its data";
+  for (std::size_t i = 0; i < count; ++i)
+    if (words[i].size() != 2 || !whole(words[i], frame.data[i], 16)) return "a byte that is none";
+  frame.length = static_cast<std::uint8_t>(count);
+  return {};
 }
 
 /// Reads an id. Error frames have the kernel's flag in an id of eight digits.
@@ -92,10 +106,8 @@ Entry take_candump_columns(std::string_view line, std::span<const std::string_vi
     frame.is_remote = true;
     return Entry(out);
   }
-  if (count > (frame.is_fd ? kCanDataMost : 8) || data.size() < count) return bad(line, "a frame without its data");
-  for (unsigned i = 0; i < count; ++i)
-    if (data[i].size() != 2 || !whole(data[i], frame.data[i], 16)) return bad(line, "a byte that is none");
-  frame.length = static_cast<std::uint8_t>(count);
+  if (count > (frame.is_fd ? kCanDataMost : 8)) return bad(line, "a frame without its data");
+  if (const auto wrong = take_bytes(data, count, frame); !wrong.empty()) return bad(line, wrong);
   return Entry(out);
 }
 
@@ -179,7 +191,9 @@ Entry CanLogParser::take_trc(std::string_view line) const {
   CanLogEntry out;
   CanFrame& frame = out.frame;
   std::size_t at = 0, length = 0;
-  for (const char column : columns_.empty() ? trc_columns("1.0") : std::string_view(columns_)) {
+  const std::string_view columns = columns_.empty() ? trc_columns("1.0") : std::string_view(columns_);
+  const bool has_types = columns.find('T') != std::string_view::npos;
+  for (const char column : columns) {
     if (column == 'D') break;
     if (at == words.size()) return bad(line, "too few columns");
     const std::string_view word = words[at++];
@@ -190,9 +204,7 @@ Entry CanLogParser::take_trc(std::string_view line) const {
         break;
       case 'T':
         if (word == "ER" || word == "Error") {
-          const std::uint8_t bus = frame.bus;
-          frame = broken_frame();
-          frame.bus = bus;
+          frame = broken_frame(frame.bus);
           return Entry(out);
         }
         if (!take_trc_type(word, frame)) return Entry(std::nullopt);
@@ -201,10 +213,9 @@ Entry CanLogParser::take_trc(std::string_view line) const {
         if (word != "-" && !whole(word, frame.bus)) return bad(line, "no number of the bus");
         break;
       case 'I':
-        if (columns_.empty() && word == "FFFFFFFF") return Entry(std::nullopt);  // a warning of version 1.0
+        if (!has_types && word == "FFFFFFFF") return Entry(std::nullopt);  // a warning of version 1.0
         frame.is_extended = word.size() > 4;
-        if (!whole(word, frame.id, 16) || frame.id > (frame.is_extended ? 0x1FFFFFFFU : 0x7FFU))
-          return bad(line, "no id");
+        if (!take_digits(word, 16, frame)) return bad(line, "no id");
         break;
       case 'd':
         frame.is_local = word == "Tx";
@@ -222,10 +233,8 @@ Entry CanLogParser::take_trc(std::string_view line) const {
   }
   frame.is_remote |= at < words.size() && words[at] == "RTR";
   if (frame.is_remote) return Entry(out);
-  if (words.size() < at + length) return bad(line, "a frame without its data");
-  for (std::size_t i = 0; i < length; ++i)
-    if (words[at + i].size() != 2 || !whole(words[at + i], frame.data[i], 16)) return bad(line, "a byte that is none");
-  frame.length = static_cast<std::uint8_t>(length);
+  if (const auto wrong = take_bytes(std::span(words).subspan(at), length, frame); !wrong.empty())
+    return bad(line, wrong);
   return Entry(out);
 }
 
@@ -251,9 +260,7 @@ Entry CanLogParser::take_asc(std::string_view line) {
     return Entry(std::nullopt);  // another event: "Start of measurement", statistics
   for (std::size_t i = channel + 1; i < std::min(words.size(), channel + 3); ++i)
     if (words[i] == "ErrorFrame") {
-      const std::uint8_t bus = frame.bus;
-      frame = broken_frame();
-      frame.bus = bus;
+      frame = broken_frame(frame.bus);
       return Entry(out);
     }
   if (is_fd) {

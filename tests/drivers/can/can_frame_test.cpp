@@ -231,6 +231,12 @@ TEST(CanLog, TracesOfPeak) {
                                           "3) 17535 0123 4 RTR",
                                           "",
                                           "4) 17540 FFFFFFFF  4  00 00 00 08 -- -- -- -- BUSHEAVY"},
+                                         {{";$FILEVERSION=1.0"},
+                                          "     1)     17535  0123  3  0A 0B 0C",
+                                          "2) 17535 18FEF100 1 7F",
+                                          "3) 17535 0123 4 RTR",
+                                          "",
+                                          "4) 17540 FFFFFFFF  4  00 00 00 08 -- -- -- -- BUSHEAVY"},
                                          {{";$FILEVERSION=1.1\r", ";$STARTTIME=44548.6"},
                                           "     1)     17535.4  Rx         0123  3  0A 0B 0C \r",
                                           "2) 17535.4 Tx 18FEF100 1 7F",
@@ -269,7 +275,8 @@ TEST(CanLog, TracesOfPeak) {
     entry = log.take(version.extended);
     ASSERT_TRUE(entry.ok() && *entry) << version.extended;
     EXPECT_TRUE((*entry)->frame.is_extended);
-    EXPECT_EQ((*entry)->frame.is_local, !version.head.empty()) << "version 1.0 does not say who sent it";
+    EXPECT_EQ((*entry)->frame.is_local, version.extended.find(" Tx ") != std::string::npos)
+        << "version 1.0 does not say who sent it";
     EXPECT_EQ((*entry)->frame.id, 0x18FEF100u);
     EXPECT_EQ((*entry)->frame.length, 1);
     EXPECT_TRUE((*log.take(version.remote))->frame.is_remote) << version.remote;

@@ -98,12 +98,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         std::abort();
 
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  drivers::CanLogParser log;
-  for (std::size_t at = 0; at < size;) {
-    const std::size_t end = std::min(text.find('\n', at), size);
-    const auto entry = log.take(text.substr(at, end - at));
-    if (entry.ok() && *entry && (*entry)->frame.length > drivers::kCanDataMost) std::abort();
-    at = end + 1;
+  for (const char* head : {"", ";$COLUMNS=N,O,T,B,I,d,R,L,D", ";$COLUMNS=O,I,T,l,D"}) {
+    drivers::CanLogParser log;
+    if (!log.take(head).ok()) std::abort();
+    for (std::size_t at = 0; at < size;) {
+      const std::size_t end = std::min(text.find('\n', at), size);
+      const auto entry = log.take(text.substr(at, end - at));
+      if (entry.ok() && *entry && (*entry)->frame.length > drivers::kCanDataMost) std::abort();
+      at = end + 1;
+    }
   }
   read_blf(data, size);
   const std::vector<std::uint8_t> frame(64, 0xA5);
