@@ -185,27 +185,28 @@ class TwoComputers : public testing::Test {
   static std::vector<std::tuple<SensorId, HostTime, std::string>> packets(const std::string& path) {
     std::vector<std::tuple<SensorId, HostTime, std::string>> out;
     each(path, [&](const config::Rig&, runtime::Recording& recording) {
-      EXPECT_TRUE(recording
-                      .for_each([&](const Packet& packet) {
-                        const auto bytes = packet.bytes.bytes();
-                        if (packet.kind == PacketKind::Wire)
-                          out.emplace_back(packet.sensor, packet.received,
-                                           std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
-                        return true;
-                      })
-                      .ok());
+      read_whole(recording, [&](const Packet& packet) {
+        const auto bytes = packet.bytes.bytes();
+        if (packet.kind == PacketKind::Wire)
+          out.emplace_back(packet.sensor, packet.received,
+                           std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+      });
     });
     EXPECT_GT(out.size(), 1000u);
     return out;
   }
-  static void process(const config::Rig& rig, runtime::Recording& recording, runtime::ProductSink& products) {
-    runtime::Pipeline pipeline(rig, 1, products);
+  template <class Take>
+  static void read_whole(runtime::Recording& recording, Take take) {
     EXPECT_TRUE(recording
                     .for_each([&](const Packet& packet) {
-                      pipeline.process(packet);
+                      take(packet);
                       return true;
                     })
                     .ok());
+  }
+  static void process(const config::Rig& rig, runtime::Recording& recording, runtime::ProductSink& products) {
+    runtime::Pipeline pipeline(rig, 1, products);
+    read_whole(recording, [&](const Packet& packet) { pipeline.process(packet); });
     pipeline.flush();
   }
   /// Replays a recording, and returns the bytes of its cloud.
@@ -333,12 +334,7 @@ TEST_F(TwoComputers, WhatIsMissingInOneIsMissingByName) {
                                });
   runtime::LedgerCheck check(false);
   const config::Rig rig = each(merge(wish({a, b})), [&](const config::Rig&, runtime::Recording& recording) {
-    EXPECT_TRUE(recording
-                    .for_each([&](const Packet& packet) {
-                      check.take(packet);
-                      return true;
-                    })
-                    .ok());
+    read_whole(recording, [&](const Packet& packet) { check.take(packet); });
   });
   check.finish();
   EXPECT_EQ(check.contradictions(), 0u);
