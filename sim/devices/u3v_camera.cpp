@@ -90,7 +90,7 @@ std::uint32_t U3vCamera::feature(std::uint32_t address) const {
 void U3vCamera::receive(std::uint8_t endpoint, std::span<const std::byte> bytes) {
   if (endpoint != kU3vControlEndpoint || bytes.size() < kHeadBytes) return;
   bool is_start = false;
-  const Bytes acknowledge = answer(bytes, is_start);
+  const Bytes acknowledge = obey(bytes, is_start);
   // The port outlives this call, because its own thread makes it.
   UsbPort* port = nullptr;
   {
@@ -106,7 +106,7 @@ void U3vCamera::receive(std::uint8_t endpoint, std::span<const std::byte> bytes)
   port->send(endpoint, Buffer::copy_of(acknowledge));
 }
 
-Bytes U3vCamera::answer(std::span<const std::byte> command, bool& is_start) {
+Bytes U3vCamera::obey(std::span<const std::byte> command, bool& is_start) {
   const auto number = get_le<std::uint16_t>(command, 6), size = get_le<std::uint16_t>(command, 8),
              id = get_le<std::uint16_t>(command, 10);
   const auto body = command.subspan(kHeadBytes);

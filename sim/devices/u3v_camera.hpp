@@ -68,7 +68,7 @@ class U3vCamera final : public UsbDevice {
 
  private:
   explicit U3vCamera(const Config& config);
-  Bytes answer(std::span<const std::byte> command, bool& is_start);
+  Bytes obey(std::span<const std::byte> command, bool& is_start);
   bool send_payload(UsbPort& port, const Buffer& pixels, const std::stop_token& stop) const;
 
   const Config config_;

@@ -185,7 +185,7 @@ bool UsbPort::take_message() {
 }
 
 void UsbPort::submit(Request request, std::span<const std::byte> bytes) {
-  if (request.endpoint == 0) return control(request);
+  if (request.endpoint == 0) return control(request, bytes);
   if (!request.is_in) {
     {
       Lock lock(mutex_);
@@ -292,20 +292,28 @@ void UsbPort::write(std::span<const std::byte> head, std::span<const std::span<c
   }
 }
 
-void UsbPort::control(const Request& request) {
-  Result<Bytes> data = answer_control(request);
+void UsbPort::control(const Request& request, std::span<const std::byte> bytes) {
+  Result<Bytes> data = answer_control(request, bytes);
   Lock lock(mutex_);
   if (!data) return complete(request, EPIPE, {});
   if (request.is_in && data->size() > request.size) data->resize(request.size);
-  complete(request, 0, std::array{std::span<const std::byte>(*data)});
+  // A request that writes ends with the number of bytes that were taken.
+  complete(request, 0, std::array{request.is_in ? std::span<const std::byte>(*data) : bytes});
 }
 
-Result<Bytes> UsbPort::answer_control(const Request& request) {
+Result<Bytes> UsbPort::answer_control(const Request& request, std::span<const std::byte> bytes) {
   const auto byte = [&](std::size_t at) { return std::to_integer<std::uint8_t>(request.setup[at]); };
   const std::uint8_t type = byte(0), number = byte(1);
   const std::uint32_t value = byte(2) | std::uint32_t{byte(3)} << 8U, index = byte(4);
   const Error refused{ErrorCode::Unsupported, "the device has no such request"};
-  if ((type & 0x60U) != 0) return refused;  // a request of a class or a maker
+  constexpr std::uint8_t kOfMaker = 0x40, kOfClass = 0x20, kToHost = 0x80;
+  if ((type & kOfMaker) != 0)
+    return device_.answer({.is_read = (type & kToHost) != 0,
+                           .number = number,
+                           .value = static_cast<std::uint16_t>(value),
+                           .index = static_cast<std::uint16_t>(index | std::uint32_t{byte(5)} << 8U),
+                           .data = bytes});
+  if ((type & kOfClass) != 0) return refused;
   switch (number) {
     case kGetStatus:
       return Bytes(2);

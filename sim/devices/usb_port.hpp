@@ -26,6 +26,14 @@ struct UsbDescriptors {
   std::vector<std::string> strings;           ///< number 1 first; ASCII
 };
 
+/// A request on the control endpoint that is the device's own: of its maker.
+struct UsbVendorRequest {
+  bool is_read = false;
+  std::uint8_t number = 0;             ///< bRequest
+  std::uint16_t value = 0, index = 0;  ///< wValue, wIndex
+  std::span<const std::byte> data;     ///< that came with it
+};
+
 /// The inside of an emulated USB device with bulk endpoints. The port calls it from its own thread.
 class UsbDevice {
  public:
@@ -38,6 +46,11 @@ class UsbDevice {
   virtual void receive(std::uint8_t endpoint, std::span<const std::byte> bytes) = 0;
   /// The host has halted an endpoint to the host, or cleared its halt. What the port had queued there is dropped.
   virtual void endpoint_was_reset(std::uint8_t endpoint) = 0;
+  /// Returns the answer, which is empty for a request that writes. Errors: the device has no such request, or refuses
+  /// it; for the host that is a stall.
+  virtual Result<Bytes> answer(const UsbVendorRequest&) {
+    return Error{ErrorCode::Unsupported, "the device has no requests of its maker"};
+  }
 };
 
 /// A port of the kernel's virtual USB host controller (module vhci_hcd) with an emulated SuperSpeed device in it. For
@@ -95,8 +108,8 @@ class UsbPort {
   bool take_message();
   void submit(Request request, std::span<const std::byte> bytes);
   void unlink(std::uint32_t sequence, std::uint32_t unlinked);
-  void control(const Request& request);
-  Result<Bytes> answer_control(const Request& request);
+  void control(const Request& request, std::span<const std::byte> bytes);
+  Result<Bytes> answer_control(const Request& request, std::span<const std::byte> bytes);
   Bytes descriptor(std::uint32_t type, std::uint32_t number) const;
   void reset(std::uint32_t address, bool is_halted);
   void serve(Endpoint& endpoint) HUELINE_REQUIRES(mutex_);
