@@ -6,6 +6,7 @@
 #include "drivers/gige/aravis_guest.hpp"
 #include "drivers/guest/guest_process.hpp"
 #include "drivers/guest/guest_side.hpp"
+#include "drivers/ladybug/ladybug_usb_source.hpp"
 
 /// hueline-guest: the process in which a library of another maker speaks to a device. The program starts one for each
 /// such device.
@@ -21,6 +22,7 @@ int main() {
   }
   guest::serve(guest::kGuestSocket, [](guest::HostLink& link) -> Result<std::unique_ptr<PacketSource>> {
     if (link.config().driver == "genicam") return make_aravis_guest(link);
+    if (link.config().driver == "ladybug") return make_ladybug_guest(link);
     return Error{ErrorCode::Unsupported,
                  fmt::format("driver '{}': this hueline-guest has none of that name; is it the program's own?",
                              link.config().driver)};

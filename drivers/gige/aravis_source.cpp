@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <deque>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "drivers/gige/aravis_camera.hpp"
 #include "drivers/gige/image_stream.hpp"
 #include "drivers/transport/host_clock.hpp"
+#include "drivers/transport/usb_memory.hpp"
 
 namespace hueline::drivers {
 
@@ -57,16 +57,6 @@ std::optional<nanoseconds> longest_silence_of(ArvCamera* camera, const GenicamCo
   constexpr double kPeriods = 5;
   if (!arv_camera_is_uv_device(camera) || !config.trigger_source.empty() || config.frame_rate_hz <= 0) return {};
   return std::max(kShortest, from_seconds(kPeriods / config.frame_rate_hz) + config.exposure.value_or(nanoseconds(0)));
-}
-
-/// Returns what to do if the kernel lets USB devices have little memory, else nothing.
-std::string hint_at_usb_memory() {
-  constexpr const char* kLimit = "/sys/module/usbcore/parameters/usbfs_memory_mb";
-  constexpr int kEnough_MB = 256;
-  int megabytes = 0;  // 0: no limit
-  if (!(std::ifstream(kLimit) >> megabytes) || megabytes == 0 || megabytes >= kEnough_MB) return {};
-  return fmt::format("; all USB cameras together have {} MB for their transfers: `echo 1000 > {}` gives them more",
-                     megabytes, kLimit);
 }
 
 void on_control_lost(ArvDevice*, gpointer stream) { static_cast<ImageStream*>(stream)->interrupt(); }

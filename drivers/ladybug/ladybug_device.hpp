@@ -1,20 +1,22 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "drivers/device.hpp"
 #include "drivers/ladybug/ladybug_decoder.hpp"
+#include "drivers/ladybug/ladybug_settings.hpp"
 #include "drivers/ladybug/pgr_source.hpp"
 
 namespace hueline::drivers {
 
-/// A Ladybug of a rig, whose images are read from its stream files.
+/// A Ladybug of a rig, whose images come over USB or are read from its stream files.
 class LadybugDevice final : public CameraDevice {
  public:
   void visit(Keys& keys) override;
-  KeyError validate() const override { return decoder_.validate(); }
-  Arrivals arrivals() const override { return Arrivals::Unknown; }
+  KeyError validate() const override;
+  Arrivals arrivals() const override { return usb_ ? Arrivals::Live : Arrivals::Unknown; }
   std::unique_ptr<PacketSource> make_source(const BufferPool& pool) const override;
   std::unique_ptr<Decoder> make_decoder() const override;
 
@@ -23,7 +25,10 @@ class LadybugDevice final : public CameraDevice {
   void use_only(const std::vector<PixelRegion>& regions) override;
 
  private:
+  LadybugSettings settings() const;
+
   PgrSource::Config file_;
+  std::optional<LadybugSettings> usb_;  // without the exposure, which settings() adds
   LadybugDecoder::Config decoder_;
   nanoseconds exposure_{0};
 };

@@ -24,9 +24,9 @@ std::uint32_t le32(std::span<const std::byte> bytes, std::size_t at) {
 }  // namespace
 
 void PgrSource::Config::visit(Keys& keys) {
-  keys.text(required("file", "",
-                     "The stream file (*.pgr). If its name ends in a number of six digits, the files with "
-                     "the next numbers follow."),
+  keys.text({"file", "",
+             "The stream file (*.pgr). If its name ends in a number of six digits, the files with the next numbers "
+             "follow."},
             file);
 }
 

@@ -1,16 +1,20 @@
-#include "tests/vm/usb_camera.hpp"
-
 #include <poll.h>
 
 #include <cstdio>
 #include <cstdlib>
+#include <string_view>
 
-// vm_usb_camera IMAGES: an emulated USB3 Vision camera for usb.sh. It streams, is unplugged in the middle of an image
-// after that many, is plugged in again 2 s later, and streams until its standard input ends.
+#include "tests/vm/ladybug_on_usb.hpp"
+#include "tests/vm/usb_camera.hpp"
+
+// vm_usb_camera genicam|ladybug IMAGES: an emulated camera for usb.sh, of USB3 Vision or a Ladybug. It streams, is
+// unplugged in the middle of an image after that many, is plugged in again 2 s later, and streams until its standard
+// input ends.
 namespace {
 
 /// Waits until the camera has sent `images` more, or until the input ends. Returns false then.
-bool wait_for(const hueline::test::UsbCamera& camera, std::uint64_t images) {
+template <class Camera>
+bool wait_for(const Camera& camera, std::uint64_t images) {
   const std::uint64_t end = camera.sent() + images;
   pollfd input{0, POLLIN, 0};
   while (camera.sent() < end)
@@ -18,23 +22,18 @@ bool wait_for(const hueline::test::UsbCamera& camera, std::uint64_t images) {
   return true;
 }
 
-bool plug(hueline::test::UsbCamera& camera) {
+template <class Camera>
+bool plug(Camera& camera) {
   const hueline::Status plugged = camera.plug();
   if (!plugged) std::fprintf(stderr, "%s\n", plugged.error().message.c_str());
   return plugged.ok();
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  const auto images = static_cast<std::uint64_t>(argc > 1 ? std::atoi(argv[1]) : 20);
+template <class Camera, class Fault>
+int stream(Camera& camera, Fault unplug, std::uint64_t images) {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
-  hueline::sim::U3vCamera::Config config;
-  config.width = 320;
-  config.height = 240;
-  hueline::test::UsbCamera camera(config);
   if (!plug(camera) || !wait_for(camera, images)) return 1;
-  camera.spoil(hueline::sim::U3vFault::Unplug);
+  camera.spoil(unplug);
   std::this_thread::sleep_for(std::chrono::seconds(2));
   if (!plug(camera)) return 1;
   std::puts("plugged in again");
@@ -43,4 +42,20 @@ int main(int argc, char** argv) {
   pollfd input{0, POLLIN, 0};
   ::poll(&input, 1, -1);
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3) return 2;
+  const auto images = static_cast<std::uint64_t>(std::atoi(argv[2]));
+  if (std::string_view(argv[1]) == "ladybug") {
+    hueline::test::LadybugOnUsb camera;
+    return stream(camera, hueline::sim::LadybugFault::Unplug, images);
+  }
+  hueline::sim::U3vCamera::Config config;
+  config.width = 320;
+  config.height = 240;
+  hueline::test::UsbCamera camera(config);
+  return stream(camera, hueline::sim::U3vFault::Unplug, images);
 }

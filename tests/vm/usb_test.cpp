@@ -8,7 +8,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -16,6 +15,7 @@
 #include "drivers/gige/image_decoder.hpp"
 #include "drivers/guest/guest_source.hpp"
 #include "drivers/transport/host_clock.hpp"
+#include "tests/vm/guest_opening.hpp"
 #include "tests/vm/usb_camera.hpp"
 
 // The driver of USB3 Vision cameras on the kernel's USB: runs in the guest of tests/vm (usb.sh). The camera is emulated
@@ -71,28 +71,10 @@ struct Driver {
   GuestSource source;
   ImageDecoder decoder{{.width = kWidth, .height = kHeight, .pixel_format = PixelFormat::BayerRG8}};
 
-  explicit Driver(const GenicamConfig& config) : source(guest_of(config)) {}
-  static GuestSource::Config guest_of(const GenicamConfig& config) {
-    GuestSource::Config guest;
-    guest.driver = "genicam";
-    guest.text = config.to_text();
-    guest.slots = config.stream_buffers + config.images_in_flight;
-    guest.hung_after = milliseconds(20'000);  // a busy machine is no hanging library
-    guest.started_within = milliseconds(20'000);
-    return guest;
-  }
-  Status open() {
-    for (;;)
-      if (Status opened = source.open(); opened.ok() || opened.error().code != ErrorCode::TimedOut) return opened;
-  }
-  /// Opens, and tries again as a reader does while the camera is absent.
-  Status open_within(nanoseconds limit) {
-    for (const HostTime begin = host_now();;)
-      if (Status opened = open(); opened.ok() || host_now() - begin > limit)
-        return opened;
-      else
-        std::this_thread::sleep_for(milliseconds(100));
-  }
+  explicit Driver(const GenicamConfig& config)
+      : source(test::patient_guest("genicam", config.to_text(), config.stream_buffers + config.images_in_flight)) {}
+  Status open() { return test::open(source); }
+  Status open_within(nanoseconds limit) { return test::open_within(source, limit); }
   Received receive(std::size_t images, nanoseconds limit = seconds(20)) {
     Received all;
     for (const HostTime begin = host_now(); all.images.size() < images && host_now() - begin < limit;) {
