@@ -13,6 +13,7 @@
 #include "drivers/ladybug/ladybug_registers.hpp"
 #include "drivers/ladybug/ladybug_settings.hpp"
 #include "sim/devices/ladybug_registers.hpp"
+#include "tests/drivers/ladybug/ladybug_stream.hpp"
 
 // What of a Ladybug on USB needs no USB: the images in the bytes of its endpoint, and its registers. tests/vm/usb_test
 // has the rest.
@@ -25,50 +26,18 @@ namespace reg = sim::ladybug_register;
 
 constexpr std::size_t kPacket = 1024;
 
-class Memory final : public PacketMemory {
- public:
-  explicit Memory(std::size_t bytes) : pool_(bytes) {}
-  Status prepare(std::size_t) override { return {}; }
-  MutableBuffer acquire(std::size_t bytes) override { return pool_.acquire(bytes); }
-  std::size_t bytes_in_use() const override { return pool_.bytes_in_use(); }
-  std::size_t limit_bytes() const override { return pool_.limit_bytes(); }
+using test::Bytes;
+using test::image_of;
+using test::Memory;
+using test::pop_all;
+using test::Told;
 
- private:
-  BufferPool pool_;
-};
-
-using Bytes = std::vector<std::byte>;
-
-/// An image without planes, whose bytes behind the head depend on `sequence`.
-Bytes image_of(std::uint32_t sequence, std::size_t size) {
-  Bytes out(size);
-  for (std::size_t i = 0x60; i < size; ++i) out[i] = static_cast<std::byte>(sequence * 31 + i * 7 + (i >> 8));
-  const auto set = [&](std::size_t at, std::size_t value) {
-    for (std::size_t i = 0; i < 4; ++i) out[at + i] = static_cast<std::byte>(value >> (24 - 8 * i));
-  };
-  set(0x08, size);
-  set(0x10, 0xCAFEBABE);
-  set(0x14, 2);
-  set(0x20, sequence);
-  return out;
-}
 void append(Bytes& to, const Bytes& more) { to.insert(to.end(), more.begin(), more.end()); }
 
-struct Told {
-  std::vector<Bytes> images;
-  std::vector<std::string> faults;
-};
-Told pop_all(LadybugAssembler& assembler) {
-  Told out;
-  while (const auto packet = assembler.pop()) {
-    const auto bytes = packet->bytes.bytes();
-    if (packet->kind == PacketKind::Fault) {
-      const auto fault = decode_fault(packet->sensor, packet->received, bytes);
-      out.faults.push_back(std::string(name(fault->kind)) + " " + std::to_string(fault->count) + ": " + fault->detail);
-    } else {
-      out.images.emplace_back(bytes.begin(), bytes.end());
-    }
-  }
+std::vector<std::string> words(const std::vector<Fault>& faults) {
+  std::vector<std::string> out;
+  for (const Fault& fault : faults)
+    out.push_back(std::string(name(fault.kind)) + " " + std::to_string(fault.count) + ": " + fault.detail);
   return out;
 }
 /// Gives a stream in transfers of a size; the last one is short.
@@ -94,7 +63,7 @@ TEST(LadybugAssembler, FindsTheImagesWhateverTheSizesOfTransfersAndOfTheCamerasB
       give(assembler, stream, transfer);
       const Told told = pop_all(assembler);
       EXPECT_EQ(told.images, images) << transfer << " " << buffer;
-      EXPECT_THAT(told.faults, ElementsAre()) << transfer << " " << buffer;
+      EXPECT_THAT(words(told.faults), ElementsAre()) << transfer << " " << buffer;
       EXPECT_EQ(memory.bytes_in_use(), 0u);
     }
 }
@@ -109,7 +78,7 @@ TEST(LadybugAssembler, AnImageEndsWithAShortPacketAndTheNextBeginsBehindIt) {
   assembler.take({}, true, host_time_ns(9));  // an empty packet
   const Told told = pop_all(assembler);
   EXPECT_THAT(told.images, ElementsAre(image_of(0, 5000), image_of(1, 5001), image_of(2, 5002)));
-  EXPECT_THAT(told.faults, ElementsAre());
+  EXPECT_THAT(words(told.faults), ElementsAre());
 }
 
 TEST(LadybugAssembler, TellsWhatIsNoImageAndGoesOnWithTheNext) {
@@ -132,7 +101,7 @@ TEST(LadybugAssembler, TellsWhatIsNoImageAndGoesOnWithTheNext) {
   const Told told = pop_all(assembler);
   EXPECT_THAT(told.images, ElementsAre(image_of(1, 4 * kPacket), image_of(2, 4 * kPacket), image_of(4, 2 * kPacket)));
   EXPECT_THAT(
-      told.faults,
+      words(told.faults),
       ElementsAre("Malformed 3072: 3072 bytes on USB are no image",
                   "Malformed 2048: an image of 4096 bytes was broken off after 2048: the camera halted",
                   "Malformed 1024: 1024 bytes on USB are no image", "Malformed 1: a transfer failed: bytes are missing",
@@ -150,7 +119,7 @@ TEST(LadybugAssembler, WhatComesBehindTheCamerasBufferIsNoPadding) {
   give(assembler, stream, 2 * kPacket);
   const Told told = pop_all(assembler);
   EXPECT_THAT(told.images, ElementsAre(image_of(1, kPacket + 100), image_of(2, 4 * kPacket)));
-  EXPECT_THAT(told.faults, ElementsAre("Malformed 3072: 3072 bytes on USB are no image"));
+  EXPECT_THAT(words(told.faults), ElementsAre("Malformed 3072: 3072 bytes on USB are no image"));
 }
 
 TEST(LadybugAssembler, AnImageWithoutMemoryIsCountedAndTheNextIsWhole) {
@@ -161,7 +130,7 @@ TEST(LadybugAssembler, AnImageWithoutMemoryIsCountedAndTheNextIsWhole) {
   const Told told = pop_all(assembler);
   EXPECT_THAT(told.images, ElementsAre(image_of(1, 8 * kPacket)));
   ASSERT_EQ(told.faults.size(), 1u);
-  EXPECT_THAT(told.faults[0], HasSubstr("Overflow 1: an image found no free buffer"));
+  EXPECT_THAT(words(told.faults)[0], HasSubstr("Overflow 1: an image found no free buffer"));
   assembler.take(image_of(3, 8 * kPacket), false, host_time_ns(3));
   EXPECT_THAT(pop_all(assembler).images, ElementsAre(image_of(3, 8 * kPacket)));
 }
@@ -176,7 +145,7 @@ TEST(LadybugAssembler, EveryByteOfARandomStreamIsAnImagesOrPaddingOrCounted) {
     const auto count = [&] {
       const Told told = pop_all(assembler);
       for (const Bytes& image : told.images) counted += image.size();
-      for (const std::string& fault : told.faults) counted += std::stoull(fault.substr(fault.find(' ')));
+      for (const Fault& fault : told.faults) counted += fault.count;
     };
     for (int piece = 0; piece < 20; ++piece) {
       Bytes bytes = below(3) ? image_of(static_cast<std::uint32_t>(piece), kPacket * (1 + below(9)))
