@@ -2,12 +2,15 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/extract/arrival_times.hpp"
+#include "apps/extract/pgr_file.hpp"
 #include "apps/log.hpp"
+#include "drivers/ladybug/ladybug_device.hpp"
 #include "runtime/recording.hpp"
 #include "storage/file_writer.hpp"
 #include "storage/pcap_writer.hpp"
@@ -53,6 +56,21 @@ Extracted extract_bytes(runtime::Recording& recording, SensorId sensor, const Op
     return out.written.ok();
   });
   if (out.written.ok()) out.written = file->close();
+  return out;
+}
+
+/// Writes stream files of a Ladybug.
+Extracted extract_stream(runtime::Recording& recording, SensorId sensor, PgrFile file) {
+  Extracted out;
+  out.read = recording.for_each([&](const Packet& packet) {
+    if (packet.sensor != sensor || packet.kind != PacketKind::Wire) return true;
+    out.written = file.write(packet.bytes.bytes());
+    ++out.packets;
+    out.bytes += packet.bytes.size();
+    return out.written.ok();
+  });
+  if (out.written.ok()) out.written = file.close();
+  out.how = fmt::format("as {} stream file{} of a Ladybug", file.files(), file.files() == 1 ? "" : "s");
   return out;
 }
 
@@ -106,8 +124,19 @@ int extract(const Options& options) {
               options.sensor);
     return kWrongUse;
   }
-  const Extracted done =
-      is_capture ? extract_datagrams(*recording, *sensor, options) : extract_bytes(*recording, *sensor, options);
+  const auto extracted = [&]() -> Result<Extracted> {
+    if (is_capture) return extract_datagrams(*recording, *sensor, options);
+    if (&type != &drivers::kLadybug || !options.out.ends_with(".pgr"))
+      return extract_bytes(*recording, *sensor, options);
+    auto file = PgrFile::create(options.out);
+    if (!file.ok()) return file.error();
+    return extract_stream(*recording, *sensor, std::move(*file));
+  }();
+  if (!extracted.ok()) {
+    log_error(extracted.error().message);
+    return kWrongUse;
+  }
+  const Extracted& done = *extracted;
   if (!done.written.ok()) {
     log_error(done.written.error().message);
     return kOutputRefused;
@@ -136,7 +165,8 @@ void add_extract(Command& all) {
       "log that it would have written itself (UBX, SBF, OEM7, POS groups), with its raw observations for "
       "post-processing. Of a scanner it is a capture file if the name of --out ends in .pcap: its datagrams with the "
       "times of their arrival, for the maker's viewer, Wireshark and other decoders; otherwise their payloads without "
-      "borders.");
+      "borders. Of a Ladybug they are its stream files if the name of --out ends in a number and .pgr, as "
+      "drive-000000.pgr.");
   command.runs([options] { return extract(*options); });
 }
 

@@ -84,3 +84,10 @@ cat > camera.yaml <<END
     event_input: 0
 END
 drive ladybug 64 48
+# Its stream files have the same images.
+"$HUELINE_BIN/hueline" extract ladybug --sensor camera --out images-000000.pgr | tee extracted.txt
+sed -e 's/^    usb: .*/    file: images-000000.pgr/' camera.yaml > rig.file && sed -i '/^sensors:$/q' rig.yaml && cat rig.file >> rig.yaml
+"$HUELINE_BIN/hueline" capture rig.yaml --out files --quiet > files.txt 2>&1 || [ $? = 5 ] || { cat files.txt; exit 1; }
+cat files.txt
+images=$(grep -o "of [0-9]* packets of camera" extracted.txt | grep -o "[0-9]*")
+grep -q "^camera  *$((images + 1)) packets" files.txt

@@ -456,6 +456,11 @@ TEST(FileRig, ALadybugsStreamFileColoursThePoints) {
     EXPECT_EQ(wrong_time, 0u);
     const Ran replay = run({"replay", dir / out / "drive.mcap", "--out", dir / "again"});
     EXPECT_EQ(replay.status, 8) << replay.said;
+    const Ran extract = run({"extract", dir / out, "--sensor", "camera", "--out", dir / "out-000000.pgr"});
+    EXPECT_EQ(extract.status, 0) << extract.said;
+    EXPECT_TRUE(contents(dir / "out-000000.pgr") == contents(dir / "drive-000000.pgr")) << extract.said;
+    const Ran unnumbered = run({"extract", dir / out, "--sensor", "camera", "--out", dir / "out.pgr"});
+    EXPECT_EQ(unnumbered.status, 2) << unnumbered.said;
     for (const char* file : {"cloud.las", "summary.json"})
       EXPECT_TRUE(contents(dir / out / file) == contents(dir / "again" / file)) << file;
   }
