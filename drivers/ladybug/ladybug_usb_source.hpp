@@ -22,8 +22,8 @@ namespace hueline::drivers {
 /// Fault packets: those of LadybugAssembler.
 /// Errors: open(): Unavailable (no such camera, it may not be opened, or too little memory for transfers), Invalid (the
 /// camera has not or did not take a setting), Disconnected, Io. next(): TimedOut; Stopped; Disconnected, if the camera
-/// is unplugged, its transfers fail again and again, or no byte comes from it for 2 s and 5 periods of the
-/// rate that the rig sets.
+/// is unplugged, its transfers fail again and again, or no byte comes from it for 2 s, or 5 periods of the
+/// rate that the rig sets if they are longer.
 /// Thread safety: none; one thread calls all functions.
 class LadybugUsbSource final : public PacketSource {
  public:

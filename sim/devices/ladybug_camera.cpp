@@ -107,6 +107,7 @@ Status LadybugCamera::send(const Buffer& image, const std::stop_token& stop, Lad
     port = port_.get();
     room = registers_.image_bytes();
   }
+  if (port->is_halted(kImages)) return Error{ErrorCode::Unavailable, "the endpoint is halted"};
   if (image.size() > room) return Error{ErrorCode::Invalid, "the image is larger than the camera's buffer"};
   constexpr std::size_t kPacket = UsbPort::kPacketBytes;
   const auto send_zeros = [&](std::size_t bytes) { port->send(kImages, Buffer::copy_of(Bytes(bytes))); };

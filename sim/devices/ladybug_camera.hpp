@@ -47,8 +47,8 @@ class LadybugCamera final : public UsbDevice {
   float get_float(std::uint32_t address) const;
 
   /// Sends the bytes of an image and returns when the host has taken them, or when the fault has happened. Errors:
-  /// Unavailable (nobody has started the stream, or it ended meanwhile), Invalid (the image is larger than the camera's
-  /// buffer), Stopped.
+  /// Unavailable (nobody has started the stream, it ended meanwhile, or the endpoint is halted), Invalid (the image is
+  /// larger than the camera's buffer), Stopped.
   Status send(const Buffer& image, const std::stop_token& stop, LadybugFault fault = LadybugFault::None);
 
   const UsbDescriptors& descriptors() const override { return descriptors_; }

@@ -146,6 +146,11 @@ void UsbPort::drop(std::uint8_t endpoint) {
 
 void UsbPort::stall(std::uint8_t endpoint) { reset(endpoint, true); }
 
+bool UsbPort::is_halted(std::uint8_t endpoint) const {
+  Lock lock(mutex_);
+  return in_[endpoint & 15U].is_halted;
+}
+
 void UsbPort::reset(std::uint32_t address, bool is_halted) {
   {
     Lock lock(mutex_);

@@ -90,6 +90,8 @@ class UsbPort {
   void drop(std::uint8_t endpoint);
   /// Halts an endpoint: its transfers end with an error (a stall) until the host clears the halt.
   void stall(std::uint8_t endpoint);
+  /// Returns whether an endpoint is halted: what is sent there is dropped.
+  bool is_halted(std::uint8_t endpoint) const;
 
  private:
   struct Request;  // one transfer that the host wants

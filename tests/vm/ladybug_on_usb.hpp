@@ -44,7 +44,7 @@ class LadybugOnUsb {
   const sim::LadybugCamera& camera() const { return camera_; }
   /// Images that the client has taken.
   std::uint64_t sent() const { return sent_; }
-  /// Exposures that the client was too slow for.
+  /// Exposures that the client was too slow for, or that came while it had not cleared a halt.
   std::uint64_t late() const { return late_; }
 
   /// Returns the bytes of an exposure.
@@ -83,7 +83,7 @@ class LadybugOnUsb {
       if (pauses_ || !camera_.is_streaming()) continue;
       const Status taken =
           camera_.send(Buffer::copy_of(image(sequence_)), stop, fault_.exchange(sim::LadybugFault::None));
-      if (taken.ok()) ++sent_;
+      ++(taken.ok() ? sent_ : late_);
     }
   }
 
