@@ -14,7 +14,6 @@ namespace {
 
 constexpr float kFullBorder = 64.0f;      // distance from the border, px, from which the quality is not reduced
 constexpr float kSaturated = 250.0f;      // of a sampled value
-constexpr float kStep = 0.17f;            // what one step of LineOfSight costs, as an angle of parallax, rad
 constexpr float kLostLight = 0.25f;       // what a saturated pixel costs, rad
 constexpr float kPerNanosecond = 1e-10f;  // what poses and light drift apart between firing and exposure, rad/ns
 constexpr float kSameLine = 0.02f;        // nothing fits between two lines with this parallax, rad
@@ -28,8 +27,13 @@ constexpr int kKnownMoments = 3;            // earlier ones, and later ones, tha
 constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
 // An exposure this near shows what moves at a place that it filled at the firing too.
 constexpr nanoseconds kOwnMoment{100'000'000};
-// How far an image is trusted to show a point, by its LineOfSight.
-constexpr std::array<float, 5> kTrust{0.2f, 0.7f, 0.95f, 0.98f, 1.0f};
+// Where the best line of sight is no better, the images are asked too.
+constexpr LineOfSight kDoubtful = LineOfSight::Unwatched;
+// By LineOfSight: what a line costs, as an angle of parallax, rad; how far an image is trusted to show a point; and how
+// far the laser points vouch for its colour.
+constexpr std::array<float, 7> kCost{kNever, 0.51f, 0.51f, 0.34f, 0.17f, 0.17f, 0.0f};
+constexpr std::array<float, 7> kTrust{0.2f, 0.25f, 0.7f, 0.95f, 0.98f, 0.98f, 1.0f};
+constexpr std::array<float, 7> kVouched{0.0f, 0.3f, 0.4f, 0.6f, 0.7f, 0.8f, 1.0f};
 
 /// Returns how far stamps can be trusted in this state, 0 to 1.
 float trust(SyncState state) {
@@ -81,17 +85,15 @@ LineOfSight line_of_sight(const Moment& moment, const SeenPlaces& seen, std::siz
   const nanoseconds away = std::chrono::abs(time - moment.time);
   if (moves && away > kAtOnce && !(away <= kOwnMoment && was_there(moment, time, cell, nearness)))
     return LineOfSight::Hidden;
-  LineOfSight look =
-      is_provisional && moment.early ? moment.early->look(cell, nearness) : Visibility::look(moment, cell, nearness);
+  LineOfSight look = is_provisional && moment.early ? moment.early->look_among_points(cell, nearness)
+                                                    : Visibility::look(moment, cell, nearness);
   // No beam watched this line then: something may have come and gone, as a car so near that all beams pass over it.
-  if (look == LineOfSight::Clear && moment.glance && moment.glance->is_blank(cell)) look = LineOfSight::Guarded;
+  if (look == LineOfSight::Clear && moment.glance && moment.glance->is_blank(cell)) look = LineOfSight::Unwatched;
   // The scanner saw the point, and nothing fits between.
   return look == LineOfSight::Hidden && seen.parallax[index] < kSameLine ? LineOfSight::Behind : look;
 }
 
-float cost_of(LineOfSight look) {
-  return kStep * static_cast<float>(static_cast<int>(LineOfSight::Clear) - static_cast<int>(look));
-}
+float cost_of(LineOfSight look) { return kCost[static_cast<std::size_t>(look)]; }
 
 }  // namespace
 
@@ -128,8 +130,6 @@ void Colouring::paint(const Moment& moment, const Found& found, const std::array
   const float timely = interval / (interval + away);
   const float border = std::min(1.0f, sight.border_px / kFullBorder);
   const float stamped = trust(moment.state) * (moment.timing == ExposureTiming::EventMark ? 1.0f : 0.8f);
-  // How far the laser points vouch for the line of sight.
-  constexpr std::array<float, 5> kVouched{0.0f, 0.4f, 0.6f, 0.8f, 1.0f};
   const float vouched =
       config_.choice == ExposureChoice::Visible ? kVouched[static_cast<std::size_t>(found.look)] : 1.0f;
   point.quality = static_cast<std::uint8_t>(1.0f + 254.0f * timely * border * stamped * vouched);
@@ -171,7 +171,7 @@ Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& p
     least = cost;
   }
   // What moves is somewhere else at other moments, so their images bear no witness.
-  if (!moves && found.moment >= 0 && found.look <= LineOfSight::Behind) take_agreed(index, piece, point, found);
+  if (!moves && found.moment >= 0 && found.look <= kDoubtful) take_agreed(index, piece, point, found);
   return found;
 }
 
@@ -194,10 +194,13 @@ void Colouring::take_agreed(std::size_t index, Piece& piece, const ColouredPoint
     const float trust = kTrust[static_cast<std::size_t>(look)];
     piece.witnesses.push_back(
         {radiometry_.render(pixel, gains, sight.lens, lens.off_axis(sight.x, sight.y), piece.adaptation), trust,
-         trust / (1.0f + least)});
+         look == LineOfSight::Hidden ? 0.0f : trust / (1.0f + least)});
     piece.views.push_back({piece.candidates[k], sight, look, found.is_hidden});
   }
-  if (!piece.views.empty()) found = piece.views[most_agreed(piece.witnesses)];
+  if (piece.views.empty()) return;
+  // If only hidden views are left, they agree on what hides the point.
+  if (const Found& agreed = piece.views[most_agreed(piece.witnesses)]; agreed.look != LineOfSight::Hidden)
+    found = agreed;
 }
 
 /// Chooses for each point between the nearest moments before and after it, where no other can be better: along the way,
@@ -249,7 +252,7 @@ void Colouring::choose_beside(const PlacedBatch& batch, const ColouredPoint* poi
       found.moment = nearest[side];
       found.look = look;
     }
-    if (least_beyond < least) found.moment = -1;
+    if (least_beyond < least || found.look <= kDoubtful) found.moment = -1;
   }
 }
 

@@ -229,6 +229,9 @@ DepthBlock block_for(const DepthMap::Config& config, const DirectionGrid& grid) 
   return block;
 }
 
+// Of the eight cells around a place's own, so many with a nearer point are few, and so many are a surface.
+constexpr int kFewAround = 1, kSurfaceAround = 5;
+
 /// Returns an index that goes around.
 int around(int index, int size) { return (index % size + size) % size; }
 }  // namespace
@@ -242,6 +245,22 @@ DepthMap::DepthMap(const Config& config)
       nearest_(grid_.size()),
       bounds_(grid_.size()),
       has_changed_(grid_.size() / kStrip + 1) {}
+
+LineOfSight DepthMap::judge_points(std::uint32_t cell, float nearness, LineOfSight closed) const {
+  const float here = nearness * share_, slack = 1.0f - tolerance_ * nearness;
+  const auto size = static_cast<std::int64_t>(nearest_.size());
+  const auto is_before = [&](std::int64_t index) {
+    return index >= 0 && index < size && decoded(nearest_[static_cast<std::size_t>(index)]) * slack > here;
+  };
+  int around = 0;
+  for (const std::int64_t row : {-grid_.columns, 0, grid_.columns})
+    for (const int column : {-1, 0, 1})
+      // A neighbour beyond the grid's first column lies in the row before, which is as good: rows are dense.
+      if (row != 0 || column != 0) around += is_before(cell + row + column) ? 1 : 0;
+  if (is_before(cell))
+    return closed == LineOfSight::Hidden || around >= kSurfaceAround ? LineOfSight::Hidden : LineOfSight::Covered;
+  return closed == LineOfSight::Hidden && around > kFewAround ? LineOfSight::Hidden : LineOfSight::Behind;
+}
 
 void DepthMap::close() {
   if (is_closed_) return;

@@ -12,11 +12,13 @@ namespace hueline::fusion {
 
 /// What the laser points say about the line of sight from the head to a place. A larger value is more certain.
 enum class LineOfSight : std::uint8_t {
-  Hidden,   ///< something nearer is in front of the place
-  Behind,   ///< the place lies behind the nearest point of its own cell, so it may be hidden
-  Beside,   ///< something nearer ends less than one cell beside the line
-  Guarded,  ///< something nearer ends within the guard around the line, or no beam watched the line at the moment
-  Clear,    ///< nothing nearer lies within the guard
+  Hidden,     ///< something nearer is in front of the place
+  Covered,    ///< few points are in front of the place, but one of them in its own cell
+  Behind,     ///< a surface that the points suggest is in front of the place, but none of the points
+  Beside,     ///< something nearer ends less than one cell beside the line
+  Unwatched,  ///< nothing nearer lies within the guard, but no beam watched the line at the moment
+  Guarded,    ///< something nearer ends within the guard around the line
+  Clear,      ///< nothing nearer lies within the guard
 };
 
 /// The distances at which laser points lie, as seen from the centre of the head, in the cells of a DirectionGrid. Each
@@ -60,7 +62,8 @@ class DepthMap {
   void close();
   /// Asks for the memory that look() and meets() will read for a place in a cell. Maps are larger than caches.
   void prefetch(std::uint32_t cell) const { __builtin_prefetch(&bounds_[cell]); }
-  /// Returns what is known about the line of sight to a place that locate() found.
+  /// Returns what is known about the line of sight to a place that locate() found. A place behind the surface of its
+  /// own cell is Behind.
   LineOfSight look(std::uint32_t cell, float nearness) const {
     const Bounds& bounds = bounds_[cell];
     const float here = nearness * share_, slack = 1.0f - tolerance_ * nearness;
@@ -69,6 +72,12 @@ class DepthMap {
     if (is_before(bounds.whole)) return LineOfSight::Hidden;
     if (is_before(bounds.own)) return LineOfSight::Behind;
     return is_before(bounds.beside) ? LineOfSight::Beside : LineOfSight::Guarded;
+  }
+  /// The same for a map that many turns have filled: there, what the points themselves say of a place behind a closed
+  /// surface. Gaps that were closed may be gaps, as between leaves, and in them a place is seen.
+  LineOfSight look_among_points(std::uint32_t cell, float nearness) const {
+    const LineOfSight closed = look(cell, nearness);
+    return closed <= LineOfSight::Behind ? judge_points(cell, nearness, closed) : closed;
   }
   /// Whether no point lies in the direction of a cell, nor so near to it that the gap would be closed.
   bool is_blank(std::uint32_t cell) const { return bounds_[cell].own == 0; }
@@ -87,6 +96,8 @@ class DepthMap {
     CodedNearness beside;   ///< what ends at the cell or at a neighbour
     CodedNearness guarded;  ///< what ends within the guard
   };
+
+  LineOfSight judge_points(std::uint32_t cell, float nearness, LineOfSight closed) const;
 
   Config config_;
   DirectionGrid grid_;

@@ -76,7 +76,7 @@ class Visibility {
   /// Returns what is known about the line of sight from a moment's viewpoint to a place that locate() found there.
   static LineOfSight look(const Moment& moment, std::uint32_t cell, float nearness) {
     if (moment.glance && moment.glance->look(cell, nearness) == LineOfSight::Hidden) return LineOfSight::Hidden;
-    return moment.standing ? moment.standing->look(cell, nearness) : LineOfSight::Clear;
+    return moment.standing ? moment.standing->look_among_points(cell, nearness) : LineOfSight::Clear;
   }
   /// Asks for the memory that look() will read for a place in a cell.
   static void prefetch(const Moment& moment, std::uint32_t cell) {

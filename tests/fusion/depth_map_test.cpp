@@ -105,6 +105,37 @@ TEST(DepthMap, WhatIsBetweenTheRingsOfANearSurfaceIsHidden) {
   }
 }
 
+TEST(DepthMap, PointsSayWhetherAClosedGapIsASurface) {
+  const auto judged = [](const DepthMap& map, const Vector3d& p) {
+    const SeenPlaces seen = seen_at(map.grid(), p);
+    return map.look_among_points(seen.cell[0], seen.nearness[0]);
+  };
+  // Leaves at 5 m, 1.8 degrees apart, which closing joins to one surface, before a wall at 12 m.
+  DepthMap leaves({}), board({});
+  for (double up = -0.64; up <= 0.65; up += 0.16)
+    for (double right = -0.64; right <= 0.65; right += 0.16) add(leaves, {5, right, up});
+  for (double up = -0.64; up <= 0.65; up += 0.02)
+    for (double right = -0.64; right <= 0.65; right += 0.02) add(board, {5, right, up});
+  leaves.close();
+  board.close();
+  for (double up = -0.48; up < 0.47; up += 0.16)
+    for (double right = -0.48; right < 0.47; right += 0.16) {
+      const Vector3d between = 12.0 / 5 * Vector3d(5, right + 0.08, up + 0.08),
+                     behind = 12.0 / 5 * Vector3d(5, right, up);
+      ASSERT_EQ(look(leaves, between), LineOfSight::Hidden) << right << ' ' << up;
+      EXPECT_EQ(judged(leaves, between), LineOfSight::Behind) << right << ' ' << up;
+      EXPECT_EQ(judged(leaves, behind), LineOfSight::Hidden) << right << ' ' << up;
+      EXPECT_EQ(judged(board, between), LineOfSight::Hidden) << right << ' ' << up;
+    }
+  // One twig before the wall: its own cell is covered, and what lies beside it is not behind it.
+  DepthMap twig({});
+  add(twig, {5, 0.01, 0.01});
+  twig.close();
+  EXPECT_LE(judged(twig, {12, 0.024, 0.024}), LineOfSight::Covered);
+  EXPECT_EQ(judged(twig, {12, 3, 0.024}), LineOfSight::Clear);
+  EXPECT_EQ(judged(twig, {5, 0.01, 0.01}), LineOfSight::Clear);
+}
+
 TEST(DepthMap, TheOrderOfThePointsDoesNotMatter) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> place(-20, 20);
