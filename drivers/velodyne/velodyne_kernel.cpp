@@ -1,17 +1,141 @@
-#include "drivers/velodyne/velodyne_kernel.hpp"
+// This file is compiled once for each instruction set that the compiler supports. The program selects the best set of
+// the processor at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "drivers/velodyne/velodyne_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <numbers>
+#include <span>
+#include <vector>
 
 #include "core/portable_math.hpp"
+#include "drivers/velodyne/velodyne_kernel.hpp"
+#include "drivers/write_returns-inl.hpp"
 
+HWY_BEFORE_NAMESPACE();
+namespace hueline::drivers::HWY_NAMESPACE {
+
+constexpr std::size_t kFiringsAt = 4;  // in a block
+
+/// Fills the turn for an azimuth step from the block to the next. It is at most 0.03 rad, so the error of the series is
+/// at most 4e-8.
+void fill_turn(const VelodyneKernel::Firings& firings, float step, VelodyneKernel::Turn& turn) {
+  for (std::size_t f = 0; f < VelodyneKernel::kFirings; ++f) {
+    const float turned = step * firings.fraction[f], turned2 = turned * turned;
+    const float sin_turn = turned - turned * turned2 / 6.0f, cos_turn = 1.0f - turned2 / 2.0f;
+    turn.sin_ahead[f] = firings.sin_azimuth[f] * cos_turn + firings.cos_azimuth[f] * sin_turn;
+    turn.cos_ahead[f] = firings.cos_azimuth[f] * cos_turn - firings.sin_azimuth[f] * sin_turn;
+    turn.turned[f] = turned;
+  }
+}
+
+/// Writes the returns of kLanes firings from `at` on, and returns the end.
+template <bool kIsPair>
+HWY_INLINE LaserReturn* decode_firings(const VelodyneKernel::Block& block, const VelodyneKernel::Choice& choice,
+                                       std::size_t at, LaserReturn* out) {
+  const FloatTag d;
+  const IntTag whole;
+  const WordTag bits;
+  const VelodyneKernel::Firings& firings = *block.firings;
+  const auto load = [&](const VelodyneKernel::Floats& table) { return hn::Load(d, table.data() + at); };
+  const auto distance_of = [&](auto words) { return hn::And(words, hn::Set(bits, 0xFFFFU)); };
+
+  // Directions.
+  const auto sin_ahead = load(block.turn->sin_ahead), cos_ahead = load(block.turn->cos_ahead);
+  const auto sin_block = hn::Set(d, block.direction.sine), cos_block = hn::Set(d, block.direction.cosine);
+  const auto sine = hn::Add(hn::Mul(sin_block, cos_ahead), hn::Mul(cos_block, sin_ahead));
+  const auto cosine = hn::Sub(hn::Mul(cos_block, cos_ahead), hn::Mul(sin_block, sin_ahead));
+  const auto along = load(firings.cos_elevation), x = hn::Mul(along, sine), y = hn::Mul(along, cosine);
+  const auto own = hn::Add(hn::Set(d, block.azimuth), load(firings.azimuth));
+  const auto ahead = hn::Add(own, load(block.turn->turned));
+  const auto azimuth = block.is_near_north ? in_circle(ahead) : ahead;
+  const auto time = hn::Add(hn::Set(whole, block.time_ns), hn::Load(whole, firings.offset_ns.data() + at));
+
+  // A distance that is too near becomes a large number, because words have no sign.
+  const auto is_within = [&](auto words) {
+    const auto past = hn::Sub(distance_of(words), hn::Set(bits, choice.nearest));
+    return hn::Lt(past, hn::Set(bits, choice.count));
+  };
+  auto is_inside = hn::Eq(hn::Zero(bits), hn::Zero(bits));
+  if (choice.has_window) {
+    const auto past = hn::Sub(azimuth, hn::Set(d, choice.window_begin));
+    const auto turn = hn::Set(d, static_cast<float>(2 * std::numbers::pi));
+    const auto from_begin = hn::Add(past, hn::IfThenElseZero(hn::Lt(past, hn::Zero(d)), turn));
+    is_inside = hn::RebindMask(bits, hn::Le(from_begin, hn::Set(d, choice.window_width)));
+  }
+  /// Gives `use` the quantities of one return of each firing, whose distance and reflectivity are in `words`.
+  const auto make = [&](auto words, std::uint32_t return_number, const auto& use) {
+    const auto range = hn::Mul(hn::ConvertTo(d, hn::BitCast(whole, distance_of(words))), hn::Set(d, choice.range_step));
+    const auto z = hn::Add(hn::Mul(range, load(firings.sin_elevation)), load(firings.vertical_offset));
+    const auto tags = hn::Or(hn::Load(bits, firings.channel.data() + at), hn::Set(bits, tags_of(0, 0, return_number)));
+    const auto word = [&](auto lanes) { return hn::BitCast(bits, lanes); };
+    return use(word(hn::Mul(range, x)), word(hn::Mul(range, y)), word(z), word(range), word(azimuth), word(time),
+               hn::Or(tags, hn::And(words, hn::Set(bits, tags_of(0, 0xFF, 0)))));
+  };
+
+  const auto one = hn::Set(bits, 1U), two = hn::Set(bits, 2U);
+  const auto last = load_triples(block.last + kFiringsAt + 3 * at);
+  if constexpr (!kIsPair) {
+    const auto is_kept = hn::And(is_inside, is_within(last));
+    return make(last, 1, [&](auto... quantities) { return write_returns(is_kept, quantities..., one, out); });
+  } else {
+    // The even block holds the last return. The odd one holds the strongest, or the second strongest if the strongest
+    // is the last. A firing with one return has it in both blocks, or in one of them only.
+    const auto strongest = load_triples(block.strongest + kFiringsAt + 3 * at);
+    // A distance of 0, which is none, becomes the largest, so that the one return that there is becomes the near one.
+    const auto last_key = hn::Sub(distance_of(last), one), strongest_key = hn::Sub(distance_of(strongest), one);
+    const auto last_is_far = hn::Gt(last_key, strongest_key),
+               is_pair = hn::AndNot(hn::Eq(hn::Max(last_key, strongest_key), hn::Set(bits, ~0U)),
+                                    hn::Ne(last_key, strongest_key));
+    const auto near = hn::IfThenElse(last_is_far, strongest, last), far = hn::IfThenElse(last_is_far, last, strongest);
+    auto wants_near = hn::And(is_inside, is_within(near)),
+         wants_far = hn::And(hn::And(is_inside, is_pair), is_within(far));
+    if (choice.returns != ReturnChoice::All) {
+      const auto reflectivity = hn::Set(bits, tags_of(0, 0xFF, 0));
+      const auto of_near = hn::And(near, reflectivity), of_far = hn::And(far, reflectivity);
+      const auto near_is_stronger = hn::Or(hn::Gt(of_near, of_far), hn::And(hn::Eq(of_near, of_far), last_is_far));
+      const auto near_is_chosen = choice.returns == ReturnChoice::Last ? hn::Not(last_is_far) : near_is_stronger;
+      wants_near = hn::And(wants_near, hn::Or(hn::Not(is_pair), near_is_chosen));
+      wants_far = hn::AndNot(near_is_chosen, wants_far);
+    }
+    const auto count = hn::IfThenElse(is_pair, two, one);
+    if (hn::AllFalse(bits, wants_far))
+      return make(near, 1, [&](auto... quantities) { return write_returns(wants_near, quantities..., count, out); });
+    Lanes lanes[2];
+    make(near, 1, [&](auto... quantities) { lanes[0].store(wants_near, quantities..., count); });
+    make(far, 2, [&](auto... quantities) { lanes[1].store(wants_far, quantities..., two); });
+    return write_in_turn(lanes, out);
+  }
+}
+
+/// Replaces `returns` by those of the blocks. `scratch` has room for one more. The vector is filled here, because
+/// copies are a third of the work, and are made with wide instructions as well.
+void decode_blocks(std::span<const VelodyneKernel::Block> blocks, const VelodyneKernel::Choice& choice,
+                   LaserReturn* scratch, std::vector<LaserReturn>& returns) {
+  LaserReturn* out = scratch;
+  for (const VelodyneKernel::Block& block : blocks)
+    for (std::size_t f = 0; f < VelodyneKernel::kFirings; f += kLanes)
+      out =
+          block.strongest ? decode_firings<true>(block, choice, f, out) : decode_firings<false>(block, choice, f, out);
+  returns.assign(scratch, out);
+}
+
+}  // namespace hueline::drivers::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace hueline::drivers {
+HWY_EXPORT(decode_blocks);
+HWY_EXPORT(fill_turn);
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kCircle = 36000;  // in 0.01 degrees
-constexpr float kTwoPi = static_cast<float>(2 * kPi);
 constexpr float kRadPerCount = static_cast<float>(2 * kPi / kCircle);
 constexpr std::size_t kBlockBytes = 100;
 
@@ -20,45 +144,40 @@ constexpr std::size_t kBlockBytes = 100;
 constexpr double kMaxRevolutionsPerSecond = 40;
 constexpr int kTremble = 20;
 
+/// No firing's azimuth is further from its block's (0.01 degrees): lasers point up to 6.4 degrees aside, and within a
+/// block the mirror turns by less than 2 degrees.
+constexpr int kNearNorth = 1000;
+
 /// The second bytes of the flags of a VLS-128's four blocks.
 constexpr unsigned kBankFlags[] = {0xEE, 0xDD, 0xCC, 0xBB};
 
 unsigned u16(const std::byte* p) { return static_cast<unsigned>(p[0]) | static_cast<unsigned>(p[1]) << 8; }
 
-/// Reads the three bytes of each firing: distance in the lower half of the word, then reflectivity. The fourth byte is
-/// the next firing's or, behind the last block, the stamp's.
-void load_firings(const std::byte* block, std::array<std::uint32_t, kVelodyneFiringsPerBlock>& words) {
-  const std::byte* p = block + 4;
-  for (std::uint32_t& word : words) {
-    std::memcpy(&word, p, 4);
-    p += 3;
-  }
-}
-
 }  // namespace
 
 VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
     : table_(velodyne_table(config.model)),
-      choice_(config.returns),
-      // A range of 0 steps means "no return", whatever the configuration says.
-      nearest_(std::max(1, static_cast<std::int32_t>(std::ceil(config.min_range_m / table_.range_step_m - 1e-6)))),
-      span_((config.max_range_m ? static_cast<std::int32_t>(
-                                      std::min(65535.0, std::floor(*config.max_range_m / table_.range_step_m + 1e-6)))
-                                : 65535) -
-            nearest_),
-      range_step_(static_cast<float>(table_.range_step_m)),
-      window_begin_(static_cast<float>(config.azimuth_begin)),
       max_step_(static_cast<int>(kMaxRevolutionsPerSecond * kCircle * to_seconds(table_.block_period()))),
       firings_(static_cast<std::size_t>(table_.banks())),
-      sin_(kCircle),
-      cos_(kCircle) {
+      turns_(firings_.size(), std::vector<Turn>(static_cast<std::size_t>(kTremble + max_step_ + 1))),
+      mean_turns_(firings_.size()),
+      directions_(kCircle) {
+  choice_.returns = config.returns;
+  // A range of 0 steps means "no return", whatever the configuration says.
+  const double nearest = std::max(1.0, std::ceil(config.min_range_m / table_.range_step_m - 1e-6));
+  const double farthest = config.max_range_m ? std::floor(*config.max_range_m / table_.range_step_m + 1e-6) : 65535.0;
+  choice_.nearest = static_cast<std::uint32_t>(nearest);
+  choice_.count = static_cast<std::uint32_t>(std::max(0.0, std::min(65535.0, farthest) - nearest + 1));
+  choice_.range_step = static_cast<float>(table_.range_step_m);
   double width = config.azimuth_end - config.azimuth_begin;
   if (width < 0) width += 2 * kPi;
-  has_window_ = width < 2 * kPi - 1e-9;
-  window_width_ = static_cast<float>(width);
+  choice_.has_window = width < 2 * kPi - 1e-9;
+  choice_.window_begin = static_cast<float>(config.azimuth_begin);
+  choice_.window_width = static_cast<float>(width);
   for (int i = 0; i < kCircle; ++i) {
-    sin_[static_cast<std::size_t>(i)] = static_cast<float>(portable::sin(2 * kPi * i / kCircle));
-    cos_[static_cast<std::size_t>(i)] = static_cast<float>(portable::cos(2 * kPi * i / kCircle));
+    const double angle = 2 * kPi * i / kCircle;
+    directions_[static_cast<std::size_t>(i)] = {static_cast<float>(portable::sin(angle)),
+                                                static_cast<float>(portable::cos(angle))};
   }
   for (std::size_t bank = 0; bank < firings_.size(); ++bank)
     for (std::size_t f = 0; f < kFirings; ++f) {
@@ -80,6 +199,9 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
       table.offset_ns[f] = static_cast<std::int32_t>(offset.count());
       table.channel[f] = static_cast<std::uint32_t>(ring);
     }
+  for (std::size_t bank = 0; bank < firings_.size(); ++bank)
+    for (int step = -kTremble; step <= max_step_; ++step) HWY_DYNAMIC_DISPATCH(fill_turn)
+  (firings_[bank], static_cast<float>(step) * kRadPerCount, turns_[bank][static_cast<std::size_t>(step + kTremble)]);
 }
 
 int VelodyneKernel::step(int from, int to) const {
@@ -106,10 +228,8 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
   std::array<bool, kVelodyneBlocks> is_good{};
   VelodyneBlocks result;
   for (int u = 0; u < units; ++u) {
-    const int first = u * blocks_per_unit;
     auto& [azimuth, is_valid] = unit[static_cast<std::size_t>(u)];
-    for (int i = first; i < first + blocks_per_unit; i += copies) {
-      const int bank = (i - first) / copies;
+    for (int bank = 0, i = u * blocks_per_unit; bank < banks; ++bank, i += copies) {
       const int found = static_cast<int>(u16(block(i) + 2));
       const bool good = is_block(block(i), bank) && (!is_valid || found == azimuth) &&
                         (!is_dual || (is_block(block(i + 1), bank) && std::memcmp(block(i), block(i + 1), 4) == 0));
@@ -147,138 +267,50 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
                                       : static_cast<float>(turn_rate * period_s);
   if (number > 0) result.turn_rate = static_cast<double>(sum) / number / period_s;
 
-  LaserReturn* out = scratch_.data();
-  LaserReturn* end_of_timed = out;
+  std::array<Block, kVelodyneBlocks> wanted;
+  std::size_t count = 0, timed = 0;
+  for (std::size_t bank = 0; bank < firings_.size(); ++bank)
+    HWY_DYNAMIC_DISPATCH(fill_turn)(firings_[bank], mean_step * kRadPerCount, mean_turns_[bank]);
   for (int u = 0; u < units; ++u) {
     const auto i = static_cast<std::size_t>(u);
     if (!unit[i].is_valid) continue;
     const bool is_behind = u >= jump;
     const auto unit_ns = static_cast<std::int32_t>(table_.block_period().count() * (is_behind ? u - jump : u));
-    for (int b = u * blocks_per_unit; b < (u + 1) * blocks_per_unit; b += copies) {
+    const auto azimuth = static_cast<std::size_t>(unit[i].azimuth);
+    for (std::size_t bank = 0; bank < firings_.size(); ++bank) {
+      const int b = u * blocks_per_unit + static_cast<int>(bank) * copies;
       if (!is_good[static_cast<std::size_t>(b)]) continue;
       if (u >= second_jump) {
         result.untimed += copies;
         continue;
       }
-      const Firings& firings = firings_[static_cast<std::size_t>((b - u * blocks_per_unit) / copies)];
-      fill_directions(firings, unit[i].azimuth, has_step[i] ? static_cast<float>(steps[i]) : mean_step);
-      out = is_dual ? decode_pair(firings, block(b), block(b + 1), unit_ns, out)
-                    : decode_single(firings, block(b), unit_ns, out);
+      const Turn& turn = has_step[i] ? turns_[bank][static_cast<std::size_t>(steps[i] + kTremble)] : mean_turns_[bank];
+      wanted[count++] = {&firings_[bank],
+                         &turn,
+                         block(b),
+                         is_dual ? block(b + 1) : nullptr,
+                         static_cast<float>(azimuth) * kRadPerCount,
+                         unit[i].azimuth < kNearNorth || unit[i].azimuth >= kCircle - kNearNorth,
+                         directions_[azimuth],
+                         unit_ns};
       if (is_behind) {
         result.behind += copies;
         result.behind_azimuth = unit[i].azimuth;
         continue;
       }
-      end_of_timed = out;
+      timed = count;
       if (result.decoded == 0) result.first_azimuth = unit[i].azimuth;
       result.last_azimuth = unit[i].azimuth;
       result.decoded += copies;
     }
   }
+  const std::span<const Block> all(wanted.data(), count);
+  HWY_DYNAMIC_DISPATCH(decode_blocks)(all.first(timed), choice_, scratch_.data(), returns);
+  behind_.clear();
+  if (timed < count) HWY_DYNAMIC_DISPATCH(decode_blocks)(all.subspan(timed), choice_, scratch_.data(), behind_);
   result.behind_duration = table_.block_period() * (units - jump);
-  returns.assign(scratch_.data(), end_of_timed);
-  behind_.assign(end_of_timed, out);
   return result;
 }
 
-void VelodyneKernel::fill_directions(const Firings& firings, int azimuth, float step) {
-  const float sin_block = sin_[static_cast<std::size_t>(azimuth)], cos_block = cos_[static_cast<std::size_t>(azimuth)];
-  const float block_rad = static_cast<float>(azimuth) * kRadPerCount;
-  const float step_rad = step * kRadPerCount;  // at most 0.03 rad, so the error of the series below is at most 4e-8
-  for (std::size_t f = 0; f < kFirings; ++f) {
-    const float turn = step_rad * firings.fraction[f];
-    const float turn2 = turn * turn;
-    const float sin_turn = turn - turn * turn2 / 6.0f;
-    const float cos_turn = 1.0f - turn2 / 2.0f;
-    const float s = firings.sin_azimuth[f] * cos_turn + firings.cos_azimuth[f] * sin_turn;
-    const float c = firings.cos_azimuth[f] * cos_turn - firings.sin_azimuth[f] * sin_turn;
-    directions_.x[f] = firings.cos_elevation[f] * (sin_block * c + cos_block * s);
-    directions_.y[f] = firings.cos_elevation[f] * (cos_block * c - sin_block * s);
-    directions_.azimuth[f] = in_circle(block_rad + firings.azimuth[f] + turn);
-  }
-  if (!has_window_) return;
-  for (std::size_t f = 0; f < kFirings; ++f) {
-    const float past = directions_.azimuth[f] - window_begin_;
-    directions_.is_inside[f] = (past < 0.0f ? past + kTwoPi : past) <= window_width_ ? 1 : 0;
-  }
-}
-
-/// Fills the lanes with what depends on distance and direction, and with whether that distance is kept.
-inline void VelodyneKernel::fill_places(const Firings& firings, const std::array<std::int32_t, kFirings>& distance,
-                                        std::int32_t block_ns, Lanes& lanes) const {
-  const float range_step = range_step_;
-  const std::int32_t nearest = nearest_, span = span_;
-  for (std::size_t f = 0; f < kFirings; ++f) {
-    const float range = static_cast<float>(distance[f]) * range_step;
-    lanes.x[f] = range * directions_.x[f];
-    lanes.y[f] = range * directions_.y[f];
-    lanes.z[f] = range * firings.sin_elevation[f] + firings.vertical_offset[f];
-    lanes.range[f] = range;
-    lanes.azimuth[f] = directions_.azimuth[f];
-    lanes.time_ns[f] = block_ns + firings.offset_ns[f];
-    const std::int32_t past = distance[f] - nearest;
-    lanes.keep[f] = static_cast<std::uint32_t>(past >= 0) & static_cast<std::uint32_t>(past <= span);
-  }
-  if (!has_window_) return;
-  for (std::size_t f = 0; f < kFirings; ++f) lanes.keep[f] &= directions_.is_inside[f];
-}
-
-LaserReturn* VelodyneKernel::decode_single(const Firings& firings, const std::byte* block, std::int32_t block_ns,
-                                           LaserReturn* out) {
-  alignas(16) std::array<std::uint32_t, kFirings> words;
-  alignas(16) std::array<std::int32_t, kFirings> distance;
-  load_firings(block, words);
-  for (std::size_t f = 0; f < kFirings; ++f) {
-    distance[f] = static_cast<std::int32_t>(words[f] & 0xFFFFU);
-    near_.tags[f] = tags_of(firings.channel[f], words[f] >> 16U & 0xFFU, 1);
-    near_.return_count[f] = 1;
-  }
-  fill_places(firings, distance, block_ns, near_);
-  return write_returns(near_, kFirings, out);
-}
-
-/// The even block holds the last return. The odd one holds the strongest, or the second strongest if the strongest is
-/// the last. A firing with one return has it in both blocks, or in one of them only.
-LaserReturn* VelodyneKernel::decode_pair(const Firings& firings, const std::byte* last, const std::byte* strongest,
-                                         std::int32_t block_ns, LaserReturn* out) {
-  alignas(16) std::array<std::uint32_t, kFirings> last_words, strongest_words;
-  alignas(16) std::array<std::int32_t, kFirings> near, far;
-  alignas(16) std::array<std::uint32_t, kFirings> wants_near, wants_far;
-  load_firings(last, last_words);
-  load_firings(strongest, strongest_words);
-  // All bits or none, because GCC makes no vectors of a loop with branches.
-  const std::int32_t wants_all = choice_ == ReturnChoice::All ? -1 : 0,
-                     wants_last = choice_ == ReturnChoice::Last ? -1 : 0;
-  const auto mask = [](bool is_set) { return -static_cast<std::int32_t>(is_set); };
-  for (std::size_t f = 0; f < kFirings; ++f) {
-    const auto a = static_cast<std::int32_t>(last_words[f] & 0xFFFFU),
-               b = static_cast<std::int32_t>(strongest_words[f] & 0xFFFFU);
-    const std::int32_t is_pair = ~(mask(a == b) | mask(a == 0) | mask(b == 0)), last_is_far = mask(a > b);
-    // Of a pair the smaller distance is near; of one return it is the one that is not 0, and `a` of two equal ones.
-    const std::int32_t near_is_b = (is_pair & last_is_far) | (~is_pair & mask(a == 0));
-    const std::uint32_t exchanged = (last_words[f] ^ strongest_words[f]) & static_cast<std::uint32_t>(near_is_b);
-    const std::uint32_t near_word = last_words[f] ^ exchanged, far_word = strongest_words[f] ^ exchanged;
-    near[f] = static_cast<std::int32_t>(near_word & 0xFFFFU);
-    far[f] = static_cast<std::int32_t>(far_word & 0xFFFFU);
-    const auto near_reflectivity = static_cast<std::int32_t>(near_word >> 16U & 0xFFU),
-               far_reflectivity = static_cast<std::int32_t>(far_word >> 16U & 0xFFU);
-    const std::int32_t near_is_stronger =
-        mask(near_reflectivity > far_reflectivity) | (mask(near_reflectivity == far_reflectivity) & last_is_far);
-    const std::int32_t chosen_near = (wants_last & ~last_is_far) | (~wants_last & near_is_stronger);
-    wants_near[f] = static_cast<std::uint32_t>(~is_pair | wants_all | chosen_near) & 1U;
-    wants_far[f] = static_cast<std::uint32_t>(is_pair & (wants_all | ~chosen_near)) & 1U;
-    near_.tags[f] = tags_of(firings.channel[f], static_cast<std::uint32_t>(near_reflectivity), 1);
-    far_.tags[f] = tags_of(firings.channel[f], static_cast<std::uint32_t>(far_reflectivity), 2);
-    near_.return_count[f] = 1U + (static_cast<std::uint32_t>(is_pair) & 1U);
-    far_.return_count[f] = 2;
-  }
-  fill_places(firings, near, block_ns, near_);
-  fill_places(firings, far, block_ns, far_);
-  for (std::size_t f = 0; f < kFirings; ++f) {
-    near_.keep[f] &= wants_near[f];
-    far_.keep[f] &= wants_far[f];
-  }
-  return write_returns(near_, far_, kFirings, out);
-}
-
 }  // namespace hueline::drivers
+#endif

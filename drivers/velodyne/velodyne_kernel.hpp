@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/measurements.hpp"
-#include "drivers/return_lanes.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
 
 namespace hueline::drivers {
@@ -26,7 +25,8 @@ struct VelodyneBlocks {
 };
 
 /// Computes the returns of a data packet. Its tables are made once; for each packet there are only loads,
-/// multiplications and stores. It does not deal with faults, packets or clocks; times are offsets within the packet.
+/// multiplications and stores, of many firings at once. It does not deal with faults, packets or clocks; times are
+/// offsets within the packet.
 /// Thread safety: none; one thread calls it, because it owns the scratch space.
 class VelodyneKernel {
  public:
@@ -41,55 +41,66 @@ class VelodyneKernel {
   /// how long the scanner was silent at the jump, the packet does not say.
   std::vector<LaserReturn>& behind() { return behind_; }
 
- private:
   static constexpr std::size_t kFirings = kVelodyneFiringsPerBlock;
-  using Lanes = ReturnLanes<kFirings>;
   using Floats = std::array<float, kFirings>;
 
+  /// Constants of each firing of a block.
+  struct Firings {
+    alignas(64) Floats sin_elevation, cos_elevation, vertical_offset;
+    alignas(64) Floats sin_azimuth, cos_azimuth;  ///< of the laser's azimuth against the block's
+    alignas(64) Floats azimuth;                   ///< the same angle, rad
+    alignas(64) Floats fraction;                  ///< of the sequence's or block's duration, at which the laser fires
+    alignas(64) std::array<std::int32_t, kFirings> offset_ns;
+    alignas(64) std::array<std::uint32_t, kFirings> channel;
+  };
+  /// What each firing's azimuth is ahead of the block's: by the laser's own azimuth, and because the mirror turns.
+  struct Turn {
+    alignas(64) Floats sin_ahead, cos_ahead;
+    alignas(64) Floats turned;  ///< by the mirror alone, rad
+  };
+  struct Direction {
+    float sine, cosine;
+  };
+  /// Which returns are kept.
+  struct Choice {
+    ReturnChoice returns;
+    std::uint32_t nearest, count;  ///< the smallest distance, and how many from there on, in range steps
+    float range_step;
+    bool has_window;
+    float window_begin, window_width;  ///< of the azimuths, rad
+  };
+  /// A block to decode or, in dual-return mode, a pair: `strongest` is the odd block.
+  struct Block {
+    const Firings* firings;
+    const Turn* turn;
+    const std::byte *last, *strongest;
+    float azimuth;
+    bool is_near_north;  ///< so that the azimuth of a firing may be on the other side of 0
+    Direction direction;
+    std::int32_t time_ns;
+  };
+
+ private:
   /// The blocks of one azimuth: one block or, in dual-return mode, a pair; of a scanner with several banks a sequence.
   struct Unit {
     int azimuth = 0;  ///< in 0.01 degrees
     bool is_valid = false;
   };
-  /// Constants of each firing of a block. Each quantity has its own array, so that loops over them vectorise.
-  struct Firings {
-    alignas(16) Floats sin_elevation, cos_elevation, vertical_offset;
-    alignas(16) Floats sin_azimuth, cos_azimuth;  ///< of the laser's azimuth against the block's
-    alignas(16) Floats azimuth;                   ///< the same angle, rad
-    alignas(16) Floats fraction;                  ///< of the sequence's or block's duration, at which the laser fires
-    alignas(16) std::array<std::int32_t, kFirings> offset_ns;
-    alignas(16) std::array<std::uint32_t, kFirings> channel;
-  };
-  /// The directions of one block, for each of its firings.
-  struct Directions {
-    alignas(16) Floats azimuth, x, y;
-    alignas(16) std::array<std::uint32_t, kFirings> is_inside;
-  };
 
   int step(int from, int to) const;
   bool is_plausible(int step) const;
   bool is_block(const std::byte* block, int bank) const;
-  void fill_directions(const Firings& firings, int azimuth, float step);
-  LaserReturn* decode_single(const Firings& firings, const std::byte* block, std::int32_t block_ns, LaserReturn* out);
-  LaserReturn* decode_pair(const Firings& firings, const std::byte* last, const std::byte* strongest,
-                           std::int32_t block_ns, LaserReturn* out);
-  void fill_places(const Firings& firings, const std::array<std::int32_t, kFirings>& distance, std::int32_t block_ns,
-                   Lanes& lanes) const;
 
   const VelodyneTable& table_;
-  ReturnChoice choice_;
-  std::int32_t nearest_, span_;  ///< in range steps; ranges from nearest_ to nearest_ + span_ are kept
-  float range_step_;
-  bool has_window_;
-  float window_begin_, window_width_;
+  Choice choice_;
   int max_step_;
-  std::vector<Firings> firings_;  ///< by bank
-  std::vector<float> sin_, cos_;  ///< indexed by azimuth, 0.01 degrees
-  Directions directions_{};
-  Lanes near_{}, far_{};
+  std::vector<Firings> firings_;          ///< by bank
+  std::vector<std::vector<Turn>> turns_;  ///< by bank, then by plausible step of the azimuth, the smallest first
+  std::vector<Turn> mean_turns_;          ///< by bank; for the packet's mean step, which is no whole number
+  std::vector<Direction> directions_;     ///< indexed by azimuth, 0.01 degrees
   std::vector<LaserReturn> behind_;
   /// It has room for one more return than a packet, because a return is written before it is known whether it is kept.
-  std::array<LaserReturn, kVelodyneBlocks * kFirings + 1> scratch_;
+  alignas(64) std::array<LaserReturn, kVelodyneBlocks * kFirings + 1> scratch_;
 };
 
 }  // namespace hueline::drivers

@@ -7,7 +7,7 @@
 
 #include "fusion/pixel_mask.hpp"
 #include "tests/fusion/drive.hpp"
-#include "tests/fusion/each_instruction_set.hpp"
+#include "tests/support/each_instruction_set.hpp"
 
 namespace hueline::fusion {
 namespace {

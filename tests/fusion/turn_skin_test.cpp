@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "tests/fusion/each_instruction_set.hpp"
+#include "tests/support/each_instruction_set.hpp"
 
 namespace hueline::fusion {
 namespace {
