@@ -1,14 +1,151 @@
-#include "drivers/hesai/hesai_kernel.hpp"
+// This file is compiled once for each instruction set that the compiler supports. The program selects the best set of
+// the processor at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "drivers/hesai/hesai_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <span>
+#include <vector>
 
 #include "core/angle.hpp"
 #include "core/portable_math.hpp"
+#include "drivers/hesai/hesai_kernel.hpp"
+#include "drivers/write_returns-inl.hpp"
 
+HWY_BEFORE_NAMESPACE();
+namespace hueline::drivers::HWY_NAMESPACE {
+
+using HesaiWords = std::array<std::uint32_t, HesaiKernel::kMost>;
+
+/// Reads the units of a block: distance and reflectivity in the lower bytes. Behind the last channel are none.
+HWY_INLINE void load_units(const std::byte* bytes, const HesaiKernel::Units& units, HesaiWords& words) {
+  const WordTag d;
+  std::size_t c = 0;
+  if (units.bytes == 4)
+    for (; c + kLanes <= units.channels; c += kLanes)
+      hn::Store(hn::LoadU(d, reinterpret_cast<const std::uint32_t*>(bytes + 4 * c)), d, words.data() + c);
+  else
+    // Behind the blocks of each model there are more than the four bytes that may be read beyond the last unit.
+    for (; c + kLanes <= units.channels; c += kLanes) hn::Store(load_triples(bytes + 3 * c), d, words.data() + c);
+  for (; c < units.channels; ++c) {
+    words[c] = 0;
+    std::memcpy(&words[c], bytes + units.bytes * c, 3);
+  }
+  for (; c % kLanes != 0; ++c) words[c] = 0;
+}
+
+/// Writes the returns of kLanes firings from channel `at` on, and returns the end.
+template <std::size_t kReturns>
+HWY_INLINE LaserReturn* decode_firings(const HesaiKernel::Group& group, const HesaiKernel::Units& units,
+                                       const HesaiKernel::Channels& channels,
+                                       const std::array<HesaiWords, HesaiKernel::kMostReturns>& blocks, std::size_t at,
+                                       LaserReturn* out) {
+  const FloatTag d;
+  const IntTag whole;
+  const WordTag bits;
+  const auto load = [&](const HesaiKernel::Floats& table) { return hn::Load(d, table.data() + at); };
+  const auto distance_of = [&](auto words) { return hn::And(words, hn::Set(bits, 0xFFFFU)); };
+  const auto one = hn::Set(bits, 1U);
+
+  const auto sin_block = hn::Set(d, group.direction.sine), cos_block = hn::Set(d, group.direction.cosine);
+  const auto sin_own = load(channels.sin_azimuth), cos_own = load(channels.cos_azimuth);
+  const auto sine = hn::Add(hn::Mul(sin_block, cos_own), hn::Mul(cos_block, sin_own));
+  const auto cosine = hn::Sub(hn::Mul(cos_block, cos_own), hn::Mul(sin_block, sin_own));
+  const auto azimuth = in_circle(hn::Add(hn::Set(d, group.azimuth), load(channels.azimuth)));
+  const auto& times = group.is_second ? channels.time_of_second_ns : channels.time_ns;
+  const auto time = hn::Add(hn::Set(whole, group.time_ns), hn::Load(whole, times.data() + at));
+
+  // A distance that is too near becomes a large number, because words have no sign.
+  const auto is_kept = [&](auto words) {
+    return hn::Lt(hn::Sub(distance_of(words), hn::Set(bits, units.nearest)), hn::Set(bits, units.count));
+  };
+  /// Gives `use` the quantities of one return of each firing.
+  const auto make = [&](auto words, std::uint32_t return_number, const auto& use) {
+    const auto range = hn::Mul(hn::ConvertTo(d, hn::BitCast(whole, distance_of(words))), hn::Set(d, units.range_step));
+    const auto flat = hn::Mul(range, load(channels.cos_elevation));
+    const auto tags = hn::Or(hn::Load(bits, channels.ring.data() + at), hn::Set(bits, tags_of(0, 0, return_number)));
+    const auto word = [&](auto lanes) { return hn::BitCast(bits, lanes); };
+    return use(word(hn::Mul(flat, sine)), word(hn::Mul(flat, cosine)),
+               word(hn::Mul(range, load(channels.sin_elevation))), word(range), word(azimuth), word(time),
+               hn::Or(tags, hn::And(words, hn::Set(bits, tags_of(0, 0xFF, 0)))));
+  };
+
+  auto first = hn::Load(bits, blocks[0].data() + at);
+  if constexpr (kReturns == 1) {
+    return make(first, 1, [&](auto... quantities) { return write_returns(is_kept(first), quantities..., one, out); });
+  } else {
+    // By range, and of equal ones the first. One that is none, of distance 0, becomes the farthest.
+    const auto is_same = [&](auto a, auto b) { return hn::Eq(distance_of(a), distance_of(b)); };
+    const auto sort = [&](auto& a, auto& b) {
+      const auto is_wrong = hn::Gt(hn::Sub(distance_of(a), one), hn::Sub(distance_of(b), one));
+      const auto near = hn::IfThenElse(is_wrong, b, a);
+      b = hn::IfThenElse(is_wrong, a, b);
+      a = near;
+    };
+    const auto count_of = [&](auto words) {
+      return hn::IfThenElseZero(hn::Ne(distance_of(words), hn::Zero(bits)), one);
+    };
+    auto second = hn::Load(bits, blocks[1].data() + at);
+    second = hn::IfThenZeroElse(is_same(second, first), second);
+    if constexpr (kReturns == 2) {
+      sort(first, second);
+      const auto count = hn::Add(count_of(first), count_of(second));
+      if (hn::AllFalse(bits, is_kept(second)))
+        return make(first, 1,
+                    [&](auto... quantities) { return write_returns(is_kept(first), quantities..., count, out); });
+      Lanes lanes[2];
+      make(first, 1, [&](auto... quantities) { lanes[0].store(is_kept(first), quantities..., count); });
+      make(second, 2, [&](auto... quantities) { lanes[1].store(is_kept(second), quantities..., count); });
+      return write_in_turn(lanes, out);
+    } else {
+      auto third = hn::Load(bits, blocks[2].data() + at);
+      third = hn::IfThenZeroElse(hn::Or(is_same(third, first), is_same(third, second)), third);
+      sort(first, second);
+      sort(second, third);
+      sort(first, second);
+      const auto count = hn::Add(hn::Add(count_of(first), count_of(second)), count_of(third));
+      Lanes lanes[3];
+      make(first, 1, [&](auto... quantities) { lanes[0].store(is_kept(first), quantities..., count); });
+      make(second, 2, [&](auto... quantities) { lanes[1].store(is_kept(second), quantities..., count); });
+      make(third, 3, [&](auto... quantities) { lanes[2].store(is_kept(third), quantities..., count); });
+      return write_in_turn(lanes, out);
+    }
+  }
+}
+
+template <std::size_t kReturns>
+HWY_INLINE LaserReturn* decode_group(const HesaiKernel::Group& group, const HesaiKernel::Units& units,
+                                     const HesaiKernel::Channels& channels, LaserReturn* out) {
+  alignas(64) std::array<HesaiWords, HesaiKernel::kMostReturns> blocks;
+  for (std::size_t i = 0; i < kReturns; ++i) load_units(group.units[i], units, blocks[i]);
+  for (std::size_t c = 0; c < units.channels; c += kLanes)
+    out = decode_firings<kReturns>(group, units, channels, blocks, c, out);
+  return out;
+}
+
+/// Replaces `returns` by those of the groups, whose firings have up to `most` returns. `scratch` has room for one more.
+void decode_groups(std::span<const HesaiKernel::Group> groups, int most, const HesaiKernel::Units& units,
+                   const HesaiKernel::Channels& channels, LaserReturn* scratch, std::vector<LaserReturn>& returns) {
+  LaserReturn* out = scratch;
+  for (const HesaiKernel::Group& group : groups)
+    out = most == 1   ? decode_group<1>(group, units, channels, out)
+          : most == 2 ? decode_group<2>(group, units, channels, out)
+                      : decode_group<3>(group, units, channels, out);
+  returns.assign(scratch, out);
+}
+
+}  // namespace hueline::drivers::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace hueline::drivers {
+HWY_EXPORT(decode_groups);
 namespace {
 
 constexpr int kCircle = 36000;  // in 0.01 degrees
@@ -22,12 +159,12 @@ HesaiKernel::HesaiKernel(const HesaiDecoder::Config& config)
     : table_(hesai_table(config.model)),
       min_range_m_(config.min_range_m),
       max_range_m_(config.max_range_m.value_or(1e9)),
-      sin_(kCircle),
-      cos_(kCircle),
+      directions_(kCircle),
       scratch_(table_.beams.size() * static_cast<std::size_t>(table_.blocks) + 1) {
   for (int i = 0; i < kCircle; ++i) {
-    sin_[static_cast<std::size_t>(i)] = static_cast<float>(portable::sin(2 * std::numbers::pi * i / kCircle));
-    cos_[static_cast<std::size_t>(i)] = static_cast<float>(portable::cos(2 * std::numbers::pi * i / kCircle));
+    const double angle = 2 * std::numbers::pi * i / kCircle;
+    directions_[static_cast<std::size_t>(i)] = {static_cast<float>(portable::sin(angle)),
+                                                static_cast<float>(portable::cos(angle))};
   }
   const auto beam = [&](std::size_t c) {
     if (config.elevations_deg.empty()) return table_.beams[c];
@@ -57,17 +194,22 @@ std::int32_t HesaiKernel::block_ns(int block, int returns) const {
 
 HesaiBlocks HesaiKernel::decode(std::span<const std::byte> bytes, const HesaiPacket& packet,
                                 std::vector<LaserReturn>& returns) {
-  range_step_ = static_cast<float>(packet.range_step_m);
+  Units units{};
+  units.channels = table_.beams.size();
+  units.bytes = table_.unit;
+  units.range_step = static_cast<float>(packet.range_step_m);
   // A distance of 0 means "no return", whatever the configuration says.
-  nearest_ = std::max(1, static_cast<std::int32_t>(std::ceil(min_range_m_ / packet.range_step_m - 1e-6)));
-  span_ =
-      static_cast<std::int32_t>(std::min(65535.0, std::floor(max_range_m_ / packet.range_step_m + 1e-6))) - nearest_;
+  const double nearest = std::max(1.0, std::ceil(min_range_m_ / packet.range_step_m - 1e-6));
+  const double farthest = std::min(65535.0, std::floor(max_range_m_ / packet.range_step_m + 1e-6));
+  units.nearest = static_cast<std::uint32_t>(nearest);
+  units.count = static_cast<std::uint32_t>(std::max(0.0, farthest - nearest + 1));
 
   HesaiBlocks result;
   const auto shortest = *std::min_element(table_.times.begin(), table_.times.end());
   const std::int32_t first_ns = block_ns(0, packet.returns) + shortest;
   result.first_firing = nanoseconds(first_ns);
-  LaserReturn* out = scratch_.data();
+  std::array<Group, kMostBlocks> groups;
+  std::size_t count = 0;
   for (int b = 0; b < table_.blocks; b += packet.returns) {
     const std::byte* first = bytes.data() + table_.head + table_.block_bytes() * static_cast<std::size_t>(b);
     const auto azimuth = static_cast<int>(u16(first + table_.flag));
@@ -82,83 +224,20 @@ HesaiBlocks HesaiKernel::decode(std::span<const std::byte> bytes, const HesaiPac
       continue;
     }
     const bool is_second = !table_.times_of_second.empty() && (packet.returns == 1 ? b % 2 != 0 : packet.is_second);
-    out = decode_group(first, packet.returns, azimuth, block_ns(b, packet.returns) - first_ns, is_second, out);
+    Group& group = groups[count++];
+    group.units = {};
+    for (int i = 0; i < packet.returns; ++i)
+      group.units[static_cast<std::size_t>(i)] =
+          first + table_.block_bytes() * static_cast<std::size_t>(i) + table_.flag + 2;
+    group.azimuth = static_cast<float>(azimuth) * kRadPerCount;
+    group.direction = directions_[static_cast<std::size_t>(azimuth)];
+    group.time_ns = block_ns(b, packet.returns) - first_ns;
+    group.is_second = is_second;
   }
-  returns.assign(scratch_.data(), out);
+  HWY_DYNAMIC_DISPATCH(decode_groups)
+  ({groups.data(), count}, packet.returns, units, channels_, scratch_.data(), returns);
   return result;
 }
 
-/// Fills the lanes of one block.
-void HesaiKernel::fill_lanes(const std::byte* units, int azimuth, std::int32_t block_ns, bool is_second) {
-  const std::size_t count = table_.beams.size(), unit = table_.unit;
-  alignas(16) std::array<std::uint32_t, kMost> words{};
-  for (std::size_t c = 0; c < count; ++c) std::memcpy(&words[c], units + unit * c, 3);
-  const float sin_block = sin_[static_cast<std::size_t>(azimuth)], cos_block = cos_[static_cast<std::size_t>(azimuth)];
-  const float block_rad = static_cast<float>(azimuth) * kRadPerCount, range_step = range_step_;
-  const std::int32_t nearest = nearest_, span = span_;
-  const auto& times = is_second ? channels_.time_of_second_ns : channels_.time_ns;
-  for (std::size_t c = 0; c < count; ++c) {
-    const auto distance = static_cast<std::int32_t>(words[c] & 0xFFFFU);
-    const float range = static_cast<float>(distance) * range_step;
-    const float flat = range * channels_.cos_elevation[c];
-    lanes_.x[c] = flat * (sin_block * channels_.cos_azimuth[c] + cos_block * channels_.sin_azimuth[c]);
-    lanes_.y[c] = flat * (cos_block * channels_.cos_azimuth[c] - sin_block * channels_.sin_azimuth[c]);
-    lanes_.z[c] = range * channels_.sin_elevation[c];
-    lanes_.range[c] = range;
-    lanes_.azimuth[c] = in_circle(block_rad + channels_.azimuth[c]);
-    lanes_.time_ns[c] = block_ns + times[c];
-    lanes_.tags[c] = tags_of(channels_.ring[c], words[c] >> 16U & 0xFFU, 1);
-    lanes_.return_count[c] = 1;
-    const std::int32_t past = distance - nearest;
-    lanes_.keep[c] = static_cast<std::uint32_t>(past >= 0) & static_cast<std::uint32_t>(past <= span);
-  }
-}
-
-/// Decodes the blocks of the same firings.
-LaserReturn* HesaiKernel::decode_group(const std::byte* first, int returns, int azimuth, std::int32_t block_ns,
-                                       bool is_second, LaserReturn* out) {
-  const std::size_t units = table_.flag + 2;
-  fill_lanes(first + units, azimuth, block_ns, is_second);
-  if (returns == 1) return write_returns(lanes_, table_.beams.size(), out);
-
-  for (std::size_t c = 0; c < table_.beams.size(); ++c) {
-    struct Echo {
-      std::int32_t distance;
-      std::uint32_t reflectivity;
-    };
-    std::array<Echo, 3> echoes{};
-    std::size_t count = 0;
-    for (int i = 0; i < returns; ++i) {
-      const std::byte* unit = first + table_.block_bytes() * static_cast<std::size_t>(i) + units + table_.unit * c;
-      const Echo echo{static_cast<std::int32_t>(u16(unit)), static_cast<std::uint32_t>(unit[2])};
-      const bool is_new = std::none_of(echoes.begin(), echoes.begin() + static_cast<std::ptrdiff_t>(count),
-                                       [&](const Echo& other) { return other.distance == echo.distance; });
-      if (echo.distance != 0 && is_new) echoes[count++] = echo;
-    }
-    std::sort(echoes.begin(), echoes.begin() + static_cast<std::ptrdiff_t>(count),
-              [](const Echo& a, const Echo& b) { return a.distance < b.distance; });
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::int32_t past = echoes[k].distance - nearest_;
-      if (past < 0 || past > span_) continue;
-      // The lanes hold the first block's distance; the direction is the same.
-      const float range = static_cast<float>(echoes[k].distance) * range_step_,
-                  flat = range * channels_.cos_elevation[c];
-      const float sin_block = sin_[static_cast<std::size_t>(azimuth)];
-      const float cos_block = cos_[static_cast<std::size_t>(azimuth)];
-      out->x = flat * (sin_block * channels_.cos_azimuth[c] + cos_block * channels_.sin_azimuth[c]);
-      out->y = flat * (cos_block * channels_.cos_azimuth[c] - sin_block * channels_.sin_azimuth[c]);
-      out->z = range * channels_.sin_elevation[c];
-      out->range_m = range;
-      out->azimuth = lanes_.azimuth[c];
-      out->time_offset_ns = lanes_.time_ns[c];
-      out->channel = static_cast<std::uint16_t>(channels_.ring[c]);
-      out->reflectivity = static_cast<std::uint8_t>(echoes[k].reflectivity);
-      out->return_number = static_cast<std::uint8_t>(k + 1);
-      out->return_count = static_cast<std::uint8_t>(count);
-      ++out;
-    }
-  }
-  return out;
-}
-
 }  // namespace hueline::drivers
+#endif

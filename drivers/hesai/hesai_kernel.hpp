@@ -8,7 +8,6 @@
 
 #include "core/measurements.hpp"
 #include "drivers/hesai/hesai_decoder.hpp"
-#include "drivers/return_lanes.hpp"
 
 namespace hueline::drivers {
 
@@ -18,8 +17,8 @@ struct HesaiBlocks {
   nanoseconds first_firing{0};  ///< of the packet, after the packet's time
 };
 
-/// Computes the returns of a data packet from tables that are made once. It does not deal with faults, packets or
-/// clocks; times are offsets from the packet's first firing.
+/// Computes the returns of a data packet from tables that are made once, many firings at a time. It does not deal with
+/// faults, packets or clocks; times are offsets from the packet's first firing.
 /// Thread safety: none; one thread calls it, because it owns the scratch space.
 class HesaiKernel {
  public:
@@ -28,27 +27,41 @@ class HesaiKernel {
   /// Decodes a packet of at least the model's size. Replaces `returns` by those of the packet, block by block.
   HesaiBlocks decode(std::span<const std::byte> bytes, const HesaiPacket& packet, std::vector<LaserReturn>& returns);
 
- private:
-  static constexpr std::size_t kMost = 128;  ///< channels
+  static constexpr std::size_t kMost = 128;       ///< channels
+  static constexpr std::size_t kMostReturns = 3;  ///< of a firing
+  static constexpr std::size_t kMostBlocks = 10;
   using Floats = std::array<float, kMost>;
+  /// Constants of each channel.
   struct Channels {
-    alignas(16) Floats sin_elevation, cos_elevation, sin_azimuth, cos_azimuth, azimuth;
-    alignas(16) std::array<std::int32_t, kMost> time_ns, time_of_second_ns;
-    alignas(16) std::array<std::uint32_t, kMost> ring;
+    alignas(64) Floats sin_elevation, cos_elevation, sin_azimuth, cos_azimuth, azimuth;
+    alignas(64) std::array<std::int32_t, kMost> time_ns, time_of_second_ns;
+    alignas(64) std::array<std::uint32_t, kMost> ring;
+  };
+  struct Direction {
+    float sine, cosine;
+  };
+  /// How the units of a packet become returns.
+  struct Units {
+    std::size_t channels, bytes;  ///< number of channels, bytes of a unit
+    float range_step;
+    std::uint32_t nearest, count;  ///< the smallest distance that is kept, and how many from there on, in steps
+  };
+  /// The blocks of the same firings.
+  struct Group {
+    std::array<const std::byte*, kMostReturns> units;  ///< of each block; nullptr behind the last
+    float azimuth;                                     ///< rad
+    Direction direction;
+    std::int32_t time_ns;
+    bool is_second;  ///< the times of the channels are those of every second block
   };
 
+ private:
   std::int32_t block_ns(int block, int returns) const;
-  void fill_lanes(const std::byte* units, int azimuth, std::int32_t block_ns, bool is_second);
-  LaserReturn* decode_group(const std::byte* first, int returns, int azimuth, std::int32_t block_ns, bool is_second,
-                            LaserReturn* out);
 
   const HesaiTable& table_;
   double min_range_m_, max_range_m_;
-  std::int32_t nearest_ = 1, span_ = 65535;  ///< in steps of the packet's distance
-  float range_step_ = 0;
   Channels channels_{};
-  std::vector<float> sin_, cos_;  ///< indexed by azimuth, 0.01 degrees
-  ReturnLanes<kMost> lanes_{};
+  std::vector<Direction> directions_;  ///< indexed by azimuth, 0.01 degrees
   std::vector<LaserReturn> scratch_;
 };
 

@@ -1,15 +1,156 @@
-#include "drivers/ouster/ouster_kernel.hpp"
+// This file is compiled once for each instruction set that the compiler supports. The program selects the best set of
+// the processor at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "drivers/ouster/ouster_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <numbers>
+#include <span>
+#include <vector>
 
 #include "core/angle.hpp"
 #include "core/portable_math.hpp"
+#include "drivers/ouster/ouster_kernel.hpp"
+#include "drivers/write_returns-inl.hpp"
 
+HWY_BEFORE_NAMESPACE();
+namespace hueline::drivers::HWY_NAMESPACE {
+
+/// The first two words of each pixel of a column.
+struct OusterWords {
+  alignas(64) std::array<std::uint32_t, OusterKernel::kMost> first, second;
+};
+
+/// Reads the pixels of a column. Behind the last channel are none.
+HWY_INLINE void load_pixels(const std::byte* bytes, const OusterKernel::Pixels& pixels, OusterWords& words) {
+  const WordTag d;
+  const std::size_t count = pixels.channels, stride = pixels.profile.pixel_bytes;
+  std::size_t c = 0;
+  const auto load_whole = [&](const auto& load) {
+    for (; c + kLanes <= count; c += kLanes) {
+      Words first, second, unused;
+      load(reinterpret_cast<const std::uint32_t*>(bytes + stride * c), first, second, unused);
+      hn::Store(first, d, words.first.data() + c);
+      hn::Store(second, d, words.second.data() + c);
+    }
+  };
+  if (stride == 4)
+    load_whole([&](const std::uint32_t* p, Words& first, Words& second, Words&) { first = second = hn::LoadU(d, p); });
+  else if (stride == 8)
+    load_whole([&](const std::uint32_t* p, Words& first, Words& second, Words&) {
+      hn::LoadInterleaved2(d, p, first, second);
+    });
+  else if (stride == 12)
+    load_whole([&](const std::uint32_t* p, Words& first, Words& second, Words& unused) {
+      hn::LoadInterleaved3(d, p, first, second, unused);
+    });
+  else if (stride == 16)
+    load_whole([&](const std::uint32_t* p, Words& first, Words& second, Words& unused) {
+      hn::LoadInterleaved4(d, p, first, second, unused, unused);
+    });
+  for (; c < count; ++c) {
+    std::memcpy(&words.first[c], bytes + stride * c, 4);
+    std::memcpy(&words.second[c], bytes + stride * c + (stride > 4 ? 4 : 0), 4);
+  }
+  for (; c % kLanes != 0; ++c) words.first[c] = words.second[c] = 0;
+}
+
+/// Writes the returns of kLanes channels from `at` on, and returns the end.
+template <bool kIsDual>
+HWY_INLINE LaserReturn* decode_pixels(const OusterKernel::Column& column, const OusterKernel::Pixels& pixels,
+                                      const OusterKernel::Beams& beams, const OusterWords& words, std::size_t at,
+                                      LaserReturn* out) {
+  const FloatTag d;
+  const IntTag whole;
+  const WordTag bits;
+  const OusterKernel::Turn& turn = *column.turn;
+  const auto load = [&](const OusterKernel::Floats& table) { return hn::Load(d, table.data() + at); };
+  const auto one = hn::Set(bits, 1U), byte = hn::Set(bits, 0xFFU);
+  const auto word = [&](auto lanes) { return hn::BitCast(bits, lanes); };
+  const auto shifted = [&](auto lanes, std::size_t places) {
+    return hn::And(hn::ShiftRightSame(lanes, static_cast<int>(8 * (places % 4))), byte);
+  };
+  const auto range_of = [&](auto lanes) {
+    return hn::ShiftLeftSame(hn::And(lanes, hn::Set(bits, pixels.profile.range_mask)), pixels.profile.range_shift);
+  };
+  // A range that is too near becomes a large number, because words have no sign.
+  const auto is_kept = [&](auto range_mm) {
+    return hn::Lt(hn::Sub(range_mm, hn::Set(bits, pixels.nearest_mm)), hn::Set(bits, pixels.count));
+  };
+
+  const auto azimuth = word(in_circle(hn::Add(hn::Set(d, turn.azimuth), load(beams.azimuth))));
+  const auto time = hn::Set(bits, static_cast<std::uint32_t>(column.time_ns));
+  /// Gives `use` the quantities of one return of each channel.
+  const auto make = [&](auto range_mm, auto reflectivity, std::uint32_t return_number, const auto& use) {
+    const auto range = hn::Mul(hn::ConvertTo(d, hn::BitCast(whole, range_mm)), hn::Set(d, 1e-3f));
+    const auto beam = hn::Sub(range, hn::Set(d, pixels.beam_m));
+    const auto along = hn::Mul(beam, load(beams.along)), left = hn::Mul(beam, load(beams.left)),
+               up = hn::Mul(beam, load(beams.up));
+    const auto place = [&](int axis) {
+      const auto part = [&](auto length, const Eigen::Vector3f& direction) {
+        return hn::Mul(length, hn::Set(d, direction[axis]));
+      };
+      const auto flat = hn::Add(part(along, turn.along), part(left, turn.left));
+      return word(hn::Add(hn::Add(flat, part(up, pixels.up)), hn::Set(d, turn.origin[axis])));
+    };
+    const auto tags = hn::Or(hn::Load(bits, beams.ring.data() + at), hn::Set(bits, tags_of(0, 0, return_number)));
+    return use(place(0), place(1), place(2), word(range), azimuth, time, hn::Or(tags, hn::ShiftLeft<16>(reflectivity)));
+  };
+
+  const auto first = hn::Load(bits, words.first.data() + at), second = hn::Load(bits, words.second.data() + at);
+  const auto first_mm = range_of(first);
+  const auto of_first = shifted(pixels.reflectivity_at < 4 ? first : second, pixels.reflectivity_at);
+  if constexpr (!kIsDual) {
+    return make(first_mm, of_first, 1,
+                [&](auto... quantities) { return write_returns(is_kept(first_mm), quantities..., one, out); });
+  } else {
+    // The nearer return first. One that is none, of range 0, becomes the farthest. Equal ones are one.
+    const auto second_mm = range_of(second), of_second = shifted(second, pixels.reflectivity_at);
+    const auto first_key = hn::Sub(first_mm, one), second_key = hn::Sub(second_mm, one);
+    const auto is_exchanged = hn::Gt(first_key, second_key);
+    const auto is_pair =
+        hn::AndNot(hn::Eq(hn::Max(first_key, second_key), hn::Set(bits, ~0U)), hn::Ne(first_key, second_key));
+    const auto near = hn::IfThenElse(is_exchanged, second_mm, first_mm),
+               far = hn::IfThenElse(is_exchanged, first_mm, second_mm);
+    const auto of_near = hn::IfThenElse(is_exchanged, of_second, of_first),
+               of_far = hn::IfThenElse(is_exchanged, of_first, of_second);
+    const auto keeps_far = hn::And(is_pair, is_kept(far));
+    const auto count = hn::IfThenElse(is_pair, hn::Set(bits, 2U), one);
+    if (hn::AllFalse(bits, keeps_far))
+      return make(near, of_near, 1,
+                  [&](auto... quantities) { return write_returns(is_kept(near), quantities..., count, out); });
+    Lanes lanes[2];
+    make(near, of_near, 1, [&](auto... quantities) { lanes[0].store(is_kept(near), quantities..., count); });
+    make(far, of_far, 2, [&](auto... quantities) { lanes[1].store(keeps_far, quantities..., count); });
+    return write_in_turn(lanes, out);
+  }
+}
+
+/// Replaces `returns` by those of the columns. `scratch` has room for one more.
+void decode_columns(std::span<const OusterKernel::Column> columns, const OusterKernel::Pixels& pixels,
+                    const OusterKernel::Beams& beams, LaserReturn* scratch, std::vector<LaserReturn>& returns) {
+  LaserReturn* out = scratch;
+  for (const OusterKernel::Column& column : columns) {
+    OusterWords words;
+    load_pixels(column.pixels, pixels, words);
+    for (std::size_t c = 0; c < pixels.channels; c += kLanes)
+      out = pixels.profile.is_dual ? decode_pixels<true>(column, pixels, beams, words, c, out)
+                                   : decode_pixels<false>(column, pixels, beams, words, c, out);
+  }
+  returns.assign(scratch, out);
+}
+
+}  // namespace hueline::drivers::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace hueline::drivers {
+HWY_EXPORT(decode_columns);
 namespace {
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
@@ -27,17 +168,22 @@ double whole_turn(double angle) {
 
 OusterKernel::OusterKernel(const OusterMetadata& metadata, double min_range_m, double max_range_m)
     : metadata_(metadata),
-      channels_(static_cast<std::size_t>(metadata.channels)),
-      nearest_mm_(std::max(1, static_cast<std::int32_t>(std::ceil(min_range_m * 1e3 - 1e-6)))),
-      farthest_mm_(static_cast<std::int32_t>(std::floor(std::min(max_range_m, 2000.0) * 1e3 + 1e-6))),
-      beam_m_(static_cast<float>(portable::hypot(metadata.beam_x_m, metadata.beam_z_m))),
-      scratch_(2 * channels_ * static_cast<std::size_t>(metadata.columns_per_packet) + 1) {
-  count_.fill(1);
+      scratch_(2 * static_cast<std::size_t>(metadata.channels) * static_cast<std::size_t>(metadata.columns_per_packet) +
+               1) {
+  pixels_.profile = *metadata.profile;
+  pixels_.channels = static_cast<std::size_t>(metadata.channels);
+  pixels_.reflectivity_at = metadata.profile->reflectivity_at + (metadata.has_wide_reflectivity ? 1 : 0);
+  // A range of 0 means "no return", whatever the configuration says.
+  const double nearest_mm = std::max(1.0, std::ceil(min_range_m * 1e3 - 1e-6));
+  const double farthest_mm = std::floor(std::min(max_range_m, 2000.0) * 1e3 + 1e-6);
+  pixels_.nearest_mm = static_cast<std::uint32_t>(nearest_mm);
+  pixels_.count = static_cast<std::uint32_t>(std::max(0.0, farthest_mm - nearest_mm + 1));
+  pixels_.beam_m = static_cast<float>(portable::hypot(metadata.beam_x_m, metadata.beam_z_m));
   // The maker's sensor frame has x forward and y left.
   Eigen::Matrix3d R_scanner_sensor;
   R_scanner_sensor << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   const Eigen::Matrix3d R = R_scanner_sensor * metadata.R_sensor_lidar;
-  up_ = R.col(2).cast<float>();
+  pixels_.up = R.col(2).cast<float>();
   for (int column = 0; column < metadata.columns_per_frame; ++column) {
     // The encoder counts clockwise seen from above.
     const double encoder = -kTwoPi * column / metadata.columns_per_frame;
@@ -49,7 +195,7 @@ OusterKernel::OusterKernel(const OusterMetadata& metadata, double min_range_m, d
     turn.azimuth = static_cast<float>(whole_turn(portable::atan2(along.x(), along.y())));
     turns_.push_back(turn);
   }
-  for (std::size_t c = 0; c < channels_; ++c) {
+  for (std::size_t c = 0; c < pixels_.channels; ++c) {
     const double altitude = metadata.altitudes_deg[c] * kRadPerDeg, azimuth = metadata.azimuths_deg[c] * kRadPerDeg;
     beams_.along[c] = static_cast<float>(portable::cos(altitude) * portable::cos(azimuth));
     beams_.left[c] = static_cast<float>(-portable::cos(altitude) * portable::sin(azimuth));
@@ -75,7 +221,7 @@ OusterColumns OusterKernel::decode(std::span<const std::byte> bytes, std::vector
     result.first_ns = has_time ? std::min(result.first_ns, column.time_ns) : column.time_ns;
     has_time = true;
   }
-  LaserReturn* out = scratch_.data();
+  columns_.clear();
   for (int i = 0; i < metadata_.columns_per_packet; ++i) {
     const std::byte* bytes_of_column = column_at(i);
     const OusterColumn column = decode_ouster_column(bytes_of_column, metadata_);
@@ -88,104 +234,12 @@ OusterColumns OusterKernel::decode(std::span<const std::byte> bytes, std::vector
       ++result.malformed;
       continue;
     }
-    const Turn turn = turns_[static_cast<std::size_t>(column.number)];
-    const auto time_ns = static_cast<std::int32_t>(since_first);
-    read_channels(bytes_of_column + metadata_.column_head_bytes());
-    if (metadata_.profile->is_dual) {
-      order_returns();
-      fill_lanes<false>(turn, time_ns);
-      fill_lanes<true>(turn, time_ns);
-      out = write_returns(near_lanes_, far_lanes_, channels_, out);
-    } else {
-      fill_lanes<false>(turn, time_ns);
-      out = write_returns(near_lanes_, channels_, out);
-    }
+    columns_.push_back({bytes_of_column + metadata_.column_head_bytes(),
+                        &turns_[static_cast<std::size_t>(column.number)], static_cast<std::int32_t>(since_first)});
   }
-  returns.assign(scratch_.data(), out);
+  HWY_DYNAMIC_DISPATCH(decode_columns)(columns_, pixels_, beams_, scratch_.data(), returns);
   return result;
 }
 
-/// Reads the first return of each channel into `near_` and the second into `far_`, as they are sent.
-void OusterKernel::read_channels(const std::byte* channels) {
-  const OusterProfile profile = *metadata_.profile;
-  const std::size_t count = channels_;
-  if (profile.pixel_bytes == 4) {
-    std::memcpy(first_words_.data(), channels, 4 * count);
-  } else {
-    for (std::size_t c = 0; c < count; ++c) {
-      const std::byte* pixel = channels + profile.pixel_bytes * c;
-      std::memcpy(&first_words_[c], pixel, 4);
-      std::memcpy(&second_words_[c], pixel + 4, 4);
-    }
-  }
-  const std::uint32_t mask = profile.range_mask;
-  const int range_shift = profile.range_shift;
-  const std::size_t reflectivity_at = profile.reflectivity_at + (metadata_.has_wide_reflectivity ? 1 : 0);
-  const auto reflectivity_shift = static_cast<int>(8 * (reflectivity_at % 4));
-  for (std::size_t c = 0; c < count; ++c)
-    near_.range_mm[c] = static_cast<std::int32_t>((first_words_[c] & mask) << range_shift);
-  if (reflectivity_at < 4)
-    for (std::size_t c = 0; c < count; ++c) near_.reflectivity[c] = first_words_[c] >> reflectivity_shift & 0xFFU;
-  else
-    for (std::size_t c = 0; c < count; ++c) near_.reflectivity[c] = second_words_[c] >> reflectivity_shift & 0xFFU;
-  if (!profile.is_dual) return;
-  for (std::size_t c = 0; c < count; ++c) {
-    far_.range_mm[c] = static_cast<std::int32_t>((second_words_[c] & mask) << range_shift);
-    far_.reflectivity[c] = second_words_[c] >> reflectivity_shift & 0xFFU;
-  }
-}
-
-/// Puts the nearer return of each channel into `near_`. Equal ones are one.
-void OusterKernel::order_returns() {
-  constexpr std::int32_t kNone = std::numeric_limits<std::int32_t>::max();  // behind every return
-  const std::size_t count = channels_;
-  for (std::size_t c = 0; c < count; ++c) {
-    const std::int32_t first = near_.range_mm[c], second = far_.range_mm[c];
-    const std::uint32_t of_first = near_.reflectivity[c], of_second = far_.reflectivity[c];
-    // All bits or none, because the compiler makes no vectors of branches.
-    const std::int32_t a = first | (-static_cast<std::int32_t>(first == 0) & kNone);
-    const std::int32_t b = second | (-static_cast<std::int32_t>(second == 0) & kNone);
-    const std::int32_t swaps = -static_cast<std::int32_t>(b < a), is_one = -static_cast<std::int32_t>(a == b);
-    const std::int32_t exchanged = (a ^ b) & swaps, near = a ^ exchanged, far = b ^ exchanged;
-    const std::int32_t no_far = is_one | -static_cast<std::int32_t>(far == kNone);
-    const std::uint32_t reflectivities = (of_first ^ of_second) & static_cast<std::uint32_t>(swaps);
-    near_.range_mm[c] = near & ~-static_cast<std::int32_t>(near == kNone);
-    near_.reflectivity[c] = of_first ^ reflectivities;
-    far_.range_mm[c] = far & ~no_far;
-    far_.reflectivity[c] = of_second ^ reflectivities;
-    count_[c] = static_cast<std::uint32_t>(2 + no_far);
-  }
-}
-
-/// Fills the lanes of the nearer or the farther returns. The lanes are chosen here and not given, so that the compiler
-/// sees that no two arrays overlap.
-template <bool kIsFar>
-void OusterKernel::fill_lanes(const Turn& turn, std::int32_t time_ns) {
-  const Echoes& echoes = kIsFar ? far_ : near_;
-  auto& lanes = kIsFar ? far_lanes_ : near_lanes_;
-  const float ax = turn.along.x(), ay = turn.along.y(), az = turn.along.z();
-  const float lx = turn.left.x(), ly = turn.left.y(), lz = turn.left.z();
-  const float ux = up_.x(), uy = up_.y(), uz = up_.z();
-  const float ox = turn.origin.x(), oy = turn.origin.y(), oz = turn.origin.z();
-  const float beam_m = beam_m_, azimuth = turn.azimuth;
-  const std::int32_t nearest = nearest_mm_, farthest = farthest_mm_;
-  const std::size_t count = channels_;
-  for (std::size_t c = 0; c < count; ++c) {
-    const float range = static_cast<float>(echoes.range_mm[c]) * 1e-3f;
-    const float beam = range - beam_m;
-    const float along = beam * beams_.along[c], left = beam * beams_.left[c], up = beam * beams_.up[c];
-    lanes.x[c] = along * ax + left * lx + up * ux + ox;
-    lanes.y[c] = along * ay + left * ly + up * uy + oy;
-    lanes.z[c] = along * az + left * lz + up * uz + oz;
-    lanes.range[c] = range;
-    lanes.azimuth[c] = in_circle(azimuth + beams_.azimuth[c]);
-    lanes.time_ns[c] = time_ns;
-    lanes.tags[c] = tags_of(beams_.ring[c], echoes.reflectivity[c], kIsFar ? 2 : 1);
-    lanes.return_count[c] = count_[c];
-    // Both differences are negative if the range is kept; the sign is the topmost bit.
-    const std::int32_t before = nearest - 1 - echoes.range_mm[c], behind = echoes.range_mm[c] - farthest - 1;
-    lanes.keep[c] = static_cast<std::uint32_t>(before & behind) >> 31U;
-  }
-}
-
 }  // namespace hueline::drivers
+#endif
