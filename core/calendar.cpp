@@ -10,7 +10,7 @@ namespace {
 using std::chrono::seconds;
 
 /// Returns the days from 1980-01-06 to a date of the proleptic Gregorian calendar.
-std::int64_t days_since_gps_epoch(int year, int month, int day) {
+constexpr std::int64_t days_since_gps_epoch(int year, int month, int day) {
   using namespace std::chrono;
   const sys_days date = std::chrono::year(year) / std::chrono::month(static_cast<unsigned>(month)) /
                         std::chrono::day(static_cast<unsigned>(day));
@@ -19,8 +19,11 @@ std::int64_t days_since_gps_epoch(int year, int month, int day) {
 }
 
 struct Leap {
-  int year, month;  // the offset holds from the first day of this month, 00:00 UTC
-  int offset_s;     // GPS time minus UTC
+  /// The offset holds from the first day of a month, 00:00 UTC.
+  constexpr Leap(int year, int month, int offset)
+      : begin_utc_s(days_since_gps_epoch(year, month, 1) * 86400), offset_s(offset) {}
+  std::int64_t begin_utc_s;  ///< UTC seconds since the GPS epoch without leap seconds
+  int offset_s;              ///< GPS time minus UTC
 };
 constexpr seconds kUnixOfGpsEpoch{315'964'800};
 constexpr std::array<Leap, 18> kLeaps{{{1981, 7, 1},
@@ -42,9 +45,6 @@ constexpr std::array<Leap, 18> kLeaps{{{1981, 7, 1},
                                        {2015, 7, 17},
                                        {2017, 1, 18}}};
 
-/// Returns when an entry begins to hold, in UTC seconds since the GPS epoch without leap seconds.
-std::int64_t begin_utc_s(const Leap& leap) { return days_since_gps_epoch(leap.year, leap.month, 1) * 86400; }
-
 }  // namespace
 
 GpsWeekTime to_gps_week(GpsTime t) {
@@ -59,7 +59,7 @@ seconds utc_offset_from_table(GpsTime t) {
   const auto gps_s = std::chrono::floor<seconds>(t.time_since_epoch()).count();
   int offset = 0;
   for (const Leap& leap : kLeaps)
-    if (gps_s >= begin_utc_s(leap) + leap.offset_s) offset = leap.offset_s;
+    if (gps_s >= leap.begin_utc_s + leap.offset_s) offset = leap.offset_s;
   return seconds(offset);
 }
 
@@ -73,7 +73,7 @@ std::optional<GpsTime> from_utc(const UtcTime& utc, std::optional<seconds> utc_o
   const std::int64_t day_s = days_since_gps_epoch(utc.year, utc.month, utc.day) * 86400;
   int offset = 0;
   for (const Leap& leap : kLeaps)
-    if (day_s >= begin_utc_s(leap)) offset = leap.offset_s;
+    if (day_s >= leap.begin_utc_s) offset = leap.offset_s;
   if (utc_offset) offset = static_cast<int>(utc_offset->count());
   return GpsTime(seconds(day_s + utc.hour * 3600 + utc.minute * 60 + utc.second + offset) +
                  nanoseconds(utc.nanosecond));
