@@ -5,11 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "core/calendar.hpp"
-#include "core/portable_math.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -134,7 +132,7 @@ void LivoxDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   batch.received = packet.received;
   batch.packet_sequence = packet.sequence;
   batch.time = *time;
-  decode_points(*data, batch.returns);
+  kernel_.decode(*data, interval_ns(*data), batch.returns);
   counts_.decoded_bytes += bytes.size();
   ++counts_.messages[data->form->name];
   out.push_back(std::move(batch));
@@ -245,42 +243,6 @@ void LivoxDecoder::tell_clock(const Packet& packet, const LivoxPacket& data, con
   label.second = from_unix(std::chrono::floor<seconds>(*utc));
   label.is_valid = clock.state == SyncState::Locked;
   out.push_back(label);
-}
-
-void LivoxDecoder::decode_points(const LivoxPacket& data, std::vector<LaserReturn>& out) const {
-  const double interval = interval_ns(data);
-  const double farthest = config_.max_range_m.value_or(1e9);
-  out.reserve(data.points * data.form->returns);
-  for (std::size_t firing = 0; firing < data.points; ++firing) {
-    std::array<LaserReturn, 3> found;
-    std::size_t count = 0;
-    for (std::size_t which = 0; which < data.form->returns; ++which) {
-      const LivoxReturn one = decode_livox_return(data, firing, which);
-      const double range = std::sqrt(one.x * one.x + one.y * one.y + one.z * one.z);
-      if (range == 0) continue;
-      LaserReturn& made = found[count];
-      made = {};
-      made.x = static_cast<float>(-one.y);
-      made.y = static_cast<float>(one.x);
-      made.z = static_cast<float>(one.z);
-      made.range_m = static_cast<float>(range);
-      const double azimuth = portable::atan2(one.y, one.x);
-      made.azimuth = static_cast<float>(azimuth < 0 ? azimuth + 2 * std::numbers::pi : azimuth);
-      made.time_offset_ns = static_cast<std::int32_t>(std::lround(interval * static_cast<double>(firing)));
-      made.reflectivity = one.reflectivity;
-      const bool is_again =
-          std::any_of(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count),
-                      [&](const LaserReturn& r) { return r.x == made.x && r.y == made.y && r.z == made.z; });
-      count += is_again ? 0 : 1;
-    }
-    std::sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count),
-              [](const LaserReturn& a, const LaserReturn& b) { return a.range_m < b.range_m; });
-    for (std::size_t i = 0; i < count; ++i) {
-      found[i].return_number = static_cast<std::uint8_t>(i + 1);
-      found[i].return_count = static_cast<std::uint8_t>(count);
-      if (found[i].range_m >= config_.min_range_m && found[i].range_m <= farthest) out.push_back(found[i]);
-    }
-  }
 }
 
 }  // namespace hueline::drivers

@@ -7,6 +7,7 @@
 
 #include "core/decoder.hpp"
 #include "core/keys.hpp"
+#include "drivers/livox/livox_kernel.hpp"
 #include "drivers/livox/livox_wire.hpp"
 
 namespace hueline::drivers {
@@ -51,7 +52,8 @@ class LivoxDecoder final : public Decoder {
     KeyError validate() const;
   };
 
-  explicit LivoxDecoder(const Config& config) : config_(config) {}
+  explicit LivoxDecoder(const Config& config)
+      : config_(config), kernel_(config.min_range_m, config.max_range_m.value_or(1e9)) {}
 
   void decode(const Packet& packet, std::vector<Measurement>& out) override;
   void reset() override;
@@ -75,11 +77,11 @@ class LivoxDecoder final : public Decoder {
   void follow_count(const Packet& packet, const LivoxPacket& data, std::int64_t since_ns, std::uint16_t sequence_before,
                     std::vector<Measurement>& out);
   void tell_clock(const Packet& packet, const LivoxPacket& data, const LaserTime& time, std::vector<Measurement>& out);
-  void decode_points(const LivoxPacket& data, std::vector<LaserReturn>& out) const;
   double interval_ns(const LivoxPacket& data) const;
 
   SensorId sensor_ = kSystemSensor;
   Config config_;
+  LivoxKernel kernel_;
   DecodeCounts counts_;
   std::optional<std::uint16_t> scanner_;
   std::optional<Previous> previous_;

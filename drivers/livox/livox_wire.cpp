@@ -1,17 +1,13 @@
 #include "drivers/livox/livox_wire.hpp"
 
 #include <chrono>
-#include <cmath>
 #include <cstring>
-
-#include "core/portable_math.hpp"
 
 namespace hueline::drivers {
 namespace {
 
 constexpr std::size_t kFirstHeader = 18, kSecondHeader = 36;
 constexpr std::uint8_t kFirstVersion = 5, kSecondVersion = 0;
-constexpr double kRadPerHundredth = 3.14159265358979323846 / 18000;
 /// 100 years: no stamp is larger.
 constexpr std::uint64_t kLongestNs = 3'153'600'000'000'000'000;
 
@@ -113,36 +109,11 @@ std::optional<LivoxPacket> second_generation(std::span<const std::byte> bytes) {
   return out;
 }
 
-LivoxReturn spherical(double range, double zenith, double azimuth, std::byte reflectivity) {
-  return {range * portable::sin(zenith) * portable::cos(azimuth),
-          range * portable::sin(zenith) * portable::sin(azimuth), range * portable::cos(zenith),
-          static_cast<std::uint8_t>(reflectivity)};
-}
-
 }  // namespace
 
 std::optional<LivoxPacket> decode_livox(std::span<const std::byte> bytes) {
   if (auto first = first_generation(bytes)) return first;
   return second_generation(bytes);
-}
-
-LivoxReturn decode_livox_return(const LivoxPacket& packet, std::size_t firing, std::size_t which) {
-  const LivoxForm& form = *packet.form;
-  const std::byte* p = packet.data.data() + firing * form.point_bytes;
-  if (form.is_short)
-    return {0.01 * field<std::int16_t>(p), 0.01 * field<std::int16_t>(p + 2), 0.01 * field<std::int16_t>(p + 4),
-            static_cast<std::uint8_t>(p[6])};
-  if (!form.is_spherical) {
-    p += which * (form.has_tag ? 14 : 13);
-    return {0.001 * field<std::int32_t>(p), 0.001 * field<std::int32_t>(p + 4), 0.001 * field<std::int32_t>(p + 8),
-            static_cast<std::uint8_t>(p[12])};
-  }
-  // With one return the range comes first; with several the direction, which they share.
-  const bool is_shared = form.returns > 1;
-  const std::byte* direction = is_shared ? p : p + 4;
-  const std::byte* range = is_shared ? p + 4 + which * 6 : p;
-  return spherical(0.001 * field<std::uint32_t>(range), kRadPerHundredth * field<std::uint16_t>(direction),
-                   kRadPerHundredth * field<std::uint16_t>(direction + 2), is_shared ? range[4] : p[8]);
 }
 
 }  // namespace hueline::drivers

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <span>
 
@@ -71,17 +72,43 @@ struct LivoxPacket {
   std::span<const std::byte> data;        ///< the points
 };
 
-/// A return in the maker's frame: x forward, y to the left, z up, m.
+/// A return as the packet says it.
 struct LivoxReturn {
-  double x = 0, y = 0, z = 0;
-  std::uint8_t reflectivity = 0;
+  /// In the maker's frame (x forward, y to the left, z up) x, y and z, m; of a spherical form range, m, angle from the
+  /// z axis and azimuth from x to y, rad.
+  double said[3];
+  std::uint8_t reflectivity;
 };
 
 /// Reads the header. Returns nothing if the datagram is no packet of points or of the IMU: version, form and size have
 /// to agree.
 std::optional<LivoxPacket> decode_livox(std::span<const std::byte> bytes);
 
-/// Reads return `which` of a firing. The origin means that there is none.
-LivoxReturn decode_livox_return(const LivoxPacket& packet, std::size_t firing, std::size_t which);
+/// Reads return `which` of a firing. The origin means that there is none. It is called for every point, and therefore
+/// stands here.
+inline LivoxReturn read_livox_return(const LivoxPacket& packet, std::size_t firing, std::size_t which) {
+  constexpr double kRadPerHundredth = 3.14159265358979323846 / 18000;
+  const auto field = [](auto value, const std::byte* p) {
+    std::memcpy(&value, p, sizeof value);  // the program runs on little-endian computers only (novatel/wire.hpp)
+    return value;
+  };
+  const auto i16 = [&](const std::byte* p) { return field(std::int16_t{}, p); };
+  const auto i32 = [&](const std::byte* p) { return field(std::int32_t{}, p); };
+  const auto u16 = [&](const std::byte* p) { return field(std::uint16_t{}, p); };
+  const LivoxForm& form = *packet.form;
+  const std::byte* p = packet.data.data() + firing * form.point_bytes;
+  if (form.is_short) return {{0.01 * i16(p), 0.01 * i16(p + 2), 0.01 * i16(p + 4)}, static_cast<std::uint8_t>(p[6])};
+  if (!form.is_spherical) {
+    p += which * (form.has_tag ? 14 : 13);
+    return {{0.001 * i32(p), 0.001 * i32(p + 4), 0.001 * i32(p + 8)}, static_cast<std::uint8_t>(p[12])};
+  }
+  // With one return the range comes first; with several the direction, which they share.
+  const bool is_shared = form.returns > 1;
+  const std::byte* direction = is_shared ? p : p + 4;
+  const std::byte* range = is_shared ? p + 4 + which * 6 : p;
+  return {
+      {0.001 * field(std::uint32_t{}, range), kRadPerHundredth * u16(direction), kRadPerHundredth * u16(direction + 2)},
+      static_cast<std::uint8_t>(is_shared ? range[4] : p[8])};
+}
 
 }  // namespace hueline::drivers

@@ -203,7 +203,7 @@ TEST(Livox, TroublesOfTheClockAreTold) {
 }
 
 TEST(Livox, LostRepeatedAndLatePacketsAreTold) {
-  const auto kinds = [](const Decoded& out) {
+  const auto kinds_of = [](const Decoded& out) {
     std::vector<std::pair<FaultKind, std::uint64_t>> kinds;
     for (const Fault& fault : out.faults) kinds.emplace_back(fault.kind, fault.count);
     return kinds;
@@ -213,7 +213,7 @@ TEST(Livox, LostRepeatedAndLatePacketsAreTold) {
   LivoxFirst packet;
   const auto at = [&](std::int64_t ns) {
     packet.time = ByteWriter(false).u64(static_cast<std::uint64_t>(1'000'000'000 + ns)).bytes();
-    return kinds(first.take(packet.bytes(points_of(96)), ns));
+    return kinds_of(first.take(packet.bytes(points_of(96)), ns));
   };
   EXPECT_THAT(at(0), IsEmpty());
   EXPECT_THAT(at(400'000), IsEmpty());
@@ -227,7 +227,7 @@ TEST(Livox, LostRepeatedAndLatePacketsAreTold) {
   const auto number = [&](unsigned sequence, std::uint64_t ns) {
     numbered.sequence = sequence;
     numbered.time_ns = 1'000'000'000 + ns;
-    return kinds(second.take(numbered.bytes(points_of(96), 96), static_cast<std::int64_t>(ns)));
+    return kinds_of(second.take(numbered.bytes(points_of(96), 96), static_cast<std::int64_t>(ns)));
   };
   EXPECT_THAT(number(5, 0), IsEmpty());
   EXPECT_THAT(number(6, 480'000), IsEmpty());
