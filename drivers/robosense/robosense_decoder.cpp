@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "core/calendar.hpp"
-#include "core/portable_math.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -196,10 +195,8 @@ bool RobosenseDecoder::use_description(RobosenseModel model) {
   if (read) description_ = std::move(*read);
   if (!use_given_angles(model) && !read) return false;
   table_ = &robosense_table(model);
-  rings_.clear();
-  for (const double elevation : description_.elevations)
-    rings_.push_back(static_cast<std::uint16_t>(
-        std::ranges::count_if(description_.elevations, [&](double other) { return other < elevation; })));
+  kernel_.emplace(*table_, description_, config_.range_unit_m.value_or(table_->range_unit_m), config_.min_range_m,
+                  config_.max_range_m.value_or(1e9));
   return true;
 }
 
@@ -339,12 +336,12 @@ void RobosenseDecoder::tell_clock(const Packet& packet, UnixTime stamp, const La
 }
 
 /// Returns azimuth, step and time of each block. A block without its flag or azimuth has those of the block before.
-std::vector<RobosenseDecoder::Block> RobosenseDecoder::blocks_of(std::span<const std::byte> bytes) const {
+std::vector<RobosenseBlock> RobosenseDecoder::blocks_of(std::span<const std::byte> bytes) const {
   const bool is_twice = table_->beams == 16, has_both = is_dual(bytes);
   const std::size_t together = has_both && !is_twice ? 2 : 1;  // blocks of one firing
   const double firings = is_twice && !has_both ? 2 : 1;        // in a block
   const double nominal = kTurn * description_.revolutions_hz * table_->firing_period_us * 1e-6;
-  std::vector<Block> out(kRobosenseBlocks);
+  std::vector<RobosenseBlock> out(kRobosenseBlocks);
   const auto azimuth = [&](std::size_t block) {
     return u16(bytes, kHeadBytes + block * kBlockBytes + 2) * 0.01 / 180 * std::numbers::pi;
   };
@@ -366,18 +363,16 @@ std::vector<RobosenseDecoder::Block> RobosenseDecoder::blocks_of(std::span<const
   return out;
 }
 
-/// Appends the returns. Returns the number of blocks that cannot be used.
-std::size_t RobosenseDecoder::decode_points(std::span<const std::byte> bytes, std::vector<LaserReturn>& out) const {
-  const std::vector<Block> blocks = blocks_of(bytes);
+/// Replaces the returns by those of the packet. Returns the number of blocks that cannot be used.
+std::size_t RobosenseDecoder::decode_points(std::span<const std::byte> bytes, std::vector<LaserReturn>& out) {
+  const std::vector<RobosenseBlock> blocks = blocks_of(bytes);
   const bool is_twice = table_->beams == 16, has_both = is_dual(bytes);
-  const std::size_t beams = static_cast<std::size_t>(table_->beams);
   const std::size_t together = has_both && !is_twice ? 2 : 1;
-  const double unit = config_.range_unit_m.value_or(table_->range_unit_m);
-  const double farthest = config_.max_range_m.value_or(1e9);
   const auto is_usable = [&](std::size_t block) {
     return has_flag(bytes, block) && u16(bytes, kHeadBytes + block * kBlockBytes + 2) < 36000;
   };
-  std::size_t bad = 0;
+  std::array<RobosenseKernel::Firings, kRobosenseBlocks> firings;
+  std::size_t bad = 0, count = 0;
   for (std::size_t block = 0; block < kRobosenseBlocks; block += together) {
     bool is_good = true;
     for (std::size_t i = block; i < block + together; ++i)
@@ -386,50 +381,12 @@ std::size_t RobosenseDecoder::decode_points(std::span<const std::byte> bytes, st
         ++bad;
       }
     if (!is_good) continue;
-    const std::size_t channels = is_twice && has_both ? 16 : kRobosenseChannels;
-    for (std::size_t channel = 0; channel < channels; ++channel) {
-      // Both returns of a firing: in two blocks, or 16 beams in one block.
-      struct Echo {
-        unsigned range;
-        std::uint8_t reflectivity;
-      };
-      std::array<Echo, 2> echoes{};
-      std::size_t count = 0;
-      for (std::size_t i = 0; i < (has_both ? 2u : 1u); ++i) {
-        const std::size_t in_block = is_twice ? block : block + i, number = is_twice ? channel + 16 * i : channel;
-        const std::size_t at = kHeadBytes + in_block * kBlockBytes + 4 + 3 * number;
-        const unsigned range = u16(bytes, at);
-        if (range == 0 || range == 0xFFFF || (count == 1 && echoes[0].range == range)) continue;
-        echoes[count++] = {range, static_cast<std::uint8_t>(bytes[at + 2])};
-      }
-      if (count == 2 && echoes[1].range < echoes[0].range) std::swap(echoes[0], echoes[1]);
-      const std::size_t beam = channel % beams;
-      const double after_us = table_->channel_us[channel];
-      double turned = blocks[block].azimuth + blocks[block].step * after_us / table_->firing_period_us;
-      double azimuth = turned + description_.azimuths[beam];
-      if (description_.is_reversed) {
-        turned = -turned;
-        azimuth = -azimuth;
-      }
-      const double elevation = description_.elevations[beam];
-      for (std::size_t i = 0; i < count; ++i) {
-        const double range = unit * echoes[i].range, across = range * portable::cos(elevation);
-        if (range < config_.min_range_m || range > farthest) continue;
-        LaserReturn made;
-        made.x = static_cast<float>(across * portable::sin(azimuth) + table_->lens_radius_m * portable::sin(turned));
-        made.y = static_cast<float>(across * portable::cos(azimuth) + table_->lens_radius_m * portable::cos(turned));
-        made.z = static_cast<float>(range * portable::sin(elevation) + table_->lens_height_m);
-        made.range_m = static_cast<float>(range);
-        made.azimuth = std::min(static_cast<float>(in_turn(azimuth)), 6.2831850f);
-        made.time_offset_ns = static_cast<std::int32_t>(std::lround((blocks[block].time_us + after_us) * 1e3));
-        made.channel = rings_[beam];
-        made.reflectivity = echoes[i].reflectivity;
-        made.return_number = static_cast<std::uint8_t>(i + 1);
-        made.return_count = static_cast<std::uint8_t>(count);
-        out.push_back(made);
-      }
-    }
+    // Both returns of a firing are in two blocks or, of 16 beams, in one.
+    const std::byte* units = bytes.data() + kHeadBytes + block * kBlockBytes + 4;
+    const std::byte* second = !has_both ? nullptr : units + (is_twice ? 16 * 3 : kBlockBytes);
+    firings[count++] = {blocks[block], units, second, has_both && is_twice ? 16 : kRobosenseChannels};
   }
+  kernel_->decode({firings.data(), count}, out);
   return bad;
 }
 

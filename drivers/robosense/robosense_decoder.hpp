@@ -8,6 +8,7 @@
 
 #include "core/decoder.hpp"
 #include "core/keys.hpp"
+#include "drivers/robosense/robosense_kernel.hpp"
 #include "drivers/robosense/robosense_solid.hpp"
 #include "drivers/robosense/robosense_wire.hpp"
 
@@ -68,10 +69,6 @@ class RobosenseDecoder final : public Decoder {
     UnixTime time;
     HostTime received;
   };
-  struct Block {
-    double azimuth = 0, step = 0;  ///< rad; the step is what the scanner turns in one firing period
-    double time_us = 0;            ///< after the packet's
-  };
 
   void tell(const Packet& packet, FaultKind kind, std::uint64_t count, std::string what,
             std::vector<Measurement>& out) const;
@@ -85,8 +82,8 @@ class RobosenseDecoder final : public Decoder {
   bool follow(const Packet& packet, UnixTime stamp, std::vector<Measurement>& out);
   void tell_gap(const Packet& packet, nanoseconds since, std::vector<Measurement>& out);
   void tell_clock(const Packet& packet, UnixTime stamp, const LaserTime& time, std::vector<Measurement>& out);
-  std::size_t decode_points(std::span<const std::byte> bytes, std::vector<LaserReturn>& out) const;
-  std::vector<Block> blocks_of(std::span<const std::byte> bytes) const;
+  std::size_t decode_points(std::span<const std::byte> bytes, std::vector<LaserReturn>& out);
+  std::vector<RobosenseBlock> blocks_of(std::span<const std::byte> bytes) const;
   bool is_dual(std::span<const std::byte> bytes) const;
   double packet_us(std::span<const std::byte> bytes) const;
 
@@ -98,7 +95,7 @@ class RobosenseDecoder final : public Decoder {
   const char* solid_ = nullptr;              ///< name of a scanner that does not rotate
   std::optional<std::uint16_t> sequence_{};  ///< its newest
   RobosenseDescription description_;
-  std::vector<std::uint16_t> rings_;  ///< of each beam, counted from the lowest elevation
+  std::optional<RobosenseKernel> kernel_;  ///< of the table and the description
   DecodeCounts counts_;
   bool is_waiting_told_ = false;
   std::optional<Previous> previous_;

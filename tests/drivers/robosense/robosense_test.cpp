@@ -120,9 +120,15 @@ TEST(Robosense, ReturnsArePlacedAsTheManualsSay) {
       const unsigned block = static_cast<unsigned>(i / 32), channel = i % 32, beam = is_twice ? channel % 16 : channel;
       const LaserReturn& r = all[i];
       const double time_us = r.time_offset_ns * 1e-3 - block * model.period_us * (is_twice ? 2 : 1);
-      if (channel == 0) EXPECT_NEAR(time_us, 0, 1e-3);
-      if (channel == 1) EXPECT_NEAR(time_us, model.second_us, 1e-2);
-      if (channel == 31) EXPECT_NEAR(time_us, model.last_us, 0.1);
+      if (channel == 0) {
+        EXPECT_NEAR(time_us, 0, 1e-3);
+      }
+      if (channel == 1) {
+        EXPECT_NEAR(time_us, model.second_us, 1e-2);
+      }
+      if (channel == 31) {
+        EXPECT_NEAR(time_us, model.last_us, 0.1);
+      }
       // The scanner turns 0.2 deg in a firing period.
       const double turned = (model.points.azimuth(block) * 0.01 + 0.2 * time_us / model.period_us) * kRad;
       const double azimuth = turned + (is_rs16 ? 0 : model.difop.azimuth(beam) * angle_unit * kRad);

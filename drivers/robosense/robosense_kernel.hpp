@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/measurements.hpp"
+#include "drivers/robosense/robosense_wire.hpp"
+
+namespace hueline::drivers {
+
+/// Azimuth and time of a block of a packet of points.
+struct RobosenseBlock {
+  double azimuth = 0, step = 0;  ///< rad; the step is what the scanner turns in one firing period
+  double time_us = 0;            ///< after the packet's
+};
+
+/// Computes the returns of blocks of a scanner that rotates, many firings at a time. It does not deal with faults or
+/// clocks.
+/// Thread safety: none; one thread calls it, because it owns the scratch space.
+class RobosenseKernel {
+ public:
+  static constexpr std::size_t kChannels = kRobosenseChannels;
+  using Doubles = std::array<double, kChannels>;
+  /// Constants of each firing of a block.
+  struct Channels {
+    alignas(64) Doubles after_us, azimuth, sin_elevation, cos_elevation;
+    alignas(64) std::array<std::uint32_t, kChannels> ring;
+  };
+  /// How the units of a block become returns.
+  struct Units {
+    double range_unit_m, firing_period_us, lens_radius_m, lens_height_m;
+    bool is_reversed;
+    std::uint32_t nearest, count;  ///< the smallest range that is kept, and how many from there on, in units
+  };
+  /// Firings whose returns are wanted: `first` and, with two returns, `second` are the first of their units.
+  struct Firings {
+    RobosenseBlock block;
+    const std::byte *first, *second;
+    std::size_t count;
+  };
+
+  RobosenseKernel(const RobosenseTable& table, const RobosenseDescription& description, double range_unit_m,
+                  double min_range_m, double max_range_m);
+
+  /// Replaces `returns` by those of the firings, which are those of one packet.
+  void decode(std::span<const Firings> firings, std::vector<LaserReturn>& returns);
+
+ private:
+  Channels channels_{};
+  Units units_{};
+  /// It has room for one more return than a packet, because a return is written before it is known whether it is kept.
+  alignas(64) std::array<LaserReturn, kRobosenseBlocks * kChannels + 1> scratch_;
+};
+
+}  // namespace hueline::drivers

@@ -1,0 +1,121 @@
+// The kernels beside a plain computation of the same returns, one after the other, on random packets.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "core/portable_math.hpp"
+#include "drivers/robosense/robosense_kernel.hpp"
+#include "drivers/robosense/robosense_solid.hpp"
+#include "tests/drivers/robosense/robosense_packets.hpp"
+#include "tests/drivers/same_returns.hpp"
+#include "tests/support/each_instruction_set.hpp"
+
+namespace hueline::drivers {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi, kNearest = 0.3;
+
+unsigned u16(const std::byte* p) { return static_cast<unsigned>(p[0]) << 8U | static_cast<unsigned>(p[1]); }
+
+std::vector<LaserReturn> plain(std::span<const RobosenseKernel::Firings> all, const RobosenseTable& table,
+                               const RobosenseDescription& description, double unit, double farthest) {
+  std::vector<LaserReturn> out;
+  for (const RobosenseKernel::Firings& firings : all)
+    for (std::size_t channel = 0; channel < firings.count; ++channel) {
+      struct Echo {
+        unsigned range;
+        std::uint8_t reflectivity;
+      };
+      std::vector<Echo> echoes;
+      for (const std::byte* units : {firings.first, firings.second}) {
+        if (!units) continue;
+        const unsigned range = u16(units + 3 * channel);
+        if (range == 0 || range == 0xFFFF || (!echoes.empty() && echoes[0].range == range)) continue;
+        echoes.push_back({range, static_cast<std::uint8_t>(units[3 * channel + 2])});
+      }
+      std::ranges::sort(echoes, {}, &Echo::range);
+      const std::size_t beam = channel % static_cast<std::size_t>(table.beams);
+      const double after_us = table.channel_us[channel];
+      double turned = firings.block.azimuth + firings.block.step * after_us / table.firing_period_us;
+      double azimuth = turned + description.azimuths[beam];
+      if (description.is_reversed) {
+        turned = -turned;
+        azimuth = -azimuth;
+      }
+      const double elevation = description.elevations[beam];
+      for (std::size_t i = 0; i < echoes.size(); ++i) {
+        const double range = unit * echoes[i].range, across = range * portable::cos(elevation);
+        if (range < kNearest || range > farthest) continue;
+        LaserReturn& made = out.emplace_back();
+        made.x = static_cast<float>(across * portable::sin(azimuth) + table.lens_radius_m * portable::sin(turned));
+        made.y = static_cast<float>(across * portable::cos(azimuth) + table.lens_radius_m * portable::cos(turned));
+        made.z = static_cast<float>(range * portable::sin(elevation) + table.lens_height_m);
+        made.range_m = static_cast<float>(range);
+        const double rest = std::fmod(azimuth, kTurn);
+        made.azimuth = std::min(static_cast<float>(rest < 0 ? rest + kTurn : rest), 6.2831850f);
+        made.time_offset_ns = static_cast<std::int32_t>(std::lround((firings.block.time_us + after_us) * 1e3));
+        made.channel = static_cast<std::uint16_t>(
+            std::ranges::count_if(description.elevations, [&](double other) { return other < elevation; }));
+        made.reflectivity = echoes[i].reflectivity;
+        made.return_number = static_cast<std::uint8_t>(i + 1);
+        made.return_count = static_cast<std::uint8_t>(echoes.size());
+      }
+    }
+  return out;
+}
+
+TEST(RobosenseKernel, MakesTheReturnsOfAPlainComputationToTheLastBit) {
+  test::with_each_instruction_set([] {
+    test::RandomPackets random(15);
+    const auto angle = [&](double largest) { return largest * (static_cast<double>(random.below(20'001)) / 1e4 - 1); };
+    std::size_t compared = 0;
+    for (const RobosenseModel model : {RobosenseModel::Rs16, RobosenseModel::Rs32, RobosenseModel::Bpearl,
+                                       RobosenseModel::Bpearl4, RobosenseModel::Helios, RobosenseModel::Helios16})
+      for (int round = 0; round < 12; ++round) {
+        const RobosenseTable& table = robosense_table(model);
+        RobosenseDescription description;
+        description.is_reversed = random.one_in(2);
+        for (int beam = 0; beam < table.beams; ++beam) {
+          description.elevations.push_back(angle(1.5));
+          description.azimuths.push_back(angle(round % 3 == 0 ? std::numbers::pi : 0.2));
+        }
+        const double unit = random.one_in(2) ? 0.01 : table.range_unit_m, farthest = random.one_in(2) ? 1e9 : 60.0;
+        RobosenseKernel kernel(table, description, unit, kNearest, farthest);
+        const bool is_dual = round % 2 == 1, is_twice = table.beams == 16;
+        test::Bytes bytes(2 * 96 * kRobosenseBlocks);
+        std::vector<RobosenseKernel::Firings> all;
+        for (std::size_t block = 0; block < kRobosenseBlocks; block += is_dual && !is_twice ? 2 : 1) {
+          std::byte* units = bytes.data() + 192 * block;
+          unsigned before = 1000;
+          for (std::size_t unit_at = 0; unit_at < 192; unit_at += 3) {
+            // The second return is 96 bytes behind the first, of 16 beams 48.
+            const std::size_t back = is_twice ? 48 : 96;
+            if (unit_at >= back) before = u16(units + unit_at - back);
+            before = random.distance(before);
+            units[unit_at] = static_cast<std::byte>(before >> 8U);
+            units[unit_at + 1] = static_cast<std::byte>(before & 0xFFU);
+            units[unit_at + 2] = static_cast<std::byte>(random.below(256));
+          }
+          RobosenseBlock times;
+          times.azimuth =
+              (random.one_in(4) ? 35990 + random.below(10) : random.below(36'000)) * 0.01 / 180 * std::numbers::pi;
+          times.step = random.below(100) * 0.01 / 180 * std::numbers::pi;
+          times.time_us = 55.5 * static_cast<double>(block) + 0.001 * random.below(100'000);
+          all.push_back({times, units, is_dual ? units + (is_twice ? 48 : 96) : nullptr,
+                         is_dual && is_twice ? 16 : RobosenseKernel::kChannels});
+        }
+        std::vector<LaserReturn> returns;
+        kernel.decode(all, returns);
+        test::expect_same(returns, plain(all, table, description, unit, farthest));
+        compared += returns.size();
+        if (testing::Test::HasFatalFailure()) FAIL() << table.name;
+      }
+    EXPECT_GT(compared, 10'000u);
+  });
+}
+
+}  // namespace
+}  // namespace hueline::drivers
