@@ -44,9 +44,9 @@ struct RobosenseSolidPacket {
 /// Reads the header. Returns nothing if the datagram is no such packet.
 std::optional<RobosenseSolidPacket> decode_robosense_solid(std::span<const std::byte> bytes);
 
-/// Appends the returns between two ranges, in the frame Scanner: the maker's x (forward) is y, its y (to the left) is
-/// -x. azimuth counts from the maker's x to its y, and channel is the number of the point in its block. Of two returns
-/// return_number is the scanner's own number.
+/// Replaces the returns by those between two ranges, in the frame Scanner: the maker's x (forward) is y, its y (to the
+/// left) is -x. azimuth counts from the maker's x to its y, and channel is the number of the point in its block. Of two
+/// returns return_number is the scanner's own number.
 void decode_robosense_solid_points(std::span<const std::byte> bytes, const RobosenseSolidPacket& packet,
                                    double min_range_m, double max_range_m, std::vector<LaserReturn>& out);
 

@@ -117,5 +117,71 @@ TEST(RobosenseKernel, MakesTheReturnsOfAPlainComputationToTheLastBit) {
   });
 }
 
+/// The returns of an M1 or, otherwise, of an E1.
+std::vector<LaserReturn> plain_solid(const test::Bytes& bytes, bool is_m1, bool is_dual, double farthest) {
+  std::vector<LaserReturn> out;
+  const auto at = [&](std::size_t place) { return bytes.data() + place; };
+  const auto add = [&](double x, double y, double z, double range) -> LaserReturn& {
+    LaserReturn& made = out.emplace_back();
+    made.x = static_cast<float>(-y);
+    made.y = static_cast<float>(x);
+    made.z = static_cast<float>(z);
+    made.range_m = static_cast<float>(range);
+    const double azimuth = portable::atan2(y, x);
+    made.azimuth = std::min(static_cast<float>(azimuth < 0 ? azimuth + kTurn : azimuth), 6.2831850f);
+    return made;
+  };
+  const auto is_kept = [&](double range) { return range > 0 && range >= kNearest && range <= farthest; };
+  for (std::size_t k = 0; k < (is_m1 ? 125u : 96u); ++k) {
+    const std::size_t head = is_m1 ? 32 + k / 5 * 47 : 32 + 12 * k, point = is_m1 ? head + 2 + k % 5 * 9 : head + 2;
+    const double range = 0.005 * u16(at(point));
+    if (!is_kept(range)) continue;
+    if (is_m1) {
+      constexpr double kRad = std::numbers::pi / 18000;
+      const double elevation = kRad * (static_cast<int>(u16(at(point + 2))) - 32768),
+                   azimuth = kRad * (static_cast<int>(u16(at(point + 4))) - 32768);
+      LaserReturn& made =
+          add(range * portable::cos(elevation) * portable::cos(azimuth),
+              range * portable::cos(elevation) * portable::sin(azimuth), range * portable::sin(elevation), range);
+      made.time_offset_ns = 1000 * static_cast<int>(bytes[head]);
+      made.channel = static_cast<std::uint16_t>(k % 5);
+      made.reflectivity = static_cast<std::uint8_t>(bytes[point + 6]);
+      if (is_dual) made.return_count = 2;
+      if (is_dual && bytes[head + 1] == std::byte{2}) made.return_number = 2;
+    } else {
+      const auto part = [&](std::size_t i) {
+        return range * (1.0 / 32768) * static_cast<std::int16_t>(u16(at(point + 2 + 2 * i)));
+      };
+      LaserReturn& made = add(part(0), part(1), part(2), range);
+      made.time_offset_ns = static_cast<std::int32_t>(1000 * u16(at(head)));
+      made.reflectivity = static_cast<std::uint8_t>(bytes[point + 8]);
+    }
+  }
+  return out;
+}
+
+TEST(RobosenseSolid, MakesTheReturnsOfAPlainComputationToTheLastBit) {
+  test::with_each_instruction_set([] {
+    test::RandomPackets random(16);
+    std::size_t compared = 0;
+    for (int round = 0; round < 60; ++round) {
+      const bool is_m1 = round % 2 == 0, is_dual = random.one_in(2);
+      test::ByteWriter out(true);
+      out.u32(0x55AA5AA5).u16(1).zeros(2).u8(is_dual ? 0 : 1).zeros(23);
+      while (out.size() < (is_m1 ? 1210u : 1200u)) out.u8(random.one_in(6) ? random.below(3) : random.below(256));
+      const test::Bytes bytes = out.bytes();
+      const auto packet = decode_robosense_solid(bytes);
+      ASSERT_TRUE(packet);
+      const double farthest = random.one_in(2) ? 1e9 : 200.0;
+      std::vector<LaserReturn> returns;
+      decode_robosense_solid_points(bytes, *packet, kNearest, farthest, returns);
+      test::expect_same(returns, plain_solid(bytes, is_m1, is_dual, farthest));
+      compared += returns.size();
+      if (testing::Test::HasFatalFailure()) FAIL() << packet->name;
+    }
+    EXPECT_GT(compared, 3'000u);
+  });
+}
+
 }  // namespace
 }  // namespace hueline::drivers
