@@ -75,10 +75,6 @@ struct UsbPort::Request {
 };
 
 Result<std::unique_ptr<UsbPort>> UsbPort::plug(UsbDevice& device) {
-  const int port = free_port();
-  if (port < 0)
-    return Error{ErrorCode::Unavailable,
-                 fmt::format("{} has no free SuperSpeed port; `modprobe vhci_hcd` makes the controller", kController)};
   std::array<int, 2> pair{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair.data()) != 0)
     return io_error("make a socket pair for a USB port", errno);
@@ -89,13 +85,21 @@ Result<std::unique_ptr<UsbPort>> UsbPort::plug(UsbDevice& device) {
   std::unique_ptr<UsbPort> made(new UsbPort(device, std::move(ours)));
 
   const FileDescriptor attach(::open(fmt::format("{}/attach", kController).c_str(), O_WRONLY | O_CLOEXEC));
-  const std::string order = fmt::format("{} {} {} {}", port, kernels.get(), 0x10002 + port, kSuperSpeed);
-  if (!attach || ::write(attach.get(), order.data(), order.size()) != static_cast<ssize_t>(order.size())) {
+  for (int refusals = 0;; ++refusals) {
+    const int port = free_port();
+    if (port < 0)
+      return Error{
+          ErrorCode::Unavailable,
+          fmt::format("{} has no free SuperSpeed port; `modprobe vhci_hcd` makes the controller", kController)};
+    const std::string order = fmt::format("{} {} {} {}", port, kernels.get(), 0x10002 + port, kSuperSpeed);
+    if (attach && ::write(attach.get(), order.data(), order.size()) == static_cast<ssize_t>(order.size())) return made;
+    // Another program may have taken the port since it was found free.
+    constexpr int kMostRefusals = 20;
+    if (attach && errno == EBUSY && refusals < kMostRefusals) continue;
     Error error = io_error("attach a device to the virtual USB controller", errno);
     error.code = ErrorCode::Unavailable;
     return error;
   }
-  return made;
 }
 
 UsbPort::UsbPort(UsbDevice& device, FileDescriptor socket)
