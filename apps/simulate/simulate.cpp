@@ -38,7 +38,7 @@ struct Options {
 
 sim::Player::Config player_config(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario) {
   sim::Player::Config config;
-  config.laser->host = options.at.address;
+  config.laser->host = options.at.receiver();
   config.laser->data_port = static_cast<std::uint16_t>(options.at.data_port);
   config.laser->position_port = static_cast<std::uint16_t>(options.at.position_port);
   config.pos->address = options.at.address;
@@ -47,7 +47,7 @@ sim::Player::Config player_config(const Options& options, const sim::Drive& driv
   if (!drive.wheel.empty()) {
     config.wheel.emplace();
     config.wheel->interface = options.at.can_interface;
-    config.wheel->host = options.at.address;
+    config.wheel->host = options.at.receiver();
     config.wheel->port = static_cast<std::uint16_t>(options.at.can_port);
   }
   config.camera->interface = options.at.address;
@@ -233,6 +233,9 @@ void add_simulate(Command& all) {
   command.flag("--play", options->play, "emulate the devices: wait for a capture, then play in real time");
   command.setting("--wait", options->wait_s, "with --play: seconds to wait for the capture");
   command.setting("--address", options->at.address, "address of the emulated devices, to which the laser also sends");
+  command.option(
+      "--capture-address", options->at.capture_address,
+      "address of the computer that captures, if it is another one: the laser and the CAN gateway send to it");
   command.setting("--pps-socket", options->at.pps_socket, "local socket of the PPS edges");
   command.setting("--data-port", options->at.data_port, "UDP port of laser data", {1, 65535});
   command.setting("--position-port", options->at.position_port, "UDP port of laser position packets", {1, 65535});

@@ -39,7 +39,7 @@ std::string laser_yaml(const sim::Scenario& scenario, const SimulatedAddresses& 
                        scenario.laser.model == sim::LaserModel::Vlp16 ? "VLP-16" : "HDL-32E");
   return out + fmt::format(
                    "    udp: {{ports: [{}, {}], bind_address: {}}}\n    sigma_range_m: {}\n    T_body_scanner: {}\n\n",
-                   at.data_port + number, at.position_port + number, at.address, scenario.laser.range_sigma_m,
+                   at.data_port + number, at.position_port + number, at.receiver(), scenario.laser.range_sigma_m,
                    transform(rig.T_body_scanner));
 }
 
@@ -47,7 +47,7 @@ std::string laser_yaml(const sim::Scenario& scenario, const SimulatedAddresses& 
 std::string wheel_yaml(const sim::Scenario& scenario, const SimulatedAddresses& at) {
   if (scenario.wheel.rate_hz <= 0) return {};
   const std::string bus = at.can_interface.empty()
-                              ? fmt::format("cannelloni: {{ports: [{}], bind_address: {}}}", at.can_port, at.address)
+                              ? fmt::format("cannelloni: {{ports: [{}], bind_address: {}}}", at.can_port, at.receiver())
                               : fmt::format("can: {{interface: {}}}", at.can_interface);
   const double per_pulse = scenario.wheel.circumference_m / scenario.wheel.pulses_per_turn;
   return fmt::format(
@@ -108,7 +108,7 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
   const bool is_fast = scenario.camera.payload == sim::ImagePayload::Raw &&
                        scenario.camera.rate_hz * rig.image_width() * rig.image_height() > 110e6;
   out += fmt::format(
-      "  - name: camera\n    driver: genicam\n    address: {0}\n    interface: {0}\n    serial: {1}\n    pixel_format: "
+      "  - name: camera\n    driver: genicam\n    address: {0}\n    interface: {9}\n    serial: {1}\n    pixel_format: "
       "BayerRG8\n{6}    width: {2}\n"
       "    height: {3}\n    exposure_us: {4}\n    event_input: 1\n    mark_sigma_us: {8}\n    stamp_event: "
       "exposure_end\n    stamp_delay_us: 45\n    latency_max_ms: {5}\n{7}\n",
@@ -118,7 +118,7 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
           ? fmt::format("    payload: jpeg_planes\n    lens_columns: {}\n", scenario.camera.stack_columns)
           : "",
       is_fast ? "    realtime_priority: 20\n" : "",
-      scenario.noise ? std::max(0.1, scenario.camera.strobe_jitter_us) : 0.1);
+      scenario.noise ? std::max(0.1, scenario.camera.strobe_jitter_us) : 0.1, at.receiver());
   out += wheel_yaml(scenario, at);
   out += fmt::format(
       "head:\n  T_body_head: {}\n  panorama: {{width: 8000, height: 4000, stitching_radius_m: 20}}\n  lenses:\n",
