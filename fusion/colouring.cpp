@@ -164,7 +164,7 @@ void Colouring::add(const Exposure& exposure) {
   if (camera == cameras.size()) {
     ++counts_.exposures_unknown_camera;
     note(exposure.camera, FaultKind::Spurious, 1,
-         "exposure of a camera that the rig does not name; recorded, not fused");
+         "exposure of a camera of which the head has no lens; recorded, not fused");
     return;
   }
   if (exposure.timing == ExposureTiming::Unmatched) {

@@ -47,7 +47,8 @@ void PlanesDecoder::decode(std::span<const std::byte> bytes, const Packet& packe
     for (const auto& plane : planes->planes[lens]) lost_bytes += plane.size();
   }
   // In a broken table planes may overlap, but each byte may be counted only once.
-  const bool is_all_lost = image.lost.size() == wanted;
+  // A camera of which the rig uses no lens loses none: its images have times, and no pixels.
+  const bool is_all_lost = wanted > 0 && image.lost.size() == wanted;
   lost_bytes = is_all_lost ? size : std::min(lost_bytes, size);
   counts.malformed_bytes += lost_bytes;
   counts.decoded_bytes += size - lost_bytes;

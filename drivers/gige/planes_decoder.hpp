@@ -16,6 +16,7 @@ namespace hueline::drivers {
 /// Makes the mosaic of one exposure of a six-lens head from its 24 JPEGs (jpeg_planes.hpp). A lens with a plane that is
 /// missing, cut short or broken is lost alone: Image::lost names its rectangle, whose pixels are 0, and a Fault
 /// Malformed has the number of such lenses and the reason of the first one. If all lenses are lost, there is no Image.
+/// Lenses that are not used are not decoded: their pixels are 0.
 /// Thread safety: none; one thread calls all functions.
 class PlanesDecoder {
  public:

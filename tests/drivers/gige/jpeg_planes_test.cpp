@@ -243,6 +243,19 @@ TEST_F(JpegPlanesTest, ALensThatNobodyWantsMayBeBroken) {
   EXPECT_EQ(pixel(decoded.images[0], 2 * kLensWidth + 5, kLensHeight + 5), 0);
 }
 
+TEST_F(JpegPlanesTest, ACameraOfWhichNobodyWantsALensStillGivesImages) {
+  config_.planes.is_used.fill(false);
+  ImageDecoder decoder(config_);
+  const Packet packet = planes_packet(planes_);
+  const Decoded decoded = decode(decoder, packet);
+  ASSERT_EQ(decoded.images.size(), 1u);
+  EXPECT_TRUE(decoded.images[0].lost.empty());
+  EXPECT_TRUE(decoded.faults.empty());
+  EXPECT_EQ(pixel(decoded.images[0], 5, 5), 0);
+  EXPECT_EQ(decoder.counts().decoded_bytes, packet.bytes.size());
+  EXPECT_EQ(decoder.counts().malformed_bytes, 0u);
+}
+
 TEST_F(JpegPlanesTest, SettingsThatCannotBeAreRefused) {
   EXPECT_EQ(config_.validate(), "");
   auto c = config_;
