@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 #include "core/calendar.hpp"
@@ -42,9 +43,9 @@ void Synchroniser::Config::visit(Keys& keys) {
                   "recorded, but get no time."},
                  megabytes, {1, 1'000'000}))
     hold_bytes = megabytes * 1'000'000;
-  keys.whole(
-      {"hold_images", "images", "How many images wait for the first lock. Further images are recorded, but not fused."},
-      hold_images, {1, 1000});
+  keys.whole({"hold_images", "images",
+              "How many images wait for the first lock, the newest ones. Older images are recorded, but not fused."},
+             hold_images, {1, 1000});
   keys.whole({"agreeing_labels", "messages", "How many messages must agree on the second of a pulse."},
              clock.label.agreeing, {1, 1000});
   int year = to_utc(clock.label.not_before).year;
@@ -277,7 +278,7 @@ void Synchroniser::report_unknown_sensor(SensorId sensor, HostTime received, con
 void Synchroniser::hold(Held item) {
   // All items go through the queue, so that those held earlier are stamped earlier. settle() empties it at once if it
   // can.
-  held_images_ += std::holds_alternative<Image>(item) ? 1 : 0;
+  if (std::holds_alternative<Image>(item)) held_images_.push_back(released_items_ + held_.size());
   held_bytes_ += bytes_of(item);
   if (auto* batch = std::get_if<LaserBatch>(&item)) batch->returns.shrink_to_fit();
   held_.push_back(std::move(item));
@@ -286,20 +287,38 @@ void Synchroniser::hold(Held item) {
 Synchroniser::Held Synchroniser::release_oldest() {
   Held item = std::move(held_.front());
   held_.pop_front();
-  held_images_ -= std::holds_alternative<Image>(item) ? 1 : 0;
+  ++released_items_;
+  if (std::holds_alternative<Image>(item)) held_images_.pop_front();
   held_bytes_ -= bytes_of(item);
   return item;
 }
 
-void Synchroniser::drop_oldest(FaultKind kind, const char* why) {
-  const Held item = release_oldest();
-  std::visit([&](const auto& one) { faults_.add(one.sensor, kind, why, newest_, why); }, item);
-  ++counts_.never_stamped;
+void Synchroniser::drop_oldest(const char* why) { count_dropped(release_oldest(), why); }
+
+/// What came before the image stays: a scanner's returns can be placed without it.
+void Synchroniser::drop_oldest_image() {
+  const Held image = std::exchange(held_[static_cast<std::size_t>(held_images_.front() - released_items_)], Held());
+  held_images_.pop_front();
+  count_dropped(image,
+                "the clock has not locked, and more images came than can be held (hold_images): recorded, but without "
+                "a time");
+}
+
+void Synchroniser::count_dropped(const Held& item, const char* why) {
+  std::visit(
+      [&]<class Item>(const Item& one) {
+        if constexpr (!std::is_same_v<Item, std::monostate>) {
+          faults_.add(one.sensor, FaultKind::NoTime, why, newest_, why);
+          ++counts_.never_stamped;
+        }
+      },
+      item);
   if (const auto* batch = std::get_if<LaserBatch>(&item); batch && !batch->returns.empty())
     counts_.untimed[fmt::format("no time: {}", clock_.why_not())] += batch->returns.size();
 }
 
 void Synchroniser::stamp(Held&& item, SyncOutput& out) {
+  if (std::holds_alternative<std::monostate>(item)) return;
   ++counts_.released;
   if (auto* batch = std::get_if<LaserBatch>(&item)) {
     laser(batch->sensor)->process(std::move(*batch), clock_, out.laser);
@@ -365,15 +384,20 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
     }
   } else {
     const auto too_old = [&] {
-      return std::visit([&](const auto& item) { return newest_ - item.received > config_.hold; }, held_.front());
+      return std::visit(
+          [&]<class Item>(const Item& item) {
+            if constexpr (std::is_same_v<Item, std::monostate>)
+              return true;
+            else
+              return newest_ - item.received > config_.hold;
+          },
+          held_.front());
     };
+    while (held_images_.size() > config_.hold_images) drop_oldest_image();
     while (!held_.empty() && too_old())
-      drop_oldest(FaultKind::NoTime,
-                  "the clock has not locked for as long as measurements can be held: recorded, but without a time");
-    while (held_.size() > config_.hold_items || held_images_ > config_.hold_images || held_bytes_ > config_.hold_bytes)
-      drop_oldest(FaultKind::NoTime,
-                  "the clock has not locked, and more came than can be held (hold_mb, hold_images): recorded, but "
-                  "without a time");
+      drop_oldest("the clock has not locked for as long as measurements can be held: recorded, but without a time");
+    while (held_.size() > config_.hold_items || held_bytes_ > config_.hold_bytes)
+      drop_oldest("the clock has not locked, and more came than can be held (hold_mb): recorded, but without a time");
   }
   for (LaserClock& l : lasers_) l.drain(out.faults);
   for (ExposureMatcher& c : cameras_) c.drain(out.faults);
@@ -424,8 +448,7 @@ void Synchroniser::flush(SyncOutput& out) {
   for (SelfTimedLaser& own : self_timed_) own.flush(clock_, out.laser);
   settle(newest_, out);
   while (!held_.empty())
-    drop_oldest(FaultKind::NoTime,
-                "the recording ended before the clock could be locked: recorded, but without a time");
+    drop_oldest("the recording ended before the clock could be locked: recorded, but without a time");
   for (LaserClock& l : lasers_) {
     l.flush(out.laser);
     l.drain(out.faults);

@@ -79,7 +79,7 @@ class Synchroniser {
     /// Memory for what is held, bytes: 16 million returns. The pixels of images are not counted, because they lie in
     /// the recorder's pool; [1e6, 1e12].
     std::size_t hold_bytes = 512'000'000;
-    /// How many images are held at most; each keeps its buffer in use. [1, 1000].
+    /// How many images are held at most, the newest; each keeps its buffer in use. [1, 1000].
     std::size_t hold_images = 16;
     /// A solution or mark that arrives later than this after its own time has a wrong time.
     nanoseconds pos_latency_max{std::chrono::seconds(2)};
@@ -121,7 +121,8 @@ class Synchroniser {
   const std::vector<WheelOdometer>& wheels() const { return wheels_; }
 
  private:
-  using Held = std::variant<LaserStatus, LaserBatch, Image, EventMark, WheelSpeed>;
+  /// std::monostate stands where an image was that is no longer held.
+  using Held = std::variant<std::monostate, LaserStatus, LaserBatch, Image, EventMark, WheelSpeed>;
   void take(PpsEdge& m, SyncOutput& out);
   void take(TimeLabel& m, SyncOutput& out);
   void take(TimedArrival& m, SyncOutput& out);
@@ -140,7 +141,9 @@ class Synchroniser {
   void arrived(SensorId sensor, HostTime received, GpsTime time);
   void hold(Held item);
   Held release_oldest();
-  void drop_oldest(FaultKind kind, const char* why);
+  void drop_oldest(const char* why);
+  void drop_oldest_image();
+  void count_dropped(const Held& item, const char* why);
   void stamp(Held&& item, SyncOutput& out);
   LaserClock* laser(SensorId sensor);
   SelfTimedLaser* self_timed(SensorId sensor);
@@ -164,7 +167,9 @@ class Synchroniser {
   FaultLog faults_;
   Counts counts_;
   std::deque<Held> held_;
-  std::size_t held_images_ = 0, held_bytes_ = 0;
+  std::deque<std::uint64_t> held_images_;  // their places in held_, counted from the first item that was ever held
+  std::uint64_t released_items_ = 0;       // so many are no longer in held_
+  std::size_t held_bytes_ = 0;
   std::vector<InsUncertainty> uncertainties_;  // the newest of each sensor
   SolutionWatch solutions_;
   SyncState known_state_ = SyncState::Unlocked;

@@ -88,6 +88,29 @@ TEST(Synchroniser, GivenAClockThatNeverLocksThenEveryMeasurementIsNamedOnce) {
   EXPECT_FALSE(outcome.sync.stream_time());
 }
 
+TEST(Synchroniser, GivenMoreImagesThanCanBeHeldThenTheyAloneHaveNoTime) {
+  Drive drive(some_begin(), seconds(30));
+  drive.pps(gaussian(3));
+  drive.labels(kPos, late(30, 20));
+  drive.ins(50, late(4, 2));
+  SimulatedLaser laser;
+  laser.run(drive);
+  SimulatedCamera camera;
+  camera.run(drive);
+  Synchroniser::Config c = rig_config();
+  c.hold_images = 3;
+  Outcome outcome(drive, c);
+  EXPECT_EQ(outcome.all.laser.size(), laser.truth.size()) << "the returns from before the lock are all placed";
+  EXPECT_LT(outcome.all.exposures.size(), camera.truth.size());
+  EXPECT_EQ(outcome.all.exposures.size() + outcome.count(FaultKind::NoTime), camera.truth.size());
+  for (const Fault& fault : outcome.all.faults)
+    if (fault.kind == FaultKind::NoTime) {
+      EXPECT_EQ(fault.sensor, kCamera);
+      EXPECT_THAT(fault.detail, testing::HasSubstr("(hold_images)"));
+    }
+  EXPECT_GT(outcome.count(FaultKind::NoTime), 3u);
+}
+
 TEST(Synchroniser, GivenAFloodWithoutAClockThenWhatIsHeldIsBoundedAndTheRestIsNamed) {
   Synchroniser::Config c = rig_config();
   c.hold_bytes = 1'000'000;
