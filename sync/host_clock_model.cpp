@@ -258,14 +258,23 @@ const char* HostClockModel::why_not() const {
     return counts_.arrivals == 0 ? "no message with a good GPS time came, and the rig has no pulse per second"
                                  : "messages with a good GPS time came for too short to learn the clock";
   if (filter_.is_started()) {
-    if (N_) return "the pulses came for too short to learn the clock";
+    if (N_)
+      return has_scattered_pulses() ? "the pulses scatter too much to learn the clock in so short a time"
+                                    : "the pulses came for too short to learn the clock";
     return counts_.labels == counts_.invalid_labels && counts_.arrivals == 0
                ? "pulses came, but no message with a good GPS time"
                : "the second of the pulses was not settled";
   }
-  if (counts_.edges > 0) return "the pulses that came were not usable";
+  if (counts_.edges > 0)
+    return counts_.edges < static_cast<std::uint64_t>(config_.acquire_edges)
+               ? "too few pulses came to learn the clock"
+               : "the pulses that came do not lie whole seconds apart";
   return counts_.arrivals == 0 ? "neither a pulse nor a message with a good GPS time came"
                                : "no pulse came, and messages with a good GPS time for too short to do without";
+}
+
+bool HostClockModel::has_scattered_pulses() const {
+  return std::sqrt(filter_.instability().jitter_ns2) > static_cast<double>(config_.lock_sigma.count());
 }
 
 std::optional<GpsStamp> HostClockModel::stamp(HostTime t) const {

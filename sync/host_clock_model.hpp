@@ -120,6 +120,8 @@ class HostClockModel {
   void restart(HostTime now, const std::string& why);
   void watch_arrival(const TimedArrival& arrival);
   double arrivals_moved_s() const;
+  /// Returns true if one edge says less about the time than Locked asks for: many are needed then.
+  bool has_scattered_pulses() const;
   void judge_label();
   void judge_state();
   void enter_fallback();

@@ -36,6 +36,23 @@ TEST(HostClockModel, GivenCleanPulsesWhenLabelledThenLocksWithinTenSecondsToMicr
   EXPECT_EQ(run.model.counts().refused, 0u);
 }
 
+TEST(HostClockModel, GivenADriveThatIsTooShortForItsPulsesThenSaysWhetherTheyAreFewOrScatter) {
+  const auto ends = [](double jitter_us, int pulses) {
+    Drive drive(some_begin(), seconds(pulses));
+    usual(drive, jitter_us);
+    return Course(drive, clock_config()).model;
+  };
+  const HostClockModel few = ends(3, 3), far_apart = ends(5000, 20), scattered = ends(800, 12), enough = ends(3, 12);
+  EXPECT_FALSE(few.can_stamp());
+  EXPECT_STREQ(few.why_not(), "too few pulses came to learn the clock");
+  EXPECT_FALSE(far_apart.can_stamp());
+  EXPECT_STREQ(far_apart.why_not(), "the pulses that came do not lie whole seconds apart");
+  EXPECT_FALSE(scattered.can_stamp());
+  EXPECT_STREQ(scattered.why_not(), "the pulses scatter too much to learn the clock in so short a time");
+  EXPECT_TRUE(enough.can_stamp());
+  EXPECT_STREQ(enough.why_not(), "");
+}
+
 TEST(HostClockModel, GivenPulsesLostForAMinuteThenHoldsOverWithTrueSigmaAndRelocksAfterThree) {
   Drive drive(some_begin(), seconds(1500), {12, 0.05, 2, 0, 0, 900});
   const GpsTime gone = drive.begin + seconds(1200), back = gone + seconds(60);
