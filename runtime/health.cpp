@@ -378,7 +378,9 @@ void Health::judge_data(SensorId id, Sensor& sensor) {
       fmt::format("its times have a sigma of {:.0f} us{}{}", seconds(sensor.sigma) * 1e6,
                   sensor.words.empty() ? "" : "; it says: ", sensor.words),
       sensor.role == drivers::Role::Laser ? "check the PPS and the GPRMC into the scanner"
-                                          : "check the wire of the strobe");
+      : sensor.mark_input > 0             ? "check the wire of the strobe"
+                              : "no strobe is wired (event_input: 0): wire it, or narrow latency_min_ms and "
+                                "latency_max_ms to what is true");
 }
 
 void Health::judge_camera(SensorId id, Sensor& sensor) {

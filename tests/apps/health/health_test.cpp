@@ -9,6 +9,7 @@
 #include "apps/simulate/simulated_recording.hpp"
 #include "apps/simulate/simulated_rig.hpp"
 #include "config/scenario.hpp"
+#include "drivers/pps/pps_packet.hpp"
 #include "runtime/pipeline.hpp"
 #include "runtime/verdict.hpp"
 #include "sim/faults/faulty_timeline.hpp"
@@ -141,6 +142,28 @@ TEST_F(Health, TheStrobeIsOnAnotherInput) {
   expect("camera", Trouble::NoMarks, HealthLevel::Alarm, kLeadIn, "come at input 1, not at 2");
   EXPECT_EQ(verdict_.grade, runtime::Grade::Again) << verdict_.text();
   EXPECT_THAT(verdict_.text(), HasSubstr("0.0 % of the points are coloured (wanted: 80.0 %"));
+}
+
+TEST_F(Health, WithoutAStrobeItIsSaidWhatTheCamerasTimesNeed) {
+  std::string rig = rig_text();
+  drive({}, {}, rig.replace(rig.find("event_input: 1"), 14, "event_input: 0"));
+  expect("camera", Trouble::TimeSigma, HealthLevel::Warning, kLeadIn, "its times have a sigma of");
+  EXPECT_THAT(find("camera", Trouble::TimeSigma)->action, HasSubstr("event_input: 0"));
+}
+
+TEST_F(Health, AClockThatDoesNotLockIsNoFaultOfCameraAndLaser) {
+  drive({}, [&](Packet& packet, double) {
+    if (packet.sensor != id("pps")) return true;
+    const auto edge = drivers::decode_pps(packet.bytes.bytes());
+    if (!edge) return true;
+    const auto scattered = edge->time + std::chrono::milliseconds(edge->sequence * 7 % 11);
+    packet.bytes = Buffer::copy_of(drivers::encode_pps({edge->edge, edge->sequence, scattered}));
+    packet.received = scattered;
+    return true;
+  });
+  expect("pps", Trouble::NoClock, HealthLevel::Waiting, 0, "the clock is not locked: ");
+  for (std::size_t i = 0; i < runtime::kTroubles; ++i)
+    for (const char* sensor : {"camera", "laser"}) EXPECT_EQ(find(sensor, static_cast<Trouble>(i)), nullptr) << told();
 }
 
 TEST_F(Health, TheCamerasConnectionIsLost) {
