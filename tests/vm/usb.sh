@@ -38,7 +38,7 @@ colouring: {method: panorama}
 sensors:
 END
   # The camera streams for 20 images, is unplugged in the middle of one, comes back after 2 s and streams until its input ends.
-  "$HUELINE_BIN/vm_usb_camera" $driver 20 < hold > camera.txt &
+  "$HUELINE_BIN/vm_usb_camera" $driver 20 2000 < hold > camera.txt &
   local camera=$!
   exec 7> hold
   "$HUELINE_BIN/hueline" capture rig.yaml --out $driver --seconds 120 --quiet > said.txt 2>&1 &
