@@ -163,7 +163,8 @@ TEST_F(Health, AClockThatDoesNotLockIsNoFaultOfCameraAndLaser) {
   });
   expect("pps", Trouble::NoClock, HealthLevel::Waiting, 0, "the clock is not locked: ");
   for (std::size_t i = 0; i < runtime::kTroubles; ++i)
-    for (const char* sensor : {"camera", "laser"}) EXPECT_EQ(find(sensor, static_cast<Trouble>(i)), nullptr) << told();
+    for (const char* sensor : {"camera", "laser"})
+      EXPECT_EQ(find(sensor, static_cast<Trouble>(i), kLeadIn + 1), nullptr) << told();
 }
 
 TEST_F(Health, TheCamerasConnectionIsLost) {
