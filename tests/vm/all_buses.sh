@@ -126,9 +126,10 @@ cat pulses.txt verified.txt
 points=$(awk '$1 == "points" {print $2 + 0}' said.txt) coloured=$(awk '$1 == "points" {print int($3)}' said.txt)
 echo "replayed to the same bytes at $(up) s: $points points, $coloured % coloured"
 
-# All of that holds on a computer however busy. What the drive was good for holds for devices that keep their times.
+# All of that holds on a computer however busy. What the drive was good for holds for devices that keep their times: messages that are a
+# second late name another second.
 late_ms=$(awk '/ms at most/ {late = $(NF - 3) + 0; if (late > most) most = late} END {print int(most)}' devices.txt)
-if [ "$late_ms" -gt 700 ]; then
+if [ "$late_ms" -gt 1000 ]; then
   echo "SKIPPED: the machine stood still, so that the emulated devices were late by $late_ms ms: the drive itself is not judged"
   exit 77
 fi
