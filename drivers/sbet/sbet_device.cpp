@@ -1,9 +1,11 @@
 #include "drivers/sbet/sbet_device.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -36,15 +38,28 @@ class SbetDevice final : public Device {
   SbetDecoder::Config decoder_;
 };
 
-/// Two records that could follow one another: nothing else marks an SBET.
+/// Returns whether record `b` could follow `a`: later by a moment, and no farther away than a vehicle comes in it. The
+/// velocities of some programs are 0.
+bool could_follow(std::span<const double> a, std::span<const double> b) {
+  constexpr double kShortest_s = 1e-4, kLongest_s = 10, kRadius_m = 6.4e6, kMargin_m = 1, kMargin_m_s = 100;
+  const double time = b[0] - a[0];
+  if (!(time >= kShortest_s && time < kLongest_s)) return false;
+  const double speed = std::max(std::hypot(a[4], a[5], a[6]), std::hypot(b[4], b[5], b[6]));
+  const double east = (b[2] - a[2]) * std::cos(a[1]) * kRadius_m, north = (b[1] - a[1]) * kRadius_m;
+  return std::hypot(east, north, b[3] - a[3]) <= (speed + kMargin_m_s) * time + kMargin_m;
+}
+
+/// Records that could follow one another: nothing else marks an SBET.
 bool is_sbet(std::string_view first_bytes) {
-  std::array<std::array<double, kSbetDoubles>, 2> two{};
-  if (first_bytes.size() < sizeof(two)) return false;
-  std::memcpy(two.data(), first_bytes.data(), sizeof(two));
-  const auto& [a, b] = two;
-  constexpr double kLongest_s = 10, kFarthest = 1e-3;  // rad: 6 km
-  return impossible_sbet(a).empty() && impossible_sbet(b).empty() && b[0] > a[0] && b[0] - a[0] < kLongest_s &&
-         std::abs(b[1] - a[1]) < kFarthest && std::abs(b[2] - a[2]) < kFarthest && (a[1] != 0 || a[2] != 0);
+  constexpr std::size_t kMostJudged = 16;
+  using Record = std::array<double, kSbetDoubles>;
+  const std::size_t count = std::min(first_bytes.size() / sizeof(Record), kMostJudged);
+  if (count < 2) return false;
+  std::array<Record, kMostJudged> records{};
+  std::memcpy(records.data(), first_bytes.data(), count * sizeof(Record));
+  for (std::size_t i = 0; i < count; ++i)
+    if (!impossible_sbet(records[i]).empty() || (i > 0 && !could_follow(records[i - 1], records[i]))) return false;
+  return records[0][1] != 0 || records[0][2] != 0;
 }
 
 }  // namespace

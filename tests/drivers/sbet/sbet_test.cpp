@@ -14,6 +14,7 @@
 
 #include "core/calendar.hpp"
 #include "drivers/sbet/sbet_decoder.hpp"
+#include "drivers/sbet/sbet_device.hpp"
 #include "tests/drivers/stream/stream_bytes.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/test_data.hpp"
@@ -193,6 +194,26 @@ TEST_F(SbetStream, WhatIsNoRecordIsToldAndTheNextOnesAreRead) {
   EXPECT_EQ(heard.counts.malformed_bytes, kSbetBytes + 3);
   EXPECT_THAT(heard.faults(), testing::IsSupersetOf({FaultKind::NoTime, FaultKind::Malformed}));
   EXPECT_EQ(heard.bytes(), 6 * kSbetBytes + 3);
+}
+
+/// Nothing marks an SBET, and programs give it any name. Rows of KITTI's clouds and text were taken for trajectories at
+/// latitude 0.
+TEST_F(SbetStream, AFileIsRecognisedByRecordsThatCouldFollowOneAnother) {
+  const auto is_beginning = [](const std::vector<std::vector<double>>& records) {
+    return kSbet.files.log.is_beginning(text_of(records));
+  };
+  EXPECT_TRUE(is_beginning({pose(10), pose(10.005)}));
+  EXPECT_TRUE(is_beginning({pose(10), pose(11, 0.8 + 30 / 6.4e6), pose(12, 0.8 + 60 / 6.4e6)}));
+  EXPECT_FALSE(is_beginning({pose(10)}));
+  EXPECT_FALSE(is_beginning({pose(10), pose(10)}));
+  EXPECT_FALSE(is_beginning({pose(10), pose(10.005), pose(10.010, 0.8001)})) << "640 m in 5 ms";
+  EXPECT_FALSE(is_beginning({pose(0, 0), pose(1e-60, 1e-70)}));
+  EXPECT_FALSE(kSbet.files.log.is_beginning(std::string(280, '7')));
+  std::string cloud;
+  for (int i = 0; i < 200; ++i)
+    for (const float value : {20.0F + 0.01F * static_cast<float>(i), 0.2F * static_cast<float>(i), 1.5F, 0.25F})
+      cloud.append(reinterpret_cast<const char*>(&value), sizeof value);
+  EXPECT_FALSE(kSbet.files.log.is_beginning(cloud));
 }
 
 }  // namespace
