@@ -62,8 +62,7 @@ bool expand_lzf(std::span<const std::byte> in, std::span<std::byte> out) {
   return o == out.size();
 }
 
-constexpr std::uint64_t kMostBytes = 4'000'000'000;  // largest file, which is read whole into memory
-constexpr std::size_t kMostValues = 500'000'000;     // 4 GB as double
+constexpr std::size_t kMostValues = 500'000'000;  // 4 GB as double
 
 /// Makes one column for each value of each field.
 void name_columns(const PcdHeader& header, PcdCloud& cloud) {
@@ -165,21 +164,25 @@ std::span<const double> PcdCloud::column(const std::string& field) const {
   return {};
 }
 
-Result<PcdCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name) {
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const Result<PcdHeader> header = read_pcd_header(text, name);
-  if (!header.ok()) return header.error();
+Result<PcdCloud> decode_points(const PcdHeader& header, std::span<const std::byte> bytes, const std::string& name) {
   std::size_t columns = 0;
-  for (std::size_t f = 0; f < header->fields.size(); ++f) columns += header->is_padding(f) ? 0 : header->counts[f];
-  if (columns > 0 && header->points > kMostValues / columns)
+  for (std::size_t f = 0; f < header.fields.size(); ++f) columns += header.is_padding(f) ? 0 : header.counts[f];
+  if (columns > 0 && header.points > kMostValues / columns)
     return Error{ErrorCode::Unsupported,
                  fmt::format("{}: has {} points of {} values; into memory at most {} values are read", name,
-                             header->points, columns, kMostValues)};
-  return header->encoding == PcdEncoding::Ascii ? read_ascii(*header, text, name) : read_binary(*header, bytes, name);
+                             header.points, columns, kMostValues)};
+  if (header.encoding != PcdEncoding::Ascii) return read_binary(header, bytes, name);
+  return read_ascii(header, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name);
+}
+
+Result<PcdCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name) {
+  const auto header = read_pcd_header({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name);
+  if (!header.ok()) return header.error();
+  return decode_points(*header, bytes, name);
 }
 
 Result<PcdCloud> read_pcd(const std::string& path) {
-  const Result<std::string> bytes = read_input(path, kMostBytes, "a PCD that has to be whole in memory,");
+  const Result<std::string> bytes = read_input(path, kMostCloudBytes, "a PCD that has to be whole in memory,");
   if (!bytes.ok()) return bytes.error();
   return decode_pcd(std::as_bytes(std::span(*bytes)), path);
 }

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "core/result.hpp"
+#include "storage/pcd_header.hpp"
 
 namespace hueline::storage {
 
@@ -31,5 +33,9 @@ struct PcdCloud {
 Result<PcdCloud> read_pcd(const std::string& path);
 /// Does the same from bytes. `name` stands for the file in messages.
 Result<PcdCloud> decode_pcd(std::span<const std::byte> bytes, const std::string& name);
+/// Reads the points that a header describes: those of a PCD, or of another table of points whose header says the same.
+Result<PcdCloud> decode_points(const PcdHeader& header, std::span<const std::byte> bytes, const std::string& name);
+
+constexpr std::uint64_t kMostCloudBytes = 4'000'000'000;  ///< largest file that is read whole into memory
 
 }  // namespace hueline::storage

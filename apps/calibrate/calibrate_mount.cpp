@@ -245,7 +245,7 @@ void add_calibrate_mount(Command& calibrate) {
                   {.least = 0.001, .most = 1000});
   command.option("--image", options->image, "without targets: an image; needs --cloud, --lens and --start");
   command.option("--cloud", options->cloud,
-                 "with --image: the laser's cloud of the same moment (PCD with x, y, z, intensity)");
+                 "with --image: the laser's cloud of the same moment (PCD, PLY, LAS or .bin, with x, y, z, intensity)");
   command.option("--start", options->start,
                  "with --image: pose of the laser, wrong by at most --search-deg: YAML with T_lens_scanner:, or "
                  "another file that hueline colour reads");

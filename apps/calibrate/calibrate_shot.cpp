@@ -20,7 +20,7 @@
 #include "core/angle.hpp"
 #include "core/output_file.hpp"
 #include "runtime/lens_values.hpp"
-#include "storage/pcd_reader.hpp"
+#include "storage/cloud_file.hpp"
 
 namespace hueline::apps {
 
@@ -28,9 +28,9 @@ using namespace calibration;
 
 namespace {
 
-/// Reads the returns of a PCD file into `shot`. Errors: those of read_pcd(); Malformed if a field is missing.
+/// Reads the returns of a cloud into `shot`. Errors: those of read_cloud(); Malformed if a field is missing.
 Status read_returns(const std::string& path, Shot& shot) {
-  const auto cloud = storage::read_pcd(path);
+  const auto cloud = storage::read_cloud(path);
   if (!cloud.ok()) return cloud.error();
   const auto x = cloud->column("x"), y = cloud->column("y"), z = cloud->column("z"),
              intensity = cloud->column("intensity");

@@ -14,9 +14,9 @@
 #include "core/output_file.hpp"
 #include "fusion/shot_outlines.hpp"
 #include "fusion/single_shot.hpp"
+#include "storage/cloud_file.hpp"
 #include "storage/cloud_picture.hpp"
 #include "storage/image_file.hpp"
-#include "storage/pcd_reader.hpp"
 #include "storage/photo_file.hpp"
 #include "storage/shot_cloud.hpp"
 
@@ -150,7 +150,7 @@ int colour(const Options& options) {
     throw config::ConfigError(
         "no calibration file says where the laser is (sensor_calib, T, Tr, or our T_lens_scanner:)");
   const auto image = storage::read_image(options.image);
-  const auto cloud = storage::read_pcd(options.cloud);
+  const auto cloud = storage::read_cloud(options.cloud);
   if (!image.ok() || !cloud.ok()) {
     log_error(!image.ok() ? image.error().message : cloud.error().message);
     return kInputUnreadable;
@@ -213,7 +213,8 @@ void add_colour(Command& all) {
   Command command = all.command(
       "colour", "colour one laser cloud from one image of the same moment, and draw the points over the image");
   command.required("IMAGE", options->image, "image file, PNG or JPEG");
-  command.required("CLOUD", options->cloud, "PCD file with points in the laser's frame");
+  command.required("CLOUD", options->cloud,
+                   "points in the laser's frame: PCD, PLY, LAS, or rows of float32 of KITTI and nuScenes (.bin)");
   command.required("CALIBRATION", options->calibration,
                    "files with the lens and the pose of the laser: YAML with lens: and T_lens_scanner:, "
                    "SensorsCalibration's .json, or a .txt file with K, D, T or of KITTI (docs/colour.md)");

@@ -16,6 +16,7 @@
 #include "drivers/can/blf.hpp"
 #include "rosbag/bag.hpp"
 #include "runtime/recording.hpp"
+#include "storage/cloud_file.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -120,7 +121,8 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
        {"\xa1\xb2\xc3\xd4"sv, "\xd4\xc3\xb2\xa1"sv, "\xa1\xb2\x3c\x4d"sv, "\x4d\x3c\xb2\xa1"sv, "\x0a\x0d\x0d\x0a"sv})
     if (begins(magic)) return inspect_capture_file(path, types);
   if (head.find("VERSION") != std::string::npos && (begins("# .PCD"sv) || ends_with(path, ".pcd")))
-    return inspect_pcd(path);
+    return inspect_cloud(path, "PCD");
+  if (storage::is_ply(head)) return inspect_cloud(path, "PLY");
   if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
   if (ends_with(path, ".dbc")) return inspect_dbc(path);
   // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time, a trace of version 1.1
@@ -132,15 +134,17 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   if (const drivers::DeviceType* type = type_of_log(types, path, *first)) return inspect_device_log(path, *type);
   if (const std::string packed = how_to_unpack(head); !packed.empty())
     return {nullptr, Error{ErrorCode::Unsupported, path + " " + packed}};
+  if (ends_with(path, ".bin"))
+    if (Inspection cloud = inspect_cloud(path, "rows of float32"); cloud.found) return cloud;
   std::string logs;
   for (const drivers::DeviceType* type : types)
     if (const drivers::DeviceFiles::Log& log = type->files.log; log.format)
       logs += fmt::format("{} ({}), ", log.format, log.ending);
-  return {nullptr,
-          Error{ErrorCode::Unsupported,
-                fmt::format("{}: none of the formats that are known: MCAP, .bag and .db3 of ROS, LAS, pcap, "
-                            "pcapng, PCD, {}CAN logs (.asc, .blf, .trc, candump -L), DBC, YAML rig or scenario",
-                            path, logs)}};
+  return {nullptr, Error{ErrorCode::Unsupported,
+                         fmt::format("{}: none of the formats that are known: MCAP, .bag and .db3 of ROS, LAS, pcap, "
+                                     "pcapng, PCD, PLY, clouds of KITTI and nuScenes (.bin), {}CAN logs (.asc, .blf, "
+                                     ".trc, candump -L), DBC, YAML rig or scenario",
+                                     path, logs)}};
 }
 
 }  // namespace hueline::apps

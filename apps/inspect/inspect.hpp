@@ -42,7 +42,7 @@ Inspection inspect_device_log(const std::string& path, const drivers::DeviceType
 Inspection inspect_can_log(const std::string& path, const std::string& dbc_path);
 Inspection inspect_dbc(const std::string& path);
 Inspection inspect_las(const std::string& path);
-Inspection inspect_pcd(const std::string& path);
+Inspection inspect_cloud(const std::string& path, const char* format);
 Inspection inspect_yaml(const std::string& path);
 
 }  // namespace hueline::apps

@@ -12,9 +12,9 @@
 #include "config/sheet.hpp"
 #include "core/calendar.hpp"
 #include "core/mounting.hpp"
+#include "storage/cloud_file.hpp"
 #include "storage/las_fields.hpp"
 #include "storage/las_reader.hpp"
-#include "storage/pcd_reader.hpp"
 
 /// Formats that are whole files: clouds and configurations.
 namespace hueline::apps {
@@ -85,13 +85,13 @@ Inspection inspect_las(const std::string& path) {
   return out;
 }
 
-Inspection inspect_pcd(const std::string& path) {
-  auto cloud = storage::read_pcd(path);
+Inspection inspect_cloud(const std::string& path, const char* format) {
+  auto cloud = storage::read_cloud(path);
   if (!cloud.ok()) return {nullptr, cloud.error()};
   Inspection out;
   out.found = std::make_unique<Json>();
   Json& json = *out.found;
-  json["format"] = "PCD";
+  json["format"] = format;
   json["points"] = cloud->points();
   for (std::size_t i = 0; i < cloud->fields.size(); ++i) {
     Extent extent;

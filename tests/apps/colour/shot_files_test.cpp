@@ -1,8 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <map>
+#include <utility>
+#include <vector>
 
 #include "storage/image_view.hpp"
 #include "storage/las_reader.hpp"
@@ -69,7 +73,7 @@ class Shot : public testing::Test {
   }
   Ran colour(const std::string& image, std::vector<std::string> calibration = {"lens.yaml", "mounting.yaml"},
              const std::string& size = "refuse") {
-    std::vector<std::string> words = {"colour", dir / image, dir / "cloud.pcd"};
+    std::vector<std::string> words = {"colour", dir / image, dir / cloud_file};
     for (const std::string& file : calibration) words.push_back(dir / file);
     for (const std::string& word : {std::string("--out"), std::string(dir / "out"), std::string("--image-size"), size})
       words.push_back(word);
@@ -88,6 +92,7 @@ class Shot : public testing::Test {
   }
 
   TemporaryFolder dir;
+  std::string cloud_file = "cloud.pcd";
   std::unique_ptr<storage::LasReader> reader;
 };
 
@@ -210,6 +215,85 @@ TEST_F(Shot, ColourReadsWhatOthersPublish) {
   EXPECT_NE(mirrored.said.find("mirror.txt: T is no rotation"), std::string::npos) << mirrored.said;
   write_file(dir / "odometry.txt", "P0: 100 0 79.5 0 0 100 59.5 0 0 0 1 0\n");
   EXPECT_EQ(colour("image.png", {"odometry.txt"}).status, 2);
+}
+
+/// The clouds of KITTI and nuScenes, and those of programs that write PLY.
+TEST_F(Shot, CloudsInTheFormatsOfOthers) {
+  const auto rows = [&](bool has_rings) {
+    std::string out;
+    for (const LaserPoint& p : kPoints) {
+      for (const float value : {p.x, p.y, p.z, p.intensity}) out.append(reinterpret_cast<const char*>(&value), 4);
+      const float ring = p.ring;
+      if (has_rings) out.append(reinterpret_cast<const char*>(&ring), 4);
+    }
+    return out;
+  };
+  const std::string head =
+      "element vertex 5\nproperty float x\nproperty float y\nproperty float z\nproperty float intensity\nproperty "
+      "float "
+      "ring\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n";
+  const std::string little = rows(true);
+  std::string big = little;
+  for (std::size_t at = 0; at < big.size(); at += 4)
+    std::reverse(big.begin() + static_cast<long>(at), big.begin() + static_cast<long>(at) + 4);
+  std::string text;
+  for (const LaserPoint& p : kPoints) {
+    char line[128];
+    std::snprintf(line, sizeof line, "%.9g %.9g %.9g %.9g %d\n", p.x, p.y, p.z, p.intensity, p.ring);
+    text += line;
+  }
+  const std::map<std::string, std::string> clouds = {
+      {"kitti.bin", rows(false)},
+      {"nuscenes.pcd.bin", little},
+      {"little.ply", "ply\nformat binary_little_endian 1.0\n" + head + little},
+      {"big.ply", "ply\nformat binary_big_endian 1.0\n" + head + big},
+      {"text.ply", "ply \r\nformat ascii 1.0\n" + head + text}};
+  for (const auto& [name, bytes] : clouds) {
+    SCOPED_TRACE(name);
+    write_file(dir / name, bytes);
+    cloud_file = name;
+    const Ran ran = colour("image.png");
+    ASSERT_EQ(ran.status, 0) << ran.said;
+    const auto points = cloud();
+    ASSERT_EQ(points.size(), kPoints.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      EXPECT_NEAR(points[i].x, kPoints[i].x, 1e-6);
+      EXPECT_NEAR(points[i].z, kPoints[i].z, 1e-6);
+      EXPECT_EQ(extra(points[i], "cloud_intensity"), kPoints[i].intensity);
+      if (name != "kitti.bin") {
+        EXPECT_EQ(extra(points[i], "ring"), kPoints[i].ring);
+      }
+    }
+  }
+  const std::map<std::string, std::string> formats = {
+      {"kitti.bin", "rows of float32"}, {"nuscenes.pcd.bin", "rows of float32"}, {"text.ply", "PLY"}};
+  for (const auto& [name, format] : formats) {
+    const Ran ran = run({"inspect", dir / name});
+    EXPECT_EQ(ran.status, 0) << ran.said;
+    EXPECT_NE(ran.said.find(format), std::string::npos) << ran.said;
+    EXPECT_NE(ran.said.find("points                   5"), std::string::npos) << ran.said;
+  }
+  // Its own output is LAS.
+  std::filesystem::copy_file(dir / "out" / "cloud.las", dir / "again.las");
+  cloud_file = "again.las";
+  ASSERT_EQ(colour("image.png").status, 0);
+  EXPECT_NEAR(cloud()[1].x, kPoints[1].x, 1e-6);
+
+  for (const auto& [name, bytes, said] : std::vector<std::array<std::string, 3>>{
+           {"cut.bin", rows(false).substr(0, 78), "its 78 bytes are no rows of 4 or 5 float32"},
+           {"empty.bin", "", "its 0 bytes are no rows"},
+           {"cut.ply", clouds.at("little.ply").substr(0, 300), "holds"},
+           {"faces.ply",
+            "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int v\nelement vertex 1\nproperty float "
+            "x\nend_header\n",
+            "are not its first element"},
+           {"head.ply", "ply\nformat ascii 1.0\nelement vertex 1\n", "has no end_header"}}) {
+    write_file(dir / name, bytes);
+    cloud_file = name;
+    const Ran ran = colour("image.png");
+    EXPECT_EQ(ran.status, 3) << name;
+    EXPECT_NE(ran.said.find(said), std::string::npos) << ran.said;
+  }
 }
 
 }  // namespace

@@ -1,0 +1,205 @@
+#include "storage/cloud_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/input_file.hpp"
+#include "storage/las_reader.hpp"
+#include "storage/pcd_header.hpp"
+
+namespace hueline::storage {
+namespace {
+
+constexpr float kFarthest_m = 1e4F;  // of a return, on each axis
+
+struct PlyType {
+  std::string_view names;  // with a blank on either side of each
+  PcdType type;
+};
+constexpr std::array<PlyType, 8> kPlyTypes{{{" char int8 ", {'I', 1}},
+                                            {" uchar uint8 ", {'U', 1}},
+                                            {" short int16 ", {'I', 2}},
+                                            {" ushort uint16 ", {'U', 2}},
+                                            {" int int32 ", {'I', 4}},
+                                            {" uint uint32 ", {'U', 4}},
+                                            {" float float32 ", {'F', 4}},
+                                            {" double float64 ", {'F', 8}}}};
+
+const PlyType* find_ply_type(std::string_view word) {
+  const auto* found = std::ranges::find_if(kPlyTypes, [&](const PlyType& one) {
+    return one.names.find(fmt::format(" {} ", word)) != std::string_view::npos;
+  });
+  return found == kPlyTypes.end() ? nullptr : found;
+}
+
+struct PlyHeader {
+  PcdHeader points;
+  bool is_big_endian = false;
+};
+
+/// Reads the header of a PLY as that of a table of points.
+Result<PlyHeader> read_ply_header(std::string_view text, const std::string& name) {
+  const auto wrong = [&](std::string_view what) {
+    return Error{ErrorCode::Malformed, fmt::format("{}: {}", name, what)};
+  };
+  const auto unsupported = [&](std::string_view what) {
+    return Error{ErrorCode::Unsupported, fmt::format("{}: {}", name, what)};
+  };
+  PlyHeader out;
+  PcdHeader& points = out.points;
+  std::string_view element;
+  bool has_vertices = false, has_format = false;
+  const std::size_t most = std::min(text.size(), kMostPcdHeader);
+  for (std::size_t begin = 0; begin < most;) {
+    const std::size_t end = text.find('\n', begin);
+    if (end == std::string_view::npos) break;
+    const auto words = pcd_words(text.substr(begin, end - begin));
+    begin = end + 1;
+    if (words.empty()) continue;
+    if (words[0] == "format" && words.size() > 1) {
+      has_format = words[1] == "ascii" || words[1] == "binary_little_endian" || words[1] == "binary_big_endian";
+      points.encoding = words[1] == "ascii" ? PcdEncoding::Ascii : PcdEncoding::Binary;
+      out.is_big_endian = words[1] == "binary_big_endian";
+    } else if (words[0] == "element" && words.size() == 3) {
+      std::size_t count = 0;
+      if (!parse_pcd_number(words[2], count)) return wrong("PLY: an element without a number");
+      element = words[1];
+      if (element == "vertex") {
+        points.points = count;
+        has_vertices = true;
+      } else if (!has_vertices && count > 0) {
+        return unsupported("the vertices of this PLY are not its first element: write them first");
+      }
+    } else if (words[0] == "property" && element == "vertex") {
+      if (words.size() != 3) return unsupported("the vertices of this PLY have lists: write them without");
+      const PlyType* type = find_ply_type(words[1]);
+      if (!type) return wrong(fmt::format("PLY property of unknown type '{}'", words[1]));
+      if (points.fields.size() == kMostPcdColumns)
+        return unsupported("the vertices of this PLY have too many properties");
+      points.fields.emplace_back(words[2]);
+      points.types.push_back(type->type.kind);
+      points.sizes.push_back(type->type.size);
+      points.counts.push_back(1);
+    } else if (words[0] == "end_header") {
+      if (!has_format) return wrong("PLY: neither ascii nor binary");
+      if (!has_vertices || points.fields.empty()) return wrong("this PLY has no vertices");
+      points.data_begin = begin;
+      return out;
+    }
+  }
+  return wrong("the header of this PLY has no end_header");
+}
+
+/// Returns the bytes with the numbers of all whole points turned round.
+std::vector<std::byte> turned(const PcdHeader& header, std::span<const std::byte> bytes) {
+  std::vector<std::byte> out(bytes.begin(), bytes.end());
+  const std::size_t record = header.record_bytes();
+  for (std::size_t at = header.data_begin; at + record <= out.size();)
+    for (const std::size_t size : header.sizes) {
+      std::reverse(out.data() + at, out.data() + at + size);
+      at += size;
+    }
+  return out;
+}
+
+Result<PcdCloud> read_las_cloud(const std::string& path) {
+  auto reader = LasReader::open(path);
+  if (!reader.ok()) return reader.error();
+  const bool has_time = reader->header().point_format != 0 && reader->header().point_format != 2;
+  PcdCloud cloud;
+  cloud.fields = {"x", "y", "z", "intensity"};
+  cloud.types = {{'F', 8}, {'F', 8}, {'F', 8}, {'U', 2}};
+  if (has_time) {
+    cloud.fields.emplace_back("gps_time");
+    cloud.types.push_back({'F', 8});
+  }
+  cloud.columns.resize(cloud.fields.size());
+  std::vector<LasPoint> points;
+  for (;;) {
+    if (Status read = reader->next(points); !read.ok()) return read.error();
+    if (points.empty()) return cloud;
+    for (const LasPoint& point : points) {
+      const std::array values{point.x, point.y, point.z, double{static_cast<double>(point.intensity)},
+                              point.time.value_or(0)};
+      for (std::size_t i = 0; i < cloud.columns.size(); ++i) cloud.columns[i].push_back(values[i]);
+    }
+  }
+}
+
+}  // namespace
+
+bool is_ply(std::string_view first_bytes) {
+  constexpr std::string_view kWord = "ply";
+  return first_bytes.starts_with(kWord) && first_bytes.find_first_of(" \t\r\n") == kWord.size();
+}
+
+Result<PcdCloud> decode_ply(std::span<const std::byte> bytes, const std::string& name) {
+  const auto header = read_ply_header({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name);
+  if (!header.ok()) return header.error();
+  if (!header->is_big_endian) return decode_points(header->points, bytes, name);
+  return decode_points(header->points, turned(header->points, bytes), name);
+}
+
+Result<PcdCloud> decode_float_rows(std::span<const std::byte> bytes, const std::string& name) {
+  const auto value = [&](std::size_t index) {
+    float out = 0;
+    std::memcpy(&out, bytes.data() + sizeof out * index, sizeof out);
+    return out;
+  };
+  const std::size_t values = bytes.size() / sizeof(float);
+  const auto has_rings = [&] {
+    for (std::size_t i = 4; i < values; i += 5)
+      if (const float ring = value(i); !(ring >= 0 && ring <= 255 && ring == std::floor(ring))) return false;
+    return values > 0;
+  };
+  const bool is_whole = bytes.size() % sizeof(float) == 0;
+  PcdHeader header;
+  header.encoding = PcdEncoding::Binary;
+  header.fields = {"x", "y", "z", "intensity"};
+  if (is_whole && values % 5 == 0 && has_rings()) {
+    header.fields.emplace_back("ring");
+  } else if (!is_whole || values == 0 || values % 4 != 0) {
+    return Error{
+        ErrorCode::Malformed,
+        fmt::format("{}: its {} bytes are no rows of 4 or 5 float32 (x, y, z, intensity, ring)", name, bytes.size())};
+  }
+  header.sizes.assign(header.fields.size(), sizeof(float));
+  header.counts.assign(header.fields.size(), 1);
+  header.types.assign(header.fields.size(), 'F');
+  const std::size_t columns = header.fields.size();
+  header.points = values / columns;
+  for (std::size_t i = 0; i < values; i += columns)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (!(std::abs(value(i + axis)) <= kFarthest_m))
+        return Error{ErrorCode::Malformed,
+                     fmt::format("{}: row {} of its float32 is no place: {:g} m", name, i / columns, value(i + axis))};
+  return decode_points(header, bytes, name);
+}
+
+Result<PcdCloud> read_cloud(const std::string& path) {
+  std::array<char, 4> first{};
+  {
+    const auto file = InputFile::open(path);
+    if (!file.ok()) return file.error();
+    const std::size_t size = std::min<std::uint64_t>(first.size(), file->size());
+    if (Status read = file->read(0, std::as_writable_bytes(std::span(first).first(size))); !read.ok())
+      return read.error();
+  }
+  const std::string_view beginning(first.data(), first.size());
+  if (beginning == "LASF") return read_las_cloud(path);
+  const Result<std::string> text = read_input(path, kMostCloudBytes, "a cloud that has to be whole in memory,");
+  if (!text.ok()) return text.error();
+  const auto bytes = std::as_bytes(std::span(*text));
+  if (is_ply(beginning)) return decode_ply(bytes, path);
+  if (path.ends_with(".bin")) return decode_float_rows(bytes, path);
+  return decode_pcd(bytes, path);
+}
+
+}  // namespace hueline::storage
