@@ -126,11 +126,15 @@ Status write_pose(const ShotFiles& files, const ShotAlignment& found) {
 }  // namespace
 
 int calibrate_shot(const ShotFiles& files) {
-  const ShotCalibration known = read_shot_calibration({files.lens}), start = read_shot_calibration({files.start});
-  if (!known.intrinsics) throw config::ConfigError(files.lens + ": has no lens (lens: of hueline, cam_K, K or P2)");
-  if (!start.T_lens_scanner)
+  const ShotCalibration known = read_shot_calibration({files.lens});
+  if (!known.intrinsics)
+    throw config::ConfigError(files.lens + ": has no lens (lens: of hueline, or one that docs/colour.md lists)");
+  if (!read_shot_calibration({files.start}).T_lens_scanner)
     throw config::ConfigError(files.start +
-                              ": has no pose of the laser (T_lens_scanner: of hueline, sensor_calib, T or Tr)");
+                              ": has no pose of the laser (T_lens_scanner: of hueline, or one that docs/colour.md "
+                              "lists)");
+  // The file of the lens may hold a part of the pose.
+  const ShotCalibration start = read_shot_calibration({files.lens, files.start});
   const auto shot = read_shot(files, known);
   if (!shot.ok()) {
     log_error(shot.error().message);

@@ -145,10 +145,10 @@ Status write_comparison(const std::filesystem::path& path, const storage::PcdClo
 int colour(const Options& options) {
   const ShotCalibration calibration = read_shot_calibration(options.calibration);
   if (!calibration.intrinsics)
-    throw config::ConfigError("no calibration file holds a lens (cam_K, K, P2, or our lens:)");
+    throw config::ConfigError("no calibration file holds a lens: lens: of hueline, or one that docs/colour.md lists");
   if (!calibration.T_lens_scanner)
     throw config::ConfigError(
-        "no calibration file says where the laser is (sensor_calib, T, Tr, or our T_lens_scanner:)");
+        "no calibration file says where the laser is: T_lens_scanner: of hueline, or a pose that docs/colour.md lists");
   const auto image = storage::read_image(options.image);
   const auto cloud = storage::read_cloud(options.cloud);
   if (!image.ok() || !cloud.ok()) {
@@ -216,8 +216,8 @@ void add_colour(Command& all) {
   command.required("CLOUD", options->cloud,
                    "points in the laser's frame: PCD, PLY, LAS, or rows of float32 of KITTI and nuScenes (.bin)");
   command.required("CALIBRATION", options->calibration,
-                   "files with the lens and the pose of the laser: YAML with lens: and T_lens_scanner:, "
-                   "SensorsCalibration's .json, or a .txt file with K, D, T or of KITTI (docs/colour.md)");
+                   "files with the lens and the pose of the laser: YAML with lens: and T_lens_scanner:, or files of "
+                   "ROS, OpenCV, Autoware, Kalibr, KITTI, SensorsCalibration and others (docs/colour.md)");
   command.setting("--image-size", options->image_size, kImageSizeHelp, kImageSizeWords);
   command.setting("--visibility", options->visibility,
                   "on: points behind nearer ones get no colour; off: every point in the image gets one", {"on", "off"});

@@ -18,16 +18,8 @@ struct ShotCalibration {
   std::optional<Transform<Lens, Scanner>> T_lens_scanner;
 };
 
-/// Reads all files; a later file overrides an earlier one. The ending of the name decides the format:
-///
-/// | ending | content |
-/// |---|---|
-/// | .json | SensorsCalibration: an object with one member whose `param` holds cam_K and cam_dist, or sensor_calib |
-/// | .txt | lines "NAME: numbers" with K, D and T (rows of lens from laser) |
-/// | .txt | KITTI: lines "NAME: numbers" with P2 and either Tr_velo_to_cam (and R0_rect) or Tr |
-/// | other | YAML with `lens:` (as `calibrate lens` writes it), `T_lens_scanner:`, or both |
-///
-/// Throws config::ConfigError with file and key.
+/// Reads all files; a later file overrides an earlier one. The ending of the name decides the format: .json, .txt, or
+/// else YAML. docs/colour.md lists what they may hold. Throws config::ConfigError with file and key.
 ShotCalibration read_shot_calibration(const std::vector<std::string>& paths);
 
 /// What to do with an image whose size is not that of its lens.

@@ -217,6 +217,82 @@ TEST_F(Shot, ColourReadsWhatOthersPublish) {
   EXPECT_EQ(colour("image.png", {"odometry.txt"}).status, 2);
 }
 
+/// Each form has the same lens, and the laser 0.25 m to its right.
+TEST_F(Shot, CalibrationsInTheFormsOfOtherPrograms) {
+  const std::map<std::string, std::string> files = {
+      {"flat.json", R"({"camera": {"K": [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1], "D": [0, 0, 0, 0, 0]}})"},
+      {"pose.json", R"({"T": [[0, -1, 0, 0.25], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]})"},
+      {"calib.json", R"({"camera": {"camera_model": "plumb_bob", "distortion_coeffs": [0, 0, 0, 0, 0],
+                         "intrinsics": [100, 100, 79.5, 59.5]},
+                         "results": {"T_lidar_camera": [0, 0.25, 0, -0.5, 0.5, -0.5, 0.5]}})"},
+      {"ros.yaml",
+       "image_width: 160\nimage_height: 120\ncamera_name: left\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [100, 0, "
+       "79.5, 0, 100, 59.5, 0, 0, 1]\ndistortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  "
+       "data: [0, 0, 0, 0, 0]\n"},
+      {"autoware.yaml",
+       "%YAML:1.0\n---\nCameraExtrinsicMat: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: d\n   data: [ 0., 0., 1., "
+       "0., -1., 0.,\n       0., 0.25, 0., -1., 0., 0., 0., 0., 0., 1. ]\nCameraMat: !!opencv-matrix\n   rows: 3\n   "
+       "cols: 3\n   dt: d\n   data: [ 100., 0., 79.5, 0., 100., 59.5, 0., 0., 1. ]\nDistCoeff: !!opencv-matrix\n   "
+       "rows: "
+       "1\n   cols: 5\n   dt: d\n   data: [ 0., 0., 0., 0., 0. ]\nImageSize: [ 160, 120 ]\n"},
+      {"livox.yaml",
+       "camera:\n  camera_matrix: [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1]\n  dist_coeffs: [0, 0, 0, 0, 0]\n"},
+      {"livox.txt", "0,-1,0,0.25\n0,0,-1,0\n1,0,0,0\n0,0,0,1\n"},
+      {"titled.txt", "intrinsic\n100 0 79.5\n0 100 59.5\n0 0 1\n\ndistortion\n0 0 0 0 0\n"},
+      {"kalibr.yaml",
+       "cam0:\n  camera_model: pinhole\n  distortion_coeffs: [0, 0, 0, 0]\n  distortion_model: radtan\n  intrinsics: "
+       "[100, "
+       "100, 79.5, 59.5]\n  resolution: [160, 120]\n  rostopic: /left\n"},
+      {"cam_to_cam.txt",
+       "calib_time: 09-Jan-2012 13:57:47\nS_rect_02: 160 120\nR_rect_00: 1 0 0 0 1 0 0 0 1\nP_rect_02: 100 0 79.5 25 0 "
+       "100 59.5 0 0 0 1 0\n"},
+      {"velo_to_cam.txt", "calib_time: 15-Mar-2012 11:37:16\nR: 0 -1 0 0 0 -1 1 0 0\nT: 0 0 0\ndelta_f: 0 0\n"},
+  };
+  for (const auto& [name, text] : files) write_file(dir / name, text);
+  for (const auto& calibration : std::vector<std::vector<std::string>>{{"flat.json", "pose.json"},
+                                                                       {"calib.json"},
+                                                                       {"ros.yaml", "pose.json"},
+                                                                       {"autoware.yaml"},
+                                                                       {"livox.yaml", "livox.txt"},
+                                                                       {"titled.txt", "livox.txt"},
+                                                                       {"kalibr.yaml", "livox.txt"},
+                                                                       {"cam_to_cam.txt", "velo_to_cam.txt"},
+                                                                       {"velo_to_cam.txt", "cam_to_cam.txt"},
+                                                                       {"cam_to_cam.txt", "pose.json"}}) {
+    SCOPED_TRACE(calibration.front());
+    const Ran ran = colour("image.png", calibration);
+    ASSERT_EQ(ran.status, 0) << ran.said;
+    EXPECT_NEAR(extra(cloud()[0], "image_u"), 79.5 - 100 * 1.0 / 10, 1e-4);
+    EXPECT_NEAR(extra(cloud()[0], "image_v"), 59.5 + 100 * 0.5 / 10, 1e-4);
+  }
+  // The size that stands beside a lens counts.
+  ASSERT_TRUE(storage::write_png(dir / "large.png", picture(2)).ok());
+  for (const char* name : {"ros.yaml", "autoware.yaml", "kalibr.yaml", "cam_to_cam.txt"}) {
+    const Ran ran = colour("large.png", {name, "pose.json"});
+    EXPECT_EQ(ran.status, 2) << name;
+    EXPECT_NE(ran.said.find("160 x 120"), std::string::npos) << ran.said;
+  }
+}
+
+TEST_F(Shot, ALensThatIsNotReadIsRefused) {
+  const std::string matrix = "camera_matrix: [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1]\n";
+  for (const auto& [text, said] : std::vector<std::pair<std::string, std::string>>{
+           {matrix + "distortion_model: double_sphere\n", "the lens model double_sphere is not read"},
+           {matrix + "distortion_coefficients: {data: [0, 0, 0, 0, 0, 0.5, 0, 0]}\n", "has 8 numbers of distortion"},
+           {"camera_matrix: [100, 0, 79.5]\n", "camera_matrix has 3 numbers"},
+           {"camera_matrix: [a, 0, 79.5, 0, 100, 59.5, 0, 0, 1]\n", "lens.yaml:1: "},
+           {"CameraExtrinsicMat: {data: [1, 2]}\n", "CameraExtrinsicMat has 2 numbers; allowed: 12 or 16"}}) {
+    write_file(dir / "lens.yaml", text);
+    const Ran ran = colour("image.png", {"lens.yaml", "mounting.yaml"});
+    EXPECT_EQ(ran.status, 2) << text;
+    EXPECT_NE(ran.said.find(said), std::string::npos) << ran.said;
+  }
+  write_file(dir / "words.txt", "the camera was new\n");
+  EXPECT_NE(colour("image.png", {"words.txt"}).said.find("words.txt:1: is neither"), std::string::npos);
+  write_file(dir / "list.json", "[1, 2]");
+  EXPECT_NE(colour("image.png", {"list.json"}).said.find("list.json: holds neither K and T"), std::string::npos);
+}
+
 /// The clouds of KITTI and nuScenes, and those of programs that write PLY.
 TEST_F(Shot, CloudsInTheFormatsOfOthers) {
   const auto rows = [&](bool has_rings) {
