@@ -13,6 +13,7 @@
 
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
+#include "core/geodesy.hpp"
 #include "drivers/septentrio/sbf_form.hpp"
 #include "drivers/stream/line_form.hpp"
 #include "drivers/stream/nmea_form.hpp"
@@ -125,8 +126,16 @@ FixType fix_type(int mode) {
   }
 }
 
-Geodetic place(std::span<const std::byte> block, std::size_t at) {
-  return {stream_field<double>(block, at), stream_field<double>(block, at + 8), stream_field<double>(block, at + 16)};
+/// Reads a place: latitude, longitude and height, or x, y and z of the Earth's frame.
+Geodetic place(std::span<const std::byte> block, std::size_t at, bool is_cartesian) {
+  const double a = stream_field<double>(block, at), b = stream_field<double>(block, at + 8),
+               c = stream_field<double>(block, at + 16);
+  if (!is_cartesian) return {a, b, c};
+  constexpr double kDeepest_m = 6.3e6, kHighest_m = 6.5e6;
+  const double radius = std::hypot(a, b, c);
+  // No place, as is_place() says.
+  if (!(radius > kDeepest_m && radius < kHighest_m)) return {0, 0, kUnknown};
+  return to_geodetic({{a, b, c}});
 }
 
 /// Reads three floats and returns whether all of them are known.
@@ -138,12 +147,28 @@ bool read3(std::span<const std::byte> block, std::size_t at, std::array<double, 
   return true;
 }
 
+/// Returns the sigmas to the east, north and up of variances along x, y and z and covariances of x y, x z and y z.
+std::array<double, 3> sigmas_enu(const std::array<double, 3>& variances, const std::array<double, 3>& covariances,
+                                 const Geodetic& place) {
+  Eigen::Matrix3d C = Eigen::Vector3d(variances[0], variances[1], variances[2]).asDiagonal();
+  C(0, 1) = C(1, 0) = covariances[0];
+  C(0, 2) = C(2, 0) = covariances[1];
+  C(1, 2) = C(2, 1) = covariances[2];
+  const Eigen::Matrix3d R = ecef_from_enu(place).rotation.toRotationMatrix();
+  const Eigen::Vector3d turned = (R.transpose() * C * R).diagonal().cwiseMax(0).cwiseSqrt();
+  return {turned.x(), turned.y(), turned.z()};
+}
+
+std::array<double, 3> squared(const std::array<double, 3>& v) { return {v[0] * v[0], v[1] * v[1], v[2] * v[2]}; }
+
 }  // namespace
 
 SeptentrioDecoder::SeptentrioDecoder(const Config&) : StreamDecoder(forms()) {}
 
 void SeptentrioDecoder::forget() {
   fix_.reset();
+  last_fix_.reset();
+  last_solution_.reset();
   seconds_.forget();
   is_fine_.reset();
 }
@@ -186,24 +211,19 @@ bool SeptentrioDecoder::take_block(int id, const Message& message) {
   const HostTime received = message.received;
   const std::size_t size = block.size();
   switch (id) {
+    case 4225:
     case 4226:
-      if (size < 56 || !has_time) return false;
-      watch("INSNavGeod", time, message);
-      return take_solution(block, time, received);
+      if (size < (id == 4225 ? 52 : 56) || !has_time) return false;
+      watch(block_name(id), time, message);
+      return take_solution(block, id == 4225, time, received);
+    case 4006:
     case 4007:
       if (size < 85 || !has_time) return false;
-      watch("PVTGeodetic", time, message);
-      return take_fix(block, time, received);
-    case 5906: {
-      if (size < 28 || !has_time) return false;
-      has_covariance_ = true;
-      std::array<double, 3> variance{};  // north, east, up
-      if (!fix_ || fix_->time != time || !read3(block, 16, variance)) return false;
-      if (std::ranges::all_of(variance, [](double v) { return v >= 0; }))
-        fix_->sigma_enu = {{std::sqrt(variance[1]), std::sqrt(variance[0]), std::sqrt(variance[2])}};
-      give_fix();
-      return true;
-    }
+      watch(block_name(id), time, message);
+      return take_fix(block, id == 4006, time, received);
+    case 5905:
+    case 5906:
+      return size >= 28 && has_time && take_covariance(block, id == 5905, time);
     case 5914: {
       if (size < 22 || !has_time) return false;
       const auto offset = stream_field<std::int8_t>(block, 20);
@@ -226,15 +246,27 @@ void SeptentrioDecoder::label(GpsTime time, HostTime received) {
   if (auto second = seconds_.take(time, utc_offset_)) emit(*second, received);
 }
 
-/// The sub-blocks of INSNavGeod follow each other as the bits of a list say, each of three floats.
-bool SeptentrioDecoder::take_solution(Block block, GpsTime time, HostTime received) {
-  enum Sub : unsigned { kPositionSigma, kAttitude, kAttitudeSigma, kVelocity, kVelocitySigma };
-  const auto list = stream_field<std::uint16_t>(block, 54);
+/// The sub-blocks of INSNavGeod and INSNavCart follow each other as the bits of a list say, each of three floats.
+bool SeptentrioDecoder::take_solution(Block block, bool is_cartesian, GpsTime time, HostTime received) {
+  enum Sub : unsigned {
+    kPositionSigma,
+    kAttitude,
+    kAttitudeSigma,
+    kVelocity,
+    kVelocitySigma,
+    kPositionCovariance,
+    kAttitudeCovariance,
+    kVelocityCovariance,
+    kSubs
+  };
+  if (last_solution_ == time) return false;
+  const std::size_t list_at = is_cartesian ? 50 : 54;
+  const auto list = stream_field<std::uint16_t>(block, list_at);
   const auto error = stream_field<std::uint8_t>(block, 15);
-  std::array<std::array<double, 3>, 5> subs{};
-  std::array<bool, 5> has{};
-  std::size_t at = 56;
-  for (unsigned bit = 0; bit < subs.size(); ++bit) {
+  std::array<std::array<double, 3>, kSubs> subs{};
+  std::array<bool, kSubs> has{};
+  std::size_t at = list_at + 2;
+  for (unsigned bit = 0; bit < kSubs; ++bit) {
     if ((list >> bit & 1) == 0) continue;
     if (at + 12 > block.size()) return false;
     has[bit] = read3(block, at, subs[bit]);
@@ -242,31 +274,40 @@ bool SeptentrioDecoder::take_solution(Block block, GpsTime time, HostTime receiv
   }
   InsSolution solution;
   solution.time = time;
-  solution.position = place(block, 20);
+  solution.position = place(block, 20, is_cartesian);
   if (!is_place(solution.position) || !has[kAttitude]) return false;
   solution.attitude = {subs[kAttitude][2] * kRadPerDeg, subs[kAttitude][1] * kRadPerDeg,
                        subs[kAttitude][0] * kRadPerDeg};
-  if (has[kVelocity]) solution.velocity_enu = {subs[kVelocity][0], subs[kVelocity][1], subs[kVelocity][2]};
+  const auto& v = subs[kVelocity];
+  if (has[kVelocity]) solution.velocity_enu = {v[0], v[1], v[2]};
+  if (has[kVelocity] && is_cartesian)
+    solution.velocity_enu = ecef_from_enu(solution.position).rotation.conjugate() * Eigen::Vector3d(v[0], v[1], v[2]);
   solution.status = std::uint32_t{error} << 8 | stream_field<std::uint8_t>(block, 14);
   solution.is_good = error == 0 && has[kVelocity];
   if (has[kPositionSigma] && has[kAttitudeSigma] && has[kVelocitySigma]) {
-    const auto& p = subs[kPositionSigma];  // latitude, longitude, height
-    const auto& v = subs[kVelocitySigma];  // east, north, up
     const auto& a = subs[kAttitudeSigma];  // heading, pitch, roll
-    solution.sigma = {{p[1], p[0], p[2], v[0], v[1], v[2], a[2] * kRadPerDeg, a[1] * kRadPerDeg, a[0] * kRadPerDeg}};
+    std::array<double, 3> p{subs[kPositionSigma][1], subs[kPositionSigma][0], subs[kPositionSigma][2]};
+    std::array<double, 3> w = subs[kVelocitySigma];
+    if (is_cartesian) {
+      p = sigmas_enu(squared(subs[kPositionSigma]), subs[kPositionCovariance], solution.position);
+      w = sigmas_enu(squared(subs[kVelocitySigma]), subs[kVelocityCovariance], solution.position);
+    }
+    solution.sigma = {{p[0], p[1], p[2], w[0], w[1], w[2], a[2] * kRadPerDeg, a[1] * kRadPerDeg, a[0] * kRadPerDeg}};
   }
+  last_solution_ = time;
   if (error == 0) label(time, received);
   emit(std::move(solution), received);
   return true;
 }
 
-bool SeptentrioDecoder::take_fix(Block block, GpsTime time, HostTime received) {
+bool SeptentrioDecoder::take_fix(Block block, bool is_cartesian, GpsTime time, HostTime received) {
+  if (last_fix_ == time) return false;
   give_fix();
   const auto u16 = [&](std::size_t at) { return stream_field<std::uint16_t>(block, at); };
   GnssFix fix;
   fix.received = received;
   fix.time = time;
-  fix.position = place(block, 16);
+  fix.position = place(block, 16, is_cartesian);
   // Without a solution the receiver's time may be anything.
   if (stream_field<std::uint8_t>(block, 15) != 0 || !is_place(fix.position)) return false;
   fix.type = fix_type(stream_field<std::uint8_t>(block, 14));
@@ -277,8 +318,26 @@ bool SeptentrioDecoder::take_fix(Block block, GpsTime time, HostTime received) {
   const double plane = has_accuracy ? u16(90) * 0.01 / 2 / std::numbers::sqrt2 : 100;
   fix.sigma_enu = {{plane, plane, has_accuracy ? u16(92) * 0.01 / 2 : 100}};
   label(time, received);
+  last_fix_ = time;
   fix_ = fix;
   if (!has_covariance_) give_fix();
+  return true;
+}
+
+bool SeptentrioDecoder::take_covariance(Block block, bool is_cartesian, GpsTime time) {
+  has_covariance_ = true;
+  std::array<double, 3> variance{}, covariance{};  // north, east, up; or x, y, z
+  if (!fix_ || fix_->time != time || !read3(block, 16, variance)) return false;
+  const bool is_known = std::ranges::all_of(variance, [](double v) { return v >= 0; });
+  if (is_known && !is_cartesian) {
+    fix_->sigma_enu = {{std::sqrt(variance[1]), std::sqrt(variance[0]), std::sqrt(variance[2])}};
+  } else if (is_known && block.size() >= 48) {
+    // Between the covariances of two axes lies that with the clock.
+    std::array<double, 3> xy_xz{}, yz{};
+    if (read3(block, 32, xy_xz) && read3(block, 44, yz)) covariance = {xy_xz[0], xy_xz[1], yz[0]};
+    fix_->sigma_enu = {sigmas_enu(variance, covariance, fix_->position)};
+  }
+  give_fix();
   return true;
 }
 

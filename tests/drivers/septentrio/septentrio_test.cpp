@@ -114,6 +114,64 @@ TEST(Septentrio, FixTakesItsCovariance) {
   EXPECT_NEAR(next[1].sigma_enu[2], 0.3, 1e-7);
 }
 
+/// At latitude 0 and longitude 90 deg, east is -x, north is z, and up is y.
+Bytes cartesian_fix(std::uint32_t ms, double y = 6378137.0 + 450) {
+  Fields f;
+  f.put(std::uint8_t{4}).put(std::uint8_t{0}).put(0.0).put(y).put(0.0).put(50.0f).zeros(12).put(0.0f);
+  f.put(0.0).put(0.0f).put(std::uint8_t{0}).put(std::uint8_t{0}).put(std::uint8_t{21}).zeros(13);
+  f.put(std::uint16_t{0}).put(std::uint16_t{200}).put(std::uint16_t{400}).put(std::uint8_t{0});
+  return block(4006 | 2u << 13, ms, f.bytes);
+}
+Bytes cartesian_covariance(std::uint32_t ms) {
+  Fields f;
+  f.put(std::uint8_t{4}).put(std::uint8_t{0}).put(0.04f).put(0.09f).put(0.01f).zeros(28);
+  return block(5905, ms, f.bytes);
+}
+Bytes cartesian_solution(std::uint32_t ms) {
+  Fields f;
+  f.put(std::uint8_t{4}).put(std::uint8_t{0}).put(std::uint16_t{0}).put(std::uint16_t{5});
+  f.put(0.0).put(6378137.0 + 450).put(0.0).put(std::uint16_t{3}).put(std::uint16_t{100});
+  f.put(std::uint8_t{0}).put(std::uint8_t{0}).put(std::uint16_t{0x1F});
+  f.put(0.02f).put(0.03f).put(0.01f).put(359.0f).put(-2.0f).put(1.0f).put(0.3f).put(0.2f).put(0.1f);
+  f.put(-4.0f).put(0.5f).put(3.0f).put(0.04f).put(0.05f).put(0.03f);
+  return block(4225, ms, f.bytes);
+}
+
+TEST(Septentrio, PlacesInTheFrameOfTheEarth) {
+  const auto fixes = decode(cartesian_fix(18'000) + cartesian_covariance(18'000) + cartesian_fix(19'000) +
+                            cartesian_covariance(19'000) + cartesian_fix(20'000, 100))
+                         .all<GnssFix>();
+  ASSERT_EQ(fixes.size(), 2u);
+  EXPECT_EQ(fixes[1].time, at(19'000));
+  EXPECT_EQ(fixes[1].type, FixType::RtkFixed);
+  EXPECT_NEAR(fixes[1].position.latitude, 0, 1e-12);
+  EXPECT_NEAR(fixes[1].position.longitude, 90 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(fixes[1].position.ellipsoidal_height, 450, 1e-6);
+  EXPECT_NEAR(fixes[1].sigma_enu[0], 0.2, 1e-6);
+  EXPECT_NEAR(fixes[1].sigma_enu[1], 0.1, 1e-6);
+  EXPECT_NEAR(fixes[1].sigma_enu[2], 0.3, 1e-6);
+
+  const Heard heard = decode(cartesian_solution(18'000));
+  const auto solutions = heard.all<InsSolution>();
+  ASSERT_EQ(solutions.size(), 1u);
+  EXPECT_EQ(heard.all<TimeLabel>().size(), 1u);
+  const InsSolution& one = solutions[0];
+  EXPECT_NEAR(one.position.ellipsoidal_height, 450, 1e-6);
+  EXPECT_NEAR((one.velocity_enu - Eigen::Vector3d(4, 3, 0.5)).norm(), 0, 1e-9);
+  EXPECT_NEAR(one.attitude.roll, 1 * kRadPerDeg, 1e-9);
+  ASSERT_TRUE(one.sigma);
+  for (const auto& [i, sigma] : std::vector<std::pair<std::size_t, double>>{
+           {0, 0.02}, {1, 0.01}, {2, 0.03}, {3, 0.04}, {4, 0.03}, {5, 0.05}, {8, 0.3 * kRadPerDeg}})
+    EXPECT_NEAR((*one.sigma)[i], sigma, 1e-6) << i;
+}
+
+TEST(Septentrio, AMomentIsUsedOnceThoughTwoBlocksHaveIt) {
+  const Heard heard = decode(fix(18'000, 4) + cartesian_fix(18'000) + cartesian_fix(19'000) + fix(19'000, 4) +
+                             solution(18'000) + cartesian_solution(18'000));
+  EXPECT_EQ(heard.all<GnssFix>().size(), 2u);
+  EXPECT_EQ(heard.all<InsSolution>().size(), 1u);
+}
+
 TEST(Septentrio, MarksAreOnTheScaleOfGnss) {
   const Heard heard = decode(receiver_time(18'000, 7) + event(18'123, 0.000456789f, 0.0001));
   const auto all = heard.all<EventMark>();
