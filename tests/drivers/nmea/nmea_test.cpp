@@ -41,6 +41,27 @@ TEST(Nmea, JoinsTheSentencesOfAnEpoch) {
   EXPECT_EQ(heard.all<TimeLabel>()[0].second, utc(1, 12, 0, 0));
 }
 
+/// As terminals and loggers write them.
+TEST(Nmea, SentencesMayStandBehindATimeOrInQuotationMarks) {
+  const Bytes gga = nmea("GNGGA,120000.00,4718.0000,N,00830.0000,E,4,12,0.8,400.123,M,50.000,M,1.0,0001"),
+              rmc = nmea("GNRMC,120000.00,A,4718.0,N,00830.0,E,10.0,90.0,010326,,,R");
+  const auto stripped = [](Bytes sentence) {
+    sentence.resize(sentence.size() - 2);
+    return sentence;
+  };
+  for (const Bytes& log : {bytes_of("2026-03-01 12:00:00.123 ") + gga + bytes_of("2026-03-01 12:00:00.125 ") + rmc,
+                           bytes_of("1772366400.1,\"") + stripped(gga) + bytes_of("\"\n1772366400.2,\"") +
+                               stripped(rmc) + bytes_of("\"\n"),
+                           bytes_of("costs $5 or $A, ") + gga + bytes_of("$ ") + rmc}) {
+    const Heard heard = decode(log);
+    EXPECT_EQ(heard.all<GnssFix>().size(), 1u);
+    EXPECT_EQ(heard.all<TimeLabel>().size(), 1u);
+  }
+  const Heard comment = decode(bytes_of("# such as ") + gga + rmc);
+  EXPECT_TRUE(comment.all<GnssFix>().empty());
+  EXPECT_EQ(comment.counts.messages.at("text"), 1u);
+}
+
 TEST(Nmea, AFixWithoutADateHasNoTime) {
   const Heard heard = decode(nmea("GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,50,M,,"));
   EXPECT_TRUE(heard.all<GnssFix>().empty());
