@@ -42,11 +42,15 @@ const char* word_of(drivers::RosTimeZero zero) {
   return kWords[static_cast<std::size_t>(zero)];
 }
 
+const char* word_of(drivers::RosCloudDecoder::Message message) {
+  constexpr std::array<const char*, 3> kWords{"point_cloud2", "livox", "laser_scan"};
+  return kWords[static_cast<std::size_t>(message)];
+}
+
 /// The keys of a sensor that reads point clouds.
 std::string keys_of(const drivers::RosCloudDecoder::Config& config) {
-  using Message = drivers::RosCloudDecoder::Message;
-  std::string out = fmt::format("    driver: ros_cloud\n    message: {}\n    encoding: {}\n",
-                                config.message == Message::Livox ? "livox" : "point_cloud2", name(config.encoding));
+  std::string out = fmt::format("    driver: ros_cloud\n    message: {}\n    encoding: {}\n", word_of(config.message),
+                                name(config.encoding));
   if (config.stamp_is_enough)
     out += "    stamp_is_enough: true  # the points have no times of their own\n";
   else

@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
+#include <memory>
 #include <utility>
+
+#include "core/portable_math.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -24,7 +28,7 @@ constexpr std::array<FieldType, 9> kTypes{{{"", 0},
                                            {"uint32", 4},
                                            {"float32", 4},
                                            {"float64", 8}}};
-constexpr std::uint8_t kUint8 = 2, kUint32 = 6, kFloat32 = 7;
+constexpr std::uint8_t kUint8 = 2, kUint32 = 6, kFloat32 = 7, kFloat64 = 8;
 
 template <class T>
 double read(std::span<const std::byte> bytes, bool is_big_endian) {
@@ -99,10 +103,58 @@ Result<RosCloud> take_livox(RosReader& in, RosEncoding encoding) {
   return out;
 }
 
+/// A scan in one plane: angles from x to y, and ranges. What is outside range_min .. range_max is no return.
+Result<RosCloud> take_laser_scan(RosReader& in) {
+  RosCloud out;
+  out.header = in.take_header();
+  const auto angle_min = in.take<float>();
+  in.take<float>();  // the last angle, which the number of ranges gives
+  const auto angle_increment = in.take<float>(), time_increment = in.take<float>();
+  in.take<float>();  // from scan to scan
+  const auto range_min = in.take<float>(), range_max = in.take<float>();
+  const std::uint32_t count = in.take_count(sizeof(float));
+  const auto ranges = in.take_bytes(std::uint64_t{count} * sizeof(float));
+  const std::uint32_t intensity_count = in.take_count(sizeof(float));
+  const auto intensities = in.take_bytes(std::uint64_t{intensity_count} * sizeof(float));
+  if (!in.ok()) return malformed("in one plane (LaserScan) that ends before its ranges do");
+  if (!std::isfinite(angle_min) || !std::isfinite(angle_increment) || !std::isfinite(time_increment))
+    return malformed("in one plane (LaserScan) whose angles or times are no numbers");
+  struct Computed {
+    float x, y, z, intensity;
+    double time;
+  };
+  static_assert(sizeof(Computed) == 24);
+  auto computed = std::make_shared<std::vector<std::byte>>(count * sizeof(Computed));
+  const auto number = [&](std::span<const std::byte> from, std::size_t i) {
+    return static_cast<float>(read<float>(from.subspan(i * sizeof(float)), in.is_big_endian()));
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    Computed point{0, 0, 0, 0, static_cast<double>(i) * static_cast<double>(time_increment)};
+    if (const float range = number(ranges, i); range >= range_min && range <= range_max && std::isfinite(range)) {
+      const double angle =
+          static_cast<double>(angle_min) + static_cast<double>(i) * static_cast<double>(angle_increment);
+      point.x = static_cast<float>(static_cast<double>(range) * portable::cos(angle));
+      point.y = static_cast<float>(static_cast<double>(range) * portable::sin(angle));
+    }
+    if (intensity_count == count) point.intensity = number(intensities, i);
+    std::memcpy(computed->data() + i * sizeof point, &point, sizeof point);
+  }
+  out.fields = {{"x", 0, kFloat32}, {"y", 4, kFloat32}, {"z", 8, kFloat32}};
+  if (intensity_count == count) out.fields.push_back({"intensity", 12, kFloat32});
+  if (time_increment != 0) out.fields.push_back({"time", 16, kFloat64});
+  out.point_step = sizeof(Computed);
+  out.width = count;
+  out.height = count > 0 ? 1 : 0;
+  out.row_step = count * sizeof(Computed);
+  out.data = *computed;
+  out.computed = std::move(computed);
+  return out;
+}
+
 }  // namespace
 
 bool carries_cloud(std::string_view type) {
-  return type == "sensor_msgs/PointCloud2" || type == "livox_ros_driver/CustomMsg" ||
+  return type == "sensor_msgs/PointCloud2" || type == "sensor_msgs/LaserScan" || type == "livox_ros_driver/CustomMsg" ||
          type == "livox_ros_driver2/CustomMsg" || type == "livox_interfaces/CustomMsg";
 }
 
@@ -136,7 +188,9 @@ double value_of(const RosCloud& cloud, const RosField& field, std::span<const st
 }
 
 Result<RosCloud> take_cloud(std::string_view type, RosReader message) {
-  auto out = type == "sensor_msgs/PointCloud2" ? take_point_cloud2(message) : take_livox(message, message.encoding());
+  auto out = type == "sensor_msgs/PointCloud2" ? take_point_cloud2(message)
+             : type == "sensor_msgs/LaserScan" ? take_laser_scan(message)
+                                               : take_livox(message, message.encoding());
   if (!out.ok()) return out.error();
   for (const char* axis : {"x", "y", "z"}) {
     const RosField* field = out->find(axis);

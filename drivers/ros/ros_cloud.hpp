@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,8 +15,8 @@
 /// Point clouds in messages of ROS: what a driver has made of a scanner's packets.
 namespace hueline::drivers {
 
-/// Returns whether messages of this type (ros_type()) are point clouds: sensor_msgs/PointCloud2, and CustomMsg of
-/// livox_ros_driver and livox_ros_driver2.
+/// Returns whether messages of this type (ros_type()) hold the points of a scanner: sensor_msgs/PointCloud2, CustomMsg
+/// of livox_ros_driver and livox_ros_driver2, and sensor_msgs/LaserScan, the ranges of a scanner with one plane.
 bool carries_cloud(std::string_view type);
 
 /// One value that every point of a cloud has.
@@ -29,7 +30,8 @@ const char* type_name(const RosField& field);
 /// Returns whether the field's values are whole numbers.
 inline bool is_whole(const RosField& field) { return field.type < 7; }
 
-/// The cloud of a message. Its points are read from the message, which must stay valid as long as this object.
+/// The cloud of a message. Its points are read from the message, which must stay valid as long as this object, or are
+/// computed from its ranges.
 struct RosCloud {
   RosHeader header;
   /// To which the times of the points count, if the message says it (Livox); otherwise they count to header.stamp, or
@@ -40,6 +42,7 @@ struct RosCloud {
   std::size_t point_step = 0, row_step = 0;  ///< bytes from one point, one row, to the next
   bool is_big_endian = false;
   std::span<const std::byte> data;
+  std::shared_ptr<const std::vector<std::byte>> computed;  ///< holds `data` if it is not the message's
 
   std::size_t size() const { return width * height; }
   std::span<const std::byte> point(std::size_t i) const {
@@ -55,7 +58,7 @@ double value_of(const RosCloud& cloud, const RosField& field, std::span<const st
 
 /// Reads the head of a message and checks that its points lie within its bytes. Errors: Malformed, with the numbers
 /// that contradict each other; Unsupported for a cloud without x, y and z.
-/// Sources: sensor_msgs/PointCloud2 and PointField of ROS's common_interfaces; CustomMsg of Livox's drivers.
+/// Sources: sensor_msgs/PointCloud2, PointField and LaserScan of ROS's common_interfaces; CustomMsg of Livox's drivers.
 Result<RosCloud> take_cloud(std::string_view type, RosReader message);
 
 }  // namespace hueline::drivers

@@ -27,7 +27,15 @@ constexpr nanoseconds kLongest = std::chrono::hours(876'000);
 constexpr double kMostPeriods = 1.5, kLeastPeriods = 0.005;
 
 const char* type_of(RosCloudDecoder::Message message) {
-  return message == RosCloudDecoder::Message::Livox ? "livox_ros_driver2/CustomMsg" : "sensor_msgs/PointCloud2";
+  switch (message) {
+    case RosCloudDecoder::Message::Livox:
+      return "livox_ros_driver2/CustomMsg";
+    case RosCloudDecoder::Message::LaserScan:
+      return "sensor_msgs/LaserScan";
+    case RosCloudDecoder::Message::PointCloud2:
+      break;
+  }
+  return "sensor_msgs/PointCloud2";
 }
 
 const RosField* first_of(const RosCloud& cloud, std::initializer_list<const char*> names) {
@@ -55,9 +63,11 @@ double azimuth_of(double x, double y) {
 }  // namespace
 
 void RosCloudDecoder::Config::visit(Keys& keys) {
-  keys.choice(
-      {"message", "", "The type of the messages: `sensor_msgs/PointCloud2`, or `CustomMsg` of Livox's drivers."},
-      message, {{"point_cloud2", Message::PointCloud2}, {"livox", Message::Livox}});
+  keys.choice({"message", "",
+               "The type of the messages: `sensor_msgs/PointCloud2`, `CustomMsg` of Livox's drivers, or "
+               "`sensor_msgs/LaserScan`."},
+              message,
+              {{"point_cloud2", Message::PointCloud2}, {"livox", Message::Livox}, {"laser_scan", Message::LaserScan}});
   keys.choice({"encoding", "", "How the messages are encoded: by ROS 1, or by ROS 2 (CDR)."}, encoding,
               {{"ros1", RosEncoding::Ros1}, {"cdr", RosEncoding::Cdr}});
   keys.flag(
@@ -111,7 +121,9 @@ KeyError RosCloudDecoder::Config::validate() const {
 RosCloudDecoder::Config RosCloudDecoder::suited(std::string_view type, RosEncoding encoding, const RosCloud& first,
                                                 nanoseconds period) {
   Config out;
-  out.message = type == type_of(Message::PointCloud2) ? Message::PointCloud2 : Message::Livox;
+  out.message = Message::Livox;
+  for (const Message one : {Message::PointCloud2, Message::LaserScan})
+    if (type == type_of(one)) out.message = one;
   out.encoding = encoding;
   out.times = recognise_times(first, {}).value_or(RosTimeRule{});
   out.stamp_is_enough = out.times.field.empty();

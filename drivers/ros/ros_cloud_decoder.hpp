@@ -33,7 +33,7 @@ namespace hueline::drivers {
 /// Thread safety: none; one thread calls all functions.
 class RosCloudDecoder final : public Decoder {
  public:
-  enum class Message : std::uint8_t { PointCloud2, Livox };
+  enum class Message : std::uint8_t { PointCloud2, Livox, LaserScan };
   struct Config {
     Message message = Message::PointCloud2;
     RosEncoding encoding = RosEncoding::Cdr;

@@ -35,7 +35,8 @@ void feed(const std::string& bytes, const RosCloudDecoder::Config& config) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string input(reinterpret_cast<const char*>(data), size);
   for (const auto encoding : {drivers::RosEncoding::Ros1, drivers::RosEncoding::Cdr})
-    for (const auto message : {RosCloudDecoder::Message::PointCloud2, RosCloudDecoder::Message::Livox}) {
+    for (const auto message : {RosCloudDecoder::Message::PointCloud2, RosCloudDecoder::Message::Livox,
+                               RosCloudDecoder::Message::LaserScan}) {
       RosCloudDecoder::Config config;
       config.message = message;
       config.encoding = encoding;
@@ -62,6 +63,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       livox.header(1, "l").put(std::uint64_t{at(0)}).put(std::uint32_t{0}).put(std::uint32_t{0});
       livox.put(static_cast<std::uint32_t>(size / 20)).raw(input);
       feed(livox.bytes(), config);
+      test::RosWriter scan(encoding);
+      scan.header(1, "s");
+      for (std::size_t i = 0; i < 7; ++i) scan.put(static_cast<float>(at(i)) / 16);
+      scan.put(static_cast<std::uint32_t>(size / 4)).raw(input.substr(0, size / 4 * 4)).put(std::uint32_t{0});
+      feed(scan.bytes(), config);
     }
   return 0;
 }

@@ -233,6 +233,43 @@ TEST(RosCloud, ReadsPointsOfALivoxInBothEncodings) {
   }
 }
 
+TEST(RosCloud, ReadsTheRangesOfAScannerWithOnePlane) {
+  const auto scan = [](RosEncoding encoding, float time_increment, std::vector<float> intensities) {
+    test::RosWriter message(encoding);
+    message.header(kStamp_ns, "laser");
+    for (const float one : {-0.5f, 0.5f, 0.5f, time_increment, 0.02f, 0.1f, 30.0f}) message.put(one);
+    const std::vector<float> ranges{2, std::numeric_limits<float>::infinity(), 0.05f, 4, 31};
+    message.put(static_cast<std::uint32_t>(ranges.size()));
+    for (const float one : ranges) message.put(one);
+    message.put(static_cast<std::uint32_t>(intensities.size()));
+    for (const float one : intensities) message.put(one);
+    return message.bytes();
+  };
+  for (const RosEncoding encoding : {RosEncoding::Ros1, RosEncoding::Cdr}) {
+    RosCloudDecoder::Config config = config_of(encoding);
+    config.message = RosCloudDecoder::Message::LaserScan;
+    const Decoded out = decode({scan(encoding, 0.004f, {10, 20, 30, 40, 50})}, config);
+    const auto returns = out.returns();
+    ASSERT_EQ(returns.size(), 2u) << name(encoding);
+    EXPECT_EQ(out.counts.messages.at("points without a return"), 3u);
+    EXPECT_NEAR(returns[0].second.x, 2 * std::cos(-0.5), 1e-6);
+    EXPECT_NEAR(returns[0].second.y, 2 * std::sin(-0.5), 1e-6);
+    EXPECT_EQ(returns[0].second.z, 0);
+    EXPECT_EQ(returns[0].second.reflectivity, 10);
+    EXPECT_NEAR(static_cast<double>(returns[0].first - kStamp_ns), 0, 10);
+    EXPECT_NEAR(returns[1].second.range_m, 4, 1e-6);
+    EXPECT_NEAR(returns[1].second.azimuth, 1, 1e-6);
+    EXPECT_NEAR(static_cast<double>(returns[1].first - kStamp_ns), 12e6, 10);
+
+    // Without times between the ranges, those of the message are all that there is.
+    config.stamp_is_enough = true;
+    EXPECT_EQ(decode({scan(encoding, 0, {})}, config).returns().size(), 2u);
+    const std::string whole = scan(encoding, 0.004f, {});
+    for (std::size_t size = 0; size < whole.size(); ++size)
+      EXPECT_TRUE(decode({whole.substr(0, size)}, config).batches.empty()) << size;
+  }
+}
+
 TEST(RosCloud, RefusesPointsWithoutTimesUntilTheRigSaysThatTheStampIsEnough) {
   CloudMessage message = dated_cloud(false, 0, 0);
   message.fields.pop_back();
