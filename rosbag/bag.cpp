@@ -174,7 +174,8 @@ bool is_bag(const std::filesystem::path& path) {
   for (int read = 0; read < kMostMessages; ++read) {
     const auto message = (*bag)->next();
     if (message.ok() ? (*bag)->topics()[message->topic].trouble.empty() : message.error().code != ErrorCode::Malformed)
-      return message.ok();
+      return message.ok() ||
+             std::ranges::any_of((*bag)->topics(), [](const BagTopic& one) { return one.trouble.empty(); });
   }
   return false;
 }

@@ -11,6 +11,7 @@
 #include "core/printable.hpp"
 #include "drivers/transport/file_source.hpp"
 #include "drivers/transport/pcap_source.hpp"
+#include "rosbag/bag.hpp"
 #include "runtime/pacer.hpp"
 #include "runtime/recording.hpp"
 #include "storage/mcap_reader.hpp"
@@ -165,6 +166,7 @@ Inspection inspect_mcap(const std::string& path) {
   Result<runtime::Recording> recording = runtime::Recording::open(path);
   // Recorded by another version, its rig is not today's; or no recording of ours. What it holds can still be counted.
   if (!recording.ok()) {
+    if (rosbag::is_bag(path)) return inspect_bag(path);
     Inspection view = inspect_view(path);
     const bool is_ours = view.found && view.found->value("profile", "") == storage::kJournalProfile;
     if (is_ours && view.trouble.ok()) view.trouble = recording.error();

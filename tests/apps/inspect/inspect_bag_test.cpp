@@ -6,6 +6,7 @@
 #include "apps/inspect/inspect.hpp"
 #include "tests/rosbag/sample_bag.hpp"
 #include "tests/support/pcap_writer.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hueline {
 namespace {
@@ -40,8 +41,26 @@ TEST(InspectBag, CountsTheMessagesOfEachTopic) {
   const TemporaryFile database("inspected.db3", {});
   test::write_sqlite(database.path(), messages());
   expect_the_topics(database.path());
+  const TemporaryFile mcap("inspected.mcap", {});
+  test::write_mcap(mcap.path(), messages(), storage::Compression::None);
+  expect_the_topics(mcap.path());
   const std::string bag = test::ros1_bag(messages(), "none", [](const std::string& chunk) { return chunk; });
   expect_the_topics(TemporaryFile("inspected.bag", std::as_bytes(std::span(bag))).path());
+}
+
+TEST(InspectBag, AFolderMayHoldARecordingWithoutAMessage) {
+  const test::TemporaryFolder folder, other;
+  const auto file = folder / "empty_0.db3";
+  test::write_sqlite(file, messages());
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, "DELETE FROM messages", nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(database);
+  const auto seen = apps::inspect_file(folder.path());
+  ASSERT_TRUE(seen.found) << seen.trouble.error().message;
+  EXPECT_EQ(seen.found->at("messages"), 0);
+  test::write_mcap(other / "other.mcap", messages(), storage::Compression::None, "json");
+  EXPECT_FALSE(apps::inspect_file(other.path()).found) << "its messages are not of ROS";
 }
 
 TEST(InspectBag, ACutRecordingIsCountedAndTold) {
