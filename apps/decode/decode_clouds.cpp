@@ -36,9 +36,15 @@ class CloudTopic {
   const ScannerCloud* cloud() const { return cloud_ ? &*cloud_ : nullptr; }
   /// Returns why there is no cloud.
   std::string why() const { return why_.empty() ? "no message of it has a return" : why_; }
-  std::uint64_t returnless() const {
-    const auto found = decoder_->counts().messages.find("points without a return");
-    return found == decoder_->counts().messages.end() ? 0 : found->second;
+  /// Says how many points are not in the cloud, and why.
+  std::string left_out() const {
+    const auto& counts = decoder_->counts().messages;
+    std::string out;
+    if (const auto found = counts.find(RosCloudDecoder::kReturnless); found != counts.end())
+      out += fmt::format("; {} points without a return", found->second);
+    if (const auto found = counts.find(RosCloudDecoder::kOutOfRange); found != counts.end())
+      out += fmt::format("; {} nearer than {:g} m", found->second, RosCloudDecoder::Config().min_range_m);
+    return out;
   }
 
  private:
@@ -102,8 +108,7 @@ Result<DecodedCapture> decode_clouds(const DecodeOptions& options,
       continue;
     }
     out.scanners.push_back(topic.cloud()->scanner());
-    if (const std::uint64_t count = topic.returnless(); count > 0)
-      out.scanners.back().note += fmt::format("; {} points without a return", count);
+    out.scanners.back().note += topic.left_out();
   }
   return out;
 }

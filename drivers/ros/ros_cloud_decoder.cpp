@@ -188,8 +188,7 @@ void RosCloudDecoder::decode(const Packet& packet, std::vector<Measurement>& out
   follow_stamp(packet, *cloud, out);
   counts_.decoded_bytes += packet.bytes.size();
   ++counts_.messages[type_of(config_.message)];
-  if (const std::size_t empty = cloud->size() - points->size(); empty > 0)
-    counts_.messages["points without a return"] += empty;
+  if (const std::size_t empty = cloud->size() - points->size(); empty > 0) counts_.messages[kReturnless] += empty;
   out.push_back(LaserStatus{
       packet.sensor,
       packet.received,
@@ -236,6 +235,7 @@ void RosCloudDecoder::give(const Packet& packet, const RosCloud& cloud, const st
   const nanoseconds begin = is_timed ? last - slices * kSlice : first;
   LaserBatch batch;
   std::int64_t slice = -1;
+  std::uint64_t out_of_range = 0;
   const auto end_slice = [&] {
     if (slice >= 0) out.push_back(std::exchange(batch, LaserBatch{}));
   };
@@ -253,7 +253,10 @@ void RosCloudDecoder::give(const Packet& packet, const RosCloud& cloud, const st
     const auto point = cloud.point(one.index);
     const auto place = *returns.place(point);
     const double range = portable::hypot(place.x, place.y, place.z);
-    if (range < config_.min_range_m || range > farthest) continue;
+    if (range < config_.min_range_m || range > farthest) {
+      ++out_of_range;
+      continue;
+    }
     LaserReturn r;
     r.x = static_cast<float>(place.x);
     r.y = static_cast<float>(place.y);
@@ -269,6 +272,7 @@ void RosCloudDecoder::give(const Packet& packet, const RosCloud& cloud, const st
     batch.returns.push_back(r);
   }
   end_slice();
+  if (out_of_range > 0) counts_.messages[kOutOfRange] += out_of_range;
 }
 
 }  // namespace hueline::drivers

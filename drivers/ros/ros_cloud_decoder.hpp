@@ -22,7 +22,7 @@ namespace hueline::drivers {
 ///
 /// Frame: Scanner has the axes of header.frame_id, by REP 103 x forward, y left, z up. azimuth counts from x to y.
 /// channel is the field ring, channel or line. Points that are not finite or (0, 0, 0) are no returns; they are counted
-/// under "points without a return".
+/// as kReturnless, and those that the rig's range leaves out as kOutOfRange.
 ///
 /// Faults:
 /// - Malformed: a message that contradicts itself, or whose times cannot be (not used).
@@ -33,6 +33,9 @@ namespace hueline::drivers {
 /// Thread safety: none; one thread calls all functions.
 class RosCloudDecoder final : public Decoder {
  public:
+  static constexpr const char* kReturnless = "points without a return";
+  static constexpr const char* kOutOfRange = "points nearer than min_range_m or beyond max_range_m";
+
   enum class Message : std::uint8_t { PointCloud2, Livox, LaserScan };
   struct Config {
     Message message = Message::PointCloud2;

@@ -237,8 +237,8 @@ TEST(RosCloud, ReadsTheRangesOfAScannerWithOnePlane) {
   const auto scan = [](RosEncoding encoding, float time_increment, std::vector<float> intensities) {
     test::RosWriter message(encoding);
     message.header(kStamp_ns, "laser");
-    for (const float one : {-0.5f, 0.5f, 0.5f, time_increment, 0.02f, 0.1f, 30.0f}) message.put(one);
-    const std::vector<float> ranges{2, std::numeric_limits<float>::infinity(), 0.05f, 4, 31};
+    for (const float one : {-0.5f, 0.5f, 0.5f, time_increment, 0.02f, 0.06f, 30.0f}) message.put(one);
+    const std::vector<float> ranges{2, std::numeric_limits<float>::infinity(), 0.05f, 4, 31, 0.07f};
     message.put(static_cast<std::uint32_t>(ranges.size()));
     for (const float one : ranges) message.put(one);
     message.put(static_cast<std::uint32_t>(intensities.size()));
@@ -248,10 +248,11 @@ TEST(RosCloud, ReadsTheRangesOfAScannerWithOnePlane) {
   for (const RosEncoding encoding : {RosEncoding::Ros1, RosEncoding::Cdr}) {
     RosCloudDecoder::Config config = config_of(encoding);
     config.message = RosCloudDecoder::Message::LaserScan;
-    const Decoded out = decode({scan(encoding, 0.004f, {10, 20, 30, 40, 50})}, config);
+    const Decoded out = decode({scan(encoding, 0.004f, {10, 20, 30, 40, 50, 60})}, config);
     const auto returns = out.returns();
     ASSERT_EQ(returns.size(), 2u) << name(encoding);
-    EXPECT_EQ(out.counts.messages.at("points without a return"), 3u);
+    EXPECT_EQ(out.counts.messages.at(RosCloudDecoder::kReturnless), 3u);
+    EXPECT_EQ(out.counts.messages.at(RosCloudDecoder::kOutOfRange), 1u) << "0.07 m is nearer than min_range_m";
     EXPECT_NEAR(returns[0].second.x, 2 * std::cos(-0.5), 1e-6);
     EXPECT_NEAR(returns[0].second.y, 2 * std::sin(-0.5), 1e-6);
     EXPECT_EQ(returns[0].second.z, 0);
