@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace hueline::drivers {
@@ -185,13 +186,19 @@ void PcapSource::finish(Error why) {
   extractor_.finish();
   const ExtractCounts& c = extractor_.counts();
   const std::uint64_t segments = config_.protocol == Protocol::Udp ? 0 : c.tcp_broken;
-  if (const std::uint64_t lost = c.cut_off + c.malformed + c.fragments_dropped + c.unknown_link + segments; lost > 0)
-    tell(FaultKind::Malformed, lost,
-         fmt::format("{}: frames not delivered: {} cut off by the capture, {} with broken headers, {} fragments of "
-                     "datagrams that are not whole, {} of "
-                     "a link type that is not read{}",
-                     config_.path, c.cut_off, c.malformed + segments, c.fragments_dropped, c.unknown_link,
-                     c.unknown_link > 0 ? fmt::format(" ({})", c.unknown_link_type) : std::string()));
+  const std::array<std::pair<std::uint64_t, std::string>, 4> losses{
+      {{c.cut_off,
+        "cut off by the capture (it kept only the beginning of each frame: capture without a limit of length)"},
+       {c.malformed + segments, "with broken headers"},
+       {c.fragments_dropped, "fragments of datagrams that are not whole"},
+       {c.unknown_link, fmt::format("of a link type that is not read ({})", c.unknown_link_type)}}};
+  std::uint64_t lost = 0;
+  std::string words;
+  for (const auto& [count, what] : losses) {
+    lost += count;
+    if (count > 0) words += fmt::format("{}{} {}", words.empty() ? "" : ", ", count, what);
+  }
+  if (lost > 0) tell(FaultKind::Malformed, lost, fmt::format("{}: frames not delivered: {}", config_.path, words));
   if (delivered_ == 0)
     tell(FaultKind::WrongDevice, std::max<std::uint64_t>(1, filtered_ + c.not_udp), config_.path + ": " + others());
 }
