@@ -16,7 +16,8 @@ namespace hueline::drivers {
 struct HeardDevice {
   std::string name;  ///< for people: "velodyne VLP-16"
   std::unique_ptr<Decoder> decoder;
-  std::string note{};  ///< what the user must know of the decoding, such as which angles are used; may be empty
+  std::string note{};         ///< what the user must know of the decoding, such as which angles are used; may be empty
+  std::string description{};  ///< the file of use_description() that is used; empty: none of them
 };
 
 /// Finds the devices of one kind among the senders of a capture file. Each file that is inspected has a listener of its

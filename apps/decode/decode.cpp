@@ -45,7 +45,7 @@ std::string text_of(const DecodedScanner& scanner) {
 }
 
 /// Says what was decoded, and returns the exit status.
-int tell(const DecodedCapture& decoded, const std::string& file) {
+int tell(const DecodedCapture& decoded, const DecodeOptions& options) {
   std::uint64_t points = 0;
   for (const DecodedScanner& scanner : decoded.scanners) {
     std::fputs(text_of(scanner).c_str(), stdout);
@@ -57,9 +57,17 @@ int tell(const DecodedCapture& decoded, const std::string& file) {
     log_error(decoded.written.error().message);
     return kOutputRefused;
   }
-  const bool is_whole = decoded.trouble.ok() && decoded.not_supported.empty();
+  bool is_whole = decoded.trouble.ok() && decoded.not_supported.empty();
+  for (const std::string& one : options.descriptions)
+    if (!decoded.used_descriptions.contains(one)) {
+      log_error(
+          "--calibration {}: not used: it describes none of the scanners here (other beams or packets, or the "
+          "number of another scanner)",
+          one);
+      is_whole = false;
+    }
   if (points == 0) {
-    log_error(file + ": no scanner in it gave a point");
+    log_error(options.capture + ": no scanner in it gave a point");
     return is_whole ? kNothingCame : kInputUnreadable;
   }
   return is_whole ? kDone : kInputUnreadable;
@@ -82,7 +90,7 @@ int decode_recording(const DecodeOptions& options) {
   if (bag->read.damages > 0)
     log_error("{} damaged parts were skipped; the first: {}", bag->read.damages, bag->read.first_damage);
   if (!bag->read.end.ok()) log_error(bag->read.end.error().message);
-  const int status = tell(bag->decoded, options.capture);
+  const int status = tell(bag->decoded, options);
   const bool is_whole = bag->read.damages == 0 && bag->read.end.ok();
   return status == kDone && !is_whole ? kInputUnreadable : status;
 }
@@ -116,7 +124,7 @@ int decode(const Options& options) {
                                  : decoded.error().message);
     return kInputUnreadable;
   }
-  return tell(*decoded, what.capture);
+  return tell(*decoded, what);
 }
 
 }  // namespace

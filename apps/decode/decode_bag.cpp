@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -43,17 +44,28 @@ class PassingFolder {
 void add(DecodedBag& out, DecodedCapture decoded) {
   for (DecodedScanner& scanner : decoded.scanners) out.decoded.scanners.push_back(std::move(scanner));
   for (std::string& one : decoded.not_supported) out.decoded.not_supported.push_back(std::move(one));
+  out.decoded.used_descriptions.merge(decoded.used_descriptions);
   if (out.decoded.written.ok()) out.decoded.written = decoded.written;
   if (out.decoded.trouble.ok()) out.decoded.trouble = decoded.trouble;
 }
 
-/// Decodes the packets of one topic.
-void add_packets(DecodedBag& out, const DecodeOptions& options, const rosbag::TopicCount& topic) {
-  auto decoded = decode_capture(options);
+/// Learns the scanners among the packets of one topic. Nothing: there is none, and `unused` says why.
+std::optional<KnownCapture> learn_packets(const DecodeOptions& options, const rosbag::TopicCount& topic,
+                                          std::map<std::string, std::string>& unused) {
+  DecodeOptions one = options;
+  one.capture = topic.file;
+  auto known = KnownCapture::learn(one);
+  if (known.ok() && known->has_devices()) return std::move(*known);
+  unused[topic.topic.name] = known.ok() ? known->why_none_of_topic() : known.error().message;
+  return {};
+}
+
+/// Writes the clouds of the packets of one topic.
+void add_packets(DecodedBag& out, KnownCapture& known, const std::filesystem::path& cloud,
+                 const rosbag::TopicCount& topic) {
+  auto decoded = known.write(cloud);
   if (!decoded.ok()) {
-    std::string why = decoded.error().message;
-    if (why.starts_with(options.capture)) why.erase(0, options.capture.size() + 2);
-    out.unused[topic.topic.name] = why;
+    out.unused[topic.topic.name] = decoded.error().message;
     return;
   }
   const std::string folder = topic.file.parent_path().string() + "/";
@@ -81,8 +93,16 @@ Result<DecodedBag> decode_bag(const DecodeOptions& options) {
   if (!files.ok()) return files.error();
   DecodedBag out;
   out.read = std::move(*files);
-  const auto scanners = std::ranges::count_if(
-      out.read.topics, [](const rosbag::TopicCount& one) { return has_packets(one) || has_clouds(one); });
+  std::map<std::string, KnownCapture> packets;
+  std::size_t scanners = 0;
+  for (const rosbag::TopicCount& topic : out.read.topics) {
+    scanners += has_clouds(topic) ? 1 : 0;
+    if (!has_packets(topic)) continue;
+    if (auto known = learn_packets(options, topic, out.unused)) {
+      scanners += known->scanners();
+      packets.emplace(topic.topic.name, std::move(*known));
+    }
+  }
   const auto file_of = [&](const rosbag::TopicCount& topic) {
     if (scanners <= 1) return options.out;
     return std::filesystem::path(options.out)
@@ -91,11 +111,8 @@ Result<DecodedBag> decode_bag(const DecodeOptions& options) {
   std::map<std::string, std::filesystem::path> clouds;
   for (const rosbag::TopicCount& topic : out.read.topics) {
     if (has_clouds(topic)) clouds[topic.topic.name] = file_of(topic);
-    if (!has_packets(topic)) continue;
-    DecodeOptions one = options;
-    one.capture = topic.file;
-    one.out = file_of(topic);
-    add_packets(out, one, topic);
+    if (const auto known = packets.find(topic.topic.name); known != packets.end())
+      add_packets(out, known->second, file_of(topic), topic);
   }
   if (!clouds.empty()) {
     auto decoded = decode_clouds(options, clouds, out.unused);

@@ -19,13 +19,18 @@ constexpr std::uint64_t kLeastDatagrams = 20, kLeastMeanBytes = 200;
 
 using Take = std::function<void(std::size_t device, std::vector<Measurement>&)>;
 
-/// Reads the file and calls `take` for the measurements of each device, which has the same number in every reading.
-Result<DecodedCapture> read_capture(const DecodeOptions& options, CaptureDevices& devices, const Take& take) {
-  DecodedCapture out;
-  drivers::PcapSource source(
-      {.path = options.capture, .ports = {}, .source_address = {}, .protocol = drivers::PcapSource::Protocol::All});
-  if (Status opened = source.open(); !opened.ok()) return opened.error();
+/// What came of one reading of a file.
+struct Reading {
   std::uint64_t packets = 0;
+  Status trouble;  ///< why the file was read in part or not at all
+};
+
+/// Reads the file and calls `take` for the measurements of each device, which has the same number in every reading.
+Result<Reading> read_capture(const std::string& capture, CaptureDevices& devices, const Take& take) {
+  Reading out;
+  drivers::PcapSource source(
+      {.path = capture, .ports = {}, .source_address = {}, .protocol = drivers::PcapSource::Protocol::All});
+  if (Status opened = source.open(); !opened.ok()) return opened.error();
   std::vector<Measurement> measured;
   std::map<const CaptureDevice*, std::size_t> numbers;
   const auto number_of = [&](const CaptureDevice& device) {
@@ -44,18 +49,19 @@ Result<DecodedCapture> read_capture(const DecodeOptions& options, CaptureDevices
           fault.ok() && (fault->kind == FaultKind::Malformed || fault->kind == FaultKind::Disconnected);
       if (is_loss && out.trouble.ok()) out.trouble = Error{ErrorCode::Malformed, fault->detail};
     } else {
-      ++packets;
+      ++out.packets;
     }
     measured.clear();
     if (const CaptureDevice* device = devices.take(*packet, source, measured)) take(number_of(*device), measured);
   }
   devices.finish([&](const CaptureDevice& device, std::vector<Measurement>& last) { take(number_of(device), last); });
-  if (devices.devices().empty()) {
-    if (!out.trouble.ok() && packets == 0) return out.trouble.error();
-    return Error{ErrorCode::Unsupported,
-                 fmt::format("{}: not supported: {}", options.capture, devices.why_undecoded(packets))};
-  }
   return out;
+}
+
+Status use_descriptions(CaptureDevices& devices, const DecodeOptions& options) {
+  for (const std::string& file : options.descriptions)
+    if (Status used = devices.use_description(file); !used.ok()) return used;
+  return {};
 }
 
 /// The name of a scanner's cloud beside those of other scanners.
@@ -87,41 +93,93 @@ std::vector<std::string> not_supported(const CaptureDevices& devices) {
 
 }  // namespace
 
-Result<DecodedCapture> decode_capture(const DecodeOptions& options, drivers::DeviceTypes types) {
-  CaptureDevices first(options.capture, types);
-  for (const std::string& file : options.descriptions)
-    if (Status used = first.use_description(file); !used.ok()) return used.error();
+struct KnownCapture::State {
+  State(DecodeOptions what, drivers::DeviceTypes of)
+      : options(std::move(what)), types(of), devices(options.capture, types) {}
+  DecodeOptions options;
+  drivers::DeviceTypes types;
+  CaptureDevices devices;
   std::map<std::size_t, Learnt> learnt;
-  const auto seen = read_capture(options, first, [&](std::size_t device, const std::vector<Measurement>& measured) {
-    learnt[device].learn(measured);
-  });
-  if (!seen.ok()) return seen.error();
+  Reading reading;
+};
 
-  const auto scanners = std::ranges::count_if(learnt, [](const auto& one) { return one.second.is_scanner; });
+KnownCapture::KnownCapture(std::unique_ptr<State> state) : state_(std::move(state)) {}
+KnownCapture::KnownCapture(KnownCapture&&) noexcept = default;
+KnownCapture::~KnownCapture() = default;
+
+Result<KnownCapture> KnownCapture::learn(const DecodeOptions& options, drivers::DeviceTypes types) {
+  auto state = std::make_unique<State>(options, types);
+  if (Status used = use_descriptions(state->devices, options); !used.ok()) return used.error();
+  auto read = read_capture(
+      options.capture, state->devices,
+      [&](std::size_t device, const std::vector<Measurement>& measured) { state->learnt[device].learn(measured); });
+  if (!read.ok()) return read.error();
+  state->reading = std::move(*read);
+  const bool is_unread = state->devices.devices().empty() && state->reading.packets == 0;
+  if (is_unread && !state->reading.trouble.ok()) return state->reading.trouble.error();
+  return KnownCapture(std::move(state));
+}
+
+std::size_t KnownCapture::scanners() const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(state_->learnt, [](const auto& one) { return one.second.is_scanner; }));
+}
+
+bool KnownCapture::has_devices() const { return !state_->devices.devices().empty(); }
+
+std::string KnownCapture::why_none() const {
+  // What was not delivered may be why nothing is known.
+  const Status& trouble = state_->reading.trouble;
+  return state_->devices.why_undecoded(state_->reading.packets) + (trouble.ok() ? "" : ". " + trouble.error().message);
+}
+
+std::string KnownCapture::why_none_of_topic() const {
+  constexpr const char* kNone = "of no scanner that is known: ";
+  if (const std::string models = state_->devices.unknown_models(); !models.empty()) return kNone + models;
+  std::uint64_t datagrams = 0, bytes = 0;
+  for (const auto& [from, sent] : state_->devices.strangers()) datagrams += sent.datagrams, bytes += sent.bytes;
+  return fmt::format("{}{} packets of {} bytes on average", kNone, datagrams,
+                     bytes / std::max<std::uint64_t>(1, datagrams));
+}
+
+Result<DecodedCapture> KnownCapture::write(const std::filesystem::path& out) {
+  const DecodeOptions& options = state_->options;
+  const std::size_t count = scanners();
   std::map<std::size_t, ScannerCloud> clouds;
-  for (const auto& [number, known] : learnt) {
+  for (const auto& [number, known] : state_->learnt) {
     if (!known.is_scanner) continue;
-    const CaptureDevice& device = first.devices()[number];
+    const CaptureDevice& device = state_->devices.devices()[number];
     DecodedScanner scanner;
     scanner.name = device.name;
     scanner.note = device.note;
     scanner.address = drivers::to_text(device.address);
-    scanner.cloud = scanners == 1 ? options.out : name_beside(options.out, device, first.devices());
+    scanner.cloud = count == 1 ? out : name_beside(out, device, state_->devices.devices());
     clouds.emplace(number, ScannerCloud(std::move(scanner), CloudClock(known, options)));
   }
-  CaptureDevices second(options.capture, types);
-  for (const std::string& file : options.descriptions)
-    if (Status used = second.use_description(file); !used.ok()) return used.error();
-  auto out = read_capture(options, second, [&](std::size_t device, const std::vector<Measurement>& measured) {
+  CaptureDevices again(options.capture, state_->types);
+  if (Status used = use_descriptions(again, options); !used.ok()) return used.error();
+  auto read = read_capture(options.capture, again, [&](std::size_t device, const std::vector<Measurement>& measured) {
     if (const auto cloud = clouds.find(device); cloud != clouds.end()) cloud->second.take(measured);
   });
-  if (!out.ok()) return out.error();
+  if (!read.ok()) return read.error();
+  DecodedCapture decoded;
+  decoded.trouble = read->trouble;
   for (auto& [number, cloud] : clouds) {
-    if (Status closed = cloud.close(); !closed.ok() && out->written.ok()) out->written = closed;
-    out->scanners.push_back(cloud.scanner());
+    if (Status closed = cloud.close(); !closed.ok() && decoded.written.ok()) decoded.written = closed;
+    decoded.scanners.push_back(cloud.scanner());
   }
-  out->not_supported = not_supported(second);
-  return out;
+  decoded.not_supported = not_supported(again);
+  for (const CaptureDevice& device : again.devices())
+    if (!device.description.empty()) decoded.used_descriptions.insert(device.description);
+  return decoded;
+}
+
+Result<DecodedCapture> decode_capture(const DecodeOptions& options, drivers::DeviceTypes types) {
+  auto known = KnownCapture::learn(options, types);
+  if (!known.ok()) return known.error();
+  if (!known->has_devices())
+    return Error{ErrorCode::Unsupported, fmt::format("{}: not supported: {}", options.capture, known->why_none())};
+  return known->write(options.out);
 }
 
 }  // namespace hueline::apps

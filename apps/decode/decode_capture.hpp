@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -41,13 +43,39 @@ struct DecodedScanner {
 /// What a capture file gave.
 struct DecodedCapture {
   std::vector<DecodedScanner> scanners;
-  std::vector<std::string> not_supported;  ///< senders that may be scanners and are not known, in words
-  Status written;                          ///< why a cloud could not be written whole
-  Status trouble;                          ///< why the file was read in part or not at all; whole parts of it were used
+  std::vector<std::string> not_supported;   ///< senders that may be scanners and are not known, in words
+  std::set<std::string> used_descriptions;  ///< those of DecodeOptions::descriptions by which a scanner was decoded
+  Status written;                           ///< why a cloud could not be written whole
+  Status trouble;  ///< why the file was read in part or not at all; whole parts of it were used
 };
 
-/// Reads the capture twice: once to learn what its scanners say of their time, and once to write their points. With one
-/// scanner the cloud is `out`; with several, each cloud has its scanner's address in its name.
+/// A capture file whose scanners are known, after its first reading.
+class KnownCapture {
+ public:
+  /// Reads the file once, to learn what its scanners say of their time. Errors: what prevents reading.
+  static Result<KnownCapture> learn(const DecodeOptions& options, drivers::DeviceTypes types = drivers::device_types());
+  KnownCapture(KnownCapture&&) noexcept;
+  KnownCapture& operator=(KnownCapture&&) = delete;
+  ~KnownCapture();
+
+  std::size_t scanners() const;
+  /// Returns whether a device was recognised, be it a scanner or another one.
+  bool has_devices() const;
+  /// Returns, for people, what is in a capture without a known device, and why it is none.
+  std::string why_none() const;
+  /// Does the same for packets that are known to be those of one topic of a recording.
+  std::string why_none_of_topic() const;
+  /// Reads the file again, to write the points of its scanners to `out`. With several scanners each cloud has its
+  /// scanner's address in its name. Errors: what prevents that any cloud is written.
+  Result<DecodedCapture> write(const std::filesystem::path& out);
+
+ private:
+  struct State;
+  explicit KnownCapture(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+/// Learns and writes: the clouds of the scanners in one capture file. With one scanner the cloud is `options.out`.
 /// Errors: what prevents that any cloud is written (Unsupported: no scanner that is known).
 Result<DecodedCapture> decode_capture(const DecodeOptions& options,
                                       drivers::DeviceTypes types = drivers::device_types());

@@ -46,8 +46,14 @@ CaptureDevice* CaptureDevices::recognise(const Packet& datagram, const drivers::
     if (only && one.type != only) continue;
     auto heard = one.listener->listen(datagram, drivers::to_text(sender));
     if (!heard) continue;
-    return &devices_.emplace_back(CaptureDevice{
-        one.type, std::move(heard->name), sender, port, {}, std::move(heard->decoder), std::move(heard->note)});
+    return &devices_.emplace_back(CaptureDevice{one.type,
+                                                std::move(heard->name),
+                                                sender,
+                                                port,
+                                                {},
+                                                std::move(heard->decoder),
+                                                std::move(heard->note),
+                                                std::move(heard->description)});
   }
   return nullptr;
 }
@@ -128,6 +134,7 @@ CaptureDevice* CaptureDevices::recognise(const drivers::TcpFlow& stream, Unknown
                                                 stream.source_port,
                                                 stream,
                                                 type->make()->make_decoder(),
+                                                {},
                                                 {}});
   }
   return nullptr;
@@ -223,8 +230,9 @@ std::string CaptureDevices::strangers_in_words() const {
   std::ranges::stable_sort(senders, std::ranges::greater(), [](const auto* one) { return one->second.bytes; });
   std::string out;
   for (const auto* one : std::span(senders).first(std::min(kMostNamed, senders.size())))
-    out += fmt::format("{}{} packets of {} bytes on average from {}, port {}", out.empty() ? "" : "; ",
-                       one->second.datagrams, one->second.bytes / std::max<std::uint64_t>(1, one->second.datagrams),
+    out += fmt::format("{}{} {} of {} bytes on average from {}, port {}", out.empty() ? "" : "; ",
+                       one->second.datagrams, one->second.datagrams == 1 ? "packet" : "packets",
+                       one->second.bytes / std::max<std::uint64_t>(1, one->second.datagrams),
                        drivers::to_text(one->first.first), one->first.second);
   if (senders.size() > kMostNamed) out += fmt::format("; and those of {} more senders", senders.size() - kMostNamed);
   return out.empty() ? "no packet with content" : out;

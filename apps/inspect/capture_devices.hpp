@@ -24,7 +24,8 @@ struct CaptureDevice {
   std::uint16_t port = 0;
   std::optional<drivers::TcpFlow> stream;  ///< the connection by which it sends; nothing: it sends datagrams
   std::unique_ptr<Decoder> decoder;
-  std::string note;  ///< what the user must know of the decoding; may be empty
+  std::string note;         ///< what the user must know of the decoding; may be empty
+  std::string description;  ///< the file of use_description() by which it is decoded; empty: none of them
 };
 
 /// Tells the devices in a capture file apart and recognises them from their datagrams, or from the first 64 KiB of what

@@ -39,6 +39,7 @@ class HesaiListener final : public CaptureListener {
     std::optional<BeamAngles> angles;
     for (const BeamAngles& one : given_)
       if (one.elevations_deg.size() == table.beams.size()) angles = one;
+    const std::string description = angles ? angles->file : "";
     if (!angles) angles = find_hesai_angles(path_, table);
     if (angles) {
       config.elevations_deg = angles->elevations_deg;
@@ -47,7 +48,8 @@ class HesaiListener final : public CaptureListener {
     return HeardDevice{std::string("hesai ") + table.name, std::make_unique<HesaiDecoder>(config),
                        angles ? "directions of the beams: " + angles->file
                               : "directions of the beams: the model's nominal ones, which a scanner misses by some "
-                                "tenths of a degree; its own calibration file gives them"};
+                                "tenths of a degree; its own calibration file gives them",
+                       description};
   }
 
   bool is_decodable(const Packet& datagram) const override {

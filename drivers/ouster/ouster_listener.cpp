@@ -98,7 +98,8 @@ class OusterListener final : public CaptureListener {
     return HeardDevice{std::move(name), std::make_unique<OusterDecoder>(OusterDecoder::Config{}, metadata),
                        fmt::format("metadata: {}; origin: the centre of the beams, {:.2f} mm above that of the maker's "
                                    "sensor frame",
-                                   found.file, up_mm)};
+                                   found.file, up_mm),
+                       choice == &given_ ? found.file : ""};
   }
 
   bool is_decodable(const Packet& datagram) const override {

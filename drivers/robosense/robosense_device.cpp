@@ -61,7 +61,7 @@ class RobosenseListener final : public CaptureListener {
     auto description = find_description(path_, sender);
     const bool is_told = decode_robosense_description(description, *model).has_value();
     RobosenseDecoder::Config config;
-    std::string note;
+    std::string note, used;
     for (const BeamAngles& one : given_) {
       const bool can_be = one.elevations_deg.size() == static_cast<std::size_t>(robosense_table(*model).beams) ||
                           (!is_told && *model == RobosenseModel::Helios && one.elevations_deg.size() == 16);
@@ -69,6 +69,7 @@ class RobosenseListener final : public CaptureListener {
       config.elevations_deg = one.elevations_deg;
       config.azimuths_deg = one.azimuths_deg;
       note = "directions of the beams: " + one.file;
+      used = one.file;
     }
     if (note.empty())
       note = is_told
@@ -77,7 +78,8 @@ class RobosenseListener final : public CaptureListener {
                    "its beams: without it, or a calibration file, there are no points";
     note += std::string("; ") + kUnchecked;
     return HeardDevice{std::string("robosense ") + robosense_table(*model).name,
-                       std::make_unique<RobosenseDecoder>(config, std::move(description)), std::move(note)};
+                       std::make_unique<RobosenseDecoder>(config, std::move(description)), std::move(note),
+                       std::move(used)};
   }
   bool is_decodable(const Packet& datagram) const override {
     const auto bytes = datagram.bytes.bytes();

@@ -2,10 +2,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "apps/decode/decode_bag.hpp"
 #include "apps/decode/decode_capture.hpp"
 #include "core/calendar.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/pcd_reader.hpp"
+#include "tests/apps/captures.hpp"
+#include "tests/rosbag/sample_bag.hpp"
 #include "tests/runtime/toy_scanner/toy_scanner.hpp"
 #include "tests/support/pcap_writer.hpp"
 #include "tests/support/test_data.hpp"
@@ -95,7 +98,7 @@ TEST(Decode, TellsAScannerThatItDoesNotKnow) {
   EXPECT_EQ(alone.error().code, ErrorCode::Unsupported);
   EXPECT_NE(alone.error().message.find("not supported"), std::string::npos) << alone.error().message;
   const std::string held =
-      fmt::format("It holds 1 packets of {} bytes on average from 192.168.1.201", toy_data().size());
+      fmt::format("It holds 1 packet of {} bytes on average from 192.168.1.201", toy_data().size());
   EXPECT_NE(alone.error().message.find(held), std::string::npos) << alone.error().message;
 
   // Beside one that is known, it is told too.
@@ -107,6 +110,60 @@ TEST(Decode, TellsAScannerThatItDoesNotKnow) {
   ASSERT_TRUE(decoded.ok()) << decoded.error().message;
   ASSERT_EQ(decoded->not_supported.size(), 1u);
   EXPECT_NE(decoded->not_supported[0].find("port 6000"), std::string::npos) << decoded->not_supported[0];
+}
+
+/// As after tcpdump -s 600: nothing is known of it, and the reason is not the device.
+TEST(Decode, ACaptureThatKeptOnlyTheBeginningsOfFramesSaysSo) {
+  test::PcapWriter pcap;
+  const auto frame = test::ethernet_frame(test::ipv4_packet(test::udp_segment(toy_data(), 5000)));
+  for (int i = 0; i < 3; ++i) pcap.frame(kTime_s * 1'000'000'000, frame, frame.size() - 5);
+  const TemporaryFile file("decode_short.pcap", pcap.bytes()), out("decode_short.las", {});
+  const auto known = types();
+  const auto decoded = decode_capture(decoding(file, out), known);
+  ASSERT_FALSE(decoded.ok());
+  EXPECT_NE(decoded.error().message.find("frames not delivered: 3 cut off by the capture"), std::string::npos)
+      << decoded.error().message;
+  EXPECT_EQ(decoded.error().message.find("0 with broken headers"), std::string::npos);
+}
+
+/// The toy scanner has none. Of two files of angles, that which fits the scanner is used.
+TEST(Decode, SaysWhichDescriptionsWereUsed) {
+  HUELINE_REQUIRE_DATA("hesai/xt32_scans.pcap");
+  const TemporaryFile out("decode_described.las", {});
+  DecodeOptions options;
+  options.capture = data_file.string();
+  options.out = out.path();
+  const std::string fits = (test::data_dir() / "hesai/PandarXT32.csv").string(),
+                    other = (test::data_dir() / "hesai/Pandar40P.csv").string();
+  options.descriptions = {other, fits};
+  const auto decoded = decode_capture(options);
+  ASSERT_TRUE(decoded.ok()) << decoded.error().message;
+  EXPECT_EQ(decoded->used_descriptions, std::set<std::string>{fits});
+}
+
+/// A topic of a scanner's IMU holds packets, too.
+TEST(Decode, TheOneCloudOfARecordingHasTheNameThatWasAskedFor) {
+  HUELINE_REQUIRE_DATA("velodyne/vlp16_scans.pcap");
+  std::vector<test::SampleMessage> messages;
+  const auto add = [&](const std::string& topic, const std::string& bytes) {
+    const std::int64_t time = kTime_s * 1'000'000'000 + static_cast<std::int64_t>(messages.size()) * 1'000'000;
+    messages.push_back(
+        {topic, "ouster_ros/PacketMsg", time, test::RosWriter(drivers::RosEncoding::Cdr).sequence(bytes).bytes()});
+  };
+  for (const test::Datagram& datagram : test::datagrams_of(data_file)) {
+    add("/os/points", datagram.payload);
+    add("/os/imu", std::string(48, 'i'));
+  }
+  const TemporaryFile file("decode_topics.db3", {}), out("decode_topics.pcd", {});
+  test::write_sqlite(file.path(), messages);
+  const auto decoded = apps::decode_bag(decoding(file, out));
+  ASSERT_TRUE(decoded.ok()) << decoded.error().message;
+  ASSERT_EQ(decoded->decoded.scanners.size(), 1u);
+  EXPECT_EQ(decoded->decoded.scanners[0].cloud, out.path());
+  EXPECT_EQ(storage::read_pcd(out.path())->points(), decoded->decoded.scanners[0].points);
+  const std::string why = decoded->unused.at("/os/imu");
+  EXPECT_NE(why.find("603 packets of 48 bytes"), std::string::npos) << why;
+  EXPECT_EQ(why.find("TCP"), std::string::npos) << why;
 }
 
 TEST(Decode, ACutFileGivesWhatIsWholeAndSaysSo) {
