@@ -332,9 +332,10 @@ bool SeptentrioDecoder::take_covariance(Block block, bool is_cartesian, GpsTime 
   if (is_known && !is_cartesian) {
     fix_->sigma_enu = {{std::sqrt(variance[1]), std::sqrt(variance[0]), std::sqrt(variance[2])}};
   } else if (is_known && block.size() >= 48) {
-    // Between the covariances of two axes lies that with the clock.
-    std::array<double, 3> xy_xz{}, yz{};
-    if (read3(block, 32, xy_xz) && read3(block, 44, yz)) covariance = {xy_xz[0], xy_xz[1], yz[0]};
+    // Behind those of x y and x z lies the covariance with the clock.
+    for (const auto& [i, at] : {std::pair<std::size_t, std::size_t>{0, 32}, {1, 36}, {2, 44}})
+      if (const double v = static_cast<double>(stream_field<float>(block, at)); v > kUnknown && std::isfinite(v))
+        covariance[i] = v;
     fix_->sigma_enu = {sigmas_enu(variance, covariance, fix_->position)};
   }
   give_fix();

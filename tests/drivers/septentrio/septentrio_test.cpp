@@ -165,6 +165,19 @@ TEST(Septentrio, PlacesInTheFrameOfTheEarth) {
     EXPECT_NEAR((*one.sigma)[i], sigma, 1e-6) << i;
 }
 
+TEST(Septentrio, ACovarianceMayEndEarly) {
+  for (std::size_t size = 14; size <= 42; size += 4) {
+    Fields f;
+    f.put(std::uint8_t{4}).put(std::uint8_t{0}).put(0.04f).put(0.09f).put(0.01f).zeros(28);
+    f.bytes.resize(size);
+    EXPECT_EQ(decode(block(5905, 18'000, f.bytes) + cartesian_fix(18'000) + block(5905, 18'000, f.bytes))
+                  .all<GnssFix>()
+                  .size(),
+              1u)
+        << size;
+  }
+}
+
 TEST(Septentrio, AMomentIsUsedOnceThoughTwoBlocksHaveIt) {
   const Heard heard = decode(fix(18'000, 4) + cartesian_fix(18'000) + cartesian_fix(19'000) + fix(19'000, 4) +
                              solution(18'000) + cartesian_solution(18'000));
