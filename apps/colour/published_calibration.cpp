@@ -89,12 +89,15 @@ void take_lens(const PublishedLens& lens, const std::string& file, const std::st
 /// Makes rows of a camera matrix from fx fy cx cy.
 Numbers camera_matrix(const Numbers& v) { return {v[0], 0, v[2], 0, v[1], v[3], 0, 0, 1}; }
 
-/// Reads a number, or numbers in lists at any depth.
-Numbers flat(const Json& value) {
+constexpr int kDeepest = 3;  // lists in lists, of a matrix
+
+/// Reads a number, or the numbers in lists. What is neither is left out, so the matrix has too few.
+Numbers flat(const Json& value, int depth = kDeepest) {
   if (value.is_number()) return {value.get<double>()};
   Numbers out;
+  if (!value.is_array() || depth == 0) return out;
   for (const auto& one : value) {
-    const Numbers inner = flat(one);
+    const Numbers inner = flat(one, depth - 1);
     out.insert(out.end(), inner.begin(), inner.end());
   }
   return out;
@@ -256,12 +259,13 @@ class KittiText {
 };
 
 /// Reads the numbers of a node: a list, or a matrix with rows, cols and data.
-Numbers numbers_of(const YAML::Node& node) {
-  if (node.IsMap()) return node["data"] ? numbers_of(node["data"]) : Numbers();
+Numbers numbers_of(const YAML::Node& node, int depth = kDeepest) {
   Numbers out;
+  if (depth == 0) return out;
+  if (node.IsMap()) return node["data"] ? numbers_of(node["data"], depth - 1) : out;
   for (const auto& one : node) {
     if (one.IsSequence()) {
-      const Numbers inner = numbers_of(one);
+      const Numbers inner = numbers_of(one, depth - 1);
       out.insert(out.end(), inner.begin(), inner.end());
     } else {
       out.push_back(one.as<double>());

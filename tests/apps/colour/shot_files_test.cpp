@@ -289,6 +289,11 @@ TEST_F(Shot, ALensThatIsNotReadIsRefused) {
   }
   write_file(dir / "words.txt", "the camera was new\n");
   EXPECT_NE(colour("image.png", {"words.txt"}).said.find("words.txt:1: is neither"), std::string::npos);
+  for (const char* text : {R"({"K": "none"})", R"({"K": [[[[[1]]]]]})", R"({"K": {"data": 1}})"}) {
+    write_file(dir / "matrix.json", text);
+    EXPECT_NE(colour("image.png", {"matrix.json"}).said.find("matrix.json: K has 0 numbers"), std::string::npos)
+        << text;
+  }
   write_file(dir / "list.json", "[1, 2]");
   EXPECT_NE(colour("image.png", {"list.json"}).said.find("list.json: holds neither K and T"), std::string::npos);
 }
