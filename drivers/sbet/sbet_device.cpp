@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/portable_math.hpp"
 #include "drivers/sbet/sbet_decoder.hpp"
 #include "drivers/transport/file_source.hpp"
 
@@ -44,9 +45,9 @@ bool could_follow(std::span<const double> a, std::span<const double> b) {
   constexpr double kShortest_s = 1e-4, kLongest_s = 10, kRadius_m = 6.4e6, kMargin_m = 1, kMargin_m_s = 100;
   const double time = b[0] - a[0];
   if (!(time >= kShortest_s && time < kLongest_s)) return false;
-  const double speed = std::max(std::hypot(a[4], a[5], a[6]), std::hypot(b[4], b[5], b[6]));
-  const double east = (b[2] - a[2]) * std::cos(a[1]) * kRadius_m, north = (b[1] - a[1]) * kRadius_m;
-  return std::hypot(east, north, b[3] - a[3]) <= (speed + kMargin_m_s) * time + kMargin_m;
+  const double speed = std::max(portable::hypot(a[4], a[5], a[6]), portable::hypot(b[4], b[5], b[6]));
+  const double east = (b[2] - a[2]) * portable::cos(a[1]) * kRadius_m, north = (b[1] - a[1]) * kRadius_m;
+  return portable::hypot(east, north, b[3] - a[3]) <= (speed + kMargin_m_s) * time + kMargin_m;
 }
 
 /// Records that could follow one another: nothing else marks an SBET.

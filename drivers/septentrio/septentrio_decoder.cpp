@@ -14,6 +14,7 @@
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "core/geodesy.hpp"
+#include "core/portable_math.hpp"
 #include "drivers/septentrio/sbf_form.hpp"
 #include "drivers/stream/line_form.hpp"
 #include "drivers/stream/nmea_form.hpp"
@@ -132,7 +133,7 @@ Geodetic place(std::span<const std::byte> block, std::size_t at, bool is_cartesi
                c = stream_field<double>(block, at + 16);
   if (!is_cartesian) return {a, b, c};
   constexpr double kDeepest_m = 6.3e6, kHighest_m = 6.5e6;
-  const double radius = std::hypot(a, b, c);
+  const double radius = portable::hypot(a, b, c);
   // No place, as is_place() says.
   if (!(radius > kDeepest_m && radius < kHighest_m)) return {0, 0, kUnknown};
   return to_geodetic({{a, b, c}});
