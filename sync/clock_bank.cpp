@@ -28,8 +28,9 @@ ClockBank::ClockBank(Instability prior, Instability floor) : prior_(prior), floo
           {phase, frequency, Eigen::Vector2d::Zero(), Eigen::Matrix2d::Zero(), 0, 0, 0, prior.jitter_ns2, 0});
 }
 
-void ClockBank::start(double rate_variance) {
+void ClockBank::start(double rate_variance, double jitter_ns2) {
   readings_ = 0;
+  prior_.jitter_ns2 = jitter_ns2;
   for (Model& m : models_) {
     m.x.setZero();
     m.P << 1, 0, 0, rate_variance / prior_.jitter_ns2;

@@ -28,8 +28,9 @@ class ClockBank {
   /// smallest noise that is believed.
   ClockBank(Instability prior, Instability floor);
 
-  /// Starts with one reading at phase 0. `rate_variance` is the variance of the unknown rate, (ns/s)^2.
-  void start(double rate_variance);
+  /// Starts with one reading at phase 0. `rate_variance` is the variance of the unknown rate, (ns/s)^2. `jitter_ns2` is
+  /// the variance of one reading until more is known, instead of the prior's.
+  void start(double rate_variance, double jitter_ns2);
   /// Tells that time has passed without a reading.
   void predict(double dt_s);
   /// Adds a reading: `phase_ns` is the clock's phase against the pulse now. `widened` is the factor by which the jitter

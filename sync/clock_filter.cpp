@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 #include "core/portable_math.hpp"
 
@@ -31,15 +33,54 @@ ClockFilter::ClockFilter(Config config)
              portable::square(config.frequency_walk_ppb)},
             {portable::square(config.jitter_floor_us * 1e3), 0, portable::square(config.frequency_walk_floor_ppb)}) {}
 
-void ClockFilter::start(HostTime edge) {
+int ClockFilter::start(std::span<const HostTime> edges) {
   // The rate limit is taken as three sigma. 1 ppm is 1000 ns/s.
-  bank_.start(portable::square(config_.rate_limit_ppm * 1e3 / 3));
+  bank_.start(portable::square(config_.rate_limit_ppm * 1e3 / 3), first_jitter_ns2(edges));
   started_ = true;
-  anchor_ = edge;
+  anchor_ = edges.front();
   anchor_pulse_ns_ = 0;
   phase_ns_ = 0;
   rate_ = 0;
   recent_count_ = 0;
+  int used = 1;
+  for (const HostTime edge : edges.subspan(1)) {
+    const Innovation innovation = examine(edge);
+    if (!innovation.fits || innovation.pulse <= last_pulse()) continue;
+    update(edge, innovation);
+    ++used;
+  }
+  return used;
+}
+
+/// The scatter around the median of the slopes between all edges (Theil and Sen), by the median of the residuals, so
+/// that a late interrupt among a few good ones does not count.
+double ClockFilter::first_jitter_ns2(std::span<const HostTime> edges) const {
+  constexpr std::size_t kLeast = 4;  // a line has two unknowns
+  constexpr double kClearly = 2;     // times the expected jitter
+  constexpr double kSigmaOfMad = 1.4826;
+  const double expected_ns = config_.jitter_us * 1e3;
+  if (edges.size() < kLeast) return portable::square(expected_ns);
+  const auto median = [](std::vector<double>& values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  std::vector<double> off_ns, slopes, residuals;
+  for (const HostTime edge : edges) {
+    const double since_ns = static_cast<double>((edge - edges.front()).count());
+    off_ns.push_back(since_ns - std::round(since_ns / kSecond) * kSecond);
+  }
+  const auto seconds_at = [&](std::size_t i) { return to_seconds(edges[i] - edges.front()); };
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    for (std::size_t k = i + 1; k < edges.size(); ++k)
+      slopes.push_back((off_ns[k] - off_ns[i]) / (seconds_at(k) - seconds_at(i)));
+  const double slope = median(slopes);
+  for (std::size_t i = 0; i < edges.size(); ++i) residuals.push_back(off_ns[i] - slope * seconds_at(i));
+  const double offset = median(residuals);
+  for (double& residual : residuals) residual = std::abs(residual - offset);
+  const double count = static_cast<double>(edges.size());
+  const double shown_ns = kSigmaOfMad * median(residuals) * std::sqrt(count / (count - 2));
+  return portable::square(shown_ns > kClearly * expected_ns ? shown_ns : expected_ns);
 }
 
 Eigen::Matrix2d ClockFilter::covariance_after(double dt_s) const {

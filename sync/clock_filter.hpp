@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "core/time.hpp"
@@ -16,7 +17,7 @@ namespace hueline::sync {
 class ClockFilter {
  public:
   struct Config {
-    double jitter_us = 10;                   ///< jitter of one edge, until it is measured; [0.01, 10000]
+    double jitter_us = 10;                   ///< jitter of one edge, unless the first ones show more; [0.01, 10000]
     double jitter_floor_us = 0.05;           ///< smallest jitter that is believed (resolution of the stamp); [0, 1000]
     double phase_walk_us = 0.1;              ///< us per square root of a second, until it is measured; [0, 1000]
     double frequency_walk_ppb = 5;           ///< ppb per square root of a second, until it is measured; [0, 1e5]
@@ -29,7 +30,10 @@ class ClockFilter {
   };
   explicit ClockFilter(Config config);
 
-  void start(HostTime edge);
+  /// Starts with edges of one phase, oldest first, and uses those that fit; at least one. Returns how many it used. If
+  /// the edges scatter clearly more than Config::jitter_us says, then the jitter is what they show: with too small a
+  /// jitter the first two would determine the rate, the others would be refused, and the wrong rate would stay.
+  int start(std::span<const HostTime> edges);
   bool is_started() const { return started_; }
 
   /// An edge compared with its prediction.
@@ -53,9 +57,12 @@ class ClockFilter {
   /// Returns pulse seconds (GPS seconds) per host second, minus 1.
   double rate() const { return rate_; }
   HostTime last_edge() const { return anchor_; }
+  /// Returns the pulse of the last edge, counted from the first one.
+  std::int64_t last_pulse() const { return anchor_pulse_ns_ / 1'000'000'000; }
   const Instability& instability() const { return bank_.instability(); }
 
  private:
+  double first_jitter_ns2(std::span<const HostTime> edges) const;
   Eigen::Matrix2d covariance_after(double dt_s) const;
   double jitter_variance() const;
   void remember(double error_ns);

@@ -119,7 +119,7 @@ void HostClockModel::add(const PpsEdge& pps) {
       recent_delays_s_.clear();
       usual_delay_s_.reset();
       line_.reset();
-      start({edge});
+      start(std::vector{edge});
       next_judgement_ = edge;
       return advance(edge);
     }
@@ -133,16 +133,8 @@ void HostClockModel::add(const PpsEdge& pps) {
 }
 
 void HostClockModel::start(const std::vector<HostTime>& edges) {
-  filter_.start(edges.front());
-  last_pulse_ = 0;
-  in_a_row_ = 1;
-  for (const HostTime edge : edges) {
-    const ClockFilter::Innovation innovation = filter_.examine(edge);
-    if (!innovation.fits || innovation.pulse <= last_pulse_) continue;
-    filter_.update(edge, innovation);
-    last_pulse_ = innovation.pulse;
-    ++in_a_row_;
-  }
+  in_a_row_ = filter_.start(edges);
+  last_pulse_ = filter_.last_pulse();
   counts_.accepted += static_cast<std::uint64_t>(in_a_row_);
   finder_.reset();
   label_.reset();

@@ -42,7 +42,7 @@ TEST(HostClockModel, GivenADriveThatIsTooShortForItsPulsesThenSaysWhetherTheyAre
     usual(drive, jitter_us);
     return Course(drive, clock_config()).model;
   };
-  const HostClockModel few = ends(3, 3), far_apart = ends(5000, 20), scattered = ends(800, 12), enough = ends(3, 12);
+  const HostClockModel few = ends(3, 3), far_apart = ends(5000, 20), scattered = ends(500, 20), enough = ends(3, 12);
   EXPECT_FALSE(few.can_stamp());
   EXPECT_STREQ(few.why_not(), "too few pulses came to learn the clock");
   EXPECT_FALSE(far_apart.can_stamp());
@@ -51,6 +51,23 @@ TEST(HostClockModel, GivenADriveThatIsTooShortForItsPulsesThenSaysWhetherTheyAre
   EXPECT_STREQ(scattered.why_not(), "the pulses scatter too much to learn the clock in so short a time");
   EXPECT_TRUE(enough.can_stamp());
   EXPECT_STREQ(enough.why_not(), "");
+}
+
+TEST(HostClockModel, GivenPulsesThatScatterFromTheBeginningThenLocksAsSoonAsTheyAllow) {
+  // An edge that scatters by s tells the time to s, and n of them to about 2 s / sqrt(n).
+  for (const auto& [jitter_us, locked_s] : {std::pair{100.0, 10}, std::pair{200.0, 30}}) {
+    Drive drive(some_begin(), seconds(60));
+    usual(drive, jitter_us);
+    Course run(drive, clock_config());
+    // Locked, or Holdover while sigma is a little above what Locked asks for: both give times.
+    EXPECT_GE(run.at(drive.begin + seconds(locked_s)), SyncState::Locked) << jitter_us;
+    EXPECT_GE(run.model.state(), SyncState::Locked) << jitter_us;
+    EXPECT_LE(run.model.counts().refused, 2u) << jitter_us;
+    for (const auto& sample : run.samples)
+      if (sample.state == SyncState::Locked) {
+        EXPECT_LT(std::abs(sample.normalised()), 4) << jitter_us;
+      }
+  }
 }
 
 TEST(HostClockModel, GivenPulsesLostForAMinuteThenHoldsOverWithTrueSigmaAndRelocksAfterThree) {
