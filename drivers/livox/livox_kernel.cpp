@@ -57,12 +57,12 @@ HWY_INLINE void place_echoes(bool is_spherical, LivoxEchoes& echoes) {
     }
     const auto square = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
     const auto azimuth = arc_tangent(y, x);
-    const auto turn = hn::IfThenElseZero(hn::Lt(azimuth, hn::Zero(d)), double_of(2 * std::numbers::pi));
+    const auto behind = hn::Add(azimuth, double_of(2 * std::numbers::pi));
     store_floats(hn::Neg(y), echoes.x + k);
     store_floats(x, echoes.y + k);
     store_floats(z, echoes.z + k);
     store_floats(hn::Sqrt(square), echoes.range + k);
-    store_floats(hn::Add(azimuth, turn), echoes.azimuth + k);
+    store_floats(hn::IfThenElse(hn::Lt(azimuth, hn::Zero(d)), behind, azimuth), echoes.azimuth + k);
   }
 }
 

@@ -57,10 +57,10 @@ HWY_INLINE void fill_directions(const RobosenseBlock& block, const RobosenseKern
     sine_cosine(turned, sine, cosine);
     hn::Store(hn::Mul(double_of(units.lens_radius_m), sine), d, out.lens_x.data() + c);
     hn::Store(hn::Mul(double_of(units.lens_radius_m), cosine), d, out.lens_y.data() + c);
-    // Two turns at most are too much or too little.
+    // Less than two turns either way. What remains of an angle has its sign, also if it is 0, as std::fmod() has it.
     auto within = hn::Sub(azimuth, hn::IfThenElseZero(hn::Ge(azimuth, turn), turn));
-    within = hn::Add(within, hn::IfThenElseZero(hn::Le(within, hn::Neg(turn)), turn));
-    within = hn::Add(within, hn::IfThenElseZero(hn::Lt(within, zero), turn));
+    within = hn::CopySign(hn::Add(within, hn::IfThenElseZero(hn::Le(within, hn::Neg(turn)), turn)), azimuth);
+    within = hn::IfThenElse(hn::Lt(within, zero), hn::Add(within, turn), within);
     store_floats(within, out.azimuth.data() + c);
     const auto time_us = hn::Add(double_of(block.time_us), after);
     store_integers(rounded(hn::Mul(time_us, double_of(1e3))), out.time_ns.data() + c);

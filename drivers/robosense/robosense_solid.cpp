@@ -63,12 +63,12 @@ void place_solid_points(const RobosenseSolidPoints& points, std::uint32_t return
         z = hn::Mul(range, sin_elevation);
       }
       const auto angle = arc_tangent(y, x);
-      const auto turn = hn::IfThenElseZero(hn::Lt(angle, hn::Zero(d)), double_of(2 * std::numbers::pi));
+      const auto behind = hn::Add(angle, double_of(2 * std::numbers::pi));
       store_floats(hn::Neg(y), x_m + k);
       store_floats(x, y_m + k);
       store_floats(z, z_m + k);
       store_floats(range, range_m + k);
-      store_floats(hn::Add(angle, turn), azimuth + k);
+      store_floats(hn::IfThenElse(hn::Lt(angle, hn::Zero(d)), behind, angle), azimuth + k);
     }
     const auto word = [&](const float* quantity) { return hn::BitCast(bits, hn::Load(narrow, quantity)); };
     const auto within = hn::BitCast(bits, hn::Min(hn::Load(narrow, azimuth), hn::Set(narrow, 6.2831850f)));

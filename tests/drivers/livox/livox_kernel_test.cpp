@@ -56,9 +56,11 @@ std::vector<LaserReturn> plain(const LivoxPacket& packet, double interval_ns, do
 test::Bytes random_points(test::RandomPackets& random, std::size_t count, std::size_t point_bytes) {
   test::Bytes out(count * point_bytes);
   for (std::size_t k = 0; k < count; ++k) {
-    const bool is_empty = random.one_in(5), is_small = random.one_in(2), is_along = random.one_in(8);
+    const bool is_empty = random.one_in(5), is_small = random.one_in(2), is_along = random.one_in(8),
+               is_upwards = random.one_in(8);  // by the zenith of the forms whose range comes first
     for (std::size_t i = 0; i < point_bytes; ++i) {
-      const bool is_zero = is_empty || (is_along && i >= 4 && i < 12) || (is_small && i % 4 >= 2);
+      const bool is_zero =
+          is_empty || (is_along && i >= 4 && i < 12) || (is_upwards && (i == 4 || i == 5)) || (is_small && i % 4 >= 2);
       out[k * point_bytes + i] = static_cast<std::byte>(is_zero ? 0 : random.below(256));
     }
     if (point_bytes >= 28 && random.one_in(3)) std::copy_n(&out[k * point_bytes], 13, &out[k * point_bytes + 14]);

@@ -82,6 +82,8 @@ TEST(RobosenseKernel, MakesTheReturnsOfAPlainComputationToTheLastBit) {
           description.elevations.push_back(angle(1.5));
           description.azimuths.push_back(angle(round % 3 == 0 ? std::numbers::pi : 0.2));
         }
+        description.azimuths[0] = 0;
+        description.azimuths[1] = random.one_in(2) ? kTurn / 2 : -kTurn / 2;
         const double unit = random.one_in(2) ? 0.01 : table.range_unit_m, farthest = random.one_in(2) ? 1e9 : 60.0;
         RobosenseKernel kernel(table, description, unit, kNearest, farthest);
         const bool is_dual = round % 2 == 1, is_twice = table.beams == 16;
@@ -103,6 +105,7 @@ TEST(RobosenseKernel, MakesTheReturnsOfAPlainComputationToTheLastBit) {
           times.azimuth =
               (random.one_in(4) ? 35990 + random.below(10) : random.below(36'000)) * 0.01 / 180 * std::numbers::pi;
           times.step = random.below(100) * 0.01 / 180 * std::numbers::pi;
+          if (random.one_in(4)) times.azimuth = times.step = 0;
           times.time_us = 55.5 * static_cast<double>(block) + 0.001 * random.below(100'000);
           all.push_back({times, units, is_dual ? units + (is_twice ? 48 : 96) : nullptr,
                          is_dual && is_twice ? 16 : RobosenseKernel::kChannels});
