@@ -245,7 +245,7 @@ bool HostClockModel::can_stamp() const {
 
 const char* HostClockModel::why_not() const {
   if (can_stamp()) return "";
-  if (fallback_ || disputed_) return "the sources disagree about the second";
+  if (fallback_ || is_disputed()) return "the sources disagree about the second";
   if (config_.pps == kSystemSensor)
     return counts_.arrivals == 0 ? "no message with a good GPS time came, and the rig has no pulse per second"
                                  : "messages with a good GPS time came for too short to learn the clock";

@@ -89,6 +89,8 @@ class HostClockModel {
   /// Returns why can_stamp() is false, as a clause for people. It is one of a few fixed texts; empty if can_stamp() is
   /// true.
   const char* why_not() const;
+  /// Whether the sources disagree about the second of the pulses, with each other or with the label in use.
+  bool is_disputed() const { return disputed_ || contradicted_; }
   /// Returns true if the times come from arrivals, because pulses are missing.
   bool is_from_arrivals() const { return fallback_; }
   /// Returns true if an edge that fits came within the last 1.2 s; otherwise the relation is extrapolated.

@@ -163,17 +163,32 @@ void Synchroniser::take(InsSolution& m, SyncOutput& out) {
     for (const InsUncertainty& known : uncertainties_)
       if (known.sensor == m.sensor && m.time - known.time >= seconds(-2) && m.time - known.time <= seconds(5))
         m.sigma = known.sigma;
-  if (clock_.can_stamp())
-    if (const auto arrival = clock_.stamp(m.received)) {
-      const nanoseconds late = arrival->time - m.time;
-      if (late > config_.pos_latency_max || late < -config_.pos_early - 5 * arrival->sigma) {
-        ++counts_.ins_refused;
-        m.is_good = false;
-        faults_.add(m.sensor, FaultKind::LabelConflict, "ins", m.received,
-                    fmt::format("navigation solution {} off its arrival: not trusted",
-                                describe_offset(std::llround(to_seconds(-late)))));
-      }
-    }
+  // Where the clock is lost again, the POS may be the one that is wrong, so what it says is judged when that is
+  // settled, like the returns of that time, which it would place.
+  if (stream_time_ && !clock_.can_stamp() && !config_.self_timed) return hold(std::move(m));
+  judge(std::move(m), out);
+}
+
+/// Returns by how much a message of the POS is off its arrival, if that is more than its way can take.
+std::optional<std::string> Synchroniser::off_arrival(HostTime received, GpsTime time) const {
+  const auto arrival = clock_.can_stamp() ? clock_.stamp(received) : std::nullopt;
+  if (!arrival) return {};
+  const nanoseconds late = arrival->time - time;
+  if (late <= config_.pos_latency_max && late >= -config_.pos_early - 5 * arrival->sigma) return {};
+  return describe_offset(std::llround(to_seconds(-late)));
+}
+
+void Synchroniser::judge(InsSolution&& m, SyncOutput& out) {
+  if (const auto off = off_arrival(m.received, m.time)) {
+    ++counts_.ins_refused;
+    m.is_good = false;
+    faults_.add(m.sensor, FaultKind::LabelConflict, "ins", m.received,
+                fmt::format("navigation solution {} off its arrival: not trusted", *off));
+  }
+  give(std::move(m), out);
+}
+
+void Synchroniser::give(InsSolution&& m, SyncOutput& out) {
   newest_solution_ = newest_solution_ ? std::max(*newest_solution_, m.time) : m.time;
   counts_.ins_missing += solutions_.add(m, faults_);
   for (WheelOdometer& w : wheels_) w.add(m);
@@ -293,7 +308,18 @@ Synchroniser::Held Synchroniser::release_oldest() {
   return item;
 }
 
-void Synchroniser::drop_oldest(const char* why) { count_dropped(release_oldest(), why); }
+void Synchroniser::drop_oldest(const char* why, SyncOutput& out) {
+  Held item = release_oldest();
+  auto* solution = std::get_if<InsSolution>(&item);
+  if (!solution) return count_dropped(item, why);
+  if (clock_.is_disputed()) {
+    ++counts_.ins_refused;
+    solution->is_good = false;
+    faults_.add(solution->sensor, FaultKind::LabelConflict, "ins unjudged", solution->received,
+                "navigation solution of a time when the sources disagreed about the second: not trusted");
+  }
+  give(std::move(*solution), out);
+}
 
 /// What came before the image stays: a scanner's returns can be placed without it.
 void Synchroniser::drop_oldest_image() {
@@ -325,21 +351,17 @@ void Synchroniser::stamp(Held&& item, SyncOutput& out) {
   } else if (auto* status = std::get_if<LaserStatus>(&item)) {
     laser(status->sensor)->add(*status);
   } else if (auto* mark = std::get_if<EventMark>(&item)) {
-    if (mark->is_valid) {
-      const auto arrival = clock_.stamp(mark->received);
-      const nanoseconds late = arrival ? arrival->time - mark->time : nanoseconds(0);
-      if (late > config_.pos_latency_max || (arrival && late < -config_.pos_early - 5 * arrival->sigma)) {
-        ++counts_.marks_refused;
-        faults_.add(
-            mark->sensor, FaultKind::LabelConflict, "mark", mark->received,
-            fmt::format("event mark {} off its arrival: not used", describe_offset(std::llround(to_seconds(-late)))));
-        return;
-      }
+    if (const auto off = mark->is_valid ? off_arrival(mark->received, mark->time) : std::nullopt) {
+      ++counts_.marks_refused;
+      return faults_.add(mark->sensor, FaultKind::LabelConflict, "mark", mark->received,
+                         fmt::format("event mark {} off its arrival: not used", *off));
     }
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
       cameras_[i].add(*mark, scratch_);
       exposures_.add(i, scratch_);
     }
+  } else if (auto* solution = std::get_if<InsSolution>(&item)) {
+    judge(std::move(*solution), out);
   } else if (auto* speed = std::get_if<WheelSpeed>(&item)) {
     wheel(speed->sensor)->add(std::move(*speed), clock_, out.wheels);
   } else if (auto* image = std::get_if<Image>(&item)) {
@@ -395,9 +417,11 @@ void Synchroniser::settle(HostTime received, SyncOutput& out) {
     };
     while (held_images_.size() > config_.hold_images) drop_oldest_image();
     while (!held_.empty() && too_old())
-      drop_oldest("the clock has not locked for as long as measurements can be held: recorded, but without a time");
+      drop_oldest("the clock has not locked for as long as measurements can be held: recorded, but without a time",
+                  out);
     while (held_.size() > config_.hold_items || held_bytes_ > config_.hold_bytes)
-      drop_oldest("the clock has not locked, and more came than can be held (hold_mb): recorded, but without a time");
+      drop_oldest("the clock has not locked, and more came than can be held (hold_mb): recorded, but without a time",
+                  out);
   }
   for (LaserClock& l : lasers_) l.drain(out.faults);
   for (ExposureMatcher& c : cameras_) c.drain(out.faults);
@@ -448,7 +472,7 @@ void Synchroniser::flush(SyncOutput& out) {
   for (SelfTimedLaser& own : self_timed_) own.flush(clock_, out.laser);
   settle(newest_, out);
   while (!held_.empty())
-    drop_oldest("the recording ended before the clock could be locked: recorded, but without a time");
+    drop_oldest("the recording ended before the clock could be locked: recorded, but without a time", out);
   for (LaserClock& l : lasers_) {
     l.flush(out.laser);
     l.drain(out.faults);

@@ -53,8 +53,10 @@ struct SyncOutput {
 /// returns them in GPS time, with sigma and clock state.
 ///
 /// Measurements that cannot be stamped yet are held, within limits, and stamped when the clock locks. Measurements that
-/// can never be stamped are counted and reported by a NoTime fault. The stage reads no clock and no file and starts no
-/// thread, so the same input always gives the same output. Thread safety: one thread per object.
+/// can never be stamped are counted and reported by a NoTime fault. A navigation solution has a time of its own and
+/// waits only where the clock was known and is lost, mostly because sources disagree about the second.
+/// The stage reads no clock and no file and starts no thread, so the same input always gives the same output. Thread
+/// safety: one thread per object.
 ///
 /// With Config::self_timed, all measurements come from files, whose arrivals have no common time base. Then there is no
 /// clock of the computer to learn: each scanner is stamped by its own clock (SelfTimedLaser), and the stream time is
@@ -74,7 +76,7 @@ class Synchroniser {
     std::vector<WheelOdometer::Config> wheels;     ///< one for each wheel encoder
     /// How long measurements are held while they cannot be stamped, in stream time; [1, 600].
     std::chrono::seconds hold{30};
-    /// How many batches, marks, images, statuses and wheel speeds are held at most; [100, 1e7].
+    /// How many batches, marks, images, statuses, solutions and wheel speeds are held at most; [100, 1e7].
     std::size_t hold_items = 100'000;
     /// Memory for what is held, bytes: 16 million returns. The pixels of images are not counted, because they lie in
     /// the recorder's pool; [1e6, 1e12].
@@ -122,7 +124,7 @@ class Synchroniser {
 
  private:
   /// std::monostate stands where an image was that is no longer held.
-  using Held = std::variant<std::monostate, LaserStatus, LaserBatch, Image, EventMark, WheelSpeed>;
+  using Held = std::variant<std::monostate, LaserStatus, LaserBatch, Image, EventMark, InsSolution, WheelSpeed>;
   void take(PpsEdge& m, SyncOutput& out);
   void take(TimeLabel& m, SyncOutput& out);
   void take(TimedArrival& m, SyncOutput& out);
@@ -139,9 +141,12 @@ class Synchroniser {
   void take(Fault& m, SyncOutput& out);
 
   void arrived(SensorId sensor, HostTime received, GpsTime time);
+  std::optional<std::string> off_arrival(HostTime received, GpsTime time) const;
+  void judge(InsSolution&& m, SyncOutput& out);
+  void give(InsSolution&& m, SyncOutput& out);
   void hold(Held item);
   Held release_oldest();
-  void drop_oldest(const char* why);
+  void drop_oldest(const char* why, SyncOutput& out);
   void drop_oldest_image();
   void count_dropped(const Held& item, const char* why);
   void stamp(Held&& item, SyncOutput& out);

@@ -202,6 +202,29 @@ TEST(Synchroniser, GivenSolutionsThatSlipByUtcThenTheyAreNotTrusted) {
   EXPECT_EQ(outcome.sync.state(), SyncState::Locked);
 }
 
+TEST(Synchroniser, GivenSolutionsThatContradictTheLabelsThenTheyAreJudgedWhenTheSecondIsSettled) {
+  Drive drive(some_begin(), seconds(60));
+  drive.pps(gaussian(3));
+  drive.labels(kLaser, late(30, 20));  // the POS, which is trusted, names seconds by its solutions alone
+  const GpsTime from = drive.begin + seconds(30), to = from + seconds(2);
+  drive.ins(50, late(4, 2), [=](GpsTime t) { return t > from && t < to ? seconds(1) : seconds(0); });
+  SimulatedLaser laser;
+  laser.run(drive);
+  Outcome outcome(drive, rig_config());
+  std::size_t disputes = 0;
+  for (const SyncStateChange& change : outcome.all.state_changes)
+    disputes += change.from == SyncState::Locked && change.to == SyncState::Acquiring ? 1 : 0;
+  ASSERT_GE(disputes, 1u) << "else this shows nothing";
+  EXPECT_EQ(outcome.all.laser.size(), laser.truth.size()) << "what was held is stamped";
+  ASSERT_EQ(outcome.all.ins.size(), 2963u);  // 59.25 s at 50 Hz
+  for (const InsSolution& s : outcome.all.ins) {
+    const bool is_wrong = s.received > drive.clock.host(from) + ms(20) && s.received < drive.clock.host(to);
+    if (is_wrong) EXPECT_FALSE(s.is_good) << to_seconds(s.time - drive.begin);
+    if (s.received < drive.clock.host(from) || s.received > drive.clock.host(to) + ms(50))
+      EXPECT_TRUE(s.is_good) << to_seconds(s.time - drive.begin);
+  }
+}
+
 TEST(Synchroniser, GivenTheUncertaintyMessageThenSolutionsCarryIt) {
   Synchroniser sync(rig_config());
   SyncOutput out;
