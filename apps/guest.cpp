@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "drivers/gige/aravis_guest.hpp"
+#include "drivers/gige/genicam_guest.hpp"
 #include "drivers/guest/guest_process.hpp"
 #include "drivers/guest/guest_side.hpp"
 #include "drivers/ladybug/ladybug_usb_source.hpp"
@@ -21,7 +21,7 @@ int main() {
     return 2;
   }
   guest::serve(guest::kGuestSocket, [](guest::HostLink& link) -> Result<std::unique_ptr<PacketSource>> {
-    if (link.config().driver == "genicam") return make_aravis_guest(link);
+    if (link.config().driver == "genicam") return make_genicam_guest(link);
     if (link.config().driver == "ladybug") return make_ladybug_guest(link);
     return Error{ErrorCode::Unsupported,
                  fmt::format("driver '{}': this hueline-guest has none of that name; is it the program's own?",

@@ -7,13 +7,8 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <initializer_list>
 #include <mutex>
-#include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include "drivers/gige/image_packet.hpp"
@@ -75,13 +70,13 @@ Result<GRef<ArvCamera>> connect_at(const std::string& interface, const std::stri
 constexpr const char* kGigeVision = "GigEVision";
 constexpr const char* kUsb3Vision = "USB3Vision";
 
-/// While an object of this class lives, Aravis looks for cameras on these transports only. The choice, and the list of
+/// While an object of this class lives, Aravis looks for cameras on this transport only. The choice, and the list of
 /// the cameras that were found, belong to the whole process, so two cameras do not search at the same time.
 class LookOn {
  public:
-  explicit LookOn(std::initializer_list<const char*> transports) : lock_(searching()) {
+  explicit LookOn(const char* transport) : lock_(searching()) {
     for (unsigned i = 0; i < arv_get_n_interfaces(); ++i) arv_disable_interface(arv_get_interface_id(i));
-    for (const char* transport : transports) arv_enable_interface(transport);
+    arv_enable_interface(transport);
   }
 
  private:
@@ -101,41 +96,12 @@ Result<GRef<ArvCamera>> connect_by_name(const std::string& id, const OnControl& 
   return camera;
 }
 
-/// Returns whether a device with this serial number is on USB, camera or not.
-bool is_on_usb(const std::string& serial) {
-  std::error_code failed;
-  for (std::filesystem::directory_iterator i("/sys/bus/usb/devices", failed), end; !failed && i != end;
-       i.increment(failed)) {
-    std::string found;
-    if (std::getline(std::ifstream(i->path() / "serial"), found) && found == serial) return true;
-  }
-  return false;
-}
-
-/// Connects to the camera with this serial number if it is on `transport`.
-std::optional<Result<GRef<ArvCamera>>> connect_on(const char* transport, const std::string& serial,
-                                                  const OnControl& on_control) {
-  const LookOn only({transport});
+Result<GRef<ArvCamera>> connect_by_serial(const std::string& serial, const OnControl& on_control) {
   arv_update_device_list();
   for (unsigned i = 0; i < arv_get_n_devices(); ++i)
     if (const char* found = arv_get_device_serial_nbr(i); found && serial == found)
       return connect_by_name(arv_get_device_id(i), on_control);
-  return {};
-}
-
-/// Looks on USB only if the kernel has a device with this number there, because Aravis opens every device of the
-/// computer to look at it, and on Ethernet only if it is not on USB, because that takes a second.
-Result<GRef<ArvCamera>> connect_by_serial(const std::string& serial, const OnControl& on_control) {
-  if (is_on_usb(serial))
-    if (auto camera = connect_on(kUsb3Vision, serial, on_control)) return std::move(*camera);
-  if (auto camera = connect_on(kGigeVision, serial, on_control)) return std::move(*camera);
-  if (!is_on_usb(serial)) return Error{ErrorCode::Unavailable, fmt::format("no camera with serial number {}", serial)};
-  // It may have come while Ethernet was searched.
-  if (auto camera = connect_on(kUsb3Vision, serial, on_control)) return std::move(*camera);
-  return Error{ErrorCode::Unavailable,
-               fmt::format("serial: {} is on USB, but it is no USB3 Vision camera, or this program may not open it; "
-                           "the package's rule /usr/lib/udev/rules.d/60-hueline.rules gives the right",
-                           serial)};
+  return Error{ErrorCode::Unavailable, fmt::format("no camera with serial number {}", serial)};
 }
 
 bool is_loopback(ArvGvDevice* device) {
@@ -173,12 +139,6 @@ void configure_light(ArvCamera* camera, const AravisSource::Config& config, Step
 }
 
 void configure_transport(ArvCamera* camera, const AravisSource::Config& config, Steps& steps) {
-  if (arv_camera_is_uv_device(camera)) {
-    // The asynchronous mode ties its transfers to the buffer objects that it saw first, but this program makes a new
-    // one for each image.
-    arv_camera_uv_set_usb_mode(camera, ARV_UV_USB_MODE_SYNC);
-    return;
-  }
   if (!arv_camera_is_gv_device(camera)) return;
   if (!config.packet_socket || is_loopback(ARV_GV_DEVICE(arv_camera_get_device(camera))))
     arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
@@ -241,13 +201,10 @@ Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config, const
   auto camera = [&] {
     if (!config.address.empty() && !config.interface.empty())
       return connect_at(config.interface, config.address, on_control);
-    if (config.address.empty() && config.id.empty()) return connect_by_serial(config.serial, on_control);
-    if (config.address.empty()) {
-      const LookOn both({kUsb3Vision, kGigeVision});
-      return connect_by_name(config.id, on_control);
-    }
-    const LookOn only({kGigeVision});
-    return connect_by_name(config.address, on_control);
+    const LookOn only(kGigeVision);
+    if (!config.address.empty()) return connect_by_name(config.address, on_control);
+    if (!config.id.empty()) return connect_by_name(config.id, on_control);
+    return connect_by_serial(config.serial, on_control);
   }();
   if (!camera) return camera;
   if (!config.serial.empty()) {
@@ -262,6 +219,16 @@ Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config, const
       !arv_gv_device_is_controller(ARV_GV_DEVICE(arv_camera_get_device(camera->get()))))
     return Error{ErrorCode::Unavailable, "camera: another program controls it"};
   return camera;
+}
+
+std::string usb_serial_of(const std::string& id) {
+  const LookOn only(kUsb3Vision);
+  arv_update_device_list();
+  for (unsigned i = 0; i < arv_get_n_devices(); ++i)
+    if (const char* found = arv_get_device_id(i), *serial = arv_get_device_serial_nbr(i);
+        found && serial && id == found)
+      return serial;
+  return {};
 }
 
 sockaddr_in ipv4_of(GSocketAddress* address) {

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 #include <string_view>
 
 #include "drivers/gige/aravis_source.hpp"
@@ -23,10 +24,13 @@ using GRef = std::unique_ptr<T, Unreference>;
 /// `attempted` says in messages what failed.
 Error take_error(std::string_view attempted, GError* error);
 
-/// Finds the camera that `config` names and connects to it. Checks that it is that camera and that this program
+/// Finds the GigE camera that `config` names and connects to it. Checks that it is that camera and that this program
 /// controls it. Calls `on_control` as soon as it does.
 Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config,
                                        const std::function<void(ArvDevice&)>& on_control);
+/// Returns the serial number of the USB3 Vision camera that Aravis lists by this name; empty if there is none. Aravis
+/// opens every such camera to look at it.
+std::string usb_serial_of(const std::string& id);
 /// Returns the IPv4 address and port of `address`.
 sockaddr_in ipv4_of(GSocketAddress* address);
 

@@ -12,7 +12,6 @@
 #include "drivers/gige/aravis_camera.hpp"
 #include "drivers/gige/image_stream.hpp"
 #include "drivers/transport/host_clock.hpp"
-#include "drivers/transport/usb_memory.hpp"
 
 namespace hueline::drivers {
 
@@ -49,16 +48,6 @@ class PooledMemory final : public PacketMemory {
   std::optional<BufferPool> pool_;
 };
 
-/// Returns the time after which a camera that sends no image no longer works, if that can be said: for a USB camera
-/// that runs freely. Aravis 0.8.26 tries a transfer that fails again and again and tells nobody, be it that the
-/// endpoint is halted or that the kernel has no memory for it. (A GigE camera has a heartbeat.)
-std::optional<nanoseconds> longest_silence_of(ArvCamera* camera, const GenicamConfig& config) {
-  constexpr nanoseconds kShortest = std::chrono::seconds(2);
-  constexpr double kPeriods = 5;
-  if (!arv_camera_is_uv_device(camera) || !config.trigger_source.empty() || config.frame_rate_hz <= 0) return {};
-  return std::max(kShortest, from_seconds(kPeriods / config.frame_rate_hz) + config.exposure.value_or(nanoseconds(0)));
-}
-
 void on_control_lost(ArvDevice*, gpointer stream) { static_cast<ImageStream*>(stream)->interrupt(); }
 
 }  // namespace
@@ -69,12 +58,8 @@ struct AravisSource::Open {
   ImageStreamCounts told;  // counts of losses that faults have already reported
   HostTime last_look{};
   ImageStreamCounts at_image;  // counts when an image came last
-  bool is_usb = false;
-  bool counts_anew = false;  // the camera has restarted, and the stream ignores its images
-  std::optional<nanoseconds> longest_silence;
-  HostTime last_sign{};              // when the stream last counted an image of any kind, or began
-  std::uint64_t images_at_sign = 0;  // what it had counted then
-  std::deque<Packet> faults;         // faults that next() still has to return
+  bool counts_anew = false;    // the camera has restarted, and the stream ignores its images
+  std::deque<Packet> faults;   // faults that next() still has to return
 
   // Releasing the camera object joins the heartbeat thread. Until then that thread may report to `stream` that the
   // camera is gone, so the stream is stopped here but outlives the camera object.
@@ -109,15 +94,6 @@ Status AravisSource::open() {
   g_signal_connect(device, "control-lost", G_CALLBACK(on_control_lost), open_->stream.get());
   // The camera may have been lost before the signal was connected.
   if (ARV_IS_GV_DEVICE(device) && !arv_gv_device_is_controller(ARV_GV_DEVICE(device))) open_->stream->interrupt();
-  if (ARV_IS_UV_DEVICE(device)) {
-    GError* error = nullptr;
-    guint32 version = 0;
-    arv_device_read_register(device, 0, &version, &error);
-    if (error) return take_error("read a register", error);
-  }
-  open_->is_usb = ARV_IS_UV_DEVICE(device);
-  open_->longest_silence = longest_silence_of(open_->camera.get(), config_);
-  open_->last_sign = host_now();
   return {};
 }
 
@@ -140,7 +116,6 @@ Result<Packet> AravisSource::next(std::stop_token stop) {
     return fault;
   }
   if (stream.is_interrupted()) return Error{ErrorCode::Disconnected, "camera: no longer answers"};
-  if (auto failed = look_for_silence(host_now())) return *failed;
   if (open_->counts_anew) return Error{ErrorCode::Disconnected, "camera: counts its images anew"};
   if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped"};
   return Error{ErrorCode::TimedOut, {}};
@@ -160,20 +135,6 @@ void AravisSource::look_for_restart(bool has_image) {
   open_->counts_anew = true;
 }
 
-std::optional<Error> AravisSource::look_for_silence(HostTime now) {
-  if (!open_->longest_silence) return {};
-  const ImageStreamCounts seen = open_->stream->counts();
-  const std::uint64_t images = seen.complete_images + seen.incomplete_images + seen.underruns;
-  if (images != std::exchange(open_->images_at_sign, images)) open_->last_sign = now;
-  const nanoseconds silence = now - open_->last_sign;
-  if (silence <= *open_->longest_silence) return {};
-  return Error{
-      ErrorCode::Disconnected,
-      fmt::format("camera: no image for {:.1f} s, though it is set to {} images a second: its stream on USB has "
-                  "failed and is opened again{}",
-                  to_seconds(silence), config_.frame_rate_hz, hint_at_usb_memory())};
-}
-
 void AravisSource::look_for_losses(HostTime now, bool is_last) {
   if (!is_last && now - open_->last_look < kBetweenFaults) return;
   open_->last_look = now;
@@ -183,10 +144,8 @@ void AravisSource::look_for_losses(HostTime now, bool is_last) {
   };
   const std::uint64_t incomplete = seen.incomplete_images - told.incomplete_images;
   fault(FaultKind::Lost, incomplete,
-        open_->is_usb
-            ? fmt::format("{} images incomplete: a transfer failed, or the camera sent less than an image", incomplete)
-            : fmt::format("{} images incomplete: {} packets missing, {} came when asked for again", incomplete,
-                          seen.missing_packets - told.missing_packets, seen.resent_packets - told.resent_packets));
+        fmt::format("{} images incomplete: {} packets missing, {} came when asked for again", incomplete,
+                    seen.missing_packets - told.missing_packets, seen.resent_packets - told.resent_packets));
   fault(FaultKind::Overflow, seen.underruns - told.underruns,
         fmt::format("packets of images found no free buffer: {} of {} MB are held, so recorder or pipeline is behind "
                     "(images_in_flight)",

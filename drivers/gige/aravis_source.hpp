@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 
 #include "core/packet.hpp"
 #include "drivers/gige/genicam_config.hpp"
@@ -14,12 +13,12 @@ using ArvDevice = struct _ArvDevice;
 namespace hueline::drivers {
 
 /// What the stream has counted since the source was made, across all reopenings. Packets are those of the transport
-/// (GVSP); a USB3 camera has none, so their counts stay 0.
+/// (GVSP).
 struct ImageStreamCounts {
   std::uint64_t complete_images = 0;
   std::uint64_t incomplete_images = 0;  ///< images that were delivered and marked as incomplete
   std::uint64_t missed_images = 0;      ///< jumps of the camera's frame id
-  std::uint64_t underruns = 0;          ///< packets (USB: images) that found no free buffer
+  std::uint64_t underruns = 0;          ///< packets that found no free buffer
   /// Packets of incomplete images, counted from the first gap to the end of the image.
   std::uint64_t missing_packets = 0;
   std::uint64_t resent_packets = 0;  ///< packets that came after they were requested again
@@ -35,7 +34,7 @@ struct AravisSurroundings {
   std::function<void(ArvDevice&)> on_control;
 };
 
-/// Receives the images of a GigE Vision or USB3 Vision camera by means of Aravis.
+/// Receives the images of a GigE Vision camera by means of Aravis.
 ///
 /// Packet::bytes is the header of image_packet.hpp and then the pixels, in the memory into which the transport wrote
 /// them; nothing is copied. Packet::received is the host's clock when the last byte had arrived, read in the receiving
@@ -49,13 +48,11 @@ struct AravisSurroundings {
 /// Errors of open(): Unavailable if the camera is absent, silent or held by another program, or if this computer does
 /// not have the address that `interface` names. Invalid if the camera is not the one that Config names, or refuses a
 /// setting; asking again does not help.
-/// Errors of next(): Disconnected when the camera stops answering its heartbeat, 3 to 9 s after a GigE camera is gone
-/// and at once for a USB camera; an image after a camera that has restarted counts its images from 1 again; and when a
-/// USB camera that runs freely (Config::frame_rate_hz) sends no image for 2 s or five periods, because its endpoint is
-/// halted or the kernel has no memory for its transfers. A USB camera with a trigger is only silent then. Fault
-/// packets, at most one of each kind a second, each with its count: Lost (incomplete images), Overflow (no buffer was
-/// free), Malformed (packets with errors). Incomplete images are delivered and marked. Images that are lost entirely
-/// show as a gap in the frame id, and ImageDecoder counts them.
+/// Errors of next(): Disconnected when the camera stops answering its heartbeat, 3 to 9 s after it is gone, and an
+/// image after a camera that has restarted counts its images from 1 again. Fault packets, at most one of each kind a
+/// second, each with its count: Lost (incomplete images), Overflow (no buffer was free), Malformed (packets with
+/// errors). Incomplete images are delivered and marked. Images that are lost entirely show as a gap in the frame id,
+/// and ImageDecoder counts them.
 ///
 /// Thread safety: none; one thread calls all functions. next() waits at most about 100 ms. open() and close() take
 /// several seconds if the camera does not answer.
@@ -75,7 +72,6 @@ class AravisSource : public PacketSource {
  private:
   struct Open;  // the camera and its stream
   void look_for_restart(bool has_image);
-  std::optional<Error> look_for_silence(HostTime now);
   void look_for_losses(HostTime now, bool is_last);
 
   const Config config_;

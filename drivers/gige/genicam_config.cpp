@@ -48,6 +48,10 @@ void GenicamConfig::visit(Keys& keys) {
              "Whether the kernel's UDP stack is bypassed if that is permitted (CAP_NET_RAW). It is never bypassed on "
              "loopback."},
             packet_socket);
+  keys.whole({"transfer_mb", "MB",
+              "Of a USB camera: the memory of the transfers that are under way. The kernel's usbfs_memory_mb has to "
+              "allow it."},
+             transfer_MB, {1, 200});
   keys.whole({"realtime_priority", "",
               "The real-time priority of the receiving thread. It needs CAP_SYS_NICE; without it the thread has normal "
               "priority.",

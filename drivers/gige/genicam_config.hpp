@@ -48,6 +48,9 @@ struct GenicamConfig {
   /// An image whose packets stop coming for this time is delivered as it is.
   std::chrono::milliseconds give_up_after{100};
 
+  // Transport of USB cameras.
+  std::uint32_t transfer_MB = 8;  ///< memory of the transfers that are under way
+
   // The computer.
   int realtime_priority = 0;  ///< SCHED_RR priority of the receiving thread, 1 to 99; 0 (and without privilege): normal
   std::size_t stream_buffers = 8;     ///< images that the transport may fill or hold ready

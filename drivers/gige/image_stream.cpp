@@ -104,20 +104,16 @@ Result<std::unique_ptr<ImageStream>> ImageStream::start(ArvCamera* camera, const
   stream->owned_stream_.reset(arv_camera_create_stream(camera, &ImageStream::on_event, stream.get(), &error));
   if (error) return take_error("open the image stream", error);
   if (!stream->owned_stream_) return Error{ErrorCode::Unavailable, "camera: no image stream"};
-  stream->is_gige_ = ARV_IS_GV_STREAM(stream->owned_stream_.get());
-  if (stream->is_gige_) {
-    const guint give_up_us = static_cast<guint>(config.give_up_after.count() * 1000);
-    // The size is fixed, whatever the size of an image: on a busy machine a burst must last until the receiving thread
-    // runs.
-    const gint socket_buffer =
-        config.socket_buffer_bytes ? static_cast<gint>(config.socket_buffer_bytes) : kLargeSocketBuffer;
-    g_object_set(stream->owned_stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
-                 socket_buffer, "packet-resend",
-                 config.packet_resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
-                 "frame-retention", give_up_us, nullptr);
-  }
-  if (stream->is_gige_)
-    if (const Status guarded = guard(camera, stream->owned_stream_.get(), payload); !guarded) return guarded.error();
+  const guint give_up_us = static_cast<guint>(config.give_up_after.count() * 1000);
+  // The size is fixed, whatever the size of an image: on a busy machine a burst must last until the receiving thread
+  // runs.
+  const gint socket_buffer =
+      config.socket_buffer_bytes ? static_cast<gint>(config.socket_buffer_bytes) : kLargeSocketBuffer;
+  g_object_set(stream->owned_stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
+               socket_buffer, "packet-resend",
+               config.packet_resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
+               "frame-retention", give_up_us, nullptr);
+  if (const Status guarded = guard(camera, stream->owned_stream_.get(), payload); !guarded) return guarded.error();
   stream->stream_ = stream->owned_stream_.get();
   if (!stream->top_up()) return Error{ErrorCode::Exhausted, "camera: no memory for images"};
   arv_camera_start_acquisition(camera, &error);
@@ -163,7 +159,7 @@ void ImageStream::on_event(void* self, ArvStreamCallbackType type, ArvBuffer*) {
 void ImageStream::take_finished() {
   const HostTime now = host_now();
   ArvStream* stream = stream_;  // read first, so that everything that start() wrote before it is visible too
-  const std::uint64_t missing = is_gige_ ? info("n_missing_packets") : 0;
+  const std::uint64_t missing = info("n_missing_packets");
   while (ArvBuffer* buffer = arv_stream_try_pop_buffer(stream)) {
     --given_;
     Lock lock(mutex_);
@@ -237,15 +233,14 @@ void ImageStream::interrupt() {
 std::uint64_t ImageStream::info(const char* name) const { return arv_stream_get_info_uint64_by_name(stream_, name); }
 
 ImageStreamCounts ImageStream::counts() const {
-  const auto of_gige = [&](const char* name) { return is_gige_ ? info(name) : 0; };
   return {.complete_images = info("n_completed_buffers"),
           .incomplete_images = info("n_failures"),
-          .missed_images = of_gige("n_missing_frames"),
+          .missed_images = info("n_missing_frames"),
           .underruns = info("n_underruns"),
-          .missing_packets = of_gige("n_missing_packets"),
-          .resent_packets = of_gige("n_resent_packets"),
-          .broken_packets = of_gige("n_error_packets") + of_gige("n_size_mismatch_errors"),
-          .ignored_bytes = of_gige("n_ignored_bytes")};
+          .missing_packets = info("n_missing_packets"),
+          .resent_packets = info("n_resent_packets"),
+          .broken_packets = info("n_error_packets") + info("n_size_mismatch_errors"),
+          .ignored_bytes = info("n_ignored_bytes")};
 }
 
 }  // namespace hueline::drivers

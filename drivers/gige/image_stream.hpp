@@ -67,7 +67,6 @@ class ImageStream {
   GRef<ArvStream> owned_stream_;
   std::atomic<ArvStream*> stream_{nullptr};  // read by the receiving thread
   std::atomic<std::size_t> given_{0};        // number of buffers that the stream holds
-  bool is_gige_ = false;                     // set before the stream gets its first buffer
   std::uint64_t missing_packets_ = 0;        // of the stream up to the latest image
 
   Mutex mutex_;

@@ -26,11 +26,13 @@ constexpr std::size_t kTransferBytes = 256u << 10;
 constexpr std::chrono::milliseconds kWait{100};
 
 /// USB3 Vision cameras of the same maker are `driver: genicam`.
-bool is_iidc_camera(const UsbHandle::Found& found) {
+std::vector<std::uint8_t> interfaces_of(const UsbHandle::Found& found) {
   constexpr std::uint8_t kMiscellaneous = 0xEF, kUsb3Vision = 0x05;
-  return found.vendor == kPointGrey &&
-         !(found.interface_class == kMiscellaneous && found.interface_subclass == kUsb3Vision) &&
-         std::ranges::find(found.endpoints, kImages) != found.endpoints.end();
+  if (found.vendor != kPointGrey || found.interfaces.empty()) return {};
+  const UsbHandle::Interface& first = found.interfaces.front();
+  if (first.type == kMiscellaneous && first.subtype == kUsb3Vision) return {};
+  if (std::ranges::find(first.endpoints, kImages) == first.endpoints.end()) return {};
+  return {first.number};
 }
 
 /// The registers of a camera on USB: 16 bits of the address each in wValue and wIndex, the rest chooses the request;
@@ -63,7 +65,7 @@ class UsbRegisters final : public RegisterAccess {
 /// Returns the camera with that serial number, or the only one.
 Result<std::unique_ptr<UsbHandle>> find_camera(std::uint32_t serial) {
   std::vector<std::string> refusals;
-  auto found = UsbHandle::open_all(is_iidc_camera, refusals);
+  auto found = UsbHandle::open_all({interfaces_of, {}}, refusals);
   if (!found) return found.error();
   std::string serials;
   std::vector<std::unique_ptr<UsbHandle>> wanted;

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 #include <libusb.h>
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 namespace hueline::drivers {
 namespace {
 
-constexpr int kInterface = 0;
 constexpr unsigned kAnswersWithin_ms = 1000;
 constexpr std::uint8_t kReadOfMaker = 0xC0, kWriteOfMaker = 0x40;  // bmRequestType
 
@@ -22,14 +23,29 @@ Result<UsbHandle::Found> describe(libusb_device* device) {
   UsbHandle::Found found;
   found.vendor = of_device.idVendor;
   found.product = of_device.idProduct;
-  if (configuration->bNumInterfaces > 0 && configuration->interface[0].num_altsetting > 0) {
-    const libusb_interface_descriptor& interface = configuration->interface[0].altsetting[0];
-    found.interface_class = interface.bInterfaceClass;
-    found.interface_subclass = interface.bInterfaceSubClass;
-    for (int i = 0; i < interface.bNumEndpoints; ++i) found.endpoints.push_back(interface.endpoint[i].bEndpointAddress);
+  for (int i = 0; i < configuration->bNumInterfaces; ++i) {
+    if (configuration->interface[i].num_altsetting < 1) continue;
+    const libusb_interface_descriptor& described = configuration->interface[i].altsetting[0];
+    UsbHandle::Interface interface {
+      .number = described.bInterfaceNumber, .type = described.bInterfaceClass, .subtype = described.bInterfaceSubClass,
+      .protocol = described.bInterfaceProtocol, .endpoints = {}
+    };
+    for (int k = 0; k < described.bNumEndpoints; ++k)
+      interface.endpoints.push_back(described.endpoint[k].bEndpointAddress);
+    found.interfaces.push_back(std::move(interface));
   }
   libusb_free_config_descriptor(configuration);
   return found;
+}
+
+/// Returns the serial number that the descriptors of an open device name; empty if there is none.
+std::string serial_of(libusb_device* device, libusb_device_handle* handle) {
+  libusb_device_descriptor described{};
+  if (libusb_get_device_descriptor(device, &described) != 0 || described.iSerialNumber == 0) return {};
+  std::array<unsigned char, 256> text{};
+  const int size =
+      libusb_get_string_descriptor_ascii(handle, described.iSerialNumber, text.data(), static_cast<int>(text.size()));
+  return size > 0 ? std::string(text.begin(), text.begin() + size) : std::string();
 }
 
 std::string what_to_do(int code) {
@@ -60,7 +76,7 @@ Error usb_error(const std::string& tried, int code) {
   return {kind, fmt::format("USB: cannot {}: {}", tried, libusb_strerror(code))};
 }
 
-Result<std::vector<std::unique_ptr<UsbHandle>>> UsbHandle::open_all(IsWanted is_wanted,
+Result<std::vector<std::unique_ptr<UsbHandle>>> UsbHandle::open_all(const Wanted& wanted,
                                                                     std::vector<std::string>& refusals) {
   libusb_context* made = nullptr;
   if (const int failed = libusb_init(&made); failed != 0) return usb_error("start libusb", failed);
@@ -71,29 +87,36 @@ Result<std::vector<std::unique_ptr<UsbHandle>>> UsbHandle::open_all(IsWanted is_
   std::vector<std::unique_ptr<UsbHandle>> out;
   for (libusb_device* device : std::span(list, static_cast<std::size_t>(count))) {
     const auto found = describe(device);
-    if (!found || !is_wanted(*found)) continue;
+    if (!found) continue;
+    const std::vector<std::uint8_t> interfaces = wanted.interfaces(*found);
+    if (interfaces.empty()) continue;
     std::string name = fmt::format("{:04x}:{:04x} on bus {}, device {}", found->vendor, found->product,
                                    libusb_get_bus_number(device), libusb_get_device_address(device));
     libusb_device_handle* handle = nullptr;
     int failed = libusb_open(device, &handle);
     if (failed == 0) {
-      failed = libusb_claim_interface(handle, kInterface);
-      if (failed != 0) libusb_close(handle);
+      std::unique_ptr<UsbHandle> opened(new UsbHandle(context, handle, *found, name));
+      // Asked for before the interfaces are claimed, which would take another program's camera from it for a moment.
+      if (!wanted.serial.empty() && serial_of(device, handle) != wanted.serial) continue;
+      failed = opened->claim(interfaces);
+      if (failed == 0) out.push_back(std::move(opened));
     }
-    if (failed == 0)
-      out.push_back(std::unique_ptr<UsbHandle>(new UsbHandle(context, handle, std::move(name))));
-    else
-      refusals.push_back(usb_error("open " + name, failed).message + what_to_do(failed));
+    if (failed != 0) refusals.push_back(usb_error("open " + name, failed).message + what_to_do(failed));
   }
   libusb_free_device_list(list, 1);
   return out;
 }
 
-UsbHandle::UsbHandle(std::shared_ptr<libusb_context> context, libusb_device_handle* handle, std::string name)
-    : context_(std::move(context)), handle_(handle), name_(std::move(name)) {}
+int UsbHandle::claim(const std::vector<std::uint8_t>& interfaces) {
+  for (const std::uint8_t interface : interfaces) {
+    if (const int failed = libusb_claim_interface(handle_, interface); failed != 0) return failed;
+    claimed_.push_back(interface);
+  }
+  return 0;
+}
 
 UsbHandle::~UsbHandle() {
-  libusb_release_interface(handle_, kInterface);
+  for (const std::uint8_t interface : claimed_) libusb_release_interface(handle_, interface);
   libusb_close(handle_);
 }
 
@@ -118,6 +141,19 @@ Status UsbHandle::write_vendor(std::uint8_t request, std::uint16_t value, std::u
   if (static_cast<std::size_t>(written) != data.size())
     return Error{ErrorCode::Malformed, fmt::format("USB: {} took {} of {} bytes", name_, written, data.size())};
   return {};
+}
+
+Result<std::size_t> UsbHandle::bulk(std::uint8_t endpoint, std::span<std::byte> bytes,
+                                    std::chrono::milliseconds limit) {
+  constexpr std::int64_t kForEver = 0;
+  const auto limit_ms = static_cast<unsigned>(std::max<std::int64_t>(kForEver + 1, limit.count()));
+  int went = 0;
+  const int failed = libusb_bulk_transfer(handle_, endpoint, reinterpret_cast<unsigned char*>(bytes.data()),
+                                          static_cast<int>(bytes.size()), &went, limit_ms);
+  if (failed == 0) return static_cast<std::size_t>(went);
+  if (failed == LIBUSB_ERROR_PIPE && libusb_clear_halt(handle_, endpoint) == 0)
+    return Error{ErrorCode::TimedOut, fmt::format("USB: {} halted its endpoint 0x{:02x}", name_, endpoint)};
+  return usb_error("exchange a message with " + name_, failed);
 }
 
 Result<std::size_t> UsbHandle::packet_bytes(std::uint8_t endpoint) const {

@@ -133,8 +133,12 @@ bool UsbPort::wait_until_taken(std::uint8_t endpoint, const std::stop_token& sto
   Lock lock(mutex_);
   Endpoint& in = in_[endpoint & 15U];
   const std::uint64_t drops = in.drops;
-  const auto is_over = [&]()
-                           HUELINE_REQUIRES(mutex_) { return in.waiting.empty() || !is_plugged_ || in.drops != drops; };
+  const auto is_over = [&]() HUELINE_REQUIRES(mutex_) {
+    // What waits after serve() although a transfer is under way has gone over the wire: that transfer holds it, and
+    // waits for more.
+    const bool is_taken = in.waiting.empty() || (!in.requests.empty() && !in.is_halted);
+    return is_taken || !is_plugged_ || in.drops != drops;
+  };
   return changed_.wait(lock, stop, is_over) && is_plugged_ && in.drops == drops;
 }
 

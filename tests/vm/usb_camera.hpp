@@ -46,6 +46,8 @@ class UsbCamera {
   }
   /// The next exposure has this fault.
   void spoil(sim::U3vFault fault) { fault_ = fault; }
+  /// While it pauses, the camera exposes nothing.
+  void pause(bool is_pausing) { is_pausing_ = is_pausing; }
   /// That many exposures are counted and not sent.
   void skip(std::uint64_t exposures) { skipped_ += exposures; }
   /// Waits until the camera streams.
@@ -86,7 +88,7 @@ class UsbCamera {
       due += period;
       sequence_ += skipped_.exchange(0);
       ++sequence_;
-      if (!camera_->is_streaming()) continue;
+      if (is_pausing_ || !camera_->is_streaming()) continue;
       const std::int64_t stamp = stamp_of(sequence_);
       const Status taken = camera_->send({.sequence = sequence_,
                                           .counter_ns = stamp,
@@ -103,6 +105,7 @@ class UsbCamera {
   std::unique_ptr<sim::U3vCamera> camera_;
   std::atomic<sim::U3vFault> fault_ = sim::U3vFault::None;
   std::atomic<std::uint64_t> skipped_ = 0, late_ = 0, sent_ = 0;
+  std::atomic<bool> is_pausing_ = false;
   std::uint64_t sequence_ = 0;
   std::jthread thread_;  // ends before the camera does
 };

@@ -36,8 +36,6 @@ sim::U3vCamera::Config camera_config() {
   sim::U3vCamera::Config config;
   config.width = kWidth;
   config.height = kHeight;
-  // Aravis waits no longer for an answer, and a busy machine may run nothing for longer than the usual 200 ms.
-  config.response_ms = 1000;
   return config;
 }
 
@@ -142,7 +140,8 @@ TEST(Usb3Vision, ASpoiledImageIsToldAndThoseAroundItAreWhole) {
     how();
     // The source tells of losses once a second.
     const Received got = driver.receive(25);
-    ASSERT_EQ(got.images.size(), 25u) << name << testing::PrintToString(got.details);
+    ASSERT_EQ(got.images.size(), 25u) << name << testing::PrintToString(got.details)
+                                      << (got.end ? got.end->message : "");
     EXPECT_GE(got.whole, 24u) << name;
     EXPECT_GE(got.count(FaultKind::Lost), lost) << name;
     EXPECT_LE(got.count(FaultKind::Lost), lost + 2 + camera.late() - late) << testing::PrintToString(got.details);
@@ -154,7 +153,7 @@ TEST(Usb3Vision, ASpoiledImageIsToldAndThoseAroundItAreWhole) {
   spoil("half of the pixels", 1, [&] { camera.spoil(U3vFault::ShortPayload); });
 }
 
-TEST(Usb3Vision, AStalledEndpointIsOpenedAgain) {
+TEST(Usb3Vision, AHaltIsClearedAndTheStreamGoesOn) {
   auto slow = camera_config();
   slow.start_takes_ms = 600;  // it says so, and the driver waits
   UsbCamera camera(slow);
@@ -162,16 +161,58 @@ TEST(Usb3Vision, AStalledEndpointIsOpenedAgain) {
   Driver driver(settings());
   const Status opened = driver.open_within(seconds(30));
   ASSERT_TRUE(opened.ok()) << opened.error().message;
+  for (int halt = 0; halt < 3; ++halt) {
+    ASSERT_EQ(driver.receive(2).images.size(), 2u);
+    camera.spoil(U3vFault::Stall);
+    const Received got = driver.receive(10);
+    EXPECT_FALSE(got.end.has_value()) << got.end->message;
+    ASSERT_EQ(got.images.size(), 10u) << testing::PrintToString(got.details);
+    EXPECT_GE(got.whole, 9u);
+    EXPECT_GE(got.count(FaultKind::Lost), 1u);
+    EXPECT_THAT(got.details, testing::Contains(HasSubstr("the camera halted its endpoint on USB")));
+  }
+}
+
+TEST(Usb3Vision, ACameraThatSendsNoImageIsOpenedAgain) {
+  UsbCamera camera(camera_config());
+  ASSERT_TRUE(camera.plug().ok());
+  Driver driver(settings());
+  const Status opened = driver.open_within(seconds(30));
+  ASSERT_TRUE(opened.ok()) << opened.error().message;
   ASSERT_EQ(driver.receive(2).images.size(), 2u);
-  camera.spoil(U3vFault::Stall);
+  camera.pause(true);
   const Received end = driver.receive(1000, seconds(10));
   ASSERT_TRUE(end.end.has_value()) << testing::PrintToString(end.details);
   EXPECT_EQ(end.end->code, ErrorCode::Disconnected);
   EXPECT_THAT(end.end->message, HasSubstr("its stream on USB has failed"));
   EXPECT_THAT(end.end->message, HasSubstr("have 16 MB for their transfers"));
+  camera.pause(false);
   const Status again = driver.open_within(seconds(30));
   ASSERT_TRUE(again.ok()) << again.error().message;
   EXPECT_EQ(driver.receive(5).images.size(), 5u);
+}
+
+TEST(Usb3Vision, TooLittleMemoryForTransfersIsToldWithWhatRaisesIt) {
+  UsbCamera camera(camera_config());
+  ASSERT_TRUE(camera.plug().ok());
+  GenicamConfig config = settings();
+  config.transfer_MB = 100;
+  Driver driver(config);
+  const Status opened = driver.open();
+  ASSERT_FALSE(opened.ok());
+  EXPECT_THAT(opened.error().message, HasSubstr("usbfs_memory_mb"));
+}
+
+TEST(Usb3Vision, WhatTheCameraRefusesIsNamed) {
+  UsbCamera camera(camera_config());
+  ASSERT_TRUE(camera.plug().ok());
+  GenicamConfig config = settings();
+  config.features = "NoSuchFeature=1";
+  Driver driver(config);
+  const Status opened = driver.open();
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::Invalid);
+  EXPECT_THAT(opened.error().message, HasSubstr("NoSuchFeature"));
 }
 
 TEST(Usb3Vision, UnpluggedAtAnyMomentItComesBack) {

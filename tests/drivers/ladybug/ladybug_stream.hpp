@@ -7,24 +7,12 @@
 
 #include "core/fault.hpp"
 #include "drivers/ladybug/ladybug_assembler.hpp"
+#include "tests/drivers/packet_pool.hpp"
 
 /// The stream of a Ladybug's endpoint for tests.
 namespace hueline::test {
 
 using Bytes = std::vector<std::byte>;
-
-/// Images in a pool.
-class Memory final : public drivers::PacketMemory {
- public:
-  explicit Memory(std::size_t bytes) : pool_(bytes) {}
-  Status prepare(std::size_t) override { return {}; }
-  MutableBuffer acquire(std::size_t bytes) override { return pool_.acquire(bytes); }
-  std::size_t bytes_in_use() const override { return pool_.bytes_in_use(); }
-  std::size_t limit_bytes() const override { return pool_.limit_bytes(); }
-
- private:
-  BufferPool pool_;
-};
 
 /// Returns an image without planes, whose bytes behind the head depend on `sequence`. It has at least 1024 bytes.
 inline Bytes image_of(std::uint32_t sequence, std::size_t size) {

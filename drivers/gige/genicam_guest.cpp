@@ -1,17 +1,22 @@
-#include "drivers/gige/aravis_guest.hpp"
+#include "drivers/gige/genicam_guest.hpp"
 
 #include <netinet/in.h>
 #include <sys/socket.h>
 
 #include <array>
+#include <chrono>
 #include <cstring>
+#include <future>
+#include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "drivers/gige/aravis_camera.hpp"
 #include "drivers/gige/aravis_source.hpp"
 #include "drivers/gige/gvsp_filter.hpp"
+#include "drivers/usb3_vision/u3v_source.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -48,9 +53,56 @@ std::optional<guest::LastWill> last_will(ArvDevice& device) {
   return std::nullopt;
 }
 
+/// A camera on whichever transport it is. It may have been plugged into another port since it was opened last.
+class GenicamSource final : public PacketSource {
+ public:
+  GenicamSource(GenicamConfig config, AravisSurroundings surroundings)
+      : config_(std::move(config)), surroundings_(std::move(surroundings)) {}
+
+  Status open() override {
+    source_.reset();
+    if (std::string serial = serial_on_usb(); !serial.empty()) return open_on_usb(std::move(serial));
+    auto on_ethernet = std::make_shared<AravisSource>(config_, surroundings_);
+    std::packaged_task<Status()> search([on_ethernet] { return on_ethernet->open(); });
+    std::future<Status> found = search.get_future();
+    // Aravis waits a second for answers. A camera that comes to USB meanwhile is opened at once, and nobody waits for
+    // the search any more.
+    std::thread(std::move(search)).detach();
+    constexpr std::chrono::milliseconds kLookAgain{50};
+    while (found.wait_for(kLookAgain) != std::future_status::ready)
+      if (config_.id.empty())
+        if (std::string serial = serial_on_usb(); !serial.empty()) return open_on_usb(std::move(serial));
+    source_ = std::move(on_ethernet);
+    return found.get();
+  }
+  Result<Packet> next(std::stop_token stop) override {
+    if (!source_) return Error{ErrorCode::Disconnected, "camera: not open"};
+    return source_->next(stop);
+  }
+  void close() override {
+    if (source_) source_->close();
+  }
+
+ private:
+  /// Ethernet is searched only for a camera that is not on USB, because that takes a second.
+  std::string serial_on_usb() const {
+    if (!config_.address.empty()) return {};
+    if (!config_.id.empty()) return usb_serial_of(config_.id);
+    return is_u3v_on_usb(config_.serial) ? config_.serial : std::string();
+  }
+  Status open_on_usb(std::string serial) {
+    source_ = std::make_shared<U3vSource>(config_, std::move(serial), surroundings_.memory);
+    return source_->open();
+  }
+
+  const GenicamConfig config_;
+  const AravisSurroundings surroundings_;
+  std::shared_ptr<PacketSource> source_;
+};
+
 }  // namespace
 
-Result<std::unique_ptr<PacketSource>> make_aravis_guest(guest::HostLink& link) {
+Result<std::unique_ptr<PacketSource>> make_genicam_guest(guest::HostLink& link) {
   const auto config = GenicamConfig::from_text(link.config().text);
   if (!config) return config.error();
   if (std::string problem = config->validate(); !problem.empty()) return Error{ErrorCode::Invalid, std::move(problem)};
@@ -59,7 +111,7 @@ Result<std::unique_ptr<PacketSource>> make_aravis_guest(guest::HostLink& link) {
   surroundings.on_control = [&link](ArvDevice& device) {
     if (auto will = last_will(device)) link.send(*will);
   };
-  return std::unique_ptr<PacketSource>(std::make_unique<AravisSource>(*config, std::move(surroundings)));
+  return std::unique_ptr<PacketSource>(std::make_unique<GenicamSource>(*config, std::move(surroundings)));
 }
 
 }  // namespace hueline::drivers
