@@ -42,7 +42,7 @@ void WheelDecoder::use(std::vector<Message> messages) {
 
 /// Looks up the named signals in the vehicle's database.
 void WheelDecoder::take_database(std::string_view text, HostTime received, std::vector<Measurement>& out) {
-  ++counts_.of("database");
+  count("database");
   if (!config_.has_names()) return;
   auto found = config_.find_signals(text);
   if (found.ok()) return use(std::move(*found));
@@ -52,88 +52,28 @@ void WheelDecoder::take_database(std::string_view text, HostTime received, std::
        fmt::format("the recorded database does not have the signals of the rig: {}", found.error().message));
 }
 
-void WheelDecoder::reset() {
+void WheelDecoder::forget() {
   for (State& state : states_)
     state = {.counter = {}, .cycle = {}, .pulses = {}, .pulses_at = {}, .speed = {}, .distance_m = state.distance_m};
-  datagram_.reset();
 }
 
-void WheelDecoder::tell(FaultKind kind, HostTime time, std::uint64_t count, std::vector<Measurement>& out,
-                        std::string detail) const {
-  out.push_back(Fault{sensor_, kind, time, count, std::move(detail)});
+bool WheelDecoder::take_other(const Packet& packet, std::vector<Measurement>& out) {
+  const auto database = decode_database_packet(packet.bytes.bytes());
+  if (database) take_database(*database, packet.received, out);
+  return database.has_value();
 }
 
-void WheelDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
-  sensor_ = packet.sensor;
-  const HostTime received = packet.received;
-  if (const auto database = decode_database_packet(packet.bytes.bytes())) {
-    counts_.decoded_bytes += packet.bytes.size();
-    return take_database(*database, received, out);
-  }
+void WheelDecoder::prepare(HostTime received, std::vector<Measurement>& out) {
   if (messages_.empty() && !std::exchange(is_waiting_told_, true))
     tell(FaultKind::WrongDevice, received, 1, out,
          "the rig names signals, and the recording holds no database (`dbc`) to find them in: nothing is decoded");
-  CanPacket parsed;
-  const Status whole = decode_can_packet(packet.bytes.bytes(), parsed);
-  std::size_t rest = packet.bytes.size() - parsed.header_bytes;
-  for (const CanFrame& frame : parsed.frames) rest -= frame.packet_bytes;
-  if (!whole.ok()) {
-    counts_.malformed_bytes += rest;
-    ++counts_.malformed_messages;
-    tell(FaultKind::Malformed, received, 1, out, whole.error().message);
-  }
-  if (parsed.datagram_sequence && !takes_datagram(*parsed.datagram_sequence, received, out)) {
-    counts_.ignored_bytes += packet.bytes.size() - rest;
-    return;
-  }
-  std::uint64_t* header = &counts_.ignored_bytes;
-  for (const CanFrame& frame : parsed.frames) {
-    ++counts_.of(frame.is_error ? "error" : name(frame));
-    switch (take(frame, received, out)) {
-      case Use::Decoded:
-        counts_.decoded_bytes += frame.packet_bytes;
-        header = &counts_.decoded_bytes;
-        break;
-      case Use::Ignored:
-        counts_.ignored_bytes += frame.packet_bytes;
-        break;
-      case Use::Malformed:
-        counts_.malformed_bytes += frame.packet_bytes;
-        ++counts_.malformed_messages;
-        break;
-    }
-  }
-  *header += parsed.header_bytes;
-}
-
-/// Follows the gateway's counter. Returns false for a datagram that came before.
-bool WheelDecoder::takes_datagram(std::uint8_t sequence, HostTime received, std::vector<Measurement>& out) {
-  const std::int64_t ahead = datagram_ ? CounterRange{0, 256}.steps(*datagram_, sequence) : 1;
-  if (ahead == 0 || ahead > 192) {
-    tell(FaultKind::Spurious, received, 1, out,
-         fmt::format("the gateway's datagram {} came again or late: not used", sequence));
-    return false;
-  }
-  if (ahead > 1)
-    tell(FaultKind::Lost, received, static_cast<std::uint64_t>(ahead - 1), out,
-         fmt::format("{} datagrams of the gateway are missing", ahead - 1));
-  datagram_ = sequence;
-  return true;
 }
 
 WheelDecoder::Use WheelDecoder::take(const CanFrame& frame, HostTime received, std::vector<Measurement>& out) {
-  if (frame.is_error) {
-    take_error(frame, received, out);
-    return Use::Decoded;
-  }
-  if (is_off_) {
-    is_off_ = false;
-    tell(FaultKind::Reconnected, received, 1, out, "frames come again after bus-off");
-  }
   const auto known = std::find_if(messages_.begin(), messages_.end(), [&](const Message& message) {
     return message.id == frame.id && message.is_extended == frame.is_extended;
   });
-  if (frame.is_remote || known == messages_.end()) return Use::Ignored;
+  if (known == messages_.end()) return Use::Ignored;
   const Message& message = *known;
   State& state = states_[static_cast<std::size_t>(known - messages_.begin())];
   const std::size_t needed = needed_bytes(message);
@@ -153,7 +93,7 @@ WheelDecoder::Use WheelDecoder::take(const CanFrame& frame, HostTime received, s
   }
   if (!is_new(message, state, frame, received, out)) return Use::Ignored;
   WheelSpeed wheel;
-  wheel.sensor = sensor_;
+  wheel.sensor = sensor();
   wheel.received = received;
   wheel.adapter_time = frame.adapter_time;
   wheel.speed = read_speed(message, state, frame, received, out);
@@ -163,18 +103,6 @@ WheelDecoder::Use WheelDecoder::take(const CanFrame& frame, HostTime received, s
   if (!wheel.speed && !wheel.distance_m) return Use::Ignored;
   out.push_back(wheel);
   return Use::Decoded;
-}
-
-void WheelDecoder::take_error(const CanFrame& frame, HostTime received, std::vector<Measurement>& out) {
-  for (CanTrouble& trouble : explain_can_error(frame)) {
-    if (trouble.kind == FaultKind::Disconnected || trouble.kind == FaultKind::Reconnected) {
-      const bool is_off = trouble.kind == FaultKind::Disconnected;
-      if (is_off != is_off_) tell(trouble.kind, received, 1, out, std::move(trouble.detail));
-      is_off_ = is_off;
-    } else {
-      tell(trouble.kind, received, 1, out, std::move(trouble.detail));
-    }
-  }
 }
 
 /// Follows the message's counter and period, and reports losses. Returns false if the counter did not change: the

@@ -6,11 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "core/decoder.hpp"
 #include "core/keys.hpp"
 #include "drivers/can/can_cycle.hpp"
-#include "drivers/can/can_errors.hpp"
-#include "drivers/can/can_frame.hpp"
+#include "drivers/can/can_decoder.hpp"
 #include "drivers/can/can_signal.hpp"
 #include "drivers/wheel/wheel_signal.hpp"
 
@@ -20,18 +18,16 @@ namespace hueline::drivers {
 /// describes, or names in a database (DBC). Each message with one of them becomes one WheelSpeed, the mean of its
 /// wheels.
 ///
-/// Faults:
-/// - Disconnected, Reconnected: bus-off and restart, from error frames.
-/// - Lost: a gap in a message's counter or, without a counter, in its period; a gap in the gateway's counter of
-///   datagrams.
+/// Faults, besides those of the bus (CanDecoder):
+/// - Lost: a gap in a message's counter or, without a counter, in its period.
 /// - Spurious: a message came again, so its counter did not change.
-/// - Malformed: a message is too short, its check sum is wrong, or frames break on the bus.
+/// - Malformed: a message is too short, or its check sum is wrong.
 /// - Implausible: a value outside the signal's range, a speed or acceleration that the vehicle cannot have, or pulses
 ///   that may have wrapped meanwhile.
 /// - WrongDevice: the signals are named, and the database does not describe them, or is not there.
 ///
 /// What one of the three before the last faults concerns gives no measurement.
-class WheelDecoder final : public Decoder {
+class WheelDecoder final : public CanDecoder {
  public:
   /// A count of wheel pulses.
   struct Pulses {
@@ -79,10 +75,6 @@ class WheelDecoder final : public Decoder {
 
   explicit WheelDecoder(Config config);
 
-  void decode(const Packet& packet, std::vector<Measurement>& out) override;
-  void reset() override;
-  const DecodeCounts& counts() const override { return counts_; }
-
  private:
   /// The state of one message.
   struct State {
@@ -95,31 +87,24 @@ class WheelDecoder final : public Decoder {
     int refused = 0;  // number of speeds refused in a row
     double distance_m = 0;
   };
-  enum class Use { Decoded, Ignored, Malformed };
-
-  Use take(const CanFrame& frame, HostTime received, std::vector<Measurement>& out);
-  void take_error(const CanFrame& frame, HostTime received, std::vector<Measurement>& out);
+  Use take(const CanFrame& frame, HostTime received, std::vector<Measurement>& out) override;
+  bool take_other(const Packet& packet, std::vector<Measurement>& out) override;
+  void prepare(HostTime received, std::vector<Measurement>& out) override;
+  void forget() override;
   bool is_new(const Message& message, State& state, const CanFrame& frame, HostTime received,
               std::vector<Measurement>& out);
   std::optional<double> read_speed(const Message& message, State& state, const CanFrame& frame, HostTime received,
                                    std::vector<Measurement>& out);
   std::optional<double> read_distance(const Message& message, State& state, const CanFrame& frame, HostTime received,
                                       std::vector<Measurement>& out);
-  void tell(FaultKind kind, HostTime time, std::uint64_t count, std::vector<Measurement>& out,
-            std::string detail) const;
   void take_database(std::string_view text, HostTime received, std::vector<Measurement>& out);
   void use(std::vector<Message> messages);
-  bool takes_datagram(std::uint8_t sequence, HostTime received, std::vector<Measurement>& out);
 
-  SensorId sensor_ = kSystemSensor;  // of the packet that is decoded, or was last
   const Config config_;
   std::vector<Message> messages_;  // with the bits of all signals; empty until they are known
   std::vector<State> states_;      // one for each message
   bool is_waiting_told_ = false;   // frames came before the database, and this was told
   bool is_directional_ = false;
-  bool is_off_ = false;  // whether the bus is off
-  std::optional<std::uint8_t> datagram_;
-  DecodeCounts counts_;
 };
 
 }  // namespace hueline::drivers
