@@ -15,6 +15,8 @@ void EitherCapture::visit(Keys& keys) {
 void StreamInput::visit(Keys& keys, std::string_view log) {
   if (has_datagrams)
     keys.one_of({"tcp", "serial", "udp", "pcap", "file"});
+  else if (has_can)
+    keys.one_of({"tcp", "serial", "pcap", "file", "can", "cannelloni", "can_log"});
   else
     keys.one_of({"tcp", "serial", "pcap", "file"});
   keys.section({"tcp", "", "The device on the network, by TCP."}, tcp);

@@ -21,6 +21,7 @@ struct EitherCapture : PcapSource::Config {
 /// one of its members is set.
 struct StreamInput {
   bool has_datagrams = false;  ///< the device also sends its messages in datagrams: the key `udp` exists
+  bool has_can = false;        ///< the device also sends them on a CAN bus: the caller declares the keys of a CanInput
   std::optional<TcpSource::Config> tcp;
   std::optional<SerialSource::Config> serial;
   std::optional<UdpSource::Config> udp;
@@ -28,7 +29,8 @@ struct StreamInput {
   std::optional<PcapSource::Config> tcp_pcap;  ///< key `pcap`, if not
   std::string file;
 
-  /// Declares the keys, of which a rig file gives exactly one. `log` says what the maker's files are.
+  /// Declares the keys, of which, with those of a CanInput, a rig file gives exactly one. `log` says what the maker's
+  /// files are.
   void visit(Keys& keys, std::string_view log);
   Arrivals arrivals() const {
     return !file.empty() ? Arrivals::Unknown : pcap || tcp_pcap ? Arrivals::Recorded : Arrivals::Live;

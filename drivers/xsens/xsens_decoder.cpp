@@ -13,8 +13,8 @@
 
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
-#include "core/portable_math.hpp"
 #include "drivers/xsens/xbus_form.hpp"
+#include "drivers/xsens/xsens_epoch.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -41,7 +41,7 @@ enum Data : std::uint16_t {
   kVelocity = 0xD010,
   kStatusWord = 0xE020,
 };
-enum Frame : int { kEnu = 0, kNed = 4, kNwu = 8 };
+enum Frame : int { kNed = 4, kNwu = 8 };  // else east, north, up
 
 /// Up to four numbers, or none.
 struct Numbers {
@@ -87,12 +87,6 @@ UtcTime calendar(std::span<const std::byte> data, std::size_t at) {
   return {stream_field_big<std::uint16_t>(data, at), u8(2), u8(3), u8(4), u8(5), u8(6), 0};
 }
 
-/// Body (right, forward, up) in the axes of the sensor (forward, left, up).
-Eigen::Matrix3d sensor_from_body() {
-  Eigen::Matrix3d out;
-  out << 0, 1, 0, -1, 0, 0, 0, 0, 1;
-  return out;
-}
 Eigen::Matrix3d enu_from_nwu() {
   Eigen::Matrix3d out;
   out << 0, -1, 0, 1, 0, 0, 0, 0, 1;
@@ -120,12 +114,7 @@ bool XsensDecoder::take(const Message& message) {
 }
 
 bool XsensDecoder::take_data(std::span<const std::byte> data, HostTime received) {
-  std::optional<GpsTime> time;
-  Numbers position, altitude, velocity, acceleration, rate;
-  bool has_orientation = false;
-  Eigen::Matrix3d R_enu_sensor = Eigen::Matrix3d::Identity();
-  std::optional<std::uint32_t> status;
-  int velocity_frame = kEnu;
+  XsensEpoch epoch;
   bool is_used = false;
   while (data.size() >= 3) {
     const auto id = stream_field_big<std::uint16_t>(data, 0);
@@ -139,7 +128,7 @@ bool XsensDecoder::take_data(std::span<const std::byte> data, HostTime received)
         // The bits of the last byte: the date, the time of day and the leap seconds are valid.
         if (size == 12 && (static_cast<unsigned>(value[11]) & 7) == 7)
           if (const auto whole = from_utc(calendar(value, 4)))
-            time = *whole + nanoseconds(std::min(stream_field_big<std::uint32_t>(value, 0), 999'999'999u));
+            epoch.time = *whole + nanoseconds(std::min(stream_field_big<std::uint32_t>(value, 0), 999'999'999u));
         break;
       case kPacketCounter:
         if (size == 2) count(stream_field_big<std::uint16_t>(value, 0), received);
@@ -152,39 +141,37 @@ bool XsensDecoder::take_data(std::span<const std::byte> data, HostTime received)
                    "the orientation is in north-east-down, whose axes depend on the device's settings: not used; set "
                    "the output to ENU or NWU");
         if (!found || frame == kNed) break;
-        Eigen::Quaterniond q;
-        if (is_quaternion) {
-          q = Eigen::Quaterniond(found[0], found[1], found[2], found[3]);
-        } else {
-          using portable::rotation_about, Eigen::Vector3d;
-          q = rotation_about(Vector3d::UnitZ(), found[2] * kRadPerDeg) *
-              rotation_about(Vector3d::UnitY(), found[1] * kRadPerDeg) *
-              rotation_about(Vector3d::UnitX(), found[0] * kRadPerDeg);
-        }
-        if (std::abs(q.norm() - 1) > 0.01) break;
-        const Eigen::Matrix3d R = q.normalized().toRotationMatrix();
-        R_enu_sensor = frame == kNwu ? Eigen::Matrix3d(enu_from_nwu() * R) : R;
-        has_orientation = true;
+        const auto q = is_quaternion ? xsens_quaternion(found[0], found[1], found[2], found[3])
+                                     : xsens_euler(found[0], found[1], found[2]);
+        if (!q) break;
+        epoch.R_enu_sensor = frame == kNwu ? Eigen::Quaterniond(enu_from_nwu() * q->toRotationMatrix()) : *q;
         break;
       }
       case kAcceleration:
-        acceleration = numbers(id, value, 3);
+        if (const auto found = numbers(id, value, 3)) epoch.acceleration = found.vector();
         break;
       case kRateOfTurn:
-        rate = numbers(id, value, 3);
+        if (const auto found = numbers(id, value, 3)) epoch.rate = found.vector();
         break;
       case kAltitude:
-        altitude = numbers(id, value, 1);
+        if (const auto found = numbers(id, value, 1)) epoch.height_m = found[0];
         break;
       case kLatLon:
-        position = numbers(id, value, 2);
+        if (const auto found = numbers(id, value, 2)) {
+          epoch.latitude_deg = found[0];
+          epoch.longitude_deg = found[1];
+        }
         break;
       case kVelocity:
-        velocity = numbers(id, value, 3);
-        velocity_frame = frame;
+        if (const auto found = numbers(id, value, 3)) {
+          const Eigen::Vector3d v = found.vector();
+          epoch.velocity_enu = frame == kNed   ? Eigen::Vector3d(v.y(), v.x(), -v.z())
+                               : frame == kNwu ? Eigen::Vector3d(-v.y(), v.x(), v.z())
+                                               : v;
+        }
         break;
       case kStatusWord:
-        if (size == 4) status = stream_field_big<std::uint32_t>(value, 0);
+        if (size == 4) epoch.status = stream_field_big<std::uint32_t>(value, 0);
         break;
       case kGnssPvt:
         is_used |= take_fix(value, received);
@@ -193,34 +180,16 @@ bool XsensDecoder::take_data(std::span<const std::byte> data, HostTime received)
         break;
     }
   }
-  const bool needs_time = acceleration || has_orientation || position;
-  fault_once(needs_time && !time, has_no_time_, FaultKind::NoTime, received,
+  fault_once(epoch.needs_time() && !epoch.time, has_no_time_, FaultKind::NoTime, received,
              "no UTC time, or one that is not fully resolved: ask the device for UtcTime; nothing is stamped");
-  if (!time) return is_used;
-  if (auto second = seconds_.take(*time, {})) emit(*second, received);
-  if (acceleration && rate) {
-    const Eigen::Matrix3d R_body_sensor = sensor_from_body().transpose();
-    ImuSample sample;
-    sample.time = *time;
-    sample.specific_force_body = R_body_sensor * acceleration.vector();
-    sample.angular_rate_body = R_body_sensor * rate.vector();
-    emit(sample, received);
+  if (!epoch.time) return is_used;
+  if (auto second = seconds_.take(*epoch.time, {})) emit(*second, received);
+  if (auto sample = epoch.sample()) {
+    emit(*sample, received);
     is_used = true;
   }
-  if (has_orientation && position && altitude && velocity && std::abs(position[0]) <= 90 &&
-      std::abs(position[1]) <= 180 && std::abs(altitude[0]) < 1e5) {
-    InsSolution solution;
-    solution.time = *time;
-    solution.position = {position[0] * kRadPerDeg, position[1] * kRadPerDeg, altitude[0]};
-    const Eigen::Vector3d v = velocity.vector();
-    solution.velocity_enu = velocity_frame == kNed   ? Eigen::Vector3d(v.y(), v.x(), -v.z())
-                            : velocity_frame == kNwu ? Eigen::Vector3d(-v.y(), v.x(), v.z())
-                                                     : v;
-    solution.attitude = attitude_from_enu_body(Eigen::Quaterniond(R_enu_sensor * sensor_from_body()));
-    solution.status = status.value_or(0);
-    constexpr std::uint32_t kFilterValid = 2, kGnssFix = 4;
-    solution.is_good = status && (*status & kFilterValid) != 0 && (*status & kGnssFix) != 0;
-    emit(std::move(solution), received);
+  if (auto solution = epoch.solution()) {
+    emit(std::move(*solution), received);
     is_used = true;
   }
   return is_used;

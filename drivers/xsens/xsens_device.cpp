@@ -5,6 +5,7 @@
 #include "drivers/stream/recognise.hpp"
 #include "drivers/stream/stream_device.hpp"
 #include "drivers/xsens/xbus_form.hpp"
+#include "drivers/xsens/xsens_can_decoder.hpp"
 #include "drivers/xsens/xsens_decoder.hpp"
 
 namespace hueline::drivers {
@@ -14,6 +15,7 @@ struct Traits {
   static constexpr const char* kLog = "A file of the device (Xbus messages with MTData2).";
   static constexpr bool kHasDatagrams = false;
   using Logs = void;
+  using OnCan = XsensCanDecoder;
 };
 
 bool is_xsens_log(std::string_view first_bytes) { return has_message<XbusForm>(first_bytes); }

@@ -15,6 +15,7 @@
 #include "drivers/can/can_log.hpp"
 #include "drivers/can/dbc.hpp"
 #include "drivers/wheel/wheel_decoder.hpp"
+#include "drivers/xsens/xsens_can_decoder.hpp"
 
 namespace {
 
@@ -64,7 +65,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   config.messages[1].id = 2;
   config.messages[1].pulses.push_back({drivers::CanSignal{}, 0.02});
   drivers::WheelDecoder decoder(config);
-  std::vector<Measurement> out;
+  drivers::XsensCanDecoder pos;
+  std::vector<Measurement> out, of_pos;
   std::size_t given = 0;
   std::int64_t time = 0;
   for (std::size_t at = 0; at < size;) {
@@ -74,7 +76,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                    [](std::uint8_t b) { return static_cast<std::byte>(b); });
     if (length > 8 && data[at + 1] % 3 == 0) {
       drivers::CanFrame frame;
-      frame.id = data[at + 2] % 4;
+      constexpr std::array<std::uint32_t, 16> kIds{1, 2, 3, 4, 5, 6, 7, 17, 33, 34, 50, 52, 113, 114, 118, 1};
+      frame.id = kIds[data[at + 2] % kIds.size()];
       frame.is_error = data[at + 2] % 16 == 9;
       frame.length = static_cast<std::uint8_t>(std::min<std::size_t>(8, length - 4));
       std::copy_n(data + at + 4, frame.length, frame.data.begin());
@@ -85,12 +88,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     time += data[at] * 1'000'000LL;
     given += bytes.size();
-    decoder.decode({.sensor = 1, .received = host_time_ns(time), .bytes = Buffer::copy_of(bytes)}, out);
+    const Packet packet{.sensor = 1, .received = host_time_ns(time), .bytes = Buffer::copy_of(bytes)};
+    decoder.decode(packet, out);
+    pos.decode(packet, of_pos);
     at += length;
   }
   decoder.flush(out);
-  const auto& counts = decoder.counts();
-  if (counts.decoded_bytes + counts.ignored_bytes + counts.malformed_bytes != given) std::abort();
+  pos.flush(of_pos);
+  for (const DecodeCounts& counts : {decoder.counts(), pos.counts()})
+    if (counts.decoded_bytes + counts.ignored_bytes + counts.malformed_bytes != given) std::abort();
   for (const Measurement& m : out)
     if (const auto* wheel = std::get_if<WheelSpeed>(&m))
       if ((wheel->speed && !(std::abs(*wheel->speed) <= config.max_speed)) ||
