@@ -19,11 +19,13 @@
 #include <thread>
 #include <utility>
 
+#include "drivers/can/can_errors.hpp"
 #include "drivers/transport/can_source.hpp"
 #include "drivers/transport/host_clock.hpp"
 #include "drivers/wheel/wheel_decoder.hpp"
 #include "sim/devices/can_sender.hpp"
 #include "sim/wire/can_encode.hpp"
+#include "tests/support/replugs.hpp"
 
 // CanSource and WheelDecoder on the kernel's own CAN: runs in the guest of tests/vm (can.sh).
 namespace hueline::drivers {
@@ -211,6 +213,37 @@ TEST(Can, AnInterfaceThatGoesAndComesBack) {
   EXPECT_EQ(hear(source).frames.size(), 1u);
   CanSource wrong(on("lo"), BufferPool(1 << 20));
   EXPECT_EQ(wrong.open().error().code, ErrorCode::Invalid) << "an interface of another kind";
+}
+
+TEST(Can, UnpluggedAtAnyMomentItComesBack) {
+  const int cycles = test::replugs(4);
+  CanSource source(on("vx0"), BufferPool(1 << 20));
+  ASSERT_TRUE(source.open().ok());
+  std::vector<double> took_s;
+  for (int cycle = 0; cycle < cycles; ++cycle) {
+    const bool is_set_down = cycle % 2 == 0;  // else the adapter itself is taken away
+    {
+      const Sender other("vx1");
+      for (int i = 0; i <= cycle % 7; ++i) ASSERT_TRUE(other.send(frame(0x123, {i})));
+    }
+    const Heard before = hear(source, 1);
+    ASSERT_EQ(before.frames.size(), static_cast<std::size_t>(cycle % 7 + 1)) << cycle;
+    sh(is_set_down ? "ip link set vx0 down" : "ip link del vx0");
+    const Heard end = hear(source, 20);
+    ASSERT_TRUE(end.error.has_value()) << cycle;
+    EXPECT_EQ(end.error->code, ErrorCode::Disconnected) << end.error->message;
+    EXPECT_EQ(source.open().error().code, ErrorCode::Unavailable);
+    sh(is_set_down ? "ip link set vx0 up"
+                   : "ip link add vx0 type vxcan peer name vx1; ip link set vx0 mtu 72 up; ip link set vx1 mtu 72 up");
+    const HostTime back = host_now();
+    ASSERT_TRUE(source.open().ok()) << cycle;
+    const Sender other("vx1");
+    ASSERT_TRUE(other.send(frame(0x124, {cycle & 0xFF})));
+    const Heard again = hear(source, 1);
+    ASSERT_EQ(again.frames.size(), 1u) << cycle;
+    took_s.push_back(to_seconds(again.received[0] - back));
+  }
+  test::print_returns("CAN", took_s);
 }
 
 /// A serial CAN adapter: its line is a pseudo-terminal, and this is what is at the other end.

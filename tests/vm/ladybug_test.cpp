@@ -15,6 +15,7 @@
 #include "drivers/ladybug/ladybug_decoder.hpp"
 #include "drivers/ladybug/ladybug_settings.hpp"
 #include "drivers/transport/host_clock.hpp"
+#include "tests/support/replugs.hpp"
 #include "tests/vm/guest_opening.hpp"
 #include "tests/vm/ladybug_on_usb.hpp"
 
@@ -206,8 +207,7 @@ TEST(LadybugUsb, ACameraThatFallsSilentIsOpenedAgain) {
 }
 
 TEST(LadybugUsb, UnpluggedAtAnyMomentItComesBack) {
-  const char* wanted = std::getenv("HUELINE_REPLUGS");
-  const int cycles = wanted ? std::atoi(wanted) : 3;
+  const int cycles = test::replugs(3);
   LadybugOnUsb camera;
   ASSERT_TRUE(camera.plug().ok());
   Driver driver(settings());
@@ -236,10 +236,7 @@ TEST(LadybugUsb, UnpluggedAtAnyMomentItComesBack) {
     EXPECT_EQ(absent.error().code, ErrorCode::Unavailable) << absent.error().message;
     ASSERT_TRUE(camera.plug().ok());
   }
-  std::ranges::sort(took_s);
-  if (!took_s.empty())
-    std::printf("%d times unplugged; an image after its return within %.2f s (median), %.2f s (longest)\n", cycles,
-                took_s[took_s.size() / 2], took_s.back());
+  test::print_returns("Ladybug", took_s);
 }
 
 }  // namespace

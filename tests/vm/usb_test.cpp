@@ -15,6 +15,7 @@
 #include "drivers/gige/image_decoder.hpp"
 #include "drivers/guest/guest_source.hpp"
 #include "drivers/transport/host_clock.hpp"
+#include "tests/support/replugs.hpp"
 #include "tests/vm/guest_opening.hpp"
 #include "tests/vm/usb_camera.hpp"
 
@@ -216,8 +217,7 @@ TEST(Usb3Vision, WhatTheCameraRefusesIsNamed) {
 }
 
 TEST(Usb3Vision, UnpluggedAtAnyMomentItComesBack) {
-  const char* wanted = std::getenv("HUELINE_REPLUGS");
-  const int cycles = wanted ? std::atoi(wanted) : 3;
+  const int cycles = test::replugs(3);
   UsbCamera camera(camera_config());
   ASSERT_TRUE(camera.plug().ok());
   GenicamConfig config = settings();
@@ -249,10 +249,7 @@ TEST(Usb3Vision, UnpluggedAtAnyMomentItComesBack) {
     EXPECT_EQ(absent.error().code, ErrorCode::Unavailable) << absent.error().message;
     ASSERT_TRUE(camera.plug().ok());
   }
-  std::ranges::sort(took_s);
-  if (!took_s.empty())
-    std::printf("%d times unplugged; an image after its return within %.2f s (median), %.2f s (longest)\n", cycles,
-                took_s[took_s.size() / 2], took_s.back());
+  test::print_returns("USB3 Vision", took_s);
 }
 
 }  // namespace
