@@ -188,6 +188,7 @@ struct RigKeys {
         if (sync.clock.pps != kSystemSensor) return {"driver", "is that of a second PPS; allowed: one PPS a rig"};
         sync.clock.pps = id;
         sync.clock.edge_delay = one.clock.edge_delay;
+        if (dynamic_cast<const drivers::PulseDevice&>(*one.device).names_seconds()) sync.label_sources.push_back(id);
         return {};
       case Role::Odometer:
         one.wheel.sensor = id;

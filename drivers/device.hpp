@@ -21,7 +21,7 @@ enum class Role : std::uint8_t {
   Laser,     ///< gives LaserBatch; has a mounting
   Camera,    ///< gives Image; its DeviceType makes a CameraDevice
   Pos,       ///< gives InsSolution and TimeLabel; at most one in a rig
-  Pps,       ///< gives PpsEdge; at most one in a rig
+  Pps,       ///< gives PpsEdge; its DeviceType makes a PulseDevice; at most one in a rig
   Odometer,  ///< gives WheelSpeed; its DeviceType makes an OdometerDevice
 };
 
@@ -60,6 +60,13 @@ class CameraDevice : public Device {
   virtual PixelFormat sent_format() const = 0;
   /// Names the regions of the image whose pixels are used. The decoder may leave out the rest.
   virtual void use_only(const std::vector<PixelRegion>& regions) = 0;
+};
+
+/// A device with Role::Pps.
+class PulseDevice : public Device {
+ public:
+  /// Returns whether it also names its seconds (TimeLabel).
+  virtual bool names_seconds() const = 0;
 };
 
 /// A device with Role::Odometer.

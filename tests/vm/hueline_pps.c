@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0 OR GPL-2.0
-// A pulse per second of the virtual machine (fetch_pps): what is written to /dev/hueline_pps, the time of an edge on CLOCK_REALTIME in
+// A pulse per second of the virtual machine (fetch_modules): what is written to /dev/hueline_pps, the time of an edge on CLOCK_REALTIME in
 // ns as 8 bytes, comes out of /dev/ppsN as the stamp of an edge. The kernel's core of PPS does everything else.
 #include <linux/fs.h>
 #include <linux/miscdevice.h>
