@@ -14,7 +14,7 @@ constexpr std::uint32_t kMagic = 0x43563355;  // "U3VC"
 constexpr std::uint16_t kWantsAnswer = 0x4000;
 constexpr std::uint16_t kRead = 0x0800, kWrite = 0x0802, kPending = 0x0805;
 constexpr std::size_t kHead = 12, kAddress = 8, kPendingBody = 4;
-constexpr std::size_t kSmallestMessage = 64;
+constexpr std::size_t kSmallestMessage = 64, kUsbPacket = 1024;
 constexpr int kMostAttempts = 3, kMostPending = 100, kMostLate = 16;
 
 template <std::unsigned_integral T>
@@ -126,8 +126,8 @@ Result<GencpClient::Bytes> GencpClient::wait_for_answer(std::uint16_t command, s
   std::chrono::milliseconds limit = limits_.answers_within;
   int pending = 0, late = 0;
   while (true) {
-    // Longer answers than asked for are an answer to nothing, but must not be cut into two messages.
-    Bytes answer(std::max(limits_.answer_bytes, std::size_t{1024}));
+    // Whole packets of USB: a packet for which there is no room is an error of the bus.
+    Bytes answer((limits_.answer_bytes + kUsbPacket - 1) / kUsbPacket * kUsbPacket);
     const auto size = channel_.receive(answer, limit);
     if (!size) return size.error();
     answer.resize(std::min(*size, answer.size()));
