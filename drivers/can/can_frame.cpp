@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "drivers/little_endian.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -17,23 +19,11 @@ constexpr std::size_t kClassicData = 8;
 constexpr std::uint8_t kCannelloniVersion = 2, kCannelloniData = 0, kCannelloniFd = 0x80;
 constexpr std::size_t kCannelloniHeader = 5;
 
-template <class T>
-T little(std::span<const std::byte> bytes, std::size_t at) {
-  T value = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i)
-    value = static_cast<T>(value | static_cast<T>(std::to_integer<T>(bytes[at + i]) << (8 * i)));
-  return value;
-}
 std::uint32_t big32(std::span<const std::byte> bytes, std::size_t at) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < 4; ++i) value = value << 8 | std::to_integer<std::uint32_t>(bytes[at + i]);
   return value;
 }
-template <class T>
-void put_little(std::vector<std::byte>& bytes, std::size_t at, T value) {
-  for (std::size_t i = 0; i < sizeof(T); ++i) bytes[at + i] = static_cast<std::byte>(value >> (8 * i));
-}
-
 void take_id(CanFrame& frame, std::uint32_t id) {
   frame.is_error = (id & kError) != 0;
   frame.is_extended = !frame.is_error && (id & kExtended) != 0;
@@ -56,11 +46,11 @@ Status decode_kernel_frame(std::span<const std::byte> bytes, CanPacket& out) {
   frame.is_fd = (flags & kFlagFd) != 0;
   frame.is_local = (flags & kFlagLocal) != 0;
   frame.bus = std::to_integer<std::uint8_t>(bytes[5]);
-  if (const auto stamp = little<std::uint64_t>(bytes, 8))
+  if (const auto stamp = get_little<std::uint64_t>(bytes, 8))
     frame.adapter_time = DeviceTime<CanAdapterCounter>(nanoseconds(static_cast<std::int64_t>(stamp)));
   const std::size_t size = kCanHeaderSize + (frame.is_fd ? kCanFdFrameSize : kCanFrameSize);
   if (bytes.size() != size) return malformed(fmt::format("a CAN packet of {} bytes, {} expected", bytes.size(), size));
-  take_id(frame, little<std::uint32_t>(bytes, kCanHeaderSize));
+  take_id(frame, get_little<std::uint32_t>(bytes, kCanHeaderSize));
   const auto length = std::to_integer<std::uint8_t>(bytes[kCanHeaderSize + 4]);
   const std::size_t most = frame.is_fd ? kCanDataMost : kClassicData;
   if (length > most) return malformed(fmt::format("a CAN frame of {} data bytes, {} are the most", length, most));
@@ -132,7 +122,7 @@ std::vector<std::byte> encode_can_packet(const CanFrame& frame) {
 
 Status decode_can_packet(std::span<const std::byte> bytes, CanPacket& out) {
   out = {};
-  if (bytes.size() >= 4 && little<std::uint32_t>(bytes, 0) == kCanMagic) return decode_kernel_frame(bytes, out);
+  if (bytes.size() >= 4 && get_little<std::uint32_t>(bytes, 0) == kCanMagic) return decode_kernel_frame(bytes, out);
   return decode_datagram(bytes, out);
 }
 

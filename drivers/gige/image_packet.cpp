@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "drivers/little_endian.hpp"
+
 namespace hueline::drivers {
 
 namespace {
@@ -21,18 +23,6 @@ constexpr std::array kFormats{
 const Format& entry(PixelFormat format) {
   const auto* found = std::ranges::find(kFormats, format, &Format::format);
   return found == kFormats.end() ? kFormats.front() : *found;
-}
-
-template <class T>
-void put(std::byte* at, T value) {
-  for (std::size_t i = 0; i < sizeof(T); ++i) at[i] = static_cast<std::byte>(value >> (8 * i));
-}
-template <class T>
-T get(const std::byte* at) {
-  T value = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i)
-    value = static_cast<T>(value | static_cast<T>(static_cast<T>(at[i]) << (8 * i)));
-  return value;
 }
 
 }  // namespace
@@ -62,49 +52,49 @@ std::optional<PixelFormat> pixel_format_of(std::uint32_t pfnc) {
 }
 
 void encode_image_header(const ImageHeader& header, std::span<std::byte, kImageHeaderSize> out) {
-  put(&out[0], kImageMagic);
-  put(&out[4], kImageVersion);
-  put(&out[6], static_cast<std::uint16_t>(kImageHeaderSize));
-  put(&out[8], header.width);
-  put(&out[12], header.height);
-  put(&out[16], header.stride);
-  put(&out[20], header.pfnc);
-  put(&out[24], header.frame_id);
-  put(&out[32], static_cast<std::uint64_t>(count_ns(header.time)));
-  put(&out[40], static_cast<std::uint32_t>(header.status));
-  put(&out[44], header.missing_packets);
-  put(&out[48], header.offset_x);
-  put(&out[52], header.offset_y);
-  put(&out[56], std::uint64_t{0});
+  put_little(out, 0, kImageMagic);
+  put_little(out, 4, kImageVersion);
+  put_little(out, 6, static_cast<std::uint16_t>(kImageHeaderSize));
+  put_little(out, 8, header.width);
+  put_little(out, 12, header.height);
+  put_little(out, 16, header.stride);
+  put_little(out, 20, header.pfnc);
+  put_little(out, 24, header.frame_id);
+  put_little(out, 32, static_cast<std::uint64_t>(count_ns(header.time)));
+  put_little(out, 40, static_cast<std::uint32_t>(header.status));
+  put_little(out, 44, header.missing_packets);
+  put_little(out, 48, header.offset_x);
+  put_little(out, 52, header.offset_y);
+  put_little(out, 56, std::uint64_t{0});
 }
 
 Result<ImageHeader> decode_image_header(std::span<const std::byte> bytes) {
   if (bytes.size() < kImageHeaderSize)
     return Error{ErrorCode::Truncated,
                  fmt::format("image packet of {} bytes; the header alone has {}", bytes.size(), kImageHeaderSize)};
-  if (const auto magic = get<std::uint32_t>(&bytes[0]); magic != kImageMagic)
+  if (const auto magic = get_little<std::uint32_t>(bytes, 0); magic != kImageMagic)
     return Error{ErrorCode::Malformed,
                  fmt::format("image packet begins with 0x{:08x}, not with 0x{:08x}", magic, kImageMagic)};
-  if (const auto version = get<std::uint16_t>(&bytes[4]); version != kImageVersion)
+  if (const auto version = get_little<std::uint16_t>(bytes, 4); version != kImageVersion)
     return Error{ErrorCode::Unsupported,
                  fmt::format("image packet of version {}; version {} is read", version, kImageVersion)};
-  if (const auto size = get<std::uint16_t>(&bytes[6]); size != kImageHeaderSize)
+  if (const auto size = get_little<std::uint16_t>(bytes, 6); size != kImageHeaderSize)
     return Error{ErrorCode::Malformed,
                  fmt::format("image packet with a header of {} bytes, not {}", size, kImageHeaderSize)};
-  const auto status = get<std::uint32_t>(&bytes[40]);
+  const auto status = get_little<std::uint32_t>(bytes, 40);
   if (status > static_cast<std::uint32_t>(ImageStatus::NoLeader))
     return Error{ErrorCode::Malformed, fmt::format("image packet with status {}", status)};
   ImageHeader header{
-      .width = get<std::uint32_t>(&bytes[8]),
-      .height = get<std::uint32_t>(&bytes[12]),
-      .stride = get<std::uint32_t>(&bytes[16]),
-      .pfnc = get<std::uint32_t>(&bytes[20]),
-      .frame_id = get<std::uint64_t>(&bytes[24]),
-      .time = DeviceTime<CameraCounter>(nanoseconds(static_cast<std::int64_t>(get<std::uint64_t>(&bytes[32])))),
+      .width = get_little<std::uint32_t>(bytes, 8),
+      .height = get_little<std::uint32_t>(bytes, 12),
+      .stride = get_little<std::uint32_t>(bytes, 16),
+      .pfnc = get_little<std::uint32_t>(bytes, 20),
+      .frame_id = get_little<std::uint64_t>(bytes, 24),
+      .time = DeviceTime<CameraCounter>(nanoseconds(static_cast<std::int64_t>(get_little<std::uint64_t>(bytes, 32)))),
       .status = static_cast<ImageStatus>(status),
-      .missing_packets = get<std::uint32_t>(&bytes[44]),
-      .offset_x = get<std::uint32_t>(&bytes[48]),
-      .offset_y = get<std::uint32_t>(&bytes[52]),
+      .missing_packets = get_little<std::uint32_t>(bytes, 44),
+      .offset_x = get_little<std::uint32_t>(bytes, 48),
+      .offset_y = get_little<std::uint32_t>(bytes, 52),
   };
   const auto format = pixel_format_of(header.pfnc);
   if (format && header.stride < std::uint64_t{header.width} * bytes_per_pixel(*format))

@@ -12,6 +12,7 @@
 #include "drivers/guest/guest_side.hpp"
 #include "drivers/ladybug/ladybug_assembler.hpp"
 #include "drivers/ladybug/ladybug_registers.hpp"
+#include "drivers/little_endian.hpp"
 #include "drivers/transport/host_clock.hpp"
 #include "drivers/transport/usb_bulk_stream.hpp"
 #include "drivers/transport/usb_handle.hpp"
@@ -46,13 +47,11 @@ class UsbRegisters final : public RegisterAccess {
     const Status read = handle_.read_vendor(kRequest, static_cast<std::uint16_t>(address & 0xFFFFU),
                                             static_cast<std::uint16_t>(address >> 16U & 0xFFFFU), bytes);
     if (!read) return read.error();
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < bytes.size(); ++i) value |= std::to_integer<std::uint32_t>(bytes[i]) << 8U * i;
-    return value;
+    return get_little<std::uint32_t>(bytes, 0);
   }
   Status write(std::uint64_t address, std::uint32_t value) override {
     std::array<std::byte, 4> bytes{};
-    for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::byte>(value >> 8U * i);
+    put_little(bytes, 0, value);
     return handle_.write_vendor(kRequest, static_cast<std::uint16_t>(address & 0xFFFFU),
                                 static_cast<std::uint16_t>(address >> 16U & 0xFFFFU), bytes);
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "drivers/ladybug/ladybug_image.hpp"
+#include "drivers/little_endian.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -14,12 +15,6 @@ namespace {
 constexpr std::size_t kMagicBytes = 16, kHeadBytes = 3056;
 constexpr std::uint64_t kMostBeforeImages = 16u << 20;
 constexpr std::size_t kScanBytes = 1u << 20;
-
-std::uint32_t le32(std::span<const std::byte> bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) value |= std::to_integer<std::uint32_t>(bytes[at + i]) << (8 * i);
-  return value;
-}
 
 }  // namespace
 
@@ -60,12 +55,13 @@ Status PgrSource::open_file(const std::filesystem::path& path) {
   if (std::string_view(reinterpret_cast<const char*>(bytes.data()), kMagicBytes) != kPgrMagic)
     return malformed(fmt::format("is no stream of a Ladybug: it does not begin with {}", kPgrMagic));
   const auto head = std::span(bytes).subspan(kMagicBytes);
-  const std::uint64_t first = le32(head, 0x94), summary = le32(head, 0x98), summary_size = le32(head, 0x9C);
+  const std::uint64_t first = get_little<std::uint32_t>(head, 0x94), summary = get_little<std::uint32_t>(head, 0x98),
+                      summary_size = get_little<std::uint32_t>(head, 0x9C);
   if (first < bytes.size() || first > std::min(file->size(), kMostBeforeImages))
     return malformed(fmt::format("its first image is said to begin at byte {} of {}", first, file->size()));
   const bool has_summary =
       summary_size > 0 && summary >= first && summary_size <= file->size() && summary <= file->size() - summary_size;
-  expected_images_ = le32(head, 0x88);
+  expected_images_ = get_little<std::uint32_t>(head, 0x88);
   images_ = 0;
   summary_size_ = has_summary ? summary_size : 0;
   images_end_ = has_summary ? summary : file->size();

@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "drivers/little_endian.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -18,13 +20,9 @@ constexpr std::size_t kSmallestMessage = 64, kUsbPacket = 1024;
 constexpr int kMostAttempts = 3, kMostPending = 100, kMostLate = 16;
 
 template <std::unsigned_integral T>
-void put(std::vector<std::byte>& to, T value) {
-  for (std::size_t i = 0; i < sizeof(T); ++i) to.push_back(static_cast<std::byte>(value >> (8 * i)));
-}
-std::uint32_t get(std::span<const std::byte> bytes, std::size_t at, std::size_t size) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < size; ++i) value |= std::to_integer<std::uint32_t>(bytes[at + i]) << (8 * i);
-  return value;
+void append(std::vector<std::byte>& to, T value) {
+  to.resize(to.size() + sizeof(T));
+  put_little(to, to.size() - sizeof(T), value);
 }
 
 struct Refusal {
@@ -72,9 +70,9 @@ Status GencpClient::read(std::uint64_t address, std::span<std::byte> out) {
   while (!out.empty()) {
     const auto piece = static_cast<std::uint16_t>(std::min(most, out.size()));
     Bytes body;
-    put(body, address);
-    put(body, std::uint16_t{0});
-    put(body, piece);
+    append(body, address);
+    append(body, std::uint16_t{0});
+    append(body, piece);
     const auto answer = ask(kRead, body, address);
     if (!answer) return answer.error();
     if (answer->size() != piece)
@@ -92,7 +90,7 @@ Status GencpClient::write(std::uint64_t address, std::span<const std::byte> byte
   while (!bytes.empty()) {
     const auto piece = bytes.first(std::min(most, bytes.size()));
     Bytes body;
-    put(body, address);
+    append(body, address);
     body.insert(body.end(), piece.begin(), piece.end());
     if (const auto answer = ask(kWrite, body, address); !answer) return answer.error();
     bytes = bytes.subspan(piece.size());
@@ -104,11 +102,11 @@ Status GencpClient::write(std::uint64_t address, std::span<const std::byte> byte
 Result<GencpClient::Bytes> GencpClient::ask(std::uint16_t command, const Bytes& body, std::uint64_t address) {
   ++number_;
   Bytes message;
-  put(message, kMagic);
-  put(message, kWantsAnswer);
-  put(message, command);
-  put(message, static_cast<std::uint16_t>(body.size()));
-  put(message, number_);
+  append(message, kMagic);
+  append(message, kWantsAnswer);
+  append(message, command);
+  append(message, static_cast<std::uint16_t>(body.size()));
+  append(message, number_);
   message.insert(message.end(), body.begin(), body.end());
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     if (const Status sent = channel_.send(message); !sent) {
@@ -131,16 +129,18 @@ Result<GencpClient::Bytes> GencpClient::wait_for_answer(std::uint16_t command, s
     const auto size = channel_.receive(answer, limit);
     if (!size) return size.error();
     answer.resize(std::min(*size, answer.size()));
-    if (answer.size() < kHead || get(answer, 0, 4) != kMagic || get(answer, 10, 2) != number_) {
+    if (answer.size() < kHead || get_little<std::uint32_t>(answer, 0) != kMagic ||
+        get_little<std::uint16_t>(answer, 10) != number_) {
       if (++late > kMostLate) return Error{ErrorCode::Malformed, "the camera sends what is no answer, again and again"};
       continue;
     }
-    const std::uint32_t status = get(answer, 4, 2), kind = get(answer, 6, 2), bytes = get(answer, 8, 2);
+    const std::uint32_t status = get_little<std::uint16_t>(answer, 4), kind = get_little<std::uint16_t>(answer, 6),
+                        bytes = get_little<std::uint16_t>(answer, 8);
     if (kind == kPending && answer.size() >= kHead + kPendingBody) {
       if (++pending > kMostPending)
         return Error{ErrorCode::Unavailable,
                      fmt::format("the camera asks for more time again and again to {}", what_of(command, address))};
-      limit = std::max(limits_.answers_within, std::chrono::milliseconds(get(answer, kHead + 2, 2)));
+      limit = std::max(limits_.answers_within, std::chrono::milliseconds(get_little<std::uint16_t>(answer, kHead + 2)));
       continue;
     }
     if (status != 0) return refused(status, what_of(command, address));

@@ -5,11 +5,15 @@
 #include <span>
 #include <utility>
 
+#include "drivers/little_endian.hpp"
+
 namespace {
 
 using hueline::ErrorCode;
 using hueline::Status;
 using hueline::drivers::CameraMemory;
+using hueline::drivers::get_little;
+using hueline::drivers::put_little;
 
 /// What an object of the type below holds.
 struct Inside {
@@ -58,13 +62,12 @@ gboolean write_memory(ArvDevice* device, guint64 address, guint32 size, void* bu
 gboolean read_register(ArvDevice* device, guint64 address, guint32* value, GError** error) {
   std::array<std::byte, 4> bytes{};
   const Status read = inside(device).memory->read(address, bytes);
-  *value = 0;
-  for (std::size_t i = 0; i < bytes.size(); ++i) *value |= std::to_integer<guint32>(bytes[i]) << (8 * i);
+  *value = get_little<guint32>(bytes, 0);
   return tell(read, error);
 }
 gboolean write_register(ArvDevice* device, guint64 address, guint32 value, GError** error) {
   std::array<std::byte, 4> bytes{};
-  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::byte>(value >> (8 * i));
+  put_little(bytes, 0, value);
   return tell(inside(device).memory->write(address, bytes), error);
 }
 const char* get_genicam_xml(ArvDevice* device, std::size_t* size) {

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <utility>
 
+#include "drivers/little_endian.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -38,7 +40,7 @@ Result<std::uint64_t> get(CameraMemory& camera, std::uint64_t address, std::size
 
 Status set(CameraMemory& camera, std::uint64_t address, std::size_t value) {
   std::array<std::byte, 4> bytes{};
-  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::byte>(value >> (8 * i));
+  put_little(bytes, 0, static_cast<std::uint32_t>(value));
   return camera.write(address, bytes);
 }
 

@@ -3,23 +3,9 @@
 #include <fmt/format.h>
 #include <linux/videodev2.h>
 
+#include "drivers/little_endian.hpp"
+
 namespace hueline::drivers {
-namespace {
-
-template <class T>
-void put(std::byte* at, T value) {
-  for (std::size_t i = 0; i < sizeof(T); ++i) at[i] = static_cast<std::byte>(value >> (8 * i));
-}
-template <class T>
-T get(const std::byte* at) {
-  T value = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i)
-    value = static_cast<T>(value | static_cast<T>(static_cast<T>(at[i]) << (8 * i)));
-  return value;
-}
-
-}  // namespace
-
 bool V4l2Header::is_damaged() const { return (flags & V4L2_BUF_FLAG_ERROR) != 0; }
 bool V4l2Header::is_monotonic() const {
   return (flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
@@ -29,48 +15,48 @@ bool V4l2Header::is_exposure_start() const {
 }
 
 void encode_v4l2_header(const V4l2Header& header, std::span<std::byte, kV4l2HeaderSize> out) {
-  put(&out[0], kV4l2Magic);
-  put(&out[4], kV4l2Version);
-  put(&out[6], static_cast<std::uint16_t>(kV4l2HeaderSize));
-  put(&out[8], header.width);
-  put(&out[12], header.height);
-  put(&out[16], header.stride);
-  put(&out[20], header.fourcc);
-  put(&out[24], header.sequence);
-  put(&out[28], header.flags);
-  put(&out[32], static_cast<std::uint64_t>(header.stamp.count()));
-  put(&out[40], header.used_bytes);
-  put(&out[44], header.colour_space);
-  put(&out[48], header.ycbcr_encoding);
-  put(&out[52], header.quantisation);
-  put(&out[56], std::uint64_t{0});
+  put_little(out, 0, kV4l2Magic);
+  put_little(out, 4, kV4l2Version);
+  put_little(out, 6, static_cast<std::uint16_t>(kV4l2HeaderSize));
+  put_little(out, 8, header.width);
+  put_little(out, 12, header.height);
+  put_little(out, 16, header.stride);
+  put_little(out, 20, header.fourcc);
+  put_little(out, 24, header.sequence);
+  put_little(out, 28, header.flags);
+  put_little(out, 32, static_cast<std::uint64_t>(header.stamp.count()));
+  put_little(out, 40, header.used_bytes);
+  put_little(out, 44, header.colour_space);
+  put_little(out, 48, header.ycbcr_encoding);
+  put_little(out, 52, header.quantisation);
+  put_little(out, 56, std::uint64_t{0});
 }
 
 Result<V4l2Header> decode_v4l2_header(std::span<const std::byte> packet) {
   if (packet.size() < kV4l2HeaderSize)
     return Error{ErrorCode::Truncated,
                  fmt::format("V4L2 packet of {} bytes; the header alone has {}", packet.size(), kV4l2HeaderSize)};
-  if (const auto magic = get<std::uint32_t>(&packet[0]); magic != kV4l2Magic)
+  if (const auto magic = get_little<std::uint32_t>(packet, 0); magic != kV4l2Magic)
     return Error{ErrorCode::Malformed,
                  fmt::format("V4L2 packet begins with 0x{:08x}, not with 0x{:08x}", magic, kV4l2Magic)};
-  if (const auto version = get<std::uint16_t>(&packet[4]); version != kV4l2Version)
+  if (const auto version = get_little<std::uint16_t>(packet, 4); version != kV4l2Version)
     return Error{ErrorCode::Unsupported,
                  fmt::format("V4L2 packet of version {}; version {} is read", version, kV4l2Version)};
-  if (const auto size = get<std::uint16_t>(&packet[6]); size != kV4l2HeaderSize)
+  if (const auto size = get_little<std::uint16_t>(packet, 6); size != kV4l2HeaderSize)
     return Error{ErrorCode::Malformed,
                  fmt::format("V4L2 packet with a header of {} bytes, not {}", size, kV4l2HeaderSize)};
   V4l2Header header{
-      .width = get<std::uint32_t>(&packet[8]),
-      .height = get<std::uint32_t>(&packet[12]),
-      .stride = get<std::uint32_t>(&packet[16]),
-      .fourcc = get<std::uint32_t>(&packet[20]),
-      .sequence = get<std::uint32_t>(&packet[24]),
-      .flags = get<std::uint32_t>(&packet[28]),
-      .stamp = nanoseconds(static_cast<std::int64_t>(get<std::uint64_t>(&packet[32]))),
-      .used_bytes = get<std::uint32_t>(&packet[40]),
-      .colour_space = get<std::uint32_t>(&packet[44]),
-      .ycbcr_encoding = get<std::uint32_t>(&packet[48]),
-      .quantisation = get<std::uint32_t>(&packet[52]),
+      .width = get_little<std::uint32_t>(packet, 8),
+      .height = get_little<std::uint32_t>(packet, 12),
+      .stride = get_little<std::uint32_t>(packet, 16),
+      .fourcc = get_little<std::uint32_t>(packet, 20),
+      .sequence = get_little<std::uint32_t>(packet, 24),
+      .flags = get_little<std::uint32_t>(packet, 28),
+      .stamp = nanoseconds(static_cast<std::int64_t>(get_little<std::uint64_t>(packet, 32))),
+      .used_bytes = get_little<std::uint32_t>(packet, 40),
+      .colour_space = get_little<std::uint32_t>(packet, 44),
+      .ycbcr_encoding = get_little<std::uint32_t>(packet, 48),
+      .quantisation = get_little<std::uint32_t>(packet, 52),
   };
   const std::size_t came = packet.size() - kV4l2HeaderSize;
   if (came != header.used_bytes)
