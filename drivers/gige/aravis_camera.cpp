@@ -224,10 +224,13 @@ Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config, const
 std::string usb_serial_of(const std::string& id) {
   const LookOn only(kUsb3Vision);
   arv_update_device_list();
-  for (unsigned i = 0; i < arv_get_n_devices(); ++i)
-    if (const char* found = arv_get_device_id(i), *serial = arv_get_device_serial_nbr(i);
-        found && serial && id == found)
-      return serial;
+  const auto text = [](const char* one) { return std::string(one ? one : ""); };
+  for (unsigned i = 0; i < arv_get_n_devices(); ++i) {
+    const std::string serial = text(arv_get_device_serial_nbr(i));
+    const std::string by_model =
+        fmt::format("{}-{}-{}", text(arv_get_device_vendor(i)), text(arv_get_device_model(i)), serial);
+    if (id == text(arv_get_device_id(i)) || id == text(arv_get_device_physical_id(i)) || id == by_model) return serial;
+  }
   return {};
 }
 

@@ -28,8 +28,9 @@ Error take_error(std::string_view attempted, GError* error);
 /// controls it. Calls `on_control` as soon as it does.
 Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config,
                                        const std::function<void(ArvDevice&)>& on_control);
-/// Returns the serial number of the USB3 Vision camera that Aravis lists by this name; empty if there is none. Aravis
-/// opens every such camera to look at it.
+/// Returns the serial number of the USB3 Vision camera that Aravis lists by this name (maker-GUID-serial), or that has
+/// this GUID, or this maker, model and serial with hyphens between; empty if there is none. Aravis opens every such
+/// camera to look at it.
 std::string usb_serial_of(const std::string& id);
 /// Returns the IPv4 address and port of `address`.
 sockaddr_in ipv4_of(GSocketAddress* address);

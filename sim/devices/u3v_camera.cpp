@@ -49,11 +49,13 @@ Result<std::unique_ptr<U3vCamera>> U3vCamera::make(const Config& config) {
   return std::unique_ptr<U3vCamera>(new U3vCamera(config));
 }
 
+std::string u3v_guid(const std::string& serial) {
+  return fmt::format("FFFF{:08X}", static_cast<std::uint32_t>(std::hash<std::string>{}(serial)));
+}
+
 U3vCamera::U3vCamera(const Config& config)
     : config_(config),
-      descriptors_(u3v_descriptors(
-          kCameraMaker, kCameraModel, "1", config.serial,
-          fmt::format("FFFF{:08X}", static_cast<std::uint32_t>(std::hash<std::string>{}(config.serial))))) {}
+      descriptors_(u3v_descriptors(kCameraMaker, kCameraModel, "1", config.serial, u3v_guid(config.serial))) {}
 
 U3vCamera::~U3vCamera() { unplug(); }
 

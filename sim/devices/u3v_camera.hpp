@@ -14,6 +14,9 @@
 
 namespace hueline::sim {
 
+/// Returns the GUID of the camera with this serial number: 12 hexadecimal digits.
+std::string u3v_guid(const std::string& serial);
+
 /// What goes wrong with an image on its way.
 enum class U3vFault : std::uint8_t {
   None,

@@ -204,6 +204,27 @@ TEST(Usb3Vision, TooLittleMemoryForTransfersIsToldWithWhatRaisesIt) {
   EXPECT_THAT(opened.error().message, HasSubstr("usbfs_memory_mb"));
 }
 
+TEST(Usb3Vision, TheNameThatAravisListsAndTheSerialNumberFindTheCamera) {
+  UsbCamera camera(camera_config());
+  ASSERT_TRUE(camera.plug().ok());
+  GenicamConfig config = settings();
+  config.serial.clear();
+  const std::string guid = sim::u3v_guid(camera_config().serial);
+  for (const std::string& id : {"hueline-" + guid + "-HL02", guid, std::string("hueline-Emulated-HL02")}) {
+    config.id = id;
+    Driver named(config);
+    const Status opened = named.open_within(seconds(30));
+    ASSERT_TRUE(opened.ok()) << opened.error().message;
+    EXPECT_EQ(named.receive(3).images.size(), 3u) << id;
+  }
+  config.id.clear();
+  config.serial = "HL03";
+  Driver absent(config);
+  const Status other = absent.open();
+  ASSERT_FALSE(other.ok());
+  EXPECT_THAT(other.error().message, HasSubstr("no camera with serial number HL03"));
+}
+
 TEST(Usb3Vision, WhatTheCameraRefusesIsNamed) {
   UsbCamera camera(camera_config());
   ASSERT_TRUE(camera.plug().ok());
