@@ -24,8 +24,7 @@ void LadybugAssembler::take(std::span<const std::byte> bytes, bool is_short, Hos
     if (image_) std::ranges::copy(bytes.first(piece), image_.data() + filled_);
     filled_ += piece;
     if (filled_ < size_) break;
-    if (image_)
-      out_.push_back({kSystemSensor, PacketKind::Wire, false, 0, received, std::exchange(image_, {}).share()});
+    if (image_) give({kSystemSensor, PacketKind::Wire, false, 0, received, std::exchange(image_, {}).share()});
     place_ = Place::Padding;
     // The next image can only begin with a packet.
     const std::size_t to_packet = (packet_bytes_ - filled_ % packet_bytes_) % packet_bytes_;
@@ -47,40 +46,28 @@ void LadybugAssembler::begin_image(std::span<const std::byte> packet, HostTime r
   filled_ = 0;
   image_ = memory_.acquire(size_);
   if (image_) return;
-  out_.push_back(
-      fault_packet(received, FaultKind::Overflow, 1,
-                   fmt::format("an image found no free buffer: {} of {} MB are held, so recorder or pipeline is behind "
-                               "(images_in_flight)",
-                               memory_.bytes_in_use() >> 20U, memory_.limit_bytes() >> 20U)));
+  give_overflow(memory_, received);
 }
 
 void LadybugAssembler::interrupt(std::string_view why, HostTime at) {
   if (place_ == Place::Image)
     break_off(why, at);
   else
-    out_.push_back(fault_packet(at, FaultKind::Malformed, 1, fmt::format("{}: bytes are missing", why)));
+    give(fault_packet(at, FaultKind::Malformed, 1, fmt::format("{}: bytes are missing", why)));
   tell_strange(at);
   place_ = Place::Lost;
 }
 
 void LadybugAssembler::break_off(std::string_view why, HostTime at) {
-  out_.push_back(fault_packet(at, FaultKind::Malformed, filled_,
-                              fmt::format("an image of {} bytes was broken off after {}: {}", size_, filled_, why)));
+  give(fault_packet(at, FaultKind::Malformed, filled_,
+                    fmt::format("an image of {} bytes was broken off after {}: {}", size_, filled_, why)));
   image_ = {};
 }
 
 void LadybugAssembler::tell_strange(HostTime at) {
   const std::uint64_t strange = std::exchange(strange_, 0);
   if (strange > 0)
-    out_.push_back(
-        fault_packet(at, FaultKind::Malformed, strange, fmt::format("{} bytes on USB are no image", strange)));
-}
-
-std::optional<Packet> LadybugAssembler::pop() {
-  if (out_.empty()) return std::nullopt;
-  Packet packet = std::move(out_.front());
-  out_.pop_front();
-  return packet;
+    give(fault_packet(at, FaultKind::Malformed, strange, fmt::format("{} bytes on USB are no image", strange)));
 }
 
 }  // namespace hueline::drivers

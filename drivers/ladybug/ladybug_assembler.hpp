@@ -2,8 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
-#include <optional>
 #include <span>
 #include <string_view>
 
@@ -12,6 +10,7 @@
 #include "core/time.hpp"
 #include "drivers/guest/packet_memory.hpp"
 #include "drivers/ladybug/ladybug_image.hpp"
+#include "drivers/transport/usb_packet_reader.hpp"
 
 namespace hueline::drivers {
 
@@ -24,20 +23,15 @@ namespace hueline::drivers {
 /// Fault packets: Malformed, with the number of bytes that are no image, or of an image that was broken off, or 1 for
 /// bytes that are missing between images; Overflow, an image for which there was no memory.
 /// Thread safety: none; one thread calls all functions.
-class LadybugAssembler {
+class LadybugAssembler final : public UsbPacketReader {
  public:
   /// `packet_bytes` is the packet size of the endpoint, `buffer_bytes` the size of the camera's buffer, in which each
   /// image lies. The memory has to outlive this object.
   LadybugAssembler(std::size_t packet_bytes, std::size_t buffer_bytes, PacketMemory& memory)
       : packet_bytes_(packet_bytes), buffer_bytes_(buffer_bytes), memory_(memory) {}
 
-  /// Takes the bytes of one transfer, which begin with a packet. `is_short`: the transfer ended with a packet that is
-  /// shorter than the others, or empty.
-  void take(std::span<const std::byte> bytes, bool is_short, HostTime received);
-  /// Bytes are missing here: `why` says what happened to them.
-  void interrupt(std::string_view why, HostTime at);
-  /// Returns the next packet, if there is one.
-  std::optional<Packet> pop();
+  void take(std::span<const std::byte> bytes, bool is_short, HostTime received) override;
+  void interrupt(std::string_view why, HostTime at) override;
 
  private:
   enum class Place : std::uint8_t {
@@ -57,7 +51,6 @@ class LadybugAssembler {
   std::size_t size_ = 0, filled_ = 0;
   std::size_t padding_ = 0;    // bytes that may still follow the image
   std::uint64_t strange_ = 0;  // bytes since the last packet that are no image
-  std::deque<Packet> out_;
 };
 
 }  // namespace hueline::drivers

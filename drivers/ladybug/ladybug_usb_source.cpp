@@ -13,10 +13,8 @@
 #include "drivers/ladybug/ladybug_assembler.hpp"
 #include "drivers/ladybug/ladybug_registers.hpp"
 #include "drivers/little_endian.hpp"
-#include "drivers/transport/host_clock.hpp"
-#include "drivers/transport/usb_bulk_stream.hpp"
 #include "drivers/transport/usb_handle.hpp"
-#include "drivers/transport/usb_memory.hpp"
+#include "drivers/transport/usb_packet_stream.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -24,7 +22,6 @@ namespace {
 constexpr std::uint16_t kPointGrey = 0x1E10;
 constexpr std::uint8_t kImages = 0x81;
 constexpr std::size_t kTransferBytes = 256u << 10;
-constexpr std::chrono::milliseconds kWait{100};
 
 /// USB3 Vision cameras of the same maker are `driver: genicam`.
 std::vector<std::uint8_t> interfaces_of(const UsbHandle::Found& found) {
@@ -97,39 +94,16 @@ std::vector<std::size_t> sizes_for(std::size_t image_bytes, std::size_t packet_b
   return out;
 }
 
-/// Returns the time after which a camera that sends nothing no longer works, if that can be said.
-std::optional<nanoseconds> longest_silence_of(const LadybugSettings& settings) {
-  constexpr nanoseconds kShortest = std::chrono::seconds(2);
-  constexpr double kPeriods = 5;
-  if (settings.trigger_pin || settings.frame_rate_hz <= 0) return {};
-  return std::max(kShortest, from_seconds(kPeriods / settings.frame_rate_hz) + settings.exposure);
-}
-
-class AssemblingReader final : public UsbBulkReader {
- public:
-  explicit AssemblingReader(LadybugAssembler& assembler) : assembler_(assembler) {}
-  void take(std::span<const std::byte> bytes, bool is_short, HostTime received) override {
-    assembler_.take(bytes, is_short, received);
-  }
-  void interrupt(std::string_view why, HostTime at) override { assembler_.interrupt(why, at); }
-
- private:
-  LadybugAssembler& assembler_;
-};
-
 }  // namespace
 
 struct LadybugUsbSource::Open {
   Open(std::unique_ptr<UsbHandle> camera, std::size_t packet_bytes, std::size_t image_bytes, PacketMemory& memory)
-      : handle(std::move(camera)), assembler(packet_bytes, image_bytes, memory), reader(assembler) {}
+      : handle(std::move(camera)), assembler(packet_bytes, image_bytes, memory) {}
 
   std::unique_ptr<UsbHandle> handle;
   UsbRegisters registers{*handle};
   LadybugAssembler assembler;
-  AssemblingReader reader;
-  std::unique_ptr<UsbBulkStream> stream;
-  HostTime last_sign{};  // when bytes came last, or the stream began
-  std::optional<Error> ended;
+  std::unique_ptr<UsbPacketStream> stream;
 };
 
 LadybugUsbSource::LadybugUsbSource(LadybugSettings settings, std::shared_ptr<PacketMemory> memory)
@@ -149,39 +123,22 @@ Status LadybugUsbSource::open() {
   if (Status prepared = memory_->prepare(*image_bytes); !prepared) return prepared;
 
   auto made = std::make_unique<Open>(std::move(*handle), *packet_bytes, *image_bytes, *memory_);
-  auto stream = UsbBulkStream::start(*made->handle,
-                                     {.endpoint = kImages,
-                                      .transfer_bytes = sizes_for(*image_bytes, *packet_bytes),
-                                      .memory_bytes = std::size_t{settings_.transfer_MB} << 20U},
-                                     made->reader);
+  auto stream =
+      UsbPacketStream::start(*made->handle,
+                             {.endpoint = kImages,
+                              .transfer_bytes = sizes_for(*image_bytes, *packet_bytes),
+                              .memory_bytes = std::size_t{settings_.transfer_MB} << 20U},
+                             made->assembler, settings_.trigger_pin ? 0 : settings_.frame_rate_hz, settings_.exposure);
   if (!stream) return stream.error();
   made->stream = std::move(*stream);
   if (Status started = set_streaming(made->registers, true); !started) return started;
-  made->last_sign = host_now();
   open_ = std::move(made);
   return {};
 }
 
 Result<Packet> LadybugUsbSource::next(std::stop_token stop) {
-  if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped"};
   if (!open_) return Error{ErrorCode::Disconnected, "camera: not open"};
-  if (auto packet = open_->assembler.pop()) return std::move(*packet);
-  if (open_->ended) return *open_->ended;
-  const Status came = open_->stream->wait(kWait);
-  if (came.ok()) {
-    open_->last_sign = host_now();
-  } else if (came.error().code != ErrorCode::TimedOut) {
-    open_->ended = Error{ErrorCode::Disconnected, "camera: " + came.error().message};
-  } else if (const auto longest = longest_silence_of(settings_); longest && host_now() - open_->last_sign > *longest) {
-    open_->ended =
-        Error{ErrorCode::Disconnected,
-              fmt::format("camera: nothing came for {:.1f} s, though it is set to {} images a second: it is "
-                          "opened again{}",
-                          to_seconds(host_now() - open_->last_sign), settings_.frame_rate_hz, hint_at_usb_memory())};
-  }
-  if (auto packet = open_->assembler.pop()) return std::move(*packet);
-  if (open_->ended) return *open_->ended;
-  return Error{ErrorCode::TimedOut, {}};
+  return open_->stream->next(stop);
 }
 
 void LadybugUsbSource::close() {

@@ -21,9 +21,7 @@ namespace hueline::drivers {
 /// A packet is one image (LadybugAssembler). `Packet::received` is when its last bytes had come.
 /// Fault packets: those of LadybugAssembler.
 /// Errors: open(): Unavailable (no such camera, it may not be opened, or too little memory for transfers), Invalid (the
-/// camera has not or did not take a setting), Disconnected, Io. next(): TimedOut; Stopped; Disconnected, if the camera
-/// is unplugged, its transfers fail again and again, or no byte comes from it for 2 s, or 5 periods of the
-/// rate that the rig sets if they are longer.
+/// camera has not or did not take a setting), Disconnected, Io. next(): those of UsbPacketStream.
 /// Thread safety: none; one thread calls all functions.
 class LadybugUsbSource final : public PacketSource {
  public:

@@ -65,10 +65,10 @@ bool U3vAssembler::take_message(std::span<const std::byte> packet, HostTime rece
 void U3vAssembler::begin_image(const U3vLeader& leader, HostTime received) {
   tell_strange(received);
   if (!leader.is_image()) {
-    out_.push_back(fault_packet(received, FaultKind::Malformed, 1,
-                                fmt::format("the camera sends a payload of type 0x{:04x}, which is no image; turn its "
-                                            "chunk mode off (features: ChunkModeActive=false)",
-                                            leader.payload_type)));
+    give(fault_packet(received, FaultKind::Malformed, 1,
+                      fmt::format("the camera sends a payload of type 0x{:04x}, which is no image; turn its "
+                                  "chunk mode off (features: ChunkModeActive=false)",
+                                  leader.payload_type)));
     place_ = Place::Leader;
     return;
   }
@@ -77,11 +77,7 @@ void U3vAssembler::begin_image(const U3vLeader& leader, HostTime received) {
   filled_ = 0;
   image_ = memory_.acquire(kImageHeaderSize + shape_.payload_bytes);
   if (image_) return;
-  out_.push_back(
-      fault_packet(received, FaultKind::Overflow, 1,
-                   fmt::format("an image found no free buffer: {} of {} MB are held, so recorder or pipeline is behind "
-                               "(images_in_flight)",
-                               memory_.bytes_in_use() >> 20U, memory_.limit_bytes() >> 20U)));
+  give_overflow(memory_, received);
 }
 
 void U3vAssembler::end_image(const U3vTrailer& trailer, HostTime received) {
@@ -102,7 +98,7 @@ void U3vAssembler::end_image(const U3vTrailer& trailer, HostTime received) {
 
 void U3vAssembler::give_up(ImageStatus status, std::string_view why, HostTime at) {
   header_.status = status;
-  out_.push_back(fault_packet(at, FaultKind::Lost, 1, fmt::format("image {} is not whole: {}", header_.frame_id, why)));
+  give(fault_packet(at, FaultKind::Lost, 1, fmt::format("image {} is not whole: {}", header_.frame_id, why)));
   deliver(at);
 }
 
@@ -112,30 +108,22 @@ void U3vAssembler::deliver(HostTime received) {
   if (!image) return;
   encode_image_header(header_, std::span<std::byte, kImageHeaderSize>(image.data(), kImageHeaderSize));
   image.resize(kImageHeaderSize + std::min<std::uint64_t>(header_.pixel_bytes(), shape_.payload_bytes));
-  out_.push_back({kSystemSensor, PacketKind::Wire, false, 0, received, std::move(image).share()});
+  give({kSystemSensor, PacketKind::Wire, false, 0, received, std::move(image).share()});
 }
 
 void U3vAssembler::interrupt(std::string_view why, HostTime at) {
   if (place_ != Place::Leader)
     give_up(ImageStatus::MissingPackets, why, at);
   else
-    out_.push_back(fault_packet(at, FaultKind::Malformed, 1, fmt::format("{}: bytes are missing", why)));
+    give(fault_packet(at, FaultKind::Malformed, 1, fmt::format("{}: bytes are missing", why)));
   tell_strange(at);
 }
 
 void U3vAssembler::tell_strange(HostTime at) {
   const std::uint64_t strange = std::exchange(strange_, 0);
   if (strange > 0)
-    out_.push_back(
-        fault_packet(at, FaultKind::Malformed, strange,
-                     fmt::format("{} bytes on USB belong to no image: no leader came before them", strange)));
-}
-
-std::optional<Packet> U3vAssembler::pop() {
-  if (out_.empty()) return std::nullopt;
-  Packet packet = std::move(out_.front());
-  out_.pop_front();
-  return packet;
+    give(fault_packet(at, FaultKind::Malformed, strange,
+                      fmt::format("{} bytes on USB belong to no image: no leader came before them", strange)));
 }
 
 }  // namespace hueline::drivers

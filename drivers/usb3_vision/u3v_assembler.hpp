@@ -2,8 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
-#include <optional>
 #include <span>
 #include <string_view>
 
@@ -12,6 +10,7 @@
 #include "core/time.hpp"
 #include "drivers/gige/image_packet.hpp"
 #include "drivers/guest/packet_memory.hpp"
+#include "drivers/transport/usb_packet_reader.hpp"
 #include "drivers/usb3_vision/u3v_image.hpp"
 
 namespace hueline::drivers {
@@ -27,7 +26,7 @@ namespace hueline::drivers {
 /// for bytes that are missing between images, or for a payload that is no image; Overflow, an image for which there was
 /// no memory.
 /// Thread safety: none; one thread calls all functions.
-class U3vAssembler {
+class U3vAssembler final : public UsbPacketReader {
  public:
   struct Shape {
     std::size_t packet_bytes = 1024;  ///< of the endpoint
@@ -37,13 +36,8 @@ class U3vAssembler {
   /// The memory has to outlive this object.
   U3vAssembler(const Shape& shape, PacketMemory& memory) : shape_(shape), memory_(memory) {}
 
-  /// Takes the bytes of one transfer, which begin with a packet. `is_short`: the transfer ended with a packet that is
-  /// shorter than the others, or empty.
-  void take(std::span<const std::byte> bytes, bool is_short, HostTime received);
-  /// Bytes are missing here: `why` says what happened to them.
-  void interrupt(std::string_view why, HostTime at);
-  /// Returns the next packet, if there is one.
-  std::optional<Packet> pop();
+  void take(std::span<const std::byte> bytes, bool is_short, HostTime received) override;
+  void interrupt(std::string_view why, HostTime at) override;
 
  private:
   enum class Place : std::uint8_t {
@@ -66,7 +60,6 @@ class U3vAssembler {
   std::size_t filled_ = 0;
   std::size_t padding_ = 0;    // bytes that may still follow the payload
   std::uint64_t strange_ = 0;  // bytes since the last image that belong to none
-  std::deque<Packet> out_;
 };
 
 }  // namespace hueline::drivers

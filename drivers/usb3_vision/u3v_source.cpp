@@ -16,19 +16,14 @@
 #include <vector>
 
 #include "drivers/gige/aravis_camera.hpp"
-#include "drivers/transport/host_clock.hpp"
-#include "drivers/transport/usb_bulk_stream.hpp"
 #include "drivers/transport/usb_handle.hpp"
-#include "drivers/transport/usb_memory.hpp"
+#include "drivers/transport/usb_packet_stream.hpp"
 #include "drivers/usb3_vision/u3v_assembler.hpp"
 #include "drivers/usb3_vision/u3v_device.hpp"
 #include "drivers/usb3_vision/u3v_registers.hpp"
 
 namespace hueline::drivers {
 namespace {
-
-constexpr std::chrono::milliseconds kWait{100};
-constexpr nanoseconds kShortestSilence = std::chrono::seconds(2);
 
 /// The interfaces of a USB3 Vision camera, by the class codes that USB-IF has given to it.
 constexpr std::uint8_t kMiscellaneous = 0xEF, kUsb3Vision = 0x05, kControl = 0x00, kStream = 0x02;
@@ -103,25 +98,6 @@ Error of_camera(Error error) {
   return error;
 }
 
-class AssemblingReader final : public UsbBulkReader {
- public:
-  explicit AssemblingReader(U3vAssembler& assembler) : assembler_(assembler) {}
-  void take(std::span<const std::byte> bytes, bool is_short, HostTime received) override {
-    has_halted_ = false;
-    assembler_.take(bytes, is_short, received);
-  }
-  void interrupt(std::string_view why, HostTime at) override {
-    has_halted_ = true;
-    assembler_.interrupt(why, at);
-  }
-  /// Returns whether the stream was interrupted and nothing has come since.
-  bool has_halted() const { return has_halted_; }
-
- private:
-  U3vAssembler& assembler_;
-  bool has_halted_ = false;
-};
-
 }  // namespace
 
 struct U3vSource::Open {
@@ -135,10 +111,7 @@ struct U3vSource::Open {
   U3vBootstrap bootstrap;
   GRef<ArvCamera> camera;
   std::unique_ptr<U3vAssembler> assembler;
-  std::unique_ptr<AssemblingReader> reader;
-  std::unique_ptr<UsbBulkStream> stream;
-  HostTime last_sign{};  // when bytes came last, or the stream began
-  std::optional<Error> ended;
+  std::unique_ptr<UsbPacketStream> stream;
 
   Status connect(const GenicamConfig& config);
   Status start(const GenicamConfig& config, PacketMemory& images);
@@ -170,19 +143,18 @@ Status U3vSource::Open::start(const GenicamConfig& config, PacketMemory& images)
   if (Status prepared = images.prepare(kImageHeaderSize + shape->payload_bytes); !prepared) return prepared;
   assembler = std::make_unique<U3vAssembler>(
       U3vAssembler::Shape{*packet_bytes, shape->payload_bytes, shape->padding_bytes}, images);
-  reader = std::make_unique<AssemblingReader>(*assembler);
   if (Status enabled = set_streaming(memory, bootstrap.stream, true); !enabled) return enabled;
-  auto started = UsbBulkStream::start(*handle,
-                                      {.endpoint = endpoints.stream,
-                                       .transfer_bytes = std::move(shape->transfer_bytes),
-                                       .memory_bytes = std::size_t{config.transfer_MB} << 20U},
-                                      *reader);
+  auto started = UsbPacketStream::start(*handle,
+                                        {.endpoint = endpoints.stream,
+                                         .transfer_bytes = std::move(shape->transfer_bytes),
+                                         .memory_bytes = std::size_t{config.transfer_MB} << 20U},
+                                        *assembler, config.trigger_source.empty() ? config.frame_rate_hz : 0,
+                                        config.exposure.value_or(nanoseconds(0)));
   if (!started) return started.error();
   stream = std::move(*started);
   GError* error = nullptr;
   arv_camera_start_acquisition(camera.get(), &error);
   if (error) return take_error("start the acquisition", error);
-  last_sign = host_now();
   return {};
 }
 
@@ -206,37 +178,9 @@ Status U3vSource::open() {
   return {};
 }
 
-std::optional<Error> U3vSource::look_for_silence() const {
-  const nanoseconds silence = host_now() - open_->last_sign;
-  const bool is_free = config_.trigger_source.empty() && config_.frame_rate_hz > 0;
-  const nanoseconds longest = is_free ? std::max(kShortestSilence, from_seconds(5 / config_.frame_rate_hz) +
-                                                                       config_.exposure.value_or(nanoseconds(0)))
-                                      : kShortestSilence;
-  if (silence <= longest || (!is_free && !open_->reader->has_halted())) return {};
-  return Error{ErrorCode::Disconnected,
-               fmt::format("camera: nothing came for {:.1f} s {}: its stream on USB has failed and is opened again{}",
-                           to_seconds(silence),
-                           is_free ? fmt::format("though it is set to {} images a second", config_.frame_rate_hz)
-                                   : std::string("after it halted its stream"),
-                           hint_at_usb_memory())};
-}
-
 Result<Packet> U3vSource::next(std::stop_token stop) {
-  if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped"};
   if (!open_) return Error{ErrorCode::Disconnected, "camera: not open"};
-  if (auto packet = open_->assembler->pop()) return std::move(*packet);
-  if (open_->ended) return *open_->ended;
-  const Status came = open_->stream->wait(kWait);
-  if (came.ok()) {
-    open_->last_sign = host_now();
-  } else if (came.error().code != ErrorCode::TimedOut) {
-    open_->ended = Error{ErrorCode::Disconnected, "camera: " + came.error().message};
-  } else {
-    open_->ended = look_for_silence();
-  }
-  if (auto packet = open_->assembler->pop()) return std::move(*packet);
-  if (open_->ended) return *open_->ended;
-  return Error{ErrorCode::TimedOut, {}};
+  return open_->stream->next(stop);
 }
 
 void U3vSource::close() {

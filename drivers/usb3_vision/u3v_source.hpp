@@ -17,9 +17,8 @@ namespace hueline::drivers {
 /// A packet is one image (U3vAssembler). `Packet::received` is when the transfer with its trailer had come.
 /// Fault packets: those of U3vAssembler.
 /// Errors of open(): Unavailable (no such camera, it may not be opened, it does not answer, or there is too little
-/// memory for transfers); Invalid (it refuses a setting, or has no image stream). Errors of next(): TimedOut; Stopped;
-/// Disconnected, if the camera is unplugged, its transfers fail again and again, or nothing comes from it for 2 s or 5
-/// periods after it halted its stream or, with GenicamConfig::frame_rate_hz, at any time.
+/// memory for transfers); Invalid (it refuses a setting, or has no image stream). Errors of next(): those of
+/// UsbPacketStream.
 /// Thread safety: none; one thread calls all functions. open() gives that thread its real-time priority.
 class U3vSource final : public PacketSource {
  public:
@@ -33,7 +32,6 @@ class U3vSource final : public PacketSource {
 
  private:
   struct Open;
-  std::optional<Error> look_for_silence() const;
 
   const GenicamConfig config_;
   const std::string serial_;
