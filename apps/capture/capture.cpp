@@ -295,12 +295,21 @@ runtime::LiveState live_state(const runtime::LiveRun& run, const runtime::DiskRe
   return live;
 }
 
-/// The running capture as the feed's thread may reach it: not before it runs, and not after its end. Thread-safe.
+/// The running capture as the feed's thread may reach it: not after its end. Commands that come before it runs are
+/// kept, for the feed is there a moment earlier. Thread-safe.
 class Reachable {
  public:
-  void set(runtime::LiveRun* run) {
+  void begin(runtime::LiveRun& run) {
     const Lock lock(mutex_);
-    run_ = run;
+    run_ = &run;
+    for (const DriveCommand& command : std::exchange(early_, {}))
+      if (const Status taken = submit(command); !taken)
+        log_warning("{} of the operator ('{}'): {}", name(command.kind), command.note, taken.error().message);
+  }
+  void end() {
+    const Lock lock(mutex_);
+    run_ = nullptr;
+    has_ended_ = true;
   }
   runtime::LiveState state(const runtime::DiskReserve& reserve, const runtime::LiveRun::Config& limits) {
     const Lock lock(mutex_);
@@ -308,8 +317,17 @@ class Reachable {
   }
   /// Lets a command of the operator enter the journal.
   Status take(const DriveCommand& command) {
+    constexpr std::size_t kMostEarly = 100;
     const Lock lock(mutex_);
-    if (!run_) return Error{ErrorCode::Unavailable, "the drive is not recorded at this moment"};
+    if (run_) return submit(command);
+    if (has_ended_ || early_.size() >= kMostEarly)
+      return Error{ErrorCode::Unavailable, "the drive is not recorded at this moment"};
+    early_.push_back(command);
+    return {};
+  }
+
+ private:
+  Status submit(const DriveCommand& command) HUELINE_REQUIRES(mutex_) {
     const bool is_stop = command.kind == DriveCommand::Kind::Stop;
     if (is_stop && stops_) return {};  // a second signal would end at once
     if (!run_->ingest().submit(Packet{kSystemSensor, PacketKind::Command, false, 0, drivers::host_now(),
@@ -320,9 +338,10 @@ class Reachable {
     return {};
   }
 
- private:
   Mutex mutex_;
   runtime::LiveRun* run_ HUELINE_GUARDED_BY(mutex_) = nullptr;
+  bool has_ended_ HUELINE_GUARDED_BY(mutex_) = false;
+  std::vector<DriveCommand> early_ HUELINE_GUARDED_BY(mutex_);
   bool stops_ HUELINE_GUARDED_BY(mutex_) = false;
 };
 
@@ -414,12 +433,12 @@ int capture(const Options& options) {
     return sensor.device->arrivals() == drivers::Arrivals::Live;
   });
   run.start();
-  reachable.set(&run);
+  reachable.begin(run);
   service_manager::tell_ready();
   const bool was_in_place = watch_run({run, reserve, points, health, is_live}, options, signals);
   service_manager::tell_stopping();
   run.stop(signals.at_once());
-  reachable.set(nullptr);
+  reachable.end();
   health.show([] {});
 
   Ending ending;

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The live feed of an emulated drive: a listener gets its messages, marks and stops the drive, a second one that never reads loses messages and
+# The live feed: a mark in the moment in which it appears is kept. Of an emulated drive: a listener gets its messages, marks and stops the drive, a second one that never reads loses messages and
 # nothing else happens; a replay gives the same bytes, with the marks, whether somebody listens or not.
 # usage: feed_test.sh HUELINE SOURCE_DIR
 set -euo pipefail
@@ -12,6 +12,7 @@ mkdir -p "$deep"
 cd "$deep"
 . "$source/tests/apps/program.sh"
 ports="--pps-socket $work/pps.sock --data-port 42378 --position-port 48318 --pos-port 43011 --can-port 40010 --address 127.0.0.3"
+PYTHONPATH=$source/tests/apps/feed python3 "$source/tests/apps/feed/feed_early.py" "$hueline" >said.txt 2>&1 || fail "a mark at once"
 # Long enough for a listener on a busy computer; the listener's stop ends the capture, not the drive's end.
 sed 's/^duration_s: .*/duration_s: 20/' "$source/tests/scenarios/short.yaml" >scenario.yaml
 $hueline simulate scenario.yaml --out sim --write-rig rig.yaml $ports >said.txt 2>&1 || fail "rendering"
