@@ -49,7 +49,7 @@ struct GenicamConfig {
   std::chrono::milliseconds give_up_after{100};
 
   // Transport of USB cameras.
-  std::uint32_t transfer_MB = 8;  ///< memory of the transfers that are under way
+  std::uint32_t transfer_MB = 4;  ///< memory of the transfers that are under way; 16 MB are the kernel's usual limit
 
   // The computer.
   int realtime_priority = 0;  ///< SCHED_RR priority of the receiving thread, 1 to 99; 0 (and without privilege): normal
