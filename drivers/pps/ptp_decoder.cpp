@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -16,6 +17,8 @@ constexpr std::chrono::seconds kGpsBeginsInTai(315'964'819);
 constexpr std::chrono::seconds kSetSince(1'577'836'800);  // 2020-01-01
 // A clock that drifts by 100 ppm is 2 us off then.
 constexpr nanoseconds kLongestAfterSecond = std::chrono::milliseconds(20);
+// Far above the rounding of the difference, far below what Ingest corrects.
+constexpr double kReceivedAsStamped_s = 1e-3;
 constexpr nanoseconds kLongestHalfWindow = std::chrono::microseconds(50);
 
 }  // namespace
@@ -39,7 +42,6 @@ void PtpDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   if (std::exchange(last_sequence_, reading->sequence) == reading->sequence)
     return ignore(FaultKind::Spurious, fmt::format("reading {} of the PTP clock came twice", reading->sequence));
   const auto second = std::chrono::floor<std::chrono::seconds>(reading->clock);
-  const nanoseconds after = reading->clock - second;
   if (second < kSetSince) {
     if (std::exchange(is_unset_, true))
       counts_.ignored_bytes += bytes.size();
@@ -51,6 +53,7 @@ void PtpDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
     return;
   }
   is_unset_ = false;
+  const nanoseconds after = reading->clock - second;
   if (after > kLongestAfterSecond)
     return ignore(FaultKind::Lost,
                   fmt::format("the PTP clock was read {:.0f} ms after its second: not used; the computer was too busy",
@@ -61,8 +64,8 @@ void PtpDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
         fmt::format("a reading of the PTP clock is uncertain by {:.0f} us: not used; the computer was too busy",
                     std::chrono::duration<double, std::micro>(reading->half_window).count()));
   // Ingest sets `received` to the arrival if the reading's own time is impossible.
-  const nanoseconds off = packet.received - reading->host;
-  if (off > std::chrono::milliseconds(1) || off < std::chrono::milliseconds(-1))
+  const double off_s = to_seconds(packet.received.time_since_epoch()) - to_seconds(reading->host.time_since_epoch());
+  if (std::abs(off_s) > kReceivedAsStamped_s)
     return ignore(FaultKind::Spurious, "a reading of the PTP clock is stamped off its arrival: not used");
   counts_.decoded_bytes += bytes.size();
   out.push_back(PpsEdge{packet.sensor, reading->host - after, reading->sequence});

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -90,6 +91,18 @@ TEST(PtpDecoder, WhatCannotBeTrustedIsToldAndNotUsed) {
   }
   EXPECT_EQ(out.size(), kPtpPacketSize) << "a fault each";
   EXPECT_EQ(decoder.counts().malformed_messages, kPtpPacketSize);
+  // Whatever numbers 64 bits can hold.
+  constexpr auto kLeast = std::numeric_limits<std::int64_t>::min(), kMost = std::numeric_limits<std::int64_t>::max();
+  std::uint64_t number = 100;
+  for (const std::int64_t clock : {kLeast, kLeast + 1, kMost, count_ns(host_time_ns(kTai.count() * 1'000'000'000))})
+    for (const std::int64_t host : {kLeast, kMost}) {
+      Packet packet;
+      packet.received = host_time_ns(7'000'000'000);
+      packet.bytes = Buffer::copy_of(encode_ptp({nanoseconds(0), ++number, nanoseconds(clock), host_time_ns(host)}));
+      out.clear();
+      decoder.decode(packet, out);
+      for (const Measurement& m : out) EXPECT_TRUE(std::holds_alternative<Fault>(m)) << clock << " " << host;
+    }
 }
 
 }  // namespace
