@@ -25,10 +25,9 @@ constexpr std::size_t kTransferBytes = 256u << 10;
 
 /// USB3 Vision cameras of the same maker are `driver: genicam`.
 std::vector<std::uint8_t> interfaces_of(const UsbHandle::Found& found) {
-  constexpr std::uint8_t kMiscellaneous = 0xEF, kUsb3Vision = 0x05;
   if (found.vendor != kPointGrey || found.interfaces.empty()) return {};
   const UsbHandle::Interface& first = found.interfaces.front();
-  if (first.type == kMiscellaneous && first.subtype == kUsb3Vision) return {};
+  if (first.is_usb3_vision()) return {};
   if (std::ranges::find(first.endpoints, kImages) == first.endpoints.end()) return {};
   return {first.number};
 }

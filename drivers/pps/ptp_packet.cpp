@@ -15,12 +15,8 @@ std::array<std::byte, kPtpPacketSize> encode_ptp(const PtpPacket& packet) {
   return bytes;
 }
 
-bool is_ptp_packet(std::span<const std::byte> bytes) {
-  return bytes.size() >= 4 && get_little<std::uint32_t>(bytes, 0) == kPtpMagic;
-}
-
 Result<PtpPacket> decode_ptp(std::span<const std::byte> bytes) {
-  if (bytes.size() != kPtpPacketSize || !is_ptp_packet(bytes))
+  if (bytes.size() != kPtpPacketSize || get_little<std::uint32_t>(bytes, 0) != kPtpMagic)
     return Error{ErrorCode::Malformed, fmt::format("packet of {} bytes is no reading of a PTP clock, which has {}",
                                                    bytes.size(), kPtpPacketSize)};
   return PtpPacket{nanoseconds(static_cast<std::int64_t>(get_little<std::uint32_t>(bytes, 4))),

@@ -32,8 +32,6 @@ struct PtpPacket {
 
 /// Encodes a packet.
 std::array<std::byte, kPtpPacketSize> encode_ptp(const PtpPacket& packet);
-/// Returns whether the bytes begin as such a packet.
-bool is_ptp_packet(std::span<const std::byte> bytes);
 /// Decodes a packet. Error: Malformed (wrong size or magic).
 Result<PtpPacket> decode_ptp(std::span<const std::byte> bytes);
 

@@ -27,6 +27,8 @@ class UsbHandle {
     std::uint8_t number = 0;
     std::uint8_t type = 0, subtype = 0, protocol = 0;  ///< bInterfaceClass, bInterfaceSubClass, bInterfaceProtocol
     std::vector<std::uint8_t> endpoints;               ///< addresses; those to the host have bit 7
+    /// Whether it belongs to a USB3 Vision camera, by the class codes that USB-IF has given to these.
+    bool is_usb3_vision() const { return type == 0xEF && subtype == 0x05; }
   };
   /// A device as its descriptors tell.
   struct Found {

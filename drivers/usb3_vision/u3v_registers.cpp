@@ -68,12 +68,6 @@ Error no_zip(const char* why) {
   return {ErrorCode::Malformed, fmt::format("the camera's description file cannot be unpacked: {}", why)};
 }
 
-std::size_t le(std::string_view bytes, std::size_t at, std::size_t size) {
-  std::size_t value = 0;
-  for (std::size_t i = 0; i < size; ++i) value |= std::size_t{static_cast<unsigned char>(bytes[at + i])} << (8 * i);
-  return value;
-}
-
 struct FreeDecompressor {
   void operator()(libdeflate_decompressor* one) const { libdeflate_free_decompressor(one); }
 };
@@ -130,15 +124,17 @@ Result<std::string> unzip(const std::string& archive) {
   // APPNOTE 6.3: the end of the central directory, its first entry, and the head of that file.
   constexpr std::size_t kEnd = 22, kEntry = 46, kHead = 30;
   const std::string_view bytes = archive;
+  const auto raw = std::as_bytes(std::span(archive));
+  const auto u16 = [&](std::size_t at) { return std::size_t{get_little<std::uint16_t>(raw, at)}; };
+  const auto u32 = [&](std::size_t at) { return std::size_t{get_little<std::uint32_t>(raw, at)}; };
   const std::size_t end = bytes.rfind("PK\x05\x06");
   if (end == bytes.npos || end + kEnd > bytes.size()) return no_zip("its directory is missing");
-  const std::size_t entry = le(bytes, end + 16, 4);
+  const std::size_t entry = u32(end + 16);
   if (entry + kEntry > bytes.size() || bytes.substr(entry, 4) != "PK\x01\x02")
     return no_zip("its directory is damaged");
-  const std::size_t method = le(bytes, entry + 10, 2), packed = le(bytes, entry + 20, 4),
-                    size = le(bytes, entry + 24, 4), head = le(bytes, entry + 42, 4);
+  const std::size_t method = u16(entry + 10), packed = u32(entry + 20), size = u32(entry + 24), head = u32(entry + 42);
   if (head + kHead > bytes.size() || bytes.substr(head, 4) != "PK\x03\x04") return no_zip("its file is missing");
-  const std::size_t data = head + kHead + le(bytes, head + 26, 2) + le(bytes, head + 28, 2);
+  const std::size_t data = head + kHead + u16(head + 26) + u16(head + 28);
   if (data > bytes.size() || packed > bytes.size() - data || size > kMostDescription)
     return no_zip("its sizes are wrong");
   if (method == 0) return std::string(bytes.substr(data, packed));

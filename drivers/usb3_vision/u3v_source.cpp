@@ -25,8 +25,8 @@
 namespace hueline::drivers {
 namespace {
 
-/// The interfaces of a USB3 Vision camera, by the class codes that USB-IF has given to it.
-constexpr std::uint8_t kMiscellaneous = 0xEF, kUsb3Vision = 0x05, kControl = 0x00, kStream = 0x02;
+/// The interfaces of a USB3 Vision camera, by their bInterfaceProtocol.
+constexpr std::uint8_t kControl = 0x00, kStream = 0x02;
 
 struct Endpoints {
   std::uint8_t command = 0, answer = 0, stream = 0;
@@ -34,7 +34,7 @@ struct Endpoints {
 
 const UsbHandle::Interface* find_interface(const UsbHandle::Found& found, std::uint8_t protocol) {
   const auto at = std::ranges::find_if(found.interfaces, [&](const UsbHandle::Interface& one) {
-    return one.type == kMiscellaneous && one.subtype == kUsb3Vision && one.protocol == protocol;
+    return one.is_usb3_vision() && one.protocol == protocol;
   });
   return at == found.interfaces.end() ? nullptr : &*at;
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "drivers/stream/message_form.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -45,20 +46,19 @@ constexpr double kRateStep = 1.0 / 512, kAccelerationStep = 1.0 / 256, kVelocity
 constexpr std::chrono::microseconds kTick{100};
 constexpr std::uint32_t kLongestCarry = 100'000;  // ticks for which a UTC is carried on: 10 s
 
+/// The numbers of a frame.
 class Data {
  public:
-  explicit Data(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  std::uint8_t u8(std::size_t at) const { return bytes_[at]; }
-  std::uint16_t u16(std::size_t at) const {
-    return static_cast<std::uint16_t>(std::uint32_t{bytes_[at]} << 8 | bytes_[at + 1]);
-  }
-  std::uint32_t u32(std::size_t at) const { return std::uint32_t{u16(at)} << 16 | u16(at + 2); }
-  double i16(std::size_t at) const { return static_cast<std::int16_t>(u16(at)); }
-  double i32(std::size_t at) const { return static_cast<std::int32_t>(u32(at)); }
+  explicit Data(std::span<const std::uint8_t> bytes) : bytes_(std::as_bytes(bytes)) {}
+  std::uint8_t u8(std::size_t at) const { return std::to_integer<std::uint8_t>(bytes_[at]); }
+  std::uint16_t u16(std::size_t at) const { return stream_field_big<std::uint16_t>(bytes_, at); }
+  std::uint32_t u32(std::size_t at) const { return stream_field_big<std::uint32_t>(bytes_, at); }
+  double i16(std::size_t at) const { return stream_field_big<std::int16_t>(bytes_, at); }
+  double i32(std::size_t at) const { return stream_field_big<std::int32_t>(bytes_, at); }
   Eigen::Vector3d vector(double step) const { return Eigen::Vector3d(i16(0), i16(2), i16(4)) * step; }
 
  private:
-  std::span<const std::uint8_t> bytes_;
+  std::span<const std::byte> bytes_;
 };
 
 std::optional<GpsTime> read_utc(const Data& data) {
@@ -78,7 +78,7 @@ void XsensCanDecoder::forget() {
   anchor_.reset();
   status_.reset();
   was_fixed_ = false;
-  group_.reset();
+  group_.forget();
   seconds_.forget();
 }
 
@@ -158,14 +158,9 @@ void XsensCanDecoder::begin_with(std::uint32_t kind, std::vector<Measurement>& o
 }
 
 void XsensCanDecoder::count_group(std::uint16_t counter, HostTime received, std::vector<Measurement>& out) {
-  if (group_) {
-    const auto ahead = static_cast<std::uint16_t>(counter - *group_);
-    // More than half the range ahead is a restart.
-    if (ahead > 1 && ahead < 0x8000)
-      tell(FaultKind::Lost, received, std::uint64_t{ahead} - 1u, out,
-           fmt::format("{} samples are missing, by their group counter", ahead - 1));
-  }
-  group_ = counter;
+  if (const std::uint64_t missing = group_.take(counter); missing > 0)
+    tell(FaultKind::Lost, received, missing, out,
+         fmt::format("{} samples are missing, by their group counter", missing));
 }
 
 /// Gives the sample its time: its own UTC, or an earlier one carried on by the device's clock.

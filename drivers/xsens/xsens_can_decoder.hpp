@@ -54,7 +54,7 @@ class XsensCanDecoder final : public CanDecoder {
   std::optional<std::uint32_t> status_;  // the latest status word
   bool was_fixed_ = false;               // GNSS has set the device's time
   bool has_no_time_ = false;
-  std::optional<std::uint16_t> group_;
+  XsensCounter group_;
   SecondLabels seconds_;
 };
 

@@ -99,7 +99,7 @@ XsensDecoder::XsensDecoder(const Config&) : StreamDecoder(forms()) {}
 
 void XsensDecoder::forget() {
   seconds_.forget();
-  counter_.reset();
+  counter_.forget();
 }
 
 bool XsensDecoder::take(const Message& message) {
@@ -221,14 +221,9 @@ bool XsensDecoder::take_fix(std::span<const std::byte> pvt, HostTime received) {
 }
 
 void XsensDecoder::count(std::uint16_t counter, HostTime received) {
-  if (counter_) {
-    const auto ahead = static_cast<std::uint16_t>(counter - *counter_);
-    // More than half the range ahead is a restart.
-    if (ahead > 1 && ahead < 0x8000)
-      fault(FaultKind::Lost, received, std::uint64_t{ahead} - 1u,
-            fmt::format("MTData2: {} packets are missing, by their counter", ahead - 1));
-  }
-  counter_ = counter;
+  if (const std::uint64_t missing = counter_.take(counter); missing > 0)
+    fault(FaultKind::Lost, received, missing,
+          fmt::format("MTData2: {} packets are missing, by their counter", missing));
 }
 
 }  // namespace hueline::drivers

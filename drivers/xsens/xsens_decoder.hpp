@@ -6,6 +6,7 @@
 #include "core/keys.hpp"
 #include "drivers/stream/second_labels.hpp"
 #include "drivers/stream/stream_decoder.hpp"
+#include "drivers/xsens/xsens_epoch.hpp"
 
 namespace hueline::drivers {
 
@@ -41,7 +42,7 @@ class XsensDecoder final : public StreamDecoder {
   void count(std::uint16_t counter, HostTime received);
 
   SecondLabels seconds_;
-  std::optional<std::uint16_t> counter_;
+  XsensCounter counter_;
   bool has_no_time_ = false, is_ned_ = false;
 };
 

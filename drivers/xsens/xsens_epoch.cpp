@@ -1,6 +1,7 @@
 #include "drivers/xsens/xsens_epoch.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "core/angle.hpp"
 #include "core/portable_math.hpp"
@@ -39,6 +40,12 @@ std::optional<InsSolution> XsensEpoch::solution() const {
   out.status = status.value_or(0);
   out.is_good = status && (*status & kFilterValid) != 0 && (*status & kGnssFix) != 0;
   return out;
+}
+
+std::uint64_t XsensCounter::take(std::uint16_t count) {
+  const auto last = std::exchange(last_, count);
+  const auto ahead = static_cast<std::uint16_t>(count - last.value_or(count));
+  return ahead > 1 && ahead < 0x8000 ? std::uint64_t{ahead} - 1 : 0;
 }
 
 std::optional<Eigen::Quaterniond> xsens_quaternion(double w, double x, double y, double z) {

@@ -30,6 +30,17 @@ struct XsensEpoch {
   std::optional<InsSolution> solution() const;
 };
 
+/// Follows the counter of 16 bits that the device sends with its samples. Thread safety: none.
+class XsensCounter {
+ public:
+  /// Returns how many samples are missing before the one with this count. More than half the range ahead is a restart.
+  std::uint64_t take(std::uint16_t count);
+  void forget() { last_.reset(); }
+
+ private:
+  std::optional<std::uint16_t> last_;
+};
+
 /// Returns the orientation that a quaternion (w, x, y, z) or Euler angles (roll, pitch, yaw, degrees) state, or nothing
 /// if the quaternion is none.
 std::optional<Eigen::Quaterniond> xsens_quaternion(double w, double x, double y, double z);
