@@ -164,6 +164,14 @@ struct PixelRegion {
   std::uint32_t x = 0, y = 0, width = 0, height = 0;
 };
 
+/// What a camera itself says of how it exposed an image, or a part of it. One that exposes automatically is the only
+/// one that knows.
+struct ReportedExposure {
+  PixelRegion region{};     ///< the part of the image that this is about; without width: the whole image
+  nanoseconds duration{0};  ///< of the exposure; 0: the camera does not say
+  float gain = 0;           ///< factor of its amplifier on pixel values; 0: the camera does not say
+};
+
 /// One image that a camera delivered. The pixels stay in the packet's buffer, unless they had to be decoded.
 struct Image {
   SensorId sensor{};
@@ -175,9 +183,10 @@ struct Image {
   PixelFormat format = PixelFormat::BayerRG8;
   bool is_complete = false;  ///< no packet is missing; an incomplete image is recorded, but not used for colour
   std::uint32_t missing_packets = 0;
-  Buffer buffer;                  ///< the whole packet, or the pixels that were decoded from it
-  std::size_t pixel_offset = 0;   ///< offset of the first pixel in `buffer`
-  std::vector<PixelRegion> lost;  ///< parts of a complete image that could not be decoded; they give no colour
+  Buffer buffer;                           ///< the whole packet, or the pixels that were decoded from it
+  std::size_t pixel_offset = 0;            ///< offset of the first pixel in `buffer`
+  std::vector<PixelRegion> lost;           ///< parts of a complete image that could not be decoded; they give no colour
+  std::vector<ReportedExposure> reported;  ///< what the camera says of its exposure; empty: nothing
 
   std::span<const std::byte> pixels() const { return buffer.bytes().subspan(pixel_offset); }
 };

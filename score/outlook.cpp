@@ -30,7 +30,8 @@ Outlook::Outlook(const sim::Scenario& scenario, const std::vector<sim::TrueExpos
   for (const sim::TrueExposure& e : exposures)
     stations_.push_back({e.exposure_mid_gps_ns,
                          world_.moment(e.exposure_mid_gps_ns),
-                         {{e.R_enu_head}, {e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]}}});
+                         {{e.R_enu_head}, {e.p_enu_head[0], e.p_enu_head[1], e.p_enu_head[2]}},
+                         e.lens_gain});
 }
 
 std::optional<Outlook::Sight> Outlook::sight(std::uint32_t exposure, std::size_t lens, Vec3 place) const {
@@ -39,8 +40,9 @@ std::optional<Outlook::Sight> Outlook::sight(std::uint32_t exposure, std::size_t
   sim::Pose T_enu_lens = stations_[exposure].T_enu_head * optics.T_head_lens;
   auto pixel = optics.project(inverse(T_enu_lens) * place);
   // The row gives the time, and the time moves the row. Each iteration changes the row by far less than one row.
-  for (int turn = 0; turn < 3 && shutter_.is_rolling() && pixel; ++turn) {
-    time = stations_[exposure].mid + shutter_.row_delay(pixel->v);
+  for (int turn = 0; turn < 3 && !shutter_.is_one_moment() && pixel; ++turn) {
+    time =
+        stations_[exposure].mid + shutter_.lateness(stations_[exposure].lens_gain, lens) + shutter_.row_delay(pixel->v);
     T_enu_lens = motion_.T_enu_body(time) * rig_.T_body_head_at(time) * optics.T_head_lens;
     pixel = optics.project(inverse(T_enu_lens) * place);
   }

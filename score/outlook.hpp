@@ -71,6 +71,7 @@ class Outlook {
     sim::GpsNs mid = 0;
     sim::Moment moment;
     sim::Pose T_enu_head;
+    std::vector<float> lens_gain;
   };
   Lab lab_of(const sim::Seen& seen) const;
   /// Returns the world at the time of a sight.

@@ -29,7 +29,9 @@ PanoramicCamera::PanoramicCamera(const Scenario& scenario, const Motion& motion,
       tone_(scenario.camera.tone_curve, scenario.camera.gain),
       shutter_(scenario),
       exposures_(0) {
-  while (exposure_start(exposures_) + exposure_ns() < scenario.sensors_end_gps_ns()) ++exposures_;
+  const double longest = scenario.camera.auto_exposure ? scenario.camera.auto_exposure_limit : 1;
+  while (exposure_start(exposures_) + shutter_.exposure_ns(static_cast<float>(longest)) < scenario.sensors_end_gps_ns())
+    ++exposures_;
   gains_ = sim::lens_gains(scenario, world, motion, rig_, exposures_);
   for (const TrueLens& optics : rig_.lenses) {
     Lens lens;
@@ -56,12 +58,21 @@ Pose PanoramicCamera::T_enu_head(std::size_t number) const {
   return motion_.T_enu_body(mid) * rig_.T_body_head_at(mid);
 }
 
-std::vector<Moment> PanoramicCamera::moments(std::size_t number, double row) const {
+std::vector<Moment> PanoramicCamera::moments(std::size_t number, std::size_t lens, double row) const {
   // The samples are spread evenly over the exposure; a single one is at its middle.
   std::vector<Moment> out;
   const int samples = scenario_.camera.blur_samples;
-  const GpsNs start = shutter_.true_start(number) + shutter_.row_delay(row);
-  for (int i = 0; i < samples; ++i) out.push_back(world_.moment(start + exposure_ns() * (2 * i + 1) / (2 * samples)));
+  const GpsNs start = shutter_.true_start(number) + shutter_.row_delay(row),
+              duration = shutter_.exposure_ns(gains_[number][lens]);
+  for (int i = 0; i < samples; ++i) out.push_back(world_.moment(start + duration * (2 * i + 1) / (2 * samples)));
+  return out;
+}
+
+/// Returns the moments of each lens's rows, if all its rows are exposed at once.
+std::vector<PanoramicCamera::Moments> PanoramicCamera::moments_of_lenses(std::size_t number) const {
+  std::vector<Moments> out;
+  for (std::size_t lens = 0; lens < lenses_.size(); ++lens)
+    out.push_back({moments(number, lens, 0.5 * (scenario_.camera.lens_height - 1))});
   return out;
 }
 
@@ -69,7 +80,7 @@ void PanoramicCamera::expose_rows(std::size_t number, std::size_t lens, const Mo
                                   std::vector<std::uint8_t>& image) const {
   Moments by_rows;
   if (shutter_.is_rolling())
-    for (int row = 0; row < block.rows; ++row) by_rows.push_back(moments(number, block.first + row));
+    for (int row = 0; row < block.rows; ++row) by_rows.push_back(moments(number, lens, block.first + row));
   const Moments& used = shutter_.is_rolling() ? by_rows : all_rows;
   render(lenses_[lens], used, block);
   if (scenario_.camera.antialias) smooth_outlines(lenses_[lens], used, block);
@@ -77,7 +88,7 @@ void PanoramicCamera::expose_rows(std::size_t number, std::size_t lens, const Mo
 }
 
 std::vector<std::uint8_t> PanoramicCamera::expose(std::size_t number, unsigned threads) const {
-  const Moments all_rows{moments(number, 0.5 * (scenario_.camera.lens_height - 1))};
+  const std::vector<Moments> all_rows = moments_of_lenses(number);
   std::vector<std::uint8_t> image(static_cast<std::size_t>(rig_.image_width()) *
                                   static_cast<std::size_t>(rig_.image_height()));
   const int blocks = (scenario_.camera.lens_height + kBlockRows - 1) / kBlockRows;
@@ -88,7 +99,8 @@ std::vector<std::uint8_t> PanoramicCamera::expose(std::size_t number, unsigned t
     for (int task; (task = next.fetch_add(1)) < total;) {
       block.first = task % blocks * kBlockRows;
       block.rows = std::min(kBlockRows, scenario_.camera.lens_height - block.first);
-      expose_rows(number, static_cast<std::size_t>(task / blocks), all_rows, block, image);
+      const auto lens = static_cast<std::size_t>(task / blocks);
+      expose_rows(number, lens, all_rows[lens], block, image);
     }
   };
   {
@@ -100,13 +112,13 @@ std::vector<std::uint8_t> PanoramicCamera::expose(std::size_t number, unsigned t
 }
 
 std::vector<std::uint8_t> PanoramicCamera::expose_lens(std::size_t number, std::size_t lens) const {
-  const Moments all_rows{moments(number, 0.5 * (scenario_.camera.lens_height - 1))};
+  const std::vector<Moments> all_rows = moments_of_lenses(number);
   std::vector<std::uint8_t> image(static_cast<std::size_t>(rig_.image_width()) *
                                   static_cast<std::size_t>(rig_.image_height()));
   Block block;
   for (block.first = 0; block.first < scenario_.camera.lens_height; block.first += kBlockRows) {
     block.rows = std::min(kBlockRows, scenario_.camera.lens_height - block.first);
-    expose_rows(number, lens, all_rows, block, image);
+    expose_rows(number, lens, all_rows[lens], block, image);
   }
   return image;
 }
@@ -219,7 +231,7 @@ void PanoramicCamera::develop(std::size_t number, std::size_t index, const Block
              row = static_cast<std::size_t>(rig_.row_of(index));
   const auto well = static_cast<float>(scenario_.camera.full_well_electrons);
   const auto read2 = static_cast<float>(scenario_.camera.read_noise_electrons * scenario_.camera.read_noise_electrons);
-  const float gain = gains_[number][index];
+  const float gain = gains_[number][index], amplification = shutter_.amplification(gain);
   const std::uint64_t key =
       scrambled(scenario_.seed ^ scrambled(kStreamPixel + (static_cast<std::uint64_t>(number) << 8)));
   for (std::size_t y = 0; y < static_cast<std::size_t>(block.rows); ++y) {
@@ -231,10 +243,10 @@ void PanoramicCamera::develop(std::size_t number, std::size_t index, const Block
       const float cosine = lens.directions[3 * (v * width + u) + 2];
       float x = tone_.gain() * gain * colour * (1 - lens.dim * (1 - cosine));
       if (scenario_.noise) {
-        // The gain is applied after the electrons, so a dark lens is noisy.
-        const float electrons = std::min(x, 1.2f) / gain * well;
+        // Amplification is applied after the electrons, so a dark lens is noisy.
+        const float electrons = std::min(x, 1.2f) / amplification * well;
         const std::uint64_t pixel = (row + v) * stack + column + u;
-        x += std::sqrt(electrons + read2) / well * gain * quick_gaussian(scrambled(key + pixel));
+        x += std::sqrt(electrons + read2) / well * amplification * quick_gaussian(scrambled(key + pixel));
       }
       out[u] = tone_(x);
     }

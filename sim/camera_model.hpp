@@ -10,8 +10,8 @@
 
 namespace hueline::sim {
 
-/// The panoramic head. It exposes all lenses at one moment and gives one raw image, in which the images of the lenses
-/// are stacked. The image is a Bayer mosaic (BayerRG8: red at even rows and even columns of the stack).
+/// The panoramic head. It begins to expose all lenses at one moment and gives one raw image, in which the images of the
+/// lenses are stacked. The image is a Bayer mosaic (BayerRG8: red at even rows and even columns of the stack).
 /// Thread safety: const functions may be called from several threads. Keeps references to `motion` and `world`.
 class PanoramicCamera {
  public:
@@ -20,8 +20,10 @@ class PanoramicCamera {
   std::size_t exposure_count() const { return exposures_; }
   /// Returns the time of the strobe's edge.
   GpsNs exposure_start(std::size_t number) const { return shutter_.start(number); }
-  GpsNs exposure_ns() const { return shutter_.exposure_ns(); }
-  GpsNs exposure_mid(std::size_t number) const { return shutter_.mid(number); }
+  /// Returns how long an exposure lasts, and its middle; where lenses differ, those of the mean.
+  GpsNs exposure_ns(std::size_t number) const { return shutter_.exposure_ns(gains_[number]); }
+  GpsNs exposure_mid(std::size_t number) const { return shutter_.mid(number, gains_[number]); }
+  const Shutter& shutter() const { return shutter_; }
   /// Returns the factor of each lens on its light, on top of CameraConfig::gain: the truth of automatic exposure.
   const std::vector<float>& lens_gains(std::size_t number) const { return gains_[number]; }
   /// Returns the pose of the head at the middle of the exposure.
@@ -44,7 +46,8 @@ class PanoramicCamera {
   struct Block;  // a few rows of one lens, the work that one thread takes at a time
   /// The moments that are averaged over an exposure: one list for all rows, or one for each row with a rolling shutter.
   using Moments = std::vector<std::vector<Moment>>;
-  std::vector<Moment> moments(std::size_t number, double row) const;
+  std::vector<Moment> moments(std::size_t number, std::size_t lens, double row) const;
+  std::vector<Moments> moments_of_lenses(std::size_t number) const;
   void expose_rows(std::size_t number, std::size_t lens, const Moments& all_rows, Block& block,
                    std::vector<std::uint8_t>& image) const;
   void render(const Lens& lens, const Moments& moments, Block& block) const;

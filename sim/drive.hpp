@@ -60,10 +60,17 @@ struct WheelSample {
 struct CameraExposure {
   std::uint32_t number = 0;
   GpsNs exposure_start_gps_ns = 0;  ///< the strobe's edge, which the receiver stamps as the event mark
-  std::int64_t exposure_ns = 0;     ///< duration of the exposure
+  std::int64_t exposure_ns = 0;     ///< duration of the exposure; where lenses differ, the mean
   /// Size of the mosaic in pixels; of JPEG planes, bytes a row and rows of the camera's buffer.
   std::uint32_t width = 0, height = 0;
   std::string image_file;  ///< file of width x height bytes, relative to the drive's folder in the cache
+  /// What the camera writes into each image of its exposure: for each lens, or, if it is one, of all. Empty: nothing.
+  struct Report {
+    std::int64_t exposure_ns = 0;
+    float gain = 0;  ///< amplification, a factor; 0: not told
+  };
+  std::vector<Report> reports{};
+  std::int64_t longest_ns = 0;  ///< duration of the lens that is exposed longest; 0: all lenses are exposed alike
 };
 
 /// Truth of one laser return. Returns stand in the order of the packets, and within a packet in the order of blocks and

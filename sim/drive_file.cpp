@@ -1,5 +1,6 @@
 #include "sim/drive_file.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <vector>
 
@@ -46,6 +47,18 @@ void read_exposures(ByteReader& in, std::vector<CameraExposure>& exposures) {
     e.width = in.number<std::uint32_t>();
     e.height = in.number<std::uint32_t>();
     e.image_file = in.text();
+  }
+}
+
+void read_reports(ByteReader& in, std::vector<CameraExposure>& exposures) {
+  for (CameraExposure& e : exposures) {
+    e.longest_ns = in.number<std::int64_t>();
+    const auto count = in.number<std::uint32_t>();
+    if (in.fits(count, 12)) e.reports.resize(count);
+    for (CameraExposure::Report& report : e.reports) {
+      report.exposure_ns = in.number<std::int64_t>();
+      report.gain = in.number<float>();
+    }
   }
 }
 
@@ -116,7 +129,9 @@ Status write_drive(const Drive& d, const std::string& path) {
   out.number(static_cast<std::uint64_t>(d.pps_edge_error_ns.size()));
   for (const auto e : d.pps_edge_error_ns) out.number(e);
   // Drives without a profile scanner and a wheel encoder end here, as they did before these existed.
-  if (!d.profile.empty() || !d.wheel.empty()) out.number(static_cast<std::uint64_t>(d.profile.size()));
+  const bool has_reports =
+      std::ranges::any_of(d.exposures, [](const CameraExposure& e) { return !e.reports.empty() || e.longest_ns != 0; });
+  if (!d.profile.empty() || !d.wheel.empty() || has_reports) out.number(static_cast<std::uint64_t>(d.profile.size()));
   for (const ProfilePacket& p : d.profile) {
     out.number(p.first_pulse_gps_ns);
     for (const std::uint32_t x : {p.line, p.angle, static_cast<std::uint32_t>(p.angle_step), p.period_ps})
@@ -127,11 +142,20 @@ Status write_drive(const Drive& d, const std::string& path) {
     out.bytes(p.range_100um.data(), 4 * p.range_100um.size());
     out.bytes(p.reflectance_1e4.data(), 2 * p.reflectance_1e4.size());
   }
-  if (!d.wheel.empty()) out.number(static_cast<std::uint64_t>(d.wheel.size()));
+  if (!d.wheel.empty() || has_reports) out.number(static_cast<std::uint64_t>(d.wheel.size()));
   for (const WheelSample& s : d.wheel) {
     out.number(s.gps_ns);
     for (const double x : s.speed) out.number(x);
     for (const std::uint32_t x : s.pulses) out.number(x);
+  }
+  for (std::size_t i = 0; has_reports && i < d.exposures.size(); ++i) {
+    const CameraExposure& e = d.exposures[i];
+    out.number(e.longest_ns);
+    out.number(static_cast<std::uint32_t>(e.reports.size()));
+    for (const CameraExposure::Report& report : e.reports) {
+      out.number(report.exposure_ns);
+      out.number(report.gain);
+    }
   }
   return out.close();
 }
@@ -151,9 +175,10 @@ Result<Drive> read_drive(const std::string& path) {
   const auto edges = in.number<std::uint64_t>();
   if (in.fits(edges, 8)) d.pps_edge_error_ns.resize(edges);
   for (auto& e : d.pps_edge_error_ns) e = in.number<std::int64_t>();
-  // A drive without a profile scanner and a wheel encoder ends here.
+  // A drive without a profile scanner, a wheel encoder and a camera that reports ends here.
   if (in.status().ok() && in.left() != 0) read_profiles(in, d.profile);
   if (in.status().ok() && in.left() != 0) read_wheel(in, d.wheel);
+  if (in.status().ok() && in.left() != 0) read_reports(in, d.exposures);
   if (in.status().ok() && in.left() != 0) in.fail("goes on after its end");
   if (!in.status().ok()) return in.status().error();
   d.cache_dir = std::filesystem::path(path).parent_path().string();

@@ -44,6 +44,12 @@ double next_gain(const CameraConfig& c, const std::vector<float>& light, double 
   return std::clamp(wanted, 1 / c.auto_exposure_limit, c.auto_exposure_limit);
 }
 
+/// Returns the factor of the shutter that is nearest to what is wanted.
+float in_steps(const CameraConfig& c, double wanted) {
+  constexpr double kStep_us = 10;
+  return static_cast<float>(std::max(1.0, std::round(c.exposure_us * wanted / kStep_us)) * kStep_us / c.exposure_us);
+}
+
 }  // namespace
 
 std::vector<std::vector<float>> lens_gains(const Scenario& scenario, const World& world, const Motion& motion,
@@ -52,17 +58,25 @@ std::vector<std::vector<float>> lens_gains(const Scenario& scenario, const World
   std::vector<std::vector<float>> gains(exposures, std::vector<float>(rig.lenses.size(), 1.0f));
   if (!c.auto_exposure) return gains;
   const Shutter shutter(scenario);
-  for (std::size_t index = 0; index < rig.lenses.size(); ++index) {
-    const TrueLens& lens = rig.lenses[index];
-    const auto directions = metered(lens);
+  const bool is_common = c.auto_exposure_sets == CameraConfig::AutoSets::Shutter;
+  std::vector<std::vector<Vec3>> directions;
+  for (const TrueLens& lens : rig.lenses) directions.push_back(metered(lens));
+  const auto light_of = [&](std::size_t lens, GpsNs t) {
+    return look(world, world.moment(t), motion.T_enu_body(t) * rig.T_body_head * rig.lenses[lens].T_head_lens,
+                directions[lens]);
+  };
+  for (std::size_t index = 0; index < (is_common ? 1 : rig.lenses.size()); ++index) {
     double gain = 1;
     for (std::size_t number = 0; number < exposures; ++number) {
-      const GpsNs t = shutter.mid(number);
-      const auto light =
-          look(world, world.moment(t), motion.T_enu_body(t) * rig.T_body_head * lens.T_head_lens, directions);
+      const GpsNs t = shutter.mid(number, gains[number]);
+      auto light = light_of(index, t);
+      for (std::size_t other = 1; is_common && other < rig.lenses.size(); ++other)
+        for (const float x : light_of(other, t)) light.push_back(x);
       if (number == 0)
         for (int i = 0; i < kSettling; ++i) gain = next_gain(c, light, gain);
-      gains[number][index] = static_cast<float>(gain);
+      const float chosen = shutter.sets_shutter() ? in_steps(c, gain) : static_cast<float>(gain);
+      for (std::size_t lens = 0; lens < rig.lenses.size(); ++lens)
+        if (is_common || lens == index) gains[number][lens] = chosen;
       gain = next_gain(c, light, gain);
     }
   }

@@ -55,7 +55,9 @@ Result<Bytes> jpeg_planes(const Scenario& scenario, const RigTruth& rig, const C
   image.lenses = rig.lenses.size();
   image.unix_us = (e.exposure_start_gps_ns / 1000) + (kGpsEpochUnix_s - kGpsMinusUtcSeconds) * 1'000'000;
   image.sequence = e.number;
-  image.exposure_us = static_cast<std::uint32_t>(scenario.camera.exposure_us);
+  image.reports = e.reports;
+  if (e.reports.empty())
+    image.reports.assign(rig.lenses.size(), {std::llround(scenario.camera.exposure_us) * 1000, 0.0f});
   image.quality = scenario.camera.jpeg_quality;
   return encode_jpeg_planes(image);
 }
@@ -73,6 +75,15 @@ Status fill_up(const fs::path& folder, std::size_t largest, std::vector<CameraEx
   return {};
 }
 
+/// Returns what the camera writes of an exposure: of each lens, or of all, which are then exposed alike.
+std::vector<CameraExposure::Report> reports_of(const PanoramicCamera& camera, std::size_t number, bool of_each) {
+  std::vector<CameraExposure::Report> out;
+  for (const float factor : camera.lens_gains(number))
+    out.push_back({camera.shutter().exposure_ns(factor), camera.shutter().amplification(factor)});
+  if (!of_each) out.resize(1);
+  return out;
+}
+
 /// Renders the images one after the other, each with all threads, so that at most one is in memory.
 Status render_images(const Scenario& scenario, const PanoramicCamera& camera, const RigTruth& rig,
                      const fs::path& folder, Drive& drive, unsigned threads, const std::function<bool(double)>& go_on) {
@@ -85,7 +96,11 @@ Status render_images(const Scenario& scenario, const PanoramicCamera& camera, co
     CameraExposure e;
     e.number = static_cast<std::uint32_t>(i);
     e.exposure_start_gps_ns = camera.exposure_start(i);
-    e.exposure_ns = camera.exposure_ns();
+    e.exposure_ns = camera.exposure_ns(i);
+    for (const float factor : camera.lens_gains(i))
+      if (const GpsNs own = camera.shutter().exposure_ns(factor); own > std::max(e.exposure_ns, e.longest_ns))
+        e.longest_ns = own;
+    if (scenario.camera.reports_exposure) e.reports = reports_of(camera, i, is_coded);
     e.width = static_cast<std::uint32_t>(rig.image_width());
     e.height = static_cast<std::uint32_t>(rig.image_height());
     e.image_file = image_name(i);

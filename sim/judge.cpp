@@ -43,7 +43,7 @@ std::string Judge::Config::validate() const {
 
 Judge::Judge(const Scenario& scenario, const Config& config)
     : config_(config), rig_(rig_truth(scenario)), shutter_(scenario), by_lens_(rig_.lenses.size()) {
-  if (shutter_.is_rolling()) motion_.emplace(scenario);
+  if (!shutter_.is_one_moment()) motion_.emplace(scenario);
   // A profile scanner fires all pulses in one channel, microseconds apart. The limit keeps a claim from being matched
   // with the neighbouring pulse.
   if (scenario.laser.model == LaserModel::Profile)
@@ -56,7 +56,8 @@ Pose Judge::T_enu_head(const TrueExposure& exposure, std::size_t lens, Vec3 p_en
   for (int i = 0; i < 3 && motion_; ++i) {
     const auto pixel = rig_.lenses[lens].project(inverse(T_enu_head * rig_.lenses[lens].T_head_lens) * p_enu);
     if (!pixel) break;
-    const GpsNs time = exposure.exposure_mid_gps_ns + shutter_.row_delay(pixel->v);
+    const GpsNs time =
+        exposure.exposure_mid_gps_ns + shutter_.lateness(exposure.lens_gain, lens) + shutter_.row_delay(pixel->v);
     T_enu_head = motion_->T_enu_body(time) * rig_.T_body_head_at(time);
   }
   return T_enu_head;

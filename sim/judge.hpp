@@ -111,15 +111,15 @@ class Judge {
     std::array<float, 3> light;
   };
   Judge(const Scenario& scenario, const Config& config);
-  /// Returns the pose of the head when the lens exposed the row on which the point falls; with a global shutter, the
-  /// pose at the middle of the exposure.
+  /// Returns the pose of the head when the lens exposed the row on which the point falls; if all pixels are exposed at
+  /// once, the pose at the middle of the exposure.
   Pose T_enu_head(const TrueExposure& exposure, std::size_t lens, Vec3 p_enu) const;
   const Record* find(std::uint16_t channel, GpsNs fired) const;
 
   Config config_;
   RigTruth rig_;
   Shutter shutter_;
-  std::optional<Motion> motion_;  ///< filled with a rolling shutter only
+  std::optional<Motion> motion_;  ///< filled if pixels are exposed at different times
   TruthHeader header_;
   Vec3 origin_ecef_;
   Mat3 R_ecef_scene_;

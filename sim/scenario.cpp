@@ -28,6 +28,7 @@ constexpr std::array kYoungKeys{"scene=",
                                 "camera.row_time_us=",
                                 "camera.strobe_jitter_us=",
                                 "camera.auto_exposure",
+                                "camera.reports_exposure=",
                                 "camera.payload=",
                                 "camera.jpeg_quality=",
                                 "ins.grade=",
@@ -143,6 +144,13 @@ KeyError Scenario::validate() const {
             "3, 3 x 2 or 6 x 1"};
   if (camera.exposure_us * 1e-6 * camera.rate_hz >= 1)
     return {"camera.exposure_us", "must be shorter than the time between exposures"};
+  if (camera.reports_exposure && camera.payload == ImagePayload::Raw && camera.auto_exposure &&
+      camera.auto_exposure_sets != CameraConfig::AutoSets::Shutter)
+    return {"camera.reports_exposure",
+            "needs payload: jpeg_planes, which has room for the exposure of each lens, or auto_exposure_sets: shutter"};
+  if (camera.auto_exposure && camera.auto_exposure_sets != CameraConfig::AutoSets::Gains &&
+      camera.exposure_us * camera.auto_exposure_limit * 1e-6 * camera.rate_hz >= 1)
+    return {"camera.auto_exposure_limit", "x camera.exposure_us must be shorter than the time between exposures"};
   if (camera.shutter == ShutterKind::Rolling &&
       (camera.exposure_us + camera.row_time_us * camera.lens_height) * 1e-6 * camera.rate_hz >= 1)
     return {"camera.row_time_us",

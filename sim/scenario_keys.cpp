@@ -315,12 +315,24 @@ void CameraConfig::visit(Keys& keys) {
   keys.flag({"auto_exposure", "",
              "Whether each lens adapts its own gain from image to image. The truth contains these gains."},
             auto_exposure);
+  keys.choice(
+      {"auto_exposure_sets", "",
+       "What automatic exposure changes: the amplification of each lens (`gains`), the time that the whole head "
+       "is exposed (`shutter`), or the time that each lens is (`shutters`). `exposure_us` is the time at the "
+       "factor 1, and all lenses begin at one time."},
+      auto_exposure_sets,
+      {{"gains", AutoSets::Gains}, {"shutter", AutoSets::Shutter}, {"shutters", AutoSets::Shutters}});
+  keys.flag({"reports_exposure", "",
+             "Whether the camera writes into each image how it was exposed: with `payload: raw` the shutter and gain "
+             "of all lenses (not with `auto_exposure_sets: gains` or `shutters`), with `jpeg_planes` those of each."},
+            reports_exposure);
   keys.number({"auto_exposure_target", "",
                "The mean of the delivered light (linear, 1 saturates) at which automatic exposure aims."},
               auto_exposure_target, {0.01, 0.9});
   keys.number({"auto_exposure_rate", "", "The share of the logarithmic error that each image removes."},
               auto_exposure_rate, {0.01, 1});
-  keys.number({"auto_exposure_limit", "", "The largest factor on `camera.gain`. The smallest is its inverse."},
+  keys.number({"auto_exposure_limit", "",
+               "The largest factor on `camera.gain` or `camera.exposure_us`. The smallest is its inverse."},
               auto_exposure_limit, {1, 1000});
   keys.choice({"payload", "",
                "What the camera sends: the mosaic, or 24 JPEGs an exposure ([formats](formats.md#jpeg-planes)), as a "

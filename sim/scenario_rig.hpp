@@ -105,10 +105,20 @@ struct CameraConfig {
   ShutterKind shutter = ShutterKind::Global;
   /// Rolling shutter: time from one row of a lens image to the next; the strobe belongs to the middle row.
   double row_time_us = 12.0;
+  /// What automatic exposure sets.
+  enum class AutoSets : std::uint8_t {
+    Gains,     ///< each lens its own amplification
+    Shutter,   ///< one shutter for the whole head
+    Shutters,  ///< each lens its own shutter; all open at one time
+  };
   bool auto_exposure = false;  ///< whether each lens adapts its own gain from image to image (exposure_control.hpp)
   double auto_exposure_target = 0.22;  ///< mean of the delivered light, linear; 1 saturates
   double auto_exposure_rate = 0.4;     ///< share of the logarithmic error that each image removes
-  double auto_exposure_limit = 8.0;    ///< largest factor on `gain`; the smallest is its inverse
+  double auto_exposure_limit = 8.0;    ///< largest factor on `gain` or `exposure_us`; the smallest is its inverse
+  AutoSets auto_exposure_sets = AutoSets::Gains;
+  /// Whether the camera writes into each image how it was exposed: with JPEG planes the shutter and gain of each lens,
+  /// else those of all.
+  bool reports_exposure = false;
   ImagePayload payload = ImagePayload::Raw;
   int jpeg_quality = 85;  ///< jpeg_planes: quality of the 24 JPEGs
   MountConfig mount{.x_m = 0.03, .y_m = -0.35, .z_m = 1.85, .rot_x_deg = 0.4, .rot_y_deg = -0.7, .rot_z_deg = 90.8};

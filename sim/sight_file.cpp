@@ -34,7 +34,7 @@ Status write_sights(const Scenario& scenario, const Drive& drive, const std::str
   if (!truth.ok()) return truth.error();
   const Motion motion(scenario);
   const World world(scenario, motion);
-  const Visibility visibility(scenario, motion, world);
+  const Visibility visibility(scenario, motion, world, truth->header().exposures);
   std::vector<GpsNs> middles;
   for (const TrueExposure& e : truth->header().exposures) middles.push_back(e.exposure_mid_gps_ns);
   const std::uint32_t asked = std::min(kSightExposures, static_cast<std::uint32_t>(middles.size()));

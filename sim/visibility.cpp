@@ -23,18 +23,24 @@ const char* name(Sight sight) {
   return "?";
 }
 
-Visibility::Visibility(const Scenario& scenario, const Motion& motion, const World& world)
-    : motion_(motion), world_(world), rig_(rig_truth(scenario)), shutter_(scenario) {}
+Visibility::Visibility(const Scenario& scenario, const Motion& motion, const World& world,
+                       const std::vector<TrueExposure>& exposures)
+    : motion_(motion), world_(world), rig_(rig_truth(scenario)), shutter_(scenario) {
+  for (const TrueExposure& exposure : exposures) lens_gains_.push_back(exposure.lens_gain);
+}
 
 Sight Visibility::sight(const TrueReturn& point, std::size_t index, std::size_t number) const {
   const TrueLens& lens = rig_.lenses[index];
   const Vec3 p_enu{point.east, point.north, point.up};
-  GpsNs t = shutter_.mid(number);
+  const std::vector<float> gains =
+      number < lens_gains_.size() ? lens_gains_[number] : std::vector<float>(rig_.lenses.size(), 1.0f);
+  const GpsNs middle = shutter_.mid(number, gains) + shutter_.lateness(gains, index);
+  GpsNs t = middle;
   Pose T_enu_lens = motion_.T_enu_body(t) * rig_.T_body_head_at(t) * lens.T_head_lens;
   auto pixel = lens.project(inverse(T_enu_lens) * p_enu);
   // The row gives the time, and the time moves the row. Each iteration changes the row by far less than one row.
   for (int i = 0; i < 3 && shutter_.is_rolling() && pixel; ++i) {
-    t = shutter_.mid(number) + shutter_.row_delay(pixel->v);
+    t = middle + shutter_.row_delay(pixel->v);
     T_enu_lens = motion_.T_enu_body(t) * rig_.T_body_head_at(t) * lens.T_head_lens;
     pixel = lens.project(inverse(T_enu_lens) * p_enu);
   }

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <vector>
+
+#include "sim/drive.hpp"
 #include "sim/rig_truth.hpp"
 #include "sim/shutter.hpp"
 #include "sim/world.hpp"
@@ -21,7 +24,9 @@ const char* name(Sight sight);
 /// shutters: the lens is where it was when the row was exposed. Thread-safe; keeps references to `motion` and `world`.
 class Visibility {
  public:
-  Visibility(const Scenario& scenario, const Motion& motion, const World& world);
+  /// `exposures` are those of the drive's truth. They are needed only if automatic exposure sets the shutter.
+  Visibility(const Scenario& scenario, const Motion& motion, const World& world,
+             const std::vector<TrueExposure>& exposures = {});
 
   /// Returns how a lens saw a return. `number` counts exposures from 0 and may lie beyond the drive; `lens` must be a
   /// lens of the rig.
@@ -35,6 +40,7 @@ class Visibility {
   const World& world_;
   RigTruth rig_;
   Shutter shutter_;
+  std::vector<std::vector<float>> lens_gains_;  ///< by exposure
 };
 
 }  // namespace hueline::sim

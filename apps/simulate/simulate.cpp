@@ -57,8 +57,11 @@ sim::Player::Config player_config(const Options& options, const sim::Drive& driv
   } else {
     config.camera->width = drive.exposures.front().width;
     config.camera->height = drive.exposures.front().height;
-    // A compressed exposure is transported as plain bytes.
-    if (scenario.camera.payload == sim::ImagePayload::JpegPlanes) config.camera->pixel_format = "Mono8";
+    // A compressed exposure is transported as plain bytes, and says itself how it was exposed.
+    if (scenario.camera.payload == sim::ImagePayload::JpegPlanes)
+      config.camera->pixel_format = "Mono8";
+    else
+      config.camera->reports_exposure = scenario.camera.reports_exposure;
     config.camera->max_packet_bytes = static_cast<std::uint32_t>(options.camera_packet);
     // The link has one gigabit, or ten if the images need more.
     const double bytes_per_second = scenario.camera.rate_hz * config.camera->width * config.camera->height;

@@ -62,6 +62,8 @@ Result<Buffer> image_bytes(const sim::Drive& drive, const sim::WireEvent& event,
   header.missing_packets = event.missing_packets;
   if (event.missing_packets > 0) header.status = drivers::ImageStatus::TimedOut;
   header.time = DeviceTime<CameraCounter>(nanoseconds(event.camera_counter_ns));
+  header.exposure = nanoseconds(event.reported_exposure_ns);
+  header.gain = event.reported_gain;
   drivers::encode_image_header(
       header, std::span<std::byte, drivers::kImageHeaderSize>(buffer.data(), drivers::kImageHeaderSize));
   const auto path = std::filesystem::path(drive.cache_dir) / event.image_file;

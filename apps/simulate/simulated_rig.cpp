@@ -7,6 +7,7 @@
 
 #include "sim/mask_outline.hpp"
 #include "sim/rig_truth.hpp"
+#include "sim/shutter.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -104,21 +105,27 @@ std::string simulated_rig(const sim::Scenario& scenario, const SimulatedAddresse
       scenario.ins.rate_hz,
       laser_yaml(scenario, at, rig, 0) +
           (beside != nullptr ? laser_yaml(*beside, at, sim::rig_truth(*beside), 1) : ""));
+  // A camera that chooses its exposures, and reports them as chunks.
+  const bool is_auto = scenario.camera.reports_exposure && scenario.camera.payload == sim::ImagePayload::Raw &&
+                       sim::Shutter(scenario).sets_shutter();
   // Above one gigabit the bursts exceed the socket's buffer unless the receiving thread runs at once.
   const bool is_fast = scenario.camera.payload == sim::ImagePayload::Raw &&
                        scenario.camera.rate_hz * rig.image_width() * rig.image_height() > 110e6;
   out += fmt::format(
       "  - name: camera\n    driver: genicam\n    address: {0}\n    interface: {9}\n    serial: {1}\n    pixel_format: "
       "BayerRG8\n{6}    width: {2}\n"
-      "    height: {3}\n    exposure_us: {4}\n    event_input: 1\n    mark_sigma_us: {8}\n    stamp_event: "
+      "    height: {3}\n    exposure_us: {4}\n{10}    event_input: 1\n    mark_sigma_us: {8}\n    stamp_event: "
       "exposure_end\n    stamp_delay_us: 45\n    latency_max_ms: {5}\n{7}\n",
-      at.address, at.camera_serial, rig.image_width(), rig.image_height(), scenario.camera.exposure_us,
+      at.address, at.camera_serial, rig.image_width(), rig.image_height(),
+      scenario.camera.exposure_us * (is_auto ? scenario.camera.auto_exposure_limit : 1),
       std::min(250.0, 800.0 / scenario.camera.rate_hz),
       scenario.camera.payload == sim::ImagePayload::JpegPlanes
-          ? fmt::format("    payload: jpeg_planes\n    lens_columns: {}\n", scenario.camera.stack_columns)
+          ? fmt::format("    payload: jpeg_planes\n    lens_columns: {}\n{}", scenario.camera.stack_columns,
+                        scenario.camera.reports_exposure ? "    shutter_step_us: 1\n    gain_step_dB: 0.1\n" : "")
           : "",
       is_fast ? "    realtime_priority: 20\n" : "",
-      scenario.noise ? std::max(0.1, scenario.camera.strobe_jitter_us) : 0.1, at.receiver());
+      scenario.noise ? std::max(0.1, scenario.camera.strobe_jitter_us) : 0.1, at.receiver(),
+      is_auto ? "    auto_exposure: true\n" : "");
   out += wheel_yaml(scenario, at);
   out += fmt::format(
       "head:\n  T_body_head: {}\n  panorama: {{width: 8000, height: 4000, stitching_radius_m: 20}}\n  lenses:\n",

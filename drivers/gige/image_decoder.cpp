@@ -26,6 +26,8 @@ Image image_of(const ImageHeader& header, const Packet& packet) {
   image.time = header.time;
   image.is_complete = header.status == ImageStatus::Complete;
   image.missing_packets = header.missing_packets;
+  if (header.exposure > nanoseconds(0) || header.gain > 0)
+    image.reported.push_back({.duration = header.exposure, .gain = header.gain});
   return image;
 }
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 
 #include "drivers/little_endian.hpp"
 
@@ -65,7 +67,9 @@ void encode_image_header(const ImageHeader& header, std::span<std::byte, kImageH
   put_little(out, 44, header.missing_packets);
   put_little(out, 48, header.offset_x);
   put_little(out, 52, header.offset_y);
-  put_little(out, 56, std::uint64_t{0});
+  const bool is_told = header.exposure > nanoseconds(0) && header.exposure <= kLongestReported;
+  put_little(out, 56, is_told ? static_cast<std::uint32_t>(header.exposure.count()) : 0U);
+  put_little(out, 60, std::bit_cast<std::uint32_t>(header.gain));
 }
 
 Result<ImageHeader> decode_image_header(std::span<const std::byte> bytes) {
@@ -95,7 +99,11 @@ Result<ImageHeader> decode_image_header(std::span<const std::byte> bytes) {
       .missing_packets = get_little<std::uint32_t>(bytes, 44),
       .offset_x = get_little<std::uint32_t>(bytes, 48),
       .offset_y = get_little<std::uint32_t>(bytes, 52),
+      .exposure = nanoseconds(get_little<std::uint32_t>(bytes, 56)),
+      .gain = std::bit_cast<float>(get_little<std::uint32_t>(bytes, 60)),
   };
+  if (!(header.gain >= 0) || !std::isfinite(header.gain))
+    return Error{ErrorCode::Malformed, fmt::format("image packet with a reported gain of {}", header.gain)};
   const auto format = pixel_format_of(header.pfnc);
   if (format && header.stride < std::uint64_t{header.width} * bytes_per_pixel(*format))
     return Error{ErrorCode::Malformed, fmt::format("image packet: a stride of {} bytes does not hold {} pixels of {}",

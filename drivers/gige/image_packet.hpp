@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 
@@ -26,7 +27,10 @@
 ///       44     4  missing packets, number
 ///       48     4  left edge of the region on the sensor, pixels
 ///       52     4  top edge of the region on the sensor, pixels
-///       56     8  reserved, 0
+///       56     4  exposure that the camera reports with the image, ns; 0 if it reports none
+///       60     4  gain that the camera reports with the image, IEEE 754 single precision, the factor of its amplifier
+///       on
+///                 pixel values; 0 if it reports none
 ///       64     -  pixels, stride * height bytes
 ///
 /// The frame id has 16 bits and skips 0 in GigE Vision 1.x; it has 64 bits in GigE Vision 2.x and USB3 Vision. Where
@@ -36,6 +40,8 @@ namespace hueline::drivers {
 constexpr std::uint32_t kImageMagic = 0x31474D49;
 constexpr std::uint16_t kImageVersion = 1;
 constexpr std::size_t kImageHeaderSize = 64;
+/// The longest exposure that an image packet can report.
+constexpr nanoseconds kLongestReported{std::numeric_limits<std::uint32_t>::max()};
 
 /// Whether an image is complete, and if not, why. The numbers are those in the packet.
 enum class ImageStatus : std::uint32_t {
@@ -57,6 +63,8 @@ struct ImageHeader {
   ImageStatus status = ImageStatus::Complete;
   std::uint32_t missing_packets = 0;
   std::uint32_t offset_x = 0, offset_y = 0;
+  nanoseconds exposure{0};  ///< reported by the camera; at most kLongestReported; 0: not reported
+  float gain = 0;           ///< reported by the camera, a factor; 0: not reported
 
   std::uint64_t pixel_bytes() const { return std::uint64_t{stride} * height; }
 };
@@ -67,7 +75,7 @@ std::optional<PixelFormat> pixel_format_of(std::uint32_t pfnc);
 /// Returns the size of one pixel.
 std::uint32_t bytes_per_pixel(PixelFormat format);
 
-/// Writes the 64 bytes of the header to `out`.
+/// Writes the 64 bytes of the header to `out`. An exposure beyond kLongestReported is written as not reported.
 void encode_image_header(const ImageHeader& header, std::span<std::byte, kImageHeaderSize> out);
 /// Reads the header from a whole packet or from its first 64 bytes. Does not check the pixels. Errors: Truncated (fewer
 /// than 64 bytes), Malformed (the magic, the header size, the status, or a stride that is shorter than a row),

@@ -20,14 +20,17 @@
 ///     0x08     4  size of the whole, bytes, including this header
 ///     0x10     4  magic 0xCAFEBABE
 ///     0x14     4  version, 2
+///     0x28    24  gain of each lens
+///     0x58    24  shutter of each lens
 ///    0x340   192  table of the planes: 6 lenses x 4 planes, 8 bytes each
 ///
 ///   a plane in the table:
 ///        0     4  offset of the JPEG from the beginning of the whole, bytes
 ///        4     4  size of the JPEG, bytes; 0 if there is none
 ///
-/// The fields between (time, gain, shutter, NMEA) are not read: the frame id, the time stamp and the POS are better
-/// sources.
+/// Gains and shutters are numbers of the camera's registers, whose units depend on the model. Some cameras write the
+/// whole register of IIDC, whose highest bit says that the feature is there and whose lowest 12 bits are the number.
+/// drivers/ladybug/ladybug_image.hpp reads the other fields.
 namespace hueline::drivers {
 
 constexpr std::size_t kHeadLenses = 6;
@@ -41,6 +44,8 @@ struct JpegPlanes {
   /// Says why a plane is empty: it is missing, it begins inside the header, or it ends after the bytes that came. Empty
   /// if the plane is there.
   std::array<std::array<std::string, kCellPlaces>, kHeadLenses> why_empty;
+  /// Numbers of each lens's registers. JpegPlanesLayout says what one step is.
+  std::array<std::uint32_t, kHeadLenses> gains{}, shutters{};
   /// Size of the whole as its header says, bytes. Fewer bytes may have come. More may follow, because the camera's
   /// buffer is larger.
   std::size_t size = 0;
@@ -55,9 +60,16 @@ struct JpegPlanesLayout {
   std::array<std::uint8_t, kCellPlaces> plane_places{0, 1, 2, 3};
   /// Lenses whose pixels are used. The planes of the others are not decoded, and their pixels are 0.
   std::array<bool, kHeadLenses> is_used{true, true, true, true, true, true};
+  /// What one step of JpegPlanes::shutters and gains means; 0: it is not known, and they are not used.
+  nanoseconds shutter_step{0};
+  double gain_step_dB = 0;
 
   std::uint32_t lens_rows() const { return static_cast<std::uint32_t>(kHeadLenses) / lens_columns; }
   void visit(Keys& keys);
+  /// Returns the part of a picture of this size that a lens has.
+  PixelRegion region_of(std::size_t lens, std::uint32_t width, std::uint32_t height) const;
+  /// Returns what the camera says of each lens's exposure, in a picture of this size; nothing if no step is known.
+  std::vector<ReportedExposure> reported(const JpegPlanes& planes, std::uint32_t width, std::uint32_t height) const;
   /// Takes only those lenses whose images, in a picture of this size, overlap one of `regions`.
   void use_only(const std::vector<PixelRegion>& regions, std::uint32_t width, std::uint32_t height);
   /// Checks the layout for a picture of this size, in pixels.

@@ -31,11 +31,12 @@ void PlanesDecoder::decode(std::span<const std::byte> bytes, const Packet& packe
         fmt::format("image {}: {}", image.frame_id, planes ? "no memory for its pixels" : planes.error().message)));
     return;
   }
+  image.reported = layout_.reported(*planes, width_, height_);
   auto* pixels = reinterpret_cast<std::uint8_t*>(mosaic.data());
   std::size_t wanted = 0, lost_bytes = 0;
   std::string first;
   for (std::size_t lens = 0; lens < kHeadLenses; ++lens) {
-    const PixelRegion at = region_of(lens);
+    const PixelRegion at = layout_.region_of(lens, width_, height_);
     std::string why = layout_.is_used[lens] ? decode_lens(lens, *planes, pixels) : std::string();
     if (layout_.is_used[lens]) ++wanted;
     if (layout_.is_used[lens] && why.empty()) continue;
@@ -64,12 +65,6 @@ void PlanesDecoder::decode(std::span<const std::byte> bytes, const Packet& packe
   out.push_back(std::move(image));
 }
 
-PixelRegion PlanesDecoder::region_of(std::size_t lens) const {
-  const std::uint32_t columns = layout_.lens_columns, index = static_cast<std::uint32_t>(lens);
-  const std::uint32_t width = width_ / columns, height = height_ / layout_.lens_rows();
-  return {index % columns * width, index / columns * height, width, height};
-}
-
 std::string PlanesDecoder::decode_lens(std::size_t lens, const JpegPlanes& planes, std::uint8_t* mosaic) {
   BayerJpegDecoder::Planes by_place;
   std::array<std::size_t, kCellPlaces> slot_of{};
@@ -78,7 +73,7 @@ std::string PlanesDecoder::decode_lens(std::size_t lens, const JpegPlanes& plane
     by_place[layout_.plane_places[slot]] = planes.planes[lens][slot];
     slot_of[layout_.plane_places[slot]] = slot;
   }
-  const PixelRegion at = region_of(lens);
+  const PixelRegion at = layout_.region_of(lens, width_, height_);
   const auto problem =
       jpeg_.decode(by_place, {mosaic + std::size_t{at.y} * width_ + at.x, width_, at.width, at.height});
   return problem.why.empty() ? std::string() : fmt::format("plane {}: {}", slot_of[problem.place], problem.why);

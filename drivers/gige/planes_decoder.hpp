@@ -32,7 +32,6 @@ class PlanesDecoder {
  private:
   /// Decodes one lens into the mosaic. Returns why the lens is lost, or an empty text.
   std::string decode_lens(std::size_t lens, const JpegPlanes& planes, std::uint8_t* mosaic);
-  PixelRegion region_of(std::size_t lens) const;
 
   const std::uint32_t width_, height_;
   const JpegPlanesLayout layout_;

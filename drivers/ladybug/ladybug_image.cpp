@@ -49,10 +49,6 @@ Result<LadybugImage> read_ladybug_image(std::span<const std::byte> bytes) {
     return Error{ErrorCode::Malformed, fmt::format("Ladybug image with {} us in a second", microseconds)};
   image.unix_time = std::chrono::seconds(be32(bytes, 0x18)) + std::chrono::microseconds(microseconds);
   image.sequence = be32(bytes, 0x20);
-  for (std::size_t lens = 0; lens < kHeadLenses; ++lens) {
-    image.gains[lens] = be32(bytes, 0x28 + 4 * lens);
-    image.shutters[lens] = be32(bytes, 0x58 + 4 * lens);
-  }
   image.white_balance = be32(bytes, 0x40);
   image.bayer_gain = be32(bytes, 0x44);
   image.bayer_map = be32(bytes, 0x48);

@@ -22,18 +22,17 @@
 ///     0x14     4  version, 2
 ///     0x18     8  seconds since 1970-01-01, microseconds
 ///     0x20     4  sequence, restarts when the camera is switched on
-///     0x28    24  gain of each lens
 ///     0x40     4  white balance
 ///     0x44     4  gain of the Bayer cell
 ///     0x48     4  map of the Bayer cell
 ///     0x4C     4  brightness
 ///     0x50     4  gamma
 ///     0x54     4  serial number of the head
-///     0x58    24  shutter of each lens
 ///    0x338     8  offset and size of a text of NMEA, bytes from the beginning of the image; size 0: there is none
 ///    0x340     -  table of the planes
 ///
-/// Gains, shutters and the other settings are the numbers of the camera's registers. Their units depend on the model.
+/// The settings are the numbers of the camera's registers. Their units depend on the model. Gains and shutters of the
+/// lenses are read with the planes.
 namespace hueline::drivers {
 
 /// Offset and length of what has to be read to know where an image ends.
@@ -44,7 +43,6 @@ struct LadybugImage {
   nanoseconds cycle_time{0};
   nanoseconds unix_time{0};  ///< since 1970-01-01; whose clock it is depends on the model
   std::uint32_t sequence = 0;
-  std::array<std::uint32_t, kHeadLenses> gains{}, shutters{};
   std::uint32_t white_balance = 0, bayer_gain = 0, bayer_map = 0, brightness = 0, gamma = 0;
   std::uint32_t serial = 0;
   std::span<const std::byte> nmea;  ///< part of the bytes that were read

@@ -82,6 +82,25 @@ class Description {
         "\n",
         name, to_register, from_register, limits);
   }
+  /// Adds exposure and gain as chunks: their switches, and where their numbers lie in a chunk.
+  void chunks() {
+    word("ChunkModeReg", reg::kChunkMode);
+    raw("ChunkModeActive",
+        R"(<Boolean Name="ChunkModeActive" NameSpace="Standard"><pValue>ChunkModeReg</pValue></Boolean>)");
+    choice("ChunkSelector", reg::kChunkSelector, {{"ExposureTime", 0}, {"Gain", 1}});
+    word("ChunkExposureOnReg", reg::kChunkEnable);
+    word("ChunkGainOnReg", reg::kChunkEnable + 4);
+    raw("ChunkEnable",
+        fmt::format(
+            R"(<IntSwissKnife Name="ChunkEnableAddress"><pVariable Name="CHOSEN">ChunkSelectorReg</pVariable>)"
+            R"(<Formula>{} + 4 * CHOSEN</Formula></IntSwissKnife>)"
+            R"(<IntReg Name="ChunkEnableReg"><pAddress>ChunkEnableAddress</pAddress><Length>4</Length><AccessMode>RW</AccessMode>)"
+            R"(<pPort>Device</pPort><Cachable>NoCache</Cachable><Sign>Unsigned</Sign><Endianess>{}</Endianess></IntReg>)"
+            R"(<Boolean Name="ChunkEnable" NameSpace="Standard"><pValue>ChunkEnableReg</pValue></Boolean>)",
+            reg::kChunkEnable, byte_order_));
+    chunk("ChunkExposureTime", CameraChunks::kExposureId, CameraChunks::kExposureBytes, "Unsigned", "us", "RAW / 1000");
+    chunk("ChunkGain", CameraChunks::kGainId, CameraChunks::kGainBytes, "Signed", "dB", "RAW / 100");
+  }
   void raw(std::string_view feature_name, std::string_view xml) {
     feature(feature_name);
     text_ += fmt::format("{}\n", xml);
@@ -101,6 +120,17 @@ class Description {
   }
 
  private:
+  void chunk(std::string_view name, std::uint32_t id, std::size_t size, std::string_view sign, std::string_view unit,
+             std::string_view formula) {
+    raw(name,
+        fmt::format(
+            R"(<Port Name="{0}Port" NameSpace="Standard"><ChunkID>{1:08x}</ChunkID></Port>)"
+            R"(<IntReg Name="{0}Raw"><Address>0x0</Address><Length>{2}</Length><AccessMode>RO</AccessMode>)"
+            R"(<pPort>{0}Port</pPort><Cachable>NoCache</Cachable><Sign>{3}</Sign><Endianess>{4}</Endianess></IntReg>)"
+            R"(<SwissKnife Name="{0}Value"><pVariable Name="RAW">{0}Raw</pVariable><Formula>{5}</Formula></SwissKnife>)"
+            R"(<Float Name="{0}" NameSpace="Standard"><pValue>{0}Value</pValue><Unit>{6}</Unit></Float>)",
+            name, id, size, sign, byte_order_, formula, unit));
+  }
   void feature(std::string_view name) { features_ += fmt::format("<pFeature>{}</pFeature>", name); }
   const std::string_view byte_order_;
   std::string features_, text_;
@@ -134,7 +164,7 @@ void add_packet_size(Description& d, std::uint32_t max_packet_bytes) {
 
 }  // namespace
 
-std::string camera_description(CameraTransport transport, std::uint32_t max_packet_bytes) {
+std::string camera_description(CameraTransport transport, bool has_chunks, std::uint32_t max_packet_bytes) {
   Description d(transport);
   add_identity(d, transport);
 
@@ -168,10 +198,20 @@ std::string camera_description(CameraTransport transport, std::uint32_t max_pack
   d.integer("GainRaw", reg::kGain, "<Min>0</Min><Max>10</Max>");
   d.choice("GainAuto", reg::kGainAuto, {{"Off", 1}, {"Continuous", 2}, {"Once", 3}});
 
-  d.raw("PayloadSize",
-        R"(<IntSwissKnife Name="PayloadSize" NameSpace="Standard"><pVariable Name="WIDTH">Width</pVariable>)"
-        R"(<pVariable Name="HEIGHT">Height</pVariable><pVariable Name="FORMAT">PixelFormat</pVariable>)"
-        R"(<Formula>WIDTH * HEIGHT * ((FORMAT &gt;&gt; 16) &amp; 0xFF) / 8</Formula></IntSwissKnife>)");
+  d.choice("ExposureAuto", reg::kExposureAuto, {{"Off", 1}, {"Continuous", 2}, {"Once", 3}});
+  d.number("AutoExposureTimeUpperLimit", reg::kExposureLimitUs, "FROM", "TO", "<Min>10</Min><Max>10000000</Max>");
+  if (has_chunks) d.chunks();
+  d.raw(
+      "PayloadSize",
+      fmt::format(
+          R"(<IntSwissKnife Name="PayloadSize" NameSpace="Standard"><pVariable Name="WIDTH">Width</pVariable>)"
+          R"(<pVariable Name="HEIGHT">Height</pVariable><pVariable Name="FORMAT">PixelFormat</pVariable>{})"
+          R"(<Formula>WIDTH * HEIGHT * ((FORMAT &gt;&gt; 16) &amp; 0xFF) / 8{}</Formula></IntSwissKnife>)",
+          has_chunks
+              ? R"(<pVariable Name="ON">ChunkModeReg</pVariable><pVariable Name="EXPOSURE">ChunkExposureOnReg</pVariable>)"
+                R"(<pVariable Name="GAIN">ChunkGainOnReg</pVariable>)"
+              : "",
+          has_chunks ? " + ON * (8 + EXPOSURE * 16 + GAIN * 12)" : ""));
   d.raw("TLParamsLocked", R"(<Integer Name="TLParamsLocked"><Value>0</Value><Min>0</Min><Max>1</Max></Integer>)");
   if (transport == CameraTransport::GigeVision) add_packet_size(d, max_packet_bytes);
   return d.whole();

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstddef>
 
 #include "sim/wire/little_endian.hpp"
@@ -31,6 +32,35 @@ Result<Buffer> cut_region(const CameraImage& image, const CameraRegion& region) 
     cut.insert(cut.end(), from.begin(), from.end());
   }
   return Buffer::copy_of(cut);
+}
+
+std::size_t CameraChunks::size() const {
+  if (!is_active) return 0;
+  return kTailBytes + (has_exposure ? kExposureBytes + kTailBytes : 0) + (has_gain ? kGainBytes + kTailBytes : 0);
+}
+
+Buffer with_chunks(const Buffer& pixels, const CameraImage& image, const CameraChunks& chunks) {
+  if (!chunks.is_active) return pixels;
+  Bytes out(pixels.bytes().begin(), pixels.bytes().end());
+  const auto put = [&](std::uint64_t value, std::size_t size) {
+    for (std::size_t i = 0; i < size; ++i)
+      out.push_back(static_cast<std::byte>(value >> 8 * (chunks.is_big_endian ? size - 1 - i : i) & 0xffU));
+  };
+  const auto end = [&](std::uint32_t id, std::size_t size) {
+    put(id, 4);
+    put(size, 4);
+  };
+  end(CameraChunks::kImageId, pixels.size());
+  if (chunks.has_exposure) {
+    put(static_cast<std::uint64_t>(image.exposure_ns), CameraChunks::kExposureBytes);
+    end(CameraChunks::kExposureId, CameraChunks::kExposureBytes);
+  }
+  if (chunks.has_gain) {
+    const double dB = 20 * std::log10(image.gain > 0 ? static_cast<double>(image.gain) : 1.0);
+    put(static_cast<std::uint64_t>(std::llround(100 * dB)), CameraChunks::kGainBytes);
+    end(CameraChunks::kGainId, CameraChunks::kGainBytes);
+  }
+  return Buffer::copy_of(out);
 }
 
 }  // namespace hueline::sim

@@ -61,7 +61,8 @@ std::string CameraRegisters::Config::validate() const {
 
 Result<std::unique_ptr<CameraRegisters>> CameraRegisters::create(const Config& config) {
   if (std::string problem = config.validate(); !problem.empty()) return Error{ErrorCode::Invalid, std::move(problem)};
-  const std::string xml = camera_description(CameraTransport::GigeVision, config.max_packet_bytes);
+  const std::string xml =
+      camera_description(CameraTransport::GigeVision, config.reports_exposure, config.max_packet_bytes);
   std::vector<std::byte> memory(kRegisterBytes + xml.size());
   put_text(memory, kRegisterBytes, xml);
   put_text(memory, reg::kMaker, kCameraMaker);
@@ -88,6 +89,8 @@ Result<std::unique_ptr<CameraRegisters>> CameraRegisters::create(const Config& c
   registers->set(reg::kFrameRateMilliHz, 10'000);
   registers->set(reg::kExposureUs, 10'000);
   registers->set(reg::kGainAuto, 1);
+  registers->set(reg::kExposureAuto, 1);
+  registers->set(reg::kExposureLimitUs, 100'000);
   registers->set(kGvcpCapability, kCanWriteMemory | kCanResendPackets);
   registers->set(kCurrentIp, config.ipv4);
   // A locally administered MAC address, by which discovery distinguishes cameras.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "sim/devices/camera_image.hpp"
 
 namespace hueline::sim {
 
@@ -26,6 +27,9 @@ constexpr std::uint32_t kPixelFormat = 0x10018, kAcquisition = 0x1001C, kAcquisi
                         kFrameRateMilliHz = 0x10024;
 constexpr std::uint32_t kTriggerMode = 0x10028, kTriggerSource = 0x1002C, kTriggerActivation = 0x10030;
 constexpr std::uint32_t kExposureUs = 0x10034, kGain = 0x10038, kGainAuto = 0x1003C;
+// Automatic exposure and chunks. kChunkEnable has a word for each entry of the selector: exposure, gain.
+constexpr std::uint32_t kExposureAuto = 0x10040, kExposureLimitUs = 0x10044, kChunkMode = 0x10048,
+                        kChunkSelector = 0x1004C, kChunkEnable = 0x10050;
 constexpr std::uint32_t kHeartbeatTimeoutMs = 0x938, kPrivilege = 0xA00;
 constexpr std::uint32_t kStreamPort = 0xD00, kStreamPacketSize = 0xD04, kStreamPacketDelay = 0xD08,
                         kStreamAddress = 0xD18;
@@ -33,6 +37,15 @@ constexpr std::uint32_t kStreamPort = 0xD00, kStreamPacketSize = 0xD04, kStreamP
 constexpr std::uint32_t kMono8 = 0x01080001, kBayerGR8 = 0x01080008, kBayerRG8 = 0x01080009, kBayerGB8 = 0x0108000A,
                         kBayerBG8 = 0x0108000B;
 }  // namespace camera_register
+
+/// Returns the chunks that the registers ask for; `get` returns the value of a register.
+template <class Get>
+CameraChunks chunks_of(Get&& get, bool is_big_endian) {
+  return {.is_active = get(camera_register::kChunkMode) != 0,
+          .has_exposure = get(camera_register::kChunkEnable) != 0,
+          .has_gain = get(camera_register::kChunkEnable + 4) != 0,
+          .is_big_endian = is_big_endian};
+}
 
 /// Returns the number of a pixel format that the emulated cameras have: BayerRG8, BayerBG8, BayerGR8, BayerGB8 or
 /// Mono8.
@@ -48,6 +61,7 @@ class CameraRegisters {
     std::string pixel_format = "BayerRG8";  ///< BayerRG8, BayerBG8, BayerGR8, BayerGB8 or Mono8
     std::uint32_t max_packet_bytes = 9000;  ///< including IP and UDP headers
     std::uint32_t ipv4 = 0;                 ///< the camera's own address, host byte order
+    bool reports_exposure = false;          ///< whether it offers its exposure and gain as chunks
     std::string validate() const;
   };
 

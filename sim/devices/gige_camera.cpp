@@ -61,6 +61,7 @@ Result<std::unique_ptr<GigeCamera>> GigeCamera::open(const Config& config) {
   registers.height = config.height;
   registers.pixel_format = config.pixel_format;
   registers.max_packet_bytes = config.max_packet_bytes;
+  registers.reports_exposure = config.reports_exposure;
   registers.ipv4 = ntohl(address->own.s_addr);
   auto memory = CameraRegisters::create(registers);
   if (!memory) return memory.error();
@@ -140,6 +141,8 @@ void GigeCamera::follow_registers() {
   s.region.height = memory.get(reg::kHeight);
   s.region.offset_x = memory.get(reg::kOffsetX);
   s.region.offset_y = memory.get(reg::kOffsetY);
+  s.chunks = chunks_of([&](std::uint32_t address) { return memory.get(address); }, true);
+  s.exposure_ns = std::int64_t{memory.get(reg::kExposureUs)} * 1000;
   s.may_fragment = (memory.get(reg::kStreamPacketSize) & kDoNotFragmentBit) == 0;
   stream_->set_target(s);
 }

@@ -28,6 +28,7 @@ class GigeCamera {
     std::uint32_t width = 0, height = 0;  ///< size of the sensor, pixels
     std::string pixel_format = "BayerRG8";
     std::uint32_t max_packet_bytes = 9000;  ///< largest packet of the camera, including IP and UDP headers
+    bool reports_exposure = false;          ///< whether it offers its exposure and gain as chunks
     GvspStream::Config stream;
     std::string validate() const;
   };

@@ -6,7 +6,6 @@ namespace hueline::sim {
 namespace {
 
 enum class Format : std::uint8_t { Leader = 1, Trailer = 2, Data = 3 };
-constexpr std::uint32_t kImagePayload = 1;
 
 Bytes header(std::uint16_t block_id, std::uint32_t packet_id, GvspStatus status, Format format) {
   Bytes out;
@@ -27,7 +26,7 @@ std::uint32_t gvsp_data_packets(const GvspImage& image, std::uint32_t packet_byt
 Bytes encode_gvsp_leader(const GvspImage& image, GvspStatus status) {
   Bytes out = header(image.block_id, 0, status, Format::Leader);
   put_be16(out, 0);
-  put_be16(out, kImagePayload);
+  put_be16(out, image.payload_type);
   put_be32(out, static_cast<std::uint32_t>(image.timestamp >> 32U));
   put_be32(out, static_cast<std::uint32_t>(image.timestamp & 0xffffffffU));
   put_be32(out, image.pixel_format);
@@ -43,7 +42,7 @@ Bytes encode_gvsp_leader(const GvspImage& image, GvspStatus status) {
 Bytes encode_gvsp_trailer(const GvspImage& image, std::uint32_t packet_id, GvspStatus status) {
   Bytes out = header(image.block_id, packet_id, status, Format::Trailer);
   put_be16(out, 0);
-  put_be16(out, kImagePayload);
+  put_be16(out, image.payload_type);
   put_be32(out, image.height);
   return out;
 }

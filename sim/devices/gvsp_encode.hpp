@@ -23,6 +23,8 @@ struct GvspImage {
   std::uint32_t pixel_format = 0;  ///< number of the Pixel Format Naming Convention
   std::uint32_t width = 0, height = 0, offset_x = 0, offset_y = 0;
   std::size_t payload_bytes = 0;
+  /// With chunks 0x4001 (GigE Vision 2.x), or 5 as older cameras have it.
+  std::uint16_t payload_type = 1;
 };
 
 /// Returns the number of data packets n of an image. The leader is packet 0, the data packets are 1 .. n, the trailer

@@ -28,6 +28,8 @@ struct StreamTarget {
   bool may_fragment = true;
   std::uint32_t pixel_format = 0;
   CameraRegion region;
+  CameraChunks chunks;
+  std::int64_t exposure_ns = 0;  ///< by the camera's registers
 };
 
 /// The stream side of a GigE Vision camera. It sends images as paced packets and keeps them for a while so that packets
@@ -35,10 +37,11 @@ struct StreamTarget {
 class GvspStream {
  public:
   struct Config {
-    double link_bytes_per_second = 110e6;  ///< pace of the stream; 118e6 fill a gigabit link
-    std::size_t images_kept = 4;           ///< number of images kept for packets that are requested again
-    double lost_packet_share = 0;          ///< share of the data packets that are not sent at first, 0 .. 1
-    std::uint64_t seed = 1;                ///< seed of the lost packets
+    double link_bytes_per_second = 110e6;       ///< pace of the stream; 118e6 fill a gigabit link
+    std::size_t images_kept = 4;                ///< number of images kept for packets that are requested again
+    double lost_packet_share = 0;               ///< share of the data packets that are not sent at first, 0 .. 1
+    std::uint64_t seed = 1;                     ///< seed of the lost packets
+    std::uint16_t chunk_payload_type = 0x4001;  ///< GvspImage::payload_type of images with chunks
     std::string validate() const;
   };
   /// Numbers of packets and requests since the stream was opened.

@@ -103,6 +103,8 @@ bool Player::send(const WireEvent& event, const DriveClock& clock) {
 Status Player::send_image(const WireEvent& event, Buffer pixels, const std::stop_token& stop) {
   CameraImage image{event.sequence, event.camera_counter_ns, event.width, event.height, std::move(pixels)};
   image.missing_packets = event.missing_packets;
+  image.exposure_ns = event.reported_exposure_ns;
+  image.gain = event.reported_gain;
   const std::size_t size = std::size_t{event.width} * event.height;
   if (image.pixels.size() > size) {
     // The camera was set to fewer rows than its sensor has.

@@ -32,7 +32,8 @@ U3vRegisters::Config registers_of(const U3vCamera::Config& config) {
           .width = config.width,
           .height = config.height,
           .pixel_format = config.pixel_format,
-          .response_ms = config.response_ms};
+          .response_ms = config.response_ms,
+          .reports_exposure = config.reports_exposure};
 }
 
 }  // namespace
@@ -149,16 +150,25 @@ Status U3vCamera::send(const CameraImage& image, const std::stop_token& stop, U3
   CameraRegion region;
   UsbPort* port = nullptr;
   std::uint64_t acquisition = 0;
+  CameraChunks chunks;
+  CameraImage told_in_chunks{.exposure_ns = image.exposure_ns, .gain = image.gain};
   {
     Lock lock(mutex_);
     region = registers_->region();
+    chunks = registers_->chunks();
+    if (told_in_chunks.exposure_ns == 0)
+      told_in_chunks.exposure_ns = std::int64_t{registers_->get(camera_register::kExposureUs)} * 1000;
     told.pixel_format = registers_->get(camera_register::kPixelFormat);
     port = port_.get();
     acquisition = acquisitions_;
   }
   if (!port) return Error{ErrorCode::Unavailable, "the camera is not plugged in"};
-  const Result<Buffer> pixels = cut_region(image, region);
+  Result<Buffer> pixels = cut_region(image, region);
   if (!pixels) return pixels.error();
+  if (chunks.is_active) {
+    *pixels = with_chunks(*pixels, told_in_chunks, chunks);
+    told.payload_type = kU3vImageWithChunks;
+  }
   if (std::exchange(numbered_acquisition_, acquisition) != acquisition) first_sequence_ = image.sequence;
   told.block_id = image.sequence - first_sequence_;
   told.timestamp_ns = static_cast<std::uint64_t>(image.counter_ns);

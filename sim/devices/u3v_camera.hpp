@@ -44,6 +44,7 @@ class U3vCamera final : public UsbDevice {
     /// The pace at which bytes become ready for the host; 0: at once. A link of 5 Gbit/s carries about 400e6.
     double link_bytes_per_second = 0;
     std::uint32_t response_ms = 200;   ///< the longest time that the camera says it takes for an answer
+    bool reports_exposure = false;     ///< whether it offers its exposure and gain as chunks
     std::uint32_t start_takes_ms = 0;  ///< starting takes so long; the camera then says that its answer is pending
     std::string validate() const;
   };

@@ -7,7 +7,6 @@ namespace hueline::sim {
 namespace {
 
 constexpr std::uint32_t kControlMagic = 0x43563355, kLeaderMagic = 0x4C563355, kTrailerMagic = 0x54563355;
-constexpr std::uint16_t kImagePayload = 1;
 constexpr std::uint16_t kPendingAcknowledge = 0x0805;
 constexpr std::uint16_t kVendor = 0x1209, kProduct = 0x0001;  // pid.codes: numbers for tests
 
@@ -99,7 +98,7 @@ Bytes encode_u3v_leader(const U3vImage& image) {
   LittleEndianWriter out(kU3vLeaderBytes);
   put_message_head(out, kLeaderMagic, kU3vLeaderBytes, image.block_id);
   out.put(std::uint16_t{0});
-  out.put(kImagePayload);
+  out.put(image.payload_type);
   out.put(image.timestamp_ns);
   out.put(image.pixel_format);
   out.put(image.width);

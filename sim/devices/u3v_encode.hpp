@@ -22,12 +22,16 @@ enum class GencpStatus : std::uint16_t {
   InvalidHeader = 0x800E,
 };
 
+/// Types of a payload: an image, and one with chunks behind it.
+constexpr std::uint16_t kU3vImagePayload = 0x0001, kU3vImageWithChunks = 0x4001;
+
 /// An image as its leader announces it.
 struct U3vImage {
   std::uint64_t block_id = 0;      ///< from 0 in each acquisition
   std::uint64_t timestamp_ns = 0;  ///< the camera's counter
   std::uint32_t pixel_format = 0;  ///< number of the Pixel Format Naming Convention
   std::uint32_t width = 0, height = 0, offset_x = 0, offset_y = 0;
+  std::uint16_t payload_type = kU3vImagePayload;
 };
 
 /// Returns the descriptors of a camera with a control interface and one stream. `guid` has 12 hexadecimal digits, the

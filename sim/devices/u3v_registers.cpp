@@ -57,7 +57,7 @@ std::string U3vRegisters::Config::validate() const {
 
 Result<std::unique_ptr<U3vRegisters>> U3vRegisters::create(const Config& config) {
   if (std::string problem = config.validate(); !problem.empty()) return Error{ErrorCode::Invalid, std::move(problem)};
-  const std::string xml = camera_description(CameraTransport::Usb3Vision);
+  const std::string xml = camera_description(CameraTransport::Usb3Vision, config.reports_exposure);
   std::vector<std::byte> memory(kFeaturesEnd + xml.size());
   put_text(memory, kFeaturesEnd, xml);
   put_text(memory, u3v::kMaker, kCameraMaker);
@@ -98,6 +98,8 @@ Result<std::unique_ptr<U3vRegisters>> U3vRegisters::create(const Config& config)
   registers->set(reg::kFrameRateMilliHz, 10'000);
   registers->set(reg::kExposureUs, 10'000);
   registers->set(reg::kGainAuto, 1);
+  registers->set(reg::kExposureAuto, 1);
+  registers->set(reg::kExposureLimitUs, 100'000);
   return registers;
 }
 
@@ -143,7 +145,11 @@ CameraRegion U3vRegisters::region() const {
 
 std::uint64_t U3vRegisters::payload_bytes() const {
   const CameraRegion part = region();
-  return std::uint64_t{part.width} * part.height;  // all formats have one byte a pixel
+  return std::uint64_t{part.width} * part.height + chunks().size();  // all formats have one byte a pixel
+}
+
+CameraChunks U3vRegisters::chunks() const {
+  return chunks_of([this](std::uint32_t address) { return get(address); }, false);
 }
 
 }  // namespace hueline::sim

@@ -33,6 +33,7 @@ class U3vRegisters {
     std::uint32_t width = 0, height = 0;    ///< size of the sensor and of the initial region, pixels
     std::string pixel_format = "BayerRG8";  ///< BayerRG8, BayerBG8, BayerGR8, BayerGB8 or Mono8
     std::uint32_t response_ms = 200;        ///< the longest time that the camera says it takes for an answer
+    bool reports_exposure = false;          ///< whether it offers its exposure and gain as chunks
     std::string validate() const;
   };
   /// Size of the largest acknowledge and command.
@@ -48,9 +49,11 @@ class U3vRegisters {
   /// Returns the value of a register, 0 if there is no such register.
   std::uint32_t get(std::uint32_t address) const;
   void set(std::uint32_t address, std::uint32_t value);
-  /// Returns the region and the bytes of an image that the features ask for.
+  /// Returns the region, and the bytes of an image with its chunks, that the features ask for.
   CameraRegion region() const;
   std::uint64_t payload_bytes() const;
+  /// Returns the chunks that the client has asked for.
+  CameraChunks chunks() const;
 
  private:
   explicit U3vRegisters(std::vector<std::byte> memory) : memory_(std::move(memory)) {}

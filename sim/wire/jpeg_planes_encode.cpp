@@ -1,5 +1,7 @@
 #include "sim/wire/jpeg_planes_encode.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -32,7 +34,13 @@ Result<Bytes> encode_jpeg_planes(const JpegPlanesImage& image) {
   set_be32(out, 0x18, static_cast<std::uint64_t>(image.unix_us / 1'000'000));
   set_be32(out, 0x1C, static_cast<std::uint64_t>(image.unix_us % 1'000'000));
   set_be32(out, 0x20, image.sequence);
-  for (std::size_t lens = 0; lens < kMostLenses; ++lens) set_be32(out, 0x58 + 4 * lens, image.exposure_us);
+  for (std::size_t lens = 0; lens < std::min(kMostLenses, image.reports.size()); ++lens) {
+    const auto& [exposure_ns, gain] = image.reports[lens];
+    set_be32(
+        out, 0x28 + 4 * lens,
+        gain > 0 ? static_cast<std::uint64_t>(std::llround(400 + 200 * std::log10(static_cast<double>(gain)))) : 0);
+    set_be32(out, 0x58 + 4 * lens, static_cast<std::uint64_t>(exposure_ns / 1000));
+  }
 
   const int width = static_cast<int>(lens_width / 2), height = static_cast<int>(lens_height / 2);
   std::vector<std::uint8_t> plane(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));

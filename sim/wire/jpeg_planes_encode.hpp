@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "sim/drive.hpp"
 #include "sim/wire/little_endian.hpp"
 
 /// Encodes exposures as a Ladybug sends them in its JPEG modes: 24 grey JPEGs, one for each lens and each place of the
@@ -20,7 +21,8 @@ struct JpegPlanesImage {
   std::size_t lenses = 6;    ///< at most 6; the entries of missing lenses in the table are zero
   std::int64_t unix_us = 0;  ///< time by the head's clock
   std::uint32_t sequence = 0;
-  std::uint32_t exposure_us = 0;
+  /// Shutter and gain of each lens, written in us and in steps of 0.1 dB from -40 dB; a gain of 0 is written as 0.
+  std::vector<CameraExposure::Report> reports;
   int quality = 85;  ///< quality of the JPEGs, 1 .. 100
 };
 

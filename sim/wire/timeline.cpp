@@ -266,7 +266,8 @@ void Builder::add_camera() {
   std::uint64_t sequence = 0;
   std::int64_t earliest = std::numeric_limits<std::int64_t>::min();
   for (const CameraExposure& exposure : drive_.exposures) {
-    const std::int64_t end = drive_time(exposure.exposure_start_gps_ns) + exposure.exposure_ns;
+    const std::int64_t end =
+        drive_time(exposure.exposure_start_gps_ns) + std::max(exposure.exposure_ns, exposure.longest_ns);
     const std::int64_t latched =
         end + config_.camera_latch_ns + draws.between(-config_.camera_latch_spread_ns, config_.camera_latch_spread_ns);
     WireEvent event;
@@ -281,6 +282,10 @@ void Builder::add_camera() {
     event.height = exposure.height;
     event.image_file = exposure.image_file;
     event.number = exposure.number;
+    if (exposure.reports.size() == 1) {
+      event.reported_exposure_ns = exposure.reports[0].exposure_ns;
+      event.reported_gain = exposure.reports[0].gain;
+    }
     timeline_.events.push_back(std::move(event));
   }
 }

@@ -44,7 +44,10 @@ struct WireEvent {
   std::uint32_t width = 0, height = 0;
   std::string image_file;             ///< Camera: file of width x height bytes, relative to Timeline::image_folder
   std::uint32_t missing_packets = 0;  ///< Camera: number of its packets that never arrive
-  std::uint8_t laser = 0;             ///< LaserData, LaserPosition: number of the scanner on the vehicle
+  /// Camera: what it reports of the whole image's exposure; 0: nothing.
+  std::int64_t reported_exposure_ns = 0;
+  float reported_gain = 0;
+  std::uint8_t laser = 0;  ///< LaserData, LaserPosition: number of the scanner on the vehicle
   /// LaserData: index of the packet in Drive::laser or Drive::profile; Camera: of the exposure in Drive::exposures;
   /// Wheel: of the sample in Drive::wheel.
   std::uint32_t number = 0;

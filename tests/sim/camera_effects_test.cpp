@@ -95,6 +95,94 @@ TEST(AutoExposure, DeliversItsTargetAndTheTruthHasItsGain) {
   }
 }
 
+TEST(AutoExposure, OneShutterForTheHeadMovesTheMiddle) {
+  Scenario scenario = tunnel_drive();
+  scenario.camera.auto_exposure_sets = CameraConfig::AutoSets::Shutter;
+  ASSERT_EQ(scenario.validate(), "");
+  const Made made(scenario);
+  GpsNs shortest = made.camera.exposure_ns(0), longest = shortest;
+  for (std::size_t n = 0; n < made.camera.exposure_count(); ++n) {
+    const GpsNs duration = made.camera.exposure_ns(n);
+    EXPECT_EQ(duration % 10'000, 0) << "steps of 10 us";
+    EXPECT_NEAR(static_cast<double>(duration), 1000 * scenario.camera.exposure_us * made.camera.lens_gains(n)[0], 1);
+    EXPECT_EQ(made.camera.exposure_mid(n), made.camera.exposure_start(n) + duration / 2);
+    for (const float factor : made.camera.lens_gains(n)) EXPECT_EQ(factor, made.camera.lens_gains(n)[0]);
+    shortest = std::min(shortest, duration);
+    longest = std::max(longest, duration);
+  }
+  EXPECT_GT(longest, 3 * shortest) << "it is dark in the tunnel";
+}
+
+TEST(AutoExposure, EachLensIsThatOfAFixedExposureAroundItsOwnMiddle) {
+  Scenario scenario = quiet_scenario();
+  scenario.drive.speed = 12;
+  scenario.street.sky_brightness = 3;
+  scenario.camera.auto_exposure = true;
+  scenario.camera.auto_exposure_sets = CameraConfig::AutoSets::Shutters;
+  scenario.camera.exposure_us = 8000;
+  scenario.camera.auto_exposure_limit = 3;
+  ASSERT_EQ(scenario.validate(), "");
+  const Made made(scenario);
+  ASSERT_GT(made.camera.exposure_count(), 1u);
+  const auto image = made.camera.expose(1, 2);
+  const auto& factors = made.camera.lens_gains(1);
+  EXPECT_GT(*std::max_element(factors.begin(), factors.end()),
+            1.2f * *std::min_element(factors.begin(), factors.end()));
+  GpsNs sum = 0;
+  for (std::size_t lens = 0; lens < 6; ++lens) {
+    Scenario fixed = scenario;
+    fixed.camera.auto_exposure = false;
+    fixed.camera.exposure_us *= static_cast<double>(factors[lens]);
+    fixed.camera.gain *= static_cast<double>(factors[lens]);
+    const Made other(fixed);
+    const auto there = other.camera.expose(1, 2);
+    EXPECT_EQ(made.camera.exposure_mid(1) + made.camera.shutter().lateness(factors, lens),
+              other.camera.exposure_mid(1));
+    sum += other.camera.exposure_ns(1);
+    std::size_t differs = 0;
+    for (std::size_t v = 0; v < 64; ++v)
+      for (std::size_t u = 0; u < 76; ++u) {
+        const std::size_t at = (lens / 3 * 64 + v) * 228 + lens % 3 * 76 + u;
+        differs += std::abs(image[at] - there[at]) > 1;  // the gains are multiplied in another order
+      }
+    EXPECT_EQ(differs, 0u) << lens;
+  }
+  EXPECT_NEAR(static_cast<double>(made.camera.exposure_ns(1)), static_cast<double>(sum) / 6, 2);
+}
+
+TEST(AutoExposure, WhatTheCameraReportsIsKeptWithTheDrive) {
+  const TemporaryFolder folder("hueline-reports");
+  Scenario scenario = quiet_scenario();
+  scenario.street.sky_brightness = 3;
+  scenario.camera.auto_exposure = true;
+  scenario.camera.reports_exposure = true;
+  EXPECT_NE(scenario.validate(), "") << "a raw image says one gain, and each lens has its own";
+  scenario.camera.payload = ImagePayload::JpegPlanes;
+  for (const auto sets :
+       {CameraConfig::AutoSets::Gains, CameraConfig::AutoSets::Shutter, CameraConfig::AutoSets::Shutters}) {
+    scenario.camera.auto_exposure_sets = sets;
+    ASSERT_EQ(scenario.validate(), "");
+    const auto rendered = generate(scenario, folder.path()), read = generate(scenario, folder.path());
+    ASSERT_TRUE(rendered.ok() && read.ok());
+    const Made made(scenario);
+    for (std::size_t n = 0; n < rendered->exposures.size(); ++n) {
+      const CameraExposure &e = rendered->exposures[n], &again = read->exposures[n];
+      ASSERT_EQ(e.reports.size(), 6u);
+      ASSERT_EQ(again.reports.size(), 6u);
+      EXPECT_EQ(again.longest_ns, e.longest_ns);
+      EXPECT_EQ(e.longest_ns > e.exposure_ns, sets == CameraConfig::AutoSets::Shutters);
+      for (std::size_t lens = 0; lens < 6; ++lens) {
+        EXPECT_EQ(again.reports[lens].exposure_ns, e.reports[lens].exposure_ns);
+        EXPECT_EQ(again.reports[lens].gain, e.reports[lens].gain);
+        // Shutter times gain is what the lens makes of the light.
+        EXPECT_NEAR(static_cast<double>(e.reports[lens].exposure_ns) / (1000 * scenario.camera.exposure_us) *
+                        static_cast<double>(e.reports[lens].gain),
+                    made.camera.lens_gains(n)[lens], 1e-5);
+      }
+    }
+  }
+}
+
 TEST(RollingShutter, EachRowIsThatOfAGlobalShutterAtItsTime) {
   Scenario scenario = quiet_scenario();
   scenario.camera.antialias = false;

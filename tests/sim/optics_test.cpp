@@ -134,7 +134,7 @@ TEST(Glass, HidesWhatItHardlyLetsThrough) {
         for (std::size_t lens = 0; lens < rig.lenses.size(); ++lens) {
           const Sight sight = visibility.sight(r, lens, number);
           if (sight == Sight::Outside) continue;
-          const GpsNs t = shutter.mid(number);
+          const GpsNs t = shutter.mid(number, {});
           const Vec3 eye = (made.motion.T_enu_body(t) * rig.T_body_head * rig.lenses[lens].T_head_lens).p;
           const Vec3 to = Vec3{r.east, r.north, r.up} - eye;
           const Seen seen = made.look(static_cast<double>(t - made.at(0)) * 1e-9, eye, to, length(to) + 1, 0);

@@ -122,7 +122,7 @@ int picks(const std::vector<std::string>& words) {
   if (!truth.ok()) return std::fprintf(stderr, "%s\n", truth.error().message.c_str()), 1;
   const sim::Motion motion(scenario);
   const sim::World world(scenario, motion);
-  const sim::Visibility visibility(scenario, motion, world);
+  const sim::Visibility visibility(scenario, motion, world, truth->header().exposures);
   const sim::RigTruth true_rig = sim::rig_truth(scenario);
   const auto objects = objects_of(*truth, world, scenario.seed);
   if (!objects.ok()) return std::fprintf(stderr, "%s\n", objects.error().message.c_str()), 1;

@@ -140,7 +140,7 @@ DriveResult drive(const sim::Scenario& scenario) {
     const auto pixels = i == 0 ? std::vector<std::uint8_t>(static_cast<std::size_t>(truth.image_width()) *
                                                            static_cast<std::size_t>(truth.image_height()))
                                : camera.expose_lens(i, (i - 1) % truth.lenses.size());
-    const sim::GpsNs told_mid = camera.exposure_start(i) + camera.exposure_ns() / 2;
+    const sim::GpsNs told_mid = camera.exposure_start(i) + camera.exposure_ns(i) / 2;
     lasers.feed(told_mid, watch);
     watch.add(exposure_of(i, told_mid, camera_id, truth, pixels));
     watch.advance(gps_time_ns(told_mid + kAround_ns), trajectory, [](GpsTime) { return true; });

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace hueline::drivers {
 namespace {
@@ -51,13 +52,15 @@ TEST(ImagePacket, HeaderLayoutIsAsWritten) {
                            .status = ImageStatus::TimedOut,
                            .missing_packets = 5,
                            .offset_x = 6,
-                           .offset_y = 7};
+                           .offset_y = 7,
+                           .exposure = nanoseconds(0x0a0b0c0d),
+                           .gain = 2.0f};
   std::array<std::byte, kImageHeaderSize> bytes;
   encode_image_header(header, bytes);
   const std::array<unsigned char, kImageHeaderSize> written{
-      'I', 'M', 'G', '1', 1, 0,    64,   0,    4,    3,    2,    1,    2,    0,   0,   0,   4,   3,   2,
-      1,   1,   0,   8,   1, 0x88, 0x77, 0x66, 0x55, 0x44, 0x33, 0x22, 0x11, 255, 255, 255, 255, 255, 255,
-      255, 255, 2,   0,   0, 0,    5,    0,    0,    0,    6,    0,    0,    0,   7,   0,   0,   0};
+      'I', 'M', 'G',  '1',  1,    0,    64,   0,    4,    3,    2,   1,   2,   0,   0,   0,   4,   3,   2, 1, 1, 0,
+      8,   1,   0x88, 0x77, 0x66, 0x55, 0x44, 0x33, 0x22, 0x11, 255, 255, 255, 255, 255, 255, 255, 255, 2, 0, 0, 0,
+      5,   0,   0,    0,    6,    0,    0,    0,    7,    0,    0,   0,   13,  12,  11,  10,  0,   0,   0, 64};
   EXPECT_TRUE(std::ranges::equal(std::as_bytes(std::span(written)), bytes));
   const auto back = decode_image_header(bytes);
   ASSERT_TRUE(back.ok());
@@ -67,6 +70,38 @@ TEST(ImagePacket, HeaderLayoutIsAsWritten) {
   EXPECT_EQ(back->status, header.status);
   EXPECT_EQ(back->missing_packets, header.missing_packets);
   EXPECT_EQ(back->offset_y, header.offset_y);
+  EXPECT_EQ(back->exposure, header.exposure);
+  EXPECT_EQ(back->gain, header.gain);
+}
+
+TEST(ImagePacket, WhatTheCameraReportsComesWithTheImage) {
+  ImageDecoder decoder(ImageDecoder::Config{});
+  auto reported = [&, id = 0](nanoseconds exposure, float gain) mutable {
+    ImageHeader header = header_of(static_cast<std::uint64_t>(++id));
+    header.exposure = exposure;
+    header.gain = gain;
+    return std::get<Image>(decode(decoder, packet_of(header, 32)).at(0)).reported;
+  };
+  EXPECT_THAT(reported(nanoseconds(0), 0), IsEmpty());
+  ASSERT_EQ(reported(nanoseconds(1'234'567), 0).size(), 1u);
+  const ReportedExposure both = reported(nanoseconds(1'234'567), 1.5f).at(0);
+  EXPECT_EQ(both.duration, nanoseconds(1'234'567));
+  EXPECT_EQ(both.gain, 1.5f);
+  EXPECT_EQ(both.region.width, 0u) << "the whole image";
+  // Longer than the packet can say.
+  EXPECT_THAT(reported(std::chrono::seconds(5), 0), IsEmpty());
+}
+
+TEST(ImagePacket, AGainThatIsNoNumberIsRefused) {
+  for (const float gain : {-1.0f, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+    std::array<std::byte, kImageHeaderSize> bytes;
+    ImageHeader header = header_of(1);
+    header.gain = gain;
+    encode_image_header(header, bytes);
+    const auto read = decode_image_header(bytes);
+    ASSERT_FALSE(read.ok());
+    EXPECT_EQ(read.error().code, ErrorCode::Malformed);
+  }
 }
 
 TEST(ImagePacket, PixelFormatsAreThoseOfThePfnc) {

@@ -35,7 +35,7 @@ std::vector<std::byte> image_of(std::uint32_t sequence, std::int64_t unix_us = 1
   image.height = 2 * kLensHeight;
   image.sequence = sequence;
   image.unix_us = unix_us;
-  image.exposure_us = 1500;
+  image.reports.assign(6, {1'500'000, 0.0f});
   const auto bytes = sim::encode_jpeg_planes(image);
   EXPECT_TRUE(bytes.ok());
   return *bytes;
@@ -82,8 +82,10 @@ TEST(LadybugImage, EachFieldIsWhereItIsKnownToBe) {
   EXPECT_EQ(image->size, 0x414u);
   EXPECT_EQ(image->unix_time, nanoseconds(1'700'000'000'999'999'000));
   EXPECT_EQ(image->sequence, 0x1020u);
-  EXPECT_THAT(image->gains, ElementsAre(0x1028, 0x102C, 0x1030, 0x1034, 0x1038, 0x103C));
-  EXPECT_THAT(image->shutters, ElementsAre(0x1058, 0x105C, 0x1060, 0x1064, 0x1068, 0x106C));
+  const auto planes = read_jpeg_planes(bytes);
+  ASSERT_TRUE(planes.ok()) << planes.error().message;
+  EXPECT_THAT(planes->gains, ElementsAre(0x1028, 0x102C, 0x1030, 0x1034, 0x1038, 0x103C));
+  EXPECT_THAT(planes->shutters, ElementsAre(0x1058, 0x105C, 0x1060, 0x1064, 0x1068, 0x106C));
   EXPECT_EQ(image->white_balance, 0x1040u);
   EXPECT_EQ(image->bayer_gain, 0x1044u);
   EXPECT_EQ(image->bayer_map, 0x1048u);
@@ -131,6 +133,39 @@ TEST(LadybugDecoder, GivesTheMosaicOfItsPlanes) {
   ASSERT_EQ(got.pixels().size(), same.pixels().size());
   EXPECT_TRUE(std::ranges::equal(got.pixels(), same.pixels()));
   EXPECT_EQ(decoder.counts().decoded_bytes, bytes.size());
+}
+
+TEST(LadybugDecoder, TellsTheShutterAndTheGainOfEachLens) {
+  auto bytes = image_of(7);
+  for (std::size_t lens = 0; lens < 6; ++lens) {
+    set_be32(bytes, 0x28 + 4 * lens, static_cast<std::uint32_t>(10 * lens));
+    set_be32(bytes, 0x58 + 4 * lens, static_cast<std::uint32_t>(100 + lens));
+  }
+  set_be32(bytes, 0x58 + 4 * 3, 0x82000000 | 700);  // a register of IIDC, with its switches
+  set_be32(bytes, 0x58 + 4 * 4, 0x7fffffff);        // no shutter
+  const auto reported = [&](nanoseconds shutter_step, double gain_step_dB) {
+    auto config = config_of();
+    config.planes.shutter_step = shutter_step;
+    config.planes.gain_step_dB = gain_step_dB;
+    EXPECT_EQ(config.validate(), "");
+    LadybugDecoder decoder(config);
+    std::vector<Measurement> out;
+    decoder.decode(packet_of(bytes), out);
+    return std::get<Image>(out.at(0)).reported;
+  };
+  EXPECT_THAT(reported(nanoseconds(0), 0), testing::IsEmpty()) << "the steps depend on the model";
+  const auto all = reported(nanoseconds(20'000), 0.1);
+  ASSERT_EQ(all.size(), 6u);
+  EXPECT_EQ(all[0].duration, nanoseconds(2'000'000));
+  EXPECT_EQ(all[5].duration, nanoseconds(2'100'000));
+  EXPECT_EQ(all[3].duration, nanoseconds(14'000'000));
+  EXPECT_EQ(all[4].duration, nanoseconds(0));
+  EXPECT_FLOAT_EQ(all[0].gain, 1.0f);
+  EXPECT_NEAR(all[2].gain, 1.2589f, 1e-4f) << "2 dB";
+  EXPECT_EQ(all[1].region.width, kLensWidth);
+  EXPECT_EQ(all[1].region.x + all[1].region.y, config_of().planes.lens_columns == 1 ? kLensHeight : kLensWidth);
+  const auto shutters = reported(nanoseconds(20'000), 0);
+  EXPECT_EQ(shutters.at(0).gain, 0);
 }
 
 TEST(LadybugDecoder, TheStampIsTheOneThatTheRigNames) {
