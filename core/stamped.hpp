@@ -47,6 +47,10 @@ struct Exposure {
   SyncState state = SyncState::Unlocked;
   ExposureTiming timing = ExposureTiming::Unmatched;
   Image image;
+  /// How long it lasted, around `exposure_mid`: as the camera reports, else as the rig says. If the camera reports
+  /// different durations of parts of the image, this is their mean; the parts begin together, so the middle of a part
+  /// is later by half of what its duration is longer.
+  nanoseconds duration{0};
 };
 
 }  // namespace hueline

@@ -42,7 +42,8 @@ void ExposureMatcher::Config::visit(Keys& keys) {
                 counter_offset, {-2e9, 2e9}, true);
   keys.choice(
       {"stamp_event", "",
-       "The event that the camera's time stamp names. It is used with `counter_offset_s`; otherwise it is learnt."},
+       "The event that the camera's time stamp names. It is used with `counter_offset_s`, and if the camera reports "
+       "exposures that change; otherwise it is learnt."},
       stamp_event,
       {{"exposure_start", StampEvent::ExposureStart},
        {"exposure_mid", StampEvent::ExposureMid},
@@ -107,6 +108,28 @@ bool ExposureMatcher::accept(const Image& image, std::int64_t& counter) {
   return !(last_frame_ && image.frame_id == *last_frame_ && (step == 0 || !config_.has_counter));
 }
 
+/// Returns how long an image was exposed: the mean of what the camera reports of its parts, else what the rig says.
+nanoseconds ExposureMatcher::duration_of(const Image& image) const {
+  nanoseconds sum{0};
+  std::int64_t told = 0;
+  for (const ReportedExposure& part : image.reported) {
+    if (part.duration <= nanoseconds(0)) continue;
+    sum += part.duration;
+    ++told;
+  }
+  return told > 0 ? sum / told : config_.exposure;
+}
+
+/// Returns how long after the start of an exposure the event is that the camera's stamp names.
+nanoseconds ExposureMatcher::into_exposure(const Image& image) const {
+  if (config_.stamp_event == StampEvent::ExposureStart) return nanoseconds(0);
+  if (config_.stamp_event == StampEvent::ExposureMid) return duration_of(image) / 2;
+  // Parts that begin together end with the longest.
+  nanoseconds longest{0};
+  for (const ReportedExposure& part : image.reported) longest = std::max(longest, part.duration);
+  return longest > nanoseconds(0) ? longest : config_.exposure;
+}
+
 void ExposureMatcher::restart(const Image& image, const char* why, std::vector<Exposure>& out) {
   ++counts_.restarts;
   faults_.add(config_.camera, FaultKind::ClockStep, "restart", image.received,
@@ -147,7 +170,9 @@ void ExposureMatcher::add(Image image, const GpsStamp& arrival, std::vector<Expo
       unexplained_frames_ += gap;
     }
   }
-  Pending pending{std::move(image), arrival, counter};
+  const nanoseconds duration = duration_of(image);
+  const std::int64_t at_start = counter - into_exposure(image).count();
+  Pending pending{std::move(image), arrival, at_start, duration};
   if (older) {
     // The image was delivered out of order. It still gets its place if no later image has been given its time.
     if (unexplained_frames_ > 0) --unexplained_frames_;
@@ -164,8 +189,8 @@ void ExposureMatcher::add(Image image, const GpsStamp& arrival, std::vector<Expo
     last_frame_ = pending.image.frame_id;
     last_raw_ = count_ns(pending.image.time);
     last_counter_ = counter;
-    learner_.add(counter, arrival.time);
-    if (config_.mark_input == 0) line_.add(counter, count_ns(arrival.time));
+    learner_.add(at_start, arrival.time);
+    if (config_.mark_input == 0) line_.add(at_start, count_ns(arrival.time));
     pending_.push_back(std::move(pending));
   }
   now_ = std::max(now_, arrival.time);
@@ -264,20 +289,21 @@ void ExposureMatcher::note_bounce(std::size_t extra, HostTime at) {
 
 void ExposureMatcher::emit(Pending& pending, GpsTime mark, double sigma_ns, ExposureTiming timing,
                            std::vector<Exposure>& out) {
-  const GpsTime mid = mark + config_.strobe_delay + config_.exposure / 2;
+  const GpsTime mid = mark + config_.strobe_delay + pending.duration / 2;
   if (last_out_ && mid <= *last_out_) {
     emit_unmatched(pending, "its time is not after the image before it", out);
     return;
   }
   ++(timing == ExposureTiming::EventMark ? counts_.by_mark : counts_.by_camera_clock);
   last_out_ = mid;
+  last_duration_ = pending.duration;
   SyncState state = doubt_ > nanoseconds(0) ? SyncState::Acquiring : SyncState::Locked;
   if (timing == ExposureTiming::CameraClock)
     state = config_.mark_input != 0  ? SyncState::Holdover
             : config_.counter_offset ? SyncState::Locked
                                      : SyncState::Acquiring;
   out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma_ns))), state,
-                 timing, std::move(pending.image)});
+                 timing, std::move(pending.image), pending.duration});
 }
 
 void ExposureMatcher::emit_unmatched(Pending& pending, const std::string& why, std::vector<Exposure>& out) {
@@ -288,10 +314,11 @@ void ExposureMatcher::emit_unmatched(Pending& pending, const std::string& why, s
   GpsTime mid = guess(pending);
   if (last_out_) mid = std::max(mid, *last_out_ + nanoseconds(1));
   last_out_ = mid;
+  last_duration_ = pending.duration;
   const double sigma =
       portable::hypot(ns(config_.latency_max - config_.latency_min), std::abs(ns(mid - guess(pending))));
   out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))),
-                 SyncState::Unlocked, ExposureTiming::Unmatched, std::move(pending.image)});
+                 SyncState::Unlocked, ExposureTiming::Unmatched, std::move(pending.image), pending.duration});
 }
 
 void ExposureMatcher::expire_marks() {
@@ -301,7 +328,7 @@ void ExposureMatcher::expire_marks() {
   for (const Pending& p : pending_) keep = std::min(keep, guess(p) - config_.latency_max);
   // Whether a mark belongs to a lost image is known only when the next image has arrived.
   if (last_out_)
-    keep = std::min(keep, std::max(*last_out_ - config_.strobe_delay - config_.exposure, now_ - kUnattributed));
+    keep = std::min(keep, std::max(*last_out_ - config_.strobe_delay - last_duration_, now_ - kUnattributed));
   while (!marks_.empty() && (marks_.front().time < keep || marks_.size() > config_.mark_limit)) {
     const Mark& mark = marks_.front();
     if (!mark.used && (relation_.is_known() || !config_.has_counter || counts_.images > 0)) {

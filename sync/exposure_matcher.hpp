@@ -48,9 +48,11 @@ namespace hueline::sync {
 /// - Without marks (mark_input 0), the camera's counter is tied to GPS time by its fastest deliveries, or it is GPS
 ///   time (counter_offset).
 ///
-/// exposure_mid = mark + strobe_delay + exposure / 2. The mark is the active edge of the strobe; the exposure starts
-/// strobe_delay after it. Each image gives one Exposure or is reported by a fault; the times never decrease. Memory is
-/// bounded. Thread safety: one thread per object.
+/// exposure_mid = mark + strobe_delay + duration / 2. The mark is the active edge of the strobe; the exposure starts
+/// strobe_delay after it. The duration is what the camera reports with the image (Image::reported), because a camera
+/// that exposes automatically changes it from image to image; if it reports none, `exposure`. Each image gives one
+/// Exposure or is reported by a fault; the times never decrease. Memory is bounded. Thread safety: one thread per
+/// object.
 class ExposureMatcher {
  public:
   /// The event that the camera's own stamp names.
@@ -58,9 +60,10 @@ class ExposureMatcher {
 
   struct Config {
     SensorId camera = kSystemSensor;
-    int mark_input = 1;                                  ///< the POS's event input; 0: no strobe is connected; [0, 4]
-    nanoseconds strobe_delay{0};                         ///< from the mark to the start of the exposure; [-1 s, 1 s]
-    nanoseconds exposure{std::chrono::milliseconds(2)};  ///< duration of the exposure; [0, 1 s]
+    int mark_input = 1;           ///< the POS's event input; 0: no strobe is connected; [0, 4]
+    nanoseconds strobe_delay{0};  ///< from the mark to the start of the exposure; [-1 s, 1 s]
+    /// Duration of an exposure that the camera does not report; [0, 1 s].
+    nanoseconds exposure{std::chrono::milliseconds(2)};
     /// One sigma of the receiver's stamp and of the strobe's jitter; > 0.
     nanoseconds mark_sigma{std::chrono::microseconds(1)};
     bool has_counter = true;       ///< Image::time is meaningful
@@ -68,7 +71,7 @@ class ExposureMatcher {
     /// Counter plus counter_offset is GPS time, for a camera that is disciplined by PPS or PTP (TAI since 1970:
     /// -315964819 s) and has no strobe wire. Each arrival checks it. Its sigma is relation.clock_sigma.
     std::optional<nanoseconds> counter_offset;
-    /// Used with counter_offset only; a learnt relation includes it.
+    /// Used with counter_offset, and with reported durations; a learnt relation includes what is constant.
     StampEvent stamp_event = StampEvent::ExposureStart;
     /// From the event to the camera's stamp (Ladybug5+: exposure end + 45 us). Used with counter_offset only.
     nanoseconds stamp_delay{0};
@@ -125,9 +128,12 @@ class ExposureMatcher {
   struct Pending {
     Image image;
     GpsStamp arrival;
-    std::int64_t counter = 0;  // continued over the counter's wraps
+    std::int64_t counter = 0;  // continued over the counter's wraps, at the start of the exposure
+    nanoseconds duration{0};   // of the exposure
   };
   bool accept(const Image& image, std::int64_t& counter);
+  nanoseconds duration_of(const Image& image) const;
+  nanoseconds into_exposure(const Image& image) const;
   void restart(const Image& image, const char* why, std::vector<Exposure>& out);
   void forget(bool was_right);
   bool has_rival(const Pending& pending, GpsTime predicted, nanoseconds gate) const;
@@ -155,6 +161,7 @@ class ExposureMatcher {
   std::optional<std::uint64_t> last_frame_;
   std::int64_t last_raw_ = 0, last_counter_ = 0;
   std::optional<GpsTime> last_out_;
+  nanoseconds last_duration_{0};  // of the exposure at last_out_
   GpsTime now_{};
   HostTime received_{};
   // Missing frame numbers whose marks have not been found unused yet.

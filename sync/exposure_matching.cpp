@@ -35,10 +35,7 @@ void ExposureMatcher::time_without_mark(Pending& pending, std::vector<Exposure>&
     emit(pending, start - config_.strobe_delay, sigma, ExposureTiming::CameraClock, out);
     return;
   }
-  const nanoseconds into_exposure = config_.stamp_event == StampEvent::ExposureStart ? nanoseconds(0)
-                                    : config_.stamp_event == StampEvent::ExposureMid ? config_.exposure / 2
-                                                                                     : config_.exposure;
-  const GpsTime start = gps_time_ns(pending.counter) + *config_.counter_offset - config_.stamp_delay - into_exposure;
+  const GpsTime start = gps_time_ns(pending.counter) + *config_.counter_offset - config_.stamp_delay;
   const nanoseconds latency = pending.arrival.time - start, slack = 3 * pending.arrival.sigma + kClockSlack;
   // A clock that is off by a second or more cannot be mistaken for a late delivery.
   if (!within(latency, config_.latency_min - slack, config_.latency_max + kLateDelivery)) {
@@ -99,7 +96,7 @@ void ExposureMatcher::compare_with_trusted() {
 /// and that the arrival allows.
 bool ExposureMatcher::has_rival(const Pending& pending, GpsTime predicted, nanoseconds gate) const {
   const GpsTime last_mark =
-      last_out_ ? *last_out_ - config_.strobe_delay - config_.exposure / 2 : predicted - config_.latency_max;
+      last_out_ ? *last_out_ - config_.strobe_delay - last_duration_ / 2 : predicted - config_.latency_max;
   const nanoseconds reach = std::max(nanoseconds(0), predicted - last_mark) / 2;
   return std::any_of(marks_.begin(), marks_.end(), [&](const Mark& m) {
     const bool is_near = !m.used && within(m.time - predicted, -reach, reach);

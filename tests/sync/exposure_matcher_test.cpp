@@ -19,6 +19,61 @@ TEST(ExposureMatcher, GivenAllMarksAndImagesThenEachGetsItsOwn) {
   EXPECT_TRUE(run.faults.empty());
 }
 
+/// Durations of automatic exposure, from 0.1 to 12 ms.
+nanoseconds chosen_by_camera(int i) { return us(100 + (i * 977) % 11'900); }
+
+TEST(ExposureMatcher, GivenReportedExposuresThenTheMiddleIsThatOfEach) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedCamera camera;
+  camera.reported = [](int i) { return std::vector{chosen_by_camera(i)}; };
+  CameraCourse run(drive, camera);
+  EXPECT_EQ(run.counts().by_mark, camera.truth.size());
+  EXPECT_TRUE(run.faults.empty());
+  for (const Exposure& e : run.out) EXPECT_EQ(e.duration, e.image.reported.at(0).duration);
+}
+
+TEST(ExposureMatcher, GivenLensesThatExposeDifferentlyThenTheMiddleIsThatOfTheirMean) {
+  Drive drive(some_begin(), seconds(10));
+  SimulatedCamera camera;
+  camera.reported = [](int) { return std::vector<nanoseconds>{ms(1), ms(3), ms(8)}; };
+  CameraCourse run(drive, camera);
+  EXPECT_EQ(run.counts().by_mark, camera.truth.size());
+  for (const Exposure& e : run.out) EXPECT_EQ(e.duration, ms(4));
+}
+
+TEST(ExposureMatcher, GivenACounterThatIsReadAtTheEndThenChangingExposuresDoNotDisturbIt) {
+  Drive drive(some_begin(), seconds(60));
+  SimulatedCamera camera;
+  camera.reported = [](int i) { return std::vector{chosen_by_camera(i)}; };
+  camera.stamped_at = 1;
+  camera.mark_lost = [](int i) { return i % 17 == 9; };
+  ExposureMatcher::Config config = matcher_config();
+  config.stamp_event = ExposureMatcher::StampEvent::ExposureEnd;
+  CameraCourse run(drive, camera, config);
+  EXPECT_EQ(run.counts().by_mark + run.counts().by_camera_clock, camera.truth.size());
+  for (const Exposure& e : run.out) {
+    if (e.timing == ExposureTiming::CameraClock) {
+      EXPECT_LT(e.sigma, us(200));
+    }
+  }
+}
+
+TEST(ExposureMatcher, GivenACounterThatIsGpsTimeThenReportedExposuresLeadToTheMiddle) {
+  Drive drive(some_begin(), seconds(20));
+  SimulatedCamera camera;
+  camera.reported = [](int i) { return std::vector{chosen_by_camera(i)}; };
+  camera.stamped_at = 1;
+  camera.clock_ppm = 0;
+  camera.mark_lost = [](int) { return true; };
+  ExposureMatcher::Config config = matcher_config();
+  config.mark_input = 0;
+  config.stamp_event = ExposureMatcher::StampEvent::ExposureEnd;
+  config.counter_offset = (drive.begin - seconds(1000)).time_since_epoch();
+  config.relation.clock_sigma = us(3);
+  CameraCourse run(drive, camera, config);
+  EXPECT_EQ(run.counts().by_camera_clock, camera.truth.size());
+}
+
 TEST(ExposureMatcher, GivenAShortDriveOfASlowCameraThenItsFewImagesGetTheirMarks) {
   Drive drive(some_begin(), seconds(9));
   SimulatedCamera camera;

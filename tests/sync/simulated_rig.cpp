@@ -1,6 +1,7 @@
 #include "tests/sync/simulated_rig.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <vector>
 
 namespace hueline::test {
@@ -74,14 +75,21 @@ void SimulatedCamera::run(Drive& drive) {
       Image m;
       m.sensor = sensor;
       m.frame_id = frame;
-      const double counter = static_cast<double>((start - power_up).count()) * (1 + clock_ppm * 1e-6) +
-                             drive.random.gauss(stamp_jitter_us * 1e3);
+      nanoseconds duration = exposure;
+      const std::vector<nanoseconds> parts = reported(i);
+      for (const nanoseconds part : parts) m.reported.push_back({.duration = part});
+      if (!parts.empty())
+        duration =
+            std::accumulate(parts.begin(), parts.end(), nanoseconds(0)) / static_cast<std::int64_t>(parts.size());
+      const double since =
+          static_cast<double>((start - power_up).count()) + stamped_at * static_cast<double>(duration.count());
+      const double counter = since * (1 + clock_ppm * 1e-6) + drive.random.gauss(stamp_jitter_us * 1e3);
       m.time = DeviceTime<CameraCounter>(nanoseconds(std::llround(counter)));
       m.is_complete = true;
       m.received = std::max(order, drive.clock.host(start + latency(drive.random, start) + extra_latency(i)));
       for (int c = 0; c < image_copies(i); ++c) {
         m.packet_sequence = ++sequence;
-        truth[sequence] = start + exposure / 2;
+        truth[sequence] = start + duration / 2;
         drive.stream.add(m.received, m);
       }
       order = m.received;

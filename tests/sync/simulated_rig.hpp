@@ -47,6 +47,9 @@ struct SimulatedCamera {
   double rate_hz = 10;
   nanoseconds interval_wobble{0};  ///< distance-triggered cameras are not periodic
   nanoseconds strobe_delay = us(20), exposure = ms(2);
+  /// Durations that the camera chooses for itself and reports with its images; one for each part of the image.
+  std::function<std::vector<nanoseconds>(int)> reported = [](int) { return std::vector<nanoseconds>(); };
+  double stamped_at = 0;  ///< the share of the exposure after which the camera's counter is read
   double clock_ppm = 23, stamp_jitter_us = 3;
   Drive::Delay latency = [](Random& r, GpsTime) { return ms(30 + r.exponential(3)); };
   Drive::Delay mark_latency = late(8, 4);
