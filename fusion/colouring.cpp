@@ -15,8 +15,20 @@ namespace hueline::fusion {
 namespace {
 constexpr std::size_t kBatchesAtOnce =
     256;  // limits the working memory; about 100 000 points for packets of 384 returns
-constexpr nanoseconds kAdvance{10'000'000};      // so much is coloured at once, so that there is work for all threads
+constexpr nanoseconds kAdvance{10'000'000};  // so much is coloured at once, so that there is work for all threads
+constexpr nanoseconds kAtOnce{10'000};  // lenses exposed less than this apart are exposed at once: 0.3 mm at 30 m/s
 constexpr nanoseconds kMotionAround{5'000'000};  // poses this far before and after an exposure tell how the head moves
+
+/// Returns what a camera reports of the exposure of a lens, or null.
+const ReportedExposure* report_of(const Image& image, const FloatLens& lens) {
+  const std::uint32_t x = lens.x_offset + lens.width / 2, y = lens.y_offset + lens.height / 2;
+  const auto part = std::find_if(image.reported.begin(), image.reported.end(), [&](const ReportedExposure& one) {
+    const PixelRegion& at = one.region;
+    return at.width == 0 || (x >= at.x && y >= at.y && x - at.x < at.width && y - at.y < at.height);
+  });
+  return part == image.reported.end() ? nullptr : &*part;
+}
+
 }  // namespace
 
 void Colouring::Config::visit(Keys& keys) {
@@ -195,7 +207,23 @@ void Colouring::add(const Exposure& exposure) {
   ++counts_.exposures_used;
   const std::uint32_t blind = projector_.blind_lenses(exposure.camera, exposure.image.lost);
   counts_.lenses_lost += static_cast<std::uint64_t>(std::popcount(blind));
-  timeline_.add(exposure, camera, view, blind);
+  tell_lenses(exposure, timeline_.add(exposure, camera, view, blind));
+}
+
+/// Tells a moment when, and with which gain, the lenses of a camera were exposed.
+void Colouring::tell_lenses(const Exposure& exposure, Moment& moment) const {
+  const nanoseconds late = exposure.exposure_mid - moment.time;
+  for (const FloatLens& lens : projector_.lenses()) {
+    if (projector_.cameras()[lens.camera] != exposure.camera) continue;
+    const ReportedExposure* part = report_of(exposure.image, lens);
+    nanoseconds own = late;
+    if (part) {
+      moment.reported.resize(projector_.lenses().size());
+      moment.reported[lens.index] = *part;
+      if (part->duration > nanoseconds(0)) own += (part->duration - exposure.duration) / 2;
+    }
+    moment.lateness[lens.index] = std::chrono::abs(own) < kAtOnce ? 0.0f : static_cast<float>(to_seconds(own));
+  }
 }
 
 bool Colouring::is_ready(const PlacedBatch& batch) const {
@@ -294,7 +322,8 @@ void Colouring::resolve_viewpoints(bool everything) {
   for (std::size_t i = 0; i < timeline_.size(); ++i) {
     Moment& moment = timeline_.at(static_cast<int>(i));
     if (moment.is_pose_final) continue;
-    const nanoseconds around = projector_.is_rolling() ? kMotionAround : nanoseconds(0);
+    const bool is_moved = projector_.is_rolling() || moment.is_spread();
+    const nanoseconds around = is_moved ? kMotionAround : nanoseconds(0);
     const bool is_final = everything || trajectory_.is_settled(moment.time + around) ||
                           (watermark_ && *watermark_ >= moment.time + config_.max_lateness);
     if (!is_final) continue;
@@ -310,7 +339,8 @@ void Colouring::resolve_viewpoints(bool everything) {
     for (int k = 0; k < 9; ++k) viewpoint.R_head_enu[static_cast<std::size_t>(k)] = static_cast<float>(R(k / 3, k % 3));
     viewpoint.centre_enu = T_head_enu.inverse().translation;
     viewpoint.leapt = pose->leapt;
-    if (projector_.is_rolling()) viewpoint.motion = motion_at(moment.time, T_head_enu);
+    if (is_moved) viewpoint.motion = motion_at(moment.time, T_head_enu);
+    viewpoint.motion.lateness = moment.lateness;
     moment.viewpoint = viewpoint;
     drop_frozen(moment);
   }

@@ -134,6 +134,7 @@ class Colouring {
   struct Found;
   void place_ready(bool everything);
   void resolve_viewpoints(bool everything);
+  void tell_lenses(const Exposure& exposure, Moment& moment) const;
   HeadMotion motion_at(GpsTime time, const Transform<CameraHead, Enu>& T_head_enu) const;
   void drop_frozen(Moment& moment);
   void map_depths(GpsTime from, GpsTime to);

@@ -130,7 +130,7 @@ void Colouring::measure_light(GpsTime to) {
   for (std::size_t k = 0; k < fresh.size(); ++k) {
     Moment& moment = timeline_.at(fresh[k]);
     moment.is_compared = true;
-    radiometry_.add(moment.serial, moment.time, places[k]);
+    radiometry_.add(moment.serial, moment.time, places[k], moment.reported);
   }
   for (auto& [serial, gains] : radiometry_.settle(to))
     for (std::size_t i = 0; i < timeline_.size(); ++i)

@@ -13,6 +13,10 @@ bool Moment::is_whole() const {
   return std::all_of(has_image.begin(), has_image.end(), [](std::uint8_t has) { return has != 0; });
 }
 
+bool Moment::is_spread() const {
+  return std::any_of(lateness.begin(), lateness.end(), [](float late) { return late != 0.0f; });
+}
+
 std::size_t ExposureTimeline::first_at_or_after(GpsTime t) const {
   return static_cast<std::size_t>(std::lower_bound(moments_.begin(), moments_.end(), t,
                                                    [](const Moment& m, GpsTime time) { return m.time < time; }) -
@@ -30,14 +34,14 @@ void ExposureTimeline::measure_interval(GpsTime newest) {
   if (!last_time_ || newest > *last_time_) last_time_ = newest;
 }
 
-void ExposureTimeline::add(const Exposure& exposure, std::size_t camera, const RawView& view, std::uint32_t blind) {
+Moment& ExposureTimeline::add(const Exposure& exposure, std::size_t camera, const RawView& view, std::uint32_t blind) {
   const int near = cameras_ > 1 ? nearest(exposure.exposure_mid, rule_.together) : -1;
   if (near >= 0 && at(near).has_image[camera] == 0) {
     Moment& moment = at(near);
     moment.pictures[camera] = {exposure.index, exposure.image, view, content_of(view)};
     moment.has_image[camera] = 1;
     moment.blind |= blind;
-    return;
+    return moment;
   }
   Moment moment;
   moment.serial = next_serial_++;
@@ -54,7 +58,8 @@ void ExposureTimeline::add(const Exposure& exposure, std::size_t camera, const R
   // Half an interval earlier is as near to kApart as the next one would be.
   moment.is_step = !last_step_ || std::chrono::abs(moment.time - *last_step_) >= kApart - interval_ / 2;
   if (moment.is_step) last_step_ = moment.time;
-  moments_.insert(moments_.begin() + static_cast<std::ptrdiff_t>(first_at_or_after(moment.time)), std::move(moment));
+  const auto place = moments_.begin() + static_cast<std::ptrdiff_t>(first_at_or_after(moment.time));
+  return *moments_.insert(place, std::move(moment));
 }
 
 int ExposureTimeline::nearest(GpsTime t, nanoseconds reach) const {

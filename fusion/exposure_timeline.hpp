@@ -30,7 +30,7 @@ struct Moment {
     std::array<float, 9> R_head_enu;  ///< row by row
     Eigen::Vector3d centre_enu;
     Leap leapt;         ///< Pose::leapt
-    HeadMotion motion;  ///< of a head with a rolling shutter
+    HeadMotion motion;  ///< of a head with a rolling shutter, or whose lenses are not exposed at one time
     /// Returns the head as seen from places relative to `origin`.
     RelativeHead relative_to(const Eigen::Vector3d& origin) const {
       const Eigen::Vector3f offset = (origin - centre_enu).cast<float>();
@@ -54,6 +54,8 @@ struct Moment {
   std::vector<Picture> pictures;        ///< one for each camera; an empty view means that the camera's image is missing
   std::vector<std::uint8_t> has_image;  ///< one for each camera; 1 if its image is there
   std::uint32_t blind = 0;              ///< one bit for each lens; set if its part of an image was lost
+  std::array<float, kMostLenses> lateness{};  ///< HeadMotion::lateness, against `time`
+  std::vector<ReportedExposure> reported;     ///< of each lens; empty: the cameras report nothing
   bool is_pose_final = false;
   std::optional<Viewpoint> viewpoint;
   /// What stands before the head, and what was before it at the moment itself, moving things among it. Empty until
@@ -71,6 +73,8 @@ struct Moment {
   std::optional<HeadGains> gains;  ///< once found
 
   bool is_whole() const;
+  /// Whether the lenses were exposed at different times.
+  bool is_spread() const;
 };
 
 /// The moments in order of time, and the rule that decides which of them owns an instant (docs/methods, equation 7).
@@ -91,9 +95,9 @@ class ExposureTimeline {
 
   ExposureTimeline(const Rule& rule, std::size_t cameras) : rule_(rule), cameras_(cameras) {}
 
-  /// Adds an exposure. `camera` is the camera's index in the rig's list, and `view` has data. `blind` has one bit for
-  /// each lens, set if the lens's part of the image is lost.
-  void add(const Exposure& exposure, std::size_t camera, const RawView& view, std::uint32_t blind = 0);
+  /// Adds an exposure and returns its moment. `camera` is the camera's index in the rig's list, and `view` has data.
+  /// `blind` has one bit for each lens, set if the lens's part of the image is lost.
+  Moment& add(const Exposure& exposure, std::size_t camera, const RawView& view, std::uint32_t blind = 0);
   /// Returns the current T.
   nanoseconds interval() const { return interval_; }
   /// Returns the index of the moment S with t in [S - T/2, S + T/2), widened by the slack on both sides; of two the

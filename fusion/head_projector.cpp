@@ -122,8 +122,9 @@ bool FloatLens::project(float x, float y, float z, Sight& sight) const {
 
 bool FloatLens::project(float x, float y, float z, const HeadMotion& motion, Sight& sight) const {
   if (!project(x, y, z, sight)) return false;
-  for (int step = 0; step < kRowSteps && row_time != 0.0f; ++step) {
-    const auto [mx, my, mz] = motion.place_after(x, y, z, row_time * (sight.y - middle_row));
+  const float late = motion.lateness[index];
+  for (int step = steps_in_time(late); step > 0; --step) {
+    const auto [mx, my, mz] = motion.place_after(x, y, z, late + row_time * (sight.y - middle_row));
     if (!project(mx, my, mz, sight)) return false;
   }
   return true;

@@ -8,6 +8,7 @@
 #include "fusion/direction_grid.hpp"
 #include "fusion/panorama.hpp"
 #include "fusion/pixel_mask.hpp"
+#include "fusion/rig_geometry.hpp"
 
 /// Finds the pixel that shows a point of the head's frame, in single precision and at high speed. The lens models use
 /// only additions, multiplications, divisions and square roots, so the result has the same bits with every mathematics
@@ -40,11 +41,12 @@ struct Sights {
   std::vector<float> x, y, border_px;
 };
 
-/// How the head moves around the middle of an exposure, in its own axes. Rows of a rolling shutter that are exposed
-/// earlier or later see the world from elsewhere.
+/// How the head moves around the middle of an exposure, in its own axes. Rows of a rolling shutter, and lenses, that
+/// are exposed earlier or later see the world from elsewhere.
 struct HeadMotion {
-  std::array<float, 3> velocity{};  ///< m/s
-  std::array<float, 3> rate{};      ///< of rotation, rad/s
+  std::array<float, 3> velocity{};            ///< m/s
+  std::array<float, 3> rate{};                ///< of the turning of standing places, rad/s
+  std::array<float, kMostLenses> lateness{};  ///< of the middle of each lens's exposure, s
   /// Returns where the head sees a standing point after `dt` s, to the first order (docs/methods, equation 33).
   std::array<float, 3> place_after(float x, float y, float z, float dt) const {
     return {x + dt * (rate[1] * z - rate[2] * y - velocity[0]), y + dt * (rate[2] * x - rate[0] * z - velocity[1]),
@@ -58,8 +60,11 @@ struct FloatLens {
   /// Finds the pixel of a point of the head's frame. Returns false beyond the field of view, and nearer to the border
   /// than kSampleReach.
   bool project(float x, float y, float z, Sight& sight) const;
-  /// The same for a head that moves: a rolling shutter's pixel is the one whose row sees the point.
+  /// The same for a head that moves: the pixel is where the lens sees the point when it is exposed, and a rolling
+  /// shutter's pixel is the one whose row sees it.
   bool project(float x, float y, float z, const HeadMotion& motion, Sight& sight) const;
+  /// Returns how often a pixel has to be corrected for when it was exposed, for a lens that is late by `late` s.
+  int steps_in_time(float late) const { return row_time != 0.0f ? kRowSteps : late != 0.0f ? 1 : 0; }
   /// Returns the square of a pixel's distance from the principal point; 1 at the farthest corner.
   float off_axis(float x, float y) const {
     const float dx = (x - centre_x) / focal_x, dy = (y - centre_y) / focal_y;
@@ -101,7 +106,7 @@ class HeadProjector {
   /// instructions that the processor has; the results have the same bits with each of them.
   void see_each(const RelativeHead& head, const HeadMotion& motion, const RelativePlaces& places,
                 const std::uint8_t* has_image, std::uint32_t blind, Sights& out) const;
-  /// Whether a lens has a rolling shutter. If not, motion has no effect.
+  /// Whether a lens has a rolling shutter. If not, and no lens is late, motion has no effect.
   bool is_rolling() const;
   /// Returns one bit for each lens, set if the lens's pixels lie in a lost part of this camera's image.
   std::uint32_t blind_lenses(SensorId camera, const std::vector<PixelRegion>& lost) const;

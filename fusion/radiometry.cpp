@@ -76,6 +76,7 @@ Radiometry::Radiometry(const Config& config, std::size_t lenses)
       balance_(lenses),
       balance_count_(lenses),
       held_(lenses),
+      told_(lenses),
       coded_(kLargestTable + 1) {
   for (std::size_t i = 0; i < linear_.size(); ++i)
     linear_[i] =
@@ -94,11 +95,34 @@ std::size_t Radiometry::index_of(std::uint64_t moment) const {
   return shots_.size();
 }
 
-void Radiometry::add(std::uint64_t moment, GpsTime time, std::span<const Place> places) {
+/// Returns the logarithm of each lens's reported gain: duration times amplification. What is not reported now is what
+/// it was when it was reported last.
+std::vector<double> Radiometry::told_gains(std::span<const ReportedExposure> reported) {
+  const auto take = [](std::optional<double>& last, std::optional<double>& first, double value) {
+    if (!(value > 0)) return;
+    last = portable::log(value);
+    if (!first) first = last;
+  };
+  std::vector<double> out(lenses_, 0);
+  for (std::size_t l = 0; l < lenses_; ++l) {
+    Told& told = told_[l];
+    if (l < reported.size()) {
+      take(told.duration, first_told_.duration, to_seconds(reported[l].duration));
+      take(told.gain, first_told_.gain, static_cast<double>(reported[l].gain));
+    }
+    if (told.duration) out[l] += *told.duration - *first_told_.duration;
+    if (told.gain) out[l] += *told.gain - *first_told_.gain;
+  }
+  return out;
+}
+
+void Radiometry::add(std::uint64_t moment, GpsTime time, std::span<const Place> places,
+                     std::span<const ReportedExposure> reported) {
   Shot shot;
   shot.moment = moment;
   shot.time = time;
   shot.gain.resize(lenses_);
+  shot.told = told_gains(reported);
   shot.is_seen.resize(lenses_);
   differences_.clear();
   for (const Place& place : places) {
@@ -106,14 +130,16 @@ void Radiometry::add(std::uint64_t moment, GpsTime time, std::span<const Place> 
       if (a.moment != moment) continue;
       for (const Glimpse& b : place) {
         // Two lenses of the moment itself are compared once.
-        if (b.moment == moment ? b.lens <= a.lens : index_of(b.moment) == shots_.size()) continue;
+        const std::size_t at_b = b.moment == moment ? shots_.size() : index_of(b.moment);
+        if (b.moment == moment ? b.lens <= a.lens : at_b == shots_.size()) continue;
+        const double told = shot.told[a.lens] - (b.moment == moment ? shot : shots_[at_b]).told[b.lens];
         const double q = static_cast<double>(a.off_axis) - b.off_axis,
                      q2 = sq(static_cast<double>(a.off_axis)) - sq(static_cast<double>(b.off_axis));
         auto& differences = differences_[{View{a.moment, a.lens}, View{b.moment, b.lens}}];
         for (std::size_t c = 0; c < 3; ++c)
           if (a.light[c] > 0 && b.light[c] > 0)
             differences[c].push_back(
-                {portable::log(static_cast<double>(a.light[c]) / static_cast<double>(b.light[c])), q, q2});
+                {portable::log(static_cast<double>(a.light[c]) / static_cast<double>(b.light[c])) - told, q, q2});
       }
       // Green is nearest to luminance.
       if (a.light[kGreen] > 0) shot.levels.push_back({portable::log(static_cast<double>(a.light[kGreen])), a.lens});
@@ -272,7 +298,7 @@ void Radiometry::measure_level(Shot& shot) {
   if (shot.levels.size() < kEnough) return;
   std::vector<double> light(shot.levels.size());
   for (std::size_t i = 0; i < light.size(); ++i)
-    light[i] = shot.levels[i].light - shot.gain[shot.levels[i].lens][kGreen];
+    light[i] = shot.levels[i].light - shot.gain[shot.levels[i].lens][kGreen] - shot.told[shot.levels[i].lens];
   shot.level = middle(light);
 }
 
@@ -295,7 +321,7 @@ std::vector<std::pair<std::uint64_t, HeadGains>> Radiometry::settle(GpsTime unti
     gains.lenses.resize(lenses_);
     for (std::size_t c = 0; c < 3; ++c) {
       for (std::size_t l = 0; l < lenses_; ++l)
-        gains.lenses[l].scale[c] = static_cast<float>(portable::exp(-shots_[s].gain[l][c]));
+        gains.lenses[l].scale[c] = static_cast<float>(portable::exp(-shots_[s].gain[l][c] - shots_[s].told[l]));
       gains.falloff[c] = {static_cast<float>(falloff_[c][0]), static_cast<float>(falloff_[c][1])};
     }
     changed.emplace_back(shots_[s].moment, std::move(gains));

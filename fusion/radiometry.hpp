@@ -13,6 +13,7 @@
 #include <Eigen/Core>
 
 #include "core/keys.hpp"
+#include "core/measurements.hpp"
 #include "core/time.hpp"
 #include "fusion/pixel_sampler.hpp"
 
@@ -64,6 +65,9 @@ struct RenderTables {
 /// vignettings. Robust sums of these differences and weak prior knowledge are combined by least squares, channel by
 /// channel (docs/methods/radiometry.md). When a moment is settled, its gains stay what they are.
 ///
+/// What a camera reports of its gains is taken out before: only what the reports do not explain is solved for. A report
+/// that is wrong, or stands still while the gain changes, therefore does no harm.
+///
 /// The reference is the gain of the first lens in the first moment. It never changes. The result depends on the calls
 /// alone. Thread safety: one thread makes the calls that change it; const functions may then be called by many.
 class Radiometry {
@@ -87,8 +91,9 @@ class Radiometry {
   Radiometry(const Config& config, std::size_t lenses);
 
   /// Adds a moment with what it and earlier ones showed of common places. No moment is added twice. Glimpses of moments
-  /// that are not known any more are left out.
-  void add(std::uint64_t moment, GpsTime time, std::span<const Place> places);
+  /// that are not known any more are left out. `reported` has an element for each lens, or none.
+  void add(std::uint64_t moment, GpsTime time, std::span<const Place> places,
+           std::span<const ReportedExposure> reported = {});
   /// Finds the gains of all moments that are not settled yet, from all that was added, and returns them in the order of
   /// add(). Those of moments until `until` are settled with it; those of later moments may change with later calls.
   std::vector<std::pair<std::uint64_t, HeadGains>> settle(GpsTime until);
@@ -120,7 +125,8 @@ class Radiometry {
   struct Shot {
     std::uint64_t moment = 0;
     GpsTime time{};
-    std::vector<Logs> gain;
+    std::vector<Logs> gain;     ///< beside what is told
+    std::vector<double> told;   ///< logarithm of the gain that the camera reported, against the reference's
     std::vector<bool> is_seen;  ///< whether the lens was compared with another view
     double common_change = 0;   ///< median change of the gains that were compared, since the moment before
     bool is_settled = false;
@@ -154,6 +160,7 @@ class Radiometry {
     Eigen::VectorXd h;
   };
   std::size_t index_of(std::uint64_t moment) const;
+  std::vector<double> told_gains(std::span<const ReportedExposure> reported);
   void compare(const View& a, const View& b, int channel, std::vector<Difference>& differences);
   System assemble(std::size_t channel, std::size_t first, std::size_t last, bool use_held) const;
   void solve(std::size_t channel, std::size_t first, bool use_held);
@@ -173,6 +180,12 @@ class Radiometry {
   std::vector<Logs> balance_;  // of each lens, against its green; that of the first lens is 0
   std::vector<int> balance_count_;
   std::vector<std::optional<double>> held_;  // gain of each lens when it last changed
+  /// Logarithms of the last reported duration and gain of each lens, and of the first that was reported at all.
+  struct Told {
+    std::optional<double> duration, gain;
+  };
+  std::vector<Told> told_;
+  Told first_told_;
   std::uint64_t pairs_used_ = 0, pairs_too_few_ = 0;
   std::array<float, 257> linear_{};
   std::vector<std::uint8_t> coded_;

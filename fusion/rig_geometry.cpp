@@ -146,7 +146,7 @@ void CameraHeadGeometry::visit(Keys& keys) {
 
 KeyError CameraHeadGeometry::validate() const {
   if (KeyError wrong = check_transform("T_body_head", T_body_head, 50.0); !wrong.empty()) return wrong;
-  if (lenses.empty() || lenses.size() > 32)
+  if (lenses.empty() || lenses.size() > kMostLenses)
     return not_allowed("lenses", fmt::format("a list of {}", lenses.size()), "1 to 32 lenses");
   for (std::size_t i = 0; i < lenses.size(); ++i) {
     if (KeyError wrong = lenses[i].validate(); !wrong.empty()) return wrong.inside(fmt::format("lenses[{}]", i));

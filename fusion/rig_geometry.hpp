@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +27,9 @@ struct LaserMount {
 /// A closed polygon in pixels; the last corner is joined to the first. A pixel is inside by the even-odd rule for its
 /// centre.
 using Polygon = std::vector<Eigen::Vector2d>;
+
+/// The most lenses of a head: each has a bit in 32.
+constexpr std::size_t kMostLenses = 32;
 
 /// One lens of a camera head, and the place of its image.
 struct LensMount {

@@ -63,9 +63,10 @@ void see_vector(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::
     V sx = hn::Zero(d), sy = hn::Zero(d), edge = hn::Zero(d);
     auto is_seen = is_of_lens;
     V mx = x, my = y, mz = z;
-    for (int step = 0; step <= (lens.row_time != 0.0f ? kRowSteps : 0); ++step) {
+    const float late = motion.lateness[lens.index];
+    for (int step = 0, last = lens.steps_in_time(late); step <= last; ++step) {
       if (step > 0) {
-        const V dt = hn::Mul(set(lens.row_time), hn::Sub(sy, set(lens.middle_row)));
+        const V dt = hn::Add(set(late), hn::Mul(set(lens.row_time), hn::Sub(sy, set(lens.middle_row))));
         const auto after = [&](V from, V a, std::size_t i, V b, std::size_t k, std::size_t along) {
           const V turned = hn::Sub(times(motion.rate[i], a), times(motion.rate[k], b));
           return hn::Add(from, hn::Mul(dt, hn::Sub(turned, set(motion.velocity[along]))));

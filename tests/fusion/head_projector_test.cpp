@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
 #include <random>
 
 #include "core/coloured_point.hpp"
@@ -53,7 +55,9 @@ TEST(HeadProjector, ManyPlacesAtOnceAreSeenAsOneByOne) {
     head.lenses[1].masks = {{{40, 40}, {200, 40}, {200, 150}, {40, 150}}};
     const HeadProjector projector(head, ColourMethod::Lens);
     const std::vector<std::uint8_t> has_image(projector.cameras().size(), 1);
-    const HeadMotion motion{{14, 0.3f, -0.2f}, {0.1f, -0.2f, 0.6f}};
+    HeadMotion motion{.velocity = {14, 0.3f, -0.2f}, .rate = {0.1f, -0.2f, 0.6f}};
+    motion.lateness[0] = -0.002f;  // beside its rolling shutter
+    motion.lateness[2] = 0.006f;
     const RelativeHead at{{0, 1, 0, -1, 0, 0, 0, 0, 1}, {0.5f, -2, 0.25f}};
     for (const std::size_t count : {0ul, 1ul, 15ul, 16ul, 4003ul}) {
       RelativePlaces places;
@@ -86,6 +90,32 @@ TEST(HeadProjector, ManyPlacesAtOnceAreSeenAsOneByOne) {
       }
     }
   }
+}
+
+TEST(HeadProjector, ALensThatIsLateSeesAPlaceFromWhereItIsThen) {
+  const CameraHeadGeometry head = test::ladybug_rig(LensModel::KannalaBrandt).head;
+  const HeadProjector projector(head, ColourMethod::Lens);
+  const std::vector<std::uint8_t> has_image(projector.cameras().size(), 1);
+  HeadMotion motion{.velocity = {20, -3, 0.5f}, .rate = {0.05f, -0.1f, 0.5f}};
+  motion.lateness.fill(0.005f);
+  std::size_t seen = 0;
+  for (int turn = 0; turn < 36; ++turn) {
+    const double angle = turn * std::numbers::pi / 18, dt = 0.005;
+    const Eigen::Vector3d place(8 * std::cos(angle), 8 * std::sin(angle), 0.4);
+    // After dt the head has moved by velocity dt, and a standing place has turned by rate dt in its axes.
+    const Eigen::Vector3d rate(0.05, -0.1, 0.5), velocity(20, -3, 0.5);
+    const Eigen::Vector3d then = Eigen::AngleAxisd(rate.norm() * dt, rate.normalized()) * place - velocity * dt;
+    Sight late, there;
+    if (!projector.see(static_cast<float>(place.x()), static_cast<float>(place.y()), static_cast<float>(place.z()),
+                       has_image.data(), 0, late, motion) ||
+        !projector.lenses()[late.lens].project(static_cast<float>(then.x()), static_cast<float>(then.y()),
+                                               static_cast<float>(then.z()), there))
+      continue;
+    ++seen;
+    EXPECT_NEAR(late.x, there.x, 0.05);
+    EXPECT_NEAR(late.y, there.y, 0.05);
+  }
+  EXPECT_GT(seen, 30u);
 }
 
 }  // namespace

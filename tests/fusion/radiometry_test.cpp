@@ -31,12 +31,19 @@ struct World {
   std::function<double(int place, int moment)> shade = [](int, int) { return 1.0; };
   double noise = 0.03;
   bool saturates = true;
+  /// What the camera says of a lens's exposure.
+  std::function<ReportedExposure(int moment, std::size_t lens)> reported;
   static constexpr int kPlacesEach = 300, kReach = 3;  // places for each moment; moments from which a place is seen
 
   double light(int place, std::size_t channel) const {
     std::minstd_rand random(static_cast<unsigned>(place * 3) + static_cast<unsigned>(channel) + 1);
     random.discard(3);
     return std::exp(std::uniform_real_distribution<double>(std::log(0.05), std::log(0.6))(random));
+  }
+  std::vector<ReportedExposure> reports(int moment) const {
+    std::vector<ReportedExposure> out;
+    for (std::size_t l = 0; reported && l < kLenses; ++l) out.push_back(reported(moment, l));
+    return out;
   }
   std::vector<Radiometry::Place> places(int moment, std::mt19937& random) const {
     std::normal_distribution<double> error(0, noise);
@@ -85,7 +92,7 @@ Outcome drive(const World& world, int moments, const Radiometry::Config& config 
   Outcome out{{}, Radiometry(config, kLenses)};
   std::mt19937 random(7);
   for (int m = 0; m < moments; ++m) {
-    out.radiometry.add(static_cast<std::uint64_t>(m), at(m * kInterval), world.places(m, random));
+    out.radiometry.add(static_cast<std::uint64_t>(m), at(m * kInterval), world.places(m, random), world.reports(m));
     if (m < 5) continue;
     for (auto& [moment, gains] : out.radiometry.settle(at((m - 4) * kInterval))) out.gains[moment] = std::move(gains);
   }
@@ -172,6 +179,61 @@ TEST(Radiometry, DriftsLittleInAThousandExposuresOfChangingGain) {
   const double worst = worst_error(world, drive(world, 1000), 900, 1000);
   std::printf("after 1000 exposures: %.4f\n", worst);
   EXPECT_LT(worst, 0.05);
+}
+
+/// Reports a gain with the precision of a camera: the exposure in steps of 10 us, the amplifier in steps of 0.1 dB.
+ReportedExposure told_by_camera(double log_gain) {
+  const double us = 2000 * std::exp(log_gain * 0.7), dB = 20 * std::log10(std::exp(log_gain * 0.3));
+  return {.duration = nanoseconds(10'000 * std::llround(us / 10)),
+          .gain = static_cast<float>(std::pow(10, std::round(dB * 10) / 10 / 20))};
+}
+
+TEST(Radiometry, DoesNotDriftInAThousandExposuresOfReportedGain) {
+  World world;
+  world.log_gain = [](int m, std::size_t l) { return 0.6 * std::sin(0.21 * m + static_cast<double>(l)); };
+  world.reported = [&](int m, std::size_t l) { return told_by_camera(world.log_gain(m, l)); };
+  const double worst = worst_error(world, drive(world, 1000), 900, 1000);
+  std::printf("after 1000 exposures: %.4f\n", worst);
+  EXPECT_LT(worst, 0.015);
+}
+
+TEST(Radiometry, ReportedGainsTellOfLensesThatSeeNothingCommon) {
+  World world;
+  world.saturates = false;
+  world.log_gain = [](int m, std::size_t l) { return 0.8 * std::sin(0.3 * m + static_cast<double>(l)); };
+  std::mt19937 random(7);
+  Radiometry radiometry({}, kLenses);
+  const auto told = [&](int m) {
+    std::vector<ReportedExposure> out;
+    for (std::size_t l = 0; l < kLenses; ++l) out.push_back(told_by_camera(world.log_gain(m, l)));
+    return out;
+  };
+  for (int m = 0; m < 20; ++m) {
+    radiometry.add(static_cast<std::uint64_t>(m), at(m * kInterval), {}, told(m));
+    for (const auto& [moment, found] : radiometry.settle(at(m * kInterval)))
+      for (std::size_t l = 0; l < kLenses; ++l)
+        for (const float scale : found.lenses[l].scale)
+          EXPECT_NEAR(-std::log(scale), world.log_gain(m, l) - world.log_gain(0, 0), 0.02) << moment << " " << l;
+  }
+}
+
+TEST(Radiometry, ReportsThatAreWrongDoNoHarm) {
+  World world;
+  world.log_gain = tunnel_gain;
+  world.shade = [](int p, int) { return tunnel_shade(p); };
+  const double without = worst_error(world, drive(world, 70), 0, 70);
+  // A register whose unit is not what the rig says; one that stands still; one that is noise.
+  const std::vector<std::function<ReportedExposure(int, std::size_t)>> wrong{
+      [&](int m, std::size_t l) { return told_by_camera(0.5 * world.log_gain(m, l)); },
+      [&](int, std::size_t) { return told_by_camera(0); },
+      [&](int m, std::size_t l) { return told_by_camera(0.3 * std::sin(37.0 * m + 11.0 * static_cast<double>(l))); }};
+  for (std::size_t i = 0; i < wrong.size(); ++i) {
+    world.reported = wrong[i];
+    const Outcome out = drive(world, 70);
+    std::printf("wrong report %zu: %.4f (%.4f without)\n", i, worst_error(world, out, 0, 70), without);
+    EXPECT_LT(worst_error(world, out, 0, 70), 0.08) << i;
+    EXPECT_LT(worst_error(world, out, 60, 70), 0.04) << i;
+  }
 }
 
 TEST(Radiometry, ALensThatSeesNothingCommonChangesAsTheOthers) {
