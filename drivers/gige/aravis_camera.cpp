@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <mutex>
 #include <string>
@@ -27,6 +28,9 @@ class Steps {
     GError* error = nullptr;
     call(&error);
     if (error) status_ = take_error(what, error);
+  }
+  void fail(const Error& error) {
+    if (status_) status_ = error;
   }
   const Status& status() const { return status_; }
 
@@ -124,8 +128,60 @@ void configure_trigger(ArvCamera* camera, const AravisSource::Config& config, St
     steps("frame_rate_hz", [&](GError** e) { arv_camera_set_frame_rate(camera, config.frame_rate_hz, e); });
 }
 
+/// Has the camera choose its exposures, up to the longest one. Makers have different names for that limit.
+void configure_auto_exposure(ArvCamera* camera, const AravisSource::Config& config, Steps& steps) {
+  steps("auto_exposure", [&](GError** e) { arv_camera_set_exposure_time_auto(camera, ARV_AUTO_CONTINUOUS, e); });
+  if (!config.exposure) return;
+  for (const char* limit : {"AutoExposureExposureTimeUpperLimit", "AutoExposureTimeUpperLimit",
+                            "AutoExposureTimeAbsUpperLimit", "ExposureAutoMax", "ExposureTimeUpperLimit"}) {
+    if (!arv_camera_is_feature_available(camera, limit, nullptr)) continue;
+    const double us = static_cast<double>(config.exposure->count()) * 1e-3;
+    ArvGcNode* node = arv_device_get_feature(arv_camera_get_device(camera), limit);
+    steps(limit, [&](GError** e) {
+      if (ARV_IS_GC_FLOAT(node))
+        arv_camera_set_float(camera, limit, us, e);
+      else
+        arv_camera_set_integer(camera, limit, std::llround(us), e);
+    });
+    return;
+  }
+}
+
+/// Has the camera send its exposure and gain as chunks, if it can.
+void configure_chunks(ArvCamera* camera, const AravisSource::Config& config, Steps& steps) {
+  if (!config.chunks) return;
+  const auto offers = [&](const char* chunk) {
+    return arv_camera_is_enumeration_entry_available(camera, "ChunkSelector", chunk, nullptr) != FALSE;
+  };
+  const bool can = arv_camera_is_feature_available(camera, "ChunkModeActive", nullptr) && offers("ExposureTime");
+  if (!can && config.auto_exposure) {
+    steps("auto_exposure", [](GError** e) {
+      g_set_error_literal(e, ARV_DEVICE_ERROR, ARV_DEVICE_ERROR_FEATURE_NOT_FOUND,
+                          "the camera does not report its exposures (no chunk ExposureTime), so the middle of an image "
+                          "would not be known; set auto_exposure: false");
+    });
+  }
+  if (!can) return;
+  Steps chunks;
+  const auto enable = [&](const char* chunk) {
+    chunks(chunk, [&](GError** e) { arv_camera_set_string(camera, "ChunkSelector", chunk, e); });
+    chunks(chunk, [&](GError** e) { arv_camera_set_boolean(camera, "ChunkEnable", TRUE, e); });
+  };
+  chunks("ChunkModeActive", [&](GError** e) { arv_camera_set_boolean(camera, "ChunkModeActive", TRUE, e); });
+  enable("ExposureTime");
+  if (offers("Gain")) enable("Gain");
+  if (chunks.status()) return;
+  // A camera whose exposures do not change serves without reports.
+  if (config.auto_exposure)
+    steps.fail(chunks.status().error());
+  else
+    arv_camera_set_boolean(camera, "ChunkModeActive", FALSE, nullptr);
+}
+
 void configure_light(ArvCamera* camera, const AravisSource::Config& config, Steps& steps) {
-  if (config.exposure) {
+  if (config.auto_exposure) {
+    configure_auto_exposure(camera, config, steps);
+  } else if (config.exposure) {
     if (arv_camera_is_exposure_auto_available(camera, nullptr))
       steps("exposure", [&](GError** e) { arv_camera_set_exposure_time_auto(camera, ARV_AUTO_OFF, e); });
     const double us = static_cast<double>(config.exposure->count()) * 1e-3;
@@ -260,6 +316,7 @@ Status configure_camera(ArvCamera* camera, const AravisSource::Config& config) {
   configure_light(camera, config, steps);
   configure_trigger(camera, config, steps);
   configure_transport(camera, config, steps);
+  configure_chunks(camera, config, steps);
   if (!config.features.empty())
     steps("features", [&](GError** e) {
       arv_device_set_features_from_string(arv_camera_get_device(camera), config.features.c_str(), e);

@@ -24,9 +24,16 @@ void GenicamConfig::visit(Keys& keys) {
             interface, kIpv4Address);
   keys.text({"id", "", "The camera's name as `arv-tool-0.8` lists it.", "none"}, id);
   keys.text({"serial", "", "The camera's serial number. It is checked in any case.", "none"}, serial);
-  keys.duration(required("exposure_us", "us",
-                         "The exposure; automatic exposure is turned off. Half of it is added to the strobe's time."),
-                exposure, {1, 1e6});
+  keys.duration(
+      required("exposure_us", "us",
+               "The exposure; automatic exposure is turned off. Half of it is added to the strobe's time. With "
+               "`auto_exposure` the longest exposure, if the camera can be told."),
+      exposure, {1, 1e6});
+  keys.flag(
+      {"auto_exposure", "",
+       "Whether the camera chooses its exposures. It then has to report each of them (`chunks`), because the middle "
+       "of an exposure changes with its length."},
+      auto_exposure);
   keys.number({"gain", "camera's unit", "The gain; automatic gain is turned off.", "camera's own"}, gain, {-100, 100});
   keys.number(
       {"frame_rate_hz", "Hz", "The rate of a camera that runs freely. Not with `trigger_source`.", "0: camera's own"},
@@ -36,6 +43,10 @@ void GenicamConfig::visit(Keys& keys) {
       trigger_source);
   keys.choice({"trigger_activation", "", "The edge at that input that starts an exposure."}, trigger_activation,
               {{"rising", TriggerActivation::RisingEdge}, {"falling", TriggerActivation::FallingEdge}});
+  keys.flag(
+      {"chunks", "",
+       "Whether the camera is asked to write exposure and gain behind each image (GenICam chunk data), if it can."},
+      chunks);
   keys.text({"features", "", "Any GenICam features as `Name=Value Name=Value`. They are set last.", "none"}, features);
   keys.whole({"packet_size", "bytes", "The size of a packet with its IP and UDP headers: 0, or at least 576.",
               "0: the largest that gets through"},
@@ -109,6 +120,9 @@ KeyError GenicamConfig::validate() const {
     return {"interface", fmt::format("needs an address; address is '{}'; allowed: an IPv4 address", address)};
   if ((width == 0) != (height == 0)) return {"width", "and height go together; allowed: both or neither"};
   if (width == 0 && (offset_x || offset_y)) return {"offset_x", "and offset_y need width and height"};
+  if (auto_exposure && !chunks)
+    return {"auto_exposure",
+            "needs chunks, in which the camera reports its exposures; allowed: chunks: true, or false"};
   if (frame_rate_hz > 0 && !trigger_source.empty())
     return {"trigger_source", "and frame_rate_hz exclude each other; allowed: one of them"};
   if (packet_size != 0 && packet_size < 576)

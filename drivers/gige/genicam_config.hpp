@@ -31,11 +31,13 @@ struct GenicamConfig {
   std::uint32_t width = 0, height = 0;       ///< size of the region, pixels
   std::uint32_t offset_x = 0, offset_y = 0;  ///< corner of the region on the sensor, pixels; used with width and height
   PixelFormat pixel_format = PixelFormat::BayerRG8;
-  std::optional<nanoseconds> exposure{};  ///< setting it turns automatic exposure off
+  std::optional<nanoseconds> exposure{};  ///< setting it turns automatic exposure off, or is its longest
+  bool auto_exposure = false;             ///< whether the camera chooses its exposures, which it then has to report
   std::optional<double> gain{};           ///< in the camera's unit, most often dB; setting it turns automatic gain off
   double frame_rate_hz = 0;               ///< images a second without trigger; not together with trigger_source
   std::string trigger_source;  ///< input that starts each exposure ("Line0"); if empty, the camera runs freely
   TriggerActivation trigger_activation = TriggerActivation::RisingEdge;
+  bool chunks = true;    ///< whether it is asked to report exposure and gain of each image, if it can
   std::string features;  ///< further settings, applied last: "LineSelector=Line1 LineSource=ExposureActive"
 
   // Transport of GigE cameras.

@@ -39,6 +39,12 @@ ImageStatus status_of(ArvBuffer* buffer) {
   }
 }
 
+/// Aravis knows only the chunks of GigE Vision 2.x; before, they were a type of payload.
+bool has_chunks(ArvBuffer* buffer) {
+  return arv_buffer_has_chunks(buffer) ||
+         arv_buffer_get_payload_type(buffer) == ARV_BUFFER_PAYLOAD_TYPE_EXTENDED_CHUNK_DATA;
+}
+
 void set_region(ImageHeader& header, gint x, gint y, gint width, gint height, ArvPixelFormat pfnc) {
   header.offset_x = static_cast<std::uint32_t>(x);
   header.offset_y = static_cast<std::uint32_t>(y);
@@ -101,6 +107,7 @@ Result<std::unique_ptr<ImageStream>> ImageStream::start(ArvCamera* camera, const
   if (const Status prepared = memory.prepare(kImageHeaderSize + payload); !prepared) return prepared.error();
   std::unique_ptr<ImageStream> stream(new ImageStream(config, memory, payload));
   set_region(stream->expected_, x, y, width, height, pfnc_code(config.pixel_format));
+  if (config.chunks) stream->chunks_ = ChunkReader::make(camera, std::endian::big);
   stream->owned_stream_.reset(arv_camera_create_stream(camera, &ImageStream::on_event, stream.get(), &error));
   if (error) return take_error("open the image stream", error);
   if (!stream->owned_stream_) return Error{ErrorCode::Unavailable, "camera: no image stream"};
@@ -180,7 +187,12 @@ std::optional<ImageStream::Done> ImageStream::wait(std::chrono::milliseconds wai
     finished_.pop_front();
   }
   const std::uint64_t missing = done.missing_packets - std::exchange(missing_packets_, done.missing_packets);
-  const ImageHeader header = describe(done.buffer.get(), missing);
+  ImageHeader header = describe(done.buffer.get(), missing);
+  if (chunks_ && header.status == ImageStatus::Complete && has_chunks(done.buffer.get())) {
+    std::size_t size = 0;
+    const auto* payload = static_cast<const std::byte*>(arv_buffer_get_data(done.buffer.get(), &size));
+    chunks_->read({payload, size}, header);
+  }
   MutableBuffer memory = std::move(memory_of(done.buffer.get()));
   done.buffer.reset();
   encode_image_header(header, std::span<std::byte, kImageHeaderSize>(memory.data(), kImageHeaderSize));

@@ -10,6 +10,7 @@
 #include "core/buffer.hpp"
 #include "core/mutex.hpp"
 #include "drivers/gige/aravis_camera.hpp"
+#include "drivers/gige/chunk_reader.hpp"
 #include "drivers/gige/image_packet.hpp"
 
 namespace hueline::drivers {
@@ -64,6 +65,7 @@ class ImageStream {
   const std::size_t payload_;
   ImageHeader expected_;  // describes the region that the camera was set to
   PacketMemory& memory_;
+  std::unique_ptr<ChunkReader> chunks_;  // null: the camera reports no exposures
   GRef<ArvStream> owned_stream_;
   std::atomic<ArvStream*> stream_{nullptr};  // read by the receiving thread
   std::atomic<std::size_t> given_{0};        // number of buffers that the stream holds

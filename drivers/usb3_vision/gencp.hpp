@@ -7,20 +7,11 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "drivers/gige/camera_memory.hpp"
 
 /// The control channel of a USB3 Vision camera: GenCP 1.3 (EMVA), whose commands read and write the camera's memory.
 /// Numbers are little endian, as USB3 Vision 1.0 sets for its cameras.
 namespace hueline::drivers {
-
-/// Reads and writes the memory of a camera, in which its registers lie.
-class CameraMemory {
- public:
-  virtual ~CameraMemory() = default;
-  /// Errors: Unsupported, Invalid, Unavailable (the camera refused it), TimedOut (it does not answer), Malformed (its
-  /// answer is none), Disconnected, Io.
-  virtual Status read(std::uint64_t address, std::span<std::byte> out) = 0;
-  virtual Status write(std::uint64_t address, std::span<const std::byte> bytes) = 0;
-};
 
 /// Carries messages to a camera and back.
 class MessageChannel {

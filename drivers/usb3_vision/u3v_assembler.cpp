@@ -74,6 +74,7 @@ void U3vAssembler::begin_image(const U3vLeader& leader, HostTime received) {
   }
   place_ = shape_.payload_bytes > 0 ? Place::Payload : Place::Trailer;
   header_ = leader.image;
+  has_chunks_ = leader.has_chunks();
   filled_ = 0;
   image_ = memory_.acquire(kImageHeaderSize + shape_.payload_bytes);
   if (image_) return;
@@ -93,6 +94,8 @@ void U3vAssembler::end_image(const U3vTrailer& trailer, HostTime received) {
   if (trailer.status != 0)
     return give_up(ImageStatus::Broken, fmt::format("the camera gives it the status 0x{:04x}", trailer.status),
                    received);
+  const std::size_t valid = std::min<std::uint64_t>(filled_, trailer.payload_bytes);
+  if (has_chunks_ && read_chunks_ && image_) read_chunks_(std::span(image_.data() + kImageHeaderSize, valid), header_);
   deliver(received);
 }
 

@@ -2,8 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "core/buffer.hpp"
 #include "core/packet.hpp"
@@ -33,8 +35,11 @@ class U3vAssembler final : public UsbPacketReader {
     std::size_t payload_bytes = 0;    ///< of one image, without what fills it up
     std::size_t padding_bytes = 0;    ///< that may fill it up
   };
-  /// The memory has to outlive this object.
-  U3vAssembler(const Shape& shape, PacketMemory& memory) : shape_(shape), memory_(memory) {}
+  /// Reads the chunks behind the pixels of a whole image's payload into its header.
+  using ReadChunks = std::function<void(std::span<const std::byte> payload, ImageHeader& header)>;
+  /// The memory has to outlive this object. Without `read_chunks` they are left alone.
+  U3vAssembler(const Shape& shape, PacketMemory& memory, ReadChunks read_chunks = {})
+      : shape_(shape), memory_(memory), read_chunks_(std::move(read_chunks)) {}
 
   void take(std::span<const std::byte> bytes, bool is_short, HostTime received) override;
   void interrupt(std::string_view why, HostTime at) override;
@@ -54,8 +59,10 @@ class U3vAssembler final : public UsbPacketReader {
 
   const Shape shape_;
   PacketMemory& memory_;
+  const ReadChunks read_chunks_;
   Place place_ = Place::Leader;
-  ImageHeader header_;   // of the image that is under way
+  ImageHeader header_;  // of the image that is under way
+  bool has_chunks_ = false;
   MutableBuffer image_;  // empty if there was no memory
   std::size_t filled_ = 0;
   std::size_t padding_ = 0;    // bytes that may still follow the payload

@@ -16,7 +16,8 @@ struct U3vLeader {
   /// What an image's leader says of it; the status is Complete. Only the frame id is set if the payload is no image.
   ImageHeader image;
   /// Whether the payload begins with an image. Chunk data may follow it.
-  bool is_image() const { return payload_type == 0x0001 || payload_type == 0x4001; }
+  bool is_image() const { return payload_type == 0x0001 || has_chunks(); }
+  bool has_chunks() const { return payload_type == 0x4001; }
 };
 /// What comes behind the pixels.
 struct U3vTrailer {

@@ -16,10 +16,11 @@
 #include <vector>
 
 #include "drivers/gige/aravis_camera.hpp"
+#include "drivers/gige/chunk_reader.hpp"
+#include "drivers/gige/memory_device.hpp"
 #include "drivers/transport/usb_handle.hpp"
 #include "drivers/transport/usb_packet_stream.hpp"
 #include "drivers/usb3_vision/u3v_assembler.hpp"
-#include "drivers/usb3_vision/u3v_device.hpp"
 #include "drivers/usb3_vision/u3v_registers.hpp"
 
 namespace hueline::drivers {
@@ -110,6 +111,7 @@ struct U3vSource::Open {
   GencpClient memory;
   U3vBootstrap bootstrap;
   GRef<ArvCamera> camera;
+  std::unique_ptr<ChunkReader> chunks;  ///< null: the camera reports no exposures
   std::unique_ptr<U3vAssembler> assembler;
   std::unique_ptr<UsbPacketStream> stream;
 
@@ -127,7 +129,7 @@ Status U3vSource::Open::connect(const GenicamConfig& config) {
   if (Status stopped = set_streaming(memory, bootstrap.stream, false); !stopped) return stopped;
   auto description = read_description(memory, bootstrap.manifest);
   if (!description) return description.error();
-  const auto device = make_u3v_device(memory, std::move(*description));
+  const auto device = make_memory_device(memory, std::move(*description));
   if (!device) return device.error();
   GError* error = nullptr;
   camera.reset(arv_camera_new_with_device(device->get(), &error));
@@ -141,8 +143,12 @@ Status U3vSource::Open::start(const GenicamConfig& config, PacketMemory& images)
   auto shape = set_up_stream(memory, bootstrap.stream, *packet_bytes);
   if (!shape) return shape.error();
   if (Status prepared = images.prepare(kImageHeaderSize + shape->payload_bytes); !prepared) return prepared;
+  if (config.chunks) chunks = ChunkReader::make(camera.get(), std::endian::little);
+  U3vAssembler::ReadChunks read_chunks;
+  if (chunks)
+    read_chunks = [this](std::span<const std::byte> payload, ImageHeader& header) { chunks->read(payload, header); };
   assembler = std::make_unique<U3vAssembler>(
-      U3vAssembler::Shape{*packet_bytes, shape->payload_bytes, shape->padding_bytes}, images);
+      U3vAssembler::Shape{*packet_bytes, shape->payload_bytes, shape->padding_bytes}, images, std::move(read_chunks));
   if (Status enabled = set_streaming(memory, bootstrap.stream, true); !enabled) return enabled;
   auto started = UsbPacketStream::start(*handle,
                                         {.endpoint = endpoints.stream,

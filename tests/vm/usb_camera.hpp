@@ -65,6 +65,8 @@ class UsbCamera {
 
   /// An exposure every 2^32 ns and a little, so that a stamp that lost its upper half shows.
   static std::int64_t stamp_of(std::uint64_t sequence) { return static_cast<std::int64_t>(sequence) * 4'294'967'301; }
+  /// What it reports of the exposure with this stamp.
+  static std::int64_t exposure_of(std::int64_t stamp) { return 10'000 * (stamp % 1000 + 1); }
   static bool is_as_painted(const Image& image) {
     const auto pixels = image.pixels();
     const std::int64_t stamp = image.time.time_since_epoch().count();
@@ -94,7 +96,9 @@ class UsbCamera {
                                           .counter_ns = stamp,
                                           .width = config_.width,
                                           .height = config_.height,
-                                          .pixels = paintings_[static_cast<std::size_t>(stamp % 4)]},
+                                          .pixels = paintings_[static_cast<std::size_t>(stamp % 4)],
+                                          .exposure_ns = exposure_of(stamp),
+                                          .gain = 2},
                                          stop, fault_.exchange(sim::U3vFault::None));
       if (taken.ok()) ++sent_;
     }

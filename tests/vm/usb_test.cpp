@@ -106,6 +106,27 @@ struct Driver {
   }
 };
 
+TEST(Usb3Vision, WhatTheCameraReportsOfItsExposuresComesWithEachImage) {
+  sim::U3vCamera::Config reporting = camera_config();
+  reporting.reports_exposure = true;
+  UsbCamera camera(reporting);
+  ASSERT_TRUE(camera.plug().ok());
+  GenicamConfig config = settings();
+  config.auto_exposure = true;
+  Driver driver(config);
+  const Status opened = driver.open_within(seconds(30));
+  ASSERT_TRUE(opened.ok()) << opened.error().message;
+  const Received got = driver.receive(20);
+  ASSERT_EQ(got.whole, 20u) << testing::PrintToString(got.details);
+  for (const Image& image : got.images) {
+    ASSERT_EQ(image.reported.size(), 1u);
+    EXPECT_EQ(image.reported[0].duration, nanoseconds(UsbCamera::exposure_of(image.time.time_since_epoch().count())));
+    EXPECT_NEAR(image.reported[0].gain, 2, 0.002);
+  }
+  EXPECT_EQ(camera.feature(reg::kExposureAuto), 2u);
+  EXPECT_EQ(camera.feature(reg::kExposureLimitUs), 2500u);
+}
+
 std::int64_t stamp_of(const Image& image) { return image.time.time_since_epoch().count(); }
 
 TEST(Usb3Vision, ImagesAndStampsAreThoseThatTheCameraSent) {

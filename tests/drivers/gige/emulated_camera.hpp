@@ -25,6 +25,9 @@ class EmulatedCamera {
     std::uint32_t width = 320, height = 240;
     double rate_hz = 50;
     double link_bytes_per_second = 110e6;
+    bool reports_exposure = false;  ///< as chunks: exposure_of() and gain_of() of each image
+    std::uint16_t chunk_payload_type = 0x4001;
+    double lost_packet_share = 0;
     std::int64_t restarts_at = 0;  ///< the images are counted from 1 again after this one, once; 0: never
   };
   explicit EmulatedCamera(const Config& config) {
@@ -38,6 +41,9 @@ class EmulatedCamera {
     camera.width = config.width;
     camera.height = config.height;
     camera.stream.link_bytes_per_second = config.link_bytes_per_second;
+    camera.stream.lost_packet_share = config.lost_packet_share;
+    camera.stream.chunk_payload_type = config.chunk_payload_type;
+    camera.reports_exposure = config.reports_exposure;
     auto opened = sim::GigeCamera::open(camera);
     if (!opened) {
       problem_ = opened.error().message;
@@ -48,6 +54,8 @@ class EmulatedCamera {
   }
 
   const std::string& problem() const { return problem_; }
+  static std::int64_t exposure_of(std::int64_t stamp) { return 10'000 * (stamp % 1000 + 1); }
+  static float gain_of(std::int64_t stamp) { return stamp % 2 == 0 ? 1.0f : 2.0f; }
   static bool is_as_painted(const Image& image) {
     const auto pixels = image.pixels();
     const std::int64_t stamp = image.time.time_since_epoch().count();
@@ -65,9 +73,11 @@ class EmulatedCamera {
     std::int64_t restarts_at = config.restarts_at;
     for (std::int64_t number = 1; !stop.stop_requested(); ++number) {
       due += std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / config.rate_hz));
-      (void)camera_->send({static_cast<std::uint64_t>(number), number, config.width, config.height,
-                           paintings_[static_cast<std::size_t>(number % 4)]},
-                          stop);
+      sim::CameraImage image{static_cast<std::uint64_t>(number), number, config.width, config.height,
+                             paintings_[static_cast<std::size_t>(number % 4)]};
+      image.exposure_ns = exposure_of(number);
+      image.gain = gain_of(number);
+      (void)camera_->send(image, stop);
       if (number == restarts_at) number = restarts_at = 0;
       std::this_thread::sleep_until(due);
     }

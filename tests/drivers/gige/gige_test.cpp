@@ -61,6 +61,60 @@ TEST_F(Gige, ImagesArriveWholeInPlaceAndInOrder) {
   EXPECT_GE(source.counts().complete_images, 20U);
 }
 
+TEST_F(Gige, WhatTheCameraReportsOfItsExposuresComesWithEachImage) {
+  // The second type is that of GigE Vision 1.x. Packets that are lost on the way are sent again.
+  for (const std::uint16_t type : {std::uint16_t{0x4001}, std::uint16_t{0x0005}}) {
+    const test::EmulatedCamera camera(
+        {.reports_exposure = true, .chunk_payload_type = type, .lost_packet_share = 0.02});
+    ASSERT_EQ(camera.problem(), "");
+    AravisSource::Config config = at_loopback();
+    config.exposure = std::chrono::milliseconds(30);
+    config.auto_exposure = true;
+    ASSERT_EQ(config.validate(), "");
+    AravisSource source(config);
+    const Status opened = source.open();
+    ASSERT_TRUE(opened.ok()) << opened.error().message;
+    const Catch caught = read(source, seconds(20), images(30));
+    ASSERT_EQ(caught.images.size(), 30U) << type;
+    for (const Image& image : caught.images) {
+      if (!image.is_complete) continue;
+      const std::int64_t stamp = image.time.time_since_epoch().count();
+      EXPECT_TRUE(test::EmulatedCamera::is_as_painted(image));
+      ASSERT_EQ(image.reported.size(), 1U) << type;
+      EXPECT_EQ(image.reported[0].duration, nanoseconds(test::EmulatedCamera::exposure_of(stamp)));
+      EXPECT_NEAR(image.reported[0].gain, test::EmulatedCamera::gain_of(stamp), 0.002);
+    }
+    EXPECT_GT(std::ranges::count_if(caught.images, &Image::is_complete), 20) << type;
+  }
+}
+
+TEST_F(Gige, ReportsAreLeftAloneIfTheRigSaysSo) {
+  const test::EmulatedCamera camera({.reports_exposure = true});
+  ASSERT_EQ(camera.problem(), "");
+  AravisSource::Config config = at_loopback();
+  config.chunks = false;
+  AravisSource source(config);
+  ASSERT_TRUE(source.open().ok());
+  const Catch caught = read(source, seconds(20), images(5));
+  ASSERT_EQ(caught.images.size(), 5U);
+  for (const Image& image : caught.images) EXPECT_THAT(image.reported, testing::IsEmpty());
+}
+
+TEST_F(Gige, AutomaticExposureThatTheCameraDoesNotReportIsRefused) {
+  const test::EmulatedCamera camera({});
+  ASSERT_EQ(camera.problem(), "");
+  AravisSource::Config config = at_loopback();
+  config.auto_exposure = true;
+  config.chunks = false;
+  EXPECT_EQ(config.validate().key, "auto_exposure");
+  config.chunks = true;
+  AravisSource source(config);
+  const auto refused = source.open();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::Invalid);
+  EXPECT_THAT(refused.error().message, testing::HasSubstr("does not report its exposures"));
+}
+
 TEST_F(Gige, AnotherCameraOrAnImpossibleSettingIsRefused) {
   FakeCamera camera("127.0.0.1", "GV01");
   auto config = at_loopback();

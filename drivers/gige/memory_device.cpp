@@ -1,4 +1,4 @@
-#include "drivers/usb3_vision/u3v_device.hpp"
+#include "drivers/gige/memory_device.hpp"
 
 #include <array>
 #include <cstddef>
@@ -22,15 +22,15 @@ struct Inside {
   ArvGc* features = nullptr;
 };
 
-struct U3vDevice {
+struct MemoryDevice {
   ArvDevice parent;
   Inside* inside;
 };
-struct U3vDeviceClass {
+struct MemoryDeviceClass {
   ArvDeviceClass parent;
 };
 
-Inside& inside(gpointer device) { return *static_cast<U3vDevice*>(device)->inside; }
+Inside& inside(gpointer device) { return *static_cast<MemoryDevice*>(device)->inside; }
 
 /// Tells Aravis's caller of an error; take_error() makes an Error of it again.
 gboolean tell(const Status& status, GError** error) {
@@ -83,7 +83,7 @@ ArvStream* create_stream(ArvDevice*, ArvStreamCallback, void*, GDestroyNotify, G
 GObjectClass* parent_class = nullptr;
 
 void finalize(GObject* object) {
-  Inside* const held = std::exchange(reinterpret_cast<U3vDevice*>(object)->inside, nullptr);
+  Inside* const held = std::exchange(reinterpret_cast<MemoryDevice*>(object)->inside, nullptr);
   if (held->features) g_object_unref(held->features);
   delete held;
   parent_class->finalize(object);
@@ -102,11 +102,12 @@ void init_class(gpointer made, gpointer) {
   device->write_register = write_register;
 }
 
-void init_object(GTypeInstance* object, gpointer) { reinterpret_cast<U3vDevice*>(object)->inside = new Inside; }
+void init_object(GTypeInstance* object, gpointer) { reinterpret_cast<MemoryDevice*>(object)->inside = new Inside; }
 
 GType type() {
-  static const GType made = g_type_register_static_simple(ARV_TYPE_DEVICE, "HuelineU3vDevice", sizeof(U3vDeviceClass),
-                                                          init_class, sizeof(U3vDevice), init_object, GTypeFlags{});
+  static const GType made =
+      g_type_register_static_simple(ARV_TYPE_DEVICE, "HuelineMemoryDevice", sizeof(MemoryDeviceClass), init_class,
+                                    sizeof(MemoryDevice), init_object, GTypeFlags{});
   return made;
 }
 
@@ -114,7 +115,7 @@ GType type() {
 
 namespace hueline::drivers {
 
-Result<GRef<ArvDevice>> make_u3v_device(CameraMemory& memory, std::string description) {
+Result<GRef<ArvDevice>> make_memory_device(CameraMemory& memory, std::string description) {
   GRef<ArvDevice> device(static_cast<ArvDevice*>(g_object_new(type(), nullptr)));
   Inside& made = inside(device.get());
   made.memory = &memory;
