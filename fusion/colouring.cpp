@@ -9,6 +9,7 @@
 
 #include "core/portable_math.hpp"
 #include "fusion/colouring_piece.hpp"
+#include "fusion/lens_exposure.hpp"
 #include "fusion/worker_pool.hpp"
 
 namespace hueline::fusion {
@@ -18,17 +19,6 @@ constexpr std::size_t kBatchesAtOnce =
 constexpr nanoseconds kAdvance{10'000'000};  // so much is coloured at once, so that there is work for all threads
 constexpr nanoseconds kAtOnce{10'000};  // lenses exposed less than this apart are exposed at once: 0.3 mm at 30 m/s
 constexpr nanoseconds kMotionAround{5'000'000};  // poses this far before and after an exposure tell how the head moves
-
-/// Returns what a camera reports of the exposure of a lens, or null.
-const ReportedExposure* report_of(const Image& image, const FloatLens& lens) {
-  const std::uint32_t x = lens.x_offset + lens.width / 2, y = lens.y_offset + lens.height / 2;
-  const auto part = std::find_if(image.reported.begin(), image.reported.end(), [&](const ReportedExposure& one) {
-    const PixelRegion& at = one.region;
-    return at.width == 0 || (x >= at.x && y >= at.y && x - at.x < at.width && y - at.y < at.height);
-  });
-  return part == image.reported.end() ? nullptr : &*part;
-}
-
 }  // namespace
 
 void Colouring::Config::visit(Keys& keys) {
@@ -212,17 +202,15 @@ void Colouring::add(const Exposure& exposure) {
 
 /// Tells a moment when, and with which gain, the lenses of a camera were exposed.
 void Colouring::tell_lenses(const Exposure& exposure, Moment& moment) const {
-  const nanoseconds late = exposure.exposure_mid - moment.time;
-  for (const FloatLens& lens : projector_.lenses()) {
-    if (projector_.cameras()[lens.camera] != exposure.camera) continue;
-    const ReportedExposure* part = report_of(exposure.image, lens);
-    nanoseconds own = late;
-    if (part) {
-      moment.reported.resize(projector_.lenses().size());
-      moment.reported[lens.index] = *part;
-      if (part->duration > nanoseconds(0)) own += (part->duration - exposure.duration) / 2;
+  for (std::size_t i = 0; i < rig_.head.lenses.size(); ++i) {
+    const LensMount& lens = rig_.head.lenses[i];
+    if (lens.camera != exposure.camera) continue;
+    if (const ReportedExposure* part = report_of(exposure.image, lens)) {
+      moment.reported.resize(rig_.head.lenses.size());
+      moment.reported[i] = *part;
     }
-    moment.lateness[lens.index] = std::chrono::abs(own) < kAtOnce ? 0.0f : static_cast<float>(to_seconds(own));
+    const nanoseconds late = exposure.exposure_mid + lateness_of(exposure, lens) - moment.time;
+    moment.lateness[i] = std::chrono::abs(late) < kAtOnce ? 0.0f : static_cast<float>(to_seconds(late));
   }
 }
 

@@ -12,6 +12,7 @@
 #include "core/calendar.hpp"
 #include "core/output_file.hpp"
 #include "core/portable_math.hpp"
+#include "fusion/lens_exposure.hpp"
 #include "products/place_sigma.hpp"
 #include "products/recorded_jpeg.hpp"
 #include "storage/las_writer.hpp"
@@ -96,29 +97,29 @@ void ImageExport::add(const Exposure& exposure) {
     packet_bytes_ -= held.bytes.size();
     return true;
   });
-  waiting_.push_back({exposure.camera, exposure.index, exposure.image, std::move(jpeg)});
+  waiting_.push_back({exposure, std::move(jpeg)});
   while (waiting_bytes_ > config_.most_waiting_bytes && waiting_.size() > 1) {
     ++counts_.early;
-    waiting_bytes_ -= waiting_.front().image.buffer.size();
+    waiting_bytes_ -= waiting_.front().exposure.image.buffer.size();
     waiting_.pop_front();
   }
 }
 
 Status ImageExport::settle(const Exposure& exposure, const fusion::Trajectory& trajectory) {
   const auto at = std::find_if(waiting_.begin(), waiting_.end(), [&](const Waiting& one) {
-    return one.camera == exposure.camera && one.index == exposure.index;
+    return one.exposure.camera == exposure.camera && one.exposure.index == exposure.index;
   });
   if (at == waiting_.end()) return status_;
   const Waiting one = std::move(*at);
   waiting_.erase(at);
-  waiting_bytes_ -= one.image.buffer.size();
+  waiting_bytes_ -= one.exposure.image.buffer.size();
   const auto pose = trajectory.pose_at(exposure.exposure_mid).pose;
   if (!pose || !origin_) {
     ++counts_.without_pose;
     return status_;
   }
   if (status_ && tables_.empty()) status_ = open_tables(exposure.exposure_mid);
-  if (status_) status_ = write(one, exposure.exposure_mid, exposure.sigma, *pose);
+  if (status_) status_ = write(one.exposure, one.jpeg, *pose, trajectory);
   return status_;
 }
 
@@ -142,7 +143,8 @@ Status ImageExport::open_tables(GpsTime first) {
   return {};
 }
 
-Status ImageExport::write(const Waiting& exposure, GpsTime time, nanoseconds sigma, const fusion::Pose& pose) {
+Status ImageExport::write(const Exposure& exposure, const Buffer& jpeg, const fusion::Pose& middle,
+                          const fusion::Trajectory& trajectory) {
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < head_.lenses.size(); ++i) {
     if (head_.lenses[i].camera != exposure.camera) continue;
@@ -157,23 +159,31 @@ Status ImageExport::write(const Waiting& exposure, GpsTime time, nanoseconds sig
   std::vector<std::uint8_t> is_copied(chosen.size(), 0);
   const fusion::RawView view = fusion::view_of(exposure.image);
   const Transform<Ecef, Enu> T_ecef_enu = ecef_from_enu(*origin_);
+  // A lens that is exposed longer than others was elsewhere in its own middle.
+  std::vector<fusion::Pose> poses;
+  for (const std::size_t lens : chosen) {
+    const nanoseconds late = fusion::lateness_of(exposure, head_.lenses[lens]);
+    poses.push_back(late == nanoseconds(0) ? middle
+                                           : trajectory.pose_at(exposure.exposure_mid + late).pose.value_or(middle));
+  }
   pool_.run(chosen.size(), [&](std::size_t n) {
     const std::size_t lens = chosen[n];
+    const fusion::Pose& pose = poses[n];
     const auto& shown = lenses_[lens].intrinsics;
     TakenPicture& picture = taken[n];
     picture.file =
         fmt::format("images/{}/{:06}.{}", lenses_[lens].name, exposure.index, config_.is_png ? "png" : "jpg");
     picture.lens = lens;
     picture.exposure = exposure.index;
-    picture.time = time;
-    picture.sigma_time = sigma;
+    picture.time = exposure.exposure_mid + fusion::lateness_of(exposure, head_.lenses[lens]);
+    picture.sigma_time = exposure.sigma;
     picture.T_enu_lens = pose.T_enu_body * head_.T_body_head * head_.lenses[lens].T_head_lens;
     picture.sigma_position = place_sigma(pose, picture.T_enu_lens.translation - pose.T_enu_body.translation);
     picture.sigma_attitude = pose.sigma_attitude;
 
     if (view.width == shown.width && view.height == shown.height)
-      if (storage::Bytes jpeg = recorded_jpeg(exposure.jpeg.bytes(), shown.width, shown.height); !jpeg.empty()) {
-        files[n] = std::move(jpeg);
+      if (storage::Bytes recorded = recorded_jpeg(jpeg.bytes(), shown.width, shown.height); !recorded.empty()) {
+        files[n] = std::move(recorded);
         is_copied[n] = 1;
         return;
       }
@@ -182,7 +192,8 @@ Status ImageExport::write(const Waiting& exposure, GpsTime time, nanoseconds sig
     tags.software = config_.software;
     tags.description =
         fmt::format("exposure {} of {}; altitude above the WGS84 ellipsoid", exposure.index, lenses_[lens].name);
-    tags.taken = to_utc(time);
+    tags.taken = to_utc(picture.time);
+    tags.exposure_s = to_seconds(fusion::duration_of(exposure, head_.lenses[lens]));
     tags.position = to_geodetic(place);
     tags.sigma_horizontal_m = std::hypot(picture.sigma_position.x(), picture.sigma_position.y());
     const Eigen::Vector3d axis = ecef_from_enu(tags.position).rotation.conjugate() *

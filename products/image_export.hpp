@@ -70,9 +70,7 @@ class ImageExport {
 
  private:
   struct Waiting {
-    SensorId camera{};
-    std::uint32_t index = 0;
-    Image image;
+    Exposure exposure;
     Buffer jpeg;  // the packet that holds it; empty: none
   };
   struct HeldPacket {
@@ -82,7 +80,8 @@ class ImageExport {
   };
   bool copies_jpeg(SensorId camera) const;
   Status open_tables(GpsTime first);
-  Status write(const Waiting& exposure, GpsTime time, nanoseconds sigma, const fusion::Pose& pose);
+  Status write(const Exposure& exposure, const Buffer& jpeg, const fusion::Pose& middle,
+               const fusion::Trajectory& trajectory);
 
   std::filesystem::path folder_;
   const fusion::CameraHeadGeometry& head_;

@@ -13,6 +13,7 @@
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "core/portable_math.hpp"
+#include "fusion/lens_exposure.hpp"
 #include "runtime/lens_image.hpp"
 #include "runtime/lens_values.hpp"
 
@@ -97,7 +98,7 @@ void DriveWatch::add(const Exposure& exposure) {
     const fusion::LensMount& lens = rig_.head.lenses[index];
     allowed_ -= 1;
     Waiting waiting;
-    waiting.mid = exposure.exposure_mid;
+    waiting.mid = exposure.exposure_mid + fusion::lateness_of(exposure, lens);
     waiting.lens = index;
     waiting.axis = static_cast<int>((turn_ / lenses + index) % 4);
     waiting.image = grey_lens_image(exposure.image, lens, cell_for(lens, kMostWidth));

@@ -28,6 +28,7 @@ struct PhotoTags {
   std::string description;  ///< ASCII
   std::string software;     ///< ASCII
   UtcTime taken;
+  double exposure_s = 0;  ///< how long it was exposed; 0: not known
   /// WGS84. EXIF cannot say that the height is that above the ellipsoid: the description should.
   Geodetic position;
   double sigma_horizontal_m = 0;         ///< 0: not known

@@ -17,6 +17,7 @@ PhotoTags munich() {
   tags.description = "exposure 12";
   tags.software = "hueline";
   tags.taken = {.year = 2025, .month = 8, .day = 27, .hour = 11, .minute = 59, .second = 55, .nanosecond = 251'137'000};
+  tags.exposure_s = 0.00125;
   tags.position = {48.1373500562 * kRadPerDeg, -11.5756693648 * kRadPerDeg, 567.6091};
   tags.direction = 359.999 * kRadPerDeg;
   tags.sigma_horizontal_m = 0.0141;
@@ -75,6 +76,7 @@ TEST(PhotoFile, SaysWhenAndWhereItWasTaken) {
   const auto main = directory(tiff, 8);
   EXPECT_EQ(main.at(0x010E).bytes, std::string("exposure 12\0", 12));
   const auto photo = directory(tiff, main.at(0x8769).number<std::uint32_t>(0));
+  EXPECT_NEAR(photo.at(0x829A).ratio(0), 0.00125, 1e-9);
   EXPECT_EQ(photo.at(0x9003).bytes, std::string("2025:08:27 11:59:55\0", 20));
   EXPECT_EQ(photo.at(0x9011).bytes, std::string("+00:00\0", 7));
   EXPECT_EQ(photo.at(0x9291).bytes, std::string("251137\0", 7));
