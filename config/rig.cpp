@@ -170,11 +170,14 @@ struct RigKeys {
           laser.latency_min_sigma = laser.discipline.sigma = stamped->stamp_sigma();
         return {};
       }
-      case Role::Camera:
+      case Role::Camera: {
+        const auto& camera = dynamic_cast<const drivers::CameraDevice&>(*one.device);
         one.exposures.camera = id;
-        one.exposures.exposure = dynamic_cast<const drivers::CameraDevice&>(*one.device).exposure();
+        one.exposures.exposure = camera.exposure();
+        one.exposures.must_report = camera.must_report();
         sync.cameras.push_back(one.exposures);
         return one.exposures.validate();
+      }
       case Role::Pos:
         if (sync.pos != kSystemSensor) return {"driver", "is that of a second POS; allowed: one POS a rig"};
         sync.pos = id;

@@ -56,6 +56,9 @@ class CameraDevice : public Device {
  public:
   /// Returns the exposure time that the rig sets, or 0 if the rig leaves it to the camera.
   virtual nanoseconds exposure() const = 0;
+  /// Returns whether the camera chooses its exposures, so that nothing but its report tells how long an image was
+  /// exposed.
+  virtual bool must_report() const { return false; }
   /// Returns the pixel format of the packets. It may differ from the pixel format of the images that the decoder makes.
   virtual PixelFormat sent_format() const = 0;
   /// Names the regions of the image whose pixels are used. The decoder may leave out the rest.

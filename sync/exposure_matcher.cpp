@@ -18,6 +18,12 @@ constexpr std::uint64_t kReorder = 8;  // frame numbers; a larger fall is a rest
 constexpr seconds kUnattributed{30};   // an unused mark without a later image is reported after this
 
 double ns(nanoseconds d) { return static_cast<double>(d.count()); }
+/// Returns whether the camera reports how long an image was exposed.
+bool is_reported(const Image& image) {
+  return std::any_of(image.reported.begin(), image.reported.end(),
+                     [](const ReportedExposure& part) { return part.duration > nanoseconds(0); });
+}
+
 bool within(nanoseconds v, nanoseconds low, nanoseconds high) { return v >= low && v <= high; }
 
 }  // namespace
@@ -289,6 +295,10 @@ void ExposureMatcher::note_bounce(std::size_t extra, HostTime at) {
 
 void ExposureMatcher::emit(Pending& pending, GpsTime mark, double sigma_ns, ExposureTiming timing,
                            std::vector<Exposure>& out) {
+  if (config_.must_report && !is_reported(pending.image)) {
+    emit_unmatched(pending, "the camera chooses its exposures and does not report this one", out);
+    return;
+  }
   const GpsTime mid = mark + config_.strobe_delay + pending.duration / 2;
   if (last_out_ && mid <= *last_out_) {
     emit_unmatched(pending, "its time is not after the image before it", out);

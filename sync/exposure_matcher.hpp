@@ -64,6 +64,8 @@ class ExposureMatcher {
     nanoseconds strobe_delay{0};  ///< from the mark to the start of the exposure; [-1 s, 1 s]
     /// Duration of an exposure that the camera does not report; [0, 1 s].
     nanoseconds exposure{std::chrono::milliseconds(2)};
+    /// Whether the camera chooses its exposures. An image without their report is then Unmatched.
+    bool must_report = false;
     /// One sigma of the receiver's stamp and of the strobe's jitter; > 0.
     nanoseconds mark_sigma{std::chrono::microseconds(1)};
     bool has_counter = true;       ///< Image::time is meaningful

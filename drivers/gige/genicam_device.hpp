@@ -18,6 +18,7 @@ class GenicamDevice final : public CameraDevice {
   std::unique_ptr<Decoder> make_decoder() const override;
 
   nanoseconds exposure() const override { return camera_.exposure.value_or(nanoseconds(0)); }
+  bool must_report() const override { return camera_.auto_exposure; }
   PixelFormat sent_format() const override { return source().pixel_format; }
   void use_only(const std::vector<PixelRegion>& regions) override;
 

@@ -21,6 +21,9 @@ class LadybugDevice final : public CameraDevice {
   std::unique_ptr<Decoder> make_decoder() const override;
 
   nanoseconds exposure() const override { return exposure_; }
+  bool must_report() const override {
+    return exposure_ == nanoseconds(0) && decoder_.planes.shutter_step > nanoseconds(0);
+  }
   PixelFormat sent_format() const override { return PixelFormat::Mono8; }
   void use_only(const std::vector<PixelRegion>& regions) override;
 

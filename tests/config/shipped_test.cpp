@@ -151,6 +151,16 @@ TEST(Shipped, ACamerasOwnClockAndCommandsOfTheReceiverAreRead) {
       << "a strobe and a disciplined clock exclude each other";
 }
 
+TEST(Shipped, ACameraThatChoosesItsExposuresMustReportThem) {
+  const std::string end = "colouring: {method: lens}\n";
+  const Rig fixed = parse_rig(small_rig("event_input: 1", end), "r");
+  EXPECT_FALSE(fixed.sync.cameras.at(0).must_report);
+  EXPECT_EQ(fixed.sync.cameras.at(0).exposure, std::chrono::milliseconds(1));
+  const Rig automatic = parse_rig(small_rig("event_input: 1, auto_exposure: true", end), "r");
+  EXPECT_TRUE(automatic.sync.cameras.at(0).must_report);
+  EXPECT_THROW(parse_rig(small_rig("event_input: 1, auto_exposure: true, chunks: false", end), "r"), ConfigError);
+}
+
 TEST(Shipped, ASecondPosIsRefused) {
   const std::string pos = "  - {name: NAME, driver: novatel, tcp: {host: h, port: 3001}}\n";
   const auto named = [&](const char* name) { return std::string(pos).replace(pos.find("NAME"), 4, name); };

@@ -32,6 +32,20 @@ TEST(ExposureMatcher, GivenReportedExposuresThenTheMiddleIsThatOfEach) {
   for (const Exposure& e : run.out) EXPECT_EQ(e.duration, e.image.reported.at(0).duration);
 }
 
+TEST(ExposureMatcher, GivenACameraThatMustReportThenImagesWithoutReportHaveNoTime) {
+  Drive drive(some_begin(), seconds(20));
+  SimulatedCamera camera;
+  camera.reported = [](int i) { return i % 10 == 3 ? std::vector<nanoseconds>() : std::vector{chosen_by_camera(i)}; };
+  ExposureMatcher::Config config = matcher_config();
+  config.must_report = true;
+  CameraCourse run(drive, camera, config);
+  EXPECT_GT(run.counts().unmatched, 10u);
+  EXPECT_EQ(run.counts().by_mark + run.counts().unmatched, camera.truth.size());
+  EXPECT_EQ(run.count(FaultKind::NoTime), run.counts().unmatched);
+  for (const Exposure& e : run.out) EXPECT_EQ(e.timing == ExposureTiming::Unmatched, e.image.reported.empty());
+  EXPECT_THAT(run.faults.at(0).detail, HasSubstr("does not report this one"));
+}
+
 TEST(ExposureMatcher, GivenLensesThatExposeDifferentlyThenTheMiddleIsThatOfTheirMean) {
   Drive drive(some_begin(), seconds(10));
   SimulatedCamera camera;
