@@ -121,8 +121,9 @@ KeyError GenicamConfig::validate() const {
   if ((width == 0) != (height == 0)) return {"width", "and height go together; allowed: both or neither"};
   if (width == 0 && (offset_x || offset_y)) return {"offset_x", "and offset_y need width and height"};
   if (auto_exposure && !chunks)
-    return {"auto_exposure",
-            "needs chunks, in which the camera reports its exposures; allowed: chunks: true, or false"};
+    return {
+        "auto_exposure",
+        "is true and chunks is false; allowed: true only with chunks: true, in which the camera reports its exposures"};
   if (frame_rate_hz > 0 && !trigger_source.empty())
     return {"trigger_source", "and frame_rate_hz exclude each other; allowed: one of them"};
   if (packet_size != 0 && packet_size < 576)
