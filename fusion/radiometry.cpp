@@ -129,10 +129,11 @@ void Radiometry::add(std::uint64_t moment, GpsTime time, std::span<const Place> 
     for (const Glimpse& a : place) {
       if (a.moment != moment) continue;
       for (const Glimpse& b : place) {
+        const bool is_same = b.moment == moment;
+        const std::size_t at_b = is_same ? shots_.size() : index_of(b.moment);
         // Two lenses of the moment itself are compared once.
-        const std::size_t at_b = b.moment == moment ? shots_.size() : index_of(b.moment);
-        if (b.moment == moment ? b.lens <= a.lens : at_b == shots_.size()) continue;
-        const double told = shot.told[a.lens] - (b.moment == moment ? shot : shots_[at_b]).told[b.lens];
+        if (is_same ? b.lens <= a.lens : at_b == shots_.size()) continue;
+        const double told = shot.told[a.lens] - (is_same ? shot : shots_[at_b]).told[b.lens];
         const double q = static_cast<double>(a.off_axis) - b.off_axis,
                      q2 = sq(static_cast<double>(a.off_axis)) - sq(static_cast<double>(b.off_axis));
         auto& differences = differences_[{View{a.moment, a.lens}, View{b.moment, b.lens}}];

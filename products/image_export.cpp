@@ -161,10 +161,9 @@ Status ImageExport::write(const Exposure& exposure, const Buffer& jpeg, const fu
   const Transform<Ecef, Enu> T_ecef_enu = ecef_from_enu(*origin_);
   // A lens that is exposed longer than others was elsewhere in its own middle.
   std::vector<fusion::Pose> poses;
-  for (const std::size_t lens : chosen) {
-    const nanoseconds late = fusion::lateness_of(exposure, head_.lenses[lens]);
-    poses.push_back(late == nanoseconds(0) ? middle
-                                           : trajectory.pose_at(exposure.exposure_mid + late).pose.value_or(middle));
+  for (std::size_t n = 0; n < chosen.size(); ++n) {
+    taken[n].time = exposure.exposure_mid + fusion::lateness_of(exposure, head_.lenses[chosen[n]]);
+    poses.push_back(trajectory.pose_at(taken[n].time).pose.value_or(middle));
   }
   pool_.run(chosen.size(), [&](std::size_t n) {
     const std::size_t lens = chosen[n];
@@ -175,7 +174,6 @@ Status ImageExport::write(const Exposure& exposure, const Buffer& jpeg, const fu
         fmt::format("images/{}/{:06}.{}", lenses_[lens].name, exposure.index, config_.is_png ? "png" : "jpg");
     picture.lens = lens;
     picture.exposure = exposure.index;
-    picture.time = exposure.exposure_mid + fusion::lateness_of(exposure, head_.lenses[lens]);
     picture.sigma_time = exposure.sigma;
     picture.T_enu_lens = pose.T_enu_body * head_.T_body_head * head_.lenses[lens].T_head_lens;
     picture.sigma_position = place_sigma(pose, picture.T_enu_lens.translation - pose.T_enu_body.translation);

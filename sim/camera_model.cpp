@@ -68,12 +68,9 @@ std::vector<Moment> PanoramicCamera::moments(std::size_t number, std::size_t len
   return out;
 }
 
-/// Returns the moments of each lens's rows, if all its rows are exposed at once.
-std::vector<PanoramicCamera::Moments> PanoramicCamera::moments_of_lenses(std::size_t number) const {
-  std::vector<Moments> out;
-  for (std::size_t lens = 0; lens < lenses_.size(); ++lens)
-    out.push_back({moments(number, lens, 0.5 * (scenario_.camera.lens_height - 1))});
-  return out;
+/// Returns the moments of a lens's rows, if all its rows are exposed at once.
+PanoramicCamera::Moments PanoramicCamera::moments_of_lens(std::size_t number, std::size_t lens) const {
+  return {moments(number, lens, 0.5 * (scenario_.camera.lens_height - 1))};
 }
 
 void PanoramicCamera::expose_rows(std::size_t number, std::size_t lens, const Moments& all_rows, Block& block,
@@ -88,7 +85,8 @@ void PanoramicCamera::expose_rows(std::size_t number, std::size_t lens, const Mo
 }
 
 std::vector<std::uint8_t> PanoramicCamera::expose(std::size_t number, unsigned threads) const {
-  const std::vector<Moments> all_rows = moments_of_lenses(number);
+  std::vector<Moments> all_rows;
+  for (std::size_t lens = 0; lens < lenses_.size(); ++lens) all_rows.push_back(moments_of_lens(number, lens));
   std::vector<std::uint8_t> image(static_cast<std::size_t>(rig_.image_width()) *
                                   static_cast<std::size_t>(rig_.image_height()));
   const int blocks = (scenario_.camera.lens_height + kBlockRows - 1) / kBlockRows;
@@ -112,13 +110,13 @@ std::vector<std::uint8_t> PanoramicCamera::expose(std::size_t number, unsigned t
 }
 
 std::vector<std::uint8_t> PanoramicCamera::expose_lens(std::size_t number, std::size_t lens) const {
-  const std::vector<Moments> all_rows = moments_of_lenses(number);
+  const Moments all_rows = moments_of_lens(number, lens);
   std::vector<std::uint8_t> image(static_cast<std::size_t>(rig_.image_width()) *
                                   static_cast<std::size_t>(rig_.image_height()));
   Block block;
   for (block.first = 0; block.first < scenario_.camera.lens_height; block.first += kBlockRows) {
     block.rows = std::min(kBlockRows, scenario_.camera.lens_height - block.first);
-    expose_rows(number, lens, all_rows[lens], block, image);
+    expose_rows(number, lens, all_rows, block, image);
   }
   return image;
 }

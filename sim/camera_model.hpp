@@ -47,7 +47,7 @@ class PanoramicCamera {
   /// The moments that are averaged over an exposure: one list for all rows, or one for each row with a rolling shutter.
   using Moments = std::vector<std::vector<Moment>>;
   std::vector<Moment> moments(std::size_t number, std::size_t lens, double row) const;
-  std::vector<Moments> moments_of_lenses(std::size_t number) const;
+  Moments moments_of_lens(std::size_t number, std::size_t lens) const;
   void expose_rows(std::size_t number, std::size_t lens, const Moments& all_rows, Block& block,
                    std::vector<std::uint8_t>& image) const;
   void render(const Lens& lens, const Moments& moments, Block& block) const;

@@ -137,14 +137,15 @@ Bytes exif_of(const PhotoTags& tags, int width, int height) {
       fmt::format("{:04}:{:02}:{:02} {:02}:{:02}:{:02}", t.year, t.month, t.day, t.hour, t.minute, second);
 
   Directory photo;
-  if (tags.exposure_s > 0) photo.ratios(0x829A, {{std::min(tags.exposure_s, 1e3), 1'000'000}});  // ExposureTime
-  photo.bytes(0x9000, 7, "0232");                                                                // ExifVersion
-  photo.text(0x9003, when);                                                                      // DateTimeOriginal
-  photo.text(0x9011, "+00:00");                                                                  // OffsetTimeOriginal
-  photo.text(0x9291, fmt::format("{:06}", t.nanosecond / 1000));                                 // SubSecTimeOriginal
-  photo.number(0xA001, 1);                                                                       // ColorSpace: sRGB
-  photo.long_number(0xA002, static_cast<std::uint32_t>(width));                                  // PixelXDimension
-  photo.long_number(0xA003, static_cast<std::uint32_t>(height));                                 // PixelYDimension
+  // ExposureTime
+  if (tags.exposure_s > 0) photo.ratios(0x829A, {{std::min(tags.exposure_s, 1e3), 1'000'000}});
+  photo.bytes(0x9000, 7, "0232");                                 // ExifVersion
+  photo.text(0x9003, when);                                       // DateTimeOriginal
+  photo.text(0x9011, "+00:00");                                   // OffsetTimeOriginal
+  photo.text(0x9291, fmt::format("{:06}", t.nanosecond / 1000));  // SubSecTimeOriginal
+  photo.number(0xA001, 1);                                        // ColorSpace: sRGB
+  photo.long_number(0xA002, static_cast<std::uint32_t>(width));   // PixelXDimension
+  photo.long_number(0xA003, static_cast<std::uint32_t>(height));  // PixelYDimension
 
   Directory gps;
   const Geodetic& place = tags.position;

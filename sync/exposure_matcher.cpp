@@ -18,12 +18,6 @@ constexpr std::uint64_t kReorder = 8;  // frame numbers; a larger fall is a rest
 constexpr seconds kUnattributed{30};   // an unused mark without a later image is reported after this
 
 double ns(nanoseconds d) { return static_cast<double>(d.count()); }
-/// Returns whether the camera reports how long an image was exposed.
-bool is_reported(const Image& image) {
-  return std::any_of(image.reported.begin(), image.reported.end(),
-                     [](const ReportedExposure& part) { return part.duration > nanoseconds(0); });
-}
-
 bool within(nanoseconds v, nanoseconds low, nanoseconds high) { return v >= low && v <= high; }
 
 }  // namespace
@@ -114,26 +108,28 @@ bool ExposureMatcher::accept(const Image& image, std::int64_t& counter) {
   return !(last_frame_ && image.frame_id == *last_frame_ && (step == 0 || !config_.has_counter));
 }
 
-/// Returns how long an image was exposed: the mean of what the camera reports of its parts, else what the rig says.
-nanoseconds ExposureMatcher::duration_of(const Image& image) const {
+/// Returns how long an image was exposed: as the camera reports of its parts, else as the rig says.
+ExposureMatcher::Length ExposureMatcher::length_of(const Image& image) const {
+  Length length;
   nanoseconds sum{0};
   std::int64_t told = 0;
   for (const ReportedExposure& part : image.reported) {
     if (part.duration <= nanoseconds(0)) continue;
     sum += part.duration;
     ++told;
+    length.longest = std::max(length.longest, part.duration);
   }
-  return told > 0 ? sum / told : config_.exposure;
+  if (told == 0) return {config_.exposure, config_.exposure, false};
+  length.mean = sum / told;
+  length.is_reported = true;
+  return length;
 }
 
 /// Returns how long after the start of an exposure the event is that the camera's stamp names.
-nanoseconds ExposureMatcher::into_exposure(const Image& image) const {
+nanoseconds ExposureMatcher::into_exposure(const Length& length) const {
   if (config_.stamp_event == StampEvent::ExposureStart) return nanoseconds(0);
-  if (config_.stamp_event == StampEvent::ExposureMid) return duration_of(image) / 2;
-  // Parts that begin together end with the longest.
-  nanoseconds longest{0};
-  for (const ReportedExposure& part : image.reported) longest = std::max(longest, part.duration);
-  return longest > nanoseconds(0) ? longest : config_.exposure;
+  if (config_.stamp_event == StampEvent::ExposureMid) return length.mean / 2;
+  return length.longest;  // parts that begin together end with the longest
 }
 
 void ExposureMatcher::restart(const Image& image, const char* why, std::vector<Exposure>& out) {
@@ -176,9 +172,9 @@ void ExposureMatcher::add(Image image, const GpsStamp& arrival, std::vector<Expo
       unexplained_frames_ += gap;
     }
   }
-  const nanoseconds duration = duration_of(image);
-  const std::int64_t at_start = counter - into_exposure(image).count();
-  Pending pending{std::move(image), arrival, at_start, duration};
+  const Length length = length_of(image);
+  const std::int64_t at_start = counter - into_exposure(length).count();
+  Pending pending{std::move(image), arrival, at_start, length};
   if (older) {
     // The image was delivered out of order. It still gets its place if no later image has been given its time.
     if (unexplained_frames_ > 0) --unexplained_frames_;
@@ -295,25 +291,25 @@ void ExposureMatcher::note_bounce(std::size_t extra, HostTime at) {
 
 void ExposureMatcher::emit(Pending& pending, GpsTime mark, double sigma_ns, ExposureTiming timing,
                            std::vector<Exposure>& out) {
-  if (config_.must_report && !is_reported(pending.image)) {
+  if (config_.must_report && !pending.length.is_reported) {
     emit_unmatched(pending, "the camera chooses its exposures and does not report this one", out);
     return;
   }
-  const GpsTime mid = mark + config_.strobe_delay + pending.duration / 2;
+  const GpsTime mid = mark + config_.strobe_delay + pending.length.mean / 2;
   if (last_out_ && mid <= *last_out_) {
     emit_unmatched(pending, "its time is not after the image before it", out);
     return;
   }
   ++(timing == ExposureTiming::EventMark ? counts_.by_mark : counts_.by_camera_clock);
   last_out_ = mid;
-  last_duration_ = pending.duration;
+  last_duration_ = pending.length.mean;
   SyncState state = doubt_ > nanoseconds(0) ? SyncState::Acquiring : SyncState::Locked;
   if (timing == ExposureTiming::CameraClock)
     state = config_.mark_input != 0  ? SyncState::Holdover
             : config_.counter_offset ? SyncState::Locked
                                      : SyncState::Acquiring;
   out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma_ns))), state,
-                 timing, std::move(pending.image), pending.duration});
+                 timing, std::move(pending.image), pending.length.mean});
 }
 
 void ExposureMatcher::emit_unmatched(Pending& pending, const std::string& why, std::vector<Exposure>& out) {
@@ -324,11 +320,11 @@ void ExposureMatcher::emit_unmatched(Pending& pending, const std::string& why, s
   GpsTime mid = guess(pending);
   if (last_out_) mid = std::max(mid, *last_out_ + nanoseconds(1));
   last_out_ = mid;
-  last_duration_ = pending.duration;
+  last_duration_ = pending.length.mean;
   const double sigma =
       portable::hypot(ns(config_.latency_max - config_.latency_min), std::abs(ns(mid - guess(pending))));
   out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))),
-                 SyncState::Unlocked, ExposureTiming::Unmatched, std::move(pending.image), pending.duration});
+                 SyncState::Unlocked, ExposureTiming::Unmatched, std::move(pending.image), pending.length.mean});
 }
 
 void ExposureMatcher::expire_marks() {

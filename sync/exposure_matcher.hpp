@@ -127,15 +127,20 @@ class ExposureMatcher {
     HostTime received{};
     bool used = false;
   };
+  /// How long an image was exposed.
+  struct Length {
+    nanoseconds mean{0}, longest{0};  // of its parts
+    bool is_reported = false;         // by the camera
+  };
   struct Pending {
     Image image;
     GpsStamp arrival;
     std::int64_t counter = 0;  // continued over the counter's wraps, at the start of the exposure
-    nanoseconds duration{0};   // of the exposure
+    Length length;
   };
   bool accept(const Image& image, std::int64_t& counter);
-  nanoseconds duration_of(const Image& image) const;
-  nanoseconds into_exposure(const Image& image) const;
+  Length length_of(const Image& image) const;
+  nanoseconds into_exposure(const Length& length) const;
   void restart(const Image& image, const char* why, std::vector<Exposure>& out);
   void forget(bool was_right);
   bool has_rival(const Pending& pending, GpsTime predicted, nanoseconds gate) const;

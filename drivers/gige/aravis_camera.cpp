@@ -154,13 +154,10 @@ void configure_chunks(ArvCamera* camera, const AravisSource::Config& config, Ste
     return arv_camera_is_enumeration_entry_available(camera, "ChunkSelector", chunk, nullptr) != FALSE;
   };
   const bool can = arv_camera_is_feature_available(camera, "ChunkModeActive", nullptr) && offers("ExposureTime");
-  if (!can && config.auto_exposure) {
-    steps("auto_exposure", [](GError** e) {
-      g_set_error_literal(e, ARV_DEVICE_ERROR, ARV_DEVICE_ERROR_FEATURE_NOT_FOUND,
-                          "the camera does not report its exposures (no chunk ExposureTime), so the middle of an image "
-                          "would not be known; set auto_exposure: false");
-    });
-  }
+  if (!can && config.auto_exposure)
+    steps.fail(Error{ErrorCode::Invalid,
+                     "camera: auto_exposure: the camera does not report its exposures (no chunk ExposureTime), so the "
+                     "middle of an image would not be known; set auto_exposure: false"});
   if (!can) return;
   Steps chunks;
   const auto enable = [&](const char* chunk) {

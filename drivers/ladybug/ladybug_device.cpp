@@ -13,10 +13,8 @@ void LadybugDevice::visit(Keys& keys) {
   decoder_.visit(keys);
   keys.duration({"exposure_us", "us",
                  "The exposure. Half of it is added to the time of its start, if the images do not say how long they "
-                 "were exposed "
-                 "(`shutter_step_us`). With `usb` it is set in the camera, whose automatic exposure is turned off; 0 "
-                 "leaves that to "
-                 "the camera.",
+                 "were exposed (`shutter_step_us`). With `usb` it is set in the camera, whose automatic exposure is "
+                 "turned off; 0 leaves that to the camera.",
                  "0"},
                 exposure_, {0, 1'000'000});
 }

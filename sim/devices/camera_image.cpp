@@ -52,7 +52,8 @@ Buffer with_chunks(const Buffer& pixels, const CameraImage& image, const CameraC
   };
   end(CameraChunks::kImageId, pixels.size());
   if (chunks.has_exposure) {
-    put(static_cast<std::uint64_t>(image.exposure_ns), CameraChunks::kExposureBytes);
+    const std::int64_t exposure_ns = image.exposure_ns > 0 ? image.exposure_ns : chunks.exposure_ns;
+    put(static_cast<std::uint64_t>(exposure_ns), CameraChunks::kExposureBytes);
     end(CameraChunks::kExposureId, CameraChunks::kExposureBytes);
   }
   if (chunks.has_gain) {

@@ -24,6 +24,7 @@ struct CameraImage {
 struct CameraChunks {
   bool is_active = false, has_exposure = false, has_gain = false;
   bool is_big_endian = true;
+  std::int64_t exposure_ns = 0;  ///< by the camera's registers, for an image that says none
   static constexpr std::uint32_t kImageId = 1, kExposureId = 0x0A01, kGainId = 0x0A02;
   static constexpr std::size_t kTailBytes = 8, kExposureBytes = 8, kGainBytes = 4;
   /// Returns the bytes that they add to the pixels.

@@ -44,7 +44,8 @@ CameraChunks chunks_of(Get&& get, bool is_big_endian) {
   return {.is_active = get(camera_register::kChunkMode) != 0,
           .has_exposure = get(camera_register::kChunkEnable) != 0,
           .has_gain = get(camera_register::kChunkEnable + 4) != 0,
-          .is_big_endian = is_big_endian};
+          .is_big_endian = is_big_endian,
+          .exposure_ns = std::int64_t{get(camera_register::kExposureUs)} * 1000};
 }
 
 /// Returns the number of a pixel format that the emulated cameras have: BayerRG8, BayerBG8, BayerGR8, BayerGB8 or

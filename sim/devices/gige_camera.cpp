@@ -142,7 +142,6 @@ void GigeCamera::follow_registers() {
   s.region.offset_x = memory.get(reg::kOffsetX);
   s.region.offset_y = memory.get(reg::kOffsetY);
   s.chunks = chunks_of([&](std::uint32_t address) { return memory.get(address); }, true);
-  s.exposure_ns = std::int64_t{memory.get(reg::kExposureUs)} * 1000;
   s.may_fragment = (memory.get(reg::kStreamPacketSize) & kDoNotFragmentBit) == 0;
   stream_->set_target(s);
 }

@@ -170,13 +170,8 @@ Status GvspStream::send(const CameraImage& image, const std::stop_token& stop) {
   }
   last_sequence_ = image.sequence;
   SentImage sent;
-  sent.pixels = std::move(pixels).value();
-  if (stream.chunks.is_active) {
-    CameraImage told{.exposure_ns = image.exposure_ns, .gain = image.gain};
-    if (told.exposure_ns == 0) told.exposure_ns = stream.exposure_ns;
-    sent.pixels = with_chunks(sent.pixels, told, stream.chunks);
-    sent.image.payload_type = config_.chunk_payload_type;
-  }
+  sent.pixels = with_chunks(*pixels, image, stream.chunks);
+  if (stream.chunks.is_active) sent.image.payload_type = config_.chunk_payload_type;
   sent.has_pixels = true;
   sent.to = stream.to;
   sent.packet_bytes = stream.packet_bytes;

@@ -29,7 +29,6 @@ struct StreamTarget {
   std::uint32_t pixel_format = 0;
   CameraRegion region;
   CameraChunks chunks;
-  std::int64_t exposure_ns = 0;  ///< by the camera's registers
 };
 
 /// The stream side of a GigE Vision camera. It sends images as paced packets and keeps them for a while so that packets

@@ -151,13 +151,10 @@ Status U3vCamera::send(const CameraImage& image, const std::stop_token& stop, U3
   UsbPort* port = nullptr;
   std::uint64_t acquisition = 0;
   CameraChunks chunks;
-  CameraImage told_in_chunks{.exposure_ns = image.exposure_ns, .gain = image.gain};
   {
     Lock lock(mutex_);
     region = registers_->region();
     chunks = registers_->chunks();
-    if (told_in_chunks.exposure_ns == 0)
-      told_in_chunks.exposure_ns = std::int64_t{registers_->get(camera_register::kExposureUs)} * 1000;
     told.pixel_format = registers_->get(camera_register::kPixelFormat);
     port = port_.get();
     acquisition = acquisitions_;
@@ -165,10 +162,8 @@ Status U3vCamera::send(const CameraImage& image, const std::stop_token& stop, U3
   if (!port) return Error{ErrorCode::Unavailable, "the camera is not plugged in"};
   Result<Buffer> pixels = cut_region(image, region);
   if (!pixels) return pixels.error();
-  if (chunks.is_active) {
-    *pixels = with_chunks(*pixels, told_in_chunks, chunks);
-    told.payload_type = kU3vImageWithChunks;
-  }
+  *pixels = with_chunks(*pixels, image, chunks);
+  if (chunks.is_active) told.payload_type = kU3vImageWithChunks;
   if (std::exchange(numbered_acquisition_, acquisition) != acquisition) first_sequence_ = image.sequence;
   told.block_id = image.sequence - first_sequence_;
   told.timestamp_ns = static_cast<std::uint64_t>(image.counter_ns);
