@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
@@ -18,6 +19,7 @@
 #include "sim/faults/clock_truth.hpp"
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
+#include "sim/laps.hpp"
 #include "sim/sight_file.hpp"
 #include "sim/true_trajectory.hpp"
 
@@ -33,6 +35,7 @@ struct Options {
   std::string clocks_file, sights_file, trajectory_file;
   bool play = false;
   double wait_s = 60;
+  int laps = 1;
   SimulatedAddresses at;
 };
 
@@ -89,20 +92,47 @@ void require_same_drive(const sim::Scenario& scenario, const sim::Scenario& besi
         "--beside: the two scenarios may differ in laser and camera only, because they are one vehicle on one drive");
 }
 
-int play(const Options& options, const sim::Drive& drive, const sim::Drive* beside_drive, const sim::Scenario& scenario,
-         const std::stop_token& stop, ProgressBar& bar) {
-  auto timeline = sim::scenario_timeline(scenario, drive);
-  if (timeline.ok() && beside_drive != nullptr) {
-    auto second = sim::scenario_timeline(config::load_scenario(options.beside), *beside_drive, 1);
-    if (second.ok())
-      sim::add_laser_of(timeline->timeline, std::move(second->timeline));
-    else
-      timeline = second.error();
+/// A rendered drive, and the one of the second scanner if there is one.
+struct Rendered {
+  sim::Scenario scenario;
+  sim::Drive drive;
+};
+struct Vehicle {
+  Rendered first;
+  std::optional<Rendered> beside;
+};
+
+/// Builds what the devices send in one of `laps` laps.
+Result<sim::Timeline> timeline_of(const Vehicle& vehicle, std::uint32_t number, std::uint32_t laps) {
+  const auto build = [&](const Rendered& one, std::uint8_t laser) {
+    if (laps == 1) return sim::scenario_timeline(one.scenario, one.drive, laser);
+    const sim::Lap lap = sim::lap_of(one.scenario, one.drive, number, laps);
+    return sim::scenario_timeline(one.scenario, lap.drive, laser, lap.before);
+  };
+  auto timeline = build(vehicle.first, 0);
+  if (!timeline.ok()) return timeline.error();
+  if (vehicle.beside) {
+    auto second = build(*vehicle.beside, 1);
+    if (!second.ok()) return second.error();
+    sim::add_laser_of(timeline->timeline, std::move(second->timeline));
   }
-  if (!timeline.ok()) {
-    log_error(timeline.error().message);
+  return std::move(timeline->timeline);
+}
+
+int play(const Options& options, const Vehicle& vehicle, const std::stop_token& stop, ProgressBar& bar) {
+  const sim::Drive& drive = vehicle.first.drive;
+  // The first lap is built before the devices are up, because building it finds what is wrong.
+  const auto count = static_cast<std::uint32_t>(options.laps);
+  sim::Laps laps(count, [&](std::uint32_t number) { return timeline_of(vehicle, number, count); });
+  const Result<std::shared_ptr<const sim::Timeline>> first = laps.next();
+  if (!first.ok()) {
+    log_error(first.error().message);
     return kWrongUse;
   }
+  const sim::Scenario& scenario = vehicle.first.scenario;
+  const auto duration_ns =
+      static_cast<double>(drive.end_gps_ns - drive.begin_gps_ns +
+                          (count - 1) * (scenario.sensors_end_gps_ns() - scenario.sensors_begin_gps_ns()));
   std::error_code ignored;
   std::filesystem::create_directories(std::filesystem::path(options.at.pps_socket).parent_path(), ignored);
   auto player = sim::Player::open(player_config(options, drive, scenario));
@@ -119,9 +149,10 @@ int play(const Options& options, const sim::Drive& drive, const sim::Drive* besi
     log_error(ready.error().message);
     return kNothingCame;
   }
-  const sim::PlayReport report = (*player)->run(timeline->timeline, stop, [&](const sim::PlayProgress& progress) {
-    bar.show("playing in real time",
-             static_cast<double>(progress.drive_ns) / static_cast<double>(progress.duration_ns));
+  bool is_first = true;
+  const auto next_lap = [&] { return std::exchange(is_first, false) ? first : laps.next(); };
+  const sim::PlayReport report = (*player)->run(next_lap, stop, [&](const sim::PlayProgress& progress) {
+    bar.show("playing in real time", static_cast<double>(progress.drive_ns) / duration_ns);
   });
   bar.end();
   for (std::size_t i = 0; i < sim::kWireChannels; ++i) {
@@ -138,6 +169,10 @@ int play(const Options& options, const sim::Drive& drive, const sim::Drive* besi
                static_cast<unsigned long long>(report.camera.packets_failed),
                static_cast<unsigned long long>(report.camera.packets_resent),
                static_cast<unsigned long long>(report.camera.resends_refused));
+  if (!report.problem.empty()) {
+    log_error(report.problem);
+    return kWrongUse;
+  }
   return kDone;
 }
 
@@ -197,18 +232,25 @@ int simulate(const Options& options) {
   const auto status_of = [](const Error& error) {
     return error.code == ErrorCode::Invalid ? kWrongUse : error.code == ErrorCode::Stopped ? kStopped : kOutputRefused;
   };
-  const auto drive = made(scenario);
+  auto drive = made(scenario);
   if (!drive.ok()) return status_of(drive.error());
-  std::optional<Result<sim::Drive>> second;
+  Vehicle vehicle{{scenario, std::move(*drive)}, {}};
   if (beside) {
-    second = made(*beside);
-    if (!second->ok()) return status_of(second->error());
+    auto second = made(*beside);
+    if (!second.ok()) return status_of(second.error());
+    vehicle.beside = Rendered{*beside, std::move(*second)};
   }
-  if (const Status written = write_truth(options, *drive, scenario, generation, bar); !written.ok()) {
+  if (const Status written = write_truth(options, vehicle.first.drive, scenario, generation, bar); !written.ok()) {
     log_error(written.error().message);
     return status_of(written.error());
   }
-  return options.play ? play(options, *drive, second ? &**second : nullptr, scenario, signals.asked(), bar) : kDone;
+  if (!options.play) return kDone;
+  if (options.laps > 1)
+    for (const Rendered* one : {&vehicle.first, vehicle.beside ? &*vehicle.beside : nullptr})
+      if (one != nullptr)
+        if (const std::string why = sim::cannot_be_driven_again(one->scenario, one->drive); !why.empty())
+          throw config::ConfigError("--laps: " + why);
+  return play(options, vehicle, signals.asked(), bar);
 }
 
 }  // namespace
@@ -234,6 +276,10 @@ void add_simulate(Command& all) {
                  "also write which exposures truly saw each laser return (docs/formats.md); this takes about as long "
                  "as rendering");
   command.flag("--play", options->play, "emulate the devices: wait for a capture, then play in real time");
+  command.setting(
+      "--laps", options->laps,
+      "with --play: how often to drive it, in one drive; each lap begins where and when the one before ended",
+      {1, 100000});
   command.setting("--wait", options->wait_s, "with --play: seconds to wait for the capture");
   command.setting("--address", options->at.address, "address of the emulated devices, to which the laser also sends");
   command.option(

@@ -33,12 +33,12 @@ ImagePrefetch::Image read_file(const std::string& path, BufferPool& pool) {
 
 }  // namespace
 
-ImagePrefetch::ImagePrefetch(std::vector<std::string> files, std::size_t bytes_ahead)
+ImagePrefetch::ImagePrefetch(NextFile next_file, std::size_t bytes_ahead)
     : pool_(std::numeric_limits<std::size_t>::max()),
       queue_({256, bytes_ahead}),
-      thread_([this, files = std::move(files)](const std::stop_token& stop) {
-        for (const std::string& file : files) {
-          Image image = read_file(file, pool_);
+      thread_([this, next_file = std::move(next_file)](const std::stop_token& stop) {
+        while (const std::optional<std::string> file = next_file(stop)) {
+          Image image = read_file(*file, pool_);
           const std::size_t weight = image.ok() ? image->size() + 1 : 1;
           if (!queue_.push(std::move(image), stop, weight)) return;
         }

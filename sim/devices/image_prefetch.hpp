@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "core/bounded_queue.hpp"
 #include "core/buffer.hpp"
@@ -19,8 +19,10 @@ class ImagePrefetch {
  public:
   using Image = Result<Buffer>;
 
-  /// `bytes_ahead` is the largest number of bytes that may wait to be taken.
-  ImagePrefetch(std::vector<std::string> files, std::size_t bytes_ahead);
+  /// `next_file` returns the paths in their order, and nothing if there are no more or if it was stopped; another
+  /// thread calls it. `bytes_ahead` is the largest number of bytes that may wait to be taken.
+  using NextFile = std::function<std::optional<std::string>(const std::stop_token&)>;
+  ImagePrefetch(NextFile next_file, std::size_t bytes_ahead);
 
   /// Returns the bytes of the next file, or the error that prevented reading it (Io). Empty if there are no more files
   /// or if it was stopped. Only one thread may call it.

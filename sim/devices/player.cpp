@@ -8,6 +8,8 @@
 #include <thread>
 #include <utility>
 
+#include "sim/devices/image_prefetch.hpp"
+
 namespace hueline::sim {
 namespace {
 
@@ -115,12 +117,21 @@ Status Player::send_image(const WireEvent& event, Buffer pixels, const std::stop
 }
 
 /// Runs in a thread of its own, because sending an image takes many milliseconds.
-void Player::play_images(const std::vector<const WireEvent*>& images, ImagePrefetch& files, const DriveClock& clock,
-                         const std::stop_token& stop, PlayReport& report) {
+void Player::play_images(ImageEvents& images, const DriveClock& clock, const std::stop_token& stop,
+                         PlayReport& report) {
   ChannelReport& channel = report.channels[static_cast<std::size_t>(WireChannel::Camera)];
-  for (const WireEvent* event : images) {
-    const std::optional<ImagePrefetch::Image> pixels = files.next(stop);
-    if (!pixels || !clock.sleep_until(event->at_ns, stop)) return;
+  ImagePrefetch files(
+      [&](const std::stop_token& ended) -> std::optional<std::string> {
+        std::optional<WireEvent> event = images.to_read.pop(ended);
+        if (!event) return std::nullopt;
+        std::string file = event->image_file;
+        if (!images.to_send.push(std::move(*event), ended)) return std::nullopt;
+        return file;
+      },
+      config_.image_bytes_ahead);
+  while (const std::optional<ImagePrefetch::Image> pixels = files.next(stop)) {
+    const std::optional<WireEvent> event = images.to_send.pop(stop);
+    if (!event || !clock.sleep_until(event->at_ns, stop)) return;
     const std::int64_t lateness = monotonic_raw_ns() - clock.host_ns(event->at_ns);
     const Status sent = pixels->ok() ? send_image(*event, pixels->value(), stop) : Status(pixels->error());
     if (!sent.ok() && sent.error().code == ErrorCode::Stopped) return;
@@ -129,48 +140,65 @@ void Player::play_images(const std::vector<const WireEvent*>& images, ImagePrefe
   }
 }
 
-PlayReport Player::run(const Timeline& timeline, const std::stop_token& stop,
-                       const std::function<void(const PlayProgress&)>& progress) {
+PlayReport Player::run(const Timeline& timeline, const std::stop_token& stop, const Progress& progress) {
+  // The caller keeps the timeline until all is played.
+  std::shared_ptr<const Timeline> only(std::shared_ptr<const void>(), &timeline);
+  return run([&] { return Result(std::exchange(only, nullptr)); }, stop, progress);
+}
+
+PlayReport Player::run(const NextTimeline& next, const std::stop_token& stop, const Progress& progress) {
+  PlayReport report, image_report;
+  BoundedQueue<std::shared_ptr<const Timeline>> timelines({1});
+  ImageEvents images;
+  std::string problem;
+  std::jthread building([&] {
+    for (;;) {
+      const Result<std::shared_ptr<const Timeline>> built = next();
+      if (!built.ok()) problem = built.error().message;
+      if (!built.ok() || *built == nullptr || !timelines.push(*built, stop)) break;
+      for (const WireEvent& event : (*built)->events) {
+        if (!camera_ || event.channel != WireChannel::Camera) continue;
+        WireEvent image = event;
+        image.image_file = (std::filesystem::path((*built)->image_folder) / event.image_file).string();
+        if (!images.to_read.push(std::move(image), stop)) break;
+      }
+    }
+    timelines.close();
+    images.to_read.close();
+  });
+  std::optional<std::shared_ptr<const Timeline>> timeline = timelines.pop(stop);
+
   host_begin_ns_ = monotonic_raw_ns() + config_.lead_ns;
   const DriveClock clock(host_begin_ns_, config_.speed);
+  std::jthread sending([&] { play_images(images, clock, stop, image_report); });
   // Images are sent by another thread and not by the loop below.
   const std::array<bool, kWireChannels> has_device = {
       laser_ != nullptr, laser_ != nullptr, pos_ != nullptr, pps_ != nullptr, false, wheel_ != nullptr};
-
-  PlayReport report, image_report;
-  std::vector<const WireEvent*> images;
-  std::vector<std::string> files;
-  for (const WireEvent& event : timeline.events) {
-    if (!camera_ || event.channel != WireChannel::Camera) continue;
-    images.push_back(&event);
-    files.push_back((std::filesystem::path(timeline.image_folder) / event.image_file).string());
-  }
-  ImagePrefetch prefetch(std::move(files), config_.image_bytes_ahead);
-  std::jthread image_thread([&] { play_images(images, prefetch, clock, stop, image_report); });
-
   report.is_complete = true;
   std::uint64_t events = 0;
   std::int64_t next_progress = 0;
-  for (const WireEvent& event : timeline.events) {
+  const auto play = [&](const WireEvent& event) {
     const auto channel = static_cast<std::size_t>(event.channel);
-    if (!has_device[channel]) continue;
-    if (!clock.sleep_until(event.at_ns, stop)) {
-      report.is_complete = false;
-      break;
-    }
+    if (!has_device[channel]) return true;
+    if (!clock.sleep_until(event.at_ns, stop)) return false;
     const std::int64_t lateness = monotonic_raw_ns() - clock.host_ns(event.at_ns);
     note(report.channels[channel], send(event, clock), lateness);
     ++events;
     if (progress && event.at_ns >= next_progress) {
-      progress({event.at_ns, timeline.duration_ns, events});
+      progress({event.at_ns, events});
       next_progress = event.at_ns + kProgressNs;
     }
-  }
-  image_thread.join();
+    return true;
+  };
+  for (; timeline && report.is_complete; timeline = timelines.pop(stop))
+    report.is_complete = std::all_of((*timeline)->events.begin(), (*timeline)->events.end(), play);
+  building.join();
+  sending.join();
+  report.problem = problem;
   report.channels[static_cast<std::size_t>(WireChannel::Camera)] = image_report.of(WireChannel::Camera);
   report.first_camera_problem = image_report.first_camera_problem;
   if (camera_) report.camera = camera_->counts();
-  if (stop.stop_requested()) report.is_complete = false;
+  if (stop.stop_requested() || !problem.empty()) report.is_complete = false;
   if (pos_) {
     const std::int64_t deadline = monotonic_raw_ns() + kDrainNs;
     while (!pos_->is_drained() && monotonic_raw_ns() < deadline) std::this_thread::sleep_for(kPollInterval);

@@ -7,13 +7,12 @@
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <vector>
 
+#include "core/bounded_queue.hpp"
 #include "core/result.hpp"
 #include "sim/devices/can_sender.hpp"
 #include "sim/devices/drive_clock.hpp"
 #include "sim/devices/gige_camera.hpp"
-#include "sim/devices/image_prefetch.hpp"
 #include "sim/devices/laser_sender.hpp"
 #include "sim/devices/pos_server.hpp"
 #include "sim/devices/pps_server.hpp"
@@ -37,13 +36,14 @@ struct PlayReport {
   PosServer::Counts pos;
   GvspStream::Counts camera;
   std::string first_camera_problem;  ///< why the first image failed; empty: none failed
-  bool is_complete = false;          ///< false: stopped before the end
+  std::string problem;               ///< why it ended early; empty: it did not, or it was stopped
+  bool is_complete = false;          ///< false: stopped or ended before the end
   const ChannelReport& of(WireChannel channel) const { return channels[static_cast<std::size_t>(channel)]; }
 };
 
 /// How far a timeline is played.
 struct PlayProgress {
-  std::int64_t drive_ns = 0, duration_ns = 0;
+  std::int64_t drive_ns = 0;
   std::uint64_t events = 0;
 };
 
@@ -73,9 +73,16 @@ class Player {
   /// camera's acquisition. Senders of datagrams wait for nobody. Errors: TimedOut (the message names who is missing).
   Status wait_until_ready(std::int64_t timeout_ns, const std::stop_token& stop);
 
-  /// Plays a timeline. `progress`, if given, is called from this thread about twice in each second of drive time.
-  PlayReport run(const Timeline& timeline, const std::stop_token& stop,
-                 const std::function<void(const PlayProgress&)>& progress = {});
+  /// Called from the thread of run() about twice in each second of drive time.
+  using Progress = std::function<void(const PlayProgress&)>;
+
+  /// Plays a timeline.
+  PlayReport run(const Timeline& timeline, const std::stop_token& stop, const Progress& progress = {});
+
+  /// Plays timelines that follow one another in one drive time, as those of Laps do. Another thread calls `next` for
+  /// each while the one before is played; null: there are no more.
+  using NextTimeline = std::function<Result<std::shared_ptr<const Timeline>>()>;
+  PlayReport run(const NextTimeline& next, const std::stop_token& stop, const Progress& progress = {});
 
   /// Returns the port on which the POS listens; 0 without a POS.
   std::uint16_t pos_port() const { return pos_ ? pos_->port() : std::uint16_t{0}; }
@@ -83,10 +90,16 @@ class Player {
   std::int64_t host_begin_ns() const { return host_begin_ns_; }
 
  private:
+  /// The camera's events of all timelines, on their way from the thread that gets timelines to the one that reads
+  /// files, and on to the one that sends images.
+  struct ImageEvents {
+    BoundedQueue<WireEvent> to_read{{kMostEvents}}, to_send{{kMostEvents}};
+    static constexpr std::size_t kMostEvents = 1024;
+  };
+
   bool send(const WireEvent& event, const DriveClock& clock);
   Status send_image(const WireEvent& event, Buffer pixels, const std::stop_token& stop);
-  void play_images(const std::vector<const WireEvent*>& images, ImagePrefetch& files, const DriveClock& clock,
-                   const std::stop_token& stop, PlayReport& report);
+  void play_images(ImageEvents& images, const DriveClock& clock, const std::stop_token& stop, PlayReport& report);
 
   const Config config_;
   std::int64_t host_begin_ns_ = 0;

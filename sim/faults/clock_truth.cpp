@@ -55,7 +55,7 @@ const char* name(VehicleClock clock) {
 std::vector<ClockSample> true_clocks(const Timeline& timeline, const std::vector<FaultLine>& lines) {
   const LineErrors errors(lines, timeline.begin_gps_ns);
   std::vector<ClockSample> of[4];
-  for (std::int64_t t = 0; t < timeline.duration_ns; t += kPeriodNs) {
+  for (std::int64_t t = 0; t < timeline.end_ns; t += kPeriodNs) {
     const GpsNs gps = timeline.begin_gps_ns + t;
     std::int64_t host = t;
     for (const FaultLine& line : lines) host += host_clock_error_ns(line, host);

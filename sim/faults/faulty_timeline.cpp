@@ -50,11 +50,13 @@ Result<FaultyTimeline> build_faulty_timeline(const Drive& drive, const TimelineC
   return out;
 }
 
-Result<FaultyTimeline> scenario_timeline(const Scenario& scenario, const Drive& drive, std::uint8_t laser) {
+Result<FaultyTimeline> scenario_timeline(const Scenario& scenario, const Drive& drive, std::uint8_t laser,
+                                         const SentBefore& before) {
   TimelineConfig config;
   config.seed = scenario.seed;
   config.laser_model = scenario.laser.model;
   config.laser = laser;
+  config.before = before;
   config.strobe_jitter_ns = scenario.noise ? scenario.camera.strobe_jitter_us * 1e3 : 0;
   return build_faulty_timeline(drive, config, scenario.faults);
 }

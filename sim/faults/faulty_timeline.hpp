@@ -26,7 +26,8 @@ Result<FaultyTimeline> build_faulty_timeline(const Drive& drive, const TimelineC
                                              const std::vector<FaultLine>& lines);
 
 /// Builds the same for a drive that `scenario` generated, with its seed, its laser and its faults. `laser` is the
-/// number of the scanner on the vehicle.
-Result<FaultyTimeline> scenario_timeline(const Scenario& scenario, const Drive& drive, std::uint8_t laser = 0);
+/// number of the scanner on the vehicle; `before` is what the devices have sent before.
+Result<FaultyTimeline> scenario_timeline(const Scenario& scenario, const Drive& drive, std::uint8_t laser = 0,
+                                         const SentBefore& before = {});
 
 }  // namespace hueline::sim

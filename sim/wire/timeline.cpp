@@ -26,9 +26,9 @@ enum LatencyStream : std::uint64_t { kOfLaserData, kOfNmea, kOfIns, kOfSeconds, 
 class Builder {
  public:
   Builder(const Drive& drive, const TimelineConfig& config, const DeviceErrors& errors)
-      : drive_(drive), config_(config), errors_(errors) {
-    timeline_.begin_gps_ns = drive.begin_gps_ns;
-    timeline_.duration_ns = drive.end_gps_ns - drive.begin_gps_ns;
+      : drive_(drive), config_(config), errors_(errors), begin_ns_(config.before.begin_ns) {
+    timeline_.begin_gps_ns = drive.begin_gps_ns - begin_ns_;
+    timeline_.end_ns = begin_ns_ + drive.end_gps_ns - drive.begin_gps_ns;
     timeline_.image_folder = drive.cache_dir;
   }
 
@@ -43,7 +43,8 @@ class Builder {
   Timeline take();
 
  private:
-  std::int64_t drive_time(GpsNs gps_ns) const { return gps_ns - drive_.begin_gps_ns; }
+  std::int64_t drive_time(GpsNs gps_ns) const { return gps_ns - drive_.begin_gps_ns + begin_ns_; }
+  GpsNs gps_time(std::int64_t drive_ns) const { return drive_.begin_gps_ns - begin_ns_ + drive_ns; }
   GpsNs first_whole_second() const { return (drive_.begin_gps_ns + kNsPerSecond - 1) / kNsPerSecond * kNsPerSecond; }
   SeededRandom random(std::uint64_t stream) const { return {config_.seed, kStreamWireLatency + stream}; }
   static std::int64_t draw(SeededRandom& random, const Latency& latency) {
@@ -74,6 +75,7 @@ class Builder {
   const Drive& drive_;
   const TimelineConfig& config_;
   const DeviceErrors& errors_;
+  const std::int64_t begin_ns_;  ///< drive time at which this lap begins
   Timeline timeline_;
 };
 
@@ -123,10 +125,11 @@ Status Builder::add_laser() {
 Status Builder::add_laser_positions() {
   if (drive_.laser.empty()) return {};
   SeededRandom draws = random(kOfNmea);
-  GpsNs next_second = first_whole_second();
+  // A scanner that has run before still has its last sentence.
+  GpsNs next_second = first_whole_second() - (begin_ns_ > 0 ? 2 * kNsPerSecond : 0);
   std::int64_t next_nmea_ns = drive_time(next_second) + draw(draws, config_.nmea) + errors_.nmea_delay_ns(next_second);
   std::string sentence;
-  for (std::int64_t at = 0; at < timeline_.duration_ns; at += config_.laser_position_period_ns) {
+  for (std::int64_t at = begin_ns_; at < timeline_.end_ns; at += config_.laser_position_period_ns) {
     while (next_nmea_ns <= at) {
       const InsSample sample = interpolate(next_second);
       RmcReport report;
@@ -140,7 +143,7 @@ Status Builder::add_laser_positions() {
       next_second += kNsPerSecond;
       next_nmea_ns = drive_time(next_second) + draw(draws, config_.nmea) + errors_.nmea_delay_ns(next_second);
     }
-    const GpsNs sent = drive_.begin_gps_ns + at;
+    const GpsNs sent = gps_time(at);
     Result<Bytes> bytes =
         encode_laser_position({sent + errors_.scanner_clock_ns(sent), errors_.scanner_pps_status(sent), sentence});
     if (!bytes) return bytes.error();
@@ -151,25 +154,25 @@ Status Builder::add_laser_positions() {
 
 Status Builder::add_profile() {
   SeededRandom draws = random(kOfLaserData);
-  std::uint32_t counter = 0;
+  std::uint32_t counter = config_.before.profile_datagrams;
   for (const ProfilePacket& packet : drive_.profile) {
     ProfilePacket stamped = packet;
     stamped.first_pulse_gps_ns += errors_.scanner_clock_ns(packet.first_pulse_gps_ns);
-    Result<Bytes> bytes = encode_profile_data(stamped, counter, profile_scanner());
+    Result<Bytes> bytes = encode_profile_data(stamped, counter++, profile_scanner());
     if (!bytes) return bytes.error();
     const auto span_ns = static_cast<std::int64_t>(packet.counts.size()) * packet.period_ps / 1000;
     add(drive_time(packet.first_pulse_gps_ns) + span_ns + draw(draws, config_.laser_data), WireChannel::LaserData,
         std::move(bytes).value());
-    timeline_.events.back().number = counter++;
+    timeline_.events.back().number = static_cast<std::uint32_t>(&packet - drive_.profile.data());
   }
   return {};
 }
 
 void Builder::add_profile_status() {
   if (drive_.profile.empty()) return;
-  std::uint32_t counter = 0;
-  for (std::int64_t at = 0; at < timeline_.duration_ns; at += config_.laser_position_period_ns) {
-    const GpsNs sent = drive_.begin_gps_ns + at;
+  auto counter = static_cast<std::uint32_t>(begin_ns_ / config_.laser_position_period_ns);
+  for (std::int64_t at = begin_ns_; at < timeline_.end_ns; at += config_.laser_position_period_ns) {
+    const GpsNs sent = gps_time(at);
     // Without a sentence the scanner counts on from the pulses that it still gets.
     const bool has_label = errors_.has_nmea(sent / kNsPerSecond * kNsPerSecond - kNsPerSecond);
     add(at, WireChannel::LaserPosition,
@@ -249,6 +252,7 @@ void Builder::add_pos() {
 void Builder::add_pps() {
   SeededRandom draws = random(kOfPps);
   std::uint64_t sequence = 0;
+  const std::int64_t seconds_before = begin_ns_ / kNsPerSecond;
   for (GpsNs second = first_whole_second(); second < drive_.end_gps_ns; second += kNsPerSecond) {
     const std::int64_t error =
         sequence < drive_.pps_edge_error_ns.size() ? drive_.pps_edge_error_ns[static_cast<std::size_t>(sequence)] : 0;
@@ -256,14 +260,14 @@ void Builder::add_pps() {
     event.channel = WireChannel::Pps;
     event.edge_ns = drive_time(second) + error;
     event.at_ns = event.edge_ns + draw(draws, config_.pps);
-    event.sequence = ++sequence;
+    event.sequence = static_cast<std::uint64_t>(seconds_before) + ++sequence;
     timeline_.events.push_back(std::move(event));
   }
 }
 
 void Builder::add_camera() {
   SeededRandom draws = random(kOfImages);
-  std::uint64_t sequence = 0;
+  std::uint64_t sequence = config_.before.exposures;
   std::int64_t earliest = std::numeric_limits<std::int64_t>::min();
   for (const CameraExposure& exposure : drive_.exposures) {
     const std::int64_t end =
@@ -294,7 +298,7 @@ void Builder::add_wheel() {
   // 8 bytes at 500 kbit/s, including stuffed bits and the gap between frames
   constexpr std::int64_t kFrameNs = 260'000;
   SeededRandom draws = random(kOfWheel);
-  std::uint32_t counter = 0;
+  std::uint32_t counter = config_.before.wheel_samples;
   for (const WheelSample& sample : drive_.wheel) {
     const std::int64_t at = drive_time(sample.gps_ns) + draw(draws, config_.wheel);
     const auto number = static_cast<std::uint32_t>(&sample - drive_.wheel.data());
@@ -305,14 +309,8 @@ void Builder::add_wheel() {
   }
 }
 
-void sort(std::vector<WireEvent>& events) {
-  std::stable_sort(events.begin(), events.end(), [](const WireEvent& a, const WireEvent& b) {
-    return std::tie(a.at_ns, a.channel) < std::tie(b.at_ns, b.channel);
-  });
-}
-
 Timeline Builder::take() {
-  sort(timeline_.events);
+  sort_events(timeline_.events);
   return std::move(timeline_);
 }
 
@@ -392,11 +390,17 @@ Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config
   return builder.take();
 }
 
+void sort_events(std::vector<WireEvent>& events) {
+  std::stable_sort(events.begin(), events.end(), [](const WireEvent& a, const WireEvent& b) {
+    return std::tie(a.at_ns, a.channel) < std::tie(b.at_ns, b.channel);
+  });
+}
+
 void add_laser_of(Timeline& timeline, Timeline other) {
   for (WireEvent& event : other.events)
     if (event.channel == WireChannel::LaserData || event.channel == WireChannel::LaserPosition)
       timeline.events.push_back(std::move(event));
-  sort(timeline.events);
+  sort_events(timeline.events);
 }
 
 }  // namespace hueline::sim

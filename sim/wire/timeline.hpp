@@ -56,8 +56,8 @@ struct WireEvent {
 /// Events in the order of `at_ns`. Events of equal time stand in the order of WireChannel, then in the order in which
 /// they were made.
 struct Timeline {
-  GpsNs begin_gps_ns = 0;
-  std::int64_t duration_ns = 0;
+  GpsNs begin_gps_ns = 0;    ///< drive time 0
+  std::int64_t end_ns = 0;   ///< drive time at which the drive ends
   std::string image_folder;  ///< Drive::cache_dir
   std::vector<WireEvent> events;
 };
@@ -67,6 +67,12 @@ struct Latency {
   std::int64_t least_ns = 0, most_ns = 0;
 };
 
+/// What the devices have sent before a drive that is the continuation of another (laps.hpp).
+struct SentBefore {
+  std::int64_t begin_ns = 0;  ///< drive time at which this drive begins
+  std::uint32_t profile_datagrams = 0, exposures = 0, wheel_samples = 0;
+};
+
 /// How a drive becomes a Timeline: latencies, clocks and formats of the devices.
 struct TimelineConfig {
   std::uint64_t seed = 1;
@@ -74,6 +80,7 @@ struct TimelineConfig {
   LaserReturnMode laser_return_mode = LaserReturnMode::Strongest;
   /// WireEvent::laser; a profile scanner's datagrams carry the number laser + 1.
   std::uint8_t laser = 0;
+  SentBefore before;
 
   Latency laser_data{20'000, 60'000};                   ///< after the packet's last firing
   std::int64_t laser_position_period_ns = 100'000'000;  ///< from one position datagram to the next
@@ -108,6 +115,9 @@ struct TimelineConfig {
 /// and TIME once a second); the emulator of the receiver sends those that a client asks for. Errors: Invalid
 /// (configuration; a drive that is out of order or incomplete).
 Result<Timeline> build_timeline(const Drive& drive, const TimelineConfig& config, const DeviceErrors& errors = {});
+
+/// Sorts events into the order of a timeline. Those that are equal in it keep their order.
+void sort_events(std::vector<WireEvent>& events);
 
 /// Adds the events of the scanner of another timeline of the same drive. Its other events are dropped.
 void add_laser_of(Timeline& timeline, Timeline other);

@@ -267,6 +267,48 @@ TEST(Player, EverythingArrivesOnceInOrderAndAtItsTime) {
   RecordProperty("latest_us", std::to_string(report.of(WireChannel::LaserData).latest_ns / 1000));
 }
 
+TEST(Player, PlaysTimelinesThatFollowOneAnotherAsOne) {
+  const Timeline timeline = *build_timeline(test::short_drive(2), {});
+  const auto part = [&](std::int64_t begin_ns, std::int64_t end_ns) {
+    auto out = std::make_shared<Timeline>(timeline);
+    std::erase_if(out->events, [&](const WireEvent& e) { return e.at_ns < begin_ns || e.at_ns >= end_ns; });
+    return std::shared_ptr<const Timeline>(out);
+  };
+  const std::vector<std::shared_ptr<const Timeline>> parts{part(0, 1'000'000'000), part(1'000'000'000, INT64_MAX)};
+  Player::Config config;
+  config.camera.reset();
+  config.pos.reset();
+  config.pps.reset();
+  config.speed = 4;
+  Peer laser(Peer::udp(config.laser->data_port));
+  auto player = Player::open(config).value();
+  Listener listener(laser);
+  std::size_t next = 0;
+  const PlayReport report =
+      player->run([&] { return Result(next < parts.size() ? parts[next++] : std::shared_ptr<const Timeline>()); }, {});
+  EXPECT_TRUE(report.is_complete);
+  std::vector<Bytes> expected;
+  for (const WireEvent& e : timeline.events)
+    if (e.channel == WireChannel::LaserData) expected.push_back(e.payload);
+  EXPECT_EQ(listener.finish(), expected);
+  EXPECT_LT(report.of(WireChannel::LaserData).mean_lateness_ns, 20e6);
+}
+
+TEST(Player, SaysWhyThereIsNoNextTimeline) {
+  Player::Config config;
+  config.camera.reset();
+  config.pos.reset();
+  config.pps.reset();
+  auto player = Player::open(config).value();
+  const PlayReport report = player->run(
+      []() -> Result<std::shared_ptr<const Timeline>> {
+        return Error{ErrorCode::Invalid, "the lap is broken"};
+      },
+      {});
+  EXPECT_FALSE(report.is_complete);
+  EXPECT_EQ(report.problem, "the lap is broken");
+}
+
 TEST(Player, StopsWhenAsked) {
   const Timeline timeline = *build_timeline(test::short_drive(5), {});
   Player::Config config;
