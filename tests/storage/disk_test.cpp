@@ -2,7 +2,13 @@
 // is true.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
 
 #include "storage/journal_reader.hpp"
 #include "storage/journal_writer.hpp"
@@ -222,6 +228,38 @@ TEST(PlaceOfAFile, IsToldWhenSomebodyElseTakesItAway) {
     EXPECT_FALSE(cut.close().ok());
     EXPECT_EQ(std::filesystem::file_size(path), 1000u) << "no end behind a hole";
   }
+}
+
+/// Pieces of all sizes, below and above what goes past the page cache, with odd beginnings, and cut back in between.
+TEST(KernelDisk, HasTheSameBytesWhicheverWayTheyWereWritten) {
+  const TemporaryFolder folder;
+  auto file = FileWriter::create(folder / "file.bin", IfExists::Refuse);
+  ASSERT_TRUE(file) << file.error().message;
+  std::vector<std::byte> expected;
+  std::uint32_t state = 1;
+  const auto draw = [&](std::uint32_t below) { return (state = state * 1664525U + 1013904223U) / 65536U % below; };
+  for (int call = 0; call < 40; ++call) {
+    std::vector<std::vector<std::byte>> pieces(1 + draw(4));
+    std::vector<ByteView> views;
+    for (auto& piece : pieces) {
+      piece.resize(call % 4 == 0 ? draw(60'000) * 100 : draw(9'000));
+      for (std::byte& byte : piece) byte = static_cast<std::byte>(draw(256));
+      views.emplace_back(piece);
+      expected.insert(expected.end(), piece.begin(), piece.end());
+    }
+    ASSERT_TRUE(file->write(views));
+    EXPECT_EQ(file->size(), expected.size());
+    EXPECT_TRUE(file->check_place());
+    if (call % 9 == 8) {
+      expected.resize(expected.size() - std::min<std::size_t>(expected.size(), 5000));
+      ASSERT_TRUE(file->cut_back(expected.size()));
+    }
+  }
+  ASSERT_TRUE(file->close());
+  std::ifstream in(folder / "file.bin", std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  ASSERT_EQ(text.size(), expected.size());
+  EXPECT_EQ(std::memcmp(text.data(), expected.data(), expected.size()), 0);
 }
 
 }  // namespace
