@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <utility>
 
+#include "sim/earth.hpp"
+#include "sim/vec3.hpp"
 #include "sim/wire/utc.hpp"
 
 namespace hueline::sim {
@@ -39,17 +42,59 @@ const InsSample& solution_at(const Drive& drive, GpsNs gps_ns) {
   return at == drive.ins.end() ? drive.ins.back() : *at;
 }
 
+GeodeticPlace place_of(const InsSample& sample) {
+  return {sample.latitude_rad, sample.longitude_rad, sample.ellipsoidal_height_m};
+}
+
+/// Moves and turns a solution of a lap to where the next lap is: that begins at `last`, headed as there, as this one
+/// began at `first`. Roll and pitch stay, because a lap that ends on another slope would else tip over lap by lap.
+void carry_on(InsSample& sample, const InsSample& first, const InsSample& last) {
+  const double turned_rad = last.heading_rad - first.heading_rad;
+  const Mat3 R_turn = rotation_z(-turned_rad);  // headings count clockwise
+  const Vec3 from_first = transposed(R_ecef_enu(place_of(first))) *
+                          (ecef_from_geodetic(place_of(sample)) - ecef_from_geodetic(place_of(first)));
+  const GeodeticPlace place =
+      geodetic_from_ecef(ecef_from_geodetic(place_of(last)) + R_ecef_enu(place_of(last)) * (R_turn * from_first));
+  const Vec3 velocity = R_turn * Vec3{sample.velocity_east, sample.velocity_north, sample.velocity_up};
+  sample.latitude_rad = place.latitude;
+  sample.longitude_rad = place.longitude;
+  sample.ellipsoidal_height_m = place.height;
+  sample.velocity_east = velocity.x;
+  sample.velocity_north = velocity.y;
+  sample.velocity_up = velocity.z;
+  const double heading_rad = sample.heading_rad + turned_rad;
+  sample.heading_rad = heading_rad - 2 * kPi * std::floor(heading_rad / (2 * kPi));
+}
+
+/// Lets the first images follow again until the next lap's first one is due.
+void keep_rate(std::vector<CameraExposure>& exposures, std::int64_t lap_ns) {
+  if (exposures.size() < 2) return;
+  const std::int64_t period_ns = exposures[1].exposure_start_gps_ns - exposures[0].exposure_start_gps_ns;
+  const std::size_t rendered = exposures.size();
+  while (exposures.back().exposure_start_gps_ns + period_ns < exposures.front().exposure_start_gps_ns + lap_ns) {
+    CameraExposure again = exposures[exposures.size() % rendered];
+    again.exposure_start_gps_ns = exposures.back().exposure_start_gps_ns + period_ns;
+    exposures.push_back(std::move(again));
+  }
+}
+
+/// Returns the number of samples before this time.
+std::uint32_t samples_before(const std::vector<WheelSample>& wheel, GpsNs gps_ns) {
+  return static_cast<std::uint32_t>(
+      std::count_if(wheel.begin(), wheel.end(), [&](const WheelSample& sample) { return sample.gps_ns < gps_ns; }));
+}
+
 }  // namespace
 
-std::string cannot_be_driven_again(const Scenario& scenario, const Drive& drive) {
+std::string cannot_be_driven_again(const Scenario& scenario) {
   if (!scenario.faults.empty()) return "the scenario has faults, whose times are those of one drive";
   if ((scenario.sensors_end_gps_ns() - scenario.sensors_begin_gps_ns()) % kNsPerSecond != 0)
     return "duration_s of the scenario is no whole number of seconds";
-  if (drive.ins.empty()) return "the drive has no solutions of a POS";
   return {};
 }
 
 Lap lap_of(const Scenario& scenario, const Drive& drive, std::uint32_t lap, std::uint32_t laps) {
+  if (laps == 1) return {drive, {}};
   const GpsNs sensors_begin = scenario.sensors_begin_gps_ns(), sensors_end = scenario.sensors_end_gps_ns();
   const std::int64_t lap_ns = sensors_end - sensors_begin;
   const Span span{lap == 0 ? drive.begin_gps_ns : sensors_begin, lap + 1 == laps ? drive.end_gps_ns : sensors_end,
@@ -72,46 +117,29 @@ Lap lap_of(const Scenario& scenario, const Drive& drive, std::uint32_t lap, std:
 
   const InsSample &first = solution_at(drive, sensors_begin), &last = solution_at(drive, sensors_end);
   for (InsSample& sample : driven.ins)
-    for (const auto field : {&InsSample::latitude_rad, &InsSample::longitude_rad, &InsSample::ellipsoidal_height_m})
-      sample.*field += lap * (last.*field - first.*field);
+    for (std::uint32_t i = 0; i < lap; ++i) carry_on(sample, first, last);
 
   const std::uint32_t lines = driven.profile.empty() ? 0 : driven.profile.back().line + 1;
   for (ProfilePacket& packet : driven.profile) packet.line += lap * lines;
 
   std::vector<CameraExposure>& exposures = driven.exposures;
-  if (exposures.size() >= 2) {
-    const std::int64_t period_ns = exposures[1].exposure_start_gps_ns - exposures[0].exposure_start_gps_ns;
-    const std::size_t rendered = exposures.size();
-    while (exposures.back().exposure_start_gps_ns + period_ns < exposures.front().exposure_start_gps_ns + lap_ns) {
-      CameraExposure again = exposures[exposures.size() % rendered];
-      again.exposure_start_gps_ns = exposures.back().exposure_start_gps_ns + period_ns;
-      exposures.push_back(std::move(again));
-    }
-    for (std::size_t i = 0; i < exposures.size(); ++i)
-      exposures[i].number = static_cast<std::uint32_t>(lap * exposures.size() + i);
-  }
+  keep_rate(exposures, lap_ns);
+  for (std::size_t i = 0; i < exposures.size(); ++i)
+    exposures[i].number = static_cast<std::uint32_t>(lap * exposures.size() + i);
 
-  const auto wheel_samples = [&](GpsNs begin) {
-    return static_cast<std::uint32_t>(std::count_if(drive.wheel.begin(), drive.wheel.end(), [&](const WheelSample& s) {
-      return Span{begin, sensors_end}.holds(s.gps_ns);
-    }));
+  const std::uint32_t to_begin = samples_before(drive.wheel, sensors_begin),
+                      to_end = samples_before(drive.wheel, sensors_end);
+  const auto pulses_after = [&](std::uint32_t samples) {
+    return samples == 0 ? std::array<std::uint32_t, 2>{} : drive.wheel[samples - 1].pulses;
   };
-  if (!drive.wheel.empty()) {
-    const auto pulses_until = [&](GpsNs gps_ns) {
-      std::array<std::uint32_t, 2> pulses{};
-      for (const WheelSample& sample : drive.wheel)
-        if (sample.gps_ns < gps_ns) pulses = sample.pulses;
-      return pulses;
-    };
-    const std::array<std::uint32_t, 2> begin = pulses_until(sensors_begin), end = pulses_until(sensors_end);
-    for (WheelSample& sample : driven.wheel)
-      for (std::size_t i = 0; i < begin.size(); ++i) sample.pulses[i] += lap * (end[i] - begin[i]);
-  }
+  const std::array<std::uint32_t, 2> begin = pulses_after(to_begin), end = pulses_after(to_end);
+  for (WheelSample& sample : driven.wheel)
+    for (std::size_t i = 0; i < begin.size(); ++i) sample.pulses[i] += lap * (end[i] - begin[i]);
   if (lap > 0) {
     out.before.begin_ns = driven.begin_gps_ns - drive.begin_gps_ns;
     out.before.profile_datagrams = lap * static_cast<std::uint32_t>(driven.profile.size());
     out.before.exposures = lap * static_cast<std::uint32_t>(exposures.size());
-    out.before.wheel_samples = wheel_samples(drive.begin_gps_ns) + (lap - 1) * wheel_samples(sensors_begin);
+    out.before.wheel_samples = to_end + (lap - 1) * (to_end - to_begin);
   }
   return out;
 }

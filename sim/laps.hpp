@@ -13,13 +13,14 @@
 #include "sim/wire/timeline.hpp"
 
 /// A short drive as a long one: what the vehicle does while its laser and camera run, it does again and again. Each lap
-/// begins where and when the one before ended, and sees the same returns and images. The devices count on.
+/// begins where and when the one before ended, headed as there, and sees the same returns and images. The devices count
+/// on.
 namespace hueline::sim {
 
 /// Says why the drive of a scenario cannot be driven again; empty: it can. Laser and camera have to run for whole
-/// seconds, because the devices' seconds are counted on, there must be solutions, and no faults, whose times are those
-/// of one drive.
-std::string cannot_be_driven_again(const Scenario& scenario, const Drive& drive);
+/// seconds, because the devices' seconds are counted on, and there must be no faults, whose times are those of one
+/// drive.
+std::string cannot_be_driven_again(const Scenario& scenario);
 
 /// One lap, and what the devices have sent before it.
 struct Lap {
@@ -29,7 +30,7 @@ struct Lap {
 
 /// Returns one of `laps` laps. The first has the time before laser and camera begin too, the last the time after they
 /// end. The camera keeps its rate from one lap to the next: where a lap has no image left, its first ones are sent
-/// again. What lies across a lap's end is left out.
+/// again. What lies across a lap's end is left out. The only lap of one is the drive as it is. The drive has solutions.
 Lap lap_of(const Scenario& scenario, const Drive& drive, std::uint32_t lap, std::uint32_t laps);
 
 /// Timelines that follow one another in one drive time. Thread safety: none.

@@ -5,6 +5,7 @@
 #include <optional>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
@@ -92,44 +93,39 @@ void require_same_drive(const sim::Scenario& scenario, const sim::Scenario& besi
         "--beside: the two scenarios may differ in laser and camera only, because they are one vehicle on one drive");
 }
 
-/// A rendered drive, and the one of the second scanner if there is one.
+/// A drive of the vehicle, as one of its scanners saw it.
 struct Rendered {
   sim::Scenario scenario;
   sim::Drive drive;
 };
-struct Vehicle {
-  Rendered first;
-  std::optional<Rendered> beside;
-};
 
-/// Builds what the devices send in one of `laps` laps.
-Result<sim::Timeline> timeline_of(const Vehicle& vehicle, std::uint32_t number, std::uint32_t laps) {
-  const auto build = [&](const Rendered& one, std::uint8_t laser) {
-    if (laps == 1) return sim::scenario_timeline(one.scenario, one.drive, laser);
-    const sim::Lap lap = sim::lap_of(one.scenario, one.drive, number, laps);
-    return sim::scenario_timeline(one.scenario, lap.drive, laser, lap.before);
-  };
-  auto timeline = build(vehicle.first, 0);
-  if (!timeline.ok()) return timeline.error();
-  if (vehicle.beside) {
-    auto second = build(*vehicle.beside, 1);
-    if (!second.ok()) return second.error();
-    sim::add_laser_of(timeline->timeline, std::move(second->timeline));
+/// Builds what the devices send in one of `laps` laps. The devices of the first drive are the vehicle's; of the others
+/// there is the scanner alone.
+Result<sim::Timeline> timeline_of(const std::vector<Rendered>& drives, std::uint32_t number, std::uint32_t laps) {
+  sim::Timeline all;
+  for (std::uint8_t laser = 0; laser < drives.size(); ++laser) {
+    const auto& [scenario, drive] = drives[laser];
+    const sim::Lap lap = sim::lap_of(scenario, drive, number, laps);
+    auto timeline = sim::scenario_timeline(scenario, lap.drive, laser, lap.before);
+    if (!timeline.ok()) return timeline.error();
+    if (laser == 0)
+      all = std::move(timeline->timeline);
+    else
+      sim::add_laser_of(all, std::move(timeline->timeline));
   }
-  return std::move(timeline->timeline);
+  return all;
 }
 
-int play(const Options& options, const Vehicle& vehicle, const std::stop_token& stop, ProgressBar& bar) {
-  const sim::Drive& drive = vehicle.first.drive;
+int play(const Options& options, const std::vector<Rendered>& drives, const std::stop_token& stop, ProgressBar& bar) {
+  const auto& [scenario, drive] = drives.front();
   // The first lap is built before the devices are up, because building it finds what is wrong.
   const auto count = static_cast<std::uint32_t>(options.laps);
-  sim::Laps laps(count, [&](std::uint32_t number) { return timeline_of(vehicle, number, count); });
+  sim::Laps laps(count, [&](std::uint32_t number) { return timeline_of(drives, number, count); });
   const Result<std::shared_ptr<const sim::Timeline>> first = laps.next();
   if (!first.ok()) {
     log_error(first.error().message);
     return kWrongUse;
   }
-  const sim::Scenario& scenario = vehicle.first.scenario;
   const auto duration_ns =
       static_cast<double>(drive.end_gps_ns - drive.begin_gps_ns +
                           (count - 1) * (scenario.sensors_end_gps_ns() - scenario.sensors_begin_gps_ns()));
@@ -201,6 +197,8 @@ Status write_truth(const Options& options, const sim::Drive& drive, const sim::S
 int simulate(const Options& options) {
   StopSignals signals;
   const sim::Scenario scenario = config::load_scenario(options.scenario);
+  if (const std::string why = sim::cannot_be_driven_again(scenario); options.laps > 1 && !why.empty())
+    throw config::ConfigError("--laps: " + why);
   std::optional<sim::Scenario> beside;
   if (!options.beside.empty()) {
     beside = config::load_scenario(options.beside);
@@ -232,25 +230,20 @@ int simulate(const Options& options) {
   const auto status_of = [](const Error& error) {
     return error.code == ErrorCode::Invalid ? kWrongUse : error.code == ErrorCode::Stopped ? kStopped : kOutputRefused;
   };
-  auto drive = made(scenario);
-  if (!drive.ok()) return status_of(drive.error());
-  Vehicle vehicle{{scenario, std::move(*drive)}, {}};
-  if (beside) {
-    auto second = made(*beside);
-    if (!second.ok()) return status_of(second.error());
-    vehicle.beside = Rendered{*beside, std::move(*second)};
+  std::vector<sim::Scenario> scenarios{scenario};
+  if (beside) scenarios.push_back(*beside);
+  std::vector<Rendered> drives;
+  for (const sim::Scenario& one : scenarios) {
+    auto drive = made(one);
+    if (!drive.ok()) return status_of(drive.error());
+    drives.push_back({one, std::move(*drive)});
   }
-  if (const Status written = write_truth(options, vehicle.first.drive, scenario, generation, bar); !written.ok()) {
+  if (const Status written = write_truth(options, drives.front().drive, scenario, generation, bar); !written.ok()) {
     log_error(written.error().message);
     return status_of(written.error());
   }
   if (!options.play) return kDone;
-  if (options.laps > 1)
-    for (const Rendered* one : {&vehicle.first, vehicle.beside ? &*vehicle.beside : nullptr})
-      if (one != nullptr)
-        if (const std::string why = sim::cannot_be_driven_again(one->scenario, one->drive); !why.empty())
-          throw config::ConfigError("--laps: " + why);
-  return play(options, vehicle, signals.asked(), bar);
+  return play(options, drives, signals.asked(), bar);
 }
 
 }  // namespace

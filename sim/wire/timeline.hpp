@@ -80,7 +80,7 @@ struct TimelineConfig {
   LaserReturnMode laser_return_mode = LaserReturnMode::Strongest;
   /// WireEvent::laser; a profile scanner's datagrams carry the number laser + 1.
   std::uint8_t laser = 0;
-  SentBefore before;
+  SentBefore before;  ///< drive time and counters go on from there
 
   Latency laser_data{20'000, 60'000};                   ///< after the packet's last firing
   std::int64_t laser_position_period_ns = 100'000'000;  ///< from one position datagram to the next

@@ -188,6 +188,14 @@ TEST(PpsServer, RefusesAPathThatIsNotASocketAndCleansUp) {
   EXPECT_NE(::access(path.c_str(), F_OK), 0);
 }
 
+Player::Config laser_alone() {
+  Player::Config config;
+  config.camera.reset();
+  config.pos.reset();
+  config.pps.reset();
+  return config;
+}
+
 TEST(Player, SaysWhoIsMissing) {
   Player::Config config;
   config.camera.reset();
@@ -275,10 +283,7 @@ TEST(Player, PlaysTimelinesThatFollowOneAnotherAsOne) {
     return std::shared_ptr<const Timeline>(out);
   };
   const std::vector<std::shared_ptr<const Timeline>> parts{part(0, 1'000'000'000), part(1'000'000'000, INT64_MAX)};
-  Player::Config config;
-  config.camera.reset();
-  config.pos.reset();
-  config.pps.reset();
+  Player::Config config = laser_alone();
   config.speed = 4;
   Peer laser(Peer::udp(config.laser->data_port));
   auto player = Player::open(config).value();
@@ -295,11 +300,7 @@ TEST(Player, PlaysTimelinesThatFollowOneAnotherAsOne) {
 }
 
 TEST(Player, SaysWhyThereIsNoNextTimeline) {
-  Player::Config config;
-  config.camera.reset();
-  config.pos.reset();
-  config.pps.reset();
-  auto player = Player::open(config).value();
+  auto player = Player::open(laser_alone()).value();
   const PlayReport report = player->run(
       []() -> Result<std::shared_ptr<const Timeline>> {
         return Error{ErrorCode::Invalid, "the lap is broken"};
@@ -311,10 +312,7 @@ TEST(Player, SaysWhyThereIsNoNextTimeline) {
 
 TEST(Player, StopsWhenAsked) {
   const Timeline timeline = *build_timeline(test::short_drive(5), {});
-  Player::Config config;
-  config.camera.reset();
-  config.pos.reset();
-  config.pps.reset();
+  Player::Config config = laser_alone();
   config.speed = 2;
   Peer laser(Peer::udp(config.laser->data_port));
   auto player = Player::open(config).value();
